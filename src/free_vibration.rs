@@ -1,0 +1,1 @@
+//! Free vibration of the nonlinear equation of motion.

@@ -1,0 +1,150 @@
+//! What a job asks for: valid, in SI, with the files that it came from. Plain data.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use crate::model::Robot;
+use crate::motion::Move;
+
+/// A job: one robot, one tool, some operations.
+#[derive(Debug, Clone)]
+pub struct Job {
+    /// What the job is called.
+    pub name: String,
+    /// The job file, as it was named by the caller.
+    pub file: PathBuf,
+    /// The robot that runs it.
+    pub robot: Arc<Robot>,
+    /// The cutter.
+    pub tool: Tool,
+    /// The spindle.
+    pub spindle: Spindle,
+    /// The operations in order; at least one.
+    pub operations: Vec<Operation>,
+    /// When a crossing counts.
+    pub policy: Policy,
+}
+
+/// The cutter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tool {
+    /// What it is called.
+    pub name: Option<String>,
+    /// Number of teeth; at least one.
+    pub teeth: u32,
+    /// Diameter, m.
+    pub diameter_m: Option<f64>,
+    /// Angle from each tooth to the next, rad, adding up to one turn; `None` for even pitch.
+    pub pitch_rad: Option<Vec<f64>>,
+}
+
+/// The spindle's abilities.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spindle {
+    /// Lowest speed, rev/min.
+    pub min_rpm: f64,
+    /// Highest speed, rev/min.
+    pub max_rpm: f64,
+    /// Fastest change of speed, rev/min per second.
+    pub max_acceleration_rpm_per_s: Option<f64>,
+}
+
+/// One operation: a path under a spindle speed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Operation {
+    /// What it is called; unique within the job.
+    pub name: String,
+    /// Line of the job file where it starts, counted from 1.
+    pub line: usize,
+    /// Spindle speed along the path.
+    pub speed: SpindleSpeed,
+    /// Programmed feed of the tool centre point, m/s.
+    pub feed_m_per_s: f64,
+    /// How the tool cuts, if told.
+    pub cutting: Option<Cutting>,
+    /// The moves; at least one.
+    pub moves: Vec<Move>,
+    /// The file that the moves' lines refer to: the program as the job names it, or `None` where the
+    /// path stands in the job itself.
+    pub program: Option<PathBuf>,
+    /// Joint positions near which the first target of a pose path is sought; `None` takes zero.
+    pub start_near: Option<Vec<f64>>,
+}
+
+/// Spindle speed over s.
+#[derive(Debug, Clone, PartialEq)]
+pub enum SpindleSpeed {
+    /// One speed, rev/min.
+    Constant(f64),
+    /// (s, rev/min) from s = 0 to s = 1, s strictly ascending; linear between.
+    Schedule(Vec<(f64, f64)>),
+}
+
+impl SpindleSpeed {
+    /// Speed at s in 0..=1, rev/min.
+    pub fn rpm_at(&self, s: f64) -> f64 {
+        match self {
+            Self::Constant(rpm) => *rpm,
+            Self::Schedule(points) => {
+                let after = points.partition_point(|&(at, _)| at <= s);
+                match (after.checked_sub(1).and_then(|i| points.get(i)), points.get(after)) {
+                    (Some(&(s0, rpm0)), Some(&(s1, rpm1))) => {
+                        rpm0 + (rpm1 - rpm0) * (s - s0) / (s1 - s0)
+                    }
+                    (Some(&(_, rpm)), None) | (None, Some(&(_, rpm))) => rpm,
+                    (None, None) => 0.0,
+                }
+            }
+        }
+    }
+
+    /// Values of s where the speed has a corner.
+    pub fn corners(&self) -> impl Iterator<Item = f64> + '_ {
+        let points: &[(f64, f64)] = match self {
+            Self::Constant(_) => &[],
+            Self::Schedule(points) => points,
+        };
+        points.iter().map(|&(s, _)| s)
+    }
+}
+
+/// How the tool cuts.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cutting {
+    /// Radial depth, m.
+    pub radial_depth_m: f64,
+    /// Axial depth, m.
+    pub axial_depth_m: f64,
+    /// Climb, conventional or slot.
+    pub direction: CuttingDirection,
+    /// Name of the material.
+    pub material: String,
+}
+
+/// On which side of the cut the chip is thick.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CuttingDirection {
+    /// Down-milling.
+    Climb,
+    /// Up-milling.
+    Conventional,
+    /// Full width.
+    Slot,
+}
+
+/// When an excitation line near a mode counts.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Policy {
+    /// Multiples of the tooth-passing frequency: 1..=h.
+    pub tooth_passing_harmonics: u32,
+    /// Multiples of the spindle's frequency: 1..=h; 0 switches them off.
+    pub spindle_harmonics: u32,
+    /// Half width of a mode's band as a share of its frequency.
+    pub separation: f64,
+    /// Widening of the band for what the model may be wrong by, as a share of the frequency.
+    pub model_uncertainty: f64,
+    /// Excitation in these bands (Hz, ascending) does not count.
+    pub ignore_hz: Vec<[f64; 2]>,
+    /// A mode that moves the tip less than this at resonance does not count, m/N.
+    pub min_tip_response_m_per_n: f64,
+}

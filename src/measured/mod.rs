@@ -1,0 +1,1 @@
+//! Measurements, by methods that never see a prediction.

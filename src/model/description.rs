@@ -1,0 +1,194 @@
+//! A robot as its files describe it: plain data in SI, not yet checked. [`super::Robot::new`] checks
+//! it and turns it into the immutable model.
+
+use nalgebra::{Isometry3, Matrix3, Vector3};
+
+/// A robot before it is checked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Description {
+    /// What the robot is called in reports.
+    pub name: String,
+    /// The URDF's links, in file order.
+    pub links: Vec<Link>,
+    /// The URDF's joints, in file order.
+    pub joints: Vec<Joint>,
+    /// The link that stands on the ground; the root of the tree if `None`.
+    pub base: Option<String>,
+    /// The link whose frame carries the tool; the child of the last moving joint if `None`.
+    pub tip: Option<String>,
+    /// The elastic joints; a moving joint that is not listed is rigid.
+    pub elastic_joints: Vec<ElasticJoint>,
+    /// Further elastic coordinates: foundation, transverse compliance, link flexibility.
+    pub extra: Vec<ExtraCoordinate>,
+    /// Damping where a coordinate gives none.
+    pub default_damping_ratio: f64,
+    /// Acceleration of gravity in the base frame, m/s². It acts only where `gravity_stiffness` is set.
+    pub gravity_m_per_s2: Vector3<f64>,
+    /// Whether the geometric stiffness of gravity is part of K.
+    pub gravity_stiffness: bool,
+    /// Reflected rotor inertias.
+    pub drives: Vec<Drive>,
+    /// What the robot carries beside its own links.
+    pub payload: Option<Payload>,
+    /// How β1 of the two-link model reads from the joints.
+    pub beta1: Option<ArmAngle>,
+    /// How β2 of the two-link model reads from the joints.
+    pub beta2: Option<ArmAngle>,
+    /// How well the model was found to predict measured frequencies; `None` if it never was compared.
+    pub calibration: Option<Calibration>,
+}
+
+/// One link of the tree.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Link {
+    /// Unique name.
+    pub name: String,
+    /// Mass properties; `None` where the file has no `<inertial>` block.
+    pub inertial: Option<Inertial>,
+    /// Whether the link has visual or collision geometry (and so ought to have a mass).
+    pub has_geometry: bool,
+}
+
+/// Mass properties of one body.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Inertial {
+    /// Mass, kg.
+    pub mass_kg: f64,
+    /// Centre of mass in the body's frame, m.
+    pub com_m: Vector3<f64>,
+    /// Rotary inertia about the centre of mass, in the axes of the body's frame, kg·m².
+    pub inertia_kgm2: Matrix3<f64>,
+}
+
+/// What a URDF joint lets its child do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum JointKind {
+    /// Turns about the axis, with limits.
+    Revolute,
+    /// Turns about the axis, without limits.
+    Continuous,
+    /// Slides along the axis.
+    Prismatic,
+    /// Does not move.
+    Fixed,
+    /// Six free coordinates: not part of a serial arm.
+    Floating,
+    /// Moves in a plane: not part of a serial arm.
+    Planar,
+}
+
+impl JointKind {
+    /// Whether the joint has one coordinate that a pose sets.
+    pub fn moves(self) -> bool {
+        matches!(self, Self::Revolute | Self::Continuous | Self::Prismatic)
+    }
+}
+
+/// One joint of the tree.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Joint {
+    /// Unique name.
+    pub name: String,
+    /// Kind of motion.
+    pub kind: JointKind,
+    /// Name of the parent link.
+    pub parent: String,
+    /// Name of the child link.
+    pub child: String,
+    /// Joint frame in the parent link's frame; the child's frame at q = 0.
+    pub origin: Isometry3<f64>,
+    /// Axis in the joint frame; any length but zero.
+    pub axis: Vector3<f64>,
+    /// Limits of position; `None` where the file has none.
+    pub position_limit: Option<[f64; 2]>,
+    /// Largest speed, rad/s or m/s; `None` where the file has none or zero.
+    pub velocity_limit: Option<f64>,
+    /// The joint that this one mimics.
+    pub mimics: Option<String>,
+}
+
+/// How a coordinate loses energy.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Damping {
+    /// Share of critical damping of a mode whose strain energy sits all in this coordinate.
+    Ratio(f64),
+    /// Viscous coefficient, N·m·s/rad or N·s/m.
+    Viscous(f64),
+}
+
+/// The spring in a moving joint.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ElasticJoint {
+    /// URDF name of the joint.
+    pub joint: String,
+    /// Spring constant, N·m/rad (revolute, continuous) or N/m (prismatic).
+    pub stiffness: f64,
+    /// Whether `stiffness` was given in N/m.
+    pub is_linear: bool,
+    /// `None` takes the default.
+    pub damping: Option<Damping>,
+}
+
+/// Whether an elastic coordinate turns or shifts what it carries.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CoordinateKind {
+    /// Angle about an axis; stiffness in N·m/rad.
+    Rotation,
+    /// Displacement along an axis; stiffness in N/m.
+    Translation,
+}
+
+/// An elastic coordinate beside the joints: it moves a link and all that the link carries.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ExtraCoordinate {
+    /// Unique among all elastic coordinates.
+    pub name: String,
+    /// The link that moves.
+    pub link: String,
+    /// Rotation or translation.
+    pub kind: CoordinateKind,
+    /// Direction in the link's frame; any length but zero.
+    pub axis: Vector3<f64>,
+    /// A point of the axis in the link's frame, m.
+    pub origin_m: Vector3<f64>,
+    /// Spring constant, N·m/rad or N/m by `kind`.
+    pub stiffness: f64,
+    /// `None` takes the default.
+    pub damping: Option<Damping>,
+}
+
+/// Rotor inertia seen through the gear.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Drive {
+    /// URDF name of the joint.
+    pub joint: String,
+    /// J·G², kg·m² (kg for a prismatic joint).
+    pub reflected_inertia_kgm2: f64,
+}
+
+/// A body fixed to a link.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Payload {
+    /// The link that carries it.
+    pub link: String,
+    /// Its mass properties in that link's frame.
+    pub inertial: Inertial,
+}
+
+/// An angle of the two-link model as a linear form of the joint positions.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ArmAngle {
+    /// (URDF joint name, factor).
+    pub terms: Vec<(String, f64)>,
+    /// Constant part, rad.
+    pub offset_rad: f64,
+}
+
+/// How well the model predicted measured frequencies on poses that it was not fitted to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Calibration {
+    /// Number of poses.
+    pub poses: usize,
+    /// Root mean square of the relative error of the frequencies, %.
+    pub heldout_rms_percent: f64,
+}

@@ -1,0 +1,94 @@
+//! M(q) and K_g(q) over the elastic coordinates, by composite rigid bodies (Featherstone, Rigid Body
+//! Dynamics Algorithms, 2008, §6.2).
+//!
+//! Bodies are combined about their common centre of mass, so every term of a diagonal entry is a sum
+//! of squares: nothing cancels, however far the arm reaches.
+
+use nalgebra::{DMatrix, Matrix3, Vector3};
+
+use super::description::{CoordinateKind, Inertial};
+use super::placement::{Frame, Placement};
+use super::robot::{Robot, point_inertia};
+
+/// A rigid body in the base frame: mass, centre of mass, rotary inertia about it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Composite {
+    pub(super) mass: f64,
+    pub(super) com: Vector3<f64>,
+    pub(super) inertia: Matrix3<f64>,
+}
+
+impl Default for Composite {
+    fn default() -> Self {
+        Self { mass: 0.0, com: Vector3::zeros(), inertia: Matrix3::zeros() }
+    }
+}
+
+impl Composite {
+    pub(super) fn placed(body: &Inertial, frame: &Frame) -> Self {
+        let r = &frame.rotation;
+        Self {
+            mass: body.mass_kg,
+            com: frame.origin + r * body.com_m,
+            inertia: r * body.inertia_kgm2 * r.transpose(),
+        }
+    }
+
+    pub(super) fn add(&mut self, other: &Self) {
+        let mass = self.mass + other.mass;
+        if mass > 0.0 {
+            let apart = other.com - self.com;
+            self.inertia += other.inertia + point_inertia(self.mass * other.mass / mass, &apart);
+            self.com += apart * (other.mass / mass);
+        }
+        self.mass = mass;
+    }
+}
+
+/// M(q), n × n, symmetric, kg·m² (rotations), kg (translations), kg·m (mixed): the inertia over the
+/// elastic coordinates of the robot as placed, drives included.
+///
+/// `m` must be n × n with n the number of elastic coordinates.
+pub fn mass_matrix(robot: &Robot, placement: &Placement, m: &mut DMatrix<f64>) {
+    m.fill(0.0);
+    for (j, carriers) in robot.carriers.iter().enumerate() {
+        let axis_j = &placement.elastic_axes[j];
+        let body = &placement.composites[robot.coordinates[j].node];
+        // Momentum of what j carries, per unit rate of α_j: linear, and angular about the centre of mass.
+        let linear = axis_j.velocity_at(&body.com) * body.mass;
+        let angular = body.inertia * axis_j.angular_velocity();
+        for &i in carriers {
+            let axis_i = &placement.elastic_axes[i];
+            let entry = axis_i.velocity_at(&body.com).dot(&linear)
+                + axis_i.angular_velocity().dot(&angular);
+            m[(i, j)] = entry;
+            m[(j, i)] = entry;
+        }
+        m[(j, j)] += robot.coordinates[j].drive_inertia;
+    }
+}
+
+/// K_g(q), n × n, symmetric, N·m/rad: the Hessian of the potential of gravity −Σ m g·c over the
+/// elastic coordinates at rest. For the two-link arm it follows from Eqs. (5)–(6) of Pietruś & Gierlak
+/// (2023) without the linearisation (7)–(8), which drops it.
+///
+/// `k` must be n × n.
+pub fn gravity_stiffness(robot: &Robot, placement: &Placement, k: &mut DMatrix<f64>) {
+    k.fill(0.0);
+    for (j, carriers) in robot.carriers.iter().enumerate() {
+        let axis_j = &placement.elastic_axes[j];
+        let body = &placement.composites[robot.coordinates[j].node];
+        let moved = axis_j.velocity_at(&body.com);
+        for &i in carriers {
+            // i is the outer coordinate: turning it turns the displacement that j causes.
+            let axis_i = &placement.elastic_axes[i];
+            let bent = match axis_i.kind {
+                CoordinateKind::Rotation => axis_i.direction.cross(&moved),
+                CoordinateKind::Translation => Vector3::zeros(),
+            };
+            let entry = -body.mass * robot.gravity.dot(&bent);
+            k[(i, j)] = entry;
+            k[(j, i)] = entry;
+        }
+    }
+}

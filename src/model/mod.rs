@@ -1,0 +1,25 @@
+//! The robot as built: a tree of rigid bodies on elastic coordinates, and what follows from it at a
+//! pose. Everything here is a pure function of (robot, pose); nothing reads files, knows a job or
+//! knows a measurement.
+//!
+//! A pose q freezes the moving joints; the elastic coordinates α move about it:
+//! M(q) α̈ + C α̇ + (K + K_g(q)) α = f.
+
+mod description;
+mod dynamics;
+mod fault;
+mod inertia;
+mod placement;
+mod robot;
+mod tip;
+
+pub use description::{
+    ArmAngle, Calibration, CoordinateKind, Damping, Description, Drive, ElasticJoint,
+    ExtraCoordinate, Inertial, Joint, JointKind, Link, Payload,
+};
+pub use dynamics::{inverse_dynamics, potential, potential_gradient};
+pub use fault::{ModelFault, Place, PoseFault};
+pub use inertia::{gravity_stiffness, mass_matrix};
+pub use placement::Placement;
+pub use robot::{AngleForm, Coordinate, MovingJoint, Robot};
+pub use tip::{elastic_jacobian, forward_kinematics, joint_jacobian};

@@ -1,0 +1,150 @@
+//! A robot placed at a pose: where every body and every elastic axis is, in the base frame.
+
+use nalgebra::{Matrix3, Rotation3, Vector3};
+
+use super::description::CoordinateKind;
+use super::inertia::Composite;
+use super::robot::{NodeMotion, Robot};
+
+/// Position and orientation of a node in the base frame.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Frame {
+    pub(super) rotation: Matrix3<f64>,
+    pub(super) origin: Vector3<f64>,
+}
+
+/// Axis of a coordinate in the base frame.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Axis {
+    /// Unit direction.
+    pub(super) direction: Vector3<f64>,
+    /// A point of the axis.
+    pub(super) point: Vector3<f64>,
+    pub(super) kind: CoordinateKind,
+}
+
+impl Axis {
+    /// Velocity of a body-fixed point at `p` per unit rate of the coordinate.
+    pub(super) fn velocity_at(&self, p: &Vector3<f64>) -> Vector3<f64> {
+        match self.kind {
+            CoordinateKind::Rotation => self.direction.cross(&(p - self.point)),
+            CoordinateKind::Translation => self.direction,
+        }
+    }
+
+    /// Angular velocity per unit rate of the coordinate.
+    pub(super) fn angular_velocity(&self) -> Vector3<f64> {
+        match self.kind {
+            CoordinateKind::Rotation => self.direction,
+            CoordinateKind::Translation => Vector3::zeros(),
+        }
+    }
+}
+
+/// A robot at one pose. Its buffers are made once and filled again for every pose.
+#[derive(Debug, Clone)]
+pub struct Placement {
+    pub(super) frames: Vec<Frame>,
+    /// Joint axes, in the order of a pose.
+    pub(super) joint_axes: Vec<Axis>,
+    /// Elastic axes, in the order of the coordinates.
+    pub(super) elastic_axes: Vec<Axis>,
+    /// Each node with all that it carries.
+    pub(super) composites: Vec<Composite>,
+}
+
+impl Placement {
+    /// Buffers for `robot`; [`Self::place`] fills them.
+    pub fn new(robot: &Robot) -> Self {
+        let frame = Frame { rotation: Matrix3::identity(), origin: Vector3::zeros() };
+        let axis = Axis {
+            direction: Vector3::zeros(),
+            point: Vector3::zeros(),
+            kind: CoordinateKind::Rotation,
+        };
+        Self {
+            frames: vec![frame; robot.nodes.len()],
+            joint_axes: vec![axis; robot.joints.len()],
+            elastic_axes: vec![axis; robot.coordinates.len()],
+            composites: vec![Composite::default(); robot.nodes.len()],
+        }
+    }
+
+    /// Places the robot at pose `q` (one value per moving joint, rad or m), elastic coordinates at rest.
+    ///
+    /// `q` must be a pose of the robot that the buffers were made for ([`Robot::check_pose`]).
+    pub fn place(&mut self, robot: &Robot, q: &[f64]) {
+        self.place_frames(robot, q, None);
+        self.collect_composites(robot);
+    }
+
+    /// Places the robot at pose `q` with the elastic coordinates at `alpha` (rad or m).
+    pub fn place_deflected(&mut self, robot: &Robot, q: &[f64], alpha: &[f64]) {
+        self.place_frames(robot, q, Some(alpha));
+        self.collect_composites(robot);
+    }
+
+    fn place_frames(&mut self, robot: &Robot, q: &[f64], alpha: Option<&[f64]>) {
+        for (index, node) in robot.nodes.iter().enumerate() {
+            let fixed_rotation = node.fixed.rotation.to_rotation_matrix();
+            let mut frame = match node.parent {
+                None => Frame {
+                    rotation: *fixed_rotation.matrix(),
+                    origin: node.fixed.translation.vector,
+                },
+                Some(parent) => {
+                    let parent = &self.frames[parent];
+                    Frame {
+                        rotation: parent.rotation * fixed_rotation.matrix(),
+                        origin: parent.origin + parent.rotation * node.fixed.translation.vector,
+                    }
+                }
+            };
+            match node.motion {
+                NodeMotion::Fixed => {}
+                NodeMotion::Revolute { joint, axis } => {
+                    self.joint_axes[joint] = Axis {
+                        direction: frame.rotation * axis.into_inner(),
+                        point: frame.origin,
+                        kind: CoordinateKind::Rotation,
+                    };
+                    frame.rotation *= Rotation3::from_axis_angle(&axis, q[joint]).matrix();
+                }
+                NodeMotion::Prismatic { joint, axis } => {
+                    let direction = frame.rotation * axis.into_inner();
+                    self.joint_axes[joint] =
+                        Axis { direction, point: frame.origin, kind: CoordinateKind::Translation };
+                    frame.origin += direction * q[joint];
+                }
+            }
+            for index in node.coordinates.clone() {
+                let coordinate = &robot.coordinates[index];
+                let direction = frame.rotation * coordinate.axis.into_inner();
+                let point = frame.origin + frame.rotation * coordinate.origin.coords;
+                self.elastic_axes[index] = Axis { direction, point, kind: coordinate.kind };
+                let Some(alpha) = alpha.map(|alpha| alpha[index]) else { continue };
+                match coordinate.kind {
+                    CoordinateKind::Rotation => {
+                        let turn = Rotation3::from_axis_angle(&coordinate.axis, alpha);
+                        frame.rotation *= turn.matrix();
+                        frame.origin = point - frame.rotation * coordinate.origin.coords;
+                    }
+                    CoordinateKind::Translation => frame.origin += direction * alpha,
+                }
+            }
+            self.frames[index] = frame;
+        }
+    }
+
+    fn collect_composites(&mut self, robot: &Robot) {
+        for (index, node) in robot.nodes.iter().enumerate() {
+            self.composites[index] = Composite::placed(&node.body, &self.frames[index]);
+        }
+        for (index, node) in robot.nodes.iter().enumerate().rev() {
+            if let Some(parent) = node.parent {
+                let carried = self.composites[index];
+                self.composites[parent].add(&carried);
+            }
+        }
+    }
+}

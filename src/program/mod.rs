@@ -1,0 +1,1 @@
+//! Robot and CAM programs → motions, each with its line.

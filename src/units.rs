@@ -1,0 +1,70 @@
+//! The one place where units are converted. Inside the crate everything is SI: metres, radians,
+//! seconds, kilograms, hertz. Spindle speed alone stays in rev/min, as its users say it.
+
+use std::f64::consts::{PI, TAU};
+
+/// Standard acceleration of free fall, m/s² (CGPM 1901).
+pub const STANDARD_GRAVITY_M_PER_S2: f64 = 9.80665;
+
+const SECONDS_PER_MINUTE: f64 = 60.0;
+const METRES_PER_MILLIMETRE: f64 = 1e-3;
+
+/// Degrees to radians.
+pub fn rad_from_deg(deg: f64) -> f64 {
+    deg * (PI / 180.0)
+}
+
+/// Radians to degrees.
+pub fn deg_from_rad(rad: f64) -> f64 {
+    rad * (180.0 / PI)
+}
+
+/// Angular frequency in rad/s to frequency in Hz.
+pub fn hz_from_rad_per_s(omega: f64) -> f64 {
+    omega / TAU
+}
+
+/// Frequency in Hz to angular frequency in rad/s.
+pub fn rad_per_s_from_hz(hz: f64) -> f64 {
+    hz * TAU
+}
+
+/// Spindle speed in rev/min to revolutions per second.
+pub fn hz_from_rpm(rpm: f64) -> f64 {
+    rpm / SECONDS_PER_MINUTE
+}
+
+/// Revolutions per second to spindle speed in rev/min.
+pub fn rpm_from_hz(hz: f64) -> f64 {
+    hz * SECONDS_PER_MINUTE
+}
+
+/// Feed in mm/min to m/s.
+pub fn m_per_s_from_mm_per_min(feed: f64) -> f64 {
+    feed * METRES_PER_MILLIMETRE / SECONDS_PER_MINUTE
+}
+
+/// Millimetres to metres.
+pub fn m_from_mm(mm: f64) -> f64 {
+    mm * METRES_PER_MILLIMETRE
+}
+
+/// Metres to millimetres.
+pub fn mm_from_m(m: f64) -> f64 {
+    m / METRES_PER_MILLIMETRE
+}
+
+/// Compliance in m/N to µm/N.
+pub fn um_per_n_from_m_per_n(compliance: f64) -> f64 {
+    compliance * 1e6
+}
+
+/// Percent to a plain ratio.
+pub fn ratio_from_percent(percent: f64) -> f64 {
+    percent / 100.0
+}
+
+/// A plain ratio to percent.
+pub fn percent_from_ratio(ratio: f64) -> f64 {
+    ratio * 100.0
+}
