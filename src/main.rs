@@ -1,2 +1,3 @@
-//! x
+//! The `detune` command.
+
 fn main() {}
