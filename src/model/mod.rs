@@ -9,6 +9,7 @@ mod description;
 mod dynamics;
 mod fault;
 mod inertia;
+mod inverse_kinematics;
 mod placement;
 mod robot;
 mod tip;
@@ -20,6 +21,7 @@ pub use description::{
 pub use dynamics::{inverse_dynamics, potential, potential_gradient};
 pub use fault::{ModelFault, Place, PoseFault};
 pub use inertia::{gravity_stiffness, mass_matrix};
+pub use inverse_kinematics::{IkFault, IkMethod, InverseKinematics, Singularity};
 pub use placement::Placement;
 pub use robot::{AngleForm, Coordinate, MovingJoint, Robot};
 pub use tip::{elastic_jacobian, forward_kinematics, joint_jacobian};

@@ -84,7 +84,8 @@ impl Placement {
         self.collect_composites(robot);
     }
 
-    fn place_frames(&mut self, robot: &Robot, q: &[f64], alpha: Option<&[f64]>) {
+    /// Frames and axes alone, without the composite bodies.
+    pub(super) fn place_frames(&mut self, robot: &Robot, q: &[f64], alpha: Option<&[f64]>) {
         for (index, node) in robot.nodes.iter().enumerate() {
             let fixed_rotation = node.fixed.rotation.to_rotation_matrix();
             let mut frame = match node.parent {

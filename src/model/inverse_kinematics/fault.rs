@@ -1,0 +1,61 @@
+//! Why a pose of the tip has no joint positions.
+
+use std::fmt;
+
+use crate::model::fault::PoseFault;
+use crate::units::{deg_from_rad, mm_from_m};
+
+/// Why a pose of the tip has no joint positions.
+#[derive(Debug, Clone, PartialEq)]
+pub enum IkFault {
+    /// The pose asked for holds a number that is not finite.
+    TargetNotFinite,
+    /// The seed is not a pose of the robot.
+    Seed(PoseFault),
+    /// No joint positions bring the tip to the pose.
+    OutOfReach {
+        /// How far off the tip remains at the nearest pose found, m.
+        distance_m: f64,
+        /// How far its orientation remains off there, rad.
+        angle_rad: f64,
+    },
+    /// The pose can be reached only with a joint outside its limits.
+    OverLimit {
+        /// URDF name of the joint that goes farthest over its limit.
+        joint: String,
+        /// Whether the joint slides: then `value` and `limit` are m, otherwise rad.
+        slides: bool,
+        /// Where the joint would have to be.
+        value: f64,
+        /// The limit that it passes.
+        limit: f64,
+    },
+}
+
+impl fmt::Display for IkFault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::TargetNotFinite => write!(f, "pose of the tip must be finite"),
+            Self::Seed(fault) => write!(f, "starting {fault}"),
+            Self::OutOfReach { distance_m, angle_rad } => write!(
+                f,
+                "out of reach: the nearest pose found is {:.3} mm and {:.3}° away",
+                mm_from_m(*distance_m),
+                deg_from_rad(*angle_rad)
+            ),
+            Self::OverLimit { joint, slides, value, limit } => {
+                let (value, limit, unit) = if *slides {
+                    (mm_from_m(*value), mm_from_m(*limit), " mm")
+                } else {
+                    (deg_from_rad(*value), deg_from_rad(*limit), "°")
+                };
+                write!(
+                    f,
+                    "joint '{joint}' would have to be at {value:.3}{unit}, over its limit of {limit:.3}{unit}"
+                )
+            }
+        }
+    }
+}
+
+impl std::error::Error for IkFault {}
