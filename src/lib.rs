@@ -1,4 +1,68 @@
-//! x
+//! detune tells whether a job will shake the robot arm that runs it, where along the path, and by what.
+//!
+//! # The problem
+//!
+//! A pose q freezes the joints of an arm; its elastic coordinates α move about the pose:
+//!
+//! ```text
+//! M(q) α̈ + C α̇ + (K + K_g(q)) α = f          K φ_r = ω_r² M φ_r,   f_r = ω_r / 2π
+//! ```
+//!
+//! As the arm runs along a path, the natural frequencies f_r move. A spindle at n rev/min with a cutter of
+//! z teeth excites the arm at multiples of n/60 and of z·n/60. A **crossing** is where such a line
+//! lies inside a mode's band, |f_exc − f_r| < f_r · separation; it is certain there, and uncertain where the
+//! line lies outside that band but inside the one widened by what the model may be wrong by.
+//!
+//! # Notation
+//!
+//! | symbol | name | unit | shape | frame |
+//! |---|---|---|---|---|
+//! | q | joint positions, base to tip | rad, m | number of moving joints | |
+//! | α | elastic coordinates | rad, m | n | |
+//! | M | mass matrix over α | kg·m², kg | n × n | |
+//! | K, K_g | stiffness of the springs (diagonal), of gravity | N·m/rad, N/m | n × n | |
+//! | C | damping matrix | N·m·s/rad | n × n | |
+//! | ω_r, f_r | natural frequency of mode r | rad/s, Hz | n | |
+//! | φ_r, Φ | mass-normalised mode shapes, as columns | | n × n | |
+//! | ζ_r | damping ratio of mode r | 1 | n | |
+//! | J | Jacobian of the tool centre point over α (or q) | m, 1 | 6 × n, linear above angular | base |
+//! | G(ω) | receptance at the tool centre point | m/N | scalar along d | base |
+//! | β1, β2 | angles of the two-link model | rad | | |
+//! | s | share of an operation's time | 1 | 0..=1 | |
+//! | z, n | teeth; spindle speed | 1; rev/min | | |
+//!
+//! Everything is SI inside; [`units`] converts at the edge. Poses are right-handed; roll, pitch and yaw
+//! are those of URDF (fixed axes x, y, z in turn).
+//!
+//! # Code map
+//!
+//! Numbers flow one way: each module knows only those below it. `tests/architecture.rs` holds this table
+//! against the code.
+//!
+//! | module | what lives there | must never |
+//! |---|---|---|
+//! | [`cli`] | one file a verb; clap, printing, files, progress | decide anything that a library user would miss |
+//! | [`report`] | text, JSON, SARIF, JUnit, GitHub, plots: pure functions from results | compute an engineering quantity |
+//! | [`risk`] | bands, crossings, certainty, verdict | choose a remedy |
+//! | [`path`] | moves → poses in time; the arm surveyed and its modes followed along them | read files |
+//! | [`free_vibration`] | the nonlinear equation of motion in time, and its spectrum: the check on `modes` | be used for a verdict |
+//! | [`modes`] | one pose → natural frequencies, shapes, damping, receptance; MAC | know why it is asked |
+//! | [`model`] | the robot as built: M, K, kinematics; immutable | read files, know a job or a measurement |
+//! | [`excitation`] | spindle and tooth-passing lines | |
+//! | [`input`] | YAML, CSV, URDF → valid types, all faults with file and line | compute |
+//! | [`program`] | robot and CAM programs → moves, each with its line | know the robot's dynamics |
+//! | [`measured`] | measurements, by methods that never see a prediction | import `model` or `modes` |
+//! | [`job`], [`motion`] | what is asked for, as plain valid data | |
+//! | [`units`] | conversions | |
+//!
+//! # Example
+//!
+//! ```no_run
+//! let job = detune::input::load_job("jobs/pocket.yaml".as_ref()).map_err(|faults| faults.len())?.value;
+//! let risk = detune::risk::assess(&job).map_err(|faults| faults.len())?;
+//! println!("{:?}", risk.verdict);
+//! # Ok::<(), usize>(())
+//! ```
 
 pub mod cli;
 pub mod excitation;

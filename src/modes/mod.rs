@@ -12,4 +12,4 @@ mod tracking;
 
 pub use receptance::{peak_tip_compliance_m_per_n, tip_receptance_m_per_n};
 pub use solver::{ModalSolver, Modes};
-pub use tracking::{Follow, follow, mac};
+pub use tracking::{Follow, Tracker, mac};

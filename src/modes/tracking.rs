@@ -32,24 +32,73 @@ pub fn mac(m: &DMatrix<f64>, a: DVectorView<f64>, b: DVectorView<f64>) -> f64 {
     (cross * cross / (inner(&a, &a) * inner(&b, &b))).min(1.0)
 }
 
-/// For each mode of `here` the mode of `next` that it becomes. `mass` is M halfway or at either pose;
-/// shapes are n × n, columns in ascending frequency. A mode of `next` is given to one mode of `here`
-/// only; with a MAC above one half the choice is unique.
-pub fn follow(mass: &DMatrix<f64>, here: &DMatrix<f64>, next: &DMatrix<f64>) -> Vec<Follow> {
-    let n = here.ncols();
-    let mut taken = vec![false; n];
-    (0..n)
-        .map(|r| {
-            let best = (0..n)
-                .map(|s| (s, mac(mass, here.column(r), next.column(s))))
-                .max_by(|a, b| a.1.total_cmp(&b.1));
-            match best {
-                Some((s, value)) if value > LEAST_MAC && !taken[s] => {
-                    taken[s] = true;
-                    Follow::Mode(s)
-                }
-                Some(_) | None => Follow::Lost,
+/// Follows modes from pose to pose, in buffers of its own.
+#[derive(Debug, Clone)]
+pub struct Tracker {
+    weighted: DMatrix<f64>,
+    cross: DMatrix<f64>,
+    taken: Vec<bool>,
+    successors: Vec<Follow>,
+    least_mac: f64,
+}
+
+impl Tracker {
+    /// Buffers for `modes` modes.
+    pub fn new(modes: usize) -> Self {
+        Self {
+            weighted: DMatrix::zeros(modes, modes),
+            cross: DMatrix::zeros(modes, modes),
+            taken: vec![false; modes],
+            successors: vec![Follow::Lost; modes],
+            least_mac: 1.0,
+        }
+    }
+
+    /// For each mode of `here` the mode of `next` that it becomes. `mass` is M at `next`; shapes are n × n,
+    /// columns in ascending frequency, those of `next` mass-normalised. A mode of `next` is given to one
+    /// mode of `here` only; with a MAC above one half the choice is unique.
+    pub fn follow(
+        &mut self,
+        mass: &DMatrix<f64>,
+        here: &DMatrix<f64>,
+        next: &DMatrix<f64>,
+    ) -> &[Follow] {
+        let n = here.ncols();
+        // Written out: the library's product of small dynamic matrices allocates.
+        for s in 0..n {
+            for i in 0..n {
+                self.weighted[(i, s)] = (0..n).map(|k| mass[(i, k)] * next[(k, s)]).sum();
             }
-        })
-        .collect()
+            for r in 0..n {
+                self.cross[(r, s)] = (0..n).map(|k| here[(k, r)] * self.weighted[(k, s)]).sum();
+            }
+        }
+        self.taken.fill(false);
+        self.least_mac = 1.0;
+        for r in 0..n {
+            // next is an orthonormal basis under M, so the squares of a row add up to the norm of `here`.
+            let (mut norm, mut best, mut at) = (0.0, 0.0, 0);
+            for s in 0..n {
+                let square = self.cross[(r, s)] * self.cross[(r, s)];
+                norm += square;
+                if square > best {
+                    (best, at) = (square, s);
+                }
+            }
+            let mac = best / norm;
+            self.least_mac = self.least_mac.min(mac);
+            self.successors[r] = if mac > LEAST_MAC && !self.taken[at] {
+                self.taken[at] = true;
+                Follow::Mode(at)
+            } else {
+                Follow::Lost
+            };
+        }
+        &self.successors
+    }
+
+    /// The smallest MAC by which a mode was followed in the last [`Self::follow`].
+    pub fn least_mac(&self) -> f64 {
+        self.least_mac
+    }
 }

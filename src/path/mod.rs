@@ -1,1 +1,16 @@
-//! Motions → poses in time.
+//! Motions → poses in time, as the controller interpolates them, and what the arm is like along them.
+//!
+//! s runs from 0 to 1 over an operation, in proportion to time. Joint moves are straight in the joints;
+//! lines and arcs are straight or round in the tool centre point and go through inverse kinematics.
+
+mod curve;
+mod families;
+mod grid;
+mod plan;
+mod survey;
+mod timing;
+
+pub use families::{Families, FamilyExchange, follow};
+pub use grid::{LARGEST_STEP, LONGEST_GAP, grid};
+pub use plan::{Path, PlanFault, Walker};
+pub use survey::{Detail, Station, Survey, SurveyFault, Surveyor};

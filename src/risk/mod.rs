@@ -1,5 +1,9 @@
 //! Where the excitation lines of a job meet the modes of its arm, and what that means.
 
+mod assess;
+mod bands;
+mod crossings;
 mod verdict;
 
+pub use assess::{AssessFault, assess, assess_with_progress};
 pub use verdict::{Certainty, Crossing, Exchange, JobRisk, OperationRisk, Sample, Verdict};

@@ -99,7 +99,10 @@ pub struct OperationRisk {
     pub duration_s: f64,
     /// The lines that were looked at, ascending.
     pub lines: Vec<ExcitationLine>,
-    /// The arm along the path, ascending in s: everywhere that was looked at.
+    /// Poses at which the eigenproblem was solved to find the crossings.
+    pub poses_solved: usize,
+    /// The arm along the path, ascending in s: at every pose that was looked at, or, beyond 5000 of them,
+    /// at so many that neighbours are no more than 1/2000 apart in s.
     pub samples: Vec<Sample>,
     /// Ascending in `from_s`, then mode, then line.
     pub crossings: Vec<Crossing>,

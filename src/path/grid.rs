@@ -1,0 +1,38 @@
+//! Where a path is looked at before anything is known about it.
+//!
+//! # What cannot hide
+//! Stations are at most [`LONGEST_GAP`] apart in s, so whatever is wider than that holds a station: this
+//! bound rests on nothing but counting. All waypoints are stations, and no joint moves more than
+//! [`LARGEST_STEP`] between two, so that frequencies are smooth from one to the next. From there
+//! [`super::Survey::refine`] goes on wherever a band's edge is within reach of the steepest slope seen
+//! nearby (twice that, to be safe), which finds crossings down to a thousandth of a percent of the path.
+
+use super::plan::Path;
+
+/// Largest distance between stations, as a share of the operation's time: half of 0.1 %.
+pub const LONGEST_GAP: f64 = 5e-4;
+
+/// Largest motion of any joint between stations, rad (one degree) or m.
+pub const LARGEST_STEP: f64 = 0.017_453_292_519_943_295;
+
+/// Stations for a first look at `path`: both ends, all knots, all `corners` (values of s where something
+/// else than the arm has a corner), and enough between them. Ascending, without repeats.
+pub fn grid(path: &Path, corners: impl Iterator<Item = f64>) -> Vec<f64> {
+    let knots = path.knots_s();
+    let mut stations = Vec::with_capacity(knots.len() + (1.0 / LONGEST_GAP) as usize);
+    for (k, pair) in knots.windows(2).enumerate() {
+        let width = pair[1] - pair[0];
+        let pieces = (width / LONGEST_GAP).max(path.step_after(k) / LARGEST_STEP).ceil().max(1.0);
+        stations.extend((0..pieces as usize).map(|i| pair[0] + width * (i as f64 / pieces)));
+    }
+    // An operation in which nothing moves has one knot, yet its spindle may change speed.
+    if knots.len() < 2 {
+        let pieces = (1.0 / LONGEST_GAP).ceil();
+        stations.extend((0..pieces as usize).map(|i| i as f64 / pieces));
+    }
+    stations.push(1.0);
+    stations.extend(corners.filter(|s| (0.0..=1.0).contains(s)));
+    stations.sort_by(f64::total_cmp);
+    stations.dedup();
+    stations
+}

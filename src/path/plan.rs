@@ -1,0 +1,506 @@
+//! Moves → a path: where the joints are at every moment.
+
+use std::fmt;
+
+use nalgebra::Isometry3;
+
+use super::curve::Curve;
+use super::timing::{Clock, largest_step, seconds};
+use crate::model::{InverseKinematics, JointKind, Placement, Robot, forward_kinematics};
+use crate::motion::{Move, Target};
+use crate::units::{deg_from_rad, mm_from_m};
+
+/// Between two knots of a line or arc no joint moves more than this (rad or m), so that the solution of
+/// one is a good start for the other.
+const KNOT_STEP: f64 = 0.035;
+
+/// The shortest stretch of a line or arc, as a share of it, that is tried where the joints race: beyond
+/// it the arm passes a singularity.
+const SHORTEST_STRETCH: f64 = 1e-6;
+
+/// The first stretch of a line or arc that is tried, m; it doubles while the joints keep up.
+const FIRST_STRETCH_M: f64 = 0.02;
+
+/// Below this smallest singular value of the Jacobian (lengths over the arm's reach) the arm is singular.
+const SINGULAR: f64 = 1e-3;
+
+/// Why a path cannot be run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlanFault {
+    /// Line of the file that asks for the move, counted from 1.
+    pub line: usize,
+    /// The move, counted from 1.
+    pub waypoint: usize,
+    /// What is wrong, as a lower-case fragment.
+    pub what: String,
+}
+
+impl fmt::Display for PlanFault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "waypoint {}: {}", self.waypoint, self.what)
+    }
+}
+
+impl std::error::Error for PlanFault {}
+
+/// What is run between two waypoints.
+#[derive(Debug, Clone)]
+struct Segment {
+    /// `None`: straight in the joints.
+    curve: Option<Curve>,
+    tcp: Isometry3<f64>,
+    line: usize,
+    start_s: f64,
+    end_s: f64,
+}
+
+/// The path of one operation. s runs from 0 to 1 in proportion to time.
+#[derive(Debug, Clone)]
+pub struct Path<'a> {
+    robot: &'a Robot,
+    kinematics: InverseKinematics,
+    duration_s: f64,
+    segments: Vec<Segment>,
+    /// s of the knots, strictly ascending from 0 to 1; one knot where nothing moves.
+    knots_s: Vec<f64>,
+    /// Joint positions at the knots, one row after the other.
+    knots_q: Vec<f64>,
+    /// Segment between each knot and the next.
+    segment_of: Vec<usize>,
+}
+
+impl<'a> Path<'a> {
+    /// Plans `moves`, the first of which is where the operation starts. Where it starts at a pose, that
+    /// arm configuration is taken from which the whole path can be run; among several, the one nearest
+    /// to `start_near` (zero if `None`).
+    ///
+    /// # Errors
+    /// Every waypoint that is wrong in itself (number of joints, limits), else the first move that cannot
+    /// be run: out of reach, over a limit or through a singularity.
+    pub fn plan(
+        robot: &'a Robot,
+        moves: &[Move],
+        start_near: Option<&[f64]>,
+    ) -> Result<Self, Vec<PlanFault>> {
+        let faults = joint_target_faults(robot, moves);
+        if !faults.is_empty() {
+            return Err(faults);
+        }
+        let Some(first) = moves.first() else {
+            return Err(vec![PlanFault {
+                line: 0,
+                waypoint: 0,
+                what: "the path is empty".to_owned(),
+            }]);
+        };
+        let kinematics = InverseKinematics::new(robot);
+        let mut furthest: Option<PlanFault> = None;
+        for start in starts(robot, &kinematics, first, start_near).map_err(|fault| vec![fault])? {
+            match Planner::new(robot, &kinematics, &start).run(moves) {
+                Ok((knots, segments)) => {
+                    return Ok(Self::assemble(robot, kinematics, knots, segments));
+                }
+                Err(fault) => {
+                    if furthest.as_ref().is_none_or(|f| fault.waypoint > f.waypoint) {
+                        furthest = Some(fault);
+                    }
+                }
+            }
+        }
+        Err(furthest.into_iter().collect())
+    }
+
+    fn assemble(
+        robot: &'a Robot,
+        kinematics: InverseKinematics,
+        knots: Knots,
+        mut segments: Vec<Segment>,
+    ) -> Self {
+        let Knots { time_s, q, segment_of } = knots;
+        let duration_s = time_s.last().copied().unwrap_or(0.0);
+        let share = |t: f64| if duration_s > 0.0 { (t / duration_s).min(1.0) } else { 0.0 };
+        for segment in &mut segments {
+            segment.start_s = share(segment.start_s);
+            segment.end_s = share(segment.end_s);
+        }
+        let knots_s = time_s.iter().map(|&t| share(t)).collect();
+        Self { robot, kinematics, duration_s, segments, knots_s, knots_q: q, segment_of }
+    }
+
+    /// The robot that runs the path.
+    pub fn robot(&self) -> &'a Robot {
+        self.robot
+    }
+
+    /// Time from s = 0 to s = 1, s; zero where nothing moves.
+    pub fn duration_s(&self) -> f64 {
+        self.duration_s
+    }
+
+    /// s of the waypoints and, on lines and arcs, of the knots between them; ascending. Between two of
+    /// them joints move smoothly.
+    pub fn knots_s(&self) -> &[f64] {
+        &self.knots_s
+    }
+
+    /// Largest change of any joint (rad or m) between knot `k` and the next.
+    pub(super) fn step_after(&self, k: usize) -> f64 {
+        let n = self.robot.joints().len();
+        if k + 1 >= self.knots_s.len() {
+            return 0.0;
+        }
+        largest_step(&self.knots_q[k * n..][..n], &self.knots_q[(k + 1) * n..][..n])
+    }
+
+    /// Line of the file that is run at `s`, counted from 1. At a waypoint, the line that leads to it.
+    pub fn line_at(&self, s: f64) -> usize {
+        let after = self.segments.partition_point(|segment| segment.end_s < s);
+        self.segments.get(after).or(self.segments.last()).map_or(0, |segment| segment.line)
+    }
+
+    /// Line of the file that is run right after `s`, counted from 1. At a waypoint, the line that leads
+    /// away from it.
+    pub fn line_after(&self, s: f64) -> usize {
+        let after = self.segments.partition_point(|segment| segment.end_s <= s);
+        self.segments.get(after).or(self.segments.last()).map_or(0, |segment| segment.line)
+    }
+
+    /// Something that reads the path at any s.
+    pub fn walker(&self) -> Walker<'_, 'a> {
+        Walker { path: self, guess: vec![0.0; self.robot.joints().len()] }
+    }
+}
+
+/// Reads a path, point by point.
+#[derive(Debug, Clone)]
+pub struct Walker<'p, 'a> {
+    path: &'p Path<'a>,
+    guess: Vec<f64>,
+}
+
+impl Walker<'_, '_> {
+    /// Joint positions at `s` (rad or m, one per moving joint) into `q`, and the tool centre point in the
+    /// tip frame.
+    pub fn at(&mut self, s: f64, q: &mut [f64]) -> Isometry3<f64> {
+        let path = self.path;
+        let n = q.len();
+        let row = |k: usize| &path.knots_q[k * n..][..n];
+        let after = path.knots_s.partition_point(|&knot| knot <= s);
+        let k = after.saturating_sub(1);
+        let Some(segment) = path.segment_of.get(k).and_then(|&i| path.segments.get(i)) else {
+            // At or behind the last knot.
+            q.copy_from_slice(row(path.knots_s.len() - 1));
+            return path.segments.last().map_or_else(Isometry3::identity, |segment| segment.tcp);
+        };
+        let u = (s - path.knots_s[k]) / (path.knots_s[k + 1] - path.knots_s[k]);
+        for (value, (a, b)) in q.iter_mut().zip(row(k).iter().zip(row(k + 1))) {
+            *value = a + (b - a) * u;
+        }
+        if let Some(curve) = &segment.curve {
+            let u = (s - segment.start_s) / (segment.end_s - segment.start_s);
+            let tip = curve.at(u) * segment.tcp.inverse();
+            self.guess.copy_from_slice(q);
+            // Between knots a few hundredths of a radian apart Newton's method does not fail; if it did,
+            // the straight line between the knots is off by their distance squared.
+            if let Ok(solved) = path.kinematics.near(path.robot, &tip, &self.guess) {
+                q.copy_from_slice(&solved);
+            }
+        }
+        segment.tcp
+    }
+}
+
+/// Joint targets with the wrong number of joints, with numbers that are not finite, or outside limits.
+fn joint_target_faults(robot: &Robot, moves: &[Move]) -> Vec<PlanFault> {
+    let mut faults = Vec::new();
+    for (index, a_move) in moves.iter().enumerate() {
+        let Target::Joints(q) = &a_move.to else { continue };
+        let mut fault =
+            |what| faults.push(PlanFault { line: a_move.line, waypoint: index + 1, what });
+        match robot.check_pose(q) {
+            Err(error) => fault(error.to_string()),
+            Ok(()) => limit_faults(robot, q).for_each(fault),
+        }
+    }
+    faults
+}
+
+/// Joints outside their limits, in words.
+fn limit_faults(robot: &Robot, q: &[f64]) -> impl Iterator<Item = String> {
+    /// Degrees in files are rounded.
+    const SLACK: f64 = 1e-9;
+    robot.joints().iter().zip(q).filter_map(|(joint, &value)| {
+        let [lower, upper] = joint.limit?;
+        let over = value < lower - SLACK || value > upper + SLACK;
+        over.then(|| {
+            let (scale, unit): (fn(f64) -> f64, _) = if joint.kind == JointKind::Prismatic {
+                (mm_from_m, "mm")
+            } else {
+                (deg_from_rad, "deg")
+            };
+            format!(
+                "joint '{}' is {:.3} {unit}, must lie in {:.3}..{:.3} {unit}",
+                joint.name,
+                scale(value),
+                scale(lower),
+                scale(upper)
+            )
+        })
+    })
+}
+
+/// Joint positions at which the operation may start, the best first.
+fn starts(
+    robot: &Robot,
+    kinematics: &InverseKinematics,
+    first: &Move,
+    near: Option<&[f64]>,
+) -> Result<Vec<Vec<f64>>, PlanFault> {
+    let pose = match &first.to {
+        Target::Joints(q) => return Ok(vec![q.clone()]),
+        Target::JointsTo(pose) | Target::Line(pose) | Target::Arc { end: pose, .. } => pose,
+    };
+    let zero = vec![0.0; robot.joints().len()];
+    let near = near.unwrap_or(&zero);
+    let found = nearest_solutions(robot, kinematics, &(pose * first.tcp.inverse()), near);
+    if found.is_empty() {
+        let what = match kinematics.near(robot, &(pose * first.tcp.inverse()), near) {
+            Err(fault) => fault.to_string(),
+            Ok(q) => limit_faults(robot, &q)
+                .next()
+                .unwrap_or_else(|| "no joint positions reach the pose".to_owned()),
+        };
+        return Err(PlanFault { line: first.line, waypoint: 1, what });
+    }
+    Ok(found)
+}
+
+/// All ways to reach a pose, the nearest to `near` first.
+fn nearest_solutions(
+    robot: &Robot,
+    kinematics: &InverseKinematics,
+    tip: &Isometry3<f64>,
+    near: &[f64],
+) -> Vec<Vec<f64>> {
+    let distance = |q: &[f64]| q.iter().zip(near).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
+    let mut found: Vec<Vec<f64>> = kinematics
+        .solutions(robot, tip)
+        .into_iter()
+        .map(|mut q| {
+            wind_towards(robot, &mut q, near);
+            q
+        })
+        .filter(|q| limit_faults(robot, q).next().is_none())
+        .collect();
+    found.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
+    found
+}
+
+/// Adds whole turns so that each turning joint comes as near to `near` as its limits allow.
+fn wind_towards(robot: &Robot, q: &mut [f64], near: &[f64]) {
+    use std::f64::consts::TAU;
+    for ((value, near), joint) in q.iter_mut().zip(near).zip(robot.joints()) {
+        if joint.kind == JointKind::Prismatic {
+            continue;
+        }
+        let wound = *value + ((near - *value) / TAU).round() * TAU;
+        if joint.limit.is_none_or(|[lower, upper]| wound >= lower && wound <= upper) {
+            *value = wound;
+        }
+    }
+}
+
+/// Knots as they are found, over time.
+struct Knots {
+    time_s: Vec<f64>,
+    q: Vec<f64>,
+    segment_of: Vec<usize>,
+}
+
+struct Planner<'r> {
+    robot: &'r Robot,
+    kinematics: &'r InverseKinematics,
+    clock: Clock<'r>,
+    q: Vec<f64>,
+    knots: Knots,
+    segments: Vec<Segment>,
+}
+
+impl<'r> Planner<'r> {
+    fn new(robot: &'r Robot, kinematics: &'r InverseKinematics, start: &[f64]) -> Self {
+        Self {
+            robot,
+            kinematics,
+            clock: Clock::new(robot),
+            q: start.to_vec(),
+            knots: Knots { time_s: vec![0.0], q: start.to_vec(), segment_of: Vec::new() },
+            segments: Vec::new(),
+        }
+    }
+
+    fn run(mut self, moves: &[Move]) -> Result<(Knots, Vec<Segment>), PlanFault> {
+        for (index, pair) in moves.windows(2).enumerate() {
+            let next = &pair[1];
+            let fault = |what: String| PlanFault { line: next.line, waypoint: index + 2, what };
+            self.extend(next).map_err(fault)?;
+        }
+        if self.segments.is_empty()
+            && let Some(last) = moves.last()
+        {
+            // Nothing moves; the tool and the line are still wanted.
+            self.segments.push(Segment {
+                curve: None,
+                tcp: last.tcp,
+                line: last.line,
+                start_s: 0.0,
+                end_s: 0.0,
+            });
+        }
+        Ok((self.knots, self.segments))
+    }
+
+    /// One more move from where the arm stands.
+    fn extend(&mut self, next: &Move) -> Result<(), String> {
+        let from = || self.tip_now() * next.tcp;
+        match &next.to {
+            Target::Joints(q) => self.join(next, q.clone()),
+            Target::JointsTo(pose) => {
+                let tip = pose * next.tcp.inverse();
+                let solutions = nearest_solutions(self.robot, self.kinematics, &tip, &self.q);
+                match solutions.into_iter().next() {
+                    Some(q) => self.join(next, q),
+                    None => Err(self.unreachable(&tip)),
+                }
+            }
+            Target::Line(pose) => {
+                let curve = Curve::line(from(), *pose);
+                self.follow(next, curve)
+            }
+            Target::Arc { via, end } => {
+                let curve = Curve::arc(from(), *via, *end)
+                    .ok_or_else(|| "the three points of the arc lie on one line".to_owned())?;
+                self.follow(next, curve)
+            }
+        }
+    }
+
+    fn tip_now(&self) -> Isometry3<f64> {
+        let mut placement = Placement::new(self.robot);
+        placement.place(self.robot, &self.q);
+        forward_kinematics(self.robot, &placement)
+    }
+
+    fn unreachable(&self, tip: &Isometry3<f64>) -> String {
+        match self.kinematics.near(self.robot, tip, &self.q) {
+            Err(fault) => fault.to_string(),
+            Ok(_) => "no joint positions within the limits reach the pose".to_owned(),
+        }
+    }
+
+    /// A move that is straight in the joints.
+    fn join(&mut self, next: &Move, to: Vec<f64>) -> Result<(), String> {
+        let tcp = next.tcp.translation.vector.into();
+        let length = self.clock.joint_move_length_m(&tcp, &self.q, &to);
+        let ways: Vec<f64> = self.q.iter().zip(&to).map(|(a, b)| (b - a).abs()).collect();
+        let duration = self.seconds(length, next, &ways)?;
+        self.push(next, None, duration, vec![(1.0, to)]);
+        Ok(())
+    }
+
+    /// A move that is straight or round in the tool centre point.
+    fn follow(&mut self, next: &Move, curve: Curve) -> Result<(), String> {
+        let mut knots: Vec<(f64, Vec<f64>)> = Vec::new();
+        let mut ways = vec![0.0; self.q.len()];
+        let mut u = 0.0;
+        let mut stretch = (FIRST_STRETCH_M / curve.length_m()).min(1.0);
+        let mut q = self.q.clone();
+        while u < 1.0 {
+            let end = if u + stretch > 1.0 - SHORTEST_STRETCH { 1.0 } else { u + stretch };
+            let tip = curve.at(end) * next.tcp.inverse();
+            let step = self.kinematics.near(self.robot, &tip, &q);
+            let near = matches!(&step, Ok(solved) if largest_step(&q, solved) <= KNOT_STEP);
+            if !near && stretch > SHORTEST_STRETCH {
+                stretch *= 0.5;
+                continue;
+            }
+            let passed = || format!("{:.1} % of the way", 100.0 * end);
+            let solved = match step {
+                Ok(solved) if near => solved,
+                Ok(_) => {
+                    return Err(format!("passes a singularity {}", passed()));
+                }
+                Err(fault) => return Err(format!("{fault}, {}", passed())),
+            };
+            if let Some(over) = limit_faults(self.robot, &solved).next() {
+                return Err(format!("{over}, {}", passed()));
+            }
+            if let Some(joints) = self.singular_joints(&solved) {
+                return Err(format!(
+                    "passes a singularity {} ({joints}); move the work object, turn the tool about its \
+                     axis or use joint waypoints there",
+                    passed()
+                ));
+            }
+            for (way, (a, b)) in ways.iter_mut().zip(q.iter().zip(&solved)) {
+                *way += (b - a).abs();
+            }
+            q.clone_from(&solved);
+            knots.push((end, solved));
+            u = end;
+            stretch *= 2.0;
+        }
+        let duration = self.seconds(curve.length_m(), next, &ways)?;
+        self.push(next, Some(curve), duration, knots);
+        Ok(())
+    }
+
+    /// The joints whose motions undo each other at `q`, in words, if the arm is singular there.
+    fn singular_joints(&self, q: &[f64]) -> Option<String> {
+        let singularity = self.kinematics.singularity(self.robot, q).ok()?;
+        (singularity.smallest_singular_value < SINGULAR).then(|| {
+            let names: Vec<&str> = singularity
+                .joints
+                .iter()
+                .map(|&joint| self.robot.joints()[joint].name.as_str())
+                .collect();
+            format!("{} undo each other", names.join(" and "))
+        })
+    }
+
+    fn seconds(&self, length_m: f64, next: &Move, ways: &[f64]) -> Result<f64, String> {
+        seconds(self.robot, length_m, next.feed_m_per_s, ways).map_err(|joint| {
+            format!(
+                "the tool centre point stands still, and joint '{}' has no velocity limit in the URDF \
+                 to tell how long its motion takes",
+                self.robot.joints()[joint].name
+            )
+        })
+    }
+
+    /// Adds a segment with its knots (u of the segment, joint positions). One that takes no time, and so
+    /// moves nothing, leaves no trace.
+    fn push(
+        &mut self,
+        next: &Move,
+        curve: Option<Curve>,
+        duration_s: f64,
+        knots: Vec<(f64, Vec<f64>)>,
+    ) {
+        let start_s = self.knots.time_s.last().copied().unwrap_or(0.0);
+        let end_s = start_s + duration_s;
+        if end_s <= start_s {
+            return;
+        }
+        for (u, q) in knots {
+            let time = if u < 1.0 { start_s + duration_s * u } else { end_s };
+            if self.knots.time_s.last().is_some_and(|&last| time <= last) {
+                continue;
+            }
+            self.knots.time_s.push(time);
+            self.knots.q.extend_from_slice(&q);
+            self.knots.segment_of.push(self.segments.len());
+            self.q = q;
+        }
+        self.segments.push(Segment { curve, tcp: next.tcp, line: next.line, start_s, end_s });
+    }
+}

@@ -1,0 +1,202 @@
+//! One job → its risk.
+
+use std::fmt;
+use std::path::PathBuf;
+
+use super::bands::Watch;
+use super::crossings;
+use super::verdict::{Certainty, Crossing, Exchange, JobRisk, OperationRisk, Sample, Verdict};
+use crate::excitation::lines;
+use crate::job::{Job, Operation};
+use crate::path::{Detail, LONGEST_GAP, Path, Survey, SurveyFault, Surveyor, follow, grid};
+
+/// An operation with at most this many stations shows all of them as samples; beyond it, samples are
+/// thinned to [`LONGEST_GAP`].
+const MOST_SAMPLES: usize = 5000;
+
+/// Why a job cannot be assessed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AssessFault {
+    /// Name of the operation.
+    pub operation: String,
+    /// The file that `line` refers to: the job's, or the program as the job names it.
+    pub file: PathBuf,
+    /// Line of the move at fault, counted from 1.
+    pub line: Option<usize>,
+    /// What is wrong, as a lower-case fragment.
+    pub what: String,
+}
+
+impl fmt::Display for AssessFault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "operation '{}': {}", self.operation, self.what)
+    }
+}
+
+impl std::error::Error for AssessFault {}
+
+/// Checks every operation of a job: plans its path, looks at the arm along it and finds where excitation
+/// lines lie in the modes' bands.
+///
+/// # Errors
+/// What cannot be run, for every operation.
+pub fn assess(job: &Job) -> Result<JobRisk, Vec<AssessFault>> {
+    assess_with_progress(job, &|_| {})
+}
+
+/// As [`assess`]; `progress` is told how many more poses are done, from any thread.
+///
+/// # Errors
+/// As [`assess`].
+pub fn assess_with_progress(
+    job: &Job,
+    progress: &(dyn Fn(usize) + Sync),
+) -> Result<JobRisk, Vec<AssessFault>> {
+    let mut faults = Vec::new();
+    let mut operations = Vec::new();
+    for operation in &job.operations {
+        match assess_operation(job, operation, progress) {
+            Ok(risk) => operations.push(risk),
+            Err(found) => faults.extend(found),
+        }
+    }
+    if !faults.is_empty() {
+        return Err(faults);
+    }
+    Ok(JobRisk {
+        verdict: operations.iter().map(|o| o.verdict).max().unwrap_or(Verdict::Clear),
+        calibrated: job.robot.calibration().is_some(),
+        model_uncertainty: job.policy.model_uncertainty,
+        separation: job.policy.separation,
+        coordinates: job.robot.coordinates().iter().map(|c| c.name.clone()).collect(),
+        operations,
+    })
+}
+
+fn assess_operation(
+    job: &Job,
+    operation: &Operation,
+    progress: &(dyn Fn(usize) + Sync),
+) -> Result<OperationRisk, Vec<AssessFault>> {
+    let fault = |line: Option<usize>, what: String| AssessFault {
+        operation: operation.name.clone(),
+        file: operation.program.clone().unwrap_or_else(|| job.file.clone()),
+        line,
+        what,
+    };
+    let path = Path::plan(&job.robot, &operation.moves, operation.start_near.as_deref()).map_err(
+        |faults| faults.into_iter().map(|f| fault(Some(f.line), f.to_string())).collect::<Vec<_>>(),
+    )?;
+    survey_operation(job, operation, &path, progress).map_err(|survey_fault| {
+        let line = path.line_at(survey_fault.s);
+        vec![fault(Some(line), survey_fault.to_string())]
+    })
+}
+
+fn survey_operation(
+    job: &Job,
+    operation: &Operation,
+    path: &Path,
+    progress: &(dyn Fn(usize) + Sync),
+) -> Result<OperationRisk, SurveyFault> {
+    let lines = lines(&job.tool, &job.policy);
+    let watches: Vec<Watch> = lines
+        .iter()
+        .map(|&line| Watch { line, speed: &operation.speed, policy: &job.policy })
+        .collect();
+    // Tip response costs mode shapes: only where the policy asks about it.
+    let detail = if job.policy.min_tip_response_m_per_n > 0.0 {
+        Detail::TipResponse
+    } else {
+        Detail::Frequencies
+    };
+    let corners = operation.speed.corners();
+    let survey = Survey::take(path, grid(path, corners), detail, progress)?.refine(
+        path,
+        |left, right, rates| {
+            watches.iter().any(|watch| {
+                rates.iter().enumerate().any(|(r, &rate)| watch.wants(left, right, r, rate))
+            })
+        },
+    )?;
+
+    let mut surveyor = Surveyor::new(path);
+    let mut found: Vec<Crossing> = Vec::new();
+    for watch in &watches {
+        found.extend(crossings::find(watch, path, &survey, &mut surveyor)?);
+    }
+    found.sort_by(|a, b| {
+        a.from_s
+            .total_cmp(&b.from_s)
+            .then(a.mode.cmp(&b.mode))
+            .then(a.line.order.cmp(&b.line.order))
+    });
+    let verdict = found
+        .iter()
+        .map(|crossing| match crossing.certainty {
+            Certainty::Certain => Verdict::Resonance,
+            Certainty::Uncertain => Verdict::Uncertain,
+        })
+        .max()
+        .unwrap_or(Verdict::Clear);
+
+    let shown = shown(&survey);
+    let families = follow(path, &shown)?;
+    let samples = shown
+        .iter()
+        .zip(families.of)
+        .map(|(&s, families)| sample(operation, path, &mut surveyor, s, families))
+        .collect::<Result<_, _>>()?;
+    Ok(OperationRisk {
+        name: operation.name.clone(),
+        verdict,
+        spindle_rpm: operation.speed.rpm_at(0.0),
+        duration_s: path.duration_s(),
+        lines,
+        poses_solved: survey.len(),
+        samples,
+        crossings: found,
+        exchanges: families
+            .exchanges
+            .iter()
+            .map(|e| Exchange { s: e.s, lower_mode: e.lower_mode + 1 })
+            .collect(),
+    })
+}
+
+/// Stations that become samples: all, or so many that neighbours are no more than [`LONGEST_GAP`] apart.
+fn shown(survey: &Survey) -> Vec<f64> {
+    let all: Vec<f64> = survey.stations().map(|station| station.s).collect();
+    if all.len() <= MOST_SAMPLES {
+        return all;
+    }
+    let mut shown: Vec<f64> = Vec::new();
+    for pair in all.windows(2) {
+        if shown.last().is_none_or(|last| pair[1] - last > LONGEST_GAP) {
+            shown.push(pair[0]);
+        }
+    }
+    shown.extend(all.last());
+    shown
+}
+
+fn sample(
+    operation: &Operation,
+    path: &Path,
+    surveyor: &mut Surveyor,
+    s: f64,
+    families: Vec<Option<usize>>,
+) -> Result<Sample, SurveyFault> {
+    let natural_frequencies_hz = surveyor.modes(s)?.natural_frequencies_hz.clone();
+    let joints = surveyor.joints().to_vec();
+    Ok(Sample {
+        s,
+        beta1_rad: path.robot().beta1().map(|angle| angle.at(&joints)),
+        beta2_rad: path.robot().beta2().map(|angle| angle.at(&joints)),
+        rpm: operation.speed.rpm_at(s),
+        natural_frequencies_hz,
+        tip_response_m_per_n: surveyor.tip_response_m_per_n().to_vec(),
+        families,
+        joints,
+    })
+}

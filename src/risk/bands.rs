@@ -1,0 +1,86 @@
+//! Where a line stands against a mode at one point of the path.
+
+use super::verdict::Certainty;
+use crate::excitation::ExcitationLine;
+use crate::job::{Policy, SpindleSpeed};
+use crate::path::Station;
+
+/// Ends of crossings are found to within this share of the path.
+const END_TOLERANCE: f64 = 1e-8;
+
+/// Beyond what [`crate::path::grid`] guarantees, bands are searched for hidden contact down to cells of
+/// this share of the path.
+const CONTACT_TOLERANCE: f64 = 1e-6;
+
+/// One line of one operation against the bands of a policy.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Watch<'a> {
+    pub(super) line: ExcitationLine,
+    pub(super) speed: &'a SpindleSpeed,
+    pub(super) policy: &'a Policy,
+}
+
+impl Watch<'_> {
+    /// f_exc at `s`, Hz.
+    pub(super) fn excitation_hz(&self, s: f64) -> f64 {
+        self.line.frequency_hz(self.speed.rpm_at(s))
+    }
+
+    /// Certainty of the crossing with mode `r` at a station; `None` where there is none.
+    pub(super) fn state(&self, station: &Station, r: usize) -> Option<Certainty> {
+        let policy = self.policy;
+        let excitation = self.excitation_hz(station.s);
+        let natural = station.frequencies_hz[r];
+        let apart = (excitation - natural).abs();
+        let ignored =
+            || policy.ignore_hz.iter().any(|[low, high]| (*low..=*high).contains(&excitation));
+        let is_faint =
+            || station.tip_m_per_n.get(r).is_some_and(|tip| *tip < policy.min_tip_response_m_per_n);
+        if apart >= natural * self.wide() || ignored() || is_faint() {
+            None
+        } else if apart < natural * policy.separation {
+            Some(Certainty::Certain)
+        } else {
+            Some(Certainty::Uncertain)
+        }
+    }
+
+    fn wide(&self) -> f64 {
+        self.policy.separation + self.policy.model_uncertainty
+    }
+
+    /// Whether the cell between two stations must be looked into: an end of a crossing lies in it that is
+    /// not yet located, or the edge of a band is within reach. `rate` bounds |d ln f_r / ds| in the cell.
+    pub(super) fn wants(&self, left: &Station, right: &Station, r: usize, rate: f64) -> bool {
+        let width = right.s - left.s;
+        if self.state(left, r) != self.state(right, r) {
+            return width > END_TOLERANCE;
+        }
+        if width <= CONTACT_TOLERANCE {
+            return false;
+        }
+        let (excitation_left, excitation_right) =
+            (self.excitation_hz(left.s), self.excitation_hz(right.s));
+        let ratio_left = excitation_left / left.frequencies_hz[r];
+        let ratio_right = excitation_right / right.frequencies_hz[r];
+        let (low, high) = (ratio_left.min(ratio_right), ratio_left.max(ratio_right));
+        let line_rate = if excitation_left == excitation_right {
+            0.0
+        } else {
+            (excitation_right - excitation_left).abs()
+                / (excitation_left.min(excitation_right).max(f64::MIN_POSITIVE) * width)
+        };
+        // A function with slopes within ± L stays within L h / 2 of the mean of its ends (Piyavskii).
+        let reach = 0.5 * (rate + line_rate) * width * high;
+        let mean = 0.5 * (ratio_left + ratio_right);
+        let edges = [
+            1.0 - self.wide(),
+            1.0 - self.policy.separation,
+            1.0 + self.policy.separation,
+            1.0 + self.wide(),
+        ];
+        edges.iter().any(|&edge| {
+            (edge > high && edge < mean + reach) || (edge < low && edge > mean - reach)
+        })
+    }
+}

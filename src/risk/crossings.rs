@@ -1,0 +1,187 @@
+//! From states along the path to crossings with ends and a closest point.
+
+use super::bands::Watch;
+use super::verdict::{Certainty, Crossing};
+use crate::path::{Path, Survey, SurveyFault, Surveyor};
+
+/// The closest point of a crossing is found to within this share of the path.
+const CLOSEST_TOLERANCE: f64 = 1e-9;
+
+/// A stretch of stations in one state.
+struct Run {
+    certainty: Certainty,
+    /// Indices of the first and last station.
+    first: usize,
+    last: usize,
+    from_s: f64,
+    to_s: f64,
+}
+
+/// All crossings of a line with the modes of a refined survey.
+///
+/// # Errors
+/// The arm has no modes somewhere near a closest point.
+pub(super) fn find(
+    watch: &Watch,
+    path: &Path,
+    survey: &Survey,
+    surveyor: &mut Surveyor,
+) -> Result<Vec<Crossing>, SurveyFault> {
+    let mut crossings = Vec::new();
+    for r in 0..path.robot().coordinates().len() {
+        for run in runs(watch, survey, r) {
+            crossings.push(crossing(watch, path, survey, surveyor, r, &run)?);
+        }
+    }
+    Ok(crossings)
+}
+
+/// Maximal stretches of one certainty. An end lies halfway between the two stations that disagree.
+fn runs(watch: &Watch, survey: &Survey, r: usize) -> Vec<Run> {
+    let mut runs: Vec<Run> = Vec::new();
+    let mut open: Option<Run> = None;
+    let mut before_s = 0.0;
+    for (i, station) in survey.stations().enumerate() {
+        let state = watch.state(&station, r);
+        if open.as_ref().map(|run| run.certainty) != state {
+            let edge = if i == 0 { station.s } else { 0.5 * (before_s + station.s) };
+            if let Some(run) = open.take() {
+                runs.push(Run { to_s: edge, ..run });
+            }
+            open = state.map(|certainty| Run {
+                certainty,
+                first: i,
+                last: i,
+                from_s: edge,
+                to_s: station.s,
+            });
+        } else if let Some(run) = &mut open {
+            run.last = i;
+            run.to_s = station.s;
+        }
+        before_s = station.s;
+    }
+    runs.extend(open);
+    runs
+}
+
+fn crossing(
+    watch: &Watch,
+    path: &Path,
+    survey: &Survey,
+    surveyor: &mut Surveyor,
+    r: usize,
+    run: &Run,
+) -> Result<Crossing, SurveyFault> {
+    let closest_s = closest(watch, survey, surveyor, r, run)?;
+    let modes = surveyor.modes(closest_s)?;
+    let natural_frequency_hz = modes.natural_frequencies_hz[r];
+    let shares = modes.strain_energy_shares(path.robot(), r);
+    let mut order: Vec<usize> = (0..shares.len()).collect();
+    order.sort_by(|&a, &b| shares[b].total_cmp(&shares[a]));
+    let leading_turn_together = match order.as_slice() {
+        [first, second, ..] => modes.turn_together(path.robot(), r, *first, *second),
+        [] | [_] => None,
+    };
+    let excitation_hz = watch.excitation_hz(closest_s);
+    Ok(Crossing {
+        mode: r + 1,
+        certainty: run.certainty,
+        line: watch.line,
+        excitation_hz,
+        natural_frequency_hz,
+        from_s: run.from_s,
+        to_s: run.to_s,
+        closest_s,
+        separation: (excitation_hz - natural_frequency_hz).abs() / natural_frequency_hz,
+        tip_response_m_per_n: surveyor.tip_response_m_per_n()[r],
+        strain_energy_shares: shares,
+        leading_turn_together,
+        from_line: path.line_after(run.from_s),
+        to_line: path.line_at(run.to_s),
+    })
+}
+
+/// Where line and mode are closest within a run: where they meet, if they do.
+fn closest(
+    watch: &Watch,
+    survey: &Survey,
+    surveyor: &mut Surveyor,
+    r: usize,
+    run: &Run,
+) -> Result<f64, SurveyFault> {
+    let offset = |i: usize| {
+        let station = survey.station(i);
+        watch.excitation_hz(station.s) / station.frequencies_hz[r] - 1.0
+    };
+    let meeting = (run.first..run.last).find(|&i| {
+        offset(i) == 0.0 || offset(i).is_sign_positive() != offset(i + 1).is_sign_positive()
+    });
+    if let Some(i) = meeting {
+        let (a, b) = (survey.station(i).s, survey.station(i + 1).s);
+        return meet(watch, surveyor, r, (a, offset(i)), (b, offset(i + 1)));
+    }
+    let nearest = (run.first..=run.last)
+        .min_by(|&a, &b| offset(a).abs().total_cmp(&offset(b).abs()))
+        .unwrap_or(run.first);
+    let left = if nearest > run.first { survey.station(nearest - 1).s } else { run.from_s };
+    let right = if nearest < run.last { survey.station(nearest + 1).s } else { run.to_s };
+    narrow(watch, surveyor, r, left, survey.station(nearest).s, right)
+}
+
+/// Bisection for line = mode between two points of opposite sign.
+fn meet(
+    watch: &Watch,
+    surveyor: &mut Surveyor,
+    r: usize,
+    mut left: (f64, f64),
+    mut right: (f64, f64),
+) -> Result<f64, SurveyFault> {
+    while right.0 - left.0 > CLOSEST_TOLERANCE {
+        let s = 0.5 * (left.0 + right.0);
+        let offset = watch.excitation_hz(s) / surveyor.frequencies_hz(s)?[r] - 1.0;
+        if offset.is_sign_positive() == left.1.is_sign_positive() {
+            left = (s, offset);
+        } else {
+            right = (s, offset);
+        }
+    }
+    Ok(if left.1.abs() <= right.1.abs() { left.0 } else { right.0 })
+}
+
+/// Golden-section search for the least distance about the best station.
+fn narrow(
+    watch: &Watch,
+    surveyor: &mut Surveyor,
+    r: usize,
+    mut left: f64,
+    best: f64,
+    mut right: f64,
+) -> Result<f64, SurveyFault> {
+    const GOLDEN: f64 = 0.381_966_011_250_105_1;
+    let mut distance = |s: f64| -> Result<f64, SurveyFault> {
+        Ok((watch.excitation_hz(s) / surveyor.frequencies_hz(s)?[r] - 1.0).abs())
+    };
+    let (mut best, mut least) = (best, distance(best)?);
+    while right - left > CLOSEST_TOLERANCE.max(f64::EPSILON * right) {
+        let s = if best - left > right - best {
+            best - GOLDEN * (best - left)
+        } else {
+            best + GOLDEN * (right - best)
+        };
+        let found = distance(s)?;
+        if found < least {
+            if s < best {
+                right = best;
+            } else {
+                left = best;
+            }
+            (best, least) = (s, found);
+        } else if s < best {
+            left = s;
+        } else {
+            right = s;
+        }
+    }
+    Ok(best)
+}

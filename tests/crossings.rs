@@ -1,0 +1,340 @@
+//! Crossings against a brute-force scan that shares no code with the crate: closed-form frequencies of a
+//! two-link arm (Pietruś & Gierlak 2023, Eq. 45), the time law by summing chords, and every band
+//! condition as the job format words it, at 100 000 samples.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use detune::job::{Job, Operation, Policy, Spindle, SpindleSpeed, Tool};
+use detune::model::{
+    ArmAngle, Damping, Description, ElasticJoint, Inertial, Joint, JointKind, Link, Robot,
+};
+use detune::motion::{Move, Target};
+use detune::risk::{Certainty, assess};
+use nalgebra::{Isometry3, Matrix3, Vector3};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+const SAMPLES: usize = 100_000;
+
+/// Planar arm in the x-z plane: Table 1 of the paper, but for I_S2, which is made ten thousand times
+/// larger so that f2 stays below 100 Hz and both modes see traffic.
+const I_A: f64 = 0.55;
+const I_S2: f64 = 9.0;
+const M2: f64 = 50.58;
+const L1: f64 = 0.63;
+const LC2: f64 = 0.1;
+const L2: f64 = 0.9;
+const K1: f64 = 555_000.0;
+const K2: f64 = 138_000.0;
+
+fn two_link() -> Robot {
+    let body = |mass_kg: f64, com: f64, about_com: f64| {
+        Some(Inertial {
+            mass_kg,
+            com_m: Vector3::new(com, 0.0, 0.0),
+            inertia_kgm2: Matrix3::from_diagonal_element(about_com),
+        })
+    };
+    let link = |name: &str, inertial| Link { name: name.into(), inertial, has_geometry: false };
+    let joint = |name: &str, kind, parent: &str, child: &str, x: f64| Joint {
+        name: name.into(),
+        kind,
+        parent: parent.into(),
+        child: child.into(),
+        origin: Isometry3::translation(x, 0.0, 0.0),
+        axis: -Vector3::y(),
+        position_limit: Some([-4.0, 4.0]),
+        velocity_limit: Some(2.0),
+        mimics: None,
+    };
+    let spring = |name: &str, stiffness| ElasticJoint {
+        joint: name.into(),
+        stiffness,
+        is_linear: false,
+        damping: Some(Damping::Ratio(0.02)),
+    };
+    let angle =
+        |name: &str| Some(ArmAngle { terms: vec![(name.to_owned(), 1.0)], offset_rad: 0.0 });
+    Robot::new(&Description {
+        name: "two links".into(),
+        links: vec![
+            link("base", None),
+            // 10 kg at 0.1 m: I_A = 0.45 + 10 · 0.01.
+            link("one", body(10.0, 0.1, I_A - 0.1)),
+            link("two", body(M2, LC2, I_S2)),
+            link("tool0", None),
+        ],
+        joints: vec![
+            joint("j1", JointKind::Revolute, "base", "one", 0.0),
+            joint("j2", JointKind::Revolute, "one", "two", L1),
+            joint("flange", JointKind::Fixed, "two", "tool0", L2),
+        ],
+        base: None,
+        tip: Some("tool0".into()),
+        elastic_joints: vec![spring("j1", K1), spring("j2", K2)],
+        extra: vec![],
+        default_damping_ratio: 0.02,
+        gravity_m_per_s2: -9.81 * Vector3::z(),
+        gravity_stiffness: false,
+        drives: vec![],
+        payload: None,
+        beta1: angle("j1"),
+        beta2: angle("j2"),
+        calibration: None,
+    })
+    .unwrap()
+}
+
+/// Eq. (45).
+fn closed_form_hz(beta2: f64) -> [f64; 2] {
+    let (a1, a2, a3) =
+        (I_A + I_S2 + M2 * (L1 * L1 + LC2 * LC2), M2 * L1 * LC2, I_S2 + M2 * LC2 * LC2);
+    let c = beta2.cos();
+    let d1 = a1 * K2 + 2.0 * a2 * K2 * c + a3 * K1;
+    let d2 = a1 * a3 - a3 * a3 - a2 * a2 * c * c;
+    let root = (d1 * d1 / (4.0 * d2 * d2) - K1 * K2 / d2).sqrt();
+    [d1 / (2.0 * d2) - root, d1 / (2.0 * d2) + root]
+        .map(|square| square.sqrt() / std::f64::consts::TAU)
+}
+
+/// Joint positions at equal steps of time: the share of each segment by the length of the tip's way.
+fn scan_poses(waypoints: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let tip = |q: [f64; 2]| {
+        let (a, b) = (q[0], q[0] + q[1]);
+        [L1 * a.cos() + L2 * b.cos(), L1 * a.sin() + L2 * b.sin()]
+    };
+    let lerp = |a: [f64; 2], b: [f64; 2], u: f64| [0, 1].map(|i| a[i] + (b[i] - a[i]) * u);
+    let chords = 20_000;
+    let lengths: Vec<f64> = waypoints
+        .windows(2)
+        .map(|w| {
+            (0..chords)
+                .map(|i| {
+                    let (a, b) = (i as f64 / chords as f64, (i + 1) as f64 / chords as f64);
+                    let (p, q) = (tip(lerp(w[0], w[1], a)), tip(lerp(w[0], w[1], b)));
+                    (p[0] - q[0]).hypot(p[1] - q[1])
+                })
+                .sum()
+        })
+        .collect();
+    let total: f64 = lengths.iter().sum();
+    (0..SAMPLES)
+        .map(|i| {
+            let mut left = i as f64 / (SAMPLES - 1) as f64 * total;
+            let mut k = 0;
+            while k + 1 < lengths.len() && left > lengths[k] {
+                left -= lengths[k];
+                k += 1;
+            }
+            lerp(waypoints[k], waypoints[k + 1], (left / lengths[k]).min(1.0))
+        })
+        .collect()
+}
+
+/// One stretch: mode, order of the line, certain?, from, to.
+type Stretch = (usize, u32, bool, f64, f64);
+
+fn scan(
+    poses: &[[f64; 2]],
+    speed: &dyn Fn(f64) -> f64,
+    orders: &[u32],
+    policy: &Policy,
+) -> Vec<Stretch> {
+    let frequencies: Vec<[f64; 2]> = poses.iter().map(|q| closed_form_hz(q[1])).collect();
+    let mut stretches = Vec::new();
+    for mode in 0..2 {
+        for &order in orders {
+            let mut open: Option<(bool, f64)> = None;
+            for i in 0..=SAMPLES {
+                let s = i as f64 / (SAMPLES - 1) as f64;
+                let state = frequencies.get(i).and_then(|f| {
+                    let line = f64::from(order) * speed(s) / 60.0;
+                    let apart = (line - f[mode]).abs() / f[mode];
+                    let ignored = policy.ignore_hz.iter().any(|b| b[0] <= line && line <= b[1]);
+                    if ignored || apart >= policy.separation + policy.model_uncertainty {
+                        None
+                    } else {
+                        Some(apart < policy.separation)
+                    }
+                });
+                if let Some((certain, from)) = open
+                    && state != Some(certain)
+                {
+                    let to = (i as f64 - 1.0) / (SAMPLES - 1) as f64;
+                    stretches.push((mode + 1, order, certain, from, to));
+                    open = None;
+                }
+                if let (None, Some(certain)) = (open, state) {
+                    open = Some((certain, s));
+                }
+            }
+        }
+    }
+    stretches
+}
+
+fn job(
+    robot: &Arc<Robot>,
+    waypoints: &[[f64; 2]],
+    speed: SpindleSpeed,
+    teeth: u32,
+    policy: Policy,
+) -> Job {
+    Job {
+        name: "held out".into(),
+        file: PathBuf::from("job.yaml"),
+        robot: robot.clone(),
+        tool: Tool { name: None, teeth, diameter_m: None, pitch_rad: None },
+        spindle: Spindle { min_rpm: 1.0, max_rpm: 1e5, max_acceleration_rpm_per_s: None },
+        operations: vec![Operation {
+            name: "op".into(),
+            line: 1,
+            speed,
+            feed_m_per_s: 0.01,
+            cutting: None,
+            moves: waypoints
+                .iter()
+                .enumerate()
+                .map(|(i, q)| Move {
+                    to: Target::Joints(q.to_vec()),
+                    feed_m_per_s: 0.01,
+                    tcp: Isometry3::identity(),
+                    line: 10 + i,
+                })
+                .collect(),
+            program: None,
+            start_near: None,
+        }],
+        policy,
+    }
+}
+
+fn policy(separation: f64, model_uncertainty: f64) -> Policy {
+    Policy {
+        tooth_passing_harmonics: 2,
+        spindle_harmonics: 1,
+        separation,
+        model_uncertainty,
+        ignore_hz: vec![],
+        min_tip_response_m_per_n: 0.0,
+    }
+}
+
+/// Every stretch of the scan that is wider than a few of its samples is found, with the same mode, line and
+/// certainty and ends within 2e-5 of the path (the scan's own step is 1e-5); nothing else is reported.
+#[test]
+fn crossings_agree_with_a_scan_at_100_000_samples() {
+    let robot = Arc::new(two_link());
+    let mut rng = ChaCha8Rng::seed_from_u64(20_261_121);
+    let (mut compared, mut certain_seen, mut scheduled) = (0, 0, 0);
+    for _ in 0..200 {
+        let n = rng.random_range(2..6);
+        let waypoints: Vec<[f64; 2]> =
+            (0..n).map(|_| [rng.random_range(-1.0..2.5), rng.random_range(-2.6..2.6)]).collect();
+        let teeth = rng.random_range(2..5);
+        let mut policy = policy(rng.random_range(0.005..0.1), rng.random_range(0.0..0.1));
+        let rpm = rng.random_range(300.0..1800.0);
+        if rng.random_bool(0.3) {
+            let f = f64::from(teeth) * rpm / 60.0;
+            policy.ignore_hz.push([0.99 * f, 1.01 * f]);
+        }
+        let speed = if rng.random_bool(0.5) {
+            scheduled += 1;
+            let middle = rng.random_range(0.2..0.8);
+            SpindleSpeed::Schedule(vec![
+                (0.0, rpm),
+                (middle, rpm * rng.random_range(0.7..1.4)),
+                (1.0, rpm * rng.random_range(0.7..1.4)),
+            ])
+        } else {
+            SpindleSpeed::Constant(rpm)
+        };
+        let rpm_at = {
+            let speed = speed.clone();
+            move |s: f64| match &speed {
+                SpindleSpeed::Constant(rpm) => *rpm,
+                SpindleSpeed::Schedule(p) => {
+                    let i = usize::from(s > p[1].0);
+                    p[i].1 + (p[i + 1].1 - p[i].1) * (s - p[i].0) / (p[i + 1].0 - p[i].0)
+                }
+            }
+        };
+        let expected = scan(&scan_poses(&waypoints), &rpm_at, &[1, teeth, 2 * teeth], &policy);
+        let risk = assess(&job(&robot, &waypoints, speed, teeth, policy)).unwrap();
+        let found: Vec<Stretch> = risk.operations[0]
+            .crossings
+            .iter()
+            .map(|c| (c.mode, c.line.order, c.certainty == Certainty::Certain, c.from_s, c.to_s))
+            .collect();
+        let same = |a: &Stretch, b: &Stretch| {
+            (a.0, a.1, a.2) == (b.0, b.1, b.2)
+                && (a.3 - b.3).abs() < 2e-5
+                && (a.4 - b.4).abs() < 2e-5
+        };
+        for stretch in expected.iter().filter(|e| e.4 - e.3 > 3e-5) {
+            assert!(found.iter().any(|f| same(f, stretch)), "{stretch:?} not in {found:?}");
+            compared += 1;
+            certain_seen += usize::from(stretch.2);
+        }
+        for stretch in found.iter().filter(|f| f.4 - f.3 > 3e-5) {
+            assert!(expected.iter().any(|e| same(e, stretch)), "{stretch:?} not in {expected:?}");
+        }
+    }
+    println!("compared {compared}, certain {certain_seen}, scheduled {scheduled}");
+    assert!(compared > 150 && certain_seen > 50 && scheduled > 20, "the jobs see no traffic");
+}
+
+/// A line that only just touches a band between two samples of the first look: 0.1 % of the path wide and
+/// down to 0.01 %, off any grid point.
+#[test]
+fn a_narrow_touch_is_found() {
+    let robot = Arc::new(two_link());
+    // f1 has its least value at β2 = 0, f(β2) ≈ f(0) + curvature: sweep through it, off centre.
+    let waypoints = [[0.3, -0.37], [0.3, 0.61]];
+    let poses = scan_poses(&waypoints);
+    let frequencies: Vec<f64> = poses.iter().map(|q| closed_form_hz(q[1])[0]).collect();
+    let least = (0..SAMPLES).min_by(|&a, &b| frequencies[a].total_cmp(&frequencies[b])).unwrap();
+    for width in [1e-3, 3e-4, 1e-4] {
+        let edge = frequencies[least + (0.5 * width * SAMPLES as f64) as usize];
+        // Band edge f (1 − separation) from above: the line meets the band where f1 < edge.
+        let separation = 0.02;
+        let rpm = edge * (1.0 - separation) * 60.0 / 3.0;
+        let mut policy = policy(separation, 0.0);
+        policy.tooth_passing_harmonics = 1;
+        policy.spindle_harmonics = 0;
+        let risk =
+            assess(&job(&robot, &waypoints, SpindleSpeed::Constant(rpm), 3, policy)).unwrap();
+        let [crossing] = risk.operations[0].crossings.as_slice() else {
+            panic!("{width}: {:?}", risk.operations[0].crossings)
+        };
+        let found = crossing.to_s - crossing.from_s;
+        assert!((found / width - 1.0).abs() < 0.1, "{found} against {width}");
+        let centre = least as f64 / (SAMPLES - 1) as f64;
+        assert!((crossing.closest_s - centre).abs() < 2e-4 * width.max(1e-3) / 1e-3);
+    }
+}
+
+/// The line numbers are those of the waypoints that are approached, and what is reported at the closest
+/// point is what the closed form gives there.
+#[test]
+fn a_crossing_carries_its_place_in_the_file() {
+    let robot = Arc::new(two_link());
+    let waypoints = [[0.0, 2.5], [0.2, 1.8], [0.4, 0.2], [0.6, -0.5]];
+    let f1 = closed_form_hz(1.0)[0];
+    let risk = assess(&job(
+        &robot,
+        &waypoints,
+        SpindleSpeed::Constant(f1 * 60.0 / 2.0),
+        2,
+        Policy { tooth_passing_harmonics: 1, spindle_harmonics: 0, ..policy(0.002, 0.0) },
+    ))
+    .unwrap();
+    let [crossing] = risk.operations[0].crossings.as_slice() else {
+        panic!("{:?}", risk.operations[0].crossings)
+    };
+    assert_eq!((crossing.from_line, crossing.to_line), (12, 12));
+    assert!(crossing.separation < 1e-9, "{}", crossing.separation);
+    assert!((crossing.natural_frequency_hz / f1 - 1.0).abs() < 1e-9);
+    assert!((crossing.strain_energy_shares.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+}
