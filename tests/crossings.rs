@@ -2,101 +2,24 @@
 //! two-link arm (Pietruś & Gierlak 2023, Eq. 45), the time law by summing chords, and every band
 //! condition as the job format words it, at 100 000 samples.
 
+#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout)]
+
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use detune::job::{Job, Operation, Policy, Spindle, SpindleSpeed, Tool};
-use detune::model::{
-    ArmAngle, Damping, Description, ElasticJoint, Inertial, Joint, JointKind, Link, Robot,
-};
+use detune::model::Robot;
 use detune::motion::{Move, Target};
 use detune::risk::{Certainty, assess};
-use nalgebra::{Isometry3, Matrix3, Vector3};
+use nalgebra::Isometry3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+mod planar_arm;
+
+use planar_arm::{L1, L2, closed_form_hz, two_link};
+
 const SAMPLES: usize = 100_000;
-
-/// Planar arm in the x-z plane: Table 1 of the paper, but for I_S2, which is made ten thousand times
-/// larger so that f2 stays below 100 Hz and both modes see traffic.
-const I_A: f64 = 0.55;
-const I_S2: f64 = 9.0;
-const M2: f64 = 50.58;
-const L1: f64 = 0.63;
-const LC2: f64 = 0.1;
-const L2: f64 = 0.9;
-const K1: f64 = 555_000.0;
-const K2: f64 = 138_000.0;
-
-fn two_link() -> Robot {
-    let body = |mass_kg: f64, com: f64, about_com: f64| {
-        Some(Inertial {
-            mass_kg,
-            com_m: Vector3::new(com, 0.0, 0.0),
-            inertia_kgm2: Matrix3::from_diagonal_element(about_com),
-        })
-    };
-    let link = |name: &str, inertial| Link { name: name.into(), inertial, has_geometry: false };
-    let joint = |name: &str, kind, parent: &str, child: &str, x: f64| Joint {
-        name: name.into(),
-        kind,
-        parent: parent.into(),
-        child: child.into(),
-        origin: Isometry3::translation(x, 0.0, 0.0),
-        axis: -Vector3::y(),
-        position_limit: Some([-4.0, 4.0]),
-        velocity_limit: Some(2.0),
-        mimics: None,
-    };
-    let spring = |name: &str, stiffness| ElasticJoint {
-        joint: name.into(),
-        stiffness,
-        is_linear: false,
-        damping: Some(Damping::Ratio(0.02)),
-    };
-    let angle =
-        |name: &str| Some(ArmAngle { terms: vec![(name.to_owned(), 1.0)], offset_rad: 0.0 });
-    Robot::new(&Description {
-        name: "two links".into(),
-        links: vec![
-            link("base", None),
-            // 10 kg at 0.1 m: I_A = 0.45 + 10 · 0.01.
-            link("one", body(10.0, 0.1, I_A - 0.1)),
-            link("two", body(M2, LC2, I_S2)),
-            link("tool0", None),
-        ],
-        joints: vec![
-            joint("j1", JointKind::Revolute, "base", "one", 0.0),
-            joint("j2", JointKind::Revolute, "one", "two", L1),
-            joint("flange", JointKind::Fixed, "two", "tool0", L2),
-        ],
-        base: None,
-        tip: Some("tool0".into()),
-        elastic_joints: vec![spring("j1", K1), spring("j2", K2)],
-        extra: vec![],
-        default_damping_ratio: 0.02,
-        gravity_m_per_s2: -9.81 * Vector3::z(),
-        gravity_stiffness: false,
-        drives: vec![],
-        payload: None,
-        beta1: angle("j1"),
-        beta2: angle("j2"),
-        calibration: None,
-    })
-    .unwrap()
-}
-
-/// Eq. (45).
-fn closed_form_hz(beta2: f64) -> [f64; 2] {
-    let (a1, a2, a3) =
-        (I_A + I_S2 + M2 * (L1 * L1 + LC2 * LC2), M2 * L1 * LC2, I_S2 + M2 * LC2 * LC2);
-    let c = beta2.cos();
-    let d1 = a1 * K2 + 2.0 * a2 * K2 * c + a3 * K1;
-    let d2 = a1 * a3 - a3 * a3 - a2 * a2 * c * c;
-    let root = (d1 * d1 / (4.0 * d2 * d2) - K1 * K2 / d2).sqrt();
-    [d1 / (2.0 * d2) - root, d1 / (2.0 * d2) + root]
-        .map(|square| square.sqrt() / std::f64::consts::TAU)
-}
 
 /// Joint positions at equal steps of time: the share of each segment by the length of the tip's way.
 fn scan_poses(waypoints: &[[f64; 2]]) -> Vec<[f64; 2]> {
@@ -225,7 +148,7 @@ fn policy(separation: f64, model_uncertainty: f64) -> Policy {
 /// certainty and ends within 2e-5 of the path (the scan's own step is 1e-5); nothing else is reported.
 #[test]
 fn crossings_agree_with_a_scan_at_100_000_samples() {
-    let robot = Arc::new(two_link());
+    let robot = Arc::new(Robot::new(&two_link()).unwrap());
     let mut rng = ChaCha8Rng::seed_from_u64(20_261_121);
     let (mut compared, mut certain_seen, mut scheduled) = (0, 0, 0);
     for _ in 0..200 {
@@ -289,7 +212,7 @@ fn crossings_agree_with_a_scan_at_100_000_samples() {
 /// down to 0.01 %, off any grid point.
 #[test]
 fn a_narrow_touch_is_found() {
-    let robot = Arc::new(two_link());
+    let robot = Arc::new(Robot::new(&two_link()).unwrap());
     // f1 has its least value at β2 = 0, f(β2) ≈ f(0) + curvature: sweep through it, off centre.
     let waypoints = [[0.3, -0.37], [0.3, 0.61]];
     let poses = scan_poses(&waypoints);
@@ -319,7 +242,7 @@ fn a_narrow_touch_is_found() {
 /// point is what the closed form gives there.
 #[test]
 fn a_crossing_carries_its_place_in_the_file() {
-    let robot = Arc::new(two_link());
+    let robot = Arc::new(Robot::new(&two_link()).unwrap());
     let waypoints = [[0.0, 2.5], [0.2, 1.8], [0.4, 0.2], [0.6, -0.5]];
     let f1 = closed_form_hz(1.0)[0];
     let risk = assess(&job(
