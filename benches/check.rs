@@ -1,0 +1,125 @@
+//! The modal kernel pose by pose, against the same problem through nalgebra's own decompositions, and a
+//! whole check of a path of 100 000 waypoints. `cargo bench` prints the figures.
+
+#![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout)]
+
+use std::hint::black_box;
+use std::path::{Path as FilePath, PathBuf};
+use std::sync::Arc;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use detune::job::{Job, Operation, Policy, Spindle, SpindleSpeed, Tool};
+use detune::model::{Placement, Robot, mass_matrix};
+use detune::modes::ModalSolver;
+use detune::motion::{Move, Target};
+use detune::risk::assess;
+use nalgebra::{Cholesky, DMatrix, DVector, Isometry3, SymmetricEigen};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+const WAYPOINTS: usize = 100_000;
+
+fn six_axes() -> Robot {
+    let file = FilePath::new(env!("CARGO_MANIFEST_DIR")).join("robots/irb1600/robot.yaml");
+    detune::input::load_robot(&file).unwrap().value
+}
+
+fn poses(robot: &Robot, count: usize) -> Vec<Vec<f64>> {
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    (0..count)
+        .map(|_| robot.joints().iter().map(|_| rng.random_range(-1.0..1.0)).collect())
+        .collect()
+}
+
+fn kernel(c: &mut Criterion) {
+    let robot = six_axes();
+    let poses = poses(&robot, 1000);
+    let mut group = c.benchmark_group("1000 poses, six axes");
+    group.bench_function("frequencies", |b| {
+        let mut solver = ModalSolver::new(&robot);
+        b.iter(|| poses.iter().map(|q| solver.frequencies_hz(q).unwrap()[0]).sum::<f64>());
+    });
+    group.bench_function("modes", |b| {
+        let mut solver = ModalSolver::new(&robot);
+        b.iter(|| poses.iter().map(|q| solver.solve(q).unwrap().damping_ratios[0]).sum::<f64>());
+    });
+    group.bench_function("alternative: nalgebra Cholesky and SymmetricEigen", |b| {
+        let n = robot.coordinates().len();
+        let stiffness = DVector::from_iterator(n, robot.coordinates().iter().map(|c| c.stiffness));
+        let k = DMatrix::from_diagonal(&stiffness);
+        let mut placement = Placement::new(&robot);
+        let mut m = DMatrix::zeros(n, n);
+        b.iter(|| {
+            poses
+                .iter()
+                .map(|q| {
+                    placement.place(&robot, q);
+                    mass_matrix(&robot, &placement, &mut m);
+                    let inverse = Cholesky::new(m.clone()).unwrap().l().try_inverse().unwrap();
+                    SymmetricEigen::new(&inverse * &k * inverse.transpose()).eigenvalues.min()
+                })
+                .sum::<f64>()
+        });
+    });
+    group.finish();
+}
+
+/// A pocket-like zigzag of 100 000 joint waypoints.
+fn long_job(robot: &Arc<Robot>) -> Job {
+    let moves = (0..WAYPOINTS)
+        .map(|i| {
+            let t = i as f64 / WAYPOINTS as f64;
+            let sweep = (40.0 * t * std::f64::consts::TAU).sin();
+            let q = vec![0.3 * sweep, 0.2 + 0.3 * t, -0.3 + 0.2 * t, 0.0, 0.8 + 0.1 * sweep, 0.0];
+            Move {
+                to: Target::Joints(q),
+                feed_m_per_s: 0.02,
+                tcp: Isometry3::translation(0.0, 0.0, 0.15),
+                line: i + 1,
+            }
+        })
+        .collect();
+    Job {
+        name: "zigzag".into(),
+        file: PathBuf::from("zigzag.yaml"),
+        robot: robot.clone(),
+        tool: Tool { name: None, teeth: 2, diameter_m: None, pitch_rad: None },
+        spindle: Spindle { min_rpm: 100.0, max_rpm: 24_000.0, max_acceleration_rpm_per_s: None },
+        operations: vec![Operation {
+            name: "zigzag".into(),
+            line: 1,
+            speed: SpindleSpeed::Constant(620.0),
+            feed_m_per_s: 0.02,
+            cutting: None,
+            moves,
+            program: None,
+            start_near: None,
+        }],
+        policy: Policy {
+            tooth_passing_harmonics: 2,
+            spindle_harmonics: 1,
+            separation: 0.1,
+            model_uncertainty: 0.1,
+            ignore_hz: vec![],
+            min_tip_response_m_per_n: 0.0,
+        },
+    }
+}
+
+fn long_check(c: &mut Criterion) {
+    let robot = Arc::new(six_axes());
+    let job = long_job(&robot);
+    let risk = assess(&job).unwrap();
+    println!(
+        "{WAYPOINTS} waypoints: {} eigenproblems, {} crossings",
+        risk.operations[0].poses_solved,
+        risk.operations[0].crossings.len()
+    );
+    let mut group = c.benchmark_group("check");
+    group.sample_size(10);
+    group.bench_function("100 000 waypoints", |b| b.iter(|| assess(black_box(&job)).unwrap()));
+    group.finish();
+}
+
+criterion_group!(benches, kernel, long_check);
+criterion_main!(benches);
