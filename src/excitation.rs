@@ -79,3 +79,70 @@ fn pitch_weight(pitch_rad: &[f64], k: u32) -> f64 {
     }
     f64::hypot(re, im) / pitch_rad.len() as f64
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::units::rad_from_deg;
+
+    fn tool(teeth: u32, pitch_deg: Option<&[f64]>) -> Tool {
+        Tool {
+            name: None,
+            teeth,
+            diameter_m: None,
+            pitch_rad: pitch_deg.map(|pitch| pitch.iter().map(|&p| rad_from_deg(p)).collect()),
+        }
+    }
+
+    fn policy(tooth_passing_harmonics: u32, spindle_harmonics: u32) -> Policy {
+        Policy {
+            tooth_passing_harmonics,
+            spindle_harmonics,
+            separation: 0.1,
+            model_uncertainty: 0.1,
+            ignore_hz: vec![],
+            min_tip_response_m_per_n: 0.0,
+        }
+    }
+
+    fn found(tool: &Tool, policy: &Policy) -> Vec<(Source, u32, u32)> {
+        lines(tool, policy).iter().map(|l| (l.source, l.harmonic, l.order)).collect()
+    }
+
+    use Source::{Spindle, ToothPassing};
+
+    #[test]
+    fn even_teeth_have_their_multiples_and_the_spindles() {
+        let expected = [(Spindle, 1, 1), (ToothPassing, 1, 3), (ToothPassing, 2, 6)];
+        assert_eq!(found(&tool(3, None), &policy(2, 1)), expected);
+        assert_eq!(found(&tool(3, Some(&[120.0; 3])), &policy(2, 1)), expected);
+        assert_eq!(found(&tool(3, None), &policy(1, 0)), [(ToothPassing, 1, 3)]);
+        let line = lines(&tool(2, None), &policy(2, 0))[1];
+        assert!((line.frequency_hz(1100.0) - 4.0 * 1100.0 / 60.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn coinciding_lines_are_listed_once_as_tooth_passing() {
+        assert_eq!(found(&tool(1, None), &policy(1, 2)), [(ToothPassing, 1, 1), (Spindle, 2, 2)]);
+        let two = found(&tool(2, None), &policy(2, 4));
+        assert_eq!(
+            two,
+            [(Spindle, 1, 1), (ToothPassing, 1, 2), (Spindle, 3, 3), (ToothPassing, 2, 4)]
+        );
+    }
+
+    /// Pairs 70°/110°: |1 + e^(i70k)| |1 + e^(i180k)| / 4 vanishes for odd k; for k = 2 it is
+    /// |1 + e^(i140°)| / 2 = cos 70° = 0.342.
+    #[test]
+    fn uneven_teeth_add_lines_where_the_pitch_lets_them_through() {
+        let pitch = [70.0, 110.0, 70.0, 110.0];
+        let weight =
+            |k| pitch_weight(&pitch.iter().map(|&p| rad_from_deg(p)).collect::<Vec<_>>(), k);
+        assert!((weight(2) - rad_from_deg(70.0).cos()).abs() < 1e-12);
+        assert!(weight(1) < 1e-12 && weight(3) < 1e-12);
+        assert_eq!(
+            found(&tool(4, Some(&pitch)), &policy(1, 0)),
+            [(Spindle, 2, 2), (ToothPassing, 1, 4)]
+        );
+    }
+}

@@ -67,11 +67,8 @@ fn a_line_is_straight_in_space_and_even_in_time() {
     for i in 0..=400 {
         let s = f64::from(i) / 400.0;
         let way = s * (first + second);
-        let (from, to, u) = if way <= first {
-            (a, b, way / first)
-        } else {
-            (b, c, (way - first) / second)
-        };
+        let (from, to, u) =
+            if way <= first { (a, b, way / first) } else { (b, c, (way - first) / second) };
         let expected = from.translation.vector.lerp(&to.translation.vector, u);
         let turned = from.rotation.slerp(&to.rotation, u);
         walker.at(s, &mut q);
@@ -93,7 +90,8 @@ fn a_line_is_straight_in_space_and_even_in_time() {
 fn an_arc_stays_on_its_circle() {
     let robot = irb1600();
     let a = tcp_pose(&robot, &HOME, &tool());
-    let (via, end) = (shifted(&a, [0.05, 0.05, 0.0], [0.0; 3]), shifted(&a, [0.1, 0.0, 0.0], [0.0; 3]));
+    let (via, end) =
+        (shifted(&a, [0.05, 0.05, 0.0], [0.0; 3]), shifted(&a, [0.1, 0.0, 0.0], [0.0; 3]));
     let path = Path::plan(
         &robot,
         &moves(vec![Target::Line(a), Target::Arc { via, end }], tool()),
@@ -165,7 +163,9 @@ fn a_turn_on_the_spot_takes_the_slowest_joints_time() {
 fn the_start_may_be_sought_near_other_joint_positions() {
     let robot = irb1600();
     let a = tcp_pose(&robot, &HOME, &tool());
-    let line = || moves(vec![Target::Line(a), Target::Line(shifted(&a, [0.01, 0.0, 0.0], [0.0; 3]))], tool());
+    let line = || {
+        moves(vec![Target::Line(a), Target::Line(shifted(&a, [0.01, 0.0, 0.0], [0.0; 3]))], tool())
+    };
     let start = |near: &[f64]| {
         let path = Path::plan(&robot, &line(), Some(near)).unwrap();
         let mut q = [0.0; 6];
@@ -200,9 +200,14 @@ fn what_cannot_be_run_is_told_with_its_waypoint() {
 
     // Every joint target that is wrong in itself, not only the first.
     let over = |q2: f64| Target::Joints(vec![0.0, q2, 0.0, 0.0, 0.5, 0.0]);
-    let faults = told(vec![over(0.1), over(2.5), over(0.0), over(-1.9), Target::Joints(vec![0.0])], tool());
+    let faults =
+        told(vec![over(0.1), over(2.5), over(0.0), over(-1.9), Target::Joints(vec![0.0])], tool());
     assert_eq!(faults.iter().map(|f| f.1).collect::<Vec<_>>(), [2, 4, 5]);
-    assert!(faults[0].2.contains("joint_2") && faults[0].2.contains("143.239 deg"), "{}", faults[0].2);
+    assert!(
+        faults[0].2.contains("joint_2") && faults[0].2.contains("143.239 deg"),
+        "{}",
+        faults[0].2
+    );
 
     // Straight through a stretched wrist.
     let flange = Isometry3::identity();

@@ -72,7 +72,7 @@ fn veering_modes_keep_their_order_and_trade_shapes() {
     let robot = on_foundation(Vector3::new(0.004, 1.0, 0.003));
     let path = Path::plan(&robot, &sweep(), None).unwrap();
     // A look so coarse that the shapes of neighbours hardly resemble each other.
-    let stations: Vec<f64> = (0..=10).map(|i| f64::from(i) / 10.0).collect();
+    let stations = [0.0, 0.5, 1.0];
     let families = follow(&path, &stations).unwrap();
     assert_eq!(families.exchanges, []);
     assert_eq!(families.of.last().unwrap(), &[Some(0), Some(1), Some(2)]);
