@@ -125,8 +125,9 @@ impl InverseKinematics {
 
     /// The joint positions (rad or m, within limits) that bring the tip frame to `tip_pose` in the base
     /// frame, one for each branch, turning joints by the turn nearest to zero; always in the same
-    /// order. In closed form these are all branches, up to eight; the numeric method may miss one, and
-    /// gives a few examples for a redundant arm. Empty where there are none, and for a pose that is not
+    /// order. In closed form these are all branches, up to eight (where a URDF rounds its right angles,
+    /// two that are about to meet at a singularity may come out as one); the numeric method may miss
+    /// one, and gives a few examples for a redundant arm. Empty where there are none, and for a pose that is not
     /// finite.
     pub fn solutions(&self, robot: &Robot, tip_pose: &Isometry3<f64>) -> Vec<Vec<f64>> {
         if self.check_robot(robot).is_err() || !is_finite(tip_pose) {
