@@ -532,6 +532,16 @@ fn over_limit_names_the_joint() {
         "joint 'joint_5' would have to be at 118.000°, over its limit of 115.000°"
     );
 
+    // A turn back, joint 4 would be within its limits: but from this seed that is a jump.
+    let beyond = [0.1, 0.3, 0.2, 205f64.to_radians(), 0.8, 0.5];
+    let seed = [0.1, 0.3, 0.2, 199f64.to_radians(), 0.8, 0.5];
+    let target = tip_at(&robot, &beyond);
+    let fault = kinematics.near(&robot, &target, &seed).unwrap_err();
+    let IkFault::OverLimit { joint, value, limit, .. } = &fault else { panic!("{fault}") };
+    assert_eq!(joint, "joint_4");
+    assert!((value - beyond[3]).abs() < 1e-9 && (limit - 200f64.to_radians()).abs() < 1e-12);
+    assert!(kinematics.solutions(&robot, &target).len() > 1);
+
     let robot = gantry();
     let kinematics = InverseKinematics::new(&robot);
     let target = tip_at(&robot, &[6.2, 0.0, 0.5, 0.3, 0.9, -0.4]);

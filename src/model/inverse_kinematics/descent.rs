@@ -126,11 +126,16 @@ impl<'a> Descent<'a> {
         self.residual(&error)
     }
 
+    /// Pose of the tip at `q`.
+    pub(super) fn tip(&mut self, q: &[f64]) -> Isometry3<f64> {
+        self.placement.place_frames(self.robot, q, None);
+        forward_kinematics(self.robot, &self.placement)
+    }
+
     /// Position error over the length, and rotation vector, in the base frame; the robot is left
     /// placed at `q`.
     fn error(&mut self, target: &Isometry3<f64>, q: &[f64]) -> Vector6<f64> {
-        self.placement.place_frames(self.robot, q, None);
-        let tip = forward_kinematics(self.robot, &self.placement);
+        let tip = self.tip(q);
         let shift: Vector3<f64> =
             (target.translation.vector - tip.translation.vector) / self.scale.length_m;
         let turn = (target.rotation * tip.rotation.inverse()).scaled_axis();

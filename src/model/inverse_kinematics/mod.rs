@@ -21,7 +21,7 @@ use std::f64::consts::{PI, TAU};
 use nalgebra::{DMatrix, Isometry3, Matrix6xX, Point3};
 
 use self::descent::{Descent, Residual, Scale};
-use self::spherical::SphericalWrist;
+use self::spherical::{BRANCHES, SphericalWrist};
 use super::description::JointKind;
 use super::fault::PoseFault;
 use super::placement::{Axis, Placement};
@@ -41,8 +41,11 @@ const SAME: f64 = 1e-6;
 /// branch: far below the angle between branches but near a singularity, where they meet.
 const ON_BRANCH: f64 = 0.5;
 
-/// Steps to refine a closed-form solution; one or two do, but for those near a singularity.
-const REFINING_STEPS: usize = 20;
+/// Where the axes miss the ideal, the closed form is aimed anew at the target plus what it missed by,
+/// until it misses by no more than this (m or rad). So it settles on either side of a singularity, on
+/// which least squares from afar would creep.
+const AIMED: f64 = 1e-10;
+const MOST_AIMS: usize = 8;
 
 /// Steps from a seed or a starting pose.
 const SEARCHING_STEPS: usize = 60;
@@ -122,8 +125,9 @@ impl InverseKinematics {
 
     /// The joint positions (rad or m, within limits) that bring the tip frame to `tip_pose` in the base
     /// frame, one for each branch, turning joints by the turn nearest to zero; always in the same
-    /// order. In closed form these are all branches, up to eight; the numeric method may miss one, and
-    /// gives a few examples for a redundant arm. Empty where there are none, and for a pose that is not
+    /// order. In closed form these are all branches, up to eight (where a URDF rounds its right angles,
+    /// two that are about to meet at a singularity may come out as one); the numeric method may miss
+    /// one, and gives a few examples for a redundant arm. Empty where there are none, and for a pose that is not
     /// finite.
     pub fn solutions(&self, robot: &Robot, tip_pose: &Isometry3<f64>) -> Vec<Vec<f64>> {
         if self.check_robot(robot).is_err() || !is_finite(tip_pose) {
@@ -273,9 +277,22 @@ impl InverseKinematics {
         descent: &mut Descent<'_>,
     ) -> Option<Vec<Vec<f64>>> {
         let closed_form = self.closed_form.as_ref()?;
-        let mut found = Vec::with_capacity(8);
-        for mut q in closed_form.solutions(target) {
-            let residual = descent.run(target, &mut q, &[], REFINING_STEPS);
+        let mut found = Vec::with_capacity(BRANCHES);
+        for branch in 0..BRANCHES {
+            let Some(mut q) = closed_form.solution(target, branch) else { continue };
+            let mut aim = *target;
+            for _ in 0..MOST_AIMS {
+                let miss = target * descent.tip(&q).inverse();
+                if miss.translation.vector.norm().max(miss.rotation.angle()) <= AIMED {
+                    break;
+                }
+                aim = miss * aim;
+                match closed_form.solution(&aim, branch) {
+                    Some(better) => q = better,
+                    None => break,
+                }
+            }
+            let residual = descent.run(target, &mut q, &[], SEARCHING_STEPS);
             if residual.is_reached(&self.scale) {
                 found.push(q.to_vec());
             }

@@ -19,11 +19,18 @@ const STRUCTURE_SLACK: f64 = 1e-3;
 /// Axes that must not be parallel have at least this sine between them.
 const SMALLEST_SINE: f64 = 0.1;
 
-/// How far beyond its range a cosine is still taken for a double root, in the scale of the equation.
+/// How far beyond its range a cosine is still taken for a double root, in the scale of the equation,
+/// where the axes are as they should be.
 const ROOT_SLACK: f64 = 1e-6;
+
+/// What is added to that, as a multiple of what the axes miss the ideal by.
+const MISMATCH_GAIN: f64 = 20.0;
 
 /// Up to two angles, the first one always filled first.
 type Roots = [Option<f64>; 2];
+
+/// Number of branches of the closed form.
+pub(super) const BRANCHES: usize = 8;
 
 /// A six-axis arm whose inverse kinematics has a closed form. All vectors in the base frame at q = 0.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,7 +44,7 @@ pub(super) struct SphericalWrist {
     wrist_in_tip: Vector3<f64>,
     zero_rotation: Matrix3<f64>,
     length_m: f64,
-    /// Slack of the roots: [`ROOT_SLACK`] and what the axes miss the ideal by.
+    /// How far beyond its range a cosine is taken for a double root.
     slack: f64,
 }
 
@@ -66,30 +73,27 @@ impl SphericalWrist {
             wrist_in_tip: zero_tip.inverse_transform_point(&wrist.into()).coords,
             zero_rotation: *zero_tip.rotation.to_rotation_matrix().matrix(),
             length_m,
-            slack: ROOT_SLACK + 2.0 * mismatch,
+            slack: ROOT_SLACK + MISMATCH_GAIN * mismatch,
         })
     }
 
-    /// All joint positions that bring the tip to `target`, up to eight, as angles of one turn; limits
-    /// are not looked at. Order: by root of joint 1, then 3, then 5. Where a joint is free (two axes
-    /// in line), it is at zero. Exact but for what the axes miss the ideal by.
-    pub(super) fn solutions(&self, target: &Isometry3<f64>) -> Vec<[f64; 6]> {
+    /// The joint positions on `branch` that bring the tip to `target`, as angles of one turn; limits are
+    /// not looked at. Bits 2, 1 and 0 of `branch` choose the root of joints 1, 3 and 5; two roots may
+    /// be the same. A joint that is free (two axes in line) is at zero, on one branch only. Exact but
+    /// for what the axes miss the ideal by.
+    pub(super) fn solution(&self, target: &Isometry3<f64>, branch: usize) -> Option<[f64; 6]> {
+        let choose = |roots: Roots, bit: usize| roots[branch >> bit & 1];
         let rotation = *target.rotation.to_rotation_matrix().matrix();
         let wrist = target.translation.vector + rotation * self.wrist_in_tip;
-        let mut found = Vec::with_capacity(8);
-        for q1 in self.first(&wrist).into_iter().flatten() {
-            let turned = self.points[0] + self.turn(0, -q1) * (wrist - self.points[0]);
-            for q3 in self.third(&turned).into_iter().flatten() {
-                let q2 = self.second(&turned, q3);
-                let arm = self.turn(0, q1) * self.turn(1, q2) * self.turn(2, q3);
-                let rest = arm.transpose() * rotation * self.zero_rotation.transpose();
-                for q5 in self.fifth(&rest).into_iter().flatten() {
-                    let (q4, q6) = self.fourth_and_sixth(&rest, q5);
-                    found.push([q1, q2, q3, q4, q5, q6]);
-                }
-            }
-        }
-        found
+        let q1 = choose(self.first(&wrist), 2)?;
+        let turned = self.points[0] + self.turn(0, -q1) * (wrist - self.points[0]);
+        let q3 = choose(self.third(&turned), 1)?;
+        let q2 = self.second(&turned, q3);
+        let arm = self.turn(0, q1) * self.turn(1, q2) * self.turn(2, q3);
+        let rest = arm.transpose() * rotation * self.zero_rotation.transpose();
+        let q5 = choose(self.fifth(&rest), 0)?;
+        let (q4, q6) = self.fourth_and_sixth(&rest, q5);
+        Some([q1, q2, q3, q4, q5, q6])
     }
 
     fn turn(&self, joint: usize, q: f64) -> Matrix3<f64> {
@@ -101,11 +105,11 @@ impl SphericalWrist {
         let [u1, u2, ..] = &self.directions;
         let v = wrist - self.points[0];
         let along = u1.into_inner() * u1.dot(&v);
-        roots(
+        self.roots(
             u2.dot(&(v - along)),
             -u2.dot(&u1.cross(&v)),
             u2.dot(&(self.wrist - self.points[0])) - u2.dot(&along),
-            self.slack * self.length_m,
+            self.length_m,
         )
     }
 
@@ -115,11 +119,11 @@ impl SphericalWrist {
         let d = self.across(&(self.points[2] - self.points[1]));
         let v = self.across(&(self.wrist - self.points[2]));
         let reach = self.across(&(turned - self.points[1]));
-        roots(
+        self.roots(
             d.dot(&v),
             d.dot(&u3.cross(&v)),
             (reach.norm_squared() - d.norm_squared() - v.norm_squared()) / 2.0,
-            self.slack * self.length_m * self.length_m,
+            self.length_m * self.length_m,
         )
     }
 
@@ -134,11 +138,11 @@ impl SphericalWrist {
     fn fifth(&self, rest: &Matrix3<f64>) -> Roots {
         let [.., u4, u5, u6] = &self.directions;
         let along = u5.into_inner() * u5.dot(u6);
-        roots(
+        self.roots(
             u4.dot(&(u6.into_inner() - along)),
             u4.dot(&u5.cross(u6)),
             u4.dot(&(rest * u6.into_inner())) - u4.dot(&along),
-            self.slack,
+            1.0,
         )
     }
 
@@ -151,24 +155,25 @@ impl SphericalWrist {
         (q4, angle_about(u6, &mark, &(roll * mark), ROOT_SLACK))
     }
 
+    /// Roots of a cos q + b sin q = c, which is of size `scale`; zero where any angle will do.
+    fn roots(&self, a: f64, b: f64, c: f64, scale: f64) -> Roots {
+        let slack = self.slack * scale;
+        let amplitude = a.hypot(b);
+        if amplitude <= slack {
+            return [(c.abs() <= 2.0 * slack).then_some(0.0), None];
+        }
+        if c.is_nan() || c.abs() > amplitude + slack {
+            return [None, None];
+        }
+        let middle = b.atan2(a);
+        let spread = (c / amplitude).clamp(-1.0, 1.0).acos();
+        [Some(middle + spread), Some(middle - spread)]
+    }
+
     fn across(&self, v: &Vector3<f64>) -> Vector3<f64> {
         let u2 = &self.directions[1];
         v - u2.into_inner() * u2.dot(v)
     }
-}
-
-/// Roots of a cos q + b sin q = c; zero where any angle will do.
-fn roots(a: f64, b: f64, c: f64, slack: f64) -> Roots {
-    let amplitude = a.hypot(b);
-    if amplitude <= slack {
-        return [(c.abs() <= 2.0 * slack).then_some(0.0), None];
-    }
-    if c.is_nan() || c.abs() > amplitude + slack {
-        return [None, None];
-    }
-    let middle = b.atan2(a);
-    let spread = (c / amplitude).clamp(-1.0, 1.0).acos();
-    [Some(middle + spread), (spread > 0.0).then_some(middle - spread)]
 }
 
 /// Angle that turns `from` to `to` about `axis`; zero where either lies along the axis.
