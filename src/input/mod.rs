@@ -2,5 +2,22 @@
 //! file are reported in one go, each with file and line. The only place that names urdf_rs and serde_yaml.
 
 mod fault;
+mod faults;
+mod raw;
+mod robot;
+pub mod schema;
+mod text;
+mod urdf;
+mod yaml;
 
 pub use fault::Fault;
+pub use robot::load_robot;
+
+/// What was read, and remarks on it that do not stop the work.
+#[derive(Debug, Clone)]
+pub struct Loaded<T> {
+    /// The valid value.
+    pub value: T,
+    /// Settings without effect, blocks that are missing and may be forgotten.
+    pub notices: Vec<Fault>,
+}

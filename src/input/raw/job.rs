@@ -1,0 +1,215 @@
+//! job.yaml as it is written.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::super::yaml::Apart;
+
+/// A job: a robot, a cutter, a spindle and operations.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[schemars(title = "detune job.yaml")]
+pub(in crate::input) struct Job {
+    /// What the job is called in reports; the file's name if absent.
+    #[schemars(extend("examples" = ["Pocket, roughing"]))]
+    pub(in crate::input) name: Option<String>,
+    /// Free text.
+    pub(in crate::input) note: Option<String>,
+    /// robot.yaml, relative to this file.
+    #[schemars(required, extend("examples" = ["../robots/irb1600/robot.yaml"]))]
+    pub(in crate::input) robot: Option<String>,
+    /// The cutter.
+    #[schemars(required)]
+    pub(in crate::input) tool: Option<Tool>,
+    /// Tool centre point in the frame of the robot's tip link; identity if absent.
+    pub(in crate::input) tcp: Option<Frame>,
+    /// Work object in the frame of the robot's base link; identity if absent. Poses are relative to it.
+    pub(in crate::input) work_object: Option<Frame>,
+    /// The spindle.
+    #[schemars(required)]
+    pub(in crate::input) spindle: Option<Spindle>,
+    /// What is machined, in order.
+    #[schemars(required, extend("minItems" = 1))]
+    pub(in crate::input) operations: Option<Vec<Operation>>,
+    /// When an excitation line near a natural frequency counts.
+    pub(in crate::input) policy: Option<Policy>,
+}
+
+/// The cutter.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub(in crate::input) struct Tool {
+    /// What it is called.
+    #[schemars(extend("examples" = ["12 mm 2-flute"]))]
+    pub(in crate::input) name: Option<String>,
+    /// Number of teeth.
+    #[schemars(required, extend("minimum" = 1, "maximum" = 1000))]
+    pub(in crate::input) teeth: Option<u32>,
+    /// Diameter, mm.
+    #[schemars(extend("exclusiveMinimum" = 0, "examples" = [12]))]
+    pub(in crate::input) diameter_mm: Option<f64>,
+    /// For uneven pitch: the angle from each tooth to the next, degrees, adding up to 360.
+    #[schemars(extend("items" = {"type": "number", "exclusiveMinimum": 0}, "examples" = [[170, 190]]))]
+    pub(in crate::input) pitch_deg: Option<Vec<f64>>,
+}
+
+/// A frame in another one.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub(in crate::input) struct Frame {
+    /// Origin, m; [0, 0, 0] if absent.
+    #[schemars(extend("default" = [0, 0, 0]))]
+    pub(in crate::input) xyz_m: Option<[f64; 3]>,
+    /// Roll, pitch and yaw about fixed axes as in URDF, R = Rz Ry Rx, rad; [0, 0, 0] if absent.
+    #[schemars(extend("default" = [0, 0, 0]))]
+    pub(in crate::input) rpy_rad: Option<[f64; 3]>,
+}
+
+/// The spindle's abilities.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub(in crate::input) struct Spindle {
+    /// Lowest speed, rev/min.
+    #[schemars(required, extend("exclusiveMinimum" = 0, "examples" = [500]))]
+    pub(in crate::input) min_rpm: Option<f64>,
+    /// Highest speed, rev/min.
+    #[schemars(required, extend("exclusiveMinimum" = 0, "examples" = [6000]))]
+    pub(in crate::input) max_rpm: Option<f64>,
+    /// Fastest change of speed, rev/min per second.
+    #[schemars(extend("exclusiveMinimum" = 0, "examples" = [500]))]
+    pub(in crate::input) max_acceleration_rpm_per_s: Option<f64>,
+}
+
+/// One operation: a path under a spindle speed. Exactly one of spindle_rpm and spindle_schedule.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[schemars(extend("x-noun" = "operation"))]
+pub(in crate::input) struct Operation {
+    /// Unique within the job.
+    #[schemars(required, extend("examples" = ["rough"]))]
+    pub(in crate::input) name: Option<String>,
+    /// Constant spindle speed, rev/min.
+    #[schemars(extend("exclusiveMinimum" = 0, "examples" = [1100]))]
+    pub(in crate::input) spindle_rpm: Option<f64>,
+    /// Spindle speed over s, which runs from 0 to 1 in proportion to time; linear between the points.
+    #[schemars(extend("minItems" = 2))]
+    pub(in crate::input) spindle_schedule: Option<Vec<SchedulePoint>>,
+    /// Feed of the tool centre point, mm/min.
+    #[schemars(required, extend("exclusiveMinimum" = 0, "examples" = [400]))]
+    pub(in crate::input) feed_mm_per_min: Option<f64>,
+    /// How the tool cuts.
+    pub(in crate::input) cutting: Option<Cutting>,
+    /// Joint positions near which the first target of a path of poses is sought, one for each moving joint from base
+    /// to tip: degrees, millimetres for a prismatic joint. Zero if absent.
+    pub(in crate::input) start_near_deg: Option<Vec<f64>>,
+    /// Where the tool goes: exactly one of the keys.
+    #[schemars(required)]
+    pub(in crate::input) path: Option<Path>,
+}
+
+/// A corner of a spindle schedule.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub(in crate::input) struct SchedulePoint {
+    /// Share of the operation's time, 0 to 1.
+    #[schemars(required, extend("minimum" = 0, "maximum" = 1))]
+    pub(in crate::input) s: Option<f64>,
+    /// Spindle speed, rev/min.
+    #[schemars(required, extend("exclusiveMinimum" = 0))]
+    pub(in crate::input) rpm: Option<f64>,
+}
+
+/// How the tool cuts.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub(in crate::input) struct Cutting {
+    /// Radial depth of cut, mm.
+    #[schemars(required, extend("exclusiveMinimum" = 0, "examples" = [6]))]
+    pub(in crate::input) radial_depth_mm: Option<f64>,
+    /// Axial depth of cut, mm.
+    #[schemars(required, extend("exclusiveMinimum" = 0, "examples" = [2]))]
+    pub(in crate::input) axial_depth_mm: Option<f64>,
+    /// On which side of the cut the chip is thick: climb (down-milling), conventional (up-milling) or slot.
+    #[schemars(required)]
+    pub(in crate::input) direction: Option<Direction>,
+    /// Name of the work's material.
+    #[schemars(required, extend("examples" = ["al-6061"]))]
+    pub(in crate::input) material: Option<String>,
+}
+
+// Variants without doc comments: schemars then writes a plain `enum`.
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub(in crate::input) enum Direction {
+    Climb,
+    Conventional,
+    Slot,
+}
+
+/// A path: exactly one of its keys. The first waypoint is where the operation starts.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub(in crate::input) struct Path {
+    /// Joint-interpolated waypoints: rows of one value for each moving joint from base to tip, degrees for a joint that
+    /// turns, millimetres for a prismatic joint.
+    #[schemars(
+        with = "Option<Vec<Vec<f64>>>",
+        extend("minItems" = 1, "x-apart" = true, "examples" = [[[0, 20, -10, 0, 60, 0], [10, 25, -12, 0, 60, 0]]])
+    )]
+    pub(in crate::input) joints_deg: Option<Apart>,
+    /// Poses of the tool centre point in the work object, joined by straight lines.
+    #[schemars(with = "Option<Vec<Pose>>", extend("minItems" = 1, "x-apart" = true))]
+    pub(in crate::input) poses: Option<Apart>,
+    /// A robot or CAM program.
+    pub(in crate::input) program: Option<Program>,
+}
+
+/// A pose of the tool centre point in the work object. Only its schema is used: poses are read from the tree.
+#[derive(JsonSchema)]
+#[schemars(deny_unknown_fields)]
+#[expect(dead_code, reason = "read from the tree, as there may be a million")]
+pub(in crate::input) struct Pose {
+    /// Position, mm.
+    #[schemars(extend("examples" = [[0, 0, 0]]))]
+    xyz_mm: [f64; 3],
+    /// Roll, pitch and yaw about fixed axes as in URDF, R = Rz Ry Rx, degrees; [0, 0, 0] if absent.
+    #[schemars(extend("examples" = [[0, 180, 0]]))]
+    rpy_deg: Option<[f64; 3]>,
+}
+
+/// A robot or CAM program.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub(in crate::input) struct Program {
+    /// The program, relative to this file.
+    #[schemars(required, extend("examples" = ["pocket.mod"]))]
+    pub(in crate::input) file: Option<String>,
+    /// Where it starts; main if absent.
+    #[schemars(extend("examples" = ["main"]))]
+    pub(in crate::input) procedure: Option<String>,
+}
+
+/// When an excitation line near a natural frequency counts.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub(in crate::input) struct Policy {
+    /// Multiples of the tooth-passing frequency, 1 to this; 2 if absent.
+    #[schemars(extend("minimum" = 0, "maximum" = 1000, "default" = 2))]
+    pub(in crate::input) tooth_passing_harmonics: Option<u32>,
+    /// Multiples of the spindle's frequency, 1 to this; 1 if absent, 0 switches them off.
+    #[schemars(extend("minimum" = 0, "maximum" = 1000, "default" = 1))]
+    pub(in crate::input) spindle_harmonics: Option<u32>,
+    /// Half width of the band about a natural frequency, % of it; 10 if absent.
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 100, "default" = 10))]
+    pub(in crate::input) separation_percent: Option<f64>,
+    /// What the model may be wrong by, % of a frequency; twice the robot's calibration.heldout_rms_percent if absent, or
+    /// 10 for a robot without calibration.
+    #[schemars(extend("minimum" = 0, "maximum" = 100))]
+    pub(in crate::input) model_uncertainty_percent: Option<f64>,
+    /// Bands, Hz, in which excitation does not count; ascending.
+    #[schemars(extend("examples" = [[[49, 51]]]))]
+    pub(in crate::input) ignore_hz: Option<Vec<[f64; 2]>>,
+    /// A mode that moves the tool tip less than this at resonance does not count, µm/N; 0 if absent.
+    #[schemars(extend("minimum" = 0, "default" = 0))]
+    pub(in crate::input) min_tip_response_um_per_n: Option<f64>,
+}

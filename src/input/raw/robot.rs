@@ -1,0 +1,222 @@
+//! robot.yaml as it is written.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::super::yaml::Apart;
+
+/// A robot: its URDF, and what a URDF does not tell.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[schemars(title = "detune robot.yaml")]
+pub(in crate::input) struct Robot {
+    /// What the robot is called in reports; the URDF's name if absent.
+    #[schemars(extend("examples" = ["Two-link section of the IRB 1600"]))]
+    pub(in crate::input) name: Option<String>,
+    /// Free text: where the numbers come from, what they hold for.
+    pub(in crate::input) note: Option<String>,
+    /// URDF file, relative to this file.
+    #[schemars(required, extend("examples" = ["two-link.urdf"]))]
+    pub(in crate::input) urdf: Option<String>,
+    /// Link that stands on the ground; the root of the tree if absent.
+    #[schemars(extend("examples" = ["base_link"]))]
+    pub(in crate::input) base: Option<String>,
+    /// Link whose frame carries the tool; the child of the last moving joint if absent.
+    #[schemars(extend("examples" = ["tool0"]))]
+    pub(in crate::input) tip: Option<String>,
+    /// The springs.
+    #[schemars(required)]
+    pub(in crate::input) elasticity: Option<Elasticity>,
+    /// By joint name: reflected rotor inertia that takes part in the joint's own elastic motion.
+    pub(in crate::input) drives: Option<BTreeMap<String, Drive>>,
+    /// A body fixed to a link, beside the URDF's own.
+    pub(in crate::input) payload: Option<Payload>,
+    /// How beta1 and beta2 of the two-link model read from the joints.
+    pub(in crate::input) arm_angles: Option<ArmAngles>,
+    /// Corrections that a diagnosis added. This version reads none: the list must be empty.
+    #[schemars(with = "Option<Vec<serde_json::Value>>", extend("x-apart" = true))]
+    pub(in crate::input) corrections: Option<Apart>,
+    /// How well the model predicts measured frequencies; absent means that it never was compared.
+    pub(in crate::input) calibration: Option<Calibration>,
+}
+
+/// The elastic coordinates and their damping.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub(in crate::input) struct Elasticity {
+    /// Damping ratio where a joint or extra coordinate gives no damping; 0.02 if absent.
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 0.99, "default" = 0.02))]
+    pub(in crate::input) damping_ratio: Option<f64>,
+    /// By URDF joint name; a moving joint that is not listed is rigid.
+    pub(in crate::input) joints: Option<BTreeMap<String, JointSpring>>,
+    /// Further elastic coordinates: foundation, transverse compliance, link flexibility.
+    pub(in crate::input) extra: Option<Vec<Extra>>,
+    /// Whether gravity's geometric stiffness is part of K; false if absent.
+    #[schemars(extend("default" = false))]
+    pub(in crate::input) gravity: Option<bool>,
+    /// Acceleration of gravity in the base frame, m/s²; [0, 0, -9.80665] if absent.
+    #[schemars(extend("default" = [0, 0, -9.80665]))]
+    pub(in crate::input) gravity_m_per_s2: Option<[f64; 3]>,
+}
+
+/// The spring in a moving joint: exactly one stiffness, at most one damping.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[schemars(extend("x-noun" = "joint"))]
+pub(in crate::input) struct JointSpring {
+    /// Spring constant of a joint that turns, N·m/rad.
+    #[schemars(extend("exclusiveMinimum" = 0, "examples" = [555000]))]
+    pub(in crate::input) stiffness_nm_per_rad: Option<f64>,
+    /// Spring constant of a prismatic joint, N/m.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub(in crate::input) stiffness_n_per_m: Option<f64>,
+    /// Share of critical damping.
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 0.99, "examples" = [0.02]))]
+    pub(in crate::input) damping_ratio: Option<f64>,
+    /// Viscous damping of a joint that turns, N·m·s/rad.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub(in crate::input) damping_nms_per_rad: Option<f64>,
+    /// Viscous damping of a prismatic joint, N·s/m.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub(in crate::input) damping_ns_per_m: Option<f64>,
+    /// Where the numbers come from.
+    pub(in crate::input) source: Option<String>,
+}
+
+/// An elastic coordinate that moves a link and all it carries. For the root link it is the foundation; at
+/// a joint's child link it is the transverse (bending) compliance of that joint; at a point inside a
+/// link it is link flexibility.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[schemars(extend("x-noun" = "extra coordinate"))]
+pub(in crate::input) struct Extra {
+    /// Unique among all elastic coordinates.
+    #[schemars(required, extend("examples" = ["base_tilt_y"]))]
+    pub(in crate::input) name: Option<String>,
+    /// The URDF link that moves.
+    #[schemars(required, extend("examples" = ["base_link"]))]
+    pub(in crate::input) link: Option<String>,
+    /// Whether it turns about the axis or shifts along it.
+    #[schemars(required)]
+    pub(in crate::input) kind: Option<ExtraKind>,
+    /// Direction in the link's frame, any length but zero.
+    #[schemars(required, extend("examples" = [[0, 1, 0]]))]
+    pub(in crate::input) axis: Option<[f64; 3]>,
+    /// A point of the axis in the link's frame, m; [0, 0, 0] if absent.
+    #[schemars(extend("default" = [0, 0, 0]))]
+    pub(in crate::input) origin_m: Option<[f64; 3]>,
+    /// Spring constant: N·m/rad for a rotation, N/m for a translation.
+    #[schemars(required, extend("exclusiveMinimum" = 0, "examples" = [2.0e6]))]
+    pub(in crate::input) stiffness: Option<f64>,
+    /// Share of critical damping.
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 0.99))]
+    pub(in crate::input) damping_ratio: Option<f64>,
+    /// Viscous damping of a rotation, N·m·s/rad.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub(in crate::input) damping_nms_per_rad: Option<f64>,
+    /// Viscous damping of a translation, N·s/m.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub(in crate::input) damping_ns_per_m: Option<f64>,
+    /// Where the numbers come from.
+    pub(in crate::input) source: Option<String>,
+}
+
+// Variants without doc comments: schemars then writes a plain `enum`.
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub(in crate::input) enum ExtraKind {
+    Rotation,
+    Translation,
+}
+
+/// Rotor inertia seen through the gear.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[schemars(extend("x-noun" = "drive of joint"))]
+pub(in crate::input) struct Drive {
+    /// Rotor inertia times the gear ratio squared, kg·m² (kg at a prismatic joint). Adds to the joint's own
+    /// diagonal entry of M and nowhere else.
+    #[schemars(required, extend("minimum" = 0))]
+    pub(in crate::input) reflected_inertia_kgm2: Option<f64>,
+    /// Where the number comes from.
+    pub(in crate::input) source: Option<String>,
+}
+
+/// A body fixed to a link.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub(in crate::input) struct Payload {
+    /// The URDF link that carries it.
+    #[schemars(required, extend("examples" = ["tool0"]))]
+    pub(in crate::input) link: Option<String>,
+    /// Mass, kg.
+    #[schemars(required, extend("minimum" = 0))]
+    pub(in crate::input) mass_kg: Option<f64>,
+    /// Centre of mass in the link's frame, m; [0, 0, 0] if absent.
+    #[schemars(extend("default" = [0, 0, 0]))]
+    pub(in crate::input) com_m: Option<[f64; 3]>,
+    /// Rotary inertia about the centre of mass, in the axes of the link's frame, kg·m²; a point mass if absent.
+    pub(in crate::input) inertia_kgm2: Option<Inertia>,
+    /// Where the numbers come from.
+    pub(in crate::input) source: Option<String>,
+}
+
+/// A symmetric tensor of inertia, kg·m², with products as in URDF (ixy is the entry of the matrix).
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub(in crate::input) struct Inertia {
+    /// About x, kg·m².
+    #[schemars(required)]
+    pub(in crate::input) ixx: Option<f64>,
+    /// About y, kg·m².
+    #[schemars(required)]
+    pub(in crate::input) iyy: Option<f64>,
+    /// About z, kg·m².
+    #[schemars(required)]
+    pub(in crate::input) izz: Option<f64>,
+    /// Entry xy of the matrix, kg·m²; 0 if absent.
+    pub(in crate::input) ixy: Option<f64>,
+    /// Entry xz of the matrix, kg·m²; 0 if absent.
+    pub(in crate::input) ixz: Option<f64>,
+    /// Entry yz of the matrix, kg·m²; 0 if absent.
+    pub(in crate::input) iyz: Option<f64>,
+}
+
+/// Angles of the two-link model.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub(in crate::input) struct ArmAngles {
+    /// Angle of the lower arm.
+    pub(in crate::input) beta1: Option<ArmAngle>,
+    /// Angle of the upper arm against the lower.
+    pub(in crate::input) beta2: Option<ArmAngle>,
+}
+
+/// An angle: the sum of factor times joint position, plus an offset.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub(in crate::input) struct ArmAngle {
+    /// Factor by joint name.
+    #[schemars(required, extend("examples" = [{"joint_2": 1.0}]))]
+    pub(in crate::input) terms: Option<BTreeMap<String, f64>>,
+    /// Offset, rad; 0 if absent.
+    #[schemars(extend("default" = 0))]
+    pub(in crate::input) offset_rad: Option<f64>,
+}
+
+/// How well the model predicted frequencies at poses that it was not fitted to.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub(in crate::input) struct Calibration {
+    /// Number of poses.
+    #[schemars(required, extend("minimum" = 1))]
+    pub(in crate::input) poses: Option<u32>,
+    /// Root mean square of the relative error of the frequencies, %.
+    #[schemars(required, extend("minimum" = 0, "maximum" = 100))]
+    pub(in crate::input) heldout_rms_percent: Option<f64>,
+    /// Day of the comparison.
+    #[schemars(extend("examples" = ["2026-11-21"]))]
+    pub(in crate::input) date: Option<String>,
+}

@@ -1,0 +1,485 @@
+//! robot.yaml and its URDF → the model.
+
+use std::path::Path;
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::faults::Faults;
+use super::raw::robot as raw;
+use super::text::{LARGEST_YAML_BYTES, named_file, read_text};
+use super::urdf::{Urdf, read_urdf};
+use super::yaml::{Kind, Node, Step, check, parse, typed};
+use super::{Fault, Loaded, schema};
+use crate::model::{
+    ArmAngle, Calibration, CoordinateKind, Damping, Description, Drive, ElasticJoint,
+    ExtraCoordinate, Inertial, JointKind, ModelFault, Payload, Place, Robot,
+};
+use crate::units::STANDARD_GRAVITY_M_PER_S2;
+
+/// Modal damping where the robot gives none.
+const DEFAULT_DAMPING_RATIO: f64 = 0.02;
+
+/// Reads a robot.yaml and the URDF that it names.
+///
+/// # Errors
+/// Every fault of both files, each with its line: first those of the YAML, then those of the URDF.
+pub fn load_robot(path: &Path) -> Result<Loaded<Robot>, Vec<Fault>> {
+    let mut faults = Faults::of(path);
+    let text = read_text(path, LARGEST_YAML_BYTES).map_err(|fault| vec![fault])?;
+    let mut tree = match parse(&text, &mut faults) {
+        Ok(tree) => tree,
+        Err(fault) => return Err(faults.finish_with(fault)),
+    };
+    check(&mut tree, &schema::robot_to_check(), &mut faults);
+    let Some(raw) = typed::<raw::Robot>(&tree, &mut faults) else { return Err(faults.finish()) };
+    let named = raw.urdf.as_deref().and_then(|name| {
+        let line = tree.line_at(&[Step::Key("urdf")]);
+        named_file(path, "urdf", name, line, &mut faults)
+    });
+    let Some(urdf_path) = named else {
+        // The faults that need no URDF all the same.
+        describe(&raw, &tree, None, &mut faults);
+        return Err(faults.finish());
+    };
+    let mut urdf_faults = Faults::of(&urdf_path);
+    let urdf = match read_urdf(&urdf_path, &mut urdf_faults) {
+        Ok(urdf) => urdf,
+        Err(fault) => {
+            describe(&raw, &tree, None, &mut faults);
+            let mut all = faults.finish();
+            all.extend(urdf_faults.finish_with(fault));
+            return Err(all);
+        }
+    };
+    let description = describe(&raw, &tree, Some(&urdf), &mut faults);
+    let sound = faults.count() == 0 && urdf_faults.count() == 0;
+    let mut files = Files { tree: &tree, urdf: &urdf, yaml: faults, xml: urdf_faults };
+    match Robot::new(&description) {
+        Ok(robot) if sound => {
+            let notices = robot.notices().iter().map(|notice| files.placed(notice)).collect();
+            Ok(Loaded { value: robot, notices })
+        }
+        Ok(_) => Err(files.finish()),
+        Err(model_faults) => {
+            for fault in &model_faults {
+                if sound || !follows_from_others(fault, urdf.damaged) {
+                    files.add(fault);
+                }
+            }
+            Err(files.finish())
+        }
+    }
+}
+
+/// Whether a fault of the model may be the consequence of what was left out for another fault.
+fn follows_from_others(fault: &ModelFault, damaged: bool) -> bool {
+    match (&fault.place, fault.key) {
+        (Place::Robot, _) => true,
+        (Place::Link(_) | Place::Joint(_) | Place::Payload, key) => {
+            damaged && !matches!(key, "mass" | "com" | "inertia" | "axis" | "origin" | "limit")
+        }
+        (_, key) => damaged && (key.is_empty() || matches!(key, "base" | "tip" | "link" | "terms")),
+    }
+}
+
+/// Both files of a robot, to turn symbolic places into file and line.
+struct Files<'r> {
+    tree: &'r Node,
+    urdf: &'r Urdf,
+    yaml: Faults,
+    xml: Faults,
+}
+
+impl Files<'_> {
+    fn add(&mut self, fault: &ModelFault) {
+        let (in_urdf, line) = self.locate(fault);
+        let what = self.told(fault);
+        if in_urdf { self.xml.add(line, what) } else { self.yaml.add(line, what) }
+    }
+
+    fn placed(&self, fault: &ModelFault) -> Fault {
+        let (in_urdf, line) = self.locate(fault);
+        let file = if in_urdf { &self.xml } else { &self.yaml };
+        file.make(line, self.told(fault))
+    }
+
+    fn told(&self, fault: &ModelFault) -> String {
+        let name = match fault.place {
+            Place::Extra(index) => self
+                .tree
+                .get("elasticity")
+                .and_then(|elasticity| elasticity.get("extra"))
+                .and_then(|extra| extra.items().get(index)?.get("name")?.text()),
+            _ => None,
+        };
+        match (&fault.place, name) {
+            (_, Some(name)) => format!("extra coordinate '{name}': {}", fault.what),
+            (Place::Robot, _) => fault.what.clone(),
+            _ => fault.to_string(),
+        }
+    }
+
+    /// Whether it lies in the URDF, and its line.
+    fn locate(&self, fault: &ModelFault) -> (bool, usize) {
+        use Step::{Index, Key};
+        let yaml = |steps: &[Step<'_>]| (false, self.tree.line_at(steps));
+        let payload_key = match fault.key {
+            "mass" => "mass_kg",
+            "com" => "com_m",
+            "inertia" => "inertia_kgm2",
+            key => key,
+        };
+        match &fault.place {
+            Place::Link(name) => (true, self.urdf.link_line(name, fault.key)),
+            Place::Joint(name) => (true, self.urdf.joint_line(name, fault.key)),
+            Place::Robot if fault.key.is_empty() => (true, self.urdf.line()),
+            Place::Robot => yaml(&[Key(fault.key)]),
+            Place::Base => yaml(&[Key("base")]),
+            Place::Tip => yaml(&[Key("tip")]),
+            Place::ElasticJoint(name) => {
+                yaml(&[Key("elasticity"), Key("joints"), Key(name), Key(fault.key)])
+            }
+            Place::Extra(index) => {
+                yaml(&[Key("elasticity"), Key("extra"), Index(*index), Key(fault.key)])
+            }
+            Place::Damping | Place::Gravity => yaml(&[Key("elasticity"), Key(fault.key)]),
+            Place::Drive(name) => yaml(&[Key("drives"), Key(name), Key(fault.key)]),
+            Place::Payload => yaml(&[Key("payload"), Key(payload_key)]),
+            Place::ArmAngle(angle) => yaml(&[Key("arm_angles"), Key(angle), Key(fault.key)]),
+        }
+    }
+
+    fn finish(self) -> Vec<Fault> {
+        let mut all = self.yaml.finish();
+        all.extend(self.xml.finish());
+        all
+    }
+}
+
+/// The description that raw YAML and URDF make together. What a fault was told about is replaced by a
+/// harmless stand-in, so that the model can still be asked for further faults.
+fn describe(
+    raw: &raw::Robot,
+    tree: &Node,
+    urdf: Option<&Urdf>,
+    faults: &mut Faults,
+) -> Description {
+    check_corrections(tree, faults);
+    let none = raw::Elasticity::default();
+    let elasticity = raw.elasticity.as_ref().unwrap_or(&none);
+    let gravity = elasticity.gravity_m_per_s2.unwrap_or([0.0, 0.0, -STANDARD_GRAVITY_M_PER_S2]);
+    Description {
+        name: raw
+            .name
+            .clone()
+            .or_else(|| urdf.and_then(|urdf| urdf.name.clone()))
+            .unwrap_or_else(|| "robot".to_owned()),
+        links: urdf.map_or_else(Vec::new, |urdf| urdf.links.clone()),
+        joints: urdf.map_or_else(Vec::new, |urdf| urdf.joints.clone()),
+        base: raw.base.clone(),
+        tip: raw.tip.clone(),
+        elastic_joints: elastic_joints(elasticity, tree, urdf, faults),
+        extra: extras(elasticity, tree, urdf, faults),
+        default_damping_ratio: elasticity.damping_ratio.unwrap_or(DEFAULT_DAMPING_RATIO),
+        gravity_m_per_s2: gravity.into(),
+        gravity_stiffness: elasticity.gravity.unwrap_or(false),
+        drives: raw
+            .drives
+            .iter()
+            .flatten()
+            .map(|(joint, drive)| Drive {
+                joint: joint.clone(),
+                reflected_inertia_kgm2: drive.reflected_inertia_kgm2.unwrap_or(0.0),
+            })
+            .collect(),
+        payload: raw.payload.as_ref().and_then(payload),
+        beta1: raw.arm_angles.as_ref().and_then(|angles| arm_angle(angles.beta1.as_ref()?)),
+        beta2: raw.arm_angles.as_ref().and_then(|angles| arm_angle(angles.beta2.as_ref()?)),
+        calibration: raw.calibration.as_ref().and_then(|calibration| {
+            Some(Calibration {
+                poses: usize::try_from(calibration.poses?).ok()?,
+                heldout_rms_percent: calibration.heldout_rms_percent?,
+            })
+        }),
+    }
+}
+
+fn check_corrections(tree: &Node, faults: &mut Faults) {
+    let Some(corrections) = tree.entry("corrections") else { return };
+    let count = match &corrections.value.kind {
+        Kind::Numbers(numbers) => numbers.len(),
+        _ => corrections.value.items().len(),
+    };
+    if count > 0 && !corrections.value.faulty {
+        let what = format!(
+            "corrections has {count} entries, which this version does not read; empty the list"
+        );
+        faults.add(corrections.line as usize, what);
+    }
+}
+
+fn elastic_joints(
+    elasticity: &raw::Elasticity,
+    tree: &Node,
+    urdf: Option<&Urdf>,
+    faults: &mut Faults,
+) -> Vec<ElasticJoint> {
+    let mut springs = Vec::new();
+    for (name, spring) in elasticity.joints.iter().flatten() {
+        let steps = [Step::Key("elasticity"), Step::Key("joints"), Step::Key(name)];
+        let Some(node) = node_at(tree, &steps) else { continue };
+        let line = tree.line_at(&steps);
+        let slides = urdf
+            .and_then(|urdf| urdf.joints.iter().find(|joint| joint.name == *name))
+            .map(|joint| joint.kind == JointKind::Prismatic);
+        let owner = format!("joint '{name}'");
+        let given = [
+            given(node, "stiffness_nm_per_rad", spring.stiffness_nm_per_rad),
+            given(node, "stiffness_n_per_m", spring.stiffness_n_per_m),
+        ];
+        match given {
+            [true, true] => {
+                let what = "has both stiffness_nm_per_rad and stiffness_n_per_m, must have one";
+                faults.add(line, format!("{owner}: {what}"));
+            }
+            [false, false] => {
+                let key =
+                    if slides == Some(true) { "stiffness_n_per_m" } else { "stiffness_nm_per_rad" };
+                faults.add(line, format!("{owner}: missing key '{key}'"));
+            }
+            _ => {}
+        }
+        springs.push(ElasticJoint {
+            joint: name.clone(),
+            stiffness: spring.stiffness_nm_per_rad.or(spring.stiffness_n_per_m).unwrap_or(1.0),
+            is_linear: match given {
+                [true, false] => false,
+                [false, true] => true,
+                _ => slides.unwrap_or(false),
+            },
+            damping: damping(
+                &owner,
+                node,
+                line,
+                [spring.damping_ratio, spring.damping_nms_per_rad, spring.damping_ns_per_m],
+                slides,
+                faults,
+            ),
+        });
+    }
+    springs
+}
+
+fn extras(
+    elasticity: &raw::Elasticity,
+    tree: &Node,
+    urdf: Option<&Urdf>,
+    faults: &mut Faults,
+) -> Vec<ExtraCoordinate> {
+    let steps = [Step::Key("elasticity"), Step::Key("extra")];
+    let nodes = node_at(tree, &steps).map_or(&[][..], Node::items);
+    let any_link = urdf.and_then(|urdf| urdf.links.first()).map_or("", |link| link.name.as_str());
+    elasticity
+        .extra
+        .iter()
+        .flatten()
+        .zip(nodes)
+        .enumerate()
+        .map(|(index, (extra, node))| {
+            let name = extra.name.clone().unwrap_or_else(|| format!("extra {}", index + 1));
+            let slides = extra.kind.map(|kind| matches!(kind, raw::ExtraKind::Translation));
+            let owner = format!("extra coordinate '{name}'");
+            let damping = damping(
+                &owner,
+                node,
+                node.line as usize,
+                [extra.damping_ratio, extra.damping_nms_per_rad, extra.damping_ns_per_m],
+                slides,
+                faults,
+            );
+            ExtraCoordinate {
+                name,
+                link: extra.link.clone().unwrap_or_else(|| any_link.to_owned()),
+                kind: if slides == Some(true) {
+                    CoordinateKind::Translation
+                } else {
+                    CoordinateKind::Rotation
+                },
+                axis: extra.axis.map_or(Vector3::x(), Vector3::from),
+                origin_m: extra.origin_m.map_or(Vector3::zeros(), Vector3::from),
+                stiffness: extra.stiffness.unwrap_or(1.0),
+                damping,
+            }
+        })
+        .collect()
+}
+
+/// The damping of a coordinate from [ratio, viscous of a rotation, viscous of a translation].
+fn damping(
+    owner: &str,
+    node: &Node,
+    line: usize,
+    values: [Option<f64>; 3],
+    slides: Option<bool>,
+    faults: &mut Faults,
+) -> Option<Damping> {
+    const KEYS: [&str; 3] = ["damping_ratio", "damping_nms_per_rad", "damping_ns_per_m"];
+    let given: Vec<&str> = KEYS
+        .into_iter()
+        .zip(values)
+        .filter(|&(key, value)| given(node, key, value))
+        .map(|(key, _)| key)
+        .collect();
+    if given.len() > 1 {
+        faults.add(line, format!("{owner}: has {}, must have one of them", given.join(" and ")));
+    }
+    let misfit = match slides {
+        Some(true) => Some((KEYS[1], KEYS[2], "moves along its axis")),
+        Some(false) => Some((KEYS[2], KEYS[1], "turns about its axis")),
+        None => None,
+    };
+    if let Some((wrong, right, motion)) = misfit
+        && given.contains(&wrong)
+    {
+        let line = node.line_at(&[Step::Key(wrong)]);
+        faults.add(line, format!("{owner}: {wrong} given, must be {right}, as it {motion}"));
+    }
+    let [ratio, turning, sliding] = values;
+    ratio.map(Damping::Ratio).or(turning.or(sliding).map(Damping::Viscous))
+}
+
+/// Whether a key has a value, be it a faulty one.
+fn given(node: &Node, key: &str, value: Option<f64>) -> bool {
+    value.is_some() || node.get(key).is_some_and(|value| value.faulty)
+}
+
+fn node_at<'n>(tree: &'n Node, steps: &[Step<'_>]) -> Option<&'n Node> {
+    steps.iter().try_fold(tree, |node, step| match step {
+        Step::Key(key) => node.get(key),
+        Step::Index(index) => node.items().get(*index),
+    })
+}
+
+fn payload(raw: &raw::Payload) -> Option<Payload> {
+    let inertia = raw.inertia_kgm2.as_ref().map_or(Some(Matrix3::zeros()), |inertia| {
+        let [ixy, ixz, iyz] =
+            [inertia.ixy, inertia.ixz, inertia.iyz].map(|product| product.unwrap_or(0.0));
+        let (ixx, iyy, izz) = (inertia.ixx?, inertia.iyy?, inertia.izz?);
+        Some(Matrix3::new(ixx, ixy, ixz, ixy, iyy, iyz, ixz, iyz, izz))
+    });
+    Some(Payload {
+        link: raw.link.clone()?,
+        inertial: Inertial {
+            mass_kg: raw.mass_kg.unwrap_or(1.0),
+            com_m: raw.com_m.map_or(Vector3::zeros(), Vector3::from),
+            inertia_kgm2: inertia.unwrap_or(Matrix3::zeros()),
+        },
+    })
+}
+
+fn arm_angle(raw: &raw::ArmAngle) -> Option<ArmAngle> {
+    let terms = raw.terms.as_ref()?;
+    Some(ArmAngle {
+        terms: terms.iter().map(|(joint, &factor)| (joint.clone(), factor)).collect(),
+        offset_rad: raw.offset_rad.unwrap_or(0.0),
+    })
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use std::path::PathBuf;
+
+    use super::*;
+
+    /// The two-link arm of Pietruś & Gierlak (2023), Table 1.
+    pub(in crate::input) const URDF: &str = include_str!("../../tests/data/bad/two-link.urdf");
+    pub(in crate::input) const YAML: &str = include_str!("../../tests/data/bad/robot.yaml");
+
+    /// A folder with robot.yaml and two-link.urdf in it.
+    pub(in crate::input) fn folder(yaml: &str, urdf: &str) -> (tempfile::TempDir, PathBuf) {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("two-link.urdf"), urdf).unwrap();
+        let path = folder.path().join("robot.yaml");
+        std::fs::write(&path, yaml).unwrap();
+        (folder, path)
+    }
+
+    fn load(yaml: &str, urdf: &str) -> Result<Loaded<Robot>, Vec<String>> {
+        let (folder, path) = folder(yaml, urdf);
+        let prefix = format!("{}/", folder.path().display());
+        load_robot(&path)
+            .map_err(|faults| faults.iter().map(|f| f.to_string().replace(&prefix, "")).collect())
+    }
+
+    #[test]
+    fn the_two_link_arm_is_read_with_all_it_says() {
+        let robot = load(YAML, URDF).unwrap();
+        assert!(robot.notices.is_empty(), "{:?}", robot.notices);
+        let robot = robot.value;
+        assert_eq!(robot.name(), "Two-link section");
+        assert_eq!(robot.tip_link(), "tool0");
+        let springs: Vec<f64> = robot.coordinates().iter().map(|c| c.stiffness).collect();
+        assert_eq!(springs, [555_000.0, 138_000.0]);
+        assert_eq!(robot.coordinates()[1].damping, Damping::Viscous(12.5));
+        assert_eq!(robot.coordinates()[0].damping, Damping::Ratio(0.03));
+        assert_eq!(robot.beta2().unwrap().at(&[0.0, 1.5]), 1.75);
+        let calibration = robot.calibration().unwrap();
+        assert_eq!((calibration.poses, calibration.heldout_rms_percent), (20, 4.4));
+    }
+
+    #[test]
+    fn faults_of_both_files_are_told_at_once() {
+        let yaml = YAML
+            .replace("stiffness_nm_per_rad: 555000", "stiffness_nm_per_rad: -1.2e5")
+            .replace("joint_2: {stiff", "joint_3: {stiff")
+            .replace("payload:", "paylaod:");
+        let urdf =
+            URDF.replace("iyy=\"0.30\"", "iyy=\"3.0\"").replace("xyz=\"0 -1 0\"", "xyz=\"0 y 0\"");
+        let line = |text: &str, of: &str| 1 + text.lines().position(|l| l.contains(of)).unwrap();
+        let faults = load(&yaml, &urdf).unwrap_err();
+        let expected = [
+            format!(
+                "robot.yaml:{}: joint 'joint_1': stiffness_nm_per_rad is -1.2e5, must be positive and \
+                 finite",
+                line(&yaml, "-1.2e5")
+            ),
+            format!(
+                "robot.yaml:{}: joint 'joint_3': the URDF has no such joint; it has joint_1, joint_2",
+                line(&yaml, "joint_3:")
+            ),
+            format!(
+                "robot.yaml:{}: unknown key 'paylaod'; did you mean 'payload'?",
+                line(&yaml, "paylaod")
+            ),
+            format!(
+                "two-link.urdf:{}: link 'link_1': inertia fails the triangle inequality (ixx 0.005 + \
+                 izz 0.3 < iyy 3 kg·m²); check the units of the CAD export",
+                line(&urdf, "iyy=\"3.0\"")
+            ),
+        ];
+        for told in &expected {
+            assert!(faults.contains(told), "{told}\nnot in\n{}", faults.join("\n"));
+        }
+        let axes = faults.iter().filter(|fault| fault.contains("<axis> xyz is \"0 y 0\"")).count();
+        assert_eq!((axes, faults.len()), (2, 6), "{}", faults.join("\n"));
+    }
+
+    #[test]
+    fn a_faulty_urdf_does_not_hide_the_faults_of_the_yaml() {
+        let yaml = YAML.replace("damping_nms_per_rad", "damping_ratio: 0.1, damping_nms_per_rad");
+        let faults = load(&yaml, "<robot>").unwrap_err();
+        assert_eq!(faults.len(), 2, "{faults:?}");
+        assert!(faults[0].contains("has damping_ratio and damping_nms_per_rad"), "{faults:?}");
+        assert!(faults[1].starts_with("two-link.urdf:1: not valid XML"), "{faults:?}");
+    }
+
+    #[test]
+    fn notices_have_a_place_in_a_file() {
+        let urdf = URDF.replace("lower=\"-3.2\" upper=\"3.2\"", "");
+        let notices = load(YAML, &urdf).unwrap().notices;
+        assert_eq!(notices.len(), 2);
+        let line = 1 + urdf.lines().position(|l| l.contains("<limit")).unwrap();
+        assert_eq!(notices[0].line, Some(line));
+        assert!(notices[0].what.contains("joint 'joint_1': has no <limit>"), "{}", notices[0]);
+    }
+}

@@ -1,0 +1,384 @@
+//! The XML of a URDF: structure, missing blocks, numbers, lines.
+
+use roxmltree::{Document, Node};
+
+use super::super::Fault;
+use super::super::faults::Faults;
+
+const XACRO_NAMESPACE: &str = "http://www.ros.org/wiki/xacro";
+const XACRO_HINT: &str =
+    "is unexpanded xacro; run 'xacro robot.xacro > robot.urdf' and name the result";
+const JOINT_TYPES: [&str; 7] =
+    ["revolute", "continuous", "prismatic", "fixed", "floating", "planar", "spherical"];
+
+/// Where the parts of a link or joint stand.
+#[derive(Debug, Clone, Default)]
+pub(in crate::input) struct Lines {
+    /// Of the element itself.
+    pub(in crate::input) own: usize,
+    parts: Vec<(&'static str, usize)>,
+}
+
+impl Lines {
+    /// The line of a part, or of the element where it has no such part.
+    pub(in crate::input) fn of(&self, part: &str) -> usize {
+        self.parts.iter().find(|(name, _)| *name == part).map_or(self.own, |&(_, line)| line)
+    }
+}
+
+/// What the audit knows of a link and urdf-rs does not.
+#[derive(Debug)]
+pub(super) struct LinkFacts {
+    pub(super) name: String,
+    pub(super) lines: Lines,
+    pub(super) has_inertial: bool,
+    pub(super) has_geometry: bool,
+}
+
+/// What the audit knows of a joint and urdf-rs does not.
+#[derive(Debug)]
+pub(super) struct JointFacts {
+    pub(super) name: String,
+    pub(super) parent: String,
+    pub(super) child: String,
+    pub(super) mimics: Option<String>,
+    pub(super) lines: Lines,
+    /// Whether the file gives at least one limit of position.
+    pub(super) has_position_limit: bool,
+}
+
+/// What an audit finds.
+#[derive(Debug)]
+pub(super) struct Audit {
+    pub(super) name: Option<String>,
+    pub(super) line: usize,
+    pub(super) links: Vec<LinkFacts>,
+    pub(super) joints: Vec<JointFacts>,
+    /// A link or joint had to be left out, so the tree is not the one that was meant.
+    pub(super) damaged: bool,
+    /// The same robot as a URDF of links and joints alone, in the same order, free of faults.
+    pub(super) plain: String,
+}
+
+/// Audits the text of a URDF.
+pub(super) fn audit(text: &str, faults: &mut Faults) -> Result<Audit, Fault> {
+    let document = Document::parse(text).map_err(|error| {
+        let line = error.pos().row as usize;
+        if text.contains("<xacro:") {
+            faults.make(line, XACRO_HINT)
+        } else {
+            faults.make(line, format!("not valid XML: {error}"))
+        }
+    })?;
+    let mut auditor = Auditor {
+        faults,
+        line_starts: std::iter::once(0)
+            .chain(text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(i, _)| i + 1))
+            .collect(),
+        plain: String::new(),
+        damaged: false,
+    };
+    let root = document.root_element();
+    let xacro =
+        root.descendants().find(|node| node.tag_name().namespace() == Some(XACRO_NAMESPACE));
+    if let Some(node) = xacro {
+        return Err(auditor.faults.make(auditor.line(&node), XACRO_HINT));
+    }
+    if root.tag_name().name() != "robot" {
+        let what = format!("root element is <{}>, must be <robot>", root.tag_name().name());
+        return Err(auditor.faults.make(auditor.line(&root), what));
+    }
+    auditor.plain.push_str("<robot name=\"robot\"");
+    if let Some(version) = root.attribute("version") {
+        auditor.attribute("version", version);
+    }
+    auditor.plain.push('>');
+    let (mut links, mut joints) = (Vec::new(), Vec::new());
+    for node in root.children().filter(Node::is_element) {
+        match node.tag_name().name() {
+            "link" => links.extend(auditor.link(&node)),
+            "joint" => joints.extend(auditor.joint(&node)),
+            // Materials, transmissions, simulator settings: no concern of ours.
+            _ => {}
+        }
+    }
+    auditor.plain.push_str("</robot>");
+    Ok(Audit {
+        name: root.attribute("name").map(str::to_owned),
+        line: auditor.line(&root),
+        links,
+        joints,
+        damaged: auditor.damaged,
+        plain: auditor.plain,
+    })
+}
+
+struct Auditor<'f> {
+    faults: &'f mut Faults,
+    line_starts: Vec<usize>,
+    plain: String,
+    damaged: bool,
+}
+
+impl Auditor<'_> {
+    fn line(&self, node: &Node<'_, '_>) -> usize {
+        self.line_starts.partition_point(|&start| start <= node.range().start)
+    }
+
+    /// Writes an attribute of the plain copy.
+    fn attribute(&mut self, name: &str, value: &str) {
+        self.plain.push(' ');
+        self.plain.push_str(name);
+        self.plain.push_str("=\"");
+        for c in value.chars() {
+            match c {
+                '&' => self.plain.push_str("&amp;"),
+                '<' => self.plain.push_str("&lt;"),
+                '>' => self.plain.push_str("&gt;"),
+                '"' => self.plain.push_str("&quot;"),
+                c if c.is_control() => self.plain.push(' '),
+                c => self.plain.push(c),
+            }
+        }
+        self.plain.push('"');
+    }
+
+    /// The child element of that name; a second one is a fault.
+    fn child<'a, 'i>(
+        &mut self,
+        owner: &str,
+        node: &Node<'a, 'i>,
+        tag: &str,
+    ) -> Option<Node<'a, 'i>> {
+        let mut found =
+            node.children().filter(|child| child.is_element() && child.tag_name().name() == tag);
+        let first = found.next();
+        if let Some(second) = found.next() {
+            let line = self.line(&second);
+            self.faults.add(line, format!("{owner}: <{tag}> is given twice, must be given once"));
+        }
+        first
+    }
+
+    /// The name of a link or joint.
+    fn name(&mut self, node: &Node<'_, '_>) -> Option<String> {
+        match node.attribute("name") {
+            Some(name) if !name.is_empty() => Some(name.to_owned()),
+            _ => {
+                let what = format!("<{}> has no name", node.tag_name().name());
+                let line = self.line(node);
+                self.faults.add(line, what);
+                self.damaged = true;
+                None
+            }
+        }
+    }
+
+    /// Copies an attribute that holds `count` finite numbers; a faulty one is told and replaced.
+    fn numbers(
+        &mut self,
+        owner: &str,
+        node: &Node<'_, '_>,
+        name: &str,
+        count: usize,
+        stand_in: &str,
+    ) -> bool {
+        let Some(value) = node.attribute(name) else { return false };
+        let finite = |word: &str| word.parse::<f64>().is_ok_and(f64::is_finite);
+        if value.split_whitespace().count() == count && value.split_whitespace().all(finite) {
+            self.attribute(name, value);
+            return true;
+        }
+        let must = if count == 1 {
+            "a finite number".to_owned()
+        } else {
+            format!("{count} finite numbers")
+        };
+        let hint = if value.contains("${") { format!("; it {XACRO_HINT}") } else { String::new() };
+        let tag = node.tag_name().name();
+        let shown: String = value.chars().take(60).collect();
+        let line = self.line(node);
+        self.faults
+            .add(line, format!("{owner}: <{tag}> {name} is \"{shown}\", must be {must}{hint}"));
+        self.attribute(name, stand_in);
+        true
+    }
+
+    /// Like [`Self::numbers`], where absence is a fault, too.
+    fn required_number(&mut self, owner: &str, node: &Node<'_, '_>, name: &str, stand_in: &str) {
+        if !self.numbers(owner, node, name, 1, stand_in) {
+            let line = self.line(node);
+            let tag = node.tag_name().name();
+            self.faults.add(line, format!("{owner}: <{tag}> has no {name}"));
+            self.attribute(name, stand_in);
+        }
+    }
+
+    fn origin(&mut self, owner: &str, node: &Node<'_, '_>) -> Option<usize> {
+        let origin = self.child(owner, node, "origin")?;
+        let line = self.line(&origin);
+        self.plain.push_str("<origin");
+        self.numbers(owner, &origin, "xyz", 3, "0 0 0");
+        if origin.has_attribute("rpy") && origin.has_attribute("quat_xyzw") {
+            self.faults
+                .add(line, format!("{owner}: <origin> has both rpy and quat_xyzw, must have one"));
+        } else {
+            self.numbers(owner, &origin, "rpy", 3, "0 0 0");
+            self.numbers(owner, &origin, "quat_xyzw", 4, "0 0 0 1");
+        }
+        self.plain.push_str("/>");
+        Some(line)
+    }
+
+    fn link(&mut self, node: &Node<'_, '_>) -> Option<LinkFacts> {
+        let name = self.name(node)?;
+        let owner = format!("link '{name}'");
+        let mut lines = Lines { own: self.line(node), parts: Vec::new() };
+        self.plain.push_str("<link");
+        self.attribute("name", &name);
+        self.plain.push('>');
+        let inertial = self.child(&owner, node, "inertial");
+        if let Some(inertial) = inertial {
+            lines.parts.push(("inertial", self.line(&inertial)));
+            self.inertial(&owner, &inertial, &mut lines);
+        }
+        self.plain.push_str("</link>");
+        let has_geometry = node.children().any(|child| {
+            matches!(child.tag_name().name(), "visual" | "collision")
+                && child.children().any(|inner| inner.tag_name().name() == "geometry")
+        });
+        Some(LinkFacts { name, lines, has_inertial: inertial.is_some(), has_geometry })
+    }
+
+    /// Stand-ins make a ball: a body that has no fault of its own.
+    fn inertial(&mut self, owner: &str, node: &Node<'_, '_>, lines: &mut Lines) {
+        const MOMENTS: [(&str, &str); 6] =
+            [("ixx", "1"), ("ixy", "0"), ("ixz", "0"), ("iyy", "1"), ("iyz", "0"), ("izz", "1")];
+        self.plain.push_str("<inertial>");
+        if let Some(line) = self.origin(owner, node) {
+            lines.parts.push(("com", line));
+        }
+        match self.child(owner, node, "mass") {
+            Some(mass) => {
+                lines.parts.push(("mass", self.line(&mass)));
+                self.plain.push_str("<mass");
+                self.required_number(owner, &mass, "value", "1");
+                self.plain.push_str("/>");
+            }
+            None => {
+                self.faults.add(lines.of("inertial"), format!("{owner}: <inertial> has no <mass>"));
+                self.plain.push_str("<mass value=\"1\"/>");
+            }
+        }
+        let start = self.plain.len();
+        let before = self.faults.count();
+        self.plain.push_str("<inertia");
+        match self.child(owner, node, "inertia") {
+            Some(inertia) => {
+                lines.parts.push(("inertia", self.line(&inertia)));
+                for (name, stand_in) in MOMENTS {
+                    self.required_number(owner, &inertia, name, stand_in);
+                }
+            }
+            None => self
+                .faults
+                .add(lines.of("inertial"), format!("{owner}: <inertial> has no <inertia>")),
+        }
+        // One faulty moment would make the others look impossible.
+        if self.faults.count() > before {
+            self.plain.truncate(start);
+            self.plain.push_str("<inertia");
+            for (name, stand_in) in MOMENTS {
+                self.attribute(name, stand_in);
+            }
+        }
+        self.plain.push_str("/></inertial>");
+    }
+
+    fn joint(&mut self, node: &Node<'_, '_>) -> Option<JointFacts> {
+        let name = self.name(node)?;
+        let owner = format!("joint '{name}'");
+        let mut lines = Lines { own: self.line(node), parts: Vec::new() };
+        let start = self.plain.len();
+        self.plain.push_str("<joint");
+        self.attribute("name", &name);
+        match node.attribute("type") {
+            Some(kind) if JOINT_TYPES.contains(&kind) => self.attribute("type", kind),
+            Some(kind) => {
+                let what =
+                    format!("{owner}: type is '{kind}', must be one of {}", JOINT_TYPES.join(", "));
+                self.faults.add(lines.own, what);
+                self.attribute("type", "continuous");
+            }
+            None => {
+                self.faults.add(lines.own, format!("{owner}: has no type"));
+                self.attribute("type", "continuous");
+            }
+        }
+        self.plain.push('>');
+        if let Some(line) = self.origin(&owner, node) {
+            lines.parts.push(("origin", line));
+        }
+        let parent = self.link_of(&owner, node, "parent", &mut lines);
+        let child = self.link_of(&owner, node, "child", &mut lines);
+        if let Some(axis) = self.child(&owner, node, "axis") {
+            lines.parts.push(("axis", self.line(&axis)));
+            self.plain.push_str("<axis");
+            if !self.numbers(&owner, &axis, "xyz", 3, "1 0 0") {
+                self.faults.add(lines.of("axis"), format!("{owner}: <axis> has no xyz"));
+                self.attribute("xyz", "1 0 0");
+            }
+            self.plain.push_str("/>");
+        }
+        let has_position_limit = self.limit(&owner, node, &mut lines);
+        let mimics = self.child(&owner, node, "mimic").map(|mimic| {
+            lines.parts.push(("mimic", self.line(&mimic)));
+            mimic.attribute("joint").unwrap_or_default().to_owned()
+        });
+        self.plain.push_str("</joint>");
+        let (Some(parent), Some(child)) = (parent, child) else {
+            self.damaged = true;
+            self.plain.truncate(start);
+            return None;
+        };
+        Some(JointFacts { name, parent, child, mimics, lines, has_position_limit })
+    }
+
+    fn link_of(
+        &mut self,
+        owner: &str,
+        node: &Node<'_, '_>,
+        tag: &'static str,
+        lines: &mut Lines,
+    ) -> Option<String> {
+        let Some(element) = self.child(owner, node, tag) else {
+            self.faults.add(lines.own, format!("{owner}: has no <{tag} link=\"…\"/>"));
+            return None;
+        };
+        lines.parts.push((tag, self.line(&element)));
+        let Some(link) = element.attribute("link") else {
+            self.faults.add(lines.of(tag), format!("{owner}: <{tag}> has no link"));
+            return None;
+        };
+        self.plain.push_str(&format!("<{tag}"));
+        self.attribute("link", link);
+        self.plain.push_str("/>");
+        Some(link.to_owned())
+    }
+
+    fn limit(&mut self, owner: &str, node: &Node<'_, '_>, lines: &mut Lines) -> bool {
+        let Some(limit) = self.child(owner, node, "limit") else { return false };
+        lines.parts.push(("limit", self.line(&limit)));
+        self.plain.push_str("<limit");
+        let before = self.faults.count();
+        let lower = self.numbers(owner, &limit, "lower", 1, "0");
+        let upper = self.numbers(owner, &limit, "upper", 1, "0");
+        let sound = self.faults.count() == before;
+        // Stands for "none given": the URDF standard asks for it, but many files lack it.
+        if !self.numbers(owner, &limit, "velocity", 1, "0") {
+            self.attribute("velocity", "0");
+        }
+        self.plain.push_str("/>");
+        (lower || upper) && sound
+    }
+}

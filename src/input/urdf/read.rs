@@ -1,0 +1,247 @@
+//! An audited URDF → links and joints in SI.
+
+use std::path::Path;
+
+use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
+use urdf_rs::JointType;
+
+use super::super::Fault;
+use super::super::faults::Faults;
+use super::super::text::{LARGEST_URDF_BYTES, read_text};
+use super::audit::{Audit, JointFacts, Lines, LinkFacts, audit};
+use crate::model::{Inertial, Joint, JointKind, Link};
+
+/// A limit given on one side only is this on the other, rad or m: no arm gets there.
+const FAR: f64 = 1e9;
+
+/// What a URDF holds, and where.
+#[derive(Debug)]
+pub(in crate::input) struct Urdf {
+    pub(in crate::input) name: Option<String>,
+    pub(in crate::input) links: Vec<Link>,
+    pub(in crate::input) joints: Vec<Joint>,
+    /// A link or joint had to be left out, so the tree is not the one that was meant.
+    pub(in crate::input) damaged: bool,
+    line: usize,
+    link_lines: Vec<Lines>,
+    joint_lines: Vec<Lines>,
+}
+
+impl Urdf {
+    /// The line of the robot element.
+    pub(in crate::input) fn line(&self) -> usize {
+        self.line
+    }
+
+    /// The line of a part of a link. Of two links of one name, a fault about the name means the last.
+    pub(in crate::input) fn link_line(&self, name: &str, part: &str) -> usize {
+        let names = self.links.iter().map(|link| link.name.as_str());
+        self.line_of(names, &self.link_lines, name, part)
+    }
+
+    /// The line of a part of a joint, likewise.
+    pub(in crate::input) fn joint_line(&self, name: &str, part: &str) -> usize {
+        let names = self.joints.iter().map(|joint| joint.name.as_str());
+        self.line_of(names, &self.joint_lines, name, part)
+    }
+
+    fn line_of<'n>(
+        &self,
+        mut names: impl DoubleEndedIterator<Item = &'n str> + ExactSizeIterator,
+        lines: &[Lines],
+        name: &str,
+        part: &str,
+    ) -> usize {
+        let found = if part == "name" {
+            names.rposition(|other| other == name)
+        } else {
+            names.position(|other| other == name)
+        };
+        found.and_then(|index| lines.get(index)).map_or(self.line, |lines| lines.of(part))
+    }
+}
+
+/// Reads a URDF. Faults that leave the rest readable go to `faults`; the first that does not is the
+/// error.
+pub(in crate::input) fn read_urdf(path: &Path, faults: &mut Faults) -> Result<Urdf, Fault> {
+    let text = read_text(path, LARGEST_URDF_BYTES)?;
+    let audit = audit(&text, faults)?;
+    let robot = urdf_rs::read_from_string(&audit.plain)
+        .map_err(|error| faults.make(audit.line, format!("cannot be read as URDF: {error}")))?;
+    if robot.links.len() != audit.links.len() || robot.joints.len() != audit.joints.len() {
+        return Err(faults.make(audit.line, "cannot be read as URDF: links or joints were lost"));
+    }
+    let Audit { name, line, links: link_facts, joints: joint_facts, damaged, .. } = audit;
+    Ok(Urdf {
+        name,
+        links: robot.links.iter().zip(&link_facts).map(|(l, facts)| link(l, facts)).collect(),
+        joints: robot.joints.iter().zip(&joint_facts).map(|(j, facts)| joint(j, facts)).collect(),
+        damaged,
+        line,
+        link_lines: link_facts.into_iter().map(|facts| facts.lines).collect(),
+        joint_lines: joint_facts.into_iter().map(|facts| facts.lines).collect(),
+    })
+}
+
+fn link(link: &urdf_rs::Link, facts: &LinkFacts) -> Link {
+    let inertial = facts.has_inertial.then(|| {
+        let urdf_rs::Inertial { origin, mass, inertia } = &link.inertial;
+        let pose = isometry(origin);
+        let turn = pose.rotation.to_rotation_matrix();
+        let own = Matrix3::new(
+            inertia.ixx,
+            inertia.ixy,
+            inertia.ixz, //
+            inertia.ixy,
+            inertia.iyy,
+            inertia.iyz, //
+            inertia.ixz,
+            inertia.iyz,
+            inertia.izz,
+        );
+        // Without a turn the numbers stay as they were written, so that messages can quote them.
+        let level = origin.rpy.iter().all(|&angle| angle == 0.0);
+        Inertial {
+            mass_kg: mass.value,
+            com_m: pose.translation.vector,
+            inertia_kgm2: if level { own } else { turn * own * turn.transpose() },
+        }
+    });
+    Link { name: facts.name.clone(), inertial, has_geometry: facts.has_geometry }
+}
+
+fn joint(joint: &urdf_rs::Joint, facts: &JointFacts) -> Joint {
+    let urdf_rs::JointLimit { lower, upper, velocity, .. } = joint.limit;
+    Joint {
+        name: facts.name.clone(),
+        kind: match joint.joint_type {
+            JointType::Revolute => JointKind::Revolute,
+            JointType::Continuous => JointKind::Continuous,
+            JointType::Prismatic => JointKind::Prismatic,
+            JointType::Fixed => JointKind::Fixed,
+            JointType::Planar => JointKind::Planar,
+            // Neither has a place between base and tip.
+            JointType::Floating | JointType::Spherical => JointKind::Floating,
+        },
+        parent: facts.parent.clone(),
+        child: facts.child.clone(),
+        origin: isometry(&joint.origin),
+        axis: Vector3::from(*joint.axis.xyz),
+        position_limit: facts.has_position_limit.then(|| [lower.max(-FAR), upper.min(FAR)]),
+        velocity_limit: (velocity != 0.0 && velocity.is_finite()).then_some(velocity),
+        mimics: facts.mimics.clone(),
+    }
+}
+
+/// Fixed axes, as the URDF standard says: R = Rz(yaw) · Ry(pitch) · Rx(roll).
+fn isometry(pose: &urdf_rs::Pose) -> Isometry3<f64> {
+    let [x, y, z] = *pose.xyz;
+    let [roll, pitch, yaw] = *pose.rpy;
+    Isometry3::from_parts(
+        Translation3::new(x, y, z),
+        UnitQuaternion::from_euler_angles(roll, pitch, yaw),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> (Result<Urdf, Fault>, Vec<String>) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.urdf");
+        std::fs::write(&path, text).unwrap();
+        let mut faults = Faults::of(Path::new("a.urdf"));
+        let urdf = read_urdf(&path, &mut faults);
+        (urdf, faults.finish().iter().map(Fault::to_string).collect())
+    }
+
+    #[test]
+    fn missing_blocks_are_not_zero_and_have_the_standard_s_meaning() {
+        let (urdf, faults) = read(
+            "<robot name=\"r\"><link name=\"a\"/><link name=\"b\"><visual><geometry><mesh \
+             filename=\"package://x/y.stl\"/></geometry></visual></link>\n<joint name=\"j\" \
+             type=\"revolute\"><parent link=\"a\"/><child link=\"b\"/></joint><gazebo/></robot>",
+        );
+        let urdf = urdf.unwrap();
+        assert!(faults.is_empty(), "{faults:?}");
+        assert!(urdf.links[1].inertial.is_none() && urdf.links[1].has_geometry);
+        assert!(!urdf.links[0].has_geometry);
+        let joint = &urdf.joints[0];
+        assert_eq!(joint.axis, Vector3::x());
+        assert_eq!((joint.position_limit, joint.velocity_limit), (None, None));
+        assert_eq!((urdf.joint_line("j", "axis"), urdf.link_line("a", "mass")), (2, 1));
+    }
+
+    #[test]
+    fn inertia_is_turned_into_the_link_s_axes() {
+        let (urdf, faults) = read(
+            "<robot name=\"r\"><link name=\"a\"><inertial><origin xyz=\"1 2 3\" rpy=\"0 0 \
+             1.5707963267948966\"/><mass value=\"2\"/><inertia ixx=\"1\" iyy=\"1.5\" izz=\"2\" ixy=\"0\" \
+             ixz=\"0\" iyz=\"0\"/></inertial></link></robot>",
+        );
+        let inertial = urdf.unwrap().links[0].inertial.unwrap();
+        assert!(faults.is_empty());
+        let expected = Matrix3::from_diagonal(&Vector3::new(1.5, 1.0, 2.0));
+        assert!((inertial.inertia_kgm2 - expected).norm() < 1e-15);
+        assert_eq!((inertial.mass_kg, inertial.com_m), (2.0, Vector3::new(1.0, 2.0, 3.0)));
+    }
+
+    #[test]
+    fn every_faulty_number_and_missing_part_is_told_at_once() {
+        let (urdf, faults) = read(
+            "<robot name=\"r\">\n<link name=\"a\">\n<inertial>\n<origin xyz=\"0 abc 0 1\"/>\n<mass \
+             value=\"NaN\"/>\n<inertia ixx=\"1\" iyy=\"inf\" izz=\"1\" ixy=\"0\" ixz=\"0\"/>\n\
+             </inertial></link>\n<link/>\n<joint name=\"j\" type=\"ball\">\n<child link=\"a\"/>\n<axis \
+             xyz=\"0 0\"/>\n<limit lower=\"${x}\" upper=\"1\"/>\n</joint></robot>",
+        );
+        assert_eq!(
+            faults,
+            [
+                "a.urdf:4: link 'a': <origin> xyz is \"0 abc 0 1\", must be 3 finite numbers",
+                "a.urdf:5: link 'a': <mass> value is \"NaN\", must be a finite number",
+                "a.urdf:6: link 'a': <inertia> iyy is \"inf\", must be a finite number",
+                "a.urdf:6: link 'a': <inertia> has no iyz",
+                "a.urdf:8: <link> has no name",
+                "a.urdf:9: joint 'j': type is 'ball', must be one of revolute, continuous, prismatic, \
+                 fixed, floating, planar, spherical",
+                "a.urdf:9: joint 'j': has no <parent link=\"…\"/>",
+                "a.urdf:11: joint 'j': <axis> xyz is \"0 0\", must be 3 finite numbers",
+                "a.urdf:12: joint 'j': <limit> lower is \"${x}\", must be a finite number; it is \
+                 unexpanded xacro; run 'xacro robot.xacro > robot.urdf' and name the result",
+            ]
+        );
+        assert!(urdf.unwrap().damaged);
+    }
+
+    #[test]
+    fn what_is_no_urdf_is_told_with_its_line() {
+        for (text, told) in [
+            ("", "a.urdf:1: not valid XML"),
+            ("<robot>\n<link name=\"a\">\n</robot>", "a.urdf:3: not valid XML"),
+            ("<sdf/>", "a.urdf:1: root element is <sdf>"),
+            ("<robot>\n<xacro:macro name=\"a\"/></robot>", "a.urdf:2: is unexpanded xacro"),
+            (
+                "<robot xmlns:xacro=\"http://www.ros.org/wiki/xacro\">\n\n<xacro:arg/></robot>",
+                "a.urdf:3: is unexpanded xacro",
+            ),
+            ("<!DOCTYPE x [<!ENTITY a \"b\">]>\n<robot/>", "a.urdf:1: not valid XML"),
+        ] {
+            let fault = read(text).0.unwrap_err().to_string();
+            let named = fault.split('/').next_back().unwrap();
+            assert!(named.starts_with(told), "{fault}");
+        }
+    }
+
+    #[test]
+    fn deep_nesting_does_not_exhaust_the_stack() {
+        let depth = 200_000;
+        let text = format!(
+            "<robot name=\"r\"><link name=\"a\">{}{}</link></robot>",
+            "<v>".repeat(depth),
+            "</v>".repeat(depth)
+        );
+        let (urdf, _) = read(&text);
+        assert_eq!(urdf.unwrap().links.len(), 1);
+    }
+}

@@ -1,0 +1,376 @@
+//! A tree against a JSON Schema: the part of JSON Schema that the raw types make, with messages for
+//! people. Values with faults are marked, so that reading goes on without them.
+
+use serde_json::{Map, Value};
+
+use super::super::faults::Faults;
+use super::tree::{Entry, Kind, Node};
+
+/// Every keyword that is understood or that only describes. A test holds the schemas to it.
+#[cfg(test)]
+pub(in crate::input) const KEYWORDS: &[&str] = &[
+    "$schema",
+    "title",
+    "description",
+    "examples",
+    "default",
+    "format",
+    "type",
+    "enum",
+    "anyOf",
+    "minimum",
+    "maximum",
+    "exclusiveMinimum",
+    "properties",
+    "required",
+    "additionalProperties",
+    "items",
+    "minItems",
+    "maxItems",
+    NOUN,
+    APART,
+];
+
+/// Schema keyword: what to call such a mapping in a message, before its name.
+pub(in crate::input) const NOUN: &str = "x-noun";
+
+/// Schema keyword: the value is read from the tree, not through serde.
+pub(in crate::input) const APART: &str = "x-apart";
+
+/// A key is taken for a misspelling above this similarity (Jaro-Winkler).
+const LEAST_SIMILARITY: f64 = 0.8;
+
+/// The candidate that `word` is most likely a misspelling of.
+pub(in crate::input) fn nearest<'c>(
+    word: &str,
+    candidates: impl IntoIterator<Item = &'c str>,
+) -> Option<&'c str> {
+    candidates
+        .into_iter()
+        .map(|candidate| {
+            (strsim::jaro_winkler(&word.to_lowercase(), &candidate.to_lowercase()), candidate)
+        })
+        .filter(|(similarity, _)| *similarity >= LEAST_SIMILARITY)
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, candidate)| candidate)
+}
+
+/// Checks `root` against `schema`: one fault for each key and value that does not fit.
+pub(in crate::input) fn check(root: &mut Node, schema: &Value, faults: &mut Faults) {
+    let trail = Trail { parent: None, step: TrailStep::Root };
+    let line = root.line;
+    check_value(root, line, schema, &trail, faults);
+}
+
+/// Where a value lies, from the root on.
+struct Trail<'t> {
+    parent: Option<&'t Trail<'t>>,
+    step: TrailStep<'t>,
+}
+
+enum TrailStep<'t> {
+    Root,
+    Key(&'t str),
+    Index(usize),
+    /// "joint 'joint_1'": stands for all steps so far.
+    Called(String),
+}
+
+impl<'t> Trail<'t> {
+    fn then(&'t self, step: TrailStep<'t>) -> Trail<'t> {
+        Trail { parent: Some(self), step }
+    }
+
+    /// What the value belongs to, and its key path from there.
+    fn told(&self) -> (Option<&str>, String) {
+        let (called, mut path) = match (&self.step, self.parent) {
+            (TrailStep::Called(name), _) => (Some(name.as_str()), String::new()),
+            (_, Some(parent)) => parent.told(),
+            (_, None) => (None, String::new()),
+        };
+        match &self.step {
+            TrailStep::Key(key) => {
+                if !path.is_empty() {
+                    path.push('.');
+                }
+                path.push_str(key);
+            }
+            TrailStep::Index(index) => path.push_str(&format!("[{index}]")),
+            TrailStep::Root | TrailStep::Called(_) => {}
+        }
+        (called, path)
+    }
+
+    /// A message about the value itself: "joint 'a': stiffness is 0, must be positive".
+    fn about(&self, what: &str) -> String {
+        match self.told() {
+            (Some(called), path) if path.is_empty() => format!("{called} {what}"),
+            (Some(called), path) => format!("{called}: {path} {what}"),
+            (None, path) if path.is_empty() => format!("the file {what}"),
+            (None, path) => format!("{path} {what}"),
+        }
+    }
+
+    /// A message about what is inside: "operation 'a': cutting: unknown key 'b'".
+    fn within(&self, what: &str) -> String {
+        match self.told() {
+            (Some(called), path) if path.is_empty() => format!("{called}: {what}"),
+            (Some(called), path) => format!("{called}: {path}: {what}"),
+            (None, path) if path.is_empty() => what.to_owned(),
+            (None, path) => format!("{path}: {what}"),
+        }
+    }
+}
+
+fn check_value(node: &mut Node, line: u32, schema: &Value, trail: &Trail<'_>, faults: &mut Faults) {
+    let Some(schema) = schema.as_object() else { return };
+    if node.faulty {
+        return;
+    }
+    let schema = match schema.get("anyOf").and_then(Value::as_array) {
+        // An optional mapping or list: itself, or null.
+        Some(_) if node.is_null() => return,
+        Some(choices) => {
+            match choices.iter().find(|c| !admits_null(c)).and_then(Value::as_object) {
+                Some(choice) => choice,
+                None => return,
+            }
+        }
+        None => schema,
+    };
+    node.apart = schema.contains_key(APART);
+    let fits = match type_of(schema) {
+        _ if node.is_null() && schema.get("type").is_some_and(|t| type_admits_null(t)) => true,
+        Some("object") => match &mut node.kind {
+            Kind::Mapping(entries) => {
+                check_mapping(entries, line, schema, trail, faults);
+                return;
+            }
+            _ => false,
+        },
+        Some("array") => match &mut node.kind {
+            Kind::Numbers(_) | Kind::Sequence(_) => {
+                node.faulty = !check_list(node, line, schema, trail, faults);
+                return;
+            }
+            Kind::Scalar { .. } | Kind::Mapping(_) => false,
+        },
+        Some("number" | "integer") => {
+            node.number().is_some_and(|number| number_fits(number, schema))
+        }
+        Some("boolean") => node.boolean().is_some(),
+        Some("string") => node.text().is_some_and(|text| {
+            schema
+                .get("enum")
+                .and_then(Value::as_array)
+                .is_none_or(|choices| choices.iter().any(|choice| choice == text))
+        }),
+        _ => true,
+    };
+    if !fits {
+        let mut what = format!("is {}, must be {}", node.shown(), expectation(schema));
+        let choices = schema.get("enum").and_then(Value::as_array);
+        if let (Some(text), Some(choices)) = (node.text(), choices)
+            && let Some(near) = nearest(text, choices.iter().filter_map(Value::as_str))
+        {
+            what.push_str(&format!("; did you mean '{near}'?"));
+        } else if let (None, Some("string"), false) = (node.text(), type_of(schema), node.is_null())
+        {
+            what.push_str("; put it in quotes");
+        }
+        faults.add(line as usize, trail.about(&what));
+        node.faulty = true;
+    }
+}
+
+fn check_mapping(
+    entries: &mut [Entry],
+    line: u32,
+    schema: &Map<String, Value>,
+    trail: &Trail<'_>,
+    faults: &mut Faults,
+) {
+    let none = Map::new();
+    let properties = schema.get("properties").and_then(Value::as_object).unwrap_or(&none);
+    let additional = schema.get("additionalProperties");
+    for required in schema.get("required").and_then(Value::as_array).into_iter().flatten() {
+        let Some(required) = required.as_str() else { continue };
+        if !entries.iter().any(|entry| &*entry.key == required) {
+            let what = trail.within(&format!("missing key '{required}'"));
+            faults.add(line as usize, what);
+        }
+    }
+    for entry in entries {
+        let key = &*entry.key;
+        if let Some(schema) = properties.get(key) {
+            check_value(
+                &mut entry.value,
+                entry.line,
+                schema,
+                &trail.then(TrailStep::Key(key)),
+                faults,
+            );
+        } else if let Some(schema) = additional.filter(|schema| schema.is_object()) {
+            let step = match noun_of(schema) {
+                Some(noun) => TrailStep::Called(format!("{noun} '{key}'")),
+                None => TrailStep::Key(key),
+            };
+            check_value(&mut entry.value, entry.line, schema, &trail.then(step), faults);
+        } else if additional == Some(&Value::Bool(false)) {
+            let known = || properties.keys().map(String::as_str);
+            let hint = match nearest(key, known()) {
+                Some(near) => format!("did you mean '{near}'?"),
+                None => format!("known keys are {}", known().collect::<Vec<_>>().join(", ")),
+            };
+            let key = key.escape_debug();
+            faults.add(entry.line as usize, trail.within(&format!("unknown key '{key}'; {hint}")));
+            entry.value.faulty = true;
+        }
+    }
+}
+
+/// Whether the list as such can be used: it has the right length and, unless its items are read one
+/// by one, none that is faulty.
+fn check_list(
+    node: &mut Node,
+    line: u32,
+    schema: &Map<String, Value>,
+    trail: &Trail<'_>,
+    faults: &mut Faults,
+) -> bool {
+    let bound = |key: &str| schema.get(key).and_then(Value::as_u64);
+    let (least, most) = (bound("minItems"), bound("maxItems"));
+    let length = match &node.kind {
+        Kind::Numbers(numbers) => numbers.len(),
+        _ => node.items().len(),
+    } as u64;
+    if least.is_some_and(|least| length < least) || most.is_some_and(|most| length > most) {
+        let what = if length == 0 {
+            format!("is an empty list, must be {}", expectation(schema))
+        } else {
+            format!("has {length} {}, must be {}", plural(length, "value"), expectation(schema))
+        };
+        faults.add(line as usize, trail.about(&what));
+        return false;
+    }
+    let Some(items_schema) = schema.get("items") else { return true };
+    let line = node.line;
+    let mut fits = true;
+    match &mut node.kind {
+        Kind::Numbers(numbers) => {
+            let Some(item_schema) = items_schema.as_object() else { return true };
+            let numeric = matches!(type_of(item_schema), Some("number" | "integer"));
+            for (index, &number) in numbers.iter().enumerate() {
+                if !(numeric && number_fits(number, item_schema)) {
+                    let trail = trail.then(TrailStep::Index(index));
+                    let what = format!("is {number}, must be {}", expectation(item_schema));
+                    faults.add(line as usize, trail.about(&what));
+                    fits = false;
+                }
+            }
+        }
+        Kind::Sequence(items) => {
+            let noun = noun_of(items_schema);
+            for (index, item) in items.iter_mut().enumerate() {
+                let step = match noun {
+                    Some(noun) => TrailStep::Called(called(noun, item, index)),
+                    None => TrailStep::Index(index),
+                };
+                let line = item.line;
+                check_value(item, line, items_schema, &trail.then(step), faults);
+                fits &= !item.faulty;
+            }
+        }
+        Kind::Scalar { .. } | Kind::Mapping(_) => {}
+    }
+    fits || node.apart
+}
+
+/// "operation 'rough'", or "operation 2" where it has no name.
+fn called(noun: &str, item: &Node, index: usize) -> String {
+    match item.get("name").and_then(Node::text) {
+        Some(name) => format!("{noun} '{name}'"),
+        None => format!("{noun} {}", index + 1),
+    }
+}
+
+fn noun_of(schema: &Value) -> Option<&str> {
+    schema.get(NOUN).and_then(Value::as_str)
+}
+
+/// The type beside null.
+fn type_of(schema: &Map<String, Value>) -> Option<&str> {
+    match schema.get("type")? {
+        Value::String(name) => Some(name),
+        Value::Array(names) => names.iter().filter_map(Value::as_str).find(|name| *name != "null"),
+        _ => None,
+    }
+}
+
+fn type_admits_null(types: &Value) -> bool {
+    types == "null" || types.as_array().is_some_and(|names| names.iter().any(|name| name == "null"))
+}
+
+fn admits_null(schema: &Value) -> bool {
+    schema.get("type").is_some_and(type_admits_null)
+}
+
+fn number_fits(number: f64, schema: &Map<String, Value>) -> bool {
+    let bound = |key: &str| schema.get(key).and_then(Value::as_f64);
+    (type_of(schema) != Some("integer") || number.fract() == 0.0)
+        && bound("minimum").is_none_or(|least| number >= least)
+        && bound("exclusiveMinimum").is_none_or(|below| number > below)
+        && bound("maximum").is_none_or(|most| number <= most)
+}
+
+/// What a value must be, in words.
+fn expectation(schema: &Map<String, Value>) -> String {
+    let bound = |key: &str| schema.get(key).and_then(Value::as_f64);
+    let (least, below, most) = (bound("minimum"), bound("exclusiveMinimum"), bound("maximum"));
+    match type_of(schema) {
+        Some("number") => match (least, below, most) {
+            (None, Some(0.0), None) => "positive and finite".to_owned(),
+            (Some(0.0), None, None) => "a finite number, not negative".to_owned(),
+            (Some(least), None, Some(most)) => format!("a number from {least} to {most}"),
+            (None, Some(below), Some(most)) => format!("a number above {below} and at most {most}"),
+            _ => "a finite number".to_owned(),
+        },
+        Some("integer") => match (least, most) {
+            (Some(least), Some(most)) => format!("a whole number from {least} to {most}"),
+            (Some(least), None) => format!("a whole number, at least {least}"),
+            _ => "a whole number".to_owned(),
+        },
+        Some("boolean") => "true or false".to_owned(),
+        Some("string") => match schema.get("enum").and_then(Value::as_array) {
+            Some(choices) => {
+                let names: Vec<&str> = choices.iter().filter_map(Value::as_str).collect();
+                format!("one of {}", names.join(", "))
+            }
+            None => "text".to_owned(),
+        },
+        Some("array") => {
+            let bound = |key: &str| schema.get(key).and_then(Value::as_u64);
+            let items = match schema.get("items").and_then(Value::as_object).and_then(type_of) {
+                Some("number" | "integer") => "number",
+                Some("array") => "list",
+                Some("object") => "mapping",
+                _ => "value",
+            };
+            match (bound("minItems"), bound("maxItems")) {
+                (Some(least), Some(most)) if least == most => {
+                    format!("a list of {least} {}", plural(least, items))
+                }
+                (Some(least), None) => {
+                    format!("a list of at least {least} {}", plural(least, items))
+                }
+                _ => format!("a list of {items}s"),
+            }
+        }
+        Some("object") => "a mapping of keys to values".to_owned(),
+        _ => "a value".to_owned(),
+    }
+}
+
+fn plural(count: u64, noun: &str) -> String {
+    if count == 1 { noun.to_owned() } else { format!("{noun}s") }
+}

@@ -1,0 +1,19 @@
+//! Reading YAML so that every fault of a file is told, each with its line.
+//!
+//! serde stops at the first fault and serde_yaml's values do not know their lines. So the text is read
+//! into a tree of our own that knows them ([`tree`]); the tree is checked against the JSON Schema of the
+//! raw type ([`check`]), which finds unknown keys, missing keys, wrong types and numbers out of range, all
+//! at once; and what passed is given to serde ([`typed`]). Schema and serde code both derive from the
+//! one raw type, so what an editor accepts and what the program accepts cannot drift apart. Long
+//! tables of waypoints are read from the tree itself, as they would be slow and large as serde values.
+
+mod check;
+mod scalar;
+mod tree;
+mod typed;
+
+#[cfg(test)]
+pub(super) use check::KEYWORDS;
+pub(super) use check::{check, nearest};
+pub(super) use tree::{Kind, Node, Step, parse};
+pub(super) use typed::{Apart, typed};

@@ -1,0 +1,360 @@
+//! YAML text → a tree in which every value knows its line.
+
+use std::sync::Arc;
+
+use saphyr_parser::{Event, Parser, ScalarStyle};
+
+use super::super::Fault;
+use super::super::faults::Faults;
+use super::scalar::number_of;
+
+/// Files nest six deep at most; deeper ones are not ours, and would exhaust the stack.
+const DEEPEST: usize = 40;
+
+/// Bounds the memory (about 60 bytes a value). A row of numbers on one line counts as one value.
+const MOST_VALUES: usize = 6_000_000;
+
+/// A value and where it starts.
+#[derive(Debug, Clone, PartialEq)]
+pub(in crate::input) struct Node {
+    /// Counted from 1.
+    pub(in crate::input) line: u32,
+    pub(in crate::input) kind: Kind,
+    /// A fault was told about it: whoever reads on passes it over.
+    pub(in crate::input) faulty: bool,
+    /// Read from the tree itself, not through serde.
+    pub(in crate::input) apart: bool,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub(in crate::input) enum Kind {
+    /// Anything but a collection, not yet interpreted.
+    Scalar { text: Box<str>, quoted: bool },
+    /// A list of finite numbers on one line: the bulk of large files, kept small.
+    Numbers(Box<[f64]>),
+    /// Any other list.
+    Sequence(Vec<Node>),
+    /// Keys and values in the order of the file; no key twice.
+    Mapping(Vec<Entry>),
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub(in crate::input) struct Entry {
+    pub(in crate::input) key: Arc<str>,
+    /// Line of the key.
+    pub(in crate::input) line: u32,
+    pub(in crate::input) value: Node,
+}
+
+/// One step from a value to one inside it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::input) enum Step<'a> {
+    Key(&'a str),
+    Index(usize),
+}
+
+impl Node {
+    pub(super) fn new(line: u32, kind: Kind) -> Self {
+        Self { line, kind, faulty: false, apart: false }
+    }
+
+    /// The value under a key.
+    pub(in crate::input) fn get(&self, key: &str) -> Option<&Node> {
+        self.entry(key).map(|entry| &entry.value)
+    }
+
+    pub(in crate::input) fn entry(&self, key: &str) -> Option<&Entry> {
+        match &self.kind {
+            Kind::Mapping(entries) => entries.iter().find(|entry| &*entry.key == key),
+            _ => None,
+        }
+    }
+
+    /// The items of a list other than of numbers.
+    pub(in crate::input) fn items(&self) -> &[Node] {
+        match &self.kind {
+            Kind::Sequence(items) => items,
+            _ => &[],
+        }
+    }
+
+    /// The line of the value at the end of `steps`, or of the last one on the way that exists.
+    pub(in crate::input) fn line_at(&self, steps: &[Step<'_>]) -> usize {
+        let (mut node, mut line) = (self, self.line);
+        for step in steps {
+            match step {
+                Step::Key(key) => match node.entry(key) {
+                    Some(entry) => (node, line) = (&entry.value, entry.line),
+                    None => break,
+                },
+                Step::Index(index) => match node.items().get(*index) {
+                    Some(item) => (node, line) = (item, item.line),
+                    None => break,
+                },
+            }
+        }
+        line as usize
+    }
+}
+
+/// Reads the one document of `text`. Faults that leave the rest readable (a key given twice, an alias, a
+/// tag) go to `faults`; the first that does not is the error.
+pub(in crate::input) fn parse(text: &str, faults: &mut Faults) -> Result<Node, Fault> {
+    let mut builder = Builder { faults, open: Vec::new(), root: None, values: 0, last_key: None };
+    let mut documents = 0;
+    for event in Parser::new_from_str(text) {
+        let (event, span) = event.map_err(|error| {
+            let hint = if error.info().contains("tab") { "; indent with spaces" } else { "" };
+            let what = format!("not valid YAML: {}{hint}", error.info());
+            builder.faults.make(error.marker().line().max(1), what)
+        })?;
+        let line = u32::try_from(span.start.line()).unwrap_or(u32::MAX);
+        if matches!(event, Event::DocumentStart(_)) {
+            documents += 1;
+            if documents > 1 {
+                let what = "a second document starts here, must be one document in a file";
+                return Err(builder.faults.make(line as usize, what));
+            }
+        }
+        builder.take(event, line)?;
+        if builder.values > MOST_VALUES {
+            let what = format!("more than {MOST_VALUES} values; split the file");
+            return Err(builder.faults.make(line as usize, what));
+        }
+    }
+    match builder.root {
+        Some(root) if !root.is_null() => Ok(root),
+        _ => Err(builder.faults.make(None, "is empty, must hold keys and values")),
+    }
+}
+
+/// A collection that has begun.
+enum Open {
+    Sequence { line: u32, items: Vec<Node>, numbers: Vec<f64> },
+    Mapping { line: u32, entries: Vec<Entry>, key: Option<(Arc<str>, u32)> },
+}
+
+struct Builder<'f> {
+    faults: &'f mut Faults,
+    open: Vec<Open>,
+    root: Option<Node>,
+    values: usize,
+    /// Rows of mappings repeat their keys: the last few are shared.
+    last_key: Option<[Arc<str>; 2]>,
+}
+
+impl Builder<'_> {
+    fn take(&mut self, event: Event<'_>, line: u32) -> Result<(), Fault> {
+        let tag = match &event {
+            Event::Scalar(_, _, _, tag)
+            | Event::SequenceStart(_, tag)
+            | Event::MappingStart(_, tag) => tag.as_ref(),
+            _ => None,
+        };
+        if let Some(tag) = tag {
+            let what = format!("tag '{}{}' is not read; leave it out", tag.handle, tag.suffix);
+            self.faults.add(line as usize, what);
+        }
+        match event {
+            Event::Scalar(text, style, ..) => self.scalar(&text, style != ScalarStyle::Plain, line),
+            Event::Alias(_) => {
+                self.faults.add(line as usize, "aliases (*name) are not read; write the value out");
+                let mut node = Node::new(line, Kind::Scalar { text: "".into(), quoted: false });
+                node.faulty = true;
+                self.place(node)
+            }
+            Event::SequenceStart(..) => {
+                self.begin(Open::Sequence { line, items: Vec::new(), numbers: Vec::new() }, line)
+            }
+            Event::MappingStart(..) => {
+                self.begin(Open::Mapping { line, entries: Vec::new(), key: None }, line)
+            }
+            Event::SequenceEnd | Event::MappingEnd => self.end(),
+            _ => Ok(()),
+        }
+    }
+
+    fn begin(&mut self, open: Open, line: u32) -> Result<(), Fault> {
+        if self.expects_key() {
+            let what = "a list or mapping stands as a key, must be plain text";
+            return Err(self.faults.make(line as usize, what));
+        }
+        if self.open.len() >= DEEPEST {
+            let what = format!("nested more than {DEEPEST} deep");
+            return Err(self.faults.make(line as usize, what));
+        }
+        self.open.push(open);
+        Ok(())
+    }
+
+    fn expects_key(&self) -> bool {
+        matches!(self.open.last(), Some(Open::Mapping { key: None, .. }))
+    }
+
+    fn scalar(&mut self, text: &str, quoted: bool, line: u32) -> Result<(), Fault> {
+        if self.expects_key() {
+            let shared = self.shared(text);
+            if let Some(Open::Mapping { key, .. }) = self.open.last_mut() {
+                *key = Some((shared, line));
+            }
+            return Ok(());
+        }
+        if let Some(Open::Sequence { line: start, items, numbers }) = self.open.last_mut()
+            && items.is_empty()
+            && *start == line
+            && !quoted
+            && let Some(number) = number_of(text)
+        {
+            numbers.push(number);
+            return Ok(());
+        }
+        self.place(Node::new(line, Kind::Scalar { text: text.into(), quoted }))
+    }
+
+    fn shared(&mut self, text: &str) -> Arc<str> {
+        if let Some(found) = self.last_key.iter().flatten().find(|key| &***key == text) {
+            return Arc::clone(found);
+        }
+        let key: Arc<str> = text.into();
+        let before = self.last_key.take().map_or_else(|| Arc::clone(&key), |[newest, _]| newest);
+        self.last_key = Some([Arc::clone(&key), before]);
+        key
+    }
+
+    /// Puts a finished value where it belongs.
+    fn place(&mut self, node: Node) -> Result<(), Fault> {
+        self.values += 1;
+        match self.open.last_mut() {
+            None => self.root = Some(node),
+            Some(Open::Sequence { line, items, numbers }) => {
+                spill(*line, items, numbers);
+                items.push(node);
+            }
+            Some(Open::Mapping { entries, key, .. }) => match key.take() {
+                Some((key, line)) => entries.push(Entry { key, line, value: node }),
+                None => {
+                    let what = "an alias stands as a key, must be plain text";
+                    return Err(self.faults.make(node.line as usize, what));
+                }
+            },
+        }
+        Ok(())
+    }
+
+    fn end(&mut self) -> Result<(), Fault> {
+        match self.open.pop() {
+            Some(Open::Sequence { line, items, numbers }) => {
+                let kind = if numbers.is_empty() {
+                    Kind::Sequence(items)
+                } else {
+                    Kind::Numbers(numbers.into_boxed_slice())
+                };
+                self.place(Node::new(line, kind))
+            }
+            Some(Open::Mapping { line, entries, .. }) => {
+                let entries = self.without_repeats(entries);
+                self.place(Node::new(line, Kind::Mapping(entries)))
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Tells of keys given twice, and keeps the first.
+    fn without_repeats(&mut self, entries: Vec<Entry>) -> Vec<Entry> {
+        let mut order: Vec<usize> = (0..entries.len()).collect();
+        order.sort_by(|&a, &b| entries[a].key.cmp(&entries[b].key).then(a.cmp(&b)));
+        let mut repeated: Vec<usize> = Vec::new();
+        for same in order.chunk_by(|&a, &b| entries[a].key == entries[b].key) {
+            for &again in &same[1..] {
+                let (first, entry) = (&entries[same[0]], &entries[again]);
+                let what =
+                    format!("key '{}' is given twice; first at line {}", entry.key, first.line);
+                self.faults.add(entry.line as usize, what);
+                repeated.push(again);
+            }
+        }
+        if repeated.is_empty() {
+            return entries;
+        }
+        let kept = entries.into_iter().enumerate().filter(|(i, _)| !repeated.contains(i));
+        kept.map(|(_, entry)| entry).collect()
+    }
+}
+
+/// A list that began with numbers and goes on with something else is an ordinary one.
+fn spill(line: u32, items: &mut Vec<Node>, numbers: &mut Vec<f64>) {
+    items.extend(numbers.drain(..).map(|number| {
+        Node::new(line, Kind::Scalar { text: number.to_string().into(), quoted: false })
+    }));
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    fn read(text: &str) -> (Result<Node, Fault>, Vec<String>) {
+        let mut faults = Faults::of(Path::new("f"));
+        let tree = parse(text, &mut faults);
+        (tree, faults.finish().iter().map(Fault::to_string).collect())
+    }
+
+    #[test]
+    fn lines_are_known_at_every_depth() {
+        let (tree, faults) =
+            read("a: 1\r\nb:\r\n  - c: [1, 2]\r\n    d: x\r\n  - e: {f: 1,\r\n      g: 2}\r\n");
+        let tree = tree.unwrap();
+        assert!(faults.is_empty());
+        use Step::{Index, Key};
+        assert_eq!(tree.line_at(&[Key("a")]), 1);
+        assert_eq!(tree.line_at(&[Key("b"), Index(0)]), 3);
+        assert_eq!(tree.line_at(&[Key("b"), Index(0), Key("d")]), 4);
+        assert_eq!(tree.line_at(&[Key("b"), Index(1), Key("e"), Key("g")]), 6);
+        assert_eq!(tree.line_at(&[Key("b"), Index(1), Key("absent"), Key("g")]), 5);
+        let numbers = tree.get("b").unwrap().items()[0].get("c").unwrap();
+        assert_eq!(numbers.kind, Kind::Numbers([1.0, 2.0].into()));
+    }
+
+    #[test]
+    fn a_list_that_is_not_all_numbers_keeps_every_item() {
+        let (tree, _) = read("[1, -2.5, x]");
+        let texts: Vec<String> = tree
+            .unwrap()
+            .items()
+            .iter()
+            .map(|item| match &item.kind {
+                Kind::Scalar { text, .. } => text.to_string(),
+                other => format!("{other:?}"),
+            })
+            .collect();
+        assert_eq!(texts, ["1", "-2.5", "x"]);
+    }
+
+    #[test]
+    fn what_yaml_allows_and_we_do_not_is_told_with_its_line() {
+        for (text, told) in [
+            ("a: 1\nb: 2\na: 3\n", "f:3: key 'a' is given twice; first at line 1"),
+            ("a: &x 1\nb: *x\n", "f:2: aliases (*name) are not read; write the value out"),
+            ("a: 1\nb: !size 2\n", "f:2: tag '!size' is not read; leave it out"),
+        ] {
+            let (tree, faults) = read(text);
+            assert!(tree.is_ok(), "{text:?}");
+            assert_eq!(faults, [told], "{text:?}");
+        }
+        for (text, told) in [
+            ("", "f: is empty, must hold keys and values"),
+            ("# nothing\n", "f: is empty, must hold keys and values"),
+            ("a: 1\n---\nb: 1\n", "f:2: a second document starts here"),
+            ("a: 1\n\tb: 2\n", "f:1: not valid YAML"),
+            ("a: [1, 2\nb: 3\n", "f:2: not valid YAML"),
+            ("? [a]\n: 1\n", "f:1: a list or mapping stands as a key"),
+        ] {
+            let fault = read(text).0.unwrap_err().to_string();
+            assert!(fault.starts_with(told), "{text:?}: {fault}");
+        }
+        for deep in ["[".repeat(100_000), "- ".repeat(100_000), "{a: ".repeat(100_000)] {
+            assert!(read(&deep).0.is_err());
+        }
+    }
+}
