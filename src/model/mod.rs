@@ -21,7 +21,7 @@ pub use description::{
 pub use dynamics::{inverse_dynamics, potential, potential_gradient};
 pub use fault::{ModelFault, Place, PoseFault};
 pub use inertia::{gravity_stiffness, mass_matrix};
-pub use inverse_kinematics::{IkFault, IkMethod, InverseKinematics, Singularity};
+pub use inverse_kinematics::{IkFault, IkMethod, InverseKinematics, Singularity, turn_towards};
 pub use placement::Placement;
 pub use robot::{AngleForm, Coordinate, MovingJoint, Robot};
 pub use tip::{elastic_jacobian, forward_kinematics, joint_jacobian};

@@ -2,11 +2,14 @@
 
 use std::fmt;
 
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Matrix6xX, Point3};
 
 use super::curve::Curve;
 use super::timing::{Clock, largest_step, seconds};
-use crate::model::{InverseKinematics, JointKind, Placement, Robot, forward_kinematics};
+use crate::model::{
+    InverseKinematics, JointKind, Placement, Robot, forward_kinematics, joint_jacobian,
+    turn_towards,
+};
 use crate::motion::{Move, Target};
 use crate::units::{deg_from_rad, mm_from_m};
 
@@ -287,27 +290,13 @@ fn nearest_solutions(
         .solutions(robot, tip)
         .into_iter()
         .map(|mut q| {
-            wind_towards(robot, &mut q, near);
+            turn_towards(robot, &mut q, near);
             q
         })
         .filter(|q| limit_faults(robot, q).next().is_none())
         .collect();
     found.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
     found
-}
-
-/// Adds whole turns so that each turning joint comes as near to `near` as its limits allow.
-fn wind_towards(robot: &Robot, q: &mut [f64], near: &[f64]) {
-    use std::f64::consts::TAU;
-    for ((value, near), joint) in q.iter_mut().zip(near).zip(robot.joints()) {
-        if joint.kind == JointKind::Prismatic {
-            continue;
-        }
-        let wound = *value + ((near - *value) / TAU).round() * TAU;
-        if joint.limit.is_none_or(|[lower, upper]| wound >= lower && wound <= upper) {
-            *value = wound;
-        }
-    }
 }
 
 /// Knots as they are found, over time.
@@ -409,11 +398,21 @@ impl<'r> Planner<'r> {
 
     /// A move that is straight or round in the tool centre point.
     fn follow(&mut self, next: &Move, curve: Curve) -> Result<(), String> {
+        let tip = curve.at(1.0) * next.tcp.inverse();
+        self.trace(next, curve).map_err(|on_the_way| {
+            // A target out of reach is the better word for what stops the arm on the way to it.
+            let solutions = nearest_solutions(self.robot, self.kinematics, &tip, &self.q);
+            if solutions.is_empty() { self.unreachable(&tip) } else { on_the_way }
+        })
+    }
+
+    fn trace(&mut self, next: &Move, curve: Curve) -> Result<(), String> {
         let mut knots: Vec<(f64, Vec<f64>)> = Vec::new();
         let mut ways = vec![0.0; self.q.len()];
         let mut u = 0.0;
         let mut stretch = (FIRST_STRETCH_M / curve.length_m()).min(1.0);
         let mut q = self.q.clone();
+        let mut orientation = self.orientation(&q);
         while u < 1.0 {
             let end = if u + stretch > 1.0 - SHORTEST_STRETCH { 1.0 } else { u + stretch };
             let tip = curve.at(end) * next.tcp.inverse();
@@ -434,7 +433,10 @@ impl<'r> Planner<'r> {
             if let Some(over) = limit_faults(self.robot, &solved).next() {
                 return Err(format!("{over}, {}", passed()));
             }
-            if let Some(joints) = self.singular_joints(&solved) {
+            let next_orientation = self.orientation(&solved);
+            let passes = next_orientation * orientation < 0.0;
+            orientation = next_orientation;
+            if let Some(joints) = self.singular_joints(&solved, passes) {
                 return Err(format!(
                     "passes a singularity {} ({joints}); move the work object, turn the tool about its \
                      axis or use joint waypoints there",
@@ -454,10 +456,20 @@ impl<'r> Planner<'r> {
         Ok(())
     }
 
-    /// The joints whose motions undo each other at `q`, in words, if the arm is singular there.
-    fn singular_joints(&self, q: &[f64]) -> Option<String> {
+    /// det J of an arm of six joints, whose sign changes where it passes a singularity; zero for others.
+    fn orientation(&self, q: &[f64]) -> f64 {
+        let mut placement = Placement::new(self.robot);
+        placement.place(self.robot, q);
+        let mut jacobian = Matrix6xX::zeros(q.len());
+        joint_jacobian(self.robot, &placement, &Point3::origin(), &mut jacobian);
+        if q.len() == 6 { jacobian.fixed_columns::<6>(0).into_owned().determinant() } else { 0.0 }
+    }
+
+    /// The joints whose motions undo each other at `q`, in words, if the arm is singular there or just
+    /// `passed` such a place.
+    fn singular_joints(&self, q: &[f64], passed: bool) -> Option<String> {
         let singularity = self.kinematics.singularity(self.robot, q).ok()?;
-        (singularity.smallest_singular_value < SINGULAR).then(|| {
+        (passed || singularity.smallest_singular_value < SINGULAR).then(|| {
             let names: Vec<&str> = singularity
                 .joints
                 .iter()

@@ -451,7 +451,7 @@ fn within_limits(robot: &Robot, q: Vec<f64>) -> Result<Vec<f64>, IkFault> {
 
 /// Turns each joint by whole turns to where it is nearest to `goal`, or to the turn next to that which
 /// its limits allow.
-fn turn_towards(robot: &Robot, q: &mut [f64], goal: &[f64]) {
+pub fn turn_towards(robot: &Robot, q: &mut [f64], goal: &[f64]) {
     for ((q, goal), joint) in q.iter_mut().zip(goal).zip(robot.joints()) {
         if slides(joint) {
             continue;
