@@ -3,14 +3,17 @@
 
 mod fault;
 mod faults;
+mod job;
 mod raw;
 mod robot;
 pub mod schema;
 mod text;
 mod urdf;
+mod waypoints;
 mod yaml;
 
 pub use fault::Fault;
+pub use job::load_job;
 pub use robot::load_robot;
 
 /// What was read, and remarks on it that do not stop the work.

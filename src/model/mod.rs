@@ -21,5 +21,5 @@ pub use dynamics::{inverse_dynamics, potential, potential_gradient};
 pub use fault::{ModelFault, Place, PoseFault};
 pub use inertia::{gravity_stiffness, mass_matrix};
 pub use placement::Placement;
-pub use robot::{AngleForm, Coordinate, MovingJoint, Robot};
+pub use robot::{AngleForm, Coordinate, LimitViolation, MovingJoint, Robot};
 pub use tip::{elastic_jacobian, forward_kinematics, joint_jacobian};
