@@ -19,6 +19,11 @@ pub fn deg_from_rad(rad: f64) -> f64 {
     rad * (180.0 / PI)
 }
 
+/// Milliradians to radians.
+pub fn rad_from_mrad(mrad: f64) -> f64 {
+    mrad * 1e-3
+}
+
 /// Angular frequency in rad/s to frequency in Hz.
 pub fn hz_from_rad_per_s(omega: f64) -> f64 {
     omega / TAU
@@ -57,6 +62,11 @@ pub fn mm_from_m(m: f64) -> f64 {
 /// Compliance in m/N to µm/N.
 pub fn um_per_n_from_m_per_n(compliance: f64) -> f64 {
     compliance * 1e6
+}
+
+/// Compliance in µm/N to m/N.
+pub fn m_per_n_from_um_per_n(compliance: f64) -> f64 {
+    compliance * 1e-6
 }
 
 /// Percent to a plain ratio.

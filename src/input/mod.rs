@@ -3,14 +3,22 @@
 
 mod fault;
 mod faults;
+mod job;
+mod load_test;
+mod poses;
 mod raw;
 mod robot;
 pub mod schema;
+mod table;
 mod text;
 mod urdf;
+mod waypoints;
 mod yaml;
 
 pub use fault::Fault;
+pub use job::load_job;
+pub use load_test::{LoadTestRow, load_load_test};
+pub use poses::{Poses, load_poses};
 pub use robot::load_robot;
 
 /// What was read, and remarks on it that do not stop the work.

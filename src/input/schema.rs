@@ -50,3 +50,56 @@ fn published(schema: Value) -> Value {
     .transform(&mut schema);
     schema.to_value()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::yaml::KEYWORDS;
+    use super::*;
+
+    /// Every keyword of a schema, by walking all places where schemas stand.
+    fn keywords(schema: &Value, found: &mut Vec<String>) {
+        let Some(object) = schema.as_object() else { return };
+        for (keyword, value) in object {
+            found.push(keyword.clone());
+            match keyword.as_str() {
+                "properties" => {
+                    value.as_object().unwrap().values().for_each(|inner| keywords(inner, found));
+                }
+                "items" | "additionalProperties" => keywords(value, found),
+                "anyOf" => {
+                    value.as_array().unwrap().iter().for_each(|inner| keywords(inner, found))
+                }
+                _ => {}
+            }
+        }
+    }
+
+    #[test]
+    fn the_reader_understands_every_keyword_of_every_schema() {
+        for schema in [robot_to_check(), job_to_check(), of::<raw::session::Session>()] {
+            let mut found = Vec::new();
+            keywords(&schema, &mut found);
+            assert!(found.len() > 30);
+            for keyword in found {
+                assert!(KEYWORDS.contains(&keyword.as_str()), "{keyword}");
+            }
+        }
+    }
+
+    #[test]
+    fn published_schemas_hold_no_marks_of_ours_and_the_contract_s_keys() {
+        for (schema, required) in [
+            (robot(), vec!["urdf", "elasticity"]),
+            (job(), vec!["robot", "tool", "spindle", "operations"]),
+            (session(), vec!["records"]),
+        ] {
+            assert!(!schema.to_string().contains("\"x-"));
+            assert_eq!(schema["$schema"], "https://json-schema.org/draft/2020-12/schema");
+            assert_eq!(schema["additionalProperties"], false);
+            assert_eq!(schema["required"], serde_json::json!(required));
+        }
+        let operation = &job()["properties"]["operations"]["items"];
+        assert_eq!(operation["required"], serde_json::json!(["name", "feed_mm_per_min", "path"]));
+        assert_eq!(operation["properties"]["feed_mm_per_min"]["exclusiveMinimum"], 0);
+    }
+}

@@ -2,6 +2,7 @@
 //! against each other.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
 
 use nalgebra::{Isometry3, Matrix3, Point3, Unit, Vector3};
 
@@ -9,6 +10,7 @@ use super::description::{
     ArmAngle, Calibration, CoordinateKind, Damping, Description, Inertial, JointKind, Link,
 };
 use super::fault::{ModelFault, Place, PoseFault};
+use crate::units::{deg_from_rad, mm_from_m};
 
 /// Slack in the triangle inequality of principal moments, as a share of the largest: CAD exports and
 /// data sheets print three digits.
@@ -19,6 +21,10 @@ const POSITIVITY_SLACK: f64 = 1e-9;
 
 /// An axis shorter than this has no direction.
 const SHORTEST_AXIS: f64 = 1e-9;
+
+/// A pose may pass a limit by this much, rad or m: URDFs print limits with four or five digits (3.1416 for
+/// half a turn), and a pose at the limit itself is meant to be allowed.
+const LIMIT_SLACK: f64 = 1e-4;
 
 /// A joint of the chain from base to tip that a pose sets.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,6 +39,29 @@ pub struct MovingJoint {
     pub velocity_limit: Option<f64>,
     pub(super) node: usize,
     pub(super) axis: Unit<Vector3<f64>>,
+}
+
+/// A joint outside its limits. Shown as "joint 'a' is 190.000 deg, must lie in -180.000..180.000 deg".
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LimitViolation<'a> {
+    /// The joint.
+    pub joint: &'a MovingJoint,
+    /// Its position, rad or m.
+    pub value: f64,
+    /// Its limits, rad or m.
+    pub limit: [f64; 2],
+}
+
+impl fmt::Display for LimitViolation<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (shown, unit): (fn(f64) -> f64, _) = match self.joint.kind {
+            JointKind::Prismatic => (mm_from_m, "mm"),
+            _ => (deg_from_rad, "deg"),
+        };
+        let (name, [lower, upper]) = (&self.joint.name, self.limit.map(shown));
+        let value = shown(self.value);
+        write!(f, "joint '{name}' is {value:.3} {unit}, must lie in {lower:.3}..{upper:.3} {unit}")
+    }
 }
 
 /// An elastic coordinate α_i.
@@ -178,6 +207,18 @@ impl Robot {
     /// Remarks that do not stop the work: settings without effect, links that count as massless.
     pub fn notices(&self) -> &[ModelFault] {
         &self.notices
+    }
+
+    /// The joints that `q` puts outside their limits; none for a joint without limits.
+    pub fn limit_violations<'a>(
+        &'a self,
+        q: &'a [f64],
+    ) -> impl Iterator<Item = LimitViolation<'a>> + 'a {
+        self.joints.iter().zip(q).filter_map(|(joint, &value)| {
+            let limit @ [lower, upper] = joint.limit?;
+            let inside = value >= lower - LIMIT_SLACK && value <= upper + LIMIT_SLACK;
+            (!inside).then_some(LimitViolation { joint, value, limit })
+        })
     }
 
     /// Checks that `q` is a pose of this robot: one finite value per moving joint.

@@ -7,7 +7,7 @@ use super::super::yaml::Apart;
 
 /// A job: a robot, a cutter, a spindle and operations.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields)]
 #[schemars(title = "detune job.yaml")]
 pub(in crate::input) struct Job {
     /// What the job is called in reports; the file's name if absent.
@@ -37,7 +37,7 @@ pub(in crate::input) struct Job {
 
 /// The cutter.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields)]
 pub(in crate::input) struct Tool {
     /// What it is called.
     #[schemars(extend("examples" = ["12 mm 2-flute"]))]
@@ -55,7 +55,7 @@ pub(in crate::input) struct Tool {
 
 /// A frame in another one.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields)]
 pub(in crate::input) struct Frame {
     /// Origin, m; [0, 0, 0] if absent.
     #[schemars(extend("default" = [0, 0, 0]))]
@@ -67,7 +67,7 @@ pub(in crate::input) struct Frame {
 
 /// The spindle's abilities.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields)]
 pub(in crate::input) struct Spindle {
     /// Lowest speed, rev/min.
     #[schemars(required, extend("exclusiveMinimum" = 0, "examples" = [500]))]
@@ -82,7 +82,7 @@ pub(in crate::input) struct Spindle {
 
 /// One operation: a path under a spindle speed. Exactly one of spindle_rpm and spindle_schedule.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields)]
 #[schemars(extend("x-noun" = "operation"))]
 pub(in crate::input) struct Operation {
     /// Unique within the job.
@@ -109,7 +109,7 @@ pub(in crate::input) struct Operation {
 
 /// A corner of a spindle schedule.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields)]
 pub(in crate::input) struct SchedulePoint {
     /// Share of the operation's time, 0 to 1.
     #[schemars(required, extend("minimum" = 0, "maximum" = 1))]
@@ -121,7 +121,7 @@ pub(in crate::input) struct SchedulePoint {
 
 /// How the tool cuts.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields)]
 pub(in crate::input) struct Cutting {
     /// Radial depth of cut, mm.
     #[schemars(required, extend("exclusiveMinimum" = 0, "examples" = [6]))]
@@ -148,7 +148,7 @@ pub(in crate::input) enum Direction {
 
 /// A path: exactly one of its keys. The first waypoint is where the operation starts.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields)]
 pub(in crate::input) struct Path {
     /// Joint-interpolated waypoints: rows of one value for each moving joint from base to tip, degrees for a joint that
     /// turns, millimetres for a prismatic joint.
@@ -179,7 +179,7 @@ pub(in crate::input) struct Pose {
 
 /// A robot or CAM program.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields)]
 pub(in crate::input) struct Program {
     /// The program, relative to this file.
     #[schemars(required, extend("examples" = ["pocket.mod"]))]
@@ -191,7 +191,7 @@ pub(in crate::input) struct Program {
 
 /// When an excitation line near a natural frequency counts.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields)]
 pub(in crate::input) struct Policy {
     /// Multiples of the tooth-passing frequency, 1 to this; 2 if absent.
     #[schemars(extend("minimum" = 0, "maximum" = 1000, "default" = 2))]

@@ -9,7 +9,7 @@ use super::super::yaml::Apart;
 
 /// A robot: its URDF, and what a URDF does not tell.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields)]
 #[schemars(title = "detune robot.yaml")]
 pub(in crate::input) struct Robot {
     /// What the robot is called in reports; the URDF's name if absent.
@@ -44,7 +44,7 @@ pub(in crate::input) struct Robot {
 
 /// The elastic coordinates and their damping.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields)]
 pub(in crate::input) struct Elasticity {
     /// Damping ratio where a joint or extra coordinate gives no damping; 0.02 if absent.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 0.99, "default" = 0.02))]
@@ -63,7 +63,7 @@ pub(in crate::input) struct Elasticity {
 
 /// The spring in a moving joint: exactly one stiffness, at most one damping.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields)]
 #[schemars(extend("x-noun" = "joint"))]
 pub(in crate::input) struct JointSpring {
     /// Spring constant of a joint that turns, N·m/rad.
@@ -89,7 +89,7 @@ pub(in crate::input) struct JointSpring {
 /// a joint's child link it is the transverse (bending) compliance of that joint; at a point inside a
 /// link it is link flexibility.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields)]
 #[schemars(extend("x-noun" = "extra coordinate"))]
 pub(in crate::input) struct Extra {
     /// Unique among all elastic coordinates.
@@ -133,7 +133,7 @@ pub(in crate::input) enum ExtraKind {
 
 /// Rotor inertia seen through the gear.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields)]
 #[schemars(extend("x-noun" = "drive of joint"))]
 pub(in crate::input) struct Drive {
     /// Rotor inertia times the gear ratio squared, kg·m² (kg at a prismatic joint). Adds to the joint's own
@@ -146,7 +146,7 @@ pub(in crate::input) struct Drive {
 
 /// A body fixed to a link.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields)]
 pub(in crate::input) struct Payload {
     /// The URDF link that carries it.
     #[schemars(required, extend("examples" = ["tool0"]))]
@@ -165,7 +165,7 @@ pub(in crate::input) struct Payload {
 
 /// A symmetric tensor of inertia, kg·m², with products as in URDF (ixy is the entry of the matrix).
 #[derive(Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields)]
 pub(in crate::input) struct Inertia {
     /// About x, kg·m².
     #[schemars(required)]
@@ -186,7 +186,7 @@ pub(in crate::input) struct Inertia {
 
 /// Angles of the two-link model.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields)]
 pub(in crate::input) struct ArmAngles {
     /// Angle of the lower arm.
     pub(in crate::input) beta1: Option<ArmAngle>,
@@ -196,7 +196,7 @@ pub(in crate::input) struct ArmAngles {
 
 /// An angle: the sum of factor times joint position, plus an offset.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields)]
 pub(in crate::input) struct ArmAngle {
     /// Factor by joint name.
     #[schemars(required, extend("examples" = [{"joint_2": 1.0}]))]
@@ -208,7 +208,7 @@ pub(in crate::input) struct ArmAngle {
 
 /// How well the model predicted frequencies at poses that it was not fitted to.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields)]
 pub(in crate::input) struct Calibration {
     /// Number of poses.
     #[schemars(required, extend("minimum" = 1))]

@@ -5,7 +5,7 @@ use serde::Deserialize;
 
 /// Raw records of vibration, to be turned into measured modes.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields)]
 #[schemars(title = "detune session.yaml")]
 pub(in crate::input) struct Session {
     /// Free text.
@@ -20,7 +20,7 @@ pub(in crate::input) struct Session {
 
 /// One file of raw data.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields)]
 #[schemars(extend("x-noun" = "record"))]
 struct Record {
     /// CSV with a header, UFF 58 (.uff, .unv) or WAV, relative to this file.
@@ -39,7 +39,7 @@ struct Record {
 
 /// A pose: exactly one of its keys.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields)]
 struct Pose {
     /// The angle of the two-link model, rad.
     #[schemars(extend("examples" = [1.571]))]

@@ -266,6 +266,9 @@ fn check_list(
                     let what = format!("is {number}, must be {}", expectation(item_schema));
                     faults.add(line as usize, trail.about(&what));
                     fits = false;
+                    if !numeric {
+                        break;
+                    }
                 }
             }
         }

@@ -1,0 +1,502 @@
+//! job.yaml → a job.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use nalgebra::{Isometry3, Translation3, UnitQuaternion};
+
+use super::faults::Faults;
+use super::raw::job as raw;
+use super::robot::load_robot;
+use super::text::{LARGEST_YAML_BYTES, named_file, read_text};
+use super::waypoints::{Course, joint_position, moves_of};
+use super::yaml::{Node, Step, check, parse, typed};
+use super::{Fault, Loaded, schema};
+use crate::job::{Cutting, CuttingDirection, Job, Operation, Policy, Spindle, SpindleSpeed, Tool};
+use crate::model::Robot;
+use crate::units::{
+    m_from_mm, m_per_n_from_um_per_n, m_per_s_from_mm_per_min, rad_from_deg, ratio_from_percent,
+};
+
+const DEFAULT_TOOTH_PASSING_HARMONICS: u32 = 2;
+const DEFAULT_SPINDLE_HARMONICS: u32 = 1;
+const DEFAULT_SEPARATION_PERCENT: f64 = 10.0;
+
+/// What a model that never was compared with measurements may be wrong by.
+const UNCALIBRATED_UNCERTAINTY_PERCENT: f64 = 10.0;
+
+/// A model's uncertainty as a multiple of its held-out root mean square error.
+const UNCERTAINTY_PER_RMS: f64 = 2.0;
+
+const FULL_TURN_DEG: f64 = 360.0;
+
+/// Pitches add up to a full turn within this: they are written with a few digits.
+const PITCH_SUM_SLACK_DEG: f64 = 1e-3;
+
+/// Reads a job.yaml and the robot that it names.
+///
+/// # Errors
+/// Every fault of the job and of its robot's files, each with its line: the job's come first.
+pub fn load_job(path: &Path) -> Result<Loaded<Job>, Vec<Fault>> {
+    let mut faults = Faults::of(path);
+    let text = read_text(path, LARGEST_YAML_BYTES).map_err(|fault| vec![fault])?;
+    let mut tree = match parse(&text, &mut faults) {
+        Ok(tree) => tree,
+        Err(fault) => return Err(faults.finish_with(fault)),
+    };
+    drop(text);
+    check(&mut tree, &schema::job_to_check(), &mut faults);
+    let Some(raw) = typed::<raw::Job>(&tree, &mut faults) else { return Err(faults.finish()) };
+    let robot = match raw.robot.as_deref() {
+        Some(name) => {
+            let line = tree.line_at(&[Step::Key("robot")]);
+            named_file(path, "robot", name, line, &mut faults).map(|path| load_robot(&path))
+        }
+        None => None,
+    };
+    let (robot, mut notices, robot_faults) = match robot {
+        Some(Ok(loaded)) => (Some(Arc::new(loaded.value)), loaded.notices, Vec::new()),
+        Some(Err(robot_faults)) => (None, Vec::new(), robot_faults),
+        None => (None, Vec::new(), Vec::new()),
+    };
+    let mut reader = Reader {
+        path,
+        tree: &tree,
+        raw: &raw,
+        robot: robot.as_deref(),
+        faults,
+        notices: Vec::new(),
+    };
+    let parts = reader.parts();
+    let Reader { faults, notices: own_notices, .. } = reader;
+    match (robot, parts) {
+        (Some(robot), Some((tool, spindle, operations, policy)))
+            if faults.count() == 0 && robot_faults.is_empty() =>
+        {
+            let file_name = || path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+            notices.splice(0..0, own_notices);
+            Ok(Loaded {
+                value: Job {
+                    name: raw.name.clone().unwrap_or_else(file_name),
+                    file: path.to_owned(),
+                    robot,
+                    tool,
+                    spindle,
+                    operations,
+                    policy,
+                },
+                notices,
+            })
+        }
+        _ => {
+            let mut all = faults.finish();
+            all.extend(robot_faults);
+            Err(all)
+        }
+    }
+}
+
+/// What is at hand while a job is read.
+struct Reader<'j> {
+    path: &'j Path,
+    tree: &'j Node,
+    raw: &'j raw::Job,
+    /// `None` where the robot has faults.
+    robot: Option<&'j Robot>,
+    faults: Faults,
+    notices: Vec<Fault>,
+}
+
+impl Reader<'_> {
+    fn fault(&mut self, steps: &[Step<'_>], what: impl Into<String>) {
+        let line = self.tree.line_at(steps);
+        self.faults.add(line, what);
+    }
+
+    /// Everything but the robot. `None` where a required part is missing, which was told before.
+    fn parts(&mut self) -> Option<(Tool, Spindle, Vec<Operation>, Policy)> {
+        let tool = self.tool();
+        let spindle = self.spindle();
+        let policy = self.policy();
+        let operations = self.operations(spindle.as_ref());
+        Some((tool?, spindle?, operations?, policy))
+    }
+
+    fn tool(&mut self) -> Option<Tool> {
+        let raw = self.raw.tool.as_ref()?;
+        let steps = [Step::Key("tool"), Step::Key("pitch_deg")];
+        if let (Some(pitch), Some(teeth)) = (&raw.pitch_deg, raw.teeth) {
+            if pitch.len() != teeth as usize {
+                let what = format!(
+                    "tool.pitch_deg has {} angles, must have one for each of the {teeth} teeth",
+                    pitch.len()
+                );
+                self.fault(&steps, what);
+            }
+            let sum: f64 = pitch.iter().sum();
+            if (sum - FULL_TURN_DEG).abs() > PITCH_SUM_SLACK_DEG {
+                self.fault(&steps, format!("tool.pitch_deg adds up to {sum}, must be 360"));
+            }
+        }
+        Some(Tool {
+            name: raw.name.clone(),
+            teeth: raw.teeth?,
+            diameter_m: raw.diameter_mm.map(m_from_mm),
+            pitch_rad: raw
+                .pitch_deg
+                .as_ref()
+                .map(|pitch| pitch.iter().map(|&angle| rad_from_deg(angle)).collect()),
+        })
+    }
+
+    fn spindle(&mut self) -> Option<Spindle> {
+        let raw = self.raw.spindle.as_ref()?;
+        let (min_rpm, max_rpm) = (raw.min_rpm?, raw.max_rpm?);
+        if min_rpm > max_rpm {
+            let steps = [Step::Key("spindle"), Step::Key("min_rpm")];
+            self.fault(
+                &steps,
+                format!("spindle.min_rpm is {min_rpm}, must not be above max_rpm, {max_rpm}"),
+            );
+            return None;
+        }
+        Some(Spindle {
+            min_rpm,
+            max_rpm,
+            max_acceleration_rpm_per_s: raw.max_acceleration_rpm_per_s,
+        })
+    }
+
+    fn policy(&mut self) -> Policy {
+        let default = raw::Policy::default();
+        let raw = self.raw.policy.as_ref().unwrap_or(&default);
+        let bands = raw.ignore_hz.clone().unwrap_or_default();
+        let mut above = 0.0;
+        for (index, &[from, to]) in bands.iter().enumerate() {
+            if !(from >= above && to > from) {
+                let what = format!(
+                    "policy.ignore_hz[{index}] is [{from}, {to}], must be ascending, not negative and not \
+                     below the band before"
+                );
+                let steps = [Step::Key("policy"), Step::Key("ignore_hz"), Step::Index(index)];
+                self.fault(&steps, what);
+            }
+            above = to;
+        }
+        let tooth = raw.tooth_passing_harmonics.unwrap_or(DEFAULT_TOOTH_PASSING_HARMONICS);
+        let spindle = raw.spindle_harmonics.unwrap_or(DEFAULT_SPINDLE_HARMONICS);
+        if tooth == 0 && spindle == 0 {
+            let what = "policy: tooth_passing_harmonics and spindle_harmonics are both 0, so nothing would \
+                        be checked";
+            self.fault(&[Step::Key("policy"), Step::Key("tooth_passing_harmonics")], what);
+        }
+        let calibration = self.robot.and_then(|robot| robot.calibration());
+        let uncertainty = raw.model_uncertainty_percent.unwrap_or_else(|| {
+            calibration.map_or(UNCALIBRATED_UNCERTAINTY_PERCENT, |calibration| {
+                UNCERTAINTY_PER_RMS * calibration.heldout_rms_percent
+            })
+        });
+        Policy {
+            tooth_passing_harmonics: tooth,
+            spindle_harmonics: spindle,
+            separation: ratio_from_percent(
+                raw.separation_percent.unwrap_or(DEFAULT_SEPARATION_PERCENT),
+            ),
+            model_uncertainty: ratio_from_percent(uncertainty),
+            ignore_hz: bands,
+            min_tip_response_m_per_n: m_per_n_from_um_per_n(
+                raw.min_tip_response_um_per_n.unwrap_or(0.0),
+            ),
+        }
+    }
+
+    fn operations(&mut self, spindle: Option<&Spindle>) -> Option<Vec<Operation>> {
+        let nodes = self.tree.get("operations")?.items();
+        let raws = self.raw.operations.as_ref()?;
+        let mut first_lines: BTreeMap<&str, usize> = BTreeMap::new();
+        let mut operations = Vec::new();
+        for (index, (raw, node)) in raws.iter().zip(nodes).enumerate() {
+            let called = match &raw.name {
+                Some(name) => format!("operation '{name}'"),
+                None => format!("operation {}", index + 1),
+            };
+            if let Some(name) = &raw.name
+                && let Some(first) = first_lines.insert(name, node.line as usize)
+            {
+                let steps = [Step::Key("operations"), Step::Index(index), Step::Key("name")];
+                let what = format!("{called}: name is taken by the operation at line {first}");
+                self.fault(&steps, what);
+            }
+            operations.push(self.operation(raw, node, &called, spindle));
+        }
+        operations.into_iter().collect()
+    }
+
+    fn operation(
+        &mut self,
+        raw: &raw::Operation,
+        node: &Node,
+        called: &str,
+        spindle: Option<&Spindle>,
+    ) -> Option<Operation> {
+        let speed = self.speed(raw, node, called, spindle);
+        let feed_m_per_s = raw.feed_mm_per_min.map(m_per_s_from_mm_per_min);
+        let start_near = self.start_near(raw, node, called);
+        let course = Course {
+            called,
+            job: self.path,
+            robot: self.robot,
+            // A feed that is missing was told; the waypoints are looked at all the same.
+            feed_m_per_s: feed_m_per_s.unwrap_or(1.0),
+            tcp: self.raw.tcp.as_ref().map(isometry),
+            work_object: self.raw.work_object.as_ref().map(isometry),
+        };
+        let path = raw.path.as_ref().zip(node.get("path"));
+        let moves = path.and_then(|(raw, node)| moves_of(&course, raw, node, &mut self.faults));
+        Some(Operation {
+            name: raw.name.clone()?,
+            line: node.line as usize,
+            speed: speed?,
+            feed_m_per_s: feed_m_per_s?,
+            cutting: raw.cutting.as_ref().and_then(cutting),
+            moves: moves?,
+            program: None,
+            start_near,
+        })
+    }
+
+    fn speed(
+        &mut self,
+        raw: &raw::Operation,
+        node: &Node,
+        called: &str,
+        spindle: Option<&Spindle>,
+    ) -> Option<SpindleSpeed> {
+        const KEYS: [&str; 2] = ["spindle_rpm", "spindle_schedule"];
+        let faulty = |key: &str| node.get(key).is_some_and(|value| value.faulty);
+        match (raw.spindle_rpm, &raw.spindle_schedule) {
+            (Some(_), Some(_)) => {
+                let line = node.line_at(&[Step::Key(KEYS[1])]);
+                let what = "has both spindle_rpm and spindle_schedule, must have one";
+                self.faults.add(line, format!("{called}: {what}"));
+                None
+            }
+            (None, None) => {
+                if !KEYS.into_iter().any(faulty) {
+                    let what = "missing key 'spindle_rpm' (or 'spindle_schedule')";
+                    self.faults.add(node.line as usize, format!("{called}: {what}"));
+                }
+                None
+            }
+            (Some(rpm), None) => {
+                let line = node.line_at(&[Step::Key(KEYS[0])]);
+                self.check_rpm(rpm, line, &format!("{called}: spindle_rpm"), spindle);
+                Some(SpindleSpeed::Constant(rpm))
+            }
+            (None, Some(points)) => self.schedule(points, node, called, spindle),
+        }
+    }
+
+    fn check_rpm(&mut self, rpm: f64, line: usize, what: &str, spindle: Option<&Spindle>) {
+        if let Some(Spindle { min_rpm, max_rpm, .. }) = spindle
+            && !(*min_rpm..=*max_rpm).contains(&rpm)
+        {
+            let what =
+                format!("{what} is {rpm}, must lie in the spindle's range {min_rpm}..{max_rpm}");
+            self.faults.add(line, what);
+        }
+    }
+
+    fn schedule(
+        &mut self,
+        raw: &[raw::SchedulePoint],
+        node: &Node,
+        called: &str,
+        spindle: Option<&Spindle>,
+    ) -> Option<SpindleSpeed> {
+        let own = [Step::Key("spindle_schedule")];
+        let points: Vec<(f64, f64)> =
+            raw.iter().map(|point| Some((point.s?, point.rpm?))).collect::<Option<_>>()?;
+        for (index, &(_, rpm)) in points.iter().enumerate() {
+            let line = node.line_at(&[own[0], Step::Index(index), Step::Key("rpm")]);
+            let what = format!("{called}: spindle_schedule[{index}].rpm");
+            self.check_rpm(rpm, line, &what, spindle);
+        }
+        for (index, pair) in points.windows(2).enumerate() {
+            if pair[1].0 <= pair[0].0 {
+                let line = node.line_at(&[own[0], Step::Index(index + 1), Step::Key("s")]);
+                let what = format!(
+                    "{called}: spindle_schedule[{}].s is {}, must be above the one before, {}",
+                    index + 1,
+                    pair[1].0,
+                    pair[0].0
+                );
+                self.faults.add(line, what);
+            }
+        }
+        let ends = (points.first()?.0, points.last()?.0);
+        if ends != (0.0, 1.0) {
+            let what = format!(
+                "{called}: spindle_schedule runs from s = {} to {}, must run from 0 to 1",
+                ends.0, ends.1
+            );
+            self.faults.add(node.line_at(&own), what);
+        }
+        Some(SpindleSpeed::Schedule(points))
+    }
+
+    fn start_near(&mut self, raw: &raw::Operation, node: &Node, called: &str) -> Option<Vec<f64>> {
+        let given = raw.start_near_deg.as_ref()?;
+        let line = node.line_at(&[Step::Key("start_near_deg")]);
+        if raw.path.as_ref().is_some_and(|path| path.joints_deg.is_some()) {
+            let what = format!("{called}: start_near_deg has no effect on a path of joints_deg");
+            self.notices.push(self.faults.make(line, what));
+        }
+        let robot = self.robot?;
+        match joint_position(robot, given) {
+            Ok(q) => {
+                for violation in robot.limit_violations(&q) {
+                    self.faults.add(line, format!("{called}: start_near_deg: {violation}"));
+                }
+                Some(q)
+            }
+            Err(what) => {
+                self.faults.add(line, format!("{called}: start_near_deg {what}"));
+                None
+            }
+        }
+    }
+}
+
+fn cutting(raw: &raw::Cutting) -> Option<Cutting> {
+    Some(Cutting {
+        radial_depth_m: m_from_mm(raw.radial_depth_mm?),
+        axial_depth_m: m_from_mm(raw.axial_depth_mm?),
+        direction: match raw.direction? {
+            raw::Direction::Climb => CuttingDirection::Climb,
+            raw::Direction::Conventional => CuttingDirection::Conventional,
+            raw::Direction::Slot => CuttingDirection::Slot,
+        },
+        material: raw.material.clone()?,
+    })
+}
+
+fn isometry(raw: &raw::Frame) -> Isometry3<f64> {
+    let [x, y, z] = raw.xyz_m.unwrap_or_default();
+    let [roll, pitch, yaw] = raw.rpy_rad.unwrap_or_default();
+    Isometry3::from_parts(
+        Translation3::new(x, y, z),
+        UnitQuaternion::from_euler_angles(roll, pitch, yaw),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::robot::tests as robot;
+    use super::*;
+    use crate::motion::Target;
+
+    const JOB: &str = include_str!("../../tests/data/bad/job.yaml");
+
+    fn load(job: &str, robot_yaml: &str) -> Result<Loaded<Job>, Vec<String>> {
+        let (folder, _) = robot::folder(robot_yaml, robot::URDF);
+        let path = folder.path().join("job.yaml");
+        std::fs::write(&path, job).unwrap();
+        let prefix = format!("{}/", folder.path().display());
+        load_job(&path)
+            .map_err(|faults| faults.iter().map(|f| f.to_string().replace(&prefix, "")).collect())
+    }
+
+    #[test]
+    fn every_key_arrives_in_si() {
+        let loaded = load(JOB, robot::YAML).unwrap();
+        assert!(loaded.notices.is_empty(), "{:?}", loaded.notices);
+        let job = loaded.value;
+        assert_eq!(job.name, "Pocket");
+        assert_eq!(job.robot.name(), "Two-link section");
+        assert_eq!((job.tool.teeth, job.tool.diameter_m), (2, Some(0.012)));
+        let pitch = job.tool.pitch_rad.unwrap();
+        assert!((pitch.iter().sum::<f64>() - std::f64::consts::TAU).abs() < 1e-12);
+        assert_eq!(job.spindle.max_acceleration_rpm_per_s, Some(500.0));
+        let [rough, finish] = &job.operations[..] else { panic!() };
+        assert_eq!((rough.name.as_str(), rough.line), ("rough", 10));
+        assert_eq!(rough.speed, SpindleSpeed::Constant(1100.0));
+        assert_eq!(rough.feed_m_per_s, 0.01);
+        assert_eq!(rough.cutting.as_ref().unwrap().direction, CuttingDirection::Climb);
+        assert_eq!(rough.moves.iter().map(|m| m.line).collect::<Vec<_>>(), [16, 17, 18]);
+        let Target::Joints(q) = &rough.moves[1].to else { panic!() };
+        assert!((q[0] - 10_f64.to_radians()).abs() < 1e-15);
+        assert_eq!(rough.moves[0].tcp.translation.z, 0.15);
+        assert_eq!(finish.speed, SpindleSpeed::Schedule(vec![(0.0, 1200.0), (1.0, 1350.0)]));
+        assert_eq!(finish.moves.iter().map(|m| m.line).collect::<Vec<_>>(), [25, 26]);
+        // The work object is turned by 90° about z: its x is the base's y.
+        let Target::Line(pose) = &finish.moves[0].to else { panic!() };
+        let expected = nalgebra::Vector3::new(0.9, 0.1, 0.4);
+        assert!((pose.translation.vector - expected).norm() < 1e-12);
+        assert!((pose.rotation * nalgebra::Vector3::z() + nalgebra::Vector3::z()).norm() < 1e-12);
+        assert!((finish.start_near.as_ref().unwrap()[1] - 10_f64.to_radians()).abs() < 1e-15);
+        let policy = job.policy;
+        assert_eq!((policy.tooth_passing_harmonics, policy.spindle_harmonics), (3, 0));
+        assert_eq!(policy.separation, 0.08);
+        assert!((policy.model_uncertainty - 0.088).abs() < 1e-15, "twice 4.4 %");
+        assert_eq!(policy.ignore_hz, [[49.0, 51.0], [99.0, 101.0]]);
+        assert!((policy.min_tip_response_m_per_n - 0.5e-6).abs() < 1e-20);
+    }
+
+    #[test]
+    fn what_may_be_absent_has_the_contract_s_defaults() {
+        let job = "robot: robot.yaml\ntool: {teeth: 2}\nspindle: {min_rpm: 500, max_rpm: 6000}\noperations: \
+                   [{name: a, spindle_rpm: 600, feed_mm_per_min: 60, path: {poses: [{xyz_mm: [1, 2, 3]}]}}]\n";
+        let uncalibrated: String = robot::YAML
+            .lines()
+            .filter(|l| !l.starts_with("calibration"))
+            .collect::<Vec<_>>()
+            .join("\n");
+        let job = load(job, &uncalibrated).unwrap().value;
+        assert_eq!(job.name, "job");
+        assert_eq!(
+            job.policy,
+            Policy {
+                tooth_passing_harmonics: 2,
+                spindle_harmonics: 1,
+                separation: 0.1,
+                model_uncertainty: 0.1,
+                ignore_hz: Vec::new(),
+                min_tip_response_m_per_n: 0.0,
+            }
+        );
+        let operation = &job.operations[0];
+        assert_eq!((operation.line, &operation.start_near, &operation.program), (4, &None, &None));
+        assert_eq!(operation.moves[0].tcp, Isometry3::identity());
+        let Target::Line(pose) = &operation.moves[0].to else { panic!() };
+        assert!(
+            (pose.translation.vector - nalgebra::Vector3::new(1e-3, 2e-3, 3e-3)).norm() < 1e-15
+        );
+    }
+
+    #[test]
+    fn faults_of_job_and_robot_are_told_at_once() {
+        let job = JOB
+            .replace("spindle_rpm: 1100", "spindle_rpm: 400")
+            .replace("feed_mm_per_min: 300", "feed_mm_per_min: 0")
+            .replace("separation_percent: 8", "seperation_percent: 8");
+        let robot = robot::YAML.replace("138000", "-1");
+        assert_eq!(
+            load(&job, &robot).unwrap_err(),
+            [
+                "job.yaml:11: operation 'rough': spindle_rpm is 400, must lie in the spindle's range 500..6000",
+                "job.yaml:21: operation 'finish': feed_mm_per_min is 0, must be positive and finite",
+                "job.yaml:30: policy: unknown key 'seperation_percent'; did you mean 'separation_percent'?",
+                "robot.yaml:11: joint 'joint_2': stiffness_nm_per_rad is -1, must be positive and finite",
+            ]
+        );
+    }
+
+    #[test]
+    fn a_start_for_joints_has_no_effect_and_says_so() {
+        let job = JOB.replace("    cutting: {", "    start_near_deg: [0, 0]\n    cutting: {");
+        let notices = load(&job, robot::YAML).unwrap().notices;
+        assert_eq!((notices.len(), notices[0].line), (1, Some(13)));
+    }
+}

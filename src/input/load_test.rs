@@ -1,0 +1,165 @@
+//! A load test: known moments and the angles by which they turn a joint.
+
+use std::path::Path;
+
+use super::Fault;
+use super::faults::Faults;
+use super::table::Table;
+use super::text::{LARGEST_TABLE_BYTES, read_text};
+use crate::units::{rad_from_deg, rad_from_mrad};
+
+/// One loading.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LoadTestRow {
+    /// The joint that was loaded, where the table has a column `joint`.
+    pub joint: Option<String>,
+    /// Moment about the joint's axis, N·m.
+    pub moment_nm: f64,
+    /// Angle by which the joint gave way, rad.
+    pub angle_rad: f64,
+    /// Line of the table, counted from 1.
+    pub line: usize,
+}
+
+const ANGLES: [(&str, fn(f64) -> f64); 3] = [
+    ("angle_rad", std::convert::identity),
+    ("angle_mrad", rad_from_mrad),
+    ("angle_deg", rad_from_deg),
+];
+
+/// Reads a table of load tests: CSV with a header, the columns `moment_nm`, one of `angle_rad`,
+/// `angle_mrad` and `angle_deg`, and optionally `joint`. Other columns are passed over, and so are lines
+/// that begin with `#`.
+///
+/// # Errors
+/// Every fault of the table, each with its line; a table without rows.
+pub fn load_load_test(path: &Path) -> Result<Vec<LoadTestRow>, Vec<Fault>> {
+    let text = read_text(path, LARGEST_TABLE_BYTES).map_err(|fault| vec![fault])?;
+    let mut faults = Faults::of(path);
+    let mut table = Table::open(path, text.as_bytes()).map_err(|fault| vec![fault])?;
+    let Some(columns) = Columns::of(&table, &mut faults) else { return Err(faults.finish()) };
+    let (mut rows, mut cells) = (Vec::new(), Vec::new());
+    loop {
+        match table.row(&mut cells) {
+            Ok(true) => rows.extend(columns.row(&table, &cells, &mut faults)),
+            Ok(false) => break,
+            Err(fault) => return Err(faults.finish_with(fault)),
+        }
+    }
+    if rows.is_empty() && faults.count() == 0 {
+        faults.add(None, "has no rows, must have at least one below the header");
+    }
+    if faults.count() == 0 { Ok(rows) } else { Err(faults.finish()) }
+}
+
+struct Columns {
+    moment: usize,
+    angle: usize,
+    to_rad: fn(f64) -> f64,
+    joint: Option<usize>,
+}
+
+impl Columns {
+    fn of(table: &Table<&[u8]>, faults: &mut Faults) -> Option<Self> {
+        let (header, line) = (table.header(), table.line());
+        let find = |name: &str| header.iter().position(|title| title == name);
+        let moment = find("moment_nm");
+        if moment.is_none() {
+            faults.add(line, "no column 'moment_nm'");
+        }
+        let angles: Vec<(usize, fn(f64) -> f64)> =
+            ANGLES.iter().filter_map(|&(name, to_rad)| Some((find(name)?, to_rad))).collect();
+        match angles.as_slice() {
+            &[(angle, to_rad)] => {
+                Some(Self { moment: moment?, angle, to_rad, joint: find("joint") })
+            }
+            [] => {
+                faults.add(line, "no column 'angle_rad', 'angle_mrad' or 'angle_deg'");
+                None
+            }
+            _ => {
+                let what = "has several columns of angles, must have one of angle_rad, angle_mrad, angle_deg";
+                faults.add(line, what);
+                None
+            }
+        }
+    }
+
+    fn row(
+        &self,
+        table: &Table<&[u8]>,
+        cells: &[String],
+        faults: &mut Faults,
+    ) -> Option<LoadTestRow> {
+        let line = table.line();
+        let mut number = |column| match table.number(cells, column) {
+            Ok(value) => Some(value),
+            Err(fault) => {
+                faults.add(fault.line, fault.what);
+                None
+            }
+        };
+        let (moment_nm, angle) = (number(self.moment), number(self.angle));
+        let joint = match self.joint.map(|column| cells.get(column).map_or("", String::as_str)) {
+            Some("") => {
+                faults.add(line, "joint is empty, must be the name of a joint");
+                return None;
+            }
+            joint => joint.map(str::to_owned),
+        };
+        Some(LoadTestRow { joint, moment_nm: moment_nm?, angle_rad: (self.to_rad)(angle?), line })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<Vec<LoadTestRow>, Vec<String>> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("t.csv");
+        std::fs::write(&path, text).unwrap();
+        let prefix = format!("{}/", folder.path().display());
+        load_load_test(&path)
+            .map_err(|faults| faults.iter().map(|f| f.to_string().replace(&prefix, "")).collect())
+    }
+
+    #[test]
+    fn rows_arrive_in_si_with_their_lines() {
+        let rows =
+            read("# rig\njoint,moment_nm,angle_mrad\njoint_1,555,1\n\njoint_2,-138,-1\n").unwrap();
+        assert_eq!(rows[0].joint.as_deref(), Some("joint_1"));
+        assert_eq!((rows[0].moment_nm, rows[0].line), (555.0, 3));
+        assert!((rows[1].angle_rad + 1e-3).abs() < 1e-18);
+        assert_eq!(rows[1].line, 5);
+        let rows = read("angle_deg,moment_nm\n180,1\n").unwrap();
+        assert!((rows[0].angle_rad - std::f64::consts::PI).abs() < 1e-15);
+        assert_eq!(rows[0].joint, None);
+    }
+
+    #[test]
+    fn every_fault_is_told() {
+        for (text, told) in [
+            (
+                "moment,angle_rad,angle_deg\n",
+                vec!["t.csv:1: no column 'moment_nm'", "t.csv:1: has several"],
+            ),
+            ("moment_nm\n1\n", vec!["t.csv:1: no column 'angle_rad'"]),
+            ("moment_nm,angle_rad\n", vec!["t.csv: has no rows"]),
+            (
+                "moment_nm,angle_rad,joint\n1,x,a\n2,inf,\n",
+                vec![
+                    "t.csv:2: angle_rad is 'x'",
+                    "t.csv:3: angle_rad is 'inf'",
+                    "t.csv:3: joint is empty",
+                ],
+            ),
+        ] {
+            let faults = read(text).unwrap_err();
+            assert_eq!(faults.len(), told.len(), "{faults:?}");
+            for (fault, told) in faults.iter().zip(told) {
+                assert!(fault.starts_with(told), "{fault}");
+            }
+        }
+    }
+}

@@ -1,0 +1,166 @@
+//! Tables as text: comma-separated, a header, `#` for comment lines, and the true line of every row.
+//!
+//! The csv crate counts comment and blank lines to the row after them, so rows are told apart here, and
+//! the crate takes the cells apart where a row has quotes. A quoted cell may not run over lines.
+
+use std::io::{BufRead, BufReader, Read};
+use std::path::{Path, PathBuf};
+
+use super::Fault;
+
+/// Rows longer than this are no rows.
+const LONGEST_ROW_BYTES: u64 = 1 << 20;
+
+/// A table that streams in.
+#[derive(Debug)]
+pub(super) struct Table<R> {
+    file: PathBuf,
+    reader: BufReader<R>,
+    /// Line of the row that was read last, counted from 1.
+    line: usize,
+    bytes: Vec<u8>,
+    header: Vec<String>,
+}
+
+impl<R: Read> Table<R> {
+    /// Opens a table and reads its header; `file` stands for it in faults.
+    pub(super) fn open(file: &Path, reader: R) -> Result<Self, Fault> {
+        let reader = BufReader::new(reader);
+        let mut table =
+            Self { file: file.to_owned(), reader, line: 0, bytes: Vec::new(), header: Vec::new() };
+        let mut header = Vec::new();
+        if !table.row(&mut header)? {
+            return Err(Fault { line: None, ..table.fault("is empty, must begin with a header") });
+        }
+        table.header = header;
+        Ok(table)
+    }
+
+    /// Titles of the columns.
+    pub(super) fn header(&self) -> &[String] {
+        &self.header
+    }
+
+    /// The line of the row that was read last.
+    pub(super) fn line(&self) -> usize {
+        self.line
+    }
+
+    /// Reads the next row's cells, trimmed; `false` at the end.
+    pub(super) fn row(&mut self, cells: &mut Vec<String>) -> Result<bool, Fault> {
+        loop {
+            self.bytes.clear();
+            self.line += 1;
+            let most = LONGEST_ROW_BYTES + 1;
+            let read = self.reader.by_ref().take(most).read_until(b'\n', &mut self.bytes);
+            match read {
+                Ok(0) => return Ok(false),
+                Ok(_) if self.bytes.len() as u64 > LONGEST_ROW_BYTES => {
+                    return Err(self.fault("is longer than 1 MiB, must be one row of a table"));
+                }
+                Ok(_) => {}
+                Err(error) => return Err(self.fault(&format!("cannot be read: {error}"))),
+            }
+            let bytes = match (self.line, self.bytes.as_slice()) {
+                (1, [0xEF, 0xBB, 0xBF, rest @ ..]) => rest,
+                (_, bytes) => bytes,
+            };
+            let Ok(text) = std::str::from_utf8(bytes) else {
+                return Err(self.fault("is not UTF-8; save the file as UTF-8"));
+            };
+            let text = text.trim();
+            if text.is_empty() || text.starts_with('#') {
+                continue;
+            }
+            return if split(text, cells) {
+                Ok(true)
+            } else {
+                Err(self.fault("has a quoted cell that does not end"))
+            };
+        }
+    }
+
+    /// A fault at the row that was read last.
+    pub(super) fn fault(&self, what: &str) -> Fault {
+        Fault { file: Some(self.file.clone()), line: Some(self.line), what: what.to_owned() }
+    }
+
+    /// The finite number in a column of a row.
+    pub(super) fn number(&self, cells: &[String], column: usize) -> Result<f64, Fault> {
+        let text = cells.get(column).map_or("", String::as_str);
+        match text.parse::<f64>() {
+            Ok(value) if value.is_finite() => Ok(value),
+            _ => {
+                let title = self.header.get(column).map_or("", String::as_str);
+                Err(self.fault(&format!("{title} is {}, must be a finite number", shown(text))))
+            }
+        }
+    }
+}
+
+/// Takes a row apart, using the strings again that are there; `false` if a quote does not end.
+fn split(row: &str, cells: &mut Vec<String>) -> bool {
+    let mut count = 0;
+    let mut push = |cell: &str| {
+        match cells.get_mut(count) {
+            Some(old) => {
+                old.clear();
+                old.push_str(cell);
+            }
+            None => cells.push(cell.to_owned()),
+        }
+        count += 1;
+    };
+    if row.contains('"') {
+        if row.matches('"').count() % 2 != 0 {
+            return false;
+        }
+        let mut reader = csv::ReaderBuilder::new()
+            .has_headers(false)
+            .trim(csv::Trim::All)
+            .from_reader(row.as_bytes());
+        if let Some(Ok(record)) = reader.records().next() {
+            record.iter().for_each(push);
+        }
+    } else {
+        row.split(',').map(str::trim).for_each(&mut push);
+    }
+    cells.truncate(count);
+    true
+}
+
+/// A cell as a message shows it.
+fn shown(cell: &str) -> String {
+    const LONGEST: usize = 40;
+    if cell.is_empty() {
+        return "empty".to_owned();
+    }
+    let short: String = cell.chars().take(LONGEST).collect();
+    format!("'{}'", short.escape_debug())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_know_their_line_past_comments_and_blank_lines() {
+        let text = "\u{FEFF}# a\r\n\r\na,\"b,c\" ,d\r\n1,,3\r\n  # c\n\n4";
+        let mut table = Table::open(Path::new("t"), text.as_bytes()).unwrap();
+        assert_eq!(table.header(), ["a", "b,c", "d"]);
+        let mut cells = Vec::new();
+        assert!(table.row(&mut cells).unwrap());
+        assert_eq!((table.line(), &cells[..]), (4, &["1", "", "3"].map(String::from)[..]));
+        assert!(table.row(&mut cells).unwrap());
+        assert_eq!((table.line(), &cells[..]), (7, &["4".to_owned()][..]));
+        assert!(!table.row(&mut cells).unwrap());
+    }
+
+    #[test]
+    fn a_row_without_end_is_refused_in_bounded_memory() {
+        let endless = std::io::repeat(b'1');
+        let fault = Table::open(Path::new("t"), endless).unwrap_err();
+        assert_eq!(fault.to_string(), "t:1: is longer than 1 MiB, must be one row of a table");
+        assert!(Table::open(Path::new("t"), &b"\"a,b\n"[..]).unwrap_err().what.contains("quoted"));
+    }
+}

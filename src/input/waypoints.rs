@@ -1,0 +1,186 @@
+//! The path of an operation → moves. Waypoints are read from the tree itself: there may be a million.
+
+use std::path::Path;
+
+use nalgebra::{Isometry3, Translation3, UnitQuaternion};
+
+use super::faults::Faults;
+use super::raw::job as raw;
+use super::yaml::{Kind, Node, Step};
+use crate::model::{JointKind, Robot};
+use crate::motion::{Move, Target};
+use crate::units::{m_from_mm, rad_from_deg};
+
+/// What the waypoints of one operation have in common.
+pub(super) struct Course<'c> {
+    /// The operation in messages.
+    pub(super) called: &'c str,
+    /// The job file.
+    pub(super) job: &'c Path,
+    /// `None` where the robot has faults: then only what needs no robot is told.
+    pub(super) robot: Option<&'c Robot>,
+    pub(super) feed_m_per_s: f64,
+    /// In the tip frame; `None` where the job gives none.
+    pub(super) tcp: Option<Isometry3<f64>>,
+    /// In the base frame; `None` where the job gives none.
+    pub(super) work_object: Option<Isometry3<f64>>,
+}
+
+impl Course<'_> {
+    fn to(&self, target: Target, line: u32) -> Move {
+        Move {
+            to: target,
+            feed_m_per_s: self.feed_m_per_s,
+            tcp: self.tcp.unwrap_or_default(),
+            line: line as usize,
+        }
+    }
+}
+
+/// The moves of a path; `None` where there are faults.
+pub(super) fn moves_of(
+    course: &Course<'_>,
+    raw: &raw::Path,
+    node: &Node,
+    faults: &mut Faults,
+) -> Option<Vec<Move>> {
+    const KEYS: [&str; 3] = ["joints_deg", "poses", "program"];
+    let given: Vec<&str> = KEYS
+        .into_iter()
+        .filter(|key| node.get(key).is_some_and(|value| value.faulty || !value.is_null()))
+        .collect();
+    let called = course.called;
+    match given.as_slice() {
+        [] => {
+            let what = "path has no waypoints, must have one of joints_deg, poses, program";
+            faults.add(node.line as usize, format!("{called}: {what}"));
+            None
+        }
+        [_, second, ..] => {
+            let line = node.line_at(&[Step::Key(second)]);
+            let what = format!("path has {}, must have one of them", given.join(" and "));
+            faults.add(line, format!("{called}: {what}"));
+            None
+        }
+        ["joints_deg"] => joint_moves(course, node.get("joints_deg")?, faults),
+        ["poses"] => pose_moves(course, node.get("poses")?, faults),
+        [_] => {
+            let line = node.line_at(&[Step::Key("program")]);
+            program_moves(course, raw.program.as_ref()?, line, faults)
+        }
+    }
+}
+
+fn joint_moves(course: &Course<'_>, rows: &Node, faults: &mut Faults) -> Option<Vec<Move>> {
+    let robot = course.robot?;
+    let before = faults.count();
+    let mut moves = Vec::with_capacity(rows.items().len());
+    let mut values = Vec::new();
+    for (index, row) in rows.items().iter().enumerate() {
+        if row.faulty {
+            continue;
+        }
+        numbers_into(row, &mut values);
+        let waypoint = index + 1;
+        match joint_position(robot, &values) {
+            Ok(q) => {
+                for violation in robot.limit_violations(&q) {
+                    let what = format!("{}: waypoint {waypoint}: {violation}", course.called);
+                    faults.add(row.line as usize, what);
+                }
+                moves.push(course.to(Target::Joints(q), row.line));
+            }
+            Err(what) => {
+                let what = format!("{}: waypoint {waypoint} {what}", course.called);
+                faults.add(row.line as usize, what);
+            }
+        }
+    }
+    (faults.count() == before && !moves.is_empty()).then_some(moves)
+}
+
+/// Joint positions in rad and m from a row in degrees and millimetres.
+pub(super) fn joint_position(robot: &Robot, row: &[f64]) -> Result<Vec<f64>, String> {
+    let joints = robot.joints();
+    if row.len() != joints.len() {
+        let names: Vec<&str> = joints.iter().map(|joint| joint.name.as_str()).collect();
+        let (given, expected) = (row.len(), joints.len());
+        let s = if given == 1 { "" } else { "s" };
+        return Err(format!("has {given} value{s}, must have {expected}: {}", names.join(", ")));
+    }
+    Ok(joints
+        .iter()
+        .zip(row)
+        .map(|(joint, &value)| match joint.kind {
+            JointKind::Prismatic => m_from_mm(value),
+            _ => rad_from_deg(value),
+        })
+        .collect())
+}
+
+fn pose_moves(course: &Course<'_>, poses: &Node, faults: &mut Faults) -> Option<Vec<Move>> {
+    let before = faults.count();
+    let work_object = course.work_object.unwrap_or_default();
+    let mut moves = Vec::with_capacity(poses.items().len());
+    for pose in poses.items() {
+        // What a pose lacks or has wrong was told when the file was checked against its schema.
+        let Some(xyz) = pose.get("xyz_mm").and_then(triple) else { continue };
+        let rpy = match pose.get("rpy_deg") {
+            Some(rpy) if !rpy.is_null() => rpy,
+            _ => {
+                moves.push(course.to(Target::Line(work_object * placed(xyz, [0.0; 3])), pose.line));
+                continue;
+            }
+        };
+        let Some(rpy) = triple(rpy) else { continue };
+        moves.push(course.to(Target::Line(work_object * placed(xyz, rpy)), pose.line));
+    }
+    let whole = moves.len() == poses.items().len();
+    (faults.count() == before && whole && !moves.is_empty()).then_some(moves)
+}
+
+/// Fixed axes, as in URDF: R = Rz(yaw) · Ry(pitch) · Rx(roll).
+fn placed(xyz_mm: [f64; 3], rpy_deg: [f64; 3]) -> Isometry3<f64> {
+    let [x, y, z] = xyz_mm.map(m_from_mm);
+    let [roll, pitch, yaw] = rpy_deg.map(rad_from_deg);
+    Isometry3::from_parts(
+        Translation3::new(x, y, z),
+        UnitQuaternion::from_euler_angles(roll, pitch, yaw),
+    )
+}
+
+fn triple(node: &Node) -> Option<[f64; 3]> {
+    if node.faulty {
+        return None;
+    }
+    let mut values = Vec::new();
+    numbers_into(node, &mut values);
+    values.try_into().ok()
+}
+
+/// The numbers of a list in which every item is one, whether on one line or not.
+fn numbers_into(node: &Node, values: &mut Vec<f64>) {
+    values.clear();
+    match &node.kind {
+        Kind::Numbers(numbers) => values.extend_from_slice(numbers),
+        _ => values.extend(node.items().iter().filter_map(Node::number)),
+    }
+}
+
+/// The moves that a robot or CAM program asks for.
+fn program_moves(
+    course: &Course<'_>,
+    raw: &raw::Program,
+    line: usize,
+    faults: &mut Faults,
+) -> Option<Vec<Move>> {
+    let name = raw.file.as_deref()?;
+    super::text::named_file(course.job, "path.program.file", name, line, faults)?;
+    let start = raw.procedure.as_deref().unwrap_or("main");
+    let what = format!(
+        "path.program '{name}' (from '{start}'): this version does not read programs; give joints_deg or \
+         poses"
+    );
+    faults.add(line, format!("{}: {what}", course.called));
+    None
+}
