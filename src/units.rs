@@ -78,3 +78,18 @@ pub fn ratio_from_percent(percent: f64) -> f64 {
 pub fn percent_from_ratio(ratio: f64) -> f64 {
     ratio * 100.0
 }
+
+/// Millimetres per second to m/s.
+pub fn m_per_s_from_mm_per_s(speed: f64) -> f64 {
+    speed * METRES_PER_MILLIMETRE
+}
+
+/// m/s to mm/s.
+pub fn mm_per_s_from_m_per_s(speed: f64) -> f64 {
+    speed / METRES_PER_MILLIMETRE
+}
+
+/// Inches to millimetres (exact).
+pub fn mm_from_inch(inch: f64) -> f64 {
+    inch * 25.4
+}

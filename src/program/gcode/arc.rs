@@ -1,0 +1,252 @@
+//! Arcs and helices of G-code → pieces of at most half a turn, each through a point on the way.
+//! All lengths in mm.
+
+use std::f64::consts::{PI, TAU};
+
+/// The axes of a plane, the third along its normal, right-handed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Plane(pub(super) [usize; 3]);
+
+impl Plane {
+    pub(super) const XY: Self = Self([0, 1, 2]);
+    pub(super) const ZX: Self = Self([2, 0, 1]);
+    pub(super) const YZ: Self = Self([1, 2, 0]);
+}
+
+/// Where the centre is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Centre {
+    /// Along the axes of the plane.
+    At([f64; 2]),
+    /// Radius; negative for the longer of the two arcs.
+    Radius(f64),
+}
+
+/// An arc as a block gives it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Arc {
+    pub(super) start: [f64; 3],
+    pub(super) end: [f64; 3],
+    pub(super) plane: Plane,
+    pub(super) clockwise: bool,
+    pub(super) centre: Centre,
+    /// Full turns beyond the first way to the end.
+    pub(super) more_turns: u32,
+}
+
+/// A point on the way and the end of a piece.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Piece {
+    pub(super) via: [f64; 3],
+    pub(super) end: [f64; 3],
+}
+
+/// Start and end are this near where a full turn is meant.
+const SAME_POINT_MM: f64 = 1e-6;
+
+/// The radii at start and end may differ by what programs round to: as LinuxCNC has it.
+const RADIUS_TOLERANCE_MM: f64 = 0.005;
+const RADIUS_TOLERANCE_SHARE: f64 = 0.001;
+
+/// A piece of a helix is written as the circle through three of its points; it departs by no more.
+const HELIX_TOLERANCE_MM: f64 = 1e-3;
+
+const MOST_PIECES: f64 = 100_000.0;
+
+/// The pieces of an arc.
+///
+/// # Errors
+/// An arc that does not exist: the lower-case reason.
+pub(super) fn pieces(arc: &Arc) -> Result<Vec<Piece>, String> {
+    let Plane([u, v, w]) = arc.plane;
+    let from = [arc.start[u], arc.start[v]];
+    let to = [arc.end[u], arc.end[v]];
+    let centre = match arc.centre {
+        Centre::At(centre) => centre,
+        Centre::Radius(radius) => centre_of(from, to, radius, arc.clockwise)?,
+    };
+    let (radius, angle) = polar(from, centre);
+    let (end_radius, end_angle) = polar(to, centre);
+    let off = (radius - end_radius).abs();
+    if off > RADIUS_TOLERANCE_MM && off > RADIUS_TOLERANCE_SHARE * radius.max(end_radius) {
+        return Err(format!(
+            "the end is {end_radius:.4} mm from the arc's centre, the start {radius:.4} mm"
+        ));
+    }
+    if radius <= SAME_POINT_MM {
+        return Err("the arc has no radius".to_owned());
+    }
+    let sweep = sweep(from, to, [angle, end_angle], arc);
+    let climb = arc.end[w] - arc.start[w];
+    let count = piece_count(radius, sweep, climb);
+    if count > MOST_PIECES {
+        return Err(format!("the arc takes {count:.0} pieces"));
+    }
+    let at = |share: f64| {
+        let angle = angle + sweep * share;
+        let radius = radius + (end_radius - radius) * share;
+        let mut point = [0.0; 3];
+        point[u] = centre[0] + radius * angle.cos();
+        point[v] = centre[1] + radius * angle.sin();
+        point[w] = arc.start[w] + climb * share;
+        point
+    };
+    // At least 1 and at most MOST_PIECES.
+    let last = count as usize;
+    Ok((1..=last)
+        .map(|piece| {
+            let share = |part: f64| (piece as f64 - part) / count;
+            let end = if piece == last { arc.end } else { at(share(0.0)) };
+            Piece { via: at(share(0.5)), end }
+        })
+        .collect())
+}
+
+fn polar(point: [f64; 2], centre: [f64; 2]) -> (f64, f64) {
+    let [x, y] = [point[0] - centre[0], point[1] - centre[1]];
+    (x.hypot(y), y.atan2(x))
+}
+
+/// Angle from start to end in the sense of the arc, rad, signed.
+fn sweep(from: [f64; 2], to: [f64; 2], angles: [f64; 2], arc: &Arc) -> f64 {
+    let sense = if arc.clockwise { -1.0 } else { 1.0 };
+    let full = (to[0] - from[0]).hypot(to[1] - from[1]) <= SAME_POINT_MM;
+    let turn = if full { TAU } else { (sense * (angles[1] - angles[0])).rem_euclid(TAU) };
+    sense * (turn + TAU * f64::from(arc.more_turns))
+}
+
+fn piece_count(radius: f64, sweep: f64, climb: f64) -> f64 {
+    let mut half_piece = PI / 2.0;
+    let pitch = (climb / sweep).abs();
+    if pitch > 0.0 {
+        // With a half piece h the circle leaves the helix, to leading order, by min(r, p)·h³·√3/27 across
+        // the circle's plane and by r·p²/(r² + p²)·h⁴/96 in it.
+        let across = 3.0_f64.sqrt() / 27.0 * radius.min(pitch);
+        let inside = radius * pitch * pitch / (radius * radius + pitch * pitch) / 96.0;
+        half_piece = half_piece
+            .min((HELIX_TOLERANCE_MM / 2.0 / across).cbrt())
+            .min((HELIX_TOLERANCE_MM / 2.0 / inside).powf(0.25));
+    }
+    // Half a turn that rounding made a little longer is still one piece.
+    (sweep.abs() / (2.0 * half_piece) - 1e-9).ceil().max(1.0)
+}
+
+/// The centre of the arc of this radius: on the left of the way if it turns left and is the shorter.
+fn centre_of(
+    from: [f64; 2],
+    to: [f64; 2],
+    radius: f64,
+    clockwise: bool,
+) -> Result<[f64; 2], String> {
+    let [x, y] = [to[0] - from[0], to[1] - from[1]];
+    let chord = x.hypot(y);
+    if chord <= SAME_POINT_MM {
+        return Err("an arc by its radius needs an end apart from its start".to_owned());
+    }
+    let half = chord / 2.0;
+    let short_by = half - radius.abs();
+    if short_by > RADIUS_TOLERANCE_MM && short_by > RADIUS_TOLERANCE_SHARE * half {
+        return Err(format!(
+            "radius {} mm is too small for ends {chord:.4} mm apart",
+            radius.abs()
+        ));
+    }
+    let height = (radius * radius - half * half).max(0.0).sqrt();
+    let side = if clockwise == (radius > 0.0) { -height } else { height };
+    Ok([from[0] + x / 2.0 - side * y / chord, from[1] + y / 2.0 + side * x / chord])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector3;
+
+    fn arc(end: [f64; 3], centre: Centre, clockwise: bool) -> Arc {
+        let start = [10.0, 0.0, 0.0];
+        Arc { start, end, plane: Plane::XY, clockwise, centre, more_turns: 0 }
+    }
+
+    fn near(found: [f64; 3], expected: [f64; 3]) -> bool {
+        (Vector3::from(found) - Vector3::from(expected)).norm() < 1e-9
+    }
+
+    #[test]
+    fn quarters_three_quarters_and_full_turns() {
+        let half = 50.0_f64.sqrt();
+        let end = [0.0, 10.0, 0.0];
+        let quarter = pieces(&arc(end, Centre::At([0.0; 2]), false)).unwrap();
+        assert_eq!(quarter.len(), 1);
+        assert!(near(quarter[0].via, [half, half, 0.0]) && near(quarter[0].end, end));
+        let rest = pieces(&arc(end, Centre::At([0.0; 2]), true)).unwrap();
+        assert_eq!(rest.len(), 2);
+        assert!(near(rest[0].end, [-half, -half, 0.0]), "{rest:?}");
+        let full = pieces(&arc([10.0, 0.0, 0.0], Centre::At([0.0; 2]), true)).unwrap();
+        assert_eq!(full.len(), 2);
+        assert!(near(full[0].via, [0.0, -10.0, 0.0]) && near(full[0].end, [-10.0, 0.0, 0.0]));
+        assert!(near(full[1].via, [0.0, 10.0, 0.0]));
+    }
+
+    #[test]
+    fn radius_form_chooses_among_four_arcs() {
+        // From (10, 0) to (0, 10): centres (0, 0) and (10, 10).
+        let end = [0.0, 10.0, 0.0];
+        let (low, high) = (10.0 - 50.0_f64.sqrt(), 50.0_f64.sqrt());
+        let first_via = |radius, clockwise| {
+            let pieces = pieces(&arc(end, Centre::Radius(radius), clockwise)).unwrap();
+            (pieces.len(), pieces[0].via)
+        };
+        let (count, via) = first_via(10.0, false);
+        assert!(count == 1 && near(via, [high, high, 0.0]), "{via:?}");
+        let (count, via) = first_via(10.0, true);
+        assert!(count == 1 && near(via, [low, low, 0.0]), "{via:?}");
+        // The long ones start away from the end.
+        let (count, via) = first_via(-10.0, false);
+        assert!(count == 2 && via[0] > 10.0, "{via:?}");
+        let (count, via) = first_via(-10.0, true);
+        assert!(count == 2 && via[1] < 0.0, "{via:?}");
+    }
+
+    #[test]
+    fn impossible_arcs_are_told() {
+        let far = pieces(&arc([0.0, 11.0, 0.0], Centre::At([0.0; 2]), false)).unwrap_err();
+        assert!(far.contains("11.0000 mm"), "{far}");
+        let small = pieces(&arc([-10.0, 0.0, 0.0], Centre::Radius(9.0), false)).unwrap_err();
+        assert!(small.contains("too small"), "{small}");
+        let same = pieces(&arc([10.0, 0.0, 0.0], Centre::Radius(9.0), false)).unwrap_err();
+        assert!(same.contains("apart"), "{same}");
+    }
+
+    /// The circle through start, via and end of each piece, walked and compared with the helix.
+    #[test]
+    fn pieces_of_a_helix_stay_within_the_tolerance_and_do_not_waste() {
+        for (climb, turns) in [(1.0, 0), (-5.0, 1), (60.0, 0), (600.0, 2), (0.01, 0)] {
+            let mut arc = arc([0.0, 10.0, climb], Centre::At([0.0; 2]), false);
+            arc.more_turns = turns;
+            let sweep = PI / 2.0 + TAU * f64::from(turns);
+            let mut start = Vector3::from(arc.start);
+            let mut worst: f64 = 0.0;
+            let all = pieces(&arc).unwrap();
+            for (index, piece) in all.iter().enumerate() {
+                let [via, end] = [piece.via, piece.end].map(Vector3::from);
+                let (a, b) = (via - start, end - start);
+                let normal = a.cross(&b);
+                let centre = start
+                    + (normal.cross(&a) * b.norm_squared() + b.cross(&normal) * a.norm_squared())
+                        / (2.0 * normal.norm_squared());
+                let first = index as f64 / all.len() as f64 * sweep;
+                for step in 0..=200 {
+                    let angle = first + f64::from(step) / 200.0 * sweep / all.len() as f64;
+                    let on_helix =
+                        Vector3::new(10.0 * angle.cos(), 10.0 * angle.sin(), climb * angle / sweep);
+                    let across = normal.normalize().dot(&(on_helix - centre));
+                    let inside = (on_helix - centre - normal.normalize() * across).norm()
+                        - (start - centre).norm();
+                    worst = worst.max(across.hypot(inside));
+                }
+                start = end;
+            }
+            assert!(worst < 1.1 * HELIX_TOLERANCE_MM, "{climb} {worst}");
+            assert!(all.len() == 1 || worst > 0.1 * HELIX_TOLERANCE_MM, "{climb} {worst}");
+        }
+    }
+}

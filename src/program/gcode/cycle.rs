@@ -1,0 +1,144 @@
+//! Drilling cycles of G-code, expanded as the controller does: over the hole, down to R, to the
+//! bottom, and out.
+
+use super::arc::Plane;
+use super::block::Block;
+use super::state::{Motion, Reader};
+
+/// What distinguishes the cycles as motion. Dwells and the short lifts of G73 leave the path as it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// G81, G82, G73, G86: out at rapid.
+    Drill,
+    /// G83: in steps of Q, out to R between them.
+    Peck,
+    /// G74, G84, G85, G89: out at the feed.
+    Bore,
+    Unknown(i64),
+}
+
+/// What a cycle remembers from hole to hole, mm.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Cycle {
+    /// Z where the cycle was called: where G98 goes back to.
+    initial: f64,
+    /// The R and Z words as given, in mm.
+    retract: Option<f64>,
+    bottom: Option<f64>,
+    step: Option<f64>,
+}
+
+const MOST_REPEATS: f64 = 10_000.0;
+
+impl Reader<'_> {
+    /// G73–G89.
+    pub(super) fn start_cycle(&mut self, code: i64) {
+        let kind = match code {
+            730 | 810 | 820 | 860 => Kind::Drill,
+            830 => Kind::Peck,
+            740 | 840 | 850 | 890 => Kind::Bore,
+            other => Kind::Unknown(other / 10),
+        };
+        if !matches!(self.motion, Motion::Cycle(_)) {
+            let initial = self.at.get(2).copied().flatten().unwrap_or_default();
+            self.cycle = Cycle { initial, ..Cycle::default() };
+        }
+        self.motion = Motion::Cycle(kind);
+    }
+
+    /// A hole, or several in a row where L or K repeats a relative block.
+    pub(super) fn drill(&mut self, line: usize, block: &Block, kind: Kind) -> Result<(), String> {
+        if let Kind::Unknown(code) = kind {
+            return Err(format!("G{code} is not supported"));
+        }
+        if self.plane != Plane::XY {
+            return Err("drilling cycles are supported in the XY plane (G17) alone".to_owned());
+        }
+        let feed = self.feed_m_per_s()?;
+        let before = self.place().ok_or("a cycle from a place that is not known")?;
+        let [retract, bottom, step] =
+            ['R', 'Z', 'Q'].map(|word| block.get(word).map(|value| self.mm(value)));
+        self.cycle.retract = retract.or(self.cycle.retract);
+        self.cycle.bottom = bottom.or(self.cycle.bottom);
+        self.cycle.step = step.or(self.cycle.step);
+        let given_r = self.cycle.retract.ok_or("the cycle has no R")?;
+        let given_z = self.cycle.bottom.ok_or("the cycle has no Z")?;
+        let retract = if self.relative { self.cycle.initial + given_r } else { given_r };
+        let bottom = if self.relative { retract + given_z } else { given_z };
+        if bottom > retract {
+            return Err(format!("the bottom (Z {bottom}) lies above R ({retract})"));
+        }
+        let repeats = block.get('L').or(block.get('K')).unwrap_or(1.0);
+        if !(0.0..=MOST_REPEATS).contains(&repeats) || repeats.fract() != 0.0 {
+            return Err(format!("{repeats} repeats: expected a whole number from 0"));
+        }
+        let depths = self.depths(kind, retract, bottom)?;
+        let by = |letter: char| block.get(letter).map_or(0.0, |value| self.mm(value));
+        let (by_x, by_y) = (by('X'), by('Y'));
+        let [mut x, mut y, _] = before;
+        let out = if kind == Kind::Bore { feed } else { self.rapid_m_per_s() };
+        // Whole and at most MOST_REPEATS, checked above.
+        for _ in 0..repeats as u32 {
+            if self.relative {
+                (x, y) = (x + by_x, y + by_y);
+            } else {
+                let [to_x, to_y, _] = self.end_of(block)?;
+                (x, y) = (to_x.unwrap_or(x), to_y.unwrap_or(y));
+            }
+            self.hole(line, [x, y], retract, &depths, [feed, out]);
+        }
+        Ok(())
+    }
+
+    /// `feeds`: in and out.
+    fn hole(
+        &mut self,
+        line: usize,
+        [x, y]: [f64; 2],
+        retract: f64,
+        depths: &[f64],
+        [feed, out]: [f64; 2],
+    ) {
+        let rapid = self.rapid_m_per_s();
+        if let Some([x, y, z]) = self.place()
+            && z < retract
+        {
+            self.apart(line, [x, y, retract], rapid);
+        }
+        let z = self.place().map_or(retract, |[_, _, z]| z);
+        self.apart(line, [x, y, z], rapid);
+        self.apart(line, [x, y, retract], rapid);
+        for (index, &depth) in depths.iter().enumerate() {
+            if let Some(&before) = index.checked_sub(1).and_then(|last| depths.get(last)) {
+                self.apart(line, [x, y, retract], rapid);
+                self.apart(line, [x, y, before], rapid);
+            }
+            self.apart(line, [x, y, depth], feed);
+        }
+        self.apart(line, [x, y, retract], out);
+        if self.back_to_initial && self.cycle.initial > retract {
+            self.apart(line, [x, y, self.cycle.initial], rapid);
+        }
+    }
+
+    /// A line, unless the tool is there already.
+    fn apart(&mut self, line: usize, to: [f64; 3], feed_m_per_s: f64) {
+        if self.place() != Some(to) {
+            self.line_to(line, to, feed_m_per_s);
+        }
+    }
+
+    fn depths(&self, kind: Kind, retract: f64, bottom: f64) -> Result<Vec<f64>, String> {
+        if kind != Kind::Peck {
+            return Ok(vec![bottom]);
+        }
+        let step = self.cycle.step.ok_or("G83 has no Q")?;
+        let count = ((retract - bottom) / step).ceil().max(1.0);
+        if !(step > 0.0 && count <= MOST_REPEATS) {
+            return Err(format!("Q is {step} mm for a depth of {} mm", retract - bottom));
+        }
+        // At least 1 and at most MOST_REPEATS.
+        let steps = 1..=count as u32;
+        Ok(steps.map(|peck| (retract - f64::from(peck) * step).max(bottom)).collect())
+    }
+}

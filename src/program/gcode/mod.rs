@@ -1,0 +1,186 @@
+//! G-code → motions, for three axes and a tool along z.
+//!
+//! Read: G0–G3 (centre and radius form, full turns, helices), G17–G19, G20/G21, G90/G91, G90.1/G91.1,
+//! G94/G95, drilling by G73, G81–G86 and G89 with G98/G99, F, S, M3–M5, M2/M30. Every work offset is the job's
+//! work object. Told and left out: reference and machine positions (G28, G30, G53), radius compensation
+//! (the path is read as programmed), a change of tool. Faults: everything else that moves, shifts or
+//! computes motion. Until X, Y and Z are all given the place is not known: the path starts where they are.
+
+mod arc;
+mod block;
+mod cycle;
+mod state;
+
+use super::Settings;
+use super::log::Log;
+use block::Block;
+use state::{Feed, Motion, Reader};
+
+/// Reads a G-code file into the log.
+pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
+    let mut reader = Reader::new(settings, log);
+    for (index, content) in text.lines().enumerate() {
+        let line = index + 1;
+        match block::parse(content) {
+            Ok(block) => {
+                if run(&mut reader, line, &block) {
+                    break;
+                }
+            }
+            Err(what) => reader.log.fault(line, what),
+        }
+    }
+}
+
+/// Runs a block in the order that RS-274 gives; true at the end of the program.
+fn run(reader: &mut Reader, line: usize, block: &Block) -> bool {
+    if block.words.is_empty() {
+        return false;
+    }
+    if block.optional {
+        reader.log.notice(line, "blocks with '/' are read as if they ran");
+    }
+    if let Some((letter, _)) = block.words.iter().find(|(letter, number)| {
+        matches!(letter, 'A' | 'B' | 'C' | 'U' | 'V' | 'W') && *number != 0.0
+    }) {
+        reader.log.fault(line, format!("axis {letter} is not supported: X, Y and Z alone"));
+    }
+    if block.get('E').is_some() {
+        reader.log.notice(line, "E words are left out");
+    }
+    let mut once = Once::default();
+    for code in block.codes('G') {
+        if let Err(what) = modal(reader, &mut once, line, code) {
+            reader.log.fault(line, what);
+        }
+    }
+    if let Some(feed) = block.get('F')
+        && !once.dwell
+        && let Err(what) = reader.set_feed(feed)
+    {
+        reader.log.fault(line, what);
+    }
+    let ends = spindle_and_tool(reader, line, block);
+    if let Err(what) = moves(reader, &once, line, block) {
+        reader.log.fault(line, what);
+    }
+    ends
+}
+
+/// Codes that hold for their block alone.
+#[derive(Debug, Default)]
+struct Once {
+    dwell: bool,
+    reference: bool,
+    machine: bool,
+}
+
+/// A G code, in tenths.
+fn modal(reader: &mut Reader, once: &mut Once, line: usize, code: i64) -> Result<(), String> {
+    match code {
+        0 => reader.motion = Motion::Rapid,
+        10 => reader.motion = Motion::Straight,
+        20 => reader.motion = Motion::Arc { clockwise: true },
+        30 => reader.motion = Motion::Arc { clockwise: false },
+        40 => once.dwell = true,
+        170 => reader.plane = arc::Plane::XY,
+        180 => reader.plane = arc::Plane::ZX,
+        190 => reader.plane = arc::Plane::YZ,
+        200 => reader.inches = true,
+        210 => reader.inches = false,
+        280 | 300 => {
+            once.reference = true;
+            let what = "G28/G30: the reference point is not known; the way to it is left out, and \
+                        the axes are taken to stay where they are";
+            reader.log.notice(line, what);
+        }
+        410 | 420 => reader.log.notice(line, "G41/G42: the path is read as programmed"),
+        // Ends of what is not supported, tool length, path mode, start of feed modes.
+        400 | 430 | 431 | 440 | 490 | 500 | 690 | 610 | 611 | 640 | 150 | 130 | 970 | 921 => {}
+        530 => {
+            once.machine = true;
+            let what = "G53: machine positions are not known; these moves are left out";
+            reader.log.notice(line, what);
+        }
+        540..=599 => reader.work_offset(line, code),
+        730 | 810..=869 | 890 => reader.start_cycle(code),
+        740 => reader.start_cycle(code),
+        800 => reader.motion = Motion::None,
+        900 => reader.relative = false,
+        901 => reader.centre_absolute = true,
+        910 => reader.relative = true,
+        911 => reader.centre_absolute = false,
+        930 => reader.feed = Feed::InverseTime,
+        940 => reader.feed_per_rev(false),
+        950 => reader.feed_per_rev(true),
+        980 => reader.back_to_initial = true,
+        990 => reader.back_to_initial = false,
+        920 | 520 | 100 => {
+            return Err(format!("{}: shifted axes are not supported", shown(code)));
+        }
+        _ => {
+            return Err(format!("{} is not understood; motion may be lost", shown(code)));
+        }
+    }
+    Ok(())
+}
+
+fn shown(code: i64) -> String {
+    if code % 10 == 0 { format!("G{}", code / 10) } else { format!("G{}.{}", code / 10, code % 10) }
+}
+
+/// S, T and M words; true at the end of the program.
+fn spindle_and_tool(reader: &mut Reader, line: usize, block: &Block) -> bool {
+    if let Some(rpm) = block.get('S') {
+        if rpm >= 0.0 {
+            reader.set_spindle(line, rpm);
+        } else {
+            reader.log.fault(line, format!("S is {rpm}, must not be negative"));
+        }
+    }
+    if let Some(tool) = block.get('T') {
+        reader.next_tool = Some(tool);
+    }
+    let mut ends = false;
+    for code in block.codes('M') {
+        match code {
+            20 | 300 => ends = true,
+            30 | 40 => reader.turn_spindle(line, true),
+            50 => reader.turn_spindle(line, false),
+            60 => reader.change_tool(line),
+            970 | 980 | 990 => {
+                reader.log.fault(line, format!("M{}: subprograms are not supported", code / 10));
+            }
+            0 | 10 | 70..=99 | 190 | 480 | 490 | 600 => {}
+            _ => {
+                let code = code as f64 / 10.0;
+                reader.log.notice(line, format!("M{code} is not understood and left out"));
+            }
+        }
+    }
+    ends
+}
+
+fn moves(reader: &mut Reader, once: &Once, line: usize, block: &Block) -> Result<(), String> {
+    let has_axes = ['X', 'Y', 'Z'].iter().any(|&axis| block.get(axis).is_some());
+    let in_cycle = matches!(reader.motion, Motion::Cycle(_));
+    let has_cycle_words = in_cycle && ['R', 'Q'].iter().any(|&word| block.get(word).is_some());
+    let full_turn = matches!(reader.motion, Motion::Arc { .. })
+        && ['I', 'J', 'K'].iter().any(|&word| block.get(word).is_some());
+    if once.dwell || once.machine || !(has_axes || has_cycle_words || full_turn) {
+        return Ok(());
+    }
+    if once.reference {
+        return reader.by_way_of(line, block);
+    }
+    match reader.motion {
+        Motion::None => Err("axes without G0, G1, G2, G3 or a cycle".to_owned()),
+        Motion::Rapid => reader.straight(line, block, reader.rapid_m_per_s()),
+        Motion::Straight => {
+            let feed = reader.feed_m_per_s()?;
+            reader.straight(line, block, feed)
+        }
+        Motion::Arc { clockwise } => reader.arc(line, block, clockwise),
+        Motion::Cycle(kind) => reader.drill(line, block, kind),
+    }
+}

@@ -1,0 +1,64 @@
+//! What a reader writes down on its way through a program.
+
+use std::collections::HashSet;
+
+use super::{Program, ProgramFault, SpindleCommand};
+use crate::motion::Move;
+
+/// A program that is wrong throughout is not told line by line.
+const FAULTS_TOLD: usize = 50;
+
+/// Moves, spindle commands, faults and notices so far.
+#[derive(Debug, Default)]
+pub(super) struct Log {
+    pub(super) moves: Vec<Move>,
+    spindle: Vec<SpindleCommand>,
+    notices: Vec<ProgramFault>,
+    faults: Vec<ProgramFault>,
+    faults_in_all: usize,
+    told: HashSet<String>,
+}
+
+impl Log {
+    /// Motion is lost, wrong or impossible. The same fault of the same line (in a loop) is told once.
+    pub(super) fn fault(&mut self, line: usize, what: impl Into<String>) {
+        let what = what.into();
+        if !self.told.insert(format!("{line}: {what}")) {
+            return;
+        }
+        self.faults_in_all += 1;
+        if self.faults.len() < FAULTS_TOLD {
+            self.faults.push(ProgramFault { line, what });
+        }
+    }
+
+    /// Something beside the motion is left out or assumed; told once, at the first line.
+    pub(super) fn notice(&mut self, line: usize, what: impl Into<String>) {
+        let what = what.into();
+        if self.told.insert(what.clone()) {
+            self.notices.push(ProgramFault { line, what });
+        }
+    }
+
+    pub(super) fn spindle(&mut self, line: usize, rpm: f64) {
+        self.spindle.push(SpindleCommand { line, rpm, from_move: self.moves.len() });
+    }
+
+    pub(super) fn finish(mut self) -> Result<Program, Vec<ProgramFault>> {
+        if self.faults.is_empty() && self.moves.is_empty() {
+            self.fault(1, "the program moves nothing");
+        }
+        if self.faults.is_empty() {
+            self.notices.sort_by_key(|notice| notice.line);
+            let Self { moves, spindle, notices, .. } = self;
+            return Ok(Program { moves, spindle, notices });
+        }
+        self.faults.sort_by_key(|fault| fault.line);
+        let untold = self.faults_in_all - self.faults.len();
+        if let (true, Some(last)) = (untold > 0, self.faults.last()) {
+            let what = format!("and {untold} further faults");
+            self.faults.push(ProgramFault { line: last.line, what });
+        }
+        Err(self.faults)
+    }
+}

@@ -1,0 +1,275 @@
+//! A place among the tokens, and the parser of expressions and arguments.
+
+use super::lexer::{Kind, Token};
+use super::syntax::{Args, Expr, Name, Operator, Optional, Path, Step};
+
+/// Nesting beyond this is no program that a person or a post-processor writes.
+const DEEPEST_EXPRESSION: usize = 40;
+
+pub(super) struct Cursor<'a> {
+    tokens: &'a [Token<'a>],
+    at: usize,
+    depth: usize,
+}
+
+/// Why the tokens are no RAPID: a lower-case fragment.
+pub(super) type Parsed<T> = Result<T, String>;
+
+impl<'a> Cursor<'a> {
+    pub(super) fn new(tokens: &'a [Token<'a>]) -> Self {
+        Self { tokens, at: 0, depth: 0 }
+    }
+
+    pub(super) fn peek(&self) -> Option<Kind<'a>> {
+        self.tokens.get(self.at).map(|token| token.kind)
+    }
+
+    /// Line of the next token, or of the last one at the end.
+    pub(super) fn line(&self) -> usize {
+        self.tokens.get(self.at).or(self.tokens.last()).map_or(1, |token| token.line)
+    }
+
+    pub(super) fn place(&self) -> usize {
+        self.at
+    }
+
+    pub(super) fn is_at(&self, place: usize) -> bool {
+        self.at == place
+    }
+
+    pub(super) fn advance(&mut self) {
+        self.at += 1;
+    }
+
+    pub(super) fn is_symbol(&self, symbol: &str) -> bool {
+        matches!(self.peek(), Some(Kind::Symbol(found)) if found == symbol)
+    }
+
+    pub(super) fn is_word(&self, keyword: &str) -> bool {
+        matches!(self.peek(), Some(Kind::Word(word)) if word.eq_ignore_ascii_case(keyword))
+    }
+
+    pub(super) fn is_any_word(&self, keywords: &[&str]) -> bool {
+        keywords.iter().any(|keyword| self.is_word(keyword))
+    }
+
+    pub(super) fn take_symbol(&mut self, symbol: &str) -> bool {
+        let found = self.is_symbol(symbol);
+        self.at += usize::from(found);
+        found
+    }
+
+    pub(super) fn take_word(&mut self, keyword: &str) -> bool {
+        let found = self.is_word(keyword);
+        self.at += usize::from(found);
+        found
+    }
+
+    pub(super) fn symbol(&mut self, symbol: &str) -> Parsed<()> {
+        if self.take_symbol(symbol) { Ok(()) } else { Err(self.expected(&format!("'{symbol}'"))) }
+    }
+
+    pub(super) fn word(&mut self, keyword: &str) -> Parsed<()> {
+        if self.take_word(keyword) { Ok(()) } else { Err(self.expected(keyword)) }
+    }
+
+    pub(super) fn name(&mut self) -> Parsed<Name> {
+        match self.peek() {
+            Some(Kind::Word(word)) => {
+                self.advance();
+                Ok(Name::new(word))
+            }
+            _ => Err(self.expected("a name")),
+        }
+    }
+
+    pub(super) fn expected(&self, what: &str) -> String {
+        let found = match self.peek() {
+            None => "the end of the file".to_owned(),
+            Some(Kind::Word(word)) => format!("'{word}'"),
+            Some(Kind::Number(number)) => format!("{number}"),
+            Some(Kind::Symbol(symbol)) => format!("'{symbol}'"),
+            Some(Kind::Text(_)) => "a string".to_owned(),
+            Some(Kind::Stray(text)) => {
+                let start: String = text.chars().take(20).collect();
+                format!("'{start}'")
+            }
+        };
+        format!("expected {what}, found {found}")
+    }
+
+    /// Past the next `;`, or before a keyword that only ever starts a line of structure.
+    pub(super) fn skip_statement(&mut self) {
+        while let Some(kind) = self.peek() {
+            if self.is_any_word(&["ENDPROC", "ENDFUNC", "ENDTRAP", "ENDMODULE"]) {
+                return;
+            }
+            self.advance();
+            if kind == Kind::Symbol(";") {
+                return;
+            }
+        }
+    }
+
+    /// An expression of any kind.
+    pub(super) fn expression(&mut self) -> Parsed<Expr> {
+        self.binary(0)
+    }
+
+    fn binary(&mut self, weakest: u8) -> Parsed<Expr> {
+        self.depth += 1;
+        let parsed = self.binary_inside(weakest);
+        self.depth -= 1;
+        parsed
+    }
+
+    fn binary_inside(&mut self, weakest: u8) -> Parsed<Expr> {
+        if self.depth > DEEPEST_EXPRESSION {
+            return Err("the expression is nested too deep".to_owned());
+        }
+        let mut left = self.unary()?;
+        while let Some((operator, strength)) = self.operator() {
+            if strength < weakest {
+                break;
+            }
+            self.advance();
+            let right = self.binary(strength + 1)?;
+            left = Expr::Binary(operator, Box::new(left), Box::new(right));
+        }
+        Ok(left)
+    }
+
+    fn operator(&self) -> Option<(Operator, u8)> {
+        let found = match self.peek()? {
+            Kind::Symbol("=") => (Operator::Equal, 2),
+            Kind::Symbol("<>") => (Operator::Unequal, 2),
+            Kind::Symbol("<") => (Operator::Less, 2),
+            Kind::Symbol("<=") => (Operator::LessOrEqual, 2),
+            Kind::Symbol(">") => (Operator::Greater, 2),
+            Kind::Symbol(">=") => (Operator::GreaterOrEqual, 2),
+            Kind::Symbol("+") => (Operator::Plus, 3),
+            Kind::Symbol("-") => (Operator::Minus, 3),
+            Kind::Symbol("*") => (Operator::Times, 4),
+            Kind::Symbol("/") => (Operator::Over, 4),
+            Kind::Word(_) if self.is_word("OR") => (Operator::Or, 0),
+            Kind::Word(_) if self.is_word("XOR") => (Operator::Xor, 0),
+            Kind::Word(_) if self.is_word("AND") => (Operator::And, 1),
+            Kind::Word(_) if self.is_word("DIV") => (Operator::Div, 4),
+            Kind::Word(_) if self.is_word("MOD") => (Operator::Mod, 4),
+            _ => return None,
+        };
+        Some(found)
+    }
+
+    fn unary(&mut self) -> Parsed<Expr> {
+        let mut minus = false;
+        while self.is_symbol("-") || self.is_symbol("+") {
+            minus ^= self.is_symbol("-");
+            self.advance();
+        }
+        let operand = if self.take_word("NOT") {
+            Expr::Not(Box::new(self.binary(2)?))
+        } else {
+            self.primary()?
+        };
+        Ok(match (minus, operand) {
+            (false, operand) => operand,
+            (true, Expr::Number(number)) => Expr::Number(-number),
+            (true, operand) => Expr::Minus(Box::new(operand)),
+        })
+    }
+
+    fn primary(&mut self) -> Parsed<Expr> {
+        match self.peek() {
+            Some(Kind::Number(number)) => {
+                self.advance();
+                Ok(Expr::Number(number))
+            }
+            Some(Kind::Text(text)) => {
+                self.advance();
+                Ok(Expr::Text(text.to_owned()))
+            }
+            Some(Kind::Symbol("(")) => {
+                self.advance();
+                let inner = self.binary(0)?;
+                self.symbol(")")?;
+                Ok(inner)
+            }
+            Some(Kind::Symbol("[")) => {
+                self.advance();
+                Ok(Expr::List(self.list("]")?))
+            }
+            Some(Kind::Word(word)) => {
+                self.advance();
+                if word.eq_ignore_ascii_case("TRUE") || word.eq_ignore_ascii_case("FALSE") {
+                    return Ok(Expr::Bool(word.eq_ignore_ascii_case("TRUE")));
+                }
+                if self.take_symbol("(") {
+                    let args = self.arguments(")")?;
+                    return Ok(Expr::Call(Name::new(word), args));
+                }
+                Ok(Expr::Ref(self.path(Name::new(word))?))
+            }
+            _ => Err(self.expected("a value")),
+        }
+    }
+
+    /// Expressions between commas up to and including `end`.
+    pub(super) fn list(&mut self, end: &str) -> Parsed<Vec<Expr>> {
+        let mut items = Vec::new();
+        if self.take_symbol(end) {
+            return Ok(items);
+        }
+        loop {
+            items.push(self.binary(0)?);
+            if self.take_symbol(end) {
+                return Ok(items);
+            }
+            self.symbol(",")?;
+        }
+    }
+
+    /// Indices and fields after a name.
+    pub(super) fn path(&mut self, name: Name) -> Parsed<Path> {
+        let mut steps = Vec::new();
+        loop {
+            if self.take_symbol("{") {
+                steps.push(Step::Index(self.list("}")?));
+            } else if self.take_symbol(".") {
+                steps.push(Step::Field(self.name()?.key));
+            } else {
+                return Ok(Path { name, steps });
+            }
+        }
+    }
+
+    /// Arguments of an instruction or a function up to and including `end`.
+    pub(super) fn arguments(&mut self, end: &str) -> Parsed<Args> {
+        let mut args = Args::default();
+        loop {
+            if self.take_symbol(end) {
+                return Ok(args);
+            } else if self.take_symbol(",") {
+            } else if self.take_symbol("\\") {
+                let name = self.name()?.key;
+                let value = if self.take_symbol(":=") {
+                    Optional::Value(self.expression()?)
+                } else if self.take_symbol("?") {
+                    Optional::IfPresent(self.name()?)
+                } else {
+                    Optional::Switch
+                };
+                args.optional.push((name, value));
+                self.between_arguments(end)?;
+            } else {
+                args.positional.push(self.expression()?);
+                self.between_arguments(end)?;
+            }
+        }
+    }
+
+    fn between_arguments(&self, end: &str) -> Parsed<()> {
+        let fits = self.is_symbol(",") || self.is_symbol("\\") || self.is_symbol(end);
+        if fits { Ok(()) } else { Err(self.expected(&format!("',' or '{end}'"))) }
+    }
+}

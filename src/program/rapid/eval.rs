@@ -1,0 +1,386 @@
+//! Expressions → values. What cannot be known from the file is [`Value::Unknown`] with the reason, and
+//! becomes a fault only where motion depends on it.
+
+use super::functions::{self, Given};
+use super::run::{Datum, Flow, Interpreter};
+use super::syntax::{Args, Declaration, Expr, Name, Operator, Optional, Path, Step};
+use super::value::{Value, field, initial, initial_array};
+
+/// Declarations, expressions and calls in one another beyond this are refused.
+pub(super) const DEEPEST: usize = 120;
+
+/// The speed that the controller caps `vmax` at on most arms, mm/s; the arm's own may differ.
+const VMAX_MM_PER_S: f64 = 5000.0;
+
+const PREDEFINED_SPEEDS_MM_PER_S: [u16; 25] = [
+    5, 10, 20, 30, 40, 50, 60, 80, 100, 150, 200, 300, 400, 500, 600, 800, 1000, 1500, 2000, 2500,
+    3000, 4000, 5000, 6000, 7000,
+];
+
+/// Where a datum lives.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Scope {
+    Routine,
+    Module,
+}
+
+/// A datum or a part of one: where it lives and the way down.
+type Place = (Scope, Vec<usize>);
+
+/// A global datum: its value is worked out when it is first needed.
+#[derive(Debug)]
+pub(super) enum Global {
+    NotYet,
+    Busy,
+    Known(Value),
+}
+
+impl<'a> Interpreter<'a> {
+    pub(super) fn eval(&mut self, expr: &'a Expr) -> Value {
+        if self.depth >= DEEPEST {
+            return Value::unknown("declarations and calls are nested too deep");
+        }
+        self.depth += 1;
+        let value = self.eval_inside(expr);
+        self.depth -= 1;
+        value
+    }
+
+    fn eval_inside(&mut self, expr: &'a Expr) -> Value {
+        match expr {
+            Expr::Number(number) => Value::Num(*number),
+            Expr::Text(text) => Value::Text(text.as_str().into()),
+            Expr::Bool(value) => Value::Bool(*value),
+            Expr::List(items) => Value::List(items.iter().map(|item| self.eval(item)).collect()),
+            Expr::Ref(path) => self.read(path),
+            Expr::Call(name, args) => self.function(name, args),
+            Expr::Not(inner) => known(self.eval(inner).bool().map(|value| Value::Bool(!value))),
+            Expr::Minus(inner) => match self.eval(inner) {
+                Value::List(items) => known(
+                    items
+                        .iter()
+                        .map(|item| item.num().map(|x| Value::Num(-x)))
+                        .collect::<Result<Vec<_>, _>>()
+                        .map(Value::List),
+                ),
+                value => known(value.num().map(|x| Value::Num(-x))),
+            },
+            Expr::Binary(operator, left, right) => {
+                let (left, right) = (self.eval(left), self.eval(right));
+                known(binary(*operator, &left, &right).and_then(functions::finite))
+            }
+        }
+    }
+
+    /// The value of a datum or of a part of it.
+    pub(super) fn read(&mut self, path: &'a Path) -> Value {
+        let (scope, way) = match self.place(path) {
+            Ok(place) => place,
+            Err(why) => return predefined(&path.name, &path.steps).unwrap_or(Value::unknown(why)),
+        };
+        let mut value = match self.root(scope, &path.name.key) {
+            Some(value) => value,
+            None => return Value::unknown(undeclared(&path.name)),
+        };
+        for index in way {
+            value = match value {
+                Value::List(items) => match items.get(index) {
+                    Some(item) => item,
+                    None => return Value::unknown(beyond(&path.name)),
+                },
+                Value::Unknown(_) => return value.clone(),
+                _ => return Value::unknown(format!("'{}' has no parts", path.name.shown)),
+            };
+        }
+        value.clone()
+    }
+
+    /// Stores a value in a datum or a part of it.
+    pub(super) fn write(&mut self, path: &'a Path, value: Value) -> Result<(), String> {
+        let (scope, way) = self.place(path)?;
+        let root = match scope {
+            Scope::Routine => self
+                .frames
+                .last_mut()
+                .and_then(|frame| frame.get_mut(&path.name.key))
+                .map(|datum| &mut datum.value),
+            Scope::Module => match self.globals.get_mut(path.name.key.as_str()) {
+                Some(Global::Known(value)) => Some(value),
+                _ => None,
+            },
+        };
+        let mut target = root.ok_or_else(|| undeclared(&path.name))?;
+        for index in way {
+            target = match target {
+                Value::List(items) => items.get_mut(index).ok_or_else(|| beyond(&path.name))?,
+                Value::Unknown(why) => return Err(why.to_string()),
+                _ => return Err(format!("'{}' has no parts", path.name.shown)),
+            };
+        }
+        *target = value;
+        Ok(())
+    }
+
+    /// Finds the datum and turns indices and fields into positions, working out globals on the way.
+    fn place(&mut self, path: &'a Path) -> Result<Place, String> {
+        let key = path.name.key.as_str();
+        let local = self.frames.last().and_then(|frame| frame.get(key)).map(|datum| datum.kind);
+        let (scope, mut kind) = match (local, self.file.data.get(key)) {
+            (Some(kind), _) => (Scope::Routine, kind),
+            (None, Some(declaration)) => {
+                self.work_out(declaration)?;
+                (Scope::Module, declaration.kind.as_str())
+            }
+            (None, None) => return Err(undeclared(&path.name)),
+        };
+        let mut way = Vec::new();
+        for step in &path.steps {
+            match step {
+                Step::Index(indices) => {
+                    for index in indices {
+                        way.push(self.index(index, &path.name)?);
+                    }
+                }
+                Step::Field(name) => {
+                    let (index, inner) = field(self.file, kind, name).ok_or_else(|| {
+                        format!("'{}' ({kind}) has no component '{name}'", path.name.shown)
+                    })?;
+                    way.push(index);
+                    kind = inner;
+                }
+            }
+        }
+        Ok((scope, way))
+    }
+
+    fn index(&mut self, index: &'a Expr, of: &Name) -> Result<usize, String> {
+        let number = self.eval(index).num()?;
+        if number >= 1.0 && number <= f64::from(u32::MAX) && number.fract() == 0.0 {
+            // In 1..=u32::MAX and whole, checked above.
+            Ok(number as usize - 1)
+        } else {
+            Err(format!("index {number} of '{}' is not a whole number from 1", of.shown))
+        }
+    }
+
+    fn root(&self, scope: Scope, key: &str) -> Option<&Value> {
+        match scope {
+            Scope::Routine => {
+                self.frames.last().and_then(|frame| frame.get(key)).map(|datum| &datum.value)
+            }
+            Scope::Module => match self.globals.get(key) {
+                Some(Global::Known(value)) => Some(value),
+                _ => None,
+            },
+        }
+    }
+
+    fn work_out(&mut self, declaration: &'a Declaration) -> Result<(), String> {
+        let key = declaration.name.key.as_str();
+        match self.globals.get(key).unwrap_or(&Global::NotYet) {
+            Global::Known(_) => return Ok(()),
+            Global::Busy => {
+                return Err(format!("'{}' is declared by itself", declaration.name.shown));
+            }
+            Global::NotYet => {}
+        }
+        self.globals.insert(key, Global::Busy);
+        // A module's data see nothing of the routine that happens to need them first.
+        let frames = std::mem::take(&mut self.frames);
+        let value = self.initial_value(declaration);
+        self.frames = frames;
+        self.globals.insert(key, Global::Known(value));
+        Ok(())
+    }
+
+    /// The value that a declaration gives.
+    pub(super) fn initial_value(&mut self, declaration: &'a Declaration) -> Value {
+        match (declaration.name.key.as_str(), &declaration.value) {
+            ("tool0", _) => Value::Tool0,
+            ("wobj0", _) => Value::Wobj0,
+            (_, Some(expr)) => self.eval(expr),
+            (_, None) => {
+                let element = initial(self.file, &declaration.kind);
+                let sizes: Result<Vec<usize>, String> = declaration
+                    .dimensions
+                    .iter()
+                    .map(|size| self.index(size, &declaration.name).map(|last| last + 1))
+                    .collect();
+                match sizes {
+                    Ok(sizes) => initial_array(element, &sizes),
+                    Err(why) => Value::unknown(why),
+                }
+            }
+        }
+    }
+
+    /// The optional arguments of a call that are there.
+    pub(super) fn options(&mut self, args: &'a Args) -> Vec<(String, Value)> {
+        let mut options = Vec::new();
+        for (name, option) in &args.optional {
+            let value = match option {
+                Optional::Switch => Value::Bool(true),
+                Optional::Value(expr) => self.eval(expr),
+                Optional::IfPresent(parameter) => {
+                    let datum = self.frames.last().and_then(|frame| frame.get(&parameter.key));
+                    datum.map_or_else(
+                        || Value::unknown(undeclared(parameter)),
+                        |datum| datum.value.clone(),
+                    )
+                }
+            };
+            if value != Value::Absent {
+                options.push((name.clone(), value));
+            }
+        }
+        options
+    }
+
+    fn function(&mut self, name: &'a Name, args: &'a Args) -> Value {
+        if name.key == "present" {
+            return match args.positional.first() {
+                Some(Expr::Ref(path)) => Value::Bool(self.read(path) != Value::Absent),
+                _ => Value::unknown("Present: expected a parameter"),
+            };
+        }
+        if let Some(routine) = self.file.functions.get(&name.key) {
+            return match self.call_routine(routine, args) {
+                Flow::Return(Some(value)) => value,
+                _ => Value::unknown(format!("function '{}' returns nothing", name.shown)),
+            };
+        }
+        let options = self.options(args);
+        if name.key == "crobt" {
+            return known(self.current_target(&options));
+        }
+        let positional: Vec<Value> = args.positional.iter().map(|arg| self.eval(arg)).collect();
+        let given = Given { positional: &positional, optional: &options };
+        match functions::call(&name.key, &given) {
+            Some(Ok(value)) => value,
+            Some(Err(why)) => Value::unknown(format!("{}: {why}", name.shown)),
+            None => Value::unknown(format!("function '{}' is known only at run time", name.shown)),
+        }
+    }
+
+    /// A datum of the routine that runs.
+    pub(super) fn declare(&mut self, key: &str, kind: &'a str, value: Value) {
+        if let Some(frame) = self.frames.last_mut() {
+            frame.insert(key.to_owned(), Datum { kind, value });
+        }
+    }
+}
+
+fn known(value: Result<Value, String>) -> Value {
+    value.unwrap_or_else(Value::unknown)
+}
+
+fn undeclared(name: &Name) -> String {
+    format!("'{}' is not declared in this file", name.shown)
+}
+
+fn beyond(name: &Name) -> String {
+    format!("an index of '{}' lies beyond its end", name.shown)
+}
+
+/// Data that every controller has.
+fn predefined(name: &Name, steps: &[Step]) -> Option<Value> {
+    if !steps.is_empty() {
+        return None;
+    }
+    match name.key.as_str() {
+        "tool0" => Some(Value::Tool0),
+        "wobj0" => Some(Value::Wobj0),
+        "pi" => Some(Value::Num(std::f64::consts::PI)),
+        "vmax" => Some(Value::nums(&[VMAX_MM_PER_S, 500.0, 5000.0, 1000.0])),
+        key => {
+            let speed = key.strip_prefix('v')?.parse::<u16>().ok()?;
+            let known = PREDEFINED_SPEEDS_MM_PER_S.contains(&speed);
+            known.then(|| Value::nums(&[f64::from(speed), 500.0, 5000.0, 1000.0]))
+        }
+    }
+}
+
+fn binary(operator: Operator, left: &Value, right: &Value) -> Result<Value, String> {
+    use Operator as O;
+    match operator {
+        // A side that decides alone does so even where the other is not known.
+        O::And | O::Or => {
+            let decides = operator == O::Or;
+            match (left.bool(), right.bool()) {
+                (Ok(value), _) | (_, Ok(value)) if value == decides => Ok(Value::Bool(decides)),
+                (Ok(_), Ok(_)) => Ok(Value::Bool(!decides)),
+                (Err(why), _) | (_, Err(why)) => Err(why),
+            }
+        }
+        O::Xor => Ok(Value::Bool(left.bool()? != right.bool()?)),
+        O::Equal => equal(left, right).map(Value::Bool),
+        O::Unequal => equal(left, right).map(|same| Value::Bool(!same)),
+        O::Less => Ok(Value::Bool(left.num()? < right.num()?)),
+        O::LessOrEqual => Ok(Value::Bool(left.num()? <= right.num()?)),
+        O::Greater => Ok(Value::Bool(left.num()? > right.num()?)),
+        O::GreaterOrEqual => Ok(Value::Bool(left.num()? >= right.num()?)),
+        O::Plus | O::Minus | O::Times | O::Over | O::Div | O::Mod => {
+            arithmetic(operator, left, right)
+        }
+    }
+}
+
+fn equal(left: &Value, right: &Value) -> Result<bool, String> {
+    match (left, right) {
+        (Value::Unknown(why), _) | (_, Value::Unknown(why)) => Err(why.to_string()),
+        (Value::List(left), Value::List(right)) => {
+            let mut same = left.len() == right.len();
+            for (left, right) in left.iter().zip(right) {
+                same &= equal(left, right)?;
+            }
+            Ok(same)
+        }
+        _ => Ok(left == right),
+    }
+}
+
+fn arithmetic(operator: Operator, left: &Value, right: &Value) -> Result<Value, String> {
+    let each = |items: &[Value], apply: &dyn Fn(&Value) -> Result<Value, String>| {
+        items.iter().map(apply).collect::<Result<Vec<_>, _>>().map(Value::List)
+    };
+    match (left, right) {
+        (Value::Text(left), Value::Text(right)) if operator == Operator::Plus => {
+            Ok(Value::Text(format!("{left}{right}").into()))
+        }
+        // pos ± pos, by component; pos · num, num · pos, pos / num.
+        (Value::List(left), Value::List(right))
+            if matches!(operator, Operator::Plus | Operator::Minus)
+                && left.len() == 3
+                && right.len() == 3 =>
+        {
+            let pairs = left.iter().zip(right);
+            let sums = pairs.map(|(left, right)| arithmetic(operator, left, right));
+            sums.collect::<Result<Vec<_>, _>>().map(Value::List)
+        }
+        (Value::List(items), Value::Num(_))
+            if matches!(operator, Operator::Times | Operator::Over) && items.len() == 3 =>
+        {
+            each(items, &|item| arithmetic(operator, item, right))
+        }
+        (Value::Num(_), Value::List(items)) if operator == Operator::Times && items.len() == 3 => {
+            each(items, &|item| arithmetic(operator, left, item))
+        }
+        _ => {
+            let (left, right) = (left.num()?, right.num()?);
+            let divides = matches!(operator, Operator::Over | Operator::Div | Operator::Mod);
+            if divides && right == 0.0 {
+                return Err("division by zero".to_owned());
+            }
+            let result = match operator {
+                Operator::Plus => left + right,
+                Operator::Minus => left - right,
+                Operator::Times => left * right,
+                Operator::Over => left / right,
+                Operator::Div => (left / right).trunc(),
+                Operator::Mod => left % right,
+                _ => return Err("expected an arithmetic operator".to_owned()),
+            };
+            Ok(Value::Num(result))
+        }
+    }
+}

@@ -1,0 +1,165 @@
+//! RAPID's own functions, as far as targets and speeds are computed with them. Lengths in mm and angles
+//! in degrees, as RAPID has them.
+
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+
+use super::value::{Value, from_orientation, from_pose, orientation, pose, position};
+use crate::units::{deg_from_rad, m_from_mm, rad_from_deg};
+
+/// Arguments of a call: those without backslash, and those with, by name in lower case.
+pub(super) struct Given<'a> {
+    pub(super) positional: &'a [Value],
+    pub(super) optional: &'a [(String, Value)],
+}
+
+impl Given<'_> {
+    fn at(&self, index: usize) -> Result<&Value, String> {
+        self.positional.get(index).ok_or_else(|| format!("argument {} is missing", index + 1))
+    }
+
+    fn num(&self, index: usize) -> Result<f64, String> {
+        self.at(index)?.num()
+    }
+
+    fn option(&self, name: &str) -> Option<&Value> {
+        self.optional.iter().find(|(found, _)| found == name).map(|(_, value)| value)
+    }
+
+    fn option_num(&self, name: &str) -> Result<f64, String> {
+        self.option(name).map_or(Ok(0.0), Value::num)
+    }
+}
+
+/// The value of function `key` (lower case); `None` if there is no such function here.
+pub(super) fn call(key: &str, given: &Given) -> Option<Result<Value, String>> {
+    let value = match key {
+        "offs" => offs(given),
+        "reltool" => rel_tool(given),
+        "posemult" => given.at(0).and_then(pose).and_then(|left| {
+            let product = left * pose(given.at(1)?)?;
+            Ok(Value::List(from_pose(&product).to_vec()))
+        }),
+        "poseinv" => given
+            .at(0)
+            .and_then(pose)
+            .map(|given| Value::List(from_pose(&given.inverse()).to_vec())),
+        "posevect" => pose_vect(given),
+        "orientzyx" => orient_zyx(given),
+        "eulerzyx" => euler_zyx(given),
+        "norient" => given.at(0).and_then(normalised),
+        "distance" => given.at(0).and_then(position).and_then(|from| {
+            let to = position(given.at(1)?)?;
+            Ok(Value::Num((to - from).norm()))
+        }),
+        "vectmagn" => given.at(0).and_then(position).map(|vector| Value::Num(vector.norm())),
+        "pow" => given.num(0).and_then(|base| Ok(Value::Num(base.powf(given.num(1)?)))),
+        "atan2" => given.num(0).and_then(|y| Ok(Value::Num(deg_from_rad(y.atan2(given.num(1)?))))),
+        "round" | "trunc" => rounded(key, given),
+        _ => {
+            let function = numeric(key)?;
+            given.num(0).map(|x| Value::Num(function(x)))
+        }
+    };
+    Some(value.and_then(finite))
+}
+
+fn numeric(key: &str) -> Option<fn(f64) -> f64> {
+    let function: fn(f64) -> f64 = match key {
+        "abs" => f64::abs,
+        "sqrt" => f64::sqrt,
+        "exp" => f64::exp,
+        "sin" => |deg| rad_from_deg(deg).sin(),
+        "cos" => |deg| rad_from_deg(deg).cos(),
+        "tan" => |deg| rad_from_deg(deg).tan(),
+        "asin" => |x| deg_from_rad(x.asin()),
+        "acos" => |x| deg_from_rad(x.acos()),
+        "atan" => |x| deg_from_rad(x.atan()),
+        _ => return None,
+    };
+    Some(function)
+}
+
+/// Numbers that are not finite never get further than the line that makes them.
+pub(super) fn finite(value: Value) -> Result<Value, String> {
+    match value {
+        Value::Num(number) if !number.is_finite() => Err("the result is not finite".to_owned()),
+        value => Ok(value),
+    }
+}
+
+/// `Offs(p, x, y, z)`: moved along the axes of the work object.
+fn offs(given: &Given) -> Result<Value, String> {
+    let shift = Vector3::new(given.num(1)?, given.num(2)?, given.num(3)?);
+    let at = position(given.at(0)?.part(0, "a robtarget")?)?;
+    with_parts(given.at(0)?, &[(0, Value::nums((at + shift).as_slice()))])
+}
+
+/// `RelTool(p, x, y, z \Rx \Ry \Rz)`: moved along the axes of the tool, then turned about its x, its
+/// new y and its new z axis.
+fn rel_tool(given: &Given) -> Result<Value, String> {
+    let turn = |axis, name| -> Result<UnitQuaternion<f64>, String> {
+        Ok(UnitQuaternion::from_axis_angle(&axis, rad_from_deg(given.option_num(name)?)))
+    };
+    let rotation = turn(Vector3::x_axis(), "rx")?
+        * turn(Vector3::y_axis(), "ry")?
+        * turn(Vector3::z_axis(), "rz")?;
+    let shift = Vector3::new(given.num(1)?, given.num(2)?, given.num(3)?).map(m_from_mm);
+    let target = given.at(0)?;
+    let moved = pose(target)? * Isometry3::from_parts(Translation3::from(shift), rotation);
+    let [translation, rotation] = from_pose(&moved);
+    with_parts(target, &[(0, translation), (1, rotation)])
+}
+
+fn with_parts(record: &Value, parts: &[(usize, Value)]) -> Result<Value, String> {
+    let Value::List(mut items) = record.clone() else {
+        return Err("expected a robtarget".to_owned());
+    };
+    for (index, part) in parts {
+        match items.get_mut(*index) {
+            Some(item) => *item = part.clone(),
+            None => return Err("expected a robtarget, found fewer values".to_owned()),
+        }
+    }
+    Ok(Value::List(items))
+}
+
+fn pose_vect(given: &Given) -> Result<Value, String> {
+    let frame = pose(given.at(0)?)?;
+    let at = position(given.at(1)?)?;
+    let rotated = frame.rotation * at + frame.translation.vector.map(crate::units::mm_from_m);
+    Ok(Value::nums(rotated.as_slice()))
+}
+
+/// Rotations about z, the new y and the new x axis.
+fn orient_zyx(given: &Given) -> Result<Value, String> {
+    let [z, y, x] = [given.num(0)?, given.num(1)?, given.num(2)?].map(rad_from_deg);
+    Ok(from_orientation(&UnitQuaternion::from_euler_angles(x, y, z)))
+}
+
+fn euler_zyx(given: &Given) -> Result<Value, String> {
+    let (x, y, z) = orientation(given.at(0)?)?.euler_angles();
+    let angle = match ["x", "y", "z"].map(|name| given.option(name).is_some()) {
+        [true, false, false] => x,
+        [false, true, false] => y,
+        [false, false, true] => z,
+        _ => return Err("expected one of \\X, \\Y, \\Z".to_owned()),
+    };
+    Ok(Value::Num(deg_from_rad(angle)))
+}
+
+fn normalised(value: &Value) -> Result<Value, String> {
+    let numbers: [f64; 4] = value.numbers("a quaternion")?;
+    let length = numbers.iter().map(|number| number * number).sum::<f64>().sqrt();
+    if length > 0.0 && length.is_finite() {
+        Ok(Value::nums(&numbers.map(|number| number / length)))
+    } else {
+        Err(format!("a quaternion of length {length} has no direction"))
+    }
+}
+
+fn rounded(key: &str, given: &Given) -> Result<Value, String> {
+    let scale = 10_f64.powf(given.option_num("dec")?);
+    let scaled = given.num(0)? * scale;
+    let scaled = if key == "round" { scaled.round() } else { scaled.trunc() };
+    Ok(Value::Num(scaled / scale))
+}

@@ -1,0 +1,158 @@
+//! Which RAPID instructions move the robot, and which certainly do not.
+
+/// How the robot goes to the target of an instruction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Way {
+    Linear,
+    Joint,
+    Circular,
+    AbsoluteJoints,
+}
+
+/// Where an instruction has its tool among the arguments without backslash.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum ToolAt {
+    Index(usize),
+    Last,
+}
+
+/// The way of a motion instruction (name in lower case) and the place of its tool.
+pub(super) fn motion(key: &str) -> Option<(Way, ToolAt)> {
+    let found = match key {
+        "movel" | "moveldo" | "movelao" | "movelgo" | "movelsync" => {
+            (Way::Linear, ToolAt::Index(3))
+        }
+        "movej" | "movejdo" | "movejao" | "movejgo" | "movejsync" => (Way::Joint, ToolAt::Index(3)),
+        "movec" | "movecdo" | "movecao" | "movecgo" | "movecsync" => {
+            (Way::Circular, ToolAt::Index(4))
+        }
+        "moveabsj" => (Way::AbsoluteJoints, ToolAt::Index(3)),
+        "triggl" | "triggllios" => (Way::Linear, ToolAt::Last),
+        "triggj" | "triggjios" => (Way::Joint, ToolAt::Last),
+        "triggc" => (Way::Circular, ToolAt::Last),
+        _ => return None,
+    };
+    Some(found)
+}
+
+/// Instructions that shift later targets: to leave one out would be to misplace motion.
+pub(super) fn displaces(key: &str) -> bool {
+    matches!(key, "pdispset" | "pdispon" | "eoffsset" | "eoffson" | "corrcon" | "corrwrite")
+}
+
+/// Names that only motion has, beside those that are read.
+pub(super) fn sounds_like_motion(key: &str) -> bool {
+    const STARTS: [&str; 9] =
+        ["move", "search", "trigg", "arcl", "arcc", "smove", "fcpress", "indamove", "indrmove"];
+    STARTS.iter().any(|start| key.starts_with(start)) && !is_ignored(key)
+}
+
+/// Instructions without motion of their own and without effect on later motion.
+pub(super) fn is_ignored(key: &str) -> bool {
+    const IGNORED: [&str; 97] = [
+        "accset",
+        "actunit",
+        "add",
+        "bitclear",
+        "bitset",
+        "clear",
+        "cirpathmode",
+        "clearpath",
+        "clkreset",
+        "clkstart",
+        "clkstop",
+        "close",
+        "closedir",
+        "confj",
+        "confl",
+        "connect",
+        "deactunit",
+        "decr",
+        "eoffsoff",
+        "errlog",
+        "errwrite",
+        "corrdiscon",
+        "corrclear",
+        "gripload",
+        "idelete",
+        "idisable",
+        "ienable",
+        "incr",
+        "invertdo",
+        "iodisable",
+        "ioenable",
+        "isignalai",
+        "isignalao",
+        "isignaldi",
+        "isignaldo",
+        "isignalgi",
+        "isignalgo",
+        "isleep",
+        "itimer",
+        "iwatch",
+        "load",
+        "loadid",
+        "mechunitload",
+        "mtoolrottest",
+        "open",
+        "opendir",
+        "pathacclim",
+        "pathresol",
+        "pdispoff",
+        "pulsedo",
+        "readanybin",
+        "reset",
+        "resetaxisdistance",
+        "rewind",
+        "save",
+        "setallgo",
+        "setao",
+        "setdo",
+        "setgo",
+        "set",
+        "singarea",
+        "softact",
+        "softdeact",
+        "speedlimaxis",
+        "speedlimcheckpoint",
+        "startload",
+        "stop",
+        "stopmove",
+        "startmove",
+        "systemstopaction",
+        "toolrot",
+        "tpeRase",
+        "tperase",
+        "tpreaddnum",
+        "tpreadfk",
+        "tpreadnum",
+        "tpshow",
+        "tpwrite",
+        "triggcheckio",
+        "triggequip",
+        "triggint",
+        "triggio",
+        "triggrampao",
+        "triggspeed",
+        "tunereset",
+        "tuneservo",
+        "uimsgbox",
+        "uishow",
+        "unload",
+        "waitai",
+        "waitao",
+        "waitdi",
+        "waitdo",
+        "waitgi",
+        "waitload",
+        "waitrob",
+        "waittime",
+    ];
+    matches!(key, "waituntil" | "worldacclim" | "write" | "writeanybin" | "writebin" | "break")
+        || IGNORED.contains(&key)
+}
+
+/// Whether a name of an instruction or a signal hints at the spindle.
+pub(super) fn hints_at_spindle(key: &str) -> bool {
+    key.contains("spind") || key.contains("rpm")
+}

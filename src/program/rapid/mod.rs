@@ -1,0 +1,70 @@
+//! RAPID → motions: tokens, syntax tree, and an interpreter that runs the program from its first
+//! instruction as the controller would, as far as that is known before the run.
+//!
+//! Read: data of all types with records and arrays, expressions and functions on them, procedures and
+//! functions with arguments, IF, FOR, WHILE, TEST, `VelSet`, the Move and Trigg instructions. An endless
+//! loop (`WHILE TRUE`) is read once, with a notice. Error handlers, traps and zones are left out. A
+//! robtarget's configuration is read but not used: real programs carry arbitrary ones under
+//! `ConfL \Off`, so the branch is left to whoever follows the path. The world frame is taken to be the base
+//! frame.
+
+mod cursor;
+mod eval;
+mod functions;
+mod instructions;
+mod lexer;
+mod moves;
+mod parser;
+mod run;
+mod syntax;
+mod value;
+
+use super::Settings;
+use super::log::Log;
+use run::Interpreter;
+use syntax::{File, Routine};
+
+/// Reads a RAPID file into the log.
+pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
+    let tokens = lexer::tokens(text);
+    let file = parser::parse(&tokens, log);
+    match entry(&file, settings, log) {
+        Ok(routine) => Interpreter::new(&file, settings, log).run(routine),
+        Err(what) => log.fault(1, what),
+    }
+}
+
+/// The procedure to start with.
+fn entry<'a>(file: &'a File, settings: &Settings, log: &mut Log) -> Result<&'a Routine, String> {
+    let startable = || {
+        file.procedure_order
+            .iter()
+            .filter_map(|key| file.procedures.get(key))
+            .filter(|routine| routine.parameters.iter().all(|parameter| parameter.optional))
+    };
+    let all = || {
+        let names: Vec<_> =
+            startable().map(|routine| format!("'{}'", routine.name.shown)).take(10).collect();
+        if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+    };
+    let wanted = settings.procedure.as_deref().unwrap_or("main");
+    let found = startable().find(|routine| routine.name.key == wanted.to_lowercase());
+    if let Some(routine) = found {
+        return Ok(routine);
+    }
+    if settings.procedure.is_some() {
+        return Err(format!(
+            "no procedure '{wanted}' without arguments in this file; there are: {}",
+            all()
+        ));
+    }
+    match (startable().next(), startable().nth(1)) {
+        (Some(only), None) => {
+            let what = format!("no procedure 'main'; '{}' is read instead", only.name.shown);
+            log.notice(only.line, what);
+            Ok(only)
+        }
+        (None, _) => Err("no procedure without arguments in this file".to_owned()),
+        (Some(_), Some(_)) => Err(format!("no procedure 'main'; name one of: {}", all())),
+    }
+}

@@ -1,0 +1,357 @@
+//! Tokens → the modules' data and routines. A statement that is not understood is kept as such, so
+//! that it is a fault only where the program reaches it.
+
+use super::cursor::{Cursor, Parsed};
+use super::lexer::Token;
+use super::syntax::{Block, Declaration, File, Name, Parameter, Routine, Statement, What};
+use crate::program::log::Log;
+
+/// Blocks in blocks beyond this are no program that a person or a post-processor writes.
+const DEEPEST_BLOCK: usize = 40;
+
+pub(super) fn parse(tokens: &[Token], log: &mut Log) -> File {
+    let mut parser = Parser { cursor: Cursor::new(tokens), file: File::default(), depth: 0 };
+    while parser.cursor.peek().is_some() {
+        parser.top_level(log);
+    }
+    declare_registers(&mut parser.file);
+    parser.file
+}
+
+/// Every controller has num data reg1…reg5, which programs use without declaring them.
+fn declare_registers(file: &mut File) {
+    for shown in ["reg1", "reg2", "reg3", "reg4", "reg5"] {
+        let name = Name::new(shown);
+        file.data.entry(name.key.clone()).or_insert_with(|| Declaration {
+            line: 1,
+            kind: "num".to_owned(),
+            name,
+            dimensions: Vec::new(),
+            value: None,
+        });
+    }
+}
+
+struct Parser<'a> {
+    cursor: Cursor<'a>,
+    file: File,
+    depth: usize,
+}
+
+impl Parser<'_> {
+    fn top_level(&mut self, log: &mut Log) {
+        let line = self.cursor.line();
+        if self.cursor.take_word("MODULE") {
+            let named = self.module_head();
+            self.tell(named, line, log);
+        } else if self.cursor.take_word("ENDMODULE")
+            || self.cursor.take_word("LOCAL")
+            || self.cursor.take_word("TASK")
+        {
+        } else if self.cursor.is_any_word(&["CONST", "PERS", "VAR"]) {
+            match self.declaration() {
+                Ok(declaration) => self.keep_declaration(declaration, log),
+                Err(what) => self.tell(Err(what), line, log),
+            }
+        } else if self.cursor.take_word("PROC") {
+            let routine = self.routine("ENDPROC", false);
+            match routine {
+                Ok(routine) => self.keep_procedure(routine, log),
+                Err(what) => self.tell(Err(what), line, log),
+            }
+        } else if self.cursor.take_word("FUNC") {
+            match self.routine("ENDFUNC", true) {
+                Ok(routine) => {
+                    self.file.functions.insert(routine.name.key.clone(), routine);
+                }
+                Err(what) => self.tell(Err(what), line, log),
+            }
+        } else if self.cursor.take_word("TRAP") {
+            self.skip_past("ENDTRAP");
+        } else if self.cursor.take_word("RECORD") {
+            let record = self.record();
+            self.tell(record, line, log);
+        } else if self.cursor.take_word("ALIAS") {
+            self.cursor.skip_statement();
+        } else {
+            let what = self.cursor.expected("MODULE, PROC or a declaration");
+            self.tell(Err(what), line, log);
+            self.cursor.advance();
+        }
+    }
+
+    fn tell(&mut self, parsed: Parsed<()>, line: usize, log: &mut Log) {
+        if let Err(what) = parsed {
+            log.fault(self.cursor.line().max(line), what);
+            self.cursor.skip_statement();
+        }
+    }
+
+    fn module_head(&mut self) -> Parsed<()> {
+        self.cursor.name()?;
+        if self.cursor.take_symbol("(") {
+            self.cursor.list(")")?;
+        }
+        Ok(())
+    }
+
+    fn keep_declaration(&mut self, declaration: Declaration, log: &mut Log) {
+        let (line, shown) = (declaration.line, declaration.name.shown.clone());
+        if self.file.data.insert(declaration.name.key.clone(), declaration).is_some() {
+            log.fault(line, format!("'{shown}' is declared twice"));
+        }
+    }
+
+    fn keep_procedure(&mut self, routine: Routine, log: &mut Log) {
+        let (line, key, shown) =
+            (routine.line, routine.name.key.clone(), routine.name.shown.clone());
+        self.file.procedure_order.push(key.clone());
+        if self.file.procedures.insert(key, routine).is_some() {
+            log.fault(line, format!("procedure '{shown}' is declared twice"));
+        }
+    }
+
+    fn record(&mut self) -> Parsed<()> {
+        let name = self.cursor.name()?.key;
+        let mut fields = Vec::new();
+        while !self.cursor.take_word("ENDRECORD") {
+            let kind = self.cursor.name()?.key;
+            let field = self.cursor.name()?.key;
+            self.cursor.symbol(";")?;
+            fields.push((field, kind));
+        }
+        self.file.records.insert(name, fields);
+        Ok(())
+    }
+
+    /// `CONST robtarget p{2}:=…;`, from the storage class on.
+    fn declaration(&mut self) -> Parsed<Declaration> {
+        let line = self.cursor.line();
+        self.cursor.advance();
+        let kind = self.cursor.name()?.key;
+        let name = self.cursor.name()?;
+        let dimensions =
+            if self.cursor.take_symbol("{") { self.cursor.list("}")? } else { Vec::new() };
+        let value =
+            if self.cursor.take_symbol(":=") { Some(self.cursor.expression()?) } else { None };
+        self.cursor.symbol(";")?;
+        Ok(Declaration { line, kind, name, dimensions, value })
+    }
+
+    fn routine(&mut self, end: &str, typed: bool) -> Parsed<Routine> {
+        let line = self.cursor.line();
+        if typed {
+            self.cursor.name()?;
+        }
+        let name = self.cursor.name()?;
+        self.cursor.symbol("(")?;
+        let parameters = self.parameters()?;
+        let mut body = Vec::new();
+        let ends = [end, "ERROR", "UNDO", "BACKWARD"];
+        while !self.cursor.is_any_word(&ends) {
+            if self.cursor.peek().is_none()
+                || self.cursor.is_any_word(&["PROC", "FUNC", "TRAP", "ENDMODULE"])
+            {
+                return Err(self.cursor.expected(&format!("{end} of '{}'", name.shown)));
+            }
+            self.statement_or_stray(&mut body);
+        }
+        // Handlers of errors do not run when nothing goes wrong.
+        self.skip_past(end);
+        Ok(Routine { line, name, parameters, body })
+    }
+
+    fn skip_past(&mut self, end: &str) {
+        while self.cursor.peek().is_some() && !self.cursor.take_word(end) {
+            self.cursor.advance();
+        }
+    }
+
+    fn parameters(&mut self) -> Parsed<Vec<Parameter>> {
+        let mut parameters = Vec::new();
+        let mut optional = false;
+        while !self.cursor.take_symbol(")") {
+            if self.cursor.take_symbol(",") {
+                optional = false;
+                continue;
+            }
+            if self.cursor.take_symbol("\\") {
+                optional = true;
+            } else if !self.cursor.take_symbol("|") && self.cursor.is_symbol("*") {
+                return Err("arrays as parameters are not supported".to_owned());
+            }
+            let by_reference = self.cursor.is_any_word(&["VAR", "PERS", "INOUT"]);
+            if by_reference {
+                self.cursor.advance();
+            }
+            let first = self.cursor.name()?;
+            let switch = first.key == "switch";
+            let name = self.cursor.name()?;
+            if self.cursor.take_symbol("{") {
+                while !self.cursor.take_symbol("}") {
+                    if self.cursor.peek().is_none() {
+                        return Err(self.cursor.expected("'}'"));
+                    }
+                    self.cursor.advance();
+                }
+            }
+            let optional = optional || switch;
+            parameters.push(Parameter { name, kind: first.key, optional, by_reference });
+        }
+        Ok(parameters)
+    }
+
+    /// A statement, or what stands where none can stand, kept as not understood.
+    fn statement_or_stray(&mut self, block: &mut Block) {
+        let (line, start) = (self.cursor.line(), self.cursor.place());
+        self.file.statement_count += 1;
+        self.depth += 1;
+        let parsed = if self.depth > DEEPEST_BLOCK {
+            Err("blocks are nested too deep".to_owned())
+        } else {
+            self.statement()
+        };
+        self.depth -= 1;
+        let what = match parsed {
+            Ok(what) => what,
+            Err(what) => {
+                self.cursor.skip_statement();
+                if self.cursor.is_at(start) {
+                    self.cursor.advance();
+                }
+                What::NotUnderstood(what)
+            }
+        };
+        block.push(Statement { line, what });
+    }
+
+    /// Statements up to one of `ends`, which is left standing.
+    fn block(&mut self, ends: &[&str]) -> Parsed<Block> {
+        let mut block = Vec::new();
+        while !self.cursor.is_any_word(ends) {
+            if self.cursor.peek().is_none()
+                || self.cursor.is_any_word(&["ENDPROC", "ENDFUNC", "ENDMODULE", "PROC", "FUNC"])
+            {
+                return Err(self.cursor.expected(ends.last().copied().unwrap_or("the end")));
+            }
+            self.statement_or_stray(&mut block);
+        }
+        Ok(block)
+    }
+
+    fn statement(&mut self) -> Parsed<What> {
+        let cursor = &mut self.cursor;
+        if cursor.is_any_word(&["CONST", "PERS", "VAR"]) {
+            return Ok(What::Declare(self.declaration()?));
+        }
+        if cursor.take_word("IF") {
+            return self.if_statement();
+        }
+        if cursor.take_word("FOR") {
+            return self.for_statement();
+        }
+        if cursor.take_word("WHILE") {
+            let condition = cursor.expression()?;
+            cursor.word("DO")?;
+            let body = self.block(&["ENDWHILE"])?;
+            self.cursor.advance();
+            return Ok(What::While(condition, body));
+        }
+        if cursor.take_word("TEST") {
+            return self.test_statement();
+        }
+        if cursor.take_word("RETURN") {
+            let value = if cursor.is_symbol(";") { None } else { Some(cursor.expression()?) };
+            cursor.symbol(";")?;
+            return Ok(What::Return(value));
+        }
+        if cursor.take_word("GOTO") {
+            let label = cursor.name()?;
+            cursor.symbol(";")?;
+            return Ok(What::Goto(label));
+        }
+        if cursor.is_symbol("%") {
+            return Err("a call by a name in a string is not supported".to_owned());
+        }
+        if cursor.is_symbol("<") {
+            return Err("a placeholder: the program is unfinished".to_owned());
+        }
+        let name = cursor.name()?;
+        if cursor.take_symbol(":") {
+            return Ok(What::Label);
+        }
+        if cursor.is_symbol(":=") || cursor.is_symbol("{") || cursor.is_symbol(".") {
+            let path = cursor.path(name)?;
+            cursor.symbol(":=")?;
+            let value = cursor.expression()?;
+            cursor.symbol(";")?;
+            return Ok(What::Assign(path, value));
+        }
+        self.call(name)
+    }
+
+    fn call(&mut self, name: Name) -> Parsed<What> {
+        // `Set do1;`, `foo;`: no arguments. `foo p10, \On;`: an instruction or a procedure.
+        match self.cursor.arguments(";") {
+            Ok(args) => Ok(What::Call(name, args)),
+            Err(_) if super::instructions::is_ignored(&name.key) => {
+                self.cursor.skip_statement();
+                Ok(What::Call(name, super::syntax::Args::default()))
+            }
+            Err(what) => Err(format!("{}: {what}", name.shown)),
+        }
+    }
+
+    fn if_statement(&mut self) -> Parsed<What> {
+        let condition = self.cursor.expression()?;
+        if !self.cursor.take_word("THEN") {
+            let mut body = Vec::new();
+            self.statement_or_stray(&mut body);
+            return Ok(What::If(vec![(condition, body)], Vec::new()));
+        }
+        let ends = ["ELSEIF", "ELSE", "ENDIF"];
+        let mut branches = vec![(condition, self.block(&ends)?)];
+        while self.cursor.take_word("ELSEIF") {
+            let condition = self.cursor.expression()?;
+            self.cursor.word("THEN")?;
+            branches.push((condition, self.block(&ends)?));
+        }
+        let otherwise =
+            if self.cursor.take_word("ELSE") { self.block(&["ENDIF"])? } else { Vec::new() };
+        self.cursor.word("ENDIF")?;
+        Ok(What::If(branches, otherwise))
+    }
+
+    fn for_statement(&mut self) -> Parsed<What> {
+        let variable = self.cursor.name()?;
+        self.cursor.word("FROM")?;
+        let from = self.cursor.expression()?;
+        self.cursor.word("TO")?;
+        let to = self.cursor.expression()?;
+        let step =
+            if self.cursor.take_word("STEP") { Some(self.cursor.expression()?) } else { None };
+        self.cursor.word("DO")?;
+        let body = self.block(&["ENDFOR"])?;
+        self.cursor.advance();
+        Ok(What::For { variable, from, to, step, body })
+    }
+
+    fn test_statement(&mut self) -> Parsed<What> {
+        let tested = self.cursor.expression()?;
+        let ends = ["CASE", "DEFAULT", "ENDTEST"];
+        let mut cases = Vec::new();
+        let mut otherwise = Vec::new();
+        loop {
+            if self.cursor.take_word("CASE") {
+                let values = self.cursor.list(":")?;
+                cases.push((values, self.block(&ends)?));
+            } else if self.cursor.take_word("DEFAULT") {
+                self.cursor.symbol(":")?;
+                otherwise = self.block(&ends)?;
+            } else {
+                self.cursor.word("ENDTEST")?;
+                return Ok(What::Test(tested, cases, otherwise));
+            }
+        }
+    }
+}

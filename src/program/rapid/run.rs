@@ -1,0 +1,515 @@
+//! The interpreter: statements in the order in which the controller would run them.
+
+use std::collections::{HashMap, HashSet};
+
+use super::eval::{DEEPEST, Global};
+use super::instructions;
+use super::moves::Last;
+use super::syntax::{Args, Block, Expr, File, Name, Routine, Statement, What};
+use super::value::Value;
+use crate::program::Settings;
+use crate::program::log::Log;
+
+/// Statements that loops may run beyond one pass through the file.
+const STATEMENTS_IN_LOOPS: usize = 1_000_000;
+
+/// A datum of a routine.
+#[derive(Debug)]
+pub(super) struct Datum<'a> {
+    pub(super) kind: &'a str,
+    pub(super) value: Value,
+}
+
+/// How a statement ends.
+#[derive(Debug)]
+pub(super) enum Flow {
+    Next,
+    Return(Option<Value>),
+    /// The program ends.
+    Exit,
+}
+
+/// What a block would change if it ran.
+enum Effect<'a> {
+    /// Data alone.
+    Data(Vec<&'a Name>),
+    /// Motion, or which statements run.
+    Motion,
+}
+
+pub(super) struct Interpreter<'a> {
+    pub(super) file: &'a File,
+    pub(super) settings: &'a Settings,
+    pub(super) log: &'a mut Log,
+    pub(super) globals: HashMap<&'a str, Global>,
+    /// The data of the routines that run, the innermost last.
+    pub(super) frames: Vec<HashMap<String, Datum<'a>>>,
+    /// Calls, blocks and expressions in one another.
+    pub(super) depth: usize,
+    budget: usize,
+    /// Where the last motion went, if that is a pose.
+    pub(super) last: Option<Last>,
+    /// `VelSet`: share of the programmed speed, and its limit in mm/s.
+    pub(super) velocity: (f64, f64),
+}
+
+impl<'a> Interpreter<'a> {
+    pub(super) fn new(file: &'a File, settings: &'a Settings, log: &'a mut Log) -> Self {
+        let budget = file.statement_count.saturating_mul(2).saturating_add(STATEMENTS_IN_LOOPS);
+        Self {
+            file,
+            settings,
+            log,
+            globals: HashMap::new(),
+            frames: Vec::new(),
+            depth: 0,
+            budget,
+            last: None,
+            velocity: (1.0, f64::INFINITY),
+        }
+    }
+
+    pub(super) fn run(mut self, routine: &'a Routine) {
+        let frame = routine.parameters.iter().map(|parameter| {
+            (parameter.name.key.clone(), Datum { kind: &parameter.kind, value: Value::Absent })
+        });
+        self.frames.push(frame.collect());
+        self.block(&routine.body);
+    }
+
+    fn block(&mut self, block: &'a Block) -> Flow {
+        for statement in block {
+            match self.statement(statement) {
+                Flow::Next => {}
+                flow => return flow,
+            }
+        }
+        Flow::Next
+    }
+
+    fn statement(&mut self, statement: &'a Statement) -> Flow {
+        let line = statement.line;
+        if self.budget == 0 {
+            self.log.fault(line, "the program runs too long here: a loop without an end?");
+            return Flow::Exit;
+        }
+        self.budget -= 1;
+        if self.depth >= DEEPEST {
+            self.log.fault(line, "calls are nested too deep here");
+            return Flow::Exit;
+        }
+        self.depth += 1;
+        let flow = self.statement_inside(line, &statement.what);
+        self.depth -= 1;
+        flow
+    }
+
+    fn statement_inside(&mut self, line: usize, what: &'a What) -> Flow {
+        match what {
+            What::Declare(declaration) => {
+                let value = self.initial_value(declaration);
+                self.declare(&declaration.name.key, &declaration.kind, value);
+            }
+            What::Assign(path, expr) => {
+                let value = self.eval(expr);
+                if let Err(why) = self.write(path, value) {
+                    // Data of another module: whatever here depends on it says so where it matters.
+                    self.log.notice(line, format!("assignment left out: {why}"));
+                }
+            }
+            What::Call(name, args) => return self.call(line, name, args),
+            What::If(branches, otherwise) => return self.branches(line, branches, otherwise),
+            What::For { variable, from, to, step, body } => {
+                return self.for_loop(line, variable, [Some(from), Some(to), step.as_ref()], body);
+            }
+            What::While(condition, body) => return self.while_loop(line, condition, body),
+            What::Test(tested, cases, otherwise) => {
+                return self.test(line, tested, cases, otherwise);
+            }
+            What::Return(value) => {
+                return Flow::Return(value.as_ref().map(|expr| self.eval(expr)));
+            }
+            What::Goto(label) => {
+                self.log.fault(line, format!("GOTO {}: jumps are not supported", label.shown));
+            }
+            What::Label => {}
+            What::NotUnderstood(why) => self.log.fault(line, why.clone()),
+        }
+        Flow::Next
+    }
+
+    fn branches(
+        &mut self,
+        line: usize,
+        branches: &'a [(Expr, Block)],
+        otherwise: &'a Block,
+    ) -> Flow {
+        for (index, (condition, body)) in branches.iter().enumerate() {
+            match self.eval(condition).bool() {
+                Ok(true) => return self.block(body),
+                Ok(false) => {}
+                Err(why) => {
+                    let rest = branches.iter().skip(index).map(|(_, body)| body);
+                    self.undecided(line, "IF", &why, rest.chain([otherwise]));
+                    return Flow::Next;
+                }
+            }
+        }
+        self.block(otherwise)
+    }
+
+    /// One of the blocks may run or not: harmless if they do not move; what they assign is lost.
+    fn undecided(
+        &mut self,
+        line: usize,
+        keyword: &str,
+        why: &str,
+        blocks: impl Iterator<Item = &'a Block>,
+    ) {
+        for block in blocks {
+            match self.effect(block, &mut HashSet::new()) {
+                Effect::Motion => {
+                    let what = format!("{keyword} decides about motion at run time: {why}");
+                    self.log.fault(line, what);
+                    return;
+                }
+                Effect::Data(names) => {
+                    for name in names {
+                        let what = format!("'{}' depends on a condition: {why}", name.shown);
+                        self.forget(name, &Value::unknown(what));
+                    }
+                }
+            }
+        }
+    }
+
+    /// `seen`: procedures whose effect is counted already.
+    fn effect(&self, block: &'a Block, seen: &mut HashSet<&'a str>) -> Effect<'a> {
+        let mut names = Vec::new();
+        for statement in block {
+            let bodies: Vec<&'a Block> = match &statement.what {
+                What::Label | What::Declare(_) => Vec::new(),
+                What::Assign(path, _) => {
+                    names.push(&path.name);
+                    Vec::new()
+                }
+                What::Call(name, args) => match self.effect_of_call(name, args, seen) {
+                    Effect::Motion => return Effect::Motion,
+                    Effect::Data(more) => {
+                        names.extend(more);
+                        Vec::new()
+                    }
+                },
+                What::If(branches, otherwise) => {
+                    branches.iter().map(|(_, body)| body).chain([otherwise]).collect()
+                }
+                What::Test(_, cases, otherwise) => {
+                    cases.iter().map(|(_, body)| body).chain([otherwise]).collect()
+                }
+                What::For { body, .. } | What::While(_, body) => vec![body],
+                What::Return(_) | What::Goto(_) | What::NotUnderstood(_) => return Effect::Motion,
+            };
+            for body in bodies {
+                match self.effect(body, seen) {
+                    Effect::Motion => return Effect::Motion,
+                    Effect::Data(more) => names.extend(more),
+                }
+            }
+        }
+        Effect::Data(names)
+    }
+
+    fn effect_of_call(
+        &self,
+        name: &'a Name,
+        args: &'a Args,
+        seen: &mut HashSet<&'a str>,
+    ) -> Effect<'a> {
+        let references = args.positional.iter().filter_map(|arg| match arg {
+            Expr::Ref(path) => Some(&path.name),
+            _ => None,
+        });
+        if let Some(routine) = self.file.procedures.get(&name.key) {
+            if !seen.insert(&name.key) {
+                return Effect::Data(references.collect());
+            }
+            // A deep chain of calls is taken to move rather than followed on a small stack.
+            if seen.len() > DEEPEST {
+                return Effect::Motion;
+            }
+            return match self.effect(&routine.body, seen) {
+                Effect::Data(names) => Effect::Data(names.into_iter().chain(references).collect()),
+                Effect::Motion => Effect::Motion,
+            };
+        }
+        match name.key.as_str() {
+            "incr" | "decr" | "add" | "clear" => Effect::Data(references.collect()),
+            key if instructions::is_ignored(key) => Effect::Data(references.collect()),
+            _ => Effect::Motion,
+        }
+    }
+
+    /// A datum, of the routine or of the module, is no longer known.
+    fn forget(&mut self, name: &'a Name, value: &Value) {
+        if let Some(datum) = self.frames.last_mut().and_then(|frame| frame.get_mut(&name.key)) {
+            datum.value = value.clone();
+        }
+        if self.file.data.contains_key(&name.key) {
+            self.globals.insert(&name.key, Global::Known(value.clone()));
+        }
+    }
+
+    /// `parts`: from, to, step.
+    fn for_loop(
+        &mut self,
+        line: usize,
+        variable: &'a Name,
+        parts: [Option<&'a Expr>; 3],
+        body: &'a Block,
+    ) -> Flow {
+        let mut numbers = [None; 3];
+        for (number, expr) in numbers.iter_mut().zip(parts) {
+            match expr.map(|expr| self.eval(expr).num()) {
+                None => {}
+                Some(Ok(value)) => *number = Some(value),
+                Some(Err(why)) => {
+                    self.undecided(line, "FOR", &why, std::iter::once(body));
+                    return Flow::Next;
+                }
+            }
+        }
+        let [Some(from), Some(to), step] = numbers else { return Flow::Next };
+        let step = step.unwrap_or(if to < from { -1.0 } else { 1.0 });
+        if step == 0.0 {
+            self.log.fault(line, "FOR: STEP is 0");
+            return Flow::Next;
+        }
+        let outer = self.frames.last_mut().and_then(|frame| frame.remove(&variable.key));
+        let mut at = from;
+        let mut flow = Flow::Next;
+        while (if step > 0.0 { at <= to } else { at >= to }) && self.another_pass(line) {
+            self.declare(&variable.key, "num", Value::Num(at));
+            flow = self.block(body);
+            if !matches!(flow, Flow::Next) {
+                break;
+            }
+            at += step;
+        }
+        if let Some(frame) = self.frames.last_mut() {
+            frame.remove(&variable.key);
+            frame.extend(outer.map(|datum| (variable.key.clone(), datum)));
+        }
+        flow
+    }
+
+    /// Loops with empty bodies end, too.
+    fn another_pass(&mut self, line: usize) -> bool {
+        match self.budget.checked_sub(1) {
+            Some(left) => {
+                self.budget = left;
+                true
+            }
+            None => {
+                self.log.fault(line, "the program runs too long here: a loop without an end?");
+                false
+            }
+        }
+    }
+
+    fn while_loop(&mut self, line: usize, condition: &'a Expr, body: &'a Block) -> Flow {
+        if *condition == Expr::Bool(true) {
+            self.log.notice(
+                line,
+                "an endless loop: read once, without the way from its end back to its beginning",
+            );
+            return match self.block(body) {
+                Flow::Next => Flow::Exit,
+                flow => flow,
+            };
+        }
+        loop {
+            match self.eval(condition).bool() {
+                Ok(true) if self.another_pass(line) => match self.block(body) {
+                    Flow::Next => {}
+                    flow => return flow,
+                },
+                Ok(_) => return Flow::Next,
+                Err(why) => {
+                    self.undecided(line, "WHILE", &why, std::iter::once(body));
+                    return Flow::Next;
+                }
+            }
+        }
+    }
+
+    fn test(
+        &mut self,
+        line: usize,
+        tested: &'a Expr,
+        cases: &'a [(Vec<Expr>, Block)],
+        otherwise: &'a Block,
+    ) -> Flow {
+        let tested = self.eval(tested);
+        let why = match &tested {
+            Value::Unknown(why) => Some(why.clone()),
+            _ => None,
+        };
+        if let Some(why) = why {
+            let bodies = cases.iter().map(|(_, body)| body).chain([otherwise]);
+            self.undecided(line, "TEST", &why, bodies);
+            return Flow::Next;
+        }
+        for (values, body) in cases {
+            if values.iter().any(|value| self.eval(value) == tested) {
+                return self.block(body);
+            }
+        }
+        self.block(otherwise)
+    }
+
+    fn call(&mut self, line: usize, name: &'a Name, args: &'a Args) -> Flow {
+        let key = name.key.as_str();
+        if let Some(routine) = self.file.procedures.get(key) {
+            return match self.call_routine(routine, args) {
+                Flow::Exit => Flow::Exit,
+                _ => Flow::Next,
+            };
+        }
+        if let Some((way, tool_at)) = instructions::motion(key) {
+            if let Err(why) = self.motion(line, name, way, tool_at, args) {
+                self.log.fault(line, format!("{}: {why}", name.shown));
+            }
+            return Flow::Next;
+        }
+        match key {
+            "exit" | "exitcycle" | "systemstopaction" => return Flow::Exit,
+            "raise" | "trynext" | "retry" => {
+                self.log.fault(line, format!("{} outside an error handler", name.shown));
+                return Flow::Exit;
+            }
+            "velset" => self.velset(line, args),
+            "incr" | "decr" | "add" | "clear" => self.count(line, key, args),
+            _ if instructions::displaces(key) => {
+                let what = format!("{}: program displacement is not supported", name.shown);
+                self.log.fault(line, what);
+            }
+            _ if instructions::sounds_like_motion(key) || self.passes_a_target(args) => {
+                let what = format!("instruction '{}' moves and is not understood", name.shown);
+                self.log.fault(line, what);
+            }
+            _ => self.note_what_is_left_out(line, name, args),
+        }
+        Flow::Next
+    }
+
+    fn note_what_is_left_out(&mut self, line: usize, name: &Name, args: &Args) {
+        let hint = args.positional.iter().any(|arg| match arg {
+            Expr::Ref(path) => instructions::hints_at_spindle(&path.name.key),
+            _ => false,
+        });
+        if hint || instructions::hints_at_spindle(&name.key) {
+            let what = format!(
+                "'{}' looks like a command to the spindle; its speed is taken from the job alone",
+                name.shown
+            );
+            self.log.notice(line, what);
+        } else if !instructions::is_ignored(&name.key) {
+            let what = format!(
+                "'{}' is not in this file; if it moves, its motion is not read",
+                name.shown
+            );
+            self.log.notice(line, what);
+        }
+    }
+
+    /// Whether an argument is a target: then the instruction, whatever it is, goes there.
+    fn passes_a_target(&self, args: &Args) -> bool {
+        args.positional.iter().any(|arg| match arg {
+            Expr::Call(name, _) => matches!(name.key.as_str(), "offs" | "reltool" | "crobt"),
+            Expr::Ref(path) => {
+                let local = self.frames.last().and_then(|frame| frame.get(&path.name.key));
+                let kind = local.map(|datum| datum.kind).or_else(|| {
+                    self.file.data.get(&path.name.key).map(|datum| datum.kind.as_str())
+                });
+                path.steps.iter().all(|step| matches!(step, super::syntax::Step::Index(_)))
+                    && matches!(kind, Some("robtarget" | "jointtarget"))
+            }
+            Expr::List(parts) => match parts.as_slice() {
+                [Expr::List(at), Expr::List(turned), ..] => {
+                    matches!((at.len(), turned.len()), (3, 4) | (6, 6))
+                }
+                _ => false,
+            },
+            _ => false,
+        })
+    }
+
+    fn count(&mut self, line: usize, key: &str, args: &'a Args) {
+        let Some(Expr::Ref(path)) = args.positional.first() else { return };
+        let by = match (key, args.positional.get(1)) {
+            ("incr", _) => Ok(1.0),
+            ("decr", _) => Ok(-1.0),
+            ("add", Some(expr)) => self.eval(expr).num(),
+            _ => Ok(0.0),
+        };
+        let keep = if key == "clear" { 0.0 } else { 1.0 };
+        let sum = self.read(path).num().and_then(|number| Ok(number * keep + by?));
+        let value = sum.map_or_else(Value::unknown, Value::Num);
+        if let Err(why) = self.write(path, value) {
+            self.log.notice(line, format!("assignment left out: {why}"));
+        }
+    }
+
+    fn velset(&mut self, line: usize, args: &'a Args) {
+        let numbers: Result<Vec<f64>, String> =
+            args.positional.iter().map(|arg| self.eval(arg).num()).collect();
+        match numbers.as_deref() {
+            Ok([percent, limit]) if *percent > 0.0 && *limit > 0.0 => {
+                self.velocity = (crate::units::ratio_from_percent(*percent), *limit);
+            }
+            Ok(_) => {
+                self.log.fault(line, "VelSet: expected a percentage and a limit, both positive")
+            }
+            Err(why) => self.log.fault(line, format!("VelSet: {why}")),
+        }
+    }
+
+    /// Runs a procedure or function with these arguments.
+    pub(super) fn call_routine(&mut self, routine: &'a Routine, args: &'a Args) -> Flow {
+        let options = self.options(args);
+        let mut given = args.positional.iter();
+        let mut frame = HashMap::new();
+        let mut back = Vec::new();
+        for parameter in &routine.parameters {
+            let value = if parameter.optional {
+                let named = options.iter().find(|(name, _)| *name == parameter.name.key);
+                named.map_or(Value::Absent, |(_, value)| value.clone())
+            } else {
+                match given.next() {
+                    Some(expr) => {
+                        if let (true, Expr::Ref(path)) = (parameter.by_reference, expr) {
+                            back.push((path, parameter.name.key.as_str()));
+                        }
+                        self.eval(expr)
+                    }
+                    None => Value::unknown(format!(
+                        "'{}' is called without its argument '{}'",
+                        routine.name.shown, parameter.name.shown
+                    )),
+                }
+            };
+            let datum = Datum { kind: parameter.kind.as_str(), value };
+            frame.insert(parameter.name.key.clone(), datum);
+        }
+        self.frames.push(frame);
+        let flow = self.block(&routine.body);
+        let frame = self.frames.pop().unwrap_or_default();
+        for (path, key) in back {
+            if let Some(datum) = frame.get(key) {
+                // Predefined data and those of other modules cannot be written and stay as they are.
+                let _ = self.write(path, datum.value.clone());
+            }
+        }
+        flow
+    }
+}

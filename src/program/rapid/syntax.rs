@@ -1,0 +1,149 @@
+//! The syntax tree of RAPID, as far as motion may depend on it.
+
+use std::collections::HashMap;
+
+/// A name: RAPID does not tell upper from lower case.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Name {
+    /// In lower case, to look up.
+    pub(super) key: String,
+    /// As written, to show.
+    pub(super) shown: String,
+}
+
+impl Name {
+    pub(super) fn new(shown: &str) -> Self {
+        Self { key: shown.to_lowercase(), shown: shown.to_owned() }
+    }
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Expr {
+    Number(f64),
+    Text(String),
+    Bool(bool),
+    List(Vec<Expr>),
+    Ref(Path),
+    Call(Name, Args),
+    Not(Box<Expr>),
+    Minus(Box<Expr>),
+    Binary(Operator, Box<Expr>, Box<Expr>),
+}
+
+/// A datum or a part of it: `p10`, `p{3}`, `p10.trans.x`.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Path {
+    pub(super) name: Name,
+    pub(super) steps: Vec<Step>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Step {
+    Index(Vec<Expr>),
+    Field(String),
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Operator {
+    Or,
+    Xor,
+    And,
+    Equal,
+    Unequal,
+    Less,
+    LessOrEqual,
+    Greater,
+    GreaterOrEqual,
+    Plus,
+    Minus,
+    Times,
+    Over,
+    Div,
+    Mod,
+}
+
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct Args {
+    pub(super) positional: Vec<Expr>,
+    /// `\Name`, `\Name:=value`, `\Name?parameter`, by name in lower case.
+    pub(super) optional: Vec<(String, Optional)>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Optional {
+    Switch,
+    Value(Expr),
+    IfPresent(Name),
+}
+
+/// A statement and the line of its first token.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Statement {
+    pub(super) line: usize,
+    pub(super) what: What,
+}
+
+pub(super) type Block = Vec<Statement>;
+
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum What {
+    Declare(Declaration),
+    Assign(Path, Expr),
+    Call(Name, Args),
+    If(Vec<(Expr, Block)>, Block),
+    For {
+        variable: Name,
+        from: Expr,
+        to: Expr,
+        step: Option<Expr>,
+        body: Block,
+    },
+    While(Expr, Block),
+    Test(Expr, Vec<(Vec<Expr>, Block)>, Block),
+    Return(Option<Expr>),
+    Goto(Name),
+    Label,
+    /// A fault if it is ever reached.
+    NotUnderstood(String),
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Declaration {
+    pub(super) line: usize,
+    /// Type, in lower case.
+    pub(super) kind: String,
+    pub(super) name: Name,
+    pub(super) dimensions: Vec<Expr>,
+    pub(super) value: Option<Expr>,
+}
+
+/// A PROC or FUNC.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Routine {
+    pub(super) line: usize,
+    pub(super) name: Name,
+    pub(super) parameters: Vec<Parameter>,
+    pub(super) body: Block,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Parameter {
+    pub(super) name: Name,
+    pub(super) kind: String,
+    pub(super) optional: bool,
+    /// VAR, PERS or INOUT: what the routine assigns reaches the caller.
+    pub(super) by_reference: bool,
+}
+
+/// All modules of a file together, by name in lower case.
+#[derive(Debug, Default)]
+pub(super) struct File {
+    pub(super) data: HashMap<String, Declaration>,
+    pub(super) procedures: HashMap<String, Routine>,
+    /// Keys of `procedures` in the order of the file.
+    pub(super) procedure_order: Vec<String>,
+    pub(super) functions: HashMap<String, Routine>,
+    /// User's records: fields (name, type) by type.
+    pub(super) records: HashMap<String, Vec<(String, String)>>,
+    pub(super) statement_count: usize,
+}

@@ -1,0 +1,154 @@
+//! RAPID that must not be read as if it were understood, and bytes that are no program.
+
+use detune::program::{Dialect, Settings, read};
+
+use super::support::{faults, module, settings};
+
+/// Each stands on line 4, after the declarations of `module`.
+#[test]
+fn motion_that_is_not_understood_is_refused_with_its_line() {
+    for (instruction, said) in [
+        ("MoveL pElse,v5,fine,tool0;", "target: 'pElse' is not declared in this file"),
+        ("MoveL p,v5,fine,tElse;", "'tElse' is not declared in this file; give the tcp in the job"),
+        ("MoveL p,v5,fine,tool0\\WObj:=wElse;", "give the work_object in the job"),
+        ("MoveL p,v5,fine;", "the tool is missing"),
+        ("MoveL p,v5,fine,tool0", "expected ',' or ';'"),
+        ("MoveL p,[0,1,1,1],fine,tool0;", "speed is 0 mm/s"),
+        ("MoveL [[1,2],[1,0,0,0],[0,0,0,0]],v5,fine,tool0;", "3 numbers"),
+        ("MoveL [[1,2,3],[0,0,0,0],[0,0,0,0]],v5,fine,tool0;", "has length 0.0000"),
+        ("MoveL [[1,2,1E999],[1,0,0,0],[0,0,0,0]],v5,fine,tool0;", "'1E999'"),
+        ("MoveL Offs(p,1/0,0,0),v5,fine,tool0;", "division by zero"),
+        ("MoveL Offs(p,Sqrt(-1),0,0),v5,fine,tool0;", "not finite"),
+        ("MoveL CRobT(),v5,fine,tool0;", "known only at run time"),
+        ("MoveL Offs(p,GInput(g),0,0),v5,fine,tool0;", "known only at run time"),
+        ("MoveAbsJ [[1,2,3],[9E9,9E9,9E9,9E9,9E9,9E9]],v5,fine,tool0;", "6 numbers"),
+        ("SearchL di1,p,p,v5,tool0;", "'SearchL' moves"),
+        ("ArcL p,v5,seam1,weld1,fine,tool0;", "'ArcL' moves"),
+        ("GluePath Offs(p,0,0,1),5;", "'GluePath' moves"),
+        ("GluePath [[1,2,3],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];", "'GluePath' moves"),
+        ("PDispSet dispA;", "program displacement"),
+        ("GOTO again;", "jumps are not supported"),
+        ("%\"proc\"+x%;", "by a name in a string"),
+        ("<SMT>;", "unfinished"),
+        ("IF DInput(di1)=1 MoveL p,v5,fine,tool0;", "IF decides about motion at run time"),
+        (
+            "IF x>1 THEN\nmain;\nENDIF\nMoveL p,v5,fine,tool0;",
+            "IF decides about motion at run time",
+        ),
+        ("WHILE DInput(di1)=1 DO\nMoveL p,v5,fine,tool0;\nENDWHILE", "WHILE decides"),
+        ("FOR i FROM 1 TO n DO\nMoveL p,v5,fine,tool0;\nENDFOR", "FOR decides"),
+        ("TEST n\nCASE 1: MoveL p,v5,fine,tool0;\nENDTEST", "TEST decides"),
+        ("FOR i FROM 1 TO 2 STEP 0 DO\nENDFOR", "STEP is 0"),
+        ("FOR i FROM 1 TO 1E12 DO\nENDFOR", "a loop without an end"),
+        ("WHILE 1<2 DO\nENDWHILE", "a loop without an end"),
+        ("VelSet 0,100;", "both positive"),
+        ("main;", "nested too deep"),
+        ("RAISE;", "outside an error handler"),
+    ] {
+        let found = faults(&module(instruction), Dialect::Rapid);
+        assert_eq!(found.len(), 1, "{instruction}: {found:?}");
+        assert_eq!(found[0].line, 4, "{instruction}: {}", found[0].what);
+        assert!(found[0].what.contains(said), "{instruction}: {}", found[0].what);
+    }
+}
+
+#[test]
+fn stationary_tools_and_moving_work_objects_are_refused() {
+    let with = |tool_held: &str, object_held: &str, fixed: &str| {
+        let declarations = format!(
+            "PERS tooldata t:=[{tool_held},[[0,0,7],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];\
+             PERS wobjdata w:=[{object_held},{fixed},\"\",[[0,5,0],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];\
+             PROC main"
+        );
+        let text = module("MoveL p,v5,fine,t\\WObj:=w;").replace("PROC main", &declarations);
+        read(text.as_bytes(), Dialect::Rapid, &settings()).map_err(|all| all[0].what.clone())
+    };
+    assert!(with("TRUE", "FALSE", "TRUE").is_ok());
+    assert!(with("FALSE", "FALSE", "TRUE").unwrap_err().contains("robhold FALSE"));
+    assert!(with("TRUE", "TRUE", "TRUE").unwrap_err().contains("that the robot holds"));
+    assert!(with("TRUE", "FALSE", "FALSE").unwrap_err().contains("ufprog FALSE"));
+}
+
+#[test]
+fn what_depends_on_the_run_is_unknown_afterwards() {
+    let found = faults(
+        &module(
+            "VAR num x:=1;\nIF DInput(di1)=1 THEN\nx:=2;\nENDIF\nMoveL Offs(p,x,0,0),v5,fine,tool0;",
+        ),
+        Dialect::Rapid,
+    );
+    assert_eq!(found[0].line, 8);
+    assert!(found[0].what.contains("'x' depends on a condition"), "{}", found[0].what);
+    // By way of a procedure that changes its argument, too.
+    let text = module("VAR num x:=1;\nIF DInput(di1)=1 up x;\nMoveL Offs(p,x,0,0),v5,fine,tool0;")
+        .replace("ENDMODULE", "PROC up(INOUT num a)\na:=a+1;\nENDPROC\nENDMODULE");
+    let found = faults(&text, Dialect::Rapid);
+    assert_eq!(found[0].line, 6);
+    assert!(found[0].what.contains("'x' depends on a condition"), "{}", found[0].what);
+}
+
+#[test]
+fn structure_that_is_broken_is_refused() {
+    for (text, line, said) in [
+        ("", 1, "no procedure without arguments"),
+        ("MODULE m\nENDMODULE", 1, "no procedure without arguments"),
+        ("MODULE m\nPROC main()\nENDPROC\nENDMODULE", 1, "moves nothing"),
+        (
+            "MODULE m\nPROC main()\nMoveL p,v5,fine,tool0;\nENDMODULE",
+            4,
+            "expected ENDPROC of 'main'",
+        ),
+        ("MODULE m\nPROC main()\nENDPROC\nPROC MAIN()\nENDPROC\nENDMODULE", 4, "declared twice"),
+        ("MODULE m\nVAR num x:=;\nPROC main()\nENDPROC\nENDMODULE", 2, "expected a value"),
+        ("MoveL p,v5,fine,tool0;", 1, "expected MODULE, PROC or a declaration"),
+    ] {
+        let found = faults(text, Dialect::Rapid);
+        assert!(
+            found.iter().any(|fault| fault.line == line && fault.what.contains(said)),
+            "{text}: {found:?}"
+        );
+    }
+    let open = faults(&module("IF 1<2 THEN\nMoveL p,v5,fine,tool0;"), Dialect::Rapid);
+    assert!(open.iter().any(|fault| fault.what.contains("expected ENDIF")), "{open:?}");
+}
+
+#[test]
+fn all_faults_are_told_and_a_flood_is_cut() {
+    let found = faults(&module(&"MoveL no,v5,fine,tool0;\n".repeat(200)), Dialect::Rapid);
+    assert_eq!(found.len(), 51);
+    assert_eq!((found[0].line, found[49].line), (4, 53));
+    assert_eq!(found[50].what, "and 150 further faults");
+}
+
+#[test]
+fn joints_must_fit_the_robot() {
+    let text = module("MoveAbsJ [[1,2,3,4,5,6],[9E9,9E9,9E9,9E9,9E9,9E9]],v5,fine,tool0;");
+    let seven = Settings { joint_count: 7, ..settings() };
+    let found = read(text.as_bytes(), Dialect::Rapid, &seven).unwrap_err();
+    assert!(found[0].what.contains("the robot has 7 moving joints"), "{}", found[0].what);
+}
+
+#[test]
+fn bytes_that_are_no_text_are_refused() {
+    for dialect in [Dialect::Rapid, Dialect::Apt, Dialect::GCode] {
+        assert!(faults("GOTO/\n\0", dialect)[0].what.contains("not a text"));
+        assert!(!faults("", dialect).is_empty());
+    }
+}
+
+#[test]
+fn extensions_tell_the_dialect() {
+    for (extension, dialect) in [
+        ("mod", Some(Dialect::Rapid)),
+        ("MOD", Some(Dialect::Rapid)),
+        ("prg", Some(Dialect::Rapid)),
+        ("sys", Some(Dialect::Rapid)),
+        ("aptsource", Some(Dialect::Apt)),
+        ("CLS", Some(Dialect::Apt)),
+        ("tap", Some(Dialect::GCode)),
+        ("ngc", Some(Dialect::GCode)),
+        ("txt", None),
+    ] {
+        assert_eq!(Dialect::from_extension(extension), dialect, "{extension}");
+    }
+}

@@ -1,0 +1,77 @@
+//! What the tests of programs share.
+
+use detune::motion::{Move, Target};
+use detune::program::{Dialect, Program, ProgramFault, Settings, read};
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
+
+/// Ten nanometres and ten nanoradians: the frames in the programs have seven digits.
+pub(super) const CLOSE_M: f64 = 1e-8;
+pub(super) const CLOSE_RAD: f64 = 1e-6;
+
+pub(super) fn settings() -> Settings {
+    Settings {
+        procedure: None,
+        tcp: None,
+        work_object: None,
+        feed_m_per_s: 0.01,
+        rapid_m_per_s: 0.5,
+        joint_count: 6,
+    }
+}
+
+/// A pose from mm and a quaternion, real part first.
+pub(super) fn pose(at_mm: [f64; 3], quaternion: [f64; 4]) -> Isometry3<f64> {
+    let [w, x, y, z] = quaternion;
+    Isometry3::from_parts(
+        Translation3::from(at_mm.map(|mm| mm / 1000.0)),
+        UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)),
+    )
+}
+
+pub(super) fn rapid(text: &str) -> Program {
+    read(text.as_bytes(), Dialect::Rapid, &settings()).expect("the program is right")
+}
+
+/// A module around instructions, of which the first is on line 4, with the usual targets.
+pub(super) fn module(instructions: &str) -> String {
+    format!(
+        "MODULE m\nCONST robtarget p:=[[100,200,300],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];\n\
+         PROC main()\n{instructions}\nENDPROC\nENDMODULE\n"
+    )
+}
+
+pub(super) fn faults(text: &str, dialect: Dialect) -> Vec<ProgramFault> {
+    read(text.as_bytes(), dialect, &settings()).expect_err("the program is wrong")
+}
+
+pub(super) fn lines(program: &Program) -> Vec<usize> {
+    program.moves.iter().map(|each| each.line).collect()
+}
+
+/// Where a move ends, and by what way: `J`oints, joints `T`o, `L`ine, `A`rc.
+pub(super) fn end(each: &Move) -> (char, Isometry3<f64>) {
+    match &each.to {
+        Target::Joints(_) => ('J', Isometry3::identity()),
+        Target::JointsTo(pose) => ('T', *pose),
+        Target::Line(pose) => ('L', *pose),
+        Target::Arc { end, .. } => ('A', *end),
+    }
+}
+
+#[track_caller]
+pub(super) fn assert_pose(found: &Isometry3<f64>, expected: &Isometry3<f64>) {
+    let off = (found.translation.vector - expected.translation.vector).norm();
+    assert!(off < CLOSE_M, "found {found}, expected {expected}");
+    assert!(found.rotation.angle_to(&expected.rotation) < CLOSE_RAD, "{found} {expected}");
+}
+
+#[track_caller]
+pub(super) fn assert_ends(program: &Program, expected: &[(char, [f64; 3])]) {
+    let found: Vec<_> = program.moves.iter().map(end).collect();
+    assert_eq!(found.len(), expected.len(), "{found:?}");
+    for ((way, pose), (expected_way, at_mm)) in found.iter().zip(expected) {
+        assert_eq!(way, expected_way);
+        let off = pose.translation.vector - nalgebra::Vector3::from(at_mm.map(|mm| mm / 1000.0));
+        assert!(off.norm() < CLOSE_M, "found {pose}, expected {at_mm:?} mm");
+    }
+}
