@@ -15,12 +15,6 @@ use crate::excitation::{ExcitationLine, Source};
 use crate::risk::{self, closest_approach};
 use crate::units::{percent_from_ratio, um_per_n_from_m_per_n};
 
-/// More samples than this are thinned out.
-const MOST_SAMPLES: usize = 5000;
-
-/// Samples that are thinned out keep at least this distance in s.
-const THINNED_STEP_S: f64 = 1.0 / 2000.0;
-
 /// Objects and lists nested deeper than this stand on one line: a sample, a crossing.
 const DEEPEST_SPREAD: usize = 6;
 
@@ -36,10 +30,9 @@ impl fmt::Display for NotFinite {
 
 impl std::error::Error for NotFinite {}
 
-/// The results of `detune check` as JSON, one entry a job, in the order given.
-///
-/// An operation with more than 5000 samples is written with its first and last one and, between them,
-/// samples that are at least 1/2000 apart in s; `sample_count` tells how many there were.
+/// The results of `detune check` as JSON, one entry a job, in the order given, with all samples of the
+/// results: every pose that was looked at, or, beyond 5000 of them in an operation, so many that
+/// neighbours are no more than 1/2000 apart in s.
 ///
 /// # Errors
 /// If a number is not finite, which would be a fault of the program.
@@ -152,10 +145,10 @@ struct Operation<'a> {
     lines: Vec<Line>,
     /// Where some line comes nearest to some mode among the samples; null where nothing counts.
     closest: Option<Closest>,
-    /// How many places of the path were looked at.
-    sample_count: usize,
-    /// The arm along the path, ascending in s. All samples up to 5000; beyond that the first, the last, and
-    /// between them samples at least 1/2000 apart in s.
+    /// Poses at which the eigenproblem was solved to find the crossings.
+    poses_solved: usize,
+    /// The arm along the path, ascending in s, both ends included: at every pose that was looked at, or,
+    /// beyond 5000 of them, at so many that neighbours are no more than 1/2000 apart in s.
     samples: Vec<Sample<'a>>,
     /// Stretches on which a line lies inside a mode's band, ascending in from_s.
     crossings: Vec<Crossing<'a>>,
@@ -319,8 +312,8 @@ impl<'a> From<CheckedOperation<'a>> for Operation<'a> {
             duration_s: Number(risk.duration_s),
             lines: risk.lines.iter().map(Line::from).collect(),
             closest: closest_approach(risk, &operation.job.policy).map(Closest::from),
-            sample_count: risk.samples.len(),
-            samples: thinned(&risk.samples).into_iter().map(Sample::from).collect(),
+            poses_solved: risk.poses_solved,
+            samples: risk.samples.iter().map(Sample::from).collect(),
             crossings: risk
                 .crossings
                 .iter()
@@ -398,25 +391,6 @@ fn crossing_of<'a>(operation: &CheckedOperation<'a>, crossing: &'a risk::Crossin
         from_line: crossing.from_line,
         to_line: crossing.to_line,
     }
-}
-
-/// All samples if they are few, else the ends and those between that keep their distance.
-fn thinned(samples: &[risk::Sample]) -> Vec<&risk::Sample> {
-    if samples.len() <= MOST_SAMPLES {
-        return samples.iter().collect();
-    }
-    let mut kept: Vec<&risk::Sample> = Vec::new();
-    for sample in samples {
-        if kept.last().is_none_or(|last| sample.s - last.s >= THINNED_STEP_S) {
-            kept.push(sample);
-        }
-    }
-    if let (Some(last), Some(end)) = (kept.last(), samples.last())
-        && last.s < end.s
-    {
-        kept.push(end);
-    }
-    kept
 }
 
 /// A finite number. JSON knows no others, and serde_json would write null for them.

@@ -105,7 +105,7 @@ fn push_further(operation: &CheckedOperation<'_>, further: &[Stretch<'_>], text:
     if further.is_empty() {
         return;
     }
-    let heads = ["mode", "Hz", "line", "Hz", "apart", "s %", "lines", "µm/N", "certainty"];
+    let heads = ["mode", "Hz", "meets", "Hz", "apart", "s %", "lines", "µm/N", "certainty"];
     let mut rows = vec![heads.map(str::to_owned)];
     rows.extend(further.iter().take(MOST_FURTHER).map(|stretch| {
         let crossing = stretch.crossing;
@@ -159,13 +159,13 @@ fn push_table(rows: &[[String; WORDS.len()]], text: &mut String) {
 fn push_closest(operation: &CheckedOperation<'_>, approach: &Approach, text: &mut String) {
     let job = operation.job;
     let closest = format!(
-        "{} stays {} % away from {}, at {}",
+        "{} stays {} % away from {}",
         words::line_at(&approach.line, approach.excitation_hz),
         words::percent(approach.separation),
         words::mode(approach.mode, approach.natural_frequency_hz),
-        words::point(operation.risk, approach.s),
     );
     push_fact("closest", &closest, text);
+    push_fact("where", &format!("at {}", words::point(operation.risk, approach.s)), text);
     let asked = format!(
         "{} % (band {} %, model {} %)",
         words::round_percent(job.risk.separation + job.risk.model_uncertainty),
