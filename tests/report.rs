@@ -1,6 +1,8 @@
 //! The renderers of a check on small results that are made by hand: what is expected is worked out from
 //! the fixture below, not taken from an earlier run.
 
+#![allow(clippy::unwrap_used)]
+
 use std::path::{Path, PathBuf};
 
 use detune::excitation::{ExcitationLine, Source};
