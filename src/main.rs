@@ -1,3 +1,7 @@
 //! The `detune` command.
 
-fn main() {}
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    detune::cli::main()
+}

@@ -1,9 +1,50 @@
 //! The command line: one file a verb. The only place that names clap, prints, writes files and shows
 //! progress.
 
-use std::io;
+mod check;
+mod completions;
+mod output;
+mod schema;
+
+use std::any::Any;
+use std::io::{self, BufWriter, Write};
+use std::panic::{self, AssertUnwindSafe};
+use std::process::ExitCode;
+use std::sync::{Mutex, PoisonError};
+
+use clap::{Parser, Subcommand};
 
 use crate::input::Fault;
+
+const ABOUT: &str = "Tells whether a milling, drilling or deburring job will shake the robot arm that runs \
+it, where along the path, and by what.";
+
+const AFTER_HELP: &str = "\
+Examples:
+  detune check jobs/pocket.yaml
+  detune check --format sarif --output detune.sarif jobs/*.yaml
+  detune schema job > job.schema.json
+
+Exit codes:
+  0  the job passes (an uncertain verdict warns and passes, see check --fail-on)
+  1  the job fails its policy
+  2  a file or the command line is wrong
+  3  a fault of the program itself";
+
+/// The command line.
+#[derive(Debug, Parser)]
+#[command(name = "detune", version, about = ABOUT, after_help = AFTER_HELP, max_term_width = 100)]
+struct Cli {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Debug, Subcommand)]
+enum Verb {
+    Check(check::CheckArgs),
+    Schema(schema::SchemaArgs),
+    Completions(completions::CompletionsArgs),
+}
 
 /// How a verb ended, if nothing was wrong with what it was given.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,5 +75,174 @@ impl From<io::Error> for Failure {
 impl From<Vec<Fault>> for Failure {
     fn from(faults: Vec<Fault>) -> Self {
         Self::Input(faults)
+    }
+}
+
+/// Runs the command that the process was started with.
+pub fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => {
+            // Help and version go to standard output, the rest to standard error; if that is closed,
+            // there is nobody to tell.
+            let _ = error.print();
+            return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
+        }
+    };
+    let ended = guarded(|| {
+        let mut out = BufWriter::new(io::stdout().lock());
+        let outcome = run(&cli.verb, &mut out)?;
+        unless_closed(out.flush())?;
+        Ok(outcome)
+    });
+    ExitCode::from(exit_code(ended, &mut io::stderr().lock()))
+}
+
+fn run(verb: &Verb, out: &mut dyn Write) -> Result<Outcome, Failure> {
+    match verb {
+        Verb::Check(args) => check::run(args, out),
+        Verb::Schema(args) => schema::run(args, out),
+        Verb::Completions(args) => completions::run(args, out),
+    }
+}
+
+/// The reader of a pipe may leave when it has seen enough: that is no failure.
+fn unless_closed(written: io::Result<()>) -> io::Result<()> {
+    match written {
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        other => other,
+    }
+}
+
+/// Exit code of how a verb ended; tells why it failed.
+fn exit_code(ended: Result<Outcome, Failure>, err: &mut dyn Write) -> u8 {
+    let (code, lines) = match ended {
+        Ok(Outcome::Pass) => (0, Vec::new()),
+        Ok(Outcome::Fail) => (1, Vec::new()),
+        Err(Failure::Output(error)) if error.kind() == io::ErrorKind::BrokenPipe => (0, Vec::new()),
+        Err(Failure::Output(error)) => {
+            (2, vec![format!("error: output cannot be written: {error}")])
+        }
+        Err(Failure::Input(faults)) => (2, fault_lines(&faults)),
+        Err(Failure::Internal(what)) => (
+            3,
+            vec![format!("error: fault in detune itself, please report it: {}", one_line(&what))],
+        ),
+    };
+    for line in lines {
+        // If standard error is closed, there is nobody to tell.
+        let _ = writeln!(err, "{line}");
+    }
+    code
+}
+
+/// One line a fault, each told once, and what to do next.
+fn fault_lines(faults: &[Fault]) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for fault in faults {
+        let line = format!("error: {fault}");
+        if !lines.contains(&line) {
+            lines.push(line);
+        }
+    }
+    lines.push(match lines.len() {
+        1 => "nothing was done: mend this and run the command again".to_owned(),
+        count => format!("nothing was done: mend these {count} faults and run the command again"),
+    });
+    lines
+}
+
+fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// Runs a piece of the program; a panic in it, on whatever thread, is a fault of the program itself.
+fn guarded(work: impl FnOnce() -> Result<Outcome, Failure>) -> Result<Outcome, Failure> {
+    static FIRST_PANIC: Mutex<Option<String>> = Mutex::new(None);
+    panic::set_hook(Box::new(|info| {
+        let told = message(info.payload());
+        let place =
+            info.location().map_or(String::new(), |at| format!(" ({}:{})", at.file(), at.line()));
+        FIRST_PANIC
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .get_or_insert(format!("{told}{place}"));
+    }));
+    let ended = panic::catch_unwind(AssertUnwindSafe(work));
+    drop(panic::take_hook());
+    ended.unwrap_or_else(|payload| {
+        let first = FIRST_PANIC.lock().unwrap_or_else(PoisonError::into_inner).take();
+        Err(Failure::Internal(first.unwrap_or_else(|| message(payload.as_ref()))))
+    })
+}
+
+fn message(payload: &(dyn Any + Send)) -> String {
+    match (payload.downcast_ref::<&str>(), payload.downcast_ref::<String>()) {
+        (Some(text), _) => (*text).to_owned(),
+        (_, Some(text)) => text.clone(),
+        (None, None) => "unknown".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+    use rayon::iter::{IntoParallelIterator, ParallelIterator};
+
+    use super::*;
+
+    fn told(ended: Result<Outcome, Failure>) -> (u8, String) {
+        let mut err = Vec::new();
+        let code = exit_code(ended, &mut err);
+        (code, String::from_utf8(err).unwrap())
+    }
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn outcomes_have_their_exit_codes() {
+        let closed = io::Error::from(io::ErrorKind::BrokenPipe);
+        let full = io::Error::from(io::ErrorKind::StorageFull);
+        assert_eq!(told(Ok(Outcome::Pass)), (0, String::new()));
+        assert_eq!(told(Ok(Outcome::Fail)), (1, String::new()));
+        assert_eq!(told(Err(Failure::Output(closed))), (0, String::new()));
+        assert_eq!(told(Err(Failure::Output(full))).0, 2);
+        assert_eq!(told(Err(Failure::Input(Vec::new()))).0, 2);
+        assert_eq!(
+            told(Err(Failure::Internal("two\n lines".into()))),
+            (3, "error: fault in detune itself, please report it: two lines\n".into())
+        );
+    }
+
+    #[test]
+    fn each_fault_is_told_once() {
+        let fault = |line| Fault { file: Some("a.yaml".into()), line, what: "bad".into() };
+        let (code, text) =
+            told(Err(Failure::Input(vec![fault(Some(3)), fault(None), fault(Some(3))])));
+        assert_eq!(code, 2);
+        assert_eq!(
+            text,
+            "error: a.yaml:3: bad\nerror: a.yaml: bad\n\
+             nothing was done: mend these 2 faults and run the command again\n"
+        );
+    }
+
+    /// One test for all panics: the hook is the process's.
+    #[test]
+    fn a_panic_on_any_thread_is_a_fault_of_the_program() {
+        let (code, text) = told(guarded(|| panic!("out of {}", "range")));
+        assert_eq!(code, 3);
+        assert!(text.contains("out of range (src/cli/mod.rs:"), "{text}");
+        assert_eq!(text.lines().count(), 1);
+        let (code, text) = told(guarded(|| {
+            (0..8).into_par_iter().for_each(|i| assert!(i != 5, "five"));
+            Ok(Outcome::Pass)
+        }));
+        assert_eq!(code, 3);
+        assert!(text.contains("five"), "{text}");
+        assert_eq!(told(guarded(|| Ok(Outcome::Fail))).0, 1);
     }
 }

@@ -3,7 +3,9 @@
 mod assess;
 mod bands;
 mod crossings;
+mod margin;
 mod verdict;
 
 pub use assess::{AssessFault, assess, assess_with_progress};
+pub use margin::{Approach, closest_approach};
 pub use verdict::{Certainty, Crossing, Exchange, JobRisk, OperationRisk, Sample, Verdict};

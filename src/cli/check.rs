@@ -1,0 +1,190 @@
+//! `detune check`: jobs in, verdict out.
+
+use std::env;
+use std::io::{self, IsTerminal, Write};
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use indicatif::{ProgressBar, ProgressStyle};
+use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
+
+use super::output::Sink;
+use super::{Failure, Outcome};
+use crate::input::{self, Fault};
+use crate::job::Job;
+use crate::report::{self, CheckedJob};
+use crate::risk::{self, AssessFault, Verdict};
+
+const AFTER_HELP: &str = "\
+Examples:
+  detune check jobs/pocket.yaml
+  detune check --format json jobs/*.yaml | jq .verdict
+  detune check --format junit --output detune.xml --fail-on uncertain jobs/*.yaml
+
+Exit codes: 0 passes, 1 fails, 2 a file or the command line is wrong, 3 a fault of the program itself.
+The format of the output never changes the exit code.";
+
+/// Tell whether jobs shake the arm that runs them, where, and by what.
+#[derive(Debug, Args)]
+#[command(after_help = AFTER_HELP)]
+pub(super) struct CheckArgs {
+    /// Job files.
+    #[arg(value_name = "JOB", required = true)]
+    jobs: Vec<PathBuf>,
+    /// What to write.
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
+    /// Write to this file, whole or not at all, instead of standard output (`-`).
+    #[arg(long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// The mildest verdict that fails (exit code 1).
+    #[arg(long, value_enum, default_value_t = FailOn::Resonance)]
+    fail_on: FailOn,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Format {
+    /// For people.
+    Text,
+    /// For programs; `detune schema check` describes it.
+    Json,
+    /// SARIF 2.1.0, for code scanners and editors.
+    Sarif,
+    /// JUnit XML, for build servers.
+    Junit,
+    /// Workflow commands, which GitHub shows as annotations.
+    Github,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum FailOn {
+    /// A line lies inside a mode's band.
+    Resonance,
+    /// A line comes so near a mode that the model cannot tell.
+    Uncertain,
+    /// Nothing fails.
+    Never,
+}
+
+/// Checks all jobs and writes one report; if some file is wrong, tells all faults of all jobs and writes
+/// nothing.
+pub(super) fn run(args: &CheckArgs, out: &mut dyn Write) -> Result<Outcome, Failure> {
+    let sink = Sink::open(args.output.as_deref())?;
+    let jobs = checked(&args.jobs)?;
+    let text = rendered(&jobs, args, &sink)?;
+    sink.write(&text, out)?;
+    Ok(outcome(report::verdict(&jobs), args.fail_on))
+}
+
+fn outcome(verdict: Verdict, fail_on: FailOn) -> Outcome {
+    let fails = match fail_on {
+        FailOn::Resonance => verdict >= Verdict::Resonance,
+        FailOn::Uncertain => verdict >= Verdict::Uncertain,
+        FailOn::Never => false,
+    };
+    if fails { Outcome::Fail } else { Outcome::Pass }
+}
+
+/// The jobs in the order given. Notices go to standard error.
+fn checked(files: &[PathBuf]) -> Result<Vec<CheckedJob>, Failure> {
+    let progress = progress();
+    let checked: Vec<_> = files.par_iter().map(|file| check_one(file, &progress)).collect();
+    progress.finish_and_clear();
+    let mut jobs = Vec::new();
+    let mut faults = Vec::new();
+    let mut notices: Vec<Fault> = Vec::new();
+    for one in checked {
+        match one {
+            Ok((job, of_job)) => {
+                jobs.push(job);
+                notices.extend(of_job);
+            }
+            Err(of_job) => faults.extend(of_job),
+        }
+    }
+    tell(&notices);
+    if faults.is_empty() { Ok(jobs) } else { Err(faults.into()) }
+}
+
+fn check_one(file: &Path, progress: &ProgressBar) -> Result<(CheckedJob, Vec<Fault>), Vec<Fault>> {
+    let loaded = input::load_job(file)?;
+    let job = loaded.value;
+    let poses = |more: usize| progress.inc(u64::try_from(more).unwrap_or(u64::MAX));
+    let risk = risk::assess_with_progress(&job, &poses).map_err(|faults| {
+        faults.into_iter().map(|fault| located(fault, &job)).collect::<Vec<_>>()
+    })?;
+    Ok((CheckedJob::new(&job, risk), loaded.notices))
+}
+
+/// A fault with the file as it is seen from where the caller stands.
+fn located(fault: AssessFault, job: &Job) -> Fault {
+    let what = fault.to_string();
+    let file = if fault.file == job.file {
+        fault.file
+    } else {
+        job.file.parent().unwrap_or(Path::new("")).join(fault.file)
+    };
+    Fault { file: Some(file), line: fault.line, what }
+}
+
+fn rendered(jobs: &[CheckedJob], args: &CheckArgs, sink: &Sink) -> Result<String, Failure> {
+    let internal = |error: &dyn std::fmt::Display| Failure::Internal(error.to_string());
+    let root = env::current_dir().unwrap_or_default();
+    match args.format {
+        Format::Text => Ok(report::text::check(jobs, sink.is_standard() && shows_colour())),
+        Format::Json => report::json::check(jobs).map_err(|error| internal(&error)),
+        Format::Sarif => report::sarif::check(jobs, &root).map_err(|error| internal(&error)),
+        Format::Junit => report::junit::check(jobs, args.fail_on == FailOn::Uncertain)
+            .map_err(|error| internal(&error)),
+        Format::Github => Ok(report::github::check(jobs, &root)),
+    }
+}
+
+/// Colour is for a terminal whose user has not switched it off (`NO_COLOR`, `TERM=dumb`).
+fn shows_colour() -> bool {
+    let stdout = io::stdout();
+    stdout.is_terminal() && anstream::AutoStream::choice(&stdout) != anstream::ColorChoice::Never
+}
+
+/// Counts poses on standard error while it is a terminal, and shows nothing elsewhere.
+fn progress() -> ProgressBar {
+    let progress = ProgressBar::new_spinner();
+    if let Ok(style) =
+        ProgressStyle::with_template("{spinner} {human_pos} poses looked at, {elapsed}")
+    {
+        progress.set_style(style);
+    }
+    progress
+}
+
+/// Notices on standard error, each once.
+fn tell(notices: &[Fault]) {
+    let mut told: Vec<&Fault> = Vec::new();
+    let mut err = io::stderr().lock();
+    for notice in notices {
+        if !told.contains(&notice) {
+            told.push(notice);
+            // If standard error is closed, there is nobody to tell.
+            let _ = writeln!(err, "warning: {notice}");
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_fails_is_what_was_asked_for() {
+        use Outcome::{Fail, Pass};
+        let table = [
+            (FailOn::Resonance, [Pass, Pass, Fail]),
+            (FailOn::Uncertain, [Pass, Fail, Fail]),
+            (FailOn::Never, [Pass, Pass, Pass]),
+        ];
+        for (fail_on, outcomes) in table {
+            let verdicts = [Verdict::Clear, Verdict::Uncertain, Verdict::Resonance];
+            assert_eq!(verdicts.map(|verdict| outcome(verdict, fail_on)), outcomes);
+        }
+    }
+}

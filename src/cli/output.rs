@@ -1,0 +1,157 @@
+//! Files that are written whole or not at all.
+
+use std::fs;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use crate::input::Fault;
+
+/// What `--output` takes for standard output.
+const STANDARD_OUTPUT: &str = "-";
+
+/// Where data goes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Sink {
+    /// Standard output.
+    Standard,
+    /// A file that is replaced in one step.
+    File(PathBuf),
+    /// A device or pipe, which cannot be replaced.
+    Device(PathBuf),
+}
+
+impl Sink {
+    /// Where `--output` points; told before the long work if nothing can be written there.
+    pub(super) fn open(output: Option<&Path>) -> Result<Self, Vec<Fault>> {
+        let Some(path) = output.filter(|path| *path != Path::new(STANDARD_OUTPUT)) else {
+            return Ok(Self::Standard);
+        };
+        let fault = |what: &str| {
+            vec![Fault { file: Some(path.to_owned()), line: None, what: what.to_owned() }]
+        };
+        match fs::metadata(path) {
+            Ok(found) if found.is_dir() => Err(fault("is a folder, must be a file to write")),
+            Ok(found) if found.is_file() => match fs::canonicalize(path) {
+                // A link stays a link.
+                Ok(target) => Ok(Self::File(target)),
+                Err(error) => Err(fault(&format!("cannot be written: {error}"))),
+            },
+            Ok(_) => Ok(Self::Device(path.to_owned())),
+            Err(_) if folder_of(path).is_dir() => Ok(Self::File(path.to_owned())),
+            Err(_) => Err(fault(&format!(
+                "folder '{}' does not exist; make it first",
+                folder_of(path).display()
+            ))),
+        }
+    }
+
+    /// Whether data goes to standard output.
+    pub(super) fn is_standard(&self) -> bool {
+        *self == Self::Standard
+    }
+
+    /// Writes all of `text`; `out` is standard output, where a reader that leaves early is no failure.
+    pub(super) fn write(&self, text: &str, out: &mut dyn Write) -> io::Result<()> {
+        match self {
+            Self::Standard => {
+                super::unless_closed(out.write_all(text.as_bytes()).and_then(|()| out.flush()))
+            }
+            Self::File(path) => replace(path, text).map_err(|error| told(path, &error)),
+            Self::Device(path) => fs::write(path, text).map_err(|error| told(path, &error)),
+        }
+    }
+}
+
+fn told(path: &Path, error: &io::Error) -> io::Error {
+    io::Error::new(error.kind(), format!("{}: {error}", path.display()))
+}
+
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    }
+}
+
+/// Writes a new file beside the old one and puts it in its place.
+fn replace(path: &Path, text: &str) -> io::Result<()> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".detune-");
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        // As any other new file: what the process's mask leaves of it.
+        builder.permissions(fs::Permissions::from_mode(0o666));
+    }
+    let mut file = builder.tempfile_in(folder_of(path))?;
+    file.write_all(text.as_bytes())?;
+    if let Ok(old) = fs::metadata(path) {
+        file.as_file().set_permissions(old.permissions())?;
+    }
+    file.persist(path).map_err(|error| error.error)?;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let mut names: Vec<_> = fs::read_dir(folder)
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn a_file_is_replaced_and_nothing_else_is_left() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("out.json");
+        for text in ["first", "second, longer"] {
+            Sink::open(Some(&path)).unwrap().write(text, &mut io::sink()).unwrap();
+            assert_eq!(fs::read_to_string(&path).unwrap(), text);
+        }
+        assert_eq!(names(folder.path()), ["out.json"]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_stays_a_link_and_a_device_a_device() {
+        let folder = tempfile::tempdir().unwrap();
+        let (target, link) = (folder.path().join("target"), folder.path().join("link"));
+        fs::write(&target, "old").unwrap();
+        std::os::unix::fs::symlink(&target, &link).unwrap();
+        Sink::open(Some(&link)).unwrap().write("new", &mut io::sink()).unwrap();
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+        assert_eq!(fs::read_to_string(&target).unwrap(), "new");
+        let null = Path::new("/dev/null");
+        assert_eq!(Sink::open(Some(null)).unwrap(), Sink::Device(null.to_owned()));
+    }
+
+    #[test]
+    fn places_that_cannot_be_written_are_told_before_the_work() {
+        let folder = tempfile::tempdir().unwrap();
+        let told = |path: &Path| Sink::open(Some(path)).unwrap_err().remove(0).what;
+        assert_eq!(told(folder.path()), "is a folder, must be a file to write");
+        let what = told(&folder.path().join("missing/out.json"));
+        assert!(what.starts_with("folder '") && what.ends_with("does not exist; make it first"));
+        assert!(Sink::open(Some(Path::new("-"))).unwrap().is_standard());
+        assert!(Sink::open(None).unwrap().is_standard());
+    }
+
+    #[test]
+    fn a_reader_that_left_is_no_failure() {
+        struct Closed;
+        impl Write for Closed {
+            fn write(&mut self, _: &[u8]) -> io::Result<usize> {
+                Err(io::ErrorKind::BrokenPipe.into())
+            }
+            fn flush(&mut self) -> io::Result<()> {
+                Err(io::ErrorKind::BrokenPipe.into())
+            }
+        }
+        assert!(Sink::Standard.write("text", &mut Closed).is_ok());
+    }
+}

@@ -1,0 +1,48 @@
+//! `detune schema`: JSON Schemas of the files that are read and written.
+
+use std::io::Write;
+
+use clap::{Args, ValueEnum};
+
+use super::output::Sink;
+use super::{Failure, Outcome};
+use crate::{input, report};
+
+const AFTER_HELP: &str = "\
+Editors check a file that starts with
+  # yaml-language-server: $schema=job.schema.json
+against the schema written by
+  detune schema job > job.schema.json";
+
+/// Write the JSON Schema of a file that detune reads or writes.
+#[derive(Debug, Args)]
+#[command(after_help = AFTER_HELP)]
+pub(super) struct SchemaArgs {
+    /// Of what.
+    #[arg(value_enum)]
+    of: Subject,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Subject {
+    /// robot.yaml
+    Robot,
+    /// job.yaml
+    Job,
+    /// session.yaml
+    Session,
+    /// The output of `check --format json`
+    Check,
+}
+
+/// Writes one schema.
+pub(super) fn run(args: &SchemaArgs, out: &mut dyn Write) -> Result<Outcome, Failure> {
+    let schema = match args.of {
+        Subject::Robot => input::schema::robot(),
+        Subject::Job => input::schema::job(),
+        Subject::Session => input::schema::session(),
+        Subject::Check => report::schema::check(),
+    };
+    Sink::Standard.write(&format!("{schema:#}\n"), out)?;
+    Ok(Outcome::Pass)
+}

@@ -1,0 +1,99 @@
+//! Workflow commands, which GitHub shows as annotations beside the lines they name. GitHub keeps ten
+//! annotations a level and step, so the most severe come first and the last one counts the rest.
+
+use std::path::Path;
+
+use super::findings::{Finding, findings};
+use super::{CheckedJob, CheckedOperation, paths, words};
+use crate::risk::Certainty;
+
+/// GitHub keeps so many annotations of a level in a step.
+const MOST_ANNOTATIONS: usize = 10;
+
+/// The results of `detune check` as workflow commands, `error` for resonance and `warning` for uncertain,
+/// and a last line for the log. Files below `root` (an absolute path, the folder that the command ran in)
+/// are named relative to it.
+pub fn check(jobs: &[CheckedJob], root: &Path) -> String {
+    let operations: Vec<_> = jobs.iter().flat_map(CheckedJob::operations).collect();
+    let found: Vec<_> = operations
+        .iter()
+        .flat_map(|operation| {
+            findings(operation).into_iter().map(move |finding| (operation, finding))
+        })
+        .collect();
+    let mut text = String::new();
+    for certainty in [Certainty::Certain, Certainty::Uncertain] {
+        let of_level: Vec<_> =
+            found.iter().filter(|(_, finding)| finding.certainty == certainty).collect();
+        for (index, (operation, finding)) in of_level.iter().take(MOST_ANNOTATIONS).enumerate() {
+            let beyond = if index + 1 == MOST_ANNOTATIONS { of_level.len() - index - 1 } else { 0 };
+            text.push_str(&command(operation, finding, beyond, root));
+            text.push('\n');
+        }
+    }
+    text.push_str(&summary(jobs));
+    text.push('\n');
+    text
+}
+
+fn command(
+    operation: &CheckedOperation<'_>,
+    finding: &Finding<'_>,
+    beyond: usize,
+    root: &Path,
+) -> String {
+    let (level, title) = match finding.certainty {
+        Certainty::Certain => ("error", "resonance"),
+        Certainty::Uncertain => ("warning", "perhaps a resonance"),
+    };
+    let crossing = finding.worst.crossing;
+    let [from, to] = words::ascending_lines(crossing);
+    let file = paths::slashed(&paths::within(root, &operation.lines_file()));
+    let mut message = words::sentence(operation, &finding.worst);
+    match finding.others.len() {
+        0 => {}
+        1 => message.push_str("; the same on one more stretch"),
+        more => message.push_str(&format!("; the same on {more} more stretches")),
+    }
+    if beyond > 0 {
+        message.push_str(&format!(
+            "\n… and {beyond} more like this; --format json or sarif lists all"
+        ));
+    }
+    format!(
+        "::{level} file={},line={from},endLine={to},title={}::{}",
+        property(&file),
+        property(&format!("detune: {title} in '{}'", operation.risk.name)),
+        data(&message)
+    )
+}
+
+fn summary(jobs: &[CheckedJob]) -> String {
+    let jobs: Vec<_> = jobs
+        .iter()
+        .map(|job| format!("{} {}", paths::slashed(&job.file), words::verdict(job.risk.verdict)))
+        .collect();
+    // A file name with a line break in it must not start a command of its own.
+    data(&format!("detune check: {}", jobs.join(", ")))
+}
+
+/// Escapes a message.
+fn data(text: &str) -> String {
+    text.replace('%', "%25").replace('\r', "%0D").replace('\n', "%0A")
+}
+
+/// Escapes a property's value.
+fn property(text: &str) -> String {
+    data(text).replace(':', "%3A").replace(',', "%2C")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn properties_and_messages_are_escaped() {
+        assert_eq!(data("50 %, a:b\r\n"), "50 %25, a:b%0D%0A");
+        assert_eq!(property("50 %, a:b\r\n"), "50 %25%2C a%3Ab%0D%0A");
+    }
+}

@@ -1,0 +1,90 @@
+//! JUnit XML, as build servers read it: a suite for each job, a case for each operation. It holds no
+//! times and no random names: a case is an operation, not a run.
+
+use quick_junit::{NonSuccessKind, Property, Report, TestCase, TestCaseStatus, TestSuite};
+
+use super::findings::findings;
+use super::{CheckedJob, CheckedOperation, paths, words};
+use crate::risk::{OperationRisk, Verdict};
+
+/// At most so many findings of an operation are written out.
+const MOST_FINDINGS: usize = 100;
+
+/// The results of `detune check` as JUnit XML. An operation in resonance is a failure; an uncertain one is
+/// a failure if `uncertain_fails`, else it passes and tells what was found in `system-out`.
+///
+/// # Errors
+/// Never in practice: text is all that is written.
+pub fn check(
+    jobs: &[CheckedJob],
+    uncertain_fails: bool,
+) -> Result<String, quick_junit::SerializeError> {
+    let mut report = Report::new("detune check");
+    for job in jobs {
+        let file = paths::slashed(&job.file);
+        let mut suite = TestSuite::new(file.as_str());
+        suite.add_property(Property::new("job", job.name.as_str()));
+        suite.add_property(Property::new("calibrated", job.risk.calibrated.to_string()));
+        suite.add_property(Property::new(
+            "model_uncertainty_percent",
+            words::round_percent(job.risk.model_uncertainty),
+        ));
+        for operation in job.operations() {
+            suite.add_test_case(case(&operation, &file, uncertain_fails));
+        }
+        report.add_test_suite(suite);
+    }
+    report.to_string()
+}
+
+fn case(operation: &CheckedOperation<'_>, job_file: &str, uncertain_fails: bool) -> TestCase {
+    let risk = operation.risk;
+    let fails = match risk.verdict {
+        Verdict::Resonance => true,
+        Verdict::Uncertain => uncertain_fails,
+        Verdict::Clear => false,
+    };
+    let told = told(operation);
+    let mut case = if fails {
+        let mut status = TestCaseStatus::non_success(NonSuccessKind::Failure);
+        status.set_type(words::verdict(risk.verdict));
+        status.set_message(headline(risk, told.len()));
+        status.set_description(joined(&told));
+        TestCase::new(risk.name.as_str(), status)
+    } else {
+        let mut case = TestCase::new(risk.name.as_str(), TestCaseStatus::success());
+        if !told.is_empty() {
+            case.set_system_out(format!("{}: {}", words::verdict(risk.verdict), joined(&told)));
+        }
+        case
+    };
+    case.set_classname(job_file);
+    case
+}
+
+fn headline(risk: &OperationRisk, findings: usize) -> String {
+    let findings =
+        if findings == 1 { "1 finding".to_owned() } else { format!("{findings} findings") };
+    format!("operation '{}': {} ({findings})", risk.name, words::verdict(risk.verdict))
+}
+
+/// Each finding in one line, with its place.
+fn told(operation: &CheckedOperation<'_>) -> Vec<String> {
+    let file = paths::slashed(&operation.lines_file());
+    findings(operation)
+        .iter()
+        .map(|finding| {
+            let crossing = finding.worst.crossing;
+            let place = words::lines(&file, crossing.from_line, crossing.to_line);
+            format!("{place}: {}", words::sentence(operation, &finding.worst))
+        })
+        .collect()
+}
+
+fn joined(told: &[String]) -> String {
+    let mut text = told[..told.len().min(MOST_FINDINGS)].join("\n");
+    if told.len() > MOST_FINDINGS {
+        text.push_str(&format!("\n… and {} more", told.len() - MOST_FINDINGS));
+    }
+    text
+}

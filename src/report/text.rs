@@ -1,0 +1,288 @@
+//! What a planner reads in ten seconds: the verdict, the worst crossing of each operation in words, a small
+//! drawing, and what to do next.
+
+use super::findings::{Stretch, stretches};
+use super::{CheckedJob, CheckedOperation, plot_text, style, words};
+use crate::risk::{Approach, Certainty, OperationRisk, Verdict, closest_approach};
+use crate::units::percent_from_ratio;
+
+/// At most so many crossings follow the worst one.
+const MOST_FURTHER: usize = 5;
+
+/// At most so many operations of a job are drawn.
+const MOST_PLOTS: usize = 4;
+
+/// At most so many exchanges of modes are told.
+const MOST_EXCHANGES: usize = 3;
+
+/// Width of the names before each fact, characters.
+const NAME_WIDTH: usize = 8;
+
+/// The results of `detune check` as text; with colours for a terminal if `colour`.
+pub fn check(jobs: &[CheckedJob], colour: bool) -> String {
+    let mut text = String::new();
+    for (index, job) in jobs.iter().enumerate() {
+        if index > 0 {
+            text.push('\n');
+        }
+        push_job(job, colour, &mut text);
+    }
+    if jobs.len() > 1 {
+        text.push('\n');
+        text.push_str(&summary(jobs, colour));
+    }
+    text
+}
+
+fn push_job(job: &CheckedJob, colour: bool, text: &mut String) {
+    let verdict = verdict_word(job.risk.verdict, colour);
+    let name = style::paint(style::STRONG, &job.name, colour);
+    text.push_str(&format!("{verdict}  {}  {name}\n", job.file.display()));
+    let drawn = drawn(job);
+    for (index, operation) in job.operations().enumerate() {
+        text.push('\n');
+        push_operation(&operation, colour, text);
+        if drawn.contains(&index) {
+            push_plot(&operation, colour, text);
+        }
+    }
+    text.push('\n');
+    text.push_str(&format!("  {:NAME_WIDTH$} {}\n", "model", model(job)));
+    text.push_str(&format!("  {:NAME_WIDTH$} {}\n", "next", next(job)));
+}
+
+fn push_operation(operation: &CheckedOperation<'_>, colour: bool, text: &mut String) {
+    let risk = operation.risk;
+    text.push_str(&format!(
+        "  {}  {}  {}, {} s\n",
+        style::paint(style::STRONG, &risk.name, colour),
+        verdict_word(risk.verdict, colour),
+        speed(risk),
+        words::trimmed(risk.duration_s, 1)
+    ));
+    let stretches = stretches(&risk.crossings);
+    match stretches.split_first() {
+        Some((worst, further)) => {
+            push_worst(operation, worst, text);
+            push_further(operation, further, text);
+        }
+        None => match closest_approach(risk, &operation.job.policy) {
+            Some(approach) => push_closest(operation, &approach, text),
+            None => push_fact("closest", "no excitation line and no mode that count", text),
+        },
+    }
+    push_exchanges(risk, text);
+}
+
+fn push_worst(operation: &CheckedOperation<'_>, stretch: &Stretch<'_>, text: &mut String) {
+    let crossing = stretch.crossing;
+    let risk = operation.risk;
+    let file = operation.lines_file();
+    let file = file.to_string_lossy();
+    text.push_str(&format!(
+        "    {} meets {}\n",
+        words::mode(crossing.mode, crossing.natural_frequency_hz),
+        words::line_at(&crossing.line, crossing.excitation_hz)
+    ));
+    push_fact("near", &words::nearness(operation, crossing), text);
+    let moves = words::moves(operation, crossing);
+    if !moves.is_empty() {
+        push_fact("moves", &moves, text);
+    }
+    let mut place = words::stretch(risk, crossing.from_s, crossing.to_s);
+    if let Some((from_s, to_s)) = stretch.flanks() {
+        let percents = words::range(percent_from_ratio(from_s), percent_from_ratio(to_s));
+        place.push_str(&format!("; uncertain {percents} %"));
+    }
+    push_fact("where", &place, text);
+    push_fact("closest", &format!("at {}", words::point(risk, crossing.closest_s)), text);
+    push_fact("lines", &words::lines(&file, crossing.from_line, crossing.to_line), text);
+    let tip = words::um_per_n(crossing.tip_response_m_per_n);
+    push_fact("tool tip", &format!("{tip} µm/N at resonance"), text);
+}
+
+fn push_further(operation: &CheckedOperation<'_>, further: &[Stretch<'_>], text: &mut String) {
+    if further.is_empty() {
+        return;
+    }
+    let heads = ["mode", "Hz", "meets", "Hz", "apart", "s %", "lines", "µm/N", "certainty"];
+    let mut rows = vec![heads.map(str::to_owned)];
+    rows.extend(further.iter().take(MOST_FURTHER).map(|stretch| {
+        let crossing = stretch.crossing;
+        [
+            crossing.mode.to_string(),
+            words::hz(crossing.natural_frequency_hz),
+            words::line(&crossing.line),
+            words::hz(crossing.excitation_hz),
+            format!("{} %", words::percent(crossing.separation)),
+            words::range(percent_from_ratio(crossing.from_s), percent_from_ratio(crossing.to_s)),
+            words::line_range(crossing.from_line, crossing.to_line),
+            words::um_per_n(crossing.tip_response_m_per_n),
+            words::certainty(crossing.certainty).to_owned(),
+        ]
+    }));
+    push_fact("further", &further_count(operation, further), text);
+    push_table(&rows, text);
+    if further.len() > MOST_FURTHER {
+        let more = further.len() - MOST_FURTHER;
+        text.push_str(&format!("      … and {more} more; --format json lists all\n"));
+    }
+}
+
+fn further_count(operation: &CheckedOperation<'_>, further: &[Stretch<'_>]) -> String {
+    let certain = further.iter().filter(|s| s.crossing.certainty == Certainty::Certain).count();
+    let file = operation.lines_file();
+    format!("{certain} certain, {} uncertain; lines of {}", further.len() - certain, file.display())
+}
+
+/// Columns of the table with words, which start at the left; numbers end at the right.
+const WORDS: [bool; 9] = [false, false, true, false, false, false, false, false, true];
+
+fn push_table(rows: &[[String; WORDS.len()]], text: &mut String) {
+    let widths: Vec<usize> = (0..WORDS.len())
+        .map(|column| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0))
+        .collect();
+    for row in rows {
+        let mut line = String::from("     ");
+        for ((cell, &width), words) in row.iter().zip(&widths).zip(WORDS) {
+            if words {
+                line.push_str(&format!(" {cell:<width$} "));
+            } else {
+                line.push_str(&format!(" {cell:>width$} "));
+            }
+        }
+        text.push_str(line.trim_end());
+        text.push('\n');
+    }
+}
+
+fn push_closest(operation: &CheckedOperation<'_>, approach: &Approach, text: &mut String) {
+    let job = operation.job;
+    let closest = format!(
+        "{} stays {} % away from {}",
+        words::line_at(&approach.line, approach.excitation_hz),
+        words::percent(approach.separation),
+        words::mode(approach.mode, approach.natural_frequency_hz),
+    );
+    push_fact("closest", &closest, text);
+    push_fact("where", &format!("at {}", words::point(operation.risk, approach.s)), text);
+    let asked = format!(
+        "{} % (band {} %, model {} %)",
+        words::round_percent(job.risk.separation + job.risk.model_uncertainty),
+        words::round_percent(job.risk.separation),
+        words::round_percent(job.risk.model_uncertainty),
+    );
+    push_fact("asked", &asked, text);
+}
+
+fn push_exchanges(risk: &OperationRisk, text: &mut String) {
+    for exchange in risk.exchanges.iter().take(MOST_EXCHANGES) {
+        let what = format!(
+            "modes {} and {} change places at {} % of the path",
+            exchange.lower_mode,
+            exchange.lower_mode + 1,
+            words::percent(exchange.s)
+        );
+        push_fact("note", &what, text);
+    }
+    if let more @ 1.. = risk.exchanges.len().saturating_sub(MOST_EXCHANGES) {
+        push_fact("note", &format!("and {more} more exchanges of modes"), text);
+    }
+}
+
+fn push_fact(name: &str, fact: &str, text: &mut String) {
+    text.push_str(&format!("      {name:NAME_WIDTH$} {fact}\n"));
+}
+
+fn push_plot(operation: &CheckedOperation<'_>, colour: bool, text: &mut String) {
+    let risk = operation.risk;
+    let mut focus: Vec<_> = risk.crossings.iter().map(|c| (c.mode, c.line)).collect();
+    if focus.is_empty() {
+        focus.extend(
+            closest_approach(risk, &operation.job.policy)
+                .map(|closest| (closest.mode, closest.line)),
+        );
+    }
+    let plot = plot_text::frequencies(risk, &focus, colour);
+    if !plot.is_empty() {
+        text.push('\n');
+        text.push_str(&plot);
+    }
+}
+
+/// Indices of the operations to draw: those that are not clear, or the one with the smallest margin.
+fn drawn(job: &CheckedJob) -> Vec<usize> {
+    let operations = &job.risk.operations;
+    let found: Vec<usize> = (0..operations.len())
+        .filter(|&index| operations[index].verdict != Verdict::Clear)
+        .take(MOST_PLOTS)
+        .collect();
+    if !found.is_empty() {
+        return found;
+    }
+    let margin = |index: &usize| {
+        closest_approach(&operations[*index], &job.policy)
+            .map_or(f64::INFINITY, |approach| approach.separation)
+    };
+    (0..operations.len()).min_by(|a, b| margin(a).total_cmp(&margin(b))).into_iter().collect()
+}
+
+fn speed(risk: &OperationRisk) -> String {
+    let speeds = risk.samples.iter().map(|sample| sample.rpm);
+    let low = speeds.clone().reduce(f64::min).unwrap_or(risk.spindle_rpm);
+    let high = speeds.reduce(f64::max).unwrap_or(risk.spindle_rpm);
+    if low < high {
+        format!("{}–{} rpm", words::trimmed(low, 1), words::trimmed(high, 1))
+    } else {
+        format!("{} rpm", words::trimmed(risk.spindle_rpm, 1))
+    }
+}
+
+fn verdict_word(verdict: Verdict, colour: bool) -> String {
+    style::paint(style::of(verdict), words::verdict(verdict).to_uppercase(), colour)
+}
+
+fn model(job: &CheckedJob) -> String {
+    let uncertainty = words::round_percent(job.risk.model_uncertainty);
+    if job.risk.calibrated {
+        format!("compared with measured frequencies; taken to be right within ±{uncertainty} %")
+    } else {
+        format!(
+            "never compared with measured frequencies; taken to be right within ±{uncertainty} %"
+        )
+    }
+}
+
+fn next(job: &CheckedJob) -> &'static str {
+    match (job.risk.verdict, job.risk.calibrated) {
+        (Verdict::Resonance, _) => {
+            "run these stretches at another spindle speed or in another pose of the arm, then check again"
+        }
+        (Verdict::Uncertain, true) => {
+            "keep more distance from the mode, or measure the arm near this pose, then check again"
+        }
+        (Verdict::Uncertain, false) => {
+            "keep more distance from the mode, or compare the model with measured frequencies of this arm"
+        }
+        (Verdict::Clear, _) => {
+            "nothing to do about the arm's resonances; this is no promise against chatter"
+        }
+    }
+}
+
+fn summary(jobs: &[CheckedJob], colour: bool) -> String {
+    let counts: Vec<String> = [Verdict::Resonance, Verdict::Uncertain, Verdict::Clear]
+        .into_iter()
+        .filter_map(|verdict| {
+            let count = jobs.iter().filter(|job| job.risk.verdict == verdict).count();
+            (count > 0).then(|| {
+                style::paint(
+                    style::of(verdict),
+                    format!("{count} {}", words::verdict(verdict)),
+                    colour,
+                )
+            })
+        })
+        .collect();
+    format!("{} jobs: {}\n", jobs.len(), counts.join(", "))
+}

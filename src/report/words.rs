@@ -1,0 +1,248 @@
+//! What the renderers say in common: numbers as they are read, and a finding in one sentence.
+
+use super::CheckedOperation;
+use super::findings::Stretch;
+use crate::excitation::{ExcitationLine, Source};
+use crate::risk::{Certainty, Crossing, OperationRisk, Sample, Verdict};
+use crate::units::{deg_from_rad, percent_from_ratio, rpm_from_hz, um_per_n_from_m_per_n};
+
+/// A coordinate that carries less of a mode than this is not named, unless it carries the most.
+const LEAST_SHARE_NAMED: f64 = 0.1;
+
+/// At most so many coordinates are named.
+const MOST_SHARES_NAMED: usize = 3;
+
+/// The verdict as JSON and messages spell it.
+pub(super) fn verdict(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Clear => "clear",
+        Verdict::Uncertain => "uncertain",
+        Verdict::Resonance => "resonance",
+    }
+}
+
+/// The certainty as JSON spells it.
+pub(super) fn certainty(certainty: Certainty) -> &'static str {
+    match certainty {
+        Certainty::Certain => "certain",
+        Certainty::Uncertain => "uncertain",
+    }
+}
+
+/// The source as JSON spells it.
+pub(super) fn source_key(source: Source) -> &'static str {
+    match source {
+        Source::ToothPassing => "tooth_passing",
+        Source::Spindle => "spindle",
+    }
+}
+
+/// `tooth passing × 2`.
+pub(super) fn line(line: &ExcitationLine) -> String {
+    let source = match line.source {
+        Source::ToothPassing => "tooth passing",
+        Source::Spindle => "spindle",
+    };
+    format!("{source} × {}", line.harmonic)
+}
+
+/// `tooth passing × 2 of 1100 rpm (73.3 Hz)`.
+pub(super) fn line_at(of: &ExcitationLine, excitation_hz: f64) -> String {
+    let rpm = rpm_from_hz(excitation_hz) / f64::from(of.order.max(1));
+    format!("{} of {} rpm ({} Hz)", line(of), trimmed(rpm, 1), hz(excitation_hz))
+}
+
+/// A frequency in Hz: one decimal, none from 1000 Hz.
+pub(super) fn hz(frequency_hz: f64) -> String {
+    if frequency_hz.abs() < 999.95 {
+        format!("{frequency_hz:.1}")
+    } else {
+        format!("{frequency_hz:.0}")
+    }
+}
+
+/// A ratio in percent with one decimal, without the sign.
+pub(super) fn percent(ratio: f64) -> String {
+    format!("{:.1}", percent_from_ratio(ratio))
+}
+
+/// A ratio in percent with as many decimals as it needs, up to two, without the sign.
+pub(super) fn round_percent(ratio: f64) -> String {
+    trimmed(percent_from_ratio(ratio), 2)
+}
+
+/// At most `decimals` decimals, without zeros at the end.
+pub(super) fn trimmed(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    }
+}
+
+/// Two ends with a dash between, with just so many decimals (one to three) that they differ.
+pub(super) fn range(from: f64, to: f64) -> String {
+    let decimals = (1..3)
+        .find(|&decimals| format!("{from:.decimals$}") != format!("{to:.decimals$}"))
+        .unwrap_or(if from == to { 1 } else { 3 });
+    format!("{from:.decimals$}–{to:.decimals$}")
+}
+
+/// Compliance in µm/N with three significant digits, without the unit.
+pub(super) fn um_per_n(compliance_m_per_n: f64) -> String {
+    let value = um_per_n_from_m_per_n(compliance_m_per_n);
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    if !(1e-3..1e6).contains(&value.abs()) {
+        return format!("{value:.2e}");
+    }
+    let decimals = match value.abs() {
+        size if size >= 99.95 => 0,
+        size if size >= 9.995 => 1,
+        size if size >= 0.9995 => 2,
+        _ => 3,
+    };
+    format!("{value:.decimals$}")
+}
+
+/// `mode 2 (38.4 Hz)`.
+pub(super) fn mode(number: usize, frequency_hz: f64) -> String {
+    format!("mode {number} ({} Hz)", hz(frequency_hz))
+}
+
+/// `joint_3 71 %, joint_2 24 %, turning against each other`; empty where shares are not known.
+pub(super) fn moves(operation: &CheckedOperation<'_>, crossing: &Crossing) -> String {
+    let moves = operation.moves(crossing);
+    let named = moves.iter().take_while(|m| m.1 >= LEAST_SHARE_NAMED).count();
+    let named = named.clamp(1, MOST_SHARES_NAMED).min(moves.len());
+    let mut text = moves[..named]
+        .iter()
+        .map(|(name, share)| format!("{name} {:.0} %", percent_from_ratio(*share)))
+        .collect::<Vec<_>>()
+        .join(", ");
+    if named >= 2 {
+        match crossing.leading_turn_together {
+            Some(true) if named == 2 => text.push_str(", turning together"),
+            Some(false) if named == 2 => text.push_str(", turning against each other"),
+            Some(true) => text.push_str(", the first two turning together"),
+            Some(false) => text.push_str(", the first two turning against each other"),
+            None => {}
+        }
+    }
+    text
+}
+
+/// β2 at the sample next to `s`, `β2 68.2°`, if the robot defines it.
+pub(super) fn beta2(operation: &OperationRisk, s: f64) -> Option<String> {
+    let beta2 = sample_next_to(operation, s)?.beta2_rad?;
+    Some(format!("β2 {:.1}°", deg_from_rad(beta2)))
+}
+
+fn sample_next_to(operation: &OperationRisk, s: f64) -> Option<&Sample> {
+    operation.samples.iter().min_by(|a, b| (a.s - s).abs().total_cmp(&(b.s - s).abs()))
+}
+
+/// `12.0–31.0 % of the path (1.5–3.8 s)`.
+pub(super) fn stretch(operation: &OperationRisk, from_s: f64, to_s: f64) -> String {
+    format!(
+        "{} % of the path ({} s)",
+        range(percent_from_ratio(from_s), percent_from_ratio(to_s)),
+        range(from_s * operation.duration_s, to_s * operation.duration_s)
+    )
+}
+
+/// `20.0 % (2.46 s, β2 68.2°)`.
+pub(super) fn point(operation: &OperationRisk, s: f64) -> String {
+    let beta2 = beta2(operation, s).map_or(String::new(), |beta2| format!(", {beta2}"));
+    format!("{} % ({} s{beta2})", percent(s), trimmed(s * operation.duration_s, 2))
+}
+
+/// `1.3 % apart, inside the band of ±10 %`.
+pub(super) fn nearness(operation: &CheckedOperation<'_>, crossing: &Crossing) -> String {
+    let apart = percent(crossing.separation);
+    let band = round_percent(operation.job.risk.separation);
+    match crossing.certainty {
+        Certainty::Certain => format!("{apart} % apart, inside the band of ±{band} %"),
+        Certainty::Uncertain => format!(
+            "{apart} % apart, outside the band of ±{band} % by less than the model's uncertainty of ±{} %",
+            round_percent(operation.job.risk.model_uncertainty)
+        ),
+    }
+}
+
+/// Lines of a file as they are read: `pocket.mod:41–58`.
+pub(super) fn lines(file: &str, from: usize, to: usize) -> String {
+    format!("{file}:{}", line_range(from, to))
+}
+
+/// `41–58`, or `41` alone.
+pub(super) fn line_range(from: usize, to: usize) -> String {
+    if from == to { from.to_string() } else { format!("{from}–{to}") }
+}
+
+/// The lines of a crossing, ascending and counted from 1, as formats ask for them that know no jump back.
+pub(super) fn ascending_lines(crossing: &Crossing) -> [usize; 2] {
+    let (from, to) = (crossing.from_line.max(1), crossing.to_line.max(1));
+    [from.min(to), from.max(to)]
+}
+
+/// A stretch in one sentence, for those who see nothing else.
+pub(super) fn sentence(operation: &CheckedOperation<'_>, stretch: &Stretch<'_>) -> String {
+    let crossing = stretch.crossing;
+    let risk = operation.risk;
+    let moves = match moves(operation, crossing) {
+        empty if empty.is_empty() => String::new(),
+        moves => format!("; it moves {moves}"),
+    };
+    let flanks = match stretch.flanks() {
+        Some((from_s, to_s)) => {
+            format!(
+                " (uncertain {} %)",
+                range(percent_from_ratio(from_s), percent_from_ratio(to_s))
+            )
+        }
+        None => String::new(),
+    };
+    format!(
+        "operation '{}': {} meets {}: {}, at {}{flanks}, closest at {}{moves}; {} µm/N at the tool tip at \
+         resonance",
+        risk.name,
+        mode(crossing.mode, crossing.natural_frequency_hz),
+        line_at(&crossing.line, crossing.excitation_hz),
+        nearness(operation, crossing),
+        self::stretch(risk, crossing.from_s, crossing.to_s),
+        point(risk, crossing.closest_s),
+        um_per_n(crossing.tip_response_m_per_n),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_read_well() {
+        assert_eq!(hz(73.333), "73.3");
+        assert_eq!(hz(999.94), "999.9");
+        assert_eq!(hz(999.96), "1000");
+        assert_eq!(trimmed(1100.0, 1), "1100");
+        assert_eq!(trimmed(1234.56, 1), "1234.6");
+        assert_eq!(trimmed(100.0, 0), "100");
+        assert_eq!(round_percent(0.088), "8.8");
+        assert_eq!(um_per_n(0.8e-6), "0.800");
+        assert_eq!(um_per_n(12.345e-6), "12.3");
+        assert_eq!(um_per_n(1234.5e-6), "1234");
+        assert_eq!(um_per_n(1e-12), "1.00e-6");
+        assert_eq!(um_per_n(0.0), "0");
+    }
+
+    #[test]
+    fn a_range_shows_that_its_ends_differ() {
+        assert_eq!(range(12.0, 31.0), "12.0–31.0");
+        assert_eq!(range(12.01, 12.04), "12.01–12.04");
+        assert_eq!(range(12.001, 12.0015), "12.001–12.002");
+        assert_eq!(range(12.0, 12.0), "12.0–12.0");
+    }
+}
