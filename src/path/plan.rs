@@ -7,11 +7,9 @@ use nalgebra::{Isometry3, Matrix6xX, Point3};
 use super::curve::Curve;
 use super::timing::{Clock, largest_step, seconds};
 use crate::model::{
-    InverseKinematics, JointKind, Placement, Robot, forward_kinematics, joint_jacobian,
-    turn_towards,
+    InverseKinematics, Placement, Robot, forward_kinematics, joint_jacobian, turn_towards,
 };
 use crate::motion::{Move, Target};
-use crate::units::{deg_from_rad, mm_from_m};
 
 /// Between two knots of a line or arc no joint moves more than this (rad or m), so that the solution of
 /// one is a good start for the other.
@@ -222,34 +220,10 @@ fn joint_target_faults(robot: &Robot, moves: &[Move]) -> Vec<PlanFault> {
             |what| faults.push(PlanFault { line: a_move.line, waypoint: index + 1, what });
         match robot.check_pose(q) {
             Err(error) => fault(error.to_string()),
-            Ok(()) => limit_faults(robot, q).for_each(fault),
+            Ok(()) => robot.limit_violations(q).for_each(|over| fault(over.to_string())),
         }
     }
     faults
-}
-
-/// Joints outside their limits, in words.
-fn limit_faults(robot: &Robot, q: &[f64]) -> impl Iterator<Item = String> {
-    /// Degrees in files are rounded.
-    const SLACK: f64 = 1e-9;
-    robot.joints().iter().zip(q).filter_map(|(joint, &value)| {
-        let [lower, upper] = joint.limit?;
-        let over = value < lower - SLACK || value > upper + SLACK;
-        over.then(|| {
-            let (scale, unit): (fn(f64) -> f64, _) = if joint.kind == JointKind::Prismatic {
-                (mm_from_m, "mm")
-            } else {
-                (deg_from_rad, "deg")
-            };
-            format!(
-                "joint '{}' is {:.3} {unit}, must lie in {:.3}..{:.3} {unit}",
-                joint.name,
-                scale(value),
-                scale(lower),
-                scale(upper)
-            )
-        })
-    })
 }
 
 /// Joint positions at which the operation may start, the best first.
@@ -269,9 +243,10 @@ fn starts(
     if found.is_empty() {
         let what = match kinematics.near(robot, &(pose * first.tcp.inverse()), near) {
             Err(fault) => fault.to_string(),
-            Ok(q) => limit_faults(robot, &q)
+            Ok(q) => robot
+                .limit_violations(&q)
                 .next()
-                .unwrap_or_else(|| "no joint positions reach the pose".to_owned()),
+                .map_or_else(|| "no joint positions reach the pose".to_owned(), |v| v.to_string()),
         };
         return Err(PlanFault { line: first.line, waypoint: 1, what });
     }
@@ -293,7 +268,7 @@ fn nearest_solutions(
             turn_towards(robot, &mut q, near);
             q
         })
-        .filter(|q| limit_faults(robot, q).next().is_none())
+        .filter(|q| robot.limit_violations(q).next().is_none())
         .collect();
     found.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
     found
@@ -430,7 +405,7 @@ impl<'r> Planner<'r> {
                 }
                 Err(fault) => return Err(format!("{fault}, {}", passed())),
             };
-            if let Some(over) = limit_faults(self.robot, &solved).next() {
+            if let Some(over) = self.robot.limit_violations(&solved).next() {
                 return Err(format!("{over}, {}", passed()));
             }
             let next_orientation = self.orientation(&solved);
