@@ -211,10 +211,10 @@ impl<'a> Interpreter<'a> {
     /// Speed of the tool centre point, m/s, of a speeddata and `\V` in mm/s.
     fn speed(&mut self, line: usize, expr: &'a Expr, speed: Option<&Value>) -> Result<f64, String> {
         let data = self.eval(expr);
-        if let (Expr::Ref(path), false) = (expr, matches!(data, Value::Unknown(_))) {
-            if path.name.key == "vmax" {
-                self.log.notice(line, "vmax is taken as 5000 mm/s");
-            }
+        if let Expr::Ref(path) = expr
+            && path.name.key == "vmax"
+        {
+            self.log.notice(line, "vmax is taken as 5000 mm/s");
         }
         let mm_per_s = match (speed, &data) {
             (Some(speed), _) => speed.num().map_err(|why| format!("speed: {why}"))?,
