@@ -50,7 +50,7 @@ impl<'a> Interpreter<'a> {
                 self.log.notice(line, format!("{} \\T: the time is not used", name.shown));
             }
             let feed_m_per_s = self.speed(line, speed_arg, option("v"))?;
-            self.log.moves.push(Move { to: Target::Joints(joints), feed_m_per_s, tcp, line });
+            self.log.motion(Move { to: Target::Joints(joints), feed_m_per_s, tcp, line });
             self.last = None;
             return Ok(());
         }
@@ -81,7 +81,7 @@ impl<'a> Interpreter<'a> {
             (Way::Joint, None) => Target::JointsTo(end),
             (_, None) => Target::Line(end),
         };
-        self.log.moves.push(Move { to, feed_m_per_s, tcp, line });
+        self.log.motion(Move { to, feed_m_per_s, tcp, line });
         self.last = Some(Last { at: end, tcp });
         Ok(())
     }
