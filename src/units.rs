@@ -84,11 +84,6 @@ pub fn m_per_s_from_mm_per_s(speed: f64) -> f64 {
     speed * METRES_PER_MILLIMETRE
 }
 
-/// m/s to mm/s.
-pub fn mm_per_s_from_m_per_s(speed: f64) -> f64 {
-    speed / METRES_PER_MILLIMETRE
-}
-
 /// Inches to millimetres (exact).
 pub fn mm_from_inch(inch: f64) -> f64 {
     inch * 25.4

@@ -327,7 +327,7 @@ impl<'a> Reader<'a> {
         let turned = orientation(self.axis, self.turned);
         let target = Isometry3::from_parts(Translation3::from(to.map(m_from_mm)), turned);
         let to_base = Target::Line(self.work_object * target);
-        self.log.moves.push(Move { to: to_base, feed_m_per_s, tcp: self.tcp, line });
+        self.log.motion(Move { to: to_base, feed_m_per_s, tcp: self.tcp, line });
         self.at = Some(to);
         self.turned = Some(turned);
     }

@@ -2,8 +2,10 @@
 
 use std::collections::HashSet;
 
+use nalgebra::Isometry3;
+
 use super::{Program, ProgramFault, SpindleCommand};
-use crate::motion::Move;
+use crate::motion::{Move, Target};
 
 /// A program that is wrong throughout is not told line by line.
 const FAULTS_TOLD: usize = 50;
@@ -11,7 +13,7 @@ const FAULTS_TOLD: usize = 50;
 /// Moves, spindle commands, faults and notices so far.
 #[derive(Debug, Default)]
 pub(super) struct Log {
-    pub(super) moves: Vec<Move>,
+    moves: Vec<Move>,
     spindle: Vec<SpindleCommand>,
     notices: Vec<ProgramFault>,
     faults: Vec<ProgramFault>,
@@ -40,6 +42,15 @@ impl Log {
         }
     }
 
+    /// Numbers may be right in the text and overflow on the way to the base frame.
+    pub(super) fn motion(&mut self, to: Move) {
+        if is_finite(&to) {
+            self.moves.push(to);
+        } else {
+            self.fault(to.line, "the target or the feed is too large a number");
+        }
+    }
+
     pub(super) fn spindle(&mut self, line: usize, rpm: f64) {
         self.spindle.push(SpindleCommand { line, rpm, from_move: self.moves.len() });
     }
@@ -61,4 +72,17 @@ impl Log {
         }
         Err(self.faults)
     }
+}
+
+fn is_finite(each: &Move) -> bool {
+    let pose = |pose: &Isometry3<f64>| {
+        pose.translation.vector.iter().chain(pose.rotation.coords.iter()).all(|x| x.is_finite())
+    };
+    each.feed_m_per_s.is_finite()
+        && pose(&each.tcp)
+        && match &each.to {
+            Target::Joints(joints) => joints.iter().all(|joint| joint.is_finite()),
+            Target::JointsTo(end) | Target::Line(end) => pose(end),
+            Target::Arc { via, end } => pose(via) && pose(end),
+        }
 }

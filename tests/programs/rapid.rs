@@ -67,8 +67,9 @@ fn a_quaternion_and_its_negative_are_one_rotation_and_come_out_alike() {
         end(&rapid(&text).moves[0]).1.rotation
     };
     let (positive, negative) = (at("[0.5,0.5,-0.5,0.5]"), at("[-0.5,-0.5,0.5,-0.5]"));
-    assert_eq!(positive, negative);
-    assert_eq!((positive.w, positive.i, positive.j, positive.k), (0.5, 0.5, -0.5, 0.5));
+    // Number by number: as rotations the two would be equal anyway.
+    assert_eq!(positive.coords, negative.coords);
+    assert_eq!((negative.w, negative.i, negative.j, negative.k), (0.5, 0.5, -0.5, 0.5));
 }
 
 #[test]

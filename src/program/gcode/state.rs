@@ -184,7 +184,7 @@ impl<'a> Reader<'a> {
 
     fn push(&mut self, line: usize, to: Target, feed_m_per_s: f64) {
         let tcp = self.settings.tcp.unwrap_or_default();
-        self.log.moves.push(Move { to, feed_m_per_s, tcp, line });
+        self.log.motion(Move { to, feed_m_per_s, tcp, line });
     }
 
     pub(super) fn straight(

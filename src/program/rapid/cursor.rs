@@ -1,14 +1,17 @@
 //! A place among the tokens, and the parser of expressions and arguments.
 
-use super::lexer::{Kind, Token};
+use super::lexer::{Kind, Lexer, Token};
 use super::syntax::{Args, Expr, Name, Operator, Optional, Path, Step};
 
 /// Nesting beyond this is no program that a person or a post-processor writes.
 const DEEPEST_EXPRESSION: usize = 40;
 
 pub(super) struct Cursor<'a> {
-    tokens: &'a [Token<'a>],
-    at: usize,
+    lexer: Lexer<'a>,
+    next: Option<Token<'a>>,
+    /// Tokens passed so far.
+    place: usize,
+    line: usize,
     depth: usize,
 }
 
@@ -16,29 +19,29 @@ pub(super) struct Cursor<'a> {
 pub(super) type Parsed<T> = Result<T, String>;
 
 impl<'a> Cursor<'a> {
-    pub(super) fn new(tokens: &'a [Token<'a>]) -> Self {
-        Self { tokens, at: 0, depth: 0 }
+    pub(super) fn new(text: &'a str) -> Self {
+        let mut cursor = Self { lexer: Lexer::new(text), next: None, place: 0, line: 1, depth: 0 };
+        cursor.advance();
+        cursor
     }
 
     pub(super) fn peek(&self) -> Option<Kind<'a>> {
-        self.tokens.get(self.at).map(|token| token.kind)
+        self.next.map(|token| token.kind)
     }
 
     /// Line of the next token, or of the last one at the end.
     pub(super) fn line(&self) -> usize {
-        self.tokens.get(self.at).or(self.tokens.last()).map_or(1, |token| token.line)
+        self.line
     }
 
     pub(super) fn place(&self) -> usize {
-        self.at
-    }
-
-    pub(super) fn is_at(&self, place: usize) -> bool {
-        self.at == place
+        self.place
     }
 
     pub(super) fn advance(&mut self) {
-        self.at += 1;
+        self.next = self.lexer.next();
+        self.line = self.next.map_or(self.line, |token| token.line);
+        self.place += 1;
     }
 
     pub(super) fn is_symbol(&self, symbol: &str) -> bool {
@@ -55,13 +58,17 @@ impl<'a> Cursor<'a> {
 
     pub(super) fn take_symbol(&mut self, symbol: &str) -> bool {
         let found = self.is_symbol(symbol);
-        self.at += usize::from(found);
+        if found {
+            self.advance();
+        }
         found
     }
 
     pub(super) fn take_word(&mut self, keyword: &str) -> bool {
         let found = self.is_word(keyword);
-        self.at += usize::from(found);
+        if found {
+            self.advance();
+        }
         found
     }
 
@@ -206,9 +213,9 @@ impl<'a> Cursor<'a> {
                 }
                 if self.take_symbol("(") {
                     let args = self.arguments(")")?;
-                    return Ok(Expr::Call(Name::new(word), args));
+                    return Ok(Expr::Call(Box::new((Name::new(word), args))));
                 }
-                Ok(Expr::Ref(self.path(Name::new(word))?))
+                Ok(Expr::Ref(Box::new(self.path(Name::new(word))?)))
             }
             _ => Err(self.expected("a value")),
         }

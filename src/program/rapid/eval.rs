@@ -53,7 +53,7 @@ impl<'a> Interpreter<'a> {
             Expr::Bool(value) => Value::Bool(*value),
             Expr::List(items) => Value::List(items.iter().map(|item| self.eval(item)).collect()),
             Expr::Ref(path) => self.read(path),
-            Expr::Call(name, args) => self.function(name, args),
+            Expr::Call(call) => self.function(&call.0, &call.1),
             Expr::Not(inner) => known(self.eval(inner).bool().map(|value| Value::Bool(!value))),
             Expr::Minus(inner) => match self.eval(inner) {
                 Value::List(items) => known(

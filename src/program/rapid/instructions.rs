@@ -49,7 +49,7 @@ pub(super) fn sounds_like_motion(key: &str) -> bool {
 
 /// Instructions without motion of their own and without effect on later motion.
 pub(super) fn is_ignored(key: &str) -> bool {
-    const IGNORED: [&str; 97] = [
+    const IGNORED: [&str; 96] = [
         "accset",
         "actunit",
         "add",
@@ -121,7 +121,6 @@ pub(super) fn is_ignored(key: &str) -> bool {
         "startmove",
         "systemstopaction",
         "toolrot",
-        "tpeRase",
         "tperase",
         "tpreaddnum",
         "tpreadfk",

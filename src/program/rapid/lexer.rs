@@ -20,19 +20,25 @@ pub(super) enum Kind<'a> {
     Stray(&'a str),
 }
 
-const SYMBOLS: [&str; 27] = [
-    ":=", "<>", "<=", ">=", "=", "<", ">", "+", "-", "*", "/", "(", ")", "[", "]", "{", "}", ",",
-    ";", ":", "\\", ".", "?", "%", "|", "@", "#",
-];
-
 const HEADER: &str = "%%%";
 
-pub(super) fn tokens(text: &str) -> Vec<Token<'_>> {
-    let mut out = Vec::new();
-    let mut rest = text;
-    let mut line = 1;
-    while let Some(first) = rest.chars().next() {
-        let (length, kind) = match first {
+/// The tokens of a text one after the other: a long program never stands in memory as tokens.
+#[derive(Debug)]
+pub(super) struct Lexer<'a> {
+    rest: &'a str,
+    line: usize,
+    last: Option<Kind<'a>>,
+}
+
+impl<'a> Lexer<'a> {
+    pub(super) fn new(text: &'a str) -> Self {
+        Self { rest: text, line: 1, last: None }
+    }
+
+    /// How much of the rest the next token or gap takes, and the token.
+    fn step(&self, first: char) -> (usize, Option<Kind<'a>>) {
+        let rest = self.rest;
+        match first {
             '!' => (until_line_end(rest), None),
             c if c.is_whitespace() || c.is_control() => (c.len_utf8(), None),
             '"' => string(rest),
@@ -40,23 +46,68 @@ pub(super) fn tokens(text: &str) -> Vec<Token<'_>> {
                 let length = rest.find(|c: char| !is_word(c)).unwrap_or(rest.len());
                 (length, rest.get(..length).map(Kind::Word))
             }
-            c if c.is_ascii_digit() || (c == '.' && starts_fraction(rest, out.last())) => {
+            c if c.is_ascii_digit() || (c == '.' && starts_fraction(rest, self.last)) => {
                 number(rest)
             }
             _ if rest.starts_with(HEADER) => (header(rest), None),
-            c => match SYMBOLS.iter().find(|symbol| rest.starts_with(**symbol)) {
+            c => match symbol(rest, c) {
                 Some(symbol) => (symbol.len(), Some(Kind::Symbol(symbol))),
                 None => (c.len_utf8(), rest.get(..c.len_utf8()).map(Kind::Stray)),
             },
-        };
-        if let Some(kind) = kind {
-            out.push(Token { kind, line });
         }
-        let (taken, left) = rest.split_at_checked(length).unwrap_or((rest, ""));
-        line += taken.bytes().filter(|&byte| byte == b'\n').count();
-        rest = left;
     }
-    out
+}
+
+impl<'a> Iterator for Lexer<'a> {
+    type Item = Token<'a>;
+
+    fn next(&mut self) -> Option<Token<'a>> {
+        loop {
+            let first = self.rest.chars().next()?;
+            let (length, kind) = self.step(first);
+            let line = self.line;
+            let (taken, left) = self.rest.split_at_checked(length).unwrap_or((self.rest, ""));
+            self.line += taken.bytes().filter(|&byte| byte == b'\n').count();
+            self.rest = left;
+            if let Some(kind) = kind {
+                self.last = Some(kind);
+                return Some(Token { kind, line });
+            }
+        }
+    }
+}
+
+fn symbol(rest: &str, first: char) -> Option<&'static str> {
+    let second = rest.as_bytes().get(1).copied();
+    let symbol = match (first, second) {
+        (':', Some(b'=')) => ":=",
+        ('<', Some(b'>')) => "<>",
+        ('<', Some(b'=')) => "<=",
+        ('>', Some(b'=')) => ">=",
+        ('=', _) => "=",
+        ('<', _) => "<",
+        ('>', _) => ">",
+        ('+', _) => "+",
+        ('-', _) => "-",
+        ('*', _) => "*",
+        ('/', _) => "/",
+        ('(', _) => "(",
+        (')', _) => ")",
+        ('[', _) => "[",
+        (']', _) => "]",
+        ('{', _) => "{",
+        ('}', _) => "}",
+        (',', _) => ",",
+        (';', _) => ";",
+        (':', _) => ":",
+        ('\\', _) => "\\",
+        ('.', _) => ".",
+        ('?', _) => "?",
+        ('%', _) => "%",
+        ('|', _) => "|",
+        _ => return None,
+    };
+    Some(symbol)
 }
 
 fn is_word_start(c: char) -> bool {
@@ -78,12 +129,9 @@ fn header(rest: &str) -> usize {
 }
 
 /// `.5` is a number, but not in `p10.5` or `p{1}.5`.
-fn starts_fraction(rest: &str, before: Option<&Token>) -> bool {
-    let after_a_name = matches!(
-        before.map(|token| token.kind),
-        Some(Kind::Word(_) | Kind::Symbol("}" | ")" | "]"))
-    );
-    !after_a_name && rest.bytes().nth(1).is_some_and(|byte| byte.is_ascii_digit())
+fn starts_fraction(rest: &str, before: Option<Kind>) -> bool {
+    let after_a_name = matches!(before, Some(Kind::Word(_) | Kind::Symbol("}" | ")" | "]")));
+    !after_a_name && rest.as_bytes().get(1).is_some_and(u8::is_ascii_digit)
 }
 
 fn string(rest: &str) -> (usize, Option<Kind<'_>>) {
@@ -148,7 +196,7 @@ mod tests {
     use super::*;
 
     fn kinds(text: &str) -> Vec<Kind<'_>> {
-        tokens(text).iter().map(|token| token.kind).collect()
+        Lexer::new(text).map(|token| token.kind).collect()
     }
 
     #[test]
@@ -174,8 +222,7 @@ mod tests {
     #[test]
     fn comments_strings_and_headers_keep_the_lines() {
         let text = "%%%\n  VERSION:1\n%%%\nTPWrite \"a ! \"\"b\"\"\"; ! MoveL\r\nSt\u{f6}rung;";
-        let got = tokens(text);
-        let lines: Vec<_> = got.iter().map(|token| token.line).collect();
+        let lines: Vec<_> = Lexer::new(text).map(|token| token.line).collect();
         assert_eq!(
             kinds(text),
             [

@@ -26,8 +26,7 @@ use syntax::{File, Routine};
 
 /// Reads a RAPID file into the log.
 pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
-    let tokens = lexer::tokens(text);
-    let file = parser::parse(&tokens, log);
+    let file = parser::parse(text, log);
     match entry(&file, settings, log) {
         Ok(routine) => Interpreter::new(&file, settings, log).run(routine),
         Err(what) => log.fault(1, what),

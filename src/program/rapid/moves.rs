@@ -50,7 +50,7 @@ impl<'a> Interpreter<'a> {
                 self.log.notice(line, format!("{} \\T: the time is not used", name.shown));
             }
             let feed_m_per_s = self.speed(line, speed_arg, option("v"))?;
-            self.log.moves.push(Move { to: Target::Joints(joints), feed_m_per_s, tcp, line });
+            self.log.motion(Move { to: Target::Joints(joints), feed_m_per_s, tcp, line });
             self.last = None;
             return Ok(());
         }
@@ -81,7 +81,7 @@ impl<'a> Interpreter<'a> {
             (Way::Joint, None) => Target::JointsTo(end),
             (_, None) => Target::Line(end),
         };
-        self.log.moves.push(Move { to, feed_m_per_s, tcp, line });
+        self.log.motion(Move { to, feed_m_per_s, tcp, line });
         self.last = Some(Last { at: end, tcp });
         Ok(())
     }
@@ -211,10 +211,10 @@ impl<'a> Interpreter<'a> {
     /// Speed of the tool centre point, m/s, of a speeddata and `\V` in mm/s.
     fn speed(&mut self, line: usize, expr: &'a Expr, speed: Option<&Value>) -> Result<f64, String> {
         let data = self.eval(expr);
-        if let (Expr::Ref(path), false) = (expr, matches!(data, Value::Unknown(_))) {
-            if path.name.key == "vmax" {
-                self.log.notice(line, "vmax is taken as 5000 mm/s");
-            }
+        if let Expr::Ref(path) = expr
+            && path.name.key == "vmax"
+        {
+            self.log.notice(line, "vmax is taken as 5000 mm/s");
         }
         let mm_per_s = match (speed, &data) {
             (Some(speed), _) => speed.num().map_err(|why| format!("speed: {why}"))?,

@@ -2,15 +2,14 @@
 //! that it is a fault only where the program reaches it.
 
 use super::cursor::{Cursor, Parsed};
-use super::lexer::Token;
 use super::syntax::{Block, Declaration, File, Name, Parameter, Routine, Statement, What};
 use crate::program::log::Log;
 
 /// Blocks in blocks beyond this are no program that a person or a post-processor writes.
 const DEEPEST_BLOCK: usize = 40;
 
-pub(super) fn parse(tokens: &[Token], log: &mut Log) -> File {
-    let mut parser = Parser { cursor: Cursor::new(tokens), file: File::default(), depth: 0 };
+pub(super) fn parse(text: &str, log: &mut Log) -> File {
+    let mut parser = Parser { cursor: Cursor::new(text), file: File::default(), depth: 0 };
     while parser.cursor.peek().is_some() {
         parser.top_level(log);
     }
@@ -216,7 +215,7 @@ impl Parser<'_> {
             Ok(what) => what,
             Err(what) => {
                 self.cursor.skip_statement();
-                if self.cursor.is_at(start) {
+                if self.cursor.place() == start {
                     self.cursor.advance();
                 }
                 What::NotUnderstood(what)

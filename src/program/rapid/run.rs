@@ -425,7 +425,7 @@ impl<'a> Interpreter<'a> {
     /// Whether an argument is a target: then the instruction, whatever it is, goes there.
     fn passes_a_target(&self, args: &Args) -> bool {
         args.positional.iter().any(|arg| match arg {
-            Expr::Call(name, _) => matches!(name.key.as_str(), "offs" | "reltool" | "crobt"),
+            Expr::Call(call) => matches!(call.0.key.as_str(), "offs" | "reltool" | "crobt"),
             Expr::Ref(path) => {
                 let local = self.frames.last().and_then(|frame| frame.get(&path.name.key));
                 let kind = local.map(|datum| datum.kind).or_else(|| {
@@ -488,7 +488,7 @@ impl<'a> Interpreter<'a> {
                 match given.next() {
                     Some(expr) => {
                         if let (true, Expr::Ref(path)) = (parameter.by_reference, expr) {
-                            back.push((path, parameter.name.key.as_str()));
+                            back.push((&**path, parameter.name.key.as_str()));
                         }
                         self.eval(expr)
                     }
