@@ -504,6 +504,21 @@ fn a_point_mass_on_the_axis_is_named() {
     assert_eq!(fault, PoseFault::MassNotPositive { coordinate: "hinge".into() });
 }
 
+/// The same on a slanting axis, where rounding leaves an inertia of some 1e-33 kg·m² instead of none.
+#[test]
+fn a_point_mass_on_a_slanting_axis_is_named() {
+    for (axis, com) in [([1.0, 1.0, 1.0], 0.3), ([0.3, -0.2, 0.9], 0.7), ([-2.0, 0.1, 0.7], 0.1)] {
+        let axis = Vector3::from(axis);
+        let mut d = pendulum();
+        d.joints[0].axis = axis;
+        d.joints[0].origin = isometry(3);
+        d.links[1].inertial.as_mut().expect("body").com_m = axis.normalize() * com;
+        let robot = Robot::new(&d).expect("a fault of the pose, not of the robot");
+        let fault = Modes::at(&robot, &[0.4]).expect_err("singular");
+        assert_eq!(fault, PoseFault::MassNotPositive { coordinate: "hinge".into() });
+    }
+}
+
 /// Two parallel axes through one point: M is singular though neither entry of its diagonal is.
 #[test]
 fn two_springs_that_move_the_same_are_named() {

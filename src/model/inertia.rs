@@ -10,6 +10,10 @@ use super::description::{CoordinateKind, Inertial};
 use super::placement::{Frame, Placement};
 use super::robot::{Robot, point_inertia};
 
+/// An inertia about an axis below this share of what the same body has across it counts as none: a
+/// point mass on a slanting axis leaves rounding, not zero, and rounding is no inertia to vibrate with.
+const SMALLEST_INERTIA: f64 = 1e-13;
+
 /// A rigid body in the base frame: mass, centre of mass, rotary inertia about it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Composite {
@@ -63,6 +67,13 @@ pub fn mass_matrix(robot: &Robot, placement: &Placement, m: &mut DMatrix<f64>) {
                 + axis_i.angular_velocity().dot(&angular);
             m[(i, j)] = entry;
             m[(j, i)] = entry;
+        }
+        if axis_j.kind == CoordinateKind::Rotation {
+            let arm = body.com - axis_j.point;
+            let across = body.mass * arm.norm_squared() + body.inertia.trace();
+            if m[(j, j)] <= SMALLEST_INERTIA * across {
+                m[(j, j)] = 0.0;
+            }
         }
         m[(j, j)] += robot.coordinates[j].drive_inertia;
     }
