@@ -21,7 +21,9 @@ pub struct LoadTestRow {
     pub line: usize,
 }
 
-const ANGLES: [(&str, fn(f64) -> f64); 3] = [
+type ToSi = fn(f64) -> f64;
+
+const ANGLES: [(&str, ToSi); 3] = [
     ("angle_rad", std::convert::identity),
     ("angle_mrad", rad_from_mrad),
     ("angle_deg", rad_from_deg),
@@ -55,7 +57,7 @@ pub fn load_load_test(path: &Path) -> Result<Vec<LoadTestRow>, Vec<Fault>> {
 struct Columns {
     moment: usize,
     angle: usize,
-    to_rad: fn(f64) -> f64,
+    to_rad: ToSi,
     joint: Option<usize>,
 }
 
@@ -67,7 +69,7 @@ impl Columns {
         if moment.is_none() {
             faults.add(line, "no column 'moment_nm'");
         }
-        let angles: Vec<(usize, fn(f64) -> f64)> =
+        let angles: Vec<(usize, ToSi)> =
             ANGLES.iter().filter_map(|&(name, to_rad)| Some((find(name)?, to_rad))).collect();
         match angles.as_slice() {
             &[(angle, to_rad)] => {

@@ -9,11 +9,13 @@ use super::yaml::nearest;
 use crate::model::{JointKind, Robot};
 use crate::units::{m_from_mm, rad_from_deg};
 
+type ToSi = fn(f64) -> f64;
+
 /// Where the value of one joint stands.
 #[derive(Debug, Clone, Copy)]
 struct Column {
     index: usize,
-    to_si: fn(f64) -> f64,
+    to_si: ToSi,
 }
 
 /// Poses of a robot as they stream in: an iterator over joint positions (rad or m, from base to tip), or
@@ -38,7 +40,7 @@ pub fn load_poses<R: Read>(reader: R, name: &Path, robot: &Robot) -> Result<Pose
     let mut fault = |what: String| faults.push(table.fault(&what));
     let mut columns = Vec::new();
     for joint in robot.joints() {
-        let units: [(&str, fn(f64) -> f64); 2] = match joint.kind {
+        let units: [(&str, ToSi); 2] = match joint.kind {
             JointKind::Prismatic => [("m", std::convert::identity), ("mm", m_from_mm)],
             _ => [("rad", std::convert::identity), ("deg", rad_from_deg)],
         };

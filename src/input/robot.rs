@@ -164,7 +164,9 @@ fn describe(
     urdf: Option<&Urdf>,
     faults: &mut Faults,
 ) -> Description {
-    check_corrections(tree, faults);
+    if raw.corrections.is_some() {
+        check_corrections(tree, faults);
+    }
     let none = raw::Elasticity::default();
     let elasticity = raw.elasticity.as_ref().unwrap_or(&none);
     let gravity = elasticity.gravity_m_per_s2.unwrap_or([0.0, 0.0, -STANDARD_GRAVITY_M_PER_S2]);
@@ -210,7 +212,7 @@ fn check_corrections(tree: &Node, faults: &mut Faults) {
         Kind::Numbers(numbers) => numbers.len(),
         _ => corrections.value.items().len(),
     };
-    if count > 0 && !corrections.value.faulty {
+    if count > 0 {
         let what = format!(
             "corrections has {count} entries, which this version does not read; empty the list"
         );

@@ -112,7 +112,7 @@ fn split(row: &str, cells: &mut Vec<String>) -> bool {
         count += 1;
     };
     if row.contains('"') {
-        if row.matches('"').count() % 2 != 0 {
+        if !row.matches('"').count().is_multiple_of(2) {
             return false;
         }
         let mut reader = csv::ReaderBuilder::new()

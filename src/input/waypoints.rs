@@ -6,7 +6,7 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 
 use super::faults::Faults;
 use super::raw::job as raw;
-use super::yaml::{Kind, Node, Step};
+use super::yaml::{Apart, Kind, Node, Step};
 use crate::model::{JointKind, Robot};
 use crate::motion::{Move, Target};
 use crate::units::{m_from_mm, rad_from_deg};
@@ -62,8 +62,10 @@ pub(super) fn moves_of(
             faults.add(line, format!("{called}: {what}"));
             None
         }
-        ["joints_deg"] => joint_moves(course, node.get("joints_deg")?, faults),
-        ["poses"] => pose_moves(course, node.get("poses")?, faults),
+        ["joints_deg"] => {
+            raw.joints_deg.and_then(|Apart| joint_moves(course, node.get("joints_deg")?, faults))
+        }
+        ["poses"] => raw.poses.and_then(|Apart| pose_moves(course, node.get("poses")?, faults)),
         [_] => {
             let line = node.line_at(&[Step::Key("program")]);
             program_moves(course, raw.program.as_ref()?, line, faults)

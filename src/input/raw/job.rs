@@ -14,6 +14,7 @@ pub(in crate::input) struct Job {
     #[schemars(extend("examples" = ["Pocket, roughing"]))]
     pub(in crate::input) name: Option<String>,
     /// Free text.
+    #[expect(dead_code, reason = "for people")]
     pub(in crate::input) note: Option<String>,
     /// robot.yaml, relative to this file.
     #[schemars(required, extend("examples" = ["../robots/irb1600/robot.yaml"]))]

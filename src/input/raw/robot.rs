@@ -16,6 +16,7 @@ pub(in crate::input) struct Robot {
     #[schemars(extend("examples" = ["Two-link section of the IRB 1600"]))]
     pub(in crate::input) name: Option<String>,
     /// Free text: where the numbers come from, what they hold for.
+    #[expect(dead_code, reason = "for people")]
     pub(in crate::input) note: Option<String>,
     /// URDF file, relative to this file.
     #[schemars(required, extend("examples" = ["two-link.urdf"]))]
@@ -82,6 +83,7 @@ pub(in crate::input) struct JointSpring {
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(in crate::input) damping_ns_per_m: Option<f64>,
     /// Where the numbers come from.
+    #[expect(dead_code, reason = "for people")]
     pub(in crate::input) source: Option<String>,
 }
 
@@ -120,6 +122,7 @@ pub(in crate::input) struct Extra {
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(in crate::input) damping_ns_per_m: Option<f64>,
     /// Where the numbers come from.
+    #[expect(dead_code, reason = "for people")]
     pub(in crate::input) source: Option<String>,
 }
 
@@ -141,6 +144,7 @@ pub(in crate::input) struct Drive {
     #[schemars(required, extend("minimum" = 0))]
     pub(in crate::input) reflected_inertia_kgm2: Option<f64>,
     /// Where the number comes from.
+    #[expect(dead_code, reason = "for people")]
     pub(in crate::input) source: Option<String>,
 }
 
@@ -160,6 +164,7 @@ pub(in crate::input) struct Payload {
     /// Rotary inertia about the centre of mass, in the axes of the link's frame, kg·m²; a point mass if absent.
     pub(in crate::input) inertia_kgm2: Option<Inertia>,
     /// Where the numbers come from.
+    #[expect(dead_code, reason = "for people")]
     pub(in crate::input) source: Option<String>,
 }
 
@@ -218,5 +223,6 @@ pub(in crate::input) struct Calibration {
     pub(in crate::input) heldout_rms_percent: Option<f64>,
     /// Day of the comparison.
     #[schemars(extend("examples" = ["2026-11-21"]))]
+    #[expect(dead_code, reason = "for people")]
     pub(in crate::input) date: Option<String>,
 }

@@ -140,7 +140,7 @@ fn check_value(node: &mut Node, line: u32, schema: &Value, trail: &Trail<'_>, fa
     };
     node.apart = schema.contains_key(APART);
     let fits = match type_of(schema) {
-        _ if node.is_null() && schema.get("type").is_some_and(|t| type_admits_null(t)) => true,
+        _ if node.is_null() && schema.get("type").is_some_and(type_admits_null) => true,
         Some("object") => match &mut node.kind {
             Kind::Mapping(entries) => {
                 check_mapping(entries, line, schema, trail, faults);
