@@ -77,4 +77,5 @@ pub mod path;
 pub mod program;
 pub mod report;
 pub mod risk;
+pub mod two_link;
 pub mod units;
