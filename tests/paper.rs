@@ -1,110 +1,20 @@
 //! The general path (`model` and `modes`) against the closed form of the paper (`two_link`), and the
 //! closed form against independently computed figures.
 
+mod arms;
+
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use detune::model::{
-    ArmAngle, Description, ElasticJoint, Inertial, Joint, JointKind, Link, Placement, Robot,
-    gravity_stiffness, mass_matrix, potential, potential_gradient,
-};
+use arms::{OTHER, gravity, two_link_arm};
+use detune::model::{Placement, gravity_stiffness, mass_matrix, potential, potential_gradient};
 use detune::modes::ModalSolver;
-use detune::two_link::{TABLE_1, TABLE_1_BETA1_RAD, TwoLink, TwoLinkGravity};
-use detune::units::STANDARD_GRAVITY_M_PER_S2;
-use nalgebra::{DMatrix, Isometry3, Matrix2, Matrix3, Vector3};
-
-/// Link 1 as a body: Table 1 has only its I_A. A slender rod from A to B with that I_A has the mass
-/// 3 I_A / l1², its centre of mass halfway, a twelfth of m l1² across and next to nothing along.
-fn link_1(arm: &TwoLink) -> Inertial {
-    let mass_kg = 3.0 * arm.link1_inertia_kgm2 / arm.link1_length_m.powi(2);
-    let across = mass_kg * arm.link1_length_m.powi(2) / 12.0;
-    Inertial {
-        mass_kg,
-        com_m: Vector3::new(0.5 * arm.link1_length_m, 0.0, 0.0),
-        inertia_kgm2: Matrix3::from_diagonal(&Vector3::new(0.01 * across, across, across)),
-    }
-}
-
-fn gravity(arm: &TwoLink) -> TwoLinkGravity {
-    let rod = link_1(arm);
-    TwoLinkGravity {
-        link1_first_moment_kgm: rod.mass_kg * rod.com_m.x,
-        gravity_m_per_s2: STANDARD_GRAVITY_M_PER_S2,
-    }
-}
-
-/// The arm in the x–z plane, x forward and z up: an angle that is counter-clockwise in the paper's x–y
-/// plane turns about −y here. Link 2 is a ball of I_S2: any tensor with I_S2 about y would do.
-fn arm(arm: &TwoLink, with_gravity: bool) -> Robot {
-    let joint = |name: &str, parent: &str, child: &str, x: f64| Joint {
-        name: name.into(),
-        kind: JointKind::Revolute,
-        parent: parent.into(),
-        child: child.into(),
-        origin: Isometry3::translation(x, 0.0, 0.0),
-        axis: -Vector3::y(),
-        position_limit: None,
-        velocity_limit: None,
-        mimics: None,
-    };
-    let link = |name: &str, inertial| Link { name: name.into(), inertial, has_geometry: false };
-    let spring = |name: &str, stiffness| ElasticJoint {
-        joint: name.into(),
-        stiffness,
-        is_linear: false,
-        damping: None,
-    };
-    let angle = |joint: &str| Some(ArmAngle { terms: vec![(joint.into(), 1.0)], offset_rad: 0.0 });
-    let description = Description {
-        name: "two-link arm".into(),
-        links: vec![
-            link("base", None),
-            link("link_1", Some(link_1(arm))),
-            link(
-                "link_2",
-                Some(Inertial {
-                    mass_kg: arm.link2_mass_kg,
-                    com_m: Vector3::new(arm.link2_com_m, 0.0, 0.0),
-                    inertia_kgm2: Matrix3::identity() * arm.link2_inertia_kgm2,
-                }),
-            ),
-        ],
-        joints: vec![
-            joint("joint_1", "base", "link_1", 0.0),
-            joint("joint_2", "link_1", "link_2", arm.link1_length_m),
-        ],
-        base: None,
-        tip: None,
-        elastic_joints: vec![
-            spring("joint_1", arm.stiffness_nm_per_rad[0]),
-            spring("joint_2", arm.stiffness_nm_per_rad[1]),
-        ],
-        extra: vec![],
-        default_damping_ratio: 0.02,
-        gravity_m_per_s2: Vector3::new(0.0, 0.0, -STANDARD_GRAVITY_M_PER_S2),
-        gravity_stiffness: with_gravity,
-        drives: vec![],
-        payload: None,
-        beta1: angle("joint_1"),
-        beta2: angle("joint_2"),
-        calibration: None,
-    };
-    Robot::new(&description).unwrap()
-}
+use detune::two_link::{TABLE_1, TABLE_1_BETA1_RAD};
+use nalgebra::{DMatrix, Matrix2};
 
 /// −π to π in `steps` steps.
 fn circle(steps: u32) -> impl Iterator<Item = f64> {
     (0..=steps).map(move |i| -PI + 2.0 * PI * f64::from(i) / f64::from(steps))
 }
-
-/// A second arm without Table 1's coincidences.
-const OTHER: TwoLink = TwoLink {
-    link1_inertia_kgm2: 3.1,
-    link2_inertia_kgm2: 0.7,
-    link2_mass_kg: 31.0,
-    link1_length_m: 0.7,
-    link2_com_m: 0.28,
-    stiffness_nm_per_rad: [410_000.0, 92_000.0],
-};
 
 /// Table 1 in Eqs. (30), (32) and (43), solved outside this crate by `numpy.linalg.eig` of M⁻¹ K; the
 /// printed Table 2 is different.
@@ -140,7 +50,7 @@ fn frequencies_satisfy_the_printed_characteristic_equation() {
 #[test]
 fn the_general_path_gives_equation_45_at_every_beta2() {
     for parameters in [TABLE_1, OTHER] {
-        let robot = arm(&parameters, false);
+        let robot = two_link_arm(&parameters, false);
         let mut solver = ModalSolver::new(&robot);
         let mut worst = 0.0_f64;
         for beta1 in [TABLE_1_BETA1_RAD, 0.0, -1.1, 3.0] {
@@ -159,7 +69,7 @@ fn the_general_path_gives_equation_45_at_every_beta2() {
 #[test]
 fn the_mass_matrix_is_equation_30() {
     for parameters in [TABLE_1, OTHER] {
-        let robot = arm(&parameters, false);
+        let robot = two_link_arm(&parameters, false);
         let mut placement = Placement::new(&robot);
         let mut m = DMatrix::zeros(2, 2);
         for beta1 in [TABLE_1_BETA1_RAD, -0.4] {
@@ -179,7 +89,7 @@ fn the_mass_matrix_is_equation_30() {
 #[test]
 fn static_deflections_are_equations_12_and_13() {
     for parameters in [TABLE_1, OTHER] {
-        let robot = arm(&parameters, true);
+        let robot = two_link_arm(&parameters, true);
         let gravity = gravity(&parameters);
         let mut placement = Placement::new(&robot);
         let mut gradient = [0.0; 2];
@@ -204,7 +114,7 @@ fn static_deflections_are_equations_12_and_13() {
 #[test]
 fn gravity_stiffness_is_the_curvature_of_the_exact_potential() {
     for parameters in [TABLE_1, OTHER] {
-        let robot = arm(&parameters, true);
+        let robot = two_link_arm(&parameters, true);
         let gravity = gravity(&parameters);
         let scale = parameters.gravity_stiffness_nm_per_rad(&gravity, FRAC_PI_2, 0.0).amax();
         let v = |b1: f64, b2: f64, x: f64, y: f64| {
@@ -237,7 +147,7 @@ fn gravity_stiffness_is_the_curvature_of_the_exact_potential() {
 /// on β1, which the paper's linearisation denies.
 #[test]
 fn with_gravity_the_frequencies_depend_on_beta1() {
-    let robot = arm(&TABLE_1, true);
+    let robot = two_link_arm(&TABLE_1, true);
     let gravity = gravity(&TABLE_1);
     let mut solver = ModalSolver::new(&robot);
     let mut range = [f64::INFINITY, 0.0_f64];
@@ -264,7 +174,7 @@ fn with_gravity_the_frequencies_depend_on_beta1() {
 #[test]
 fn shapes_solve_equation_42_and_agree_with_the_general_path() {
     for parameters in [TABLE_1, OTHER] {
-        let robot = arm(&parameters, false);
+        let robot = two_link_arm(&parameters, false);
         let mut solver = ModalSolver::new(&robot);
         let k = parameters.stiffness_matrix_nm_per_rad();
         for beta2 in circle(720) {
