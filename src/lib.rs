@@ -69,6 +69,7 @@ pub mod excitation;
 pub mod free_vibration;
 pub mod input;
 pub mod job;
+pub mod map;
 pub mod measured;
 pub mod model;
 pub mod modes;
