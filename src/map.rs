@@ -5,7 +5,7 @@ use std::fmt;
 use rayon::prelude::*;
 
 use crate::free_vibration::{FreeVibrationFault, Measurement, Settings, measure};
-use crate::model::Robot;
+use crate::model::{JointKind, MovingJoint, Robot};
 use crate::modes::ModalSolver;
 
 /// How frequencies are found.
@@ -15,6 +15,44 @@ pub enum Method {
     Linear,
     /// Peaks in the spectrum of the nonlinear free vibration: the paper's Fig. 5.
     Nonlinear(Settings),
+}
+
+/// What the columns of a map are.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Head {
+    /// The robot's name.
+    pub robot: String,
+    /// The moving joints, base to tip.
+    pub joints: Vec<JointColumn>,
+    /// Whether rows have β2.
+    pub has_beta2: bool,
+    /// Names of the elastic coordinates, base first; there are as many modes.
+    pub coordinates: Vec<String>,
+}
+
+/// A joint as a column of a map.
+#[derive(Debug, Clone, PartialEq)]
+pub struct JointColumn {
+    /// URDF name.
+    pub name: String,
+    /// Whether it turns (rad) or slides (m).
+    pub turns: bool,
+}
+
+impl Head {
+    /// The columns of a map of `robot`.
+    pub fn of(robot: &Robot) -> Self {
+        let column = |joint: &MovingJoint| JointColumn {
+            name: joint.name.clone(),
+            turns: joint.kind != JointKind::Prismatic,
+        };
+        Self {
+            robot: robot.name().to_owned(),
+            joints: robot.joints().iter().map(column).collect(),
+            has_beta2: robot.beta2().is_some(),
+            coordinates: robot.coordinates().iter().map(|c| c.name.clone()).collect(),
+        }
+    }
 }
 
 /// The frequencies at one pose.

@@ -117,6 +117,16 @@ pub struct Measurement {
     pub spectrum: Spectrum,
 }
 
+impl Measurement {
+    /// By what share each frequency departs from the linear one; `None` where it was not seen.
+    pub fn departures(&self) -> impl Iterator<Item = Option<f64>> + '_ {
+        self.frequencies_hz
+            .iter()
+            .zip(&self.linear_hz)
+            .map(|(frequency, linear)| frequency.map(|f| f / linear - 1.0))
+    }
+}
+
 /// A mode that the sampling rate is too low for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Folded {
