@@ -1,6 +1,7 @@
 //! Frequencies over poses: by the modal kernel, or from the spectrum of a large free vibration.
 
 use std::fmt;
+use std::ops::Range;
 
 use rayon::prelude::*;
 
@@ -106,19 +107,28 @@ pub fn rows(robot: &Robot, poses: &[Vec<f64>], method: &Method) -> Result<Vec<Ro
         .collect()
 }
 
-/// `steps` poses with joint number `joint` going from `from` to `to` (rad or m), both included, and the
-/// other joints as in `at`. One step stays at `from`.
-pub fn sweep(at: &[f64], joint: usize, from: f64, to: f64, steps: usize) -> Vec<Vec<f64>> {
-    (0..steps)
+/// Poses with the places `range` of a sweep of `steps` poses: joint number `joint` goes from `from` to
+/// `to` (rad or m), both included, and the other joints stay as in `at`. One step stays at `from`.
+pub fn sweep(
+    at: &[f64],
+    joint: usize,
+    from: f64,
+    to: f64,
+    steps: usize,
+    range: Range<usize>,
+) -> Vec<Vec<f64>> {
+    let last = steps.saturating_sub(1);
+    let position = |step: usize| match step {
+        0 => from,
+        // Exactly, not as a rounded sum.
+        step if step == last => to,
+        step => from + (to - from) * (step as f64 / last as f64),
+    };
+    range
         .map(|step| {
             let mut q = at.to_vec();
             if let Some(value) = q.get_mut(joint) {
-                // The last one exactly, not as a rounded sum.
-                *value = match (step, steps - 1) {
-                    (0, _) => from,
-                    (step, last) if step == last => to,
-                    (step, last) => from + (to - from) * (step as f64 / last as f64),
-                };
+                *value = position(step);
             }
             q
         })
@@ -162,12 +172,12 @@ mod tests {
 
     #[test]
     fn a_sweep_holds_both_ends_exactly() {
-        let poses = sweep(&[0.5, 0.0], 1, -0.1, 0.7, 4);
+        let poses = sweep(&[0.5, 0.0], 1, -0.1, 0.7, 4, 0..4);
         assert_eq!(poses.len(), 4);
         assert_eq!((poses[0][1], poses[3][1]), (-0.1, 0.7));
         assert!(poses.iter().all(|q| q[0] == 0.5));
         assert!((poses[1][1] - (-0.1 + 0.8 / 3.0)).abs() < 1e-15);
-        assert_eq!(sweep(&[0.0], 0, 1.0, 2.0, 1), [[1.0]]);
-        assert!(sweep(&[0.0], 0, 1.0, 2.0, 0).is_empty());
+        assert_eq!(sweep(&[0.0], 0, 1.0, 2.0, 1, 0..1), [[1.0]]);
+        assert_eq!(sweep(&[0.5, 0.0], 1, -0.1, 0.7, 4, 2..4), poses[2..]);
     }
 }

@@ -10,6 +10,7 @@ mod paths;
 pub mod plot_text;
 pub mod sarif;
 pub mod schema;
+pub mod stiffness;
 mod style;
 mod svg;
 pub mod text;
