@@ -1,29 +1,30 @@
 //! `detune map`: natural frequencies over poses.
 
-mod poses;
-
 use std::fs::File;
-use std::io::{self, BufReader, BufWriter, Read, Write};
+use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 
+use super::output::Sink;
 use super::{Failure, Outcome};
 use crate::free_vibration::{Sampling, Settings};
-use crate::input::{Fault, load_robot};
+use crate::input::{Fault, Poses, load_poses, load_robot};
 use crate::map::{Head, Method, Row, is_outside_limits, rows, sweep};
 use crate::model::{JointKind, Robot};
 use crate::report::map::{
     map_csv_header, map_csv_rows, map_json_end, map_json_rows, map_json_start, map_svg,
 };
 use crate::units::{m_from_mm, rad_from_deg};
-use poses::PoseReader;
 
 /// Poses that are held in memory at once: enough for all processors, little enough to forget.
 const LINEAR_CHUNK: usize = 16_384;
 
 /// The same for nonlinear maps, whose rows take long and hold spectra.
 const NONLINEAR_CHUNK: usize = 64;
+
+/// Faults of a table that are told in one go.
+const MOST_TOLD: usize = 20;
 
 /// Most poses in a picture.
 const MOST_DRAWN: usize = 100_000;
@@ -101,46 +102,23 @@ enum Format {
 
 /// Writes the map of `args` to `out` or to its file.
 pub(super) fn run(args: &MapArgs, out: &mut dyn Write) -> Result<Outcome, Failure> {
+    let sink = Sink::open(args.output.as_deref())?;
     let loaded = load_robot(&robot_file(&args.robot))?;
     let mut notices: Vec<String> = loaded.notices.iter().map(Fault::to_string).collect();
     let robot = loaded.value;
     let method = method(args);
-    match &args.output {
-        None => write_map(args, &robot, &method, out, &mut notices)?,
-        Some(path) => {
-            write_whole(path, |file| write_map(args, &robot, &method, file, &mut notices))?
-        }
-    }
+    sink.stream(out, |out| write_map(args, &robot, &method, out, &mut notices))?;
     let mut stderr = io::stderr().lock();
     for notice in notices {
-        writeln!(stderr, "{notice}")?;
+        // If standard error is closed, there is nobody to tell.
+        let _ = writeln!(stderr, "warning: {notice}");
     }
     Ok(Outcome::Pass)
 }
 
 /// A folder stands for the robot.yaml in it.
-pub(super) fn robot_file(path: &Path) -> PathBuf {
+fn robot_file(path: &Path) -> PathBuf {
     if path.is_dir() { path.join("robot.yaml") } else { path.to_owned() }
-}
-
-/// Writes a file beside the one that is meant and puts it in its place once it is whole.
-fn write_whole(
-    path: &Path,
-    write: impl FnOnce(&mut dyn Write) -> Result<(), Failure>,
-) -> Result<(), Failure> {
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        Some(_) | None => Path::new("."),
-    };
-    let cannot = |error: &io::Error| {
-        fault(Some(path), None, format!("cannot be written: {error}; choose another --output"))
-    };
-    let file = tempfile::Builder::new().tempfile_in(folder).map_err(|error| cannot(&error))?;
-    let mut buffered = BufWriter::new(file);
-    write(&mut buffered)?;
-    let file = buffered.into_inner().map_err(io::IntoInnerError::into_error)?;
-    file.persist(path).map_err(|error| cannot(&error.error))?;
-    Ok(())
 }
 
 fn method(args: &MapArgs) -> Method {
@@ -193,18 +171,18 @@ impl Remarks {
         let all = self.poses;
         if self.outside_limits > 0 {
             let count = self.outside_limits;
-            notices.push(format!("warning: {count} of {all} poses lie outside the joint limits"));
+            notices.push(format!("{count} of {all} poses lie outside the joint limits"));
         }
         if let Some(first) = self.first_folded {
             notices.push(format!(
-                "warning: {} frequencies lie above half the sample rate and are left blank ({first}); \
+                "{} frequencies lie above half the sample rate and are left blank ({first}); \
                  raise --sample-rate-hz",
                 self.folded
             ));
         }
         if self.unresolved > 0 {
             notices.push(format!(
-                "warning: {} frequencies are blank, as two modes lie too close for the record to part \
+                "{} frequencies are blank, as two modes lie too close for the record to part \
                  them; lengthen --duration-s",
                 self.unresolved
             ));
@@ -275,7 +253,7 @@ fn write_map(
 /// Where the poses come from.
 enum Source {
     Sweep { joint: usize, at: Vec<f64>, from: f64, to: f64, steps: usize, done: usize },
-    Table(PoseReader<Box<dyn Read>>),
+    Table(Poses<Box<dyn Read>>),
 }
 
 impl Source {
@@ -286,9 +264,9 @@ impl Source {
             } else {
                 let file = File::open(path)
                     .map_err(|error| fault(Some(path), None, format!("cannot be read: {error}")))?;
-                Box::new(BufReader::new(file))
+                Box::new(file)
             };
-            return Ok(Self::Table(PoseReader::new(robot, path, input)?));
+            return Ok(Self::Table(load_poses(input, path, robot)?));
         }
         let Some(name) = &args.joint else {
             return Err(fault(None, None, "--joint or --poses must be given".into()));
@@ -313,7 +291,7 @@ impl Source {
     /// Up to `chunk` poses and, from a table, their lines.
     fn next(&mut self, chunk: usize) -> Result<(Vec<Vec<f64>>, Vec<usize>), Vec<Fault>> {
         match self {
-            Self::Table(reader) => reader.next(chunk),
+            Self::Table(table) => next_rows(table, chunk),
             Self::Sweep { joint, at, from, to, steps, done } => {
                 let first = *done;
                 *done = (first + chunk).min(*steps);
@@ -329,6 +307,34 @@ impl Source {
             Self::Table(_) => None,
         }
     }
+}
+
+/// The next rows of a table and their lines; all faults among them at once.
+fn next_rows<R: Read>(
+    table: &mut Poses<R>,
+    chunk: usize,
+) -> Result<(Vec<Vec<f64>>, Vec<usize>), Vec<Fault>> {
+    let (mut poses, mut lines, mut faults) = (Vec::new(), Vec::new(), Vec::new());
+    while poses.len() < chunk && faults.len() < MOST_TOLD {
+        let mut pose = Vec::new();
+        let before = table.line();
+        match table.read_into(&mut pose) {
+            Ok(true) => {
+                poses.push(pose);
+                lines.push(table.line());
+            }
+            Ok(false) => break,
+            Err(fault) => {
+                let row = fault.line;
+                faults.push(fault);
+                // A table that cannot be read any further stays where it is.
+                if row.is_none() || table.line() == before {
+                    break;
+                }
+            }
+        }
+    }
+    if faults.is_empty() { Ok((poses, lines)) } else { Err(faults) }
 }
 
 /// Both ends of the sweep in rad or m, from the options that fit the joint.
@@ -495,19 +501,16 @@ mod tests {
             [
                 "3: joint_2_rad is 'x', must be a finite number",
                 "4: joint_2_rad is 'nan', must be a finite number",
-                "5: row has 1 fields, must have 2 as the header",
+                "5: joint_2_rad is empty, must be a finite number",
             ]
         );
         assert_eq!(
             faults("joint_1_rad,joint2_rad\n0,0\n"),
-            [
-                "1: no column 'joint_2_rad' or 'joint_2_deg'",
-                "1: unknown column 'joint2_rad'; did you mean 'joint_2_rad'?",
-            ]
+            ["1: no column 'joint_2_rad' or 'joint_2_deg'; did you mean 'joint2_rad' for it?"]
         );
         assert_eq!(
             faults("joint_1_rad,joint_2_rad,joint_1_deg\n0,0,0\n"),
-            ["1: joint 'joint_1' has more than one column"]
+            ["1: joint 'joint_1' has 2 columns, must have one"]
         );
     }
 

@@ -13,8 +13,10 @@ use crate::units::ratio_from_percent;
 
 /// Find the stiffness of joints from known moments and measured angles.
 #[derive(Debug, Args)]
-#[command(after_help = "The table has the columns moment_nm, one of angle_rad, angle_mrad and angle_deg, \
-    and optionally joint.\n\nExample:\n  detune stiffness loads.csv --confidence 99")]
+#[command(
+    after_help = "The table has the columns moment_nm, one of angle_rad, angle_mrad and angle_deg, \
+    and optionally joint.\n\nExample:\n  detune stiffness loads.csv --confidence 99"
+)]
 pub(super) struct StiffnessArgs {
     /// Table of the load test.
     #[arg(value_name = "LOADS.csv")]
@@ -132,7 +134,10 @@ mod tests {
     fn faults_have_their_line() {
         let table = "joint,angle_rad,moment_nm\na,0,0\na,1,2\nb,1,1\nb,1,2\nb,1,3\n";
         let faults = stiffness(table, Format::Text, 95.0).unwrap_err();
-        assert!(faults[0].starts_with("2: joint 'a': 2 row(s), must have at least 3"), "{faults:?}");
+        assert!(
+            faults[0].starts_with("2: joint 'a': 2 row(s), must have at least 3"),
+            "{faults:?}"
+        );
         assert!(faults[1].starts_with("4: joint 'b': all angles"), "{faults:?}");
         let faults = stiffness(table, Format::Text, 100.0).unwrap_err();
         assert_eq!(faults, ["0: --confidence is 100, must lie between 0 and 100 %"]);
