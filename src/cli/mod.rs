@@ -3,8 +3,10 @@
 
 mod check;
 mod completions;
+mod map;
 mod output;
 mod schema;
+mod stiffness;
 
 use std::any::Any;
 use std::io::{self, BufWriter, Write};
@@ -42,6 +44,8 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Verb {
     Check(check::CheckArgs),
+    Map(map::MapArgs),
+    Stiffness(stiffness::StiffnessArgs),
     Schema(schema::SchemaArgs),
     Completions(completions::CompletionsArgs),
 }
@@ -101,6 +105,8 @@ pub fn main() -> ExitCode {
 fn run(verb: &Verb, out: &mut dyn Write) -> Result<Outcome, Failure> {
     match verb {
         Verb::Check(args) => check::run(args, out),
+        Verb::Map(args) => map::run(args, out),
+        Verb::Stiffness(args) => stiffness::run(args, out),
         Verb::Schema(args) => schema::run(args, out),
         Verb::Completions(args) => completions::run(args, out),
     }

@@ -1,9 +1,12 @@
 //! Files that are written whole or not at all.
 
 use std::fs;
-use std::io::{self, Write};
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
+use tempfile::NamedTempFile;
+
+use super::Failure;
 use crate::input::Fault;
 
 /// What `--output` takes for standard output.
@@ -62,6 +65,34 @@ impl Sink {
     }
 }
 
+impl Sink {
+    /// Writes what `write` writes, piece by piece: a file takes the old one's place only if all went well.
+    pub(super) fn stream(
+        &self,
+        out: &mut dyn Write,
+        write: impl FnOnce(&mut dyn Write) -> Result<(), Failure>,
+    ) -> Result<(), Failure> {
+        match self {
+            Self::Standard => write(out),
+            Self::File(path) => {
+                let file = beside(path).map_err(|error| told(path, &error))?;
+                let mut buffered = BufWriter::new(file);
+                write(&mut buffered)?;
+                let file = buffered.into_inner().map_err(io::IntoInnerError::into_error)?;
+                put_in_place(file, path).map_err(|error| told(path, &error))?;
+                Ok(())
+            }
+            Self::Device(path) => {
+                let device = fs::OpenOptions::new().write(true).open(path);
+                let mut buffered = BufWriter::new(device.map_err(|error| told(path, &error))?);
+                write(&mut buffered)?;
+                buffered.flush().map_err(|error| told(path, &error))?;
+                Ok(())
+            }
+        }
+    }
+}
+
 fn told(path: &Path, error: &io::Error) -> io::Error {
     io::Error::new(error.kind(), format!("{}: {error}", path.display()))
 }
@@ -75,6 +106,13 @@ fn folder_of(path: &Path) -> &Path {
 
 /// Writes a new file beside the old one and puts it in its place.
 fn replace(path: &Path, text: &str) -> io::Result<()> {
+    let mut file = beside(path)?;
+    file.write_all(text.as_bytes())?;
+    put_in_place(file, path)
+}
+
+/// A new file in the same folder, with the rights of any new file.
+fn beside(path: &Path) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".detune-");
     #[cfg(unix)]
@@ -83,8 +121,11 @@ fn replace(path: &Path, text: &str) -> io::Result<()> {
         // As any other new file: what the process's mask leaves of it.
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
-    let mut file = builder.tempfile_in(folder_of(path))?;
-    file.write_all(text.as_bytes())?;
+    builder.tempfile_in(folder_of(path))
+}
+
+/// Puts the new file in the old one's place, with the old one's rights.
+fn put_in_place(file: NamedTempFile, path: &Path) -> io::Result<()> {
     if let Ok(old) = fs::metadata(path) {
         file.as_file().set_permissions(old.permissions())?;
     }

@@ -1,1 +1,3 @@
 //! Measurements, by methods that never see a prediction.
+
+pub mod stiffness;

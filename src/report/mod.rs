@@ -5,11 +5,14 @@ mod findings;
 pub mod github;
 pub mod json;
 pub mod junit;
+pub mod map;
 mod paths;
 pub mod plot_text;
 pub mod sarif;
 pub mod schema;
+pub mod stiffness;
 mod style;
+mod svg;
 pub mod text;
 mod words;
 

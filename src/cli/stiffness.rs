@@ -1,0 +1,145 @@
+//! `detune stiffness`: joint stiffness from a load test.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use super::{Failure, Outcome};
+use crate::input::{Fault, LoadTestRow, load_load_test};
+use crate::measured::stiffness::{StiffnessFault, fit_stiffness};
+use crate::report::stiffness::{JointFit, stiffness_json, stiffness_text};
+use crate::units::ratio_from_percent;
+
+/// Find the stiffness of joints from known moments and measured angles.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "The table has the columns moment_nm, one of angle_rad, angle_mrad and angle_deg, \
+    and optionally joint.\n\nExample:\n  detune stiffness loads.csv --confidence 99"
+)]
+pub(super) struct StiffnessArgs {
+    /// Table of the load test.
+    #[arg(value_name = "LOADS.csv")]
+    loads: PathBuf,
+    /// What to write.
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
+    /// How sure the interval shall be, %.
+    #[arg(long, value_name = "PERCENT", default_value_t = 95.0)]
+    confidence: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Format {
+    /// For people.
+    Text,
+    /// For programs.
+    Json,
+}
+
+/// Fits each joint of the table; if one cannot be fitted, tells all that cannot and writes nothing.
+pub(super) fn run(args: &StiffnessArgs, out: &mut dyn Write) -> Result<Outcome, Failure> {
+    let told = |line: Option<usize>, what: String| match line {
+        Some(_) => Fault { file: Some(args.loads.clone()), line, what },
+        None => Fault { file: None, line, what },
+    };
+    let confidence = ratio_from_percent(args.confidence);
+    if !(confidence > 0.0 && confidence < 1.0) {
+        let what = format!("--confidence is {}, must lie between 0 and 100 %", args.confidence);
+        return Err(vec![told(None, what)].into());
+    }
+    let mut fits = Vec::new();
+    let mut faults = Vec::new();
+    for (joint, rows) in by_joint(&load_load_test(&args.loads)?) {
+        let angles: Vec<f64> = rows.iter().map(|row| row.angle_rad).collect();
+        let moments: Vec<f64> = rows.iter().map(|row| row.moment_nm).collect();
+        match fit_stiffness(&angles, &moments, confidence) {
+            Ok(fit) => fits.push(JointFit { joint, fit }),
+            Err(fault) => {
+                let index = match fault {
+                    StiffnessFault::NotFinite(row) => row,
+                    _ => 0,
+                };
+                let name = joint.map_or_else(String::new, |name| format!("joint '{name}': "));
+                faults.push(told(rows.get(index).map(|row| row.line), format!("{name}{fault}")));
+            }
+        }
+    }
+    if !faults.is_empty() {
+        return Err(faults.into());
+    }
+    let text = match args.format {
+        Format::Text => stiffness_text(&fits),
+        Format::Json => {
+            stiffness_json(&fits).map_err(|error| Failure::Internal(error.to_string()))?
+        }
+    };
+    out.write_all(text.as_bytes())?;
+    Ok(Outcome::Pass)
+}
+
+/// The rows of each joint, joints in the order in which they first appear.
+fn by_joint(rows: &[LoadTestRow]) -> Vec<(Option<String>, Vec<&LoadTestRow>)> {
+    let mut joints: Vec<(Option<String>, Vec<&LoadTestRow>)> = Vec::new();
+    for row in rows {
+        match joints.iter_mut().find(|(joint, _)| *joint == row.joint) {
+            Some((_, of_joint)) => of_joint.push(row),
+            None => joints.push((row.joint.clone(), vec![row])),
+        }
+    }
+    joints
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn stiffness(table: &str, format: Format, confidence: f64) -> Result<String, Vec<String>> {
+        let folder = tempfile::tempdir().unwrap();
+        let loads = folder.path().join("loads.csv");
+        std::fs::write(&loads, table).unwrap();
+        let mut out = Vec::new();
+        match run(&StiffnessArgs { loads, format, confidence }, &mut out) {
+            Ok(_) => Ok(String::from_utf8(out).unwrap()),
+            Err(Failure::Input(faults)) => Err(faults
+                .iter()
+                .map(|fault| format!("{}: {}", fault.line.unwrap_or(0), fault.what))
+                .collect()),
+            Err(other) => panic!("{other:?}"),
+        }
+    }
+
+    /// Two joints, rows mixed. Joint a: (0,0), (1,2), (2,4), (3,6) exactly; joint b by hand: angles
+    /// 0 1 2, moments 0 3 3: k = 1.5, residuals −0.5 1 −0.5, s = √1.5, SE = √0.75.
+    #[test]
+    fn each_joint_has_its_line() {
+        let table = "joint,angle_rad,moment_nm\na,0,0\nb,0,0\na,1,2\nb,1,3\na,2,4\nb,2,3\na,3,6\n";
+        let json: serde_json::Value =
+            serde_json::from_str(&stiffness(table, Format::Json, 95.0).unwrap()).unwrap();
+        assert_eq!(json["schema"], "stiffness/1");
+        assert_eq!(json["joints"][0]["joint"], "a");
+        assert_eq!(json["joints"][0]["stiffness_nm_per_rad"], 2.0);
+        let b = &json["joints"][1];
+        let number = |key: &str| b[key].as_f64().unwrap();
+        assert!((number("stiffness_nm_per_rad") - 1.5).abs() < 1e-12);
+        assert!((number("standard_error_nm_per_rad") - 0.75_f64.sqrt()).abs() < 1e-12);
+        // t(0.975; 1) = 12.7062.
+        let high = b["interval_nm_per_rad"][1].as_f64().unwrap();
+        assert!((high - 1.5 - 12.7062 * 0.75_f64.sqrt()).abs() < 1e-3);
+        let text = stiffness(table, Format::Text, 95.0).unwrap();
+        assert!(text.contains("a: k = 2 N·m/rad") && text.contains("reaches zero"), "{text}");
+    }
+
+    #[test]
+    fn faults_have_their_line() {
+        let table = "joint,angle_rad,moment_nm\na,0,0\na,1,2\nb,1,1\nb,1,2\nb,1,3\n";
+        let faults = stiffness(table, Format::Text, 95.0).unwrap_err();
+        assert!(
+            faults[0].starts_with("2: joint 'a': 2 row(s), must have at least 3"),
+            "{faults:?}"
+        );
+        assert!(faults[1].starts_with("4: joint 'b': all angles"), "{faults:?}");
+        let faults = stiffness(table, Format::Text, 100.0).unwrap_err();
+        assert_eq!(faults, ["0: --confidence is 100, must lie between 0 and 100 %"]);
+    }
+}

@@ -1,1 +1,0 @@
-//! Free vibration of the nonlinear equation of motion.
