@@ -38,6 +38,11 @@ impl Faults {
         self.list.len() + self.further
     }
 
+    /// Whether further faults are counted only.
+    pub(super) fn is_full(&self) -> bool {
+        self.list.len() >= MOST_FAULTS
+    }
+
     /// With the fault that ended the reading.
     pub(super) fn finish_with(mut self, last: Fault) -> Vec<Fault> {
         self.list.push(last);

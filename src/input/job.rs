@@ -9,7 +9,7 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 use super::faults::Faults;
 use super::raw::job as raw;
 use super::robot::load_robot;
-use super::text::{LARGEST_YAML_BYTES, named_file, read_text};
+use super::text::{LARGEST_JOB_BYTES, named_file, read_text};
 use super::waypoints::{Course, joint_position, moves_of};
 use super::yaml::{Node, Step, check, parse, typed};
 use super::{Fault, Loaded, schema};
@@ -40,7 +40,7 @@ const PITCH_SUM_SLACK_DEG: f64 = 1e-3;
 /// Every fault of the job and of its robot's files, each with its line: the job's come first.
 pub fn load_job(path: &Path) -> Result<Loaded<Job>, Vec<Fault>> {
     let mut faults = Faults::of(path);
-    let text = read_text(path, LARGEST_YAML_BYTES).map_err(|fault| vec![fault])?;
+    let text = read_text(path, LARGEST_JOB_BYTES).map_err(|fault| vec![fault])?;
     let mut tree = match parse(&text, &mut faults) {
         Ok(tree) => tree,
         Err(fault) => return Err(faults.finish_with(fault)),
@@ -252,8 +252,8 @@ impl Reader<'_> {
             tcp: self.raw.tcp.as_ref().map(isometry),
             work_object: self.raw.work_object.as_ref().map(isometry),
         };
-        let path = raw.path.as_ref().zip(node.get("path"));
-        let moves = path.and_then(|(raw, node)| moves_of(&course, raw, node, &mut self.faults));
+        let path = raw.path.as_ref();
+        let moves = path.and_then(|path| moves_of(&course, path, node, &mut self.faults));
         Some(Operation {
             name: raw.name.clone()?,
             line: node.line as usize,

@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::faults::Faults;
 use super::raw::robot as raw;
-use super::text::{LARGEST_YAML_BYTES, named_file, read_text};
+use super::text::{LARGEST_ROBOT_BYTES, named_file, read_text};
 use super::urdf::{Urdf, read_urdf};
 use super::yaml::{Kind, Node, Step, check, parse, typed};
 use super::{Fault, Loaded, schema};
@@ -25,7 +25,7 @@ const DEFAULT_DAMPING_RATIO: f64 = 0.02;
 /// Every fault of both files, each with its line: first those of the YAML, then those of the URDF.
 pub fn load_robot(path: &Path) -> Result<Loaded<Robot>, Vec<Fault>> {
     let mut faults = Faults::of(path);
-    let text = read_text(path, LARGEST_YAML_BYTES).map_err(|fault| vec![fault])?;
+    let text = read_text(path, LARGEST_ROBOT_BYTES).map_err(|fault| vec![fault])?;
     let mut tree = match parse(&text, &mut faults) {
         Ok(tree) => tree,
         Err(fault) => return Err(faults.finish_with(fault)),
@@ -92,6 +92,11 @@ struct Files<'r> {
 
 impl Files<'_> {
     fn add(&mut self, fault: &ModelFault) {
+        if self.xml.is_full() || self.yaml.is_full() {
+            // Counted only: to find each line takes time.
+            self.xml.add(None, "");
+            return;
+        }
         let (in_urdf, line) = self.locate(fault);
         let what = self.told(fault);
         if in_urdf { self.xml.add(line, what) } else { self.yaml.add(line, what) }

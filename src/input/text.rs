@@ -7,11 +7,14 @@ use std::path::{Component, Path, PathBuf};
 use super::Fault;
 use super::faults::Faults;
 
-/// Largest robot, job or session file that is read: a job of a million waypoints has about 60 MB.
-pub(super) const LARGEST_YAML_BYTES: u64 = 64 << 20;
+/// Largest job that is read: one of a million waypoints has about 60 MB.
+pub(super) const LARGEST_JOB_BYTES: u64 = 64 << 20;
+
+/// Largest robot.yaml that is read: real ones have a few kB.
+pub(super) const LARGEST_ROBOT_BYTES: u64 = 1 << 20;
 
 /// Largest URDF that is read: meshes lie in files of their own, so real ones stay below 1 MB.
-pub(super) const LARGEST_URDF_BYTES: u64 = 16 << 20;
+pub(super) const LARGEST_URDF_BYTES: u64 = 4 << 20;
 
 /// Largest table of load tests that is read.
 pub(super) const LARGEST_TABLE_BYTES: u64 = 64 << 20;
@@ -142,8 +145,8 @@ mod tests {
     fn a_file_above_the_cap_is_refused_before_it_is_read() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("big");
-        File::create(&path).unwrap().set_len(LARGEST_YAML_BYTES + 1).unwrap();
-        let fault = read_text(&path, LARGEST_YAML_BYTES).unwrap_err();
+        File::create(&path).unwrap().set_len(LARGEST_JOB_BYTES + 1).unwrap();
+        let fault = read_text(&path, LARGEST_JOB_BYTES).unwrap_err();
         assert!(fault.what.contains("larger than 64 MiB"), "{fault}");
         std::fs::write(&path, "12345").unwrap();
         assert_eq!(read_text(&path, 5).unwrap(), "12345");

@@ -41,10 +41,11 @@ impl Course<'_> {
 pub(super) fn moves_of(
     course: &Course<'_>,
     raw: &raw::Path,
-    node: &Node,
+    operation: &Node,
     faults: &mut Faults,
 ) -> Option<Vec<Move>> {
     const KEYS: [&str; 3] = ["joints_deg", "poses", "program"];
+    let node = operation.get("path")?;
     let given: Vec<&str> = KEYS
         .into_iter()
         .filter(|key| node.get(key).is_some_and(|value| value.faulty || !value.is_null()))
@@ -53,7 +54,7 @@ pub(super) fn moves_of(
     match given.as_slice() {
         [] => {
             let what = "path has no waypoints, must have one of joints_deg, poses, program";
-            faults.add(node.line as usize, format!("{called}: {what}"));
+            faults.add(operation.line_at(&[Step::Key("path")]), format!("{called}: {what}"));
             None
         }
         [_, second, ..] => {

@@ -468,6 +468,10 @@ impl<'a> Builder<'a> {
                 }
             }
         }
+        // A joint that hangs in the air leaves roots behind that are no faults of their own.
+        if self.faults.len() > before {
+            return None;
+        }
         let roots: Vec<usize> =
             (0..description.links.len()).filter(|&l| parent_joint[l].is_none()).collect();
         match roots.as_slice() {

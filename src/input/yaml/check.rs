@@ -1,6 +1,9 @@
 //! A tree against a JSON Schema: the part of JSON Schema that the raw types make, with messages for
 //! people. Values with faults are marked, so that reading goes on without them.
 
+use std::collections::HashSet;
+use std::sync::Arc;
+
 use serde_json::{Map, Value};
 
 use super::super::faults::Faults;
@@ -40,11 +43,17 @@ pub(in crate::input) const APART: &str = "x-apart";
 /// A key is taken for a misspelling above this similarity (Jaro-Winkler).
 const LEAST_SIMILARITY: f64 = 0.8;
 
+/// Nobody misspells a key into something longer than this.
+const LONGEST_WORD: usize = 100;
+
 /// The candidate that `word` is most likely a misspelling of.
 pub(in crate::input) fn nearest<'c>(
     word: &str,
     candidates: impl IntoIterator<Item = &'c str>,
 ) -> Option<&'c str> {
+    if word.len() > LONGEST_WORD {
+        return None;
+    }
     candidates
         .into_iter()
         .map(|candidate| {
@@ -193,14 +202,8 @@ fn check_mapping(
     let none = Map::new();
     let properties = schema.get("properties").and_then(Value::as_object).unwrap_or(&none);
     let additional = schema.get("additionalProperties");
-    for required in schema.get("required").and_then(Value::as_array).into_iter().flatten() {
-        let Some(required) = required.as_str() else { continue };
-        if !entries.iter().any(|entry| &*entry.key == required) {
-            let what = trail.within(&format!("missing key '{required}'"));
-            faults.add(line as usize, what);
-        }
-    }
-    for entry in entries {
+    let given: HashSet<Arc<str>> = entries.iter().map(|entry| Arc::clone(&entry.key)).collect();
+    for entry in entries.iter_mut() {
         let key = &*entry.key;
         if let Some(schema) = properties.get(key) {
             check_value(
@@ -218,13 +221,25 @@ fn check_mapping(
             check_value(&mut entry.value, entry.line, schema, &trail.then(step), faults);
         } else if additional == Some(&Value::Bool(false)) {
             let known = || properties.keys().map(String::as_str);
-            let hint = match nearest(key, known()) {
+            let near = nearest(key, known());
+            let hint = match near {
                 Some(near) => format!("did you mean '{near}'?"),
                 None => format!("known keys are {}", known().collect::<Vec<_>>().join(", ")),
             };
-            let key = key.escape_debug();
+            let key: String = key.chars().take(LONGEST_WORD).flat_map(char::escape_debug).collect();
             faults.add(entry.line as usize, trail.within(&format!("unknown key '{key}'; {hint}")));
             entry.value.faulty = true;
+            // The key that was meant is not missing as well.
+            if let Some(near) = near.filter(|near| !given.contains(*near)) {
+                entry.key = near.into();
+            }
+        }
+    }
+    for required in schema.get("required").and_then(Value::as_array).into_iter().flatten() {
+        let Some(required) = required.as_str() else { continue };
+        if !entries.iter().any(|entry| &*entry.key == required) {
+            let what = trail.within(&format!("missing key '{required}'"));
+            faults.add(line as usize, what);
         }
     }
 }

@@ -263,20 +263,17 @@ impl Builder<'_> {
     fn without_repeats(&mut self, entries: Vec<Entry>) -> Vec<Entry> {
         let mut order: Vec<usize> = (0..entries.len()).collect();
         order.sort_by(|&a, &b| entries[a].key.cmp(&entries[b].key).then(a.cmp(&b)));
-        let mut repeated: Vec<usize> = Vec::new();
+        let mut repeated = vec![false; entries.len()];
         for same in order.chunk_by(|&a, &b| entries[a].key == entries[b].key) {
             for &again in &same[1..] {
                 let (first, entry) = (&entries[same[0]], &entries[again]);
                 let what =
                     format!("key '{}' is given twice; first at line {}", entry.key, first.line);
                 self.faults.add(entry.line as usize, what);
-                repeated.push(again);
+                repeated[again] = true;
             }
         }
-        if repeated.is_empty() {
-            return entries;
-        }
-        let kept = entries.into_iter().enumerate().filter(|(i, _)| !repeated.contains(i));
+        let kept = entries.into_iter().enumerate().filter(|(i, _)| !repeated[*i]);
         kept.map(|(_, entry)| entry).collect()
     }
 }
