@@ -58,8 +58,8 @@ fn the_general_equation_moves_as_equation_46() {
             })
         };
         for (t, e) in expected.iter().enumerate() {
-            for i in 0..2 {
-                let error = (found.deflections[i][t] - e[i]).abs();
+            for (i, expected) in e.iter().enumerate() {
+                let error = (found.deflections[i][t] - expected).abs();
                 assert!(error < 1e-7 * amplitude, "β2 = {beta2}, sample {t}: {error:e}");
             }
         }

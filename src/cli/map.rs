@@ -250,6 +250,9 @@ fn write_map(
     Ok(())
 }
 
+/// Poses and, where they are from a table, their lines.
+type Chunk = (Vec<Vec<f64>>, Vec<usize>);
+
 /// Where the poses come from.
 enum Source {
     Sweep { joint: usize, at: Vec<f64>, from: f64, to: f64, steps: usize, done: usize },
@@ -289,7 +292,7 @@ impl Source {
     }
 
     /// Up to `chunk` poses and, from a table, their lines.
-    fn next(&mut self, chunk: usize) -> Result<(Vec<Vec<f64>>, Vec<usize>), Vec<Fault>> {
+    fn next(&mut self, chunk: usize) -> Result<Chunk, Vec<Fault>> {
         match self {
             Self::Table(table) => next_rows(table, chunk),
             Self::Sweep { joint, at, from, to, steps, done } => {
@@ -310,10 +313,7 @@ impl Source {
 }
 
 /// The next rows of a table and their lines; all faults among them at once.
-fn next_rows<R: Read>(
-    table: &mut Poses<R>,
-    chunk: usize,
-) -> Result<(Vec<Vec<f64>>, Vec<usize>), Vec<Fault>> {
+fn next_rows<R: Read>(table: &mut Poses<R>, chunk: usize) -> Result<Chunk, Vec<Fault>> {
     let (mut poses, mut lines, mut faults) = (Vec::new(), Vec::new(), Vec::new());
     while poses.len() < chunk && faults.len() < MOST_TOLD {
         let mut pose = Vec::new();

@@ -1,5 +1,7 @@
 //! Arms that several tests share.
 
+#![allow(clippy::unwrap_used)]
+
 use detune::model::{ArmAngle, Description, ElasticJoint, Inertial, Joint, JointKind, Link, Robot};
 use detune::two_link::{TwoLink, TwoLinkGravity};
 use detune::units::STANDARD_GRAVITY_M_PER_S2;

@@ -120,7 +120,7 @@ fn curves(head: &Head, rows: &[Row], abscissa: &Abscissa) -> String {
 }
 
 /// Moves labels apart that would lie on each other: from the lowest on the sheet upwards.
-fn spread<'a>(mut labels: Vec<(f64, &'a str, String)>) -> Vec<(f64, &'a str, String)> {
+fn spread(mut labels: Vec<(f64, &str, String)>) -> Vec<(f64, &str, String)> {
     labels.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut last = f64::INFINITY;
     for label in &mut labels {
