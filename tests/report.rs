@@ -247,6 +247,31 @@ mod as_text {
     }
 
     #[test]
+    fn what_moves_is_told_by_share() {
+        let told = |shares: &[f64], together: Option<bool>| {
+            let mut one = crossing(Certainty::Certain, 0.3, 0.7);
+            one.strain_energy_shares = shares.to_vec();
+            one.leading_turn_together = together;
+            let job = job("a.yaml", vec![(operation("o", vec![one]), None)]);
+            let text = text::check(&[job], false);
+            text.lines()
+                .find_map(|line| line.strip_prefix("      moves    ").map(str::to_owned))
+                .unwrap_or_default()
+        };
+        assert_eq!(
+            told(&[0.6, 0.4, 0.0], Some(true)),
+            "joint_2 60 %, joint_3 40 %, turning together"
+        );
+        assert_eq!(
+            told(&[0.3, 0.2, 0.5], Some(false)),
+            "base 50 %, joint_2 30 %, joint_3 20 %, the first two turning against each other"
+        );
+        assert_eq!(told(&[0.6, 0.4], None), "joint_2 60 %, joint_3 40 %");
+        assert_eq!(told(&[0.04, 0.95, 0.01], Some(true)), "joint_3 95 %");
+        assert_eq!(told(&[], None), "");
+    }
+
+    #[test]
     fn several_jobs_are_counted() {
         let text = text::check(&[resonant(), clear(), resonant()], false);
         assert!(text.ends_with("\n3 jobs: 2 resonance, 1 clear\n"), "{text}");

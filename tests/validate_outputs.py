@@ -13,6 +13,7 @@ import json
 import re
 import subprocess
 import sys
+import urllib.parse
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
@@ -103,7 +104,7 @@ def check_outputs(jobs):
 
 def points_at_a_line(place):
     region = place["region"]
-    file = ROOT / place["artifactLocation"]["uri"]
+    file = ROOT / urllib.parse.unquote(place["artifactLocation"]["uri"])
     lines = len(file.read_bytes().splitlines())
     if not 1 <= region["startLine"] <= region["endLine"] <= lines:
         sys.exit(f"{file} has {lines} lines, a result points at {region}")
