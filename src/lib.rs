@@ -44,9 +44,11 @@
 //! | [`cli`] | one file a verb; clap, printing, files, progress | decide anything that a library user would miss |
 //! | [`report`] | text, JSON, SARIF, JUnit, GitHub, plots: pure functions from results | compute an engineering quantity |
 //! | [`risk`] | bands, crossings, certainty, verdict | choose a remedy |
+//! | [`map`] | frequencies over given poses, linear or nonlinear | know a job |
 //! | [`path`] | moves → poses in time; the arm surveyed and its modes followed along them | read files |
 //! | [`free_vibration`] | the nonlinear equation of motion in time, and its spectrum: the check on `modes` | be used for a verdict |
 //! | [`modes`] | one pose → natural frequencies, shapes, damping, receptance; MAC | know why it is asked |
+//! | [`two_link`] | the paper's closed form: the check on `model` and `modes` | be used for a verdict |
 //! | [`model`] | the robot as built: M, K, kinematics; immutable | read files, know a job or a measurement |
 //! | [`excitation`] | spindle and tooth-passing lines | |
 //! | [`input`] | YAML, CSV, URDF → valid types, all faults with file and line | compute |
