@@ -466,3 +466,15 @@ fn random_changes_never_panic() {
         }
     }
 }
+
+#[test]
+fn a_waypoint_at_a_rounded_limit_is_within_it() {
+    // The limit is 3.2 rad = 183.3465°; 1e-4 rad, 0.0057°, beyond it is rounding.
+    for (deg, allowed) in
+        [("183.35", true), ("-183.35", true), ("183.36", false), ("-183.36", false)]
+    {
+        let job = JOB.replace("[10, 25]", &format!("[10, {deg}]"));
+        let faults = faults_of(ROBOT.as_bytes(), URDF.as_bytes(), job.as_bytes());
+        assert_eq!(faults.is_empty(), allowed, "{deg}: {faults:?}");
+    }
+}
