@@ -10,7 +10,7 @@ use super::faults::Faults;
 use super::raw::job as raw;
 use super::robot::load_robot;
 use super::text::{LARGEST_JOB_BYTES, named_file, read_text};
-use super::waypoints::{Course, joint_position, moves_of};
+use super::waypoints::{Course, Elsewhere, joint_position, moves_of};
 use super::yaml::{Node, Step, check, parse, typed};
 use super::{Fault, Loaded, schema};
 use crate::job::{Cutting, CuttingDirection, Job, Operation, Policy, Spindle, SpindleSpeed, Tool};
@@ -67,12 +67,14 @@ pub fn load_job(path: &Path) -> Result<Loaded<Job>, Vec<Fault>> {
         robot: robot.as_deref(),
         faults,
         notices: Vec::new(),
+        elsewhere: Elsewhere::default(),
     };
     let parts = reader.parts();
-    let Reader { faults, notices: own_notices, .. } = reader;
+    let Reader { faults, notices: mut own_notices, elsewhere, .. } = reader;
+    own_notices.extend(elsewhere.notices);
     match (robot, parts) {
         (Some(robot), Some((tool, spindle, operations, policy)))
-            if faults.count() == 0 && robot_faults.is_empty() =>
+            if faults.count() == 0 && robot_faults.is_empty() && elsewhere.faults.is_empty() =>
         {
             let file_name = || path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
             notices.splice(0..0, own_notices);
@@ -91,6 +93,7 @@ pub fn load_job(path: &Path) -> Result<Loaded<Job>, Vec<Fault>> {
         }
         _ => {
             let mut all = faults.finish();
+            all.extend(elsewhere.faults);
             all.extend(robot_faults);
             Err(all)
         }
@@ -106,6 +109,8 @@ struct Reader<'j> {
     robot: Option<&'j Robot>,
     faults: Faults,
     notices: Vec<Fault>,
+    /// What the programs say that the job names.
+    elsewhere: Elsewhere,
 }
 
 impl Reader<'_> {
@@ -253,7 +258,9 @@ impl Reader<'_> {
             work_object: self.raw.work_object.as_ref().map(isometry),
         };
         let path = raw.path.as_ref();
-        let moves = path.and_then(|path| moves_of(&course, path, node, &mut self.faults));
+        let moves = path
+            .and_then(|path| moves_of(&course, path, node, &mut self.faults, &mut self.elsewhere));
+        let program = path.and_then(|path| path.program.as_ref()?.file.as_ref());
         Some(Operation {
             name: raw.name.clone()?,
             line: node.line as usize,
@@ -261,7 +268,7 @@ impl Reader<'_> {
             feed_m_per_s: feed_m_per_s?,
             cutting: raw.cutting.as_ref().and_then(cutting),
             moves: moves?,
-            program: None,
+            program: program.map(Into::into),
             start_near,
         })
     }

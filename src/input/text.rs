@@ -21,28 +21,37 @@ pub(super) const LARGEST_TABLE_BYTES: u64 = 64 << 20;
 
 const BYTES_PER_MIB: u64 = 1 << 20;
 
+/// Largest robot or CAM program that is read.
+pub(super) const LARGEST_PROGRAM_BYTES: u64 = 64 << 20;
+
 /// The text of a file, without byte-order mark.
 pub(super) fn read_text(path: &Path, largest_bytes: u64) -> Result<String, Fault> {
-    let fault = |line, what: String| Fault { file: Some(path.to_owned()), line, what };
+    decode(read_bytes(path, largest_bytes)?).map_err(|(line, what)| Fault {
+        file: Some(path.to_owned()),
+        line: Some(line),
+        what,
+    })
+}
+
+/// The bytes of a file, whatever they mean.
+pub(super) fn read_bytes(path: &Path, largest_bytes: u64) -> Result<Vec<u8>, Fault> {
+    let fault = |what: String| Fault { file: Some(path.to_owned()), line: None, what };
     let too_large = || {
-        fault(
-            None,
-            format!(
-                "is larger than {} MiB, which is the most that is read",
-                largest_bytes / BYTES_PER_MIB
-            ),
-        )
+        fault(format!(
+            "is larger than {} MiB, which is the most that is read",
+            largest_bytes / BYTES_PER_MIB
+        ))
     };
     let unreadable = |error: std::io::Error| {
         let what = match error.kind() {
             std::io::ErrorKind::NotFound => "no such file".to_owned(),
             _ => format!("cannot be read: {}", lower_first(&error.to_string())),
         };
-        fault(None, what)
+        fault(what)
     };
     let metadata = std::fs::metadata(path).map_err(unreadable)?;
     if metadata.is_dir() {
-        return Err(fault(None, "is a folder, must be a file".to_owned()));
+        return Err(fault("is a folder, must be a file".to_owned()));
     }
     if metadata.len() > largest_bytes {
         return Err(too_large());
@@ -55,7 +64,7 @@ pub(super) fn read_text(path: &Path, largest_bytes: u64) -> Result<String, Fault
     if bytes.len() as u64 > largest_bytes {
         return Err(too_large());
     }
-    decode(bytes).map_err(|(line, what)| fault(Some(line), what))
+    Ok(bytes)
 }
 
 /// UTF-8 bytes as text without byte-order mark; otherwise the line of the first bad byte.

@@ -4,11 +4,14 @@ use std::path::Path;
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 
+use super::Fault;
 use super::faults::Faults;
 use super::raw::job as raw;
+use super::text::{LARGEST_PROGRAM_BYTES, named_file, read_bytes};
 use super::yaml::{Apart, Kind, Node, Step};
 use crate::model::{JointKind, Robot};
 use crate::motion::{Move, Target};
+use crate::program::{self, Dialect, ProgramFault, RAPID_M_PER_S, Settings};
 use crate::units::{m_from_mm, rad_from_deg};
 
 /// What the waypoints of one operation have in common.
@@ -37,12 +40,20 @@ impl Course<'_> {
     }
 }
 
+/// What is found in the programs that a job names.
+#[derive(Debug, Default)]
+pub(super) struct Elsewhere {
+    pub(super) faults: Vec<Fault>,
+    pub(super) notices: Vec<Fault>,
+}
+
 /// The moves of a path; `None` where there are faults.
 pub(super) fn moves_of(
     course: &Course<'_>,
     raw: &raw::Path,
     operation: &Node,
     faults: &mut Faults,
+    elsewhere: &mut Elsewhere,
 ) -> Option<Vec<Move>> {
     const KEYS: [&str; 3] = ["joints_deg", "poses", "program"];
     let node = operation.get("path")?;
@@ -69,7 +80,7 @@ pub(super) fn moves_of(
         ["poses"] => raw.poses.and_then(|Apart| pose_moves(course, node.get("poses")?, faults)),
         [_] => {
             let line = node.line_at(&[Step::Key("program")]);
-            program_moves(course, raw.program.as_ref()?, line, faults)
+            program_moves(course, raw.program.as_ref()?, line, faults, elsewhere)
         }
     }
 }
@@ -176,14 +187,47 @@ fn program_moves(
     raw: &raw::Program,
     line: usize,
     faults: &mut Faults,
+    elsewhere: &mut Elsewhere,
 ) -> Option<Vec<Move>> {
     let name = raw.file.as_deref()?;
-    super::text::named_file(course.job, "path.program.file", name, line, faults)?;
-    let start = raw.procedure.as_deref().unwrap_or("main");
-    let what = format!(
-        "path.program '{name}' (from '{start}'): this version does not read programs; give joints_deg or \
-         poses"
-    );
-    faults.add(line, format!("{}: {what}", course.called));
-    None
+    let file = named_file(course.job, "path.program.file", name, line, faults)?;
+    let extension = file.extension().unwrap_or_default().to_string_lossy();
+    let Some(dialect) = Dialect::from_extension(&extension) else {
+        let what = format!(
+            "path.program.file '{name}': extension '{extension}' is none of RAPID (.mod, .prg), APT \
+             (.apt, .cls) and G-code (.nc, .gcode, .ngc)"
+        );
+        faults.add(line, format!("{}: {what}", course.called));
+        return None;
+    };
+    let bytes = match read_bytes(&file, LARGEST_PROGRAM_BYTES) {
+        Ok(bytes) => bytes,
+        Err(fault) => {
+            elsewhere.faults.push(fault);
+            return None;
+        }
+    };
+    let settings = Settings {
+        procedure: raw.procedure.clone(),
+        tcp: course.tcp,
+        work_object: course.work_object,
+        feed_m_per_s: course.feed_m_per_s,
+        rapid_m_per_s: RAPID_M_PER_S,
+        joint_count: course.robot?.joints().len(),
+    };
+    let located = |fault: ProgramFault| Fault {
+        file: Some(file.clone()),
+        line: Some(fault.line),
+        what: fault.what,
+    };
+    match program::read(&bytes, dialect, &settings) {
+        Ok(program) => {
+            elsewhere.notices.extend(program.notices.into_iter().map(located));
+            Some(program.moves)
+        }
+        Err(found) => {
+            elsewhere.faults.extend(found.into_iter().map(located));
+            None
+        }
+    }
 }
