@@ -45,9 +45,11 @@
 //! | [`report`] | text, JSON, SARIF, JUnit, GitHub, plots: pure functions from results | compute an engineering quantity |
 //! | [`risk`] | bands, crossings, certainty, verdict | choose a remedy |
 //! | [`path`] | moves → poses in time; the arm surveyed and its modes followed along them | read files |
+//! | [`map`] | frequencies over poses, linear or nonlinear | render |
 //! | [`free_vibration`] | the nonlinear equation of motion in time, and its spectrum: the check on `modes` | be used for a verdict |
 //! | [`modes`] | one pose → natural frequencies, shapes, damping, receptance; MAC | know why it is asked |
 //! | [`model`] | the robot as built: M, K, kinematics; immutable | read files, know a job or a measurement |
+//! | [`two_link`] | the paper's two-link arm in closed form: a check on `model` and `modes` | know either of them |
 //! | [`excitation`] | spindle and tooth-passing lines | |
 //! | [`input`] | YAML, CSV, URDF → valid types, all faults with file and line | compute |
 //! | [`program`] | robot and CAM programs → moves, each with its line | know the robot's dynamics |
