@@ -46,10 +46,8 @@
 //! | [`risk`] | bands, crossings, certainty, verdict | choose a remedy |
 //! | [`map`] | frequencies over given poses, linear or nonlinear | know a job |
 //! | [`path`] | moves → poses in time; the arm surveyed and its modes followed along them | read files |
-//! | [`map`] | frequencies over poses, linear or nonlinear | render |
 //! | [`free_vibration`] | the nonlinear equation of motion in time, and its spectrum: the check on `modes` | be used for a verdict |
 //! | [`modes`] | one pose → natural frequencies, shapes, damping, receptance; MAC | know why it is asked |
-//! | [`two_link`] | the paper's closed form: the check on `model` and `modes` | be used for a verdict |
 //! | [`model`] | the robot as built: M, K, kinematics; immutable | read files, know a job or a measurement |
 //! | [`two_link`] | the paper's two-link arm in closed form: a check on `model` and `modes` | know either of them |
 //! | [`excitation`] | spindle and tooth-passing lines | |

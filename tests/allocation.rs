@@ -1,6 +1,12 @@
 //! The modal kernel works in its own buffers: no allocation per pose.
 
-#![allow(clippy::unwrap_used)]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stdout,
+    reason = "tests stop where they fail"
+)]
 
 use allocation_counter::measure;
 use detune::model::Robot;

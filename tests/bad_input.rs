@@ -1,7 +1,13 @@
 //! Bad input: a good robot and a good job with one thing broken in each row. Every row must give its
 //! fault, at its line, and no other fault that only follows from it.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "tests stop where they fail")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stdout,
+    reason = "tests stop where they fail"
+)]
 
 use std::path::Path;
 use std::time::Instant;

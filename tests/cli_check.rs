@@ -5,7 +5,13 @@
 //! 26 Hz (780 rpm, two teeth) lies on mode 1; 33 Hz (990 rpm) lies 14.7 % above it at the end of the path,
 //! outside the band of 10 % and inside the wider one of 20 %; 40 Hz (1200 rpm) stays 39 % away.
 
-#![allow(clippy::unwrap_used)]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stdout,
+    reason = "tests stop where they fail"
+)]
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -2,7 +2,13 @@
 //! two-link arm (Pietruś & Gierlak 2023, Eq. 45), the time law by summing chords, and every band
 //! condition as the job format words it, at 100 000 samples.
 
-#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout)]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stdout,
+    reason = "tests stop where they fail"
+)]
 
 use std::path::PathBuf;
 use std::sync::Arc;

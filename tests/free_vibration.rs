@@ -1,6 +1,14 @@
 //! Nonlinear free vibration: the general equation of motion against the paper's explicit one, against
 //! conservation of energy, and its small-amplitude spectrum against the eigenvalues.
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stdout,
+    reason = "tests stop where they fail"
+)]
+
 mod arms;
 
 use std::f64::consts::PI;

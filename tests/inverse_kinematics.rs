@@ -2,9 +2,16 @@
 //! kinematics, to the pose that was asked for. The forward kinematics of the IRB 1600 and all its
 //! solutions are compared with rs-opw-kinematics, which knows the arm by its OPW parameters.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stdout,
+    clippy::approx_constant,
+    reason = "tests stop where they fail"
+)]
+
 // Rounded angles are part of what is tested.
-#![allow(clippy::approx_constant)]
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 

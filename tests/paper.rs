@@ -1,6 +1,14 @@
 //! The general path (`model` and `modes`) against the closed form of the paper (`two_link`), and the
 //! closed form against independently computed figures.
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stdout,
+    reason = "tests stop where they fail"
+)]
+
 mod arms;
 
 use std::f64::consts::{FRAC_PI_2, PI};

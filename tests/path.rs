@@ -1,7 +1,13 @@
 //! Paths in time: where the tool centre point is at every s, how long moves take, and what is said about
 //! paths that cannot be run.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stdout,
+    reason = "tests stop where they fail"
+)]
 
 use std::path::Path as FilePath;
 

@@ -2,6 +2,14 @@
 //! robot files: expected numbers from `tests/data/reference/make.py` (Pinocchio, and forty digits by
 //! mpmath), see SOURCES.md there. Robots: UR10 (6 axes), Panda (7), eight random trees, and two of ours.
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stdout,
+    reason = "tests stop where they fail"
+)]
+
 use std::fs;
 use std::path::{Path, PathBuf};
 

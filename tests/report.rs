@@ -1,7 +1,13 @@
 //! The renderers of a check on small results that are made by hand: what is expected is worked out from
 //! the fixture below, not taken from an earlier run.
 
-#![allow(clippy::unwrap_used)]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stdout,
+    reason = "tests stop where they fail"
+)]
 
 use std::path::{Path, PathBuf};
 

@@ -1,6 +1,12 @@
 //! Modes that cross keep their names; modes that veer keep their order; neither is ever silent.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stdout,
+    reason = "tests stop where they fail"
+)]
 
 use detune::model::{CoordinateKind, ExtraCoordinate, Inertial, Joint, JointKind, Link, Robot};
 use detune::modes::{ModalSolver, Modes, mac};
