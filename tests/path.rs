@@ -91,7 +91,12 @@ fn a_line_is_straight_in_space_and_even_in_time() {
     let corner = first / (first + second);
     assert_eq!((path.line_at(corner - 1e-9), path.line_at(corner + 1e-9)), (21, 22));
     let knot = path.knots_s().iter().copied().find(|s| (s - corner).abs() < 1e-12).unwrap();
-    assert_eq!((path.line_at(knot), path.line_after(knot)), (21, 22));
+    assert_eq!(
+        (path.lines_between(0.0, knot), path.lines_between(knot, 1.0)),
+        ((21, 21), (22, 22))
+    );
+    assert_eq!(path.lines_between(0.1, 0.9), (21, 22));
+    assert_eq!(path.lines_between(knot, knot), (21, 21));
 }
 
 #[test]

@@ -159,11 +159,17 @@ impl<'a> Path<'a> {
         self.segments.get(after).or(self.segments.last()).map_or(0, |segment| segment.line)
     }
 
-    /// Line of the file that is run right after `s`, counted from 1. At a waypoint, the line that leads
-    /// away from it.
-    pub fn line_after(&self, s: f64) -> usize {
-        let after = self.segments.partition_point(|segment| segment.end_s <= s);
-        self.segments.get(after).or(self.segments.last()).map_or(0, |segment| segment.line)
+    /// First and last line of the file among those that are run between `from_s` and `to_s`, counted from 1.
+    /// A program that calls procedures does not run its lines in order.
+    pub fn lines_between(&self, from_s: f64, to_s: f64) -> (usize, usize) {
+        let first = self.segments.partition_point(|segment| segment.end_s <= from_s);
+        let behind = self.segments.partition_point(|segment| segment.start_s < to_s);
+        let run = self.segments.get(first..behind).unwrap_or_default().iter().map(|s| s.line);
+        let bounds = run.fold(None, |bounds, line| match bounds {
+            None => Some((line, line)),
+            Some((low, high)) => Some((line.min(low), line.max(high))),
+        });
+        bounds.unwrap_or_else(|| (self.line_at(from_s), self.line_at(from_s)))
     }
 
     /// Something that reads the path at any s.

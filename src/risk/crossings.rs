@@ -84,6 +84,7 @@ fn crossing(
         [] | [_] => None,
     };
     let excitation_hz = watch.excitation_hz(closest_s);
+    let (from_line, to_line) = path.lines_between(run.from_s, run.to_s);
     Ok(Crossing {
         mode: r + 1,
         certainty: run.certainty,
@@ -97,8 +98,8 @@ fn crossing(
         tip_response_m_per_n: surveyor.tip_response_m_per_n()[r],
         strain_energy_shares: shares,
         leading_turn_together,
-        from_line: path.line_after(run.from_s),
-        to_line: path.line_at(run.to_s),
+        from_line,
+        to_line,
     })
 }
 

@@ -49,9 +49,9 @@ pub struct Crossing {
     pub strain_energy_shares: Vec<f64>,
     /// Whether the two coordinates with the largest shares turn together or against each other.
     pub leading_turn_together: Option<bool>,
-    /// Line of the file (job or program) that is run at `from_s`, counted from 1.
+    /// First line of the file (job or program) among those run between `from_s` and `to_s`, counted from 1.
     pub from_line: usize,
-    /// Line that is run at `to_s`.
+    /// Last line among them.
     pub to_line: usize,
 }
 
