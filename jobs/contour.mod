@@ -9,12 +9,12 @@ MODULE Contour
   CONST robtarget p40 := [[160, 20, 0], [0, 0, 1, 0], [-1, 0, -1, 0], [9E9, 9E9, 9E9, 9E9, 9E9, 9E9]];
 
   PROC main()
-    SetDO doSpindle, 1;
+    SetDO doCoolant, 1;
     MoveJ Offs(p10, 0, 0, 40), v200, z10, tSpindle \WObj:=wFixture;
     MoveL p10, v20, fine, tSpindle \WObj:=wFixture;
     Contour;
     MoveL Offs(p10, 0, 0, 40), v200, z10, tSpindle \WObj:=wFixture;
-    SetDO doSpindle, 0;
+    SetDO doCoolant, 0;
   ENDPROC
 
   PROC Contour()
