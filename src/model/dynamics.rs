@@ -3,8 +3,9 @@
 
 use nalgebra::Vector3;
 
+use super::body::point_inertia;
 use super::placement::Placement;
-use super::robot::{Robot, point_inertia};
+use super::robot::Robot;
 
 /// Motion of a body in the base frame: angular velocity and acceleration, and those of the
 /// body-fixed point that is passing through the base origin.

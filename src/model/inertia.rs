@@ -4,50 +4,15 @@
 //! Bodies are combined about their common centre of mass, so every term of a diagonal entry is a sum
 //! of squares: nothing cancels, however far the arm reaches.
 
-use nalgebra::{DMatrix, Matrix3, Vector3};
+use nalgebra::{DMatrix, Vector3};
 
-use super::description::{CoordinateKind, Inertial};
-use super::placement::{Frame, Placement};
-use super::robot::{Robot, point_inertia};
+use super::description::CoordinateKind;
+use super::placement::Placement;
+use super::robot::Robot;
 
 /// An inertia about an axis below this share of what the same body has across it counts as none: a
 /// point mass on a slanting axis leaves rounding, not zero, and rounding is no inertia to vibrate with.
 const SMALLEST_INERTIA: f64 = 1e-13;
-
-/// A rigid body in the base frame: mass, centre of mass, rotary inertia about it.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Composite {
-    pub(super) mass: f64,
-    pub(super) com: Vector3<f64>,
-    pub(super) inertia: Matrix3<f64>,
-}
-
-impl Default for Composite {
-    fn default() -> Self {
-        Self { mass: 0.0, com: Vector3::zeros(), inertia: Matrix3::zeros() }
-    }
-}
-
-impl Composite {
-    pub(super) fn placed(body: &Inertial, frame: &Frame) -> Self {
-        let r = &frame.rotation;
-        Self {
-            mass: body.mass_kg,
-            com: frame.origin + r * body.com_m,
-            inertia: r * body.inertia_kgm2 * r.transpose(),
-        }
-    }
-
-    pub(super) fn add(&mut self, other: &Self) {
-        let mass = self.mass + other.mass;
-        if mass > 0.0 {
-            let apart = other.com - self.com;
-            self.inertia += other.inertia + point_inertia(self.mass * other.mass / mass, &apart);
-            self.com += apart * (other.mass / mass);
-        }
-        self.mass = mass;
-    }
-}
 
 /// M(q), n × n, symmetric, kg·m² (rotations), kg (translations), kg·m (mixed): the inertia over the
 /// elastic coordinates of the robot as placed, drives included.

@@ -5,6 +5,8 @@
 //! A pose q freezes the moving joints; the elastic coordinates α move about it:
 //! M(q) α̈ + C α̇ + (K + K_g(q)) α = f.
 
+mod body;
+mod build;
 mod description;
 mod dynamics;
 mod fault;

@@ -2,8 +2,8 @@
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
+use super::body::Composite;
 use super::description::CoordinateKind;
-use super::inertia::Composite;
 use super::robot::{NodeMotion, Robot};
 
 /// Position and orientation of a node in the base frame.
@@ -139,7 +139,8 @@ impl Placement {
 
     fn collect_composites(&mut self, robot: &Robot) {
         for (index, node) in robot.nodes.iter().enumerate() {
-            self.composites[index] = Composite::placed(&node.body, &self.frames[index]);
+            let Frame { rotation, origin } = &self.frames[index];
+            self.composites[index] = Composite::placed(&node.body, rotation, origin);
         }
         for (index, node) in robot.nodes.iter().enumerate().rev() {
             if let Some(parent) = node.parent {

@@ -1,0 +1,76 @@
+//! Mass properties of rigid bodies: seen from other frames, put together.
+
+use nalgebra::{Isometry3, Matrix3, Vector3};
+
+use super::description::Inertial;
+
+impl Inertial {
+    /// A body without mass.
+    pub(super) fn none() -> Self {
+        Self { mass_kg: 0.0, com_m: Vector3::zeros(), inertia_kgm2: Matrix3::zeros() }
+    }
+
+    /// The same body seen from the frame in which its own frame is `pose`.
+    pub(super) fn transformed(&self, pose: &Isometry3<f64>) -> Self {
+        let r = pose.rotation.to_rotation_matrix();
+        Self {
+            mass_kg: self.mass_kg,
+            com_m: pose.transform_point(&self.com_m.into()).coords,
+            inertia_kgm2: r * self.inertia_kgm2 * r.transpose(),
+        }
+    }
+
+    /// Two bodies of the same frame as one.
+    pub(super) fn combined(&self, other: &Self) -> Self {
+        let mass_kg = self.mass_kg + other.mass_kg;
+        if mass_kg == 0.0 {
+            return Self { inertia_kgm2: self.inertia_kgm2 + other.inertia_kgm2, ..*self };
+        }
+        let apart = other.com_m - self.com_m;
+        let reduced = self.mass_kg * other.mass_kg / mass_kg;
+        Self {
+            mass_kg,
+            com_m: self.com_m + apart * (other.mass_kg / mass_kg),
+            inertia_kgm2: self.inertia_kgm2 + other.inertia_kgm2 + point_inertia(reduced, &apart),
+        }
+    }
+}
+
+/// Inertia of a point mass at `r` about the origin: m (r·r 1 − r rᵀ).
+pub(super) fn point_inertia(mass: f64, r: &Vector3<f64>) -> Matrix3<f64> {
+    Matrix3::from_diagonal_element(mass * r.norm_squared()) - mass * r * r.transpose()
+}
+
+/// A rigid body in the base frame: mass, centre of mass, rotary inertia about it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Composite {
+    pub(super) mass: f64,
+    pub(super) com: Vector3<f64>,
+    pub(super) inertia: Matrix3<f64>,
+}
+
+impl Default for Composite {
+    fn default() -> Self {
+        Self { mass: 0.0, com: Vector3::zeros(), inertia: Matrix3::zeros() }
+    }
+}
+
+impl Composite {
+    pub(super) fn placed(body: &Inertial, r: &Matrix3<f64>, origin: &Vector3<f64>) -> Self {
+        Self {
+            mass: body.mass_kg,
+            com: origin + r * body.com_m,
+            inertia: r * body.inertia_kgm2 * r.transpose(),
+        }
+    }
+
+    pub(super) fn add(&mut self, other: &Self) {
+        let mass = self.mass + other.mass;
+        if mass > 0.0 {
+            let apart = other.com - self.com;
+            self.inertia += other.inertia + point_inertia(self.mass * other.mass / mass, &apart);
+            self.com += apart * (other.mass / mass);
+        }
+        self.mass = mass;
+    }
+}

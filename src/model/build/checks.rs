@@ -1,0 +1,254 @@
+//! Checks of a description that need no tree: mass properties, axes, springs, drives.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::{Builder, listed};
+use crate::model::description::{Damping, Inertial, JointKind};
+use crate::model::fault::Place;
+
+/// Slack in the triangle inequality of principal moments, as a share of the largest: CAD exports and
+/// data sheets print three digits.
+const TRIANGLE_SLACK: f64 = 1e-3;
+
+/// Slack of the smallest principal moment below zero, as a share of the largest: rounding only.
+const POSITIVITY_SLACK: f64 = 1e-9;
+
+/// An axis shorter than this has no direction.
+const SHORTEST_AXIS: f64 = 1e-9;
+
+impl Builder<'_> {
+    pub(super) fn check_inertias(&mut self) {
+        for link in &self.description.links {
+            if let Some(inertial) = &link.inertial {
+                for (key, what) in inertial_faults(inertial) {
+                    self.fault(Place::Link(link.name.clone()), key, what);
+                }
+            }
+        }
+        if let Some(payload) = &self.description.payload {
+            for (key, what) in inertial_faults(&payload.inertial) {
+                self.fault(Place::Payload, key, what);
+            }
+        }
+    }
+
+    pub(super) fn check_axes(&mut self) {
+        for joint in &self.description.joints {
+            let place = || Place::Joint(joint.name.clone());
+            if joint.kind.moves() && !has_direction(&joint.axis) {
+                let axis = triple(&joint.axis);
+                self.fault(place(), "axis", format!("axis is {axis}, must have a direction"));
+            }
+            let origin = joint.origin.translation.vector;
+            let rotation = joint.origin.rotation;
+            if !is_finite(&origin) || !rotation.coords.iter().all(|c| c.is_finite()) {
+                self.fault(place(), "origin", "origin must be finite");
+            }
+            if let Some([lower, upper]) = joint.position_limit
+                && !(lower.is_finite() && upper.is_finite() && lower <= upper)
+            {
+                let what = format!("limits are {lower}..{upper}, must be finite and ascending");
+                self.fault(place(), "limit", what);
+            }
+            if let Some(speed) = joint.velocity_limit
+                && !(speed.is_finite() && speed > 0.0)
+            {
+                let what = format!("velocity limit is {speed}, must be positive and finite");
+                self.fault(place(), "limit", what);
+            }
+        }
+    }
+
+    pub(super) fn check_springs(&mut self) {
+        let description = self.description;
+        let joints: BTreeMap<&str, JointKind> =
+            description.joints.iter().map(|j| (j.name.as_str(), j.kind)).collect();
+        let moving: Vec<&str> =
+            description.joints.iter().filter(|j| j.kind.moves()).map(|j| j.name.as_str()).collect();
+
+        let default = description.default_damping_ratio;
+        if let Some(what) = damping_fault(Some(Damping::Ratio(default))) {
+            self.fault(Place::Damping, "damping_ratio", what);
+        }
+        for spring in &description.elastic_joints {
+            let place = || Place::ElasticJoint(spring.joint.clone());
+            match joints.get(spring.joint.as_str()) {
+                None => {
+                    let what = format!("the URDF has no such joint; it has {}", listed(&moving));
+                    self.fault(place(), "", what);
+                }
+                Some(kind) if !kind.moves() => {
+                    let what = "the joint does not move in the URDF; give the compliance as an extra coordinate";
+                    self.fault(place(), "", what);
+                }
+                Some(kind) => {
+                    let slides = *kind == JointKind::Prismatic;
+                    if slides != spring.is_linear {
+                        let (has, needs) = if slides {
+                            ("stiffness_nm_per_rad", "stiffness_n_per_m, as the joint is prismatic")
+                        } else {
+                            ("stiffness_n_per_m", "stiffness_nm_per_rad, as the joint turns")
+                        };
+                        self.fault(place(), has, format!("{has} given, must be {needs}"));
+                    }
+                }
+            }
+            let key = if spring.is_linear { "stiffness_n_per_m" } else { "stiffness_nm_per_rad" };
+            if let Some(what) = stiffness_fault(key, spring.stiffness) {
+                self.fault(place(), key, what);
+            }
+            if let Some(what) = damping_fault(spring.damping) {
+                self.fault(place(), "damping_ratio", what);
+            }
+        }
+        for (index, extra) in description.extra.iter().enumerate() {
+            let place = || Place::Extra(index);
+            if !has_direction(&extra.axis) {
+                let what = format!("axis is {}, must have a direction", triple(&extra.axis));
+                self.fault(place(), "axis", what);
+            }
+            if !is_finite(&extra.origin_m) {
+                let what = format!("origin_m is {}, must be finite", triple(&extra.origin_m));
+                self.fault(place(), "origin_m", what);
+            }
+            if let Some(what) = stiffness_fault("stiffness", extra.stiffness) {
+                self.fault(place(), "stiffness", what);
+            }
+            if let Some(what) = damping_fault(extra.damping) {
+                self.fault(place(), "damping_ratio", what);
+            }
+        }
+        let mut names = BTreeSet::new();
+        for (place, name) in description
+            .elastic_joints
+            .iter()
+            .map(|s| (Place::ElasticJoint(s.joint.clone()), &s.joint))
+            .chain(description.extra.iter().enumerate().map(|(i, e)| (Place::Extra(i), &e.name)))
+        {
+            if !names.insert(name) {
+                let what = format!("name '{name}' is taken by another elastic coordinate");
+                self.fault(place, "name", what);
+            }
+        }
+        let mut driven = BTreeSet::new();
+        for drive in &description.drives {
+            let place = || Place::Drive(drive.joint.clone());
+            if !moving.contains(&drive.joint.as_str()) {
+                let what = format!("the URDF has no such moving joint; it has {}", listed(&moving));
+                self.fault(place(), "", what);
+            }
+            if !driven.insert(&drive.joint) {
+                self.fault(place(), "", "given twice");
+            }
+            let inertia = drive.reflected_inertia_kgm2;
+            if !(inertia.is_finite() && inertia >= 0.0) {
+                let what = format!(
+                    "reflected_inertia_kgm2 is {inertia}, must not be negative and must be finite"
+                );
+                self.fault(place(), "reflected_inertia_kgm2", what);
+            } else if inertia > 0.0
+                && !description.elastic_joints.iter().any(|s| s.joint == drive.joint)
+            {
+                let what = "has no effect, as the joint is rigid";
+                self.notice(place(), "reflected_inertia_kgm2", what);
+            }
+        }
+        let gravity = description.gravity_m_per_s2;
+        if !is_finite(&gravity) {
+            let what = format!("gravity_m_per_s2 is {}, must be finite", triple(&gravity));
+            self.fault(Place::Gravity, "gravity_m_per_s2", what);
+        }
+    }
+}
+
+pub(super) fn has_direction(axis: &Vector3<f64>) -> bool {
+    is_finite(axis) && axis.norm() > SHORTEST_AXIS
+}
+
+fn is_finite(v: &Vector3<f64>) -> bool {
+    v.iter().all(|x| x.is_finite())
+}
+
+fn triple(v: &Vector3<f64>) -> String {
+    format!("[{}, {}, {}]", v.x, v.y, v.z)
+}
+
+fn stiffness_fault(key: &str, stiffness: f64) -> Option<String> {
+    (!(stiffness.is_finite() && stiffness > 0.0))
+        .then(|| format!("{key} is {stiffness}, must be positive and finite"))
+}
+
+fn damping_fault(damping: Option<Damping>) -> Option<String> {
+    match damping? {
+        Damping::Ratio(zeta) if !(zeta.is_finite() && zeta > 0.0 && zeta < 1.0) => {
+            Some(format!("damping_ratio is {zeta}, must lie between 0 and 1"))
+        }
+        Damping::Viscous(c) if !(c.is_finite() && c > 0.0) => {
+            Some(format!("damping is {c}, must be positive and finite"))
+        }
+        Damping::Ratio(_) | Damping::Viscous(_) => None,
+    }
+}
+
+/// What makes mass properties impossible: (key, fragment).
+fn inertial_faults(inertial: &Inertial) -> Vec<(&'static str, String)> {
+    let mut faults = Vec::new();
+    let m = inertial.mass_kg;
+    let com = inertial.com_m;
+    let inertia = inertial.inertia_kgm2;
+    if !m.is_finite() || m < 0.0 {
+        faults.push(("mass", format!("mass is {m} kg, must not be negative and must be finite")));
+    }
+    if !is_finite(&com) {
+        let what = format!("centre of mass is {}, must be finite", triple(&com));
+        faults.push(("com", what));
+    }
+    if !inertia.iter().all(|x| x.is_finite()) {
+        faults.push(("inertia", "inertia must be finite".to_owned()));
+        return faults;
+    }
+    let mut moments: [f64; 3] = inertia.symmetric_eigenvalues().into();
+    moments.sort_by(f64::total_cmp);
+    let [smallest, middle, largest] = moments;
+    if m == 0.0 && largest.abs().max(smallest.abs()) > 0.0 {
+        faults.push(("mass", "mass is 0 but the inertia is not".to_owned()));
+    }
+    if smallest < -POSITIVITY_SLACK * largest.abs() {
+        let what = format!(
+            "inertia is not positive: principal moments {smallest:.4e}, {middle:.4e}, {largest:.4e} kg·m²"
+        );
+        faults.push(("inertia", what));
+    } else if smallest + middle < largest * (1.0 - TRIANGLE_SLACK) {
+        let (ixx, iyy, izz) = (inertia[(0, 0)], inertia[(1, 1)], inertia[(2, 2)]);
+        let diagonal = inertia == Matrix3::from_diagonal(&inertia.diagonal());
+        let sum = if diagonal {
+            triangle_by_axis([ixx, iyy, izz])
+        } else {
+            format!("principal moments {smallest:.4} + {middle:.4} < {largest:.4} kg·m²")
+        };
+        let what = format!(
+            "inertia fails the triangle inequality ({sum}); check the units of the CAD export"
+        );
+        faults.push(("inertia", what));
+    }
+    faults
+}
+
+fn triangle_by_axis(diagonal: [f64; 3]) -> String {
+    let names = ["ixx", "iyy", "izz"];
+    let largest = if diagonal[0] > diagonal[1].max(diagonal[2]) {
+        0
+    } else if diagonal[1] > diagonal[2] {
+        1
+    } else {
+        2
+    };
+    let (a, b) = ((largest + 1) % 3, (largest + 2) % 3);
+    let (a, b) = (a.min(b), a.max(b));
+    format!(
+        "{} {} + {} {} < {} {} kg·m²",
+        names[a], diagonal[a], names[b], diagonal[b], names[largest], diagonal[largest]
+    )
+}

@@ -1,0 +1,333 @@
+//! From a description to the immutable model: checks, then the reduced tree of bodies that move
+//! against each other.
+
+mod assembly;
+mod checks;
+mod tree;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use nalgebra::Isometry3;
+
+use self::assembly::Assembly;
+use self::tree::Tree;
+use super::description::{ArmAngle, Description, JointKind};
+use super::fault::{ModelFault, Place};
+use super::robot::{AngleForm, Coordinate, MovingJoint, Node, Robot, ancestors};
+
+impl Robot {
+    /// Checks a description and builds the model.
+    ///
+    /// # Errors
+    /// Every fault of the description, each with its place.
+    pub fn new(description: &Description) -> Result<Self, Vec<ModelFault>> {
+        Builder::new(description).build()
+    }
+}
+
+/// The tree of a description by index, and the faults found so far.
+struct Builder<'a> {
+    description: &'a Description,
+    faults: Vec<ModelFault>,
+    notices: Vec<ModelFault>,
+}
+
+impl<'a> Builder<'a> {
+    fn new(description: &'a Description) -> Self {
+        Self { description, faults: Vec::new(), notices: Vec::new() }
+    }
+
+    fn fault(&mut self, place: Place, key: &'static str, what: impl Into<String>) {
+        self.faults.push(ModelFault::new(place, key, what));
+    }
+
+    fn notice(&mut self, place: Place, key: &'static str, what: impl Into<String>) {
+        self.notices.push(ModelFault::new(place, key, what));
+    }
+
+    fn build(mut self) -> Result<Robot, Vec<ModelFault>> {
+        self.check_inertias();
+        self.check_axes();
+        self.check_springs();
+        let robot = self.tree().and_then(|tree| self.assemble(&tree));
+        match robot {
+            Some(robot) if self.faults.is_empty() => Ok(Robot { notices: self.notices, ..robot }),
+            _ => {
+                if self.faults.is_empty() {
+                    self.fault(Place::Robot, "", "the robot could not be assembled");
+                }
+                Err(self.faults)
+            }
+        }
+    }
+
+    fn link_index(&mut self, place: Place, key: &'static str, name: &str) -> Option<usize> {
+        let found = self.description.links.iter().position(|link| link.name == name);
+        if found.is_none() {
+            let names: Vec<&str> =
+                self.description.links.iter().map(|link| link.name.as_str()).collect();
+            let what = format!("the URDF has no link '{name}'; it has {}", listed(&names));
+            self.fault(place, key, what);
+        }
+        found
+    }
+
+    /// Finds the tip where none is named: the child of the last joint that moves.
+    fn default_tip(&mut self, tree: &Tree, base: usize) -> Option<usize> {
+        let moving: Vec<usize> = tree
+            .from(base)
+            .into_iter()
+            .filter(|&link| {
+                link != base
+                    && tree.parent_joint[link]
+                        .is_some_and(|j| self.description.joints[j].kind.moves())
+            })
+            .collect();
+        let Some(&last) = moving.iter().max_by_key(|&&link| tree.path_to(link).len()) else {
+            self.fault(
+                Place::Tip,
+                "tip",
+                "no joint moves, so the tip link must be named with 'tip'",
+            );
+            return None;
+        };
+        let chain = tree.path_to(last);
+        if moving.iter().any(|link| !chain.contains(link)) {
+            let what = "the moving joints branch, so the tip link must be named with 'tip'";
+            self.fault(Place::Tip, "tip", what);
+            return None;
+        }
+        Some(last)
+    }
+
+    fn assemble(&mut self, tree: &Tree) -> Option<Robot> {
+        let description = self.description;
+        let base = match &description.base {
+            Some(name) => self.link_index(Place::Base, "base", name)?,
+            None => tree.root,
+        };
+        let tip = match &description.tip {
+            Some(name) => self.link_index(Place::Tip, "tip", name)?,
+            None => self.default_tip(tree, base)?,
+        };
+        let chain = tree.path_to(tip);
+        let Some(start) = chain.iter().position(|&link| link == base) else {
+            let what = format!(
+                "link '{}' is not carried by the base '{}'",
+                description.links[tip].name, description.links[base].name
+            );
+            self.fault(Place::Tip, "tip", what);
+            return None;
+        };
+        let chain: BTreeSet<usize> = chain[start + 1..].iter().copied().collect();
+        for &link in &chain {
+            let Some(joint) = tree.parent_joint[link].map(|j| &description.joints[j]) else {
+                continue;
+            };
+            let place = Place::Joint(joint.name.clone());
+            if matches!(joint.kind, JointKind::Floating | JointKind::Planar) {
+                let what = "type floating or planar between base and tip; a serial arm has revolute, \
+                            continuous, prismatic and fixed joints";
+                self.fault(place, "type", what);
+            } else if let Some(other) = &joint.mimics {
+                let what = format!(
+                    "mimics '{other}' between base and tip; joints of the chain must be independent"
+                );
+                self.fault(place, "mimic", what);
+            } else if joint.kind.moves()
+                && joint.kind != JointKind::Continuous
+                && joint.position_limit.is_none()
+            {
+                self.notice(place, "limit", "has no <limit>: taken as unlimited");
+            }
+        }
+
+        let carried: BTreeSet<usize> = tree.from(base).into_iter().collect();
+        let mut extras_of: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        for (i, extra) in description.extra.iter().enumerate() {
+            let Some(link) = self.link_index(Place::Extra(i), "link", &extra.link) else {
+                continue;
+            };
+            if carried.contains(&link) {
+                extras_of.entry(link).or_default().push(i);
+            } else {
+                let what =
+                    format!("link '{}' lies outside the base's part of the tree", extra.link);
+                self.fault(Place::Extra(i), "link", what);
+            }
+        }
+        let payload_link = match &description.payload {
+            Some(payload) => {
+                let link = self.link_index(Place::Payload, "link", &payload.link)?;
+                if !carried.contains(&link) {
+                    let what =
+                        format!("link '{}' lies outside the base's part of the tree", payload.link);
+                    self.fault(Place::Payload, "link", what);
+                }
+                Some(link)
+            }
+            None => None,
+        };
+
+        let mut assembly = Assembly {
+            description,
+            tree,
+            chain: &chain,
+            extras_of: &extras_of,
+            payload_link,
+            nodes: Vec::new(),
+            joints: Vec::new(),
+            coordinates: Vec::new(),
+            place_of: vec![None; description.links.len()],
+        };
+        assembly.grow(base);
+        let Assembly { mut nodes, joints, coordinates, place_of, .. } = assembly;
+        for index in (1..nodes.len()).rev() {
+            if let Some(parent) = nodes[index].parent {
+                nodes[parent].subtree_mass_kg += nodes[index].subtree_mass_kg;
+            }
+        }
+        let (tip_node, tip_offset) = place_of[tip]?;
+
+        if coordinates.is_empty() {
+            let what =
+                "no elastic coordinate: list the stiffness of at least one joint under elasticity";
+            self.fault(Place::Robot, "elasticity", what);
+            return None;
+        }
+        for spring in &description.elastic_joints {
+            let known = description.joints.iter().any(|j| j.name == spring.joint && j.kind.moves());
+            if known && !coordinates.iter().any(|c| c.name == spring.joint) {
+                let what = "lies outside the base's part of the tree";
+                self.fault(Place::ElasticJoint(spring.joint.clone()), "", what);
+            }
+        }
+        self.check_carried_mass(&nodes, &coordinates);
+        self.notice_massless_links(&nodes, &place_of);
+
+        let carriers = carriers(&nodes, &coordinates);
+        let tip_carriers = (0..coordinates.len())
+            .filter(|&i| ancestors(&nodes, tip_node).any(|node| node == coordinates[i].node))
+            .collect();
+        let moving_mass_kg = nodes
+            .iter()
+            .enumerate()
+            .filter(|(i, _)| ancestors(&nodes, *i).any(|a| !nodes[a].coordinates.is_empty()))
+            .map(|(_, node)| node.body.mass_kg)
+            .sum();
+        Some(Robot {
+            name: description.name.clone(),
+            beta1: self.angle_form("beta1", description.beta1.as_ref(), &joints),
+            beta2: self.angle_form("beta2", description.beta2.as_ref(), &joints),
+            carriers,
+            tip_carriers,
+            gravity: description.gravity_m_per_s2,
+            gravity_stiffness: description.gravity_stiffness,
+            tip_node,
+            tip_offset,
+            tip_link: description.links[tip].name.clone(),
+            calibration: description.calibration,
+            moving_mass_kg,
+            notices: Vec::new(),
+            nodes,
+            joints,
+            coordinates,
+        })
+    }
+
+    /// A coordinate that carries no inertia at all has no finite frequency at any pose.
+    fn check_carried_mass(&mut self, nodes: &[Node], coordinates: &[Coordinate]) {
+        for coordinate in coordinates {
+            let carries_inertia = (0..nodes.len())
+                .filter(|&n| ancestors(nodes, n).any(|a| a == coordinate.node))
+                .any(|n| nodes[n].body.mass_kg > 0.0);
+            if carries_inertia || coordinate.drive_inertia > 0.0 {
+                continue;
+            }
+            let extra = self.description.extra.iter().position(|e| e.name == coordinate.name);
+            let place = match extra {
+                Some(index) => Place::Extra(index),
+                None => Place::ElasticJoint(coordinate.name.clone()),
+            };
+            let what = format!(
+                "nothing behind '{}' has mass, so its mass matrix is singular; give link '{}' or those \
+                 behind it an <inertial>, or leave the joint rigid",
+                coordinate.name, coordinate.link
+            );
+            self.fault(place, "", what);
+        }
+    }
+
+    /// A massless link with geometry, or right behind a moving joint, is more likely forgotten than meant.
+    fn notice_massless_links(
+        &mut self,
+        nodes: &[Node],
+        place_of: &[Option<(usize, Isometry3<f64>)>],
+    ) {
+        for (link, place) in self.description.links.iter().zip(place_of) {
+            let Some((node, _)) = place else { continue };
+            let vibrates = ancestors(nodes, *node).any(|a| !nodes[a].coordinates.is_empty());
+            if vibrates && link.inertial.is_none() && link.has_geometry {
+                let what = "has geometry but no <inertial>: counted as massless";
+                self.notice(Place::Link(link.name.clone()), "inertial", what);
+            }
+        }
+    }
+
+    fn angle_form(
+        &mut self,
+        angle: &'static str,
+        form: Option<&ArmAngle>,
+        joints: &[MovingJoint],
+    ) -> Option<AngleForm> {
+        let form = form?;
+        let mut terms = Vec::new();
+        for (name, scale) in &form.terms {
+            match joints.iter().position(|joint| joint.name == *name) {
+                Some(joint) => terms.push((joint, *scale)),
+                None => {
+                    let names: Vec<&str> = joints.iter().map(|j| j.name.as_str()).collect();
+                    let what = format!(
+                        "'{name}' is not a moving joint between base and tip; these are {}",
+                        listed(&names)
+                    );
+                    self.fault(Place::ArmAngle(angle), "terms", what);
+                }
+            }
+            if !scale.is_finite() {
+                let what = format!("factor of '{name}' is {scale}, must be finite");
+                self.fault(Place::ArmAngle(angle), "terms", what);
+            }
+        }
+        if !form.offset_rad.is_finite() {
+            let what = format!("offset_rad is {}, must be finite", form.offset_rad);
+            self.fault(Place::ArmAngle(angle), "offset_rad", what);
+        }
+        Some(AngleForm { terms, offset_rad: form.offset_rad })
+    }
+}
+
+/// For each coordinate, those that carry it, itself last.
+fn carriers(nodes: &[Node], coordinates: &[Coordinate]) -> Vec<Vec<usize>> {
+    coordinates
+        .iter()
+        .enumerate()
+        .map(|(j, coordinate)| {
+            (0..=j)
+                .filter(|&i| {
+                    ancestors(nodes, coordinate.node).any(|node| node == coordinates[i].node)
+                })
+                .collect()
+        })
+        .collect()
+}
+
+/// A few names for a message.
+fn listed(names: &[&str]) -> String {
+    const SHOWN: usize = 12;
+    let mut text = names.iter().take(SHOWN).copied().collect::<Vec<_>>().join(", ");
+    if names.len() > SHOWN {
+        text.push_str(", …");
+    }
+    if text.is_empty() { "none".to_owned() } else { text }
+}

@@ -1,0 +1,125 @@
+//! Who carries whom, by index into a description.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::Builder;
+use crate::model::fault::Place;
+
+/// Who is whose parent, by index into the description.
+pub(super) struct Tree {
+    /// Joint above each link.
+    pub(super) parent_joint: Vec<Option<usize>>,
+    /// Joints below each link.
+    pub(super) child_joints: Vec<Vec<usize>>,
+    pub(super) parent_link: Vec<usize>,
+    pub(super) child_link: Vec<usize>,
+    pub(super) root: usize,
+}
+
+impl Builder<'_> {
+    /// The parent-child relations, if they form one tree.
+    pub(super) fn tree(&mut self) -> Option<Tree> {
+        let description = self.description;
+        let before = self.faults.len();
+        let mut index = BTreeMap::new();
+        for (i, link) in description.links.iter().enumerate() {
+            if index.insert(link.name.as_str(), i).is_some() {
+                self.fault(Place::Link(link.name.clone()), "name", "name is taken by another link");
+            }
+        }
+        let mut names = BTreeSet::new();
+        let mut parent_joint = vec![None; description.links.len()];
+        let mut child_joints = vec![Vec::new(); description.links.len()];
+        let (mut parent_link, mut child_link) = (Vec::new(), Vec::new());
+        for (j, joint) in description.joints.iter().enumerate() {
+            let place = || Place::Joint(joint.name.clone());
+            if !names.insert(joint.name.as_str()) {
+                self.fault(place(), "name", "name is taken by another joint");
+            }
+            let parent = index.get(joint.parent.as_str()).copied();
+            let child = index.get(joint.child.as_str()).copied();
+            for (key, name, found) in
+                [("parent", &joint.parent, parent), ("child", &joint.child, child)]
+            {
+                if found.is_none() {
+                    let what = format!("{key} link '{name}' does not exist");
+                    self.fault(place(), key, what);
+                }
+            }
+            parent_link.push(parent.unwrap_or(usize::MAX));
+            child_link.push(child.unwrap_or(usize::MAX));
+            if let (Some(parent), Some(child)) = (parent, child) {
+                child_joints[parent].push(j);
+                if let Some(other) = parent_joint[child].replace(j) {
+                    let what = format!(
+                        "link '{}' is already the child of joint '{}'; a link has one parent",
+                        joint.child, description.joints[other].name
+                    );
+                    self.fault(place(), "child", what);
+                }
+            }
+        }
+        // A joint that hangs in the air leaves roots behind that are no faults of their own.
+        if self.faults.len() > before {
+            return None;
+        }
+        let roots: Vec<usize> =
+            (0..description.links.len()).filter(|&l| parent_joint[l].is_none()).collect();
+        match roots.as_slice() {
+            [] if description.links.is_empty() => {
+                self.fault(Place::Robot, "", "the URDF has no link");
+            }
+            [] => {
+                self.fault(Place::Robot, "", "the joints form a loop: no link is without a parent")
+            }
+            [_] => {}
+            [first, others @ ..] => {
+                for &other in others {
+                    let what = format!(
+                        "a second root beside '{}'; every link but one must be the child of a joint",
+                        description.links[*first].name
+                    );
+                    self.fault(Place::Link(description.links[other].name.clone()), "", what);
+                }
+            }
+        }
+        if self.faults.len() > before {
+            return None;
+        }
+        let tree = Tree { parent_joint, child_joints, parent_link, child_link, root: roots[0] };
+        let mut reached = vec![false; description.links.len()];
+        for link in tree.from(tree.root) {
+            reached[link] = true;
+        }
+        for (link, _) in reached.iter().enumerate().filter(|(_, reached)| !**reached) {
+            let name = description.links[link].name.clone();
+            self.fault(Place::Link(name), "", "is part of a loop of joints");
+        }
+        (self.faults.len() == before).then_some(tree)
+    }
+}
+
+impl Tree {
+    /// Links carried by `link`, itself first, parents before children, in file order.
+    pub(super) fn from(&self, link: usize) -> Vec<usize> {
+        let mut links = vec![link];
+        let mut next = 0;
+        while next < links.len() {
+            links.extend(self.child_joints[links[next]].iter().map(|&j| self.child_link[j]));
+            next += 1;
+        }
+        links
+    }
+
+    /// Links from the root to `link`, both included.
+    pub(super) fn path_to(&self, link: usize) -> Vec<usize> {
+        let mut path = vec![link];
+        let mut at = link;
+        while let Some(joint) = self.parent_joint[at] {
+            at = self.parent_link[joint];
+            path.push(at);
+        }
+        path.reverse();
+        path
+    }
+}
