@@ -189,8 +189,13 @@ fn crossings_agree_with_a_scan_at_100_000_samples() {
                 }
             }
         };
+        let separation = policy.separation;
         let expected = scan(&scan_poses(&waypoints), &rpm_at, &[1, teeth, 2 * teeth], &policy);
         let risk = assess(&job(&robot, &waypoints, speed, teeth, policy)).unwrap();
+        for crossing in &risk.operations[0].crossings {
+            let certain = crossing.certainty == Certainty::Certain;
+            assert_eq!(certain, crossing.separation < separation, "{crossing:?}");
+        }
         let found: Vec<Stretch> = risk.operations[0]
             .crossings
             .iter()

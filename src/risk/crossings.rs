@@ -125,8 +125,9 @@ fn closest(
     let nearest = (run.first..=run.last)
         .min_by(|&a, &b| offset(a).abs().total_cmp(&offset(b).abs()))
         .unwrap_or(run.first);
-    let left = if nearest > run.first { survey.station(nearest - 1).s } else { run.from_s };
-    let right = if nearest < run.last { survey.station(nearest + 1).s } else { run.to_s };
+    // Not beyond the run's own stations: there the crossing is of another certainty.
+    let left = survey.station(nearest.saturating_sub(1).max(run.first)).s;
+    let right = survey.station((nearest + 1).min(run.last)).s;
     narrow(watch, surveyor, r, left, survey.station(nearest).s, right)
 }
 
