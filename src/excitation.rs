@@ -44,12 +44,12 @@ impl ExcitationLine {
 /// asked for, those that weigh at least 5 % are listed as multiples of the spindle's frequency.
 pub fn lines(tool: &Tool, policy: &Policy) -> Vec<ExcitationLine> {
     let z = tool.teeth;
-    let top = z * policy.tooth_passing_harmonics;
+    let top = z.saturating_mul(policy.tooth_passing_harmonics);
     let mut lines: Vec<ExcitationLine> = (1..=policy.tooth_passing_harmonics)
         .map(|harmonic| ExcitationLine {
             source: Source::ToothPassing,
             harmonic,
-            order: harmonic * z,
+            order: harmonic.saturating_mul(z),
         })
         .collect();
     let uneven = |k: u32| {
@@ -60,7 +60,7 @@ pub fn lines(tool: &Tool, policy: &Policy) -> Vec<ExcitationLine> {
     lines.extend(
         (1..=policy.spindle_harmonics.max(top))
             .filter(|&k| k <= policy.spindle_harmonics || uneven(k))
-            .filter(|&k| !(k % z == 0 && k <= top))
+            .filter(|&k| k > top || !k.is_multiple_of(z))
             .map(|k| ExcitationLine { source: Source::Spindle, harmonic: k, order: k }),
     );
     lines.sort_by_key(|line| line.order);

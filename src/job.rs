@@ -148,3 +148,20 @@ pub struct Policy {
     /// A mode that moves the tip less than this at resonance does not count, m/N.
     pub min_tip_response_m_per_n: f64,
 }
+
+impl Policy {
+    /// Half width of the band widened by what the model may be wrong by, as a share of the frequency.
+    pub fn wide(&self) -> f64 {
+        self.separation + self.model_uncertainty
+    }
+
+    /// Whether excitation at this frequency is somebody else's business.
+    pub fn ignores(&self, excitation_hz: f64) -> bool {
+        self.ignore_hz.iter().any(|[low, high]| (*low..=*high).contains(&excitation_hz))
+    }
+
+    /// Whether a mode that moves the tool tip this much at resonance, m/N, is too faint to count.
+    pub fn is_faint(&self, tip_response_m_per_n: f64) -> bool {
+        tip_response_m_per_n < self.min_tip_response_m_per_n
+    }
+}

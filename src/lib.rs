@@ -57,14 +57,7 @@
 //! | [`job`], [`motion`] | what is asked for, as plain valid data | |
 //! | [`units`] | conversions | |
 //!
-//! # Example
-//!
-//! ```no_run
-//! let job = detune::input::load_job("jobs/pocket.yaml".as_ref()).map_err(|faults| faults.len())?.value;
-//! let risk = detune::risk::assess(&job).map_err(|faults| faults.len())?;
-//! println!("{:?}", risk.verdict);
-//! # Ok::<(), usize>(())
-//! ```
+//! The README's section "As a library" shows a whole check.
 
 pub mod cli;
 pub mod excitation;
@@ -82,3 +75,8 @@ pub mod report;
 pub mod risk;
 pub mod two_link;
 pub mod units;
+
+/// The README's examples in Rust, so that they are compiled.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

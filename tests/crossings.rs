@@ -277,3 +277,39 @@ fn a_crossing_carries_its_place_in_the_file() {
     assert!((crossing.natural_frequency_hz / f1 - 1.0).abs() < 1e-9);
     assert!((crossing.strain_energy_shares.iter().sum::<f64>() - 1.0).abs() < 1e-12);
 }
+
+/// Turning joint 1 alone changes no frequency of the planar arm but in the last digits; a line on the very
+/// edge of a band is outside of it, all along.
+#[test]
+fn an_edge_does_not_flicker() {
+    let robot = Arc::new(Robot::new(&two_link()).unwrap());
+    let waypoints = [[-1.0, 0.7], [2.0, 0.7]];
+    let f1 = detune::modes::Modes::at(&robot, &[0.0, 0.7]).unwrap().natural_frequencies_hz[0];
+    for (separation, expected) in [(0.1, 0), (0.1 + 1e-9, 1)] {
+        let speed = SpindleSpeed::Constant(f1 * 1.1 * 60.0 / 2.0);
+        let mut policy = policy(separation, 0.0);
+        policy.tooth_passing_harmonics = 1;
+        policy.spindle_harmonics = 0;
+        let risk = assess(&job(&robot, &waypoints, speed, 2, policy)).unwrap();
+        assert_eq!(risk.operations[0].crossings.len(), expected, "separation {separation}");
+    }
+}
+
+/// Where line and mode coincide at a sample to the last digit, that sample is the closest point.
+#[test]
+fn a_meeting_at_a_sample_is_exact() {
+    let robot = Arc::new(Robot::new(&two_link()).unwrap());
+    let waypoints = [[0.0, 0.3], [0.4, 1.5]];
+    let f1 = detune::modes::Modes::at(&robot, &waypoints[0]).unwrap().natural_frequencies_hz[0];
+    // One revolution per second and tooth: the line's frequency is the spindle's, without rounding.
+    let mut rpm = f1 * 60.0;
+    while rpm / 60.0 < f1 {
+        rpm = rpm.next_up();
+    }
+    let mut policy = policy(0.01, 0.0);
+    policy.tooth_passing_harmonics = 1;
+    let risk = assess(&job(&robot, &waypoints, SpindleSpeed::Constant(rpm), 1, policy)).unwrap();
+    let crossing = &risk.operations[0].crossings[0];
+    assert!(crossing.separation < 1e-14, "{}", crossing.separation);
+    assert!(crossing.closest_s < 1e-9, "{}", crossing.closest_s);
+}

@@ -231,10 +231,7 @@ fn random_pose(robot: &Robot, rng: &mut ChaCha8Rng) -> Vec<f64> {
 }
 
 fn is_within_limits(robot: &Robot, q: &[f64]) -> bool {
-    robot.joints().iter().zip(q).all(|(joint, &q)| {
-        let [lower, upper] = joint.limit.unwrap();
-        (lower - 1e-9..=upper + 1e-9).contains(&q)
-    })
+    robot.limit_violations(q).next().is_none()
 }
 
 /// Every solution leads to the pose, no two are the same, and (where branches are countable) one is

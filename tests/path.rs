@@ -77,7 +77,7 @@ fn a_line_is_straight_in_space_and_even_in_time() {
             if way <= first { (a, b, way / first) } else { (b, c, (way - first) / second) };
         let expected = from.translation.vector.lerp(&to.translation.vector, u);
         let turned = from.rotation.slerp(&to.rotation, u);
-        walker.at(s, &mut q);
+        walker.at(s, &mut q).unwrap();
         let found = tcp_pose(&robot, &q, &tool());
         assert!((found.translation.vector - expected).norm() < 1e-10, "at s = {s}");
         assert!(found.rotation.angle_to(&turned) < 1e-7, "at s = {s}");
@@ -115,7 +115,7 @@ fn an_arc_stays_on_its_circle() {
     let centre = a.translation.vector + Vector3::new(0.05, 0.0, 0.0);
     let mut q = [0.0; 6];
     for i in 0..=50 {
-        path.walker().at(f64::from(i) / 50.0, &mut q);
+        path.walker().at(f64::from(i) / 50.0, &mut q).unwrap();
         let radius = (tcp_pose(&robot, &q, &tool()).translation.vector - centre).norm();
         assert!((radius - 0.05).abs() < 1e-10);
     }
@@ -142,7 +142,7 @@ fn a_joint_move_takes_the_length_of_the_tools_way() {
     assert!((path.duration_s() * FEED / way - 1.0).abs() < 1e-7);
     // Linear in time: halfway in s is halfway in every joint.
     let mut q = [0.0; 6];
-    path.walker().at(0.5, &mut q);
+    path.walker().at(0.5, &mut q).unwrap();
     for i in 0..6 {
         assert!((q[i] - 0.5 * (HOME[i] + to[i])).abs() < 1e-12);
     }
@@ -182,7 +182,7 @@ fn the_start_may_be_sought_near_other_joint_positions() {
     let start = |near: &[f64]| {
         let path = Path::plan(&robot, &line(), Some(near)).unwrap();
         let mut q = [0.0; 6];
-        path.walker().at(0.0, &mut q);
+        path.walker().at(0.0, &mut q).unwrap();
         q
     };
     let same = start(&HOME);
@@ -194,7 +194,7 @@ fn the_start_may_be_sought_near_other_joint_positions() {
     // Without a wish: the solution nearest to zero.
     let plain = Path::plan(&robot, &line(), None).unwrap();
     let mut q = [0.0; 6];
-    plain.walker().at(0.0, &mut q);
+    plain.walker().at(0.0, &mut q).unwrap();
     assert!((q[4] - HOME[4]).abs() < 1e-9);
 }
 
@@ -245,7 +245,7 @@ fn a_path_may_stand_still() {
         assert_eq!(path.duration_s(), 0.0);
         for s in [0.0, 0.5, 1.0] {
             let mut q = [0.0; 6];
-            let tcp = path.walker().at(s, &mut q);
+            let tcp = path.walker().at(s, &mut q).unwrap();
             assert_eq!((q, tcp), (HOME, tool()));
         }
         let stations = grid(&path, std::iter::empty());
@@ -278,14 +278,68 @@ fn stations_are_close_in_time_and_in_the_joints() {
     assert!(stations.contains(&0.123_456_7));
     let mut walker = path.walker();
     let mut before = [0.0; 6];
-    walker.at(0.0, &mut before);
+    walker.at(0.0, &mut before).unwrap();
     for pair in stations.windows(2) {
         assert!(pair[1] > pair[0] && pair[1] - pair[0] <= LONGEST_GAP * (1.0 + 1e-9));
         let mut q = [0.0; 6];
-        walker.at(pair[1], &mut q);
+        walker.at(pair[1], &mut q).unwrap();
         for i in 0..6 {
             assert!((q[i] - before[i]).abs() <= LARGEST_STEP * 1.2, "joint {i} at {}", pair[1]);
         }
         before = q;
     }
+}
+
+/// A redundant arm starts where it was asked to start, not at some other of its many solutions.
+#[test]
+fn a_redundant_arm_starts_where_it_was_asked_to() {
+    let file = FilePath::new(env!("CARGO_MANIFEST_DIR")).join("robots/rail-mill/robot.yaml");
+    let robot = detune::input::load_robot(&file).unwrap().value;
+    let wished = [0.2, 0.0, -1.0, 1.4, 0.0, 1.2, 0.0];
+    let a = tcp_pose(&robot, &wished, &tool());
+    let targets = vec![Target::Line(a), Target::JointsTo(shifted(&a, [0.01, 0.0, 0.0], [0.0; 3]))];
+    let path = Path::plan(&robot, &moves(targets, tool()), Some(&wished)).unwrap();
+    let (mut q, mut end) = ([0.0; 7], [0.0; 7]);
+    path.walker().at(0.0, &mut q).unwrap();
+    path.walker().at(1.0, &mut end).unwrap();
+    for i in 0..7 {
+        assert!((q[i] - wished[i]).abs() < 1e-9, "joint {i} starts at {}", q[i]);
+        assert!((end[i] - q[i]).abs() < 0.1, "joint {i} moves to {}", end[i]);
+    }
+}
+
+/// A limit that a URDF printed with five digits is the limit for waypoints and for poses alike.
+#[test]
+fn a_rounded_limit_holds_for_poses_too() {
+    let robot = irb1600();
+    let at_limit = [std::f64::consts::PI, 0.3, 0.2, 0.1, 0.9, 0.0];
+    let mut beyond = at_limit;
+    beyond[0] += 5e-5;
+    let a = tcp_pose(&robot, &beyond, &tool());
+    let path = Path::plan(
+        &robot,
+        &moves(vec![Target::Joints(at_limit.into()), Target::Line(a)], tool()),
+        None,
+    )
+    .unwrap();
+    let mut q = [0.0; 6];
+    path.walker().at(1.0, &mut q).unwrap();
+    assert!((q[0] - beyond[0]).abs() < 1e-9);
+}
+
+#[test]
+fn what_never_ends_is_refused() {
+    let robot = irb1600();
+    let mut to = HOME;
+    to[0] += 0.5;
+    let mut slow = moves(vec![Target::Joints(HOME.into()), Target::Joints(to.into())], tool());
+    slow[1].feed_m_per_s = 1e-320;
+    let faults = Path::plan(&robot, &slow, None).unwrap_err();
+    assert!(faults[0].what.contains("more than can be counted"), "{}", faults[0].what);
+
+    let file = FilePath::new(env!("CARGO_MANIFEST_DIR")).join("robots/two-link/robot.yaml");
+    let continuous = detune::input::load_robot(&file).unwrap().value;
+    let far = vec![Target::Joints(vec![0.0, 0.0]), Target::Joints(vec![0.0, 1e12])];
+    let faults = Path::plan(&continuous, &moves(far, tool()), None).unwrap_err();
+    assert!(faults[0].what.contains("one move may have"), "{}", faults[0].what);
 }

@@ -59,13 +59,13 @@ fn crossing_modes_keep_their_names() {
     assert_eq!(exchange.lower_mode, 0);
     // The crossing lies where the closed form says: β2 = 1.3.
     let mut q = [0.0; 2];
-    path.walker().at(exchange.s, &mut q);
+    path.walker().at(exchange.s, &mut q).unwrap();
     assert!((q[1] - 1.3).abs() < 1e-5, "exchange at beta2 = {}", q[1]);
     assert_eq!(families.of.first().unwrap(), &[Some(0), Some(1), Some(2)]);
     assert_eq!(families.of.last().unwrap(), &[Some(1), Some(0), Some(2)]);
     // Family 0 is the arm's first mode all along.
     for (s, of) in stations.iter().zip(&families.of) {
-        path.walker().at(*s, &mut q);
+        path.walker().at(*s, &mut q).unwrap();
         let modes = Modes::at(&robot, &q).unwrap();
         let at = of.iter().position(|family| *family == Some(0)).unwrap();
         let expected = closed_form_hz(q[1])[0];
@@ -130,4 +130,22 @@ fn modes_that_always_coincide_are_not_chased() {
         assert_eq!(of[2..], [Some(2), Some(3)]);
     }
     assert_eq!(families.exchanges, []);
+}
+
+/// Which way a joint's axis is written does not change which way its link turns.
+#[test]
+fn turning_together_does_not_depend_on_the_sign_of_an_axis() {
+    let written = two_link();
+    let mut other_way = written.clone();
+    other_way.joints[1].axis = -other_way.joints[1].axis;
+    let (a, b) = (Robot::new(&written).unwrap(), Robot::new(&other_way).unwrap());
+    let (mut first, mut second) = (ModalSolver::new(&a), ModalSolver::new(&b));
+    first.solve(&[0.3, 1.0]).unwrap();
+    second.solve(&[0.3, -1.0]).unwrap();
+    for (r, together) in [(0, true), (1, false)] {
+        for solver in [&first, &second] {
+            let found = solver.modes().turn_together(solver.placement(), r, 0, 1);
+            assert_eq!(found, Some(together), "mode {r}");
+        }
+    }
 }

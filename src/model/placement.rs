@@ -78,6 +78,14 @@ impl Placement {
         self.collect_composites(robot);
     }
 
+    /// Cosine of the angle between the axes of the elastic coordinates `i` and `j` as placed; `None`
+    /// unless both turn.
+    pub fn cosine_between(&self, i: usize, j: usize) -> Option<f64> {
+        let (a, b) = (&self.elastic_axes[i], &self.elastic_axes[j]);
+        let both_turn = [a, b].iter().all(|axis| axis.kind == CoordinateKind::Rotation);
+        both_turn.then(|| a.direction.dot(&b.direction))
+    }
+
     /// Places the robot at pose `q` with the elastic coordinates at `alpha` (rad or m).
     pub fn place_deflected(&mut self, robot: &Robot, q: &[f64], alpha: &[f64]) {
         self.place_frames(robot, q, Some(alpha));

@@ -10,7 +10,7 @@ use crate::units::{deg_from_rad, mm_from_m};
 
 /// A pose may pass a limit by this much, rad or m: URDFs print limits with four or five digits (3.1416 for
 /// half a turn), and a pose at the limit itself is meant to be allowed.
-const LIMIT_SLACK: f64 = 1e-4;
+pub(super) const LIMIT_SLACK: f64 = 1e-4;
 
 /// A joint of the chain from base to tip that a pose sets.
 #[derive(Debug, Clone, PartialEq)]

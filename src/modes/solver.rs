@@ -3,9 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::jacobi::diagonalise;
-use crate::model::{
-    CoordinateKind, Damping, Placement, PoseFault, Robot, gravity_stiffness, mass_matrix,
-};
+use crate::model::{Damping, Placement, PoseFault, Robot, gravity_stiffness, mass_matrix};
 use crate::units::hz_from_rad_per_s;
 
 /// A pivot of the scaled mass or stiffness matrix below this share of its diagonal entry counts as
@@ -224,8 +222,9 @@ impl<'a> ModalSolver<'a> {
         Ok(())
     }
 
-    /// ζ_r from the coordinates: each spring's loss in proportion to its share of the mode's strain
-    /// energy (Ungar & Kerwin, J. Acoust. Soc. Am. 34, 1962), each dashpot's as φᵀ C φ / 2ω.
+    /// ζ_r from the coordinates: each spring's loss in proportion to its share of the strain energy of
+    /// all springs (Ungar & Kerwin, J. Acoust. Soc. Am. 34, 1962; gravity's own stiffness, which loses
+    /// nothing, is left out of the sum), each dashpot's as φᵀ C φ / 2ω.
     fn damp(&mut self) {
         for r in 0..self.order.len() {
             let shape = self.modes.shapes.column(r);
@@ -267,13 +266,22 @@ impl Modes {
         energy.iter().map(|e| e / total).collect()
     }
 
-    /// Whether the two coordinates `i` and `j` turn together (`true`) or against each other in mode `r`.
-    /// `None` where one of them stands still or they do not both turn.
-    pub fn turn_together(&self, robot: &Robot, r: usize, i: usize, j: usize) -> Option<bool> {
-        let both_turn =
-            [i, j].iter().all(|&c| robot.coordinates()[c].kind == CoordinateKind::Rotation);
-        let product = self.shapes[(i, r)] * self.shapes[(j, r)];
-        (both_turn && product != 0.0).then_some(product > 0.0)
+    /// Whether the two coordinates `i` and `j` turn together (`true`) or against each other in mode `r`,
+    /// seen in space, whichever way their axes are written. `placement` is the robot's at the pose of the
+    /// modes. `None` where one of them stands still, they do not both turn, or their axes are not
+    /// nearly parallel.
+    pub fn turn_together(
+        &self,
+        placement: &Placement,
+        r: usize,
+        i: usize,
+        j: usize,
+    ) -> Option<bool> {
+        /// Axes within thirty degrees of each other count as parallel.
+        const NEARLY_PARALLEL: f64 = 0.866;
+        let cosine = placement.cosine_between(i, j).filter(|c| c.abs() > NEARLY_PARALLEL)?;
+        let product = self.shapes[(i, r)] * self.shapes[(j, r)] * cosine;
+        (product != 0.0).then_some(product > 0.0)
     }
 }
 

@@ -5,7 +5,8 @@
 //! bound rests on nothing but counting. All waypoints are stations, and no joint moves more than
 //! [`LARGEST_STEP`] between two, so that frequencies are smooth from one to the next. From there
 //! [`super::Survey::refine`] goes on wherever a band's edge is within reach of the steepest slope seen
-//! nearby (twice that, to be safe), which finds crossings down to a thousandth of a percent of the path.
+//! nearby (twice that, to be safe), which finds the touch of a band's edge down to a thousandth of a percent of the path. (Gaps between
+//! ignored bands under a changing spindle speed have the first bound only.)
 
 use super::plan::Path;
 

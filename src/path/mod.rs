@@ -13,4 +13,4 @@ mod timing;
 pub use families::{Families, FamilyExchange, follow};
 pub use grid::{LARGEST_STEP, LONGEST_GAP, grid};
 pub use plan::{Path, PlanFault, Walker};
-pub use survey::{Detail, Station, Survey, SurveyFault, Surveyor};
+pub use survey::{Detail, Station, Survey, SurveyCause, SurveyFault, Surveyor};

@@ -2,13 +2,11 @@
 
 use std::fmt;
 
-use nalgebra::{Isometry3, Matrix6xX, Point3};
+use nalgebra::Isometry3;
 
 use super::curve::Curve;
 use super::timing::{Clock, largest_step, seconds};
-use crate::model::{
-    InverseKinematics, Placement, Robot, forward_kinematics, joint_jacobian, turn_towards,
-};
+use crate::model::{IkFault, InverseKinematics, Placement, PoseFault, Robot, forward_kinematics};
 use crate::motion::{Move, Target};
 
 /// Between two knots of a line or arc no joint moves more than this (rad or m), so that the solution of
@@ -24,6 +22,11 @@ const FIRST_STRETCH_M: f64 = 0.02;
 
 /// Below this smallest singular value of the Jacobian (lengths over the arm's reach) the arm is singular.
 const SINGULAR: f64 = 1e-3;
+
+/// The most that a joint may move in one move and in a path, rad or m: a hundred turns, and a day of
+/// milling. More is a slip of the pen, and would be looked at degree by degree.
+const LONGEST_MOVE: f64 = 628.0;
+const LONGEST_PATH: f64 = 200_000.0;
 
 /// Why a path cannot be run.
 #[derive(Debug, Clone, PartialEq)]
@@ -186,18 +189,25 @@ pub struct Walker<'p, 'a> {
 }
 
 impl Walker<'_, '_> {
-    /// Joint positions at `s` (rad or m, one per moving joint) into `q`, and the tool centre point in the
-    /// tip frame.
-    pub fn at(&mut self, s: f64, q: &mut [f64]) -> Isometry3<f64> {
+    /// Joint positions at `s` in 0..=1 (rad or m, one per moving joint) into `q`, and the tool centre
+    /// point in the tip frame.
+    ///
+    /// # Errors
+    /// `q` has another length, or a line or arc cannot be followed between two knots.
+    pub fn at(&mut self, s: f64, q: &mut [f64]) -> Result<Isometry3<f64>, IkFault> {
         let path = self.path;
-        let n = q.len();
+        let n = path.robot.joints().len();
+        if q.len() != n {
+            return Err(IkFault::Seed(PoseFault::Length { given: q.len(), expected: n }));
+        }
         let row = |k: usize| &path.knots_q[k * n..][..n];
         let after = path.knots_s.partition_point(|&knot| knot <= s);
         let k = after.saturating_sub(1);
         let Some(segment) = path.segment_of.get(k).and_then(|&i| path.segments.get(i)) else {
             // At or behind the last knot.
             q.copy_from_slice(row(path.knots_s.len() - 1));
-            return path.segments.last().map_or_else(Isometry3::identity, |segment| segment.tcp);
+            let last = path.segments.last();
+            return Ok(last.map_or_else(Isometry3::identity, |segment| segment.tcp));
         };
         let u = (s - path.knots_s[k]) / (path.knots_s[k + 1] - path.knots_s[k]);
         for (value, (a, b)) in q.iter_mut().zip(row(k).iter().zip(row(k + 1))) {
@@ -207,13 +217,9 @@ impl Walker<'_, '_> {
             let u = (s - segment.start_s) / (segment.end_s - segment.start_s);
             let tip = curve.at(u) * segment.tcp.inverse();
             self.guess.copy_from_slice(q);
-            // Between knots a few hundredths of a radian apart Newton's method does not fail; if it did,
-            // the straight line between the knots is off by their distance squared.
-            if let Ok(solved) = path.kinematics.near(path.robot, &tip, &self.guess) {
-                q.copy_from_slice(&solved);
-            }
+            q.copy_from_slice(&path.kinematics.near(path.robot, &tip, &self.guess)?);
         }
-        segment.tcp
+        Ok(segment.tcp)
     }
 }
 
@@ -245,39 +251,26 @@ fn starts(
     };
     let zero = vec![0.0; robot.joints().len()];
     let near = near.unwrap_or(&zero);
-    let found = nearest_solutions(robot, kinematics, &(pose * first.tcp.inverse()), near);
+    let tip = pose * first.tcp.inverse();
+    let found = kinematics.solutions_near(robot, &tip, near);
     if found.is_empty() {
-        let what = match kinematics.near(robot, &(pose * first.tcp.inverse()), near) {
-            Err(fault) => fault.to_string(),
-            Ok(q) => robot
-                .limit_violations(&q)
-                .next()
-                .map_or_else(|| "no joint positions reach the pose".to_owned(), |v| v.to_string()),
-        };
+        let what = unreachable(robot, kinematics, &tip, near);
         return Err(PlanFault { line: first.line, waypoint: 1, what });
     }
     Ok(found)
 }
 
-/// All ways to reach a pose, the nearest to `near` first.
-fn nearest_solutions(
+/// Why no joint positions reach a pose, in words.
+fn unreachable(
     robot: &Robot,
     kinematics: &InverseKinematics,
     tip: &Isometry3<f64>,
     near: &[f64],
-) -> Vec<Vec<f64>> {
-    let distance = |q: &[f64]| q.iter().zip(near).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
-    let mut found: Vec<Vec<f64>> = kinematics
-        .solutions(robot, tip)
-        .into_iter()
-        .map(|mut q| {
-            turn_towards(robot, &mut q, near);
-            q
-        })
-        .filter(|q| robot.limit_violations(q).next().is_none())
-        .collect();
-    found.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
-    found
+) -> String {
+    match kinematics.near(robot, tip, near) {
+        Err(fault) => fault.to_string(),
+        Ok(_) => "no joint positions within the limits reach the pose".to_owned(),
+    }
 }
 
 /// Knots as they are found, over time.
@@ -294,6 +287,8 @@ struct Planner<'r> {
     q: Vec<f64>,
     knots: Knots,
     segments: Vec<Segment>,
+    /// What the fastest joint of each move turns or slides, summed up.
+    way_in_all: f64,
 }
 
 impl<'r> Planner<'r> {
@@ -305,6 +300,7 @@ impl<'r> Planner<'r> {
             q: start.to_vec(),
             knots: Knots { time_s: vec![0.0], q: start.to_vec(), segment_of: Vec::new() },
             segments: Vec::new(),
+            way_in_all: 0.0,
         }
     }
 
@@ -336,10 +332,10 @@ impl<'r> Planner<'r> {
             Target::Joints(q) => self.join(next, q.clone()),
             Target::JointsTo(pose) => {
                 let tip = pose * next.tcp.inverse();
-                let solutions = nearest_solutions(self.robot, self.kinematics, &tip, &self.q);
+                let solutions = self.kinematics.solutions_near(self.robot, &tip, &self.q);
                 match solutions.into_iter().next() {
                     Some(q) => self.join(next, q),
-                    None => Err(self.unreachable(&tip)),
+                    None => Err(unreachable(self.robot, self.kinematics, &tip, &self.q)),
                 }
             }
             Target::Line(pose) => {
@@ -360,18 +356,12 @@ impl<'r> Planner<'r> {
         forward_kinematics(self.robot, &placement)
     }
 
-    fn unreachable(&self, tip: &Isometry3<f64>) -> String {
-        match self.kinematics.near(self.robot, tip, &self.q) {
-            Err(fault) => fault.to_string(),
-            Ok(_) => "no joint positions within the limits reach the pose".to_owned(),
-        }
-    }
-
     /// A move that is straight in the joints.
     fn join(&mut self, next: &Move, to: Vec<f64>) -> Result<(), String> {
         let tcp = next.tcp.translation.vector.into();
-        let length = self.clock.joint_move_length_m(&tcp, &self.q, &to);
         let ways: Vec<f64> = self.q.iter().zip(&to).map(|(a, b)| (b - a).abs()).collect();
+        self.count_way(&ways)?;
+        let length = self.clock.joint_move_length_m(&tcp, &self.q, &to);
         let duration = self.seconds(length, next, &ways)?;
         self.push(next, None, duration, vec![(1.0, to)]);
         Ok(())
@@ -382,8 +372,12 @@ impl<'r> Planner<'r> {
         let tip = curve.at(1.0) * next.tcp.inverse();
         self.trace(next, curve).map_err(|on_the_way| {
             // A target out of reach is the better word for what stops the arm on the way to it.
-            let solutions = nearest_solutions(self.robot, self.kinematics, &tip, &self.q);
-            if solutions.is_empty() { self.unreachable(&tip) } else { on_the_way }
+            let solutions = self.kinematics.solutions_near(self.robot, &tip, &self.q);
+            if solutions.is_empty() {
+                unreachable(self.robot, self.kinematics, &tip, &self.q)
+            } else {
+                on_the_way
+            }
         })
     }
 
@@ -393,7 +387,7 @@ impl<'r> Planner<'r> {
         let mut u = 0.0;
         let mut stretch = (FIRST_STRETCH_M / curve.length_m()).min(1.0);
         let mut q = self.q.clone();
-        let mut orientation = self.orientation(&q);
+        let (_, mut side) = self.singular_joints(&q, None);
         while u < 1.0 {
             let end = if u + stretch > 1.0 - SHORTEST_STRETCH { 1.0 } else { u + stretch };
             let tip = curve.at(end) * next.tcp.inverse();
@@ -411,13 +405,9 @@ impl<'r> Planner<'r> {
                 }
                 Err(fault) => return Err(format!("{fault}, {}", passed())),
             };
-            if let Some(over) = self.robot.limit_violations(&solved).next() {
-                return Err(format!("{over}, {}", passed()));
-            }
-            let next_orientation = self.orientation(&solved);
-            let passes = next_orientation * orientation < 0.0;
-            orientation = next_orientation;
-            if let Some(joints) = self.singular_joints(&solved, passes) {
+            let (singular, now) = self.singular_joints(&solved, side);
+            side = now;
+            if let Some(joints) = singular {
                 return Err(format!(
                     "passes a singularity {} ({joints}); move the work object, turn the tool about its \
                      axis or use joint waypoints there",
@@ -432,35 +422,56 @@ impl<'r> Planner<'r> {
             u = end;
             stretch *= 2.0;
         }
+        self.count_way(&ways)?;
         let duration = self.seconds(curve.length_m(), next, &ways)?;
         self.push(next, Some(curve), duration, knots);
         Ok(())
     }
 
-    /// det J of an arm of six joints, whose sign changes where it passes a singularity; zero for others.
-    fn orientation(&self, q: &[f64]) -> f64 {
-        let mut placement = Placement::new(self.robot);
-        placement.place(self.robot, q);
-        let mut jacobian = Matrix6xX::zeros(q.len());
-        joint_jacobian(self.robot, &placement, &Point3::origin(), &mut jacobian);
-        if q.len() == 6 { jacobian.fixed_columns::<6>(0).into_owned().determinant() } else { 0.0 }
-    }
-
-    /// The joints whose motions undo each other at `q`, in words, if the arm is singular there or just
-    /// `passed` such a place.
-    fn singular_joints(&self, q: &[f64], passed: bool) -> Option<String> {
-        let singularity = self.kinematics.singularity(self.robot, q).ok()?;
-        (passed || singularity.smallest_singular_value < SINGULAR).then(|| {
+    /// The joints whose motions undo each other at `q`, in words, if the arm is singular there or has
+    /// passed such a place since it was on side `before`; and the side that it is on now.
+    fn singular_joints(&self, q: &[f64], before: Option<bool>) -> (Option<String>, Option<bool>) {
+        let Ok(singularity) = self.kinematics.singularity(self.robot, q) else {
+            return (None, None);
+        };
+        let side = singularity.is_right_handed;
+        let passed = before.is_some() && side.is_some() && before != side;
+        let words = (passed || singularity.smallest_singular_value < SINGULAR).then(|| {
             let names: Vec<&str> = singularity
                 .joints
                 .iter()
                 .map(|&joint| self.robot.joints()[joint].name.as_str())
                 .collect();
             format!("{} undo each other", names.join(" and "))
-        })
+        });
+        (words, side)
+    }
+
+    /// Counts what the fastest joint moves; told before anything is worked out along a way that is a slip
+    /// of the pen.
+    fn count_way(&mut self, ways: &[f64]) -> Result<(), String> {
+        let most = ways.iter().copied().fold(0.0, f64::max);
+        self.way_in_all += most;
+        if most > LONGEST_MOVE || self.way_in_all > LONGEST_PATH {
+            return Err(format!(
+                "the joints move by {most:.4e} rad or m; one move may have {LONGEST_MOVE}, a path \
+                 {LONGEST_PATH}"
+            ));
+        }
+        Ok(())
     }
 
     fn seconds(&self, length_m: f64, next: &Move, ways: &[f64]) -> Result<f64, String> {
+        let seconds = self.time_of(length_m, next, ways)?;
+        let total = self.knots.time_s.last().copied().unwrap_or(0.0) + seconds;
+        if total.is_finite() {
+            Ok(seconds)
+        } else {
+            Err(format!("takes {seconds} s, which is more than can be counted; check feed and tcp"))
+        }
+    }
+
+    fn time_of(&self, length_m: f64, next: &Move, ways: &[f64]) -> Result<f64, String> {
         seconds(self.robot, length_m, next.feed_m_per_s, ways).map_err(|joint| {
             format!(
                 "the tool centre point stands still, and joint '{}' has no velocity limit in the URDF \

@@ -2,28 +2,40 @@
 
 use std::fmt;
 
-use nalgebra::Matrix6xX;
+use nalgebra::{Isometry3, Matrix6xX};
 use rayon::prelude::*;
 
 use super::plan::{Path, Walker};
-use crate::model::{PoseFault, elastic_jacobian};
+use crate::model::{IkFault, PoseFault, elastic_jacobian};
 use crate::modes::{ModalSolver, Modes, peak_tip_compliance_m_per_n};
 
 /// Poses that one thread takes at a time.
 const CHUNK: usize = 512;
 
-/// A pose of the path at which the arm has no modes.
+/// A pose of the path at which the arm cannot be looked at.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurveyFault {
     /// Where on the path.
     pub s: f64,
     /// Why.
-    pub fault: PoseFault,
+    pub cause: SurveyCause,
+}
+
+/// Why the arm cannot be looked at somewhere on a path.
+#[derive(Debug, Clone, PartialEq)]
+pub enum SurveyCause {
+    /// It has no modes there.
+    Pose(PoseFault),
+    /// It does not get there.
+    Kinematics(IkFault),
 }
 
 impl fmt::Display for SurveyFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "at s = {:.4}: {}", self.s, self.fault)
+        match &self.cause {
+            SurveyCause::Pose(fault) => write!(f, "at s = {:.4}: {fault}", self.s),
+            SurveyCause::Kinematics(fault) => write!(f, "at s = {:.4}: {fault}", self.s),
+        }
     }
 }
 
@@ -64,13 +76,21 @@ impl<'p, 'a> Surveyor<'p, 'a> {
         }
     }
 
+    fn stand(&mut self, s: f64) -> Result<Isometry3<f64>, SurveyFault> {
+        self.walker
+            .at(s, &mut self.q)
+            .map_err(|fault| SurveyFault { s, cause: SurveyCause::Kinematics(fault) })
+    }
+
     /// Natural frequencies at `s`, Hz, ascending.
     ///
     /// # Errors
     /// The arm has no modes there.
     pub fn frequencies_hz(&mut self, s: f64) -> Result<&[f64], SurveyFault> {
-        self.walker.at(s, &mut self.q);
-        self.solver.frequencies_hz(&self.q).map_err(|fault| SurveyFault { s, fault })
+        self.stand(s)?;
+        self.solver
+            .frequencies_hz(&self.q)
+            .map_err(|fault| SurveyFault { s, cause: SurveyCause::Pose(fault) })
     }
 
     /// Modes at `s`, and with them the tip response.
@@ -78,8 +98,10 @@ impl<'p, 'a> Surveyor<'p, 'a> {
     /// # Errors
     /// The arm has no modes there.
     pub fn modes(&mut self, s: f64) -> Result<&Modes, SurveyFault> {
-        let tcp = self.walker.at(s, &mut self.q);
-        self.solver.solve(&self.q).map_err(|fault| SurveyFault { s, fault })?;
+        let tcp = self.stand(s)?;
+        self.solver
+            .solve(&self.q)
+            .map_err(|fault| SurveyFault { s, cause: SurveyCause::Pose(fault) })?;
         let tcp = tcp.translation.vector.into();
         elastic_jacobian(self.path.robot(), self.solver.placement(), &tcp, &mut self.jacobian);
         for (r, tip) in self.tip_m_per_n.iter_mut().enumerate() {
@@ -236,6 +258,12 @@ impl Survey {
     /// All stations in order.
     pub fn stations(&self) -> impl Iterator<Item = Station<'_>> {
         (0..self.len()).map(|i| self.station(i))
+    }
+
+    /// Lowest and highest frequency of all stations, Hz.
+    pub fn range_hz(&self) -> (f64, f64) {
+        let bounds = (f64::INFINITY, 0.0_f64);
+        self.frequencies_hz.iter().fold(bounds, |(low, high), &f| (low.min(f), high.max(f)))
     }
 
     /// Halves the cells between stations wherever `wants` asks for it, again and again; over all cores.

@@ -100,10 +100,6 @@ fn survey_operation(
     progress: &(dyn Fn(usize) + Sync),
 ) -> Result<OperationRisk, SurveyFault> {
     let lines = lines(&job.tool, &job.policy);
-    let watches: Vec<Watch> = lines
-        .iter()
-        .map(|&line| Watch { line, speed: &operation.speed, policy: &job.policy })
-        .collect();
     // Tip response costs mode shapes: only where the policy asks about it.
     let detail = if job.policy.min_tip_response_m_per_n > 0.0 {
         Detail::TipResponse
@@ -111,14 +107,18 @@ fn survey_operation(
         Detail::Frequencies
     };
     let corners = operation.speed.corners();
-    let survey = Survey::take(path, grid(path, corners), detail, progress)?.refine(
-        path,
-        |left, right, rates| {
-            watches.iter().any(|watch| {
-                rates.iter().enumerate().any(|(r, &rate)| watch.wants(left, right, r, rate))
-            })
-        },
-    )?;
+    let first_look = Survey::take(path, grid(path, corners), detail, progress)?;
+    let (lowest_hz, highest_hz) = first_look.range_hz();
+    let watches: Vec<Watch> = lines
+        .iter()
+        .map(|&line| Watch { line, speed: &operation.speed, policy: &job.policy })
+        .filter(|watch| watch.can_meet(lowest_hz, highest_hz))
+        .collect();
+    let survey = first_look.refine(path, |left, right, rates| {
+        watches.iter().any(|watch| {
+            rates.iter().enumerate().any(|(r, &rate)| watch.wants(left, right, r, rate))
+        })
+    })?;
 
     let mut surveyor = Surveyor::new(path);
     let mut found: Vec<Crossing> = Vec::new();

@@ -12,6 +12,10 @@ const END_TOLERANCE: f64 = 1e-8;
 /// this share of the path.
 const CONTACT_TOLERANCE: f64 = 1e-6;
 
+/// A line on the very edge of a band is outside; nearer to it than rounding, it counts as on the edge.
+/// Else a mode that the path does not change would flicker in and out from pose to pose.
+const INSIDE: f64 = 1.0 - 1e-12;
+
 /// One line of one operation against the bands of a policy.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Watch<'a> {
@@ -32,21 +36,28 @@ impl Watch<'_> {
         let excitation = self.excitation_hz(station.s);
         let natural = station.frequencies_hz[r];
         let apart = (excitation - natural).abs();
-        let ignored =
-            || policy.ignore_hz.iter().any(|[low, high]| (*low..=*high).contains(&excitation));
-        let is_faint =
-            || station.tip_m_per_n.get(r).is_some_and(|tip| *tip < policy.min_tip_response_m_per_n);
-        if apart >= natural * self.wide() || ignored() || is_faint() {
+        let is_faint = || station.tip_m_per_n.get(r).is_some_and(|&tip| policy.is_faint(tip));
+        if apart >= natural * policy.wide() * INSIDE || policy.ignores(excitation) || is_faint() {
             None
-        } else if apart < natural * policy.separation {
+        } else if apart < natural * policy.separation * INSIDE {
             Some(Certainty::Certain)
         } else {
             Some(Certainty::Uncertain)
         }
     }
 
-    fn wide(&self) -> f64 {
-        self.policy.separation + self.policy.model_uncertainty
+    /// Whether the line ever comes near the frequencies between `lowest_hz` and `highest_hz`, which a first
+    /// look found: most harmonics of a fast spindle never do.
+    pub(super) fn can_meet(&self, lowest_hz: f64, highest_hz: f64) -> bool {
+        /// What a first look may have missed between its stations, generously.
+        const SLACK: f64 = 0.1;
+        let ends = [0.0, 1.0].into_iter().chain(self.speed.corners());
+        let (low, high) = ends.fold((f64::INFINITY, 0.0_f64), |(low, high), s| {
+            let excitation = self.excitation_hz(s);
+            (low.min(excitation), high.max(excitation))
+        });
+        let reach = self.policy.wide() + SLACK;
+        high > lowest_hz * (1.0 - reach) && low < highest_hz * (1.0 + reach)
     }
 
     /// Whether the cell between two stations must be looked into: an end of a crossing lies in it that is
@@ -74,10 +85,10 @@ impl Watch<'_> {
         let reach = 0.5 * (rate + line_rate) * width * high;
         let mean = 0.5 * (ratio_left + ratio_right);
         let edges = [
-            1.0 - self.wide(),
+            1.0 - self.policy.wide(),
             1.0 - self.policy.separation,
             1.0 + self.policy.separation,
-            1.0 + self.wide(),
+            1.0 + self.policy.wide(),
         ];
         edges.iter().any(|&edge| {
             (edge > high && edge < mean + reach) || (edge < low && edge > mean - reach)

@@ -74,13 +74,14 @@ fn crossing(
     run: &Run,
 ) -> Result<Crossing, SurveyFault> {
     let closest_s = closest(watch, survey, surveyor, r, run)?;
-    let modes = surveyor.modes(closest_s)?;
+    surveyor.modes(closest_s)?;
+    let (modes, placement) = (surveyor.solver().modes(), surveyor.solver().placement());
     let natural_frequency_hz = modes.natural_frequencies_hz[r];
     let shares = modes.strain_energy_shares(path.robot(), r);
     let mut order: Vec<usize> = (0..shares.len()).collect();
     order.sort_by(|&a, &b| shares[b].total_cmp(&shares[a]));
     let leading_turn_together = match order.as_slice() {
-        [first, second, ..] => modes.turn_together(path.robot(), r, *first, *second),
+        [first, second, ..] => modes.turn_together(placement, r, *first, *second),
         [] | [_] => None,
     };
     let excitation_hz = watch.excitation_hz(closest_s);
@@ -120,6 +121,9 @@ fn closest(
     });
     if let Some(i) = meeting {
         let (a, b) = (survey.station(i).s, survey.station(i + 1).s);
+        if offset(i) == 0.0 {
+            return Ok(a);
+        }
         return meet(watch, surveyor, r, (a, offset(i)), (b, offset(i + 1)));
     }
     let nearest = (run.first..=run.last)

@@ -44,10 +44,7 @@ fn approaches<'a>(
     policy: &'a Policy,
 ) -> impl Iterator<Item = Approach> + 'a {
     let counts = |mode: usize| {
-        sample
-            .tip_response_m_per_n
-            .get(mode)
-            .is_none_or(|&response| response >= policy.min_tip_response_m_per_n)
+        sample.tip_response_m_per_n.get(mode).is_none_or(|&response| !policy.is_faint(response))
     };
     let modes = sample
         .natural_frequencies_hz
@@ -57,11 +54,7 @@ fn approaches<'a>(
     modes.flat_map(move |(mode, &natural_frequency_hz)| {
         lines.iter().filter_map(move |&line| {
             let excitation_hz = line.frequency_hz(sample.rpm);
-            let ignored = policy
-                .ignore_hz
-                .iter()
-                .any(|&[from, to]| from <= excitation_hz && excitation_hz <= to);
-            (!ignored).then(|| Approach {
+            (!policy.ignores(excitation_hz)).then(|| Approach {
                 mode: mode + 1,
                 line,
                 s: sample.s,

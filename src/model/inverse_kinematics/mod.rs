@@ -25,13 +25,13 @@ use self::spherical::{BRANCHES, SphericalWrist};
 use super::description::JointKind;
 use super::fault::PoseFault;
 use super::placement::{Axis, Placement};
-use super::robot::{MovingJoint, Robot};
+use super::robot::{LIMIT_SLACK, MovingJoint, Robot};
 use super::tip::{forward_kinematics, joint_jacobian};
 
 pub use self::fault::IkFault;
 
-/// A joint may pass its limit by this (rad or m) through rounding.
-const LIMIT_SLACK: f64 = 1e-9;
+/// An arm whose joint frames all lie within this has no length to scale by, m.
+const NO_LENGTH_M: f64 = 1e-9;
 
 /// Poses closer than this (root of the sum of squares, rad, sliding joints as a share of the length)
 /// are one solution.
@@ -83,6 +83,9 @@ pub struct Singularity {
     pub smallest_singular_value: f64,
     /// The joints (by index) whose motions undo each other there, in ascending order.
     pub joints: Vec<usize>,
+    /// On which side of the singularities an arm of six joints is: the sign of det J. `None` for other
+    /// arms and at a singularity.
+    pub is_right_handed: Option<bool>,
 }
 
 /// Inverse kinematics of one robot. Its functions take the robot that it was made for.
@@ -139,6 +142,31 @@ impl InverseKinematics {
             turn_towards(robot, q, &zero);
         }
         found.retain(|q| worst_excess(robot, q).is_none());
+        found
+    }
+
+    /// All [`Self::solutions`] and the one of [`Self::near`], each by the turns nearest to `seed` (rad or
+    /// m, one value per moving joint), the nearest to it first; sliding joints count as a share of
+    /// [`Self::length_m`]. For a redundant arm the first is the one that moves least from the seed.
+    pub fn solutions_near(
+        &self,
+        robot: &Robot,
+        tip_pose: &Isometry3<f64>,
+        seed: &[f64],
+    ) -> Vec<Vec<f64>> {
+        if robot.check_pose(seed).is_err() {
+            return Vec::new();
+        }
+        let mut found = self.solutions(robot, tip_pose);
+        for q in &mut found {
+            turn_towards(robot, q, seed);
+        }
+        if let Ok(near) = self.near(robot, tip_pose, seed)
+            && !found.iter().any(|q| self.distance(q, &near) < SAME)
+        {
+            found.push(near);
+        }
+        found.sort_by(|a, b| self.distance(a, seed).total_cmp(&self.distance(b, seed)));
         found
     }
 
@@ -215,7 +243,8 @@ impl InverseKinematics {
             let unit = self.scale.joints[i];
             jacobian[(row, i)] * if row < 3 { unit / self.scale.length_m } else { unit }
         });
-        let none = Singularity { smallest_singular_value: 0.0, joints: Vec::new() };
+        let none =
+            Singularity { smallest_singular_value: 0.0, joints: Vec::new(), is_right_handed: None };
         if q.is_empty() {
             return Ok(none);
         }
@@ -229,6 +258,10 @@ impl InverseKinematics {
         Ok(Singularity {
             smallest_singular_value: svd.singular_values[weakest],
             joints: (0..q.len()).filter(|&i| direction[i].abs() >= SHARE * largest).collect(),
+            is_right_handed: (q.len() == 6)
+                .then(|| jacobian.fixed_columns::<6>(0).into_owned().determinant())
+                .filter(|determinant| *determinant != 0.0)
+                .map(|determinant| determinant > 0.0),
         })
     }
 
@@ -502,7 +535,7 @@ fn chain_length(axes: &[Axis], tip: &Isometry3<f64>) -> f64 {
     let points: Vec<_> =
         axes.iter().map(|axis| axis.point).chain([tip.translation.vector]).collect();
     let length: f64 = points.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum();
-    if length > LIMIT_SLACK { length } else { 1.0 }
+    if length > NO_LENGTH_M { length } else { 1.0 }
 }
 
 /// Whether a pose holds finite numbers only, and none so large that its square is not.
