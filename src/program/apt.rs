@@ -20,7 +20,7 @@ const AXIS_LENGTH_TOLERANCE: f64 = 0.02;
 pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
     let mut reader = Reader::new(settings, log);
     for statement in statements(text) {
-        if !reader.statement(&statement) {
+        if !reader.statement(&statement) || reader.log.is_full() {
             break;
         }
     }

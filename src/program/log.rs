@@ -11,8 +11,11 @@ use crate::motion::{Move, Target};
 const FAULTS_TOLD: usize = 50;
 
 /// Moves, spindle commands, faults and notices so far.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Log {
+    /// More than this is a fault.
+    most_moves: usize,
+    is_full: bool,
     moves: Vec<Move>,
     spindle: Vec<SpindleCommand>,
     notices: Vec<ProgramFault>,
@@ -22,6 +25,19 @@ pub(super) struct Log {
 }
 
 impl Log {
+    pub(super) fn new(most_moves: usize) -> Self {
+        Self {
+            most_moves,
+            is_full: false,
+            moves: Vec::new(),
+            spindle: Vec::new(),
+            notices: Vec::new(),
+            faults: Vec::new(),
+            faults_in_all: 0,
+            told: HashSet::new(),
+        }
+    }
+
     /// Motion is lost, wrong or impossible. The same fault of the same line (in a loop) is told once.
     pub(super) fn fault(&mut self, line: usize, what: impl Into<String>) {
         let what = what.into();
@@ -42,13 +58,29 @@ impl Log {
         }
     }
 
-    /// Numbers may be right in the text and overflow on the way to the base frame.
+    /// Numbers may be right in the text and overflow on the way to the base frame; one line may ask for
+    /// more moves than the memory holds.
     pub(super) fn motion(&mut self, to: Move) {
-        if is_finite(&to) {
+        if self.is_full {
+            return;
+        }
+        if self.moves.len() >= self.most_moves {
+            self.is_full = true;
+            let what = format!(
+                "the program makes more than {} moves by here; split it into several operations",
+                self.most_moves
+            );
+            self.fault(to.line, what);
+        } else if is_finite(&to) {
             self.moves.push(to);
         } else {
             self.fault(to.line, "the target or the feed is too large a number");
         }
+    }
+
+    /// Whether there were more moves than are taken: reading on is in vain.
+    pub(super) fn is_full(&self) -> bool {
+        self.is_full
     }
 
     pub(super) fn spindle(&mut self, line: usize, rpm: f64) {

@@ -86,6 +86,9 @@ impl Reader<'_> {
                 (x, y) = (to_x.unwrap_or(x), to_y.unwrap_or(y));
             }
             self.hole(line, [x, y], retract, &depths, [feed, out]);
+            if self.log.is_full() {
+                break;
+            }
         }
         Ok(())
     }

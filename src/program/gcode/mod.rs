@@ -29,6 +29,9 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
             }
             Err(what) => reader.log.fault(line, what),
         }
+        if reader.log.is_full() {
+            break;
+        }
     }
 }
 
