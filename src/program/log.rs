@@ -18,6 +18,8 @@ pub(super) struct Log {
     is_full: bool,
     moves: Vec<Move>,
     spindle: Vec<SpindleCommand>,
+    /// Moves beyond the first whose speed the program leaves open: their number, and the first's line.
+    rapid: Option<(usize, usize)>,
     notices: Vec<ProgramFault>,
     faults: Vec<ProgramFault>,
     faults_in_all: usize,
@@ -31,6 +33,7 @@ impl Log {
             is_full: false,
             moves: Vec::new(),
             spindle: Vec::new(),
+            rapid: None,
             notices: Vec::new(),
             faults: Vec::new(),
             faults_in_all: 0,
@@ -78,6 +81,16 @@ impl Log {
         }
     }
 
+    /// A move at the speed that is assumed because the program gives none. The first of all does not
+    /// count: it goes to where the path starts.
+    pub(super) fn rapid_motion(&mut self, to: Move) {
+        if !self.moves.is_empty() && !self.is_full {
+            let (count, _) = self.rapid.get_or_insert((0, to.line));
+            *count += 1;
+        }
+        self.motion(to);
+    }
+
     /// Whether there were more moves than are taken: reading on is in vain.
     pub(super) fn is_full(&self) -> bool {
         self.is_full
@@ -87,9 +100,18 @@ impl Log {
         self.spindle.push(SpindleCommand { line, rpm, from_move: self.moves.len() });
     }
 
-    pub(super) fn finish(mut self) -> Result<Program, Vec<ProgramFault>> {
+    /// `rapid_m_per_s`: at what speed the rapid moves were taken to run.
+    pub(super) fn finish(mut self, rapid_m_per_s: f64) -> Result<Program, Vec<ProgramFault>> {
         if self.faults.is_empty() && self.moves.is_empty() {
             self.fault(1, "the program moves nothing");
+        }
+        if let Some((count, first_line)) = self.rapid {
+            let moves = if count == 1 {
+                "a rapid move runs".to_owned()
+            } else {
+                format!("{count} rapid moves, of which this is the first, run")
+            };
+            self.notice(first_line, format!("{moves} at the assumed {rapid_m_per_s} m/s"));
         }
         if self.faults.is_empty() {
             self.notices.sort_by_key(|notice| notice.line);

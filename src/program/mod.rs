@@ -64,6 +64,16 @@ impl Dialect {
     }
 }
 
+impl fmt::Display for Dialect {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Rapid => "RAPID",
+            Self::Apt => "APT",
+            Self::GCode => "G-code",
+        })
+    }
+}
+
 /// What a program does not tell and its reader needs to know.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
@@ -79,6 +89,15 @@ pub struct Settings {
     pub rapid_m_per_s: f64,
     /// Number of moving joints of the robot.
     pub joint_count: usize,
+}
+
+/// How fast a move is to run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Pace {
+    /// m/s.
+    Feed(f64),
+    /// As fast as it goes: the program gives no speed.
+    Rapid,
 }
 
 /// Speed of rapid moves where nobody gives one, m/s: an assumption, not a figure of any robot.
@@ -152,7 +171,7 @@ fn read_up_to(
         Dialect::Apt => apt::read(&text, settings, &mut log),
         Dialect::GCode => gcode::read(&text, settings, &mut log),
     }
-    log.finish()
+    log.finish(settings.rapid_m_per_s)
 }
 
 #[cfg(test)]

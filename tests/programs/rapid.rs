@@ -249,9 +249,7 @@ fn things_beside_the_motion_are_told_once_and_left_out() {
 #[test]
 fn a_time_is_for_the_way_of_the_tool_that_moves() {
     let tool = |name: &str, z: f64| {
-        format!(
-            "PERS tooldata {name}:=[TRUE,[[0,0,{z}],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];"
-        )
+        format!("PERS tooldata {name}:=[TRUE,[[0,0,{z}],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];")
     };
     let text = module("MoveL p,v5,fine,long;\nMoveL Offs(p,0,80,0),v5\\T:=4,fine,short;")
         .replace("PROC main", &(tool("long", 100.0) + &tool("short", 40.0) + "\nPROC main"));
