@@ -119,6 +119,7 @@ fn the_job_fills_what_the_program_leaves_to_it_and_no_more() {
         told,
         [
             (5, "tool: 'tElse' is not declared in this file; the job's tcp is used"),
+            (5, "wobj0 is named: the job's work_object is used for it"),
             (6, "work object: 'wElse' is not declared in this file; the job's work_object is used"),
             (6, "speed: 'vElse' is not declared in this file; the job's feed is used"),
             (7, "the program declares its tool: the job's tcp is not used there"),
