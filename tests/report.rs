@@ -636,9 +636,8 @@ mod as_sarif {
             })
             .collect();
         crossings[2].separation = 0.001;
-        // A program that jumps back.
-        crossings[2].from_line = 90;
-        crossings[2].to_line = 70;
+        crossings[2].from_line = 70;
+        crossings[2].to_line = 90;
         crossings.push(crossing(Certainty::Uncertain, 0.95, 1.0));
         let log = log(&[job("a.yaml", vec![(operation("o", crossings), None)])]);
         let results = log["runs"][0]["results"].as_array().unwrap();

@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use nalgebra::{Isometry3, Translation3, UnitQuaternion};
+use nalgebra::Isometry3;
 
 use super::faults::Faults;
+use super::frame::frame;
 use super::raw::job as raw;
 use super::robot::load_robot;
 use super::text::{LARGEST_JOB_BYTES, named_file, read_text};
@@ -254,8 +255,9 @@ impl Reader<'_> {
             robot: self.robot,
             // A feed that is missing was told; the waypoints are looked at all the same.
             feed_m_per_s: feed_m_per_s.unwrap_or(1.0),
-            tcp: self.raw.tcp.as_ref().map(isometry),
-            work_object: self.raw.work_object.as_ref().map(isometry),
+            speed: speed.as_ref(),
+            tcp: self.raw.tcp.as_ref().map(placed),
+            work_object: self.raw.work_object.as_ref().map(placed),
         };
         let path = raw.path.as_ref();
         let moves = path
@@ -389,13 +391,8 @@ fn cutting(raw: &raw::Cutting) -> Option<Cutting> {
     })
 }
 
-fn isometry(raw: &raw::Frame) -> Isometry3<f64> {
-    let [x, y, z] = raw.xyz_m.unwrap_or_default();
-    let [roll, pitch, yaw] = raw.rpy_rad.unwrap_or_default();
-    Isometry3::from_parts(
-        Translation3::new(x, y, z),
-        UnitQuaternion::from_euler_angles(roll, pitch, yaw),
-    )
+fn placed(raw: &raw::Frame) -> Isometry3<f64> {
+    frame(raw.xyz_m.unwrap_or_default(), raw.rpy_rad.unwrap_or_default())
 }
 
 #[cfg(test)]
@@ -497,6 +494,71 @@ mod tests {
                 "job.yaml:30: policy: unknown key 'seperation_percent'; did you mean 'separation_percent'?",
                 "robot.yaml:11: joint 'joint_2': stiffness_nm_per_rad is -1, must be positive and finite",
             ]
+        );
+    }
+
+    /// The notices of a job with `operation` and a program beside it.
+    fn notices_of(operation: &str, file: &str, program: &str) -> Vec<String> {
+        let (folder, _) = robot::folder(robot::YAML, robot::URDF);
+        let path = folder.path().join("job.yaml");
+        let job = format!(
+            "robot: robot.yaml\ntool: {{teeth: 2}}\nspindle: {{min_rpm: 500, max_rpm: 20000}}\n\
+             operations:\n  - name: rough\n    feed_mm_per_min: 60\n{operation}"
+        );
+        std::fs::write(&path, job).unwrap();
+        std::fs::write(folder.path().join(file), program).unwrap();
+        let prefix = format!("{}/", folder.path().display());
+        let loaded = load_job(&path).unwrap();
+        loaded.notices.iter().map(|notice| notice.to_string().replace(&prefix, "")).collect()
+    }
+
+    #[test]
+    fn speeds_of_the_program_that_the_job_does_not_check_are_told() {
+        // Nothing moves under 9000 and 5000 rpm.
+        let speeds =
+            "G0 X0 Y0 Z0\nS1100 M3\nG1 X1 F100\nS12000\nX2\nS9000\nS8000\nX3\nM5\nX4\nS5000 M3\n";
+        let constant =
+            |rpm: &str| format!("    spindle_rpm: {rpm}\n    path: {{program: {{file: a.nc}}}}\n");
+        assert_eq!(
+            notices_of(&constant("1100"), "a.nc", speeds),
+            [
+                "a.nc:4: commands 12000 rpm, the job checks 1100 rpm (operation 'rough'); one more command \
+                 differs"
+            ]
+        );
+        assert_eq!(
+            notices_of(&constant("2000"), "a.nc", speeds),
+            [
+                "a.nc:2: commands 1100 rpm, the job checks 2000 rpm (operation 'rough'); 2 more commands \
+                 differ"
+            ]
+        );
+        let schedule = "    spindle_schedule: [{s: 0, rpm: 1100}, {s: 1, rpm: 1100}]\n    path: {program: \
+                        {file: a.cls}}\n";
+        assert_eq!(
+            notices_of(schedule, "a.cls", "SPINDL/1100,CLW\nGOTO/1,2,3\nGOTO/1,2,4\n"),
+            ["a.cls:1: commands 1100 rpm, the job checks its spindle_schedule (operation 'rough')"]
+        );
+        let same = "S1100 M3\nG1 X0 Y0 Z0 F100\nX1\nM5\n";
+        assert!(notices_of(&constant("1100"), "a.nc", same).is_empty());
+    }
+
+    #[test]
+    fn a_procedure_without_effect_and_rapid_moves_are_told() {
+        let operation = "    spindle_rpm: 1100\n    path:\n      program:\n        file: a.nc\n        \
+                         procedure: main\n";
+        assert_eq!(
+            notices_of(operation, "a.nc", "G0 X0 Y0 Z0\nG1 X1 F100\nG0 X2\nZ5\nG1 X3\n"),
+            [
+                "job.yaml:11: operation 'rough': path.program.procedure 'main' has no effect: G-code has no \
+                 procedures",
+                "a.nc:3: 2 rapid moves, of which this is the first, run at the assumed 0.5 m/s",
+            ]
+        );
+        let apt = "    spindle_rpm: 1100\n    path: {program: {file: a.cls}}\n";
+        assert_eq!(
+            notices_of(apt, "a.cls", "GOTO/1,2,3\nRAPID\nGOTO/1,2,4\nGOTO/1,2,5\n"),
+            ["a.cls:3: a rapid move runs at the assumed 0.5 m/s"]
         );
     }
 

@@ -3,6 +3,7 @@
 
 mod fault;
 mod faults;
+mod frame;
 mod job;
 mod load_test;
 mod poses;

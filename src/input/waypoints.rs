@@ -2,16 +2,18 @@
 
 use std::path::Path;
 
-use nalgebra::{Isometry3, Translation3, UnitQuaternion};
+use nalgebra::Isometry3;
 
 use super::Fault;
 use super::faults::Faults;
+use super::frame::frame;
 use super::raw::job as raw;
 use super::text::{LARGEST_PROGRAM_BYTES, named_file, read_bytes};
 use super::yaml::{Apart, Kind, Node, Step};
+use crate::job::SpindleSpeed;
 use crate::model::{JointKind, Robot};
 use crate::motion::{Move, Target};
-use crate::program::{self, Dialect, ProgramFault, RAPID_M_PER_S, Settings};
+use crate::program::{self, Dialect, Program, ProgramFault, RAPID_M_PER_S, Settings};
 use crate::units::{m_from_mm, rad_from_deg};
 
 /// What the waypoints of one operation have in common.
@@ -23,6 +25,8 @@ pub(super) struct Course<'c> {
     /// `None` where the robot has faults: then only what needs no robot is told.
     pub(super) robot: Option<&'c Robot>,
     pub(super) feed_m_per_s: f64,
+    /// `None` where it is missing or wrong, which was told.
+    pub(super) speed: Option<&'c SpindleSpeed>,
     /// In the tip frame; `None` where the job gives none.
     pub(super) tcp: Option<Isometry3<f64>>,
     /// In the base frame; `None` where the job gives none.
@@ -78,10 +82,7 @@ pub(super) fn moves_of(
             raw.joints_deg.and_then(|Apart| joint_moves(course, node.get("joints_deg")?, faults))
         }
         ["poses"] => raw.poses.and_then(|Apart| pose_moves(course, node.get("poses")?, faults)),
-        [_] => {
-            let line = node.line_at(&[Step::Key("program")]);
-            program_moves(course, raw.program.as_ref()?, line, faults, elsewhere)
-        }
+        [_] => program_moves(course, raw.program.as_ref()?, node, faults, elsewhere),
     }
 }
 
@@ -153,14 +154,8 @@ fn pose_moves(course: &Course<'_>, poses: &Node, faults: &mut Faults) -> Option<
     (faults.count() == before && whole && !moves.is_empty()).then_some(moves)
 }
 
-/// Fixed axes, as in URDF: R = Rz(yaw) · Ry(pitch) · Rx(roll).
 fn placed(xyz_mm: [f64; 3], rpy_deg: [f64; 3]) -> Isometry3<f64> {
-    let [x, y, z] = xyz_mm.map(m_from_mm);
-    let [roll, pitch, yaw] = rpy_deg.map(rad_from_deg);
-    Isometry3::from_parts(
-        Translation3::new(x, y, z),
-        UnitQuaternion::from_euler_angles(roll, pitch, yaw),
-    )
+    frame(xyz_mm.map(m_from_mm), rpy_deg.map(rad_from_deg))
 }
 
 fn triple(node: &Node) -> Option<[f64; 3]> {
@@ -185,11 +180,12 @@ fn numbers_into(node: &Node, values: &mut Vec<f64>) {
 fn program_moves(
     course: &Course<'_>,
     raw: &raw::Program,
-    line: usize,
+    path: &Node,
     faults: &mut Faults,
     elsewhere: &mut Elsewhere,
 ) -> Option<Vec<Move>> {
     let name = raw.file.as_deref()?;
+    let line = path.line_at(&[Step::Key("program")]);
     let file = named_file(course.job, "path.program.file", name, line, faults)?;
     let extension = file.extension().unwrap_or_default().to_string_lossy();
     let Some(dialect) = Dialect::from_extension(&extension) else {
@@ -200,6 +196,14 @@ fn program_moves(
         faults.add(line, format!("{}: {what}", course.called));
         return None;
     };
+    if let (Some(procedure), Dialect::Apt | Dialect::GCode) = (&raw.procedure, dialect) {
+        let line = path.line_at(&[Step::Key("program"), Step::Key("procedure")]);
+        let what = format!(
+            "{}: path.program.procedure '{procedure}' has no effect: {dialect} has no procedures",
+            course.called
+        );
+        elsewhere.notices.push(faults.make(line, what));
+    }
     let bytes = match read_bytes(&file, LARGEST_PROGRAM_BYTES) {
         Ok(bytes) => bytes,
         Err(fault) => {
@@ -222,7 +226,10 @@ fn program_moves(
     };
     match program::read(&bytes, dialect, &settings) {
         Ok(program) => {
-            elsewhere.notices.extend(program.notices.into_iter().map(located));
+            let speeds =
+                course.speed.and_then(|speed| other_speeds(&program, speed, course.called));
+            let notices = program.notices.into_iter().chain(speeds);
+            elsewhere.notices.extend(notices.map(located));
             Some(program.moves)
         }
         Err(found) => {
@@ -230,4 +237,29 @@ fn program_moves(
             None
         }
     }
+}
+
+/// The program's commands to the spindle that the job does not follow, in one remark at the first. A stop
+/// is no speed to check, nor is one under which nothing moves.
+fn other_speeds(program: &Program, checked: &SpindleSpeed, called: &str) -> Option<ProgramFault> {
+    let ends = program.spindle.iter().skip(1).map(|next| next.from_move);
+    let mut others = program
+        .spindle
+        .iter()
+        .zip(ends.chain([program.moves.len()]))
+        .filter(|(command, end)| command.rpm > 0.0 && command.from_move < *end)
+        .map(|(command, _)| command)
+        .filter(|command| *checked != SpindleSpeed::Constant(command.rpm));
+    let first = others.next()?;
+    let checked = match checked {
+        SpindleSpeed::Constant(rpm) => format!("checks {rpm} rpm"),
+        SpindleSpeed::Schedule(_) => "checks its spindle_schedule".to_owned(),
+    };
+    let more = match others.count() {
+        0 => String::new(),
+        1 => "; one more command differs".to_owned(),
+        count => format!("; {count} more commands differ"),
+    };
+    let what = format!("commands {} rpm, the job {checked} ({called}){more}", first.rpm);
+    Some(ProgramFault { line: first.line, what })
 }

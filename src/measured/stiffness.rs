@@ -71,6 +71,8 @@ pub enum StiffnessFault {
     TooFewRows(usize),
     /// A value is not a finite number; its row, from 0.
     NotFinite(usize),
+    /// Each value is finite, but their squares, sums or quotients are not.
+    OutOfRange,
     /// All angles are the same, or all moments.
     NothingVaries,
     /// Confidence outside 0..1.
@@ -88,6 +90,10 @@ impl fmt::Display for StiffnessFault {
                 "{rows} row(s), must have at least {FEWEST_ROWS}: two for the line, one for its scatter"
             ),
             Self::NotFinite(row) => write!(f, "row {}: not a finite number", row + 1),
+            Self::OutOfRange => write!(
+                f,
+                "angles or moments are too large or too small to compute with; check their units"
+            ),
             Self::NothingVaries => {
                 write!(f, "all angles or all moments are the same; load the joint in steps")
             }
@@ -116,6 +122,7 @@ pub fn fit_stiffness(
     let x: Vec<f64> = angles_rad.iter().map(|a| a - angle).collect();
     let y: Vec<f64> = moments_nm.iter().map(|m| m - moment).collect();
     let (sxx, syy) = (dot(&x, &x), dot(&y, &y));
+    check_range(&[sxx, syy])?;
     if sxx <= 0.0 || syy <= 0.0 {
         return Err(StiffnessFault::NothingVaries);
     }
@@ -127,7 +134,7 @@ pub fn fit_stiffness(
     let residual_deviation = (lost / freedom).sqrt();
     let standard_error = residual_deviation / sxx.sqrt();
     let reach = students_t(freedom)?.inverse_cdf(0.5 + 0.5 * confidence) * standard_error;
-    Ok(StiffnessFit {
+    let fit = StiffnessFit {
         rows,
         stiffness,
         standard_error,
@@ -138,7 +145,19 @@ pub fn fit_stiffness(
         residual_deviation,
         r_squared: 1.0 - lost / syy,
         curvature: curvature(&x, &residuals, syy, moments_nm)?,
-    })
+    };
+    check_range(&[fit.stiffness, fit.standard_error, fit.interval[0], fit.interval[1]])?;
+    check_range(&[fit.intercept, fit.intercept_standard_error, residual_deviation, fit.r_squared])?;
+    Ok(fit)
+}
+
+/// Finite values may still overflow when they are squared or divided.
+fn check_range(computed: &[f64]) -> Result<(), StiffnessFault> {
+    if computed.iter().all(|value| value.is_finite()) {
+        Ok(())
+    } else {
+        Err(StiffnessFault::OutOfRange)
+    }
 }
 
 fn check(angles: &[f64], moments: &[f64], confidence: f64) -> Result<(), StiffnessFault> {
@@ -171,6 +190,7 @@ fn curvature(
     let skew: f64 = x.iter().map(|x| x * x * x).sum::<f64>() / sxx;
     let parabola: Vec<f64> = x.iter().map(|x| x * x - skew * x - sxx / n).collect();
     let size = dot(&parabola, &parabola);
+    check_range(&[skew, size])?;
     // With two distinct angles the parabola is rounding.
     if freedom < 1.0 || size <= (ROUNDING * sxx).powi(2) {
         return Ok(None);
@@ -181,6 +201,7 @@ fn curvature(
         return Ok(Some(Curvature { p_value: 1.0, stiffens: false }));
     }
     let rest: f64 = residuals.iter().zip(&parabola).map(|(r, p)| (r - bend * p).powi(2)).sum();
+    check_range(&[bend, explained, rest])?;
     let t = (explained / (rest / freedom)).sqrt();
     let p_value = if t.is_finite() { 2.0 * students_t(freedom)?.sf(t) } else { 0.0 };
     // The slope changes by 2·bend per radian; it stiffens if it grows towards the larger moment.
@@ -331,6 +352,33 @@ mod tests {
         let fit = fit_stiffness(&angles, &angles.map(|a| 7.0 + 1.5e5 * a), 0.95).unwrap();
         assert!((fit.stiffness / 1.5e5 - 1.0).abs() < 1e-12);
         assert!(!fit.curvature.unwrap().is_significant());
+    }
+
+    /// At every scale: a fit without NaN, or a fault.
+    #[test]
+    fn sums_that_overflow_are_a_fault() {
+        let (angles, moments) = ([0.0, 1.0, 2.0, 3.0, 4.5], [0.1, 1.0, 2.2, 3.0, 4.0]);
+        let fit = |angle: f64, moment: f64| {
+            fit_stiffness(&angles.map(|a| a * angle), &moments.map(|m| m * moment), 0.95)
+        };
+        for (angle, moment) in
+            [(1e200, 1.0), (1.0, 1e200), (1e200, 1e200), (1e80, 1e5), (1e307, 1.0)]
+        {
+            assert_eq!(fit(angle, moment), Err(StiffnessFault::OutOfRange), "{angle} {moment}");
+        }
+        for angle in -300..=300 {
+            for moment in (-300..=300).step_by(20) {
+                let Ok(fit) = fit(10_f64.powi(angle), 10_f64.powi(moment)) else { continue };
+                let p_value = fit.curvature.map_or(0.0, |curvature| curvature.p_value);
+                let found = [fit.stiffness, fit.standard_error, fit.interval[0], fit.interval[1]];
+                let more = [fit.intercept, fit.intercept_standard_error, fit.r_squared, p_value];
+                assert!(
+                    found.iter().chain(&more).all(|x| x.is_finite()),
+                    "{angle} {moment} {fit:?}"
+                );
+            }
+        }
+        assert!(fit(1e-4, 1e4).is_ok());
     }
 
     #[test]

@@ -8,9 +8,9 @@
 
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 
-use super::Settings;
 use super::log::Log;
 use super::tool_axis::orientation;
+use super::{Pace, Settings};
 use crate::motion::{Move, Target};
 use crate::units::{m_from_mm, m_per_s_from_mm_per_min, mm_from_inch};
 
@@ -20,7 +20,7 @@ const AXIS_LENGTH_TOLERANCE: f64 = 0.02;
 pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
     let mut reader = Reader::new(settings, log);
     for statement in statements(text) {
-        if !reader.statement(&statement) {
+        if !reader.statement(&statement) || reader.log.is_full() {
             break;
         }
     }
@@ -313,21 +313,30 @@ impl<'a> Reader<'a> {
         if std::mem::take(&mut self.rapid) {
             self.rapid_to(line, to);
         } else {
-            let feed_m_per_s = self.feed_m_per_s(self.feed)?;
-            self.push(line, to, feed_m_per_s);
+            let feed = Pace::Feed(self.feed_m_per_s(self.feed)?);
+            self.push(line, to, feed);
         }
         Ok(())
     }
 
     fn rapid_to(&mut self, line: usize, to: Vector3<f64>) {
-        self.push(line, to, self.settings.rapid_m_per_s);
+        self.push(line, to, Pace::Rapid);
     }
 
-    fn push(&mut self, line: usize, to: Vector3<f64>, feed_m_per_s: f64) {
+    fn push(&mut self, line: usize, to: Vector3<f64>, pace: Pace) {
         let turned = orientation(self.axis, self.turned);
         let target = Isometry3::from_parts(Translation3::from(to.map(m_from_mm)), turned);
         let to_base = Target::Line(self.work_object * target);
-        self.log.motion(Move { to: to_base, feed_m_per_s, tcp: self.tcp, line });
+        let tcp = self.tcp;
+        match pace {
+            Pace::Feed(feed_m_per_s) => {
+                self.log.motion(Move { to: to_base, feed_m_per_s, tcp, line });
+            }
+            Pace::Rapid => {
+                let feed_m_per_s = self.settings.rapid_m_per_s;
+                self.log.rapid_motion(Move { to: to_base, feed_m_per_s, tcp, line });
+            }
+        }
         self.at = Some(to);
         self.turned = Some(turned);
     }
@@ -335,11 +344,11 @@ impl<'a> Reader<'a> {
     /// Rapid to the clearance, feed to the depth, and out.
     fn drill(&mut self, line: usize, to: Vector3<f64>, cycle: Cycle) -> Result<(), String> {
         let axis = self.axis.into_inner();
-        let feed_m_per_s = self.feed_m_per_s(cycle.feed.or(self.feed))?;
+        let feed = Pace::Feed(self.feed_m_per_s(cycle.feed.or(self.feed))?);
         self.rapid = false;
         self.rapid_to(line, to + axis * cycle.clear);
-        self.push(line, to - axis * cycle.depth, feed_m_per_s);
-        let out = if cycle.out_at_feed { feed_m_per_s } else { self.settings.rapid_m_per_s };
+        self.push(line, to - axis * cycle.depth, feed);
+        let out = if cycle.out_at_feed { feed } else { Pace::Rapid };
         self.push(line, to + axis * cycle.clear, out);
         if cycle.retract > cycle.clear {
             self.rapid_to(line, to + axis * cycle.retract);

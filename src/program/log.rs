@@ -11,10 +11,15 @@ use crate::motion::{Move, Target};
 const FAULTS_TOLD: usize = 50;
 
 /// Moves, spindle commands, faults and notices so far.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Log {
+    /// More than this is a fault.
+    most_moves: usize,
+    is_full: bool,
     moves: Vec<Move>,
     spindle: Vec<SpindleCommand>,
+    /// Moves beyond the first whose speed the program leaves open: their number, and the first's line.
+    rapid: Option<(usize, usize)>,
     notices: Vec<ProgramFault>,
     faults: Vec<ProgramFault>,
     faults_in_all: usize,
@@ -22,6 +27,20 @@ pub(super) struct Log {
 }
 
 impl Log {
+    pub(super) fn new(most_moves: usize) -> Self {
+        Self {
+            most_moves,
+            is_full: false,
+            moves: Vec::new(),
+            spindle: Vec::new(),
+            rapid: None,
+            notices: Vec::new(),
+            faults: Vec::new(),
+            faults_in_all: 0,
+            told: HashSet::new(),
+        }
+    }
+
     /// Motion is lost, wrong or impossible. The same fault of the same line (in a loop) is told once.
     pub(super) fn fault(&mut self, line: usize, what: impl Into<String>) {
         let what = what.into();
@@ -42,22 +61,57 @@ impl Log {
         }
     }
 
-    /// Numbers may be right in the text and overflow on the way to the base frame.
+    /// Numbers may be right in the text and overflow on the way to the base frame; one line may ask for
+    /// more moves than the memory holds.
     pub(super) fn motion(&mut self, to: Move) {
-        if is_finite(&to) {
+        if self.is_full {
+            return;
+        }
+        if self.moves.len() >= self.most_moves {
+            self.is_full = true;
+            let what = format!(
+                "the program makes more than {} moves by here; split it into several operations",
+                self.most_moves
+            );
+            self.fault(to.line, what);
+        } else if is_finite(&to) {
             self.moves.push(to);
         } else {
             self.fault(to.line, "the target or the feed is too large a number");
         }
     }
 
+    /// A move at the speed that is assumed because the program gives none. The first of all does not
+    /// count: it goes to where the path starts.
+    pub(super) fn rapid_motion(&mut self, to: Move) {
+        if !self.moves.is_empty() && !self.is_full {
+            let (count, _) = self.rapid.get_or_insert((0, to.line));
+            *count += 1;
+        }
+        self.motion(to);
+    }
+
+    /// Whether there were more moves than are taken: reading on is in vain.
+    pub(super) fn is_full(&self) -> bool {
+        self.is_full
+    }
+
     pub(super) fn spindle(&mut self, line: usize, rpm: f64) {
         self.spindle.push(SpindleCommand { line, rpm, from_move: self.moves.len() });
     }
 
-    pub(super) fn finish(mut self) -> Result<Program, Vec<ProgramFault>> {
+    /// `rapid_m_per_s`: at what speed the rapid moves were taken to run.
+    pub(super) fn finish(mut self, rapid_m_per_s: f64) -> Result<Program, Vec<ProgramFault>> {
         if self.faults.is_empty() && self.moves.is_empty() {
             self.fault(1, "the program moves nothing");
+        }
+        if let Some((count, first_line)) = self.rapid {
+            let moves = if count == 1 {
+                "a rapid move runs".to_owned()
+            } else {
+                format!("{count} rapid moves, of which this is the first, run")
+            };
+            self.notice(first_line, format!("{moves} at the assumed {rapid_m_per_s} m/s"));
         }
         if self.faults.is_empty() {
             self.notices.sort_by_key(|notice| notice.line);

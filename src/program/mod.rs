@@ -64,6 +64,16 @@ impl Dialect {
     }
 }
 
+impl fmt::Display for Dialect {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Rapid => "RAPID",
+            Self::Apt => "APT",
+            Self::GCode => "G-code",
+        })
+    }
+}
+
 /// What a program does not tell and its reader needs to know.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
@@ -81,8 +91,20 @@ pub struct Settings {
     pub joint_count: usize,
 }
 
+/// How fast a move is to run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Pace {
+    /// m/s.
+    Feed(f64),
+    /// As fast as it goes: the program gives no speed.
+    Rapid,
+}
+
 /// Speed of rapid moves where nobody gives one, m/s: an assumption, not a figure of any robot.
 pub const RAPID_M_PER_S: f64 = 0.5;
+
+/// Most moves of a program. Cycles, arcs and loops multiply: a short line may ask for a thousand million.
+const MOST_MOVES: usize = 2_000_000;
 
 /// What a program asks for.
 #[derive(Debug, Clone, PartialEq)]
@@ -126,18 +148,76 @@ impl fmt::Display for ProgramFault {
 ///
 /// # Errors
 /// Every fault that was found, by line: motion that is not understood, that depends on what is known
-/// only at run time, or that is impossible; a text that moves nothing.
+/// only at run time, or that is impossible; a text that moves nothing, or makes more than two million
+/// moves.
 pub fn read(
     bytes: &[u8],
     dialect: Dialect,
     settings: &Settings,
 ) -> Result<Program, Vec<ProgramFault>> {
+    read_up_to(MOST_MOVES, bytes, dialect, settings)
+}
+
+fn read_up_to(
+    most_moves: usize,
+    bytes: &[u8],
+    dialect: Dialect,
+    settings: &Settings,
+) -> Result<Program, Vec<ProgramFault>> {
     let text = text::decode(bytes).map_err(|fault| vec![fault])?;
-    let mut log = log::Log::default();
+    let mut log = log::Log::new(most_moves);
     match dialect {
         Dialect::Rapid => rapid::read(&text, settings, &mut log),
         Dialect::Apt => apt::read(&text, settings, &mut log),
         Dialect::GCode => gcode::read(&text, settings, &mut log),
     }
-    log.finish()
+    log.finish(settings.rapid_m_per_s)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn settings() -> Settings {
+        Settings {
+            procedure: None,
+            tcp: None,
+            work_object: None,
+            feed_m_per_s: 0.01,
+            rapid_m_per_s: RAPID_M_PER_S,
+            joint_count: 6,
+        }
+    }
+
+    #[test]
+    fn too_many_moves_are_a_fault_where_the_reader_stops() {
+        let rapid = "MODULE m\nPROC main()\nFOR i FROM 1 TO 400000 DO\nMoveL [[i,0,0],[1,0,0,0],[0,0,0,0],\
+                     [9E9,9E9,9E9,9E9,9E9,9E9]],v5,fine,tool0;\nENDFOR\nGluePath;\nENDPROC\nENDMODULE\n";
+        let apt = "GOTO/0,0,1\nCYCLE/DRILL,DEPTH,5,CLEAR,2\n".to_owned()
+            + &"GOTO/1,0,0\nGOTO/2,0,0\n".repeat(50)
+            + "GOFWD/1\n";
+        let repeats = "G0 X0 Y0 Z0\nG91 G83 X0.001 Y0 Z-10 R-1 Q0.001 L10000\nG5 X1\n";
+        let helix = "G0 X10 Y0 Z0\nG2 X10 Y0 Z-9 I-10 P1000 F100\nG5 X1\n";
+        for (text, dialect, line) in [
+            (rapid, Dialect::Rapid, 4),
+            // The first point and three moves a hole: the 34th hole is one too many.
+            (&apt, Dialect::Apt, 36),
+            (repeats, Dialect::GCode, 2),
+            (helix, Dialect::GCode, 2),
+        ] {
+            let found = read_up_to(100, text.as_bytes(), dialect, &settings()).unwrap_err();
+            // What follows, which is wrong, too, is not read.
+            let [only] = found.as_slice() else { panic!("{found:?}") };
+            assert_eq!(only.line, line, "{only}");
+            assert!(only.what.contains("more than 100 moves"), "{only}");
+        }
+    }
+
+    #[test]
+    fn as_many_moves_as_are_taken_are_read() {
+        let text = "G0 X0 Y0 Z0\nX1\nX2\n";
+        let read = |most| read_up_to(most, text.as_bytes(), Dialect::GCode, &settings());
+        assert_eq!(read(3).unwrap().moves.len(), 3);
+        assert_eq!(read(2).unwrap_err()[0].line, 3);
+    }
 }

@@ -47,7 +47,7 @@ fn command(
         Certainty::Uncertain => ("warning", "perhaps a resonance"),
     };
     let crossing = finding.worst.crossing;
-    let [from, to] = words::ascending_lines(crossing);
+    let (from, to) = (crossing.from_line, crossing.to_line);
     let file = paths::slashed(&paths::within(root, &operation.lines_file()));
     let mut message = words::sentence(operation, &finding.worst);
     match finding.others.len() {

@@ -233,9 +233,9 @@ struct Crossing<'a> {
     /// The file that the lines refer to: the program as the job names it, else the job file as it was named
     /// on the command line.
     file: Cow<'a, str>,
-    /// Line that is run at from_s, counted from 1.
+    /// The lowest line that is run between from_s and to_s, counted from 1.
     from_line: usize,
-    /// Line that is run at to_s; less than from_line where a program jumps back.
+    /// The highest line that is run between from_s and to_s.
     to_line: usize,
 }
 

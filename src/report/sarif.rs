@@ -187,12 +187,11 @@ impl Artifacts<'_> {
         let file = operation.lines_file();
         let index = self.index_of(&file);
         let crossing = stretch.crossing;
-        let [start_line, end_line] = words::ascending_lines(crossing);
         Location {
             id: related,
             physical_location: PhysicalLocation {
                 artifact_location: located(self.uri_of(&file), Some(index)),
-                region: Region { start_line, end_line },
+                region: Region { start_line: crossing.from_line, end_line: crossing.to_line },
             },
             logical_locations: [LogicalLocation {
                 name: operation.risk.name.clone(),

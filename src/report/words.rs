@@ -182,12 +182,6 @@ pub(super) fn line_range(from: usize, to: usize) -> String {
     if from == to { from.to_string() } else { format!("{from}–{to}") }
 }
 
-/// The lines of a crossing, ascending and counted from 1, as formats ask for them that know no jump back.
-pub(super) fn ascending_lines(crossing: &Crossing) -> [usize; 2] {
-    let (from, to) = (crossing.from_line.max(1), crossing.to_line.max(1));
-    [from.min(to), from.max(to)]
-}
-
 /// A stretch in one sentence, for those who see nothing else.
 pub(super) fn sentence(operation: &CheckedOperation<'_>, stretch: &Stretch<'_>) -> String {
     let crossing = stretch.crossing;

@@ -48,7 +48,10 @@ fn contour_with_holes() {
             SpindleCommand { line: 25, rpm: 0.0, from_move: 13 },
         ]
     );
-    assert_eq!(program.notices, []);
+    // Five after the first, see the feeds above.
+    let [notice] = program.notices.as_slice() else { panic!("{:?}", program.notices) };
+    assert_eq!(notice.line, 10);
+    assert!(notice.what.starts_with("5 rapid moves"), "{notice}");
 }
 
 #[test]

@@ -73,7 +73,9 @@ fn pocket_with_arcs_and_holes() {
         ]
     );
     let told: Vec<usize> = program.notices.iter().map(|notice| notice.line).collect();
-    assert_eq!(told, [6, 23], "{:?}", program.notices);
+    assert_eq!(told, [6, 8, 23], "{:?}", program.notices);
+    // See the feeds above.
+    assert!(program.notices[1].what.starts_with("15 rapid moves"), "{:?}", program.notices);
     // The tool looks down with x along the work object's x.
     for each in &program.moves {
         let turned = pose([0.0; 3], [0.0, 1.0, 0.0, 0.0]).rotation;

@@ -119,6 +119,7 @@ fn the_job_fills_what_the_program_leaves_to_it_and_no_more() {
         told,
         [
             (5, "tool: 'tElse' is not declared in this file; the job's tcp is used"),
+            (5, "wobj0 is named: the job's work_object is used for it"),
             (6, "work object: 'wElse' is not declared in this file; the job's work_object is used"),
             (6, "speed: 'vElse' is not declared in this file; the job's feed is used"),
             (7, "the program declares its tool: the job's tcp is not used there"),
@@ -242,4 +243,32 @@ fn things_beside_the_motion_are_told_once_and_left_out() {
     let told: Vec<_> = program.notices.iter().map(|notice| notice.line).collect();
     assert_eq!(told, [5, 7, 8, 8], "{:?}", program.notices);
     assert_eq!(program.moves[1].feed_m_per_s, 5.0);
+}
+
+/// The first tool ends 100 mm before the flange's z, the second 40 mm: at the change the centre point goes
+/// back by 60 mm without a move. From there to the next target it is 80 mm in y: 100 mm in all.
+#[test]
+fn a_time_is_for_the_way_of_the_tool_that_moves() {
+    let tool = |name: &str, z: f64| {
+        format!("PERS tooldata {name}:=[TRUE,[[0,0,{z}],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];")
+    };
+    let text = module("MoveL p,v5,fine,long;\nMoveL Offs(p,0,80,0),v5\\T:=4,fine,short;")
+        .replace("PROC main", &(tool("long", 100.0) + &tool("short", 40.0) + "\nPROC main"));
+    let program = rapid(&text);
+    let feed = program.moves[1].feed_m_per_s;
+    assert!((feed - 0.1 / 4.0).abs() < 1e-12, "{feed}");
+}
+
+#[test]
+fn wobj0_by_name_is_the_job_s_and_says_so() {
+    let work_object = pose([900.0, 0.0, 400.0], [1.0, 0.0, 0.0, 0.0]);
+    let job = Settings { work_object: Some(work_object), ..settings() };
+    let named = module("MoveL p,v5,fine,tool0;\nMoveL p,v5,fine,tool0\\WObj:=wobj0;");
+    let program = read(named.as_bytes(), Dialect::Rapid, &job).unwrap();
+    assert_ends(&program, &[('L', [1000.0, 200.0, 700.0]), ('L', [1000.0, 200.0, 700.0])]);
+    assert_eq!(program.notices.len(), 1, "{:?}", program.notices);
+    assert_eq!(program.notices[0].line, 5);
+    assert!(program.notices[0].what.contains("job's work_object is used"));
+    // Without a frame in the job there is nothing to choose between.
+    assert!(rapid(&named).notices.is_empty());
 }

@@ -2,16 +2,18 @@
 
 use std::path::Path;
 
-use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Vector3};
 use urdf_rs::JointType;
 
 use super::super::Fault;
 use super::super::faults::Faults;
+use super::super::frame::frame;
 use super::super::text::{LARGEST_URDF_BYTES, read_text};
 use super::audit::{Audit, JointFacts, Lines, LinkFacts, audit};
 use crate::model::{Inertial, Joint, JointKind, Link};
 
-/// A limit given on one side only is this on the other, rad or m: no arm gets there.
+/// A limit beyond this is drawn in to it, rad or m: no arm gets there, exporters write 1e16 or the largest
+/// of all numbers for "unlimited", and the width between two limits must not overflow.
 const FAR: f64 = 1e9;
 
 /// What a URDF holds, and where.
@@ -86,7 +88,7 @@ pub(in crate::input) fn read_urdf(path: &Path, faults: &mut Faults) -> Result<Ur
 fn link(link: &urdf_rs::Link, facts: &LinkFacts) -> Link {
     let inertial = facts.has_inertial.then(|| {
         let urdf_rs::Inertial { origin, mass, inertia } = &link.inertial;
-        let pose = isometry(origin);
+        let pose = frame(*origin.xyz, *origin.rpy);
         let turn = pose.rotation.to_rotation_matrix();
         let own = Matrix3::new(
             inertia.ixx,
@@ -125,22 +127,12 @@ fn joint(joint: &urdf_rs::Joint, facts: &JointFacts) -> Joint {
         },
         parent: facts.parent.clone(),
         child: facts.child.clone(),
-        origin: isometry(&joint.origin),
+        origin: frame(*joint.origin.xyz, *joint.origin.rpy),
         axis: Vector3::from(*joint.axis.xyz),
         position_limit: facts.has_position_limit.then(|| [lower.max(-FAR), upper.min(FAR)]),
         velocity_limit: (velocity != 0.0 && velocity.is_finite()).then_some(velocity),
         mimics: facts.mimics.clone(),
     }
-}
-
-/// Fixed axes, as the URDF standard says: R = Rz(yaw) · Ry(pitch) · Rx(roll).
-fn isometry(pose: &urdf_rs::Pose) -> Isometry3<f64> {
-    let [x, y, z] = *pose.xyz;
-    let [roll, pitch, yaw] = *pose.rpy;
-    Isometry3::from_parts(
-        Translation3::new(x, y, z),
-        UnitQuaternion::from_euler_angles(roll, pitch, yaw),
-    )
 }
 
 #[cfg(test)]
@@ -171,6 +163,23 @@ mod tests {
         assert_eq!(joint.axis, Vector3::x());
         assert_eq!((joint.position_limit, joint.velocity_limit), (None, None));
         assert_eq!((urdf.joint_line("j", "axis"), urdf.link_line("a", "mass")), (2, 1));
+    }
+
+    #[test]
+    fn a_limit_that_is_not_given_is_zero_and_a_huge_one_is_drawn_in() {
+        let limit = |attributes: &str| {
+            let (urdf, faults) = read(&format!(
+                "<robot name=\"r\"><link name=\"a\"/><link name=\"b\"/><joint name=\"j\" \
+                 type=\"revolute\"><parent link=\"a\"/><child link=\"b\"/><limit {attributes}/></joint>\
+                 </robot>"
+            ));
+            assert!(faults.is_empty(), "{faults:?}");
+            urdf.unwrap().joints[0].position_limit
+        };
+        assert_eq!(limit("upper=\"2\" velocity=\"1\" effort=\"1\""), Some([0.0, 2.0]));
+        assert_eq!(limit("lower=\"-2\" velocity=\"1\" effort=\"1\""), Some([-2.0, 0.0]));
+        let huge = limit("lower=\"-1.7e308\" upper=\"1.7e308\" velocity=\"1\" effort=\"1\"");
+        assert_eq!(huge, Some([-FAR, FAR]));
     }
 
     #[test]

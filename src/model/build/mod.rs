@@ -74,8 +74,15 @@ impl<'a> Builder<'a> {
 
     /// Finds the tip where none is named: the child of the last joint that moves.
     fn default_tip(&mut self, tree: &Tree, base: usize) -> Option<usize> {
-        let moving: Vec<usize> = tree
-            .from(base)
+        let carried = tree.from(base);
+        // Parents come before their children.
+        let mut depths = vec![0; self.description.links.len()];
+        for &link in carried.iter().skip(1) {
+            if let Some(joint) = tree.parent_joint[link] {
+                depths[link] = depths[tree.parent_link[joint]] + 1;
+            }
+        }
+        let moving: Vec<usize> = carried
             .into_iter()
             .filter(|&link| {
                 link != base
@@ -83,7 +90,7 @@ impl<'a> Builder<'a> {
                         .is_some_and(|j| self.description.joints[j].kind.moves())
             })
             .collect();
-        let Some(&last) = moving.iter().max_by_key(|&&link| tree.path_to(link).len()) else {
+        let Some(&last) = moving.iter().max_by_key(|&&link| depths[link]) else {
             self.fault(
                 Place::Tip,
                 "tip",
@@ -91,7 +98,7 @@ impl<'a> Builder<'a> {
             );
             return None;
         };
-        let chain = tree.path_to(last);
+        let chain: BTreeSet<usize> = tree.path_to(last).into_iter().collect();
         if moving.iter().any(|link| !chain.contains(link)) {
             let what = "the moving joints branch, so the tip link must be named with 'tip'";
             self.fault(Place::Tip, "tip", what);

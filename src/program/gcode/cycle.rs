@@ -4,6 +4,7 @@
 use super::arc::Plane;
 use super::block::Block;
 use super::state::{Motion, Reader};
+use crate::program::Pace;
 
 /// What distinguishes the cycles as motion. Dwells and the short lifts of G73 leave the path as it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,7 +55,7 @@ impl Reader<'_> {
         if self.plane != Plane::XY {
             return Err("drilling cycles are supported in the XY plane (G17) alone".to_owned());
         }
-        let feed = self.feed_m_per_s()?;
+        let feed = Pace::Feed(self.feed_m_per_s()?);
         let before = self.place().ok_or("a cycle from a place that is not known")?;
         let [retract, bottom, step] =
             ['R', 'Z', 'Q'].map(|word| block.get(word).map(|value| self.mm(value)));
@@ -76,7 +77,7 @@ impl Reader<'_> {
         let by = |letter: char| block.get(letter).map_or(0.0, |value| self.mm(value));
         let (by_x, by_y) = (by('X'), by('Y'));
         let [mut x, mut y, _] = before;
-        let out = if kind == Kind::Bore { feed } else { self.rapid_m_per_s() };
+        let out = if kind == Kind::Bore { feed } else { Pace::Rapid };
         // Whole and at most MOST_REPEATS, checked above.
         for _ in 0..repeats as u32 {
             if self.relative {
@@ -86,45 +87,47 @@ impl Reader<'_> {
                 (x, y) = (to_x.unwrap_or(x), to_y.unwrap_or(y));
             }
             self.hole(line, [x, y], retract, &depths, [feed, out]);
+            if self.log.is_full() {
+                break;
+            }
         }
         Ok(())
     }
 
-    /// `feeds`: in and out.
+    /// `feed` in and `out`.
     fn hole(
         &mut self,
         line: usize,
         [x, y]: [f64; 2],
         retract: f64,
         depths: &[f64],
-        [feed, out]: [f64; 2],
+        [feed, out]: [Pace; 2],
     ) {
-        let rapid = self.rapid_m_per_s();
         if let Some([x, y, z]) = self.place()
             && z < retract
         {
-            self.apart(line, [x, y, retract], rapid);
+            self.apart(line, [x, y, retract], Pace::Rapid);
         }
         let z = self.place().map_or(retract, |[_, _, z]| z);
-        self.apart(line, [x, y, z], rapid);
-        self.apart(line, [x, y, retract], rapid);
+        self.apart(line, [x, y, z], Pace::Rapid);
+        self.apart(line, [x, y, retract], Pace::Rapid);
         for (index, &depth) in depths.iter().enumerate() {
             if let Some(&before) = index.checked_sub(1).and_then(|last| depths.get(last)) {
-                self.apart(line, [x, y, retract], rapid);
-                self.apart(line, [x, y, before], rapid);
+                self.apart(line, [x, y, retract], Pace::Rapid);
+                self.apart(line, [x, y, before], Pace::Rapid);
             }
             self.apart(line, [x, y, depth], feed);
         }
         self.apart(line, [x, y, retract], out);
         if self.back_to_initial && self.cycle.initial > retract {
-            self.apart(line, [x, y, self.cycle.initial], rapid);
+            self.apart(line, [x, y, self.cycle.initial], Pace::Rapid);
         }
     }
 
     /// A line, unless the tool is there already.
-    fn apart(&mut self, line: usize, to: [f64; 3], feed_m_per_s: f64) {
+    fn apart(&mut self, line: usize, to: [f64; 3], pace: Pace) {
         if self.place() != Some(to) {
-            self.line_to(line, to, feed_m_per_s);
+            self.line_to(line, to, pace);
         }
     }
 

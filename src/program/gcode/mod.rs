@@ -11,8 +11,8 @@ mod block;
 mod cycle;
 mod state;
 
-use super::Settings;
 use super::log::Log;
+use super::{Pace, Settings};
 use block::Block;
 use state::{Feed, Motion, Reader};
 
@@ -28,6 +28,9 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
                 }
             }
             Err(what) => reader.log.fault(line, what),
+        }
+        if reader.log.is_full() {
+            break;
         }
     }
 }
@@ -175,9 +178,9 @@ fn moves(reader: &mut Reader, once: &Once, line: usize, block: &Block) -> Result
     }
     match reader.motion {
         Motion::None => Err("axes without G0, G1, G2, G3 or a cycle".to_owned()),
-        Motion::Rapid => reader.straight(line, block, reader.rapid_m_per_s()),
+        Motion::Rapid => reader.straight(line, block, Pace::Rapid),
         Motion::Straight => {
-            let feed = reader.feed_m_per_s()?;
+            let feed = Pace::Feed(reader.feed_m_per_s()?);
             reader.straight(line, block, feed)
         }
         Motion::Arc { clockwise } => reader.arc(line, block, clockwise),

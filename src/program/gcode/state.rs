@@ -6,9 +6,9 @@ use super::arc::{self, Arc, Centre, Plane};
 use super::block::Block;
 use super::cycle::{Cycle, Kind};
 use crate::motion::{Move, Target};
-use crate::program::Settings;
 use crate::program::log::Log;
 use crate::program::tool_axis::orientation;
+use crate::program::{Pace, Settings};
 use crate::units::{m_from_mm, m_per_s_from_mm_per_min, mm_from_inch};
 
 const AXES: [char; 3] = ['X', 'Y', 'Z'];
@@ -80,10 +80,6 @@ impl<'a> Reader<'a> {
 
     pub(super) fn mm(&self, length: f64) -> f64 {
         if self.inches { mm_from_inch(length) } else { length }
-    }
-
-    pub(super) fn rapid_m_per_s(&self) -> f64 {
-        self.settings.rapid_m_per_s
     }
 
     pub(super) fn set_feed(&mut self, feed: f64) -> Result<(), String> {
@@ -182,20 +178,26 @@ impl<'a> Reader<'a> {
         self.work_object * Isometry3::from_parts(at, self.turned)
     }
 
-    fn push(&mut self, line: usize, to: Target, feed_m_per_s: f64) {
+    fn push(&mut self, line: usize, to: Target, pace: Pace) {
         let tcp = self.settings.tcp.unwrap_or_default();
-        self.log.motion(Move { to, feed_m_per_s, tcp, line });
+        match pace {
+            Pace::Feed(feed_m_per_s) => self.log.motion(Move { to, feed_m_per_s, tcp, line }),
+            Pace::Rapid => {
+                let feed_m_per_s = self.settings.rapid_m_per_s;
+                self.log.rapid_motion(Move { to, feed_m_per_s, tcp, line });
+            }
+        }
     }
 
     pub(super) fn straight(
         &mut self,
         line: usize,
         block: &Block,
-        feed_m_per_s: f64,
+        pace: Pace,
     ) -> Result<(), String> {
         self.at = self.end_of(block)?;
         match self.place() {
-            Some(place) => self.line_to(line, place, feed_m_per_s),
+            Some(place) => self.line_to(line, place, pace),
             None => {
                 let what = "moves before all of X, Y and Z are given are left out: the place is \
                             not known";
@@ -205,8 +207,8 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    pub(super) fn line_to(&mut self, line: usize, to: [f64; 3], feed_m_per_s: f64) {
-        self.push(line, Target::Line(self.pose(to)), feed_m_per_s);
+    pub(super) fn line_to(&mut self, line: usize, to: [f64; 3], pace: Pace) {
+        self.push(line, Target::Line(self.pose(to)), pace);
         self.at = to.map(Some);
     }
 
@@ -216,7 +218,7 @@ impl<'a> Reader<'a> {
         let end = self.end_of(block)?;
         let [Some(x), Some(y), Some(z)] = end else { return Ok(()) };
         if [x, y, z] != before {
-            self.line_to(line, [x, y, z], self.settings.rapid_m_per_s);
+            self.line_to(line, [x, y, z], Pace::Rapid);
         }
         Ok(())
     }
@@ -227,7 +229,7 @@ impl<'a> Reader<'a> {
         block: &Block,
         clockwise: bool,
     ) -> Result<(), String> {
-        let feed_m_per_s = self.feed_m_per_s()?;
+        let feed = Pace::Feed(self.feed_m_per_s()?);
         let start = self.place().ok_or("an arc from a place that is not known")?;
         let [Some(x), Some(y), Some(z)] = self.end_of(block)? else {
             return Err("an arc to a place that is not known".to_owned());
@@ -249,7 +251,7 @@ impl<'a> Reader<'a> {
         };
         for piece in arc::pieces(&arc)? {
             let (via, end) = (self.pose(piece.via), self.pose(piece.end));
-            self.push(line, Target::Arc { via, end }, feed_m_per_s);
+            self.push(line, Target::Arc { via, end }, feed);
         }
         self.at = end.map(Some);
         Ok(())

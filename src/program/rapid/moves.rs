@@ -20,6 +20,13 @@ pub(super) struct Last {
     tcp: Isometry3<f64>,
 }
 
+impl Last {
+    /// Where another tool has its centre point there, in the base frame.
+    fn with(&self, tcp: &Isometry3<f64>) -> Isometry3<f64> {
+        self.at * self.tcp.inverse() * tcp
+    }
+}
+
 impl<'a> Interpreter<'a> {
     /// Runs a motion instruction.
     pub(super) fn motion(
@@ -65,7 +72,7 @@ impl<'a> Interpreter<'a> {
         let timed = option("t").map(Value::num).transpose()?;
         let feed_m_per_s = match (timed, self.last) {
             (Some(seconds), Some(last)) if self.may_be_timed(line, way) => {
-                timed_feed(seconds, &last.at, via.as_ref(), &end)?
+                timed_feed(seconds, &last.with(&tcp), via.as_ref(), &end)?
             }
             (Some(_), _) => {
                 self.log.notice(
@@ -106,7 +113,7 @@ impl<'a> Interpreter<'a> {
             None => None,
         };
         let work_object = work_object.or(self.settings.work_object).unwrap_or_default();
-        let at = work_object.inverse() * last.at * last.tcp.inverse() * tcp;
+        let at = work_object.inverse() * last.with(&tcp);
         let [translation, rotation] = from_pose(&at);
         let external = Value::nums(&[9e9; ROBOT_AXES]);
         Ok(Value::List(vec![translation, rotation, Value::nums(&[0.0; 4]), external]))
@@ -186,7 +193,12 @@ impl<'a> Interpreter<'a> {
         given: Option<&Value>,
     ) -> Result<Isometry3<f64>, String> {
         match (given.unwrap_or(&Value::Wobj0), self.settings.work_object) {
-            (Value::Wobj0, frame) => Ok(frame.unwrap_or_default()),
+            (Value::Wobj0, frame) => {
+                if given.is_some() && frame.is_some() {
+                    self.log.notice(line, "wobj0 is named: the job's work_object is used for it");
+                }
+                Ok(frame.unwrap_or_default())
+            }
             (Value::Unknown(why), Some(frame)) => {
                 self.log.notice(line, format!("work object: {why}; the job's work_object is used"));
                 Ok(frame)

@@ -89,6 +89,9 @@ impl<'a> Interpreter<'a> {
 
     fn statement(&mut self, statement: &'a Statement) -> Flow {
         let line = statement.line;
+        if self.log.is_full() {
+            return Flow::Exit;
+        }
         if self.budget == 0 {
             self.log.fault(line, "the program runs too long here: a loop without an end?");
             return Flow::Exit;
