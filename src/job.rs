@@ -76,7 +76,8 @@ pub struct Operation {
 pub enum SpindleSpeed {
     /// One speed, rev/min.
     Constant(f64),
-    /// (s, rev/min) from s = 0 to s = 1, s strictly ascending; linear between.
+    /// (s, rev/min) with s in 0..=1, strictly ascending; linear between, constant before the first and
+    /// after the last.
     Schedule(Vec<(f64, f64)>),
 }
 

@@ -207,10 +207,8 @@ fn units_are_converted_in_one_place() {
                 "to_degrees()",
                 "to_radians()",
             ] {
-                // One message there still makes its percent by hand.
-                let excused = module == "path" && constant == "100.0 *";
                 assert!(
-                    excused || !line.contains(constant),
+                    !line.contains(constant),
                     "{}: line {} of its code converts units: {line}",
                     file.display(),
                     i + 1

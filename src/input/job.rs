@@ -178,18 +178,16 @@ impl Reader<'_> {
         let default = raw::Policy::default();
         let raw = self.raw.policy.as_ref().unwrap_or(&default);
         let bands = raw.ignore_hz.clone().unwrap_or_default();
-        let mut above = 0.0;
         for (index, &[from, to]) in bands.iter().enumerate() {
-            if !(from >= above && to > from) {
+            if !(from >= 0.0 && to >= from) {
                 let what = format!(
-                    "policy.ignore_hz[{index}] is [{from}, {to}], must be ascending, not negative and not \
-                     below the band before"
+                    "policy.ignore_hz[{index}] is [{from}, {to}], must be ascending and not negative"
                 );
                 let steps = [Step::Key("policy"), Step::Key("ignore_hz"), Step::Index(index)];
                 self.fault(&steps, what);
             }
-            above = to;
         }
+        self.check_uneven_pitch(raw);
         let tooth = raw.tooth_passing_harmonics.unwrap_or(DEFAULT_TOOTH_PASSING_HARMONICS);
         let spindle = raw.spindle_harmonics.unwrap_or(DEFAULT_SPINDLE_HARMONICS);
         if tooth == 0 && spindle == 0 {
@@ -214,6 +212,22 @@ impl Reader<'_> {
             min_tip_response_m_per_n: m_per_n_from_um_per_n(
                 raw.min_tip_response_um_per_n.unwrap_or(0.0),
             ),
+        }
+    }
+
+    /// Uneven pitch has a line at every multiple of the spindle's frequency, so their number is bounded.
+    fn check_uneven_pitch(&mut self, policy: &raw::Policy) {
+        const MOST_ORDERS: u64 = 10_000;
+        let Some(tool) = &self.raw.tool else { return };
+        let (Some(_), Some(teeth)) = (&tool.pitch_deg, tool.teeth) else { return };
+        let harmonics = policy.tooth_passing_harmonics.unwrap_or(DEFAULT_TOOTH_PASSING_HARMONICS);
+        let orders = u64::from(teeth) * u64::from(harmonics);
+        if orders > MOST_ORDERS {
+            let what = format!(
+                "policy.tooth_passing_harmonics is {harmonics}: with {teeth} unevenly pitched teeth that is \
+                 {orders} lines, must be at most {MOST_ORDERS}"
+            );
+            self.fault(&[Step::Key("policy"), Step::Key("tooth_passing_harmonics")], what);
         }
     }
 
@@ -343,14 +357,6 @@ impl Reader<'_> {
                 );
                 self.faults.add(line, what);
             }
-        }
-        let ends = (points.first()?.0, points.last()?.0);
-        if ends != (0.0, 1.0) {
-            let what = format!(
-                "{called}: spindle_schedule runs from s = {} to {}, must run from 0 to 1",
-                ends.0, ends.1
-            );
-            self.faults.add(node.line_at(&own), what);
         }
         Some(SpindleSpeed::Schedule(points))
     }

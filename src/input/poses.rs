@@ -28,7 +28,7 @@ pub struct Poses<R> {
 }
 
 /// Opens a table of poses: a header, then one row a pose. For each moving joint one column
-/// `<joint name>_rad` or `_deg` (a prismatic joint: `_m` or `_mm`), in any order; other columns are passed
+/// `<joint name>_rad` or `_deg` (a prismatic joint: `_m` or `_mm`; `_rad` is read as m), in any order; other columns are passed
 /// over, and so are lines that begin with `#`. `name` stands for the table in faults.
 ///
 /// # Errors
@@ -40,9 +40,12 @@ pub fn load_poses<R: Read>(reader: R, name: &Path, robot: &Robot) -> Result<Pose
     let mut fault = |what: String| faults.push(table.fault(&what));
     let mut columns = Vec::new();
     for joint in robot.joints() {
-        let units: [(&str, ToSi); 2] = match joint.kind {
-            JointKind::Prismatic => [("m", std::convert::identity), ("mm", m_from_mm)],
-            _ => [("rad", std::convert::identity), ("deg", rad_from_deg)],
+        let units: &[(&str, ToSi)] = match joint.kind {
+            // Tables made for any robot call every SI column `_rad`.
+            JointKind::Prismatic => {
+                &[("m", std::convert::identity), ("mm", m_from_mm), ("rad", std::convert::identity)]
+            }
+            _ => &[("rad", std::convert::identity), ("deg", rad_from_deg)],
         };
         let found: Vec<Column> = units
             .iter()

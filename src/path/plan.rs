@@ -8,6 +8,7 @@ use super::curve::Curve;
 use super::timing::{Clock, largest_step, seconds};
 use crate::model::{IkFault, InverseKinematics, Placement, PoseFault, Robot, forward_kinematics};
 use crate::motion::{Move, Target};
+use crate::units::percent_from_ratio;
 
 /// Between two knots of a line or arc no joint moves more than this (rad or m), so that the solution of
 /// one is a good start for the other.
@@ -397,7 +398,7 @@ impl<'r> Planner<'r> {
                 stretch *= 0.5;
                 continue;
             }
-            let passed = || format!("{:.1} % of the way", 100.0 * end);
+            let passed = || format!("{:.1} % of the way", percent_from_ratio(end));
             let solved = match step {
                 Ok(solved) if near => solved,
                 Ok(_) => {

@@ -71,10 +71,10 @@ pub(in crate::input) struct Frame {
 #[serde(deny_unknown_fields)]
 pub(in crate::input) struct Spindle {
     /// Lowest speed, rev/min.
-    #[schemars(required, extend("exclusiveMinimum" = 0, "examples" = [500]))]
+    #[schemars(required, extend("exclusiveMinimum" = 0, "maximum" = 1000000, "examples" = [500]))]
     pub(in crate::input) min_rpm: Option<f64>,
     /// Highest speed, rev/min.
-    #[schemars(required, extend("exclusiveMinimum" = 0, "examples" = [6000]))]
+    #[schemars(required, extend("exclusiveMinimum" = 0, "maximum" = 1000000, "examples" = [6000]))]
     pub(in crate::input) max_rpm: Option<f64>,
     /// Fastest change of speed, rev/min per second.
     #[schemars(extend("exclusiveMinimum" = 0, "examples" = [500]))]
@@ -92,8 +92,9 @@ pub(in crate::input) struct Operation {
     /// Constant spindle speed, rev/min.
     #[schemars(extend("exclusiveMinimum" = 0, "examples" = [1100]))]
     pub(in crate::input) spindle_rpm: Option<f64>,
-    /// Spindle speed over s, which runs from 0 to 1 in proportion to time; linear between the points.
-    #[schemars(extend("minItems" = 2))]
+    /// Spindle speed over s, which runs from 0 to 1 in proportion to time; linear between the points, constant before
+    /// the first and after the last.
+    #[schemars(extend("minItems" = 1))]
     pub(in crate::input) spindle_schedule: Option<Vec<SchedulePoint>>,
     /// Feed of the tool centre point, mm/min.
     #[schemars(required, extend("exclusiveMinimum" = 0, "examples" = [400]))]
