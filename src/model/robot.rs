@@ -67,16 +67,16 @@ pub struct Coordinate {
     pub damping: Damping,
     /// Reflected rotor inertia on the coordinate's own diagonal of M, kg·m² or kg.
     pub drive_inertia: f64,
-    pub(super) node: usize,
+    pub(crate) node: usize,
     /// In the node's frame.
-    pub(super) axis: Unit<Vector3<f64>>,
+    pub(crate) axis: Unit<Vector3<f64>>,
     /// In the node's frame.
-    pub(super) origin: Point3<f64>,
+    pub(crate) origin: Point3<f64>,
 }
 
 /// What moves a node against its parent when the pose changes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum NodeMotion {
+pub(crate) enum NodeMotion {
     Fixed,
     Revolute { joint: usize, axis: Unit<Vector3<f64>> },
     Prismatic { joint: usize, axis: Unit<Vector3<f64>> },
@@ -84,17 +84,17 @@ pub(super) enum NodeMotion {
 
 /// A body of the reduced tree: all links that never move against each other.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Node {
-    pub(super) parent: Option<usize>,
+pub(crate) struct Node {
+    pub(crate) parent: Option<usize>,
     /// This node's frame in the parent's at q = 0, α = 0.
-    pub(super) fixed: Isometry3<f64>,
-    pub(super) motion: NodeMotion,
+    pub(crate) fixed: Isometry3<f64>,
+    pub(crate) motion: NodeMotion,
     /// Elastic coordinates of this node: indices into [`Robot::coordinates`], outermost first.
-    pub(super) coordinates: std::ops::Range<usize>,
+    pub(crate) coordinates: std::ops::Range<usize>,
     /// Lumped mass properties in the node's frame.
-    pub(super) body: Inertial,
+    pub(crate) body: Inertial,
     /// Mass of this node and all that it carries.
-    pub(super) subtree_mass_kg: f64,
+    pub(crate) subtree_mass_kg: f64,
 }
 
 /// An angle of the two-link model: Σ scale·q + offset.
@@ -150,6 +150,21 @@ impl Robot {
     /// The elastic coordinates, base first.
     pub fn coordinates(&self) -> &[Coordinate] {
         &self.coordinates
+    }
+
+    /// The reduced tree, parents before children; the first node stands on the ground.
+    pub(crate) fn nodes(&self) -> &[Node] {
+        &self.nodes
+    }
+
+    /// The node that carries the tip, and the tip frame in the node's frame.
+    pub(crate) fn tip(&self) -> (usize, &Isometry3<f64>) {
+        (self.tip_node, &self.tip_offset)
+    }
+
+    /// Gravity in the base frame, m/s².
+    pub(crate) fn gravity_m_per_s2(&self) -> &Vector3<f64> {
+        &self.gravity
     }
 
     /// The link whose frame carries the tool.

@@ -1,0 +1,249 @@
+//! Eigenvalues and vectors of small symmetric matrices on lanes, by Jacobi rotations without divisions.
+//!
+//! Sizes up to [`LARGEST_UNROLLED`] run unrolled, in an order in which neighbouring rotations touch
+//! different rows (round robin) so that they overlap in time; larger ones in loops, row by row.
+//!
+//! A lane stops by its own measure: once every rotation left to it is small, they are all made at once by
+//! second-order perturbation, and later sweeps, which other lanes may need, leave it as it is. So a pose
+//! has the same result to the last bit whoever its neighbours are.
+
+use fearless_simd::{Simd, SimdBase, SimdFloat, prelude::*};
+
+use super::inertia::packed;
+use super::lanes::{Lanes, Mask, turn_sign, inverse_root, rough_inverse, splat};
+
+/// Matrices up to this size are solved by unrolled code.
+pub(super) const LARGEST_UNROLLED: usize = 8;
+
+/// Sweeps before a lane is first asked whether it is done.
+const SWEEPS_UNASKED: usize = 3;
+
+/// Ten sweeps are twice what the worst 24 × 24 case was seen to need; a lane that is not done after these
+/// goes to the scalar path.
+const MOST_SWEEPS: usize = 30;
+
+/// A rotation of this angle or less is small where only eigenvalues are asked for: what second-order
+/// perturbation leaves out is its square times n² times an off-diagonal entry, below the last place.
+const SMALL_ANGLE: f64 = 3e-6;
+
+/// Likewise where vectors are asked for, which come to the square of this.
+const SMALL_ANGLE_OF_VECTORS: f64 = 1e-7;
+
+/// Off-diagonal entries below this share of the geometric mean of their diagonal entries count as zero.
+const NEGLIGIBLE: f64 = f64::EPSILON * 0.25;
+
+/// Keeps the root of a zero matrix from dividing by zero; far below any square that matters.
+const TINY: f64 = 1e-290;
+
+/// A rotation in one plane.
+#[derive(Clone, Copy)]
+struct Rotation<S: Simd> {
+    cosine: Lanes<S>,
+    sine: Lanes<S>,
+    minus_sine: Lanes<S>,
+    /// What the two diagonal entries exchange.
+    exchange: Lanes<S>,
+}
+
+/// The rotation by at most 45° that annuls `apq` (Golub & Van Loan, Matrix Computations, 4th ed., §8.5.2),
+/// from two reciprocal roots: with d = aqq − app, b = 2 apq, h = √(d² + b²), p = |d| + h it has
+/// cosine p/√(p² + b²), sine ±b/√(p² + b²), and ±b²/2p = sine² h is exchanged.
+#[inline(always)]
+fn annul<S: Simd>(simd: S, app: Lanes<S>, aqq: Lanes<S>, apq: Lanes<S>) -> Rotation<S> {
+    let d = aqq - app;
+    let b = apq + apq;
+    let square = d.mul_add(d, b.mul_add(b, splat(simd, TINY)));
+    let h = square * inverse_root(simd, square);
+    let p = d.abs() + h;
+    let g = inverse_root(simd, p.mul_add(p, b * b));
+    let unsigned = b * g;
+    let sine = turn_sign(simd, unsigned, d);
+    Rotation { cosine: p * g, sine, minus_sine: -sine, exchange: sine * (unsigned * h) }
+}
+
+#[inline(always)]
+fn turned<S: Simd>(r: &Rotation<S>, p: Lanes<S>, q: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
+    (r.minus_sine.mul_add(q, r.cosine * p), r.sine.mul_add(p, r.cosine * q))
+}
+
+/// t = apq / (aqq − app) where that is small, and whether it is small.
+#[inline(always)]
+fn small_angle<S: Simd>(
+    simd: S,
+    app: Lanes<S>,
+    aqq: Lanes<S>,
+    apq: Lanes<S>,
+    limit: f64,
+) -> (Lanes<S>, Mask<S>) {
+    let d = aqq - app;
+    let size = apq.abs();
+    let small = size.simd_le(d.abs() * splat(simd, limit));
+    let nothing =
+        (apq * apq).simd_le(app * aqq * splat(simd, NEGLIGIBLE * NEGLIGIBLE));
+    let t = nothing.select(splat(simd, 0.0), apq * rough_inverse(simd, d));
+    (t, small | nothing)
+}
+
+/// Calls `$step!(p, q)` for every pair p < q < `$n`. Where `$unrolled`, the constant size, is not zero: one
+/// by one, in an order in which neighbours share no row.
+macro_rules! every_pair {
+    ($unrolled:expr, $n:expr, $step:ident) => {
+        match $unrolled {
+            1 => {}
+            2 => { $step!(0, 1); }
+            3 => { $step!(1, 2); $step!(0, 2); $step!(0, 1); }
+            4 => { $step!(0, 3); $step!(1, 2); $step!(0, 2); $step!(1, 3); $step!(0, 1); $step!(2, 3); }
+            5 => { $step!(1, 4); $step!(2, 3); $step!(0, 4); $step!(1, 2); $step!(0, 3); $step!(2, 4); $step!(0, 2); $step!(1, 3); $step!(0, 1); $step!(3, 4); }
+            6 => { $step!(0, 5); $step!(1, 4); $step!(2, 3); $step!(0, 4); $step!(3, 5); $step!(1, 2); $step!(0, 3); $step!(2, 4); $step!(1, 5); $step!(0, 2); $step!(1, 3); $step!(4, 5); $step!(0, 1); $step!(2, 5); $step!(3, 4); }
+            7 => { $step!(1, 6); $step!(2, 5); $step!(3, 4); $step!(0, 6); $step!(1, 4); $step!(2, 3); $step!(0, 5); $step!(4, 6); $step!(1, 2); $step!(0, 4); $step!(3, 5); $step!(2, 6); $step!(0, 3); $step!(2, 4); $step!(1, 5); $step!(0, 2); $step!(1, 3); $step!(5, 6); $step!(0, 1); $step!(3, 6); $step!(4, 5); }
+            8 => { $step!(0, 7); $step!(1, 6); $step!(2, 5); $step!(3, 4); $step!(0, 6); $step!(5, 7); $step!(1, 4); $step!(2, 3); $step!(0, 5); $step!(4, 6); $step!(3, 7); $step!(1, 2); $step!(0, 4); $step!(3, 5); $step!(2, 6); $step!(1, 7); $step!(0, 3); $step!(2, 4); $step!(1, 5); $step!(6, 7); $step!(0, 2); $step!(1, 3); $step!(4, 7); $step!(5, 6); $step!(0, 1); $step!(2, 7); $step!(3, 6); $step!(4, 5); }
+            _ => {
+                for p in 0..$n {
+                    for q in p + 1..$n {
+                        $step!(p, q);
+                    }
+                }
+            }
+        }
+    };
+}
+
+/// A symmetric matrix on its way to its eigenvalues. N is its size where the code is unrolled, and zero where
+/// the size is only known as `n`.
+struct System<'a, S: Simd, const N: usize> {
+    simd: S,
+    n: usize,
+    /// Rows of `v`.
+    rows: usize,
+    /// Upper triangle, row by row.
+    a: &'a mut [Lanes<S>],
+    /// Turned along with the matrix, column by column.
+    v: &'a mut [Lanes<S>],
+    /// Angles of the last small rotations, as `a`.
+    t: &'a mut [Lanes<S>],
+}
+
+impl<S: Simd, const N: usize> System<'_, S, N> {
+    #[inline(always)]
+    fn size(&self) -> usize {
+        if N == 0 { self.n } else { N }
+    }
+
+    /// Where entry (i, j) of the triangle lies, in either order.
+    #[inline(always)]
+    fn at(&self, i: usize, j: usize) -> usize {
+        packed(self.size(), i.min(j), i.max(j))
+    }
+
+    #[inline(always)]
+    fn rotate(&mut self, p: usize, q: usize, still: Option<Mask<S>>) {
+        let (pp, qq, pq) = (self.at(p, p), self.at(q, q), self.at(p, q));
+        let mut r = annul(self.simd, self.a[pp], self.a[qq], self.a[pq]);
+        let zero = splat(self.simd, 0.0);
+        if let Some(still) = still {
+            r = Rotation {
+                cosine: still.select(splat(self.simd, 1.0), r.cosine),
+                sine: still.select(zero, r.sine),
+                minus_sine: still.select(zero, r.minus_sine),
+                exchange: still.select(zero, r.exchange),
+            };
+        }
+        self.a[pp] -= r.exchange;
+        self.a[qq] += r.exchange;
+        self.a[pq] = zero;
+        for k in 0..self.size() {
+            if k != p && k != q {
+                let (kp, kq) = (self.at(k, p), self.at(k, q));
+                (self.a[kp], self.a[kq]) = turned(&r, self.a[kp], self.a[kq]);
+            }
+        }
+        for k in 0..self.rows {
+            let (kp, kq) = (p * self.rows + k, q * self.rows + k);
+            (self.v[kp], self.v[kq]) = turned(&r, self.v[kp], self.v[kq]);
+        }
+    }
+
+    #[inline(always)]
+    fn sweep(&mut self, still: Option<Mask<S>>) {
+        macro_rules! step {
+            ($p:expr, $q:expr) => {
+                self.rotate($p, $q, still)
+            };
+        }
+        every_pair!(N, self.n, step);
+    }
+
+    /// Makes the rotations of lanes that have only small ones left, but for `still` lanes, which had theirs.
+    /// Gives the lanes that are done.
+    #[inline(always)]
+    fn finish(&mut self, still: Mask<S>) -> Mask<S> {
+        let simd = self.simd;
+        let limit = if self.rows == 0 { SMALL_ANGLE } else { SMALL_ANGLE_OF_VECTORS };
+        let mut done = Mask::<S>::splat(simd, true);
+        macro_rules! look {
+            ($p:expr, $q:expr) => {{
+                let (pp, qq, pq) = (self.at($p, $p), self.at($q, $q), self.at($p, $q));
+                let (t, small) = small_angle(simd, self.a[pp], self.a[qq], self.a[pq], limit);
+                self.t[pq] = t;
+                done &= small;
+            }};
+        }
+        every_pair!(N, self.n, look);
+        let now = done & !still;
+        let zero = splat(simd, 0.0);
+        macro_rules! exchange {
+            ($p:expr, $q:expr) => {{
+                let (pp, qq, pq) = (self.at($p, $p), self.at($q, $q), self.at($p, $q));
+                let t = now.select(self.t[pq], zero);
+                // apq tan θ, to second order in the angle.
+                let exchange = self.a[pq] * (-(t * t)).mul_add(t, t);
+                self.a[pp] -= exchange;
+                self.a[qq] += exchange;
+                for k in 0..self.rows {
+                    let (kp, kq) = ($p * self.rows + k, $q * self.rows + k);
+                    let (at_p, at_q) = (self.v[kp], self.v[kq]);
+                    self.v[kp] = (-t).mul_add(at_q, at_p);
+                    self.v[kq] = t.mul_add(at_p, at_q);
+                }
+            }};
+        }
+        every_pair!(N, self.n, exchange);
+        done | still
+    }
+
+    /// Until every lane is done, `bad` lanes apart. Gives the lanes that are not.
+    #[inline(always)]
+    fn solve(&mut self, bad: Mask<S>) -> Mask<S> {
+        if N == 1 || self.n == 1 {
+            return bad;
+        }
+        for _ in 0..SWEEPS_UNASKED {
+            self.sweep(None);
+        }
+        let mut still = bad;
+        for _ in SWEEPS_UNASKED..MOST_SWEEPS {
+            still = self.finish(still);
+            if still.all_true() {
+                return bad;
+            }
+            self.sweep(Some(still));
+        }
+        !still | bad
+    }
+}
+
+/// Eigenvalues of the symmetric matrix `a` (upper triangle of n rows) in its diagonal, each with its column of
+/// `v` (`rows` entries each), which is turned along: the identity becomes the eigenvectors. `t` has room
+/// for a triangle. Gives `bad` and the lanes that did not converge.
+#[inline(always)]
+pub(super) fn diagonalise<S: Simd, const N: usize>(
+    simd: S,
+    n: usize,
+    a: &mut [Lanes<S>],
+    v: &mut [Lanes<S>],
+    rows: usize,
+    bad: Mask<S>,
+    t: &mut [Lanes<S>],
+) -> Mask<S> {
+    System::<S, N> { simd, n, rows, a, v, t }.solve(bad)
+}
