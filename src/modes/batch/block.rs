@@ -8,7 +8,7 @@ use nalgebra::Point3;
 use super::inertia::{Assembly, packed};
 use super::lanes::{LARGEST_ANGLE_RAD, Lanes, Mask, inverse_root, splat};
 use super::plan::Plan;
-use super::rotations::{LARGEST_UNROLLED, diagonalise};
+use super::rotations::{LARGEST_UNROLLED, Matrix, begin, begin_unrolled, go_on};
 use crate::units::hz_from_rad_per_s;
 
 /// A pivot of the scaled mass or stiffness matrix below this share of its diagonal entry sends a pose to
@@ -18,9 +18,8 @@ const SUSPECT_PIVOT: f64 = 1e-12;
 /// The determinant of M over the product of its diagonal above which no pivot is suspect.
 const SURE_DETERMINANT: f64 = 1e-11;
 
-/// Most values in the triangle and in the vectors of a matrix that is solved unrolled, 8 × 8.
-const UNROLLED_TRIANGLE: usize = 36;
-const UNROLLED_VECTORS: usize = 64;
+/// Two lanes on x86-64 are for machines without AVX2: not worth the time that unrolled code takes to compile.
+const UNROLLS: bool = true;
 
 /// What is asked of the poses.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -241,51 +240,37 @@ impl<'a, S: Simd> Block<'a, S> {
         !sure & cholesky(simd, n, &mut self.t)
     }
 
+    /// Eigenvalues of A, with `rows` rows of v turned along. Gives the lanes that did not converge, and
+    /// `bad` ones.
     #[inline(always)]
     fn diagonalise(&mut self, rows: usize, bad: Mask<S>) -> Mask<S> {
-        match self.n {
-            1 => self.unrolled::<1>(rows, bad),
-            2 => self.unrolled::<2>(rows, bad),
-            3 => self.unrolled::<3>(rows, bad),
-            4 => self.unrolled::<4>(rows, bad),
-            5 => self.unrolled::<5>(rows, bad),
-            6 => self.unrolled::<6>(rows, bad),
-            7 => self.unrolled::<7>(rows, bad),
-            8 => self.unrolled::<8>(rows, bad),
-            n => {
-                let simd = self.simd;
-                let (a, v, t) = (&mut self.a, &mut self.v[..rows * n], &mut self.t);
-                let bad = simd.vectorize(
-                    #[inline(always)]
-                    || diagonalise::<S, 0>(simd, n, a, v, rows, bad, t),
-                );
-                for i in 0..n {
-                    self.lambda[i] = self.a[packed(n, i, i)];
-                }
-                bad
+        let (simd, n) = (self.simd, self.n);
+        let v = &mut self.v[..rows * n];
+        let mut matrix = Matrix { a: &mut self.a, v, rows, t: &mut self.t };
+        let mut done = if UNROLLS && Lanes::<S>::LEN > 2 {
+            match n {
+                2 => unrolled::<S, 2>(simd, &mut matrix, bad),
+                3 => unrolled::<S, 3>(simd, &mut matrix, bad),
+                4 => unrolled::<S, 4>(simd, &mut matrix, bad),
+                5 => unrolled::<S, 5>(simd, &mut matrix, bad),
+                6 => unrolled::<S, 6>(simd, &mut matrix, bad),
+                7 => unrolled::<S, 7>(simd, &mut matrix, bad),
+                8 => unrolled::<S, 8>(simd, &mut matrix, bad),
+                _ => looped(simd, n, &mut matrix, bad),
             }
+        } else {
+            looped(simd, n, &mut matrix, bad)
+        };
+        if !done.all_true() {
+            done = simd.vectorize(
+                #[inline(always)]
+                || go_on(simd, n, &mut matrix, done),
+            );
         }
-    }
-
-    #[inline(always)]
-    fn unrolled<const N: usize>(&mut self, rows: usize, bad: Mask<S>) -> Mask<S> {
-        let simd = self.simd;
-        let (a, v, lambda) = (&self.a, &mut self.v, &mut self.lambda);
-        // One function for each number of rows that occurs, so that each is a constant to it.
-        match rows {
-            0 => simd.vectorize(
-                #[inline(always)]
-                || in_registers::<S, N, 0>(simd, a, v, lambda, bad),
-            ),
-            3 if N != 3 => simd.vectorize(
-                #[inline(always)]
-                || in_registers::<S, N, 3>(simd, a, v, lambda, bad),
-            ),
-            _ => simd.vectorize(
-                #[inline(always)]
-                || in_registers::<S, N, N>(simd, a, v, lambda, bad),
-            ),
+        for i in 0..n {
+            self.lambda[i] = self.a[packed(n, i, i)];
         }
+        bad | !done
     }
 
     /// Ascending frequencies: descending eigenvalues, each with its `rows` entries of v.
@@ -441,27 +426,31 @@ fn scatter<S: Simd>(values: &[Lanes<S>], count: usize, rows: &mut [f64]) {
     }
 }
 
+/// One function for each number of rows that occurs, so that each is a constant to it.
 #[inline(always)]
-fn in_registers<S: Simd, const N: usize, const ROWS: usize>(
-    simd: S,
-    matrix: &[Lanes<S>],
-    vectors: &mut [Lanes<S>],
-    lambda: &mut [Lanes<S>],
-    bad: Mask<S>,
-) -> Mask<S> {
-    let zero = splat(simd, 0.0);
-    let mut a = [zero; UNROLLED_TRIANGLE];
-    let mut v = [zero; UNROLLED_VECTORS];
-    let mut t = [zero; UNROLLED_TRIANGLE];
-    let triangle = N * (N + 1) / 2;
-    a[..triangle].copy_from_slice(&matrix[..triangle]);
-    v[..N * ROWS].copy_from_slice(&vectors[..N * ROWS]);
-    let bad = diagonalise::<S, N>(simd, N, &mut a, &mut v, ROWS, bad, &mut t);
-    vectors[..N * ROWS].copy_from_slice(&v[..N * ROWS]);
-    for i in 0..N {
-        lambda[i] = a[packed(N, i, i)];
+fn unrolled<S: Simd, const N: usize>(simd: S, matrix: &mut Matrix<S>, bad: Mask<S>) -> Mask<S> {
+    match matrix.rows {
+        0 => simd.vectorize(
+            #[inline(always)]
+            || begin_unrolled::<S, N, 0>(simd, matrix, bad),
+        ),
+        3 if N != 3 => simd.vectorize(
+            #[inline(always)]
+            || begin_unrolled::<S, N, 3>(simd, matrix, bad),
+        ),
+        _ => simd.vectorize(
+            #[inline(always)]
+            || begin_unrolled::<S, N, N>(simd, matrix, bad),
+        ),
     }
-    bad
+}
+
+#[inline(always)]
+fn looped<S: Simd>(simd: S, n: usize, matrix: &mut Matrix<S>, bad: Mask<S>) -> Mask<S> {
+    simd.vectorize(
+        #[inline(always)]
+        || begin(simd, n, matrix, bad),
+    )
 }
 
 /// R of A = Rᵀ R in the upper triangle, with the reciprocals of its diagonal in place of the diagonal. Gives

@@ -15,8 +15,13 @@ use super::lanes::{Lanes, Mask, turn_sign, inverse_root, rough_inverse, splat};
 /// Matrices up to this size are solved by unrolled code.
 pub(super) const LARGEST_UNROLLED: usize = 8;
 
-/// Sweeps before a lane is first asked whether it is done.
+/// Most values in the triangle and in the vectors of a matrix that is solved unrolled.
+const UNROLLED_TRIANGLE: usize = LARGEST_UNROLLED * (LARGEST_UNROLLED + 1) / 2;
+const UNROLLED_VECTORS: usize = LARGEST_UNROLLED * LARGEST_UNROLLED;
+
+/// Sweeps before a lane is first asked whether it is done, without and with vectors.
 const SWEEPS_UNASKED: usize = 3;
+const SWEEPS_UNASKED_OF_VECTORS: usize = 3;
 
 /// Ten sweeps are twice what the worst 24 × 24 case was seen to need; a lane that is not done after these
 /// goes to the scalar path.
@@ -211,39 +216,79 @@ impl<S: Simd, const N: usize> System<'_, S, N> {
         done | still
     }
 
-    /// Until every lane is done, `bad` lanes apart. Gives the lanes that are not.
+    /// The sweeps that every lane needs, and what is left if it is little. Gives the lanes that are done,
+    /// `bad` lanes among them.
     #[inline(always)]
-    fn solve(&mut self, bad: Mask<S>) -> Mask<S> {
-        if N == 1 || self.n == 1 {
-            return bad;
-        }
-        for _ in 0..SWEEPS_UNASKED {
+    fn begin(&mut self, bad: Mask<S>) -> Mask<S> {
+        for _ in 0..if self.rows == 0 { SWEEPS_UNASKED } else { SWEEPS_UNASKED_OF_VECTORS } {
             self.sweep(None);
         }
-        let mut still = bad;
+        self.finish(bad)
+    }
+
+    /// Further sweeps until every lane is done. Gives the lanes that are.
+    #[inline(always)]
+    fn go_on(&mut self, done: Mask<S>) -> Mask<S> {
+        let mut done = done;
         for _ in SWEEPS_UNASKED..MOST_SWEEPS {
-            still = self.finish(still);
-            if still.all_true() {
-                return bad;
+            if done.all_true() {
+                break;
             }
-            self.sweep(Some(still));
+            self.sweep(Some(done));
+            done = self.finish(done);
         }
-        !still | bad
+        done
     }
 }
 
-/// Eigenvalues of the symmetric matrix `a` (upper triangle of n rows) in its diagonal, each with its column of
-/// `v` (`rows` entries each), which is turned along: the identity becomes the eigenvectors. `t` has room
-/// for a triangle. Gives `bad` and the lanes that did not converge.
+/// A symmetric matrix to be brought to its eigenvalues, and what is turned along with it.
+pub(super) struct Matrix<'a, S: Simd> {
+    /// Upper triangle, row by row; ends with the eigenvalues on its diagonal.
+    pub(super) a: &'a mut [Lanes<S>],
+    /// Column by column, `rows` entries each: the identity becomes the eigenvectors.
+    pub(super) v: &'a mut [Lanes<S>],
+    pub(super) rows: usize,
+    /// Room for a triangle.
+    pub(super) t: &'a mut [Lanes<S>],
+}
+
+/// Diagonalises N × N matrices in registers as far as they go. Gives the lanes that are done, `bad` ones among
+/// them; the others need [`go_on`].
 #[inline(always)]
-pub(super) fn diagonalise<S: Simd, const N: usize>(
+pub(super) fn begin_unrolled<S: Simd, const N: usize, const ROWS: usize>(
     simd: S,
-    n: usize,
-    a: &mut [Lanes<S>],
-    v: &mut [Lanes<S>],
-    rows: usize,
+    matrix: &mut Matrix<S>,
     bad: Mask<S>,
-    t: &mut [Lanes<S>],
 ) -> Mask<S> {
-    System::<S, N> { simd, n, rows, a, v, t }.solve(bad)
+    let zero = splat(simd, 0.0);
+    let mut a = [zero; UNROLLED_TRIANGLE];
+    let mut v = [zero; UNROLLED_VECTORS];
+    let mut t = [zero; UNROLLED_TRIANGLE];
+    let (triangle, square) = (N * (N + 1) / 2, N * ROWS);
+    a[..triangle].copy_from_slice(&matrix.a[..triangle]);
+    v[..square].copy_from_slice(&matrix.v[..square]);
+    let mut system =
+        System::<S, N> { simd, n: N, rows: ROWS, a: &mut a, v: &mut v, t: &mut t };
+    let done = system.begin(bad);
+    matrix.a[..triangle].copy_from_slice(&a[..triangle]);
+    matrix.v[..square].copy_from_slice(&v[..square]);
+    done
+}
+
+/// The same for matrices of any size.
+#[inline(always)]
+pub(super) fn begin<S: Simd>(simd: S, n: usize, matrix: &mut Matrix<S>, bad: Mask<S>) -> Mask<S> {
+    looped(simd, n, matrix).begin(bad)
+}
+
+/// Diagonalises what was begun, but for lanes that are `done`. Gives the lanes that are done then.
+#[inline(always)]
+pub(super) fn go_on<S: Simd>(simd: S, n: usize, matrix: &mut Matrix<S>, done: Mask<S>) -> Mask<S> {
+    looped(simd, n, matrix).go_on(done)
+}
+
+#[inline(always)]
+fn looped<'a, S: Simd>(simd: S, n: usize, matrix: &'a mut Matrix<S>) -> System<'a, S, 0> {
+    let Matrix { a, v, rows, t } = matrix;
+    System { simd, n, rows: *rows, a, v, t }
 }
