@@ -191,14 +191,16 @@ impl<'a, S: Simd> Block<'a, S> {
     fn load(&mut self, rows: &[f64], count: usize) -> Mask<S> {
         let simd = self.simd;
         let joints = self.plan.joints;
-        let limit = splat(simd, LARGEST_ANGLE_RAD);
+        let (zero, limit) = (splat(simd, 0.0), splat(simd, LARGEST_ANGLE_RAD));
         let mut good = Mask::<S>::splat(simd, true);
         for (j, q) in self.q.iter_mut().enumerate() {
-            let x = Lanes::<S>::from_fn(simd, |lane| rows[lane.min(count - 1) * joints + j]);
+            let mut x = zero;
+            for (lane, x) in x.as_mut_slice().iter_mut().enumerate() {
+                *x = rows[lane.min(count - 1) * joints + j];
+            }
             good &= x.abs().simd_le(limit);
             *q = x;
         }
-        let zero = splat(simd, 0.0);
         if !good.all_true() {
             for q in &mut self.q {
                 *q = good.select(*q, zero);

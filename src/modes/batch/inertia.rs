@@ -75,7 +75,7 @@ impl<S: Simd> Assembly<S> {
     fn turn_gravity(&mut self, simd: S, plan: &Plan, gravity: [f64; 3]) {
         for (i, node) in plan.nodes.iter().enumerate() {
             let mut g = match node.parent {
-                None => gravity.map(|x| splat(simd, x)),
+                None => splats(simd, &gravity),
                 Some(parent) => self.gravity[parent],
             };
             if let Some(tilt) = &node.tilt {
@@ -151,7 +151,7 @@ impl<S: Simd> Assembly<S> {
         let body = &self.composites[at];
         let (mut linear, mut angular) = (velocity_at(simd, &coordinate.screw, &body.com), [zero; 3]);
         let mut own = dot::<S>(&linear, &linear) * splat(simd, mass);
-        linear = linear.map(|x| x * splat(simd, mass));
+        linear = times::<S>(&linear, splat(simd, mass));
         if coordinate.kind == CoordinateKind::Rotation {
             angular = spun(simd, &coordinate.screw, &body.inertia);
             own += about(simd, &coordinate.screw, &angular);
@@ -189,7 +189,7 @@ impl<S: Simd> Assembly<S> {
                 angular = turned::<S>(along, sine, cosine, &angular);
             }
             if let Turn::Slide { joint, direction } = node.turn {
-                let arm = direction.map(|d| q[joint] * splat(simd, d));
+                let arm = times::<S>(&splats(simd, &direction), q[joint]);
                 angular = plus::<S>(&angular, &cross::<S>(&arm, &linear));
             }
             if let Some(tilt) = &node.tilt {
@@ -207,7 +207,7 @@ impl<S: Simd> Assembly<S> {
     pub(super) fn tip(&mut self, simd: S, plan: &Plan, q: &[Lanes<S>], tool: &[f64; 3]) {
         let zero = splat(simd, 0.0);
         self.jacobian.fill(zero);
-        let mut p = tool.map(|x| splat(simd, x));
+        let mut p = splats(simd, tool);
         let mut at = plan.tip_node;
         loop {
             let node = &plan.nodes[at];
@@ -221,9 +221,12 @@ impl<S: Simd> Assembly<S> {
             let (true, Some(parent)) = (node.carried, node.parent) else { break };
             // All columns so far belong to coordinates at or behind this node.
             for i in node.coordinates.start..plan.coordinates.len() {
-                let column = [0, 1, 2].map(|k| self.jacobian[3 * i + k]);
-                let column = self.direction_inwards(simd, node, &column);
-                self.jacobian[3 * i..3 * i + 3].copy_from_slice(&column);
+                let [x, y, z] =
+                    [self.jacobian[3 * i], self.jacobian[3 * i + 1], self.jacobian[3 * i + 2]];
+                let [x, y, z] = self.direction_inwards(simd, node, &[x, y, z]);
+                self.jacobian[3 * i] = x;
+                self.jacobian[3 * i + 1] = y;
+                self.jacobian[3 * i + 2] = z;
             }
             if let Turn::Slide { joint, direction } = node.turn {
                 for (c, d) in p.iter_mut().zip(direction) {
@@ -252,11 +255,31 @@ impl<S: Simd> Assembly<S> {
     }
 }
 
+// No closures on lanes (array::map and the like): a function of the standard library between this code and
+// its instructions is compiled for the baseline, and lanes cross its border through memory.
+
+#[inline(always)]
+fn splats<S: Simd>(simd: S, v: &[f64; 3]) -> Triple<S> {
+    [splat(simd, v[0]), splat(simd, v[1]), splat(simd, v[2])]
+}
+
+#[inline(always)]
+fn times<S: Simd>(v: &Triple<S>, by: Lanes<S>) -> Triple<S> {
+    [v[0] * by, v[1] * by, v[2] * by]
+}
+
 #[inline(always)]
 fn constant<S: Simd>(simd: S, body: &Body) -> Composite<S> {
     Composite {
-        com: body.com.map(|x| splat(simd, x)),
-        inertia: body.inertia.map(|x| splat(simd, x)),
+        com: splats(simd, &body.com),
+        inertia: [
+            splat(simd, body.inertia[0]),
+            splat(simd, body.inertia[1]),
+            splat(simd, body.inertia[2]),
+            splat(simd, body.inertia[3]),
+            splat(simd, body.inertia[4]),
+            splat(simd, body.inertia[5]),
+        ],
     }
 }
 
@@ -269,8 +292,9 @@ fn add<S: Simd>(
     share: f64,
     reduced: f64,
 ) {
-    let [x, y, z] = [0, 1, 2].map(|k| other.com[k] - all.com[k]);
-    let [mx, my, mz] = [x, y, z].map(|r| r * splat(simd, reduced));
+    let (a, b) = (&all.com, &other.com);
+    let [x, y, z] = [b[0] - a[0], b[1] - a[1], b[2] - a[2]];
+    let [mx, my, mz] = times::<S>(&[x, y, z], splat(simd, reduced));
     let (xx, yy, zz) = (mx * x, my * y, mz * z);
     let point = [yy + zz, xx + zz, xx + yy];
     for k in 0..3 {
@@ -342,17 +366,17 @@ fn turned_pair<S: Simd>(
 
 #[inline(always)]
 fn tilted<S: Simd>(simd: S, tilt: &[[f64; 3]; 3], v: &Triple<S>) -> Triple<S> {
-    tilt.map(|row| {
-        let sum = v[0] * splat(simd, row[0]);
-        let sum = v[1].mul_add(splat(simd, row[1]), sum);
-        v[2].mul_add(splat(simd, row[2]), sum)
-    })
+    [
+        dot::<S>(v, &splats(simd, &tilt[0])),
+        dot::<S>(v, &splats(simd, &tilt[1])),
+        dot::<S>(v, &splats(simd, &tilt[2])),
+    ]
 }
 
 #[inline(always)]
 fn tilted_back<S: Simd>(simd: S, tilt: &[[f64; 3]; 3], v: &Triple<S>) -> Triple<S> {
-    let transposed = [0, 1, 2].map(|i| [tilt[0][i], tilt[1][i], tilt[2][i]]);
-    tilted(simd, &transposed, v)
+    let [a, b, c] = tilt;
+    tilted(simd, &[[a[0], b[0], c[0]], [a[1], b[1], c[1]], [a[2], b[2], c[2]]], v)
 }
 
 #[inline(always)]
@@ -366,8 +390,10 @@ fn tilted_inertia<S: Simd>(
     let x = tilted(simd, tilt, &[xx, xy, xz]);
     let y = tilted(simd, tilt, &[xy, yy, yz]);
     let z = tilted(simd, tilt, &[xz, yz, zz]);
-    let rows = [0, 1, 2].map(|i| tilted(simd, tilt, &[x[i], y[i], z[i]]));
-    [rows[0][0], rows[1][1], rows[2][2], rows[0][1], rows[0][2], rows[1][2]]
+    let first = tilted(simd, tilt, &[x[0], y[0], z[0]]);
+    let second = tilted(simd, tilt, &[x[1], y[1], z[1]]);
+    let third = tilted(simd, tilt, &[x[2], y[2], z[2]]);
+    [first[0], second[1], third[2], first[1], first[2], second[2]]
 }
 
 /// Angular momentum about a point `offset` further in: angular + offset × linear.
@@ -399,8 +425,7 @@ fn velocity_at<S: Simd>(simd: S, screw: &Screw, p: &Triple<S>) -> Triple<S> {
         Screw::Axis(Along::Y) => [z, zero, -x],
         Screw::Axis(Along::Z) => [-y, x, zero],
         Screw::General { spin, slide } => {
-            let spin = spin.map(|s| splat(simd, s));
-            plus::<S>(&cross::<S>(&spin, p), &slide.map(|s| splat(simd, s)))
+            plus::<S>(&cross::<S>(&splats(simd, spin), p), &splats(simd, slide))
         }
     }
 }
@@ -414,8 +439,12 @@ fn spun<S: Simd>(simd: S, screw: &Screw, inertia: &[Lanes<S>; 6]) -> Triple<S> {
         Screw::Axis(Along::Y) => [xy, yy, yz],
         Screw::Axis(Along::Z) => [xz, yz, zz],
         Screw::General { spin, .. } => {
-            let spin = spin.map(|s| splat(simd, s));
-            [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]].map(|row| dot::<S>(&row, &spin))
+            let spin = splats(simd, spin);
+            [
+                dot::<S>(&[xx, xy, xz], &spin),
+                dot::<S>(&[xy, yy, yz], &spin),
+                dot::<S>(&[xz, yz, zz], &spin),
+            ]
         }
     }
 }
@@ -427,7 +456,7 @@ fn about<S: Simd>(simd: S, screw: &Screw, moment: &Triple<S>) -> Lanes<S> {
         Screw::Axis(Along::X) => moment[0],
         Screw::Axis(Along::Y) => moment[1],
         Screw::Axis(Along::Z) => moment[2],
-        Screw::General { spin, .. } => dot::<S>(moment, &spin.map(|s| splat(simd, s))),
+        Screw::General { spin, .. } => dot::<S>(moment, &splats(simd, spin)),
     }
 }
 
@@ -442,7 +471,7 @@ fn along_screw<S: Simd>(
     match screw {
         Screw::Axis(_) => about(simd, screw, angular),
         Screw::General { slide, .. } => {
-            about(simd, screw, angular) + dot::<S>(linear, &slide.map(|s| splat(simd, s)))
+            about(simd, screw, angular) + dot::<S>(linear, &splats(simd, slide))
         }
     }
 }
