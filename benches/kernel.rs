@@ -191,11 +191,78 @@ fn growth(robot: &Robot) {
     println!("threads: {}", rayon::current_num_threads());
 }
 
+/// What `peers/run.py` asks for: the poses of a file by one way, the results to another file, and the least
+/// and the median ns a pose.
+fn beside_peers(poses: &str, out: &str, which: &str, what: &str) {
+    let robot = six_axes();
+    let n = robot.coordinates().len();
+    let poses: Vec<f64> = std::fs::read(poses)
+        .unwrap()
+        .chunks_exact(8)
+        .map(|bytes| f64::from_le_bytes(bytes.try_into().unwrap()))
+        .collect();
+    let count = poses.len() / robot.joints().len();
+    let tcp_m = Point3::new(0.0, 0.0, 0.15);
+    let (mut f, mut c) = (vec![0.0; count * n], vec![0.0; count * n]);
+    let mut solver = ModalSolver::new(&robot);
+    let mut jacobian = Matrix6xX::zeros(n);
+    let kernel = InstructionSet::available()
+        .into_iter()
+        .find(|set| format!("{set:?}") == which)
+        .and_then(|set| Kernel::with_instructions(&robot, set));
+    let mut ns: Vec<f64> = (0..15)
+        .map(|_| {
+            let start = Instant::now();
+            match (&kernel, what) {
+                (Some(kernel), "tip") => {
+                    let out = TipOut {
+                        natural_frequencies_hz: &mut f,
+                        peak_compliances_m_per_n: &mut c,
+                    };
+                    kernel.tip(&poses, &tcp_m, out).unwrap();
+                }
+                (Some(kernel), _) => kernel.frequencies_hz(&poses, &mut f).unwrap(),
+                (None, _) => {
+                    for (i, q) in poses.chunks_exact(robot.joints().len()).enumerate() {
+                        let row = i * n..(i + 1) * n;
+                        if what == "tip" {
+                            solver.solve(q).unwrap();
+                            elastic_jacobian(&robot, solver.placement(), &tcp_m, &mut jacobian);
+                            f[row.clone()].copy_from_slice(&solver.modes().natural_frequencies_hz);
+                            for (r, c) in c[row].iter_mut().enumerate() {
+                                *c = peak_tip_compliance_m_per_n(solver.modes(), &jacobian, r);
+                            }
+                        } else {
+                            f[row].copy_from_slice(solver.frequencies_hz(q).unwrap());
+                        }
+                    }
+                }
+            }
+            start.elapsed().as_secs_f64() * 1e9 / count as f64
+        })
+        .collect();
+    ns.sort_by(f64::total_cmp);
+    println!("{} {}", ns[0], ns[ns.len() / 2]);
+    let rows = f.chunks_exact(n).zip(c.chunks_exact(n));
+    let bytes: Vec<u8> = rows
+        .flat_map(|(f, c)| f.iter().chain(if what == "tip" { c } else { &[] }))
+        .flat_map(|x| x.to_le_bytes())
+        .collect();
+    std::fs::write(out, bytes).unwrap();
+}
+
 fn main() {
-    let quick = std::env::args().any(|arg| arg == "quick");
+    let arguments: Vec<String> = std::env::args().collect();
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    if let [_, "peers", poses, out, which, what, ..] = arguments[..] {
+        return beside_peers(poses, out, which, what);
+    }
+    if arguments.contains(&"sets") {
+        return InstructionSet::available().iter().for_each(|set| println!("{set:?}"));
+    }
     println!("{:<44} {:>10} {:>10} {:>10}", "ns a pose", "frequencies", "and tip", "and shapes");
     sizes(&six_axes(), 20_000);
-    if quick {
+    if arguments.contains(&"quick") {
         return;
     }
     for n in [2, 6, 7, 8, 12, 24] {

@@ -8,7 +8,7 @@ use nalgebra::Point3;
 use super::inertia::{Assembly, packed};
 use super::lanes::{LARGEST_ANGLE_RAD, Lanes, Mask, inverse_root, splat};
 use super::plan::Plan;
-use super::rotations::{LARGEST_UNROLLED, Matrix, begin, begin_unrolled, go_on};
+use super::rotations::{LARGEST_UNROLLED, Problem, solve_looped, solve_unrolled};
 use crate::units::hz_from_rad_per_s;
 
 /// A pivot of the scaled mass or stiffness matrix below this share of its diagonal entry sends a pose to
@@ -17,9 +17,6 @@ const SUSPECT_PIVOT: f64 = 1e-12;
 
 /// The determinant of M over the product of its diagonal above which no pivot is suspect.
 const SURE_DETERMINANT: f64 = 1e-11;
-
-/// Two lanes on x86-64 are for machines without AVX2: not worth the time that unrolled code takes to compile.
-const UNROLLS: bool = true;
 
 /// What is asked of the poses.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -87,9 +84,12 @@ pub(super) struct Block<'a, S: Simd> {
     n: usize,
     assembly: Assembly<S>,
     q: Vec<Lanes<S>>,
-    /// The matrix to be diagonalised; its diagonal afterwards.
+    /// The matrix to be diagonalised.
     a: Vec<Lanes<S>>,
     lambda: Vec<Lanes<S>>,
+    /// What is turned along with A, column by column.
+    w: Vec<Lanes<S>>,
+    /// The same, turned.
     v: Vec<Lanes<S>>,
     t: Vec<Lanes<S>>,
     /// R of K = Rᵀ R.
@@ -111,6 +111,7 @@ impl<'a, S: Simd> Block<'a, S> {
             q: vec![zero; plan.joints],
             a: vec![zero; triangle],
             lambda: vec![zero; n],
+            w: vec![zero; n * n.max(3)],
             v: vec![zero; n * n.max(3)],
             t: vec![zero; triangle],
             r: vec![zero; triangle],
@@ -157,12 +158,12 @@ impl<'a, S: Simd> Block<'a, S> {
             Wanted::Modes | Wanted::Tip { .. } => self.n,
         };
         if wants_all {
-            self.v[..self.n * self.n].fill(splat(simd, 0.0));
+            self.w[..self.n * self.n].fill(splat(simd, 0.0));
             for i in 0..self.n {
-                self.v[i * self.n + i] = splat(simd, 1.0);
+                self.w[i * self.n + i] = splat(simd, 1.0);
             }
         } else {
-            self.v[..rows * self.n].copy_from_slice(&self.assembly.jacobian[..rows * self.n]);
+            self.w[..rows * self.n].copy_from_slice(&self.assembly.jacobian[..rows * self.n]);
         }
         bad |= self.diagonalise(rows, bad);
         bad |= self.suspects();
@@ -247,31 +248,27 @@ impl<'a, S: Simd> Block<'a, S> {
     #[inline(always)]
     fn diagonalise(&mut self, rows: usize, bad: Mask<S>) -> Mask<S> {
         let (simd, n) = (self.simd, self.n);
-        let v = &mut self.v[..rows * n];
-        let mut matrix = Matrix { a: &mut self.a, v, rows, t: &mut self.t };
-        let mut done = if UNROLLS && Lanes::<S>::LEN > 2 {
-            match n {
-                2 => unrolled::<S, 2>(simd, &mut matrix, bad),
-                3 => unrolled::<S, 3>(simd, &mut matrix, bad),
-                4 => unrolled::<S, 4>(simd, &mut matrix, bad),
-                5 => unrolled::<S, 5>(simd, &mut matrix, bad),
-                6 => unrolled::<S, 6>(simd, &mut matrix, bad),
-                7 => unrolled::<S, 7>(simd, &mut matrix, bad),
-                8 => unrolled::<S, 8>(simd, &mut matrix, bad),
-                _ => looped(simd, n, &mut matrix, bad),
-            }
-        } else {
-            looped(simd, n, &mut matrix, bad)
+        let mut problem = Problem {
+            a: &mut self.a,
+            v: &mut self.w[..rows * n],
+            rows,
+            t: &mut self.t,
+            eigenvalues: &mut self.lambda,
+            vectors: &mut self.v[..rows * n],
         };
-        if !done.all_true() {
-            done = simd.vectorize(
+        let done = match n {
+            2 if unrolls::<S>() => unrolled::<S, 2>(simd, &mut problem, bad),
+            3 if unrolls::<S>() => unrolled::<S, 3>(simd, &mut problem, bad),
+            4 if unrolls::<S>() => unrolled::<S, 4>(simd, &mut problem, bad),
+            5 if unrolls::<S>() => unrolled::<S, 5>(simd, &mut problem, bad),
+            6 if unrolls::<S>() => unrolled::<S, 6>(simd, &mut problem, bad),
+            7 if unrolls::<S>() => unrolled::<S, 7>(simd, &mut problem, bad),
+            8 if unrolls::<S>() => unrolled::<S, 8>(simd, &mut problem, bad),
+            _ => simd.vectorize(
                 #[inline(always)]
-                || go_on(simd, n, &mut matrix, done),
-            );
-        }
-        for i in 0..n {
-            self.lambda[i] = self.a[packed(n, i, i)];
-        }
+                || solve_looped(simd, n, &mut problem, bad),
+            ),
+        };
         bad | !done
     }
 
@@ -428,31 +425,29 @@ fn scatter<S: Simd>(values: &[Lanes<S>], count: usize, rows: &mut [f64]) {
     }
 }
 
+/// Two lanes on x86-64 are for machines without AVX2: not worth the time that unrolled code takes to compile.
+#[inline(always)]
+fn unrolls<S: Simd>() -> bool {
+    Lanes::<S>::LEN > 2 || !cfg!(target_arch = "x86_64")
+}
+
 /// One function for each number of rows that occurs, so that each is a constant to it.
 #[inline(always)]
-fn unrolled<S: Simd, const N: usize>(simd: S, matrix: &mut Matrix<S>, bad: Mask<S>) -> Mask<S> {
-    match matrix.rows {
+fn unrolled<S: Simd, const N: usize>(simd: S, problem: &mut Problem<S>, bad: Mask<S>) -> Mask<S> {
+    match problem.rows {
         0 => simd.vectorize(
             #[inline(always)]
-            || begin_unrolled::<S, N, 0>(simd, matrix, bad),
+            || solve_unrolled::<S, N, 0>(simd, problem, bad),
         ),
         3 if N != 3 => simd.vectorize(
             #[inline(always)]
-            || begin_unrolled::<S, N, 3>(simd, matrix, bad),
+            || solve_unrolled::<S, N, 3>(simd, problem, bad),
         ),
         _ => simd.vectorize(
             #[inline(always)]
-            || begin_unrolled::<S, N, N>(simd, matrix, bad),
+            || solve_unrolled::<S, N, N>(simd, problem, bad),
         ),
     }
-}
-
-#[inline(always)]
-fn looped<S: Simd>(simd: S, n: usize, matrix: &mut Matrix<S>, bad: Mask<S>) -> Mask<S> {
-    simd.vectorize(
-        #[inline(always)]
-        || begin(simd, n, matrix, bad),
-    )
 }
 
 /// R of A = Rᵀ R in the upper triangle, with the reciprocals of its diagonal in place of the diagonal. Gives

@@ -4,8 +4,8 @@
 //! different rows (round robin) so that they overlap in time; larger ones in loops, row by row.
 //!
 //! A lane stops by its own measure: once every rotation left to it is small, they are all made at once by
-//! second-order perturbation, and later sweeps, which other lanes may need, leave it as it is. So a pose
-//! has the same result to the last bit whoever its neighbours are.
+//! second-order perturbation, and its results are taken down; later sweeps, which other lanes may need, do
+//! not touch them. So a pose has the same result to the last bit whoever its neighbours are.
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, prelude::*};
 
@@ -19,9 +19,8 @@ pub(super) const LARGEST_UNROLLED: usize = 8;
 const UNROLLED_TRIANGLE: usize = LARGEST_UNROLLED * (LARGEST_UNROLLED + 1) / 2;
 const UNROLLED_VECTORS: usize = LARGEST_UNROLLED * LARGEST_UNROLLED;
 
-/// Sweeps before a lane is first asked whether it is done, without and with vectors.
-const SWEEPS_UNASKED: usize = 3;
-const SWEEPS_UNASKED_OF_VECTORS: usize = 3;
+/// Sweeps before a lane is first asked whether it is done: enough for nearly all poses of six-axis arms.
+const SWEEPS_UNASKED: usize = 2;
 
 /// Ten sweeps are twice what the worst 24 × 24 case was seen to need; a lane that is not done after these
 /// goes to the scalar path.
@@ -126,6 +125,8 @@ struct System<'a, S: Simd, const N: usize> {
     v: &'a mut [Lanes<S>],
     /// Angles of the last small rotations, as `a`.
     t: &'a mut [Lanes<S>],
+    eigenvalues: &'a mut [Lanes<S>],
+    vectors: &'a mut [Lanes<S>],
 }
 
 impl<S: Simd, const N: usize> System<'_, S, N> {
@@ -141,21 +142,12 @@ impl<S: Simd, const N: usize> System<'_, S, N> {
     }
 
     #[inline(always)]
-    fn rotate(&mut self, p: usize, q: usize, still: Option<Mask<S>>) {
+    fn rotate(&mut self, p: usize, q: usize) {
         let (pp, qq, pq) = (self.at(p, p), self.at(q, q), self.at(p, q));
-        let mut r = annul(self.simd, self.a[pp], self.a[qq], self.a[pq]);
-        let zero = splat(self.simd, 0.0);
-        if let Some(still) = still {
-            r = Rotation {
-                cosine: still.select(splat(self.simd, 1.0), r.cosine),
-                sine: still.select(zero, r.sine),
-                minus_sine: still.select(zero, r.minus_sine),
-                exchange: still.select(zero, r.exchange),
-            };
-        }
+        let r = annul(self.simd, self.a[pp], self.a[qq], self.a[pq]);
         self.a[pp] -= r.exchange;
         self.a[qq] += r.exchange;
-        self.a[pq] = zero;
+        self.a[pq] = splat(self.simd, 0.0);
         for k in 0..self.size() {
             if k != p && k != q {
                 let (kp, kq) = (self.at(k, p), self.at(k, q));
@@ -169,32 +161,32 @@ impl<S: Simd, const N: usize> System<'_, S, N> {
     }
 
     #[inline(always)]
-    fn sweep(&mut self, still: Option<Mask<S>>) {
+    fn sweep(&mut self) {
         macro_rules! step {
             ($p:expr, $q:expr) => {
-                self.rotate($p, $q, still)
+                self.rotate($p, $q)
             };
         }
         every_pair!(N, self.n, step);
     }
 
-    /// Makes the rotations of lanes that have only small ones left, but for `still` lanes, which had theirs.
-    /// Gives the lanes that are done.
+    /// Makes the rotations of lanes that have only small ones left and takes down what comes of them, but for
+    /// lanes that are `done` already. Gives the lanes that are done now.
     #[inline(always)]
-    fn finish(&mut self, still: Mask<S>) -> Mask<S> {
+    fn finish(&mut self, done: Mask<S>) -> Mask<S> {
         let simd = self.simd;
         let limit = if self.rows == 0 { SMALL_ANGLE } else { SMALL_ANGLE_OF_VECTORS };
-        let mut done = Mask::<S>::splat(simd, true);
+        let mut small_all = Mask::<S>::splat(simd, true);
         macro_rules! look {
             ($p:expr, $q:expr) => {{
                 let (pp, qq, pq) = (self.at($p, $p), self.at($q, $q), self.at($p, $q));
                 let (t, small) = small_angle(simd, self.a[pp], self.a[qq], self.a[pq], limit);
                 self.t[pq] = t;
-                done &= small;
+                small_all &= small;
             }};
         }
         every_pair!(N, self.n, look);
-        let now = done & !still;
+        let now = small_all & !done;
         let zero = splat(simd, 0.0);
         macro_rules! exchange {
             ($p:expr, $q:expr) => {{
@@ -213,51 +205,53 @@ impl<S: Simd, const N: usize> System<'_, S, N> {
             }};
         }
         every_pair!(N, self.n, exchange);
-        done | still
-    }
-
-    /// The sweeps that every lane needs, and what is left if it is little. Gives the lanes that are done,
-    /// `bad` lanes among them.
-    #[inline(always)]
-    fn begin(&mut self, bad: Mask<S>) -> Mask<S> {
-        for _ in 0..if self.rows == 0 { SWEEPS_UNASKED } else { SWEEPS_UNASKED_OF_VECTORS } {
-            self.sweep(None);
+        for i in 0..self.size() {
+            self.eigenvalues[i] = now.select(self.a[self.at(i, i)], self.eigenvalues[i]);
         }
-        self.finish(bad)
+        for k in 0..self.size() * self.rows {
+            self.vectors[k] = now.select(self.v[k], self.vectors[k]);
+        }
+        done | small_all
     }
 
-    /// Further sweeps until every lane is done. Gives the lanes that are.
+    /// Sweeps until every lane is done, `bad` lanes apart. Gives the lanes that are done, or bad.
     #[inline(always)]
-    fn go_on(&mut self, done: Mask<S>) -> Mask<S> {
-        let mut done = done;
-        for _ in SWEEPS_UNASKED..MOST_SWEEPS {
-            if done.all_true() {
-                break;
+    fn solve(&mut self, bad: Mask<S>) -> Mask<S> {
+        let mut done = bad;
+        for sweep in 1..=MOST_SWEEPS {
+            self.sweep();
+            if sweep >= SWEEPS_UNASKED {
+                done = self.finish(done);
+                if done.all_true() {
+                    break;
+                }
             }
-            self.sweep(Some(done));
-            done = self.finish(done);
         }
         done
     }
 }
 
-/// A symmetric matrix to be brought to its eigenvalues, and what is turned along with it.
-pub(super) struct Matrix<'a, S: Simd> {
-    /// Upper triangle, row by row; ends with the eigenvalues on its diagonal.
+/// A matrix to be diagonalised, what is turned along with it, and where the results go.
+pub(super) struct Problem<'a, S: Simd> {
+    /// Upper triangle, row by row.
     pub(super) a: &'a mut [Lanes<S>],
-    /// Column by column, `rows` entries each: the identity becomes the eigenvectors.
+    /// Column by column, `rows` entries each.
     pub(super) v: &'a mut [Lanes<S>],
     pub(super) rows: usize,
     /// Room for a triangle.
     pub(super) t: &'a mut [Lanes<S>],
+    /// In no order.
+    pub(super) eigenvalues: &'a mut [Lanes<S>],
+    /// `v`, turned: the eigenvectors where it was the identity.
+    pub(super) vectors: &'a mut [Lanes<S>],
 }
 
-/// Diagonalises N × N matrices in registers as far as they go. Gives the lanes that are done, `bad` ones among
-/// them; the others need [`go_on`].
+/// Solves N × N problems in registers as far as these go. Gives the lanes that are done, `bad` ones among
+/// them.
 #[inline(always)]
-pub(super) fn begin_unrolled<S: Simd, const N: usize, const ROWS: usize>(
+pub(super) fn solve_unrolled<S: Simd, const N: usize, const ROWS: usize>(
     simd: S,
-    matrix: &mut Matrix<S>,
+    problem: &mut Problem<S>,
     bad: Mask<S>,
 ) -> Mask<S> {
     let zero = splat(simd, 0.0);
@@ -265,30 +259,31 @@ pub(super) fn begin_unrolled<S: Simd, const N: usize, const ROWS: usize>(
     let mut v = [zero; UNROLLED_VECTORS];
     let mut t = [zero; UNROLLED_TRIANGLE];
     let (triangle, square) = (N * (N + 1) / 2, N * ROWS);
-    a[..triangle].copy_from_slice(&matrix.a[..triangle]);
-    v[..square].copy_from_slice(&matrix.v[..square]);
-    let mut system =
-        System::<S, N> { simd, n: N, rows: ROWS, a: &mut a, v: &mut v, t: &mut t };
-    let done = system.begin(bad);
-    matrix.a[..triangle].copy_from_slice(&a[..triangle]);
-    matrix.v[..square].copy_from_slice(&v[..square]);
-    done
+    a[..triangle].copy_from_slice(&problem.a[..triangle]);
+    v[..square].copy_from_slice(&problem.v[..square]);
+    let eigenvalues = &mut problem.eigenvalues[..N];
+    let vectors = &mut problem.vectors[..square];
+    System::<S, N> {
+        simd,
+        n: N,
+        rows: ROWS,
+        a: &mut a,
+        v: &mut v,
+        t: &mut t,
+        eigenvalues,
+        vectors,
+    }
+    .solve(bad)
 }
 
-/// The same for matrices of any size.
+/// The same for problems of any size.
 #[inline(always)]
-pub(super) fn begin<S: Simd>(simd: S, n: usize, matrix: &mut Matrix<S>, bad: Mask<S>) -> Mask<S> {
-    looped(simd, n, matrix).begin(bad)
-}
-
-/// Diagonalises what was begun, but for lanes that are `done`. Gives the lanes that are done then.
-#[inline(always)]
-pub(super) fn go_on<S: Simd>(simd: S, n: usize, matrix: &mut Matrix<S>, done: Mask<S>) -> Mask<S> {
-    looped(simd, n, matrix).go_on(done)
-}
-
-#[inline(always)]
-fn looped<'a, S: Simd>(simd: S, n: usize, matrix: &'a mut Matrix<S>) -> System<'a, S, 0> {
-    let Matrix { a, v, rows, t } = matrix;
-    System { simd, n, rows: *rows, a, v, t }
+pub(super) fn solve_looped<S: Simd>(
+    simd: S,
+    n: usize,
+    problem: &mut Problem<S>,
+    bad: Mask<S>,
+) -> Mask<S> {
+    let Problem { a, v, rows, t, eigenvalues, vectors } = problem;
+    System::<S, 0> { simd, n, rows: *rows, a, v, t, eigenvalues, vectors }.solve(bad)
 }
