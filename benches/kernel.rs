@@ -134,7 +134,13 @@ fn scalar_ns(robot: &Robot, poses: &[f64], tcp_m: &Point3<f64>) -> [f64; 3] {
     [frequencies, tip, modes]
 }
 
-fn batch_ns(kernel: &Kernel, n: usize, joints: usize, poses: &[f64], tcp_m: &Point3<f64>) -> [f64; 3] {
+fn batch_ns(
+    kernel: &Kernel,
+    n: usize,
+    joints: usize,
+    poses: &[f64],
+    tcp_m: &Point3<f64>,
+) -> [f64; 3] {
     let count = poses.len() / joints;
     let mut f = vec![0.0; count * n];
     let frequencies = least_ns(count, || kernel.frequencies_hz(poses, black_box(&mut f)).unwrap());
@@ -184,8 +190,7 @@ fn growth(robot: &Robot) {
         let mut f = vec![0.0; count * n];
         debug_assert_eq!(poses.len(), count * joints);
         let one = least_ns(count, || kernel.frequencies_hz(&poses, black_box(&mut f)).unwrap());
-        let all =
-            least_ns(count, || kernel.par_frequencies_hz(&poses, black_box(&mut f)).unwrap());
+        let all = least_ns(count, || kernel.par_frequencies_hz(&poses, black_box(&mut f)).unwrap());
         println!("{count:<44} {one:>10.1} {all:>10.1}");
     }
     println!("threads: {}", rayon::current_num_threads());
@@ -215,10 +220,8 @@ fn beside_peers(poses: &str, out: &str, which: &str, what: &str) {
             let start = Instant::now();
             match (&kernel, what) {
                 (Some(kernel), "tip") => {
-                    let out = TipOut {
-                        natural_frequencies_hz: &mut f,
-                        peak_compliances_m_per_n: &mut c,
-                    };
+                    let out =
+                        TipOut { natural_frequencies_hz: &mut f, peak_compliances_m_per_n: &mut c };
                     kernel.tip(&poses, &tcp_m, out).unwrap();
                 }
                 (Some(kernel), _) => kernel.frequencies_hz(&poses, &mut f).unwrap(),

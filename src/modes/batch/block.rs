@@ -25,7 +25,10 @@ pub(super) enum Wanted {
     /// With shapes and damping.
     Modes,
     /// With the compliance of a point: of the tip's node, and the same of the tip frame.
-    Tip { tool: [f64; 3], tcp_m: Point3<f64> },
+    Tip {
+        tool: [f64; 3],
+        tcp_m: Point3<f64>,
+    },
 }
 
 /// Where the results of some poses go; rows of what is not wanted are empty.
@@ -322,8 +325,7 @@ impl<'a, S: Simd> Block<'a, S> {
                 let energy = *x * *x;
                 strain += energy;
                 lost = energy.mul_add(splat(simd, c.loss_ratio), lost);
-                viscous =
-                    energy.mul_add(splat(simd, 0.5 * c.viscous * c.scale * c.scale), viscous);
+                viscous = energy.mul_add(splat(simd, 0.5 * c.viscous * c.scale * c.scale), viscous);
             }
             self.damping[r] = lost / strain + viscous * omega;
         }
@@ -409,7 +411,9 @@ impl<'a, S: Simd> Block<'a, S> {
                 scatter::<S>(&self.damping, count, results.damping_ratios);
                 scatter::<S>(&self.v[..n * n], count, results.shapes);
             }
-            Wanted::Tip { .. } => scatter::<S>(&self.compliance, count, results.compliances_m_per_n),
+            Wanted::Tip { .. } => {
+                scatter::<S>(&self.compliance, count, results.compliances_m_per_n)
+            }
         }
     }
 }

@@ -149,7 +149,8 @@ impl<S: Simd> Assembly<S> {
         let mut at = coordinate.node;
         let mass = plan.nodes[at].mass;
         let body = &self.composites[at];
-        let (mut linear, mut angular) = (velocity_at(simd, &coordinate.screw, &body.com), [zero; 3]);
+        let (mut linear, mut angular) =
+            (velocity_at(simd, &coordinate.screw, &body.com), [zero; 3]);
         let mut own = dot::<S>(&linear, &linear) * splat(simd, mass);
         linear = times::<S>(&linear, splat(simd, mass));
         if coordinate.kind == CoordinateKind::Rotation {
@@ -158,10 +159,7 @@ impl<S: Simd> Assembly<S> {
         }
         angular = plus::<S>(&angular, &cross::<S>(&body.com, &linear));
         let scale = coordinate.scale;
-        let own = own.mul_add(
-            splat(simd, scale * scale),
-            splat(simd, coordinate.drive),
-        );
+        let own = own.mul_add(splat(simd, scale * scale), splat(simd, coordinate.drive));
         self.mass[packed(n, j, j)] = own;
         loop {
             let node = &plan.nodes[at];
@@ -285,13 +283,7 @@ fn constant<S: Simd>(simd: S, body: &Body) -> Composite<S> {
 
 /// `all` with `other` beside it: `share` of the mass and the `reduced` mass are the plan's.
 #[inline(always)]
-fn add<S: Simd>(
-    simd: S,
-    all: &mut Composite<S>,
-    other: &Composite<S>,
-    share: f64,
-    reduced: f64,
-) {
+fn add<S: Simd>(simd: S, all: &mut Composite<S>, other: &Composite<S>, share: f64, reduced: f64) {
     let (a, b) = (&all.com, &other.com);
     let [x, y, z] = [b[0] - a[0], b[1] - a[1], b[2] - a[2]];
     let [mx, my, mz] = times::<S>(&[x, y, z], splat(simd, reduced));

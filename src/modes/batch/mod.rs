@@ -228,12 +228,7 @@ impl<'a> Kernel<'a> {
         dispatch!(self.level, simd => self.run_on(simd, poses, count, wanted, &mut results))
     }
 
-    fn par_run(
-        &self,
-        poses: &[f64],
-        wanted: Wanted,
-        results: Results,
-    ) -> Result<(), BatchFault> {
+    fn par_run(&self, poses: &[f64], wanted: Wanted, results: Results) -> Result<(), BatchFault> {
         let count = self.count(poses, wanted, &results)?;
         let joints = self.plan.joints;
         let faults: Vec<BatchFault> = results

@@ -23,7 +23,10 @@ pub(super) enum Turn {
     /// About an axis of the node's frame, by the angle of a [`Spin`].
     About(Along, usize),
     /// Along a direction of the node's frame, by a joint's position.
-    Slide { joint: usize, direction: [f64; 3] },
+    Slide {
+        joint: usize,
+        direction: [f64; 3],
+    },
 }
 
 /// A sine and cosine to work out.
@@ -39,7 +42,10 @@ pub(super) struct Spin {
 pub(super) enum Screw {
     /// A rotation about an axis of the node's frame through its origin.
     Axis(Along),
-    General { spin: [f64; 3], slide: [f64; 3] },
+    General {
+        spin: [f64; 3],
+        slide: [f64; 3],
+    },
 }
 
 /// Mass properties in a node's frame: centre of mass, and inertia about it as xx, yy, zz, xy, xz, yz.
@@ -120,8 +126,7 @@ impl Plan {
         let mut spins = Vec::new();
         let mut nodes: Vec<NodePlan> = Vec::with_capacity(robot.nodes().len());
         for (i, node) in robot.nodes().iter().enumerate() {
-            let carried =
-                node.parent.is_some_and(|p| nodes[p].vibrates);
+            let carried = node.parent.is_some_and(|p| nodes[p].vibrates);
             let rest = &frames.rest[i];
             let inward = frames.chosen[i].transpose() * rest.rotation;
             let body = &node.body;
@@ -166,8 +171,7 @@ impl Plan {
                 }
             })
             .collect();
-        let gravity =
-            robot.has_gravity_stiffness().then(|| (*robot.gravity_m_per_s2()).into());
+        let gravity = robot.has_gravity_stiffness().then(|| (*robot.gravity_m_per_s2()).into());
         let first = coordinates[0].loss_ratio;
         let alike = coordinates.iter().all(|c| c.viscous == 0.0 && c.loss_ratio == first);
         let (tip_node, offset) = robot.tip();
@@ -248,9 +252,7 @@ impl Frames {
     fn offset(&self, node: usize, parent: Option<usize>) -> Vector3<f64> {
         match parent {
             None => self.rest[node].origin,
-            Some(p) => {
-                self.chosen[p].transpose() * (self.rest[node].origin - self.rest[p].origin)
-            }
+            Some(p) => self.chosen[p].transpose() * (self.rest[node].origin - self.rest[p].origin),
         }
     }
 }
@@ -325,9 +327,10 @@ fn turn(
             spins.push(Spin { joint: *joint, sign });
             Turn::About(along, spins.len() - 1)
         }
-        NodeMotion::Prismatic { joint, axis } => {
-            Turn::Slide { joint: *joint, direction: (chosen.transpose() * (rest * axis.into_inner())).into() }
-        }
+        NodeMotion::Prismatic { joint, axis } => Turn::Slide {
+            joint: *joint,
+            direction: (chosen.transpose() * (rest * axis.into_inner())).into(),
+        },
     }
 }
 
@@ -356,7 +359,11 @@ fn with_z_along(z: &Vector3<f64>) -> Matrix3<f64> {
 /// A unit vector without entries that are zero but for rounding.
 fn snapped(axis: Vector3<f64>) -> Vector3<f64> {
     let kept = axis.map(|x| if x.abs() < ALIGNED { 0.0 } else { x });
-    if kept.iter().filter(|x| **x != 0.0).count() == 1 { kept.map(|x| x.clamp(-1.0, 1.0).round()) } else { axis }
+    if kept.iter().filter(|x| **x != 0.0).count() == 1 {
+        kept.map(|x| x.clamp(-1.0, 1.0).round())
+    } else {
+        axis
+    }
 }
 
 /// The frame's axis that `axis` lies along, and ±1 for its sense.

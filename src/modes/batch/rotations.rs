@@ -10,7 +10,7 @@
 use fearless_simd::{Simd, SimdBase, SimdFloat, prelude::*};
 
 use super::inertia::packed;
-use super::lanes::{Lanes, Mask, turn_sign, inverse_root, rough_inverse, splat};
+use super::lanes::{Lanes, Mask, inverse_root, rough_inverse, splat, turn_sign};
 
 /// Matrices up to this size are solved by unrolled code.
 pub(super) const LARGEST_UNROLLED: usize = 8;
@@ -82,8 +82,7 @@ fn small_angle<S: Simd>(
     let d = aqq - app;
     let size = apq.abs();
     let small = size.simd_le(d.abs() * splat(simd, limit));
-    let nothing =
-        (apq * apq).simd_le(app * aqq * splat(simd, NEGLIGIBLE * NEGLIGIBLE));
+    let nothing = (apq * apq).simd_le(app * aqq * splat(simd, NEGLIGIBLE * NEGLIGIBLE));
     let t = nothing.select(splat(simd, 0.0), apq * rough_inverse(simd, d));
     (t, small | nothing)
 }
@@ -94,13 +93,104 @@ macro_rules! every_pair {
     ($unrolled:expr, $n:expr, $step:ident) => {
         match $unrolled {
             1 => {}
-            2 => { $step!(0, 1); }
-            3 => { $step!(1, 2); $step!(0, 2); $step!(0, 1); }
-            4 => { $step!(0, 3); $step!(1, 2); $step!(0, 2); $step!(1, 3); $step!(0, 1); $step!(2, 3); }
-            5 => { $step!(1, 4); $step!(2, 3); $step!(0, 4); $step!(1, 2); $step!(0, 3); $step!(2, 4); $step!(0, 2); $step!(1, 3); $step!(0, 1); $step!(3, 4); }
-            6 => { $step!(0, 5); $step!(1, 4); $step!(2, 3); $step!(0, 4); $step!(3, 5); $step!(1, 2); $step!(0, 3); $step!(2, 4); $step!(1, 5); $step!(0, 2); $step!(1, 3); $step!(4, 5); $step!(0, 1); $step!(2, 5); $step!(3, 4); }
-            7 => { $step!(1, 6); $step!(2, 5); $step!(3, 4); $step!(0, 6); $step!(1, 4); $step!(2, 3); $step!(0, 5); $step!(4, 6); $step!(1, 2); $step!(0, 4); $step!(3, 5); $step!(2, 6); $step!(0, 3); $step!(2, 4); $step!(1, 5); $step!(0, 2); $step!(1, 3); $step!(5, 6); $step!(0, 1); $step!(3, 6); $step!(4, 5); }
-            8 => { $step!(0, 7); $step!(1, 6); $step!(2, 5); $step!(3, 4); $step!(0, 6); $step!(5, 7); $step!(1, 4); $step!(2, 3); $step!(0, 5); $step!(4, 6); $step!(3, 7); $step!(1, 2); $step!(0, 4); $step!(3, 5); $step!(2, 6); $step!(1, 7); $step!(0, 3); $step!(2, 4); $step!(1, 5); $step!(6, 7); $step!(0, 2); $step!(1, 3); $step!(4, 7); $step!(5, 6); $step!(0, 1); $step!(2, 7); $step!(3, 6); $step!(4, 5); }
+            2 => {
+                $step!(0, 1);
+            }
+            3 => {
+                $step!(1, 2);
+                $step!(0, 2);
+                $step!(0, 1);
+            }
+            4 => {
+                $step!(0, 3);
+                $step!(1, 2);
+                $step!(0, 2);
+                $step!(1, 3);
+                $step!(0, 1);
+                $step!(2, 3);
+            }
+            5 => {
+                $step!(1, 4);
+                $step!(2, 3);
+                $step!(0, 4);
+                $step!(1, 2);
+                $step!(0, 3);
+                $step!(2, 4);
+                $step!(0, 2);
+                $step!(1, 3);
+                $step!(0, 1);
+                $step!(3, 4);
+            }
+            6 => {
+                $step!(0, 5);
+                $step!(1, 4);
+                $step!(2, 3);
+                $step!(0, 4);
+                $step!(3, 5);
+                $step!(1, 2);
+                $step!(0, 3);
+                $step!(2, 4);
+                $step!(1, 5);
+                $step!(0, 2);
+                $step!(1, 3);
+                $step!(4, 5);
+                $step!(0, 1);
+                $step!(2, 5);
+                $step!(3, 4);
+            }
+            7 => {
+                $step!(1, 6);
+                $step!(2, 5);
+                $step!(3, 4);
+                $step!(0, 6);
+                $step!(1, 4);
+                $step!(2, 3);
+                $step!(0, 5);
+                $step!(4, 6);
+                $step!(1, 2);
+                $step!(0, 4);
+                $step!(3, 5);
+                $step!(2, 6);
+                $step!(0, 3);
+                $step!(2, 4);
+                $step!(1, 5);
+                $step!(0, 2);
+                $step!(1, 3);
+                $step!(5, 6);
+                $step!(0, 1);
+                $step!(3, 6);
+                $step!(4, 5);
+            }
+            8 => {
+                $step!(0, 7);
+                $step!(1, 6);
+                $step!(2, 5);
+                $step!(3, 4);
+                $step!(0, 6);
+                $step!(5, 7);
+                $step!(1, 4);
+                $step!(2, 3);
+                $step!(0, 5);
+                $step!(4, 6);
+                $step!(3, 7);
+                $step!(1, 2);
+                $step!(0, 4);
+                $step!(3, 5);
+                $step!(2, 6);
+                $step!(1, 7);
+                $step!(0, 3);
+                $step!(2, 4);
+                $step!(1, 5);
+                $step!(6, 7);
+                $step!(0, 2);
+                $step!(1, 3);
+                $step!(4, 7);
+                $step!(5, 6);
+                $step!(0, 1);
+                $step!(2, 7);
+                $step!(3, 6);
+                $step!(4, 5);
+            }
             _ => {
                 for p in 0..$n {
                     for q in p + 1..$n {
@@ -263,17 +353,8 @@ pub(super) fn solve_unrolled<S: Simd, const N: usize, const ROWS: usize>(
     v[..square].copy_from_slice(&problem.v[..square]);
     let eigenvalues = &mut problem.eigenvalues[..N];
     let vectors = &mut problem.vectors[..square];
-    System::<S, N> {
-        simd,
-        n: N,
-        rows: ROWS,
-        a: &mut a,
-        v: &mut v,
-        t: &mut t,
-        eigenvalues,
-        vectors,
-    }
-    .solve(bad)
+    System::<S, N> { simd, n: N, rows: ROWS, a: &mut a, v: &mut v, t: &mut t, eigenvalues, vectors }
+        .solve(bad)
 }
 
 /// The same for problems of any size.
