@@ -24,7 +24,7 @@ TOOL_M = [0.0, 0.0, 0.15]
 AGREEMENT = 1e-9
 # Pinocchio's list of joint types is longer than Boost's lists are by default.
 FLAGS = (
-    "-std=c++17 -O3 -march=native -DNDEBUG -DPINOCCHIO_WITHOUT_LIBRARY -DBOOST_MPL_LIMIT_LIST_SIZE=30 -DBOOST_MPL_LIMIT_VECTOR_SIZE=30 "
+    "-std=c++17 -O3 -march=native -DNDEBUG -DBOOST_MPL_LIMIT_LIST_SIZE=30 -DBOOST_MPL_LIMIT_VECTOR_SIZE=30 "
     "-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS -DBOOST_FUSION_INVOKE_MAX_ARITY=12 -w"
 ).split()
 

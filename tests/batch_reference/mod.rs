@@ -222,7 +222,16 @@ impl Chain {
 
 /// Natural frequencies at pose `q`, Hz, ascending, rounded to a double at the very end.
 pub(crate) fn frequencies_hz(chain: &Chain, q: &[f64]) -> Vec<f64> {
-    let mut a = scaled_mass(chain, q);
+    let (mut m, springs) = mass(chain, q);
+    for (i, ki) in springs.iter().enumerate() {
+        for (j, kj) in springs.iter().enumerate() {
+            m[i][j] = m[i][j] / (*ki * *kj);
+        }
+    }
+    frequencies_of(m)
+}
+
+fn frequencies_of(mut a: Vec<Vec<Double>>) -> Vec<f64> {
     diagonalise(&mut a);
     let tau = Double(std::f64::consts::TAU, 2.449_293_598_294_706_4e-16);
     let mut found: Vec<f64> = (0..a.len()).map(|i| (d(1.0) / (tau * root(a[i][i]))).0).collect();
@@ -230,8 +239,9 @@ pub(crate) fn frequencies_hz(chain: &Chain, q: &[f64]) -> Vec<f64> {
     found
 }
 
-/// K^-½ M K^-½, M_ij = Σ over the bodies behind both joints of m vᵢ·vⱼ + ωᵢ·I ωⱼ.
-fn scaled_mass(chain: &Chain, q: &[f64]) -> Vec<Vec<Double>> {
+/// M over the elastic joints, M_ij = Σ over the bodies behind both joints of m vᵢ·vⱼ + ωᵢ·I ωⱼ, and the roots of
+/// their springs.
+fn mass(chain: &Chain, q: &[f64]) -> (Vec<Vec<Double>>, Vec<Double>) {
     let n = chain.links.len();
     // Columns of the rotation.
     let mut axes = [[d(1.0), d(0.0), d(0.0)], [d(0.0), d(1.0), d(0.0)], [d(0.0), d(0.0), d(1.0)]];
@@ -266,10 +276,8 @@ fn scaled_mass(chain: &Chain, q: &[f64]) -> Vec<Vec<Double>> {
     }
     let elastic: Vec<(usize, Double)> =
         (0..n).filter_map(|i| chain.links[i].stiffness.map(|k| (i, root(d(k))))).collect();
-    elastic
-        .iter()
-        .map(|&(i, ki)| elastic.iter().map(|&(j, kj)| m[i][j] / (ki * kj)).collect())
-        .collect()
+    let rows = elastic.iter().map(|&(i, _)| elastic.iter().map(|&(j, _)| m[i][j]).collect());
+    (rows.collect(), elastic.iter().map(|&(_, root)| root).collect())
 }
 
 fn diagonalise(a: &mut [Vec<Double>]) {

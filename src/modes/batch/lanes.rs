@@ -159,3 +159,66 @@ fn polynomial<S: Simd>(simd: S, z: Lanes<S>, coefficients: &[f64; 6]) -> Lanes<S
     }
     sum
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fearless_simd::dispatch;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    /// The levels that this machine has.
+    fn levels() -> Vec<Level> {
+        let sets = crate::modes::batch::InstructionSet::available();
+        sets.into_iter().filter_map(|set| set.level()).collect()
+    }
+
+    #[inline(always)]
+    fn of_all<S: Simd>(simd: S, angles: &[f64]) -> Vec<(f64, f64)> {
+        let solve = |x: &f64| {
+            let (sine, cosine) = sin_cos(simd, splat(simd, *x));
+            (sine.as_slice()[0], cosine.as_slice()[Lanes::<S>::LEN - 1])
+        };
+        angles.iter().map(solve).collect()
+    }
+
+    #[inline(always)]
+    fn roots<S: Simd>(simd: S, squares: &[f64]) -> Vec<f64> {
+        squares.iter().map(|x| inverse_root(simd, splat(simd, *x)).as_slice()[0]).collect()
+    }
+
+    /// Against the standard library's, which are good to less than one unit in the last place: at random
+    /// angles, and at the doubles nearest to multiples of π/2, where all digits but the last cancel.
+    #[test]
+    fn sine_and_cosine_are_those_of_the_standard_library() {
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let mut angles: Vec<f64> =
+            (0..200_000).map(|_| rng.random_range(-1000.0..1000.0)).collect();
+        angles.extend((0..200_000).map(|_| rng.random_range(-7.0..7.0)));
+        angles.extend((-640..=640).map(|k| f64::from(k) * std::f64::consts::FRAC_PI_2));
+        angles.extend([0.0, -0.0, 1e-300, 1e5, -LARGEST_ANGLE_RAD, LARGEST_ANGLE_RAD]);
+        for level in levels() {
+            let found = dispatch!(level, simd => of_all(simd, &angles));
+            for (x, (sine, cosine)) in angles.iter().zip(found) {
+                for (found, expected) in [(sine, x.sin()), (cosine, x.cos())] {
+                    let off = (found - expected).abs();
+                    assert!(off <= 1.5 * f64::EPSILON * expected.abs(), "{x}: {found}, {expected}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn reciprocal_roots_are_exact_to_the_last_places() {
+        let mut rng = ChaCha8Rng::seed_from_u64(2);
+        let squares: Vec<f64> =
+            (0..100_000).map(|_| 10.0_f64.powf(rng.random_range(-250.0..250.0))).collect();
+        for level in levels() {
+            let found = dispatch!(level, simd => roots(simd, &squares));
+            for (x, y) in squares.iter().zip(found) {
+                let expected = 1.0 / x.sqrt();
+                assert!((y / expected - 1.0).abs() <= 2.0 * f64::EPSILON, "{x}: {y}, {expected}");
+            }
+        }
+    }
+}

@@ -70,7 +70,8 @@ fn turned<S: Simd>(r: &Rotation<S>, p: Lanes<S>, q: Lanes<S>) -> (Lanes<S>, Lane
     (r.minus_sine.mul_add(q, r.cosine * p), r.sine.mul_add(p, r.cosine * q))
 }
 
-/// t = apq / (aqq − app) where that is small, and whether it is small.
+/// t = apq / (aqq − app) where that is small, and whether it is: the angle itself, and the coupling as a share of
+/// the geometric mean of the diagonal entries, which next to a far larger entry is not small at a small angle.
 #[inline(always)]
 fn small_angle<S: Simd>(
     simd: S,
@@ -80,11 +81,12 @@ fn small_angle<S: Simd>(
     limit: f64,
 ) -> (Lanes<S>, Mask<S>) {
     let d = aqq - app;
-    let size = apq.abs();
-    let small = size.simd_le(d.abs() * splat(simd, limit));
-    let nothing = (apq * apq).simd_le(app * aqq * splat(simd, NEGLIGIBLE * NEGLIGIBLE));
+    let (square, product) = (apq * apq, app * aqq);
+    let weak = square.simd_le(product * splat(simd, limit * limit));
+    let small = apq.abs().simd_le(d.abs() * splat(simd, limit));
+    let nothing = square.simd_le(product * splat(simd, NEGLIGIBLE * NEGLIGIBLE));
     let t = nothing.select(splat(simd, 0.0), apq * rough_inverse(simd, d));
-    (t, small | nothing)
+    (t, (small & weak) | nothing)
 }
 
 /// Calls `$step!(p, q)` for every pair p < q < `$n`. Where `$unrolled`, the constant size, is not zero: one
