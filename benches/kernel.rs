@@ -11,7 +11,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use detune::model::{
-    Damping, Description, ElasticJoint, Inertial, Joint, JointKind, Link, Robot, elastic_jacobian,
+    Description, ElasticJoint, Inertial, Joint, JointKind, Link, Robot, elastic_jacobian,
 };
 use detune::modes::batch::{InstructionSet, Kernel, ModesOut, TipOut};
 use detune::modes::{ModalSolver, peak_tip_compliance_m_per_n};

@@ -1,7 +1,7 @@
 //! The batch kernel, at every instruction set that the machine has, against the scalar path, against a
 //! solution in twice the digits, and against itself: neighbours, threads and remainders change no bit.
 
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::print_stdout)]
 
 use detune::model::{
     CoordinateKind, Description, ExtraCoordinate, PoseFault, Robot, elastic_jacobian,
@@ -14,6 +14,8 @@ use rand_chacha::ChaCha8Rng;
 
 mod batch_reference;
 mod planar_arm;
+// Not all of its helpers are of use here.
+#[allow(dead_code)]
 mod random_robot;
 
 use batch_reference::{Chain, frequencies_hz as exact_frequencies_hz};

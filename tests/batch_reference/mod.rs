@@ -256,6 +256,7 @@ fn mass(chain: &Chain, q: &[f64]) -> (Vec<Vec<Double>>, Vec<Double>) {
         joints.push((axes[link.axis], origin));
         let (sine, cosine) = sin_cos(angle);
         let (u, v) = (axes[(link.axis + 1) % 3], axes[(link.axis + 2) % 3]);
+        #[allow(clippy::needless_range_loop)]
         for k in 0..3 {
             axes[(link.axis + 1) % 3][k] = cosine * u[k] + sine * v[k];
             axes[(link.axis + 2) % 3][k] = cosine * v[k] - sine * u[k];
@@ -266,9 +267,9 @@ fn mass(chain: &Chain, q: &[f64]) -> (Vec<Vec<Double>>, Vec<Double>) {
             for (j, (axis_j, at_j)) in joints.iter().enumerate() {
                 let v_j = cross(axis_j, &difference(&com, at_j));
                 let mut entry = d(link.mass_kg) * dot(&v_i, &v_j);
-                for k in 0..3 {
-                    let about = dot(axis_i, &axes[k]) * dot(axis_j, &axes[k]);
-                    entry = entry + d(link.inertia_kgm2[k]) * about;
+                for (axis, moment) in axes.iter().zip(link.inertia_kgm2) {
+                    let about = dot(axis_i, axis) * dot(axis_j, axis);
+                    entry = entry + d(moment) * about;
                 }
                 m[i][j] = m[i][j] + entry;
             }
@@ -280,6 +281,7 @@ fn mass(chain: &Chain, q: &[f64]) -> (Vec<Vec<Double>>, Vec<Double>) {
     (rows.collect(), elastic.iter().map(|&(_, root)| root).collect())
 }
 
+#[allow(clippy::needless_range_loop)]
 fn diagonalise(a: &mut [Vec<Double>]) {
     let n = a.len();
     for _ in 0..30 {

@@ -234,8 +234,8 @@ impl<'a, S: Simd> Block<'a, S> {
             let mut determinant = self.lambda[0];
             let mut diagonal = self.assembly.mass[0] * splat(simd, SURE_DETERMINANT);
             for i in 1..n {
-                determinant = determinant * self.lambda[i];
-                diagonal = diagonal * self.assembly.mass[packed(n, i, i)];
+                determinant *= self.lambda[i];
+                diagonal *= self.assembly.mass[packed(n, i, i)];
             }
             sure = determinant.simd_gt(diagonal);
             if sure.all_true() {
@@ -304,8 +304,8 @@ impl<'a, S: Simd> Block<'a, S> {
         for x in self.v[..n * n].chunks_exact_mut(n) {
             for i in (0..n).rev() {
                 let mut sum = x[i];
-                for j in i + 1..n {
-                    sum = (-self.r[packed(n, i, j)]).mul_add(x[j], sum);
+                for (j, x) in x.iter().enumerate().skip(i + 1) {
+                    sum = (-self.r[packed(n, i, j)]).mul_add(*x, sum);
                 }
                 x[i] = sum * self.r[packed(n, i, i)];
             }
@@ -374,8 +374,8 @@ impl<'a, S: Simd> Block<'a, S> {
         for r in 0..n {
             let mut w = [splat(simd, 0.0); 3];
             for (i, x) in self.v[r * n..(r + 1) * n].iter().enumerate() {
-                for k in 0..3 {
-                    w[k] = self.assembly.jacobian[3 * i + k].mul_add(*x, w[k]);
+                for (k, w) in w.iter_mut().enumerate() {
+                    *w = self.assembly.jacobian[3 * i + k].mul_add(*x, *w);
                 }
             }
             let square = w[2].mul_add(w[2], w[1].mul_add(w[1], w[0] * w[0]));

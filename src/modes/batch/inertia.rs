@@ -212,8 +212,8 @@ impl<S: Simd> Assembly<S> {
             for i in node.coordinates.clone() {
                 let coordinate = &plan.coordinates[i];
                 let column = velocity_at(simd, &coordinate.screw, &p);
-                for k in 0..3 {
-                    self.jacobian[3 * i + k] = column[k] * splat(simd, coordinate.scale);
+                for (k, entry) in column.iter().enumerate() {
+                    self.jacobian[3 * i + k] = *entry * splat(simd, coordinate.scale);
                 }
             }
             let (true, Some(parent)) = (node.carried, node.parent) else { break };
@@ -289,8 +289,8 @@ fn add<S: Simd>(simd: S, all: &mut Composite<S>, other: &Composite<S>, share: f6
     let [mx, my, mz] = times::<S>(&[x, y, z], splat(simd, reduced));
     let (xx, yy, zz) = (mx * x, my * y, mz * z);
     let point = [yy + zz, xx + zz, xx + yy];
-    for k in 0..3 {
-        all.inertia[k] = (all.inertia[k] + other.inertia[k]) + point[k];
+    for (k, point) in point.iter().enumerate() {
+        all.inertia[k] = (all.inertia[k] + other.inertia[k]) + *point;
         all.inertia[k + 3] += other.inertia[k + 3];
     }
     all.inertia[3] = less::<S>(all.inertia[3], mx, y);
