@@ -259,18 +259,21 @@ impl<'a, S: Simd> Block<'a, S> {
             eigenvalues: &mut self.lambda,
             vectors: &mut self.v[..rows * n],
         };
-        let done = match n {
-            2 if unrolls::<S>() => unrolled::<S, 2>(simd, &mut problem, bad),
-            3 if unrolls::<S>() => unrolled::<S, 3>(simd, &mut problem, bad),
-            4 if unrolls::<S>() => unrolled::<S, 4>(simd, &mut problem, bad),
-            5 if unrolls::<S>() => unrolled::<S, 5>(simd, &mut problem, bad),
-            6 if unrolls::<S>() => unrolled::<S, 6>(simd, &mut problem, bad),
-            7 if unrolls::<S>() => unrolled::<S, 7>(simd, &mut problem, bad),
-            8 if unrolls::<S>() => unrolled::<S, 8>(simd, &mut problem, bad),
-            _ => simd.vectorize(
+        let done = if const { unrolls::<S>() } && (2..=LARGEST_UNROLLED).contains(&n) {
+            match n {
+                2 => unrolled::<S, 2>(simd, &mut problem, bad),
+                3 => unrolled::<S, 3>(simd, &mut problem, bad),
+                4 => unrolled::<S, 4>(simd, &mut problem, bad),
+                5 => unrolled::<S, 5>(simd, &mut problem, bad),
+                6 => unrolled::<S, 6>(simd, &mut problem, bad),
+                7 => unrolled::<S, 7>(simd, &mut problem, bad),
+                _ => unrolled::<S, 8>(simd, &mut problem, bad),
+            }
+        } else {
+            simd.vectorize(
                 #[inline(always)]
                 || solve_looped(simd, n, &mut problem, bad),
-            ),
+            )
         };
         bad | !done
     }
@@ -429,10 +432,11 @@ fn scatter<S: Simd>(values: &[Lanes<S>], count: usize, rows: &mut [f64]) {
     }
 }
 
-/// Two lanes on x86-64 are for machines without AVX2: not worth the time that unrolled code takes to compile.
+/// Unrolled code takes minutes to compile: not worth it in builds for debugging, nor for two lanes on x86-64,
+/// which are for machines without AVX2.
 #[inline(always)]
-fn unrolls<S: Simd>() -> bool {
-    Lanes::<S>::LEN > 2 || !cfg!(target_arch = "x86_64")
+const fn unrolls<S: Simd>() -> bool {
+    !cfg!(debug_assertions) && (Lanes::<S>::LEN > 2 || !cfg!(target_arch = "x86_64"))
 }
 
 /// One function for each number of rows that occurs, so that each is a constant to it.
