@@ -155,7 +155,7 @@ pub fn sweep(
 /// The first joint of the pose that is outside its limits, by place.
 pub fn outside_limits(robot: &Robot, q: &[f64]) -> Option<usize> {
     robot.joints().iter().zip(q).position(|(joint, value)| {
-        joint.limit.is_some_and(|[lower, upper]| !(lower..=upper).contains(&value))
+        joint.limit.is_some_and(|[lower, upper]| !(lower..=upper).contains(value))
     })
 }
 

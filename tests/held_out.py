@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Held-out check of `detune check` and `detune map`, from outside.
 
-    python3 tests/held_out.py target/release/detune [--robots 6] [--seed 1] [--scan 20000] [--keep DIR]
+    python3 tests/held_out.py target/release/detune [--robots 4] [--seed 1] [--scan 20000] [--keep DIR]
 
 Draws random robots (URDF and robot.yaml) and jobs, runs the program on them, and compares what it says with a
 computation of its own that follows the words of the README alone and shares no code and no method with the program:
@@ -309,7 +309,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("detune", help="path of the program")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--robots", type=int, default=6, help="how many robots to draw, with three to five jobs each")
+    parser.add_argument("--robots", type=int, default=4, help="how many robots to draw, with three to five jobs each")
     parser.add_argument("--scan", type=int, default=SCAN, help="steps of the scan")
     parser.add_argument("--keep", type=pathlib.Path, help="folder for the files (default: temporary, kept on disagreement)")
     options = parser.parse_args()

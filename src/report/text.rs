@@ -145,7 +145,7 @@ fn push_further(operation: &CheckedOperation<'_>, further: &[Stretch<'_>], text:
             words::hz(crossing.natural_frequency_hz),
             words::line(&crossing.line),
             words::hz(crossing.excitation_hz),
-            words::apart(crossing.separation),
+            words::apart_in_column(crossing.separation),
             words::range(percent_from_ratio(crossing.from_s), percent_from_ratio(crossing.to_s)),
             words::line_range(crossing.from_line, crossing.to_line),
             words::um_per_n(crossing.tip_response_m_per_n),

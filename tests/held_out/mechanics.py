@@ -55,7 +55,7 @@ def jacobi_eigenvalues(a):
                 apq = a[:, p, q].copy()
                 rotate = np.abs(apq) > tiny
                 theta = (a[:, q, q] - a[:, p, p]) / np.where(rotate, 2 * apq, 1)
-                t = np.where(theta >= 0, 1, -1) / (np.abs(theta) + np.sqrt(theta * theta + 1))
+                t = np.where(theta >= 0, 1, -1) / (np.abs(theta) + np.hypot(theta, 1))
                 t = np.where(rotate, t, 0)
                 c = 1 / np.sqrt(t * t + 1)
                 s = t * c
