@@ -99,6 +99,15 @@ impl SpindleSpeed {
         }
     }
 
+    /// Lowest and highest speed over s in 0..=1, rev/min.
+    pub fn range(&self) -> [f64; 2] {
+        [0.0, 1.0]
+            .into_iter()
+            .chain(self.corners())
+            .map(|s| self.rpm_at(s))
+            .fold([f64::INFINITY, 0.0], |[low, high], rpm| [low.min(rpm), high.max(rpm)])
+    }
+
     /// Values of s where the speed has a corner.
     pub fn corners(&self) -> impl Iterator<Item = f64> + '_ {
         let points: &[(f64, f64)] = match self {

@@ -59,6 +59,7 @@
 //!
 //! The README's section "As a library" shows a whole check.
 
+#[doc(hidden)]
 pub mod cli;
 pub mod excitation;
 pub mod free_vibration;

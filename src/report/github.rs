@@ -10,6 +10,9 @@ use crate::risk::Certainty;
 /// GitHub keeps so many annotations of a level in a step.
 const MOST_ANNOTATIONS: usize = 10;
 
+/// At most so many jobs are named in the last line.
+const MOST_NAMED: usize = 10;
+
 /// The results of `detune check` as workflow commands, `error` for resonance and `warning` for uncertain,
 /// and a last line for the log. Files below `root` (an absolute path, the folder that the command ran in)
 /// are named relative to it.
@@ -48,7 +51,7 @@ fn command(
     };
     let crossing = finding.worst.crossing;
     let (from, to) = (crossing.from_line, crossing.to_line);
-    let file = paths::slashed(&paths::within(root, &operation.lines_file()));
+    let file = words::printable(&paths::slashed(&paths::within(root, &operation.lines_file())));
     let mut message = words::sentence(operation, &finding.worst);
     match finding.others.len() {
         0 => {}
@@ -63,18 +66,32 @@ fn command(
     format!(
         "::{level} file={},line={from},endLine={to},title={}::{}",
         property(&file),
-        property(&format!("detune: {title} in '{}'", operation.risk.name)),
+        property(&format!("detune: {title} in '{}'", words::printable(&operation.risk.name))),
         data(&message)
     )
 }
 
 fn summary(jobs: &[CheckedJob]) -> String {
-    let jobs: Vec<_> = jobs
-        .iter()
-        .map(|job| format!("{} {}", paths::slashed(&job.file), words::verdict(job.risk.verdict)))
-        .collect();
-    // A file name with a line break in it must not start a command of its own.
-    data(&format!("detune check: {}", jobs.join(", ")))
+    let told = |job: &CheckedJob| {
+        let file = words::printable(&paths::slashed(&job.file));
+        format!("{file} {}", words::verdict(job.risk.verdict))
+    };
+    let text = if jobs.len() <= MOST_NAMED {
+        jobs.iter().map(told).collect::<Vec<_>>().join(", ")
+    } else {
+        let worst = words::worst_jobs(jobs);
+        let mut text = words::counts(jobs.iter().map(|job| job.risk.verdict), false);
+        text = format!("{} jobs: {text}", jobs.len());
+        let named: Vec<_> = worst.iter().take(MOST_NAMED).map(|job| told(job)).collect();
+        if !named.is_empty() {
+            text.push_str(&format!("; {}", named.join(", ")));
+        }
+        if let more @ 1.. = worst.len() - named.len() {
+            text.push_str(&format!(", … and {more} more"));
+        }
+        text
+    };
+    data(&format!("detune check: {text}"))
 }
 
 /// Escapes a message.

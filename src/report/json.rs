@@ -139,6 +139,12 @@ struct Operation<'a> {
     verdict: Verdict,
     /// Programmed spindle speed at s = 0.
     spindle_rpm: Number,
+    /// Lowest programmed spindle speed.
+    spindle_min_rpm: Number,
+    /// Highest programmed spindle speed.
+    spindle_max_rpm: Number,
+    /// The programmed speeds, linear in s between; null where one speed holds.
+    spindle_schedule: Option<Vec<SpeedPoint>>,
     /// Time from s = 0 to s = 1.
     duration_s: Number,
     /// The excitation lines that were looked at, ascending.
@@ -154,6 +160,15 @@ struct Operation<'a> {
     crossings: Vec<Crossing<'a>>,
     /// Where neighbouring modes change places in the order of frequency.
     mode_exchanges: Vec<Exchange>,
+}
+
+/// A programmed spindle speed at one place of the path.
+#[derive(Debug, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct SpeedPoint {
+    /// Share of the operation's time, 0 to 1.
+    s: Number,
+    rpm: Number,
 }
 
 /// One excitation line.
@@ -305,10 +320,15 @@ impl<'a> From<&'a CheckedJob> for Job<'a> {
 impl<'a> From<CheckedOperation<'a>> for Operation<'a> {
     fn from(operation: CheckedOperation<'a>) -> Self {
         let risk = operation.risk;
+        let [spindle_min_rpm, spindle_max_rpm] = operation.rpm_range().map(Number);
+        let point = |&(s, rpm): &(f64, f64)| SpeedPoint { s: Number(s), rpm: Number(rpm) };
         Self {
             name: &risk.name,
             verdict: risk.verdict.into(),
             spindle_rpm: Number(risk.spindle_rpm),
+            spindle_min_rpm,
+            spindle_max_rpm,
+            spindle_schedule: operation.schedule().map(|points| points.iter().map(point).collect()),
             duration_s: Number(risk.duration_s),
             lines: risk.lines.iter().map(Line::from).collect(),
             closest: closest_approach(risk, &operation.job.policy).map(Closest::from),

@@ -151,7 +151,7 @@ impl Artifacts<'_> {
         let identity = [
             rule_id(finding.certainty).to_owned(),
             self.uri_of(&operation.job.file),
-            operation.risk.name.clone(),
+            words::printable(&operation.risk.name),
             format!("mode {}", finding.mode),
             format!("{} {}", words::source_key(finding.line.source), finding.line.harmonic),
         ]
@@ -194,8 +194,11 @@ impl Artifacts<'_> {
                 region: Region { start_line: crossing.from_line, end_line: crossing.to_line },
             },
             logical_locations: [LogicalLocation {
-                name: operation.risk.name.clone(),
-                fully_qualified_name: format!("{}/{}", operation.job.name, operation.risk.name),
+                name: words::printable(&operation.risk.name),
+                fully_qualified_name: words::printable(&format!(
+                    "{}/{}",
+                    operation.job.name, operation.risk.name
+                )),
             }],
             message: related.map(|_| Message {
                 text: words::stretch(operation.risk, crossing.from_s, crossing.to_s),

@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use serde::Serialize;
 
+use super::words::{number, printable};
 use crate::measured::stiffness::StiffnessFit;
 use crate::units::percent_from_ratio;
 
@@ -19,23 +20,30 @@ pub struct JointFit {
     pub fit: StiffnessFit,
 }
 
+/// Stiffnesses of arms are whole numbers up to 1e8 in everyday use; those of no arm are kept short.
+fn newton_metres_per_rad(stiffness: f64) -> String {
+    if stiffness.abs() < 1e9 { format!("{stiffness:.0}") } else { number(stiffness, 0) }
+}
+
 /// For people.
 pub fn stiffness_text(fits: &[JointFit]) -> String {
     let mut out = String::new();
     for JointFit { joint, fit } in fits {
-        let name = joint.as_deref().unwrap_or("joint");
+        let name = printable(joint.as_deref().unwrap_or("joint"));
         let [low, high] = fit.interval;
         // Writing to a string does not fail.
         let _ = writeln!(
             out,
-            "{name}: k = {:.0} N·m/rad, standard error {:.0}, {:.0} % interval {low:.0} to {high:.0} \
-             (R² {:.6}, {} rows, residuals {:.3} N·m)",
-            fit.stiffness,
-            fit.standard_error,
+            "{name}: k = {} N·m/rad, standard error {}, {:.0} % interval {} to {} \
+             (R² {:.6}, {} rows, residuals {} N·m)",
+            newton_metres_per_rad(fit.stiffness),
+            newton_metres_per_rad(fit.standard_error),
             percent_from_ratio(fit.confidence),
+            newton_metres_per_rad(low),
+            newton_metres_per_rad(high),
             fit.r_squared,
             fit.rows,
-            fit.residual_deviation
+            number(fit.residual_deviation, 3)
         );
         for hint in hints(fit) {
             let _ = writeln!(out, "  hint: {hint}");
