@@ -130,6 +130,7 @@ fn job(
                     feed_m_per_s: 0.01,
                     tcp: Isometry3::identity(),
                     line: 10 + i,
+                    spindle_turns: true,
                 })
                 .collect(),
             program: None,

@@ -9,7 +9,7 @@ use clap::{Args, ValueEnum};
 use super::output::Sink;
 use super::{Failure, Outcome};
 use crate::free_vibration::{Sampling, Settings};
-use crate::input::{Fault, Poses, load_poses, load_robot};
+use crate::input::{Fault, Poses, Reading, load_poses, read_robot};
 use crate::map::{Head, Method, Row, is_outside_limits, rows, sweep};
 use crate::model::{JointKind, Robot};
 use crate::report::map::{
@@ -103,9 +103,15 @@ enum Format {
 /// Writes the map of `args` to `out` or to its file.
 pub(super) fn run(args: &MapArgs, out: &mut dyn Write) -> Result<Outcome, Failure> {
     let sink = Sink::open(args.output.as_deref())?;
-    let loaded = load_robot(&robot_file(&args.robot))?;
-    let mut notices: Vec<String> = loaded.notices.iter().map(Fault::to_string).collect();
-    let robot = loaded.value;
+    let mut reading = Reading::default();
+    let robot = read_robot(&robot_file(&args.robot), &mut reading)?;
+    // Standard input may be a file, too.
+    reading.files.extend(args.poses.iter().map(|poses| match poses {
+        dash if dash == Path::new("-") => PathBuf::from("/dev/stdin"),
+        file => file.clone(),
+    }));
+    sink.spare(&reading.files)?;
+    let mut notices: Vec<String> = reading.notices.iter().map(Fault::to_string).collect();
     let method = method(args);
     sink.stream(out, |out| write_map(args, &robot, &method, out, &mut notices))?;
     let mut stderr = io::stderr().lock();

@@ -32,6 +32,13 @@ impl<R: Read> Table<R> {
         if !table.row(&mut header)? {
             return Err(Fault { line: None, ..table.fault("is empty, must begin with a header") });
         }
+        if header.len() == 1 && header[0].contains([';', '\t']) {
+            let mark = if header[0].contains(';') { "semicolons" } else { "tabs" };
+            let what = format!(
+                "cells are separated by {mark}, must be by commas (and numbers have decimal points)"
+            );
+            return Err(table.fault(&what));
+        }
         table.header = header;
         Ok(table)
     }

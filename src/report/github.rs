@@ -36,6 +36,37 @@ pub fn check(jobs: &[CheckedJob], root: &Path) -> String {
     text
 }
 
+/// How grave a line for the log is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Level {
+    /// Stops the work.
+    Error,
+    /// Does not.
+    Warning,
+}
+
+/// A fault or remark as a workflow command, in place where it has a file (named relative to `root` where it
+/// lies below it) and a line.
+pub fn annotation(
+    level: Level,
+    file: Option<&Path>,
+    line: Option<usize>,
+    what: &str,
+    root: &Path,
+) -> String {
+    let level = match level {
+        Level::Error => "error",
+        Level::Warning => "warning",
+    };
+    let file = file.map(|file| paths::slashed(&paths::within(root, file)));
+    let place = match (file, line) {
+        (Some(file), Some(line)) => format!(" file={},line={line}", property(&file)),
+        (Some(file), None) => format!(" file={}", property(&file)),
+        (None, _) => String::new(),
+    };
+    format!("::{level}{place}::{}", data(what))
+}
+
 fn command(
     operation: &CheckedOperation<'_>,
     finding: &Finding<'_>,
@@ -90,6 +121,19 @@ fn property(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn faults_stand_at_their_lines() {
+        let at = |file: Option<&str>, line| {
+            annotation(Level::Error, file.map(Path::new), line, "50 %\n", Path::new("/here"))
+        };
+        assert_eq!(
+            at(Some("/here/a,b.yaml"), Some(3)),
+            "::error file=a%2Cb.yaml,line=3::50 %25%0A"
+        );
+        assert_eq!(at(Some("a.yaml"), None), "::error file=a.yaml::50 %25%0A");
+        assert_eq!(at(None, None), "::error::50 %25%0A");
+    }
 
     #[test]
     fn properties_and_messages_are_escaped() {

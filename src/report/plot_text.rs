@@ -91,7 +91,8 @@ fn line_curve(operation: &OperationRisk, line: &ExcitationLine) -> Option<Curve>
         Source::ToothPassing => "tooth",
         Source::Spindle => "spindle",
     };
-    let points = operation.samples.iter().map(|s| (s.s, line.frequency_hz(s.rpm)));
+    let turning = operation.samples.iter().filter(|s| s.rpm > 0.0);
+    let points = turning.map(|s| (s.s, line.frequency_hz(s.rpm)));
     Curve::new(format!("{source} ×{}", line.harmonic), true, points)
 }
 

@@ -5,6 +5,7 @@ use super::findings::{Stretch, stretches};
 use super::{CheckedJob, CheckedOperation, plot_text, style, words};
 use crate::risk::{Approach, Certainty, OperationRisk, Verdict, closest_approach};
 use crate::units::percent_from_ratio;
+use crate::wording::plain;
 
 /// At most so many crossings follow the worst one.
 const MOST_FURTHER: usize = 5;
@@ -36,8 +37,9 @@ pub fn check(jobs: &[CheckedJob], colour: bool) -> String {
 
 fn push_job(job: &CheckedJob, colour: bool, text: &mut String) {
     let verdict = verdict_word(job.risk.verdict, colour);
-    let name = style::paint(style::STRONG, &job.name, colour);
-    text.push_str(&format!("{verdict}  {}  {name}\n", job.file.display()));
+    let name = style::paint(style::STRONG, plain(&job.name), colour);
+    let file = job.file.to_string_lossy();
+    text.push_str(&format!("{verdict}  {}  {name}\n", plain(&file)));
     let drawn = drawn(job);
     for (index, operation) in job.operations().enumerate() {
         text.push('\n');
@@ -55,7 +57,7 @@ fn push_operation(operation: &CheckedOperation<'_>, colour: bool, text: &mut Str
     let risk = operation.risk;
     text.push_str(&format!(
         "  {}  {}  {}, {} s\n",
-        style::paint(style::STRONG, &risk.name, colour),
+        style::paint(style::STRONG, plain(&risk.name), colour),
         verdict_word(risk.verdict, colour),
         speed(risk),
         words::trimmed(risk.duration_s, 1)
@@ -70,6 +72,9 @@ fn push_operation(operation: &CheckedOperation<'_>, colour: bool, text: &mut Str
             Some(approach) => push_closest(operation, &approach, text),
             None => push_fact("closest", "no excitation line and no mode that count", text),
         },
+    }
+    if let Some(left_out) = words::left_out(operation) {
+        push_fact("left out", &left_out, text);
     }
     push_exchanges(risk, text);
 }
@@ -191,7 +196,8 @@ fn push_exchanges(risk: &OperationRisk, text: &mut String) {
 }
 
 fn push_fact(name: &str, fact: &str, text: &mut String) {
-    text.push_str(&format!("      {name:NAME_WIDTH$} {fact}\n"));
+    // Names of files and coordinates stand in the facts.
+    text.push_str(&format!("      {name:NAME_WIDTH$} {}\n", plain(fact)));
 }
 
 fn push_plot(operation: &CheckedOperation<'_>, colour: bool, text: &mut String) {
@@ -228,7 +234,7 @@ fn drawn(job: &CheckedJob) -> Vec<usize> {
 }
 
 fn speed(risk: &OperationRisk) -> String {
-    let speeds = risk.samples.iter().map(|sample| sample.rpm);
+    let speeds = risk.samples.iter().map(|sample| sample.rpm).filter(|&rpm| rpm > 0.0);
     let low = speeds.clone().reduce(f64::min).unwrap_or(risk.spindle_rpm);
     let high = speeds.reduce(f64::max).unwrap_or(risk.spindle_rpm);
     if low < high {

@@ -134,6 +134,28 @@ pub(super) fn moves(operation: &CheckedOperation<'_>, crossing: &Crossing) -> St
     text
 }
 
+/// `spindle × 1 (ignored 49–51 Hz), modes 5, 6 (below 0.5 µm/N)`; `None` where everything counts.
+pub(super) fn left_out(operation: &CheckedOperation<'_>) -> Option<String> {
+    let (left_out, policy) = (&operation.risk.left_out, &operation.job.policy);
+    if left_out.is_empty() {
+        return None;
+    }
+    let mut parts = Vec::new();
+    if !left_out.lines.is_empty() {
+        let lines: Vec<String> = left_out.lines.iter().map(line).collect();
+        let bands: Vec<String> =
+            policy.ignore_hz.iter().map(|[from, to]| format!("{from}–{to}")).collect();
+        parts.push(format!("{} (ignored {} Hz)", lines.join(", "), bands.join(", ")));
+    }
+    if !left_out.modes.is_empty() {
+        let modes: Vec<String> = left_out.modes.iter().map(usize::to_string).collect();
+        let s = if modes.len() == 1 { "" } else { "s" };
+        let least = trimmed(um_per_n_from_m_per_n(policy.min_tip_response_m_per_n), 6);
+        parts.push(format!("mode{s} {} (below {least} µm/N)", modes.join(", ")));
+    }
+    Some(parts.join("; "))
+}
+
 /// β2 at the sample next to `s`, `β2 68.2°`, if the robot defines it.
 pub(super) fn beta2(operation: &OperationRisk, s: f64) -> Option<String> {
     let beta2 = sample_next_to(operation, s)?.beta2_rad?;

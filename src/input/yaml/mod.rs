@@ -14,6 +14,6 @@ mod typed;
 
 #[cfg(test)]
 pub(super) use check::KEYWORDS;
-pub(super) use check::{check, nearest};
+pub(super) use check::check;
 pub(super) use tree::{Kind, Node, Step, parse};
 pub(super) use typed::{Apart, typed};

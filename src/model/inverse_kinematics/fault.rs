@@ -4,6 +4,7 @@ use std::fmt;
 
 use crate::model::fault::PoseFault;
 use crate::units::{deg_from_rad, mm_from_m};
+use crate::wording::told_apart;
 
 /// Why a pose of the tip has no joint positions.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,9 +50,10 @@ impl fmt::Display for IkFault {
                 } else {
                     (deg_from_rad(*value), deg_from_rad(*limit), "°")
                 };
+                let [value, limit] = told_apart(value, limit, 3);
                 write!(
                     f,
-                    "joint '{joint}' would have to be at {value:.3}{unit}, over its limit of {limit:.3}{unit}"
+                    "joint '{joint}' would have to be at {value}{unit}, over its limit of {limit}{unit}"
                 )
             }
         }
