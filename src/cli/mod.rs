@@ -233,7 +233,7 @@ mod tests {
         assert_eq!(
             text,
             "error: a.yaml:3: bad\nerror: a.yaml: bad\n\
-             nothing was done: mend these 2 faults and run the command again\n"
+             nothing was done: mend these faults and run the command again\n"
         );
     }
 

@@ -555,6 +555,29 @@ mod tests {
     }
 
     #[test]
+    fn a_tool_of_another_mass_than_the_payload_is_told() {
+        let program = |mass: &str| {
+            format!(
+                "MODULE m\n  PERS tooldata tMill:=[TRUE,[[0,0,7],[1,0,0,0]],[{mass},[0,0,1],[1,0,0,0],0,0,0]];\n\
+                 PROC main()\n MoveL [[1,2,3],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v5,fine,tMill;\n\
+                 MoveL [[1,2,4],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v5,fine,tMill;\n\
+                 ENDPROC\nENDMODULE\n"
+            )
+        };
+        let job = "    spindle_rpm: 1100\n    path: {program: {file: a.mod}}\n";
+        assert_eq!(
+            notices_of(job, "a.mod", &program("4.2")),
+            [
+                "a.mod:2: tooldata tMill declares 4.2 kg; the model carries the robot file's payload of 1.5 kg \
+                 at tool0; set payload in robot.yaml if this is not the same tool"
+            ]
+        );
+        // The robot file's own 1.5 kg, and ABB's "not known".
+        assert!(notices_of(job, "a.mod", &program("1.5")).is_empty());
+        assert!(notices_of(job, "a.mod", &program("-1")).is_empty());
+    }
+
+    #[test]
     fn a_procedure_without_effect_and_rapid_moves_are_told() {
         let operation = "    spindle_rpm: 1100\n    path:\n      program:\n        file: a.nc\n        \
                          procedure: main\n";

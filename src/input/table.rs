@@ -164,6 +164,15 @@ mod tests {
     }
 
     #[test]
+    fn other_separators_are_named() {
+        for (text, mark) in [("a;b\n1;2\n", "semicolons"), ("a\tb\n1\t2\n", "tabs")] {
+            let fault = Table::open(Path::new("t"), text.as_bytes()).unwrap_err().to_string();
+            assert!(fault.starts_with(&format!("t:1: cells are separated by {mark}")), "{fault}");
+        }
+        assert!(Table::open(Path::new("t"), &b"a\n1\n"[..]).is_ok());
+    }
+
+    #[test]
     fn a_row_without_end_is_refused_in_bounded_memory() {
         let endless = std::io::repeat(b'1');
         let fault = Table::open(Path::new("t"), endless).unwrap_err();

@@ -362,6 +362,7 @@ fn with_those_behind(
         let tip = pose * next.tcp.inverse();
         kinematics.solutions_near(robot, &tip, &near).is_empty().then_some((index, next, tip))
     });
+    let is_long = moves.len() > fault.waypoint + LOOKED_AT;
     let mut faults = vec![fault];
     faults.extend(unreached.by_ref().take(TOLD - 1).map(|(index, next, tip)| PlanFault {
         line: next.line,
@@ -370,11 +371,7 @@ fn with_those_behind(
     }));
     let more = unreached.count();
     if let (true, Some(last)) = (more > 0, faults.last_mut()) {
-        let among = if moves.len() > last.waypoint + LOOKED_AT {
-            format!(" of the next {LOOKED_AT}")
-        } else {
-            String::new()
-        };
+        let among = if is_long { format!(" of the next {LOOKED_AT}") } else { String::new() };
         last.what.push_str(&format!("; and {more} more waypoints{among} are out of reach"));
     }
     faults

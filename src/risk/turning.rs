@@ -31,3 +31,31 @@ impl<'a> Turning<'a> {
         self.stops.iter().flatten().copied().find(|s| (from_s..=to_s).contains(s))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_spindle_stands_between_the_waypoints_where_it_stops_and_starts() {
+        let speed = SpindleSpeed::Constant(600.0);
+        let turning = Turning { speed: &speed, stops: vec![[0.0, 0.1], [0.4, 0.5], [0.9, 1.0]] };
+        for (s, rpm) in [
+            (0.0, 0.0),
+            (0.05, 0.0),
+            (0.1, 600.0),
+            (0.4, 600.0),
+            (0.45, 0.0),
+            (0.5, 600.0),
+            (0.9, 600.0),
+            (0.91, 0.0),
+            (1.0, 0.0),
+        ] {
+            assert_eq!(turning.rpm_at(s), rpm, "{s}");
+        }
+        assert_eq!(turning.jump_in(0.39, 0.41), Some(0.4));
+        assert_eq!(turning.jump_in(0.2, 0.3), None);
+        let always = Turning { speed: &speed, stops: Vec::new() };
+        assert_eq!([0.0, 0.5, 1.0].map(|s| always.rpm_at(s)), [600.0; 3]);
+    }
+}

@@ -61,3 +61,21 @@ impl fmt::Display for IkFault {
 }
 
 impl std::error::Error for IkFault {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::units::rad_from_deg;
+
+    #[test]
+    fn a_limit_passed_by_a_hair_shows_the_hair() {
+        let fault = IkFault::OverLimit {
+            joint: "a".into(),
+            slides: false,
+            value: rad_from_deg(65.000_02),
+            limit: rad_from_deg(65.0),
+        };
+        let told = "joint 'a' would have to be at 65.00002°, over its limit of 65.00000°";
+        assert_eq!(fault.to_string(), told);
+    }
+}
