@@ -496,7 +496,7 @@ fn a_urdf_that_is_cut_off_is_told_where_its_last_element_starts() {
     let cut = URDF.replacen("<link name=\"link_2\">", "<link name=\"link_2\"><!-- <a> -->", 1);
     let start = cut.find("<link name=\"link_2\">").unwrap();
     let end = start + cut[start..].find("</inertial>").unwrap();
-    let faults = faults_of(ROBOT.as_bytes(), cut[..end].as_bytes(), JOB.as_bytes());
+    let faults = faults_of(ROBOT.as_bytes(), &cut.as_bytes()[..end], JOB.as_bytes());
     let [fault] = &faults[..] else { panic!("{faults:?}") };
     assert!(fault.what.contains("the file ends inside <inertial>"), "{fault}");
     assert_eq!(

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use serde_json::{Map, Value};
 
 use super::super::faults::Faults;
-use super::scalar::number_of;
+use super::number::number_of;
 use super::tree::{Entry, Kind, Node};
 use crate::wording::{LONGEST_WORD, nearest};
 

@@ -8,6 +8,7 @@
 //! tables of waypoints are read from the tree itself, as they would be slow and large as serde values.
 
 mod check;
+mod number;
 mod scalar;
 mod tree;
 mod typed;
