@@ -17,7 +17,8 @@ use detune::report::{
     self, AskedOperation, CheckedJob, github, json, junit, plot_text, sarif, text,
 };
 use detune::risk::{
-    Certainty, Crossing, Exchange, JobRisk, OperationRisk, Sample, Verdict, closest_approach,
+    Certainty, Crossing, Exchange, JobRisk, LeftOut, OperationRisk, Sample, Verdict,
+    closest_approach,
 };
 
 const TOOTH_1: ExcitationLine =
@@ -91,6 +92,7 @@ fn operation(name: &str, crossings: Vec<Crossing>) -> OperationRisk {
         spindle_rpm: 1100.0,
         duration_s: 12.5,
         lines: vec![SPINDLE_1, TOOTH_1, TOOTH_2],
+        left_out: LeftOut::default(),
         poses_solved: 11,
         samples: samples(1100.0),
         crossings,
@@ -118,6 +120,7 @@ fn job(file: &str, operations: Vec<(OperationRisk, Option<&str>)>) -> CheckedJob
             separation: 0.10,
             coordinates: vec!["joint_2".into(), "joint_3".into(), "base".into()],
             operations: operations.into_iter().map(|o| o.0).collect(),
+            notices: Vec::new(),
         },
     }
 }

@@ -10,14 +10,15 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::output::Sink;
 use super::{Failure, Outcome};
 use crate::free_vibration::{Doubt, DoubtReason, Measurement, Sampling, Settings};
-use crate::input::{Fault, Poses, load_poses, load_robot};
+use crate::input::{Fault, Poses, Reading, load_poses, read_robot};
 use crate::map::{Head, Method, Row, outside_limits, rows_with_progress, sweep};
 use crate::model::{JointKind, Robot};
 use crate::report::map::{
     map_csv_header, map_csv_rows, map_json_end, map_json_rows, map_json_start, map_svg,
 };
-use crate::report::{number, printable, trimmed};
+use crate::report::{number, trimmed};
 use crate::units::{deg_from_rad, m_from_mm, mm_from_m, rad_from_deg};
+use crate::wording::printable;
 
 /// Poses that are held in memory at once: enough for all processors, little enough to forget.
 const LINEAR_CHUNK: usize = 16_384;
@@ -106,9 +107,15 @@ enum Format {
 pub(super) fn run(args: &MapArgs, out: &mut dyn Write) -> Result<Outcome, Failure> {
     only_nonlinear(args)?;
     let sink = Sink::open(args.output.as_deref())?;
-    let loaded = load_robot(&robot_file(&args.robot))?;
-    let mut notices: Vec<String> = loaded.notices.iter().map(Fault::to_string).collect();
-    let robot = loaded.value;
+    let mut reading = Reading::default();
+    let robot = read_robot(&robot_file(&args.robot), &mut reading)?;
+    // Standard input may be a file, too.
+    reading.files.extend(args.poses.iter().map(|poses| match poses {
+        dash if dash == Path::new("-") => PathBuf::from("/dev/stdin"),
+        file => file.clone(),
+    }));
+    sink.spare(&reading.files)?;
+    let mut notices: Vec<String> = reading.notices.iter().map(Fault::to_string).collect();
     let method = method(args);
     sink.stream(out, |out| write_map(args, &robot, &method, out, &mut notices))?;
     let mut stderr = io::stderr().lock();

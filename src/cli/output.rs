@@ -51,6 +51,19 @@ impl Sink {
         }
     }
 
+    /// Refuses to write over a file that the run reads, by whatever name it goes.
+    pub(super) fn spare(&self, inputs: &[PathBuf]) -> Result<(), Vec<Fault>> {
+        let Self::File(output) = self else { return Ok(()) };
+        let Some(input) = inputs.iter().find(|input| are_one_file(input, output)) else {
+            return Ok(());
+        };
+        let what = format!(
+            "is read by this run as {}, so nothing is written to it; name another file",
+            input.display()
+        );
+        Err(vec![Fault { file: Some(output.clone()), line: None, what }])
+    }
+
     /// Whether data goes to standard output.
     pub(super) fn is_standard(&self) -> bool {
         *self == Self::Standard
@@ -94,6 +107,19 @@ impl Sink {
             }
         }
     }
+}
+
+/// Whether two paths lead to one file, through links and detours. What does not exist is no file.
+#[cfg(unix)]
+fn are_one_file(a: &Path, b: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    let place = |path| fs::metadata(path).map(|found| (found.dev(), found.ino()));
+    matches!((place(a), place(b)), (Ok(a), Ok(b)) if a == b)
+}
+
+#[cfg(not(unix))]
+fn are_one_file(a: &Path, b: &Path) -> bool {
+    matches!((fs::canonicalize(a), fs::canonicalize(b)), (Ok(a), Ok(b)) if a == b)
 }
 
 fn told(path: &Path, error: &io::Error) -> io::Error {

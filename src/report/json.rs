@@ -149,6 +149,8 @@ struct Operation<'a> {
     duration_s: Number,
     /// The excitation lines that were looked at, ascending.
     lines: Vec<Line>,
+    /// What does not count on the whole path, by policy.
+    left_out: LeftOut,
     /// Where some line comes nearest to some mode among the samples; null where nothing counts.
     closest: Option<Closest>,
     /// Poses at which the eigenproblem was solved to find the crossings.
@@ -182,6 +184,16 @@ struct Line {
     order: u32,
 }
 
+/// What the policy leaves out: a verdict says nothing about it.
+#[derive(Debug, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct LeftOut {
+    /// Lines that lie in ignored bands all along the path.
+    lines: Vec<Line>,
+    /// Modes that nowhere move the tool tip enough to count, counted from 1.
+    modes: Vec<usize>,
+}
+
 /// A mode and a line at one place of the path.
 #[derive(Debug, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -210,6 +222,7 @@ struct Sample<'a> {
     beta1_rad: Option<Number>,
     /// Null where the robot does not define it.
     beta2_rad: Option<Number>,
+    /// 0 where the program has stopped the spindle.
     spindle_rpm: Number,
     /// Ascending.
     natural_frequencies_hz: Vec<Number>,
@@ -331,6 +344,10 @@ impl<'a> From<CheckedOperation<'a>> for Operation<'a> {
             spindle_schedule: operation.schedule().map(|points| points.iter().map(point).collect()),
             duration_s: Number(risk.duration_s),
             lines: risk.lines.iter().map(Line::from).collect(),
+            left_out: LeftOut {
+                lines: risk.left_out.lines.iter().map(Line::from).collect(),
+                modes: risk.left_out.modes.clone(),
+            },
             closest: closest_approach(risk, &operation.job.policy).map(Closest::from),
             poses_solved: risk.poses_solved,
             samples: risk.samples.iter().map(Sample::from).collect(),

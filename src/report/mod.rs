@@ -16,7 +16,7 @@ mod svg;
 pub mod text;
 mod words;
 
-pub(crate) use words::{number, printable, trimmed};
+pub(crate) use words::{number, trimmed};
 
 use std::path::{Path, PathBuf};
 
@@ -104,7 +104,7 @@ impl<'a> CheckedOperation<'a> {
 
     /// Lowest and highest programmed spindle speed, rev/min.
     fn rpm_range(&self) -> [f64; 2] {
-        self.asked.map_or([self.risk.spindle_rpm; 2], |asked| asked.speed.range())
+        self.asked.map_or([self.risk.spindle_rpm; 2], |asked| asked.speed.range_rpm())
     }
 
     /// The programmed (s, rev/min) where the speed is scheduled.

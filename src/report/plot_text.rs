@@ -117,13 +117,15 @@ fn line_curve(operation: &OperationRisk, line: &ExcitationLine) -> Option<Curve>
         Source::ToothPassing => "tooth ×",
         Source::Spindle => "spindle ×",
     };
-    let points = operation.samples.iter().map(|s| (s.s, line.frequency_hz(s.rpm)));
+    let turning = operation.samples.iter().filter(|s| s.rpm > 0.0);
+    let points = turning.map(|s| (s.s, line.frequency_hz(s.rpm)));
     Curve::new((source, line.harmonic), true, points)
 }
 
 /// The line's frequency at the sample where it is nearest to the mode.
 fn nearest_hz(operation: &OperationRisk, mode: usize, line: &ExcitationLine) -> Option<f64> {
-    let pairs = operation.samples.iter().filter_map(|sample| {
+    let turning = operation.samples.iter().filter(|s| s.rpm > 0.0);
+    let pairs = turning.filter_map(|sample| {
         let natural = *sample.natural_frequencies_hz.get(mode.checked_sub(1)?)?;
         let excitation = line.frequency_hz(sample.rpm);
         (natural.is_finite() && excitation.is_finite()).then_some((excitation, natural))

@@ -4,9 +4,10 @@ use std::fmt::Write;
 
 use serde::Serialize;
 
-use super::words::{number, printable};
+use super::words::{number, trimmed};
 use crate::measured::stiffness::StiffnessFit;
 use crate::units::percent_from_ratio;
+use crate::wording::printable;
 
 /// Name of the JSON format.
 const SCHEMA: &str = "stiffness/1";
@@ -20,27 +21,25 @@ pub struct JointFit {
     pub fit: StiffnessFit,
 }
 
-/// Stiffnesses of arms are whole numbers up to 1e8 in everyday use; those of no arm are kept short.
-fn newton_metres_per_rad(stiffness: f64) -> String {
-    if stiffness.abs() < 1e9 { format!("{stiffness:.0}") } else { number(stiffness, 0) }
-}
-
 /// For people.
 pub fn stiffness_text(fits: &[JointFit]) -> String {
     let mut out = String::new();
     for JointFit { joint, fit } in fits {
         let name = printable(joint.as_deref().unwrap_or("joint"));
-        let [low, high] = fit.interval;
+        // As many decimals as k needs for six digits.
+        let decimals = (5.0 - fit.stiffness.abs().log10().floor()).clamp(0.0, 300.0) as usize;
+        let shown = |value: f64| {
+            if value.abs() < 1e9 { trimmed(value, decimals) } else { number(value, 0) }
+        };
+        let [low, high] = fit.interval.map(shown);
         // Writing to a string does not fail.
         let _ = writeln!(
             out,
-            "{name}: k = {} N·m/rad, standard error {}, {:.0} % interval {} to {} \
+            "{name}: k = {} N·m/rad, standard error {}, {:.0} % interval {low} to {high} \
              (R² {:.6}, {} rows, residuals {} N·m)",
-            newton_metres_per_rad(fit.stiffness),
-            newton_metres_per_rad(fit.standard_error),
+            shown(fit.stiffness),
+            shown(fit.standard_error),
             percent_from_ratio(fit.confidence),
-            newton_metres_per_rad(low),
-            newton_metres_per_rad(high),
             fit.r_squared,
             fit.rows,
             number(fit.residual_deviation, 3)

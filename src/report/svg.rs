@@ -3,7 +3,8 @@
 
 use std::fmt::Write;
 
-use super::words::{number, printable};
+use super::words::number;
+use crate::wording::printable;
 
 /// Okabe & Ito's colours, told apart by most colour-blind readers; black last.
 const CURVES: [&str; 7] =

@@ -5,6 +5,7 @@ use super::findings::{Stretch, stretches};
 use super::{CheckedJob, CheckedOperation, plot_text, style, words};
 use crate::risk::{Approach, Certainty, OperationRisk, Verdict, closest_approach};
 use crate::units::percent_from_ratio;
+use crate::wording::printable;
 
 /// At most so many crossings follow the worst one.
 const MOST_FURTHER: usize = 5;
@@ -42,7 +43,7 @@ pub fn check(jobs: &[CheckedJob], colour: bool) -> String {
 
 fn push_job(job: &CheckedJob, colour: bool, text: &mut String) {
     let verdict = verdict_word(job.risk.verdict, colour);
-    let name = style::paint(style::STRONG, words::printable(&job.name), colour);
+    let name = style::paint(style::STRONG, printable(&job.name), colour);
     text.push_str(&format!("{verdict}  {}  {name}\n", words::path(&job.file)));
     let drawn = drawn(job);
     let told = told(job);
@@ -86,7 +87,7 @@ fn push_operation(operation: &CheckedOperation<'_>, colour: bool, text: &mut Str
     let risk = operation.risk;
     text.push_str(&format!(
         "  {}  {}  {}, {} s\n",
-        style::paint(style::STRONG, words::printable(&risk.name), colour),
+        style::paint(style::STRONG, printable(&risk.name), colour),
         verdict_word(risk.verdict, colour),
         speed(operation),
         words::trimmed(risk.duration_s, 1)
@@ -101,6 +102,9 @@ fn push_operation(operation: &CheckedOperation<'_>, colour: bool, text: &mut Str
             Some(approach) => push_closest(operation, &approach, text),
             None => push_fact("closest", "no excitation line and no mode that count", text),
         },
+    }
+    if let Some(left_out) = words::left_out(operation) {
+        push_fact("left out", &left_out, text);
     }
     push_exchanges(risk, text);
 }
@@ -226,7 +230,8 @@ fn push_exchanges(risk: &OperationRisk, text: &mut String) {
 }
 
 fn push_fact(name: &str, fact: &str, text: &mut String) {
-    text.push_str(&format!("      {name:NAME_WIDTH$} {fact}\n"));
+    // Names of files and coordinates stand in the facts.
+    text.push_str(&format!("      {name:NAME_WIDTH$} {}\n", printable(fact)));
 }
 
 fn push_plot(operation: &CheckedOperation<'_>, colour: bool, text: &mut String) {
