@@ -52,7 +52,7 @@ impl std::error::Error for PlanFault {}
 #[derive(Debug, Clone)]
 struct Segment {
     /// `None`: straight in the joints.
-    curve: Option<Curve>,
+    curve: Option<Box<Curve>>,
     tcp: Isometry3<f64>,
     line: usize,
     start_s: f64,
@@ -506,6 +506,8 @@ impl<'r> Planner<'r> {
             self.knots.segment_of.push(self.segments.len());
             self.q = q;
         }
+        // Most paths have far more joint moves than there is room for curves.
+        let curve = curve.map(Box::new);
         self.segments.push(Segment { curve, tcp: next.tcp, line: next.line, start_s, end_s });
     }
 }
