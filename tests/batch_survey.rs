@@ -178,6 +178,18 @@ fn waves_find_what_a_recursion_finds() {
             assert_eq!(refined.stations().map(own).collect::<Vec<_>>(), expected);
         }
     }
+    // From few stations the slopes are learnt on the way: both halves of a cell must tell of theirs.
+    for (path, ends) in [(by_joints(&robot), [0.0, 0.3, 1.0]), (by_lines(&robot), [0.0, 0.6, 1.0])]
+    {
+        let steep = |left: &Station, right: &Station, rates: &[f64]| {
+            let width = right.s - left.s;
+            width > 1e-3 && rates.iter().any(|rate| rate * width > 0.02)
+        };
+        let first = Survey::take(&path, ends.into(), Detail::Frequencies, &|_| {}).unwrap();
+        let expected = by_recursion(&path, Detail::Frequencies, &first, &steep);
+        let refined = first.refine(&path, steep).unwrap();
+        assert_eq!(refined.stations().map(own).collect::<Vec<_>>(), expected);
+    }
     // Where everything is always wanted, halving ends where there is nothing between two numbers.
     let path = by_joints(&robot);
     let ends = vec![0.5, 0.5 + 4.0 * f64::EPSILON];
@@ -212,7 +224,9 @@ fn every_station_is_told_once() {
     let path = by_joints(&robot);
     let stations = grid(&path, std::iter::empty());
     let (count, told) = (stations.len(), AtomicUsize::new(0));
-    let tell = |more: usize| drop(told.fetch_add(more, Ordering::Relaxed));
+    let tell = |more: usize| {
+        told.fetch_add(more, Ordering::Relaxed);
+    };
     Survey::take(&path, stations, Detail::Frequencies, &tell).unwrap();
     assert_eq!(told.load(Ordering::Relaxed), count);
 }
@@ -239,6 +253,16 @@ fn the_first_fault_in_order_is_the_one_that_is_told() {
             assert_eq!(found, first);
         }
     }
+    // Behind a change of the tool it still has its own place.
+    let mut two_tools = there_and_back.clone();
+    two_tools.insert(1, Move { to: Target::Joints(vec![0.0, -1.85]), ..two_tools[0].clone() });
+    two_tools[2].tcp = Isometry3::translation(0.1, 0.0, 0.0);
+    let two_tools = Path::plan(&robot, &two_tools, None).unwrap();
+    let mut slow = Surveyor::new(&two_tools);
+    let stations = grid(&two_tools, std::iter::empty());
+    let fault = stations.iter().find_map(|&s| slow.modes(s).err()).unwrap();
+    let found = Survey::take(&two_tools, vec![0.0, fault.s], Detail::TipResponse, &|_| {});
+    assert_eq!(found, Err(fault));
     // Only a refinement comes upon it: both ends stand firm.
     let firm: Vec<f64> = [0.0, 1.0].into_iter().filter(|&s| surveyor.modes(s).is_ok()).collect();
     assert_eq!(firm.len(), 2);
@@ -256,10 +280,8 @@ fn a_way_that_ends_is_told_at_its_place() {
         let mut stations: Vec<f64> = (0..before).map(|i| 1e-3 * f64::from(i)).collect();
         stations.extend([f64::NAN, 0.5, f64::NAN]);
         for detail in DETAILS {
-            let progress = AtomicUsize::new(0);
-            let tell = |more: usize| drop(progress.fetch_add(more, Ordering::Relaxed));
             let SurveyFault { s, cause } =
-                Survey::take(&path, stations.clone(), detail, &tell).unwrap_err();
+                Survey::take(&path, stations.clone(), detail, &|_| {}).unwrap_err();
             assert!(s.is_nan() && matches!(cause, SurveyCause::Kinematics(_)), "{cause:?}");
         }
     }

@@ -432,6 +432,10 @@ impl<'r> Planner<'r> {
     /// The joints whose motions undo each other at `q`, in words, if the arm is singular there or has
     /// passed such a place since it was on side `before`; and the side that it is on now.
     fn singular_joints(&self, q: &[f64], before: Option<bool>) -> (Option<String>, Option<bool>) {
+        let regular = self.kinematics.side_if_regular(self.robot, q, SINGULAR);
+        if regular.is_some() && (before.is_none() || before == regular) {
+            return (None, regular);
+        }
         let Ok(singularity) = self.kinematics.singularity(self.robot, q) else {
             return (None, None);
         };

@@ -310,13 +310,15 @@ impl<'f> Builder<'f> {
         let Some(Open::Sequence { items, .. }) = self.open.last_mut() else { return };
         let is_first = |table: &Table| items.last().is_some_and(|row| *row == table.rows[0]);
         let Some(Table { rows }) = self.tables.next_if(is_first) else { return };
-        let values_each = match &rows[0].kind {
-            Kind::Mapping(entries) => 1 + entries.len(),
-            _ => 1,
-        };
         self.lines_put_back += rows.len() - 1;
-        self.values += (rows.len() - 1) * values_each;
-        items.extend(rows.into_iter().skip(1));
+        items.reserve(rows.len() - 1);
+        for row in rows.into_iter().skip(1) {
+            self.values += match &row.kind {
+                Kind::Mapping(entries) => 1 + entries.len(),
+                _ => 1,
+            };
+            items.push(row);
+        }
     }
 
     /// Tells of keys given twice, and keeps the first.
