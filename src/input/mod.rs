@@ -19,7 +19,7 @@ mod yaml;
 pub use fault::Fault;
 pub use job::load_job;
 pub use load_test::{LoadTestRow, load_load_test};
-pub use poses::{Poses, load_poses};
+pub use poses::{DecodedPoses, PoseDecoder, PoseTable, RawPoses};
 pub use robot::load_robot;
 
 /// What was read, and remarks on it that do not stop the work.

@@ -1,25 +1,30 @@
 //! `detune map`: natural frequencies over poses.
 
+mod args;
 mod source;
+mod stream;
 
-use std::io::{self, Write};
+use std::io::{self, Seek, Write};
 use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum};
-
-use self::source::{Source, fault, named_value};
+pub(super) use self::args::MapArgs;
+use self::args::{Format, MethodName};
+use self::source::{RowByRow, Source, usage};
+use self::stream::{Aim, Passed, Render};
 use super::output::Sink;
 use super::{Failure, Outcome};
 use crate::free_vibration::{Sampling, Settings};
 use crate::input::{Fault, load_robot};
-use crate::map::{Head, Method, Row, is_outside_limits, rows};
+use crate::map::{Block, Head, LinearMap, Method, Reduction, Row, is_outside_limits, rows};
 use crate::model::Robot;
 use crate::report::map::{
-    map_csv_header, map_csv_rows, map_json_end, map_json_rows, map_json_start, map_svg,
+    map_csv_block, map_csv_header, map_csv_rows, map_json_block, map_json_end, map_json_parting,
+    map_json_rows, map_json_start, map_npy_block, map_npy_header, map_svg, reduced_csv,
+    reduced_json, reduced_svg,
 };
 use crate::units::rad_from_deg;
 
-/// Poses that are held in memory at once: enough for all processors, little enough to forget.
+/// Poses of a picture that are solved at once: enough for all processors, little enough to forget.
 const LINEAR_CHUNK: usize = 16_384;
 
 /// The same for nonlinear maps, whose rows take long and hold spectra.
@@ -28,74 +33,6 @@ const NONLINEAR_CHUNK: usize = 64;
 /// Most poses in a picture.
 const MOST_DRAWN: usize = 100_000;
 
-/// Natural frequencies over poses.
-#[derive(Debug, Args)]
-#[command(after_help = "Examples:\n  \
-    detune map robots/two-link --joint joint_2 --from-deg -130 --to-deg 150 --steps 281\n  \
-    detune map robot.yaml --poses poses.csv --format json\n  \
-    detune map robot.yaml --joint joint_3 --from-deg -90 --to-deg 45 --steps 41 \\\n      \
-    --method nonlinear --amplitude-deg 0.5 --format svg --output map.svg")]
-pub(super) struct MapArgs {
-    /// A robot.yaml, or the folder that holds one.
-    robot: PathBuf,
-    /// The joint to sweep; the others stay at zero or at --at.
-    #[arg(long, value_name = "NAME", required_unless_present = "poses", conflicts_with = "poses")]
-    joint: Option<String>,
-    /// Where the sweep of a turning joint starts, degrees.
-    #[arg(long, value_name = "A", allow_negative_numbers = true, requires = "joint")]
-    from_deg: Option<f64>,
-    /// Where the sweep of a turning joint ends, degrees.
-    #[arg(long, value_name = "B", allow_negative_numbers = true, requires = "joint")]
-    to_deg: Option<f64>,
-    /// Where the sweep of a sliding joint starts, mm.
-    #[arg(long, value_name = "A", allow_negative_numbers = true, requires = "joint")]
-    from_mm: Option<f64>,
-    /// Where the sweep of a sliding joint ends, mm.
-    #[arg(long, value_name = "B", allow_negative_numbers = true, requires = "joint")]
-    to_mm: Option<f64>,
-    /// Number of poses of the sweep, both ends included.
-    #[arg(long, value_name = "N", requires = "joint",
-        value_parser = clap::value_parser!(u32).range(1..=100_000_000))]
-    steps: Option<u32>,
-    /// Another joint's position during the sweep, degrees (mm for a sliding joint); may be repeated.
-    #[arg(long, value_name = "NAME=DEG", requires = "joint", value_parser = named_value)]
-    at: Vec<(String, f64)>,
-    /// Poses as CSV, one column `<joint>_rad` or `_deg` (`_m` or `_mm`) per moving joint; `-` is standard input.
-    #[arg(long, value_name = "FILE")]
-    poses: Option<PathBuf>,
-    /// Eigenvalues, or spectra of a large free vibration.
-    #[arg(long, value_enum, default_value_t = MethodName::Linear)]
-    method: MethodName,
-    /// Nonlinear: largest deflection of any turning spring, degrees.
-    #[arg(long, value_name = "X", default_value_t = 1.0)]
-    amplitude_deg: f64,
-    /// Nonlinear: samples per second; chosen to show every mode if not given.
-    #[arg(long, value_name = "HZ", requires = "duration_s")]
-    sample_rate_hz: Option<f64>,
-    /// Nonlinear: length of the record, s.
-    #[arg(long, value_name = "S", requires = "sample_rate_hz")]
-    duration_s: Option<f64>,
-    /// How to write the map.
-    #[arg(long, value_enum, default_value_t = Format::Csv)]
-    format: Format,
-    /// Where to write it; standard output if not given.
-    #[arg(long, value_name = "FILE")]
-    output: Option<PathBuf>,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum MethodName {
-    Linear,
-    Nonlinear,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Format {
-    Csv,
-    Json,
-    Svg,
-}
-
 /// Writes the map of `args` to `out` or to its file.
 pub(super) fn run(args: &MapArgs, out: &mut dyn Write) -> Result<Outcome, Failure> {
     let sink = Sink::open(args.output.as_deref())?;
@@ -103,7 +40,16 @@ pub(super) fn run(args: &MapArgs, out: &mut dyn Write) -> Result<Outcome, Failur
     let mut notices: Vec<String> = loaded.notices.iter().map(Fault::to_string).collect();
     let robot = loaded.value;
     let method = method(args);
-    sink.stream(out, |out| write_map(args, &robot, &method, out, &mut notices))?;
+    unless_at_odds(args)?;
+    sink.stream(out, |out| {
+        if !args.reduce.is_empty() {
+            write_reduced(args, &robot, out, &mut notices)
+        } else if args.method == MethodName::Linear && args.format != Format::Svg {
+            write_linear(args, &robot, out, &mut notices)
+        } else {
+            write_map(args, &robot, &method, out, &mut notices)
+        }
+    })?;
     let mut stderr = io::stderr().lock();
     for notice in notices {
         // If standard error is closed, there is nobody to tell.
@@ -141,6 +87,13 @@ struct Remarks {
     folded: usize,
     first_folded: Option<String>,
     unresolved: usize,
+}
+
+impl From<Passed> for Remarks {
+    fn from(passed: Passed) -> Self {
+        let Passed { poses, outside_limits } = passed;
+        Self { poses, outside_limits, ..Self::default() }
+    }
 }
 
 impl Remarks {
@@ -186,6 +139,112 @@ impl Remarks {
     }
 }
 
+/// Options that do not go together.
+fn unless_at_odds(args: &MapArgs) -> Result<(), Vec<Fault>> {
+    let told = |what: &str| Err(vec![usage(what.to_owned())]);
+    match (args.method, args.format, args.reduce.is_empty()) {
+        (MethodName::Nonlinear, _, false) => {
+            told("--reduce: gathers linear maps only; leave out --method nonlinear")
+        }
+        (MethodName::Nonlinear, Format::Npy, true) => told(
+            "--format npy: holds the frequencies of linear maps only; use csv, or leave out \
+             --method nonlinear",
+        ),
+        (MethodName::Linear, Format::Npy, false) => {
+            told("--format npy: cannot hold the figures of --reduce; use csv, json or svg")
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Writes every pose of a linear map, however many there are.
+fn write_linear(
+    args: &MapArgs,
+    robot: &Robot,
+    out: &mut dyn Write,
+    notices: &mut Vec<String>,
+) -> Result<(), Failure> {
+    let source = Source::new(args, robot)?;
+    let (head, map) = (Head::of(robot), LinearMap::new(robot));
+    let csv = |block: &Block, text: &mut Vec<u8>| {
+        map_csv_block(block, text);
+        Ok(())
+    };
+    let json = |block: &Block, text: &mut Vec<u8>| {
+        map_json_block(block, text).map_err(|error| error.to_string())
+    };
+    let npy = |block: &Block, text: &mut Vec<u8>| {
+        map_npy_block(block, text);
+        Ok(())
+    };
+    let (start, render, skip): (Vec<u8>, Render, usize) = match args.format {
+        Format::Json => {
+            let start = map_json_start(&head, false);
+            let start = start.map_err(|error| Failure::Internal(error.to_string()))?;
+            // Every row begins with what parts it from the row before.
+            (start.into_bytes(), &json, map_json_parting().len())
+        }
+        Format::Npy => match source.count() {
+            Some(count) => (map_npy_header(count, map.modes()), &npy, 0),
+            None => return write_npy_by_way_of_a_file(source, &map, &npy, out, notices),
+        },
+        Format::Csv | Format::Svg => (map_csv_header(&head, false).into_bytes(), &csv, 0),
+    };
+    out.write_all(&start)?;
+    let passed = stream::run(source, &map, Aim::Write { render, skip, out })?;
+    if args.format == Format::Json {
+        out.write_all(map_json_end().as_bytes())?;
+    }
+    out.flush()?;
+    Remarks::from(passed).tell(notices);
+    Ok(())
+}
+
+/// The header of an array says how many rows there are; a CSV table does not.
+fn write_npy_by_way_of_a_file(
+    source: Source,
+    map: &LinearMap,
+    render: Render,
+    out: &mut dyn Write,
+    notices: &mut Vec<String>,
+) -> Result<(), Failure> {
+    let mut held = tempfile::tempfile()?;
+    let passed = stream::run(source, map, Aim::Write { render, skip: 0, out: &mut held })?;
+    held.rewind()?;
+    out.write_all(&map_npy_header(passed.poses, map.modes()))?;
+    io::copy(&mut held, out)?;
+    out.flush()?;
+    Remarks::from(passed).tell(notices);
+    Ok(())
+}
+
+/// Writes the figures of a linear map.
+fn write_reduced(
+    args: &MapArgs,
+    robot: &Robot,
+    out: &mut dyn Write,
+    notices: &mut Vec<String>,
+) -> Result<(), Failure> {
+    let source = Source::new(args, robot)?;
+    let (head, map) = (Head::of(robot), LinearMap::new(robot));
+    let mut reduction = Reduction::new(map.joints(), map.modes());
+    let passed = stream::run(source, &map, Aim::Reduce(&mut reduction))?;
+    let Some(reduced) = reduction.finish() else {
+        return Err(vec![usage("--reduce: there are no poses, must be one or more".into())].into());
+    };
+    let statistics = args.statistics();
+    let text = match args.format {
+        Format::Csv | Format::Npy => reduced_csv(&head, &reduced, &statistics),
+        Format::Json => reduced_json(&head, &reduced, &statistics)
+            .map_err(|error| Failure::Internal(error.to_string()))?,
+        Format::Svg => reduced_svg(&head, &reduced),
+    };
+    out.write_all(text.as_bytes())?;
+    out.flush()?;
+    Remarks::from(passed).tell(notices);
+    Ok(())
+}
+
 fn write_map(
     args: &MapArgs,
     robot: &Robot,
@@ -193,7 +252,7 @@ fn write_map(
     out: &mut dyn Write,
     notices: &mut Vec<String>,
 ) -> Result<(), Failure> {
-    let mut source = Source::new(args, robot)?;
+    let mut source = RowByRow::new(Source::new(args, robot)?, robot);
     let is_nonlinear = args.method == MethodName::Nonlinear;
     let chunk = if is_nonlinear { NONLINEAR_CHUNK } else { LINEAR_CHUNK };
     let head = Head::of(robot);
@@ -203,40 +262,38 @@ fn write_map(
     let mut text = match args.format {
         Format::Csv => map_csv_header(&head, is_nonlinear),
         Format::Json => map_json_start(&head, is_nonlinear).map_err(internal)?,
-        Format::Svg => String::new(),
+        Format::Svg | Format::Npy => String::new(),
     };
     loop {
-        let (poses, lines) = source.next(chunk)?;
+        let (poses, places) = source.next(chunk)?;
         if poses.is_empty() {
             break;
         }
-        let found = rows(robot, &poses, method).map_err(|bad| match lines.get(bad.index) {
-            Some(&line) => fault(args.poses.as_deref(), Some(line), bad.fault.to_string()),
-            None => {
-                let number = remarks.poses + bad.index + 1;
-                fault(None, None, format!("pose {number}: {}", bad.fault))
-            }
-        })?;
+        let found = rows(robot, &poses, method)
+            .map_err(|bad| vec![source.fault(places[bad.index], &bad.fault.to_string())])?;
         match args.format {
             Format::Csv => map_csv_rows(&found, &mut text),
             Format::Json => {
                 map_json_rows(&found, remarks.poses == 0, &mut text).map_err(internal)?;
             }
-            Format::Svg => {}
+            Format::Svg | Format::Npy => {}
         }
         remarks.note(robot, &found);
         if args.format == Format::Svg {
             drawn.extend(found);
             if drawn.len() > MOST_DRAWN {
-                let what = format!("more than {MOST_DRAWN} poses, too many to draw; use csv");
-                return Err(fault(None, None, format!("--format svg: {what}")).into());
+                return Err(vec![usage(format!(
+                    "--format svg: more than {MOST_DRAWN} poses, too many to draw; use csv, or \
+                     --reduce"
+                ))]
+                .into());
             }
         }
         out.write_all(text.as_bytes())?;
         text.clear();
     }
     match args.format {
-        Format::Csv => {}
+        Format::Csv | Format::Npy => {}
         Format::Json => text.push_str(map_json_end()),
         Format::Svg => text = map_svg(&head, &drawn, source.swept()),
     }

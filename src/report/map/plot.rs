@@ -17,8 +17,8 @@ const FLOOR_DB: f64 = 60.0;
 /// Shades of a heat map.
 const SHADES: f64 = 48.0;
 
-const TITLE: &str = "font-size=\"16\" font-weight=\"bold\"";
-const PANEL_TITLE: &str = "font-size=\"14\" font-weight=\"bold\"";
+pub(super) const TITLE: &str = "font-size=\"16\" font-weight=\"bold\"";
+pub(super) const PANEL_TITLE: &str = "font-size=\"14\" font-weight=\"bold\"";
 
 /// Draws a map. `swept` is the joint (by place) that the poses sweep, if one does; poses from a list are
 /// drawn as points over β2 or, without it, over their number.
