@@ -8,34 +8,16 @@
     reason = "tests stop where they fail"
 )]
 
+mod map_command;
+
 use std::fs;
-use std::process::{Command, Output};
 
 use detune::two_link::TABLE_1;
 use detune::units::rad_from_deg;
+use map_command::map;
 
 /// More poses than are held in memory at once.
 const MANY: usize = 70_000;
-
-fn run(line: &str) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_detune"))
-        .arg("map")
-        .args(line.split_whitespace())
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .output()
-        .unwrap()
-}
-
-/// What is printed, or the lines that say why nothing is.
-fn map(line: &str) -> Result<String, Vec<String>> {
-    let output = run(line);
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
-    match output.status.code() {
-        Some(0) => Ok(text(output.stdout)),
-        Some(2) => Err(text(output.stderr).lines().map(str::to_owned).collect()),
-        other => panic!("exit code {other:?}: {}", text(output.stderr)),
-    }
-}
 
 fn table(text: &str) -> (Vec<String>, Vec<Vec<Option<f64>>>) {
     let mut reader = csv::Reader::from_reader(text.as_bytes());

@@ -24,19 +24,24 @@ pub(in crate::cli) struct MapArgs {
     #[arg(long, value_name = "NAME")]
     pub(super) joint: Option<String>,
     /// Where the sweep of a turning joint starts, degrees.
-    #[arg(long, value_name = "A", allow_negative_numbers = true, requires = "joint")]
+    #[arg(long, value_name = "A", allow_negative_numbers = true, requires = "joint",
+        conflicts_with_all = ["grid", "random", "poses"])]
     pub(super) from_deg: Option<f64>,
     /// Where the sweep of a turning joint ends, degrees.
-    #[arg(long, value_name = "B", allow_negative_numbers = true, requires = "joint")]
+    #[arg(long, value_name = "B", allow_negative_numbers = true, requires = "joint",
+        conflicts_with_all = ["grid", "random", "poses"])]
     pub(super) to_deg: Option<f64>,
     /// Where the sweep of a sliding joint starts, mm.
-    #[arg(long, value_name = "A", allow_negative_numbers = true, requires = "joint")]
+    #[arg(long, value_name = "A", allow_negative_numbers = true, requires = "joint",
+        conflicts_with_all = ["grid", "random", "poses"])]
     pub(super) from_mm: Option<f64>,
     /// Where the sweep of a sliding joint ends, mm.
-    #[arg(long, value_name = "B", allow_negative_numbers = true, requires = "joint")]
+    #[arg(long, value_name = "B", allow_negative_numbers = true, requires = "joint",
+        conflicts_with_all = ["grid", "random", "poses"])]
     pub(super) to_mm: Option<f64>,
     /// Number of poses of the sweep, both ends included.
     #[arg(long, value_name = "N", requires = "joint",
+        conflicts_with_all = ["grid", "random", "poses"],
         value_parser = clap::value_parser!(u32).range(1..=100_000_000))]
     pub(super) steps: Option<u32>,
     /// N positions of a joint from A to B, both included, degrees (mm for a sliding joint); repeat it for
@@ -47,7 +52,8 @@ pub(in crate::cli) struct MapArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(super) random: Option<u32>,
     /// The same seed gives the same random poses.
-    #[arg(long, value_name = "S", default_value_t = 0, requires = "random")]
+    #[arg(long, value_name = "S", default_value_t = 0, requires = "random",
+        conflicts_with_all = ["joint", "grid", "poses"])]
     pub(super) seed: u64,
     /// Position of a joint that is not swept, degrees (mm for a sliding joint); may be repeated.
     #[arg(long, value_name = "NAME=DEG", conflicts_with = "poses", value_parser = named_value)]

@@ -21,7 +21,7 @@ const LEAST_LIKENESS: f64 = 0.6;
 /// Poses from somewhere, piece by piece.
 pub(super) enum Source {
     Made { generator: Generator, count: usize, done: usize },
-    Table(PoseTable),
+    Table(Box<PoseTable>),
 }
 
 /// What a piece is taken apart from.
@@ -69,7 +69,7 @@ impl Source {
             } else {
                 PoseTable::open(path, robot)?
             };
-            return Ok(Self::Table(table));
+            return Ok(Self::Table(Box::new(table)));
         }
         let generator = match args.random {
             Some(count) => Generator::Random(random(args, robot, count)?),

@@ -122,11 +122,10 @@ pub(super) fn run(mut source: Source, map: &LinearMap, aim: Aim) -> Result<Passe
                         piece.render(render);
                     }
                 });
-                if let Some(reduction) = reduction {
-                    if pieces.iter().all(|piece| piece.fault.is_none()) {
-                        let blocks: Vec<Block> = pieces.iter().map(Piece::block).collect();
-                        reduction.add(&blocks);
-                    }
+                let is_whole = pieces.iter().all(|piece| piece.fault.is_none());
+                if let Some(reduction) = reduction.filter(|_| is_whole) {
+                    let blocks: Vec<Block> = pieces.iter().map(Piece::block).collect();
+                    reduction.add(&blocks);
                 }
             });
             beside = book.enter(&solved).map(|()| solved.fill(&mut source));

@@ -205,11 +205,6 @@ impl<R: Read> Rows<R> {
         Ok(Self { layout, reader, file, start, done: 0 })
     }
 
-    /// Rows that were read so far.
-    pub(super) fn done(&self) -> usize {
-        self.done
-    }
-
     /// Takes up to `most` rows as they stand into `bytes`, in place of what it holds; gives how many. A
     /// piece of an array stored by columns is stored by columns.
     pub(super) fn take(&mut self, most: usize, bytes: &mut Vec<u8>) -> Result<usize, String> {
