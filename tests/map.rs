@@ -14,7 +14,7 @@ use std::fs;
 
 use detune::two_link::TABLE_1;
 use detune::units::rad_from_deg;
-use map_command::map;
+use map_command::{command, map};
 
 /// More poses than are held in memory at once.
 const MANY: usize = 70_000;
@@ -188,4 +188,67 @@ fn a_file_is_written_whole_or_not_at_all() {
     let line = format!("robots/two-link --poses {} --output {}", poses.display(), other.display());
     assert!(map(&line).is_err());
     assert!(!other.exists());
+}
+
+/// The first of them lies behind the border between two pieces.
+#[test]
+fn poses_beyond_the_joint_limits_are_told_alike_by_every_way_through() {
+    let told = |poses: &str, more: &str| {
+        let output = command(&format!("robots/irb1600 {poses} {more}")).output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{more}");
+        String::from_utf8(output.stderr).unwrap()
+    };
+    let many = "--joint joint_2 --from-deg -89.9 --to-deg 179.9 --steps 1350";
+    let expected = "warning: 300 of 1350 poses lie outside the joint limits (the first: joint_2 at \
+                    120.1°, allowed -90 to 120°)\n";
+    let npy = "--format npy";
+    for more in ["", "--format json", npy, "--format svg", "--reduce min"] {
+        assert_eq!(told(many, more), expected, "{more}");
+    }
+    let few = "--grid joint_2=110:130:2 --at joint_1=12 --method";
+    let [linear, nonlinear] = ["linear", "nonlinear"].map(|method| told(few, method));
+    assert!(linear.contains("1 of 2 poses") && linear.contains("joint_2 at 130°"), "{linear}");
+    assert_eq!(nonlinear, linear);
+}
+
+#[test]
+fn nothing_is_written_over_the_poses() {
+    let folder = tempfile::tempdir().unwrap();
+    let [csv, npy] = ["p.csv", "p.npy"].map(|name| folder.path().join(name));
+    fs::write(&csv, "joint_1_rad,joint_2_rad\n0,0\n").unwrap();
+    fs::write(&npy, map_command::data("poses.npy")).unwrap();
+    for poses in [&csv, &npy] {
+        let before = fs::read(poses).unwrap();
+        for more in ["", "--format npy", "--format svg", "--reduce min", "--method nonlinear"] {
+            let arguments = format!("robots/two-link {more} --output {}", poses.display());
+            let named = map(&format!("{arguments} --poses {}", poses.display()));
+            let mut piped = command(&format!("{arguments} --poses -"));
+            let piped = piped.stdin(fs::File::open(poses).unwrap()).output().unwrap();
+            for told in [named, map_command::result(piped).map(|_| String::new())] {
+                let told = told.unwrap_err().concat();
+                assert!(told.contains("is read by this run as"), "{more}: {told}");
+            }
+            assert_eq!(fs::read(poses).unwrap(), before, "{more}");
+        }
+    }
+}
+
+#[test]
+fn every_option_that_does_not_fit_is_told() {
+    let sweep = "robots/two-link --joint joint_2 --from-deg 0 --to-deg 1 --steps 2";
+    for (more, expected) in [
+        ("--reduce min --format npy --amplitude-deg 2", vec!["--amplitude-deg is of", "--format"]),
+        (
+            "--reduce min --sample-rate-hz 9 --duration-s 1",
+            vec!["--sample-rate-hz is of no effect", "--duration-s is of no effect"],
+        ),
+        ("--reduce min --method nonlinear", vec!["--reduce: gathers linear maps only"]),
+        ("--format npy --method nonlinear", vec!["--format npy: holds the frequencies of linear"]),
+    ] {
+        let faults = map(&format!("{sweep} {more}")).unwrap_err();
+        assert_eq!(faults.len(), expected.len() + 1, "{faults:?}");
+        for (fault, expected) in faults.iter().zip(expected) {
+            assert!(fault.starts_with(&format!("error: {expected}")), "{more}: {fault}");
+        }
+    }
 }

@@ -1,6 +1,6 @@
 //! Linear maps by the batch kernel: poses and results as plain numbers, pose after pose.
 
-use super::MapFault;
+use super::{MapFault, OutsideLimits};
 use crate::model::{PoseFault, Robot};
 use crate::modes::batch::{BatchFault, Kernel};
 
@@ -9,8 +9,6 @@ use crate::modes::batch::{BatchFault, Kernel};
 pub struct LinearMap<'a> {
     robot: &'a Robot,
     kernel: Kernel<'a>,
-    /// Where each joint may stand, rad or m.
-    limits: Vec<[f64; 2]>,
 }
 
 /// Poses with their frequencies.
@@ -29,14 +27,12 @@ pub struct Block<'a> {
 impl<'a> LinearMap<'a> {
     /// A map of `robot` with the machine's best instructions.
     pub fn new(robot: &'a Robot) -> Self {
-        let anywhere = [f64::NEG_INFINITY, f64::INFINITY];
-        let limits = robot.joints().iter().map(|joint| joint.limit.unwrap_or(anywhere)).collect();
-        Self { robot, kernel: Kernel::new(robot), limits }
+        Self { robot, kernel: Kernel::new(robot) }
     }
 
     /// Values of a pose.
     pub fn joints(&self) -> usize {
-        self.limits.len()
+        self.robot.joints().len()
     }
 
     /// Frequencies of a pose.
@@ -91,11 +87,10 @@ impl<'a> LinearMap<'a> {
         }
     }
 
-    /// How many of the poses have some joint outside its limits.
-    pub fn outside_limits(&self, poses: &[f64]) -> usize {
-        let is_outside = |q: &&[f64]| {
-            q.iter().zip(&self.limits).any(|(value, [lower, upper])| value < lower || value > upper)
-        };
-        poses.chunks_exact(self.joints().max(1)).filter(is_outside).count()
+    /// Which of the poses lie outside the joint limits.
+    pub fn outside_limits(&self, poses: &[f64]) -> OutsideLimits {
+        let mut outside = OutsideLimits::default();
+        poses.chunks_exact(self.joints().max(1)).for_each(|q| outside.look_at(self.robot, q));
+        outside
     }
 }

@@ -1,6 +1,7 @@
 //! Frequencies over poses: by the modal kernel, or from the spectrum of a large free vibration.
 
 mod generate;
+mod limits;
 mod linear;
 mod reduce;
 
@@ -9,6 +10,7 @@ use std::fmt;
 use rayon::prelude::*;
 
 pub use generate::{Generator, Grid, GridAxis, RandomPoses};
+pub use limits::{OutsideLimits, outside_limits};
 pub use linear::{Block, LinearMap};
 pub use reduce::{
     Bin, EXACT_UP_TO, Extreme, RESOLUTION, Reduced, ReducedMode, Reduction, SHARES, Statistic,
@@ -99,11 +101,28 @@ impl std::error::Error for MapFault {}
 /// # Errors
 /// The first pose that has none.
 pub fn rows(robot: &Robot, poses: &[Vec<f64>], method: &Method) -> Result<Vec<Row>, MapFault> {
+    rows_with_progress(robot, poses, method, &|_| {})
+}
+
+/// As [`rows`]; `progress` is told how many more poses are done, from any thread.
+///
+/// # Errors
+/// As [`rows`].
+pub fn rows_with_progress(
+    robot: &Robot,
+    poses: &[Vec<f64>],
+    method: &Method,
+    progress: &(dyn Fn(usize) + Sync),
+) -> Result<Vec<Row>, MapFault> {
     match method {
-        Method::Linear => linear_rows(robot, poses),
+        Method::Linear => linear_rows(robot, poses).inspect(|rows| progress(rows.len())),
         Method::Nonlinear(settings) => {
-            let found: Vec<Result<Row, FreeVibrationFault>> =
-                poses.par_iter().map(|q| nonlinear_row(robot, q, settings)).collect();
+            let row = |q: &Vec<f64>| {
+                let row = nonlinear_row(robot, q, settings);
+                progress(1);
+                row
+            };
+            let found: Vec<Result<Row, FreeVibrationFault>> = poses.par_iter().map(row).collect();
             found
                 .into_iter()
                 .enumerate()
@@ -111,13 +130,6 @@ pub fn rows(robot: &Robot, poses: &[Vec<f64>], method: &Method) -> Result<Vec<Ro
                 .collect()
         }
     }
-}
-
-/// Whether some joint of the pose is outside its limits.
-pub fn is_outside_limits(robot: &Robot, q: &[f64]) -> bool {
-    robot.joints().iter().zip(q).any(|(joint, value)| {
-        joint.limit.is_some_and(|[lower, upper]| !(lower..=upper).contains(value))
-    })
 }
 
 fn linear_rows(robot: &Robot, poses: &[Vec<f64>]) -> Result<Vec<Row>, MapFault> {

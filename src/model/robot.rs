@@ -4,9 +4,10 @@ use std::fmt;
 
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
-use super::description::{Calibration, CoordinateKind, Damping, Inertial, JointKind};
+use super::description::{Calibration, CoordinateKind, Damping, Inertial, JointKind, Payload};
 use super::fault::{ModelFault, PoseFault};
 use crate::units::{deg_from_rad, mm_from_m};
+use crate::wording::told_apart;
 
 /// A pose may pass a limit by this much, rad or m: URDFs print limits with four or five digits (3.1416 for
 /// half a turn), and a pose at the limit itself is meant to be allowed.
@@ -44,9 +45,14 @@ impl fmt::Display for LimitViolation<'_> {
             JointKind::Prismatic => (mm_from_m, "mm"),
             _ => (deg_from_rad, "deg"),
         };
-        let (name, [lower, upper]) = (&self.joint.name, self.limit.map(shown));
+        let name = &self.joint.name;
         let value = shown(self.value);
-        write!(f, "joint '{name}' is {value:.3} {unit}, must lie in {lower:.3}..{upper:.3} {unit}")
+        let [lower, upper] = self.limit.map(shown);
+        let [below, lower] = told_apart(value, lower, 3);
+        let [above, upper] = told_apart(value, upper, 3);
+        // The limit that is passed decides how many digits the value needs.
+        let value = if above.len() > below.len() { above } else { below };
+        write!(f, "joint '{name}' is {value} {unit}, must lie in {lower}..{upper} {unit}")
     }
 }
 
@@ -131,6 +137,7 @@ pub struct Robot {
     pub(super) tip_link: String,
     pub(super) beta1: Option<AngleForm>,
     pub(super) beta2: Option<AngleForm>,
+    pub(super) payload: Option<Payload>,
     pub(super) calibration: Option<Calibration>,
     pub(super) moving_mass_kg: f64,
     pub(super) notices: Vec<ModelFault>,
@@ -180,6 +187,11 @@ impl Robot {
     /// β2 of the two-link model, where the robot defines it.
     pub fn beta2(&self) -> Option<&AngleForm> {
         self.beta2.as_ref()
+    }
+
+    /// The body fixed to a link beside the URDF's own, where the robot has one.
+    pub fn payload(&self) -> Option<&Payload> {
+        self.payload.as_ref()
     }
 
     /// How well the model is known to predict; `None` if it never was compared.

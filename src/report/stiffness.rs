@@ -4,8 +4,10 @@ use std::fmt::Write;
 
 use serde::Serialize;
 
+use super::words::{number, trimmed};
 use crate::measured::stiffness::StiffnessFit;
 use crate::units::percent_from_ratio;
+use crate::wording::printable;
 
 /// Name of the JSON format.
 const SCHEMA: &str = "stiffness/1";
@@ -23,19 +25,24 @@ pub struct JointFit {
 pub fn stiffness_text(fits: &[JointFit]) -> String {
     let mut out = String::new();
     for JointFit { joint, fit } in fits {
-        let name = joint.as_deref().unwrap_or("joint");
-        let [low, high] = fit.interval;
+        let name = printable(joint.as_deref().unwrap_or("joint"));
+        // As many decimals as k needs for six digits.
+        let decimals = (5.0 - fit.stiffness.abs().log10().floor()).clamp(0.0, 300.0) as usize;
+        let shown = |value: f64| {
+            if value.abs() < 1e9 { trimmed(value, decimals) } else { number(value, 0) }
+        };
+        let [low, high] = fit.interval.map(shown);
         // Writing to a string does not fail.
         let _ = writeln!(
             out,
-            "{name}: k = {:.0} N·m/rad, standard error {:.0}, {:.0} % interval {low:.0} to {high:.0} \
-             (R² {:.6}, {} rows, residuals {:.3} N·m)",
-            fit.stiffness,
-            fit.standard_error,
+            "{name}: k = {} N·m/rad, standard error {}, {:.0} % interval {low} to {high} \
+             (R² {:.6}, {} rows, residuals {} N·m)",
+            shown(fit.stiffness),
+            shown(fit.standard_error),
             percent_from_ratio(fit.confidence),
             fit.r_squared,
             fit.rows,
-            fit.residual_deviation
+            number(fit.residual_deviation, 3)
         );
         for hint in hints(fit) {
             let _ = writeln!(out, "  hint: {hint}");

@@ -65,9 +65,9 @@ pub(in crate::cli) struct MapArgs {
     /// Eigenvalues, or spectra of a large free vibration.
     #[arg(long, value_enum, default_value_t = MethodName::Linear)]
     pub(super) method: MethodName,
-    /// Nonlinear: largest deflection of any turning spring, degrees.
-    #[arg(long, value_name = "X", default_value_t = 1.0)]
-    pub(super) amplitude_deg: f64,
+    /// Nonlinear: largest deflection of any turning spring, degrees; 1 if not given.
+    #[arg(long, value_name = "X")]
+    pub(super) amplitude_deg: Option<f64>,
     /// Nonlinear: samples per second; chosen to show every mode if not given.
     #[arg(long, value_name = "HZ", requires = "duration_s")]
     pub(super) sample_rate_hz: Option<f64>,

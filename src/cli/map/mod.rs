@@ -1,6 +1,8 @@
 //! `detune map`: natural frequencies over poses.
 
 mod args;
+mod progress;
+mod remarks;
 mod source;
 mod stream;
 
@@ -9,13 +11,15 @@ use std::path::{Path, PathBuf};
 
 pub(super) use self::args::MapArgs;
 use self::args::{Format, MethodName};
+use self::progress::progress;
+use self::remarks::Remarks;
 use self::source::{RowByRow, Source, usage};
 use self::stream::{Aim, Passed, Render};
 use super::output::Sink;
 use super::{Failure, Outcome};
 use crate::free_vibration::{Sampling, Settings};
-use crate::input::{Fault, load_robot};
-use crate::map::{Block, Head, LinearMap, Method, Reduction, Row, is_outside_limits, rows};
+use crate::input::{Fault, Reading, read_robot};
+use crate::map::{Block, Head, LinearMap, Method, Reduction, rows_with_progress};
 use crate::model::Robot;
 use crate::report::map::{
     map_csv_block, map_csv_header, map_csv_rows, map_json_block, map_json_end, map_json_parting,
@@ -35,12 +39,18 @@ const MOST_DRAWN: usize = 100_000;
 
 /// Writes the map of `args` to `out` or to its file.
 pub(super) fn run(args: &MapArgs, out: &mut dyn Write) -> Result<Outcome, Failure> {
-    let sink = Sink::open(args.output.as_deref())?;
-    let loaded = load_robot(&robot_file(&args.robot))?;
-    let mut notices: Vec<String> = loaded.notices.iter().map(Fault::to_string).collect();
-    let robot = loaded.value;
-    let method = method(args);
     unless_at_odds(args)?;
+    let sink = Sink::open(args.output.as_deref())?;
+    let mut reading = Reading::default();
+    let robot = read_robot(&robot_file(&args.robot), &mut reading)?;
+    // Standard input may be a file, too.
+    reading.files.extend(args.poses.iter().map(|poses| match poses {
+        dash if dash == Path::new("-") => PathBuf::from("/dev/stdin"),
+        file => file.clone(),
+    }));
+    sink.spare(&reading.files)?;
+    let mut notices: Vec<String> = reading.notices.iter().map(Fault::to_string).collect();
+    let method = method(args);
     sink.stream(out, |out| {
         if !args.reduce.is_empty() {
             write_reduced(args, &robot, out, &mut notices)
@@ -67,7 +77,9 @@ fn method(args: &MapArgs) -> Method {
     match args.method {
         MethodName::Linear => Method::Linear,
         MethodName::Nonlinear => Method::Nonlinear(Settings {
-            amplitude_rad: rad_from_deg(args.amplitude_deg),
+            amplitude_rad: args
+                .amplitude_deg
+                .map_or(Settings::default().amplitude_rad, rad_from_deg),
             sampling: match (args.sample_rate_hz, args.duration_s) {
                 (Some(sample_rate_hz), Some(duration_s)) => {
                     Sampling::Fixed { sample_rate_hz, duration_s }
@@ -79,82 +91,34 @@ fn method(args: &MapArgs) -> Method {
     }
 }
 
-/// What is told once at the end rather than pose by pose.
-#[derive(Default)]
-struct Remarks {
-    poses: usize,
-    outside_limits: usize,
-    folded: usize,
-    first_folded: Option<String>,
-    unresolved: usize,
-}
-
-impl From<Passed> for Remarks {
-    fn from(passed: Passed) -> Self {
-        let Passed { poses, outside_limits } = passed;
-        Self { poses, outside_limits, ..Self::default() }
-    }
-}
-
-impl Remarks {
-    fn note(&mut self, robot: &Robot, rows: &[Row]) {
-        self.poses += rows.len();
-        for row in rows {
-            self.outside_limits += usize::from(is_outside_limits(robot, &row.joints));
-            let Some(nonlinear) = &row.nonlinear else { continue };
-            self.folded += nonlinear.folded.len();
-            if let (None, Some(folded)) = (&self.first_folded, nonlinear.folded.first()) {
-                self.first_folded = Some(format!(
-                    "mode {} at {:.2} Hz would show at {:.2} Hz",
-                    folded.mode + 1,
-                    folded.frequency_hz,
-                    folded.seen_at_hz
-                ));
-            }
-            let blank = row.frequencies_hz.iter().filter(|f| f.is_none()).count();
-            self.unresolved += blank - nonlinear.folded.len();
-        }
-    }
-
-    fn tell(self, notices: &mut Vec<String>) {
-        let all = self.poses;
-        if self.outside_limits > 0 {
-            let count = self.outside_limits;
-            notices.push(format!("{count} of {all} poses lie outside the joint limits"));
-        }
-        if let Some(first) = self.first_folded {
-            notices.push(format!(
-                "{} frequencies lie above half the sample rate and are left blank ({first}); \
-                 raise --sample-rate-hz",
-                self.folded
-            ));
-        }
-        if self.unresolved > 0 {
-            notices.push(format!(
-                "{} frequencies are blank, as two modes lie too close for the record to part \
-                 them; lengthen --duration-s",
-                self.unresolved
-            ));
-        }
-    }
-}
-
-/// Options that do not go together.
+/// Options that do not go together, and options that would be passed over in silence.
 fn unless_at_odds(args: &MapArgs) -> Result<(), Vec<Fault>> {
-    let told = |what: &str| Err(vec![usage(what.to_owned())]);
-    match (args.method, args.format, args.reduce.is_empty()) {
-        (MethodName::Nonlinear, _, false) => {
-            told("--reduce: gathers linear maps only; leave out --method nonlinear")
+    let only_nonlinear = [
+        ("--amplitude-deg", args.amplitude_deg),
+        ("--sample-rate-hz", args.sample_rate_hz),
+        ("--duration-s", args.duration_s),
+    ];
+    let mut faults = Vec::new();
+    for (name, value) in only_nonlinear {
+        if args.method == MethodName::Linear && value.is_some() {
+            faults.push(usage(format!("{name} is of no effect here; it needs --method nonlinear")));
         }
-        (MethodName::Nonlinear, Format::Npy, true) => told(
+    }
+    let at_odds = match (args.method, args.format, args.reduce.is_empty()) {
+        (MethodName::Nonlinear, _, false) => {
+            Some("--reduce: gathers linear maps only; leave out --method nonlinear")
+        }
+        (MethodName::Nonlinear, Format::Npy, true) => Some(
             "--format npy: holds the frequencies of linear maps only; use csv, or leave out \
              --method nonlinear",
         ),
         (MethodName::Linear, Format::Npy, false) => {
-            told("--format npy: cannot hold the figures of --reduce; use csv, json or svg")
+            Some("--format npy: cannot hold the figures of --reduce; use csv, json or svg")
         }
-        _ => Ok(()),
-    }
+        _ => None,
+    };
+    faults.extend(at_odds.map(|what| usage(what.to_owned())));
+    if faults.is_empty() { Ok(()) } else { Err(faults) }
 }
 
 /// Writes every pose of a linear map, however many there are.
@@ -186,7 +150,11 @@ fn write_linear(
         }
         Format::Npy => match source.count() {
             Some(count) => (map_npy_header(count, map.modes()), &npy, 0),
-            None => return write_npy_by_way_of_a_file(source, &map, &npy, out, notices),
+            None => {
+                let passed = write_npy_by_way_of_a_file(source, &map, &npy, out)?;
+                Remarks::from(passed).tell(robot, notices);
+                return Ok(());
+            }
         },
         Format::Csv | Format::Svg => (map_csv_header(&head, false).into_bytes(), &csv, 0),
     };
@@ -196,7 +164,7 @@ fn write_linear(
         out.write_all(map_json_end().as_bytes())?;
     }
     out.flush()?;
-    Remarks::from(passed).tell(notices);
+    Remarks::from(passed).tell(robot, notices);
     Ok(())
 }
 
@@ -206,16 +174,14 @@ fn write_npy_by_way_of_a_file(
     map: &LinearMap,
     render: Render,
     out: &mut dyn Write,
-    notices: &mut Vec<String>,
-) -> Result<(), Failure> {
+) -> Result<Passed, Failure> {
     let mut held = tempfile::tempfile()?;
     let passed = stream::run(source, map, Aim::Write { render, skip: 0, out: &mut held })?;
     held.rewind()?;
     out.write_all(&map_npy_header(passed.poses, map.modes()))?;
     io::copy(&mut held, out)?;
     out.flush()?;
-    Remarks::from(passed).tell(notices);
-    Ok(())
+    Ok(passed)
 }
 
 /// Writes the figures of a linear map.
@@ -241,7 +207,7 @@ fn write_reduced(
     };
     out.write_all(text.as_bytes())?;
     out.flush()?;
-    Remarks::from(passed).tell(notices);
+    Remarks::from(passed).tell(robot, notices);
     Ok(())
 }
 
@@ -258,6 +224,8 @@ fn write_map(
     let head = Head::of(robot);
     let internal = |error: serde_json::Error| Failure::Internal(error.to_string());
     let mut remarks = Remarks::default();
+    let progress = progress(source.count());
+    let more = |poses: usize| progress.inc(poses as u64);
     let mut drawn = Vec::new();
     let mut text = match args.format {
         Format::Csv => map_csv_header(&head, is_nonlinear),
@@ -269,7 +237,7 @@ fn write_map(
         if poses.is_empty() {
             break;
         }
-        let found = rows(robot, &poses, method)
+        let found = rows_with_progress(robot, &poses, method, &more)
             .map_err(|bad| vec![source.fault(places[bad.index], &bad.fault.to_string())])?;
         match args.format {
             Format::Csv => map_csv_rows(&found, &mut text),
@@ -289,9 +257,11 @@ fn write_map(
                 .into());
             }
         }
-        out.write_all(text.as_bytes())?;
+        // Both may stand on one terminal.
+        progress.suspend(|| out.write_all(text.as_bytes()).and_then(|()| out.flush()))?;
         text.clear();
     }
+    progress.finish_and_clear();
     match args.format {
         Format::Csv | Format::Npy => {}
         Format::Json => text.push_str(map_json_end()),
@@ -299,6 +269,6 @@ fn write_map(
     }
     out.write_all(text.as_bytes())?;
     out.flush()?;
-    remarks.tell(notices);
+    remarks.tell(robot, notices);
     Ok(())
 }

@@ -8,15 +8,13 @@ use crate::input::{DecodedPoses, Fault, PoseDecoder, PoseTable, RawPoses};
 use crate::map::{Generator, Grid, GridAxis, RandomPoses};
 use crate::model::{JointKind, Robot};
 use crate::units::{m_from_mm, rad_from_deg};
+use crate::wording::nearest;
 
 /// Poses that are made at a time.
 const PIECE_POSES: usize = 1024;
 
 /// Where a continuous joint's random positions end to either side.
 const HALF_TURN_RAD: f64 = std::f64::consts::PI;
-
-/// Names less alike than this are no suggestion.
-const LEAST_LIKENESS: f64 = 0.6;
 
 /// Poses from somewhere, piece by piece.
 pub(super) enum Source {
@@ -174,6 +172,11 @@ impl RowByRow {
         if faults.is_empty() { Ok(true) } else { Err(told.collect()) }
     }
 
+    /// How many poses there are, where that is known before they are read.
+    pub(super) fn count(&self) -> Option<usize> {
+        self.source.count()
+    }
+
     /// A fault at a place.
     pub(super) fn fault(&self, place: usize, what: &str) -> Fault {
         self.decoder.fault(place, what)
@@ -300,22 +303,12 @@ fn slides(robot: &Robot, joint: usize) -> bool {
 fn joint_named(robot: &Robot, option: &str, name: &str) -> Result<usize, Fault> {
     let names: Vec<&str> = robot.joints().iter().map(|joint| joint.name.as_str()).collect();
     names.iter().position(|known| *known == name).ok_or_else(|| {
-        let hint = nearest(name, &names).map_or_else(
+        let hint = nearest(name, names.iter().copied()).map_or_else(
             || format!("; it has {}", names.join(", ")),
             |n| format!("; did you mean '{n}'?"),
         );
         usage(format!("{option}: the robot has no moving joint '{name}'{hint}"))
     })
-}
-
-/// The known name most like `name`, if one is like it.
-fn nearest<'a>(name: &str, known: &[&'a str]) -> Option<&'a str> {
-    known
-        .iter()
-        .map(|known| (strsim::jaro_winkler(name, known), *known))
-        .filter(|(likeness, _)| *likeness >= LEAST_LIKENESS)
-        .max_by(|a, b| a.0.total_cmp(&b.0))
-        .map(|(_, known)| known)
 }
 
 /// A fault of the command line.

@@ -3,12 +3,14 @@
 
 use std::io::Write;
 
+use indicatif::ProgressBar;
 use rayon::prelude::*;
 
+use super::progress::progress;
 use super::source::{Decoder, Raw, Source};
 use crate::cli::Failure;
 use crate::input::{DecodedPoses, Fault};
-use crate::map::{Block, LinearMap, MapFault, Reduction};
+use crate::map::{Block, LinearMap, MapFault, OutsideLimits, Reduction};
 
 /// Pieces of a batch: fixed, so that what is written and what is told does not depend on the machine.
 const PIECES: usize = 32;
@@ -28,10 +30,10 @@ pub(super) enum Aim<'a> {
 }
 
 /// What went by.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct Passed {
     pub(super) poses: usize,
-    pub(super) outside_limits: usize,
+    pub(super) outside_limits: OutsideLimits,
 }
 
 /// Some poses on their way; its room is used again and again.
@@ -41,7 +43,7 @@ struct Piece {
     decoded: DecodedPoses,
     beta2_rad: Vec<f64>,
     frequencies_hz: Vec<f64>,
-    outside_limits: usize,
+    outside_limits: OutsideLimits,
     fault: Option<MapFault>,
     text: Vec<u8>,
     internal: Option<String>,
@@ -106,8 +108,9 @@ pub(super) fn run(mut source: Source, map: &LinearMap, aim: Aim) -> Result<Passe
         Aim::Write { render, skip, out } => (Some(render), None, Some(out), skip),
         Aim::Reduce(reduction) => (None, Some(reduction), None, 0),
     };
+    let progress = progress(source.count());
     let passed = Passed::default();
-    let mut book = Book { decoder: decoder.clone(), out, skip, place: 0, passed };
+    let mut book = Book { decoder: decoder.clone(), out, skip, place: 0, passed, progress };
     let (mut solved, mut next) = (Batch::new(), Batch::new());
     next.fill(&mut source).map_err(|fault| vec![fault])?;
     while next.used > 0 {
@@ -138,6 +141,7 @@ pub(super) fn run(mut source: Source, map: &LinearMap, aim: Aim) -> Result<Passe
         }
     }
     book.enter(&solved)?;
+    book.progress.finish_and_clear();
     Ok(book.passed)
 }
 
@@ -149,10 +153,19 @@ struct Book<'a> {
     /// Places (lines, rows, poses) that went by.
     place: usize,
     passed: Passed,
+    progress: ProgressBar,
 }
 
 impl Book<'_> {
     fn enter(&mut self, batch: &Batch) -> Result<(), Failure> {
+        let (progress, before) = (self.progress.clone(), self.passed.poses);
+        // Both may stand on one terminal.
+        progress.suspend(|| self.write(batch))?;
+        progress.inc((self.passed.poses - before) as u64);
+        Ok(())
+    }
+
+    fn write(&mut self, batch: &Batch) -> Result<(), Failure> {
         let mut faults = Vec::new();
         for piece in &batch.pieces[..batch.used] {
             if let Some(what) = &piece.internal {
@@ -176,10 +189,16 @@ impl Book<'_> {
                     out.write_all(&piece.text[skipped..])?;
                 }
                 self.passed.poses += decoded.count;
-                self.passed.outside_limits += piece.outside_limits;
+                self.passed.outside_limits.add(piece.outside_limits);
             }
             self.place += decoded.places;
         }
-        if faults.is_empty() { Ok(()) } else { Err(faults.into()) }
+        if !faults.is_empty() {
+            return Err(faults.into());
+        }
+        if let Some(out) = &mut self.out {
+            out.flush()?;
+        }
+        Ok(())
     }
 }

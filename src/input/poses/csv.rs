@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use super::super::table::{LONGEST_ROW_BYTES, cells_of, number};
-use super::super::yaml::nearest;
 use super::{DecodedPoses, MOST_TOLD};
 use crate::input::Fault;
 use crate::model::{JointKind, Robot};
 use crate::units::{m_from_mm, rad_from_deg};
+use crate::wording::nearest;
 
 type ToSi = fn(f64) -> f64;
 

@@ -2,7 +2,7 @@
 
 use super::plot::{PANEL_TITLE, TITLE};
 use crate::map::{Head, Reduced, ReducedMode, SHARES};
-use crate::report::svg::{Anchor, Axis, CURVES, Frame, Panel, Sheet, Stroke, label};
+use crate::report::svg::{Anchor, Axis, Frame, Panel, Sheet, Stroke, curve_style, label};
 
 const PANEL_HEIGHT: f64 = 210.0;
 
@@ -45,7 +45,8 @@ fn panel(sheet: &mut Sheet, frame: Frame, index: usize, mode: &ReducedMode) {
     );
     sheet.text(frame.left, frame.top - 8.0, Anchor::Start, PANEL_TITLE, &title);
     sheet.axes(&panel, false);
-    let colour = CURVES[index % CURVES.len()];
+    // Each mode has a panel to itself: dashes need not tell them apart.
+    let (colour, _) = curve_style(index);
     for bin in &mode.histogram {
         let (left, right) = (panel.px(bin.from_hz), panel.px(bin.to_hz));
         let top = panel.py(density(bin) / most);
@@ -55,7 +56,7 @@ fn panel(sheet: &mut Sheet, frame: Frame, index: usize, mode: &ReducedMode) {
     for (share, quantile) in SHARES.iter().zip(mode.quantiles_hz) {
         let width = if *share == 0.5 { 2.0 } else { 1.0 };
         let ends = [(quantile, 0.0), (quantile, 1.0)];
-        sheet.curve(&panel, &ends, Stroke { colour: "#222222", width, is_dashed: true });
+        sheet.curve(&panel, &ends, Stroke { colour: "#222222", width, dashes: "7 5" });
     }
     sheet.border(frame);
 }
