@@ -313,7 +313,8 @@ fn an_interrupted_map_leaves_no_debris() {
         std::thread::sleep(std::time::Duration::from_millis(500));
         assert_eq!(child.try_wait().unwrap(), None, "{method}: it ended before it was interrupted");
         let pid = child.id().to_string();
-        assert!(Command::new("kill").args(["-INT", &pid]).status().unwrap().success());
+        // Not SIGINT, which programs that are started in the background of a shell do not hear.
+        assert!(Command::new("kill").args(["-TERM", &pid]).status().unwrap().success());
         assert!(!child.wait().unwrap().success());
         assert_eq!(names(folder.path()), [""; 0], "{method}");
     }

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use serde::Serialize;
 
-use super::words::{number, trimmed};
+use super::words::number;
 use crate::measured::stiffness::StiffnessFit;
 use crate::units::percent_from_ratio;
 use crate::wording::printable;
@@ -21,16 +21,27 @@ pub struct JointFit {
     pub fit: StiffnessFit,
 }
 
+/// `value` with as many decimals as `of` needs for six digits; with a power of ten where that is of no
+/// everyday size.
+fn six_digits(value: f64, of: f64) -> String {
+    let magnitude = of.abs().log10().floor();
+    if !(-9.0..9.0).contains(&magnitude) {
+        return format!("{value:.5e}");
+    }
+    let text = format!("{value:.0$}", (5.0 - magnitude).max(0.0) as usize);
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    }
+}
+
 /// For people.
 pub fn stiffness_text(fits: &[JointFit]) -> String {
     let mut out = String::new();
     for JointFit { joint, fit } in fits {
         let name = printable(joint.as_deref().unwrap_or("joint"));
-        // As many decimals as k needs for six digits.
-        let decimals = (5.0 - fit.stiffness.abs().log10().floor()).clamp(0.0, 300.0) as usize;
-        let shown = |value: f64| {
-            if value.abs() < 1e9 { trimmed(value, decimals) } else { number(value, 0) }
-        };
+        let shown = |value| six_digits(value, fit.stiffness);
         let [low, high] = fit.interval.map(shown);
         // Writing to a string does not fail.
         let _ = writeln!(
