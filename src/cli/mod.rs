@@ -44,7 +44,7 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Verb {
     Check(check::CheckArgs),
-    Map(map::MapArgs),
+    Map(Box<map::MapArgs>),
     Stiffness(stiffness::StiffnessArgs),
     Schema(schema::SchemaArgs),
     Completions(completions::CompletionsArgs),
