@@ -10,7 +10,7 @@ const SECONDS_PER_MINUTE: f64 = 60.0;
 const METRES_PER_MILLIMETRE: f64 = 1e-3;
 
 /// Degrees to radians.
-pub fn rad_from_deg(deg: f64) -> f64 {
+pub const fn rad_from_deg(deg: f64) -> f64 {
     deg * (PI / 180.0)
 }
 

@@ -78,12 +78,19 @@ pub(super) fn run(args: &CheckArgs, out: &mut dyn Write) -> Result<Outcome, Fail
     Ok(outcome(report::verdict(&jobs), args.fail_on))
 }
 
+impl FailOn {
+    /// The mildest verdict that fails, if any does.
+    fn mildest(self) -> Option<Verdict> {
+        match self {
+            Self::Resonance => Some(Verdict::Resonance),
+            Self::Uncertain => Some(Verdict::Uncertain),
+            Self::Never => None,
+        }
+    }
+}
+
 fn outcome(verdict: Verdict, fail_on: FailOn) -> Outcome {
-    let fails = match fail_on {
-        FailOn::Resonance => verdict >= Verdict::Resonance,
-        FailOn::Uncertain => verdict >= Verdict::Uncertain,
-        FailOn::Never => false,
-    };
+    let fails = fail_on.mildest().is_some_and(|mildest| verdict >= mildest);
     if fails { Outcome::Fail } else { Outcome::Pass }
 }
 
@@ -129,7 +136,8 @@ fn check_one(
         faults.into_iter().map(|fault| located(fault, &job)).collect::<Vec<_>>()
     })?;
     reading.notices.extend(risk.notices.iter().cloned().map(|notice| located(notice, &job)));
-    Ok(CheckedJob::new(&job, risk))
+    let notices = reading.notices.iter().map(Fault::to_string).collect();
+    Ok(CheckedJob { notices, ..CheckedJob::new(&job, risk) })
 }
 
 /// A fault with the file as it is seen from where the caller stands.
@@ -150,8 +158,9 @@ fn rendered(jobs: &[CheckedJob], args: &CheckArgs, sink: &Sink) -> Result<String
         Format::Text => Ok(report::text::check(jobs, sink.is_standard() && shows_colour())),
         Format::Json => report::json::check(jobs).map_err(|error| internal(&error)),
         Format::Sarif => report::sarif::check(jobs, &root).map_err(|error| internal(&error)),
-        Format::Junit => report::junit::check(jobs, args.fail_on == FailOn::Uncertain)
-            .map_err(|error| internal(&error)),
+        Format::Junit => {
+            report::junit::check(jobs, args.fail_on.mildest()).map_err(|error| internal(&error))
+        }
         Format::Github => Ok(report::github::check(jobs, &root)),
     }
 }

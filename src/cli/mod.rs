@@ -9,6 +9,7 @@ mod schema;
 mod stiffness;
 
 use std::any::Any;
+use std::cell::Cell;
 use std::io::{self, BufWriter, Write};
 use std::panic::{self, AssertUnwindSafe};
 use std::process::ExitCode;
@@ -93,13 +94,33 @@ pub fn main() -> ExitCode {
             return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
         }
     };
+    let written = Cell::new(0);
     let ended = guarded(|| {
-        let mut out = BufWriter::new(io::stdout().lock());
+        let mut out = Counted { inner: BufWriter::new(io::stdout().lock()), bytes: &written };
         let outcome = run(&cli.verb, &mut out)?;
         unless_closed(out.flush())?;
         Ok(outcome)
     });
-    ExitCode::from(exit_code(ended, &mut io::stderr().lock()))
+    let wrote = written.get() > 0;
+    ExitCode::from(exit_code(ended, wrote, &mut io::stderr().lock()))
+}
+
+/// Counts what is on its way to standard output.
+struct Counted<'a, W> {
+    inner: W,
+    bytes: &'a Cell<usize>,
+}
+
+impl<W: Write> Write for Counted<'_, W> {
+    fn write(&mut self, buf: &[u8]) -> io::Result<usize> {
+        let count = self.inner.write(buf)?;
+        self.bytes.set(self.bytes.get() + count);
+        Ok(count)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.inner.flush()
+    }
 }
 
 fn run(verb: &Verb, out: &mut dyn Write) -> Result<Outcome, Failure> {
@@ -121,7 +142,7 @@ fn unless_closed(written: io::Result<()>) -> io::Result<()> {
 }
 
 /// Exit code of how a verb ended; tells why it failed.
-fn exit_code(ended: Result<Outcome, Failure>, err: &mut dyn Write) -> u8 {
+fn exit_code(ended: Result<Outcome, Failure>, wrote: bool, err: &mut dyn Write) -> u8 {
     let (code, lines) = match ended {
         Ok(Outcome::Pass) => (0, Vec::new()),
         Ok(Outcome::Fail) => (1, Vec::new()),
@@ -129,7 +150,7 @@ fn exit_code(ended: Result<Outcome, Failure>, err: &mut dyn Write) -> u8 {
         Err(Failure::Output(error)) => {
             (2, vec![format!("error: output cannot be written: {error}")])
         }
-        Err(Failure::Input(faults)) => (2, fault_lines(&faults)),
+        Err(Failure::Input(faults)) => (2, fault_lines(&faults, wrote)),
         Err(Failure::Internal(what)) => (
             3,
             vec![format!("error: fault in detune itself, please report it: {}", one_line(&what))],
@@ -142,8 +163,8 @@ fn exit_code(ended: Result<Outcome, Failure>, err: &mut dyn Write) -> u8 {
     code
 }
 
-/// One line a fault, each told once, and what to do next.
-fn fault_lines(faults: &[Fault]) -> Vec<String> {
+/// One line a fault, each told once, and what to do next; `wrote` where some of the output is out already.
+fn fault_lines(faults: &[Fault], wrote: bool) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for fault in faults {
         let line = format!("error: {fault}");
@@ -151,11 +172,10 @@ fn fault_lines(faults: &[Fault]) -> Vec<String> {
             lines.push(line);
         }
     }
-    lines.push(match lines.len() {
-        1 => "nothing was done: mend this and run the command again".to_owned(),
-        // Without their number: a long list is cut, and says itself how many more there are.
-        _ => "nothing was done: mend these faults and run the command again".to_owned(),
-    });
+    let done = if wrote { "the output is cut short" } else { "nothing was done" };
+    // Without their number: a long list is cut, and says itself how many more there are.
+    let what = if lines.len() == 1 { "this" } else { "these faults" };
+    lines.push(format!("{done}: mend {what} and run the command again"));
     lines
 }
 
@@ -200,7 +220,7 @@ mod tests {
 
     fn told(ended: Result<Outcome, Failure>) -> (u8, String) {
         let mut err = Vec::new();
-        let code = exit_code(ended, &mut err);
+        let code = exit_code(ended, false, &mut err);
         (code, String::from_utf8(err).unwrap())
     }
 

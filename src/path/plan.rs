@@ -5,7 +5,7 @@ use std::fmt;
 use nalgebra::Isometry3;
 
 use super::curve::Curve;
-use super::timing::{Clock, largest_step, seconds};
+use super::timing::{Clock, largest_step, seconds, stands_still};
 use crate::model::{
     IkFault, InverseKinematics, JointKind, MovingJoint, Placement, PoseFault, Robot,
     forward_kinematics,
@@ -24,6 +24,9 @@ const SHORTEST_STRETCH: f64 = 1e-6;
 
 /// The first stretch of a line or arc that is tried, m; it doubles while the joints keep up.
 const FIRST_STRETCH_M: f64 = 0.02;
+
+/// A line or arc longer than this is a slip of the pen, m.
+const LONGEST_CURVE_M: f64 = 1e5;
 
 /// Below this smallest singular value of the Jacobian (lengths over the arm's reach) the arm is singular.
 const SINGULAR: f64 = 1e-3;
@@ -67,6 +70,8 @@ pub struct Haste<'a> {
     pub allowed: f64,
     /// Where.
     pub s: f64,
+    /// Whether the tool centre point stands still there, so that no feed has a part in it.
+    pub is_on_the_spot: bool,
 }
 
 impl Haste<'_> {
@@ -242,12 +247,15 @@ impl<'a> Path<'a> {
         for (k, knots) in self.knots_s.windows(2).enumerate() {
             let seconds = (knots[1] - knots[0]) * self.duration_s;
             let row = |k: usize| &self.knots_q[k * n..][..n];
+            let segment = self.segment_of.get(k).and_then(|&i| self.segments.get(i));
+            let curve = segment.and_then(|segment| segment.curve.as_ref());
+            let is_on_the_spot = curve.is_some_and(|curve| stands_still(curve.length_m()));
             for (joint, (a, b)) in self.robot.joints().iter().zip(row(k).iter().zip(row(k + 1))) {
                 let Some(allowed) = joint.velocity_limit else { continue };
                 let needed = (b - a).abs() / seconds;
                 let factor = needed / allowed;
                 if factor > worst.as_ref().map_or(1.0 + HASTE_SLACK, Haste::factor) {
-                    worst = Some(Haste { joint, needed, allowed, s: knots[1] });
+                    worst = Some(Haste { joint, needed, allowed, s: knots[1], is_on_the_spot });
                 }
             }
         }
@@ -500,10 +508,14 @@ impl<'r> Planner<'r> {
     }
 
     fn trace(&mut self, next: &Move, curve: Curve) -> Result<(), String> {
+        let length = curve.length_m();
+        if !(0.0..=LONGEST_CURVE_M).contains(&length) {
+            return Err(format!("is {length:.3e} m long, no arm reaches so far; check the units"));
+        }
         let mut knots: Vec<(f64, Vec<f64>)> = Vec::new();
         let mut ways = vec![0.0; self.q.len()];
         let mut u = 0.0;
-        let mut stretch = (FIRST_STRETCH_M / curve.length_m()).min(1.0);
+        let mut stretch = (FIRST_STRETCH_M / length).min(1.0);
         let mut q = self.q.clone();
         let (_, mut side) = self.singular_joints(&q, None);
         while u < 1.0 {
@@ -541,7 +553,7 @@ impl<'r> Planner<'r> {
             stretch *= 2.0;
         }
         self.count_way(&ways)?;
-        let duration = self.seconds(curve.length_m(), next, &ways)?;
+        let duration = self.seconds(length, next, &ways)?;
         self.push(next, Some(curve), duration, knots);
         Ok(())
     }

@@ -113,6 +113,8 @@ struct Job<'a> {
     separation_percent: Number,
     /// How far the model can be trusted.
     model: Model<'a>,
+    /// Remarks that do not change the verdict, such as a verdict about nothing, as on standard error.
+    notices: &'a [String],
     /// One entry an operation, in the order of the job.
     operations: Vec<Operation<'a>>,
 }
@@ -325,6 +327,7 @@ impl<'a> From<&'a CheckedJob> for Job<'a> {
                 uncertainty_percent: Number(percent_from_ratio(job.risk.model_uncertainty)),
                 coordinates: &job.risk.coordinates,
             },
+            notices: &job.notices,
             operations: job.operations().map(Operation::from).collect(),
         }
     }

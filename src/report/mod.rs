@@ -36,6 +36,8 @@ pub struct CheckedJob {
     pub asked: Vec<AskedOperation>,
     /// What was found.
     pub risk: JobRisk,
+    /// Remarks on the job, its robot and its programs that do not change the verdict, each with its place.
+    pub notices: Vec<String>,
 }
 
 /// What was asked of an operation, and where it stands in its files.
@@ -67,6 +69,7 @@ impl CheckedJob {
                 })
                 .collect(),
             risk,
+            notices: Vec::new(),
         }
     }
 

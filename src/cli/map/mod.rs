@@ -36,6 +36,9 @@ const LINEAR_CHUNK: usize = 16_384;
 /// The same for nonlinear maps, whose rows take long and hold spectra.
 const NONLINEAR_CHUNK: usize = 64;
 
+/// Springs that turn further than this are none, degrees.
+const LARGEST_DEG: f64 = 90.0;
+
 /// Most poses in a picture.
 const MOST_DRAWN: usize = 100_000;
 
@@ -105,6 +108,11 @@ fn unless_at_odds(args: &MapArgs) -> Result<(), Vec<Fault>> {
         if args.method == MethodName::Linear && value.is_some() {
             faults.push(usage(format!("{name} is of no effect here; it needs --method nonlinear")));
         }
+    }
+    if let Some(amplitude) = args.amplitude_deg.filter(|x| !(*x > 0.0 && *x <= LARGEST_DEG)) {
+        let what =
+            format!("--amplitude-deg is {amplitude}, must be above 0 and at most {LARGEST_DEG}");
+        faults.push(usage(what));
     }
     let at_odds = match (args.method, args.format, args.reduce.is_empty()) {
         (MethodName::Nonlinear, _, false) => {

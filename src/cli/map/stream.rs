@@ -7,7 +7,7 @@ use indicatif::ProgressBar;
 use rayon::prelude::*;
 
 use super::progress::progress;
-use super::source::{Decoder, Raw, Source};
+use super::source::{Decoder, Raw, Source, usage};
 use crate::cli::Failure;
 use crate::input::{DecodedPoses, Fault};
 use crate::map::{Block, LinearMap, MapFault, OutsideLimits, Reduction};
@@ -184,6 +184,7 @@ impl Book<'_> {
                 }
             }
             if faults.len() >= MOST_TOLD {
+                faults.push(usage(format!("reading stopped after {MOST_TOLD} faults or more")));
                 break;
             }
             if faults.is_empty() {

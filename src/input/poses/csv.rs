@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::super::table::{LONGEST_ROW_BYTES, cells_of, number};
+use super::super::table::{LONGEST_ROW_BYTES, beyond, cells_of, number};
 use super::{DecodedPoses, MOST_TOLD};
 use crate::input::Fault;
 use crate::model::{JointKind, Robot};
@@ -133,6 +133,9 @@ impl Columns {
         if row.len() > LONGEST_ROW_BYTES || row.trim_ascii_start().starts_with('#') {
             return false;
         }
+        if memchr::memchr_iter(b',', row.as_bytes()).count() >= self.header.len() {
+            return false;
+        }
         let before = out.values.len();
         out.values.resize(before + self.joints.len(), 0.0);
         let mut cells = row.split(',');
@@ -165,6 +168,9 @@ impl Columns {
             Ok(true) => {}
             Ok(false) => return,
             Err(what) => return out.faults.push((out.places, what.to_owned())),
+        }
+        if let Some(what) = beyond(&self.header, cells) {
+            return out.faults.push((out.places, what));
         }
         let before = out.values.len();
         for column in &self.joints {
