@@ -43,6 +43,7 @@
 //! |---|---|---|
 //! | [`cli`] | one file a verb; clap, printing, files, progress | decide anything that a library user would miss |
 //! | [`report`] | text, JSON, SARIF, JUnit, GitHub, plots: pure functions from results | compute an engineering quantity |
+//! | [`advice`] | safe speeds, the best of them, schedules; the only place that names clarabel | print |
 //! | [`risk`] | bands, crossings, certainty, verdict | choose a remedy |
 //! | [`map`] | frequencies over given poses, linear or nonlinear | know a job |
 //! | [`path`] | moves → poses in time; the arm surveyed and its modes followed along them | read files |
@@ -59,6 +60,7 @@
 //!
 //! The README's section "As a library" shows a whole check.
 
+pub mod advice;
 pub mod cli;
 pub mod excitation;
 pub mod free_vibration;

@@ -49,6 +49,11 @@ pub fn m_per_s_from_mm_per_min(feed: f64) -> f64 {
     feed * METRES_PER_MILLIMETRE / SECONDS_PER_MINUTE
 }
 
+/// Feed in m/s to mm/min.
+pub fn mm_per_min_from_m_per_s(feed: f64) -> f64 {
+    feed / METRES_PER_MILLIMETRE * SECONDS_PER_MINUTE
+}
+
 /// Millimetres to metres.
 pub fn m_from_mm(mm: f64) -> f64 {
     mm * METRES_PER_MILLIMETRE

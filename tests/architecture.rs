@@ -27,11 +27,26 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("path", &["model", "modes", "motion", "units"]),
     ("map", &["model", "modes", "free_vibration", "units"]),
     ("risk", &["excitation", "job", "path", "modes", "model", "units"]),
+    ("advice", &["risk", "excitation", "job", "path", "modes", "model", "motion", "units"]),
     ("input", &["job", "model", "motion", "program", "measured", "units"]),
-    ("report", &["risk", "map", "job", "excitation", "measured", "free_vibration", "units"]),
+    (
+        "report",
+        &["advice", "risk", "map", "job", "excitation", "measured", "free_vibration", "units"],
+    ),
     (
         "cli",
-        &["input", "report", "risk", "map", "job", "measured", "model", "free_vibration", "units"],
+        &[
+            "advice",
+            "input",
+            "report",
+            "risk",
+            "map",
+            "job",
+            "measured",
+            "model",
+            "free_vibration",
+            "units",
+        ],
     ),
 ];
 
@@ -41,6 +56,7 @@ const NAMED_ONLY_IN: &[(&str, &str)] = &[
     ("serde_yaml", "input"),
     ("roxmltree", "input"),
     ("saphyr_parser", "input"),
+    ("clarabel", "advice"),
     ("clap", "cli"),
     ("indicatif", "cli"),
     ("quick_junit", "report"),

@@ -1,6 +1,7 @@
 //! Files → valid types: YAML, URDF, CSV. Raw input and valid input are different types; all faults of a
 //! file are reported in one go, each with file and line. The only place that names urdf_rs and serde_yaml.
 
+mod edit;
 mod fault;
 mod faults;
 mod frame;
@@ -16,6 +17,7 @@ mod urdf;
 mod waypoints;
 mod yaml;
 
+pub use edit::{OperationEdit, rewritten_job};
 pub use fault::Fault;
 pub use job::load_job;
 pub use load_test::{LoadTestRow, load_load_test};

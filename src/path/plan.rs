@@ -55,6 +55,8 @@ struct Segment {
     curve: Option<Curve>,
     tcp: Isometry3<f64>,
     line: usize,
+    /// As the move asks for it.
+    feed_m_per_s: f64,
     start_s: f64,
     end_s: f64,
 }
@@ -161,6 +163,15 @@ impl<'a> Path<'a> {
     pub fn line_at(&self, s: f64) -> usize {
         let after = self.segments.partition_point(|segment| segment.end_s < s);
         self.segments.get(after).or(self.segments.last()).map_or(0, |segment| segment.line)
+    }
+
+    /// Feed that the move run at `s` asks for, m/s. At a waypoint, that of the move that leads to it.
+    pub fn feed_m_per_s_at(&self, s: f64) -> f64 {
+        let after = self.segments.partition_point(|segment| segment.end_s < s);
+        self.segments
+            .get(after)
+            .or(self.segments.last())
+            .map_or(0.0, |segment| segment.feed_m_per_s)
     }
 
     /// First and last line of the file among those that are run between `from_s` and `to_s`, counted from 1.
@@ -319,6 +330,7 @@ impl<'r> Planner<'r> {
                 curve: None,
                 tcp: last.tcp,
                 line: last.line,
+                feed_m_per_s: last.feed_m_per_s,
                 start_s: 0.0,
                 end_s: 0.0,
             });
@@ -506,6 +518,7 @@ impl<'r> Planner<'r> {
             self.knots.segment_of.push(self.segments.len());
             self.q = q;
         }
-        self.segments.push(Segment { curve, tcp: next.tcp, line: next.line, start_s, end_s });
+        let (tcp, line, feed_m_per_s) = (next.tcp, next.line, next.feed_m_per_s);
+        self.segments.push(Segment { curve, tcp, line, feed_m_per_s, start_s, end_s });
     }
 }

@@ -6,6 +6,8 @@ mod crossings;
 mod margin;
 mod verdict;
 
-pub use assess::{AssessFault, assess, assess_with_progress};
+pub use assess::{
+    AssessFault, assess, assess_with_progress, crossings_under, detail, located, plan,
+};
 pub use margin::{Approach, closest_approach};
 pub use verdict::{Certainty, Crossing, Exchange, JobRisk, OperationRisk, Sample, Verdict};

@@ -1,0 +1,131 @@
+//! One operation → its advice.
+
+use super::choice::choose;
+use super::ranges::mode_ranges;
+use super::speeds::{Question, feed_at};
+use super::{Constant, FeedRule, Infeasible, JobAdvice, OperationAdvice, Options, Remedy};
+use crate::excitation::lines;
+use crate::job::{Job, Operation, SpindleSpeed};
+use crate::path::{Path, Survey, SurveyFault, grid};
+use crate::risk::{AssessFault, crossings_under, detail, located, plan};
+
+/// A speed that a check would deny shows frequencies that the first looks missed: they are taken in and
+/// the speeds divided anew, so often at most.
+const MOST_SECOND_LOOKS: usize = 5;
+
+/// Advises every operation of a job.
+///
+/// # Errors
+/// What cannot be run, for every operation.
+pub fn advise(job: &Job, options: &Options) -> Result<JobAdvice, Vec<AssessFault>> {
+    advise_with_progress(job, options, &|_| {})
+}
+
+/// As [`advise`]; `progress` is told how many more poses are done, from any thread.
+///
+/// # Errors
+/// As [`advise`].
+pub fn advise_with_progress(
+    job: &Job,
+    options: &Options,
+    progress: &(dyn Fn(usize) + Sync),
+) -> Result<JobAdvice, Vec<AssessFault>> {
+    let mut faults = Vec::new();
+    let mut operations = Vec::new();
+    for operation in &job.operations {
+        match advise_operation(job, operation, options, progress) {
+            Ok(advice) => operations.push(advice),
+            Err(found) => faults.extend(found),
+        }
+    }
+    if !faults.is_empty() {
+        return Err(faults);
+    }
+    Ok(JobAdvice {
+        options: *options,
+        separation: job.policy.separation,
+        model_uncertainty: job.policy.model_uncertainty,
+        calibrated: job.robot.calibration().is_some(),
+        operations,
+    })
+}
+
+fn advise_operation(
+    job: &Job,
+    operation: &Operation,
+    options: &Options,
+    progress: &(dyn Fn(usize) + Sync),
+) -> Result<OperationAdvice, Vec<AssessFault>> {
+    let path = plan(job, operation)?;
+    advise_path(job, operation, &path, options, progress)
+        .map_err(|fault| vec![located(job, operation, &path, &fault)])
+}
+
+fn advise_path(
+    job: &Job,
+    operation: &Operation,
+    path: &Path,
+    options: &Options,
+    progress: &(dyn Fn(usize) + Sync),
+) -> Result<OperationAdvice, SurveyFault> {
+    let lines = lines(&job.tool, &job.policy);
+    let stations = grid(path, operation.speed.corners());
+    let mut survey = Survey::take(path, stations, detail(&job.policy), progress)?;
+    let programmed_rpm = mean_rpm(&operation.speed);
+    let mut looks = 0;
+    loop {
+        let (ranges, refined) = mode_ranges(path, &job.policy, survey)?;
+        let question =
+            Question { ranges: &ranges, lines: &lines, policy: &job.policy, spindle: &job.spindle };
+        let set = question.divide(job.policy.wide());
+        let chosen = choose(&question, &set, options.objective, programmed_rpm);
+        looks += 1;
+        survey = refined;
+        if let Some(rpm) = chosen
+            && looks <= MOST_SECOND_LOOKS
+        {
+            let speed = SpindleSpeed::Constant(rpm);
+            let (found, closer) = crossings_under(&lines, &job.policy, &speed, path, survey)?;
+            survey = closer;
+            if !found.is_empty() {
+                continue;
+            }
+        }
+        let remedy = match chosen {
+            Some(rpm) => Remedy::Constant(Constant {
+                rpm,
+                feed_m_per_s: match options.feed {
+                    FeedRule::ChipLoad => feed_at(operation.feed_m_per_s, programmed_rpm, rpm),
+                    FeedRule::Programmed => operation.feed_m_per_s,
+                },
+                separation: question.separation(rpm),
+                is_programmed: operation.speed == SpindleSpeed::Constant(rpm),
+            }),
+            None => Remedy::Infeasible(Infeasible { bind: question.widest() }),
+        };
+        return Ok(OperationAdvice {
+            name: operation.name.clone(),
+            programmed_rpm,
+            programmed_feed_m_per_s: operation.feed_m_per_s,
+            set,
+            remedy,
+            mode_ranges: ranges,
+            lines,
+        });
+    }
+}
+
+/// Mean over time.
+fn mean_rpm(speed: &SpindleSpeed) -> f64 {
+    let ends: Vec<f64> = std::iter::once(0.0)
+        .chain(speed.corners().filter(|s| *s > 0.0 && *s < 1.0))
+        .chain([1.0])
+        .collect();
+    let pieces = ends
+        .windows(2)
+        .map(|end| 0.5 * (speed.rpm_at(end[0]) + speed.rpm_at(end[1])) * (end[1] - end[0]));
+    match speed {
+        SpindleSpeed::Constant(rpm) => *rpm,
+        SpindleSpeed::Schedule(_) => pieces.sum(),
+    }
+}

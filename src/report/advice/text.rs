@@ -1,0 +1,104 @@
+//! What a planner reads: the speed to run at, why, and what is closed by what.
+
+use super::{AdvisedJob, words};
+use crate::advice::{Closure, OperationAdvice, Remedy};
+use crate::report::style;
+use crate::report::words::{percent, round_percent, trimmed};
+use crate::units::mm_per_min_from_m_per_s;
+
+/// Width of the names before each fact, characters.
+const NAME_WIDTH: usize = 8;
+
+/// At most so many safe and closed stretches of speeds are told each.
+const MOST_STRETCHES: usize = 12;
+
+/// At most so many pairs of mode and line are named for one closed stretch.
+const MOST_BLOCKS: usize = 4;
+
+/// What `detune advise` found, as text; with colours for a terminal if `colour`.
+pub fn advice(job: &AdvisedJob, colour: bool) -> String {
+    let mut text =
+        format!("{}  {}\n", job.file.display(), style::paint(style::STRONG, &job.name, colour));
+    for operation in &job.advice.operations {
+        text.push('\n');
+        push_operation(job, operation, colour, &mut text);
+    }
+    text.push('\n');
+    push_fact(2, "model", &model(job), &mut text);
+    text
+}
+
+fn push_operation(job: &AdvisedJob, operation: &OperationAdvice, colour: bool, text: &mut String) {
+    let (word, tone) = match &operation.remedy {
+        Remedy::Constant(constant) if constant.is_programmed => ("KEEP", style::CLEAR),
+        Remedy::Constant(_) => ("CHANGE", style::UNCERTAIN),
+        Remedy::Infeasible(_) => ("NO SAFE SPEED", style::RESONANCE),
+    };
+    let name = style::paint(style::STRONG, &operation.name, colour);
+    let head = match &operation.remedy {
+        Remedy::Constant(constant) => format!(
+            "{}, feed {} mm/min",
+            words::rpm(constant.rpm),
+            trimmed(mm_per_min_from_m_per_s(constant.feed_m_per_s), 1)
+        ),
+        Remedy::Infeasible(_) => format!("programmed {}", words::rpm(operation.programmed_rpm)),
+    };
+    text.push_str(&format!("  {name}  {}  {head}\n", style::paint(tone, word, colour)));
+    push_fact(4, "why", &words::reason(job, operation), text);
+    if let Remedy::Constant(constant) = &operation.remedy {
+        let margin = match constant.separation {
+            Some(separation) => format!("{} % from the nearest mode and line", percent(separation)),
+            None => "no excitation line and no mode that count".to_owned(),
+        };
+        push_fact(4, "margin", &margin, text);
+    }
+    push_stretches(operation, text);
+}
+
+fn push_stretches(operation: &OperationAdvice, text: &mut String) {
+    let ends = |low: f64, high: f64| format!("{}–{} rpm", trimmed(low, 1), trimmed(high, 1));
+    let mut safe: Vec<String> = operation
+        .set
+        .safe
+        .iter()
+        .take(MOST_STRETCHES)
+        .map(|gap| ends(gap.low_rpm, gap.high_rpm))
+        .collect();
+    if operation.set.safe.len() > MOST_STRETCHES {
+        safe.push(format!("and {} more", operation.set.safe.len() - MOST_STRETCHES));
+    }
+    let safe = if safe.is_empty() { "none".to_owned() } else { safe.join(", ") };
+    push_fact(4, "safe", &safe, text);
+    for closure in operation.set.closed.iter().take(MOST_STRETCHES) {
+        let Closure { speeds, blocks } = closure;
+        let mut names: Vec<String> = Vec::new();
+        for block in blocks {
+            let name = words::block(block);
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        let more = names.len().saturating_sub(MOST_BLOCKS);
+        names.truncate(MOST_BLOCKS);
+        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+        let by = format!("{} by {}{more}", ends(speeds.low_rpm, speeds.high_rpm), names.join(", "));
+        push_fact(4, "closed", &by, text);
+    }
+    if operation.set.closed.len() > MOST_STRETCHES {
+        let more = operation.set.closed.len() - MOST_STRETCHES;
+        push_fact(4, "closed", &format!("and {more} more stretches"), text);
+    }
+}
+
+fn push_fact(indent: usize, name: &str, fact: &str, text: &mut String) {
+    text.push_str(&format!("{:indent$}{name:NAME_WIDTH$} {fact}\n", ""));
+}
+
+fn model(job: &AdvisedJob) -> String {
+    let advice = &job.advice;
+    let trust = round_percent(advice.model_uncertainty);
+    let bands = round_percent(advice.separation + advice.model_uncertainty);
+    let origin =
+        if advice.calibrated { "calibrated" } else { "never compared with measured frequencies" };
+    format!("{origin}; taken to be right within ±{trust} %, so bands are ±{bands} % wide")
+}
