@@ -229,11 +229,13 @@ fn recommended_speeds_are_clear_and_the_best() {
                 Objective::Margin => {
                     let found = separation(&waypoints, teeth, &policy, constant.rpm);
                     if let (Some(found), Some(told)) = (found, constant.separation) {
-                        assert!((found - told).abs() < 1e-4, "case {case}: {found} {told}");
+                        // The scan's points are 1e-3 apart.
+                        assert!(found > told - 1e-9, "case {case}: {found} {told}");
+                        assert!(found - told < 1e-3 * (1.0 + told), "case {case}: {found} {told}");
                     }
                     let mut best: Option<f64> = Some(0.0);
-                    for i in 0..=5600 {
-                        let at = separation(&waypoints, teeth, &policy, 400.0 + f64::from(i));
+                    for i in 0..=700 {
+                        let at = separation(&waypoints, teeth, &policy, 400.0 + 8.0 * f64::from(i));
                         best = best.and_then(|best| at.map(|at| best.max(at)));
                     }
                     match (found, best) {
@@ -287,10 +289,13 @@ fn an_infeasible_job_names_what_binds_it() {
         let mut job = job(&robot, &waypoints, rpm, teeth, policy.clone());
         job.spindle.max_rpm = 1500.0;
         let advice = advise(&job, &Options::default()).unwrap();
-        let Remedy::Infeasible(infeasible) = &advice.operations[0].remedy else { continue };
+        let operation = &advice.operations[0];
+        if operation.constant.is_some() {
+            continue;
+        }
         seen += 1;
-        assert!(!advice.is_clear() && advice.operations[0].set.safe.is_empty());
-        let Some(Bind { rpm, separation: told, below, above }) = infeasible.bind else {
+        assert!(operation.set.safe.is_empty() && !matches!(operation.remedy, Remedy::Constant(_)));
+        let Some(Bind { rpm, separation: told, below, above }) = operation.bind else {
             panic!("case {case}")
         };
         let best = (0..=1100)

@@ -14,6 +14,9 @@ const GUARD_RATIO: f64 = 1e-6;
 /// In hundredths there is room for less.
 const LEAST_GUARD_RPM: f64 = 0.002;
 
+/// Shares of the largest separation that a round speed may keep, the best first.
+const NEARLY: [f64; 4] = [0.999, 0.99, 0.95, 0.8];
+
 /// The speed to run at, or `None` where no gap is wide enough to set a speed in it. `programmed_rpm` is
 /// the one to stay near to.
 pub(super) fn choose(
@@ -34,7 +37,14 @@ pub(super) fn choose(
             set.safe.iter().rev().find_map(|gap| settle(question, *gap, gap.high_rpm))
         }
         Objective::Margin => match question.widest() {
-            Some(bind) => near(set, rounded(bind.rpm, set)),
+            // Round, at the cost of as little of the separation as it takes. Ignored bands end abruptly, so
+            // the speeds that keep nearly as much are asked for anew.
+            Some(bind) => NEARLY
+                .into_iter()
+                .map(|share| question.divide(share * bind.separation))
+                .find_map(|nearly| near(&nearly, rounded(bind.rpm, &nearly)))
+                .or_else(|| near(set, bind.rpm))
+                .filter(|rpm| set.safe.iter().any(|gap| gap.contains(*rpm))),
             // Some speeds are near to nothing that counts.
             None => {
                 near(&question.divide(WIDEST), programmed_rpm).or_else(|| near(set, programmed_rpm))
@@ -81,4 +91,9 @@ fn rounded(rpm: f64, set: &SafeSet) -> f64 {
     let fine_enough = |steps: &f64| width_rpm * steps >= STEPS_ACROSS;
     let steps = STEPS_PER_RPM.into_iter().find(fine_enough).unwrap_or(finest);
     (rpm * steps).round() / steps
+}
+
+/// How far from a band a speed stays at least.
+pub(super) fn guard_rpm(rpm: f64) -> f64 {
+    GUARD_RPM.max(GUARD_RATIO * rpm)
 }

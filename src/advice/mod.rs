@@ -15,10 +15,12 @@
 mod choice;
 mod operation;
 mod ranges;
+mod schedule;
 mod speeds;
 
 pub use operation::{advise, advise_with_progress};
 pub use ranges::ModeRange;
+pub use schedule::{ASSUMED_ACCELERATION_RPM_PER_S, Coupling, Exposure, Schedule, SolverEnd};
 pub use speeds::{Bind, Block, Closure, SafeSet, Speeds};
 
 use crate::excitation::ExcitationLine;
@@ -97,6 +99,11 @@ pub struct OperationAdvice {
     pub set: SafeSet,
     /// What to do.
     pub remedy: Remedy,
+    /// The best constant speed, where there is one; the same as the remedy's unless a schedule was asked for.
+    pub constant: Option<Constant>,
+    /// What stands in the way of a constant speed where none is safe: the speed that comes nearest to being safe,
+    /// and the two blocks that close it; `None` where gaps are open but too narrow to set a speed in them.
+    pub bind: Option<Bind>,
 }
 
 /// What to do about an operation.
@@ -104,8 +111,10 @@ pub struct OperationAdvice {
 pub enum Remedy {
     /// Run at one safe speed.
     Constant(Constant),
+    /// Run at a speed that varies along the path.
+    Scheduled(Box<Schedule>),
     /// No speed is safe.
-    Infeasible(Infeasible),
+    Infeasible,
 }
 
 impl Remedy {
@@ -113,7 +122,8 @@ impl Remedy {
     pub fn is_clear(&self) -> bool {
         match self {
             Self::Constant(_) => true,
-            Self::Infeasible(_) => false,
+            Self::Scheduled(schedule) => schedule.exposures.is_empty(),
+            Self::Infeasible => false,
         }
     }
 }
@@ -129,12 +139,4 @@ pub struct Constant {
     pub separation: Option<f64>,
     /// Whether this is what is programmed.
     pub is_programmed: bool,
-}
-
-/// Why no speed is safe.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Infeasible {
-    /// The speed that comes nearest to being safe, and what binds it; `None` where gaps are open but too
-    /// narrow to set a speed in them.
-    pub bind: Option<Bind>,
 }

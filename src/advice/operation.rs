@@ -2,8 +2,9 @@
 
 use super::choice::choose;
 use super::ranges::mode_ranges;
+use super::schedule::{Task, schedule};
 use super::speeds::{Question, feed_at};
-use super::{Constant, FeedRule, Infeasible, JobAdvice, OperationAdvice, Options, Remedy};
+use super::{Constant, FeedRule, JobAdvice, OperationAdvice, Options, Remedy};
 use crate::excitation::lines;
 use crate::job::{Job, Operation, SpindleSpeed};
 use crate::path::{Path, Survey, SurveyFault, grid};
@@ -91,17 +92,26 @@ fn advise_path(
                 continue;
             }
         }
-        let remedy = match chosen {
-            Some(rpm) => Remedy::Constant(Constant {
-                rpm,
-                feed_m_per_s: match options.feed {
-                    FeedRule::ChipLoad => feed_at(operation.feed_m_per_s, programmed_rpm, rpm),
-                    FeedRule::Programmed => operation.feed_m_per_s,
-                },
-                separation: question.separation(rpm),
-                is_programmed: operation.speed == SpindleSpeed::Constant(rpm),
-            }),
-            None => Remedy::Infeasible(Infeasible { bind: question.widest() }),
+        let constant = chosen.map(|rpm| Constant {
+            rpm,
+            feed_m_per_s: match options.feed {
+                FeedRule::ChipLoad => feed_at(operation.feed_m_per_s, programmed_rpm, rpm),
+                FeedRule::Programmed => operation.feed_m_per_s,
+            },
+            separation: question.separation(rpm),
+            is_programmed: operation.speed == SpindleSpeed::Constant(rpm),
+        });
+        let bind = if constant.is_none() { question.widest() } else { None };
+        let (survey, feed) = (&survey, options.feed);
+        let task = Task { job, operation, path, survey, lines: &lines, programmed_rpm, feed };
+        let scheduled = match constant {
+            Some(_) if !options.schedule => None,
+            _ => schedule(&task)?,
+        };
+        let remedy = match (scheduled, constant) {
+            (Some(schedule), _) => Remedy::Scheduled(Box::new(schedule)),
+            (None, Some(constant)) => Remedy::Constant(constant),
+            (None, None) => Remedy::Infeasible,
         };
         return Ok(OperationAdvice {
             name: operation.name.clone(),
@@ -109,6 +119,8 @@ fn advise_path(
             programmed_feed_m_per_s: operation.feed_m_per_s,
             set,
             remedy,
+            constant,
+            bind,
             mode_ranges: ranges,
             lines,
         });

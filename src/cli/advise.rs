@@ -42,6 +42,9 @@ pub(super) struct AdviseArgs {
     /// What becomes of the feed when the speed changes.
     #[arg(long, value_enum, default_value_t = Feed::ChipLoad)]
     feed: Feed,
+    /// Plan a speed that varies along the path even where a constant one is safe.
+    #[arg(long)]
+    schedule: bool,
     /// Write the job as advised to this file; nothing is written where an operation cannot be run clear.
     #[arg(long, value_name = "JOB2")]
     write: Option<PathBuf>,
@@ -113,7 +116,7 @@ fn options(args: &AdviseArgs) -> Options {
             Feed::ChipLoad => FeedRule::ChipLoad,
             Feed::Programmed => FeedRule::Programmed,
         },
-        schedule: false,
+        schedule: args.schedule,
     }
 }
 
@@ -145,7 +148,10 @@ fn edit(operation: &OperationAdvice) -> OperationEdit {
         Remedy::Constant(constant) if !constant.is_programmed => {
             (Some(SpindleSpeed::Constant(constant.rpm)), constant.feed_m_per_s)
         }
-        Remedy::Constant(_) | Remedy::Infeasible(_) => (None, operation.programmed_feed_m_per_s),
+        Remedy::Scheduled(schedule) => {
+            (Some(SpindleSpeed::Schedule(schedule.points.clone())), schedule.feed_m_per_s)
+        }
+        Remedy::Constant(_) | Remedy::Infeasible => (None, operation.programmed_feed_m_per_s),
     };
     let has_other_feed = feed_m_per_s != operation.programmed_feed_m_per_s;
     OperationEdit {

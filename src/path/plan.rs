@@ -5,7 +5,7 @@ use std::fmt;
 use nalgebra::Isometry3;
 
 use super::curve::Curve;
-use super::timing::{Clock, largest_step, seconds};
+use super::timing::{Clock, STANDSTILL_M, largest_step, seconds};
 use crate::model::{IkFault, InverseKinematics, Placement, PoseFault, Robot, forward_kinematics};
 use crate::motion::{Move, Target};
 use crate::units::percent_from_ratio;
@@ -67,6 +67,8 @@ pub struct Path<'a> {
     robot: &'a Robot,
     kinematics: InverseKinematics,
     duration_s: f64,
+    /// Time in which the tool centre point stands still, s.
+    standing_s: f64,
     segments: Vec<Segment>,
     /// s of the knots, strictly ascending from 0 to 1; one knot where nothing moves.
     knots_s: Vec<f64>,
@@ -104,8 +106,8 @@ impl<'a> Path<'a> {
         let mut furthest: Option<PlanFault> = None;
         for start in starts(robot, &kinematics, first, start_near).map_err(|fault| vec![fault])? {
             match Planner::new(robot, &kinematics, &start).run(moves) {
-                Ok((knots, segments)) => {
-                    return Ok(Self::assemble(robot, kinematics, knots, segments));
+                Ok((knots, segments, standing_s)) => {
+                    return Ok(Self::assemble(robot, kinematics, knots, segments, standing_s));
                 }
                 Err(fault) => {
                     if furthest.as_ref().is_none_or(|f| fault.waypoint > f.waypoint) {
@@ -122,6 +124,7 @@ impl<'a> Path<'a> {
         kinematics: InverseKinematics,
         knots: Knots,
         mut segments: Vec<Segment>,
+        standing_s: f64,
     ) -> Self {
         let Knots { time_s, q, segment_of } = knots;
         let duration_s = time_s.last().copied().unwrap_or(0.0);
@@ -131,7 +134,16 @@ impl<'a> Path<'a> {
             segment.end_s = share(segment.end_s);
         }
         let knots_s = time_s.iter().map(|&t| share(t)).collect();
-        Self { robot, kinematics, duration_s, segments, knots_s, knots_q: q, segment_of }
+        Self {
+            robot,
+            kinematics,
+            duration_s,
+            standing_s,
+            segments,
+            knots_s,
+            knots_q: q,
+            segment_of,
+        }
     }
 
     /// The robot that runs the path.
@@ -142,6 +154,12 @@ impl<'a> Path<'a> {
     /// Time from s = 0 to s = 1, s; zero where nothing moves.
     pub fn duration_s(&self) -> f64 {
         self.duration_s
+    }
+
+    /// Time in which the tool centre point stands still while joints move, s: it does not depend on the
+    /// feed.
+    pub fn standing_s(&self) -> f64 {
+        self.standing_s
     }
 
     /// s of the waypoints and, on lines and arcs, of the knots between them; ascending. Between two of
@@ -301,6 +319,7 @@ struct Planner<'r> {
     segments: Vec<Segment>,
     /// What the fastest joint of each move turns or slides, summed up.
     way_in_all: f64,
+    standing_s: f64,
 }
 
 impl<'r> Planner<'r> {
@@ -313,10 +332,11 @@ impl<'r> Planner<'r> {
             knots: Knots { time_s: vec![0.0], q: start.to_vec(), segment_of: Vec::new() },
             segments: Vec::new(),
             way_in_all: 0.0,
+            standing_s: 0.0,
         }
     }
 
-    fn run(mut self, moves: &[Move]) -> Result<(Knots, Vec<Segment>), PlanFault> {
+    fn run(mut self, moves: &[Move]) -> Result<(Knots, Vec<Segment>, f64), PlanFault> {
         for (index, pair) in moves.windows(2).enumerate() {
             let next = &pair[1];
             let fault = |what: String| PlanFault { line: next.line, waypoint: index + 2, what };
@@ -335,7 +355,7 @@ impl<'r> Planner<'r> {
                 end_s: 0.0,
             });
         }
-        Ok((self.knots, self.segments))
+        Ok((self.knots, self.segments, self.standing_s))
     }
 
     /// One more move from where the arm stands.
@@ -474,8 +494,11 @@ impl<'r> Planner<'r> {
         Ok(())
     }
 
-    fn seconds(&self, length_m: f64, next: &Move, ways: &[f64]) -> Result<f64, String> {
+    fn seconds(&mut self, length_m: f64, next: &Move, ways: &[f64]) -> Result<f64, String> {
         let seconds = self.time_of(length_m, next, ways)?;
+        if length_m <= STANDSTILL_M {
+            self.standing_s += seconds;
+        }
         let total = self.knots.time_s.last().copied().unwrap_or(0.0) + seconds;
         if total.is_finite() {
             Ok(seconds)

@@ -6,7 +6,7 @@ use crate::model::{Placement, Robot, joint_jacobian};
 
 /// A tool centre point that moves less than this stands still, m: tool frames in files are rounded, and a
 /// turn about an axis that misses the point by a hair is a turn on the spot.
-const STANDSTILL_M: f64 = 1e-6;
+pub(super) const STANDSTILL_M: f64 = 1e-6;
 
 /// Pieces of a joint move over which the way of the tool centre point is integrated turn no joint by more
 /// than this (rad or m). Five points then leave a relative error below 1e-12.

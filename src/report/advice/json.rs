@@ -7,10 +7,11 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{AdvisedJob, words};
-use crate::advice::{self, OperationAdvice, Remedy};
+use crate::advice::{self, Coupling, OperationAdvice, Remedy, Schedule, SolverEnd};
 use crate::excitation::ExcitationLine;
 use crate::report::json::{NotFinite, Number, SourceName, written};
-use crate::units::{mm_per_min_from_m_per_s, percent_from_ratio};
+use crate::report::words::certainty;
+use crate::units::{mm_per_min_from_m_per_s, percent_from_ratio, um_per_n_from_m_per_n};
 
 /// Objects and lists nested deeper than this stand on one line: an interval, a block.
 const DEEPEST_SPREAD: usize = 4;
@@ -79,15 +80,17 @@ struct Operation<'a> {
     /// The constant speeds that keep every line out of every widened band at every point of the path,
     /// ascending, each as lowest and highest.
     safe_speeds_rpm: Vec<[Number; 2]>,
-    /// The best of them; null where there is none.
+    /// The best of them; null where there is none. With status scheduled it is the constant alternative.
     recommended_rpm: Option<Number>,
-    /// The feed that belongs to it; null where there is none.
+    /// The feed that belongs to what the status recommends; null where that is nothing.
     recommended_feed_mm_per_min: Option<Number>,
     /// The least distance of any line to any mode at what is recommended, in percent of the mode's frequency;
     /// null where nothing is recommended or nothing counts.
     separation_percent: Option<Number>,
     /// Spindle speed over s, linear in time between; null where a constant speed is recommended or none is safe.
     schedule: Option<Vec<Point>>,
+    /// More on the schedule; null where there is none.
+    schedule_facts: Option<ScheduleFacts>,
     /// The programmed speed (the mean over time of a programmed schedule).
     programmed_rpm: Number,
     programmed_feed_mm_per_min: Number,
@@ -104,6 +107,77 @@ struct Point {
     /// Share of the operation's time, 0 to 1.
     s: Number,
     rpm: Number,
+}
+
+/// How a schedule came about, and what it crosses.
+#[derive(Debug, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct ScheduleFacts {
+    /// Time from s = 0 to s = 1 at the recommended feed.
+    duration_s: Number,
+    /// What became of the feed. `mean_chip_load`: it keeps the mean chip load. Otherwise it stays as
+    /// programmed: `asked` for; the program has feeds of its own (`own_feeds`); turns on the spot take their
+    /// time whatever the feed (`stands_still`); the duration did not settle (`not_settled`).
+    feed: FeedName,
+    /// How often it was solved until the duration settled; null where the feed stays.
+    feed_rounds: Option<usize>,
+    /// Lowest and highest chip load along the path, in percent of the programmed one.
+    chip_load_percent: [Number; 2],
+    /// The acceleration that is kept, and whether the job gives none, so that it is assumed.
+    acceleration_rpm_per_s: Number,
+    acceleration_is_assumed: bool,
+    /// What was minimised: mean square of the relative distance from the programmed speed, plus 1e-3 times the
+    /// mean square of its slope over s.
+    objective: Number,
+    /// Ways between the bands for which it was minimised.
+    corridors_tried: usize,
+    solver: SolverName,
+    /// Where bands are crossed because they must be; empty where the schedule keeps out of all of them.
+    exposures: Vec<Exposure>,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[schemars(inline)]
+enum FeedName {
+    MeanChipLoad,
+    Asked,
+    OwnFeeds,
+    StandsStill,
+    NotSettled,
+}
+
+/// How the solver ended.
+#[derive(Debug, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[schemars(inline)]
+enum SolverName {
+    Solved,
+    AlmostSolved,
+    Infeasible,
+    OutOfSteps,
+    Stuck,
+    Unexpected,
+}
+
+/// A stretch on which a line crosses a mode's widened band.
+#[derive(Debug, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct Exposure {
+    mode: usize,
+    source: SourceName,
+    harmonic: u32,
+    /// Whether the line also lies in the band itself.
+    certainty: &'static str,
+    from_s: Number,
+    to_s: Number,
+    seconds: Number,
+    /// Teeth that enter the work in that time.
+    tooth_impacts: Number,
+    /// Whether the whole of it is run in the air: at more than twice the operation's feed.
+    in_air: bool,
+    /// What the mode moves the tool tip at resonance where the line is closest.
+    tip_response_um_per_n: Number,
 }
 
 /// Speeds without a safe one among them.
@@ -159,15 +233,17 @@ impl<'a> From<&'a AdvisedJob> for Advice<'a> {
 }
 
 fn of<'a>(job: &AdvisedJob, operation: &'a OperationAdvice) -> Operation<'a> {
-    let constant = match &operation.remedy {
-        Remedy::Constant(constant) => Some(constant),
-        Remedy::Infeasible(_) => None,
+    let (schedule, feed_m_per_s, separation) = match &operation.remedy {
+        Remedy::Constant(constant) => (None, Some(constant.feed_m_per_s), constant.separation),
+        Remedy::Scheduled(plan) => (Some(&**plan), Some(plan.feed_m_per_s), plan.separation),
+        Remedy::Infeasible => (None, None, None),
     };
     Operation {
         name: &operation.name,
         status: match operation.remedy {
             Remedy::Constant(_) => Status::Constant,
-            Remedy::Infeasible(_) => Status::Infeasible,
+            Remedy::Scheduled(_) => Status::Scheduled,
+            Remedy::Infeasible => Status::Infeasible,
         },
         reason: words::reason(job, operation),
         safe_speeds_rpm: operation
@@ -176,19 +252,74 @@ fn of<'a>(job: &AdvisedJob, operation: &'a OperationAdvice) -> Operation<'a> {
             .iter()
             .map(|gap| [Number(gap.low_rpm), Number(gap.high_rpm)])
             .collect(),
-        recommended_rpm: constant.map(|c| Number(c.rpm)),
-        recommended_feed_mm_per_min: constant
-            .map(|c| Number(mm_per_min_from_m_per_s(c.feed_m_per_s))),
-        separation_percent: constant
-            .and_then(|c| c.separation)
-            .map(|separation| Number(percent_from_ratio(separation))),
-        schedule: None,
+        recommended_rpm: operation.constant.map(|constant| Number(constant.rpm)),
+        recommended_feed_mm_per_min: feed_m_per_s.map(|feed| Number(mm_per_min_from_m_per_s(feed))),
+        separation_percent: separation.map(|apart| Number(percent_from_ratio(apart))),
+        schedule: schedule.map(|plan| plan.points.iter().map(Point::from).collect()),
+        schedule_facts: schedule.map(|plan| facts(operation, plan)),
         programmed_rpm: Number(operation.programmed_rpm),
         programmed_feed_mm_per_min: Number(mm_per_min_from_m_per_s(
             operation.programmed_feed_m_per_s,
         )),
         closed_speeds: operation.set.closed.iter().map(Closed::from).collect(),
         mode_ranges: operation.mode_ranges.iter().map(Range::from).collect(),
+    }
+}
+
+fn facts(operation: &OperationAdvice, plan: &Schedule) -> ScheduleFacts {
+    let rounds = match plan.coupling {
+        Coupling::MeanChipLoad { rounds } => Some(rounds),
+        Coupling::Asked | Coupling::OwnFeeds | Coupling::StandsStill | Coupling::NotSettled => None,
+    };
+    let (low, high) = plan.chip_load_ratios(operation);
+    ScheduleFacts {
+        duration_s: Number(plan.duration_s),
+        feed: match plan.coupling {
+            Coupling::MeanChipLoad { .. } => FeedName::MeanChipLoad,
+            Coupling::Asked => FeedName::Asked,
+            Coupling::OwnFeeds => FeedName::OwnFeeds,
+            Coupling::StandsStill => FeedName::StandsStill,
+            Coupling::NotSettled => FeedName::NotSettled,
+        },
+        feed_rounds: rounds,
+        chip_load_percent: [low, high].map(|ratio| Number(percent_from_ratio(ratio))),
+        acceleration_rpm_per_s: Number(plan.acceleration_rpm_per_s),
+        acceleration_is_assumed: plan.is_acceleration_assumed,
+        objective: Number(plan.objective),
+        corridors_tried: plan.corridors_tried,
+        solver: match plan.solver {
+            SolverEnd::Solved => SolverName::Solved,
+            SolverEnd::AlmostSolved => SolverName::AlmostSolved,
+            SolverEnd::Infeasible => SolverName::Infeasible,
+            SolverEnd::OutOfSteps => SolverName::OutOfSteps,
+            SolverEnd::Stuck => SolverName::Stuck,
+            SolverEnd::Unexpected => SolverName::Unexpected,
+        },
+        exposures: plan.exposures.iter().map(Exposure::from).collect(),
+    }
+}
+
+impl From<&(f64, f64)> for Point {
+    fn from(&(s, rpm): &(f64, f64)) -> Self {
+        Self { s: Number(s), rpm: Number(rpm) }
+    }
+}
+
+impl From<&advice::Exposure> for Exposure {
+    fn from(exposure: &advice::Exposure) -> Self {
+        let crossing = &exposure.crossing;
+        Self {
+            mode: crossing.mode,
+            source: crossing.line.source.into(),
+            harmonic: crossing.line.harmonic,
+            certainty: certainty(crossing.certainty),
+            from_s: Number(crossing.from_s),
+            to_s: Number(crossing.to_s),
+            seconds: Number(exposure.seconds),
+            tooth_impacts: Number(exposure.tooth_impacts),
+            in_air: exposure.is_in_air,
+            tip_response_um_per_n: Number(um_per_n_from_m_per_n(crossing.tip_response_m_per_n)),
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! What a planner reads: the speed to run at, why, and what is closed by what.
 
 use super::{AdvisedJob, words};
-use crate::advice::{Closure, OperationAdvice, Remedy};
+use crate::advice::{Closure, OperationAdvice, Remedy, Schedule};
 use crate::report::style;
 use crate::report::words::{percent, round_percent, trimmed};
 use crate::units::mm_per_min_from_m_per_s;
@@ -32,7 +32,9 @@ fn push_operation(job: &AdvisedJob, operation: &OperationAdvice, colour: bool, t
     let (word, tone) = match &operation.remedy {
         Remedy::Constant(constant) if constant.is_programmed => ("KEEP", style::CLEAR),
         Remedy::Constant(_) => ("CHANGE", style::UNCERTAIN),
-        Remedy::Infeasible(_) => ("NO SAFE SPEED", style::RESONANCE),
+        Remedy::Scheduled(plan) if plan.exposures.is_empty() => ("SCHEDULE", style::UNCERTAIN),
+        Remedy::Scheduled(_) => ("CROSSES", style::RESONANCE),
+        Remedy::Infeasible => ("NO SAFE SPEED", style::RESONANCE),
     };
     let name = style::paint(style::STRONG, &operation.name, colour);
     let head = match &operation.remedy {
@@ -41,18 +43,53 @@ fn push_operation(job: &AdvisedJob, operation: &OperationAdvice, colour: bool, t
             words::rpm(constant.rpm),
             trimmed(mm_per_min_from_m_per_s(constant.feed_m_per_s), 1)
         ),
-        Remedy::Infeasible(_) => format!("programmed {}", words::rpm(operation.programmed_rpm)),
+        Remedy::Scheduled(plan) => format!(
+            "{}–{}, feed {} mm/min",
+            trimmed(plan.range_rpm().low_rpm, 1),
+            words::rpm(plan.range_rpm().high_rpm),
+            trimmed(mm_per_min_from_m_per_s(plan.feed_m_per_s), 1)
+        ),
+        Remedy::Infeasible => format!("programmed {}", words::rpm(operation.programmed_rpm)),
     };
     text.push_str(&format!("  {name}  {}  {head}\n", style::paint(tone, word, colour)));
     push_fact(4, "why", &words::reason(job, operation), text);
-    if let Remedy::Constant(constant) = &operation.remedy {
-        let margin = match constant.separation {
+    let separation = match &operation.remedy {
+        Remedy::Constant(constant) => Some(constant.separation),
+        Remedy::Scheduled(plan) => Some(plan.separation),
+        Remedy::Infeasible => None,
+    };
+    if let Some(separation) = separation {
+        let margin = match separation {
             Some(separation) => format!("{} % from the nearest mode and line", percent(separation)),
             None => "no excitation line and no mode that count".to_owned(),
         };
         push_fact(4, "margin", &margin, text);
     }
+    if let Remedy::Scheduled(plan) = &operation.remedy {
+        push_schedule(operation, plan, text);
+    }
     push_stretches(operation, text);
+}
+
+fn push_schedule(operation: &OperationAdvice, plan: &Schedule, text: &mut String) {
+    for exposure in &plan.exposures {
+        push_fact(4, "crosses", &words::exposure(exposure), text);
+    }
+    let (low, high) = plan.chip_load_ratios(operation);
+    let feed = format!(
+        "{}; chip load {}–{} % of the programmed",
+        words::coupling(plan),
+        round_percent(low),
+        round_percent(high)
+    );
+    push_fact(4, "feed", &feed, text);
+    let origin = if plan.is_acceleration_assumed {
+        " (assumed: spindle.max_acceleration_rpm_per_s is not given)"
+    } else {
+        ""
+    };
+    let spindle = format!("within {} rpm/s{origin}", trimmed(plan.acceleration_rpm_per_s, 1));
+    push_fact(4, "spindle", &spindle, text);
 }
 
 fn push_stretches(operation: &OperationAdvice, text: &mut String) {

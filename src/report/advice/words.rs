@@ -1,8 +1,12 @@
 //! What text and JSON say in common: why this speed, and why none.
 
 use super::AdvisedJob;
-use crate::advice::{Block, Closure, Constant, Infeasible, Objective, OperationAdvice, Remedy};
-use crate::report::words::{line, percent, round_percent, trimmed};
+use crate::advice::{
+    Block, Closure, Constant, Coupling, Exposure, Objective, OperationAdvice, Remedy, Schedule,
+    Speeds,
+};
+use crate::report::words::{certainty, line, percent, range, round_percent, trimmed, um_per_n};
+use crate::units::percent_from_ratio;
 
 /// `1312.4 rpm`, with one decimal at most.
 pub(super) fn rpm(rpm: f64) -> String {
@@ -38,7 +42,11 @@ pub(super) fn closers(closure: &Closure, rpm: f64) -> String {
 pub(super) fn reason(job: &AdvisedJob, operation: &OperationAdvice) -> String {
     match &operation.remedy {
         Remedy::Constant(constant) => constant_reason(job, operation, constant),
-        Remedy::Infeasible(infeasible) => infeasible_reason(job, operation, infeasible),
+        Remedy::Scheduled(schedule) => scheduled_reason(job, operation, schedule),
+        Remedy::Infeasible => {
+            let no_constant = no_constant_reason(job, operation);
+            format!("{no_constant}; nor does one that varies along the path")
+        }
     }
 }
 
@@ -62,14 +70,62 @@ fn constant_reason(job: &AdvisedJob, operation: &OperationAdvice, constant: &Con
     }
 }
 
-fn infeasible_reason(
-    job: &AdvisedJob,
-    operation: &OperationAdvice,
-    infeasible: &Infeasible,
-) -> String {
+fn scheduled_reason(job: &AdvisedJob, operation: &OperationAdvice, plan: &Schedule) -> String {
+    let Speeds { low_rpm, high_rpm } = plan.range_rpm();
+    let range = format!("{} to {}", trimmed(low_rpm, 1), rpm(high_rpm));
+    let why = match operation.constant {
+        Some(constant) => format!("asked for, though {} is safe throughout", rpm(constant.rpm)),
+        None => no_constant_reason(job, operation),
+    };
+    if plan.exposures.is_empty() {
+        return format!("a speed that moves between the bands, {range}; {why}");
+    }
+    let seconds: f64 = plan.exposures.iter().map(|exposure| exposure.seconds).sum();
+    format!(
+        "a speed of {range} that crosses {} because it must, {} s in all; {why}",
+        if plan.exposures.len() == 1 { "a band" } else { "bands" },
+        trimmed(seconds, 2)
+    )
+}
+
+/// `at 12.0–14.1 % mode 2 with tooth passing × 1: 0.4 s, 29 tooth impacts, in the air, 4.2 µm/N at the tool tip`.
+pub(super) fn exposure(exposure: &Exposure) -> String {
+    let crossing = &exposure.crossing;
+    let ends = range(percent_from_ratio(crossing.from_s), percent_from_ratio(crossing.to_s));
+    let where_run = if exposure.is_in_air { "in the air" } else { "in the cut" };
+    format!(
+        "at {ends} % mode {} with {} ({}): {} s, {} tooth impacts, {where_run}, {} µm/N at the tool tip",
+        crossing.mode,
+        line(&crossing.line),
+        certainty(crossing.certainty),
+        trimmed(exposure.seconds, 2),
+        trimmed(exposure.tooth_impacts, 0),
+        um_per_n(crossing.tip_response_m_per_n),
+    )
+}
+
+/// What became of the feed under a schedule.
+pub(super) fn coupling(plan: &Schedule) -> String {
+    match plan.coupling {
+        Coupling::MeanChipLoad { rounds: 1 } => "keeps the mean chip load; solved once".to_owned(),
+        Coupling::MeanChipLoad { rounds } => {
+            format!("keeps the mean chip load; solved {rounds} times until the duration settled")
+        }
+        Coupling::Asked => "as programmed, as asked".to_owned(),
+        Coupling::OwnFeeds => "as programmed: the program has feeds of its own".to_owned(),
+        Coupling::StandsStill => {
+            "as programmed: turns on the spot take their time whatever the feed".to_owned()
+        }
+        Coupling::NotSettled => {
+            "as programmed: with the mean chip load kept, the duration did not settle".to_owned()
+        }
+    }
+}
+
+fn no_constant_reason(job: &AdvisedJob, operation: &OperationAdvice) -> String {
     let advice = &job.advice;
     let head = format!(
-        "operation '{}': no spindle speed in {}..{} rpm stays {} % (separation {} %, model uncertainty {} %) \
+        "operation '{}': no constant spindle speed in {}..{} rpm stays {} % (separation {} %, model uncertainty {} %) \
          away from every mode along the whole path",
         operation.name,
         trimmed(job.spindle.min_rpm, 2),
@@ -78,7 +134,7 @@ fn infeasible_reason(
         round_percent(advice.separation),
         round_percent(advice.model_uncertainty),
     );
-    let Some(bind) = &infeasible.bind else {
+    let Some(bind) = &operation.bind else {
         return format!("{head}; the gaps that are left are too narrow to set a speed in them");
     };
     let below = bind.below.as_ref().map_or("the spindle's lowest speed".to_owned(), block);
