@@ -177,7 +177,7 @@ pub(super) fn schedule(task: &Task) -> Result<Option<Schedule>, SurveyFault> {
             max_rpm: job.spindle.max_rpm,
         };
         let Some(best) = best(task, &cut, &limits)? else { return Ok(None) };
-        let speed = SpindleSpeed::Schedule(thinned(&cut.s, &best.rpm));
+        let speed = SpindleSpeed::Schedule(thinned(&cut.s, &best.rpm, &limits));
         let mean_rpm = mean(&cut.s, &best.rpm);
         let mut feed_m_per_s = operation.feed_m_per_s;
         if let Coupling::MeanChipLoad { rounds } = &mut coupling {
@@ -317,11 +317,12 @@ fn is_air(operation: &Operation, path: &Path, s: f64) -> bool {
 }
 
 /// Points of a schedule, without those on the straight line between others.
-fn thinned(s: &[f64], rpm: &[f64]) -> Vec<(f64, f64)> {
+fn thinned(s: &[f64], rpm: &[f64], limits: &Limits) -> Vec<(f64, f64)> {
+    let rounded = |rpm: f64| (rpm * PARTS_PER_RPM).round() / PARTS_PER_RPM;
     let points: Vec<(f64, f64)> = s
         .iter()
         .zip(rpm)
-        .map(|(&s, &rpm)| (s, (rpm * PARTS_PER_RPM).round() / PARTS_PER_RPM))
+        .map(|(&s, &rpm)| (s, rounded(rpm).clamp(limits.min_rpm, limits.max_rpm)))
         .collect();
     let mut kept: Vec<(f64, f64)> = points.first().copied().into_iter().collect();
     let mut from = 0;
