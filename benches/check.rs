@@ -8,7 +8,7 @@ use std::path::{Path as FilePath, PathBuf};
 use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use detune::job::{Job, Operation, Policy, Spindle, SpindleSpeed, Tool};
+use detune::job::{Job, Levers, Operation, Policy, Spindle, SpindleSpeed, Tool};
 use detune::model::{Placement, Robot, mass_matrix};
 use detune::modes::ModalSolver;
 use detune::motion::{Move, Target};
@@ -103,6 +103,7 @@ fn long_job(robot: &Arc<Robot>) -> Job {
             ignore_hz: vec![],
             min_tip_response_m_per_n: 0.0,
         },
+        levers: Levers::default(),
     }
 }
 

@@ -14,7 +14,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use detune::advice::{Bind, Objective, Options, Remedy, advise};
-use detune::job::{Job, Operation, Policy, Spindle, SpindleSpeed, Tool};
+use detune::job::{Job, Levers, Operation, Policy, Spindle, SpindleSpeed, Tool};
 use detune::model::Robot;
 use detune::motion::{Move, Target};
 use detune::risk::{Verdict, assess};
@@ -53,6 +53,7 @@ fn job(robot: &Arc<Robot>, waypoints: &[[f64; 2]], rpm: f64, teeth: u32, policy:
             start_near: None,
         }],
         policy,
+        levers: Levers::default(),
     }
 }
 

@@ -14,7 +14,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use detune::advice::{Coupling, FeedRule, Options, Remedy, Schedule, advise};
-use detune::job::{Job, Operation, Policy, Spindle, SpindleSpeed, Tool};
+use detune::job::{Job, Levers, Operation, Policy, Spindle, SpindleSpeed, Tool};
 use detune::model::Robot;
 use detune::motion::{Move, Target};
 use detune::risk::{Verdict, assess};
@@ -68,6 +68,7 @@ fn case(waypoints: &[[f64; 2]], rpm: f64, policy: Policy, spindle: Spindle, air:
             start_near: None,
         }],
         policy,
+        levers: Levers::default(),
     };
     Case { job, frequencies, duration_s, orders }
 }
@@ -176,12 +177,13 @@ impl Case {
         for i in 0..cells {
             let mut next = vec![f64::INFINITY; levels];
             for (a, &so_far) in cost.iter().enumerate().filter(|(_, c)| c.is_finite()) {
-                for b in a.saturating_sub(window)..(a + window + 1).min(levels) {
+                let reach = next.iter_mut().enumerate().take(a + window + 1);
+                for (b, least) in reach.skip(a.saturating_sub(window)) {
                     let change = (speed(b) - speed(a)) / p;
                     let total =
                         so_far + half(b, i + 1) + SMOOTHING * change * change * cells as f64;
-                    if total < next[b] && is_free(i, a, b) {
-                        next[b] = total;
+                    if total < *least && is_free(i, a, b) {
+                        *least = total;
                     }
                 }
             }

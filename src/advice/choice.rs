@@ -1,7 +1,7 @@
 //! The best of the safe constant speeds.
 
-use super::Objective;
 use super::speeds::{Question, SafeSet, Speeds, WIDEST};
+use super::{Objective, TipVibration};
 
 /// Speeds are told in whole rev/min; in narrow gaps in tenths or hundredths.
 const STEPS_PER_RPM: [f64; 3] = [1.0, 10.0, 100.0];
@@ -24,6 +24,7 @@ pub(super) fn choose(
     set: &SafeSet,
     objective: Objective,
     programmed_rpm: f64,
+    quietest: &[TipVibration],
 ) -> Option<f64> {
     let near = |set: &SafeSet, wished_rpm: f64| {
         set.safe
@@ -32,7 +33,17 @@ pub(super) fn choose(
             .min_by(|a, b| (a - wished_rpm).abs().total_cmp(&(b - wished_rpm).abs()))
     };
     match objective {
-        Objective::Nearest | Objective::Vibration => near(set, programmed_rpm),
+        Objective::Nearest => near(set, programmed_rpm),
+        Objective::Vibration => {
+            let mut best: Vec<&TipVibration> = quietest.iter().collect();
+            best.sort_by(|a, b| a.amplitude_m.total_cmp(&b.amplitude_m));
+            best.iter()
+                .find_map(|tip| {
+                    let gap = set.safe.iter().find(|gap| gap.contains(tip.rpm))?;
+                    settle(question, *gap, rounded(tip.rpm, set))
+                })
+                .or_else(|| near(set, programmed_rpm))
+        }
         Objective::Highest => {
             set.safe.iter().rev().find_map(|gap| settle(question, *gap, gap.high_rpm))
         }

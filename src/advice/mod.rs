@@ -17,11 +17,13 @@ mod operation;
 mod ranges;
 mod schedule;
 mod speeds;
+mod vibration;
 
 pub use operation::{advise, advise_with_progress};
 pub use ranges::ModeRange;
 pub use schedule::{ASSUMED_ACCELERATION_RPM_PER_S, Coupling, Exposure, Schedule, SolverEnd};
 pub use speeds::{Bind, Block, Closure, SafeSet, Speeds};
+pub use vibration::{NoVibration, TipVibration};
 
 use crate::excitation::ExcitationLine;
 
@@ -101,9 +103,22 @@ pub struct OperationAdvice {
     pub remedy: Remedy,
     /// The best constant speed, where there is one; the same as the remedy's unless a schedule was asked for.
     pub constant: Option<Constant>,
+    /// What the cutting force does to the tool tip, or why nothing is said about it.
+    pub vibration: Result<Vibration, NoVibration>,
     /// What stands in the way of a constant speed where none is safe: the speed that comes nearest to being safe,
     /// and the two blocks that close it; `None` where gaps are open but too narrow to set a speed in them.
     pub bind: Option<Bind>,
+}
+
+/// What the cutting force moves the tool tip along the path.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Vibration {
+    /// At the programmed speed.
+    pub programmed: TipVibration,
+    /// At the best constant speed, where there is one.
+    pub recommended: Option<TipVibration>,
+    /// At the quietest speed of each safe gap, ascending in speed.
+    pub quietest: Vec<TipVibration>,
 }
 
 /// What to do about an operation.

@@ -4,11 +4,13 @@ use super::choice::choose;
 use super::ranges::mode_ranges;
 use super::schedule::{Task, schedule};
 use super::speeds::{Question, feed_at};
-use super::{Constant, FeedRule, JobAdvice, OperationAdvice, Options, Remedy};
+use super::vibration::{Chip, TipModel};
+use super::{Constant, FeedRule, JobAdvice, OperationAdvice, Options, Remedy, Vibration};
 use crate::excitation::lines;
 use crate::job::{Job, Operation, SpindleSpeed};
 use crate::path::{Path, Survey, SurveyFault, grid};
 use crate::risk::{AssessFault, crossings_under, detail, located, plan};
+use crate::units::hz_from_rpm;
 
 /// A speed that a check would deny shows frequencies that the first looks missed: they are taken in and
 /// the speeds divided anew, so often at most.
@@ -73,13 +75,22 @@ fn advise_path(
     let stations = grid(path, operation.speed.corners());
     let mut survey = Survey::take(path, stations, detail(&job.policy), progress)?;
     let programmed_rpm = mean_rpm(&operation.speed);
+    let tip = TipModel::new(job, operation, path)?;
+    let chip = match options.feed {
+        FeedRule::ChipLoad => {
+            let teeth_per_s = f64::from(job.tool.teeth) * hz_from_rpm(programmed_rpm);
+            Chip::PerTooth(operation.feed_m_per_s / teeth_per_s)
+        }
+        FeedRule::Programmed => Chip::Feed(operation.feed_m_per_s),
+    };
     let mut looks = 0;
     loop {
         let (ranges, refined) = mode_ranges(path, &job.policy, survey)?;
         let question =
             Question { ranges: &ranges, lines: &lines, policy: &job.policy, spindle: &job.spindle };
         let set = question.divide(job.policy.wide());
-        let chosen = choose(&question, &set, options.objective, programmed_rpm);
+        let quietest = tip.as_ref().map_or_else(|_| Vec::new(), |tip| tip.quietest(&set, chip));
+        let chosen = choose(&question, &set, options.objective, programmed_rpm, &quietest);
         looks += 1;
         survey = refined;
         if let Some(rpm) = chosen
@@ -103,7 +114,16 @@ fn advise_path(
         });
         let bind = if constant.is_none() { question.widest() } else { None };
         let (survey, feed) = (&survey, options.feed);
-        let task = Task { job, operation, path, survey, lines: &lines, programmed_rpm, feed };
+        let task = Task {
+            job,
+            operation,
+            path,
+            survey,
+            lines: &lines,
+            programmed_rpm,
+            feed,
+            tip: tip.as_ref().ok(),
+        };
         let scheduled = match constant {
             Some(_) if !options.schedule => None,
             _ => schedule(&task)?,
@@ -119,6 +139,11 @@ fn advise_path(
             programmed_feed_m_per_s: operation.feed_m_per_s,
             set,
             remedy,
+            vibration: tip.as_ref().map_err(|why| *why).map(|tip| Vibration {
+                programmed: tip.at(programmed_rpm, chip),
+                recommended: constant.map(|constant| tip.at(constant.rpm, chip)),
+                quietest,
+            }),
             constant,
             bind,
             mode_ranges: ranges,

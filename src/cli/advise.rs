@@ -66,6 +66,8 @@ enum By {
     Margin,
     /// The highest.
     Highest,
+    /// The one at which the cutting force moves the tool tip least; needs `cutting`.
+    Vibration,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -111,6 +113,7 @@ fn options(args: &AdviseArgs) -> Options {
             By::Nearest => Objective::Nearest,
             By::Margin => Objective::Margin,
             By::Highest => Objective::Highest,
+            By::Vibration => Objective::Vibration,
         },
         feed: match args.feed {
             Feed::ChipLoad => FeedRule::ChipLoad,

@@ -2,12 +2,12 @@
 
 use std::fmt;
 
-use nalgebra::{Isometry3, Matrix6xX};
+use nalgebra::{Isometry3, Matrix6xX, Vector3};
 use rayon::prelude::*;
 
 use super::plan::{Path, Walker};
-use crate::model::{IkFault, PoseFault, elastic_jacobian};
-use crate::modes::{ModalSolver, Modes, peak_tip_compliance_m_per_n};
+use crate::model::{IkFault, Placement, PoseFault, elastic_jacobian, forward_kinematics};
+use crate::modes::{ModalSolver, Modes, peak_tip_compliance_m_per_n, tip_motion};
 
 /// Poses that one thread takes at a time.
 const CHUNK: usize = 512;
@@ -118,6 +118,22 @@ impl<'p, 'a> Surveyor<'p, 'a> {
     /// Per mode of the last [`Self::modes`], what it alone moves the tool tip at resonance, m/N.
     pub fn tip_response_m_per_n(&self) -> &[f64] {
         &self.tip_m_per_n
+    }
+
+    /// How mode `r` (from 0) of the last [`Self::modes`] moves the tool tip, in the base frame: J φ_r.
+    pub fn tip_motion(&self, r: usize) -> Vector3<f64> {
+        tip_motion(self.solver.modes(), &self.jacobian, r)
+    }
+
+    /// Pose of the tool centre point in the base frame at `s`.
+    ///
+    /// # Errors
+    /// The arm does not get there.
+    pub fn tcp_pose(&mut self, s: f64) -> Result<Isometry3<f64>, SurveyFault> {
+        let tcp = self.stand(s)?;
+        let mut placement = Placement::new(self.path.robot());
+        placement.place(self.path.robot(), &self.q);
+        Ok(forward_kinematics(self.path.robot(), &placement) * tcp)
     }
 
     /// The solver as the last pose left it.

@@ -22,6 +22,7 @@ use self::routes::{Bands, Hurt, Limits, routes};
 use super::FeedRule;
 use super::ranges::counts;
 use super::speeds::{Speeds, feed_at, ignored_speeds};
+use super::vibration::{Chip, TipModel};
 use crate::excitation::ExcitationLine;
 use crate::job::{Job, Operation, SpindleSpeed};
 use crate::path::{Path, Survey, SurveyFault, Surveyor, grid};
@@ -133,6 +134,9 @@ pub struct Exposure {
     pub tooth_impacts: f64,
     /// Whether the whole of it is run in the air.
     pub is_in_air: bool,
+    /// What the cutting force moves the tool tip where the line is closest, as if it stayed there, m; zero in
+    /// the air, `None` where the job does not tell enough of the cut.
+    pub tip_amplitude_m: Option<f64>,
 }
 
 /// What a schedule is worked out from.
@@ -145,6 +149,7 @@ pub(super) struct Task<'a> {
     pub(super) lines: &'a [ExcitationLine],
     pub(super) programmed_rpm: f64,
     pub(super) feed: FeedRule,
+    pub(super) tip: Option<&'a TipModel>,
 }
 
 /// The schedule nearest to the programmed speed that keeps out of all bands or, where none does, crosses as
@@ -211,7 +216,7 @@ pub(super) fn schedule(task: &Task) -> Result<Option<Schedule>, SurveyFault> {
             separation: separation(task, &speed, &last_look),
             exposures: found
                 .into_iter()
-                .map(|crossing| exposure(task, &speed, duration_s, crossing))
+                .map(|crossing| exposure(task, &speed, feed_m_per_s, crossing))
                 .collect(),
             points: match speed {
                 SpindleSpeed::Schedule(points) => points,
@@ -312,7 +317,8 @@ fn hurt(task: &Task, plane: &Plane) -> Result<Vec<Bands>, SurveyFault> {
     Ok(cells)
 }
 
-fn is_air(operation: &Operation, path: &Path, s: f64) -> bool {
+/// Whether the move run at `s` is one in the air.
+pub(in crate::advice) fn is_air(operation: &Operation, path: &Path, s: f64) -> bool {
     path.feed_m_per_s_at(s) > AIR_FEED * operation.feed_m_per_s
 }
 
@@ -365,18 +371,26 @@ fn separation(task: &Task, speed: &SpindleSpeed, survey: &Survey) -> Option<f64>
     least
 }
 
-fn exposure(task: &Task, speed: &SpindleSpeed, duration_s: f64, crossing: Crossing) -> Exposure {
-    let Task { job, operation, path, .. } = *task;
+fn exposure(task: &Task, speed: &SpindleSpeed, feed_m_per_s: f64, crossing: Crossing) -> Exposure {
+    let Task { job, operation, path, tip, .. } = *task;
+    let duration_s = path.duration_s() * operation.feed_m_per_s / feed_m_per_s;
     let ends: Vec<f64> = std::iter::once(crossing.from_s)
         .chain(speed.corners().filter(|s| *s > crossing.from_s && *s < crossing.to_s))
         .chain([crossing.to_s])
         .collect();
     let rpm: Vec<f64> = ends.iter().map(|&s| speed.rpm_at(s)).collect();
     let turns = hz_from_rpm(mean(&ends, &rpm)) * duration_s;
+    let is_in_air = ends.iter().all(|&s| is_air(operation, path, s));
+    let tip_amplitude_m = tip.map(|tip| {
+        let at = crossing.closest_s;
+        let chip = Chip::Feed(feed_m_per_s);
+        if is_in_air { 0.0 } else { tip.amplitude_near(at, speed.rpm_at(at), chip) }
+    });
     Exposure {
+        tip_amplitude_m,
         seconds: (crossing.to_s - crossing.from_s) * duration_s,
         tooth_impacts: turns * f64::from(job.tool.teeth),
-        is_in_air: ends.iter().all(|&s| is_air(operation, path, s)),
+        is_in_air,
         crossing,
     }
 }

@@ -11,7 +11,7 @@ use crate::advice::{self, Coupling, OperationAdvice, Remedy, Schedule, SolverEnd
 use crate::excitation::ExcitationLine;
 use crate::report::json::{NotFinite, Number, SourceName, written};
 use crate::report::words::certainty;
-use crate::units::{mm_per_min_from_m_per_s, percent_from_ratio, um_per_n_from_m_per_n};
+use crate::units::{mm_per_min_from_m_per_s, percent_from_ratio, um_from_m, um_per_n_from_m_per_n};
 
 /// Objects and lists nested deeper than this stand on one line: an interval, a block.
 const DEEPEST_SPREAD: usize = 4;
@@ -91,6 +91,11 @@ struct Operation<'a> {
     schedule: Option<Vec<Point>>,
     /// More on the schedule; null where there is none.
     schedule_facts: Option<ScheduleFacts>,
+    /// What the cutting force moves the tool tip along the path; null where the job does not tell enough of the
+    /// cut, see vibration_missing.
+    vibration: Option<Vibration>,
+    /// Why vibration is null.
+    vibration_missing: Option<&'static str>,
     /// The programmed speed (the mean over time of a programmed schedule).
     programmed_rpm: Number,
     programmed_feed_mm_per_min: Number,
@@ -98,6 +103,48 @@ struct Operation<'a> {
     closed_speeds: Vec<Closed>,
     /// Frequencies that each mode covers along the path.
     mode_ranges: Vec<Range>,
+}
+
+/// Vibration of the tool tip under the cutting force: the root of the sum of the squared amplitudes of its
+/// harmonics, without the static deflection; the largest along the path.
+#[derive(Debug, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct Vibration {
+    programmed: Tip,
+    /// At recommended_rpm; null where that is.
+    recommended: Option<Tip>,
+    /// At the quietest speed of each safe stretch, ascending in speed.
+    quietest: Vec<Tip>,
+}
+
+/// The tool tip at one spindle speed.
+#[derive(Debug, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct Tip {
+    rpm: Number,
+    amplitude_um: Number,
+    /// Where it is largest.
+    s: Number,
+}
+
+impl From<&advice::Vibration> for Vibration {
+    fn from(vibration: &advice::Vibration) -> Self {
+        Self {
+            programmed: (&vibration.programmed).into(),
+            recommended: vibration.recommended.as_ref().map(Tip::from),
+            quietest: vibration.quietest.iter().map(Tip::from).collect(),
+        }
+    }
+}
+
+impl From<&advice::TipVibration> for Tip {
+    fn from(tip: &advice::TipVibration) -> Self {
+        Self {
+            rpm: Number(tip.rpm),
+            amplitude_um: Number(um_from_m(tip.amplitude_m)),
+            s: Number(tip.s),
+        }
+    }
 }
 
 /// A corner of a schedule.
@@ -178,6 +225,8 @@ struct Exposure {
     in_air: bool,
     /// What the mode moves the tool tip at resonance where the line is closest.
     tip_response_um_per_n: Number,
+    /// What the cutting force moves the tool tip there; null where the job does not tell enough of the cut.
+    tip_amplitude_um: Option<Number>,
 }
 
 /// Speeds without a safe one among them.
@@ -257,6 +306,8 @@ fn of<'a>(job: &AdvisedJob, operation: &'a OperationAdvice) -> Operation<'a> {
         separation_percent: separation.map(|apart| Number(percent_from_ratio(apart))),
         schedule: schedule.map(|plan| plan.points.iter().map(Point::from).collect()),
         schedule_facts: schedule.map(|plan| facts(operation, plan)),
+        vibration: operation.vibration.as_ref().ok().map(Vibration::from),
+        vibration_missing: operation.vibration.as_ref().err().map(|why| words::no_vibration(*why)),
         programmed_rpm: Number(operation.programmed_rpm),
         programmed_feed_mm_per_min: Number(mm_per_min_from_m_per_s(
             operation.programmed_feed_m_per_s,
@@ -319,6 +370,7 @@ impl From<&advice::Exposure> for Exposure {
             tooth_impacts: Number(exposure.tooth_impacts),
             in_air: exposure.is_in_air,
             tip_response_um_per_n: Number(um_per_n_from_m_per_n(crossing.tip_response_m_per_n)),
+            tip_amplitude_um: exposure.tip_amplitude_m.map(|m| Number(um_from_m(m))),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! What a planner reads: the speed to run at, why, and what is closed by what.
 
 use super::{AdvisedJob, words};
-use crate::advice::{Closure, OperationAdvice, Remedy, Schedule};
+use crate::advice::{Closure, NoVibration, OperationAdvice, Remedy, Schedule};
 use crate::report::style;
 use crate::report::words::{percent, round_percent, trimmed};
 use crate::units::mm_per_min_from_m_per_s;
@@ -67,6 +67,18 @@ fn push_operation(job: &AdvisedJob, operation: &OperationAdvice, colour: bool, t
     }
     if let Remedy::Scheduled(plan) = &operation.remedy {
         push_schedule(operation, plan, text);
+    }
+    match &operation.vibration {
+        Ok(vibration) => {
+            let mut tips = vec![words::tip(&vibration.programmed)];
+            tips.extend(vibration.recommended.iter().map(words::tip));
+            tips.dedup();
+            push_fact(4, "tool tip", &format!("vibrates by {}", tips.join(", ")), text);
+        }
+        Err(NoVibration::NoCutting) => {}
+        Err(why) => {
+            push_fact(4, "tool tip", &format!("not known: {}", words::no_vibration(*why)), text)
+        }
     }
     push_stretches(operation, text);
 }

@@ -2,11 +2,11 @@
 
 use super::AdvisedJob;
 use crate::advice::{
-    Block, Closure, Constant, Coupling, Exposure, Objective, OperationAdvice, Remedy, Schedule,
-    Speeds,
+    Block, Closure, Constant, Coupling, Exposure, NoVibration, Objective, OperationAdvice, Remedy,
+    Schedule, Speeds, TipVibration,
 };
 use crate::report::words::{certainty, line, percent, range, round_percent, trimmed, um_per_n};
-use crate::units::percent_from_ratio;
+use crate::units::{percent_from_ratio, um_from_m};
 
 /// `1312.4 rpm`, with one decimal at most.
 pub(super) fn rpm(rpm: f64) -> String {
@@ -93,8 +93,14 @@ pub(super) fn exposure(exposure: &Exposure) -> String {
     let crossing = &exposure.crossing;
     let ends = range(percent_from_ratio(crossing.from_s), percent_from_ratio(crossing.to_s));
     let where_run = if exposure.is_in_air { "in the air" } else { "in the cut" };
+    let amplitude = match exposure.tip_amplitude_m {
+        Some(m) if !exposure.is_in_air => {
+            format!(", {} µm if it stayed", significant(um_from_m(m)))
+        }
+        _ => String::new(),
+    };
     format!(
-        "at {ends} % mode {} with {} ({}): {} s, {} tooth impacts, {where_run}, {} µm/N at the tool tip",
+        "at {ends} % mode {} with {} ({}): {} s, {} tooth impacts, {where_run}, {} µm/N at the tool tip{amplitude}",
         crossing.mode,
         line(&crossing.line),
         certainty(crossing.certainty),
@@ -102,6 +108,34 @@ pub(super) fn exposure(exposure: &Exposure) -> String {
         trimmed(exposure.tooth_impacts, 0),
         um_per_n(crossing.tip_response_m_per_n),
     )
+}
+
+/// Why nothing is said on vibration.
+pub(super) fn no_vibration(why: NoVibration) -> &'static str {
+    match why {
+        NoVibration::NoCutting => "the operation has no 'cutting'",
+        NoVibration::UnknownMaterial => {
+            "cutting.material is not among al-6061, al-6082 and al-7075, and cutting.coefficients is not given"
+        }
+        NoVibration::NoDiameter => "tool.diameter_mm is not given",
+        NoVibration::OnlyAir => "all moves run in the air, at more than twice the operation's feed",
+    }
+}
+
+/// `12.3 µm at 1100 rpm`.
+pub(super) fn tip(tip: &TipVibration) -> String {
+    format!("{} µm at {}", significant(um_from_m(tip.amplitude_m)), rpm(tip.rpm))
+}
+
+/// Three significant digits.
+fn significant(value: f64) -> String {
+    let decimals = match value.abs() {
+        size if size >= 99.95 => 0,
+        size if size >= 9.995 => 1,
+        size if size >= 0.9995 => 2,
+        _ => 3,
+    };
+    format!("{value:.decimals$}")
 }
 
 /// What became of the feed under a schedule.
