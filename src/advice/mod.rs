@@ -13,12 +13,16 @@
 //! The feed follows the speed, so that the chip load stays what it was; see [`FeedRule`].
 
 mod choice;
+mod levers;
+mod map;
 mod operation;
 mod ranges;
 mod schedule;
 mod speeds;
 mod vibration;
 
+pub use levers::{Change, Lever};
+pub use map::{Ribbon, SpeedMap};
 pub use operation::{advise, advise_with_progress};
 pub use ranges::ModeRange;
 pub use schedule::{ASSUMED_ACCELERATION_RPM_PER_S, Coupling, Exposure, Schedule, SolverEnd};
@@ -103,6 +107,10 @@ pub struct OperationAdvice {
     pub remedy: Remedy,
     /// The best constant speed, where there is one; the same as the remedy's unless a schedule was asked for.
     pub constant: Option<Constant>,
+    /// What else could open a gap, the best first; empty where a constant speed is safe.
+    pub levers: Vec<Lever>,
+    /// The bands along the path.
+    pub map: SpeedMap,
     /// What the cutting force does to the tool tip, or why nothing is said about it.
     pub vibration: Result<Vibration, NoVibration>,
     /// What stands in the way of a constant speed where none is safe: the speed that comes nearest to being safe,

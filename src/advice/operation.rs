@@ -1,13 +1,15 @@
 //! One operation → its advice.
 
 use super::choice::choose;
+use super::levers::levers;
+use super::map::SpeedMap;
 use super::ranges::mode_ranges;
 use super::schedule::{Task, schedule};
 use super::speeds::{Question, feed_at};
 use super::vibration::{Chip, TipModel};
 use super::{Constant, FeedRule, JobAdvice, OperationAdvice, Options, Remedy, Vibration};
 use crate::excitation::lines;
-use crate::job::{Job, Operation, SpindleSpeed};
+use crate::job::{Job, SpindleSpeed};
 use crate::path::{Path, Survey, SurveyFault, grid};
 use crate::risk::{AssessFault, crossings_under, detail, located, plan};
 use crate::units::hz_from_rpm;
@@ -35,8 +37,8 @@ pub fn advise_with_progress(
 ) -> Result<JobAdvice, Vec<AssessFault>> {
     let mut faults = Vec::new();
     let mut operations = Vec::new();
-    for operation in &job.operations {
-        match advise_operation(job, operation, options, progress) {
+    for index in 0..job.operations.len() {
+        match advise_operation(job, index, options, progress) {
             Ok(advice) => operations.push(advice),
             Err(found) => faults.extend(found),
         }
@@ -55,22 +57,24 @@ pub fn advise_with_progress(
 
 fn advise_operation(
     job: &Job,
-    operation: &Operation,
+    index: usize,
     options: &Options,
     progress: &(dyn Fn(usize) + Sync),
 ) -> Result<OperationAdvice, Vec<AssessFault>> {
+    let operation = &job.operations[index];
     let path = plan(job, operation)?;
-    advise_path(job, operation, &path, options, progress)
+    advise_path(job, index, &path, options, progress)
         .map_err(|fault| vec![located(job, operation, &path, &fault)])
 }
 
 fn advise_path(
     job: &Job,
-    operation: &Operation,
+    index: usize,
     path: &Path,
     options: &Options,
     progress: &(dyn Fn(usize) + Sync),
 ) -> Result<OperationAdvice, SurveyFault> {
+    let operation = &job.operations[index];
     let lines = lines(&job.tool, &job.policy);
     let stations = grid(path, operation.speed.corners());
     let mut survey = Survey::take(path, stations, detail(&job.policy), progress)?;
@@ -128,6 +132,10 @@ fn advise_path(
             Some(_) if !options.schedule => None,
             _ => schedule(&task)?,
         };
+        let levers = match constant {
+            Some(_) => Vec::new(),
+            None => levers(job, operation, index, &ranges, bind.as_ref(), programmed_rpm)?,
+        };
         let remedy = match (scheduled, constant) {
             (Some(schedule), _) => Remedy::Scheduled(Box::new(schedule)),
             (None, Some(constant)) => Remedy::Constant(constant),
@@ -144,6 +152,8 @@ fn advise_path(
                 recommended: constant.map(|constant| tip.at(constant.rpm, chip)),
                 quietest,
             }),
+            map: SpeedMap::new(survey, &job.policy),
+            levers,
             constant,
             bind,
             mode_ranges: ranges,

@@ -11,6 +11,7 @@ use super::{Failure, Outcome};
 use crate::advice::{self, FeedRule, Objective, OperationAdvice, Options, Remedy};
 use crate::input::{self, Fault, OperationEdit};
 use crate::job::{Job, SpindleSpeed};
+use crate::program::Rewrite;
 use crate::report::{self, AdvisedJob};
 use crate::units::mm_per_min_from_m_per_s;
 
@@ -48,6 +49,10 @@ pub(super) struct AdviseArgs {
     /// Write the job as advised to this file; nothing is written where an operation cannot be run clear.
     #[arg(long, value_name = "JOB2")]
     write: Option<PathBuf>,
+    /// Write the program that the job runs with the advised speed and feeds to this file; with --write, the job
+    /// written names it.
+    #[arg(long, value_name = "FILE")]
+    write_program: Option<PathBuf>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -56,6 +61,8 @@ enum Format {
     Text,
     /// For programs; `detune schema advice` describes it.
     Json,
+    /// A map of path and spindle speed: bands as areas, programmed and advised speeds as lines.
+    Svg,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -82,6 +89,7 @@ enum Feed {
 pub(super) fn run(args: &AdviseArgs, out: &mut dyn Write) -> Result<Outcome, Failure> {
     let sink = Sink::open(args.output.as_deref())?;
     let write = args.write.as_deref().map(|path| Sink::open(Some(path))).transpose()?;
+    let program = args.write_program.as_deref().map(|path| Sink::open(Some(path))).transpose()?;
     let loaded = input::load_job(&args.job)?;
     let job = loaded.value;
     let bar = progress();
@@ -92,6 +100,9 @@ pub(super) fn run(args: &AdviseArgs, out: &mut dyn Write) -> Result<Outcome, Fai
     let found = found.map_err(|faults| {
         faults.into_iter().map(|fault| located(fault, &job)).collect::<Vec<_>>()
     })?;
+    if args.objective == By::Vibration {
+        refuse_unknown_vibration(&job, &found.operations)?;
+    }
     let advised = AdvisedJob::new(&job, found);
     let text = match args.format {
         Format::Text => {
@@ -99,9 +110,14 @@ pub(super) fn run(args: &AdviseArgs, out: &mut dyn Write) -> Result<Outcome, Fai
         }
         Format::Json => report::advice::json::advice(&advised)
             .map_err(|error| Failure::Internal(error.to_string()))?,
+        Format::Svg => report::advice::svg::advice(&advised),
+    };
+    let new_program = match (program, args.write_program.as_deref()) {
+        (Some(sink), Some(path)) => write_program(&job, &advised, &sink, path, out)?,
+        _ => None,
     };
     if let (Some(sink), Some(path)) = (write, args.write.as_deref()) {
-        write_job(&job, &advised, &sink, path, out)?;
+        write_job(&job, &advised, &sink, path, new_program, out)?;
     }
     sink.write(&text, out)?;
     Ok(if advised.advice.is_clear() { Outcome::Pass } else { Outcome::Fail })
@@ -129,6 +145,7 @@ fn write_job(
     advised: &AdvisedJob,
     sink: &Sink,
     path: &Path,
+    new_program: Option<&Path>,
     out: &mut dyn Write,
 ) -> Result<(), Failure> {
     let unclear = advised.advice.operations.iter().find(|o| !o.remedy.is_clear());
@@ -140,7 +157,13 @@ fn write_job(
         tell(&[Fault { file: Some(path.to_owned()), line: None, what }]);
         return Ok(());
     }
-    let edits: Vec<OperationEdit> = advised.advice.operations.iter().map(edit).collect();
+    let operations = job.operations.iter().zip(&advised.advice.operations);
+    let edits: Vec<OperationEdit> = operations
+        .map(|(operation, advice)| OperationEdit {
+            program: new_program.filter(|_| operation.program.is_some()).map(Path::to_owned),
+            ..edit(advice)
+        })
+        .collect();
     let text = input::rewritten_job(&job.file, path, &edits).map_err(|fault| vec![fault])?;
     sink.write(&text, out)?;
     Ok(())
@@ -161,6 +184,68 @@ fn edit(operation: &OperationAdvice) -> OperationEdit {
         speed,
         feed_mm_per_min: has_other_feed.then(|| written_feed(feed_m_per_s)),
         program: None,
+    }
+}
+
+/// Vibration cannot be made least where it is not known.
+fn refuse_unknown_vibration(job: &Job, advice: &[OperationAdvice]) -> Result<(), Vec<Fault>> {
+    let faults: Vec<Fault> = job
+        .operations
+        .iter()
+        .zip(advice)
+        .filter_map(|(operation, advice)| {
+            let why = advice.vibration.as_ref().err()?;
+            let why = report::advice::no_vibration(*why);
+            let what = format!("operation '{}': --objective vibration: {why}", operation.name);
+            Some(Fault { file: Some(job.file.clone()), line: Some(operation.line), what })
+        })
+        .collect();
+    if faults.is_empty() { Ok(()) } else { Err(faults) }
+}
+
+/// Writes the one program of the job with the one constant speed that its operations are to run at, and
+/// gives its place; tells why where that is not possible.
+fn write_program<'p>(
+    job: &Job,
+    advised: &AdvisedJob,
+    sink: &Sink,
+    path: &'p Path,
+    out: &mut dyn Write,
+) -> Result<Option<&'p Path>, Failure> {
+    let refused = |what: String| Fault { file: Some(path.to_owned()), line: None, what };
+    let mut wanted: Option<(&Path, Rewrite)> = None;
+    for (operation, advice) in job.operations.iter().zip(&advised.advice.operations) {
+        let Some(program) = &operation.program else { continue };
+        let name = &operation.name;
+        let Remedy::Constant(constant) = &advice.remedy else {
+            let what = format!("is not written: operation '{name}' has no safe constant speed");
+            tell(&[refused(what)]);
+            return Ok(None);
+        };
+        let feed_ratio = constant.feed_m_per_s / advice.programmed_feed_m_per_s;
+        let this = (program.as_path(), Rewrite { rpm: constant.rpm, feed_ratio });
+        if wanted.is_some_and(|before| before != this) {
+            let what = "is not written: the operations run several programs, or one at several speeds; split \
+                        the job";
+            tell(&[refused(what.to_owned())]);
+            return Ok(None);
+        }
+        wanted = Some(this);
+    }
+    let Some((program, to)) = wanted else {
+        tell(&[refused("is not written: the job runs no program".to_owned())]);
+        return Ok(None);
+    };
+    let file = job.file.parent().unwrap_or(Path::new("")).join(program);
+    match input::rewritten_program(&file, &to).map_err(|fault| vec![fault])? {
+        Ok(rewritten) => {
+            sink.write_bytes(&rewritten.bytes, out)?;
+            Ok(Some(path))
+        }
+        Err(why) => {
+            tell(&[why]);
+            Ok(None)
+        }
     }
 }
 

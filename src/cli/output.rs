@@ -66,6 +66,11 @@ impl Sink {
 }
 
 impl Sink {
+    /// Writes bytes that need not be text.
+    pub(super) fn write_bytes(&self, bytes: &[u8], out: &mut dyn Write) -> Result<(), Failure> {
+        self.stream(out, |out| Ok(out.write_all(bytes)?))
+    }
+
     /// Writes what `write` writes, piece by piece: a file takes the old one's place only if all went well.
     pub(super) fn stream(
         &self,

@@ -8,8 +8,9 @@ use std::path::{Component, Path, PathBuf};
 use saphyr_parser::{Event, Parser};
 
 use super::Fault;
-use super::text::{LARGEST_JOB_BYTES, read_text};
+use super::text::{LARGEST_JOB_BYTES, LARGEST_PROGRAM_BYTES, read_bytes, read_text};
 use crate::job::SpindleSpeed;
+use crate::program::{Dialect, Rewrite, Rewritten, rewrite};
 
 /// What changes in one operation.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -66,6 +67,19 @@ pub fn rewritten_job(from: &Path, to: &Path, edits: &[OperationEdit]) -> Result<
         }
     }
     Ok(spliced(&text, changes))
+}
+
+/// The program `file` with another speed; the inner error says why it cannot be rewritten.
+///
+/// # Errors
+/// It cannot be read, or its extension is that of no dialect.
+pub fn rewritten_program(file: &Path, to: &Rewrite) -> Result<Result<Rewritten, Fault>, Fault> {
+    let bytes = read_bytes(file, LARGEST_PROGRAM_BYTES)?;
+    let fault = |line, what| Fault { file: Some(file.to_owned()), line, what };
+    let extension = file.extension().unwrap_or_default().to_string_lossy();
+    let dialect = Dialect::from_extension(&extension)
+        .ok_or_else(|| fault(None, "is no program that is understood".to_owned()))?;
+    Ok(rewrite(&bytes, dialect, to).map_err(|why| fault(None, why.what)))
 }
 
 /// Where the values stand that may change. Ranges count characters.

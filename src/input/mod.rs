@@ -17,7 +17,7 @@ mod urdf;
 mod waypoints;
 mod yaml;
 
-pub use edit::{OperationEdit, rewritten_job};
+pub use edit::{OperationEdit, rewritten_job, rewritten_program};
 pub use fault::Fault;
 pub use job::load_job;
 pub use load_test::{LoadTestRow, load_load_test};

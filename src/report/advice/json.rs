@@ -7,11 +7,14 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{AdvisedJob, words};
-use crate::advice::{self, Coupling, OperationAdvice, Remedy, Schedule, SolverEnd};
+use crate::advice::{self, Change, Coupling, OperationAdvice, Remedy, Schedule, SolverEnd};
 use crate::excitation::ExcitationLine;
 use crate::report::json::{NotFinite, Number, SourceName, written};
 use crate::report::words::certainty;
-use crate::units::{mm_per_min_from_m_per_s, percent_from_ratio, um_from_m, um_per_n_from_m_per_n};
+use crate::units::{
+    deg_from_rad, mm_from_m, mm_per_min_from_m_per_s, percent_from_ratio, um_from_m,
+    um_per_n_from_m_per_n,
+};
 
 /// Objects and lists nested deeper than this stand on one line: an interval, a block.
 const DEEPEST_SPREAD: usize = 4;
@@ -91,6 +94,10 @@ struct Operation<'a> {
     schedule: Option<Vec<Point>>,
     /// More on the schedule; null where there is none.
     schedule_facts: Option<ScheduleFacts>,
+    /// What closes the last gap where no constant speed is safe; null where one is.
+    binding: Option<Binding>,
+    /// What else could open a gap, the best first; empty where a constant speed is safe. None is applied.
+    levers: Vec<Lever>,
     /// What the cutting force moves the tool tip along the path; null where the job does not tell enough of the
     /// cut, see vibration_missing.
     vibration: Option<Vibration>,
@@ -103,6 +110,118 @@ struct Operation<'a> {
     closed_speeds: Vec<Closed>,
     /// Frequencies that each mode covers along the path.
     mode_ranges: Vec<Range>,
+}
+
+/// Two blocks that meet at the speed that comes nearest to being safe.
+#[derive(Debug, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct Binding {
+    /// The least distance that this speed keeps, in percent of a mode's frequency; below zero where a mode passes
+    /// through the line.
+    separation_percent: Number,
+    /// The speed that comes nearest; not safe.
+    closest_rpm: Number,
+    /// What closes in from below; null for the spindle's lowest speed.
+    below: Option<Pair>,
+    /// What closes in from above; null for the spindle's highest speed.
+    above: Option<Pair>,
+}
+
+/// A mode and a line.
+#[derive(Debug, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct Pair {
+    mode: usize,
+    source: SourceName,
+    harmonic: u32,
+}
+
+impl From<&advice::Bind> for Binding {
+    fn from(bind: &advice::Bind) -> Self {
+        let pair = |block: &advice::Block| Pair {
+            mode: block.mode,
+            source: block.line.source.into(),
+            harmonic: block.line.harmonic,
+        };
+        Self {
+            separation_percent: Number(percent_from_ratio(bind.separation)),
+            closest_rpm: Number(bind.rpm),
+            below: bind.below.as_ref().map(pair),
+            above: bind.above.as_ref().map(pair),
+        }
+    }
+}
+
+/// A change besides speed and feed, and what it would reach.
+#[derive(Debug, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct Lever {
+    /// `tool`: another cutter of tools_on_hand. `turn_tool`: the tool turned about its own axis.
+    /// `move_work_object`: in the base frame. `separation`: less of it. `model_uncertainty`: less of it.
+    lever: LeverName,
+    /// In words.
+    change: String,
+    /// Whether a constant speed is safe then.
+    opens: bool,
+    /// The safe speed nearest to the programmed one then; null where there is none.
+    rpm: Option<Number>,
+    /// The largest distance from every mode that a constant speed keeps then, in percent of the mode's frequency;
+    /// null where nothing counts.
+    margin_percent: Option<Number>,
+    teeth: Option<u32>,
+    angle_deg: Option<Number>,
+    shift_mm: Option<[Number; 3]>,
+    separation_percent: Option<Number>,
+    model_uncertainty_percent: Option<Number>,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[schemars(inline)]
+enum LeverName {
+    Tool,
+    TurnTool,
+    MoveWorkObject,
+    Separation,
+    ModelUncertainty,
+}
+
+impl From<&advice::Lever> for Lever {
+    fn from(lever: &advice::Lever) -> Self {
+        let mut out = Self {
+            lever: LeverName::Tool,
+            change: words::change(&lever.change),
+            opens: lever.rpm.is_some(),
+            rpm: lever.rpm.map(Number),
+            margin_percent: lever.margin.map(|margin| Number(percent_from_ratio(margin))),
+            teeth: None,
+            angle_deg: None,
+            shift_mm: None,
+            separation_percent: None,
+            model_uncertainty_percent: None,
+        };
+        match &lever.change {
+            Change::Tool { teeth, .. } => out.teeth = Some(*teeth),
+            Change::TurnTool { angle_rad } => {
+                out.lever = LeverName::TurnTool;
+                out.angle_deg = Some(Number(deg_from_rad(*angle_rad)));
+            }
+            Change::MoveWorkObject { shift_m } => {
+                out.lever = LeverName::MoveWorkObject;
+                out.shift_mm = Some(shift_m.map(|m| Number(mm_from_m(m))));
+            }
+            Change::Separation { separation } => {
+                out.lever = LeverName::Separation;
+                out.separation_percent = Some(Number(percent_from_ratio(*separation)));
+            }
+            Change::Uncertainty { model_uncertainty } => {
+                out.lever = LeverName::ModelUncertainty;
+                out.model_uncertainty_percent =
+                    Some(Number(percent_from_ratio(*model_uncertainty)));
+            }
+        }
+        out
+    }
 }
 
 /// Vibration of the tool tip under the cutting force: the root of the sum of the squared amplitudes of its
@@ -306,6 +425,8 @@ fn of<'a>(job: &AdvisedJob, operation: &'a OperationAdvice) -> Operation<'a> {
         separation_percent: separation.map(|apart| Number(percent_from_ratio(apart))),
         schedule: schedule.map(|plan| plan.points.iter().map(Point::from).collect()),
         schedule_facts: schedule.map(|plan| facts(operation, plan)),
+        binding: operation.bind.as_ref().map(Binding::from),
+        levers: operation.levers.iter().map(Lever::from).collect(),
         vibration: operation.vibration.as_ref().ok().map(Vibration::from),
         vibration_missing: operation.vibration.as_ref().err().map(|why| words::no_vibration(*why)),
         programmed_rpm: Number(operation.programmed_rpm),

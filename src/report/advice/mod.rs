@@ -1,12 +1,13 @@
 //! Advice as text, JSON and a picture.
 
 pub mod json;
+pub mod svg;
 pub mod text;
 mod words;
 
 use std::path::PathBuf;
 
-use crate::advice::JobAdvice;
+use crate::advice::{JobAdvice, NoVibration};
 use crate::job::{Job, Spindle};
 
 /// A job and what to do about it: all that the renderers need, without the model.
@@ -27,4 +28,9 @@ impl AdvisedJob {
     pub fn new(job: &Job, advice: JobAdvice) -> Self {
         Self { name: job.name.clone(), file: job.file.clone(), spindle: job.spindle, advice }
     }
+}
+
+/// Why nothing is said on the vibration of the tool tip, as a lower-case fragment.
+pub fn no_vibration(why: NoVibration) -> &'static str {
+    words::no_vibration(why)
 }

@@ -68,6 +68,9 @@ fn push_operation(job: &AdvisedJob, operation: &OperationAdvice, colour: bool, t
     if let Remedy::Scheduled(plan) = &operation.remedy {
         push_schedule(operation, plan, text);
     }
+    for lever in &operation.levers {
+        push_fact(4, "lever", &words::lever(lever), text);
+    }
     match &operation.vibration {
         Ok(vibration) => {
             let mut tips = vec![words::tip(&vibration.programmed)];

@@ -2,11 +2,11 @@
 
 use super::AdvisedJob;
 use crate::advice::{
-    Block, Closure, Constant, Coupling, Exposure, NoVibration, Objective, OperationAdvice, Remedy,
-    Schedule, Speeds, TipVibration,
+    Block, Change, Closure, Constant, Coupling, Exposure, Lever, NoVibration, Objective,
+    OperationAdvice, Remedy, Schedule, Speeds, TipVibration,
 };
 use crate::report::words::{certainty, line, percent, range, round_percent, trimmed, um_per_n};
-use crate::units::{percent_from_ratio, um_from_m};
+use crate::units::{deg_from_rad, mm_from_m, percent_from_ratio, um_from_m};
 
 /// `1312.4 rpm`, with one decimal at most.
 pub(super) fn rpm(rpm: f64) -> String {
@@ -45,7 +45,13 @@ pub(super) fn reason(job: &AdvisedJob, operation: &OperationAdvice) -> String {
         Remedy::Scheduled(schedule) => scheduled_reason(job, operation, schedule),
         Remedy::Infeasible => {
             let no_constant = no_constant_reason(job, operation);
-            format!("{no_constant}; nor does one that varies along the path")
+            let levers = match operation.levers.first() {
+                Some(best) if best.rpm.is_some() => {
+                    format!("; what would open a gap: {}", lever(best))
+                }
+                _ => "; no lever that the job allows opens a gap".to_owned(),
+            };
+            format!("{no_constant}; nor does one that varies along the path{levers}")
         }
     }
 }
@@ -108,6 +114,44 @@ pub(super) fn exposure(exposure: &Exposure) -> String {
         trimmed(exposure.tooth_impacts, 0),
         um_per_n(crossing.tip_response_m_per_n),
     )
+}
+
+/// What a lever changes: `a tool with 3 teeth (8 mm 3-flute)`.
+pub(super) fn change(change: &Change) -> String {
+    match change {
+        Change::Tool { name, teeth } => {
+            let name = name.as_ref().map_or(String::new(), |name| format!(" ({name})"));
+            format!("a tool with {teeth} teeth{name}")
+        }
+        Change::TurnTool { angle_rad } => {
+            format!("turn the tool about its axis by {:.1}°", deg_from_rad(*angle_rad))
+        }
+        Change::MoveWorkObject { shift_m } => {
+            let [x, y, z] = shift_m.map(|m| trimmed(mm_from_m(m), 1));
+            format!("move the work object by [{x}, {y}, {z}] mm")
+        }
+        Change::Separation { separation } => {
+            format!("a separation of {} %", round_percent(*separation))
+        }
+        Change::Uncertainty { model_uncertainty } => format!(
+            "a model that is right within {} % (compare it with measured frequencies)",
+            round_percent(*model_uncertainty)
+        ),
+    }
+}
+
+/// A lever in one phrase, with what it reaches.
+pub(super) fn lever(lever: &Lever) -> String {
+    let margin = match lever.margin {
+        Some(margin) if margin > 0.0 => format!("keeps up to {} %", percent(margin)),
+        Some(_) => "keeps no distance at any speed".to_owned(),
+        None => "meets nothing that counts at some speed".to_owned(),
+    };
+    let opens = match lever.rpm {
+        Some(at) => format!("opens {}", rpm(at)),
+        None => "opens no gap".to_owned(),
+    };
+    format!("{}: {opens}, {margin}", change(&lever.change))
 }
 
 /// Why nothing is said on vibration.
