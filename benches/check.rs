@@ -8,6 +8,7 @@ use std::path::{Path as FilePath, PathBuf};
 use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
+use detune::advice::{Options, advise};
 use detune::job::{Job, Levers, Operation, Policy, Spindle, SpindleSpeed, Tool};
 use detune::model::{Placement, Robot, mass_matrix};
 use detune::modes::ModalSolver;
@@ -76,6 +77,7 @@ fn long_job(robot: &Arc<Robot>) -> Job {
                 feed_m_per_s: 0.02,
                 tcp: Isometry3::translation(0.0, 0.0, 0.15),
                 line: i + 1,
+                spindle_turns: true,
             }
         })
         .collect();
@@ -122,5 +124,40 @@ fn long_check(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, kernel, long_check);
+/// Six operations of 50 000 waypoints in all.
+fn six_operations(robot: &Arc<Robot>) -> Job {
+    let mut job = long_job(robot);
+    let moves = job.operations[0].moves[..50_000].to_vec();
+    job.spindle.max_acceleration_rpm_per_s = Some(500.0);
+    job.operations = moves
+        .chunks(moves.len().div_ceil(6))
+        .enumerate()
+        .map(|(i, part)| Operation {
+            name: format!("operation {i}"),
+            moves: part.to_vec(),
+            ..job.operations[0].clone()
+        })
+        .collect();
+    job.policy.separation = 0.03;
+    job.policy.model_uncertainty = 0.02;
+    job
+}
+
+fn long_advice(c: &mut Criterion) {
+    let robot = Arc::new(six_axes());
+    let job = six_operations(&robot);
+    let scheduled = Options { schedule: true, ..Options::default() };
+    let mut group = c.benchmark_group("six operations, 50 000 waypoints");
+    group.sample_size(10);
+    group.bench_function("check", |b| b.iter(|| assess(black_box(&job)).unwrap()));
+    group.bench_function("advise", |b| {
+        b.iter(|| advise(black_box(&job), &Options::default()).unwrap());
+    });
+    group.bench_function("advise --schedule", |b| {
+        b.iter(|| advise(black_box(&job), &scheduled).unwrap());
+    });
+    group.finish();
+}
+
+criterion_group!(benches, kernel, long_check, long_advice);
 criterion_main!(benches);

@@ -56,11 +56,12 @@
 //! | [`program`] | robot and CAM programs → moves, each with its line | know the robot's dynamics |
 //! | [`measured`] | measurements, by methods that never see a prediction | import `model` or `modes` |
 //! | [`job`], [`motion`] | what is asked for, as plain valid data | |
-//! | [`units`] | conversions | |
+//! | [`units`], [`wording`] | conversions; what messages have in common | |
 //!
 //! The README's section "As a library" shows a whole check.
 
 pub mod advice;
+#[doc(hidden)]
 pub mod cli;
 pub mod excitation;
 pub mod free_vibration;
@@ -77,6 +78,7 @@ pub mod report;
 pub mod risk;
 pub mod two_link;
 pub mod units;
+pub mod wording;
 
 /// The README's examples in Rust, so that they are compiled.
 #[cfg(doctest)]

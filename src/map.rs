@@ -91,13 +91,30 @@ impl std::error::Error for MapFault {}
 /// # Errors
 /// The first pose that has none.
 pub fn rows(robot: &Robot, poses: &[Vec<f64>], method: &Method) -> Result<Vec<Row>, MapFault> {
+    rows_with_progress(robot, poses, method, &|_| {})
+}
+
+/// As [`rows`]; `progress` is told how many more poses are done, from any thread.
+///
+/// # Errors
+/// As [`rows`].
+pub fn rows_with_progress(
+    robot: &Robot,
+    poses: &[Vec<f64>],
+    method: &Method,
+    progress: &(dyn Fn(usize) + Sync),
+) -> Result<Vec<Row>, MapFault> {
+    let done = |row| {
+        progress(1);
+        row
+    };
     let found: Vec<Result<Row, FreeVibrationFault>> = match method {
         Method::Linear => poses
             .par_iter()
-            .map_init(|| ModalSolver::new(robot), |solver, q| linear_row(robot, solver, q))
+            .map_init(|| ModalSolver::new(robot), |solver, q| done(linear_row(robot, solver, q)))
             .collect(),
         Method::Nonlinear(settings) => {
-            poses.par_iter().map(|q| nonlinear_row(robot, q, settings)).collect()
+            poses.par_iter().map(|q| done(nonlinear_row(robot, q, settings))).collect()
         }
     };
     found
@@ -135,9 +152,9 @@ pub fn sweep(
         .collect()
 }
 
-/// Whether some joint of the pose is outside its limits.
-pub fn is_outside_limits(robot: &Robot, q: &[f64]) -> bool {
-    robot.joints().iter().zip(q).any(|(joint, value)| {
+/// The first joint of the pose that is outside its limits, by place.
+pub fn outside_limits(robot: &Robot, q: &[f64]) -> Option<usize> {
+    robot.joints().iter().zip(q).position(|(joint, value)| {
         joint.limit.is_some_and(|[lower, upper]| !(lower..=upper).contains(value))
     })
 }

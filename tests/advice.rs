@@ -35,6 +35,7 @@ fn job(robot: &Arc<Robot>, waypoints: &[[f64; 2]], rpm: f64, teeth: u32, policy:
         feed_m_per_s: 0.01,
         tcp: Isometry3::identity(),
         line: 10 + i,
+        spindle_turns: true,
     });
     Job {
         name: "held out".into(),

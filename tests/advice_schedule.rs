@@ -45,6 +45,7 @@ fn case(waypoints: &[[f64; 2]], rpm: f64, policy: Policy, spindle: Spindle, air:
         feed_m_per_s: feed(i),
         tcp: Isometry3::identity(),
         line: 10 + i,
+        spindle_turns: true,
     });
     let teeth = 2;
     let orders = (1..=policy.spindle_harmonics)
@@ -277,7 +278,7 @@ fn schedules_are_as_good_as_a_fine_dynamic_programme() {
             Remedy::Scheduled(plan) if plan.exposures.is_empty() => plan.objective,
             _ => f64::INFINITY,
         };
-        let best = case.programme(2.0, 100, case.duration_s);
+        let best = case.programme(1.0, 100, case.duration_s);
         if best.is_infinite() {
             continue;
         }

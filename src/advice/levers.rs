@@ -5,14 +5,14 @@
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::choice::choose;
-use super::ranges::mode_ranges;
+use super::ranges::{Counting, mode_ranges};
 use super::speeds::{Bind, Question};
 use super::{ModeRange, Objective};
 use crate::excitation::lines;
 use crate::job::{Job, Operation};
 use crate::motion::{Move, Target};
 use crate::path::{Path, Survey, SurveyFault, grid};
-use crate::risk::detail;
+use crate::risk::{Turning, detail};
 
 /// Angles tried from one end of the free axis to the other, and closer about the best of them.
 const ANGLES: usize = 9;
@@ -223,7 +223,8 @@ fn tried(
     };
     let stations = grid(&path, std::iter::empty());
     let survey = Survey::take(&path, stations, detail(&job.policy), &|_| {})?;
-    let (ranges, _) = mode_ranges(&path, &job.policy, survey)?;
+    let counting = Counting { policy: &job.policy, turning: Turning::new(&operation.speed, &path) };
+    let (ranges, _) = mode_ranges(&path, &counting, survey)?;
     let lines = lines(&job.tool, &job.policy);
     let question =
         Question { ranges: &ranges, lines: &lines, policy: &job.policy, spindle: &job.spindle };

@@ -1,9 +1,8 @@
 //! The bands in the plane of path and spindle speed, to be drawn.
 
-use super::ranges::counts;
+use super::ranges::Counting;
 use super::speeds::Speeds;
 use crate::excitation::ExcitationLine;
-use crate::job::Policy;
 use crate::path::Survey;
 use crate::units::rpm_from_hz;
 
@@ -33,7 +32,7 @@ pub struct Ribbon {
 }
 
 impl SpeedMap {
-    pub(super) fn new(survey: &Survey, policy: &Policy) -> Self {
+    pub(super) fn new(survey: &Survey, counting: &Counting) -> Self {
         let step = survey.len().div_ceil(MOST_STATIONS).max(1);
         let mut shown: Vec<usize> = (0..survey.len()).step_by(step).collect();
         if shown.last().is_some_and(|last| last + 1 < survey.len()) {
@@ -42,12 +41,12 @@ impl SpeedMap {
         let frequencies_hz = shown.iter().map(|&i| {
             let station = survey.station(i);
             let modes = station.frequencies_hz.iter().enumerate();
-            modes.map(|(r, &hz)| counts(policy, &station, r).then_some(hz)).collect()
+            modes.map(|(r, &hz)| counting.counts(&station, r).then_some(hz)).collect()
         });
         Self {
             s: shown.iter().map(|&i| survey.station(i).s).collect(),
             frequencies_hz: frequencies_hz.collect(),
-            half_width: policy.wide(),
+            half_width: counting.policy.wide(),
         }
     }
 

@@ -3,7 +3,7 @@
 use super::choice::choose;
 use super::levers::levers;
 use super::map::SpeedMap;
-use super::ranges::mode_ranges;
+use super::ranges::{Counting, mode_ranges};
 use super::schedule::{Task, schedule};
 use super::speeds::{Question, feed_at};
 use super::vibration::{Chip, TipModel};
@@ -11,7 +11,7 @@ use super::{Constant, FeedRule, JobAdvice, OperationAdvice, Options, Remedy, Vib
 use crate::excitation::lines;
 use crate::job::{Job, SpindleSpeed};
 use crate::path::{Path, Survey, SurveyFault, grid};
-use crate::risk::{AssessFault, crossings_under, detail, located, plan};
+use crate::risk::{AssessFault, Turning, crossings_under, detail, located, plan};
 use crate::units::hz_from_rpm;
 
 /// A speed that a check would deny shows frequencies that the first looks missed: they are taken in and
@@ -87,9 +87,10 @@ fn advise_path(
         }
         FeedRule::Programmed => Chip::Feed(operation.feed_m_per_s),
     };
+    let counting = Counting { policy: &job.policy, turning: Turning::new(&operation.speed, path) };
     let mut looks = 0;
     loop {
-        let (ranges, refined) = mode_ranges(path, &job.policy, survey)?;
+        let (ranges, refined) = mode_ranges(path, &counting, survey)?;
         let question =
             Question { ranges: &ranges, lines: &lines, policy: &job.policy, spindle: &job.spindle };
         let set = question.divide(job.policy.wide());
@@ -123,6 +124,7 @@ fn advise_path(
             operation,
             path,
             survey,
+            counting: &counting,
             lines: &lines,
             programmed_rpm,
             feed,
@@ -152,7 +154,7 @@ fn advise_path(
                 recommended: constant.map(|constant| tip.at(constant.rpm, chip)),
                 quietest,
             }),
-            map: SpeedMap::new(survey, &job.policy),
+            map: SpeedMap::new(survey, &counting),
             levers,
             constant,
             bind,

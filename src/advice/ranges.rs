@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::job::Policy;
 use crate::path::{LONGEST_GAP, Path, Station, Survey, SurveyFault};
+use crate::risk::Turning;
 
 /// The ends of a range are found to this share of the frequency: 1e-5 rev/min of 10 000.
 const END_TOLERANCE: f64 = 1e-9;
@@ -30,9 +31,19 @@ pub struct ModeRange {
     pub high_s: f64,
 }
 
-/// Whether mode `r` (from 0) counts at a station: it moves the tool tip enough.
-pub(super) fn counts(policy: &Policy, station: &Station, r: usize) -> bool {
-    station.tip_m_per_n.get(r).is_none_or(|&tip| !policy.is_faint(tip))
+/// What decides whether a mode counts at a place.
+#[derive(Debug, Clone)]
+pub(super) struct Counting<'a> {
+    pub(super) policy: &'a Policy,
+    pub(super) turning: Turning<'a>,
+}
+
+impl Counting<'_> {
+    /// Whether mode `r` (from 0) counts at a station: the spindle turns and the mode moves the tool tip enough.
+    pub(super) fn counts(&self, station: &Station, r: usize) -> bool {
+        !self.turning.stands_at(station.s)
+            && station.tip_m_per_n.get(r).is_none_or(|&tip| !self.policy.is_faint(tip))
+    }
 }
 
 /// The ranges of all modes, by mode and ascending, and the survey refined as far as they need it.
@@ -41,19 +52,19 @@ pub(super) fn counts(policy: &Policy, station: &Station, r: usize) -> bool {
 /// The arm has no modes somewhere.
 pub(super) fn mode_ranges(
     path: &Path,
-    policy: &Policy,
+    counting: &Counting,
     first_look: Survey,
 ) -> Result<(Vec<ModeRange>, Survey), SurveyFault> {
     let modes = path.robot().coordinates().len();
     let mut survey = first_look;
     for pass in 1..=PASSES {
         let covered: Vec<Vec<ModeRange>> =
-            (0..modes).map(|r| covered(policy, &survey, r)).collect();
+            (0..modes).map(|r| covered(counting, &survey, r)).collect();
         // One halving a pass, so that the next one goes by the slopes of its own neighbourhood.
         let narrowest = LONGEST_GAP * 0.5_f64.powi(pass);
         let is_waiting = AtomicBool::new(false);
         survey = survey.refine(path, |left, right, rates| {
-            let wanted = (0..modes).any(|r| wants(policy, left, right, r, rates[r], &covered[r]));
+            let wanted = (0..modes).any(|r| wants(counting, left, right, r, rates[r], &covered[r]));
             let wide_enough = right.s - left.s > narrowest;
             if wanted && !wide_enough {
                 is_waiting.store(true, Ordering::Relaxed);
@@ -66,15 +77,15 @@ pub(super) fn mode_ranges(
             break;
         }
     }
-    Ok(((0..modes).flat_map(|r| covered(policy, &survey, r)).collect(), survey))
+    Ok(((0..modes).flat_map(|r| covered(counting, &survey, r)).collect(), survey))
 }
 
 /// What the stations of a survey show of mode `r`'s ranges.
-fn covered(policy: &Policy, survey: &Survey, r: usize) -> Vec<ModeRange> {
+fn covered(counting: &Counting, survey: &Survey, r: usize) -> Vec<ModeRange> {
     let mut stretches: Vec<ModeRange> = Vec::new();
     let mut is_open = false;
     for station in survey.stations() {
-        if !counts(policy, &station, r) {
+        if !counting.counts(&station, r) {
             is_open = false;
             continue;
         }
@@ -117,7 +128,7 @@ fn covered(policy: &Policy, survey: &Survey, r: usize) -> Vec<ModeRange> {
 /// Whether the cell between two stations may hide frequencies that `covered` lacks. `rate` bounds
 /// |d ln f_r / ds| in the cell.
 fn wants(
-    policy: &Policy,
+    counting: &Counting,
     left: &Station,
     right: &Station,
     r: usize,
@@ -125,7 +136,7 @@ fn wants(
     covered: &[ModeRange],
 ) -> bool {
     let width = right.s - left.s;
-    match (counts(policy, left, r), counts(policy, right, r)) {
+    match (counting.counts(left, r), counting.counts(right, r)) {
         (false, false) => return false,
         (true, true) => {}
         _ => return width > STRETCH_TOLERANCE,

@@ -17,6 +17,7 @@ use super::speeds::{SafeSet, Speeds};
 use crate::excitation::{ForceHarmonic, ForceModel};
 use crate::job::{Job, Operation};
 use crate::path::{Path, SurveyFault, Surveyor};
+use crate::risk::Turning;
 use crate::units::{hz_from_rpm, rad_per_s_from_hz};
 
 /// Points of the path that are looked at.
@@ -116,11 +117,12 @@ impl TipModel {
         };
         let step = if job.tool.pitch_rad.is_some() { 1 } else { job.tool.teeth };
         let top = job.tool.teeth.saturating_mul(HARMONICS);
+        let turning = Turning::new(&operation.speed, path);
         let mut surveyor = Surveyor::new(path);
         let mut points = Vec::with_capacity(POINTS + 1);
         for i in 0..=POINTS {
             let s = i as f64 / POINTS as f64;
-            if !is_air(operation, path, s) {
+            if !is_air(operation, path, s) && !turning.stands_at(s) {
                 points.push(point(&mut surveyor, s)?);
             }
         }

@@ -9,7 +9,7 @@ use super::check::{located, progress, shows_colour, tell};
 use super::output::Sink;
 use super::{Failure, Outcome};
 use crate::advice::{self, FeedRule, Objective, OperationAdvice, Options, Remedy};
-use crate::input::{self, Fault, OperationEdit};
+use crate::input::{self, Fault, OperationEdit, Reading};
 use crate::job::{Job, SpindleSpeed};
 use crate::program::Rewrite;
 use crate::report::{self, AdvisedJob};
@@ -90,13 +90,19 @@ pub(super) fn run(args: &AdviseArgs, out: &mut dyn Write) -> Result<Outcome, Fai
     let sink = Sink::open(args.output.as_deref())?;
     let write = args.write.as_deref().map(|path| Sink::open(Some(path))).transpose()?;
     let program = args.write_program.as_deref().map(|path| Sink::open(Some(path))).transpose()?;
-    let loaded = input::load_job(&args.job)?;
-    let job = loaded.value;
+    let mut reading = Reading::default();
+    let read = input::read_job(&args.job, &mut reading);
+    tell(&reading.notices);
+    let job = read?;
+    let written = [Some(&sink), write.as_ref(), program.as_ref()];
+    for sink in written.into_iter().flatten() {
+        sink.spare(std::slice::from_ref(&args.job))?;
+        sink.spare(&reading.files)?;
+    }
     let bar = progress();
     let poses = |more: usize| bar.inc(u64::try_from(more).unwrap_or(u64::MAX));
     let found = advice::advise_with_progress(&job, &options(args), &poses);
     bar.finish_and_clear();
-    tell(&loaded.notices);
     let found = found.map_err(|faults| {
         faults.into_iter().map(|fault| located(fault, &job)).collect::<Vec<_>>()
     })?;

@@ -5,17 +5,20 @@ use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
+use indicatif::{ProgressBar, ProgressStyle};
 
 use super::output::Sink;
 use super::{Failure, Outcome};
-use crate::free_vibration::{Sampling, Settings};
-use crate::input::{Fault, Poses, load_poses, load_robot};
-use crate::map::{Head, Method, Row, is_outside_limits, rows, sweep};
+use crate::free_vibration::{Doubt, DoubtReason, Measurement, Sampling, Settings};
+use crate::input::{Fault, Poses, Reading, load_poses, read_robot};
+use crate::map::{Head, Method, Row, outside_limits, rows_with_progress, sweep};
 use crate::model::{JointKind, Robot};
 use crate::report::map::{
     map_csv_header, map_csv_rows, map_json_end, map_json_rows, map_json_start, map_svg,
 };
-use crate::units::{m_from_mm, rad_from_deg};
+use crate::report::{number, trimmed};
+use crate::units::{deg_from_rad, m_from_mm, mm_from_m, rad_from_deg};
+use crate::wording::printable;
 
 /// Poses that are held in memory at once: enough for all processors, little enough to forget.
 const LINEAR_CHUNK: usize = 16_384;
@@ -70,9 +73,9 @@ pub(super) struct MapArgs {
     /// Eigenvalues, or spectra of a large free vibration.
     #[arg(long, value_enum, default_value_t = MethodName::Linear)]
     method: MethodName,
-    /// Nonlinear: largest deflection of any turning spring, degrees.
-    #[arg(long, value_name = "X", default_value_t = 1.0)]
-    amplitude_deg: f64,
+    /// Nonlinear: largest deflection of any turning spring, degrees; 1 if not given.
+    #[arg(long, value_name = "X")]
+    amplitude_deg: Option<f64>,
     /// Nonlinear: samples per second; chosen to show every mode if not given.
     #[arg(long, value_name = "HZ", requires = "duration_s")]
     sample_rate_hz: Option<f64>,
@@ -102,10 +105,17 @@ enum Format {
 
 /// Writes the map of `args` to `out` or to its file.
 pub(super) fn run(args: &MapArgs, out: &mut dyn Write) -> Result<Outcome, Failure> {
+    only_nonlinear(args)?;
     let sink = Sink::open(args.output.as_deref())?;
-    let loaded = load_robot(&robot_file(&args.robot))?;
-    let mut notices: Vec<String> = loaded.notices.iter().map(Fault::to_string).collect();
-    let robot = loaded.value;
+    let mut reading = Reading::default();
+    let robot = read_robot(&robot_file(&args.robot), &mut reading)?;
+    // Standard input may be a file, too.
+    reading.files.extend(args.poses.iter().map(|poses| match poses {
+        dash if dash == Path::new("-") => PathBuf::from("/dev/stdin"),
+        file => file.clone(),
+    }));
+    sink.spare(&reading.files)?;
+    let mut notices: Vec<String> = reading.notices.iter().map(Fault::to_string).collect();
     let method = method(args);
     sink.stream(out, |out| write_map(args, &robot, &method, out, &mut notices))?;
     let mut stderr = io::stderr().lock();
@@ -114,6 +124,26 @@ pub(super) fn run(args: &MapArgs, out: &mut dyn Write) -> Result<Outcome, Failur
         let _ = writeln!(stderr, "warning: {notice}");
     }
     Ok(Outcome::Pass)
+}
+
+/// Options that the linear method would pass over in silence are faults.
+fn only_nonlinear(args: &MapArgs) -> Result<(), Vec<Fault>> {
+    if args.method == MethodName::Nonlinear {
+        return Ok(());
+    }
+    let given = [
+        ("--amplitude-deg", args.amplitude_deg),
+        ("--sample-rate-hz", args.sample_rate_hz),
+        ("--duration-s", args.duration_s),
+    ];
+    let faults: Vec<Fault> = given
+        .into_iter()
+        .filter(|(_, value)| value.is_some())
+        .flat_map(|(name, _)| {
+            fault(None, None, format!("{name} is of no effect here; it needs --method nonlinear"))
+        })
+        .collect();
+    if faults.is_empty() { Ok(()) } else { Err(faults) }
 }
 
 /// A folder stands for the robot.yaml in it.
@@ -125,7 +155,9 @@ fn method(args: &MapArgs) -> Method {
     match args.method {
         MethodName::Linear => Method::Linear,
         MethodName::Nonlinear => Method::Nonlinear(Settings {
-            amplitude_rad: rad_from_deg(args.amplitude_deg),
+            amplitude_rad: args
+                .amplitude_deg
+                .map_or(Settings::default().amplitude_rad, rad_from_deg),
             sampling: match (args.sample_rate_hz, args.duration_s) {
                 (Some(sample_rate_hz), Some(duration_s)) => {
                     Sampling::Fixed { sample_rate_hz, duration_s }
@@ -142,6 +174,9 @@ fn method(args: &MapArgs) -> Method {
 struct Remarks {
     poses: usize,
     outside_limits: usize,
+    first_outside: Option<String>,
+    doubtful: usize,
+    first_doubtful: Option<String>,
     folded: usize,
     first_folded: Option<String>,
     unresolved: usize,
@@ -151,15 +186,22 @@ impl Remarks {
     fn note(&mut self, robot: &Robot, rows: &[Row]) {
         self.poses += rows.len();
         for row in rows {
-            self.outside_limits += usize::from(is_outside_limits(robot, &row.joints));
+            if let Some(joint) = outside_limits(robot, &row.joints) {
+                self.outside_limits += 1;
+                self.first_outside.get_or_insert_with(|| at(robot, joint, row.joints[joint]));
+            }
             let Some(nonlinear) = &row.nonlinear else { continue };
+            self.doubtful += nonlinear.doubts.len();
+            if let (None, Some(doubt)) = (&self.first_doubtful, nonlinear.doubts.first()) {
+                self.first_doubtful = Some(doubtful(doubt, nonlinear));
+            }
             self.folded += nonlinear.folded.len();
             if let (None, Some(folded)) = (&self.first_folded, nonlinear.folded.first()) {
                 self.first_folded = Some(format!(
-                    "mode {} at {:.2} Hz would show at {:.2} Hz",
+                    "mode {} at {} Hz would show at {} Hz",
                     folded.mode + 1,
-                    folded.frequency_hz,
-                    folded.seen_at_hz
+                    number(folded.frequency_hz, 2),
+                    number(folded.seen_at_hz, 2)
                 ));
             }
             let blank = row.frequencies_hz.iter().filter(|f| f.is_none()).count();
@@ -169,9 +211,18 @@ impl Remarks {
 
     fn tell(self, notices: &mut Vec<String>) {
         let all = self.poses;
-        if self.outside_limits > 0 {
+        if let Some(first) = self.first_outside {
             let count = self.outside_limits;
-            notices.push(format!("{count} of {all} poses lie outside the joint limits"));
+            notices.push(format!(
+                "{count} of {all} poses lie outside the joint limits (the first: {first})"
+            ));
+        }
+        if let Some(first) = self.first_doubtful {
+            notices.push(format!(
+                "{} frequencies may be no modes' but harmonics or combination tones of a large \
+                 vibration (the first: {first}); lower --amplitude-deg",
+                self.doubtful
+            ));
         }
         if let Some(first) = self.first_folded {
             notices.push(format!(
@@ -190,6 +241,46 @@ impl Remarks {
     }
 }
 
+/// `joint_2 at -300°, allowed -90 to 120°`.
+fn at(robot: &Robot, joint: usize, value: f64) -> String {
+    let joint = &robot.joints()[joint];
+    let slides = joint.kind == JointKind::Prismatic;
+    let shown = |value: f64| {
+        let value = if slides { mm_from_m(value) } else { deg_from_rad(value) };
+        trimmed(value, 1)
+    };
+    let unit = if slides { " mm" } else { "°" };
+    let allowed = joint.limit.map_or(String::new(), |[lower, upper]| {
+        format!(", allowed {} to {}{unit}", shown(lower), shown(upper))
+    });
+    format!("{} at {}{unit}{allowed}", printable(&joint.name), shown(value))
+}
+
+/// `mode 2 at 167.35 Hz, linear 84.18 Hz: more than a quarter off`.
+fn doubtful(doubt: &Doubt, found: &Measurement) -> String {
+    let why = match doubt.reason {
+        DoubtReason::FarFromLinear => "far off",
+        DoubtReason::NearerToAnotherMode => "nearer to another mode's",
+        DoubtReason::RivalPeak => "another peak is about as high",
+    };
+    let frequency = found.frequencies_hz[doubt.mode]
+        .map_or(String::new(), |hz| format!(" at {} Hz", number(hz, 2)));
+    let linear = number(found.linear_hz[doubt.mode], 2);
+    format!("mode {}{frequency}, linear {linear} Hz: {why}", doubt.mode + 1)
+}
+
+/// Counts poses on standard error while it is a terminal, and shows nothing elsewhere.
+fn progress(steps: Option<u32>) -> ProgressBar {
+    let (bar, template) = match steps {
+        Some(steps) => (ProgressBar::new(u64::from(steps)), "{bar:30} {pos} of {len} poses, {eta}"),
+        None => (ProgressBar::new_spinner(), "{spinner} {human_pos} poses, {elapsed}"),
+    };
+    if let Ok(style) = ProgressStyle::with_template(template) {
+        bar.set_style(style);
+    }
+    bar
+}
+
 fn write_map(
     args: &MapArgs,
     robot: &Robot,
@@ -203,6 +294,8 @@ fn write_map(
     let head = Head::of(robot);
     let internal = |error: serde_json::Error| Failure::Internal(error.to_string());
     let mut remarks = Remarks::default();
+    let progress = progress(args.steps);
+    let more = |poses: usize| progress.inc(u64::try_from(poses).unwrap_or(u64::MAX));
     let mut drawn = Vec::new();
     let mut text = match args.format {
         Format::Csv => map_csv_header(&head, is_nonlinear),
@@ -214,7 +307,9 @@ fn write_map(
         if poses.is_empty() {
             break;
         }
-        let found = rows(robot, &poses, method).map_err(|bad| match lines.get(bad.index) {
+        let found = rows_with_progress(robot, &poses, method, &more).map_err(|bad| match lines
+            .get(bad.index)
+        {
             Some(&line) => fault(args.poses.as_deref(), Some(line), bad.fault.to_string()),
             None => {
                 let number = remarks.poses + bad.index + 1;
@@ -236,9 +331,11 @@ fn write_map(
                 return Err(fault(None, None, format!("--format svg: {what}")).into());
             }
         }
-        out.write_all(text.as_bytes())?;
+        // Both may stand on one terminal.
+        progress.suspend(|| out.write_all(text.as_bytes()).and_then(|()| out.flush()))?;
         text.clear();
     }
+    progress.finish_and_clear();
     match args.format {
         Format::Csv => {}
         Format::Json => text.push_str(map_json_end()),

@@ -5,9 +5,9 @@ use std::path::Path;
 
 use super::Fault;
 use super::table::Table;
-use super::yaml::nearest;
 use crate::model::{JointKind, Robot};
 use crate::units::{m_from_mm, rad_from_deg};
+use crate::wording::nearest;
 
 type ToSi = fn(f64) -> f64;
 

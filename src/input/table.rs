@@ -32,6 +32,13 @@ impl<R: Read> Table<R> {
         if !table.row(&mut header)? {
             return Err(Fault { line: None, ..table.fault("is empty, must begin with a header") });
         }
+        if header.len() == 1 && header[0].contains([';', '\t']) {
+            let mark = if header[0].contains(';') { "semicolons" } else { "tabs" };
+            let what = format!(
+                "cells are separated by {mark}, must be by commas (and numbers have decimal points)"
+            );
+            return Err(table.fault(&what));
+        }
         table.header = header;
         Ok(table)
     }
@@ -154,6 +161,15 @@ mod tests {
         assert!(table.row(&mut cells).unwrap());
         assert_eq!((table.line(), &cells[..]), (7, &["4".to_owned()][..]));
         assert!(!table.row(&mut cells).unwrap());
+    }
+
+    #[test]
+    fn other_separators_are_named() {
+        for (text, mark) in [("a;b\n1;2\n", "semicolons"), ("a\tb\n1\t2\n", "tabs")] {
+            let fault = Table::open(Path::new("t"), text.as_bytes()).unwrap_err().to_string();
+            assert!(fault.starts_with(&format!("t:1: cells are separated by {mark}")), "{fault}");
+        }
+        assert!(Table::open(Path::new("t"), &b"a\n1\n"[..]).is_ok());
     }
 
     #[test]

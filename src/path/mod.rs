@@ -12,5 +12,5 @@ mod timing;
 
 pub use families::{Families, FamilyExchange, follow};
 pub use grid::{LARGEST_STEP, LONGEST_GAP, grid};
-pub use plan::{Path, PlanFault, Walker};
+pub use plan::{Haste, Path, PlanFault, Walker};
 pub use survey::{Detail, Station, Survey, SurveyCause, SurveyFault, Surveyor};

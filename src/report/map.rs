@@ -8,6 +8,7 @@ use serde::Serialize;
 
 pub use plot::map_svg;
 
+use crate::free_vibration::{Doubt, DoubtReason};
 use crate::map::{Head, Row};
 use crate::units::percent_from_ratio;
 
@@ -71,6 +72,25 @@ struct JsonNonlinear<'a> {
     departure_percent: Vec<Option<f64>>,
     energy_drift: f64,
     folded: Vec<JsonFolded>,
+    doubtful: Vec<JsonDoubt>,
+}
+
+/// A frequency that may be no mode's, and why.
+#[derive(Debug, Serialize)]
+struct JsonDoubt {
+    mode: usize,
+    reason: &'static str,
+}
+
+impl From<&Doubt> for JsonDoubt {
+    fn from(doubt: &Doubt) -> Self {
+        let reason = match doubt.reason {
+            DoubtReason::FarFromLinear => "far_from_linear",
+            DoubtReason::NearerToAnotherMode => "nearer_to_another_mode",
+            DoubtReason::RivalPeak => "rival_peak",
+        };
+        Self { mode: doubt.mode + 1, reason }
+    }
 }
 
 #[derive(Debug, Serialize)]
@@ -144,6 +164,7 @@ pub fn map_json_rows(rows: &[Row], is_first: bool, out: &mut String) -> serde_js
                         seen_at_hz: folded.seen_at_hz,
                     })
                     .collect(),
+                doubtful: nonlinear.doubts.iter().map(JsonDoubt::from).collect(),
             }),
         })?);
     }
@@ -209,6 +230,7 @@ mod tests {
                 frequencies_hz: vec![Some(25.5), None],
                 linear_hz: vec![25.0, 84.0],
                 folded: vec![Folded { mode: 1, frequency_hz: 84.0, seen_at_hz: 56.0 }],
+                doubts: vec![Doubt { mode: 0, reason: DoubtReason::RivalPeak }],
                 energy_drift: 1e-9,
                 spectrum: Spectrum { bin_hz: 0.2, amplitudes: vec![] },
             }),
@@ -258,5 +280,7 @@ mod tests {
         assert_eq!(row["natural_frequencies_hz"][0], 25.5);
         assert!(row["natural_frequencies_hz"][1].is_null());
         assert_eq!(row["nonlinear"]["folded"][0]["mode"], 2);
+        let doubt = serde_json::json!({"mode": 1, "reason": "rival_peak"});
+        assert_eq!(row["nonlinear"]["doubtful"], serde_json::json!([doubt]));
     }
 }

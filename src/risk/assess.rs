@@ -5,6 +5,9 @@ use std::path::PathBuf;
 
 use super::bands::Watch;
 use super::crossings;
+use super::left_out::left_out;
+use super::notices::notices;
+use super::turning::Turning;
 use super::verdict::{Certainty, Crossing, Exchange, JobRisk, OperationRisk, Sample, Verdict};
 use crate::excitation::{ExcitationLine, lines};
 use crate::job::{Job, Operation, Policy, SpindleSpeed};
@@ -14,7 +17,7 @@ use crate::path::{Detail, LONGEST_GAP, Path, Survey, SurveyFault, Surveyor, foll
 /// thinned to [`LONGEST_GAP`].
 const MOST_SAMPLES: usize = 5000;
 
-/// Why a job cannot be assessed.
+/// Why a job cannot be assessed, or a remark on it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AssessFault {
     /// Name of the operation.
@@ -64,11 +67,14 @@ pub fn assess_with_progress(
     job: &Job,
     progress: &(dyn Fn(usize) + Sync),
 ) -> Result<JobRisk, Vec<AssessFault>> {
-    let mut faults = Vec::new();
+    let (mut faults, mut notices) = (Vec::new(), Vec::new());
     let mut operations = Vec::new();
     for operation in &job.operations {
         match assess_operation(job, operation, progress) {
-            Ok(risk) => operations.push(risk),
+            Ok((risk, of_operation)) => {
+                operations.push(risk);
+                notices.extend(of_operation);
+            }
             Err(found) => faults.extend(found),
         }
     }
@@ -82,6 +88,7 @@ pub fn assess_with_progress(
         separation: job.policy.separation,
         coordinates: job.robot.coordinates().iter().map(|c| c.name.clone()).collect(),
         operations,
+        notices,
     })
 }
 
@@ -89,10 +96,12 @@ fn assess_operation(
     job: &Job,
     operation: &Operation,
     progress: &(dyn Fn(usize) + Sync),
-) -> Result<OperationRisk, Vec<AssessFault>> {
+) -> Result<(OperationRisk, Vec<AssessFault>), Vec<AssessFault>> {
     let path = plan(job, operation)?;
-    survey_operation(job, operation, &path, progress)
-        .map_err(|fault| vec![located(job, operation, &path, &fault)])
+    let risk = survey_operation(job, operation, &path, progress)
+        .map_err(|fault| vec![located(job, operation, &path, &fault)])?;
+    let notices = notices(job, operation, &path, &risk);
+    Ok((risk, notices))
 }
 
 /// The path of an operation.
@@ -128,10 +137,11 @@ pub fn crossings_under(
     path: &Path,
     first_look: Survey,
 ) -> Result<(Vec<Crossing>, Survey), SurveyFault> {
+    let turning = Turning::new(speed, path);
     let (lowest_hz, highest_hz) = first_look.range_hz();
     let watches: Vec<Watch> = lines
         .iter()
-        .map(|&line| Watch { line, speed, policy })
+        .map(|&line| Watch { line, turning: &turning, policy })
         .filter(|watch| watch.can_meet(lowest_hz, highest_hz))
         .collect();
     let survey = first_look.refine(path, |left, right, rates| {
@@ -160,6 +170,7 @@ fn survey_operation(
     progress: &(dyn Fn(usize) + Sync),
 ) -> Result<OperationRisk, SurveyFault> {
     let lines = lines(&job.tool, &job.policy);
+    let turning = Turning::new(&operation.speed, path);
     let stations = grid(path, operation.speed.corners());
     let first_look = Survey::take(path, stations, detail(&job.policy), progress)?;
     let (found, survey) = crossings_under(&lines, &job.policy, &operation.speed, path, first_look)?;
@@ -178,13 +189,14 @@ fn survey_operation(
     let samples = shown
         .iter()
         .zip(families.of)
-        .map(|(&s, families)| sample(operation, path, &mut surveyor, s, families))
+        .map(|(&s, families)| sample(&turning, path, &mut surveyor, s, families))
         .collect::<Result<_, _>>()?;
     Ok(OperationRisk {
         name: operation.name.clone(),
         verdict,
         spindle_rpm: operation.speed.rpm_at(0.0),
         duration_s: path.duration_s(),
+        left_out: left_out(&lines, &operation.speed, &job.policy, &survey),
         lines,
         poses_solved: survey.len(),
         samples,
@@ -214,7 +226,7 @@ fn shown(survey: &Survey) -> Vec<f64> {
 }
 
 fn sample(
-    operation: &Operation,
+    turning: &Turning,
     path: &Path,
     surveyor: &mut Surveyor,
     s: f64,
@@ -226,7 +238,7 @@ fn sample(
         s,
         beta1_rad: path.robot().beta1().map(|angle| angle.at(&joints)),
         beta2_rad: path.robot().beta2().map(|angle| angle.at(&joints)),
-        rpm: operation.speed.rpm_at(s),
+        rpm: turning.rpm_at(s),
         natural_frequencies_hz,
         tip_response_m_per_n: surveyor.tip_response_m_per_n().to_vec(),
         families,

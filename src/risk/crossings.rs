@@ -36,7 +36,8 @@ pub(super) fn find(
     Ok(crossings)
 }
 
-/// Maximal stretches of one certainty. An end lies halfway between the two stations that disagree.
+/// Maximal stretches of one certainty. An end lies halfway between the two stations that disagree,
+/// or where the spindle stops or starts.
 fn runs(watch: &Watch, survey: &Survey, r: usize) -> Vec<Run> {
     let mut runs: Vec<Run> = Vec::new();
     let mut open: Option<Run> = None;
@@ -44,7 +45,7 @@ fn runs(watch: &Watch, survey: &Survey, r: usize) -> Vec<Run> {
     for (i, station) in survey.stations().enumerate() {
         let state = watch.state(&station, r);
         if open.as_ref().map(|run| run.certainty) != state {
-            let edge = if i == 0 { station.s } else { 0.5 * (before_s + station.s) };
+            let edge = if i == 0 { station.s } else { watch.edge(before_s, station.s) };
             if let Some(run) = open.take() {
                 runs.push(Run { to_s: edge, ..run });
             }

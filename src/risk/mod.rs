@@ -3,11 +3,17 @@
 mod assess;
 mod bands;
 mod crossings;
+mod left_out;
 mod margin;
+mod notices;
+mod turning;
 mod verdict;
 
 pub use assess::{
     AssessFault, assess, assess_with_progress, crossings_under, detail, located, plan,
 };
 pub use margin::{Approach, closest_approach};
-pub use verdict::{Certainty, Crossing, Exchange, JobRisk, OperationRisk, Sample, Verdict};
+pub use turning::Turning;
+pub use verdict::{
+    Certainty, Crossing, Exchange, JobRisk, LeftOut, OperationRisk, Sample, Verdict,
+};

@@ -13,7 +13,7 @@ use crate::risk::detail;
 use crate::units::rpm_from_hz;
 
 use super::super::choice::guard_rpm;
-use super::super::ranges::counts;
+use super::super::ranges::Counting;
 use super::super::speeds::{Speeds, ignored_speeds};
 use crate::job::Spindle;
 
@@ -52,12 +52,12 @@ pub(super) fn plane(
     path: &Path,
     survey: &Survey,
     lines: &[ExcitationLine],
-    policy: &Policy,
+    counting: &Counting,
     spindle: &Spindle,
     slack: f64,
 ) -> Result<Plane, SurveyFault> {
     let s: Vec<f64> = (0..=CELLS).map(|i| i as f64 / CELLS as f64).collect();
-    let sides = Survey::take(path, s.clone(), detail(policy), &|_| {})?;
+    let sides = Survey::take(path, s.clone(), detail(counting.policy), &|_| {})?;
     let mut first = 0;
     let corridors = (0..CELLS)
         .map(|cell| {
@@ -68,8 +68,8 @@ pub(super) fn plane(
             while last < survey.len() && survey.station(last).s < s[cell + 1] {
                 last += 1;
             }
-            let cell = look(&sides, cell, survey, first..last, policy, slack);
-            corridors(&bands(&cell, lines, policy), spindle)
+            let cell = look(&sides, cell, survey, first..last, counting, slack);
+            corridors(&bands(&cell, lines, counting.policy), spindle)
         })
         .collect();
     Ok(Plane { s, corridors })
@@ -80,7 +80,7 @@ fn look(
     cell: usize,
     survey: &Survey,
     inner: std::ops::Range<usize>,
-    policy: &Policy,
+    counting: &Counting,
     slack: f64,
 ) -> Cell {
     /// What rounding leaves, as a share of the frequency.
@@ -88,11 +88,11 @@ fn look(
     let (left, right) = (sides.station(cell), sides.station(cell + 1));
     let modes = (0..left.frequencies_hz.len()).filter_map(|r| {
         let (a, b) = (left.frequencies_hz[r], right.frequencies_hz[r]);
-        let mut is_counted = counts(policy, &left, r) || counts(policy, &right, r);
+        let mut is_counted = counting.counts(&left, r) || counting.counts(&right, r);
         let (mut below, mut above) = (ROUNDING * a, ROUNDING * a);
         for i in inner.clone() {
             let station = survey.station(i);
-            is_counted |= counts(policy, &station, r);
+            is_counted |= counting.counts(&station, r);
             let chord = a + (b - a) * (station.s - left.s) / (right.s - left.s);
             let bulge = slack * (station.frequencies_hz[r] - chord);
             (below, above) = (below.max(-bulge), above.max(bulge));

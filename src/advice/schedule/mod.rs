@@ -20,7 +20,7 @@ use self::cells::{CELLS, Plane, plane};
 use self::programme::{objective, solve};
 use self::routes::{Bands, Hurt, Limits, routes};
 use super::FeedRule;
-use super::ranges::counts;
+use super::ranges::Counting;
 use super::speeds::{Speeds, feed_at, ignored_speeds};
 use super::vibration::{Chip, TipModel};
 use crate::excitation::ExcitationLine;
@@ -146,6 +146,7 @@ pub(super) struct Task<'a> {
     pub(super) operation: &'a Operation,
     pub(super) path: &'a Path<'a>,
     pub(super) survey: &'a Survey,
+    pub(super) counting: &'a Counting<'a>,
     pub(super) lines: &'a [ExcitationLine],
     pub(super) programmed_rpm: f64,
     pub(super) feed: FeedRule,
@@ -237,8 +238,8 @@ pub(super) fn schedule(task: &Task) -> Result<Option<Schedule>, SurveyFault> {
 }
 
 fn cut(task: &Task, slack: f64) -> Result<Plane, SurveyFault> {
-    let Task { job, path, survey, lines, .. } = *task;
-    plane(path, survey, lines, &job.policy, &job.spindle, slack)
+    let Task { job, path, survey, lines, counting, .. } = *task;
+    plane(path, survey, lines, counting, &job.spindle, slack)
 }
 
 /// The best speed at the sides of the cells.
@@ -291,13 +292,13 @@ fn best(task: &Task, plane: &Plane, limits: &Limits) -> Result<Option<Best>, Sur
 
 /// Per cell, what it hurts to be in the band of each mode.
 fn hurt(task: &Task, plane: &Plane) -> Result<Vec<Bands>, SurveyFault> {
-    let Task { job, operation, path, lines, .. } = *task;
+    let Task { job, path, lines, .. } = *task;
     let policy = &job.policy;
     let mut surveyor = Surveyor::new(path);
     let mut cells = Vec::with_capacity(plane.corridors.len());
     for side in plane.s.windows(2) {
         let middle = 0.5 * (side[0] + side[1]);
-        let in_air = is_air(operation, path, side[0]) && is_air(operation, path, side[1]);
+        let in_air = is_idle(task, side[0]) && is_idle(task, side[1]);
         let share = (side[1] - side[0]) * if in_air { AIR_HURT } else { 1.0 };
         let frequencies_hz = surveyor.modes(middle)?.natural_frequencies_hz.clone();
         let tips = surveyor.tip_response_m_per_n();
@@ -320,6 +321,11 @@ fn hurt(task: &Task, plane: &Plane) -> Result<Vec<Bands>, SurveyFault> {
 /// Whether the move run at `s` is one in the air.
 pub(in crate::advice) fn is_air(operation: &Operation, path: &Path, s: f64) -> bool {
     path.feed_m_per_s_at(s) > AIR_FEED * operation.feed_m_per_s
+}
+
+/// Whether nothing cuts at `s`: the move is one in the air, or the spindle stands.
+fn is_idle(task: &Task, s: f64) -> bool {
+    task.counting.turning.stands_at(s) || is_air(task.operation, task.path, s)
 }
 
 /// Points of a schedule, without those on the straight line between others.
@@ -361,7 +367,7 @@ fn separation(task: &Task, speed: &SpindleSpeed, survey: &Survey) -> Option<f64>
                 continue;
             }
             for (r, hz) in station.frequencies_hz.iter().enumerate() {
-                if counts(policy, &station, r) {
+                if task.counting.counts(&station, r) {
                     let apart = (excitation_hz - hz).abs() / hz;
                     least = Some(least.map_or(apart, |least| least.min(apart)));
                 }
@@ -380,7 +386,7 @@ fn exposure(task: &Task, speed: &SpindleSpeed, feed_m_per_s: f64, crossing: Cros
         .collect();
     let rpm: Vec<f64> = ends.iter().map(|&s| speed.rpm_at(s)).collect();
     let turns = hz_from_rpm(mean(&ends, &rpm)) * duration_s;
-    let is_in_air = ends.iter().all(|&s| is_air(operation, path, s));
+    let is_in_air = ends.iter().all(|&s| is_idle(task, s));
     let tip_amplitude_m = tip.map(|tip| {
         let at = crossing.closest_s;
         let chip = Chip::Feed(feed_m_per_s);

@@ -7,7 +7,9 @@ use std::sync::Arc;
 use serde_json::{Map, Value};
 
 use super::super::faults::Faults;
+use super::number::number_of;
 use super::tree::{Entry, Kind, Node};
+use crate::wording::{LONGEST_WORD, nearest};
 
 /// Every keyword that is understood or that only describes. A test holds the schemas to it.
 #[cfg(test)]
@@ -39,30 +41,6 @@ pub(in crate::input) const NOUN: &str = "x-noun";
 
 /// Schema keyword: the value is read from the tree, not through serde.
 pub(in crate::input) const APART: &str = "x-apart";
-
-/// A key is taken for a misspelling above this similarity (Jaro-Winkler).
-const LEAST_SIMILARITY: f64 = 0.8;
-
-/// Nobody misspells a key into something longer than this.
-const LONGEST_WORD: usize = 100;
-
-/// The candidate that `word` is most likely a misspelling of.
-pub(in crate::input) fn nearest<'c>(
-    word: &str,
-    candidates: impl IntoIterator<Item = &'c str>,
-) -> Option<&'c str> {
-    if word.len() > LONGEST_WORD {
-        return None;
-    }
-    candidates
-        .into_iter()
-        .map(|candidate| {
-            (strsim::jaro_winkler(&word.to_lowercase(), &candidate.to_lowercase()), candidate)
-        })
-        .filter(|(similarity, _)| *similarity >= LEAST_SIMILARITY)
-        .max_by(|a, b| a.0.total_cmp(&b.0))
-        .map(|(_, candidate)| candidate)
-}
 
 /// Checks `root` against `schema`: one fault for each key and value that does not fit.
 pub(in crate::input) fn check(root: &mut Node, schema: &Value, faults: &mut Faults) {
@@ -186,6 +164,12 @@ fn check_value(node: &mut Node, line: u32, schema: &Value, trail: &Trail<'_>, fa
         } else if let (None, Some("string"), false) = (node.text(), type_of(schema), node.is_null())
         {
             what.push_str("; put it in quotes");
+        }
+        let is_number = matches!(type_of(schema), Some("number" | "integer"));
+        if let (true, Kind::Scalar { text, quoted: true }) = (is_number, &node.kind)
+            && number_of(text).is_some()
+        {
+            what.push_str("; in quotes it is text: write it without them");
         }
         faults.add(line as usize, trail.about(&what));
         node.faulty = true;

@@ -8,12 +8,13 @@
 //! tables of waypoints are read from the tree itself, as they would be slow and large as serde values.
 
 mod check;
+mod number;
 mod scalar;
 mod tree;
 mod typed;
 
 #[cfg(test)]
 pub(super) use check::KEYWORDS;
-pub(super) use check::{check, nearest};
+pub(super) use check::check;
 pub(super) use tree::{Kind, Node, Step, parse};
 pub(super) use typed::{Apart, typed};

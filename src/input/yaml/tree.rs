@@ -6,7 +6,7 @@ use saphyr_parser::{Event, Parser, ScalarStyle};
 
 use super::super::Fault;
 use super::super::faults::Faults;
-use super::scalar::number_of;
+use super::number::number_of;
 
 /// Files nest six deep at most; deeper ones are not ours, and would exhaust the stack.
 const DEEPEST: usize = 40;

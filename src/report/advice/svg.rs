@@ -2,7 +2,7 @@
 
 use super::AdvisedJob;
 use crate::advice::{OperationAdvice, Remedy};
-use crate::report::svg::{Anchor, Axis, CURVES, Frame, Panel, Sheet, Stroke};
+use crate::report::svg::{Anchor, Axis, Frame, Panel, Sheet, Stroke, curve_style};
 
 const TITLE: &str = "font-size=\"16\" font-weight=\"bold\"";
 const PANEL_TITLE: &str = "font-size=\"14\" font-weight=\"bold\"";
@@ -51,21 +51,21 @@ fn panel(sheet: &mut Sheet, job: &AdvisedJob, operation: &OperationAdvice, top: 
         let above = ribbon.edges.iter().map(|(s, e)| (*s, clamped(e.high_rpm)));
         let below = ribbon.edges.iter().rev().map(|(s, e)| (*s, clamped(e.low_rpm)));
         let outline: Vec<(f64, f64)> = above.chain(below).collect();
-        sheet.area(&panel, &outline, CURVES[(ribbon.mode - 1) % CURVES.len()], 0.35);
+        sheet.area(&panel, &outline, curve_style(ribbon.mode - 1).0, 0.35);
         if !legend.contains(&ribbon.mode) {
             legend.push(ribbon.mode);
         }
     }
-    let stroke = |colour, is_dashed| Stroke { colour, width: 2.4, is_dashed };
+    let stroke = |colour, dashes| Stroke { colour, width: 2.4, dashes };
     let programmed = clamped(operation.programmed_rpm);
-    sheet.curve(&panel, &[(0.0, programmed), (1.0, programmed)], stroke(PROGRAMMED, true));
+    sheet.curve(&panel, &[(0.0, programmed), (1.0, programmed)], stroke(PROGRAMMED, "7 5"));
     let advised: Vec<(f64, f64)> = match &operation.remedy {
         Remedy::Constant(constant) => vec![(0.0, constant.rpm), (1.0, constant.rpm)],
         Remedy::Scheduled(plan) => plan.points.clone(),
         Remedy::Infeasible => Vec::new(),
     };
     if !advised.is_empty() {
-        sheet.curve(&panel, &advised, stroke(ADVISED, false));
+        sheet.curve(&panel, &advised, stroke(ADVISED, ""));
     }
     sheet.border(frame);
     let left = frame.left + frame.width + 12.0;
@@ -79,6 +79,6 @@ fn panel(sheet: &mut Sheet, job: &AdvisedJob, operation: &OperationAdvice, top: 
     entry(if advised.is_empty() { "none is safe" } else { "advised" }, ADVISED);
     legend.sort_unstable();
     for mode in legend {
-        entry(&format!("bands of mode {mode}"), CURVES[(mode - 1) % CURVES.len()]);
+        entry(&format!("bands of mode {mode}"), curve_style(mode - 1).0);
     }
 }
