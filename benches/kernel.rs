@@ -1,109 +1,22 @@
-//! ns a pose of the scalar path and of the batch kernel at every instruction set that the machine has, and
-//! how the cost grows with elastic coordinates, poses and threads. `cargo bench --bench kernel` prints it;
-//! `cargo bench --bench kernel -- quick` prints the six-axis arm alone.
+//! ns a pose of the scalar path and of the batch kernel at every instruction set that the machine has.
+//! `cargo bench --bench kernel` prints it; `cargo bench --bench kernel -- quick` prints the six-axis arm alone.
 //!
 //! The least time of several repetitions stands: other work on the machine only ever adds to it.
 
 #![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout)]
 
 use std::hint::black_box;
-use std::path::Path;
 use std::time::Instant;
 
-use detune::model::{
-    Description, ElasticJoint, Inertial, Joint, JointKind, Link, Robot, elastic_jacobian,
-};
+use common::{chain, least_ns, poses, six_axes};
+use detune::model::{Robot, elastic_jacobian};
 use detune::modes::batch::{InstructionSet, Kernel, ModesOut, TipOut};
 use detune::modes::{ModalSolver, peak_tip_compliance_m_per_n};
-use nalgebra::{Isometry3, Matrix3, Matrix6xX, Point3, Vector3};
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
+use nalgebra::{Matrix6xX, Point3};
+
+mod common;
 
 const REPETITIONS: usize = 7;
-
-fn six_axes() -> Robot {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/irb1600/robot.yaml");
-    detune::input::load_robot(&file).unwrap().value
-}
-
-/// A chain of `n` elastic joints about x, y and z in turn, each link lighter and shorter than the last.
-fn chain(n: usize) -> Robot {
-    let name = |i: usize| if i == 0 { "ground".to_owned() } else { format!("link_{i}") };
-    let mut links = vec![Link { name: name(0), inertial: None, has_geometry: false }];
-    let mut joints = Vec::new();
-    let mut elastic_joints = Vec::new();
-    for i in 1..=n {
-        let size = 0.85_f64.powi(i as i32);
-        let mass_kg = 60.0 * size;
-        links.push(Link {
-            name: name(i),
-            inertial: Some(Inertial {
-                mass_kg,
-                com_m: Vector3::new(0.1, 0.02, 0.15) * size,
-                inertia_kgm2: Matrix3::from_diagonal(&Vector3::new(0.03, 0.02, 0.025))
-                    * (mass_kg * size),
-            }),
-            has_geometry: false,
-        });
-        joints.push(Joint {
-            name: format!("joint_{i}"),
-            kind: JointKind::Revolute,
-            parent: name(i - 1),
-            child: name(i),
-            origin: Isometry3::translation(0.2 * size, 0.0, 0.4 * size),
-            axis: Vector3::ith(i % 3, 1.0),
-            position_limit: Some([-3.0, 3.0]),
-            velocity_limit: None,
-            mimics: None,
-        });
-        elastic_joints.push(ElasticJoint {
-            joint: format!("joint_{i}"),
-            stiffness: 6e5 * size * size,
-            is_linear: false,
-            damping: None,
-        });
-    }
-    Robot::new(&Description {
-        name: format!("chain of {n}"),
-        links,
-        joints,
-        base: None,
-        tip: None,
-        elastic_joints,
-        extra: vec![],
-        default_damping_ratio: 0.02,
-        gravity_m_per_s2: -9.81 * Vector3::z(),
-        gravity_stiffness: false,
-        drives: vec![],
-        payload: None,
-        beta1: None,
-        beta2: None,
-        calibration: None,
-    })
-    .unwrap()
-}
-
-fn poses(robot: &Robot, count: usize) -> Vec<f64> {
-    let mut rng = ChaCha8Rng::seed_from_u64(1);
-    (0..count * robot.joints().len())
-        .map(|i| {
-            let [lower, upper] =
-                robot.joints()[i % robot.joints().len()].limit.unwrap_or([-3.0, 3.0]);
-            rng.random_range(lower..=upper)
-        })
-        .collect()
-}
-
-/// Least ns a pose of `work` on `count` poses.
-fn least_ns(count: usize, mut work: impl FnMut()) -> f64 {
-    (0..REPETITIONS)
-        .map(|_| {
-            let start = Instant::now();
-            work();
-            start.elapsed().as_secs_f64() * 1e9 / count as f64
-        })
-        .fold(f64::INFINITY, f64::min)
-}
 
 /// ns a pose for frequencies, with tip participation, with whole modes.
 fn scalar_ns(robot: &Robot, poses: &[f64], tcp_m: &Point3<f64>) -> [f64; 3] {
@@ -112,17 +25,17 @@ fn scalar_ns(robot: &Robot, poses: &[f64], tcp_m: &Point3<f64>) -> [f64; 3] {
     let mut solver = ModalSolver::new(robot);
     let n = robot.coordinates().len();
     let mut jacobian = Matrix6xX::zeros(n);
-    let frequencies = least_ns(count, || {
+    let frequencies = least_ns(count, REPETITIONS, || {
         for q in poses.chunks_exact(joints) {
             black_box(solver.frequencies_hz(q).unwrap());
         }
     });
-    let modes = least_ns(count, || {
+    let modes = least_ns(count, REPETITIONS, || {
         for q in poses.chunks_exact(joints) {
             black_box(solver.solve(q).unwrap());
         }
     });
-    let tip = least_ns(count, || {
+    let tip = least_ns(count, REPETITIONS, || {
         for q in poses.chunks_exact(joints) {
             solver.solve(q).unwrap();
             elastic_jacobian(robot, solver.placement(), tcp_m, &mut jacobian);
@@ -143,9 +56,10 @@ fn batch_ns(
 ) -> [f64; 3] {
     let count = poses.len() / joints;
     let mut f = vec![0.0; count * n];
-    let frequencies = least_ns(count, || kernel.frequencies_hz(poses, black_box(&mut f)).unwrap());
+    let frequencies =
+        least_ns(count, REPETITIONS, || kernel.frequencies_hz(poses, black_box(&mut f)).unwrap());
     let mut c = vec![0.0; count * n];
-    let tip = least_ns(count, || {
+    let tip = least_ns(count, REPETITIONS, || {
         let out = TipOut {
             natural_frequencies_hz: black_box(&mut f),
             peak_compliances_m_per_n: black_box(&mut c),
@@ -153,7 +67,7 @@ fn batch_ns(
         kernel.tip(poses, tcp_m, out).unwrap();
     });
     let mut shapes = vec![0.0; count * n * n];
-    let modes = least_ns(count, || {
+    let modes = least_ns(count, REPETITIONS, || {
         let out = ModesOut {
             natural_frequencies_hz: black_box(&mut f),
             shapes: black_box(&mut shapes),
@@ -179,21 +93,6 @@ fn sizes(robot: &Robot, count: usize) {
         let ns = batch_ns(&kernel, n, joints, &poses, &tcp_m);
         row(&format!("n = {n:>2}  batch, {set:?}, {} lanes", kernel.lanes()), ns);
     }
-}
-
-fn growth(robot: &Robot) {
-    let (n, joints) = (robot.coordinates().len(), robot.joints().len());
-    let kernel = Kernel::new(robot);
-    println!("\n{:<44} {:>10} {:>10}", "poses (frequencies, ns a pose)", "1 thread", "all");
-    for count in [1_000, 10_000, 100_000, 1_000_000, 10_000_000] {
-        let poses = poses(robot, count);
-        let mut f = vec![0.0; count * n];
-        debug_assert_eq!(poses.len(), count * joints);
-        let one = least_ns(count, || kernel.frequencies_hz(&poses, black_box(&mut f)).unwrap());
-        let all = least_ns(count, || kernel.par_frequencies_hz(&poses, black_box(&mut f)).unwrap());
-        println!("{count:<44} {one:>10.1} {all:>10.1}");
-    }
-    println!("threads: {}", rayon::current_num_threads());
 }
 
 /// What `peers/run.py` asks for: the poses of a file by one way, the results to another file, and the least
@@ -271,5 +170,4 @@ fn main() {
     for n in [2, 6, 7, 8, 12, 24] {
         sizes(&chain(n), if n < 12 { 20_000 } else { 2_000 });
     }
-    growth(&six_axes());
 }

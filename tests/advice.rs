@@ -13,7 +13,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use detune::advice::{Bind, Objective, Options, Remedy, advise};
+use detune::advice::{Bind, Change, Objective, Options, Remedy, advise};
 use detune::job::{Job, Levers, Operation, Policy, Spindle, SpindleSpeed, Tool};
 use detune::model::Robot;
 use detune::motion::{Move, Target};
@@ -306,6 +306,25 @@ fn an_infeasible_job_names_what_binds_it() {
         assert!((told.max(0.0) - best).abs() < 3e-3, "case {case}: {told} {best}");
         assert!(below.is_some() || rpm < 400.1, "case {case}");
         assert!(above.is_some() || rpm > 1499.9, "case {case}");
+        // The pairs that are named are as near as told.
+        for block in [below, above].into_iter().flatten() {
+            let line = f64::from(block.line.order) * rpm / 60.0;
+            let nearest = scan_angles(&waypoints)
+                .into_iter()
+                .map(|b| closed_form_hz(b)[block.mode - 1])
+                .map(|f| (line - f).abs() / f)
+                .fold(f64::INFINITY, f64::min);
+            assert!((nearest - told.max(0.0)).abs() < 3e-3, "case {case}: {nearest} {told}");
+        }
+        // Another spindle is always a way out; what it must run at keeps its distance.
+        let lever = operation.levers.iter().find(|l| matches!(l.change, Change::Spindle { .. }));
+        let Some(Change::Spindle { rpm }) = lever.map(|lever| &lever.change) else {
+            panic!("case {case}: {:?}", operation.levers)
+        };
+        assert!(!(400.0..=1500.0).contains(rpm));
+        let apart = separation(&waypoints, teeth, &policy, *rpm).unwrap();
+        assert!(apart >= 0.8 - 1e-9, "case {case}: {rpm} rpm keeps {apart}");
+        assert!(operation.levers[0].rpm.is_some());
     }
     assert!(seen > 15, "{seen}");
 }

@@ -1,6 +1,6 @@
 //! What else could open a gap where speed alone cannot: other teeth, the tool turned about its own axis,
-//! the work object moved, less separation, a better model. Each with the margin that it would reach; none
-//! is applied.
+//! the work object moved, another spindle, less separation, a better model. Each with the margin that it
+//! would reach; none is applied.
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
@@ -9,7 +9,7 @@ use super::ranges::{Counting, mode_ranges};
 use super::speeds::{Bind, Question};
 use super::{ModeRange, Objective};
 use crate::excitation::lines;
-use crate::job::{Job, Operation};
+use crate::job::{Job, Operation, Spindle};
 use crate::motion::{Move, Target};
 use crate::path::{Path, Survey, SurveyFault, grid};
 use crate::risk::{Turning, detail};
@@ -20,6 +20,12 @@ const CLOSER: usize = 2;
 
 /// Places tried along each axis along which the work object may be moved.
 const PLACES: usize = 3;
+
+/// A spindle is not asked to run slower than this share of its lowest speed.
+const LEAST_SHARE: f64 = 0.1;
+
+/// Above all blocks there is room for a round speed.
+const BEYOND_RPM: f64 = 10.0;
 
 /// A change that was tried or worked out.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,6 +46,11 @@ pub enum Change {
     MoveWorkObject {
         /// By this, m.
         shift_m: [f64; 3],
+    },
+    /// A spindle that runs at this speed, too, rev/min.
+    Spindle {
+        /// The safe speed outside the spindle's range that is nearest to the programmed one.
+        rpm: f64,
     },
     /// Bands of this half width, as a share of the frequency.
     Separation {
@@ -91,6 +102,12 @@ pub(super) fn levers(
         let change = Change::Tool { name: tool.name.clone(), teeth: tool.teeth };
         found.push(lever(&question, change, programmed_rpm));
     }
+    let lines = lines(&job.tool, &job.policy);
+    let (policy, spindle) = (&job.policy, &job.spindle);
+    found.extend(faster_or_slower(
+        &Question { ranges, lines: &lines, policy, spindle },
+        programmed_rpm,
+    ));
     found.extend(turned(job, operation, index, programmed_rpm)?);
     found.extend(moved(job, operation, programmed_rpm)?);
     if let Some(bind) = bind {
@@ -110,6 +127,28 @@ fn lever(question: &Question, change: Change, programmed_rpm: f64) -> Lever {
         margin: question.widest().map(|bind| bind.separation),
         rpm: choose(question, &set, Objective::Nearest, programmed_rpm, &[]),
     }
+}
+
+/// A spindle with another range: the nearest safe speed beyond this one's.
+fn faster_or_slower(question: &Question, programmed_rpm: f64) -> Option<Lever> {
+    let within = |min_rpm: f64, max_rpm: f64| Spindle { min_rpm, max_rpm, ..*question.spindle };
+    let Spindle { min_rpm, max_rpm, .. } = *question.spindle;
+    let nearest = |spindle: Spindle| {
+        let question = Question { spindle: &spindle, ..*question };
+        let set = question.divide(question.policy.wide());
+        choose(&question, &set, Objective::Nearest, programmed_rpm, &[])
+    };
+    let beyond_rpm = question.highest_block_rpm()? + BEYOND_RPM;
+    let slower = nearest(within(LEAST_SHARE * min_rpm, min_rpm));
+    let faster = (beyond_rpm > max_rpm).then(|| nearest(within(max_rpm, beyond_rpm))).flatten();
+    let rpm = slower
+        .into_iter()
+        .chain(faster)
+        .filter(|rpm| !(min_rpm..=max_rpm).contains(rpm))
+        .min_by(|a, b| (a - programmed_rpm).abs().total_cmp(&(b - programmed_rpm).abs()))?;
+    let wider = within(min_rpm.min(rpm), max_rpm.max(rpm));
+    let margin = Question { spindle: &wider, ..*question }.widest().map(|bind| bind.separation);
+    Some(Lever { change: Change::Spindle { rpm }, margin, rpm: Some(rpm) })
 }
 
 /// Narrower bands: by less separation, or by a model that can be trusted further.

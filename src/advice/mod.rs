@@ -25,7 +25,9 @@ pub use levers::{Change, Lever};
 pub use map::{Ribbon, SpeedMap};
 pub use operation::{advise, advise_with_progress};
 pub use ranges::ModeRange;
-pub use schedule::{ASSUMED_ACCELERATION_RPM_PER_S, Coupling, Exposure, Schedule, SolverEnd};
+pub use schedule::{
+    ASSUMED_ACCELERATION_RPM_PER_S, Coupling, Exposure, NoSchedule, Schedule, SolverEnd,
+};
 pub use speeds::{Bind, Block, Closure, SafeSet, Speeds};
 pub use vibration::{NoVibration, TipVibration};
 
@@ -107,6 +109,8 @@ pub struct OperationAdvice {
     pub remedy: Remedy,
     /// The best constant speed, where there is one; the same as the remedy's unless a schedule was asked for.
     pub constant: Option<Constant>,
+    /// Why there is no schedule, where one was sought in vain.
+    pub no_schedule: Option<NoSchedule>,
     /// What else could open a gap, the best first; empty where a constant speed is safe.
     pub levers: Vec<Lever>,
     /// The bands along the path.

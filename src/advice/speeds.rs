@@ -104,6 +104,13 @@ impl Question<'_> {
         blocks
     }
 
+    /// Where the highest block of all speeds ends, rev/min; `None` where nothing counts.
+    pub(super) fn highest_block_rpm(&self) -> Option<f64> {
+        let highest_hz = self.ranges.iter().map(|range| range.high_hz).reduce(f64::max)?;
+        let lowest_order = self.lines.iter().map(|line| line.order).min()?;
+        Some(rpm_from_hz(highest_hz * (1.0 + self.policy.wide())) / f64::from(lowest_order))
+    }
+
     /// The parts of `speeds` at which the line is nobody else's business.
     fn not_ignored(&self, line: ExcitationLine, speeds: Speeds) -> impl Iterator<Item = Speeds> {
         ignored_speeds(self.policy, line)

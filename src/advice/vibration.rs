@@ -16,7 +16,7 @@ use super::schedule::is_air;
 use super::speeds::{SafeSet, Speeds};
 use crate::excitation::{ForceHarmonic, ForceModel};
 use crate::job::{Job, Operation};
-use crate::path::{Path, SurveyFault, Surveyor};
+use crate::path::{Path, SurveyFault, TipModes, tip_modes};
 use crate::risk::Turning;
 use crate::units::{hz_from_rpm, rad_per_s_from_hz};
 
@@ -35,6 +35,9 @@ const STEPS: usize = 40;
 
 /// The feed's direction is read over this share of the path.
 const NEARBY: f64 = 1e-5;
+
+/// A feed whose part across the spindle's axis is less than this is a plunge.
+const PLUNGE: f64 = 1e-6;
 
 /// What the tip does at one speed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -118,17 +121,15 @@ impl TipModel {
         let step = if job.tool.pitch_rad.is_some() { 1 } else { job.tool.teeth };
         let top = job.tool.teeth.saturating_mul(HARMONICS);
         let turning = Turning::new(&operation.speed, path);
-        let mut surveyor = Surveyor::new(path);
-        let mut points = Vec::with_capacity(POINTS + 1);
-        for i in 0..=POINTS {
-            let s = i as f64 / POINTS as f64;
-            if !is_air(operation, path, s) && !turning.stands_at(s) {
-                points.push(point(&mut surveyor, s)?);
-            }
-        }
-        if points.is_empty() {
+        let cuts = |s: &f64| !is_air(operation, path, *s) && !turning.stands_at(*s);
+        let s: Vec<f64> = (0..=POINTS).map(|i| i as f64 / POINTS as f64).filter(cuts).collect();
+        if s.is_empty() {
             return Ok(Err(NoVibration::OnlyAir));
         }
+        // The feed's direction is that from a little before to a little behind.
+        let places: Vec<f64> =
+            s.iter().flat_map(|s| [(s - NEARBY).max(0.0), *s, (s + NEARBY).min(1.0)]).collect();
+        let points = tip_modes(path, &places)?.chunks(3).map(point).collect();
         let orders = (1..=top / step.max(1)).map(|h| h * step).collect();
         Ok(Ok(Self { force, orders, teeth: f64::from(job.tool.teeth), points }))
     }
@@ -191,34 +192,23 @@ impl TipModel {
     }
 }
 
-fn point(surveyor: &mut Surveyor, s: f64) -> Result<Point, SurveyFault> {
-    let [behind, ahead] = [(s - NEARBY).max(0.0), (s + NEARBY).min(1.0)];
-    let from = surveyor.tcp_pose(behind)?.translation.vector;
-    let to = surveyor.tcp_pose(ahead)?.translation.vector;
-    let tool = surveyor.tcp_pose(s)?.rotation;
+/// From the modes a little before, at, and a little behind a place.
+fn point(around: &[TipModes]) -> Point {
+    let [behind, at, ahead] = [0, 1, 2].map(|i| &around[i]);
     // The TCP's z axis points from the spindle into the work.
-    let up = -(tool * Vector3::z());
-    let along = (to - from) - up * up.dot(&(to - from));
+    let up = -(at.tcp.rotation * Vector3::z());
+    let step = ahead.tcp.translation.vector - behind.tcp.translation.vector;
     // Where the tool stands or plunges there is no feed direction: any will do.
-    let x = Unit::try_new(along, f64::EPSILON)
-        .unwrap_or_else(|| Unit::new_normalize(tool * Vector3::x()));
+    let x = Unit::try_new(step - up * up.dot(&step), PLUNGE * step.norm())
+        .unwrap_or_else(|| Unit::new_normalize(at.tcp.rotation * Vector3::x()));
     let y = up.cross(&x);
-    let modes = surveyor.modes(s)?.clone();
-    let modes = modes
-        .natural_frequencies_hz
-        .iter()
-        .zip(&modes.damping_ratios)
-        .enumerate()
-        .map(|(r, (hz, &damping_ratio))| {
-            let motion = surveyor.tip_motion(r);
-            PointMode {
-                omega_rad_per_s: rad_per_s_from_hz(*hz),
-                damping_ratio,
-                motion: [x.dot(&motion), y.dot(&motion), up.dot(&motion)],
-            }
-        })
-        .collect();
-    Ok(Point { s, modes })
+    let modes = at.natural_frequencies_hz.iter().zip(&at.damping_ratios).zip(&at.motions);
+    let modes = modes.map(|((&hz, &damping_ratio), motion)| PointMode {
+        omega_rad_per_s: rad_per_s_from_hz(hz),
+        damping_ratio,
+        motion: [x.dot(motion), y.dot(motion), up.dot(motion)],
+    });
+    Point { s: at.s, modes: modes.collect() }
 }
 
 /// √(Σ_k |u_k|²), m.

@@ -47,7 +47,7 @@ struct Cli {
 enum Verb {
     Check(check::CheckArgs),
     Advise(advise::AdviseArgs),
-    Map(map::MapArgs),
+    Map(Box<map::MapArgs>),
     Stiffness(stiffness::StiffnessArgs),
     Schema(schema::SchemaArgs),
     Completions(completions::CompletionsArgs),

@@ -237,7 +237,7 @@ mod tests {
         models
     }
 
-    /// The midpoint rule over a whole turn, a million points: harmonics against the force itself. The
+    /// The midpoint rule over a whole turn: harmonics against the force itself. The
     /// first six of the force's own period, to 0.1 % of the largest.
     #[test]
     fn the_spectrum_agrees_with_direct_integration() {

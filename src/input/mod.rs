@@ -1,4 +1,4 @@
-//! Files → valid types: YAML, URDF, CSV. Raw input and valid input are different types; all faults of a
+//! Files → valid types: YAML, URDF, CSV, NPY. Raw input and valid input are different types; all faults of a
 //! file are reported in one go, each with file and line. The only place that names urdf_rs and serde_yaml.
 
 mod edit;
@@ -23,7 +23,7 @@ pub use edit::{OperationEdit, rewritten_job, rewritten_program};
 pub use fault::Fault;
 pub use job::{load_job, read_job};
 pub use load_test::{LoadTestRow, load_load_test};
-pub use poses::{Poses, load_poses};
+pub use poses::{DecodedPoses, PoseDecoder, PoseTable, RawPoses};
 pub use robot::{load_robot, read_robot};
 
 /// What was read, and remarks on it that do not stop the work.

@@ -11,6 +11,6 @@ mod receptance;
 mod solver;
 mod tracking;
 
-pub use receptance::{peak_tip_compliance_m_per_n, tip_motion, tip_receptance_m_per_n};
+pub use receptance::{peak_tip_compliance_m_per_n, tip_receptance_m_per_n};
 pub use solver::{ModalSolver, Modes};
 pub use tracking::{Follow, Tracker, mac};

@@ -39,9 +39,8 @@ pub fn peak_tip_compliance_m_per_n(modes: &Modes, tip_jacobian: &Matrix6xX<f64>,
         / (2.0 * modes.damping_ratios[r] * omega_r * omega_r)
 }
 
-/// J φ_r, the translational part: how mode `r` moves the point of `tip_jacobian`, in the base frame, for a
-/// unit of its modal coordinate, m/(√kg m) where all is in SI.
-pub fn tip_motion(modes: &Modes, tip_jacobian: &Matrix6xX<f64>, r: usize) -> Vector3<f64> {
+/// J φ_r, the translational part.
+fn tip_motion(modes: &Modes, tip_jacobian: &Matrix6xX<f64>, r: usize) -> Vector3<f64> {
     let shape = modes.shapes.column(r);
     (0..shape.len())
         .fold(Vector3::zeros(), |sum, i| sum + tip_jacobian.fixed_view::<3, 1>(0, i) * shape[i])

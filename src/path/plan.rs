@@ -95,7 +95,7 @@ impl fmt::Display for Haste<'_> {
 #[derive(Debug, Clone)]
 struct Segment {
     /// `None`: straight in the joints.
-    curve: Option<Curve>,
+    curve: Option<Box<Curve>>,
     tcp: Isometry3<f64>,
     line: usize,
     /// As the move asks for it.
@@ -581,6 +581,10 @@ impl<'r> Planner<'r> {
     /// The joints whose motions undo each other at `q`, in words, if the arm is singular there or has
     /// passed such a place since it was on side `before`; and the side that it is on now.
     fn singular_joints(&self, q: &[f64], before: Option<bool>) -> (Option<String>, Option<bool>) {
+        let regular = self.kinematics.side_if_regular(self.robot, q, SINGULAR);
+        if regular.is_some() && (before.is_none() || before == regular) {
+            return (None, regular);
+        }
         let Ok(singularity) = self.kinematics.singularity(self.robot, q) else {
             return (None, None);
         };
@@ -659,7 +663,8 @@ impl<'r> Planner<'r> {
             self.q = q;
         }
         self.segments.push(Segment {
-            curve,
+            // Most paths have far more joint moves than there is room for curves.
+            curve: curve.map(Box::new),
             tcp: next.tcp,
             line: next.line,
             feed_m_per_s: next.feed_m_per_s,

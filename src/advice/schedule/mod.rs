@@ -25,7 +25,7 @@ use super::speeds::{Speeds, feed_at, ignored_speeds};
 use super::vibration::{Chip, TipModel};
 use crate::excitation::ExcitationLine;
 use crate::job::{Job, Operation, SpindleSpeed};
-use crate::path::{Path, Survey, SurveyFault, Surveyor, grid};
+use crate::path::{Detail, Path, Survey, SurveyFault, grid};
 use crate::risk::{Crossing, crossings_under, detail};
 use crate::units::{hz_from_rpm, rpm_from_hz};
 
@@ -105,6 +105,20 @@ impl Schedule {
     }
 }
 
+/// Why there is no schedule.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoSchedule {
+    /// The path takes no time.
+    NoTime,
+    /// Nothing within the spindle's range and acceleration keeps out of the bands, or crosses them from one gap
+    /// to another.
+    NoWay,
+    /// There are ways between the bands, but the solver found no speed along any; how it ended on the last.
+    Solver(SolverEnd),
+    /// A check of what was solved met bands again and again.
+    Contact,
+}
+
 /// What became of the feed under a schedule.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Coupling {
@@ -154,15 +168,15 @@ pub(super) struct Task<'a> {
 }
 
 /// The schedule nearest to the programmed speed that keeps out of all bands or, where none does, crosses as
-/// few as it can where it hurts least. `None` where the spindle cannot do it at all.
+/// few as it can where it hurts least; or why there is none.
 ///
 /// # Errors
 /// The arm has no modes somewhere.
-pub(super) fn schedule(task: &Task) -> Result<Option<Schedule>, SurveyFault> {
+pub(super) fn schedule(task: &Task) -> Result<Result<Schedule, NoSchedule>, SurveyFault> {
     let Task { job, operation, path, .. } = *task;
     let programmed_s = path.duration_s();
     if programmed_s <= 0.0 {
-        return Ok(None);
+        return Ok(Err(NoSchedule::NoTime));
     }
     let given = job.spindle.max_acceleration_rpm_per_s;
     let acceleration_rpm_per_s = given.unwrap_or(ASSUMED_ACCELERATION_RPM_PER_S);
@@ -182,7 +196,10 @@ pub(super) fn schedule(task: &Task) -> Result<Option<Schedule>, SurveyFault> {
             min_rpm: job.spindle.min_rpm,
             max_rpm: job.spindle.max_rpm,
         };
-        let Some(best) = best(task, &cut, &limits)? else { return Ok(None) };
+        let best = match best(task, &cut, &limits)? {
+            Ok(best) => best,
+            Err(why) => return Ok(Err(why)),
+        };
         let speed = SpindleSpeed::Schedule(thinned(&cut.s, &best.rpm, &limits));
         let mean_rpm = mean(&cut.s, &best.rpm);
         let mut feed_m_per_s = operation.feed_m_per_s;
@@ -213,7 +230,7 @@ pub(super) fn schedule(task: &Task) -> Result<Option<Schedule>, SurveyFault> {
             cut = self::cut(task, slack)?;
             continue;
         }
-        return Ok(Some(Schedule {
+        return Ok(Ok(Schedule {
             separation: separation(task, &speed, &last_look),
             exposures: found
                 .into_iter()
@@ -234,7 +251,7 @@ pub(super) fn schedule(task: &Task) -> Result<Option<Schedule>, SurveyFault> {
             solver: best.end,
         }));
     }
-    Ok(None)
+    Ok(Err(NoSchedule::Contact))
 }
 
 fn cut(task: &Task, slack: f64) -> Result<Plane, SurveyFault> {
@@ -252,7 +269,11 @@ struct Best {
 }
 
 /// Solves way after way, in the order of their bounds, until no other can be better.
-fn best(task: &Task, plane: &Plane, limits: &Limits) -> Result<Option<Best>, SurveyFault> {
+fn best(
+    task: &Task,
+    plane: &Plane,
+    limits: &Limits,
+) -> Result<Result<Best, NoSchedule>, SurveyFault> {
     let mut ways = routes(plane, limits, None);
     if ways.is_empty() {
         let policy = &task.job.policy;
@@ -260,6 +281,7 @@ fn best(task: &Task, plane: &Plane, limits: &Limits) -> Result<Option<Best>, Sur
         ways = routes(plane, limits, Some(&Hurt::new(hurt(task, plane)?, &ignores)));
     }
     let mut best: Option<Best> = None;
+    let mut why = NoSchedule::NoWay;
     let mut tried = 0;
     for way in ways {
         // With ramps the order is that of what hurts, and the first that can be run is the one.
@@ -273,37 +295,31 @@ fn best(task: &Task, plane: &Plane, limits: &Limits) -> Result<Option<Best>, Sur
         let (rpm, end) = match solve(&plane.s, &way.bounds, limits) {
             Ok(solved) => solved,
             // Whatever stopped the solver, there may be another way.
-            Err(
-                SolverEnd::Infeasible
-                | SolverEnd::OutOfSteps
-                | SolverEnd::Stuck
-                | SolverEnd::Unexpected
-                | SolverEnd::Solved
-                | SolverEnd::AlmostSolved,
-            ) => continue,
+            Err(end) => {
+                why = NoSchedule::Solver(end);
+                continue;
+            }
         };
         let objective = objective(&plane.s, &rpm, limits.programmed_rpm);
         if best.as_ref().is_none_or(|best| objective < best.objective) {
             best = Some(Best { rpm, objective, ramps: way.ramps, tried, end });
         }
     }
-    Ok(best.map(|best| Best { tried, ..best }))
+    Ok(best.map(|best| Best { tried, ..best }).ok_or(why))
 }
 
 /// Per cell, what it hurts to be in the band of each mode.
 fn hurt(task: &Task, plane: &Plane) -> Result<Vec<Bands>, SurveyFault> {
     let Task { job, path, lines, .. } = *task;
     let policy = &job.policy;
-    let mut surveyor = Surveyor::new(path);
+    let middles = plane.s.windows(2).map(|side| 0.5 * (side[0] + side[1])).collect();
+    let survey = Survey::take(path, middles, Detail::TipResponse, &|_| {})?;
     let mut cells = Vec::with_capacity(plane.corridors.len());
-    for side in plane.s.windows(2) {
-        let middle = 0.5 * (side[0] + side[1]);
+    for (side, station) in plane.s.windows(2).zip(survey.stations()) {
         let in_air = is_idle(task, side[0]) && is_idle(task, side[1]);
         let share = (side[1] - side[0]) * if in_air { AIR_HURT } else { 1.0 };
-        let frequencies_hz = surveyor.modes(middle)?.natural_frequencies_hz.clone();
-        let tips = surveyor.tip_response_m_per_n();
         let mut bands = Vec::new();
-        for (hz, &tip) in frequencies_hz.iter().zip(tips) {
+        for (hz, &tip) in station.frequencies_hz.iter().zip(station.tip_m_per_n) {
             for &line in lines {
                 let rpm = |hz: f64| rpm_from_hz(hz) / f64::from(line.order);
                 let low_rpm = rpm(hz * (1.0 - policy.wide()));

@@ -143,7 +143,7 @@ fn check_value(node: &mut Node, line: u32, schema: &Value, trail: &Trail<'_>, fa
             Kind::Scalar { .. } | Kind::Mapping(_) => false,
         },
         Some("number" | "integer") => {
-            node.number().is_some_and(|number| number_fits(number, schema))
+            node.number().is_some_and(|number| Range::of(schema).holds(number))
         }
         Some("boolean") => node.boolean().is_some(),
         Some("string") => node.text().is_some_and(|text| {
@@ -259,8 +259,9 @@ fn check_list(
         Kind::Numbers(numbers) => {
             let Some(item_schema) = items_schema.as_object() else { return true };
             let numeric = matches!(type_of(item_schema), Some("number" | "integer"));
+            let range = Range::of(item_schema);
             for (index, &number) in numbers.iter().enumerate() {
-                if !(numeric && number_fits(number, item_schema)) {
+                if !(numeric && range.holds(number)) {
                     let trail = trail.then(TrailStep::Index(index));
                     let what = format!("is {number}, must be {}", expectation(item_schema));
                     faults.add(line as usize, trail.about(&what));
@@ -317,12 +318,31 @@ fn admits_null(schema: &Value) -> bool {
     schema.get("type").is_some_and(type_admits_null)
 }
 
-fn number_fits(number: f64, schema: &Map<String, Value>) -> bool {
-    let bound = |key: &str| schema.get(key).and_then(Value::as_f64);
-    (type_of(schema) != Some("integer") || number.fract() == 0.0)
-        && bound("minimum").is_none_or(|least| number >= least)
-        && bound("exclusiveMinimum").is_none_or(|below| number > below)
-        && bound("maximum").is_none_or(|most| number <= most)
+/// What a schema says of a number.
+struct Range {
+    is_whole: bool,
+    least: Option<f64>,
+    above: Option<f64>,
+    most: Option<f64>,
+}
+
+impl Range {
+    fn of(schema: &Map<String, Value>) -> Self {
+        let bound = |key: &str| schema.get(key).and_then(Value::as_f64);
+        Self {
+            is_whole: type_of(schema) == Some("integer"),
+            least: bound("minimum"),
+            above: bound("exclusiveMinimum"),
+            most: bound("maximum"),
+        }
+    }
+
+    fn holds(&self, number: f64) -> bool {
+        (!self.is_whole || number.fract() == 0.0)
+            && self.least.is_none_or(|least| number >= least)
+            && self.above.is_none_or(|above| number > above)
+            && self.most.is_none_or(|most| number <= most)
+    }
 }
 
 /// What a value must be, in words.

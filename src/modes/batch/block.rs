@@ -171,18 +171,17 @@ impl<'a, S: Simd> Block<'a, S> {
         bad |= self.diagonalise(rows, bad);
         bad |= self.suspects();
         match (wanted, plan.one_damping_ratio) {
-            (Wanted::Frequencies, _) => self.sort(0),
+            (Wanted::Frequencies, _) => sort::<S>(&mut self.lambda, &mut [], 0),
             (Wanted::Modes, _) => {
-                self.sort(self.n);
+                sort::<S>(&mut self.lambda, &mut self.v, self.n);
                 self.shape();
             }
-            (Wanted::Tip { .. }, Some(zeta)) => {
-                self.comply_alike(zeta);
-                self.sort_compliances();
-            }
-            (Wanted::Tip { .. }, None) => {
-                self.comply();
-                self.sort_compliances();
+            (Wanted::Tip { .. }, one_damping_ratio) => {
+                match one_damping_ratio {
+                    Some(zeta) => self.comply_alike(zeta),
+                    None => self.comply(),
+                }
+                sort::<S>(&mut self.lambda, &mut self.compliance, 1);
             }
         }
         self.store(count, wanted, results);
@@ -266,35 +265,12 @@ impl<'a, S: Simd> Block<'a, S> {
                 4 => unrolled::<S, 4>(simd, &mut problem, bad),
                 5 => unrolled::<S, 5>(simd, &mut problem, bad),
                 6 => unrolled::<S, 6>(simd, &mut problem, bad),
-                7 => unrolled::<S, 7>(simd, &mut problem, bad),
-                _ => unrolled::<S, 8>(simd, &mut problem, bad),
+                _ => unrolled::<S, 7>(simd, &mut problem, bad),
             }
         } else {
-            simd.vectorize(
-                #[inline(always)]
-                || solve_looped(simd, n, &mut problem, bad),
-            )
+            looped(simd, n, &mut problem, bad)
         };
         bad | !done
-    }
-
-    /// Ascending frequencies: descending eigenvalues, each with its `rows` entries of v.
-    #[inline(always)]
-    fn sort(&mut self, rows: usize) {
-        for i in 1..self.n {
-            for j in (1..=i).rev() {
-                let (upper, lower) = (self.lambda[j - 1], self.lambda[j]);
-                let wrong = lower.simd_gt(upper);
-                self.lambda[j - 1] = wrong.select(lower, upper);
-                self.lambda[j] = wrong.select(upper, lower);
-                for k in 0..rows {
-                    let (at, next) = ((j - 1) * rows + k, j * rows + k);
-                    let (upper, lower) = (self.v[at], self.v[next]);
-                    self.v[at] = wrong.select(lower, upper);
-                    self.v[next] = wrong.select(upper, lower);
-                }
-            }
-        }
     }
 
     /// Eigenvectors y of A become x = R⁻¹ y, if there is gravity: φ = ω x, but for the springs' scale.
@@ -364,7 +340,7 @@ impl<'a, S: Simd> Block<'a, S> {
     fn comply_alike(&mut self, zeta: f64) {
         let half = splat(self.simd, 0.5 / zeta);
         for (c, w) in self.compliance.iter_mut().zip(self.v.chunks_exact(3)) {
-            *c = w[2].mul_add(w[2], w[1].mul_add(w[1], w[0] * w[0])) * half;
+            *c = square::<S>(w) * half;
         }
     }
 
@@ -381,23 +357,7 @@ impl<'a, S: Simd> Block<'a, S> {
                     *w = self.assembly.jacobian[3 * i + k].mul_add(*x, *w);
                 }
             }
-            let square = w[2].mul_add(w[2], w[1].mul_add(w[1], w[0] * w[0]));
-            self.compliance[r] = square * splat(simd, 0.5) / self.damping[r];
-        }
-    }
-
-    #[inline(always)]
-    fn sort_compliances(&mut self) {
-        for i in 1..self.n {
-            for j in (1..=i).rev() {
-                let (upper, lower) = (self.lambda[j - 1], self.lambda[j]);
-                let wrong = lower.simd_gt(upper);
-                self.lambda[j - 1] = wrong.select(lower, upper);
-                self.lambda[j] = wrong.select(upper, lower);
-                let (upper, lower) = (self.compliance[j - 1], self.compliance[j]);
-                self.compliance[j - 1] = wrong.select(lower, upper);
-                self.compliance[j] = wrong.select(upper, lower);
-            }
+            self.compliance[r] = square::<S>(&w) * splat(simd, 0.5) / self.damping[r];
         }
     }
 
@@ -421,6 +381,34 @@ impl<'a, S: Simd> Block<'a, S> {
     }
 }
 
+/// Ascending frequencies: descending eigenvalues, each with its `width` entries of `rows`.
+#[inline(always)]
+fn sort<S: Simd>(lambda: &mut [Lanes<S>], rows: &mut [Lanes<S>], width: usize) {
+    for i in 1..lambda.len() {
+        for j in (1..=i).rev() {
+            let wrong = lambda[j].simd_gt(lambda[j - 1]);
+            exchange::<S>(wrong, lambda, j - 1, j);
+            for k in 0..width {
+                exchange::<S>(wrong, rows, (j - 1) * width + k, j * width + k);
+            }
+        }
+    }
+}
+
+/// Exchanges two values in the lanes that are set.
+#[inline(always)]
+fn exchange<S: Simd>(lanes: Mask<S>, values: &mut [Lanes<S>], a: usize, b: usize) {
+    let (at_a, at_b) = (values[a], values[b]);
+    values[a] = lanes.select(at_b, at_a);
+    values[b] = lanes.select(at_a, at_b);
+}
+
+/// The square of the length of a vector of three entries.
+#[inline(always)]
+fn square<S: Simd>(w: &[Lanes<S>]) -> Lanes<S> {
+    w[2].mul_add(w[2], w[1].mul_add(w[1], w[0] * w[0]))
+}
+
 /// Lane by lane, the values of one pose beside each other.
 #[inline(always)]
 fn scatter<S: Simd>(values: &[Lanes<S>], count: usize, rows: &mut [f64]) {
@@ -439,6 +427,10 @@ const fn unrolls<S: Simd>() -> bool {
     !cfg!(debug_assertions) && (Lanes::<S>::LEN > 2 || !cfg!(target_arch = "x86_64"))
 }
 
+/// The number of coordinates of most arms: whole eigenvectors of others are worked out by loops, as unrolled
+/// code for each would take as long to compile as everything else.
+const COMMON: usize = 6;
+
 /// One function for each number of rows that occurs, so that each is a constant to it.
 #[inline(always)]
 fn unrolled<S: Simd, const N: usize>(simd: S, problem: &mut Problem<S>, bad: Mask<S>) -> Mask<S> {
@@ -447,15 +439,24 @@ fn unrolled<S: Simd, const N: usize>(simd: S, problem: &mut Problem<S>, bad: Mas
             #[inline(always)]
             || solve_unrolled::<S, N, 0>(simd, problem, bad),
         ),
-        3 if N != 3 => simd.vectorize(
+        3 => simd.vectorize(
             #[inline(always)]
             || solve_unrolled::<S, N, 3>(simd, problem, bad),
         ),
-        _ => simd.vectorize(
+        _ if N == COMMON => simd.vectorize(
             #[inline(always)]
             || solve_unrolled::<S, N, N>(simd, problem, bad),
         ),
+        _ => looped(simd, N, problem, bad),
     }
+}
+
+#[inline(always)]
+fn looped<S: Simd>(simd: S, n: usize, problem: &mut Problem<S>, bad: Mask<S>) -> Mask<S> {
+    simd.vectorize(
+        #[inline(always)]
+        || solve_looped(simd, n, problem, bad),
+    )
 }
 
 /// R of A = Rᵀ R in the upper triangle, with the reciprocals of its diagonal in place of the diagonal. Gives

@@ -225,7 +225,7 @@ impl<'a> Kernel<'a> {
 
     fn run(&self, poses: &[f64], wanted: Wanted, mut results: Results) -> Result<(), BatchFault> {
         let count = self.count(poses, wanted, &results)?;
-        dispatch!(self.level, simd => self.run_on(simd, poses, count, wanted, &mut results))
+        self.run_piece(poses, count, wanted, &mut results)
     }
 
     fn par_run(&self, poses: &[f64], wanted: Wanted, results: Results) -> Result<(), BatchFault> {
@@ -238,12 +238,8 @@ impl<'a> Kernel<'a> {
             .filter_map(|(i, mut results)| {
                 let (from, to) = (i * CHUNK, count.min((i + 1) * CHUNK));
                 let poses = &poses[from * joints..to * joints];
-                dispatch!(
-                    self.level,
-                    simd => self.run_on(simd, poses, to - from, wanted, &mut results)
-                )
-                .err()
-                .map(|fault| fault.after(from))
+                let outcome = self.run_piece(poses, to - from, wanted, &mut results);
+                outcome.err().map(|fault| fault.after(from))
             })
             .collect();
         faults.into_iter().next().map_or(Ok(()), Err)
@@ -278,6 +274,18 @@ impl<'a> Kernel<'a> {
             }
         }
         Ok(count)
+    }
+
+    /// The one place where the code for each instruction set is made: it takes long to compile.
+    #[inline(never)]
+    fn run_piece(
+        &self,
+        poses: &[f64],
+        count: usize,
+        wanted: Wanted,
+        results: &mut Results,
+    ) -> Result<(), BatchFault> {
+        dispatch!(self.level, simd => self.run_on(simd, poses, count, wanted, results))
     }
 
     #[inline(always)]

@@ -13,7 +13,7 @@ use super::inertia::packed;
 use super::lanes::{Lanes, Mask, inverse_root, rough_inverse, splat, turn_sign};
 
 /// Matrices up to this size are solved by unrolled code.
-pub(super) const LARGEST_UNROLLED: usize = 8;
+pub(super) const LARGEST_UNROLLED: usize = 7;
 
 /// Most values in the triangle and in the vectors of a matrix that is solved unrolled.
 const UNROLLED_TRIANGLE: usize = LARGEST_UNROLLED * (LARGEST_UNROLLED + 1) / 2;
@@ -160,36 +160,6 @@ macro_rules! every_pair {
                 $step!(1, 3);
                 $step!(5, 6);
                 $step!(0, 1);
-                $step!(3, 6);
-                $step!(4, 5);
-            }
-            8 => {
-                $step!(0, 7);
-                $step!(1, 6);
-                $step!(2, 5);
-                $step!(3, 4);
-                $step!(0, 6);
-                $step!(5, 7);
-                $step!(1, 4);
-                $step!(2, 3);
-                $step!(0, 5);
-                $step!(4, 6);
-                $step!(3, 7);
-                $step!(1, 2);
-                $step!(0, 4);
-                $step!(3, 5);
-                $step!(2, 6);
-                $step!(1, 7);
-                $step!(0, 3);
-                $step!(2, 4);
-                $step!(1, 5);
-                $step!(6, 7);
-                $step!(0, 2);
-                $step!(1, 3);
-                $step!(4, 7);
-                $step!(5, 6);
-                $step!(0, 1);
-                $step!(2, 7);
                 $step!(3, 6);
                 $step!(4, 5);
             }

@@ -94,6 +94,8 @@ struct Operation<'a> {
     schedule: Option<Vec<Point>>,
     /// More on the schedule; null where there is none.
     schedule_facts: Option<ScheduleFacts>,
+    /// Why there is no schedule where one was sought; null where there is one or a constant speed suffices.
+    schedule_missing: Option<&'static str>,
     /// What closes the last gap where no constant speed is safe; null where one is.
     binding: Option<Binding>,
     /// What else could open a gap, the best first; empty where a constant speed is safe. None is applied.
@@ -157,7 +159,8 @@ impl From<&advice::Bind> for Binding {
 #[serde(deny_unknown_fields)]
 struct Lever {
     /// `tool`: another cutter of tools_on_hand. `turn_tool`: the tool turned about its own axis.
-    /// `move_work_object`: in the base frame. `separation`: less of it. `model_uncertainty`: less of it.
+    /// `move_work_object`: in the base frame. `spindle`: one with another range. `separation`: less of it.
+    /// `model_uncertainty`: less of it.
     lever: LeverName,
     /// In words.
     change: String,
@@ -182,6 +185,7 @@ enum LeverName {
     Tool,
     TurnTool,
     MoveWorkObject,
+    Spindle,
     Separation,
     ModelUncertainty,
 }
@@ -210,6 +214,7 @@ impl From<&advice::Lever> for Lever {
                 out.lever = LeverName::MoveWorkObject;
                 out.shift_mm = Some(shift_m.map(|m| Number(mm_from_m(m))));
             }
+            Change::Spindle { .. } => out.lever = LeverName::Spindle,
             Change::Separation { separation } => {
                 out.lever = LeverName::Separation;
                 out.separation_percent = Some(Number(percent_from_ratio(*separation)));
@@ -425,6 +430,7 @@ fn of<'a>(job: &AdvisedJob, operation: &'a OperationAdvice) -> Operation<'a> {
         separation_percent: separation.map(|apart| Number(percent_from_ratio(apart))),
         schedule: schedule.map(|plan| plan.points.iter().map(Point::from).collect()),
         schedule_facts: schedule.map(|plan| facts(operation, plan)),
+        schedule_missing: operation.no_schedule.map(words::no_schedule),
         binding: operation.bind.as_ref().map(Binding::from),
         levers: operation.levers.iter().map(Lever::from).collect(),
         vibration: operation.vibration.as_ref().ok().map(Vibration::from),

@@ -25,7 +25,21 @@ pub fn advice(job: &AdvisedJob, colour: bool) -> String {
     }
     text.push('\n');
     push_fact(2, "model", &model(job), &mut text);
+    push_fact(2, "next", next(job), &mut text);
     text
+}
+
+fn next(job: &AdvisedJob) -> &'static str {
+    let operations = &job.advice.operations;
+    let is_kept = |operation: &OperationAdvice| matches!(&operation.remedy, Remedy::Constant(constant) if constant.is_programmed);
+    if !job.advice.is_clear() {
+        "pull one of the levers, then ask again; the job may offer more: tools_on_hand, work_object_shift, and \
+         free_axis_deg in an operation"
+    } else if operations.iter().all(is_kept) {
+        "run the job as it is; this is no promise against chatter"
+    } else {
+        "write the job as advised with --write JOB2.yaml and check it; this is no promise against chatter"
+    }
 }
 
 fn push_operation(job: &AdvisedJob, operation: &OperationAdvice, colour: bool, text: &mut String) {
@@ -52,7 +66,9 @@ fn push_operation(job: &AdvisedJob, operation: &OperationAdvice, colour: bool, t
         Remedy::Infeasible => format!("programmed {}", words::rpm(operation.programmed_rpm)),
     };
     text.push_str(&format!("  {name}  {}  {head}\n", style::paint(tone, word, colour)));
-    push_fact(4, "why", &words::reason(job, operation), text);
+    for (name, fact) in words::reasons(job, operation) {
+        push_fact(4, name, &fact, text);
+    }
     let separation = match &operation.remedy {
         Remedy::Constant(constant) => Some(constant.separation),
         Remedy::Scheduled(plan) => Some(plan.separation),

@@ -2,8 +2,8 @@
 
 use super::AdvisedJob;
 use crate::advice::{
-    Block, Change, Closure, Constant, Coupling, Exposure, Lever, NoVibration, Objective,
-    OperationAdvice, Remedy, Schedule, Speeds, TipVibration,
+    Block, Change, Closure, Constant, Coupling, Exposure, Lever, NoSchedule, NoVibration,
+    Objective, OperationAdvice, Remedy, Schedule, SolverEnd, Speeds, TipVibration,
 };
 use crate::report::words::{certainty, line, percent, range, round_percent, trimmed, um_per_n};
 use crate::units::{deg_from_rad, mm_from_m, percent_from_ratio, um_from_m};
@@ -40,18 +40,62 @@ pub(super) fn closers(closure: &Closure, rpm: f64) -> String {
 
 /// Why this advice, in one sentence.
 pub(super) fn reason(job: &AdvisedJob, operation: &OperationAdvice) -> String {
+    let parts: Vec<String> = reasons(job, operation).into_iter().map(|(_, part)| part).collect();
+    let all = parts.join("; ");
+    let Remedy::Infeasible = operation.remedy else { return all };
+    let levers = match operation.levers.first() {
+        Some(best) if best.rpm.is_some() => format!("what would open a gap: {}", lever(best)),
+        _ => "no lever that the job allows opens a gap".to_owned(),
+    };
+    format!("operation '{}': {all}; {levers}", operation.name)
+}
+
+/// Why this advice, fact by fact, each with the name under which a column shows it.
+pub(super) fn reasons(
+    job: &AdvisedJob,
+    operation: &OperationAdvice,
+) -> Vec<(&'static str, String)> {
+    let mut facts = Vec::new();
     match &operation.remedy {
-        Remedy::Constant(constant) => constant_reason(job, operation, constant),
-        Remedy::Scheduled(schedule) => scheduled_reason(job, operation, schedule),
-        Remedy::Infeasible => {
-            let no_constant = no_constant_reason(job, operation);
-            let levers = match operation.levers.first() {
-                Some(best) if best.rpm.is_some() => {
-                    format!("; what would open a gap: {}", lever(best))
-                }
-                _ => "; no lever that the job allows opens a gap".to_owned(),
-            };
-            format!("{no_constant}; nor does one that varies along the path{levers}")
+        Remedy::Constant(constant) => {
+            facts.push(("why", constant_reason(job, operation, constant)));
+        }
+        Remedy::Scheduled(schedule) => facts.push(("why", scheduled_reason(schedule))),
+        Remedy::Infeasible => {}
+    }
+    if let (Remedy::Scheduled(_), Some(constant)) = (&operation.remedy, operation.constant) {
+        facts.push(("constant", format!("{} is safe throughout, too", rpm(constant.rpm))));
+    }
+    if operation.constant.is_none() {
+        let is_all = matches!(operation.remedy, Remedy::Infeasible);
+        facts.push((if is_all { "why" } else { "constant" }, no_constant(job)));
+        facts.push(("binding", binding(operation)));
+    }
+    facts.extend(operation.no_schedule.map(|why| ("varying", no_schedule(why).to_owned())));
+    facts
+}
+
+/// Why there is no schedule.
+pub(super) fn no_schedule(why: NoSchedule) -> &'static str {
+    match why {
+        NoSchedule::NoTime => "the path takes no time in which a speed could vary",
+        NoSchedule::NoWay => {
+            "nor does a speed that varies along the path, within the spindle's range and acceleration"
+        }
+        NoSchedule::Solver(SolverEnd::Infeasible) => {
+            "the solver holds every speed that varies between the bands for impossible"
+        }
+        NoSchedule::Solver(SolverEnd::OutOfSteps) => {
+            "the solver ran out of steps before it found a speed that varies along the path"
+        }
+        NoSchedule::Solver(SolverEnd::Stuck) => {
+            "the solver made no progress towards a speed that varies along the path"
+        }
+        NoSchedule::Solver(SolverEnd::Solved | SolverEnd::AlmostSolved | SolverEnd::Unexpected) => {
+            "the solver ended in a way that this problem should not have"
+        }
+        NoSchedule::Contact => {
+            "speeds that vary along the path were found, but a check met bands with all of them"
         }
     }
 }
@@ -76,19 +120,15 @@ fn constant_reason(job: &AdvisedJob, operation: &OperationAdvice, constant: &Con
     }
 }
 
-fn scheduled_reason(job: &AdvisedJob, operation: &OperationAdvice, plan: &Schedule) -> String {
+fn scheduled_reason(plan: &Schedule) -> String {
     let Speeds { low_rpm, high_rpm } = plan.range_rpm();
     let range = format!("{} to {}", trimmed(low_rpm, 1), rpm(high_rpm));
-    let why = match operation.constant {
-        Some(constant) => format!("asked for, though {} is safe throughout", rpm(constant.rpm)),
-        None => no_constant_reason(job, operation),
-    };
     if plan.exposures.is_empty() {
-        return format!("a speed that moves between the bands, {range}; {why}");
+        return format!("a speed that varies along the path, {range}, stays clear of every band");
     }
     let seconds: f64 = plan.exposures.iter().map(|exposure| exposure.seconds).sum();
     format!(
-        "a speed of {range} that crosses {} because it must, {} s in all; {why}",
+        "a speed that varies along the path, {range}, crosses {} because it must, {} s in all",
         if plan.exposures.len() == 1 { "a band" } else { "bands" },
         trimmed(seconds, 2)
     )
@@ -130,6 +170,7 @@ pub(super) fn change(change: &Change) -> String {
             let [x, y, z] = shift_m.map(|m| trimmed(mm_from_m(m), 1));
             format!("move the work object by [{x}, {y}, {z}] mm")
         }
+        Change::Spindle { rpm: at } => format!("a spindle that can run at {}", rpm(*at)),
         Change::Separation { separation } => {
             format!("a separation of {} %", round_percent(*separation))
         }
@@ -200,20 +241,23 @@ pub(super) fn coupling(plan: &Schedule) -> String {
     }
 }
 
-fn no_constant_reason(job: &AdvisedJob, operation: &OperationAdvice) -> String {
+fn no_constant(job: &AdvisedJob) -> String {
     let advice = &job.advice;
-    let head = format!(
-        "operation '{}': no constant spindle speed in {}..{} rpm stays {} % (separation {} %, model uncertainty {} %) \
-         away from every mode along the whole path",
-        operation.name,
+    format!(
+        "no constant spindle speed in {}..{} rpm stays {} % (separation {} %, model uncertainty {} %) away from \
+         every mode along the whole path",
         trimmed(job.spindle.min_rpm, 2),
         trimmed(job.spindle.max_rpm, 2),
         round_percent(advice.separation + advice.model_uncertainty),
         round_percent(advice.separation),
         round_percent(advice.model_uncertainty),
-    );
+    )
+}
+
+/// What stands in the way of a constant speed.
+fn binding(operation: &OperationAdvice) -> String {
     let Some(bind) = &operation.bind else {
-        return format!("{head}; the gaps that are left are too narrow to set a speed in them");
+        return "the gaps that are left are too narrow to set a speed in them".to_owned();
     };
     let below = bind.below.as_ref().map_or("the spindle's lowest speed".to_owned(), block);
     let above = bind.above.as_ref().map_or("the spindle's highest speed".to_owned(), block);
@@ -222,5 +266,5 @@ fn no_constant_reason(job: &AdvisedJob, operation: &OperationAdvice) -> String {
     } else {
         format!("no speed keeps any distance; {} comes nearest to it", rpm(bind.rpm))
     };
-    format!("{head}: {below} closes in from below and {above} from above ({closest})")
+    format!("{below} closes in from below and {above} from above ({closest})")
 }

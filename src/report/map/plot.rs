@@ -20,8 +20,8 @@ const SHADES: f64 = 48.0;
 /// The linear frequencies over a heat map.
 const LINEAR_MODES: Stroke = Stroke { colour: "#00e5ff", width: 1.4, dashes: "7 5" };
 
-const TITLE: &str = "font-size=\"16\" font-weight=\"bold\"";
-const PANEL_TITLE: &str = "font-size=\"14\" font-weight=\"bold\"";
+pub(super) const TITLE: &str = "font-size=\"16\" font-weight=\"bold\"";
+pub(super) const PANEL_TITLE: &str = "font-size=\"14\" font-weight=\"bold\"";
 
 /// Draws a map. `swept` is the joint (by place) that the poses sweep, if one does; poses from a list are
 /// drawn as points over β2 or, without it, over their number.
