@@ -2,7 +2,10 @@
 //! the work object moved, another spindle, less separation, a better model. Each with the margin that it
 //! would reach; none is applied.
 
+use std::cmp::Ordering;
+
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use rayon::prelude::*;
 
 use super::choice::choose;
 use super::ranges::{Counting, mode_ranges};
@@ -76,10 +79,10 @@ pub struct Lever {
     pub rpm: Option<f64>,
 }
 
-impl Lever {
-    fn key(&self) -> (bool, f64) {
-        (self.rpm.is_none(), -self.margin.unwrap_or(f64::INFINITY))
-    }
+/// Those that open a gap come before those that do not, and of these those with the larger margin.
+fn before(a: &Lever, b: &Lever) -> Ordering {
+    let margin = |lever: &Lever| lever.margin.unwrap_or(f64::INFINITY);
+    a.rpm.is_none().cmp(&b.rpm.is_none()).then(margin(b).total_cmp(&margin(a)))
 }
 
 /// The changes that the job allows, the best first, where no constant speed is safe.
@@ -113,10 +116,7 @@ pub(super) fn levers(
     if let Some(bind) = bind {
         found.extend(narrower(job, bind));
     }
-    found.sort_by(|a, b| {
-        let (a, b) = (a.key(), b.key());
-        a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
-    });
+    found.sort_by(before);
     Ok(found)
 }
 
@@ -191,9 +191,11 @@ fn turned(
     let mut angles: Vec<f64> = (0..ANGLES).map(|i| from + step * i as f64).collect();
     let mut best: Option<(f64, Lever)> = None;
     for _ in 0..=CLOSER {
-        for angle_rad in std::mem::take(&mut angles) {
-            let Some(lever) = try_angle(angle_rad)? else { continue };
-            if best.as_ref().is_none_or(|(_, best)| lever.key() < best.key()) {
+        let found: Vec<Option<Lever>> =
+            angles.par_iter().map(|&angle_rad| try_angle(angle_rad)).collect::<Result<_, _>>()?;
+        for (angle_rad, lever) in std::mem::take(&mut angles).into_iter().zip(found) {
+            let Some(lever) = lever else { continue };
+            if best.as_ref().is_none_or(|(_, best)| before(&lever, best).is_lt()) {
                 best = Some((angle_rad, lever));
             }
         }
@@ -216,22 +218,21 @@ fn moved(
         let steps = (count - 1).max(1) as f64;
         (0..count).map(|i| least + (most - least) * i as f64 / steps).collect()
     });
-    let mut best: Option<Lever> = None;
-    for &x in &places[0] {
-        for &y in &places[1] {
-            for &z in &places[2] {
-                let shift = Translation3::new(x, y, z);
-                let change = Change::MoveWorkObject { shift_m: [x, y, z] };
-                let lever = tried(job, operation, change, programmed_rpm, &|pose| shift * pose)?;
-                if let Some(lever) = lever
-                    && best.as_ref().is_none_or(|best| lever.key() < best.key())
-                {
-                    best = Some(lever);
-                }
-            }
-        }
-    }
-    Ok(best)
+    let [xs, ys, zs] = &places;
+    let shifts: Vec<[f64; 3]> = xs
+        .iter()
+        .flat_map(|&x| ys.iter().flat_map(move |&y| zs.iter().map(move |&z| [x, y, z])))
+        .collect();
+    let try_shift = |&shift_m: &[f64; 3]| {
+        let shift = Translation3::from(shift_m);
+        let change = Change::MoveWorkObject { shift_m };
+        tried(job, operation, change, programmed_rpm, &|pose| shift * pose)
+    };
+    let found: Vec<Option<Lever>> = shifts.par_iter().map(try_shift).collect::<Result<_, _>>()?;
+    Ok(found.into_iter().flatten().reduce(|best, lever| {
+        let is_better = before(&lever, &best).is_lt();
+        if is_better { lever } else { best }
+    }))
 }
 
 /// What a change of all poses would reach; `None` where the path cannot be run then, or is one of joint
@@ -241,7 +242,7 @@ fn tried(
     operation: &Operation,
     change: Change,
     programmed_rpm: f64,
-    changed: &dyn Fn(&Isometry3<f64>) -> Isometry3<f64>,
+    changed: &(dyn Fn(&Isometry3<f64>) -> Isometry3<f64> + Sync),
 ) -> Result<Option<Lever>, SurveyFault> {
     let moves: Option<Vec<Move>> = operation
         .moves

@@ -97,8 +97,12 @@ pub struct OperationAdvice {
     pub name: String,
     /// The programmed speed, or the mean over time of a programmed schedule, rev/min.
     pub programmed_rpm: f64,
+    /// Whether a schedule is programmed.
+    pub is_schedule_programmed: bool,
     /// The programmed feed, m/s.
     pub programmed_feed_m_per_s: f64,
+    /// Whether the moves are those of a program, which may have feeds of its own.
+    pub runs_program: bool,
     /// The lines that were looked at, ascending.
     pub lines: Vec<ExcitationLine>,
     /// What the modes cover along the path.

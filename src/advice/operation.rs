@@ -135,7 +135,9 @@ fn advise_path(
     Ok(OperationAdvice {
         name: operation.name.clone(),
         programmed_rpm,
+        is_schedule_programmed: matches!(operation.speed, SpindleSpeed::Schedule(_)),
         programmed_feed_m_per_s: operation.feed_m_per_s,
+        runs_program: operation.program.is_some(),
         remedy,
         no_schedule,
         vibration: tip.as_ref().map_err(|why| *why).map(|tip| Vibration {

@@ -8,8 +8,7 @@ const TITLE: &str = "font-size=\"16\" font-weight=\"bold\"";
 const PANEL_TITLE: &str = "font-size=\"14\" font-weight=\"bold\"";
 const WIDTH: f64 = 900.0;
 const PANEL_HEIGHT: f64 = 360.0;
-const PROGRAMMED: &str = "#d55e00";
-const ADVISED: &str = "#000000";
+const INK: &str = "#000000";
 
 /// Draws one panel an operation.
 pub fn advice(job: &AdvisedJob) -> String {
@@ -56,16 +55,16 @@ fn panel(sheet: &mut Sheet, job: &AdvisedJob, operation: &OperationAdvice, top: 
             legend.push(ribbon.mode);
         }
     }
-    let stroke = |colour, dashes| Stroke { colour, width: 2.4, dashes };
+    let stroke = |width, dashes| Stroke { colour: INK, width, dashes };
     let programmed = clamped(operation.programmed_rpm);
-    sheet.curve(&panel, &[(0.0, programmed), (1.0, programmed)], stroke(PROGRAMMED, "7 5"));
+    sheet.curve(&panel, &[(0.0, programmed), (1.0, programmed)], stroke(1.8, "7 5"));
     let advised: Vec<(f64, f64)> = match &operation.remedy {
         Remedy::Constant(constant) => vec![(0.0, constant.rpm), (1.0, constant.rpm)],
         Remedy::Scheduled(plan) => plan.points.clone(),
         Remedy::Infeasible => Vec::new(),
     };
     if !advised.is_empty() {
-        sheet.curve(&panel, &advised, stroke(ADVISED, ""));
+        sheet.curve(&panel, &advised, stroke(2.4, ""));
     }
     sheet.border(frame);
     let left = frame.left + frame.width + 12.0;
@@ -75,8 +74,8 @@ fn panel(sheet: &mut Sheet, job: &AdvisedJob, operation: &OperationAdvice, top: 
         sheet.text(left, y, Anchor::Start, &style, text);
         y += 18.0;
     };
-    entry("programmed", PROGRAMMED);
-    entry(if advised.is_empty() { "none is safe" } else { "advised" }, ADVISED);
+    entry("- - programmed", INK);
+    entry(if advised.is_empty() { "none is safe" } else { "— advised" }, INK);
     legend.sort_unstable();
     for mode in legend {
         entry(&format!("bands of mode {mode}"), curve_style(mode - 1).0);

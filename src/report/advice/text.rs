@@ -81,8 +81,17 @@ fn push_operation(job: &AdvisedJob, operation: &OperationAdvice, colour: bool, t
         };
         push_fact(4, "margin", &margin, text);
     }
-    if let Remedy::Scheduled(plan) = &operation.remedy {
-        push_schedule(operation, plan, text);
+    match &operation.remedy {
+        Remedy::Scheduled(plan) => push_schedule(operation, plan, text),
+        Remedy::Constant(constant) if operation.runs_program && !constant.is_programmed => {
+            let ratio = constant.feed_m_per_s / operation.programmed_feed_m_per_s;
+            let feed = format!(
+                "the program's own feeds at {} % keep the chip load (--write-program, or the override)",
+                percent(ratio)
+            );
+            push_fact(4, "feed", &feed, text);
+        }
+        Remedy::Constant(_) | Remedy::Infeasible => {}
     }
     for lever in &operation.levers {
         push_fact(4, "lever", &words::lever(lever), text);

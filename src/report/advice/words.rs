@@ -104,10 +104,12 @@ fn constant_reason(job: &AdvisedJob, operation: &OperationAdvice, constant: &Con
     if constant.is_programmed {
         return format!("the programmed {} is safe along the whole path", rpm(constant.rpm));
     }
+    let programmed = match operation.is_schedule_programmed {
+        true => format!("mean of the programmed schedule, {}", rpm(operation.programmed_rpm)),
+        false => format!("programmed {}", rpm(operation.programmed_rpm)),
+    };
     let best = match job.advice.options.objective {
-        Objective::Nearest => {
-            format!("the safe speed nearest to the programmed {}", rpm(operation.programmed_rpm))
-        }
+        Objective::Nearest => format!("the safe speed nearest to the {programmed}"),
         Objective::Margin => "the speed with the largest margin".to_owned(),
         Objective::Highest => "the highest safe speed".to_owned(),
         Objective::Vibration => "the safe speed at which the tool tip vibrates least".to_owned(),
@@ -116,6 +118,7 @@ fn constant_reason(job: &AdvisedJob, operation: &OperationAdvice, constant: &Con
         Some(closure) => {
             format!("{best}, which is closed by {}", closers(closure, operation.programmed_rpm))
         }
+        None if operation.is_schedule_programmed => best,
         None => format!("{best}, which is safe, too"),
     }
 }
@@ -161,7 +164,8 @@ pub(super) fn change(change: &Change) -> String {
     match change {
         Change::Tool { name, teeth } => {
             let name = name.as_ref().map_or(String::new(), |name| format!(" ({name})"));
-            format!("a tool with {teeth} teeth{name}")
+            let teeth = if *teeth == 1 { "1 tooth".to_owned() } else { format!("{teeth} teeth") };
+            format!("a tool with {teeth}{name}")
         }
         Change::TurnTool { angle_rad } => {
             format!("turn the tool about its axis by {:.1}°", deg_from_rad(*angle_rad))
@@ -189,6 +193,7 @@ pub(super) fn lever(lever: &Lever) -> String {
         None => "meets nothing that counts at some speed".to_owned(),
     };
     let opens = match lever.rpm {
+        Some(_) if matches!(lever.change, Change::Spindle { .. }) => "is safe".to_owned(),
         Some(at) => format!("opens {}", rpm(at)),
         None => "opens no gap".to_owned(),
     };
