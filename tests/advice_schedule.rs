@@ -229,12 +229,13 @@ fn random_case(rng: &mut ChaCha8Rng) -> Case {
 fn schedules_keep_out_of_bands_and_within_limits() {
     let mut rng = ChaCha8Rng::seed_from_u64(11);
     let (mut clear, mut crossing, mut none) = (0, 0, 0);
-    for index in 0..90 {
+    for index in 0..130 {
         let mut case = random_case(&mut rng);
         let options = Options { schedule: true, ..Options::default() };
         let advice = advise(&case.job, &options).unwrap();
         let Remedy::Scheduled(plan) = &advice.operations[0].remedy else {
             none += 1;
+            println!("case {index}: {:?}", advice.operations[0].no_schedule);
             continue;
         };
         case.holds(plan, &format!("case {index}"));
@@ -263,7 +264,7 @@ fn schedules_keep_out_of_bands_and_within_limits() {
         }
     }
     println!("{clear} clear, {crossing} crossing, {none} none");
-    assert!(clear > 50 && crossing > 3, "{clear} {crossing} {none}");
+    assert!(clear > 100 && crossing > 2, "{clear} {crossing} {none}");
 }
 
 #[test]
