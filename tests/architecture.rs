@@ -49,6 +49,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
         &[
             "advice",
             "input",
+            "program",
             "report",
             "risk",
             "map",
