@@ -301,9 +301,9 @@ def compare_binding(modes, spindle, advice, where):
 
 def compare_levers(detune, job, robot, path, operation, advice, scan, folder, where):
     spindle = job["spindle"]
-    rpm = np.arange(spindle["min_rpm"], spindle["max_rpm"] + 0.05, 0.25)
     for lever in advice["levers"]:
         name, told = lever["lever"], lever["margin_percent"]
+        rpm = np.arange(spindle["min_rpm"], spindle["max_rpm"] + 0.05, 0.25)
         if name == "tool":
             other = {**job, "tool": {"teeth": lever["teeth"]}}
             modes = Modes(other, robot, path, scan // 5)
