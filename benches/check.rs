@@ -10,6 +10,7 @@ use std::sync::Arc;
 use criterion::{Criterion, criterion_group, criterion_main};
 use detune::advice::{Options, advise};
 use detune::job::{Job, Levers, Operation, Policy, Spindle, SpindleSpeed, Tool};
+use detune::map::{Block, Generator, LinearMap, RandomPoses, Reduction};
 use detune::model::{Placement, Robot, mass_matrix};
 use detune::modes::ModalSolver;
 use detune::motion::{Move, Target};
@@ -159,5 +160,28 @@ fn long_advice(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, kernel, long_check, long_advice);
+/// Random poses mapped and reduced, as `detune map --random … --reduce` does.
+fn long_map(c: &mut Criterion) {
+    let robot = six_axes();
+    let map = LinearMap::new(&robot);
+    let ranges = robot.joints().iter().map(|joint| joint.limit.unwrap()).collect();
+    let generator = Generator::Random(RandomPoses { ranges, count: WAYPOINTS, seed: 1 });
+    let mut group = c.benchmark_group("map");
+    group.sample_size(10);
+    group.bench_function("100 000 random poses, reduced", |b| {
+        let (mut poses, mut frequencies) = (Vec::new(), Vec::new());
+        b.iter(|| {
+            poses.clear();
+            generator.append(0..WAYPOINTS, &mut poses);
+            map.par_solve(WAYPOINTS, &poses, &mut frequencies).unwrap();
+            let mut reduction = Reduction::new(map.joints(), map.modes());
+            let (count, poses, frequencies_hz) = (WAYPOINTS, &poses[..], &frequencies[..]);
+            reduction.add(&[Block { count, poses, beta2_rad: &[], frequencies_hz }]);
+            black_box(reduction.finish())
+        });
+    });
+    group.finish();
+}
+
+criterion_group!(benches, kernel, long_check, long_advice, long_map);
 criterion_main!(benches);

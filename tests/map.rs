@@ -244,7 +244,10 @@ fn every_option_that_does_not_fit_is_told() {
             vec!["--sample-rate-hz is of no effect", "--duration-s is of no effect"],
         ),
         ("--reduce min --method nonlinear", vec!["--reduce: gathers linear maps only"]),
-        ("--format npy --method nonlinear", vec!["--format npy: holds the frequencies of linear"]),
+        (
+            "--format npy --method nonlinear",
+            vec!["--format npy and arrow: hold the frequencies of"],
+        ),
     ] {
         let faults = map(&format!("{sweep} {more}")).unwrap_err();
         assert_eq!(faults.len(), expected.len() + 1, "{faults:?}");

@@ -502,7 +502,7 @@ impl<'r> Planner<'r> {
 
     fn tip_now(&self) -> Isometry3<f64> {
         let mut placement = Placement::new(self.robot);
-        placement.place(self.robot, &self.q);
+        placement.place_axes(self.robot, &self.q);
         forward_kinematics(self.robot, &placement)
     }
 

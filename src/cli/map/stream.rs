@@ -177,7 +177,11 @@ impl Book<'_> {
             };
             decoded.faults.iter().for_each(|(place, what)| tell(*place, what));
             if let Some(bad) = &piece.fault {
-                tell(decoded.place_of(bad.index), &bad.fault.to_string());
+                let place = decoded.place_of(bad.index);
+                // A number that is none was told by whoever read it.
+                if !decoded.faults.iter().any(|(told, _)| *told == place) {
+                    tell(place, &bad.fault.to_string());
+                }
             }
             if faults.len() >= MOST_TOLD {
                 break;
