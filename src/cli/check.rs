@@ -141,7 +141,7 @@ fn check_one(
 }
 
 /// A fault with the file as it is seen from where the caller stands.
-fn located(fault: AssessFault, job: &Job) -> Fault {
+pub(super) fn located(fault: AssessFault, job: &Job) -> Fault {
     let what = fault.to_string();
     let file = if fault.file == job.file {
         fault.file
@@ -166,13 +166,13 @@ fn rendered(jobs: &[CheckedJob], args: &CheckArgs, sink: &Sink) -> Result<String
 }
 
 /// Colour is for a terminal whose user has not switched it off (`NO_COLOR`, `TERM=dumb`).
-fn shows_colour() -> bool {
+pub(super) fn shows_colour() -> bool {
     let stdout = io::stdout();
     stdout.is_terminal() && anstream::AutoStream::choice(&stdout) != anstream::ColorChoice::Never
 }
 
 /// Counts poses on standard error while it is a terminal, and shows nothing elsewhere.
-fn progress() -> ProgressBar {
+pub(super) fn progress() -> ProgressBar {
     let progress = ProgressBar::new_spinner();
     if let Ok(style) =
         ProgressStyle::with_template("{spinner} {human_pos} poses looked at, {elapsed}")
@@ -183,7 +183,7 @@ fn progress() -> ProgressBar {
 }
 
 /// Notices on standard error, each once.
-fn tell(notices: &[Fault]) {
+pub(super) fn tell(notices: &[Fault]) {
     let mut told: Vec<&Fault> = Vec::new();
     let mut err = io::stderr().lock();
     for notice in notices {

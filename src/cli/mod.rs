@@ -1,6 +1,7 @@
 //! The command line: one file a verb. The only place that names clap, prints, writes files and shows
 //! progress.
 
+mod advise;
 mod check;
 mod completions;
 mod map;
@@ -26,11 +27,12 @@ const AFTER_HELP: &str = "\
 Examples:
   detune check jobs/pocket.yaml
   detune check --format sarif --output detune.sarif jobs/*.yaml
+  detune advise jobs/pocket.yaml --write jobs/pocket-quiet.yaml
   detune schema job > job.schema.json
 
 Exit codes:
   0  the job passes (an uncertain verdict warns and passes, see check --fail-on)
-  1  the job fails its policy
+  1  the job fails its policy, or no safe speed exists
   2  a file or the command line is wrong
   3  a fault of the program itself";
 
@@ -45,6 +47,7 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Verb {
     Check(check::CheckArgs),
+    Advise(advise::AdviseArgs),
     Map(Box<map::MapArgs>),
     Stiffness(stiffness::StiffnessArgs),
     Schema(schema::SchemaArgs),
@@ -56,7 +59,7 @@ enum Verb {
 pub enum Outcome {
     /// Exit code 0.
     Pass,
-    /// Exit code 1: the job fails its policy.
+    /// Exit code 1: the job fails its policy, or no safe speed exists.
     Fail,
 }
 
@@ -126,6 +129,7 @@ impl<W: Write> Write for Counted<'_, W> {
 fn run(verb: &Verb, out: &mut dyn Write) -> Result<Outcome, Failure> {
     match verb {
         Verb::Check(args) => check::run(args, out),
+        Verb::Advise(args) => advise::run(args, out),
         Verb::Map(args) => map::run(args, out),
         Verb::Stiffness(args) => stiffness::run(args, out),
         Verb::Schema(args) => schema::run(args, out),

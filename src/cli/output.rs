@@ -84,6 +84,11 @@ impl Sink {
 }
 
 impl Sink {
+    /// Writes bytes that need not be text.
+    pub(super) fn write_bytes(&self, bytes: &[u8], out: &mut dyn Write) -> Result<(), Failure> {
+        self.stream(out, |out| Ok(out.write_all(bytes)?))
+    }
+
     /// Writes what `write` writes, piece by piece: a file takes the old one's place only if all went well.
     /// Until then the pieces stand in memory, or, if they are many, in a file without a name that goes when
     /// the process goes, however it ends.
