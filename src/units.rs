@@ -88,3 +88,33 @@ pub fn m_per_s_from_mm_per_s(speed: f64) -> f64 {
 pub fn mm_from_inch(inch: f64) -> f64 {
     inch * 25.4
 }
+
+/// Micrometres to metres.
+pub fn m_from_um(um: f64) -> f64 {
+    um * 1e-6
+}
+
+/// Multiples of the standard acceleration of free fall to m/s².
+pub fn m_per_s2_from_g(g: f64) -> f64 {
+    g * STANDARD_GRAVITY_M_PER_S2
+}
+
+/// Kilonewtons to newtons.
+pub fn n_from_kn(kn: f64) -> f64 {
+    kn * 1e3
+}
+
+/// Milliseconds to seconds.
+pub fn s_from_ms(ms: f64) -> f64 {
+    ms * 1e-3
+}
+
+/// Radians to milliradians.
+pub fn mrad_from_rad(rad: f64) -> f64 {
+    rad * 1e3
+}
+
+/// Metres to micrometres.
+pub fn um_from_m(m: f64) -> f64 {
+    m * 1e6
+}

@@ -1,3 +1,17 @@
 //! Measurements, by methods that never see a prediction.
 
+mod estimate;
+mod hits;
+pub mod identify;
+pub mod links;
+pub mod notice;
+mod prepare;
+mod quality;
+pub mod record;
+pub mod session;
+pub mod spectra;
 pub mod stiffness;
+mod suspicions;
+
+pub use estimate::lscf::{Stability, StabilisationPoint};
+pub use prepare::Kind;
