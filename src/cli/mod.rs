@@ -3,6 +3,7 @@
 
 mod check;
 mod completions;
+mod identify;
 mod map;
 mod output;
 mod schema;
@@ -46,6 +47,7 @@ enum Verb {
     Check(check::CheckArgs),
     Map(map::MapArgs),
     Stiffness(stiffness::StiffnessArgs),
+    Identify(identify::IdentifyArgs),
     Schema(schema::SchemaArgs),
     Completions(completions::CompletionsArgs),
 }
@@ -107,6 +109,7 @@ fn run(verb: &Verb, out: &mut dyn Write) -> Result<Outcome, Failure> {
         Verb::Check(args) => check::run(args, out),
         Verb::Map(args) => map::run(args, out),
         Verb::Stiffness(args) => stiffness::run(args, out),
+        Verb::Identify(args) => identify::run(args, out),
         Verb::Schema(args) => schema::run(args, out),
         Verb::Completions(args) => completions::run(args, out),
     }

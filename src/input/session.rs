@@ -4,9 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::faults::Faults;
 use super::raw::session as raw;
-use super::records::{
-    Meaning, RawChannel, RawFile, RawFunction, meaning_of_unit, read_record,
-};
+use super::records::{Meaning, RawChannel, RawFile, RawFunction, meaning_of_unit, read_record};
 use super::text::{LARGEST_ROBOT_BYTES, named_file, read_text};
 use super::yaml::{Node, Step, check, nearest, parse, typed};
 use super::{Fault, Loaded, schema};
@@ -203,7 +201,6 @@ impl Reader<'_> {
         let path = named_file(self.path, "file", &name, line, &mut self.faults)?;
         let file = self.file(&path)?;
         let data = self.data(index, record, &name, &file)?;
-        let (Data::Time { .. } | Data::Responses(_)) = &data;
         let names: Vec<String> = match &data {
             Data::Time { responses, excitation, .. } => {
                 responses.iter().chain(excitation).map(|channel| channel.name.clone()).collect()
@@ -256,7 +253,9 @@ impl Reader<'_> {
             _ => pose.beta2_rad.is_some(),
         };
         if first.is_some_and(has) {
-            let what = format!("pose is given otherwise than that of the first record, by {other}; must be the same");
+            let what = format!(
+                "pose is given otherwise than that of the first record, by {other}; must be the same"
+            );
             self.fault(&steps, what);
             return None;
         }
@@ -267,7 +266,8 @@ impl Reader<'_> {
                 .map(|names| (names.len(), "joint_names"))
                 .or_else(|| Some((first?.joints_deg.as_ref()?.len(), "the first record")));
             if let Some((count, by)) = expected.filter(|(count, _)| *count != joints.len()) {
-                let what = format!("joints_deg has {} values, must have {count} as {by}", joints.len());
+                let what =
+                    format!("joints_deg has {} values, must have {count} as {by}", joints.len());
                 self.fault(&steps, what);
                 return None;
             }
@@ -322,7 +322,12 @@ impl Reader<'_> {
             None => responses.extend(file.channels.iter().filter(|c| excitation != Some(*c))),
             Some(wanted) => {
                 for (place, wanted) in wanted.iter().enumerate() {
-                    let steps = [at("responses")[0], at("responses")[1], at("responses")[2], Step::Index(place)];
+                    let steps = [
+                        at("responses")[0],
+                        at("responses")[1],
+                        at("responses")[2],
+                        Step::Index(place),
+                    ];
                     match find(&file.channels, wanted) {
                         Some(channel) if Some(channel) == excitation => {
                             let what = format!("response '{wanted}' is the excitation, too");
@@ -332,14 +337,19 @@ impl Reader<'_> {
                             self.fault(&steps, format!("response '{wanted}' is named twice"));
                         }
                         Some(channel) => responses.push(channel),
-                        None => self.fault(&steps, unknown("response", wanted, name, &file.channels)),
+                        None => {
+                            self.fault(&steps, unknown("response", wanted, name, &file.channels))
+                        }
                     }
                 }
             }
         }
         if responses.is_empty() {
             if record.responses.is_none() {
-                self.fault(&at("file"), format!("file '{name}' has no channel beside the excitation"));
+                self.fault(
+                    &at("file"),
+                    format!("file '{name}' has no channel beside the excitation"),
+                );
             }
             return None;
         }
@@ -358,9 +368,10 @@ impl Reader<'_> {
         file: &RawFile,
     ) -> Option<f64> {
         let (given, steps): (Option<f64>, Vec<Step<'_>>) = match record.sample_rate_hz {
-            Some(rate) => {
-                (Some(rate), vec![Step::Key("records"), Step::Index(index), Step::Key("sample_rate_hz")])
-            }
+            Some(rate) => (
+                Some(rate),
+                vec![Step::Key("records"), Step::Index(index), Step::Key("sample_rate_hz")],
+            ),
             None => (self.raw.sample_rate_hz, vec![Step::Key("sample_rate_hz")]),
         };
         match (file.sample_rate_hz, given) {
@@ -399,7 +410,11 @@ impl Reader<'_> {
     }
 
     fn meaning(&self, name: &str, alias: &str, own: Option<Meaning>) -> (Option<Meaning>, f64) {
-        let given = self.raw.channels.as_ref().and_then(|given| given.get(name).or_else(|| given.get(alias)));
+        let given = self
+            .raw
+            .channels
+            .as_ref()
+            .and_then(|given| given.get(name).or_else(|| given.get(alias)));
         let unit = given.and_then(|given| given.unit.as_deref()).and_then(meaning_of_unit);
         (unit.or(own), given.and_then(|given| given.scale).unwrap_or(1.0))
     }
@@ -412,7 +427,8 @@ impl Reader<'_> {
         file: &RawFile,
     ) -> Option<Data> {
         let at = |key| [Step::Key("records"), Step::Index(index), Step::Key(key)];
-        let mut references: Vec<&str> = file.functions.iter().map(|f| f.reference.as_str()).collect();
+        let mut references: Vec<&str> =
+            file.functions.iter().map(|f| f.reference.as_str()).collect();
         references.sort_unstable();
         references.dedup();
         let reference = match (&record.excitation, references.as_slice()) {
@@ -442,16 +458,23 @@ impl Reader<'_> {
             None => chosen = of_reference,
             Some(wanted) => {
                 for (place, wanted) in wanted.iter().enumerate() {
-                    let matching = of_reference.iter().find(|f| f.name == *wanted || f.alias == *wanted);
+                    let matching =
+                        of_reference.iter().find(|f| f.name == *wanted || f.alias == *wanted);
                     match matching {
                         Some(function) => chosen.push(function),
                         None => {
-                            let known: Vec<&str> = of_reference.iter().map(|f| f.name.as_str()).collect();
+                            let known: Vec<&str> =
+                                of_reference.iter().map(|f| f.name.as_str()).collect();
                             let what = format!(
                                 "response '{wanted}' is not in file '{name}'; it has {}",
                                 known.join(", ")
                             );
-                            let steps = [at("responses")[0], at("responses")[1], at("responses")[2], Step::Index(place)];
+                            let steps = [
+                                at("responses")[0],
+                                at("responses")[1],
+                                at("responses")[2],
+                                Step::Index(place),
+                            ];
                             self.fault(&steps, what);
                         }
                     }
@@ -470,7 +493,8 @@ impl Reader<'_> {
         let functions: Vec<Frf> = chosen
             .iter()
             .map(|function| {
-                let (meaning, scale) = self.meaning(&function.name, &function.alias, function.meaning);
+                let (meaning, scale) =
+                    self.meaning(&function.name, &function.alias, function.meaning);
                 let (quantity, factor) = match meaning {
                     Some(meaning) => (meaning.quantity, (meaning.to_si)(scale)),
                     None => (Quantity::Unknown, scale),
@@ -505,7 +529,8 @@ impl Reader<'_> {
             for name in names.filter(|name| !used.contains(name)) {
                 let near = nearest(name, used.iter().map(String::as_str))
                     .map_or_else(String::new, |near| format!("; did you mean '{near}'?"));
-                let what = format!("markers: link '{link}': channel '{name}' is in no record{near}");
+                let what =
+                    format!("markers: link '{link}': channel '{name}' is in no record{near}");
                 self.fault(&[Step::Key("markers"), Step::Key(link)], what);
             }
         }

@@ -121,8 +121,9 @@ pub(super) fn decays(responses: &[&[f64]], sample_rate_hz: f64) -> Vec<Decay> {
     if samples > 0 && ahead[0] > LOUD_SHARE {
         // Either the record begins in a decay or the hit comes within the first moments.
         let within = compared.min(samples);
-        let onset = (1..within)
-            .find(|&k| k >= 4 && level[k] > LOUD_SHARE * ahead[0] && RISE * maximum(&level[..k]) < level[k]);
+        let onset = (1..within).find(|&k| {
+            k >= 4 && level[k] > LOUD_SHARE * ahead[0] && RISE * maximum(&level[..k]) < level[k]
+        });
         starts.push(onset.map_or(0, |onset| onset + guard));
         k = onset.unwrap_or(0) + compared;
     }
@@ -139,7 +140,12 @@ pub(super) fn decays(responses: &[&[f64]], sample_rate_hz: f64) -> Vec<Decay> {
         }
     }
     let ends = starts.iter().skip(1).map(|next| next - guard.min(*next)).chain([samples]);
-    starts.iter().zip(ends).filter(|(from, to)| **from < *to).map(|(&from, to)| Decay { from, to }).collect()
+    starts
+        .iter()
+        .zip(ends)
+        .filter(|(from, to)| **from < *to)
+        .map(|(&from, to)| Decay { from, to })
+        .collect()
 }
 
 fn maximum(values: &[f64]) -> f64 {
@@ -180,11 +186,10 @@ mod tests {
             pulse(&mut force, at, height);
         }
         let hits = hits_in_force(&force, 1000.0);
-        assert_eq!(hits.iter().map(|h| (h.first, h.end, h.pulses)).collect::<Vec<_>>(), [
-            (300, 303, 1),
-            (1500, 1603, 2),
-            (2800, 2803, 1)
-        ]);
+        assert_eq!(
+            hits.iter().map(|h| (h.first, h.end, h.pulses)).collect::<Vec<_>>(),
+            [(300, 303, 1), (1500, 1603, 2), (2800, 2803, 1)]
+        );
         let steady: Vec<f64> = (0..4000).map(|k| (f64::from(k) * 0.37).sin()).collect();
         assert!(hits_in_force(&steady, 1000.0).is_empty());
         assert!(hits_in_force(&[], 1000.0).is_empty() && hits_in_force(&[0.0; 9], 1.0).is_empty());
@@ -209,7 +214,8 @@ mod tests {
             assert!((start + 2..start + 8).contains(&decay.from), "{found:?}");
         }
         // Two equal modes 3 % apart, lightly damped, from the first sample on.
-        let beats: Vec<f64> = (0..1400).map(|k| decay(k, 25.0, 0.3) + decay(k, 25.75, 0.3)).collect();
+        let beats: Vec<f64> =
+            (0..1400).map(|k| decay(k, 25.0, 0.3) + decay(k, 25.75, 0.3)).collect();
         assert_eq!(decays(&[&beats], rate), [Decay { from: 0, to: 1400 }]);
         assert!(decays(&[&[]], rate).is_empty() && decays(&[], rate).is_empty());
     }

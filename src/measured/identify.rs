@@ -119,7 +119,8 @@ pub fn identify_record(record: &Record, band_hz: Option<[f64; 2]>, mains_hz: &[f
     let by_order: Vec<(usize, Vec<Pole>)> = poles_by_order(&sets)
         .into_iter()
         .map(|(order, poles)| {
-            let unwindowed = |pole: Pole| Pole { lambda: pole.lambda + prepared.window_decay, ..pole };
+            let unwindowed =
+                |pole: Pole| Pole { lambda: pole.lambda + prepared.window_decay, ..pole };
             (order, poles.into_iter().map(unwindowed).filter(|pole| pole.lambda.re < 0.0).collect())
         })
         .collect();
@@ -127,7 +128,8 @@ pub fn identify_record(record: &Record, band_hz: Option<[f64; 2]>, mains_hz: &[f
     identified.kind = prepared.kind;
     let starts = candidates(&identified.stabilisation);
     let Some(found) = estimate(&mut prepared.blocks, &starts) else {
-        let what = "the spectra could not be fitted; give band_hz, or look at the record".to_owned();
+        let what =
+            "the spectra could not be fitted; give band_hz, or look at the record".to_owned();
         notices.add(NoticeKind::NoModes, None, what);
         identified.notices = notices.list;
         return identified;
@@ -142,7 +144,9 @@ pub fn identify_record(record: &Record, band_hz: Option<[f64; 2]>, mains_hz: &[f
     for pole in &found.poles {
         if !pole.pole.is_driven {
             let hz = hz_from_rad_per_s(pole.pole.omega());
-            let what = format!("a steady tone at {hz:.3} Hz that the force does not cause was fitted and left out");
+            let what = format!(
+                "a steady tone at {hz:.3} Hz that the force does not cause was fitted and left out"
+            );
             notices.add(NoticeKind::Tone, None, what);
             continue;
         }
@@ -154,7 +158,8 @@ pub fn identify_record(record: &Record, band_hz: Option<[f64; 2]>, mains_hz: &[f
         identified.modes.push(mode);
     }
     if identified.modes.is_empty() {
-        let what = "no mode stands out of the noise; hit harder, or come nearer to the arm's end".to_owned();
+        let what = "no mode stands out of the noise; hit harder, or come nearer to the arm's end"
+            .to_owned();
         notices.add(NoticeKind::NoModes, None, what);
     }
     suspicions::tell(record, &prepared, mains_hz, &mut identified.modes, &mut notices);
@@ -203,7 +208,8 @@ fn spectra(prepared: &Prepared, found: &Estimate) -> Vec<FittedSpectrum> {
         Some(drive) => drive.norm().max(f64::MIN_POSITIVE).recip(),
         None => 1.0,
     };
-    let sizes = |values: &[C64]| values.iter().enumerate().map(|(k, v)| v.norm() * scale(k)).collect();
+    let sizes =
+        |values: &[C64]| values.iter().enumerate().map(|(k, v)| v.norm() * scale(k)).collect();
     prepared
         .responses
         .iter()
@@ -242,7 +248,10 @@ fn mode(record: &Record, prepared: &Prepared, pole: &PoleEstimate) -> Mode {
     let (shape, reference) = common_shape(&moves, count);
     let strongest = moves.iter().map(|block| block[reference].0.norm()).fold(0.0, f64::max);
     let constants: Option<Vec<C64>> = scaled(prepared).map(|per_step| {
-        moves[0].iter().map(|(value, _)| value * C64::new(0.0, 2.0 * lambda.im * per_step)).collect()
+        moves[0]
+            .iter()
+            .map(|(value, _)| value * C64::new(0.0, 2.0 * lambda.im * per_step))
+            .collect()
     });
     let driving = constants.as_ref().and_then(|constants| {
         let name = record.driving_point.as_ref()?;
@@ -268,7 +277,7 @@ fn mode(record: &Record, prepared: &Prepared, pole: &PoleEstimate) -> Mode {
         frequency_std_hz: hz_from_rad_per_s(pole.omega_std),
         damping_ratio: pole.pole.ratio(),
         damping_std: pole.ratio_std,
-        links: rotations(&record.links, &at_channel),
+        links: rotations(&record.links, &at_channel, amplitude),
         shape: parts,
         amplitude,
         coherence: coherence(prepared, hz_from_rad_per_s(pole.pole.omega())),
@@ -303,18 +312,22 @@ fn common_shape(moves: &[Vec<(C64, f64)>], count: usize) -> (Vec<(C64, f64)>, us
     for _ in 0..ROUNDS {
         let norm = shape.iter().map(C64::norm_sqr).sum::<f64>().max(f64::MIN_POSITIVE);
         for (amplitude, block) in amplitudes.iter_mut().zip(moves) {
-            *amplitude = block.iter().zip(&shape).map(|((v, _), s)| v * s.conj()).sum::<C64>() / norm;
+            *amplitude =
+                block.iter().zip(&shape).map(|((v, _), s)| v * s.conj()).sum::<C64>() / norm;
         }
         let norm = amplitudes.iter().map(C64::norm_sqr).sum::<f64>().max(f64::MIN_POSITIVE);
         for (i, part) in shape.iter_mut().enumerate() {
-            *part = moves.iter().zip(&amplitudes).map(|(block, a)| block[i].0 * a.conj()).sum::<C64>() / norm;
+            *part =
+                moves.iter().zip(&amplitudes).map(|(block, a)| block[i].0 * a.conj()).sum::<C64>()
+                    / norm;
         }
     }
     let reference = (0..count).max_by(|&a, &b| power(a).total_cmp(&power(b))).unwrap_or(0);
     let unit = shape.get(reference).copied().unwrap_or(C64::new(1.0, 0.0));
     let norm = amplitudes.iter().map(C64::norm_sqr).sum::<f64>().max(f64::MIN_POSITIVE);
     let deviation = |i: usize| {
-        let sum: f64 = moves.iter().zip(&amplitudes).map(|(block, a)| a.norm_sqr() * block[i].1.powi(2)).sum();
+        let sum: f64 =
+            moves.iter().zip(&amplitudes).map(|(block, a)| a.norm_sqr() * block[i].1.powi(2)).sum();
         sum.sqrt() / norm
     };
     let of_unit = deviation(reference);
@@ -339,4 +352,3 @@ fn coherence(prepared: &Prepared, frequency_hz: f64) -> Option<f64> {
     let of = |coherence: &Vec<f64>| coherence.get(at).copied();
     averaged.coherence.iter().filter_map(of).min_by(f64::total_cmp)
 }
-

@@ -31,6 +31,8 @@ pub struct LinkRotation {
     pub rotation: C64,
     /// Standard deviation of its real and imaginary part, rad per unit of the shape.
     pub std: f64,
+    /// Free decays: rotation amplitude when the strongest decay begins, rad.
+    pub amplitude_rad: Option<f64>,
     /// Against the first link of the list that turns clearly.
     pub sense: Sense,
 }
@@ -39,12 +41,15 @@ pub struct LinkRotation {
 pub(super) fn rotations(
     links: &[MarkedLink],
     displacement: &dyn Fn(&str) -> Option<(C64, f64)>,
+    amplitude: Option<f64>,
 ) -> Vec<LinkRotation> {
     let mut found: Vec<LinkRotation> = links
         .iter()
         .filter_map(|link| {
             let (rotation, std) = rotation(&link.markers, displacement)?;
-            Some(LinkRotation { link: link.link.clone(), rotation, std, sense: Sense::Unclear })
+            let amplitude_rad = amplitude.map(|amplitude| amplitude * rotation.norm());
+            let sense = Sense::Unclear;
+            Some(LinkRotation { link: link.link.clone(), rotation, std, amplitude_rad, sense })
         })
         .collect();
     let Some(first) = found.iter().position(|link| link.rotation.norm() > 3.0 * link.std) else {
@@ -79,7 +84,8 @@ fn rotation(
         })
         .collect::<Option<_>>()?;
     let count = moved.len() as f64;
-    let centre = moved.iter().fold([0.0; 2], |c, (at, _)| [c[0] + at[0] / count, c[1] + at[1] / count]);
+    let centre =
+        moved.iter().fold([0.0; 2], |c, (at, _)| [c[0] + at[0] / count, c[1] + at[1] / count]);
     let (mut sum, mut variance, mut spread) = (C64::default(), 0.0, 0.0);
     for (at, [(x, x_std), (y, y_std)]) in &moved {
         let (dx, dy) = (at[0] - centre[0], at[1] - centre[1]);
@@ -98,7 +104,8 @@ mod tests {
     #[test]
     fn rotations_of_a_two_link_arm_come_back() {
         let (a, b, c) = ([0.1, 0.2], [0.1 - 0.35, 0.2 + 0.6], [0.55, 0.7]);
-        for (alpha_1, alpha_2, sense) in [(1.0, 0.7, Sense::Together), (0.4, -1.3, Sense::Against)] {
+        for (alpha_1, alpha_2, sense) in [(1.0, 0.7, Sense::Together), (0.4, -1.3, Sense::Against)]
+        {
             let turned = |alpha: f64, from: [f64; 2], to: [f64; 2]| {
                 [-alpha * (to[1] - from[1]), alpha * (to[0] - from[0])]
             };
@@ -121,14 +128,18 @@ mod tests {
                 channels: names.map(|names| names.map(str::to_owned)),
             };
             let links = [
-                MarkedLink { link: "link_1".into(), markers: vec![point(a, None), point(b, Some(["bx", "by"]))] },
+                MarkedLink {
+                    link: "link_1".into(),
+                    markers: vec![point(a, None), point(b, Some(["bx", "by"]))],
+                },
                 MarkedLink {
                     link: "link_2".into(),
                     markers: vec![point(b, Some(["bx", "by"])), point(c, Some(["cx", "cy"]))],
                 },
                 MarkedLink { link: "lost".into(), markers: vec![point(c, Some(["?", "cy"]))] },
             ];
-            let found = rotations(&links, &displacement);
+            let found = rotations(&links, &displacement, Some(2.0));
+            assert!((found[0].amplitude_rad.unwrap() - 2.0 * alpha_1).abs() < 1e-12);
             assert_eq!(found.len(), 2);
             assert!((found[0].rotation - phase * alpha_1).norm() < 1e-12);
             assert!((found[1].rotation - phase * alpha_2).norm() < 1e-12);

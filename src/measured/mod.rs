@@ -13,5 +13,5 @@ pub mod spectra;
 pub mod stiffness;
 mod suspicions;
 
-pub use estimate::lscf::{Stability, StabilisationPoint};
+pub use estimate::lscf::{StabilisationPoint, Stability};
 pub use prepare::Kind;

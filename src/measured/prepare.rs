@@ -68,7 +68,11 @@ pub enum Kind {
 }
 
 /// Cuts and transforms a record; `None` (with a notice) where there is nothing to fit.
-pub(super) fn prepare(record: &Record, band_hz: Option<[f64; 2]>, notices: &mut Notices) -> Option<Prepared> {
+pub(super) fn prepare(
+    record: &Record,
+    band_hz: Option<[f64; 2]>,
+    notices: &mut Notices,
+) -> Option<Prepared> {
     match &record.data {
         Data::Responses(functions) => given(functions, band_hz, notices),
         Data::Time { sample_rate_hz, excitation, responses } => {
@@ -87,7 +91,8 @@ pub(super) fn prepare(record: &Record, band_hz: Option<[f64; 2]>, notices: &mut 
                     forced(*sample_rate_hz, force, &usable, named, band_hz, notices)
                 }
                 Some(_) => {
-                    let what = "the excitation does not move, so nothing is known of the force".to_owned();
+                    let what =
+                        "the excitation does not move, so nothing is known of the force".to_owned();
                     notices.add(NoticeKind::NoModes, None, what);
                     None
                 }
@@ -131,7 +136,9 @@ fn free(
     let cut: Vec<(usize, Vec<Vec<C64>>)> = long
         .iter()
         .map(|decay| {
-            let of = |channel: &&Channel| transform(&without_offset(&channel.samples[decay.from..decay.to]));
+            let of = |channel: &&Channel| {
+                transform(&without_offset(&channel.samples[decay.from..decay.to]))
+            };
             (decay.to - decay.from, channels.iter().map(of).collect())
         })
         .collect();
@@ -163,7 +170,12 @@ fn free(
 }
 
 /// A decay that another hit cuts short is a double hit.
-fn tell_of_short_decays(found: &[Decay], long: &[Decay], sample_rate_hz: f64, notices: &mut Notices) {
+fn tell_of_short_decays(
+    found: &[Decay],
+    long: &[Decay],
+    sample_rate_hz: f64,
+    notices: &mut Notices,
+) {
     let longest = long.iter().map(|decay| decay.to - decay.from).max().unwrap_or(0);
     for decay in &found[..found.len().saturating_sub(1)] {
         if 4 * (decay.to - decay.from) < longest {
@@ -224,11 +236,7 @@ fn forced(
     let nonzero = force.iter().copied().enumerate().filter(|(_, f)| *f != 0.0).collect();
     let drive = transform(&force)[lines.clone()].to_vec();
     let block = Block {
-        origin: Origin::Sampled {
-            step_s: sample_rate_hz.recip(),
-            samples,
-            force: Some(nonzero),
-        },
+        origin: Origin::Sampled { step_s: sample_rate_hz.recip(), samples, force: Some(nonzero) },
         omega: omega(&lines, samples, sample_rate_hz),
         drive,
         begins_moving: hits.is_empty(),
@@ -238,7 +246,9 @@ fn forced(
     let mut window_decay = 0.0;
     if let Some(averaged) = &averaged {
         let within: Vec<usize> = (0..averaged.frequencies_hz.len())
-            .filter(|&k| k > 0 && averaged.frequencies_hz[k] >= low && averaged.frequencies_hz[k] <= high)
+            .filter(|&k| {
+                k > 0 && averaged.frequencies_hz[k] >= low && averaged.frequencies_hz[k] <= high
+            })
             .collect();
         let pick = |h: &Vec<C64>| within.iter().map(|&k| h[k]).collect();
         starts_from.push((
@@ -298,7 +308,11 @@ fn given(functions: &[Frf], band_hz: Option<[f64; 2]>, notices: &mut Notices) ->
         }
     }
     if blocks.is_empty() {
-        notices.add(NoticeKind::NoModes, None, "has no response function with lines in the band".to_owned());
+        notices.add(
+            NoticeKind::NoModes,
+            None,
+            "has no response function with lines in the band".to_owned(),
+        );
         return None;
     }
     let starts_from =
@@ -356,7 +370,10 @@ fn filled_band(cut: &[(usize, Vec<Vec<C64>>)], sample_rate_hz: f64) -> [f64; 2] 
                 .collect();
             let floor = median(&powers);
             let peak = powers.iter().copied().fold(0.0, f64::max);
-            let stands_out = |p: &f64| *p > BAND_SHARE * peak && *p > BAND_ABOVE_FLOOR * floor * (per_cell as f64).ln().max(1.0);
+            let stands_out = |p: &f64| {
+                *p > BAND_SHARE * peak
+                    && *p > BAND_ABOVE_FLOOR * floor * (per_cell as f64).ln().max(1.0)
+            };
             if let Some(last) = powers.iter().rposition(stands_out) {
                 highest = highest.max((last + 1) as f64 / powers.len() as f64);
             }

@@ -107,9 +107,8 @@ fn row(
     for &record in group {
         for mode in 0..records[record].modes.len() {
             let frequency = of((record, mode)).frequency_hz;
-            let distance = |cluster: &[(usize, usize)]| {
-                (of(cluster[0]).frequency_hz / frequency - 1.0).abs()
-            };
+            let distance =
+                |cluster: &[(usize, usize)]| (of(cluster[0]).frequency_hz / frequency - 1.0).abs();
             let nearest = clusters
                 .iter_mut()
                 .filter(|cluster| cluster.iter().all(|(other, _)| *other != record))
@@ -191,7 +190,9 @@ fn merged(values: &[(f64, f64)]) -> (f64, f64, f64) {
 fn folded_between_rates(rows: &[PoseRow], notices: &mut Vec<Notice>) {
     for row in rows {
         for other in rows.iter().filter(|o| o.pose == row.pose && o.conditions == row.conditions) {
-            let (Some(rate), Some(other_rate)) = (row.sample_rate_hz, other.sample_rate_hz) else { continue };
+            let (Some(rate), Some(other_rate)) = (row.sample_rate_hz, other.sample_rate_hz) else {
+                continue;
+            };
             if rate >= other_rate {
                 continue;
             }

@@ -74,8 +74,11 @@ pub(super) fn over_hits(
         Some(spacing) => spacing.min(longest),
         None => longest,
     };
-    let starts: Vec<usize> =
-        hits.iter().map(|hit| hit.first - lead.min(hit.first)).filter(|s| s + length <= force.len()).collect();
+    let starts: Vec<usize> = hits
+        .iter()
+        .map(|hit| hit.first - lead.min(hit.first))
+        .filter(|s| s + length <= force.len())
+        .collect();
     let decay_per_s = -LEFT_AT_END.ln() * sample_rate_hz / length.max(1) as f64;
     let window: Vec<f64> =
         (0..length).map(|k| (-decay_per_s * k as f64 / sample_rate_hz).exp()).collect();
@@ -90,7 +93,8 @@ pub(super) fn over_stretches(
     sample_rate_hz: f64,
 ) -> Option<Averaged> {
     let length = force.len() / STRETCHES;
-    let starts: Vec<usize> = (0..).map(|i| i * (length / 2).max(1)).take_while(|s| s + length <= force.len()).collect();
+    let starts: Vec<usize> =
+        (0..).map(|i| i * (length / 2).max(1)).take_while(|s| s + length <= force.len()).collect();
     let window: Vec<f64> = (0..length)
         .map(|k| 0.5 - 0.5 * (std::f64::consts::TAU * k as f64 / length as f64).cos())
         .collect();
@@ -132,17 +136,14 @@ fn averaged(
     let per_response = |of: &dyn Fn(usize, usize) -> C64| -> Vec<Vec<C64>> {
         (0..responses.len()).map(|i| (0..lines).map(|k| of(i, k)).collect()).collect()
     };
-    let coherence = |i: usize, k: usize| {
-        (cross[i][k].norm_sqr() / safe(force_power[k] * power[i][k])).min(1.0)
-    };
+    let coherence =
+        |i: usize, k: usize| (cross[i][k].norm_sqr() / safe(force_power[k] * power[i][k])).min(1.0);
     Some(Averaged {
         frequencies_hz: (0..lines).map(|k| k as f64 * sample_rate_hz / length as f64).collect(),
         averages: starts.len(),
         window: kind,
         h1: per_response(&|i, k| cross[i][k] / safe(force_power[k])),
-        h2: per_response(&|i, k| {
-            cross[i][k] * (power[i][k] / safe(cross[i][k].norm_sqr()))
-        }),
+        h2: per_response(&|i, k| cross[i][k] * (power[i][k] / safe(cross[i][k].norm_sqr()))),
         coherence: if starts.len() < 2 {
             Vec::new()
         } else {
@@ -160,7 +161,9 @@ mod tests {
     fn averages_give_gain_and_coherence() {
         let mut state = 1_u64;
         let mut noise = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
             (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
         };
         let force: Vec<f64> = (0..4096).map(|_| noise()).collect();
@@ -195,7 +198,8 @@ mod tests {
         let Window::ForceExponential { decay_per_s } = found.window else { panic!() };
         let mu = ((lambda - decay_per_s) / rate).exp();
         for k in [20, 80, 81, 200] {
-            let delay = C64::from_polar(1.0, -std::f64::consts::TAU * found.frequencies_hz[k] / rate);
+            let delay =
+                C64::from_polar(1.0, -std::f64::consts::TAU * found.frequencies_hz[k] / rate);
             let exact = (1.0 - mu * delay).inv() + (1.0 - mu.conj() * delay).inv();
             assert!((found.h1[0][k] - exact).norm() < 0.01 * exact.norm());
         }

@@ -50,7 +50,13 @@ pub(super) fn tell(
 }
 
 /// Multiples of a frequency, as they are or folded about half the sampling rate, and the mode among them.
-fn multiple(mode: &Mode, base_hz: f64, most: u32, slack: f64, nyquist_hz: Option<f64>) -> Option<(u32, bool)> {
+fn multiple(
+    mode: &Mode,
+    base_hz: f64,
+    most: u32,
+    slack: f64,
+    nyquist_hz: Option<f64>,
+) -> Option<(u32, bool)> {
     (1..=most).find_map(|order| {
         let true_hz = f64::from(order) * base_hz;
         let seen_hz = match nyquist_hz {
@@ -61,7 +67,8 @@ fn multiple(mode: &Mode, base_hz: f64, most: u32, slack: f64, nyquist_hz: Option
             None => true_hz,
         };
         let within = (slack * true_hz).max(3.0 * mode.frequency_std_hz);
-        ((mode.frequency_hz - seen_hz).abs() <= within).then_some((order, (seen_hz - true_hz).abs() > 1e-9))
+        ((mode.frequency_hz - seen_hz).abs() <= within)
+            .then_some((order, (seen_hz - true_hz).abs() > 1e-9))
     })
 }
 
@@ -76,10 +83,12 @@ fn tones(
         return;
     }
     let mains = mains_hz.iter().map(|hz| (*hz, MAINS_HARMONICS, MAINS_SLACK, NoticeKind::Mains));
-    let spindle =
-        record.spindle_rpm.map(|rpm| (hz_from_rpm(rpm), SPINDLE_HARMONICS, SPINDLE_SLACK, NoticeKind::Spindle));
+    let spindle = record
+        .spindle_rpm
+        .map(|rpm| (hz_from_rpm(rpm), SPINDLE_HARMONICS, SPINDLE_SLACK, NoticeKind::Spindle));
     for (base_hz, most, slack, kind) in mains.chain(spindle) {
-        if let Some((order, is_folded)) = multiple(mode, base_hz, most, slack, prepared.nyquist_hz) {
+        if let Some((order, is_folded)) = multiple(mode, base_hz, most, slack, prepared.nyquist_hz)
+        {
             let source = if kind == NoticeKind::Mains { "mains" } else { "spindle" };
             let folded = if is_folded { ", folded about half the sampling rate" } else { "" };
             let what = format!(
@@ -140,7 +149,9 @@ fn length(prepared: &Prepared, mode: &Mode, notices: &mut Notices) {
 }
 
 fn coherence(prepared: &Prepared, mode: &Mode, notices: &mut Notices) {
-    let Some(averaged) = prepared.averaged.as_ref().filter(|a| !a.coherence.is_empty()) else { return };
+    let Some(averaged) = prepared.averaged.as_ref().filter(|a| !a.coherence.is_empty()) else {
+        return;
+    };
     let Some(bin) = averaged.frequencies_hz.get(1) else { return };
     let at = (mode.frequency_hz / bin).round() as usize;
     for (response, coherence) in prepared.responses.iter().zip(&averaged.coherence) {

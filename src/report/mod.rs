@@ -3,6 +3,7 @@
 
 mod findings;
 pub mod github;
+pub mod identify;
 pub mod json;
 pub mod junit;
 pub mod map;

@@ -144,7 +144,8 @@ mod tests {
 
     #[test]
     fn rounded_times_are_even_and_a_lost_sample_is_not() {
-        let even = told(&format!("# rig\ntime_s,x_mm\n{}", rows(|k| f64::from(k) / 140.0))).unwrap();
+        let even =
+            told(&format!("# rig\ntime_s,x_mm\n{}", rows(|k| f64::from(k) / 140.0))).unwrap();
         assert!((even.sample_rate_hz.unwrap() - 140.0).abs() < 1.0);
         assert_eq!((even.channels.len(), even.channels[0].samples.len()), (1, 20));
         let lost = rows(|k| f64::from(if k < 9 { k } else { k + 1 }) / 140.0);

@@ -1,9 +1,7 @@
 //! Units of channels, from their names and labels.
 
 use crate::measured::record::Quantity;
-use crate::units::{
-    m_from_mm, m_from_um, m_per_s2_from_g, n_from_kn,
-};
+use crate::units::{m_from_mm, m_from_um, m_per_s2_from_g, n_from_kn};
 
 /// What a channel's values mean, and how they become SI.
 #[derive(Debug, Clone, Copy)]

@@ -27,7 +27,8 @@ type Bad = (usize, String);
 
 pub(super) fn read(path: &Path) -> Result<RawFile, Vec<Fault>> {
     let bytes = read_bytes(path, LARGEST_RECORD_BYTES).map_err(|fault| vec![fault])?;
-    let fault = |line: Option<usize>, what: String| Fault { file: Some(path.to_owned()), line, what };
+    let fault =
+        |line: Option<usize>, what: String| Fault { file: Some(path.to_owned()), line, what };
     let mut lines = Lines { bytes: &bytes, at: 0, line: 0 };
     let (mut found, mut faults) = (Found::default(), Vec::new());
     while let Some((_, mark)) = lines.next() {
@@ -121,7 +122,9 @@ struct BinaryHead {
 fn binary_head(words: &[&str], line: usize) -> Result<BinaryHead, Bad> {
     let number = |index: usize, name: &str| -> Result<i64, Bad> {
         let word = words.get(index).copied().unwrap_or("");
-        word.parse().map_err(|_| (line, format!("{name} of data set 58b is '{word}', must be a whole number")))
+        word.parse().map_err(|_| {
+            (line, format!("{name} of data set 58b is '{word}', must be a whole number"))
+        })
     };
     let order = number(1, "byte order")?;
     let floats = number(2, "float format")?;
@@ -163,22 +166,29 @@ fn data_set(
     let mut header = Vec::with_capacity(HEADER_LINES);
     for _ in 0..HEADER_LINES {
         match lines.next() {
-            Some((line, text)) if binary.is_some() || text.trim() != "-1" => header.push((line, text)),
+            Some((line, text)) if binary.is_some() || text.trim() != "-1" => {
+                header.push((line, text))
+            }
             _ => return Err((first_line, "data set 58 ends within its header".to_owned())),
         }
     }
     let (line, text) = &header[5];
-    let whole = |from: usize, to: usize, name: &str| whole(text, from, to).ok_or((*line, format!("{name} is '{}', must be a whole number", cut(text, from, to).trim())));
+    let whole = |from: usize, to: usize, name: &str| {
+        whole(text, from, to).ok_or((
+            *line,
+            format!("{name} is '{}', must be a whole number", cut(text, from, to).trim()),
+        ))
+    };
     let function = whole(0, 5, "function type")?;
     let name = freedom(cut(text, 41, 51), cut(text, 51, 55));
     let reference = freedom(cut(text, 66, 76), cut(text, 76, 80));
     let (line, text) = &header[6];
     let words: Vec<&str> = text.split_whitespace().collect();
     let number = |index: usize, name: &str| -> Result<f64, Bad> {
-        words
-            .get(index)
-            .and_then(|word| float(word))
-            .ok_or((*line, format!("{name} is '{}', must be a number", words.get(index).unwrap_or(&""))))
+        words.get(index).and_then(|word| float(word)).ok_or((
+            *line,
+            format!("{name} is '{}', must be a number", words.get(index).unwrap_or(&"")),
+        ))
     };
     let (data_type, count) = (number(0, "ordinate data type")?, number(1, "number of data")?);
     let (is_even, first, step) = (
@@ -191,11 +201,16 @@ fn data_set(
         4.0 => (true, false),
         5.0 => (false, true),
         6.0 => (true, true),
-        other => return Err((*line, format!("ordinate data type is {other}, must be 2, 4, 5 or 6"))),
+        other => {
+            return Err((*line, format!("ordinate data type is {other}, must be 2, 4, 5 or 6")));
+        }
     };
     let most = LARGEST_RECORD_BYTES as f64;
     if !(count >= 1.0 && count.fract() == 0.0 && count <= most) {
-        return Err((*line, format!("number of data is {count}, must be a whole number of at least 1")));
+        return Err((
+            *line,
+            format!("number of data is {count}, must be a whole number of at least 1"),
+        ));
     }
     if is_even && !(step > 0.0) {
         return Err((*line, format!("abscissa increment is {step}, must be positive")));
@@ -218,7 +233,18 @@ fn data_set(
     let uneven = (!is_even).then(|| numbers.chunks_exact(per_value).map(|v| v[0]).collect());
     let meaning = meaning(&header[8].1);
     let title = header[0].1.trim().to_owned();
-    Ok(DataSet { line: first_line, function, title, name, reference, step, first, uneven, values, meaning })
+    Ok(DataSet {
+        line: first_line,
+        function,
+        title,
+        name,
+        reference,
+        step,
+        first,
+        uneven,
+        values,
+        meaning,
+    })
 }
 
 /// Columns of a line, as far as they are there.
@@ -279,11 +305,17 @@ fn binary_numbers(
     let size = if is_double { 8 } else { 4 };
     let bytes = wanted.saturating_mul(size);
     if head.bytes < bytes {
-        let what = format!("data set 58b announces {} bytes, its {wanted} numbers need {bytes}", head.bytes);
+        let what = format!(
+            "data set 58b announces {} bytes, its {wanted} numbers need {bytes}",
+            head.bytes
+        );
         return Err((line, what));
     }
     let Some(taken) = lines.take(head.bytes) else {
-        return Err((line, format!("the file ends within the {} bytes of data set 58b", head.bytes)));
+        return Err((
+            line,
+            format!("the file ends within the {} bytes of data set 58b", head.bytes),
+        ));
     };
     let of = |chunk: &[u8]| -> f64 {
         let mut wide = [0; 8];
@@ -371,9 +403,14 @@ impl Found {
         match set.function {
             TIME_RESPONSE => {
                 if set.uneven.is_some() {
-                    return bad(format!("response {} has uneven time steps; resample it", set.name));
+                    return bad(format!(
+                        "response {} has uneven time steps; resample it",
+                        set.name
+                    ));
                 }
-                if let Some(step) = self.step.filter(|step| (step / set.step - 1.0).abs() > SAME_STEP) {
+                if let Some(step) =
+                    self.step.filter(|step| (step / set.step - 1.0).abs() > SAME_STEP)
+                {
                     let what = format!(
                         "response {} has time steps of {} s, those before {step} s; must be the same",
                         set.name, set.step
@@ -407,8 +444,13 @@ impl Found {
                 let even = |k: usize| set.first + k as f64 * set.step;
                 let frequencies_hz: Vec<f64> =
                     set.uneven.unwrap_or_else(|| (0..set.values.len()).map(even).collect());
-                if !frequencies_hz.windows(2).all(|pair| pair[0] < pair[1]) || frequencies_hz[0] < 0.0 {
-                    return bad(format!("frequencies of response {} do not rise from zero on", set.name));
+                if !frequencies_hz.windows(2).all(|pair| pair[0] < pair[1])
+                    || frequencies_hz[0] < 0.0
+                {
+                    return bad(format!(
+                        "frequencies of response {} do not rise from zero on",
+                        set.name
+                    ));
                 }
                 self.file.functions.push(RawFunction {
                     name: set.name,
@@ -422,7 +464,9 @@ impl Found {
             }
             other => self.file.notices.push(fault(
                 Some(set.line),
-                format!("function type {other} is passed over: neither a time nor a frequency response"),
+                format!(
+                    "function type {other} is passed over: neither a time nor a frequency response"
+                ),
             )),
         }
     }
@@ -432,17 +476,48 @@ impl Found {
 pub(super) mod tests {
     use super::*;
 
-    fn header(function: i64, node: i64, data_type: i64, count: usize, step: f64, quantity: i64) -> String {
+    fn header(
+        function: i64,
+        node: i64,
+        data_type: i64,
+        count: usize,
+        step: f64,
+        quantity: i64,
+    ) -> String {
         format!(
             "point {node}\nNONE\nNONE\nNONE\nNONE\n{function:5}{:10}{:5}{:10} {:<10}{node:10}{:4} {:<10}{:10}{:4}\n\
              {data_type:10}{count:10}{:10}{:13.5e}{step:13.5e}{:13.5e}\n\
              {:10}{:5}{:5}{:5} {:<20} {:<20}\n{quantity:10}{:5}{:5}{:5} {:<20} {:<20}\n{:10}\n{:10}\n",
-            0, 1, 0, "NONE", 1, "NONE", 7, -3, 1, 0.0, 0.0, 17, 0, 0, 0, "Time", "s", 0, 0, 0, "NONE", "NONE", 0, 0
+            0,
+            1,
+            0,
+            "NONE",
+            1,
+            "NONE",
+            7,
+            -3,
+            1,
+            0.0,
+            0.0,
+            17,
+            0,
+            0,
+            0,
+            "Time",
+            "s",
+            0,
+            0,
+            0,
+            "NONE",
+            "NONE",
+            0,
+            0
         )
     }
 
     fn text_set(node: i64, samples: &[f64], quantity: i64) -> String {
-        let mut text = format!("    -1\n    58\n{}", header(1, node, 2, samples.len(), 0.01, quantity));
+        let mut text =
+            format!("    -1\n    58\n{}", header(1, node, 2, samples.len(), 0.01, quantity));
         for chunk in samples.chunks(6) {
             for v in chunk {
                 text.push_str(&format!("{v:13.5e}"));
@@ -484,7 +559,13 @@ pub(super) mod tests {
             let order = if big { 2 } else { 1 };
             let mut bytes = format!(
                 "    -1\n    58b{order:6}{:6}{:12}{:12}{:6}{:6}{:12}{:12}\n{}",
-                2, 11, data.len(), 0, 0, 0, 0,
+                2,
+                11,
+                data.len(),
+                0,
+                0,
+                0,
+                0,
                 header(1, 3, data_type, samples.len(), 0.01, 12)
             )
             .into_bytes();
@@ -501,7 +582,9 @@ pub(super) mod tests {
     #[test]
     fn a_frequency_response_has_its_reference() {
         let mut text = format!("    -1\n    58\n{}", header(4, 2, 5, 3, 0.5, 12));
-        text.push_str(" 1.00000E+00 2.00000E+00-3.00000E+00-4.00000E+00 5.00000E+00 6.00000E+00\n    -1\n");
+        text.push_str(
+            " 1.00000E+00 2.00000E+00-3.00000E+00-4.00000E+00 5.00000E+00 6.00000E+00\n    -1\n",
+        );
         let found = told(text.as_bytes()).unwrap();
         let function = &found.functions[0];
         assert_eq!(function.reference, "7-Z");

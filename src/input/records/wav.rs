@@ -16,9 +16,11 @@ pub(super) fn read(path: &Path) -> Result<RawFile, Vec<Fault>> {
         return Err(fault("has no channels or no sampling rate".to_owned()));
     }
     let samples: Vec<f64> = match spec.sample_format {
-        hound::SampleFormat::Float => {
-            reader.samples::<f32>().map(|s| s.map(f64::from)).collect::<Result<_, _>>().map_err(bad)?
-        }
+        hound::SampleFormat::Float => reader
+            .samples::<f32>()
+            .map(|s| s.map(f64::from))
+            .collect::<Result<_, _>>()
+            .map_err(bad)?,
         hound::SampleFormat::Int => {
             let full = 2.0_f64.powi(i32::from(spec.bits_per_sample) - 1);
             let read = reader.samples::<i32>().map(|s| s.map(|s| f64::from(s) / full));

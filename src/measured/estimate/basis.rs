@@ -130,7 +130,8 @@ impl Block {
                         .map(|k| {
                             let delay = C64::from_polar(1.0, -self.omega[k] * step_s);
                             let below = 1.0 - mu * delay;
-                            let below = if below.norm() < 1e-12 { C64::new(1e-12, 0.0) } else { below };
+                            let below =
+                                if below.norm() < 1e-12 { C64::new(1e-12, 0.0) } else { below };
                             let g = below.inv();
                             let left = match drive {
                                 Some(_) => self.drive[k] - end,
@@ -158,7 +159,8 @@ impl Block {
         };
         for power in 0..degree {
             let column = |(k, w): (usize, &f64)| {
-                C64::new(0.0, w / highest).powi(power) * self.drive.get(k).copied().unwrap_or(C64::new(1.0, 0.0))
+                C64::new(0.0, w / highest).powi(power)
+                    * self.drive.get(k).copied().unwrap_or(C64::new(1.0, 0.0))
             };
             columns.push(self.omega.iter().enumerate().map(column).collect());
         }

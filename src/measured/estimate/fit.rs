@@ -143,7 +143,8 @@ pub(super) fn evaluate(blocks: &[Block], noise: &Noise, poles: &[Pole]) -> Optio
             let mut jacobian = Vec::with_capacity(count);
             let mut sensitivities = Vec::with_capacity(count);
             for (pairs, &(first, _)) in pairs.iter().zip(&firsts) {
-                let mut changes = [vec![C64::default(); spectrum.len()], vec![C64::default(); spectrum.len()]];
+                let mut changes =
+                    [vec![C64::default(); spectrum.len()], vec![C64::default(); spectrum.len()]];
                 for (pair, place) in pairs.iter().zip((first..).step_by(2)) {
                     let new = pair.changes(factors[place], factors[place + 1]);
                     for (sum, new) in changes.iter_mut().zip(&new) {
@@ -282,7 +283,8 @@ impl Fit {
     pub(super) fn covariance(&self) -> Option<DMatrix<f64>> {
         // Scaled, as poles of different sharpness differ by many orders.
         let normal = &self.evaluation.normal;
-        let scale: Vec<f64> = (0..normal.nrows()).map(|i| normal[(i, i)].max(f64::MIN_POSITIVE).sqrt()).collect();
+        let scale: Vec<f64> =
+            (0..normal.nrows()).map(|i| normal[(i, i)].max(f64::MIN_POSITIVE).sqrt()).collect();
         let scaled = DMatrix::from_fn(normal.nrows(), normal.ncols(), |i, j| {
             normal[(i, j)] / (scale[i] * scale[j])
         });

@@ -53,7 +53,9 @@ pub struct StabilisationPoint {
 }
 
 /// Poles of all even orders, by order.
-pub(in crate::measured) fn poles_by_order(sets: &[(&[f64], &[Vec<C64>])]) -> Vec<(usize, Vec<Pole>)> {
+pub(in crate::measured) fn poles_by_order(
+    sets: &[(&[f64], &[Vec<C64>])],
+) -> Vec<(usize, Vec<Pole>)> {
     let lines = sets.iter().map(|(omega, _)| omega.len()).min().unwrap_or(0);
     let highest = HIGHEST_ORDER.min(lines / LINES_PER_ORDER);
     let top = sets.iter().filter_map(|(omega, _)| omega.last()).fold(0.0_f64, |a, b| a.max(*b));
@@ -142,7 +144,9 @@ fn roots(normal: &DMatrix<f64>, order: usize, step: f64) -> Option<Vec<Pole>> {
 }
 
 /// The poles of all orders, each against those of the order before it.
-pub(in crate::measured) fn stabilisation(by_order: &[(usize, Vec<Pole>)]) -> Vec<StabilisationPoint> {
+pub(in crate::measured) fn stabilisation(
+    by_order: &[(usize, Vec<Pole>)],
+) -> Vec<StabilisationPoint> {
     let mut points = Vec::new();
     for (at, (order, poles)) in by_order.iter().enumerate() {
         let before: &[Pole] = at.checked_sub(1).map_or(&[], |before| &by_order[before].1);
@@ -202,13 +206,18 @@ mod tests {
     /// Three modes, two of them 3 % apart, without noise: all orders from 12 on hold them.
     #[test]
     fn poles_of_an_exact_response_are_found_at_every_order() {
-        let truth = [Pole::from_modal(130.0, 0.01), Pole::from_modal(133.9, 0.015), Pole::from_modal(300.0, 0.02)];
+        let truth = [
+            Pole::from_modal(130.0, 0.01),
+            Pole::from_modal(133.9, 0.015),
+            Pole::from_modal(300.0, 0.02),
+        ];
         let omega: Vec<f64> = (1..350).map(|k| f64::from(k) * 1.2566).collect();
         let spectrum: Vec<C64> = omega
             .iter()
             .map(|w| {
                 let one = |p: &Pole| {
-                    (C64::new(0.0, *w) - p.lambda).inv() + (C64::new(0.0, *w) - p.lambda.conj()).inv()
+                    (C64::new(0.0, *w) - p.lambda).inv()
+                        + (C64::new(0.0, *w) - p.lambda.conj()).inv()
                 };
                 truth.iter().map(one).sum()
             })
@@ -224,6 +233,8 @@ mod tests {
             }
         }
         let found = candidates(&stabilisation(&by_order));
-        assert!(truth.iter().all(|p| found.iter().any(|f| (f.omega() / p.omega() - 1.0).abs() < 1e-3)));
+        assert!(
+            truth.iter().all(|p| found.iter().any(|f| (f.omega() / p.omega() - 1.0).abs() < 1e-3))
+        );
     }
 }

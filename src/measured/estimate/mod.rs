@@ -83,8 +83,10 @@ fn moving(blocks: &mut [Block], fit: &Fit) -> Option<Fit> {
     for (block, waits) in blocks.iter_mut().zip(&waits) {
         block.begins_moving |= waits;
     }
-    let trial = Fit::at(blocks, fit.noise.clone(), fit.poles.clone()).map(|fit| fit.refined(blocks));
-    let freedom: usize = blocks.iter().zip(&waits).filter(|(_, w)| **w).map(|(b, _)| 2 * b.spectra.len()).sum();
+    let trial =
+        Fit::at(blocks, fit.noise.clone(), fit.poles.clone()).map(|fit| fit.refined(blocks));
+    let freedom: usize =
+        blocks.iter().zip(&waits).filter(|(_, w)| **w).map(|(b, _)| 2 * b.spectra.len()).sum();
     let freedom = (freedom * fit.poles.len()) as f64;
     let chance = 7.0;
     let required = freedom + 2.0 * (freedom * chance).sqrt() + 2.0 * chance;
@@ -191,9 +193,9 @@ fn report(blocks: &[Block], fit: &Fit) -> Option<Estimate> {
 
 #[cfg(test)]
 mod tests {
+    use rand::RngExt;
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
-    use rand::RngExt;
     use realfft::RealFftPlanner;
 
     use super::*;
@@ -212,7 +214,10 @@ mod tests {
         let lines = 2..n / 2;
         Block {
             origin: Origin::Sampled { step_s, samples: n, force: None },
-            omega: lines.clone().map(|k| std::f64::consts::TAU * k as f64 / (n as f64 * step_s)).collect(),
+            omega: lines
+                .clone()
+                .map(|k| std::f64::consts::TAU * k as f64 / (n as f64 * step_s))
+                .collect(),
             drive: Vec::new(),
             begins_moving: false,
             spectra: vec![output[lines].to_vec()],
@@ -222,7 +227,11 @@ mod tests {
     /// 5 s at 140 Hz.
     #[test]
     fn trial() {
-        let truth = [Pole::from_modal(23.0 * 6.283185307, 0.01), Pole::from_modal(23.7 * 6.283185307, 0.012), Pole::from_modal(40.0*6.283185307, 0.02)];
+        let truth = [
+            Pole::from_modal(23.0 * 6.283185307, 0.01),
+            Pole::from_modal(23.7 * 6.283185307, 0.012),
+            Pole::from_modal(40.0 * 6.283185307, 0.02),
+        ];
         let step_s = 1.0 / 140.0;
         let mut hits = [0usize; 3];
         let mut counts = std::collections::BTreeMap::new();
@@ -230,9 +239,18 @@ mod tests {
         let seeds = 100;
         for seed in 0..seeds {
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
-            let clean: Vec<f64> = (0..700).map(|k| {
-                truth.iter().map(|p| 2.0 * (C64::from_polar(1.0, 0.3) * (p.lambda * (k as f64 * step_s)).exp()).re).sum()
-            }).collect();
+            let clean: Vec<f64> = (0..700)
+                .map(|k| {
+                    truth
+                        .iter()
+                        .map(|p| {
+                            2.0 * (C64::from_polar(1.0, 0.3)
+                                * (p.lambda * (k as f64 * step_s)).exp())
+                            .re
+                        })
+                        .sum()
+                })
+                .collect();
             let rms = (clean.iter().map(|x| x * x).sum::<f64>() / 700.0).sqrt();
             let noisy: Vec<f64> = clean.iter().map(|x| x + 0.1 * rms * gauss(&mut rng)).collect();
             let mut blocks = [block(&noisy, step_s)];
@@ -241,9 +259,28 @@ mod tests {
             let found = estimate(&mut blocks, &starts).unwrap();
             *counts.entry(found.poles.len()).or_insert(0) += 1;
             for (i, pole) in truth.iter().enumerate() {
-                let near = found.poles.iter().min_by(|a, b| (a.pole.lambda - pole.lambda).norm().total_cmp(&(b.pole.lambda - pole.lambda).norm())).unwrap();
-                if (near.pole.omega() - pole.omega()).abs() < 1.96 * near.omega_std { hits[i] += 1; }
-                if seed < 3 { println!("{i} {} {} {} {} {}", near.pole.omega()/6.283185307, near.omega_std/6.283185307, near.pole.ratio(), near.ratio_std, near.prominence); }
+                let near = found
+                    .poles
+                    .iter()
+                    .min_by(|a, b| {
+                        (a.pole.lambda - pole.lambda)
+                            .norm()
+                            .total_cmp(&(b.pole.lambda - pole.lambda).norm())
+                    })
+                    .unwrap();
+                if (near.pole.omega() - pole.omega()).abs() < 1.96 * near.omega_std {
+                    hits[i] += 1;
+                }
+                if seed < 3 {
+                    println!(
+                        "{i} {} {} {} {} {}",
+                        near.pole.omega() / 6.283185307,
+                        near.omega_std / 6.283185307,
+                        near.pole.ratio(),
+                        near.ratio_std,
+                        near.prominence
+                    );
+                }
             }
         }
         println!("{hits:?} {counts:?} {:?}", start.elapsed() / seeds as u32);

@@ -49,7 +49,6 @@ impl Projection {
         self.q.len()
     }
 
-
     /// What of `column` lies outside of the span; in place.
     pub(super) fn remove(&self, column: &mut [f64]) {
         for q in self.q.iter().filter(|q| !q.is_empty()) {

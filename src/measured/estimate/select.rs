@@ -63,7 +63,8 @@ fn grown(blocks: &[Block], fit: &Fit, starts: &[Pole]) -> Option<Fit> {
         let Some(trial) = Fit::at(blocks, fit.noise.clone(), poles) else { continue };
         let trial = trial.refined(blocks);
         // What the force does not drive and yet decays is a mode that was mistaken.
-        let is_mistaken = trial.poles.iter().any(|p| !p.is_driven && p.ratio().abs() > MOST_LINE_DAMPING);
+        let is_mistaken =
+            trial.poles.iter().any(|p| !p.is_driven && p.ratio().abs() > MOST_LINE_DAMPING);
         let is_better = best
             .as_ref()
             .is_none_or(|best| trial.evaluation.sum_of_squares < best.evaluation.sum_of_squares);
@@ -115,7 +116,8 @@ fn linear_gain(blocks: &[Block], fit: &Fit, pole: &Pole) -> f64 {
     if !blocks.iter().all(|block| block.admits(pole)) {
         return f64::NEG_INFINITY;
     }
-    let pairs: Vec<_> = blocks.iter().map(|b| b.contribution(pole.lambda, pole.is_driven)).collect();
+    let pairs: Vec<_> =
+        blocks.iter().map(|b| b.contribution(pole.lambda, pole.is_driven)).collect();
     let mut gain = 0.0;
     for part in &fit.evaluation.parts {
         let of = &pairs[part.block];
@@ -195,4 +197,3 @@ fn pruned(blocks: &[Block], mut fit: Fit) -> Option<Fit> {
         }
     }
 }
-

@@ -1,0 +1,134 @@
+//! A sheet for each record: above, the measured spectrum and the fit; below, the stabilisation diagram.
+
+use super::{kind_words, pose_words};
+use crate::measured::identify::{FittedSpectrum, Identified};
+use crate::measured::session::IdentifiedSession;
+use crate::measured::{Kind, Stability};
+use crate::report::svg::{Anchor, Axis, CURVES, Frame, Panel, Sheet, Stroke, label};
+
+const WIDTH: f64 = 900.0;
+const SHEET_HEIGHT: f64 = 640.0;
+const LEFT: f64 = 85.0;
+const PANEL_WIDTH: f64 = WIDTH - 130.0;
+
+const TITLE: &str = "font-size=\"16\" font-weight=\"bold\"";
+
+/// What lies this far below the peak is not drawn.
+const DECADES: f64 = 1e4;
+
+/// More points than this make no finer curve.
+const MOST_POINTS: usize = 3000;
+
+const STEADY: &str = "#009e73";
+const FREQUENCY: &str = "#e69f00";
+const NEW: &str = "#bbbbbb";
+const MODE: &str = "#cc79a7";
+
+/// All records, one below the other.
+pub fn identification_svg(found: &IdentifiedSession) -> String {
+    let height = SHEET_HEIGHT * found.records.len().max(1) as f64;
+    let mut sheet = Sheet::new(WIDTH, height);
+    for (index, record) in found.records.iter().enumerate() {
+        let pose = found
+            .rows
+            .iter()
+            .find(|row| row.modes.iter().flat_map(|m| &m.members).any(|(r, _)| *r == index))
+            .map_or_else(String::new, |row| format!(", {}", pose_words(&row.pose)));
+        let title = format!("{}: {}{pose}", record.record, kind_words(record.kind));
+        draw(&mut sheet, record, &title, SHEET_HEIGHT * index as f64);
+    }
+    sheet.finish()
+}
+
+fn draw(sheet: &mut Sheet, record: &Identified, title: &str, top: f64) {
+    sheet.text(LEFT, top + 28.0, Anchor::Start, TITLE, title);
+    let lines = || record.spectra.iter().flat_map(|s| &s.frequencies_hz);
+    let high = lines().fold(0.0_f64, |a, &b| a.max(b));
+    let peak = record.spectra.iter().flat_map(|s| &s.measured).fold(0.0_f64, |a, &b| a.max(b));
+    if !(high > 0.0 && peak > 0.0 && peak.is_finite()) {
+        sheet.text(LEFT, top + 60.0, Anchor::Start, "", "nothing to draw");
+        return;
+    }
+    let x = Axis { label: String::new(), low: 0.0, high, is_logarithmic: false };
+    let what = match record.kind {
+        Kind::FreeDecay => "spectrum, relative",
+        _ => "response over force, relative",
+    };
+    let spectrum = Panel {
+        frame: Frame { left: LEFT, top: top + 45.0, width: PANEL_WIDTH, height: 270.0 },
+        x: x.clone(),
+        y: Axis { label: what.into(), low: 1.0 / DECADES, high: 2.0, is_logarithmic: true },
+    };
+    sheet.axes(&spectrum, true);
+    for (index, response) in record.spectra.iter().enumerate() {
+        let colour = CURVES[index % CURVES.len()];
+        let scaled = |values: &[f64]| points(response, values, peak);
+        let stroke = |width, is_dashed| Stroke { colour, width, is_dashed };
+        sheet.curve(&spectrum, &scaled(&response.measured), stroke(0.9, false));
+        sheet.curve(&spectrum, &scaled(&response.fitted), stroke(2.2, true));
+    }
+    mark_modes(sheet, &spectrum, record, true);
+    sheet.border(spectrum.frame);
+    legend(sheet, record, &spectrum);
+    let orders = record.stabilisation.iter().map(|point| point.order).max().unwrap_or(0);
+    let stabilisation = Panel {
+        frame: Frame { left: LEFT, top: top + 360.0, width: PANEL_WIDTH, height: 210.0 },
+        x: Axis { label: "frequency [Hz]".into(), ..x },
+        y: Axis {
+            label: "order".into(),
+            low: 0.0,
+            high: orders.max(2) as f64 + 1.0,
+            is_logarithmic: false,
+        },
+    };
+    sheet.axes(&stabilisation, true);
+    mark_modes(sheet, &stabilisation, record, false);
+    for point in record.stabilisation.iter().filter(|point| point.frequency_hz <= high) {
+        let (radius, colour) = match point.stability {
+            Stability::Pole => (3.0, STEADY),
+            Stability::Frequency => (2.4, FREQUENCY),
+            Stability::New => (1.6, NEW),
+        };
+        sheet.dot(&stabilisation, point.frequency_hz, point.order as f64, radius, colour);
+    }
+    sheet.border(stabilisation.frame);
+    let words =
+        "poles by order: green keeps frequency and damping, orange frequency only, grey is new";
+    sheet.text(LEFT, top + 352.0, Anchor::Start, "font-size=\"12\"", words);
+}
+
+/// Points of a curve, thinned to the loudest of each stretch.
+fn points(response: &FittedSpectrum, values: &[f64], peak: f64) -> Vec<(f64, f64)> {
+    let stretch = values.len().div_ceil(MOST_POINTS).max(1);
+    values
+        .chunks(stretch)
+        .zip(response.frequencies_hz.chunks(stretch))
+        .filter_map(|(values, frequencies)| {
+            let (k, value) = values.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1))?;
+            Some((*frequencies.get(k)?, value / peak))
+        })
+        .collect()
+}
+
+fn mark_modes(sheet: &mut Sheet, panel: &Panel, record: &Identified, is_named: bool) {
+    let Frame { top, height, .. } = panel.frame;
+    for mode in &record.modes {
+        let x = panel.px(mode.frequency_hz);
+        sheet.line(x, top, x, top + height, MODE);
+        if is_named {
+            let name = format!("{} Hz", label((mode.frequency_hz * 1e3).round() / 1e3));
+            sheet.text(x + 3.0, top + 14.0, Anchor::Start, "font-size=\"11\"", &name);
+        }
+    }
+}
+
+fn legend(sheet: &mut Sheet, record: &Identified, panel: &Panel) {
+    let right = panel.frame.left + panel.frame.width - 8.0;
+    for (index, response) in record.spectra.iter().enumerate().take(8) {
+        let colour = CURVES[index % CURVES.len()];
+        let style = format!("font-size=\"12\" style=\"fill:{colour}\"");
+        let y = panel.frame.top + 32.0 + 15.0 * index as f64;
+        let text = format!("{} (fit dashed)", response.response);
+        sheet.text(right, y, Anchor::End, &style, &text);
+    }
+}
