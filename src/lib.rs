@@ -53,7 +53,7 @@
 //! | [`excitation`] | spindle and tooth-passing lines | |
 //! | [`input`] | YAML, CSV, URDF → valid types, all faults with file and line | compute |
 //! | [`program`] | robot and CAM programs → moves, each with its line | know the robot's dynamics |
-//! | [`measured`] | measurements, by methods that never see a prediction | import `model` or `modes` |
+//! | [`measured`] | records → spectra → modes with uncertainty; load tests → stiffness; never sees a prediction | import `model` or `modes` |
 //! | [`job`], [`motion`] | what is asked for, as plain valid data | |
 //! | [`units`] | conversions | |
 //!

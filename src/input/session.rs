@@ -1,5 +1,6 @@
 //! session.yaml and the files of raw data that it names.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use super::faults::Faults;
@@ -86,7 +87,7 @@ impl Reader<'_> {
         }
         self.check_channels();
         self.check_joint_names();
-        let links = self.links();
+        let links = self.links(raw.markers.as_ref(), &[]);
         let mut records = Vec::new();
         let mut used = Vec::new();
         for (index, record) in raw.records.iter().flatten().enumerate() {
@@ -140,11 +141,15 @@ impl Reader<'_> {
         }
     }
 
-    fn links(&mut self) -> Vec<MarkedLink> {
-        let raw = self.raw;
+    /// The marked links of the session, or of a record where `before` leads to it.
+    fn links(
+        &mut self,
+        marked: Option<&BTreeMap<String, Vec<raw::Marker>>>,
+        before: &[Step<'_>],
+    ) -> Vec<MarkedLink> {
         let mut links = Vec::new();
-        for (link, raw_markers) in raw.markers.iter().flatten() {
-            let steps = [Step::Key("markers"), Step::Key(link.as_str())];
+        for (link, raw_markers) in marked.into_iter().flatten() {
+            let steps = [before, &[Step::Key("markers"), Step::Key(link.as_str())]].concat();
             if raw_markers.len() < FEWEST_MARKERS {
                 let what = format!(
                     "markers: link '{link}' has {} point(s), must have at least {FEWEST_MARKERS}",
@@ -158,7 +163,7 @@ impl Reader<'_> {
                     (Some(x), Some(y)) => Some([x.clone(), y.clone()]),
                     (None, None) => None,
                     _ => {
-                        let steps = [steps[0], steps[1], Step::Index(index)];
+                        let steps = [steps.as_slice(), &[Step::Index(index)]].concat();
                         let what = format!(
                             "markers: link '{link}': point {} has one of x and y, must have both, or none if it \
                              stands still",
@@ -200,6 +205,11 @@ impl Reader<'_> {
         let line = self.tree.line_at(&of_file);
         let path = named_file(self.path, "file", &name, line, &mut self.faults)?;
         let file = self.file(&path)?;
+        let own = &[of_file[0], of_file[1]];
+        let links = match &record.markers {
+            Some(markers) => self.links(Some(markers), own),
+            None => links.to_vec(),
+        };
         let data = self.data(index, record, &name, &file)?;
         let names: Vec<String> = match &data {
             Data::Time { responses, excitation, .. } => {
@@ -214,13 +224,7 @@ impl Reader<'_> {
         }
         used.extend(names);
         Some(Taken {
-            record: Record {
-                name,
-                data,
-                driving_point,
-                links: links.to_vec(),
-                spindle_rpm: record.spindle_rpm,
-            },
+            record: Record { name, data, driving_point, links, spindle_rpm: record.spindle_rpm },
             pose: pose?,
             conditions: Conditions {
                 temperature_c: record.temperature_c,
@@ -234,6 +238,15 @@ impl Reader<'_> {
     fn pose(&mut self, index: usize, pose: Option<&raw::Pose>) -> Option<Pose> {
         let steps = [Step::Key("records"), Step::Index(index), Step::Key("pose")];
         let pose = pose?;
+        let node =
+            self.tree.get("records").and_then(|records| records.items().get(index)?.get("pose"));
+        let is_spelt = |key| node.is_some_and(|node| node.get(key).is_some());
+        if (pose.beta2_rad.is_none() && is_spelt("beta2_rad"))
+            || (pose.joints_deg.is_none() && is_spelt("joints_deg"))
+        {
+            // Its value is at fault, which was told.
+            return None;
+        }
         let (found, other) = match (pose.beta2_rad, &pose.joints_deg) {
             (Some(beta2), None) => (Pose::Beta2Rad(beta2), "joints_deg"),
             (None, Some(joints)) => (Pose::JointsDeg(joints.clone()), "beta2_rad"),
@@ -524,14 +537,21 @@ impl Reader<'_> {
                 self.notices.push(self.faults.make(line, what));
             }
         }
-        for (link, markers) in raw.markers.iter().flatten() {
+        let own = raw.records.iter().flatten().enumerate().map(|(i, r)| (Some(i), &r.markers));
+        let all = [(None, &raw.markers)].into_iter().chain(own);
+        let all =
+            all.flat_map(|(record, m)| m.iter().flatten().map(move |(link, m)| (record, link, m)));
+        for (record, link, markers) in all {
             let names = markers.iter().flat_map(|marker| marker.x.iter().chain(&marker.y));
             for name in names.filter(|name| !used.contains(name)) {
                 let near = nearest(name, used.iter().map(String::as_str))
                     .map_or_else(String::new, |near| format!("; did you mean '{near}'?"));
                 let what =
                     format!("markers: link '{link}': channel '{name}' is in no record{near}");
-                self.fault(&[Step::Key("markers"), Step::Key(link)], what);
+                let mut steps =
+                    record.map_or_else(Vec::new, |i| vec![Step::Key("records"), Step::Index(i)]);
+                steps.extend([Step::Key("markers"), Step::Key(link)]);
+                self.fault(&steps, what);
             }
         }
     }

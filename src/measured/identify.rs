@@ -20,6 +20,9 @@ const LEAST_CERTAINTY: f64 = 0.03;
 /// A mode weaker than this share of the strongest line of every response is the model's own error.
 const LEAST_PROMINENCE: f64 = 1e-3;
 
+/// Below this share, what could not be settled is not told either.
+const LEAST_TOLD: f64 = 0.02;
+
 /// One part of a mode shape.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ShapePart {
@@ -176,6 +179,9 @@ fn is_settled(pole: &PoleEstimate, notices: &mut Notices) -> bool {
     }
     let is_decaying = ratio > -2.0 * pole.ratio_std;
     if pole.omega_std > LEAST_CERTAINTY * omega || !is_decaying {
+        if pole.prominence < LEAST_TOLD {
+            return false;
+        }
         let what = format!(
             "something near {:.2} ± {:.2} Hz with damping ratio {ratio:.4} ± {:.4} was fitted and is not reported: \
              it is not certain enough to be a mode",

@@ -1,4 +1,10 @@
 //! Measurements, by methods that never see a prediction.
+//!
+//! ```text
+//! record → checked (quality) → hits and decays (hits) → spectra in the band that is filled (prepare, spectra)
+//!        → poles and residues with covariances (estimate) → modes, shapes, rotations of links (identify, links)
+//!        → what must be known (suspicions) → one row a pose (session)
+//! ```
 
 mod estimate;
 mod hits;

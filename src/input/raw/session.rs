@@ -27,7 +27,7 @@ pub(in crate::input) struct Session {
     pub(in crate::input) joint_names: Option<Vec<String>>,
     /// By channel name: its unit and scale, where the files do not tell.
     pub(in crate::input) channels: Option<BTreeMap<String, Channel>>,
-    /// By link name: points of it that are marked in the picture, two or more.
+    /// By link name: points of it that are marked in the picture, two or more; for records without their own.
     #[schemars(extend("examples" = [{"link_1": [{"at_mm": [0, 0]}, {"at_mm": [-237, 411], "x": "bx_mm", "y": "by_mm"}]}]))]
     pub(in crate::input) markers: Option<BTreeMap<String, Vec<Marker>>>,
     /// The records.
@@ -83,6 +83,8 @@ pub(in crate::input) struct Record {
     pub(in crate::input) responses: Option<Vec<String>>,
     /// The response at the point and in the direction of the force, which makes shapes mass-normalised.
     pub(in crate::input) driving_point: Option<String>,
+    /// Marked points as in the session, where they are in this record's picture.
+    pub(in crate::input) markers: Option<BTreeMap<String, Vec<Marker>>>,
     /// Sampling rate of this record, Hz, where its file does not tell.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(in crate::input) sample_rate_hz: Option<f64>,

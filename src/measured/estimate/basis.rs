@@ -97,11 +97,14 @@ impl Block {
 
     /// Whether a pole can be evaluated at all.
     pub(in crate::measured) fn admits(&self, pole: &Pole) -> bool {
-        let duration = match &self.origin {
-            Origin::Sampled { step_s, samples, .. } => step_s * *samples as f64,
-            Origin::Responses => return pole.lambda.re < 0.0,
-        };
-        pole.lambda.re * duration < MOST_GROWTH
+        match &self.origin {
+            // Above half the sampling rate a pole is the image of one below.
+            Origin::Sampled { step_s, samples, .. } => {
+                pole.lambda.re * step_s * (*samples as f64) < MOST_GROWTH
+                    && pole.lambda.im * step_s < std::f64::consts::PI
+            }
+            Origin::Responses => pole.lambda.re < 0.0,
+        }
     }
 
     /// What a pole contributes; `is_driven` false gives the vibration from before the record.

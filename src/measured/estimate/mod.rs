@@ -43,7 +43,7 @@ pub(super) struct PoleEstimate {
     pub(super) ratio_std: f64,
     /// By block and response.
     pub(super) residues: Vec<Vec<Residue>>,
-    /// The largest share of a spectrum's amplitude that the pole has at its own line.
+    /// The pole's loudest line against the spectrum's, at the response where that is largest.
     pub(super) prominence: f64,
 }
 
@@ -161,14 +161,10 @@ fn report(blocks: &[Block], fit: &Fit) -> Option<Estimate> {
             let variance = |i: usize| own_noise(i) + from_poles(i);
             residues[part.block]
                 .push(Residue { value, variance: 0.5 * (variance(place) + variance(place + 1)) });
-            let nearest = block
-                .omega
-                .iter()
-                .enumerate()
-                .min_by(|a, b| (a.1 - w).abs().total_cmp(&(b.1 - w).abs()))
-                .map_or(0, |(k, _)| k);
             let own = block.contribution(pole.lambda, pole.is_driven);
-            let peak = (value * own.value[nearest]).norm();
+            // Its loudest line: the nearest one may lie where the force has none.
+            let loudest = own.value.iter().map(|b| b.norm()).fold(0.0, f64::max);
+            let peak = value.norm() * loudest;
             let strongest = fit::strongest(&block.spectra[part.response]).sqrt();
             prominence = prominence.max(peak / strongest);
         }
@@ -189,100 +185,4 @@ fn report(blocks: &[Block], fit: &Fit) -> Option<Estimate> {
         noise,
         begins_moving: blocks.iter().any(|block| block.begins_moving),
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use rand::RngExt;
-    use rand::SeedableRng;
-    use rand_chacha::ChaCha8Rng;
-    use realfft::RealFftPlanner;
-
-    use super::*;
-
-    fn gauss(rng: &mut ChaCha8Rng) -> f64 {
-        let (a, b): (f64, f64) = (rng.random(), rng.random());
-        (-2.0 * (1.0 - a).ln()).sqrt() * (std::f64::consts::TAU * b).cos()
-    }
-
-    fn block(samples: &[f64], step_s: f64) -> Block {
-        let n = samples.len();
-        let plan = RealFftPlanner::new().plan_fft_forward(n);
-        let mut input = samples.to_vec();
-        let mut output = plan.make_output_vec();
-        plan.process(&mut input, &mut output).unwrap();
-        let lines = 2..n / 2;
-        Block {
-            origin: Origin::Sampled { step_s, samples: n, force: None },
-            omega: lines
-                .clone()
-                .map(|k| std::f64::consts::TAU * k as f64 / (n as f64 * step_s))
-                .collect(),
-            drive: Vec::new(),
-            begins_moving: false,
-            spectra: vec![output[lines].to_vec()],
-        }
-    }
-
-    /// 5 s at 140 Hz.
-    #[test]
-    fn trial() {
-        let truth = [
-            Pole::from_modal(23.0 * 6.283185307, 0.01),
-            Pole::from_modal(23.7 * 6.283185307, 0.012),
-            Pole::from_modal(40.0 * 6.283185307, 0.02),
-        ];
-        let step_s = 1.0 / 140.0;
-        let mut hits = [0usize; 3];
-        let mut counts = std::collections::BTreeMap::new();
-        let start = std::time::Instant::now();
-        let seeds = 100;
-        for seed in 0..seeds {
-            let mut rng = ChaCha8Rng::seed_from_u64(seed);
-            let clean: Vec<f64> = (0..700)
-                .map(|k| {
-                    truth
-                        .iter()
-                        .map(|p| {
-                            2.0 * (C64::from_polar(1.0, 0.3)
-                                * (p.lambda * (k as f64 * step_s)).exp())
-                            .re
-                        })
-                        .sum()
-                })
-                .collect();
-            let rms = (clean.iter().map(|x| x * x).sum::<f64>() / 700.0).sqrt();
-            let noisy: Vec<f64> = clean.iter().map(|x| x + 0.1 * rms * gauss(&mut rng)).collect();
-            let mut blocks = [block(&noisy, step_s)];
-            let by_order = lscf::poles_by_order(&[(&blocks[0].omega, &blocks[0].spectra)]);
-            let starts = lscf::candidates(&lscf::stabilisation(&by_order));
-            let found = estimate(&mut blocks, &starts).unwrap();
-            *counts.entry(found.poles.len()).or_insert(0) += 1;
-            for (i, pole) in truth.iter().enumerate() {
-                let near = found
-                    .poles
-                    .iter()
-                    .min_by(|a, b| {
-                        (a.pole.lambda - pole.lambda)
-                            .norm()
-                            .total_cmp(&(b.pole.lambda - pole.lambda).norm())
-                    })
-                    .unwrap();
-                if (near.pole.omega() - pole.omega()).abs() < 1.96 * near.omega_std {
-                    hits[i] += 1;
-                }
-                if seed < 3 {
-                    println!(
-                        "{i} {} {} {} {} {}",
-                        near.pole.omega() / 6.283185307,
-                        near.omega_std / 6.283185307,
-                        near.pole.ratio(),
-                        near.ratio_std,
-                        near.prominence
-                    );
-                }
-            }
-        }
-        println!("{hits:?} {counts:?} {:?}", start.elapsed() / seeds as u32);
-    }
 }

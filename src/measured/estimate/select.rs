@@ -33,7 +33,11 @@ pub(super) fn select(blocks: &[Block], starts: &[Pole]) -> Option<Fit> {
         let floor = fit.noise_by(blocks, |powers, _, strongest| noise::floor(powers, strongest));
         // What was noise at first may be the skirt of a mode: the poles move with the weights.
         fit = Fit::at(blocks, floor, fit.poles.clone())?.refined(blocks);
-        match grown(blocks, &fit, starts) {
+        // A tone is looked for where no mode explains what is left: the comb that several hits make of a
+        // mode would pass for tones otherwise.
+        match grown(blocks, &fit, driven(&fit, starts, blocks))
+            .or_else(|| grown(blocks, &fit, tones(blocks, &fit)))
+        {
             Some(larger) => fit = larger,
             None => break,
         }
@@ -41,16 +45,34 @@ pub(super) fn select(blocks: &[Block], starts: &[Pole]) -> Option<Fit> {
     pruned(blocks, fit)
 }
 
-/// With one more pole, if one earns its place.
-fn grown(blocks: &[Block], fit: &Fit, starts: &[Pole]) -> Option<Fit> {
+/// Where a further mode may be: columns of the stabilisation diagram, peaks of the residual, and either side
+/// of each pole.
+fn driven(fit: &Fit, starts: &[Pole], blocks: &[Block]) -> Vec<Pole> {
     let mut candidates = starts.to_vec();
-    candidates.extend(residual_peaks(blocks, fit));
-    for pole in &fit.poles {
+    for omega in residual_peaks(blocks, fit) {
+        candidates.extend(TRIED_DAMPING.map(|ratio| Pole::from_modal(omega, ratio)));
+    }
+    for pole in fit.poles.iter().filter(|pole| pole.is_driven) {
         let apart = pole.ratio().abs().clamp(0.003, 0.1);
         for factor in [1.0 - apart, 1.0 + apart] {
             candidates.push(Pole::from_modal(pole.omega() * factor, apart));
         }
     }
+    candidates
+}
+
+/// Where a steady tone may be that no force explains, such as a line of the mains.
+fn tones(blocks: &[Block], fit: &Fit) -> Vec<Pole> {
+    let is_forced = |block: &Block| matches!(block.origin, Origin::Sampled { force: Some(_), .. });
+    if !blocks.iter().any(is_forced) {
+        return Vec::new();
+    }
+    let tone = |omega| Pole { is_driven: false, ..Pole::from_modal(omega, LINE_DAMPING) };
+    residual_peaks(blocks, fit).into_iter().map(tone).collect()
+}
+
+/// With one more pole, if one of the candidates earns its place.
+fn grown(blocks: &[Block], fit: &Fit, mut candidates: Vec<Pole>) -> Option<Fit> {
     candidates.retain(|pole| in_band(blocks, pole));
     let mut ranked: Vec<(f64, Pole)> =
         candidates.into_iter().map(|pole| (linear_gain(blocks, fit, &pole), pole)).collect();
@@ -143,8 +165,8 @@ fn linear_gain(blocks: &[Block], fit: &Fit, pole: &Pole) -> f64 {
     gain
 }
 
-/// The highest peaks of the weighted residual, each with several dampings.
-fn residual_peaks(blocks: &[Block], fit: &Fit) -> Vec<Pole> {
+/// The highest peaks of the weighted residual, rad/s.
+fn residual_peaks(blocks: &[Block], fit: &Fit) -> Vec<f64> {
     let mut found = Vec::new();
     for (at, block) in blocks.iter().enumerate() {
         let lines = block.omega.len();
@@ -160,14 +182,7 @@ fn residual_peaks(blocks: &[Block], fit: &Fit) -> Vec<Pole> {
             })
             .collect();
         peaks.sort_by(|&a, &b| power[b].total_cmp(&power[a]));
-        for &k in peaks.iter().take(PEAKS) {
-            found.extend(TRIED_DAMPING.map(|ratio| Pole::from_modal(block.omega[k], ratio)));
-            if matches!(block.origin, Origin::Sampled { force: Some(_), .. }) {
-                // A steady tone, such as a line of the mains, which no force explains.
-                let tone = Pole::from_modal(block.omega[k], LINE_DAMPING);
-                found.push(Pole { is_driven: false, ..tone });
-            }
-        }
+        found.extend(peaks.iter().take(PEAKS).map(|&k| block.omega[k]));
     }
     found
 }
