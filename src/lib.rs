@@ -51,7 +51,7 @@
 //! | [`model`] | the robot as built: M, K, kinematics; immutable | read files, know a job or a measurement |
 //! | [`two_link`] | the paper's two-link arm in closed form: a check on `model` and `modes` | know either of them |
 //! | [`excitation`] | spindle and tooth-passing lines | |
-//! | [`input`] | YAML, CSV, URDF → valid types, all faults with file and line | compute |
+//! | [`input`] | YAML, CSV, URDF, UFF, WAV → valid types, all faults with file and line | compute |
 //! | [`program`] | robot and CAM programs → moves, each with its line | know the robot's dynamics |
 //! | [`measured`] | records → spectra → modes with uncertainty; load tests → stiffness; never sees a prediction | import `model` or `modes` |
 //! | [`job`], [`motion`] | what is asked for, as plain valid data | |

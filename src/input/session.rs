@@ -80,7 +80,7 @@ impl Reader<'_> {
             self.fault(&[Step::Key("band_hz")], what);
         }
         for (index, hz) in raw.mains_hz.iter().flatten().enumerate() {
-            if !(*hz > 0.0) {
+            if *hz <= 0.0 {
                 let what = format!("mains_hz[{index}] is {hz}, must be positive and finite");
                 self.fault(&[Step::Key("mains_hz")], what);
             }

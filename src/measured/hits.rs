@@ -22,8 +22,11 @@ const COMPARED_S: f64 = 0.3;
 /// through zero on a straight line.
 const RISE: f64 = 4.0;
 
+/// A record whose first moments reach this share of its loudest begins in a decay.
+const BEGINS_LOUD: f64 = 0.3;
+
 /// A hit makes at least this share of the loudest response of the record.
-const LOUD_SHARE: f64 = 0.3;
+const LOUD_SHARE: f64 = 0.1;
 
 /// A soft tip is in touch for no longer than this, s.
 const CONTACT_S: f64 = 0.02;
@@ -118,11 +121,11 @@ pub(super) fn decays(responses: &[&[f64]], sample_rate_hz: f64) -> Vec<Decay> {
     let behind = |k: usize| if k >= compared { ahead[k - compared] } else { maximum(&level[..k]) };
     let mut starts = Vec::new();
     let mut k = 0;
-    if samples > 0 && ahead[0] > LOUD_SHARE {
+    if samples > 0 && ahead[0] > BEGINS_LOUD {
         // Either the record begins in a decay or the hit comes within the first moments.
         let within = compared.min(samples);
         let onset = (1..within).find(|&k| {
-            k >= 4 && level[k] > LOUD_SHARE * ahead[0] && RISE * maximum(&level[..k]) < level[k]
+            k >= 4 && level[k] > BEGINS_LOUD * ahead[0] && RISE * maximum(&level[..k]) < level[k]
         });
         starts.push(onset.map_or(0, |onset| onset + guard));
         k = onset.unwrap_or(0) + compared;
@@ -204,8 +207,8 @@ mod tests {
         };
         let mut record = vec![0.0; 2100];
         for start in [70, 770, 1470] {
-            for k in start..2100 {
-                record[k] += decay(k - start, 23.0, 2.0);
+            for (k, sample) in record.iter_mut().enumerate().skip(start) {
+                *sample += decay(k - start, 23.0, 2.0);
             }
         }
         let found = decays(&[&record], rate);

@@ -69,11 +69,14 @@ pub(super) fn rotations(
     found
 }
 
+/// Where a point is, and its displacement along x and y, each with its deviation.
+type Moved = ([f64; 2], [(C64, f64); 2]);
+
 fn rotation(
     markers: &[Marker],
     displacement: &dyn Fn(&str) -> Option<(C64, f64)>,
 ) -> Option<(C64, f64)> {
-    let moved: Vec<([f64; 2], [(C64, f64); 2])> = markers
+    let moved: Vec<Moved> = markers
         .iter()
         .map(|marker| {
             let moves = match &marker.channels {

@@ -212,7 +212,7 @@ fn data_set(
             format!("number of data is {count}, must be a whole number of at least 1"),
         ));
     }
-    if is_even && !(step > 0.0) {
+    if is_even && step <= 0.0 {
         return Err((*line, format!("abscissa increment is {step}, must be positive")));
     }
     let count = count as usize;
@@ -317,6 +317,7 @@ fn binary_numbers(
             format!("the file ends within the {} bytes of data set 58b", head.bytes),
         ));
     };
+    lines.skip_data_set();
     let of = |chunk: &[u8]| -> f64 {
         let mut wide = [0; 8];
         let mut narrow = [0; 4];

@@ -127,11 +127,12 @@ impl Block {
             Origin::Sampled { step_s, samples, force } => {
                 let drive = if is_driven { force.as_deref() } else { None };
                 let (end, end_slope) = at_end(lambda, *step_s, *samples, drive);
+                let delays = self.delays(*step_s);
                 let at = |lambda: C64, end: C64, end_slope: C64| -> (Vec<C64>, Vec<C64>) {
                     let mu = (lambda * *step_s).exp();
                     (0..self.omega.len())
                         .map(|k| {
-                            let delay = C64::from_polar(1.0, -self.omega[k] * step_s);
+                            let delay = delays[k];
                             let below = 1.0 - mu * delay;
                             let below =
                                 if below.norm() < 1e-12 { C64::new(1e-12, 0.0) } else { below };
@@ -150,6 +151,15 @@ impl Block {
                 Contribution { value, slope, conjugate_value, conjugate_slope }
             }
         }
+    }
+
+    /// z⁻¹ on each line. Lines of a transform lie evenly, so each is the one before it, turned.
+    fn delays(&self, step_s: f64) -> Vec<C64> {
+        let first = self.omega.first().copied().unwrap_or(0.0);
+        let apart = self.omega.get(1).map_or(0.0, |second| second - first);
+        let turn = C64::from_polar(1.0, -apart * step_s);
+        let start = C64::from_polar(1.0, -first * step_s);
+        std::iter::successors(Some(start), |z| Some(z * turn)).take(self.omega.len()).collect()
     }
 
     /// Columns with real factors that stand for what lies outside the band, and for drift.

@@ -12,11 +12,23 @@ use super::basis::{Block, C64, Pole};
 use super::noise;
 use super::projection::{Projection, dot};
 
-/// Most steps of one refinement.
-const MOST_STEPS: usize = 40;
+/// How far a refinement goes.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Effort {
+    /// Most steps.
+    steps: usize,
+    /// A step that lowers the sum of squares by less than this is the last, in units of a variance.
+    negligible: f64,
+}
 
-/// A step that lowers the sum of squares by less than this is the last, in units of a variance.
-const NEGLIGIBLE: f64 = 1e-7;
+/// Enough to see which of several starts is the best.
+pub(super) const GLANCE: Effort = Effort { steps: 8, negligible: 0.1 };
+
+/// Enough to tell whether a pole earns its place.
+pub(super) const USUAL: Effort = Effort { steps: 30, negligible: 1e-3 };
+
+/// For what is reported.
+pub(super) const FULL: Effort = Effort { steps: 60, negligible: 1e-8 };
 
 /// Most rounds of weighing the lines anew.
 const ROUNDS: usize = 3;
@@ -190,9 +202,9 @@ impl Fit {
     }
 
     /// Moves the poles to the least sum of squares nearby (Levenberg–Marquardt).
-    pub(super) fn refined(mut self, blocks: &[Block]) -> Self {
+    pub(super) fn refined(mut self, blocks: &[Block], effort: Effort) -> Self {
         let mut damping = 1e-3;
-        for _ in 0..MOST_STEPS {
+        for _ in 0..effort.steps {
             let Evaluation { normal, gradient, sum_of_squares, .. } = &self.evaluation;
             let before = *sum_of_squares;
             let mut damped = normal.clone();
@@ -224,7 +236,7 @@ impl Fit {
                     self.poles = moved;
                     self.evaluation = evaluation;
                     damping = (damping * 0.1).max(1e-12);
-                    if gained < NEGLIGIBLE {
+                    if gained < effort.negligible {
                         break;
                     }
                 }
@@ -274,7 +286,7 @@ impl Fit {
         for _ in 0..ROUNDS {
             let noise = self.noise_by(blocks, noise::smooth);
             let Some(fit) = Self::at(blocks, noise, self.poles.clone()) else { return self };
-            self = fit.refined(blocks);
+            self = fit.refined(blocks, FULL);
         }
         self
     }

@@ -83,8 +83,8 @@ fn moving(blocks: &mut [Block], fit: &Fit) -> Option<Fit> {
     for (block, waits) in blocks.iter_mut().zip(&waits) {
         block.begins_moving |= waits;
     }
-    let trial =
-        Fit::at(blocks, fit.noise.clone(), fit.poles.clone()).map(|fit| fit.refined(blocks));
+    let trial = Fit::at(blocks, fit.noise.clone(), fit.poles.clone())
+        .map(|fit| fit.refined(blocks, fit::FULL));
     let freedom: usize =
         blocks.iter().zip(&waits).filter(|(_, w)| **w).map(|(b, _)| 2 * b.spectra.len()).sum();
     let freedom = (freedom * fit.poles.len()) as f64;
@@ -121,7 +121,7 @@ fn drop_strangers(blocks: &[Block], fit: &mut Fit) {
     if kept.len() < fit.poles.len()
         && let Some(smaller) = Fit::at(blocks, fit.noise.clone(), kept)
     {
-        *fit = smaller.refined(blocks);
+        *fit = smaller.refined(blocks, fit::FULL);
     }
 }
 

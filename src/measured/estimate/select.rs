@@ -3,7 +3,7 @@
 //! from peaks of the residual, and from splitting a pole in two, which is what shows a close pair.
 
 use super::basis::{Block, Origin, Pole};
-use super::fit::{Fit, first_noise, rows, weights};
+use super::fit::{Fit, GLANCE, USUAL, first_noise, rows, weights};
 use super::noise;
 use super::projection::{Projection, dot};
 
@@ -32,7 +32,7 @@ pub(super) fn select(blocks: &[Block], starts: &[Pole]) -> Option<Fit> {
     while fit.poles.len() < MOST_POLES {
         let floor = fit.noise_by(blocks, |powers, _, strongest| noise::floor(powers, strongest));
         // What was noise at first may be the skirt of a mode: the poles move with the weights.
-        fit = Fit::at(blocks, floor, fit.poles.clone())?.refined(blocks);
+        fit = Fit::at(blocks, floor, fit.poles.clone())?.refined(blocks, USUAL);
         // A tone is looked for where no mode explains what is left: the comb that several hits make of a
         // mode would pass for tones otherwise.
         match grown(blocks, &fit, driven(&fit, starts, blocks))
@@ -83,7 +83,7 @@ fn grown(blocks: &[Block], fit: &Fit, mut candidates: Vec<Pole>) -> Option<Fit> 
         let mut poles = fit.poles.clone();
         poles.push(pole);
         let Some(trial) = Fit::at(blocks, fit.noise.clone(), poles) else { continue };
-        let trial = trial.refined(blocks);
+        let trial = trial.refined(blocks, GLANCE);
         // What the force does not drive and yet decays is a mode that was mistaken.
         let is_mistaken =
             trial.poles.iter().any(|p| !p.is_driven && p.ratio().abs() > MOST_LINE_DAMPING);
@@ -94,7 +94,7 @@ fn grown(blocks: &[Block], fit: &Fit, mut candidates: Vec<Pole>) -> Option<Fit> 
             best = Some(trial);
         }
     }
-    let best = best?;
+    let best = best?.refined(blocks, USUAL);
     let gain = before - best.evaluation.sum_of_squares;
     (gain > required_gain(blocks)).then_some(best)
 }
@@ -200,7 +200,7 @@ fn pruned(blocks: &[Block], mut fit: Fit) -> Option<Fit> {
             if without.evaluation.sum_of_squares - fit.evaluation.sum_of_squares > 20.0 * required {
                 continue;
             }
-            let without = without.refined(blocks);
+            let without = without.refined(blocks, USUAL);
             let loss = without.evaluation.sum_of_squares - fit.evaluation.sum_of_squares;
             if least.as_ref().is_none_or(|(smallest, _)| loss < *smallest) {
                 least = Some((loss, without));

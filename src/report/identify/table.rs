@@ -4,6 +4,9 @@ use super::pose_words;
 use crate::measured::record::Pose;
 use crate::measured::session::{IdentifiedSession, PoseMode, PoseRow};
 
+/// A number of a row that may be absent.
+type OfRow = fn(&PoseRow) -> Option<f64>;
+
 /// The table of identified modes. `joint_names` names the joints of poses by joints; a name that ends in
 /// `_mm`, `_m`, `_deg` or `_rad` is the column's title as it is, any other gets `_deg`. Modes that are likely no
 /// modes of the arm stay out, and a comment says so.
@@ -44,11 +47,11 @@ pub fn measured_csv(found: &IdentifiedSession, joint_names: Option<&[String]>) -
         columns.push((format!("zeta{n}"), column(&|m| m.damping_ratio)));
     }
     let number = |value: Option<f64>| value.map_or_else(String::new, |v| v.to_string());
-    let optional: [(&str, &dyn Fn(&PoseRow) -> Option<f64>); 4] = [
-        ("temperature_c", &|row| row.conditions.temperature_c),
-        ("amplitude_nm", &|row| row.conditions.amplitude_nm),
-        ("payload_kg", &|row| row.conditions.payload_kg),
-        ("sample_rate_hz", &|row| row.sample_rate_hz),
+    let optional: [(&str, OfRow); 4] = [
+        ("temperature_c", |row| row.conditions.temperature_c),
+        ("amplitude_nm", |row| row.conditions.amplitude_nm),
+        ("payload_kg", |row| row.conditions.payload_kg),
+        ("sample_rate_hz", |row| row.sample_rate_hz),
     ];
     for (title, of) in optional {
         if has(&|row| of(row).is_some()) {
