@@ -9,6 +9,9 @@ const FEWEST_STEPS: f64 = 24.0;
 /// A peak that stays at its limit for this many samples is cut off.
 const FLAT_SAMPLES: usize = 4;
 
+/// So is a pulse of force that stays for this many.
+const FLAT_SAMPLES_OF_FORCE: usize = 3;
+
 /// So are several peaks that reach exactly the same value for two samples or more.
 const FLAT_PEAKS: usize = 2;
 
@@ -21,7 +24,8 @@ pub(super) fn check_channel(channel: &Channel, is_force: bool, notices: &mut Not
         return false;
     }
     let steps = steps(&channel.samples, high - low);
-    if steps < FEWEST_STEPS {
+    // A force has but a few samples in each pulse.
+    if !is_force && steps < FEWEST_STEPS {
         let what = format!(
             "moves in {:.0} steps from end to end; rounding adds noise, and clipping cannot be told; use a \
              finer range or a harder hit",
@@ -36,8 +40,12 @@ pub(super) fn check_channel(channel: &Channel, is_force: bool, notices: &mut Not
         let runs = runs_at(&channel.samples, limit);
         let longest = runs.iter().copied().max().unwrap_or(0);
         let peaks = runs.iter().filter(|run| **run >= 2).count();
-        let least = if is_force { FLAT_SAMPLES - 1 } else { FLAT_SAMPLES };
-        if !rests && (longest >= least || peaks >= FLAT_PEAKS) {
+        let is_flat = if is_force {
+            longest >= FLAT_SAMPLES_OF_FORCE
+        } else {
+            longest >= FLAT_SAMPLES || peaks >= FLAT_PEAKS
+        };
+        if !rests && is_flat {
             let samples: usize = runs.iter().sum();
             let what = format!(
                 "{samples} samples lie exactly at the {name} value {limit:.4e}, up to {longest} in a row: it \

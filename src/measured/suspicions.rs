@@ -43,8 +43,8 @@ pub(super) fn tell(
         tones(record, prepared, mains_hz, mode, notices);
         if mode.suspicion.is_none() {
             length(prepared, mode, notices);
+            coherence(prepared, mode, notices);
         }
-        coherence(prepared, mode, notices);
         folded(prepared, mode, notices);
     }
 }
