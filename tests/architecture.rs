@@ -15,8 +15,9 @@ use std::path::{Path, PathBuf};
 /// What each module may import of the crate, beside itself.
 const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("units", &[]),
+    ("wording", &[]),
     ("motion", &[]),
-    ("model", &["units"]),
+    ("model", &["units", "wording"]),
     ("two_link", &["units"]),
     ("modes", &["model", "units"]),
     ("free_vibration", &["model", "modes", "units"]),
@@ -24,14 +25,28 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("excitation", &["job", "units"]),
     ("program", &["motion", "units"]),
     ("measured", &["units"]),
-    ("path", &["model", "modes", "motion", "units"]),
+    ("path", &["model", "modes", "motion", "units", "wording"]),
     ("map", &["model", "modes", "free_vibration", "units"]),
     ("risk", &["excitation", "job", "path", "modes", "model", "units"]),
-    ("input", &["job", "model", "motion", "program", "measured", "units"]),
-    ("report", &["risk", "map", "job", "excitation", "measured", "free_vibration", "units"]),
+    ("input", &["job", "model", "motion", "program", "measured", "units", "wording"]),
+    (
+        "report",
+        &["risk", "map", "job", "excitation", "measured", "free_vibration", "units", "wording"],
+    ),
     (
         "cli",
-        &["input", "report", "risk", "map", "job", "measured", "model", "free_vibration", "units"],
+        &[
+            "input",
+            "report",
+            "risk",
+            "map",
+            "job",
+            "measured",
+            "model",
+            "free_vibration",
+            "units",
+            "wording",
+        ],
     ),
 ];
 

@@ -4,11 +4,12 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use indicatif::{ProgressBar, ProgressStyle};
 
 use super::output::Sink;
-use super::{Failure, Outcome};
-use crate::input::load_session;
-use crate::measured::session::identify_session;
+use super::{Failure, Outcome, tell};
+use crate::input::{Fault, Reading, read_session};
+use crate::measured::session::identify_session_with_progress;
 use crate::report::identify::{
     identification_json, identification_svg, identification_text, measured_csv,
 };
@@ -56,14 +57,17 @@ enum Format {
 pub(super) fn run(args: &IdentifyArgs, out: &mut dyn Write) -> Result<Outcome, Failure> {
     let sink = Sink::open(args.output.as_deref())?;
     let table = args.write.as_deref().map(|path| Sink::open(Some(path))).transpose()?;
-    let loaded = load_session(&args.session)?;
-    let mut err = std::io::stderr().lock();
-    for notice in &loaded.notices {
-        // If standard error is closed, there is nobody to tell.
-        let _ = writeln!(err, "warning: {notice}");
+    unless_same(&sink, table.as_ref())?;
+    let mut reading = Reading::default();
+    let session = read_session(&args.session, &mut reading);
+    tell(&reading.notices);
+    let session = session?;
+    for sink in [&sink].into_iter().chain(&table) {
+        sink.spare(&reading.files)?;
     }
-    drop(err);
-    let found = identify_session(&loaded.value);
+    let progress = progress(session.records.len());
+    let found = identify_session_with_progress(&session, &|| progress.inc(1));
+    progress.finish_and_clear();
     let text = match args.format {
         Format::Text => identification_text(&found),
         Format::Json => {
@@ -72,8 +76,26 @@ pub(super) fn run(args: &IdentifyArgs, out: &mut dyn Write) -> Result<Outcome, F
         Format::Svg => identification_svg(&found),
     };
     if let Some(table) = table {
-        table.write(&measured_csv(&found, loaded.value.joint_names.as_deref()), out)?;
+        table.write(&measured_csv(&found, session.joint_names.as_deref()), out)?;
     }
     sink.write(&text, out)?;
     Ok(Outcome::Pass)
+}
+
+/// Report and table are two files.
+fn unless_same(sink: &Sink, table: Option<&Sink>) -> Result<(), Vec<Fault>> {
+    if table != Some(sink) {
+        return Ok(());
+    }
+    let what = "--write and --output name the same file; give the table one of its own".to_owned();
+    Err(vec![Fault { file: None, line: None, what }])
+}
+
+/// Counts records on standard error while it is a terminal, and shows nothing elsewhere.
+fn progress(records: usize) -> ProgressBar {
+    let bar = ProgressBar::new(records as u64);
+    if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos} of {len} records, {elapsed}") {
+        bar.set_style(style);
+    }
+    bar
 }

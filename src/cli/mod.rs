@@ -45,7 +45,7 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Verb {
     Check(check::CheckArgs),
-    Map(map::MapArgs),
+    Map(Box<map::MapArgs>),
     Stiffness(stiffness::StiffnessArgs),
     Identify(identify::IdentifyArgs),
     Schema(schema::SchemaArgs),
@@ -115,6 +115,19 @@ fn run(verb: &Verb, out: &mut dyn Write) -> Result<Outcome, Failure> {
     }
 }
 
+/// Notices on standard error, each once.
+fn tell(notices: &[Fault]) {
+    let mut told: Vec<&Fault> = Vec::new();
+    let mut err = io::stderr().lock();
+    for notice in notices {
+        if !told.contains(&notice) {
+            told.push(notice);
+            // If standard error is closed, there is nobody to tell.
+            let _ = writeln!(err, "warning: {notice}");
+        }
+    }
+}
+
 /// The reader of a pipe may leave when it has seen enough: that is no failure.
 fn unless_closed(written: io::Result<()>) -> io::Result<()> {
     match written {
@@ -156,7 +169,8 @@ fn fault_lines(faults: &[Fault]) -> Vec<String> {
     }
     lines.push(match lines.len() {
         1 => "nothing was done: mend this and run the command again".to_owned(),
-        count => format!("nothing was done: mend these {count} faults and run the command again"),
+        // Without their number: a long list is cut, and says itself how many more there are.
+        _ => "nothing was done: mend these faults and run the command again".to_owned(),
     });
     lines
 }
@@ -235,7 +249,7 @@ mod tests {
         assert_eq!(
             text,
             "error: a.yaml:3: bad\nerror: a.yaml: bad\n\
-             nothing was done: mend these 2 faults and run the command again\n"
+             nothing was done: mend these faults and run the command again\n"
         );
     }
 

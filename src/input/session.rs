@@ -7,12 +7,13 @@ use super::faults::Faults;
 use super::raw::session as raw;
 use super::records::{Meaning, RawChannel, RawFile, RawFunction, meaning_of_unit, read_record};
 use super::text::{LARGEST_ROBOT_BYTES, named_file, read_text};
-use super::yaml::{Node, Step, check, nearest, parse, typed};
-use super::{Fault, Loaded, schema};
+use super::yaml::{Node, Step, check, parse, typed};
+use super::{Fault, Loaded, Reading, schema};
 use crate::measured::record::{
     Channel, Conditions, Data, Frf, MarkedLink, Marker, Pose, Quantity, Record, Session, Taken,
 };
 use crate::units::m_from_mm;
+use crate::wording::nearest;
 
 const DEFAULT_MAINS_HZ: [f64; 2] = [50.0, 60.0];
 
@@ -27,6 +28,15 @@ const SAME_RATE: f64 = 0.01;
 /// # Errors
 /// Every fault of the session and of its files, each with its line where it has one.
 pub fn load_session(path: &Path) -> Result<Loaded<Session>, Vec<Fault>> {
+    Reading::of(|reading| read_session(path, reading))
+}
+
+/// As [`load_session`]; what is noted on the way goes to `reading` even where there are faults.
+///
+/// # Errors
+/// As [`load_session`].
+pub fn read_session(path: &Path, reading: &mut Reading) -> Result<Session, Vec<Fault>> {
+    reading.files.push(path.to_owned());
     let mut faults = Faults::of(path);
     let text = read_text(path, LARGEST_ROBOT_BYTES).map_err(|fault| vec![fault])?;
     let mut tree = match parse(&text, &mut faults) {
@@ -45,9 +55,11 @@ pub fn load_session(path: &Path) -> Result<Loaded<Session>, Vec<Fault>> {
         read: Vec::new(),
     };
     let session = reader.session();
-    let Reader { faults, file_faults, notices, .. } = reader;
+    let Reader { faults, file_faults, notices, read, .. } = reader;
+    reading.notices.extend(notices);
+    reading.files.extend(read.into_iter().map(|(file, _)| file));
     if faults.count() == 0 && file_faults.is_empty() {
-        return Ok(Loaded { value: session, notices });
+        return Ok(session);
     }
     let mut all = faults.finish();
     all.extend(file_faults);

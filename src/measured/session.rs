@@ -64,11 +64,20 @@ pub struct IdentifiedSession {
 
 /// Identifies all records and merges those that belong together.
 pub fn identify_session(session: &Session) -> IdentifiedSession {
-    let records: Vec<Identified> = session
-        .records
-        .par_iter()
-        .map(|taken| identify_record(&taken.record, session.band_hz, &session.mains_hz))
-        .collect();
+    identify_session_with_progress(session, &|| ())
+}
+
+/// As [`identify_session`]; `done` is called after each record, on whatever thread.
+pub fn identify_session_with_progress(
+    session: &Session,
+    done: &(dyn Fn() + Sync),
+) -> IdentifiedSession {
+    let identified = |taken: &Taken| {
+        let found = identify_record(&taken.record, session.band_hz, &session.mains_hz);
+        done();
+        found
+    };
+    let records: Vec<Identified> = session.records.par_iter().map(identified).collect();
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for (index, taken) in session.records.iter().enumerate() {
         let belongs = |group: &&mut Vec<usize>| is_same(&session.records[group[0]], taken);
