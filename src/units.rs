@@ -94,6 +94,11 @@ pub fn m_from_um(um: f64) -> f64 {
     um * 1e-6
 }
 
+/// Centimetres to metres.
+pub fn m_from_cm(cm: f64) -> f64 {
+    cm * 1e-2
+}
+
 /// Multiples of the standard acceleration of free fall to m/s².
 pub fn m_per_s2_from_g(g: f64) -> f64 {
     g * STANDARD_GRAVITY_M_PER_S2
@@ -107,6 +112,11 @@ pub fn n_from_kn(kn: f64) -> f64 {
 /// Milliseconds to seconds.
 pub fn s_from_ms(ms: f64) -> f64 {
     ms * 1e-3
+}
+
+/// Microseconds to seconds.
+pub fn s_from_us(us: f64) -> f64 {
+    us * 1e-6
 }
 
 /// Radians to milliradians.

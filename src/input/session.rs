@@ -218,23 +218,32 @@ impl Reader<'_> {
         let path = named_file(self.path, "file", &name, line, &mut self.faults)?;
         let file = self.file(&path)?;
         let own = &[of_file[0], of_file[1]];
-        let links = match &record.markers {
+        let mut links = match &record.markers {
             Some(markers) => self.links(Some(markers), own),
             None => links.to_vec(),
         };
-        let data = self.data(index, record, &name, &file)?;
-        let names: Vec<String> = match &data {
-            Data::Time { responses, excitation, .. } => {
-                responses.iter().chain(excitation).map(|channel| channel.name.clone()).collect()
+        for marker in links.iter_mut().flat_map(|link| &mut link.markers) {
+            for channel in marker.channels.iter_mut().flatten() {
+                *channel = file.full_name(channel).to_owned();
             }
+        }
+        let data = self.data(index, record, &name, &file)?;
+        let responses: Vec<String> = match &data {
+            Data::Time { responses, .. } => responses.iter().map(|c| c.name.clone()).collect(),
             Data::Responses(functions) => functions.iter().map(|f| f.name.clone()).collect(),
         };
-        let driving_point = record.driving_point.clone();
-        if let Some(point) = driving_point.as_ref().filter(|point| !names.contains(point)) {
+        let driving_point =
+            record.driving_point.as_ref().map(|point| file.full_name(point).to_owned());
+        if let Some(point) = driving_point.as_ref().filter(|point| !responses.contains(point)) {
             let steps = [of_file[0], of_file[1], Step::Key("driving_point")];
-            self.fault(&steps, format!("driving_point is '{point}', must be one of the responses"));
+            let what = format!(
+                "driving_point is '{point}', must be one of the responses: {}",
+                responses.join(", ")
+            );
+            self.fault(&steps, what);
         }
-        used.extend(names);
+        used.extend(file.names_of(&responses));
+        used.extend(record.excitation.iter().map(|name| file.full_name(name).to_owned()));
         Some(Taken {
             record: Record { name, data, driving_point, links, spindle_rpm: record.spindle_rpm },
             pose: pose?,
@@ -539,11 +548,7 @@ impl Reader<'_> {
     fn check_use(&mut self, used: &[String]) {
         let raw = self.raw;
         for name in raw.channels.iter().flatten().map(|(name, _)| name) {
-            let is_alias = self.read.iter().flat_map(|(_, file)| file).any(|file| {
-                file.channels.iter().any(|channel| channel.alias == *name)
-                    || file.functions.iter().any(|function| function.alias == *name)
-            });
-            if !used.contains(name) && !is_alias {
+            if !used.contains(name) {
                 let line = self.tree.line_at(&[Step::Key("channels"), Step::Key(name)]);
                 let what = format!("channel '{name}' is in no record: its unit has no effect");
                 self.notices.push(self.faults.make(line, what));

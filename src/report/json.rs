@@ -42,8 +42,16 @@ pub fn check(jobs: &[CheckedJob]) -> Result<String, NotFinite> {
         verdict: super::verdict(jobs).into(),
         jobs: jobs.iter().map(Job::from).collect(),
     };
+    laid_out(&output, DEEPEST_SPREAD)
+}
+
+/// An output as text: objects and lists nested deeper than `deepest_spread` stand on one line.
+pub(super) fn laid_out(
+    output: &impl Serialize,
+    deepest_spread: usize,
+) -> Result<String, NotFinite> {
     let mut bytes = Vec::new();
-    let layout = Layout { spread: PrettyFormatter::new(), depth: 0 };
+    let layout = Layout { spread: PrettyFormatter::new(), depth: 0, deepest_spread };
     let mut serializer = serde_json::Serializer::with_formatter(&mut bytes, layout);
     output.serialize(&mut serializer).map_err(NotFinite)?;
     bytes.push(b'\n');
@@ -432,7 +440,7 @@ fn crossing_of<'a>(operation: &CheckedOperation<'a>, crossing: &'a risk::Crossin
 
 /// A finite number. JSON knows no others, and serde_json would write null for them.
 #[derive(Debug, Clone, Copy)]
-struct Number(f64);
+pub(super) struct Number(pub(super) f64);
 
 impl Serialize for Number {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
@@ -462,12 +470,13 @@ impl JsonSchema for Number {
 struct Layout {
     spread: PrettyFormatter<'static>,
     depth: usize,
+    deepest_spread: usize,
 }
 
 impl Layout {
     /// What stands inside the innermost open bracket is spread.
     fn is_spread(&self) -> bool {
-        self.depth <= DEEPEST_SPREAD
+        self.depth <= self.deepest_spread
     }
 }
 

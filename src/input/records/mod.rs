@@ -10,7 +10,8 @@ use std::path::Path;
 use nalgebra::Complex;
 
 use super::Fault;
-pub(super) use quantity::{Meaning, meaning_of_name, meaning_of_unit};
+use quantity::meaning_of_name;
+pub(super) use quantity::{Meaning, meaning_of_unit};
 
 /// Largest file of raw data that is read.
 pub(super) const LARGEST_RECORD_BYTES: u64 = 512 << 20;
@@ -49,6 +50,27 @@ pub(super) struct RawFile {
     pub(super) functions: Vec<RawFunction>,
     /// Remarks that do not stop the work.
     pub(super) notices: Vec<Fault>,
+}
+
+impl RawFile {
+    /// The name of the channel or function that `wanted` means; itself where it means none.
+    pub(super) fn full_name<'n>(&'n self, wanted: &'n str) -> &'n str {
+        let names = || self.both_names();
+        let is_full = names().any(|(name, _)| name == wanted);
+        let by_alias = || names().find(|(_, alias)| *alias == wanted).map(|(name, _)| name);
+        if is_full { wanted } else { by_alias().unwrap_or(wanted) }
+    }
+
+    /// Names and aliases of the channels or functions of these names.
+    pub(super) fn names_of(&self, of: &[String]) -> Vec<String> {
+        let wanted = self.both_names().filter(|(name, _)| of.iter().any(|of| of == name));
+        wanted.flat_map(|(name, alias)| [name.to_owned(), alias.to_owned()]).collect()
+    }
+
+    fn both_names(&self) -> impl Iterator<Item = (&str, &str)> {
+        let channels = self.channels.iter().map(|c| (c.name.as_str(), c.alias.as_str()));
+        channels.chain(self.functions.iter().map(|f| (f.name.as_str(), f.alias.as_str())))
+    }
 }
 
 /// Reads a file by its ending: `.csv` (or `.txt`), `.uff`, `.unv`, `.uf`, `.wav`.

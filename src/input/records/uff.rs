@@ -16,8 +16,13 @@ use crate::measured::record::Quantity;
 const HEADER_LINES: usize = 11;
 
 /// Function types.
+const GENERAL: i64 = 0;
 const TIME_RESPONSE: i64 = 1;
 const FREQUENCY_RESPONSE: i64 = 4;
+
+/// Types of abscissa.
+const TIME: i64 = 17;
+const FREQUENCY: i64 = 18;
 
 /// Two sampling steps are the same within this share: they are printed with six digits.
 const SAME_STEP: f64 = 1e-4;
@@ -179,7 +184,11 @@ fn data_set(
             format!("{name} is '{}', must be a whole number", cut(text, from, to).trim()),
         ))
     };
-    let function = whole(0, 5, "function type")?;
+    let function = match (whole(0, 5, "function type")?, abscissa(&header[7].1)) {
+        (GENERAL, Some(TIME)) => TIME_RESPONSE,
+        (GENERAL, Some(FREQUENCY)) => FREQUENCY_RESPONSE,
+        (function, _) => function,
+    };
     let name = freedom(cut(text, 41, 51), cut(text, 51, 55));
     let reference = freedom(cut(text, 66, 76), cut(text, 76, 80));
     let (line, text) = &header[6];
@@ -251,6 +260,11 @@ fn data_set(
 fn cut(text: &str, from: usize, to: usize) -> &str {
     let to = to.min(text.len());
     text.get(from.min(to)..to).unwrap_or("")
+}
+
+/// Type of data on a line of axis characteristics.
+fn abscissa(text: &str) -> Option<i64> {
+    text.split_whitespace().next()?.parse().ok()
 }
 
 fn whole(text: &str, from: usize, to: usize) -> Option<i64> {
@@ -429,13 +443,19 @@ impl Found {
                     );
                     return bad(what);
                 }
-                if self.file.channels.iter().any(|channel| channel.name == set.name) {
-                    return bad(format!("response {} comes twice", set.name));
-                }
+                // Where nodes were not filled in, data sets differ by their first line.
+                let is_new = |name: &str| self.file.channels.iter().all(|c| c.name != name);
+                let name = match (is_new(&set.name), is_new(&set.title)) {
+                    (true, _) => set.name,
+                    (false, true) if !matches!(set.title.as_str(), "" | "NONE") => {
+                        set.title.clone()
+                    }
+                    _ => return bad(format!("response {} comes twice", set.name)),
+                };
                 self.step = Some(set.step);
                 self.file.sample_rate_hz = Some(set.step.recip());
                 self.file.channels.push(RawChannel {
-                    name: set.name,
+                    name,
                     alias: set.title,
                     meaning: set.meaning,
                     samples: set.values.iter().map(|v| v.re).collect(),

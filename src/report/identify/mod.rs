@@ -5,6 +5,7 @@ mod svg;
 mod table;
 mod text;
 
+pub(super) use json::Identification;
 pub use json::identification_json;
 pub use svg::identification_svg;
 pub use table::measured_csv;

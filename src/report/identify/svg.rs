@@ -4,7 +4,7 @@ use super::{kind_words, pose_words};
 use crate::measured::identify::{FittedSpectrum, Identified};
 use crate::measured::session::IdentifiedSession;
 use crate::measured::{Kind, Stability};
-use crate::report::svg::{Anchor, Axis, CURVES, Frame, Panel, Sheet, Stroke, label};
+use crate::report::svg::{Anchor, Axis, Frame, Panel, Sheet, Stroke, curve_style, label};
 
 const WIDTH: f64 = 900.0;
 const SHEET_HEIGHT: f64 = 640.0;
@@ -13,8 +13,14 @@ const PANEL_WIDTH: f64 = WIDTH - 130.0;
 
 const TITLE: &str = "font-size=\"16\" font-weight=\"bold\"";
 
-/// What lies this far below the peak is not drawn.
-const DECADES: f64 = 1e4;
+/// Nothing that lies further below the peak is drawn.
+const MOST_DECADES: f64 = 6.0;
+
+/// This share of the lines may lie below the panel.
+const BELOW_PANEL: f64 = 0.02;
+
+/// Fits are dashed like this.
+const FIT_DASHES: &str = "7 4";
 
 /// More points than this make no finer curve.
 const MOST_POINTS: usize = 3000;
@@ -57,15 +63,18 @@ fn draw(sheet: &mut Sheet, record: &Identified, title: &str, top: f64) {
     let spectrum = Panel {
         frame: Frame { left: LEFT, top: top + 45.0, width: PANEL_WIDTH, height: 270.0 },
         x: x.clone(),
-        y: Axis { label: what.into(), low: 1.0 / DECADES, high: 2.0, is_logarithmic: true },
+        y: Axis { label: what.into(), low: lowest(record, peak), high: 2.0, is_logarithmic: true },
     };
     sheet.axes(&spectrum, true);
     for (index, response) in record.spectra.iter().enumerate() {
-        let colour = CURVES[index % CURVES.len()];
-        let scaled = |values: &[f64]| points(response, values, peak);
-        let stroke = |width, is_dashed| Stroke { colour, width, is_dashed };
-        sheet.curve(&spectrum, &scaled(&response.measured), stroke(0.9, false));
-        sheet.curve(&spectrum, &scaled(&response.fitted), stroke(2.2, true));
+        let (colour, _) = curve_style(index);
+        let stroke = |width, dashes| Stroke { colour, width, dashes };
+        sheet.curve(&spectrum, &points(response, &response.measured, peak), stroke(0.8, ""));
+    }
+    for (index, response) in record.spectra.iter().enumerate() {
+        let (colour, _) = curve_style(index);
+        let stroke = Stroke { colour, width: 2.2, dashes: FIT_DASHES };
+        sheet.curve(&spectrum, &points(response, &response.fitted, peak), stroke);
     }
     mark_modes(sheet, &spectrum, record, true);
     sheet.border(spectrum.frame);
@@ -97,6 +106,16 @@ fn draw(sheet: &mut Sheet, record: &Identified, title: &str, top: f64) {
     sheet.text(LEFT, top + 352.0, Anchor::Start, "font-size=\"12\"", words);
 }
 
+/// The decade below which nearly nothing lies, against the peak.
+fn lowest(record: &Identified, peak: f64) -> f64 {
+    let mut sizes: Vec<f64> =
+        record.spectra.iter().flat_map(|s| &s.measured).map(|size| size / peak).collect();
+    sizes.sort_by(f64::total_cmp);
+    let low = sizes.get((BELOW_PANEL * sizes.len() as f64) as usize).copied().unwrap_or(0.0);
+    let decade = low.max(f64::MIN_POSITIVE).log10().floor().clamp(-MOST_DECADES, -1.0);
+    10.0_f64.powf(decade)
+}
+
 /// Points of a curve, thinned to the loudest of each stretch.
 fn points(response: &FittedSpectrum, values: &[f64], peak: f64) -> Vec<(f64, f64)> {
     let stretch = values.len().div_ceil(MOST_POINTS).max(1);
@@ -125,7 +144,7 @@ fn mark_modes(sheet: &mut Sheet, panel: &Panel, record: &Identified, is_named: b
 fn legend(sheet: &mut Sheet, record: &Identified, panel: &Panel) {
     let right = panel.frame.left + panel.frame.width - 8.0;
     for (index, response) in record.spectra.iter().enumerate().take(8) {
-        let colour = CURVES[index % CURVES.len()];
+        let (colour, _) = curve_style(index);
         let style = format!("font-size=\"12\" style=\"fill:{colour}\"");
         let y = panel.frame.top + 32.0 + 15.0 * index as f64;
         let text = format!("{} (fit dashed)", response.response);
