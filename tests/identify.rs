@@ -226,11 +226,43 @@ fn noise_alone_has_no_modes() {
     assert!(wrong <= 2, "{wrong} of 60");
 }
 
-/// Share of 95 % intervals that hold the truth, over seeds: a proportion of 0.95 over 500 seeds has a
-/// deviation of 0.0097, so a right interval leaves 90…98 % once in a thousand times.
+/// Seeds of the coverage tests: `DETUNE_COVERAGE_SEEDS=500 cargo test --release --test identify cover -- --nocapture`
+/// is the long run, whose figures stand in the README.
+fn coverage_seeds() -> u64 {
+    const USUAL: u64 = 80;
+    match std::env::var("DETUNE_COVERAGE_SEEDS") {
+        Ok(seeds) => seeds.parse().expect("DETUNE_COVERAGE_SEEDS is a whole number"),
+        Err(_) => USUAL,
+    }
+}
+
+/// Shares outside of which right 95 % intervals lie once in a thousand times on either side, from the binomial
+/// distribution itself; over 500 seeds no wider than 90 to 98 %.
+fn bars(seeds: u64) -> [f64; 2] {
+    const HELD: f64 = 0.95;
+    const CHANCE: f64 = 1e-3;
+    let mut chance = (1.0 - HELD).powf(seeds as f64);
+    let (mut below, mut low, mut high) = (0.0, None, seeds);
+    for held in 0..=seeds {
+        below += chance;
+        if below > CHANCE && low.is_none() {
+            low = Some(held);
+        }
+        if 1.0 - below < CHANCE {
+            high = held;
+            break;
+        }
+        chance *= (seeds - held) as f64 / (held + 1) as f64 * HELD / (1.0 - HELD);
+    }
+    let [low, high] = [low.unwrap_or(0), high].map(|held| held as f64 / seeds as f64);
+    if seeds < 500 { [low, high] } else { [low.max(0.90), high.min(0.98)] }
+}
+
+/// How many of the 95 % intervals hold the truth, over seeds.
 fn must_cover(what: &str, truth: &[TrueMode], found: &[Identified]) {
     const Z: f64 = 1.959964;
     let count = found.len() as f64;
+    let [low, high] = bars(found.len() as u64);
     for (index, truth) in truth.iter().enumerate() {
         let share = |is_in: &dyn Fn(&Identified) -> bool| {
             found.iter().filter(|f| is_in(f)).count() as f64 / count
@@ -248,7 +280,11 @@ fn must_cover(what: &str, truth: &[TrueMode], found: &[Identified]) {
             index + 1
         );
         for covered in [by_frequency, by_damping] {
-            assert!((0.90..=0.98).contains(&covered), "{what}, mode {}: {covered}", index + 1);
+            assert!(
+                (low..=high).contains(&covered),
+                "{what}, mode {}: {covered} must lie in {low}..{high}",
+                index + 1
+            );
         }
     }
 }
@@ -291,7 +327,7 @@ fn deviations_of_free_decays_cover_and_reach_the_cramer_rao_bound() {
     let truth = [TrueMode::new(23.2, 0.02, &[1.0]), TrueMode::new(39.4, 0.015, &[0.7])];
     let clean = free_decay(&truth, 0, 140.0, 700, 0);
     let deviation = TWENTY_DB * rms(&clean[0]);
-    let found: Vec<Identified> = (0..500_u64)
+    let found: Vec<Identified> = (0..coverage_seeds())
         .into_par_iter()
         .map(|seed| {
             let responses = noisy(&clean, TWENTY_DB, &mut seeded(seed));
@@ -319,10 +355,12 @@ fn deviations_of_free_decays_cover_and_reach_the_cramer_rao_bound() {
                 scatter[i],
                 stated[i]
             );
-            // Over 500 seeds a deviation is known to 3 %. The first few samples, which may belong to the hit,
-            // are not used, and two lines at the low end neither.
-            assert!((scatter[i] / bound[i] - 1.0).abs() < 0.15, "mode {}", index + 1);
-            assert!((stated[i] / scatter[i] - 1.0).abs() < 0.12, "mode {}", index + 1);
+            // A deviation from n seeds is itself known to 1/√(2n); four of those on top of what the method
+            // may lose: the first few samples, which may belong to the hit, are not used, and two lines at
+            // the low end neither.
+            let known = 4.0 / (2.0 * found.len() as f64).sqrt();
+            assert!((scatter[i] / bound[i] - 1.0).abs() < 0.05 + known, "mode {}", index + 1);
+            assert!((stated[i] / scatter[i] - 1.0).abs() < 0.03 + known, "mode {}", index + 1);
         }
     }
 }
@@ -332,7 +370,7 @@ fn deviations_of_hammer_tests_cover() {
     let truth = [TrueMode::new(14.0, 0.025, &[1.0, 0.4]), TrueMode::new(31.0, 0.015, &[0.5, -0.9])];
     let force = pulses(900, &[20, 460], 3, 50.0);
     let clean = hammered(&truth, 0, 2, 120.0, &force);
-    let found: Vec<Identified> = (0..500_u64)
+    let found: Vec<Identified> = (0..coverage_seeds())
         .into_par_iter()
         .map(|seed| {
             let responses = noisy(&clean, TWENTY_DB, &mut seeded(seed));

@@ -1,7 +1,7 @@
 //! Records → spectra ready for the estimation, in the band that the record fills.
 
-use super::estimate::{Block, C64, Origin};
-use super::hits::{Decay, decays, hits_in_force, median};
+use super::estimate::{Block, C64, Origin, Push};
+use super::hits::{Decay, Hit, decays, hits_in_force, median};
 use super::notice::{NoticeKind, Notices};
 use super::quality::check_channel;
 use super::record::{Channel, Data, Frf, Quantity, Record};
@@ -216,9 +216,8 @@ fn forced(
     } else {
         let mut inside = vec![false; force.len()];
         for hit in &hits {
-            let margin = ((hit.end - hit.first) / 2).max(1);
-            let to = (hit.end + margin).min(force.len());
-            inside[hit.first.saturating_sub(margin)..to].fill(true);
+            let [from, to] = reach(hit);
+            inside[from..to.min(force.len())].fill(true);
         }
         force.iter_mut().zip(&inside).filter(|(_, inside)| !**inside).for_each(|(f, _)| *f = 0.0);
         over_hits(&force, &moves, &hits, sample_rate_hz)
@@ -233,7 +232,11 @@ fn forced(
         return None;
     }
     let [(_, spectra)] = cut;
-    let nonzero = force.iter().copied().enumerate().filter(|(_, f)| *f != 0.0).collect();
+    let push = |(at, &value): (usize, &f64)| {
+        let blow = hits.iter().position(|hit| at < reach(hit)[1]).unwrap_or(0);
+        Push { at: at as f64, value, blow }
+    };
+    let nonzero = force.iter().enumerate().filter(|(_, f)| **f != 0.0).map(push).collect();
     let drive = transform(&force)[lines.clone()].to_vec();
     let block = Block {
         origin: Origin::Sampled { step_s: sample_rate_hz.recip(), samples, force: Some(nonzero) },
@@ -268,6 +271,12 @@ fn forced(
         averaged,
         kind: if hits.is_empty() { Kind::Steady } else { Kind::Hammer },
     })
+}
+
+/// First sample of a hit and one past its last, with some room.
+fn reach(hit: &Hit) -> [usize; 2] {
+    let margin = ((hit.end - hit.first) / 2).max(1);
+    [hit.first.saturating_sub(margin), hit.end + margin]
 }
 
 fn given(functions: &[Frf], band_hz: Option<[f64; 2]>, notices: &mut Notices) -> Option<Prepared> {

@@ -116,9 +116,10 @@ fn length(prepared: &Prepared, mode: &Mode, notices: &mut Notices) {
         .map(|block| match &block.origin {
             Origin::Sampled { step_s, samples, force } => {
                 // A hammer record's last hit has least time.
-                let from = force.as_ref().and_then(|force| force.last()).map_or(0, |(at, _)| *at);
-                let from = if prepared.kind == Kind::Hammer { from } else { 0 };
-                (samples - from) as f64 * step_s
+                let last =
+                    force.as_ref().and_then(|force| force.last()).map_or(0.0, |push| push.at);
+                let from = if prepared.kind == Kind::Hammer { last } else { 0.0 };
+                (*samples as f64 - from) * step_s
             }
             Origin::Responses => f64::INFINITY,
         })

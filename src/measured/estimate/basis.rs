@@ -28,11 +28,22 @@ pub(in crate::measured) enum Origin {
         step_s: f64,
         /// Samples in the record.
         samples: usize,
-        /// The force where it is not zero: sample and value; `None` for a free decay.
-        force: Option<Vec<(usize, f64)>>,
+        /// The force where it is not zero; `None` for a free decay.
+        force: Option<Vec<Push>>,
     },
     /// Frequency response functions.
     Responses,
+}
+
+/// A sample of the force.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::measured) struct Push {
+    /// When, in steps from the record's first sample.
+    pub(in crate::measured) at: f64,
+    /// How much.
+    pub(in crate::measured) value: f64,
+    /// The blow that it belongs to.
+    pub(in crate::measured) blow: usize,
 }
 
 /// Spectra over the same lines, with the same force.
@@ -194,19 +205,19 @@ impl Block {
 }
 
 /// E and dE/dλ: what the record leaves in the mode.
-fn at_end(lambda: C64, step_s: f64, samples: usize, force: Option<&[(usize, f64)]>) -> (C64, C64) {
-    let one = |start: usize| {
-        let time = (samples - start.min(samples)) as f64 * step_s;
+fn at_end(lambda: C64, step_s: f64, samples: usize, force: Option<&[Push]>) -> (C64, C64) {
+    let one = |start: f64| {
+        let time = (samples as f64 - start) * step_s;
         let left = (lambda * time).exp();
         (left, left * time)
     };
     match force {
-        None => one(0),
+        None => one(0.0),
         Some(force) => {
             let mut sums = (C64::default(), C64::default());
-            for &(start, value) in force {
-                let (left, slope) = one(start);
-                sums = (sums.0 + left * value, sums.1 + slope * value);
+            for push in force {
+                let (left, slope) = one(push.at);
+                sums = (sums.0 + left * push.value, sums.1 + slope * push.value);
             }
             sums
         }
@@ -237,8 +248,9 @@ mod tests {
         for (at, value) in [(5, 1.0), (6, 0.4), (280, -0.7)] {
             force[at] = value;
         }
-        let nonzero: Vec<(usize, f64)> =
-            force.iter().copied().enumerate().filter(|(_, f)| *f != 0.0).collect();
+        let pushes = |(at, &value): (usize, &f64)| Push { at: at as f64, value, blow: 0 };
+        let nonzero: Vec<Push> =
+            force.iter().enumerate().filter(|(_, f)| **f != 0.0).map(pushes).collect();
         let amplitude = C64::new(0.3, -0.8);
         let mu = (pole.lambda * step_s).exp();
         let mut state = C64::default();

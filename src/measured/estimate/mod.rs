@@ -12,6 +12,7 @@
 //! damping at low signal-to-noise ratio and need a perturbation analysis of their own for deviations.
 
 pub(super) mod basis;
+mod blows;
 mod fit;
 pub(super) mod lscf;
 mod noise;
@@ -20,7 +21,7 @@ mod select;
 
 use nalgebra::Matrix2;
 
-pub(super) use basis::{Block, C64, Origin, Pole};
+pub(super) use basis::{Block, C64, Origin, Pole, Push};
 use fit::{Fit, columns_of, weights};
 
 /// A residue with what is known about it.
@@ -105,10 +106,10 @@ fn moving(blocks: &mut [Block], fit: &Fit) -> Option<Fit> {
 
 /// Whether the force begins late enough that an earlier vibration can be told from the one it causes.
 fn waits_for_its_force(block: &Block) -> bool {
-    const FEWEST_SAMPLES: usize = 8;
+    const FEWEST_SAMPLES: f64 = 8.0;
     match &block.origin {
         Origin::Sampled { force: Some(force), .. } if !block.begins_moving => {
-            force.first().is_some_and(|(start, _)| *start >= FEWEST_SAMPLES)
+            force.first().is_some_and(|push| push.at >= FEWEST_SAMPLES)
         }
         _ => false,
     }

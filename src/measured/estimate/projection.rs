@@ -13,8 +13,19 @@ pub(super) struct Projection {
     r: Vec<Vec<f64>>,
 }
 
+/// Sums that run side by side, so that the processor need not wait for each.
+const SUMS: usize = 8;
+
 pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+    let (a_parts, b_parts) = (a.chunks_exact(SUMS), b.chunks_exact(SUMS));
+    let rest: f64 = a_parts.remainder().iter().zip(b_parts.remainder()).map(|(a, b)| a * b).sum();
+    let mut sums = [0.0; SUMS];
+    for (a, b) in a_parts.zip(b_parts) {
+        for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
+            *sum += a * b;
+        }
+    }
+    sums.iter().sum::<f64>() + rest
 }
 
 fn subtract(from: &mut [f64], factor: f64, column: &[f64]) {

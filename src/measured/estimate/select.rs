@@ -3,6 +3,7 @@
 //! from peaks of the residual, and from splitting a pole in two, which is what shows a close pair.
 
 use super::basis::{Block, Origin, Pole};
+use super::blows;
 use super::fit::{Fit, GLANCE, USUAL, first_noise, rows, weights};
 use super::noise;
 use super::projection::{Projection, dot};
@@ -27,12 +28,16 @@ const MOST_LINE_DAMPING: f64 = 1e-3;
 const PEAKS: usize = 4;
 
 /// The poles that the spectra bear out, and the fit at them.
-pub(super) fn select(blocks: &[Block], starts: &[Pole]) -> Option<Fit> {
+pub(super) fn select(blocks: &mut [Block], starts: &[Pole]) -> Option<Fit> {
     let mut fit = Fit::at(blocks, first_noise(blocks), Vec::new())?;
     while fit.poles.len() < MOST_POLES {
         let floor = fit.noise_by(blocks, |powers, _, strongest| noise::floor(powers, strongest));
         // What was noise at first may be the skirt of a mode: the poles move with the weights.
         fit = Fit::at(blocks, floor, fit.poles.clone())?.refined(blocks, USUAL);
+        if let Some(mended) = blows::mended(blocks, &fit) {
+            blocks.clone_from_slice(&mended);
+            fit = Fit::at(blocks, fit.noise, fit.poles)?.refined(blocks, USUAL);
+        }
         // A tone is looked for where no mode explains what is left: the comb that several hits make of a
         // mode would pass for tones otherwise.
         match grown(blocks, &fit, driven(&fit, starts, blocks))
