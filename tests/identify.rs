@@ -175,6 +175,26 @@ fn hammer_tests_at_20_db_give_modal_constants_too() {
     }
 }
 
+/// Blows that fall between samples: a force of 3 ms, taken at 1024 samples/s, is not the sum of its samples, and
+/// each blow differs. Sixteen steps of the truth make one sample.
+#[test]
+fn blows_between_samples_make_no_false_modes() {
+    const FINER: usize = 16;
+    let truth = [TrueMode::new(14.0, 0.02, &[1.0, 0.6]), TrueMode::new(37.0, 0.015, &[0.3, -0.4])];
+    for seed in 0..4_u64 {
+        let apart = 45_000 + 5 * seed as usize;
+        let fine = pulses(6 * 1024 * FINER, &[8_195, 8_195 + apart], 3 * FINER, 100.0);
+        let every =
+            |samples: &[f64]| -> Vec<f64> { samples.iter().step_by(FINER).copied().collect() };
+        let moved = hammered(&truth, 0, 2, 1024.0 * FINER as f64, &fine);
+        let clean: Vec<Vec<f64>> = moved.iter().map(|samples| every(samples)).collect();
+        let responses = noisy(&clean, 0.03, &mut seeded(seed));
+        let found =
+            identify(&record(1024.0, Some(every(&fine)), responses, Quantity::Acceleration));
+        must_be(&found, &truth, &format!("seed {seed}"));
+    }
+}
+
 /// The same two modes 3 % apart in a decay and in a hammer test, in one response and in two.
 #[test]
 fn two_modes_3_percent_apart_are_told_apart() {

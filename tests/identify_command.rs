@@ -394,6 +394,55 @@ fn the_table_has_one_row_a_pose_and_is_written_whole() {
     assert_eq!(output.status.code(), Some(2));
 }
 
+/// Neither a record nor the session is written over, and report and table are two files.
+#[test]
+fn inputs_are_spared() {
+    let folder = tempfile::tempdir().unwrap();
+    let record = folder.path().join("a.csv");
+    fs::write(&record, example_text(0)).unwrap();
+    let session = "sample_rate_hz: 140\nrecords:\n  - {file: a.csv, pose: {beta2_rad: 1}}\n";
+    fs::write(folder.path().join("s.yaml"), session).unwrap();
+    for arguments in [
+        ["s.yaml", "--write", "a.csv"],
+        ["s.yaml", "--output", "a.csv"],
+        ["s.yaml", "--write", "s.yaml"],
+    ] {
+        let output = identify(&arguments, folder.path());
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        let told = String::from_utf8(output.stderr).unwrap();
+        assert!(told.contains("is read by this run"), "{told}");
+    }
+    let output = identify(&["s.yaml", "--write", "m.csv", "--output", "m.csv"], folder.path());
+    assert_eq!(output.status.code(), Some(2));
+    assert!(!folder.path().join("m.csv").exists());
+    assert_eq!(fs::read_to_string(record).unwrap(), example_text(0));
+    assert_eq!(fs::read_to_string(folder.path().join("s.yaml")).unwrap(), session);
+}
+
+/// Channels go by their titles with or without the unit, in responses, driving point and markers.
+#[test]
+fn titles_with_units_need_not_be_spelt_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = example_text(0)
+        .replace("bx_mm,by_mm,cx_mm,cy_mm", "bx [mm],by [mm],cx [mm],cy [mm]")
+        .replace('\n', "\r\n");
+    fs::write(folder.path().join("a.csv"), format!("\u{feff}{text}")).unwrap();
+    let session = "sample_rate_hz: 140
+markers:
+  link_1: [{at_mm: [0, 0]}, {at_mm: [-315.0, 545.6], x: bx, y: by}]
+  link_2:
+    - {at_mm: [-315.0, 545.6], x: bx, y: 'by [mm]'}
+    - {at_mm: [-834.6, 245.5], x: cx, y: cy}
+records:
+  - {file: a.csv, pose: {beta2_rad: 1.571}, responses: [bx, 'by [mm]', cx, cy]}
+";
+    fs::write(folder.path().join("s.yaml"), session).unwrap();
+    let found = json(&["s.yaml"], folder.path());
+    let modes = &found["records"][0]["modes"];
+    assert_eq!(modes[0]["links"][1]["sense"], "together", "{modes}");
+    assert_eq!(modes[1]["links"][1]["sense"], "against", "{modes}");
+}
+
 /// The same bytes on two runs, whatever the threads do.
 #[test]
 fn two_runs_give_the_same_bytes() {

@@ -51,11 +51,16 @@ pub(super) fn median(values: &[f64]) -> f64 {
     sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
 }
 
+/// Standard deviation of Gaussian noise about zero, whatever stands out of it.
+pub(super) fn deviation(noise: &[f64]) -> f64 {
+    DEVIATION_PER_MEDIAN * median(&noise.iter().map(|f| f.abs()).collect::<Vec<_>>())
+}
+
 /// The hits in a force without offset; empty for an excitation that goes on all the time.
 pub(super) fn hits_in_force(force: &[f64], sample_rate_hz: f64) -> Vec<Hit> {
     let size: Vec<f64> = force.iter().map(|f| f.abs()).collect();
     let highest = size.iter().fold(0.0_f64, |a, &b| a.max(b));
-    let noise = DEVIATION_PER_MEDIAN * median(&size);
+    let noise = deviation(force);
     let loud = size.iter().filter(|f| **f > HIT_SHARE * highest).count();
     if highest <= 0.0 || loud as f64 > HAMMER_SHARE * force.len() as f64 {
         return Vec::new();

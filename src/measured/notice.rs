@@ -15,6 +15,8 @@ pub enum NoticeKind {
     Leakage,
     /// Force and response do not belong together at a mode.
     LowCoherence,
+    /// The force hardly reaches a mode's frequency.
+    WeakForce,
     /// The record is shorter than a mode needs.
     ShortRecord,
     /// The frequency may be folded about half the sampling rate.
@@ -47,6 +49,7 @@ impl NoticeKind {
             Self::DeadChannel => "dead_channel",
             Self::Leakage => "leakage",
             Self::LowCoherence => "low_coherence",
+            Self::WeakForce => "weak_force",
             Self::ShortRecord => "short_record",
             Self::MayBeFolded => "may_be_folded",
             Self::Mains => "mains",

@@ -1,7 +1,7 @@
 //! Records → spectra ready for the estimation, in the band that the record fills.
 
 use super::estimate::{Block, C64, Origin, Push};
-use super::hits::{Decay, Hit, decays, hits_in_force, median};
+use super::hits::{Decay, Hit, decays, deviation, hits_in_force, median};
 use super::notice::{NoticeKind, Notices};
 use super::quality::check_channel;
 use super::record::{Channel, Data, Frf, Quantity, Record};
@@ -29,6 +29,12 @@ const BAND_ROOM: f64 = 1.3;
 
 /// The lowest share of the lines that the band has, however low the peaks.
 const LEAST_BAND: f64 = 0.1;
+
+/// The samples of a short pulse tell its spectrum no better than this, as a share.
+const SAMPLED_PULSE: f64 = 2e-3;
+
+/// Lines on which the force is lost in noise are no worse than this, against its power.
+const MOST_DRIVE_ERROR: f64 = 1.0;
 
 /// A response that the estimation sees.
 #[derive(Debug, Clone, PartialEq)]
@@ -151,6 +157,7 @@ fn free(
             origin: Origin::Sampled { step_s, samples, force: None },
             omega: omega(&lines, samples, sample_rate_hz),
             drive: Vec::new(),
+            drive_error: Vec::new(),
             begins_moving: false,
             spectra: spectra.iter().map(|s| s[lines.clone()].to_vec()).collect(),
         });
@@ -211,6 +218,7 @@ fn forced(
     }
     let moves: Vec<Vec<f64>> = channels.iter().map(|c| without_offset(&c.samples)).collect();
     let moves: Vec<&[f64]> = moves.iter().map(Vec::as_slice).collect();
+    let mut force_noise = 0.0;
     let averaged = if hits.is_empty() {
         over_stretches(&force, &moves, sample_rate_hz)
     } else {
@@ -219,6 +227,8 @@ fn forced(
             let [from, to] = reach(hit);
             inside[from..to.min(force.len())].fill(true);
         }
+        let outside = force.iter().zip(&inside).filter(|(_, inside)| !**inside);
+        force_noise = deviation(&outside.map(|(f, _)| *f).collect::<Vec<_>>());
         force.iter_mut().zip(&inside).filter(|(_, inside)| !**inside).for_each(|(f, _)| *f = 0.0);
         over_hits(&force, &moves, &hits, sample_rate_hz)
     };
@@ -236,12 +246,20 @@ fn forced(
         let blow = hits.iter().position(|hit| at < reach(hit)[1]).unwrap_or(0);
         Push { at: at as f64, value, blow }
     };
-    let nonzero = force.iter().enumerate().filter(|(_, f)| **f != 0.0).map(push).collect();
+    let nonzero: Vec<Push> =
+        force.iter().enumerate().filter(|(_, f)| **f != 0.0).map(push).collect();
     let drive = transform(&force)[lines.clone()].to_vec();
+    let drive_error = if hits.is_empty() {
+        Vec::new()
+    } else {
+        let variance = force_noise.powi(2) * nonzero.len() as f64;
+        drive.iter().map(|f| drive_error(variance, f.norm_sqr())).collect()
+    };
     let block = Block {
         origin: Origin::Sampled { step_s: sample_rate_hz.recip(), samples, force: Some(nonzero) },
         omega: omega(&lines, samples, sample_rate_hz),
         drive,
+        drive_error,
         begins_moving: hits.is_empty(),
         spectra: spectra.iter().map(|s| s[lines.clone()].to_vec()).collect(),
     };
@@ -271,6 +289,12 @@ fn forced(
         averaged,
         kind: if hits.is_empty() { Kind::Steady } else { Kind::Hammer },
     })
+}
+
+/// Variance of a line of the force against its power: noise in the samples of the pulses, and what the
+/// samples miss of a short pulse.
+fn drive_error(variance: f64, power: f64) -> f64 {
+    (variance / power.max(f64::MIN_POSITIVE)).min(MOST_DRIVE_ERROR) + SAMPLED_PULSE.powi(2)
 }
 
 /// First sample of a hit and one past its last, with some room.
@@ -305,6 +329,7 @@ fn given(functions: &[Frf], band_hz: Option<[f64; 2]>, notices: &mut Notices) ->
                 origin: Origin::Responses,
                 omega,
                 drive: Vec::new(),
+                drive_error: Vec::new(),
                 begins_moving: false,
                 spectra: vec![values],
             }),

@@ -21,6 +21,13 @@ const SPINDLE_SLACK: f64 = 5e-3;
 /// Coherence below this at a mode is low.
 const LOW_COHERENCE: f64 = 0.8;
 
+/// A force below this share of its highest amplitude hardly excites a mode.
+const WEAK_FORCE: f64 = 0.03;
+
+/// How far around a mode the force is looked at, as a share of its frequency, and in lines at the least.
+const NEAR_FORCE: f64 = 0.02;
+const NEAR_LINES: f64 = 20.0;
+
 /// A decay that is this far from over at the record's end leaks.
 const LEAKS: f64 = 0.05;
 
@@ -44,6 +51,7 @@ pub(super) fn tell(
         if mode.suspicion.is_none() {
             length(prepared, mode, notices);
             coherence(prepared, mode, notices);
+            force(prepared, mode, notices);
         }
         folded(prepared, mode, notices);
     }
@@ -164,6 +172,30 @@ fn coherence(prepared: &Prepared, mode: &Mode, notices: &mut Notices) {
             );
             notices.add(NoticeKind::LowCoherence, Some(&response.name), what);
         }
+    }
+}
+
+/// A soft tip is in touch for so long that it cannot excite high modes.
+fn force(prepared: &Prepared, mode: &Mode, notices: &mut Notices) {
+    if prepared.kind != Kind::Hammer {
+        return;
+    }
+    let Some(block) = prepared.blocks.first() else { return };
+    let omega = rad_per_s_from_hz(mode.frequency_hz);
+    let strongest = block.drive.iter().map(|f| f.norm()).fold(0.0, f64::max);
+    // Several hits make a comb: what counts is its envelope.
+    let near = block.omega.iter().zip(&block.drive).filter(|(w, _)| {
+        (*w - omega).abs() < NEAR_FORCE.max(NEAR_LINES / block.omega.len() as f64) * omega
+    });
+    let here = near.map(|(_, f)| f.norm()).fold(0.0, f64::max);
+    if here < WEAK_FORCE * strongest {
+        let what = format!(
+            "at the mode at {:.3} Hz the force has {:.1} % of its highest amplitude: the hammer hardly excites it; use \
+             a harder tip",
+            mode.frequency_hz,
+            percent_from_ratio(here / strongest)
+        );
+        notices.add(NoticeKind::WeakForce, None, what);
     }
 }
 

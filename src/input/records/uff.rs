@@ -27,6 +27,9 @@ const FREQUENCY: i64 = 18;
 /// Two sampling steps are the same within this share: they are printed with six digits.
 const SAME_STEP: f64 = 1e-4;
 
+/// Times that are written out are even within this share of a step.
+const EVEN_WITHIN: f64 = 0.05;
+
 /// What a fault says, and its line.
 type Bad = (usize, String);
 
@@ -41,7 +44,12 @@ pub(super) fn read(path: &Path) -> Result<RawFile, Vec<Fault>> {
             continue;
         }
         // The mark that opens a data set; its own mark closes it.
-        let Some((line, kind)) = lines.next() else { break };
+        let Some((mut line, mut kind)) = lines.next() else { break };
+        while kind.trim() == "-1" {
+            // Nothing between two marks: the second one opens the data set.
+            let Some(next) = lines.next() else { break };
+            (line, kind) = next;
+        }
         let words: Vec<&str> = kind.split_whitespace().collect();
         match words.first() {
             Some(&"58") => match data_set(&mut lines, line, None) {
@@ -161,6 +169,18 @@ struct DataSet {
     uneven: Option<Vec<f64>>,
     values: Vec<Complex<f64>>,
     meaning: Option<Meaning>,
+}
+
+impl DataSet {
+    /// The time step, also where times are written out and happen to be even.
+    fn even_step(&self) -> Option<f64> {
+        let Some(times) = &self.uneven else { return Some(self.step) };
+        let (first, last) = (times.first()?, times.last()?);
+        let step = (last - first) / (times.len().max(2) - 1) as f64;
+        let is_even =
+            |(k, time): (usize, &f64)| (time - first - k as f64 * step).abs() < EVEN_WITHIN * step;
+        (step > 0.0 && times.iter().enumerate().all(is_even)).then_some(step)
+    }
 }
 
 fn data_set(
@@ -417,18 +437,16 @@ impl Found {
         let mut bad = |what: String| faults.push(fault(Some(set.line), what));
         match set.function {
             TIME_RESPONSE => {
-                if set.uneven.is_some() {
-                    return bad(format!(
-                        "response {} has uneven time steps; resample it",
-                        set.name
-                    ));
-                }
-                if let Some(step) =
-                    self.step.filter(|step| (step / set.step - 1.0).abs() > SAME_STEP)
+                let Some(step) = set.even_step() else {
+                    let what = format!("response {} has uneven time steps; resample it", set.name);
+                    return bad(what);
+                };
+                if let Some(before) =
+                    self.step.filter(|before| (before / step - 1.0).abs() > SAME_STEP)
                 {
                     let what = format!(
-                        "response {} has time steps of {} s, those before {step} s; must be the same",
-                        set.name, set.step
+                        "response {} has time steps of {step} s, those before {before} s; must be the same",
+                        set.name
                     );
                     return bad(what);
                 }
@@ -452,8 +470,8 @@ impl Found {
                     }
                     _ => return bad(format!("response {} comes twice", set.name)),
                 };
-                self.step = Some(set.step);
-                self.file.sample_rate_hz = Some(set.step.recip());
+                self.step = Some(step);
+                self.file.sample_rate_hz = Some(step.recip());
                 self.file.channels.push(RawChannel {
                     name,
                     alias: set.title,
@@ -598,6 +616,36 @@ pub(super) mod tests {
             assert_eq!(found.channels[0].samples, samples);
             assert_eq!(found.channels[1].meaning.unwrap().quantity, Quantity::Displacement);
         }
+    }
+
+    /// As other writers have them: two marks in a row, a general function over time, nodes that are not filled
+    /// in, times that are written out.
+    #[test]
+    fn other_writers_are_understood() {
+        let samples: Vec<f64> = (0..20).map(|k| f64::from(k) - 9.5).collect();
+        let first = text_set(0, &samples, 12).replacen("point 0", "left", 1);
+        let second = text_set(0, &samples, 12).replacen("point 0", "right", 1);
+        let general = second.replacen("    1         0    1", "    0         0    1", 1);
+        assert_ne!(general, second);
+        let found = told(format!("    -1\n{first}{general}").as_bytes()).unwrap();
+        let names: Vec<&str> = found.channels.iter().map(|c| c.name.as_str()).collect();
+        assert_eq!(names, ["0+X", "right"]);
+        let head =
+            header(1, 3, 4, 4, 0.0, 12).replacen("         4         1", "         4         0", 1);
+        let pairs = |times: [f64; 4]| -> String {
+            let pairs: String =
+                times.iter().map(|t| format!("{t:13.5e}{:20.11e}", 2.0 * t)).collect();
+            format!("    -1\n    58\n{head}{pairs}\n    -1\n")
+        };
+        let even = told(pairs([0.0, 0.5, 1.0, 1.5]).as_bytes()).unwrap();
+        assert_eq!(
+            (even.sample_rate_hz, &even.channels[0].samples[..]),
+            (Some(2.0), &[0.0, 1.0, 2.0, 3.0][..])
+        );
+        assert!(
+            told(pairs([0.0, 0.5, 1.0, 1.7]).as_bytes()).unwrap_err()[0]
+                .contains("uneven time steps")
+        );
     }
 
     #[test]

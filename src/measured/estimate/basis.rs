@@ -55,6 +55,8 @@ pub(in crate::measured) struct Block {
     pub(in crate::measured) omega: Vec<f64>,
     /// Spectrum of the force on the lines; empty where it is one.
     pub(in crate::measured) drive: Vec<C64>,
+    /// Variance of the force on each line, against its power; empty where the force is known exactly.
+    pub(in crate::measured) drive_error: Vec<f64>,
     /// Whether the arm may have been moving when the record began.
     pub(in crate::measured) begins_moving: bool,
     /// The spectra, one for each response.
@@ -275,6 +277,7 @@ mod tests {
                 origin,
                 omega: omega.clone(),
                 drive,
+                drive_error: Vec::new(),
                 begins_moving: false,
                 spectra: Vec::new(),
             };

@@ -148,12 +148,13 @@ pub(super) fn evaluate(blocks: &[Block], noise: &Noise, poles: &[Pole]) -> Optio
             let columns = pairs.iter().flatten().flat_map(|pair| &pair.columns);
             columns.chain(&background).for_each(|column| projection.push(rows(column, &weights)));
             let target = rows(spectrum, &weights);
-            let factors = projection.factors(&target);
+            let factors = projection.back(projection.shares(&target));
             let mut residual = target;
             projection.remove(&mut residual);
             sum_of_squares += dot(&residual, &residual);
-            let mut jacobian = Vec::with_capacity(count);
-            let mut sensitivities = Vec::with_capacity(count);
+            // Of each change D only what lies outside the span Q of the columns counts:
+            // JᵀJ = DᵀD − (QᵀD)ᵀ(QᵀD), and Jᵀr = Dᵀr, as the residual r lies outside of it.
+            let mut changes_of_poles: Vec<(Vec<f64>, Vec<f64>)> = Vec::with_capacity(count);
             for (pairs, &(first, _)) in pairs.iter().zip(&firsts) {
                 let mut changes =
                     [vec![C64::default(); spectrum.len()], vec![C64::default(); spectrum.len()]];
@@ -164,22 +165,24 @@ pub(super) fn evaluate(blocks: &[Block], noise: &Noise, poles: &[Pole]) -> Optio
                     }
                 }
                 for change in &changes {
-                    let mut change = rows(change, &weights);
-                    sensitivities.push(projection.factors(&change).iter().map(|f| -f).collect());
-                    projection.remove(&mut change);
-                    jacobian.push(change);
+                    let change = rows(change, &weights);
+                    let shares = projection.shares(&change);
+                    changes_of_poles.push((change, shares));
                 }
             }
-            for i in 0..count {
-                gradient[i] += dot(&jacobian[i], &residual);
-                for j in 0..=i {
-                    let product = dot(&jacobian[i], &jacobian[j]);
+            for (i, (change, shares)) in changes_of_poles.iter().enumerate() {
+                gradient[i] += dot(change, &residual);
+                for (j, (other, other_shares)) in changes_of_poles[..=i].iter().enumerate() {
+                    let product = dot(change, other) - dot(shares, other_shares);
                     normal[(i, j)] += product;
                     if i != j {
                         normal[(j, i)] += product;
                     }
                 }
             }
+            let back = |shares: Vec<f64>| projection.back(shares).iter().map(|f| -f).collect();
+            let sensitivities =
+                changes_of_poles.into_iter().map(|(_, shares)| back(shares)).collect();
             parts.push(Part { block: at, response, projection, factors, sensitivities, residual });
         }
     }
@@ -275,8 +278,10 @@ impl Fit {
         let mut all: Noise = blocks.iter().map(|_| Vec::new()).collect();
         for part in &self.evaluation.parts {
             let (powers, taken) = self.left_over(part);
-            let spectrum = &blocks[part.block].spectra[part.response];
-            all[part.block].push(estimate(&powers, &taken, strongest(spectrum)));
+            let block = &blocks[part.block];
+            let spectrum = &block.spectra[part.response];
+            let noise = estimate(&powers, &taken, strongest(spectrum));
+            all[part.block].push(with_drive_error(block, spectrum, noise));
         }
         all
     }
@@ -312,6 +317,15 @@ pub(super) fn strongest(spectrum: &[C64]) -> f64 {
     spectrum.iter().fold(f64::MIN_POSITIVE, |most, v| most.max(v.norm_sqr()))
 }
 
+/// Noise of the force reaches the residual through the response: with noise in both, each line is weighed by
+/// the sum (Pintelon & Schoukens, §9.11).
+fn with_drive_error(block: &Block, spectrum: &[C64], mut noise: Vec<f64>) -> Vec<f64> {
+    for ((noise, error), value) in noise.iter_mut().zip(&block.drive_error).zip(spectrum) {
+        *noise += error * value.norm_sqr();
+    }
+    noise
+}
+
 /// The noise that the spectra themselves show between their peaks.
 pub(super) fn first_noise(blocks: &[Block]) -> Noise {
     blocks
@@ -322,7 +336,8 @@ pub(super) fn first_noise(blocks: &[Block]) -> Noise {
                 .iter()
                 .map(|spectrum| {
                     let powers: Vec<f64> = spectrum.iter().map(C64::norm_sqr).collect();
-                    noise::floor(&powers, strongest(spectrum))
+                    let floor = noise::floor(&powers, strongest(spectrum));
+                    with_drive_error(block, spectrum, floor)
                 })
                 .collect()
         })

@@ -1,8 +1,11 @@
-//! Linear least squares by orthonormal columns (modified Gram–Schmidt, each column twice: Björck,
+//! Linear least squares by orthonormal columns (modified Gram–Schmidt, twice where much is lost: Björck,
 //! Numerical Methods for Least Squares Problems, §2.4.5).
 
 /// A column of which less than this share is left belongs to those before it.
 const DEPENDENT: f64 = 1e-9;
+
+/// A column that keeps this share of its length needs no second pass.
+const ONCE_IS_ENOUGH: f64 = 0.7;
 
 /// Orthonormal columns that span the given ones.
 #[derive(Debug, Clone, Default)]
@@ -37,11 +40,16 @@ impl Projection {
     pub(super) fn push(&mut self, mut column: Vec<f64>) {
         let before = dot(&column, &column).sqrt();
         let mut r = vec![0.0; self.q.len() + 1];
-        for _ in 0..2 {
+        for pass in 0..2 {
+            let norm = dot(&column, &column).sqrt();
             for (q, r) in self.q.iter().zip(&mut r).filter(|(q, _)| !q.is_empty()) {
                 let share = dot(q, &column);
                 subtract(&mut column, share, q);
                 *r += share;
+            }
+            // Once is enough where little was taken away.
+            if pass == 0 && dot(&column, &column).sqrt() > ONCE_IS_ENOUGH * norm {
+                break;
             }
         }
         let left = dot(&column, &column).sqrt();
@@ -68,15 +76,14 @@ impl Projection {
         }
     }
 
-    /// The factors of the columns whose sum is nearest to `target`; zero for dependent columns.
-    pub(super) fn factors(&self, target: &[f64]) -> Vec<f64> {
-        let shares: Vec<f64> =
-            self.q.iter().map(|q| if q.is_empty() { 0.0 } else { dot(q, target) }).collect();
-        self.back(shares)
+    /// The share of `target` in each orthonormal column.
+    pub(super) fn shares(&self, target: &[f64]) -> Vec<f64> {
+        self.q.iter().map(|q| if q.is_empty() { 0.0 } else { dot(q, target) }).collect()
     }
 
-    /// R⁻¹ · shares.
-    fn back(&self, mut shares: Vec<f64>) -> Vec<f64> {
+    /// R⁻¹ · shares: the factors of the columns whose sum is nearest to what has these shares; zero for
+    /// dependent columns.
+    pub(super) fn back(&self, mut shares: Vec<f64>) -> Vec<f64> {
         for i in (0..shares.len()).rev() {
             let diagonal = self.r[i][i];
             shares[i] = if diagonal > 0.0 { shares[i] / diagonal } else { 0.0 };

@@ -14,8 +14,14 @@ const FALSE_ALARM: f64 = 1e-3;
 /// Nobody has more modes in one band.
 pub(super) const MOST_POLES: usize = 24;
 
+/// More tones than this are something else that the model does not explain.
+const MOST_TONES: usize = 4;
+
 /// Starts that are refined before the best is chosen.
 const TRIALS: usize = 4;
+
+/// What gains less than this share of what it must gain, at a glance, is not looked at further.
+const PROMISING: f64 = 0.4;
 
 /// Damping ratios that are tried at a peak of the residual.
 const TRIED_DAMPING: [f64; 3] = [0.003, 0.015, 0.05];
@@ -69,7 +75,8 @@ fn driven(fit: &Fit, starts: &[Pole], blocks: &[Block]) -> Vec<Pole> {
 /// Where a steady tone may be that no force explains, such as a line of the mains.
 fn tones(blocks: &[Block], fit: &Fit) -> Vec<Pole> {
     let is_forced = |block: &Block| matches!(block.origin, Origin::Sampled { force: Some(_), .. });
-    if !blocks.iter().any(is_forced) {
+    let found = fit.poles.iter().filter(|pole| !pole.is_driven).count();
+    if !blocks.iter().any(is_forced) || found >= MOST_TONES {
         return Vec::new();
     }
     let tone = |omega| Pole { is_driven: false, ..Pole::from_modal(omega, LINE_DAMPING) };
@@ -99,9 +106,11 @@ fn grown(blocks: &[Block], fit: &Fit, mut candidates: Vec<Pole>) -> Option<Fit> 
             best = Some(trial);
         }
     }
-    let best = best?.refined(blocks, USUAL);
-    let gain = before - best.evaluation.sum_of_squares;
-    (gain > required_gain(blocks)).then_some(best)
+    let required = required_gain(blocks);
+    let gain = |fit: &Fit| before - fit.evaluation.sum_of_squares;
+    let promising = best.filter(|best| gain(best) > PROMISING * required)?;
+    let best = promising.refined(blocks, USUAL);
+    (gain(&best) > required).then_some(best)
 }
 
 fn distinct(ranked: Vec<(f64, Pole)>) -> Vec<(f64, Pole)> {

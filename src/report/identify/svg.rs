@@ -11,6 +11,10 @@ const SHEET_HEIGHT: f64 = 640.0;
 const LEFT: f64 = 85.0;
 const PANEL_WIDTH: f64 = WIDTH - 130.0;
 
+/// Names of modes: width of a letter, distance of rows.
+const NAME_PX_PER_LETTER: f64 = 6.6;
+const NAME_ROW_PX: f64 = 13.0;
+
 const TITLE: &str = "font-size=\"16\" font-weight=\"bold\"";
 
 /// Nothing that lies further below the peak is drawn.
@@ -130,13 +134,26 @@ fn points(response: &FittedSpectrum, values: &[f64], peak: f64) -> Vec<(f64, f64
 }
 
 fn mark_modes(sheet: &mut Sheet, panel: &Panel, record: &Identified, is_named: bool) {
-    let Frame { top, height, .. } = panel.frame;
+    let Frame { left, top, width, height } = panel.frame;
+    // Where the last name in each row ends: a name that would run into another goes a row down.
+    let mut ends: Vec<f64> = Vec::new();
     for mode in &record.modes {
         let x = panel.px(mode.frequency_hz);
         sheet.line(x, top, x, top + height, MODE);
         if is_named {
             let name = format!("{} Hz", label((mode.frequency_hz * 1e3).round() / 1e3));
-            sheet.text(x + 3.0, top + 14.0, Anchor::Start, "font-size=\"11\"", &name);
+            let room = NAME_PX_PER_LETTER * name.len() as f64;
+            // At the right end of the panel names stand before their lines.
+            let is_last = x + room > left + width;
+            let (from, anchor) = if is_last { (x - room, Anchor::End) } else { (x, Anchor::Start) };
+            let row = ends.iter().position(|end| *end <= from).unwrap_or(ends.len());
+            if row == ends.len() {
+                ends.push(0.0);
+            }
+            ends[row] = from + room;
+            let beside = if is_last { x - 3.0 } else { x + 3.0 };
+            let y = top + 14.0 + NAME_ROW_PX * row as f64;
+            sheet.text(beside, y, anchor, "font-size=\"11\"", &name);
         }
     }
 }

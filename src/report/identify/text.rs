@@ -6,6 +6,7 @@ use super::{kind_words, pose_words, shape_words};
 use crate::measured::notice::Notice;
 use crate::measured::session::{IdentifiedSession, PoseMode, PoseRow};
 use crate::units::percent_from_ratio;
+use crate::wording::printable;
 
 /// The modes of a session.
 pub fn identification_text(found: &IdentifiedSession) -> String {
@@ -21,8 +22,11 @@ pub fn identification_text(found: &IdentifiedSession) -> String {
     for notice in notices {
         let place: Vec<&str> =
             [&notice.record, &notice.channel].into_iter().flatten().map(String::as_str).collect();
-        let place =
-            if place.is_empty() { String::new() } else { format!("{}: ", place.join(", ")) };
+        let place = if place.is_empty() {
+            String::new()
+        } else {
+            format!("{}: ", printable(&place.join(", ")))
+        };
         // Writing to a string does not fail.
         let _ = writeln!(out, "  {place}{} ({})", notice.what, notice.kind.code());
     }
@@ -46,13 +50,13 @@ fn pose(out: &mut String, found: &IdentifiedSession, row: &PoseRow) {
     facts.extend(conditions.temperature_c.map(|t| format!("{t} °C")));
     facts.extend(conditions.amplitude_nm.map(|a| format!("{a} N·m")));
     facts.extend(conditions.payload_kg.map(|m| format!("{m} kg")));
-    let id = row.id.as_ref().map_or_else(String::new, |id| format!("{id}: "));
+    let id = row.id.as_ref().map_or_else(String::new, |id| format!("{}: ", printable(id)));
     let _ = writeln!(out, "{id}{} ({})", pose_words(&row.pose), facts.join(", "));
     if row.modes.is_empty() {
         out.push_str("  no modes\n\n");
         return;
     }
-    let _ = writeln!(out, "  mode  frequency [Hz]        damping ratio [%]   shape");
+    let _ = writeln!(out, "  mode  frequency ± std [Hz]  damping ± std [%]   shape");
     let mut number = 0;
     for mode in &row.modes {
         let name = match mode.suspicion {
@@ -81,7 +85,8 @@ fn words(found: &IdentifiedSession, mode: &PoseMode) -> String {
     let Some(&(record, index)) = mode.members.first() else { return String::new() };
     let of = &found.records[record].modes[index];
     let coherence = of.coherence.map_or_else(String::new, |c| format!("; coherence {c:.2}"));
-    format!("{}{coherence}; in {:.0} % of orders", shape_words(of), percent_from_ratio(of.support))
+    let support = percent_from_ratio(of.support);
+    format!("{}{coherence}; in {support:.0} % of orders", printable(&shape_words(of)))
 }
 
 /// Value and deviation with two digits of the deviation.
