@@ -108,6 +108,19 @@ impl<'b> Lines<'b> {
         ahead.next().is_none_or(|(_, text)| text.trim() == "-1")
     }
 
+    /// Whether a mark stands behind the next `bytes` bytes, on their line or the next.
+    fn is_mark_after(&self, bytes: usize) -> bool {
+        let Some(at) = self.at.checked_add(bytes).filter(|at| *at < self.bytes.len()) else {
+            return false;
+        };
+        let mut ahead = Lines { bytes: self.bytes, at, line: self.line };
+        let first = ahead.next().map(|(_, text)| text);
+        match first.as_deref().map(str::trim) {
+            Some("") => ahead.next().is_some_and(|(_, text)| text.trim() == "-1"),
+            first => first == Some("-1"),
+        }
+    }
+
     /// To the mark that ends a data set.
     fn skip_data_set(&mut self) {
         while let Some((_, text)) = self.next() {
@@ -249,7 +262,7 @@ fn data_set(
     let wanted = count.checked_mul(per_value).ok_or((*line, "too many data".to_owned()))?;
     let numbers = match binary {
         Some(head) => binary_numbers(lines, first_line, head, wanted, is_double)?,
-        None => text_numbers(lines, first_line, wanted, is_even, is_double, is_complex)?,
+        None => text_numbers(lines, first_line, wanted)?,
     };
     if let Some(bad) = numbers.iter().position(|v| !v.is_finite()) {
         return Err((first_line, format!("number {} of data set 58 is not finite", bad + 1)));
@@ -338,18 +351,17 @@ fn binary_numbers(
 ) -> Result<Vec<f64>, Bad> {
     let size = if is_double { 8 } else { 4 };
     let bytes = wanted.saturating_mul(size);
-    if head.bytes < bytes {
+    // Some writers count complex numbers as if they were real; then the mark tells where the numbers end.
+    let length = if lines.is_mark_after(bytes) { bytes } else { head.bytes };
+    if length < bytes {
         let what = format!(
             "data set 58b announces {} bytes, its {wanted} numbers need {bytes}",
             head.bytes
         );
         return Err((line, what));
     }
-    let Some(taken) = lines.take(head.bytes) else {
-        return Err((
-            line,
-            format!("the file ends within the {} bytes of data set 58b", head.bytes),
-        ));
+    let Some(taken) = lines.take(length) else {
+        return Err((line, format!("the file ends within the {length} bytes of data set 58b")));
     };
     lines.skip_data_set();
     let of = |chunk: &[u8]| -> f64 {
@@ -369,15 +381,8 @@ fn binary_numbers(
     Ok(taken[..bytes].chunks_exact(size).map(of).collect())
 }
 
-/// Numbers to the end of the data set: apart by blanks, or, where they touch, by the format's columns.
-fn text_numbers(
-    lines: &mut Lines<'_>,
-    first_line: usize,
-    wanted: usize,
-    is_even: bool,
-    is_double: bool,
-    is_complex: bool,
-) -> Result<Vec<f64>, Bad> {
+/// Numbers to the end of the data set, apart by blanks or, where they touch, by their signs.
+fn text_numbers(lines: &mut Lines<'_>, first_line: usize, wanted: usize) -> Result<Vec<f64>, Bad> {
     // Never more than the file can hold, whatever the header announces.
     let mut numbers = Vec::with_capacity(wanted.min(lines.bytes.len()));
     while numbers.len() < wanted {
@@ -387,7 +392,7 @@ fn text_numbers(
         }
         let Some((line, text)) = lines.next() else { break };
         let words: Option<Vec<f64>> = text.split_whitespace().map(float).collect();
-        match words.or_else(|| by_columns(&text, is_even, is_double, is_complex)) {
+        match words.or_else(|| touching(&text)) {
             Some(words) => numbers.extend(words),
             None => {
                 let bad = text.split_whitespace().find(|word| float(word).is_none()).unwrap_or("");
@@ -401,23 +406,18 @@ fn text_numbers(
     Ok(numbers)
 }
 
-fn by_columns(text: &str, is_even: bool, is_double: bool, is_complex: bool) -> Option<Vec<f64>> {
-    let pattern: &[usize] = match (is_even, is_double, is_complex) {
-        (true, true, _) => &[20],
-        (_, false, _) => &[13],
-        (false, true, false) => &[13, 20],
-        (false, true, true) => &[13, 20, 20],
-    };
-    let (mut numbers, mut at) = (Vec::new(), 0);
-    for width in pattern.iter().cycle() {
-        let field = cut(text, at, at + width);
-        if field.trim().is_empty() {
-            break;
+/// Numbers of which the sign of one touches the last digit of the one before.
+fn touching(text: &str) -> Option<Vec<f64>> {
+    let mut apart = String::with_capacity(text.len());
+    let mut before = ' ';
+    for c in text.chars() {
+        if matches!(c, '+' | '-') && before.is_ascii_digit() {
+            apart.push(' ');
         }
-        numbers.push(float(field.trim())?);
-        at += width;
+        apart.push(c);
+        before = c;
     }
-    (!numbers.is_empty()).then_some(numbers)
+    apart.split_whitespace().map(float).collect()
 }
 
 /// The file as its data sets come.
@@ -462,8 +462,10 @@ impl Found {
                     return bad(what);
                 }
                 // Where nodes were not filled in, data sets differ by their first line.
-                let is_new = |name: &str| self.file.channels.iter().all(|c| c.name != name);
-                let name = match (is_new(&set.name), is_new(&set.title)) {
+                let channels = &self.file.channels;
+                let is_new = |name: &str| channels.iter().all(|c| c.name != name);
+                let is_new_title = channels.iter().all(|c| c.alias != set.title);
+                let name = match (is_new(&set.name), is_new_title && is_new(&set.title)) {
                     (true, _) => set.name,
                     (false, true) if !matches!(set.title.as_str(), "" | "NONE") => {
                         set.title.clone()
