@@ -52,9 +52,9 @@
 //! | [`model`] | the robot as built: M, K, kinematics; immutable | read files, know a job or a measurement |
 //! | [`two_link`] | the paper's two-link arm in closed form: a check on `model` and `modes` | know either of them |
 //! | [`excitation`] | spindle and tooth-passing lines; the cutting force and its spectrum | |
-//! | [`input`] | YAML, CSV, NPY, URDF → valid types, all faults with file and line | compute |
+//! | [`input`] | YAML, CSV, NPY, URDF, UFF, WAV → valid types, all faults with file and line | compute |
 //! | [`program`] | robot and CAM programs → moves, each with its line; programs with new speeds and feeds | know the robot's dynamics |
-//! | [`measured`] | measurements, by methods that never see a prediction | import `model` or `modes` |
+//! | [`measured`] | records → spectra → modes with uncertainty; load tests → stiffness; never sees a prediction | import `model` or `modes` |
 //! | [`job`], [`motion`] | what is asked for, as plain valid data | |
 //! | [`units`], [`wording`] | conversions; what messages have in common | |
 //!

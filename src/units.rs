@@ -104,6 +104,41 @@ pub const fn n_per_m_from_n_per_mm(force: f64) -> f64 {
     force * 1e3
 }
 
+/// Micrometres to metres.
+pub fn m_from_um(um: f64) -> f64 {
+    um * 1e-6
+}
+
+/// Centimetres to metres.
+pub fn m_from_cm(cm: f64) -> f64 {
+    cm * 1e-2
+}
+
+/// Multiples of the standard acceleration of free fall to m/s².
+pub fn m_per_s2_from_g(g: f64) -> f64 {
+    g * STANDARD_GRAVITY_M_PER_S2
+}
+
+/// Kilonewtons to newtons.
+pub fn n_from_kn(kn: f64) -> f64 {
+    kn * 1e3
+}
+
+/// Milliseconds to seconds.
+pub fn s_from_ms(ms: f64) -> f64 {
+    ms * 1e-3
+}
+
+/// Microseconds to seconds.
+pub fn s_from_us(us: f64) -> f64 {
+    us * 1e-6
+}
+
+/// Radians to milliradians.
+pub fn mrad_from_rad(rad: f64) -> f64 {
+    rad * 1e3
+}
+
 /// Metres to micrometres.
 pub fn um_from_m(m: f64) -> f64 {
     m * 1e6

@@ -73,6 +73,7 @@ const NAMED_ONLY_IN: &[(&str, &str)] = &[
     ("clap", "cli"),
     ("indicatif", "cli"),
     ("quick_junit", "report"),
+    ("hound", "input"),
 ];
 
 /// Every source file with the module that it belongs to.

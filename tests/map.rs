@@ -117,7 +117,10 @@ fn a_wrong_name_gets_a_suggestion_and_units_must_fit() {
         "robots/two-link --joint joint_2 --from-deg 0 --to-deg 1 --steps 1 --method nonlinear \
      --amplitude-deg 0",
     );
-    assert!(amplitude.contains("amplitude is 0 rad, must be positive"), "{amplitude}");
+    assert!(
+        amplitude.contains("--amplitude-deg is 0, must be above 0 and at most 90"),
+        "{amplitude}"
+    );
 }
 
 #[test]

@@ -121,6 +121,19 @@ def points_at_a_line(place):
         sys.exit(f"{file} has {lines} lines, a result points at {region}")
 
 
+def check_identifications(sessions):
+    validator = schema_of("identification")
+    for session in sessions:
+        output = json.loads(run("identify", "--format", "json", session).stdout)
+        must_hold(validator, output, f"identify --format json {session}")
+        broken = copy.deepcopy(output)
+        broken["poses"][0]["modes"][0]["frequency_hz"] = None
+        must_not_hold(validator, broken, "a frequency is null")
+        drawing = run("identify", "--format", "svg", session).stdout
+        if ElementTree.fromstring(drawing).tag != "{http://www.w3.org/2000/svg}svg" or "NaN" in drawing:
+            sys.exit(f"identify --format svg {session} is no drawing")
+
+
 def check_files(name, files):
     validator = schema_of(name)
     for file in files:
@@ -145,7 +158,9 @@ def main():
     advice_outputs(jobs)
     check_files("job", jobs)
     check_files("robot", found("robots/*/robot.yaml"))
-    Draft202012Validator.check_schema(json.loads(run("schema", "session").stdout))
+    sessions = found("robots/*/session.yaml")
+    check_files("session", sessions)
+    check_identifications(sessions)
 
 
 if __name__ == "__main__":

@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 
-use super::check::{located, progress, shows_colour, tell};
+use super::check::{located, progress, shows_colour};
 use super::output::Sink;
+use super::tell;
 use super::{Failure, Outcome};
 use crate::advice::{self, FeedRule, Objective, OperationAdvice, Options, Remedy};
 use crate::input::{self, Fault, OperationEdit, Reading};

@@ -9,7 +9,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
 use super::output::Sink;
-use super::{Failure, Outcome};
+use super::{Failure, Outcome, tell};
 use crate::input::{self, Fault, Reading};
 use crate::job::Job;
 use crate::report::github::{Level, annotation};
@@ -180,19 +180,6 @@ pub(super) fn progress() -> ProgressBar {
         progress.set_style(style);
     }
     progress
-}
-
-/// Notices on standard error, each once.
-pub(super) fn tell(notices: &[Fault]) {
-    let mut told: Vec<&Fault> = Vec::new();
-    let mut err = io::stderr().lock();
-    for notice in notices {
-        if !told.contains(&notice) {
-            told.push(notice);
-            // If standard error is closed, there is nobody to tell.
-            let _ = writeln!(err, "warning: {notice}");
-        }
-    }
 }
 
 /// Workflow commands for what is on standard error in words, too: GitHub reads them there as well.

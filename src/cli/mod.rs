@@ -4,6 +4,7 @@
 mod advise;
 mod check;
 mod completions;
+mod identify;
 mod map;
 mod output;
 mod schema;
@@ -50,6 +51,7 @@ enum Verb {
     Advise(advise::AdviseArgs),
     Map(Box<map::MapArgs>),
     Stiffness(stiffness::StiffnessArgs),
+    Identify(identify::IdentifyArgs),
     Schema(schema::SchemaArgs),
     Completions(completions::CompletionsArgs),
 }
@@ -132,8 +134,22 @@ fn run(verb: &Verb, out: &mut dyn Write) -> Result<Outcome, Failure> {
         Verb::Advise(args) => advise::run(args, out),
         Verb::Map(args) => map::run(args, out),
         Verb::Stiffness(args) => stiffness::run(args, out),
+        Verb::Identify(args) => identify::run(args, out),
         Verb::Schema(args) => schema::run(args, out),
         Verb::Completions(args) => completions::run(args, out),
+    }
+}
+
+/// Notices on standard error, each once.
+fn tell(notices: &[Fault]) {
+    let mut told: Vec<&Fault> = Vec::new();
+    let mut err = io::stderr().lock();
+    for notice in notices {
+        if !told.contains(&notice) {
+            told.push(notice);
+            // If standard error is closed, there is nobody to tell.
+            let _ = writeln!(err, "warning: {notice}");
+        }
     }
 }
 

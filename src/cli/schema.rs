@@ -35,6 +35,8 @@ enum Subject {
     Check,
     /// The output of `advise --format json`
     Advice,
+    /// The output of `identify --format json`
+    Identification,
 }
 
 /// Writes one schema.
@@ -45,6 +47,7 @@ pub(super) fn run(args: &SchemaArgs, out: &mut dyn Write) -> Result<Outcome, Fai
         Subject::Session => input::schema::session(),
         Subject::Check => report::schema::check(),
         Subject::Advice => report::schema::advice(),
+        Subject::Identification => report::schema::identification(),
     };
     Sink::Standard.write(&format!("{schema:#}\n"), out)?;
     Ok(Outcome::Pass)

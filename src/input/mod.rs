@@ -1,4 +1,4 @@
-//! Files → valid types: YAML, URDF, CSV, NPY. Raw input and valid input are different types; all faults of a
+//! Files → valid types: YAML, URDF, CSV, NPY, UFF, WAV. Raw input and valid input are different types; all faults of a
 //! file are reported in one go, each with file and line. The only place that names urdf_rs and serde_yaml.
 
 mod edit;
@@ -9,8 +9,10 @@ mod job;
 mod load_test;
 mod poses;
 mod raw;
+mod records;
 mod robot;
 pub mod schema;
+mod session;
 mod table;
 mod text;
 mod urdf;
@@ -25,6 +27,7 @@ pub use job::{load_job, read_job};
 pub use load_test::{LoadTestRow, load_load_test};
 pub use poses::{DecodedPoses, PoseDecoder, PoseTable, RawPoses};
 pub use robot::{load_robot, read_robot};
+pub use session::{load_session, read_session};
 
 /// What was read, and remarks on it that do not stop the work.
 #[derive(Debug, Clone)]

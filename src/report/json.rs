@@ -42,11 +42,14 @@ pub fn check(jobs: &[CheckedJob]) -> Result<String, NotFinite> {
         verdict: super::verdict(jobs).into(),
         jobs: jobs.iter().map(Job::from).collect(),
     };
-    written(&output, DEEPEST_SPREAD)
+    laid_out(&output, DEEPEST_SPREAD)
 }
 
-/// A value as text: spread over lines down to a depth, one line a value below it.
-pub(super) fn written(output: &impl Serialize, deepest_spread: usize) -> Result<String, NotFinite> {
+/// An output as text: objects and lists nested deeper than `deepest_spread` stand on one line.
+pub(super) fn laid_out(
+    output: &impl Serialize,
+    deepest_spread: usize,
+) -> Result<String, NotFinite> {
     let mut bytes = Vec::new();
     let layout = Layout { spread: PrettyFormatter::new(), depth: 0, deepest_spread };
     let mut serializer = serde_json::Serializer::with_formatter(&mut bytes, layout);

@@ -6,6 +6,7 @@ pub use self::advice::AdvisedJob;
 
 mod findings;
 pub mod github;
+pub mod identify;
 pub mod json;
 pub mod junit;
 pub mod map;

@@ -14,10 +14,12 @@ pub fn advice() -> Value {
     of::<super::advice::json::Advice<'static>>()
 }
 
+/// Schema of what `detune identify --format json` writes.
+pub fn identification() -> Value {
+    of::<super::identify::Identification<'static>>()
+}
+
 fn of<T: JsonSchema>() -> Value {
-    SchemaSettings::draft2020_12()
-        .for_serialize()
-        .into_generator()
-        .into_root_schema_for::<T>()
-        .to_value()
+    let generator = SchemaSettings::draft2020_12().for_serialize().into_generator();
+    generator.into_root_schema_for::<T>().to_value()
 }

@@ -1,5 +1,6 @@
-//! session.yaml as it is written. So far only its schema is used.
-#![expect(dead_code, reason = "the schema is published before the reader")]
+//! session.yaml as it is written.
+
+use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -10,42 +11,104 @@ use serde::Deserialize;
 #[schemars(title = "detune session.yaml")]
 pub(in crate::input) struct Session {
     /// Free text.
-    note: Option<String>,
+    #[expect(dead_code, reason = "for people")]
+    pub(in crate::input) note: Option<String>,
     /// Sampling rate, Hz, where the files themselves do not tell.
     #[schemars(extend("exclusiveMinimum" = 0, "examples" = [140]))]
-    sample_rate_hz: Option<f64>,
+    pub(in crate::input) sample_rate_hz: Option<f64>,
+    /// Lowest and highest frequency to look at, Hz; chosen from each record if absent.
+    #[schemars(extend("examples" = [[5, 70]]))]
+    pub(in crate::input) band_hz: Option<[f64; 2]>,
+    /// Frequencies of the mains whose multiples are flagged, Hz; [50, 60] if absent, [] for none.
+    #[schemars(extend("default" = [50, 60]))]
+    pub(in crate::input) mains_hz: Option<Vec<f64>>,
+    /// Names of the moving joints from base to tip, for the columns of the table; joint_1, joint_2, … if absent.
+    #[schemars(extend("minItems" = 1, "examples" = [["joint_1", "joint_2"]]))]
+    pub(in crate::input) joint_names: Option<Vec<String>>,
+    /// By channel name: its unit and scale, where the files do not tell.
+    pub(in crate::input) channels: Option<BTreeMap<String, Channel>>,
+    /// By link name: points of it that are marked in the picture, two or more; for records without their own.
+    #[schemars(extend("examples" = [{"link_1": [{"at_mm": [0, 0]}, {"at_mm": [-237, 411], "x": "bx_mm", "y": "by_mm"}]}]))]
+    pub(in crate::input) markers: Option<BTreeMap<String, Vec<Marker>>>,
     /// The records.
     #[schemars(required, extend("minItems" = 1))]
-    records: Option<Vec<Record>>,
+    pub(in crate::input) records: Option<Vec<Record>>,
+}
+
+/// What a channel's values mean.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(extend("x-noun" = "channel"))]
+pub(in crate::input) struct Channel {
+    /// One of m, mm, um, m/s, mm/s, m/s2, mm/s2, g, N, kN.
+    #[schemars(extend("examples" = ["mm"]))]
+    pub(in crate::input) unit: Option<String>,
+    /// What one of the file's units is in `unit`: full scale for WAV; 1 if absent.
+    pub(in crate::input) scale: Option<f64>,
+}
+
+/// A point of a link in the picture. Without channels it stands still, such as the first joint's axis.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(in crate::input) struct Marker {
+    /// Where it is in the picture, mm.
+    #[schemars(required, extend("examples" = [[-237, 411]]))]
+    pub(in crate::input) at_mm: Option<[f64; 2]>,
+    /// Channel of its displacement along x.
+    #[schemars(extend("examples" = ["bx_mm"]))]
+    pub(in crate::input) x: Option<String>,
+    /// Channel of its displacement along y.
+    #[schemars(extend("examples" = ["by_mm"]))]
+    pub(in crate::input) y: Option<String>,
 }
 
 /// One file of raw data.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(extend("x-noun" = "record"))]
-struct Record {
+pub(in crate::input) struct Record {
     /// CSV with a header, UFF 58 (.uff, .unv) or WAV, relative to this file.
     #[schemars(required, extend("examples" = ["pose01.csv"]))]
-    file: Option<String>,
+    pub(in crate::input) file: Option<String>,
+    /// What the measurement is called in the table.
+    pub(in crate::input) id: Option<String>,
     /// Where the robot stood: beta2_rad alone, or joints_deg.
     #[schemars(required)]
-    pose: Option<Pose>,
+    pub(in crate::input) pose: Option<Pose>,
     /// Channel that holds the excitation, or its UFF reference; absent for free decay, output only.
     #[schemars(extend("examples" = ["hammer"]))]
-    excitation: Option<String>,
+    pub(in crate::input) excitation: Option<String>,
     /// Channels that hold the responses; all but the excitation if absent.
     #[schemars(extend("minItems" = 1, "examples" = [["x_mm", "y_mm"]]))]
-    responses: Option<Vec<String>>,
+    pub(in crate::input) responses: Option<Vec<String>>,
+    /// The response at the point and in the direction of the force, which makes shapes mass-normalised.
+    pub(in crate::input) driving_point: Option<String>,
+    /// Marked points as in the session, where they are in this record's picture.
+    pub(in crate::input) markers: Option<BTreeMap<String, Vec<Marker>>>,
+    /// Sampling rate of this record, Hz, where its file does not tell.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub(in crate::input) sample_rate_hz: Option<f64>,
+    /// Spindle speed during the record, rev/min: its harmonics are flagged.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub(in crate::input) spindle_rpm: Option<f64>,
+    /// Temperature, °C.
+    pub(in crate::input) temperature_c: Option<f64>,
+    /// Joint-torque scale of the excitation, N·m.
+    #[schemars(extend("minimum" = 0))]
+    pub(in crate::input) amplitude_nm: Option<f64>,
+    /// Mass carried, kg.
+    #[schemars(extend("minimum" = 0))]
+    pub(in crate::input) payload_kg: Option<f64>,
 }
 
 /// A pose: exactly one of its keys.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct Pose {
+pub(in crate::input) struct Pose {
     /// The angle of the two-link model, rad.
     #[schemars(extend("examples" = [1.571]))]
-    beta2_rad: Option<f64>,
+    pub(in crate::input) beta2_rad: Option<f64>,
     /// One value for each moving joint from base to tip: degrees, millimetres for a prismatic joint.
     #[schemars(extend("minItems" = 1))]
-    joints_deg: Option<Vec<f64>>,
+    pub(in crate::input) joints_deg: Option<Vec<f64>>,
 }

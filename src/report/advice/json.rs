@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::{AdvisedJob, words};
 use crate::advice::{self, Change, Coupling, OperationAdvice, Remedy, Schedule, SolverEnd};
 use crate::excitation::ExcitationLine;
-use crate::report::json::{NotFinite, Number, SourceName, written};
+use crate::report::json::{NotFinite, Number, SourceName, laid_out};
 use crate::report::words::certainty;
 use crate::units::{
     deg_from_rad, mm_from_m, mm_per_min_from_m_per_s, percent_from_ratio, um_from_m,
@@ -24,7 +24,7 @@ const DEEPEST_SPREAD: usize = 4;
 /// # Errors
 /// If a number is not finite, which would be a fault of the program.
 pub fn advice(job: &AdvisedJob) -> Result<String, NotFinite> {
-    written(&Advice::from(job), DEEPEST_SPREAD)
+    laid_out(&Advice::from(job), DEEPEST_SPREAD)
 }
 
 /// What `detune advise --format json` writes.

@@ -1,0 +1,101 @@
+//! `detune identify`: raw records in, modes with their uncertainties out.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::output::Sink;
+use super::{Failure, Outcome, tell};
+use crate::input::{Fault, Reading, read_session};
+use crate::measured::session::identify_session_with_progress;
+use crate::report::identify::{
+    identification_json, identification_svg, identification_text, measured_csv,
+};
+
+const AFTER_HELP: &str = "\
+A session names files of raw data (CSV with a header, UFF 58 as text or binary, WAV) with the pose of each;
+`detune schema session` lists its keys.
+
+Examples:
+  detune identify session.yaml
+  detune identify session.yaml --write measured.csv
+  detune identify session.yaml --format svg --output modes.svg
+
+A record in which no mode is found is told and does not change the exit code.";
+
+/// Find natural frequencies, damping and mode shapes in raw records of vibration.
+#[derive(Debug, Args)]
+#[command(after_help = AFTER_HELP)]
+pub(super) struct IdentifyArgs {
+    /// The session.
+    #[arg(value_name = "SESSION.yaml")]
+    session: PathBuf,
+    /// What to write.
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
+    /// Write to this file, whole or not at all, instead of standard output (`-`).
+    #[arg(long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Also write the table of modes that `detune diagnose` reads, whole or not at all.
+    #[arg(long, value_name = "MEASURED.csv")]
+    write: Option<PathBuf>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Format {
+    /// For people.
+    Text,
+    /// For programs.
+    Json,
+    /// Spectrum, fit and stabilisation diagram of each record.
+    Svg,
+}
+
+/// Identifies a session; if some file is wrong, tells all faults and writes nothing.
+pub(super) fn run(args: &IdentifyArgs, out: &mut dyn Write) -> Result<Outcome, Failure> {
+    let sink = Sink::open(args.output.as_deref())?;
+    let table = args.write.as_deref().map(|path| Sink::open(Some(path))).transpose()?;
+    unless_same(&sink, table.as_ref())?;
+    let mut reading = Reading::default();
+    let session = read_session(&args.session, &mut reading);
+    tell(&reading.notices);
+    let session = session?;
+    for sink in [&sink].into_iter().chain(&table) {
+        sink.spare(&reading.files)?;
+    }
+    let progress = progress(session.records.len());
+    let found = identify_session_with_progress(&session, &|| progress.inc(1));
+    progress.finish_and_clear();
+    let text = match args.format {
+        Format::Text => identification_text(&found),
+        Format::Json => {
+            identification_json(&found).map_err(|error| Failure::Internal(error.to_string()))?
+        }
+        Format::Svg => identification_svg(&found),
+    };
+    if let Some(table) = table {
+        table.write(&measured_csv(&found, session.joint_names.as_deref()), out)?;
+    }
+    sink.write(&text, out)?;
+    Ok(Outcome::Pass)
+}
+
+/// Report and table are two files.
+fn unless_same(sink: &Sink, table: Option<&Sink>) -> Result<(), Vec<Fault>> {
+    if table != Some(sink) {
+        return Ok(());
+    }
+    let what = "--write and --output name the same file; give the table one of its own".to_owned();
+    Err(vec![Fault { file: None, line: None, what }])
+}
+
+/// Counts records on standard error while it is a terminal, and shows nothing elsewhere.
+fn progress(records: usize) -> ProgressBar {
+    let bar = ProgressBar::new(records as u64);
+    if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos} of {len} records, {elapsed}") {
+        bar.set_style(style);
+    }
+    bar
+}

@@ -1,0 +1,251 @@
+//! A record as CSV: a header, then one row a sample. A column `time` or `t`, in seconds or with its unit
+//! (`time_s`, `t [ms]`), is time; a column that only counts the rows is passed over; all others are channels. A
+//! header that was written as a comment, as numpy does, is taken for the header.
+
+use std::path::Path;
+
+use super::super::faults::Faults;
+use super::super::table::Table;
+use super::super::text::read_text;
+use super::{Fault, LARGEST_RECORD_BYTES, RawChannel, RawFile, meaning_of_name};
+use crate::units::{s_from_ms, s_from_us};
+
+/// How far a sample may lie from its place in even steps, as a share of a step: times are printed with few
+/// digits (7 ms for 1/140 s), while a lost sample moves all that follow by a whole step.
+const UNEVEN: f64 = 0.12;
+
+/// Fewest samples of a record.
+const FEWEST_SAMPLES: usize = 8;
+
+type ToSeconds = fn(f64) -> f64;
+
+/// What a title of time ends in, after its name.
+const TIMES: [(&str, ToSeconds); 7] = [
+    ("", std::convert::identity),
+    ("s", std::convert::identity),
+    ("sec", std::convert::identity),
+    ("seconds", std::convert::identity),
+    ("ms", s_from_ms),
+    ("us", s_from_us),
+    ("µs", s_from_us),
+];
+
+/// How a column of time becomes seconds; `None` for any other column.
+fn time(title: &str) -> Option<ToSeconds> {
+    let plain: String = title
+        .to_lowercase()
+        .chars()
+        .map(|c| if "_ ,/()[]".contains(c) { ' ' } else { c })
+        .collect();
+    let mut words = plain.split_whitespace();
+    let name = words.next()?;
+    let unit = words.next().unwrap_or("");
+    let found = TIMES.iter().find(|(label, _)| *label == unit)?;
+    (matches!(name, "t" | "time") && words.next().is_none()).then_some(found.1)
+}
+
+pub(super) fn read(path: &Path) -> Result<RawFile, Vec<Fault>> {
+    let mut text = read_text(path, LARGEST_RECORD_BYTES).map_err(|fault| vec![fault])?;
+    let mut faults = Faults::of(path);
+    let mut notices = Vec::new();
+    if let Some((line, at)) = header_as_comment(&text) {
+        text.replace_range(at..=at, " ");
+        notices.push(faults.make(line, "the header is a comment; it is read as the header"));
+    }
+    let mut table = Table::open(path, text.as_bytes()).map_err(|fault| vec![fault])?;
+    let header: Vec<String> = table.header().to_vec();
+    check_header(&header, table.line(), &mut faults);
+    let time = header.iter().enumerate().find_map(|(i, title)| Some((i, time(title)?)));
+    let mut columns: Vec<Vec<f64>> = vec![Vec::new(); header.len()];
+    let mut lines = Vec::new();
+    let mut cells = Vec::new();
+    loop {
+        match table.row(&mut cells) {
+            Ok(true) => {}
+            Ok(false) => break,
+            Err(fault) => return Err(faults.finish_with(fault)),
+        }
+        if cells.len() > header.len() {
+            let what = format!("has {} cells, the header has {}", cells.len(), header.len());
+            faults.add(table.line(), what);
+        }
+        lines.push(table.line());
+        for (index, column) in columns.iter_mut().enumerate() {
+            match table.number(&cells, index) {
+                Ok(value) => column.push(value),
+                Err(fault) => {
+                    faults.add(fault.line, fault.what);
+                    column.push(0.0);
+                }
+            }
+        }
+    }
+    if lines.len() < FEWEST_SAMPLES && faults.count() == 0 {
+        let what = format!("has {} samples, must have at least {FEWEST_SAMPLES}", lines.len());
+        faults.add(None, what);
+    }
+    let sample_rate_hz = match time {
+        Some((index, to_s)) if faults.count() == 0 => {
+            let times: Vec<f64> = columns[index].iter().map(|t| to_s(*t)).collect();
+            rate(&times, &lines, &header[index], &mut faults)
+        }
+        _ => None,
+    };
+    if faults.count() > 0 {
+        return Err(faults.finish());
+    }
+    let mut channels: Vec<RawChannel> = Vec::new();
+    for (index, (name, samples)) in header.iter().zip(columns).enumerate() {
+        if time.is_some_and(|(time, _)| time == index) {
+            continue;
+        }
+        let (meaning, bare) = meaning_of_name(name);
+        if meaning.is_none() && counts(&samples) {
+            let what = format!("column '{name}' counts the rows; it is passed over");
+            notices.push(faults.make(None, what));
+            continue;
+        }
+        channels.push(RawChannel { name: name.clone(), alias: bare.to_owned(), meaning, samples });
+    }
+    // What two columns are called tells neither.
+    let shared: Vec<bool> = channels
+        .iter()
+        .map(|channel| channels.iter().filter(|other| other.alias == channel.alias).count() > 1)
+        .collect();
+    for (channel, _) in channels.iter_mut().zip(shared).filter(|(_, shared)| *shared) {
+        channel.alias = channel.name.clone();
+    }
+    Ok(RawFile { sample_rate_hz, channels, notices, ..RawFile::default() })
+}
+
+/// Whether values rise by one from each row to the next.
+fn counts(samples: &[f64]) -> bool {
+    samples.windows(2).all(|pair| pair[1] - pair[0] == 1.0)
+}
+
+/// Line and place of the mark that makes a comment of what must be the header: the first row is all
+/// numbers, and the comment before it has as many cells that are not.
+fn header_as_comment(text: &str) -> Option<(usize, usize)> {
+    let mut comment: Option<(usize, usize, &str)> = None;
+    let mut at = 0;
+    for (index, line) in text.split_inclusive('\n').enumerate() {
+        let row = line.trim();
+        if let Some(cells) = row.strip_prefix('#') {
+            comment = Some((index + 1, at + line.find('#')?, cells));
+        } else if !row.is_empty() {
+            let is_number = |cell: &str| cell.trim().parse::<f64>().is_ok();
+            let (line, at, cells) = comment?;
+            let is_header = row.split(',').all(is_number)
+                && cells.split(',').count() == row.split(',').count()
+                && !cells.split(',').any(|cell| is_number(cell) || cell.trim().is_empty());
+            return is_header.then_some((line, at));
+        }
+        at += line.len();
+    }
+    None
+}
+
+fn check_header(header: &[String], line: usize, faults: &mut Faults) {
+    for (index, title) in header.iter().enumerate() {
+        if title.is_empty() {
+            faults.add(line, format!("column {} has no name", index + 1));
+        } else if header[..index].contains(title) {
+            faults.add(line, format!("two columns are called '{title}'"));
+        } else if title.parse::<f64>().is_ok() {
+            let what = format!("column {} is called '{title}': is the header missing?", index + 1);
+            faults.add(line, what);
+        }
+    }
+}
+
+/// Samples per second, from times in even steps.
+fn rate(times: &[f64], lines: &[usize], title: &str, faults: &mut Faults) -> Option<f64> {
+    let (&first, &last) = (times.first()?, times.last()?);
+    let step = (last - first) / (times.len() - 1) as f64;
+    if step <= 0.0 || !step.is_finite() {
+        faults.add(*lines.last()?, format!("{title} does not rise from the first row to the last"));
+        return None;
+    }
+    for (k, (time, line)) in times.iter().zip(lines).enumerate() {
+        let even = first + k as f64 * step;
+        if (time - even).abs() > UNEVEN * step {
+            let what = format!(
+                "{title} is {time} s, must be {even:.6} s for even steps of {step:.6} s; resample the record, or \
+                 look for lost samples"
+            );
+            faults.add(*line, what);
+            return None;
+        }
+    }
+    Some(step.recip())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn told(text: &str) -> Result<RawFile, Vec<String>> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("t.csv");
+        std::fs::write(&path, text).unwrap();
+        read(&path).map_err(|faults| {
+            faults.iter().map(|f| format!("{}: {}", f.line.unwrap_or(0), f.what)).collect()
+        })
+    }
+
+    fn rows(time: impl Fn(u32) -> f64) -> String {
+        (0..20).map(|k| format!("{:.3},{}\n", time(k), k % 3)).collect()
+    }
+
+    #[test]
+    fn rounded_times_are_even_and_a_lost_sample_is_not() {
+        let even =
+            told(&format!("# rig\ntime_s,x_mm\n{}", rows(|k| f64::from(k) / 140.0))).unwrap();
+        assert!((even.sample_rate_hz.unwrap() - 140.0).abs() < 1.0);
+        assert_eq!((even.channels.len(), even.channels[0].samples.len()), (1, 20));
+        let lost = rows(|k| f64::from(if k < 9 { k } else { k + 1 }) / 140.0);
+        let told = told(&format!("time_s,x_mm\n{lost}")).unwrap_err();
+        assert!(told[0].contains("even steps"), "{told:?}");
+    }
+
+    #[test]
+    fn titles_are_read_as_people_write_them() {
+        for title in ["t", "Time [s]", "time_s", "t / s", "TIME (sec)"] {
+            assert_eq!(time(title).unwrap()(2.0), 2.0, "{title}");
+        }
+        assert_eq!(time("Time (ms)").unwrap()(2.0), 2e-3);
+        for title in ["x", "time_x", "timer", "", "t_s_x"] {
+            assert!(time(title).is_none(), "{title}");
+        }
+        let mut text = String::from("# rig 3\n#frame, t [ms],acc (m/s^2),x_mm,x_g\r\n");
+        for k in 0..20 {
+            text += &format!("{k},{},{},{},1\r\n", 5 * k, k % 3, k % 7);
+        }
+        let found = told(&text).unwrap();
+        assert!((found.sample_rate_hz.unwrap() - 200.0).abs() < 1e-9);
+        let names: Vec<_> =
+            found.channels.iter().map(|c| (c.name.as_str(), c.alias.as_str())).collect();
+        // Of two columns called x each goes by its full name alone.
+        assert_eq!(names, [("acc (m/s^2)", "acc"), ("x_mm", "x_mm"), ("x_g", "x_g")]);
+        let notices: Vec<_> = found.notices.iter().map(|n| (n.line, n.what.as_str())).collect();
+        assert_eq!(notices[0], (Some(2), "the header is a comment; it is read as the header"));
+        assert!(notices[1].1.starts_with("column 'frame' counts the rows"), "{notices:?}");
+        assert!(told("# 1,2\n1,2\n").is_err() && told("# a,b\n1,2,3\n").is_err());
+    }
+
+    #[test]
+    fn every_fault_has_its_line() {
+        for (text, expected) in [
+            ("", "0: is empty"),
+            ("x,x\n1,2\n", "1: two columns are called 'x'"),
+            ("1.0,2.0\n1,2\n", "1: column 1 is called '1.0': is the header missing?"),
+            ("x,y\n1,2\n1,a\n", "3: y is 'a', must be a finite number"),
+            ("x,y\n1,2\n1\n", "3: y is empty, must be a finite number"),
+            ("x,y\n1,2,3\n", "2: has 3 cells, the header has 2"),
+            ("x\n1\n2\n", "0: has 2 samples"),
+        ] {
+            let faults = told(text).unwrap_err();
+            assert!(faults[0].starts_with(expected), "{text:?}: {faults:?}");
+        }
+    }
+}

@@ -1,0 +1,591 @@
+//! session.yaml and the files of raw data that it names.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use super::faults::Faults;
+use super::raw::session as raw;
+use super::records::{Meaning, RawChannel, RawFile, RawFunction, meaning_of_unit, read_record};
+use super::text::{LARGEST_ROBOT_BYTES, named_file, read_text};
+use super::yaml::{Node, Step, check, parse, typed};
+use super::{Fault, Loaded, Reading, schema};
+use crate::measured::record::{
+    Channel, Conditions, Data, Frf, MarkedLink, Marker, Pose, Quantity, Record, Session, Taken,
+};
+use crate::units::m_from_mm;
+use crate::wording::nearest;
+
+const DEFAULT_MAINS_HZ: [f64; 2] = [50.0, 60.0];
+
+/// Fewest marked points that a rotation can be seen from.
+const FEWEST_MARKERS: usize = 2;
+
+/// A rate in the session and one in the file agree within this share.
+const SAME_RATE: f64 = 0.01;
+
+/// Reads a session.yaml and all files that it names.
+///
+/// # Errors
+/// Every fault of the session and of its files, each with its line where it has one.
+pub fn load_session(path: &Path) -> Result<Loaded<Session>, Vec<Fault>> {
+    Reading::of(|reading| read_session(path, reading))
+}
+
+/// As [`load_session`]; what is noted on the way goes to `reading` even where there are faults.
+///
+/// # Errors
+/// As [`load_session`].
+pub fn read_session(path: &Path, reading: &mut Reading) -> Result<Session, Vec<Fault>> {
+    reading.files.push(path.to_owned());
+    let mut faults = Faults::of(path);
+    let text = read_text(path, LARGEST_ROBOT_BYTES).map_err(|fault| vec![fault])?;
+    let mut tree = match parse(&text, &mut faults) {
+        Ok(tree) => tree,
+        Err(fault) => return Err(faults.finish_with(fault)),
+    };
+    check(&mut tree, &schema::session_to_check(), &mut faults);
+    let Some(raw) = typed::<raw::Session>(&tree, &mut faults) else { return Err(faults.finish()) };
+    let mut reader = Reader {
+        path,
+        tree: &tree,
+        raw: &raw,
+        faults,
+        file_faults: Vec::new(),
+        notices: Vec::new(),
+        read: Vec::new(),
+    };
+    let session = reader.session();
+    let Reader { faults, file_faults, notices, read, .. } = reader;
+    reading.notices.extend(notices);
+    reading.files.extend(read.into_iter().map(|(file, _)| file));
+    if faults.count() == 0 && file_faults.is_empty() {
+        return Ok(session);
+    }
+    let mut all = faults.finish();
+    all.extend(file_faults);
+    Err(all)
+}
+
+struct Reader<'s> {
+    path: &'s Path,
+    tree: &'s Node,
+    raw: &'s raw::Session,
+    faults: Faults,
+    file_faults: Vec<Fault>,
+    notices: Vec<Fault>,
+    /// Files that were read already: several records may name one.
+    read: Vec<(PathBuf, Option<RawFile>)>,
+}
+
+impl Reader<'_> {
+    fn fault(&mut self, steps: &[Step<'_>], what: impl Into<String>) {
+        let line = self.tree.line_at(steps);
+        self.faults.add(line, what);
+    }
+
+    fn session(&mut self) -> Session {
+        let raw = self.raw;
+        if let Some([low, high]) = raw.band_hz
+            && !(low >= 0.0 && high > low)
+        {
+            let what = format!("band_hz is [{low}, {high}], must rise from zero or above");
+            self.fault(&[Step::Key("band_hz")], what);
+        }
+        for (index, hz) in raw.mains_hz.iter().flatten().enumerate() {
+            if *hz <= 0.0 {
+                let what = format!("mains_hz[{index}] is {hz}, must be positive and finite");
+                self.fault(&[Step::Key("mains_hz")], what);
+            }
+        }
+        self.check_channels();
+        self.check_joint_names();
+        let links = self.links(raw.markers.as_ref(), &[]);
+        let mut records = Vec::new();
+        let mut used = Vec::new();
+        for (index, record) in raw.records.iter().flatten().enumerate() {
+            records.extend(self.taken(index, record, &links, &mut used));
+        }
+        if self.faults.count() == 0 && self.file_faults.is_empty() {
+            self.check_use(&used);
+        }
+        Session {
+            band_hz: raw.band_hz,
+            mains_hz: raw.mains_hz.clone().unwrap_or_else(|| DEFAULT_MAINS_HZ.to_vec()),
+            joint_names: raw.joint_names.clone(),
+            records,
+        }
+    }
+
+    fn check_channels(&mut self) {
+        let raw = self.raw;
+        for (name, channel) in raw.channels.iter().flatten() {
+            let steps = |key| [Step::Key("channels"), Step::Key(name.as_str()), Step::Key(key)];
+            if let Some(unit) = &channel.unit
+                && meaning_of_unit(unit).is_none()
+            {
+                let what = format!(
+                    "channel '{name}': unit is '{unit}', must be one of m, mm, um, m/s, mm/s, um/s, m/s2, mm/s2, \
+                     g, N, kN"
+                );
+                self.fault(&steps("unit"), what);
+            }
+            if let Some(scale) = channel.scale.filter(|scale| *scale == 0.0) {
+                let what = format!("channel '{name}': scale is {scale}, must not be zero");
+                self.fault(&steps("scale"), what);
+            }
+        }
+    }
+
+    fn check_joint_names(&mut self) {
+        let raw = self.raw;
+        let names: &[String] = raw.joint_names.as_deref().unwrap_or(&[]);
+        for (index, name) in names.iter().enumerate() {
+            let steps = [Step::Key("joint_names"), Step::Index(index)];
+            if name.is_empty() || name.contains([',', '"', '\n', '\r', '#']) {
+                let what = format!(
+                    "joint_names[{index}] is '{}', must be the name of a joint",
+                    name.escape_debug()
+                );
+                self.fault(&steps, what);
+            } else if names[..index].contains(name) {
+                self.fault(&steps, format!("joint_names has '{name}' twice"));
+            }
+        }
+    }
+
+    /// The marked links of the session, or of a record where `before` leads to it.
+    fn links(
+        &mut self,
+        marked: Option<&BTreeMap<String, Vec<raw::Marker>>>,
+        before: &[Step<'_>],
+    ) -> Vec<MarkedLink> {
+        let mut links = Vec::new();
+        for (link, raw_markers) in marked.into_iter().flatten() {
+            let steps = [before, &[Step::Key("markers"), Step::Key(link.as_str())]].concat();
+            if raw_markers.len() < FEWEST_MARKERS {
+                let what = format!(
+                    "markers: link '{link}' has {} point(s), must have at least {FEWEST_MARKERS}",
+                    raw_markers.len()
+                );
+                self.fault(&steps, what);
+            }
+            let mut markers = Vec::new();
+            for (index, marker) in raw_markers.iter().enumerate() {
+                let channels = match (&marker.x, &marker.y) {
+                    (Some(x), Some(y)) => Some([x.clone(), y.clone()]),
+                    (None, None) => None,
+                    _ => {
+                        let steps = [steps.as_slice(), &[Step::Index(index)]].concat();
+                        let what = format!(
+                            "markers: link '{link}': point {} has one of x and y, must have both, or none if it \
+                             stands still",
+                            index + 1
+                        );
+                        self.fault(&steps, what);
+                        None
+                    }
+                };
+                if let Some(at_mm) = marker.at_mm {
+                    markers.push(Marker { at_m: at_mm.map(m_from_mm), channels });
+                }
+            }
+            if markers.len() >= FEWEST_MARKERS
+                && markers.iter().all(|marker| marker.at_m == markers[0].at_m)
+            {
+                let what = format!("markers: the points of link '{link}' lie on each other");
+                self.fault(&steps, what);
+            }
+            links.push(MarkedLink { link: link.clone(), markers });
+        }
+        links
+    }
+
+    fn taken(
+        &mut self,
+        index: usize,
+        record: &raw::Record,
+        links: &[MarkedLink],
+        used: &mut Vec<String>,
+    ) -> Option<Taken> {
+        let name = record.file.clone()?;
+        let of_file = [Step::Key("records"), Step::Index(index), Step::Key("file")];
+        let pose = self.pose(index, record.pose.as_ref());
+        if let Some(id) = record.id.as_ref().filter(|id| id.contains(['\n', '\r'])) {
+            let what = format!("id is '{}', must be one line", id.escape_debug());
+            self.fault(&[of_file[0], of_file[1], Step::Key("id")], what);
+        }
+        let line = self.tree.line_at(&of_file);
+        let path = named_file(self.path, "file", &name, line, &mut self.faults)?;
+        let file = self.file(&path)?;
+        let own = &[of_file[0], of_file[1]];
+        let mut links = match &record.markers {
+            Some(markers) => self.links(Some(markers), own),
+            None => links.to_vec(),
+        };
+        for marker in links.iter_mut().flat_map(|link| &mut link.markers) {
+            for channel in marker.channels.iter_mut().flatten() {
+                *channel = file.full_name(channel).to_owned();
+            }
+        }
+        let data = self.data(index, record, &name, &file)?;
+        let responses: Vec<String> = match &data {
+            Data::Time { responses, .. } => responses.iter().map(|c| c.name.clone()).collect(),
+            Data::Responses(functions) => functions.iter().map(|f| f.name.clone()).collect(),
+        };
+        let driving_point =
+            record.driving_point.as_ref().map(|point| file.full_name(point).to_owned());
+        if let Some(point) = driving_point.as_ref().filter(|point| !responses.contains(point)) {
+            let steps = [of_file[0], of_file[1], Step::Key("driving_point")];
+            let what = format!(
+                "driving_point is '{point}', must be one of the responses: {}",
+                responses.join(", ")
+            );
+            self.fault(&steps, what);
+        }
+        used.extend(file.names_of(&responses));
+        used.extend(record.excitation.iter().map(|name| file.full_name(name).to_owned()));
+        Some(Taken {
+            record: Record { name, data, driving_point, links, spindle_rpm: record.spindle_rpm },
+            pose: pose?,
+            conditions: Conditions {
+                temperature_c: record.temperature_c,
+                amplitude_nm: record.amplitude_nm,
+                payload_kg: record.payload_kg,
+            },
+            id: record.id.clone(),
+        })
+    }
+
+    fn pose(&mut self, index: usize, pose: Option<&raw::Pose>) -> Option<Pose> {
+        let steps = [Step::Key("records"), Step::Index(index), Step::Key("pose")];
+        let pose = pose?;
+        let node =
+            self.tree.get("records").and_then(|records| records.items().get(index)?.get("pose"));
+        let is_spelt = |key| node.is_some_and(|node| node.get(key).is_some());
+        if (pose.beta2_rad.is_none() && is_spelt("beta2_rad"))
+            || (pose.joints_deg.is_none() && is_spelt("joints_deg"))
+        {
+            // Its value is at fault, which was told.
+            return None;
+        }
+        let (found, other) = match (pose.beta2_rad, &pose.joints_deg) {
+            (Some(beta2), None) => (Pose::Beta2Rad(beta2), "joints_deg"),
+            (None, Some(joints)) => (Pose::JointsDeg(joints.clone()), "beta2_rad"),
+            (both, _) => {
+                let what = match both {
+                    Some(_) => "pose has both beta2_rad and joints_deg, must have one",
+                    None => "pose has neither beta2_rad nor joints_deg, must have one",
+                };
+                self.fault(&steps, what);
+                return None;
+            }
+        };
+        let raw = self.raw;
+        let first = raw.records.iter().flatten().find_map(|record| record.pose.as_ref());
+        let has = |pose: &raw::Pose| match other {
+            "joints_deg" => pose.joints_deg.is_some(),
+            _ => pose.beta2_rad.is_some(),
+        };
+        if first.is_some_and(has) {
+            let what = format!(
+                "pose is given otherwise than that of the first record, by {other}; must be the same"
+            );
+            self.fault(&steps, what);
+            return None;
+        }
+        if let Pose::JointsDeg(joints) = &found {
+            let expected = raw
+                .joint_names
+                .as_ref()
+                .map(|names| (names.len(), "joint_names"))
+                .or_else(|| Some((first?.joints_deg.as_ref()?.len(), "the first record")));
+            if let Some((count, by)) = expected.filter(|(count, _)| *count != joints.len()) {
+                let what =
+                    format!("joints_deg has {} values, must have {count} as {by}", joints.len());
+                self.fault(&steps, what);
+                return None;
+            }
+        }
+        Some(found)
+    }
+
+    /// A file of raw data, read once.
+    fn file(&mut self, path: &Path) -> Option<RawFile> {
+        if let Some((_, file)) = self.read.iter().find(|(read, _)| read == path) {
+            return file.clone();
+        }
+        let file = match read_record(path) {
+            Ok(file) => {
+                self.notices.extend(file.notices.iter().cloned());
+                Some(file)
+            }
+            Err(faults) => {
+                self.file_faults.extend(faults);
+                None
+            }
+        };
+        self.read.push((path.to_owned(), file.clone()));
+        file
+    }
+
+    fn data(
+        &mut self,
+        index: usize,
+        record: &raw::Record,
+        name: &str,
+        file: &RawFile,
+    ) -> Option<Data> {
+        if file.channels.is_empty() {
+            return self.functions(index, record, name, file);
+        }
+        let at = |key| [Step::Key("records"), Step::Index(index), Step::Key(key)];
+        let sample_rate_hz = self.rate(index, record, name, file);
+        let excitation = match &record.excitation {
+            None => None,
+            Some(wanted) => match find(&file.channels, wanted) {
+                Some(channel) => Some(channel),
+                None => {
+                    let what = unknown("excitation", wanted, name, &file.channels);
+                    self.fault(&at("excitation"), what);
+                    return None;
+                }
+            },
+        };
+        let mut responses: Vec<&RawChannel> = Vec::new();
+        match &record.responses {
+            None => responses.extend(file.channels.iter().filter(|c| excitation != Some(*c))),
+            Some(wanted) => {
+                for (place, wanted) in wanted.iter().enumerate() {
+                    let steps = [
+                        at("responses")[0],
+                        at("responses")[1],
+                        at("responses")[2],
+                        Step::Index(place),
+                    ];
+                    match find(&file.channels, wanted) {
+                        Some(channel) if Some(channel) == excitation => {
+                            let what = format!("response '{wanted}' is the excitation, too");
+                            self.fault(&steps, what);
+                        }
+                        Some(channel) if responses.contains(&channel) => {
+                            self.fault(&steps, format!("response '{wanted}' is named twice"));
+                        }
+                        Some(channel) => responses.push(channel),
+                        None => {
+                            self.fault(&steps, unknown("response", wanted, name, &file.channels))
+                        }
+                    }
+                }
+            }
+        }
+        if responses.is_empty() {
+            if record.responses.is_none() {
+                self.fault(
+                    &at("file"),
+                    format!("file '{name}' has no channel beside the excitation"),
+                );
+            }
+            return None;
+        }
+        Some(Data::Time {
+            sample_rate_hz: sample_rate_hz?,
+            excitation: excitation.map(|channel| self.channel(channel)),
+            responses: responses.iter().map(|channel| self.channel(channel)).collect(),
+        })
+    }
+
+    fn rate(
+        &mut self,
+        index: usize,
+        record: &raw::Record,
+        name: &str,
+        file: &RawFile,
+    ) -> Option<f64> {
+        let (given, steps): (Option<f64>, Vec<Step<'_>>) = match record.sample_rate_hz {
+            Some(rate) => (
+                Some(rate),
+                vec![Step::Key("records"), Step::Index(index), Step::Key("sample_rate_hz")],
+            ),
+            None => (self.raw.sample_rate_hz, vec![Step::Key("sample_rate_hz")]),
+        };
+        match (file.sample_rate_hz, given) {
+            (Some(own), Some(given)) if (own / given - 1.0).abs() > SAME_RATE => {
+                let what = format!(
+                    "sample_rate_hz is {given}, but file '{name}' itself says {own:.4}; must agree, or be left out"
+                );
+                self.fault(&steps, what);
+                None
+            }
+            // Times are printed with few digits: a rate that agrees is the better one.
+            (Some(own), given) => Some(given.unwrap_or(own)),
+            (None, Some(given)) => Some(given),
+            (None, None) => {
+                let steps = [Step::Key("records"), Step::Index(index), Step::Key("file")];
+                let what =
+                    format!("file '{name}' does not tell its sampling rate: give sample_rate_hz");
+                self.fault(&steps, what);
+                None
+            }
+        }
+    }
+
+    /// A channel in SI: the session's unit counts before the file's.
+    fn channel(&self, channel: &RawChannel) -> Channel {
+        let (meaning, scale) = self.meaning(&channel.name, &channel.alias, channel.meaning);
+        let (quantity, to_si): (Quantity, fn(f64) -> f64) = match meaning {
+            Some(meaning) => (meaning.quantity, meaning.to_si),
+            None => (Quantity::Unknown, std::convert::identity),
+        };
+        Channel {
+            name: channel.name.clone(),
+            quantity,
+            samples: channel.samples.iter().map(|v| to_si(v * scale)).collect(),
+        }
+    }
+
+    fn meaning(&self, name: &str, alias: &str, own: Option<Meaning>) -> (Option<Meaning>, f64) {
+        let given = self
+            .raw
+            .channels
+            .as_ref()
+            .and_then(|given| given.get(name).or_else(|| given.get(alias)));
+        let unit = given.and_then(|given| given.unit.as_deref()).and_then(meaning_of_unit);
+        (unit.or(own), given.and_then(|given| given.scale).unwrap_or(1.0))
+    }
+
+    fn functions(
+        &mut self,
+        index: usize,
+        record: &raw::Record,
+        name: &str,
+        file: &RawFile,
+    ) -> Option<Data> {
+        let at = |key| [Step::Key("records"), Step::Index(index), Step::Key(key)];
+        let mut references: Vec<&str> =
+            file.functions.iter().map(|f| f.reference.as_str()).collect();
+        references.sort_unstable();
+        references.dedup();
+        let reference = match (&record.excitation, references.as_slice()) {
+            (Some(wanted), _) if references.contains(&wanted.as_str()) => wanted.as_str(),
+            (Some(wanted), _) => {
+                let what = format!(
+                    "excitation is '{wanted}', must be a reference of file '{name}': {}",
+                    references.join(", ")
+                );
+                self.fault(&at("excitation"), what);
+                return None;
+            }
+            (None, [only]) => only,
+            (None, _) => {
+                let what = format!(
+                    "file '{name}' has responses to several references: give excitation, one of {}",
+                    references.join(", ")
+                );
+                self.fault(&at("file"), what);
+                return None;
+            }
+        };
+        let of_reference: Vec<&RawFunction> =
+            file.functions.iter().filter(|f| f.reference == reference).collect();
+        let mut chosen: Vec<&RawFunction> = Vec::new();
+        match &record.responses {
+            None => chosen = of_reference,
+            Some(wanted) => {
+                for (place, wanted) in wanted.iter().enumerate() {
+                    let matching =
+                        of_reference.iter().find(|f| f.name == *wanted || f.alias == *wanted);
+                    match matching {
+                        Some(function) => chosen.push(function),
+                        None => {
+                            let known: Vec<&str> =
+                                of_reference.iter().map(|f| f.name.as_str()).collect();
+                            let what = format!(
+                                "response '{wanted}' is not in file '{name}'; it has {}",
+                                known.join(", ")
+                            );
+                            let steps = [
+                                at("responses")[0],
+                                at("responses")[1],
+                                at("responses")[2],
+                                Step::Index(place),
+                            ];
+                            self.fault(&steps, what);
+                        }
+                    }
+                }
+            }
+        }
+        for (i, function) in chosen.iter().enumerate() {
+            if chosen[..i].iter().any(|other| other.name == function.name) {
+                let what = format!(
+                    "file '{name}' has response {} to {reference} twice (again at line {})",
+                    function.name, function.line
+                );
+                self.fault(&at("file"), what);
+            }
+        }
+        let functions: Vec<Frf> = chosen
+            .iter()
+            .map(|function| {
+                let (meaning, scale) =
+                    self.meaning(&function.name, &function.alias, function.meaning);
+                let (quantity, factor) = match meaning {
+                    Some(meaning) => (meaning.quantity, (meaning.to_si)(scale)),
+                    None => (Quantity::Unknown, scale),
+                };
+                Frf {
+                    name: function.name.clone(),
+                    quantity,
+                    frequencies_hz: function.frequencies_hz.clone(),
+                    values: function.values.iter().map(|v| v * factor).collect(),
+                }
+            })
+            .collect();
+        (!functions.is_empty()).then_some(Data::Responses(functions))
+    }
+
+    /// Settings that no record uses, and marked points that no record has.
+    fn check_use(&mut self, used: &[String]) {
+        let raw = self.raw;
+        for name in raw.channels.iter().flatten().map(|(name, _)| name) {
+            if !used.contains(name) {
+                let line = self.tree.line_at(&[Step::Key("channels"), Step::Key(name)]);
+                let what = format!("channel '{name}' is in no record: its unit has no effect");
+                self.notices.push(self.faults.make(line, what));
+            }
+        }
+        let own = raw.records.iter().flatten().enumerate().map(|(i, r)| (Some(i), &r.markers));
+        let all = [(None, &raw.markers)].into_iter().chain(own);
+        let all =
+            all.flat_map(|(record, m)| m.iter().flatten().map(move |(link, m)| (record, link, m)));
+        for (record, link, markers) in all {
+            let names = markers.iter().flat_map(|marker| marker.x.iter().chain(&marker.y));
+            for name in names.filter(|name| !used.contains(name)) {
+                let near = nearest(name, used.iter().map(String::as_str))
+                    .map_or_else(String::new, |near| format!("; did you mean '{near}'?"));
+                let what =
+                    format!("markers: link '{link}': channel '{name}' is in no record{near}");
+                let mut steps =
+                    record.map_or_else(Vec::new, |i| vec![Step::Key("records"), Step::Index(i)]);
+                steps.extend([Step::Key("markers"), Step::Key(link)]);
+                self.fault(&steps, what);
+            }
+        }
+    }
+}
+
+fn find<'c>(channels: &'c [RawChannel], wanted: &str) -> Option<&'c RawChannel> {
+    channels
+        .iter()
+        .find(|channel| channel.name == wanted)
+        .or_else(|| channels.iter().find(|channel| channel.alias == wanted))
+}
+
+fn unknown(role: &str, wanted: &str, file: &str, channels: &[RawChannel]) -> String {
+    let names = || channels.iter().map(|channel| channel.name.as_str());
+    let hint = match nearest(wanted, names()) {
+        Some(near) => format!("did you mean '{near}'?"),
+        None => format!("it has {}", names().collect::<Vec<_>>().join(", ")),
+    };
+    format!("{role} '{wanted}' is not in file '{file}'; {hint}")
+}

@@ -1,0 +1,303 @@
+//! What one pole contributes to a spectrum, and how that changes as the pole moves.
+//!
+//! A sampled mode e^{λt} at rest before sample 0 and driven by f has, over a record of N samples, the
+//! discrete Fourier transform
+//!
+//! ```text
+//! b(ω) = (F(ω) − E) / (1 − μ z⁻¹),   μ = e^{λT},  z = e^{iωT},  E = Σ_m f[m] μ^{N−m}
+//! ```
+//!
+//! exactly: E is what is left in the mode at the record's end, the leakage (Pintelon & Schoukens, System
+//! Identification, 2nd ed., §6.3). A free decay is the case f = unit impulse at sample 0. So no window is
+//! needed, and a record that ends before its decay biases nothing. Where a frequency response function is
+//! all there is, b(ω) = 1/(iω − λ).
+
+use nalgebra::Complex;
+
+pub(in crate::measured) type C64 = Complex<f64>;
+
+/// Growth over a record beyond this is no vibration, and would overflow.
+const MOST_GROWTH: f64 = 8.0;
+
+/// How a set of spectra came about.
+#[derive(Debug, Clone, PartialEq)]
+pub(in crate::measured) enum Origin {
+    /// Sampled records.
+    Sampled {
+        /// Time from one sample to the next, s.
+        step_s: f64,
+        /// Samples in the record.
+        samples: usize,
+        /// The force where it is not zero; `None` for a free decay.
+        force: Option<Vec<Push>>,
+    },
+    /// Frequency response functions.
+    Responses,
+}
+
+/// A sample of the force.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::measured) struct Push {
+    /// When, in steps from the record's first sample.
+    pub(in crate::measured) at: f64,
+    /// How much.
+    pub(in crate::measured) value: f64,
+    /// The blow that it belongs to.
+    pub(in crate::measured) blow: usize,
+}
+
+/// Spectra over the same lines, with the same force.
+#[derive(Debug, Clone, PartialEq)]
+pub(in crate::measured) struct Block {
+    /// How they came about.
+    pub(in crate::measured) origin: Origin,
+    /// Lines, rad/s, ascending.
+    pub(in crate::measured) omega: Vec<f64>,
+    /// Spectrum of the force on the lines; empty where it is one.
+    pub(in crate::measured) drive: Vec<C64>,
+    /// Variance of the force on each line, against its power; empty where the force is known exactly.
+    pub(in crate::measured) drive_error: Vec<f64>,
+    /// Whether the arm may have been moving when the record began.
+    pub(in crate::measured) begins_moving: bool,
+    /// The spectra, one for each response.
+    pub(in crate::measured) spectra: Vec<Vec<C64>>,
+}
+
+/// A pole as it is fitted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::measured) struct Pole {
+    /// λ with positive imaginary part, rad/s.
+    pub(in crate::measured) lambda: C64,
+    /// Whether the force drives it; a disturbance such as a line of the mains goes its own way.
+    pub(in crate::measured) is_driven: bool,
+}
+
+impl Pole {
+    pub(in crate::measured) fn new(lambda: C64) -> Self {
+        Self { lambda, is_driven: true }
+    }
+
+    /// From natural frequency and damping ratio.
+    pub(in crate::measured) fn from_modal(omega: f64, ratio: f64) -> Self {
+        Self::new(C64::new(-ratio * omega, omega * (1.0 - ratio * ratio).max(0.0).sqrt()))
+    }
+
+    /// Natural frequency |λ|, rad/s.
+    pub(in crate::measured) fn omega(&self) -> f64 {
+        self.lambda.norm()
+    }
+
+    /// Damping ratio −Re λ/|λ|.
+    pub(in crate::measured) fn ratio(&self) -> f64 {
+        -self.lambda.re / self.lambda.norm()
+    }
+}
+
+/// b and db/dλ on the lines, at λ and at its conjugate.
+#[derive(Debug, Clone)]
+pub(in crate::measured) struct Contribution {
+    pub(in crate::measured) value: Vec<C64>,
+    pub(in crate::measured) slope: Vec<C64>,
+    pub(in crate::measured) conjugate_value: Vec<C64>,
+    pub(in crate::measured) conjugate_slope: Vec<C64>,
+}
+
+impl Block {
+    /// Highest line, rad/s.
+    pub(in crate::measured) fn highest(&self) -> f64 {
+        self.omega.last().copied().unwrap_or(1.0)
+    }
+
+    /// Whether a pole can be evaluated at all.
+    pub(in crate::measured) fn admits(&self, pole: &Pole) -> bool {
+        match &self.origin {
+            // Above half the sampling rate a pole is the image of one below.
+            Origin::Sampled { step_s, samples, .. } => {
+                pole.lambda.re * step_s * (*samples as f64) < MOST_GROWTH
+                    && pole.lambda.im * step_s < std::f64::consts::PI
+            }
+            Origin::Responses => pole.lambda.re < 0.0,
+        }
+    }
+
+    /// What a pole contributes; `is_driven` false gives the vibration from before the record.
+    pub(in crate::measured) fn contribution(&self, lambda: C64, is_driven: bool) -> Contribution {
+        match &self.origin {
+            Origin::Responses => {
+                let at = |lambda: C64| -> (Vec<C64>, Vec<C64>) {
+                    self.omega
+                        .iter()
+                        .map(|w| {
+                            let g = (C64::new(0.0, *w) - lambda).inv();
+                            (g, g * g)
+                        })
+                        .unzip()
+                };
+                let ((value, slope), (conjugate_value, conjugate_slope)) =
+                    (at(lambda), at(lambda.conj()));
+                Contribution { value, slope, conjugate_value, conjugate_slope }
+            }
+            Origin::Sampled { step_s, samples, force } => {
+                let drive = if is_driven { force.as_deref() } else { None };
+                let (end, end_slope) = at_end(lambda, *step_s, *samples, drive);
+                let delays = self.delays(*step_s);
+                let at = |lambda: C64, end: C64, end_slope: C64| -> (Vec<C64>, Vec<C64>) {
+                    let mu = (lambda * *step_s).exp();
+                    (0..self.omega.len())
+                        .map(|k| {
+                            let delay = delays[k];
+                            let below = 1.0 - mu * delay;
+                            let below =
+                                if below.norm() < 1e-12 { C64::new(1e-12, 0.0) } else { below };
+                            let g = below.inv();
+                            let left = match drive {
+                                Some(_) => self.drive[k] - end,
+                                None => 1.0 - end,
+                            };
+                            (g * left, mu * delay * *step_s * g * g * left - g * end_slope)
+                        })
+                        .unzip()
+                };
+                let (value, slope) = at(lambda, end, end_slope);
+                let (conjugate_value, conjugate_slope) =
+                    at(lambda.conj(), end.conj(), end_slope.conj());
+                Contribution { value, slope, conjugate_value, conjugate_slope }
+            }
+        }
+    }
+
+    /// z⁻¹ on each line. Lines of a transform lie evenly, so each is the one before it, turned.
+    fn delays(&self, step_s: f64) -> Vec<C64> {
+        let first = self.omega.first().copied().unwrap_or(0.0);
+        let apart = self.omega.get(1).map_or(0.0, |second| second - first);
+        let turn = C64::from_polar(1.0, -apart * step_s);
+        let start = C64::from_polar(1.0, -first * step_s);
+        std::iter::successors(Some(start), |z| Some(z * turn)).take(self.omega.len()).collect()
+    }
+
+    /// Columns with real factors that stand for what lies outside the band, and for drift.
+    pub(in crate::measured) fn background(&self) -> Vec<Vec<C64>> {
+        let highest = self.highest();
+        let mut columns = Vec::new();
+        let degree = match &self.origin {
+            Origin::Sampled { force: None, .. } => 2,
+            Origin::Sampled { force: Some(_), .. } | Origin::Responses => 3,
+        };
+        for power in 0..degree {
+            let column = |(k, w): (usize, &f64)| {
+                C64::new(0.0, w / highest).powi(power)
+                    * self.drive.get(k).copied().unwrap_or(C64::new(1.0, 0.0))
+            };
+            columns.push(self.omega.iter().enumerate().map(column).collect());
+        }
+        match &self.origin {
+            // The spectrum of a straight line.
+            Origin::Sampled { step_s, .. } => columns.push(
+                self.omega
+                    .iter()
+                    .map(|w| (1.0 - C64::from_polar(1.0, -w * step_s)).inv())
+                    .collect(),
+            ),
+            // Modes below the band.
+            Origin::Responses => columns
+                .push(self.omega.iter().map(|w| C64::new(-(highest / w).powi(2), 0.0)).collect()),
+        }
+        columns
+    }
+}
+
+/// E and dE/dλ: what the record leaves in the mode.
+fn at_end(lambda: C64, step_s: f64, samples: usize, force: Option<&[Push]>) -> (C64, C64) {
+    let one = |start: f64| {
+        let time = (samples as f64 - start) * step_s;
+        let left = (lambda * time).exp();
+        (left, left * time)
+    };
+    match force {
+        None => one(0.0),
+        Some(force) => {
+            let mut sums = (C64::default(), C64::default());
+            for push in force {
+                let (left, slope) = one(push.at);
+                sums = (sums.0 + left * push.value, sums.1 + slope * push.value);
+            }
+            sums
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use realfft::RealFftPlanner;
+
+    use super::*;
+
+    fn transform(samples: &[f64]) -> Vec<C64> {
+        let plan = RealFftPlanner::new().plan_fft_forward(samples.len());
+        let mut input = samples.to_vec();
+        let mut output = plan.make_output_vec();
+        plan.process(&mut input, &mut output).unwrap();
+        output
+    }
+
+    /// The basis against the transform of the samples themselves: a mode driven by a force of two pulses,
+    /// one of them near the end, and a free decay; both still ringing when the record ends.
+    #[test]
+    fn a_record_that_ends_early_is_described_exactly() {
+        let (step_s, samples) = (0.01, 300);
+        let pole = Pole::from_modal(40.0, 0.01);
+        let mut force = vec![0.0; samples];
+        for (at, value) in [(5, 1.0), (6, 0.4), (280, -0.7)] {
+            force[at] = value;
+        }
+        let pushes = |(at, &value): (usize, &f64)| Push { at: at as f64, value, blow: 0 };
+        let nonzero: Vec<Push> =
+            force.iter().enumerate().filter(|(_, f)| **f != 0.0).map(pushes).collect();
+        let amplitude = C64::new(0.3, -0.8);
+        let mu = (pole.lambda * step_s).exp();
+        let mut state = C64::default();
+        let driven: Vec<f64> = force
+            .iter()
+            .map(|f| {
+                state = mu * state + f;
+                2.0 * (amplitude * state).re
+            })
+            .collect();
+        let free: Vec<f64> =
+            (0..samples).map(|k| 2.0 * (amplitude * mu.powi(k as i32)).re).collect();
+        let omega: Vec<f64> = (1..samples / 2)
+            .map(|k| std::f64::consts::TAU * k as f64 / (samples as f64 * step_s))
+            .collect();
+        for (record, force, drive) in [
+            (&driven, Some(nonzero), transform(&force)[1..samples / 2].to_vec()),
+            (&free, None, Vec::new()),
+        ] {
+            let origin = Origin::Sampled { step_s, samples, force };
+            let block = Block {
+                origin,
+                omega: omega.clone(),
+                drive,
+                drive_error: Vec::new(),
+                begins_moving: false,
+                spectra: Vec::new(),
+            };
+            let of = block.contribution(pole.lambda, true);
+            for (k, measured) in transform(record)[1..samples / 2].iter().enumerate() {
+                let model = amplitude * of.value[k] + amplitude.conj() * of.conjugate_value[k];
+                assert!((model - measured).norm() < 1e-9, "line {k}: {model} {measured}");
+            }
+            // The slope against differences, in both directions of the complex plane.
+            for step in [C64::new(1e-6, 0.0), C64::new(0.0, 1e-6)] {
+                let (up, down) = (
+                    block.contribution(pole.lambda + step, true),
+                    block.contribution(pole.lambda - step, true),
+                );
+                for k in 0..omega.len() {
+                    let slope = (up.value[k] - down.value[k]) / (step * 2.0);
+                    let error = (slope - of.slope[k]).norm();
+                    assert!(error < 1e-6 * (1.0 + of.slope[k].norm()), "{slope} {}", of.slope[k]);
+                }
+            }
+        }
+    }
+}

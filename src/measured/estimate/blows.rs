@@ -1,0 +1,172 @@
+//! Blows as the arm felt them. A pulse of a few samples is more than its samples show: what lies between them
+//! makes each blow a little stronger or weaker, earlier or later than the sampled force says. With
+//! several blows in a record these differences would show as combs of false modes. So, where the residual bears
+//! it out, each blow gets a strength and an instant of its own; all modes and responses share them.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::basis::{Block, C64, Origin, Push};
+use super::fit::{Evaluation, Fit, columns_of, rows, weights};
+use super::projection::dot;
+
+/// How far the strength of a blow may reasonably be off, as a share.
+const STRENGTH: f64 = 0.3;
+
+/// How far its instant may be off, in steps.
+const INSTANT_STEPS: f64 = 0.5;
+
+/// Chance of one in a thousand that noise asks for it: −ln 10⁻³.
+const CHANCE: f64 = 7.0;
+
+/// The blocks with each blow at the strength and instant that the residual asks for; `None` where it asks for
+/// nothing beyond noise, or where blows cannot be compared.
+pub(super) fn mended(blocks: &[Block], fit: &Fit) -> Option<Vec<Block>> {
+    let mut all = blocks.to_vec();
+    let mut is_mended = false;
+    for (at, block) in all.iter_mut().enumerate() {
+        let Origin::Sampled { step_s, force: Some(force), .. } = &block.origin else { continue };
+        let blows = force.iter().map(|push| push.blow + 1).max().unwrap_or(0);
+        if blows < 2 || fit.poles.is_empty() {
+            continue;
+        }
+        let Some(changes) = changes(block, &fit.evaluation, at, fit, blows) else { continue };
+        let moved: Vec<Push> = force
+            .iter()
+            .map(|push| Push {
+                at: push.at + changes[2 * push.blow + 1].clamp(-1.0, 1.0),
+                value: push.value * (1.0 + changes[2 * push.blow].clamp(-0.9, 0.9)),
+                ..*push
+            })
+            .collect();
+        block.drive = total(&drives(block, &moved, *step_s, blows));
+        if let Origin::Sampled { force, .. } = &mut block.origin {
+            *force = Some(moved);
+        }
+        is_mended = true;
+    }
+    is_mended.then_some(all)
+}
+
+/// Change of strength, as a share, and of instant, in steps, of each blow in turn.
+fn changes(
+    block: &Block,
+    evaluation: &Evaluation,
+    at: usize,
+    fit: &Fit,
+    blows: usize,
+) -> Option<DVector<f64>> {
+    let Origin::Sampled { step_s, samples, force: Some(force) } = &block.origin else {
+        return None;
+    };
+    let (count, columns) = (2 * blows, columns_of(block, &fit.poles));
+    let drives = drives(block, force, *step_s, blows);
+    let shares = shares(block, fit, force, &drives, *step_s, *samples);
+    let mut normal = DMatrix::from_diagonal(&DVector::from_fn(count, |i, _| {
+        let expected = if i % 2 == 0 { STRENGTH } else { INSTANT_STEPS };
+        expected.powi(-2)
+    }));
+    let mut right = DVector::zeros(count);
+    for part in evaluation.parts.iter().filter(|part| part.block == at) {
+        let weights = weights(&fit.noise[at][part.response]);
+        let slopes: Vec<Vec<f64>> = (0..count)
+            .map(|i| {
+                let mut slope = vec![C64::default(); block.omega.len()];
+                for (pole, &(place, _)) in columns.iter().enumerate() {
+                    let residue = C64::new(part.factors[place], part.factors[place + 1]);
+                    let [own, conjugate] = &shares[pole][i];
+                    for (sum, (own, conjugate)) in slope.iter_mut().zip(own.iter().zip(conjugate)) {
+                        *sum += residue * own + residue.conj() * conjugate;
+                    }
+                }
+                let mut slope = rows(&slope, &weights);
+                part.projection.remove(&mut slope);
+                slope
+            })
+            .collect();
+        for i in 0..count {
+            right[i] += dot(&slopes[i], &part.residual);
+            for j in 0..=i {
+                let product = dot(&slopes[i], &slopes[j]);
+                normal[(i, j)] += product;
+                if i != j {
+                    normal[(j, i)] += product;
+                }
+            }
+        }
+    }
+    let changes = normal.cholesky()?.solve(&right);
+    let gain = changes.dot(&right);
+    let freedom = count as f64;
+    let required = freedom + 2.0 * (freedom * CHANCE).sqrt() + 2.0 * CHANCE;
+    (gain > required && changes.iter().all(|c| c.is_finite())).then_some(changes)
+}
+
+/// How a unit residue's spectrum changes with each blow's strength and instant: by pole, at λ and at its
+/// conjugate. With F_i the spectrum of blow i and E_i what it leaves in the mode at the record's end, the mode
+/// is (ΣF_i − ΣE_i)/(1 − μz⁻¹); later by τ, F_i turns by e^{−iωτ} and E_i by e^{−λτ}.
+fn shares(
+    block: &Block,
+    fit: &Fit,
+    force: &[Push],
+    drives: &[Vec<C64>],
+    step_s: f64,
+    samples: usize,
+) -> Vec<Vec<[Vec<C64>; 2]>> {
+    let of = |lambda: C64, blow: usize, is_instant: bool| -> Vec<C64> {
+        let mu = (lambda * step_s).exp();
+        let left: C64 = force
+            .iter()
+            .filter(|push| push.blow == blow)
+            .map(|push| (lambda * (samples as f64 - push.at) * step_s).exp() * push.value)
+            .sum();
+        block
+            .omega
+            .iter()
+            .zip(&drives[blow])
+            .map(|(omega, drive)| {
+                let below = 1.0 - mu * C64::from_polar(1.0, -omega * step_s);
+                let change = if is_instant {
+                    (lambda * left - C64::new(0.0, *omega) * drive) * step_s
+                } else {
+                    drive - left
+                };
+                if below.norm() < 1e-12 { C64::default() } else { change / below }
+            })
+            .collect()
+    };
+    fit.poles
+        .iter()
+        .map(|pole| {
+            (0..2 * drives.len())
+                .map(|i| {
+                    if !pole.is_driven {
+                        let nothing = vec![C64::default(); block.omega.len()];
+                        return [nothing.clone(), nothing];
+                    }
+                    [pole.lambda, pole.lambda.conj()].map(|lambda| of(lambda, i / 2, i % 2 == 1))
+                })
+                .collect()
+        })
+        .collect()
+}
+
+/// Spectrum of each blow on the block's lines, which lie evenly.
+fn drives(block: &Block, force: &[Push], step_s: f64, blows: usize) -> Vec<Vec<C64>> {
+    let first = block.omega.first().copied().unwrap_or(0.0);
+    let apart = block.omega.get(1).map_or(0.0, |second| second - first);
+    let mut drives = vec![vec![C64::default(); block.omega.len()]; blows];
+    for push in force {
+        let turn = C64::from_polar(1.0, -apart * push.at * step_s);
+        let mut now = C64::from_polar(push.value, -first * push.at * step_s);
+        for sum in &mut drives[push.blow] {
+            *sum += now;
+            now *= turn;
+        }
+    }
+    drives
+}
+
+fn total(drives: &[Vec<C64>]) -> Vec<C64> {
+    let lines = drives.first().map_or(0, Vec::len);
+    (0..lines).map(|k| drives.iter().map(|drive| drive[k]).sum()).collect()
+}

@@ -1,0 +1,345 @@
+//! Maximum likelihood for poles: the sum of squared residuals over all spectra, each line weighted by its
+//! noise, is minimised over the poles alone; for given poles the residues are linear and follow by
+//! projection (Golub & Pereyra, SIAM J. Numer. Anal. 10, 1973, with Kaufman's Jacobian, BIT 15, 1975).
+//! With circular Gaussian noise of known variance this is the estimator of Guillaume, Verboven &
+//! Vanlanduit (Frequency-domain maximum likelihood identification of modal parameters with confidence
+//! intervals, ISMA 1998); the inverse of its normal matrix is the Cramér–Rao bound, so the stated standard
+//! deviations are those of an efficient estimator.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::basis::{Block, C64, Pole};
+use super::noise;
+use super::projection::{Projection, dot};
+
+/// How far a refinement goes.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Effort {
+    /// Most steps.
+    steps: usize,
+    /// A step that lowers the sum of squares by less than this is the last, in units of a variance.
+    negligible: f64,
+}
+
+/// Enough to see which of several starts is the best.
+pub(super) const GLANCE: Effort = Effort { steps: 8, negligible: 0.1 };
+
+/// Enough to tell whether a pole earns its place.
+pub(super) const USUAL: Effort = Effort { steps: 30, negligible: 1e-3 };
+
+/// For what is reported.
+pub(super) const FULL: Effort = Effort { steps: 60, negligible: 1e-8 };
+
+/// Most rounds of weighing the lines anew.
+const ROUNDS: usize = 3;
+
+/// Variance of the complex value of every line, by block and response.
+pub(super) type Noise = Vec<Vec<Vec<f64>>>;
+
+/// The fit of one response of one block.
+#[derive(Debug, Clone)]
+pub(super) struct Part {
+    pub(super) block: usize,
+    pub(super) response: usize,
+    /// Columns of the linear problem, as they are spanned.
+    pub(super) projection: Projection,
+    /// Real factors of the columns.
+    pub(super) factors: Vec<f64>,
+    /// Derivatives of the factors by each pole's real and imaginary part.
+    pub(super) sensitivities: Vec<Vec<f64>>,
+    /// Weighted residual: real parts of all lines, then imaginary parts; unit variance.
+    pub(super) residual: Vec<f64>,
+}
+
+/// All spectra at given poles.
+#[derive(Debug, Clone)]
+pub(super) struct Evaluation {
+    pub(super) sum_of_squares: f64,
+    /// JᵀJ over real and imaginary part of each pole in turn.
+    pub(super) normal: DMatrix<f64>,
+    gradient: DVector<f64>,
+    pub(super) parts: Vec<Part>,
+}
+
+/// First column of a pole among the columns of a block, and whether a second pair follows it for the
+/// vibration from before the record.
+pub(super) fn columns_of(block: &Block, poles: &[Pole]) -> Vec<(usize, bool)> {
+    let mut next = 0;
+    poles
+        .iter()
+        .map(|pole| {
+            let is_double = pole.is_driven && block.begins_moving;
+            let first = next;
+            next += if is_double { 4 } else { 2 };
+            (first, is_double)
+        })
+        .collect()
+}
+
+/// The two real columns of one contribution, u = b + b̃ and v = i(b − b̃), so that residue x + iy gives
+/// x·u + y·v; and the derivatives of the sum x·u + y·v by both parts of the pole.
+struct Pair {
+    columns: [Vec<C64>; 2],
+    slopes: [Vec<C64>; 2],
+}
+
+impl Pair {
+    fn new(block: &Block, lambda: C64, is_driven: bool) -> Self {
+        let of = block.contribution(lambda, is_driven);
+        let sums = |a: &[C64], b: &[C64]| -> [Vec<C64>; 2] {
+            let i = C64::new(0.0, 1.0);
+            [
+                a.iter().zip(b).map(|(a, b)| a + b).collect(),
+                a.iter().zip(b).map(|(a, b)| i * (a - b)).collect(),
+            ]
+        };
+        Self {
+            columns: sums(&of.value, &of.conjugate_value),
+            slopes: sums(&of.slope, &of.conjugate_slope),
+        }
+    }
+
+    /// Change of x·u + y·v with the real part of λ, then with its imaginary part.
+    fn changes(&self, x: f64, y: f64) -> [Vec<C64>; 2] {
+        let [sum, turned] = &self.slopes;
+        let mix = |a: f64, b: f64| -> Vec<C64> {
+            sum.iter().zip(turned).map(|(s, t)| s * a + t * b).collect()
+        };
+        [mix(x, y), mix(-y, x)]
+    }
+}
+
+/// Real rows of unit variance.
+pub(super) fn rows(line: &[C64], weights: &[f64]) -> Vec<f64> {
+    let real = line.iter().zip(weights).map(|(v, w)| v.re * w);
+    real.chain(line.iter().zip(weights).map(|(v, w)| v.im * w)).collect()
+}
+
+pub(super) fn weights(variances: &[f64]) -> Vec<f64> {
+    variances.iter().map(|variance| (2.0 / variance).sqrt()).collect()
+}
+
+/// Projects every spectrum on the columns of the poles. `None` where a pole cannot be evaluated.
+pub(super) fn evaluate(blocks: &[Block], noise: &Noise, poles: &[Pole]) -> Option<Evaluation> {
+    let count = 2 * poles.len();
+    let mut normal = DMatrix::zeros(count, count);
+    let mut gradient = DVector::zeros(count);
+    let mut sum_of_squares = 0.0;
+    let mut parts = Vec::new();
+    for (at, block) in blocks.iter().enumerate() {
+        if !poles.iter().all(|pole| pole.lambda.im > 0.0 && block.admits(pole)) {
+            return None;
+        }
+        let pairs: Vec<Vec<Pair>> = poles
+            .iter()
+            .map(|pole| {
+                let mut pairs = vec![Pair::new(block, pole.lambda, pole.is_driven)];
+                if pole.is_driven && block.begins_moving {
+                    pairs.push(Pair::new(block, pole.lambda, false));
+                }
+                pairs
+            })
+            .collect();
+        let firsts = columns_of(block, poles);
+        let background = block.background();
+        for (response, spectrum) in block.spectra.iter().enumerate() {
+            let weights = weights(&noise[at][response]);
+            let mut projection = Projection::default();
+            let columns = pairs.iter().flatten().flat_map(|pair| &pair.columns);
+            columns.chain(&background).for_each(|column| projection.push(rows(column, &weights)));
+            let target = rows(spectrum, &weights);
+            let factors = projection.back(projection.shares(&target));
+            let mut residual = target;
+            projection.remove(&mut residual);
+            sum_of_squares += dot(&residual, &residual);
+            // Of each change D only what lies outside the span Q of the columns counts:
+            // JᵀJ = DᵀD − (QᵀD)ᵀ(QᵀD), and Jᵀr = Dᵀr, as the residual r lies outside of it.
+            let mut changes_of_poles: Vec<(Vec<f64>, Vec<f64>)> = Vec::with_capacity(count);
+            for (pairs, &(first, _)) in pairs.iter().zip(&firsts) {
+                let mut changes =
+                    [vec![C64::default(); spectrum.len()], vec![C64::default(); spectrum.len()]];
+                for (pair, place) in pairs.iter().zip((first..).step_by(2)) {
+                    let new = pair.changes(factors[place], factors[place + 1]);
+                    for (sum, new) in changes.iter_mut().zip(&new) {
+                        sum.iter_mut().zip(new).for_each(|(sum, new)| *sum += new);
+                    }
+                }
+                for change in &changes {
+                    let change = rows(change, &weights);
+                    let shares = projection.shares(&change);
+                    changes_of_poles.push((change, shares));
+                }
+            }
+            for (i, (change, shares)) in changes_of_poles.iter().enumerate() {
+                gradient[i] += dot(change, &residual);
+                for (j, (other, other_shares)) in changes_of_poles[..=i].iter().enumerate() {
+                    let product = dot(change, other) - dot(shares, other_shares);
+                    normal[(i, j)] += product;
+                    if i != j {
+                        normal[(j, i)] += product;
+                    }
+                }
+            }
+            let back = |shares: Vec<f64>| projection.back(shares).iter().map(|f| -f).collect();
+            let sensitivities =
+                changes_of_poles.into_iter().map(|(_, shares)| back(shares)).collect();
+            parts.push(Part { block: at, response, projection, factors, sensitivities, residual });
+        }
+    }
+    sum_of_squares.is_finite().then_some(Evaluation { sum_of_squares, normal, gradient, parts })
+}
+
+/// Poles and what they leave over.
+#[derive(Debug, Clone)]
+pub(super) struct Fit {
+    pub(super) poles: Vec<Pole>,
+    pub(super) noise: Noise,
+    pub(super) evaluation: Evaluation,
+}
+
+impl Fit {
+    /// At poles as they are.
+    pub(super) fn at(blocks: &[Block], noise: Noise, poles: Vec<Pole>) -> Option<Self> {
+        let evaluation = evaluate(blocks, &noise, &poles)?;
+        Some(Self { poles, noise, evaluation })
+    }
+
+    /// Moves the poles to the least sum of squares nearby (Levenberg–Marquardt).
+    pub(super) fn refined(mut self, blocks: &[Block], effort: Effort) -> Self {
+        let mut damping = 1e-3;
+        for _ in 0..effort.steps {
+            let Evaluation { normal, gradient, sum_of_squares, .. } = &self.evaluation;
+            let before = *sum_of_squares;
+            let mut damped = normal.clone();
+            for i in 0..damped.nrows() {
+                damped[(i, i)] *= 1.0 + damping;
+                damped[(i, i)] += f64::MIN_POSITIVE;
+            }
+            let Some(step) = damped.cholesky().map(|factor| factor.solve(gradient)) else {
+                damping *= 10.0;
+                if damping > 1e12 {
+                    break;
+                }
+                continue;
+            };
+            let moved: Vec<Pole> = self
+                .poles
+                .iter()
+                .enumerate()
+                .map(|(i, pole)| Pole {
+                    lambda: pole.lambda + C64::new(step[2 * i], step[2 * i + 1]),
+                    ..*pole
+                })
+                .collect();
+            let better = evaluate(blocks, &self.noise, &moved)
+                .filter(|evaluation| evaluation.sum_of_squares <= before);
+            match better {
+                Some(evaluation) => {
+                    let gained = before - evaluation.sum_of_squares;
+                    self.poles = moved;
+                    self.evaluation = evaluation;
+                    damping = (damping * 0.1).max(1e-12);
+                    if gained < effort.negligible {
+                        break;
+                    }
+                }
+                None => {
+                    damping *= 10.0;
+                    if damping > 1e12 {
+                        break;
+                    }
+                }
+            }
+        }
+        self
+    }
+
+    /// Powers of the residual in the unit of the spectrum, and the share of noise that the fit took up, line
+    /// by line.
+    fn left_over(&self, part: &Part) -> (Vec<f64>, Vec<f64>) {
+        let variances = &self.noise[part.block][part.response];
+        let lines = variances.len();
+        let leverages = part.projection.leverages(2 * lines);
+        (0..lines)
+            .map(|k| {
+                let (re, im) = (part.residual[k], part.residual[lines + k]);
+                let power = (re * re + im * im) * variances[k] / 2.0;
+                (power, 0.5 * (leverages[k] + leverages[lines + k]))
+            })
+            .unzip()
+    }
+
+    /// The noise as the residual shows it, by `estimate` (powers, shares taken, strongest power).
+    pub(super) fn noise_by(
+        &self,
+        blocks: &[Block],
+        estimate: impl Fn(&[f64], &[f64], f64) -> Vec<f64>,
+    ) -> Noise {
+        let mut all: Noise = blocks.iter().map(|_| Vec::new()).collect();
+        for part in &self.evaluation.parts {
+            let (powers, taken) = self.left_over(part);
+            let block = &blocks[part.block];
+            let spectrum = &block.spectra[part.response];
+            let noise = estimate(&powers, &taken, strongest(spectrum));
+            all[part.block].push(with_drive_error(block, spectrum, noise));
+        }
+        all
+    }
+
+    /// With the lines weighed by the noise that is left over, and the poles moved accordingly.
+    pub(super) fn weighed(mut self, blocks: &[Block]) -> Self {
+        for _ in 0..ROUNDS {
+            let noise = self.noise_by(blocks, noise::smooth);
+            let Some(fit) = Self::at(blocks, noise, self.poles.clone()) else { return self };
+            self = fit.refined(blocks, FULL);
+        }
+        self
+    }
+
+    /// Covariance over real and imaginary part of each pole in turn: the Cramér–Rao bound at the estimate.
+    pub(super) fn covariance(&self) -> Option<DMatrix<f64>> {
+        // Scaled, as poles of different sharpness differ by many orders.
+        let normal = &self.evaluation.normal;
+        let scale: Vec<f64> =
+            (0..normal.nrows()).map(|i| normal[(i, i)].max(f64::MIN_POSITIVE).sqrt()).collect();
+        let scaled = DMatrix::from_fn(normal.nrows(), normal.ncols(), |i, j| {
+            normal[(i, j)] / (scale[i] * scale[j])
+        });
+        let inverse = scaled.cholesky()?.inverse();
+        let covariance = DMatrix::from_fn(normal.nrows(), normal.ncols(), |i, j| {
+            inverse[(i, j)] / (scale[i] * scale[j])
+        });
+        covariance.iter().all(|v| v.is_finite()).then_some(covariance)
+    }
+}
+
+pub(super) fn strongest(spectrum: &[C64]) -> f64 {
+    spectrum.iter().fold(f64::MIN_POSITIVE, |most, v| most.max(v.norm_sqr()))
+}
+
+/// Noise of the force reaches the residual through the response: with noise in both, each line is weighed by
+/// the sum (Pintelon & Schoukens, §9.11).
+fn with_drive_error(block: &Block, spectrum: &[C64], mut noise: Vec<f64>) -> Vec<f64> {
+    for ((noise, error), value) in noise.iter_mut().zip(&block.drive_error).zip(spectrum) {
+        *noise += error * value.norm_sqr();
+    }
+    noise
+}
+
+/// The noise that the spectra themselves show between their peaks.
+pub(super) fn first_noise(blocks: &[Block]) -> Noise {
+    blocks
+        .iter()
+        .map(|block| {
+            block
+                .spectra
+                .iter()
+                .map(|spectrum| {
+                    let powers: Vec<f64> = spectrum.iter().map(C64::norm_sqr).collect();
+                    let floor = noise::floor(&powers, strongest(spectrum));
+                    with_drive_error(block, spectrum, floor)
+                })
+                .collect()
+        })
+        .collect()
+}

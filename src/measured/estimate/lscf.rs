@@ -1,0 +1,240 @@
+//! Poles of rising order by linear least squares on a common denominator in z = e^{iωT} (LSCF: Guillaume,
+//! Verboven, Vanlanduit, Van der Auweraer & Peeters, IMAC 2003), for the stabilisation diagram and as starts of
+//! the fit. Each response has its own numerator, which is eliminated; so a record with one reference has
+//! the matrix fraction of the poly-reference method. The highest coefficient is held at one: then the poles of
+//! vibrations decay, and those that only noise asks for grow (Cauberghe, Guillaume, Verboven, Vanlanduit &
+//! Parloo, Mech. Syst. Signal Process. 19, 2005) and are left out.
+
+use nalgebra::{DMatrix, DVector, Schur};
+
+use super::basis::{C64, Pole};
+
+/// Highest order of the denominator.
+const HIGHEST_ORDER: usize = 48;
+
+/// Each coefficient wants several lines.
+const LINES_PER_ORDER: usize = 5;
+
+/// Damping ratios above this are no vibration worth showing.
+const MOST_DAMPING: f64 = 0.25;
+
+/// A pole is stable where the next lower order has one within these shares of frequency and damping.
+const STABLE_FREQUENCY: f64 = 0.01;
+const STABLE_DAMPING: f64 = 0.1;
+
+/// Poles of neighbouring orders within this share of frequency count as one.
+const SAME_FREQUENCY: f64 = 0.01;
+
+/// Poles at fewer orders than this are no candidates.
+const FEWEST_ORDERS: usize = 3;
+
+/// How a pole compares with those of the next lower order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Stability {
+    /// Nothing like it.
+    New,
+    /// The frequency is the same.
+    Frequency,
+    /// Frequency and damping are the same.
+    Pole,
+}
+
+/// A point of a stabilisation diagram.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StabilisationPoint {
+    /// Order of the denominator.
+    pub order: usize,
+    /// Natural frequency, Hz.
+    pub frequency_hz: f64,
+    /// Damping ratio.
+    pub damping_ratio: f64,
+    /// Against the next lower order.
+    pub stability: Stability,
+}
+
+/// Poles of all even orders, by order.
+pub(in crate::measured) fn poles_by_order(
+    sets: &[(&[f64], &[Vec<C64>])],
+) -> Vec<(usize, Vec<Pole>)> {
+    let lines = sets.iter().map(|(omega, _)| omega.len()).min().unwrap_or(0);
+    let highest = HIGHEST_ORDER.min(lines / LINES_PER_ORDER);
+    let top = sets.iter().filter_map(|(omega, _)| omega.last()).fold(0.0_f64, |a, b| a.max(*b));
+    if highest < 2 || top <= 0.0 {
+        return Vec::new();
+    }
+    let step = std::f64::consts::PI / top;
+    let mut normal = DMatrix::zeros(highest + 1, highest + 1);
+    for (omega, spectra) in sets {
+        for spectrum in *spectra {
+            if let Some(reduced) = reduced(omega, spectrum, step, highest) {
+                normal += reduced;
+            }
+        }
+    }
+    (2..=highest)
+        .step_by(2)
+        .map(|order| (order, roots(&normal, order, step).unwrap_or_default()))
+        .collect()
+}
+
+/// Normal matrix of the denominator of one response, its numerator eliminated.
+fn reduced(omega: &[f64], spectrum: &[C64], step: f64, order: usize) -> Option<DMatrix<f64>> {
+    let mean = spectrum.iter().map(C64::norm_sqr).sum::<f64>() / spectrum.len().max(1) as f64;
+    if mean <= 0.0 || !mean.is_finite() {
+        return None;
+    }
+    let (mut ones, mut mixed, mut squares) =
+        (vec![0.0; order + 1], vec![0.0; 2 * order + 1], vec![0.0; order + 1]);
+    for (w, value) in omega.iter().zip(spectrum) {
+        let turn = C64::from_polar(1.0, -w * step);
+        let back = turn.conj().powi(order as i32);
+        let power = value.norm_sqr() / mean;
+        let scaled = value / mean.sqrt();
+        let mut z = C64::new(1.0, 0.0);
+        for d in 0..=order {
+            ones[d] += z.re;
+            squares[d] += power * z.re;
+            z *= turn;
+        }
+        let mut z = back;
+        for sum in &mut mixed {
+            *sum += (scaled * z).re;
+            z *= turn;
+        }
+    }
+    let size = order + 1;
+    // Re (z^i)* z^j H = Re H z^(j−i).
+    let r = DMatrix::from_fn(size, size, |i, j| ones[i.abs_diff(j)]);
+    let s = DMatrix::from_fn(size, size, |i, j| -mixed[order + j - i]);
+    let t = DMatrix::from_fn(size, size, |i, j| squares[i.abs_diff(j)]);
+    let solved = r.cholesky()?.solve(&s);
+    let reduced = t - s.transpose() * solved;
+    reduced.iter().all(|v| v.is_finite()).then_some(reduced)
+}
+
+/// Poles that decay, from the denominator of one order.
+fn roots(normal: &DMatrix<f64>, order: usize, step: f64) -> Option<Vec<Pole>> {
+    let matrix = normal.view((0, 0), (order, order)).into_owned();
+    let right = DVector::from_fn(order, |i, _| -normal[(i, order)]);
+    let low = matrix.lu().solve(&right)?;
+    if !low.iter().all(|v| v.is_finite()) {
+        return None;
+    }
+    let mut companion = DMatrix::zeros(order, order);
+    for i in 0..order {
+        companion[(i, order - 1)] = -low[i];
+        if i > 0 {
+            companion[(i, i - 1)] = 1.0;
+        }
+    }
+    let values = Schur::try_new(companion, 1e-12, 10_000)?.complex_eigenvalues();
+    let poles = values
+        .iter()
+        .filter(|delay| delay.norm() > 1e-12)
+        .map(|delay| Pole::new(-delay.ln() / step))
+        .filter(|pole| {
+            let nyquist = std::f64::consts::PI / step;
+            let ratio = pole.ratio();
+            pole.lambda.im > 0.0
+                && pole.lambda.im < 0.999 * nyquist
+                && ratio > 0.0
+                && ratio < MOST_DAMPING
+        });
+    Some(poles.collect())
+}
+
+/// The poles of all orders, each against those of the order before it.
+pub(in crate::measured) fn stabilisation(
+    by_order: &[(usize, Vec<Pole>)],
+) -> Vec<StabilisationPoint> {
+    let mut points = Vec::new();
+    for (at, (order, poles)) in by_order.iter().enumerate() {
+        let before: &[Pole] = at.checked_sub(1).map_or(&[], |before| &by_order[before].1);
+        for pole in poles {
+            let is_near = |old: &&Pole| (old.omega() / pole.omega() - 1.0).abs() < STABLE_FREQUENCY;
+            let stability = if before
+                .iter()
+                .filter(is_near)
+                .any(|old| (old.ratio() / pole.ratio() - 1.0).abs() < STABLE_DAMPING)
+            {
+                Stability::Pole
+            } else if before.iter().any(|old| is_near(&old)) {
+                Stability::Frequency
+            } else {
+                Stability::New
+            };
+            points.push(StabilisationPoint {
+                order: *order,
+                frequency_hz: crate::units::hz_from_rad_per_s(pole.omega()),
+                damping_ratio: pole.ratio(),
+                stability,
+            });
+        }
+    }
+    points
+}
+
+/// One pole for each column of a stabilisation diagram: the median of those that keep their frequency.
+pub(in crate::measured) fn candidates(points: &[StabilisationPoint]) -> Vec<Pole> {
+    let mut steady: Vec<&StabilisationPoint> =
+        points.iter().filter(|point| point.stability >= Stability::Frequency).collect();
+    steady.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
+    let mut found = Vec::new();
+    let mut from = 0;
+    for to in 1..=steady.len() {
+        let breaks = to == steady.len()
+            || steady[to].frequency_hz > steady[to - 1].frequency_hz * (1.0 + 0.2 * SAME_FREQUENCY)
+            || steady[to].frequency_hz > steady[from].frequency_hz * (1.0 + 2.0 * SAME_FREQUENCY);
+        if breaks {
+            let group = &steady[from..to];
+            if group.len() >= FEWEST_ORDERS {
+                let mut dampings: Vec<f64> = group.iter().map(|p| p.damping_ratio).collect();
+                dampings.sort_by(f64::total_cmp);
+                let omega = crate::units::rad_per_s_from_hz(group[group.len() / 2].frequency_hz);
+                found.push(Pole::from_modal(omega, dampings[dampings.len() / 2]));
+            }
+            from = to;
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Three modes, two of them 3 % apart, without noise: all orders from 12 on hold them.
+    #[test]
+    fn poles_of_an_exact_response_are_found_at_every_order() {
+        let truth = [
+            Pole::from_modal(130.0, 0.01),
+            Pole::from_modal(133.9, 0.015),
+            Pole::from_modal(300.0, 0.02),
+        ];
+        let omega: Vec<f64> = (1..350).map(|k| f64::from(k) * 1.2566).collect();
+        let spectrum: Vec<C64> = omega
+            .iter()
+            .map(|w| {
+                let one = |p: &Pole| {
+                    (C64::new(0.0, *w) - p.lambda).inv()
+                        + (C64::new(0.0, *w) - p.lambda.conj()).inv()
+                };
+                truth.iter().map(one).sum()
+            })
+            .collect();
+        let by_order = poles_by_order(&[(&omega, &[spectrum])]);
+        for (order, poles) in by_order.iter().filter(|(order, _)| (16..=40).contains(order)) {
+            for pole in &truth {
+                let error = poles
+                    .iter()
+                    .map(|found| (found.lambda - pole.lambda).norm() / pole.omega())
+                    .fold(f64::INFINITY, f64::min);
+                assert!(error < 1e-3, "order {order}: {error}");
+            }
+        }
+        let found = candidates(&stabilisation(&by_order));
+        assert!(
+            truth.iter().all(|p| found.iter().any(|f| (f.omega() / p.omega() - 1.0).abs() < 1e-3))
+        );
+    }
+}

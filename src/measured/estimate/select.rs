@@ -1,0 +1,228 @@
+//! How many modes there are: poles are added one at a time while each lowers the sum of squares by more
+//! than noise could, all poles being refined together after each. Starts come from the stabilisation diagram,
+//! from peaks of the residual, and from splitting a pole in two, which is what shows a close pair.
+
+use super::basis::{Block, Origin, Pole};
+use super::blows;
+use super::fit::{Fit, GLANCE, USUAL, first_noise, rows, weights};
+use super::noise;
+use super::projection::{Projection, dot};
+
+/// Chance with which noise alone adds a pole to a record.
+const FALSE_ALARM: f64 = 1e-3;
+
+/// Nobody has more modes in one band.
+pub(super) const MOST_POLES: usize = 24;
+
+/// More tones than this are something else that the model does not explain.
+const MOST_TONES: usize = 4;
+
+/// Starts that are refined before the best is chosen.
+const TRIALS: usize = 4;
+
+/// What gains less than this share of what it must gain, at a glance, is not looked at further.
+const PROMISING: f64 = 0.4;
+
+/// Damping ratios that are tried at a peak of the residual.
+const TRIED_DAMPING: [f64; 3] = [0.003, 0.015, 0.05];
+
+/// Damping of a steady tone as it is tried, and the most that it may have.
+const LINE_DAMPING: f64 = 1e-5;
+const MOST_LINE_DAMPING: f64 = 1e-3;
+
+/// Peaks of the residual that are tried.
+const PEAKS: usize = 4;
+
+/// The poles that the spectra bear out, and the fit at them.
+pub(super) fn select(blocks: &mut [Block], starts: &[Pole]) -> Option<Fit> {
+    let mut fit = Fit::at(blocks, first_noise(blocks), Vec::new())?;
+    while fit.poles.len() < MOST_POLES {
+        let floor = fit.noise_by(blocks, |powers, _, strongest| noise::floor(powers, strongest));
+        // What was noise at first may be the skirt of a mode: the poles move with the weights.
+        fit = Fit::at(blocks, floor, fit.poles.clone())?.refined(blocks, USUAL);
+        if let Some(mended) = blows::mended(blocks, &fit) {
+            blocks.clone_from_slice(&mended);
+            fit = Fit::at(blocks, fit.noise, fit.poles)?.refined(blocks, USUAL);
+        }
+        // A tone is looked for where no mode explains what is left: the comb that several hits make of a
+        // mode would pass for tones otherwise.
+        match grown(blocks, &fit, driven(&fit, starts, blocks))
+            .or_else(|| grown(blocks, &fit, tones(blocks, &fit)))
+        {
+            Some(larger) => fit = larger,
+            None => break,
+        }
+    }
+    pruned(blocks, fit)
+}
+
+/// Where a further mode may be: columns of the stabilisation diagram, peaks of the residual, and either side
+/// of each pole.
+fn driven(fit: &Fit, starts: &[Pole], blocks: &[Block]) -> Vec<Pole> {
+    let mut candidates = starts.to_vec();
+    for omega in residual_peaks(blocks, fit) {
+        candidates.extend(TRIED_DAMPING.map(|ratio| Pole::from_modal(omega, ratio)));
+    }
+    for pole in fit.poles.iter().filter(|pole| pole.is_driven) {
+        let apart = pole.ratio().abs().clamp(0.003, 0.1);
+        for factor in [1.0 - apart, 1.0 + apart] {
+            candidates.push(Pole::from_modal(pole.omega() * factor, apart));
+        }
+    }
+    candidates
+}
+
+/// Where a steady tone may be that no force explains, such as a line of the mains.
+fn tones(blocks: &[Block], fit: &Fit) -> Vec<Pole> {
+    let is_forced = |block: &Block| matches!(block.origin, Origin::Sampled { force: Some(_), .. });
+    let found = fit.poles.iter().filter(|pole| !pole.is_driven).count();
+    if !blocks.iter().any(is_forced) || found >= MOST_TONES {
+        return Vec::new();
+    }
+    let tone = |omega| Pole { is_driven: false, ..Pole::from_modal(omega, LINE_DAMPING) };
+    residual_peaks(blocks, fit).into_iter().map(tone).collect()
+}
+
+/// With one more pole, if one of the candidates earns its place.
+fn grown(blocks: &[Block], fit: &Fit, mut candidates: Vec<Pole>) -> Option<Fit> {
+    candidates.retain(|pole| in_band(blocks, pole));
+    let mut ranked: Vec<(f64, Pole)> =
+        candidates.into_iter().map(|pole| (linear_gain(blocks, fit, &pole), pole)).collect();
+    ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let before = fit.evaluation.sum_of_squares;
+    let mut best: Option<Fit> = None;
+    for (_, pole) in distinct(ranked).into_iter().take(TRIALS) {
+        let mut poles = fit.poles.clone();
+        poles.push(pole);
+        let Some(trial) = Fit::at(blocks, fit.noise.clone(), poles) else { continue };
+        let trial = trial.refined(blocks, GLANCE);
+        // What the force does not drive and yet decays is a mode that was mistaken.
+        let is_mistaken =
+            trial.poles.iter().any(|p| !p.is_driven && p.ratio().abs() > MOST_LINE_DAMPING);
+        let is_better = best
+            .as_ref()
+            .is_none_or(|best| trial.evaluation.sum_of_squares < best.evaluation.sum_of_squares);
+        if is_better && !is_mistaken {
+            best = Some(trial);
+        }
+    }
+    let required = required_gain(blocks);
+    let gain = |fit: &Fit| before - fit.evaluation.sum_of_squares;
+    let promising = best.filter(|best| gain(best) > PROMISING * required)?;
+    let best = promising.refined(blocks, USUAL);
+    (gain(&best) > required).then_some(best)
+}
+
+fn distinct(ranked: Vec<(f64, Pole)>) -> Vec<(f64, Pole)> {
+    let mut kept: Vec<(f64, Pole)> = Vec::new();
+    for (gain, pole) in ranked {
+        let is_new = kept.iter().all(|(_, old)| {
+            (old.lambda - pole.lambda).norm() > 0.3 * pole.lambda.re.abs().max(1e-3 * pole.omega())
+        });
+        if is_new && gain.is_finite() {
+            kept.push((gain, pole));
+        }
+    }
+    kept
+}
+
+pub(super) fn in_band(blocks: &[Block], pole: &Pole) -> bool {
+    blocks.iter().any(|block| {
+        let low = block.omega.first().copied().unwrap_or(f64::INFINITY);
+        pole.omega() >= low && pole.lambda.im <= block.highest() && pole.ratio() < 0.5
+    })
+}
+
+/// What the sum of squares must fall by: noise alone gives a chi-squared gain of as many degrees of freedom as
+/// the pole has parameters, at each place of the band (tail bound of Laurent & Massart, Ann. Statist. 28,
+/// 2000, Lemma 1).
+fn required_gain(blocks: &[Block]) -> f64 {
+    let responses: usize = blocks
+        .iter()
+        .map(|block| block.spectra.len() * if block.begins_moving { 2 } else { 1 })
+        .sum();
+    let lines = blocks.iter().map(|block| block.omega.len()).max().unwrap_or(1);
+    let freedom = (2 + 2 * responses) as f64;
+    let chance = (lines as f64 / FALSE_ALARM).ln();
+    freedom + 2.0 * (freedom * chance).sqrt() + 2.0 * chance
+}
+
+/// How much a pole lowers the sum of squares with all others held.
+fn linear_gain(blocks: &[Block], fit: &Fit, pole: &Pole) -> f64 {
+    if !blocks.iter().all(|block| block.admits(pole)) {
+        return f64::NEG_INFINITY;
+    }
+    let pairs: Vec<_> =
+        blocks.iter().map(|b| b.contribution(pole.lambda, pole.is_driven)).collect();
+    let mut gain = 0.0;
+    for part in &fit.evaluation.parts {
+        let of = &pairs[part.block];
+        let weights = weights(&fit.noise[part.block][part.response]);
+        let i = nalgebra::Complex::new(0.0, 1.0);
+        let both = of.value.iter().zip(&of.conjugate_value);
+        let u: Vec<_> = both.clone().map(|(a, b)| a + b).collect();
+        let v: Vec<_> = both.map(|(a, b)| i * (a - b)).collect();
+        let mut own = Projection::default();
+        for column in [u, v] {
+            let mut column = rows(&column, &weights);
+            let before = dot(&column, &column);
+            part.projection.remove(&mut column);
+            // A pole on top of another one adds nothing.
+            if dot(&column, &column) > 1e-12 * before {
+                own.push(column);
+            }
+        }
+        let mut left = part.residual.clone();
+        own.remove(&mut left);
+        gain += dot(&part.residual, &part.residual) - dot(&left, &left);
+    }
+    gain
+}
+
+/// The highest peaks of the weighted residual, rad/s.
+fn residual_peaks(blocks: &[Block], fit: &Fit) -> Vec<f64> {
+    let mut found = Vec::new();
+    for (at, block) in blocks.iter().enumerate() {
+        let lines = block.omega.len();
+        let mut power = vec![0.0; lines];
+        for part in fit.evaluation.parts.iter().filter(|part| part.block == at) {
+            for (k, sum) in power.iter_mut().enumerate() {
+                *sum += part.residual[k].powi(2) + part.residual[lines + k].powi(2);
+            }
+        }
+        let mut peaks: Vec<usize> = (0..lines)
+            .filter(|&k| {
+                (k == 0 || power[k] >= power[k - 1]) && (k + 1 == lines || power[k] > power[k + 1])
+            })
+            .collect();
+        peaks.sort_by(|&a, &b| power[b].total_cmp(&power[a]));
+        found.extend(peaks.iter().take(PEAKS).map(|&k| block.omega[k]));
+    }
+    found
+}
+
+/// Without the poles that others have made needless.
+fn pruned(blocks: &[Block], mut fit: Fit) -> Option<Fit> {
+    let required = required_gain(blocks);
+    loop {
+        let mut least: Option<(f64, Fit)> = None;
+        for leave in 0..fit.poles.len() {
+            let mut poles = fit.poles.clone();
+            poles.remove(leave);
+            let without = Fit::at(blocks, fit.noise.clone(), poles)?;
+            // Only what may be needless is refined.
+            if without.evaluation.sum_of_squares - fit.evaluation.sum_of_squares > 20.0 * required {
+                continue;
+            }
+            let without = without.refined(blocks, USUAL);
+            let loss = without.evaluation.sum_of_squares - fit.evaluation.sum_of_squares;
+            if least.as_ref().is_none_or(|(smallest, _)| loss < *smallest) {
+                least = Some((loss, without));
+            }
+        }
+        match least {
+            Some((loss, without)) if loss < required => fit = without,
+            _ => return Some(fit),
+        }
+    }
+}

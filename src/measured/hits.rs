@@ -1,0 +1,230 @@
+//! Hits of a hammer: in the force where it was measured, in the responses where it was not.
+
+/// Parts of the force below this share of the highest are no hit.
+const HIT_SHARE: f64 = 0.1;
+
+/// The foot of a hit is where the force has fallen to this share of the hit's own peak.
+const FOOT_SHARE: f64 = 0.02;
+
+/// What stands out of the noise by this many of its deviations is a signal.
+const OUT_OF_NOISE: f64 = 6.0;
+
+/// Pulses closer than this come from one blow that bounced, s.
+const BOUNCE_S: f64 = 0.25;
+
+/// A force that is this loud for more than this share of the time is no hammer.
+const HAMMER_SHARE: f64 = 0.1;
+
+/// How long responses are compared before and after a hit, s.
+const COMPARED_S: f64 = 0.3;
+
+/// A hit raises the responses by this factor at least. The beats of two modes raise them less: they pass
+/// through zero on a straight line.
+const RISE: f64 = 4.0;
+
+/// A record whose first moments reach this share of its loudest begins in a decay.
+const BEGINS_LOUD: f64 = 0.3;
+
+/// A hit makes at least this share of the loudest response of the record.
+const LOUD_SHARE: f64 = 0.1;
+
+/// A soft tip is in touch for no longer than this, s.
+const CONTACT_S: f64 = 0.02;
+
+/// A median absolute deviation of Gaussian noise times this is its standard deviation.
+const DEVIATION_PER_MEDIAN: f64 = 1.4826;
+
+/// One blow.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Hit {
+    /// First sample of its first pulse.
+    pub(super) first: usize,
+    /// One past the last sample of its last pulse.
+    pub(super) end: usize,
+    /// Pulses: more than one if the hammer bounced.
+    pub(super) pulses: usize,
+}
+
+pub(super) fn median(values: &[f64]) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
+}
+
+/// Standard deviation of Gaussian noise about zero, whatever stands out of it.
+pub(super) fn deviation(noise: &[f64]) -> f64 {
+    DEVIATION_PER_MEDIAN * median(&noise.iter().map(|f| f.abs()).collect::<Vec<_>>())
+}
+
+/// The hits in a force without offset; empty for an excitation that goes on all the time.
+pub(super) fn hits_in_force(force: &[f64], sample_rate_hz: f64) -> Vec<Hit> {
+    let size: Vec<f64> = force.iter().map(|f| f.abs()).collect();
+    let highest = size.iter().fold(0.0_f64, |a, &b| a.max(b));
+    let noise = deviation(force);
+    let loud = size.iter().filter(|f| **f > HIT_SHARE * highest).count();
+    if highest <= 0.0 || loud as f64 > HAMMER_SHARE * force.len() as f64 {
+        return Vec::new();
+    }
+    let threshold = (HIT_SHARE * highest).max(OUT_OF_NOISE * noise);
+    let mut pulses: Vec<(usize, usize)> = Vec::new();
+    let mut at = 0;
+    while at < size.len() {
+        if size[at] <= threshold {
+            at += 1;
+            continue;
+        }
+        let above = size[at..].iter().take_while(|f| **f > threshold).count();
+        let peak = size[at..at + above].iter().fold(0.0_f64, |a, &b| a.max(b));
+        let foot = (FOOT_SHARE * peak).max(3.0 * noise);
+        let before = size[..at].iter().rev().take_while(|f| **f > foot).count();
+        let after = size[at + above..].iter().take_while(|f| **f > foot).count();
+        let (first, end) = (at - before, at + above + after);
+        match pulses.last_mut() {
+            Some(last) if first <= last.1 => last.1 = last.1.max(end),
+            _ => pulses.push((first, end)),
+        }
+        at = end.max(at + above);
+    }
+    let bounce = BOUNCE_S * sample_rate_hz;
+    let mut hits: Vec<Hit> = Vec::new();
+    for (first, end) in pulses {
+        match hits.last_mut() {
+            Some(hit) if (first - hit.first) as f64 <= bounce => {
+                hit.end = end;
+                hit.pulses += 1;
+            }
+            _ => hits.push(Hit { first, end, pulses: 1 }),
+        }
+    }
+    hits
+}
+
+/// A stretch of free decay.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Decay {
+    /// First sample after the hammer has left.
+    pub(super) from: usize,
+    /// One past the last sample.
+    pub(super) to: usize,
+}
+
+/// The decays between the hits that the responses show. Each response counts by its own loudest sample;
+/// offsets are taken off before.
+pub(super) fn decays(responses: &[&[f64]], sample_rate_hz: f64) -> Vec<Decay> {
+    let samples = responses.first().map_or(0, |response| response.len());
+    let mut level = vec![0.0_f64; samples];
+    for response in responses {
+        let loudest = response.iter().fold(0.0_f64, |a, &b| a.max(b.abs()));
+        if loudest > 0.0 {
+            level.iter_mut().zip(*response).for_each(|(l, r)| *l = l.max(r.abs() / loudest));
+        }
+    }
+    let compared = ((COMPARED_S * sample_rate_hz).round() as usize).max(4);
+    let guard = ((CONTACT_S * sample_rate_hz).ceil() as usize).max(2);
+    let ahead = sliding_maximum(&level, compared);
+    // Loudest of the samples before k.
+    let behind = |k: usize| if k >= compared { ahead[k - compared] } else { maximum(&level[..k]) };
+    let mut starts = Vec::new();
+    let mut k = 0;
+    if samples > 0 && ahead[0] > BEGINS_LOUD {
+        // Either the record begins in a decay or the hit comes within the first moments.
+        let within = compared.min(samples);
+        let onset = (1..within).find(|&k| {
+            k >= 4 && level[k] > BEGINS_LOUD * ahead[0] && RISE * maximum(&level[..k]) < level[k]
+        });
+        starts.push(onset.map_or(0, |onset| onset + guard));
+        k = onset.unwrap_or(0) + compared;
+    }
+    while k < samples {
+        if ahead[k] > LOUD_SHARE && ahead[k] > RISE * behind(k) {
+            let rest = behind(k);
+            let onset = (k..samples.min(k + compared))
+                .find(|&i| level[i] > (2.0 * rest).max(0.25 * ahead[k]))
+                .unwrap_or(k);
+            starts.push(onset + guard);
+            k = onset + compared;
+        } else {
+            k += 1;
+        }
+    }
+    let ends = starts.iter().skip(1).map(|next| next - guard.min(*next)).chain([samples]);
+    starts
+        .iter()
+        .zip(ends)
+        .filter(|(from, to)| **from < *to)
+        .map(|(&from, to)| Decay { from, to })
+        .collect()
+}
+
+fn maximum(values: &[f64]) -> f64 {
+    values.iter().fold(0.0_f64, |a, &b| a.max(b))
+}
+
+/// Loudest of `width` samples from each on.
+fn sliding_maximum(values: &[f64], width: usize) -> Vec<f64> {
+    let mut candidates = std::collections::VecDeque::new();
+    let mut maxima = vec![0.0; values.len()];
+    for k in (0..values.len()).rev() {
+        while candidates.back().is_some_and(|&last: &usize| values[last] <= values[k]) {
+            candidates.pop_back();
+        }
+        candidates.push_back(k);
+        while candidates.front().is_some_and(|&first| first >= k + width) {
+            candidates.pop_front();
+        }
+        maxima[k] = candidates.front().map_or(0.0, |&first| values[first]);
+    }
+    maxima
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pulse(force: &mut [f64], at: usize, height: f64) {
+        for (offset, share) in [0.5, 1.0, 0.5].into_iter().enumerate() {
+            force[at + offset] += share * height;
+        }
+    }
+
+    #[test]
+    fn hits_and_bounces_are_told_apart() {
+        let mut force = vec![0.0; 4000];
+        for (at, height) in [(300, 10.0), (1500, 8.0), (1600, 3.0), (2800, 9.0)] {
+            pulse(&mut force, at, height);
+        }
+        let hits = hits_in_force(&force, 1000.0);
+        assert_eq!(
+            hits.iter().map(|h| (h.first, h.end, h.pulses)).collect::<Vec<_>>(),
+            [(300, 303, 1), (1500, 1603, 2), (2800, 2803, 1)]
+        );
+        let steady: Vec<f64> = (0..4000).map(|k| (f64::from(k) * 0.37).sin()).collect();
+        assert!(hits_in_force(&steady, 1000.0).is_empty());
+        assert!(hits_in_force(&[], 1000.0).is_empty() && hits_in_force(&[0.0; 9], 1.0).is_empty());
+    }
+
+    #[test]
+    fn decays_begin_after_each_hit_and_beats_are_no_hits() {
+        let rate = 140.0;
+        let decay = |k: usize, f: f64, rate_of_decay: f64| {
+            let t = k as f64 / rate;
+            (-rate_of_decay * t).exp() * (std::f64::consts::TAU * f * t).sin()
+        };
+        let mut record = vec![0.0; 2100];
+        for start in [70, 770, 1470] {
+            for (k, sample) in record.iter_mut().enumerate().skip(start) {
+                *sample += decay(k - start, 23.0, 2.0);
+            }
+        }
+        let found = decays(&[&record], rate);
+        assert_eq!(found.len(), 3, "{found:?}");
+        for (decay, start) in found.iter().zip([70, 770, 1470]) {
+            assert!((start + 2..start + 8).contains(&decay.from), "{found:?}");
+        }
+        // Two equal modes 3 % apart, lightly damped, from the first sample on.
+        let beats: Vec<f64> =
+            (0..1400).map(|k| decay(k, 25.0, 0.3) + decay(k, 25.75, 0.3)).collect();
+        assert_eq!(decays(&[&beats], rate), [Decay { from: 0, to: 1400 }]);
+        assert!(decays(&[&[]], rate).is_empty() && decays(&[], rate).is_empty());
+    }
+}

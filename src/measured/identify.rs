@@ -1,0 +1,360 @@
+//! One record → its modes: frequencies, damping, shapes and scaling with standard deviations, and what
+//! must be known about them.
+
+use super::estimate::lscf::{StabilisationPoint, candidates, poles_by_order, stabilisation};
+use super::estimate::{C64, Estimate, Pole, PoleEstimate, estimate};
+use super::links::{LinkRotation, rotations};
+use super::notice::{Notice, NoticeKind, Notices};
+use super::prepare::{Kind, Prepared, Response, lines_hz, prepare};
+use super::record::Record;
+use super::spectra::Averaged;
+use super::suspicions;
+use crate::units::hz_from_rad_per_s;
+
+/// Damping ratios above this are no mode of an arm.
+const MOST_DAMPING: f64 = 0.3;
+
+/// A mode whose frequency is no better known than this share is not reported.
+const LEAST_CERTAINTY: f64 = 0.03;
+
+/// A mode weaker than this share of the strongest line of every response is the model's own error.
+const LEAST_PROMINENCE: f64 = 1e-3;
+
+/// Below this share, what could not be settled is not told either.
+const LEAST_TOLD: f64 = 0.02;
+
+/// One part of a mode shape.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ShapePart {
+    /// Name of the response.
+    pub response: String,
+    /// Displacement against the largest part of the shape, which is 1 (responses of unknown quantity: as
+    /// they were read).
+    pub value: C64,
+    /// Standard deviation of its real and imaginary part.
+    pub std: f64,
+    /// Where a force was measured: φ_response·φ_reference of the receptance Σ φφ/(ω_r² − ω² + 2iζω_rω), 1/kg
+    /// (where a quantity is not known: in the response's unit over N).
+    pub modal_constant: Option<C64>,
+    /// Mass-normalised shape where the response at the driving point is known, 1/√kg.
+    pub mass_normalised: Option<C64>,
+}
+
+/// A mode as one record shows it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mode {
+    /// Natural frequency |λ|/2π, Hz.
+    pub frequency_hz: f64,
+    /// Standard deviation, Hz.
+    pub frequency_std_hz: f64,
+    /// Damping ratio.
+    pub damping_ratio: f64,
+    /// Standard deviation.
+    pub damping_std: f64,
+    /// One part a response.
+    pub shape: Vec<ShapePart>,
+    /// Free decays: displacement amplitude of the shape's largest part when the strongest decay begins, m (or the
+    /// channel's unit).
+    pub amplitude: Option<f64>,
+    /// Lowest coherence of all responses that take part, where several hits or stretches were averaged.
+    pub coherence: Option<f64>,
+    /// Share of the orders of the stabilisation diagram that have this pole.
+    pub support: f64,
+    /// Rotation of each link with marked points.
+    pub links: Vec<LinkRotation>,
+    /// What else it may be: such a mode is not written to the table of modes.
+    pub suspicion: Option<NoticeKind>,
+}
+
+/// Spectrum and fit of one response.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FittedSpectrum {
+    /// Name of the response.
+    pub response: String,
+    /// Lines, Hz.
+    pub frequencies_hz: Vec<f64>,
+    /// Magnitude of the spectrum (free decays: of the first decay).
+    pub measured: Vec<f64>,
+    /// Magnitude of the fit.
+    pub fitted: Vec<f64>,
+}
+
+/// All that one record gives.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Identified {
+    /// The record's name.
+    pub record: String,
+    /// How the arm was excited.
+    pub kind: Kind,
+    /// By ascending frequency.
+    pub modes: Vec<Mode>,
+    /// What must be known.
+    pub notices: Vec<Notice>,
+    /// For the plot.
+    pub spectra: Vec<FittedSpectrum>,
+    /// For the plot.
+    pub stabilisation: Vec<StabilisationPoint>,
+    /// Averaged frequency responses of records with force.
+    pub averaged: Option<Averaged>,
+}
+
+/// Finds the modes of a record. Nothing found is a notice, never an error.
+pub fn identify_record(record: &Record, band_hz: Option<[f64; 2]>, mains_hz: &[f64]) -> Identified {
+    let mut notices = Notices::about(&record.name);
+    let mut identified = Identified {
+        record: record.name.clone(),
+        kind: Kind::FreeDecay,
+        modes: Vec::new(),
+        notices: Vec::new(),
+        spectra: Vec::new(),
+        stabilisation: Vec::new(),
+        averaged: None,
+    };
+    let Some(mut prepared) = prepare(record, band_hz, &mut notices) else {
+        identified.notices = notices.list;
+        return identified;
+    };
+    let sets: Vec<(&[f64], &[Vec<C64>])> = prepared
+        .starts_from
+        .iter()
+        .map(|(omega, spectra)| (omega.as_slice(), spectra.as_slice()))
+        .collect();
+    let by_order: Vec<(usize, Vec<Pole>)> = poles_by_order(&sets)
+        .into_iter()
+        .map(|(order, poles)| {
+            let unwindowed =
+                |pole: Pole| Pole { lambda: pole.lambda + prepared.window_decay, ..pole };
+            (order, poles.into_iter().map(unwindowed).filter(|pole| pole.lambda.re < 0.0).collect())
+        })
+        .collect();
+    identified.stabilisation = stabilisation(&by_order);
+    identified.kind = prepared.kind;
+    let starts = candidates(&identified.stabilisation);
+    let Some(found) = estimate(&mut prepared.blocks, &starts) else {
+        let what =
+            "the spectra could not be fitted; give band_hz, or look at the record".to_owned();
+        notices.add(NoticeKind::NoModes, None, what);
+        identified.notices = notices.list;
+        return identified;
+    };
+    if found.begins_moving && prepared.kind == Kind::Hammer {
+        let what = "the arm was still moving when the record began, which was taken into account; wait longer \
+                    before the first hit";
+        notices.add(NoticeKind::Remark, None, what.to_owned());
+    }
+    identified.spectra = spectra(&prepared, &found);
+    let orders = by_order.len();
+    for pole in &found.poles {
+        if !pole.pole.is_driven {
+            let hz = hz_from_rad_per_s(pole.pole.omega());
+            let what = format!(
+                "a steady tone at {hz:.3} Hz that the force does not cause was fitted and left out"
+            );
+            notices.add(NoticeKind::Tone, None, what);
+            continue;
+        }
+        if !is_settled(pole, &mut notices) {
+            continue;
+        }
+        let mut mode = mode(record, &prepared, pole);
+        mode.support = support(&mode, &identified.stabilisation, orders);
+        identified.modes.push(mode);
+    }
+    if identified.modes.is_empty() {
+        let what = "no mode stands out of the noise; hit harder, or come nearer to the arm's end"
+            .to_owned();
+        notices.add(NoticeKind::NoModes, None, what);
+    }
+    suspicions::tell(record, &prepared, mains_hz, &mut identified.modes, &mut notices);
+    identified.averaged = prepared.averaged;
+    identified.notices = notices.list;
+    identified
+}
+
+/// Whether a pole is a mode that can be reported; tells if it was near.
+fn is_settled(pole: &PoleEstimate, notices: &mut Notices) -> bool {
+    let (omega, ratio) = (pole.pole.omega(), pole.pole.ratio());
+    if pole.prominence < LEAST_PROMINENCE || ratio > MOST_DAMPING {
+        return false;
+    }
+    let is_decaying = ratio > -2.0 * pole.ratio_std;
+    if pole.omega_std > LEAST_CERTAINTY * omega || !is_decaying {
+        if pole.prominence < LEAST_TOLD {
+            return false;
+        }
+        let what = format!(
+            "something near {:.2} ± {:.2} Hz with damping ratio {ratio:.4} ± {:.4} was fitted and is not reported: \
+             it is not certain enough to be a mode",
+            hz_from_rad_per_s(omega),
+            hz_from_rad_per_s(pole.omega_std),
+            pole.ratio_std
+        );
+        notices.add(NoticeKind::Unsettled, None, what);
+        return false;
+    }
+    true
+}
+
+/// Share of the orders that have a steady pole near the mode.
+fn support(mode: &Mode, points: &[StabilisationPoint], orders: usize) -> f64 {
+    const NEAR: f64 = 0.01;
+    let mut having: Vec<usize> = points
+        .iter()
+        .filter(|point| (point.frequency_hz / mode.frequency_hz - 1.0).abs() < NEAR)
+        .map(|point| point.order)
+        .collect();
+    having.dedup();
+    having.len() as f64 / orders.max(1) as f64
+}
+
+fn spectra(prepared: &Prepared, found: &Estimate) -> Vec<FittedSpectrum> {
+    let Some(block) = prepared.blocks.first() else { return Vec::new() };
+    let scale = |k: usize| match block.drive.get(k) {
+        // Over the force, as a frequency response.
+        Some(drive) => drive.norm().max(f64::MIN_POSITIVE).recip(),
+        None => 1.0,
+    };
+    let sizes =
+        |values: &[C64]| values.iter().enumerate().map(|(k, v)| v.norm() * scale(k)).collect();
+    prepared
+        .responses
+        .iter()
+        .zip(block.spectra.iter().zip(&found.fitted[0]))
+        .map(|(response, (measured, fitted))| FittedSpectrum {
+            response: response.name.clone(),
+            frequencies_hz: lines_hz(block),
+            measured: sizes(measured),
+            fitted: sizes(fitted),
+        })
+        .collect()
+}
+
+/// Displacement amplitude of a residue: differentiation multiplies it by λ.
+fn displacement(response: &Response, residue: C64, lambda: C64) -> C64 {
+    residue / lambda.powi(response.quantity.derivatives().unwrap_or(0))
+}
+
+fn mode(record: &Record, prepared: &Prepared, pole: &PoleEstimate) -> Mode {
+    let lambda = pole.pole.lambda;
+    let count = prepared.responses.len();
+    // Displacements with deviations, by block and response.
+    let moves: Vec<Vec<(C64, f64)>> = pole
+        .residues
+        .iter()
+        .map(|block| {
+            (0..count)
+                .map(|i| {
+                    let value = displacement(&prepared.responses[i], block[i].value, lambda);
+                    let scale = value.norm() / block[i].value.norm().max(f64::MIN_POSITIVE);
+                    (value, scale * block[i].variance.sqrt())
+                })
+                .collect()
+        })
+        .collect();
+    let (shape, reference) = common_shape(&moves, count);
+    let strongest = moves.iter().map(|block| block[reference].0.norm()).fold(0.0, f64::max);
+    let constants: Option<Vec<C64>> = scaled(prepared).map(|per_step| {
+        moves[0]
+            .iter()
+            .map(|(value, _)| value * C64::new(0.0, 2.0 * lambda.im * per_step))
+            .collect()
+    });
+    let driving = constants.as_ref().and_then(|constants| {
+        let name = record.driving_point.as_ref()?;
+        let at = prepared.responses.iter().position(|response| response.name == *name)?;
+        // The driving point's constant is a square, so positive but for noise.
+        (constants[at].re > 0.0).then(|| constants[at].sqrt())
+    });
+    let parts = (0..count).map(|i| ShapePart {
+        response: prepared.responses[i].name.clone(),
+        value: shape[i].0,
+        std: shape[i].1,
+        modal_constant: constants.as_ref().map(|constants| constants[i]),
+        mass_normalised: driving.and_then(|driving| Some(constants.as_ref()?[i] / driving)),
+    });
+    let amplitude = (prepared.kind == Kind::FreeDecay).then_some(2.0 * strongest);
+    let parts: Vec<ShapePart> = parts.collect();
+    let at_channel = |name: &str| {
+        let part = parts.iter().find(|part| part.response == name)?;
+        Some((part.value, part.std))
+    };
+    Mode {
+        frequency_hz: hz_from_rad_per_s(pole.pole.omega()),
+        frequency_std_hz: hz_from_rad_per_s(pole.omega_std),
+        damping_ratio: pole.pole.ratio(),
+        damping_std: pole.ratio_std,
+        links: rotations(&record.links, &at_channel, amplitude),
+        shape: parts,
+        amplitude,
+        coherence: coherence(prepared, hz_from_rad_per_s(pole.pole.omega())),
+        support: 0.0,
+        suspicion: None,
+    }
+}
+
+/// What a residue must be multiplied by to be one of the continuous receptance; `None` without force.
+fn scaled(prepared: &Prepared) -> Option<f64> {
+    match prepared.kind {
+        Kind::FreeDecay => None,
+        Kind::GivenResponses => Some(1.0),
+        Kind::Hammer | Kind::Steady => prepared.nyquist_hz.map(|nyquist| 2.0 * nyquist),
+    }
+}
+
+/// The shape that all blocks share, each block with an amplitude of its own: alternating least squares.
+/// Its largest part is 1.
+fn common_shape(moves: &[Vec<(C64, f64)>], count: usize) -> (Vec<(C64, f64)>, usize) {
+    const ROUNDS: usize = 20;
+    let power = |i: usize| moves.iter().map(|block| block[i].0.norm_sqr()).sum::<f64>();
+    // The loudest of several decays, and its largest part, to begin with.
+    let mut shape: Vec<C64> = moves
+        .iter()
+        .max_by(|a, b| {
+            let size = |block: &[(C64, f64)]| block.iter().map(|(v, _)| v.norm_sqr()).sum::<f64>();
+            size(a).total_cmp(&size(b))
+        })
+        .map_or_else(Vec::new, |block| block.iter().map(|(value, _)| *value).collect());
+    let mut amplitudes = vec![C64::default(); moves.len()];
+    for _ in 0..ROUNDS {
+        let norm = shape.iter().map(C64::norm_sqr).sum::<f64>().max(f64::MIN_POSITIVE);
+        for (amplitude, block) in amplitudes.iter_mut().zip(moves) {
+            *amplitude =
+                block.iter().zip(&shape).map(|((v, _), s)| v * s.conj()).sum::<C64>() / norm;
+        }
+        let norm = amplitudes.iter().map(C64::norm_sqr).sum::<f64>().max(f64::MIN_POSITIVE);
+        for (i, part) in shape.iter_mut().enumerate() {
+            *part =
+                moves.iter().zip(&amplitudes).map(|(block, a)| block[i].0 * a.conj()).sum::<C64>()
+                    / norm;
+        }
+    }
+    let reference = (0..count).max_by(|&a, &b| power(a).total_cmp(&power(b))).unwrap_or(0);
+    let unit = shape.get(reference).copied().unwrap_or(C64::new(1.0, 0.0));
+    let norm = amplitudes.iter().map(C64::norm_sqr).sum::<f64>().max(f64::MIN_POSITIVE);
+    let deviation = |i: usize| {
+        let sum: f64 =
+            moves.iter().zip(&amplitudes).map(|(block, a)| a.norm_sqr() * block[i].1.powi(2)).sum();
+        sum.sqrt() / norm
+    };
+    let of_unit = deviation(reference);
+    let size = unit.norm().max(f64::MIN_POSITIVE);
+    let parts = (0..count)
+        .map(|i| {
+            if i == reference {
+                return (C64::new(1.0, 0.0), 0.0);
+            }
+            let value = shape[i] / unit;
+            (value, deviation(i).hypot(value.norm() * of_unit) / size)
+        })
+        .collect();
+    (parts, reference)
+}
+
+/// Lowest coherence of the responses that move with the mode.
+fn coherence(prepared: &Prepared, frequency_hz: f64) -> Option<f64> {
+    let averaged = prepared.averaged.as_ref().filter(|averaged| !averaged.coherence.is_empty())?;
+    let bin = averaged.frequencies_hz.get(1)?;
+    let at = (frequency_hz / bin).round() as usize;
+    let of = |coherence: &Vec<f64>| coherence.get(at).copied();
+    averaged.coherence.iter().filter_map(of).min_by(f64::total_cmp)
+}

@@ -1,0 +1,161 @@
+//! Records of vibration as plain data, in SI where their units are known.
+
+use nalgebra::Complex;
+
+/// What a channel measures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Quantity {
+    /// m inside.
+    Displacement,
+    /// m/s inside.
+    Velocity,
+    /// m/s² inside.
+    Acceleration,
+    /// N inside.
+    Force,
+    /// Values as they were read.
+    Unknown,
+}
+
+impl Quantity {
+    /// How many times the displacement was differentiated; `None` where that is not known.
+    pub fn derivatives(self) -> Option<i32> {
+        match self {
+            Self::Displacement => Some(0),
+            Self::Velocity => Some(1),
+            Self::Acceleration => Some(2),
+            Self::Force | Self::Unknown => None,
+        }
+    }
+
+    /// Its SI unit; empty where the quantity is not known.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Displacement => "m",
+            Self::Velocity => "m/s",
+            Self::Acceleration => "m/s²",
+            Self::Force => "N",
+            Self::Unknown => "",
+        }
+    }
+}
+
+/// One channel over time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Channel {
+    /// Name in the file.
+    pub name: String,
+    /// What it measures.
+    pub quantity: Quantity,
+    /// Values at equal steps of time, SI where the quantity is known.
+    pub samples: Vec<f64>,
+}
+
+/// A measured frequency response function: response over force.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Frf {
+    /// Name of the response.
+    pub name: String,
+    /// What the response measures; the excitation is a force.
+    pub quantity: Quantity,
+    /// Frequencies, Hz, ascending, positive.
+    pub frequencies_hz: Vec<f64>,
+    /// Values, SI where the quantity is known.
+    pub values: Vec<Complex<f64>>,
+}
+
+/// What a file of raw data holds.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Data {
+    /// Channels sampled together; all have the same length.
+    Time {
+        /// Samples per second.
+        sample_rate_hz: f64,
+        /// The force, if it was measured.
+        excitation: Option<Channel>,
+        /// What the arm did.
+        responses: Vec<Channel>,
+    },
+    /// Frequency responses that the measuring instrument made.
+    Responses(Vec<Frf>),
+}
+
+/// A marked point on a link, as the camera sees it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Marker {
+    /// Where it is in the picture, m.
+    pub at_m: [f64; 2],
+    /// Names of the channels of its displacement along x and y; `None` for a point that is known to stand
+    /// still.
+    pub channels: Option<[String; 2]>,
+}
+
+/// The marked points of one link.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MarkedLink {
+    /// Name of the link.
+    pub link: String,
+    /// Two or more points.
+    pub markers: Vec<Marker>,
+}
+
+/// One record: its data, and what is known beside them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Record {
+    /// What the record is called: its file, as the session names it.
+    pub name: String,
+    /// The samples or functions.
+    pub data: Data,
+    /// Response at the point and in the direction of the force: it makes shapes mass-normalised.
+    pub driving_point: Option<String>,
+    /// Links with marked points.
+    pub links: Vec<MarkedLink>,
+    /// Spindle speed while it was taken, rev/min.
+    pub spindle_rpm: Option<f64>,
+}
+
+/// Where the robot stood.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Pose {
+    /// The angle of the two-link model, rad.
+    Beta2Rad(f64),
+    /// From base to tip: degrees, millimetres for a joint that slides.
+    JointsDeg(Vec<f64>),
+}
+
+/// What a measurement may depend on beside the pose.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Conditions {
+    /// Temperature, °C.
+    pub temperature_c: Option<f64>,
+    /// Joint-torque scale of the excitation, as the user defines it.
+    pub amplitude_nm: Option<f64>,
+    /// Mass carried, kg.
+    pub payload_kg: Option<f64>,
+}
+
+/// A record with the pose and the conditions under which it was taken.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Taken {
+    /// The record.
+    pub record: Record,
+    /// Where the robot stood.
+    pub pose: Pose,
+    /// The conditions.
+    pub conditions: Conditions,
+    /// What the user calls the measurement.
+    pub id: Option<String>,
+}
+
+/// All that a session holds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Session {
+    /// Frequencies to look at, Hz; chosen from each record where absent.
+    pub band_hz: Option<[f64; 2]>,
+    /// Frequencies of the mains whose multiples are suspicious, Hz.
+    pub mains_hz: Vec<f64>,
+    /// Names of the joints, as columns of the table need them.
+    pub joint_names: Option<Vec<String>>,
+    /// The records in the order of the file.
+    pub records: Vec<Taken>,
+}

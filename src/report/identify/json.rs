@@ -1,0 +1,282 @@
+//! The output `identification/1`: everything that was found, for programs. Every number is written with all
+//! digits of a double; a number that is not finite is refused.
+
+use nalgebra::Complex;
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::{kind_words, sense_words, shape_words};
+use crate::measured::Stability;
+use crate::measured::identify::{Identified, Mode};
+use crate::measured::notice::Notice;
+use crate::measured::record::Pose;
+use crate::measured::session::{IdentifiedSession, PoseRow};
+use crate::report::json::{NotFinite, Number, laid_out};
+
+/// Poses, records and their parts stand on lines of their own; what is within a mode does not.
+const DEEPEST_SPREAD: usize = 4;
+
+/// What `detune identify --format json` writes.
+#[derive(Debug, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(title = "detune identification/1")]
+pub(in crate::report) struct Identification<'a> {
+    schema: SchemaName,
+    /// One entry for each pose and its conditions: what the table of modes has.
+    poses: Vec<JsonPose<'a>>,
+    /// One entry for each record, in the order of the session.
+    records: Vec<JsonRecord<'a>>,
+    /// What must be known about several records.
+    notices: Vec<JsonNotice<'a>>,
+}
+
+/// Name and version of this format.
+#[derive(Debug, Serialize, JsonSchema)]
+enum SchemaName {
+    #[serde(rename = "identification/1")]
+    Identification1,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct JsonPose<'a> {
+    /// The angle of the two-link model, rad, where the session gives it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    beta2_rad: Option<Number>,
+    /// From base to tip: degrees, millimetres for a joint that slides, where the session gives them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    joints_deg: Option<Vec<Number>>,
+    /// Names of the measurements, joined by '+'.
+    id: Option<&'a str>,
+    /// Samples per second; null for given frequency responses.
+    sample_rate_hz: Option<Number>,
+    temperature_c: Option<Number>,
+    amplitude_nm: Option<Number>,
+    payload_kg: Option<Number>,
+    /// By ascending frequency, merged over the records of the pose.
+    modes: Vec<JsonPoseMode>,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct JsonPoseMode {
+    frequency_hz: Number,
+    /// Standard deviation, Hz.
+    frequency_std_hz: Number,
+    damping_ratio: Number,
+    /// Standard deviation.
+    damping_ratio_std: Number,
+    /// What else it may be, as the code of a notice: such a mode is not in the table.
+    suspicion: Option<&'static str>,
+    /// Record and mode of it, counted from 0.
+    members: Vec<[usize; 2]>,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct JsonRecord<'a> {
+    /// The file, as the session names it.
+    record: &'a str,
+    /// How the arm was excited: hammer test, steady excitation, free decay, given frequency responses.
+    kind: &'static str,
+    /// Hits or stretches that were averaged for coherence.
+    averages: Option<usize>,
+    /// By ascending frequency.
+    modes: Vec<JsonMode<'a>>,
+    /// Poles of the linear least squares by order.
+    stabilisation: Vec<JsonPoint>,
+    /// What must be known about the record.
+    notices: Vec<JsonNotice<'a>>,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct JsonMode<'a> {
+    frequency_hz: Number,
+    /// Standard deviation, Hz.
+    frequency_std_hz: Number,
+    damping_ratio: Number,
+    /// Standard deviation.
+    damping_ratio_std: Number,
+    /// Free decays: displacement of the shape's largest part when the strongest decay begins, m (or the
+    /// channel's unit).
+    amplitude: Option<Number>,
+    /// Lowest coherence of all responses at the mode, where several hits or stretches were averaged.
+    coherence: Option<Number>,
+    /// Share of the orders of the stabilisation diagram that have this pole.
+    support: Number,
+    /// What else it may be, as the code of a notice.
+    suspicion: Option<&'static str>,
+    /// The shape for people.
+    in_words: String,
+    /// One entry a response.
+    shape: Vec<JsonShapePart<'a>>,
+    /// One entry a link with marked points.
+    links: Vec<JsonLink<'a>>,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct JsonShapePart<'a> {
+    response: &'a str,
+    /// Displacement against the largest part, which is 1.
+    re: Number,
+    im: Number,
+    /// Standard deviation of both.
+    std: Number,
+    /// φ_response·φ_reference, 1/kg, where a force was measured: real and imaginary part.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    modal_constant: Option<[Number; 2]>,
+    /// Mass-normalised, 1/√kg, where the driving point is known: real and imaginary part.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mass_normalised: Option<[Number; 2]>,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct JsonLink<'a> {
+    link: &'a str,
+    /// Rotation per unit of the shape, rad: real and imaginary part.
+    rotation_rad: [Number; 2],
+    /// Standard deviation of both.
+    std_rad: Number,
+    /// Amplitude when the strongest decay begins.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    amplitude_rad: Option<Number>,
+    /// Against the first link that turns: together, against, unclear.
+    sense: &'static str,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct JsonPoint {
+    order: usize,
+    frequency_hz: Number,
+    damping_ratio: Number,
+    /// Against the next lower order: new, frequency, pole.
+    stable: &'static str,
+}
+
+#[derive(Debug, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct JsonNotice<'a> {
+    /// What kind of thing is told.
+    code: &'static str,
+    record: Option<&'a str>,
+    channel: Option<&'a str>,
+    /// In words.
+    what: &'a str,
+}
+
+/// The modes of a session.
+///
+/// # Errors
+/// If a number is not finite, which would be a fault of the program.
+pub fn identification_json(found: &IdentifiedSession) -> Result<String, NotFinite> {
+    let all = Identification {
+        schema: SchemaName::Identification1,
+        poses: found.rows.iter().map(pose).collect(),
+        records: found.records.iter().map(record).collect(),
+        notices: found.notices.iter().map(notice).collect(),
+    };
+    laid_out(&all, DEEPEST_SPREAD)
+}
+
+fn pose(row: &PoseRow) -> JsonPose<'_> {
+    let (beta2_rad, joints_deg) = match &row.pose {
+        Pose::Beta2Rad(beta2) => (Some(Number(*beta2)), None),
+        Pose::JointsDeg(joints) => (None, Some(joints.iter().copied().map(Number).collect())),
+    };
+    JsonPose {
+        beta2_rad,
+        joints_deg,
+        id: row.id.as_deref(),
+        sample_rate_hz: row.sample_rate_hz.map(Number),
+        temperature_c: row.conditions.temperature_c.map(Number),
+        amplitude_nm: row.conditions.amplitude_nm.map(Number),
+        payload_kg: row.conditions.payload_kg.map(Number),
+        modes: row
+            .modes
+            .iter()
+            .map(|mode| JsonPoseMode {
+                frequency_hz: Number(mode.frequency_hz),
+                frequency_std_hz: Number(mode.frequency_std_hz),
+                damping_ratio: Number(mode.damping_ratio),
+                damping_ratio_std: Number(mode.damping_std),
+                suspicion: mode.suspicion.map(|kind| kind.code()),
+                members: mode.members.iter().map(|&(record, mode)| [record, mode]).collect(),
+            })
+            .collect(),
+    }
+}
+
+fn record(found: &Identified) -> JsonRecord<'_> {
+    JsonRecord {
+        record: &found.record,
+        kind: kind_words(found.kind),
+        averages: found.averaged.as_ref().map(|averaged| averaged.averages),
+        modes: found.modes.iter().map(mode).collect(),
+        stabilisation: found
+            .stabilisation
+            .iter()
+            .map(|point| JsonPoint {
+                order: point.order,
+                frequency_hz: Number(point.frequency_hz),
+                damping_ratio: Number(point.damping_ratio),
+                stable: match point.stability {
+                    Stability::New => "new",
+                    Stability::Frequency => "frequency",
+                    Stability::Pole => "pole",
+                },
+            })
+            .collect(),
+        notices: found.notices.iter().map(notice).collect(),
+    }
+}
+
+fn mode(mode: &Mode) -> JsonMode<'_> {
+    let parts = |value: Complex<f64>| [Number(value.re), Number(value.im)];
+    JsonMode {
+        frequency_hz: Number(mode.frequency_hz),
+        frequency_std_hz: Number(mode.frequency_std_hz),
+        damping_ratio: Number(mode.damping_ratio),
+        damping_ratio_std: Number(mode.damping_std),
+        amplitude: mode.amplitude.map(Number),
+        coherence: mode.coherence.map(Number),
+        support: Number(mode.support),
+        suspicion: mode.suspicion.map(|kind| kind.code()),
+        in_words: shape_words(mode),
+        shape: mode
+            .shape
+            .iter()
+            .map(|part| JsonShapePart {
+                response: &part.response,
+                re: Number(part.value.re),
+                im: Number(part.value.im),
+                std: Number(part.std),
+                modal_constant: part.modal_constant.map(parts),
+                mass_normalised: part.mass_normalised.map(parts),
+            })
+            .collect(),
+        links: mode
+            .links
+            .iter()
+            .map(|link| JsonLink {
+                link: &link.link,
+                rotation_rad: parts(link.rotation),
+                std_rad: Number(link.std),
+                amplitude_rad: link.amplitude_rad.map(Number),
+                sense: sense_words(link.sense),
+            })
+            .collect(),
+    }
+}
+
+fn notice(notice: &Notice) -> JsonNotice<'_> {
+    JsonNotice {
+        code: notice.kind.code(),
+        record: notice.record.as_deref(),
+        channel: notice.channel.as_deref(),
+        what: &notice.what,
+    }
+}
