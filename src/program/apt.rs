@@ -10,8 +10,8 @@ use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 
 use super::log::Log;
 use super::tool_axis::orientation;
-use super::{Pace, Settings};
-use crate::motion::{Move, Target};
+use super::{Pace, Settings, Spindle};
+use crate::motion::Target;
 use crate::units::{m_from_mm, m_per_s_from_mm_per_min, mm_from_inch};
 
 /// A tool axis is a unit vector to about three digits.
@@ -327,22 +327,7 @@ impl<'a> Reader<'a> {
         let turned = orientation(self.axis, self.turned);
         let target = Isometry3::from_parts(Translation3::from(to.map(m_from_mm)), turned);
         let to_base = Target::Line(self.work_object * target);
-        let tcp = self.tcp;
-        match pace {
-            Pace::Feed(feed_m_per_s) => {
-                self.log.motion(Move { to: to_base, feed_m_per_s, tcp, line, spindle_turns: true });
-            }
-            Pace::Rapid => {
-                let feed_m_per_s = self.settings.rapid_m_per_s;
-                self.log.rapid_motion(Move {
-                    to: to_base,
-                    feed_m_per_s,
-                    tcp,
-                    line,
-                    spindle_turns: true,
-                });
-            }
-        }
+        self.log.motion(line, to_base, self.tcp, pace);
         self.at = Some(to);
         self.turned = Some(turned);
     }
@@ -410,19 +395,23 @@ impl<'a> Reader<'a> {
     fn spindle(&mut self, line: usize, minor: &[Word]) -> Result<(), String> {
         let numbers: Vec<f64> = minor.iter().filter_map(number).collect();
         let has = |wanted: &str| minor.iter().filter_map(name).any(|name| name == wanted);
-        if has("OFF") {
-            self.log.spindle(line, 0.0);
+        let spindle = if has("OFF") {
+            Spindle::Stands
         } else if has("SFM") || has("SMM") {
             self.log.notice(line, "SPINDL by surface speed is left out: the speed is not known");
+            self.spindle_rpm = None;
+            Spindle::Turns(None)
         } else if let [rpm, ..] = numbers.as_slice() {
             if *rpm < 0.0 {
                 return Err(format!("the speed is {rpm} rpm, must not be negative"));
             }
             self.spindle_rpm = Some(*rpm);
-            self.log.spindle(line, *rpm);
-        } else if let Some(rpm) = self.spindle_rpm {
-            self.log.spindle(line, rpm);
-        }
+            Spindle::at(self.spindle_rpm)
+        } else {
+            // ON, CLW, CCLW: as before, or at a speed that is set elsewhere.
+            Spindle::Turns(self.spindle_rpm.filter(|&rpm| rpm > 0.0))
+        };
+        self.log.spindle(line, spindle);
         Ok(())
     }
 

@@ -111,7 +111,7 @@ const MOST_MOVES: usize = 2_000_000;
 pub struct Program {
     /// The moves in the order in which they run; at least one. The first goes to where the path starts.
     pub moves: Vec<Move>,
-    /// Spindle speeds in the order in which they run. RAPID has no instruction for the spindle: there
+    /// Commands to the spindle in the order in which they run. RAPID has no instruction for the spindle: there
     /// this is empty, and a notice names what looks like one.
     pub spindle: Vec<SpindleCommand>,
     /// Masses of the tools that the program declares and uses (RAPID alone), each tool once.
@@ -131,13 +131,37 @@ pub struct ToolMass {
     pub mass_kg: f64,
 }
 
+/// What a spindle is told to do.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Spindle {
+    /// To stand still.
+    Stands,
+    /// To turn, at this speed in rev/min (positive) or at one that the program does not tell.
+    Turns(Option<f64>),
+}
+
+impl Spindle {
+    /// Turns at `rpm` where that is known; at zero it stands.
+    fn at(rpm: Option<f64>) -> Self {
+        if rpm == Some(0.0) { Self::Stands } else { Self::Turns(rpm) }
+    }
+
+    /// Speed, rev/min, of a spindle that turns, if it is told.
+    pub fn rpm(self) -> Option<f64> {
+        match self {
+            Self::Stands => None,
+            Self::Turns(rpm) => rpm,
+        }
+    }
+}
+
 /// A command to the spindle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SpindleCommand {
     /// Line of the program, counted from 1.
     pub line: usize,
-    /// Speed from here on, rev/min; zero is a stop.
-    pub rpm: f64,
+    /// What it does from here on.
+    pub spindle: Spindle,
     /// Index in [`Program::moves`] of the first move under this speed (their number, if none follows).
     pub from_move: usize,
 }
@@ -178,13 +202,13 @@ fn read_up_to(
     settings: &Settings,
 ) -> Result<Program, Vec<ProgramFault>> {
     let text = text::decode(bytes).map_err(|fault| vec![fault])?;
-    let mut log = log::Log::new(most_moves);
+    let mut log = log::Log::new(most_moves, settings.rapid_m_per_s);
     match dialect {
         Dialect::Rapid => rapid::read(&text, settings, &mut log),
         Dialect::Apt => apt::read(&text, settings, &mut log),
         Dialect::GCode => gcode::read(&text, settings, &mut log),
     }
-    log.finish(settings.rapid_m_per_s)
+    log.finish()
 }
 
 #[cfg(test)]

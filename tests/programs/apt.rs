@@ -1,6 +1,6 @@
 //! APT and cutter location files: continuation, tool axes, cycles, units.
 
-use detune::program::{Dialect, Settings, SpindleCommand, read};
+use detune::program::{Dialect, Settings, Spindle, SpindleCommand, read};
 use nalgebra::Vector3;
 
 use super::support::{assert_ends, assert_pose, end, faults, lines, pose, settings};
@@ -44,8 +44,8 @@ fn contour_with_holes() {
     assert_eq!(
         program.spindle,
         [
-            SpindleCommand { line: 6, rpm: 3500.0, from_move: 0 },
-            SpindleCommand { line: 25, rpm: 0.0, from_move: 13 },
+            SpindleCommand { line: 6, spindle: Spindle::Turns(Some(3500.0)), from_move: 0 },
+            SpindleCommand { line: 25, spindle: Spindle::Stands, from_move: 13 },
         ]
     );
     // Five after the first, see the feeds above.
@@ -124,4 +124,28 @@ fn things_beside_the_motion_are_told() {
     );
     let told: Vec<usize> = program.notices.iter().map(|notice| notice.line).collect();
     assert_eq!(told, [1, 4, 5, 6, 7, 8], "{:?}", program.notices);
+}
+
+#[test]
+fn a_start_without_a_speed_ends_a_stop() {
+    for (start, rpm) in [
+        ("SPINDL/ON", None),
+        ("SPINDL/CLW", None),
+        ("SPINDL/300,SFM,CLW", None),
+        ("SPINDL/SMM,90,CCLW", None),
+        ("SPINDL/900,RPM,CLW", Some(900.0)),
+    ] {
+        let program = apt(&format!("SPINDL/OFF\nGOTO/0,0,0\nGOTO/1,0,0\n{start}\nGOTO/2,0,0\n"));
+        let turns: Vec<bool> = program.moves.iter().map(|each| each.spindle_turns).collect();
+        assert_eq!(turns, [false, false, true], "{start}");
+        assert_eq!(program.spindle[1].spindle, Spindle::Turns(rpm), "{start}");
+    }
+}
+
+/// A surface speed takes the place of the speed before it: a feed per revolution is no longer known.
+#[test]
+fn a_feed_per_revolution_of_a_surface_speed_is_refused() {
+    let text = "SPINDL/900,RPM\nFEDRAT/0.1,MMPR\nGOTO/0,0,0\nSPINDL/300,SFM\nGOTO/1,0,0\n";
+    let found = faults(text, Dialect::Apt);
+    assert_eq!((found[0].line, found.len()), (5, 1), "{found:?}");
 }

@@ -1,7 +1,7 @@
 //! G-code: modes, arcs, cycles, units.
 
 use detune::motion::Target;
-use detune::program::{Dialect, Program, SpindleCommand, read};
+use detune::program::{Dialect, Program, Spindle, SpindleCommand, read};
 
 use super::support::{assert_ends, assert_pose, end, faults, lines, pose, settings};
 
@@ -67,9 +67,9 @@ fn pocket_with_arcs_and_holes() {
     assert_eq!(
         program.spindle,
         [
-            SpindleCommand { line: 5, rpm: 8000.0, from_move: 0 },
-            SpindleCommand { line: 16, rpm: 12000.0, from_move: 10 },
-            SpindleCommand { line: 22, rpm: 0.0, from_move: 28 },
+            SpindleCommand { line: 5, spindle: Spindle::Turns(Some(8000.0)), from_move: 0 },
+            SpindleCommand { line: 16, spindle: Spindle::Turns(Some(12000.0)), from_move: 10 },
+            SpindleCommand { line: 22, spindle: Spindle::Stands, from_move: 28 },
         ]
     );
     let told: Vec<usize> = program.notices.iter().map(|notice| notice.line).collect();
@@ -224,4 +224,22 @@ fn moves_know_whether_the_spindle_turns() {
     let text = "G0 X0 Y0 Z0\nX1\nS1100 M3\nG1 X2 F100\nM5\nG0 Z9\nX3\nM3\nG1 X4\nS0\nX5\nM30\n";
     let turns: Vec<bool> = gcode(text).moves.iter().map(|each| each.spindle_turns).collect();
     assert_eq!(turns, [true, true, true, false, false, true, false]);
+}
+
+/// A stop as a safety line, and a start that leaves the speed to the cell: the spindle turns.
+#[test]
+fn a_start_without_a_speed_ends_a_stop() {
+    for start in ["M3", "M4", "M13", "M14", "M3 S1100", "S1100 M4"] {
+        let program = gcode(&format!("M5\nG0 X0 Y0 Z0\nX1\n{start}\nG1 X2 F100\nX3\n"));
+        let turns: Vec<bool> = program.moves.iter().map(|each| each.spindle_turns).collect();
+        assert_eq!(turns, [false, false, true, true], "{start}");
+    }
+    let program = gcode("M5\nG0 X0 Y0 Z0\nM3\nG1 X2 F100\n");
+    assert_eq!(
+        program.spindle,
+        [
+            SpindleCommand { line: 1, spindle: Spindle::Stands, from_move: 0 },
+            SpindleCommand { line: 3, spindle: Spindle::Turns(None), from_move: 1 },
+        ]
+    );
 }

@@ -148,7 +148,8 @@ fn spindle_and_tool(reader: &mut Reader, line: usize, block: &Block) -> bool {
     for code in block.codes('M') {
         match code {
             20 | 300 => ends = true,
-            30 | 40 => reader.turn_spindle(line, true),
+            // M13 and M14 turn on the coolant, too.
+            30 | 40 | 130 | 140 => reader.turn_spindle(line, true),
             50 => reader.turn_spindle(line, false),
             60 => reader.change_tool(line),
             970 | 980 | 990 => {

@@ -5,10 +5,10 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use super::arc::{self, Arc, Centre, Plane};
 use super::block::Block;
 use super::cycle::{Cycle, Kind};
-use crate::motion::{Move, Target};
+use crate::motion::Target;
 use crate::program::log::Log;
 use crate::program::tool_axis::orientation;
-use crate::program::{Pace, Settings};
+use crate::program::{Pace, Settings, Spindle};
 use crate::units::{m_from_mm, m_per_s_from_mm_per_min, mm_from_inch};
 
 const AXES: [char; 3] = ['X', 'Y', 'Z'];
@@ -122,16 +122,16 @@ impl<'a> Reader<'a> {
     pub(super) fn set_spindle(&mut self, line: usize, rpm: f64) {
         self.spindle_rpm = Some(rpm);
         if self.spindle_on {
-            self.log.spindle(line, rpm);
+            self.log.spindle(line, Spindle::at(self.spindle_rpm));
         }
     }
 
     pub(super) fn turn_spindle(&mut self, line: usize, on: bool) {
-        match (on, self.spindle_rpm) {
-            (true, Some(rpm)) => self.log.spindle(line, rpm),
-            (true, None) => self.log.notice(line, "M3/M4 without S: the speed is not known yet"),
-            (false, _) => self.log.spindle(line, 0.0),
+        if on && self.spindle_rpm.is_none() {
+            self.log.notice(line, "M3/M4 without S: the speed is not known yet");
         }
+        let spindle = if on { Spindle::at(self.spindle_rpm) } else { Spindle::Stands };
+        self.log.spindle(line, spindle);
         self.spindle_on = on;
     }
 
@@ -180,15 +180,7 @@ impl<'a> Reader<'a> {
 
     fn push(&mut self, line: usize, to: Target, pace: Pace) {
         let tcp = self.settings.tcp.unwrap_or_default();
-        match pace {
-            Pace::Feed(feed_m_per_s) => {
-                self.log.motion(Move { to, feed_m_per_s, tcp, line, spindle_turns: true })
-            }
-            Pace::Rapid => {
-                let feed_m_per_s = self.settings.rapid_m_per_s;
-                self.log.rapid_motion(Move { to, feed_m_per_s, tcp, line, spindle_turns: true });
-            }
-        }
+        self.log.motion(line, to, tcp, pace);
     }
 
     pub(super) fn straight(

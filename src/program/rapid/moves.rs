@@ -6,8 +6,8 @@ use super::instructions::{ToolAt, Way};
 use super::run::Interpreter;
 use super::syntax::{Args, Expr, Name};
 use super::value::{Value, from_pose, has_external_axes, pose};
-use crate::motion::{Move, Target};
-use crate::program::ToolMass;
+use crate::motion::Target;
+use crate::program::{Pace, ToolMass};
 use crate::units::{m_per_s_from_mm_per_s, rad_from_deg};
 
 /// Joints that a jointtarget has.
@@ -58,13 +58,7 @@ impl<'a> Interpreter<'a> {
                 self.log.notice(line, format!("{} \\T: the time is not used", name.shown));
             }
             let feed_m_per_s = self.speed(line, speed_arg, option("v"))?;
-            self.log.motion(Move {
-                to: Target::Joints(joints),
-                feed_m_per_s,
-                tcp,
-                line,
-                spindle_turns: true,
-            });
+            self.log.motion(line, Target::Joints(joints), tcp, Pace::Feed(feed_m_per_s));
             self.last = None;
             return Ok(());
         }
@@ -78,7 +72,11 @@ impl<'a> Interpreter<'a> {
         };
         let timed = option("t").map(Value::num).transpose()?;
         let feed_m_per_s = match (timed, self.last) {
-            (Some(seconds), Some(last)) if self.may_be_timed(line, way) => {
+            (Some(seconds), Some(last)) => {
+                if way == Way::Joint {
+                    let what = "MoveJ \\T: the way is taken to be as long as the straight line";
+                    self.log.notice(line, what);
+                }
                 timed_feed(seconds, &last.with(&tcp), via.as_ref(), &end)?
             }
             (Some(_), _) => {
@@ -95,16 +93,9 @@ impl<'a> Interpreter<'a> {
             (Way::Joint, None) => Target::JointsTo(end),
             (_, None) => Target::Line(end),
         };
-        self.log.motion(Move { to, feed_m_per_s, tcp, line, spindle_turns: true });
+        self.log.motion(line, to, tcp, Pace::Feed(feed_m_per_s));
         self.last = Some(Last { at: end, tcp });
         Ok(())
-    }
-
-    fn may_be_timed(&mut self, line: usize, way: Way) -> bool {
-        if way == Way::Joint {
-            self.log.notice(line, "MoveJ \\T: the way is taken to be as long as the straight line");
-        }
-        true
     }
 
     /// `CRobT()`: the last target, in the work object and with the tool asked for.
