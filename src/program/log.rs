@@ -22,6 +22,8 @@ pub(super) struct Log {
     spindle: Vec<SpindleCommand>,
     /// Moves beyond the first whose speed the program leaves open: their number, and the first's line.
     rapid: Option<(usize, usize)>,
+    /// The line that sends the tool to where the program does not tell, and how.
+    away: Option<(usize, String)>,
     tools: Vec<ToolMass>,
     notices: Vec<ProgramFault>,
     faults: Vec<ProgramFault>,
@@ -38,6 +40,7 @@ impl Log {
             moves: Vec::new(),
             spindle: Vec::new(),
             rapid: None,
+            away: None,
             tools: Vec::new(),
             notices: Vec::new(),
             faults: Vec::new(),
@@ -72,6 +75,12 @@ impl Log {
         if self.is_full {
             return;
         }
+        if let Some((line, what)) = self.away.take() {
+            let what = format!(
+                "{what}, and motion follows from there; split the program here into several operations"
+            );
+            self.fault(line, what);
+        }
         let feed_m_per_s = match pace {
             Pace::Feed(feed_m_per_s) => feed_m_per_s,
             Pace::Rapid => self.count_rapid(line),
@@ -101,6 +110,17 @@ impl Log {
         self.rapid_m_per_s
     }
 
+    /// The tool goes to a place that the program does not give. Before the first move and behind the last the
+    /// path is whole without that way; in between it would be wrong.
+    pub(super) fn leaves(&mut self, line: usize, how: &str) {
+        let what = format!("{how}: the place is not in the program");
+        if self.moves.is_empty() {
+            self.notice(line, left_out(&what));
+        } else {
+            self.away.get_or_insert((line, what));
+        }
+    }
+
     /// A tool that moves, with its mass; told once.
     pub(super) fn tool(&mut self, tool: ToolMass) {
         if !self.tools.contains(&tool) {
@@ -120,6 +140,9 @@ impl Log {
     pub(super) fn finish(mut self) -> Result<Program, Vec<ProgramFault>> {
         if self.faults.is_empty() && self.moves.is_empty() {
             self.fault(1, "the program moves nothing");
+        }
+        if let Some((line, what)) = self.away.take() {
+            self.notice(line, left_out(&what));
         }
         if let Some((count, first_line)) = self.rapid {
             let moves = if count == 1 {
@@ -147,6 +170,10 @@ impl Log {
         }
         Err(self.faults)
     }
+}
+
+fn left_out(what: &str) -> String {
+    format!("{what}; the way there is left out")
 }
 
 fn is_finite(each: &Move) -> bool {

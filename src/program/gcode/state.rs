@@ -193,8 +193,7 @@ impl<'a> Reader<'a> {
         match self.place() {
             Some(place) => self.line_to(line, place, pace),
             None => {
-                let what = "moves before all of X, Y and Z are given are left out: the place is \
-                            not known";
+                let what = "moves while not all of X, Y and Z are known are left out";
                 self.log.notice(line, what);
             }
         }
@@ -206,15 +205,27 @@ impl<'a> Reader<'a> {
         self.at = to.map(Some);
     }
 
-    /// G28 and G30 go by way of the point that they name.
-    pub(super) fn by_way_of(&mut self, line: usize, block: &Block) -> Result<(), String> {
-        let Some(before) = self.place() else { return Ok(()) };
-        let end = self.end_of(block)?;
-        let [Some(x), Some(y), Some(z)] = end else { return Ok(()) };
-        if [x, y, z] != before {
+    /// G28 and G30 go by way of the point that they name to the reference of its axes, or of all.
+    pub(super) fn refer(&mut self, line: usize, block: &Block) -> Result<(), String> {
+        if let Some(before) = self.place()
+            && let [Some(x), Some(y), Some(z)] = self.end_of(block)?
+            && [x, y, z] != before
+        {
             self.line_to(line, [x, y, z], Pace::Rapid);
         }
+        self.leave(line, block, "G28/G30");
         Ok(())
+    }
+
+    /// The axes that the block names, or all if it names none, go to where the program does not tell.
+    pub(super) fn leave(&mut self, line: usize, block: &Block, how: &str) {
+        let names_none = AXES.iter().all(|&axis| block.get(axis).is_none());
+        for (at, axis) in self.at.iter_mut().zip(AXES) {
+            if names_none || block.get(axis).is_some() {
+                *at = None;
+            }
+        }
+        self.log.leaves(line, how);
     }
 
     pub(super) fn arc(

@@ -6,7 +6,7 @@ use super::instructions::{ToolAt, Way};
 use super::run::Interpreter;
 use super::syntax::{Args, Expr, Name};
 use super::value::{Value, from_pose, has_external_axes, pose};
-use crate::motion::Target;
+use crate::motion::{Circle, Target};
 use crate::program::{Pace, ToolMass};
 use crate::units::{m_per_s_from_mm_per_s, rad_from_deg};
 
@@ -299,19 +299,10 @@ fn timed_feed(
 
 /// Length of the arc of a circle from `a` through `b` to `c`, m; the chords' where they are in line.
 fn arc_length_m(a: Vector3<f64>, b: Vector3<f64>, c: Vector3<f64>) -> f64 {
-    let (first, second, whole) = (b - a, c - b, c - a);
-    let sine_area = first.cross(&second).norm();
-    let chords = first.norm() + second.norm();
-    if sine_area <= 1e-12 * chords * chords {
-        return chords;
+    match Circle::through(a, b, c) {
+        Some(circle) => circle.length(),
+        None => (b - a).norm() + (c - b).norm(),
     }
-    // Circumradius, and the angle at the circumference over each chord.
-    let radius = first.norm() * second.norm() * whole.norm() / (2.0 * sine_area);
-    let over = |chord: &Vector3<f64>, left: Vector3<f64>, right: Vector3<f64>| {
-        let angle = left.cross(&right).norm().atan2(left.dot(&right));
-        if chord.norm() > 0.0 { 2.0 * angle * radius } else { 0.0 }
-    };
-    over(&first, a - c, b - c) + over(&second, b - a, c - a)
 }
 
 #[cfg(test)]
