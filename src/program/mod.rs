@@ -2,9 +2,16 @@
 //!
 //! Three dialects: RAPID (ABB), APT / cutter location files, and G-code. A reader follows the program as
 //! the controller would, from the first instruction to the last, and writes down every motion. What
-//! it does not understand it never passes over in silence: where motion may be lost or wrong the
-//! program is refused with a [`ProgramFault`]; where only something beside the motion is left out, the
-//! program carries a notice.
+//! it does not understand it never passes over in silence. Where motion that the program asks for would be
+//! lost or wrong, the program is refused with a [`ProgramFault`]. The program carries a notice where
+//! something beside the motion is left out, and where only the cell knows whether anything is:
+//!
+//! - calls of RAPID procedures that stand in no file that is read (if they name a target or sound like
+//!   motion, they are refused), APT words and M codes that are not known: taken not to move;
+//! - work offsets of G-code after the first, heads and tools after the first: the job has one frame, tool and
+//!   TCP for all;
+//! - before the first move and behind the last, ways to places that are not in the program (`GOHOME`, `G28`,
+//!   `G53`): left out. Between moves they are refused.
 //!
 //! Frames: a target is the pose of the tool centre point (TCP) in the base frame of the robot; the TCP
 //! is given in the tip frame, which for an ABB arm is its `tool0`. Where robot and program could both
