@@ -1,6 +1,6 @@
 //! What a robot is told to do: moves to targets, each with the line of the file that asks for it.
 
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Rotation3, Unit, Vector3};
 
 /// One move: from wherever the robot stands to a target. The first move of an operation is where the
 /// operation starts.
@@ -36,4 +36,57 @@ pub enum Target {
         /// The end of the arc.
         end: Isometry3<f64>,
     },
+}
+
+/// Three points closer to one line than this share of their distance do not make an arc.
+const FLATTEST_ARC: f64 = 1e-9;
+
+/// The part of a circle from one point through another to a third.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Circle {
+    centre: Vector3<f64>,
+    /// From the centre to the first point.
+    start: Vector3<f64>,
+    axis: Unit<Vector3<f64>>,
+    /// To the second and to the third point, rad, positive about `axis`.
+    angles: [f64; 2],
+}
+
+impl Circle {
+    /// The arc from `a` through `b` to `c`; `None` if the three points lie on one line.
+    pub(crate) fn through(a: Vector3<f64>, b: Vector3<f64>, c: Vector3<f64>) -> Option<Self> {
+        let (ab, ac) = (b - a, c - a);
+        let normal = ab.cross(&ac);
+        if normal.norm() <= FLATTEST_ARC * ab.norm().max(ac.norm()).powi(2) {
+            return None;
+        }
+        // Circumcentre of a triangle, from one of its corners.
+        let to_centre = (normal.cross(&ab) * ac.norm_squared()
+            + ac.cross(&normal) * ab.norm_squared())
+            / (2.0 * normal.norm_squared());
+        let centre = a + to_centre;
+        let axis = Unit::new_normalize(normal);
+        let start = a - centre;
+        let angle_to = |p: Vector3<f64>| {
+            let r = p - centre;
+            let angle = f64::atan2(axis.dot(&start.cross(&r)), start.dot(&r));
+            if angle > 0.0 { angle } else { angle + std::f64::consts::TAU }
+        };
+        Some(Self { centre, start, axis, angles: [angle_to(b), angle_to(c)] })
+    }
+
+    /// Length of the arc, in the unit of the points.
+    pub(crate) fn length(&self) -> f64 {
+        self.angles[1] * self.start.norm()
+    }
+
+    /// Share of the arc that lies before the second point.
+    pub(crate) fn via_at(&self) -> f64 {
+        self.angles[0] / self.angles[1]
+    }
+
+    /// The point behind the share `u` of the arc, 0..=1.
+    pub(crate) fn at(&self, u: f64) -> Vector3<f64> {
+        self.centre + Rotation3::from_axis_angle(&self.axis, self.angles[1] * u) * self.start
+    }
 }

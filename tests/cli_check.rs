@@ -541,3 +541,51 @@ fn all_waypoints_out_of_reach_are_counted() {
         "{told}"
     );
 }
+
+/// A check of a program in the folder, milled at a speed that resonates.
+fn check_program(bench: &Bench, file: &str, program: &str) -> Output {
+    let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/irb1600/robot.yaml");
+    fs::write(bench.path().join(file), program).unwrap();
+    let job = format!(
+        "robot: {}
+tool: {{teeth: 2}}
+tcp: {{xyz_m: [0, 0, 0.15]}}
+work_object: {{xyz_m: [0.72, -0.12, 0.42]}}
+spindle: {{min_rpm: 500, max_rpm: 6000}}
+operations:
+  - {{name: rough, spindle_rpm: 1100, feed_mm_per_min: 400, path: {{program: {{file: {file}}}}}}}
+",
+        robot.display()
+    );
+    fs::write(bench.path().join("program.yaml"), job).unwrap();
+    bench.run(&["check", "program.yaml"])
+}
+
+/// A stop as a safety line is no stop of what follows its start, whether or not the start tells a speed.
+#[test]
+fn a_spindle_that_is_started_without_a_speed_is_checked() {
+    let bench = Bench::new();
+    let gcode = "M5\nG0 X0 Y0 Z0\nM3\nG1 X240 F400\nY40\nX0\n";
+    let apt = "SPINDL/OFF\nGOTO/0,0,0\nSPINDL/CLW\nGOTO/240,0,0\nGOTO/240,40,0\nGOTO/0,40,0\n";
+    for (file, program) in [("pocket.nc", gcode), ("pocket.apt", apt)] {
+        let ran = check_program(&bench, file, program);
+        assert_eq!(code(&ran), 1, "{file}: {}{}", out(&ran), err(&ran));
+        let always = program.split_once('\n').unwrap().1;
+        let without = check_program(&bench, file, always);
+        assert_eq!(code(&without), 1, "{file}: {}{}", out(&without), err(&without));
+        assert!(!err(&ran).contains("nothing was checked"), "{}", err(&ran));
+    }
+}
+
+#[test]
+fn a_verdict_without_a_turning_spindle_is_told() {
+    let bench = Bench::new();
+    let stopped = "M5\nG0 X0 Y0 Z0\nG1 X240 F400\nY40\nX0\n";
+    let ran = check_program(&bench, "stopped.nc", stopped);
+    let told = "program.yaml:7: operation 'rough': nothing was checked: the program has stopped the spindle";
+    assert_eq!(code(&ran), 0, "{}{}", out(&ran), err(&ran));
+    assert!(err(&ran).contains(told), "{}", err(&ran));
+    // One move of the three is enough.
+    let ran = check_program(&bench, "stopped.nc", &stopped.replace("X0\n", "M3\nX0\n"));
+    assert!(!err(&ran).contains("nothing was checked"), "{}", err(&ran));
+}

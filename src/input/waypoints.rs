@@ -273,10 +273,10 @@ fn other_speeds(program: &Program, checked: &SpindleSpeed, called: &str) -> Opti
         .spindle
         .iter()
         .zip(ends.chain([program.moves.len()]))
-        .filter(|(command, end)| command.rpm > 0.0 && command.from_move < *end)
-        .map(|(command, _)| command)
-        .filter(|command| *checked != SpindleSpeed::Constant(command.rpm));
-    let first = others.next()?;
+        .filter(|(command, end)| command.from_move < *end)
+        .filter_map(|(command, _)| Some((command.line, command.spindle.rpm()?)))
+        .filter(|&(_, rpm)| *checked != SpindleSpeed::Constant(rpm));
+    let (line, rpm) = others.next()?;
     let checked = match checked {
         SpindleSpeed::Constant(rpm) => format!("checks {rpm} rpm"),
         SpindleSpeed::Schedule(_) => "checks its spindle_schedule".to_owned(),
@@ -286,6 +286,6 @@ fn other_speeds(program: &Program, checked: &SpindleSpeed, called: &str) -> Opti
         1 => "; one more command differs".to_owned(),
         count => format!("; {count} more commands differ"),
     };
-    let what = format!("commands {} rpm, the job {checked} ({called}){more}", first.rpm);
-    Some(ProgramFault { line: first.line, what })
+    let what = format!("commands {rpm} rpm, the job {checked} ({called}){more}");
+    Some(ProgramFault { line, what })
 }

@@ -1,9 +1,8 @@
 //! Curves of the tool centre point in the base frame: straight lines and arcs, with orientation.
 
-use nalgebra::{Isometry3, Point3, Rotation3, Translation3, Unit, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 
-/// Three points closer to one line than this share of their distance do not make an arc.
-const FLATTEST_ARC: f64 = 1e-9;
+use crate::motion::Circle;
 
 /// A move of the tool centre point between two poses, over u from 0 to 1 at constant speed.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,14 +14,7 @@ pub(super) enum Curve {
 /// Part of a circle.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Arc {
-    centre: Point3<f64>,
-    /// From the centre to the start.
-    start: Vector3<f64>,
-    axis: Unit<Vector3<f64>>,
-    /// Whole angle, rad, positive about `axis`.
-    angle: f64,
-    /// u at which the arc passes its middle pose.
-    via_at: f64,
+    circle: Circle,
     orientations: [UnitQuaternion<f64>; 3],
 }
 
@@ -38,30 +30,8 @@ impl Curve {
         to: Isometry3<f64>,
     ) -> Option<Self> {
         let [a, b, c] = [from, via, to].map(|pose| pose.translation.vector);
-        let (ab, ac) = (b - a, c - a);
-        let normal = ab.cross(&ac);
-        if normal.norm() <= FLATTEST_ARC * ab.norm().max(ac.norm()).powi(2) {
-            return None;
-        }
-        // Circumcentre of a triangle, from one of its corners.
-        let to_centre = (normal.cross(&ab) * ac.norm_squared()
-            + ac.cross(&normal) * ab.norm_squared())
-            / (2.0 * normal.norm_squared());
-        let centre = a + to_centre;
-        let axis = Unit::new_normalize(normal);
-        let start = a - centre;
-        let angle_to = |p: Vector3<f64>| {
-            let r = p - centre;
-            let angle = f64::atan2(axis.dot(&start.cross(&r)), start.dot(&r));
-            if angle > 0.0 { angle } else { angle + std::f64::consts::TAU }
-        };
-        let angle = angle_to(c);
         Some(Self::Arc(Arc {
-            centre: centre.into(),
-            start,
-            axis,
-            angle,
-            via_at: angle_to(b) / angle,
+            circle: Circle::through(a, b, c)?,
             orientations: [from.rotation, via.rotation, to.rotation],
         }))
     }
@@ -70,7 +40,7 @@ impl Curve {
     pub(super) fn length_m(&self) -> f64 {
         match self {
             Self::Line { from, to } => (to.translation.vector - from.translation.vector).norm(),
-            Self::Arc(arc) => arc.angle * arc.start.norm(),
+            Self::Arc(arc) => arc.circle.length(),
         }
     }
 
@@ -83,15 +53,15 @@ impl Curve {
                 Isometry3::from_parts(Translation3::from(p), turn)
             }
             Self::Arc(arc) => {
-                let p =
-                    arc.centre + Rotation3::from_axis_angle(&arc.axis, arc.angle * u) * arc.start;
+                let p = arc.circle.at(u);
+                let via_at = arc.circle.via_at();
                 let [first, via, last] = &arc.orientations;
-                let turn = if u < arc.via_at {
-                    turned(first, via, u / arc.via_at)
+                let turn = if u < via_at {
+                    turned(first, via, u / via_at)
                 } else {
-                    turned(via, last, (u - arc.via_at) / (1.0 - arc.via_at))
+                    turned(via, last, (u - via_at) / (1.0 - via_at))
                 };
-                Isometry3::from_parts(Translation3::from(p.coords), turn)
+                Isometry3::from_parts(Translation3::from(p), turn)
             }
         }
     }
@@ -106,6 +76,7 @@ fn turned(a: &UnitQuaternion<f64>, b: &UnitQuaternion<f64>, u: f64) -> UnitQuate
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::Vector3;
     use std::f64::consts::PI;
 
     #[test]

@@ -256,6 +256,11 @@ impl<'a> Path<'a> {
         bounds.unwrap_or_else(|| (self.line_at(from_s), self.line_at(from_s)))
     }
 
+    /// Whether the spindle turns anywhere on the path.
+    pub fn spindle_turns(&self) -> bool {
+        self.segments.iter().any(|segment| segment.spindle_turns)
+    }
+
     /// Stretches of s on which the spindle stands still, ascending and apart from one another.
     pub fn spindle_stops(&self) -> Vec<[f64; 2]> {
         let mut stops: Vec<[f64; 2]> = Vec::new();

@@ -2,16 +2,18 @@
 //!
 //! A statement is `MAJOR/minor,…`, in any case; `$` at the end of a line continues it, `$$` starts a
 //! comment. Understood: `FROM`, `GOTO`, `GODLTA`, `RAPID`, `FEDRAT`, `SPINDL`, `UNITS`, `MULTAX`, and drilling by
-//! `CYCLE/…` in the form with keywords (`DEPTH` or `FEDTO`, `CLEAR` or `RAPTO`, `RTRCTO`, a feed after its unit).
+//! `GOHOME` to a point, `CYCLE/…` in the form with keywords (`DEPTH` or `FEDTO`, `CLEAR` or `RAPTO`, `RTRCTO`, a feed after its unit).
 //! Lengths are in mm unless `UNITS/INCHES` says otherwise. Arcs and statements that shift, copy or compute
-//! motion are faults: cutter location files can be written without them.
+//! motion are faults: cutter location files can be written without them. So is a second coordinate system
+//! (`MSYS`), and motion behind a `GOHOME` that does not tell where to. Words that are not known are told and
+//! left out: most are for the postprocessor.
 
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 
 use super::log::Log;
 use super::tool_axis::orientation;
-use super::{Pace, Settings};
-use crate::motion::{Move, Target};
+use super::{Pace, Settings, Spindle};
+use crate::motion::Target;
 use crate::units::{m_from_mm, m_per_s_from_mm_per_min, mm_from_inch};
 
 /// A tool axis is a unit vector to about three digits.
@@ -125,6 +127,8 @@ struct Reader<'a> {
     turned: Option<UnitQuaternion<f64>>,
     cycle: Option<Cycle>,
     tool: Option<Vec<Word>>,
+    /// The first `MSYS`, and its line.
+    system: Option<(usize, Vec<Word>)>,
 }
 
 impl<'a> Reader<'a> {
@@ -144,6 +148,7 @@ impl<'a> Reader<'a> {
             turned: None,
             cycle: None,
             tool: None,
+            system: None,
         }
     }
 
@@ -168,9 +173,14 @@ impl<'a> Reader<'a> {
                 Ok(())
             }
             "FINI" => return false,
+            "GOHOME" if !minor.is_empty() => self.home(line, minor),
             "GOHOME" | "GOCLER" => {
-                let what = format!("{major}: where it goes is not in the program; left out");
-                self.log.notice(line, what);
+                self.log.leaves(line, major);
+                Ok(())
+            }
+            "MSYS" => self.system(line, minor),
+            "HEAD" => {
+                self.log.notice(line, "HEAD: the job's tool and tcp are used with every head");
                 Ok(())
             }
             "CUTCOM" => {
@@ -188,7 +198,7 @@ impl<'a> Reader<'a> {
     }
 
     fn other(&mut self, line: usize, major: &str) -> Result<(), String> {
-        const WITHOUT_MOTION: [&str; 43] = [
+        const WITHOUT_MOTION: [&str; 41] = [
             "PARTNO",
             "PPRINT",
             "REMARK",
@@ -214,14 +224,12 @@ impl<'a> Reader<'a> {
             "PREFUN",
             "CLEARP",
             "TMARK",
-            "HEAD",
             "LIMIT",
             "SAFPOS",
             "SELCTL",
             "PAINT",
             "END-OF-PATH",
             "TLDATA",
-            "MSYS",
             "DISPLAY",
             "TOOL",
             "UNLOAD",
@@ -233,12 +241,12 @@ impl<'a> Reader<'a> {
             "CLDIST",
             "THREAD",
         ];
-        const MOVES: [&str; 26] = [
+        const MOVES: [&str; 27] = [
             "CIRCLE", "INDIRV", "INDIRP", "TLON", "TLLFT", "TLRGT", "GO", "GOFWD", "GOBACK",
             "GOLFT", "GORGT", "GOUP", "GODOWN", "MOVARC", "COPY", "INDEX", "TRACUT", "TRANS",
-            "ORIGIN", "ROTATE", "ROTABL", "ROTHED", "CALL", "JUMPTO", "LOOPST", "NURBS",
+            "ORIGIN", "ROTATE", "ROTABL", "ROTHED", "CALL", "JUMPTO", "LOOPST", "NURBS", "LCS",
         ];
-        if MOVES.contains(&major) {
+        if MOVES.contains(&major) || major.starts_with("GO") {
             return Err("moves or shifts motion and is not understood; have the CAM system write \
                         GOTO points"
                 .to_owned());
@@ -299,6 +307,29 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
+    fn home(&mut self, line: usize, minor: &[Word]) -> Result<(), String> {
+        let to = self.point(minor)?;
+        self.axis = self.axis_of(minor)?;
+        self.rapid_to(line, to);
+        Ok(())
+    }
+
+    /// The job's work object stands for the first coordinate system; where another lies is its own matter.
+    fn system(&mut self, line: usize, minor: &[Word]) -> Result<(), String> {
+        if self.system.is_none() && self.at.is_some() {
+            return Err("a coordinate system behind motion that has none".to_owned());
+        }
+        let (first_line, first) = self.system.get_or_insert_with(|| (line, minor.to_vec()));
+        if first == minor {
+            Ok(())
+        } else {
+            Err(format!(
+                "another coordinate system than that of line {first_line}; split the program into several \
+                 operations, each with its work object"
+            ))
+        }
+    }
+
     fn go_delta(&mut self, line: usize, minor: &[Word]) -> Result<(), String> {
         let from = self.at.ok_or("a relative move before any position")?;
         let by = match minor {
@@ -327,22 +358,7 @@ impl<'a> Reader<'a> {
         let turned = orientation(self.axis, self.turned);
         let target = Isometry3::from_parts(Translation3::from(to.map(m_from_mm)), turned);
         let to_base = Target::Line(self.work_object * target);
-        let tcp = self.tcp;
-        match pace {
-            Pace::Feed(feed_m_per_s) => {
-                self.log.motion(Move { to: to_base, feed_m_per_s, tcp, line, spindle_turns: true });
-            }
-            Pace::Rapid => {
-                let feed_m_per_s = self.settings.rapid_m_per_s;
-                self.log.rapid_motion(Move {
-                    to: to_base,
-                    feed_m_per_s,
-                    tcp,
-                    line,
-                    spindle_turns: true,
-                });
-            }
-        }
+        self.log.motion(line, to_base, self.tcp, pace);
         self.at = Some(to);
         self.turned = Some(turned);
     }
@@ -410,19 +426,23 @@ impl<'a> Reader<'a> {
     fn spindle(&mut self, line: usize, minor: &[Word]) -> Result<(), String> {
         let numbers: Vec<f64> = minor.iter().filter_map(number).collect();
         let has = |wanted: &str| minor.iter().filter_map(name).any(|name| name == wanted);
-        if has("OFF") {
-            self.log.spindle(line, 0.0);
+        let spindle = if has("OFF") {
+            Spindle::Stands
         } else if has("SFM") || has("SMM") {
             self.log.notice(line, "SPINDL by surface speed is left out: the speed is not known");
+            self.spindle_rpm = None;
+            Spindle::Turns(None)
         } else if let [rpm, ..] = numbers.as_slice() {
             if *rpm < 0.0 {
                 return Err(format!("the speed is {rpm} rpm, must not be negative"));
             }
             self.spindle_rpm = Some(*rpm);
-            self.log.spindle(line, *rpm);
-        } else if let Some(rpm) = self.spindle_rpm {
-            self.log.spindle(line, rpm);
-        }
+            Spindle::at(self.spindle_rpm)
+        } else {
+            // ON, CLW, CCLW: as before, or at a speed that is set elsewhere.
+            Spindle::Turns(self.spindle_rpm.filter(|&rpm| rpm > 0.0))
+        };
+        self.log.spindle(line, spindle);
         Ok(())
     }
 

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use nalgebra::Isometry3;
 
-use super::{Program, ProgramFault, SpindleCommand, ToolMass};
+use super::{Pace, Program, ProgramFault, Spindle, SpindleCommand, ToolMass};
 use crate::motion::{Move, Target};
 
 /// A program that is wrong throughout is not told line by line.
@@ -15,11 +15,15 @@ const FAULTS_TOLD: usize = 50;
 pub(super) struct Log {
     /// More than this is a fault.
     most_moves: usize,
+    /// At what speed rapid moves are taken to run.
+    rapid_m_per_s: f64,
     is_full: bool,
     moves: Vec<Move>,
     spindle: Vec<SpindleCommand>,
     /// Moves beyond the first whose speed the program leaves open: their number, and the first's line.
     rapid: Option<(usize, usize)>,
+    /// The line that sends the tool to where the program does not tell, and how.
+    away: Option<(usize, String)>,
     tools: Vec<ToolMass>,
     notices: Vec<ProgramFault>,
     faults: Vec<ProgramFault>,
@@ -28,13 +32,15 @@ pub(super) struct Log {
 }
 
 impl Log {
-    pub(super) fn new(most_moves: usize) -> Self {
+    pub(super) fn new(most_moves: usize, rapid_m_per_s: f64) -> Self {
         Self {
             most_moves,
+            rapid_m_per_s,
             is_full: false,
             moves: Vec::new(),
             spindle: Vec::new(),
             rapid: None,
+            away: None,
             tools: Vec::new(),
             notices: Vec::new(),
             faults: Vec::new(),
@@ -65,10 +71,21 @@ impl Log {
 
     /// Numbers may be right in the text and overflow on the way to the base frame; one line may ask for
     /// more moves than the memory holds.
-    pub(super) fn motion(&mut self, to: Move) {
+    pub(super) fn motion(&mut self, line: usize, to: Target, tcp: Isometry3<f64>, pace: Pace) {
         if self.is_full {
             return;
         }
+        if let Some((line, what)) = self.away.take() {
+            let what = format!(
+                "{what}, and motion follows from there; split the program here into several operations"
+            );
+            self.fault(line, what);
+        }
+        let feed_m_per_s = match pace {
+            Pace::Feed(feed_m_per_s) => feed_m_per_s,
+            Pace::Rapid => self.count_rapid(line),
+        };
+        let to = Move { to, feed_m_per_s, tcp, line, spindle_turns: true };
         if self.moves.len() >= self.most_moves {
             self.is_full = true;
             let what = format!(
@@ -83,14 +100,25 @@ impl Log {
         }
     }
 
-    /// A move at the speed that is assumed because the program gives none. The first of all does not
-    /// count: it goes to where the path starts.
-    pub(super) fn rapid_motion(&mut self, to: Move) {
-        if !self.moves.is_empty() && !self.is_full {
-            let (count, _) = self.rapid.get_or_insert((0, to.line));
+    /// The speed that is assumed because the program gives none. The first of all moves does not count:
+    /// it goes to where the path starts.
+    fn count_rapid(&mut self, line: usize) -> f64 {
+        if !self.moves.is_empty() {
+            let (count, _) = self.rapid.get_or_insert((0, line));
             *count += 1;
         }
-        self.motion(to);
+        self.rapid_m_per_s
+    }
+
+    /// The tool goes to a place that the program does not give. Before the first move and behind the last the
+    /// path is whole without that way; in between it would be wrong.
+    pub(super) fn leaves(&mut self, line: usize, how: &str) {
+        let what = format!("{how}: the place is not in the program");
+        if self.moves.is_empty() {
+            self.notice(line, left_out(&what));
+        } else {
+            self.away.get_or_insert((line, what));
+        }
     }
 
     /// A tool that moves, with its mass; told once.
@@ -105,14 +133,16 @@ impl Log {
         self.is_full
     }
 
-    pub(super) fn spindle(&mut self, line: usize, rpm: f64) {
-        self.spindle.push(SpindleCommand { line, rpm, from_move: self.moves.len() });
+    pub(super) fn spindle(&mut self, line: usize, spindle: Spindle) {
+        self.spindle.push(SpindleCommand { line, spindle, from_move: self.moves.len() });
     }
 
-    /// `rapid_m_per_s`: at what speed the rapid moves were taken to run.
-    pub(super) fn finish(mut self, rapid_m_per_s: f64) -> Result<Program, Vec<ProgramFault>> {
+    pub(super) fn finish(mut self) -> Result<Program, Vec<ProgramFault>> {
         if self.faults.is_empty() && self.moves.is_empty() {
             self.fault(1, "the program moves nothing");
+        }
+        if let Some((line, what)) = self.away.take() {
+            self.notice(line, left_out(&what));
         }
         if let Some((count, first_line)) = self.rapid {
             let moves = if count == 1 {
@@ -120,13 +150,13 @@ impl Log {
             } else {
                 format!("{count} rapid moves, of which this is the first, run")
             };
-            self.notice(first_line, format!("{moves} at the assumed {rapid_m_per_s} m/s"));
+            self.notice(first_line, format!("{moves} at the assumed {} m/s", self.rapid_m_per_s));
         }
         if self.faults.is_empty() {
             self.notices.sort_by_key(|notice| notice.line);
             let Self { mut moves, spindle, tools, notices, .. } = self;
             let ends = spindle.iter().skip(1).map(|next| next.from_move).chain([moves.len()]);
-            let stops: Vec<_> = spindle.iter().zip(ends).filter(|(at, _)| at.rpm == 0.0).collect();
+            let stops = spindle.iter().zip(ends).filter(|(at, _)| at.spindle == Spindle::Stands);
             for (stop, end) in stops {
                 moves[stop.from_move..end].iter_mut().for_each(|each| each.spindle_turns = false);
             }
@@ -140,6 +170,10 @@ impl Log {
         }
         Err(self.faults)
     }
+}
+
+fn left_out(what: &str) -> String {
+    format!("{what}; the way there is left out")
 }
 
 fn is_finite(each: &Move) -> bool {

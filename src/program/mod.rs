@@ -2,9 +2,16 @@
 //!
 //! Three dialects: RAPID (ABB), APT / cutter location files, and G-code. A reader follows the program as
 //! the controller would, from the first instruction to the last, and writes down every motion. What
-//! it does not understand it never passes over in silence: where motion may be lost or wrong the
-//! program is refused with a [`ProgramFault`]; where only something beside the motion is left out, the
-//! program carries a notice.
+//! it does not understand it never passes over in silence. Where motion that the program asks for would be
+//! lost or wrong, the program is refused with a [`ProgramFault`]. The program carries a notice where
+//! something beside the motion is left out, and where only the cell knows whether anything is:
+//!
+//! - calls of RAPID procedures that stand in no file that is read (if they name a target or sound like
+//!   motion, they are refused), APT words and M codes that are not known: taken not to move;
+//! - work offsets of G-code after the first, heads and tools after the first: the job has one frame, tool and
+//!   TCP for all;
+//! - before the first move and behind the last, ways to places that are not in the program (`GOHOME`, `G28`,
+//!   `G53`): left out. Between moves they are refused.
 //!
 //! Frames: a target is the pose of the tool centre point (TCP) in the base frame of the robot; the TCP
 //! is given in the tip frame, which for an ABB arm is its `tool0`. Where robot and program could both
@@ -114,7 +121,7 @@ const MOST_MOVES: usize = 2_000_000;
 pub struct Program {
     /// The moves in the order in which they run; at least one. The first goes to where the path starts.
     pub moves: Vec<Move>,
-    /// Spindle speeds in the order in which they run. RAPID has no instruction for the spindle: there
+    /// Commands to the spindle in the order in which they run. RAPID has no instruction for the spindle: there
     /// this is empty, and a notice names what looks like one.
     pub spindle: Vec<SpindleCommand>,
     /// Masses of the tools that the program declares and uses (RAPID alone), each tool once.
@@ -134,13 +141,37 @@ pub struct ToolMass {
     pub mass_kg: f64,
 }
 
+/// What a spindle is told to do.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Spindle {
+    /// To stand still.
+    Stands,
+    /// To turn, at this speed in rev/min (positive) or at one that the program does not tell.
+    Turns(Option<f64>),
+}
+
+impl Spindle {
+    /// Turns at `rpm` where that is known; at zero it stands.
+    fn at(rpm: Option<f64>) -> Self {
+        if rpm == Some(0.0) { Self::Stands } else { Self::Turns(rpm) }
+    }
+
+    /// Speed, rev/min, of a spindle that turns, if it is told.
+    pub fn rpm(self) -> Option<f64> {
+        match self {
+            Self::Stands => None,
+            Self::Turns(rpm) => rpm,
+        }
+    }
+}
+
 /// A command to the spindle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SpindleCommand {
     /// Line of the program, counted from 1.
     pub line: usize,
-    /// Speed from here on, rev/min; zero is a stop.
-    pub rpm: f64,
+    /// What it does from here on.
+    pub spindle: Spindle,
     /// Index in [`Program::moves`] of the first move under this speed (their number, if none follows).
     pub from_move: usize,
 }
@@ -181,13 +212,13 @@ fn read_up_to(
     settings: &Settings,
 ) -> Result<Program, Vec<ProgramFault>> {
     let text = text::decode(bytes).map_err(|fault| vec![fault])?;
-    let mut log = log::Log::new(most_moves);
+    let mut log = log::Log::new(most_moves, settings.rapid_m_per_s);
     match dialect {
         Dialect::Rapid => rapid::read(&text, settings, &mut log),
         Dialect::Apt => apt::read(&text, settings, &mut log),
         Dialect::GCode => gcode::read(&text, settings, &mut log),
     }
-    log.finish(settings.rapid_m_per_s)
+    log.finish()
 }
 
 #[cfg(test)]

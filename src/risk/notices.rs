@@ -19,7 +19,7 @@ pub(super) fn notices(
         line: Some(operation.line),
         what,
     };
-    let mut notices: Vec<AssessFault> = nothing_checked(job, risk)
+    let mut notices: Vec<AssessFault> = nothing_checked(job, path, risk)
         .into_iter()
         .chain(too_sudden(job, operation, path))
         .map(in_job)
@@ -42,8 +42,14 @@ pub(super) fn notices(
     notices
 }
 
-/// A clear verdict means nothing where the policy leaves every line or every mode out.
-fn nothing_checked(job: &Job, risk: &OperationRisk) -> Option<String> {
+/// A clear verdict means nothing where the spindle stands all along, or the policy leaves every line or every
+/// mode out.
+fn nothing_checked(job: &Job, path: &Path, risk: &OperationRisk) -> Option<String> {
+    if !path.spindle_turns() {
+        return Some(
+            "nothing was checked: the program has stopped the spindle on the whole path".to_owned(),
+        );
+    }
     if risk.left_out.lines.len() == risk.lines.len() {
         return Some(
             "nothing was checked: every excitation line lies in policy.ignore_hz".to_owned(),

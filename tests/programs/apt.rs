@@ -1,6 +1,6 @@
 //! APT and cutter location files: continuation, tool axes, cycles, units.
 
-use detune::program::{Dialect, Settings, SpindleCommand, read};
+use detune::program::{Dialect, Settings, Spindle, SpindleCommand, read};
 use nalgebra::Vector3;
 
 use super::support::{assert_ends, assert_pose, end, faults, lines, pose, settings};
@@ -44,8 +44,8 @@ fn contour_with_holes() {
     assert_eq!(
         program.spindle,
         [
-            SpindleCommand { line: 6, rpm: 3500.0, from_move: 0 },
-            SpindleCommand { line: 25, rpm: 0.0, from_move: 13 },
+            SpindleCommand { line: 6, spindle: Spindle::Turns(Some(3500.0)), from_move: 0 },
+            SpindleCommand { line: 25, spindle: Spindle::Stands, from_move: 13 },
         ]
     );
     // Five after the first, see the feeds above.
@@ -105,6 +105,10 @@ fn what_is_lost_or_computed_is_refused_with_its_line() {
         ("CYCLE/DRILL,10,100,2,MMPM", "numbers without keywords"),
         ("CYCLE/DRILL,CLEAR,2", "depth is missing"),
         ("CYCLE/MILL,DEPTH,2", "'MILL' is not understood"),
+        ("GOABS/1,2,3", "GOTO points"),
+        ("LCS/ON", "GOTO points"),
+        ("MSYS/0,0,500,1,0,0,0,1,0", "MSYS: a coordinate system behind motion"),
+        ("GOHOME/1,2", "as numbers"),
     ] {
         let found = faults(&format!("GOTO/0,0,0\r\n\r\n{statement}\r\n"), Dialect::Apt);
         assert_eq!(found.len(), 1, "{statement}: {found:?}");
@@ -120,8 +124,62 @@ fn what_is_lost_or_computed_is_refused_with_its_line() {
 #[test]
 fn things_beside_the_motion_are_told() {
     let program = apt(
-        "FEDRAT/5,IPM\nLOADTL/1\nGOTO/0,0,0\nLOADTL/2\nGOHOME\nCUTCOM/LEFT\nFOO/1\nSPINDL/100,SFM\nGOTO/1,0,0",
+        "FEDRAT/5,IPM\nLOADTL/1\nGOTO/0,0,0\nLOADTL/2\nHEAD/2\nCUTCOM/LEFT\nFOO/1\nSPINDL/100,SFM\nGOTO/1,0,0",
     );
     let told: Vec<usize> = program.notices.iter().map(|notice| notice.line).collect();
     assert_eq!(told, [1, 4, 5, 6, 7, 8], "{:?}", program.notices);
+}
+
+#[test]
+fn a_start_without_a_speed_ends_a_stop() {
+    for (start, rpm) in [
+        ("SPINDL/ON", None),
+        ("SPINDL/CLW", None),
+        ("SPINDL/300,SFM,CLW", None),
+        ("SPINDL/SMM,90,CCLW", None),
+        ("SPINDL/900,RPM,CLW", Some(900.0)),
+    ] {
+        let program = apt(&format!("SPINDL/OFF\nGOTO/0,0,0\nGOTO/1,0,0\n{start}\nGOTO/2,0,0\n"));
+        let turns: Vec<bool> = program.moves.iter().map(|each| each.spindle_turns).collect();
+        assert_eq!(turns, [false, false, true], "{start}");
+        assert_eq!(program.spindle[1].spindle, Spindle::Turns(rpm), "{start}");
+    }
+}
+
+/// A surface speed takes the place of the speed before it: a feed per revolution is no longer known.
+#[test]
+fn a_feed_per_revolution_of_a_surface_speed_is_refused() {
+    let text = "SPINDL/900,RPM\nFEDRAT/0.1,MMPR\nGOTO/0,0,0\nSPINDL/300,SFM\nGOTO/1,0,0\n";
+    let found = faults(text, Dialect::Apt);
+    assert_eq!((found[0].line, found.len()), (5, 1), "{found:?}");
+}
+
+#[test]
+fn one_coordinate_system_throughout() {
+    let system = |z: f64| format!("MSYS/0,0,{z},1,0,0,0,1,0\nGOTO/1,2,3\n");
+    let same = apt(&(system(500.0) + &system(500.0)));
+    assert_ends(&same, &[('L', [1.0, 2.0, 3.0]), ('L', [1.0, 2.0, 3.0])]);
+    assert!(same.notices.is_empty(), "{:?}", same.notices);
+    let found = faults(&(system(0.0) + &system(500.0) + &system(0.0)), Dialect::Apt);
+    assert_eq!((found[0].line, found.len()), (3, 1), "{found:?}");
+    assert!(found[0].what.contains("line 1"), "{}", found[0].what);
+}
+
+#[test]
+fn the_way_home_is_read_where_it_is_given_and_refused_between_moves() {
+    let program = apt("GOTO/0,0,0\nGOHOME/1,2,90,0,0,1\nGOTO/3,0,0\nGOHOME\nFINI\n");
+    assert_ends(
+        &program,
+        &[('L', [0.0, 0.0, 0.0]), ('L', [1.0, 2.0, 90.0]), ('L', [3.0, 0.0, 0.0])],
+    );
+    assert_eq!(program.moves[1].feed_m_per_s, 0.5);
+    let told: Vec<usize> = program.notices.iter().map(|notice| notice.line).collect();
+    assert_eq!(told, [2, 4], "{:?}", program.notices);
+    for away in ["GOHOME", "GOCLER"] {
+        let found = faults(&format!("GOTO/0,0,0\n{away}\nGOTO/1,0,0\nGOTO/2,0,0\n"), Dialect::Apt);
+        assert_eq!((found[0].line, found.len()), (2, 1), "{found:?}");
+        assert!(found[0].what.contains("split the program"), "{}", found[0].what);
+        // Nothing came before.
+        assert_eq!(lines(&apt(&format!("{away}\nGOTO/1,0,0\n"))), [2]);
+    }
 }

@@ -1,7 +1,7 @@
 //! G-code: modes, arcs, cycles, units.
 
 use detune::motion::Target;
-use detune::program::{Dialect, Program, SpindleCommand, read};
+use detune::program::{Dialect, Program, Spindle, SpindleCommand, read};
 
 use super::support::{assert_ends, assert_pose, end, faults, lines, pose, settings};
 
@@ -67,9 +67,9 @@ fn pocket_with_arcs_and_holes() {
     assert_eq!(
         program.spindle,
         [
-            SpindleCommand { line: 5, rpm: 8000.0, from_move: 0 },
-            SpindleCommand { line: 16, rpm: 12000.0, from_move: 10 },
-            SpindleCommand { line: 22, rpm: 0.0, from_move: 28 },
+            SpindleCommand { line: 5, spindle: Spindle::Turns(Some(8000.0)), from_move: 0 },
+            SpindleCommand { line: 16, spindle: Spindle::Turns(Some(12000.0)), from_move: 10 },
+            SpindleCommand { line: 22, spindle: Spindle::Stands, from_move: 28 },
         ]
     );
     let told: Vec<usize> = program.notices.iter().map(|notice| notice.line).collect();
@@ -162,18 +162,18 @@ fn relative_holes_repeat() {
 
 #[test]
 fn feed_per_revolution_and_the_way_to_the_reference() {
-    let program = gcode("G0 X0 Y0 Z0\nS3000 M3\nG95 G1 X10 F0.1\nG28 Z20\nG94 G1 Z0\nG4 P2 X3");
+    let program = gcode("G0 X0 Y0 Z0\nS3000 M3\nG95 G1 X10 F0.1\nG94 G1 Z0.5\nG4 P2 X3\nG28 Z20");
     assert_ends(
         &program,
         &[
             ('L', [0.0; 3]),
             ('L', [10.0, 0.0, 0.0]),
+            ('L', [10.0, 0.0, 0.5]),
             ('L', [10.0, 0.0, 20.0]),
-            ('L', [10.0, 0.0, 0.0]),
         ],
     );
     assert!((program.moves[1].feed_m_per_s - 0.3 / 60.0).abs() < 1e-15);
-    assert_eq!(program.moves[3].feed_m_per_s, 0.01);
+    assert_eq!(program.moves[2].feed_m_per_s, 0.01);
 }
 
 #[test]
@@ -206,6 +206,16 @@ fn what_is_lost_or_computed_is_refused_with_its_line() {
         ("G95 G1 X5 F0.1", "S is not known"),
         ("G1 X5 (open", "not closed"),
         ("G80 X5", "axes without G0"),
+        ("G1 X60 X90", "two X words"),
+        ("X1 F100 F900", "two F words"),
+        ("G0 G1 X5", "G0 and G1 in one block"),
+        ("G1 G81 X5 R2 Z-1", "G1 and G81 in one block"),
+        ("G81 G80 X5 R2 Z-1", "G80 and G81 in one block"),
+        ("G90 G91 X5", "G90 and G91 in one block"),
+        ("G17 G18 X5", "G17 and G18 in one block"),
+        ("G20 G21 X5", "G20 and G21 in one block"),
+        ("G4 P1 G28 Z5", "G4 and G28 in one block"),
+        ("M3 M5", "M3 and M5 in one block"),
     ] {
         let found = faults(&format!("G0 X0 Y0 Z0\r\n\r\n{block}\r\n"), Dialect::GCode);
         assert_eq!(found.len(), 1, "{block}: {found:?}");
@@ -224,4 +234,59 @@ fn moves_know_whether_the_spindle_turns() {
     let text = "G0 X0 Y0 Z0\nX1\nS1100 M3\nG1 X2 F100\nM5\nG0 Z9\nX3\nM3\nG1 X4\nS0\nX5\nM30\n";
     let turns: Vec<bool> = gcode(text).moves.iter().map(|each| each.spindle_turns).collect();
     assert_eq!(turns, [true, true, true, false, false, true, false]);
+}
+
+/// A stop as a safety line, and a start that leaves the speed to the cell: the spindle turns.
+#[test]
+fn a_start_without_a_speed_ends_a_stop() {
+    for start in ["M3", "M4", "M13", "M14", "M3 S1100", "S1100 M4"] {
+        let program = gcode(&format!("M5\nG0 X0 Y0 Z0\nX1\n{start}\nG1 X2 F100\nX3\n"));
+        let turns: Vec<bool> = program.moves.iter().map(|each| each.spindle_turns).collect();
+        assert_eq!(turns, [false, false, true, true], "{start}");
+    }
+    // In the block of a move it stops before it or behind it, as the controller has it.
+    let program = gcode("S900 M3\nG0 X0 Y0 Z0\nG1 X2 F100 M5\nX3\n");
+    let turns: Vec<bool> = program.moves.iter().map(|each| each.spindle_turns).collect();
+    assert_eq!(turns, [true, true, false]);
+    let program = gcode("M5\nG0 X0 Y0 Z0\nM3\nG1 X2 F100\n");
+    assert_eq!(
+        program.spindle,
+        [
+            SpindleCommand { line: 1, spindle: Spindle::Stands, from_move: 0 },
+            SpindleCommand { line: 3, spindle: Spindle::Turns(None), from_move: 1 },
+        ]
+    );
+}
+
+/// The heads that posts write: codes of different groups, a cycle cancelled beside a motion, a code said twice.
+#[test]
+fn codes_that_go_together_are_read_together() {
+    for head in ["G0 G17 G40 G49 G80 G90 G94", "G80 G0", "G0 G80", "G0 G0 G90 G90"] {
+        let program = gcode(&format!("{head}\nX0 Y0 Z5\nX1 M8 M9\n"));
+        assert_ends(&program, &[('L', [0.0, 0.0, 5.0]), ('L', [1.0, 0.0, 5.0])]);
+    }
+}
+
+/// Where the reference and the machine's zero are is not in the program. Before the first place that is known
+/// and behind the last nothing is lost but the way there; in between the way is wrong.
+#[test]
+fn ways_to_the_machine_s_own_places_are_refused_between_moves() {
+    let away = ["G53 G0 Z0", "G0 G53 X0 Y0", "G91 G28 Z0\nG90", "G30 Z0", "G28"];
+    for way in away {
+        let found = faults(&format!("G0 X0 Y0 Z5\n{way}\nG1 X5 Y0 Z0 F100\nX6\n"), Dialect::GCode);
+        assert_eq!((found[0].line, found.len()), (2, 1), "{way}: {found:?}");
+        assert!(found[0].what.contains("split the program"), "{way}: {}", found[0].what);
+
+        let program = gcode(&format!("{way}\nG1 X5 Y0 Z0 F100\nX6\n{way}\nM30\n"));
+        assert_ends(&program, &[('L', [5.0, 0.0, 0.0]), ('L', [6.0, 0.0, 0.0])]);
+        assert_eq!(program.notices[0].line, 1, "{way}: {:?}", program.notices);
+    }
+    // Behind the retract the height is not known, so this is no move through the part.
+    let program = gcode("G0 X0 Y0 Z5\nG1 Z0 F100\nG53 G0 Z0\nX9 Y9\nM30\n");
+    assert_ends(&program, &[('L', [0.0, 0.0, 5.0]), ('L', [0.0, 0.0, 0.0])]);
+    let told: Vec<usize> = program.notices.iter().map(|notice| notice.line).collect();
+    assert_eq!(told, [3, 4], "{:?}", program.notices);
+    // What is known of x is no longer so.
+    let program = gcode("G0 X1 Y2\nG53 X0\nZ5\nX3\n");
+    assert_ends(&program, &[('L', [3.0, 2.0, 5.0])]);
 }

@@ -272,3 +272,25 @@ fn wobj0_by_name_is_the_job_s_and_says_so() {
     // Without a frame in the job there is nothing to choose between.
     assert!(rapid(&named).notices.is_empty());
 }
+
+/// One value of a CASE that matches is enough; those behind it are not looked at.
+#[test]
+fn a_test_that_is_decided_needs_no_other_value() {
+    for cases in [
+        "CASE kElse,2: MoveL p,v5,fine,tool0;",
+        "CASE 2: MoveL p,v5,fine,tool0;\nCASE kElse: GOTO x;",
+    ] {
+        let program = rapid(&module(&format!("TEST 2\n{cases}\nDEFAULT: Stop;\nENDTEST")));
+        assert_eq!(program.moves.len(), 1, "{cases}");
+    }
+}
+
+/// As many targets as a controller holds, written out, are no growth.
+#[test]
+fn a_long_table_of_targets_is_read() {
+    let target = "[[1,2,3],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]";
+    let table = vec![target; 3000].join(",");
+    let text = module("FOR i FROM 1 TO 3000 DO\nMoveL t{i},v5,fine,tool0;\nENDFOR")
+        .replace("PROC main", &format!("CONST robtarget t{{3000}}:=[{table}];PROC main"));
+    assert_eq!(rapid(&text).moves.len(), 3000);
+}

@@ -38,6 +38,11 @@ fn motion_that_is_not_understood_is_refused_with_its_line() {
         ("WHILE DInput(di1)=1 DO\nMoveL p,v5,fine,tool0;\nENDWHILE", "WHILE decides"),
         ("FOR i FROM 1 TO n DO\nMoveL p,v5,fine,tool0;\nENDFOR", "FOR decides"),
         ("TEST n\nCASE 1: MoveL p,v5,fine,tool0;\nENDTEST", "TEST decides"),
+        (
+            "TEST 1\nCASE kElse:\nDEFAULT: MoveL p,v5,fine,tool0;\nENDTEST",
+            "'kElse' is not declared",
+        ),
+        ("TEST 1\nCASE kElse: MoveL p,v5,fine,tool0;\nCASE 1:\nENDTEST", "TEST decides"),
         ("FOR i FROM 1 TO 2 STEP 0 DO\nENDFOR", "STEP is 0"),
         ("FOR i FROM 1 TO 1E12 DO\nENDFOR", "a loop without an end"),
         ("WHILE 1<2 DO\nENDWHILE", "a loop without an end"),
@@ -150,5 +155,32 @@ fn extensions_tell_the_dialect() {
         ("txt", None),
     ] {
         assert_eq!(Dialect::from_extension(extension), dialect, "{extension}");
+    }
+}
+
+/// Strings of RAPID have 80 characters at most, and data keep their size: a short text must not ask for all
+/// memory or for a stack that is too deep.
+#[test]
+fn data_that_grow_without_end_are_refused() {
+    for (declared, grows, passes, said) in [
+        ("string s:=\"ab\"", "s:=s+s;", 60, "80 characters"),
+        ("num s{2}:=[1,2]", "s:=[s,s];", 18, "too large"),
+        ("num s{2}:=[1,2]", "s:=[s,s];", 60, "found 2 values"),
+        (
+            "num s{9};\nVAR num t{9}",
+            "t:=s;\nFOR j FROM 1 TO 9 DO\ns{j}:=t;\nENDFOR",
+            60,
+            "too large",
+        ),
+        ("num s{1}:=[1]", "s:=[s];", 20, "nested too deep"),
+        ("num s{1}:=[1]", "s:=[s];", 100_000, "found 1 values"),
+        ("num s{1}:=[1]", "s{1}:=s;", 20, "nested too deep"),
+        ("num s{1}:=[1]", "s{1}:=s;", 100_000, "nested too deep"),
+    ] {
+        let text = format!(
+            "VAR {declared};\nFOR i FROM 1 TO {passes} DO\n{grows}\nENDFOR\nMoveL s,v5,fine,tool0;"
+        );
+        let found = faults(&module(&text), Dialect::Rapid);
+        assert!(found.iter().any(|fault| fault.what.contains(said)), "{grows} {passes}: {found:?}");
     }
 }

@@ -75,6 +75,10 @@ pub(super) fn parse(line: &str) -> Result<Block, String> {
         if letter == 'O' && after.starts_with(|c: char| c.is_ascii_alphabetic()) {
             return Err("O-words (subroutines, loops, conditions) are not supported".to_owned());
         }
+        // Which of the two a controller takes differs.
+        if !matches!(letter, 'G' | 'M') && block.get(letter).is_some() {
+            return Err(format!("two {letter} words in one block"));
+        }
         block.words.push((letter, number));
         rest = after;
     }

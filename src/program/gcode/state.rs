@@ -5,10 +5,10 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use super::arc::{self, Arc, Centre, Plane};
 use super::block::Block;
 use super::cycle::{Cycle, Kind};
-use crate::motion::{Move, Target};
+use crate::motion::Target;
 use crate::program::log::Log;
 use crate::program::tool_axis::orientation;
-use crate::program::{Pace, Settings};
+use crate::program::{Pace, Settings, Spindle};
 use crate::units::{m_from_mm, m_per_s_from_mm_per_min, mm_from_inch};
 
 const AXES: [char; 3] = ['X', 'Y', 'Z'];
@@ -122,16 +122,16 @@ impl<'a> Reader<'a> {
     pub(super) fn set_spindle(&mut self, line: usize, rpm: f64) {
         self.spindle_rpm = Some(rpm);
         if self.spindle_on {
-            self.log.spindle(line, rpm);
+            self.log.spindle(line, Spindle::at(self.spindle_rpm));
         }
     }
 
     pub(super) fn turn_spindle(&mut self, line: usize, on: bool) {
-        match (on, self.spindle_rpm) {
-            (true, Some(rpm)) => self.log.spindle(line, rpm),
-            (true, None) => self.log.notice(line, "M3/M4 without S: the speed is not known yet"),
-            (false, _) => self.log.spindle(line, 0.0),
+        if on && self.spindle_rpm.is_none() {
+            self.log.notice(line, "M3/M4 without S: the speed is not known yet");
         }
+        let spindle = if on { Spindle::at(self.spindle_rpm) } else { Spindle::Stands };
+        self.log.spindle(line, spindle);
         self.spindle_on = on;
     }
 
@@ -180,15 +180,7 @@ impl<'a> Reader<'a> {
 
     fn push(&mut self, line: usize, to: Target, pace: Pace) {
         let tcp = self.settings.tcp.unwrap_or_default();
-        match pace {
-            Pace::Feed(feed_m_per_s) => {
-                self.log.motion(Move { to, feed_m_per_s, tcp, line, spindle_turns: true })
-            }
-            Pace::Rapid => {
-                let feed_m_per_s = self.settings.rapid_m_per_s;
-                self.log.rapid_motion(Move { to, feed_m_per_s, tcp, line, spindle_turns: true });
-            }
-        }
+        self.log.motion(line, to, tcp, pace);
     }
 
     pub(super) fn straight(
@@ -201,8 +193,7 @@ impl<'a> Reader<'a> {
         match self.place() {
             Some(place) => self.line_to(line, place, pace),
             None => {
-                let what = "moves before all of X, Y and Z are given are left out: the place is \
-                            not known";
+                let what = "moves while not all of X, Y and Z are known are left out";
                 self.log.notice(line, what);
             }
         }
@@ -214,15 +205,27 @@ impl<'a> Reader<'a> {
         self.at = to.map(Some);
     }
 
-    /// G28 and G30 go by way of the point that they name.
-    pub(super) fn by_way_of(&mut self, line: usize, block: &Block) -> Result<(), String> {
-        let Some(before) = self.place() else { return Ok(()) };
-        let end = self.end_of(block)?;
-        let [Some(x), Some(y), Some(z)] = end else { return Ok(()) };
-        if [x, y, z] != before {
+    /// G28 and G30 go by way of the point that they name to the reference of its axes, or of all.
+    pub(super) fn refer(&mut self, line: usize, block: &Block) -> Result<(), String> {
+        if let Some(before) = self.place()
+            && let [Some(x), Some(y), Some(z)] = self.end_of(block)?
+            && [x, y, z] != before
+        {
             self.line_to(line, [x, y, z], Pace::Rapid);
         }
+        self.leave(line, block, "G28/G30");
         Ok(())
+    }
+
+    /// The axes that the block names, or all if it names none, go to where the program does not tell.
+    pub(super) fn leave(&mut self, line: usize, block: &Block, how: &str) {
+        let names_none = AXES.iter().all(|&axis| block.get(axis).is_none());
+        for (at, axis) in self.at.iter_mut().zip(AXES) {
+            if names_none || block.get(axis).is_some() {
+                *at = None;
+            }
+        }
+        self.log.leaves(line, how);
     }
 
     pub(super) fn arc(

@@ -4,7 +4,7 @@
 use super::functions::{self, Given};
 use super::run::{Datum, Flow, Interpreter};
 use super::syntax::{Args, Declaration, Expr, Name, Operator, Optional, Path, Step};
-use super::value::{Value, field, initial, initial_array};
+use super::value::{Value, field, initial, initial_array, within_depth, within_size};
 
 /// Declarations, expressions and calls in one another beyond this are refused.
 pub(super) const DEEPEST: usize = 120;
@@ -49,9 +49,9 @@ impl<'a> Interpreter<'a> {
     fn eval_inside(&mut self, expr: &'a Expr) -> Value {
         match expr {
             Expr::Number(number) => Value::Num(*number),
-            Expr::Text(text) => Value::Text(text.as_str().into()),
+            Expr::Text(text) => known(Value::text(text)),
             Expr::Bool(value) => Value::Bool(*value),
-            Expr::List(items) => Value::List(items.iter().map(|item| self.eval(item)).collect()),
+            Expr::List(items) => known(self.list(items)),
             Expr::Ref(path) => self.read(path),
             Expr::Call(call) => self.function(&call.0, &call.1),
             Expr::Not(inner) => known(self.eval(inner).bool().map(|value| Value::Bool(!value))),
@@ -70,6 +70,17 @@ impl<'a> Interpreter<'a> {
                 known(binary(*operator, &left, &right).and_then(functions::finite))
             }
         }
+    }
+
+    fn list(&mut self, items: &'a [Expr]) -> Result<Value, String> {
+        let mut values = Vec::new();
+        let mut size = 1;
+        for item in items {
+            let value = self.eval(item);
+            size = within_size(size + value.size())?;
+            values.push(value);
+        }
+        Ok(Value::List(values))
     }
 
     /// The value of a datum or of a part of it.
@@ -109,7 +120,9 @@ impl<'a> Interpreter<'a> {
                 _ => None,
             },
         };
-        let mut target = root.ok_or_else(|| undeclared(&path.name))?;
+        let root = root.ok_or_else(|| undeclared(&path.name))?;
+        let value = known(within_depth(value, way.len()));
+        let mut target = &mut *root;
         for index in way {
             target = match target {
                 Value::List(items) => items.get_mut(index).ok_or_else(|| beyond(&path.name))?,
@@ -117,7 +130,11 @@ impl<'a> Interpreter<'a> {
                 _ => return Err(format!("'{}' has no parts", path.name.shown)),
             };
         }
+        let grows = value.size() > target.size();
         *target = value;
+        if grows && let Err(why) = within_size(root.size()) {
+            *root = Value::unknown(why);
+        }
         Ok(())
     }
 
@@ -198,7 +215,7 @@ impl<'a> Interpreter<'a> {
         match (declaration.name.key.as_str(), &declaration.value) {
             ("tool0", _) => Value::Tool0,
             ("wobj0", _) => Value::Wobj0,
-            (_, Some(expr)) => self.eval(expr),
+            (_, Some(expr)) => known(within_depth(self.eval(expr), 0)),
             (_, None) => {
                 let element = initial(self.file, &declaration.kind);
                 let sizes: Result<Vec<usize>, String> = declaration
@@ -325,7 +342,7 @@ fn binary(operator: Operator, left: &Value, right: &Value) -> Result<Value, Stri
     }
 }
 
-fn equal(left: &Value, right: &Value) -> Result<bool, String> {
+pub(super) fn equal(left: &Value, right: &Value) -> Result<bool, String> {
     match (left, right) {
         (Value::Unknown(why), _) | (_, Value::Unknown(why)) => Err(why.to_string()),
         (Value::List(left), Value::List(right)) => {
@@ -345,7 +362,7 @@ fn arithmetic(operator: Operator, left: &Value, right: &Value) -> Result<Value, 
     };
     match (left, right) {
         (Value::Text(left), Value::Text(right)) if operator == Operator::Plus => {
-            Ok(Value::Text(format!("{left}{right}").into()))
+            Value::text(&format!("{left}{right}"))
         }
         // pos ± pos, by component; pos · num, num · pos, pos / num.
         (Value::List(left), Value::List(right))

@@ -6,8 +6,8 @@ use super::instructions::{ToolAt, Way};
 use super::run::Interpreter;
 use super::syntax::{Args, Expr, Name};
 use super::value::{Value, from_pose, has_external_axes, pose};
-use crate::motion::{Move, Target};
-use crate::program::ToolMass;
+use crate::motion::{Circle, Target};
+use crate::program::{Pace, ToolMass};
 use crate::units::{m_per_s_from_mm_per_s, rad_from_deg};
 
 /// Joints that a jointtarget has.
@@ -58,13 +58,7 @@ impl<'a> Interpreter<'a> {
                 self.log.notice(line, format!("{} \\T: the time is not used", name.shown));
             }
             let feed_m_per_s = self.speed(line, speed_arg, option("v"))?;
-            self.log.motion(Move {
-                to: Target::Joints(joints),
-                feed_m_per_s,
-                tcp,
-                line,
-                spindle_turns: true,
-            });
+            self.log.motion(line, Target::Joints(joints), tcp, Pace::Feed(feed_m_per_s));
             self.last = None;
             return Ok(());
         }
@@ -78,7 +72,11 @@ impl<'a> Interpreter<'a> {
         };
         let timed = option("t").map(Value::num).transpose()?;
         let feed_m_per_s = match (timed, self.last) {
-            (Some(seconds), Some(last)) if self.may_be_timed(line, way) => {
+            (Some(seconds), Some(last)) => {
+                if way == Way::Joint {
+                    let what = "MoveJ \\T: the way is taken to be as long as the straight line";
+                    self.log.notice(line, what);
+                }
                 timed_feed(seconds, &last.with(&tcp), via.as_ref(), &end)?
             }
             (Some(_), _) => {
@@ -95,16 +93,9 @@ impl<'a> Interpreter<'a> {
             (Way::Joint, None) => Target::JointsTo(end),
             (_, None) => Target::Line(end),
         };
-        self.log.motion(Move { to, feed_m_per_s, tcp, line, spindle_turns: true });
+        self.log.motion(line, to, tcp, Pace::Feed(feed_m_per_s));
         self.last = Some(Last { at: end, tcp });
         Ok(())
-    }
-
-    fn may_be_timed(&mut self, line: usize, way: Way) -> bool {
-        if way == Way::Joint {
-            self.log.notice(line, "MoveJ \\T: the way is taken to be as long as the straight line");
-        }
-        true
     }
 
     /// `CRobT()`: the last target, in the work object and with the tool asked for.
@@ -308,19 +299,10 @@ fn timed_feed(
 
 /// Length of the arc of a circle from `a` through `b` to `c`, m; the chords' where they are in line.
 fn arc_length_m(a: Vector3<f64>, b: Vector3<f64>, c: Vector3<f64>) -> f64 {
-    let (first, second, whole) = (b - a, c - b, c - a);
-    let sine_area = first.cross(&second).norm();
-    let chords = first.norm() + second.norm();
-    if sine_area <= 1e-12 * chords * chords {
-        return chords;
+    match Circle::through(a, b, c) {
+        Some(circle) => circle.length(),
+        None => (b - a).norm() + (c - b).norm(),
     }
-    // Circumradius, and the angle at the circumference over each chord.
-    let radius = first.norm() * second.norm() * whole.norm() / (2.0 * sine_area);
-    let over = |chord: &Vector3<f64>, left: Vector3<f64>, right: Vector3<f64>| {
-        let angle = left.cross(&right).norm().atan2(left.dot(&right));
-        if chord.norm() > 0.0 { 2.0 * angle * radius } else { 0.0 }
-    };
-    over(&first, a - c, b - c) + over(&second, b - a, c - a)
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::eval::{DEEPEST, Global};
+use super::eval::{DEEPEST, Global, equal};
 use super::instructions;
 use super::moves::Last;
 use super::syntax::{Args, Block, Expr, File, Name, Routine, Statement, What};
@@ -353,18 +353,19 @@ impl<'a> Interpreter<'a> {
         otherwise: &'a Block,
     ) -> Flow {
         let tested = self.eval(tested);
-        let why = match &tested {
-            Value::Unknown(why) => Some(why.clone()),
-            _ => None,
-        };
-        if let Some(why) = why {
-            let bodies = cases.iter().map(|(_, body)| body).chain([otherwise]);
-            self.undecided(line, "TEST", &why, bodies);
-            return Flow::Next;
-        }
-        for (values, body) in cases {
-            if values.iter().any(|value| self.eval(value) == tested) {
-                return self.block(body);
+        for (index, (values, body)) in cases.iter().enumerate() {
+            let mut unknown = None;
+            for value in values {
+                match equal(&self.eval(value), &tested) {
+                    Ok(true) => return self.block(body),
+                    Ok(false) => {}
+                    Err(why) => unknown = Some(why),
+                }
+            }
+            if let Some(why) = unknown {
+                let rest = cases.iter().skip(index).map(|(_, body)| body);
+                self.undecided(line, "TEST", &why, rest.chain([otherwise]));
+                return Flow::Next;
             }
         }
         self.block(otherwise)

@@ -16,6 +16,15 @@ const NO_AXIS: f64 = 8.9e9;
 /// Elements of all arrays together that a declaration may ask for.
 const LARGEST_ARRAY: usize = 10_000;
 
+/// Characters of a string, as the controller has it.
+const LONGEST_STRING: usize = 80;
+
+/// Values in a list, those of the lists in it counted, too: some 45 000 targets.
+const LARGEST_LIST: usize = 1_000_000;
+
+/// Lists in one another.
+const DEEPEST_LIST: usize = 20;
+
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Value {
     Num(f64),
@@ -36,6 +45,28 @@ pub(super) enum Value {
 impl Value {
     pub(super) fn unknown(why: impl Into<String>) -> Self {
         Self::Unknown(Rc::from(why.into()))
+    }
+
+    pub(super) fn text(text: &str) -> Result<Self, String> {
+        if text.chars().count() > LONGEST_STRING {
+            return Err(format!("a string has more than {LONGEST_STRING} characters"));
+        }
+        Ok(Self::Text(Rc::from(text)))
+    }
+
+    /// Values in all, this one and those of lists.
+    pub(super) fn size(&self) -> usize {
+        match self {
+            Self::List(items) => 1 + items.iter().map(Self::size).sum::<usize>(),
+            _ => 1,
+        }
+    }
+
+    fn depth(&self) -> usize {
+        match self {
+            Self::List(items) => 1 + items.iter().map(Self::depth).max().unwrap_or(0),
+            _ => 0,
+        }
     }
 
     pub(super) fn nums(numbers: &[f64]) -> Self {
@@ -94,6 +125,22 @@ impl Value {
             Self::Wobj0 => format!("expected {expected}, found wobj0"),
         }
     }
+}
+
+/// A size that data may have: loops must not ask for all memory.
+pub(super) fn within_size(size: usize) -> Result<usize, String> {
+    if size > LARGEST_LIST {
+        return Err(format!("the list is too large: more than {LARGEST_LIST} values"));
+    }
+    Ok(size)
+}
+
+/// A value that may be kept `under` so many lists.
+pub(super) fn within_depth(value: Value, under: usize) -> Result<Value, String> {
+    if under + value.depth() > DEEPEST_LIST {
+        return Err("lists are nested too deep".to_owned());
+    }
+    Ok(value)
 }
 
 /// `[[x,y,z],[q1,q2,q3,q4]]` in the first two components → a pose in metres.
