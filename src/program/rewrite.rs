@@ -241,7 +241,7 @@ fn apt_statement(pen: &mut Pen, statement: &[(String, Number)]) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{RAPID_M_PER_S, Settings, read};
+    use super::super::{RAPID_M_PER_S, Settings, Spindle, read};
     use super::*;
 
     fn settings() -> Settings {
@@ -271,7 +271,11 @@ mod tests {
         }
         assert_eq!(before.spindle.len(), after.spindle.len());
         for (a, b) in before.spindle.iter().zip(&after.spindle) {
-            assert_eq!(b.rpm, if a.rpm > 0.0 { 1340.0 } else { 0.0 });
+            let expected = match a.spindle {
+                Spindle::Turns(Some(_)) => Spindle::Turns(Some(1340.0)),
+                other => other,
+            };
+            assert_eq!(b.spindle, expected);
         }
     }
 
