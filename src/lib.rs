@@ -60,6 +60,7 @@
 //! The README's section "As a library" shows a whole check.
 
 pub mod cli;
+pub mod diagnosis;
 pub mod excitation;
 pub mod free_vibration;
 pub mod input;

@@ -6,6 +6,7 @@ mod faults;
 mod frame;
 mod job;
 mod load_test;
+mod measured;
 mod poses;
 mod raw;
 mod robot;
@@ -19,6 +20,7 @@ mod yaml;
 pub use fault::Fault;
 pub use job::load_job;
 pub use load_test::{LoadTestRow, load_load_test};
+pub use measured::load_measured;
 pub use poses::{Poses, load_poses};
 pub use robot::load_robot;
 

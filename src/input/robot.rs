@@ -151,6 +151,7 @@ impl Files<'_> {
             Place::Drive(name) => yaml(&[Key("drives"), Key(name), Key(fault.key)]),
             Place::Payload => yaml(&[Key("payload"), Key(payload_key)]),
             Place::ArmAngle(angle) => yaml(&[Key("arm_angles"), Key(angle), Key(fault.key)]),
+            Place::Correction(index) => yaml(&[Key("corrections"), Index(*index)]),
         }
     }
 
@@ -202,6 +203,7 @@ fn describe(
         payload: raw.payload.as_ref().and_then(payload),
         beta1: raw.arm_angles.as_ref().and_then(|angles| arm_angle(angles.beta1.as_ref()?)),
         beta2: raw.arm_angles.as_ref().and_then(|angles| arm_angle(angles.beta2.as_ref()?)),
+        corrections: Vec::new(),
         calibration: raw.calibration.as_ref().and_then(|calibration| {
             Some(Calibration {
                 poses: usize::try_from(calibration.poses?).ok()?,

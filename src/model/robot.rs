@@ -4,6 +4,7 @@ use std::fmt;
 
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
+use super::correction::StiffnessLaw;
 use super::description::{Calibration, CoordinateKind, Damping, Inertial, JointKind};
 use super::fault::{ModelFault, PoseFault};
 use crate::units::{deg_from_rad, mm_from_m};
@@ -63,6 +64,8 @@ pub struct Coordinate {
     pub joint: Option<usize>,
     /// Spring constant, N·m/rad or N/m.
     pub stiffness: f64,
+    /// How the spring departs from its constant, one factor each.
+    pub laws: Vec<StiffnessLaw>,
     /// Loss.
     pub damping: Damping,
     /// Reflected rotor inertia on the coordinate's own diagonal of M, kg·m² or kg.
@@ -108,6 +111,13 @@ impl AngleForm {
     /// The angle at pose `q`, rad.
     pub fn at(&self, q: &[f64]) -> f64 {
         self.terms.iter().map(|&(joint, scale)| scale * q[joint]).sum::<f64>() + self.offset_rad
+    }
+
+    /// Moves the first joint that has a say so that the angle becomes `angle_rad`.
+    pub fn reach(&self, angle_rad: f64, q: &mut [f64]) {
+        if let Some(&(joint, scale)) = self.terms.iter().find(|(_, scale)| *scale != 0.0) {
+            q[joint] += (angle_rad - self.at(q)) / scale;
+        }
     }
 }
 

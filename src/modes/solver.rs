@@ -3,7 +3,9 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::jacobi::diagonalise;
-use crate::model::{Damping, Placement, PoseFault, Robot, gravity_stiffness, mass_matrix};
+use crate::model::{
+    Conditions, Damping, Placement, PoseFault, Robot, mass_matrix, stiffness_matrix,
+};
 use crate::units::hz_from_rad_per_s;
 
 /// A pivot of the scaled mass or stiffness matrix below this share of its diagonal entry counts as
@@ -135,14 +137,7 @@ impl<'a> ModalSolver<'a> {
         robot.check_pose(q)?;
         self.placement.place(robot, q);
         mass_matrix(robot, &self.placement, &mut self.mass);
-        if robot.has_gravity_stiffness() {
-            gravity_stiffness(robot, &self.placement, &mut self.stiffness);
-        } else {
-            self.stiffness.fill(0.0);
-        }
-        for (i, coordinate) in robot.coordinates().iter().enumerate() {
-            self.stiffness[(i, i)] += coordinate.stiffness;
-        }
+        stiffness_matrix(robot, &self.placement, &Conditions::default(), &mut self.stiffness);
         self.check_mass()?;
         if robot.has_gravity_stiffness() {
             self.scale_by_cholesky()

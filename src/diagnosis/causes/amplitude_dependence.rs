@@ -1,0 +1,31 @@
+//! The spring changes with the level of excitation: k (1 + c A), or k (factor + c A).
+
+use super::{Arm, Candidate, Cause, Parameter, Scale, Words};
+
+pub(super) const WORDS: Words = Words {
+    what: "the spring changes with the level of excitation",
+    rivals: "the joint's stiffness as such, where all levels are alike",
+    test: "hit one pose at several levels",
+};
+
+pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
+    let Some([_, highest]) = arm.amplitudes_nm else { return Vec::new() };
+    arm.springs
+        .iter()
+        .flat_map(|spring| {
+            let unit = 1.0 / highest;
+            let change = Parameter {
+                name: "change_per_nm",
+                scale: Scale::Linear(0.3 * unit),
+                nominal: Some(0.0),
+                bounds: [-0.95 * unit, 6.0 * unit],
+                starts: [0.0, -0.6, -0.3, -0.1, 0.1, 0.3, 0.8].iter().map(|s| s * unit).collect(),
+                spread: None,
+            };
+            let factor = super::temperature_drift::factor();
+            [vec![change.clone()], vec![change, factor]].map(|parameters| {
+                Candidate::new(Cause::AmplitudeDependence, &spring.joint, parameters)
+            })
+        })
+        .collect()
+}

@@ -1,0 +1,293 @@
+//! Which causes earn their place: one at a time, each held against all others, with those before it
+//! questioned again whenever one is added.
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+use statrs::distribution::{ContinuousCDF, FisherSnedecor};
+
+use super::candidate::Candidate;
+use super::fit::{Fit, Problem, normal_equations};
+use super::predict::Hypothesis;
+
+/// How thorough a choice is.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Effort {
+    /// Starts at which a candidate is tried before it is fitted.
+    pub(super) tried: usize,
+    /// Candidates that are fitted after they were tried.
+    pub(super) fitted: usize,
+    /// Starts from which a candidate is fitted.
+    pub(super) starts: usize,
+    /// Models that are carried on to the next cause.
+    pub(super) kept: usize,
+}
+
+impl Effort {
+    pub(super) const FULL: Self = Self { tried: 8, fitted: 48, starts: 2, kept: 5 };
+    /// Inside a fold.
+    pub(super) const FOLD: Self = Self { tried: 4, fitted: 12, starts: 1, kept: 2 };
+}
+
+/// Most causes that are looked for.
+const MOST_CAUSES: usize = 4;
+
+/// A cause earns its place if chance does as well with any candidate less often than this.
+pub(super) const SIGNIFICANCE: f64 = 0.005;
+
+/// Candidates that overlap count as fewer: their signatures have cosines of 0.9 and more in groups.
+const INDEPENDENT_SHARE: f64 = 0.5;
+
+/// A fitted model on its way.
+#[derive(Debug, Clone)]
+pub(super) struct Model<'c> {
+    pub(super) fit: Fit<'c>,
+    /// ln likelihood less what its parameters cost (Schwarz), and how plausible its causes are.
+    pub(super) worth: f64,
+}
+
+/// A choice.
+#[derive(Debug, Clone)]
+pub(super) struct Choice<'c> {
+    pub(super) nothing: Fit<'c>,
+    /// The best model; no cause if none earned its place.
+    pub(super) best: Model<'c>,
+    /// How often chance does as well as each cause, over all candidates, in the order in which they were
+    /// added.
+    pub(super) p_values: Vec<f64>,
+    /// For each cause of the best model: the same model with a rival in its place, best first.
+    pub(super) rivals: Vec<Vec<Model<'c>>>,
+}
+
+/// Chooses among `candidates`.
+pub(super) fn choose<'c>(
+    problem: &Problem<'_>,
+    candidates: &'c [Candidate],
+    effort: Effort,
+) -> Option<Choice<'c>> {
+    let nothing = problem.climb(Hypothesis::default())?;
+    let search = Search { problem, candidates, effort };
+    let mut best = search.model(nothing.clone());
+    let mut kept = vec![best.clone()];
+    let mut p_values = Vec::new();
+    let mut singles: Vec<Model<'c>> = Vec::new();
+    while best.fit.hypothesis.effects.len() < MOST_CAUSES {
+        let mut next: Vec<Model<'c>> = Vec::new();
+        for parent in &kept {
+            next.extend(search.with_one_more(parent));
+        }
+        sort(&mut next);
+        if best.fit.hypothesis.effects.is_empty() {
+            singles.clone_from(&next);
+        }
+        let Some(first) = next.first() else { break };
+        let first =
+            if first.fit.hypothesis.effects.len() > 1 { search.refined(first.clone()) } else { first.clone() };
+        let p = search.p_value(&best.fit, &first.fit);
+        if p > SIGNIFICANCE || first.worth <= best.worth {
+            break;
+        }
+        p_values.push(p);
+        best = first.clone();
+        kept = std::iter::once(first).chain(next).collect();
+        distinct(&mut kept, effort.kept);
+    }
+    if let Some(better) = search.fewer(&best) {
+        p_values.truncate(better.fit.hypothesis.effects.len());
+        best = better;
+    }
+    let rivals = match best.fit.hypothesis.effects.len() {
+        0 => Vec::new(),
+        1 => vec![singles],
+        count => (0..count).map(|i| search.replaced(&best, i)).collect(),
+    };
+    Some(Choice { nothing, best, p_values, rivals })
+}
+
+struct Search<'s, 'p, 'c> {
+    problem: &'s Problem<'p>,
+    candidates: &'c [Candidate],
+    effort: Effort,
+}
+
+impl<'c> Search<'_, '_, 'c> {
+    fn model(&self, fit: Fit<'c>) -> Model<'c> {
+        let n = self.problem.data.points.len() as f64;
+        let plausibility: f64 = fit.hypothesis.effects.iter().map(|(c, _)| c.plausibility).sum();
+        let worth = fit.evaluation.score - 0.5 * fit.freedom * n.ln() + plausibility;
+        Model { fit, worth }
+    }
+
+    /// Every promising model with one cause more.
+    fn with_one_more(&self, parent: &Model<'c>) -> Vec<Model<'c>> {
+        let taken = &parent.fit.hypothesis.effects;
+        let open: Vec<&'c Candidate> = self
+            .candidates
+            .iter()
+            .filter(|candidate| !taken.iter().any(|(other, _)| other.same_place(candidate)))
+            .collect();
+        let mut tried: Vec<(f64, usize)> = open
+            .par_iter()
+            .enumerate()
+            .map(|(i, candidate)| (self.promise(&parent.fit, candidate), i))
+            .collect();
+        tried.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        tried.truncate(self.effort.fitted);
+        tried
+            .par_iter()
+            .filter_map(|&(_, i)| {
+                let fit = self.problem.fit(&parent.fit.hypothesis, Some(open[i]), self.effort.starts)?;
+                Some(self.model(fit))
+            })
+            .collect()
+    }
+
+    /// What ln likelihood a candidate may gain on a fit: at its starts, and along the way to them.
+    fn promise(&self, parent: &Fit<'c>, candidate: &'c Candidate) -> f64 {
+        let before = &parent.evaluation;
+        let weights = &before.noise.weights;
+        let (information, _) = normal_equations(&parent.hypothesis, before);
+        let p = information.nrows();
+        let inverse = (information + DMatrix::from_diagonal_element(p, p, 1e-9)).try_inverse();
+        let mut starts = candidate.starts();
+        thin(&mut starts, self.effort.tried);
+        let mut best = f64::NEG_INFINITY;
+        for inner in starts {
+            let mut hypothesis = parent.hypothesis.clone();
+            hypothesis.effects.push((candidate, inner));
+            let Some(there) = self.problem.evaluate(&hypothesis, false) else { continue };
+            best = best.max(there.score - before.score);
+            let signature: Vec<f64> = there
+                .residuals
+                .iter()
+                .zip(&before.residuals)
+                .map(|(there, here)| match (there, here) {
+                    (Some(there), Some(here)) => here - there,
+                    _ => 0.0,
+                })
+                .collect();
+            let mut along = DVector::zeros(p);
+            let (mut product, mut square) = (0.0, 0.0);
+            for (i, (&s, r)) in signature.iter().zip(&before.residuals).enumerate() {
+                let Some(r) = r else { continue };
+                product += weights[i] * s * r;
+                square += weights[i] * s * s;
+                for k in 0..p {
+                    along[k] += weights[i] * s * before.slopes[i][k];
+                }
+            }
+            if let Some(inverse) = &inverse {
+                square -= (along.transpose() * inverse * &along)[(0, 0)];
+            }
+            if square > 1e-9 {
+                best = best.max(0.5 * product * product / square);
+            }
+        }
+        best - 0.5 * candidate.parameters.len() as f64
+    }
+
+    /// The model with each cause questioned again, until no replacement is better.
+    fn refined(&self, mut model: Model<'c>) -> Model<'c> {
+        for _ in 0..3 {
+            let count = model.fit.hypothesis.effects.len();
+            let better = (0..count)
+                .flat_map(|i| self.replaced(&model, i))
+                .max_by(|a, b| a.worth.total_cmp(&b.worth));
+            match better {
+                Some(better) if better.worth > model.worth + 0.01 => model = better,
+                _ => break,
+            }
+        }
+        model
+    }
+
+    /// The model with one cause taken out, if that is better.
+    fn fewer(&self, model: &Model<'c>) -> Option<Model<'c>> {
+        let count = model.fit.hypothesis.effects.len();
+        if count < 2 {
+            return None;
+        }
+        let without = (0..count).filter_map(|i| {
+            let mut hypothesis = model.fit.hypothesis.clone();
+            hypothesis.effects.remove(i);
+            let without = self.model(self.problem.climb(hypothesis)?);
+            (self.p_value(&without.fit, &model.fit) > SIGNIFICANCE).then_some(without)
+        });
+        without.max_by(|a, b| a.worth.total_cmp(&b.worth))
+    }
+
+    /// The model with the cause `i` replaced by every promising rival, best first.
+    fn replaced(&self, model: &Model<'c>, i: usize) -> Vec<Model<'c>> {
+        let mut rest = model.fit.hypothesis.clone();
+        rest.effects.remove(i);
+        let Some(parent) = self.problem.climb(rest) else { return Vec::new() };
+        let parent = self.model(parent);
+        let narrow = Search { effort: Effort { fitted: self.effort.fitted.min(20), ..self.effort }, ..*self };
+        let mut models = narrow.with_one_more(&parent);
+        // The new cause comes last; put it where the old one was.
+        for model in &mut models {
+            let effects = &mut model.fit.hypothesis.effects;
+            if let Some(new) = effects.pop() {
+                effects.insert(i, new);
+            }
+            // The slopes follow the order of the parameters.
+            if let Some(fit) = self.problem.climb(model.fit.hypothesis.clone()) {
+                *model = self.model(fit);
+            }
+        }
+        sort(&mut models);
+        models
+    }
+
+    /// How often chance gains as much with any of the candidates.
+    fn p_value(&self, before: &Fit<'c>, after: &Fit<'c>) -> f64 {
+        let n = self.problem.data.points.len() as f64;
+        let gain = after.evaluation.score - before.evaluation.score;
+        let freedom = (after.freedom - before.freedom).max(1.0);
+        let tries = INDEPENDENT_SHARE * self.candidates.len() as f64;
+        (tries * p_value_of_gain(gain, freedom, n - after.freedom, n)).min(1.0)
+    }
+}
+
+/// How often chance gains `gain` of ln likelihood from `freedom` parameters where `left` degrees of freedom
+/// of `n` points remain: the F test of the residual sums of squares that the likelihoods stand for.
+pub(super) fn p_value_of_gain(gain: f64, freedom: f64, left: f64, n: f64) -> f64 {
+    if gain <= 0.0 || left < 1.0 {
+        return 1.0;
+    }
+    let ratio = ((2.0 * gain / n).exp() - 1.0) * left / freedom;
+    match FisherSnedecor::new(freedom, left) {
+        Ok(f) if ratio.is_finite() => f.sf(ratio),
+        Ok(_) => 0.0,
+        Err(_) => 1.0,
+    }
+}
+
+fn sort(models: &mut [Model<'_>]) {
+    models.sort_by(|a, b| b.worth.total_cmp(&a.worth));
+}
+
+/// The first of each set of causes and places, at most `count`.
+fn distinct(models: &mut Vec<Model<'_>>, count: usize) {
+    let mut seen: Vec<Vec<&Candidate>> = Vec::new();
+    models.retain(|model| {
+        let causes: Vec<&Candidate> = model.fit.hypothesis.effects.iter().map(|(c, _)| *c).collect();
+        let same = seen.iter().any(|other| {
+            other.len() == causes.len()
+                && causes.iter().all(|c| other.iter().any(|o| o.same_place(c)))
+        });
+        if same || seen.len() == count {
+            return false;
+        }
+        seen.push(causes);
+        true
+    });
+}
+
+/// At most `count` of the starts, evenly.
+fn thin(starts: &mut Vec<Vec<f64>>, count: usize) {
+    if starts.len() <= count {
+        return;
+    }
+    let of = starts.len();
+    *starts = (0..count).map(|i| starts[i * (of - 1) / (count - 1).max(1)].clone()).collect();
+}

@@ -1,0 +1,28 @@
+//! Where prediction and measurement meet: what a model gets wrong, and why.
+//!
+//! Measured frequencies over poses are held against the model's. Each [`Cause`](crate::model::Cause) of the vocabulary is a
+//! candidate at every place where it can sit; candidates are fitted, held against all their rivals, and
+//! earn their place one at a time ([`diagnose`]). What the data cannot tell apart is told as a group; what
+//! no cause explains is told as unexplained.
+
+mod arm;
+mod candidate;
+mod causes;
+mod choose;
+mod data;
+mod fit;
+mod gain;
+mod interval;
+mod likelihood;
+mod next_poses;
+mod predict;
+mod unknown;
+mod verdict;
+
+pub use causes::{Words, words};
+pub use next_poses::NextPose;
+pub use unknown::{Shape, Structure};
+pub use verdict::{
+    Diagnosis, DiagnosisFault, Estimate, Errors, Evidence, Finding, Gain, ResidualRow, Settings, Suspect, Verdict,
+    diagnose,
+};
