@@ -3,6 +3,7 @@
 
 mod check;
 mod completions;
+mod diagnose;
 mod map;
 mod output;
 mod schema;
@@ -44,6 +45,7 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Verb {
     Check(check::CheckArgs),
+    Diagnose(diagnose::DiagnoseArgs),
     Map(map::MapArgs),
     Stiffness(stiffness::StiffnessArgs),
     Schema(schema::SchemaArgs),
@@ -105,6 +107,7 @@ pub fn main() -> ExitCode {
 fn run(verb: &Verb, out: &mut dyn Write) -> Result<Outcome, Failure> {
     match verb {
         Verb::Check(args) => check::run(args, out),
+        Verb::Diagnose(args) => diagnose::run(args, out),
         Verb::Map(args) => map::run(args, out),
         Verb::Stiffness(args) => stiffness::run(args, out),
         Verb::Schema(args) => schema::run(args, out),

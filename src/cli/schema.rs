@@ -33,6 +33,8 @@ enum Subject {
     Session,
     /// The output of `check --format json`
     Check,
+    /// The output of `diagnose --format json`
+    Diagnosis,
 }
 
 /// Writes one schema.
@@ -42,6 +44,7 @@ pub(super) fn run(args: &SchemaArgs, out: &mut dyn Write) -> Result<Outcome, Fai
         Subject::Job => input::schema::job(),
         Subject::Session => input::schema::session(),
         Subject::Check => report::schema::check(),
+        Subject::Diagnosis => report::schema::diagnosis(),
     };
     Sink::Standard.write(&format!("{schema:#}\n"), out)?;
     Ok(Outcome::Pass)

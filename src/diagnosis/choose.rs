@@ -1,21 +1,21 @@
 //! Which causes earn their place: one at a time, each held against all others, with those before it
 //! questioned again whenever one is added.
 
-use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use super::candidate::Candidate;
-use super::fit::{Fit, Problem, normal_equations};
+use super::fit::{Fit, Problem};
 use super::predict::Hypothesis;
+use super::screen::Screen;
 
 /// How thorough a choice is.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Effort {
-    /// Starts at which a candidate is tried before it is fitted.
-    pub(super) tried: usize,
-    /// Candidates that are fitted after they were tried.
-    pub(super) fitted: usize,
+    /// Candidates that are fitted as the first cause, after all were tried.
+    pub(super) first: usize,
+    /// Candidates that are fitted as a further cause of one model.
+    pub(super) further: usize,
     /// Starts from which a candidate is fitted.
     pub(super) starts: usize,
     /// Models that are carried on to the next cause.
@@ -23,9 +23,9 @@ pub(super) struct Effort {
 }
 
 impl Effort {
-    pub(super) const FULL: Self = Self { tried: 8, fitted: 48, starts: 2, kept: 5 };
+    pub(super) const FULL: Self = Self { first: 40, further: 14, starts: 2, kept: 5 };
     /// Inside a fold.
-    pub(super) const FOLD: Self = Self { tried: 4, fitted: 12, starts: 1, kept: 2 };
+    pub(super) const FOLD: Self = Self { first: 10, further: 5, starts: 1, kept: 2 };
 }
 
 /// Most causes that are looked for.
@@ -62,10 +62,11 @@ pub(super) struct Choice<'c> {
 pub(super) fn choose<'c>(
     problem: &Problem<'_>,
     candidates: &'c [Candidate],
+    screen: &Screen,
     effort: Effort,
 ) -> Option<Choice<'c>> {
     let nothing = problem.climb(Hypothesis::default())?;
-    let search = Search { problem, candidates, effort };
+    let search = Search { problem, candidates, screen, effort };
     let mut best = search.model(nothing.clone());
     let mut kept = vec![best.clone()];
     let mut p_values = Vec::new();
@@ -106,6 +107,7 @@ pub(super) fn choose<'c>(
 struct Search<'s, 'p, 'c> {
     problem: &'s Problem<'p>,
     candidates: &'c [Candidate],
+    screen: &'s Screen,
     effort: Effort,
 }
 
@@ -120,69 +122,25 @@ impl<'c> Search<'_, '_, 'c> {
     /// Every promising model with one cause more.
     fn with_one_more(&self, parent: &Model<'c>) -> Vec<Model<'c>> {
         let taken = &parent.fit.hypothesis.effects;
-        let open: Vec<&'c Candidate> = self
+        let mut tried: Vec<(f64, usize)> = self
             .candidates
-            .iter()
-            .filter(|candidate| !taken.iter().any(|(other, _)| other.same_place(candidate)))
-            .collect();
-        let mut tried: Vec<(f64, usize)> = open
             .par_iter()
             .enumerate()
-            .map(|(i, candidate)| (self.promise(&parent.fit, candidate), i))
+            .filter(|(_, candidate)| !taken.iter().any(|(other, _)| other.same_place(candidate)))
+            .map(|(i, candidate)| {
+                (self.screen.promise(self.problem, &parent.fit, i, candidate), i)
+            })
             .collect();
         tried.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        tried.truncate(self.effort.fitted);
+        tried.truncate(if taken.is_empty() { self.effort.first } else { self.effort.further });
         tried
             .par_iter()
             .filter_map(|&(_, i)| {
-                let fit = self.problem.fit(&parent.fit.hypothesis, Some(open[i]), self.effort.starts)?;
+                let added = Some(&self.candidates[i]);
+                let fit = self.problem.fit(&parent.fit.hypothesis, added, self.effort.starts)?;
                 Some(self.model(fit))
             })
             .collect()
-    }
-
-    /// What ln likelihood a candidate may gain on a fit: at its starts, and along the way to them.
-    fn promise(&self, parent: &Fit<'c>, candidate: &'c Candidate) -> f64 {
-        let before = &parent.evaluation;
-        let weights = &before.noise.weights;
-        let (information, _) = normal_equations(&parent.hypothesis, before);
-        let p = information.nrows();
-        let inverse = (information + DMatrix::from_diagonal_element(p, p, 1e-9)).try_inverse();
-        let mut starts = candidate.starts();
-        thin(&mut starts, self.effort.tried);
-        let mut best = f64::NEG_INFINITY;
-        for inner in starts {
-            let mut hypothesis = parent.hypothesis.clone();
-            hypothesis.effects.push((candidate, inner));
-            let Some(there) = self.problem.evaluate(&hypothesis, false) else { continue };
-            best = best.max(there.score - before.score);
-            let signature: Vec<f64> = there
-                .residuals
-                .iter()
-                .zip(&before.residuals)
-                .map(|(there, here)| match (there, here) {
-                    (Some(there), Some(here)) => here - there,
-                    _ => 0.0,
-                })
-                .collect();
-            let mut along = DVector::zeros(p);
-            let (mut product, mut square) = (0.0, 0.0);
-            for (i, (&s, r)) in signature.iter().zip(&before.residuals).enumerate() {
-                let Some(r) = r else { continue };
-                product += weights[i] * s * r;
-                square += weights[i] * s * s;
-                for k in 0..p {
-                    along[k] += weights[i] * s * before.slopes[i][k];
-                }
-            }
-            if let Some(inverse) = &inverse {
-                square -= (along.transpose() * inverse * &along)[(0, 0)];
-            }
-            if square > 1e-9 {
-                best = best.max(0.5 * product * product / square);
-            }
-        }
-        best - 0.5 * candidate.parameters.len() as f64
     }
 
     /// The model with each cause questioned again, until no replacement is better.
@@ -221,18 +179,10 @@ impl<'c> Search<'_, '_, 'c> {
         rest.effects.remove(i);
         let Some(parent) = self.problem.climb(rest) else { return Vec::new() };
         let parent = self.model(parent);
-        let narrow = Search { effort: Effort { fitted: self.effort.fitted.min(20), ..self.effort }, ..*self };
-        let mut models = narrow.with_one_more(&parent);
+        let mut models = self.with_one_more(&parent);
         // The new cause comes last; put it where the old one was.
         for model in &mut models {
-            let effects = &mut model.fit.hypothesis.effects;
-            if let Some(new) = effects.pop() {
-                effects.insert(i, new);
-            }
-            // The slopes follow the order of the parameters.
-            if let Some(fit) = self.problem.climb(model.fit.hypothesis.clone()) {
-                *model = self.model(fit);
-            }
+            model.fit.move_last_to(i);
         }
         sort(&mut models);
         models
@@ -281,13 +231,4 @@ fn distinct(models: &mut Vec<Model<'_>>, count: usize) {
         seen.push(causes);
         true
     });
-}
-
-/// At most `count` of the starts, evenly.
-fn thin(starts: &mut Vec<Vec<f64>>, count: usize) {
-    if starts.len() <= count {
-        return;
-    }
-    let of = starts.len();
-    *starts = (0..count).map(|i| starts[i * (of - 1) / (count - 1).max(1)].clone()).collect();
 }

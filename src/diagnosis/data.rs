@@ -29,6 +29,8 @@ pub(super) struct Point {
     pub(super) unit: f64,
     /// Variance of ln f from rounding.
     pub(super) rounding: f64,
+    /// Place among the points of the whole table.
+    pub(super) index: usize,
 }
 
 /// Rows and measured frequencies.
@@ -62,6 +64,7 @@ impl Data {
                     _ => 1.0,
                 };
                 points.push(Point {
+                    index: points.len(),
                     row,
                     column,
                     ln_f: f.ln(),
@@ -88,7 +91,7 @@ impl Data {
         Self { rows, points, columns: table.modes }
     }
 
-    /// The rows for which `keep` holds.
+    /// The rows for which `keep` holds; points remember their place in the whole table.
     pub(super) fn only(&self, keep: impl Fn(usize) -> bool) -> Self {
         let mut place = vec![None; self.rows.len()];
         let mut rows = Vec::new();

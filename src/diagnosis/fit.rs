@@ -46,6 +46,20 @@ pub(super) struct Fit<'c> {
     pub(super) freedom: f64,
 }
 
+impl Fit<'_> {
+    /// Puts the cause that came last at place `i`, its parameters with it.
+    pub(super) fn move_last_to(&mut self, i: usize) {
+        let effects = &mut self.hypothesis.effects;
+        let Some(last) = effects.pop() else { return };
+        let at: usize = effects[..i].iter().map(|(_, inner)| inner.len()).sum();
+        let count = last.1.len();
+        effects.insert(i, last);
+        for slopes in self.evaluation.slopes.iter_mut().filter(|slopes| slopes.len() >= count) {
+            slopes[at..].rotate_right(count);
+        }
+    }
+}
+
 impl<'p> Problem<'p> {
     /// Residuals and likelihood of a hypothesis; `None` if it is impossible.
     pub(super) fn evaluate(
@@ -185,8 +199,8 @@ impl<'p> Problem<'p> {
         (residuals, slopes, prior)
     }
 
-    /// The best fit of the candidates of `fixed_start` (with their parameters) and `added`, if given, from
-    /// the most promising of its starts.
+    /// The best fit of the causes of `given`, from their parameters, and of `added`, if given, from the most
+    /// promising of its starts.
     pub(super) fn fit<'c>(
         &self,
         given: &Hypothesis<'c>,

@@ -11,6 +11,7 @@ use super::choose::{Effort, choose};
 use super::data::{Data, median};
 use super::fit::Problem;
 use super::predict::Hypothesis;
+use super::screen::Screen;
 use crate::model::Description;
 
 /// Folds of the cross-validation.
@@ -43,6 +44,7 @@ pub(super) fn held_out(
     description: &Description,
     data: &Data,
     candidates: &[Candidate],
+    screen: &Screen,
     seed: u64,
     done: &(dyn Fn() + Sync),
 ) -> HeldOut {
@@ -66,7 +68,7 @@ pub(super) fn held_out(
         .map(|fold| {
             let train = data.only(|row| fold_of[row] != fold);
             let test = data.only(|row| fold_of[row] == fold);
-            let choice = choose(&Problem { description, data: &train }, candidates, Effort::FOLD);
+            let choice = choose(&Problem { description, data: &train }, candidates, screen, Effort::FOLD);
             let hypothesis =
                 choice.map_or_else(Hypothesis::default, |choice| choice.best.fit.hypothesis);
             let errors = errors_of(&test, &hypothesis);

@@ -16,6 +16,7 @@ mod interval;
 mod likelihood;
 mod next_poses;
 mod predict;
+mod screen;
 mod unknown;
 mod verdict;
 

@@ -64,7 +64,7 @@ pub(super) fn poses_between(
         .par_iter()
         .filter_map(|row| {
             let points = (0..data.columns)
-                .map(|column| Point { row: 0, column, ln_f: 0.0, unit: 1.0, rounding: 0.0 })
+                .map(|column| Point { row: 0, column, ln_f: 0.0, unit: 1.0, rounding: 0.0, index: 0 })
                 .collect();
             let one = Data { rows: vec![row.clone()], points, columns: data.columns };
             let problem = Problem { description, data: &one };

@@ -56,8 +56,6 @@ pub enum Shape {
     Amplitude,
     /// It follows the frequency.
     Frequency,
-    /// Modes are measured that the model does not have.
-    ModesTooFew,
 }
 
 /// What a residual follows most.
@@ -107,15 +105,14 @@ pub(super) fn structure(problem: &Problem<'_>, fit: &Fit<'_>) -> Option<Structur
     })?;
     let worth = |s: &Structure| s.gain - 0.5 * s.freedom as f64 * n.ln();
     let best = found.iter().max_by(|a, b| worth(a).total_cmp(&worth(b)))?;
-    Some(Structures { clearest: clearest.clone(), best: best.clone(), best_worth: worth(best) })
+    Some(Structures { clearest: clearest.clone(), best_worth: worth(best) })
 }
 
 /// What [`structure`] finds.
 #[derive(Debug, Clone)]
 pub(super) struct Structures {
     pub(super) clearest: Structure,
-    pub(super) best: Structure,
-    /// Its gain of ln likelihood less what it costs.
+    /// The gain of ln likelihood less what it costs, of the shape for which that is most.
     pub(super) best_worth: f64,
 }
 

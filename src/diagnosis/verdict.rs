@@ -11,6 +11,7 @@ use super::fit::{Evaluation, Fit, Problem};
 use super::gain::{gain_interval, held_out, relative_error, rms};
 use super::interval::{covariance, quantile_95};
 use super::next_poses::{NextPose, poses_between};
+use super::screen::Screen;
 use super::unknown::{self, Structure, structure};
 use crate::measured::ModeTable;
 use crate::model::{Cause, Correction, Description, Hinge, Robot};
@@ -249,7 +250,9 @@ pub fn diagnose(
     let arm = Arm::new(description, &robot, &data).ok_or(DiagnosisFault::NoModes)?;
     let candidates = candidates(&arm);
     let problem = Problem { description, data: &data };
-    let choice = choose(&problem, &candidates, Effort::FULL).ok_or(DiagnosisFault::NoModes)?;
+    let screen = Screen::new(&problem, &candidates).ok_or(DiagnosisFault::NoModes)?;
+    progress(0.1);
+    let choice = choose(&problem, &candidates, &screen, Effort::FULL).ok_or(DiagnosisFault::NoModes)?;
     progress(0.4);
     let judged = Judged::of(&problem, &choice);
     let chosen: &Fit<'_> = if judged.verdict == Verdict::Explained {
@@ -258,7 +261,7 @@ pub fn diagnose(
         &choice.nothing
     };
     let folds = std::sync::atomic::AtomicUsize::new(0);
-    let held_out = held_out(description, &data, &candidates, settings.seed, &|| {
+    let held_out = held_out(description, &data, &candidates, &screen, settings.seed, &|| {
         let done = folds.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
         progress(0.4 + 0.06 * done as f64);
     });

@@ -10,6 +10,7 @@ mod measured;
 mod poses;
 mod raw;
 mod robot;
+mod robot_edit;
 pub mod schema;
 mod table;
 mod text;
@@ -22,7 +23,8 @@ pub use job::load_job;
 pub use load_test::{LoadTestRow, load_load_test};
 pub use measured::load_measured;
 pub use poses::{Poses, load_poses};
-pub use robot::load_robot;
+pub use robot::{DescribedRobot, load_described_robot, load_robot};
+pub use robot_edit::{Calibrated, FittedCorrection, corrected_robot};
 
 /// What was read, and remarks on it that do not stop the work.
 #[derive(Debug, Clone)]

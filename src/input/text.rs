@@ -122,7 +122,7 @@ pub(super) fn named_file(
     None
 }
 
-fn without_detours(path: &Path) -> PathBuf {
+pub(super) fn without_detours(path: &Path) -> PathBuf {
     let mut short = PathBuf::new();
     for component in path.components() {
         match component {

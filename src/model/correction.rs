@@ -42,6 +42,13 @@ pub struct Hinge {
     pub beyond: bool,
 }
 
+impl Hinge {
+    /// Whether it turns.
+    pub fn turns(&self) -> bool {
+        self.kind == CoordinateKind::Rotation
+    }
+}
+
 /// How a spring's constant departs from its nominal value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum StiffnessLaw {

@@ -1,6 +1,7 @@
 //! Pure functions from results to text: one renderer a file. Nothing here computes an engineering
 //! quantity, reads a file, prints, or knows the model; the same results give the same bytes.
 
+pub mod diagnosis;
 mod findings;
 pub mod github;
 pub mod json;

@@ -1,13 +1,19 @@
 //! JSON Schemas (draft 2020-12) of the outputs.
 
+use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
 use serde_json::Value;
 
 /// Schema of what `detune check --format json` writes.
 pub fn check() -> Value {
-    SchemaSettings::draft2020_12()
-        .for_serialize()
-        .into_generator()
-        .into_root_schema_for::<super::json::Check<'static>>()
-        .to_value()
+    of::<super::json::Check<'static>>()
+}
+
+/// Schema of what `detune diagnose --format json` writes.
+pub fn diagnosis() -> Value {
+    of::<super::diagnosis::json::Document>()
+}
+
+fn of<T: JsonSchema>() -> Value {
+    SchemaSettings::draft2020_12().for_serialize().into_generator().into_root_schema_for::<T>().to_value()
 }
