@@ -44,6 +44,7 @@
 //! | [`cli`] | one file a verb; clap, printing, files, progress | decide anything that a library user would miss |
 //! | [`report`] | text, JSON, SARIF, JUnit, GitHub, plots: pure functions from results | compute an engineering quantity |
 //! | [`risk`] | bands, crossings, certainty, verdict | choose a remedy |
+//! | [`diagnosis`] | where prediction and measurement meet: residuals, causes (one a file), fits, choice, gain, next poses | name a cause that it has not compared with its rivals |
 //! | [`map`] | frequencies over given poses, linear or nonlinear | know a job |
 //! | [`path`] | moves → poses in time; the arm surveyed and its modes followed along them | read files |
 //! | [`free_vibration`] | the nonlinear equation of motion in time, and its spectrum: the check on `modes` | be used for a verdict |

@@ -24,14 +24,29 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("excitation", &["job", "units"]),
     ("program", &["motion", "units"]),
     ("measured", &["units"]),
+    ("diagnosis", &["model", "modes", "measured", "units"]),
     ("path", &["model", "modes", "motion", "units"]),
     ("map", &["model", "modes", "free_vibration", "units"]),
     ("risk", &["excitation", "job", "path", "modes", "model", "units"]),
     ("input", &["job", "model", "motion", "program", "measured", "units"]),
-    ("report", &["risk", "map", "job", "excitation", "measured", "free_vibration", "units"]),
+    (
+        "report",
+        &["risk", "map", "diagnosis", "job", "excitation", "measured", "free_vibration", "units"],
+    ),
     (
         "cli",
-        &["input", "report", "risk", "map", "job", "measured", "model", "free_vibration", "units"],
+        &[
+            "input",
+            "report",
+            "risk",
+            "map",
+            "diagnosis",
+            "job",
+            "measured",
+            "model",
+            "free_vibration",
+            "units",
+        ],
     ),
 ];
 

@@ -38,7 +38,9 @@ fn run(case: &Case) -> Ended {
     let mut covered = None;
     let mut used = vec![false; diagnosis.findings.len()];
     for truth in &case.truths {
-        let is = |cause: &str, at: Option<&str>| cause == truth.cause && (truth.at.is_empty() || at == Some(&truth.at));
+        let is = |cause: &str, at: Option<&str>| {
+            cause == truth.cause && (truth.at.is_empty() || at == Some(&truth.at))
+        };
         let at = diagnosis.findings.iter().position(|f| {
             is(f.cause.name(), f.at.as_deref())
                 || f.indistinguishable_from.iter().any(|s| is(s.cause.name(), s.at.as_deref()))
@@ -65,8 +67,18 @@ fn run(case: &Case) -> Ended {
         .findings
         .iter()
         .map(|f| {
-            let rivals: Vec<String> = f.indistinguishable_from.iter().map(|s| format!("{} ({:.1})", s.label(), s.behind)).collect();
-            let p: Vec<String> = f.parameters.iter().map(|p| format!("{} {:.4} [{:.4} {:.4}]", p.name, p.estimate, p.ci95[0], p.ci95[1])).collect();
+            let rivals: Vec<String> = f
+                .indistinguishable_from
+                .iter()
+                .map(|s| format!("{} ({:.1})", s.label(), s.behind))
+                .collect();
+            let p: Vec<String> = f
+                .parameters
+                .iter()
+                .map(|p| {
+                    format!("{} {:.4} [{:.4} {:.4}]", p.name, p.estimate, p.ci95[0], p.ci95[1])
+                })
+                .collect();
             format!("{} at {} {p:?} or {rivals:?}", f.cause, f.at.as_deref().unwrap_or("-"))
         })
         .collect();
@@ -82,10 +94,21 @@ fn run(case: &Case) -> Ended {
             case.table.rows.len(),
             100.0 * case.noise,
             diagnosis.verdict,
-            diagnosis.structure_before.as_ref().map(|s| format!("{:?} p {:.1e} {:.2}", s.shape, s.p_value, s.share)),
-            diagnosis.structure_after.as_ref().map(|s| format!("{:?} p {:.1e} {:.2}", s.shape, s.p_value, s.share)),
+            diagnosis
+                .structure_before
+                .as_ref()
+                .map(|s| format!("{:?} p {:.1e} {:.2}", s.shape, s.p_value, s.share)),
+            diagnosis
+                .structure_after
+                .as_ref()
+                .map(|s| format!("{:?} p {:.1e} {:.2}", s.shape, s.p_value, s.share)),
             diagnosis.noise_floor_percent,
-            diagnosis.ranking.iter().take(4).map(|s| format!("{} {:.1}", s.label(), s.behind)).collect::<Vec<_>>(),
+            diagnosis
+                .ranking
+                .iter()
+                .take(4)
+                .map(|s| format!("{} {:.1}", s.label(), s.behind))
+                .collect::<Vec<_>>(),
         );
     }
     Ended {

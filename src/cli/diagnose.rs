@@ -66,21 +66,24 @@ pub(super) fn run(args: &DiagnoseArgs, out: &mut dyn Write) -> Result<Outcome, F
     let DescribedRobot { robot, description } = &loaded.value;
     let table = load_measured(&args.measured, robot)?;
     let bar = progress();
-    let diagnosed =
-        diagnose(description, &table.value, Settings { seed: args.seed }, &|share| {
-            bar.set_position((share * STEPS as f64) as u64);
-        });
+    let diagnosed = diagnose(description, &table.value, Settings { seed: args.seed }, &|share| {
+        bar.set_position((share * STEPS as f64) as u64);
+    });
     bar.finish_and_clear();
     let diagnosis = diagnosed.map_err(|fault| {
         vec![Fault { file: Some(args.measured.clone()), line: None, what: fault.to_string() }]
     })?;
     let internal = |error: &dyn std::fmt::Display| Failure::Internal(error.to_string());
     let text = match args.format {
-        Format::Text => report::diagnosis::text::diagnosis(&diagnosis, robot.name(), &args.measured),
+        Format::Text => {
+            report::diagnosis::text::diagnosis(&diagnosis, robot.name(), &args.measured)
+        }
         Format::Json => {
             report::diagnosis::json::diagnosis(&diagnosis).map_err(|error| internal(&error))?
         }
-        Format::Html => report::diagnosis::html::diagnosis(&diagnosis, robot.name(), &args.measured),
+        Format::Html => {
+            report::diagnosis::html::diagnosis(&diagnosis, robot.name(), &args.measured)
+        }
     };
     let edited = match &args.write {
         Some(path) => Some(edited(&robot_file, path, &loaded.value, &diagnosis)?),
@@ -112,10 +115,11 @@ fn edited(
     robot: &DescribedRobot,
     diagnosis: &Diagnosis,
 ) -> Result<String, Vec<Fault>> {
-    let old = robot.description.corrections.iter().map(|correction| FittedCorrection {
-        correction: correction.clone(),
-        ci95: Vec::new(),
-    });
+    let old = robot
+        .description
+        .corrections
+        .iter()
+        .map(|correction| FittedCorrection { correction: correction.clone(), ci95: Vec::new() });
     let new = diagnosis.corrections.iter().map(|correction| FittedCorrection {
         correction: correction.clone(),
         ci95: diagnosis

@@ -4,9 +4,7 @@ use nalgebra::Vector3;
 
 use super::data::{Data, median};
 use super::predict::assemble;
-use crate::model::{
-    Description, Inertial, Joint, Placement, Robot, potential_gradient,
-};
+use crate::model::{Description, Inertial, Joint, Placement, Robot, potential_gradient};
 
 /// A link that vibrates.
 #[derive(Debug, Clone)]
@@ -202,9 +200,10 @@ fn bodies(description: &Description, root: &str, tip: &str, chain: &[String]) ->
         welded.sort_by_key(|name| *name != tip);
         let Some(found) = description.links.iter().find(|l| l.name == link) else { continue };
         let on_the_way = ends.iter().filter(|(name, _)| chain.contains(name));
-        let far = on_the_way.map(|(_, end)| *end).fold(Vector3::zeros(), |far: Vector3<f64>, end| {
-            if end.norm() > far.norm() { end } else { far }
-        });
+        let far =
+            on_the_way.map(|(_, end)| *end).fold(Vector3::zeros(), |far: Vector3<f64>, end| {
+                if end.norm() > far.norm() { end } else { far }
+            });
         let com = found.inertial.map_or(Vector3::zeros(), |inertial| inertial.com_m);
         bodies.push(Body {
             reach_m: if far.norm() > 0.02 { far } else { com },

@@ -112,8 +112,11 @@ impl Candidate {
 
     /// Where fits start: every combination of one parameter's starts with the others at their first.
     pub(super) fn starts(&self) -> Vec<Vec<f64>> {
-        let first: Vec<f64> =
-            self.parameters.iter().map(|p| p.inner(p.starts.first().copied().unwrap_or(0.0))).collect();
+        let first: Vec<f64> = self
+            .parameters
+            .iter()
+            .map(|p| p.inner(p.starts.first().copied().unwrap_or(0.0)))
+            .collect();
         if self.parameters.is_empty() {
             return vec![Vec::new()];
         }

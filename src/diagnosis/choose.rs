@@ -81,8 +81,11 @@ pub(super) fn choose<'c>(
             singles.clone_from(&next);
         }
         let Some(first) = next.first() else { break };
-        let first =
-            if first.fit.hypothesis.effects.len() > 1 { search.refined(first.clone()) } else { first.clone() };
+        let first = if first.fit.hypothesis.effects.len() > 1 {
+            search.refined(first.clone())
+        } else {
+            first.clone()
+        };
         let p = search.p_value(&best.fit, &first.fit);
         if p > SIGNIFICANCE || first.worth <= best.worth {
             break;
@@ -127,9 +130,7 @@ impl<'c> Search<'_, '_, 'c> {
             .par_iter()
             .enumerate()
             .filter(|(_, candidate)| !taken.iter().any(|(other, _)| other.same_place(candidate)))
-            .map(|(i, candidate)| {
-                (self.screen.promise(self.problem, &parent.fit, i, candidate), i)
-            })
+            .map(|(i, candidate)| (self.screen.promise(self.problem, &parent.fit, i, candidate), i))
             .collect();
         tried.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         tried.truncate(if taken.is_empty() { self.effort.first } else { self.effort.further });
@@ -220,7 +221,8 @@ fn sort(models: &mut [Model<'_>]) {
 fn distinct(models: &mut Vec<Model<'_>>, count: usize) {
     let mut seen: Vec<Vec<&Candidate>> = Vec::new();
     models.retain(|model| {
-        let causes: Vec<&Candidate> = model.fit.hypothesis.effects.iter().map(|(c, _)| *c).collect();
+        let causes: Vec<&Candidate> =
+            model.fit.hypothesis.effects.iter().map(|(c, _)| *c).collect();
         let same = seen.iter().any(|other| {
             other.len() == causes.len()
                 && causes.iter().all(|c| other.iter().any(|o| o.same_place(c)))

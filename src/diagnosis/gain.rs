@@ -58,9 +58,7 @@ pub(super) fn held_out(
         let problem = Problem { description, data };
         problem.evaluate(hypothesis, false).map_or_else(
             || vec![None; data.points.len()],
-            |evaluation| {
-                evaluation.residuals.iter().map(|r| r.map(relative_error)).collect()
-            },
+            |evaluation| evaluation.residuals.iter().map(|r| r.map(relative_error)).collect(),
         )
     };
     let chosen: Vec<Vec<Option<f64>>> = (0..folds)
@@ -68,7 +66,8 @@ pub(super) fn held_out(
         .map(|fold| {
             let train = data.only(|row| fold_of[row] != fold);
             let test = data.only(|row| fold_of[row] == fold);
-            let choice = choose(&Problem { description, data: &train }, candidates, screen, Effort::FOLD);
+            let choice =
+                choose(&Problem { description, data: &train }, candidates, screen, Effort::FOLD);
             let hypothesis =
                 choice.map_or_else(Hypothesis::default, |choice| choice.best.fit.hypothesis);
             let errors = errors_of(&test, &hypothesis);

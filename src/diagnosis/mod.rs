@@ -24,6 +24,6 @@ pub use causes::{Words, words};
 pub use next_poses::NextPose;
 pub use unknown::{Shape, Structure};
 pub use verdict::{
-    Diagnosis, DiagnosisFault, Estimate, Errors, Evidence, Finding, Gain, ResidualRow, Settings, Suspect, Verdict,
-    diagnose,
+    Diagnosis, DiagnosisFault, Errors, Estimate, Evidence, Finding, Gain, ResidualRow, Settings,
+    Suspect, Verdict, diagnose,
 };

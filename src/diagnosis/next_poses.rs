@@ -64,7 +64,14 @@ pub(super) fn poses_between(
         .par_iter()
         .filter_map(|row| {
             let points = (0..data.columns)
-                .map(|column| Point { row: 0, column, ln_f: 0.0, unit: 1.0, rounding: 0.0, index: 0 })
+                .map(|column| Point {
+                    row: 0,
+                    column,
+                    ln_f: 0.0,
+                    unit: 1.0,
+                    rounding: 0.0,
+                    index: 0,
+                })
                 .collect();
             let one = Data { rows: vec![row.clone()], points, columns: data.columns };
             let problem = Problem { description, data: &one };
@@ -122,7 +129,9 @@ fn pose(robot: &Robot, data: &Data, i: u32) -> Vec<f64> {
             let [low, high] = match (joint.limit, joint.kind) {
                 (Some([a, b]), JointKind::Prismatic) => [a, b],
                 // More than half a turn either way shows nothing new.
-                (Some([a, b]), _) => [a.max(-std::f64::consts::PI).min(b), b.min(std::f64::consts::PI).max(a)],
+                (Some([a, b]), _) => {
+                    [a.max(-std::f64::consts::PI).min(b), b.min(std::f64::consts::PI).max(a)]
+                }
                 (None, JointKind::Prismatic) => [low, high],
                 (None, _) => [-std::f64::consts::PI, std::f64::consts::PI],
             };

@@ -37,9 +37,10 @@ pub(super) fn robot(
     let mut description = description.clone();
     description.corrections.extend_from_slice(corrections);
     if payload_kg > 0.0 {
-        let tip = description.tip.clone().or_else(|| {
-            Robot::new(&description).ok().map(|robot| robot.tip_link().to_owned())
-        })?;
+        let tip = description
+            .tip
+            .clone()
+            .or_else(|| Robot::new(&description).ok().map(|robot| robot.tip_link().to_owned()))?;
         description.corrections.push(Correction {
             cause: Cause::Payload,
             at: Some(tip),
@@ -170,7 +171,8 @@ pub(super) fn predict(
                     sum / (2.0 * HALF_STEP) / (2.0 * omega_squared)
                 })
                 .collect();
-            frequencies.push(Frequency { ln_hz: hz_from_rad_per_s(omega_squared.sqrt()).ln(), slope });
+            frequencies
+                .push(Frequency { ln_hz: hz_from_rad_per_s(omega_squared.sqrt()).ln(), slope });
         }
         rows.push(frequencies);
     }

@@ -40,7 +40,9 @@ impl Screen {
                 thin(&mut starts, MOST_TRIED);
                 starts
                     .into_iter()
-                    .filter_map(|inner| predicted(&Hypothesis { effects: vec![(candidate, inner)] }))
+                    .filter_map(|inner| {
+                        predicted(&Hypothesis { effects: vec![(candidate, inner)] })
+                    })
                     .collect()
             })
             .collect();
@@ -84,7 +86,9 @@ impl Screen {
                     (_, Some(moved), None) => Some(point.ln_f - moved),
                     (_, _, r) => *r,
                 });
-                let (Some(plain), Some(moved), Some(r)) = (plain, moved, residual) else { continue };
+                let (Some(plain), Some(moved), Some(r)) = (plain, moved, residual) else {
+                    continue;
+                };
                 let s = moved - plain;
                 product += weights[i] * s * r;
                 square += weights[i] * s * s;

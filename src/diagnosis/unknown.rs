@@ -100,9 +100,9 @@ pub(super) fn structure(problem: &Problem<'_>, fit: &Fit<'_>) -> Option<Structur
             })
         })
         .collect();
-    let clearest = found.iter().min_by(|a, b| {
-        a.p_value.total_cmp(&b.p_value).then(b.gain.total_cmp(&a.gain))
-    })?;
+    let clearest = found
+        .iter()
+        .min_by(|a, b| a.p_value.total_cmp(&b.p_value).then(b.gain.total_cmp(&a.gain)))?;
     let worth = |s: &Structure| s.gain - 0.5 * s.freedom as f64 * n.ln();
     let best = found.iter().max_by(|a, b| worth(a).total_cmp(&worth(b)))?;
     Some(Structures { clearest: clearest.clone(), best_worth: worth(best) })
@@ -198,7 +198,8 @@ fn shapes(problem: &Problem<'_>, fit: &Fit<'_>) -> Option<Vec<(Shape, Columns)>>
     let energies = participation(problem.description, &fit.hypothesis, data)?;
     let joints = data.rows.first()?.q.len();
     let coordinates = energies.first()?.first()?.len();
-    let column = |of: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..data.points.len()).map(of).collect() };
+    let column =
+        |of: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..data.points.len()).map(of).collect() };
     let row = |i: usize| &data.rows[data.points[i].row];
     let masked = |base: &dyn Fn(usize) -> f64| -> Columns {
         (0..data.rows.len())

@@ -252,14 +252,12 @@ pub fn diagnose(
     let problem = Problem { description, data: &data };
     let screen = Screen::new(&problem, &candidates).ok_or(DiagnosisFault::NoModes)?;
     progress(0.1);
-    let choice = choose(&problem, &candidates, &screen, Effort::FULL).ok_or(DiagnosisFault::NoModes)?;
+    let choice =
+        choose(&problem, &candidates, &screen, Effort::FULL).ok_or(DiagnosisFault::NoModes)?;
     progress(0.4);
     let judged = Judged::of(&problem, &choice);
-    let chosen: &Fit<'_> = if judged.verdict == Verdict::Explained {
-        &choice.best.fit
-    } else {
-        &choice.nothing
-    };
+    let chosen: &Fit<'_> =
+        if judged.verdict == Verdict::Explained { &choice.best.fit } else { &choice.nothing };
     let folds = std::sync::atomic::AtomicUsize::new(0);
     let held_out = held_out(description, &data, &candidates, &screen, settings.seed, &|| {
         let done = folds.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
@@ -273,13 +271,13 @@ pub fn diagnose(
     let interval = gain_interval(&data, &held_out, settings.seed);
     let baseline = errors(&data, &choice.nothing.evaluation, held_out_before);
     let extended = errors(&data, &chosen.evaluation, held_out_after);
-    let findings = if judged.verdict == Verdict::Explained {
-        findings(&problem, &choice)
+    let findings =
+        if judged.verdict == Verdict::Explained { findings(&problem, &choice) } else { Vec::new() };
+    let (next_poses, next_tests) = if judged.verdict == Verdict::Explained {
+        next(&problem, &robot, &choice)
     } else {
-        Vec::new()
+        Default::default()
     };
-    let (next_poses, next_tests) =
-        if judged.verdict == Verdict::Explained { next(&problem, &robot, &choice) } else { Default::default() };
     progress(1.0);
     let noise_left = (frequencies as f64 - chosen.freedom).max(1.0);
     let floor = rms(chosen.evaluation.residuals.iter()) * (frequencies as f64 / noise_left).sqrt();
@@ -324,8 +322,7 @@ impl Judged {
         let significant = |s: &Structure| s.p_value < unknown::SIGNIFICANCE;
         let before = nothing.as_ref().map(|s| s.clearest.clone()).filter(significant);
         if choice.best.fit.hypothesis.effects.is_empty() {
-            let verdict =
-                if before.is_some() { Verdict::Unexplained } else { Verdict::Consistent };
+            let verdict = if before.is_some() { Verdict::Unexplained } else { Verdict::Consistent };
             return Self { verdict, after: before.clone(), before };
         }
         let left = structure(problem, &choice.best.fit);

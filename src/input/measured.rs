@@ -41,7 +41,8 @@ pub fn load_measured(path: &Path, robot: &Robot) -> Result<Loaded<ModeTable>, Ve
     loop {
         match table.row(&mut cells) {
             Ok(true) if rows.len() == MOST_ROWS => {
-                let what = format!("has more than {MOST_ROWS} rows, which is the most that is read");
+                let what =
+                    format!("has more than {MOST_ROWS} rows, which is the most that is read");
                 return Err(faults.finish_with(table.fault(&what)));
             }
             Ok(true) => rows.push(columns.row(&table, &cells, robot, &mut faults)),
@@ -103,12 +104,21 @@ impl Columns {
         }
         let deviations = (1..=modes.len()).map(|m| find(&format!("f{m}_std_hz"))).collect();
         let known = |title: &str| {
-            ["temperature_c", "amplitude_nm", "payload_kg", "sample_rate_hz", "id", "beta1_rad", "beta2_rad", ""]
-                .contains(&title)
+            [
+                "temperature_c",
+                "amplitude_nm",
+                "payload_kg",
+                "sample_rate_hz",
+                "id",
+                "beta1_rad",
+                "beta2_rad",
+                "",
+            ]
+            .contains(&title)
                 || robot.joints().iter().any(|joint| {
-                    title.strip_prefix(&joint.name).is_some_and(|unit| {
-                        ["_rad", "_deg", "_m", "_mm"].contains(&unit)
-                    })
+                    title
+                        .strip_prefix(&joint.name)
+                        .is_some_and(|unit| ["_rad", "_deg", "_m", "_mm"].contains(&unit))
                 })
                 || numbered(title, "f", "_hz")
                 || numbered(title, "f", "_std_hz")
@@ -204,7 +214,8 @@ fn check(row: &ModeRow, header: &[String], columns: &Columns, robot: &Robot, fau
     for (&column, frequency) in columns.modes.iter().zip(&row.frequencies_hz) {
         let Some(f) = *frequency else { continue };
         if !(f > 0.0 && f < HIGHEST_HZ) {
-            let what = format!("{} is {f}, must be positive and below {HIGHEST_HZ:.0}", title(column));
+            let what =
+                format!("{} is {f}, must be positive and below {HIGHEST_HZ:.0}", title(column));
             faults.add(line, what);
         } else if let Some((before, lower)) = last.filter(|&(_, lower)| f < lower) {
             let (name, before) = (title(column), title(before));
@@ -261,7 +272,9 @@ fn pose_columns(
             .collect();
         if kind == JointKind::Prismatic && found.is_empty() {
             // Tables made for any robot call every SI column `_rad`.
-            found.extend(find(&format!("{name}_rad")).map(|at| (at, std::convert::identity as ToSi)));
+            found.extend(
+                find(&format!("{name}_rad")).map(|at| (at, std::convert::identity as ToSi)),
+            );
         }
         found
     };

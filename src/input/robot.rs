@@ -11,8 +11,8 @@ use super::urdf::{Urdf, read_urdf};
 use super::yaml::{Node, Step, check, nearest, parse, typed};
 use super::{Fault, Loaded, schema};
 use crate::model::{
-    ArmAngle, Calibration, Cause, CoordinateKind, Correction, Damping, Description, Drive, ElasticJoint,
-    ExtraCoordinate, Hinge, Inertial, JointKind, ModelFault, Payload, Place, Robot,
+    ArmAngle, Calibration, Cause, CoordinateKind, Correction, Damping, Description, Drive,
+    ElasticJoint, ExtraCoordinate, Hinge, Inertial, JointKind, ModelFault, Payload, Place, Robot,
 };
 use crate::units::STANDARD_GRAVITY_M_PER_S2;
 
@@ -244,7 +244,8 @@ fn corrections(raw: &raw::Robot, tree: &Node, faults: &mut Faults) -> Vec<Correc
         for parameter in raw.parameters.iter().flatten().map(|(name, _)| name) {
             if !known.contains(&parameter.as_str()) {
                 let of = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
-                let what = format!("{owner}: '{parameter}' is no parameter of {cause}; it has {of}");
+                let what =
+                    format!("{owner}: '{parameter}' is no parameter of {cause}; it has {of}");
                 faults.add(line, what);
             }
         }

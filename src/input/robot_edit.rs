@@ -51,7 +51,8 @@ pub fn corrected_robot(
     }
     let replaced: Vec<std::ops::Range<usize>> =
         ["corrections", "calibration"].iter().filter_map(|key| span(&tree, &lines, key)).collect();
-    let urdf = tree.entry("urdf").and_then(|entry| Some((entry.line as usize - 1, entry.value.text()?)));
+    let urdf =
+        tree.entry("urdf").and_then(|entry| Some((entry.line as usize - 1, entry.value.text()?)));
     let mut out = String::new();
     for (i, line) in lines.iter().enumerate() {
         if replaced.iter().any(|range| range.contains(&i)) {
@@ -103,8 +104,11 @@ fn blocks(corrections: &[FittedCorrection], calibration: &Calibrated) -> String 
             let _ = writeln!(out, "    at: {}", quoted(at));
         }
         if !correction.parameters.is_empty() {
-            let values: Vec<String> =
-                correction.parameters.iter().map(|(name, value)| format!("{name}: {value}")).collect();
+            let values: Vec<String> = correction
+                .parameters
+                .iter()
+                .map(|(name, value)| format!("{name}: {value}"))
+                .collect();
             let _ = writeln!(out, "    parameters: {{{}}}", values.join(", "));
         }
         if !ci95.is_empty() {
@@ -206,7 +210,10 @@ mod tests {
         let calibrated =
             Calibrated { poses: 12, heldout_rms_percent: 1.25, date: "2026-11-21".to_owned() };
         let text = corrected_robot(&path, &output, &corrections, &calibrated).unwrap();
-        assert!(text.starts_with("# my arm\n") && text.contains("urdf: ../../two-link.urdf"), "{text}");
+        assert!(
+            text.starts_with("# my arm\n") && text.contains("urdf: ../../two-link.urdf"),
+            "{text}"
+        );
         assert_eq!(text.matches("corrections:").count(), 1);
         assert_eq!(text.matches("calibration:").count(), 1);
         std::fs::write(&output, &text).unwrap();

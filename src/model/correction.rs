@@ -131,7 +131,8 @@ impl Correction {
     fn apply(&self, description: &mut Description) -> Result<(), String> {
         let at = self.at.as_deref().unwrap_or("");
         let value = |name: &str| self.value(name);
-        let needed = |name: &str| value(name).ok_or_else(|| format!("parameter '{name}' is missing"));
+        let needed =
+            |name: &str| value(name).ok_or_else(|| format!("parameter '{name}' is missing"));
         match self.cause {
             Cause::JointStiffness => {
                 let stiffness = value("stiffness_nm_per_rad").or(value("stiffness_n_per_m"));
@@ -279,9 +280,10 @@ fn vector(parts: [Option<f64>; 3]) -> Vector3<f64> {
 fn moved(joint: &Joint, by: f64) -> Isometry3<f64> {
     let axis = Unit::new_normalize(joint.axis);
     match joint.kind {
-        JointKind::Prismatic => {
-            Isometry3::from_parts(Translation3::from(axis.into_inner() * by), UnitQuaternion::identity())
-        }
+        JointKind::Prismatic => Isometry3::from_parts(
+            Translation3::from(axis.into_inner() * by),
+            UnitQuaternion::identity(),
+        ),
         _ => Isometry3::from_parts(
             Translation3::identity(),
             UnitQuaternion::from_axis_angle(&axis, by),

@@ -101,3 +101,47 @@ impl Pencil {
         true
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{DMatrix, SymmetricEigen};
+
+    /// Against nalgebra's eigenvalues of L⁻¹ K L⁻ᵀ with M = L Lᵀ, K diagonal and full.
+    #[test]
+    fn agrees_with_the_pencil_turned_round() {
+        let n = 4;
+        let make = |seed: f64, ridge: f64| {
+            let a = DMatrix::from_fn(n, n, |i, j| (seed * (1 + i * n + j) as f64).sin());
+            &a * a.transpose() + DMatrix::from_diagonal_element(n, n, ridge)
+        };
+        let mass = make(1.7, 0.5);
+        let full = make(0.9, 2.0);
+        for stiffness in [full.clone(), DMatrix::from_diagonal(&full.diagonal())] {
+            let mut pencil = Pencil::new(n);
+            assert!(pencil.solve(&mass, &stiffness));
+            let inverse = mass.clone().cholesky().unwrap().l().try_inverse().unwrap();
+            let turned = &inverse * &stiffness * inverse.transpose();
+            let mut expected: Vec<f64> =
+                SymmetricEigen::new(turned).eigenvalues.iter().copied().collect();
+            expected.sort_by(f64::total_cmp);
+            for (found, expected) in pencil.omega_squared.iter().zip(expected) {
+                assert!((found / expected - 1.0).abs() < 1e-10);
+            }
+            let unit = pencil.shapes.transpose() * &mass * &pencil.shapes;
+            assert!((unit - DMatrix::identity(n, n)).amax() < 1e-10);
+        }
+    }
+
+    #[test]
+    fn a_coordinate_without_inertia_of_its_own_is_beyond_all_frequencies() {
+        let mass = DMatrix::from_row_slice(2, 2, &[2.0, 2.0, 2.0, 2.0]);
+        let stiffness = DMatrix::from_diagonal_element(2, 2, 8.0);
+        let mut pencil = Pencil::new(2);
+        assert!(pencil.solve(&mass, &stiffness));
+        // Two springs in series: k = 4, m = 2.
+        assert!((pencil.omega_squared[0] - 2.0).abs() < 1e-12);
+        assert!(pencil.omega_squared[1].is_infinite());
+        assert!(!pencil.solve(&mass, &DMatrix::from_diagonal_element(2, 2, -1.0)));
+    }
+}

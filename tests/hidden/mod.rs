@@ -1,11 +1,11 @@
 //! Arms drawn at random, with effects hidden in their frequencies.
 
+use detune::diagnosis::Verdict;
 use detune::measured::{ModeRow, ModeTable};
 use detune::model::{
     CoordinateKind, Description, Drive, ElasticJoint, ExtraCoordinate, Inertial, Joint, JointKind,
     Link, Placement, Robot, potential_gradient,
 };
-use detune::diagnosis::Verdict;
 use detune::modes::ModalSolver;
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
@@ -91,7 +91,14 @@ fn link(name: &str, inertial: Option<(f64, Vector3<f64>, Vector3<f64>)>) -> Link
     }
 }
 
-fn joint(name: &str, parent: &str, child: &str, xyz: Vector3<f64>, axis: Vector3<f64>, limit: f64) -> Joint {
+fn joint(
+    name: &str,
+    parent: &str,
+    child: &str,
+    xyz: Vector3<f64>,
+    axis: Vector3<f64>,
+    limit: f64,
+) -> Joint {
     Joint {
         name: name.into(),
         kind: JointKind::Revolute,
@@ -106,7 +113,11 @@ fn joint(name: &str, parent: &str, child: &str, xyz: Vector3<f64>, axis: Vector3
 }
 
 fn fixed(name: &str, parent: &str, child: &str, xyz: Vector3<f64>) -> Joint {
-    Joint { kind: JointKind::Fixed, position_limit: None, ..joint(name, parent, child, xyz, Vector3::x(), 1.0) }
+    Joint {
+        kind: JointKind::Fixed,
+        position_limit: None,
+        ..joint(name, parent, child, xyz, Vector3::x(), 1.0)
+    }
 }
 
 fn around(rng: &mut ChaCha8Rng, value: f64, factor: f64) -> f64 {
@@ -137,7 +148,14 @@ fn empty(name: &str) -> Description {
 fn planar(rng: &mut ChaCha8Rng) -> Description {
     let n = rng.random_range(2..=3);
     let mut d = empty("planar");
-    d.links.push(link("base_link", Some((around(rng, 80.0, 1.5), Vector3::new(0.0, 0.0, 0.2), Vector3::repeat(around(rng, 4.0, 2.0))))));
+    d.links.push(link(
+        "base_link",
+        Some((
+            around(rng, 80.0, 1.5),
+            Vector3::new(0.0, 0.0, 0.2),
+            Vector3::repeat(around(rng, 4.0, 2.0)),
+        )),
+    ));
     let mut at = "base_link".to_owned();
     let mut length = Vector3::new(0.0, 0.0, around(rng, 0.4, 1.5));
     for i in 1..=n {
@@ -145,9 +163,21 @@ fn planar(rng: &mut ChaCha8Rng) -> Description {
         let m = around(rng, 30.0, 1.6) * 0.6_f64.powi(i - 1);
         let name = format!("link_{i}");
         let across = m * l * l * rng.random_range(0.06..0.14);
-        d.links.push(link(&name, Some((m, Vector3::new(l * rng.random_range(0.25..0.6), 0.0, 0.0), Vector3::new(0.15 * across, across, across)))));
+        d.links.push(link(
+            &name,
+            Some((
+                m,
+                Vector3::new(l * rng.random_range(0.25..0.6), 0.0, 0.0),
+                Vector3::new(0.15 * across, across, across),
+            )),
+        ));
         d.joints.push(joint(&format!("joint_{i}"), &at, &name, length, -Vector3::y(), 2.6));
-        d.elastic_joints.push(ElasticJoint { joint: format!("joint_{i}"), stiffness: around(rng, 5e5, 1.7) * 0.4_f64.powi(i - 1), is_linear: false, damping: None });
+        d.elastic_joints.push(ElasticJoint {
+            joint: format!("joint_{i}"),
+            stiffness: around(rng, 5e5, 1.7) * 0.4_f64.powi(i - 1),
+            is_linear: false,
+            damping: None,
+        });
         at = name;
         length = Vector3::new(l, 0.0, 0.0);
     }
@@ -159,11 +189,35 @@ fn planar(rng: &mut ChaCha8Rng) -> Description {
 fn six(rng: &mut ChaCha8Rng) -> Description {
     let mut d = empty("six axes");
     let s = around(rng, 1.0, 1.4);
-    d.links.push(link("base_link", Some((100.0 * s, Vector3::new(0.0, 0.0, 0.1), Vector3::repeat(4.0 * s)))));
+    d.links.push(link(
+        "base_link",
+        Some((100.0 * s, Vector3::new(0.0, 0.0, 0.1), Vector3::repeat(4.0 * s))),
+    ));
     let masses = [70.0, 30.0, 34.0, 9.0, 4.0, 1.5];
-    let coms = [[0.05, 0.01, 0.33], [0.0, -0.05, 0.33], [0.05, 0.01, 0.03], [0.12, 0.0, 0.01], [0.02, 0.0, 0.0], [0.02, 0.003, 0.0]];
-    let radii = [[0.18, 0.2, 0.17], [0.25, 0.24, 0.11], [0.1, 0.12, 0.12], [0.07, 0.12, 0.12], [0.05, 0.06, 0.06], [0.035, 0.03, 0.03]];
-    let origins = [[0.0, 0.0, 0.0], [0.15, 0.0, 0.4865], [0.0, 0.0, 0.7], [0.3, 0.0, 0.0], [0.3, 0.0, 0.0], [0.09, 0.0, 0.0]];
+    let coms = [
+        [0.05, 0.01, 0.33],
+        [0.0, -0.05, 0.33],
+        [0.05, 0.01, 0.03],
+        [0.12, 0.0, 0.01],
+        [0.02, 0.0, 0.0],
+        [0.02, 0.003, 0.0],
+    ];
+    let radii = [
+        [0.18, 0.2, 0.17],
+        [0.25, 0.24, 0.11],
+        [0.1, 0.12, 0.12],
+        [0.07, 0.12, 0.12],
+        [0.05, 0.06, 0.06],
+        [0.035, 0.03, 0.03],
+    ];
+    let origins = [
+        [0.0, 0.0, 0.0],
+        [0.15, 0.0, 0.4865],
+        [0.0, 0.0, 0.7],
+        [0.3, 0.0, 0.0],
+        [0.3, 0.0, 0.0],
+        [0.09, 0.0, 0.0],
+    ];
     let axes = [Vector3::z(), Vector3::y(), Vector3::y(), Vector3::x(), Vector3::y(), Vector3::x()];
     let springs = [8e5, 6e5, 2.5e5, 6e4, 5e4, 2e4];
     let mut at = "base_link".to_owned();
@@ -173,8 +227,20 @@ fn six(rng: &mut ChaCha8Rng) -> Description {
         let com = Vector3::from(coms[i]) * around(rng, 1.0, 1.3);
         let diagonal = Vector3::from(radii[i]).map(|r| m * r * r) * around(rng, 1.0, 1.3);
         d.links.push(link(&name, Some((m, com, diagonal))));
-        d.joints.push(joint(&format!("joint_{}", i + 1), &at, &name, Vector3::from(origins[i]) * around(rng, 1.0, 1.15), axes[i], if i == 1 { 1.6 } else { 2.5 }));
-        d.elastic_joints.push(ElasticJoint { joint: format!("joint_{}", i + 1), stiffness: around(rng, springs[i], 1.6), is_linear: false, damping: None });
+        d.joints.push(joint(
+            &format!("joint_{}", i + 1),
+            &at,
+            &name,
+            Vector3::from(origins[i]) * around(rng, 1.0, 1.15),
+            axes[i],
+            if i == 1 { 1.6 } else { 2.5 },
+        ));
+        d.elastic_joints.push(ElasticJoint {
+            joint: format!("joint_{}", i + 1),
+            stiffness: around(rng, springs[i], 1.6),
+            is_linear: false,
+            damping: None,
+        });
         at = name;
     }
     d.links.push(link("tool0", None));
@@ -201,14 +267,26 @@ struct Hidden {
     truths: Vec<Truth>,
 }
 
-fn hide(effect: &str, d: &Description, rng: &mut ChaCha8Rng, strength: f64, hidden: &mut Hidden, fmax: &[f64], poses: &[Vec<f64>]) -> Option<()> {
+fn hide(
+    effect: &str,
+    d: &Description,
+    rng: &mut ChaCha8Rng,
+    strength: f64,
+    hidden: &mut Hidden,
+    fmax: &[f64],
+    poses: &[Vec<f64>],
+) -> Option<()> {
     let joints: Vec<String> = d.elastic_joints.iter().map(|s| s.joint.clone()).collect();
     let links: Vec<String> = (1..=joints.len()).map(|i| format!("link_{i}")).collect();
     let planar = d.name == "planar";
     let t = &mut hidden.truth;
     let told = &mut hidden.truths;
     let mut tell = |cause: &str, at: &str, parameter: Option<(&str, f64)>| {
-        told.push(Truth { cause: cause.into(), at: at.into(), parameter: parameter.map(|(n, v)| (n.to_owned(), v)) });
+        told.push(Truth {
+            cause: cause.into(),
+            at: at.into(),
+            parameter: parameter.map(|(n, v)| (n.to_owned(), v)),
+        });
     };
     match effect {
         "nothing" => {}
@@ -242,7 +320,8 @@ fn hide(effect: &str, d: &Description, rng: &mut ChaCha8Rng, strength: f64, hidd
                 let by = i.com_m.normalize() * size * sign(rng);
                 i.com_m += by;
             } else {
-                let axis = if planar { Vector3::y() } else { Vector3::new(0.3, 1.0, -0.2).normalize() };
+                let axis =
+                    if planar { Vector3::y() } else { Vector3::new(0.3, 1.0, -0.2).normalize() };
                 i.com_m = Rotation3::from_scaled_axis(axis * sign(rng) * 2.0 * strength) * i.com_m;
             }
             tell(effect, &l, None);
@@ -251,20 +330,43 @@ fn hide(effect: &str, d: &Description, rng: &mut ChaCha8Rng, strength: f64, hidd
             let j = pick(rng, &joints[1..]).clone();
             let by = sign(rng) * 0.3 * strength;
             let joint = t.joints.iter_mut().find(|x| x.name == j)?;
-            joint.origin *= Isometry3::from_parts(Translation3::identity(), UnitQuaternion::from_scaled_axis(joint.axis * by));
+            joint.origin *= Isometry3::from_parts(
+                Translation3::identity(),
+                UnitQuaternion::from_scaled_axis(joint.axis * by),
+            );
             tell(effect, &j, Some(("offset_rad", by)));
         }
         "payload" | "payload_off_flange" => {
             let m = 10.0 * strength;
-            let com_m = if effect == "payload" { Vector3::zeros() } else { Vector3::new(0.12, 0.03, -0.05) * rng.random_range(0.3..1.3) };
+            let com_m = if effect == "payload" {
+                Vector3::zeros()
+            } else {
+                Vector3::new(0.12, 0.03, -0.05) * rng.random_range(0.3..1.3)
+            };
             let inertia = if effect == "payload" { 0.0 } else { 0.002 * m };
-            t.payload = Some(detune::model::Payload { link: "tool0".into(), inertial: Inertial { mass_kg: m, com_m, inertia_kgm2: Matrix3::from_diagonal_element(inertia) } });
+            t.payload = Some(detune::model::Payload {
+                link: "tool0".into(),
+                inertial: Inertial {
+                    mass_kg: m,
+                    com_m,
+                    inertia_kgm2: Matrix3::from_diagonal_element(inertia),
+                },
+            });
             tell("payload", "tool0", Some(("mass_kg", m)));
         }
         "base_compliance" => {
-            let axis = if planar { Vector3::y() } else { *pick(rng, &[Vector3::x(), Vector3::y()]) };
+            let axis =
+                if planar { Vector3::y() } else { *pick(rng, &[Vector3::x(), Vector3::y()]) };
             let k = 2e6 / strength;
-            t.extra.push(ExtraCoordinate { name: "base".into(), link: "base_link".into(), kind: CoordinateKind::Rotation, axis, origin_m: Vector3::zeros(), stiffness: k, damping: None });
+            t.extra.push(ExtraCoordinate {
+                name: "base".into(),
+                link: "base_link".into(),
+                kind: CoordinateKind::Rotation,
+                axis,
+                origin_m: Vector3::zeros(),
+                stiffness: k,
+                damping: None,
+            });
             tell(effect, "base_link", Some(("stiffness_nm_per_rad", k)));
         }
         "transverse_compliance" => {
@@ -273,16 +375,39 @@ fn hide(effect: &str, d: &Description, rng: &mut ChaCha8Rng, strength: f64, hidd
             }
             let i = rng.random_range(0..4);
             let j = &d.joints[i];
-            let axis = *pick(rng, &[Vector3::x(), Vector3::y(), Vector3::z()].into_iter().filter(|a| a.dot(&j.axis).abs() < 0.5).collect::<Vec<_>>());
+            let axis = *pick(
+                rng,
+                &[Vector3::x(), Vector3::y(), Vector3::z()]
+                    .into_iter()
+                    .filter(|a| a.dot(&j.axis).abs() < 0.5)
+                    .collect::<Vec<_>>(),
+            );
             let k = 2.0 * d.elastic_joints[i].stiffness / strength;
-            t.extra.push(ExtraCoordinate { name: "across".into(), link: j.child.clone(), kind: CoordinateKind::Rotation, axis, origin_m: Vector3::zeros(), stiffness: k, damping: None });
+            t.extra.push(ExtraCoordinate {
+                name: "across".into(),
+                link: j.child.clone(),
+                kind: CoordinateKind::Rotation,
+                axis,
+                origin_m: Vector3::zeros(),
+                stiffness: k,
+                damping: None,
+            });
             tell(effect, &joints[i], Some(("stiffness_nm_per_rad", k)));
         }
         "link_flexibility" => {
-            let i = if planar { rng.random_range(0..joints.len() - 1) } else { *pick(rng, &[1, 2]) };
+            let i =
+                if planar { rng.random_range(0..joints.len() - 1) } else { *pick(rng, &[1, 2]) };
             let next = d.joints[i + 1].origin.translation.vector;
             let k = d.elastic_joints[i].stiffness / strength;
-            t.extra.push(ExtraCoordinate { name: "bend".into(), link: links[i].clone(), kind: CoordinateKind::Rotation, axis: Vector3::y(), origin_m: 0.5 * next, stiffness: k, damping: None });
+            t.extra.push(ExtraCoordinate {
+                name: "bend".into(),
+                link: links[i].clone(),
+                kind: CoordinateKind::Rotation,
+                axis: Vector3::y(),
+                origin_m: 0.5 * next,
+                stiffness: k,
+                damping: None,
+            });
             tell(effect, &links[i], Some(("stiffness_nm_per_rad", k)));
         }
         "drive_inertia" => {
@@ -294,8 +419,13 @@ fn hide(effect: &str, d: &Description, rng: &mut ChaCha8Rng, strength: f64, hidd
             tell(effect, &j, Some(("reflected_inertia_kgm2", v)));
         }
         "load_dependent_stiffness" => {
-            let j = if planar { pick(rng, &joints).clone() } else { pick(rng, &joints[1..5]).clone() };
-            hidden.laws.push(RowLaw::Load { joint: j.clone(), c: sign(rng) * strength.min(0.8), free: rng.random_bool(0.3) });
+            let j =
+                if planar { pick(rng, &joints).clone() } else { pick(rng, &joints[1..5]).clone() };
+            hidden.laws.push(RowLaw::Load {
+                joint: j.clone(),
+                c: sign(rng) * strength.min(0.8),
+                free: rng.random_bool(0.3),
+            });
             tell(effect, &j, None);
         }
         "amplitude_dependence" => {
@@ -329,12 +459,23 @@ fn hide(effect: &str, d: &Description, rng: &mut ChaCha8Rng, strength: f64, hidd
             factors[mode] = 1.0 + 0.3 * strength * sign(rng);
             hidden.laws.push(RowLaw::ModeBias { factors });
         }
-        "unknown_joint_wave" => hidden.laws.push(RowLaw::JointWave { over: rng.random_range(0..joints.len()), a: 0.15 * strength, k: *pick(rng, &[1.0, 2.0, 3.0]) }),
+        "unknown_joint_wave" => hidden.laws.push(RowLaw::JointWave {
+            over: rng.random_range(0..joints.len()),
+            a: 0.15 * strength,
+            k: *pick(rng, &[1.0, 2.0, 3.0]),
+        }),
         "unknown_pose_scatter" => hidden.laws.push(RowLaw::Scatter { a: 0.15 * strength }),
-        "unknown_spring_wave" => hidden.laws.push(RowLaw::Wave { joint: pick(rng, &joints).clone(), over: rng.random_range(0..joints.len()), a: strength.min(0.8) }),
+        "unknown_spring_wave" => hidden.laws.push(RowLaw::Wave {
+            joint: pick(rng, &joints).clone(),
+            over: rng.random_range(0..joints.len()),
+            a: strength.min(0.8),
+        }),
         "unknown_absorber" => {
             let mode = rng.random_range(0..fmax.len());
-            hidden.laws.push(RowLaw::Absorber { hz: fmax[mode] * rng.random_range(0.75..0.95), share: 0.4 * strength });
+            hidden.laws.push(RowLaw::Absorber {
+                hz: fmax[mode] * rng.random_range(0.75..0.95),
+                share: 0.4 * strength,
+            });
         }
         _ => panic!("{effect}"),
     }
@@ -343,7 +484,14 @@ fn hide(effect: &str, d: &Description, rng: &mut ChaCha8Rng, strength: f64, hidd
 }
 
 /// Frequencies of one row.
-fn frequencies(d: &Description, laws: &[RowLaw], q: &[f64], covariates: [f64; 2], scatter: f64, torque_scale: &[f64]) -> Option<Vec<f64>> {
+fn frequencies(
+    d: &Description,
+    laws: &[RowLaw],
+    q: &[f64],
+    covariates: [f64; 2],
+    scatter: f64,
+    torque_scale: &[f64],
+) -> Option<Vec<f64>> {
     let mut d = d.clone();
     let plain = Robot::new(&d).ok()?;
     let mut placement = Placement::new(&plain);
@@ -369,7 +517,9 @@ fn frequencies(d: &Description, laws: &[RowLaw], q: &[f64], covariates: [f64; 2]
     for law in laws {
         match law {
             RowLaw::ModeBias { factors } => f.iter_mut().zip(factors).for_each(|(f, k)| *f *= k),
-            RowLaw::JointWave { over, a, k } => f.iter_mut().for_each(|f| *f *= 1.0 + a * (k * q[*over] + 0.7).sin()),
+            RowLaw::JointWave { over, a, k } => {
+                f.iter_mut().for_each(|f| *f *= 1.0 + a * (k * q[*over] + 0.7).sin())
+            }
             RowLaw::Scatter { a } => f.iter_mut().for_each(|f| *f *= 1.0 + a * scatter),
             RowLaw::Absorber { hz, share } => f.iter_mut().for_each(|f| {
                 // Pushed away from a resonance that the model does not have.
@@ -395,10 +545,20 @@ pub(crate) fn case(effect: &str, seed: u64) -> Option<Case> {
     let rows = rng.random_range(16..=44);
     let noise = rng.random_range(0.003..0.01);
     let poses: Vec<Vec<f64>> = (0..rows)
-        .map(|_| robot.joints().iter().map(|j| { let [a, b] = j.limit.unwrap(); rng.random_range(a..b) }).collect())
+        .map(|_| {
+            robot
+                .joints()
+                .iter()
+                .map(|j| {
+                    let [a, b] = j.limit.unwrap();
+                    rng.random_range(a..b)
+                })
+                .collect()
+        })
         .collect();
     let mut solver = ModalSolver::new(&robot);
-    let nominal: Vec<Vec<f64>> = poses.iter().map(|q| solver.frequencies_hz(q).unwrap().to_vec()).collect();
+    let nominal: Vec<Vec<f64>> =
+        poses.iter().map(|q| solver.frequencies_hz(q).unwrap().to_vec()).collect();
     let fmax: Vec<f64> = (0..n).map(|m| nominal.iter().map(|f| f[m]).fold(0.0, f64::max)).collect();
     let mut torque_scale = vec![0.0_f64; n];
     let mut placement = Placement::new(&robot);
@@ -408,7 +568,8 @@ pub(crate) fn case(effect: &str, seed: u64) -> Option<Case> {
         potential_gradient(&robot, &placement, &mut gradient);
         torque_scale.iter_mut().zip(&gradient).for_each(|(s, g)| *s = s.max(g.abs()));
     }
-    let covariates: Vec<[f64; 2]> = (0..rows).map(|_| [rng.random_range(12.0..40.0), rng.random_range(5.0..60.0)]).collect();
+    let covariates: Vec<[f64; 2]> =
+        (0..rows).map(|_| [rng.random_range(12.0..40.0), rng.random_range(5.0..60.0)]).collect();
     let scatter: Vec<f64> = (0..rows).map(|_| normal(rng)).collect();
     let effects: Vec<&str> = match effect {
         "two" | "three" => {
@@ -416,7 +577,10 @@ pub(crate) fn case(effect: &str, seed: u64) -> Option<Case> {
             let mut chosen: Vec<&str> = Vec::new();
             while chosen.len() < if effect == "two" { 2 } else { 3 } {
                 let one = *pick(rng, pool);
-                if !chosen.contains(&one) && !(one == "payload_off_flange" && chosen.contains(&"payload")) && one != "gravity_stiffness" {
+                if !chosen.contains(&one)
+                    && !(one == "payload_off_flange" && chosen.contains(&"payload"))
+                    && one != "gravity_stiffness"
+                {
                     chosen.push(one);
                 }
             }
@@ -435,11 +599,48 @@ pub(crate) fn case(effect: &str, seed: u64) -> Option<Case> {
         let mut best = None;
         for _ in 0..24 {
             let strength = (low * high).sqrt();
-            let mut trial = Hidden { truth: hidden.truth.clone(), laws: hidden.laws.clone(), truths: hidden.truths.clone() };
-            let before: Option<Vec<Vec<f64>>> = (0..rows).map(|i| frequencies(&hidden.truth, &hidden.laws, &poses[i], covariates[i], scatter[i], &torque_scale)).collect();
-            hide(one, &description, &mut ChaCha8Rng::seed_from_u64(plan), strength, &mut trial, &fmax, &poses)?;
-            let after: Option<Vec<Vec<f64>>> = (0..rows).map(|i| frequencies(&trial.truth, &trial.laws, &poses[i], covariates[i], scatter[i], &torque_scale)).collect();
-            let (Some(before), Some(after)) = (before, after) else { high = strength; continue };
+            let mut trial = Hidden {
+                truth: hidden.truth.clone(),
+                laws: hidden.laws.clone(),
+                truths: hidden.truths.clone(),
+            };
+            let before: Option<Vec<Vec<f64>>> = (0..rows)
+                .map(|i| {
+                    frequencies(
+                        &hidden.truth,
+                        &hidden.laws,
+                        &poses[i],
+                        covariates[i],
+                        scatter[i],
+                        &torque_scale,
+                    )
+                })
+                .collect();
+            hide(
+                one,
+                &description,
+                &mut ChaCha8Rng::seed_from_u64(plan),
+                strength,
+                &mut trial,
+                &fmax,
+                &poses,
+            )?;
+            let after: Option<Vec<Vec<f64>>> = (0..rows)
+                .map(|i| {
+                    frequencies(
+                        &trial.truth,
+                        &trial.laws,
+                        &poses[i],
+                        covariates[i],
+                        scatter[i],
+                        &torque_scale,
+                    )
+                })
+                .collect();
+            let (Some(before), Some(after)) = (before, after) else {
+                high = strength;
+                continue;
+            };
             let mut sum = 0.0;
             let mut count = 0.0;
             for (a, b) in before.iter().zip(&after) {
@@ -451,8 +652,14 @@ pub(crate) fn case(effect: &str, seed: u64) -> Option<Case> {
             let ratio = f64::sqrt(sum / count) / noise;
             moved = ratio;
             best = Some((trial, after));
-            if ratio < aim { low = strength } else { high = strength }
-            if (ratio / aim - 1.0).abs() < 0.03 { break }
+            if ratio < aim {
+                low = strength
+            } else {
+                high = strength
+            }
+            if (ratio / aim - 1.0).abs() < 0.03 {
+                break;
+            }
         }
         let (trial, after) = best?;
         let strong = matches!(*one, "nothing" | "aliased_mode" | "missed_mode") || moved > 3.5;
@@ -462,12 +669,17 @@ pub(crate) fn case(effect: &str, seed: u64) -> Option<Case> {
         hidden = trial;
         made = after;
     }
-    let instrument_rate = hidden.laws.iter().find_map(|law| match law { RowLaw::Alias { rate, .. } => Some(*rate), _ => None });
+    let instrument_rate = hidden.laws.iter().find_map(|law| match law {
+        RowLaw::Alias { rate, .. } => Some(*rate),
+        _ => None,
+    });
     let columns = n;
     let table_rows: Vec<ModeRow> = (0..rows)
         .map(|i| {
             let mut f: Vec<f64> = made[i].iter().map(|f| f * (1.0 + noise * normal(rng))).collect();
-            if let Some(RowLaw::Alias { mode, rate }) = hidden.laws.iter().find(|l| matches!(l, RowLaw::Alias { .. })) {
+            if let Some(RowLaw::Alias { mode, rate }) =
+                hidden.laws.iter().find(|l| matches!(l, RowLaw::Alias { .. }))
+            {
                 if f[*mode] > 0.5 * rate {
                     f[*mode] = (f[*mode] - rate * (f[*mode] / rate).round()).abs();
                 }
@@ -480,7 +692,8 @@ pub(crate) fn case(effect: &str, seed: u64) -> Option<Case> {
                     f.remove(*mode);
                 }
             }
-            let mut frequencies_hz: Vec<Option<f64>> = f.iter().map(|f| Some((f / 0.05).round() * 0.05)).collect();
+            let mut frequencies_hz: Vec<Option<f64>> =
+                f.iter().map(|f| Some((f / 0.05).round() * 0.05)).collect();
             frequencies_hz.resize(columns, None);
             ModeRow {
                 joints: poses[i].clone(),

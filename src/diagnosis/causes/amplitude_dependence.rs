@@ -24,7 +24,13 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
             };
             let factor = super::temperature_drift::factor();
             [vec![change.clone()], vec![change, factor]].map(|parameters| {
-                Candidate::new(Cause::AmplitudeDependence, &spring.joint, parameters)
+                let nests_stiffness = parameters.len() > 1;
+                let mut candidate =
+                    Candidate::new(Cause::AmplitudeDependence, &spring.joint, parameters);
+                if nests_stiffness {
+                    candidate.plausibility = super::temperature_drift::WITH_FACTOR;
+                }
+                candidate
             })
         })
         .collect()

@@ -26,7 +26,10 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
                 scale: Scale::Linear(0.3 * unit),
                 nominal: Some(0.0),
                 bounds: [-0.95 * unit, 6.0 * unit],
-                starts: [0.0, -0.6, -0.3, -0.1, 0.1, 0.3, 0.8, 2.0].iter().map(|s| s * unit).collect(),
+                starts: [0.0, -0.6, -0.3, -0.1, 0.1, 0.3, 0.8, 2.0]
+                    .iter()
+                    .map(|s| s * unit)
+                    .collect(),
                 spread: None,
             };
             Candidate::new(Cause::LoadDependentStiffness, &spring.joint, vec![parameter])

@@ -38,10 +38,7 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
             starts: vec![0.0, 0.12, -0.12],
             spread: Some(0.15),
         };
-        let forms = [
-            vec![mass.clone()],
-            vec![mass, at("com_x_m"), at("com_y_m"), at("com_z_m")],
-        ];
+        let forms = [vec![mass.clone()], vec![mass, at("com_x_m"), at("com_y_m"), at("com_z_m")]];
         for parameters in forms {
             let mut candidate = Candidate::new(Cause::Payload, &place, parameters);
             candidate.also = also.clone();

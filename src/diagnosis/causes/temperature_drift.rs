@@ -9,6 +9,10 @@ pub(super) const WORDS: Words = Words {
     test: "measure one pose cold and warm",
 };
 
+/// A law with a factor holds the plain stiffness as a special case, so it is a rival of that only where the
+/// law itself shows.
+pub(super) const WITH_FACTOR: f64 = -3.0;
+
 /// The share of the spring at the reference, where it is not the file's.
 pub(super) fn factor() -> Parameter {
     Parameter {
@@ -23,7 +27,8 @@ pub(super) fn factor() -> Parameter {
 
 pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
     let Some(range) = arm.temperatures_c else { return Vec::new() };
-    let largest = range.map(|t| (t - REFERENCE_TEMPERATURE_C).abs()).into_iter().fold(0.0, f64::max);
+    let largest =
+        range.map(|t| (t - REFERENCE_TEMPERATURE_C).abs()).into_iter().fold(0.0, f64::max);
     arm.springs
         .iter()
         .flat_map(|spring| {
@@ -37,7 +42,13 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
                 spread: None,
             };
             [vec![change.clone()], vec![change, factor()]].map(|parameters| {
-                Candidate::new(Cause::TemperatureDrift, &spring.joint, parameters)
+                let nests_stiffness = parameters.len() > 1;
+                let mut candidate =
+                    Candidate::new(Cause::TemperatureDrift, &spring.joint, parameters);
+                if nests_stiffness {
+                    candidate.plausibility = super::temperature_drift::WITH_FACTOR;
+                }
+                candidate
             })
         })
         .collect()

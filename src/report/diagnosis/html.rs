@@ -52,7 +52,11 @@ pub fn diagnosis(d: &Diagnosis, robot: &str, table: &Path) -> String {
     let modes = d.baseline.per_mode_rms_percent.len();
     let legend: Vec<String> = (0..modes)
         .map(|mode| {
-            format!("<span style=\"color:{}\">● mode {}</span>", COLOURS[mode % COLOURS.len()], mode + 1)
+            format!(
+                "<span style=\"color:{}\">● mode {}</span>",
+                COLOURS[mode % COLOURS.len()],
+                mode + 1
+            )
         })
         .collect();
     let _ = writeln!(out, "<p>{}</p>\n</body></html>", legend.join(" "));
@@ -84,9 +88,8 @@ fn points(d: &Diagnosis, of: Of) -> Vec<(usize, f64, f64)> {
 /// A plot of points; `equal` gives both axes the same range and draws the diagonal.
 fn figure(out: &mut String, caption: &str, points: &[(usize, f64, f64)], equal: bool) {
     let range = |values: &mut dyn Iterator<Item = f64>| {
-        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
-            (low.min(v), high.max(v))
-        });
+        let (low, high) = values
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
         if low < high { [low, high] } else { [low - 1.0, low + 1.0] }
     };
     if points.is_empty() {

@@ -256,7 +256,11 @@ impl From<&diagnosis::Finding> for Finding {
         Self {
             cause: finding.cause.name(),
             at: finding.at.clone(),
-            indistinguishable_from: finding.indistinguishable_from.iter().map(Suspect::from).collect(),
+            indistinguishable_from: finding
+                .indistinguishable_from
+                .iter()
+                .map(Suspect::from)
+                .collect(),
             parameters: finding
                 .parameters
                 .iter()

@@ -125,7 +125,10 @@ fn next(d: &Diagnosis, out: &mut String) {
     let told_nothing = d.next_poses.is_empty() && d.next_tests.is_empty();
     let _ = match d.verdict {
         Verdict::Explained => {
-            writeln!(out, "  --write ROBOT2.yaml puts the findings into a robot file that check uses")
+            writeln!(
+                out,
+                "  --write ROBOT2.yaml puts the findings into a robot file that check uses"
+            )
         }
         Verdict::Consistent => {
             writeln!(out, "  --write ROBOT2.yaml puts the calibration into the robot file")

@@ -48,8 +48,10 @@ pub(super) fn estimate(parameter: &Estimate) -> String {
     let (name, unit) = unit_of(&parameter.name);
     let [low, high] = parameter.ci95.map(number);
     let space = if unit.is_empty() { "" } else { " " };
-    let mut text =
-        format!("{name} {}{space}{unit} (95 % interval {low} to {high})", number(parameter.estimate));
+    let mut text = format!(
+        "{name} {}{space}{unit} (95 % interval {low} to {high})",
+        number(parameter.estimate)
+    );
     if let Some(nominal) = parameter.nominal {
         text.push_str(&format!(", in the file {}", number(nominal)));
         if nominal != 0.0 {
@@ -85,7 +87,8 @@ pub(super) fn verdict(diagnosis: &Diagnosis) -> String {
         ),
         Verdict::Explained => {
             let count = diagnosis.findings.len();
-            let causes = if count == 1 { "one cause".to_owned() } else { format!("{count} causes") };
+            let causes =
+                if count == 1 { "one cause".to_owned() } else { format!("{count} causes") };
             format!(
                 "The model is off by {error:.2} %; {causes} put{} it right to {:.2} %.",
                 if count == 1 { "s" } else { "" },
@@ -106,7 +109,11 @@ pub(super) fn structure(structure: &Structure, diagnosis: &Diagnosis) -> String 
             format!("mode {} follows the position of {}", mode + 1, joint(j))
         }
         Shape::SpringOverJoint { coordinate, joint: j } => {
-            format!("as if the spring of {} varied with the position of {}", spring(coordinate), joint(j))
+            format!(
+                "as if the spring of {} varied with the position of {}",
+                spring(coordinate),
+                joint(j)
+            )
         }
         Shape::SpringByPose { coordinate } => {
             format!("as if the spring of {} varied from pose to pose", spring(coordinate))
