@@ -51,9 +51,6 @@ pub(super) struct Choice<'c> {
     pub(super) nothing: Fit<'c>,
     /// The best model; no cause if none earned its place.
     pub(super) best: Model<'c>,
-    /// How often chance does as well as each cause, over all candidates, in the order in which they were
-    /// added.
-    pub(super) p_values: Vec<f64>,
     /// For each cause of the best model: the same model with a rival in its place, best first.
     pub(super) rivals: Vec<Vec<Model<'c>>>,
 }
@@ -69,7 +66,6 @@ pub(super) fn choose<'c>(
     let search = Search { problem, candidates, screen, effort };
     let mut best = search.model(nothing.clone());
     let mut kept = vec![best.clone()];
-    let mut p_values = Vec::new();
     let mut singles: Vec<Model<'c>> = Vec::new();
     while best.fit.hypothesis.effects.len() < MOST_CAUSES {
         let mut next: Vec<Model<'c>> = Vec::new();
@@ -86,17 +82,15 @@ pub(super) fn choose<'c>(
         } else {
             first.clone()
         };
-        let p = search.p_value(&best.fit, &first.fit);
+        let p = p_value(problem, candidates.len(), &best.fit, &first.fit);
         if p > SIGNIFICANCE || first.worth <= best.worth {
             break;
         }
-        p_values.push(p);
         best = first.clone();
         kept = std::iter::once(first).chain(next).collect();
         distinct(&mut kept, effort.kept);
     }
     if let Some(better) = search.fewer(&best) {
-        p_values.truncate(better.fit.hypothesis.effects.len());
         best = better;
     }
     let rivals = match best.fit.hypothesis.effects.len() {
@@ -104,7 +98,7 @@ pub(super) fn choose<'c>(
         1 => vec![singles],
         count => (0..count).map(|i| search.replaced(&best, i)).collect(),
     };
-    Some(Choice { nothing, best, p_values, rivals })
+    Some(Choice { nothing, best, rivals })
 }
 
 struct Search<'s, 'p, 'c> {
@@ -169,7 +163,9 @@ impl<'c> Search<'_, '_, 'c> {
             let mut hypothesis = model.fit.hypothesis.clone();
             hypothesis.effects.remove(i);
             let without = self.model(self.problem.climb(hypothesis)?);
-            (self.p_value(&without.fit, &model.fit) > SIGNIFICANCE).then_some(without)
+            let count = self.candidates.len();
+            (p_value(self.problem, count, &without.fit, &model.fit) > SIGNIFICANCE)
+                .then_some(without)
         });
         without.max_by(|a, b| a.worth.total_cmp(&b.worth))
     }
@@ -188,15 +184,20 @@ impl<'c> Search<'_, '_, 'c> {
         sort(&mut models);
         models
     }
+}
 
-    /// How often chance gains as much with any of the candidates.
-    fn p_value(&self, before: &Fit<'c>, after: &Fit<'c>) -> f64 {
-        let n = self.problem.data.points.len() as f64;
-        let gain = after.evaluation.score - before.evaluation.score;
-        let freedom = (after.freedom - before.freedom).max(1.0);
-        let tries = INDEPENDENT_SHARE * self.candidates.len() as f64;
-        (tries * p_value_of_gain(gain, freedom, n - after.freedom, n)).min(1.0)
-    }
+/// How often chance gains as much as `after` on `before` with any of so many candidates.
+pub(super) fn p_value(
+    problem: &Problem<'_>,
+    candidates: usize,
+    before: &Fit<'_>,
+    after: &Fit<'_>,
+) -> f64 {
+    let n = problem.data.points.len() as f64;
+    let gain = after.evaluation.score - before.evaluation.score;
+    let freedom = (after.freedom - before.freedom).max(1.0);
+    let tries = INDEPENDENT_SHARE * candidates as f64;
+    (tries * p_value_of_gain(gain, freedom, n - after.freedom, n)).min(1.0)
 }
 
 /// How often chance gains `gain` of ln likelihood from `freedom` parameters where `left` degrees of freedom

@@ -5,7 +5,7 @@ use std::fmt;
 use super::arm::Arm;
 use super::candidate::Candidate;
 use super::causes::candidates;
-use super::choose::{Choice, Effort, Model, choose};
+use super::choose::{Choice, Effort, Model, choose, p_value};
 use super::data::Data;
 use super::fit::{Evaluation, Fit, Problem};
 use super::gain::{gain_interval, held_out, relative_error, rms};
@@ -271,8 +271,11 @@ pub fn diagnose(
     let interval = gain_interval(&data, &held_out, settings.seed);
     let baseline = errors(&data, &choice.nothing.evaluation, held_out_before);
     let extended = errors(&data, &chosen.evaluation, held_out_after);
-    let findings =
-        if judged.verdict == Verdict::Explained { findings(&problem, &choice) } else { Vec::new() };
+    let findings = if judged.verdict == Verdict::Explained {
+        findings(&problem, candidates.len(), &choice)
+    } else {
+        Vec::new()
+    };
     let (next_poses, next_tests) = if judged.verdict == Verdict::Explained {
         next(&problem, &robot, &choice)
     } else {
@@ -372,7 +375,7 @@ fn suspects(models: &[Model<'_>], i: usize, best: f64) -> Vec<Suspect> {
     suspects
 }
 
-fn findings(problem: &Problem<'_>, choice: &Choice<'_>) -> Vec<Finding> {
+fn findings(problem: &Problem<'_>, candidates: usize, choice: &Choice<'_>) -> Vec<Finding> {
     let best = &choice.best;
     let data = problem.data;
     let covariance = covariance(data, &best.fit);
@@ -419,7 +422,7 @@ fn findings(problem: &Problem<'_>, choice: &Choice<'_>) -> Vec<Finding> {
             hinge: candidate.hinge.clone(),
             evidence: Evidence {
                 delta_bic: bic(&best.fit) - bic(&without),
-                p_value: choice.p_values.get(i).copied().unwrap_or(1.0),
+                p_value: p_value(problem, candidates, &without, &best.fit),
             },
             gain_percent_points: percent_from_ratio(
                 rms(without.evaluation.residuals.iter()) - rms_with,

@@ -1,5 +1,7 @@
 //! Arms drawn at random, with effects hidden in their frequencies.
 
+#![allow(dead_code, reason = "each test uses its part")]
+
 use detune::diagnosis::Verdict;
 use detune::measured::{ModeRow, ModeTable};
 use detune::model::{
@@ -577,10 +579,8 @@ pub(crate) fn case(effect: &str, seed: u64) -> Option<Case> {
             let mut chosen: Vec<&str> = Vec::new();
             while chosen.len() < if effect == "two" { 2 } else { 3 } {
                 let one = *pick(rng, pool);
-                if !chosen.contains(&one)
-                    && !(one == "payload_off_flange" && chosen.contains(&"payload"))
-                    && one != "gravity_stiffness"
-                {
+                let payload_twice = one == "payload_off_flange" && chosen.contains(&"payload");
+                if !(chosen.contains(&one) || payload_twice) && one != "gravity_stiffness" {
                     chosen.push(one);
                 }
             }
@@ -679,10 +679,9 @@ pub(crate) fn case(effect: &str, seed: u64) -> Option<Case> {
             let mut f: Vec<f64> = made[i].iter().map(|f| f * (1.0 + noise * normal(rng))).collect();
             if let Some(RowLaw::Alias { mode, rate }) =
                 hidden.laws.iter().find(|l| matches!(l, RowLaw::Alias { .. }))
+                && f[*mode] > 0.5 * rate
             {
-                if f[*mode] > 0.5 * rate {
-                    f[*mode] = (f[*mode] - rate * (f[*mode] / rate).round()).abs();
-                }
+                f[*mode] = (f[*mode] - rate * (f[*mode] / rate).round()).abs();
             }
             f.sort_by(f64::total_cmp);
             for law in &hidden.laws {
