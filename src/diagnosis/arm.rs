@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::data::{Data, median};
-use super::predict::assemble;
+use super::predict::{Hypothesis, assemble, predict};
 use crate::model::{Description, Inertial, Joint, Placement, Robot, potential_gradient};
 
 /// A link that vibrates.
@@ -58,7 +58,10 @@ pub(super) struct Arm<'a> {
     pub(super) has_gravity_stiffness: bool,
     pub(super) temperatures_c: Option<[f64; 2]>,
     pub(super) amplitudes_nm: Option<[f64; 2]>,
-    pub(super) has_sample_rate: bool,
+    /// Smallest sampling rate that the table tells.
+    pub(super) least_sample_rate_hz: Option<f64>,
+    /// Highest frequency of each mode of the model over the table's poses, Hz.
+    pub(super) highest_of_mode_hz: Vec<f64>,
     /// Highest frequency measured, Hz.
     pub(super) highest_hz: f64,
 }
@@ -68,6 +71,13 @@ impl<'a> Arm<'a> {
     pub(super) fn new(description: &'a Description, robot: &Robot, data: &Data) -> Option<Self> {
         let corrected = description.corrected().ok()?;
         let matrices = assemble(description, &[], &data.rows)?;
+        let predicted = predict(description, &Hypothesis::default(), data, false)?;
+        let highest_of_mode_hz = (0..robot.coordinates().len())
+            .map(|mode| {
+                let of_mode = predicted.iter().filter_map(|row| row.get(mode));
+                of_mode.map(|frequency| frequency.ln_hz.exp()).fold(0.0, f64::max)
+            })
+            .collect();
         let tip = robot.tip_link().to_owned();
         let root = root_of(&corrected)?;
         let above = |link: &str| corrected.joints.iter().find(|joint| joint.child == link);
@@ -105,7 +115,8 @@ impl<'a> Arm<'a> {
             has_gravity_stiffness: robot.has_gravity_stiffness(),
             temperatures_c: range(rows.iter().filter_map(|r| r.conditions.temperature_c).collect()),
             amplitudes_nm: range(rows.iter().filter_map(|r| r.conditions.amplitude_nm).collect()),
-            has_sample_rate: rows.iter().any(|r| r.sample_rate_hz.is_some()),
+            least_sample_rate_hz: rows.iter().filter_map(|r| r.sample_rate_hz).reduce(f64::min),
+            highest_of_mode_hz,
             highest_hz: data.points.iter().map(|p| p.ln_f.exp()).fold(0.0, f64::max),
         })
     }

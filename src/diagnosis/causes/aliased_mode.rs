@@ -8,24 +8,37 @@ pub(super) const WORDS: Words = Words {
     test: "measure one pose at another sampling rate",
 };
 
-/// Starts over the possible sampling rates where none is told.
-const STARTS: i32 = 60;
+/// The model may be wrong by this factor before the fold is known.
+const MODEL_ERROR: f64 = 1.3;
+
+/// Ratio of neighbouring starts over the possible sampling rates where none is told.
+const STEP: f64 = 1.03;
+
+/// Most starts.
+const MOST_STARTS: i32 = 60;
 
 pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
+    // What is measured lies below half the rate.
+    let least_rate = arm.least_sample_rate_hz.unwrap_or(2.0 * arm.highest_hz);
+    let may_fold = |mode: &usize| {
+        let highest = arm.highest_of_mode_hz.get(mode - 1).copied().unwrap_or(0.0);
+        MODEL_ERROR * highest > 0.5 * least_rate
+    };
     (1..=arm.modes)
+        .filter(may_fold)
         .map(|mode| {
-            let parameters = if arm.has_sample_rate {
+            let parameters = if arm.least_sample_rate_hz.is_some() {
                 Vec::new()
             } else {
-                // What is measured lies below half the rate.
-                let bounds = [2.0 * arm.highest_hz, 40.0 * arm.highest_hz];
-                let step = (bounds[1] / bounds[0]).powf(1.0 / f64::from(STARTS));
+                let highest = MODEL_ERROR * arm.highest_of_mode_hz[mode - 1];
+                let bounds = [least_rate, (2.0 * highest).max(1.01 * least_rate)];
+                let starts = (0..MOST_STARTS).map(|i| bounds[0] * STEP.powi(i));
                 vec![Parameter {
                     name: "sample_rate_hz",
                     scale: Scale::Log,
                     nominal: None,
                     bounds,
-                    starts: (0..=STARTS).map(|i| bounds[0] * step.powi(i)).collect(),
+                    starts: starts.take_while(|rate| *rate <= bounds[1]).collect(),
                     spread: None,
                 }]
             };
