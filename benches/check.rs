@@ -76,6 +76,7 @@ fn long_job(robot: &Arc<Robot>) -> Job {
                 feed_m_per_s: 0.02,
                 tcp: Isometry3::translation(0.0, 0.0, 0.15),
                 line: i + 1,
+                spindle_turns: true,
             }
         })
         .collect();

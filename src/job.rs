@@ -99,6 +99,12 @@ impl SpindleSpeed {
         }
     }
 
+    /// Lowest and highest speed over 0..=1, rev/min.
+    pub fn range_rpm(&self) -> [f64; 2] {
+        let ends = [0.0, 1.0].into_iter().chain(self.corners()).map(|s| self.rpm_at(s));
+        ends.fold([f64::INFINITY, 0.0], |[low, high], rpm| [low.min(rpm), high.max(rpm)])
+    }
+
     /// Values of s where the speed has a corner.
     pub fn corners(&self) -> impl Iterator<Item = f64> + '_ {
         let points: &[(f64, f64)] = match self {
@@ -159,6 +165,20 @@ impl Policy {
     /// Whether excitation at this frequency is somebody else's business.
     pub fn ignores(&self, excitation_hz: f64) -> bool {
         self.ignore_hz.iter().any(|[low, high]| (*low..=*high).contains(&excitation_hz))
+    }
+
+    /// Whether all excitation from `low_hz` to `high_hz` is somebody else's business.
+    pub fn ignores_all(&self, low_hz: f64, high_hz: f64) -> bool {
+        let mut bands = self.ignore_hz.clone();
+        bands.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        let reached =
+            bands.iter().fold(
+                low_hz,
+                |reached, &[from, to]| {
+                    if from <= reached { reached.max(to) } else { reached }
+                },
+            );
+        self.ignores(low_hz) && reached >= high_hz
     }
 
     /// Whether a mode that moves the tool tip this much at resonance, m/N, is too faint to count.

@@ -45,21 +45,22 @@
 //! | [`report`] | text, JSON, SARIF, JUnit, GitHub, plots: pure functions from results | compute an engineering quantity |
 //! | [`risk`] | bands, crossings, certainty, verdict | choose a remedy |
 //! | [`diagnosis`] | where prediction and measurement meet: residuals, causes (one a file), fits, choice, gain, next poses | name a cause that it has not compared with its rivals |
-//! | [`map`] | frequencies over given poses, linear or nonlinear | know a job |
+//! | [`map`] | frequencies over given poses, grids and random poses, linear or nonlinear; their figures | know a job |
 //! | [`path`] | moves → poses in time; the arm surveyed and its modes followed along them | read files |
 //! | [`free_vibration`] | the nonlinear equation of motion in time, and its spectrum: the check on `modes` | be used for a verdict |
 //! | [`modes`] | one pose → natural frequencies, shapes, damping, receptance; MAC | know why it is asked |
 //! | [`model`] | the robot as built: M, K, kinematics; immutable | read files, know a job or a measurement |
 //! | [`two_link`] | the paper's two-link arm in closed form: a check on `model` and `modes` | know either of them |
 //! | [`excitation`] | spindle and tooth-passing lines | |
-//! | [`input`] | YAML, CSV, URDF → valid types, all faults with file and line | compute |
+//! | [`input`] | YAML, CSV, NPY, URDF → valid types, all faults with file and line | compute |
 //! | [`program`] | robot and CAM programs → moves, each with its line | know the robot's dynamics |
 //! | [`measured`] | measurements, by methods that never see a prediction | import `model` or `modes` |
 //! | [`job`], [`motion`] | what is asked for, as plain valid data | |
-//! | [`units`] | conversions | |
+//! | [`units`], [`wording`] | conversions; what messages have in common | |
 //!
 //! The README's section "As a library" shows a whole check.
 
+#[doc(hidden)]
 pub mod cli;
 pub mod diagnosis;
 pub mod excitation;
@@ -77,6 +78,7 @@ pub mod report;
 pub mod risk;
 pub mod two_link;
 pub mod units;
+pub mod wording;
 
 /// The README's examples in Rust, so that they are compiled.
 #[cfg(doctest)]

@@ -14,6 +14,8 @@ pub struct Move {
     pub tcp: Isometry3<f64>,
     /// Line of the file (job or program) that asks for this move, counted from 1.
     pub line: usize,
+    /// Whether the spindle turns on the way; where a program has stopped it, nothing excites the arm.
+    pub spindle_turns: bool,
 }
 
 /// Where a move goes and how the controller interpolates on the way.

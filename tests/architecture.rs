@@ -15,8 +15,9 @@ use std::path::{Path, PathBuf};
 /// What each module may import of the crate, beside itself.
 const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("units", &[]),
+    ("wording", &[]),
     ("motion", &[]),
-    ("model", &["units"]),
+    ("model", &["units", "wording"]),
     ("two_link", &["units"]),
     ("modes", &["model", "units"]),
     ("free_vibration", &["model", "modes", "units"]),
@@ -25,13 +26,23 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("program", &["motion", "units"]),
     ("measured", &["units"]),
     ("diagnosis", &["model", "modes", "measured", "units"]),
-    ("path", &["model", "modes", "motion", "units"]),
+    ("path", &["model", "modes", "motion", "units", "wording"]),
     ("map", &["model", "modes", "free_vibration", "units"]),
     ("risk", &["excitation", "job", "path", "modes", "model", "units"]),
-    ("input", &["job", "model", "motion", "program", "measured", "units"]),
+    ("input", &["job", "model", "motion", "program", "measured", "units", "wording"]),
     (
         "report",
-        &["risk", "map", "diagnosis", "job", "excitation", "measured", "free_vibration", "units"],
+        &[
+            "risk",
+            "map",
+            "diagnosis",
+            "job",
+            "excitation",
+            "measured",
+            "free_vibration",
+            "units",
+            "wording",
+        ],
     ),
     (
         "cli",
@@ -46,6 +57,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "model",
             "free_vibration",
             "units",
+            "wording",
         ],
     ),
 ];

@@ -12,7 +12,7 @@
 use std::path::Path;
 use std::time::Instant;
 
-use detune::input::{Fault, load_job, load_robot};
+use detune::input::{Fault, Reading, load_job, load_robot, read_job};
 
 const URDF: &str = include_str!("data/bad/two-link.urdf");
 const ROBOT: &str = include_str!("data/bad/robot.yaml");
@@ -110,6 +110,10 @@ const ROWS: &[Row] = &[
     row(Robot, "urdf: two-link.urdf", "urdf: three-link.urdf", "urdf:", &["urdf 'three-link.urdf': no such file"]),
     row(Robot, "urdf: two-link.urdf", "urdf: .", "urdf:", &["urdf '.': is a folder, must be a file"]),
     elsewhere(Robot, "urdf: two-link.urdf", "urdf: job.yaml", (Job, ""), &["not valid XML"]),
+    row(Robot, "base: base_link", "base: base_lnk", "base: base_lnk", &["base: the URDF has no link 'base_lnk'; it has base_link, link_1, link_2, tool0; did you mean 'base_link'?"]),
+    row(Robot, "mass_kg: 1.5", "mass_kg: 1.0e308", "payload", &["payload: mass is 1", "must be at most 10000000 kg"]),
+    row(Robot, "com_m: [0, 0, 0.1]", "com_m: [0, 0, 1.0e200]", "payload", &["payload: centre of mass is [0, 0, 1", "must lie within 100000 m"]),
+    row(Robot, "note: for tests", "note: \"a\\x1b[31m\"\nzz\u{7f}: 1", "zz", &["unknown key 'zz\\u{7f}'"]),
     // YAML as such
     row(Robot, "  damping_ratio: 0.03", "\tdamping_ratio: 0.03", "\tdamping", &["not valid YAML", "tab"]),
     row(Robot, "extra: []", "extra: [", "gravity: true", &["not valid YAML"]),
@@ -118,7 +122,7 @@ const ROWS: &[Row] = &[
     row(Robot, "drives:", "---\ndrives:", "---", &["second document"]),
     row(Robot, "note: for tests", "? [a, b]\n: c", "? [a", &["stands as a key"]),
     // URDF
-    row(Urdf, "</robot>", "", "", &["not valid XML"]),
+    row(Urdf, "</robot>", "", "<robot", &["not valid XML: the file ends inside <robot>, which starts here"]),
     row(Urdf, "<robot name=\"two-link\">", "<robot name=\"two-link\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\"><xacro:include/>", "<robot", &["unexpanded xacro"]),
     row(Urdf, "mass value=\"4.0\"", "mass value=\"-4.0\"", "-4.0", &["link 'link_1': mass is -4 kg, must not be negative"]),
     row(Urdf, "mass value=\"4.0\"", "mass value=\"NaN\"", "NaN", &["link 'link_1': <mass> value is \"NaN\", must be a finite number"]),
@@ -133,6 +137,7 @@ const ROWS: &[Row] = &[
     row(Urdf, "<axis xyz=\"0 -1 0\"/>\n    <limit lower=\"-3.2\" upper=\"3.2\" effort=\"0\" velocity=\"3.14\"/>\n  </joint>\n  <joint name=\"joint_2\"", "<axis xyz=\"0 0 0\"/></joint>\n  <joint name=\"joint_2\"", "0 0 0\"/></joint>", &["joint 'joint_1': axis is [0, 0, 0], must have a direction"]),
     row(Urdf, "lower=\"-3.2\" upper=\"3.2\"", "lower=\"3.2\" upper=\"-3.2\"", "lower=\"3.2\"", &["joint 'joint_1': limits are 3.2..-3.2, must be finite and ascending"]),
     row(Urdf, "velocity=\"3.14\"", "velocity=\"-1\"", "velocity=\"-1\"", &["velocity limit is -1"]),
+    row(Urdf, "velocity=\"3.14\"", "velocity=\"1e-300\"", "1e-300", &["joint 'joint_1': velocity limit is 0.000", "must be finite and at least 0.000001"]),
     row(Urdf, "type=\"revolute\"", "type=\"hinge\"", "hinge", &["joint 'joint_1': type is 'hinge', must be one of revolute"]),
     row(Urdf, "    <parent link=\"link_1\"/>\n", "", "name=\"joint_2\"", &["joint 'joint_2': has no <parent"]),
     row(Urdf, "    <child link=\"link_2\"/>\n", "", "name=\"joint_2\"", &["joint 'joint_2': has no <child"]),
@@ -168,8 +173,9 @@ const ROWS: &[Row] = &[
     row(Job, "xyz_m: [0.9, 0, 0.4]", "xyz_m: [0.9, 0, 0.4, 1]", "work_object:", &["work_object.xyz_m has 4 values"]),
     row(Job, "min_rpm: 500", "min_rpm: 7000", "spindle: {", &["spindle.min_rpm is 7000, must not be above max_rpm, 6000"]),
     row(Job, "min_rpm: 500", "min_rpm: 0", "spindle: {", &["spindle.min_rpm is 0, must be a number above 0"]),
-    row(Job, "min_rpm: 500", "min_rpm: 1.0e308", "min_rpm", &["spindle.min_rpm is 1.0e308, must be a number above 0 and at most 1000000"]),
+    row(Job, "min_rpm: 500", "min_rpm: 1.0e308", "min_rpm", &["spindle.min_rpm is 1.0e308, must be a number above 0 and at most 10000000"]),
     row(Job, "spindle_rpm: 1100", "spindle_rpm: 6100", "6100", &["operation 'rough': spindle_rpm is 6100, must lie in the spindle's range 500..6000"]),
+    row(Job, "spindle_rpm: 1100", "spindle_rpm: \"1100\"", "\"1100\"", &["spindle_rpm is \"1100\", must be positive and finite; in quotes it is text: write it without them"]),
     row(Job, "spindle_rpm: 1100", "spindle_rpm: -1100", "-1100", &["operation 'rough': spindle_rpm is -1100, must be positive"]),
     row(Job, "rpm: 1350", "rpm: 13500", "13500", &["operation 'finish': spindle_schedule[1].rpm is 13500, must lie in the spindle's range"]),
     row(Job, "{s: 0.0, rpm: 1200}", "{s: 0.0, rpm: 1200}, {s: 0.0, rpm: 1300}", "1300", &["spindle_schedule[1].s is 0, must be above the one before, 0"]),
@@ -431,7 +437,7 @@ fn a_flood_of_faults_is_cut_short_and_counted() {
     let job = JOB.replace("        - [0, 20]\n", &rows);
     let faults = faults_of(ROBOT.as_bytes(), URDF.as_bytes(), job.as_bytes());
     assert!(faults.len() < 1000);
-    assert_eq!(faults.last().unwrap().to_string(), "job.yaml: and 99800 further faults");
+    assert_eq!(faults.last().unwrap().to_string(), "job.yaml: and 99800 more");
 }
 
 /// Random changes of bytes: whatever comes out, the reader must not panic, and must either read the
@@ -482,4 +488,74 @@ fn a_waypoint_at_a_rounded_limit_is_within_it() {
         let faults = faults_of(ROBOT.as_bytes(), URDF.as_bytes(), job.as_bytes());
         assert_eq!(faults.is_empty(), allowed, "{deg}: {faults:?}");
     }
+}
+
+#[test]
+fn a_urdf_that_is_cut_off_is_told_where_its_last_element_starts() {
+    // Cut inside the second link's inertia, behind a comment that looks like a tag.
+    let cut = URDF.replacen("<link name=\"link_2\">", "<link name=\"link_2\"><!-- <a> -->", 1);
+    let start = cut.find("<link name=\"link_2\">").unwrap();
+    let end = start + cut[start..].find("</inertial>").unwrap();
+    let faults = faults_of(ROBOT.as_bytes(), &cut.as_bytes()[..end], JOB.as_bytes());
+    let [fault] = &faults[..] else { panic!("{faults:?}") };
+    assert!(fault.what.contains("the file ends inside <inertial>"), "{fault}");
+    assert_eq!(
+        fault.line,
+        Some(1 + cut[..start + cut[start..].find("<inertial>").unwrap()].matches('\n').count())
+    );
+}
+
+#[test]
+fn a_nul_byte_is_told_at_its_line() {
+    let job = JOB.replacen("teeth: 2", "teeth: \0", 1);
+    let faults = faults_of(ROBOT.as_bytes(), URDF.as_bytes(), job.as_bytes());
+    let [fault] = &faults[..] else { panic!("{faults:?}") };
+    assert_eq!(fault.line, Some(line_of(JOB, "teeth: 2")));
+    assert!(fault.what.starts_with("holds a NUL byte"), "{fault}");
+}
+
+#[test]
+fn a_folder_for_the_robot_is_answered_with_the_file_in_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let arm = folder.path().join("arm");
+    std::fs::create_dir(&arm).unwrap();
+    std::fs::write(arm.join("robot.yaml"), ROBOT).unwrap();
+    let path = folder.path().join("job.yaml");
+    let told = |robot: &str| {
+        std::fs::write(&path, JOB.replacen("robot: robot.yaml", &format!("robot: {robot}"), 1))
+            .unwrap();
+        load_job(&path).unwrap_err()[0].what.clone()
+    };
+    assert_eq!(
+        told("arm"),
+        "robot 'arm': is a folder, must be a file; did you mean 'arm/robot.yaml'?"
+    );
+    assert_eq!(told("."), "robot '.': is a folder, must be a file");
+    // What is looked for is shown where the name does not show it.
+    let there = arm.join("none.yaml");
+    assert!(
+        told("arm/none.yaml").ends_with(&format!("no such file: looked for {}", there.display()))
+    );
+    assert!(told(&there.display().to_string()).ends_with("none.yaml': no such file"));
+}
+
+/// The faults do not hide the remarks, and every file that was named is known.
+#[test]
+fn remarks_and_files_are_known_where_there_are_faults() {
+    let folder = tempfile::tempdir().unwrap();
+    let urdf = URDF.replacen("lower=\"-3.2\" upper=\"3.2\"", "", 1);
+    for (name, text) in [
+        ("robot.yaml", ROBOT),
+        ("two-link.urdf", &urdf),
+        ("job.yaml", &JOB.replacen("teeth: 2", "teeth: 0", 1)),
+    ] {
+        std::fs::write(folder.path().join(name), text).unwrap();
+    }
+    let mut reading = Reading::default();
+    let faults = read_job(&folder.path().join("job.yaml"), &mut reading).unwrap_err();
+    assert_eq!(faults.len(), 1, "{faults:?}");
+    assert_eq!(reading.notices.len(), 1, "{:?}", reading.notices);
+    assert!(reading.notices[0].what.contains("has no <limit>"));
+    let names: Vec<_> = reading.files.iter().map(|file| file.file_name().unwrap()).collect();
+    assert_eq!(names, ["job.yaml", "robot.yaml", "two-link.urdf"]);
 }

@@ -357,3 +357,187 @@ fn annotations_and_sarif_point_at_lines_of_the_job() {
     let place = &log["runs"][0]["results"][0]["locations"][0]["physicalLocation"];
     assert_eq!(place["artifactLocation"]["uri"], "resonant.yaml");
 }
+
+/// No file that a run reads is written over, by whatever name.
+#[cfg(unix)]
+#[test]
+fn an_input_is_not_written_over() {
+    let bench = Bench::new();
+    let here = bench.path();
+    let robots = Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/two-link");
+    fs::copy(robots.join("robot.yaml"), here.join("robot.yaml")).unwrap();
+    fs::copy(robots.join("two-link.urdf"), here.join("two-link.urdf")).unwrap();
+    fs::create_dir(here.join("sub")).unwrap();
+    std::os::unix::fs::symlink(here.join("robot.yaml"), here.join("link")).unwrap();
+    let job = fs::read_to_string(here.join("clear.yaml")).unwrap();
+    let named = robots.join("robot.yaml").display().to_string();
+    let path = "      joints_deg:\n        - [0, 90]\n        - [0, 120]\n        - [0, 150]\n";
+    fs::write(here.join("own.yaml"), job.replace(&named, "robot.yaml")).unwrap();
+    let run = job.replace(&named, "robot.yaml").replace(path, "      program: {file: a.nc}\n");
+    fs::write(
+        here.join("run.yaml"),
+        run.replace("    path", "    start_near_deg: [0, 90]\n    path"),
+    )
+    .unwrap();
+    fs::write(here.join("a.nc"), "G1 X900 Y0 Z0\n").unwrap();
+    fs::write(here.join("p.csv"), "joint_1_rad,joint_2_rad\n0,1\n").unwrap();
+    let files = ["own.yaml", "clear.yaml", "robot.yaml", "two-link.urdf", "p.csv", "a.nc"];
+    let texts = || files.map(|file| fs::read_to_string(here.join(file)).unwrap());
+    let before = texts();
+    let map = ["map", "robot.yaml", "--poses", "p.csv"];
+    let check = ["check", "clear.yaml", "own.yaml"];
+    for (command, output) in [
+        (&check[..], "own.yaml"),
+        (&check, "sub/../clear.yaml"),
+        (&check, "robot.yaml"),
+        (&check, "link"),
+        (&check, "two-link.urdf"),
+        (&["check", "run.yaml"], "a.nc"),
+        (&map, "p.csv"),
+        (&map, "link"),
+        (&map, "two-link.urdf"),
+    ] {
+        let ran = bench.run(&[command, &["--output", output]].concat());
+        assert_eq!(code(&ran), 2, "{output}: {}", err(&ran));
+        assert!(err(&ran).contains("is read by this run as"), "{output}: {}", err(&ran));
+        assert_eq!(texts(), before, "{output}");
+    }
+}
+
+/// What the policy leaves out is told, and a verdict about nothing warns.
+#[test]
+fn what_is_left_out_is_told() {
+    let bench = Bench::new();
+    let job = fs::read_to_string(bench.path().join("resonant.yaml")).unwrap();
+    let told = |policy: &str| {
+        fs::write(bench.path().join("part.yaml"), format!("{job}{policy}\n")).unwrap();
+        let json = bench.run(&["check", "part.yaml", "--format", "json"]);
+        let value: Value = serde_json::from_str(out(&json)).unwrap();
+        let text = out(&bench.run(&["check", "part.yaml"])).to_owned();
+        (value["jobs"][0]["operations"][0]["left_out"].clone(), text, err(&json).to_owned())
+    };
+    let (left_out, text, warned) = told("  ignore_hz: [[20, 26], [26, 30]]");
+    assert_eq!(left_out["lines"][0]["source"], "tooth_passing");
+    assert_eq!(left_out["modes"], serde_json::json!([]));
+    assert!(text.contains("left out tooth passing × 1 (ignored 20–26, 26–30 Hz)"), "{text}");
+    assert!(
+        warned
+            .contains("part.yaml:6: operation 'rough': nothing was checked: every excitation line"),
+        "{warned}"
+    );
+    // The first mode moves the tip by at most 42 µm/N on this path, the second by at least 75.
+    let (left_out, text, warned) = told("  min_tip_response_um_per_n: 60");
+    assert_eq!(left_out, serde_json::json!({"lines": [], "modes": [1]}), "{text}");
+    assert!(text.contains("left out mode 1 (below 60 µm/N)"), "{text}");
+    assert_eq!(warned, "");
+    let (left_out, _, warned) = told("  min_tip_response_um_per_n: 100000");
+    assert_eq!(left_out["modes"], serde_json::json!([1, 2]));
+    assert!(
+        warned.contains("nothing was checked: every mode moves the tool tip less than"),
+        "{warned}"
+    );
+    let (left_out, text, _) = told("  ignore_hz: [[20, 25]]");
+    assert_eq!(left_out, serde_json::json!({"lines": [], "modes": []}));
+    assert!(!text.contains("left out"));
+}
+
+/// 60° in the 0.3 s or so that the feed leaves it is more than the URDF's 3.14 rad/s.
+#[test]
+fn a_feed_that_the_joints_cannot_keep_is_told() {
+    let bench = Bench::new();
+    let job = fs::read_to_string(bench.path().join("clear.yaml")).unwrap();
+    fs::write(bench.path().join("fast.yaml"), job.replace("min: 400", "min: 400000")).unwrap();
+    let ran = bench.run(&["check", "fast.yaml"]);
+    let told = err(&ran);
+    assert_eq!(told.lines().count(), 1, "{told}");
+    assert!(told.starts_with("warning: fast.yaml:1"), "{told}");
+    assert!(told.contains("operation 'rough': joint 'joint_2' would have to turn at"), "{told}");
+    assert!(told.contains("its velocity limit in the URDF is"), "{told}");
+    assert_eq!(err(&bench.run(&["check", "clear.yaml"])), "");
+}
+
+#[test]
+fn a_schedule_that_the_spindle_cannot_follow_is_told() {
+    let bench = Bench::new();
+    let job = fs::read_to_string(bench.path().join("clear.yaml")).unwrap().replace(
+        "spindle_rpm: 1200",
+        "spindle_schedule: [{s: 0, rpm: 1200}, {s: 0.5, rpm: 1210}, {s: 0.5001, rpm: 1310}]",
+    );
+    for (most, warns) in [("5", true), ("1e6", false)] {
+        let limited = job.replace(
+            "max_rpm: 6000",
+            &format!("max_rpm: 6000, max_acceleration_rpm_per_s: {most}"),
+        );
+        fs::write(bench.path().join("s.yaml"), limited).unwrap();
+        let ran = bench.run(&["check", "s.yaml"]);
+        let told = err(&ran);
+        assert_eq!(
+            told.contains("spindle_schedule[1] to [2], from 1210 to 1310 rpm, asks for"),
+            warns,
+            "{told}"
+        );
+        assert_eq!(told.is_empty(), !warns, "{told}");
+    }
+}
+
+#[test]
+fn notices_are_told_beside_faults_and_control_characters_do_nothing() {
+    let bench = Bench::new();
+    let job = fs::read_to_string(bench.path().join("clear.yaml")).unwrap();
+    let faulty = job
+        .replace("teeth: 2", "teeth: 0")
+        .replace("    path", "    start_near_deg: [0, 90]\n    path")
+        .replace("name: rough", "name: \"a\\e[31m\\ab\"");
+    fs::write(bench.path().join("faulty.yaml"), &faulty).unwrap();
+    let ran = bench.run(&["check", "faulty.yaml"]);
+    assert_eq!(code(&ran), 2);
+    let told = err(&ran);
+    assert!(
+        told.contains("warning: faulty.yaml:") && told.contains("start_near_deg has no effect"),
+        "{told}"
+    );
+    assert!(told.contains("error: faulty.yaml:3: tool.teeth is 0"), "{told}");
+    assert!(told.contains("a\\u{1b}[31m\\u{7}b"), "{told}");
+    fs::write(bench.path().join("named.yaml"), faulty.replace("teeth: 0", "teeth: 2")).unwrap();
+    let ran = bench.run(&["check", "named.yaml"]);
+    for stream in [&ran.stdout, &ran.stderr] {
+        assert!(!stream.iter().any(|&byte| byte == 0x1b || byte == 7));
+    }
+    assert!(out(&ran).contains("a\\u{1b}[31m\\u{7}b"), "{}", out(&ran));
+    // Where GitHub listens, it is told in its own words, too, and standard output stays empty.
+    let ran = bench.run(&["check", "faulty.yaml", "--format", "github"]);
+    assert_eq!(code(&ran), 2);
+    assert_eq!(out(&ran), "");
+    assert!(
+        err(&ran)
+            .lines()
+            .any(|line| line.starts_with("::error file=faulty.yaml,line=3::tool.teeth is 0")),
+        "{}",
+        err(&ran)
+    );
+    assert!(err(&ran).lines().any(|line| line.starts_with("::warning file=faulty.yaml,line=")));
+}
+
+#[test]
+fn all_waypoints_out_of_reach_are_counted() {
+    let bench = Bench::new();
+    let job = fs::read_to_string(bench.path().join("clear.yaml")).unwrap();
+    let mut poses = String::from("poses:\n        - {xyz_mm: [900, 0, 0], rpy_deg: [0, 0, 0]}\n");
+    for i in 0..30 {
+        poses.push_str(&format!(
+            "        - {{xyz_mm: [{}, 0, 0], rpy_deg: [0, 0, 0]}}\n",
+            99_000 + i
+        ));
+    }
+    let (head, tail) = job.split_once("joints_deg:").unwrap();
+    let (_, tail) = tail.split_once("policy").unwrap();
+    fs::write(bench.path().join("far.yaml"), format!("{head}{poses}policy{tail}")).unwrap();
+    let ran = bench.run(&["check", "far.yaml"]);
+    let told = err(&ran);
+    assert_eq!(code(&ran), 2);
+    assert_eq!(told.lines().count(), 6, "{told}");
+    assert!(
+        told.lines().nth(4).unwrap().ends_with("; and 26 more waypoints are out of reach"),
+        "{told}"
+    );
+}

@@ -130,6 +130,7 @@ fn job(
                     feed_m_per_s: 0.01,
                     tcp: Isometry3::identity(),
                     line: 10 + i,
+                    spindle_turns: true,
                 })
                 .collect(),
             program: None,
@@ -312,4 +313,32 @@ fn a_meeting_at_a_sample_is_exact() {
     let crossing = &risk.operations[0].crossings[0];
     assert!(crossing.separation < 1e-14, "{}", crossing.separation);
     assert!(crossing.closest_s < 1e-9, "{}", crossing.closest_s);
+}
+
+/// The spindle stands on the second of four equal moves: what is crossed all along without that ends and begins at
+/// its waypoints, and names no line of it.
+#[test]
+fn nothing_is_crossed_where_the_spindle_stands() {
+    let robot = Arc::new(Robot::new(&two_link()).unwrap());
+    let waypoints = [[0.0, 1.6], [0.0, 1.8], [0.0, 2.0], [0.0, 2.2], [0.0, 2.4]];
+    let f = detune::modes::Modes::at(&robot, &[0.0, 2.0]).unwrap().natural_frequencies_hz[0];
+    let speed = SpindleSpeed::Constant(60.0 * f / 2.0);
+    // So wide a band that the mode never leaves it.
+    let mut job = job(&robot, &waypoints, speed, 2, policy(0.5, 0.0));
+    job.policy.tooth_passing_harmonics = 1;
+    job.policy.spindle_harmonics = 0;
+    let found = |job: &Job| -> Vec<(f64, f64, usize, usize)> {
+        let risk = assess(job).unwrap();
+        let crossings = risk.operations[0].crossings.iter().filter(|c| c.mode == 1);
+        crossings.map(|c| (c.from_s, c.to_s, c.from_line, c.to_line)).collect()
+    };
+    assert_eq!(found(&job), [(0.0, 1.0, 11, 14)]);
+    job.operations[0].moves[2].spindle_turns = false;
+    let [(a, b, 11, 11), (c, d, 13, 14)] = found(&job)[..] else { panic!("{:?}", found(&job)) };
+    assert_eq!((a, d), (0.0, 1.0));
+    assert!((b - 0.25).abs() < 1e-12 && (c - 0.5).abs() < 1e-12, "{b} {c}");
+    for each in &mut job.operations[0].moves {
+        each.spindle_turns = false;
+    }
+    assert_eq!(found(&job), []);
 }

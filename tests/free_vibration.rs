@@ -15,7 +15,9 @@ use std::f64::consts::PI;
 use std::time::Instant;
 
 use arms::{gravity, six_axis_arm, two_link_arm};
-use detune::free_vibration::{Sampling, Settings, Start, measure, respond, start_all_modes};
+use detune::free_vibration::{
+    Recording, Sampling, Settings, Start, measure, respond, start_all_modes,
+};
 use detune::model::Robot;
 use detune::modes::Modes;
 use detune::two_link::TABLE_1;
@@ -43,6 +45,11 @@ fn paper_response(beta2: f64, start: Vector2<f64>, interval: f64, count: usize) 
     record
 }
 
+/// Without damping.
+fn recording(sample_rate_hz: f64, count: usize, tolerance: f64) -> Recording {
+    Recording { sample_rate_hz, count, tolerance, is_damped: false }
+}
+
 /// At 5°, where the nonlinear terms change the motion by far more than the tolerance here.
 #[test]
 fn the_general_equation_moves_as_equation_46() {
@@ -50,9 +57,14 @@ fn the_general_equation_moves_as_equation_46() {
     for (beta1, beta2) in [(2.0, 1.571), (-0.7, 2.618), (0.0, -0.9)] {
         let q = [beta1, beta2];
         let amplitude = 5.0_f64.to_radians();
-        let start = start_all_modes(&robot, &q, amplitude).unwrap();
+        let start = start_all_modes(
+            &robot,
+            &q,
+            &Settings { amplitude_rad: amplitude, ..Settings::default() },
+        )
+        .unwrap();
         let (rate, count) = (2000.0, 400);
-        let found = respond(&robot, &q, &start, rate, count, 1e-11, false).unwrap();
+        let found = respond(&robot, &q, &start, &recording(rate, count, 1e-11)).unwrap();
         let alpha = Vector2::new(start.deflection[0], start.deflection[1]);
         let expected = paper_response(beta2, alpha, 1.0 / rate, count);
         let linear = {
@@ -89,14 +101,14 @@ fn gravity_is_balanced_at_rest_and_acts_off_it() {
         scale: vec![1e-3; 2],
         highest_rad_per_s: 600.0,
     };
-    let record = respond(&robot, &q, &rest, 1000.0, 200, 1e-10, false).unwrap();
+    let record = respond(&robot, &q, &rest, &recording(1000.0, 200, 1e-10)).unwrap();
     assert!(record.deflections.iter().flatten().all(|&a| a == 0.0));
 
     // One short step from rest at α: α(h) − α ≈ ½ h² α̈, against M⁻¹ of the closed form's torques.
     let alpha = [0.05, -0.08];
     let start = Start { deflection: alpha.to_vec(), ..rest };
     let h = 1e-5;
-    let record = respond(&robot, &q, &start, 1.0 / h, 2, 1e-12, false).unwrap();
+    let record = respond(&robot, &q, &start, &recording(1.0 / h, 2, 1e-12)).unwrap();
     let weight = gravity(&TABLE_1);
     let v = |x: f64, y: f64| TABLE_1.gravity_potential_j(&weight, q[0] + x, q[1] + y);
     let slope = |x: f64, y: f64| {
@@ -212,7 +224,8 @@ fn damped_modes_decay_at_their_rate() {
         };
         // α(t) / α(0) = exp(−ζωt) (cos ω_d t + ζ/√(1−ζ²) sin ω_d t); after whole damped periods exp(−ζωt).
         let period = 2.0 * PI / (omega * (1.0 - zeta * zeta).sqrt());
-        let record = respond(&robot, &q, &start, 1.0 / period, 6, 1e-10, true).unwrap();
+        let damped = Recording { is_damped: true, ..recording(1.0 / period, 6, 1e-10) };
+        let record = respond(&robot, &q, &start, &damped).unwrap();
         for (k, &alpha) in record.deflections[1].iter().enumerate() {
             let expected = shape[1] * (-zeta * omega * period * k as f64).exp();
             assert!((alpha - expected).abs() < 1e-4 * shape[1].abs(), "mode {r}, period {k}");

@@ -589,6 +589,34 @@ fn singularities_are_measured_and_named() {
     assert!((near(2e-4) / near(1e-4) - 2.0).abs() < 1e-3);
 }
 
+/// The quick look never takes a pose for regular that is not.
+#[test]
+fn what_is_surely_regular_is_regular() {
+    let robot = irb1600();
+    let kinematics = InverseKinematics::new(&robot);
+    let mut rng = ChaCha8Rng::seed_from_u64(9);
+    for least in [1e-4, 1e-3, 1e-2] {
+        let (mut sure, mut regular) = (0, 0);
+        for i in 0..4000 {
+            let mut q = [0.0; 6].map(|_| rng.random_range(-1.5..1.5));
+            if i % 2 == 0 {
+                // At the wrist's singularity, and closer and closer to it.
+                q[4] = rng.random_range(-1.0..1.0) * 10.0_f64.powi(-(i % 7));
+            }
+            let measured = kinematics.singularity(&robot, &q).unwrap();
+            regular += usize::from(measured.smallest_singular_value > least);
+            if let Some(side) = kinematics.side_if_regular(&robot, &q, least) {
+                sure += 1;
+                assert!(measured.smallest_singular_value > least, "{q:?}");
+                assert_eq!(measured.is_right_handed, Some(side), "{q:?}");
+            }
+        }
+        // Half of the poses are about the wrist's singularity, and still most need no closer look.
+        let wanted = if least < 5e-3 { regular / 2 } else { 1 };
+        assert!(regular < 4000 && sure > wanted, "{sure} of {regular}");
+    }
+}
+
 #[test]
 fn singular_poses_are_solved() {
     let robot = irb1600();

@@ -38,7 +38,7 @@ fn moves(targets: Vec<Target>, tcp: Isometry3<f64>) -> Vec<Move> {
     targets
         .into_iter()
         .enumerate()
-        .map(|(i, to)| Move { to, feed_m_per_s: FEED, tcp, line: 20 + i })
+        .map(|(i, to)| Move { to, feed_m_per_s: FEED, tcp, line: 20 + i, spindle_turns: true })
         .collect()
 }
 

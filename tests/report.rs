@@ -12,12 +12,13 @@
 use std::path::{Path, PathBuf};
 
 use detune::excitation::{ExcitationLine, Source};
-use detune::job::Policy;
+use detune::job::{Policy, SpindleSpeed};
 use detune::report::{
-    self, CheckedJob, OperationPlace, github, json, junit, plot_text, sarif, text,
+    self, AskedOperation, CheckedJob, github, json, junit, plot_text, sarif, text,
 };
 use detune::risk::{
-    Certainty, Crossing, Exchange, JobRisk, OperationRisk, Sample, Verdict, closest_approach,
+    Certainty, Crossing, Exchange, JobRisk, LeftOut, OperationRisk, Sample, Verdict,
+    closest_approach,
 };
 
 const TOOTH_1: ExcitationLine =
@@ -91,6 +92,7 @@ fn operation(name: &str, crossings: Vec<Crossing>) -> OperationRisk {
         spindle_rpm: 1100.0,
         duration_s: 12.5,
         lines: vec![SPINDLE_1, TOOTH_1, TOOTH_2],
+        left_out: LeftOut::default(),
         poses_solved: 11,
         samples: samples(1100.0),
         crossings,
@@ -103,9 +105,13 @@ fn job(file: &str, operations: Vec<(OperationRisk, Option<&str>)>) -> CheckedJob
         name: "Pocket, roughing".into(),
         file: file.into(),
         policy: policy(),
-        places: operations
+        asked: operations
             .iter()
-            .map(|(_, program)| OperationPlace { line: 9, program: program.map(PathBuf::from) })
+            .map(|(_, program)| AskedOperation {
+                line: 9,
+                program: program.map(PathBuf::from),
+                speed: SpindleSpeed::Constant(1100.0),
+            })
             .collect(),
         risk: JobRisk {
             verdict: operations.iter().map(|o| o.0.verdict).max().unwrap_or(Verdict::Clear),
@@ -114,6 +120,7 @@ fn job(file: &str, operations: Vec<(OperationRisk, Option<&str>)>) -> CheckedJob
             separation: 0.10,
             coordinates: vec!["joint_2".into(), "joint_3".into(), "base".into()],
             operations: operations.into_iter().map(|o| o.0).collect(),
+            notices: Vec::new(),
         },
     }
 }
@@ -280,7 +287,12 @@ mod as_text {
     #[test]
     fn several_jobs_are_counted() {
         let text = text::check(&[resonant(), clear(), resonant()], false);
-        assert!(text.ends_with("\n3 jobs: 2 resonance, 1 clear\n"), "{text}");
+        assert!(
+            text.ends_with(
+                "\n3 jobs: 2 resonance, 1 clear\n  RESONANCE  jobs/pocket.yaml\n  RESONANCE  jobs/pocket.yaml\n"
+            ),
+            "{text}"
+        );
     }
 
     #[test]
@@ -790,7 +802,7 @@ mod as_junit {
                 .unwrap();
         let document = parsed(&text);
         let case = document.descendants().find(|n| n.has_tag_name("testcase")).unwrap();
-        assert_eq!(case.attribute("name"), Some("a <b> & \"c\" ]]>  "));
+        assert_eq!(case.attribute("name"), Some(r#"a <b> & "c" ]]> \u{1} \u{1b}[31m"#));
     }
 }
 
@@ -817,12 +829,10 @@ mod as_annotations {
         let text = github::check(&jobs, Path::new("/"));
         assert_eq!(text.lines().count(), 2, "{text}");
         assert!(
-            text.starts_with("::error file=a%2Cb%3Ac%25%0A%3A%3Ax%3A%3A.yaml,line=41,"),
+            text.starts_with(r"::error file=a%2Cb%3Ac%25\n%3A%3Ax%3A%3A.yaml,line=41,"),
             "{text}"
         );
-        assert!(
-            text.contains("title=detune%3A resonance in 'o%0D%0A%3A%3Aerror%3A%3A'::operation")
-        );
+        assert!(text.contains(r"title=detune%3A resonance in 'o\r\n%3A%3Aerror%3A%3A'::operation"));
     }
 
     #[test]

@@ -45,6 +45,7 @@ fn sweep() -> Vec<Move> {
             feed_m_per_s: 0.01,
             tcp: Isometry3::identity(),
             line: 1,
+            spindle_turns: true,
         })
         .collect()
 }

@@ -10,8 +10,9 @@ use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
 use super::output::Sink;
 use super::{Failure, Outcome};
-use crate::input::{self, Fault};
+use crate::input::{self, Fault, Reading};
 use crate::job::Job;
+use crate::report::github::{Level, annotation};
 use crate::report::{self, CheckedJob};
 use crate::risk::{self, AssessFault, Verdict};
 
@@ -70,7 +71,8 @@ enum FailOn {
 /// nothing.
 pub(super) fn run(args: &CheckArgs, out: &mut dyn Write) -> Result<Outcome, Failure> {
     let sink = Sink::open(args.output.as_deref())?;
-    let jobs = checked(&args.jobs)?;
+    sink.spare(&args.jobs)?;
+    let jobs = checked(args, &sink)?;
     let text = rendered(&jobs, args, &sink)?;
     sink.write(&text, out)?;
     Ok(outcome(report::verdict(&jobs), args.fail_on))
@@ -86,34 +88,48 @@ fn outcome(verdict: Verdict, fail_on: FailOn) -> Outcome {
 }
 
 /// The jobs in the order given. Notices go to standard error.
-fn checked(files: &[PathBuf]) -> Result<Vec<CheckedJob>, Failure> {
+fn checked(args: &CheckArgs, sink: &Sink) -> Result<Vec<CheckedJob>, Failure> {
     let progress = progress();
-    let checked: Vec<_> = files.par_iter().map(|file| check_one(file, &progress)).collect();
+    let one = |file| {
+        let mut reading = Reading::default();
+        let checked = check_one(file, sink, &progress, &mut reading);
+        (checked, reading.notices)
+    };
+    let checked: Vec<_> = args.jobs.par_iter().map(|file| one(file)).collect();
     progress.finish_and_clear();
     let mut jobs = Vec::new();
     let mut faults = Vec::new();
     let mut notices: Vec<Fault> = Vec::new();
-    for one in checked {
+    for (one, of_job) in checked {
+        notices.extend(of_job);
         match one {
-            Ok((job, of_job)) => {
-                jobs.push(job);
-                notices.extend(of_job);
-            }
+            Ok(job) => jobs.push(job),
             Err(of_job) => faults.extend(of_job),
         }
     }
     tell(&notices);
+    if args.format == Format::Github {
+        annotate(Level::Warning, &notices);
+        annotate(Level::Error, &faults);
+    }
     if faults.is_empty() { Ok(jobs) } else { Err(faults.into()) }
 }
 
-fn check_one(file: &Path, progress: &ProgressBar) -> Result<(CheckedJob, Vec<Fault>), Vec<Fault>> {
-    let loaded = input::load_job(file)?;
-    let job = loaded.value;
+/// Notices go to `reading`, whether or not there are faults.
+fn check_one(
+    file: &Path,
+    sink: &Sink,
+    progress: &ProgressBar,
+    reading: &mut Reading,
+) -> Result<CheckedJob, Vec<Fault>> {
+    let job = input::read_job(file, reading)?;
+    sink.spare(&reading.files)?;
     let poses = |more: usize| progress.inc(u64::try_from(more).unwrap_or(u64::MAX));
     let risk = risk::assess_with_progress(&job, &poses).map_err(|faults| {
         faults.into_iter().map(|fault| located(fault, &job)).collect::<Vec<_>>()
     })?;
-    Ok((CheckedJob::new(&job, risk), loaded.notices))
+    reading.notices.extend(risk.notices.iter().cloned().map(|notice| located(notice, &job)));
+    Ok(CheckedJob::new(&job, risk))
 }
 
 /// A fault with the file as it is seen from where the caller stands.
@@ -167,6 +183,23 @@ fn tell(notices: &[Fault]) {
             // If standard error is closed, there is nobody to tell.
             let _ = writeln!(err, "warning: {notice}");
         }
+    }
+}
+
+/// Workflow commands for what is on standard error in words, too: GitHub reads them there as well.
+fn annotate(level: Level, told: &[Fault]) {
+    let root = env::current_dir().unwrap_or_default();
+    let mut lines: Vec<String> = Vec::new();
+    for Fault { file, line, what } in told {
+        let line = annotation(level, file.as_deref(), *line, what, &root);
+        if !lines.contains(&line) {
+            lines.push(line);
+        }
+    }
+    let mut err = io::stderr().lock();
+    for line in lines {
+        // If standard error is closed, there is nobody to tell.
+        let _ = writeln!(err, "{line}");
     }
 }
 

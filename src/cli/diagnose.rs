@@ -11,9 +11,10 @@ use super::output::Sink;
 use super::{Failure, Outcome};
 use crate::diagnosis::{Diagnosis, Settings, Verdict, diagnose};
 use crate::input::{
-    Calibrated, DescribedRobot, Fault, FittedCorrection, corrected_robot, load_described_robot,
-    load_measured,
+    Calibrated, DescribedRobot, Fault, FittedCorrection, Reading, corrected_robot,
+    read_described_robot, read_measured,
 };
+use crate::measured::ModeTable;
 use crate::report;
 
 /// Steps of the progress bar.
@@ -60,13 +61,17 @@ enum Format {
 pub(super) fn run(args: &DiagnoseArgs, out: &mut dyn Write) -> Result<Outcome, Failure> {
     let sink = Sink::open(args.output.as_deref())?;
     let robot_sink = args.write.as_deref().map(|path| Sink::open(Some(path))).transpose()?;
-    let robot_file =
-        if args.robot.is_dir() { args.robot.join("robot.yaml") } else { args.robot.clone() };
-    let loaded = load_described_robot(&robot_file)?;
-    let DescribedRobot { robot, description } = &loaded.value;
-    let table = load_measured(&args.measured, robot)?;
+    let robot_file = super::robot_file(&args.robot);
+    let mut reading = Reading::default();
+    let read = read(&robot_file, &args.measured, &mut reading);
+    for sink in std::iter::once(&sink).chain(&robot_sink) {
+        sink.spare(&reading.files)?;
+    }
+    reading.notices.iter().for_each(|notice| warn(&notice.to_string()));
+    let (loaded, table) = read?;
+    let DescribedRobot { robot, description } = &loaded;
     let bar = progress();
-    let diagnosed = diagnose(description, &table.value, Settings { seed: args.seed }, &|share| {
+    let diagnosed = diagnose(description, &table, Settings { seed: args.seed }, &|share| {
         bar.set_position((share * STEPS as f64) as u64);
     });
     bar.finish_and_clear();
@@ -86,26 +91,34 @@ pub(super) fn run(args: &DiagnoseArgs, out: &mut dyn Write) -> Result<Outcome, F
         }
     };
     let edited = match &args.write {
-        Some(path) => Some(edited(&robot_file, path, &loaded.value, &diagnosis)?),
+        Some(path) => Some(edited(&robot_file, path, &loaded, &diagnosis)?),
         None => None,
     };
     sink.write(&text, out)?;
-    let mut stderr = io::stderr().lock();
     if let (Some(sink), Some(edited), Some(path)) = (robot_sink, edited, &args.write) {
         if diagnosis.verdict == Verdict::Unexplained {
-            // If standard error is closed, there is nobody to tell.
-            let _ = writeln!(
-                stderr,
-                "warning: nothing explains the error, so {} has no new correction, only the calibration",
-                path.display()
-            );
+            let what = "nothing explains the error, so the file has no new correction, only the calibration";
+            warn(&format!("{}: {what}", path.display()));
         }
         sink.write(&edited, out)?;
     }
-    for notice in loaded.notices.iter().chain(&table.notices) {
-        let _ = writeln!(stderr, "warning: {notice}");
-    }
     Ok(Outcome::Pass)
+}
+
+/// A remark on standard error; if that is closed, there is nobody to tell.
+fn warn(what: &str) {
+    let _ = writeln!(io::stderr().lock(), "warning: {what}");
+}
+
+/// The robot and the table of modes.
+fn read(
+    robot_file: &Path,
+    measured: &Path,
+    reading: &mut Reading,
+) -> Result<(DescribedRobot, ModeTable), Vec<Fault>> {
+    let described = read_described_robot(robot_file, reading)?;
+    let table = read_measured(measured, &described.robot, reading)?;
+    Ok((described, table))
 }
 
 /// The robot's file with what was found.

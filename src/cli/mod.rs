@@ -12,6 +12,7 @@ mod stiffness;
 use std::any::Any;
 use std::io::{self, BufWriter, Write};
 use std::panic::{self, AssertUnwindSafe};
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::{Mutex, PoisonError};
 
@@ -46,7 +47,7 @@ struct Cli {
 enum Verb {
     Check(check::CheckArgs),
     Diagnose(diagnose::DiagnoseArgs),
-    Map(map::MapArgs),
+    Map(Box<map::MapArgs>),
     Stiffness(stiffness::StiffnessArgs),
     Schema(schema::SchemaArgs),
     Completions(completions::CompletionsArgs),
@@ -115,6 +116,11 @@ fn run(verb: &Verb, out: &mut dyn Write) -> Result<Outcome, Failure> {
     }
 }
 
+/// A folder stands for the robot.yaml in it.
+fn robot_file(path: &Path) -> PathBuf {
+    if path.is_dir() { path.join("robot.yaml") } else { path.to_owned() }
+}
+
 /// The reader of a pipe may leave when it has seen enough: that is no failure.
 fn unless_closed(written: io::Result<()>) -> io::Result<()> {
     match written {
@@ -156,7 +162,8 @@ fn fault_lines(faults: &[Fault]) -> Vec<String> {
     }
     lines.push(match lines.len() {
         1 => "nothing was done: mend this and run the command again".to_owned(),
-        count => format!("nothing was done: mend these {count} faults and run the command again"),
+        // Without their number: a long list is cut, and says itself how many more there are.
+        _ => "nothing was done: mend these faults and run the command again".to_owned(),
     });
     lines
 }
@@ -235,7 +242,7 @@ mod tests {
         assert_eq!(
             text,
             "error: a.yaml:3: bad\nerror: a.yaml: bad\n\
-             nothing was done: mend these 2 faults and run the command again\n"
+             nothing was done: mend these faults and run the command again\n"
         );
     }
 

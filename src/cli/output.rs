@@ -1,7 +1,7 @@
 //! Files that are written whole or not at all.
 
 use std::fs;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
@@ -11,6 +11,9 @@ use crate::input::Fault;
 
 /// What `--output` takes for standard output.
 const STANDARD_OUTPUT: &str = "-";
+
+/// What is written piece by piece stands in memory up to this size, bytes.
+const MOST_IN_MEMORY: usize = 64 << 20;
 
 /// Where data goes.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -48,6 +51,19 @@ impl Sink {
         }
     }
 
+    /// Refuses to write over a file that the run reads, by whatever name it goes.
+    pub(super) fn spare(&self, inputs: &[PathBuf]) -> Result<(), Vec<Fault>> {
+        let Self::File(output) = self else { return Ok(()) };
+        let Some(input) = inputs.iter().find(|input| are_one_file(input, output)) else {
+            return Ok(());
+        };
+        let what = format!(
+            "is read by this run as {}, so nothing is written to it; name another file",
+            input.display()
+        );
+        Err(vec![Fault { file: Some(output.clone()), line: None, what }])
+    }
+
     /// Whether data goes to standard output.
     pub(super) fn is_standard(&self) -> bool {
         *self == Self::Standard
@@ -67,6 +83,8 @@ impl Sink {
 
 impl Sink {
     /// Writes what `write` writes, piece by piece: a file takes the old one's place only if all went well.
+    /// Until then the pieces stand in memory, or, if they are many, in a file without a name that goes when
+    /// the process goes, however it ends.
     pub(super) fn stream(
         &self,
         out: &mut dyn Write,
@@ -75,11 +93,9 @@ impl Sink {
         match self {
             Self::Standard => write(out),
             Self::File(path) => {
-                let file = beside(path).map_err(|error| told(path, &error))?;
-                let mut buffered = BufWriter::new(file);
-                write(&mut buffered)?;
-                let file = buffered.into_inner().map_err(io::IntoInnerError::into_error)?;
-                put_in_place(file, path).map_err(|error| told(path, &error))?;
+                let mut pieces = tempfile::spooled_tempfile_in(MOST_IN_MEMORY, folder_of(path));
+                write(&mut pieces)?;
+                replace_from(path, &mut pieces).map_err(|error| told(path, &error))?;
                 Ok(())
             }
             Self::Device(path) => {
@@ -91,6 +107,19 @@ impl Sink {
             }
         }
     }
+}
+
+/// Whether two paths lead to one file, through links and detours. What does not exist is no file.
+#[cfg(unix)]
+fn are_one_file(a: &Path, b: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    let place = |path| fs::metadata(path).map(|found| (found.dev(), found.ino()));
+    matches!((place(a), place(b)), (Ok(a), Ok(b)) if a == b)
+}
+
+#[cfg(not(unix))]
+fn are_one_file(a: &Path, b: &Path) -> bool {
+    matches!((fs::canonicalize(a), fs::canonicalize(b)), (Ok(a), Ok(b)) if a == b)
 }
 
 fn told(path: &Path, error: &io::Error) -> io::Error {
@@ -108,6 +137,14 @@ fn folder_of(path: &Path) -> &Path {
 fn replace(path: &Path, text: &str) -> io::Result<()> {
     let mut file = beside(path)?;
     file.write_all(text.as_bytes())?;
+    put_in_place(file, path)
+}
+
+/// The same with what stands in `pieces`.
+fn replace_from(path: &Path, pieces: &mut (impl Read + Seek)) -> io::Result<()> {
+    pieces.rewind()?;
+    let mut file = beside(path)?;
+    io::copy(pieces, &mut file)?;
     put_in_place(file, path)
 }
 

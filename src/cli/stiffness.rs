@@ -131,6 +131,19 @@ mod tests {
     }
 
     #[test]
+    fn a_line_that_falls_is_no_spring_and_small_springs_keep_their_digits() {
+        let table = "angle_rad,moment_nm\n0,0\n1,-2\n2,-4.1\n";
+        let faults = stiffness(table, Format::Text, 95.0).unwrap_err();
+        assert!(
+            faults[0].starts_with("2: k comes out as -2.0500e0 N·m/rad, must be positive"),
+            "{faults:?}"
+        );
+        let small = "angle_rad,moment_nm\n0,0\n1,0.000123456\n2,0.000246913\n3,0.000370367\n";
+        let text = stiffness(small, Format::Text, 95.0).unwrap();
+        assert!(text.contains("k = 0.000123456 N·m/rad"), "{text}");
+    }
+
+    #[test]
     fn faults_have_their_line() {
         let table = "joint,angle_rad,moment_nm\na,0,0\na,1,2\nb,1,1\nb,1,2\nb,1,3\n";
         let faults = stiffness(table, Format::Text, 95.0).unwrap_err();

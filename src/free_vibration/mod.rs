@@ -17,7 +17,7 @@ pub use spectrum::{Spectrum, spectrum};
 
 use crate::model::{CoordinateKind, PoseFault, Robot};
 use crate::modes::ModalSolver;
-use crate::units::{rad_from_deg, rad_per_s_from_hz};
+use crate::units::{m_from_mm, rad_from_deg, rad_per_s_from_hz};
 use equation::Equation;
 use integrator::{Integrator, Stop};
 
@@ -42,6 +42,14 @@ const MOST_SAMPLES: f64 = 16_777_216.0;
 /// energy, while combination tones of an amplitude a (rad) have some a² of it.
 const PEAK_FLOOR: f64 = 0.02;
 
+/// A peak that lies further than this share from its mode's linear frequency may be another's: what
+/// amplitude does to a frequency grows with its square, and long before this the motion is no longer a mode.
+const FARTHEST_DEPARTURE: f64 = 0.25;
+
+/// A peak that no mode has taken, with more than this share of the strain energy of the lowest that a mode
+/// has: harmonics and combination tones are about to take the place of modes.
+const RIVAL_SHARE: f64 = 0.25;
+
 /// When the record is sampled.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Sampling {
@@ -61,9 +69,11 @@ pub enum Sampling {
 /// How to shake the arm, and how to look.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
-    /// Largest deflection of any turning coordinate if all modes peak at once, rad. For a robot whose
-    /// coordinates all slide, the same number in metres; its equation is linear and the number is of no effect.
+    /// Largest deflection of any turning coordinate if all modes peak at once, rad.
     pub amplitude_rad: f64,
+    /// The same of any sliding coordinate, m, for a robot whose coordinates all slide; its equation is linear
+    /// and the number is of no effect on frequencies.
+    pub amplitude_m: f64,
     /// Record.
     pub sampling: Sampling,
     /// Error that one step may make, as a share of the amplitude of each coordinate.
@@ -72,7 +82,12 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { amplitude_rad: rad_from_deg(1.0), sampling: Sampling::Automatic, tolerance: 1e-10 }
+        Self {
+            amplitude_rad: rad_from_deg(1.0),
+            amplitude_m: m_from_mm(1.0),
+            sampling: Sampling::Automatic,
+            tolerance: 1e-10,
+        }
     }
 }
 
@@ -87,6 +102,19 @@ pub struct Start {
     pub scale: Vec<f64>,
     /// Highest angular frequency that matters, rad/s.
     pub highest_rad_per_s: f64,
+}
+
+/// How a motion is integrated and sampled.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Recording {
+    /// Samples per second, Hz; the first is at t = 0.
+    pub sample_rate_hz: f64,
+    /// Number of samples.
+    pub count: usize,
+    /// Error that one step may make, as a share of each coordinate's [`Start::scale`].
+    pub tolerance: f64,
+    /// Whether C of the modal damping at α = 0 acts.
+    pub is_damped: bool,
 }
 
 /// A record of free vibration.
@@ -111,6 +139,9 @@ pub struct Measurement {
     pub linear_hz: Vec<f64>,
     /// Modes above half the sampling rate, and where a record without an anti-alias filter shows them.
     pub folded: Vec<Folded>,
+    /// Frequencies that may be no modes' but harmonics or combination tones of a large vibration, ascending
+    /// in mode.
+    pub doubts: Vec<Doubt>,
     /// Error of the integration: see [`Response::energy_drift`].
     pub energy_drift: f64,
     /// Spectrum of each coordinate, up to half the rate of a fixed sampling, or to the whole record's.
@@ -136,6 +167,26 @@ pub struct Folded {
     pub frequency_hz: f64,
     /// Where it would be seen, Hz.
     pub seen_at_hz: f64,
+}
+
+/// A peak that stands for a mode and may be something else.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Doubt {
+    /// Which mode, counted from 0.
+    pub mode: usize,
+    /// Why.
+    pub reason: DoubtReason,
+}
+
+/// Why a peak may not be the mode that it stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DoubtReason {
+    /// It lies more than a quarter off the mode's linear frequency.
+    FarFromLinear,
+    /// It lies nearer to another mode's linear frequency.
+    NearerToAnotherMode,
+    /// A peak that no mode has taken is nearly as high as the lowest that one has.
+    RivalPeak,
 }
 
 /// Why there is no record.
@@ -170,14 +221,15 @@ impl From<PoseFault> for FreeVibrationFault {
     }
 }
 
-/// All modes at pose `q` with equal energy, each at the peak of its deflection at t = 0.
+/// All modes at pose `q` with equal energy, each at the peak of its deflection at t = 0. The size of the
+/// motion is that of [`Settings::amplitude_rad`], or of [`Settings::amplitude_m`] where nothing turns.
 ///
 /// # Errors
 /// The pose has no modes.
 pub fn start_all_modes(
     robot: &Robot,
     q: &[f64],
-    amplitude_rad: f64,
+    settings: &Settings,
 ) -> Result<Start, FreeVibrationFault> {
     let mut solver = ModalSolver::new(robot);
     let modes = solver.solve(q)?;
@@ -191,7 +243,8 @@ pub fn start_all_modes(
     let some_turn = (0..n).any(|i| turns(&i));
     let largest =
         (0..n).filter(|i| turns(i) || !some_turn).fold(0.0_f64, |max, i| max.max(sizes[i]));
-    let factor = amplitude_rad / largest;
+    let amplitude = if some_turn { settings.amplitude_rad } else { settings.amplitude_m };
+    let factor = amplitude / largest;
     Ok(Start {
         deflection: (0..n).map(|i| factor * (0..n).map(|r| modal(i, r)).sum::<f64>()).collect(),
         rate: vec![0.0; n],
@@ -200,8 +253,7 @@ pub fn start_all_modes(
     })
 }
 
-/// Integrates the free vibration of `robot` at pose `q` from `start`, for `count` samples. `damped` adds
-/// C of the modal damping at α = 0.
+/// Integrates the free vibration of `robot` at pose `q` from `start`.
 ///
 /// # Errors
 /// The pose has no modes, the start does not fit the robot, or the motion runs away.
@@ -209,11 +261,9 @@ pub fn respond(
     robot: &Robot,
     q: &[f64],
     start: &Start,
-    sample_rate_hz: f64,
-    count: usize,
-    tolerance: f64,
-    damped: bool,
+    recording: &Recording,
 ) -> Result<Response, FreeVibrationFault> {
+    let &Recording { sample_rate_hz, count, tolerance, is_damped } = recording;
     let n = robot.coordinates().len();
     for (what, given) in
         [("deflection", &start.deflection), ("rate", &start.rate), ("scale", &start.scale)]
@@ -229,7 +279,7 @@ pub fn respond(
     positive("tolerance", "of the amplitude", tolerance)?;
     positive("highest angular frequency", "rad/s", start.highest_rad_per_s)?;
 
-    let mut equation = Equation::new(robot, q, damped)?;
+    let mut equation = Equation::new(robot, q, is_damped)?;
     let mut y: Vec<f64> = start.deflection.iter().chain(&start.rate).copied().collect();
     let mut deflections = vec![Vec::with_capacity(count); n];
     let tolerances = start
@@ -282,18 +332,26 @@ pub fn measure(
     settings: &Settings,
 ) -> Result<Measurement, FreeVibrationFault> {
     positive("amplitude", "rad", settings.amplitude_rad)?;
+    positive("amplitude", "m", settings.amplitude_m)?;
     let linear_hz = ModalSolver::new(robot).frequencies_hz(q)?.to_vec();
     let record = Record::new(&linear_hz, settings.sampling)?;
-    let start = start_all_modes(robot, q, settings.amplitude_rad)?;
+    let start = start_all_modes(robot, q, settings)?;
     let rate = record.sample_rate_hz;
-    let response = respond(robot, q, &start, rate, record.count, settings.tolerance, false)?;
+    let recording = Recording {
+        sample_rate_hz: rate,
+        count: record.count,
+        tolerance: settings.tolerance,
+        is_damped: false,
+    };
+    let response = respond(robot, q, &start, &recording)?;
 
     let weights: Vec<f64> = robot.coordinates().iter().map(|c| c.stiffness).collect();
-    let peaks =
-        spectrum::peaks_hz(&response.deflections, &weights, rate, linear_hz.len(), PEAK_FLOOR);
+    let found = spectrum::peaks(&response.deflections, &weights, rate, linear_hz.len(), PEAK_FLOOR);
+    let taken = assign(&found.peaks_hz, &linear_hz);
+    let doubts = doubts(&taken, &linear_hz, found.runner_up_share > RIVAL_SHARE);
     let mut frequencies_hz = vec![None; linear_hz.len()];
     let mut folded = Vec::new();
-    for (mode, peak) in assign(&peaks, &linear_hz) {
+    for (mode, peak) in taken {
         if peak < record.highest_seen_hz {
             frequencies_hz[mode] = Some(peak);
         } else {
@@ -307,7 +365,7 @@ pub fn measure(
         amplitudes.truncate(lines);
     }
     let energy_drift = response.energy_drift;
-    Ok(Measurement { frequencies_hz, linear_hz, folded, energy_drift, spectrum })
+    Ok(Measurement { frequencies_hz, linear_hz, folded, doubts, energy_drift, spectrum })
 }
 
 /// How the vibration is sampled inside.
@@ -401,6 +459,32 @@ fn assign(peaks: &[f64], linear_hz: &[f64]) -> Vec<(usize, f64)> {
     pairs
 }
 
+/// Which of the (mode, peak) pairs may be no modes. A rival peak casts doubt on the pair that is furthest
+/// from its linear frequency: which of the peaks is the mode cannot be told.
+fn doubts(taken: &[(usize, f64)], linear_hz: &[f64], has_rival: bool) -> Vec<Doubt> {
+    let departure = |mode: usize, peak: f64| (peak / linear_hz[mode]).ln().abs();
+    let furthest = taken
+        .iter()
+        .max_by(|a, b| departure(a.0, a.1).total_cmp(&departure(b.0, b.1)))
+        .map(|&(mode, _)| mode);
+    taken
+        .iter()
+        .filter_map(|&(mode, peak)| {
+            let nearer = |other: usize| departure(other, peak) < departure(mode, peak);
+            let reason = if (peak / linear_hz[mode] - 1.0).abs() > FARTHEST_DEPARTURE {
+                DoubtReason::FarFromLinear
+            } else if (0..linear_hz.len()).any(nearer) {
+                DoubtReason::NearerToAnotherMode
+            } else if has_rival && furthest == Some(mode) {
+                DoubtReason::RivalPeak
+            } else {
+                return None;
+            };
+            Some(Doubt { mode, reason })
+        })
+        .collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -421,6 +505,20 @@ mod tests {
         assert_eq!(modes(&[9.9, 20.0, 54.0]), [0, 1, 3]);
         assert_eq!(modes(&[20.11, 54.0]), [2, 3]);
         assert_eq!(modes(&[]), [0; 0]);
+    }
+
+    #[test]
+    fn peaks_far_off_or_out_of_order_are_doubted() {
+        let linear = [10.0, 20.0, 22.0];
+        let reasons = |peaks: [f64; 3], rival| {
+            let taken: Vec<_> = peaks.into_iter().enumerate().collect();
+            let found = doubts(&taken, &linear, rival);
+            found.iter().map(|d| (d.mode, d.reason)).collect::<Vec<_>>()
+        };
+        assert_eq!(reasons([10.1, 20.3, 22.1], false), []);
+        assert_eq!(reasons([10.1, 20.3, 44.2], false), [(2, DoubtReason::FarFromLinear)]);
+        assert_eq!(reasons([10.1, 21.5, 22.5], false), [(1, DoubtReason::NearerToAnotherMode)]);
+        assert_eq!(reasons([10.1, 20.6, 22.1], true), [(1, DoubtReason::RivalPeak)]);
     }
 
     #[test]

@@ -34,20 +34,29 @@ pub fn spectrum(records: &[Vec<f64>], sample_rate_hz: f64) -> Spectrum {
     Spectrum { bin_hz: sample_rate_hz / length.max(1) as f64, amplitudes }
 }
 
-/// Frequencies of the `count` highest peaks of Σ weight·|spectrum|² over `records`, Hz, ascending.
+/// The highest peaks of a spectrum.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Peaks {
+    /// Hz, ascending.
+    pub(super) peaks_hz: Vec<f64>,
+    /// Height of the highest peak that was not wanted, as a share of the lowest one that was; 0 without.
+    pub(super) runner_up_share: f64,
+}
+
+/// The `count` highest peaks of Σ weight·|spectrum|² over `records`.
 ///
 /// Fewer are returned where fewer local maxima reach `floor` times the highest: modes closer than the
 /// main lobe melt into one peak.
-pub(super) fn peaks_hz(
+pub(super) fn peaks(
     records: &[Vec<f64>],
     weights: &[f64],
     sample_rate_hz: f64,
     count: usize,
     floor: f64,
-) -> Vec<f64> {
+) -> Peaks {
     let length = records.first().map_or(0, Vec::len);
     if length == 0 {
-        return Vec::new();
+        return Peaks { peaks_hz: Vec::new(), runner_up_share: 0.0 };
     }
     let padded = (length * PADDING).next_power_of_two();
     let mut energy = vec![0.0; padded / 2 + 1];
@@ -67,11 +76,16 @@ pub(super) fn peaks_hz(
         .filter(|&(_, at)| at > 0.5 * MAIN_LOBE_BINS * per_bin)
         .collect();
     maxima.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let runner_up_share =
+        match (count.checked_sub(1).and_then(|i| maxima.get(i)), maxima.get(count)) {
+            (Some((lowest, _)), Some((next, _))) => next / lowest,
+            (_, None) | (None, _) => 0.0,
+        };
     maxima.truncate(count);
-    let mut found: Vec<f64> =
+    let mut peaks_hz: Vec<f64> =
         maxima.iter().map(|&(_, at)| at * sample_rate_hz / padded as f64).collect();
-    found.sort_by(f64::total_cmp);
-    found
+    peaks_hz.sort_by(f64::total_cmp);
+    Peaks { peaks_hz, runner_up_share }
 }
 
 /// Abscissa of the vertex of the parabola through three equally spaced values, from the middle one.
@@ -127,7 +141,7 @@ mod tests {
             let f = (8.0 + f64::from(i) / 97.0) * bin;
             let next = f + 8.0 * bin;
             let record = tones(&[(1.0, f, 0.1 * f64::from(i)), (10.0, next, 1.3)], rate, n);
-            let found = peaks_hz(&[record], &[1.0], rate, 2, 1e-4);
+            let found = peaks(&[record], &[1.0], rate, 2, 1e-4).peaks_hz;
             assert_eq!(found.len(), 2);
             for (a, b) in found.iter().zip([f, next]) {
                 assert!((a - b).abs() < 1e-3 * bin, "{a} against {b}, bin {bin}");
@@ -145,10 +159,23 @@ mod tests {
         assert!((found.amplitudes[0][200] - 3.0).abs() < 1e-4);
     }
 
+    #[test]
+    fn the_runner_up_is_told_by_its_share() {
+        let of = |third: f64, count| {
+            let all = [(1.0, 20.0, 0.0), (0.5, 40.0, 0.3), (third, 60.0, 0.0)];
+            peaks(&[tones(&all, 200.0, 2000)], &[1.0], 200.0, count, 1e-4)
+        };
+        let two = of(0.25, 2);
+        assert_eq!(two.peaks_hz.len(), 2);
+        assert!((two.runner_up_share - 0.25).abs() < 1e-3, "{two:?}");
+        assert_eq!(of(0.25, 3).runner_up_share, 0.0);
+        assert_eq!(of(0.001, 2).runner_up_share, 0.0);
+    }
+
     /// Two tones one bin apart are one peak: none is invented.
     #[test]
     fn tones_too_close_to_part_are_one_peak() {
         let record = tones(&[(1.0, 20.0, 0.0), (1.0, 20.05, 0.0)], 200.0, 2000);
-        assert_eq!(peaks_hz(&[record], &[1.0], 200.0, 2, 0.01).len(), 1);
+        assert_eq!(peaks(&[record], &[1.0], 200.0, 2, 0.01).peaks_hz.len(), 1);
     }
 }

@@ -3,6 +3,8 @@
 use std::fmt;
 use std::path::PathBuf;
 
+use crate::wording::printable;
+
 /// What is wrong, and where.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Fault {
@@ -17,10 +19,14 @@ pub struct Fault {
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match (&self.file, self.line) {
-            (Some(file), Some(line)) => write!(f, "{}:{line}: {}", file.display(), self.what),
-            (Some(file), None) => write!(f, "{}: {}", file.display(), self.what),
-            (None, _) => write!(f, "{}", self.what),
+            (Some(file), Some(line)) => {
+                write!(f, "{}:{line}: ", printable(&file.to_string_lossy()))?
+            }
+            (Some(file), None) => write!(f, "{}: ", printable(&file.to_string_lossy()))?,
+            (None, _) => {}
         }
+        // Values and names of the user's stand in the text.
+        f.write_str(&printable(&self.what))
     }
 }
 

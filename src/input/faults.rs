@@ -54,7 +54,7 @@ impl Faults {
         self.list.sort_by_key(|fault| fault.line);
         self.list.dedup();
         if self.further > 0 {
-            let what = format!("and {} further faults", self.further);
+            let what = format!("and {} more", self.further);
             self.list.push(self.make(None, what));
         }
         self.list
@@ -80,6 +80,6 @@ mod tests {
         }
         let told = flood.finish();
         assert_eq!(told.len(), MOST_FAULTS + 1);
-        assert_eq!(told[MOST_FAULTS].to_string(), "x.yaml: and 5 further faults");
+        assert_eq!(told[MOST_FAULTS].to_string(), "x.yaml: and 5 more");
     }
 }

@@ -9,11 +9,11 @@ use nalgebra::Isometry3;
 use super::faults::Faults;
 use super::frame::frame;
 use super::raw::job as raw;
-use super::robot::load_robot;
+use super::robot::read_robot;
 use super::text::{LARGEST_JOB_BYTES, named_file, read_text};
 use super::waypoints::{Course, Elsewhere, joint_position, moves_of};
 use super::yaml::{Node, Step, check, parse, typed};
-use super::{Fault, Loaded, schema};
+use super::{Fault, Loaded, Reading, schema};
 use crate::job::{Cutting, CuttingDirection, Job, Operation, Policy, Spindle, SpindleSpeed, Tool};
 use crate::model::Robot;
 use crate::units::{
@@ -40,6 +40,15 @@ const PITCH_SUM_SLACK_DEG: f64 = 1e-3;
 /// # Errors
 /// Every fault of the job and of its robot's files, each with its line: the job's come first.
 pub fn load_job(path: &Path) -> Result<Loaded<Job>, Vec<Fault>> {
+    Reading::of(|reading| read_job(path, reading))
+}
+
+/// As [`load_job`]; what is noted on the way goes to `reading` even where there are faults.
+///
+/// # Errors
+/// As [`load_job`].
+pub fn read_job(path: &Path, reading: &mut Reading) -> Result<Job, Vec<Fault>> {
+    reading.files.push(path.to_owned());
     let mut faults = Faults::of(path);
     let text = read_text(path, LARGEST_JOB_BYTES).map_err(|fault| vec![fault])?;
     let mut tree = match parse(&text, &mut faults) {
@@ -49,17 +58,15 @@ pub fn load_job(path: &Path) -> Result<Loaded<Job>, Vec<Fault>> {
     drop(text);
     check(&mut tree, &schema::job_to_check(), &mut faults);
     let Some(raw) = typed::<raw::Job>(&tree, &mut faults) else { return Err(faults.finish()) };
-    let robot = match raw.robot.as_deref() {
-        Some(name) => {
-            let line = tree.line_at(&[Step::Key("robot")]);
-            named_file(path, "robot", name, line, &mut faults).map(|path| load_robot(&path))
-        }
-        None => None,
-    };
-    let (robot, mut notices, robot_faults) = match robot {
-        Some(Ok(loaded)) => (Some(Arc::new(loaded.value)), loaded.notices, Vec::new()),
-        Some(Err(robot_faults)) => (None, Vec::new(), robot_faults),
-        None => (None, Vec::new(), Vec::new()),
+    let robot_file = raw.robot.as_deref().and_then(|name| {
+        let line = tree.line_at(&[Step::Key("robot")]);
+        named_file(path, "robot", name, line, &mut faults)
+    });
+    let mut of_robot = Reading::default();
+    let (robot, robot_faults) = match robot_file.map(|file| read_robot(&file, &mut of_robot)) {
+        Some(Ok(robot)) => (Some(Arc::new(robot)), Vec::new()),
+        Some(Err(robot_faults)) => (None, robot_faults),
+        None => (None, Vec::new()),
     };
     let mut reader = Reader {
         path,
@@ -71,25 +78,23 @@ pub fn load_job(path: &Path) -> Result<Loaded<Job>, Vec<Fault>> {
         elsewhere: Elsewhere::default(),
     };
     let parts = reader.parts();
-    let Reader { faults, notices: mut own_notices, elsewhere, .. } = reader;
-    own_notices.extend(elsewhere.notices);
+    let Reader { faults, notices, elsewhere, .. } = reader;
+    reading.notices.extend(notices);
+    reading.append(elsewhere.reading);
+    reading.append(of_robot);
     match (robot, parts) {
         (Some(robot), Some((tool, spindle, operations, policy)))
             if faults.count() == 0 && robot_faults.is_empty() && elsewhere.faults.is_empty() =>
         {
             let file_name = || path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-            notices.splice(0..0, own_notices);
-            Ok(Loaded {
-                value: Job {
-                    name: raw.name.clone().unwrap_or_else(file_name),
-                    file: path.to_owned(),
-                    robot,
-                    tool,
-                    spindle,
-                    operations,
-                    policy,
-                },
-                notices,
+            Ok(Job {
+                name: raw.name.clone().unwrap_or_else(file_name),
+                file: path.to_owned(),
+                robot,
+                tool,
+                spindle,
+                operations,
+                policy,
             })
         }
         _ => {
@@ -547,6 +552,29 @@ mod tests {
         );
         let same = "S1100 M3\nG1 X0 Y0 Z0 F100\nX1\nM5\n";
         assert!(notices_of(&constant("1100"), "a.nc", same).is_empty());
+    }
+
+    #[test]
+    fn a_tool_of_another_mass_than_the_payload_is_told() {
+        let program = |mass: &str| {
+            format!(
+                "MODULE m\n  PERS tooldata tMill:=[TRUE,[[0,0,7],[1,0,0,0]],[{mass},[0,0,1],[1,0,0,0],0,0,0]];\n\
+                 PROC main()\n MoveL [[1,2,3],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v5,fine,tMill;\n\
+                 MoveL [[1,2,4],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v5,fine,tMill;\n\
+                 ENDPROC\nENDMODULE\n"
+            )
+        };
+        let job = "    spindle_rpm: 1100\n    path: {program: {file: a.mod}}\n";
+        assert_eq!(
+            notices_of(job, "a.mod", &program("4.2")),
+            [
+                "a.mod:2: tooldata tMill declares 4.2 kg; the model carries the robot file's payload of 1.5 kg \
+                 at tool0; set payload in robot.yaml if this is not the same tool"
+            ]
+        );
+        // The robot file's own 1.5 kg, and ABB's "not known".
+        assert!(notices_of(job, "a.mod", &program("1.5")).is_empty());
+        assert!(notices_of(job, "a.mod", &program("-1")).is_empty());
     }
 
     #[test]

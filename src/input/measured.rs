@@ -5,11 +5,11 @@ use std::path::Path;
 use super::faults::Faults;
 use super::table::Table;
 use super::text::{LARGEST_TABLE_BYTES, read_text};
-use super::yaml::nearest;
-use super::{Fault, Loaded};
+use super::{Fault, Reading};
 use crate::measured::{ModeRow, ModeTable};
 use crate::model::{AngleForm, JointKind, Robot};
 use crate::units::{m_from_mm, rad_from_deg};
+use crate::wording::nearest;
 
 /// More columns of frequencies than this are no table of modes.
 const MOST_MODES: usize = 64;
@@ -24,19 +24,24 @@ type ToSi = fn(f64) -> f64;
 
 /// Reads a table of identified modes: the pose as `beta2_rad` (with `beta1_rad`, if known) or one column
 /// `<joint>_rad` or `_deg` per moving joint (`_m` or `_mm` where it slides), `f1_hz`, `f2_hz` … ascending
-/// with blanks where a mode was not measured, and the covariates. Notices tell of columns passed over.
+/// with blanks where a mode was not measured, and the covariates. `reading` is told of columns passed over.
 ///
 /// # Errors
 /// Every fault of the table, each with its line.
-pub fn load_measured(path: &Path, robot: &Robot) -> Result<Loaded<ModeTable>, Vec<Fault>> {
+pub fn read_measured(
+    path: &Path,
+    robot: &Robot,
+    reading: &mut Reading,
+) -> Result<ModeTable, Vec<Fault>> {
+    reading.files.push(path.to_owned());
     let text = read_text(path, LARGEST_TABLE_BYTES).map_err(|fault| vec![fault])?;
     let mut faults = Faults::of(path);
     let mut table = Table::open(path, text.as_bytes()).map_err(|fault| vec![fault])?;
     let Some(columns) = Columns::of(table.header(), table.line(), robot, &mut faults) else {
         return Err(faults.finish());
     };
-    let notices =
-        columns.unknown.iter().map(|what| faults.make(table.line(), what.clone())).collect();
+    let unknown = columns.unknown.iter().map(|what| faults.make(table.line(), what.clone()));
+    reading.notices.extend(unknown);
     let (mut rows, mut cells) = (Vec::new(), Vec::new());
     loop {
         match table.row(&mut cells) {
@@ -57,7 +62,7 @@ pub fn load_measured(path: &Path, robot: &Robot) -> Result<Loaded<ModeTable>, Ve
                 faults.add(None, "has no rows, must have at least one below the header");
             }
             0 => faults.add(None, "has no frequency in any row"),
-            _ => return Ok(Loaded { value, notices }),
+            _ => return Ok(value),
         }
     }
     Err(faults.finish())
@@ -318,13 +323,15 @@ mod tests {
     use super::super::robot::{load_robot, tests as two_link};
     use super::*;
 
-    fn read(text: &str) -> Result<Loaded<ModeTable>, Vec<String>> {
+    fn read(text: &str) -> Result<(ModeTable, Reading), Vec<String>> {
         let (folder, path) = two_link::folder(two_link::YAML, two_link::URDF);
         let robot = load_robot(&path).unwrap().value;
         let table = folder.path().join("m.csv");
         std::fs::write(&table, text).unwrap();
         let prefix = format!("{}/", folder.path().display());
-        load_measured(&table, &robot)
+        let mut reading = Reading::default();
+        read_measured(&table, &robot, &mut reading)
+            .map(|table| (table, reading))
             .map_err(|faults| faults.iter().map(|f| f.to_string().replace(&prefix, "")).collect())
     }
 
@@ -332,22 +339,22 @@ mod tests {
     fn rows_arrive_in_si_with_blanks_and_covariates() {
         let text = "# c\njoint_2_deg,joint_1_rad,f1_hz,f2_hz,f1_std_hz,zeta1,temperature_c,id,extra\n\
                     90,0.5,10.5,,0.1,0.02,31,a,x\n";
-        let loaded = read(text).unwrap();
-        let row = &loaded.value.rows[0];
-        assert_eq!((row.joints[0], row.line, loaded.value.modes), (0.5, 3, 2));
+        let (table, reading) = read(text).unwrap();
+        let row = &table.rows[0];
+        assert_eq!((row.joints[0], row.line, table.modes), (0.5, 3, 2));
         assert!((row.joints[1] - std::f64::consts::FRAC_PI_2).abs() < 1e-15);
         assert_eq!(row.frequencies_hz, [Some(10.5), None]);
         assert_eq!(row.deviations_hz, [Some(0.1), None]);
         assert_eq!((row.temperature_c, row.id.as_deref()), (Some(31.0), Some("a")));
-        assert_eq!(loaded.notices.len(), 1);
-        assert!(loaded.notices[0].what.contains("column 'extra'"));
+        assert_eq!(reading.notices.len(), 1);
+        assert!(reading.notices[0].what.contains("column 'extra'"));
     }
 
     /// beta2 = joint_2 + 0.25 in this robot's file.
     #[test]
     fn a_pose_may_come_as_an_angle_of_the_two_link_model() {
-        let loaded = read("beta2_rad,f1_hz\n1.5,10\n").unwrap();
-        assert_eq!(loaded.value.rows[0].joints, [0.0, 1.25]);
+        let (table, _) = read("beta2_rad,f1_hz\n1.5,10\n").unwrap();
+        assert_eq!(table.rows[0].joints, [0.0, 1.25]);
     }
 
     #[test]

@@ -8,13 +8,14 @@ use super::faults::Faults;
 use super::raw::robot as raw;
 use super::text::{LARGEST_ROBOT_BYTES, named_file, read_text};
 use super::urdf::{Urdf, read_urdf};
-use super::yaml::{Node, Step, check, nearest, parse, typed};
-use super::{Fault, Loaded, schema};
+use super::yaml::{Node, Step, check, parse, typed};
+use super::{Fault, Loaded, Reading, schema};
 use crate::model::{
     ArmAngle, Calibration, Cause, CoordinateKind, Correction, Damping, Description, Drive,
     ElasticJoint, ExtraCoordinate, Hinge, Inertial, JointKind, ModelFault, Payload, Place, Robot,
 };
 use crate::units::STANDARD_GRAVITY_M_PER_S2;
+use crate::wording::nearest;
 
 /// Modal damping where the robot gives none.
 const DEFAULT_DAMPING_RATIO: f64 = 0.02;
@@ -24,8 +25,15 @@ const DEFAULT_DAMPING_RATIO: f64 = 0.02;
 /// # Errors
 /// Every fault of both files, each with its line: first those of the YAML, then those of the URDF.
 pub fn load_robot(path: &Path) -> Result<Loaded<Robot>, Vec<Fault>> {
-    let loaded = load_described_robot(path)?;
-    Ok(Loaded { value: loaded.value.robot, notices: loaded.notices })
+    Reading::of(|reading| read_robot(path, reading))
+}
+
+/// As [`load_robot`]; what is noted on the way goes to `reading` even where there are faults.
+///
+/// # Errors
+/// As [`load_robot`].
+pub fn read_robot(path: &Path, reading: &mut Reading) -> Result<Robot, Vec<Fault>> {
+    read_described_robot(path, reading).map(|described| described.robot)
 }
 
 /// A robot and the description that it was built from.
@@ -37,11 +45,15 @@ pub struct DescribedRobot {
     pub description: Description,
 }
 
-/// Reads a robot.yaml and the URDF that it names, and keeps the description.
+/// As [`read_robot`], keeping the description.
 ///
 /// # Errors
 /// As [`load_robot`].
-pub fn load_described_robot(path: &Path) -> Result<Loaded<DescribedRobot>, Vec<Fault>> {
+pub fn read_described_robot(
+    path: &Path,
+    reading: &mut Reading,
+) -> Result<DescribedRobot, Vec<Fault>> {
+    reading.files.push(path.to_owned());
     let mut faults = Faults::of(path);
     let text = read_text(path, LARGEST_ROBOT_BYTES).map_err(|fault| vec![fault])?;
     let mut tree = match parse(&text, &mut faults) {
@@ -59,6 +71,7 @@ pub fn load_described_robot(path: &Path) -> Result<Loaded<DescribedRobot>, Vec<F
         describe(&raw, &tree, None, &mut faults);
         return Err(faults.finish());
     };
+    reading.files.push(urdf_path.clone());
     let mut urdf_faults = Faults::of(&urdf_path);
     let urdf = match read_urdf(&urdf_path, &mut urdf_faults) {
         Ok(urdf) => urdf,
@@ -73,11 +86,10 @@ pub fn load_described_robot(path: &Path) -> Result<Loaded<DescribedRobot>, Vec<F
     let sound = faults.count() == 0 && urdf_faults.count() == 0;
     let mut files = Files { tree: &tree, urdf: &urdf, yaml: faults, xml: urdf_faults };
     match Robot::new(&description) {
-        Ok(robot) if sound => {
-            let notices = robot.notices().iter().map(|notice| files.placed(notice)).collect();
-            Ok(Loaded { value: DescribedRobot { robot, description }, notices })
+        Ok(robot) => {
+            reading.notices.extend(robot.notices().iter().map(|notice| files.placed(notice)));
+            if sound { Ok(DescribedRobot { robot, description }) } else { Err(files.finish()) }
         }
-        Ok(_) => Err(files.finish()),
         Err(model_faults) => {
             for fault in &model_faults {
                 if sound || !follows_from_others(fault, urdf.damaged) {

@@ -174,10 +174,15 @@ fn moved(path: &Path, output: &Path, name: &str) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::robot::{load_described_robot, tests as two_link};
+    use super::super::Reading;
+    use super::super::robot::{DescribedRobot, read_described_robot, tests as two_link};
     use super::*;
     use crate::model::{Cause, Hinge};
     use nalgebra::Vector3;
+
+    fn load(path: &Path) -> Result<DescribedRobot, Vec<Fault>> {
+        read_described_robot(path, &mut Reading::default())
+    }
 
     fn correction(cause: Cause, at: &str, name: &str, value: f64) -> FittedCorrection {
         FittedCorrection {
@@ -217,7 +222,7 @@ mod tests {
         assert_eq!(text.matches("corrections:").count(), 1);
         assert_eq!(text.matches("calibration:").count(), 1);
         std::fs::write(&output, &text).unwrap();
-        let read = load_described_robot(&output).unwrap().value;
+        let read = load(&output).unwrap();
         let expected: Vec<Correction> = corrections.iter().map(|c| c.correction.clone()).collect();
         assert_eq!(read.description.corrections, expected);
         let calibration = read.robot.calibration().unwrap();
@@ -236,7 +241,7 @@ mod tests {
         );
         let (_folder, path) = two_link::folder(&yaml, two_link::URDF);
         let first = 1 + yaml.lines().position(|l| l.contains("paylaod")).unwrap();
-        let faults = load_described_robot(&path).unwrap_err();
+        let faults = load(&path).unwrap_err();
         assert_eq!(faults[0].line, Some(first));
         assert!(faults[0].what.ends_with("did you mean 'payload'?"), "{}", faults[0]);
         assert_eq!(faults[1].line, Some(first + 1));
@@ -246,7 +251,7 @@ mod tests {
             two_link::YAML
         );
         let (_folder, path) = two_link::folder(&yaml, two_link::URDF);
-        let faults = load_described_robot(&path).unwrap_err();
+        let faults = load(&path).unwrap_err();
         assert!(faults[0].what.contains("at is 'nowhere'"), "{}", faults[0]);
     }
 }

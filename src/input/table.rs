@@ -9,7 +9,12 @@ use std::path::{Path, PathBuf};
 use super::Fault;
 
 /// Rows longer than this are no rows.
-const LONGEST_ROW_BYTES: u64 = 1 << 20;
+pub(super) const LONGEST_ROW_BYTES: usize = 1 << 20;
+
+/// Least that is asked of the reader at once.
+const LEAST_READ_BYTES: usize = 4096;
+
+const TOO_LONG: &str = "is longer than 1 MiB, must be one row of a table";
 
 /// A table that streams in.
 #[derive(Debug)]
@@ -19,6 +24,8 @@ pub(super) struct Table<R> {
     /// Line of the row that was read last, counted from 1.
     line: usize,
     bytes: Vec<u8>,
+    /// The line that the piece read last has begun but not ended.
+    begun: Vec<u8>,
     header: Vec<String>,
 }
 
@@ -26,11 +33,24 @@ impl<R: Read> Table<R> {
     /// Opens a table and reads its header; `file` stands for it in faults.
     pub(super) fn open(file: &Path, reader: R) -> Result<Self, Fault> {
         let reader = BufReader::new(reader);
-        let mut table =
-            Self { file: file.to_owned(), reader, line: 0, bytes: Vec::new(), header: Vec::new() };
+        let mut table = Self {
+            file: file.to_owned(),
+            reader,
+            line: 0,
+            bytes: Vec::new(),
+            begun: Vec::new(),
+            header: Vec::new(),
+        };
         let mut header = Vec::new();
         if !table.row(&mut header)? {
             return Err(Fault { line: None, ..table.fault("is empty, must begin with a header") });
+        }
+        if header.len() == 1 && header[0].contains([';', '\t']) {
+            let mark = if header[0].contains(';') { "semicolons" } else { "tabs" };
+            let what = format!(
+                "cells are separated by {mark}, must be by commas (and numbers have decimal points)"
+            );
+            return Err(table.fault(&what));
         }
         table.header = header;
         Ok(table)
@@ -51,13 +71,10 @@ impl<R: Read> Table<R> {
         loop {
             self.bytes.clear();
             self.line += 1;
-            let most = LONGEST_ROW_BYTES + 1;
+            let most = LONGEST_ROW_BYTES as u64 + 1;
             let read = self.reader.by_ref().take(most).read_until(b'\n', &mut self.bytes);
             match read {
                 Ok(0) => return Ok(false),
-                Ok(_) if self.bytes.len() as u64 > LONGEST_ROW_BYTES => {
-                    return Err(self.fault("is longer than 1 MiB, must be one row of a table"));
-                }
                 Ok(_) => {}
                 Err(error) => return Err(self.fault(&format!("cannot be read: {error}"))),
             }
@@ -65,18 +82,40 @@ impl<R: Read> Table<R> {
                 (1, [0xEF, 0xBB, 0xBF, rest @ ..]) => rest,
                 (_, bytes) => bytes,
             };
-            let Ok(text) = std::str::from_utf8(bytes) else {
-                return Err(self.fault("is not UTF-8; save the file as UTF-8"));
-            };
-            let text = text.trim();
-            if text.is_empty() || text.starts_with('#') {
-                continue;
+            match cells_of(bytes, cells) {
+                Ok(true) => return Ok(true),
+                Ok(false) => {}
+                Err(what) => return Err(self.fault(what)),
             }
-            return if split(text, cells) {
-                Ok(true)
-            } else {
-                Err(self.fault("has a quoted cell that does not end"))
-            };
+        }
+    }
+
+    /// Takes the next rows as they stand into `bytes`, in place of what it holds: whole lines, about
+    /// `length` bytes of them; nothing at the end. The same table gives the same pieces however it arrives.
+    pub(super) fn lines(&mut self, length: usize, bytes: &mut Vec<u8>) -> Result<(), Fault> {
+        bytes.clear();
+        bytes.append(&mut self.begun);
+        let mut searched = 0;
+        loop {
+            let wanted = length.saturating_sub(bytes.len()).max(LEAST_READ_BYTES) as u64;
+            let read = self.reader.by_ref().take(wanted).read_to_end(bytes);
+            let read = read.map_err(|error| Fault {
+                line: None,
+                ..self.fault(&format!("cannot be read: {error}"))
+            })?;
+            if (read as u64) < wanted {
+                return Ok(());
+            }
+            if let Some(end) = memchr::memrchr(b'\n', &bytes[searched..]) {
+                self.begun.extend_from_slice(&bytes[searched + end + 1..]);
+                bytes.truncate(searched + end + 1);
+                return Ok(());
+            }
+            searched = bytes.len();
+            if searched > LONGEST_ROW_BYTES {
+                // No row: who takes the cells apart will say so, and will not ask for more.
+                return Ok(());
+            }
         }
     }
 
@@ -87,15 +126,35 @@ impl<R: Read> Table<R> {
 
     /// The finite number in a column of a row.
     pub(super) fn number(&self, cells: &[String], column: usize) -> Result<f64, Fault> {
-        let text = cells.get(column).map_or("", String::as_str);
-        match text.parse::<f64>() {
-            Ok(value) if value.is_finite() => Ok(value),
-            _ => {
-                let title = self.header.get(column).map_or("", String::as_str);
-                Err(self.fault(&format!("{title} is {}, must be a finite number", shown(text))))
-            }
+        number(&self.header, cells, column).map_err(|what| self.fault(&what))
+    }
+}
+
+/// The finite number in a column of a row.
+pub(super) fn number(header: &[String], cells: &[String], column: usize) -> Result<f64, String> {
+    let text = cells.get(column).map_or("", String::as_str);
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => {
+            let title = header.get(column).map_or("", String::as_str);
+            Err(format!("{title} is {}, must be a finite number", shown(text)))
         }
     }
+}
+
+/// The cells of a line, trimmed; `false` if it holds none, being blank or a comment.
+pub(super) fn cells_of(line: &[u8], cells: &mut Vec<String>) -> Result<bool, &'static str> {
+    if line.len() > LONGEST_ROW_BYTES {
+        return Err(TOO_LONG);
+    }
+    let Ok(text) = std::str::from_utf8(line) else {
+        return Err("is not UTF-8; save the file as UTF-8");
+    };
+    let text = text.trim();
+    if text.is_empty() || text.starts_with('#') {
+        return Ok(false);
+    }
+    if split(text, cells) { Ok(true) } else { Err("has a quoted cell that does not end") }
 }
 
 /// Takes a row apart, using the strings again that are there; `false` if a quote does not end.
@@ -154,6 +213,15 @@ mod tests {
         assert!(table.row(&mut cells).unwrap());
         assert_eq!((table.line(), &cells[..]), (7, &["4".to_owned()][..]));
         assert!(!table.row(&mut cells).unwrap());
+    }
+
+    #[test]
+    fn other_separators_are_named() {
+        for (text, mark) in [("a;b\n1;2\n", "semicolons"), ("a\tb\n1\t2\n", "tabs")] {
+            let fault = Table::open(Path::new("t"), text.as_bytes()).unwrap_err().to_string();
+            assert!(fault.starts_with(&format!("t:1: cells are separated by {mark}")), "{fault}");
+        }
+        assert!(Table::open(Path::new("t"), &b"a\n1\n"[..]).is_ok());
     }
 
     #[test]

@@ -75,12 +75,23 @@ fn decode(mut bytes: Vec<u8>) -> Result<String, (usize, String)> {
     if bytes.starts_with(&[0xEF, 0xBB, 0xBF]) {
         bytes.drain(..3);
     }
+    if let Some(at) = bytes.iter().position(|&byte| byte == 0) {
+        let what = "holds a NUL byte, which no text does; is this the right file?";
+        return Err((line_at(&bytes, at), what.to_owned()));
+    }
     String::from_utf8(bytes).map_err(|error| {
         let at = error.utf8_error().valid_up_to();
-        let line = 1 + error.as_bytes()[..at].iter().filter(|&&byte| byte == b'\n').count();
         let byte = error.as_bytes()[at];
-        (line, format!("byte 0x{byte:02X} is not UTF-8; save the file as UTF-8"))
+        (
+            line_at(error.as_bytes(), at),
+            format!("byte 0x{byte:02X} is not UTF-8; save the file as UTF-8"),
+        )
     })
+}
+
+/// The line of the byte at `at`, counted from 1.
+fn line_at(bytes: &[u8], at: usize) -> usize {
+    1 + bytes[..at].iter().filter(|&&byte| byte == b'\n').count()
 }
 
 fn lower_first(text: &str) -> String {
@@ -111,15 +122,35 @@ pub(super) fn named_file(
 ) -> Option<PathBuf> {
     let path = relative_to(by, name);
     let what = match std::fs::metadata(&path) {
-        Ok(metadata) if metadata.is_dir() => "is a folder, must be a file".to_owned(),
+        Ok(metadata) if metadata.is_dir() => match file_in(&path, key) {
+            Some(inside) => {
+                let meant = Path::new(name).join(inside);
+                format!("is a folder, must be a file; did you mean '{}'?", meant.display())
+            }
+            None => "is a folder, must be a file".to_owned(),
+        },
         Ok(_) => return Some(path),
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-            format!("no such file as {}", path.display())
+            // Said once where the name says it all.
+            if path == Path::new(name) {
+                "no such file".to_owned()
+            } else {
+                format!("no such file: looked for {}", path.display())
+            }
         }
         Err(error) => format!("cannot be read: {}", lower_first(&error.to_string())),
     };
     faults.add(line, format!("{key} '{name}': {what}"));
     None
+}
+
+/// The file in a folder that a key for a file is likely to mean.
+fn file_in(folder: &Path, key: &str) -> Option<String> {
+    let names = |wanted: &str| folder.join(wanted).is_file().then(|| wanted.to_owned());
+    match key {
+        "robot" => names("robot.yaml"),
+        _ => None,
+    }
 }
 
 pub(super) fn without_detours(path: &Path) -> PathBuf {

@@ -4,12 +4,12 @@ use std::path::Path;
 
 use nalgebra::Isometry3;
 
-use super::Fault;
 use super::faults::Faults;
 use super::frame::frame;
 use super::raw::job as raw;
 use super::text::{LARGEST_PROGRAM_BYTES, named_file, read_bytes};
 use super::yaml::{Apart, Kind, Node, Step};
+use super::{Fault, Reading};
 use crate::job::SpindleSpeed;
 use crate::model::{JointKind, Robot};
 use crate::motion::{Move, Target};
@@ -40,6 +40,7 @@ impl Course<'_> {
             feed_m_per_s: self.feed_m_per_s,
             tcp: self.tcp.unwrap_or_default(),
             line: line as usize,
+            spindle_turns: true,
         }
     }
 }
@@ -48,7 +49,7 @@ impl Course<'_> {
 #[derive(Debug, Default)]
 pub(super) struct Elsewhere {
     pub(super) faults: Vec<Fault>,
-    pub(super) notices: Vec<Fault>,
+    pub(super) reading: Reading,
 }
 
 /// The moves of a path; `None` where there are faults.
@@ -202,8 +203,9 @@ fn program_moves(
             "{}: path.program.procedure '{procedure}' has no effect: {dialect} has no procedures",
             course.called
         );
-        elsewhere.notices.push(faults.make(line, what));
+        elsewhere.reading.notices.push(faults.make(line, what));
     }
+    elsewhere.reading.files.push(file.clone());
     let bytes = match read_bytes(&file, LARGEST_PROGRAM_BYTES) {
         Ok(bytes) => bytes,
         Err(fault) => {
@@ -228,8 +230,9 @@ fn program_moves(
         Ok(program) => {
             let speeds =
                 course.speed.and_then(|speed| other_speeds(&program, speed, course.called));
-            let notices = program.notices.into_iter().chain(speeds);
-            elsewhere.notices.extend(notices.map(located));
+            let tools = course.robot.map(|robot| other_tools(&program, robot)).unwrap_or_default();
+            let notices = program.notices.into_iter().chain(speeds).chain(tools);
+            elsewhere.reading.notices.extend(notices.map(located));
             Some(program.moves)
         }
         Err(found) => {
@@ -237,6 +240,29 @@ fn program_moves(
             None
         }
     }
+}
+
+/// Tools of the program that weigh something else than the payload that the model carries.
+fn other_tools(program: &Program, robot: &Robot) -> Vec<ProgramFault> {
+    /// Masses are weighed and rounded.
+    const SLACK: f64 = 0.01;
+    let (carried_kg, link) = match robot.payload() {
+        Some(payload) => (payload.inertial.mass_kg, payload.link.as_str()),
+        None => (0.0, robot.tip_link()),
+    };
+    let differs =
+        |mass_kg: f64| (mass_kg - carried_kg).abs() > SLACK * mass_kg.max(carried_kg).max(1.0);
+    let others = program.tools.iter().filter(|tool| differs(tool.mass_kg));
+    others
+        .map(|tool| ProgramFault {
+            line: tool.line,
+            what: format!(
+                "tooldata {} declares {} kg; the model carries the robot file's payload of {carried_kg} kg \
+                 at {link}; set payload in robot.yaml if this is not the same tool",
+                tool.name, tool.mass_kg
+            ),
+        })
+        .collect()
 }
 
 /// The program's commands to the spindle that the job does not follow, in one remark at the first. A stop

@@ -75,6 +75,8 @@ pub enum StiffnessFault {
     OutOfRange,
     /// All angles are the same, or all moments.
     NothingVaries,
+    /// The line falls, or is level: no spring does that. Its slope, N·m/rad.
+    NotPositive(f64),
     /// Confidence outside 0..1.
     Confidence(f64),
 }
@@ -97,6 +99,12 @@ impl fmt::Display for StiffnessFault {
             Self::NothingVaries => {
                 write!(f, "all angles or all moments are the same; load the joint in steps")
             }
+            Self::NotPositive(slope) => write!(
+                f,
+                "k comes out as {slope:.4e} N·m/rad, must be positive; count the angle positive in the \
+                 direction in which a positive moment turns the joint, so change the sign of one column if \
+                 they were counted against each other"
+            ),
             Self::Confidence(given) => {
                 write!(f, "confidence is {given}, must lie between 0 and 1")
             }
@@ -148,6 +156,9 @@ pub fn fit_stiffness(
     };
     check_range(&[fit.stiffness, fit.standard_error, fit.interval[0], fit.interval[1]])?;
     check_range(&[fit.intercept, fit.intercept_standard_error, residual_deviation, fit.r_squared])?;
+    if fit.stiffness <= 0.0 {
+        return Err(StiffnessFault::NotPositive(fit.stiffness));
+    }
     Ok(fit)
 }
 

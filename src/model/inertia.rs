@@ -60,15 +60,23 @@ pub fn stiffness_matrix(
     } else {
         k.fill(0.0);
     }
-    for (i, coordinate) in robot.coordinates.iter().enumerate() {
-        let share = if coordinate.laws.is_empty() {
-            1.0
-        } else {
-            let torque = gravity_torque(robot, placement, i);
-            coordinate.laws.iter().map(|law| law.share(torque, conditions)).product()
-        };
-        k[(i, i)] += coordinate.stiffness * share;
+    for i in 0..robot.coordinates.len() {
+        k[(i, i)] += spring_constant(robot, placement, conditions, i);
     }
+}
+
+/// The spring of coordinate `i` by its laws, N·m/rad or N/m, for a robot placed at a pose.
+pub fn spring_constant(
+    robot: &Robot,
+    placement: &Placement,
+    conditions: &Conditions,
+    i: usize,
+) -> f64 {
+    let coordinate = &robot.coordinates[i];
+    if coordinate.laws.is_empty() {
+        return coordinate.stiffness;
+    }
+    coordinate.stiffness_under(gravity_torque(robot, placement, i), conditions)
 }
 
 /// What gravity pulls on coordinate `i` with, N·m or N.

@@ -26,8 +26,9 @@ pub use description::{
 };
 pub use dynamics::{inverse_dynamics, potential, potential_gradient};
 pub use fault::{ModelFault, Place, PoseFault};
-pub use inertia::{gravity_stiffness, mass_matrix, stiffness_matrix};
+pub use inertia::{gravity_stiffness, mass_matrix, spring_constant, stiffness_matrix};
 pub use inverse_kinematics::{IkFault, IkMethod, InverseKinematics, Singularity, turn_towards};
 pub use placement::Placement;
+pub(crate) use robot::NodeMotion;
 pub use robot::{AngleForm, Coordinate, LimitViolation, MovingJoint, Robot};
 pub use tip::{elastic_jacobian, forward_kinematics, joint_jacobian};

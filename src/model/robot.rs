@@ -4,10 +4,11 @@ use std::fmt;
 
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
-use super::correction::StiffnessLaw;
-use super::description::{Calibration, CoordinateKind, Damping, Inertial, JointKind};
+use super::correction::{Conditions, StiffnessLaw};
+use super::description::{Calibration, CoordinateKind, Damping, Inertial, JointKind, Payload};
 use super::fault::{ModelFault, PoseFault};
 use crate::units::{deg_from_rad, mm_from_m};
+use crate::wording::told_apart;
 
 /// A pose may pass a limit by this much, rad or m: URDFs print limits with four or five digits (3.1416 for
 /// half a turn), and a pose at the limit itself is meant to be allowed.
@@ -45,9 +46,14 @@ impl fmt::Display for LimitViolation<'_> {
             JointKind::Prismatic => (mm_from_m, "mm"),
             _ => (deg_from_rad, "deg"),
         };
-        let (name, [lower, upper]) = (&self.joint.name, self.limit.map(shown));
+        let name = &self.joint.name;
         let value = shown(self.value);
-        write!(f, "joint '{name}' is {value:.3} {unit}, must lie in {lower:.3}..{upper:.3} {unit}")
+        let [lower, upper] = self.limit.map(shown);
+        let [below, lower] = told_apart(value, lower, 3);
+        let [above, upper] = told_apart(value, upper, 3);
+        // The limit that is passed decides how many digits the value needs.
+        let value = if above.len() > below.len() { above } else { below };
+        write!(f, "joint '{name}' is {value} {unit}, must lie in {lower}..{upper} {unit}")
     }
 }
 
@@ -70,16 +76,31 @@ pub struct Coordinate {
     pub damping: Damping,
     /// Reflected rotor inertia on the coordinate's own diagonal of M, kg·m² or kg.
     pub drive_inertia: f64,
-    pub(super) node: usize,
+    pub(crate) node: usize,
     /// In the node's frame.
-    pub(super) axis: Unit<Vector3<f64>>,
+    pub(crate) axis: Unit<Vector3<f64>>,
     /// In the node's frame.
-    pub(super) origin: Point3<f64>,
+    pub(crate) origin: Point3<f64>,
+}
+
+impl Coordinate {
+    /// The spring's constant where it carries this torque of gravity.
+    pub(super) fn stiffness_under(&self, gravity_torque_nm: f64, conditions: &Conditions) -> f64 {
+        let shares = self.laws.iter().map(|law| law.share(gravity_torque_nm, conditions));
+        self.stiffness * shares.product::<f64>()
+    }
+
+    /// The spring's constant at rest and at room temperature, N·m/rad or N/m; `None` if it follows the pose.
+    pub(crate) fn stiffness_of_all_poses(&self) -> Option<f64> {
+        let follows_pose = |law: &StiffnessLaw| matches!(law, StiffnessLaw::Load { .. });
+        let constant = !self.laws.iter().any(follows_pose);
+        constant.then(|| self.stiffness_under(0.0, &Conditions::default()))
+    }
 }
 
 /// What moves a node against its parent when the pose changes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum NodeMotion {
+pub(crate) enum NodeMotion {
     Fixed,
     Revolute { joint: usize, axis: Unit<Vector3<f64>> },
     Prismatic { joint: usize, axis: Unit<Vector3<f64>> },
@@ -87,17 +108,17 @@ pub(super) enum NodeMotion {
 
 /// A body of the reduced tree: all links that never move against each other.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Node {
-    pub(super) parent: Option<usize>,
+pub(crate) struct Node {
+    pub(crate) parent: Option<usize>,
     /// This node's frame in the parent's at q = 0, α = 0.
-    pub(super) fixed: Isometry3<f64>,
-    pub(super) motion: NodeMotion,
+    pub(crate) fixed: Isometry3<f64>,
+    pub(crate) motion: NodeMotion,
     /// Elastic coordinates of this node: indices into [`Robot::coordinates`], outermost first.
-    pub(super) coordinates: std::ops::Range<usize>,
+    pub(crate) coordinates: std::ops::Range<usize>,
     /// Lumped mass properties in the node's frame.
-    pub(super) body: Inertial,
+    pub(crate) body: Inertial,
     /// Mass of this node and all that it carries.
-    pub(super) subtree_mass_kg: f64,
+    pub(crate) subtree_mass_kg: f64,
 }
 
 /// An angle of the two-link model: Σ scale·q + offset.
@@ -141,6 +162,7 @@ pub struct Robot {
     pub(super) tip_link: String,
     pub(super) beta1: Option<AngleForm>,
     pub(super) beta2: Option<AngleForm>,
+    pub(super) payload: Option<Payload>,
     pub(super) calibration: Option<Calibration>,
     pub(super) moving_mass_kg: f64,
     pub(super) notices: Vec<ModelFault>,
@@ -162,6 +184,21 @@ impl Robot {
         &self.coordinates
     }
 
+    /// The reduced tree, parents before children; the first node stands on the ground.
+    pub(crate) fn nodes(&self) -> &[Node] {
+        &self.nodes
+    }
+
+    /// The node that carries the tip, and the tip frame in the node's frame.
+    pub(crate) fn tip(&self) -> (usize, &Isometry3<f64>) {
+        (self.tip_node, &self.tip_offset)
+    }
+
+    /// Gravity in the base frame, m/s².
+    pub(crate) fn gravity_m_per_s2(&self) -> &Vector3<f64> {
+        &self.gravity
+    }
+
     /// The link whose frame carries the tool.
     pub fn tip_link(&self) -> &str {
         &self.tip_link
@@ -175,6 +212,11 @@ impl Robot {
     /// β2 of the two-link model, where the robot defines it.
     pub fn beta2(&self) -> Option<&AngleForm> {
         self.beta2.as_ref()
+    }
+
+    /// The body fixed to a link beside the URDF's own, where the robot has one.
+    pub fn payload(&self) -> Option<&Payload> {
+        self.payload.as_ref()
     }
 
     /// How well the model is known to predict; `None` if it never was compared.

@@ -5,6 +5,7 @@
 //! one costs no digits. Jacobi's method keeps the small eigenvalues of such a scaled matrix as exact as
 //! the large ones (Demmel & Veselić, SIAM J. Matrix Anal. Appl. 13, 1992).
 
+pub mod batch;
 mod jacobi;
 mod pencil;
 mod receptance;

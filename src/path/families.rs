@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::plan::Path;
-use super::survey::{SurveyFault, Surveyor};
+use super::surveyor::{SurveyFault, Surveyor};
 use crate::modes::{Follow, Modes, Tracker};
 use nalgebra::DMatrix;
 

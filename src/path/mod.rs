@@ -6,11 +6,15 @@
 mod curve;
 mod families;
 mod grid;
+mod lookout;
 mod plan;
 mod survey;
+mod surveyor;
 mod timing;
+mod waves;
 
 pub use families::{Families, FamilyExchange, follow};
 pub use grid::{LARGEST_STEP, LONGEST_GAP, grid};
-pub use plan::{Path, PlanFault, Walker};
-pub use survey::{Detail, Station, Survey, SurveyCause, SurveyFault, Surveyor};
+pub use plan::{Haste, Path, PlanFault, Walker};
+pub use survey::{Detail, Station, Survey};
+pub use surveyor::{SurveyCause, SurveyFault, Surveyor};

@@ -6,9 +6,13 @@ use nalgebra::Isometry3;
 
 use super::curve::Curve;
 use super::timing::{Clock, largest_step, seconds};
-use crate::model::{IkFault, InverseKinematics, Placement, PoseFault, Robot, forward_kinematics};
+use crate::model::{
+    IkFault, InverseKinematics, JointKind, MovingJoint, Placement, PoseFault, Robot,
+    forward_kinematics,
+};
 use crate::motion::{Move, Target};
-use crate::units::percent_from_ratio;
+use crate::units::{deg_from_rad, mm_from_m, percent_from_ratio};
+use crate::wording::told_apart;
 
 /// Between two knots of a line or arc no joint moves more than this (rad or m), so that the solution of
 /// one is a good start for the other.
@@ -29,6 +33,9 @@ const SINGULAR: f64 = 1e-3;
 const LONGEST_MOVE: f64 = 628.0;
 const LONGEST_PATH: f64 = 200_000.0;
 
+/// A joint at its limit of speed is not beyond it: share of the limit that is rounding.
+const HASTE_SLACK: f64 = 1e-6;
+
 /// Why a path cannot be run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlanFault {
@@ -48,13 +55,50 @@ impl fmt::Display for PlanFault {
 
 impl std::error::Error for PlanFault {}
 
+/// A joint that would have to be faster than it can to keep the programmed speed. Shown as "joint 'a' would
+/// have to turn at 412.0 deg/s, its velocity limit in the URDF is 175.0 deg/s".
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Haste<'a> {
+    /// The joint.
+    pub joint: &'a MovingJoint,
+    /// Speed that it would need, rad/s or m/s.
+    pub needed: f64,
+    /// Its largest speed, rad/s or m/s.
+    pub allowed: f64,
+    /// Where.
+    pub s: f64,
+}
+
+impl Haste<'_> {
+    fn factor(&self) -> f64 {
+        self.needed / self.allowed
+    }
+}
+
+impl fmt::Display for Haste<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (verb, shown, unit): (_, fn(f64) -> f64, _) = match self.joint.kind {
+            JointKind::Prismatic => ("slide", mm_from_m, "mm/s"),
+            _ => ("turn", deg_from_rad, "deg/s"),
+        };
+        let [needed, allowed] = told_apart(shown(self.needed), shown(self.allowed), 1);
+        write!(
+            f,
+            "joint '{}' would have to {verb} at {needed} {unit}, its velocity limit in the URDF is \
+             {allowed} {unit}",
+            self.joint.name
+        )
+    }
+}
+
 /// What is run between two waypoints.
 #[derive(Debug, Clone)]
 struct Segment {
     /// `None`: straight in the joints.
-    curve: Option<Curve>,
+    curve: Option<Box<Curve>>,
     tcp: Isometry3<f64>,
     line: usize,
+    spindle_turns: bool,
     start_s: f64,
     end_s: f64,
 }
@@ -81,7 +125,8 @@ impl<'a> Path<'a> {
     ///
     /// # Errors
     /// Every waypoint that is wrong in itself (number of joints, limits), else the first move that cannot
-    /// be run: out of reach, over a limit or through a singularity.
+    /// be run (out of reach, over a limit or through a singularity), and behind it the first few waypoints
+    /// that are out of reach, with the number of the others.
     pub fn plan(
         robot: &'a Robot,
         moves: &[Move],
@@ -100,7 +145,8 @@ impl<'a> Path<'a> {
         };
         let kinematics = InverseKinematics::new(robot);
         let mut furthest: Option<PlanFault> = None;
-        for start in starts(robot, &kinematics, first, start_near).map_err(|fault| vec![fault])? {
+        let all_of = |fault: PlanFault| with_those_behind(robot, &kinematics, moves, fault);
+        for start in starts(robot, &kinematics, first, start_near).map_err(all_of)? {
             match Planner::new(robot, &kinematics, &start).run(moves) {
                 Ok((knots, segments)) => {
                     return Ok(Self::assemble(robot, kinematics, knots, segments));
@@ -112,7 +158,7 @@ impl<'a> Path<'a> {
                 }
             }
         }
-        Err(furthest.into_iter().collect())
+        Err(furthest.map_or_else(Vec::new, all_of))
     }
 
     fn assemble(
@@ -174,6 +220,38 @@ impl<'a> Path<'a> {
             Some((low, high)) => Some((line.min(low), line.max(high))),
         });
         bounds.unwrap_or_else(|| (self.line_at(from_s), self.line_at(from_s)))
+    }
+
+    /// Stretches of s on which the spindle stands still, ascending and apart from one another.
+    pub fn spindle_stops(&self) -> Vec<[f64; 2]> {
+        let mut stops: Vec<[f64; 2]> = Vec::new();
+        for segment in self.segments.iter().filter(|segment| !segment.spindle_turns) {
+            match stops.last_mut() {
+                Some(last) if last[1] == segment.start_s => last[1] = segment.end_s,
+                _ => stops.push([segment.start_s, segment.end_s]),
+            }
+        }
+        stops
+    }
+
+    /// Where a joint would have to be faster than it can, by the largest factor; `None` where none would.
+    /// Between two knots the mean speed counts.
+    pub fn worst_haste(&self) -> Option<Haste<'a>> {
+        let mut worst: Option<Haste<'a>> = None;
+        let n = self.robot.joints().len();
+        for (k, knots) in self.knots_s.windows(2).enumerate() {
+            let seconds = (knots[1] - knots[0]) * self.duration_s;
+            let row = |k: usize| &self.knots_q[k * n..][..n];
+            for (joint, (a, b)) in self.robot.joints().iter().zip(row(k).iter().zip(row(k + 1))) {
+                let Some(allowed) = joint.velocity_limit else { continue };
+                let needed = (b - a).abs() / seconds;
+                let factor = needed / allowed;
+                if factor > worst.as_ref().map_or(1.0 + HASTE_SLACK, Haste::factor) {
+                    worst = Some(Haste { joint, needed, allowed, s: knots[1] });
+                }
+            }
+        }
+        worst
     }
 
     /// Something that reads the path at any s.
@@ -261,6 +339,44 @@ fn starts(
     Ok(found)
 }
 
+/// The fault that stops the arm, with the waypoints behind it that are out of reach in themselves: the first
+/// few, and how many more.
+fn with_those_behind(
+    robot: &Robot,
+    kinematics: &InverseKinematics,
+    moves: &[Move],
+    fault: PlanFault,
+) -> Vec<PlanFault> {
+    /// So many are told one by one.
+    const TOLD: usize = 5;
+    /// So many are looked at: each costs a search.
+    const LOOKED_AT: usize = 2000;
+    let near = vec![0.0; robot.joints().len()];
+    let behind = moves.iter().enumerate().skip(fault.waypoint);
+    let mut unreached = behind.take(LOOKED_AT).filter_map(|(index, next)| {
+        let (Target::JointsTo(pose) | Target::Line(pose) | Target::Arc { end: pose, .. }) =
+            &next.to
+        else {
+            return None;
+        };
+        let tip = pose * next.tcp.inverse();
+        kinematics.solutions_near(robot, &tip, &near).is_empty().then_some((index, next, tip))
+    });
+    let is_long = moves.len() > fault.waypoint + LOOKED_AT;
+    let mut faults = vec![fault];
+    faults.extend(unreached.by_ref().take(TOLD - 1).map(|(index, next, tip)| PlanFault {
+        line: next.line,
+        waypoint: index + 1,
+        what: unreachable(robot, kinematics, &tip, &near),
+    }));
+    let more = unreached.count();
+    if let (true, Some(last)) = (more > 0, faults.last_mut()) {
+        let among = if is_long { format!(" of the next {LOOKED_AT}") } else { String::new() };
+        last.what.push_str(&format!("; and {more} more waypoints{among} are out of reach"));
+    }
+    faults
+}
+
 /// Why no joint positions reach a pose, in words.
 fn unreachable(
     robot: &Robot,
@@ -319,6 +435,7 @@ impl<'r> Planner<'r> {
                 curve: None,
                 tcp: last.tcp,
                 line: last.line,
+                spindle_turns: last.spindle_turns,
                 start_s: 0.0,
                 end_s: 0.0,
             });
@@ -432,6 +549,10 @@ impl<'r> Planner<'r> {
     /// The joints whose motions undo each other at `q`, in words, if the arm is singular there or has
     /// passed such a place since it was on side `before`; and the side that it is on now.
     fn singular_joints(&self, q: &[f64], before: Option<bool>) -> (Option<String>, Option<bool>) {
+        let regular = self.kinematics.side_if_regular(self.robot, q, SINGULAR);
+        if regular.is_some() && (before.is_none() || before == regular) {
+            return (None, regular);
+        }
         let Ok(singularity) = self.kinematics.singularity(self.robot, q) else {
             return (None, None);
         };
@@ -476,7 +597,7 @@ impl<'r> Planner<'r> {
         seconds(self.robot, length_m, next.feed_m_per_s, ways).map_err(|joint| {
             format!(
                 "the tool centre point stands still, and joint '{}' has no velocity limit in the URDF \
-                 to tell how long its motion takes",
+                 (zero counts as none) to tell how long its motion takes",
                 self.robot.joints()[joint].name
             )
         })
@@ -506,6 +627,14 @@ impl<'r> Planner<'r> {
             self.knots.segment_of.push(self.segments.len());
             self.q = q;
         }
-        self.segments.push(Segment { curve, tcp: next.tcp, line: next.line, start_s, end_s });
+        self.segments.push(Segment {
+            // Most paths have far more joint moves than there is room for curves.
+            curve: curve.map(Box::new),
+            tcp: next.tcp,
+            line: next.line,
+            spindle_turns: next.spindle_turns,
+            start_s,
+            end_s,
+        });
     }
 }

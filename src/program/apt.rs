@@ -330,11 +330,17 @@ impl<'a> Reader<'a> {
         let tcp = self.tcp;
         match pace {
             Pace::Feed(feed_m_per_s) => {
-                self.log.motion(Move { to: to_base, feed_m_per_s, tcp, line });
+                self.log.motion(Move { to: to_base, feed_m_per_s, tcp, line, spindle_turns: true });
             }
             Pace::Rapid => {
                 let feed_m_per_s = self.settings.rapid_m_per_s;
-                self.log.rapid_motion(Move { to: to_base, feed_m_per_s, tcp, line });
+                self.log.rapid_motion(Move {
+                    to: to_base,
+                    feed_m_per_s,
+                    tcp,
+                    line,
+                    spindle_turns: true,
+                });
             }
         }
         self.at = Some(to);

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use nalgebra::Isometry3;
 
-use super::{Program, ProgramFault, SpindleCommand};
+use super::{Program, ProgramFault, SpindleCommand, ToolMass};
 use crate::motion::{Move, Target};
 
 /// A program that is wrong throughout is not told line by line.
@@ -20,6 +20,7 @@ pub(super) struct Log {
     spindle: Vec<SpindleCommand>,
     /// Moves beyond the first whose speed the program leaves open: their number, and the first's line.
     rapid: Option<(usize, usize)>,
+    tools: Vec<ToolMass>,
     notices: Vec<ProgramFault>,
     faults: Vec<ProgramFault>,
     faults_in_all: usize,
@@ -34,6 +35,7 @@ impl Log {
             moves: Vec::new(),
             spindle: Vec::new(),
             rapid: None,
+            tools: Vec::new(),
             notices: Vec::new(),
             faults: Vec::new(),
             faults_in_all: 0,
@@ -91,6 +93,13 @@ impl Log {
         self.motion(to);
     }
 
+    /// A tool that moves, with its mass; told once.
+    pub(super) fn tool(&mut self, tool: ToolMass) {
+        if !self.tools.contains(&tool) {
+            self.tools.push(tool);
+        }
+    }
+
     /// Whether there were more moves than are taken: reading on is in vain.
     pub(super) fn is_full(&self) -> bool {
         self.is_full
@@ -115,13 +124,18 @@ impl Log {
         }
         if self.faults.is_empty() {
             self.notices.sort_by_key(|notice| notice.line);
-            let Self { moves, spindle, notices, .. } = self;
-            return Ok(Program { moves, spindle, notices });
+            let Self { mut moves, spindle, tools, notices, .. } = self;
+            let ends = spindle.iter().skip(1).map(|next| next.from_move).chain([moves.len()]);
+            let stops: Vec<_> = spindle.iter().zip(ends).filter(|(at, _)| at.rpm == 0.0).collect();
+            for (stop, end) in stops {
+                moves[stop.from_move..end].iter_mut().for_each(|each| each.spindle_turns = false);
+            }
+            return Ok(Program { moves, spindle, tools, notices });
         }
         self.faults.sort_by_key(|fault| fault.line);
         let untold = self.faults_in_all - self.faults.len();
         if let (true, Some(last)) = (untold > 0, self.faults.last()) {
-            let what = format!("and {untold} further faults");
+            let what = format!("and {untold} more");
             self.faults.push(ProgramFault { line: last.line, what });
         }
         Err(self.faults)

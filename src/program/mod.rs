@@ -114,8 +114,21 @@ pub struct Program {
     /// Spindle speeds in the order in which they run. RAPID has no instruction for the spindle: there
     /// this is empty, and a notice names what looks like one.
     pub spindle: Vec<SpindleCommand>,
+    /// Masses of the tools that the program declares and uses (RAPID alone), each tool once.
+    pub tools: Vec<ToolMass>,
     /// What was left out or assumed without loss of motion, by line.
     pub notices: Vec<ProgramFault>,
+}
+
+/// What a program says of a tool's mass.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ToolMass {
+    /// Line of the declaration, counted from 1.
+    pub line: usize,
+    /// The tool, as the program spells it.
+    pub name: String,
+    /// Mass, kg.
+    pub mass_kg: f64,
 }
 
 /// A command to the spindle.

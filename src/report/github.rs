@@ -6,9 +6,13 @@ use std::path::Path;
 use super::findings::{Finding, findings};
 use super::{CheckedJob, CheckedOperation, paths, words};
 use crate::risk::Certainty;
+use crate::wording::printable;
 
 /// GitHub keeps so many annotations of a level in a step.
 const MOST_ANNOTATIONS: usize = 10;
+
+/// At most so many jobs are named in the last line.
+const MOST_NAMED: usize = 10;
 
 /// The results of `detune check` as workflow commands, `error` for resonance and `warning` for uncertain,
 /// and a last line for the log. Files below `root` (an absolute path, the folder that the command ran in)
@@ -36,6 +40,37 @@ pub fn check(jobs: &[CheckedJob], root: &Path) -> String {
     text
 }
 
+/// How grave a line for the log is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Level {
+    /// Stops the work.
+    Error,
+    /// Does not.
+    Warning,
+}
+
+/// A fault or remark as a workflow command, in place where it has a file (named relative to `root` where it
+/// lies below it) and a line.
+pub fn annotation(
+    level: Level,
+    file: Option<&Path>,
+    line: Option<usize>,
+    what: &str,
+    root: &Path,
+) -> String {
+    let level = match level {
+        Level::Error => "error",
+        Level::Warning => "warning",
+    };
+    let file = file.map(|file| paths::slashed(&paths::within(root, file)));
+    let place = match (file, line) {
+        (Some(file), Some(line)) => format!(" file={},line={line}", property(&file)),
+        (Some(file), None) => format!(" file={}", property(&file)),
+        (None, _) => String::new(),
+    };
+    format!("::{level}{place}::{}", data(what))
+}
+
 fn command(
     operation: &CheckedOperation<'_>,
     finding: &Finding<'_>,
@@ -48,7 +83,7 @@ fn command(
     };
     let crossing = finding.worst.crossing;
     let (from, to) = (crossing.from_line, crossing.to_line);
-    let file = paths::slashed(&paths::within(root, &operation.lines_file()));
+    let file = printable(&paths::slashed(&paths::within(root, &operation.lines_file())));
     let mut message = words::sentence(operation, &finding.worst);
     match finding.others.len() {
         0 => {}
@@ -63,18 +98,32 @@ fn command(
     format!(
         "::{level} file={},line={from},endLine={to},title={}::{}",
         property(&file),
-        property(&format!("detune: {title} in '{}'", operation.risk.name)),
+        property(&format!("detune: {title} in '{}'", printable(&operation.risk.name))),
         data(&message)
     )
 }
 
 fn summary(jobs: &[CheckedJob]) -> String {
-    let jobs: Vec<_> = jobs
-        .iter()
-        .map(|job| format!("{} {}", paths::slashed(&job.file), words::verdict(job.risk.verdict)))
-        .collect();
-    // A file name with a line break in it must not start a command of its own.
-    data(&format!("detune check: {}", jobs.join(", ")))
+    let told = |job: &CheckedJob| {
+        let file = printable(&paths::slashed(&job.file));
+        format!("{file} {}", words::verdict(job.risk.verdict))
+    };
+    let text = if jobs.len() <= MOST_NAMED {
+        jobs.iter().map(told).collect::<Vec<_>>().join(", ")
+    } else {
+        let worst = words::worst_jobs(jobs);
+        let mut text = words::counts(jobs.iter().map(|job| job.risk.verdict), false);
+        text = format!("{} jobs: {text}", jobs.len());
+        let named: Vec<_> = worst.iter().take(MOST_NAMED).map(|job| told(job)).collect();
+        if !named.is_empty() {
+            text.push_str(&format!("; {}", named.join(", ")));
+        }
+        if let more @ 1.. = worst.len() - named.len() {
+            text.push_str(&format!(", … and {more} more"));
+        }
+        text
+    };
+    data(&format!("detune check: {text}"))
 }
 
 /// Escapes a message.
@@ -90,6 +139,19 @@ fn property(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn faults_stand_at_their_lines() {
+        let at = |file: Option<&str>, line| {
+            annotation(Level::Error, file.map(Path::new), line, "50 %\n", Path::new("/here"))
+        };
+        assert_eq!(
+            at(Some("/here/a,b.yaml"), Some(3)),
+            "::error file=a%2Cb.yaml,line=3::50 %25%0A"
+        );
+        assert_eq!(at(Some("a.yaml"), None), "::error file=a.yaml::50 %25%0A");
+        assert_eq!(at(None, None), "::error::50 %25%0A");
+    }
 
     #[test]
     fn properties_and_messages_are_escaped() {

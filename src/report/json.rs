@@ -139,10 +139,18 @@ struct Operation<'a> {
     verdict: Verdict,
     /// Programmed spindle speed at s = 0.
     spindle_rpm: Number,
+    /// Lowest programmed spindle speed.
+    spindle_min_rpm: Number,
+    /// Highest programmed spindle speed.
+    spindle_max_rpm: Number,
+    /// The programmed speeds, linear in s between; null where one speed holds.
+    spindle_schedule: Option<Vec<SpeedPoint>>,
     /// Time from s = 0 to s = 1.
     duration_s: Number,
     /// The excitation lines that were looked at, ascending.
     lines: Vec<Line>,
+    /// What does not count on the whole path, by policy.
+    left_out: LeftOut,
     /// Where some line comes nearest to some mode among the samples; null where nothing counts.
     closest: Option<Closest>,
     /// Poses at which the eigenproblem was solved to find the crossings.
@@ -156,6 +164,15 @@ struct Operation<'a> {
     mode_exchanges: Vec<Exchange>,
 }
 
+/// A programmed spindle speed at one place of the path.
+#[derive(Debug, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct SpeedPoint {
+    /// Share of the operation's time, 0 to 1.
+    s: Number,
+    rpm: Number,
+}
+
 /// One excitation line.
 #[derive(Debug, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -165,6 +182,16 @@ struct Line {
     harmonic: u32,
     /// The same as a multiple of the spindle's frequency.
     order: u32,
+}
+
+/// What the policy leaves out: a verdict says nothing about it.
+#[derive(Debug, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct LeftOut {
+    /// Lines that lie in ignored bands all along the path.
+    lines: Vec<Line>,
+    /// Modes that nowhere move the tool tip enough to count, counted from 1.
+    modes: Vec<usize>,
 }
 
 /// A mode and a line at one place of the path.
@@ -195,6 +222,7 @@ struct Sample<'a> {
     beta1_rad: Option<Number>,
     /// Null where the robot does not define it.
     beta2_rad: Option<Number>,
+    /// 0 where the program has stopped the spindle.
     spindle_rpm: Number,
     /// Ascending.
     natural_frequencies_hz: Vec<Number>,
@@ -305,12 +333,21 @@ impl<'a> From<&'a CheckedJob> for Job<'a> {
 impl<'a> From<CheckedOperation<'a>> for Operation<'a> {
     fn from(operation: CheckedOperation<'a>) -> Self {
         let risk = operation.risk;
+        let [spindle_min_rpm, spindle_max_rpm] = operation.rpm_range().map(Number);
+        let point = |&(s, rpm): &(f64, f64)| SpeedPoint { s: Number(s), rpm: Number(rpm) };
         Self {
             name: &risk.name,
             verdict: risk.verdict.into(),
             spindle_rpm: Number(risk.spindle_rpm),
+            spindle_min_rpm,
+            spindle_max_rpm,
+            spindle_schedule: operation.schedule().map(|points| points.iter().map(point).collect()),
             duration_s: Number(risk.duration_s),
             lines: risk.lines.iter().map(Line::from).collect(),
+            left_out: LeftOut {
+                lines: risk.left_out.lines.iter().map(Line::from).collect(),
+                modes: risk.left_out.modes.clone(),
+            },
             closest: closest_approach(risk, &operation.job.policy).map(Closest::from),
             poses_solved: risk.poses_solved,
             samples: risk.samples.iter().map(Sample::from).collect(),

@@ -6,6 +6,7 @@ use quick_junit::{NonSuccessKind, Property, Report, TestCase, TestCaseStatus, Te
 use super::findings::findings;
 use super::{CheckedJob, CheckedOperation, paths, words};
 use crate::risk::{OperationRisk, Verdict};
+use crate::wording::printable;
 
 /// At most so many findings of an operation are written out.
 const MOST_FINDINGS: usize = 100;
@@ -21,9 +22,9 @@ pub fn check(
 ) -> Result<String, quick_junit::SerializeError> {
     let mut report = Report::new("detune check");
     for job in jobs {
-        let file = paths::slashed(&job.file);
+        let file = printable(&paths::slashed(&job.file));
         let mut suite = TestSuite::new(file.as_str());
-        suite.add_property(Property::new("job", job.name.as_str()));
+        suite.add_property(Property::new("job", printable(&job.name)));
         suite.add_property(Property::new("calibrated", job.risk.calibrated.to_string()));
         suite.add_property(Property::new(
             "model_uncertainty_percent",
@@ -50,9 +51,9 @@ fn case(operation: &CheckedOperation<'_>, job_file: &str, uncertain_fails: bool)
         status.set_type(words::verdict(risk.verdict));
         status.set_message(headline(risk, told.len()));
         status.set_description(joined(&told));
-        TestCase::new(risk.name.as_str(), status)
+        TestCase::new(printable(&risk.name), status)
     } else {
-        let mut case = TestCase::new(risk.name.as_str(), TestCaseStatus::success());
+        let mut case = TestCase::new(printable(&risk.name), TestCaseStatus::success());
         if !told.is_empty() {
             case.set_system_out(format!("{}: {}", words::verdict(risk.verdict), joined(&told)));
         }
@@ -65,7 +66,7 @@ fn case(operation: &CheckedOperation<'_>, job_file: &str, uncertain_fails: bool)
 fn headline(risk: &OperationRisk, findings: usize) -> String {
     let findings =
         if findings == 1 { "1 finding".to_owned() } else { format!("{findings} findings") };
-    format!("operation '{}': {} ({findings})", risk.name, words::verdict(risk.verdict))
+    format!("operation '{}': {} ({findings})", printable(&risk.name), words::verdict(risk.verdict))
 }
 
 /// Each finding in one line, with its place.

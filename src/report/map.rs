@@ -1,14 +1,19 @@
 //! A map as CSV, JSON and SVG.
 
+mod block;
 mod plot;
-
-use std::fmt::Write;
+mod reduced;
+mod reduced_plot;
 
 use serde::Serialize;
 
+pub use block::{map_csv_block, map_json_block, map_json_parting, map_npy_block, map_npy_header};
 pub use plot::map_svg;
+pub use reduced::{reduced_csv, reduced_json};
+pub use reduced_plot::reduced_svg;
 
-use crate::map::{Head, Row};
+use crate::free_vibration::{Doubt, DoubtReason};
+use crate::map::{Head, JointColumn, Row};
 use crate::units::percent_from_ratio;
 
 /// Name of the JSON format.
@@ -16,14 +21,7 @@ const SCHEMA: &str = "map/1";
 
 /// The header line of a map as CSV.
 pub fn map_csv_header(head: &Head, is_nonlinear: bool) -> String {
-    let mut columns: Vec<String> = head
-        .joints
-        .iter()
-        .map(|joint| quoted(&format!("{}_{}", joint.name, if joint.turns { "rad" } else { "m" })))
-        .collect();
-    if head.has_beta2 {
-        columns.push("beta2_rad".into());
-    }
+    let mut columns = pose_columns(head);
     let modes = 1..=head.coordinates.len();
     columns.extend(modes.clone().map(|r| format!("f{r}_hz")));
     if is_nonlinear {
@@ -34,6 +32,15 @@ pub fn map_csv_header(head: &Head, is_nonlinear: bool) -> String {
         columns.push("energy_drift".into());
     }
     columns.join(",") + "\n"
+}
+
+/// Titles of the columns that tell the pose.
+fn pose_columns(head: &Head) -> Vec<String> {
+    let title = |joint: &JointColumn| {
+        quoted(&format!("{}_{}", joint.name, if joint.turns { "rad" } else { "m" }))
+    };
+    let beta2 = head.has_beta2.then(|| "beta2_rad".to_owned());
+    head.joints.iter().map(title).chain(beta2).collect()
 }
 
 /// Rows of a map as CSV, each number with as many digits as bring it back exactly; what a record does not
@@ -71,6 +78,25 @@ struct JsonNonlinear<'a> {
     departure_percent: Vec<Option<f64>>,
     energy_drift: f64,
     folded: Vec<JsonFolded>,
+    doubtful: Vec<JsonDoubt>,
+}
+
+/// A frequency that may be no mode's, and why.
+#[derive(Debug, Serialize)]
+struct JsonDoubt {
+    mode: usize,
+    reason: &'static str,
+}
+
+impl From<&Doubt> for JsonDoubt {
+    fn from(doubt: &Doubt) -> Self {
+        let reason = match doubt.reason {
+            DoubtReason::FarFromLinear => "far_from_linear",
+            DoubtReason::NearerToAnotherMode => "nearer_to_another_mode",
+            DoubtReason::RivalPeak => "rival_peak",
+        };
+        Self { mode: doubt.mode + 1, reason }
+    }
 }
 
 #[derive(Debug, Serialize)]
@@ -95,21 +121,24 @@ struct JsonJoint<'a> {
     unit: &'static str,
 }
 
+fn json_joints(head: &Head) -> Vec<JsonJoint<'_>> {
+    let unit = |turns: bool| if turns { "rad" } else { "m" };
+    head.joints
+        .iter()
+        .map(|joint| JsonJoint { name: &joint.name, unit: unit(joint.turns) })
+        .collect()
+}
+
 /// The beginning of a map as JSON, up to the first row.
 ///
 /// # Errors
 /// The serialiser's, which has no cause of its own to fail.
 pub fn map_json_start(head: &Head, is_nonlinear: bool) -> serde_json::Result<String> {
-    let unit = |turns: bool| if turns { "rad" } else { "m" };
     let text = serde_json::to_string(&JsonHead {
         schema: SCHEMA,
         robot: &head.robot,
         method: if is_nonlinear { "nonlinear" } else { "linear" },
-        joints: head
-            .joints
-            .iter()
-            .map(|joint| JsonJoint { name: &joint.name, unit: unit(joint.turns) })
-            .collect(),
+        joints: json_joints(head),
         coordinates: &head.coordinates,
     })?;
     Ok(format!("{},\"rows\":[\n", text.trim_end_matches('}')))
@@ -144,6 +173,7 @@ pub fn map_json_rows(rows: &[Row], is_first: bool, out: &mut String) -> serde_js
                         seen_at_hz: folded.seen_at_hz,
                     })
                     .collect(),
+                doubtful: nonlinear.doubts.iter().map(JsonDoubt::from).collect(),
             }),
         })?);
     }
@@ -167,8 +197,8 @@ impl Line<'_> {
         }
         self.is_first = false;
         if let Some(value) = value {
-            // Shortest digits that read back as the same number; writing to a string does not fail.
-            let _ = write!(self.out, "{value:?}");
+            // Shortest digits that read back as the same number.
+            self.out.push_str(zmij::Buffer::new().format(value));
         }
     }
 }
@@ -186,7 +216,6 @@ fn quoted(field: &str) -> String {
 mod tests {
     use super::*;
     use crate::free_vibration::{Folded, Measurement, Spectrum};
-    use crate::map::JointColumn;
 
     fn head() -> Head {
         Head {
@@ -209,6 +238,7 @@ mod tests {
                 frequencies_hz: vec![Some(25.5), None],
                 linear_hz: vec![25.0, 84.0],
                 folded: vec![Folded { mode: 1, frequency_hz: 84.0, seen_at_hz: 56.0 }],
+                doubts: vec![Doubt { mode: 0, reason: DoubtReason::RivalPeak }],
                 energy_drift: 1e-9,
                 spectrum: Spectrum { bin_hz: 0.2, amplitudes: vec![] },
             }),
@@ -258,5 +288,7 @@ mod tests {
         assert_eq!(row["natural_frequencies_hz"][0], 25.5);
         assert!(row["natural_frequencies_hz"][1].is_null());
         assert_eq!(row["nonlinear"]["folded"][0]["mode"], 2);
+        let doubt = serde_json::json!({"mode": 1, "reason": "rival_peak"});
+        assert_eq!(row["nonlinear"]["doubtful"], serde_json::json!([doubt]));
     }
 }

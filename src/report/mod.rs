@@ -17,9 +17,11 @@ mod svg;
 pub mod text;
 mod words;
 
+pub(crate) use words::{number, trimmed};
+
 use std::path::{Path, PathBuf};
 
-use crate::job::{Job, Policy};
+use crate::job::{Job, Policy, SpindleSpeed};
 use crate::risk::{Crossing, JobRisk, OperationRisk, Verdict};
 
 /// A job and what a check found in it: all that the renderers need, without the model.
@@ -31,20 +33,22 @@ pub struct CheckedJob {
     pub file: PathBuf,
     /// When a crossing counts.
     pub policy: Policy,
-    /// Where each operation stands, in the order of `risk.operations`.
-    pub places: Vec<OperationPlace>,
+    /// What was asked of each operation, in the order of `risk.operations`.
+    pub asked: Vec<AskedOperation>,
     /// What was found.
     pub risk: JobRisk,
 }
 
-/// Where an operation stands in its files.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct OperationPlace {
+/// What was asked of an operation, and where it stands in its files.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AskedOperation {
     /// Line of the job file where it starts, counted from 1.
     pub line: usize,
     /// The program that the lines of its crossings refer to, as the job names it; `None` where they refer
     /// to the job file.
     pub program: Option<PathBuf>,
+    /// Programmed spindle speed.
+    pub speed: SpindleSpeed,
 }
 
 impl CheckedJob {
@@ -54,12 +58,13 @@ impl CheckedJob {
             name: job.name.clone(),
             file: job.file.clone(),
             policy: job.policy.clone(),
-            places: job
+            asked: job
                 .operations
                 .iter()
-                .map(|operation| OperationPlace {
+                .map(|operation| AskedOperation {
                     line: operation.line,
                     program: operation.program.clone(),
+                    speed: operation.speed.clone(),
                 })
                 .collect(),
             risk,
@@ -70,7 +75,7 @@ impl CheckedJob {
     fn operations(&self) -> impl Iterator<Item = CheckedOperation<'_>> {
         self.risk.operations.iter().enumerate().map(|(index, risk)| CheckedOperation {
             job: self,
-            place: self.places.get(index),
+            asked: self.asked.get(index),
             risk,
         })
     }
@@ -80,14 +85,14 @@ impl CheckedJob {
 #[derive(Debug, Clone, Copy)]
 struct CheckedOperation<'a> {
     job: &'a CheckedJob,
-    place: Option<&'a OperationPlace>,
+    asked: Option<&'a AskedOperation>,
     risk: &'a OperationRisk,
 }
 
 impl<'a> CheckedOperation<'a> {
     /// The program, as the job names it.
     fn program(&self) -> Option<&'a Path> {
-        self.place?.program.as_deref()
+        self.asked?.program.as_deref()
     }
 
     /// The file that the lines of the crossings refer to, seen from where the caller stands.
@@ -95,6 +100,19 @@ impl<'a> CheckedOperation<'a> {
         match self.program() {
             Some(program) => paths::beside(&self.job.file, program),
             None => paths::tidied(&self.job.file),
+        }
+    }
+
+    /// Lowest and highest programmed spindle speed, rev/min.
+    fn rpm_range(&self) -> [f64; 2] {
+        self.asked.map_or([self.risk.spindle_rpm; 2], |asked| asked.speed.range_rpm())
+    }
+
+    /// The programmed (s, rev/min) where the speed is scheduled.
+    fn schedule(&self) -> Option<&'a [(f64, f64)]> {
+        match &self.asked?.speed {
+            SpindleSpeed::Constant(_) => None,
+            SpindleSpeed::Schedule(points) => Some(points),
         }
     }
 

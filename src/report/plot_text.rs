@@ -30,6 +30,9 @@ const FREE_SHARE: f64 = 0.06;
 /// The drawing spans at least this share of its highest frequency.
 const LEAST_SPAN: f64 = 0.1;
 
+/// At most so many excitation lines are drawn.
+const MOST_LINES: usize = 8;
+
 /// Code point of the Braille character without dots.
 const NO_DOTS: u32 = 0x2800;
 
@@ -37,9 +40,12 @@ const NO_DOTS: u32 = 0x2800;
 const DOT_BITS: [[u8; DOTS_PER_ROW]; DOTS_PER_COLUMN] =
     [[0x01, 0x02, 0x04, 0x40], [0x08, 0x10, 0x20, 0x80]];
 
+/// What a curve is: a mode or a line's source, and its number.
+type Name = (&'static str, u32);
+
 /// A frequency over s.
 struct Curve {
-    label: String,
+    name: Name,
     dashed: bool,
     /// (s, Hz), ascending in s, finite; at least one.
     points: Vec<(f64, f64)>,
@@ -47,61 +53,94 @@ struct Curve {
     high: f64,
 }
 
-/// Draws an operation so that the modes and lines of `focus` (mode counted from 1) are well visible, with
-/// those near them; all of them if `focus` is empty. Empty where there is nothing to draw.
+/// Draws an operation so that the modes of `focus` (counted from 1) are well visible where its lines meet
+/// them, with what lies near; all of them if `focus` is empty. Empty where there is nothing to draw.
 ///
 /// Modes are solid, lines are dashed; marks below the axis tell where a crossing is certain (`█`) or
-/// uncertain (`░`).
+/// uncertain (`░`). The axis spans the modes in focus and the places where lines come nearest to them, and
+/// of all else what is near; it does not go below zero. Lines leave the drawing where they leave the axis.
 pub fn frequencies(
     operation: &OperationRisk,
     focus: &[(usize, ExcitationLine)],
     colour: bool,
 ) -> String {
-    let modes = operation.samples.iter().map(|s| s.natural_frequencies_hz.len()).max().unwrap_or(0);
-    let mut in_focus = Vec::new();
-    let mut others = Vec::new();
-    for mode in 1..=modes {
-        let wanted = focus.is_empty() || focus.iter().any(|&(m, _)| m == mode);
-        let kept = if wanted { &mut in_focus } else { &mut others };
-        kept.extend(mode_curve(operation, mode));
-    }
-    for line in &operation.lines {
-        let wanted = focus.is_empty() || focus.iter().any(|(_, l)| l == line);
-        let kept = if wanted { &mut in_focus } else { &mut others };
-        kept.extend(line_curve(operation, line));
-    }
-    let Some([low, high]) = window(&in_focus, &mut others) else { return String::new() };
+    let count = operation.samples.iter().map(|s| s.natural_frequencies_hz.len()).max().unwrap_or(0);
+    let modes: Vec<Curve> = (1..=count).filter_map(|mode| mode_curve(operation, mode)).collect();
+    let is_wanted = |curve: &&Curve| {
+        focus.is_empty() || focus.iter().any(|&(mode, _)| curve.name == mode_name(mode))
+    };
+    let in_focus = modes.iter().filter(is_wanted).map(|curve| [curve.low, curve.high]);
+    let nearest = focus.iter().filter_map(|(mode, line)| nearest_hz(operation, *mode, line));
+    let must: Vec<[f64; 2]> = in_focus.chain(nearest.map(|hz| [hz, hz])).collect();
+
+    let lines: Vec<Curve> =
+        ordered(&operation.lines, focus).filter_map(|line| line_curve(operation, line)).collect();
+    let Some([low, high]) = window(&must, modes.iter().chain(&lines)) else {
+        return String::new();
+    };
+    let is_seen = |curve: &&Curve| curve.high >= low && curve.low <= high;
+    let seen = lines.iter().filter(is_seen);
+    let curves: Vec<&Curve> =
+        modes.iter().filter(is_seen).chain(seen.clone().take(MOST_LINES)).collect();
     let mut drawing = Drawing::new(low, high);
-    let curves: Vec<Curve> = in_focus.into_iter().chain(others).collect();
     for curve in &curves {
         drawing.draw(curve);
     }
-    drawing.text(&curves, &operation.crossings, colour)
+    let left_out = seen.count().saturating_sub(MOST_LINES);
+    drawing.text(&curves, left_out, &operation.crossings, colour)
+}
+
+fn mode_name(mode: usize) -> Name {
+    ("f", u32::try_from(mode).unwrap_or(u32::MAX))
+}
+
+/// The lines of the focus, the most frequent first, then the others as they are.
+fn ordered<'a>(
+    lines: &'a [ExcitationLine],
+    focus: &[(usize, ExcitationLine)],
+) -> impl Iterator<Item = &'a ExcitationLine> {
+    let times = |line: &ExcitationLine| focus.iter().filter(|(_, l)| l == line).count();
+    let mut ordered: Vec<_> = lines.iter().collect();
+    ordered.sort_by_cached_key(|line| std::cmp::Reverse(times(line)));
+    ordered.into_iter()
 }
 
 fn mode_curve(operation: &OperationRisk, mode: usize) -> Option<Curve> {
     let points = operation.samples.iter().filter_map(|sample| {
         sample.natural_frequencies_hz.get(mode - 1).map(|&frequency| (sample.s, frequency))
     });
-    Curve::new(format!("f{mode}"), false, points)
+    Curve::new(mode_name(mode), false, points)
 }
 
 fn line_curve(operation: &OperationRisk, line: &ExcitationLine) -> Option<Curve> {
     let source = match line.source {
-        Source::ToothPassing => "tooth",
-        Source::Spindle => "spindle",
+        Source::ToothPassing => "tooth ×",
+        Source::Spindle => "spindle ×",
     };
-    let points = operation.samples.iter().map(|s| (s.s, line.frequency_hz(s.rpm)));
-    Curve::new(format!("{source} ×{}", line.harmonic), true, points)
+    let turning = operation.samples.iter().filter(|s| s.rpm > 0.0);
+    let points = turning.map(|s| (s.s, line.frequency_hz(s.rpm)));
+    Curve::new((source, line.harmonic), true, points)
+}
+
+/// The line's frequency at the sample where it is nearest to the mode.
+fn nearest_hz(operation: &OperationRisk, mode: usize, line: &ExcitationLine) -> Option<f64> {
+    let turning = operation.samples.iter().filter(|s| s.rpm > 0.0);
+    let pairs = turning.filter_map(|sample| {
+        let natural = *sample.natural_frequencies_hz.get(mode.checked_sub(1)?)?;
+        let excitation = line.frequency_hz(sample.rpm);
+        (natural.is_finite() && excitation.is_finite()).then_some((excitation, natural))
+    });
+    let apart = |(excitation, natural): &(f64, f64)| (excitation - natural).abs();
+    pairs.min_by(|a, b| apart(a).total_cmp(&apart(b))).map(|(excitation, _)| excitation)
 }
 
 impl Curve {
-    fn new(label: String, dashed: bool, points: impl Iterator<Item = (f64, f64)>) -> Option<Self> {
+    fn new(name: Name, dashed: bool, points: impl Iterator<Item = (f64, f64)>) -> Option<Self> {
         let points: Vec<_> =
             points.filter(|(s, frequency)| s.is_finite() && frequency.is_finite()).collect();
         let low = points.iter().map(|p| p.1).reduce(f64::min)?;
         let high = points.iter().map(|p| p.1).reduce(f64::max)?;
-        Some(Self { label, dashed, points, low, high })
+        Some(Self { name, dashed, points, low, high })
     }
 
     /// Linear between points, constant beyond the ends.
@@ -127,13 +166,14 @@ impl Curve {
     }
 }
 
-/// Frequencies at the lower and upper edge: those that matter, and of the others the nearest for as long as
-/// the window does not get too wide.
-fn window(in_focus: &[Curve], others: &mut [Curve]) -> Option<[f64; 2]> {
-    let mut low = in_focus.iter().map(|c| c.low).reduce(f64::min)?;
-    let mut high = in_focus.iter().map(|c| c.high).reduce(f64::max)?;
-    let (focus_low, focus_high) = (low, high);
-    let gap = |curve: &Curve| (curve.low - focus_high).max(focus_low - curve.high).max(0.0);
+/// Frequencies at the lower and upper edge: those that must be seen, and of the others the nearest for as
+/// long as the window does not get too wide.
+fn window<'a>(must: &[[f64; 2]], others: impl Iterator<Item = &'a Curve>) -> Option<[f64; 2]> {
+    let mut low = must.iter().map(|span| span[0]).reduce(f64::min)?;
+    let mut high = must.iter().map(|span| span[1]).reduce(f64::max)?;
+    let (must_low, must_high) = (low, high);
+    let gap = |curve: &Curve| (curve.low - must_high).max(must_low - curve.high).max(0.0);
+    let mut others: Vec<&Curve> = others.collect();
     others.sort_by(|a, b| gap(a).total_cmp(&gap(b)));
     for curve in others {
         let (wider_low, wider_high) = (low.min(curve.low), high.max(curve.high));
@@ -143,7 +183,7 @@ fn window(in_focus: &[Curve], others: &mut [Curve]) -> Option<[f64; 2]> {
     }
     let missing = (high.abs().max(f64::MIN_POSITIVE) * LEAST_SPAN - (high - low)).max(0.0);
     let free = FREE_SHARE * (high - low) + missing / 2.0;
-    let window = [low - free, high + free];
+    let window = [(low - free).max(0.0), high + free];
     let span = window[1] - window[0];
     (span.is_finite() && span > 0.0).then_some(window)
 }
@@ -186,7 +226,13 @@ impl Drawing {
         }
     }
 
-    fn text(&self, curves: &[Curve], crossings: &[Crossing], colour: bool) -> String {
+    fn text(
+        &self,
+        curves: &[&Curve],
+        left_out: usize,
+        crossings: &[Crossing],
+        colour: bool,
+    ) -> String {
         let labels = self.labels(curves);
         let mut text = format!("{:>TICK_WIDTH$}\n", "Hz");
         for (row, label) in labels.iter().enumerate() {
@@ -202,7 +248,7 @@ impl Drawing {
             if label.is_empty() {
                 text.truncate(end);
             } else {
-                text.push_str(&format!(" {}", label.join(", ")));
+                text.push_str(&format!(" {label}"));
             }
             text.push('\n');
         }
@@ -222,6 +268,13 @@ impl Drawing {
             text.push_str("; █ resonance ░ uncertain");
         }
         text.push('\n');
+        if left_out > 0 {
+            text.push_str(&format!(
+                "{:TICK_WIDTH$}  {MOST_LINES} of {} excitation lines are drawn\n",
+                "",
+                MOST_LINES + left_out
+            ));
+        }
         text
     }
 
@@ -240,26 +293,41 @@ impl Drawing {
         }
     }
 
-    /// For each row, the names of the curves that end there; an arrow where a visible curve has left the
+    /// For each row, the names of the curves that end there; with an arrow where a curve has left the
     /// drawing.
-    fn labels(&self, curves: &[Curve]) -> Vec<Vec<String>> {
-        let mut labels = vec![Vec::new(); ROWS];
+    fn labels(&self, curves: &[&Curve]) -> Vec<String> {
+        let mut names: Vec<[Vec<Name>; 3]> = vec![Default::default(); ROWS];
         for curve in curves {
-            if curve.high < self.low || curve.low > self.high {
-                continue;
-            }
             let row = (self.height(curve.at(1.0)) / DOTS_PER_ROW as f64).floor();
-            let (row, label) = if row < 0.0 {
-                (0, format!("{} ↑", curve.label))
+            let (row, place) = if row < 0.0 {
+                (0, 1)
             } else if row >= ROWS as f64 {
-                (ROWS - 1, format!("{} ↓", curve.label))
+                (ROWS - 1, 2)
             } else {
-                (row as usize, curve.label.clone())
+                (row as usize, 0)
             };
-            labels[row].push(label);
+            names[row][place].push(curve.name);
         }
-        labels
+        names.iter_mut().map(|[here, above, below]| label(here, above, below)).collect()
     }
+}
+
+/// `f1, f2, tooth ×3–5, spindle ×1 ↑`: neighbours in number are told together.
+fn label(here: &mut [Name], above: &mut [Name], below: &mut [Name]) -> String {
+    let mut parts: Vec<String> = Vec::new();
+    for (names, arrow) in [(here, ""), (above, " ↑"), (below, " ↓")] {
+        // Modes first.
+        names.sort_by_key(|&(kind, number)| (kind != "f", kind, number));
+        for run in names.chunk_by(|a, b| a.0 == b.0 && a.1 + 1 == b.1) {
+            match run {
+                [(kind, from), .., (_, to)] if run.len() > 2 => {
+                    parts.push(format!("{kind}{from}–{to}{arrow}"));
+                }
+                few => parts.extend(few.iter().map(|(kind, n)| format!("{kind}{n}{arrow}"))),
+            }
+        }
+    }
+    parts.join(", ")
 }
 
 /// Where the crossings are, column by column.

@@ -10,6 +10,7 @@ use serde::Serialize;
 use super::findings::{Finding, Stretch, findings};
 use super::{CheckedJob, CheckedOperation, paths, words};
 use crate::risk::Certainty;
+use crate::wording::printable;
 
 /// Where the standard's own schema stands.
 const SCHEMA_URI: &str =
@@ -151,7 +152,7 @@ impl Artifacts<'_> {
         let identity = [
             rule_id(finding.certainty).to_owned(),
             self.uri_of(&operation.job.file),
-            operation.risk.name.clone(),
+            printable(&operation.risk.name),
             format!("mode {}", finding.mode),
             format!("{} {}", words::source_key(finding.line.source), finding.line.harmonic),
         ]
@@ -194,8 +195,11 @@ impl Artifacts<'_> {
                 region: Region { start_line: crossing.from_line, end_line: crossing.to_line },
             },
             logical_locations: [LogicalLocation {
-                name: operation.risk.name.clone(),
-                fully_qualified_name: format!("{}/{}", operation.job.name, operation.risk.name),
+                name: printable(&operation.risk.name),
+                fully_qualified_name: printable(&format!(
+                    "{}/{}",
+                    operation.job.name, operation.risk.name
+                )),
             }],
             message: related.map(|_| Message {
                 text: words::stretch(operation.risk, crossing.from_s, crossing.to_s),

@@ -4,8 +4,10 @@ use std::fmt::Write;
 
 use serde::Serialize;
 
+use super::words::number;
 use crate::measured::stiffness::StiffnessFit;
 use crate::units::percent_from_ratio;
+use crate::wording::printable;
 
 /// Name of the JSON format.
 const SCHEMA: &str = "stiffness/1";
@@ -19,23 +21,39 @@ pub struct JointFit {
     pub fit: StiffnessFit,
 }
 
+/// `value` with as many decimals as `of` needs for six digits; with a power of ten where that is of no
+/// everyday size.
+fn six_digits(value: f64, of: f64) -> String {
+    let magnitude = of.abs().log10().floor();
+    if !(-9.0..9.0).contains(&magnitude) {
+        return format!("{value:.5e}");
+    }
+    let text = format!("{value:.0$}", (5.0 - magnitude).max(0.0) as usize);
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    }
+}
+
 /// For people.
 pub fn stiffness_text(fits: &[JointFit]) -> String {
     let mut out = String::new();
     for JointFit { joint, fit } in fits {
-        let name = joint.as_deref().unwrap_or("joint");
-        let [low, high] = fit.interval;
+        let name = printable(joint.as_deref().unwrap_or("joint"));
+        let shown = |value| six_digits(value, fit.stiffness);
+        let [low, high] = fit.interval.map(shown);
         // Writing to a string does not fail.
         let _ = writeln!(
             out,
-            "{name}: k = {:.0} N·m/rad, standard error {:.0}, {:.0} % interval {low:.0} to {high:.0} \
-             (R² {:.6}, {} rows, residuals {:.3} N·m)",
-            fit.stiffness,
-            fit.standard_error,
+            "{name}: k = {} N·m/rad, standard error {}, {:.0} % interval {low} to {high} \
+             (R² {:.6}, {} rows, residuals {} N·m)",
+            shown(fit.stiffness),
+            shown(fit.standard_error),
             percent_from_ratio(fit.confidence),
             fit.r_squared,
             fit.rows,
-            fit.residual_deviation
+            number(fit.residual_deviation, 3)
         );
         for hint in hints(fit) {
             let _ = writeln!(out, "  hint: {hint}");

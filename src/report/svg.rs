@@ -3,9 +3,20 @@
 
 use std::fmt::Write;
 
+use super::words::number;
+use crate::wording::printable;
+
 /// Okabe & Ito's colours, told apart by most colour-blind readers; black last.
-pub(super) const CURVES: [&str; 7] =
+const CURVES: [&str; 7] =
     ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000"];
+
+/// Patterns of dashes: curves beyond the colours take the next one, so that no two look the same.
+const DASHES: [&str; 5] = ["", "9 4", "2 4", "9 4 2 4", "14 4 2 4 2 4"];
+
+/// Colour and dashes of the curve with this number, from 0.
+pub(super) fn curve_style(index: usize) -> (&'static str, &'static str) {
+    (CURVES[index % CURVES.len()], DASHES[index / CURVES.len() % DASHES.len()])
+}
 
 const INK: &str = "#222222";
 const GRID: &str = "#dddddd";
@@ -99,7 +110,8 @@ impl Panel {
 pub(super) struct Stroke<'a> {
     pub(super) colour: &'a str,
     pub(super) width: f64,
-    pub(super) is_dashed: bool,
+    /// Lengths of dashes and gaps, px; empty for a line without gaps.
+    pub(super) dashes: &'a str,
 }
 
 /// Which way text runs from its point.
@@ -210,8 +222,11 @@ impl Sheet {
             }
             is_down = is_inside;
         }
-        let Stroke { colour, width, is_dashed } = stroke;
-        let dashes = if is_dashed { " stroke-dasharray=\"7 5\"" } else { "" };
+        let Stroke { colour, width, dashes } = stroke;
+        let dashes = match dashes {
+            "" => String::new(),
+            dashes => format!(" stroke-dasharray=\"{dashes}\""),
+        };
         self.put(format_args!(
             "<path d=\"{path}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width}\" \
              stroke-linejoin=\"round\"{dashes}/>"
@@ -250,6 +265,9 @@ pub(super) fn heat(share: f64) -> String {
 
 /// A tick's number without needless digits.
 pub(super) fn label(value: f64) -> String {
+    if value != 0.0 && !(1e-4..1e7).contains(&value.abs()) {
+        return number(value, 0).replace('-', "−");
+    }
     let rounded = format!("{value:.6}");
     let short = rounded.trim_end_matches('0').trim_end_matches('.');
     if short == "-0" { "0".to_owned() } else { short.replace('-', "−") }
@@ -257,13 +275,12 @@ pub(super) fn label(value: f64) -> String {
 
 fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
+    for c in printable(text).chars() {
         match c {
             '&' => out.push_str("&amp;"),
             '<' => out.push_str("&lt;"),
             '>' => out.push_str("&gt;"),
             '"' => out.push_str("&quot;"),
-            c if c.is_control() => out.push(' '),
             c => out.push(c),
         }
     }
@@ -294,10 +311,18 @@ mod tests {
     }
 
     #[test]
+    fn curves_beyond_the_colours_differ_in_their_dashes() {
+        let mut seen = std::collections::HashSet::new();
+        assert!((0..35).all(|index| seen.insert(curve_style(index))));
+        assert_eq!(curve_style(0), ("#0072b2", ""));
+    }
+
+    #[test]
     fn labels_and_text_are_fit_to_print() {
         assert_eq!(label(-0.0), "0");
         assert_eq!(label(0.30000000000000004), "0.3");
         assert_eq!(label(-20.0), "−20");
-        assert_eq!(escaped("a<b & \"c\"\u{1}"), "a&lt;b &amp; &quot;c&quot; ");
+        assert_eq!(escaped("a<b & \"c\"\u{1}"), "a&lt;b &amp; &quot;c&quot;\\u{1}");
+        assert_eq!([label(2e300), label(-1e-9)], ["2.00e300", "−1.00e−9"]);
     }
 }

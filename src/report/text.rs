@@ -5,9 +5,16 @@ use super::findings::{Stretch, stretches};
 use super::{CheckedJob, CheckedOperation, plot_text, style, words};
 use crate::risk::{Approach, Certainty, OperationRisk, Verdict, closest_approach};
 use crate::units::percent_from_ratio;
+use crate::wording::printable;
 
 /// At most so many crossings follow the worst one.
 const MOST_FURTHER: usize = 5;
+
+/// At most so many operations of a job are told one by one.
+const MOST_OPERATIONS: usize = 20;
+
+/// At most so many jobs that are not clear are named at the end.
+const MOST_NAMED: usize = 10;
 
 /// At most so many operations of a job are drawn.
 const MOST_PLOTS: usize = 4;
@@ -36,28 +43,53 @@ pub fn check(jobs: &[CheckedJob], colour: bool) -> String {
 
 fn push_job(job: &CheckedJob, colour: bool, text: &mut String) {
     let verdict = verdict_word(job.risk.verdict, colour);
-    let name = style::paint(style::STRONG, &job.name, colour);
-    text.push_str(&format!("{verdict}  {}  {name}\n", job.file.display()));
+    let name = style::paint(style::STRONG, printable(&job.name), colour);
+    text.push_str(&format!("{verdict}  {}  {name}\n", words::path(&job.file)));
     let drawn = drawn(job);
+    let told = told(job);
     for (index, operation) in job.operations().enumerate() {
+        if !told.contains(&index) {
+            continue;
+        }
         text.push('\n');
         push_operation(&operation, colour, text);
         if drawn.contains(&index) {
             push_plot(&operation, colour, text);
         }
     }
+    push_untold(job, &told, colour, text);
     text.push('\n');
     text.push_str(&format!("  {:NAME_WIDTH$} {}\n", "model", model(job)));
     text.push_str(&format!("  {:NAME_WIDTH$} {}\n", "next", next(job)));
+}
+
+/// Indices of the operations that are told: the worst of them, ascending.
+fn told(job: &CheckedJob) -> Vec<usize> {
+    let operations = &job.risk.operations;
+    let mut worst: Vec<usize> = (0..operations.len()).collect();
+    worst.sort_by_key(|&index| std::cmp::Reverse(operations[index].verdict));
+    worst.truncate(MOST_OPERATIONS);
+    worst.sort_unstable();
+    worst
+}
+
+fn push_untold(job: &CheckedJob, told: &[usize], colour: bool, text: &mut String) {
+    let operations = &job.risk.operations;
+    if let more @ 1.. = operations.len() - told.len() {
+        let untold = (0..operations.len()).filter(|index| !told.contains(index));
+        let counts = words::counts(untold.map(|index| operations[index].verdict), colour);
+        let line = format!("\n  … and {more} more operations: {counts}; --format json tells all\n");
+        text.push_str(&line);
+    }
 }
 
 fn push_operation(operation: &CheckedOperation<'_>, colour: bool, text: &mut String) {
     let risk = operation.risk;
     text.push_str(&format!(
         "  {}  {}  {}, {} s\n",
-        style::paint(style::STRONG, &risk.name, colour),
+        style::paint(style::STRONG, printable(&risk.name), colour),
         verdict_word(risk.verdict, colour),
-        speed(risk),
+        speed(operation),
         words::trimmed(risk.duration_s, 1)
     ));
     let stretches = stretches(&risk.crossings);
@@ -70,6 +102,9 @@ fn push_operation(operation: &CheckedOperation<'_>, colour: bool, text: &mut Str
             Some(approach) => push_closest(operation, &approach, text),
             None => push_fact("closest", "no excitation line and no mode that count", text),
         },
+    }
+    if let Some(left_out) = words::left_out(operation) {
+        push_fact("left out", &left_out, text);
     }
     push_exchanges(risk, text);
 }
@@ -114,7 +149,7 @@ fn push_further(operation: &CheckedOperation<'_>, further: &[Stretch<'_>], text:
             words::hz(crossing.natural_frequency_hz),
             words::line(&crossing.line),
             words::hz(crossing.excitation_hz),
-            format!("{} %", words::percent(crossing.separation)),
+            words::apart_in_column(crossing.separation),
             words::range(percent_from_ratio(crossing.from_s), percent_from_ratio(crossing.to_s)),
             words::line_range(crossing.from_line, crossing.to_line),
             words::um_per_n(crossing.tip_response_m_per_n),
@@ -132,7 +167,11 @@ fn push_further(operation: &CheckedOperation<'_>, further: &[Stretch<'_>], text:
 fn further_count(operation: &CheckedOperation<'_>, further: &[Stretch<'_>]) -> String {
     let certain = further.iter().filter(|s| s.crossing.certainty == Certainty::Certain).count();
     let file = operation.lines_file();
-    format!("{certain} certain, {} uncertain; lines of {}", further.len() - certain, file.display())
+    format!(
+        "{certain} certain, {} uncertain; lines of {}",
+        further.len() - certain,
+        words::path(&file)
+    )
 }
 
 /// Columns of the table with words, which start at the left; numbers end at the right.
@@ -159,9 +198,9 @@ fn push_table(rows: &[[String; WORDS.len()]], text: &mut String) {
 fn push_closest(operation: &CheckedOperation<'_>, approach: &Approach, text: &mut String) {
     let job = operation.job;
     let closest = format!(
-        "{} stays {} % away from {}",
+        "{} stays {} away from {}",
         words::line_at(&approach.line, approach.excitation_hz),
-        words::percent(approach.separation),
+        words::apart(approach.separation),
         words::mode(approach.mode, approach.natural_frequency_hz),
     );
     push_fact("closest", &closest, text);
@@ -191,7 +230,8 @@ fn push_exchanges(risk: &OperationRisk, text: &mut String) {
 }
 
 fn push_fact(name: &str, fact: &str, text: &mut String) {
-    text.push_str(&format!("      {name:NAME_WIDTH$} {fact}\n"));
+    // Names of files and coordinates stand in the facts.
+    text.push_str(&format!("      {name:NAME_WIDTH$} {}\n", printable(fact)));
 }
 
 fn push_plot(operation: &CheckedOperation<'_>, colour: bool, text: &mut String) {
@@ -227,14 +267,12 @@ fn drawn(job: &CheckedJob) -> Vec<usize> {
     (0..operations.len()).min_by(|a, b| margin(a).total_cmp(&margin(b))).into_iter().collect()
 }
 
-fn speed(risk: &OperationRisk) -> String {
-    let speeds = risk.samples.iter().map(|sample| sample.rpm);
-    let low = speeds.clone().reduce(f64::min).unwrap_or(risk.spindle_rpm);
-    let high = speeds.reduce(f64::max).unwrap_or(risk.spindle_rpm);
+fn speed(operation: &CheckedOperation<'_>) -> String {
+    let [low, high] = operation.rpm_range();
     if low < high {
         format!("{}–{} rpm", words::trimmed(low, 1), words::trimmed(high, 1))
     } else {
-        format!("{} rpm", words::trimmed(risk.spindle_rpm, 1))
+        format!("{} rpm", words::trimmed(low, 1))
     }
 }
 
@@ -271,18 +309,16 @@ fn next(job: &CheckedJob) -> &'static str {
 }
 
 fn summary(jobs: &[CheckedJob], colour: bool) -> String {
-    let counts: Vec<String> = [Verdict::Resonance, Verdict::Uncertain, Verdict::Clear]
-        .into_iter()
-        .filter_map(|verdict| {
-            let count = jobs.iter().filter(|job| job.risk.verdict == verdict).count();
-            (count > 0).then(|| {
-                style::paint(
-                    style::of(verdict),
-                    format!("{count} {}", words::verdict(verdict)),
-                    colour,
-                )
-            })
-        })
-        .collect();
-    format!("{} jobs: {}\n", jobs.len(), counts.join(", "))
+    let counts = words::counts(jobs.iter().map(|job| job.risk.verdict), colour);
+    let mut text = format!("{} jobs: {counts}\n", jobs.len());
+    let worst = words::worst_jobs(jobs);
+    for job in worst.iter().take(MOST_NAMED) {
+        let verdict = verdict_word(job.risk.verdict, colour);
+        text.push_str(&format!("  {verdict}  {}\n", words::path(&job.file)));
+    }
+    if worst.len() > MOST_NAMED {
+        let more = worst.len() - MOST_NAMED;
+        text.push_str(&format!("  … and {more} more; --format json lists all\n"));
+    }
+    text
 }

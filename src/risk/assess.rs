@@ -5,6 +5,9 @@ use std::path::PathBuf;
 
 use super::bands::Watch;
 use super::crossings;
+use super::left_out::left_out;
+use super::notices::notices;
+use super::turning::Turning;
 use super::verdict::{Certainty, Crossing, Exchange, JobRisk, OperationRisk, Sample, Verdict};
 use crate::excitation::lines;
 use crate::job::{Job, Operation};
@@ -14,7 +17,7 @@ use crate::path::{Detail, LONGEST_GAP, Path, Survey, SurveyFault, Surveyor, foll
 /// thinned to [`LONGEST_GAP`].
 const MOST_SAMPLES: usize = 5000;
 
-/// Why a job cannot be assessed.
+/// Why a job cannot be assessed, or a remark on it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AssessFault {
     /// Name of the operation.
@@ -52,11 +55,14 @@ pub fn assess_with_progress(
     job: &Job,
     progress: &(dyn Fn(usize) + Sync),
 ) -> Result<JobRisk, Vec<AssessFault>> {
-    let mut faults = Vec::new();
+    let (mut faults, mut notices) = (Vec::new(), Vec::new());
     let mut operations = Vec::new();
     for operation in &job.operations {
         match assess_operation(job, operation, progress) {
-            Ok(risk) => operations.push(risk),
+            Ok((risk, of_operation)) => {
+                operations.push(risk);
+                notices.extend(of_operation);
+            }
             Err(found) => faults.extend(found),
         }
     }
@@ -70,6 +76,7 @@ pub fn assess_with_progress(
         separation: job.policy.separation,
         coordinates: job.robot.coordinates().iter().map(|c| c.name.clone()).collect(),
         operations,
+        notices,
     })
 }
 
@@ -77,7 +84,7 @@ fn assess_operation(
     job: &Job,
     operation: &Operation,
     progress: &(dyn Fn(usize) + Sync),
-) -> Result<OperationRisk, Vec<AssessFault>> {
+) -> Result<(OperationRisk, Vec<AssessFault>), Vec<AssessFault>> {
     let fault = |line: Option<usize>, what: String| AssessFault {
         operation: operation.name.clone(),
         file: operation.program.clone().unwrap_or_else(|| job.file.clone()),
@@ -87,10 +94,12 @@ fn assess_operation(
     let path = Path::plan(&job.robot, &operation.moves, operation.start_near.as_deref()).map_err(
         |faults| faults.into_iter().map(|f| fault(Some(f.line), f.to_string())).collect::<Vec<_>>(),
     )?;
-    survey_operation(job, operation, &path, progress).map_err(|survey_fault| {
+    let risk = survey_operation(job, operation, &path, progress).map_err(|survey_fault| {
         let line = path.line_at(survey_fault.s);
         vec![fault(Some(line), survey_fault.to_string())]
-    })
+    })?;
+    let notices = notices(job, operation, &path, &risk);
+    Ok((risk, notices))
 }
 
 fn survey_operation(
@@ -106,12 +115,13 @@ fn survey_operation(
     } else {
         Detail::Frequencies
     };
+    let turning = Turning::new(&operation.speed, path);
     let corners = operation.speed.corners();
     let first_look = Survey::take(path, grid(path, corners), detail, progress)?;
     let (lowest_hz, highest_hz) = first_look.range_hz();
     let watches: Vec<Watch> = lines
         .iter()
-        .map(|&line| Watch { line, speed: &operation.speed, policy: &job.policy })
+        .map(|&line| Watch { line, turning: &turning, policy: &job.policy })
         .filter(|watch| watch.can_meet(lowest_hz, highest_hz))
         .collect();
     let survey = first_look.refine(path, |left, right, rates| {
@@ -145,13 +155,14 @@ fn survey_operation(
     let samples = shown
         .iter()
         .zip(families.of)
-        .map(|(&s, families)| sample(operation, path, &mut surveyor, s, families))
+        .map(|(&s, families)| sample(&turning, path, &mut surveyor, s, families))
         .collect::<Result<_, _>>()?;
     Ok(OperationRisk {
         name: operation.name.clone(),
         verdict,
         spindle_rpm: operation.speed.rpm_at(0.0),
         duration_s: path.duration_s(),
+        left_out: left_out(&lines, &operation.speed, &job.policy, &survey),
         lines,
         poses_solved: survey.len(),
         samples,
@@ -181,7 +192,7 @@ fn shown(survey: &Survey) -> Vec<f64> {
 }
 
 fn sample(
-    operation: &Operation,
+    turning: &Turning,
     path: &Path,
     surveyor: &mut Surveyor,
     s: f64,
@@ -193,7 +204,7 @@ fn sample(
         s,
         beta1_rad: path.robot().beta1().map(|angle| angle.at(&joints)),
         beta2_rad: path.robot().beta2().map(|angle| angle.at(&joints)),
-        rpm: operation.speed.rpm_at(s),
+        rpm: turning.rpm_at(s),
         natural_frequencies_hz,
         tip_response_m_per_n: surveyor.tip_response_m_per_n().to_vec(),
         families,

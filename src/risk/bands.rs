@@ -1,8 +1,9 @@
 //! Where a line stands against a mode at one point of the path.
 
+use super::turning::Turning;
 use super::verdict::Certainty;
 use crate::excitation::ExcitationLine;
-use crate::job::{Policy, SpindleSpeed};
+use crate::job::Policy;
 use crate::path::Station;
 
 /// Ends of crossings are found to within this share of the path.
@@ -20,14 +21,14 @@ const INSIDE: f64 = 1.0 - 1e-12;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Watch<'a> {
     pub(super) line: ExcitationLine,
-    pub(super) speed: &'a SpindleSpeed,
+    pub(super) turning: &'a Turning<'a>,
     pub(super) policy: &'a Policy,
 }
 
 impl Watch<'_> {
-    /// f_exc at `s`, Hz.
+    /// f_exc at `s`, Hz; zero where the spindle stands still.
     pub(super) fn excitation_hz(&self, s: f64) -> f64 {
-        self.line.frequency_hz(self.speed.rpm_at(s))
+        self.line.frequency_hz(self.turning.rpm_at(s))
     }
 
     /// Certainty of the crossing with mode `r` at a station; `None` where there is none.
@@ -37,7 +38,13 @@ impl Watch<'_> {
         let natural = station.frequencies_hz[r];
         let apart = (excitation - natural).abs();
         let is_faint = || station.tip_m_per_n.get(r).is_some_and(|&tip| policy.is_faint(tip));
-        if apart >= natural * policy.wide() * INSIDE || policy.ignores(excitation) || is_faint() {
+        if excitation == 0.0 {
+            // Nothing excites the arm, however wide the bands.
+            None
+        } else if apart >= natural * policy.wide() * INSIDE
+            || policy.ignores(excitation)
+            || is_faint()
+        {
             None
         } else if apart < natural * policy.separation * INSIDE {
             Some(Certainty::Certain)
@@ -46,16 +53,17 @@ impl Watch<'_> {
         }
     }
 
+    /// Where the state changes that differs between two neighbouring stations.
+    pub(super) fn edge(&self, from_s: f64, to_s: f64) -> f64 {
+        self.turning.jump_in(from_s, to_s).unwrap_or(0.5 * (from_s + to_s))
+    }
+
     /// Whether the line ever comes near the frequencies between `lowest_hz` and `highest_hz`, which a first
     /// look found: most harmonics of a fast spindle never do.
     pub(super) fn can_meet(&self, lowest_hz: f64, highest_hz: f64) -> bool {
         /// What a first look may have missed between its stations, generously.
         const SLACK: f64 = 0.1;
-        let ends = [0.0, 1.0].into_iter().chain(self.speed.corners());
-        let (low, high) = ends.fold((f64::INFINITY, 0.0_f64), |(low, high), s| {
-            let excitation = self.excitation_hz(s);
-            (low.min(excitation), high.max(excitation))
-        });
+        let [low, high] = self.turning.speed.range_rpm().map(|rpm| self.line.frequency_hz(rpm));
         let reach = self.policy.wide() + SLACK;
         high > lowest_hz * (1.0 - reach) && low < highest_hz * (1.0 + reach)
     }

@@ -7,6 +7,10 @@ use crate::path::{Path, Survey, SurveyFault, Surveyor};
 /// The closest point of a crossing is found to within this share of the path.
 const CLOSEST_TOLERANCE: f64 = 1e-9;
 
+/// Distances that differ by no more than this share of themselves are the same: ends of crossings are known
+/// no better.
+const SAME_DISTANCE: f64 = 1e-6;
+
 /// A stretch of stations in one state.
 struct Run {
     certainty: Certainty,
@@ -36,7 +40,8 @@ pub(super) fn find(
     Ok(crossings)
 }
 
-/// Maximal stretches of one certainty. An end lies halfway between the two stations that disagree.
+/// Maximal stretches of one certainty. An end lies halfway between the two stations that disagree,
+/// or where the spindle stops or starts.
 fn runs(watch: &Watch, survey: &Survey, r: usize) -> Vec<Run> {
     let mut runs: Vec<Run> = Vec::new();
     let mut open: Option<Run> = None;
@@ -44,7 +49,7 @@ fn runs(watch: &Watch, survey: &Survey, r: usize) -> Vec<Run> {
     for (i, station) in survey.stations().enumerate() {
         let state = watch.state(&station, r);
         if open.as_ref().map(|run| run.certainty) != state {
-            let edge = if i == 0 { station.s } else { 0.5 * (before_s + station.s) };
+            let edge = if i == 0 { station.s } else { watch.edge(before_s, station.s) };
             if let Some(run) = open.take() {
                 runs.push(Run { to_s: edge, ..run });
             }
@@ -126,9 +131,12 @@ fn closest(
         }
         return meet(watch, surveyor, r, (a, offset(i)), (b, offset(i + 1)));
     }
-    let nearest = (run.first..=run.last)
+    let least = (run.first..=run.last)
         .min_by(|&a, &b| offset(a).abs().total_cmp(&offset(b).abs()))
         .unwrap_or(run.first);
+    // Between two certain stretches both ends lie on the band's edge: the last digits must not choose.
+    let starts_closest = offset(run.first).abs() <= offset(least).abs() * (1.0 + SAME_DISTANCE);
+    let nearest = if starts_closest { run.first } else { least };
     // Not beyond the run's own stations: there the crossing is of another certainty.
     let left = survey.station(nearest.saturating_sub(1).max(run.first)).s;
     let right = survey.station((nearest + 1).min(run.last)).s;

@@ -44,7 +44,11 @@ fn approaches<'a>(
     policy: &'a Policy,
 ) -> impl Iterator<Item = Approach> + 'a {
     let counts = |mode: usize| {
-        sample.tip_response_m_per_n.get(mode).is_none_or(|&response| !policy.is_faint(response))
+        sample.rpm > 0.0
+            && sample
+                .tip_response_m_per_n
+                .get(mode)
+                .is_none_or(|&response| !policy.is_faint(response))
     };
     let modes = sample
         .natural_frequencies_hz

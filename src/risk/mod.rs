@@ -3,9 +3,14 @@
 mod assess;
 mod bands;
 mod crossings;
+mod left_out;
 mod margin;
+mod notices;
+mod turning;
 mod verdict;
 
 pub use assess::{AssessFault, assess, assess_with_progress};
 pub use margin::{Approach, closest_approach};
-pub use verdict::{Certainty, Crossing, Exchange, JobRisk, OperationRisk, Sample, Verdict};
+pub use verdict::{
+    Certainty, Crossing, Exchange, JobRisk, LeftOut, OperationRisk, Sample, Verdict,
+};

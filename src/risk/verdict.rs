@@ -1,5 +1,6 @@
 //! What a check finds: plain data that holds nothing of the model.
 
+use super::assess::AssessFault;
 use crate::excitation::ExcitationLine;
 
 /// The answer for an operation, a job or a set of jobs; the worst of its parts.
@@ -66,7 +67,7 @@ pub struct Sample {
     pub beta1_rad: Option<f64>,
     /// β2, rad.
     pub beta2_rad: Option<f64>,
-    /// Spindle speed, rev/min.
+    /// Spindle speed, rev/min; zero where the program has stopped the spindle.
     pub rpm: f64,
     /// Ascending, Hz.
     pub natural_frequencies_hz: Vec<f64>,
@@ -86,6 +87,22 @@ pub struct Exchange {
     pub lower_mode: usize,
 }
 
+/// What the policy leaves out of consideration on the whole path of an operation.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct LeftOut {
+    /// Lines that lie in ignored bands all along, ascending.
+    pub lines: Vec<ExcitationLine>,
+    /// Modes (counted from 1) that nowhere move the tool tip enough to count, ascending.
+    pub modes: Vec<usize>,
+}
+
+impl LeftOut {
+    /// Whether everything was considered.
+    pub fn is_empty(&self) -> bool {
+        self.lines.is_empty() && self.modes.is_empty()
+    }
+}
+
 /// What a check finds for one operation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OperationRisk {
@@ -99,6 +116,8 @@ pub struct OperationRisk {
     pub duration_s: f64,
     /// The lines that were looked at, ascending.
     pub lines: Vec<ExcitationLine>,
+    /// Which of the lines and modes do not count.
+    pub left_out: LeftOut,
     /// Poses at which the eigenproblem was solved to find the crossings.
     pub poses_solved: usize,
     /// The arm along the path, ascending in s: at every pose that was looked at, or, beyond 5000 of them,
@@ -125,4 +144,6 @@ pub struct JobRisk {
     pub coordinates: Vec<String>,
     /// One per operation, in order.
     pub operations: Vec<OperationRisk>,
+    /// Remarks that change no verdict, in the order of the operations.
+    pub notices: Vec<AssessFault>,
 }

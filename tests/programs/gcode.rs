@@ -217,3 +217,11 @@ fn what_is_lost_or_computed_is_refused_with_its_line() {
     assert!(faults("G91 G1 X5", Dialect::GCode)[0].what.contains("relative (G91)"));
     assert!(faults("G0 Z5\nG2 X1 Y1 R3", Dialect::GCode)[0].what.contains("not known"));
 }
+
+#[test]
+fn moves_know_whether_the_spindle_turns() {
+    // Before the first command nothing is known, so it is taken to turn; S0 stops it as M5 does.
+    let text = "G0 X0 Y0 Z0\nX1\nS1100 M3\nG1 X2 F100\nM5\nG0 Z9\nX3\nM3\nG1 X4\nS0\nX5\nM30\n";
+    let turns: Vec<bool> = gcode(text).moves.iter().map(|each| each.spindle_turns).collect();
+    assert_eq!(turns, [true, true, true, false, false, true, false]);
+}

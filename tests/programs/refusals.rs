@@ -117,7 +117,7 @@ fn all_faults_are_told_and_a_flood_is_cut() {
     let found = faults(&module(&"MoveL no,v5,fine,tool0;\n".repeat(200)), Dialect::Rapid);
     assert_eq!(found.len(), 51);
     assert_eq!((found[0].line, found[49].line), (4, 53));
-    assert_eq!(found[50].what, "and 150 further faults");
+    assert_eq!(found[50].what, "and 150 more");
 }
 
 #[test]

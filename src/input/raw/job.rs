@@ -71,10 +71,10 @@ pub(in crate::input) struct Frame {
 #[serde(deny_unknown_fields)]
 pub(in crate::input) struct Spindle {
     /// Lowest speed, rev/min.
-    #[schemars(required, extend("exclusiveMinimum" = 0, "maximum" = 1000000, "examples" = [500]))]
+    #[schemars(required, extend("exclusiveMinimum" = 0, "maximum" = 10000000, "examples" = [500]))]
     pub(in crate::input) min_rpm: Option<f64>,
     /// Highest speed, rev/min.
-    #[schemars(required, extend("exclusiveMinimum" = 0, "maximum" = 1000000, "examples" = [6000]))]
+    #[schemars(required, extend("exclusiveMinimum" = 0, "maximum" = 10000000, "examples" = [6000]))]
     pub(in crate::input) max_rpm: Option<f64>,
     /// Fastest change of speed, rev/min per second.
     #[schemars(extend("exclusiveMinimum" = 0, "examples" = [500]))]

@@ -67,7 +67,19 @@ pub(super) fn audit(text: &str, faults: &mut Faults) -> Result<Audit, Fault> {
         if text.contains("<xacro:") {
             faults.make(line, XACRO_HINT)
         } else {
-            faults.make(line, format!("not valid XML: {error}"))
+            let open = match error {
+                roxmltree::Error::UnclosedRootNode => innermost_open(text),
+                _ => None,
+            };
+            match open {
+                Some((tag, start)) => {
+                    let what = format!(
+                        "not valid XML: the file ends inside <{tag}>, which starts here; is it cut off?"
+                    );
+                    faults.make(start, what)
+                }
+                None => faults.make(line, format!("not valid XML: {error}")),
+            }
         }
     })?;
     let mut auditor = Auditor {
@@ -111,6 +123,47 @@ pub(super) fn audit(text: &str, faults: &mut Faults) -> Result<Audit, Fault> {
         damaged: auditor.damaged,
         plain: auditor.plain,
     })
+}
+
+/// The innermost element that a text without other faults leaves open, and the line where it starts.
+fn innermost_open(text: &str) -> Option<(&str, usize)> {
+    let mut open: Vec<(&str, usize)> = Vec::new();
+    let mut at = 0;
+    while let Some(next) = text.get(at..)?.find('<') {
+        let start = at + next;
+        let rest = text.get(start..)?;
+        let skipped = [("<!--", "-->"), ("<![CDATA[", "]]>"), ("<?", "?>")]
+            .into_iter()
+            .find(|(begin, _)| rest.starts_with(begin));
+        if let Some((_, end)) = skipped {
+            at = start + rest.find(end)? + end.len();
+            continue;
+        }
+        let length = tag_length(rest)?;
+        let inner = rest.get(1..length - 1)?;
+        if inner.starts_with('/') {
+            open.pop();
+        } else if !inner.starts_with('!') && !inner.ends_with('/') {
+            let name = inner.split(|c: char| c.is_whitespace()).next()?;
+            open.push((name, 1 + text.get(..start)?.matches('\n').count()));
+        }
+        at = start + length;
+    }
+    open.pop()
+}
+
+/// Bytes from `<` to the `>` that ends the tag: not one inside quotes.
+fn tag_length(tag: &str) -> Option<usize> {
+    let mut quote = None;
+    for (index, c) in tag.char_indices() {
+        match (quote, c) {
+            (None, '>') => return Some(index + 1),
+            (None, '"' | '\'') => quote = Some(c),
+            (Some(open), c) if open == c => quote = None,
+            _ => {}
+        }
+    }
+    None
 }
 
 struct Auditor<'f> {

@@ -16,6 +16,9 @@ use crate::model::{Inertial, Joint, JointKind, Link};
 /// of all numbers for "unlimited", and the width between two limits must not overflow.
 const FAR: f64 = 1e9;
 
+/// A velocity limit beyond this, rad/s or m/s, stands for "unlimited", as zero does for "not given".
+const FASTEST: f64 = 1e4;
+
 /// What a URDF holds, and where.
 #[derive(Debug)]
 pub(in crate::input) struct Urdf {
@@ -130,7 +133,7 @@ fn joint(joint: &urdf_rs::Joint, facts: &JointFacts) -> Joint {
         origin: frame(*joint.origin.xyz, *joint.origin.rpy),
         axis: Vector3::from(*joint.axis.xyz),
         position_limit: facts.has_position_limit.then(|| [lower.max(-FAR), upper.min(FAR)]),
-        velocity_limit: (velocity != 0.0 && velocity.is_finite()).then_some(velocity),
+        velocity_limit: (velocity != 0.0 && velocity <= FASTEST).then_some(velocity),
         mimics: facts.mimics.clone(),
     }
 }

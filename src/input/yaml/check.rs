@@ -7,7 +7,9 @@ use std::sync::Arc;
 use serde_json::{Map, Value};
 
 use super::super::faults::Faults;
+use super::number::number_of;
 use super::tree::{Entry, Kind, Node};
+use crate::wording::{LONGEST_WORD, nearest};
 
 /// Every keyword that is understood or that only describes. A test holds the schemas to it.
 #[cfg(test)]
@@ -39,30 +41,6 @@ pub(in crate::input) const NOUN: &str = "x-noun";
 
 /// Schema keyword: the value is read from the tree, not through serde.
 pub(in crate::input) const APART: &str = "x-apart";
-
-/// A key is taken for a misspelling above this similarity (Jaro-Winkler).
-const LEAST_SIMILARITY: f64 = 0.8;
-
-/// Nobody misspells a key into something longer than this.
-const LONGEST_WORD: usize = 100;
-
-/// The candidate that `word` is most likely a misspelling of.
-pub(in crate::input) fn nearest<'c>(
-    word: &str,
-    candidates: impl IntoIterator<Item = &'c str>,
-) -> Option<&'c str> {
-    if word.len() > LONGEST_WORD {
-        return None;
-    }
-    candidates
-        .into_iter()
-        .map(|candidate| {
-            (strsim::jaro_winkler(&word.to_lowercase(), &candidate.to_lowercase()), candidate)
-        })
-        .filter(|(similarity, _)| *similarity >= LEAST_SIMILARITY)
-        .max_by(|a, b| a.0.total_cmp(&b.0))
-        .map(|(_, candidate)| candidate)
-}
 
 /// Checks `root` against `schema`: one fault for each key and value that does not fit.
 pub(in crate::input) fn check(root: &mut Node, schema: &Value, faults: &mut Faults) {
@@ -165,7 +143,7 @@ fn check_value(node: &mut Node, line: u32, schema: &Value, trail: &Trail<'_>, fa
             Kind::Scalar { .. } | Kind::Mapping(_) => false,
         },
         Some("number" | "integer") => {
-            node.number().is_some_and(|number| number_fits(number, schema))
+            node.number().is_some_and(|number| Range::of(schema).holds(number))
         }
         Some("boolean") => node.boolean().is_some(),
         Some("string") => node.text().is_some_and(|text| {
@@ -186,6 +164,12 @@ fn check_value(node: &mut Node, line: u32, schema: &Value, trail: &Trail<'_>, fa
         } else if let (None, Some("string"), false) = (node.text(), type_of(schema), node.is_null())
         {
             what.push_str("; put it in quotes");
+        }
+        let is_number = matches!(type_of(schema), Some("number" | "integer"));
+        if let (true, Kind::Scalar { text, quoted: true }) = (is_number, &node.kind)
+            && number_of(text).is_some()
+        {
+            what.push_str("; in quotes it is text: write it without them");
         }
         faults.add(line as usize, trail.about(&what));
         node.faulty = true;
@@ -275,8 +259,9 @@ fn check_list(
         Kind::Numbers(numbers) => {
             let Some(item_schema) = items_schema.as_object() else { return true };
             let numeric = matches!(type_of(item_schema), Some("number" | "integer"));
+            let range = Range::of(item_schema);
             for (index, &number) in numbers.iter().enumerate() {
-                if !(numeric && number_fits(number, item_schema)) {
+                if !(numeric && range.holds(number)) {
                     let trail = trail.then(TrailStep::Index(index));
                     let what = format!("is {number}, must be {}", expectation(item_schema));
                     faults.add(line as usize, trail.about(&what));
@@ -333,12 +318,31 @@ fn admits_null(schema: &Value) -> bool {
     schema.get("type").is_some_and(type_admits_null)
 }
 
-fn number_fits(number: f64, schema: &Map<String, Value>) -> bool {
-    let bound = |key: &str| schema.get(key).and_then(Value::as_f64);
-    (type_of(schema) != Some("integer") || number.fract() == 0.0)
-        && bound("minimum").is_none_or(|least| number >= least)
-        && bound("exclusiveMinimum").is_none_or(|below| number > below)
-        && bound("maximum").is_none_or(|most| number <= most)
+/// What a schema says of a number.
+struct Range {
+    is_whole: bool,
+    least: Option<f64>,
+    above: Option<f64>,
+    most: Option<f64>,
+}
+
+impl Range {
+    fn of(schema: &Map<String, Value>) -> Self {
+        let bound = |key: &str| schema.get(key).and_then(Value::as_f64);
+        Self {
+            is_whole: type_of(schema) == Some("integer"),
+            least: bound("minimum"),
+            above: bound("exclusiveMinimum"),
+            most: bound("maximum"),
+        }
+    }
+
+    fn holds(&self, number: f64) -> bool {
+        (!self.is_whole || number.fract() == 0.0)
+            && self.least.is_none_or(|least| number >= least)
+            && self.above.is_none_or(|above| number > above)
+            && self.most.is_none_or(|most| number <= most)
+    }
 }
 
 /// What a value must be, in words.

@@ -5,15 +5,18 @@
 //! raw type ([`check`]), which finds unknown keys, missing keys, wrong types and numbers out of range, all
 //! at once; and what passed is given to serde ([`typed`]). Schema and serde code both derive from the
 //! one raw type, so what an editor accepts and what the program accepts cannot drift apart. Long
-//! tables of waypoints are read from the tree itself, as they would be slow and large as serde values.
+//! tables of waypoints are read from the tree itself, as they would be slow and large as serde values, and
+//! get into it past the YAML parser ([`rows`]).
 
 mod check;
+mod number;
+mod rows;
 mod scalar;
 mod tree;
 mod typed;
 
 #[cfg(test)]
 pub(super) use check::KEYWORDS;
-pub(super) use check::{check, nearest};
+pub(super) use check::check;
 pub(super) use tree::{Kind, Node, Step, parse};
 pub(super) use typed::{Apart, typed};

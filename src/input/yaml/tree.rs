@@ -1,12 +1,16 @@
 //! YAML text → a tree in which every value knows its line.
 
+use std::iter::Peekable;
+use std::path::Path;
 use std::sync::Arc;
+use std::vec::IntoIter;
 
 use saphyr_parser::{Event, Parser, ScalarStyle};
 
 use super::super::Fault;
 use super::super::faults::Faults;
-use super::scalar::number_of;
+use super::number::number_of;
+use super::rows::{Shortened, Table, shortened};
 
 /// Files nest six deep at most; deeper ones are not ours, and would exhaust the stack.
 const DEEPEST: usize = 40;
@@ -100,28 +104,26 @@ impl Node {
 /// Reads the one document of `text`. Faults that leave the rest readable (a key given twice, an alias, a
 /// tag) go to `faults`; the first that does not is the error.
 pub(in crate::input) fn parse(text: &str, faults: &mut Faults) -> Result<Node, Fault> {
-    let mut builder = Builder { faults, open: Vec::new(), root: None, values: 0, last_key: None };
-    let mut documents = 0;
-    for event in Parser::new_from_str(text) {
-        let (event, span) = event.map_err(|error| {
-            let hint = if error.info().contains("tab") { "; indent with spaces" } else { "" };
-            let what = format!("not valid YAML: {}{hint}", error.info());
-            builder.faults.make(error.marker().line().max(1), what)
-        })?;
-        let line = u32::try_from(span.start.line()).unwrap_or(u32::MAX);
-        if matches!(event, Event::DocumentStart(_)) {
-            documents += 1;
-            if documents > 1 {
-                let what = "a second document starts here, must be one document in a file";
-                return Err(builder.faults.make(line as usize, what));
-            }
-        }
-        builder.take(event, line)?;
-        if builder.values > MOST_VALUES {
-            let what = format!("more than {MOST_VALUES} values; split the file");
-            return Err(builder.faults.make(line as usize, what));
-        }
+    match shortened(text).and_then(parse_shortened) {
+        Some(tree) => Ok(tree),
+        None => parse_whole(text, faults),
     }
+}
+
+/// The tree of a text whose tables were taken out of it; `None` where anything is not as it should be.
+fn parse_shortened(short: Shortened) -> Option<Node> {
+    let mut faults = Faults::of(Path::new(""));
+    let mut builder = Builder::new(&mut faults, short.tables);
+    builder.read(&short.text).ok()?;
+    let root = builder.root.take().filter(|root| !root.is_null());
+    let all_back = builder.tables.next().is_none();
+    root.filter(|_| all_back && faults.count() == 0)
+}
+
+/// [`parse`] by the YAML parser alone.
+pub(super) fn parse_whole(text: &str, faults: &mut Faults) -> Result<Node, Fault> {
+    let mut builder = Builder::new(faults, Vec::new());
+    builder.read(text)?;
     match builder.root {
         Some(root) if !root.is_null() => Ok(root),
         _ => Err(builder.faults.make(None, "is empty, must hold keys and values")),
@@ -141,9 +143,51 @@ struct Builder<'f> {
     values: usize,
     /// Rows of mappings repeat their keys: the last few are shared.
     last_key: Option<[Arc<str>; 2]>,
+    /// Tables that are not in the text and were not put back yet.
+    tables: Peekable<IntoIter<Table>>,
+    /// Lines of those that were.
+    lines_put_back: usize,
 }
 
-impl Builder<'_> {
+impl<'f> Builder<'f> {
+    fn new(faults: &'f mut Faults, tables: Vec<Table>) -> Self {
+        Self {
+            faults,
+            open: Vec::new(),
+            root: None,
+            values: 0,
+            last_key: None,
+            tables: tables.into_iter().peekable(),
+            lines_put_back: 0,
+        }
+    }
+
+    fn read(&mut self, text: &str) -> Result<(), Fault> {
+        let mut documents = 0;
+        for event in Parser::new_from_str(text) {
+            let (event, span) = event.map_err(|error| {
+                let hint = if error.info().contains("tab") { "; indent with spaces" } else { "" };
+                let what = format!("not valid YAML: {}{hint}", error.info());
+                self.faults.make(error.marker().line().max(1), what)
+            })?;
+            let line = span.start.line() + self.lines_put_back;
+            let line = u32::try_from(line).unwrap_or(u32::MAX);
+            if matches!(event, Event::DocumentStart(_)) {
+                documents += 1;
+                if documents > 1 {
+                    let what = "a second document starts here, must be one document in a file";
+                    return Err(self.faults.make(line as usize, what));
+                }
+            }
+            self.take(event, line)?;
+            if self.values > MOST_VALUES {
+                let what = format!("more than {MOST_VALUES} values; split the file");
+                return Err(self.faults.make(line as usize, what));
+            }
+        }
+        Ok(())
+    }
+
     fn take(&mut self, event: Event<'_>, line: u32) -> Result<(), Fault> {
         let tag = match &event {
             Event::Scalar(_, _, _, tag)
@@ -249,13 +293,31 @@ impl Builder<'_> {
                 } else {
                     Kind::Numbers(numbers.into_boxed_slice())
                 };
-                self.place(Node::new(line, kind))
+                self.place(Node::new(line, kind))?;
             }
             Some(Open::Mapping { line, entries, .. }) => {
                 let entries = self.without_repeats(entries);
-                self.place(Node::new(line, Kind::Mapping(entries)))
+                self.place(Node::new(line, Kind::Mapping(entries)))?;
             }
-            None => Ok(()),
+            None => {}
+        }
+        self.put_back();
+        Ok(())
+    }
+
+    /// Puts the rows of a table behind its first one, if that is what was placed last.
+    fn put_back(&mut self) {
+        let Some(Open::Sequence { items, .. }) = self.open.last_mut() else { return };
+        let is_first = |table: &Table| items.last().is_some_and(|row| *row == table.rows[0]);
+        let Some(Table { rows }) = self.tables.next_if(is_first) else { return };
+        self.lines_put_back += rows.len() - 1;
+        items.reserve(rows.len() - 1);
+        for row in rows.into_iter().skip(1) {
+            self.values += match &row.kind {
+                Kind::Mapping(entries) => 1 + entries.len(),
+                _ => 1,
+            };
+            items.push(row);
         }
     }
 
@@ -287,8 +349,6 @@ fn spill(line: u32, items: &mut Vec<Node>, numbers: &mut Vec<f64>) {
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use super::*;
 
     fn read(text: &str) -> (Result<Node, Fault>, Vec<String>) {

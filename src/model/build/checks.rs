@@ -15,6 +15,14 @@ const TRIANGLE_SLACK: f64 = 1e-3;
 /// Slack of the smallest principal moment below zero, as a share of the largest: rounding only.
 const POSITIVITY_SLACK: f64 = 1e-9;
 
+/// Beyond these no body belongs to a robot, and sums over bodies would overflow.
+const HEAVIEST_KG: f64 = 1e7;
+const FARTHEST_M: f64 = 1e5;
+const LARGEST_INERTIA_KGM2: f64 = 1e12;
+
+/// A joint slower than this (rad/s or m/s) takes months for a turn: no limit of a real drive.
+const SLOWEST: f64 = 1e-6;
+
 /// An axis shorter than this has no direction.
 const SHORTEST_AXIS: f64 = 1e-9;
 
@@ -53,9 +61,10 @@ impl Builder<'_> {
                 self.fault(place(), "limit", what);
             }
             if let Some(speed) = joint.velocity_limit
-                && !(speed.is_finite() && speed > 0.0)
+                && !(speed.is_finite() && speed >= SLOWEST)
             {
-                let what = format!("velocity limit is {speed}, must be positive and finite");
+                let what =
+                    format!("velocity limit is {speed}, must be finite and at least {SLOWEST}");
                 self.fault(place(), "limit", what);
             }
         }
@@ -201,12 +210,23 @@ fn inertial_faults(inertial: &Inertial) -> Vec<(&'static str, String)> {
     if !m.is_finite() || m < 0.0 {
         faults.push(("mass", format!("mass is {m} kg, must not be negative and must be finite")));
     }
+    if m.is_finite() && m > HEAVIEST_KG {
+        faults.push(("mass", format!("mass is {m} kg, must be at most {HEAVIEST_KG} kg")));
+    }
     if !is_finite(&com) {
         let what = format!("centre of mass is {}, must be finite", triple(&com));
+        faults.push(("com", what));
+    } else if com.amax() > FARTHEST_M {
+        let what = format!("centre of mass is {}, must lie within {FARTHEST_M} m", triple(&com));
         faults.push(("com", what));
     }
     if !inertia.iter().all(|x| x.is_finite()) {
         faults.push(("inertia", "inertia must be finite".to_owned()));
+        return faults;
+    }
+    if inertia.amax() > LARGEST_INERTIA_KGM2 {
+        let what = format!("inertia is above {LARGEST_INERTIA_KGM2} kg·m²; check its units");
+        faults.push(("inertia", what));
         return faults;
     }
     let mut moments: [f64; 3] = inertia.symmetric_eigenvalues().into();

@@ -14,6 +14,7 @@ use self::tree::Tree;
 use super::description::{ArmAngle, Description, JointKind};
 use super::fault::{ModelFault, Place};
 use super::robot::{AngleForm, Coordinate, MovingJoint, Node, Robot, ancestors};
+use crate::wording::nearest;
 
 impl Robot {
     /// Checks a description and builds the model.
@@ -72,7 +73,9 @@ impl<'a> Builder<'a> {
         if found.is_none() {
             let names: Vec<&str> =
                 self.description.links.iter().map(|link| link.name.as_str()).collect();
-            let what = format!("the URDF has no link '{name}'; it has {}", listed(&names));
+            let hint = nearest(name, names.iter().copied())
+                .map_or_else(String::new, |near| format!("; did you mean '{near}'?"));
+            let what = format!("the URDF has no link '{name}'; it has {}{hint}", listed(&names));
             self.fault(place, key, what);
         }
         found
@@ -239,6 +242,7 @@ impl<'a> Builder<'a> {
             tip_node,
             tip_offset,
             tip_link: description.links[tip].name.clone(),
+            payload: description.payload.clone(),
             calibration: description.calibration,
             moving_mass_kg,
             notices: Vec::new(),

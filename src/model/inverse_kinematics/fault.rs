@@ -4,6 +4,7 @@ use std::fmt;
 
 use crate::model::fault::PoseFault;
 use crate::units::{deg_from_rad, mm_from_m};
+use crate::wording::told_apart;
 
 /// Why a pose of the tip has no joint positions.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,9 +50,10 @@ impl fmt::Display for IkFault {
                 } else {
                     (deg_from_rad(*value), deg_from_rad(*limit), "°")
                 };
+                let [value, limit] = told_apart(value, limit, 3);
                 write!(
                     f,
-                    "joint '{joint}' would have to be at {value:.3}{unit}, over its limit of {limit:.3}{unit}"
+                    "joint '{joint}' would have to be at {value}{unit}, over its limit of {limit}{unit}"
                 )
             }
         }
@@ -59,3 +61,21 @@ impl fmt::Display for IkFault {
 }
 
 impl std::error::Error for IkFault {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::units::rad_from_deg;
+
+    #[test]
+    fn a_limit_passed_by_a_hair_shows_the_hair() {
+        let fault = IkFault::OverLimit {
+            joint: "a".into(),
+            slides: false,
+            value: rad_from_deg(65.000_02),
+            limit: rad_from_deg(65.0),
+        };
+        let told = "joint 'a' would have to be at 65.00002°, over its limit of 65.00000°";
+        assert_eq!(fault.to_string(), told);
+    }
+}

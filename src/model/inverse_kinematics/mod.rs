@@ -18,7 +18,7 @@ mod spherical;
 
 use std::f64::consts::{PI, TAU};
 
-use nalgebra::{DMatrix, Isometry3, Matrix6xX, Point3};
+use nalgebra::{Isometry3, Matrix6xX, Point3};
 
 use self::descent::{Descent, Residual, Scale};
 use self::spherical::{BRANCHES, SphericalWrist};
@@ -235,14 +235,7 @@ impl InverseKinematics {
         const SHARE: f64 = 0.2;
         robot.check_pose(q)?;
         self.check_robot(robot)?;
-        let mut placement = Placement::new(robot);
-        placement.place_frames(robot, q, None);
-        let mut jacobian = Matrix6xX::zeros(q.len());
-        joint_jacobian(robot, &placement, &Point3::origin(), &mut jacobian);
-        let scaled = DMatrix::from_fn(6, q.len(), |row, i| {
-            let unit = self.scale.joints[i];
-            jacobian[(row, i)] * if row < 3 { unit / self.scale.length_m } else { unit }
-        });
+        let (jacobian, scaled) = self.jacobians(robot, q);
         let none =
             Singularity { smallest_singular_value: 0.0, joints: Vec::new(), is_right_handed: None };
         if q.is_empty() {
@@ -258,11 +251,38 @@ impl InverseKinematics {
         Ok(Singularity {
             smallest_singular_value: svd.singular_values[weakest],
             joints: (0..q.len()).filter(|&i| direction[i].abs() >= SHARE * largest).collect(),
-            is_right_handed: (q.len() == 6)
-                .then(|| jacobian.fixed_columns::<6>(0).into_owned().determinant())
-                .filter(|determinant| *determinant != 0.0)
-                .map(|determinant| determinant > 0.0),
+            is_right_handed: side(&jacobian),
         })
+    }
+
+    /// [`Singularity::is_right_handed`] of an arm of six joints whose smallest singular value at `q` is
+    /// surely above `least`; `None` where that takes a closer look by [`Self::singularity`].
+    ///
+    /// The other five singular values multiply to no more than (‖J‖² / 5)^(5/2), ‖J‖ of Frobenius.
+    pub fn side_if_regular(&self, robot: &Robot, q: &[f64], least: f64) -> Option<bool> {
+        /// Far more than the rounding of determinant and norm.
+        const SURE: f64 = 2.0;
+        robot.check_pose(q).and_then(|()| self.check_robot(robot)).ok()?;
+        if q.len() != 6 {
+            return None;
+        }
+        let (jacobian, scaled) = self.jacobians(robot, q);
+        let others = (scaled.norm_squared() / 5.0).powf(2.5);
+        let determinant = scaled.fixed_columns::<6>(0).into_owned().determinant();
+        if determinant.abs() > SURE * least * others { side(&jacobian) } else { None }
+    }
+
+    /// J of the joints at the tip, and the same with comparable rows and columns.
+    fn jacobians(&self, robot: &Robot, q: &[f64]) -> (Matrix6xX<f64>, Matrix6xX<f64>) {
+        let mut placement = Placement::new(robot);
+        placement.place_frames(robot, q, None);
+        let mut jacobian = Matrix6xX::zeros(q.len());
+        joint_jacobian(robot, &placement, &Point3::origin(), &mut jacobian);
+        let scaled = Matrix6xX::from_fn(q.len(), |row, i| {
+            let unit = self.scale.joints[i];
+            jacobian[(row, i)] * if row < 3 { unit / self.scale.length_m } else { unit }
+        });
+        (jacobian, scaled)
     }
 
     fn check_robot(&self, robot: &Robot) -> Result<(), PoseFault> {
@@ -542,6 +562,14 @@ fn chain_length(axes: &[Axis], tip: &Isometry3<f64>) -> f64 {
 fn is_finite(pose: &Isometry3<f64>) -> bool {
     pose.translation.vector.norm_squared().is_finite()
         && pose.rotation.coords.iter().all(|x| x.is_finite())
+}
+
+/// Whether det J is positive; `None` where it is zero, or there are not six joints.
+fn side(jacobian: &Matrix6xX<f64>) -> Option<bool> {
+    (jacobian.ncols() == 6)
+        .then(|| jacobian.fixed_columns::<6>(0).into_owned().determinant())
+        .filter(|determinant| *determinant != 0.0)
+        .map(|determinant| determinant > 0.0)
 }
 
 fn argmin(values: &[f64]) -> Option<usize> {

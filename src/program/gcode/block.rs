@@ -1,5 +1,13 @@
 //! A line of G-code → its words.
 
+/// Words of the macro languages of controllers, which need what is known only at run time.
+const KEYWORDS: [&str; 12] = [
+    "IF", "THEN", "ELSE", "ENDIF", "WHILE", "DO", "END", "GOTO", "GOTOF", "GOTOB", "FOR", "REPEAT",
+];
+
+/// Longer words are shown in part.
+const LONGEST_WORD: usize = 20;
+
 /// The words of a block in order: letter in upper case, number.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Block {
@@ -28,8 +36,15 @@ impl Block {
 /// # Errors
 /// What is no word of a letter and a number: expressions, parameters, O-words.
 pub(super) fn parse(line: &str) -> Result<Block, String> {
+    let content = without_comments(line)?;
+    if let Some(number) = with_exponent(&content) {
+        return Err(format!(
+            "'{number}' reads as a number with an exponent, which G-code does not know; write it out, or put a \
+             space before an E word"
+        ));
+    }
     let content: String =
-        without_comments(line)?.chars().filter(|c| !c.is_whitespace() && !c.is_control()).collect();
+        content.chars().filter(|c| !c.is_whitespace() && !c.is_control()).collect();
     let content = content.to_ascii_uppercase();
     let mut block = Block::default();
     if content.starts_with('%') || content.starts_with(':') {
@@ -47,6 +62,14 @@ pub(super) fn parse(line: &str) -> Result<Block, String> {
         }
         if letter == '$' || !letter.is_ascii_alphabetic() {
             return Err(format!("'{letter}' is not understood"));
+        }
+        let word: String =
+            rest.chars().take_while(char::is_ascii_alphabetic).take(LONGEST_WORD).collect();
+        if KEYWORDS.contains(&word.as_str()) {
+            return Err(format!("'{word}': conditions, jumps and loops are not supported"));
+        }
+        if word.len() > 1 {
+            return Err(format!("'{word}' is not understood, must be letters each with a number"));
         }
         let (number, after) = number(tail).ok_or_else(|| format!("{letter} has no number"))?;
         if letter == 'O' && after.starts_with(|c: char| c.is_ascii_alphabetic()) {
@@ -82,6 +105,18 @@ fn without_comments(line: &str) -> Result<String, String> {
     }
 }
 
+/// The first number with an exponent that nothing parts from it, `X1e5`: no space, as before an E word.
+fn with_exponent(content: &str) -> Option<&str> {
+    content.split_whitespace().find(|word| {
+        let bytes = word.as_bytes();
+        bytes.windows(3).any(|three| {
+            (three[0].is_ascii_digit() || three[0] == b'.')
+                && matches!(three[1], b'e' | b'E')
+                && (three[2].is_ascii_digit() || matches!(three[2], b'+' | b'-'))
+        })
+    })
+}
+
 /// A number at the start of `text`, and what follows. G-code has no exponents.
 fn number(text: &str) -> Option<(f64, &str)> {
     let signed = usize::from(text.starts_with(['+', '-']));
@@ -109,6 +144,11 @@ mod tests {
 
     #[test]
     fn what_is_no_word_is_told() {
+        assert!(parse("IF [#1 EQ 2] GOTO 5").unwrap_err().starts_with("'IF': conditions"));
+        assert!(parse("N10 WHILE [1] DO1").unwrap_err().starts_with("'WHILE': conditions"));
+        assert!(parse("G1 HELLO").unwrap_err().starts_with("'HELLO' is not understood"));
+        assert!(parse("G1 X1e5").unwrap_err().starts_with("'X1e5' reads as a number with an exp"));
+        assert_eq!(parse("G1 X1 E5").unwrap().get('E'), Some(5.0));
         for line in ["#1=5", "G1 X#1", "X[1+2]", "#<a>=1", "o<s> call", "G1 X[#2]"] {
             let fault = parse(line).unwrap_err();
             assert!(fault.contains("parameters and expressions"), "{line}: {fault}");

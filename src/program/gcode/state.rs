@@ -181,10 +181,12 @@ impl<'a> Reader<'a> {
     fn push(&mut self, line: usize, to: Target, pace: Pace) {
         let tcp = self.settings.tcp.unwrap_or_default();
         match pace {
-            Pace::Feed(feed_m_per_s) => self.log.motion(Move { to, feed_m_per_s, tcp, line }),
+            Pace::Feed(feed_m_per_s) => {
+                self.log.motion(Move { to, feed_m_per_s, tcp, line, spindle_turns: true })
+            }
             Pace::Rapid => {
                 let feed_m_per_s = self.settings.rapid_m_per_s;
-                self.log.rapid_motion(Move { to, feed_m_per_s, tcp, line });
+                self.log.rapid_motion(Move { to, feed_m_per_s, tcp, line, spindle_turns: true });
             }
         }
     }

@@ -7,6 +7,7 @@ use super::run::Interpreter;
 use super::syntax::{Args, Expr, Name};
 use super::value::{Value, from_pose, has_external_axes, pose};
 use crate::motion::{Move, Target};
+use crate::program::ToolMass;
 use crate::units::{m_per_s_from_mm_per_s, rad_from_deg};
 
 /// Joints that a jointtarget has.
@@ -57,7 +58,13 @@ impl<'a> Interpreter<'a> {
                 self.log.notice(line, format!("{} \\T: the time is not used", name.shown));
             }
             let feed_m_per_s = self.speed(line, speed_arg, option("v"))?;
-            self.log.motion(Move { to: Target::Joints(joints), feed_m_per_s, tcp, line });
+            self.log.motion(Move {
+                to: Target::Joints(joints),
+                feed_m_per_s,
+                tcp,
+                line,
+                spindle_turns: true,
+            });
             self.last = None;
             return Ok(());
         }
@@ -88,7 +95,7 @@ impl<'a> Interpreter<'a> {
             (Way::Joint, None) => Target::JointsTo(end),
             (_, None) => Target::Line(end),
         };
-        self.log.motion(Move { to, feed_m_per_s, tcp, line });
+        self.log.motion(Move { to, feed_m_per_s, tcp, line, spindle_turns: true });
         self.last = Some(Last { at: end, tcp });
         Ok(())
     }
@@ -182,8 +189,22 @@ impl<'a> Interpreter<'a> {
                     self.log.notice(line, what);
                 }
                 let frame = self.frame_of_tool(&tool).map_err(|why| format!("tool: {why}"))?;
+                self.weigh(expr, &tool);
                 Ok(frame.unwrap_or_default())
             }
+        }
+    }
+
+    /// Notes the mass of a tool that has one: negative stands for "not known", as in ABB's own templates.
+    fn weigh(&mut self, expr: &'a Expr, tool: &Value) {
+        let Expr::Ref(path) = expr else { return };
+        let Some(declaration) = self.file.data.get(&path.name.key) else { return };
+        let load = tool.part(2, "a load").and_then(|load| load.part(0, "a mass")?.num());
+        if let Ok(mass_kg) = load
+            && mass_kg > 0.0
+        {
+            let (line, name) = (declaration.line, declaration.name.shown.clone());
+            self.log.tool(ToolMass { line, name, mass_kg });
         }
     }
 

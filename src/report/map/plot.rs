@@ -2,7 +2,7 @@
 //! nonlinear free vibration as heat maps with the linear frequencies over them (Fig. 5).
 
 use crate::map::{Head, Row};
-use crate::report::svg::{Anchor, Axis, CURVES, Frame, Panel, Sheet, Stroke, heat};
+use crate::report::svg::{Anchor, Axis, Frame, Panel, Sheet, Stroke, curve_style, heat};
 use crate::units::deg_from_rad;
 
 /// Frequencies that differ by more than this factor are drawn on a logarithmic scale.
@@ -17,8 +17,11 @@ const FLOOR_DB: f64 = 60.0;
 /// Shades of a heat map.
 const SHADES: f64 = 48.0;
 
-const TITLE: &str = "font-size=\"16\" font-weight=\"bold\"";
-const PANEL_TITLE: &str = "font-size=\"14\" font-weight=\"bold\"";
+/// The linear frequencies over a heat map.
+const LINEAR_MODES: Stroke = Stroke { colour: "#00e5ff", width: 1.4, dashes: "7 5" };
+
+pub(super) const TITLE: &str = "font-size=\"16\" font-weight=\"bold\"";
+pub(super) const PANEL_TITLE: &str = "font-size=\"14\" font-weight=\"bold\"";
 
 /// Draws a map. `swept` is the joint (by place) that the poses sweep, if one does; poses from a list are
 /// drawn as points over β2 or, without it, over their number.
@@ -96,14 +99,14 @@ fn curves(head: &Head, rows: &[Row], abscissa: &Abscissa) -> String {
     sheet.axes(&panel, true);
     let mut labels = Vec::new();
     for mode in 0..head.coordinates.len() {
-        let colour = CURVES[mode % CURVES.len()];
+        let (colour, dashes) = curve_style(mode);
         let points: Vec<(f64, f64)> = abscissa
             .order
             .iter()
             .filter_map(|&i| Some((abscissa.values[i], rows[i].frequencies_hz[mode]?)))
             .collect();
         if abscissa.is_continuous && points.len() > 1 {
-            sheet.curve(&panel, &points, Stroke { colour, width: 2.2, is_dashed: false });
+            sheet.curve(&panel, &points, Stroke { colour, width: 2.2, dashes });
         } else {
             points.iter().for_each(|&(x, f)| sheet.dot(&panel, x, f, 3.5, colour));
         }
@@ -170,8 +173,7 @@ fn heat_maps(head: &Head, rows: &[Row], abscissa: &Abscissa) -> String {
                     Some((abscissa.values[i], linear))
                 })
                 .collect();
-            let stroke = |colour, width, is_dashed| Stroke { colour, width, is_dashed };
-            sheet.curve(&panel, &points, stroke("#00e5ff", 1.4, true));
+            sheet.curve(&panel, &points, LINEAR_MODES);
         }
         sheet.border(frame);
     }

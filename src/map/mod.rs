@@ -1,13 +1,23 @@
 //! Frequencies over poses: by the modal kernel, or from the spectrum of a large free vibration.
 
+mod generate;
+mod limits;
+mod linear;
+mod reduce;
+
 use std::fmt;
-use std::ops::Range;
 
 use rayon::prelude::*;
 
+pub use generate::{Generator, Grid, GridAxis, RandomPoses};
+pub use limits::{OutsideLimits, outside_limits};
+pub use linear::{Block, LinearMap};
+pub use reduce::{
+    Bin, EXACT_UP_TO, Extreme, RESOLUTION, Reduced, ReducedMode, Reduction, SHARES, Statistic,
+};
+
 use crate::free_vibration::{FreeVibrationFault, Measurement, Settings, measure};
-use crate::model::{JointKind, MovingJoint, Robot};
-use crate::modes::ModalSolver;
+use crate::model::{JointKind, MovingJoint, PoseFault, Robot};
 
 /// How frequencies are found.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -91,69 +101,55 @@ impl std::error::Error for MapFault {}
 /// # Errors
 /// The first pose that has none.
 pub fn rows(robot: &Robot, poses: &[Vec<f64>], method: &Method) -> Result<Vec<Row>, MapFault> {
-    let found: Vec<Result<Row, FreeVibrationFault>> = match method {
-        Method::Linear => poses
-            .par_iter()
-            .map_init(|| ModalSolver::new(robot), |solver, q| linear_row(robot, solver, q))
-            .collect(),
-        Method::Nonlinear(settings) => {
-            poses.par_iter().map(|q| nonlinear_row(robot, q, settings)).collect()
-        }
-    };
-    found
-        .into_iter()
-        .enumerate()
-        .map(|(index, row)| row.map_err(|fault| MapFault { index, fault }))
-        .collect()
+    rows_with_progress(robot, poses, method, &|_| {})
 }
 
-/// Poses with the places `range` of a sweep of `steps` poses: joint number `joint` goes from `from` to
-/// `to` (rad or m), both included, and the other joints stay as in `at`. One step stays at `from`.
-pub fn sweep(
-    at: &[f64],
-    joint: usize,
-    from: f64,
-    to: f64,
-    steps: usize,
-    range: Range<usize>,
-) -> Vec<Vec<f64>> {
-    let last = steps.saturating_sub(1);
-    let position = |step: usize| match step {
-        0 => from,
-        // Exactly, not as a rounded sum.
-        step if step == last => to,
-        step => from + (to - from) * (step as f64 / last as f64),
-    };
-    range
-        .map(|step| {
-            let mut q = at.to_vec();
-            if let Some(value) = q.get_mut(joint) {
-                *value = position(step);
-            }
-            q
-        })
-        .collect()
-}
-
-/// Whether some joint of the pose is outside its limits.
-pub fn is_outside_limits(robot: &Robot, q: &[f64]) -> bool {
-    robot.joints().iter().zip(q).any(|(joint, value)| {
-        joint.limit.is_some_and(|[lower, upper]| !(lower..=upper).contains(value))
-    })
-}
-
-fn linear_row(
+/// As [`rows`]; `progress` is told how many more poses are done, from any thread.
+///
+/// # Errors
+/// As [`rows`].
+pub fn rows_with_progress(
     robot: &Robot,
-    solver: &mut ModalSolver,
-    q: &[f64],
-) -> Result<Row, FreeVibrationFault> {
-    let frequencies_hz = solver.frequencies_hz(q)?.iter().map(|&f| Some(f)).collect();
-    Ok(Row {
-        joints: q.to_vec(),
-        beta2_rad: robot.beta2().map(|beta2| beta2.at(q)),
-        frequencies_hz,
-        nonlinear: None,
-    })
+    poses: &[Vec<f64>],
+    method: &Method,
+    progress: &(dyn Fn(usize) + Sync),
+) -> Result<Vec<Row>, MapFault> {
+    match method {
+        Method::Linear => linear_rows(robot, poses).inspect(|rows| progress(rows.len())),
+        Method::Nonlinear(settings) => {
+            let row = |q: &Vec<f64>| {
+                let row = nonlinear_row(robot, q, settings);
+                progress(1);
+                row
+            };
+            let found: Vec<Result<Row, FreeVibrationFault>> = poses.par_iter().map(row).collect();
+            found
+                .into_iter()
+                .enumerate()
+                .map(|(index, row)| row.map_err(|fault| MapFault { index, fault }))
+                .collect()
+        }
+    }
+}
+
+fn linear_rows(robot: &Robot, poses: &[Vec<f64>]) -> Result<Vec<Row>, MapFault> {
+    let map = LinearMap::new(robot);
+    let expected = map.joints();
+    if let Some(index) = poses.iter().position(|q| q.len() != expected) {
+        let fault = PoseFault::Length { given: poses[index].len(), expected };
+        return Err(MapFault { index, fault: fault.into() });
+    }
+    let mut frequencies_hz = Vec::new();
+    map.par_solve(poses.len(), &poses.concat(), &mut frequencies_hz)?;
+    let rows = poses.iter().zip(frequencies_hz.chunks_exact(map.modes()));
+    Ok(rows
+        .map(|(q, frequencies_hz)| Row {
+            joints: q.clone(),
+            beta2_rad: robot.beta2().map(|beta2| beta2.at(q)),
+            frequencies_hz: frequencies_hz.iter().map(|&f| Some(f)).collect(),
+            nonlinear: None,
+        })
+        .collect())
 }
 
 fn nonlinear_row(robot: &Robot, q: &[f64], settings: &Settings) -> Result<Row, FreeVibrationFault> {
@@ -164,20 +160,4 @@ fn nonlinear_row(robot: &Robot, q: &[f64], settings: &Settings) -> Result<Row, F
         frequencies_hz: measurement.frequencies_hz.clone(),
         nonlinear: Some(measurement),
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_sweep_holds_both_ends_exactly() {
-        let poses = sweep(&[0.5, 0.0], 1, -0.1, 0.7, 4, 0..4);
-        assert_eq!(poses.len(), 4);
-        assert_eq!((poses[0][1], poses[3][1]), (-0.1, 0.7));
-        assert!(poses.iter().all(|q| q[0] == 0.5));
-        assert!((poses[1][1] - (-0.1 + 0.8 / 3.0)).abs() < 1e-15);
-        assert_eq!(sweep(&[0.0], 0, 1.0, 2.0, 1, 0..1), [[1.0]]);
-        assert_eq!(sweep(&[0.5, 0.0], 1, -0.1, 0.7, 4, 2..4), poses[2..]);
-    }
 }

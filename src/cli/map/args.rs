@@ -1,0 +1,159 @@
+//! The command line of `detune map`.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use crate::map::Statistic;
+
+/// Natural frequencies over poses.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  \
+    detune map robots/two-link --joint joint_2 --from-deg -130 --to-deg 150 --steps 281\n  \
+    detune map robot.yaml --poses poses.csv --format json\n  \
+    detune map robot.yaml --poses poses.npy --format npy --output frequencies.npy\n  \
+    detune map robot.yaml --grid joint_2=-60:90:151 --grid joint_3=-90:60:151 --at joint_5=45\n  \
+    detune map robot.yaml --random 100000000 --seed 1 --reduce min,max,quantiles\n  \
+    detune map robot.yaml --joint joint_3 --from-deg -90 --to-deg 45 --steps 41 \\\n      \
+    --method nonlinear --amplitude-deg 0.5 --format svg --output map.svg")]
+#[command(group = clap::ArgGroup::new("source").required(true).args(["joint", "grid", "random", "poses"]))]
+pub(in crate::cli) struct MapArgs {
+    /// A robot.yaml, or the folder that holds one.
+    pub(super) robot: PathBuf,
+    /// The joint to sweep; the others stay at zero or at --at.
+    #[arg(long, value_name = "NAME")]
+    pub(super) joint: Option<String>,
+    /// Where the sweep of a turning joint starts, degrees.
+    #[arg(long, value_name = "A", allow_negative_numbers = true, requires = "joint",
+        conflicts_with_all = ["grid", "random", "poses"])]
+    pub(super) from_deg: Option<f64>,
+    /// Where the sweep of a turning joint ends, degrees.
+    #[arg(long, value_name = "B", allow_negative_numbers = true, requires = "joint",
+        conflicts_with_all = ["grid", "random", "poses"])]
+    pub(super) to_deg: Option<f64>,
+    /// Where the sweep of a sliding joint starts, mm.
+    #[arg(long, value_name = "A", allow_negative_numbers = true, requires = "joint",
+        conflicts_with_all = ["grid", "random", "poses"])]
+    pub(super) from_mm: Option<f64>,
+    /// Where the sweep of a sliding joint ends, mm.
+    #[arg(long, value_name = "B", allow_negative_numbers = true, requires = "joint",
+        conflicts_with_all = ["grid", "random", "poses"])]
+    pub(super) to_mm: Option<f64>,
+    /// Number of poses of the sweep, both ends included.
+    #[arg(long, value_name = "N", requires = "joint",
+        conflicts_with_all = ["grid", "random", "poses"],
+        value_parser = clap::value_parser!(u32).range(1..=100_000_000))]
+    pub(super) steps: Option<u32>,
+    /// N positions of a joint from A to B, both included, degrees (mm for a sliding joint); repeat it for
+    /// all combinations with other joints, the last running fastest.
+    #[arg(long, value_name = "NAME=A:B:N", value_parser = grid_range)]
+    pub(super) grid: Vec<GridRange>,
+    /// N poses at random within the joints' limits (a continuous joint: -180 to 180 degrees).
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(super) random: Option<u32>,
+    /// The same seed gives the same random poses.
+    #[arg(long, value_name = "S", default_value_t = 0, requires = "random",
+        conflicts_with_all = ["joint", "grid", "poses"])]
+    pub(super) seed: u64,
+    /// Position of a joint that is not swept, degrees (mm for a sliding joint); may be repeated.
+    #[arg(long, value_name = "NAME=DEG", conflicts_with = "poses", value_parser = named_value)]
+    pub(super) at: Vec<(String, f64)>,
+    /// Poses as CSV, one column `<joint>_rad` or `_deg` (`_m` or `_mm`) per moving joint, or as NumPy's .npy,
+    /// an array of one row a pose and one column per moving joint, rad or m; `-` is standard input.
+    #[arg(long, value_name = "FILE")]
+    pub(super) poses: Option<PathBuf>,
+    /// Eigenvalues, or spectra of a large free vibration.
+    #[arg(long, value_enum, default_value_t = MethodName::Linear)]
+    pub(super) method: MethodName,
+    /// Nonlinear: largest deflection of any turning spring, degrees; 1 if not given.
+    #[arg(long, value_name = "X")]
+    pub(super) amplitude_deg: Option<f64>,
+    /// Nonlinear: samples per second; chosen to show every mode if not given.
+    #[arg(long, value_name = "HZ", requires = "duration_s")]
+    pub(super) sample_rate_hz: Option<f64>,
+    /// Nonlinear: length of the record, s.
+    #[arg(long, value_name = "S", requires = "sample_rate_hz")]
+    pub(super) duration_s: Option<f64>,
+    /// Write these figures of each mode instead of every pose: the lowest and highest frequency and where
+    /// they are, the mean, the quantiles at 5, 25, 50, 75 and 95 %, a histogram.
+    #[arg(long, value_enum, value_name = "LIST", value_delimiter = ',')]
+    pub(super) reduce: Vec<StatisticName>,
+    /// How to write the map; npy is an array of the frequencies alone, one row a pose.
+    #[arg(long, value_enum, default_value_t = Format::Csv)]
+    pub(super) format: Format,
+    /// Where to write it; standard output if not given.
+    #[arg(long, value_name = "FILE")]
+    pub(super) output: Option<PathBuf>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum MethodName {
+    Linear,
+    Nonlinear,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum Format {
+    Csv,
+    Json,
+    Svg,
+    Npy,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum StatisticName {
+    Min,
+    Max,
+    Mean,
+    Quantiles,
+    Histogram,
+}
+
+impl MapArgs {
+    /// What is asked of a reduced map, in a fixed order.
+    pub(super) fn statistics(&self) -> Vec<Statistic> {
+        let all = [
+            (StatisticName::Min, Statistic::Min),
+            (StatisticName::Max, Statistic::Max),
+            (StatisticName::Mean, Statistic::Mean),
+            (StatisticName::Quantiles, Statistic::Quantiles),
+            (StatisticName::Histogram, Statistic::Histogram),
+        ];
+        all.iter().filter(|(name, _)| self.reduce.contains(name)).map(|(_, s)| *s).collect()
+    }
+}
+
+/// One axis of a grid: degrees, or mm for a sliding joint.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct GridRange {
+    pub(super) joint: String,
+    pub(super) from: f64,
+    pub(super) to: f64,
+    pub(super) steps: usize,
+}
+
+fn grid_range(text: &str) -> Result<GridRange, String> {
+    const EXPECTED: &str = "must be NAME=FROM:TO:STEPS, e.g. joint_2=-60:90:151";
+    let (joint, range) = text.rsplit_once('=').ok_or(EXPECTED)?;
+    let [from, to, steps] = range.split(':').collect::<Vec<_>>()[..] else {
+        return Err(EXPECTED.to_owned());
+    };
+    let steps = match steps.trim().parse::<usize>() {
+        Ok(steps) if steps > 0 => steps,
+        _ => return Err(format!("'{steps}' is no number of steps, must be 1 or more")),
+    };
+    let (from, to) = (finite(from)?, finite(to)?);
+    Ok(GridRange { joint: joint.trim().to_owned(), from, to, steps })
+}
+
+fn named_value(text: &str) -> Result<(String, f64), String> {
+    let (name, value) = text.rsplit_once('=').ok_or("must be NAME=VALUE, e.g. joint_2=45")?;
+    Ok((name.trim().to_owned(), finite(value)?))
+}
+
+fn finite(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(number) if number.is_finite() => Ok(number),
+        Ok(_) | Err(_) => Err(format!("'{text}' is not a finite number")),
+    }
+}

@@ -1,0 +1,149 @@
+//! A reduced map as CSV and JSON.
+
+use serde::Serialize;
+
+use super::{JsonJoint, json_joints, pose_columns};
+use crate::map::{Extreme, Head, Reduced, ReducedMode, SHARES, Statistic};
+use crate::units::percent_from_ratio;
+
+/// Name of the JSON format.
+const SCHEMA: &str = "map-reduced/1";
+
+/// A reduced map as CSV, one figure a row: `min` and `max` with their pose (counted from 1), `mean`, `q5` …
+/// `q95`, and `bin` with its upper end and how many poses lie in it. Cells that a figure has no use for are
+/// blank.
+pub fn reduced_csv(head: &Head, reduced: &Reduced, statistics: &[Statistic]) -> String {
+    let columns = pose_columns(head);
+    let mut out = format!("mode,statistic,frequency_hz,to_hz,poses,pose,{}\n", columns.join(","));
+    let no_pose = ",".repeat(columns.len());
+    let number = |value: f64| zmij::Buffer::new().format(value).to_owned();
+    let at = |extreme: &Extreme| {
+        let values = extreme.joints.iter().chain(&extreme.beta2_rad);
+        let values: String = values.map(|v| format!(",{}", number(*v))).collect();
+        format!("{},,,{}{values}", number(extreme.frequency_hz), extreme.pose + 1)
+    };
+    let alone = |value: f64| format!("{},,,{no_pose}", number(value));
+    for (i, mode) in reduced.modes.iter().enumerate() {
+        let mut row = |name: &str, cells: String| {
+            out.push_str(&format!("{},{name},{cells}\n", i + 1));
+        };
+        for statistic in statistics {
+            match statistic {
+                Statistic::Min => row("min", at(&mode.min)),
+                Statistic::Max => row("max", at(&mode.max)),
+                Statistic::Mean => row("mean", alone(mode.mean_hz)),
+                Statistic::Quantiles => {
+                    for (share, value) in SHARES.iter().zip(mode.quantiles_hz) {
+                        row(&format!("q{}", percent_from_ratio(*share)), alone(value));
+                    }
+                }
+                Statistic::Histogram => {
+                    for bin in &mode.histogram {
+                        let (from, to) = (number(bin.from_hz), number(bin.to_hz));
+                        row("bin", format!("{from},{to},{},{no_pose}", bin.poses));
+                    }
+                }
+            }
+        }
+    }
+    out
+}
+
+#[derive(Debug, Serialize)]
+struct JsonReduced<'a> {
+    schema: &'static str,
+    robot: &'a str,
+    poses: usize,
+    quantile_resolution_percent: f64,
+    joints: Vec<JsonJoint<'a>>,
+    coordinates: &'a [String],
+    modes: Vec<JsonMode<'a>>,
+}
+
+#[derive(Debug, Serialize)]
+struct JsonMode<'a> {
+    mode: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    min: Option<JsonExtreme<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    max: Option<JsonExtreme<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mean_hz: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    quantiles: Option<Vec<JsonQuantile>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    histogram: Option<Vec<JsonBin>>,
+}
+
+#[derive(Debug, Serialize)]
+struct JsonExtreme<'a> {
+    frequency_hz: f64,
+    pose: usize,
+    joints: &'a [f64],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    beta2_rad: Option<f64>,
+}
+
+#[derive(Debug, Serialize)]
+struct JsonQuantile {
+    percent: f64,
+    frequency_hz: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct JsonBin {
+    from_hz: f64,
+    to_hz: f64,
+    poses: u64,
+}
+
+/// A reduced map as JSON; `pose` counts from 1.
+///
+/// # Errors
+/// The serialiser's, which has no cause of its own to fail.
+pub fn reduced_json(
+    head: &Head,
+    reduced: &Reduced,
+    statistics: &[Statistic],
+) -> serde_json::Result<String> {
+    let modes = reduced.modes.iter().enumerate();
+    let text = serde_json::to_string_pretty(&JsonReduced {
+        schema: SCHEMA,
+        robot: &head.robot,
+        poses: reduced.poses,
+        quantile_resolution_percent: percent_from_ratio(reduced.quantile_resolution),
+        joints: json_joints(head),
+        coordinates: &head.coordinates,
+        modes: modes.map(|(i, mode)| json_mode(i + 1, mode, statistics)).collect(),
+    })?;
+    Ok(text + "\n")
+}
+
+fn json_mode<'a>(number: usize, mode: &'a ReducedMode, statistics: &[Statistic]) -> JsonMode<'a> {
+    let has = |statistic| statistics.contains(&statistic);
+    let quantile = |(&share, frequency_hz): (&f64, f64)| JsonQuantile {
+        percent: percent_from_ratio(share),
+        frequency_hz,
+    };
+    JsonMode {
+        mode: number,
+        min: has(Statistic::Min).then(|| json_extreme(&mode.min)),
+        max: has(Statistic::Max).then(|| json_extreme(&mode.max)),
+        mean_hz: has(Statistic::Mean).then_some(mode.mean_hz),
+        quantiles: has(Statistic::Quantiles)
+            .then(|| SHARES.iter().zip(mode.quantiles_hz).map(quantile).collect()),
+        histogram: has(Statistic::Histogram).then(|| {
+            let bins = mode.histogram.iter();
+            bins.map(|b| JsonBin { from_hz: b.from_hz, to_hz: b.to_hz, poses: b.poses }).collect()
+        }),
+    }
+}
+
+fn json_extreme(extreme: &Extreme) -> JsonExtreme<'_> {
+    JsonExtreme {
+        frequency_hz: extreme.frequency_hz,
+        pose: extreme.pose + 1,
+        joints: &extreme.joints,
+        beta2_rad: extreme.beta2_rad,
+    }
+}

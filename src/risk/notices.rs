@@ -1,0 +1,72 @@
+//! Remarks on an operation that do not change its verdict.
+
+use super::assess::AssessFault;
+use super::verdict::OperationRisk;
+use crate::job::{Job, Operation, SpindleSpeed};
+use crate::path::Path;
+use crate::units::um_per_n_from_m_per_n;
+
+/// What a planner should know of an operation beside its crossings.
+pub(super) fn notices(
+    job: &Job,
+    operation: &Operation,
+    path: &Path,
+    risk: &OperationRisk,
+) -> Vec<AssessFault> {
+    let in_job = |what: String| AssessFault {
+        operation: operation.name.clone(),
+        file: job.file.clone(),
+        line: Some(operation.line),
+        what,
+    };
+    let mut notices: Vec<AssessFault> = nothing_checked(job, risk)
+        .into_iter()
+        .chain(too_sudden(job, operation, path))
+        .map(in_job)
+        .collect();
+    if let Some(haste) = path.worst_haste() {
+        notices.push(AssessFault {
+            operation: operation.name.clone(),
+            file: operation.program.clone().unwrap_or_else(|| job.file.clone()),
+            line: Some(path.line_at(haste.s)),
+            what: format!(
+                "{haste}; the robot will be slower there than this check takes it to be, so lower the feed"
+            ),
+        });
+    }
+    notices
+}
+
+/// A clear verdict means nothing where the policy leaves every line or every mode out.
+fn nothing_checked(job: &Job, risk: &OperationRisk) -> Option<String> {
+    if risk.left_out.lines.len() == risk.lines.len() {
+        return Some(
+            "nothing was checked: every excitation line lies in policy.ignore_hz".to_owned(),
+        );
+    }
+    if risk.left_out.modes.len() == job.robot.coordinates().len() {
+        return Some(format!(
+            "nothing was checked: every mode moves the tool tip less than policy.min_tip_response_um_per_n, {}",
+            um_per_n_from_m_per_n(job.policy.min_tip_response_m_per_n)
+        ));
+    }
+    None
+}
+
+/// The steepest piece of a schedule that asks more of the spindle than it can.
+fn too_sudden(job: &Job, operation: &Operation, path: &Path) -> Option<String> {
+    let most = job.spindle.max_acceleration_rpm_per_s?;
+    let SpindleSpeed::Schedule(points) = &operation.speed else { return None };
+    let pieces = points.windows(2).enumerate().map(|(index, pair)| {
+        let seconds = (pair[1].0 - pair[0].0) * path.duration_s();
+        (index, pair, (pair[1].1 - pair[0].1).abs() / seconds)
+    });
+    let beyond = pieces.filter(|&(_, pair, rate)| pair[0].1 != pair[1].1 && rate > most);
+    let (index, pair, rate) = beyond.max_by(|a, b| a.2.total_cmp(&b.2))?;
+    let ([(_, from), (_, to)], next) = ([pair[0], pair[1]], index + 1);
+    let asked = if rate.is_finite() { format!("{rate:.1} rpm/s") } else { "a jump".to_owned() };
+    Some(format!(
+        "spindle_schedule[{index}] to [{next}], from {from} to {to} rpm, asks for {asked}; \
+         spindle.max_acceleration_rpm_per_s is {most}"
+    ))
+}

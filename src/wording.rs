@@ -1,0 +1,85 @@
+//! What messages have in common: misspellings, digits, and text that may hold anything.
+
+/// A word is taken for a misspelling above this similarity (Jaro-Winkler).
+const LEAST_SIMILARITY: f64 = 0.8;
+
+/// Nobody misspells a word into something longer than this.
+pub const LONGEST_WORD: usize = 100;
+
+/// The candidate that `word` is most likely a misspelling of.
+pub fn nearest<'c>(word: &str, candidates: impl IntoIterator<Item = &'c str>) -> Option<&'c str> {
+    if word.len() > LONGEST_WORD {
+        return None;
+    }
+    candidates
+        .into_iter()
+        .map(|candidate| {
+            (strsim::jaro_winkler(&word.to_lowercase(), &candidate.to_lowercase()), candidate)
+        })
+        .filter(|(similarity, _)| *similarity >= LEAST_SIMILARITY)
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, candidate)| candidate)
+}
+
+/// Two numbers as text with at least `decimals` decimals, and as many more as they need to differ where they
+/// are not the same.
+pub fn told_apart(a: f64, b: f64, decimals: usize) -> [String; 2] {
+    /// Beyond it doubles of everyday size show their last digit.
+    const MOST_DECIMALS: usize = 15;
+    let with = |decimals: usize| [a, b].map(|value| format!("{value:.decimals$}"));
+    if a == b {
+        return with(decimals);
+    }
+    (decimals..=MOST_DECIMALS)
+        .map(with)
+        .find(|[a, b]| a != b)
+        .unwrap_or_else(|| [a, b].map(|value| format!("{value:e}")))
+}
+
+/// Text of a user on one line: what would steer a terminal, turn the direction of writing or break XML is
+/// spelt out as `\u{1b}`.
+pub fn printable(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            c if is_printable(c) => out.push(c),
+            c if c.is_control() => out.extend(c.escape_default()),
+            c => out.extend(c.escape_unicode()),
+        }
+    }
+    out
+}
+
+fn is_printable(c: char) -> bool {
+    let turns_direction =
+        matches!(c, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    // Not in XML 1.0, with the control characters.
+    let breaks_xml = matches!(c, '\u{fffe}' | '\u{ffff}');
+    !(c.is_control() || turns_direction || breaks_xml || c == '\u{feff}')
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_numbers_show_that_they_differ() {
+        assert_eq!(told_apart(65.0, 65.0, 3), ["65.000", "65.000"]);
+        assert_eq!(told_apart(190.0, 180.0, 3), ["190.000", "180.000"]);
+        assert_eq!(told_apart(65.000_02, 65.0, 3), ["65.00002", "65.00000"]);
+        assert_eq!(told_apart(1e-300, 0.0, 1), ["1e-300", "0e0"]);
+    }
+
+    #[test]
+    fn nothing_reaches_the_terminal_but_text() {
+        assert_eq!(printable("µ 'a' \u{1b}[31m\r\n\u{7}"), "µ 'a' \\u{1b}[31m\\r\\n\\u{7}");
+        assert_eq!(printable("a\u{9b}\u{7f}\u{202e}\u{ffff}"), "a\\u{9b}\\u{7f}\\u{202e}\\u{ffff}");
+        assert_eq!(printable("Tür 50 % ×2 — ok 日本"), "Tür 50 % ×2 — ok 日本");
+    }
+
+    #[test]
+    fn a_misspelling_is_near_and_another_word_is_not() {
+        assert_eq!(nearest("tool1", ["base", "tool0"]), Some("tool0"));
+        assert_eq!(nearest("flange", ["base", "tool0"]), None);
+    }
+}
