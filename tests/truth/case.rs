@@ -9,7 +9,7 @@ use super::arm::Arm;
 use super::dice::Dice;
 use super::drawing::effect;
 use super::effects::{BEYOND, Change, Effect, Known};
-use super::robots::{Family, arm, pose};
+use super::robots::{Family, arm, pose, row_at};
 use super::world::{Row, World};
 use super::write::{self, Columns};
 
@@ -136,10 +136,11 @@ impl Case {
         let dice = &mut dice;
         let mut nominal = arm(order.family, dice);
         if order.scenario == Scenario::Single("gravity_stiffness") {
-            // Gravity shows in arms alone that are as soft as a cobot: its share of K is g / (r ω²).
-            let softer = dice.log_even(0.01, 0.3);
+            // Gravity's share of K is g / (r ω²): it shows in arms that rock at a hertz or two.
+            let first_hz = World::of(&nominal).frequencies_hz(&row_at(pose(&nominal, dice)), 1)[0];
+            let softer = (dice.even(1.2, 2.6) / first_hz).powi(2);
             for joint in &mut nominal.joints {
-                joint.stiffness_nm_per_rad = (joint.stiffness_nm_per_rad * softer).max(3e3).round();
+                joint.stiffness_nm_per_rad = (joint.stiffness_nm_per_rad * softer).round();
             }
         }
         let [fewest, most] = order.poses;

@@ -14,6 +14,7 @@ pub(crate) struct Confusion {
     /// Hidden cause → named first instead → times.
     instead: BTreeMap<String, BTreeMap<String, usize>>,
     failures: Vec<String>,
+    unjudged: usize,
 }
 
 /// Counts over some cases.
@@ -120,6 +121,7 @@ impl Confusion {
     /// A case that could not be judged.
     pub(crate) fn add_failure(&mut self, case: &Case, fault: &str) {
         self.failures.push(format!("{}: {fault}", case.name()));
+        self.unjudged += 1;
     }
 
     pub(crate) fn markdown(&self) -> String {
@@ -146,8 +148,48 @@ impl Confusion {
         &self.failures
     }
 
-    /// Parameters compared with the truth, and those whose interval holds it.
-    pub(crate) fn coverage(&self) -> (usize, usize) {
-        (self.whole.intervals, self.whole.covered)
+    /// What falls short of `bar`, in words. Few cases cannot show a rate: one miss is always allowed.
+    pub(crate) fn shortfalls(&self, bar: &Bar) -> Vec<String> {
+        let row = &self.whole;
+        let cases = row.cases + self.unjudged;
+        let within = row.held_out.iter().filter(|x| **x <= MOST_HELD_OUT).count();
+        let clean = row.cases - row.spurious;
+        let asked = [
+            ("all causes named, groups of at most four", row.all_right, cases, bar.named),
+            ("the verdict", row.verdict_right, cases, bar.verdict),
+            ("no spurious finding", clean, cases, bar.clean),
+            ("a gain on poses left out", row.gained, cases, bar.gained),
+            ("held-out error at most 1.25 of the noise", within, cases, bar.held_out),
+            ("intervals that hold the truth", row.covered, row.intervals, bar.covered),
+            ("groups split by the suggested poses", row.split, row.splittable, bar.split),
+        ];
+        let mut short = Vec::new();
+        for (what, right, of, share) in asked {
+            let Some(share) = share else { continue };
+            let allowed = ((1.0 - share) * of as f64).max(1.0);
+            if (of - right) as f64 > allowed {
+                short.push(format!("{what}: {right} of {of}, asked are {:.0} %", 100.0 * share));
+            }
+        }
+        // Intervals that always hold are too wide; that takes many to see.
+        if bar.covered.is_some() && row.intervals >= 300 && row.covered * 100 > 99 * row.intervals {
+            short.push(format!("intervals too wide: {} of {}", row.covered, row.intervals));
+        }
+        if self.unjudged > 0 {
+            short.push(format!("no answer: {} of {cases}", self.unjudged));
+        }
+        short
     }
+}
+
+/// Shares that are asked for; `None` where nothing is.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Bar {
+    pub(crate) named: Option<f64>,
+    pub(crate) verdict: Option<f64>,
+    pub(crate) clean: Option<f64>,
+    pub(crate) gained: Option<f64>,
+    pub(crate) held_out: Option<f64>,
+    pub(crate) covered: Option<f64>,
+    pub(crate) split: Option<f64>,
 }

@@ -18,6 +18,7 @@
 //! | [`write`] | URDF, robot.yaml, measured.csv, truth.json |
 //! | [`score`] | what a diagnosis said against what was hidden |
 //! | [`confusion`] | many scores as tables |
+//! | [`run`] | the program as a black box, over many cases |
 //! | [`records`] | hammer tests in the time domain |
 
 #![allow(
@@ -39,6 +40,7 @@ pub(crate) mod effects;
 pub(crate) mod eigen;
 pub(crate) mod records;
 pub(crate) mod robots;
+pub(crate) mod run;
 pub(crate) mod score;
 pub(crate) mod world;
 pub(crate) mod write;
