@@ -12,19 +12,18 @@ mod truth;
 
 use std::f64::consts::TAU;
 use std::fs;
-use std::path::Path;
-use std::process::Command;
 
 use nalgebra::{DMatrix, Matrix3, Vector3};
 use serde_json::json;
 
 use truth::arm::{Arm, Body, Kind};
-use truth::case::{Case, Order, Scenario, Strength, rms};
+use truth::case::{Case, Hidden, Order, Scenario, Strength, rms};
+use truth::confusion::{Bar, Confusion};
 use truth::dice::Dice;
 use truth::effects::{BEYOND, VOCABULARY};
 use truth::eigen::lowest_hz;
-use truth::records::HammerTest;
 use truth::robots::{Family, arm, pose, row_at};
+use truth::run::map;
 use truth::score::{Diagnosis, Met, Score};
 use truth::world::{World, extra};
 use truth::write;
@@ -145,35 +144,6 @@ fn embellish(arm: &mut Arm, i: usize, dice: &mut Dice) {
     let com = Vector3::from_fn(|_, _| dice.even(-0.1, 0.1));
     arm.payload = Some(Body::block(8.0, com, edges, Matrix3::identity()));
     arm.gravity_stiffness = i.is_multiple_of(2);
-}
-
-/// Frequencies of `detune map` at poses.
-fn map(folder: &Path, arm: &Arm, poses: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    let names: Vec<String> = arm.joints.iter().map(|j| format!("{}_rad", j.name)).collect();
-    let mut text = names.join(",") + "\n";
-    for q in poses {
-        let cells: Vec<String> = q.iter().map(f64::to_string).collect();
-        text += &(cells.join(",") + "\n");
-    }
-    fs::write(folder.join("poses.csv"), text).unwrap();
-    let output = Command::new(env!("CARGO_BIN_EXE_detune"))
-        .args(["map", "robot.yaml", "--poses", "poses.csv"])
-        .current_dir(folder)
-        .output()
-        .unwrap();
-    let errors = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{errors}");
-    let csv = String::from_utf8(output.stdout).unwrap();
-    let mut lines = csv.lines().filter(|line| !line.starts_with('#'));
-    let head: Vec<&str> = lines.next().unwrap().split(',').collect();
-    let is_mode = |name: &str| name.starts_with('f') && name.ends_with("_hz");
-    let modes: Vec<usize> = (0..head.len()).filter(|&c| is_mode(head[c])).collect();
-    lines
-        .map(|line| {
-            let cells: Vec<&str> = line.split(',').collect();
-            modes.iter().map(|&c| cells[c].parse().unwrap()).collect()
-        })
-        .collect()
 }
 
 fn order(family: Family, scenario: Scenario, seed: u64) -> Order {
@@ -352,31 +322,74 @@ fn a_diagnosis_that_lacks_a_field_is_told() {
     }
 }
 
-/// The records ring at the frequencies of the world: the free decay of a blow, correlated with sines.
-#[test]
-fn records_ring_at_the_true_frequencies() {
-    let dice = &mut Dice::new(11);
-    let arm = arm(Family::Planar { links: 2 }, dice);
-    let world = World::of(&arm);
-    let row = row_at(pose(&arm, dice));
-    let test = HammerTest { cubic: 0.0, ..HammerTest::default() };
-    let record = test.record(&world, &row, dice);
-    let first = (0.2 * test.sample_rate_hz) as usize;
-    let last = (test.seconds_per_blow * test.sample_rate_hz) as usize;
-    let strength = |f: f64| -> f64 {
-        let sum = |phase: f64| -> f64 {
-            (first..last)
-                .map(|s| {
-                    let swing = record.x_mm[s] + record.z_mm[s];
-                    swing * (TAU * f * record.time_s[s] + phase).cos()
-                })
-                .sum()
-        };
-        sum(0.0).hypot(sum(0.25 * TAU))
+/// What a perfect diagnosis, or an empty one, would say of a case.
+fn oracle(case: &Case, blind: bool) -> Diagnosis {
+    let finding = |part: &Hidden| {
+        let parameters: Vec<_> = part
+            .known
+            .iter()
+            .take(1)
+            .map(|k| {
+                let nominal = if k.nominal.is_finite() { json!(k.nominal) } else { json!(null) };
+                let slack = 0.01 * k.value.abs();
+                json!({"name": k.ending, "nominal": nominal, "estimate": k.value,
+                    "ci95": [k.value - slack, k.value + slack]})
+            })
+            .collect();
+        json!({"cause": part.effect.cause, "at": part.effect.at[0], "indistinguishable_from": [],
+            "parameters": parameters, "evidence": {"delta_bic": -80.0, "p_value": 0.001},
+            "gain_percent_points": 3.0})
     };
-    for f in world.frequencies_hz(&row, 2) {
-        let at = |k: i32| f * (1.0 + 0.001 * f64::from(k));
-        let best = (-30..=30).max_by(|a, b| strength(at(*a)).total_cmp(&strength(at(*b)))).unwrap();
-        assert!(best.abs() <= 3, "{f} Hz: the record rings at {} Hz", at(best));
+    let findings: Vec<_> = if blind || case.is_beyond() {
+        Vec::new()
+    } else {
+        case.hidden.iter().map(finding).collect()
+    };
+    let mut read = diagnosis(&json!(findings), 100.0 * case.floor);
+    if case.is_beyond() && !blind {
+        read.verdict = "unexplained".to_owned();
     }
+    read
+}
+
+/// The bar lets a perfect engine pass and holds a blind one.
+#[test]
+fn a_perfect_diagnosis_passes_and_a_blind_one_does_not() {
+    let all = Some(0.95);
+    let bar = Bar {
+        named: all,
+        verdict: all,
+        clean: all,
+        gained: all,
+        held_out: all,
+        covered: all,
+        split: None,
+    };
+    let scenarios = [
+        Scenario::Single("joint_stiffness"),
+        Scenario::Single("joint_zero_offset"),
+        Scenario::Single("transverse_compliance"),
+        Scenario::Single("missed_mode"),
+        Scenario::Several(2),
+        Scenario::Beyond("wave"),
+    ];
+    let (mut perfect, mut blind) = (Confusion::default(), Confusion::default());
+    for scenario in scenarios {
+        let case = Case::draw(order(Family::SixAxis, scenario, 2)).unwrap();
+        perfect.add(&case, &Score::of(&case, &oracle(&case, false)));
+        blind.add(&case, &Score::of(&case, &oracle(&case, true)));
+    }
+    assert_eq!(perfect.shortfalls(&bar), Vec::<String>::new());
+    assert!(perfect.failures().is_empty(), "{:?}", perfect.failures());
+    let markdown = perfect.markdown();
+    assert!(markdown.contains("| joint_stiffness | six-axis | 1 | 100 % (1/1) |"), "{markdown}");
+    let short = blind.shortfalls(&bar);
+    // Beyond the vocabulary there is nothing to name, and so nothing to miss.
+    assert!(short[0].ends_with("1 of 6, asked are 95 %"), "{short:?}");
+    assert!(short[1].starts_with("the verdict: 0 of 6"), "{short:?}");
+
+    let mut unjudged = Confusion::default();
+    let case = Case::draw(order(Family::SixAxis, Scenario::Nothing, 2)).unwrap();
+    unjudged.add_failure(&case, "no answer");
+    assert_eq!(unjudged.shortfalls(&Bar::default()), ["no answer: 1 of 1"]);
 }

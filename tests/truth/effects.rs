@@ -174,7 +174,7 @@ impl Change {
             Self::Load { .. } => 1.5,
             Self::Amplitude { power: true, .. } => 0.4,
             Self::Amplitude { .. } => 0.6,
-            Self::Temperature { .. } => 0.025,
+            Self::Temperature { .. } => 0.015,
             Self::Gravity | Self::Aliased { .. } | Self::Missed { .. } => 1.0,
             Self::Wave { .. } | Self::Hysteresis { .. } => 0.6,
             Self::Absorber { .. } => 0.3,

@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
+use super::arm::Arm;
 use super::case::Case;
 use super::confusion::Confusion;
 use super::score::{Diagnosis, Met, Score};
@@ -128,4 +129,33 @@ pub(crate) fn judge_all(cases: &[Case], settings: &Settings) -> Confusion {
         }
     }
     confusion
+}
+
+/// Frequencies of `detune map` at poses.
+pub(crate) fn map(folder: &Path, arm: &Arm, poses: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let names: Vec<String> = arm.joints.iter().map(|j| format!("{}_rad", j.name)).collect();
+    let mut text = names.join(",") + "\n";
+    for q in poses {
+        let cells: Vec<String> = q.iter().map(f64::to_string).collect();
+        text += &(cells.join(",") + "\n");
+    }
+    fs::write(folder.join("poses.csv"), text).unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_detune"))
+        .args(["map", "robot.yaml", "--poses", "poses.csv"])
+        .current_dir(folder)
+        .output()
+        .unwrap();
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{errors}");
+    let csv = String::from_utf8(output.stdout).unwrap();
+    let mut lines = csv.lines().filter(|line| !line.starts_with('#'));
+    let head: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let is_mode = |name: &str| name.starts_with('f') && name.ends_with("_hz");
+    let modes: Vec<usize> = (0..head.len()).filter(|&c| is_mode(head[c])).collect();
+    lines
+        .map(|line| {
+            let cells: Vec<&str> = line.split(',').collect();
+            modes.iter().map(|&c| cells[c].parse().unwrap()).collect()
+        })
+        .collect()
 }

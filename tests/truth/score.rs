@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 use super::case::{Case, Hidden, Scenario};
-use super::effects::Known;
+use super::effects::{BEYOND, Known};
 
 /// Largest group that still says something.
 pub(crate) const LARGEST_GROUP: usize = 4;
@@ -210,7 +210,9 @@ fn answer(hidden: &Hidden, diagnosis: &Diagnosis) -> Answer {
 
 impl Score {
     pub(crate) fn of(case: &Case, diagnosis: &Diagnosis) -> Self {
-        let answers: Vec<Answer> = case.hidden.iter().map(|part| answer(part, diagnosis)).collect();
+        // What lies beyond the vocabulary cannot be named.
+        let nameable = case.hidden.iter().filter(|part| !BEYOND.contains(&part.effect.cause));
+        let answers: Vec<Answer> = nameable.map(|part| answer(part, diagnosis)).collect();
         let met: Vec<usize> = answers.iter().filter_map(|answer| answer.finding).collect();
         let findings = &diagnosis.findings;
         let gained = findings.iter().all(|finding| finding.gain_percent_points > 0.0)
