@@ -44,12 +44,12 @@ impl Chain {
         let dice = &mut Dice::new(seed);
         let nominal = loop {
             let arm = arm(Family::Planar { links: 2 }, dice);
-            // Well inside half of the sampling rate.
-            let far = (0..6).all(|_| {
+            // Well inside half of the sampling rate, and quiet again before the next blow.
+            let fits = (0..6).all(|_| {
                 let f = World::of(&arm).frequencies_hz(&row_at(pose(&arm, dice)), 2);
-                f[1] < 120.0
+                f[0] > 12.0 && f[1] < 120.0
             });
-            if far {
+            if fits {
                 break arm;
             }
         };

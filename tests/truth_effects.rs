@@ -119,6 +119,16 @@ fn an_absorber_repels_its_mode() {
     let seen = world.frequencies_hz(&row, 4);
     assert!((seen[1] / plain[1] - 1.05_f64.sqrt()).abs() < 1e-6, "{seen:?} for {plain:?}");
     assert_eq!([seen[0], seen[2], seen[3]], [plain[0], plain[2], plain[3]]);
+    // Elsewhere both branches are roots of (x − ω²)(x − ω_t²) = ε² ω² ω_t².
+    for share in [0.8, 0.95, 1.05, 1.2] {
+        let tuned = share * plain[1];
+        let law = ModeLaw::Absorber { mode: 1, frequency_hz: tuned, coupling: 0.05 };
+        world.mode_laws = vec![law];
+        let x = world.frequencies_hz(&row, 4)[1].powi(2);
+        let (a, b) = (plain[1].powi(2), tuned * tuned);
+        assert!(((x - a) * (x - b) / (a * b) - 0.0025).abs() < 1e-12, "{share}");
+        assert!((x > a) == (a > b), "{share}");
+    }
 }
 
 #[test]
@@ -162,6 +172,20 @@ fn noise_has_unit_variance() {
     assert!((rms(&student) - 1.0).abs() < 0.1, "{}", rms(&student));
     let far = |all: &[f64]| all.iter().filter(|x| x.abs() > 4.0).count();
     assert!(far(&student) > 10 * far(&normal));
+}
+
+/// Half as long steps give the same record: the scheme is of a high order.
+#[test]
+fn records_do_not_depend_on_the_step() {
+    let arm = arm(Family::Planar { links: 2 }, &mut Dice::new(11));
+    let (world, row) = (World::of(&arm), row_at(vec![0.8, 0.5]));
+    let record = |finer: usize| {
+        let test = HammerTest { noise: 0.0, blows: 1, finer, ..HammerTest::default() };
+        test.record(&world, &row, &mut Dice::new(13)).x_mm
+    };
+    let (coarse, fine) = (record(1), record(2));
+    let off: Vec<f64> = coarse.iter().zip(&fine).map(|(a, b)| a - b).collect();
+    assert!(rms(&off) < 1e-4 * rms(&fine), "{} of {}", rms(&off), rms(&fine));
 }
 
 /// By mode, how far from its frequency a record rings most, per mille.

@@ -199,6 +199,32 @@ fn tables_hold_the_truth_and_noise() {
     }
 }
 
+/// What the table says of pose and circumstances is what the truth was asked at, to the last digit.
+#[test]
+fn tables_round_nothing_but_frequencies() {
+    for cause in ["temperature_drift", "amplitude_dependence"] {
+        let case = Case::draw(order(Family::SixAxis, Scenario::Single(cause), 4)).unwrap();
+        let table = case.table();
+        let head: Vec<&str> = table.lines().next().unwrap().split(',').collect();
+        for (line, row) in table.lines().skip(1).zip(&case.rows) {
+            let cells: Vec<&str> = line.split(',').collect();
+            let told = |name: &str| -> Option<f64> {
+                head.iter().position(|h| *h == name).map(|c| cells[c].parse().unwrap())
+            };
+            for (i, q) in row.joints_rad.iter().enumerate() {
+                assert!((told(&format!("joint_{}_rad", i + 1)).unwrap() - q).abs() < 1e-12);
+            }
+            let circumstances =
+                [("temperature_c", row.temperature_c), ("amplitude_nm", row.amplitude_nm)];
+            for (name, true_value) in circumstances {
+                assert!(told(name).is_none_or(|t| (t - true_value).abs() < 1e-9), "{name}");
+            }
+            let covariate = if cause.starts_with('t') { "temperature_c" } else { "amplitude_nm" };
+            assert!(told(covariate).is_some());
+        }
+    }
+}
+
 /// The program reads what is written (every key and column of it is in its schema).
 #[test]
 fn several_effects_can_be_hidden_and_written() {
@@ -248,7 +274,7 @@ fn a_right_diagnosis_is_right_and_wrong_ones_are_wrong() {
     let case = Case::draw(order(family, Scenario::Single("joint_stiffness"), 7)).unwrap();
     let at = case.hidden[0].effect.at[0].clone();
     let truth = case.hidden[0].known.iter().find(|k| k.ending == "nm_per_rad").unwrap();
-    let floor = 100.0 * case.floor;
+    let floor = 100.0 * case.noise_to_beat();
     let finding = |cause: &str, at: &str, group: serde_json::Value, ci: [f64; 2]| {
         json!([{"cause": cause, "at": at, "indistinguishable_from": group,
             "parameters": [{"name": "stiffness_nm_per_rad", "nominal": truth.nominal,
@@ -266,9 +292,11 @@ fn a_right_diagnosis_is_right_and_wrong_ones_are_wrong() {
     assert!(faults.is_empty(), "{faults:?}");
     assert_eq!((score.answers[0].met, &score.answers[0].covered[..]), (Met::Found, &[true][..]));
 
-    let beside = [1.01 * truth.value, 1.02 * truth.value];
-    let (score, _) = judge(&finding("joint_stiffness", &at, json!([]), beside), floor);
-    assert_eq!(score.answers[0].covered, [false]);
+    for beside in [[1.01, 1.02], [0.98, 0.99]] {
+        let ci = beside.map(|share| share * truth.value);
+        let (score, _) = judge(&finding("joint_stiffness", &at, json!([]), ci), floor);
+        assert_eq!(score.answers[0].covered, [false]);
+    }
 
     let member = json!([{"cause": "joint_stiffness", "at": at}]);
     let (score, faults) = judge(&finding("payload", "tool0", member, ci), floor);
@@ -303,7 +331,7 @@ fn modes_are_recognised() {
         let findings = json!([{"cause": "aliased_mode", "at": at, "indistinguishable_from": [],
             "parameters": [], "evidence": {"delta_bic": -80.0, "p_value": 0.001},
             "gain_percent_points": 6.0}]);
-        let score = Score::of(&case, &diagnosis(&findings, 100.0 * case.floor));
+        let score = Score::of(&case, &diagnosis(&findings, 100.0 * case.noise_to_beat()));
         assert_eq!(score.answers[0].met, Met::Found);
     }
 }
@@ -345,7 +373,7 @@ fn oracle(case: &Case, blind: bool) -> Diagnosis {
     } else {
         case.hidden.iter().map(finding).collect()
     };
-    let mut read = diagnosis(&json!(findings), 100.0 * case.floor);
+    let mut read = diagnosis(&json!(findings), 100.0 * case.noise_to_beat());
     if case.is_beyond() && !blind {
         read.verdict = "unexplained".to_owned();
     }

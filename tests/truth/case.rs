@@ -112,6 +112,8 @@ pub(crate) struct Case {
     pub(crate) noise: f64,
     /// Noise and rounding together, relative: the best that any model can do.
     pub(crate) floor: f64,
+    /// The same as it came out in this table: heavy tails make a difference.
+    pub(crate) realised: f64,
     heavy_tails: bool,
     columns: Columns,
     pub(crate) measured_hz: Vec<Vec<Option<f64>>>,
@@ -204,6 +206,7 @@ impl Case {
             modes,
             noise,
             floor,
+            realised: floor,
             heavy_tails,
             columns,
             measured_hz: Vec::new(),
@@ -219,7 +222,19 @@ impl Case {
                 }
             }
         }
+        case.realised = case.realised_noise();
         Some(case)
+    }
+
+    /// Root mean square of the relative error of the table.
+    fn realised_noise(&self) -> f64 {
+        let mut errors = Vec::new();
+        for (row, measured) in self.rows.iter().zip(&self.measured_hz) {
+            let seen = self.world.seen_hz(row, self.modes);
+            let both = seen.iter().zip(measured).filter_map(|(seen, f)| Some(((*f)?, (*seen)?)));
+            errors.extend(both.map(|(f, seen)| f / seen - 1.0));
+        }
+        rms(&errors)
     }
 
     /// One row as written down: noisy, ascending, rounded.
@@ -254,6 +269,7 @@ impl Case {
             case.measured_hz.push(self.measure(&row, &mut dice));
             case.rows.push(row);
         }
+        case.realised = case.realised_noise();
         case
     }
 
@@ -295,8 +311,14 @@ impl Case {
             "modes": self.modes,
             "noise": self.noise,
             "noise_and_rounding": self.floor,
+            "realised_noise": self.realised,
             "heavy_tails": self.heavy_tails,
         })
+    }
+
+    /// The best that any model can do: the noise as drawn, or as it was to be if that is more.
+    pub(crate) fn noise_to_beat(&self) -> f64 {
+        self.floor.max(self.realised)
     }
 
     /// Whether the vocabulary lacks what is hidden.

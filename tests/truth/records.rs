@@ -29,6 +29,8 @@ pub(crate) struct HammerTest {
     pub(crate) deflection_rad: f64,
     /// Noise of the displacement over its largest value, of the force over its peak.
     pub(crate) noise: f64,
+    /// Steps of the integration for each that is needed.
+    pub(crate) finer: usize,
 }
 
 impl Default for HammerTest {
@@ -36,13 +38,14 @@ impl Default for HammerTest {
         Self {
             sample_rate_hz: 1000.0,
             blows: 3,
-            seconds_per_blow: 4.0,
+            seconds_per_blow: 5.0,
             peak_n: 1500.0,
-            contact_s: 0.004,
+            contact_s: 0.006,
             damping_ratio: 0.015,
             cubic: 0.02,
             deflection_rad: 1e-3,
             noise: 0.002,
+            finer: 1,
         }
     }
 }
@@ -121,7 +124,7 @@ impl HammerTest {
         let samples = (self.sample_rate_hz * self.seconds_per_blow * self.blows as f64) as usize;
         // Forty steps in the shortest period, and at least sixteen in a blow.
         let finest = (40.0 * f[n - 1]).max(16.0 / self.contact_s);
-        let parts = (finest / self.sample_rate_hz).ceil() as usize;
+        let parts = self.finer * (finest / self.sample_rate_hz).ceil() as usize;
         let h = 1.0 / self.sample_rate_hz / parts as f64;
         let (mut deflection, mut rate) = (DVector::zeros(n), DVector::zeros(n));
         let mut record =

@@ -80,7 +80,7 @@ pub(crate) struct Score {
     pub(crate) first: Option<Named>,
     /// Every finding's gain is positive, and the held-out error shrank.
     pub(crate) gained: bool,
-    /// Held-out error after extension over noise and rounding.
+    /// Held-out error after extension over what noise and rounding made of this table, or were to make if that is more.
     pub(crate) held_out_over_noise: f64,
     pub(crate) split: Option<bool>,
 }
@@ -228,7 +228,7 @@ impl Score {
                 .collect(),
             first: findings.first().map(|finding| finding.named.clone()),
             gained,
-            held_out_over_noise: diagnosis.extended_held_out_percent / 100.0 / case.floor,
+            held_out_over_noise: diagnosis.extended_held_out_percent / 100.0 / case.noise_to_beat(),
             answers,
             split: None,
         }
