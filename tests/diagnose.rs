@@ -7,12 +7,8 @@
     reason = "tests stop where they fail"
 )]
 
-mod hidden;
-
 use std::process::{Command, Output};
 
-use detune::diagnosis::{DiagnosisFault, Settings, Verdict, diagnose};
-use hidden::case;
 use serde_json::Value;
 
 fn detune(args: &[&str]) -> Output {
@@ -138,51 +134,4 @@ fn the_page_stands_alone() {
     assert!(page.starts_with("<!DOCTYPE html>") && page.trim_end().ends_with("</html>"));
     assert!(page.matches("<svg").count() == 4 && page.contains("next"));
     assert!(!page.contains("http") && !page.contains("NaN"));
-}
-
-/// One hidden effect a kind, each from a fixed seed: named, in a group of at most four.
-#[test]
-fn hidden_effects_are_named() {
-    for (effect, seed) in
-        [("joint_stiffness", 1), ("payload", 2), ("missed_mode", 1), ("temperature_drift", 2)]
-    {
-        let case = case(effect, seed).unwrap();
-        let found = diagnose(&case.description, &case.table, Settings::default(), &|_| {}).unwrap();
-        assert_eq!(found.verdict, Verdict::Explained, "{effect}");
-        assert_eq!(found.findings.len(), 1, "{effect}: {:?}", found.findings);
-        let finding = &found.findings[0];
-        let truth = &case.truths[0];
-        let is = |cause: &str, at: Option<&str>| cause == truth.cause && at == Some(&truth.at);
-        let group = &finding.indistinguishable_from;
-        assert!(
-            is(finding.cause.name(), finding.at.as_deref())
-                || group.iter().any(|s| is(s.cause.name(), s.at.as_deref())),
-            "{effect}: {finding:?}"
-        );
-        assert!(group.len() <= 3);
-        let noise = 100.0 * case.noise;
-        assert!(found.extended.heldout_rms_percent < 1.35 * noise, "{effect}");
-    }
-}
-
-#[test]
-fn noise_is_consistent_and_a_strange_effect_unexplained() {
-    let nothing = case("nothing", 1).unwrap();
-    let found =
-        diagnose(&nothing.description, &nothing.table, Settings::default(), &|_| {}).unwrap();
-    assert_eq!(found.verdict, Verdict::Consistent);
-    assert!(found.findings.is_empty());
-    let strange = case("unknown_joint_wave", 1).unwrap();
-    let found =
-        diagnose(&strange.description, &strange.table, Settings::default(), &|_| {}).unwrap();
-    assert_eq!(found.verdict, Verdict::Unexplained);
-    assert!(found.findings.is_empty() && found.structure_before.is_some());
-}
-
-#[test]
-fn too_little_is_no_diagnosis() {
-    let mut case = case("joint_stiffness", 1).unwrap();
-    case.table.rows.truncate(3);
-    let fault = diagnose(&case.description, &case.table, Settings::default(), &|_| {}).unwrap_err();
-    assert!(matches!(fault, DiagnosisFault::TooLittle { poses: 3, .. }));
 }

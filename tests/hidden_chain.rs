@@ -135,7 +135,8 @@ fn a_soft_joint_is_found_from_hammer_records() {
 
 #[test]
 fn a_spindle_that_nobody_mentioned_is_found_from_hammer_records() {
-    let hidden = |arm: &Arm| Change::Payload { link: 2, com_m: arm.tip_m, tool: true };
+    let hidden =
+        |arm: &Arm| Change::Payload { link: 2, com_m: arm.tip_m, gyration_m: 0.0, tool: true };
     let chain = Chain::new(22, |arm| Some((hidden(arm), 9.0)));
     let diagnosis = chain.run();
     let at = vec!["tool0".to_owned(), "link_2".to_owned()];

@@ -35,8 +35,8 @@ use truth::effects::{BEYOND, VOCABULARY};
 use truth::robots::Family;
 use truth::run::{Settings, judge_all};
 
-const FAMILIES: [Family; 3] =
-    [Family::SixAxis, Family::Planar { links: 2 }, Family::Planar { links: 3 }];
+const FAMILIES: [Family; 4] =
+    [Family::SixAxis, Family::Planar { links: 2 }, Family::Planar { links: 3 }, Family::Sweep];
 
 /// Causes that the suite hides at two to four times the noise; the long run hides all.
 const WEAK: [&str; 5] =
@@ -75,9 +75,9 @@ impl Run {
         let order = |family, seed, poses| Order { family, scenario, strength, poses, seed };
         match self.seeds {
             Some(seeds) => (self.first_seed..self.first_seed + seeds)
-                .map(|seed| order(FAMILIES[seed as usize % 3], seed, [16, 44]))
+                .map(|seed| order(FAMILIES[seed as usize % 4], seed, [16, 44]))
                 .collect(),
-            None => [FAMILIES[0], FAMILIES[1 + turn % 2]]
+            None => [FAMILIES[0], FAMILIES[1 + turn % 3]]
                 .map(|family| order(family, self.first_seed, [16, 24]))
                 .to_vec(),
         }

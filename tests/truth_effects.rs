@@ -93,7 +93,7 @@ fn laws_give_the_factors_that_they_state() {
     let power = Law::AmplitudePower { a: 0.5, reference_nm: 4.0 };
     close(factor(1, power, &row(20.0, 16.0, 0.1)), 0.5);
     let here = row(20.0, 1.0, 0.3);
-    let reference_nm = World::of(&arm).gravity_torque_nm(1, &here.joints_rad).abs();
+    let reference_nm = World::of(&arm).gravity_torque_nm(1, &here).abs();
     close(factor(1, Law::LoadStiffens { a: 0.3, reference_nm }, &here), 1.3);
     close(factor(1, Law::LoadSoftens { a: 0.25, reference_nm }, &here), 0.8);
     let late = 1.0 + 0.3 * (1.0 - f64::exp(-2.0));

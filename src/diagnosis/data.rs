@@ -1,7 +1,21 @@
 //! The measured table as the fits see it.
 
 use crate::measured::ModeTable;
-use crate::model::Conditions;
+use crate::model::{Conditions, Payload};
+
+/// Known mass at the tip during a measurement, against the robot's file.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Load {
+    /// On top of what the file carries, at the tip's origin, kg.
+    pub(super) more_kg: f64,
+    /// Share of the file's payload that was there.
+    pub(super) share: f64,
+}
+
+impl Load {
+    /// As in the file.
+    pub(super) const NOMINAL: Self = Self { more_kg: 0.0, share: 1.0 };
+}
 
 /// A row of the table.
 #[derive(Debug, Clone)]
@@ -9,8 +23,7 @@ pub(super) struct Row {
     /// Joint positions, rad or m.
     pub(super) q: Vec<f64>,
     pub(super) conditions: Conditions,
-    /// Known mass at the tip, kg.
-    pub(super) payload_kg: f64,
+    pub(super) load: Load,
     pub(super) sample_rate_hz: Option<f64>,
     /// Place of the row in the table as it was given.
     pub(super) index: usize,
@@ -44,7 +57,7 @@ pub(super) struct Data {
 
 impl Data {
     /// All rows of a table.
-    pub(super) fn of(table: &ModeTable) -> Self {
+    pub(super) fn of(table: &ModeTable, payload: Option<&Payload>) -> Self {
         let quantum = table.quantum_hz();
         let shares: Vec<f64> = table
             .rows
@@ -73,6 +86,7 @@ impl Data {
                 });
             }
         }
+        let load = loads(table, payload.map_or(0.0, |payload| payload.inertial.mass_kg));
         let rows = table
             .rows
             .iter()
@@ -83,7 +97,7 @@ impl Data {
                     temperature_c: row.temperature_c,
                     amplitude_nm: row.amplitude_nm,
                 },
-                payload_kg: row.payload_kg.unwrap_or(0.0),
+                load: load(row.payload_kg),
                 sample_rate_hz: row.sample_rate_hz,
                 index,
             })
@@ -105,6 +119,21 @@ impl Data {
             .filter_map(|point| Some(Point { row: place[point.row]?, ..*point }))
             .collect();
         Self { rows, points, columns: self.columns }
+    }
+}
+
+/// What a cell of `payload_kg` means where the robot's file carries `own_kg`: it counts the file's payload in
+/// if some row has just that, and comes on top of it otherwise.
+fn loads(table: &ModeTable, own_kg: f64) -> impl Fn(Option<f64>) -> Load + use<> {
+    /// Cells are rounded.
+    const SAME: f64 = 0.02;
+    let is_own = move |kg: f64| own_kg > 0.0 && (kg / own_kg - 1.0).abs() < SAME;
+    let counts_own = table.rows.iter().filter_map(|row| row.payload_kg).any(is_own);
+    move |cell| match cell {
+        None => Load::NOMINAL,
+        Some(kg) if is_own(kg) => Load::NOMINAL,
+        Some(kg) if counts_own => Load { more_kg: 0.0, share: kg / own_kg },
+        Some(kg) => Load { more_kg: kg, share: 1.0 },
     }
 }
 

@@ -378,7 +378,7 @@ fn within_bounds<'c>(
 #[cfg(test)]
 mod tests {
     use super::super::candidate::{Parameter, Scale};
-    use super::super::data::{Point, Row};
+    use super::super::data::{Load, Point, Row};
     use super::*;
     use crate::model::{
         Conditions, CoordinateKind, ElasticJoint, Hinge, Inertial, Joint, JointKind, Link,
@@ -441,7 +441,7 @@ mod tests {
                     temperature_c: Some(15.0 + i as f64),
                     amplitude_nm: Some(5.0 + 3.0 * i as f64),
                 },
-                payload_kg: 0.0,
+                load: Load::NOMINAL,
                 sample_rate_hz: Some(40.0),
                 index: i,
             })

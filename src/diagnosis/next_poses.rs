@@ -4,7 +4,7 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::data::{Data, Point, Row};
+use super::data::{Data, Load, Point, Row};
 use super::fit::{Fit, Problem};
 use super::gain::typical;
 use super::interval::covariance;
@@ -51,7 +51,7 @@ pub(super) fn poses_between(
         .map(|i| Row {
             q: pose(robot, data, i),
             conditions,
-            payload_kg: 0.0,
+            load: Load::NOMINAL,
             sample_rate_hz,
             index: 0,
         })

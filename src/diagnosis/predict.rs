@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::candidate::Candidate;
-use super::data::{Data, Row};
+use super::data::{Data, Load, Row};
 use crate::model::{
     Cause, Correction, Description, Placement, Robot, mass_matrix, stiffness_matrix,
 };
@@ -28,23 +28,29 @@ pub(super) struct Frequency {
     pub(super) slope: Vec<f64>,
 }
 
-/// The robot with `corrections` beside its own, and `payload_kg` at the tip.
+/// The robot with `corrections` beside its own, and `load` at the tip.
 pub(super) fn robot(
     description: &Description,
     corrections: &[Correction],
-    payload_kg: f64,
+    load: Load,
 ) -> Option<Robot> {
     let mut description = description.clone();
     description.corrections.extend_from_slice(corrections);
-    if payload_kg > 0.0 {
-        let tip = description
-            .tip
-            .clone()
-            .or_else(|| Robot::new(&description).ok().map(|robot| robot.tip_link().to_owned()))?;
+    if load.share == 0.0 {
+        description.payload = None;
+    } else if let Some(payload) = &mut description.payload {
+        payload.inertial.mass_kg *= load.share;
+        payload.inertial.inertia_kgm2 *= load.share;
+    }
+    if load.more_kg > 0.0 {
+        let tip = match &description.tip {
+            Some(tip) => tip.clone(),
+            None => Robot::new(&description).ok()?.tip_link().to_owned(),
+        };
         description.corrections.push(Correction {
             cause: Cause::Payload,
             at: Some(tip),
-            parameters: vec![("mass_kg".to_owned(), payload_kg)],
+            parameters: vec![("mass_kg".to_owned(), load.more_kg)],
             hinge: None,
         });
     }
@@ -57,15 +63,15 @@ pub(super) fn assemble(
     corrections: &[Correction],
     rows: &[Row],
 ) -> Option<Matrices> {
-    let mut known: Vec<(f64, Robot, Placement)> = Vec::new();
+    let mut known: Vec<(Load, Robot, Placement)> = Vec::new();
     let mut matrices = Matrices { mass: Vec::new(), stiffness: Vec::new() };
     for row in rows {
-        let at = match known.iter().position(|(payload, ..)| *payload == row.payload_kg) {
+        let at = match known.iter().position(|(load, ..)| *load == row.load) {
             Some(at) => at,
             None => {
-                let robot = robot(description, corrections, row.payload_kg)?;
+                let robot = robot(description, corrections, row.load)?;
                 let placement = Placement::new(&robot);
-                known.push((row.payload_kg, robot, placement));
+                known.push((row.load, robot, placement));
                 known.len() - 1
             }
         };

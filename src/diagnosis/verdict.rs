@@ -238,7 +238,7 @@ pub fn diagnose(
     settings: Settings,
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<Diagnosis, DiagnosisFault> {
-    let data = Data::of(table);
+    let data = Data::of(table, description.payload.as_ref());
     let mut rows: Vec<usize> = data.points.iter().map(|point| point.row).collect();
     rows.dedup();
     let (poses, frequencies) = (rows.len(), data.points.len());

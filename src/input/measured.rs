@@ -7,7 +7,7 @@ use super::table::Table;
 use super::text::{LARGEST_TABLE_BYTES, read_text};
 use super::{Fault, Reading};
 use crate::measured::{ModeRow, ModeTable};
-use crate::model::{AngleForm, JointKind, Robot};
+use crate::model::{AngleForm, JointKind, MovingJoint, Robot};
 use crate::units::{m_from_mm, rad_from_deg};
 use crate::wording::nearest;
 
@@ -199,7 +199,7 @@ impl Columns {
                 columns.iter().map(|&(column, to_si)| number(column).map_or(0.0, to_si)).collect()
             }
             PoseColumns::Angles(angles) => {
-                let mut q = vec![0.0; robot.joints().len()];
+                let mut q: Vec<f64> = robot.joints().iter().map(at_rest).collect();
                 for (column, form) in angles {
                     if let Some(angle) = number(*column) {
                         form.reach(angle, &mut q);
@@ -209,6 +209,11 @@ impl Columns {
             }
         }
     }
+}
+
+/// Where a joint stands that a table does not tell of: at zero, or as near to it as it can, rad or m.
+fn at_rest(joint: &MovingJoint) -> f64 {
+    joint.limit.map_or(0.0, |[low, high]| 0.0_f64.max(low).min(high))
 }
 
 /// What numbers that can be read may still get wrong.

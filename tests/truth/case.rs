@@ -9,7 +9,7 @@ use super::arm::Arm;
 use super::dice::Dice;
 use super::drawing::effect;
 use super::effects::{BEYOND, Change, Effect, Known};
-use super::robots::{Family, arm, pose, row_at};
+use super::robots::{Family, arm, pose, pose_of, row_at};
 use super::world::{Row, World};
 use super::write::{self, Columns};
 
@@ -146,7 +146,7 @@ impl Case {
             }
         }
         let [fewest, most] = order.poses;
-        let rows = rows(&nominal, dice.between(fewest, most), dice);
+        let rows = rows(order.family, &nominal, dice.between(fewest, most), dice);
         let n = nominal.joints.len();
         let modes = if nominal.planar { n } else { dice.between(3, n) };
         let small = order.scenario == Scenario::Single("gravity_stiffness");
@@ -188,6 +188,8 @@ impl Case {
         let has = |cause: &str| hidden.iter().any(|part| part.effect.cause == cause);
         let columns = Columns {
             temperature: has("temperature_drift") || dice.chance(0.2),
+            payload: rows.iter().any(|row| row.payload_kg > 0.0) || dice.chance(0.1),
+            deviations: dice.chance(0.15).then_some(noise),
             amplitude: has("amplitude_dependence") || dice.chance(0.2),
             sample_rate_hz: world.instrument.sample_rate_hz.or_else(|| {
                 // Fast enough for all that is measured, and of no use.
@@ -265,7 +267,7 @@ impl Case {
         for joints_rad in poses_rad {
             let previous = case.rows.last().map(|row| row.joints_rad.clone());
             let drift = case.rows.last().map_or(20.0, |row| row.temperature_c);
-            let row = circumstances(joints_rad.clone(), previous, drift, &mut dice);
+            let row = circumstances(joints_rad.clone(), 0.0, previous, drift, &mut dice);
             case.measured_hz.push(self.measure(&row, &mut dice));
             case.rows.push(row);
         }
@@ -337,19 +339,23 @@ fn mix(order: Order, attempt: u64) -> u64 {
 }
 
 /// A morning's work: poses at random, a hall that warms up, hammer blows of several strengths.
-fn rows(arm: &Arm, count: usize, dice: &mut Dice) -> Vec<Row> {
+fn rows(family: Family, arm: &Arm, count: usize, dice: &mut Dice) -> Vec<Row> {
     let (from, to) = (dice.even(12.0, 20.0), dice.even(26.0, 40.0));
+    // One test in eight is repeated with masses that were weighed.
+    let weighed = dice.chance(0.12);
+    let known_kg = |dice: &mut Dice| if weighed { dice.pick(&[0.0, 2.0, 5.0]) } else { 0.0 };
     let mut rows: Vec<Row> = Vec::with_capacity(count);
     for i in 0..count {
         let drift = from + (to - from) * i as f64 / count as f64;
         let previous = rows.last().map(|row| row.joints_rad.clone());
-        rows.push(circumstances(pose(arm, dice), previous, drift, dice));
+        rows.push(circumstances(pose_of(family, arm, dice), known_kg(dice), previous, drift, dice));
     }
     rows
 }
 
 fn circumstances(
     joints_rad: Vec<f64>,
+    payload_kg: f64,
     previous: Option<Vec<f64>>,
     drift_c: f64,
     dice: &mut Dice,
@@ -357,9 +363,11 @@ fn circumstances(
     Row {
         previous_rad: previous.unwrap_or_else(|| vec![0.0; joints_rad.len()]),
         joints_rad,
+        payload_kg,
         temperature_c: ((drift_c + dice.normal()) * 10.0).round() / 10.0,
         amplitude_nm: (dice.log_even(4.0, 80.0) * 100.0).round() / 100.0,
         unseen: dice.chance(0.5),
+        scatter: dice.normal(),
         overlooked: dice.chance(0.3),
     }
 }

@@ -27,7 +27,11 @@ pub(crate) fn effect(
         "joint_stiffness" => {
             (joint_at(), Change::JointStiffness { joint, softer: dice.chance(0.6) })
         }
-        "link_inertia" => (link_at(), Change::LinkInertia { link, larger: dice.chance(0.7) }),
+        "link_inertia" => {
+            let larger = dice.chance(0.7);
+            let with_mass = dice.chance(0.3);
+            (link_at(), Change::LinkInertia { link, larger, with_mass })
+        }
         "com_offset" => (link_at(), com_offset(arm, link, dice)),
         "joint_zero_offset" => (joint_at(), Change::ZeroOffset { joint, sign: dice.sign() }),
         "payload" => payload(arm, dice),
@@ -66,6 +70,7 @@ pub(crate) fn effect(
             let frequency_hz = World::of(arm).frequencies_hz(row, modes)[mode];
             (mode_at(mode), Change::Absorber { mode, frequency_hz })
         }
+        "scatter" => (vec![String::new()], Change::Scatter),
         "jump" => (joint_at(), Change::Jump { joint, sign: dice.sign() }),
         "smooth" => (vec![String::new()], smooth(n, rows, modes, dice)),
         "hysteresis" => (joint_at(), Change::Hysteresis { joint }),
@@ -96,14 +101,16 @@ fn payload(arm: &Arm, dice: &mut Dice) -> (Vec<String>, Change) {
     if dice.chance(0.7) {
         let com_m = arm.tip_m + Vector3::new(aside, 0.0, 0.0);
         let at = vec![TIP.to_owned(), arm.link_name(n).to_owned()];
-        return (at, Change::Payload { link: n, com_m, tool: true });
+        let gyration_m = if dice.chance(0.3) { dice.even(0.03, 0.08) } else { 0.0 };
+        return (at, Change::Payload { link: n, com_m, gyration_m, tool: true });
     }
     let link = dice.between(1, n);
     let mut at = vec![arm.link_name(link).to_owned()];
     if link == n {
         at.push(TIP.to_owned());
     }
-    (at, Change::Payload { link, com_m: arm.reach(link) * dice.even(0.3, 1.0), tool: false })
+    let com_m = arm.reach(link) * dice.even(0.3, 1.0);
+    (at, Change::Payload { link, com_m, gyration_m: 0.0, tool: false })
 }
 
 fn base(arm: &Arm, dice: &mut Dice) -> Change {
@@ -164,7 +171,7 @@ fn extras(arm: &Arm, link: usize) -> usize {
 fn load(arm: &Arm, joint: usize, rows: &[Row], dice: &mut Dice) -> Option<Change> {
     let world = World::of(arm);
     let torques: Vec<f64> =
-        rows.iter().map(|row| world.gravity_torque_nm(joint, &row.joints_rad).abs()).collect();
+        rows.iter().map(|row| world.gravity_torque_nm(joint, row).abs()).collect();
     let most = torques.iter().fold(0.0_f64, |m, t| m.max(*t));
     let least = torques.iter().fold(f64::INFINITY, |m, t| m.min(*t));
     if most < 20.0 || least > 0.5 * most {

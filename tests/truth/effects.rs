@@ -1,6 +1,6 @@
 //! Every cause of the vocabulary, and some beyond it, as a change of a world with one size.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use super::arm::{Body, Kind};
 use super::dynamics::rotation;
@@ -26,7 +26,8 @@ pub(crate) const VOCABULARY: [&str; 15] = [
 ];
 
 /// Effects beyond the vocabulary.
-pub(crate) const BEYOND: [&str; 5] = ["wave", "absorber", "jump", "smooth", "hysteresis"];
+pub(crate) const BEYOND: [&str; 6] =
+    ["wave", "absorber", "jump", "smooth", "hysteresis", "scatter"];
 
 /// How a spring's constant follows the load.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,10 +45,11 @@ pub(crate) enum Change {
         joint: usize,
         softer: bool,
     },
-    /// Factor 1 + size on the tensor about the centre of mass, or its inverse.
+    /// Factor 1 + size on the tensor about the centre of mass, or its inverse; on the mass, too, if asked.
     LinkInertia {
         link: usize,
         larger: bool,
+        with_mass: bool,
     },
     /// The centre of mass moved by `size` m.
     ComShift {
@@ -68,6 +70,8 @@ pub(crate) enum Change {
     Payload {
         link: usize,
         com_m: Vector3<f64>,
+        /// Radius of gyration about any axis.
+        gyration_m: f64,
         tool: bool,
     },
     /// An extra coordinate of compliance `size` / `stiff`.
@@ -135,6 +139,8 @@ pub(crate) enum Change {
     Hysteresis {
         joint: usize,
     },
+    /// All modes of a pose off together, nobody knows why.
+    Scatter,
 }
 
 /// What an extra coordinate stands for.
@@ -179,6 +185,7 @@ impl Change {
             Self::Wave { .. } | Self::Hysteresis { .. } => 0.6,
             Self::Absorber { .. } => 0.3,
             Self::Jump { .. } => 0.7,
+            Self::Scatter => 0.2,
             Self::Smooth { .. } => 0.3,
         }
     }
@@ -195,9 +202,13 @@ impl Change {
                 let factor = if *softer { 1.0 / (1.0 + size) } else { 1.0 + size };
                 world.arm.joints[*joint].stiffness_nm_per_rad *= factor;
             }
-            Self::LinkInertia { link, larger } => {
+            Self::LinkInertia { link, larger, with_mass } => {
                 let factor = if *larger { 1.0 + size } else { 1.0 / (1.0 + size) };
-                world.arm.joints[link - 1].body.inertia_kgm2 *= factor;
+                let body = &mut world.arm.joints[link - 1].body;
+                body.inertia_kgm2 *= factor;
+                if *with_mass {
+                    body.mass_kg *= factor;
+                }
             }
             Self::ComShift { link, direction } => {
                 world.arm.joints[link - 1].body.com_m += direction * size;
@@ -207,8 +218,10 @@ impl Change {
                 joint.body.com_m = rotation(&joint.axis, sign * size) * joint.body.com_m;
             }
             Self::ZeroOffset { joint, sign } => world.zero_rad[*joint] += sign * size,
-            Self::Payload { link, com_m, .. } => {
-                world.carried.push((*link, Body::point(size, *com_m)));
+            Self::Payload { link, com_m, gyration_m, .. } => {
+                let mut body = Body::point(size, *com_m);
+                body.inertia_kgm2 = Matrix3::identity() * (size * gyration_m * gyration_m);
+                world.carried.push((*link, body));
             }
             Self::Compliance { link, kind, axis, origin_m, stiff, .. } => {
                 world.arm.extras.push(extra(*link, *kind, *axis, *origin_m, stiff / size));
@@ -262,6 +275,7 @@ impl Change {
                 waves: waves.clone(),
                 means: means.clone(),
             }),
+            Self::Scatter => world.mode_laws.push(ModeLaw::Scatter { a: size }),
             Self::Hysteresis { joint } => world.laws.push((*joint, Law::Hysteresis { a: size })),
         }
     }
@@ -278,6 +292,11 @@ impl Change {
                 let mut all = vec![known("nm_per_rad", k0, k)];
                 all.extend(ratios(k / k0));
                 all
+            }
+            Self::LinkInertia { link, with_mass: true, .. } => {
+                let m0 = before.joints[link - 1].body.mass_kg;
+                let m = after.joints[link - 1].body.mass_kg;
+                vec![known("mass_factor", 1.0, m / m0)]
             }
             Self::LinkInertia { link, .. } => {
                 let i0 = &before.joints[link - 1].body.inertia_kgm2;
@@ -337,6 +356,7 @@ impl Change {
             | Self::Absorber { .. }
             | Self::Jump { .. }
             | Self::Smooth { .. }
+            | Self::Scatter
             | Self::Hysteresis { .. } => Vec::new(),
         }
     }

@@ -14,6 +14,8 @@ pub(crate) enum Family {
     Planar {
         links: usize,
     },
+    /// Two links of which the second alone is moved, as in the paper: tables tell β2.
+    Sweep,
     SixAxis,
 }
 
@@ -22,6 +24,7 @@ impl Family {
         match self {
             Self::Planar { links: 2 } => "planar2",
             Self::Planar { .. } => "planar3",
+            Self::Sweep => "sweep",
             Self::SixAxis => "six-axis",
         }
     }
@@ -32,6 +35,7 @@ pub(crate) fn arm(family: Family, dice: &mut Dice) -> Arm {
     loop {
         let arm = match family {
             Family::Planar { links } => planar(links, dice),
+            Family::Sweep => sweep(dice),
             Family::SixAxis => six_axis(dice),
         };
         let world = World::of(&arm);
@@ -55,6 +59,15 @@ pub(crate) fn pose(arm: &Arm, dice: &mut Dice) -> Vec<f64> {
     arm.joints.iter().map(|joint| within(joint, dice)).collect()
 }
 
+/// A pose of a family.
+pub(crate) fn pose_of(family: Family, arm: &Arm, dice: &mut Dice) -> Vec<f64> {
+    let mut q = pose(arm, dice);
+    if family == Family::Sweep {
+        q[0] = 0.0;
+    }
+    q
+}
+
 /// A row at a pose, with nothing happening.
 pub(crate) fn row_at(joints_rad: Vec<f64>) -> Row {
     Row {
@@ -62,9 +75,17 @@ pub(crate) fn row_at(joints_rad: Vec<f64>) -> Row {
         joints_rad,
         temperature_c: super::world::REFERENCE_C,
         amplitude_nm: 10.0,
+        payload_kg: 0.0,
         unseen: false,
+        scatter: 0.0,
         overlooked: false,
     }
+}
+
+fn sweep(dice: &mut Dice) -> Arm {
+    let mut arm = planar(2, dice);
+    arm.joints[0].limits_rad = [-2.4, 2.4];
+    arm
 }
 
 fn planar(links: usize, dice: &mut Dice) -> Arm {

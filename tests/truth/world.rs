@@ -17,8 +17,12 @@ pub(crate) struct Row {
     pub(crate) previous_rad: Vec<f64>,
     pub(crate) temperature_c: f64,
     pub(crate) amplitude_nm: f64,
+    /// Mass that hangs at the tool and is written down, kg.
+    pub(crate) payload_kg: f64,
     /// Something that happened at half of the poses and nobody wrote down.
     pub(crate) unseen: bool,
+    /// Something that nobody measured, of unit variance.
+    pub(crate) scatter: f64,
     /// Whether a mode was overlooked here.
     pub(crate) overlooked: bool,
 }
@@ -95,9 +99,21 @@ impl Law {
 pub(crate) enum ModeLaw {
     /// A tuned mass: the mode's ω² and the mass's ω_t² repel each other, [ω², ε ω ω_t; ε ω ω_t, ω_t²], and the
     /// branch nearer to the mode is seen.
-    Absorber { mode: usize, frequency_hz: f64, coupling: f64 },
+    Absorber {
+        mode: usize,
+        frequency_hz: f64,
+        coupling: f64,
+    },
     /// Each mode times 1 + a s_r(q), s_r a smooth function of its own: Σ cos(w·q + φ) less its mean.
-    Smooth { a: f64, waves: Vec<Vec<(Vec<f64>, f64)>>, means: Vec<f64> },
+    /// Every mode times 1 + a s, s the row's own.
+    Scatter {
+        a: f64,
+    },
+    Smooth {
+        a: f64,
+        waves: Vec<Vec<(Vec<f64>, f64)>>,
+        means: Vec<f64>,
+    },
 }
 
 /// A sum of cosines of the pose.
@@ -117,6 +133,9 @@ impl ModeLaw {
                 let half = (0.25 * (a - b).powi(2) + coupling * coupling * a * b).sqrt();
                 let branch = if a > b { half } else { -half };
                 *f = (0.5 * (a + b) + branch).sqrt();
+            }
+            Self::Scatter { a } => {
+                frequencies_hz.iter_mut().for_each(|f| *f *= 1.0 + a * row.scatter)
             }
             Self::Smooth { a, waves, means } => {
                 for (f, (waves, mean)) in frequencies_hz.iter_mut().zip(waves.iter().zip(means)) {
@@ -165,12 +184,12 @@ impl World {
     }
 
     /// The chain at a pose, and by elastic coordinate its spring and the joint that it belongs to.
-    fn chain(&self, joints_rad: &[f64]) -> (Vec<Element>, Vec<(f64, Option<usize>)>) {
+    fn chain(&self, row: &Row) -> (Vec<Element>, Vec<(f64, Option<usize>)>) {
         let arm = &self.arm;
         let (mut chain, mut springs) = (Vec::new(), Vec::new());
         self.link(0, &arm.base, &mut chain, &mut springs);
         for (i, joint) in arm.joints.iter().enumerate() {
-            let posed = rotation(&joint.axis, joints_rad[i] + self.zero_rad[i]);
+            let posed = rotation(&joint.axis, row.joints_rad[i] + self.zero_rad[i]);
             chain.push(Element::Step(frame(&roll_pitch_yaw(&joint.rpy_rad), &joint.origin_m)));
             chain.push(Element::Step(frame(&posed, &Vector3::zeros())));
             chain.push(Element::Spring(turn(&joint.axis, &Vector3::zeros())));
@@ -181,6 +200,8 @@ impl World {
         if let Some(payload) = &arm.payload {
             chain.push(Element::Body(payload.pseudo_inertia()));
         }
+        let known = Body::point(row.payload_kg, Vector3::zeros());
+        chain.push(Element::Body(known.pseudo_inertia()));
         (chain, springs)
     }
 
@@ -218,7 +239,7 @@ impl World {
 
     /// M with drives, K with laws and gravity, and the tool's Jacobian at a pose.
     pub(crate) fn matrices(&self, row: &Row) -> (DMatrix<f64>, DMatrix<f64>, Motion) {
-        let (chain, springs) = self.chain(&row.joints_rad);
+        let (chain, springs) = self.chain(row);
         let motion = motion(&chain, GRAVITY_M_PER_S2);
         let mut mass = motion.mass.clone();
         let mut k = DVector::from_iterator(springs.len(), springs.iter().map(|(k, _)| *k));
@@ -237,8 +258,8 @@ impl World {
     }
 
     /// Torque of gravity on a joint's spring, N·m.
-    pub(crate) fn gravity_torque_nm(&self, joint: usize, joints_rad: &[f64]) -> f64 {
-        let (chain, springs) = self.chain(joints_rad);
+    pub(crate) fn gravity_torque_nm(&self, joint: usize, row: &Row) -> f64 {
+        let (chain, springs) = self.chain(row);
         let c = springs.iter().position(|(_, at)| *at == Some(joint)).unwrap();
         motion(&chain, GRAVITY_M_PER_S2).gravity_torque[c]
     }

@@ -120,6 +120,9 @@ fn yaml(arm: &Arm) -> String {
             let _ = writeln!(text, "  {}: {{reflected_inertia_kgm2: {inertia}}}", joint.name);
         }
     }
+    if tells_beta2(arm) {
+        text += "arm_angles:\n  beta2: {terms: {joint_2: 1.0}, offset_rad: 0.0}\n";
+    }
     if let Some(payload) = &arm.payload {
         let _ = writeln!(
             text,
@@ -132,11 +135,19 @@ fn yaml(arm: &Arm) -> String {
     text
 }
 
+/// Whether the angle between two links tells the pose.
+fn tells_beta2(arm: &Arm) -> bool {
+    arm.planar && arm.joints.len() == 2
+}
+
 /// Which circumstances the experimenter wrote down.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Columns {
     pub(crate) temperature: bool,
     pub(crate) amplitude: bool,
+    pub(crate) payload: bool,
+    /// Relative standard deviation of every frequency, as an experimenter believes it.
+    pub(crate) deviations: Option<f64>,
     pub(crate) sample_rate_hz: Option<f64>,
 }
 
@@ -148,17 +159,26 @@ pub(crate) fn table(
     columns: Columns,
 ) -> String {
     let modes = measured_hz.first().map_or(0, Vec::len);
+    let as_beta2 = tells_beta2(arm) && rows.iter().all(|row| row.joints_rad[0] == 0.0);
     let mut head: Vec<String> = arm.joints.iter().map(|j| format!("{}_rad", j.name)).collect();
+    if as_beta2 {
+        head = vec!["beta2_rad".to_owned()];
+    }
     head.extend((1..=modes).map(|r| format!("f{r}_hz")));
     let flags = [
         (columns.temperature, "temperature_c"),
         (columns.amplitude, "amplitude_nm"),
+        (columns.payload, "payload_kg"),
         (columns.sample_rate_hz.is_some(), "sample_rate_hz"),
     ];
     head.extend(flags.iter().filter(|(on, _)| *on).map(|(_, name)| (*name).to_owned()));
+    if columns.deviations.is_some() {
+        head.extend((1..=modes).map(|r| format!("f{r}_std_hz")));
+    }
     let mut text = head.join(",") + "\n";
     for (row, measured) in rows.iter().zip(measured_hz) {
-        let mut cells: Vec<String> = row.joints_rad.iter().map(|q| format!("{q:.6}")).collect();
+        let joints = &row.joints_rad[usize::from(as_beta2)..];
+        let mut cells: Vec<String> = joints.iter().map(|q| format!("{q:.6}")).collect();
         cells.extend(measured.iter().map(|f| f.map_or(String::new(), |f| format!("{f:.2}"))));
         if columns.temperature {
             cells.push(format!("{:.1}", row.temperature_c));
@@ -166,7 +186,15 @@ pub(crate) fn table(
         if columns.amplitude {
             cells.push(format!("{:.2}", row.amplitude_nm));
         }
+        if columns.payload {
+            cells.push(format!("{}", row.payload_kg));
+        }
         cells.extend(columns.sample_rate_hz.map(|rate| format!("{rate}")));
+        if let Some(noise) = columns.deviations {
+            let deviation =
+                |f: &Option<f64>| f.map_or(String::new(), |f| format!("{:.3}", f * noise));
+            cells.extend(measured.iter().map(deviation));
+        }
         text += &(cells.join(",") + "\n");
     }
     text
