@@ -12,6 +12,7 @@
 //! | `DETUNE_SEEDS=200` | the long run: so many seeds for each cause (the arms take turns), 16 to 44 poses, groups split by the suggested poses. `cargo test --release --test hidden_effects -- --nocapture` prints the confusion matrices as Markdown |
 //! | `DETUNE_FIRST_SEED=1000` | other seeds than those of the suite |
 //! | `DETUNE_ONLY=payload` | only cases whose name (`six-axis-payload-weak-1`) holds this |
+//! | `DETUNE_PROGRAM=path` | judges another build of the program |
 //! | `DETUNE_CASES=folder` | keeps every case with truth.json, diagnosis.json, stderr.txt, and the tables |
 
 #![allow(
