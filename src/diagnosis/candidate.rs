@@ -95,6 +95,16 @@ impl Candidate {
         self.cause == other.cause && self.at == other.at
     }
 
+    /// Whether it is `other` with further parameters that are expected to be small.
+    pub(super) fn widens(&self, other: &Self) -> bool {
+        let has = |of: &Self, name: &str| of.parameters.iter().any(|p| p.name == name);
+        self.same_place(other)
+            && self.hinge == other.hinge
+            && self.parameters.len() > other.parameters.len()
+            && other.parameters.iter().all(|p| has(self, p.name))
+            && self.parameters.iter().all(|p| has(other, p.name) || p.spread.is_some())
+    }
+
     /// The correction for parameters as the fit measures them.
     pub(super) fn correction(&self, inner: &[f64]) -> Correction {
         Correction {

@@ -5,8 +5,9 @@ use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use super::candidate::Candidate;
-use super::fit::{Fit, Problem};
+use super::fit::Fit;
 use super::predict::Hypothesis;
+use super::problem::Problem;
 use super::screen::Screen;
 
 /// How thorough a choice is.
@@ -25,7 +26,7 @@ pub(super) struct Effort {
 impl Effort {
     pub(super) const FULL: Self = Self { first: 40, further: 14, starts: 2, kept: 5 };
     /// Inside a fold.
-    pub(super) const FOLD: Self = Self { first: 10, further: 5, starts: 1, kept: 2 };
+    pub(super) const FOLD: Self = Self { first: 16, further: 8, starts: 1, kept: 3 };
 }
 
 /// Most causes that are looked for.
@@ -33,6 +34,10 @@ const MOST_CAUSES: usize = 4;
 
 /// A cause earns its place if chance does as well with any candidate less often than this.
 pub(super) const SIGNIFICANCE: f64 = 0.005;
+
+/// A cause that moves the frequencies by less than this share of the noise (root mean square) is not worth
+/// telling: laws are never quite as straight as causes have them, and many poses show that.
+pub(super) const LEAST_MATERIAL: f64 = 0.7;
 
 /// Candidates that overlap count as fewer: their signatures have cosines of 0.9 and more in groups.
 const INDEPENDENT_SHARE: f64 = 0.5;
@@ -83,14 +88,17 @@ pub(super) fn choose<'c>(
             first.clone()
         };
         let p = p_value(problem, candidates.len(), &best.fit, &first.fit);
-        if p > SIGNIFICANCE || first.worth <= best.worth {
+        if p > SIGNIFICANCE
+            || first.worth <= best.worth
+            || !is_material(problem, &best.fit, &first.fit)
+        {
             break;
         }
         best = first.clone();
         kept = std::iter::once(first).chain(next).collect();
         distinct(&mut kept, effort.kept);
     }
-    if let Some(better) = search.fewer(&best) {
+    while let Some(better) = search.fewer(&best) {
         best = better;
     }
     let rivals = match best.fit.hypothesis.effects.len() {
@@ -164,8 +172,10 @@ impl<'c> Search<'_, '_, 'c> {
             hypothesis.effects.remove(i);
             let without = self.model(self.problem.climb(hypothesis)?);
             let count = self.candidates.len();
-            (p_value(self.problem, count, &without.fit, &model.fit) > SIGNIFICANCE)
-                .then_some(without)
+            let earns_its_place = p_value(self.problem, count, &without.fit, &model.fit)
+                <= SIGNIFICANCE
+                && is_material(self.problem, &without.fit, &model.fit);
+            (!earns_its_place).then_some(without)
         });
         without.max_by(|a, b| a.worth.total_cmp(&b.worth))
     }
@@ -184,6 +194,14 @@ impl<'c> Search<'_, '_, 'c> {
         sort(&mut models);
         models
     }
+}
+
+/// Whether what `after` has more than `before` moves the frequencies by more than a part of the noise.
+fn is_material(problem: &Problem<'_>, before: &Fit<'_>, after: &Fit<'_>) -> bool {
+    let n = problem.data.points.len() as f64;
+    // A likelihood falls by n ln of the noise: the squares of noise and effect add.
+    let gain = after.evaluation.score - before.evaluation.score;
+    (2.0 * gain / n).exp_m1() >= LEAST_MATERIAL * LEAST_MATERIAL
 }
 
 /// How often chance gains as much as `after` on `before` with any of so many candidates.

@@ -3,6 +3,12 @@
 use crate::measured::ModeTable;
 use crate::model::{Conditions, Payload};
 
+/// Fewer poses than this say nothing.
+pub(super) const FEWEST_ROWS: usize = 5;
+
+/// Fewer frequencies than this say nothing.
+pub(super) const FEWEST_POINTS: usize = 8;
+
 /// Known mass at the tip during a measurement, against the robot's file.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Load {

@@ -9,8 +9,8 @@ use rayon::prelude::*;
 use super::candidate::Candidate;
 use super::choose::{Effort, choose};
 use super::data::{Data, median};
-use super::fit::Problem;
 use super::predict::Hypothesis;
+use super::problem::Problem;
 use super::screen::Screen;
 use crate::model::Description;
 

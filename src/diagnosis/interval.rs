@@ -44,8 +44,33 @@ pub(super) fn covariance(data: &Data, fit: &Fit<'_>) -> Option<DMatrix<f64>> {
     information.try_inverse().map(|inverse| inverse * inflation)
 }
 
-/// The quantile that makes a two-sided interval of 95 %.
-pub(super) fn quantile_95(data: &Data, fit: &Fit<'_>) -> f64 {
+/// What the data say of one parameter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Certainty {
+    /// Half the 95 % interval, as the fit measures the parameter; `None` if the data do not hold it.
+    pub(super) half: Option<f64>,
+    /// Whether the data say more than what was expected.
+    pub(super) is_told: bool,
+}
+
+/// Of each parameter of a fit.
+pub(super) fn certainties(data: &Data, fit: &Fit<'_>) -> Vec<Certainty> {
+    /// Share of the expected variance above which the data have said nothing.
+    const NOTHING_SAID: f64 = 0.8;
+    let covariance = covariance(data, fit);
     let left = (data.points.len() as f64 - fit.freedom - 1.0).max(1.0);
-    StudentsT::new(0.0, 1.0, left).map_or(1.96, |t| t.inverse_cdf(0.975))
+    let quantile = StudentsT::new(0.0, 1.0, left).map_or(1.96, |t| t.inverse_cdf(0.975));
+    let parameters = fit.hypothesis.effects.iter().flat_map(|(candidate, _)| &candidate.parameters);
+    parameters
+        .enumerate()
+        .map(|(i, parameter)| {
+            let variance =
+                covariance.as_ref().map(|c| c[(i, i)].max(0.0)).filter(|v| v.is_finite());
+            let precision = parameter.expectation().map_or(0.0, |(_, precision)| precision);
+            Certainty {
+                half: variance.map(|variance| quantile * variance.sqrt()),
+                is_told: precision * variance.unwrap_or(0.0) < NOTHING_SAID,
+            }
+        })
+        .collect()
 }

@@ -10,20 +10,25 @@ mod candidate;
 mod causes;
 mod choose;
 mod data;
+mod diagnose;
+mod findings;
 mod fit;
 mod gain;
 mod interval;
 mod likelihood;
 mod next_poses;
+mod outcome;
 mod predict;
+mod problem;
 mod screen;
 mod unknown;
 mod verdict;
 
 pub use causes::{Words, words};
+pub use diagnose::{Settings, diagnose};
 pub use next_poses::NextPose;
-pub use unknown::{Shape, Structure};
-pub use verdict::{
-    Diagnosis, DiagnosisFault, Errors, Estimate, Evidence, Finding, Gain, ResidualRow, Settings,
-    Suspect, Verdict, diagnose,
+pub use outcome::{
+    Diagnosis, DiagnosisFault, Errors, Estimate, Evidence, Finding, Gain, ResidualRow, Suspect,
+    Verdict,
 };
+pub use unknown::{Shape, Structure};

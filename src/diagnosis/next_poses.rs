@@ -5,22 +5,27 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::data::{Data, Load, Point, Row};
-use super::fit::{Fit, Problem};
+use super::fit::Fit;
 use super::gain::typical;
 use super::interval::covariance;
+use super::problem::Problem;
 use crate::model::{Conditions, Description, JointKind, Robot};
 
 /// Poses that are looked at.
 const LOOKED_AT: u32 = 600;
 
-/// Squared disagreement over noise at which two causes count as split: four standard deviations and a half.
-const SPLIT: f64 = 20.0;
+/// 2 ln of the odds beyond what the data say already at which two causes are sure to be split: what parts rivals
+/// (twice [`super::findings::RIVAL_WITHIN`]), and as much as chance may take.
+const SPLIT: f64 = 24.0;
+
+/// The least that is likely to split them.
+const MAY_SPLIT: f64 = 14.0;
 
 /// A pose at which two rivals disagree by less is not worth the way.
 const LEAST: f64 = 2.0;
 
 /// Most poses that are suggested for one pair.
-const MOST: usize = 4;
+const MOST: usize = 6;
 
 /// A pose worth measuring.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,13 +38,15 @@ pub struct NextPose {
     pub apart: f64,
 }
 
-/// Poses that split `finding` from `rival`, best first; empty if none does.
+/// Poses that split `finding` from `rival`, which is `behind` it by this much of BIC, best first; empty if none
+/// does.
 pub(super) fn poses_between(
     description: &Description,
     robot: &Robot,
     data: &Data,
     finding: &Fit<'_>,
     rival: &Fit<'_>,
+    behind: f64,
 ) -> Vec<(Vec<f64>, f64)> {
     let rows = &data.rows;
     let conditions = Conditions {
@@ -99,7 +106,7 @@ pub(super) fn poses_between(
     let mut taken: Vec<(Vec<f64>, f64)> = Vec::new();
     let mut total = 0.0;
     for (q, square) in apart {
-        if square < LEAST || taken.len() == MOST || total > 2.0 * SPLIT {
+        if square < LEAST || taken.len() == MOST || total > SPLIT + behind {
             break;
         }
         // The same pose twice says half as much.
@@ -112,7 +119,7 @@ pub(super) fn poses_between(
         total += square;
         taken.push((q, square));
     }
-    if total < 0.5 * SPLIT { Vec::new() } else { taken }
+    if total < MAY_SPLIT + behind { Vec::new() } else { taken }
 }
 
 /// The `i`-th pose of a Halton sequence within the limits of the joints.

@@ -5,9 +5,10 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::candidate::Candidate;
-use super::fit::{Fit, Problem, normal_equations};
+use super::fit::{Fit, normal_equations};
 use super::likelihood::noise;
 use super::predict::Hypothesis;
+use super::problem::Problem;
 
 /// Most starts of one candidate that are tried.
 const MOST_TRIED: usize = 10;

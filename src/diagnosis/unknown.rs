@@ -6,8 +6,9 @@ use rayon::prelude::*;
 
 use super::choose::p_value_of_gain;
 use super::data::Data;
-use super::fit::{Fit, Problem};
+use super::fit::Fit;
 use super::predict::participation;
+use super::problem::Problem;
 
 /// Structure is seen if chance does as well with any shape less often than this.
 pub(super) const SIGNIFICANCE: f64 = 0.005;

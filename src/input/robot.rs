@@ -11,7 +11,7 @@ use super::urdf::{Urdf, read_urdf};
 use super::yaml::{Node, Step, check, parse, typed};
 use super::{Fault, Loaded, Reading, schema};
 use crate::model::{
-    ArmAngle, Calibration, Cause, CoordinateKind, Correction, Damping, Description, Drive,
+    ArmAngle, Calibration, Carries, Cause, CoordinateKind, Correction, Damping, Description, Drive,
     ElasticJoint, ExtraCoordinate, Hinge, Inertial, JointKind, ModelFault, Payload, Place, Robot,
 };
 use crate::units::STANDARD_GRAVITY_M_PER_S2;
@@ -268,7 +268,11 @@ fn corrections(raw: &raw::Robot, tree: &Node, faults: &mut Faults) -> Vec<Correc
             },
             axes: axes.iter().map(|&axis| axis.into()).collect(),
             origin_m: raw.origin_m.map_or(Vector3::zeros(), Vector3::from),
-            beyond: raw.beyond.unwrap_or(false),
+            carries: match raw.carries {
+                None | Some(raw::HingeCarries::Link) => Carries::Link,
+                Some(raw::HingeCarries::Part) => Carries::Part,
+                Some(raw::HingeCarries::Rest) => Carries::Rest,
+            },
         });
         let parameters =
             raw.parameters.iter().flatten().map(|(name, &value)| (name.clone(), value)).collect();

@@ -8,7 +8,7 @@ use super::Fault;
 use super::faults::Faults;
 use super::text::{LARGEST_ROBOT_BYTES, read_text, without_detours};
 use super::yaml::{Node, parse};
-use crate::model::{CoordinateKind, Correction};
+use crate::model::{Carries, CoordinateKind, Correction};
 
 /// A correction with how sure it is.
 #[derive(Debug, Clone, PartialEq)]
@@ -127,8 +127,8 @@ fn blocks(corrections: &[FittedCorrection], calibration: &Calibrated) -> String 
             let _ = writeln!(out, "    kind: {kind}");
             let _ = writeln!(out, "    axes: [{}]", axes.join(", "));
             let _ = writeln!(out, "    origin_m: [{}, {}, {}]", origin.x, origin.y, origin.z);
-            if hinge.beyond {
-                out.push_str("    beyond: true\n");
+            if hinge.carries != Carries::Link {
+                let _ = writeln!(out, "    carries: {}", hinge.carries.name());
             }
         }
     }
@@ -209,7 +209,7 @@ mod tests {
             kind: CoordinateKind::Rotation,
             axes: vec![Vector3::y()],
             origin_m: Vector3::new(0.3, 0.0, 0.0),
-            beyond: true,
+            carries: Carries::Rest,
         });
         let corrections = [correction(Cause::Payload, "tool0", "mass_kg", 4.9), bends];
         let calibrated =

@@ -19,7 +19,9 @@ mod robot;
 mod tip;
 
 pub use cause::Cause;
-pub use correction::{Conditions, Correction, Hinge, REFERENCE_TEMPERATURE_C, StiffnessLaw};
+pub use correction::{
+    Carries, Conditions, Correction, Hinge, REFERENCE_TEMPERATURE_C, StiffnessLaw,
+};
 pub use description::{
     ArmAngle, Calibration, CoordinateKind, Damping, Description, Drive, ElasticJoint,
     ExtraCoordinate, Inertial, Joint, JointKind, Link, Payload,

@@ -92,9 +92,8 @@ impl Coordinate {
 
     /// The spring's constant at rest and at room temperature, N·m/rad or N/m; `None` if it follows the pose.
     pub(crate) fn stiffness_of_all_poses(&self) -> Option<f64> {
-        let follows_pose = |law: &StiffnessLaw| matches!(law, StiffnessLaw::Load { .. });
-        let constant = !self.laws.iter().any(follows_pose);
-        constant.then(|| self.stiffness_under(0.0, &Conditions::default()))
+        let follows_pose = self.laws.iter().any(StiffnessLaw::follows_pose);
+        (!follows_pose).then(|| self.stiffness_under(0.0, &Conditions::default()))
     }
 }
 

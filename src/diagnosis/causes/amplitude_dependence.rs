@@ -1,4 +1,4 @@
-//! The spring changes with the level of excitation: k (1 + c A), or k (factor + c A).
+//! The spring changes with the level of excitation: k (1 + c A), k (factor + c A), or by a power of A.
 
 use super::{Arm, Candidate, Cause, Parameter, Scale, Words};
 
@@ -22,8 +22,18 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
                 starts: [0.0, -0.6, -0.3, -0.1, 0.1, 0.3, 0.8].iter().map(|s| s * unit).collect(),
                 spread: None,
             };
+            let exponent = Parameter {
+                name: "exponent",
+                scale: Scale::Linear(0.1),
+                nominal: Some(0.0),
+                bounds: [-1.0, 1.0],
+                starts: vec![0.0, -0.2, -0.1, -0.04, 0.04, 0.1],
+                spread: None,
+            };
             let factor = super::temperature_drift::factor();
-            [vec![change.clone()], vec![change, factor]].map(|parameters| {
+            let forms =
+                [vec![change.clone()], vec![change, factor.clone()], vec![exponent, factor]];
+            forms.map(|parameters| {
                 let nests_stiffness = parameters.len() > 1;
                 let mut candidate =
                     Candidate::new(Cause::AmplitudeDependence, &spring.joint, parameters);

@@ -2,14 +2,26 @@
 
 use nalgebra::Vector3;
 
-use super::{Arm, Candidate, Cause, Words, new_spring};
-use crate::model::{CoordinateKind, Hinge};
+use super::{Arm, Candidate, Cause, Parameter, Scale, Words, new_spring};
+use crate::model::{Carries, CoordinateKind, Hinge};
 
 pub(super) const WORDS: Words = Words {
     what: "the foundation gives",
     rivals: "uniform stiffness of the joints, the stiffness of the first joint",
     test: "put an accelerometer on the pedestal and hit the arm again",
 };
+
+/// How far below the root link's frame it rocks: at its feet, or under a pedestal.
+fn depth() -> Parameter {
+    Parameter {
+        name: "depth_m",
+        scale: Scale::Linear(0.2),
+        nominal: Some(0.0),
+        bounds: [-0.5, 1.5],
+        starts: vec![0.0],
+        spread: Some(0.3),
+    }
+}
 
 pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
     let [x, y, z] = [Vector3::x(), Vector3::y(), Vector3::z()];
@@ -29,12 +41,16 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
     forms
         .into_iter()
         .map(|(kind, axes)| {
-            let spring = match kind {
-                CoordinateKind::Rotation => new_spring("stiffness_nm_per_rad", turning),
-                CoordinateKind::Translation => new_spring("stiffness_n_per_m", shifting),
+            let parameters = match kind {
+                CoordinateKind::Rotation if axes[0] != z => {
+                    vec![new_spring("stiffness_nm_per_rad", turning), depth()]
+                }
+                CoordinateKind::Rotation => vec![new_spring("stiffness_nm_per_rad", turning)],
+                CoordinateKind::Translation => vec![new_spring("stiffness_n_per_m", shifting)],
             };
-            let mut candidate = Candidate::new(Cause::BaseCompliance, &arm.root, vec![spring]);
-            candidate.hinge = Some(Hinge { kind, axes, origin_m: Vector3::zeros(), beyond: false });
+            let mut candidate = Candidate::new(Cause::BaseCompliance, &arm.root, parameters);
+            candidate.hinge =
+                Some(Hinge { kind, axes, origin_m: Vector3::zeros(), carries: Carries::Link });
             candidate
         })
         .collect()

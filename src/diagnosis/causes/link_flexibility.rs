@@ -1,8 +1,11 @@
-//! A link itself bends: a hinge halfway along it, about an axis across it. The hinge carries the whole
-//! link and what follows, or only what follows: where the link's mass sits, near its end or its start.
+//! A link itself bends: a hinge on the way along it, about an axis across it. The hinge carries the whole
+//! link and what follows, or only what follows (where the link's mass sits, near its end or its start), or
+//! parts the link's body.
 
-use super::{Arm, Candidate, Cause, Words, across, new_spring};
-use crate::model::{CoordinateKind, Hinge};
+use nalgebra::Vector3;
+
+use super::{Arm, Candidate, Cause, Parameter, Scale, Words, across, new_spring};
+use crate::model::{Carries, CoordinateKind, Hinge};
 
 pub(super) const WORDS: Words = Words {
     what: "the link itself bends",
@@ -13,6 +16,18 @@ pub(super) const WORDS: Words = Words {
 /// A link shorter than this share of the typical one does not bend.
 const SHORTEST: f64 = 0.25;
 
+/// Where the link bends: about halfway.
+fn position() -> Parameter {
+    Parameter {
+        name: "position",
+        scale: Scale::Linear(0.2),
+        nominal: Some(0.5),
+        bounds: [0.1, 0.9],
+        starts: vec![0.5],
+        spread: Some(0.15),
+    }
+}
+
 pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
     let mut candidates = Vec::new();
     for body in arm.bodies.iter().filter(|body| body.on_chain && body.name != arm.root) {
@@ -21,18 +36,17 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
         }
         let soft = arm.rotation_stiffness();
         for axis in across(&body.reach_m) {
-            for beyond in [false, true] {
-                if beyond && !body.carries_joint {
+            for carries in [Carries::Link, Carries::Part, Carries::Rest] {
+                if carries == Carries::Rest && !body.carries_joint {
                     continue;
                 }
-                let spring = new_spring("stiffness_nm_per_rad", soft);
-                let mut candidate =
-                    Candidate::new(Cause::LinkFlexibility, &body.name, vec![spring]);
+                let parameters = vec![new_spring("stiffness_nm_per_rad", soft), position()];
+                let mut candidate = Candidate::new(Cause::LinkFlexibility, &body.name, parameters);
                 candidate.hinge = Some(Hinge {
                     kind: CoordinateKind::Rotation,
                     axes: vec![axis],
-                    origin_m: 0.5 * body.reach_m,
-                    beyond,
+                    origin_m: Vector3::zeros(),
+                    carries,
                 });
                 candidates.push(candidate);
             }

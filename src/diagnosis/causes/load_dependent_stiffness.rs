@@ -1,4 +1,4 @@
-//! The spring stiffens or softens with the gravity torque that it carries: k (1 + c |τ|).
+//! The spring stiffens or softens with the gravity torque that it carries: k (1 + c |τ|), or bent: k (1 + c |τ| / (1 + |τ|/τ_s)).
 
 use super::{Arm, Candidate, Cause, Parameter, Scale, Words};
 
@@ -19,9 +19,10 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
             let [low, high] = [spring.least_gravity_torque_nm, spring.gravity_torque_nm];
             high > 1e-3 && high - low > LEAST_VARIATION * high
         })
-        .map(|spring| {
-            let unit = 1.0 / spring.gravity_torque_nm;
-            let parameter = Parameter {
+        .flat_map(|spring| {
+            let largest = spring.gravity_torque_nm;
+            let unit = 1.0 / largest;
+            let change = Parameter {
                 name: "change_per_nm",
                 scale: Scale::Linear(0.3 * unit),
                 nominal: Some(0.0),
@@ -32,7 +33,20 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
                     .collect(),
                 spread: None,
             };
-            Candidate::new(Cause::LoadDependentStiffness, &spring.joint, vec![parameter])
+            // Down to a tenth of the largest torque the law bends within the table.
+            let saturation = Parameter {
+                name: "saturation_nm",
+                scale: Scale::Log,
+                nominal: None,
+                bounds: [0.1 * largest, 30.0 * largest],
+                starts: vec![largest],
+                spread: None,
+            };
+            // What is bent may be steeper where it begins.
+            let steep = Parameter { bounds: [-9.5 * unit, 20.0 * unit], ..change.clone() };
+            [vec![change], vec![steep, saturation]].map(|parameters| {
+                Candidate::new(Cause::LoadDependentStiffness, &spring.joint, parameters)
+            })
         })
         .collect()
 }

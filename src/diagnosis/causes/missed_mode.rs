@@ -9,7 +9,8 @@ pub(super) const WORDS: Words = Words {
 };
 
 pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
-    (1..=arm.modes)
+    // Nothing takes the last one's column.
+    (1..arm.modes)
         .map(|mode| {
             let candidate = Candidate::new(Cause::MissedMode, &mode.to_string(), Vec::new());
             // The share of the poses, which the likelihood chooses.

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::{Arm, Candidate, Cause, Words, across, new_spring};
-use crate::model::{CoordinateKind, Hinge};
+use crate::model::{Carries, CoordinateKind, Hinge};
 
 pub(super) const WORDS: Words = Words {
     what: "the joint's bearing also bends across its axis",
@@ -32,7 +32,7 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
                 kind: CoordinateKind::Rotation,
                 axes,
                 origin_m: Vector3::zeros(),
-                beyond: false,
+                carries: Carries::Link,
             });
             candidates.push(candidate);
         }

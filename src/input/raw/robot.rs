@@ -212,9 +212,9 @@ pub(in crate::input) struct Correction {
     /// For these three: a point of the axes in that frame, m; [0, 0, 0] if absent.
     #[schemars(extend("default" = [0, 0, 0]))]
     pub(in crate::input) origin_m: Option<[f64; 3]>,
-    /// For link_flexibility: whether the link itself stays and only what it carries moves; false if absent.
-    #[schemars(extend("default" = false))]
-    pub(in crate::input) beyond: Option<bool>,
+    /// For link_flexibility: what of the link's own body moves; all of it if absent.
+    #[schemars(extend("default" = "link"))]
+    pub(in crate::input) carries: Option<HingeCarries>,
     /// Where it comes from.
     #[expect(dead_code, reason = "for people")]
     pub(in crate::input) note: Option<String>,
@@ -256,4 +256,13 @@ pub(in crate::input) struct Calibration {
     #[schemars(extend("examples" = ["2026-11-21"]))]
     #[expect(dead_code, reason = "for people")]
     pub(in crate::input) date: Option<String>,
+}
+
+// All of it, the part beyond the hinge, or nothing: only what the link carries.
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub(in crate::input) enum HingeCarries {
+    Link,
+    Part,
+    Rest,
 }

@@ -112,8 +112,8 @@ struct Hinge {
     axes: Vec<[f64; 3]>,
     /// In the link's frame, m.
     origin_m: [f64; 3],
-    /// Whether only what the link carries moves.
-    beyond: bool,
+    /// What of the link's own body moves: "link", "part" (beyond the hinge) or "rest" (nothing).
+    carries: &'static str,
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
@@ -275,7 +275,7 @@ impl From<&diagnosis::Finding> for Finding {
                 kind: if hinge.turns() { "rotation" } else { "translation" },
                 axes: hinge.axes.iter().map(|&axis| axis.into()).collect(),
                 origin_m: hinge.origin_m.into(),
-                beyond: hinge.beyond,
+                carries: hinge.carries.name(),
             }),
             evidence: Evidence {
                 delta_bic: finding.evidence.delta_bic,

@@ -2,19 +2,16 @@
 //! applied before the model is built. What depends on the pose or on the conditions of a measurement
 //! becomes a law of the spring.
 
+mod hinge;
+mod law;
+
 use nalgebra::{Isometry3, Matrix3, Translation3, Unit, UnitQuaternion, Vector3};
 
+pub use self::hinge::{Carries, Hinge};
+pub use self::law::{Conditions, REFERENCE_TEMPERATURE_C, StiffnessLaw};
 use super::cause::Cause;
-use super::description::{
-    CoordinateKind, Description, Drive, ExtraCoordinate, Inertial, Joint, JointKind, Link,
-};
+use super::description::{Description, Drive, ElasticJoint, Inertial, Joint, JointKind, Link};
 use super::fault::{ModelFault, Place};
-
-/// Temperature at which springs have their nominal constant, °C.
-pub const REFERENCE_TEMPERATURE_C: f64 = 20.0;
-
-/// A law never takes a spring below this share of its constant.
-const SOFTEST_SHARE: f64 = 0.02;
 
 /// One correction.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,76 +26,6 @@ pub struct Correction {
     pub hinge: Option<Hinge>,
 }
 
-/// Where and how a foundation, a joint or a link gives.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Hinge {
-    /// Rotation or translation.
-    pub kind: CoordinateKind,
-    /// One elastic coordinate along or about each, in the link's frame; all have the same stiffness.
-    pub axes: Vec<Vector3<f64>>,
-    /// A point of the axes, in the link's frame, m.
-    pub origin_m: Vector3<f64>,
-    /// Whether the link itself stays and only what it carries moves.
-    pub beyond: bool,
-}
-
-impl Hinge {
-    /// Whether it turns.
-    pub fn turns(&self) -> bool {
-        self.kind == CoordinateKind::Rotation
-    }
-}
-
-/// How a spring's constant departs from its nominal value.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum StiffnessLaw {
-    /// k (1 + c |τ|), τ the gravity torque that the spring carries at the pose, N·m.
-    Load {
-        /// c, 1/(N·m).
-        change_per_nm: f64,
-    },
-    /// k (factor + c A), A the level of excitation, N·m; A = 0 where none is told.
-    Amplitude {
-        /// Share of k that is left at rest.
-        factor: f64,
-        /// c, 1/(N·m).
-        change_per_nm: f64,
-    },
-    /// k (factor + c (T − 20 °C)); 20 °C where no temperature is told.
-    Temperature {
-        /// Share of k at 20 °C.
-        factor: f64,
-        /// c, 1/K.
-        change_per_k: f64,
-    },
-}
-
-/// What a measurement was made under, beside the pose.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Conditions {
-    /// °C.
-    pub temperature_c: Option<f64>,
-    /// Joint torque of the excitation, N·m.
-    pub amplitude_nm: Option<f64>,
-}
-
-impl StiffnessLaw {
-    /// k over its nominal value.
-    pub(super) fn share(&self, gravity_torque_nm: f64, conditions: &Conditions) -> f64 {
-        let share = match *self {
-            Self::Load { change_per_nm } => 1.0 + change_per_nm * gravity_torque_nm.abs(),
-            Self::Amplitude { factor, change_per_nm } => {
-                factor + change_per_nm * conditions.amplitude_nm.unwrap_or(0.0)
-            }
-            Self::Temperature { factor, change_per_k } => {
-                let temperature_c = conditions.temperature_c.unwrap_or(REFERENCE_TEMPERATURE_C);
-                factor + change_per_k * (temperature_c - REFERENCE_TEMPERATURE_C)
-            }
-        };
-        share.max(SOFTEST_SHARE)
-    }
-}
-
 impl Correction {
     /// The value of a parameter.
     pub fn value(&self, name: &str) -> Option<f64> {
@@ -109,17 +36,17 @@ impl Correction {
     /// several alternatives suffices.
     pub fn parameter_names(cause: Cause) -> &'static [&'static str] {
         match cause {
-            Cause::JointStiffness | Cause::BaseCompliance => {
-                &["stiffness_nm_per_rad", "stiffness_n_per_m"]
-            }
+            Cause::JointStiffness => &["stiffness_nm_per_rad", "stiffness_n_per_m"],
+            Cause::BaseCompliance => &["stiffness_nm_per_rad", "stiffness_n_per_m", "depth_m"],
             Cause::LinkInertia => &["inertia_factor", "mass_factor"],
             Cause::ComOffset => &["dx_m", "dy_m", "dz_m"],
             Cause::JointZeroOffset => &["offset_rad", "offset_m"],
-            Cause::Payload => &["mass_kg", "com_x_m", "com_y_m", "com_z_m"],
-            Cause::TransverseCompliance | Cause::LinkFlexibility => &["stiffness_nm_per_rad"],
+            Cause::Payload => &["mass_kg", "com_x_m", "com_y_m", "com_z_m", "gyration_m"],
+            Cause::TransverseCompliance => &["stiffness_nm_per_rad"],
+            Cause::LinkFlexibility => &["stiffness_nm_per_rad", "position"],
             Cause::DriveInertia => &["reflected_inertia_kgm2"],
-            Cause::LoadDependentStiffness => &["change_per_nm"],
-            Cause::AmplitudeDependence => &["change_per_nm", "factor"],
+            Cause::LoadDependentStiffness => &["change_per_nm", "saturation_nm"],
+            Cause::AmplitudeDependence => &["change_per_nm", "exponent", "factor"],
             Cause::TemperatureDrift => &["change_per_k", "factor"],
             Cause::GravityStiffness => &[],
             Cause::AliasedMode => &["sample_rate_hz"],
@@ -156,10 +83,12 @@ impl Correction {
                 joint.origin *= moved(joint, offset);
             }
             Cause::Payload => {
+                let mass_kg = needed("mass_kg")?;
+                let gyration_m = value("gyration_m").unwrap_or(0.0);
                 let carried = Inertial {
-                    mass_kg: needed("mass_kg")?,
+                    mass_kg,
                     com_m: vector(["com_x_m", "com_y_m", "com_z_m"].map(value)),
-                    inertia_kgm2: Matrix3::zeros(),
+                    inertia_kgm2: Matrix3::identity() * (mass_kg * gyration_m * gyration_m),
                 };
                 let link = link(description, at)?;
                 link.inertial = Some(link.inertial.map_or(carried, |own| own.combined(&carried)));
@@ -196,11 +125,15 @@ impl Correction {
         let factor = self.value("factor").unwrap_or(1.0);
         let law = match self.cause {
             Cause::LoadDependentStiffness => {
-                StiffnessLaw::Load { change_per_nm: self.value("change_per_nm")? }
+                let saturation_nm = self.value("saturation_nm").unwrap_or(f64::INFINITY);
+                StiffnessLaw::Load { change_per_nm: self.value("change_per_nm")?, saturation_nm }
             }
-            Cause::AmplitudeDependence => {
-                StiffnessLaw::Amplitude { factor, change_per_nm: self.value("change_per_nm")? }
-            }
+            Cause::AmplitudeDependence => match self.value("exponent") {
+                Some(exponent) => StiffnessLaw::AmplitudePower { factor, exponent },
+                None => {
+                    StiffnessLaw::Amplitude { factor, change_per_nm: self.value("change_per_nm")? }
+                }
+            },
             Cause::TemperatureDrift => {
                 StiffnessLaw::Temperature { factor, change_per_k: self.value("change_per_k")? }
             }
@@ -209,48 +142,18 @@ impl Correction {
         Some((at, law))
     }
 
-    /// Adds the elastic coordinates of a hinge.
+    /// Adds the elastic coordinates of a hinge, where the parameters say that it is.
     fn give(&self, description: &mut Description, at: &str, stiffness: f64) -> Result<(), String> {
-        let hinge = self.hinge.as_ref().ok_or("axis is missing")?;
-        let mut moved = match self.cause {
+        let mut hinge = self.hinge.clone().ok_or("axes are missing")?;
+        hinge.origin_m.z -= self.value("depth_m").unwrap_or(0.0);
+        let link = match self.cause {
             Cause::TransverseCompliance => joint(description, at)?.child.clone(),
             _ => link(description, at)?.name.clone(),
         };
-        let name = format!("{} at {at}", self.cause);
-        if hinge.beyond {
-            let rest = format!("{at}, beyond its hinge");
-            for joint in description.joints.iter_mut().filter(|joint| joint.parent == at) {
-                joint.parent.clone_from(&rest);
-            }
-            description.links.push(Link {
-                name: rest.clone(),
-                inertial: None,
-                has_geometry: false,
-            });
-            description.joints.push(Joint {
-                name: format!("{at}, its hinge"),
-                kind: JointKind::Fixed,
-                parent: moved,
-                child: rest.clone(),
-                origin: Isometry3::identity(),
-                axis: Vector3::x(),
-                position_limit: None,
-                velocity_limit: None,
-                mimics: None,
-            });
-            moved = rest;
+        if let Some(position) = self.value("position") {
+            hinge.moved_along(description, &link, position);
         }
-        for (i, axis) in hinge.axes.iter().enumerate() {
-            description.extra.push(ExtraCoordinate {
-                name: if i == 0 { name.clone() } else { format!("{name}, {}", i + 1) },
-                link: moved.clone(),
-                kind: hinge.kind,
-                axis: *axis,
-                origin_m: hinge.origin_m,
-                stiffness,
-                damping: None,
-            });
-        }
+        hinge.add(description, &link, &format!("{} at {at}", self.cause), stiffness);
         Ok(())
     }
 }
@@ -310,7 +213,7 @@ fn joint<'d>(description: &'d mut Description, name: &str) -> Result<&'d mut Joi
 fn spring<'d>(
     description: &'d mut Description,
     name: &str,
-) -> Result<&'d mut super::description::ElasticJoint, String> {
+) -> Result<&'d mut ElasticJoint, String> {
     let found = description.elastic_joints.iter_mut().find(|spring| spring.joint == name);
     found.ok_or_else(|| format!("at is '{name}', must be an elastic joint"))
 }
