@@ -50,7 +50,8 @@ fn the_papers_own_data() {
     }
 }
 
-/// What --write writes is what check reads, from another folder, with twice the held-out error.
+/// What --write writes is what check and map read, from another folder: the frequencies that the diagnosis
+/// promised, twice the held-out error for an uncertainty, and the comments of the file.
 #[test]
 fn the_written_robot_is_what_check_uses() {
     let folder = tempfile::tempdir().unwrap();
@@ -69,11 +70,57 @@ fn the_written_robot_is_what_check_uses() {
     let checked = json(&["check", job.to_str().unwrap(), "--format", "json", "--fail-on", "never"]);
     let model = &checked["jobs"][0]["model"];
     assert_eq!(model["calibrated"], true);
-    assert!((model["uncertainty_percent"].as_f64().unwrap() - 2.0 * heldout).abs() < 1e-9);
-    // The frequencies are those of the extended model: near what was measured at 1.396 rad, 41.51 Hz.
-    let last = checked["jobs"][0]["operations"][0]["samples"].as_array().unwrap().last().unwrap();
-    let f2 = last["natural_frequencies_hz"][1].as_f64().unwrap();
-    assert!((35.0..45.0).contains(&f2), "{f2}");
+    let uncertainty = model["uncertainty_percent"].as_f64().unwrap();
+    assert!((uncertainty - 2.0 * heldout).abs() < 1e-9);
+    // Less than the 10 % of a robot that was never measured.
+    assert!(uncertainty < 10.0);
+    let table = std::fs::read_to_string(measured).unwrap();
+    let poses: Vec<f64> = table
+        .lines()
+        .filter(|line| !line.starts_with(['#', 'b']))
+        .map(|line| line.split(',').next().unwrap().parse().unwrap())
+        .collect();
+    let file = folder.path().join("poses.csv");
+    let rows: String = poses.iter().map(|beta2| format!("0,{beta2}\n")).collect();
+    std::fs::write(&file, format!("joint_1_rad,joint_2_rad\n{rows}")).unwrap();
+    let arguments = ["map", written.to_str().unwrap(), "--poses", file.to_str().unwrap()];
+    let map = text(&detune(&arguments).stdout);
+    let mapped: Vec<Vec<f64>> = map
+        .lines()
+        .skip(1)
+        .map(|line| line.split(',').skip(3).map(|cell| cell.parse().unwrap()).collect())
+        .collect();
+    let residuals = found["residuals"].as_array().unwrap();
+    assert_eq!(residuals.len(), 40);
+    for residual in residuals {
+        let index = |key: &str| residual[key].as_u64().unwrap() as usize;
+        let promised = residual["extended_hz"].as_f64().unwrap();
+        let mapped = mapped[index("row")][index("mode") - 1];
+        assert!(
+            (mapped / promised - 1.0).abs() < 1e-6,
+            "{mapped} Hz mapped, {promised} Hz promised"
+        );
+    }
+    let file = std::fs::read_to_string(&written).unwrap();
+    assert!(file.contains("# The paper's arm with its Table 1 as printed"), "{file}");
+    assert!(
+        file.contains("\n    ci95: {") && file.contains("\ncalibration: {poses: 20, "),
+        "{file}"
+    );
+    let cause = found["findings"][0]["cause"].as_str().unwrap();
+    assert!(file.contains(&format!("  - cause: {cause}\n")), "{file}");
+}
+
+/// Nothing is written over what the run reads.
+#[test]
+fn the_robots_own_file_is_spared() {
+    let robot = "robots/two-link/robot.yaml";
+    let measured = "robots/two-link/measured.csv";
+    for output in ["--write", "--output"] {
+        let ended = detune(&["diagnose", robot, measured, output, robot]);
+        assert_eq!(ended.status.code(), Some(2));
+        assert!(text(&ended.stderr).contains("is read by this run"), "{}", text(&ended.stderr));
+    }
 }
 
 /// The same seed gives the same bytes, whatever the number of threads.
@@ -108,7 +155,21 @@ fn bad_tables_are_told_and_nothing_is_found() {
         ("beta2_rad,f1_hz,f2_hz\n1,30,20\n", "f2_hz is 20, must not be less than f1_hz"),
         ("beta2_rad,f1_hz\n1,-3\n", "f1_hz is -3, must be positive"),
         ("beta2_rad,f1_hz\n1,x\n", "f1_hz is 'x', must be a finite number"),
-        ("beta2_rad,f1_hz,f2_hz\n1,20,40\n", "too little data: 2 frequencies at 1 poses"),
+        (
+            "beta2_rad,f1_hz,f2_hz\n1,20,40\n",
+            "too little data for a diagnosis: 2 frequencies at 1 pose,",
+        ),
+        (
+            "beta2_rad,f1_hz\n0,20\n1,21\n2,22\n3,23\n",
+            "too little data for a diagnosis: 4 frequencies at 4 poses",
+        ),
+        ("beta2_rad,f1_hz\n9,20\n", "t.csv:2: joint 'joint_2' is 515.662°, must lie in"),
+        ("beta2_rad,f1_hz\n1,\n", "t.csv: has no frequency in any row"),
+        ("beta2_rad,f1_hz\n1,nan\n", "f1_hz is 'nan', must be a finite number"),
+        ("beta2_rad,f1_hz\n1,20,3\n", "t.csv:2: has 3 cells, must have 2"),
+        ("joint_1_deg,f1_hz\n1,20\n", "t.csv:1: no column 'joint_2_rad' or 'joint_2_deg'"),
+        ("beta2_rad;f1_hz\n1;20\n", "t.csv:1: cells are separated by semicolons"),
+        ("", "t.csv: is empty, must begin with a header"),
     ] {
         std::fs::write(&table, content).unwrap();
         let output = detune(&["diagnose", "robots/two-link", table.to_str().unwrap()]);
@@ -132,6 +193,8 @@ fn the_page_stands_alone() {
         .stdout,
     );
     assert!(page.starts_with("<!DOCTYPE html>") && page.trim_end().ends_with("</html>"));
-    assert!(page.matches("<svg").count() == 4 && page.contains("next"));
+    // Twice measured against predicted, twice over what the residual follows, and over each of the others.
+    assert!(page.matches("<svg").count() == 6 && page.contains("next"), "{page}");
+    assert!(page.contains("Residual over joint_2, °, %: with the findings"));
     assert!(!page.contains("http") && !page.contains("NaN"));
 }

@@ -110,6 +110,16 @@ def points_at_a_line(place):
         sys.exit(f"{file} has {lines} lines, a result points at {region}")
 
 
+def check_diagnoses(robot, tables):
+    diagnosis = schema_of("diagnosis")
+    for table in tables:
+        output = json.loads(run("diagnose", robot, table, "--format", "json").stdout)
+        must_hold(diagnosis, output, f"diagnose --format json {robot} {table}")
+        broken = copy.deepcopy(output)
+        broken["findings"][0]["parameters"][0]["ci95"] = [0, 1, 2]
+        must_not_hold(diagnosis, broken, "an interval of three numbers")
+
+
 def check_files(name, files):
     validator = schema_of(name)
     for file in files:
@@ -131,6 +141,7 @@ def found(pattern):
 def main():
     jobs = found("jobs/*.yaml")
     check_outputs(jobs)
+    check_diagnoses("robots/two-link", found("robots/two-link/*.csv"))
     check_files("job", jobs)
     check_files("robot", found("robots/*/robot.yaml"))
     Draft202012Validator.check_schema(json.loads(run("schema", "session").stdout))

@@ -22,9 +22,9 @@ pub(super) struct Parameter {
     pub(super) bounds: [f64; 2],
     /// Values from which a fit starts.
     pub(super) starts: Vec<f64>,
-    /// How far from nominal it is expected at most (one standard deviation), in value; `None` where the
+    /// Where it is expected before looking, and with what standard deviation, in value; `None` where the
     /// bounds say all.
-    pub(super) spread: Option<f64>,
+    pub(super) expected: Option<[f64; 2]>,
 }
 
 impl Parameter {
@@ -50,14 +50,14 @@ impl Parameter {
         inner.clamp(low, high)
     }
 
-    /// Precision of what is expected: (nominal as the fit measures it, 1/variance).
+    /// What is expected: (as the fit measures it, 1/variance).
     pub(super) fn expectation(&self) -> Option<(f64, f64)> {
-        let (nominal, spread) = (self.nominal?, self.spread?);
+        let [mean, spread] = self.expected?;
         let deviation = match self.scale {
-            Scale::Log => spread / nominal,
+            Scale::Log => spread / mean,
             Scale::Linear(unit) => spread / unit,
         };
-        Some((self.inner(nominal), deviation.powi(-2)))
+        Some((self.inner(mean), deviation.powi(-2)))
     }
 }
 
@@ -95,14 +95,14 @@ impl Candidate {
         self.cause == other.cause && self.at == other.at
     }
 
-    /// Whether it is `other` with further parameters that are expected to be small.
+    /// Whether it is `other` with further parameters of which something is expected.
     pub(super) fn widens(&self, other: &Self) -> bool {
         let has = |of: &Self, name: &str| of.parameters.iter().any(|p| p.name == name);
         self.same_place(other)
             && self.hinge == other.hinge
             && self.parameters.len() > other.parameters.len()
             && other.parameters.iter().all(|p| has(self, p.name))
-            && self.parameters.iter().all(|p| has(other, p.name) || p.spread.is_some())
+            && self.parameters.iter().all(|p| has(other, p.name) || p.expected.is_some())
     }
 
     /// The correction for parameters as the fit measures them.

@@ -59,6 +59,8 @@ pub(super) struct Data {
     /// By row, then column.
     pub(super) points: Vec<Point>,
     pub(super) columns: usize,
+    /// Typical deviation that the table tells, share of the frequency.
+    pub(super) told_noise: Option<f64>,
 }
 
 impl Data {
@@ -108,7 +110,7 @@ impl Data {
                 index,
             })
             .collect();
-        Self { rows, points, columns: table.modes }
+        Self { rows, points, columns: table.modes, told_noise: typical }
     }
 
     /// The rows for which `keep` holds; points remember their place in the whole table.
@@ -124,7 +126,7 @@ impl Data {
             .iter()
             .filter_map(|point| Some(Point { row: place[point.row]?, ..*point }))
             .collect();
-        Self { rows, points, columns: self.columns }
+        Self { rows, points, columns: self.columns, told_noise: self.told_noise }
     }
 }
 

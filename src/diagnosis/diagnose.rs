@@ -109,7 +109,7 @@ pub fn diagnose(
         residuals: residual_rows(&data, &choice.nothing.evaluation, &chosen.evaluation),
         corrections: corrections(&data, &chosen),
         coordinates: robot.coordinates().iter().map(|c| c.name.clone()).collect(),
-        joints: robot.joints().iter().map(|joint| joint.name.clone()).collect(),
+        joints: arm.joints,
         findings,
     })
 }
@@ -136,8 +136,12 @@ fn residual_rows(data: &Data, before: &Evaluation, after: &Evaluation) -> Vec<Re
             let predicted = |evaluation: &Evaluation| {
                 evaluation.residuals[i].map(|residual| (point.ln_f - residual).exp())
             };
+            let row = &data.rows[point.row];
             ResidualRow {
-                row: data.rows[point.row].index,
+                row: row.index,
+                joints: row.q.clone(),
+                temperature_c: row.conditions.temperature_c,
+                amplitude_nm: row.conditions.amplitude_nm,
                 mode: point.column,
                 measured_hz: point.ln_f.exp(),
                 before_hz: predicted(before),

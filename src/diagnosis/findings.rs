@@ -78,12 +78,14 @@ fn estimate(parameter: &Parameter, inner: f64, certainty: Certainty) -> Estimate
     }
 }
 
-/// The same causes with everything free that is expected to be small, so that intervals count it in.
+/// The same causes with everything free of which something is expected, so that intervals count it in; fitted to the last digit.
 pub(super) fn widened<'c>(
     problem: &Problem<'_>,
     candidates: &'c [Candidate],
     fit: &Fit<'c>,
 ) -> Fit<'c> {
+    /// Digits that are told must not depend on where a fit began.
+    const NO_GAIN: f64 = 1e-9;
     let effects = fit
         .hypothesis
         .effects
@@ -94,13 +96,13 @@ pub(super) fn widened<'c>(
                 let own = |name: &str| candidate.parameters.iter().position(|p| p.name == name);
                 let start = |p: &Parameter| match own(p.name) {
                     Some(at) => candidate.parameters[at].value(inner[at]),
-                    None => p.nominal.unwrap_or(0.0),
+                    None => p.expected.map_or(0.0, |[mean, _]| mean),
                 };
                 (wider, wider.parameters.iter().map(|p| p.inner(start(p))).collect())
             }
         })
         .collect();
-    problem.climb(Hypothesis { effects }).unwrap_or_else(|| fit.clone())
+    problem.climb_to(Hypothesis { effects }, NO_GAIN).unwrap_or_else(|| fit.clone())
 }
 
 /// What a robot's file needs to hold; what the data say nothing of is left out.

@@ -78,6 +78,15 @@ impl Problem<'_> {
 
     /// Levenberg–Marquardt from a start.
     pub(super) fn climb<'c>(&self, start: Hypothesis<'c>) -> Option<Fit<'c>> {
+        self.climb_to(start, SMALLEST_GAIN)
+    }
+
+    /// The same until a round gains less than `smallest_gain` of ln likelihood.
+    pub(super) fn climb_to<'c>(
+        &self,
+        start: Hypothesis<'c>,
+        smallest_gain: f64,
+    ) -> Option<Fit<'c>> {
         let mut hypothesis = start;
         let mut evaluation = self.evaluate(&hypothesis, true)?;
         let mut damping = 1e-3;
@@ -110,7 +119,7 @@ impl Problem<'_> {
                 }
             }
             match gained {
-                Some(gain) if gain > SMALLEST_GAIN => {}
+                Some(gain) if gain > smallest_gain => {}
                 _ => break,
             }
         }

@@ -80,7 +80,8 @@ pub(super) fn poses_between(
                     index: 0,
                 })
                 .collect();
-            let one = Data { rows: vec![row.clone()], points, columns: data.columns };
+            let one =
+                Data { rows: vec![row.clone()], points, columns: data.columns, told_noise: None };
             let problem = Problem { description, data: &one };
             let a = problem.evaluate(&finding.hypothesis, true)?;
             let b = problem.evaluate(&rival.hypothesis, true)?;

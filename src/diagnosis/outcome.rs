@@ -21,13 +21,19 @@ pub enum DiagnosisFault {
     NoModes,
 }
 
+fn counted(count: usize, one: &str, many: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { many })
+}
+
 impl fmt::Display for DiagnosisFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::TooLittle { poses, frequencies } => write!(
                 f,
-                "too little data: {frequencies} frequencies at {poses} poses, must be at least \
-                 {FEWEST_POINTS} at {FEWEST_ROWS}"
+                "too little data for a diagnosis: {} at {}, must be at least {FEWEST_POINTS} at \
+                 {FEWEST_ROWS}; measure more poses",
+                counted(*frequencies, "frequency", "frequencies"),
+                counted(*poses, "pose", "poses"),
             ),
             Self::NoModes => write!(
                 f,
@@ -123,8 +129,8 @@ pub struct Gain {
     pub ci95: [f64; 2],
 }
 
-/// A measured frequency and what the models say.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// A measured frequency, what it was measured under, and what the models say.
+#[derive(Debug, Clone, PartialEq)]
 pub struct ResidualRow {
     /// Row of the table, from 0.
     pub row: usize,
@@ -136,6 +142,12 @@ pub struct ResidualRow {
     pub before_hz: Option<f64>,
     /// With the findings, Hz.
     pub after_hz: Option<f64>,
+    /// Joint positions, rad or m.
+    pub joints: Vec<f64>,
+    /// Temperature, °C.
+    pub temperature_c: Option<f64>,
+    /// Level of excitation, N·m.
+    pub amplitude_nm: Option<f64>,
 }
 
 /// A whole diagnosis.
@@ -171,8 +183,8 @@ pub struct Diagnosis {
     pub corrections: Vec<Correction>,
     /// Elastic coordinates of the model as it is, for shapes that name one.
     pub coordinates: Vec<String>,
-    /// Joints, for shapes that name one.
-    pub joints: Vec<String>,
+    /// Joints from base to tip, each with whether it slides.
+    pub joints: Vec<(String, bool)>,
 }
 
 impl Suspect {

@@ -30,6 +30,11 @@ pub enum Shape {
         /// From the base, from 0.
         joint: usize,
     },
+    /// One mode follows the pose as a whole.
+    ModeOverPose {
+        /// From 0.
+        mode: usize,
+    },
     /// A spring varies with a joint's position.
     SpringOverJoint {
         /// Elastic coordinate, from 0.
@@ -229,6 +234,11 @@ fn shapes(problem: &Problem<'_>, fit: &Fit<'_>) -> Option<Vec<(Shape, Columns)>>
             columns.extend(harmonics(&of_mode(mode), joint, 2));
             shapes.push((Shape::ModeOverJoint { mode, joint }, columns));
         }
+    }
+    for mode in 0..data.columns {
+        let mut columns = vec![column(&of_mode(mode))];
+        columns.extend((0..joints).flat_map(|joint| harmonics(&of_mode(mode), joint, 1)));
+        shapes.push((Shape::ModeOverPose { mode }, columns));
     }
     for coordinate in 0..coordinates {
         let base = |i: usize| energy(i, coordinate, 0);

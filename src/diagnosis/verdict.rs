@@ -7,6 +7,13 @@ use super::outcome::Verdict;
 use super::problem::Problem;
 use super::unknown::{self, Structure, structure};
 
+/// What follows nothing at all is noise up to here, share of the frequency: hammer tests of arms repeat within
+/// a per cent.
+const NOISIEST: f64 = 0.017;
+
+/// ... or up to this multiple of the deviations that the table tells.
+const TIMES_TOLD: f64 = 2.0;
+
 /// A shape without a cause explains better than the causes do if it is worth more by this.
 const UNKNOWN_BETTER_BY: f64 = 4.0;
 
@@ -29,7 +36,9 @@ impl Judged {
         let significant = |s: &Structure| s.p_value < unknown::SIGNIFICANCE;
         let before = nothing.as_ref().map(|s| s.clearest.clone()).filter(significant);
         if choice.best.fit.hypothesis.effects.is_empty() {
-            let verdict = if before.is_some() { Verdict::Unexplained } else { Verdict::Consistent };
+            let most = NOISIEST.max(TIMES_TOLD * problem.data.told_noise.unwrap_or(0.0));
+            let is_noise = before.is_none() && choice.nothing.evaluation.noise.scale <= most;
+            let verdict = if is_noise { Verdict::Consistent } else { Verdict::Unexplained };
             return Self { verdict, after: before.clone(), before };
         }
         let left = structure(problem, &choice.best.fit);

@@ -23,6 +23,11 @@ pub(crate) fn effect(
     let joint_at = || vec![arm.joints[joint].name.clone()];
     let mode_at = |mode: usize| vec![format!("{}", mode + 1)];
     let typical = arm.joints[joint].stiffness_nm_per_rad;
+    // What follows a joint that stands still is a constant, which the vocabulary has a name for.
+    let stands_still = rows.iter().all(|row| row.joints_rad[joint] == rows[0].joints_rad[joint]);
+    if stands_still && ["wave", "hysteresis"].contains(&cause) {
+        return None;
+    }
     let (at, change) = match cause {
         "joint_stiffness" => {
             (joint_at(), Change::JointStiffness { joint, softer: dice.chance(0.6) })

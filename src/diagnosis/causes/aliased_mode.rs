@@ -39,7 +39,7 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
                     nominal: None,
                     bounds,
                     starts: starts.take_while(|rate| *rate <= bounds[1]).collect(),
-                    spread: None,
+                    expected: None,
                 }]
             };
             Candidate::new(Cause::AliasedMode, &mode.to_string(), parameters)

@@ -20,7 +20,7 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
                 nominal: Some(0.0),
                 bounds: [-0.95 * unit, 6.0 * unit],
                 starts: [0.0, -0.6, -0.3, -0.1, 0.1, 0.3, 0.8].iter().map(|s| s * unit).collect(),
-                spread: None,
+                expected: None,
             };
             let exponent = Parameter {
                 name: "exponent",
@@ -28,7 +28,7 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
                 nominal: Some(0.0),
                 bounds: [-1.0, 1.0],
                 starts: vec![0.0, -0.2, -0.1, -0.04, 0.04, 0.1],
-                spread: None,
+                expected: None,
             };
             let factor = super::temperature_drift::factor();
             let forms =

@@ -19,7 +19,7 @@ fn depth() -> Parameter {
         nominal: Some(0.0),
         bounds: [-0.5, 1.5],
         starts: vec![0.0],
-        spread: Some(0.3),
+        expected: Some([0.0, 0.3]),
     }
 }
 

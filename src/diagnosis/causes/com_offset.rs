@@ -15,18 +15,18 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
     for body in &arm.bodies {
         let Some(inertial) = body.inertial.filter(|_| body.name != arm.root) else { continue };
         let length = body.reach_m.norm().max(inertial.com_m.norm()).max(0.3 * arm.length_m);
-        let along = |name: &'static str, spread: Option<f64>| Parameter {
+        let along = |name: &'static str, expected: Option<[f64; 2]>| Parameter {
             name,
             scale: Scale::Linear(0.3 * length),
             nominal: Some(0.0),
             bounds: [-1.2 * length, 1.2 * length],
             starts: [0.0, -0.4, -0.15, 0.15, 0.4].iter().map(|s| s * length).collect(),
-            spread,
+            expected,
         };
         for name in NAMES {
             candidates.push(Candidate::new(Cause::ComOffset, &body.name, vec![along(name, None)]));
         }
-        let anywhere = NAMES.map(|name| along(name, Some(0.3 * length))).to_vec();
+        let anywhere = NAMES.map(|name| along(name, Some([0.0, 0.3 * length]))).to_vec();
         candidates.push(Candidate::new(Cause::ComOffset, &body.name, anywhere));
     }
     candidates

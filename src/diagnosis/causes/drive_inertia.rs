@@ -23,7 +23,7 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
                     .map(|share| nominal + share * inertia)
                     .chain((nominal > 0.0).then_some(0.5 * nominal))
                     .collect(),
-                spread: None,
+                expected: None,
             };
             Candidate::new(Cause::DriveInertia, &spring.joint, vec![parameter])
         })

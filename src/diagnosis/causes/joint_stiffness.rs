@@ -19,7 +19,7 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
                 nominal: Some(k),
                 bounds: [k / 40.0, k * 40.0],
                 starts: [1.0, 0.3, 0.6, 0.85, 1.2, 1.7, 3.5].iter().map(|s| s * k).collect(),
-                spread: None,
+                expected: None,
             };
             Candidate::new(Cause::JointStiffness, &spring.joint, vec![parameter])
         })

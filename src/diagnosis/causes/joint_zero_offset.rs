@@ -19,7 +19,7 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
                 nominal: Some(0.0),
                 bounds: [-0.8, 0.8],
                 starts: vec![0.0, -0.4, -0.15, -0.05, 0.05, 0.15, 0.4],
-                spread: None,
+                expected: None,
             };
             Candidate::new(Cause::JointZeroOffset, joint, vec![parameter])
         })

@@ -21,10 +21,10 @@ fn position() -> Parameter {
     Parameter {
         name: "position",
         scale: Scale::Linear(0.2),
-        nominal: Some(0.5),
+        nominal: None,
         bounds: [0.1, 0.9],
         starts: vec![0.5],
-        spread: Some(0.15),
+        expected: Some([0.5, 0.15]),
     }
 }
 

@@ -30,7 +30,7 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
                 nominal: Some(1.0),
                 bounds: [0.01, top],
                 starts,
-                spread: None,
+                expected: None,
             };
             candidates.push(Candidate::new(Cause::LinkInertia, &body.name, vec![parameter]));
         }
@@ -40,7 +40,7 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
             nominal: Some(1.0),
             bounds: [0.05, 20.0],
             starts: vec![1.0, 0.3, 0.6, 0.85, 1.2, 1.7, 3.0],
-            spread: None,
+            expected: None,
         };
         candidates.push(Candidate::new(Cause::LinkInertia, &body.name, vec![parameter]));
     }

@@ -31,7 +31,7 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
                     .iter()
                     .map(|s| s * unit)
                     .collect(),
-                spread: None,
+                expected: None,
             };
             // Down to a tenth of the largest torque the law bends within the table.
             let saturation = Parameter {
@@ -40,7 +40,7 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
                 nominal: None,
                 bounds: [0.1 * largest, 30.0 * largest],
                 starts: vec![largest],
-                spread: None,
+                expected: None,
             };
             // What is bent may be steeper where it begins.
             let steep = Parameter { bounds: [-9.5 * unit, 20.0 * unit], ..change.clone() };

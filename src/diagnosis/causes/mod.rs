@@ -89,7 +89,7 @@ fn new_spring(name: &'static str, soft: f64) -> Parameter {
         nominal: None,
         bounds: [0.02 * soft, 2000.0 * soft],
         starts: [3.0, 0.3, 1.0, 8.0, 20.0, 60.0].iter().map(|share| share * soft).collect(),
-        spread: None,
+        expected: None,
     }
 }
 

@@ -28,7 +28,7 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
             nominal: Some(0.0),
             bounds: [0.0, 3.0 * total],
             starts: [0.01, 0.03, 0.08, 0.2, 0.5, 1.0].iter().map(|s| s * total).collect(),
-            spread: None,
+            expected: None,
         };
         let at = |name: &'static str| Parameter {
             name,
@@ -36,7 +36,7 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
             nominal: Some(0.0),
             bounds: [-0.6, 0.6],
             starts: vec![0.0, 0.12, -0.12],
-            spread: Some(0.15),
+            expected: Some([0.0, 0.15]),
         };
         let forms = [vec![mass.clone()], vec![mass, at("com_x_m"), at("com_y_m"), at("com_z_m")]];
         for parameters in forms {

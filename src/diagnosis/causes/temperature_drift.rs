@@ -21,7 +21,7 @@ pub(super) fn factor() -> Parameter {
         nominal: Some(1.0),
         bounds: [0.1, 4.0],
         starts: vec![1.0, 0.75, 1.3],
-        spread: None,
+        expected: None,
     }
 }
 
@@ -39,7 +39,7 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
                 nominal: Some(0.0),
                 bounds: [-3.0 * unit, 3.0 * unit],
                 starts: [0.0, -0.6, -0.3, -0.1, 0.1, 0.3, 0.6].iter().map(|s| s * unit).collect(),
-                spread: None,
+                expected: None,
             };
             [vec![change.clone()], vec![change, factor()]].map(|parameters| {
                 let nests_stiffness = parameters.len() > 1;

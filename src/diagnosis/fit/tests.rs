@@ -1,12 +1,15 @@
 //! Sensitivities against differences, fits against what was put in.
 
-use super::super::candidate::{Parameter, Scale};
-use super::super::data::{Load, Point, Row};
-use super::*;
-use crate::model::{
-    Carries, Conditions, CoordinateKind, ElasticJoint, Hinge, Inertial, Joint, JointKind, Link,
-};
 use nalgebra::{Isometry3, Matrix3, Vector3};
+
+use super::super::candidate::{Candidate, Parameter, Scale};
+use super::super::data::{Data, Load, Point, Row};
+use super::super::predict::Hypothesis;
+use super::super::problem::{Evaluation, Problem};
+use crate::model::{
+    Carries, Cause, Conditions, CoordinateKind, Description, ElasticJoint, Hinge, Inertial, Joint,
+    JointKind, Link,
+};
 
 /// A planar arm of three links.
 fn arm() -> Description {
@@ -72,12 +75,12 @@ fn data(rows: usize) -> Data {
     let points = (0..3 * rows.len())
         .map(|i| Point { row: i / 3, column: i % 3, ln_f: 3.0, unit: 1.0, rounding: 0.0, index: i })
         .collect();
-    Data { rows, points, columns: 3 }
+    Data { rows, points, columns: 3, told_noise: None }
 }
 
 fn parameter(name: &'static str, scale: Scale) -> Parameter {
     let bounds = [-1e9, 1e9];
-    Parameter { name, scale, nominal: None, bounds, starts: vec![], spread: None }
+    Parameter { name, scale, nominal: None, bounds, starts: vec![], expected: None }
 }
 
 /// d ln f by every kind of parameter, against differences of solved frequencies.
@@ -95,6 +98,19 @@ fn sensitivities_are_the_differences_of_solved_frequencies() {
         carries: Carries::Rest,
     };
     let mut bends = Candidate::new(Cause::LinkFlexibility, "l1", vec![log("stiffness_nm_per_rad")]);
+    let mut cut = Candidate::new(
+        Cause::LinkFlexibility,
+        "l2",
+        vec![log("stiffness_nm_per_rad"), linear("position")],
+    );
+    let origin_m = Vector3::zeros();
+    cut.hinge = Some(Hinge { carries: Carries::Part, origin_m, ..hinge.clone() });
+    let mut rocks = Candidate::new(
+        Cause::BaseCompliance,
+        "base",
+        vec![log("stiffness_nm_per_rad"), linear("depth_m")],
+    );
+    rocks.hinge = Some(Hinge { carries: Carries::Link, origin_m, ..hinge.clone() });
     bends.hinge = Some(hinge);
     let cases = [
         (
@@ -113,6 +129,24 @@ fn sensitivities_are_the_differences_of_solved_frequencies() {
             vec![30.0, 1.0],
         ),
         (bends, vec![12.5]),
+        (cut, vec![12.5, 4.0]),
+        (rocks, vec![14.0, 3.0]),
+        (
+            Candidate::new(
+                Cause::LoadDependentStiffness,
+                "j2",
+                vec![linear("change_per_nm"), log("saturation_nm")],
+            ),
+            vec![0.05, 3.0],
+        ),
+        (
+            Candidate::new(
+                Cause::AmplitudeDependence,
+                "j2",
+                vec![linear("exponent"), linear("factor")],
+            ),
+            vec![-1.0, 11.0],
+        ),
         (
             Candidate::new(Cause::DriveInertia, "j1", vec![linear("reflected_inertia_kgm2")]),
             vec![20.0],

@@ -4,8 +4,8 @@ use std::fmt::Write;
 use std::path::Path;
 
 use super::text;
-use crate::diagnosis::{Diagnosis, ResidualRow};
-use crate::units::percent_from_ratio;
+use crate::diagnosis::{Diagnosis, ResidualRow, Shape};
+use crate::units::{deg_from_rad, mm_from_m, percent_from_ratio};
 
 const WIDTH: f64 = 620.0;
 const HEIGHT: f64 = 300.0;
@@ -15,7 +15,8 @@ const MARGIN: f64 = 48.0;
 const COLOURS: [&str; 7] =
     ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#444444"];
 
-/// The page: the text, measured against predicted before and after, residuals pose by pose, the ranking.
+/// The page: the text, measured against predicted before and after, residuals over what they follow and
+/// over all else, the ranking.
 pub fn diagnosis(d: &Diagnosis, robot: &str, table: &Path) -> String {
     let mut out = String::new();
     let title = escaped(&format!("Diagnosis of {robot}"));
@@ -35,12 +36,24 @@ pub fn diagnosis(d: &Diagnosis, robot: &str, table: &Path) -> String {
     ] {
         figure(&mut out, caption, &points(d, of), true);
     }
-    for (caption, of) in [
-        ("Residual over the rows, %: the model as it is", residual_before as Of),
-        ("Residual over the rows, %: with the findings", residual_after as Of),
-    ] {
-        figure(&mut out, caption, &points(d, of), false);
+    let covariates = covariates(d);
+    let followed = d.structure_before.as_ref().and_then(|structure| followed(&structure.shape, d));
+    let chosen = followed.or_else(|| covariates.iter().position(|c| *c == Covariate::Row));
+    if let Some(covariate) = chosen.map(|i| covariates[i]) {
+        let name = covariate.name(d);
+        for (caption, after) in [("the model as it is", false), ("with the findings", true)] {
+            let caption = format!("Residual over {name}, %: {caption}");
+            figure(&mut out, &caption, &residuals(d, covariate, after), false);
+        }
     }
+    out.push_str(
+        "<details><summary>Residuals over everything else that the table tells</summary>\n",
+    );
+    for (i, covariate) in covariates.iter().enumerate().filter(|(i, _)| Some(*i) != chosen) {
+        let caption = format!("Residual over {}, %: the model as it is", covariate.name(d));
+        figure(&mut out, &caption, &residuals(d, covariates[i], false), false);
+    }
+    out.push_str("</details>\n");
     if !d.ranking.is_empty() {
         out.push_str("<h2>Causes one by one</h2>\n<table><tr><th>cause</th><th>behind the best, BIC</th></tr>\n");
         for suspect in &d.ranking {
@@ -73,12 +86,83 @@ fn predicted_after(r: &ResidualRow) -> Option<(f64, f64)> {
     Some((r.after_hz?, r.measured_hz))
 }
 
-fn residual_before(r: &ResidualRow) -> Option<(f64, f64)> {
-    Some((r.row as f64, percent_from_ratio(r.measured_hz / r.before_hz? - 1.0)))
+/// What a residual may follow.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Covariate {
+    Row,
+    Joint(usize),
+    Temperature,
+    Amplitude,
+    Frequency,
 }
 
-fn residual_after(r: &ResidualRow) -> Option<(f64, f64)> {
-    Some((r.row as f64, percent_from_ratio(r.measured_hz / r.after_hz? - 1.0)))
+impl Covariate {
+    fn name(self, d: &Diagnosis) -> String {
+        match self {
+            Self::Row => "the rows of the table".to_owned(),
+            Self::Joint(joint) => d.joints.get(joint).map_or_else(String::new, |(name, slides)| {
+                format!("{name}, {}", if *slides { "mm" } else { "°" })
+            }),
+            Self::Temperature => "temperature, °C".to_owned(),
+            Self::Amplitude => "level of excitation, N·m".to_owned(),
+            Self::Frequency => "measured frequency, Hz".to_owned(),
+        }
+    }
+
+    fn of(self, r: &ResidualRow, d: &Diagnosis) -> Option<f64> {
+        match self {
+            Self::Row => Some((r.row + 1) as f64),
+            Self::Joint(joint) => {
+                let (q, (_, slides)) = (r.joints.get(joint)?, d.joints.get(joint)?);
+                Some(if *slides { mm_from_m(*q) } else { deg_from_rad(*q) })
+            }
+            Self::Temperature => r.temperature_c,
+            Self::Amplitude => r.amplitude_nm,
+            Self::Frequency => Some(r.measured_hz),
+        }
+    }
+}
+
+/// Those that vary over the table.
+fn covariates(d: &Diagnosis) -> Vec<Covariate> {
+    let joints = (0..d.joints.len()).map(Covariate::Joint);
+    let others =
+        [Covariate::Temperature, Covariate::Amplitude, Covariate::Frequency, Covariate::Row];
+    joints
+        .chain(others)
+        .filter(|covariate| {
+            let mut values = d.residuals.iter().filter_map(|r| covariate.of(r, d));
+            values.next().is_some_and(|first| values.any(|value| value != first))
+        })
+        .collect()
+}
+
+/// The covariate that a shape is about.
+fn followed(shape: &Shape, d: &Diagnosis) -> Option<usize> {
+    let covariate = match *shape {
+        Shape::Joint { joint }
+        | Shape::ModeOverJoint { joint, .. }
+        | Shape::SpringOverJoint { joint, .. } => Covariate::Joint(joint),
+        Shape::Temperature => Covariate::Temperature,
+        Shape::Amplitude => Covariate::Amplitude,
+        Shape::Frequency | Shape::ModeByMode => Covariate::Frequency,
+        Shape::ModeOverPose { .. }
+        | Shape::SpringByPose { .. }
+        | Shape::InertiaByPose { .. }
+        | Shape::PoseByPose
+        | Shape::Order => Covariate::Row,
+    };
+    covariates(d).iter().position(|c| *c == covariate)
+}
+
+/// (measured − predicted) / predicted over a covariate, %.
+fn residuals(d: &Diagnosis, covariate: Covariate, after: bool) -> Vec<(usize, f64, f64)> {
+    let point = |r: &ResidualRow| {
+        let predicted_hz = if after { r.after_hz } else { r.before_hz }?;
+        let percent = percent_from_ratio(r.measured_hz / predicted_hz - 1.0);
+        Some((r.mode, covariate.of(r, d)?, percent))
+    };
+    d.residuals.iter().filter_map(point).collect()
 }
 
 fn points(d: &Diagnosis, of: Of) -> Vec<(usize, f64, f64)> {

@@ -110,7 +110,7 @@ struct Hinge {
     kind: &'static str,
     /// In the link's frame.
     axes: Vec<[f64; 3]>,
-    /// In the link's frame, m.
+    /// In the link's frame, m, before `depth_m` (down) and `position` (along the link) move it.
     origin_m: [f64; 3],
     /// What of the link's own body moves: "link", "part" (beyond the hinge) or "rest" (nothing).
     carries: &'static str,

@@ -3,9 +3,8 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use super::words::{estimate, finding, name, structure, verdict};
+use super::words::{estimate, finding, name, position, structure, verdict};
 use crate::diagnosis::{Diagnosis, Verdict, words};
-use crate::units::deg_from_rad;
 
 /// What is wrong, by how much, because of what, how sure, what else it could be, what it gained, what next.
 pub fn diagnosis(d: &Diagnosis, robot: &str, table: &Path) -> String {
@@ -108,11 +107,15 @@ fn errors(d: &Diagnosis, out: &mut String) {
 fn next(d: &Diagnosis, out: &mut String) {
     let _ = writeln!(out, "\nnext");
     for next in &d.next_poses {
-        let joints: Vec<String> =
-            next.joints.iter().map(|q| format!("{:.1}", deg_from_rad(*q))).collect();
+        let joints: Vec<String> = next
+            .joints
+            .iter()
+            .zip(&d.joints)
+            .map(|(q, (_, slides))| position(*q, *slides))
+            .collect();
         let _ = writeln!(
             out,
-            "  measure at [{}] deg: {} and {} differ there by {:.1} times the noise",
+            "  measure at [{}]: {} and {} differ there by {:.1} times the noise",
             joints.join(", "),
             next.separates[0],
             next.separates[1],

@@ -1,7 +1,7 @@
 //! What is said in several formats.
 
 use crate::diagnosis::{Diagnosis, Estimate, Finding, Shape, Structure, Verdict, words};
-use crate::units::percent_from_ratio;
+use crate::units::{deg_from_rad, mm_from_m, percent_from_ratio};
 
 /// A number with the digits that a person wants: four significant ones.
 pub(super) fn number(value: f64) -> String {
@@ -20,6 +20,11 @@ pub(super) fn number(value: f64) -> String {
     } else {
         text
     }
+}
+
+/// "45.0°" or "120.0 mm".
+pub(super) fn position(q: f64, slides: bool) -> String {
+    if slides { format!("{:.1} mm", mm_from_m(q)) } else { format!("{:.1}°", deg_from_rad(q)) }
 }
 
 /// "mass_kg" → ("mass", "kg").
@@ -82,6 +87,10 @@ pub(super) fn verdict(diagnosis: &Diagnosis) -> String {
         Verdict::Consistent => format!(
             "The model agrees with the measurement: what it is off by, {error:.2} %, is noise."
         ),
+        Verdict::Unexplained if diagnosis.structure_before.is_none() => format!(
+            "The model is off by {error:.2} %, more than the noise of such tests; it follows nothing that \
+             the table tells, and no known cause explains it."
+        ),
         Verdict::Unexplained => format!(
             "The model is off by {error:.2} %, and that is no noise; but no known cause explains it."
         ),
@@ -100,7 +109,7 @@ pub(super) fn verdict(diagnosis: &Diagnosis) -> String {
 
 /// What a residual follows, in words.
 pub(super) fn structure(structure: &Structure, diagnosis: &Diagnosis) -> String {
-    let joint = |joint: usize| diagnosis.joints.get(joint).map_or("?", String::as_str);
+    let joint = |joint: usize| diagnosis.joints.get(joint).map_or("?", |(name, _)| name.as_str());
     let spring = |i: usize| diagnosis.coordinates.get(i).map_or("?", String::as_str);
     let what = match structure.shape {
         Shape::ModeByMode => "each mode is off by a factor of its own".to_owned(),
@@ -108,6 +117,7 @@ pub(super) fn structure(structure: &Structure, diagnosis: &Diagnosis) -> String 
         Shape::ModeOverJoint { mode, joint: j } => {
             format!("mode {} follows the position of {}", mode + 1, joint(j))
         }
+        Shape::ModeOverPose { mode } => format!("mode {} follows the pose", mode + 1),
         Shape::SpringOverJoint { coordinate, joint: j } => {
             format!(
                 "as if the spring of {} varied with the position of {}",
