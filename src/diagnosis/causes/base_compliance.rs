@@ -17,7 +17,7 @@ fn depth() -> Parameter {
         name: "depth_m",
         scale: Scale::Linear(0.2),
         nominal: Some(0.0),
-        bounds: [-0.5, 1.5],
+        bounds: [-0.2, 1.5],
         starts: vec![0.0],
         expected: Some([0.0, 0.3]),
     }

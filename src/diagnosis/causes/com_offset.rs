@@ -8,6 +8,9 @@ pub(super) const WORDS: Words = Words {
     test: "weigh the link at both ends, or look up its drawing",
 };
 
+/// However short a link is, what is bolted to it may lie this far off, m.
+const LEAST_REACH_M: f64 = 0.35;
+
 const NAMES: [&str; 3] = ["dx_m", "dy_m", "dz_m"];
 
 pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
@@ -19,7 +22,7 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
             name,
             scale: Scale::Linear(0.3 * length),
             nominal: Some(0.0),
-            bounds: [-1.2 * length, 1.2 * length],
+            bounds: [-1.2 * length.max(LEAST_REACH_M), 1.2 * length.max(LEAST_REACH_M)],
             starts: [0.0, -0.4, -0.15, 0.15, 0.4].iter().map(|s| s * length).collect(),
             expected,
         };

@@ -106,21 +106,25 @@ fn errors(d: &Diagnosis, out: &mut String) {
 
 fn next(d: &Diagnosis, out: &mut String) {
     let _ = writeln!(out, "\nnext");
+    let mut told: Vec<&[f64]> = Vec::new();
     for next in &d.next_poses {
+        if told.contains(&next.joints.as_slice()) {
+            continue;
+        }
+        told.push(&next.joints);
         let joints: Vec<String> = next
             .joints
             .iter()
             .zip(&d.joints)
             .map(|(q, (_, slides))| position(*q, *slides))
             .collect();
-        let _ = writeln!(
-            out,
-            "  measure at [{}]: {} and {} differ there by {:.1} times the noise",
-            joints.join(", "),
-            next.separates[0],
-            next.separates[1],
-            next.apart
-        );
+        let _ = writeln!(out, "  measure at [{}]", joints.join(", "));
+        for here in d.next_poses.iter().filter(|other| other.joints == next.joints) {
+            let [one, other] = &here.separates;
+            let apart = here.apart;
+            let _ =
+                writeln!(out, "    {one} and {other} differ there by {apart:.1} times the noise");
+        }
     }
     for (pair, test) in &d.next_tests {
         let _ = writeln!(out, "  no pose tells {pair}: {test}");

@@ -48,6 +48,9 @@ fn unit_of(name: &str) -> (String, &'static str) {
     (name.replace('_', " "), "")
 }
 
+/// A change beyond this factor says more as the factor that it is.
+const MOST_AS_PERCENT: f64 = 10.0;
+
 /// "mass 4.9 kg (95 % sure: 4.7 to 5.1), nominal 0".
 pub(super) fn estimate(parameter: &Estimate) -> String {
     let (name, unit) = unit_of(&parameter.name);
@@ -59,9 +62,9 @@ pub(super) fn estimate(parameter: &Estimate) -> String {
     );
     if let Some(nominal) = parameter.nominal {
         text.push_str(&format!(", in the file {}", number(nominal)));
-        if nominal != 0.0 {
-            let change = percent_from_ratio(parameter.estimate / nominal - 1.0);
-            text.push_str(&format!(" ({change:+.1} %)"));
+        let change = parameter.estimate / nominal - 1.0;
+        if change.abs() < MOST_AS_PERCENT {
+            text.push_str(&format!(" ({:+.1} %)", percent_from_ratio(change)));
         }
     }
     text
