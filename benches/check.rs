@@ -8,7 +8,9 @@ use std::path::{Path as FilePath, PathBuf};
 use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use detune::job::{Job, Operation, Policy, Spindle, SpindleSpeed, Tool};
+use detune::advice::{Options, advise};
+use detune::job::{Job, Levers, Operation, Policy, Spindle, SpindleSpeed, Tool};
+use detune::map::{Block, Generator, LinearMap, RandomPoses, Reduction};
 use detune::model::{Placement, Robot, mass_matrix};
 use detune::modes::ModalSolver;
 use detune::motion::{Move, Target};
@@ -104,6 +106,7 @@ fn long_job(robot: &Arc<Robot>) -> Job {
             ignore_hz: vec![],
             min_tip_response_m_per_n: 0.0,
         },
+        levers: Levers::default(),
     }
 }
 
@@ -122,5 +125,63 @@ fn long_check(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, kernel, long_check);
+/// Six operations of 50 000 waypoints in all.
+fn six_operations(robot: &Arc<Robot>) -> Job {
+    let mut job = long_job(robot);
+    let moves = job.operations[0].moves[..50_000].to_vec();
+    job.spindle.max_acceleration_rpm_per_s = Some(500.0);
+    job.operations = moves
+        .chunks(moves.len().div_ceil(6))
+        .enumerate()
+        .map(|(i, part)| Operation {
+            name: format!("operation {i}"),
+            moves: part.to_vec(),
+            ..job.operations[0].clone()
+        })
+        .collect();
+    job.policy.separation = 0.03;
+    job.policy.model_uncertainty = 0.02;
+    job
+}
+
+fn long_advice(c: &mut Criterion) {
+    let robot = Arc::new(six_axes());
+    let job = six_operations(&robot);
+    let scheduled = Options { schedule: true, ..Options::default() };
+    let mut group = c.benchmark_group("six operations, 50 000 waypoints");
+    group.sample_size(10);
+    group.bench_function("check", |b| b.iter(|| assess(black_box(&job)).unwrap()));
+    group.bench_function("advise", |b| {
+        b.iter(|| advise(black_box(&job), &Options::default()).unwrap());
+    });
+    group.bench_function("advise --schedule", |b| {
+        b.iter(|| advise(black_box(&job), &scheduled).unwrap());
+    });
+    group.finish();
+}
+
+/// Random poses mapped and reduced, as `detune map --random … --reduce` does.
+fn long_map(c: &mut Criterion) {
+    let robot = six_axes();
+    let map = LinearMap::new(&robot);
+    let ranges = robot.joints().iter().map(|joint| joint.limit.unwrap()).collect();
+    let generator = Generator::Random(RandomPoses { ranges, count: WAYPOINTS, seed: 1 });
+    let mut group = c.benchmark_group("map");
+    group.sample_size(10);
+    group.bench_function("100 000 random poses, reduced", |b| {
+        let (mut poses, mut frequencies) = (Vec::new(), Vec::new());
+        b.iter(|| {
+            poses.clear();
+            generator.append(0..WAYPOINTS, &mut poses);
+            map.par_solve(WAYPOINTS, &poses, &mut frequencies).unwrap();
+            let mut reduction = Reduction::new(map.joints(), map.modes());
+            let (count, poses, frequencies_hz) = (WAYPOINTS, &poses[..], &frequencies[..]);
+            reduction.add(&[Block { count, poses, beta2_rad: &[], frequencies_hz }]);
+            black_box(reduction.finish())
+        });
+    });
+    group.finish();
+}
+
+criterion_group!(benches, kernel, long_check, long_advice, long_map);
 criterion_main!(benches);

@@ -200,11 +200,24 @@ fn main() {
          font-size=\"12\">\n<rect width=\"900\" height=\"330\" fill=\"#fff\"/>\n",
     );
     let poses =
-        [(1e3, "10³"), (1e4, "10⁴"), (1e5, "10⁵"), (1e6, "10⁶"), (1e7, "10⁷"), (1e8, "10⁸ poses")];
-    panel(&mut svg, 55.0, "ns a pose, six axes, frequencies", &poses, [20.0, 500.0], &over_poses);
-    let sizes =
-        [(2.0, "2"), (4.0, "4"), (6.0, "6"), (8.0, "8"), (12.0, "12"), (24.0, "24 coordinates")];
-    panel(&mut svg, 510.0, "ns a pose, one thread", &sizes, [10.0, 1e5], &over_coordinates);
+        [(1e3, "10³"), (1e4, "10⁴"), (1e5, "10⁵"), (1e6, "10⁶"), (1e7, "10⁷"), (1e8, "10⁸")];
+    panel(
+        &mut svg,
+        55.0,
+        "ns a pose over poses: six axes, frequencies",
+        &poses,
+        [20.0, 500.0],
+        &over_poses,
+    );
+    let sizes = [(2.0, "2"), (4.0, "4"), (6.0, "6"), (8.0, "8"), (12.0, "12"), (24.0, "24")];
+    panel(
+        &mut svg,
+        510.0,
+        "ns a pose over elastic coordinates: one thread",
+        &sizes,
+        [10.0, 1e5],
+        &over_coordinates,
+    );
     svg.push_str("</svg>\n");
     std::fs::write(concat!(env!("CARGO_MANIFEST_DIR"), "/benches/growth.svg"), svg).unwrap();
 }

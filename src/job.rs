@@ -23,6 +23,19 @@ pub struct Job {
     pub operations: Vec<Operation>,
     /// When a crossing counts.
     pub policy: Policy,
+    /// What may be changed besides speed and feed.
+    pub levers: Levers,
+}
+
+/// What may be changed besides speed and feed, as far as the job tells.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Levers {
+    /// Other cutters that are on hand.
+    pub tools_on_hand: Vec<Tool>,
+    /// Per operation, how far the tool may be turned about its own axis, rad: from and to.
+    pub free_axis_rad: Vec<Option<[f64; 2]>>,
+    /// How far the work object may be moved in the base frame, m: least and most along each axis.
+    pub work_object_shift_m: Option<[[f64; 2]; 3]>,
 }
 
 /// The cutter.
@@ -126,6 +139,21 @@ pub struct Cutting {
     pub direction: CuttingDirection,
     /// Name of the material.
     pub material: String,
+    /// The user's own coefficients; the material's where absent.
+    pub coefficients: Option<CuttingCoefficients>,
+}
+
+/// Cutting and edge coefficients of the mechanistic force model.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CuttingCoefficients {
+    /// K_tc, tangential, N/m².
+    pub tangential_n_per_m2: f64,
+    /// K_rc, radial, N/m².
+    pub radial_n_per_m2: f64,
+    /// K_te, tangential at the edge, N/m.
+    pub tangential_edge_n_per_m: f64,
+    /// K_re, radial at the edge, N/m.
+    pub radial_edge_n_per_m: f64,
 }
 
 /// On which side of the cut the chip is thick.

@@ -43,6 +43,7 @@
 //! |---|---|---|
 //! | [`cli`] | one file a verb; clap, printing, files, progress | decide anything that a library user would miss |
 //! | [`report`] | text, JSON, SARIF, JUnit, GitHub, plots: pure functions from results | compute an engineering quantity |
+//! | [`advice`] | safe speeds, the best of them, schedules, other levers, vibration of the tool tip; the only place that names clarabel | print |
 //! | [`risk`] | bands, crossings, certainty, verdict | choose a remedy |
 //! | [`diagnosis`] | where prediction and measurement meet: residuals, causes (one a file), fits, choice, gain, next poses | name a cause that it has not compared with its rivals |
 //! | [`map`] | frequencies over given poses, grids and random poses, linear or nonlinear; their figures | know a job |
@@ -51,15 +52,16 @@
 //! | [`modes`] | one pose → natural frequencies, shapes, damping, receptance; MAC | know why it is asked |
 //! | [`model`] | the robot as built: M, K, kinematics; immutable | read files, know a job or a measurement |
 //! | [`two_link`] | the paper's two-link arm in closed form: a check on `model` and `modes` | know either of them |
-//! | [`excitation`] | spindle and tooth-passing lines | |
+//! | [`excitation`] | spindle and tooth-passing lines; the cutting force and its spectrum | |
 //! | [`input`] | YAML, CSV, NPY, URDF → valid types, all faults with file and line | compute |
-//! | [`program`] | robot and CAM programs → moves, each with its line | know the robot's dynamics |
+//! | [`program`] | robot and CAM programs → moves, each with its line; programs with new speeds and feeds | know the robot's dynamics |
 //! | [`measured`] | measurements, by methods that never see a prediction | import `model` or `modes` |
 //! | [`job`], [`motion`] | what is asked for, as plain valid data | |
 //! | [`units`], [`wording`] | conversions; what messages have in common | |
 //!
 //! The README's section "As a library" shows a whole check.
 
+pub mod advice;
 #[doc(hidden)]
 pub mod cli;
 pub mod diagnosis;

@@ -10,7 +10,7 @@ const SECONDS_PER_MINUTE: f64 = 60.0;
 const METRES_PER_MILLIMETRE: f64 = 1e-3;
 
 /// Degrees to radians.
-pub fn rad_from_deg(deg: f64) -> f64 {
+pub const fn rad_from_deg(deg: f64) -> f64 {
     deg * (PI / 180.0)
 }
 
@@ -47,6 +47,11 @@ pub fn rpm_from_hz(hz: f64) -> f64 {
 /// Feed in mm/min to m/s.
 pub fn m_per_s_from_mm_per_min(feed: f64) -> f64 {
     feed * METRES_PER_MILLIMETRE / SECONDS_PER_MINUTE
+}
+
+/// Feed in m/s to mm/min.
+pub fn mm_per_min_from_m_per_s(feed: f64) -> f64 {
+    feed / METRES_PER_MILLIMETRE * SECONDS_PER_MINUTE
 }
 
 /// Millimetres to metres.
@@ -87,4 +92,19 @@ pub fn m_per_s_from_mm_per_s(speed: f64) -> f64 {
 /// Inches to millimetres (exact).
 pub fn mm_from_inch(inch: f64) -> f64 {
     inch * 25.4
+}
+
+/// N/mm² to N/m².
+pub const fn n_per_m2_from_n_per_mm2(pressure: f64) -> f64 {
+    pressure * 1e6
+}
+
+/// N/mm to N/m.
+pub const fn n_per_m_from_n_per_mm(force: f64) -> f64 {
+    force * 1e3
+}
+
+/// Metres to micrometres.
+pub fn um_from_m(m: f64) -> f64 {
+    m * 1e6
 }

@@ -106,6 +106,8 @@ const ROWS: &[Row] = &[
     row(Robot, "tip: tool0", "tip: tool1", "tip: tool1", &["tip: the URDF has no link 'tool1'"]),
     row(Robot, "link: tool0", "link: tool1", "payload", &["payload: the URDF has no link 'tool1'"]),
     row(Robot, "{joint_2: 1.0}", "{joint_7: 1.0}", "beta2", &["arm angle beta2: 'joint_7' is not a moving joint"]),
+    row(Robot, "{joint_2: 1.0}", "{joint_2: 1.7e308}", "beta2", &["arm angle beta2: factor of 'joint_2' is 17", "must be from -1000000 to 1000000"]),
+    row(Robot, "offset_rad: 0.25", "offset_rad: -1.0e7", "beta2", &["arm angle beta2: offset_rad is -10000000, must be from -1000000"]),
     row(Robot, "  joint_1: {reflected", "  joint_8: {reflected", "joint_8", &["drive of joint 'joint_8': the URDF has no such moving joint"]),
     row(Robot, "urdf: two-link.urdf", "urdf: three-link.urdf", "urdf:", &["urdf 'three-link.urdf': no such file"]),
     row(Robot, "urdf: two-link.urdf", "urdf: .", "urdf:", &["urdf '.': is a folder, must be a file"]),

@@ -299,7 +299,7 @@ fn a_wrong_command_line_exits_with_2_and_help_with_0() {
         &["check"],
         &["check", "clear.yaml", "--format", "yaml"],
         &["check", "clear.yaml", "--fail-on", "sometimes"],
-        &["schema", "advice"],
+        &["schema", "advise"],
     ];
     for arguments in wrong {
         let ran = bench.run(arguments);

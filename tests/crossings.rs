@@ -13,7 +13,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use detune::job::{Job, Operation, Policy, Spindle, SpindleSpeed, Tool};
+use detune::job::{Job, Levers, Operation, Policy, Spindle, SpindleSpeed, Tool};
 use detune::model::Robot;
 use detune::motion::{Move, Target};
 use detune::risk::{Certainty, assess};
@@ -137,6 +137,7 @@ fn job(
             start_near: None,
         }],
         policy,
+        levers: Levers::default(),
     }
 }
 

@@ -213,6 +213,46 @@ fn poses_beyond_the_joint_limits_are_told_alike_by_every_way_through() {
 }
 
 #[test]
+fn a_hair_beyond_a_limit_is_within_for_maps_as_for_checks() {
+    // 120 degrees are 2.0943951 rad, and limits in files are rounded.
+    let warned = |to: &str| {
+        let sweep = format!("robots/irb1600 --joint joint_2 --from-deg 0 --to-deg {to} --steps 2");
+        !command(&sweep).output().unwrap().stderr.is_empty()
+    };
+    assert_eq!(["120", "120.004", "120.01"].map(warned), [false, false, true]);
+}
+
+#[test]
+fn a_fault_behind_written_rows_says_that_they_are_cut_short() {
+    let mut poses = "joint_1_rad,joint_2_rad\n".to_owned();
+    poses.push_str(&"0.1,0.2\n".repeat(700_000));
+    poses.push_str(&"0.1,x\n".repeat(40));
+    let mut child = command("robots/two-link --poses -")
+        .stdin(std::process::Stdio::piped())
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut stdin = child.stdin.take().unwrap();
+    let feeder = std::thread::spawn(move || {
+        // The reader stops at the fault.
+        let _ = std::io::Write::write_all(&mut stdin, poses.as_bytes());
+    });
+    let output = child.wait_with_output().unwrap();
+    feeder.join().unwrap();
+    let told = String::from_utf8(output.stderr).unwrap();
+    let told: Vec<&str> = told.lines().collect();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(
+        !output.stdout.is_empty() && told[0].contains("-:700002: joint_2_rad is 'x'"),
+        "{told:?}"
+    );
+    let [.., stopped, last] = told.as_slice() else { panic!("{told:?}") };
+    assert!(stopped.contains("reading stopped after 20 faults or more"), "{stopped}");
+    assert_eq!(*last, "the output is cut short: mend these faults and run the command again");
+}
+
+#[test]
 fn nothing_is_written_over_the_poses() {
     let folder = tempfile::tempdir().unwrap();
     let [csv, npy] = ["p.csv", "p.npy"].map(|name| folder.path().join(name));
@@ -235,6 +275,13 @@ fn nothing_is_written_over_the_poses() {
 }
 
 #[test]
+fn a_grid_of_one_position_has_one_end() {
+    let told = map("robots/two-link --grid joint_1=3:4:1").unwrap_err().concat();
+    assert!(told.contains("--grid joint_1: one position has one end"), "{told}");
+    assert_eq!(map("robots/two-link --grid joint_1=3:3:1").unwrap().lines().count(), 2);
+}
+
+#[test]
 fn every_option_that_does_not_fit_is_told() {
     let sweep = "robots/two-link --joint joint_2 --from-deg 0 --to-deg 1 --steps 2";
     for (more, expected) in [
@@ -244,7 +291,11 @@ fn every_option_that_does_not_fit_is_told() {
             vec!["--sample-rate-hz is of no effect", "--duration-s is of no effect"],
         ),
         ("--reduce min --method nonlinear", vec!["--reduce: gathers linear maps only"]),
-        ("--format npy --method nonlinear", vec!["--format npy: holds the frequencies of linear"]),
+        ("--at joint_1=3 --at joint_1=4", vec!["--at: joint 'joint_1' is placed twice"]),
+        (
+            "--format npy --method nonlinear",
+            vec!["--format npy and arrow: hold the frequencies of"],
+        ),
     ] {
         let faults = map(&format!("{sweep} {more}")).unwrap_err();
         assert_eq!(faults.len(), expected.len() + 1, "{faults:?}");

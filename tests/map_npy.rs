@@ -144,8 +144,14 @@ fn faults_of_arrays_are_told() {
 #[test]
 fn an_array_holds_no_spectra_and_no_figures() {
     for (options, expected) in [
-        ("--format npy --method nonlinear", "--format npy: holds the frequencies of linear maps"),
-        ("--format npy --reduce min", "--format npy: cannot hold the figures of --reduce"),
+        (
+            "--format npy --method nonlinear",
+            "--format npy and arrow: hold the frequencies of linear",
+        ),
+        (
+            "--format npy --reduce min",
+            "--format npy and arrow: cannot hold the figures of --reduce",
+        ),
         ("--method nonlinear --reduce min", "--reduce: gathers linear maps only"),
     ] {
         let faults = map(&format!("{ARM} tests/data/npy/poses.npy {options}")).unwrap_err();

@@ -210,6 +210,9 @@ fn what_cannot_be_run_is_told_with_its_waypoint() {
     let faults = told(vec![Target::Line(a), Target::Line(far)], tool());
     assert_eq!((faults.len(), faults[0].0, faults[0].1), (1, 21, 2));
     assert!(faults[0].2.contains("reach"), "{}", faults[0].2);
+    let absurd = shifted(&a, [1e160, 0.0, 0.0], [0.0; 3]);
+    let faults = told(vec![Target::Line(a), Target::Line(absurd)], tool());
+    assert!(faults[0].2.contains("no arm reaches so far; check the units"), "{}", faults[0].2);
 
     // Every joint target that is wrong in itself, not only the first.
     let over = |q2: f64| Target::Joints(vec![0.0, q2, 0.0, 0.0, 0.5, 0.0]);

@@ -93,36 +93,37 @@ fn the_readme_shows_what_is_printed() {
     assert_eq!(shown.next(), None, "a block of output belongs to no command");
 }
 
-/// Every command of the README's lists runs; the files that it writes go to a folder of its own.
-#[test]
-fn the_readmes_lists_of_commands_run() {
-    let readme = readme();
-    let lists = blocks(&readme, "console").into_iter().filter(|block| block.contains('#'));
-    let lines: Vec<String> =
-        lists.flat_map(|l| l.lines().map(str::to_owned).collect::<Vec<_>>()).collect();
+/// Every command of the README's lists runs and ends with the exit code that it must; the files that it
+/// writes go to a folder of its own.
+fn list_runs(list: &str, codes: &[i32], files: usize) {
     let folder = tempfile::tempdir().unwrap();
-    for line in &lines {
+    let to_folder = |option: &str| format!("{option} {}/", folder.path().display());
+    for (line, code) in list.lines().zip(codes) {
         let command = line.split('#').next().unwrap();
         let command = command.strip_prefix("$ detune ").expect("a command of detune");
         let jobs = "jobs/contour.yaml jobs/pocket.yaml jobs/rail.yaml";
         let command = command
             .replace("jobs/*.yaml", jobs)
-            .replace("--output ", &format!("--output {}/", folder.path().display()))
-            .replace("--write ", &format!("--write {}/", folder.path().display()));
+            .replace("--output ", &to_folder("--output"))
+            .replace("--write ", &to_folder("--write"));
         let output = Command::new(env!("CARGO_BIN_EXE_detune"))
             .args(command.split_whitespace())
             .current_dir(env!("CARGO_MANIFEST_DIR"))
             .output()
             .unwrap();
-        // The jobs do not pass.
-        let expected = if command.starts_with("check ") { 1 } else { 0 };
-        assert_eq!(
-            output.status.code(),
-            Some(expected),
-            "{command}: {}",
-            String::from_utf8_lossy(&output.stderr)
-        );
+        let told = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(*code), "{command}: {told}");
     }
-    assert_eq!(lines.len(), 9);
-    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 4);
+    assert_eq!(list.lines().count(), codes.len());
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), files);
+}
+
+#[test]
+fn the_readmes_lists_of_commands_run() {
+    let lists = blocks(&readme(), "console");
+    list_runs(&lists[0], &[1; 6], 2);
+    list_runs(&lists[1], &[0, 0, 0, 0, 1], 2);
+    let diagnoses =
+        lists.iter().find(|list| list.contains("diagnose") && list.contains('#')).unwrap();
+    list_runs(diagnoses, &[0; 3], 2);
 }

@@ -122,6 +122,7 @@ fn job(file: &str, operations: Vec<(OperationRisk, Option<&str>)>) -> CheckedJob
             operations: operations.into_iter().map(|o| o.0).collect(),
             notices: Vec::new(),
         },
+        notices: vec!["a.yaml:3: something to know".into()],
     }
 }
 
@@ -146,8 +147,8 @@ fn rendered(jobs: &[CheckedJob]) -> Vec<String> {
         text::check(jobs, true),
         json::check(jobs).unwrap(),
         sarif::check(jobs, root).unwrap(),
-        junit::check(jobs, false).unwrap(),
-        junit::check(jobs, true).unwrap(),
+        junit::check(jobs, Some(Verdict::Resonance)).unwrap(),
+        junit::check(jobs, Some(Verdict::Uncertain)).unwrap(),
         github::check(jobs, root),
     ]
 }
@@ -761,7 +762,7 @@ mod as_junit {
 
     #[test]
     fn an_operation_is_a_case_and_passes_when_nothing_is_found() {
-        let text = junit::check(&[resonant(), clear()], false).unwrap();
+        let text = junit::check(&[resonant(), clear()], Some(Verdict::Resonance)).unwrap();
         let document = parsed(&text);
         let root = document.root_element();
         assert_eq!(root.attribute("tests"), Some("2"));
@@ -784,12 +785,12 @@ mod as_junit {
     fn an_uncertain_operation_fails_only_if_asked() {
         let crossings = vec![crossing(Certainty::Uncertain, 0.2, 0.3)];
         let jobs = [job("a.yaml", vec![(operation("o", crossings), None)])];
-        let passing = junit::check(&jobs, false).unwrap();
+        let passing = junit::check(&jobs, Some(Verdict::Resonance)).unwrap();
         assert_eq!(parsed(&passing).root_element().attribute("failures"), Some("0"));
         let document = parsed(&passing);
         let out = document.descendants().find(|n| n.has_tag_name("system-out")).unwrap();
         assert!(out.text().unwrap().starts_with("uncertain: a.yaml:41–58: operation 'o'"));
-        let failing = junit::check(&jobs, true).unwrap();
+        let failing = junit::check(&jobs, Some(Verdict::Uncertain)).unwrap();
         assert_eq!(parsed(&failing).root_element().attribute("failures"), Some("1"));
     }
 
@@ -797,9 +798,11 @@ mod as_junit {
     fn names_cannot_break_the_document() {
         let crossings = vec![crossing(Certainty::Certain, 0.2, 0.3)];
         let name = "a <b> & \"c\" ]]> \u{1} \u{1b}[31m";
-        let text =
-            junit::check(&[job("a&b.yaml", vec![(operation(name, crossings), None)])], false)
-                .unwrap();
+        let text = junit::check(
+            &[job("a&b.yaml", vec![(operation(name, crossings), None)])],
+            Some(Verdict::Resonance),
+        )
+        .unwrap();
         let document = parsed(&text);
         let case = document.descendants().find(|n| n.has_tag_name("testcase")).unwrap();
         assert_eq!(case.attribute("name"), Some(r#"a <b> & "c" ]]> \u{1} \u{1b}[31m"#));

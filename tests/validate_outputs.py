@@ -102,6 +102,17 @@ def check_outputs(jobs):
         sys.exit("no job under jobs/ has a finding: SARIF results were not looked at")
 
 
+def advice_outputs(jobs):
+    advice = schema_of("advice")
+    for job in jobs:
+        for more in ([], ["--schedule"], ["--objective", "margin"]):
+            output = json.loads(run("advise", "--format", "json", job, *more).stdout)
+            must_hold(advice, output, " ".join(["advise --format json", job, *more]))
+            broken = copy.deepcopy(output)
+            broken["operations"][0]["status"] = "perhaps"
+            must_not_hold(advice, broken, "a status that is none")
+
+
 def points_at_a_line(place):
     region = place["region"]
     file = ROOT / urllib.parse.unquote(place["artifactLocation"]["uri"])
@@ -141,6 +152,7 @@ def found(pattern):
 def main():
     jobs = found("jobs/*.yaml")
     check_outputs(jobs)
+    advice_outputs(jobs)
     check_diagnoses("robots/two-link", found("robots/two-link/*.csv"))
     check_files("job", jobs)
     check_files("robot", found("robots/*/robot.yaml"))

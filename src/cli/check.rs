@@ -78,12 +78,19 @@ pub(super) fn run(args: &CheckArgs, out: &mut dyn Write) -> Result<Outcome, Fail
     Ok(outcome(report::verdict(&jobs), args.fail_on))
 }
 
+impl FailOn {
+    /// The mildest verdict that fails, if any does.
+    fn mildest(self) -> Option<Verdict> {
+        match self {
+            Self::Resonance => Some(Verdict::Resonance),
+            Self::Uncertain => Some(Verdict::Uncertain),
+            Self::Never => None,
+        }
+    }
+}
+
 fn outcome(verdict: Verdict, fail_on: FailOn) -> Outcome {
-    let fails = match fail_on {
-        FailOn::Resonance => verdict >= Verdict::Resonance,
-        FailOn::Uncertain => verdict >= Verdict::Uncertain,
-        FailOn::Never => false,
-    };
+    let fails = fail_on.mildest().is_some_and(|mildest| verdict >= mildest);
     if fails { Outcome::Fail } else { Outcome::Pass }
 }
 
@@ -129,11 +136,12 @@ fn check_one(
         faults.into_iter().map(|fault| located(fault, &job)).collect::<Vec<_>>()
     })?;
     reading.notices.extend(risk.notices.iter().cloned().map(|notice| located(notice, &job)));
-    Ok(CheckedJob::new(&job, risk))
+    let notices = reading.notices.iter().map(Fault::to_string).collect();
+    Ok(CheckedJob { notices, ..CheckedJob::new(&job, risk) })
 }
 
 /// A fault with the file as it is seen from where the caller stands.
-fn located(fault: AssessFault, job: &Job) -> Fault {
+pub(super) fn located(fault: AssessFault, job: &Job) -> Fault {
     let what = fault.to_string();
     let file = if fault.file == job.file {
         fault.file
@@ -150,20 +158,21 @@ fn rendered(jobs: &[CheckedJob], args: &CheckArgs, sink: &Sink) -> Result<String
         Format::Text => Ok(report::text::check(jobs, sink.is_standard() && shows_colour())),
         Format::Json => report::json::check(jobs).map_err(|error| internal(&error)),
         Format::Sarif => report::sarif::check(jobs, &root).map_err(|error| internal(&error)),
-        Format::Junit => report::junit::check(jobs, args.fail_on == FailOn::Uncertain)
-            .map_err(|error| internal(&error)),
+        Format::Junit => {
+            report::junit::check(jobs, args.fail_on.mildest()).map_err(|error| internal(&error))
+        }
         Format::Github => Ok(report::github::check(jobs, &root)),
     }
 }
 
 /// Colour is for a terminal whose user has not switched it off (`NO_COLOR`, `TERM=dumb`).
-fn shows_colour() -> bool {
+pub(super) fn shows_colour() -> bool {
     let stdout = io::stdout();
     stdout.is_terminal() && anstream::AutoStream::choice(&stdout) != anstream::ColorChoice::Never
 }
 
 /// Counts poses on standard error while it is a terminal, and shows nothing elsewhere.
-fn progress() -> ProgressBar {
+pub(super) fn progress() -> ProgressBar {
     let progress = ProgressBar::new_spinner();
     if let Ok(style) =
         ProgressStyle::with_template("{spinner} {human_pos} poses looked at, {elapsed}")
@@ -174,7 +183,7 @@ fn progress() -> ProgressBar {
 }
 
 /// Notices on standard error, each once.
-fn tell(notices: &[Fault]) {
+pub(super) fn tell(notices: &[Fault]) {
     let mut told: Vec<&Fault> = Vec::new();
     let mut err = io::stderr().lock();
     for notice in notices {

@@ -1,6 +1,7 @@
 //! The command line: one file a verb. The only place that names clap, prints, writes files and shows
 //! progress.
 
+mod advise;
 mod check;
 mod completions;
 mod diagnose;
@@ -10,6 +11,7 @@ mod schema;
 mod stiffness;
 
 use std::any::Any;
+use std::cell::Cell;
 use std::io::{self, BufWriter, Write};
 use std::panic::{self, AssertUnwindSafe};
 use std::path::{Path, PathBuf};
@@ -27,11 +29,12 @@ const AFTER_HELP: &str = "\
 Examples:
   detune check jobs/pocket.yaml
   detune check --format sarif --output detune.sarif jobs/*.yaml
+  detune advise jobs/pocket.yaml --write jobs/pocket-quiet.yaml
   detune schema job > job.schema.json
 
 Exit codes:
   0  the job passes (an uncertain verdict warns and passes, see check --fail-on)
-  1  the job fails its policy
+  1  the job fails its policy, or no safe speed exists
   2  a file or the command line is wrong
   3  a fault of the program itself";
 
@@ -46,6 +49,7 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Verb {
     Check(check::CheckArgs),
+    Advise(advise::AdviseArgs),
     Diagnose(diagnose::DiagnoseArgs),
     Map(Box<map::MapArgs>),
     Stiffness(stiffness::StiffnessArgs),
@@ -58,7 +62,7 @@ enum Verb {
 pub enum Outcome {
     /// Exit code 0.
     Pass,
-    /// Exit code 1: the job fails its policy.
+    /// Exit code 1: the job fails its policy, or no safe speed exists.
     Fail,
 }
 
@@ -96,18 +100,39 @@ pub fn main() -> ExitCode {
             return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
         }
     };
+    let written = Cell::new(0);
     let ended = guarded(|| {
-        let mut out = BufWriter::new(io::stdout().lock());
+        let mut out = Counted { inner: BufWriter::new(io::stdout().lock()), bytes: &written };
         let outcome = run(&cli.verb, &mut out)?;
         unless_closed(out.flush())?;
         Ok(outcome)
     });
-    ExitCode::from(exit_code(ended, &mut io::stderr().lock()))
+    let wrote = written.get() > 0;
+    ExitCode::from(exit_code(ended, wrote, &mut io::stderr().lock()))
+}
+
+/// Counts what is on its way to standard output.
+struct Counted<'a, W> {
+    inner: W,
+    bytes: &'a Cell<usize>,
+}
+
+impl<W: Write> Write for Counted<'_, W> {
+    fn write(&mut self, buf: &[u8]) -> io::Result<usize> {
+        let count = self.inner.write(buf)?;
+        self.bytes.set(self.bytes.get() + count);
+        Ok(count)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.inner.flush()
+    }
 }
 
 fn run(verb: &Verb, out: &mut dyn Write) -> Result<Outcome, Failure> {
     match verb {
         Verb::Check(args) => check::run(args, out),
+        Verb::Advise(args) => advise::run(args, out),
         Verb::Diagnose(args) => diagnose::run(args, out),
         Verb::Map(args) => map::run(args, out),
         Verb::Stiffness(args) => stiffness::run(args, out),
@@ -130,7 +155,7 @@ fn unless_closed(written: io::Result<()>) -> io::Result<()> {
 }
 
 /// Exit code of how a verb ended; tells why it failed.
-fn exit_code(ended: Result<Outcome, Failure>, err: &mut dyn Write) -> u8 {
+fn exit_code(ended: Result<Outcome, Failure>, wrote: bool, err: &mut dyn Write) -> u8 {
     let (code, lines) = match ended {
         Ok(Outcome::Pass) => (0, Vec::new()),
         Ok(Outcome::Fail) => (1, Vec::new()),
@@ -138,7 +163,7 @@ fn exit_code(ended: Result<Outcome, Failure>, err: &mut dyn Write) -> u8 {
         Err(Failure::Output(error)) => {
             (2, vec![format!("error: output cannot be written: {error}")])
         }
-        Err(Failure::Input(faults)) => (2, fault_lines(&faults)),
+        Err(Failure::Input(faults)) => (2, fault_lines(&faults, wrote)),
         Err(Failure::Internal(what)) => (
             3,
             vec![format!("error: fault in detune itself, please report it: {}", one_line(&what))],
@@ -151,8 +176,8 @@ fn exit_code(ended: Result<Outcome, Failure>, err: &mut dyn Write) -> u8 {
     code
 }
 
-/// One line a fault, each told once, and what to do next.
-fn fault_lines(faults: &[Fault]) -> Vec<String> {
+/// One line a fault, each told once, and what to do next; `wrote` where some of the output is out already.
+fn fault_lines(faults: &[Fault], wrote: bool) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for fault in faults {
         let line = format!("error: {fault}");
@@ -160,11 +185,10 @@ fn fault_lines(faults: &[Fault]) -> Vec<String> {
             lines.push(line);
         }
     }
-    lines.push(match lines.len() {
-        1 => "nothing was done: mend this and run the command again".to_owned(),
-        // Without their number: a long list is cut, and says itself how many more there are.
-        _ => "nothing was done: mend these faults and run the command again".to_owned(),
-    });
+    let done = if wrote { "the output is cut short" } else { "nothing was done" };
+    // Without their number: a long list is cut, and says itself how many more there are.
+    let what = if lines.len() == 1 { "this" } else { "these faults" };
+    lines.push(format!("{done}: mend {what} and run the command again"));
     lines
 }
 
@@ -209,7 +233,7 @@ mod tests {
 
     fn told(ended: Result<Outcome, Failure>) -> (u8, String) {
         let mut err = Vec::new();
-        let code = exit_code(ended, &mut err);
+        let code = exit_code(ended, false, &mut err);
         (code, String::from_utf8(err).unwrap())
     }
 

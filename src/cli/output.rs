@@ -9,8 +9,8 @@ use tempfile::NamedTempFile;
 use super::Failure;
 use crate::input::Fault;
 
-/// What `--output` takes for standard output.
-const STANDARD_OUTPUT: &str = "-";
+/// What `--output` takes for standard output; behind the devices may be a file that others write to, too.
+const STANDARD_OUTPUT: [&str; 4] = ["-", "/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"];
 
 /// What is written piece by piece stands in memory up to this size, bytes.
 const MOST_IN_MEMORY: usize = 64 << 20;
@@ -29,7 +29,9 @@ pub(super) enum Sink {
 impl Sink {
     /// Where `--output` points; told before the long work if nothing can be written there.
     pub(super) fn open(output: Option<&Path>) -> Result<Self, Vec<Fault>> {
-        let Some(path) = output.filter(|path| *path != Path::new(STANDARD_OUTPUT)) else {
+        let Some(path) =
+            output.filter(|path| STANDARD_OUTPUT.iter().all(|name| *path != Path::new(name)))
+        else {
             return Ok(Self::Standard);
         };
         let fault = |what: &str| {
@@ -82,6 +84,11 @@ impl Sink {
 }
 
 impl Sink {
+    /// Writes bytes that need not be text.
+    pub(super) fn write_bytes(&self, bytes: &[u8], out: &mut dyn Write) -> Result<(), Failure> {
+        self.stream(out, |out| Ok(out.write_all(bytes)?))
+    }
+
     /// Writes what `write` writes, piece by piece: a file takes the old one's place only if all went well.
     /// Until then the pieces stand in memory, or, if they are many, in a file without a name that goes when
     /// the process goes, however it ends.
@@ -215,7 +222,9 @@ mod tests {
         assert_eq!(told(folder.path()), "is a folder, must be a file to write");
         let what = told(&folder.path().join("missing/out.json"));
         assert!(what.starts_with("folder '") && what.ends_with("does not exist; make it first"));
-        assert!(Sink::open(Some(Path::new("-"))).unwrap().is_standard());
+        for name in ["-", "/dev/stdout"] {
+            assert!(Sink::open(Some(Path::new(name))).unwrap().is_standard());
+        }
         assert!(Sink::open(None).unwrap().is_standard());
     }
 

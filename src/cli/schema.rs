@@ -33,6 +33,8 @@ enum Subject {
     Session,
     /// The output of `check --format json`
     Check,
+    /// The output of `advise --format json`
+    Advice,
     /// The output of `diagnose --format json`
     Diagnosis,
 }
@@ -44,6 +46,7 @@ pub(super) fn run(args: &SchemaArgs, out: &mut dyn Write) -> Result<Outcome, Fai
         Subject::Job => input::schema::job(),
         Subject::Session => input::schema::session(),
         Subject::Check => report::schema::check(),
+        Subject::Advice => report::schema::advice(),
         Subject::Diagnosis => report::schema::diagnosis(),
     };
     Sink::Standard.write(&format!("{schema:#}\n"), out)?;

@@ -14,10 +14,14 @@ use super::text::{LARGEST_JOB_BYTES, named_file, read_text};
 use super::waypoints::{Course, Elsewhere, joint_position, moves_of};
 use super::yaml::{Node, Step, check, parse, typed};
 use super::{Fault, Loaded, Reading, schema};
-use crate::job::{Cutting, CuttingDirection, Job, Operation, Policy, Spindle, SpindleSpeed, Tool};
+use crate::job::{
+    Cutting, CuttingCoefficients, CuttingDirection, Job, Levers, Operation, Policy, Spindle,
+    SpindleSpeed, Tool,
+};
 use crate::model::Robot;
 use crate::units::{
-    m_from_mm, m_per_n_from_um_per_n, m_per_s_from_mm_per_min, rad_from_deg, ratio_from_percent,
+    m_from_mm, m_per_n_from_um_per_n, m_per_s_from_mm_per_min, n_per_m_from_n_per_mm,
+    n_per_m2_from_n_per_mm2, rad_from_deg, ratio_from_percent,
 };
 
 const DEFAULT_TOOTH_PASSING_HARMONICS: u32 = 2;
@@ -83,7 +87,7 @@ pub fn read_job(path: &Path, reading: &mut Reading) -> Result<Job, Vec<Fault>> {
     reading.append(elsewhere.reading);
     reading.append(of_robot);
     match (robot, parts) {
-        (Some(robot), Some((tool, spindle, operations, policy)))
+        (Some(robot), Some((tool, spindle, operations, policy, levers)))
             if faults.count() == 0 && robot_faults.is_empty() && elsewhere.faults.is_empty() =>
         {
             let file_name = || path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
@@ -95,6 +99,7 @@ pub fn read_job(path: &Path, reading: &mut Reading) -> Result<Job, Vec<Fault>> {
                 spindle,
                 operations,
                 policy,
+                levers,
             })
         }
         _ => {
@@ -126,28 +131,70 @@ impl Reader<'_> {
     }
 
     /// Everything but the robot. `None` where a required part is missing, which was told before.
-    fn parts(&mut self) -> Option<(Tool, Spindle, Vec<Operation>, Policy)> {
-        let tool = self.tool();
+    fn parts(&mut self) -> Option<(Tool, Spindle, Vec<Operation>, Policy, Levers)> {
+        let raw_tool = self.raw.tool.as_ref();
+        let tool = raw_tool.and_then(|raw| self.tool(raw, "tool", &[Step::Key("tool")]));
         let spindle = self.spindle();
         let policy = self.policy();
         let operations = self.operations(spindle.as_ref());
-        Some((tool?, spindle?, operations?, policy))
+        let levers = self.levers();
+        Some((tool?, spindle?, operations?, policy, levers))
     }
 
-    fn tool(&mut self) -> Option<Tool> {
-        let raw = self.raw.tool.as_ref()?;
-        let steps = [Step::Key("tool"), Step::Key("pitch_deg")];
+    /// What may be changed besides speed and feed.
+    fn levers(&mut self) -> Levers {
+        let raw = self.raw;
+        let tools_on_hand =
+            raw.tools_on_hand.iter().flatten().enumerate().filter_map(|(i, tool)| {
+                let steps = [Step::Key("tools_on_hand"), Step::Index(i)];
+                self.tool(tool, &format!("tools_on_hand[{i}]"), &steps)
+            });
+        let tools_on_hand = tools_on_hand.collect();
+        let work_object_shift_m = raw.work_object_shift.as_ref().map(|shift| {
+            let axes = [("x_m", shift.x_m), ("y_m", shift.y_m), ("z_m", shift.z_m)];
+            axes.map(|(key, range)| {
+                let steps = [Step::Key("work_object_shift"), Step::Key(key)];
+                self.ascending(
+                    range.unwrap_or_default(),
+                    &format!("work_object_shift.{key}"),
+                    &steps,
+                )
+            })
+        });
+        let operations = raw.operations.iter().flatten().enumerate();
+        let free_axis_rad = operations.map(|(i, operation)| {
+            let steps = [Step::Key("operations"), Step::Index(i), Step::Key("free_axis_deg")];
+            let name = operation.name.as_deref().unwrap_or_default();
+            let what = format!("operation '{name}': free_axis_deg");
+            let range = self.ascending(operation.free_axis_deg?, &what, &steps);
+            Some(range.map(rad_from_deg))
+        });
+        Levers { free_axis_rad: free_axis_rad.collect(), tools_on_hand, work_object_shift_m }
+    }
+
+    fn ascending(&mut self, range: [f64; 2], what: &str, steps: &[Step<'_>]) -> [f64; 2] {
+        let [from, to] = range;
+        if from > to {
+            self.fault(steps, format!("{what} is [{from}, {to}], must be ascending"));
+        }
+        range
+    }
+
+    /// A cutter; `what` names it in messages and `at` is where it stands.
+    fn tool(&mut self, raw: &raw::Tool, what: &str, at: &[Step<'_>]) -> Option<Tool> {
+        let mut steps = at.to_vec();
+        steps.push(Step::Key("pitch_deg"));
         if let (Some(pitch), Some(teeth)) = (&raw.pitch_deg, raw.teeth) {
             if pitch.len() != teeth as usize {
                 let what = format!(
-                    "tool.pitch_deg has {} angles, must have one for each of the {teeth} teeth",
+                    "{what}.pitch_deg has {} angles, must have one for each of the {teeth} teeth",
                     pitch.len()
                 );
                 self.fault(&steps, what);
             }
             let sum: f64 = pitch.iter().sum();
             if (sum - FULL_TURN_DEG).abs() > PITCH_SUM_SLACK_DEG {
-                self.fault(&steps, format!("tool.pitch_deg adds up to {sum}, must be 360"));
+                self.fault(&steps, format!("{what}.pitch_deg adds up to {sum}, must be 360"));
             }
         }
         Some(Tool {
@@ -399,6 +446,15 @@ fn cutting(raw: &raw::Cutting) -> Option<Cutting> {
             raw::Direction::Slot => CuttingDirection::Slot,
         },
         material: raw.material.clone()?,
+        coefficients: match &raw.coefficients {
+            Some(own) => Some(CuttingCoefficients {
+                tangential_n_per_m2: n_per_m2_from_n_per_mm2(own.ktc_n_per_mm2?),
+                radial_n_per_m2: n_per_m2_from_n_per_mm2(own.krc_n_per_mm2?),
+                tangential_edge_n_per_m: n_per_m_from_n_per_mm(own.kte_n_per_mm.unwrap_or(0.0)),
+                radial_edge_n_per_m: n_per_m_from_n_per_mm(own.kre_n_per_mm.unwrap_or(0.0)),
+            }),
+            None => None,
+        },
     })
 }
 

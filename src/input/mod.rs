@@ -1,6 +1,7 @@
 //! Files → valid types: YAML, URDF, CSV, NPY. Raw input and valid input are different types; all faults of a
 //! file are reported in one go, each with file and line. The only place that names urdf_rs and serde_yaml.
 
+mod edit;
 mod fault;
 mod faults;
 mod frame;
@@ -20,6 +21,7 @@ mod yaml;
 
 use std::path::PathBuf;
 
+pub use edit::{OperationEdit, rewritten_job, rewritten_program};
 pub use fault::Fault;
 pub use job::{load_job, read_job};
 pub use load_test::{LoadTestRow, load_load_test};

@@ -83,7 +83,10 @@ impl<R: Read> Table<R> {
                 (_, bytes) => bytes,
             };
             match cells_of(bytes, cells) {
-                Ok(true) => return Ok(true),
+                Ok(true) => match beyond(&self.header, cells) {
+                    Some(what) if !self.header.is_empty() => return Err(self.fault(&what)),
+                    _ => return Ok(true),
+                },
                 Ok(false) => {}
                 Err(what) => return Err(self.fault(what)),
             }
@@ -140,6 +143,17 @@ pub(super) fn number(header: &[String], cells: &[String], column: usize) -> Resu
             Err(format!("{title} is {}, must be a finite number", shown(text)))
         }
     }
+}
+
+/// What to say of a row that goes on behind the last column; blank cells there are nothing.
+pub(super) fn beyond(header: &[String], cells: &[String]) -> Option<String> {
+    let used = cells.iter().rposition(|cell| !cell.is_empty()).map_or(0, |last| last + 1);
+    (used > header.len()).then(|| {
+        format!(
+            "has {used} cells, the header has {}; commas part cells, numbers have decimal points",
+            header.len()
+        )
+    })
 }
 
 /// The cells of a line, trimmed; `false` if it holds none, being blank or a comment.

@@ -3,10 +3,8 @@
 use crate::model::Robot;
 
 /// The first joint of the pose that is outside its limits, by place.
-pub fn outside_limits(robot: &Robot, q: &[f64]) -> Option<usize> {
-    robot.joints().iter().zip(q).position(|(joint, value)| {
-        joint.limit.is_some_and(|[lower, upper]| !(lower..=upper).contains(value))
-    })
+fn outside_limits(robot: &Robot, q: &[f64]) -> Option<usize> {
+    robot.joints().iter().zip(q).position(|(joint, &value)| !joint.allows(value))
 }
 
 /// Poses outside the joint limits, out of many.

@@ -10,7 +10,7 @@ use std::fmt;
 use rayon::prelude::*;
 
 pub use generate::{Generator, Grid, GridAxis, RandomPoses};
-pub use limits::{OutsideLimits, outside_limits};
+pub use limits::OutsideLimits;
 pub use linear::{Block, LinearMap};
 pub use reduce::{
     Bin, EXACT_UP_TO, Extreme, RESOLUTION, Reduced, ReducedMode, Reduction, SHARES, Statistic,

@@ -78,6 +78,12 @@ impl Placement {
         self.collect_composites(robot);
     }
 
+    /// Places frames and axes alone: enough for [`forward_kinematics`](super::forward_kinematics) and the
+    /// Jacobians, while the mass matrix would see bodies of an earlier pose.
+    pub fn place_axes(&mut self, robot: &Robot, q: &[f64]) {
+        self.place_frames(robot, q, None);
+    }
+
     /// Cosine of the angle between the axes of the elastic coordinates `i` and `j` as placed; `None`
     /// unless both turn.
     pub fn cosine_between(&self, i: usize, j: usize) -> Option<f64> {
@@ -92,8 +98,7 @@ impl Placement {
         self.collect_composites(robot);
     }
 
-    /// Frames and axes alone, without the composite bodies.
-    pub(super) fn place_frames(&mut self, robot: &Robot, q: &[f64], alpha: Option<&[f64]>) {
+    fn place_frames(&mut self, robot: &Robot, q: &[f64], alpha: Option<&[f64]>) {
         for (index, node) in robot.nodes.iter().enumerate() {
             let fixed_rotation = node.fixed.rotation.to_rotation_matrix();
             let mut frame = match node.parent {

@@ -29,6 +29,16 @@ pub struct MovingJoint {
     pub(super) axis: Unit<Vector3<f64>>,
 }
 
+impl MovingJoint {
+    /// Whether the joint may stand at `value` (rad or m): limits in files are rounded, so a hair beyond them
+    /// counts as within.
+    pub fn allows(&self, value: f64) -> bool {
+        self.limit.is_none_or(|[lower, upper]| {
+            (lower - LIMIT_SLACK..=upper + LIMIT_SLACK).contains(&value)
+        })
+    }
+}
+
 /// A joint outside its limits. Shown as "joint 'a' is 190.000 deg, must lie in -180.000..180.000 deg".
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LimitViolation<'a> {
@@ -244,9 +254,8 @@ impl Robot {
         q: &'a [f64],
     ) -> impl Iterator<Item = LimitViolation<'a>> + 'a {
         self.joints.iter().zip(q).filter_map(|(joint, &value)| {
-            let limit @ [lower, upper] = joint.limit?;
-            let inside = value >= lower - LIMIT_SLACK && value <= upper + LIMIT_SLACK;
-            (!inside).then_some(LimitViolation { joint, value, limit })
+            let limit = joint.limit.filter(|_| !joint.allows(value))?;
+            Some(LimitViolation { joint, value, limit })
         })
     }
 

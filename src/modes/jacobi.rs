@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 /// Off-diagonal entries below this share of the geometric mean of their diagonal entries count as zero.
 const CONVERGED: f64 = f64::EPSILON * 0.5;
 
-/// Jacobi converges quadratically; ten sweeps are twice what the worst 24 × 24 case was seen to need.
+/// Jacobi converges quadratically; the worst 24 × 24 case was seen to need five sweeps.
 const MOST_SWEEPS: usize = 30;
 
 /// Turns `a` (symmetric) into its eigenvalues on the diagonal. Where `vectors` is given, it becomes the

@@ -5,16 +5,17 @@
 //! bound rests on nothing but counting. All waypoints are stations, and no joint moves more than
 //! [`LARGEST_STEP`] between two, so that frequencies are smooth from one to the next. From there
 //! [`super::Survey::refine`] goes on wherever a band's edge is within reach of the steepest slope seen
-//! nearby (twice that, to be safe), which finds the touch of a band's edge down to a thousandth of a percent of the path. (Gaps between
-//! ignored bands under a changing spindle speed have the first bound only.)
+//! nearby (twice that, to be safe), which finds the touch of a band's edge down to a millionth of the path.
+//! (Gaps between ignored bands under a changing spindle speed have the first bound only.)
 
 use super::plan::Path;
+use crate::units::rad_from_deg;
 
 /// Largest distance between stations, as a share of the operation's time: half of 0.1 %.
 pub const LONGEST_GAP: f64 = 5e-4;
 
 /// Largest motion of any joint between stations, rad (one degree) or m.
-pub const LARGEST_STEP: f64 = 0.017_453_292_519_943_295;
+pub const LARGEST_STEP: f64 = rad_from_deg(1.0);
 
 /// Stations for a first look at `path`: both ends, all knots, all `corners` (values of s where something
 /// else than the arm has a corner), and enough between them. Ascending, without repeats.

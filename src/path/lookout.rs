@@ -108,7 +108,7 @@ impl<'p, 'a> Lookout<'p, 'a> {
 }
 
 /// The pose at fault of a batch that has `before` poses before it.
-fn located(fault: BatchFault, before: usize) -> (usize, PoseFault) {
+pub(super) fn located(fault: BatchFault, before: usize) -> (usize, PoseFault) {
     match fault {
         BatchFault::Pose { pose, fault } => (before + pose, fault),
         BatchFault::Poses { given, joints: expected } | BatchFault::Room { given, expected } => {

@@ -11,6 +11,7 @@ mod plan;
 mod survey;
 mod surveyor;
 mod timing;
+mod tip_modes;
 mod waves;
 
 pub use families::{Families, FamilyExchange, follow};
@@ -18,3 +19,4 @@ pub use grid::{LARGEST_STEP, LONGEST_GAP, grid};
 pub use plan::{Haste, Path, PlanFault, Walker};
 pub use survey::{Detail, Station, Survey};
 pub use surveyor::{SurveyCause, SurveyFault, Surveyor};
+pub use tip_modes::{TipModes, tip_modes};

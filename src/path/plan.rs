@@ -5,7 +5,7 @@ use std::fmt;
 use nalgebra::Isometry3;
 
 use super::curve::Curve;
-use super::timing::{Clock, largest_step, seconds};
+use super::timing::{Clock, largest_step, seconds, stands_still};
 use crate::model::{
     IkFault, InverseKinematics, JointKind, MovingJoint, Placement, PoseFault, Robot,
     forward_kinematics,
@@ -24,6 +24,9 @@ const SHORTEST_STRETCH: f64 = 1e-6;
 
 /// The first stretch of a line or arc that is tried, m; it doubles while the joints keep up.
 const FIRST_STRETCH_M: f64 = 0.02;
+
+/// A line or arc longer than this is a slip of the pen, m.
+const LONGEST_CURVE_M: f64 = 1e5;
 
 /// Below this smallest singular value of the Jacobian (lengths over the arm's reach) the arm is singular.
 const SINGULAR: f64 = 1e-3;
@@ -67,6 +70,8 @@ pub struct Haste<'a> {
     pub allowed: f64,
     /// Where.
     pub s: f64,
+    /// Whether the tool centre point stands still there, so that no feed has a part in it.
+    pub is_on_the_spot: bool,
 }
 
 impl Haste<'_> {
@@ -98,6 +103,8 @@ struct Segment {
     curve: Option<Box<Curve>>,
     tcp: Isometry3<f64>,
     line: usize,
+    /// As the move asks for it.
+    feed_m_per_s: f64,
     spindle_turns: bool,
     start_s: f64,
     end_s: f64,
@@ -109,6 +116,8 @@ pub struct Path<'a> {
     robot: &'a Robot,
     kinematics: InverseKinematics,
     duration_s: f64,
+    /// Time in which the tool centre point stands still, s.
+    standing_s: f64,
     segments: Vec<Segment>,
     /// s of the knots, strictly ascending from 0 to 1; one knot where nothing moves.
     knots_s: Vec<f64>,
@@ -148,8 +157,8 @@ impl<'a> Path<'a> {
         let all_of = |fault: PlanFault| with_those_behind(robot, &kinematics, moves, fault);
         for start in starts(robot, &kinematics, first, start_near).map_err(all_of)? {
             match Planner::new(robot, &kinematics, &start).run(moves) {
-                Ok((knots, segments)) => {
-                    return Ok(Self::assemble(robot, kinematics, knots, segments));
+                Ok((knots, segments, standing_s)) => {
+                    return Ok(Self::assemble(robot, kinematics, knots, segments, standing_s));
                 }
                 Err(fault) => {
                     if furthest.as_ref().is_none_or(|f| fault.waypoint > f.waypoint) {
@@ -166,6 +175,7 @@ impl<'a> Path<'a> {
         kinematics: InverseKinematics,
         knots: Knots,
         mut segments: Vec<Segment>,
+        standing_s: f64,
     ) -> Self {
         let Knots { time_s, q, segment_of } = knots;
         let duration_s = time_s.last().copied().unwrap_or(0.0);
@@ -175,7 +185,16 @@ impl<'a> Path<'a> {
             segment.end_s = share(segment.end_s);
         }
         let knots_s = time_s.iter().map(|&t| share(t)).collect();
-        Self { robot, kinematics, duration_s, segments, knots_s, knots_q: q, segment_of }
+        Self {
+            robot,
+            kinematics,
+            duration_s,
+            standing_s,
+            segments,
+            knots_s,
+            knots_q: q,
+            segment_of,
+        }
     }
 
     /// The robot that runs the path.
@@ -186,6 +205,12 @@ impl<'a> Path<'a> {
     /// Time from s = 0 to s = 1, s; zero where nothing moves.
     pub fn duration_s(&self) -> f64 {
         self.duration_s
+    }
+
+    /// Time in which the tool centre point stands still while joints move, s: it does not depend on the
+    /// feed.
+    pub fn standing_s(&self) -> f64 {
+        self.standing_s
     }
 
     /// s of the waypoints and, on lines and arcs, of the knots between them; ascending. Between two of
@@ -207,6 +232,15 @@ impl<'a> Path<'a> {
     pub fn line_at(&self, s: f64) -> usize {
         let after = self.segments.partition_point(|segment| segment.end_s < s);
         self.segments.get(after).or(self.segments.last()).map_or(0, |segment| segment.line)
+    }
+
+    /// Feed that the move run at `s` asks for, m/s. At a waypoint, that of the move that leads to it.
+    pub fn feed_m_per_s_at(&self, s: f64) -> f64 {
+        let after = self.segments.partition_point(|segment| segment.end_s < s);
+        self.segments
+            .get(after)
+            .or(self.segments.last())
+            .map_or(0.0, |segment| segment.feed_m_per_s)
     }
 
     /// First and last line of the file among those that are run between `from_s` and `to_s`, counted from 1.
@@ -242,12 +276,15 @@ impl<'a> Path<'a> {
         for (k, knots) in self.knots_s.windows(2).enumerate() {
             let seconds = (knots[1] - knots[0]) * self.duration_s;
             let row = |k: usize| &self.knots_q[k * n..][..n];
+            let segment = self.segment_of.get(k).and_then(|&i| self.segments.get(i));
+            let curve = segment.and_then(|segment| segment.curve.as_ref());
+            let is_on_the_spot = curve.is_some_and(|curve| stands_still(curve.length_m()));
             for (joint, (a, b)) in self.robot.joints().iter().zip(row(k).iter().zip(row(k + 1))) {
                 let Some(allowed) = joint.velocity_limit else { continue };
                 let needed = (b - a).abs() / seconds;
                 let factor = needed / allowed;
                 if factor > worst.as_ref().map_or(1.0 + HASTE_SLACK, Haste::factor) {
-                    worst = Some(Haste { joint, needed, allowed, s: knots[1] });
+                    worst = Some(Haste { joint, needed, allowed, s: knots[1], is_on_the_spot });
                 }
             }
         }
@@ -406,6 +443,7 @@ struct Planner<'r> {
     segments: Vec<Segment>,
     /// What the fastest joint of each move turns or slides, summed up.
     way_in_all: f64,
+    standing_s: f64,
 }
 
 impl<'r> Planner<'r> {
@@ -418,10 +456,11 @@ impl<'r> Planner<'r> {
             knots: Knots { time_s: vec![0.0], q: start.to_vec(), segment_of: Vec::new() },
             segments: Vec::new(),
             way_in_all: 0.0,
+            standing_s: 0.0,
         }
     }
 
-    fn run(mut self, moves: &[Move]) -> Result<(Knots, Vec<Segment>), PlanFault> {
+    fn run(mut self, moves: &[Move]) -> Result<(Knots, Vec<Segment>, f64), PlanFault> {
         for (index, pair) in moves.windows(2).enumerate() {
             let next = &pair[1];
             let fault = |what: String| PlanFault { line: next.line, waypoint: index + 2, what };
@@ -435,12 +474,13 @@ impl<'r> Planner<'r> {
                 curve: None,
                 tcp: last.tcp,
                 line: last.line,
+                feed_m_per_s: last.feed_m_per_s,
                 spindle_turns: last.spindle_turns,
                 start_s: 0.0,
                 end_s: 0.0,
             });
         }
-        Ok((self.knots, self.segments))
+        Ok((self.knots, self.segments, self.standing_s))
     }
 
     /// One more move from where the arm stands.
@@ -470,7 +510,7 @@ impl<'r> Planner<'r> {
 
     fn tip_now(&self) -> Isometry3<f64> {
         let mut placement = Placement::new(self.robot);
-        placement.place(self.robot, &self.q);
+        placement.place_axes(self.robot, &self.q);
         forward_kinematics(self.robot, &placement)
     }
 
@@ -500,10 +540,14 @@ impl<'r> Planner<'r> {
     }
 
     fn trace(&mut self, next: &Move, curve: Curve) -> Result<(), String> {
+        let length = curve.length_m();
+        if !(0.0..=LONGEST_CURVE_M).contains(&length) {
+            return Err(format!("is {length:.3e} m long, no arm reaches so far; check the units"));
+        }
         let mut knots: Vec<(f64, Vec<f64>)> = Vec::new();
         let mut ways = vec![0.0; self.q.len()];
         let mut u = 0.0;
-        let mut stretch = (FIRST_STRETCH_M / curve.length_m()).min(1.0);
+        let mut stretch = (FIRST_STRETCH_M / length).min(1.0);
         let mut q = self.q.clone();
         let (_, mut side) = self.singular_joints(&q, None);
         while u < 1.0 {
@@ -541,7 +585,7 @@ impl<'r> Planner<'r> {
             stretch *= 2.0;
         }
         self.count_way(&ways)?;
-        let duration = self.seconds(curve.length_m(), next, &ways)?;
+        let duration = self.seconds(length, next, &ways)?;
         self.push(next, Some(curve), duration, knots);
         Ok(())
     }
@@ -583,8 +627,11 @@ impl<'r> Planner<'r> {
         Ok(())
     }
 
-    fn seconds(&self, length_m: f64, next: &Move, ways: &[f64]) -> Result<f64, String> {
+    fn seconds(&mut self, length_m: f64, next: &Move, ways: &[f64]) -> Result<f64, String> {
         let seconds = self.time_of(length_m, next, ways)?;
+        if stands_still(length_m) {
+            self.standing_s += seconds;
+        }
         let total = self.knots.time_s.last().copied().unwrap_or(0.0) + seconds;
         if total.is_finite() {
             Ok(seconds)
@@ -632,6 +679,7 @@ impl<'r> Planner<'r> {
             curve: curve.map(Box::new),
             tcp: next.tcp,
             line: next.line,
+            feed_m_per_s: next.feed_m_per_s,
             spindle_turns: next.spindle_turns,
             start_s,
             end_s,

@@ -8,6 +8,9 @@ use crate::model::{Placement, Robot, joint_jacobian};
 /// turn about an axis that misses the point by a hair is a turn on the spot.
 const STANDSTILL_M: f64 = 1e-6;
 
+/// A joint that moves less than this, rad or m, hardly moves.
+const HAIR: f64 = 1e-5;
+
 /// Pieces of a joint move over which the way of the tool centre point is integrated turn no joint by more
 /// than this (rad or m). Five points then leave a relative error below 1e-12.
 const LONGEST_PIECE: f64 = 0.1;
@@ -63,7 +66,7 @@ impl<'a> Clock<'a> {
                 for (q, (a, b)) in self.q.iter_mut().zip(from.iter().zip(to)) {
                     *q = a + (b - a) * u;
                 }
-                self.placement.place(self.robot, &self.q);
+                self.placement.place_axes(self.robot, &self.q);
                 joint_jacobian(self.robot, &self.placement, tcp, &mut self.jacobian);
                 let mut velocity = Vector3::zeros();
                 for (j, (a, b)) in from.iter().zip(to).enumerate() {
@@ -76,6 +79,11 @@ impl<'a> Clock<'a> {
     }
 }
 
+/// Whether a tool centre point that goes this far stands still.
+pub(super) fn stands_still(length_m: f64) -> bool {
+    length_m <= STANDSTILL_M
+}
+
 /// Seconds for a move: the way of the tool centre point over the feed or, where the point stands still,
 /// the slowest joint's motion at its largest speed. `ways` is what each joint turns or slides in all.
 ///
@@ -86,13 +94,16 @@ pub(super) fn seconds(
     feed_m_per_s: f64,
     ways: &[f64],
 ) -> Result<f64, usize> {
-    if length_m > STANDSTILL_M {
+    if !stands_still(length_m) {
         return Ok(length_m / feed_m_per_s);
     }
     let mut slowest = 0.0_f64;
     for (index, (way, joint)) in ways.iter().zip(robot.joints()).enumerate() {
-        if *way > 0.0 {
-            slowest = slowest.max(way / joint.velocity_limit.ok_or(index)?);
+        match joint.velocity_limit {
+            Some(limit) => slowest = slowest.max(way / limit),
+            // A step that rounding made.
+            None if *way <= HAIR => slowest = slowest.max(length_m / feed_m_per_s),
+            None => return Err(index),
         }
     }
     Ok(slowest)

@@ -32,8 +32,11 @@ mod apt;
 mod gcode;
 mod log;
 mod rapid;
+mod rewrite;
 mod text;
 mod tool_axis;
+
+pub use rewrite::{Rewrite, Rewritten, rewrite};
 
 use std::fmt;
 

@@ -8,8 +8,8 @@ use crate::excitation::{ExcitationLine, Source};
 use crate::risk::{Certainty, Crossing};
 use crate::units::percent_from_ratio;
 
-/// Stretches that are no further apart than this share of the path adjoin each other: what a check looks
-/// for is that wide at least.
+/// Stretches that are no further apart than this share of the path adjoin each other: a reader would
+/// not tell them apart.
 const ADJOINING_S: f64 = 1e-3;
 
 /// A crossing with the uncertain stretches on either side of it.

@@ -42,8 +42,13 @@ pub fn check(jobs: &[CheckedJob]) -> Result<String, NotFinite> {
         verdict: super::verdict(jobs).into(),
         jobs: jobs.iter().map(Job::from).collect(),
     };
+    written(&output, DEEPEST_SPREAD)
+}
+
+/// A value as text: spread over lines down to a depth, one line a value below it.
+pub(super) fn written(output: &impl Serialize, deepest_spread: usize) -> Result<String, NotFinite> {
     let mut bytes = Vec::new();
-    let layout = Layout { spread: PrettyFormatter::new(), depth: 0 };
+    let layout = Layout { spread: PrettyFormatter::new(), depth: 0, deepest_spread };
     let mut serializer = serde_json::Serializer::with_formatter(&mut bytes, layout);
     output.serialize(&mut serializer).map_err(NotFinite)?;
     bytes.push(b'\n');
@@ -94,7 +99,7 @@ enum Certainty {
 #[derive(Debug, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[schemars(inline)]
-enum SourceName {
+pub(super) enum SourceName {
     ToothPassing,
     Spindle,
 }
@@ -113,6 +118,8 @@ struct Job<'a> {
     separation_percent: Number,
     /// How far the model can be trusted.
     model: Model<'a>,
+    /// Remarks that do not change the verdict, such as a verdict about nothing, as on standard error.
+    notices: &'a [String],
     /// One entry an operation, in the order of the job.
     operations: Vec<Operation<'a>>,
 }
@@ -325,6 +332,7 @@ impl<'a> From<&'a CheckedJob> for Job<'a> {
                 uncertainty_percent: Number(percent_from_ratio(job.risk.model_uncertainty)),
                 coordinates: &job.risk.coordinates,
             },
+            notices: &job.notices,
             operations: job.operations().map(Operation::from).collect(),
         }
     }
@@ -432,7 +440,7 @@ fn crossing_of<'a>(operation: &CheckedOperation<'a>, crossing: &'a risk::Crossin
 
 /// A finite number. JSON knows no others, and serde_json would write null for them.
 #[derive(Debug, Clone, Copy)]
-struct Number(f64);
+pub(super) struct Number(pub(super) f64);
 
 impl Serialize for Number {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
@@ -462,12 +470,13 @@ impl JsonSchema for Number {
 struct Layout {
     spread: PrettyFormatter<'static>,
     depth: usize,
+    deepest_spread: usize,
 }
 
 impl Layout {
     /// What stands inside the innermost open bracket is spread.
     fn is_spread(&self) -> bool {
-        self.depth <= DEEPEST_SPREAD
+        self.depth <= self.deepest_spread
     }
 }
 

@@ -11,14 +11,14 @@ use crate::wording::printable;
 /// At most so many findings of an operation are written out.
 const MOST_FINDINGS: usize = 100;
 
-/// The results of `detune check` as JUnit XML. An operation in resonance is a failure; an uncertain one is
-/// a failure if `uncertain_fails`, else it passes and tells what was found in `system-out`.
+/// The results of `detune check` as JUnit XML. An operation whose verdict is `fails_from` or worse is
+/// a failure; any other passes and tells what was found in `system-out`.
 ///
 /// # Errors
 /// Never in practice: text is all that is written.
 pub fn check(
     jobs: &[CheckedJob],
-    uncertain_fails: bool,
+    fails_from: Option<Verdict>,
 ) -> Result<String, quick_junit::SerializeError> {
     let mut report = Report::new("detune check");
     for job in jobs {
@@ -31,20 +31,16 @@ pub fn check(
             words::round_percent(job.risk.model_uncertainty),
         ));
         for operation in job.operations() {
-            suite.add_test_case(case(&operation, &file, uncertain_fails));
+            suite.add_test_case(case(&operation, &file, fails_from));
         }
         report.add_test_suite(suite);
     }
     report.to_string()
 }
 
-fn case(operation: &CheckedOperation<'_>, job_file: &str, uncertain_fails: bool) -> TestCase {
+fn case(operation: &CheckedOperation<'_>, job_file: &str, fails_from: Option<Verdict>) -> TestCase {
     let risk = operation.risk;
-    let fails = match risk.verdict {
-        Verdict::Resonance => true,
-        Verdict::Uncertain => uncertain_fails,
-        Verdict::Clear => false,
-    };
+    let fails = fails_from.is_some_and(|mildest| risk.verdict >= mildest);
     let told = told(operation);
     let mut case = if fails {
         let mut status = TestCaseStatus::non_success(NonSuccessKind::Failure);

@@ -1,5 +1,7 @@
 //! A map as CSV, JSON and SVG.
 
+#[cfg(feature = "arrow")]
+mod arrow;
 mod block;
 mod plot;
 mod reduced;
@@ -7,6 +9,8 @@ mod reduced_plot;
 
 use serde::Serialize;
 
+#[cfg(feature = "arrow")]
+pub use arrow::{map_arrow_block, map_arrow_end, map_arrow_schema, map_arrow_start};
 pub use block::{map_csv_block, map_json_block, map_json_parting, map_npy_block, map_npy_header};
 pub use plot::map_svg;
 pub use reduced::{reduced_csv, reduced_json};
@@ -21,11 +25,9 @@ const SCHEMA: &str = "map/1";
 
 /// The header line of a map as CSV.
 pub fn map_csv_header(head: &Head, is_nonlinear: bool) -> String {
-    let mut columns = pose_columns(head);
-    let modes = 1..=head.coordinates.len();
-    columns.extend(modes.clone().map(|r| format!("f{r}_hz")));
+    let mut columns: Vec<String> = titles(head).iter().map(|title| quoted(title)).collect();
     if is_nonlinear {
-        for r in modes {
+        for r in 1..=head.coordinates.len() {
             columns.push(format!("f{r}_linear_hz"));
             columns.push(format!("f{r}_departure_percent"));
         }
@@ -34,13 +36,18 @@ pub fn map_csv_header(head: &Head, is_nonlinear: bool) -> String {
     columns.join(",") + "\n"
 }
 
+/// Titles of the columns of a linear map: pose and frequencies.
+fn titles(head: &Head) -> Vec<String> {
+    let modes = (1..=head.coordinates.len()).map(|r| format!("f{r}_hz"));
+    pose_titles(head).chain(modes).collect()
+}
+
 /// Titles of the columns that tell the pose.
-fn pose_columns(head: &Head) -> Vec<String> {
-    let title = |joint: &JointColumn| {
-        quoted(&format!("{}_{}", joint.name, if joint.turns { "rad" } else { "m" }))
-    };
+fn pose_titles(head: &Head) -> impl Iterator<Item = String> {
+    let title =
+        |joint: &JointColumn| format!("{}_{}", joint.name, if joint.turns { "rad" } else { "m" });
     let beta2 = head.has_beta2.then(|| "beta2_rad".to_owned());
-    head.joints.iter().map(title).chain(beta2).collect()
+    head.joints.iter().map(title).chain(beta2)
 }
 
 /// Rows of a map as CSV, each number with as many digits as bring it back exactly; what a record does not

@@ -1,7 +1,10 @@
 //! Pure functions from results to text: one renderer a file. Nothing here computes an engineering
 //! quantity, reads a file, prints, or knows the model; the same results give the same bytes.
 
+pub mod advice;
 pub mod diagnosis;
+pub use self::advice::AdvisedJob;
+
 mod findings;
 pub mod github;
 pub mod json;
@@ -37,6 +40,8 @@ pub struct CheckedJob {
     pub asked: Vec<AskedOperation>,
     /// What was found.
     pub risk: JobRisk,
+    /// Remarks on the job, its robot and its programs that do not change the verdict, each with its place.
+    pub notices: Vec<String>,
 }
 
 /// What was asked of an operation, and where it stands in its files.
@@ -68,6 +73,7 @@ impl CheckedJob {
                 })
                 .collect(),
             risk,
+            notices: Vec::new(),
         }
     }
 

@@ -60,15 +60,14 @@ pub fn check(jobs: &[CheckedJob], root: &Path) -> Result<String, serde_json::Err
             invocations: [Invocation {
                 execution_successful: true,
                 tool_execution_notifications: (left_out > 0)
-                    .then(|| Notification {
-                        level: "warning",
-                        message: Message {
-                            text: format!(
-                                "{left_out} of the findings are left out: a run holds {MOST_RESULTS} at most"
-                            ),
-                        },
+                    .then(|| {
+                        format!(
+                            "{left_out} of the findings are left out: a run holds {MOST_RESULTS} at most"
+                        )
                     })
                     .into_iter()
+                    .chain(jobs.iter().flat_map(|job| job.notices.iter().cloned()))
+                    .map(|text| Notification { level: "warning", message: Message { text } })
                     .collect(),
             }],
             artifacts: artifacts.listed(),

@@ -9,6 +9,11 @@ pub fn check() -> Value {
     of::<super::json::Check<'static>>()
 }
 
+/// Schema of what `detune advise --format json` writes.
+pub fn advice() -> Value {
+    of::<super::advice::json::Advice<'static>>()
+}
+
 /// Schema of what `detune diagnose --format json` writes.
 pub fn diagnosis() -> Value {
     of::<super::diagnosis::json::Document>()

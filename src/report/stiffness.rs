@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use serde::Serialize;
 
-use super::words::number;
+use super::words::{number, trimmed};
 use crate::measured::stiffness::StiffnessFit;
 use crate::units::percent_from_ratio;
 use crate::wording::printable;
@@ -46,13 +46,14 @@ pub fn stiffness_text(fits: &[JointFit]) -> String {
         // Writing to a string does not fail.
         let _ = writeln!(
             out,
-            "{name}: k = {} N·m/rad, standard error {}, {:.0} % interval {low} to {high} \
-             (R² {:.6}, {} rows, residuals {} N·m)",
+            "{name}: k = {} N·m/rad, standard error {}, {} % interval {low} to {high} \
+             (R² {:.6}, {} rows, offset {} N·m, residuals {} N·m)",
             shown(fit.stiffness),
             shown(fit.standard_error),
-            percent_from_ratio(fit.confidence),
+            trimmed(percent_from_ratio(fit.confidence), 6),
             fit.r_squared,
             fit.rows,
+            number(fit.intercept, 3),
             number(fit.residual_deviation, 3)
         );
         for hint in hints(fit) {

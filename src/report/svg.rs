@@ -233,6 +233,18 @@ impl Sheet {
         ));
     }
 
+    /// The inside of an outline in panel values, which must lie within the panel.
+    pub(super) fn area(&mut self, panel: &Panel, outline: &[(f64, f64)], fill: &str, opacity: f64) {
+        let mut path = String::new();
+        for (i, &(x, y)) in outline.iter().enumerate() {
+            let command = if i == 0 { 'M' } else { 'L' };
+            let _ = write!(path, "{command}{:.2} {:.2}", panel.px(x), panel.py(y));
+        }
+        self.put(format_args!(
+            "<path d=\"{path}Z\" fill=\"{fill}\" fill-opacity=\"{opacity}\" stroke=\"none\"/>"
+        ));
+    }
+
     pub(super) fn dot(&mut self, panel: &Panel, x: f64, y: f64, radius: f64, fill: &str) {
         if (-1e-9..=1.0 + 1e-9).contains(&panel.y.share(y)) {
             let (x, y) = (panel.px(x), panel.py(y));

@@ -345,9 +345,6 @@ mod tests {
     }
 
     #[test]
-    fn control_characters_are_spelt_out() {}
-
-    #[test]
     fn a_range_shows_that_its_ends_differ() {
         assert_eq!(range(12.0, 31.0), "12.0–31.0");
         assert_eq!(range(12.01, 12.04), "12.01–12.04");

@@ -9,8 +9,8 @@ use super::left_out::left_out;
 use super::notices::notices;
 use super::turning::Turning;
 use super::verdict::{Certainty, Crossing, Exchange, JobRisk, OperationRisk, Sample, Verdict};
-use crate::excitation::lines;
-use crate::job::{Job, Operation};
+use crate::excitation::{ExcitationLine, lines};
+use crate::job::{Job, Operation, Policy, SpindleSpeed};
 use crate::path::{Detail, LONGEST_GAP, Path, Survey, SurveyFault, Surveyor, follow, grid};
 
 /// An operation with at most this many stations shows all of them as samples; beyond it, samples are
@@ -28,6 +28,18 @@ pub struct AssessFault {
     pub line: Option<usize>,
     /// What is wrong, as a lower-case fragment.
     pub what: String,
+}
+
+impl AssessFault {
+    /// A fault of one operation of a job.
+    pub fn of(job: &Job, operation: &Operation, line: Option<usize>, what: String) -> Self {
+        Self {
+            operation: operation.name.clone(),
+            file: operation.program.clone().unwrap_or_else(|| job.file.clone()),
+            line,
+            what,
+        }
+    }
 }
 
 impl fmt::Display for AssessFault {
@@ -85,43 +97,51 @@ fn assess_operation(
     operation: &Operation,
     progress: &(dyn Fn(usize) + Sync),
 ) -> Result<(OperationRisk, Vec<AssessFault>), Vec<AssessFault>> {
-    let fault = |line: Option<usize>, what: String| AssessFault {
-        operation: operation.name.clone(),
-        file: operation.program.clone().unwrap_or_else(|| job.file.clone()),
-        line,
-        what,
-    };
-    let path = Path::plan(&job.robot, &operation.moves, operation.start_near.as_deref()).map_err(
-        |faults| faults.into_iter().map(|f| fault(Some(f.line), f.to_string())).collect::<Vec<_>>(),
-    )?;
-    let risk = survey_operation(job, operation, &path, progress).map_err(|survey_fault| {
-        let line = path.line_at(survey_fault.s);
-        vec![fault(Some(line), survey_fault.to_string())]
-    })?;
+    let path = plan(job, operation)?;
+    let risk = survey_operation(job, operation, &path, progress)
+        .map_err(|fault| vec![located(job, operation, &path, &fault)])?;
     let notices = notices(job, operation, &path, &risk);
     Ok((risk, notices))
 }
 
-fn survey_operation(
-    job: &Job,
-    operation: &Operation,
+/// The path of an operation.
+///
+/// # Errors
+/// What cannot be run.
+pub fn plan<'a>(job: &'a Job, operation: &Operation) -> Result<Path<'a>, Vec<AssessFault>> {
+    let fault = |line, what| AssessFault::of(job, operation, Some(line), what);
+    Path::plan(&job.robot, &operation.moves, operation.start_near.as_deref())
+        .map_err(|faults| faults.into_iter().map(|f| fault(f.line, f.to_string())).collect())
+}
+
+/// A fault of a survey as one of the operation, with its line.
+pub fn located(job: &Job, operation: &Operation, path: &Path, fault: &SurveyFault) -> AssessFault {
+    AssessFault::of(job, operation, Some(path.line_at(fault.s)), fault.to_string())
+}
+
+/// What must be read along a path for a policy: tip response costs mode shapes, so only where the policy
+/// asks about it.
+pub fn detail(policy: &Policy) -> Detail {
+    if policy.min_tip_response_m_per_n > 0.0 { Detail::TipResponse } else { Detail::Frequencies }
+}
+
+/// Where excitation lines lie in bands under a spindle speed, with the survey refined so far that none
+/// hides. `first_look` holds the stations of [`grid`] at least, with the [`detail`] of the policy.
+///
+/// # Errors
+/// The arm has no modes somewhere.
+pub fn crossings_under(
+    lines: &[ExcitationLine],
+    policy: &Policy,
+    speed: &SpindleSpeed,
     path: &Path,
-    progress: &(dyn Fn(usize) + Sync),
-) -> Result<OperationRisk, SurveyFault> {
-    let lines = lines(&job.tool, &job.policy);
-    // Tip response costs mode shapes: only where the policy asks about it.
-    let detail = if job.policy.min_tip_response_m_per_n > 0.0 {
-        Detail::TipResponse
-    } else {
-        Detail::Frequencies
-    };
-    let turning = Turning::new(&operation.speed, path);
-    let corners = operation.speed.corners();
-    let first_look = Survey::take(path, grid(path, corners), detail, progress)?;
+    first_look: Survey,
+) -> Result<(Vec<Crossing>, Survey), SurveyFault> {
+    let turning = Turning::new(speed, path);
     let (lowest_hz, highest_hz) = first_look.range_hz();
     let watches: Vec<Watch> = lines
         .iter()
-        .map(|&line| Watch { line, turning: &turning, policy: &job.policy })
+        .map(|&line| Watch { line, turning: &turning, policy })
         .filter(|watch| watch.can_meet(lowest_hz, highest_hz))
         .collect();
     let survey = first_look.refine(path, |left, right, rates| {
@@ -129,7 +149,6 @@ fn survey_operation(
             rates.iter().enumerate().any(|(r, &rate)| watch.wants(left, right, r, rate))
         })
     })?;
-
     let mut surveyor = Surveyor::new(path);
     let mut found: Vec<Crossing> = Vec::new();
     for watch in &watches {
@@ -141,6 +160,21 @@ fn survey_operation(
             .then(a.mode.cmp(&b.mode))
             .then(a.line.order.cmp(&b.line.order))
     });
+    Ok((found, survey))
+}
+
+fn survey_operation(
+    job: &Job,
+    operation: &Operation,
+    path: &Path,
+    progress: &(dyn Fn(usize) + Sync),
+) -> Result<OperationRisk, SurveyFault> {
+    let lines = lines(&job.tool, &job.policy);
+    let turning = Turning::new(&operation.speed, path);
+    let stations = grid(path, operation.speed.corners());
+    let first_look = Survey::take(path, stations, detail(&job.policy), progress)?;
+    let (found, survey) = crossings_under(&lines, &job.policy, &operation.speed, path, first_look)?;
+    let mut surveyor = Surveyor::new(path);
     let verdict = found
         .iter()
         .map(|crossing| match crossing.certainty {

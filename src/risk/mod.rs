@@ -9,8 +9,11 @@ mod notices;
 mod turning;
 mod verdict;
 
-pub use assess::{AssessFault, assess, assess_with_progress};
+pub use assess::{
+    AssessFault, assess, assess_with_progress, crossings_under, detail, located, plan,
+};
 pub use margin::{Approach, closest_approach};
+pub use turning::Turning;
 pub use verdict::{
     Certainty, Crossing, Exchange, JobRisk, LeftOut, OperationRisk, Sample, Verdict,
 };

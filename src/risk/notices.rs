@@ -30,7 +30,12 @@ pub(super) fn notices(
             file: operation.program.clone().unwrap_or_else(|| job.file.clone()),
             line: Some(path.line_at(haste.s)),
             what: format!(
-                "{haste}; the robot will be slower there than this check takes it to be, so lower the feed"
+                "{haste}; the robot will be slower there than this check takes it to be, {}",
+                if haste.is_on_the_spot {
+                    "as turns on the spot are timed by their slowest joint on average"
+                } else {
+                    "so lower the feed"
+                }
             ),
         });
     }

@@ -5,25 +5,30 @@ use crate::path::Path;
 
 /// The programmed speed where the spindle turns, and zero where the program has stopped it.
 #[derive(Debug, Clone)]
-pub(super) struct Turning<'a> {
+pub struct Turning<'a> {
     pub(super) speed: &'a SpindleSpeed,
     /// Stretches of s, ascending and apart.
     stops: Vec<[f64; 2]>,
 }
 
 impl<'a> Turning<'a> {
-    pub(super) fn new(speed: &'a SpindleSpeed, path: &Path) -> Self {
+    /// The speed of an operation along its path.
+    pub fn new(speed: &'a SpindleSpeed, path: &Path) -> Self {
         Self { speed, stops: path.spindle_stops() }
     }
 
-    /// Speed at `s`, rev/min. At the waypoints where the spindle stops and starts it turns.
-    pub(super) fn rpm_at(&self, s: f64) -> f64 {
+    /// Whether the spindle stands still at `s`. At the waypoints where it stops and starts it turns.
+    pub fn stands_at(&self, s: f64) -> bool {
         let after = self.stops.partition_point(|&[from, _]| from < s);
-        let stands = match after.checked_sub(1).and_then(|i| self.stops.get(i)) {
+        match after.checked_sub(1).and_then(|i| self.stops.get(i)) {
             Some(&[_, to]) => s < to || (s == to && to == 1.0),
             None => s == 0.0 && self.stops.first().is_some_and(|&[from, _]| from == 0.0),
-        };
-        if stands { 0.0 } else { self.speed.rpm_at(s) }
+        }
+    }
+
+    /// Speed at `s`, rev/min; zero where the spindle stands still.
+    pub(super) fn rpm_at(&self, s: f64) -> f64 {
+        if self.stands_at(s) { 0.0 } else { self.speed.rpm_at(s) }
     }
 
     /// The place in `from_s..=to_s` where the spindle stops or starts, if there is one.

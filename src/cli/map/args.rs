@@ -78,7 +78,8 @@ pub(in crate::cli) struct MapArgs {
     /// they are, the mean, the quantiles at 5, 25, 50, 75 and 95 %, a histogram.
     #[arg(long, value_enum, value_name = "LIST", value_delimiter = ',')]
     pub(super) reduce: Vec<StatisticName>,
-    /// How to write the map; npy is an array of the frequencies alone, one row a pose.
+    /// How to write the map; npy is an array of the frequencies alone, one row a pose; arrow is an Apache
+    /// Arrow stream with the columns of the csv, where detune was built with it.
     #[arg(long, value_enum, default_value_t = Format::Csv)]
     pub(super) format: Format,
     /// Where to write it; standard output if not given.
@@ -98,6 +99,7 @@ pub(super) enum Format {
     Json,
     Svg,
     Npy,
+    Arrow,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -21,6 +21,8 @@ use crate::free_vibration::{Sampling, Settings};
 use crate::input::{Fault, Reading, read_robot};
 use crate::map::{Block, Head, LinearMap, Method, Reduction, rows_with_progress};
 use crate::model::Robot;
+#[cfg(feature = "arrow")]
+use crate::report::map::{map_arrow_block, map_arrow_end, map_arrow_schema, map_arrow_start};
 use crate::report::map::{
     map_csv_block, map_csv_header, map_csv_rows, map_json_block, map_json_end, map_json_parting,
     map_json_rows, map_json_start, map_npy_block, map_npy_header, map_svg, reduced_csv,
@@ -33,6 +35,9 @@ const LINEAR_CHUNK: usize = 16_384;
 
 /// The same for nonlinear maps, whose rows take long and hold spectra.
 const NONLINEAR_CHUNK: usize = 64;
+
+/// Springs that turn further than this are none, degrees.
+const LARGEST_DEG: f64 = 90.0;
 
 /// Most poses in a picture.
 const MOST_DRAWN: usize = 100_000;
@@ -99,17 +104,26 @@ fn unless_at_odds(args: &MapArgs) -> Result<(), Vec<Fault>> {
             faults.push(usage(format!("{name} is of no effect here; it needs --method nonlinear")));
         }
     }
+    if let Some(amplitude) = args.amplitude_deg.filter(|x| !(*x > 0.0 && *x <= LARGEST_DEG)) {
+        let what =
+            format!("--amplitude-deg is {amplitude}, must be above 0 and at most {LARGEST_DEG}");
+        faults.push(usage(what));
+    }
     let at_odds = match (args.method, args.format, args.reduce.is_empty()) {
         (MethodName::Nonlinear, _, false) => {
             Some("--reduce: gathers linear maps only; leave out --method nonlinear")
         }
-        (MethodName::Nonlinear, Format::Npy, true) => Some(
-            "--format npy: holds the frequencies of linear maps only; use csv, or leave out \
+        (MethodName::Nonlinear, Format::Npy | Format::Arrow, true) => Some(
+            "--format npy and arrow: hold the frequencies of linear maps only; use csv, or leave out \
              --method nonlinear",
         ),
-        (MethodName::Linear, Format::Npy, false) => {
-            Some("--format npy: cannot hold the figures of --reduce; use csv, json or svg")
-        }
+        (MethodName::Linear, Format::Npy | Format::Arrow, false) => Some(
+            "--format npy and arrow: cannot hold the figures of --reduce; use csv, json or svg",
+        ),
+        (MethodName::Linear, Format::Arrow, true) if !cfg!(feature = "arrow") => Some(
+            "--format arrow: this detune was built without Apache Arrow; build it with --features \
+             arrow, or use csv or npy",
+        ),
         _ => None,
     };
     faults.extend(at_odds.map(|what| usage(what.to_owned())));
@@ -136,6 +150,12 @@ fn write_linear(
         map_npy_block(block, text);
         Ok(())
     };
+    #[cfg(feature = "arrow")]
+    let schema = map_arrow_schema(&head);
+    #[cfg(feature = "arrow")]
+    let arrow = |block: &Block, text: &mut Vec<u8>| {
+        map_arrow_block(&schema, block, text).map_err(|error| error.to_string())
+    };
     let (start, render, skip): (Vec<u8>, Render, usize) = match args.format {
         Format::Json => {
             let start = map_json_start(&head, false);
@@ -151,12 +171,21 @@ fn write_linear(
                 return Ok(());
             }
         },
-        Format::Csv | Format::Svg => (map_csv_header(&head, false).into_bytes(), &csv, 0),
+        #[cfg(feature = "arrow")]
+        Format::Arrow => {
+            let start = map_arrow_start(&schema);
+            (start.map_err(|error| Failure::Internal(error.to_string()))?, &arrow, 0)
+        }
+        _ => (map_csv_header(&head, false).into_bytes(), &csv, 0),
     };
     out.write_all(&start)?;
     let passed = stream::run(source, &map, Aim::Write { render, skip, out })?;
     if args.format == Format::Json {
         out.write_all(map_json_end().as_bytes())?;
+    }
+    #[cfg(feature = "arrow")]
+    if args.format == Format::Arrow {
+        out.write_all(map_arrow_end())?;
     }
     out.flush()?;
     Remarks::from(passed).tell(robot, notices);
@@ -195,7 +224,7 @@ fn write_reduced(
     };
     let statistics = args.statistics();
     let text = match args.format {
-        Format::Csv | Format::Npy => reduced_csv(&head, &reduced, &statistics),
+        Format::Csv | Format::Npy | Format::Arrow => reduced_csv(&head, &reduced, &statistics),
         Format::Json => reduced_json(&head, &reduced, &statistics)
             .map_err(|error| Failure::Internal(error.to_string()))?,
         Format::Svg => reduced_svg(&head, &reduced),
@@ -225,7 +254,7 @@ fn write_map(
     let mut text = match args.format {
         Format::Csv => map_csv_header(&head, is_nonlinear),
         Format::Json => map_json_start(&head, is_nonlinear).map_err(internal)?,
-        Format::Svg | Format::Npy => String::new(),
+        Format::Svg | Format::Npy | Format::Arrow => String::new(),
     };
     loop {
         let (poses, places) = source.next(chunk)?;
@@ -239,7 +268,7 @@ fn write_map(
             Format::Json => {
                 map_json_rows(&found, remarks.poses == 0, &mut text).map_err(internal)?;
             }
-            Format::Svg | Format::Npy => {}
+            Format::Svg | Format::Npy | Format::Arrow => {}
         }
         remarks.note(robot, &found);
         if args.format == Format::Svg {
@@ -258,7 +287,7 @@ fn write_map(
     }
     progress.finish_and_clear();
     match args.format {
-        Format::Csv | Format::Npy => {}
+        Format::Csv | Format::Npy | Format::Arrow => {}
         Format::Json => text.push_str(map_json_end()),
         Format::Svg => text = map_svg(&head, &drawn, source.swept()),
     }

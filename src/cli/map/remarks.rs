@@ -53,6 +53,9 @@ impl Remarks {
 
     pub(super) fn tell(self, robot: &Robot, notices: &mut Vec<String>) {
         let all = self.poses;
+        if all == 0 {
+            notices.push("the table holds no poses".to_owned());
+        }
         if let Some((joint, value)) = self.outside_limits.first {
             let (count, first) = (self.outside_limits.poses, at(robot, joint, value));
             notices.push(format!(

@@ -205,6 +205,10 @@ fn grid(args: &MapArgs, robot: &Robot) -> Result<Grid, Vec<Fault>> {
             Ok(joint) if axes.iter().any(|axis| axis.joint == joint) => {
                 faults.push(usage(format!("--grid: joint '{}' is given twice", range.joint)));
             }
+            Ok(_) if range.steps == 1 && range.from != range.to => faults.push(usage(format!(
+                "--grid {}: one position has one end; give {}={}:{}:1, or 2 positions and more",
+                range.joint, range.joint, range.from, range.from
+            ))),
             Ok(joint) => {
                 let (from, to) = (si(robot, joint, range.from), si(robot, joint, range.to));
                 axes.push(GridAxis { joint, from, to, steps: range.steps });
@@ -258,6 +262,9 @@ fn placed(args: &MapArgs, robot: &Robot, faults: &mut Vec<Fault>) -> Vec<(usize,
     let mut placed = Vec::new();
     for (name, value) in &args.at {
         match joint_named(robot, "--at", name) {
+            Ok(joint) if placed.iter().any(|(other, _)| *other == joint) => {
+                faults.push(usage(format!("--at: joint '{name}' is placed twice")));
+            }
             Ok(joint) => placed.push((joint, si(robot, joint, *value))),
             Err(fault) => faults.push(fault),
         }

@@ -7,7 +7,7 @@ use indicatif::ProgressBar;
 use rayon::prelude::*;
 
 use super::progress::progress;
-use super::source::{Decoder, Raw, Source};
+use super::source::{Decoder, Raw, Source, usage};
 use crate::cli::Failure;
 use crate::input::{DecodedPoses, Fault};
 use crate::map::{Block, LinearMap, MapFault, OutsideLimits, Reduction};
@@ -177,9 +177,14 @@ impl Book<'_> {
             };
             decoded.faults.iter().for_each(|(place, what)| tell(*place, what));
             if let Some(bad) = &piece.fault {
-                tell(decoded.place_of(bad.index), &bad.fault.to_string());
+                let place = decoded.place_of(bad.index);
+                // A number that is none was told by whoever read it.
+                if !decoded.faults.iter().any(|(told, _)| *told == place) {
+                    tell(place, &bad.fault.to_string());
+                }
             }
             if faults.len() >= MOST_TOLD {
+                faults.push(usage(format!("reading stopped after {MOST_TOLD} faults or more")));
                 break;
             }
             if faults.is_empty() {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::super::table::{LONGEST_ROW_BYTES, cells_of, number};
+use super::super::table::{LONGEST_ROW_BYTES, beyond, cells_of, number};
 use super::{DecodedPoses, MOST_TOLD};
 use crate::input::Fault;
 use crate::model::{JointKind, Robot};
@@ -33,13 +33,13 @@ impl Columns {
     /// `_rad` is read as m), in any order; other columns are passed over.
     pub(super) fn find(
         file: &Path,
-        line: usize,
+        line: Option<usize>,
         header: &[String],
         robot: &Robot,
     ) -> Result<Self, Vec<Fault>> {
         let mut faults = Vec::new();
         let mut fault = |what: String| {
-            faults.push(Fault { file: Some(file.to_owned()), line: Some(line), what });
+            faults.push(Fault { file: Some(file.to_owned()), line, what });
         };
         let mut joints = Vec::new();
         for joint in robot.joints() {
@@ -65,10 +65,17 @@ impl Columns {
                 [column] => joints.push(*column),
                 [] => {
                     let wanted = format!("{}_{}", joint.name, units[0].0);
-                    let hint = nearest(&wanted, header.iter().map(String::as_str))
-                        .map_or_else(String::new, |near| {
-                            format!("; did you mean '{near}' for it?")
-                        });
+                    // The column of another joint is not meant.
+                    let of_another = |title: &str| {
+                        robot.joints().iter().any(|other| {
+                            let unit = title.strip_prefix(other.name.as_str());
+                            matches!(unit, Some("_rad" | "_deg" | "_m" | "_mm"))
+                        })
+                    };
+                    let free = header.iter().map(String::as_str).filter(|title| !of_another(title));
+                    let hint = nearest(&wanted, free).map_or_else(String::new, |near| {
+                        format!("; did you mean '{near}' for it?")
+                    });
                     fault(format!("no column '{wanted}' or '{}_{}'{hint}", joint.name, units[1].0));
                 }
                 _ => fault(format!(
@@ -87,6 +94,12 @@ impl Columns {
             holds[column.index] = Some(joint);
         }
         Ok(Self { header: header.to_vec(), joints, holds })
+    }
+
+    /// Column and way to rad or m of each joint, base to tip.
+    #[cfg(feature = "arrow")]
+    pub(super) fn places(&self) -> impl Iterator<Item = (usize, ToSi)> {
+        self.joints.iter().map(|column| (column.index, column.to_si))
     }
 
     /// Takes whole lines apart.
@@ -118,6 +131,9 @@ impl Columns {
     /// Reads a row of plain numbers; `false` and nothing read if it is anything else.
     fn quickly(&self, row: &str, out: &mut DecodedPoses) -> bool {
         if row.len() > LONGEST_ROW_BYTES || row.trim_ascii_start().starts_with('#') {
+            return false;
+        }
+        if memchr::memchr_iter(b',', row.as_bytes()).count() >= self.header.len() {
             return false;
         }
         let before = out.values.len();
@@ -152,6 +168,9 @@ impl Columns {
             Ok(true) => {}
             Ok(false) => return,
             Err(what) => return out.faults.push((out.places, what.to_owned())),
+        }
+        if let Some(what) = beyond(&self.header, cells) {
+            return out.faults.push((out.places, what));
         }
         let before = out.values.len();
         for column in &self.joints {

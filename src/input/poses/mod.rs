@@ -1,6 +1,8 @@
-//! Poses of a robot from a table, as CSV or NumPy's .npy: read in pieces of raw bytes, which any thread can
+//! Poses of a robot from a table, as CSV, NumPy's .npy or (a feature) Apache Arrow: read in pieces of raw bytes, which any thread can
 //! take apart.
 
+#[cfg(feature = "arrow")]
+mod arrow;
 mod csv;
 mod npy;
 
@@ -24,6 +26,10 @@ const PIECE_BYTES: usize = 1 << 17;
 /// Poses of a piece of an array.
 const PIECE_POSES: usize = 1024;
 
+/// What an Arrow file begins with, and what a stream does.
+const ARROW_FILE: &[u8] = b"ARROW1";
+const ARROW_STREAM: &[u8] = &[0xFF; 4];
+
 /// What is read from: the bytes that told the format, then the rest.
 type Stream = io::Chain<Cursor<Vec<u8>>, Box<dyn Read>>;
 
@@ -36,6 +42,8 @@ pub struct PoseTable {
 enum Source {
     Csv(Table<Stream>),
     Npy(Rows<Stream>),
+    #[cfg(feature = "arrow")]
+    Arrow(Box<arrow::Batches<Stream>>),
 }
 
 /// Some rows of a table as they stand in it.
@@ -44,9 +52,11 @@ pub struct RawPoses {
     bytes: Vec<u8>,
     /// Rows of an array.
     rows: usize,
+    #[cfg(feature = "arrow")]
+    batch: Option<arrow_array::RecordBatch>,
 }
 
-/// Some poses of a table. A place is a line of CSV or a row of an array.
+/// Some poses of a table. A place is a line of CSV or a row of anything else.
 #[derive(Debug, Clone, Default)]
 pub struct DecodedPoses {
     /// How many poses.
@@ -92,8 +102,13 @@ pub struct PoseDecoder {
 
 #[derive(Debug, Clone)]
 enum Format {
-    Csv { columns: Columns, first_line: usize },
+    Csv {
+        columns: Columns,
+        first_line: usize,
+    },
     Npy(Layout),
+    #[cfg(feature = "arrow")]
+    Arrow(Columns),
 }
 
 impl PoseDecoder {
@@ -103,6 +118,12 @@ impl PoseDecoder {
         match &self.format {
             Format::Csv { columns, .. } => columns.decode(&raw.bytes, out),
             Format::Npy(layout) => layout.decode(raw.rows, &raw.bytes, out),
+            #[cfg(feature = "arrow")]
+            Format::Arrow(columns) => {
+                if let Some(batch) = &raw.batch {
+                    arrow::decode(batch, columns, out);
+                }
+            }
         }
     }
 
@@ -113,9 +134,7 @@ impl PoseDecoder {
             Format::Csv { first_line, .. } => {
                 Fault { file, line: Some(first_line + place), what: what.to_owned() }
             }
-            Format::Npy(_) => {
-                Fault { file, line: None, what: format!("row {}: {what}", place + 1) }
-            }
+            _ => Fault { file, line: None, what: format!("row {}: {what}", place + 1) },
         }
     }
 }
@@ -125,7 +144,8 @@ impl PoseTable {
     /// `<joint name>_rad` or `_deg` (a prismatic joint: `_m` or `_mm`; `_rad` is read as m), in any order;
     /// other columns are passed over, and so are lines that begin with `#`. NumPy's .npy, told by its first
     /// bytes: an array of float64 or float32, one row a pose, one column per moving joint from base to tip,
-    /// rad or m.
+    /// rad or m. With the feature `arrow`, Apache Arrow files and streams, too: columns of float64 or float32
+    /// with the titles of the CSV.
     ///
     /// # Errors
     /// A file that cannot be read; a header that lacks a joint or names one twice; an array of another
@@ -168,13 +188,15 @@ impl PoseTable {
             let reader = Cursor::new(Vec::new()).chain(reader);
             let rows = Rows::new(layout.clone(), at, reader, file).map_err(fault)?;
             (Source::Npy(rows), Format::Npy(layout))
+        } else if start == ARROW_FILE || start.starts_with(ARROW_STREAM) {
+            Self::arrow(start, reader, file, path, robot)?
         } else if start.starts_with(b"PK\x03\x04") {
             return Err(fault("is an archive (.npz); save one array with numpy.save".into()));
         } else if path.extension().is_some_and(|extension| extension == "npy") {
             return Err(fault("does not begin as .npy does (\\x93NUMPY)".into()));
         } else {
             let table = Table::open(path, Cursor::new(start).chain(reader)).map_err(|f| vec![f])?;
-            let columns = Columns::find(path, table.line(), table.header(), robot)?;
+            let columns = Columns::find(path, Some(table.line()), table.header(), robot)?;
             let first_line = table.line() + 1;
             (Source::Csv(table), Format::Csv { columns, first_line })
         };
@@ -182,11 +204,47 @@ impl PoseTable {
         Ok(Self { source, decoder })
     }
 
+    #[cfg(feature = "arrow")]
+    fn arrow(
+        start: Vec<u8>,
+        reader: Box<dyn Read>,
+        file: Option<File>,
+        path: &Path,
+        robot: &Robot,
+    ) -> Result<(Source, Format), Vec<Fault>> {
+        let fault = |what: String| vec![told(path, what)];
+        let batches = if start == ARROW_FILE {
+            arrow::Batches::file(file)
+        } else {
+            arrow::Batches::stream(Cursor::new(start).chain(reader))
+        };
+        let batches = batches.map_err(fault)?;
+        let columns = Columns::find(path, None, &batches.titles(), robot)?;
+        let faults = batches.faults(&columns);
+        if !faults.is_empty() {
+            return Err(faults.into_iter().map(|what| told(path, what)).collect());
+        }
+        Ok((Source::Arrow(Box::new(batches)), Format::Arrow(columns)))
+    }
+
+    #[cfg(not(feature = "arrow"))]
+    fn arrow(
+        _: Vec<u8>,
+        _: Box<dyn Read>,
+        _: Option<File>,
+        path: &Path,
+        _: &Robot,
+    ) -> Result<(Source, Format), Vec<Fault>> {
+        let what = "is Apache Arrow, which this detune was built without; build it with \
+                    --features arrow, or use CSV or .npy";
+        Err(vec![told(path, what.into())])
+    }
+
     /// How many poses there are, where the table says so.
     pub fn count(&self) -> Option<usize> {
         match &self.source {
-            Source::Csv(_) => None,
             Source::Npy(rows) => Some(rows.layout.rows),
+            _ => None,
         }
     }
 
@@ -209,6 +267,12 @@ impl PoseTable {
                 let taken = rows.take(PIECE_POSES, &mut raw.bytes);
                 raw.rows = taken.map_err(|what| told(&self.decoder.file, what))?;
                 Ok(raw.rows > 0)
+            }
+            #[cfg(feature = "arrow")]
+            Source::Arrow(batches) => {
+                let taken = batches.take(PIECE_POSES);
+                raw.batch = taken.map_err(|what| told(&self.decoder.file, what))?;
+                Ok(raw.batch.is_some())
             }
         }
     }

@@ -117,6 +117,10 @@ impl Layout {
                 ));
             }
         };
+        // Places in the file are counted in bytes.
+        if rows.checked_mul(joints.len()).and_then(|n| n.checked_mul(scalar.bytes())).is_none() {
+            return Err(format!("has shape ({shape}), more than any file holds"));
+        }
         Ok(Self { scalar, is_by_column: is_by_column && joints.len() > 1, rows, joints })
     }
 

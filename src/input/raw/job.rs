@@ -34,6 +34,23 @@ pub(in crate::input) struct Job {
     pub(in crate::input) operations: Option<Vec<Operation>>,
     /// When an excitation line near a natural frequency counts.
     pub(in crate::input) policy: Option<Policy>,
+    /// Other cutters that are on hand: detune advise tells what they would change.
+    pub(in crate::input) tools_on_hand: Option<Vec<Tool>>,
+    /// How far the work object may be moved in the base frame: detune advise tells what that would change.
+    pub(in crate::input) work_object_shift: Option<Shift>,
+}
+
+/// How far something may be moved.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(in crate::input) struct Shift {
+    /// Least and most along x, m; [0, 0] if absent.
+    #[schemars(extend("examples" = [[-0.1, 0.1]]))]
+    pub(in crate::input) x_m: Option<[f64; 2]>,
+    /// Least and most along y, m; [0, 0] if absent.
+    pub(in crate::input) y_m: Option<[f64; 2]>,
+    /// Least and most along z, m; [0, 0] if absent.
+    pub(in crate::input) z_m: Option<[f64; 2]>,
 }
 
 /// The cutter.
@@ -104,6 +121,10 @@ pub(in crate::input) struct Operation {
     /// Joint positions near which the first target of a path of poses is sought, one for each moving joint from base
     /// to tip: degrees, millimetres for a prismatic joint. Zero if absent.
     pub(in crate::input) start_near_deg: Option<Vec<f64>>,
+    /// How far the tool may be turned about its own axis, degrees, from and to: detune advise tells what that would
+    /// change.
+    #[schemars(extend("examples" = [[-90, 90]]))]
+    pub(in crate::input) free_axis_deg: Option<[f64; 2]>,
     /// Where the tool goes: exactly one of the keys.
     #[schemars(required)]
     pub(in crate::input) path: Option<Path>,
@@ -137,6 +158,26 @@ pub(in crate::input) struct Cutting {
     /// Name of the work's material.
     #[schemars(required, extend("examples" = ["al-6061"]))]
     pub(in crate::input) material: Option<String>,
+    /// Your own cutting coefficients; those of the material if absent (al-6061, al-6082 and al-7075 are known).
+    pub(in crate::input) coefficients: Option<Coefficients>,
+}
+
+/// Coefficients of the mechanistic force model.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(in crate::input) struct Coefficients {
+    /// Tangential, N/mm².
+    #[schemars(required, extend("exclusiveMinimum" = 0, "examples" = [631]))]
+    pub(in crate::input) ktc_n_per_mm2: Option<f64>,
+    /// Radial, N/mm².
+    #[schemars(required, extend("minimum" = 0, "examples" = [99]))]
+    pub(in crate::input) krc_n_per_mm2: Option<f64>,
+    /// Tangential at the edge, N/mm; 0 if absent.
+    #[schemars(extend("minimum" = 0, "default" = 0))]
+    pub(in crate::input) kte_n_per_mm: Option<f64>,
+    /// Radial at the edge, N/mm; 0 if absent.
+    #[schemars(extend("minimum" = 0, "default" = 0))]
+    pub(in crate::input) kre_n_per_mm: Option<f64>,
 }
 
 // Variants without doc comments: schemars then writes a plain `enum`.

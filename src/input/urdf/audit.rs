@@ -5,7 +5,8 @@ use roxmltree::{Document, Node};
 use super::super::Fault;
 use super::super::faults::Faults;
 
-const XACRO_NAMESPACE: &str = "http://www.ros.org/wiki/xacro";
+/// How every spelling of xacro's namespace ends.
+const XACRO_NAMESPACE: &str = "/xacro";
 const XACRO_HINT: &str =
     "is unexpanded xacro; run 'xacro robot.xacro > robot.urdf' and name the result";
 const JOINT_TYPES: [&str; 7] =
@@ -91,8 +92,9 @@ pub(super) fn audit(text: &str, faults: &mut Faults) -> Result<Audit, Fault> {
         damaged: false,
     };
     let root = document.root_element();
-    let xacro =
-        root.descendants().find(|node| node.tag_name().namespace() == Some(XACRO_NAMESPACE));
+    let xacro = root.descendants().find(|node| {
+        node.tag_name().namespace().is_some_and(|space| space.ends_with(XACRO_NAMESPACE))
+    });
     if let Some(node) = xacro {
         return Err(auditor.faults.make(auditor.line(&node), XACRO_HINT));
     }

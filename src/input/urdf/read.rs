@@ -234,6 +234,10 @@ mod tests {
             ("<sdf/>", "a.urdf:1: root element is <sdf>"),
             ("<robot>\n<xacro:macro name=\"a\"/></robot>", "a.urdf:2: is unexpanded xacro"),
             (
+                "<robot xmlns:xacro=\"http://ros.org/wiki/xacro\">\n<xacro:include/></robot>",
+                "a.urdf:2: is unexpanded xacro",
+            ),
+            (
                 "<robot xmlns:xacro=\"http://www.ros.org/wiki/xacro\">\n\n<xacro:arg/></robot>",
                 "a.urdf:3: is unexpanded xacro",
             ),

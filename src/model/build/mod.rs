@@ -16,6 +16,9 @@ use super::fault::{ModelFault, Place};
 use super::robot::{AngleForm, Coordinate, MovingJoint, Node, Robot, ancestors};
 use crate::wording::nearest;
 
+/// Factors and offsets of arm angles beyond this are slips of the pen, and would overflow.
+const LARGEST_OF_ANGLE: f64 = 1e6;
+
 impl Robot {
     /// Checks a description and builds the model.
     ///
@@ -154,7 +157,11 @@ impl<'a> Builder<'a> {
                 && joint.kind != JointKind::Continuous
                 && joint.position_limit.is_none()
             {
-                self.notice(place, "limit", "has no <limit>: taken as unlimited");
+                self.notice(
+                    place,
+                    "limit",
+                    "has no <limit> with lower and upper: taken as unlimited",
+                );
             }
         }
 
@@ -275,7 +282,7 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// A massless link with geometry, or right behind a moving joint, is more likely forgotten than meant.
+    /// A massless link with geometry is more likely forgotten than meant.
     fn notice_massless_links(
         &mut self,
         nodes: &[Node],
@@ -298,6 +305,7 @@ impl<'a> Builder<'a> {
         joints: &[MovingJoint],
     ) -> Option<AngleForm> {
         let form = form?;
+        let bounded = |value: f64| value.abs() <= LARGEST_OF_ANGLE;
         let mut terms = Vec::new();
         for (name, scale) in &form.terms {
             match joints.iter().position(|joint| joint.name == *name) {
@@ -311,13 +319,18 @@ impl<'a> Builder<'a> {
                     self.fault(Place::ArmAngle(angle), "terms", what);
                 }
             }
-            if !scale.is_finite() {
-                let what = format!("factor of '{name}' is {scale}, must be finite");
+            if !bounded(*scale) {
+                let what = format!(
+                    "factor of '{name}' is {scale}, must be from -{LARGEST_OF_ANGLE} to {LARGEST_OF_ANGLE}"
+                );
                 self.fault(Place::ArmAngle(angle), "terms", what);
             }
         }
-        if !form.offset_rad.is_finite() {
-            let what = format!("offset_rad is {}, must be finite", form.offset_rad);
+        if !bounded(form.offset_rad) {
+            let what = format!(
+                "offset_rad is {}, must be from -{LARGEST_OF_ANGLE} to {LARGEST_OF_ANGLE}",
+                form.offset_rad
+            );
             self.fault(Place::ArmAngle(angle), "offset_rad", what);
         }
         Some(AngleForm { terms, offset_rad: form.offset_rad })

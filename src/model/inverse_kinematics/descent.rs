@@ -128,7 +128,7 @@ impl<'a> Descent<'a> {
 
     /// Pose of the tip at `q`.
     pub(super) fn tip(&mut self, q: &[f64]) -> Isometry3<f64> {
-        self.placement.place_frames(self.robot, q, None);
+        self.placement.place_axes(self.robot, q);
         forward_kinematics(self.robot, &self.placement)
     }
 

@@ -99,7 +99,7 @@ impl InverseKinematics {
     /// Chooses the method for `robot`.
     pub fn new(robot: &Robot) -> Self {
         let mut placement = Placement::new(robot);
-        placement.place_frames(robot, &vec![0.0; robot.joints().len()], None);
+        placement.place_axes(robot, &vec![0.0; robot.joints().len()]);
         let zero_tip = forward_kinematics(robot, &placement);
         let length_m = chain_length(&placement.joint_axes, &zero_tip);
         let unit = |joint: &MovingJoint| if slides(joint) { length_m } else { 1.0 };
@@ -275,7 +275,7 @@ impl InverseKinematics {
     /// J of the joints at the tip, and the same with comparable rows and columns.
     fn jacobians(&self, robot: &Robot, q: &[f64]) -> (Matrix6xX<f64>, Matrix6xX<f64>) {
         let mut placement = Placement::new(robot);
-        placement.place_frames(robot, q, None);
+        placement.place_axes(robot, q);
         let mut jacobian = Matrix6xX::zeros(q.len());
         joint_jacobian(robot, &placement, &Point3::origin(), &mut jacobian);
         let scaled = Matrix6xX::from_fn(q.len(), |row, i| {
@@ -301,7 +301,7 @@ impl InverseKinematics {
             let is_regular = self
                 .singularity(robot, &q)
                 .is_ok_and(|measure| measure.smallest_singular_value > REGULAR);
-            placement.place_frames(robot, &q, None);
+            placement.place_axes(robot, &q);
             let target = forward_kinematics(robot, &placement);
             !is_regular
                 || self.closed_branches(&target, &mut descent).is_none_or(|found| {

@@ -169,8 +169,8 @@ impl<'a> Kernel<'a> {
     /// `poses` has one value per moving joint (rad or m, base to tip), pose after pose.
     ///
     /// # Errors
-    /// The first pose that has no modes, as [`ModalSolver::frequencies_hz`]; [`PoseFault::Length`] where the
-    /// length of `poses` or `out` does not fit. `out` holds nothing of use then.
+    /// The first pose that has no modes, as [`ModalSolver::frequencies_hz`]; [`BatchFault::Poses`] and
+    /// [`BatchFault::Room`] where the length of `poses` or `out` does not fit. `out` holds nothing of use then.
     pub fn frequencies_hz(&self, poses: &[f64], out: &mut [f64]) -> Result<(), BatchFault> {
         self.run(poses, Wanted::Frequencies, frequencies_of(out))
     }

@@ -22,8 +22,7 @@ const UNROLLED_VECTORS: usize = LARGEST_UNROLLED * LARGEST_UNROLLED;
 /// Sweeps before a lane is first asked whether it is done: enough for nearly all poses of six-axis arms.
 const SWEEPS_UNASKED: usize = 2;
 
-/// Ten sweeps are twice what the worst 24 × 24 case was seen to need; a lane that is not done after these
-/// goes to the scalar path.
+/// The worst 24 × 24 case was seen to need five; a lane that is not done after these goes to the scalar path.
 const MOST_SWEEPS: usize = 30;
 
 /// A rotation of this angle or less is small where only eigenvalues are asked for: what second-order

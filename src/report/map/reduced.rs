@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{JsonJoint, json_joints, pose_columns};
+use super::{JsonJoint, json_joints, pose_titles, quoted};
 use crate::map::{Extreme, Head, Reduced, ReducedMode, SHARES, Statistic};
 use crate::units::percent_from_ratio;
 
@@ -13,7 +13,7 @@ const SCHEMA: &str = "map-reduced/1";
 /// `q95`, and `bin` with its upper end and how many poses lie in it. Cells that a figure has no use for are
 /// blank.
 pub fn reduced_csv(head: &Head, reduced: &Reduced, statistics: &[Statistic]) -> String {
-    let columns = pose_columns(head);
+    let columns: Vec<String> = pose_titles(head).map(|title| quoted(&title)).collect();
     let mut out = format!("mode,statistic,frequency_hz,to_hz,poses,pose,{}\n", columns.join(","));
     let no_pose = ",".repeat(columns.len());
     let number = |value: f64| zmij::Buffer::new().format(value).to_owned();

@@ -1,4 +1,4 @@
-//! The frequencies at which spindle and cutter shake the arm.
+//! The lines: multiples of the spindle's frequency.
 
 use std::f64::consts::TAU;
 

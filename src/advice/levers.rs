@@ -1,0 +1,272 @@
+//! What else could open a gap where speed alone cannot: other teeth, the tool turned about its own axis,
+//! the work object moved, another spindle, less separation, a better model. Each with the margin that it
+//! would reach; none is applied.
+
+use std::cmp::Ordering;
+
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use rayon::prelude::*;
+
+use super::choice::choose;
+use super::ranges::{Counting, mode_ranges};
+use super::speeds::{Bind, Question};
+use super::{ModeRange, Objective};
+use crate::excitation::lines;
+use crate::job::{Job, Operation, Spindle};
+use crate::motion::{Move, Target};
+use crate::path::{Path, Survey, SurveyFault, grid};
+use crate::risk::{Turning, detail};
+
+/// Angles tried from one end of the free axis to the other, and closer about the best of them.
+const ANGLES: usize = 9;
+const CLOSER: usize = 2;
+
+/// Places tried along each axis along which the work object may be moved.
+const PLACES: usize = 3;
+
+/// A spindle is not asked to run slower than this share of its lowest speed.
+const LEAST_SHARE: f64 = 0.1;
+
+/// Above all blocks there is room for a round speed.
+const BEYOND_RPM: f64 = 10.0;
+
+/// A change that was tried or worked out.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Change {
+    /// Another cutter of those on hand.
+    Tool {
+        /// What it is called.
+        name: Option<String>,
+        /// Its teeth.
+        teeth: u32,
+    },
+    /// The tool turned about its own axis along the whole path.
+    TurnTool {
+        /// By this angle, rad.
+        angle_rad: f64,
+    },
+    /// The work object moved in the base frame.
+    MoveWorkObject {
+        /// By this, m.
+        shift_m: [f64; 3],
+    },
+    /// A spindle that runs at this speed, too, rev/min.
+    Spindle {
+        /// The safe speed outside the spindle's range that is nearest to the programmed one.
+        rpm: f64,
+    },
+    /// Bands of this half width, as a share of the frequency.
+    Separation {
+        /// The largest that leaves a gap.
+        separation: f64,
+    },
+    /// A model that is wrong by no more than this, as a share of the frequency: compare it with measured
+    /// frequencies.
+    Uncertainty {
+        /// The largest that leaves a gap.
+        model_uncertainty: f64,
+    },
+}
+
+/// A change and what it would reach.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Lever {
+    /// What is changed.
+    pub change: Change,
+    /// The largest |f_exc − f_r| / f_r that a constant speed keeps then; `None` where nothing counts.
+    pub margin: Option<f64>,
+    /// The safe speed nearest to the programmed one then, rev/min; `None` where there still is none.
+    pub rpm: Option<f64>,
+}
+
+/// Those that open a gap come before those that do not, and of these those with the larger margin.
+fn before(a: &Lever, b: &Lever) -> Ordering {
+    let margin = |lever: &Lever| lever.margin.unwrap_or(f64::INFINITY);
+    a.rpm.is_none().cmp(&b.rpm.is_none()).then(margin(b).total_cmp(&margin(a)))
+}
+
+/// The changes that the job allows, the best first, where no constant speed is safe.
+///
+/// # Errors
+/// The arm has no modes somewhere.
+pub(super) fn levers(
+    job: &Job,
+    operation: &Operation,
+    index: usize,
+    ranges: &[ModeRange],
+    bind: Option<&Bind>,
+    programmed_rpm: f64,
+) -> Result<Vec<Lever>, SurveyFault> {
+    let mut found = Vec::new();
+    for tool in &job.levers.tools_on_hand {
+        let lines = lines(tool, &job.policy);
+        let (policy, spindle) = (&job.policy, &job.spindle);
+        let question = Question { ranges, lines: &lines, policy, spindle };
+        let change = Change::Tool { name: tool.name.clone(), teeth: tool.teeth };
+        found.push(lever(&question, change, programmed_rpm));
+    }
+    let lines = lines(&job.tool, &job.policy);
+    let (policy, spindle) = (&job.policy, &job.spindle);
+    found.extend(faster_or_slower(
+        &Question { ranges, lines: &lines, policy, spindle },
+        programmed_rpm,
+    ));
+    found.extend(turned(job, operation, index, programmed_rpm)?);
+    found.extend(moved(job, operation, programmed_rpm)?);
+    if let Some(bind) = bind {
+        found.extend(narrower(job, bind));
+    }
+    found.sort_by(before);
+    Ok(found)
+}
+
+fn lever(question: &Question, change: Change, programmed_rpm: f64) -> Lever {
+    let set = question.divide(question.policy.wide());
+    Lever {
+        change,
+        margin: question.widest().map(|bind| bind.separation),
+        rpm: choose(question, &set, Objective::Nearest, programmed_rpm, &[]),
+    }
+}
+
+/// A spindle with another range: the nearest safe speed beyond this one's.
+fn faster_or_slower(question: &Question, programmed_rpm: f64) -> Option<Lever> {
+    let within = |min_rpm: f64, max_rpm: f64| Spindle { min_rpm, max_rpm, ..*question.spindle };
+    let Spindle { min_rpm, max_rpm, .. } = *question.spindle;
+    let nearest = |spindle: Spindle| {
+        let question = Question { spindle: &spindle, ..*question };
+        let set = question.divide(question.policy.wide());
+        choose(&question, &set, Objective::Nearest, programmed_rpm, &[])
+    };
+    let beyond_rpm = question.highest_block_rpm()? + BEYOND_RPM;
+    let slower = nearest(within(LEAST_SHARE * min_rpm, min_rpm));
+    let faster = (beyond_rpm > max_rpm).then(|| nearest(within(max_rpm, beyond_rpm))).flatten();
+    let rpm = slower
+        .into_iter()
+        .chain(faster)
+        .filter(|rpm| !(min_rpm..=max_rpm).contains(rpm))
+        .min_by(|a, b| (a - programmed_rpm).abs().total_cmp(&(b - programmed_rpm).abs()))?;
+    let wider = within(min_rpm.min(rpm), max_rpm.max(rpm));
+    let margin = Question { spindle: &wider, ..*question }.widest().map(|bind| bind.separation);
+    Some(Lever { change: Change::Spindle { rpm }, margin, rpm: Some(rpm) })
+}
+
+/// Narrower bands: by less separation, or by a model that can be trusted further.
+fn narrower(job: &Job, bind: &Bind) -> Vec<Lever> {
+    /// Of the widest bands that leave a gap this much leaves one wide enough to set a speed in.
+    const SHARE: f64 = 0.99;
+    let wide = SHARE * bind.separation;
+    let mut found = Vec::new();
+    let mut push = |change| {
+        found.push(Lever { change, margin: Some(bind.separation), rpm: Some(bind.rpm) });
+    };
+    if wide > job.policy.model_uncertainty {
+        push(Change::Separation { separation: wide - job.policy.model_uncertainty });
+    }
+    if wide > job.policy.separation && job.policy.model_uncertainty > 0.0 {
+        push(Change::Uncertainty { model_uncertainty: wide - job.policy.separation });
+    }
+    found
+}
+
+/// The tool turned about its own axis: the best angle of those that the whole path can be run with.
+fn turned(
+    job: &Job,
+    operation: &Operation,
+    index: usize,
+    programmed_rpm: f64,
+) -> Result<Option<Lever>, SurveyFault> {
+    let Some([from, to]) = job.levers.free_axis_rad.get(index).copied().flatten() else {
+        return Ok(None);
+    };
+    let try_angle = |angle_rad: f64| {
+        let turn = Isometry3::from_parts(
+            Translation3::identity(),
+            UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle_rad),
+        );
+        let change = Change::TurnTool { angle_rad };
+        tried(job, operation, change, programmed_rpm, &|pose| pose * turn)
+    };
+    let mut step = (to - from) / (ANGLES - 1) as f64;
+    let mut angles: Vec<f64> = (0..ANGLES).map(|i| from + step * i as f64).collect();
+    let mut best: Option<(f64, Lever)> = None;
+    for _ in 0..=CLOSER {
+        let found: Vec<Option<Lever>> =
+            angles.par_iter().map(|&angle_rad| try_angle(angle_rad)).collect::<Result<_, _>>()?;
+        for (angle_rad, lever) in std::mem::take(&mut angles).into_iter().zip(found) {
+            let Some(lever) = lever else { continue };
+            if best.as_ref().is_none_or(|(_, best)| before(&lever, best).is_lt()) {
+                best = Some((angle_rad, lever));
+            }
+        }
+        let Some((at, _)) = &best else { break };
+        step *= 0.5;
+        angles = [at - step, at + step].into_iter().filter(|a| (from..=to).contains(a)).collect();
+    }
+    Ok(best.map(|(_, lever)| lever))
+}
+
+/// The work object moved: the best place of a grid over its bounds.
+fn moved(
+    job: &Job,
+    operation: &Operation,
+    programmed_rpm: f64,
+) -> Result<Option<Lever>, SurveyFault> {
+    let Some(bounds) = job.levers.work_object_shift_m else { return Ok(None) };
+    let places = bounds.map(|[least, most]| -> Vec<f64> {
+        let count = if most > least { PLACES } else { 1 };
+        let steps = (count - 1).max(1) as f64;
+        (0..count).map(|i| least + (most - least) * i as f64 / steps).collect()
+    });
+    let [xs, ys, zs] = &places;
+    let shifts: Vec<[f64; 3]> = xs
+        .iter()
+        .flat_map(|&x| ys.iter().flat_map(move |&y| zs.iter().map(move |&z| [x, y, z])))
+        .collect();
+    let try_shift = |&shift_m: &[f64; 3]| {
+        let shift = Translation3::from(shift_m);
+        let change = Change::MoveWorkObject { shift_m };
+        tried(job, operation, change, programmed_rpm, &|pose| shift * pose)
+    };
+    let found: Vec<Option<Lever>> = shifts.par_iter().map(try_shift).collect::<Result<_, _>>()?;
+    Ok(found.into_iter().flatten().reduce(|best, lever| {
+        let is_better = before(&lever, &best).is_lt();
+        if is_better { lever } else { best }
+    }))
+}
+
+/// What a change of all poses would reach; `None` where the path cannot be run then, or is one of joint
+/// positions.
+fn tried(
+    job: &Job,
+    operation: &Operation,
+    change: Change,
+    programmed_rpm: f64,
+    changed: &(dyn Fn(&Isometry3<f64>) -> Isometry3<f64> + Sync),
+) -> Result<Option<Lever>, SurveyFault> {
+    let moves: Option<Vec<Move>> = operation
+        .moves
+        .iter()
+        .map(|a_move| {
+            let to = match &a_move.to {
+                Target::Joints(_) => return None,
+                Target::JointsTo(pose) => Target::JointsTo(changed(pose)),
+                Target::Line(pose) => Target::Line(changed(pose)),
+                Target::Arc { via, end } => Target::Arc { via: changed(via), end: changed(end) },
+            };
+            Some(Move { to, ..a_move.clone() })
+        })
+        .collect();
+    let Some(moves) = moves else { return Ok(None) };
+    let Ok(path) = Path::plan(&job.robot, &moves, operation.start_near.as_deref()) else {
+        return Ok(None);
+    };
+    let stations = grid(&path, std::iter::empty());
+    let survey = Survey::take(&path, stations, detail(&job.policy), &|_| {})?;
+    let counting = Counting { policy: &job.policy, turning: Turning::new(&operation.speed, &path) };
+    let (ranges, _) = mode_ranges(&path, &counting, survey)?;
+    let lines = lines(&job.tool, &job.policy);
+    let question =
+        Question { ranges: &ranges, lines: &lines, policy: &job.policy, spindle: &job.spindle };
+    Ok(Some(lever(&question, change, programmed_rpm)))
+}

@@ -1,0 +1,220 @@
+//! One operation → its advice.
+
+use super::choice::choose;
+use super::levers::levers;
+use super::map::SpeedMap;
+use super::ranges::{Counting, ModeRange, mode_ranges};
+use super::schedule::{Task, schedule};
+use super::speeds::{Question, SafeSet, feed_at};
+use super::vibration::{Chip, TipModel, TipVibration};
+use super::{
+    Constant, FeedRule, JobAdvice, Objective, OperationAdvice, Options, Remedy, Vibration,
+};
+use crate::excitation::{ExcitationLine, lines};
+use crate::job::{Job, SpindleSpeed};
+use crate::path::{Path, Survey, SurveyFault, grid};
+use crate::risk::{AssessFault, Turning, crossings_under, detail, located, plan};
+use crate::units::hz_from_rpm;
+
+/// A speed that a check would deny shows frequencies that the first looks missed: they are taken in and
+/// the speeds divided anew, so often at most.
+const MOST_SECOND_LOOKS: usize = 5;
+
+/// Advises every operation of a job.
+///
+/// # Errors
+/// What cannot be run, for every operation.
+pub fn advise(job: &Job, options: &Options) -> Result<JobAdvice, Vec<AssessFault>> {
+    advise_with_progress(job, options, &|_| {})
+}
+
+/// As [`advise`]; `progress` is told how many more poses are done, from any thread.
+///
+/// # Errors
+/// As [`advise`].
+pub fn advise_with_progress(
+    job: &Job,
+    options: &Options,
+    progress: &(dyn Fn(usize) + Sync),
+) -> Result<JobAdvice, Vec<AssessFault>> {
+    let mut faults = Vec::new();
+    let mut operations = Vec::new();
+    for index in 0..job.operations.len() {
+        match advise_operation(job, index, options, progress) {
+            Ok(advice) => operations.push(advice),
+            Err(found) => faults.extend(found),
+        }
+    }
+    if !faults.is_empty() {
+        return Err(faults);
+    }
+    Ok(JobAdvice {
+        options: *options,
+        separation: job.policy.separation,
+        model_uncertainty: job.policy.model_uncertainty,
+        calibrated: job.robot.calibration().is_some(),
+        operations,
+    })
+}
+
+fn advise_operation(
+    job: &Job,
+    index: usize,
+    options: &Options,
+    progress: &(dyn Fn(usize) + Sync),
+) -> Result<OperationAdvice, Vec<AssessFault>> {
+    let operation = &job.operations[index];
+    let path = plan(job, operation)?;
+    advise_path(job, index, &path, options, progress)
+        .map_err(|fault| vec![located(job, operation, &path, &fault)])
+}
+
+fn advise_path(
+    job: &Job,
+    index: usize,
+    path: &Path,
+    options: &Options,
+    progress: &(dyn Fn(usize) + Sync),
+) -> Result<OperationAdvice, SurveyFault> {
+    let operation = &job.operations[index];
+    let lines = lines(&job.tool, &job.policy);
+    let programmed_rpm = mean_rpm(&operation.speed);
+    let tip = TipModel::new(job, operation, path)?;
+    let chip = match options.feed {
+        FeedRule::ChipLoad => {
+            let teeth_per_s = f64::from(job.tool.teeth) * hz_from_rpm(programmed_rpm);
+            Chip::PerTooth(operation.feed_m_per_s / teeth_per_s)
+        }
+        FeedRule::Programmed => Chip::Feed(operation.feed_m_per_s),
+    };
+    let counting = Counting { policy: &job.policy, turning: Turning::new(&operation.speed, path) };
+    let stations = grid(path, operation.speed.corners());
+    let survey = Survey::take(path, stations, detail(&job.policy), progress)?;
+    let quietest_of =
+        |set: &SafeSet| tip.as_ref().map_or_else(|_| Vec::new(), |tip| tip.quietest(set, chip));
+    let wish = Wish { objective: options.objective, programmed_rpm, quietest_of: &quietest_of };
+    let Choice { ranges, set, rpm, quietest, survey } =
+        settled(job, path, &counting, &lines, &wish, survey)?;
+    let question =
+        Question { ranges: &ranges, lines: &lines, policy: &job.policy, spindle: &job.spindle };
+    let constant = rpm.map(|rpm| Constant {
+        rpm,
+        feed_m_per_s: match options.feed {
+            FeedRule::ChipLoad => feed_at(operation.feed_m_per_s, programmed_rpm, rpm),
+            FeedRule::Programmed => operation.feed_m_per_s,
+        },
+        separation: question.separation(rpm),
+        is_programmed: operation.speed == SpindleSpeed::Constant(rpm),
+    });
+    let bind = if constant.is_none() { question.widest() } else { None };
+    let task = Task {
+        job,
+        operation,
+        path,
+        survey: &survey,
+        counting: &counting,
+        lines: &lines,
+        programmed_rpm,
+        feed: options.feed,
+        tip: tip.as_ref().ok(),
+    };
+    let scheduled = match constant {
+        Some(_) if !options.schedule => None,
+        _ => Some(schedule(&task)?),
+    };
+    let levers = match constant {
+        Some(_) => Vec::new(),
+        None => levers(job, operation, index, &ranges, bind.as_ref(), programmed_rpm)?,
+    };
+    let no_schedule = scheduled.as_ref().and_then(|found| found.as_ref().err().copied());
+    let remedy = match (scheduled, constant) {
+        (Some(Ok(schedule)), _) => Remedy::Scheduled(Box::new(schedule)),
+        (_, Some(constant)) => Remedy::Constant(constant),
+        (_, None) => Remedy::Infeasible,
+    };
+    Ok(OperationAdvice {
+        name: operation.name.clone(),
+        programmed_rpm,
+        is_schedule_programmed: matches!(operation.speed, SpindleSpeed::Schedule(_)),
+        programmed_feed_m_per_s: operation.feed_m_per_s,
+        runs_program: operation.program.is_some(),
+        remedy,
+        no_schedule,
+        vibration: tip.as_ref().map_err(|why| *why).map(|tip| Vibration {
+            programmed: tip.at(programmed_rpm, chip),
+            recommended: constant.map(|constant| tip.at(constant.rpm, chip)),
+            quietest,
+        }),
+        map: SpeedMap::new(&survey, &counting),
+        set,
+        levers,
+        constant,
+        bind,
+        mode_ranges: ranges,
+        lines,
+    })
+}
+
+/// Which of the safe speeds is wanted.
+struct Wish<'a> {
+    objective: Objective,
+    programmed_rpm: f64,
+    quietest_of: &'a dyn Fn(&SafeSet) -> Vec<TipVibration>,
+}
+
+/// The constant speeds of an operation and the one to run at.
+struct Choice {
+    ranges: Vec<ModeRange>,
+    set: SafeSet,
+    /// One that a check passes; `None` where there is none.
+    rpm: Option<f64>,
+    /// The quietest speed of each gap, where vibration is known.
+    quietest: Vec<TipVibration>,
+    survey: Survey,
+}
+
+/// Divides the speeds and chooses among them until a check passes what was chosen.
+fn settled(
+    job: &Job,
+    path: &Path,
+    counting: &Counting,
+    lines: &[ExcitationLine],
+    wish: &Wish,
+    mut survey: Survey,
+) -> Result<Choice, SurveyFault> {
+    let (policy, spindle) = (&job.policy, &job.spindle);
+    let mut look = 0;
+    loop {
+        let (ranges, refined) = mode_ranges(path, counting, survey)?;
+        let question = Question { ranges: &ranges, lines, policy, spindle };
+        let set = question.divide(policy.wide());
+        let quietest = (wish.quietest_of)(&set);
+        let chosen = choose(&question, &set, wish.objective, wish.programmed_rpm, &quietest);
+        let Some(rpm) = chosen else {
+            return Ok(Choice { ranges, set, rpm: None, quietest, survey: refined });
+        };
+        let speed = SpindleSpeed::Constant(rpm);
+        let (found, closer) = crossings_under(lines, policy, &speed, path, refined)?;
+        survey = closer;
+        if found.is_empty() || look == MOST_SECOND_LOOKS {
+            let rpm = chosen.filter(|_| found.is_empty());
+            return Ok(Choice { ranges, set, rpm, quietest, survey });
+        }
+        look += 1;
+    }
+}
+
+/// Mean over time.
+fn mean_rpm(speed: &SpindleSpeed) -> f64 {
+    let ends: Vec<f64> = std::iter::once(0.0)
+        .chain(speed.corners().filter(|s| *s > 0.0 && *s < 1.0))
+        .chain([1.0])
+        .collect();
+    let pieces = ends
+        .windows(2)
+        .map(|end| 0.5 * (speed.rpm_at(end[0]) + speed.rpm_at(end[1])) * (end[1] - end[0]));
+    match speed {
+        SpindleSpeed::Constant(rpm) => *rpm,
+        SpindleSpeed::Schedule(_) => pieces.sum(),
+    }
+}

@@ -1,0 +1,152 @@
+//! What each mode's frequency covers along a path: the ends to nine digits, not those of the nearest sample.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crate::job::Policy;
+use crate::path::{LONGEST_GAP, Path, Station, Survey, SurveyFault};
+use crate::risk::Turning;
+
+/// The ends of a range are found to this share of the frequency: 1e-5 rev/min of 10 000.
+const END_TOLERANCE: f64 = 1e-9;
+
+/// Stretches on which a mode counts end within this share of the path.
+const STRETCH_TOLERANCE: f64 = 1e-8;
+
+/// Each pass halves the cells that matter, so the last one looks at 5e-4 / 2²⁴ of the path.
+const PASSES: i32 = 24;
+
+/// Frequencies that one mode covers on the stretches of a path where it counts. f is continuous, so a
+/// stretch covers all between its lowest and highest; stretches that overlap in frequency are one range.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ModeRange {
+    /// Index of the mode in ascending frequency, counted from 1.
+    pub mode: usize,
+    /// Lowest frequency, Hz.
+    pub low_hz: f64,
+    /// Where, 0..=1.
+    pub low_s: f64,
+    /// Highest frequency, Hz.
+    pub high_hz: f64,
+    /// Where, 0..=1.
+    pub high_s: f64,
+}
+
+/// What decides whether a mode counts at a place.
+#[derive(Debug, Clone)]
+pub(super) struct Counting<'a> {
+    pub(super) policy: &'a Policy,
+    pub(super) turning: Turning<'a>,
+}
+
+impl Counting<'_> {
+    /// Whether mode `r` (from 0) counts at a station: the spindle turns and the mode moves the tool tip enough.
+    pub(super) fn counts(&self, station: &Station, r: usize) -> bool {
+        !self.turning.stands_at(station.s)
+            && station.tip_m_per_n.get(r).is_none_or(|&tip| !self.policy.is_faint(tip))
+    }
+}
+
+/// The ranges of all modes, by mode and ascending, and the survey refined as far as they need it.
+///
+/// # Errors
+/// The arm has no modes somewhere.
+pub(super) fn mode_ranges(
+    path: &Path,
+    counting: &Counting,
+    first_look: Survey,
+) -> Result<(Vec<ModeRange>, Survey), SurveyFault> {
+    let modes = path.robot().coordinates().len();
+    let mut survey = first_look;
+    for pass in 1..=PASSES {
+        let covered: Vec<Vec<ModeRange>> =
+            (0..modes).map(|r| covered(counting, &survey, r)).collect();
+        // One halving a pass, so that the next one goes by the slopes of its own neighbourhood.
+        let narrowest = LONGEST_GAP * 0.5_f64.powi(pass);
+        let is_waiting = AtomicBool::new(false);
+        survey = survey.refine(path, |left, right, rates| {
+            let wanted = (0..modes).any(|r| wants(counting, left, right, r, rates[r], &covered[r]));
+            let wide_enough = right.s - left.s > narrowest;
+            if wanted && !wide_enough {
+                is_waiting.store(true, Ordering::Relaxed);
+            }
+            wanted && wide_enough
+        })?;
+        // Cells that were halved are looked at once more.
+        let is_done = !is_waiting.into_inner();
+        if is_done {
+            break;
+        }
+    }
+    Ok(((0..modes).flat_map(|r| covered(counting, &survey, r)).collect(), survey))
+}
+
+/// What the stations of a survey show of mode `r`'s ranges.
+fn covered(counting: &Counting, survey: &Survey, r: usize) -> Vec<ModeRange> {
+    let mut stretches: Vec<ModeRange> = Vec::new();
+    let mut is_open = false;
+    for station in survey.stations() {
+        if !counting.counts(&station, r) {
+            is_open = false;
+            continue;
+        }
+        let (f, s) = (station.frequencies_hz[r], station.s);
+        match stretches.last_mut().filter(|_| is_open) {
+            Some(stretch) => {
+                if f < stretch.low_hz {
+                    (stretch.low_hz, stretch.low_s) = (f, s);
+                }
+                if f > stretch.high_hz {
+                    (stretch.high_hz, stretch.high_s) = (f, s);
+                }
+            }
+            None => {
+                stretches.push(ModeRange {
+                    mode: r + 1,
+                    low_hz: f,
+                    low_s: s,
+                    high_hz: f,
+                    high_s: s,
+                });
+            }
+        }
+        is_open = true;
+    }
+    stretches.sort_by(|a, b| a.low_hz.total_cmp(&b.low_hz));
+    let mut merged: Vec<ModeRange> = Vec::new();
+    for stretch in stretches {
+        match merged.last_mut().filter(|last| stretch.low_hz <= last.high_hz) {
+            Some(last) if stretch.high_hz > last.high_hz => {
+                (last.high_hz, last.high_s) = (stretch.high_hz, stretch.high_s);
+            }
+            Some(_) => {}
+            None => merged.push(stretch),
+        }
+    }
+    merged
+}
+
+/// Whether the cell between two stations may hide frequencies that `covered` lacks. `rate` bounds
+/// |d ln f_r / ds| in the cell.
+fn wants(
+    counting: &Counting,
+    left: &Station,
+    right: &Station,
+    r: usize,
+    rate: f64,
+    covered: &[ModeRange],
+) -> bool {
+    let width = right.s - left.s;
+    match (counting.counts(left, r), counting.counts(right, r)) {
+        (false, false) => return false,
+        (true, true) => {}
+        _ => return width > STRETCH_TOLERANCE,
+    }
+    let (a, b) = (left.frequencies_hz[r], right.frequencies_hz[r]);
+    let (low, high) = (a.min(b), a.max(b));
+    // A function with slopes within ± L stays within L h / 2 of the mean of its ends (Piyavskii).
+    let (mean, reach) = (0.5 * (a + b), 0.5 * rate * width * high);
+    let after = covered.partition_point(|range| range.low_hz <= low);
+    let Some(range) = after.checked_sub(1).and_then(|i| covered.get(i)) else { return true };
+    mean + reach > range.high_hz * (1.0 + END_TOLERANCE)
+        || mean - reach < range.low_hz * (1.0 - END_TOLERANCE)
+}

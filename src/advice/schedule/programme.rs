@@ -1,0 +1,230 @@
+//! The speed within a corridor, by a convex quadratic programme.
+//!
+//! With x = n / n_programmed at the sides of the cells,
+//!
+//! ```text
+//! minimise   Σ w_i (x_i − 1)²  +  ρ Σ (x_{i+1} − x_i)² / Δs
+//! so that    l_i ≤ x_i ≤ u_i,   |x_{i+1} − x_i| ≤ a Δt
+//! ```
+//!
+//! w_i are the weights of the trapezium rule over s. P is positive definite, so there is one minimum.
+
+use clarabel::algebra::CscMatrix;
+use clarabel::solver::{
+    DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus, SupportedConeT,
+    ZeroConeT,
+};
+
+use super::super::speeds::Speeds;
+use super::routes::Limits;
+
+/// ρ: changes within less than about √ρ, 3 % of the path, are smoothed.
+pub(super) const SMOOTHING: f64 = 1e-3;
+
+/// Bounds closer than this leave one speed, as a share of the programmed one.
+const SINGLE: f64 = 1e-9;
+
+/// Steps of the solver; tens are usual.
+const MOST_STEPS: u32 = 200;
+
+/// How the solver ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SolverEnd {
+    /// To full accuracy.
+    Solved,
+    /// To reduced accuracy; what came out was moved into its bounds and checked like any other.
+    AlmostSolved,
+    /// There is no speed within the corridor and the acceleration.
+    Infeasible,
+    /// The steps allowed did not suffice.
+    OutOfSteps,
+    /// The solver gave up: numbers too far apart, or no progress.
+    Stuck,
+    /// What should not happen with this problem: an objective without bound, bad input, or an end that
+    /// nobody asked for.
+    Unexpected,
+}
+
+/// Speeds at the sides of the cells with the least objective within `bounds`, rev/min.
+///
+/// # Errors
+/// How the solver ended, if without a result.
+pub(super) fn solve(
+    s: &[f64],
+    bounds: &[Speeds],
+    limits: &Limits,
+) -> Result<(Vec<f64>, SolverEnd), SolverEnd> {
+    let n = s.len();
+    let scale = limits.programmed_rpm;
+    let mut quadratic = Entries::default();
+    let mut linear = vec![0.0; n];
+    for i in 0..n {
+        let weight = weight(s, i);
+        let bends = [i.checked_sub(1), (i + 1 < n).then_some(i)].into_iter().flatten();
+        let stiff: f64 = bends.map(|k| SMOOTHING / (s[k + 1] - s[k])).sum();
+        quadratic.push(i, i, 2.0 * (weight + stiff));
+        if i + 1 < n {
+            // The upper triangle alone.
+            quadratic.push(i, i + 1, -2.0 * SMOOTHING / (s[i + 1] - s[i]));
+        }
+        linear[i] = -2.0 * weight;
+    }
+    let mut fixed = Rows::default();
+    let mut within = Rows::default();
+    for (i, bound) in bounds.iter().enumerate() {
+        let (low, high) = (bound.low_rpm / scale, bound.high_rpm / scale);
+        if high - low < SINGLE {
+            fixed.push(&[(i, 1.0)], 0.5 * (low + high));
+        } else {
+            within.push(&[(i, 1.0)], high);
+            within.push(&[(i, -1.0)], -low);
+        }
+    }
+    let step = limits.step_rpm / scale;
+    for i in 0..n - 1 {
+        // On a ramp the speeds are given.
+        let is_given = |i: usize| (bounds[i].high_rpm - bounds[i].low_rpm) / scale < SINGLE;
+        if !(is_given(i) && is_given(i + 1)) {
+            within.push(&[(i + 1, 1.0), (i, -1.0)], step);
+            within.push(&[(i, 1.0), (i + 1, -1.0)], step);
+        }
+    }
+    let cones: [SupportedConeT<f64>; 2] =
+        [ZeroConeT(fixed.sides.len()), NonnegativeConeT(within.sides.len())];
+    let (constraints, sides) = fixed.above(within, n);
+    let settings =
+        DefaultSettings { verbose: false, max_iter: MOST_STEPS, ..DefaultSettings::default() };
+    let quadratic = quadratic.matrix(n, n);
+    let mut solver =
+        DefaultSolver::new(&quadratic, &linear, &constraints, &sides, &cones, settings)
+            .map_err(|_| SolverEnd::Unexpected)?;
+    solver.solve();
+    let end = match solver.solution.status {
+        SolverStatus::Solved => SolverEnd::Solved,
+        SolverStatus::AlmostSolved => SolverEnd::AlmostSolved,
+        SolverStatus::PrimalInfeasible | SolverStatus::AlmostPrimalInfeasible => {
+            return Err(SolverEnd::Infeasible);
+        }
+        SolverStatus::MaxIterations | SolverStatus::MaxTime => return Err(SolverEnd::OutOfSteps),
+        SolverStatus::NumericalError | SolverStatus::InsufficientProgress => {
+            return Err(SolverEnd::Stuck);
+        }
+        SolverStatus::DualInfeasible
+        | SolverStatus::AlmostDualInfeasible
+        | SolverStatus::CallbackTerminated
+        | SolverStatus::Unsolved => return Err(SolverEnd::Unexpected),
+    };
+    // The solver's results lie about 1e-8 inside or outside a bound.
+    let speeds = solver.solution.x.iter().zip(bounds);
+    Ok((speeds.map(|(x, b)| (x * scale).clamp(b.low_rpm, b.high_rpm)).collect(), end))
+}
+
+/// The objective of speeds at the sides of the cells.
+pub(super) fn objective(s: &[f64], rpm: &[f64], programmed_rpm: f64) -> f64 {
+    let x = |i: usize| rpm[i] / programmed_rpm;
+    let near: f64 = (0..s.len()).map(|i| weight(s, i) * (x(i) - 1.0).powi(2)).sum();
+    let smooth: f64 = (1..s.len()).map(|i| (x(i) - x(i - 1)).powi(2) / (s[i] - s[i - 1])).sum();
+    near + SMOOTHING * smooth
+}
+
+/// Weight of side `i` in the trapezium rule.
+fn weight(s: &[f64], i: usize) -> f64 {
+    let before = i.checked_sub(1).map_or(s[i], |k| s[k]);
+    let after = s.get(i + 1).copied().unwrap_or(s[i]);
+    0.5 * (after - before)
+}
+
+/// Rows of constraints a·x ≤ (or =) side.
+#[derive(Debug, Default)]
+struct Rows {
+    entries: Entries,
+    sides: Vec<f64>,
+}
+
+impl Rows {
+    fn push(&mut self, row: &[(usize, f64)], side: f64) {
+        for &(column, value) in row {
+            self.entries.push(self.sides.len(), column, value);
+        }
+        self.sides.push(side);
+    }
+
+    /// These rows with `others` below them.
+    fn above(mut self, others: Rows, columns: usize) -> (CscMatrix<f64>, Vec<f64>) {
+        let offset = self.sides.len();
+        for (row, column, value) in others.entries.0 {
+            self.entries.push(row + offset, column, value);
+        }
+        self.sides.extend(others.sides);
+        (self.entries.matrix(self.sides.len(), columns), self.sides)
+    }
+}
+
+/// Entries (row, column, value) of a sparse matrix.
+#[derive(Debug, Default)]
+struct Entries(Vec<(usize, usize, f64)>);
+
+impl Entries {
+    fn push(&mut self, row: usize, column: usize, value: f64) {
+        self.0.push((row, column, value));
+    }
+
+    fn matrix(self, rows: usize, columns: usize) -> CscMatrix<f64> {
+        let mut at = (Vec::new(), Vec::new(), Vec::new());
+        for (row, column, value) in self.0 {
+            at.0.push(row);
+            at.1.push(column);
+            at.2.push(value);
+        }
+        CscMatrix::new_from_triplets(rows, columns, at.0, at.1, at.2)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn limits(step_rpm: f64) -> Limits {
+        Limits { programmed_rpm: 1000.0, step_rpm, min_rpm: 100.0, max_rpm: 6000.0 }
+    }
+
+    fn sides(n: usize) -> Vec<f64> {
+        (0..=n).map(|i| i as f64 / n as f64).collect()
+    }
+
+    #[test]
+    fn without_bounds_the_programmed_speed_is_best() {
+        let s = sides(50);
+        let open = vec![Speeds { low_rpm: 500.0, high_rpm: 6000.0 }; s.len()];
+        let (rpm, end) = solve(&s, &open, &limits(5.0)).unwrap();
+        assert_eq!(end, SolverEnd::Solved);
+        assert!(rpm.iter().all(|rpm| (rpm - 1000.0).abs() < 1e-3), "{rpm:?}");
+    }
+
+    /// x'' ρ = x − 1 away from a side held at 1.5: x − 1 = 0.5 cosh((1 − s)/√ρ) / cosh(1/√ρ).
+    #[test]
+    fn a_speed_held_at_one_end_decays_as_the_equation_says() {
+        let s = sides(500);
+        let mut bounds = vec![Speeds { low_rpm: 100.0, high_rpm: 6000.0 }; s.len()];
+        bounds[0] = Speeds { low_rpm: 1500.0, high_rpm: 1500.0 };
+        let (rpm, _) = solve(&s, &bounds, &limits(1e6)).unwrap();
+        let root = SMOOTHING.sqrt();
+        for (s, rpm) in s.iter().zip(&rpm) {
+            let exact = 1000.0 + 500.0 * ((1.0 - s) / root).cosh() / (1.0 / root).cosh();
+            assert!((rpm - exact).abs() < 0.5, "{s}: {rpm} {exact}");
+        }
+        let energy = 0.25 * root * (1.0 / root).tanh();
+        let found = objective(&s, &rpm, 1000.0);
+        assert!((found / energy - 1.0).abs() < 2e-3, "{found} {energy}");
+    }
+
+    #[test]
+    fn what_cannot_be_reached_is_infeasible() {
+        let s = sides(10);
+        let mut bounds = vec![Speeds { low_rpm: 500.0, high_rpm: 6000.0 }; s.len()];
+        bounds[0] = Speeds { low_rpm: 500.0, high_rpm: 600.0 };
+        bounds[10] = Speeds { low_rpm: 900.0, high_rpm: 950.0 };
+        assert!(solve(&s, &bounds, &limits(31.0)).is_ok());
+        assert_eq!(solve(&s, &bounds, &limits(29.0)).unwrap_err(), SolverEnd::Infeasible);
+    }
+}

@@ -1,0 +1,324 @@
+//! How far the cutting force moves the tool tip along a path.
+//!
+//! At each point the modes, taken as those of an arm at rest there, answer each harmonic of the force:
+//!
+//! ```text
+//! u_k = Σ_r φt_r (φt_rᵀ F_k) / (ω_r² − ω_k² + 2 i ζ_r ω_r ω_k),   ω_k = k Ω
+//! ```
+//!
+//! with φt_r = J φ_r. The amplitude of several harmonics is √(Σ_k |u_k|²), which is √2 times the root mean
+//! square of the vibration. The static deflection is left out, and so is regeneration: this is forced
+//! vibration, no statement on chatter.
+
+use nalgebra::{Complex, Unit, Vector3};
+
+use super::schedule::is_air;
+use super::speeds::{SafeSet, Speeds};
+use crate::excitation::{ForceHarmonic, ForceModel};
+use crate::job::{Job, Operation};
+use crate::path::{Path, SurveyFault, TipModes, tip_modes};
+use crate::risk::Turning;
+use crate::units::{hz_from_rpm, rad_per_s_from_hz};
+
+/// Points of the path that are looked at.
+const POINTS: usize = 200;
+
+/// Harmonics of the force's own period: what is beyond hardly moves an arm.
+const HARMONICS: u32 = 12;
+
+/// Speeds that are tried over the spindle's range, and in each gap at least.
+const TRIED: usize = 400;
+const LEAST_TRIED: usize = 12;
+
+/// Steps of the search about the best of them.
+const STEPS: usize = 40;
+
+/// The feed's direction is read over this share of the path.
+const NEARBY: f64 = 1e-5;
+
+/// A feed whose part across the spindle's axis is less than this is a plunge.
+const PLUNGE: f64 = 1e-6;
+
+/// What the tip does at one speed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TipVibration {
+    /// Spindle speed, rev/min.
+    pub rpm: f64,
+    /// The largest amplitude along the path, m.
+    pub amplitude_m: f64,
+    /// Where, 0..=1.
+    pub s: f64,
+}
+
+/// Why nothing is said on the vibration of the tool tip.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoVibration {
+    /// The operation has no `cutting`.
+    NoCutting,
+    /// The material is not known and the job gives no coefficients.
+    UnknownMaterial,
+    /// The tool has no diameter.
+    NoDiameter,
+    /// Nothing cuts.
+    OnlyAir,
+}
+
+/// What the arm's tip answers along a path.
+#[derive(Debug, Clone)]
+pub(super) struct TipModel {
+    force: ForceModel,
+    /// Orders of the spindle at which there is force.
+    orders: Vec<u32>,
+    teeth: f64,
+    points: Vec<Point>,
+}
+
+/// One point of a path.
+#[derive(Debug, Clone)]
+struct Point {
+    s: f64,
+    modes: Vec<PointMode>,
+}
+
+/// One mode at a point.
+#[derive(Debug, Clone)]
+struct PointMode {
+    omega_rad_per_s: f64,
+    damping_ratio: f64,
+    /// φt_r along the feed, across it and along the spindle.
+    motion: [f64; 3],
+}
+
+/// How fast the tool goes through the work, with the spindle.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Chip {
+    /// The feed per tooth stays this, m.
+    PerTooth(f64),
+    /// The feed stays this, m/s.
+    Feed(f64),
+}
+
+impl TipModel {
+    /// Looks at a path; `Ok(Err)` says why there is nothing to say.
+    ///
+    /// # Errors
+    /// The arm has no modes somewhere.
+    pub(super) fn new(
+        job: &Job,
+        operation: &Operation,
+        path: &Path,
+    ) -> Result<Result<Self, NoVibration>, SurveyFault> {
+        let Some(cutting) = &operation.cutting else { return Ok(Err(NoVibration::NoCutting)) };
+        let Some(force) = ForceModel::new(&job.tool, cutting) else {
+            let known = cutting.coefficients.is_some()
+                || crate::excitation::material(&cutting.material).is_some();
+            return Ok(Err(if known {
+                NoVibration::NoDiameter
+            } else {
+                NoVibration::UnknownMaterial
+            }));
+        };
+        let step = if job.tool.pitch_rad.is_some() { 1 } else { job.tool.teeth };
+        let top = job.tool.teeth.saturating_mul(HARMONICS);
+        let turning = Turning::new(&operation.speed, path);
+        let cuts = |s: &f64| !is_air(operation, path, *s) && !turning.stands_at(*s);
+        let s: Vec<f64> = (0..=POINTS).map(|i| i as f64 / POINTS as f64).filter(cuts).collect();
+        if s.is_empty() {
+            return Ok(Err(NoVibration::OnlyAir));
+        }
+        // The feed's direction is that from a little before to a little behind.
+        let places: Vec<f64> =
+            s.iter().flat_map(|s| [(s - NEARBY).max(0.0), *s, (s + NEARBY).min(1.0)]).collect();
+        let points = tip_modes(path, &places)?.chunks(3).map(point).collect();
+        let orders = (1..=top / step.max(1)).map(|h| h * step).collect();
+        Ok(Ok(Self { force, orders, teeth: f64::from(job.tool.teeth), points }))
+    }
+
+    /// The largest amplitude along the path at a constant speed.
+    pub(super) fn at(&self, rpm: f64, chip: Chip) -> TipVibration {
+        let forces = self.forces(rpm, chip);
+        let mut worst = TipVibration { rpm, amplitude_m: 0.0, s: 0.0 };
+        for point in &self.points {
+            let amplitude_m = amplitude(&point.modes, &forces, rpm);
+            if amplitude_m > worst.amplitude_m {
+                worst = TipVibration { amplitude_m, s: point.s, ..worst };
+            }
+        }
+        worst
+    }
+
+    /// The amplitude at the point of the path nearest to `s`, m.
+    pub(super) fn amplitude_near(&self, s: f64, rpm: f64, chip: Chip) -> f64 {
+        let nearest = self.points.iter().min_by(|a, b| (a.s - s).abs().total_cmp(&(b.s - s).abs()));
+        nearest.map_or(0.0, |point| amplitude(&point.modes, &self.forces(rpm, chip), rpm))
+    }
+
+    /// The best speed of each gap.
+    pub(super) fn quietest(&self, set: &SafeSet, chip: Chip) -> Vec<TipVibration> {
+        let range: f64 = set.safe.iter().map(|gap| gap.high_rpm - gap.low_rpm).sum();
+        set.safe.iter().map(|gap| self.quietest_in(*gap, range, chip)).collect()
+    }
+
+    fn quietest_in(&self, gap: Speeds, range_rpm: f64, chip: Chip) -> TipVibration {
+        let width = gap.high_rpm - gap.low_rpm;
+        let share = if range_rpm > 0.0 { width / range_rpm } else { 1.0 };
+        let tried = ((TRIED as f64 * share).ceil() as usize).max(LEAST_TRIED);
+        let step = width / tried as f64;
+        let speeds = (0..=tried).map(|i| gap.low_rpm + step * i as f64);
+        let least = |a: TipVibration, b: TipVibration| {
+            if b.amplitude_m < a.amplitude_m { b } else { a }
+        };
+        let first = self.at(gap.low_rpm, chip);
+        let mut best = speeds.fold(first, |best, rpm| least(best, self.at(rpm, chip)));
+        // Closer and closer about the best one.
+        let mut reach = step;
+        for _ in 0..STEPS {
+            reach *= 0.7;
+            for rpm in [best.rpm - reach, best.rpm + reach] {
+                if gap.contains(rpm) {
+                    best = least(best, self.at(rpm, chip));
+                }
+            }
+        }
+        best
+    }
+
+    fn forces(&self, rpm: f64, chip: Chip) -> Vec<ForceHarmonic> {
+        let feed_per_tooth_m = match chip {
+            Chip::PerTooth(feed_per_tooth_m) => feed_per_tooth_m,
+            Chip::Feed(feed_m_per_s) => feed_m_per_s / (self.teeth * hz_from_rpm(rpm)),
+        };
+        self.orders.iter().map(|&order| self.force.harmonic(order, feed_per_tooth_m)).collect()
+    }
+}
+
+/// From the modes a little before, at, and a little behind a place.
+fn point(around: &[TipModes]) -> Point {
+    let [behind, at, ahead] = [0, 1, 2].map(|i| &around[i]);
+    // The TCP's z axis points from the spindle into the work.
+    let up = -(at.tcp.rotation * Vector3::z());
+    let step = ahead.tcp.translation.vector - behind.tcp.translation.vector;
+    // Where the tool stands or plunges there is no feed direction: any will do.
+    let x = Unit::try_new(step - up * up.dot(&step), PLUNGE * step.norm())
+        .unwrap_or_else(|| Unit::new_normalize(at.tcp.rotation * Vector3::x()));
+    let y = up.cross(&x);
+    let modes = at.natural_frequencies_hz.iter().zip(&at.damping_ratios).zip(&at.motions);
+    let modes = modes.map(|((&hz, &damping_ratio), motion)| PointMode {
+        omega_rad_per_s: rad_per_s_from_hz(hz),
+        damping_ratio,
+        motion: [x.dot(motion), y.dot(motion), up.dot(motion)],
+    });
+    Point { s: at.s, modes: modes.collect() }
+}
+
+/// √(Σ_k |u_k|²), m.
+fn amplitude(modes: &[PointMode], forces: &[ForceHarmonic], rpm: f64) -> f64 {
+    let turning = rad_per_s_from_hz(hz_from_rpm(rpm));
+    let mut sum = 0.0;
+    for force in forces {
+        let omega = f64::from(force.order) * turning;
+        let mut u = [Complex::from(0.0); 3];
+        for mode in modes {
+            let w = mode.omega_rad_per_s;
+            let dynamic = Complex::new(w * w - omega * omega, 2.0 * mode.damping_ratio * w * omega);
+            let [fx, fy] = force.amplitude_n;
+            let answer = (fx * mode.motion[0] + fy * mode.motion[1]) / dynamic;
+            for (u, motion) in u.iter_mut().zip(mode.motion) {
+                *u += answer * motion;
+            }
+        }
+        sum += u.iter().map(Complex::norm_sqr).sum::<f64>();
+    }
+    sum.sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::job::{Cutting, CuttingDirection, Tool};
+    use std::f64::consts::TAU;
+
+    /// The modal equations under the cutting force itself, integrated by the classic Runge–Kutta method until
+    /// they are steady: √2 times the root mean square about the mean.
+    fn integrated(force: &ForceModel, modes: &[PointMode], rpm: f64, chip_m: f64) -> f64 {
+        let turning = rad_per_s_from_hz(hz_from_rpm(rpm));
+        let per_turn = 4000;
+        let h = TAU / turning / f64::from(per_turn);
+        let slowest =
+            modes.iter().map(|m| m.damping_ratio * m.omega_rad_per_s).fold(f64::INFINITY, f64::min);
+        let settling = (12.0 / slowest / (TAU / turning)).ceil() as u32;
+        let mut state: Vec<[f64; 2]> = vec![[0.0; 2]; modes.len()];
+        let (mut sum, mut square, mut count) = ([0.0; 3], [0.0; 3], 0.0);
+        for turn in 0..settling + 20 {
+            for i in 0..per_turn {
+                let angle = |part: f64| (f64::from(i) + part) / f64::from(per_turn) * TAU;
+                let f = [0.0, 0.5, 1.0].map(|part| force.force_n(angle(part), chip_m));
+                for (mode, y) in modes.iter().zip(&mut state) {
+                    let w = mode.omega_rad_per_s;
+                    let rate = |y: [f64; 2], f: [f64; 2]| {
+                        let push = mode.motion[0] * f[0] + mode.motion[1] * f[1];
+                        [y[1], push - 2.0 * mode.damping_ratio * w * y[1] - w * w * y[0]]
+                    };
+                    let step = |k: [f64; 2], by: f64| [y[0] + by * k[0], y[1] + by * k[1]];
+                    let k1 = rate(*y, f[0]);
+                    let k2 = rate(step(k1, 0.5 * h), f[1]);
+                    let k3 = rate(step(k2, 0.5 * h), f[1]);
+                    let k4 = rate(step(k3, h), f[2]);
+                    for j in 0..2 {
+                        y[j] += h / 6.0 * (k1[j] + 2.0 * k2[j] + 2.0 * k3[j] + k4[j]);
+                    }
+                }
+                if turn >= settling {
+                    count += 1.0;
+                    for axis in 0..3 {
+                        let u: f64 =
+                            modes.iter().zip(&state).map(|(m, y)| m.motion[axis] * y[0]).sum();
+                        sum[axis] += u;
+                        square[axis] += u * u;
+                    }
+                }
+            }
+        }
+        let variance = |axis: usize| square[axis] / count - (sum[axis] / count).powi(2);
+        (2.0 * (0..3).map(variance).sum::<f64>()).sqrt()
+    }
+
+    #[test]
+    fn the_amplitude_agrees_with_time_integration() {
+        let mode = |hz: f64, damping_ratio, motion| PointMode {
+            omega_rad_per_s: rad_per_s_from_hz(hz),
+            damping_ratio,
+            motion,
+        };
+        let modes = [
+            mode(14.0, 0.03, [0.12, -0.05, 0.08]),
+            mode(23.0, 0.05, [-0.07, 0.15, 0.02]),
+            mode(61.0, 0.02, [0.2, 0.1, -0.1]),
+        ];
+        for (teeth, pitch, direction, rpm) in [
+            (2, None, CuttingDirection::Climb, 500.0),
+            (3, None, CuttingDirection::Slot, 433.0),
+            (2, Some(vec![2.9, TAU - 2.9]), CuttingDirection::Conventional, 820.0),
+            (1, None, CuttingDirection::Climb, 1370.0),
+        ] {
+            let even = pitch.is_none();
+            let tool = Tool { name: None, teeth, diameter_m: Some(0.012), pitch_rad: pitch };
+            let cutting = Cutting {
+                radial_depth_m: 0.004,
+                axial_depth_m: 0.002,
+                direction,
+                material: "al-7075".to_owned(),
+                coefficients: None,
+            };
+            let force = ForceModel::new(&tool, &cutting).unwrap();
+            let step = if even { teeth } else { 1 };
+            let harmonics: Vec<ForceHarmonic> =
+                (1..=teeth * HARMONICS / step).map(|h| force.harmonic(h * step, 5e-5)).collect();
+            let found = amplitude(&modes, &harmonics, rpm);
+            let expected = integrated(&force, &modes, rpm, 5e-5);
+            let error = (found / expected - 1.0).abs();
+            println!("{teeth} teeth at {rpm} rpm: {error:.1e} off");
+            assert!(error < 0.01, "{teeth} {rpm}: {found} {expected}");
+        }
+    }
+}

@@ -1,0 +1,263 @@
+//! `detune advise`: a job in, what to run instead out.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+
+use super::check::{located, progress, shows_colour, tell};
+use super::output::Sink;
+use super::{Failure, Outcome};
+use crate::advice::{self, FeedRule, Objective, OperationAdvice, Options, Remedy};
+use crate::input::{self, Fault, OperationEdit, Reading};
+use crate::job::{Job, SpindleSpeed};
+use crate::program::Rewrite;
+use crate::report::{self, AdvisedJob};
+use crate::units::mm_per_min_from_m_per_s;
+
+const AFTER_HELP: &str = "\
+Examples:
+  detune advise jobs/pocket.yaml
+  detune advise jobs/pocket.yaml --objective margin --format json | jq '.operations[].recommended_rpm'
+  detune advise jobs/pocket.yaml --write jobs/pocket-quiet.yaml && detune check jobs/pocket-quiet.yaml
+
+Exit codes: 0 every operation can be run clear of every band, 1 one cannot, 2 a file or the command line is
+wrong, 3 a fault of the program itself. The format of the output never changes the exit code.";
+
+/// Tell at which spindle speeds a job does not shake the arm, and the best of them.
+#[derive(Debug, Args)]
+#[command(after_help = AFTER_HELP)]
+pub(super) struct AdviseArgs {
+    /// Job file.
+    #[arg(value_name = "JOB")]
+    job: PathBuf,
+    /// What to write.
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
+    /// Write to this file, whole or not at all, instead of standard output (`-`).
+    #[arg(long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// What makes one safe speed better than another.
+    #[arg(long, value_enum, default_value_t = By::Nearest)]
+    objective: By,
+    /// What becomes of the feed when the speed changes.
+    #[arg(long, value_enum, default_value_t = Feed::ChipLoad)]
+    feed: Feed,
+    /// Plan a speed that varies along the path even where a constant one is safe.
+    #[arg(long)]
+    schedule: bool,
+    /// Write the job as advised to this file; nothing is written where an operation cannot be run clear.
+    #[arg(long, value_name = "JOB2")]
+    write: Option<PathBuf>,
+    /// Write the program that the job runs with the advised speed and feeds to this file; with --write, the job
+    /// written names it.
+    #[arg(long, value_name = "FILE")]
+    write_program: Option<PathBuf>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Format {
+    /// For people.
+    Text,
+    /// For programs; `detune schema advice` describes it.
+    Json,
+    /// A map of path and spindle speed: bands as areas, programmed and advised speeds as lines.
+    Svg,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum By {
+    /// Nearest to the programmed one.
+    Nearest,
+    /// Farthest from every mode and line.
+    Margin,
+    /// The highest.
+    Highest,
+    /// The one at which the cutting force moves the tool tip least; needs `cutting`.
+    Vibration,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Feed {
+    /// The feed follows the speed: the feed per tooth stays what it was.
+    ChipLoad,
+    /// The feed stays as programmed.
+    Programmed,
+}
+
+/// Advises one job; if some file is wrong, tells all faults and writes nothing.
+pub(super) fn run(args: &AdviseArgs, out: &mut dyn Write) -> Result<Outcome, Failure> {
+    let sink = Sink::open(args.output.as_deref())?;
+    let write = args.write.as_deref().map(|path| Sink::open(Some(path))).transpose()?;
+    let program = args.write_program.as_deref().map(|path| Sink::open(Some(path))).transpose()?;
+    let mut reading = Reading::default();
+    let read = input::read_job(&args.job, &mut reading);
+    tell(&reading.notices);
+    let job = read?;
+    let written = [Some(&sink), write.as_ref(), program.as_ref()];
+    for sink in written.into_iter().flatten() {
+        sink.spare(std::slice::from_ref(&args.job))?;
+        sink.spare(&reading.files)?;
+    }
+    let bar = progress();
+    let poses = |more: usize| bar.inc(u64::try_from(more).unwrap_or(u64::MAX));
+    let found = advice::advise_with_progress(&job, &options(args), &poses);
+    bar.finish_and_clear();
+    let found = found.map_err(|faults| {
+        faults.into_iter().map(|fault| located(fault, &job)).collect::<Vec<_>>()
+    })?;
+    if args.objective == By::Vibration {
+        refuse_unknown_vibration(&job, &found.operations)?;
+    }
+    let advised = AdvisedJob::new(&job, found);
+    let text = match args.format {
+        Format::Text => {
+            report::advice::text::advice(&advised, sink.is_standard() && shows_colour())
+        }
+        Format::Json => report::advice::json::advice(&advised)
+            .map_err(|error| Failure::Internal(error.to_string()))?,
+        Format::Svg => report::advice::svg::advice(&advised),
+    };
+    let new_program = match (program, args.write_program.as_deref()) {
+        (Some(sink), Some(path)) => write_program(&job, &advised, &sink, path, out)?,
+        _ => None,
+    };
+    if let (Some(sink), Some(path)) = (write, args.write.as_deref()) {
+        write_job(&job, &advised, &sink, path, new_program, out)?;
+    }
+    sink.write(&text, out)?;
+    Ok(if advised.advice.is_clear() { Outcome::Pass } else { Outcome::Fail })
+}
+
+fn options(args: &AdviseArgs) -> Options {
+    Options {
+        objective: match args.objective {
+            By::Nearest => Objective::Nearest,
+            By::Margin => Objective::Margin,
+            By::Highest => Objective::Highest,
+            By::Vibration => Objective::Vibration,
+        },
+        feed: match args.feed {
+            Feed::ChipLoad => FeedRule::ChipLoad,
+            Feed::Programmed => FeedRule::Programmed,
+        },
+        schedule: args.schedule,
+    }
+}
+
+/// Writes the job as advised, unless a check would not pass it.
+fn write_job(
+    job: &Job,
+    advised: &AdvisedJob,
+    sink: &Sink,
+    path: &Path,
+    new_program: Option<&Path>,
+    out: &mut dyn Write,
+) -> Result<(), Failure> {
+    let unclear = advised.advice.operations.iter().find(|o| !o.remedy.is_clear());
+    if let Some(operation) = unclear {
+        let what = format!(
+            "is not written: operation '{}' cannot be run clear of every band",
+            operation.name
+        );
+        tell(&[Fault { file: Some(path.to_owned()), line: None, what }]);
+        return Ok(());
+    }
+    let operations = job.operations.iter().zip(&advised.advice.operations);
+    let edits: Vec<OperationEdit> = operations
+        .map(|(operation, advice)| OperationEdit {
+            program: new_program.filter(|_| operation.program.is_some()).map(Path::to_owned),
+            ..edit(advice)
+        })
+        .collect();
+    let text = input::rewritten_job(&job.file, path, &edits).map_err(|fault| vec![fault])?;
+    sink.write(&text, out)?;
+    Ok(())
+}
+
+fn edit(operation: &OperationAdvice) -> OperationEdit {
+    let (speed, feed_m_per_s) = match &operation.remedy {
+        Remedy::Constant(constant) if !constant.is_programmed => {
+            (Some(SpindleSpeed::Constant(constant.rpm)), constant.feed_m_per_s)
+        }
+        Remedy::Scheduled(schedule) => {
+            (Some(SpindleSpeed::Schedule(schedule.points.clone())), schedule.feed_m_per_s)
+        }
+        Remedy::Constant(_) | Remedy::Infeasible => (None, operation.programmed_feed_m_per_s),
+    };
+    let has_other_feed = feed_m_per_s != operation.programmed_feed_m_per_s;
+    OperationEdit {
+        speed,
+        feed_mm_per_min: has_other_feed.then(|| written_feed(feed_m_per_s)),
+        program: None,
+    }
+}
+
+/// Vibration cannot be made least where it is not known.
+fn refuse_unknown_vibration(job: &Job, advice: &[OperationAdvice]) -> Result<(), Vec<Fault>> {
+    let faults: Vec<Fault> = job
+        .operations
+        .iter()
+        .zip(advice)
+        .filter_map(|(operation, advice)| {
+            let why = advice.vibration.as_ref().err()?;
+            let why = report::advice::no_vibration(*why);
+            let what = format!("operation '{}': --objective vibration: {why}", operation.name);
+            Some(Fault { file: Some(job.file.clone()), line: Some(operation.line), what })
+        })
+        .collect();
+    if faults.is_empty() { Ok(()) } else { Err(faults) }
+}
+
+/// Writes the one program of the job with the one constant speed that its operations are to run at, and
+/// gives its place; tells why where that is not possible.
+fn write_program<'p>(
+    job: &Job,
+    advised: &AdvisedJob,
+    sink: &Sink,
+    path: &'p Path,
+    out: &mut dyn Write,
+) -> Result<Option<&'p Path>, Failure> {
+    let refused = |what: String| Fault { file: Some(path.to_owned()), line: None, what };
+    let mut wanted: Option<(&Path, Rewrite)> = None;
+    for (operation, advice) in job.operations.iter().zip(&advised.advice.operations) {
+        let Some(program) = &operation.program else { continue };
+        let name = &operation.name;
+        let Remedy::Constant(constant) = &advice.remedy else {
+            let what = format!("is not written: operation '{name}' has no safe constant speed");
+            tell(&[refused(what)]);
+            return Ok(None);
+        };
+        let feed_ratio = constant.feed_m_per_s / advice.programmed_feed_m_per_s;
+        let this = (program.as_path(), Rewrite { rpm: constant.rpm, feed_ratio });
+        if wanted.is_some_and(|before| before != this) {
+            let what = "is not written: the operations run several programs, or one at several speeds; split \
+                        the job";
+            tell(&[refused(what.to_owned())]);
+            return Ok(None);
+        }
+        wanted = Some(this);
+    }
+    let Some((program, to)) = wanted else {
+        tell(&[refused("is not written: the job runs no program".to_owned())]);
+        return Ok(None);
+    };
+    let file = job.file.parent().unwrap_or(Path::new("")).join(program);
+    match input::rewritten_program(&file, &to).map_err(|fault| vec![fault])? {
+        Ok(rewritten) => {
+            sink.write_bytes(&rewritten.bytes, out)?;
+            Ok(Some(path))
+        }
+        Err(why) => {
+            tell(&[why]);
+            Ok(None)
+        }
+    }
+}
+
+/// mm/min with three decimals, or all digits where that would leave nothing.
+fn written_feed(feed_m_per_s: f64) -> f64 {
+    let feed = mm_per_min_from_m_per_s(feed_m_per_s);
+    let rounded = (feed * 1e3).round() / 1e3;
+    if rounded > 0.0 { rounded } else { feed }
+}

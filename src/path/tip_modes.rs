@@ -1,0 +1,70 @@
+//! How each mode moves the tool tip at places of a path, by the batch kernel.
+
+use nalgebra::{Isometry3, Matrix6xX, Vector3};
+
+use super::lookout::located;
+use super::plan::Path;
+use super::surveyor::{SurveyCause, SurveyFault};
+use crate::model::{Placement, elastic_jacobian, forward_kinematics};
+use crate::modes::batch::{Kernel, ModesOut};
+
+/// The modes of the arm at one place of a path.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TipModes {
+    /// Where, 0..=1.
+    pub s: f64,
+    /// Pose of the tool centre point in the base frame.
+    pub tcp: Isometry3<f64>,
+    /// f_r, Hz, ascending.
+    pub natural_frequencies_hz: Vec<f64>,
+    /// ζ_r.
+    pub damping_ratios: Vec<f64>,
+    /// J φ_r, the translational part: how each mode moves the tool centre point, in the base frame, for a unit
+    /// of its modal coordinate, m/(√kg m) where all is in SI.
+    pub motions: Vec<Vector3<f64>>,
+}
+
+/// The modes at each of `s` (0..=1).
+///
+/// # Errors
+/// The first place at which the arm has no modes.
+pub fn tip_modes(path: &Path, s: &[f64]) -> Result<Vec<TipModes>, SurveyFault> {
+    let robot = path.robot();
+    let (n, joints) = (robot.coordinates().len(), robot.joints().len());
+    let mut walker = path.walker();
+    let mut poses = vec![0.0; s.len() * joints];
+    let mut tcps = Vec::with_capacity(s.len());
+    for (&s, q) in s.iter().zip(poses.chunks_mut(joints)) {
+        let tcp = walker.at(s, q);
+        tcps.push(tcp.map_err(|fault| SurveyFault { s, cause: SurveyCause::Kinematics(fault) })?);
+    }
+    let mut frequencies_hz = vec![0.0; s.len() * n];
+    let mut shapes = vec![0.0; s.len() * n * n];
+    let mut damping_ratios = vec![0.0; s.len() * n];
+    let out = ModesOut {
+        natural_frequencies_hz: &mut frequencies_hz,
+        shapes: &mut shapes,
+        damping_ratios: &mut damping_ratios,
+    };
+    Kernel::new(robot).par_modes(&poses, out).map_err(|fault| {
+        let (i, fault) = located(fault, 0);
+        SurveyFault { s: s[i], cause: SurveyCause::Pose(fault) }
+    })?;
+    let mut placement = Placement::new(robot);
+    let mut jacobian = Matrix6xX::zeros(n);
+    let places = s.iter().zip(tcps).enumerate().map(|(i, (&s, tcp))| {
+        placement.place(robot, &poses[i * joints..][..joints]);
+        let at = tcp.translation.vector.into();
+        elastic_jacobian(robot, &placement, &at, &mut jacobian);
+        let column = |k: usize| jacobian.fixed_view::<3, 1>(0, k).into_owned();
+        let moved = |shape: &[f64]| (0..n).map(|k| column(k) * shape[k]).sum();
+        TipModes {
+            s,
+            tcp: forward_kinematics(robot, &placement) * tcp,
+            natural_frequencies_hz: frequencies_hz[i * n..][..n].to_vec(),
+            damping_ratios: damping_ratios[i * n..][..n].to_vec(),
+            motions: shapes[i * n * n..][..n * n].chunks(n).map(moved).collect(),
+        }
+    });
+    Ok(places.collect())
+}

@@ -1,0 +1,181 @@
+//! What a planner reads: the speed to run at, why, and what is closed by what.
+
+use super::{AdvisedJob, words};
+use crate::advice::{Closure, NoVibration, OperationAdvice, Remedy, Schedule};
+use crate::report::style;
+use crate::report::words::{percent, round_percent, trimmed};
+use crate::units::mm_per_min_from_m_per_s;
+
+/// Width of the names before each fact, characters.
+const NAME_WIDTH: usize = 8;
+
+/// At most so many safe and closed stretches of speeds are told each.
+const MOST_STRETCHES: usize = 12;
+
+/// At most so many pairs of mode and line are named for one closed stretch.
+const MOST_BLOCKS: usize = 4;
+
+/// What `detune advise` found, as text; with colours for a terminal if `colour`.
+pub fn advice(job: &AdvisedJob, colour: bool) -> String {
+    let mut text =
+        format!("{}  {}\n", job.file.display(), style::paint(style::STRONG, &job.name, colour));
+    for operation in &job.advice.operations {
+        text.push('\n');
+        push_operation(job, operation, colour, &mut text);
+    }
+    text.push('\n');
+    push_fact(2, "model", &model(job), &mut text);
+    push_fact(2, "next", next(job), &mut text);
+    text
+}
+
+fn next(job: &AdvisedJob) -> &'static str {
+    let operations = &job.advice.operations;
+    let is_kept = |operation: &OperationAdvice| matches!(&operation.remedy, Remedy::Constant(constant) if constant.is_programmed);
+    if !job.advice.is_clear() {
+        "pull one of the levers, then ask again; the job may offer more: tools_on_hand, work_object_shift, and \
+         free_axis_deg in an operation"
+    } else if operations.iter().all(is_kept) {
+        "run the job as it is; this is no promise against chatter"
+    } else {
+        "write the job as advised with --write JOB2.yaml and check it; this is no promise against chatter"
+    }
+}
+
+fn push_operation(job: &AdvisedJob, operation: &OperationAdvice, colour: bool, text: &mut String) {
+    let (word, tone) = match &operation.remedy {
+        Remedy::Constant(constant) if constant.is_programmed => ("KEEP", style::CLEAR),
+        Remedy::Constant(_) => ("CHANGE", style::UNCERTAIN),
+        Remedy::Scheduled(plan) if plan.exposures.is_empty() => ("SCHEDULE", style::UNCERTAIN),
+        Remedy::Scheduled(_) => ("CROSSES", style::RESONANCE),
+        Remedy::Infeasible => ("NO SAFE SPEED", style::RESONANCE),
+    };
+    let name = style::paint(style::STRONG, &operation.name, colour);
+    let head = match &operation.remedy {
+        Remedy::Constant(constant) => format!(
+            "{}, feed {} mm/min",
+            words::rpm(constant.rpm),
+            trimmed(mm_per_min_from_m_per_s(constant.feed_m_per_s), 1)
+        ),
+        Remedy::Scheduled(plan) => format!(
+            "{}–{}, feed {} mm/min",
+            trimmed(plan.range_rpm().low_rpm, 1),
+            words::rpm(plan.range_rpm().high_rpm),
+            trimmed(mm_per_min_from_m_per_s(plan.feed_m_per_s), 1)
+        ),
+        Remedy::Infeasible => format!("programmed {}", words::rpm(operation.programmed_rpm)),
+    };
+    text.push_str(&format!("  {name}  {}  {head}\n", style::paint(tone, word, colour)));
+    for (name, fact) in words::reasons(job, operation) {
+        push_fact(4, name, &fact, text);
+    }
+    let separation = match &operation.remedy {
+        Remedy::Constant(constant) => Some(constant.separation),
+        Remedy::Scheduled(plan) => Some(plan.separation),
+        Remedy::Infeasible => None,
+    };
+    if let Some(separation) = separation {
+        let margin = match separation {
+            Some(separation) => format!("{} % from the nearest mode and line", percent(separation)),
+            None => "no excitation line and no mode that count".to_owned(),
+        };
+        push_fact(4, "margin", &margin, text);
+    }
+    match &operation.remedy {
+        Remedy::Scheduled(plan) => push_schedule(operation, plan, text),
+        Remedy::Constant(constant) if operation.runs_program && !constant.is_programmed => {
+            let ratio = constant.feed_m_per_s / operation.programmed_feed_m_per_s;
+            let feed = format!(
+                "the program's own feeds at {} % keep the chip load (--write-program, or the override)",
+                percent(ratio)
+            );
+            push_fact(4, "feed", &feed, text);
+        }
+        Remedy::Constant(_) | Remedy::Infeasible => {}
+    }
+    for lever in &operation.levers {
+        push_fact(4, "lever", &words::lever(lever), text);
+    }
+    match &operation.vibration {
+        Ok(vibration) => {
+            let mut tips = vec![words::tip(&vibration.programmed)];
+            tips.extend(vibration.recommended.iter().map(words::tip));
+            tips.dedup();
+            push_fact(4, "tool tip", &format!("vibrates by {}", tips.join(", ")), text);
+        }
+        Err(NoVibration::NoCutting) => {}
+        Err(why) => {
+            push_fact(4, "tool tip", &format!("not known: {}", words::no_vibration(*why)), text)
+        }
+    }
+    push_stretches(operation, text);
+}
+
+fn push_schedule(operation: &OperationAdvice, plan: &Schedule, text: &mut String) {
+    for exposure in &plan.exposures {
+        push_fact(4, "crosses", &words::exposure(exposure), text);
+    }
+    let (low, high) = plan.chip_load_ratios(operation);
+    let feed = format!(
+        "{}; chip load {}–{} % of the programmed",
+        words::coupling(plan),
+        round_percent(low),
+        round_percent(high)
+    );
+    push_fact(4, "feed", &feed, text);
+    let origin = if plan.is_acceleration_assumed {
+        " (assumed: spindle.max_acceleration_rpm_per_s is not given)"
+    } else {
+        ""
+    };
+    let spindle = format!("within {} rpm/s{origin}", trimmed(plan.acceleration_rpm_per_s, 1));
+    push_fact(4, "spindle", &spindle, text);
+}
+
+fn push_stretches(operation: &OperationAdvice, text: &mut String) {
+    let ends = |low: f64, high: f64| format!("{}–{} rpm", trimmed(low, 1), trimmed(high, 1));
+    let mut safe: Vec<String> = operation
+        .set
+        .safe
+        .iter()
+        .take(MOST_STRETCHES)
+        .map(|gap| ends(gap.low_rpm, gap.high_rpm))
+        .collect();
+    if operation.set.safe.len() > MOST_STRETCHES {
+        safe.push(format!("and {} more", operation.set.safe.len() - MOST_STRETCHES));
+    }
+    let safe = if safe.is_empty() { "none".to_owned() } else { safe.join(", ") };
+    push_fact(4, "safe", &safe, text);
+    for closure in operation.set.closed.iter().take(MOST_STRETCHES) {
+        let Closure { speeds, blocks } = closure;
+        let mut names: Vec<String> = Vec::new();
+        for block in blocks {
+            let name = words::block(block);
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        let more = names.len().saturating_sub(MOST_BLOCKS);
+        names.truncate(MOST_BLOCKS);
+        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+        let by = format!("{} by {}{more}", ends(speeds.low_rpm, speeds.high_rpm), names.join(", "));
+        push_fact(4, "closed", &by, text);
+    }
+    if operation.set.closed.len() > MOST_STRETCHES {
+        let more = operation.set.closed.len() - MOST_STRETCHES;
+        push_fact(4, "closed", &format!("and {more} more stretches"), text);
+    }
+}
+
+fn push_fact(indent: usize, name: &str, fact: &str, text: &mut String) {
+    text.push_str(&format!("{:indent$}{name:NAME_WIDTH$} {fact}\n", ""));
+}
+
+fn model(job: &AdvisedJob) -> String {
+    let advice = &job.advice;
+    let trust = round_percent(advice.model_uncertainty);
+    let bands = round_percent(advice.separation + advice.model_uncertainty);
+    let origin =
+        if advice.calibrated { "calibrated" } else { "never compared with measured frequencies" };
+    format!("{origin}; taken to be right within ±{trust} %, so bands are ±{bands} % wide")
+}

@@ -1,0 +1,275 @@
+//! What text and JSON say in common: why this speed, and why none.
+
+use super::AdvisedJob;
+use crate::advice::{
+    Block, Change, Closure, Constant, Coupling, Exposure, Lever, NoSchedule, NoVibration,
+    Objective, OperationAdvice, Remedy, Schedule, SolverEnd, Speeds, TipVibration,
+};
+use crate::report::words::{certainty, line, percent, range, round_percent, trimmed, um_per_n};
+use crate::units::{deg_from_rad, mm_from_m, percent_from_ratio, um_from_m};
+
+/// `1312.4 rpm`, with one decimal at most.
+pub(super) fn rpm(rpm: f64) -> String {
+    format!("{} rpm", trimmed(rpm, 2))
+}
+
+/// `mode 2 with tooth passing × 1`.
+pub(super) fn block(block: &Block) -> String {
+    format!("mode {} with {}", block.mode, line(&block.line))
+}
+
+/// The closure around a speed, if it is not safe.
+pub(super) fn closure_at(operation: &OperationAdvice, rpm: f64) -> Option<&Closure> {
+    let contains = |closure: &&Closure| {
+        closure.blocks.iter().any(|b| b.speeds.low_rpm < rpm && rpm < b.speeds.high_rpm)
+    };
+    operation.set.closed.iter().find(contains)
+}
+
+/// Those blocks of a closure in which a speed lies, named each once.
+pub(super) fn closers(closure: &Closure, rpm: f64) -> String {
+    let mut names: Vec<String> = closure
+        .blocks
+        .iter()
+        .filter(|b| b.speeds.low_rpm < rpm && rpm < b.speeds.high_rpm)
+        .map(block)
+        .collect();
+    names.dedup();
+    names.join(", ")
+}
+
+/// Why this advice, in one sentence.
+pub(super) fn reason(job: &AdvisedJob, operation: &OperationAdvice) -> String {
+    let parts: Vec<String> = reasons(job, operation).into_iter().map(|(_, part)| part).collect();
+    let all = parts.join("; ");
+    let Remedy::Infeasible = operation.remedy else { return all };
+    let levers = match operation.levers.first() {
+        Some(best) if best.rpm.is_some() => format!("what would open a gap: {}", lever(best)),
+        _ => "no lever that the job allows opens a gap".to_owned(),
+    };
+    format!("operation '{}': {all}; {levers}", operation.name)
+}
+
+/// Why this advice, fact by fact, each with the name under which a column shows it.
+pub(super) fn reasons(
+    job: &AdvisedJob,
+    operation: &OperationAdvice,
+) -> Vec<(&'static str, String)> {
+    let mut facts = Vec::new();
+    match &operation.remedy {
+        Remedy::Constant(constant) => {
+            facts.push(("why", constant_reason(job, operation, constant)));
+        }
+        Remedy::Scheduled(schedule) => facts.push(("why", scheduled_reason(schedule))),
+        Remedy::Infeasible => {}
+    }
+    if let (Remedy::Scheduled(_), Some(constant)) = (&operation.remedy, operation.constant) {
+        facts.push(("constant", format!("{} is safe throughout, too", rpm(constant.rpm))));
+    }
+    if operation.constant.is_none() {
+        let is_all = matches!(operation.remedy, Remedy::Infeasible);
+        facts.push((if is_all { "why" } else { "constant" }, no_constant(job)));
+        facts.push(("binding", binding(operation)));
+    }
+    facts.extend(operation.no_schedule.map(|why| ("varying", no_schedule(why).to_owned())));
+    facts
+}
+
+/// Why there is no schedule.
+pub(super) fn no_schedule(why: NoSchedule) -> &'static str {
+    match why {
+        NoSchedule::NoTime => "the path takes no time in which a speed could vary",
+        NoSchedule::NoWay => {
+            "nor does a speed that varies along the path, within the spindle's range and acceleration"
+        }
+        NoSchedule::Solver(SolverEnd::Infeasible) => {
+            "the solver holds every speed that varies between the bands for impossible"
+        }
+        NoSchedule::Solver(SolverEnd::OutOfSteps) => {
+            "the solver ran out of steps before it found a speed that varies along the path"
+        }
+        NoSchedule::Solver(SolverEnd::Stuck) => {
+            "the solver made no progress towards a speed that varies along the path"
+        }
+        NoSchedule::Solver(SolverEnd::Solved | SolverEnd::AlmostSolved | SolverEnd::Unexpected) => {
+            "the solver ended in a way that this problem should not have"
+        }
+        NoSchedule::Contact => {
+            "speeds that vary along the path were found, but a check met bands with all of them"
+        }
+    }
+}
+
+fn constant_reason(job: &AdvisedJob, operation: &OperationAdvice, constant: &Constant) -> String {
+    if constant.is_programmed {
+        return format!("the programmed {} is safe along the whole path", rpm(constant.rpm));
+    }
+    let programmed = match operation.is_schedule_programmed {
+        true => format!("mean of the programmed schedule, {}", rpm(operation.programmed_rpm)),
+        false => format!("programmed {}", rpm(operation.programmed_rpm)),
+    };
+    let best = match job.advice.options.objective {
+        Objective::Nearest => format!("the safe speed nearest to the {programmed}"),
+        Objective::Margin => "the speed with the largest margin".to_owned(),
+        Objective::Highest => "the highest safe speed".to_owned(),
+        Objective::Vibration => "the safe speed at which the tool tip vibrates least".to_owned(),
+    };
+    match closure_at(operation, operation.programmed_rpm) {
+        Some(closure) => {
+            format!("{best}, which is closed by {}", closers(closure, operation.programmed_rpm))
+        }
+        None if operation.is_schedule_programmed => best,
+        None => format!("{best}, which is safe, too"),
+    }
+}
+
+fn scheduled_reason(plan: &Schedule) -> String {
+    let Speeds { low_rpm, high_rpm } = plan.range_rpm();
+    let range = format!("{} to {}", trimmed(low_rpm, 1), rpm(high_rpm));
+    if plan.exposures.is_empty() {
+        return format!("a speed that varies along the path, {range}, stays clear of every band");
+    }
+    let seconds: f64 = plan.exposures.iter().map(|exposure| exposure.seconds).sum();
+    format!(
+        "a speed that varies along the path, {range}, crosses {} because it must, {} s in all",
+        if plan.exposures.len() == 1 { "a band" } else { "bands" },
+        trimmed(seconds, 2)
+    )
+}
+
+/// `at 12.0–14.1 % mode 2 with tooth passing × 1: 0.4 s, 29 tooth impacts, in the air, 4.2 µm/N at the tool tip`.
+pub(super) fn exposure(exposure: &Exposure) -> String {
+    let crossing = &exposure.crossing;
+    let ends = range(percent_from_ratio(crossing.from_s), percent_from_ratio(crossing.to_s));
+    let where_run = if exposure.is_in_air { "in the air" } else { "in the cut" };
+    let amplitude = match exposure.tip_amplitude_m {
+        Some(m) if !exposure.is_in_air => {
+            format!(", {} µm if it stayed", significant(um_from_m(m)))
+        }
+        _ => String::new(),
+    };
+    format!(
+        "at {ends} % mode {} with {} ({}): {} s, {} tooth impacts, {where_run}, {} µm/N at the tool tip{amplitude}",
+        crossing.mode,
+        line(&crossing.line),
+        certainty(crossing.certainty),
+        trimmed(exposure.seconds, 2),
+        trimmed(exposure.tooth_impacts, 0),
+        um_per_n(crossing.tip_response_m_per_n),
+    )
+}
+
+/// What a lever changes: `a tool with 3 teeth (8 mm 3-flute)`.
+pub(super) fn change(change: &Change) -> String {
+    match change {
+        Change::Tool { name, teeth } => {
+            let name = name.as_ref().map_or(String::new(), |name| format!(" ({name})"));
+            let teeth = if *teeth == 1 { "1 tooth".to_owned() } else { format!("{teeth} teeth") };
+            format!("a tool with {teeth}{name}")
+        }
+        Change::TurnTool { angle_rad } => {
+            format!("turn the tool about its axis by {:.1}°", deg_from_rad(*angle_rad))
+        }
+        Change::MoveWorkObject { shift_m } => {
+            let [x, y, z] = shift_m.map(|m| trimmed(mm_from_m(m), 1));
+            format!("move the work object by [{x}, {y}, {z}] mm")
+        }
+        Change::Spindle { rpm: at } => format!("a spindle that can run at {}", rpm(*at)),
+        Change::Separation { separation } => {
+            format!("a separation of {} %", round_percent(*separation))
+        }
+        Change::Uncertainty { model_uncertainty } => format!(
+            "a model that is right within {} % (compare it with measured frequencies)",
+            round_percent(*model_uncertainty)
+        ),
+    }
+}
+
+/// A lever in one phrase, with what it reaches.
+pub(super) fn lever(lever: &Lever) -> String {
+    let margin = match lever.margin {
+        Some(margin) if margin > 0.0 => format!("keeps up to {} %", percent(margin)),
+        Some(_) => "keeps no distance at any speed".to_owned(),
+        None => "meets nothing that counts at some speed".to_owned(),
+    };
+    let opens = match lever.rpm {
+        Some(_) if matches!(lever.change, Change::Spindle { .. }) => "is safe".to_owned(),
+        Some(at) => format!("opens {}", rpm(at)),
+        None => "opens no gap".to_owned(),
+    };
+    format!("{}: {opens}, {margin}", change(&lever.change))
+}
+
+/// Why nothing is said on vibration.
+pub(super) fn no_vibration(why: NoVibration) -> &'static str {
+    match why {
+        NoVibration::NoCutting => "the operation has no 'cutting'",
+        NoVibration::UnknownMaterial => {
+            "cutting.material is not among al-6061, al-6082 and al-7075, and cutting.coefficients is not given"
+        }
+        NoVibration::NoDiameter => "tool.diameter_mm is not given",
+        NoVibration::OnlyAir => "all moves run in the air, at more than twice the operation's feed",
+    }
+}
+
+/// `12.3 µm at 1100 rpm`.
+pub(super) fn tip(tip: &TipVibration) -> String {
+    format!("{} µm at {}", significant(um_from_m(tip.amplitude_m)), rpm(tip.rpm))
+}
+
+/// Three significant digits.
+fn significant(value: f64) -> String {
+    let decimals = match value.abs() {
+        size if size >= 99.95 => 0,
+        size if size >= 9.995 => 1,
+        size if size >= 0.9995 => 2,
+        _ => 3,
+    };
+    format!("{value:.decimals$}")
+}
+
+/// What became of the feed under a schedule.
+pub(super) fn coupling(plan: &Schedule) -> String {
+    match plan.coupling {
+        Coupling::MeanChipLoad { rounds: 1 } => "keeps the mean chip load; solved once".to_owned(),
+        Coupling::MeanChipLoad { rounds } => {
+            format!("keeps the mean chip load; solved {rounds} times until the duration settled")
+        }
+        Coupling::Asked => "as programmed, as asked".to_owned(),
+        Coupling::OwnFeeds => "as programmed: the program has feeds of its own".to_owned(),
+        Coupling::StandsStill => {
+            "as programmed: turns on the spot take their time whatever the feed".to_owned()
+        }
+        Coupling::NotSettled => {
+            "as programmed: with the mean chip load kept, the duration did not settle".to_owned()
+        }
+    }
+}
+
+fn no_constant(job: &AdvisedJob) -> String {
+    let advice = &job.advice;
+    format!(
+        "no constant spindle speed in {}..{} rpm stays {} % (separation {} %, model uncertainty {} %) away from \
+         every mode along the whole path",
+        trimmed(job.spindle.min_rpm, 2),
+        trimmed(job.spindle.max_rpm, 2),
+        round_percent(advice.separation + advice.model_uncertainty),
+        round_percent(advice.separation),
+        round_percent(advice.model_uncertainty),
+    )
+}
+
+/// What stands in the way of a constant speed.
+fn binding(operation: &OperationAdvice) -> String {
+    let Some(bind) = &operation.bind else {
+        return "the gaps that are left are too narrow to set a speed in them".to_owned();
+    };
+    let below = bind.below.as_ref().map_or("the spindle's lowest speed".to_owned(), block);
+    let above = bind.above.as_ref().map_or("the spindle's highest speed".to_owned(), block);
+    let closest = if bind.separation > 0.0 {
+        format!("closest: {}, {} %", rpm(bind.rpm), percent(bind.separation))
+    } else {
+        format!("no speed keeps any distance; {} comes nearest to it", rpm(bind.rpm))
+    };
+    format!("{below} closes in from below and {above} from above ({closest})")
+}
