@@ -114,7 +114,10 @@ pub(super) fn corrections(data: &Data, fit: &Fit<'_>) -> Vec<Correction> {
             .parameters
             .iter()
             .zip(certainties.by_ref())
-            .map(|(parameter, certainty)| certainty.is_told || parameter.nominal != Some(0.0))
+            .map(|(parameter, certainty)| {
+                let expects_none = parameter.expected.is_some_and(|[mean, _]| mean == 0.0);
+                certainty.is_told || !expects_none
+            })
             .collect();
         let mut told = told.into_iter();
         correction.parameters.retain(|_| told.next().unwrap_or(true));

@@ -1,4 +1,6 @@
-//! Mass that the model does not know: a point on a link, at its frame's origin or near it.
+//! Mass that the model does not know: a point on a link, at its frame's origin, near it or along the link.
+
+use nalgebra::Vector3;
 
 use super::{Arm, Candidate, Cause, Parameter, Scale, Words};
 
@@ -30,15 +32,23 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
             starts: [0.01, 0.03, 0.08, 0.2, 0.5, 1.0].iter().map(|s| s * total).collect(),
             expected: None,
         };
-        let at = |name: &'static str| Parameter {
+        // A tool hangs near the tip's frame, a feeder anywhere along the link.
+        let (middle_m, spread_m) = if holds_tip {
+            (Vector3::zeros(), 0.15)
+        } else {
+            (0.5 * body.reach_m, 0.15_f64.max(0.3 * body.reach_m.norm()))
+        };
+        let at = |name: &'static str, middle_m: f64| Parameter {
             name,
             scale: Scale::Linear(0.1),
             nominal: Some(0.0),
-            bounds: [-0.6, 0.6],
-            starts: vec![0.0, 0.12, -0.12],
-            expected: Some([0.0, 0.15]),
+            bounds: [middle_m - 4.0 * spread_m, middle_m + 4.0 * spread_m],
+            starts: vec![middle_m, middle_m + 0.8 * spread_m, middle_m - 0.8 * spread_m],
+            expected: Some([middle_m, spread_m]),
         };
-        let forms = [vec![mass.clone()], vec![mass, at("com_x_m"), at("com_y_m"), at("com_z_m")]];
+        let names = ["com_x_m", "com_y_m", "com_z_m"];
+        let com = names.iter().zip(middle_m.iter()).map(|(name, middle)| at(name, *middle));
+        let forms = [vec![mass.clone()], std::iter::once(mass).chain(com).collect()];
         for parameters in forms {
             let mut candidate = Candidate::new(Cause::Payload, &place, parameters);
             candidate.also = also.clone();
