@@ -163,7 +163,6 @@ fn bad_tables_are_told_and_nothing_is_found() {
             "beta2_rad,f1_hz\n0,20\n1,21\n2,22\n3,23\n",
             "too little data for a diagnosis: 4 frequencies at 4 poses",
         ),
-        ("beta2_rad,f1_hz\n9,20\n", "t.csv:2: joint 'joint_2' is 515.662°, must lie in"),
         ("beta2_rad,f1_hz\n1,\n", "t.csv: has no frequency in any row"),
         ("beta2_rad,f1_hz\n1,nan\n", "f1_hz is 'nan', must be a finite number"),
         ("beta2_rad,f1_hz\n1,20,3\n", "t.csv:2: has 3 cells, must have 2"),
@@ -177,6 +176,25 @@ fn bad_tables_are_told_and_nothing_is_found() {
         assert!(text(&output.stderr).contains(told), "{}", text(&output.stderr));
         assert!(output.stdout.is_empty());
     }
+}
+
+/// A pose that the robot cannot take is a slip of the table.
+#[test]
+fn poses_beyond_limits_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let table = folder.path().join("t.csv");
+    std::fs::write(
+        &table,
+        "joint_1_deg,joint_2_deg,joint_3_deg,joint_4_deg,joint_5_deg,joint_6_deg,f1_hz\n0,200,0,0,0,0,20\n",
+    )
+    .unwrap();
+    let output = detune(&["diagnose", "robots/irb1600", table.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(2));
+    let told = text(&output.stderr);
+    assert!(
+        told.contains("t.csv:2: joint 'joint_2' is 200.000 deg, must lie in -90.000"),
+        "{told}"
+    );
 }
 
 /// A page holds its plots and nothing from elsewhere; the text says what to do next.

@@ -46,6 +46,8 @@ fn hidden_effects_are_what_they_claim_to_be() {
             let poses: Vec<Vec<f64>> = case.rows.iter().map(|row| row.joints_rad.clone()).collect();
             let mapped = map(folder.path(), &case.nominal, &poses);
             for (row, mapped) in case.rows.iter().zip(&mapped) {
+                // Nothing hangs at the tool of the file.
+                let row = &Row { payload_kg: 0.0, ..row.clone() };
                 for (own, theirs) in case.world.frequencies_hz(row, case.modes).iter().zip(mapped) {
                     let off = (own / theirs - 1.0).abs();
                     assert!(off < 1e-9, "{}: {own} Hz, {theirs} Hz in detune", case.name());

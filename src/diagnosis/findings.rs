@@ -96,7 +96,7 @@ pub(super) fn widened<'c>(
                 let own = |name: &str| candidate.parameters.iter().position(|p| p.name == name);
                 let start = |p: &Parameter| match own(p.name) {
                     Some(at) => candidate.parameters[at].value(inner[at]),
-                    None => p.expected.map_or(0.0, |[mean, _]| mean),
+                    None => p.starts.first().copied().unwrap_or(0.0),
                 };
                 (wider, wider.parameters.iter().map(|p| p.inner(start(p))).collect())
             }

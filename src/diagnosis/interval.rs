@@ -49,7 +49,7 @@ pub(super) fn covariance(data: &Data, fit: &Fit<'_>) -> Option<DMatrix<f64>> {
 pub(super) struct Certainty {
     /// Half the 95 % interval, as the fit measures the parameter; `None` if the data do not hold it.
     pub(super) half: Option<f64>,
-    /// Whether the data say more than what was expected.
+    /// Whether the data say anything: more than what was expected, or other than that.
     pub(super) is_told: bool,
 }
 
@@ -60,16 +60,20 @@ pub(super) fn certainties(data: &Data, fit: &Fit<'_>) -> Vec<Certainty> {
     let covariance = covariance(data, fit);
     let left = (data.points.len() as f64 - fit.freedom - 1.0).max(1.0);
     let quantile = StudentsT::new(0.0, 1.0, left).map_or(1.96, |t| t.inverse_cdf(0.975));
+    /// A value nearer to what was expected, in its standard deviations, is just that.
+    const AS_EXPECTED: f64 = 1e-3;
     let parameters = fit.hypothesis.effects.iter().flat_map(|(candidate, _)| &candidate.parameters);
     parameters
+        .zip(fit.hypothesis.inner())
         .enumerate()
-        .map(|(i, parameter)| {
+        .map(|(i, (parameter, inner))| {
             let variance =
                 covariance.as_ref().map(|c| c[(i, i)].max(0.0)).filter(|v| v.is_finite());
-            let precision = parameter.expectation().map_or(0.0, |(_, precision)| precision);
+            let (mean, precision) = parameter.expectation().unwrap_or((0.0, 0.0));
+            let departs = (inner - mean).abs() * precision.sqrt() > AS_EXPECTED;
             Certainty {
                 half: variance.map(|variance| quantile * variance.sqrt()),
-                is_told: precision * variance.unwrap_or(0.0) < NOTHING_SAID,
+                is_told: departs || precision * variance.unwrap_or(0.0) < NOTHING_SAID,
             }
         })
         .collect()

@@ -48,7 +48,17 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
         };
         let names = ["com_x_m", "com_y_m", "com_z_m"];
         let com = names.iter().zip(middle_m.iter()).map(|(name, middle)| at(name, *middle));
-        let forms = [vec![mass.clone()], std::iter::once(mass).chain(com).collect()];
+        // A spindle has an inertia of its own, too.
+        let gyration = Parameter {
+            name: "gyration_m",
+            scale: Scale::Linear(0.05),
+            nominal: Some(0.0),
+            bounds: [0.0, 0.5],
+            starts: vec![0.05],
+            expected: Some([0.0, 0.1]),
+        };
+        let around = com.chain(std::iter::once(gyration));
+        let forms = [vec![mass.clone()], std::iter::once(mass).chain(around).collect()];
         for parameters in forms {
             let mut candidate = Candidate::new(Cause::Payload, &place, parameters);
             candidate.also = also.clone();
