@@ -104,7 +104,7 @@ pub fn read_described_robot(
 /// Whether a fault of the model may be the consequence of what was left out for another fault.
 fn follows_from_others(fault: &ModelFault, damaged: bool) -> bool {
     match (&fault.place, fault.key) {
-        (Place::Robot, _) => true,
+        (Place::Robot | Place::Correction(_), _) => true,
         (Place::Link(_) | Place::Joint(_) | Place::Payload, key) => {
             damaged && !matches!(key, "mass" | "com" | "inertia" | "axis" | "origin" | "limit")
         }
