@@ -45,6 +45,7 @@
 //! | [`report`] | text, JSON, SARIF, JUnit, GitHub, plots: pure functions from results | compute an engineering quantity |
 //! | [`advice`] | safe speeds, the best of them, schedules, other levers, vibration of the tool tip; the only place that names clarabel | print |
 //! | [`risk`] | bands, crossings, certainty, verdict | choose a remedy |
+//! | [`diagnosis`] | where prediction and measurement meet: residuals, causes (one a file), fits, choice, gain, next poses | name a cause that it has not compared with its rivals |
 //! | [`map`] | frequencies over given poses, grids and random poses, linear or nonlinear; their figures | know a job |
 //! | [`path`] | moves → poses in time; the arm surveyed and its modes followed along them | read files |
 //! | [`free_vibration`] | the nonlinear equation of motion in time, and its spectrum: the check on `modes` | be used for a verdict |
@@ -63,6 +64,7 @@
 pub mod advice;
 #[doc(hidden)]
 pub mod cli;
+pub mod diagnosis;
 pub mod excitation;
 pub mod free_vibration;
 pub mod input;

@@ -4,7 +4,8 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::print_stdout)]
 
 use detune::model::{
-    CoordinateKind, Description, ExtraCoordinate, PoseFault, Robot, elastic_jacobian,
+    Cause, CoordinateKind, Correction, Description, ExtraCoordinate, PoseFault, Robot,
+    elastic_jacobian,
 };
 use detune::modes::batch::{BatchFault, InstructionSet, Kernel, ModesOut, TipOut};
 use detune::modes::{ModalSolver, Modes, peak_tip_compliance_m_per_n};
@@ -139,6 +140,39 @@ fn random_robots_agree_with_the_scalar_path() {
         }
     }
     assert!(compared > 3000, "only {compared} poses were compared");
+}
+
+/// Springs that follow load and temperature, as a diagnosis writes them into a robot's file.
+#[test]
+fn springs_with_laws_agree_with_the_scalar_path() {
+    let law = |cause, at: &str, name: &str, change: f64| Correction {
+        cause,
+        at: Some(at.to_owned()),
+        parameters: vec![(name.to_owned(), change), ("factor".to_owned(), 0.8)],
+        hinge: None,
+    };
+    let (mut compared, mut moved) = (0, 0);
+    for seed in 0..40 {
+        let mut description = random_robot::description(seed);
+        let Ok(plain) = Robot::new(&description) else { continue };
+        for spring in &description.elastic_joints {
+            let warm = law(Cause::TemperatureDrift, &spring.joint, "change_per_k", -1e-3);
+            let loaded = law(Cause::LoadDependentStiffness, &spring.joint, "change_per_nm", 2e-3);
+            description.corrections.push(warm);
+            if seed % 2 == 0 {
+                description.corrections.push(loaded);
+            }
+        }
+        let robot = Robot::new(&description).unwrap();
+        let poses = random_poses(&robot, 5, seed);
+        compared += compare_all(&robot, &poses, &format!("seed {seed}"));
+        let q = &poses[..robot.joints().len()];
+        if let (Ok(with), Ok(without)) = (Modes::at(&robot, q), Modes::at(&plain, q)) {
+            let [with, without] = [with, without].map(|modes| modes.natural_frequencies_hz[0]);
+            moved += usize::from((with / without - 1.0).abs() > 1e-3);
+        }
+    }
+    assert!(compared > 100 && moved > 20, "{compared} poses compared, {moved} moved");
 }
 
 /// Every result of every kernel against the scalar path; the number of poses compared.

@@ -87,6 +87,7 @@ fn arm(rows: &[Row]) -> Robot {
         beta1: None,
         beta2: None,
         calibration: None,
+        corrections: vec![],
     };
     Robot::new(&description).unwrap()
 }

@@ -123,4 +123,7 @@ fn the_readmes_lists_of_commands_run() {
     let lists = blocks(&readme(), "console");
     list_runs(&lists[0], &[1; 6], 2);
     list_runs(&lists[1], &[0, 0, 0, 0, 1], 2);
+    let diagnoses =
+        lists.iter().find(|list| list.contains("diagnose") && list.contains('#')).unwrap();
+    list_runs(diagnoses, &[0; 3], 2);
 }

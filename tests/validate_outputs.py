@@ -134,6 +134,16 @@ def check_identifications(sessions):
             sys.exit(f"identify --format svg {session} is no drawing")
 
 
+def check_diagnoses(robot, tables):
+    diagnosis = schema_of("diagnosis")
+    for table in tables:
+        output = json.loads(run("diagnose", robot, table, "--format", "json").stdout)
+        must_hold(diagnosis, output, f"diagnose --format json {robot} {table}")
+        broken = copy.deepcopy(output)
+        broken["findings"][0]["parameters"][0]["ci95"] = [0, 1, 2]
+        must_not_hold(diagnosis, broken, "an interval of three numbers")
+
+
 def check_files(name, files):
     validator = schema_of(name)
     for file in files:
@@ -156,6 +166,7 @@ def main():
     jobs = found("jobs/*.yaml")
     check_outputs(jobs)
     advice_outputs(jobs)
+    check_diagnoses("robots/two-link", found("robots/two-link/*.csv"))
     check_files("job", jobs)
     check_files("robot", found("robots/*/robot.yaml"))
     sessions = found("robots/*/session.yaml")

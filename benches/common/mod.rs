@@ -66,6 +66,7 @@ pub(crate) fn chain(n: usize) -> Robot {
         beta1: None,
         beta2: None,
         calibration: None,
+        corrections: vec![],
     })
     .unwrap()
 }

@@ -4,6 +4,7 @@
 mod advise;
 mod check;
 mod completions;
+mod diagnose;
 mod identify;
 mod map;
 mod output;
@@ -14,6 +15,7 @@ use std::any::Any;
 use std::cell::Cell;
 use std::io::{self, BufWriter, Write};
 use std::panic::{self, AssertUnwindSafe};
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::{Mutex, PoisonError};
 
@@ -49,6 +51,7 @@ struct Cli {
 enum Verb {
     Check(check::CheckArgs),
     Advise(advise::AdviseArgs),
+    Diagnose(diagnose::DiagnoseArgs),
     Map(Box<map::MapArgs>),
     Stiffness(stiffness::StiffnessArgs),
     Identify(identify::IdentifyArgs),
@@ -132,6 +135,7 @@ fn run(verb: &Verb, out: &mut dyn Write) -> Result<Outcome, Failure> {
     match verb {
         Verb::Check(args) => check::run(args, out),
         Verb::Advise(args) => advise::run(args, out),
+        Verb::Diagnose(args) => diagnose::run(args, out),
         Verb::Map(args) => map::run(args, out),
         Verb::Stiffness(args) => stiffness::run(args, out),
         Verb::Identify(args) => identify::run(args, out),
@@ -151,6 +155,11 @@ fn tell(notices: &[Fault]) {
             let _ = writeln!(err, "warning: {notice}");
         }
     }
+}
+
+/// A folder stands for the robot.yaml in it.
+fn robot_file(path: &Path) -> PathBuf {
+    if path.is_dir() { path.join("robot.yaml") } else { path.to_owned() }
 }
 
 /// The reader of a pipe may leave when it has seen enough: that is no failure.

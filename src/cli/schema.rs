@@ -37,6 +37,8 @@ enum Subject {
     Advice,
     /// The output of `identify --format json`
     Identification,
+    /// The output of `diagnose --format json`
+    Diagnosis,
 }
 
 /// Writes one schema.
@@ -48,6 +50,7 @@ pub(super) fn run(args: &SchemaArgs, out: &mut dyn Write) -> Result<Outcome, Fai
         Subject::Check => report::schema::check(),
         Subject::Advice => report::schema::advice(),
         Subject::Identification => report::schema::identification(),
+        Subject::Diagnosis => report::schema::diagnosis(),
     };
     Sink::Standard.write(&format!("{schema:#}\n"), out)?;
     Ok(Outcome::Pass)

@@ -3,7 +3,8 @@
 use nalgebra::DMatrix;
 
 use crate::model::{
-    Placement, PoseFault, Robot, inverse_dynamics, mass_matrix, potential, potential_gradient,
+    Conditions, Placement, PoseFault, Robot, inverse_dynamics, mass_matrix, potential,
+    potential_gradient, spring_constant,
 };
 use crate::modes::ModalSolver;
 
@@ -16,6 +17,8 @@ pub(super) struct Equation<'a> {
     damping: Option<DMatrix<f64>>,
     /// Potential and gradient of gravity at α = 0, where gravity acts.
     preload: Option<(f64, Vec<f64>)>,
+    /// N·m/rad or N/m, as they are at α = 0.
+    springs: Vec<f64>,
     no_acceleration: Vec<f64>,
     velocity_torque: Vec<f64>,
     gravity_torque: Vec<f64>,
@@ -33,6 +36,8 @@ impl<'a> Equation<'a> {
             potential_gradient(robot, &placement, &mut gradient);
             (potential(robot, &placement), gradient)
         });
+        let spring = |i| spring_constant(robot, &placement, &Conditions::default(), i);
+        let springs = (0..n).map(spring).collect();
         Ok(Self {
             robot,
             q,
@@ -40,6 +45,7 @@ impl<'a> Equation<'a> {
             mass: DMatrix::zeros(n, n),
             damping: damped.then(|| solver.damping_matrix()),
             preload,
+            springs,
             no_acceleration: vec![0.0; n],
             velocity_torque: vec![0.0; n],
             gravity_torque: vec![0.0; n],
@@ -60,8 +66,8 @@ impl<'a> Equation<'a> {
         );
         let (velocity, acceleration) = rate.split_at_mut(y.len() / 2);
         velocity.copy_from_slice(alpha_dot);
-        for (i, coordinate) in self.robot.coordinates().iter().enumerate() {
-            acceleration[i] = -self.velocity_torque[i] - coordinate.stiffness * alpha[i];
+        for (i, spring) in self.springs.iter().enumerate() {
+            acceleration[i] = -self.velocity_torque[i] - spring * alpha[i];
         }
         if let Some(damping) = &self.damping {
             for (j, rate) in alpha_dot.iter().enumerate() {
@@ -94,8 +100,8 @@ impl<'a> Equation<'a> {
                 alpha_dot.iter().enumerate().map(|(i, r)| self.mass[(i, j)] * r).sum();
             energy += 0.5 * momentum * rate;
         }
-        for (coordinate, a) in self.robot.coordinates().iter().zip(alpha) {
-            energy += 0.5 * coordinate.stiffness * a * a;
+        for (spring, a) in self.springs.iter().zip(alpha) {
+            energy += 0.5 * spring * a * a;
         }
         if let Some((potential_at_rest, gradient)) = &self.preload {
             let preload: f64 = gradient.iter().zip(alpha).map(|(g, a)| g * a).sum();

@@ -7,10 +7,12 @@ mod faults;
 mod frame;
 mod job;
 mod load_test;
+mod measured;
 mod poses;
 mod raw;
 mod records;
 mod robot;
+mod robot_edit;
 pub mod schema;
 mod session;
 mod table;
@@ -25,8 +27,10 @@ pub use edit::{OperationEdit, rewritten_job, rewritten_program};
 pub use fault::Fault;
 pub use job::{load_job, read_job};
 pub use load_test::{LoadTestRow, load_load_test};
+pub use measured::read_measured;
 pub use poses::{DecodedPoses, PoseDecoder, PoseTable, RawPoses};
-pub use robot::{load_robot, read_robot};
+pub use robot::{DescribedRobot, load_robot, read_described_robot, read_robot};
+pub use robot_edit::{Calibrated, FittedCorrection, corrected_robot};
 pub use session::{load_session, read_session};
 
 /// What was read, and remarks on it that do not stop the work.

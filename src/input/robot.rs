@@ -8,13 +8,14 @@ use super::faults::Faults;
 use super::raw::robot as raw;
 use super::text::{LARGEST_ROBOT_BYTES, named_file, read_text};
 use super::urdf::{Urdf, read_urdf};
-use super::yaml::{Kind, Node, Step, check, parse, typed};
+use super::yaml::{Node, Step, check, parse, typed};
 use super::{Fault, Loaded, Reading, schema};
 use crate::model::{
-    ArmAngle, Calibration, CoordinateKind, Damping, Description, Drive, ElasticJoint,
-    ExtraCoordinate, Inertial, JointKind, ModelFault, Payload, Place, Robot,
+    ArmAngle, Calibration, Carries, Cause, CoordinateKind, Correction, Damping, Description, Drive,
+    ElasticJoint, ExtraCoordinate, Hinge, Inertial, JointKind, ModelFault, Payload, Place, Robot,
 };
 use crate::units::STANDARD_GRAVITY_M_PER_S2;
+use crate::wording::nearest;
 
 /// Modal damping where the robot gives none.
 const DEFAULT_DAMPING_RATIO: f64 = 0.02;
@@ -32,6 +33,26 @@ pub fn load_robot(path: &Path) -> Result<Loaded<Robot>, Vec<Fault>> {
 /// # Errors
 /// As [`load_robot`].
 pub fn read_robot(path: &Path, reading: &mut Reading) -> Result<Robot, Vec<Fault>> {
+    read_described_robot(path, reading).map(|described| described.robot)
+}
+
+/// A robot and the description that it was built from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DescribedRobot {
+    /// The model.
+    pub robot: Robot,
+    /// What it was built from, which a diagnosis varies.
+    pub description: Description,
+}
+
+/// As [`read_robot`], keeping the description.
+///
+/// # Errors
+/// As [`load_robot`].
+pub fn read_described_robot(
+    path: &Path,
+    reading: &mut Reading,
+) -> Result<DescribedRobot, Vec<Fault>> {
     reading.files.push(path.to_owned());
     let mut faults = Faults::of(path);
     let text = read_text(path, LARGEST_ROBOT_BYTES).map_err(|fault| vec![fault])?;
@@ -67,7 +88,7 @@ pub fn read_robot(path: &Path, reading: &mut Reading) -> Result<Robot, Vec<Fault
     match Robot::new(&description) {
         Ok(robot) => {
             reading.notices.extend(robot.notices().iter().map(|notice| files.placed(notice)));
-            if sound { Ok(robot) } else { Err(files.finish()) }
+            if sound { Ok(DescribedRobot { robot, description }) } else { Err(files.finish()) }
         }
         Err(model_faults) => {
             for fault in &model_faults {
@@ -83,7 +104,7 @@ pub fn read_robot(path: &Path, reading: &mut Reading) -> Result<Robot, Vec<Fault
 /// Whether a fault of the model may be the consequence of what was left out for another fault.
 fn follows_from_others(fault: &ModelFault, damaged: bool) -> bool {
     match (&fault.place, fault.key) {
-        (Place::Robot, _) => true,
+        (Place::Robot | Place::Correction(_), _) => true,
         (Place::Link(_) | Place::Joint(_) | Place::Payload, key) => {
             damaged && !matches!(key, "mass" | "com" | "inertia" | "axis" | "origin" | "limit")
         }
@@ -160,6 +181,7 @@ impl Files<'_> {
             Place::Drive(name) => yaml(&[Key("drives"), Key(name), Key(fault.key)]),
             Place::Payload => yaml(&[Key("payload"), Key(payload_key)]),
             Place::ArmAngle(angle) => yaml(&[Key("arm_angles"), Key(angle), Key(fault.key)]),
+            Place::Correction(index) => yaml(&[Key("corrections"), Index(*index)]),
         }
     }
 
@@ -178,9 +200,6 @@ fn describe(
     urdf: Option<&Urdf>,
     faults: &mut Faults,
 ) -> Description {
-    if raw.corrections.is_some() {
-        check_corrections(tree, faults);
-    }
     let none = raw::Elasticity::default();
     let elasticity = raw.elasticity.as_ref().unwrap_or(&none);
     let gravity = elasticity.gravity_m_per_s2.unwrap_or([0.0, 0.0, -STANDARD_GRAVITY_M_PER_S2]);
@@ -211,6 +230,7 @@ fn describe(
         payload: raw.payload.as_ref().and_then(payload),
         beta1: raw.arm_angles.as_ref().and_then(|angles| arm_angle(angles.beta1.as_ref()?)),
         beta2: raw.arm_angles.as_ref().and_then(|angles| arm_angle(angles.beta2.as_ref()?)),
+        corrections: corrections(raw, tree, faults),
         calibration: raw.calibration.as_ref().and_then(|calibration| {
             Some(Calibration {
                 poses: usize::try_from(calibration.poses?).ok()?,
@@ -220,18 +240,45 @@ fn describe(
     }
 }
 
-fn check_corrections(tree: &Node, faults: &mut Faults) {
-    let Some(corrections) = tree.entry("corrections") else { return };
-    let count = match &corrections.value.kind {
-        Kind::Numbers(numbers) => numbers.len(),
-        _ => corrections.value.items().len(),
-    };
-    if count > 0 {
-        let what = format!(
-            "corrections has {count} entries, which this version does not read; empty the list"
-        );
-        faults.add(corrections.line as usize, what);
+fn corrections(raw: &raw::Robot, tree: &Node, faults: &mut Faults) -> Vec<Correction> {
+    let mut corrections = Vec::new();
+    for (index, raw) in raw.corrections.iter().flatten().enumerate() {
+        let line = tree.line_at(&[Step::Key("corrections"), Step::Index(index)]);
+        let owner = format!("correction {}", index + 1);
+        let Some(name) = &raw.cause else { continue };
+        let Some(cause) = Cause::named(name) else {
+            let hint = nearest(name, Cause::ALL.map(Cause::name))
+                .map_or_else(String::new, |near| format!("; did you mean '{near}'?"));
+            faults.add(line, format!("{owner}: cause is '{name}', which is none{hint}"));
+            continue;
+        };
+        let known = Correction::parameter_names(cause);
+        for parameter in raw.parameters.iter().flatten().map(|(name, _)| name) {
+            if !known.contains(&parameter.as_str()) {
+                let of = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
+                let what =
+                    format!("{owner}: '{parameter}' is no parameter of {cause}; it has {of}");
+                faults.add(line, what);
+            }
+        }
+        let hinge = raw.axes.as_ref().map(|axes| Hinge {
+            kind: match raw.kind {
+                Some(raw::ExtraKind::Translation) => CoordinateKind::Translation,
+                _ => CoordinateKind::Rotation,
+            },
+            axes: axes.iter().map(|&axis| axis.into()).collect(),
+            origin_m: raw.origin_m.map_or(Vector3::zeros(), Vector3::from),
+            carries: match raw.carries {
+                None | Some(raw::HingeCarries::Link) => Carries::Link,
+                Some(raw::HingeCarries::Part) => Carries::Part,
+                Some(raw::HingeCarries::Rest) => Carries::Rest,
+            },
+        });
+        let parameters =
+            raw.parameters.iter().flatten().map(|(name, &value)| (name.clone(), value)).collect();
+        corrections.push(Correction { cause, at: raw.at.clone(), parameters, hinge });
     }
+    corrections
 }
 
 fn elastic_joints(

@@ -153,7 +153,7 @@ fn file_in(folder: &Path, key: &str) -> Option<String> {
     }
 }
 
-fn without_detours(path: &Path) -> PathBuf {
+pub(super) fn without_detours(path: &Path) -> PathBuf {
     let mut short = PathBuf::new();
     for component in path.components() {
         match component {

@@ -18,6 +18,8 @@ pub mod session;
 pub mod spectra;
 pub mod stiffness;
 mod suspicions;
+mod table;
 
 pub use estimate::lscf::{StabilisationPoint, Stability};
 pub use prepare::Kind;
+pub use table::{ModeRow, ModeTable};

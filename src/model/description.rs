@@ -1,6 +1,7 @@
 //! A robot as its files describe it: plain data in SI, not yet checked. [`super::Robot::new`] checks
 //! it and turns it into the immutable model.
 
+use super::correction::Correction;
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
 /// A robot before it is checked.
@@ -36,6 +37,8 @@ pub struct Description {
     pub beta2: Option<ArmAngle>,
     /// How well the model was found to predict measured frequencies; `None` if it never was compared.
     pub calibration: Option<Calibration>,
+    /// What is wrong in all of the above, put right when the model is built, each in turn.
+    pub corrections: Vec<Correction>,
 }
 
 /// One link of the tree.

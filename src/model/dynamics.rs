@@ -4,6 +4,7 @@
 use nalgebra::Vector3;
 
 use super::body::point_inertia;
+use super::inertia::gravity_torque;
 use super::placement::Placement;
 use super::robot::Robot;
 
@@ -101,10 +102,7 @@ pub fn potential(robot: &Robot, placement: &Placement) -> f64 {
 ///
 /// `gradient` has one entry per elastic coordinate.
 pub fn potential_gradient(robot: &Robot, placement: &Placement, gradient: &mut [f64]) {
-    for ((axis, coordinate), entry) in
-        placement.elastic_axes.iter().zip(&robot.coordinates).zip(gradient)
-    {
-        let body = &placement.composites[coordinate.node];
-        *entry = -body.mass * robot.gravity.dot(&axis.velocity_at(&body.com));
+    for (i, entry) in gradient.iter_mut().enumerate().take(robot.coordinates.len()) {
+        *entry = -gravity_torque(robot, placement, i);
     }
 }

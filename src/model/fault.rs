@@ -30,6 +30,8 @@ pub enum Place {
     Payload,
     /// One of the angles of the two-link model: `beta1` or `beta2`.
     ArmAngle(&'static str),
+    /// A correction, by its place in the list.
+    Correction(usize),
 }
 
 /// One fault (or, from [`super::Robot::notices`], one remark) about a robot.
@@ -64,6 +66,7 @@ impl fmt::Display for Place {
             Self::Drive(name) => write!(f, "drive of joint '{name}'"),
             Self::Payload => write!(f, "payload"),
             Self::ArmAngle(angle) => write!(f, "arm angle {angle}"),
+            Self::Correction(index) => write!(f, "correction {}", index + 1),
         }
     }
 }

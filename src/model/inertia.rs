@@ -6,6 +6,7 @@
 
 use nalgebra::{DMatrix, Vector3};
 
+use super::correction::Conditions;
 use super::description::CoordinateKind;
 use super::placement::Placement;
 use super::robot::Robot;
@@ -42,6 +43,46 @@ pub fn mass_matrix(robot: &Robot, placement: &Placement, m: &mut DMatrix<f64>) {
         }
         m[(j, j)] += robot.coordinates[j].drive_inertia;
     }
+}
+
+/// K(q), n × n, symmetric, N·m/rad (rotations), N/m (translations): the springs, by their laws under
+/// `conditions`, and gravity's part where the robot asks for it.
+///
+/// `k` must be n × n.
+pub fn stiffness_matrix(
+    robot: &Robot,
+    placement: &Placement,
+    conditions: &Conditions,
+    k: &mut DMatrix<f64>,
+) {
+    if robot.gravity_stiffness {
+        gravity_stiffness(robot, placement, k);
+    } else {
+        k.fill(0.0);
+    }
+    for i in 0..robot.coordinates.len() {
+        k[(i, i)] += spring_constant(robot, placement, conditions, i);
+    }
+}
+
+/// The spring of coordinate `i` by its laws, N·m/rad or N/m, for a robot placed at a pose.
+pub fn spring_constant(
+    robot: &Robot,
+    placement: &Placement,
+    conditions: &Conditions,
+    i: usize,
+) -> f64 {
+    let coordinate = &robot.coordinates[i];
+    if coordinate.laws.is_empty() {
+        return coordinate.stiffness;
+    }
+    coordinate.stiffness_under(gravity_torque(robot, placement, i), conditions)
+}
+
+/// What gravity pulls on coordinate `i` with, N·m or N.
+pub(super) fn gravity_torque(robot: &Robot, placement: &Placement, i: usize) -> f64 {
+    let body = &placement.composites[robot.coordinates[i].node];
+    body.mass * robot.gravity.dot(&placement.elastic_axes[i].velocity_at(&body.com))
 }
 
 /// K_g(q), n × n, symmetric, N·m/rad: the Hessian of the potential of gravity −Σ m g·c over the

@@ -7,6 +7,8 @@
 
 mod body;
 mod build;
+mod cause;
+mod correction;
 mod description;
 mod dynamics;
 mod fault;
@@ -16,13 +18,17 @@ mod placement;
 mod robot;
 mod tip;
 
+pub use cause::Cause;
+pub use correction::{
+    Carries, Conditions, Correction, Hinge, REFERENCE_TEMPERATURE_C, StiffnessLaw,
+};
 pub use description::{
     ArmAngle, Calibration, CoordinateKind, Damping, Description, Drive, ElasticJoint,
     ExtraCoordinate, Inertial, Joint, JointKind, Link, Payload,
 };
 pub use dynamics::{inverse_dynamics, potential, potential_gradient};
 pub use fault::{ModelFault, Place, PoseFault};
-pub use inertia::{gravity_stiffness, mass_matrix};
+pub use inertia::{gravity_stiffness, mass_matrix, spring_constant, stiffness_matrix};
 pub use inverse_kinematics::{IkFault, IkMethod, InverseKinematics, Singularity, turn_towards};
 pub use placement::Placement;
 pub(crate) use robot::NodeMotion;

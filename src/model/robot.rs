@@ -4,6 +4,7 @@ use std::fmt;
 
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
+use super::correction::{Conditions, StiffnessLaw};
 use super::description::{Calibration, CoordinateKind, Damping, Inertial, JointKind, Payload};
 use super::fault::{ModelFault, PoseFault};
 use crate::units::{deg_from_rad, mm_from_m};
@@ -79,6 +80,8 @@ pub struct Coordinate {
     pub joint: Option<usize>,
     /// Spring constant, N·m/rad or N/m.
     pub stiffness: f64,
+    /// How the spring departs from its constant, one factor each.
+    pub laws: Vec<StiffnessLaw>,
     /// Loss.
     pub damping: Damping,
     /// Reflected rotor inertia on the coordinate's own diagonal of M, kg·m² or kg.
@@ -88,6 +91,20 @@ pub struct Coordinate {
     pub(crate) axis: Unit<Vector3<f64>>,
     /// In the node's frame.
     pub(crate) origin: Point3<f64>,
+}
+
+impl Coordinate {
+    /// The spring's constant where it carries this torque of gravity.
+    pub(super) fn stiffness_under(&self, gravity_torque_nm: f64, conditions: &Conditions) -> f64 {
+        let shares = self.laws.iter().map(|law| law.share(gravity_torque_nm, conditions));
+        self.stiffness * shares.product::<f64>()
+    }
+
+    /// The spring's constant at rest and at room temperature, N·m/rad or N/m; `None` if it follows the pose.
+    pub(crate) fn stiffness_of_all_poses(&self) -> Option<f64> {
+        let follows_pose = self.laws.iter().any(StiffnessLaw::follows_pose);
+        (!follows_pose).then(|| self.stiffness_under(0.0, &Conditions::default()))
+    }
 }
 
 /// What moves a node against its parent when the pose changes.
@@ -124,6 +141,13 @@ impl AngleForm {
     /// The angle at pose `q`, rad.
     pub fn at(&self, q: &[f64]) -> f64 {
         self.terms.iter().map(|&(joint, scale)| scale * q[joint]).sum::<f64>() + self.offset_rad
+    }
+
+    /// Moves the first joint that has a say so that the angle becomes `angle_rad`.
+    pub fn reach(&self, angle_rad: f64, q: &mut [f64]) {
+        if let Some(&(joint, scale)) = self.terms.iter().find(|(_, scale)| *scale != 0.0) {
+            q[joint] += (angle_rad - self.at(q)) / scale;
+        }
     }
 }
 

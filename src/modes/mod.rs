@@ -7,10 +7,12 @@
 
 pub mod batch;
 mod jacobi;
+mod pencil;
 mod receptance;
 mod solver;
 mod tracking;
 
+pub use pencil::Pencil;
 pub use receptance::{peak_tip_compliance_m_per_n, tip_receptance_m_per_n};
 pub use solver::{ModalSolver, Modes};
 pub use tracking::{Follow, Tracker, mac};

@@ -3,7 +3,10 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::jacobi::diagonalise;
-use crate::model::{Damping, Placement, PoseFault, Robot, gravity_stiffness, mass_matrix};
+use crate::model::{
+    Conditions, Damping, Placement, PoseFault, Robot, mass_matrix, spring_constant,
+    stiffness_matrix,
+};
 use crate::units::hz_from_rad_per_s;
 
 /// A pivot of the scaled mass or stiffness matrix below this share of its diagonal entry counts as
@@ -29,6 +32,8 @@ pub struct ModalSolver<'a> {
     placement: Placement,
     mass: DMatrix<f64>,
     stiffness: DMatrix<f64>,
+    /// As the laws leave them at the pose.
+    springs: Vec<f64>,
     /// L with K = L Lᵀ; its lower triangle.
     factor: DMatrix<f64>,
     scaled: DMatrix<f64>,
@@ -47,6 +52,7 @@ impl<'a> ModalSolver<'a> {
             placement: Placement::new(robot),
             mass: DMatrix::zeros(n, n),
             stiffness: DMatrix::zeros(n, n),
+            springs: vec![0.0; n],
             factor: DMatrix::zeros(n, n),
             scaled: DMatrix::zeros(n, n),
             vectors: DMatrix::zeros(n, n),
@@ -135,13 +141,10 @@ impl<'a> ModalSolver<'a> {
         robot.check_pose(q)?;
         self.placement.place(robot, q);
         mass_matrix(robot, &self.placement, &mut self.mass);
-        if robot.has_gravity_stiffness() {
-            gravity_stiffness(robot, &self.placement, &mut self.stiffness);
-        } else {
-            self.stiffness.fill(0.0);
-        }
-        for (i, coordinate) in robot.coordinates().iter().enumerate() {
-            self.stiffness[(i, i)] += coordinate.stiffness;
+        let conditions = Conditions::default();
+        stiffness_matrix(robot, &self.placement, &conditions, &mut self.stiffness);
+        for (i, spring) in self.springs.iter_mut().enumerate() {
+            *spring = spring_constant(robot, &self.placement, &conditions, i);
         }
         self.check_mass()?;
         if robot.has_gravity_stiffness() {
@@ -229,8 +232,10 @@ impl<'a> ModalSolver<'a> {
         for r in 0..self.order.len() {
             let shape = self.modes.shapes.column(r);
             let (mut strain, mut lost, mut viscous) = (0.0, 0.0, 0.0);
-            for (coordinate, &phi) in self.robot.coordinates().iter().zip(shape.iter()) {
-                let energy = coordinate.stiffness * phi * phi;
+            for (i, (coordinate, &phi)) in
+                self.robot.coordinates().iter().zip(shape.iter()).enumerate()
+            {
+                let energy = self.springs[i] * phi * phi;
                 strain += energy;
                 match coordinate.damping {
                     Damping::Ratio(zeta) => lost += zeta * energy,

@@ -2,6 +2,7 @@
 //! quantity, reads a file, prints, or knows the model; the same results give the same bytes.
 
 pub mod advice;
+pub mod diagnosis;
 pub use self::advice::AdvisedJob;
 
 mod findings;

@@ -19,6 +19,11 @@ pub fn identification() -> Value {
     of::<super::identify::Identification<'static>>()
 }
 
+/// Schema of what `detune diagnose --format json` writes.
+pub fn diagnosis() -> Value {
+    of::<super::diagnosis::json::Document>()
+}
+
 fn of<T: JsonSchema>() -> Value {
     let generator = SchemaSettings::draft2020_12().for_serialize().into_generator();
     generator.into_root_schema_for::<T>().to_value()

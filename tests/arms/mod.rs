@@ -93,6 +93,7 @@ pub(crate) fn two_link_arm(arm: &TwoLink, with_gravity: bool) -> Robot {
         beta1: angle("joint_1"),
         beta2: angle("joint_2"),
         calibration: None,
+        corrections: vec![],
     };
     Robot::new(&description).unwrap()
 }
@@ -162,6 +163,7 @@ pub(crate) fn six_axis_arm(with_gravity: bool) -> Robot {
         beta1: None,
         beta2: None,
         calibration: None,
+        corrections: vec![],
     };
     Robot::new(&description).unwrap()
 }

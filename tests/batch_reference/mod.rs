@@ -216,6 +216,7 @@ impl Chain {
             beta1: None,
             beta2: None,
             calibration: None,
+            corrections: vec![],
         }
     }
 }

@@ -72,6 +72,7 @@ pub(crate) fn two_link() -> Description {
         beta1: angle("j1"),
         beta2: angle("j2"),
         calibration: None,
+        corrections: vec![],
     }
 }
 

@@ -33,6 +33,7 @@ pub(crate) fn description(seed: u64) -> Description {
         beta1: None,
         beta2: None,
         calibration: None,
+        corrections: vec![],
     };
     let moving = rng.random_range(2..=8);
     let mut at = "ground".to_owned();

@@ -47,7 +47,7 @@ pub(super) fn run(args: &MapArgs, out: &mut dyn Write) -> Result<Outcome, Failur
     unless_at_odds(args)?;
     let sink = Sink::open(args.output.as_deref())?;
     let mut reading = Reading::default();
-    let robot = read_robot(&robot_file(&args.robot), &mut reading)?;
+    let robot = read_robot(&super::robot_file(&args.robot), &mut reading)?;
     // Standard input may be a file, too.
     reading.files.extend(args.poses.iter().map(|poses| match poses {
         dash if dash == Path::new("-") => PathBuf::from("/dev/stdin"),
@@ -71,11 +71,6 @@ pub(super) fn run(args: &MapArgs, out: &mut dyn Write) -> Result<Outcome, Failur
         let _ = writeln!(stderr, "warning: {notice}");
     }
     Ok(Outcome::Pass)
-}
-
-/// A folder stands for the robot.yaml in it.
-fn robot_file(path: &Path) -> PathBuf {
-    if path.is_dir() { path.join("robot.yaml") } else { path.to_owned() }
 }
 
 fn method(args: &MapArgs) -> Method {

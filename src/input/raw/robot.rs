@@ -5,8 +5,6 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::super::yaml::Apart;
-
 /// A robot: its URDF, and what a URDF does not tell.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -36,9 +34,8 @@ pub(in crate::input) struct Robot {
     pub(in crate::input) payload: Option<Payload>,
     /// How beta1 and beta2 of the two-link model read from the joints.
     pub(in crate::input) arm_angles: Option<ArmAngles>,
-    /// Corrections that a diagnosis added. This version reads none: the list must be empty.
-    #[schemars(with = "Option<Vec<serde_json::Value>>", extend("x-apart" = true))]
-    pub(in crate::input) corrections: Option<Apart>,
+    /// What is wrong in the above and how to put it right, each in turn: what `detune diagnose --write` adds.
+    pub(in crate::input) corrections: Option<Vec<Correction>>,
     /// How well the model predicts measured frequencies; absent means that it never was compared.
     pub(in crate::input) calibration: Option<Calibration>,
 }
@@ -189,6 +186,40 @@ pub(in crate::input) struct Inertia {
     pub(in crate::input) iyz: Option<f64>,
 }
 
+/// A correction of the model, with its cause.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(extend("x-noun" = "correction"))]
+pub(in crate::input) struct Correction {
+    /// What was wrong: joint_stiffness, link_inertia, com_offset, joint_zero_offset, payload, base_compliance,
+    /// transverse_compliance, link_flexibility, drive_inertia, load_dependent_stiffness, amplitude_dependence,
+    /// temperature_drift, gravity_stiffness, aliased_mode or missed_mode.
+    #[schemars(required, extend("examples" = ["payload"]))]
+    pub(in crate::input) cause: Option<String>,
+    /// The joint, link or mode that it is about; absent for gravity_stiffness.
+    #[schemars(extend("examples" = ["tool0"]))]
+    pub(in crate::input) at: Option<String>,
+    /// Values by name, in SI.
+    #[schemars(extend("examples" = [{"mass_kg": 4.9}]))]
+    pub(in crate::input) parameters: Option<BTreeMap<String, f64>>,
+    /// 95 % interval of each value.
+    #[expect(dead_code, reason = "for people")]
+    pub(in crate::input) ci95: Option<BTreeMap<String, [f64; 2]>>,
+    /// For base_compliance, transverse_compliance and link_flexibility: turns or shifts.
+    pub(in crate::input) kind: Option<ExtraKind>,
+    /// For these three: about or along which axes, in the link's frame (for a joint, its child link's).
+    pub(in crate::input) axes: Option<Vec<[f64; 3]>>,
+    /// For these three: a point of the axes in that frame, m; [0, 0, 0] if absent.
+    #[schemars(extend("default" = [0, 0, 0]))]
+    pub(in crate::input) origin_m: Option<[f64; 3]>,
+    /// For link_flexibility: what of the link's own body moves; all of it if absent.
+    #[schemars(extend("default" = "link"))]
+    pub(in crate::input) carries: Option<HingeCarries>,
+    /// Where it comes from.
+    #[expect(dead_code, reason = "for people")]
+    pub(in crate::input) note: Option<String>,
+}
+
 /// Angles of the two-link model.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -225,4 +256,13 @@ pub(in crate::input) struct Calibration {
     #[schemars(extend("examples" = ["2026-11-21"]))]
     #[expect(dead_code, reason = "for people")]
     pub(in crate::input) date: Option<String>,
+}
+
+// All of it, the part beyond the hinge, or nothing: only what the link carries.
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub(in crate::input) enum HingeCarries {
+    Link,
+    Part,
+    Rest,
 }

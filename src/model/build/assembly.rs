@@ -76,6 +76,13 @@ impl Assembly<'_> {
                 link: description.links[link].name.clone(),
                 joint: self.joints.iter().position(|joint| joint.name == spring.joint),
                 stiffness: spring.stiffness,
+                laws: description
+                    .corrections
+                    .iter()
+                    .filter_map(|correction| correction.law())
+                    .filter(|(joint, _)| *joint == spring.joint)
+                    .map(|(_, law)| law)
+                    .collect(),
                 damping: self.damping(spring.damping),
                 drive_inertia: description
                     .drives
@@ -95,6 +102,7 @@ impl Assembly<'_> {
                 link: extra.link.clone(),
                 joint: None,
                 stiffness: extra.stiffness,
+                laws: Vec::new(),
                 damping: self.damping(extra.damping),
                 drive_inertia: 0.0,
                 node,

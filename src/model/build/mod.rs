@@ -25,7 +25,13 @@ impl Robot {
     /// # Errors
     /// Every fault of the description, each with its place.
     pub fn new(description: &Description) -> Result<Self, Vec<ModelFault>> {
-        Builder::new(description).build()
+        if description.corrections.is_empty() {
+            return Builder::new(description).build();
+        }
+        description.corrected().and_then(|corrected| Builder::new(&corrected).build()).map_err(
+            // What the files themselves get wrong is told in their terms.
+            |faults| Builder::new(description).build().err().unwrap_or(faults),
+        )
     }
 }
 

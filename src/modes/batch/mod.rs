@@ -10,7 +10,8 @@
 //! and additions are fused where the machine can.
 //!
 //! [`super::ModalSolver`] is the readable reference; it also has the last word on every pose that this code
-//! is not made for, such as one with a singular mass matrix, so that faults are the same.
+//! is not made for, such as one with a singular mass matrix or springs that follow the load, so that faults
+//! are the same.
 
 mod block;
 mod inertia;
@@ -305,7 +306,11 @@ impl<'a> Kernel<'a> {
             let here = lanes.min(count - from);
             let rows = &poses[from * joints..(from + here) * joints];
             let mut results = results.part(from, here, n);
-            let mut doubtful = block.solve(rows, here, wanted, &mut results);
+            let mut doubtful = if self.plan.has_varying_springs {
+                !0
+            } else {
+                block.solve(rows, here, wanted, &mut results)
+            };
             while doubtful != 0 {
                 let lane = doubtful.trailing_zeros() as usize;
                 doubtful &= doubtful - 1;

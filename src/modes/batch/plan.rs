@@ -111,6 +111,8 @@ pub(super) struct Plan {
     pub(super) nodes: Vec<NodePlan>,
     pub(super) coordinates: Vec<CoordinatePlan>,
     pub(super) spins: Vec<Spin>,
+    /// Whether a spring follows the pose, which this code is not made for.
+    pub(super) has_varying_springs: bool,
     /// Gravity in the first node's frame, m/s², where it is part of K.
     pub(super) gravity: Option<[f64; 3]>,
     /// ζ where every mode has this one.
@@ -160,12 +162,13 @@ impl Plan {
                     Damping::Ratio(zeta) => (zeta, 0.0),
                     Damping::Viscous(c) => (0.0, c),
                 };
+                let stiffness = c.stiffness_of_all_poses().unwrap_or(c.stiffness);
                 CoordinatePlan {
                     node: c.node,
                     screw,
                     kind: c.kind,
-                    scale: sign / c.stiffness.sqrt(),
-                    drive: c.drive_inertia / c.stiffness,
+                    scale: sign / stiffness.sqrt(),
+                    drive: c.drive_inertia / stiffness,
                     loss_ratio,
                     viscous,
                 }
@@ -181,6 +184,10 @@ impl Plan {
             nodes,
             coordinates,
             spins,
+            has_varying_springs: robot
+                .coordinates()
+                .iter()
+                .any(|c| c.stiffness_of_all_poses().is_none()),
             gravity,
             one_damping_ratio: (alike && gravity.is_none()).then_some(first),
             tip_node,

@@ -1,0 +1,47 @@
+//! The spring changes with the level of excitation: k (1 + c A), k (factor + c A), or by a power of A.
+
+use super::{Arm, Candidate, Cause, Parameter, Scale, Words};
+
+pub(super) const WORDS: Words = Words {
+    what: "the spring changes with the level of excitation",
+    rivals: "the joint's stiffness as such, where all levels are alike",
+    test: "hit one pose at several levels",
+};
+
+pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
+    let Some([_, highest]) = arm.amplitudes_nm else { return Vec::new() };
+    arm.springs
+        .iter()
+        .flat_map(|spring| {
+            let unit = 1.0 / highest;
+            let change = Parameter {
+                name: "change_per_nm",
+                scale: Scale::Linear(0.3 * unit),
+                nominal: Some(0.0),
+                bounds: [-0.95 * unit, 6.0 * unit],
+                starts: [0.0, -0.6, -0.3, -0.1, 0.1, 0.3, 0.8].iter().map(|s| s * unit).collect(),
+                expected: None,
+            };
+            let exponent = Parameter {
+                name: "exponent",
+                scale: Scale::Linear(0.1),
+                nominal: Some(0.0),
+                bounds: [-1.0, 1.0],
+                starts: vec![0.0, -0.2, -0.1, -0.04, 0.04, 0.1],
+                expected: None,
+            };
+            let factor = super::temperature_drift::factor();
+            let forms =
+                [vec![change.clone()], vec![change, factor.clone()], vec![exponent, factor]];
+            forms.map(|parameters| {
+                let nests_stiffness = parameters.len() > 1;
+                let mut candidate =
+                    Candidate::new(Cause::AmplitudeDependence, &spring.joint, parameters);
+                if nests_stiffness {
+                    candidate.plausibility = super::temperature_drift::WITH_FACTOR;
+                }
+                candidate
+            })
+        })
+        .collect()
+}

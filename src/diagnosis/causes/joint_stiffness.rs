@@ -1,0 +1,27 @@
+//! The spring constant of a joint: K_jj.
+
+use super::{Arm, Candidate, Cause, Parameter, Scale, Words};
+
+pub(super) const WORDS: Words = Words {
+    what: "the spring constant differs",
+    rivals: "the inertia behind the joint, payload, uniform stiffness of the other joints, base compliance",
+    test: "load the joint with known moments and measure its angle (detune stiffness)",
+};
+
+pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
+    arm.springs
+        .iter()
+        .map(|spring| {
+            let k = spring.stiffness;
+            let parameter = Parameter {
+                name: if spring.slides { "stiffness_n_per_m" } else { "stiffness_nm_per_rad" },
+                scale: Scale::Log,
+                nominal: Some(k),
+                bounds: [k / 40.0, k * 40.0],
+                starts: [1.0, 0.3, 0.6, 0.85, 1.2, 1.7, 3.5].iter().map(|s| s * k).collect(),
+                expected: None,
+            };
+            Candidate::new(Cause::JointStiffness, &spring.joint, vec![parameter])
+        })
+        .collect()
+}

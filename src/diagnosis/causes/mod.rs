@@ -1,0 +1,105 @@
+//! The vocabulary: one cause a file. Each says where it can sit, which parameters with which physical
+//! bounds it has, how it enters the model, and what it may be mistaken for.
+
+mod aliased_mode;
+mod amplitude_dependence;
+mod base_compliance;
+mod com_offset;
+mod drive_inertia;
+mod gravity_stiffness;
+mod joint_stiffness;
+mod joint_zero_offset;
+mod link_flexibility;
+mod link_inertia;
+mod load_dependent_stiffness;
+mod missed_mode;
+mod payload;
+mod temperature_drift;
+mod transverse_compliance;
+
+use nalgebra::Vector3;
+
+use super::arm::Arm;
+use super::candidate::{Candidate, Parameter, Scale};
+use crate::model::Cause;
+
+/// What a cause means to people.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Words {
+    /// What is wrong, as a sentence without its place.
+    pub what: &'static str,
+    /// What it may be mistaken for.
+    pub rivals: &'static str,
+    /// A test beside further poses that tells it from its rivals.
+    pub test: &'static str,
+}
+
+/// Every candidate of every cause for an arm.
+pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
+    Cause::ALL.into_iter().flat_map(|cause| candidates_of(cause, arm)).collect()
+}
+
+fn candidates_of(cause: Cause, arm: &Arm<'_>) -> Vec<Candidate> {
+    match cause {
+        Cause::JointStiffness => joint_stiffness::candidates(arm),
+        Cause::LinkInertia => link_inertia::candidates(arm),
+        Cause::ComOffset => com_offset::candidates(arm),
+        Cause::JointZeroOffset => joint_zero_offset::candidates(arm),
+        Cause::Payload => payload::candidates(arm),
+        Cause::BaseCompliance => base_compliance::candidates(arm),
+        Cause::TransverseCompliance => transverse_compliance::candidates(arm),
+        Cause::LinkFlexibility => link_flexibility::candidates(arm),
+        Cause::DriveInertia => drive_inertia::candidates(arm),
+        Cause::LoadDependentStiffness => load_dependent_stiffness::candidates(arm),
+        Cause::AmplitudeDependence => amplitude_dependence::candidates(arm),
+        Cause::TemperatureDrift => temperature_drift::candidates(arm),
+        Cause::GravityStiffness => gravity_stiffness::candidates(arm),
+        Cause::AliasedMode => aliased_mode::candidates(arm),
+        Cause::MissedMode => missed_mode::candidates(arm),
+    }
+}
+
+/// What `cause` means to people.
+pub fn words(cause: Cause) -> Words {
+    match cause {
+        Cause::JointStiffness => joint_stiffness::WORDS,
+        Cause::LinkInertia => link_inertia::WORDS,
+        Cause::ComOffset => com_offset::WORDS,
+        Cause::JointZeroOffset => joint_zero_offset::WORDS,
+        Cause::Payload => payload::WORDS,
+        Cause::BaseCompliance => base_compliance::WORDS,
+        Cause::TransverseCompliance => transverse_compliance::WORDS,
+        Cause::LinkFlexibility => link_flexibility::WORDS,
+        Cause::DriveInertia => drive_inertia::WORDS,
+        Cause::LoadDependentStiffness => load_dependent_stiffness::WORDS,
+        Cause::AmplitudeDependence => amplitude_dependence::WORDS,
+        Cause::TemperatureDrift => temperature_drift::WORDS,
+        Cause::GravityStiffness => gravity_stiffness::WORDS,
+        Cause::AliasedMode => aliased_mode::WORDS,
+        Cause::MissedMode => missed_mode::WORDS,
+    }
+}
+
+/// A spring that nothing in the file mentions: by its logarithm, from one that is as soft as `soft` to one
+/// a thousand times as stiff, which nothing measures.
+fn new_spring(name: &'static str, soft: f64) -> Parameter {
+    Parameter {
+        name,
+        scale: Scale::Log,
+        nominal: None,
+        bounds: [0.02 * soft, 2000.0 * soft],
+        starts: [3.0, 0.3, 1.0, 8.0, 20.0, 60.0].iter().map(|share| share * soft).collect(),
+        expected: None,
+    }
+}
+
+/// The frame's own axes that lie across `direction`.
+fn across(direction: &Vector3<f64>) -> Vec<Vector3<f64>> {
+    /// Axes within forty-five degrees of the direction do not count as across.
+    const ALONG: f64 = 0.7072;
+    let length = direction.norm();
+    [Vector3::x(), Vector3::y(), Vector3::z()]
+        .into_iter()
+        .filter(|axis| length == 0.0 || (axis.dot(direction) / length).abs() < ALONG)
+        .collect()
+}

@@ -1,0 +1,208 @@
+//! Findings from a choice: how sure, what else it could be, what to measure next.
+
+use super::candidate::{Candidate, Parameter};
+use super::causes::words;
+use super::choose::{Choice, Model, p_value};
+use super::data::Data;
+use super::fit::Fit;
+use super::gain::rms;
+use super::interval::{Certainty, certainties};
+use super::next_poses::{NextPose, poses_between};
+use super::outcome::{Estimate, Evidence, Finding, Suspect, label};
+use super::predict::Hypothesis;
+use super::problem::Problem;
+use crate::model::{Correction, Robot};
+use crate::units::percent_from_ratio;
+
+/// A rival whose model is worth less by more than this is no rival: e^-6 is one in four hundred.
+pub(super) const RIVAL_WITHIN: f64 = 6.0;
+
+/// Rivals that are told beside a finding.
+const MOST_RIVALS: usize = 3;
+
+/// The findings of a choice, the one that explains most first; values are those of `told`, the same causes in
+/// their widest form.
+pub(super) fn findings(
+    problem: &Problem<'_>,
+    candidates: usize,
+    choice: &Choice<'_>,
+    told: &Fit<'_>,
+) -> Vec<Finding> {
+    let best = &choice.best;
+    let rms_with = rms(best.fit.evaluation.residuals.iter());
+    let n = problem.data.points.len() as f64;
+    let bic = |fit: &Fit<'_>| -2.0 * fit.evaluation.score + fit.freedom * n.ln();
+    let mut certainties = certainties(problem.data, told).into_iter();
+    let mut findings = Vec::new();
+    for (i, (candidate, inner)) in told.hypothesis.effects.iter().enumerate() {
+        let parameters = candidate
+            .parameters
+            .iter()
+            .zip(inner)
+            .zip(certainties.by_ref())
+            .filter(|(_, certainty)| certainty.is_told)
+            .map(|((parameter, &inner), certainty)| estimate(parameter, inner, certainty))
+            .collect();
+        let mut rest = best.fit.hypothesis.clone();
+        rest.effects.remove(i);
+        let without = problem.climb(rest).unwrap_or_else(|| choice.nothing.clone());
+        findings.push(Finding {
+            cause: candidate.cause,
+            at: candidate.at.clone(),
+            indistinguishable_from: group(choice, i, candidate),
+            parameters,
+            hinge: candidate.hinge.clone(),
+            evidence: Evidence {
+                delta_bic: bic(&best.fit) - bic(&without),
+                p_value: p_value(problem, candidates, &without, &best.fit),
+            },
+            gain_percent_points: percent_from_ratio(
+                rms(without.evaluation.residuals.iter()) - rms_with,
+            ),
+        });
+    }
+    findings.sort_by(|a, b| b.gain_percent_points.total_cmp(&a.gain_percent_points));
+    findings
+}
+
+fn estimate(parameter: &Parameter, inner: f64, certainty: Certainty) -> Estimate {
+    let ci95 = [-1.0, 1.0].map(|sign| match certainty.half {
+        Some(half) => parameter.value(parameter.clamp(inner + sign * half)),
+        None => parameter.bounds[usize::from(sign > 0.0)],
+    });
+    Estimate {
+        name: parameter.name.to_owned(),
+        nominal: parameter.nominal,
+        estimate: parameter.value(inner),
+        ci95,
+    }
+}
+
+/// The same causes with everything free of which something is expected, so that intervals count it in; fitted to the last digit.
+pub(super) fn widened<'c>(
+    problem: &Problem<'_>,
+    candidates: &'c [Candidate],
+    fit: &Fit<'c>,
+) -> Fit<'c> {
+    /// Digits that are told must not depend on where a fit began.
+    const NO_GAIN: f64 = 1e-9;
+    let effects = fit
+        .hypothesis
+        .effects
+        .iter()
+        .map(|(candidate, inner)| match candidates.iter().find(|other| other.widens(candidate)) {
+            None => (*candidate, inner.clone()),
+            Some(wider) => {
+                let own = |name: &str| candidate.parameters.iter().position(|p| p.name == name);
+                let start = |p: &Parameter| match own(p.name) {
+                    Some(at) => candidate.parameters[at].value(inner[at]),
+                    None => p.starts.first().copied().unwrap_or(0.0),
+                };
+                (wider, wider.parameters.iter().map(|p| p.inner(start(p))).collect())
+            }
+        })
+        .collect();
+    problem.climb_to(Hypothesis { effects }, NO_GAIN).unwrap_or_else(|| fit.clone())
+}
+
+/// What a robot's file needs to hold; what the data say nothing of is left out.
+pub(super) fn corrections(data: &Data, fit: &Fit<'_>) -> Vec<Correction> {
+    let mut certainties = certainties(data, fit).into_iter();
+    let mut corrections = fit.hypothesis.corrections();
+    for ((candidate, _), correction) in fit.hypothesis.effects.iter().zip(&mut corrections) {
+        let told: Vec<bool> = candidate
+            .parameters
+            .iter()
+            .zip(certainties.by_ref())
+            .map(|(parameter, certainty)| {
+                let expects_none = parameter.expected.is_some_and(|[mean, _]| mean == 0.0);
+                certainty.is_told || !expects_none
+            })
+            .collect();
+        let mut told = told.into_iter();
+        correction.parameters.retain(|_| told.next().unwrap_or(true));
+    }
+    corrections
+}
+
+/// The places of one cause that count as one suspect, best first.
+fn suspects(models: &[Model<'_>], i: usize, best: f64) -> Vec<Suspect> {
+    let mut suspects: Vec<Suspect> = Vec::new();
+    let mut add = |suspect: Suspect| {
+        if !suspects.iter().any(|s| s.cause == suspect.cause && s.at == suspect.at) {
+            suspects.push(suspect);
+        }
+    };
+    for model in models {
+        let Some((candidate, _)) = model.fit.hypothesis.effects.get(i) else { continue };
+        let behind = 2.0 * (best - model.worth);
+        add(Suspect { cause: candidate.cause, at: candidate.at.clone(), behind });
+    }
+    suspects
+}
+
+/// Rivals of the finding `i` within reach.
+fn group(choice: &Choice<'_>, i: usize, finding: &Candidate) -> Vec<Suspect> {
+    let others: Vec<&Candidate> =
+        choice.best.fit.hypothesis.effects.iter().map(|(candidate, _)| *candidate).collect();
+    let mut group: Vec<Suspect> = suspects(&choice.rivals[i], i, choice.best.worth)
+        .into_iter()
+        .filter(|s| s.behind < 2.0 * RIVAL_WITHIN)
+        .filter(|s| !others.iter().any(|o| o.cause == s.cause && o.at == s.at))
+        .collect();
+    group.truncate(MOST_RIVALS);
+    // Other names of the same body come last.
+    for name in &finding.also {
+        if group.len() < MOST_RIVALS {
+            group.push(Suspect { cause: finding.cause, at: Some(name.clone()), behind: 0.0 });
+        }
+    }
+    group
+}
+
+pub(super) fn ranking(choice: &Choice<'_>) -> Vec<Suspect> {
+    const MOST_RANKED: usize = 12;
+    let Some(models) = choice.rivals.first() else { return Vec::new() };
+    let best = models.first().map_or(0.0, |model| model.worth);
+    let mut ranking = suspects(models, 0, best);
+    ranking.truncate(MOST_RANKED);
+    ranking
+}
+
+pub(super) fn next(
+    problem: &Problem<'_>,
+    robot: &Robot,
+    choice: &Choice<'_>,
+) -> (Vec<NextPose>, Vec<(String, &'static str)>) {
+    let (mut poses, mut tests) = (Vec::new(), Vec::new());
+    for (i, (candidate, _)) in choice.best.fit.hypothesis.effects.iter().enumerate() {
+        let own = label(candidate.cause, candidate.at.as_deref());
+        for suspect in group(choice, i, candidate) {
+            let model = choice.rivals[i].iter().find(|model| {
+                let (other, _) = model.fit.hypothesis.effects[i];
+                other.cause == suspect.cause && other.at == suspect.at
+            });
+            let Some(model) = model else { continue };
+            let found = poses_between(
+                problem.description,
+                robot,
+                problem.data,
+                &choice.best.fit,
+                &model.fit,
+                suspect.behind,
+            );
+            if found.is_empty() {
+                let pair = format!("{own} or {}", suspect.label());
+                tests.push((pair, words(candidate.cause).test));
+            }
+            for (joints, square) in found {
+                poses.push(NextPose {
+                    joints,
+                    separates: [own.clone(), suspect.label()],
+                    apart: square.sqrt(),
+                });
+            }
+        }
+    }
+    (poses, tests)
+}

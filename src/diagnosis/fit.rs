@@ -1,0 +1,199 @@
+//! Causes fitted to a table: weighted least squares in a trust region (Levenberg–Marquardt) with the
+//! weights of the noise, from several starts.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::candidate::Candidate;
+use super::predict::Hypothesis;
+use super::problem::{Evaluation, Problem};
+
+/// Rounds of a fit.
+const MOST_ROUNDS: usize = 25;
+
+/// A gain of ln likelihood below this ends a fit.
+const SMALLEST_GAIN: f64 = 2e-3;
+
+/// A fitted hypothesis.
+#[derive(Debug, Clone)]
+pub(super) struct Fit<'c> {
+    pub(super) hypothesis: Hypothesis<'c>,
+    pub(super) evaluation: Evaluation,
+    /// Degrees of freedom that the parameters take: less than their number where the data say little.
+    pub(super) freedom: f64,
+}
+
+impl Fit<'_> {
+    /// Puts the cause that came last at place `i`, its parameters with it.
+    pub(super) fn move_last_to(&mut self, i: usize) {
+        let effects = &mut self.hypothesis.effects;
+        let Some(last) = effects.pop() else { return };
+        let at: usize = effects[..i].iter().map(|(_, inner)| inner.len()).sum();
+        let count = last.1.len();
+        effects.insert(i, last);
+        // A point without prediction has no slopes.
+        for slopes in self.evaluation.slopes.iter_mut().filter(|s| s.len() >= at + count) {
+            slopes[at..].rotate_right(count);
+        }
+    }
+}
+
+impl Problem<'_> {
+    /// The best fit of the causes of `given`, from their parameters, and of `added`, if given, from the most
+    /// promising of its starts.
+    pub(super) fn fit<'c>(
+        &self,
+        given: &Hypothesis<'c>,
+        added: Option<&'c Candidate>,
+        starts: usize,
+    ) -> Option<Fit<'c>> {
+        let hypotheses: Vec<Hypothesis<'c>> = match added {
+            None => vec![given.clone()],
+            Some(candidate) => candidate
+                .starts()
+                .into_iter()
+                .map(|inner| {
+                    let mut hypothesis = given.clone();
+                    hypothesis.effects.push((candidate, inner));
+                    hypothesis
+                })
+                .collect(),
+        };
+        let mut promising: Vec<(f64, Hypothesis<'c>)> = if hypotheses.len() == 1 {
+            hypotheses.into_iter().map(|hypothesis| (0.0, hypothesis)).collect()
+        } else {
+            hypotheses
+                .into_iter()
+                .filter_map(|hypothesis| {
+                    Some((self.evaluate(&hypothesis, false)?.score, hypothesis))
+                })
+                .collect()
+        };
+        promising.sort_by(|a, b| b.0.total_cmp(&a.0));
+        promising
+            .into_iter()
+            .take(starts)
+            .filter_map(|(_, hypothesis)| self.climb(hypothesis))
+            .max_by(|a, b| a.evaluation.score.total_cmp(&b.evaluation.score))
+    }
+
+    /// Levenberg–Marquardt from a start.
+    pub(super) fn climb<'c>(&self, start: Hypothesis<'c>) -> Option<Fit<'c>> {
+        self.climb_to(start, SMALLEST_GAIN)
+    }
+
+    /// The same until a round gains less than `smallest_gain` of ln likelihood.
+    pub(super) fn climb_to<'c>(
+        &self,
+        start: Hypothesis<'c>,
+        smallest_gain: f64,
+    ) -> Option<Fit<'c>> {
+        let mut hypothesis = start;
+        let mut evaluation = self.evaluate(&hypothesis, true)?;
+        let mut damping = 1e-3;
+        for _ in 0..MOST_ROUNDS {
+            let inner = hypothesis.inner();
+            if inner.is_empty() {
+                break;
+            }
+            let (information, gradient) = normal_equations(&hypothesis, &evaluation);
+            let mut gained = None;
+            for _ in 0..8 {
+                let mut damped = information.clone();
+                for i in 0..inner.len() {
+                    damped[(i, i)] += damping * information[(i, i)].max(1e-12) + 1e-12;
+                }
+                let Some(step) = damped.cholesky().map(|c| c.solve(&gradient)) else {
+                    damping *= 10.0;
+                    continue;
+                };
+                let next = within_bounds(&hypothesis, &inner, &step);
+                match self.evaluate(&next, true) {
+                    Some(better) if better.score > evaluation.score => {
+                        gained = Some(better.score - evaluation.score);
+                        hypothesis = next;
+                        evaluation = better;
+                        damping = (damping * 0.1).max(1e-9);
+                        break;
+                    }
+                    _ => damping *= 10.0,
+                }
+            }
+            match gained {
+                Some(gain) if gain > smallest_gain => {}
+                _ => break,
+            }
+        }
+        let freedom = freedom(&hypothesis, &evaluation);
+        Some(Fit { hypothesis, evaluation, freedom })
+    }
+}
+
+/// Fisher information with what is expected, and the gradient of the score.
+pub(super) fn normal_equations(
+    hypothesis: &Hypothesis<'_>,
+    evaluation: &Evaluation,
+) -> (DMatrix<f64>, DVector<f64>) {
+    let inner = hypothesis.inner();
+    let p = inner.len();
+    let mut information = DMatrix::zeros(p, p);
+    let mut gradient = DVector::zeros(p);
+    for ((residual, slope), weight) in
+        evaluation.residuals.iter().zip(&evaluation.slopes).zip(&evaluation.noise.weights)
+    {
+        let Some(residual) = residual else { continue };
+        for i in 0..p {
+            gradient[i] += weight * slope[i] * residual;
+            for j in 0..p {
+                information[(i, j)] += weight * slope[i] * slope[j];
+            }
+        }
+    }
+    let parameters = hypothesis.effects.iter().flat_map(|(candidate, _)| &candidate.parameters);
+    for (i, parameter) in parameters.enumerate() {
+        if let Some((nominal, precision)) = parameter.expectation() {
+            information[(i, i)] += precision;
+            gradient[i] -= precision * (inner[i] - nominal);
+        }
+    }
+    (information, gradient)
+}
+
+/// tr[J'WJ (J'WJ + P)⁻¹], with what hidden choices the candidates take.
+fn freedom(hypothesis: &Hypothesis<'_>, evaluation: &Evaluation) -> f64 {
+    let (information, _) = normal_equations(hypothesis, evaluation);
+    let p = information.nrows();
+    let mut freedom: f64 =
+        hypothesis.effects.iter().map(|(candidate, _)| candidate.hidden_freedom).sum();
+    freedom += p as f64;
+    let parameters = hypothesis.effects.iter().flat_map(|(candidate, _)| &candidate.parameters);
+    let precision: Vec<f64> =
+        parameters.map(|parameter| parameter.expectation().map_or(0.0, |e| e.1)).collect();
+    if let Some(inverse) = (information + DMatrix::from_diagonal_element(p, p, 1e-12)).try_inverse()
+    {
+        for (i, precision) in precision.iter().enumerate() {
+            freedom -= (precision * inverse[(i, i)]).clamp(0.0, 1.0);
+        }
+    }
+    freedom
+}
+
+fn within_bounds<'c>(
+    hypothesis: &Hypothesis<'c>,
+    inner: &[f64],
+    step: &DVector<f64>,
+) -> Hypothesis<'c> {
+    /// No parameter moves further in one step: a factor of four, or four units.
+    const LONGEST_STEP: f64 = 1.4;
+    let parameters = hypothesis.effects.iter().flat_map(|(candidate, _)| &candidate.parameters);
+    let next: Vec<f64> = parameters
+        .zip(inner)
+        .zip(step.iter())
+        .map(|((parameter, &inner), &step)| {
+            parameter.clamp(inner + step.clamp(-LONGEST_STEP, LONGEST_STEP))
+        })
+        .collect();
+    hypothesis.with(&next)
+}
+
+#[cfg(test)]
+mod tests;

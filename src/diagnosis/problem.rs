@@ -1,0 +1,196 @@
+//! A hypothesis held against a table: residuals as the instrument shows them, sensitivities, likelihood.
+
+use super::candidate::Candidate;
+use super::data::Data;
+use super::likelihood::{FINEST, Noise, noise};
+use super::predict::{Frequency, Hypothesis, folded, predict};
+use crate::model::{Cause, Description};
+
+/// Scale of the noise with which missed modes are first told from seen ones.
+const FIRST_SCALE: f64 = 0.01;
+
+/// The problem: a robot's description and a table.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Problem<'p> {
+    pub(super) description: &'p Description,
+    pub(super) data: &'p Data,
+}
+
+/// A hypothesis held against the table.
+#[derive(Debug, Clone)]
+pub(super) struct Evaluation {
+    /// ln(measured / predicted), one a point; `None` where the model has no such mode.
+    pub(super) residuals: Vec<Option<f64>>,
+    /// d ln(predicted) by each parameter, one row a point.
+    pub(super) slopes: Vec<Vec<f64>>,
+    pub(super) noise: Noise,
+    /// ln likelihood, with what is expected of the parameters.
+    pub(super) score: f64,
+}
+
+impl<'p> Problem<'p> {
+    /// Residuals and likelihood of a hypothesis; `None` if it is impossible.
+    pub(super) fn evaluate(
+        &self,
+        hypothesis: &Hypothesis<'_>,
+        with_slopes: bool,
+    ) -> Option<Evaluation> {
+        let rows = predict(self.description, hypothesis, self.data, with_slopes)?;
+        let rows = self.seen(hypothesis, rows)?;
+        let missed: Vec<usize> = hypothesis
+            .effects
+            .iter()
+            .filter(|(candidate, _)| candidate.cause == Cause::MissedMode)
+            .filter_map(|(candidate, _)| mode_of(candidate))
+            .collect();
+        let (residuals, slopes, prior) = if missed.is_empty() {
+            let (residuals, slopes) = self.compared(&rows, with_slopes);
+            (residuals, slopes, 0.0)
+        } else {
+            self.compared_with_misses(rows, &missed, with_slopes)
+        };
+        let noise = noise(&self.data.points, &residuals);
+        let score = noise.ln_likelihood + prior + expectation(hypothesis);
+        score.is_finite().then_some(Evaluation { residuals, slopes, noise, score })
+    }
+
+    /// Frequencies as the instrument shows them: folded where it folds.
+    fn seen(
+        &self,
+        hypothesis: &Hypothesis<'_>,
+        mut rows: Vec<Vec<Frequency>>,
+    ) -> Option<Vec<Vec<Frequency>>> {
+        let mut at = 0;
+        for (candidate, inner) in &hypothesis.effects {
+            let own = at;
+            at += inner.len();
+            if candidate.cause != Cause::AliasedMode {
+                continue;
+            }
+            let mode = mode_of(candidate)?;
+            let fitted = candidate.parameters.first().map(|p| p.value(inner[0]));
+            for (frequencies, row) in rows.iter_mut().zip(&self.data.rows) {
+                let Some(rate) = fitted.or(row.sample_rate_hz) else { continue };
+                let Some(frequency) = frequencies.get_mut(mode) else { continue };
+                let true_hz = frequency.ln_hz.exp();
+                if true_hz <= 0.5 * rate {
+                    continue;
+                }
+                let seen_hz = folded(true_hz, rate).max(1e-3);
+                let turns = (true_hz / rate).round();
+                let sign = if true_hz >= turns * rate { 1.0 } else { -1.0 };
+                for slope in &mut frequency.slope {
+                    *slope *= sign * true_hz / seen_hz;
+                }
+                if let (Some(_), Some(slope)) = (fitted, frequency.slope.get_mut(own)) {
+                    // seen = ±(true − turns · rate), and the rate is measured by its logarithm.
+                    *slope = -sign * turns * rate / seen_hz;
+                }
+                frequency.ln_hz = seen_hz.ln();
+            }
+        }
+        for frequencies in &mut rows {
+            frequencies.sort_by(|a, b| a.ln_hz.total_cmp(&b.ln_hz));
+        }
+        Some(rows)
+    }
+
+    fn compared(
+        &self,
+        rows: &[Vec<Frequency>],
+        with_slopes: bool,
+    ) -> (Vec<Option<f64>>, Vec<Vec<f64>>) {
+        let mut residuals = Vec::with_capacity(self.data.points.len());
+        let mut slopes = Vec::new();
+        for point in &self.data.points {
+            let predicted = rows[point.row].get(point.column);
+            residuals.push(predicted.map(|predicted| point.ln_f - predicted.ln_hz));
+            if with_slopes {
+                slopes.push(predicted.map_or_else(Vec::new, |predicted| predicted.slope.clone()));
+            }
+        }
+        (residuals, slopes)
+    }
+
+    /// Row by row, the likelier of a mode seen and a mode missed; with ln of how likely so many misses are.
+    fn compared_with_misses(
+        &self,
+        mut rows: Vec<Vec<Frequency>>,
+        missed: &[usize],
+        with_slopes: bool,
+    ) -> (Vec<Option<f64>>, Vec<Vec<f64>>, f64) {
+        let mut prior = 0.0;
+        for &mode in missed {
+            let shifted: Vec<Vec<Frequency>> = rows
+                .iter()
+                .map(|row| {
+                    let mut row = row.clone();
+                    if mode < row.len() {
+                        row.remove(mode);
+                    }
+                    row
+                })
+                .collect();
+            let (as_seen, _) = self.compared(&rows, false);
+            let (as_missed, _) = self.compared(&shifted, false);
+            let mut scale = FIRST_SCALE;
+            let mut is_missed = vec![false; rows.len()];
+            for _ in 0..3 {
+                let mut gain = vec![0.0; rows.len()];
+                for (i, point) in self.data.points.iter().enumerate() {
+                    let cost = |r: Option<f64>| match r {
+                        Some(r) => 4.5 * (r * r / (8.0 * scale * scale)).ln_1p(),
+                        None => -(scale.ln()) - 0.2,
+                    };
+                    gain[point.row] += cost(as_seen[i]) - cost(as_missed[i]);
+                }
+                let price = (rows.len() as f64).ln();
+                is_missed = gain.iter().map(|&gain| gain > price).collect();
+                let chosen: Vec<Option<f64>> = self
+                    .data
+                    .points
+                    .iter()
+                    .enumerate()
+                    .map(|(i, p)| if is_missed[p.row] { as_missed[i] } else { as_seen[i] })
+                    .collect();
+                scale = noise(&self.data.points, &chosen).scale.max(FINEST);
+            }
+            let count = is_missed.iter().filter(|&&m| m).count();
+            prior += binomial_ln(count, rows.len());
+            for ((row, shifted), missed) in rows.iter_mut().zip(shifted).zip(is_missed) {
+                if missed {
+                    *row = shifted;
+                }
+            }
+        }
+        let (residuals, slopes) = self.compared(&rows, with_slopes);
+        (residuals, slopes, prior)
+    }
+}
+
+/// The mode, from 0, that a candidate of the instrument is about.
+pub(super) fn mode_of(candidate: &Candidate) -> Option<usize> {
+    candidate.at.as_deref()?.parse::<usize>().ok()?.checked_sub(1)
+}
+
+/// ln of the likeliest binomial probability of `count` in `of`, each row on its own.
+fn binomial_ln(count: usize, of: usize) -> f64 {
+    let share = |n: usize| {
+        let p = n as f64 / of as f64;
+        if n == 0 { 0.0 } else { n as f64 * p.ln() }
+    };
+    share(count) + share(of - count)
+}
+
+/// ln of how well the parameters agree with what is expected of them.
+fn expectation(hypothesis: &Hypothesis<'_>) -> f64 {
+    let mut sum = 0.0;
+    for (candidate, inner) in &hypothesis.effects {
+        for (parameter, &inner) in candidate.parameters.iter().zip(inner) {
+            if let Some((nominal, precision)) = parameter.expectation() {
+                sum -= 0.5 * precision * (inner - nominal).powi(2);
+            }
+        }
+    }
+    sum
+}

@@ -1,0 +1,119 @@
+//! What each candidate does to the frequencies, once and for all: to be tried on what a model leaves without
+//! solving an eigenproblem again.
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use super::candidate::Candidate;
+use super::fit::{Fit, normal_equations};
+use super::likelihood::noise;
+use super::predict::Hypothesis;
+use super::problem::Problem;
+
+/// Most starts of one candidate that are tried.
+const MOST_TRIED: usize = 10;
+
+/// ln f as predicted, one a point of the whole table; `None` where there is no such mode.
+type Prediction = Vec<Option<f64>>;
+
+/// What every candidate does from each of its starts.
+#[derive(Debug)]
+pub(super) struct Screen {
+    plain: Prediction,
+    moved: Vec<Vec<Prediction>>,
+}
+
+impl Screen {
+    /// Tries every candidate on the whole table.
+    pub(super) fn new(problem: &Problem<'_>, candidates: &[Candidate]) -> Option<Self> {
+        let predicted = |hypothesis: &Hypothesis<'_>| -> Option<Prediction> {
+            let evaluation = problem.evaluate(hypothesis, false)?;
+            let points = problem.data.points.iter();
+            Some(points.zip(evaluation.residuals).map(|(p, r)| Some(p.ln_f - r?)).collect())
+        };
+        let moved = candidates
+            .par_iter()
+            .map(|candidate| {
+                if candidate.cause.is_of_the_instrument() {
+                    return Vec::new();
+                }
+                let mut starts = candidate.starts();
+                thin(&mut starts, MOST_TRIED);
+                starts
+                    .into_iter()
+                    .filter_map(|inner| {
+                        predicted(&Hypothesis { effects: vec![(candidate, inner)] })
+                    })
+                    .collect()
+            })
+            .collect();
+        Some(Self { plain: predicted(&Hypothesis::default())?, moved })
+    }
+
+    /// What ln likelihood the candidate `which` may gain on a fit, at its starts and along the way to them.
+    pub(super) fn promise<'c>(
+        &self,
+        problem: &Problem<'_>,
+        parent: &Fit<'c>,
+        which: usize,
+        candidate: &'c Candidate,
+    ) -> f64 {
+        let before = &parent.evaluation;
+        let cost = 0.5 * candidate.parameters.len() as f64;
+        if candidate.cause.is_of_the_instrument() {
+            // Folding and missing are no small changes, and there are few of them.
+            let mut hypothesis = parent.hypothesis.clone();
+            let best = candidate.starts().into_iter().filter_map(|inner| {
+                hypothesis.effects.truncate(parent.hypothesis.effects.len());
+                hypothesis.effects.push((candidate, inner));
+                Some(problem.evaluate(&hypothesis, false)?.score - before.score)
+            });
+            return best.fold(f64::NEG_INFINITY, f64::max) - cost;
+        }
+        let points = &problem.data.points;
+        let weights = &before.noise.weights;
+        let (information, _) = normal_equations(&parent.hypothesis, before);
+        let p = information.nrows();
+        let inverse = (information + DMatrix::from_diagonal_element(p, p, 1e-9)).try_inverse();
+        let mut best = f64::NEG_INFINITY;
+        for moved in &self.moved[which] {
+            let mut residuals = Vec::with_capacity(points.len());
+            let mut along = DVector::zeros(p);
+            let (mut product, mut square) = (0.0, 0.0);
+            for (i, (point, residual)) in points.iter().zip(&before.residuals).enumerate() {
+                let (plain, moved) = (self.plain[point.index], moved[point.index]);
+                residuals.push(match (plain, moved, residual) {
+                    (Some(plain), Some(moved), Some(r)) => Some(r - (moved - plain)),
+                    (_, Some(moved), None) => Some(point.ln_f - moved),
+                    (_, _, r) => *r,
+                });
+                let (Some(plain), Some(moved), Some(r)) = (plain, moved, residual) else {
+                    continue;
+                };
+                let s = moved - plain;
+                product += weights[i] * s * r;
+                square += weights[i] * s * s;
+                for k in 0..p {
+                    along[k] += weights[i] * s * before.slopes[i][k];
+                }
+            }
+            best = best.max(noise(points, &residuals).ln_likelihood - before.noise.ln_likelihood);
+            if let Some(inverse) = &inverse {
+                square -= (along.transpose() * inverse * &along)[(0, 0)];
+            }
+            if square > 1e-9 {
+                best = best.max(0.5 * product * product / square);
+            }
+        }
+        best - cost
+    }
+}
+
+/// At most `count` of the starts, evenly.
+fn thin(starts: &mut Vec<Vec<f64>>, count: usize) {
+    if starts.len() <= count {
+        return;
+    }
+    let of = starts.len();
+    *starts = (0..count).map(|i| starts[i * (of - 1) / (count - 1).max(1)].clone()).collect();
+}

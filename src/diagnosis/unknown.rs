@@ -1,0 +1,292 @@
+//! Is what a model leaves mere noise? Residuals are held against many simple shapes that no cause of the
+//! vocabulary needs to have: functions of a joint, of the frequency, of the order of the rows, of a
+//! covariate, of a spring that varies with the pose or from pose to pose. Each is one F test.
+
+use rayon::prelude::*;
+
+use super::choose::p_value_of_gain;
+use super::data::Data;
+use super::fit::Fit;
+use super::predict::participation;
+use super::problem::Problem;
+
+/// Structure is seen if chance does as well with any shape less often than this.
+pub(super) const SIGNIFICANCE: f64 = 0.005;
+
+/// Which shape a residual follows.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Shape {
+    /// Each mode is off by a factor of its own.
+    ModeByMode,
+    /// All modes follow a joint's position.
+    Joint {
+        /// From the base, from 0.
+        joint: usize,
+    },
+    /// One mode follows a joint's position.
+    ModeOverJoint {
+        /// From 0.
+        mode: usize,
+        /// From the base, from 0.
+        joint: usize,
+    },
+    /// One mode follows the pose as a whole.
+    ModeOverPose {
+        /// From 0.
+        mode: usize,
+    },
+    /// A spring varies with a joint's position.
+    SpringOverJoint {
+        /// Elastic coordinate, from 0.
+        coordinate: usize,
+        /// From the base, from 0.
+        joint: usize,
+    },
+    /// A spring varies from pose to pose.
+    SpringByPose {
+        /// Elastic coordinate, from 0.
+        coordinate: usize,
+    },
+    /// The inertia of an elastic coordinate varies from pose to pose.
+    InertiaByPose {
+        /// Elastic coordinate, from 0.
+        coordinate: usize,
+    },
+    /// All modes of a pose are off together.
+    PoseByPose,
+    /// It follows the order of the rows.
+    Order,
+    /// It follows the temperature.
+    Temperature,
+    /// It follows the level of excitation.
+    Amplitude,
+    /// It follows the frequency.
+    Frequency,
+}
+
+/// What a residual follows most.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Structure {
+    /// The shape.
+    pub shape: Shape,
+    /// How often chance follows any shape as closely.
+    pub p_value: f64,
+    /// Share of the residual's variance that the shape takes, less what chance would take.
+    pub share: f64,
+    /// Degrees of freedom of the shape.
+    pub freedom: usize,
+    /// Gain of ln likelihood.
+    pub gain: f64,
+}
+
+/// The shape that the residuals of `fit` follow most clearly, and the one that would be the best
+/// explanation; `None` if there are too few points for any.
+pub(super) fn structure(problem: &Problem<'_>, fit: &Fit<'_>) -> Option<Structures> {
+    let shapes = shapes(problem, fit)?;
+    let ground = Ground::of(problem.data, fit);
+    let tries = shapes.len() as f64;
+    let n = ground.count as f64;
+    let found: Vec<Structure> = shapes
+        .par_iter()
+        .filter_map(|(shape, columns)| {
+            let (gain, freedom) = ground.gain(columns);
+            let left = n - ground.taken.len() as f64 - freedom as f64;
+            if freedom == 0 || left < 4.0 {
+                return None;
+            }
+            let p = p_value_of_gain(gain, freedom as f64, left, n);
+            let kept = (-2.0 * gain / n).exp();
+            let share = 1.0 - kept * (left + freedom as f64) / left;
+            Some(Structure {
+                shape: shape.clone(),
+                p_value: (p * tries).min(1.0),
+                share,
+                freedom,
+                gain,
+            })
+        })
+        .collect();
+    let clearest = found
+        .iter()
+        .min_by(|a, b| a.p_value.total_cmp(&b.p_value).then(b.gain.total_cmp(&a.gain)))?;
+    let worth = |s: &Structure| s.gain - 0.5 * s.freedom as f64 * n.ln();
+    let best = found.iter().max_by(|a, b| worth(a).total_cmp(&worth(b)))?;
+    Some(Structures { clearest: clearest.clone(), best_worth: worth(best) })
+}
+
+/// What [`structure`] finds.
+#[derive(Debug, Clone)]
+pub(super) struct Structures {
+    pub(super) clearest: Structure,
+    /// The gain of ln likelihood less what it costs, of the shape for which that is most.
+    pub(super) best_worth: f64,
+}
+
+/// Residuals, whitened and with what the fitted parameters take taken out.
+struct Ground {
+    /// Square roots of the weights; 0 where there is no prediction.
+    roots: Vec<f64>,
+    /// Orthonormal columns that the parameters span.
+    taken: Vec<Vec<f64>>,
+    residual: Vec<f64>,
+    square: f64,
+    count: usize,
+}
+
+impl Ground {
+    fn of(data: &Data, fit: &Fit<'_>) -> Self {
+        let evaluation = &fit.evaluation;
+        let roots: Vec<f64> = evaluation.noise.weights.iter().map(|w| w.sqrt()).collect();
+        let parameters = fit.hypothesis.inner().len();
+        let mut taken: Vec<Vec<f64>> = Vec::new();
+        for k in 0..parameters {
+            let column = (0..data.points.len())
+                .map(|i| evaluation.slopes[i].get(k).copied().unwrap_or(0.0) * roots[i])
+                .collect();
+            orthonormal(column, &mut taken);
+        }
+        let mut residual: Vec<f64> =
+            evaluation.residuals.iter().zip(&roots).map(|(r, w)| r.unwrap_or(0.0) * w).collect();
+        for q in &taken {
+            let along = dot(q, &residual);
+            residual.iter_mut().zip(q).for_each(|(r, q)| *r -= along * q);
+        }
+        let square = dot(&residual, &residual);
+        let count = evaluation.residuals.iter().flatten().count();
+        Self { roots, taken, residual, square, count }
+    }
+
+    /// Gain of ln likelihood and degrees of freedom of a shape.
+    fn gain(&self, columns: &[Vec<f64>]) -> (f64, usize) {
+        let mut basis = self.taken.clone();
+        let mut square = self.square;
+        for column in columns {
+            let whitened = column.iter().zip(&self.roots).map(|(c, w)| c * w).collect();
+            if orthonormal(whitened, &mut basis)
+                && let Some(new) = basis.last()
+            {
+                square -= dot(new, &self.residual).powi(2);
+            }
+        }
+        let kept = (square / self.square).max(1e-12);
+        (-0.5 * self.count as f64 * kept.ln(), basis.len() - self.taken.len())
+    }
+}
+
+/// Adds what is new in `column` to `basis`; `false` if nothing is.
+fn orthonormal(mut column: Vec<f64>, basis: &mut Vec<Vec<f64>>) -> bool {
+    let before = dot(&column, &column);
+    for _ in 0..2 {
+        for q in basis.iter() {
+            let along = dot(q, &column);
+            column.iter_mut().zip(q).for_each(|(c, q)| *c -= along * q);
+        }
+    }
+    let square = dot(&column, &column);
+    if square.is_nan() || square <= 1e-8 * before || before == 0.0 {
+        return false;
+    }
+    let norm = square.sqrt();
+    column.iter_mut().for_each(|c| *c /= norm);
+    basis.push(column);
+    true
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+type Columns = Vec<Vec<f64>>;
+
+/// Every shape with the columns that span it, one entry a point.
+fn shapes(problem: &Problem<'_>, fit: &Fit<'_>) -> Option<Vec<(Shape, Columns)>> {
+    let data = problem.data;
+    let energies = participation(problem.description, &fit.hypothesis, data)?;
+    let joints = data.rows.first()?.q.len();
+    let coordinates = energies.first()?.first()?.len();
+    let column =
+        |of: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..data.points.len()).map(of).collect() };
+    let row = |i: usize| &data.rows[data.points[i].row];
+    let masked = |base: &dyn Fn(usize) -> f64| -> Columns {
+        (0..data.rows.len())
+            .map(|r| column(&|i| if data.points[i].row == r { base(i) } else { 0.0 }))
+            .collect()
+    };
+    let energy = |i: usize, coordinate: usize, kind: usize| -> f64 {
+        let point = &data.points[i];
+        energies[point.row].get(point.column).map_or(0.0, |mode| mode[coordinate][kind])
+    };
+    let harmonics = |base: &dyn Fn(usize) -> f64, joint: usize, most: i32| -> Columns {
+        (1..=most)
+            .flat_map(|k| {
+                let angle = move |i: usize| f64::from(k) * row(i).q[joint];
+                [column(&|i| base(i) * angle(i).sin()), column(&|i| base(i) * angle(i).cos())]
+            })
+            .collect()
+    };
+    let mut shapes: Vec<(Shape, Columns)> = Vec::new();
+    let of_mode = |mode: usize| move |i: usize| f64::from(u8::from(data.points[i].column == mode));
+    shapes.push((Shape::ModeByMode, (0..data.columns).map(|m| column(&of_mode(m))).collect()));
+    for joint in 0..joints {
+        shapes.push((Shape::Joint { joint }, harmonics(&|_| 1.0, joint, 2)));
+        for mode in 0..data.columns {
+            let mut columns = vec![column(&of_mode(mode))];
+            columns.extend(harmonics(&of_mode(mode), joint, 2));
+            shapes.push((Shape::ModeOverJoint { mode, joint }, columns));
+        }
+    }
+    for mode in 0..data.columns {
+        let mut columns = vec![column(&of_mode(mode))];
+        columns.extend((0..joints).flat_map(|joint| harmonics(&of_mode(mode), joint, 1)));
+        shapes.push((Shape::ModeOverPose { mode }, columns));
+    }
+    for coordinate in 0..coordinates {
+        let base = |i: usize| energy(i, coordinate, 0);
+        for joint in 0..joints {
+            let mut columns = vec![column(&base)];
+            columns.extend(harmonics(&base, joint, 2));
+            shapes.push((Shape::SpringOverJoint { coordinate, joint }, columns));
+        }
+        shapes.push((Shape::SpringByPose { coordinate }, masked(&base)));
+        shapes.push((Shape::InertiaByPose { coordinate }, masked(&|i| energy(i, coordinate, 1))));
+    }
+    shapes.push((Shape::PoseByPose, masked(&|_| 1.0)));
+    let powers = |of: &dyn Fn(usize) -> f64| -> Columns {
+        vec![column(of), column(&|i| of(i).powi(2)), column(&|_| 1.0)]
+    };
+    let middle = 0.5 * data.rows.len() as f64;
+    shapes.push((Shape::Order, powers(&|i| data.points[i].row as f64 / middle - 1.0)));
+    for (shape, value) in [
+        (Shape::Temperature, data.rows.iter().map(|r| r.conditions.temperature_c).collect()),
+        (Shape::Amplitude, data.rows.iter().map(|r| r.conditions.amplitude_nm).collect()),
+    ] {
+        let value: Vec<Option<f64>> = value;
+        let Some(values) = value.into_iter().collect::<Option<Vec<f64>>>() else { continue };
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        let spread = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>().sqrt();
+        if spread <= 1e-9 * mean.abs() {
+            continue;
+        }
+        let at = |i: usize| (values[data.points[i].row] - mean) / spread;
+        let mut columns: Columns =
+            (0..data.columns).map(|m| column(&|i| of_mode(m)(i) * at(i))).collect();
+        columns.push(column(&|i| at(i).powi(2)));
+        shapes.push((shape, columns));
+    }
+    shapes.push((Shape::Frequency, bumps(data)));
+    Some(shapes)
+}
+
+/// Smooth bumps over ln f.
+fn bumps(data: &Data) -> Columns {
+    const BUMPS: i32 = 6;
+    let low = data.points.iter().map(|p| p.ln_f).fold(f64::INFINITY, f64::min);
+    let high = data.points.iter().map(|p| p.ln_f).fold(f64::NEG_INFINITY, f64::max);
+    let width = (high - low).max(1e-9) / f64::from(BUMPS - 1);
+    (0..BUMPS)
+        .map(|b| {
+            let centre = low + f64::from(b) * width;
+            data.points.iter().map(|p| (-0.5 * ((p.ln_f - centre) / width).powi(2)).exp()).collect()
+        })
+        .collect()
+}

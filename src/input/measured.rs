@@ -1,0 +1,391 @@
+//! measured.csv → a table of modes.
+
+use std::path::Path;
+
+use super::faults::Faults;
+use super::table::Table;
+use super::text::{LARGEST_TABLE_BYTES, read_text};
+use super::{Fault, Reading};
+use crate::measured::{ModeRow, ModeTable};
+use crate::model::{AngleForm, JointKind, MovingJoint, Robot};
+use crate::units::{m_from_mm, rad_from_deg};
+use crate::wording::nearest;
+
+/// More columns of frequencies than this are no table of modes.
+const MOST_MODES: usize = 64;
+
+/// More rows than this are no table of poses that somebody hit with a hammer.
+const MOST_ROWS: usize = 10_000;
+
+/// Nothing on a robot rings higher, Hz.
+const HIGHEST_HZ: f64 = 1e6;
+
+type ToSi = fn(f64) -> f64;
+
+/// Reads a table of identified modes: the pose as `beta2_rad` (with `beta1_rad`, if known) or one column
+/// `<joint>_rad` or `_deg` per moving joint (`_m` or `_mm` where it slides), `f1_hz`, `f2_hz` … ascending
+/// with blanks where a mode was not measured, and the covariates. `reading` is told of columns passed over.
+///
+/// # Errors
+/// Every fault of the table, each with its line.
+pub fn read_measured(
+    path: &Path,
+    robot: &Robot,
+    reading: &mut Reading,
+) -> Result<ModeTable, Vec<Fault>> {
+    reading.files.push(path.to_owned());
+    let text = read_text(path, LARGEST_TABLE_BYTES).map_err(|fault| vec![fault])?;
+    let mut faults = Faults::of(path);
+    let mut table = Table::open(path, text.as_bytes()).map_err(|fault| vec![fault])?;
+    let Some(columns) = Columns::of(table.header(), table.line(), robot, &mut faults) else {
+        return Err(faults.finish());
+    };
+    let unknown = columns.unknown.iter().map(|what| faults.make(table.line(), what.clone()));
+    reading.notices.extend(unknown);
+    let (mut rows, mut cells) = (Vec::new(), Vec::new());
+    loop {
+        match table.row(&mut cells) {
+            Ok(true) if rows.len() == MOST_ROWS => {
+                let what =
+                    format!("has more than {MOST_ROWS} rows, which is the most that is read");
+                return Err(faults.finish_with(table.fault(&what)));
+            }
+            Ok(true) => rows.push(columns.row(&table, &cells, robot, &mut faults)),
+            Ok(false) => break,
+            Err(fault) => return Err(faults.finish_with(fault)),
+        }
+    }
+    if faults.count() == 0 {
+        let value = ModeTable { rows, modes: columns.modes.len() };
+        match value.count() {
+            0 if value.rows.is_empty() => {
+                faults.add(None, "has no rows, must have at least one below the header");
+            }
+            0 => faults.add(None, "has no frequency in any row"),
+            _ => return Ok(value),
+        }
+    }
+    Err(faults.finish())
+}
+
+/// Where a pose stands.
+enum PoseColumns {
+    /// One column a joint.
+    Joints(Vec<(usize, ToSi)>),
+    /// Angles of the two-link model: (column, joint that carries it, its form).
+    Angles(Vec<(usize, AngleForm)>),
+}
+
+struct Columns {
+    pose: PoseColumns,
+    modes: Vec<usize>,
+    deviations: Vec<Option<usize>>,
+    temperature: Option<usize>,
+    amplitude: Option<usize>,
+    payload: Option<usize>,
+    sample_rate: Option<usize>,
+    id: Option<usize>,
+    unknown: Vec<String>,
+}
+
+impl Columns {
+    fn of(header: &[String], line: usize, robot: &Robot, faults: &mut Faults) -> Option<Self> {
+        let find = |name: &str| header.iter().position(|title| title == name);
+        for (i, title) in header.iter().enumerate() {
+            if !title.is_empty() && header[..i].contains(title) {
+                faults.add(line, format!("column '{title}' is there twice"));
+            }
+        }
+        let pose = pose_columns(header, line, robot, faults);
+        let modes: Vec<usize> =
+            (1..=MOST_MODES).map_while(|mode| find(&format!("f{mode}_hz"))).collect();
+        if modes.is_empty() {
+            faults.add(line, "no column 'f1_hz'");
+        }
+        let later = (modes.len() + 2..=MOST_MODES).find(|m| find(&format!("f{m}_hz")).is_some());
+        if let (false, Some(later)) = (modes.is_empty(), later) {
+            let missing = modes.len() + 1;
+            faults.add(line, format!("no column 'f{missing}_hz' before 'f{later}_hz'"));
+        }
+        let deviations = (1..=modes.len()).map(|m| find(&format!("f{m}_std_hz"))).collect();
+        let known = |title: &str| {
+            [
+                "temperature_c",
+                "amplitude_nm",
+                "payload_kg",
+                "sample_rate_hz",
+                "id",
+                "beta1_rad",
+                "beta2_rad",
+                "",
+            ]
+            .contains(&title)
+                || robot.joints().iter().any(|joint| {
+                    title
+                        .strip_prefix(&joint.name)
+                        .is_some_and(|unit| ["_rad", "_deg", "_m", "_mm"].contains(&unit))
+                })
+                || numbered(title, "f", "_hz")
+                || numbered(title, "f", "_std_hz")
+                || numbered(title, "zeta", "")
+        };
+        let names = ["temperature_c", "amplitude_nm", "payload_kg", "sample_rate_hz", "id"];
+        let unknown = header
+            .iter()
+            .filter(|title| !known(title))
+            .map(|title| {
+                let hint = nearest(title, names)
+                    .map_or_else(String::new, |near| format!("; did you mean '{near}'?"));
+                format!("column '{title}' is not used{hint}")
+            })
+            .collect();
+        (faults.count() == 0).then_some(())?;
+        Some(Self {
+            pose: pose?,
+            modes,
+            deviations,
+            temperature: find("temperature_c"),
+            amplitude: find("amplitude_nm"),
+            payload: find("payload_kg"),
+            sample_rate: find("sample_rate_hz"),
+            id: find("id"),
+            unknown,
+        })
+    }
+
+    fn row(
+        &self,
+        table: &Table<&[u8]>,
+        cells: &[String],
+        robot: &Robot,
+        faults: &mut Faults,
+    ) -> ModeRow {
+        let line = table.line();
+        let before = faults.count();
+        let mut row = ModeRow { line, ..ModeRow::default() };
+        if cells.len() != table.header().len() {
+            let what = format!("has {} cells, must have {}", cells.len(), table.header().len());
+            faults.add(line, what);
+            return row;
+        }
+        let mut number = |column: usize| match table.number(cells, column) {
+            Ok(value) => Some(value),
+            Err(fault) => {
+                faults.add(fault.line, fault.what);
+                None
+            }
+        };
+        row.joints = self.pose(&mut number, robot);
+        let mut optional = |column: Option<usize>| {
+            let column = column.filter(|&c| cells.get(c).is_some_and(|cell| !cell.is_empty()))?;
+            number(column)
+        };
+        row.frequencies_hz = self.modes.iter().map(|&column| optional(Some(column))).collect();
+        row.deviations_hz = self.deviations.iter().map(|&column| optional(column)).collect();
+        row.temperature_c = optional(self.temperature);
+        row.amplitude_nm = optional(self.amplitude);
+        row.payload_kg = optional(self.payload);
+        row.sample_rate_hz = optional(self.sample_rate);
+        row.id = self.id.and_then(|column| cells.get(column)).filter(|id| !id.is_empty()).cloned();
+        if faults.count() == before {
+            check(&row, table.header(), self, robot, faults);
+        }
+        row
+    }
+
+    fn pose(&self, number: &mut impl FnMut(usize) -> Option<f64>, robot: &Robot) -> Vec<f64> {
+        match &self.pose {
+            PoseColumns::Joints(columns) => {
+                columns.iter().map(|&(column, to_si)| number(column).map_or(0.0, to_si)).collect()
+            }
+            PoseColumns::Angles(angles) => {
+                let mut q: Vec<f64> = robot.joints().iter().map(at_rest).collect();
+                for (column, form) in angles {
+                    if let Some(angle) = number(*column) {
+                        form.reach(angle, &mut q);
+                    }
+                }
+                q
+            }
+        }
+    }
+}
+
+/// Where a joint stands that a table does not tell of: at zero, or as near to it as it can, rad or m.
+fn at_rest(joint: &MovingJoint) -> f64 {
+    joint.limit.map_or(0.0, |[low, high]| 0.0_f64.max(low).min(high))
+}
+
+/// What numbers that can be read may still get wrong.
+fn check(row: &ModeRow, header: &[String], columns: &Columns, robot: &Robot, faults: &mut Faults) {
+    let line = row.line;
+    let title = |column: usize| header.get(column).map_or("", String::as_str);
+    let mut last: Option<(usize, f64)> = None;
+    for (&column, frequency) in columns.modes.iter().zip(&row.frequencies_hz) {
+        let Some(f) = *frequency else { continue };
+        if !(f > 0.0 && f < HIGHEST_HZ) {
+            let what =
+                format!("{} is {f}, must be positive and below {HIGHEST_HZ:.0}", title(column));
+            faults.add(line, what);
+        } else if let Some((before, lower)) = last.filter(|&(_, lower)| f < lower) {
+            let (name, before) = (title(column), title(before));
+            let what = format!("{name} is {f}, must not be less than {before}, which is {lower}");
+            faults.add(line, what);
+        }
+        last = Some((column, f));
+    }
+    for (column, deviation) in columns.deviations.iter().zip(&row.deviations_hz) {
+        if let (Some(column), Some(deviation)) = (column, deviation)
+            && *deviation <= 0.0
+        {
+            faults.add(line, format!("{} is {deviation}, must be positive", title(*column)));
+        }
+    }
+    for (name, value, positive) in [
+        ("amplitude_nm", row.amplitude_nm, false),
+        ("payload_kg", row.payload_kg, false),
+        ("sample_rate_hz", row.sample_rate_hz, true),
+    ] {
+        if let Some(value) = value.filter(|&value| value < 0.0 || (positive && value == 0.0)) {
+            let wanted = if positive { "must be positive" } else { "must not be negative" };
+            faults.add(line, format!("{name} is {value}, {wanted}"));
+        }
+    }
+    for violation in robot.limit_violations(&row.joints) {
+        faults.add(line, violation.to_string());
+    }
+}
+
+/// Whether `title` is `prefix`, a number, `suffix`.
+fn numbered(title: &str, prefix: &str, suffix: &str) -> bool {
+    let digits = title.strip_prefix(prefix).and_then(|rest| rest.strip_suffix(suffix));
+    digits.is_some_and(|d| !d.is_empty() && d.bytes().all(|b| b.is_ascii_digit()))
+}
+
+fn pose_columns(
+    header: &[String],
+    line: usize,
+    robot: &Robot,
+    faults: &mut Faults,
+) -> Option<PoseColumns> {
+    let find = |name: &str| header.iter().position(|title| title == name);
+    let units = |kind: JointKind| -> [(&str, ToSi); 2] {
+        match kind {
+            JointKind::Prismatic => [("m", std::convert::identity), ("mm", m_from_mm)],
+            _ => [("rad", std::convert::identity), ("deg", rad_from_deg)],
+        }
+    };
+    let of_joint = |name: &str, kind: JointKind| -> Vec<(usize, ToSi)> {
+        let mut found: Vec<(usize, ToSi)> = units(kind)
+            .iter()
+            .filter_map(|&(unit, to_si)| Some((find(&format!("{name}_{unit}"))?, to_si)))
+            .collect();
+        if kind == JointKind::Prismatic && found.is_empty() {
+            // Tables made for any robot call every SI column `_rad`.
+            found.extend(
+                find(&format!("{name}_rad")).map(|at| (at, std::convert::identity as ToSi)),
+            );
+        }
+        found
+    };
+    let any_joint = robot.joints().iter().any(|j| !of_joint(&j.name, j.kind).is_empty());
+    if let (false, Some(column)) = (any_joint, find("beta2_rad")) {
+        let Some(form) = robot.beta2() else {
+            let what = "column 'beta2_rad' needs arm_angles.beta2 in the robot's file; or give one \
+                        column per moving joint";
+            faults.add(line, what);
+            return None;
+        };
+        let mut angles = vec![(column, form.clone())];
+        if let (Some(column), Some(form)) = (find("beta1_rad"), robot.beta1()) {
+            angles.push((column, form.clone()));
+        }
+        return Some(PoseColumns::Angles(angles));
+    }
+    let mut columns = Vec::new();
+    for joint in robot.joints() {
+        let [(si, _), (other, _)] = units(joint.kind);
+        match of_joint(&joint.name, joint.kind).as_slice() {
+            [column] => columns.push(*column),
+            [] => {
+                let wanted = format!("{}_{si}", joint.name);
+                let hint = nearest(&wanted, header.iter().map(String::as_str))
+                    .map_or_else(String::new, |near| format!("; did you mean '{near}' for it?"));
+                faults.add(line, format!("no column '{wanted}' or '{}_{other}'{hint}", joint.name));
+            }
+            several => {
+                let what =
+                    format!("joint '{}' has {} columns, must have one", joint.name, several.len());
+                faults.add(line, what);
+            }
+        }
+    }
+    Some(PoseColumns::Joints(columns))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::robot::{load_robot, tests as two_link};
+    use super::*;
+
+    fn read(text: &str) -> Result<(ModeTable, Reading), Vec<String>> {
+        let (folder, path) = two_link::folder(two_link::YAML, two_link::URDF);
+        let robot = load_robot(&path).unwrap().value;
+        let table = folder.path().join("m.csv");
+        std::fs::write(&table, text).unwrap();
+        let prefix = format!("{}/", folder.path().display());
+        let mut reading = Reading::default();
+        read_measured(&table, &robot, &mut reading)
+            .map(|table| (table, reading))
+            .map_err(|faults| faults.iter().map(|f| f.to_string().replace(&prefix, "")).collect())
+    }
+
+    #[test]
+    fn rows_arrive_in_si_with_blanks_and_covariates() {
+        let text = "# c\njoint_2_deg,joint_1_rad,f1_hz,f2_hz,f1_std_hz,zeta1,temperature_c,id,extra\n\
+                    90,0.5,10.5,,0.1,0.02,31,a,x\n";
+        let (table, reading) = read(text).unwrap();
+        let row = &table.rows[0];
+        assert_eq!((row.joints[0], row.line, table.modes), (0.5, 3, 2));
+        assert!((row.joints[1] - std::f64::consts::FRAC_PI_2).abs() < 1e-15);
+        assert_eq!(row.frequencies_hz, [Some(10.5), None]);
+        assert_eq!(row.deviations_hz, [Some(0.1), None]);
+        assert_eq!((row.temperature_c, row.id.as_deref()), (Some(31.0), Some("a")));
+        assert_eq!(reading.notices.len(), 1);
+        assert!(reading.notices[0].what.contains("column 'extra'"));
+    }
+
+    /// beta2 = joint_2 + 0.25 in this robot's file.
+    #[test]
+    fn a_pose_may_come_as_an_angle_of_the_two_link_model() {
+        let (table, _) = read("beta2_rad,f1_hz\n1.5,10\n").unwrap();
+        assert_eq!(table.rows[0].joints, [0.0, 1.25]);
+    }
+
+    #[test]
+    fn every_fault_is_told_with_its_line() {
+        for (text, told) in [
+            ("joint_1_rad,f1_hz\n", vec!["m.csv:1: no column 'joint_2_rad'"]),
+            ("joint_1_rad,joint_2_rad\n", vec!["m.csv:1: no column 'f1_hz'"]),
+            ("joint_1_rad,joint_2_rad,f1_hz,f3_hz\n", vec!["m.csv:1: no column 'f2_hz'"]),
+            ("joint_1_rad,joint_2_rad,f1_hz\n", vec!["m.csv: has no rows"]),
+            ("joint_1_rad,joint_2_rad,f1_hz\n1,1,\n", vec!["m.csv: has no frequency"]),
+            (
+                "joint_1_rad,joint_2_rad,f1_hz,f2_hz\n1,1,20,10\n9,1,-3,5\n1,x,1,2\n",
+                vec![
+                    "m.csv:2: f2_hz is 10, must not be less than f1_hz, which is 20",
+                    "m.csv:3: f1_hz is -3, must be positive",
+                    "m.csv:3: joint 'joint_1' is 515.662 deg",
+                    "m.csv:4: joint_2_rad is 'x'",
+                ],
+            ),
+            ("joint_1_rad,joint_2_rad,f1_hz\n1,1\n", vec!["m.csv:2: has 2 cells, must have 3"]),
+        ] {
+            let faults = read(text).unwrap_err();
+            assert_eq!(faults.len(), told.len(), "{faults:?}");
+            for (fault, told) in faults.iter().zip(told) {
+                assert!(fault.starts_with(told), "{fault}");
+            }
+        }
+    }
+}

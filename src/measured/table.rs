@@ -1,0 +1,84 @@
+//! A table of identified modes: one row a pose. Plain data, without any model.
+
+/// Measured modes over poses.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModeTable {
+    /// One entry a pose, in the order of the file.
+    pub rows: Vec<ModeRow>,
+    /// Number of columns of frequencies; every row has as many entries.
+    pub modes: usize,
+}
+
+/// The modes at one pose and what they were measured under.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ModeRow {
+    /// Joint positions from base to tip, rad or m.
+    pub joints: Vec<f64>,
+    /// Natural frequencies, Hz, ascending; `None` where none was measured.
+    pub frequencies_hz: Vec<Option<f64>>,
+    /// Their standard deviations, Hz.
+    pub deviations_hz: Vec<Option<f64>>,
+    /// Temperature, °C.
+    pub temperature_c: Option<f64>,
+    /// Joint torque of the excitation, N·m.
+    pub amplitude_nm: Option<f64>,
+    /// Mass at the tip that is known to be there, kg.
+    pub payload_kg: Option<f64>,
+    /// Samples per second of the record.
+    pub sample_rate_hz: Option<f64>,
+    /// What the row is called.
+    pub id: Option<String>,
+    /// Line of the file, counted from 1.
+    pub line: usize,
+}
+
+impl ModeTable {
+    /// The step to which the frequencies are rounded, Hz: the coarsest common step that all of them are
+    /// multiples of. 0 where none is seen.
+    pub fn quantum_hz(&self) -> f64 {
+        /// Steps that people and instruments round to.
+        const STEPS_HZ: [f64; 13] =
+            [1.0, 0.5, 0.25, 0.2, 0.125, 0.1, 0.05, 0.025, 0.02, 0.01, 0.005, 0.002, 0.001];
+        /// Fewer values may be multiples by chance.
+        const FEWEST: usize = 6;
+        /// Share of a step that counts as none: decimal fractions are not exact in binary.
+        const SLACK: f64 = 1e-6;
+        let values: Vec<f64> =
+            self.rows.iter().flat_map(|row| row.frequencies_hz.iter().flatten().copied()).collect();
+        if values.len() < FEWEST {
+            return 0.0;
+        }
+        let is_multiple = |step: f64| {
+            values.iter().all(|value| {
+                let steps = value / step;
+                (steps - steps.round()).abs() < SLACK * steps.abs().max(1.0)
+            })
+        };
+        STEPS_HZ.into_iter().find(|&step| is_multiple(step)).unwrap_or(0.0)
+    }
+
+    /// Number of frequencies in the table.
+    pub fn count(&self) -> usize {
+        self.rows.iter().map(|row| row.frequencies_hz.iter().flatten().count()).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_rounding_is_seen_in_the_values() {
+        let table = |values: &[f64]| ModeTable {
+            rows: values
+                .iter()
+                .map(|&f| ModeRow { frequencies_hz: vec![Some(f)], ..ModeRow::default() })
+                .collect(),
+            modes: 1,
+        };
+        assert_eq!(table(&[10.05, 20.1, 33.35, 41.2, 50.0, 60.95]).quantum_hz(), 0.05);
+        assert_eq!(table(&[10.01, 20.1, 33.35, 41.2, 50.0, 60.95]).quantum_hz(), 0.01);
+        assert_eq!(table(&[10.0123, 20.1, 33.35, 41.2, 50.0, 60.95]).quantum_hz(), 0.0);
+        assert_eq!(table(&[10.0, 20.0]).quantum_hz(), 0.0);
+    }
+}

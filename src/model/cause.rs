@@ -1,0 +1,96 @@
+//! The vocabulary of what a model of a robot can get wrong.
+
+use std::fmt;
+
+/// One kind of error of a model, as robot.yaml and the diagnosis name it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Cause {
+    /// The spring constant of a joint.
+    JointStiffness,
+    /// The rotary inertia of a link about its centre of mass, or the mass that it implies.
+    LinkInertia,
+    /// The centre of mass of a link lies elsewhere.
+    ComOffset,
+    /// The angle that the model takes for zero is not zero.
+    JointZeroOffset,
+    /// Mass on a link that the model does not know.
+    Payload,
+    /// The foundation gives.
+    BaseCompliance,
+    /// A joint also bends across its axis.
+    TransverseCompliance,
+    /// A link itself bends.
+    LinkFlexibility,
+    /// The rotor's reflected inertia takes part.
+    DriveInertia,
+    /// A spring stiffens or softens with the gravity torque that it carries.
+    LoadDependentStiffness,
+    /// A spring changes with the level of excitation.
+    AmplitudeDependence,
+    /// A spring changes with temperature.
+    TemperatureDrift,
+    /// The geometric stiffness of gravity was left out.
+    GravityStiffness,
+    /// A frequency is folded about half the sampling rate.
+    AliasedMode,
+    /// At some poses a mode was not seen and the next one took its column.
+    MissedMode,
+}
+
+impl Cause {
+    /// All causes, in the order of the documentation.
+    pub const ALL: [Self; 15] = [
+        Self::JointStiffness,
+        Self::LinkInertia,
+        Self::ComOffset,
+        Self::JointZeroOffset,
+        Self::Payload,
+        Self::BaseCompliance,
+        Self::TransverseCompliance,
+        Self::LinkFlexibility,
+        Self::DriveInertia,
+        Self::LoadDependentStiffness,
+        Self::AmplitudeDependence,
+        Self::TemperatureDrift,
+        Self::GravityStiffness,
+        Self::AliasedMode,
+        Self::MissedMode,
+    ];
+
+    /// The name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::JointStiffness => "joint_stiffness",
+            Self::LinkInertia => "link_inertia",
+            Self::ComOffset => "com_offset",
+            Self::JointZeroOffset => "joint_zero_offset",
+            Self::Payload => "payload",
+            Self::BaseCompliance => "base_compliance",
+            Self::TransverseCompliance => "transverse_compliance",
+            Self::LinkFlexibility => "link_flexibility",
+            Self::DriveInertia => "drive_inertia",
+            Self::LoadDependentStiffness => "load_dependent_stiffness",
+            Self::AmplitudeDependence => "amplitude_dependence",
+            Self::TemperatureDrift => "temperature_drift",
+            Self::GravityStiffness => "gravity_stiffness",
+            Self::AliasedMode => "aliased_mode",
+            Self::MissedMode => "missed_mode",
+        }
+    }
+
+    /// The cause of that name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|cause| cause.name() == name)
+    }
+
+    /// Whether the instrument is at fault and not the robot's model.
+    pub fn is_of_the_instrument(self) -> bool {
+        matches!(self, Self::AliasedMode | Self::MissedMode)
+    }
+}
+
+impl fmt::Display for Cause {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}

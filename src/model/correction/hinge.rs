@@ -1,0 +1,171 @@
+//! Where and how a foundation, a joint or a link gives: elastic coordinates put into a description.
+
+use nalgebra::{Isometry3, Matrix3, Vector3};
+
+use crate::model::description::{
+    CoordinateKind, Description, ExtraCoordinate, Inertial, Joint, JointKind, Link,
+};
+
+/// Where and how a foundation, a joint or a link gives.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Hinge {
+    /// Rotation or translation.
+    pub kind: CoordinateKind,
+    /// One elastic coordinate along or about each, in the link's frame; all have the same stiffness.
+    pub axes: Vec<Vector3<f64>>,
+    /// A point of the axes, in the link's frame, m.
+    pub origin_m: Vector3<f64>,
+    /// What of the link's own body moves; all that the link carries does.
+    pub carries: Carries,
+}
+
+/// What of a link's own body moves with a hinge in it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Carries {
+    /// All of it.
+    Link,
+    /// The outer part: the body is cut at the hinge.
+    Part,
+    /// Nothing.
+    Rest,
+}
+
+impl Carries {
+    /// The name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Link => "link",
+            Self::Part => "part",
+            Self::Rest => "rest",
+        }
+    }
+}
+
+/// How far the centres of a body's two parts may lie apart, as a share of what its inertia allows.
+const FARTHEST: f64 = 0.8;
+
+impl Hinge {
+    /// Whether it turns.
+    pub fn turns(&self) -> bool {
+        self.kind == CoordinateKind::Rotation
+    }
+
+    /// Moved to `position` of the link's reach, from 0 at its frame to 1 at the farthest joint on it.
+    pub(super) fn moved_along(&mut self, description: &Description, link: &str, position: f64) {
+        self.origin_m += reach(description, link) * position;
+    }
+
+    /// Adds the coordinates, called `name`, to the link `at`.
+    pub(super) fn add(&self, description: &mut Description, at: &str, name: &str, stiffness: f64) {
+        let moved = match self.carries {
+            Carries::Link => at.to_owned(),
+            Carries::Part => {
+                let reach_m = reach(description, at);
+                let link = description.links.iter_mut().find(|link| link.name == at);
+                let outer = link.and_then(|link| cut(link, &reach_m, &self.origin_m));
+                beyond(description, at, outer)
+            }
+            Carries::Rest => beyond(description, at, None),
+        };
+        for (i, axis) in self.axes.iter().enumerate() {
+            description.extra.push(ExtraCoordinate {
+                name: if i == 0 { name.to_owned() } else { format!("{name}, {}", i + 1) },
+                link: moved.clone(),
+                kind: self.kind,
+                axis: *axis,
+                origin_m: self.origin_m,
+                stiffness,
+                damping: None,
+            });
+        }
+    }
+}
+
+/// From a link's frame to the farthest joint on it, m.
+fn reach(description: &Description, link: &str) -> Vector3<f64> {
+    let joints = description.joints.iter().filter(|joint| joint.parent == link);
+    let ends = joints.map(|joint| joint.origin.translation.vector);
+    ends.fold(Vector3::zeros(), |far, end| if end.norm() > far.norm() { end } else { far })
+}
+
+/// A new link in the place of `at`, with all that `at` carries and `body`.
+fn beyond(description: &mut Description, at: &str, body: Option<Inertial>) -> String {
+    let rest = format!("{at}, beyond its hinge");
+    for joint in description.joints.iter_mut().filter(|joint| joint.parent == at) {
+        joint.parent.clone_from(&rest);
+    }
+    description.links.push(Link { name: rest.clone(), inertial: body, has_geometry: false });
+    description.joints.push(Joint {
+        name: format!("{at}, its hinge"),
+        kind: JointKind::Fixed,
+        parent: at.to_owned(),
+        child: rest.clone(),
+        origin: Isometry3::identity(),
+        axis: Vector3::x(),
+        position_limit: None,
+        velocity_limit: None,
+        mimics: None,
+    });
+    rest
+}
+
+/// Takes the part of a link's body beyond `origin_m` off it, as of a rod along `reach_m`; the two parts together
+/// are the body as it was. `None` where there is nothing to take.
+fn cut(link: &mut Link, reach_m: &Vector3<f64>, origin_m: &Vector3<f64>) -> Option<Inertial> {
+    let whole = link.inertial.filter(|inertial| inertial.mass_kg > 0.0)?;
+    let length_m = reach_m.norm();
+    if length_m == 0.0 {
+        return None;
+    }
+    let along = reach_m / length_m;
+    let inner = (origin_m.dot(&along) / length_m).clamp(0.0, 1.0);
+    let outer = 1.0 - inner;
+    // ∫ r rᵀ dm about the centre of mass, per mass.
+    let tensor = whole.inertia_kgm2 / whole.mass_kg;
+    let second = Matrix3::identity() * (0.5 * tensor.trace()) - tensor;
+    // Parts farther apart than this would need less than no inertia of their own.
+    let spread = second
+        .try_inverse()
+        .map(|inverse| along.dot(&(inverse * along)) * inner * outer)
+        .filter(|spread| spread.is_finite() && *spread > 0.0);
+    let apart_m = spread.map_or(0.0, |spread| (FARTHEST / spread.sqrt()).min(0.5 * length_m));
+    let left = second - along * along.transpose() * (inner * outer * apart_m * apart_m);
+    let part = |share: f64, by_m: f64| {
+        let mass_kg = share * whole.mass_kg;
+        Inertial {
+            mass_kg,
+            com_m: whole.com_m + along * by_m,
+            inertia_kgm2: (Matrix3::identity() * left.trace() - left) * mass_kg,
+        }
+    };
+    link.inertial = Some(part(inner, -outer * apart_m));
+    Some(part(outer, inner * apart_m))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Mass, first and second moment of the two parts are those of the whole.
+    #[test]
+    fn a_body_that_is_cut_is_the_same_body() {
+        let inertial = Inertial {
+            mass_kg: 30.0,
+            com_m: Vector3::new(0.25, 0.02, 0.03),
+            inertia_kgm2: Matrix3::from_diagonal(&Vector3::new(0.3, 1.8, 1.7)),
+        };
+        let mut link = Link { name: "a".into(), inertial: Some(inertial), has_geometry: false };
+        let reach = Vector3::new(0.8, 0.0, 0.1);
+        let outer = cut(&mut link, &reach, &(0.3 * reach)).unwrap();
+        let inner = link.inertial.unwrap();
+        assert!((outer.mass_kg - 21.0).abs() < 1e-12);
+        assert!((outer.com_m - inner.com_m).norm() > 0.2);
+        let both = inner.combined(&outer);
+        assert!((both.mass_kg - 30.0).abs() < 1e-12);
+        assert!((both.com_m - inertial.com_m).norm() < 1e-12);
+        assert!((both.inertia_kgm2 - inertial.inertia_kgm2).norm() < 1e-10);
+        for part in [inner, outer] {
+            assert!(part.inertia_kgm2.symmetric_eigenvalues().min() > 0.0, "{part:?}");
+        }
+    }
+}

@@ -1,0 +1,148 @@
+//! What is said in several formats.
+
+use crate::diagnosis::{Diagnosis, Estimate, Finding, Shape, Structure, Verdict, words};
+use crate::units::{deg_from_rad, mm_from_m, percent_from_ratio};
+
+/// A number with the digits that a person wants: four significant ones.
+pub(super) fn number(value: f64) -> String {
+    const DIGITS: i32 = 4;
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    let magnitude = value.abs().log10().floor() as i32;
+    if !(-4..=9).contains(&magnitude) {
+        return format!("{value:.3e}");
+    }
+    let decimals = usize::try_from(DIGITS - 1 - magnitude).unwrap_or(0);
+    let text = format!("{value:.decimals$}");
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    }
+}
+
+/// "45.0°" or "120.0 mm".
+pub(super) fn position(q: f64, slides: bool) -> String {
+    if slides { format!("{:.1} mm", mm_from_m(q)) } else { format!("{:.1}°", deg_from_rad(q)) }
+}
+
+/// "mass_kg" → ("mass", "kg").
+fn unit_of(name: &str) -> (String, &'static str) {
+    const UNITS: [(&str, &str); 9] = [
+        ("_nm_per_rad", "N·m/rad"),
+        ("_n_per_m", "N/m"),
+        ("_per_nm", "per N·m"),
+        ("_per_k", "per K"),
+        ("_kgm2", "kg·m²"),
+        ("_kg", "kg"),
+        ("_rad", "rad"),
+        ("_hz", "Hz"),
+        ("_m", "m"),
+    ];
+    for (suffix, unit) in UNITS {
+        if let Some(plain) = name.strip_suffix(suffix) {
+            return (plain.replace('_', " "), unit);
+        }
+    }
+    (name.replace('_', " "), "")
+}
+
+/// A change beyond this factor says more as the factor that it is.
+const MOST_AS_PERCENT: f64 = 10.0;
+
+/// "mass 4.9 kg (95 % sure: 4.7 to 5.1), nominal 0".
+pub(super) fn estimate(parameter: &Estimate) -> String {
+    let (name, unit) = unit_of(&parameter.name);
+    let [low, high] = parameter.ci95.map(number);
+    let space = if unit.is_empty() { "" } else { " " };
+    let mut text = format!(
+        "{name} {}{space}{unit} (95 % interval {low} to {high})",
+        number(parameter.estimate)
+    );
+    if let Some(nominal) = parameter.nominal {
+        text.push_str(&format!(", in the file {}", number(nominal)));
+        let change = parameter.estimate / nominal - 1.0;
+        if change.abs() < MOST_AS_PERCENT {
+            text.push_str(&format!(" ({:+.1} %)", percent_from_ratio(change)));
+        }
+    }
+    text
+}
+
+/// "payload at tool0: the link carries mass that the model does not know".
+pub(super) fn finding(finding: &Finding) -> String {
+    format!("{}: {}", name(finding), words(finding.cause).what)
+}
+
+/// "payload at tool0".
+pub(super) fn name(finding: &Finding) -> String {
+    match &finding.at {
+        Some(at) => format!("{} at {at}", finding.cause),
+        None => finding.cause.to_string(),
+    }
+}
+
+/// The verdict in a sentence.
+pub(super) fn verdict(diagnosis: &Diagnosis) -> String {
+    let error = diagnosis.baseline.rms_percent;
+    match diagnosis.verdict {
+        Verdict::Consistent => format!(
+            "The model agrees with the measurement: what it is off by, {error:.2} %, is noise."
+        ),
+        Verdict::Unexplained if diagnosis.structure_before.is_none() => format!(
+            "The model is off by {error:.2} %, more than the noise of such tests; it follows nothing that \
+             the table tells, and no known cause explains it."
+        ),
+        Verdict::Unexplained => format!(
+            "The model is off by {error:.2} %, and that is no noise; but no known cause explains it."
+        ),
+        Verdict::Explained => {
+            let count = diagnosis.findings.len();
+            let causes =
+                if count == 1 { "one cause".to_owned() } else { format!("{count} causes") };
+            format!(
+                "The model is off by {error:.2} %; {causes} put{} it right to {:.2} %.",
+                if count == 1 { "s" } else { "" },
+                diagnosis.extended.rms_percent
+            )
+        }
+    }
+}
+
+/// What a residual follows, in words.
+pub(super) fn structure(structure: &Structure, diagnosis: &Diagnosis) -> String {
+    let joint = |joint: usize| diagnosis.joints.get(joint).map_or("?", |(name, _)| name.as_str());
+    let spring = |i: usize| diagnosis.coordinates.get(i).map_or("?", String::as_str);
+    let what = match structure.shape {
+        Shape::ModeByMode => "each mode is off by a factor of its own".to_owned(),
+        Shape::Joint { joint: j } => format!("all modes follow the position of {}", joint(j)),
+        Shape::ModeOverJoint { mode, joint: j } => {
+            format!("mode {} follows the position of {}", mode + 1, joint(j))
+        }
+        Shape::ModeOverPose { mode } => format!("mode {} follows the pose", mode + 1),
+        Shape::SpringOverJoint { coordinate, joint: j } => {
+            format!(
+                "as if the spring of {} varied with the position of {}",
+                spring(coordinate),
+                joint(j)
+            )
+        }
+        Shape::SpringByPose { coordinate } => {
+            format!("as if the spring of {} varied from pose to pose", spring(coordinate))
+        }
+        Shape::InertiaByPose { coordinate } => {
+            format!("as if the inertia behind {} varied from pose to pose", spring(coordinate))
+        }
+        Shape::PoseByPose => "all modes of a pose are off together".to_owned(),
+        Shape::Order => "it follows the order of the rows".to_owned(),
+        Shape::Temperature => "it follows the temperature".to_owned(),
+        Shape::Amplitude => "it follows the level of excitation".to_owned(),
+        Shape::Frequency => "it follows the frequency".to_owned(),
+    };
+    format!(
+        "{what} ({:.0} % of the squared residual, p = {:.1e})",
+        percent_from_ratio(structure.share.clamp(0.0, 1.0)),
+        structure.p_value
+    )
+}

@@ -1,0 +1,167 @@
+//! `detune diagnose` as a black box, over many cases.
+
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+
+use super::arm::Arm;
+use super::case::Case;
+use super::confusion::Confusion;
+use super::score::{Diagnosis, Met, Score};
+
+/// A diagnosis that takes longer hangs; a minute is asked for in a release build.
+const LONGEST: Duration = Duration::from_secs(900);
+
+/// How the cases are run.
+#[derive(Debug, Clone)]
+pub(crate) struct Settings {
+    /// Where cases are kept; a folder that vanishes if absent.
+    pub(crate) keep: Option<PathBuf>,
+    /// Whether groups are to be split by the suggested poses.
+    pub(crate) split: bool,
+}
+
+/// The program that is judged: this build's, or another one that the environment names.
+fn program() -> PathBuf {
+    std::env::var_os("DETUNE_PROGRAM")
+        .map_or_else(|| PathBuf::from(env!("CARGO_BIN_EXE_detune")), PathBuf::from)
+}
+
+/// Runs the program in a folder; its standard output, or what went wrong.
+pub(crate) fn detune(folder: &Path, arguments: &[&str], answer: &str) -> Result<String, String> {
+    let (out, err) = (folder.join(answer), folder.join("stderr.txt"));
+    let mut child = Command::new(program())
+        .args(arguments)
+        .current_dir(folder)
+        .stdout(File::create(&out).unwrap())
+        .stderr(File::create(&err).unwrap())
+        .spawn()
+        .unwrap();
+    let start = Instant::now();
+    let status = loop {
+        if let Some(status) = child.try_wait().unwrap() {
+            break status;
+        }
+        if start.elapsed() > LONGEST {
+            child.kill().unwrap();
+            child.wait().unwrap();
+            return Err(format!("no answer within {} s", LONGEST.as_secs()));
+        }
+        thread::sleep(Duration::from_millis(10));
+    };
+    if !status.success() {
+        let told = fs::read_to_string(&err).unwrap();
+        return Err(format!("{status}: {}", told.trim()));
+    }
+    Ok(fs::read_to_string(&out).unwrap())
+}
+
+/// Diagnoses a robot and a table that lie in a folder.
+pub(crate) fn diagnose(folder: &Path, answer: &str) -> Result<Diagnosis, String> {
+    let arguments = ["diagnose", "robot.yaml", "measured.csv", "--format", "json", "--seed", "1"];
+    let text = detune(folder, &arguments, answer)?;
+    let json: Value = serde_json::from_str(&text).map_err(|error| format!("no JSON: {error}"))?;
+    Diagnosis::read(&json)
+}
+
+/// Diagnoses a case and judges the answer.
+pub(crate) fn judge(case: &Case, folder: &Path, split: bool) -> Result<Score, String> {
+    case.write(folder);
+    let diagnosis = diagnose(folder, "diagnosis.json")?;
+    let mut score = Score::of(case, &diagnosis);
+    if split {
+        score.split = split_by_suggestion(case, folder, &score, &diagnosis)?;
+    }
+    Ok(score)
+}
+
+/// Whether measuring at the suggested poses makes a group that holds the truth smaller and leaves the truth in it;
+/// `None` where there is no such group or no suggestion.
+fn split_by_suggestion(
+    case: &Case,
+    folder: &Path,
+    score: &Score,
+    diagnosis: &Diagnosis,
+) -> Result<Option<bool>, String> {
+    let open = score.answers.iter().position(|a| a.met != Met::Missed && a.group > 1);
+    let joints = case.nominal.joints.len();
+    let poses: Vec<Vec<f64>> =
+        diagnosis.next_poses.iter().filter(|pose| pose.len() == joints).cloned().collect();
+    let (Some(open), false) = (open, poses.is_empty()) else { return Ok(None) };
+    let after = folder.join("after");
+    let more = case.measured_also_at(&poses, case.order.seed);
+    more.write(&after);
+    let again = Score::of(&more, &diagnose(&after, "diagnosis.json")?);
+    let (before, now) = (&score.answers[open], &again.answers[open]);
+    Ok(Some(now.met != Met::Missed && now.group < before.group))
+}
+
+/// Judges all cases on all processors; the tables are in the order of the cases.
+pub(crate) fn judge_all(cases: &[Case], settings: &Settings) -> Confusion {
+    let next = AtomicUsize::new(0);
+    let scores: Mutex<Vec<(usize, Result<Score, String>)>> = Mutex::new(Vec::new());
+    let workers = thread::available_parallelism().map_or(2, usize::from);
+    thread::scope(|scope| {
+        for _ in 0..workers {
+            scope.spawn(|| {
+                loop {
+                    let i = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(case) = cases.get(i) else { break };
+                    let score = match &settings.keep {
+                        Some(keep) => judge(case, &keep.join(case.name()), settings.split),
+                        None => {
+                            let folder = tempfile::tempdir().unwrap();
+                            judge(case, folder.path(), settings.split)
+                        }
+                    };
+                    scores.lock().unwrap().push((i, score));
+                }
+            });
+        }
+    });
+    let mut scores = scores.into_inner().unwrap();
+    scores.sort_by_key(|(i, _)| *i);
+    let mut confusion = Confusion::default();
+    for (i, score) in scores {
+        match score {
+            Ok(score) => confusion.add(&cases[i], &score),
+            Err(fault) => confusion.add_failure(&cases[i], &fault),
+        }
+    }
+    confusion
+}
+
+/// Frequencies of `detune map` at poses.
+pub(crate) fn map(folder: &Path, arm: &Arm, poses: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let names: Vec<String> = arm.joints.iter().map(|j| format!("{}_rad", j.name)).collect();
+    let mut text = names.join(",") + "\n";
+    for q in poses {
+        let cells: Vec<String> = q.iter().map(f64::to_string).collect();
+        text += &(cells.join(",") + "\n");
+    }
+    fs::write(folder.join("poses.csv"), text).unwrap();
+    let output = Command::new(program())
+        .args(["map", "robot.yaml", "--poses", "poses.csv"])
+        .current_dir(folder)
+        .output()
+        .unwrap();
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{errors}");
+    let csv = String::from_utf8(output.stdout).unwrap();
+    let mut lines = csv.lines().filter(|line| !line.starts_with('#'));
+    let head: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let is_mode = |name: &str| name.starts_with('f') && name.ends_with("_hz");
+    let modes: Vec<usize> = (0..head.len()).filter(|&c| is_mode(head[c])).collect();
+    lines
+        .map(|line| {
+            let cells: Vec<&str> = line.split(',').collect();
+            modes.iter().map(|&c| cells[c].parse().unwrap()).collect()
+        })
+        .collect()
+}
