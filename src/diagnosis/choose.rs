@@ -56,7 +56,8 @@ pub(super) struct Choice<'c> {
     pub(super) nothing: Fit<'c>,
     /// The best model; no cause if none earned its place.
     pub(super) best: Model<'c>,
-    /// For each cause of the best model: the same model with a rival in its place, best first.
+    /// For each cause of the best model: the same model with a rival in its place, and models of as many other
+    /// causes throughout, best first.
     pub(super) rivals: Vec<Vec<Model<'c>>>,
 }
 
@@ -72,6 +73,7 @@ pub(super) fn choose<'c>(
     let mut best = search.model(nothing.clone());
     let mut kept = vec![best.clone()];
     let mut singles: Vec<Model<'c>> = Vec::new();
+    let mut others: Vec<Model<'c>> = Vec::new();
     while best.fit.hypothesis.effects.len() < MOST_CAUSES {
         let mut next: Vec<Model<'c>> = Vec::new();
         for parent in &kept {
@@ -95,6 +97,7 @@ pub(super) fn choose<'c>(
             break;
         }
         best = first.clone();
+        others.clone_from(&next);
         kept = std::iter::once(first).chain(next).collect();
         distinct(&mut kept, effort.kept);
     }
@@ -104,7 +107,17 @@ pub(super) fn choose<'c>(
     let rivals = match best.fit.hypothesis.effects.len() {
         0 => Vec::new(),
         1 => vec![singles],
-        count => (0..count).map(|i| search.replaced(&best, i)).collect(),
+        count => {
+            others.retain(|other| are_apart(other, &best));
+            (0..count)
+                .map(|i| {
+                    let mut rivals = search.replaced(&best, i);
+                    rivals.extend(others.iter().cloned());
+                    sort(&mut rivals);
+                    rivals
+                })
+                .collect()
+        }
     };
     Some(Choice { nothing, best, rivals })
 }
@@ -194,6 +207,12 @@ impl<'c> Search<'_, '_, 'c> {
         sort(&mut models);
         models
     }
+}
+
+/// Whether two models of as many causes have none in common.
+fn are_apart(a: &Model<'_>, b: &Model<'_>) -> bool {
+    let (a, b) = (&a.fit.hypothesis.effects, &b.fit.hypothesis.effects);
+    a.len() == b.len() && !a.iter().any(|(one, _)| b.iter().any(|(other, _)| one.same_place(other)))
 }
 
 /// Whether what `after` has more than `before` moves the frequencies by more than a part of the noise.
