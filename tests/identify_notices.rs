@@ -162,8 +162,8 @@ fn tones_of_mains_and_spindle_are_flagged_and_neither_dropped_nor_passed_for_mod
         // Lamps flicker at twice the mains: at 140 frames/s that is 40 Hz.
         (100.0, 140.0, 40.0, None, Some(NoticeKind::Mains)),
         (47.0, 200.0, 47.0, Some(1410.0), Some(NoticeKind::Spindle)),
-        // A tone of unknown source stays in, and is told.
-        (43.3, 200.0, 43.3, None, None),
+        // A tone of unknown source whose damping is none is told, and no finding.
+        (43.3, 200.0, 43.3, None, Some(NoticeKind::Unsettled)),
     ] {
         let record = Record { spindle_rpm, ..record(rate, None, with_tone(tone_hz, rate)) };
         let found = identify(&record);
@@ -171,7 +171,9 @@ fn tones_of_mains_and_spindle_are_flagged_and_neither_dropped_nor_passed_for_mod
         assert!((found.modes[1].frequency_hz - seen_hz).abs() < 0.01, "{:?}", found.modes);
         assert_eq!(found.modes[1].suspicion, kind, "{tone_hz}");
         assert_eq!(found.modes[0].suspicion, None);
-        assert!(kinds(&found).contains(&kind.unwrap_or(NoticeKind::Tone)));
+        assert!(kind.is_none_or(|kind| kinds(&found).contains(&kind)), "{tone_hz}");
+        let is_unknown = kind == Some(NoticeKind::Unsettled);
+        assert_eq!(kinds(&found).contains(&NoticeKind::Tone), is_unknown, "{tone_hz}");
     }
 }
 

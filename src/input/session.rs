@@ -20,6 +20,12 @@ const DEFAULT_MAINS_HZ: [f64; 2] = [50.0, 60.0];
 /// Fewest marked points that a rotation can be seen from.
 const FEWEST_MARKERS: usize = 2;
 
+/// No picture of an arm is larger, mm.
+const FARTHEST_MARKER_MM: f64 = 1e6;
+
+/// Sampling rates that an arm can be recorded at, Hz.
+const RATES_HZ: [f64; 2] = [0.1, 1e7];
+
 /// A rate in the session and one in the file agree within this share.
 const SAME_RATE: f64 = 0.01;
 
@@ -186,6 +192,17 @@ impl Reader<'_> {
                     }
                 };
                 if let Some(at_mm) = marker.at_mm {
+                    if at_mm.iter().any(|at| at.abs() > FARTHEST_MARKER_MM) {
+                        let steps = [steps.as_slice(), &[Step::Index(index)]].concat();
+                        let what = format!(
+                            "markers: link '{link}': point {}: at_mm is [{:e}, {:e}], must lie within \
+                             ±{FARTHEST_MARKER_MM}",
+                            index + 1,
+                            at_mm[0],
+                            at_mm[1]
+                        );
+                        self.fault(&steps, what);
+                    }
                     markers.push(Marker { at_m: at_mm.map(m_from_mm), channels });
                 }
             }
@@ -262,6 +279,17 @@ impl Reader<'_> {
         let node =
             self.tree.get("records").and_then(|records| records.items().get(index)?.get("pose"));
         let is_spelt = |key| node.is_some_and(|node| node.get(key).is_some());
+        for (key, is_missing, expected) in [
+            ("beta2_rad", pose.beta2_rad.is_none(), "a number"),
+            ("joints_deg", pose.joints_deg.is_none(), "a list of numbers"),
+        ] {
+            let is_null = node.and_then(|node| node.get(key)).is_some_and(Node::is_null);
+            if is_missing && is_null {
+                let what = format!("pose: {key} is null, must be {expected}");
+                self.fault(&[steps[0], steps[1], steps[2], Step::Key(key)], what);
+                return None;
+            }
+        }
         if (pose.beta2_rad.is_none() && is_spelt("beta2_rad"))
             || (pose.joints_deg.is_none() && is_spelt("joints_deg"))
         {
@@ -387,11 +415,54 @@ impl Reader<'_> {
             }
             return None;
         }
-        Some(Data::Time {
-            sample_rate_hz: sample_rate_hz?,
-            excitation: excitation.map(|channel| self.channel(channel)),
-            responses: responses.iter().map(|channel| self.channel(channel)).collect(),
-        })
+        let sample_rate_hz = sample_rate_hz?;
+        self.check_band(name, sample_rate_hz);
+        let excitation = excitation.map(|channel| self.channel(channel));
+        let responses: Vec<Channel> =
+            responses.iter().map(|channel| self.channel(channel)).collect();
+        self.check_forces(index, name, excitation.as_ref(), &responses);
+        Some(Data::Time { sample_rate_hz, excitation, responses })
+    }
+
+    /// A band must have lines in every record.
+    fn check_band(&mut self, name: &str, sample_rate_hz: f64) {
+        let nyquist = 0.5 * sample_rate_hz;
+        if let Some([low, high]) = self.raw.band_hz.filter(|band| band[0] >= nyquist) {
+            let what = format!(
+                "band_hz is [{low}, {high}], must begin below half the sampling rate of file '{name}', {nyquist} Hz"
+            );
+            self.fault(&[Step::Key("band_hz")], what);
+        }
+    }
+
+    /// Warns of a force among the responses, and of an excitation that is none.
+    fn check_forces(
+        &mut self,
+        index: usize,
+        name: &str,
+        excitation: Option<&Channel>,
+        responses: &[Channel],
+    ) {
+        let mut told = Vec::new();
+        for force in responses.iter().filter(|channel| channel.quantity == Quantity::Force) {
+            told.push(format!(
+                "file '{name}': channel '{}' is a force and is taken for a response: give it as excitation, or \
+                 leave it out by responses",
+                force.name
+            ));
+        }
+        let is_other =
+            |channel: &&Channel| !matches!(channel.quantity, Quantity::Force | Quantity::Unknown);
+        if let Some(channel) = excitation.filter(is_other) {
+            told.push(format!(
+                "file '{name}': the excitation '{}' is in {}, not a force: modal constants are none of a receptance",
+                channel.name,
+                channel.quantity.unit()
+            ));
+        }
+        let steps = [Step::Key("records"), Step::Index(index), Step::Key("file")];
+        let line = self.tree.line_at(&steps);
+        self.notices.extend(told.into_iter().map(|what| self.faults.make(line, what)));
     }
 
     fn rate(
@@ -408,7 +479,7 @@ impl Reader<'_> {
             ),
             None => (self.raw.sample_rate_hz, vec![Step::Key("sample_rate_hz")]),
         };
-        match (file.sample_rate_hz, given) {
+        let rate = match (file.sample_rate_hz, given) {
             (Some(own), Some(given)) if (own / given - 1.0).abs() > SAME_RATE => {
                 let what = format!(
                     "sample_rate_hz is {given}, but file '{name}' itself says {own:.4}; must agree, or be left out"
@@ -426,7 +497,19 @@ impl Reader<'_> {
                 self.fault(&steps, what);
                 None
             }
+        }?;
+        let [least, most] = RATES_HZ;
+        if (least..=most).contains(&rate) {
+            return Some(rate);
         }
+        let what = match given {
+            Some(_) => format!("sample_rate_hz is {rate}, must lie between {least} and {most}"),
+            None => format!(
+                "file '{name}' has {rate:e} samples/s by itself, must have between {least} and {most}"
+            ),
+        };
+        self.fault(&steps, what);
+        None
     }
 
     /// A channel in SI: the session's unit counts before the file's.

@@ -23,6 +23,18 @@ const LEAST_PROMINENCE: f64 = 1e-3;
 /// Below this share, what could not be settled is not told either.
 const LEAST_TOLD: f64 = 0.02;
 
+/// Bands that are tried where a hammer's spectra cannot be fitted.
+const MOST_NARROWED: usize = 4;
+
+/// Where the force has fallen to this share of its highest amplitude, the band ends first (20 dB).
+const FORCE_SHARE: f64 = 0.1;
+
+/// Noise within this factor of what rounding brings is rounding.
+const ROUNDED: f64 = 1.01;
+
+/// Rounding below this share of the strongest line is that of the digits of a file.
+const TOLD_ROUNDING: f64 = 1e-5;
+
 /// One part of a mode shape.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ShapePart {
@@ -110,40 +122,18 @@ pub fn identify_record(record: &Record, band_hz: Option<[f64; 2]>, mains_hz: &[f
         stabilisation: Vec::new(),
         averaged: None,
     };
-    let Some(mut prepared) = prepare(record, band_hz, &mut notices) else {
+    let Some((prepared, orders, found)) = fitted(record, band_hz, &mut identified, &mut notices)
+    else {
         identified.notices = notices.list;
         return identified;
     };
-    let sets: Vec<(&[f64], &[Vec<C64>])> = prepared
-        .starts_from
-        .iter()
-        .map(|(omega, spectra)| (omega.as_slice(), spectra.as_slice()))
-        .collect();
-    let by_order: Vec<(usize, Vec<Pole>)> = poles_by_order(&sets)
-        .into_iter()
-        .map(|(order, poles)| {
-            let unwindowed =
-                |pole: Pole| Pole { lambda: pole.lambda + prepared.window_decay, ..pole };
-            (order, poles.into_iter().map(unwindowed).filter(|pole| pole.lambda.re < 0.0).collect())
-        })
-        .collect();
-    identified.stabilisation = stabilisation(&by_order);
-    identified.kind = prepared.kind;
-    let starts = candidates(&identified.stabilisation);
-    let Some(found) = estimate(&mut prepared.blocks, &starts) else {
-        let what =
-            "the spectra could not be fitted; give band_hz, or look at the record".to_owned();
-        notices.add(NoticeKind::NoModes, None, what);
-        identified.notices = notices.list;
-        return identified;
-    };
+    rounding(&prepared, &found, &mut notices);
     if found.begins_moving && prepared.kind == Kind::Hammer {
         let what = "the arm was still moving when the record began, which was taken into account; wait longer \
                     before the first hit";
         notices.add(NoticeKind::Remark, None, what.to_owned());
     }
     identified.spectra = spectra(&prepared, &found);
-    let orders = by_order.len();
     for pole in &found.poles {
         if !pole.pole.is_driven {
             let hz = hz_from_rad_per_s(pole.pole.omega());
@@ -169,6 +159,97 @@ pub fn identify_record(record: &Record, band_hz: Option<[f64; 2]>, mains_hz: &[f
     identified.averaged = prepared.averaged;
     identified.notices = notices.list;
     identified
+}
+
+/// The record ready for the estimation, how many orders were tried, and the fit. What the force of a short
+/// pulse leaves unexplained at high frequencies can spoil the whole fit: then the band is narrowed, and told.
+fn fitted(
+    record: &Record,
+    band_hz: Option<[f64; 2]>,
+    identified: &mut Identified,
+    notices: &mut Notices,
+) -> Option<(Prepared, usize, Estimate)> {
+    let mut band_hz = band_hz;
+    for narrowed in 0..=MOST_NARROWED {
+        let mut told = Notices::about(&record.name);
+        let prepared = prepare(record, band_hz, &mut told);
+        if narrowed == 0 || prepared.is_some() {
+            notices.list = told.list;
+        }
+        let mut prepared = prepared?;
+        identified.kind = prepared.kind;
+        let (orders, starts) = starts(&prepared, identified);
+        if let Some(found) = estimate(&mut prepared.blocks, &starts) {
+            if let (true, Some([_, high])) = (narrowed > 0, band_hz) {
+                let what = format!(
+                    "the spectra could not be fitted up to where they end; they were fitted up to {high:.1} Hz \
+                     instead; give band_hz to choose"
+                );
+                notices.add(NoticeKind::Remark, None, what);
+            }
+            return Some((prepared, orders, found));
+        }
+        match narrower(&prepared, band_hz) {
+            Some(band) => band_hz = Some(band),
+            None => break,
+        }
+    }
+    let what = "the spectra could not be fitted; give band_hz, or look at the record".to_owned();
+    notices.add(NoticeKind::NoModes, None, what);
+    None
+}
+
+/// The next band for a hammer test: up to where the force has fallen, or half of the last.
+fn narrower(prepared: &Prepared, band_hz: Option<[f64; 2]>) -> Option<[f64; 2]> {
+    /// Fewer lines are no band.
+    const FEWEST_LINES: usize = 32;
+    let block = prepared.blocks.first().filter(|_| prepared.kind == Kind::Hammer)?;
+    let low = band_hz.map_or(0.0, |band| band[0]);
+    let high = hz_from_rad_per_s(block.highest());
+    let strongest = block.drive.iter().map(|f| f.norm()).fold(0.0, f64::max);
+    let reached = block.drive.iter().rposition(|f| f.norm() > FORCE_SHARE * strongest);
+    let reached = reached.map_or(high, |k| hz_from_rad_per_s(block.omega[k]));
+    let half = low + 0.5 * (high - low);
+    let end = if reached > half && reached < 0.9 * high { reached } else { half };
+    (block.omega.len() >= 2 * FEWEST_LINES).then_some([low, end])
+}
+
+/// How many orders the linear least squares had, and the poles that they agree on.
+fn starts(prepared: &Prepared, identified: &mut Identified) -> (usize, Vec<Pole>) {
+    let sets: Vec<(&[f64], &[Vec<C64>])> = prepared
+        .starts_from
+        .iter()
+        .map(|(omega, spectra)| (omega.as_slice(), spectra.as_slice()))
+        .collect();
+    let by_order: Vec<(usize, Vec<Pole>)> = poles_by_order(&sets)
+        .into_iter()
+        .map(|(order, poles)| {
+            let unwindowed =
+                |pole: Pole| Pole { lambda: pole.lambda + prepared.window_decay, ..pole };
+            (order, poles.into_iter().map(unwindowed).filter(|pole| pole.lambda.re < 0.0).collect())
+        })
+        .collect();
+    identified.stabilisation = stabilisation(&by_order);
+    (by_order.len(), candidates(&identified.stabilisation))
+}
+
+/// Tells of responses whose rounding is louder than their noise.
+fn rounding(prepared: &Prepared, found: &Estimate, notices: &mut Notices) {
+    let Some((block, noise)) = prepared.blocks.first().zip(found.noise.first()) else { return };
+    for ((response, least), noise) in prepared.responses.iter().zip(&block.least_noise).zip(noise) {
+        let at_least = |std: &&f64| **std <= ROUNDED * least.sqrt();
+        let rounded = noise.iter().filter(at_least).count();
+        let strongest = block.spectra.iter().flatten().map(|v| v.norm()).fold(0.0, f64::max);
+        let is_told = notices.list.iter().any(|notice| {
+            notice.kind == NoticeKind::CoarseSteps
+                && notice.channel.as_deref() == Some(&response.name)
+        });
+        if 2 * rounded > noise.len() && least.sqrt() > TOLD_ROUNDING * strongest && !is_told {
+            let what = "moves in steps that are coarser than its noise: rounding hides what is weaker; use a \
+                        finer range or a harder hit";
+            notices.add(NoticeKind::CoarseSteps, Some(&response.name), what.to_owned());
+        }
+    }
 }
 
 /// Whether a pole is a mode that can be reported; tells if it was near.

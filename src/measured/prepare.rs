@@ -3,7 +3,7 @@
 use super::estimate::{Block, C64, Origin, Push};
 use super::hits::{Decay, Hit, decays, deviation, hits_in_force, median};
 use super::notice::{NoticeKind, Notices};
-use super::quality::check_channel;
+use super::quality::{check_channel, rounding_step};
 use super::record::{Channel, Data, Frf, Quantity, Record};
 use super::spectra::{Averaged, Window, over_hits, over_stretches, transform};
 use crate::units::{hz_from_rad_per_s, rad_per_s_from_hz};
@@ -148,7 +148,9 @@ fn free(
             (decay.to - decay.from, channels.iter().map(of).collect())
         })
         .collect();
-    let [low, high] = band_hz.unwrap_or_else(|| filled_band(&cut, sample_rate_hz));
+    let [low, high] = band(band_hz, &cut, sample_rate_hz, notices);
+    let steps: Vec<Option<f64>> =
+        channels.iter().map(|channel| rounding_step(&channel.samples)).collect();
     let step_s = sample_rate_hz.recip();
     let mut blocks = Vec::new();
     for (samples, spectra) in cut {
@@ -158,11 +160,16 @@ fn free(
             omega: omega(&lines, samples, sample_rate_hz),
             drive: Vec::new(),
             drive_error: Vec::new(),
+            least_noise: steps.iter().map(|step| rounding(*step, samples)).collect(),
             begins_moving: false,
             spectra: spectra.iter().map(|s| s[lines.clone()].to_vec()).collect(),
         });
     }
     blocks.retain(|block| !block.omega.is_empty());
+    if blocks.is_empty() {
+        notices.add(NoticeKind::NoModes, None, "is too short for any line in the band".to_owned());
+        return None;
+    }
     let starts_from =
         blocks.iter().map(|block| (block.omega.clone(), block.spectra.clone())).collect();
     Some(Prepared {
@@ -235,7 +242,7 @@ fn forced(
     let samples = force.len();
     let spectra: Vec<Vec<C64>> = moves.iter().map(|m| transform(m)).collect();
     let cut = [(samples, spectra)];
-    let [low, high] = band_hz.unwrap_or_else(|| filled_band(&cut, sample_rate_hz));
+    let [low, high] = band(band_hz, &cut, sample_rate_hz, notices);
     let lines = lines(samples, sample_rate_hz, low, high, notices);
     if lines.is_empty() {
         notices.add(NoticeKind::NoModes, None, "is too short for any line in the band".to_owned());
@@ -260,6 +267,10 @@ fn forced(
         omega: omega(&lines, samples, sample_rate_hz),
         drive,
         drive_error,
+        least_noise: channels
+            .iter()
+            .map(|channel| rounding(rounding_step(&channel.samples), samples))
+            .collect(),
         begins_moving: hits.is_empty(),
         spectra: spectra.iter().map(|s| s[lines.clone()].to_vec()).collect(),
     };
@@ -330,6 +341,7 @@ fn given(functions: &[Frf], band_hz: Option<[f64; 2]>, notices: &mut Notices) ->
                 omega,
                 drive: Vec::new(),
                 drive_error: Vec::new(),
+                least_noise: Vec::new(),
                 begins_moving: false,
                 spectra: vec![values],
             }),
@@ -376,7 +388,7 @@ fn lines(
 ) -> std::ops::Range<usize> {
     let bin_hz = sample_rate_hz / samples as f64;
     let last = (NYQUIST_SHARE * 0.5 * samples as f64).floor() as usize;
-    let from = ((low_hz / bin_hz).ceil() as usize).max(LOWEST_LINE);
+    let from = ((low_hz / bin_hz).ceil() as usize).max(LOWEST_LINE).min(last + 1);
     let to = ((high_hz / bin_hz).floor() as usize).min(last);
     let most = from + MOST_LINES;
     if to > most {
@@ -387,6 +399,30 @@ fn lines(
         notices.add(NoticeKind::Remark, None, what);
     }
     from..(to + 1).min(most).max(from)
+}
+
+/// Variance that rounding to steps brings to a line.
+fn rounding(step: Option<f64>, samples: usize) -> f64 {
+    step.map_or(0.0, |step| samples as f64 * step * step / 12.0)
+}
+
+/// The band that is asked for, or the one that the spectra fill.
+fn band(
+    asked: Option<[f64; 2]>,
+    cut: &[(usize, Vec<Vec<C64>>)],
+    sample_rate_hz: f64,
+    notices: &mut Notices,
+) -> [f64; 2] {
+    let Some(band) = asked else { return filled_band(cut, sample_rate_hz) };
+    let nyquist = 0.5 * sample_rate_hz;
+    if band[1] > nyquist {
+        let what = format!(
+            "band_hz reaches up to {} Hz, above half the sampling rate, {nyquist:.1} Hz: it is cut there",
+            band[1]
+        );
+        notices.add(NoticeKind::Remark, None, what);
+    }
+    band
 }
 
 /// The band below the last frequency at which any response stands out.

@@ -75,6 +75,31 @@ fn steps(samples: &[f64], range: f64) -> f64 {
     range / smallest
 }
 
+/// The step that all values are multiples of, as a converter with few bits makes them; `None` where none is
+/// seen.
+pub(super) fn rounding_step(samples: &[f64]) -> Option<f64> {
+    /// Mean distance of the gaps from whole steps, as a share; gaps without a grid have a quarter.
+    const MOST_OFF: f64 = 0.1;
+    let (low, high) = range(samples);
+    let range = high - low;
+    let smallest = range / steps(samples, range);
+    if !(smallest > 0.0 && smallest.is_finite()) {
+        return None;
+    }
+    let mut sorted = samples.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let gaps: Vec<f64> = sorted
+        .windows(2)
+        .map(|pair| pair[1] - pair[0])
+        .filter(|gap| *gap >= 0.5 * smallest)
+        .collect();
+    let count: f64 = gaps.iter().map(|gap| (gap / smallest).round()).sum();
+    let step = range / count.max(1.0);
+    let off = |gap: &f64| (gap / step - (gap / step).round()).abs();
+    let mean = gaps.iter().map(off).sum::<f64>() / gaps.len().max(1) as f64;
+    (mean < MOST_OFF).then_some(step)
+}
+
 /// Lengths of the runs of samples at one value.
 fn runs_at(samples: &[f64], value: f64) -> Vec<usize> {
     let mut runs = Vec::new();
@@ -100,6 +125,17 @@ mod tests {
         let mut notices = Notices::about("r");
         check_channel(&channel, is_force, &mut notices);
         notices.list.iter().map(|notice| notice.kind).collect()
+    }
+
+    #[test]
+    fn the_step_of_rounded_values_is_seen_and_none_in_others() {
+        let decay = |k: i32| 10.0 * (-0.01 * f64::from(k)).exp() * (0.3 * f64::from(k)).cos();
+        let sound: Vec<f64> = (0..900).map(decay).collect();
+        assert_eq!(rounding_step(&sound), None);
+        let rounded: Vec<f64> = sound.iter().map(|v| (v / 0.01).round() * 0.01).collect();
+        assert!((rounding_step(&rounded).unwrap() - 0.01).abs() < 1e-9);
+        assert_eq!(rounding_step(&[]), None);
+        assert_eq!(rounding_step(&[1.0; 5]), None);
     }
 
     #[test]

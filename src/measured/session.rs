@@ -16,6 +16,9 @@ const SAME_MODE: f64 = 0.012;
 /// Records scatter by more than they state where Birge's ratio is above this.
 const SCATTERED: f64 = 3.0;
 
+/// Sampling rates within this share are equal: times are printed with few digits.
+const SAME_RATE: f64 = 1e-5;
+
 /// A frequency and its folded image agree within this share.
 const SAME_IMAGE: f64 = 0.01;
 
@@ -102,7 +105,11 @@ fn rate(taken: &Taken) -> Option<f64> {
 }
 
 fn is_same(a: &Taken, b: &Taken) -> bool {
-    a.pose == b.pose && a.conditions == b.conditions && rate(a) == rate(b)
+    let is_same_rate = match (rate(a), rate(b)) {
+        (Some(a), Some(b)) => (a / b - 1.0).abs() <= SAME_RATE,
+        (a, b) => a == b,
+    };
+    a.pose == b.pose && a.conditions == b.conditions && is_same_rate
 }
 
 fn row(
@@ -158,7 +165,7 @@ fn row(
             );
             tell(NoticeKind::Disagreement, what);
         }
-        let suspicion = members.iter().find_map(|&member| of(member).suspicion);
+        let suspicion = suspicion(members.iter().map(|&member| of(member).suspicion));
         modes.push(PoseMode {
             frequency_hz,
             frequency_std_hz,
@@ -182,6 +189,14 @@ fn row(
     }
 }
 
+/// A tone in one record is one in all; what one record cannot settle another may.
+fn suspicion(members: impl Iterator<Item = Option<NoticeKind>> + Clone) -> Option<NoticeKind> {
+    let unsettled = Some(NoticeKind::Unsettled);
+    let is_unsettled = members.clone().all(|member| member == unsettled);
+    let other = members.flatten().find(|kind| *kind != NoticeKind::Unsettled);
+    other.or(unsettled.filter(|_| is_unsettled))
+}
+
 /// Weighted mean, its deviation and Birge's ratio.
 fn merged(values: &[(f64, f64)]) -> (f64, f64, f64) {
     if let [(value, std)] = values {
@@ -202,7 +217,7 @@ fn folded_between_rates(rows: &[PoseRow], notices: &mut Vec<Notice>) {
             let (Some(rate), Some(other_rate)) = (row.sample_rate_hz, other.sample_rate_hz) else {
                 continue;
             };
-            if rate >= other_rate {
+            if rate >= other_rate * (1.0 - SAME_RATE) {
                 continue;
             }
             let has = |row: &PoseRow, f: f64| {

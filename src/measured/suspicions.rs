@@ -18,6 +18,11 @@ const TONE_DAMPING: f64 = 2e-3;
 const MAINS_SLACK: f64 = 2e-3;
 const SPINDLE_SLACK: f64 = 5e-3;
 
+/// A frequency that is no better known than this share is vague; so is damping, where no order of the
+/// stabilisation diagram bears the mode out.
+const VAGUE_FREQUENCY: f64 = 3e-3;
+const VAGUE_DAMPING: f64 = 0.5;
+
 /// Coherence below this at a mode is low.
 const LOW_COHERENCE: f64 = 0.8;
 
@@ -48,6 +53,7 @@ pub(super) fn tell(
 ) {
     for mode in modes {
         tones(record, prepared, mains_hz, mode, notices);
+        uncertain(mode, notices);
         if mode.suspicion.is_none() {
             length(prepared, mode, notices);
             coherence(prepared, mode, notices);
@@ -114,6 +120,30 @@ fn tones(
         mode.frequency_hz, mode.damping_ratio
     );
     notices.add(NoticeKind::Tone, None, what);
+}
+
+/// What is fitted and yet no finding: without damping beyond doubt, or so uncertain that nothing bears it out.
+fn uncertain(mode: &mut Mode, notices: &mut Notices) {
+    let share = mode.frequency_std_hz / mode.frequency_hz.max(f64::MIN_POSITIVE);
+    let is_vague = share > VAGUE_FREQUENCY;
+    let has_no_damping = mode.damping_ratio <= 0.0;
+    let is_unknown = is_vague && mode.damping_std > mode.damping_ratio;
+    let is_alone =
+        mode.support == 0.0 && (is_vague || mode.damping_std > VAGUE_DAMPING * mode.damping_ratio);
+    if mode.suspicion.is_some() || !(has_no_damping || is_unknown || is_alone) {
+        return;
+    }
+    let what = format!(
+        "{:.3} ± {:.3} Hz with damping ratio {:.5} ± {:.5}, in {:.0} % of the orders, is not certain enough to be a \
+         mode: it is not written to the table",
+        mode.frequency_hz,
+        mode.frequency_std_hz,
+        mode.damping_ratio,
+        mode.damping_std,
+        percent_from_ratio(mode.support)
+    );
+    notices.add(NoticeKind::Unsettled, None, what);
+    mode.suspicion = Some(NoticeKind::Unsettled);
 }
 
 /// Leakage, and records too short.

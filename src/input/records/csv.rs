@@ -107,6 +107,11 @@ pub(super) fn read(path: &Path) -> Result<RawFile, Vec<Fault>> {
         }
         channels.push(RawChannel { name: name.clone(), alias: bare.to_owned(), meaning, samples });
     }
+    if channels.is_empty() {
+        let what = "has no channel: there is no column beside time and a count of rows";
+        faults.add(None, what);
+        return Err(faults.finish());
+    }
     // What two columns are called tells neither.
     let shared: Vec<bool> = channels
         .iter()
@@ -177,7 +182,22 @@ fn rate(times: &[f64], lines: &[usize], title: &str, faults: &mut Faults) -> Opt
             return None;
         }
     }
-    Some(step.recip())
+    let most_off = times
+        .iter()
+        .enumerate()
+        .map(|(k, time)| (time - first - k as f64 * step).abs())
+        .fold(0.0, f64::max);
+    Some(whole(step.recip(), 2.0 * most_off / (last - first)))
+}
+
+/// A rate that the times tell within `share` is the whole number that it may be.
+fn whole(rate_hz: f64, share: f64) -> f64 {
+    /// What arithmetic alone leaves, and the most that is rounded away.
+    const LEAST: f64 = 1e-12;
+    const MOST: f64 = 1e-5;
+    let rounded = rate_hz.round();
+    let is_whole = (rounded / rate_hz - 1.0).abs() <= share.clamp(LEAST, MOST);
+    if is_whole { rounded } else { rate_hz }
 }
 
 #[cfg(test)]

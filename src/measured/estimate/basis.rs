@@ -57,6 +57,8 @@ pub(in crate::measured) struct Block {
     pub(in crate::measured) drive: Vec<C64>,
     /// Variance of the force on each line, against its power; empty where the force is known exactly.
     pub(in crate::measured) drive_error: Vec<f64>,
+    /// Least variance of a line by response, such as rounding brings; empty where nothing is known.
+    pub(in crate::measured) least_noise: Vec<f64>,
     /// Whether the arm may have been moving when the record began.
     pub(in crate::measured) begins_moving: bool,
     /// The spectra, one for each response.
@@ -278,6 +280,7 @@ mod tests {
                 omega: omega.clone(),
                 drive,
                 drive_error: Vec::new(),
+                least_noise: Vec::new(),
                 begins_moving: false,
                 spectra: Vec::new(),
             };

@@ -279,9 +279,9 @@ impl Fit {
         for part in &self.evaluation.parts {
             let (powers, taken) = self.left_over(part);
             let block = &blocks[part.block];
-            let spectrum = &block.spectra[part.response];
-            let noise = estimate(&powers, &taken, strongest(spectrum));
-            all[part.block].push(with_drive_error(block, spectrum, noise));
+            let strongest = strongest(&block.spectra[part.response]);
+            let noise = estimate(&powers, &taken, strongest);
+            all[part.block].push(with_known(block, part.response, noise));
         }
         all
     }
@@ -318,8 +318,13 @@ pub(super) fn strongest(spectrum: &[C64]) -> f64 {
 }
 
 /// Noise of the force reaches the residual through the response: with noise in both, each line is weighed by
-/// the sum (Pintelon & Schoukens, §9.11).
-fn with_drive_error(block: &Block, spectrum: &[C64], mut noise: Vec<f64>) -> Vec<f64> {
+/// the sum (Pintelon & Schoukens, §9.11). None is less noisy than the rounding of its samples: that of a short
+/// burst is alike on neighbouring lines, which would pass for modes.
+fn with_known(block: &Block, response: usize, mut noise: Vec<f64>) -> Vec<f64> {
+    if let Some(least) = block.least_noise.get(response) {
+        noise.iter_mut().for_each(|noise| *noise = noise.max(*least));
+    }
+    let spectrum = &block.spectra[response];
     for ((noise, error), value) in noise.iter_mut().zip(&block.drive_error).zip(spectrum) {
         *noise += error * value.norm_sqr();
     }
@@ -334,10 +339,11 @@ pub(super) fn first_noise(blocks: &[Block]) -> Noise {
             block
                 .spectra
                 .iter()
-                .map(|spectrum| {
+                .enumerate()
+                .map(|(response, spectrum)| {
                     let powers: Vec<f64> = spectrum.iter().map(C64::norm_sqr).collect();
                     let floor = noise::floor(&powers, strongest(spectrum));
-                    with_drive_error(block, spectrum, floor)
+                    with_known(block, response, floor)
                 })
                 .collect()
         })

@@ -3,12 +3,13 @@
 use super::pose_words;
 use crate::measured::record::Pose;
 use crate::measured::session::{IdentifiedSession, PoseMode, PoseRow};
+use crate::units::{m_from_mm, rad_from_deg};
 
 /// A number of a row that may be absent.
 type OfRow = fn(&PoseRow) -> Option<f64>;
 
 /// The table of identified modes. `joint_names` names the joints of poses by joints; a name that ends in
-/// `_mm`, `_m`, `_deg` or `_rad` is the column's title as it is, any other gets `_deg`. Modes that are likely no
+/// `_mm`, `_m`, `_deg` or `_rad` is the column's title as it is and sets its unit, any other gets `_deg`. Modes that are likely no
 /// modes of the arm stay out, and a comment says so.
 pub fn measured_csv(found: &IdentifiedSession, joint_names: Option<&[String]>) -> String {
     let rows = &found.rows;
@@ -104,12 +105,24 @@ fn pose_columns(rows: &[PoseRow], joint_names: Option<&[String]>) -> Vec<(String
                 None => format!("joint_{}_deg", joint + 1),
             };
             let of = |pose: &Pose| match pose {
-                Pose::JointsDeg(joints) => joints.get(joint).copied(),
+                Pose::JointsDeg(joints) => joints.get(joint).map(|value| in_unit(&title, *value)),
                 Pose::Beta2Rad(_) => None,
             };
-            (title, cells(&of))
+            let cells = cells(&of);
+            (title, cells)
         })
         .collect()
+}
+
+/// A joint's degrees or millimetres in the unit that its column's title ends in.
+fn in_unit(title: &str, value: f64) -> f64 {
+    if title.ends_with("_rad") {
+        rad_from_deg(value)
+    } else if title.ends_with("_m") {
+        m_from_mm(value)
+    } else {
+        value
+    }
 }
 
 fn quoted(text: &str) -> String {
@@ -171,5 +184,9 @@ mod tests {
         let names = ["rail_mm".to_owned(), "joint_2".to_owned()];
         assert!(measured_csv(&found, Some(&names)).contains("\nrail_mm,joint_2_deg,f1_hz,"));
         assert!(measured_csv(&found, None).contains("\njoint_1_deg,joint_2_deg,f1_hz,"));
+        found.rows[0].pose = Pose::JointsDeg(vec![180.0, 500.0]);
+        let names = ["a_rad".to_owned(), "rail_m".to_owned()];
+        let text = measured_csv(&found, Some(&names));
+        assert!(text.contains("\n3.141592653589793,0.5,23,"), "{text}");
     }
 }
