@@ -444,6 +444,25 @@ operations:   # two\r
     }
 
     #[test]
+    fn null_keys_and_folded_names_leave_a_job_that_can_be_read() {
+        let folder = tempfile::tempdir().unwrap();
+        for inner in ["jobs", "out"] {
+            std::fs::create_dir(folder.path().join(inner)).unwrap();
+        }
+        let (from, to) = (folder.path().join("jobs/a.yaml"), folder.path().join("out/b.yaml"));
+        let text = "robot: >-\n  r.yaml\noperations:\n  - spindle_rpm: ~ # none\n    spindle_schedule: \
+                    [{s: 0, rpm: 900}]\n  - {spindle_schedule: null, spindle_rpm: 900}\n";
+        std::fs::write(&from, text).unwrap();
+        let edits = [
+            speed(SpindleSpeed::Constant(780.0)),
+            speed(SpindleSpeed::Schedule(vec![(0.0, 700.0)])),
+        ];
+        let expected = "robot: ../jobs/r.yaml\noperations:\n  - spindle_schedule: ~ # none\n    \
+                        spindle_rpm: 780\n  - {spindle_rpm: null, spindle_schedule: [{s: 0, rpm: 700}]}\n";
+        assert_eq!(rewritten_job(&from, &to, &edits).unwrap(), expected);
+    }
+
+    #[test]
     fn relative_paths_still_name_the_same_files() {
         let none = vec![OperationEdit::default(); 3];
         let expected = JOB

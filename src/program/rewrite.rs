@@ -341,6 +341,29 @@ mod tests {
     }
 
     #[test]
+    fn what_stays_keeps_its_bytes() {
+        let same = Rewrite { rpm: 1340.0, feed_ratio: 1.0 };
+        let text = b"S1100. M3\nG0 X0 Y0 Z0\nG1 X1 F0300.00\n";
+        let found = rewrite(text, Dialect::GCode, &same).unwrap();
+        assert_eq!(found.bytes, b"S1340. M3\nG0 X0 Y0 Z0\nG1 X1 F0300.00\n");
+    }
+
+    #[test]
+    fn pitches_and_several_speeds_are_not_lost() {
+        let told = |text: &str, dialect, feed_ratio| {
+            let to = Rewrite { rpm: 1340.0, feed_ratio };
+            rewrite(text.as_bytes(), dialect, &to).map_err(|why| why.what)
+        };
+        let tap = "S1000 M3\nG84 X0 Y0 Z-5 R1 F1000\nG80\n";
+        assert!(told(tap, Dialect::GCode, 1.0).unwrap_err().contains("pitch"));
+        assert!(told(tap, Dialect::GCode, 1.34).is_ok());
+        let tap = "SPINDL/1000\nCYCLE/TAP,DEPTH,5,MMPM,1000\nGOTO/0,0,0\n";
+        assert!(told(tap, Dialect::Apt, 1.0).unwrap_err().contains("pitch"));
+        let two = "S1000 M3\nG1 X0 Y0 Z0 F100\nS500\nX1\n";
+        assert!(told(two, Dialect::GCode, 1.0).unwrap_err().contains("several"));
+    }
+
+    #[test]
     fn what_states_no_speed_is_not_rewritten() {
         let told = |text: &str, dialect| rewrite(text.as_bytes(), dialect, &TO).unwrap_err().what;
         assert!(told("MODULE m\nENDMODULE\n", Dialect::Rapid).contains("convention"));
