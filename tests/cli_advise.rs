@@ -448,3 +448,62 @@ fn outputs_are_the_same_twice_and_the_schema_is_printed() {
     assert_eq!(schema["$schema"], "https://json-schema.org/draft/2020-12/schema");
     assert_eq!(schema["properties"]["operations"]["type"], "array");
 }
+
+#[test]
+fn two_outputs_of_one_run_are_two_files() {
+    let bench = Bench::new();
+    bench.add("jobs/job.yaml", &two_link());
+    let clashes: [&[&str]; 4] = [
+        &["--output", "q", "--write", "q"],
+        &["--output", "elsewhere/../q", "--write-program", "q"],
+        &["--write", "q", "--write-program", "q"],
+        &["--write", "-"],
+    ];
+    for clash in clashes {
+        let ran = run(bench.path(), &[&["advise", "jobs/job.yaml"], clash].concat());
+        assert_eq!(code(&ran), 2, "{clash:?}");
+        assert!(ran.stdout.is_empty() && !bench.path().join("q").exists(), "{clash:?}");
+    }
+    let apart = ["advise", "jobs/job.yaml", "--output", "q", "--write", "-"];
+    let ran = run(bench.path(), &apart);
+    assert_eq!(code(&ran), 0, "{}", err(&ran));
+    assert!(out(&ran).contains("operations:"), "{}", out(&ran));
+}
+
+#[test]
+fn a_job_that_cannot_be_edited_is_refused_and_a_safe_schedule_is_kept() {
+    let bench = Bench::new();
+    let job = |speed: &str| {
+        format!(
+            "robot: {}\ntool: {{teeth: 2}}\nspindle: {{min_rpm: 500, max_rpm: 24000}}\npolicy: \
+             {{separation_percent: 3, model_uncertainty_percent: 2}}\noperations:\n  - name: a\n    {speed}\n    \
+             feed_mm_per_min: 400\n    path: {{joints_deg: [[0, 20, -10, 0, 60, 0], [10, 25, -12, 0, 60, 0]]}}\n",
+            robot("irb1600")
+        )
+    };
+    bench.add("jobs/job.yaml", &job("? spindle_rpm\n    : 780"));
+    let arguments =
+        ["advise", "jobs/job.yaml", "--objective", "highest", "--schedule", "--write", "n.yaml"];
+    let ran = run(bench.path(), &arguments);
+    let is_whole = code(&ran) == 0 && code(&run(bench.path(), &["check", "n.yaml"])) == 0;
+    let is_refused = code(&ran) == 2 && !bench.path().join("n.yaml").exists();
+    assert!(is_whole || is_refused, "{}", err(&ran));
+
+    let safe = "spindle_schedule: [{s: 0, rpm: 22000}, {s: 1, rpm: 23000}]";
+    bench.add("jobs/job.yaml", &job(safe));
+    for extra in [&[][..], &["--schedule"]] {
+        let all = [&["advise", "jobs/job.yaml", "--format", "json", "--write", "k.yaml"], extra];
+        let ran = run(bench.path(), &all.concat());
+        assert_eq!(code(&ran), 0, "{}", err(&ran));
+        let operation = &json(&ran)["operations"][0];
+        assert_eq!(operation["status"], "scheduled");
+        assert_eq!(operation["schedule"][1]["rpm"], 23000.0);
+        let kept = fs::read_to_string(bench.path().join("k.yaml")).unwrap();
+        assert!(kept.contains(safe), "{kept}");
+    }
+
+    let deaf = job(safe).replace("policy: {", "policy: {ignore_hz: [[0, 100000]], ");
+    bench.add("jobs/job.yaml", &deaf);
+    let ran = run(bench.path(), &["advise", "jobs/job.yaml"]);
+    assert!(err(&ran).contains("nothing was checked"), "{}", err(&ran));
+}

@@ -436,7 +436,7 @@ def compare_job(detune, robot, job, file, scan, more):
         here = f"{where}#{operation['name']}"
         path = path_of(job, robot, operation, as_run)
         status = told["status"]
-        crosses = status == "scheduled" and told["schedule_facts"]["exposures"]
+        crosses = status == "scheduled" and (told["schedule_facts"] or {}).get("exposures")
         clear &= status != "infeasible" and not crosses
         if path is None or path.duration == 0:
             COUNTS["paths that this check leaves out"] += 1

@@ -32,6 +32,7 @@ pub use speeds::{Bind, Block, Closure, SafeSet, Speeds};
 pub use vibration::{NoVibration, TipVibration};
 
 use crate::excitation::ExcitationLine;
+use crate::risk::AssessFault;
 
 /// What makes one safe speed better than another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -81,6 +82,8 @@ pub struct JobAdvice {
     pub calibrated: bool,
     /// One per operation, in order.
     pub operations: Vec<OperationAdvice>,
+    /// Remarks that do not change the advice.
+    pub notices: Vec<AssessFault>,
 }
 
 impl JobAdvice {
@@ -144,6 +147,8 @@ pub enum Remedy {
     Constant(Constant),
     /// Run at a speed that varies along the path.
     Scheduled(Box<Schedule>),
+    /// Run the programmed schedule: it is safe.
+    Kept(KeptSchedule),
     /// No speed is safe.
     Infeasible,
 }
@@ -152,11 +157,22 @@ impl Remedy {
     /// Whether it keeps clear of every band.
     pub fn is_clear(&self) -> bool {
         match self {
-            Self::Constant(_) => true,
+            Self::Constant(_) | Self::Kept(_) => true,
             Self::Scheduled(schedule) => schedule.exposures.is_empty(),
             Self::Infeasible => false,
         }
     }
+}
+
+/// A programmed schedule that a check calls clear.
+#[derive(Debug, Clone, PartialEq)]
+pub struct KeptSchedule {
+    /// (s, rev/min), as programmed.
+    pub points: Vec<(f64, f64)>,
+    /// The programmed feed, m/s.
+    pub feed_m_per_s: f64,
+    /// The least |f_exc − f_r| / f_r at the stations of the last look; `None` where nothing counts.
+    pub separation: Option<f64>,
 }
 
 /// A constant speed that is safe.

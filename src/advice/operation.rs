@@ -4,16 +4,18 @@ use super::choice::choose;
 use super::levers::levers;
 use super::map::SpeedMap;
 use super::ranges::{Counting, ModeRange, mode_ranges};
-use super::schedule::{Task, schedule};
+use super::schedule::{Task, kept, schedule};
 use super::speeds::{Question, SafeSet, feed_at};
 use super::vibration::{Chip, TipModel, TipVibration};
 use super::{
     Constant, FeedRule, JobAdvice, Objective, OperationAdvice, Options, Remedy, Vibration,
 };
 use crate::excitation::{ExcitationLine, lines};
-use crate::job::{Job, SpindleSpeed};
+use crate::job::{Job, Operation, SpindleSpeed};
 use crate::path::{Path, Survey, SurveyFault, grid};
-use crate::risk::{AssessFault, Turning, crossings_under, detail, located, plan};
+use crate::risk::{
+    AssessFault, Counted, Turning, crossings_under, detail, located, nothing_checked, plan,
+};
 use crate::units::hz_from_rpm;
 
 /// A speed that a check would deny shows frequencies that the first looks missed: they are taken in and
@@ -48,12 +50,37 @@ pub fn advise_with_progress(
     if !faults.is_empty() {
         return Err(faults);
     }
+    let notices =
+        job.operations.iter().zip(&operations).filter_map(|(o, advice)| nothing(job, o, advice));
     Ok(JobAdvice {
+        notices: notices.collect(),
         options: *options,
         separation: job.policy.separation,
         model_uncertainty: job.policy.model_uncertainty,
         calibrated: job.robot.calibration().is_some(),
         operations,
+    })
+}
+
+/// A remark where a safe speed means nothing, as nothing counts.
+fn nothing(job: &Job, operation: &Operation, advice: &OperationAdvice) -> Option<AssessFault> {
+    let separation = match &advice.remedy {
+        Remedy::Constant(constant) => constant.separation,
+        Remedy::Kept(kept) => kept.separation,
+        Remedy::Scheduled(schedule) => schedule.separation,
+        Remedy::Infeasible => return None,
+    };
+    let counted = Counted {
+        spindle_turns: operation.moves.iter().any(|m| m.spindle_turns),
+        lines: separation.is_some() || advice.mode_ranges.is_empty(),
+        modes: !advice.mode_ranges.is_empty(),
+    };
+    let what = nothing_checked(job, &counted)?;
+    Some(AssessFault {
+        operation: operation.name.clone(),
+        file: job.file.clone(),
+        line: Some(operation.line),
+        what,
     })
 }
 
@@ -118,7 +145,12 @@ fn advise_path(
         feed: options.feed,
         tip: tip.as_ref().ok(),
     };
+    let kept = match options.objective {
+        Objective::Nearest => kept(&task)?,
+        Objective::Margin | Objective::Highest | Objective::Vibration => None,
+    };
     let scheduled = match constant {
+        _ if kept.is_some() => None,
         Some(_) if !options.schedule => None,
         _ => Some(schedule(&task)?),
     };
@@ -128,10 +160,14 @@ fn advise_path(
     };
     let no_schedule = scheduled.as_ref().and_then(|found| found.as_ref().err().copied());
     let remedy = match (scheduled, constant) {
+        (Some(Ok(schedule)), Some(constant)) if schedule.is_constant(constant.rpm) => {
+            Remedy::Constant(constant)
+        }
         (Some(Ok(schedule)), _) => Remedy::Scheduled(Box::new(schedule)),
         (_, Some(constant)) => Remedy::Constant(constant),
         (_, None) => Remedy::Infeasible,
     };
+    let remedy = kept.map_or(remedy, Remedy::Kept);
     Ok(OperationAdvice {
         name: operation.name.clone(),
         programmed_rpm,

@@ -95,6 +95,7 @@ pub(super) fn run(args: &AdviseArgs, out: &mut dyn Write) -> Result<Outcome, Fai
     let read = input::read_job(&args.job, &mut reading);
     tell(&reading.notices);
     let job = read?;
+    keep_apart(args, &sink, write.as_ref(), program.as_ref())?;
     let written = [Some(&sink), write.as_ref(), program.as_ref()];
     for sink in written.into_iter().flatten() {
         sink.spare(std::slice::from_ref(&args.job))?;
@@ -110,6 +111,9 @@ pub(super) fn run(args: &AdviseArgs, out: &mut dyn Write) -> Result<Outcome, Fai
     if args.objective == By::Vibration {
         refuse_unknown_vibration(&job, &found.operations)?;
     }
+    let notices: Vec<Fault> =
+        found.notices.iter().map(|notice| located(notice.clone(), &job)).collect();
+    tell(&notices);
     let advised = AdvisedJob::new(&job, found);
     let text = match args.format {
         Format::Text => {
@@ -119,12 +123,17 @@ pub(super) fn run(args: &AdviseArgs, out: &mut dyn Write) -> Result<Outcome, Fai
             .map_err(|error| Failure::Internal(error.to_string()))?,
         Format::Svg => report::advice::svg::advice(&advised),
     };
+    let source = Source { job: &job, files: &reading.files };
+    if let Some(path) = args.write.as_deref().filter(|_| advised.advice.is_clear()) {
+        // Before anything is written.
+        job_text(&source, &advised, path, None)?;
+    }
     let new_program = match (program, args.write_program.as_deref()) {
         (Some(sink), Some(path)) => write_program(&job, &advised, &sink, path, out)?,
         _ => None,
     };
     if let (Some(sink), Some(path)) = (write, args.write.as_deref()) {
-        write_job(&job, &advised, &sink, path, new_program, out)?;
+        write_job(&source, &advised, &sink, path, new_program, out)?;
     }
     sink.write(&text, out)?;
     Ok(if advised.advice.is_clear() { Outcome::Pass } else { Outcome::Fail })
@@ -146,9 +155,65 @@ fn options(args: &AdviseArgs) -> Options {
     }
 }
 
+/// Two outputs of one run are two files, or one of them would be lost.
+fn keep_apart(
+    args: &AdviseArgs,
+    sink: &Sink,
+    write: Option<&Sink>,
+    program: Option<&Sink>,
+) -> Result<(), Vec<Fault>> {
+    let named = |path: &Option<PathBuf>| path.clone();
+    let all = [
+        ("--output", Some(sink), named(&args.output)),
+        ("--write", write, named(&args.write)),
+        ("--write-program", program, named(&args.write_program)),
+    ];
+    for (index, (name, sink, path)) in all.iter().enumerate() {
+        for (earlier, other, _) in &all[..index] {
+            let (Some(sink), Some(other)) = (sink, other) else { continue };
+            if sink.is_same(other) {
+                let what = if sink.is_standard() {
+                    format!("{name} and {earlier} both go to standard output; name a file for one")
+                } else {
+                    format!("{name} and {earlier} name the same file; name two")
+                };
+                return Err(vec![Fault { file: path.clone(), line: None, what }]);
+            }
+        }
+    }
+    Ok(())
+}
+
+/// A job with the files that were read for it.
+struct Source<'a> {
+    job: &'a Job,
+    files: &'a [PathBuf],
+}
+
+/// The text of the job as advised, read again and found to be that.
+fn job_text(
+    source: &Source,
+    advised: &AdvisedJob,
+    path: &Path,
+    new_program: Option<&Path>,
+) -> Result<String, Vec<Fault>> {
+    let job = source.job;
+    let operations = job.operations.iter().zip(&advised.advice.operations);
+    let edits: Vec<OperationEdit> = operations
+        .map(|(operation, advice)| OperationEdit {
+            program: new_program.filter(|_| operation.program.is_some()).map(Path::to_owned),
+            ..edit(advice)
+        })
+        .collect();
+    let text = input::rewritten_job(&job.file, path, &edits).map_err(|fault| vec![fault])?;
+    input::confirm_rewritten(job, source.files, &text, path, &edits)
+        .map_err(|fault| vec![fault])?;
+    Ok(text)
+}
+
 /// Writes the job as advised, unless a check would not pass it.
 fn write_job(
-    job: &Job,
+    source: &Source,
     advised: &AdvisedJob,
     sink: &Sink,
     path: &Path,
@@ -164,14 +229,7 @@ fn write_job(
         tell(&[Fault { file: Some(path.to_owned()), line: None, what }]);
         return Ok(());
     }
-    let operations = job.operations.iter().zip(&advised.advice.operations);
-    let edits: Vec<OperationEdit> = operations
-        .map(|(operation, advice)| OperationEdit {
-            program: new_program.filter(|_| operation.program.is_some()).map(Path::to_owned),
-            ..edit(advice)
-        })
-        .collect();
-    let text = input::rewritten_job(&job.file, path, &edits).map_err(|fault| vec![fault])?;
+    let text = job_text(source, advised, path, new_program)?;
     sink.write(&text, out)?;
     Ok(())
 }
@@ -184,7 +242,9 @@ fn edit(operation: &OperationAdvice) -> OperationEdit {
         Remedy::Scheduled(schedule) => {
             (Some(SpindleSpeed::Schedule(schedule.points.clone())), schedule.feed_m_per_s)
         }
-        Remedy::Constant(_) | Remedy::Infeasible => (None, operation.programmed_feed_m_per_s),
+        Remedy::Constant(_) | Remedy::Kept(_) | Remedy::Infeasible => {
+            (None, operation.programmed_feed_m_per_s)
+        }
     };
     let has_other_feed = feed_m_per_s != operation.programmed_feed_m_per_s;
     OperationEdit {
@@ -224,6 +284,13 @@ fn write_program<'p>(
     for (operation, advice) in job.operations.iter().zip(&advised.advice.operations) {
         let Some(program) = &operation.program else { continue };
         let name = &operation.name;
+        if let Remedy::Kept(_) = &advice.remedy {
+            let what = format!(
+                "is not written: operation '{name}' keeps its spindle_schedule, which no program states"
+            );
+            tell(&[refused(what)]);
+            return Ok(None);
+        }
         let Remedy::Constant(constant) = &advice.remedy else {
             let what = format!("is not written: operation '{name}' has no safe constant speed");
             tell(&[refused(what)]);

@@ -66,6 +66,15 @@ impl Sink {
         Err(vec![Fault { file: Some(output.clone()), line: None, what }])
     }
 
+    /// Whether what goes to one would overwrite or mix with what goes to the other. Devices swallow both.
+    pub(super) fn is_same(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Standard, Self::Standard) => true,
+            (Self::File(a), Self::File(b)) => are_one_file(a, b) || in_folder(a) == in_folder(b),
+            _ => false,
+        }
+    }
+
     /// Whether data goes to standard output.
     pub(super) fn is_standard(&self) -> bool {
         *self == Self::Standard
@@ -127,6 +136,12 @@ fn are_one_file(a: &Path, b: &Path) -> bool {
 #[cfg(not(unix))]
 fn are_one_file(a: &Path, b: &Path) -> bool {
     matches!((fs::canonicalize(a), fs::canonicalize(b)), (Ok(a), Ok(b)) if a == b)
+}
+
+/// A file that need not exist yet, by its folder's own name.
+fn in_folder(path: &Path) -> PathBuf {
+    let folder = fs::canonicalize(folder_of(path)).unwrap_or_else(|_| folder_of(path).to_owned());
+    folder.join(path.file_name().unwrap_or_default())
 }
 
 fn told(path: &Path, error: &io::Error) -> io::Error {

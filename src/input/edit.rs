@@ -55,18 +55,51 @@ pub fn rewritten_job(from: &Path, to: &Path, edits: &[OperationEdit]) -> Result<
             };
             changes.extend(name.map(|name| (place.value, quoted(&name))));
         }
-        match (&edit.speed, operation.rpm, operation.schedule) {
-            (Some(SpindleSpeed::Constant(rpm)), Some(place), _) => {
-                changes.push((place.value, rpm.to_string()));
-            }
-            (Some(speed), Some(place), None) | (Some(speed), None, Some(place)) => {
-                let old = slice(&text, place.key.start..place.value.end);
-                changes.push((place.key.start..place.value.end, speed_entry(speed, &place, &old)));
-            }
-            _ => {}
+        if let Some(speed) = &edit.speed {
+            changes.extend(speed_changes(&text, speed, operation.rpm, operation.schedule));
         }
     }
+    for (range, _) in &mut changes {
+        // A block scalar ends with its line, which stays.
+        let old = slice(&text, range.clone());
+        range.end -= old.chars().rev().take_while(|c| c.is_whitespace()).count();
+    }
     Ok(spliced(&text, changes))
+}
+
+/// What changes where one of the keys tells the speed and the other, if it is there, is null.
+fn speed_changes(
+    text: &str,
+    speed: &SpindleSpeed,
+    rpm: Option<Place>,
+    schedule: Option<Place>,
+) -> Vec<(Range<usize>, String)> {
+    let is_constant = matches!(speed, SpindleSpeed::Constant(_));
+    let (told, null) = match (rpm, schedule) {
+        (Some(rpm), Some(schedule)) if is_null(text, &rpm) => {
+            ((schedule, false), Some((rpm, "spindle_schedule")))
+        }
+        (Some(rpm), schedule) => ((rpm, true), schedule.map(|null| (null, "spindle_rpm"))),
+        (None, Some(schedule)) => ((schedule, false), None),
+        (None, None) => return Vec::new(),
+    };
+    match (told, speed) {
+        ((place, true), SpindleSpeed::Constant(rpm)) => vec![(place.value, rpm.to_string())],
+        ((place, was_constant), _) => {
+            let whole = place.key.start..place.value.end;
+            let old = slice(text, whole.clone());
+            let mut changes = vec![(whole, speed_entry(speed, &place, &old))];
+            // The key that is null makes room for the one that now tells the speed.
+            let makes_room = was_constant != is_constant;
+            let other = null.filter(|_| makes_room);
+            changes.extend(other.map(|(null, name)| (null.key, name.to_owned())));
+            changes
+        }
+    }
+}
+
+fn is_null(text: &str, place: &Place) -> bool {
+    matches!(slice(text, place.value.clone()).trim(), "" | "~" | "null" | "Null" | "NULL")
 }
 
 /// The program `file` with another speed; the inner error says why it cannot be rewritten.
@@ -408,6 +441,25 @@ operations:   # two\r
         assert_eq!(found, expected);
         let mut faults = crate::input::faults::Faults::of(Path::new("x"));
         assert!(parse(&found, &mut faults).is_ok());
+    }
+
+    #[test]
+    fn null_keys_and_folded_names_leave_a_job_that_can_be_read() {
+        let folder = tempfile::tempdir().unwrap();
+        for inner in ["jobs", "out"] {
+            std::fs::create_dir(folder.path().join(inner)).unwrap();
+        }
+        let (from, to) = (folder.path().join("jobs/a.yaml"), folder.path().join("out/b.yaml"));
+        let text = "robot: >-\n  r.yaml\noperations:\n  - spindle_rpm: ~ # none\n    spindle_schedule: \
+                    [{s: 0, rpm: 900}]\n  - {spindle_schedule: null, spindle_rpm: 900}\n";
+        std::fs::write(&from, text).unwrap();
+        let edits = [
+            speed(SpindleSpeed::Constant(780.0)),
+            speed(SpindleSpeed::Schedule(vec![(0.0, 700.0)])),
+        ];
+        let expected = "robot: ../jobs/r.yaml\noperations:\n  - spindle_schedule: ~ # none\n    \
+                        spindle_rpm: 780\n  - {spindle_rpm: null, spindle_schedule: [{s: 0, rpm: 700}]}\n";
+        assert_eq!(rewritten_job(&from, &to, &edits).unwrap(), expected);
     }
 
     #[test]

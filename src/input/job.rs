@@ -53,8 +53,17 @@ pub fn load_job(path: &Path) -> Result<Loaded<Job>, Vec<Fault>> {
 /// As [`load_job`].
 pub fn read_job(path: &Path, reading: &mut Reading) -> Result<Job, Vec<Fault>> {
     reading.files.push(path.to_owned());
-    let mut faults = Faults::of(path);
     let text = read_text(path, LARGEST_JOB_BYTES).map_err(|fault| vec![fault])?;
+    job_of_text(path, text, reading)
+}
+
+/// The job that `text` would be if it stood in the file `path`.
+pub(super) fn job_of_text(
+    path: &Path,
+    text: String,
+    reading: &mut Reading,
+) -> Result<Job, Vec<Fault>> {
+    let mut faults = Faults::of(path);
     let mut tree = match parse(&text, &mut faults) {
         Ok(tree) => tree,
         Err(fault) => return Err(faults.finish_with(fault)),
@@ -325,6 +334,7 @@ impl Reader<'_> {
             tcp: self.raw.tcp.as_ref().map(placed),
             work_object: self.raw.work_object.as_ref().map(placed),
         };
+        self.check_radial_depth(raw, node, called);
         let path = raw.path.as_ref();
         let moves = path
             .and_then(|path| moves_of(&course, path, node, &mut self.faults, &mut self.elsewhere));
@@ -411,6 +421,21 @@ impl Reader<'_> {
             }
         }
         Some(SpindleSpeed::Schedule(points))
+    }
+
+    /// A cutter cannot cut wider than it is.
+    fn check_radial_depth(&mut self, raw: &raw::Operation, node: &Node, called: &str) {
+        let depth_mm = raw.cutting.as_ref().and_then(|cutting| cutting.radial_depth_mm);
+        let diameter_mm = self.raw.tool.as_ref().and_then(|tool| tool.diameter_mm);
+        let (Some(depth_mm), Some(diameter_mm)) = (depth_mm, diameter_mm) else { return };
+        if depth_mm > diameter_mm {
+            let line = node.line_at(&[Step::Key("cutting"), Step::Key("radial_depth_mm")]);
+            let what = format!(
+                "{called}: cutting.radial_depth_mm is {depth_mm}, must not be above tool.diameter_mm, \
+                 {diameter_mm}"
+            );
+            self.faults.add(line, what);
+        }
     }
 
     fn start_near(&mut self, raw: &raw::Operation, node: &Node, called: &str) -> Option<Vec<f64>> {

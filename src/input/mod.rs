@@ -1,6 +1,7 @@
 //! Files → valid types: YAML, URDF, CSV, NPY, UFF, WAV. Raw input and valid input are different types; all faults of a
 //! file are reported in one go, each with file and line. The only place that names urdf_rs and serde_yaml.
 
+mod advised;
 mod edit;
 mod fault;
 mod faults;
@@ -23,6 +24,7 @@ mod yaml;
 
 use std::path::PathBuf;
 
+pub use advised::confirm_rewritten;
 pub use edit::{OperationEdit, rewritten_job, rewritten_program};
 pub use fault::Fault;
 pub use job::{load_job, read_job};

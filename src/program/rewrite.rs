@@ -44,6 +44,9 @@ pub fn rewrite(bytes: &[u8], dialect: Dialect, to: &Rewrite) -> Result<Rewritten
             feeds: 0,
             feeds_per_revolution: 0,
         },
+        speed: None,
+        speeds_differ: false,
+        taps: false,
     };
     match dialect {
         Dialect::Rapid => {
@@ -54,6 +57,16 @@ pub fn rewrite(bytes: &[u8], dialect: Dialect, to: &Rewrite) -> Result<Rewritten
         }
         Dialect::GCode => gcode(&mut pen),
         Dialect::Apt => apt(&mut pen),
+    }
+    if pen.speeds_differ {
+        return Err(fault(
+            "is not rewritten: it states several spindle speeds, which one speed would flatten",
+        ));
+    }
+    if pen.changes_pitch() {
+        return Err(fault(
+            "is not rewritten: it taps (G84, G74, CYCLE/TAP), and with this feed the pitch would change",
+        ));
     }
     let mut out = pen.out;
     out.bytes.extend_from_slice(&bytes[pen.done..]);
@@ -70,17 +83,40 @@ struct Pen<'a> {
     /// Bytes before this are written.
     done: usize,
     out: Rewritten,
+    /// The speed that the program states, rev/min.
+    speed: Option<f64>,
+    speeds_differ: bool,
+    /// Whether it taps at a feed per minute.
+    taps: bool,
 }
 
 impl Pen<'_> {
     fn replace(&mut self, number: &Number, value: f64) {
+        let new = written(value);
+        if new.parse() == Ok(number.value) {
+            return;
+        }
+        let had_point = self.bytes[number.start..number.end].contains(&b'.');
         self.out.bytes.extend_from_slice(&self.bytes[self.done..number.start]);
-        self.out.bytes.extend_from_slice(written(value).as_bytes());
+        self.out.bytes.extend_from_slice(new.as_bytes());
+        if had_point && !new.contains('.') {
+            self.out.bytes.push(b'.');
+        }
         self.done = number.end;
+    }
+
+    /// Whether a tap would advance otherwise per turn than it did.
+    fn changes_pitch(&self) -> bool {
+        /// Speeds and feeds are written with three decimals.
+        const SLACK: f64 = 1e-6;
+        let ratio = self.speed.map(|old| self.to.rpm / old);
+        self.taps && ratio.is_some_and(|ratio| (ratio - self.to.feed_ratio).abs() > SLACK * ratio)
     }
 
     fn speed(&mut self, number: &Number) {
         self.out.speeds += 1;
+        self.speeds_differ |= self.speed.is_some_and(|other| other != number.value);
+        self.speed = Some(number.value);
         self.replace(number, self.to.rpm);
     }
 
@@ -129,6 +165,7 @@ fn gcode(pen: &mut Pen) {
             per_revolution = false;
         }
         let dwells = code(4.0);
+        pen.taps |= !per_revolution && [74.0, 84.0].into_iter().any(code);
         for (letter, number) in &words {
             match letter {
                 b'S' if number.value > 0.0 && !dwells => pen.speed(number),
@@ -226,6 +263,8 @@ fn apt_statement(pen: &mut Pen, statement: &[(String, Number)]) {
         ("FEDRAT", Some(_)) if has(&["PERREV", "MMPR", "IPR"]) => pen.out.feeds_per_revolution += 1,
         ("FEDRAT", Some(number)) => pen.feed(number),
         ("CYCLE", _) => {
+            let per_revolution = has(&["MMPR", "IPR", "PERREV"]);
+            pen.taps |= has(&["TAP"]) && !per_revolution;
             for pair in minor.windows(2) {
                 let (unit, number) = (pair[0].0.as_str(), &pair[1].1);
                 if matches!(unit, "MMPM" | "IPM" | "PERMIN") && number.value.is_finite() {
@@ -282,9 +321,9 @@ mod tests {
     #[test]
     fn gcode_keeps_all_but_speeds_and_feeds() {
         holds(
-            b"(S900 F1 \xE4)\r\nN10 g0 X0 Y0 Z0 s 1 100 M3 ; S1\r\nG1X10F400.\r\nY5 f80 (F2) S0\r\nG4 P1\r\nS900\r\nX1\r\n",
+            b"(S900 F1 \xE4)\r\nN10 g0 X0 Y0 Z0 s 1 100 M3 ; S1\r\nG1X10F400.\r\nY5 f80 (F2) S0\r\nG4 P1\r\nS1100\r\nX1\r\n",
             Dialect::GCode,
-            b"(S900 F1 \xE4)\r\nN10 g0 X0 Y0 Z0 s 1340 M3 ; S1\r\nG1X10F500\r\nY5 f100 (F2) S0\r\nG4 P1\r\nS1340\r\nX1\r\n",
+            b"(S900 F1 \xE4)\r\nN10 g0 X0 Y0 Z0 s 1340 M3 ; S1\r\nG1X10F500.\r\nY5 f100 (F2) S0\r\nG4 P1\r\nS1340\r\nX1\r\n",
         );
         let per_revolution = b"S1000 M3\nG95 G1 X0 Y0 Z0 F0.2\nX1\nG94 F100\nX2\n";
         let found = rewrite(per_revolution, Dialect::GCode, &TO).unwrap();
@@ -299,6 +338,29 @@ mod tests {
             Dialect::Apt,
             b"PARTNO SPINDL/1\n$$ SPINDL/2\nspindl/ 1340 ,RPM,CLW\nFEDRAT/375,MMPM $$ F\nGOTO/0,0,0\nGOTO/$\n1,0,0\nCYCLE/DRILL,DEPTH,5,MMPM,100,CLEAR,2\nGOTO/2,0,0\nCYCLE/OFF\nSPINDL/OFF\n",
         );
+    }
+
+    #[test]
+    fn what_stays_keeps_its_bytes() {
+        let same = Rewrite { rpm: 1340.0, feed_ratio: 1.0 };
+        let text = b"S1100. M3\nG0 X0 Y0 Z0\nG1 X1 F0300.00\n";
+        let found = rewrite(text, Dialect::GCode, &same).unwrap();
+        assert_eq!(found.bytes, b"S1340. M3\nG0 X0 Y0 Z0\nG1 X1 F0300.00\n");
+    }
+
+    #[test]
+    fn pitches_and_several_speeds_are_not_lost() {
+        let told = |text: &str, dialect, feed_ratio| {
+            let to = Rewrite { rpm: 1340.0, feed_ratio };
+            rewrite(text.as_bytes(), dialect, &to).map_err(|why| why.what)
+        };
+        let tap = "S1000 M3\nG84 X0 Y0 Z-5 R1 F1000\nG80\n";
+        assert!(told(tap, Dialect::GCode, 1.0).unwrap_err().contains("pitch"));
+        assert!(told(tap, Dialect::GCode, 1.34).is_ok());
+        let tap = "SPINDL/1000\nCYCLE/TAP,DEPTH,5,MMPM,1000\nGOTO/0,0,0\n";
+        assert!(told(tap, Dialect::Apt, 1.0).unwrap_err().contains("pitch"));
+        let two = "S1000 M3\nG1 X0 Y0 Z0 F100\nS500\nX1\n";
+        assert!(told(two, Dialect::GCode, 1.0).unwrap_err().contains("several"));
     }
 
     #[test]

@@ -13,6 +13,7 @@ pub use assess::{
     AssessFault, assess, assess_with_progress, crossings_under, detail, located, plan,
 };
 pub use margin::{Approach, closest_approach};
+pub use notices::{Counted, nothing_checked};
 pub use turning::Turning;
 pub use verdict::{
     Certainty, Crossing, Exchange, JobRisk, LeftOut, OperationRisk, Sample, Verdict,

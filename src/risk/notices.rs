@@ -19,7 +19,12 @@ pub(super) fn notices(
         line: Some(operation.line),
         what,
     };
-    let mut notices: Vec<AssessFault> = nothing_checked(job, path, risk)
+    let counted = Counted {
+        spindle_turns: path.spindle_turns(),
+        lines: risk.left_out.lines.len() < risk.lines.len(),
+        modes: risk.left_out.modes.len() < job.robot.coordinates().len(),
+    };
+    let mut notices: Vec<AssessFault> = nothing_checked(job, &counted)
         .into_iter()
         .chain(too_sudden(job, operation, path))
         .map(in_job)
@@ -42,20 +47,31 @@ pub(super) fn notices(
     notices
 }
 
+/// Whether there is anything that a verdict could be about.
+#[derive(Debug, Clone, Copy)]
+pub struct Counted {
+    /// Whether the spindle turns anywhere.
+    pub spindle_turns: bool,
+    /// Whether any excitation line counts.
+    pub lines: bool,
+    /// Whether any mode counts.
+    pub modes: bool,
+}
+
 /// A clear verdict means nothing where the spindle stands all along, or the policy leaves every line or every
 /// mode out.
-fn nothing_checked(job: &Job, path: &Path, risk: &OperationRisk) -> Option<String> {
-    if !path.spindle_turns() {
+pub fn nothing_checked(job: &Job, counted: &Counted) -> Option<String> {
+    if !counted.spindle_turns {
         return Some(
             "nothing was checked: the program has stopped the spindle on the whole path".to_owned(),
         );
     }
-    if risk.left_out.lines.len() == risk.lines.len() {
+    if !counted.lines {
         return Some(
             "nothing was checked: every excitation line lies in policy.ignore_hz".to_owned(),
         );
     }
-    if risk.left_out.modes.len() == job.robot.coordinates().len() {
+    if !counted.modes {
         return Some(format!(
             "nothing was checked: every mode moves the tool tip less than policy.min_tip_response_um_per_n, {}",
             um_per_n_from_m_per_n(job.policy.min_tip_response_m_per_n)

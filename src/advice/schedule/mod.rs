@@ -19,10 +19,10 @@ pub use programme::SolverEnd;
 use self::cells::{CELLS, Plane, plane};
 use self::programme::{objective, solve};
 use self::routes::{Bands, Hurt, Limits, routes};
-use super::FeedRule;
 use super::ranges::Counting;
 use super::speeds::{Speeds, feed_at, ignored_speeds};
 use super::vibration::{Chip, TipModel};
+use super::{FeedRule, KeptSchedule};
 use crate::excitation::ExcitationLine;
 use crate::job::{Job, Operation, SpindleSpeed};
 use crate::path::{Detail, Path, Survey, SurveyFault, grid};
@@ -95,6 +95,26 @@ impl Schedule {
             .iter()
             .fold((f64::INFINITY, 0.0_f64), |(low, high), p| (low.min(p.1), high.max(p.1)));
         Speeds { low_rpm, high_rpm }
+    }
+
+    /// Time inside any band, s; where bands overlap it counts once.
+    pub fn exposed_s(&self) -> f64 {
+        let mut stretches: Vec<(f64, f64)> =
+            self.exposures.iter().map(|e| (e.crossing.from_s, e.crossing.to_s)).collect();
+        stretches.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let (mut share, mut reached) = (0.0, 0.0_f64);
+        for (from, to) in stretches {
+            share += (to - from.max(reached)).max(0.0);
+            reached = reached.max(to);
+        }
+        share * self.duration_s
+    }
+
+    /// Whether all of it is this constant speed, but for what a solver leaves.
+    pub(super) fn is_constant(&self, rpm: f64) -> bool {
+        /// rev/min.
+        const NOISE: f64 = 0.01;
+        self.points.iter().all(|point| (point.1 - rpm).abs() < NOISE)
     }
 
     /// Lowest and highest chip load along the path, as a share of the programmed one.
@@ -252,6 +272,24 @@ pub(super) fn schedule(task: &Task) -> Result<Result<Schedule, NoSchedule>, Surv
         }));
     }
     Ok(Err(NoSchedule::Contact))
+}
+
+/// The programmed schedule, where a check calls it clear.
+///
+/// # Errors
+/// The arm has no modes somewhere.
+pub(super) fn kept(task: &Task) -> Result<Option<KeptSchedule>, SurveyFault> {
+    let Task { job, operation, path, .. } = *task;
+    let SpindleSpeed::Schedule(points) = &operation.speed else { return Ok(None) };
+    let stations = grid(path, operation.speed.corners());
+    let first_look = Survey::take(path, stations, detail(&job.policy), &|_| {})?;
+    let (found, last_look) =
+        crossings_under(task.lines, &job.policy, &operation.speed, path, first_look)?;
+    Ok(found.is_empty().then(|| KeptSchedule {
+        points: points.clone(),
+        feed_m_per_s: operation.feed_m_per_s,
+        separation: separation(task, &operation.speed, &last_look),
+    }))
 }
 
 fn cut(task: &Task, slack: f64) -> Result<Plane, SurveyFault> {

@@ -147,10 +147,10 @@ pub(in crate::input) struct SchedulePoint {
 #[serde(deny_unknown_fields)]
 pub(in crate::input) struct Cutting {
     /// Radial depth of cut, mm.
-    #[schemars(required, extend("exclusiveMinimum" = 0, "examples" = [6]))]
+    #[schemars(required, extend("exclusiveMinimum" = 0, "maximum" = 1000, "examples" = [6]))]
     pub(in crate::input) radial_depth_mm: Option<f64>,
     /// Axial depth of cut, mm.
-    #[schemars(required, extend("exclusiveMinimum" = 0, "examples" = [2]))]
+    #[schemars(required, extend("exclusiveMinimum" = 0, "maximum" = 1000, "examples" = [2]))]
     pub(in crate::input) axial_depth_mm: Option<f64>,
     /// On which side of the cut the chip is thick: climb (down-milling), conventional (up-milling) or slot.
     #[schemars(required)]

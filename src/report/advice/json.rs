@@ -92,7 +92,7 @@ struct Operation<'a> {
     separation_percent: Option<Number>,
     /// Spindle speed over s, linear in time between; null where a constant speed is recommended or none is safe.
     schedule: Option<Vec<Point>>,
-    /// More on the schedule; null where there is none.
+    /// More on the schedule; null where there is none, or where it is the programmed one, which is safe.
     schedule_facts: Option<ScheduleFacts>,
     /// Why there is no schedule where one was sought; null where there is one or a constant speed suffices.
     schedule_missing: Option<&'static str>,
@@ -409,13 +409,18 @@ fn of<'a>(job: &AdvisedJob, operation: &'a OperationAdvice) -> Operation<'a> {
     let (schedule, feed_m_per_s, separation) = match &operation.remedy {
         Remedy::Constant(constant) => (None, Some(constant.feed_m_per_s), constant.separation),
         Remedy::Scheduled(plan) => (Some(&**plan), Some(plan.feed_m_per_s), plan.separation),
+        Remedy::Kept(kept) => (None, Some(kept.feed_m_per_s), kept.separation),
         Remedy::Infeasible => (None, None, None),
+    };
+    let points = match &operation.remedy {
+        Remedy::Kept(kept) => Some(&kept.points),
+        _ => schedule.map(|plan| &plan.points),
     };
     Operation {
         name: &operation.name,
         status: match operation.remedy {
             Remedy::Constant(_) => Status::Constant,
-            Remedy::Scheduled(_) => Status::Scheduled,
+            Remedy::Scheduled(_) | Remedy::Kept(_) => Status::Scheduled,
             Remedy::Infeasible => Status::Infeasible,
         },
         reason: words::reason(job, operation),
@@ -428,7 +433,7 @@ fn of<'a>(job: &AdvisedJob, operation: &'a OperationAdvice) -> Operation<'a> {
         recommended_rpm: operation.constant.map(|constant| Number(constant.rpm)),
         recommended_feed_mm_per_min: feed_m_per_s.map(|feed| Number(mm_per_min_from_m_per_s(feed))),
         separation_percent: separation.map(|apart| Number(percent_from_ratio(apart))),
-        schedule: schedule.map(|plan| plan.points.iter().map(Point::from).collect()),
+        schedule: points.map(|points| points.iter().map(Point::from).collect()),
         schedule_facts: schedule.map(|plan| facts(operation, plan)),
         schedule_missing: operation.no_schedule.map(words::no_schedule),
         binding: operation.bind.as_ref().map(Binding::from),

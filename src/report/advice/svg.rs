@@ -61,6 +61,7 @@ fn panel(sheet: &mut Sheet, job: &AdvisedJob, operation: &OperationAdvice, top: 
     let advised: Vec<(f64, f64)> = match &operation.remedy {
         Remedy::Constant(constant) => vec![(0.0, constant.rpm), (1.0, constant.rpm)],
         Remedy::Scheduled(plan) => plan.points.clone(),
+        Remedy::Kept(kept) => kept.points.clone(),
         Remedy::Infeasible => Vec::new(),
     };
     if !advised.is_empty() {

@@ -1,7 +1,7 @@
 //! What a planner reads: the speed to run at, why, and what is closed by what.
 
 use super::{AdvisedJob, words};
-use crate::advice::{Closure, NoVibration, OperationAdvice, Remedy, Schedule};
+use crate::advice::{Closure, FeedRule, NoVibration, OperationAdvice, Remedy, Schedule};
 use crate::report::style;
 use crate::report::words::{percent, round_percent, trimmed};
 use crate::units::mm_per_min_from_m_per_s;
@@ -31,7 +31,11 @@ pub fn advice(job: &AdvisedJob, colour: bool) -> String {
 
 fn next(job: &AdvisedJob) -> &'static str {
     let operations = &job.advice.operations;
-    let is_kept = |operation: &OperationAdvice| matches!(&operation.remedy, Remedy::Constant(constant) if constant.is_programmed);
+    let is_kept = |operation: &OperationAdvice| match &operation.remedy {
+        Remedy::Constant(constant) => constant.is_programmed,
+        Remedy::Kept(_) => true,
+        Remedy::Scheduled(_) | Remedy::Infeasible => false,
+    };
     if !job.advice.is_clear() {
         "pull one of the levers, then ask again; the job may offer more: tools_on_hand, work_object_shift, and \
          free_axis_deg in an operation"
@@ -45,6 +49,7 @@ fn next(job: &AdvisedJob) -> &'static str {
 fn push_operation(job: &AdvisedJob, operation: &OperationAdvice, colour: bool, text: &mut String) {
     let (word, tone) = match &operation.remedy {
         Remedy::Constant(constant) if constant.is_programmed => ("KEEP", style::CLEAR),
+        Remedy::Kept(_) => ("KEEP", style::CLEAR),
         Remedy::Constant(_) => ("CHANGE", style::UNCERTAIN),
         Remedy::Scheduled(plan) if plan.exposures.is_empty() => ("SCHEDULE", style::UNCERTAIN),
         Remedy::Scheduled(_) => ("CROSSES", style::RESONANCE),
@@ -63,6 +68,10 @@ fn push_operation(job: &AdvisedJob, operation: &OperationAdvice, colour: bool, t
             words::rpm(plan.range_rpm().high_rpm),
             trimmed(mm_per_min_from_m_per_s(plan.feed_m_per_s), 1)
         ),
+        Remedy::Kept(kept) => format!(
+            "the programmed schedule, feed {} mm/min",
+            trimmed(mm_per_min_from_m_per_s(kept.feed_m_per_s), 1)
+        ),
         Remedy::Infeasible => format!("programmed {}", words::rpm(operation.programmed_rpm)),
     };
     text.push_str(&format!("  {name}  {}  {head}\n", style::paint(tone, word, colour)));
@@ -72,6 +81,7 @@ fn push_operation(job: &AdvisedJob, operation: &OperationAdvice, colour: bool, t
     let separation = match &operation.remedy {
         Remedy::Constant(constant) => Some(constant.separation),
         Remedy::Scheduled(plan) => Some(plan.separation),
+        Remedy::Kept(kept) => Some(kept.separation),
         Remedy::Infeasible => None,
     };
     if let Some(separation) = separation {
@@ -83,6 +93,13 @@ fn push_operation(job: &AdvisedJob, operation: &OperationAdvice, colour: bool, t
     }
     match &operation.remedy {
         Remedy::Scheduled(plan) => push_schedule(operation, plan, text),
+        Remedy::Constant(constant)
+            if job.advice.options.feed == FeedRule::Programmed && !constant.is_programmed =>
+        {
+            let ratio = operation.programmed_rpm / constant.rpm;
+            let feed = format!("as programmed; chip load {} % of the programmed", percent(ratio));
+            push_fact(4, "feed", &feed, text);
+        }
         Remedy::Constant(constant) if operation.runs_program && !constant.is_programmed => {
             let ratio = constant.feed_m_per_s / operation.programmed_feed_m_per_s;
             let feed = format!(
@@ -91,7 +108,7 @@ fn push_operation(job: &AdvisedJob, operation: &OperationAdvice, colour: bool, t
             );
             push_fact(4, "feed", &feed, text);
         }
-        Remedy::Constant(_) | Remedy::Infeasible => {}
+        Remedy::Constant(_) | Remedy::Kept(_) | Remedy::Infeasible => {}
     }
     for lever in &operation.levers {
         push_fact(4, "lever", &words::lever(lever), text);

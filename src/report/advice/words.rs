@@ -61,9 +61,15 @@ pub(super) fn reasons(
             facts.push(("why", constant_reason(job, operation, constant)));
         }
         Remedy::Scheduled(schedule) => facts.push(("why", scheduled_reason(schedule))),
+        Remedy::Kept(_) => {
+            let why = "the programmed schedule is safe along the whole path";
+            facts.push(("why", why.to_owned()));
+        }
         Remedy::Infeasible => {}
     }
-    if let (Remedy::Scheduled(_), Some(constant)) = (&operation.remedy, operation.constant) {
+    if let (Remedy::Scheduled(_) | Remedy::Kept(_), Some(constant)) =
+        (&operation.remedy, operation.constant)
+    {
         facts.push(("constant", format!("{} is safe throughout, too", rpm(constant.rpm))));
     }
     if operation.constant.is_none() {
@@ -116,10 +122,17 @@ fn constant_reason(job: &AdvisedJob, operation: &OperationAdvice, constant: &Con
     };
     match closure_at(operation, operation.programmed_rpm) {
         Some(closure) => {
-            format!("{best}, which is closed by {}", closers(closure, operation.programmed_rpm))
+            let by = closers(closure, operation.programmed_rpm);
+            match job.advice.options.objective {
+                Objective::Nearest => format!("{best}, which is closed by {by}"),
+                _ => format!("{best}; the {programmed} is closed by {by}"),
+            }
         }
         None if operation.is_schedule_programmed => best,
-        None => format!("{best}, which is safe, too"),
+        None => match job.advice.options.objective {
+            Objective::Nearest => format!("{best}, which is safe, too"),
+            _ => format!("{best}; the {programmed} is safe, too"),
+        },
     }
 }
 
@@ -129,7 +142,7 @@ fn scheduled_reason(plan: &Schedule) -> String {
     if plan.exposures.is_empty() {
         return format!("a speed that varies along the path, {range}, stays clear of every band");
     }
-    let seconds: f64 = plan.exposures.iter().map(|exposure| exposure.seconds).sum();
+    let seconds = plan.exposed_s();
     format!(
         "a speed that varies along the path, {range}, crosses {} because it must, {} s in all",
         if plan.exposures.len() == 1 { "a band" } else { "bands" },
