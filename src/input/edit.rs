@@ -457,7 +457,7 @@ operations:   # two\r
             speed(SpindleSpeed::Constant(780.0)),
             speed(SpindleSpeed::Schedule(vec![(0.0, 700.0)])),
         ];
-        let expected = "robot: ../jobs/r.yaml\noperations:\n  - spindle_schedule: ~ # none\n    \
+        let expected = "robot: >-\n  ../jobs/r.yaml\noperations:\n  - spindle_schedule: ~ # none\n    \
                         spindle_rpm: 780\n  - {spindle_rpm: null, spindle_schedule: [{s: 0, rpm: 700}]}\n";
         assert_eq!(rewritten_job(&from, &to, &edits).unwrap(), expected);
     }
