@@ -489,7 +489,7 @@ fn a_job_that_cannot_be_edited_is_refused_and_a_safe_schedule_is_kept() {
     let is_refused = code(&ran) == 2 && !bench.path().join("n.yaml").exists();
     assert!(is_whole || is_refused, "{}", err(&ran));
 
-    let safe = "spindle_schedule: [{s: 0, rpm: 22000}, {s: 1, rpm: 23000}]";
+    let safe = "spindle_schedule: [{s: 0, rpm: 16500}, {s: 1, rpm: 16700}]";
     bench.add("jobs/job.yaml", &job(safe));
     for extra in [&[][..], &["--schedule"]] {
         let all = [&["advise", "jobs/job.yaml", "--format", "json", "--write", "k.yaml"], extra];
@@ -497,7 +497,7 @@ fn a_job_that_cannot_be_edited_is_refused_and_a_safe_schedule_is_kept() {
         assert_eq!(code(&ran), 0, "{}", err(&ran));
         let operation = &json(&ran)["operations"][0];
         assert_eq!(operation["status"], "scheduled");
-        assert_eq!(operation["schedule"][1]["rpm"], 23000.0);
+        assert_eq!(operation["schedule"][1]["rpm"], 16700.0);
         let kept = fs::read_to_string(bench.path().join("k.yaml")).unwrap();
         assert!(kept.contains(safe), "{kept}");
     }
