@@ -142,8 +142,7 @@ mod bars {
     pub(super) const WEAK: Bar = Bar { named: Some(0.85), verdict: Some(0.85), ..SINGLE };
     pub(super) const PAIR: Bar =
         Bar { named: Some(0.80), gained: Some(0.90), held_out: None, split: None, ..SINGLE };
-    /// Where not all of three are found, `unexplained` is the better word for what is left.
-    pub(super) const TRIPLE: Bar = Bar { named: Some(0.60), verdict: Some(0.60), ..PAIR };
+    pub(super) const TRIPLE: Bar = Bar { named: Some(0.60), ..PAIR };
     pub(super) const NOTHING: Bar = Bar {
         named: None,
         verdict: Some(0.95),
