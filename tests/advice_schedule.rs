@@ -16,7 +16,7 @@ use std::sync::Arc;
 use detune::advice::{Coupling, FeedRule, Options, Remedy, Schedule, advise};
 use detune::job::{Job, Levers, Operation, Policy, Spindle, SpindleSpeed, Tool};
 use detune::model::Robot;
-use detune::motion::{Move, Target};
+use detune::motion::{Move, StatedFeeds, Target};
 use detune::risk::{Verdict, assess};
 use nalgebra::Isometry3;
 use rand::{RngExt, SeedableRng};
@@ -66,6 +66,7 @@ fn case(waypoints: &[[f64; 2]], rpm: f64, policy: Policy, spindle: Spindle, air:
             cutting: None,
             moves: moves.collect(),
             program: None,
+            program_feeds: StatedFeeds::default(),
             start_near: None,
         }],
         policy,

@@ -339,14 +339,16 @@ impl Reader<'_> {
         let moves = path
             .and_then(|path| moves_of(&course, path, node, &mut self.faults, &mut self.elsewhere));
         let program = path.and_then(|path| path.program.as_ref()?.file.as_ref());
+        let (moves, program_feeds) = moves?;
         Some(Operation {
             name: raw.name.clone()?,
             line: node.line as usize,
             speed: speed?,
             feed_m_per_s: feed_m_per_s?,
             cutting: raw.cutting.as_ref().and_then(cutting),
-            moves: moves?,
+            moves,
             program: program.map(Into::into),
+            program_feeds,
             start_near,
         })
     }
