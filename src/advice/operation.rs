@@ -199,7 +199,9 @@ fn advise_path(
     };
     let no_schedule = scheduled.as_ref().and_then(|found| found.as_ref().err().copied());
     let remedy = match (scheduled, constant) {
-        (Some(Ok(schedule)), Some(constant)) if schedule.is_constant(constant.rpm) => {
+        (Some(Ok(schedule)), Some(constant))
+            if schedule.is_constant(constant.rpm) || schedule.gains_nothing_on(&constant) =>
+        {
             Remedy::Constant(constant)
         }
         (Some(Ok(schedule)), _) => Remedy::Scheduled(Box::new(schedule)),

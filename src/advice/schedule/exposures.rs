@@ -1,7 +1,8 @@
 //! What a schedule that crosses bands exposes the arm to.
 
 use super::super::vibration::Chip;
-use super::{Task, is_idle_between, mean};
+use super::air::is_idle_between;
+use super::{Task, mean};
 use crate::excitation::ExcitationLine;
 use crate::job::SpindleSpeed;
 use crate::risk::{Certainty, Crossing};

@@ -19,29 +19,33 @@
 //! A band that must be crossed is crossed on one straight line at full acceleration, from the edge of one corridor
 //! to the edge of the next; both ends are points of the schedule, however close together.
 
+mod air;
 mod cells;
 mod exposures;
 mod pace;
 mod programme;
 mod routes;
+mod search;
 
 pub use exposures::{Exposure, Passage};
 pub use programme::SolverEnd;
 
+pub(super) use air::is_air;
+
+use self::air::air_sides;
 use self::cells::{Cells, sides};
 use self::exposures::{exposed_share, exposures, passages};
 use self::pace::{Next, Pace};
-use self::programme::{objective, solve};
-use self::routes::{Bands, Hurt, Limits, Route, routes};
+use self::routes::Limits;
+use self::search::best;
 use super::ranges::Counting;
-use super::speeds::{Speeds, WIDEST, feed_at, ignored_speeds};
+use super::speeds::{Speeds, feed_at};
 use super::vibration::TipModel;
 use super::{FeedRule, KeptSchedule, Objective};
 use crate::excitation::ExcitationLine;
 use crate::job::{Job, Operation, SpindleSpeed};
-use crate::path::{Detail, Path, Survey, SurveyFault, grid};
+use crate::path::{Path, Survey, SurveyFault, grid};
 use crate::risk::{Crossing, crossings_under, detail};
-use crate::units::rpm_from_hz;
 
 /// Taken where the job gives no acceleration of the spindle: an assumption, not a figure of any spindle.
 pub const ASSUMED_ACCELERATION_RPM_PER_S: f64 = 500.0;
@@ -57,27 +61,11 @@ const MORE_SLACK: f64 = 4.0;
 /// How often there is more.
 const MOST_SLACKS: usize = 6;
 
-/// A move faster than this many times the operation's feed is one in the air.
-const AIR_FEED: f64 = 2.0;
-
-/// What a second in a band hurts in the air, as a share of a second in the cut.
-const AIR_HURT: f64 = 1e-6;
-
-/// Places where the air begins or ends that become sides of cells.
-const MOST_AIR_SIDES: usize = 500;
-
 /// Points nearer than this to the straight line between their neighbours are left out, rev/min.
 const STRAIGHT_RPM: f64 = 1e-6;
 
 /// Speeds of a schedule are told to so many parts of a rev/min where the acceleration is not felt in that.
 const PARTS_PER_RPM: f64 = 1e6;
-
-/// The widest bands that leave a way are found to this share of themselves.
-const WIDEST_TOLERANCE: f64 = 1e-4;
-
-/// Of what the widest bands have beyond the policy's, this much is kept: the first with which the solver finds a
-/// speed.
-const NEARLY: [f64; 3] = [0.998, 0.98, 0.9];
 
 /// A speed that varies along the path.
 #[derive(Debug, Clone, PartialEq)]
@@ -140,6 +128,12 @@ impl Schedule {
         /// rev/min.
         const NOISE: f64 = 0.01;
         self.points.iter().all(|point| (point.1 - rpm).abs() < NOISE)
+    }
+
+    /// Whether it follows the margin and keeps no more of it than this constant speed does.
+    pub(super) fn gains_nothing_on(&self, constant: &super::Constant) -> bool {
+        let keeps = |margin: Option<f64>| margin.unwrap_or(f64::INFINITY);
+        self.follows == Objective::Margin && keeps(constant.separation) >= keeps(self.separation)
     }
 
     /// Lowest and highest chip load along the path, as a share of the programmed one.
@@ -334,176 +328,6 @@ pub(super) fn kept(task: &Task) -> Result<Option<KeptSchedule>, SurveyFault> {
     }))
 }
 
-/// The best speed, at the sides of the cells and where ramps end.
-struct Best {
-    s: Vec<f64>,
-    rpm: Vec<f64>,
-    objective: f64,
-    ramps: Vec<[f64; 2]>,
-    tried: usize,
-    end: SolverEnd,
-    follows: Objective,
-    half_width: f64,
-}
-
-/// The best speed between the bands, or across them where it must be.
-fn best(
-    task: &Task,
-    cells: &Cells,
-    follows: Objective,
-    limits: &Limits,
-) -> Result<Result<Best, NoSchedule>, SurveyFault> {
-    let Job { policy, spindle, .. } = task.job;
-    let plane = |half_width| cells.plane(task.lines, policy, spindle, half_width);
-    let ways = |half_width| routes(&plane(half_width), limits, None);
-    let least = policy.wide();
-    let open = ways(least);
-    if open.is_empty() {
-        let ignores = |line, rpm| ignored_speeds(policy, line).any(|strip| strip.contains(rpm));
-        let hurt = Hurt::new(hurt(task, &cells.s)?, &ignores);
-        let across = routes(&plane(least), limits, Some(&hurt));
-        // What goes through a band keeps no margin.
-        let follows = if follows == Objective::Margin { Objective::Nearest } else { follows };
-        return Ok(first_of(across, limits).map(|best| Best {
-            follows,
-            half_width: least,
-            ..best
-        }));
-    }
-    if follows == Objective::Margin
-        && let Some(widest) = widest(least, &|half_width| !ways(half_width).is_empty())
-    {
-        for share in NEARLY {
-            let half_width = least + share * (widest - least);
-            if let Ok(best) = first_of(ways(half_width), limits) {
-                return Ok(Ok(Best { follows, half_width, ..best }));
-            }
-        }
-    }
-    Ok(first_of(open, limits).map(|best| Best { follows, half_width: least, ..best }))
-}
-
-/// The widest bands that leave a way, from `least` on, which do; `None` where they may be as wide as they like.
-fn widest(least: f64, leaves_way: &dyn Fn(f64) -> bool) -> Option<f64> {
-    /// Where there are no bands to be widened, begun with this.
-    const FIRST: f64 = 0.01;
-    let (mut open, mut closed) = (least, 2.0 * least.max(FIRST));
-    while leaves_way(closed) {
-        if closed > WIDEST {
-            return None;
-        }
-        (open, closed) = (closed, 2.0 * closed);
-    }
-    while closed - open > WIDEST_TOLERANCE * closed {
-        let middle = 0.5 * (open + closed);
-        if leaves_way(middle) { open = middle } else { closed = middle }
-    }
-    Some(open)
-}
-
-/// Solves way after way, in the order of their bounds, until no other can be better.
-fn first_of(ways: Vec<Route>, limits: &Limits) -> Result<Best, NoSchedule> {
-    let mut best: Option<Best> = None;
-    let mut why = NoSchedule::NoWay;
-    let mut tried = 0;
-    for way in ways {
-        // With ramps the order is that of what hurts, and the first that can be run is the one.
-        let is_settled = best
-            .as_ref()
-            .is_some_and(|best| !best.ramps.is_empty() || way.at_least >= best.objective);
-        if is_settled {
-            break;
-        }
-        tried += 1;
-        let (rpm, end) = match solve(&way.s, &way.bounds, limits) {
-            Ok(solved) => solved,
-            // Whatever stopped the solver, there may be another way.
-            Err(end) => {
-                why = NoSchedule::Solver(end);
-                continue;
-            }
-        };
-        let objective = objective(&way.s, &rpm, limits);
-        if best.as_ref().is_none_or(|best| objective < best.objective) {
-            best = Some(Best {
-                s: way.s,
-                rpm,
-                objective,
-                ramps: way.ramps,
-                tried,
-                end,
-                follows: Objective::Nearest,
-                half_width: 0.0,
-            });
-        }
-    }
-    best.map(|best| Best { tried, ..best }).ok_or(why)
-}
-
-/// Per cell, what it hurts to be in the band of each mode for as long as the whole path takes.
-fn hurt(task: &Task, s: &[f64]) -> Result<Vec<Bands>, SurveyFault> {
-    let Task { job, path, lines, .. } = *task;
-    let policy = &job.policy;
-    let middles = s.windows(2).map(|side| 0.5 * (side[0] + side[1])).collect();
-    let survey = Survey::take(path, middles, Detail::TipResponse, &|_| {})?;
-    let mut cells = Vec::with_capacity(survey.len());
-    for (side, station) in s.windows(2).zip(survey.stations()) {
-        let share = if is_idle_between(task, side[0], side[1]) { AIR_HURT } else { 1.0 };
-        let mut bands = Vec::new();
-        for (hz, &tip) in station.frequencies_hz.iter().zip(station.tip_m_per_n) {
-            for &line in lines {
-                let rpm = |hz: f64| rpm_from_hz(hz) / f64::from(line.order);
-                let low_rpm = rpm(hz * (1.0 - policy.wide()));
-                let high_rpm = rpm(hz * (1.0 + policy.wide()));
-                if !policy.is_faint(tip) {
-                    bands.push((Speeds { low_rpm, high_rpm }, line, share * tip));
-                }
-            }
-        }
-        cells.push(bands);
-    }
-    Ok(cells)
-}
-
-/// Whether the move run at `s` is one in the air.
-pub(in crate::advice) fn is_air(operation: &Operation, path: &Path, s: f64) -> bool {
-    path.feed_m_per_s_at(s) > AIR_FEED * operation.feed_m_per_s
-}
-
-/// Whether nothing cuts at `s`: the move is one in the air, or the spindle stands.
-fn is_idle(task: &Task, s: f64) -> bool {
-    task.counting.turning.stands_at(s) || is_air(task.operation, task.path, s)
-}
-
-/// Whether nothing cuts anywhere between two places.
-fn is_idle_between(task: &Task, from_s: f64, to_s: f64) -> bool {
-    let knots = task.path.knots_s();
-    let inner = knots.partition_point(|s| *s <= from_s)..knots.partition_point(|s| *s < to_s);
-    let inner = knots.get(inner).unwrap_or_default();
-    let ends: Vec<f64> =
-        std::iter::once(from_s).chain(inner.iter().copied()).chain([to_s]).collect();
-    ends.windows(2).all(|end| is_idle(task, 0.5 * (end[0] + end[1])))
-}
-
-/// Where the air begins and ends, ascending; of too many the ends of the longest stretches.
-fn air_sides(task: &Task) -> Vec<f64> {
-    let mut stretches: Vec<[f64; 2]> = Vec::new();
-    for pair in task.path.knots_s().windows(2) {
-        if pair[1] <= pair[0] || !is_idle(task, 0.5 * (pair[0] + pair[1])) {
-            continue;
-        }
-        match stretches.last_mut().filter(|last| last[1] == pair[0]) {
-            Some(last) => last[1] = pair[1],
-            None => stretches.push([pair[0], pair[1]]),
-        }
-    }
-    stretches.sort_by(|a, b| (b[1] - b[0]).total_cmp(&(a[1] - a[0])));
-    stretches.truncate(MOST_AIR_SIDES / 2);
-    let mut places: Vec<f64> = stretches.into_iter().flatten().collect();
-    places.sort_by(f64::total_cmp);
-    places
-}
-
 /// Points of a schedule, without those on the straight line between others.
 fn thinned(s: &[f64], rpm: &[f64], limits: &Limits) -> Vec<(f64, f64)> {
     /// Rounding takes this share of what the acceleration allows between two points at most.
@@ -558,4 +382,72 @@ fn separation(task: &Task, speed: &SpindleSpeed, survey: &Survey) -> Option<f64>
         }
     }
     least
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn schedule(points: &[(f64, f64)]) -> Schedule {
+        Schedule {
+            points: points.to_vec(),
+            feed_m_per_s: 0.01,
+            duration_s: 10.0,
+            coupling: Coupling::Asked,
+            acceleration_rpm_per_s: 500.0,
+            is_acceleration_assumed: false,
+            follows: Objective::Nearest,
+            target_rpm: 1000.0,
+            half_width: 0.1,
+            objective: 0.0,
+            solved_for_s: 10.0,
+            corridors_tried: 1,
+            solver: SolverEnd::Solved,
+            separation: Some(0.12),
+            exposures: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn a_hundredth_of_a_rev_per_minute_is_what_a_solver_leaves() {
+        let near = schedule(&[(0.0, 1000.0), (0.4, 1000.0099), (1.0, 999.9901)]);
+        assert!(near.is_constant(1000.0));
+        for off in [1000.0101, 999.9899] {
+            assert!(!schedule(&[(0.0, 1000.0), (0.4, off), (1.0, 1000.0)]).is_constant(1000.0));
+        }
+        // One speed throughout, but another one.
+        assert!(!schedule(&[(0.0, 1000.5), (1.0, 1000.5)]).is_constant(1000.0));
+    }
+
+    #[test]
+    fn a_schedule_for_the_margin_must_beat_the_constant_speed() {
+        let of = |separation| super::super::Constant {
+            rpm: 1000.0,
+            feed_m_per_s: 0.01,
+            separation,
+            is_programmed: false,
+        };
+        let plan = Schedule { follows: Objective::Margin, ..schedule(&[(0.0, 9.0), (1.0, 8.0)]) };
+        assert!(plan.gains_nothing_on(&of(Some(0.12))) && plan.gains_nothing_on(&of(None)));
+        assert!(!plan.gains_nothing_on(&of(Some(0.1199))));
+        let nearest = Schedule { follows: Objective::Nearest, ..plan };
+        assert!(!nearest.gains_nothing_on(&of(Some(0.13))));
+    }
+
+    /// Corners stay, what lies on a line goes, and ends of a fast ramp keep all their digits.
+    #[test]
+    fn points_are_thinned_but_ramps_are_not() {
+        let limits = Limits {
+            programmed_rpm: 1000.0,
+            target_rpm: 1000.0,
+            slope_rpm: 1e6,
+            min_rpm: 100.0,
+            max_rpm: 6000.0,
+        };
+        let s = [0.0, 0.25, 0.5, 0.5 + 1e-7, 0.75, 1.0];
+        let rpm = [1000.0, 1001.0, 1002.0, 1_002.099_999_912_3, 1002.1, 1002.1];
+        let found = thinned(&s, &rpm, &limits);
+        let expected = [(0.0, 1000.0), (0.5, 1002.0), (0.5 + 1e-7, rpm[3]), (1.0, 1002.1)];
+        assert_eq!(found, expected);
+    }
 }

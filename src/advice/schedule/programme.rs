@@ -60,9 +60,13 @@ pub(super) fn solve(
 ) -> Result<(Vec<f64>, SolverEnd), SolverEnd> {
     let n = s.len();
     let scale = limits.programmed_rpm;
+    if bounds.iter().all(|bound| bound.contains(limits.target_rpm)) {
+        // The objective is zero there; a solver would stop a little short of a target on a bound.
+        return Ok((vec![limits.target_rpm; n], SolverEnd::Solved));
+    }
     let mut quadratic = Entries::default();
     let mut linear = vec![0.0; n];
-    for i in 0..n {
+    for (i, linear) in linear.iter_mut().enumerate() {
         let weight = weight(s, i);
         let bends = [i.checked_sub(1), (i + 1 < n).then_some(i)].into_iter().flatten();
         let stiff: f64 = bends.map(|k| stiffness(s, k)).sum();
@@ -71,7 +75,7 @@ pub(super) fn solve(
             // The upper triangle alone.
             quadratic.push(i, i + 1, -2.0 * stiffness(s, i));
         }
-        linear[i] = -2.0 * weight * limits.target_rpm / scale;
+        *linear = -2.0 * weight * limits.target_rpm / scale;
     }
     let mut fixed = Rows::default();
     let mut within = Rows::default();
@@ -275,6 +279,8 @@ mod tests {
         assert!(rpm.iter().all(|rpm| (rpm - 1500.0).abs() < 1e-3), "{rpm:?}");
         let (rpm, _) = solve(&s, &open, &target(6000.0)).unwrap();
         assert!(rpm.iter().all(|rpm| (rpm - 1800.0).abs() < 1e-2), "{rpm:?}");
+        let (rpm, _) = solve(&s, &open, &target(1800.0)).unwrap();
+        assert!(rpm.iter().all(|rpm| *rpm == 1800.0), "{rpm:?}");
     }
 
     /// Behind a speed that is given, cells a billionth wide: each step within the acceleration, exactly.

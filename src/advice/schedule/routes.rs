@@ -328,8 +328,8 @@ fn trace(plane: &Plane, steps: &[(Option<usize>, Step)], end: &State) -> Route {
             }
             Step::Ramp { from, ramp, cell, index, end_s } => {
                 let given = |s: f64| Speeds { low_rpm: ramp.rpm_at(s), high_rpm: ramp.rpm_at(s) };
-                for side in from..=cell {
-                    bounds[side] = given(plane.s[side]);
+                for (bound, &s) in bounds.iter_mut().zip(plane.s).take(cell + 1).skip(from) {
+                    *bound = given(s);
                 }
                 if end_s >= plane.s[cell + 1] {
                     bounds[cell + 1] = given(end_s);

@@ -8,7 +8,7 @@ mod words;
 use std::path::PathBuf;
 
 use crate::advice::{JobAdvice, NoVibration};
-use crate::job::{Job, Levers, Spindle};
+use crate::job::{Job, Levers, Operation, Spindle};
 
 /// A job and what to do about it: all that the renderers need, without the model.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,6 +21,8 @@ pub struct AdvisedJob {
     pub spindle: Spindle,
     /// What the job offers to be changed.
     pub levers: Levers,
+    /// Per operation, whether its path is one of poses alone, which can be turned and moved.
+    pub has_poses: Vec<bool>,
     /// What to do.
     pub advice: JobAdvice,
 }
@@ -33,6 +35,7 @@ impl AdvisedJob {
             file: job.file.clone(),
             spindle: job.spindle,
             levers: job.levers.clone(),
+            has_poses: job.operations.iter().map(Operation::has_poses).collect(),
             advice,
         }
     }

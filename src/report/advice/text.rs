@@ -50,15 +50,17 @@ fn next(job: &AdvisedJob) -> String {
 /// What to do where a job cannot be run clear: pull a lever that is told, or offer one that the job does not yet.
 fn pull(job: &AdvisedJob) -> String {
     let Levers { tools_on_hand, free_axis_rad, work_object_shift_m } = &job.levers;
-    let unclear: Vec<bool> = job.advice.operations.iter().map(|o| !o.remedy.is_clear()).collect();
-    let has_free_axis = |i: usize| free_axis_rad.get(i).is_some_and(Option::is_some);
+    let operations = job.advice.operations.iter().enumerate();
+    // Joint positions are neither turned nor moved.
+    let movable: Vec<usize> = operations
+        .filter(|(i, o)| !o.remedy.is_clear() && job.has_poses.get(*i) == Some(&true))
+        .map(|(i, _)| i)
+        .collect();
+    let is_fixed = |i: &usize| free_axis_rad.get(*i).is_none_or(Option::is_none);
     let offers = [
         (tools_on_hand.is_empty(), "tools_on_hand"),
-        (work_object_shift_m.is_none(), "work_object_shift"),
-        (
-            (0..unclear.len()).any(|i| unclear[i] && !has_free_axis(i)),
-            "free_axis_deg in the operation",
-        ),
+        (work_object_shift_m.is_none() && !movable.is_empty(), "work_object_shift"),
+        (movable.iter().any(is_fixed), "free_axis_deg in the operation"),
     ];
     let missing: Vec<&str> =
         offers.iter().filter(|(is_missing, _)| *is_missing).map(|(_, key)| *key).collect();
@@ -103,9 +105,10 @@ fn push_operation(job: &AdvisedJob, operation: &OperationAdvice, colour: bool, t
     }
     let separation = match &operation.remedy {
         Remedy::Constant(constant) => Some(constant.separation),
-        Remedy::Scheduled(plan) => Some(plan.separation),
+        Remedy::Scheduled(plan) if plan.exposures.is_empty() => Some(plan.separation),
         Remedy::Kept(kept) => Some(kept.separation),
-        Remedy::Infeasible => None,
+        // What goes through a band keeps no distance.
+        Remedy::Scheduled(_) | Remedy::Infeasible => None,
     };
     if let Some(separation) = separation {
         let margin = match separation {
@@ -152,13 +155,14 @@ fn push_schedule(operation: &OperationAdvice, plan: &Schedule, text: &mut String
         push_fact(4, "crosses", &words::passage(&passage), text);
     }
     let (low, high) = plan.chip_load_ratios(operation);
-    let feed = format!(
-        "{}; chip load {}–{} % of the programmed",
-        words::coupling(plan),
-        round_percent(low),
-        round_percent(high)
-    );
-    push_fact(4, "feed", &feed, text);
+    let chip_load = if operation.program_feeds.per_revolution {
+        "the program's feeds per revolution would follow the speed, and shift the places of the schedule: state \
+         feeds per minute to run it"
+            .to_owned()
+    } else {
+        format!("chip load {}–{} % of the programmed", round_percent(low), round_percent(high))
+    };
+    push_fact(4, "feed", &format!("{}; {chip_load}", words::coupling(plan)), text);
     let origin = if plan.is_acceleration_assumed {
         " (assumed: spindle.max_acceleration_rpm_per_s is not given)"
     } else {

@@ -143,13 +143,16 @@ fn scheduled_reason(plan: &Schedule) -> String {
         Objective::Nearest | Objective::Vibration => format!("near {}", rpm(plan.target_rpm)),
         Objective::Highest => "as high as it can be".to_owned(),
         Objective::Margin => {
-            format!("in the widest bands that leave a way, ±{} %", percent(plan.half_width))
+            format!(
+                "the widest bands that leave a way between them, ±{} %",
+                percent(plan.half_width)
+            )
         }
     };
     if plan.exposures.is_empty() {
         return match plan.follows {
             Objective::Margin => {
-                format!("a speed that varies along the path, {range}, keeps out even of {aim}")
+                format!("a speed that varies along the path, {range}, stays clear of {aim}")
             }
             _ => format!(
                 "a speed that varies along the path, {range}, {aim}, stays clear of every band"
