@@ -638,8 +638,27 @@ fn coefficients_have_bounds() {
         assert_eq!(code(&ran), 2, "{key}");
         let told = format!("cutting.coefficients.{name} is 1e300, must be a number");
         assert!(err(&ran).contains(&told), "{}", err(&ran));
-        assert!(err(&ran).contains(&format!("at most {most}")), "{}", err(&ran));
+        let told = if key == "ktc" { "above 0 and at most" } else { "from 0 to" };
+        assert!(err(&ran).contains(&format!("{told} {most}")), "{}", err(&ran));
     }
+}
+
+/// Nor is there a feed of 1e300, and a spindle that is faster than any other is taken for one of a thousand million.
+#[test]
+fn feeds_and_spindles_beyond_all_measure_make_no_infinities() {
+    let bench = Bench::new();
+    bench.add("jobs/job.yaml", &two_link().replace("min: 400", "min: 1e300"));
+    let ran = run(bench.path(), &["advise", "jobs/job.yaml"]);
+    assert_eq!(code(&ran), 2);
+    assert!(err(&ran).contains("feed_mm_per_min is 1e300, must be at most 1e9"), "{}", err(&ran));
+    bench.add(
+        "jobs/job.yaml",
+        &two_link().replace("max_rpm: 6000", "max_rpm: 6000, max_acceleration_rpm_per_s: 1e300"),
+    );
+    let ran = run(bench.path(), &["advise", "jobs/job.yaml", "--schedule", "--format", "json"]);
+    assert_eq!(code(&ran), 0, "{}", err(&ran));
+    let facts = &json(&ran)["operations"][0]["schedule_facts"];
+    assert_eq!(facts["acceleration_rpm_per_s"], 1e9);
 }
 
 /// A band that must be crossed is told in one line, and what the job already offers is not asked for again.

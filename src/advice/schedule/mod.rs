@@ -50,6 +50,9 @@ use crate::risk::{Crossing, crossings_under, detail};
 /// Taken where the job gives no acceleration of the spindle: an assumption, not a figure of any spindle.
 pub const ASSUMED_ACCELERATION_RPM_PER_S: f64 = 500.0;
 
+/// No spindle is faster than from rest to its highest speed within a microsecond or so; more would be lost in digits.
+const FASTEST_RPM_PER_S: f64 = 1e9;
+
 /// Of the acceleration this much is used, so that rounding does not exceed it.
 const USED_ACCELERATION: f64 = 0.999;
 
@@ -224,7 +227,8 @@ pub(super) fn schedule(task: &Task) -> Result<Result<Schedule, NoSchedule>, Surv
         return Ok(Err(NoSchedule::NoTime));
     }
     let given = job.spindle.max_acceleration_rpm_per_s;
-    let acceleration_rpm_per_s = given.unwrap_or(ASSUMED_ACCELERATION_RPM_PER_S);
+    let acceleration_rpm_per_s =
+        given.unwrap_or(ASSUMED_ACCELERATION_RPM_PER_S).min(FASTEST_RPM_PER_S);
     let (follows, target_rpm) = task.goal();
     let sides = sides(&air_sides(task));
     let look = |slack| Cells::look(path, sides.clone(), task.survey, task.counting, slack);
@@ -444,10 +448,11 @@ mod tests {
             min_rpm: 100.0,
             max_rpm: 6000.0,
         };
-        let s = [0.0, 0.25, 0.5, 0.5 + 1e-7, 0.75, 1.0];
-        let rpm = [1000.0, 1001.0, 1002.0, 1_002.099_999_912_3, 1002.1, 1002.1];
+        let s = [0.0, 0.25, 0.5, 0.5 + 1e-9, 0.75, 1.0];
+        let end_rpm = 1_002.000_999_912_3;
+        let rpm = [1000.0, 1001.0, 1002.0, end_rpm, end_rpm, end_rpm];
         let found = thinned(&s, &rpm, &limits);
-        let expected = [(0.0, 1000.0), (0.5, 1002.0), (0.5 + 1e-7, rpm[3]), (1.0, 1002.1)];
+        let expected = [(0.0, 1000.0), (0.5, 1002.0), (0.5 + 1e-9, end_rpm), (1.0, 1002.001)];
         assert_eq!(found, expected);
     }
 }

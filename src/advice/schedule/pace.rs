@@ -69,6 +69,7 @@ impl Pace {
             self.coupling = Coupling::Crosses;
             return Next::Settled(self.coupling);
         }
+        let before = self.long;
         if apart_s < 0.0 {
             self.long = Some((solved_s, apart_s));
         } else {
@@ -78,7 +79,11 @@ impl Pace {
             // With every third step halved, a side that stays does not stop the search.
             (Some((a, _)), Some((b, _))) if self.rounds.is_multiple_of(3) => 0.5 * (a + b),
             (Some((a, above)), Some((b, below))) => a + (b - a) * above / (above - below),
-            _ => own_s,
+            // On the same side as before: where the line through both would have it, if that is not far off.
+            _ => before
+                .map(|(t, apart)| solved_s - apart_s * (solved_s - t) / (apart_s - apart))
+                .filter(|next_s| (0.5 * own_s..=own_s).contains(next_s))
+                .unwrap_or(own_s),
         };
         if self.rounds == MOST_ROUNDS || next_s == solved_s {
             (self.coupling, self.solve_for_s) = (Coupling::NotSettled, self.programmed_s);

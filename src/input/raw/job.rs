@@ -94,7 +94,7 @@ pub(in crate::input) struct Spindle {
     #[schemars(required, extend("exclusiveMinimum" = 0, "maximum" = 10000000, "examples" = [6000]))]
     pub(in crate::input) max_rpm: Option<f64>,
     /// Fastest change of speed, rev/min per second.
-    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1000000000, "examples" = [500]))]
+    #[schemars(extend("exclusiveMinimum" = 0, "examples" = [500]))]
     pub(in crate::input) max_acceleration_rpm_per_s: Option<f64>,
 }
 
@@ -114,7 +114,7 @@ pub(in crate::input) struct Operation {
     #[schemars(extend("minItems" = 1))]
     pub(in crate::input) spindle_schedule: Option<Vec<SchedulePoint>>,
     /// Feed of the tool centre point, mm/min.
-    #[schemars(required, extend("exclusiveMinimum" = 0, "maximum" = 1000000000, "examples" = [400]))]
+    #[schemars(required, extend("exclusiveMinimum" = 0, "examples" = [400]))]
     pub(in crate::input) feed_mm_per_min: Option<f64>,
     /// How the tool cuts.
     pub(in crate::input) cutting: Option<Cutting>,
