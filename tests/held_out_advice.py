@@ -76,7 +76,10 @@ class Modes:
         policy = job["policy"]
         self.policy, self.lines = policy, all_lines(job)
         self.wide = (policy.get("separation_percent", 10) + policy.get("model_uncertainty_percent", robot.uncertainty)) / 100
-        s = np.linspace(0, 1, scan + 1)
+        # A turn on the spot may be over within a step of the scan: each move has its share of points.
+        ends = path.time / path.duration
+        quick = [np.linspace(a, b, 401) for a, b in zip(ends[:-1], ends[1:]) if 0 < b - a < 400 / scan]
+        s = np.unique(np.concatenate([np.linspace(0, 1, scan + 1), *quick]).clip(0, 1))
         q = path.at(s)
         least = policy.get("min_tip_response_um_per_n", 0)
         if least > 0:
