@@ -13,7 +13,7 @@ use detune::job::{Job, Levers, Operation, Policy, Spindle, SpindleSpeed, Tool};
 use detune::map::{Block, Generator, LinearMap, RandomPoses, Reduction};
 use detune::model::{Placement, Robot, mass_matrix};
 use detune::modes::ModalSolver;
-use detune::motion::{Move, Target};
+use detune::motion::{Move, StatedFeeds, Target};
 use detune::risk::assess;
 use nalgebra::{Cholesky, DMatrix, DVector, Isometry3, SymmetricEigen};
 use rand::{RngExt, SeedableRng};
@@ -96,6 +96,7 @@ fn long_job(robot: &Arc<Robot>) -> Job {
             cutting: None,
             moves,
             program: None,
+            program_feeds: StatedFeeds::default(),
             start_near: None,
         }],
         policy: Policy {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::model::Robot;
-use crate::motion::Move;
+use crate::motion::{Move, StatedFeeds, Target};
 
 /// A job: one robot, one tool, some operations.
 #[derive(Debug, Clone)]
@@ -80,8 +80,17 @@ pub struct Operation {
     /// The file that the moves' lines refer to: the program as the job names it, or `None` where the
     /// path stands in the job itself.
     pub program: Option<PathBuf>,
+    /// Feeds that the program states itself; where it states none, it runs at [`Self::feed_m_per_s`].
+    pub program_feeds: StatedFeeds,
     /// Joint positions near which the first target of a pose path is sought; `None` takes zero.
     pub start_near: Option<Vec<f64>>,
+}
+
+impl Operation {
+    /// Whether every target of the path is a pose of the tool, none a position of the joints.
+    pub fn has_poses(&self) -> bool {
+        !self.moves.iter().any(|each| matches!(each.to, Target::Joints(_)))
+    }
 }
 
 /// Spindle speed over s.

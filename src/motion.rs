@@ -90,3 +90,19 @@ impl Circle {
         self.centre + Rotation3::from_axis_angle(&self.axis, self.angles[1] * u) * self.start
     }
 }
+
+/// What feeds a program states itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct StatedFeeds {
+    /// Some in length per time.
+    pub per_time: bool,
+    /// Some in length per revolution of the spindle, at the speed that the program states.
+    pub per_revolution: bool,
+}
+
+impl StatedFeeds {
+    /// Whether there are any.
+    pub fn any(self) -> bool {
+        self.per_time || self.per_revolution
+    }
+}

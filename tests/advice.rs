@@ -16,7 +16,7 @@ use std::sync::Arc;
 use detune::advice::{Bind, Change, Objective, Options, Remedy, advise};
 use detune::job::{Job, Levers, Operation, Policy, Spindle, SpindleSpeed, Tool};
 use detune::model::Robot;
-use detune::motion::{Move, Target};
+use detune::motion::{Move, StatedFeeds, Target};
 use detune::risk::{Verdict, assess};
 use nalgebra::Isometry3;
 use rand::{RngExt, SeedableRng};
@@ -51,6 +51,7 @@ fn job(robot: &Arc<Robot>, waypoints: &[[f64; 2]], rpm: f64, teeth: u32, policy:
             cutting: None,
             moves: moves.collect(),
             program: None,
+            program_feeds: StatedFeeds::default(),
             start_near: None,
         }],
         policy,

@@ -13,10 +13,10 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use detune::advice::{Coupling, FeedRule, Options, Remedy, Schedule, advise};
+use detune::advice::{Coupling, FeedRule, Objective, Options, Remedy, Schedule, advise};
 use detune::job::{Job, Levers, Operation, Policy, Spindle, SpindleSpeed, Tool};
 use detune::model::Robot;
-use detune::motion::{Move, Target};
+use detune::motion::{Move, StatedFeeds, Target};
 use detune::risk::{Verdict, assess};
 use nalgebra::Isometry3;
 use rand::{RngExt, SeedableRng};
@@ -66,6 +66,7 @@ fn case(waypoints: &[[f64; 2]], rpm: f64, policy: Policy, spindle: Spindle, air:
             cutting: None,
             moves: moves.collect(),
             program: None,
+            program_feeds: StatedFeeds::default(),
             start_near: None,
         }],
         policy,
@@ -151,6 +152,18 @@ impl Case {
 
     /// The least objective over a grid of speeds, by dynamic programming; infinite where there is no way.
     fn programme(&self, step_rpm: f64, cells: usize, solved_for_s: f64) -> f64 {
+        let SpindleSpeed::Constant(p) = self.job.operations[0].speed else { unreachable!() };
+        self.programme_towards(p, step_rpm, cells, solved_for_s)
+    }
+
+    /// The same with another speed to stay near to.
+    fn programme_towards(
+        &self,
+        target_rpm: f64,
+        step_rpm: f64,
+        cells: usize,
+        solved_for_s: f64,
+    ) -> f64 {
         const SMOOTHING: f64 = 1e-3;
         let SpindleSpeed::Constant(p) = self.job.operations[0].speed else { unreachable!() };
         let Spindle { min_rpm, max_rpm, max_acceleration_rpm_per_s } = self.job.spindle;
@@ -161,7 +174,7 @@ impl Case {
             .floor() as usize;
         assert!(window >= 2, "the grid of speeds is too coarse for the acceleration");
         let per_cell = SAMPLES / cells;
-        let near = |level: usize| (speed(level) / p - 1.0).powi(2) / cells as f64;
+        let near = |level: usize| ((speed(level) - target_rpm) / p).powi(2) / cells as f64;
         let half = |level: usize, i: usize| {
             if i == 0 || i == cells { 0.5 * near(level) } else { near(level) }
         };
@@ -329,4 +342,217 @@ fn a_band_that_must_be_crossed_is_crossed_once_and_in_the_air() {
     let to = plan.exposures.iter().map(|e| e.crossing.to_s).fold(0.0, f64::max);
     let sum: f64 = plan.exposures.iter().map(|e| e.crossing.to_s - e.crossing.from_s).sum();
     assert!((to - from - sum).abs() < 1e-6);
+}
+
+/// One stay of a line in a band: from, to.
+type Stay = [f64; 2];
+
+impl Case {
+    /// f1 and f2 at s, between samples.
+    fn frequencies_at(&self, s: f64) -> [f64; 2] {
+        let at = s * SAMPLES as f64;
+        let i = (at as usize).min(SAMPLES - 1);
+        let (a, b) = (self.frequencies[i], self.frequencies[i + 1]);
+        [0, 1].map(|r| a[r] + (b[r] - a[r]) * (at - i as f64))
+    }
+
+    fn is_in_band(&self, plan: &Schedule, s: f64) -> bool {
+        let wide = self.job.policy.separation + self.job.policy.model_uncertainty;
+        let rpm = SpindleSpeed::Schedule(plan.points.clone()).rpm_at(s);
+        self.orders.iter().any(|&order| {
+            let line = f64::from(order) * rpm / 60.0;
+            self.frequencies_at(s).iter().any(|f| (line - f).abs() < f * wide)
+        })
+    }
+
+    /// Every stay in a band, with ends by bisection: each piece of the schedule is scanned at 200 places, however
+    /// short it is, and at all samples.
+    fn stays(&self, plan: &Schedule) -> Vec<Stay> {
+        let mut places: Vec<f64> = (0..=SAMPLES).map(|i| i as f64 / SAMPLES as f64).collect();
+        for pair in plan.points.windows(2) {
+            let step = (pair[1].0 - pair[0].0) / 200.0;
+            places.extend((0..200).map(|i| pair[0].0 + step * f64::from(i)));
+        }
+        places.sort_by(f64::total_cmp);
+        let end = |mut out: f64, mut within: f64| {
+            for _ in 0..60 {
+                let middle = 0.5 * (out + within);
+                if self.is_in_band(plan, middle) { within = middle } else { out = middle }
+            }
+            within
+        };
+        let mut stays: Vec<Stay> = Vec::new();
+        let mut is_inside = false;
+        for pair in places.windows(2) {
+            let next = self.is_in_band(plan, pair[1]);
+            if next && !is_inside {
+                stays.push([end(pair[0], pair[1]), pair[1]]);
+            } else if let Some(stay) = stays.last_mut().filter(|_| is_inside) {
+                stay[1] = if next { pair[1] } else { end(pair[1], pair[0]) };
+            }
+            is_inside = next;
+        }
+        stays
+    }
+
+    /// What is written of a crossing: the acceleration at twenty times the density of its own points, the stays in
+    /// bands as they are told and as a check finds them, and each as short as the spindle can make it.
+    fn crosses_fast(&self, plan: &Schedule, what: &str) -> f64 {
+        let limit = self.job.spindle.max_acceleration_rpm_per_s.unwrap();
+        for pair in plan.points.windows(2) {
+            let speed = SpindleSpeed::Schedule(plan.points.clone());
+            for i in 0..20 {
+                let s = |i: i32| pair[0].0 + (pair[1].0 - pair[0].0) * f64::from(i) / 20.0;
+                let change = (speed.rpm_at(s(i + 1)) - speed.rpm_at(s(i))).abs();
+                let most = limit * (s(i + 1) - s(i)) * plan.duration_s;
+                assert!(change <= most + 1e-9, "{what}: {change} over {most} at {}", s(i));
+            }
+        }
+        let stays = self.stays(plan);
+        assert_eq!(stays.len(), 1, "{what}: {stays:?}");
+        let [from, to] = stays[0];
+        let speed = SpindleSpeed::Schedule(plan.points.clone());
+        let seconds = (to - from) * plan.duration_s;
+        let least = (speed.rpm_at(to) - speed.rpm_at(from)).abs() / limit;
+        assert!(seconds >= least * (1.0 - 1e-6), "{what}: {seconds} below {least}");
+        assert!((plan.exposed_s() / seconds - 1.0).abs() < 2e-3, "{what}: {seconds}");
+        let passages = plan.passages();
+        let [passage] = passages.as_slice() else { panic!("{what}: {passages:?}") };
+        assert!((passage.seconds / seconds - 1.0).abs() < 2e-3, "{what}: {seconds}");
+        let mean_rpm = 0.5 * (speed.rpm_at(from) + speed.rpm_at(to));
+        let impacts = seconds * mean_rpm / 60.0 * f64::from(self.job.tool.teeth);
+        assert!((passage.tooth_impacts / impacts - 1.0).abs() < 1e-2, "{what}: {impacts}");
+        // A check of the schedule finds the same stay.
+        let mut job = self.job.clone();
+        job.operations[0].speed = speed;
+        let checked = &assess(&job).unwrap().operations[0].crossings;
+        let found = [
+            checked.iter().map(|c| c.from_s).fold(1.0, f64::min),
+            checked.iter().map(|c| c.to_s).fold(0.0, f64::max),
+        ];
+        for (found, own) in found.into_iter().zip([from, to]) {
+            assert!((found - own).abs() < 1e-3 * (to - from) + 1e-12, "{what}: {found} {own}");
+        }
+        seconds / least
+    }
+}
+
+/// The time in a band that is crossed is its width along the trajectory over the spindle's acceleration, for
+/// spindles that take minutes and for ones that take microseconds; the feed settles where it is coupled.
+#[test]
+fn a_band_is_crossed_as_fast_as_the_spindle_can() {
+    let waypoints = [[0.0, 0.2], [0.0, 1.2], [0.5, 1.5], [0.5, 2.5]];
+    let (mut settled, mut held, mut worst) = (0, 0, 0.0_f64);
+    for air in [&[2][..], &[]] {
+        for acceleration in [4.0, 20.0, 400.0, 1e4, 1e6, 1e8] {
+            for rpm in [441.0, 480.0, 539.0] {
+                let spindle = Spindle {
+                    min_rpm: 440.0,
+                    max_rpm: 540.0,
+                    max_acceleration_rpm_per_s: Some(acceleration),
+                };
+                let case = case(&waypoints, rpm, policy(0.03, 1, 0), spindle, air);
+                let what = format!("{acceleration} rpm/s from {rpm} rpm, air {air:?}");
+                let advice = advise(&case.job, &Options::default()).unwrap();
+                let Remedy::Scheduled(plan) = &advice.operations[0].remedy else {
+                    panic!("{what}: {:?}", advice.operations[0].no_schedule);
+                };
+                case.holds(plan, &what);
+                let ratio = case.crosses_fast(plan, &what);
+                println!("{what}: {ratio:.5}, {:?}, {:.3e} s", plan.coupling, plan.exposed_s());
+                worst = worst.max(ratio);
+                match plan.coupling {
+                    Coupling::MeanChipLoad { .. } => {
+                        settled += 1;
+                        let share = plan.solved_for_s / plan.duration_s;
+                        assert!((share - 1.0).abs() < 1.1e-4, "{what}: {share}");
+                    }
+                    Coupling::Crosses => {
+                        held += 1;
+                        assert_eq!(plan.solved_for_s, plan.duration_s, "{what}");
+                    }
+                    other => panic!("{what}: {other:?}"),
+                }
+            }
+        }
+    }
+    println!("{settled} with the mean chip load, {held} at the programmed feed, worst {worst:.5}");
+    assert!(worst < 1.005 && settled > 3 && held > 3, "{worst} {settled} {held}");
+}
+
+fn planned(case: &Case, objective: Objective) -> detune::advice::OperationAdvice {
+    let options = Options { objective, schedule: true, feed: FeedRule::Programmed };
+    advise(&case.job, &options).unwrap().operations.remove(0)
+}
+
+/// Towards the highest speed no schedule on a grid comes nearer to it; for the margin none keeps out of wider bands.
+#[test]
+fn schedules_follow_the_objective() {
+    let mut rng = ChaCha8Rng::seed_from_u64(13);
+    let (mut high, mut wide) = (0, 0);
+    for index in 0..40 {
+        let mut case = random_case(&mut rng);
+        case.job.policy.ignore_hz.clear();
+        let Spindle { min_rpm, max_rpm, .. } = case.job.spindle;
+        let highest = planned(&case, Objective::Highest);
+        if let Remedy::Scheduled(plan) = &highest.remedy
+            && plan.exposures.is_empty()
+        {
+            assert_eq!((plan.follows, plan.target_rpm), (Objective::Highest, max_rpm));
+            case.holds(plan, &format!("case {index}, highest"));
+            let best = case.programme_towards(max_rpm, 1.0, 100, case.duration_s);
+            assert!(
+                plan.objective <= 1.01 * best + 1e-9,
+                "case {index}: {} {best}",
+                plan.objective
+            );
+            high += 1;
+        }
+        let margin = planned(&case, Objective::Margin);
+        if let Remedy::Scheduled(plan) = &margin.remedy
+            && plan.exposures.is_empty()
+        {
+            assert_eq!(plan.follows, Objective::Margin);
+            case.holds(plan, &format!("case {index}, margin"));
+            let kept = plan.separation.unwrap();
+            assert!(kept >= plan.half_width * 0.999, "case {index}: {kept} {}", plan.half_width);
+            let constant = margin.constant.and_then(|constant| constant.separation);
+            assert!(constant.is_none_or(|constant| kept > constant), "case {index}: {constant:?}");
+            // In wider bands a programme on a grid finds no way.
+            case.job.policy.separation = 1.03 * plan.half_width - 0.02;
+            let beyond =
+                case.programme_towards(0.5 * (min_rpm + max_rpm), 1.0, 100, case.duration_s);
+            assert!(beyond.is_infinite(), "case {index}: {beyond} beyond {}", plan.half_width);
+            wide += 1;
+        }
+    }
+    println!("{high} towards the highest, {wide} for the margin");
+    assert!(high > 5 && wide > 5, "{high} {wide}");
+}
+
+/// Vibration is not convex, and what crosses keeps no margin: both are told.
+#[test]
+fn what_a_schedule_cannot_follow_is_told() {
+    let waypoints = [[0.0, 0.2], [0.0, 1.2], [0.5, 1.5], [0.5, 2.5]];
+    let spindle =
+        Spindle { min_rpm: 440.0, max_rpm: 540.0, max_acceleration_rpm_per_s: Some(400.0) };
+    let case = case(&waypoints, 480.0, policy(0.03, 1, 0), spindle, &[2]);
+    for (objective, follows, told) in [
+        (Objective::Nearest, Objective::Nearest, None),
+        (Objective::Highest, Objective::Highest, None),
+        (Objective::Margin, Objective::Nearest, Some("keeps no margin")),
+        (Objective::Vibration, Objective::Nearest, Some("no convex function")),
+    ] {
+        let options = Options { objective, ..Options::default() };
+        let advice = advise(&case.job, &options).unwrap();
+        let Remedy::Scheduled(plan) = &advice.operations[0].remedy else { panic!("{objective:?}") };
+        assert_eq!(plan.follows, follows);
+        let notices: Vec<&str> = advice.notices.iter().map(|n| n.what.as_str()).collect();
+        match told {
+            Some(told) => {
+                assert!(notices[0].contains(told) && notices[0].contains("480 rpm"), "{notices:?}");
+            }
+            None => assert!(notices.is_empty(), "{notices:?}"),
+        }
+    }
 }

@@ -589,3 +589,32 @@ fn a_verdict_without_a_turning_spindle_is_told() {
     let ran = check_program(&bench, "stopped.nc", &stopped.replace("X0\n", "M3\nX0\n"));
     assert!(!err(&ran).contains("nothing was checked"), "{}", err(&ran));
 }
+
+/// A spindle so fast that it is through a band between two stations of the first look, in a thousandth and in a
+/// millionth of the time between them: the band is met all the same, in the middle of the jump.
+#[test]
+fn a_band_that_is_passed_in_no_time_is_met() {
+    let bench = Bench::new();
+    let text = fs::read_to_string(bench.path().join("resonant.yaml")).unwrap();
+    for width in [1e-5, 1e-7, 1e-9] {
+        let speed = format!(
+            "spindle_schedule: [{{s: 0, rpm: 560}}, {{s: 0.40003, rpm: 560}}, {{s: {}, rpm: 1200}}, {{s: 1, rpm: 1200}}]",
+            0.40003 + width
+        );
+        let job = text.replace("spindle_rpm: 780", &speed);
+        assert_ne!(job, text);
+        fs::write(bench.path().join("steep.yaml"), job).unwrap();
+        let ran = bench.run(&["check", "steep.yaml", "--format", "json"]);
+        let told: Value = serde_json::from_slice(&ran.stdout).unwrap();
+        assert_eq!(told["verdict"], "resonance", "{width}");
+        let crossings = told["jobs"][0]["operations"][0]["crossings"].as_array().unwrap();
+        assert_eq!(crossings.len(), 3, "{width}: {crossings:?}");
+        let of = |i: usize, key: &str| crossings[i][key].as_f64().unwrap();
+        // Linear in s: the bands of mode 1 at s = 0.4 are so wide in rpm, and with them in s. Bands of ±20 %.
+        let natural_hz = of(1, "excitation_hz");
+        let expected = width * (0.4 * natural_hz * 30.0) / 640.0;
+        let found = of(2, "to_s") - of(0, "from_s");
+        assert!((found / expected - 1.0).abs() < 1e-3, "{width}: {found} {expected}");
+        assert!(of(1, "separation_percent") < 0.01, "{width}");
+    }
+}

@@ -15,7 +15,7 @@ use std::sync::Arc;
 
 use detune::job::{Job, Levers, Operation, Policy, Spindle, SpindleSpeed, Tool};
 use detune::model::Robot;
-use detune::motion::{Move, Target};
+use detune::motion::{Move, StatedFeeds, Target};
 use detune::risk::{Certainty, assess};
 use nalgebra::Isometry3;
 use rand::{RngExt, SeedableRng};
@@ -134,6 +134,7 @@ fn job(
                 })
                 .collect(),
             program: None,
+            program_feeds: StatedFeeds::default(),
             start_near: None,
         }],
         policy,

@@ -17,7 +17,10 @@ What is compared, and how far apart it may lie:
     its feed                                                       1e-9 of it
     the job written: exit code of `check`, verdict                 0, clear
     schedules at 10 000 points: contact with a band                none outside what is told
+    programmed schedules that are kept, at as many                 no contact with a band
     spindle speed; acceleration between all corners                within the limits
+    time in bands that are crossed, over what the spindle's        1.02
+      acceleration takes; ends of exposures                        0.001 of their width
     what is minimised, against a dynamic programme on a grid       1 % above at most
     no safe speed: no number, exit 1, the largest distance that    0.2 percent points
       any speed of a scan keeps, its mode and line named
@@ -73,7 +76,10 @@ class Modes:
         policy = job["policy"]
         self.policy, self.lines = policy, all_lines(job)
         self.wide = (policy.get("separation_percent", 10) + policy.get("model_uncertainty_percent", robot.uncertainty)) / 100
-        s = np.linspace(0, 1, scan + 1)
+        # A turn on the spot may be over within a step of the scan: each move has its share of points.
+        ends = path.time / path.duration
+        quick = [np.linspace(a, b, 401) for a, b in zip(ends[:-1], ends[1:]) if 0 < b - a < 400 / scan]
+        s = np.unique(np.concatenate([np.linspace(0, 1, scan + 1), *quick]).clip(0, 1))
         q = path.at(s)
         least = policy.get("min_tip_response_um_per_n", 0)
         if least > 0:
@@ -204,9 +210,7 @@ def compare_schedule(job, robot, modes, path, operation, advice, where):
     points = advice["schedule"]
     facts = advice["schedule_facts"]
     if facts is None:
-        if points != operation.get("spindle_schedule"):
-            fail(where, "a schedule without facts is not the programmed one")
-        return
+        return compare_kept(job, robot, modes, path, operation, points, where)
     s, rpm = np.array([p["s"] for p in points]), np.array([p["rpm"] for p in points])
     if s[0] != 0 or s[-1] != 1 or (np.diff(s) <= 0).any():
         fail(where, "a schedule's corners do not ascend from 0 to 1")
@@ -221,22 +225,64 @@ def compare_schedule(job, robot, modes, path, operation, advice, where):
     rate = np.abs(np.diff(rpm) / np.diff(s)) / facts["duration_s"]
     expect("spindle acceleration, share of the limit", rate.max(initial=0) / limit, 1.0, where)
     dense = np.linspace(0, 1, DENSE + 1)
-    n = np.interp(dense, s, rpm)
-    f, _, tip = robot.modes(path.at(dense), frame(job.get("tcp"))[1])
-    counts = tip >= job["policy"].get("min_tip_response_um_per_n", 0)
     told = np.zeros(len(dense), dtype=bool)
     for e in facts["exposures"]:
         told |= (dense > e["from_s"] - 2 / DENSE) & (dense < e["to_s"] + 2 / DENSE)
-    for _, hz, ignored in modes.lines_at(n):
-        hit = ((np.abs(hz[:, None] - f) < f * modes.wide) & counts).any(axis=1) & ~ignored & ~told
-        if hit.any():
-            fail(where, f"a schedule meets a band at s = {dense[np.flatnonzero(hit)[0]]}")
+    f, counts = scan_schedule(job, robot, modes, path, dense, np.interp(dense, s, rpm), told, where)
+    if facts["exposures"]:
+        compare_crossings(job, robot, modes, path, s, rpm, facts, limit, where)
     COUNTS["schedules that cross" if facts["exposures"] else "schedules"] += 1
     if not facts["exposures"]:
         best = programme(modes, job, mean_rpm(operation), f, counts, path.duration, own)
         if np.isfinite(best):
             COUNTS["schedules against a dynamic programme"] += 1
             expect("objective over the dynamic programme's", facts["objective"] / max(best, 1e-9), 1.01, where)
+
+
+def scan_schedule(job, robot, modes, path, dense, rpm, told, where):
+    """No line in a band at any of the places but those that are told; frequencies there, and whether they count."""
+    f, _, tip = robot.modes(path.at(dense), frame(job.get("tcp"))[1])
+    counts = tip >= job["policy"].get("min_tip_response_um_per_n", 0)
+    for _, hz, ignored in modes.lines_at(rpm):
+        hit = ((np.abs(hz[:, None] - f) < f * modes.wide) & counts).any(axis=1) & ~ignored & ~told
+        if hit.any():
+            fail(where, f"a schedule meets a band at s = {dense[np.flatnonzero(hit)[0]]}")
+    return f, counts
+
+
+def compare_kept(job, robot, modes, path, operation, points, where):
+    """A programmed schedule that is kept is the programmed one, and keeps out of every band."""
+    if points != operation.get("spindle_schedule"):
+        return fail(where, "a schedule without facts is not the programmed one")
+    dense = np.linspace(0, 1, DENSE + 1)
+    told = np.zeros(len(dense), dtype=bool)
+    scan_schedule(job, robot, modes, path, dense, rpm_of(operation, dense), told, where)
+    COUNTS["schedules kept"] += 1
+
+
+def compare_crossings(job, robot, modes, path, s, rpm, facts, limit, where):
+    """Time in bands, of the schedule as it stands: what is told, and what full acceleration takes."""
+    reached, stays = -1.0, []
+    for a, b in sorted((e["from_s"], e["to_s"]) for e in facts["exposures"]):
+        if a > reached + 1e-12:
+            stays.append([a, b])
+        reached = max(reached, b)
+        stays[-1][1] = reached
+    for a, b in stays:
+        # A little outside, the line is out of the band, a little inside, in it.
+        hair = 1e-3 * (b - a)
+        places = np.array([a - hair, a + hair, b - hair, b + hair])
+        f, _, tip = robot.modes(path.at(np.clip(places, 0, 1)), frame(job.get("tcp"))[1])
+        counts = tip >= job["policy"].get("min_tip_response_um_per_n", 0)
+        inside = np.zeros(4, dtype=bool)
+        for _, hz, ignored in modes.lines_at(np.interp(places, s, rpm)):
+            inside |= ((np.abs(hz[:, None] - f) < f * modes.wide) & counts).any(axis=1) & ~ignored
+        if inside.tolist() != [False, True, True, False]:
+            fail(where, f"exposure {a}..{b}: in a band at its ends {inside.tolist()}")
+        seconds = (b - a) * facts["duration_s"]
+        least = abs(np.interp(b, s, rpm) - np.interp(a, s, rpm)) / limit
+        expect("time in bands over full acceleration's", seconds / least, 1.02, where)
+        COUNTS["passages through bands"] += 1
 
 
 def programme(modes, job, programmed, f, counts, *durations):

@@ -26,12 +26,13 @@ pub use map::{Ribbon, SpeedMap};
 pub use operation::{advise, advise_with_progress};
 pub use ranges::ModeRange;
 pub use schedule::{
-    ASSUMED_ACCELERATION_RPM_PER_S, Coupling, Exposure, NoSchedule, Schedule, SolverEnd,
+    ASSUMED_ACCELERATION_RPM_PER_S, Coupling, Exposure, NoSchedule, Passage, Schedule, SolverEnd,
 };
 pub use speeds::{Bind, Block, Closure, SafeSet, Speeds};
 pub use vibration::{NoVibration, TipVibration};
 
 use crate::excitation::ExcitationLine;
+use crate::motion::StatedFeeds;
 use crate::risk::AssessFault;
 
 /// What makes one safe speed better than another.
@@ -104,8 +105,8 @@ pub struct OperationAdvice {
     pub is_schedule_programmed: bool,
     /// The programmed feed, m/s.
     pub programmed_feed_m_per_s: f64,
-    /// Whether the moves are those of a program, which may have feeds of its own.
-    pub runs_program: bool,
+    /// Feeds that a program states itself.
+    pub program_feeds: StatedFeeds,
     /// The lines that were looked at, ascending.
     pub lines: Vec<ExcitationLine>,
     /// What the modes cover along the path.

@@ -50,8 +50,10 @@ pub fn advise_with_progress(
     if !faults.is_empty() {
         return Err(faults);
     }
-    let notices =
-        job.operations.iter().zip(&operations).filter_map(|(o, advice)| nothing(job, o, advice));
+    let notices = job.operations.iter().zip(&operations).flat_map(|(operation, advice)| {
+        let not_followed = not_followed(job, operation, advice, options.objective);
+        nothing(job, operation, advice).into_iter().chain(not_followed)
+    });
     Ok(JobAdvice {
         notices: notices.collect(),
         options: *options,
@@ -81,6 +83,41 @@ fn nothing(job: &Job, operation: &Operation, advice: &OperationAdvice) -> Option
         file: job.file.clone(),
         line: Some(operation.line),
         what,
+    })
+}
+
+/// A remark where a schedule cannot follow the objective.
+fn not_followed(
+    job: &Job,
+    operation: &Operation,
+    advice: &OperationAdvice,
+    objective: Objective,
+) -> Option<AssessFault> {
+    let Remedy::Scheduled(plan) = &advice.remedy else { return None };
+    if plan.follows == objective {
+        return None;
+    }
+    let near = if advice.constant.is_some() && objective == Objective::Vibration {
+        "the quietest safe constant speed"
+    } else {
+        "the programmed speed"
+    };
+    let why = match objective {
+        Objective::Vibration => {
+            "what the tool tip vibrates is no convex function of a speed that varies along the path"
+        }
+        Objective::Nearest | Objective::Margin | Objective::Highest => {
+            "a schedule that must cross a band keeps no margin"
+        }
+    };
+    Some(AssessFault {
+        operation: operation.name.clone(),
+        file: job.file.clone(),
+        line: Some(operation.line),
+        what: format!(
+            "the objective is not followed by the schedule: {why}; it stays near {near}, {} rpm",
+            plan.target_rpm
+        ),
     })
 }
 
@@ -142,6 +179,8 @@ fn advise_path(
         counting: &counting,
         lines: &lines,
         programmed_rpm,
+        objective: options.objective,
+        constant_rpm: rpm,
         feed: options.feed,
         tip: tip.as_ref().ok(),
     };
@@ -160,7 +199,9 @@ fn advise_path(
     };
     let no_schedule = scheduled.as_ref().and_then(|found| found.as_ref().err().copied());
     let remedy = match (scheduled, constant) {
-        (Some(Ok(schedule)), Some(constant)) if schedule.is_constant(constant.rpm) => {
+        (Some(Ok(schedule)), Some(constant))
+            if schedule.is_constant(constant.rpm) || schedule.gains_nothing_on(&constant) =>
+        {
             Remedy::Constant(constant)
         }
         (Some(Ok(schedule)), _) => Remedy::Scheduled(Box::new(schedule)),
@@ -173,7 +214,7 @@ fn advise_path(
         programmed_rpm,
         is_schedule_programmed: matches!(operation.speed, SpindleSpeed::Schedule(_)),
         programmed_feed_m_per_s: operation.feed_m_per_s,
-        runs_program: operation.program.is_some(),
+        program_feeds: operation.program_feeds,
         remedy,
         no_schedule,
         vibration: tip.as_ref().map_err(|why| *why).map(|tip| Vibration {

@@ -335,18 +335,21 @@ impl Reader<'_> {
             work_object: self.raw.work_object.as_ref().map(placed),
         };
         self.check_radial_depth(raw, node, called);
+        self.check_feed(raw, node, called);
         let path = raw.path.as_ref();
         let moves = path
             .and_then(|path| moves_of(&course, path, node, &mut self.faults, &mut self.elsewhere));
         let program = path.and_then(|path| path.program.as_ref()?.file.as_ref());
+        let (moves, program_feeds) = moves?;
         Some(Operation {
             name: raw.name.clone()?,
             line: node.line as usize,
             speed: speed?,
             feed_m_per_s: feed_m_per_s?,
             cutting: raw.cutting.as_ref().and_then(cutting),
-            moves: moves?,
+            moves,
             program: program.map(Into::into),
+            program_feeds,
             start_near,
         })
     }
@@ -424,6 +427,18 @@ impl Reader<'_> {
     }
 
     /// A cutter cannot cut wider than it is.
+    /// What no machine does would end in forces without bound.
+    fn check_feed(&mut self, raw: &raw::Operation, node: &Node, called: &str) {
+        const MOST_MM_PER_MIN: f64 = 1e9;
+        if let Some(feed) = raw.feed_mm_per_min.filter(|feed| *feed > MOST_MM_PER_MIN) {
+            let line = node.line_at(&[Step::Key("feed_mm_per_min")]);
+            let what = format!(
+                "{called}: feed_mm_per_min is {feed:e}, must be at most {MOST_MM_PER_MIN:e}"
+            );
+            self.faults.add(line, what);
+        }
+    }
+
     fn check_radial_depth(&mut self, raw: &raw::Operation, node: &Node, called: &str) {
         let depth_mm = raw.cutting.as_ref().and_then(|cutting| cutting.radial_depth_mm);
         let diameter_mm = self.raw.tool.as_ref().and_then(|tool| tool.diameter_mm);

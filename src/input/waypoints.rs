@@ -12,7 +12,7 @@ use super::yaml::{Apart, Kind, Node, Step};
 use super::{Fault, Reading};
 use crate::job::SpindleSpeed;
 use crate::model::{JointKind, Robot};
-use crate::motion::{Move, Target};
+use crate::motion::{Move, StatedFeeds, Target};
 use crate::program::{self, Dialect, Program, ProgramFault, RAPID_M_PER_S, Settings};
 use crate::units::{m_from_mm, rad_from_deg};
 
@@ -59,7 +59,7 @@ pub(super) fn moves_of(
     operation: &Node,
     faults: &mut Faults,
     elsewhere: &mut Elsewhere,
-) -> Option<Vec<Move>> {
+) -> Option<(Vec<Move>, StatedFeeds)> {
     const KEYS: [&str; 3] = ["joints_deg", "poses", "program"];
     let node = operation.get("path")?;
     let given: Vec<&str> = KEYS
@@ -79,12 +79,21 @@ pub(super) fn moves_of(
             faults.add(line, format!("{called}: {what}"));
             None
         }
-        ["joints_deg"] => {
-            raw.joints_deg.and_then(|Apart| joint_moves(course, node.get("joints_deg")?, faults))
-        }
-        ["poses"] => raw.poses.and_then(|Apart| pose_moves(course, node.get("poses")?, faults)),
+        ["joints_deg"] => raw
+            .joints_deg
+            .and_then(|Apart| joint_moves(course, node.get("joints_deg")?, faults))
+            .map(at_the_feed),
+        ["poses"] => raw
+            .poses
+            .and_then(|Apart| pose_moves(course, node.get("poses")?, faults))
+            .map(at_the_feed),
         [_] => program_moves(course, raw.program.as_ref()?, node, faults, elsewhere),
     }
+}
+
+/// Waypoints state no feeds.
+fn at_the_feed(moves: Vec<Move>) -> (Vec<Move>, StatedFeeds) {
+    (moves, StatedFeeds::default())
 }
 
 fn joint_moves(course: &Course<'_>, rows: &Node, faults: &mut Faults) -> Option<Vec<Move>> {
@@ -184,7 +193,7 @@ fn program_moves(
     path: &Node,
     faults: &mut Faults,
     elsewhere: &mut Elsewhere,
-) -> Option<Vec<Move>> {
+) -> Option<(Vec<Move>, StatedFeeds)> {
     let name = raw.file.as_deref()?;
     let line = path.line_at(&[Step::Key("program")]);
     let file = named_file(course.job, "path.program.file", name, line, faults)?;
@@ -233,7 +242,7 @@ fn program_moves(
             let tools = course.robot.map(|robot| other_tools(&program, robot)).unwrap_or_default();
             let notices = program.notices.into_iter().chain(speeds).chain(tools);
             elsewhere.reading.notices.extend(notices.map(located));
-            Some(program.moves)
+            Some((program.moves, program.feeds))
         }
         Err(found) => {
             elsewhere.faults.extend(found.into_iter().map(located));

@@ -403,6 +403,13 @@ impl<'a> Reader<'a> {
         if number > 0.0 { Ok(feed) } else { Err(format!("the feed is {number}, must be positive")) }
     }
 
+    /// The same, taken down as one that the program states.
+    fn stated_feed(&mut self, number: f64, unit: Option<&str>) -> Result<Feed, String> {
+        let feed = self.feed_of(number, unit)?;
+        self.log.feed(matches!(feed, Feed::MmPerRev(_)));
+        Ok(feed)
+    }
+
     fn feed_statement(&mut self, line: usize, minor: &[Word]) -> Result<(), String> {
         let numbers: Vec<f64> = minor.iter().filter_map(number).collect();
         let names: Vec<&str> =
@@ -419,7 +426,7 @@ impl<'a> Reader<'a> {
             self.log
                 .notice(line, "the feed is in inches, but no UNITS is given: lengths are in mm");
         }
-        self.feed = Some(self.feed_of(*number, unit)?);
+        self.feed = Some(self.stated_feed(*number, unit)?);
         Ok(())
     }
 
@@ -497,7 +504,7 @@ impl<'a> Reader<'a> {
                 ("CLEAR" | "RAPTO", Some(value)) => cycle.clear = self.mm(value),
                 ("RTRCTO" | "RETURN", Some(value)) => cycle.retract = self.mm(value),
                 ("MMPM" | "IPM" | "MMPR" | "IPR" | "PERMIN" | "PERREV", Some(value)) => {
-                    cycle.feed = Some(self.feed_of(value, Some(key))?);
+                    cycle.feed = Some(self.stated_feed(value, Some(key))?);
                 }
                 ("RTRCTO" | "RETURN", None)
                 | ("DWELL" | "STEP" | "STEP1" | "INCR" | "TIMES" | "REV" | "CAM" | "ORIENT", _) => {

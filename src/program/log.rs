@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use nalgebra::Isometry3;
 
 use super::{Pace, Program, ProgramFault, Spindle, SpindleCommand, ToolMass};
-use crate::motion::{Move, Target};
+use crate::motion::{Move, StatedFeeds, Target};
 
 /// A program that is wrong throughout is not told line by line.
 const FAULTS_TOLD: usize = 50;
@@ -25,6 +25,7 @@ pub(super) struct Log {
     /// The line that sends the tool to where the program does not tell, and how.
     away: Option<(usize, String)>,
     tools: Vec<ToolMass>,
+    feeds: StatedFeeds,
     notices: Vec<ProgramFault>,
     faults: Vec<ProgramFault>,
     faults_in_all: usize,
@@ -42,6 +43,7 @@ impl Log {
             rapid: None,
             away: None,
             tools: Vec::new(),
+            feeds: StatedFeeds::default(),
             notices: Vec::new(),
             faults: Vec::new(),
             faults_in_all: 0,
@@ -129,6 +131,15 @@ impl Log {
     }
 
     /// Whether there were more moves than are taken: reading on is in vain.
+    /// The program states a feed of its own.
+    pub(super) fn feed(&mut self, is_per_revolution: bool) {
+        if is_per_revolution {
+            self.feeds.per_revolution = true;
+        } else {
+            self.feeds.per_time = true;
+        }
+    }
+
     pub(super) fn is_full(&self) -> bool {
         self.is_full
     }
@@ -154,13 +165,13 @@ impl Log {
         }
         if self.faults.is_empty() {
             self.notices.sort_by_key(|notice| notice.line);
-            let Self { mut moves, spindle, tools, notices, .. } = self;
+            let Self { mut moves, spindle, tools, feeds, notices, .. } = self;
             let ends = spindle.iter().skip(1).map(|next| next.from_move).chain([moves.len()]);
             let stops = spindle.iter().zip(ends).filter(|(at, _)| at.spindle == Spindle::Stands);
             for (stop, end) in stops {
                 moves[stop.from_move..end].iter_mut().for_each(|each| each.spindle_turns = false);
             }
-            return Ok(Program { moves, spindle, tools, notices });
+            return Ok(Program { moves, spindle, tools, feeds, notices });
         }
         self.faults.sort_by_key(|fault| fault.line);
         let untold = self.faults_in_all - self.faults.len();

@@ -49,7 +49,7 @@ use std::fmt;
 
 use nalgebra::Isometry3;
 
-use crate::motion::Move;
+use crate::motion::{Move, StatedFeeds};
 
 /// The language of a program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -126,6 +126,8 @@ pub struct Program {
     pub spindle: Vec<SpindleCommand>,
     /// Masses of the tools that the program declares and uses (RAPID alone), each tool once.
     pub tools: Vec<ToolMass>,
+    /// Whether it states feeds of its own.
+    pub feeds: StatedFeeds,
     /// What was left out or assumed without loss of motion, by line.
     pub notices: Vec<ProgramFault>,
 }

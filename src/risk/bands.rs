@@ -6,12 +6,18 @@ use crate::excitation::ExcitationLine;
 use crate::job::Policy;
 use crate::path::Station;
 
-/// Ends of crossings are found to within this share of the path.
+/// Ends of crossings are found to within this share of the path, and of what it takes a line that changes fast to
+/// pass a band.
 const END_TOLERANCE: f64 = 1e-8;
+const END_OF_PASSAGE: f64 = 1e-4;
 
 /// Beyond what [`crate::path::grid`] guarantees, bands are searched for hidden contact down to cells of
 /// this share of the path.
 const CONTACT_TOLERANCE: f64 = 1e-6;
+
+/// A line that lies on one side of an edge at one station and on the other at the next has passed it: that is looked
+/// into down to cells of this share of the path, however fast the spindle changes.
+const PASSAGE_TOLERANCE: f64 = 1e-13;
 
 /// A line on the very edge of a band is outside; nearer to it than rounding, it counts as on the edge.
 /// Else a mode that the path does not change would flicker in and out from pose to pose.
@@ -72,32 +78,39 @@ impl Watch<'_> {
     /// not yet located, or the edge of a band is within reach. `rate` bounds |d ln f_r / ds| in the cell.
     pub(super) fn wants(&self, left: &Station, right: &Station, r: usize, rate: f64) -> bool {
         let width = right.s - left.s;
-        if self.state(left, r) != self.state(right, r) {
-            return width > END_TOLERANCE;
-        }
-        if width <= CONTACT_TOLERANCE {
-            return false;
-        }
         let (excitation_left, excitation_right) =
             (self.excitation_hz(left.s), self.excitation_hz(right.s));
-        let ratio_left = excitation_left / left.frequencies_hz[r];
-        let ratio_right = excitation_right / right.frequencies_hz[r];
-        let (low, high) = (ratio_left.min(ratio_right), ratio_left.max(ratio_right));
         let line_rate = if excitation_left == excitation_right {
             0.0
         } else {
             (excitation_right - excitation_left).abs()
                 / (excitation_left.min(excitation_right).max(f64::MIN_POSITIVE) * width)
         };
-        // A function with slopes within ± L stays within L h / 2 of the mean of its ends (Piyavskii).
-        let reach = 0.5 * (rate + line_rate) * width * high;
-        let mean = 0.5 * (ratio_left + ratio_right);
+        // Where the spindle stops or starts there is a jump, and nothing between its ends.
+        let changes = line_rate > 0.0 && excitation_left.min(excitation_right) > 0.0;
+        if self.state(left, r) != self.state(right, r) {
+            let passage = if changes { self.policy.wide() / line_rate } else { 1.0 };
+            let end = END_TOLERANCE.min(END_OF_PASSAGE * passage);
+            return width > end.max(PASSAGE_TOLERANCE);
+        }
+        let ratio_left = excitation_left / left.frequencies_hz[r];
+        let ratio_right = excitation_right / right.frequencies_hz[r];
+        let (low, high) = (ratio_left.min(ratio_right), ratio_left.max(ratio_right));
         let edges = [
             1.0 - self.policy.wide(),
             1.0 - self.policy.separation,
             1.0 + self.policy.separation,
             1.0 + self.policy.wide(),
         ];
+        if changes && edges.iter().any(|&edge| low < edge && edge < high) {
+            return width > PASSAGE_TOLERANCE;
+        }
+        if width <= CONTACT_TOLERANCE {
+            return false;
+        }
+        // A function with slopes within ± L stays within L h / 2 of the mean of its ends (Piyavskii).
+        let reach = 0.5 * (rate + line_rate) * width * high;
+        let mean = 0.5 * (ratio_left + ratio_right);
         edges.iter().any(|&edge| {
             (edge > high && edge < mean + reach) || (edge < low && edge > mean - reach)
         })

@@ -4,8 +4,10 @@ use super::bands::Watch;
 use super::verdict::{Certainty, Crossing};
 use crate::path::{Path, Survey, SurveyFault, Surveyor};
 
-/// The closest point of a crossing is found to within this share of the path.
+/// The closest point of a crossing is found to within this share of the path, and of where it is sought: a band that is
+/// passed fast is narrow.
 const CLOSEST_TOLERANCE: f64 = 1e-9;
+const CLOSEST_SHARE: f64 = 1e-4;
 
 /// Distances that differ by no more than this share of themselves are the same: ends of crossings are known
 /// no better.
@@ -151,7 +153,8 @@ fn meet(
     mut left: (f64, f64),
     mut right: (f64, f64),
 ) -> Result<f64, SurveyFault> {
-    while right.0 - left.0 > CLOSEST_TOLERANCE {
+    let tolerance = CLOSEST_TOLERANCE.min(CLOSEST_SHARE * (right.0 - left.0));
+    while right.0 - left.0 > tolerance.max(f64::EPSILON * right.0) {
         let s = 0.5 * (left.0 + right.0);
         let offset = watch.excitation_hz(s) / surveyor.frequencies_hz(s)?[r] - 1.0;
         if offset.is_sign_positive() == left.1.is_sign_positive() {
@@ -177,7 +180,8 @@ fn narrow(
         Ok((watch.excitation_hz(s) / surveyor.frequencies_hz(s)?[r] - 1.0).abs())
     };
     let (mut best, mut least) = (best, distance(best)?);
-    while right - left > CLOSEST_TOLERANCE.max(f64::EPSILON * right) {
+    let tolerance = CLOSEST_TOLERANCE.min(CLOSEST_SHARE * (right - left));
+    while right - left > tolerance.max(f64::EPSILON * right) {
         let s = if best - left > right - best {
             best - GOLDEN * (best - left)
         } else {

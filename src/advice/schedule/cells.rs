@@ -8,7 +8,7 @@
 
 use crate::excitation::ExcitationLine;
 use crate::job::Policy;
-use crate::path::{Path, Survey, SurveyFault};
+use crate::path::{Path, Station, Survey, SurveyFault};
 use crate::risk::detail;
 use crate::units::rpm_from_hz;
 
@@ -17,8 +17,8 @@ use super::super::ranges::Counting;
 use super::super::speeds::{Speeds, ignored_speeds};
 use crate::job::Spindle;
 
-/// Cells along a path.
-pub(super) const CELLS: usize = 500;
+/// Cells along a path, where nothing asks for more.
+const CELLS: usize = 500;
 
 /// A region of a cell between straight edges: speeds at its left and its right side.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,71 +27,107 @@ pub(super) struct Trapezium {
     pub(super) right: Speeds,
 }
 
-/// The path cut into cells.
+/// The path cut into cells, with the corridors that are left in each.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Plane {
+pub(super) struct Plane<'a> {
     /// s of the sides of the cells, from 0 to 1.
-    pub(super) s: Vec<f64>,
+    pub(super) s: &'a [f64],
     /// Per cell, ascending.
     pub(super) corridors: Vec<Vec<Trapezium>>,
 }
 
+/// The path cut into cells, and what the modes do in each.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Cells {
+    /// s of the sides, from 0 to 1.
+    pub(super) s: Vec<f64>,
+    cells: Vec<Cell>,
+}
+
 /// What the modes do in one cell.
+#[derive(Debug, Clone, PartialEq)]
 struct Cell {
     /// Per mode that counts: frequency at the left and right side and how far it bulges below and above
     /// the straight line between, Hz.
     modes: Vec<[f64; 4]>,
 }
 
-/// Cuts a path into cells. `survey` has stations wherever frequencies bend; bulges are taken `slack` times
-/// as large as it shows them.
-///
-/// # Errors
-/// The arm has no modes somewhere.
-pub(super) fn plane(
-    path: &Path,
-    survey: &Survey,
-    lines: &[ExcitationLine],
-    counting: &Counting,
-    spindle: &Spindle,
-    slack: f64,
-) -> Result<Plane, SurveyFault> {
-    let s: Vec<f64> = (0..=CELLS).map(|i| i as f64 / CELLS as f64).collect();
-    let sides = Survey::take(path, s.clone(), detail(counting.policy), &|_| {})?;
-    let mut first = 0;
-    let corridors = (0..CELLS)
-        .map(|cell| {
-            while first < survey.len() && survey.station(first).s <= s[cell] {
+/// Sides of [`CELLS`] equal cells, and of more where `places` (ascending) lie between them.
+pub(super) fn sides(places: &[f64]) -> Vec<f64> {
+    /// Sides closer than this are one.
+    const ONE: f64 = 1e-6;
+    let equal = (0..=CELLS).map(|i| i as f64 / CELLS as f64);
+    let is_apart = |s: f64| {
+        let after = places.partition_point(|place| *place < s);
+        let near = [after.checked_sub(1), Some(after)].into_iter().flatten();
+        near.filter_map(|i| places.get(i)).all(|place| (place - s).abs() > ONE)
+    };
+    let mut s: Vec<f64> = equal.filter(|&s| s == 0.0 || s == 1.0 || is_apart(s)).collect();
+    s.extend(places.iter().filter(|place| (ONE..=1.0 - ONE).contains(*place)));
+    s.sort_by(f64::total_cmp);
+    s.dedup_by(|b, a| *b - *a < ONE);
+    s
+}
+
+impl Cells {
+    /// Looks at a path in the cells between `s`. `survey` has stations wherever frequencies bend; bulges are
+    /// taken `slack` times as large as it and the middles of the cells show them.
+    ///
+    /// # Errors
+    /// The arm has no modes somewhere.
+    pub(super) fn look(
+        path: &Path,
+        s: Vec<f64>,
+        survey: &Survey,
+        counting: &Counting,
+        slack: f64,
+    ) -> Result<Self, SurveyFault> {
+        let middles = s.windows(2).flat_map(|side| [side[0], 0.5 * (side[0] + side[1])]);
+        let stations: Vec<f64> = middles.chain([1.0]).collect();
+        let own = Survey::take(path, stations, detail(counting.policy), &|_| {})?;
+        let mut first = 0;
+        let cells = (0..s.len() - 1).map(|i| {
+            while first < survey.len() && survey.station(first).s <= s[i] {
                 first += 1;
             }
             let mut last = first;
-            while last < survey.len() && survey.station(last).s < s[cell + 1] {
+            while last < survey.len() && survey.station(last).s < s[i + 1] {
                 last += 1;
             }
-            let cell = look(&sides, cell, survey, first..last, counting, slack);
-            corridors(&bands(&cell, lines, counting.policy), spindle)
-        })
-        .collect();
-    Ok(Plane { s, corridors })
+            let between = (first..last).map(|k| survey.station(k));
+            let ends = [own.station(2 * i), own.station(2 * i + 2)];
+            cell(ends, between.chain([own.station(2 * i + 1)]), counting, slack)
+        });
+        let cells = cells.collect();
+        Ok(Self { s, cells })
+    }
+
+    /// The corridors between bands of half width `half_width` (a share of the frequency).
+    pub(super) fn plane(
+        &self,
+        lines: &[ExcitationLine],
+        policy: &Policy,
+        spindle: &Spindle,
+        half_width: f64,
+    ) -> Plane<'_> {
+        let of = |cell| corridors(&bands(cell, lines, policy, half_width), spindle);
+        Plane { s: &self.s, corridors: self.cells.iter().map(of).collect() }
+    }
 }
 
-fn look(
-    sides: &Survey,
-    cell: usize,
-    survey: &Survey,
-    inner: std::ops::Range<usize>,
+fn cell<'s>(
+    [left, right]: [Station<'s>; 2],
+    between: impl Iterator<Item = Station<'s>> + Clone,
     counting: &Counting,
     slack: f64,
 ) -> Cell {
     /// What rounding leaves, as a share of the frequency.
     const ROUNDING: f64 = 1e-9;
-    let (left, right) = (sides.station(cell), sides.station(cell + 1));
     let modes = (0..left.frequencies_hz.len()).filter_map(|r| {
         let (a, b) = (left.frequencies_hz[r], right.frequencies_hz[r]);
         let mut is_counted = counting.counts(&left, r) || counting.counts(&right, r);
         let (mut below, mut above) = (ROUNDING * a, ROUNDING * a);
-        for i in inner.clone() {
-            let station = survey.station(i);
+        for station in between.clone() {
             is_counted |= counting.counts(&station, r);
             let chord = a + (b - a) * (station.s - left.s) / (right.s - left.s);
             let bulge = slack * (station.frequencies_hz[r] - chord);
@@ -103,14 +139,19 @@ fn look(
 }
 
 /// The bands in a cell, cut where excitation is somebody else's business.
-fn bands(cell: &Cell, lines: &[ExcitationLine], policy: &Policy) -> Vec<Trapezium> {
+fn bands(
+    cell: &Cell,
+    lines: &[ExcitationLine],
+    policy: &Policy,
+    half_width: f64,
+) -> Vec<Trapezium> {
     let mut bands = Vec::new();
     for &[left_hz, right_hz, below_hz, above_hz] in &cell.modes {
         for &line in lines {
             let rpm = |hz: f64| rpm_from_hz(hz) / f64::from(line.order);
             let side = |hz: f64| Speeds {
-                low_rpm: rpm((hz - below_hz) * (1.0 - policy.wide())),
-                high_rpm: rpm((hz + above_hz) * (1.0 + policy.wide())),
+                low_rpm: rpm((hz - below_hz) * (1.0 - half_width)),
+                high_rpm: rpm((hz + above_hz) * (1.0 + half_width)),
             };
             let whole = Trapezium { left: side(left_hz), right: side(right_hz) };
             let pieces = ignored_speeds(policy, line).fold(vec![whole], |pieces, ignored| {

@@ -1,36 +1,57 @@
 //! A spindle speed that varies along the path: between the moving bands where it can, across them where it
 //! must.
 //!
+//! # What is sought
+//! The schedule follows the objective as far as that is a convex problem: near the programmed speed, or near the
+//! spindle's highest; for the largest margin, the widest bands that leave a way are found by bisection, and the
+//! way between them that is nearest to the programmed speed. How much the tool tip vibrates is no convex
+//! function of the speed: there the schedule stays near the quietest safe constant speed, if there is one.
+//!
 //! # Time
 //! A schedule is a speed over s, and s runs in proportion to time at the operation's one feed. So the feed is
 //! coupled to the speed by its mean: it is scaled so that the mean chip load stays what it was, which
-//! changes the duration, and with it how much the spindle can change between two places. The schedule
-//! is solved again until it holds for the duration that its own mean speed gives. It keeps the
-//! acceleration limit at the programmed feed, too, so that an override between the two breaks nothing.
+//! changes the duration, and with it how much the spindle can change between two places. See [`pace`]. The
+//! acceleration limit is kept at the programmed feed, too, so that an override between the two breaks nothing.
 //! Where the duration does not follow the feed alone (programs with feeds of their own, turns on the
 //! spot), and where it is asked for, the feed stays as programmed.
+//!
+//! # Crossings
+//! A band that must be crossed is crossed on one straight line at full acceleration, from the edge of one corridor
+//! to the edge of the next; both ends are points of the schedule, however close together.
 
+mod air;
 mod cells;
+mod exposures;
+mod pace;
 mod programme;
 mod routes;
+mod search;
 
+pub use exposures::{Exposure, Passage};
 pub use programme::SolverEnd;
 
-use self::cells::{CELLS, Plane, plane};
-use self::programme::{objective, solve};
-use self::routes::{Bands, Hurt, Limits, routes};
+pub(super) use air::is_air;
+
+use self::air::air_sides;
+use self::cells::{Cells, sides};
+use self::exposures::{exposed_share, exposures, passages};
+use self::pace::{Next, Pace};
+use self::routes::Limits;
+use self::search::best;
 use super::ranges::Counting;
-use super::speeds::{Speeds, feed_at, ignored_speeds};
-use super::vibration::{Chip, TipModel};
-use super::{FeedRule, KeptSchedule};
+use super::speeds::{Speeds, feed_at};
+use super::vibration::TipModel;
+use super::{FeedRule, KeptSchedule, Objective};
 use crate::excitation::ExcitationLine;
 use crate::job::{Job, Operation, SpindleSpeed};
-use crate::path::{Detail, Path, Survey, SurveyFault, grid};
+use crate::path::{Path, Survey, SurveyFault, grid};
 use crate::risk::{Crossing, crossings_under, detail};
-use crate::units::{hz_from_rpm, rpm_from_hz};
 
 /// Taken where the job gives no acceleration of the spindle: an assumption, not a figure of any spindle.
 pub const ASSUMED_ACCELERATION_RPM_PER_S: f64 = 500.0;
+
+/// No spindle is faster than from rest to its highest speed within a microsecond or so; more would be lost in digits.
+const FASTEST_RPM_PER_S: f64 = 1e9;
 
 /// Of the acceleration this much is used, so that rounding does not exceed it.
 const USED_ACCELERATION: f64 = 0.999;
@@ -40,22 +61,13 @@ const USED_ACCELERATION: f64 = 0.999;
 const SLACK: f64 = 1.5;
 const MORE_SLACK: f64 = 4.0;
 
-/// A move faster than this many times the operation's feed is one in the air.
-const AIR_FEED: f64 = 2.0;
-
-/// What a second in a band hurts in the air, as a share of a second in the cut.
-const AIR_HURT: f64 = 1e-6;
-
-/// Solutions for one operation: for durations that follow the mean speed, and for more slack.
-const MOST_ROUNDS: usize = 24;
-
-/// The feed is settled when the duration changes by less than this share.
-const SETTLED: f64 = 1e-9;
+/// How often there is more.
+const MOST_SLACKS: usize = 6;
 
 /// Points nearer than this to the straight line between their neighbours are left out, rev/min.
 const STRAIGHT_RPM: f64 = 1e-6;
 
-/// Speeds of a schedule are told to so many parts of a rev/min.
+/// Speeds of a schedule are told to so many parts of a rev/min where the acceleration is not felt in that.
 const PARTS_PER_RPM: f64 = 1e6;
 
 /// A speed that varies along the path.
@@ -73,9 +85,16 @@ pub struct Schedule {
     pub acceleration_rpm_per_s: f64,
     /// Whether the job gives none, so that it is [`ASSUMED_ACCELERATION_RPM_PER_S`].
     pub is_acceleration_assumed: bool,
-    /// Σ w (n/n_p − 1)² + ρ Σ Δ(n/n_p)²/Δs: what was minimised.
+    /// What it follows: the objective asked for, but nearest where that cannot be followed.
+    pub follows: Objective,
+    /// The speed that it stays near to, rev/min.
+    pub target_rpm: f64,
+    /// Half width of the bands that it keeps out of, as a share of each frequency: the policy's, or the widest that
+    /// leave a way where it follows the margin.
+    pub half_width: f64,
+    /// Σ w (n/n_p − n*/n_p)² + ρ Σ Δ(n/n_p)²/Δs with the target n*: what was minimised.
     pub objective: f64,
-    /// The duration for which it was minimised, s: the shorter of those at the programmed and the new feed.
+    /// The duration for which it was minimised, s; no longer than [`Self::duration_s`].
     pub solved_for_s: f64,
     /// Ways between the bands for which the programme was solved.
     pub corridors_tried: usize,
@@ -99,15 +118,12 @@ impl Schedule {
 
     /// Time inside any band, s; where bands overlap it counts once.
     pub fn exposed_s(&self) -> f64 {
-        let mut stretches: Vec<(f64, f64)> =
-            self.exposures.iter().map(|e| (e.crossing.from_s, e.crossing.to_s)).collect();
-        stretches.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let (mut share, mut reached) = (0.0, 0.0_f64);
-        for (from, to) in stretches {
-            share += (to - from.max(reached)).max(0.0);
-            reached = reached.max(to);
-        }
-        share * self.duration_s
+        exposed_share(&self.exposures) * self.duration_s
+    }
+
+    /// The exposures, put together into one passage for each time that a line goes through a mode's band.
+    pub fn passages(&self) -> Vec<Passage> {
+        passages(&self.exposures)
     }
 
     /// Whether all of it is this constant speed, but for what a solver leaves.
@@ -115,6 +131,12 @@ impl Schedule {
         /// rev/min.
         const NOISE: f64 = 0.01;
         self.points.iter().all(|point| (point.1 - rpm).abs() < NOISE)
+    }
+
+    /// Whether it follows the margin and keeps no more of it than this constant speed does.
+    pub(super) fn gains_nothing_on(&self, constant: &super::Constant) -> bool {
+        let keeps = |margin: Option<f64>| margin.unwrap_or(f64::INFINITY);
+        self.follows == Objective::Margin && keeps(constant.separation) >= keeps(self.separation)
     }
 
     /// Lowest and highest chip load along the path, as a share of the programmed one.
@@ -151,26 +173,15 @@ pub enum Coupling {
     Asked,
     /// It stays as programmed because the program has feeds of its own.
     OwnFeeds,
+    /// It stays as programmed because the program's rapid moves take their time whatever the feed.
+    Rapids,
     /// It stays as programmed because turns on the spot take their time whatever the feed.
     StandsStill,
+    /// It stays as programmed because a band is crossed, and with the mean chip load kept the feed would be slower:
+    /// a spindle that may not be asked too much at the programmed feed would then cross slower than it can.
+    Crosses,
     /// It stays as programmed because the duration did not settle.
     NotSettled,
-}
-
-/// A stretch on which a band is crossed.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Exposure {
-    /// Mode, line, place and certainty.
-    pub crossing: Crossing,
-    /// Time inside the band, s.
-    pub seconds: f64,
-    /// Teeth that enter the work in that time.
-    pub tooth_impacts: f64,
-    /// Whether the whole of it is run in the air.
-    pub is_in_air: bool,
-    /// What the cutting force moves the tool tip where the line is closest, as if it stayed there, m; zero in
-    /// the air, `None` where the job does not tell enough of the cut.
-    pub tip_amplitude_m: Option<f64>,
 }
 
 /// What a schedule is worked out from.
@@ -183,12 +194,29 @@ pub(super) struct Task<'a> {
     pub(super) counting: &'a Counting<'a>,
     pub(super) lines: &'a [ExcitationLine],
     pub(super) programmed_rpm: f64,
+    pub(super) objective: Objective,
+    /// The best constant speed that is safe, rev/min.
+    pub(super) constant_rpm: Option<f64>,
     pub(super) feed: FeedRule,
     pub(super) tip: Option<&'a TipModel>,
 }
 
-/// The schedule nearest to the programmed speed that keeps out of all bands or, where none does, crosses as
-/// few as it can where it hurts least; or why there is none.
+impl Task<'_> {
+    /// The objective that can be followed, and the speed to stay near to.
+    fn goal(&self) -> (Objective, f64) {
+        match self.objective {
+            Objective::Nearest => (Objective::Nearest, self.programmed_rpm),
+            Objective::Margin => (Objective::Margin, self.programmed_rpm),
+            Objective::Highest => (Objective::Highest, self.job.spindle.max_rpm),
+            Objective::Vibration => {
+                (Objective::Nearest, self.constant_rpm.unwrap_or(self.programmed_rpm))
+            }
+        }
+    }
+}
+
+/// The schedule that follows the objective best and keeps out of all bands or, where none does, crosses as
+/// few as it must where it hurts least.
 ///
 /// # Errors
 /// The arm has no modes somewhere.
@@ -199,63 +227,56 @@ pub(super) fn schedule(task: &Task) -> Result<Result<Schedule, NoSchedule>, Surv
         return Ok(Err(NoSchedule::NoTime));
     }
     let given = job.spindle.max_acceleration_rpm_per_s;
-    let acceleration_rpm_per_s = given.unwrap_or(ASSUMED_ACCELERATION_RPM_PER_S);
-    let mut coupling = match task.feed {
-        FeedRule::Programmed => Coupling::Asked,
-        FeedRule::ChipLoad if operation.program.is_some() => Coupling::OwnFeeds,
-        FeedRule::ChipLoad if path.standing_s() > 0.0 => Coupling::StandsStill,
-        FeedRule::ChipLoad => Coupling::MeanChipLoad { rounds: 1 },
-    };
-    let mut slack = SLACK;
-    let mut solved_for_s = programmed_s;
-    let mut cut = cut(task, slack)?;
-    for round in 1..=MOST_ROUNDS {
+    let acceleration_rpm_per_s =
+        given.unwrap_or(ASSUMED_ACCELERATION_RPM_PER_S).min(FASTEST_RPM_PER_S);
+    let (follows, target_rpm) = task.goal();
+    let sides = sides(&air_sides(task));
+    let look = |slack| Cells::look(path, sides.clone(), task.survey, task.counting, slack);
+    let (mut slack, mut slacks) = (SLACK, 1);
+    let mut cells = look(slack)?;
+    let mut pace = Pace::new(programmed_s, coupling(task));
+    loop {
         let limits = Limits {
             programmed_rpm: task.programmed_rpm,
-            step_rpm: USED_ACCELERATION * acceleration_rpm_per_s * solved_for_s / CELLS as f64,
+            target_rpm,
+            slope_rpm: USED_ACCELERATION * acceleration_rpm_per_s * pace.solve_for_s(),
             min_rpm: job.spindle.min_rpm,
             max_rpm: job.spindle.max_rpm,
         };
-        let best = match best(task, &cut, &limits)? {
+        let best = match best(task, &cells, follows, &limits)? {
             Ok(best) => best,
             Err(why) => return Ok(Err(why)),
         };
-        let speed = SpindleSpeed::Schedule(thinned(&cut.s, &best.rpm, &limits));
-        let mean_rpm = mean(&cut.s, &best.rpm);
-        let mut feed_m_per_s = operation.feed_m_per_s;
-        if let Coupling::MeanChipLoad { rounds } = &mut coupling {
-            *rounds = round;
-            feed_m_per_s = feed_at(operation.feed_m_per_s, task.programmed_rpm, mean_rpm);
-            let duration_s = programmed_s * operation.feed_m_per_s / feed_m_per_s;
-            if duration_s < solved_for_s * (1.0 - SETTLED) {
-                solved_for_s = duration_s;
-                if round == MOST_ROUNDS / 2 {
-                    (coupling, solved_for_s) = (Coupling::NotSettled, programmed_s);
-                }
-                continue;
-            }
-        }
-        let duration_s = programmed_s * operation.feed_m_per_s / feed_m_per_s;
+        let mean_rpm = mean(&best.s, &best.rpm);
+        let own_feed_m_per_s = feed_at(operation.feed_m_per_s, task.programmed_rpm, mean_rpm);
+        let own_s = programmed_s * operation.feed_m_per_s / own_feed_m_per_s;
+        let coupling = match pace.step(own_s, !best.ramps.is_empty()) {
+            Next::Again => continue,
+            Next::Settled(coupling) => coupling,
+        };
+        let (feed_m_per_s, duration_s) = match coupling {
+            Coupling::MeanChipLoad { .. } => (own_feed_m_per_s, own_s),
+            _ => (operation.feed_m_per_s, programmed_s),
+        };
+        let speed = SpindleSpeed::Schedule(thinned(&best.s, &best.rpm, &limits));
         let stations = grid(path, speed.corners());
         let first_look = Survey::take(path, stations, detail(&job.policy), &|_| {})?;
         let (found, last_look) =
             crossings_under(task.lines, &job.policy, &speed, path, first_look)?;
         let is_told = |crossing: &Crossing| {
-            best.ramps
-                .iter()
-                .any(|&(from, to)| crossing.from_s < cut.s[to] && crossing.to_s > cut.s[from])
+            best.ramps.iter().any(|&[from, to]| crossing.from_s < to && crossing.to_s > from)
         };
         if !found.iter().all(is_told) {
-            slack *= MORE_SLACK;
-            cut = self::cut(task, slack)?;
+            if slacks == MOST_SLACKS {
+                return Ok(Err(NoSchedule::Contact));
+            }
+            (slack, slacks) = (slack * MORE_SLACK, slacks + 1);
+            cells = look(slack)?;
             continue;
         }
         return Ok(Ok(Schedule {
             separation: separation(task, &speed, &last_look),
-            exposures: found
-                .into_iter()
-                .map(|crossing| exposure(task, &speed, feed_m_per_s, crossing))
-                .collect(),
+            exposures: exposures(task, &speed, feed_m_per_s, duration_s, found),
             points: match speed {
                 SpindleSpeed::Schedule(points) => points,
                 SpindleSpeed::Constant(rpm) => vec![(0.0, rpm)],
@@ -265,13 +286,32 @@ pub(super) fn schedule(task: &Task) -> Result<Result<Schedule, NoSchedule>, Surv
             coupling,
             acceleration_rpm_per_s,
             is_acceleration_assumed: given.is_none(),
+            follows: best.follows,
+            target_rpm,
+            half_width: best.half_width,
             objective: best.objective,
-            solved_for_s,
+            solved_for_s: pace.solve_for_s(),
             corridors_tried: best.tried,
             solver: best.end,
         }));
     }
-    Ok(Err(NoSchedule::Contact))
+}
+
+/// What becomes of the feed, as far as that does not depend on the speed.
+fn coupling(task: &Task) -> Coupling {
+    match task.feed {
+        FeedRule::Programmed => Coupling::Asked,
+        FeedRule::ChipLoad if task.operation.program_feeds.any() => Coupling::OwnFeeds,
+        FeedRule::ChipLoad if has_rapids(task.operation) => Coupling::Rapids,
+        FeedRule::ChipLoad if task.path.standing_s() > 0.0 => Coupling::StandsStill,
+        FeedRule::ChipLoad => Coupling::MeanChipLoad { rounds: 1 },
+    }
+}
+
+/// Whether a program without feeds of its own has moves that do not run at the job's; the first is not run.
+fn has_rapids(operation: &Operation) -> bool {
+    let mut run = operation.moves.iter().skip(1);
+    operation.program.is_some() && run.any(|each| each.feed_m_per_s != operation.feed_m_per_s)
 }
 
 /// The programmed schedule, where a check calls it clear.
@@ -292,104 +332,21 @@ pub(super) fn kept(task: &Task) -> Result<Option<KeptSchedule>, SurveyFault> {
     }))
 }
 
-fn cut(task: &Task, slack: f64) -> Result<Plane, SurveyFault> {
-    let Task { job, path, survey, lines, counting, .. } = *task;
-    plane(path, survey, lines, counting, &job.spindle, slack)
-}
-
-/// The best speed at the sides of the cells.
-struct Best {
-    rpm: Vec<f64>,
-    objective: f64,
-    ramps: Vec<(usize, usize)>,
-    tried: usize,
-    end: SolverEnd,
-}
-
-/// Solves way after way, in the order of their bounds, until no other can be better.
-fn best(
-    task: &Task,
-    plane: &Plane,
-    limits: &Limits,
-) -> Result<Result<Best, NoSchedule>, SurveyFault> {
-    let mut ways = routes(plane, limits, None);
-    if ways.is_empty() {
-        let policy = &task.job.policy;
-        let ignores = |line, rpm| ignored_speeds(policy, line).any(|strip| strip.contains(rpm));
-        ways = routes(plane, limits, Some(&Hurt::new(hurt(task, plane)?, &ignores)));
-    }
-    let mut best: Option<Best> = None;
-    let mut why = NoSchedule::NoWay;
-    let mut tried = 0;
-    for way in ways {
-        // With ramps the order is that of what hurts, and the first that can be run is the one.
-        let is_settled = best
-            .as_ref()
-            .is_some_and(|best| !best.ramps.is_empty() || way.at_least >= best.objective);
-        if is_settled {
-            break;
-        }
-        tried += 1;
-        let (rpm, end) = match solve(&plane.s, &way.bounds, limits) {
-            Ok(solved) => solved,
-            // Whatever stopped the solver, there may be another way.
-            Err(end) => {
-                why = NoSchedule::Solver(end);
-                continue;
-            }
-        };
-        let objective = objective(&plane.s, &rpm, limits.programmed_rpm);
-        if best.as_ref().is_none_or(|best| objective < best.objective) {
-            best = Some(Best { rpm, objective, ramps: way.ramps, tried, end });
-        }
-    }
-    Ok(best.map(|best| Best { tried, ..best }).ok_or(why))
-}
-
-/// Per cell, what it hurts to be in the band of each mode.
-fn hurt(task: &Task, plane: &Plane) -> Result<Vec<Bands>, SurveyFault> {
-    let Task { job, path, lines, .. } = *task;
-    let policy = &job.policy;
-    let middles = plane.s.windows(2).map(|side| 0.5 * (side[0] + side[1])).collect();
-    let survey = Survey::take(path, middles, Detail::TipResponse, &|_| {})?;
-    let mut cells = Vec::with_capacity(plane.corridors.len());
-    for (side, station) in plane.s.windows(2).zip(survey.stations()) {
-        let in_air = is_idle(task, side[0]) && is_idle(task, side[1]);
-        let share = (side[1] - side[0]) * if in_air { AIR_HURT } else { 1.0 };
-        let mut bands = Vec::new();
-        for (hz, &tip) in station.frequencies_hz.iter().zip(station.tip_m_per_n) {
-            for &line in lines {
-                let rpm = |hz: f64| rpm_from_hz(hz) / f64::from(line.order);
-                let low_rpm = rpm(hz * (1.0 - policy.wide()));
-                let high_rpm = rpm(hz * (1.0 + policy.wide()));
-                if !policy.is_faint(tip) {
-                    bands.push((Speeds { low_rpm, high_rpm }, line, share * tip));
-                }
-            }
-        }
-        cells.push(bands);
-    }
-    Ok(cells)
-}
-
-/// Whether the move run at `s` is one in the air.
-pub(in crate::advice) fn is_air(operation: &Operation, path: &Path, s: f64) -> bool {
-    path.feed_m_per_s_at(s) > AIR_FEED * operation.feed_m_per_s
-}
-
-/// Whether nothing cuts at `s`: the move is one in the air, or the spindle stands.
-fn is_idle(task: &Task, s: f64) -> bool {
-    task.counting.turning.stands_at(s) || is_air(task.operation, task.path, s)
-}
-
 /// Points of a schedule, without those on the straight line between others.
 fn thinned(s: &[f64], rpm: &[f64], limits: &Limits) -> Vec<(f64, f64)> {
-    let rounded = |rpm: f64| (rpm * PARTS_PER_RPM).round() / PARTS_PER_RPM;
-    let points: Vec<(f64, f64)> = s
-        .iter()
-        .zip(rpm)
-        .map(|(&s, &rpm)| (s, rounded(rpm).clamp(limits.min_rpm, limits.max_rpm)))
-        .collect();
+    /// Rounding takes this share of what the acceleration allows between two points at most.
+    const FELT: f64 = 1e-4;
+    let is_felt = |i: usize| FELT * limits.slope_rpm * (s[i + 1] - s[i]) * PARTS_PER_RPM < 1.0;
+    let rounded = |i: usize| {
+        let near = [i.checked_sub(1), (i + 1 < s.len()).then_some(i)];
+        if near.into_iter().flatten().any(is_felt) {
+            rpm[i]
+        } else {
+            (rpm[i] * PARTS_PER_RPM).round() / PARTS_PER_RPM
+        }
+    };
+    let points: Vec<(f64, f64)> =
+        (0..s.len()).map(|i| (s[i], rounded(i).clamp(limits.min_rpm, limits.max_rpm))).collect();
     let mut kept: Vec<(f64, f64)> = points.first().copied().into_iter().collect();
     let mut from = 0;
     for to in 2..points.len() {
@@ -431,26 +388,71 @@ fn separation(task: &Task, speed: &SpindleSpeed, survey: &Survey) -> Option<f64>
     least
 }
 
-fn exposure(task: &Task, speed: &SpindleSpeed, feed_m_per_s: f64, crossing: Crossing) -> Exposure {
-    let Task { job, operation, path, tip, .. } = *task;
-    let duration_s = path.duration_s() * operation.feed_m_per_s / feed_m_per_s;
-    let ends: Vec<f64> = std::iter::once(crossing.from_s)
-        .chain(speed.corners().filter(|s| *s > crossing.from_s && *s < crossing.to_s))
-        .chain([crossing.to_s])
-        .collect();
-    let rpm: Vec<f64> = ends.iter().map(|&s| speed.rpm_at(s)).collect();
-    let turns = hz_from_rpm(mean(&ends, &rpm)) * duration_s;
-    let is_in_air = ends.iter().all(|&s| is_idle(task, s));
-    let tip_amplitude_m = tip.map(|tip| {
-        let at = crossing.closest_s;
-        let chip = Chip::Feed(feed_m_per_s);
-        if is_in_air { 0.0 } else { tip.amplitude_near(at, speed.rpm_at(at), chip) }
-    });
-    Exposure {
-        tip_amplitude_m,
-        seconds: (crossing.to_s - crossing.from_s) * duration_s,
-        tooth_impacts: turns * f64::from(job.tool.teeth),
-        is_in_air,
-        crossing,
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn schedule(points: &[(f64, f64)]) -> Schedule {
+        Schedule {
+            points: points.to_vec(),
+            feed_m_per_s: 0.01,
+            duration_s: 10.0,
+            coupling: Coupling::Asked,
+            acceleration_rpm_per_s: 500.0,
+            is_acceleration_assumed: false,
+            follows: Objective::Nearest,
+            target_rpm: 1000.0,
+            half_width: 0.1,
+            objective: 0.0,
+            solved_for_s: 10.0,
+            corridors_tried: 1,
+            solver: SolverEnd::Solved,
+            separation: Some(0.12),
+            exposures: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn a_hundredth_of_a_rev_per_minute_is_what_a_solver_leaves() {
+        let near = schedule(&[(0.0, 1000.0), (0.4, 1000.0099), (1.0, 999.9901)]);
+        assert!(near.is_constant(1000.0));
+        for off in [1000.0101, 999.9899] {
+            assert!(!schedule(&[(0.0, 1000.0), (0.4, off), (1.0, 1000.0)]).is_constant(1000.0));
+        }
+        // One speed throughout, but another one.
+        assert!(!schedule(&[(0.0, 1000.5), (1.0, 1000.5)]).is_constant(1000.0));
+    }
+
+    #[test]
+    fn a_schedule_for_the_margin_must_beat_the_constant_speed() {
+        let of = |separation| super::super::Constant {
+            rpm: 1000.0,
+            feed_m_per_s: 0.01,
+            separation,
+            is_programmed: false,
+        };
+        let plan = Schedule { follows: Objective::Margin, ..schedule(&[(0.0, 9.0), (1.0, 8.0)]) };
+        assert!(plan.gains_nothing_on(&of(Some(0.12))) && plan.gains_nothing_on(&of(None)));
+        assert!(!plan.gains_nothing_on(&of(Some(0.1199))));
+        let nearest = Schedule { follows: Objective::Nearest, ..plan };
+        assert!(!nearest.gains_nothing_on(&of(Some(0.13))));
+    }
+
+    /// Corners stay, what lies on a line goes, and ends of a fast ramp keep all their digits.
+    #[test]
+    fn points_are_thinned_but_ramps_are_not() {
+        let limits = Limits {
+            programmed_rpm: 1000.0,
+            target_rpm: 1000.0,
+            slope_rpm: 1e6,
+            min_rpm: 100.0,
+            max_rpm: 6000.0,
+        };
+        let s = [0.0, 0.25, 0.5, 0.5 + 1e-9, 0.75, 1.0];
+        let end_rpm = 1_002.000_999_912_3;
+        let rpm = [1000.0, 1001.0, 1002.0, end_rpm, end_rpm, end_rpm];
+        let found = thinned(&s, &rpm, &limits);
+        let expected = [(0.0, 1000.0), (0.5, 1002.0), (0.5 + 1e-9, end_rpm), (1.0, 1002.001)];
+        assert_eq!(found, expected);
     }
 }

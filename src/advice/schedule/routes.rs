@@ -3,10 +3,14 @@
 //!
 //! A dynamic programme over the sides of the cells. A state is what a spindle can have reached by a
 //! corridor: an interval of speeds, since corridors are convex and acceleration is bounded. It carries a
-//! bound below the objective of every speed that goes this way: the squared distance from the programmed
-//! speed to what can be reached, over time. States that are worse in every respect than another are
+//! bound below the objective of every speed that goes this way: the squared distance from the target to
+//! what can be reached, over time. States that are worse in every respect than another are
 //! dropped; so the ways come out in the order of their bounds, and none that can be the best is lost
 //! (but for the cap on states kept at one place).
+//!
+//! A ramp through a band starts at a side of a cell, on the edge of a corridor, and ends where its straight line
+//! comes into the next corridor, wherever in a cell that is: however fast the spindle, it is in the band for
+//! as long as the band is wide at full acceleration, and no longer.
 
 use super::super::speeds::Speeds;
 use super::cells::{Plane, Trapezium};
@@ -24,9 +28,12 @@ const MOST_STARTS: usize = 6;
 /// What the search goes by.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Limits {
+    /// Speeds are told as a share of it.
     pub(super) programmed_rpm: f64,
-    /// Largest change of speed from one side of a cell to the next, rev/min.
-    pub(super) step_rpm: f64,
+    /// The speed to stay near to.
+    pub(super) target_rpm: f64,
+    /// Largest change of speed over the whole path, rev/min.
+    pub(super) slope_rpm: f64,
     /// The spindle's own.
     pub(super) min_rpm: f64,
     pub(super) max_rpm: f64,
@@ -35,15 +42,17 @@ pub(super) struct Limits {
 /// A way through the plane.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Route {
-    /// Per side of a cell, the speeds that the way leaves open.
+    /// The sides of the cells, and the places where ramps end.
+    pub(super) s: Vec<f64>,
+    /// At each, the speeds that the way leaves open.
     pub(super) bounds: Vec<Speeds>,
-    /// No speed on this way has a smaller sum of squared relative distances to the programmed one.
+    /// No speed on this way has a smaller sum of squared relative distances to the target.
     pub(super) at_least: f64,
-    /// Ramps through bands: first and last side.
-    pub(super) ramps: Vec<(usize, usize)>,
+    /// Ramps through bands: where they start and end.
+    pub(super) ramps: Vec<[f64; 2]>,
 }
 
-/// Per cell, how much it hurts to be in the band of a line and mode there.
+/// Per cell, how much it hurts to be in the band of a line and mode there, over the whole path.
 pub(super) type Bands = Vec<(Speeds, ExcitationLine, f64)>;
 
 /// What a ramp through bands costs.
@@ -65,6 +74,50 @@ impl<'a> Hurt<'a> {
             .filter(|(speeds, line, _)| speeds.contains(rpm) && !(self.ignores)(*line, rpm))
             .fold(0.0, |worst, (_, _, hurt)| worst.max(*hurt))
     }
+
+    /// On a piece of a ramp in one cell, looked at in so many places.
+    fn along(&self, cell: usize, ramp: &Ramp, [from_s, to_s]: [f64; 2], places: usize) -> f64 {
+        let step = (to_s - from_s) / places as f64;
+        let rpm = |i: usize| ramp.rpm_at(from_s + (i as f64 + 0.5) * step);
+        (0..places).map(|i| self.at(cell, rpm(i)) * step).sum()
+    }
+}
+
+/// A straight line at full acceleration.
+#[derive(Debug, Clone, Copy)]
+struct Ramp {
+    from_s: f64,
+    from_rpm: f64,
+    slope_rpm: f64,
+}
+
+impl Ramp {
+    fn rpm_at(&self, s: f64) -> f64 {
+        self.from_rpm + self.slope_rpm * (s - self.from_s)
+    }
+
+    /// Where in a cell the line comes into a corridor out of a band: through its edge, or through the cell's left
+    /// side if the line `comes` from another cell.
+    fn enters(
+        &self,
+        [left_s, right_s]: [f64; 2],
+        corridor: &Trapezium,
+        comes: bool,
+    ) -> Option<f64> {
+        let [left, right] = [left_s, right_s].map(|s| self.rpm_at(s));
+        if comes && corridor.left.contains(left) {
+            return Some(left_s);
+        }
+        let [before, after, beyond] = if self.slope_rpm > 0.0 {
+            let Trapezium { left: l, right: r } = corridor;
+            [left - l.low_rpm, right - r.low_rpm, r.high_rpm - r.low_rpm]
+        } else {
+            let Trapezium { left: l, right: r } = corridor;
+            [l.high_rpm - left, r.high_rpm - right, r.high_rpm - r.low_rpm]
+        };
+        let crosses = before < 0.0 && after >= 0.0 && beyond >= 0.0;
+        crosses.then(|| left_s + (right_s - left_s) * before / (before - after))
+    }
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -73,13 +126,13 @@ enum Step {
         cell: usize,
         index: usize,
     },
-    /// At full acceleration from one side to another, ending at a speed that may be held back.
+    /// At full acceleration from a side of a cell to where it comes into a corridor.
     Ramp {
         from: usize,
-        to: usize,
-        start_rpm: f64,
-        end_rpm: f64,
-        rises: bool,
+        ramp: Ramp,
+        cell: usize,
+        index: usize,
+        end_s: f64,
     },
 }
 
@@ -111,7 +164,7 @@ impl State {
 }
 
 /// Ways through the plane, the most promising first: those with the fewest ramps through bands, of these
-/// the ones that hurt least, of these the ones nearest to the programmed speed. Ramps are sought only
+/// the ones that hurt least, of these the ones nearest to the target. Ramps are sought only
 /// with `hurt`.
 pub(super) fn routes(plane: &Plane, limits: &Limits, hurt: Option<&Hurt>) -> Vec<Route> {
     let cells = plane.corridors.len();
@@ -121,10 +174,11 @@ pub(super) fn routes(plane: &Plane, limits: &Limits, hurt: Option<&Hurt>) -> Vec
     at[0].push(State { crossings: 0, hurt: 0.0, cost: 0.0, reach: everything, step: None });
     for cell in 0..cells {
         let states = prune(std::mem::take(&mut at[cell]), MOST_STATES);
-        let weight = 0.5 * (plane.s[cell + 1] - plane.s[cell]);
+        let width = plane.s[cell + 1] - plane.s[cell];
+        let (weight, step_rpm) = (0.5 * width, limits.slope_rpm * width);
         for state in &states {
             for (index, corridor) in plane.corridors[cell].iter().enumerate() {
-                let Some((from, reach)) = run(&state.reach, corridor, limits.step_rpm) else {
+                let Some((from, reach)) = run(&state.reach, corridor, step_rpm) else {
                     continue;
                 };
                 let cost = state.cost + weight * (away(from, limits) + away(reach, limits));
@@ -148,7 +202,7 @@ pub(super) fn routes(plane: &Plane, limits: &Limits, hurt: Option<&Hurt>) -> Vec
     let mut ends = std::mem::take(&mut at[cells]);
     ends.sort_by(State::key);
     ends.truncate(MOST_ROUTES);
-    ends.iter().map(|end| trace(plane, limits, &steps, end)).collect()
+    ends.iter().map(|end| trace(plane, &steps, end)).collect()
 }
 
 /// What can be reached at the right side of a corridor, and from where at its left.
@@ -163,10 +217,10 @@ fn shared(a: Speeds, b: Speeds) -> Option<Speeds> {
     (both.low_rpm <= both.high_rpm).then_some(both)
 }
 
-/// Squared relative distance from the programmed speed.
+/// Squared relative distance from the target.
 fn away(reach: Speeds, limits: &Limits) -> f64 {
-    let p = limits.programmed_rpm;
-    ((p.clamp(reach.low_rpm, reach.high_rpm) - p) / p).powi(2)
+    let target = limits.target_rpm;
+    ((target.clamp(reach.low_rpm, reach.high_rpm) - target) / limits.programmed_rpm).powi(2)
 }
 
 /// The best states, without those that another one covers.
@@ -181,7 +235,8 @@ fn prune(mut states: Vec<State>, most: usize) -> Vec<State> {
     kept
 }
 
-/// The ramp at full acceleration that leaves free space at side `from`, to the first corridor that it meets.
+/// The ramp at full acceleration that leaves free space at side `from`, to the first corridor that it meets,
+/// and the side after it.
 fn ramp(
     plane: &Plane,
     limits: &Limits,
@@ -190,58 +245,74 @@ fn ramp(
     from: usize,
     rises: bool,
 ) -> Option<(usize, State, Step)> {
-    let (start_rpm, slope) = if rises {
-        (state.reach.high_rpm, limits.step_rpm)
+    /// Places in which the first cell is looked at: a fast spindle is through a band within it.
+    const LOOKS: usize = 8;
+    let (from_rpm, slope_rpm) = if rises {
+        (state.reach.high_rpm, limits.slope_rpm)
     } else {
-        (state.reach.low_rpm, -limits.step_rpm)
+        (state.reach.low_rpm, -limits.slope_rpm)
     };
-    let speed = |side: usize| start_rpm + slope * (side - from) as f64;
-    let first = Speeds { low_rpm: speed(from + 1), high_rpm: speed(from + 1) };
-    let is_free = plane.corridors[from].iter().any(|corridor| {
-        corridor.left.contains(start_rpm) && shared(first, corridor.right).is_some()
-    });
+    let ramp = Ramp { from_s: plane.s[from], from_rpm, slope_rpm };
+    let first = ramp.rpm_at(plane.s[from + 1]);
+    let is_free = plane.corridors[from]
+        .iter()
+        .any(|corridor| corridor.left.contains(from_rpm) && corridor.right.contains(first));
     if is_free {
         return None;
     }
     let mut hurts = 0.0;
-    for to in from + 1..=plane.corridors.len() {
-        let rpm = speed(to);
-        hurts += hurt.at(to - 1, 0.5 * (speed(to - 1) + rpm));
-        // Where the ramp is inside a corridor, or would have passed through it since the side before.
-        let side = |corridor: &Trapezium, to: usize| {
-            if to < plane.corridors.len() { corridor.left } else { corridor.right }
-        };
-        let cell = to.min(plane.corridors.len() - 1);
-        let before = speed(to - 1);
-        let landing = plane.corridors[cell].iter().map(|corridor| side(corridor, to)).find(|gap| {
-            if rises {
-                gap.high_rpm > before && gap.low_rpm <= rpm
-            } else {
-                gap.low_rpm < before && gap.high_rpm >= rpm
-            }
-        });
-        if let Some(gap) = landing {
-            let end_rpm = rpm.clamp(gap.low_rpm, gap.high_rpm);
+    for cell in from..plane.corridors.len() {
+        let sides = [plane.s[cell], plane.s[cell + 1]];
+        let looks = if cell == from { LOOKS } else { 1 };
+        let landing = plane.corridors[cell]
+            .iter()
+            .enumerate()
+            .filter_map(|(index, gap)| Some((index, ramp.enters(sides, gap, cell > from)?)))
+            .min_by(|a, b| a.1.total_cmp(&b.1));
+        if let Some((index, end_s)) = landing {
+            let end_rpm = ramp.rpm_at(end_s);
+            let point = Speeds { low_rpm: end_rpm, high_rpm: end_rpm };
+            let step_rpm = limits.slope_rpm * (sides[1] - end_s);
+            let (_, reach) =
+                run(&point, &plane.corridors[cell][index].from(sides, end_s), step_rpm)?;
+            hurts += hurt.along(cell, &ramp, [sides[0], end_s], looks);
             let next = State {
                 crossings: state.crossings + 1,
                 hurt: state.hurt + hurts,
                 cost: state.cost,
-                reach: Speeds { low_rpm: end_rpm, high_rpm: end_rpm },
+                reach,
                 step: None,
             };
-            return Some((to, next, Step::Ramp { from, to, start_rpm, end_rpm, rises }));
+            return Some((cell + 1, next, Step::Ramp { from, ramp, cell, index, end_s }));
         }
-        if !(limits.min_rpm..=limits.max_rpm).contains(&rpm) {
+        hurts += hurt.along(cell, &ramp, sides, looks);
+        if !(limits.min_rpm..=limits.max_rpm).contains(&ramp.rpm_at(sides[1])) {
             return None;
         }
     }
     None
 }
 
+impl Trapezium {
+    /// What of it lies behind `s`, between the sides of its cell; never empty at `s` but for rounding.
+    fn from(&self, [left_s, right_s]: [f64; 2], s: f64) -> Self {
+        /// rev/min: what rounding may take from a place on an edge.
+        const HAIR: f64 = 1e-6;
+        let u = (s - left_s) / (right_s - left_s);
+        let at = |a: f64, b: f64| a + (b - a) * u;
+        let left = Speeds {
+            low_rpm: at(self.left.low_rpm, self.right.low_rpm) - HAIR,
+            high_rpm: at(self.left.high_rpm, self.right.high_rpm) + HAIR,
+        };
+        Self { left, right: self.right }
+    }
+}
+
 /// The bounds that a way leaves, from its steps.
-fn trace(plane: &Plane, limits: &Limits, steps: &[(Option<usize>, Step)], end: &State) -> Route {
+fn trace(plane: &Plane, steps: &[(Option<usize>, Step)], end: &State) -> Route {
     let everything = Speeds { low_rpm: f64::NEG_INFINITY, high_rpm: f64::INFINITY };
     let mut bounds = vec![everything; plane.s.len()];
+    let mut landings: Vec<(f64, Speeds)> = Vec::new();
     let mut ramps = Vec::new();
     let narrow = |bound: &mut Speeds, by: Speeds| {
         bound.low_rpm = bound.low_rpm.max(by.low_rpm);
@@ -255,19 +326,26 @@ fn trace(plane: &Plane, limits: &Limits, steps: &[(Option<usize>, Step)], end: &
                 narrow(&mut bounds[cell], corridor.left);
                 narrow(&mut bounds[cell + 1], corridor.right);
             }
-            Step::Ramp { from, to, start_rpm, end_rpm, rises } => {
-                let slope = if rises { limits.step_rpm } else { -limits.step_rpm };
-                let sides = bounds.iter_mut().enumerate().take(to + 1).skip(from);
-                for (side, bound) in sides {
-                    let rpm = start_rpm + slope * (side - from) as f64;
-                    let rpm = if side == to { end_rpm } else { rpm };
-                    *bound = Speeds { low_rpm: rpm, high_rpm: rpm };
+            Step::Ramp { from, ramp, cell, index, end_s } => {
+                let given = |s: f64| Speeds { low_rpm: ramp.rpm_at(s), high_rpm: ramp.rpm_at(s) };
+                for (bound, &s) in bounds.iter_mut().zip(plane.s).take(cell + 1).skip(from) {
+                    *bound = given(s);
                 }
-                ramps.push((from, to));
+                if end_s >= plane.s[cell + 1] {
+                    bounds[cell + 1] = given(end_s);
+                } else if end_s > plane.s[cell] {
+                    landings.push((end_s, given(end_s)));
+                }
+                narrow(&mut bounds[cell + 1], plane.corridors[cell][index].right);
+                ramps.push([ramp.from_s, end_s]);
             }
         }
         at = *before;
     }
     ramps.reverse();
-    Route { bounds, at_least: end.cost, ramps }
+    let sides = plane.s.iter().copied().zip(bounds);
+    let mut all: Vec<(f64, Speeds)> = sides.chain(landings).collect();
+    all.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let (s, bounds) = all.into_iter().unzip();
+    Route { s, bounds, at_least: end.cost, ramps }
 }

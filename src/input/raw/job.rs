@@ -167,16 +167,16 @@ pub(in crate::input) struct Cutting {
 #[serde(deny_unknown_fields)]
 pub(in crate::input) struct Coefficients {
     /// Tangential, N/mm².
-    #[schemars(required, extend("exclusiveMinimum" = 0, "examples" = [631]))]
+    #[schemars(required, extend("exclusiveMinimum" = 0, "maximum" = 100000, "examples" = [631]))]
     pub(in crate::input) ktc_n_per_mm2: Option<f64>,
     /// Radial, N/mm².
-    #[schemars(required, extend("minimum" = 0, "examples" = [99]))]
+    #[schemars(required, extend("minimum" = 0, "maximum" = 100000, "examples" = [99]))]
     pub(in crate::input) krc_n_per_mm2: Option<f64>,
     /// Tangential at the edge, N/mm; 0 if absent.
-    #[schemars(extend("minimum" = 0, "default" = 0))]
+    #[schemars(extend("minimum" = 0, "maximum" = 10000, "default" = 0))]
     pub(in crate::input) kte_n_per_mm: Option<f64>,
     /// Radial at the edge, N/mm; 0 if absent.
-    #[schemars(extend("minimum" = 0, "default" = 0))]
+    #[schemars(extend("minimum" = 0, "maximum" = 10000, "default" = 0))]
     pub(in crate::input) kre_n_per_mm: Option<f64>,
 }
 

@@ -87,6 +87,7 @@ impl<'a> Reader<'a> {
             return Err(format!("F is {feed}, must be positive"));
         }
         let mm = self.mm(feed);
+        self.log.feed(matches!(self.feed, Feed::PerRevolution(_)));
         match &mut self.feed {
             Feed::PerMinute(value) | Feed::PerRevolution(value) => *value = Some(mm),
             Feed::InverseTime => {}

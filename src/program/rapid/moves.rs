@@ -77,6 +77,7 @@ impl<'a> Interpreter<'a> {
                     let what = "MoveJ \\T: the way is taken to be as long as the straight line";
                     self.log.notice(line, what);
                 }
+                self.log.feed(false);
                 timed_feed(seconds, &last.with(&tcp), via.as_ref(), &end)?
             }
             (Some(_), _) => {
@@ -254,6 +255,7 @@ impl<'a> Interpreter<'a> {
         let (share, limit) = self.velocity;
         let mm_per_s = (mm_per_s * share).min(limit);
         if mm_per_s > 0.0 && mm_per_s.is_finite() {
+            self.log.feed(false);
             Ok(m_per_s_from_mm_per_s(mm_per_s))
         } else {
             Err(format!("speed is {mm_per_s} mm/s, must be positive"))

@@ -41,6 +41,8 @@ pub(in crate::report) struct Advice<'a> {
     separation_percent: Number,
     /// How far the model can be trusted.
     model: Model,
+    /// What was asked for: what makes one speed better than another.
+    objective: ObjectiveName,
     /// One entry an operation, in the order of the job.
     operations: Vec<Operation<'a>>,
 }
@@ -59,6 +61,29 @@ struct Model {
     calibrated: bool,
     /// What it may be wrong by, in percent of each frequency.
     uncertainty_percent: Number,
+}
+
+/// `nearest`: to the programmed speed. `margin`: farthest from every mode and line. `highest`. `vibration`: of the
+/// tool tip, the least.
+#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[schemars(inline)]
+enum ObjectiveName {
+    Nearest,
+    Margin,
+    Highest,
+    Vibration,
+}
+
+impl From<advice::Objective> for ObjectiveName {
+    fn from(objective: advice::Objective) -> Self {
+        match objective {
+            advice::Objective::Nearest => Self::Nearest,
+            advice::Objective::Margin => Self::Margin,
+            advice::Objective::Highest => Self::Highest,
+            advice::Objective::Vibration => Self::Vibration,
+        }
+    }
 }
 
 /// `constant`: run at recommended_rpm. `scheduled`: run the schedule. `infeasible`: no speed is safe.
@@ -108,6 +133,10 @@ struct Operation<'a> {
     /// The programmed speed (the mean over time of a programmed schedule).
     programmed_rpm: Number,
     programmed_feed_mm_per_min: Number,
+    /// Whether a program states feeds of its own per minute or second: these are to be scaled like the feed.
+    program_has_own_feeds: bool,
+    /// Whether a program states feeds per revolution: they follow the spindle speed by themselves.
+    program_has_feeds_per_revolution: bool,
     /// The speeds between the safe ones, and what closes them.
     closed_speeds: Vec<Closed>,
     /// Frequencies that each mode covers along the path.
@@ -287,8 +316,9 @@ struct ScheduleFacts {
     /// Time from s = 0 to s = 1 at the recommended feed.
     duration_s: Number,
     /// What became of the feed. `mean_chip_load`: it keeps the mean chip load. Otherwise it stays as
-    /// programmed: `asked` for; the program has feeds of its own (`own_feeds`); turns on the spot take their
-    /// time whatever the feed (`stands_still`); the duration did not settle (`not_settled`).
+    /// programmed: `asked` for; the program has feeds of its own (`own_feeds`); its rapid moves (`rapids`) or turns
+    /// on the spot (`stands_still`) take their time whatever the feed; a slower one would draw out the crossing of
+    /// a band (`crosses`); the duration did not settle (`not_settled`).
     feed: FeedName,
     /// How often it was solved until the duration settled; null where the feed stays.
     feed_rounds: Option<usize>,
@@ -297,14 +327,27 @@ struct ScheduleFacts {
     /// The acceleration that is kept, and whether the job gives none, so that it is assumed.
     acceleration_rpm_per_s: Number,
     acceleration_is_assumed: bool,
-    /// What was minimised: mean square of the relative distance from the programmed speed, plus 1e-3 times the
-    /// mean square of its slope over s.
+    /// The objective that it follows: what was asked for, but `nearest` where vibration was, or where a band is
+    /// crossed and margin was.
+    follows: ObjectiveName,
+    /// The speed that it stays near to.
+    target_rpm: Number,
+    /// Half width of the bands that it keeps out of, in percent of each frequency: the policy's and the model's, or
+    /// the widest that leave a way where it follows the margin.
+    half_width_percent: Number,
+    /// What was minimised: mean square of the distance from target_rpm as a share of the programmed speed, plus 1e-3
+    /// times the mean square of the speed's slope over s.
     objective: Number,
+    /// The duration for which it was minimised: where a band is crossed it is duration_s within 0.01 %, so the
+    /// acceleration is used to the full.
+    solved_for_s: Number,
     /// Ways between the bands for which it was minimised.
     corridors_tried: usize,
     solver: SolverName,
     /// Where bands are crossed because they must be; empty where the schedule keeps out of all of them.
     exposures: Vec<Exposure>,
+    /// The exposures, one for each time that a line goes through a mode's band.
+    passages: Vec<Passage>,
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
@@ -314,7 +357,9 @@ enum FeedName {
     MeanChipLoad,
     Asked,
     OwnFeeds,
+    Rapids,
     StandsStill,
+    Crosses,
     NotSettled,
 }
 
@@ -351,6 +396,47 @@ struct Exposure {
     tip_response_um_per_n: Number,
     /// What the cutting force moves the tool tip there; null where the job does not tell enough of the cut.
     tip_amplitude_um: Option<Number>,
+}
+
+/// A line going once through a mode's widened band.
+#[derive(Debug, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct Passage {
+    mode: usize,
+    source: SourceName,
+    harmonic: u32,
+    /// Where it enters and leaves the band, and at which speeds.
+    from_s: Number,
+    to_s: Number,
+    from_rpm: Number,
+    to_rpm: Number,
+    seconds: Number,
+    /// Of this, seconds in the band itself, not only in what the model's uncertainty adds to it.
+    certain_seconds: Number,
+    tooth_impacts: Number,
+    in_air: bool,
+    tip_response_um_per_n: Number,
+    tip_amplitude_um: Option<Number>,
+}
+
+impl From<&advice::Passage> for Passage {
+    fn from(passage: &advice::Passage) -> Self {
+        Self {
+            mode: passage.mode,
+            source: passage.line.source.into(),
+            harmonic: passage.line.harmonic,
+            from_s: Number(passage.ends_s[0]),
+            to_s: Number(passage.ends_s[1]),
+            from_rpm: Number(passage.ends_rpm[0]),
+            to_rpm: Number(passage.ends_rpm[1]),
+            seconds: Number(passage.seconds),
+            certain_seconds: Number(passage.certain_s),
+            tooth_impacts: Number(passage.tooth_impacts),
+            in_air: passage.is_in_air,
+            tip_response_um_per_n: Number(um_per_n_from_m_per_n(passage.tip_response_m_per_n)),
+            tip_amplitude_um: passage.tip_amplitude_m.map(|m| Number(um_from_m(m))),
+        }
+    }
 }
 
 /// Speeds without a safe one among them.
@@ -400,6 +486,7 @@ impl<'a> From<&'a AdvisedJob> for Advice<'a> {
                 calibrated: advice.calibrated,
                 uncertainty_percent: Number(percent_from_ratio(advice.model_uncertainty)),
             },
+            objective: advice.options.objective.into(),
             operations: advice.operations.iter().map(|operation| of(job, operation)).collect(),
         }
     }
@@ -444,6 +531,8 @@ fn of<'a>(job: &AdvisedJob, operation: &'a OperationAdvice) -> Operation<'a> {
         programmed_feed_mm_per_min: Number(mm_per_min_from_m_per_s(
             operation.programmed_feed_m_per_s,
         )),
+        program_has_own_feeds: operation.program_feeds.per_time,
+        program_has_feeds_per_revolution: operation.program_feeds.per_revolution,
         closed_speeds: operation.set.closed.iter().map(Closed::from).collect(),
         mode_ranges: operation.mode_ranges.iter().map(Range::from).collect(),
     }
@@ -452,7 +541,12 @@ fn of<'a>(job: &AdvisedJob, operation: &'a OperationAdvice) -> Operation<'a> {
 fn facts(operation: &OperationAdvice, plan: &Schedule) -> ScheduleFacts {
     let rounds = match plan.coupling {
         Coupling::MeanChipLoad { rounds } => Some(rounds),
-        Coupling::Asked | Coupling::OwnFeeds | Coupling::StandsStill | Coupling::NotSettled => None,
+        Coupling::Asked
+        | Coupling::OwnFeeds
+        | Coupling::Rapids
+        | Coupling::StandsStill
+        | Coupling::Crosses
+        | Coupling::NotSettled => None,
     };
     let (low, high) = plan.chip_load_ratios(operation);
     ScheduleFacts {
@@ -461,14 +555,20 @@ fn facts(operation: &OperationAdvice, plan: &Schedule) -> ScheduleFacts {
             Coupling::MeanChipLoad { .. } => FeedName::MeanChipLoad,
             Coupling::Asked => FeedName::Asked,
             Coupling::OwnFeeds => FeedName::OwnFeeds,
+            Coupling::Rapids => FeedName::Rapids,
             Coupling::StandsStill => FeedName::StandsStill,
+            Coupling::Crosses => FeedName::Crosses,
             Coupling::NotSettled => FeedName::NotSettled,
         },
         feed_rounds: rounds,
         chip_load_percent: [low, high].map(|ratio| Number(percent_from_ratio(ratio))),
         acceleration_rpm_per_s: Number(plan.acceleration_rpm_per_s),
         acceleration_is_assumed: plan.is_acceleration_assumed,
+        follows: plan.follows.into(),
+        target_rpm: Number(plan.target_rpm),
+        half_width_percent: Number(percent_from_ratio(plan.half_width)),
         objective: Number(plan.objective),
+        solved_for_s: Number(plan.solved_for_s),
         corridors_tried: plan.corridors_tried,
         solver: match plan.solver {
             SolverEnd::Solved => SolverName::Solved,
@@ -479,6 +579,7 @@ fn facts(operation: &OperationAdvice, plan: &Schedule) -> ScheduleFacts {
             SolverEnd::Unexpected => SolverName::Unexpected,
         },
         exposures: plan.exposures.iter().map(Exposure::from).collect(),
+        passages: plan.passages().iter().map(Passage::from).collect(),
     }
 }
 

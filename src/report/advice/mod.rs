@@ -8,7 +8,7 @@ mod words;
 use std::path::PathBuf;
 
 use crate::advice::{JobAdvice, NoVibration};
-use crate::job::{Job, Spindle};
+use crate::job::{Job, Levers, Operation, Spindle};
 
 /// A job and what to do about it: all that the renderers need, without the model.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,6 +19,10 @@ pub struct AdvisedJob {
     pub file: PathBuf,
     /// The spindle.
     pub spindle: Spindle,
+    /// What the job offers to be changed.
+    pub levers: Levers,
+    /// Per operation, whether its path is one of poses alone, which can be turned and moved.
+    pub has_poses: Vec<bool>,
     /// What to do.
     pub advice: JobAdvice,
 }
@@ -26,7 +30,14 @@ pub struct AdvisedJob {
 impl AdvisedJob {
     /// Puts together what was asked and what was found.
     pub fn new(job: &Job, advice: JobAdvice) -> Self {
-        Self { name: job.name.clone(), file: job.file.clone(), spindle: job.spindle, advice }
+        Self {
+            name: job.name.clone(),
+            file: job.file.clone(),
+            spindle: job.spindle,
+            levers: job.levers.clone(),
+            has_poses: job.operations.iter().map(Operation::has_poses).collect(),
+            advice,
+        }
     }
 }
 

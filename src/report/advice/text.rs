@@ -2,6 +2,7 @@
 
 use super::{AdvisedJob, words};
 use crate::advice::{Closure, FeedRule, NoVibration, OperationAdvice, Remedy, Schedule};
+use crate::job::Levers;
 use crate::report::style;
 use crate::report::words::{percent, round_percent, trimmed};
 use crate::units::mm_per_min_from_m_per_s;
@@ -25,11 +26,11 @@ pub fn advice(job: &AdvisedJob, colour: bool) -> String {
     }
     text.push('\n');
     push_fact(2, "model", &model(job), &mut text);
-    push_fact(2, "next", next(job), &mut text);
+    push_fact(2, "next", &next(job), &mut text);
     text
 }
 
-fn next(job: &AdvisedJob) -> &'static str {
+fn next(job: &AdvisedJob) -> String {
     let operations = &job.advice.operations;
     let is_kept = |operation: &OperationAdvice| match &operation.remedy {
         Remedy::Constant(constant) => constant.is_programmed,
@@ -37,13 +38,37 @@ fn next(job: &AdvisedJob) -> &'static str {
         Remedy::Scheduled(_) | Remedy::Infeasible => false,
     };
     if !job.advice.is_clear() {
-        "pull one of the levers, then ask again; the job may offer more: tools_on_hand, work_object_shift, and \
-         free_axis_deg in an operation"
+        pull(job)
     } else if operations.iter().all(is_kept) {
-        "run the job as it is; this is no promise against chatter"
+        "run the job as it is; this is no promise against chatter".to_owned()
     } else {
         "write the job as advised with --write JOB2.yaml and check it; this is no promise against chatter"
+            .to_owned()
     }
+}
+
+/// What to do where a job cannot be run clear: pull a lever that is told, or offer one that the job does not yet.
+fn pull(job: &AdvisedJob) -> String {
+    let Levers { tools_on_hand, free_axis_rad, work_object_shift_m } = &job.levers;
+    let operations = job.advice.operations.iter().enumerate();
+    // Joint positions are neither turned nor moved.
+    let movable: Vec<usize> = operations
+        .filter(|(i, o)| !o.remedy.is_clear() && job.has_poses.get(*i) == Some(&true))
+        .map(|(i, _)| i)
+        .collect();
+    let is_fixed = |i: &usize| free_axis_rad.get(*i).is_none_or(Option::is_none);
+    let offers = [
+        (tools_on_hand.is_empty(), "tools_on_hand"),
+        (work_object_shift_m.is_none() && !movable.is_empty(), "work_object_shift"),
+        (movable.iter().any(is_fixed), "free_axis_deg in the operation"),
+    ];
+    let missing: Vec<&str> =
+        offers.iter().filter(|(is_missing, _)| *is_missing).map(|(_, key)| *key).collect();
+    let pull = "pull one of the levers, then ask again";
+    if missing.is_empty() {
+        return pull.to_owned();
+    }
+    format!("{pull}; the job may offer more: {}", missing.join(", "))
 }
 
 fn push_operation(job: &AdvisedJob, operation: &OperationAdvice, colour: bool, text: &mut String) {
@@ -80,9 +105,10 @@ fn push_operation(job: &AdvisedJob, operation: &OperationAdvice, colour: bool, t
     }
     let separation = match &operation.remedy {
         Remedy::Constant(constant) => Some(constant.separation),
-        Remedy::Scheduled(plan) => Some(plan.separation),
+        Remedy::Scheduled(plan) if plan.exposures.is_empty() => Some(plan.separation),
         Remedy::Kept(kept) => Some(kept.separation),
-        Remedy::Infeasible => None,
+        // What goes through a band keeps no distance.
+        Remedy::Scheduled(_) | Remedy::Infeasible => None,
     };
     if let Some(separation) = separation {
         let margin = match separation {
@@ -100,13 +126,9 @@ fn push_operation(job: &AdvisedJob, operation: &OperationAdvice, colour: bool, t
             let feed = format!("as programmed; chip load {} % of the programmed", percent(ratio));
             push_fact(4, "feed", &feed, text);
         }
-        Remedy::Constant(constant) if operation.runs_program && !constant.is_programmed => {
+        Remedy::Constant(constant) if operation.program_feeds.any() && !constant.is_programmed => {
             let ratio = constant.feed_m_per_s / operation.programmed_feed_m_per_s;
-            let feed = format!(
-                "the program's own feeds at {} % keep the chip load (--write-program, or the override)",
-                percent(ratio)
-            );
-            push_fact(4, "feed", &feed, text);
+            push_fact(4, "feed", &words::program_feeds(operation, ratio), text);
         }
         Remedy::Constant(_) | Remedy::Kept(_) | Remedy::Infeasible => {}
     }
@@ -129,17 +151,18 @@ fn push_operation(job: &AdvisedJob, operation: &OperationAdvice, colour: bool, t
 }
 
 fn push_schedule(operation: &OperationAdvice, plan: &Schedule, text: &mut String) {
-    for exposure in &plan.exposures {
-        push_fact(4, "crosses", &words::exposure(exposure), text);
+    for passage in plan.passages() {
+        push_fact(4, "crosses", &words::passage(&passage), text);
     }
     let (low, high) = plan.chip_load_ratios(operation);
-    let feed = format!(
-        "{}; chip load {}–{} % of the programmed",
-        words::coupling(plan),
-        round_percent(low),
-        round_percent(high)
-    );
-    push_fact(4, "feed", &feed, text);
+    let chip_load = if operation.program_feeds.per_revolution {
+        "the program's feeds per revolution would follow the speed, and shift the places of the schedule: state \
+         feeds per minute to run it"
+            .to_owned()
+    } else {
+        format!("chip load {}–{} % of the programmed", round_percent(low), round_percent(high))
+    };
+    push_fact(4, "feed", &format!("{}; {chip_load}", words::coupling(plan)), text);
     let origin = if plan.is_acceleration_assumed {
         " (assumed: spindle.max_acceleration_rpm_per_s is not given)"
     } else {

@@ -2,10 +2,10 @@
 
 use super::AdvisedJob;
 use crate::advice::{
-    Block, Change, Closure, Constant, Coupling, Exposure, Lever, NoSchedule, NoVibration,
-    Objective, OperationAdvice, Remedy, Schedule, SolverEnd, Speeds, TipVibration,
+    Block, Change, Closure, Constant, Coupling, Lever, NoSchedule, NoVibration, Objective,
+    OperationAdvice, Passage, Remedy, Schedule, SolverEnd, Speeds, TipVibration,
 };
-use crate::report::words::{certainty, line, percent, range, round_percent, trimmed, um_per_n};
+use crate::report::words::{line, percent, round_percent, trimmed, um_per_n};
 use crate::units::{deg_from_rad, mm_from_m, percent_from_ratio, um_from_m};
 
 /// `1312.4 rpm`, with one decimal at most.
@@ -139,37 +139,96 @@ fn constant_reason(job: &AdvisedJob, operation: &OperationAdvice, constant: &Con
 fn scheduled_reason(plan: &Schedule) -> String {
     let Speeds { low_rpm, high_rpm } = plan.range_rpm();
     let range = format!("{} to {}", trimmed(low_rpm, 1), rpm(high_rpm));
+    let aim = match plan.follows {
+        Objective::Nearest | Objective::Vibration => format!("near {}", rpm(plan.target_rpm)),
+        Objective::Highest => "as high as it can be".to_owned(),
+        Objective::Margin => {
+            format!(
+                "the widest bands that leave a way between them, ±{} %",
+                percent(plan.half_width)
+            )
+        }
+    };
     if plan.exposures.is_empty() {
-        return format!("a speed that varies along the path, {range}, stays clear of every band");
+        return match plan.follows {
+            Objective::Margin => {
+                format!("a speed that varies along the path, {range}, stays clear of {aim}")
+            }
+            _ => format!(
+                "a speed that varies along the path, {range}, {aim}, stays clear of every band"
+            ),
+        };
     }
-    let seconds = plan.exposed_s();
+    let passages = plan.passages();
+    let bands = match passages.as_slice() {
+        [_] => "one band".to_owned(),
+        _ => format!("{} bands", passages.len()),
+    };
     format!(
-        "a speed that varies along the path, {range}, crosses {} because it must, {} s in all",
-        if plan.exposures.len() == 1 { "a band" } else { "bands" },
-        trimmed(seconds, 2)
+        "no speed, constant or varying, gets along the path without going through a band; this one, {range}, goes \
+         through {bands} as fast as the spindle can and stays clear of all the others, {} s in all",
+        seconds(plan.exposed_s())
     )
 }
 
-/// `at 12.0–14.1 % mode 2 with tooth passing × 1: 0.4 s, 29 tooth impacts, in the air, 4.2 µm/N at the tool tip`.
-pub(super) fn exposure(exposure: &Exposure) -> String {
-    let crossing = &exposure.crossing;
-    let ends = range(percent_from_ratio(crossing.from_s), percent_from_ratio(crossing.to_s));
-    let where_run = if exposure.is_in_air { "in the air" } else { "in the cut" };
-    let amplitude = match exposure.tip_amplitude_m {
-        Some(m) if !exposure.is_in_air => {
-            format!(", {} µm if it stayed", significant(um_from_m(m)))
+/// `mode 1 with tooth passing × 1: speed enters the band at 20.01 % of the time with 480.1 rpm, leaves it at 20.39 %
+/// with 540.2 rpm; 0.15 s (0.12 s certain), 3 tooth impacts, in the cut, program lines 41–58; …`.
+pub(super) fn passage(passage: &Passage) -> String {
+    let [enters, leaves] = passage.ends_s.map(place);
+    let [before, after] = passage.ends_rpm.map(|at| trimmed(at, 1));
+    let effect = match (passage.is_in_air, passage.tip_amplitude_m) {
+        (true, _) => "in the air".to_owned(),
+        (false, Some(m)) => {
+            format!("in the cut, at most {} µm at the tool tip", significant(um_from_m(m)))
         }
-        _ => String::new(),
+        (false, None) => {
+            let tip = um_per_n(passage.tip_response_m_per_n);
+            format!("in the cut, {tip} µm/N at the tool tip")
+        }
+    };
+    let lines = match passage.lines {
+        [from, to] if from == to => format!("line {from}"),
+        [from, to] => format!("lines {from}–{to}"),
     };
     format!(
-        "at {ends} % mode {} with {} ({}): {} s, {} tooth impacts, {where_run}, {} µm/N at the tool tip{amplitude}",
-        crossing.mode,
-        line(&crossing.line),
-        certainty(crossing.certainty),
-        trimmed(exposure.seconds, 2),
-        trimmed(exposure.tooth_impacts, 0),
-        um_per_n(crossing.tip_response_m_per_n),
+        "mode {} with {}: enters the band at {enters} % of the time ({before} rpm), leaves it at {leaves} % ({after} \
+         rpm), {lines}; {} s, {} tooth impacts, {effect}",
+        passage.mode,
+        line(&passage.line),
+        seconds(passage.seconds),
+        trimmed(passage.tooth_impacts, 1),
     )
+}
+
+/// Seconds in a band: three digits, as a fast spindle is through in milliseconds.
+fn seconds(seconds: f64) -> String {
+    if seconds < 0.01 { format!("{seconds:.1e}") } else { significant(seconds) }
+}
+
+/// Place along the path in percent of the time.
+fn place(s: f64) -> String {
+    trimmed(percent_from_ratio(s), 3)
+}
+
+/// What becomes of the feeds that a program states, at this share of them.
+pub(super) fn program_feeds(operation: &OperationAdvice, ratio: f64) -> String {
+    let own = |what: &str| {
+        format!(
+            "{what} at {} % keep the chip load (--write-program, or the override)",
+            percent(ratio)
+        )
+    };
+    let follow = "follow the speed by themselves once the program states it";
+    let feeds = operation.program_feeds;
+    match (feeds.per_time, feeds.per_revolution) {
+        (true, true) => {
+            format!("{}; those per revolution {follow}", own("the program's feeds per minute"))
+        }
+        (false, true) => {
+            format!("the program's feeds, all per revolution, {follow}: leave the override alone")
+        }
+        (_, false) => own("the program's own feeds"),
+    }
 }
 
 /// What a lever changes: `a tool with 3 teeth (8 mm 3-flute)`.
@@ -252,6 +311,13 @@ pub(super) fn coupling(plan: &Schedule) -> String {
         Coupling::OwnFeeds => "as programmed: the program has feeds of its own".to_owned(),
         Coupling::StandsStill => {
             "as programmed: turns on the spot take their time whatever the feed".to_owned()
+        }
+        Coupling::Rapids => {
+            "as programmed: the program's rapid moves take their time whatever the feed".to_owned()
+        }
+        Coupling::Crosses => {
+            "as programmed: a slower one, as the chip load asks for, would draw out the crossing"
+                .to_owned()
         }
         Coupling::NotSettled => {
             "as programmed: with the mean chip load kept, the duration did not settle".to_owned()
