@@ -5,10 +5,13 @@ use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use super::candidate::Candidate;
+use super::data::Data;
+use super::findings::RIVAL_WITHIN;
 use super::fit::Fit;
 use super::predict::Hypothesis;
 use super::problem::Problem;
 use super::screen::Screen;
+use super::sets::sets;
 
 /// How thorough a choice is.
 #[derive(Debug, Clone, Copy)]
@@ -21,23 +24,28 @@ pub(super) struct Effort {
     pub(super) starts: usize,
     /// Models that are carried on to the next cause.
     pub(super) kept: usize,
+    /// Sets of causes that are fitted whole, each time that sets are tried.
+    pub(super) sets: usize,
 }
 
 impl Effort {
-    pub(super) const FULL: Self = Self { first: 40, further: 14, starts: 2, kept: 5 };
+    pub(super) const FULL: Self = Self { first: 40, further: 14, starts: 2, kept: 5, sets: 24 };
     /// Inside a fold.
-    pub(super) const FOLD: Self = Self { first: 16, further: 8, starts: 1, kept: 3 };
+    pub(super) const FOLD: Self = Self { first: 16, further: 8, starts: 1, kept: 3, sets: 10 };
 }
 
 /// Most causes that are looked for.
 const MOST_CAUSES: usize = 4;
+
+/// Causes beyond the last that earned its place among which one more is looked for: some show only together.
+const LOOKED_AHEAD: usize = 3;
 
 /// A cause earns its place if chance does as well with any candidate less often than this.
 pub(super) const SIGNIFICANCE: f64 = 0.005;
 
 /// A cause that moves the frequencies by less than this share of the noise (root mean square) is not worth
 /// telling: laws are never quite as straight as causes have them, and many poses show that.
-pub(super) const LEAST_MATERIAL: f64 = 0.7;
+pub(super) const LEAST_MATERIAL: f64 = 0.5;
 
 /// Candidates that overlap count as fewer: their signatures have cosines of 0.9 and more in groups.
 const INDEPENDENT_SHARE: f64 = 0.5;
@@ -46,8 +54,21 @@ const INDEPENDENT_SHARE: f64 = 0.5;
 #[derive(Debug, Clone)]
 pub(super) struct Model<'c> {
     pub(super) fit: Fit<'c>,
-    /// ln likelihood less what its parameters cost (Schwarz), and how plausible its causes are.
+    /// See [`worth`].
     pub(super) worth: f64,
+}
+
+impl Model<'_> {
+    fn causes(&self) -> usize {
+        self.fit.hypothesis.effects.len()
+    }
+
+    /// How many causes it has in common with another.
+    fn shared(&self, other: &Self) -> usize {
+        let theirs = &other.fit.hypothesis.effects;
+        let is_theirs = |candidate: &Candidate| theirs.iter().any(|(c, _)| c.same_place(candidate));
+        self.fit.hypothesis.effects.iter().filter(|(c, _)| is_theirs(c)).count()
+    }
 }
 
 /// A choice.
@@ -56,9 +77,11 @@ pub(super) struct Choice<'c> {
     pub(super) nothing: Fit<'c>,
     /// The best model; no cause if none earned its place.
     pub(super) best: Model<'c>,
-    /// For each cause of the best model: the same model with a rival in its place, and models of as many other
-    /// causes throughout, best first.
+    /// For each cause of the best model: models that have another in its place, and may have more than that
+    /// otherwise, best first.
     pub(super) rivals: Vec<Vec<Model<'c>>>,
+    /// Every model that was met and is worth about as much as the best.
+    pub(super) seen: Vec<Model<'c>>,
 }
 
 /// Chooses among `candidates`.
@@ -71,55 +94,53 @@ pub(super) fn choose<'c>(
     let nothing = problem.climb(Hypothesis::default())?;
     let search = Search { problem, candidates, screen, effort };
     let mut best = search.model(nothing.clone());
+    let mut front = best.clone();
     let mut kept = vec![best.clone()];
     let mut singles: Vec<Model<'c>> = Vec::new();
-    let mut others: Vec<Model<'c>> = Vec::new();
-    while best.fit.hypothesis.effects.len() < MOST_CAUSES {
+    let mut seen: Vec<Model<'c>> = Vec::new();
+    while front.causes() < (best.causes() + LOOKED_AHEAD).min(MOST_CAUSES) {
         let mut next: Vec<Model<'c>> = Vec::new();
         for parent in &kept {
             next.extend(search.with_one_more(parent));
         }
         sort(&mut next);
-        if best.fit.hypothesis.effects.is_empty() {
+        if front.causes() == 0 {
             singles.clone_from(&next);
+        } else {
+            search.add_sets(&front, &mut next);
         }
         let Some(first) = next.first() else { break };
-        let first = if first.fit.hypothesis.effects.len() > 1 {
-            search.refined(first.clone())
-        } else {
-            first.clone()
-        };
-        let p = p_value(problem, candidates.len(), &best.fit, &first.fit);
-        if p > SIGNIFICANCE
-            || first.worth <= best.worth
-            || !is_material(problem, &best.fit, &first.fit)
-        {
-            break;
+        front = first.clone();
+        if search.earns_its_place(&best, &front) {
+            best = front.clone();
         }
-        best = first.clone();
-        others.clone_from(&next);
-        kept = std::iter::once(first).chain(next).collect();
+        seen.extend(next.iter().filter(|model| within_reach(model, &best)).cloned());
+        kept = next;
         distinct(&mut kept, effort.kept);
     }
     while let Some(better) = search.fewer(&best) {
         best = better;
     }
-    let rivals = match best.fit.hypothesis.effects.len() {
-        0 => Vec::new(),
-        1 => vec![singles],
-        count => {
-            others.retain(|other| are_apart(other, &best));
-            (0..count)
-                .map(|i| {
-                    let mut rivals = search.replaced(&best, i);
-                    rivals.extend(others.iter().cloned());
-                    sort(&mut rivals);
-                    rivals
-                })
-                .collect()
+    let count = best.fit.hypothesis.effects.len();
+    seen.retain(|model| within_reach(model, &best));
+    seen.push(best.clone());
+    let mut rivals: Vec<Vec<Model<'c>>> = Vec::new();
+    for i in 0..count {
+        let mut replaced = if count == 1 { singles.clone() } else { search.replaced(&best, i) };
+        let others: Vec<Model<'c>> =
+            seen.iter().flat_map(|other| instead_of(&best, i, other)).collect();
+        let near = replaced.iter().filter(|model| within_reach(model, &best));
+        seen.extend(near.cloned());
+        replaced.extend(others);
+        // Who names more causes has more to prove.
+        for model in &mut replaced {
+            let more = model.fit.hypothesis.effects.len().saturating_sub(count);
+            model.worth -= RIVAL_WITHIN * more as f64;
         }
-    };
-    Some(Choice { nothing, best, rivals })
+        sort(&mut replaced);
+        rivals.push(replaced);
+    }
+    Some(Choice { nothing, best, rivals, seen })
 }
 
 struct Search<'s, 'p, 'c> {
@@ -131,9 +152,7 @@ struct Search<'s, 'p, 'c> {
 
 impl<'c> Search<'_, '_, 'c> {
     fn model(&self, fit: Fit<'c>) -> Model<'c> {
-        let n = self.problem.data.points.len() as f64;
-        let plausibility: f64 = fit.hypothesis.effects.iter().map(|(c, _)| c.plausibility).sum();
-        let worth = fit.evaluation.score - 0.5 * fit.freedom * n.ln() + plausibility;
+        let worth = worth(self.problem.data, &fit);
         Model { fit, worth }
     }
 
@@ -157,6 +176,53 @@ impl<'c> Search<'_, '_, 'c> {
                 Some(self.model(fit))
             })
             .collect()
+    }
+
+    /// Adds models of one cause more than `front` to `next`, sorted: sets of causes that promise most together, near
+    /// the best model that is known as long as that gets better, and near the best that is quite another.
+    fn add_sets(&self, front: &Model<'c>, next: &mut Vec<Model<'c>>) {
+        /// Each round starts from a better model.
+        const ROUNDS: usize = 3;
+        let size = front.causes() + 1;
+        let mut near = front.clone();
+        for _ in 0..ROUNDS {
+            self.add_sets_near(&near, size, next);
+            let Some(first) = next.first() else { return };
+            let refined = self.refined(first.clone());
+            if refined.worth > first.worth {
+                next.insert(0, refined);
+            }
+            if next[0].worth <= near.worth + 0.01 && near.causes() == size {
+                break;
+            }
+            near = next[0].clone();
+        }
+        let other = next.iter().find(|model| model.shared(&next[0]) + 2 <= size);
+        if let Some(other) = other.cloned() {
+            self.add_sets_near(&other, size, next);
+        }
+    }
+
+    fn add_sets_near(&self, near: &Model<'c>, size: usize, next: &mut Vec<Model<'c>>) {
+        let count = self.effort.sets;
+        let sets = sets(self.problem, self.candidates, self.screen, &near.fit, size, count);
+        let fitted =
+            sets.into_par_iter().filter_map(|set| Some(self.model(self.problem.climb(set)?)));
+        next.extend(fitted.collect::<Vec<_>>());
+        sort(next);
+    }
+
+    /// Whether what `after` has more than `before` is worth telling.
+    fn earns_its_place(&self, before: &Model<'c>, after: &Model<'c>) -> bool {
+        if after.worth <= before.worth {
+            return false;
+        }
+        if after.fit.freedom <= before.fit.freedom + 0.05 {
+            // More causes, but no more parameters: they stand on their likelihood alone.
+            return after.worth > before.worth + RIVAL_WITHIN;
+        }
+        p_value(self.problem, self.candidates.len(), &before.fit, &after.fit) <= SIGNIFICANCE
+            && is_material(self.problem, &before.fit, &after.fit)
     }
 
     /// The model with each cause questioned again, until no replacement is better.
@@ -209,10 +275,44 @@ impl<'c> Search<'_, '_, 'c> {
     }
 }
 
-/// Whether two models of as many causes have none in common.
-fn are_apart(a: &Model<'_>, b: &Model<'_>) -> bool {
-    let (a, b) = (&a.fit.hypothesis.effects, &b.fit.hypothesis.effects);
-    a.len() == b.len() && !a.iter().any(|(one, _)| b.iter().any(|(other, _)| one.same_place(other)))
+/// ln likelihood of a fit less what its parameters cost (Schwarz), and how plausible its causes are.
+pub(super) fn worth(data: &Data, fit: &Fit<'_>) -> f64 {
+    let n = data.points.len() as f64;
+    let plausibility: f64 = fit.hypothesis.effects.iter().map(|(c, _)| c.plausibility).sum();
+    fit.evaluation.score - 0.5 * fit.freedom * n.ln() + plausibility
+}
+
+/// Whether a model is worth about as much as the best.
+fn within_reach(model: &Model<'_>, best: &Model<'_>) -> bool {
+    model.worth >= best.worth - RIVAL_WITHIN
+}
+
+/// `other` with one of the causes that `best` lacks in the place of the cause `i` of `best`, and what both have
+/// where `best` has it: once for each such cause; none if `other` has the cause `i`, too.
+fn instead_of<'c>(best: &Model<'c>, i: usize, other: &Model<'c>) -> Vec<Model<'c>> {
+    let (ours, theirs) = (&best.fit.hypothesis.effects, &other.fit.hypothesis.effects);
+    let of_ours = |candidate: &Candidate| ours.iter().position(|(c, _)| c.same_place(candidate));
+    let shared: Vec<Option<usize>> = theirs.iter().map(|(c, _)| of_ours(c)).collect();
+    if shared.contains(&Some(i)) {
+        return Vec::new();
+    }
+    let new: Vec<usize> = (0..theirs.len()).filter(|&n| shared[n].is_none()).collect();
+    new.iter()
+        .filter(|_| theirs.len() >= ours.len())
+        .map(|&n| {
+            let mut spare = new.iter().copied().filter(|&other| other != n);
+            let mut order: Vec<usize> = (0..ours.len())
+                .filter_map(|j| match j {
+                    _ if j == i => Some(n),
+                    _ => shared.iter().position(|s| *s == Some(j)).or_else(|| spare.next()),
+                })
+                .collect();
+            order.extend(spare);
+            let mut model = other.clone();
+            model.fit.arrange(&order);
+            model
+        })
+        .collect()
 }
 
 /// Whether what `after` has more than `before` moves the frequencies by more than a part of the noise.
@@ -223,7 +323,8 @@ fn is_material(problem: &Problem<'_>, before: &Fit<'_>, after: &Fit<'_>) -> bool
     (2.0 * gain / n).exp_m1() >= LEAST_MATERIAL * LEAST_MATERIAL
 }
 
-/// How often chance gains as much as `after` on `before` with any of so many candidates.
+/// How often chance gains as much as `after` on `before` with any of so many candidates, or with any set of as many
+/// as `after` has more.
 pub(super) fn p_value(
     problem: &Problem<'_>,
     candidates: usize,
@@ -233,7 +334,10 @@ pub(super) fn p_value(
     let n = problem.data.points.len() as f64;
     let gain = after.evaluation.score - before.evaluation.score;
     let freedom = (after.freedom - before.freedom).max(1.0);
-    let tries = INDEPENDENT_SHARE * candidates as f64;
+    let causes = |fit: &Fit<'_>| fit.hypothesis.effects.len();
+    let more = causes(after).saturating_sub(causes(before)).max(1);
+    let independent = INDEPENDENT_SHARE * candidates as f64;
+    let tries: f64 = (1..=more).map(|i| independent / i as f64).product();
     (tries * p_value_of_gain(gain, freedom, n - after.freedom, n)).min(1.0)
 }
 
@@ -255,7 +359,7 @@ fn sort(models: &mut [Model<'_>]) {
     models.sort_by(|a, b| b.worth.total_cmp(&a.worth));
 }
 
-/// The first of each set of causes and places, at most `count`.
+/// The first of each set of causes, places and forms, at most `count`.
 fn distinct(models: &mut Vec<Model<'_>>, count: usize) {
     let mut seen: Vec<Vec<&Candidate>> = Vec::new();
     models.retain(|model| {
@@ -263,7 +367,7 @@ fn distinct(models: &mut Vec<Model<'_>>, count: usize) {
             model.fit.hypothesis.effects.iter().map(|(c, _)| *c).collect();
         let same = seen.iter().any(|other| {
             other.len() == causes.len()
-                && causes.iter().all(|c| other.iter().any(|o| o.same_place(c)))
+                && causes.iter().all(|c| other.iter().any(|o| std::ptr::eq(*o, *c)))
         });
         if same || seen.len() == count {
             return false;

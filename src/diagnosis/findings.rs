@@ -6,7 +6,7 @@ use super::choose::{Choice, Model, p_value};
 use super::data::Data;
 use super::fit::Fit;
 use super::gain::rms;
-use super::interval::{Certainty, certainties};
+use super::interval::{Certainty, averaged, certainties};
 use super::next_poses::{NextPose, poses_between};
 use super::outcome::{Estimate, Evidence, Finding, Suspect, label};
 use super::predict::Hypothesis;
@@ -32,7 +32,7 @@ pub(super) fn findings(
     let rms_with = rms(best.fit.evaluation.residuals.iter());
     let n = problem.data.points.len() as f64;
     let bic = |fit: &Fit<'_>| -2.0 * fit.evaluation.score + fit.freedom * n.ln();
-    let mut certainties = certainties(problem.data, told).into_iter();
+    let mut certainties = averaged(problem.data, told, &choice.seen).into_iter();
     let mut findings = Vec::new();
     for (i, (candidate, inner)) in told.hypothesis.effects.iter().enumerate() {
         let parameters = candidate
@@ -66,10 +66,10 @@ pub(super) fn findings(
 }
 
 fn estimate(parameter: &Parameter, inner: f64, certainty: Certainty) -> Estimate {
-    let ci95 = [-1.0, 1.0].map(|sign| match certainty.half {
-        Some(half) => parameter.value(parameter.clamp(inner + sign * half)),
-        None => parameter.bounds[usize::from(sign > 0.0)],
-    });
+    let ci95 = match certainty.interval {
+        Some(interval) => interval.map(|end| parameter.value(parameter.clamp(end))),
+        None => parameter.bounds,
+    };
     Estimate {
         name: parameter.name.to_owned(),
         nominal: parameter.nominal,

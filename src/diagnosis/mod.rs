@@ -21,6 +21,7 @@ mod outcome;
 mod predict;
 mod problem;
 mod screen;
+mod sets;
 mod unknown;
 mod verdict;
 

@@ -6,12 +6,16 @@ use rayon::prelude::*;
 
 use super::candidate::Candidate;
 use super::fit::{Fit, normal_equations};
+use super::gain::rms;
 use super::likelihood::noise;
 use super::predict::Hypothesis;
 use super::problem::Problem;
 
 /// Most starts of one candidate that are tried.
 const MOST_TRIED: usize = 10;
+
+/// What a cause worth finding does to the frequencies, root mean square.
+const TYPICAL: f64 = 0.05;
 
 /// ln f as predicted, one a point of the whole table; `None` where there is no such mode.
 type Prediction = Vec<Option<f64>>;
@@ -20,7 +24,8 @@ type Prediction = Vec<Option<f64>>;
 #[derive(Debug)]
 pub(super) struct Screen {
     plain: Prediction,
-    moved: Vec<Vec<Prediction>>,
+    /// By candidate: parameters from which a fit may start, and what they do.
+    moved: Vec<Vec<(Vec<f64>, Prediction)>>,
 }
 
 impl Screen {
@@ -42,12 +47,32 @@ impl Screen {
                 starts
                     .into_iter()
                     .filter_map(|inner| {
-                        predicted(&Hypothesis { effects: vec![(candidate, inner)] })
+                        let moved =
+                            predicted(&Hypothesis { effects: vec![(candidate, inner.clone())] })?;
+                        Some((inner, moved))
                     })
                     .collect()
             })
             .collect();
         Some(Self { plain: predicted(&Hypothesis::default())?, moved })
+    }
+
+    /// The start of the candidate `which` that moves the frequencies by about a typical cause's share of them;
+    /// of the instrument none does.
+    pub(super) fn typical_start(&self, which: usize) -> Option<Vec<f64>> {
+        let size = |moved: &Prediction| {
+            let both = moved.iter().zip(&self.plain);
+            rms(both.map(|(moved, plain)| Some((*moved)? - (*plain)?)).collect::<Vec<_>>().iter())
+        };
+        self.moved[which]
+            .iter()
+            .map(|(inner, moved)| (inner, size(moved)))
+            .filter(|(inner, size)| *size > 1e-9 || inner.is_empty())
+            .min_by(|a, b| {
+                let far = |size: f64| (size / TYPICAL).ln().abs();
+                far(a.1).total_cmp(&far(b.1))
+            })
+            .map(|(inner, _)| inner.clone())
     }
 
     /// What ln likelihood the candidate `which` may gain on a fit, at its starts and along the way to them.
@@ -76,7 +101,7 @@ impl Screen {
         let p = information.nrows();
         let inverse = (information + DMatrix::from_diagonal_element(p, p, 1e-9)).try_inverse();
         let mut best = f64::NEG_INFINITY;
-        for moved in &self.moved[which] {
+        for (_, moved) in &self.moved[which] {
             let mut residuals = Vec::with_capacity(points.len());
             let mut along = DVector::zeros(p);
             let (mut product, mut square) = (0.0, 0.0);

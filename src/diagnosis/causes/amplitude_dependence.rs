@@ -31,8 +31,9 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
                 expected: None,
             };
             let factor = super::temperature_drift::factor();
-            let forms =
-                [vec![change.clone()], vec![change, factor.clone()], vec![exponent, factor]];
+            // The level at which a power of it is 1 is anybody's guess.
+            let free = Parameter { expected: None, ..factor.clone() };
+            let forms = [vec![change.clone()], vec![change, factor], vec![exponent, free]];
             forms.map(|parameters| {
                 let nests_stiffness = parameters.len() > 1;
                 let mut candidate =

@@ -11,9 +11,9 @@ pub(super) const WORDS: Words = Words {
 
 /// A law with a factor holds the plain stiffness as a special case, so it is a rival of that only where the
 /// law itself shows.
-pub(super) const WITH_FACTOR: f64 = -3.0;
+pub(super) const WITH_FACTOR: f64 = -1.0;
 
-/// The share of the spring at the reference, where it is not the file's.
+/// The share of the spring at the reference: the file's, unless the reference is another or the law is bent.
 pub(super) fn factor() -> Parameter {
     Parameter {
         name: "factor",
@@ -21,7 +21,7 @@ pub(super) fn factor() -> Parameter {
         nominal: Some(1.0),
         bounds: [0.1, 4.0],
         starts: vec![1.0, 0.75, 1.3],
-        expected: None,
+        expected: Some([1.0, 0.05]),
     }
 }
 

@@ -12,7 +12,7 @@ use crate::model::{
 };
 
 /// A planar arm of three links.
-fn arm() -> Description {
+pub(in crate::diagnosis) fn arm() -> Description {
     let link = |name: &str, mass_kg: f64| Link {
         name: name.into(),
         inertial: Some(Inertial {
@@ -59,7 +59,7 @@ fn arm() -> Description {
     }
 }
 
-fn data(rows: usize) -> Data {
+pub(in crate::diagnosis) fn data(rows: usize) -> Data {
     let rows: Vec<Row> = (0..rows)
         .map(|i| Row {
             q: (0..3).map(|j| (1.3 * (i + 1) as f64 * (j + 1) as f64).sin() * 2.0).collect(),

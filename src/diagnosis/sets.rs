@@ -1,0 +1,345 @@
+//! Sets of causes that promise most together. One cause after another misses sets whose members only explain
+//! much together; fitting every set takes too long. So all sets are first tried by linear least squares on what
+//! each cause does near a model that is fitted already (best subsets: Furnival & Wilson, Technometrics 16, 1974).
+
+use std::ptr;
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use super::candidate::{Candidate, Parameter, Scale};
+use super::fit::Fit;
+use super::predict::Hypothesis;
+use super::problem::Problem;
+use super::screen::Screen;
+
+/// Smaller sets that are carried on to larger ones.
+const CARRIED: usize = 150;
+
+/// Standard deviation of a cause's effect over that of a typical start: causes that are huge and cancel each other
+/// are no likely set.
+const MOST_TYPICAL: f64 = 2.0;
+
+/// A linear effect this far below zero is none where it cannot be negative.
+const LEAST_SHARE: f64 = 1e-3;
+
+/// A candidate near the model: what it does as a whole, and what each further parameter does to that.
+struct Member<'c> {
+    candidate: &'c Candidate,
+    /// Parameters at which the columns hold, as the fit measures them.
+    at: Vec<f64>,
+    /// The first of its columns; the others belong to all parameters but the first.
+    first_column: usize,
+    columns: usize,
+}
+
+/// The linear problem: weighted columns as their products with one another.
+struct Linear<'c> {
+    members: Vec<Member<'c>>,
+    products: DMatrix<f64>,
+    /// 1/variance of what is expected of each column's coefficient, 0 where nothing is, and the value.
+    expected: Vec<[f64; 2]>,
+    /// Products of the columns with what has to be explained.
+    along: DVector<f64>,
+    square: f64,
+    count: f64,
+}
+
+/// A set with what the linear problem says of it.
+#[derive(Clone)]
+struct Tried {
+    /// Places in [`Linear::members`], ascending.
+    members: Vec<usize>,
+    worth: f64,
+    coefficients: Vec<f64>,
+}
+
+/// The most promising sets of `size` causes near `model`, best first, each with parameters from which a fit may
+/// start; of the same causes at the same places only the most promising forms. Causes of the instrument stay as
+/// `model` has them.
+pub(super) fn sets<'c>(
+    problem: &Problem<'_>,
+    candidates: &'c [Candidate],
+    screen: &Screen,
+    model: &Fit<'c>,
+    size: usize,
+    count: usize,
+) -> Vec<Hypothesis<'c>> {
+    let given: Vec<(&'c Candidate, Vec<f64>)> = model
+        .hypothesis
+        .effects
+        .iter()
+        .filter(|(candidate, _)| candidate.cause.is_of_the_instrument())
+        .cloned()
+        .collect();
+    let Some(size) = size.checked_sub(given.len()).filter(|&size| size > 0) else {
+        return Vec::new();
+    };
+    let linear = Linear::near(problem, candidates, screen, model);
+    let empty = Tried { members: Vec::new(), worth: f64::NEG_INFINITY, coefficients: Vec::new() };
+    let mut carried = vec![empty];
+    for have in 0..size {
+        let last = have + 1 == size;
+        let mut next: Vec<Tried> =
+            carried.par_iter().flat_map_iter(|set| linear.with_one_more(set)).collect();
+        next.sort_by(|a, b| b.worth.total_cmp(&a.worth).then_with(|| a.members.cmp(&b.members)));
+        next.dedup_by(|a, b| a.members == b.members);
+        // The pairs of few candidates are tried one and all.
+        let most =
+            if last { count } else { CARRIED.max(linear.members.len() * usize::from(have == 0)) };
+        let mut kept: Vec<Tried> = Vec::new();
+        for set in next {
+            if kept.len() == most {
+                break;
+            }
+            let known = |other: &Tried| last && linear.same_places(&set, other);
+            if !kept.iter().any(known) {
+                kept.push(set);
+            }
+        }
+        carried = kept;
+    }
+    carried
+        .iter()
+        .map(|set| {
+            let mut effects = given.clone();
+            effects.extend(linear.effects(set));
+            Hypothesis { effects }
+        })
+        .collect()
+}
+
+/// What `candidate` does near `model`, one entry a point: as a whole against the model without any form of it, and
+/// by each parameter but the first; with the parameters where that holds. `None` if nobody can say.
+fn effect_near(
+    problem: &Problem<'_>,
+    screen: &Screen,
+    model: &Fit<'_>,
+    which: usize,
+    candidate: &Candidate,
+) -> Option<(Vec<f64>, Vec<Vec<f64>>)> {
+    if candidate.cause.is_of_the_instrument() {
+        return None;
+    }
+    let effects = &model.hypothesis.effects;
+    let mut hypothesis = model.hypothesis.clone();
+    hypothesis.effects.retain(|(other, _)| !other.same_place(candidate));
+    let without = if hypothesis.effects.len() == effects.len() {
+        model.evaluation.clone()
+    } else {
+        problem.evaluate(&hypothesis, false)?
+    };
+    let (at, with, first) = match effects.iter().position(|(other, _)| ptr::eq(*other, candidate)) {
+        Some(i) => {
+            let first = effects[..i].iter().map(|(_, inner)| inner.len()).sum::<usize>();
+            (effects[i].1.clone(), model.evaluation.clone(), first)
+        }
+        None => {
+            let at = screen.typical_start(which)?;
+            let first = hypothesis.inner().len();
+            hypothesis.effects.push((candidate, at.clone()));
+            (at, problem.evaluate(&hypothesis, candidate.parameters.len() > 1)?, first)
+        }
+    };
+    let both = without.residuals.iter().zip(&with.residuals);
+    // A residual falls where a prediction rises.
+    let whole = both.map(|(without, with)| without.zip(*with).map_or(0.0, |(a, b)| a - b));
+    let mut columns = vec![whole.collect()];
+    for k in 1..candidate.parameters.len() {
+        let slope = |slopes: &Vec<f64>| slopes.get(first + k).copied().unwrap_or(0.0);
+        columns.push(with.slopes.iter().map(slope).collect());
+    }
+    Some((at, columns))
+}
+
+impl<'c> Linear<'c> {
+    /// The linear problem near a model.
+    fn near(
+        problem: &Problem<'_>,
+        candidates: &'c [Candidate],
+        screen: &Screen,
+        model: &Fit<'c>,
+    ) -> Self {
+        let effects: Vec<_> = candidates
+            .par_iter()
+            .enumerate()
+            .map(|(which, candidate)| effect_near(problem, screen, model, which, candidate))
+            .collect();
+        let evaluation = &model.evaluation;
+        let mut members = Vec::new();
+        let mut columns: Vec<Vec<f64>> = Vec::new();
+        let mut expected = Vec::new();
+        // What has to be explained: what the model leaves, and what its causes do.
+        let mut rest: Vec<f64> = evaluation.residuals.iter().map(|r| r.unwrap_or(0.0)).collect();
+        for (candidate, effect) in candidates.iter().zip(effects) {
+            let Some((at, own)) = effect else { continue };
+            if model.hypothesis.effects.iter().any(|(other, _)| ptr::eq(*other, candidate)) {
+                rest.iter_mut().zip(&own[0]).for_each(|(rest, own)| *rest += own);
+            }
+            expected.push([MOST_TYPICAL.powi(-2), 0.0]);
+            for (parameter, at) in candidate.parameters.iter().zip(&at).skip(1) {
+                let (mean, precision) = parameter.expectation().unwrap_or((*at, 0.0));
+                expected.push([precision, mean - at]);
+            }
+            members.push(Member { candidate, at, first_column: columns.len(), columns: own.len() });
+            columns.extend(own);
+        }
+        // A point without prediction has no weight.
+        Self::of(members, &columns, expected, &rest, &evaluation.noise.weights)
+    }
+
+    fn of(
+        members: Vec<Member<'c>>,
+        columns: &[Vec<f64>],
+        expected: Vec<[f64; 2]>,
+        rest: &[f64],
+        weights: &[f64],
+    ) -> Self {
+        let roots = DVector::from_iterator(weights.len(), weights.iter().map(|w| w.sqrt()));
+        let weighted = |column: &[f64]| DVector::from_column_slice(column).component_mul(&roots);
+        let rest = weighted(rest);
+        let mut flat = DMatrix::zeros(rest.len(), columns.len());
+        for (i, column) in columns.iter().enumerate() {
+            flat.set_column(i, &weighted(column));
+        }
+        Self {
+            members,
+            products: flat.tr_mul(&flat),
+            along: flat.tr_mul(&rest),
+            square: rest.norm_squared(),
+            expected,
+            count: weights.iter().filter(|w| **w > 0.0).count() as f64,
+        }
+    }
+
+    fn same_places(&self, a: &Tried, b: &Tried) -> bool {
+        a.members.iter().all(|&i| {
+            b.members
+                .iter()
+                .any(|&j| self.members[i].candidate.same_place(self.members[j].candidate))
+        })
+    }
+
+    fn with_one_more(&self, set: &Tried) -> Vec<Tried> {
+        let taken = |i: usize| {
+            let candidate = self.members[i].candidate;
+            set.members.iter().any(|&j| self.members[j].candidate.same_place(candidate))
+        };
+        (0..self.members.len())
+            .filter(|&i| !taken(i))
+            .filter_map(|i| {
+                let mut members = set.members.clone();
+                members.push(i);
+                members.sort_unstable();
+                self.tried(members)
+            })
+            .collect()
+    }
+
+    /// Least squares with the columns of some members; `None` if one of them had to be what it cannot be.
+    fn tried(&self, members: Vec<usize>) -> Option<Tried> {
+        let columns: Vec<usize> = members
+            .iter()
+            .flat_map(|&i| {
+                let member = &self.members[i];
+                member.first_column..member.first_column + member.columns
+            })
+            .collect();
+        let p = columns.len();
+        let mut information = DMatrix::zeros(p, p);
+        let mut along = DVector::zeros(p);
+        let mut freedom = p as f64;
+        for (a, &i) in columns.iter().enumerate() {
+            for (b, &j) in columns.iter().enumerate() {
+                information[(a, b)] = self.products[(i, j)];
+            }
+            let [precision, mean] = self.expected[i];
+            let own = information[(a, a)];
+            freedom -= precision / (precision + own).max(f64::MIN_POSITIVE);
+            information[(a, a)] += precision + 1e-9 * own + 1e-12;
+            along[a] = self.along[i] + precision * mean;
+        }
+        let coefficients = information.cholesky()?.solve(&along);
+        let mut square = self.square;
+        let mut penalty = 0.0;
+        for (a, &i) in columns.iter().enumerate() {
+            let own: f64 = columns
+                .iter()
+                .zip(coefficients.iter())
+                .map(|(&j, c)| self.products[(i, j)] * c)
+                .sum();
+            square += coefficients[a] * (own - 2.0 * self.along[i]);
+            let [precision, mean] = self.expected[i];
+            penalty += precision * (coefficients[a] - mean).powi(2);
+        }
+        let mut at = 0;
+        let mut plausibility = 0.0;
+        for &i in &members {
+            let member = &self.members[i];
+            let first = member.candidate.parameters.first();
+            if first.is_some_and(|first| !may_be_negative(first)) && coefficients[at] < LEAST_SHARE
+            {
+                return None;
+            }
+            plausibility += member.candidate.plausibility;
+            freedom += member.candidate.hidden_freedom;
+            at += member.columns;
+        }
+        let square = square.max(1e-9 * self.square).max(f64::MIN_POSITIVE);
+        let worth = -0.5 * self.count * (square / self.count).ln()
+            - 0.5 * penalty
+            - 0.5 * freedom * self.count.ln()
+            + plausibility;
+        let coefficients = coefficients.iter().copied().collect();
+        worth.is_finite().then_some(Tried { members, worth, coefficients })
+    }
+
+    /// The causes of a set with their parameters.
+    fn effects(&self, set: &Tried) -> Vec<(&'c Candidate, Vec<f64>)> {
+        let mut at = 0;
+        set.members
+            .iter()
+            .map(|&i| {
+                let member = &self.members[i];
+                let own = &set.coefficients[at..at + member.columns];
+                at += member.columns;
+                let parameters = member.candidate.parameters.iter().zip(&member.at);
+                let inner = parameters
+                    .enumerate()
+                    .map(|(k, (parameter, &at))| {
+                        let moved = match k {
+                            0 => scaled(parameter, at, own[0]),
+                            _ => at + own[k],
+                        };
+                        parameter.clamp(moved)
+                    })
+                    .collect();
+                (member.candidate, inner)
+            })
+            .collect()
+    }
+}
+
+/// Whether a parameter may lie on either side of "no effect".
+fn may_be_negative(parameter: &Parameter) -> bool {
+    match parameter.nominal {
+        None => false,
+        Some(nominal) => parameter.bounds[0] < nominal,
+    }
+}
+
+/// The parameter, as the fit measures it, whose effect is `share` of that at `at`.
+fn scaled(parameter: &Parameter, at: f64, share: f64) -> f64 {
+    match (parameter.nominal, parameter.scale) {
+        (Some(nominal), _) => {
+            let nominal = parameter.inner(nominal);
+            nominal + share * (at - nominal)
+        }
+        // A spring that is absent where it is infinitely stiff: its compliance has the effect.
+        (None, Scale::Log) => at - share.ln(),
+        (None, Scale::Linear(_)) => at,
+    }
+}
+
+#[cfg(test)]
+mod tests;
