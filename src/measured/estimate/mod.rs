@@ -13,6 +13,7 @@
 
 pub(super) mod basis;
 mod blows;
+pub(super) mod drift;
 mod fit;
 pub(super) mod lscf;
 mod noise;
@@ -22,7 +23,7 @@ mod select;
 use nalgebra::Matrix2;
 
 pub(super) use basis::{Block, C64, Origin, Pole, Push};
-use fit::{Fit, columns_of, weights};
+use fit::{Fit, columns_of, parameters_of, weights};
 
 /// A residue with what is known about it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -137,8 +138,10 @@ fn report(blocks: &[Block], fit: &Fit) -> Option<Estimate> {
         fitted[part.block].push(spectrum.iter().enumerate().map(|(k, v)| v - left(k)).collect());
     }
     let mut poles = Vec::new();
+    let (firsts, _) = parameters_of(&fit.poles);
     for (at, pole) in fit.poles.iter().enumerate() {
-        let own = Matrix2::from_fn(|i, j| covariance[(2 * at + i, 2 * at + j)]);
+        let first = firsts[at];
+        let own = Matrix2::from_fn(|i, j| covariance[(first + i, first + j)]);
         let (omega, s, w) = (pole.omega(), pole.lambda.re, pole.lambda.im);
         let by_omega = nalgebra::Vector2::new(s, w) / omega;
         let by_ratio = nalgebra::Vector2::new(-w * w, s * w) / omega.powi(3);
@@ -162,9 +165,9 @@ fn report(blocks: &[Block], fit: &Fit) -> Option<Estimate> {
             let variance = |i: usize| own_noise(i) + from_poles(i);
             residues[part.block]
                 .push(Residue { value, variance: 0.5 * (variance(place) + variance(place + 1)) });
-            let own = block.contribution(pole.lambda, pole.is_driven);
+            let own = block.contribution(pole, pole.is_driven);
             // Its loudest line: the nearest one may lie where the force has none.
-            let loudest = own.value.iter().map(|b| b.norm()).fold(0.0, f64::max);
+            let loudest = own.value[0].iter().map(|b| b.norm()).fold(0.0, f64::max);
             let peak = value.norm() * loudest;
             let strongest = fit::strongest(&block.spectra[part.response]).sqrt();
             prominence = prominence.max(peak / strongest);

@@ -1,0 +1,300 @@
+//! Modes whose frequency and damping move with amplitude, as springs that stiffen, joints with play and
+//! friction make them. To first order of averaging (Nayfeh & Mook, Nonlinear Oscillations, §6.2) the state of such
+//! a mode obeys
+//!
+//! ```text
+//! ṡ_r = (λ_r + Σ_j β_rj E_j(t)) s_r + f(t),      E_j = |s_j|² against its largest value
+//! ```
+//!
+//! with λ_r the pole at small amplitude: its own amplitude and that of other modes shift it. In a linear model the
+//! same record asks for a row of further poles at λ_r + 2n Re λ_j, all of the same shape. The envelopes E_j are
+//! taken from the last fit and held while the poles and their rates β are refined.
+
+use std::cell::RefCell;
+
+use realfft::RealFftPlanner;
+
+use super::basis::{Block, C64, MOST_DRIFTS, Origin, Pole, Push};
+use super::fit::{Fit, GLANCE, USUAL, columns_of};
+
+/// Chance with which noise alone makes a mode drift.
+const FALSE_ALARM: f64 = 1e-3;
+
+/// Times that envelopes and poles are brought into line with each other.
+const ROUNDS: usize = 3;
+
+/// How the amplitude of one mode goes in a block.
+#[derive(Debug, Clone, PartialEq)]
+pub(in crate::measured) struct Envelope {
+    /// Natural frequency of the mode, rad/s.
+    pub(in crate::measured) omega: f64,
+    /// Square of its amplitude at each sample, against the largest of all blocks.
+    pub(in crate::measured) values: Vec<f64>,
+}
+
+/// What drift adds to the spectrum of a pole, and its changes with λ and with each rate: at λ, at its
+/// conjugate.
+pub(super) struct Drifted {
+    pub(super) value: [Vec<C64>; 2],
+    pub(super) by_lambda: [Vec<C64>; 2],
+    pub(super) by_rates: Vec<[Vec<C64>; 2]>,
+}
+
+/// The states of a mode, and their changes.
+struct States {
+    value: Vec<C64>,
+    by_lambda: Vec<C64>,
+    by_rates: Vec<Vec<C64>>,
+}
+
+/// What drives a mode, on its samples.
+fn input(lambda: C64, step_s: f64, samples: usize, force: Option<&[Push]>) -> Vec<C64> {
+    let mut input = vec![C64::default(); samples];
+    match force {
+        None => input.iter_mut().take(1).for_each(|first| *first = C64::new(1.0, 0.0)),
+        Some(force) => {
+            for push in force {
+                let at = push.at.ceil().max(0.0);
+                if let Some(sum) = input.get_mut(at as usize) {
+                    *sum += (lambda * (at - push.at) * step_s).exp() * push.value;
+                }
+            }
+        }
+    }
+    input
+}
+
+/// Steps the mode through the record; envelopes of no rate are left out.
+fn states(
+    lambda: C64,
+    rates: &[(C64, &[f64])],
+    step_s: f64,
+    samples: usize,
+    force: Option<&[Push]>,
+) -> States {
+    let input = input(lambda, step_s, samples, force);
+    let steady = (lambda * step_s).exp();
+    let mut now = C64::default();
+    let mut slope = C64::default();
+    let mut slopes = vec![C64::default(); rates.len()];
+    let mut states = States {
+        value: Vec::with_capacity(samples),
+        by_lambda: Vec::with_capacity(samples),
+        by_rates: vec![Vec::with_capacity(samples); rates.len()],
+    };
+    for (k, push) in input.iter().enumerate() {
+        if now != C64::default() && k > 0 {
+            let mut mu = steady;
+            if !rates.is_empty() {
+                let shift: C64 = rates.iter().map(|(rate, e)| rate * e[k - 1]).sum();
+                mu *= (shift * step_s).exp();
+            }
+            for (slope, (_, envelope)) in slopes.iter_mut().zip(rates) {
+                *slope = mu * (*slope + now * envelope[k - 1] * step_s);
+            }
+            slope = mu * (slope + now * step_s);
+            now *= mu;
+        }
+        now += push;
+        states.value.push(now);
+        states.by_lambda.push(slope);
+        for (all, slope) in states.by_rates.iter_mut().zip(&slopes) {
+            all.push(*slope);
+        }
+    }
+    states
+}
+
+/// What the drift of a pole adds to its spectrum; `None` where it has none.
+pub(super) fn drifted(block: &Block, pole: &Pole, is_driven: bool) -> Option<Drifted> {
+    let Origin::Sampled { step_s, samples, force } = &block.origin else { return None };
+    let rates: Vec<(C64, &[f64])> = pole
+        .rates
+        .iter()
+        .zip(&block.envelopes)
+        .filter_map(|(rate, envelope)| Some(((*rate)?, envelope.values.as_slice())))
+        .collect();
+    if rates.is_empty() || !is_driven {
+        return None;
+    }
+    let force = force.as_deref();
+    let moved = states(pole.lambda, &rates, *step_s, *samples, force);
+    let steady = states(pole.lambda, &[], *step_s, *samples, force);
+    let less = |a: Vec<C64>, b: &[C64]| -> Vec<C64> { a.iter().zip(b).map(|(a, b)| a - b).collect() };
+    Some(Drifted {
+        value: spectra(block, *step_s, &less(moved.value, &steady.value)),
+        by_lambda: spectra(block, *step_s, &less(moved.by_lambda, &steady.by_lambda)),
+        by_rates: moved.by_rates.iter().map(|slope| spectra(block, *step_s, slope)).collect(),
+    })
+}
+
+/// Spectrum of complex samples on the block's lines, and that of their conjugates.
+fn spectra(block: &Block, step_s: f64, samples: &[C64]) -> [Vec<C64>; 2] {
+    let parts = [|z: &C64| z.re, |z: &C64| z.im];
+    let [re, im] = parts.map(|part| transform(samples.iter().map(part).collect()));
+    let turns = samples.len() as f64 * step_s / std::f64::consts::TAU;
+    let first = block.omega.first().map_or(0, |omega| (omega * turns).round() as usize);
+    let i = C64::new(0.0, 1.0);
+    let lines = || re.iter().zip(&im).skip(first).take(block.omega.len());
+    [lines().map(|(re, im)| re + i * im).collect(), lines().map(|(re, im)| re - i * im).collect()]
+}
+
+thread_local! {
+    static PLANNER: RefCell<RealFftPlanner<f64>> = RefCell::new(RealFftPlanner::new());
+}
+
+fn transform(mut samples: Vec<f64>) -> Vec<C64> {
+    let plan = PLANNER.with_borrow_mut(|planner| planner.plan_fft_forward(samples.len()));
+    let mut lines = plan.make_output_vec();
+    // Buffers are of the plan's own lengths, so it cannot fail.
+    let _ = plan.process(&mut samples, &mut lines);
+    lines
+}
+
+/// Sets the envelopes to those of the poles of the fit that are nearest to them.
+fn envelop(blocks: &mut [Block], fit: &Fit) {
+    let count = blocks.first().map_or(0, |block| block.envelopes.len());
+    for j in 0..count {
+        let omega = blocks[0].envelopes[j].omega;
+        let far = |pole: &Pole| (pole.omega() / omega).ln().abs();
+        let nearest = fit
+            .poles
+            .iter()
+            .enumerate()
+            .filter(|(_, pole)| pole.is_driven)
+            .min_by(|(_, a), (_, b)| far(a).total_cmp(&far(b)));
+        let Some((at, pole)) = nearest else { continue };
+        let all: Vec<Vec<f64>> = blocks
+            .iter()
+            .enumerate()
+            .map(|(b, block)| {
+                let size = amplitude(block, b, fit, at).powi(2);
+                envelope(block, pole).into_iter().map(|e| e * size).collect()
+            })
+            .collect();
+        let largest = all.iter().flatten().fold(f64::MIN_POSITIVE, |a, b| a.max(*b));
+        for (block, values) in blocks.iter_mut().zip(all) {
+            block.envelopes[j] = Envelope {
+                omega: pole.omega(),
+                values: values.into_iter().map(|e| e / largest).collect(),
+            };
+        }
+    }
+}
+
+/// Square of the amplitude of a mode of unit residue.
+fn envelope(block: &Block, pole: &Pole) -> Vec<f64> {
+    let Origin::Sampled { step_s, samples, force } = &block.origin else { return Vec::new() };
+    let rates: Vec<(C64, &[f64])> = pole
+        .rates
+        .iter()
+        .zip(&block.envelopes)
+        .filter_map(|(rate, envelope)| Some(((*rate)?, envelope.values.as_slice())))
+        .collect();
+    let states = states(pole.lambda, &rates, *step_s, *samples, force.as_deref());
+    states.value.iter().map(|s| s.norm_sqr()).collect()
+}
+
+/// The largest residue of a pole in a block: blocks without force begin as loud as they are.
+fn amplitude(block: &Block, at: usize, fit: &Fit, pole: usize) -> f64 {
+    if matches!(block.origin, Origin::Sampled { force: Some(_), .. }) {
+        return 1.0;
+    }
+    let (place, _) = columns_of(block, &fit.poles)[pole];
+    fit.evaluation
+        .parts
+        .iter()
+        .filter(|part| part.block == at)
+        .map(|part| part.factors[place].hypot(part.factors[place + 1]))
+        .fold(0.0, f64::max)
+}
+
+/// Gives each driven pole an envelope, as far as there is room.
+fn add_envelopes(blocks: &mut [Block], fit: &Fit) {
+    /// An envelope serves poles this near, as a share.
+    const NEAR: f64 = 0.1;
+    for pole in fit.poles.iter().filter(|pole| pole.is_driven) {
+        let envelopes = &blocks[0].envelopes;
+        let is_new = envelopes.iter().all(|e| (e.omega / pole.omega() - 1.0).abs() > NEAR);
+        if is_new && envelopes.len() < MOST_DRIFTS {
+            for block in blocks.iter_mut() {
+                block.envelopes.push(Envelope { omega: pole.omega(), values: Vec::new() });
+            }
+        }
+    }
+    envelop(blocks, fit);
+}
+
+/// What the sum of squares must fall by for a rate: two parameters among as many as could drift.
+pub(super) fn required_gain(poles: usize) -> f64 {
+    let freedom = 2.0;
+    let chance = ((poles * poles).max(1) as f64 / FALSE_ALARM).ln();
+    freedom + 2.0 * (freedom * chance).sqrt() + 2.0 * chance
+}
+
+/// The fit with envelopes and poles in line with each other.
+pub(super) fn settled(blocks: &mut [Block], fit: Fit) -> Fit {
+    let mut best = fit;
+    for _ in 0..ROUNDS {
+        let mut trial = blocks.to_vec();
+        envelop(&mut trial, &best);
+        let Some(fit) = Fit::at(&trial, best.noise.clone(), best.poles.clone()) else { break };
+        let fit = fit.refined(&trial, USUAL);
+        let gained = best.evaluation.sum_of_squares - fit.evaluation.sum_of_squares;
+        blocks.clone_from_slice(&trial);
+        best = fit;
+        if gained.abs() < 0.1 {
+            break;
+        }
+    }
+    best
+}
+
+/// With drift where it earns its place; `None` where nothing drifts. Also how many rates are new.
+pub(super) fn drifting(blocks: &[Block], fit: &Fit) -> Option<(Vec<Block>, Fit, usize)> {
+    if !blocks.iter().all(|block| matches!(block.origin, Origin::Sampled { .. })) {
+        return None;
+    }
+    let mut blocks = blocks.to_vec();
+    add_envelopes(&mut blocks, fit);
+    let mut fit = Fit::at(&blocks, fit.noise.clone(), fit.poles.clone())?;
+    let required = required_gain(fit.poles.len());
+    let mut new = 0;
+    while let Some((pole, envelope)) = most_promising(&blocks, &fit, required) {
+        let mut poles = fit.poles.clone();
+        poles[pole].rates[envelope] = Some(C64::default());
+        let Some(trial) = Fit::at(&blocks, fit.noise.clone(), poles) else { break };
+        let trial = trial.refined(&blocks, GLANCE);
+        if fit.evaluation.sum_of_squares - trial.evaluation.sum_of_squares < required {
+            break;
+        }
+        new += 1;
+        fit = trial;
+        envelop(&mut blocks, &fit);
+        fit = Fit::at(&blocks, fit.noise.clone(), fit.poles.clone())?;
+    }
+    (new > 0).then(|| {
+        let fit = settled(&mut blocks, fit);
+        (blocks, fit, new)
+    })
+}
+
+/// The rate that a step of Gauss and Newton gains most by, beyond what the poles themselves gain.
+fn most_promising(blocks: &[Block], fit: &Fit, required: f64) -> Option<(usize, usize)> {
+    let count = blocks.first()?.envelopes.len();
+    let base = fit.evaluation.predicted_gain()?;
+    let mut best: Option<(f64, usize, usize)> = None;
+    for (at, pole) in fit.poles.iter().enumerate().filter(|(_, pole)| pole.is_driven) {
+        for j in (0..count).filter(|&j| pole.rates[j].is_none()) {
+            let mut poles = fit.poles.clone();
+            poles[at].rates[j] = Some(C64::default());
+            let Some(trial) = Fit::at(blocks, fit.noise.clone(), poles) else { continue };
+            let Some(gain) = trial.evaluation.predicted_gain() else { continue };
+            let gain = gain - base;
+            if gain > required && best.is_none_or(|(most, _, _)| gain > most) {
+                best = Some((gain, at, j));
+            }
+        }
+    }
+    best.map(|(_, pole, envelope)| (pole, envelope))
+}
