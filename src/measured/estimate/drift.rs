@@ -20,6 +20,12 @@ use super::fit::{Fit, GLANCE, USUAL, columns_of};
 /// Chance with which noise alone makes a mode drift.
 const FALSE_ALARM: f64 = 1e-3;
 
+/// Poles damped more than this do not drift, nor does another with them.
+const MOST_DAMPING: f64 = 0.1;
+
+/// A drift beyond this share of the frequency is none.
+const MOST_DRIFT: f64 = 0.2;
+
 /// Times that envelopes and poles are brought into line with each other.
 const ROUNDS: usize = 3;
 
@@ -209,11 +215,15 @@ fn amplitude(block: &Block, at: usize, fit: &Fit, pole: usize) -> f64 {
         .fold(0.0, f64::max)
 }
 
+fn may_drift(pole: &Pole) -> bool {
+    pole.is_driven && (0.0..MOST_DAMPING).contains(&pole.ratio())
+}
+
 /// Gives each driven pole an envelope, as far as there is room.
 fn add_envelopes(blocks: &mut [Block], fit: &Fit) {
     /// An envelope serves poles this near, as a share.
     const NEAR: f64 = 0.1;
-    for pole in fit.poles.iter().filter(|pole| pole.is_driven) {
+    for pole in fit.poles.iter().filter(|pole| may_drift(pole)) {
         let envelopes = &blocks[0].envelopes;
         let is_new = envelopes.iter().all(|e| (e.omega / pole.omega() - 1.0).abs() > NEAR);
         if is_new && envelopes.len() < MOST_DRIFTS {
@@ -265,7 +275,9 @@ pub(super) fn drifting(blocks: &[Block], fit: &Fit) -> Option<(Vec<Block>, Fit, 
         poles[pole].rates[envelope] = Some(C64::default());
         let Some(trial) = Fit::at(&blocks, fit.noise.clone(), poles) else { break };
         let trial = trial.refined(&blocks, GLANCE);
-        if fit.evaluation.sum_of_squares - trial.evaluation.sum_of_squares < required {
+        if fit.evaluation.sum_of_squares - trial.evaluation.sum_of_squares < required
+            || trial.poles.iter().any(|pole| pole.drift() > MOST_DRIFT)
+        {
             break;
         }
         new += 1;
@@ -284,7 +296,7 @@ fn most_promising(blocks: &[Block], fit: &Fit, required: f64) -> Option<(usize, 
     let count = blocks.first()?.envelopes.len();
     let base = fit.evaluation.predicted_gain()?;
     let mut best: Option<(f64, usize, usize)> = None;
-    for (at, pole) in fit.poles.iter().enumerate().filter(|(_, pole)| pole.is_driven) {
+    for (at, pole) in fit.poles.iter().enumerate().filter(|(_, pole)| may_drift(pole)) {
         for j in (0..count).filter(|&j| pole.rates[j].is_none()) {
             let mut poles = fit.poles.clone();
             poles[at].rates[j] = Some(C64::default());
