@@ -98,16 +98,6 @@ impl Pole {
         self.rates.iter().flatten().map(|rate| rate.norm()).sum::<f64>() / self.omega()
     }
 
-    /// What the first order of averaging leaves of its spectrum, as a share: an error of the second order in
-    /// frequency adds up over the decay, and what goes round at other frequencies is a part of the drift.
-    pub(in crate::measured) fn unexplained_drift(&self) -> f64 {
-        const ELSEWHERE: f64 = 0.1;
-        const LEAST_DAMPING: f64 = 1e-3;
-        let drift = self.drift();
-        let added_up = 0.5 * drift.powi(2) / self.ratio().max(LEAST_DAMPING);
-        (added_up + ELSEWHERE * drift).min(1.0)
-    }
-
     /// With its parameters, in that order, moved by real and imaginary parts in turn.
     pub(in crate::measured) fn moved(mut self, steps: &[f64]) -> Self {
         let parameters = std::iter::once(&mut self.lambda).chain(self.rates.iter_mut().flatten());

@@ -26,6 +26,12 @@ const MOST_DAMPING: f64 = 0.1;
 /// A drift beyond this share of the frequency is none.
 const MOST_DRIFT: f64 = 0.2;
 
+/// An envelope serves poles this near, as a share.
+const SAME_MODE: f64 = 0.1;
+
+/// Damping ratios below this are no better known.
+const LEAST_DAMPING: f64 = 1e-3;
+
 /// Times that envelopes and poles are brought into line with each other.
 const ROUNDS: usize = 3;
 
@@ -111,15 +117,19 @@ fn states(
     states
 }
 
-/// What the drift of a pole adds to its spectrum; `None` where it has none.
-pub(super) fn drifted(block: &Block, pole: &Pole, is_driven: bool) -> Option<Drifted> {
-    let Origin::Sampled { step_s, samples, force } = &block.origin else { return None };
-    let rates: Vec<(C64, &[f64])> = pole
-        .rates
+/// The rates of a pole with the envelopes that they go with.
+fn rates<'a>(block: &'a Block, pole: &Pole) -> Vec<(C64, &'a [f64])> {
+    pole.rates
         .iter()
         .zip(&block.envelopes)
         .filter_map(|(rate, envelope)| Some(((*rate)?, envelope.values.as_slice())))
-        .collect();
+        .collect()
+}
+
+/// What the drift of a pole adds to its spectrum; `None` where it has none.
+pub(super) fn drifted(block: &Block, pole: &Pole, is_driven: bool) -> Option<Drifted> {
+    let Origin::Sampled { step_s, samples, force } = &block.origin else { return None };
+    let rates = rates(block, pole);
     if rates.is_empty() || !is_driven {
         return None;
     }
@@ -191,12 +201,7 @@ fn envelop(blocks: &mut [Block], fit: &Fit) {
 /// Square of the amplitude of a mode of unit residue.
 fn envelope(block: &Block, pole: &Pole) -> Vec<f64> {
     let Origin::Sampled { step_s, samples, force } = &block.origin else { return Vec::new() };
-    let rates: Vec<(C64, &[f64])> = pole
-        .rates
-        .iter()
-        .zip(&block.envelopes)
-        .filter_map(|(rate, envelope)| Some(((*rate)?, envelope.values.as_slice())))
-        .collect();
+    let rates = rates(block, pole);
     let states = states(pole.lambda, &rates, *step_s, *samples, force.as_deref());
     states.value.iter().map(|s| s.norm_sqr()).collect()
 }
@@ -221,11 +226,9 @@ fn may_drift(pole: &Pole) -> bool {
 
 /// Gives each driven pole an envelope, as far as there is room.
 fn add_envelopes(blocks: &mut [Block], fit: &Fit) {
-    /// An envelope serves poles this near, as a share.
-    const NEAR: f64 = 0.1;
     for pole in fit.poles.iter().filter(|pole| may_drift(pole)) {
         let envelopes = &blocks[0].envelopes;
-        let is_new = envelopes.iter().all(|e| (e.omega / pole.omega() - 1.0).abs() > NEAR);
+        let is_new = envelopes.iter().all(|e| (e.omega / pole.omega() - 1.0).abs() > SAME_MODE);
         if is_new && envelopes.len() < MOST_DRIFTS {
             for block in blocks.iter_mut() {
                 block.envelopes.push(Envelope { omega: pole.omega(), values: Vec::new() });
@@ -233,6 +236,126 @@ fn add_envelopes(blocks: &mut [Block], fit: &Fit) {
         }
     }
     envelop(blocks, fit);
+}
+
+/// What the model of drift does not explain, as noise that the lines are weighed with: a further pole must
+/// explain more than that.
+pub(super) struct Unexplained {
+    /// First columns of the modes that take part, and the largest amplitude of each for a residue of one.
+    modes: Vec<(usize, f64)>,
+    /// Against the loudest of them.
+    share: f64,
+    /// Power of each line for an amplitude of one.
+    powers: Vec<f64>,
+}
+
+impl Unexplained {
+    pub(super) fn add_to(&self, noise: &mut [f64], factors: &[f64]) {
+        let amplitude =
+            |&(place, peak): &(usize, f64)| peak * factors[place].hypot(factors[place + 1]);
+        let size = self.share * self.modes.iter().map(amplitude).fold(0.0, f64::max);
+        noise.iter_mut().zip(&self.powers).for_each(|(noise, power)| *noise += size * size * power);
+    }
+}
+
+/// A mode that drifts or that others drift with.
+struct Part {
+    place: usize,
+    peak: f64,
+    /// Its states against their peak.
+    states: Vec<C64>,
+}
+
+/// What is left near the poles that drift: an error of the second order in frequency adds up over the decay. And
+/// what goes round at other frequencies: springs of second and third order answer at sums and differences of two
+/// and three of the modes' frequencies.
+pub(super) fn unexplained(block: &Block, poles: &[Pole]) -> Vec<Unexplained> {
+    /// Of the drift: what goes round near a mode and elsewhere; modes near by make it louder.
+    const NEAR: f64 = 0.1;
+    const ELSEWHERE: f64 = 0.5;
+    /// Modes whose sums and differences are looked at.
+    const MOST_MODES: usize = 3;
+    let Origin::Sampled { step_s, samples, force } = &block.origin else { return Vec::new() };
+    let most = poles.iter().map(Pole::drift).fold(0.0, f64::max);
+    if most == 0.0 {
+        return Vec::new();
+    }
+    let places = columns_of(block, poles);
+    let mut all = Vec::new();
+    let mut parts = Vec::new();
+    for (pole, (place, _)) in poles.iter().zip(places) {
+        let is_source = pole.drift() > 0.0 || is_envelope(block, poles, pole);
+        if !is_source || parts.len() == MOST_MODES {
+            continue;
+        }
+        let states =
+            states(pole.lambda, &rates(block, pole), *step_s, *samples, force.as_deref()).value;
+        let peak = states.iter().map(|s| s.norm()).fold(f64::MIN_POSITIVE, f64::max);
+        let states: Vec<C64> = states.iter().map(|s| s / peak).collect();
+        let drift = pole.drift();
+        let added_up = 0.5 * drift.powi(2) / pole.ratio().max(LEAST_DAMPING);
+        all.push(Unexplained {
+            modes: vec![(place, peak)],
+            share: (added_up + NEAR * drift).min(1.0),
+            powers: spectra(block, *step_s, &states)[0].iter().map(C64::norm_sqr).collect(),
+        });
+        parts.push(Part { place, peak, states });
+    }
+    for (which, product) in products(&parts) {
+        let [own, conjugate] = spectra(block, *step_s, &product);
+        all.push(Unexplained {
+            modes: which.iter().map(|&i| (parts[i].place, parts[i].peak)).collect(),
+            share: ELSEWHERE * most,
+            powers: own.iter().zip(&conjugate).map(|(a, b)| a.norm_sqr() + b.norm_sqr()).collect(),
+        });
+    }
+    all
+}
+
+/// Whether another pole drifts with the amplitude of this one.
+fn is_envelope(block: &Block, poles: &[Pole], pole: &Pole) -> bool {
+    may_drift(pole)
+        && block.envelopes.iter().enumerate().any(|(j, envelope)| {
+            (envelope.omega / pole.omega() - 1.0).abs() < SAME_MODE
+                && poles.iter().any(|pole| pole.rates[j].is_some())
+        })
+}
+
+/// Products of two and three states, conjugate or not; those that go round as one of the modes are left out, as
+/// they make it drift. Each comes with the modes that take part.
+fn products(parts: &[Part]) -> Vec<(Vec<usize>, Vec<C64>)> {
+    let product = |which: &[usize], is_turned: bool| -> (Vec<usize>, Vec<C64>) {
+        let last = which.len() - 1;
+        let of = |k: usize| -> C64 {
+            which
+                .iter()
+                .enumerate()
+                .map(|(n, &i)| {
+                    let state = parts[i].states[k];
+                    if n == last && is_turned { state.conj() } else { state }
+                })
+                .product()
+        };
+        (which.to_vec(), (0..parts[0].states.len()).map(of).collect())
+    };
+    let mut all = Vec::new();
+    for a in 0..parts.len() {
+        for b in a..parts.len() {
+            all.push(product(&[a, b], false));
+            if a != b {
+                all.push(product(&[a, b], true));
+            }
+            for c in 0..parts.len() {
+                if c >= b {
+                    all.push(product(&[a, b, c], false));
+                }
+                if c != a && c != b {
+                    all.push(product(&[a, b, c], true));
+                }
+            }
+        }
+    }
+    all
 }
 
 /// What the sum of squares must fall by for a rate: two parameters among as many as could drift.

@@ -9,6 +9,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::basis::{Block, C64, Pole};
+use super::drift::{self, Unexplained};
 use super::noise;
 use super::projection::{Projection, dot};
 
@@ -226,14 +227,6 @@ pub(super) struct Fit {
     pub(super) evaluation: Evaluation,
 }
 
-/// A pole that drifts: its first column, what of it is unexplained as a share, and the power of a unit residue
-/// on each line.
-struct Drifting {
-    place: usize,
-    error: f64,
-    powers: Vec<f64>,
-}
-
 impl Fit {
     /// At poles as they are.
     pub(super) fn at(blocks: &[Block], noise: Noise, poles: Vec<Pole>) -> Option<Self> {
@@ -311,36 +304,20 @@ impl Fit {
         estimate: impl Fn(&[f64], &[f64], f64) -> Vec<f64>,
     ) -> Noise {
         let mut all: Noise = blocks.iter().map(|_| Vec::new()).collect();
-        let drifting: Vec<Vec<Drifting>> = blocks.iter().map(|b| self.drifting(b)).collect();
+        let unexplained: Vec<Vec<Unexplained>> =
+            blocks.iter().map(|block| drift::unexplained(block, &self.poles)).collect();
         for part in &self.evaluation.parts {
             let (powers, taken) = self.left_over(part);
             let block = &blocks[part.block];
             let strongest = strongest(&block.spectra[part.response]);
             let noise = estimate(&powers, &taken, strongest);
             let mut noise = with_known(block, part.response, noise);
-            for Drifting { place, error, powers } in &drifting[part.block] {
-                let residue = part.factors[*place].hypot(part.factors[place + 1]);
-                let size = (error * residue).powi(2);
-                noise.iter_mut().zip(powers).for_each(|(noise, power)| *noise += size * power);
+            for source in &unexplained[part.block] {
+                source.add_to(&mut noise, &part.factors);
             }
             all[part.block].push(noise);
         }
         all
-    }
-
-    /// The poles that drift, as sources of what the model of drift leaves unexplained.
-    fn drifting(&self, block: &Block) -> Vec<Drifting> {
-        let places = columns_of(block, &self.poles);
-        self.poles
-            .iter()
-            .zip(places)
-            .filter(|(pole, _)| pole.drift() > 0.0)
-            .map(|(pole, (place, _))| {
-                let of = block.contribution(pole, pole.is_driven);
-                let powers = of.value[0].iter().map(C64::norm_sqr).collect();
-                Drifting { place, error: pole.unexplained_drift(), powers }
-            })
-            .collect()
     }
 
     /// With the lines weighed by the noise that is left over, and the poles moved accordingly.
