@@ -24,7 +24,7 @@ const FALSE_ALARM: f64 = 1e-3;
 const MOST_DAMPING: f64 = 0.1;
 
 /// A drift beyond this share of the frequency is none.
-const MOST_DRIFT: f64 = 0.2;
+const MOST_DRIFT: f64 = 0.1;
 
 /// An envelope serves poles this near, as a share.
 const SAME_MODE: f64 = 0.1;
@@ -238,6 +238,76 @@ fn add_envelopes(blocks: &mut [Block], fit: &Fit) {
     envelop(blocks, fit);
 }
 
+/// How far a pole is from its place at small amplitudes where that is farthest, against its frequency.
+pub(super) fn drift_of(blocks: &[Block], pole: &Pole) -> C64 {
+    let shift = |block: &Block| {
+        let rates = rates(block, pole);
+        let at = |k: usize| rates.iter().map(|(rate, e)| rate * e[k]).sum::<C64>();
+        let samples = rates.first().map_or(0, |(_, e)| e.len());
+        (0..samples).map(at).max_by(|a, b| a.norm_sqr().total_cmp(&b.norm_sqr()))
+    };
+    blocks
+        .iter()
+        .filter_map(shift)
+        .max_by(|a, b| a.norm_sqr().total_cmp(&b.norm_sqr()))
+        .map_or_else(C64::default, |shift| shift / pole.omega())
+}
+
+/// The width of a pole that drifts: what another pole explains there may be what the model of drift does not.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Reach {
+    omega: f64,
+    width: f64,
+}
+
+impl Reach {
+    pub(super) fn holds(&self, pole: &Pole) -> bool {
+        (self.omega - pole.omega()).abs() < self.width + pole.lambda.re.abs()
+    }
+}
+
+/// The widths of all poles that drift.
+pub(super) fn reaches(blocks: &[Block], poles: &[Pole]) -> Vec<Reach> {
+    let reach = |pole: &Pole| {
+        let omega = pole.omega();
+        Reach { omega, width: pole.lambda.re.abs() + drift_of(blocks, pole).norm() * omega }
+    };
+    poles.iter().filter(|pole| pole.drifts()).map(reach).collect()
+}
+
+/// Whether a pole lies where the springs of modes that drift answer at sums and differences of their frequencies,
+/// and is as weak as such answers are: `peaks` are the loudest lines of all poles.
+pub(super) fn is_overtone(blocks: &[Block], poles: &[Pole], peaks: &[f64], at: usize) -> bool {
+    let pole = &poles[at];
+    let drift = poles.iter().map(|pole| drift_of(blocks, pole).norm()).fold(0.0, f64::max);
+    let loudest = peaks.iter().copied().fold(0.0, f64::max);
+    if pole.drifts() || peaks[at] > drift * loudest {
+        return false;
+    }
+    let sources: Vec<&Pole> = poles
+        .iter()
+        .enumerate()
+        .filter(|(i, source)| {
+            *i != at
+                && peaks[*i] > peaks[at]
+                && (source.drifts() || blocks.iter().any(|block| is_envelope(block, poles, source)))
+        })
+        .map(|(_, source)| source)
+        .collect();
+    let signed = |sign: f64| sources.iter().map(move |s| (sign * s.omega(), s.lambda.re.abs()));
+    let terms: Vec<(f64, f64)> = signed(1.0).chain(signed(-1.0)).collect();
+    let third: Vec<(f64, f64)> = terms.iter().copied().chain([(0.0, 0.0)]).collect();
+    terms.iter().any(|a| {
+        terms.iter().any(|b| {
+            third.iter().any(|c| {
+                let (omega, decay) = (a.0 + b.0 + c.0, a.1 + b.1 + c.1);
+                let widths = decay + pole.lambda.re.abs() + drift * omega.abs();
+                omega > 0.0 && (omega - pole.omega()).abs() < widths
+            })
+        })
+    })
+}
+
 /// What the model of drift does not explain, as noise that the lines are weighed with: a further pole must
 /// explain more than that.
 pub(super) struct Unexplained {
@@ -269,22 +339,24 @@ struct Part {
 /// What is left near the poles that drift: an error of the second order in frequency adds up over the decay. And
 /// what goes round at other frequencies: springs of second and third order answer at sums and differences of two
 /// and three of the modes' frequencies.
-pub(super) fn unexplained(block: &Block, poles: &[Pole]) -> Vec<Unexplained> {
+pub(super) fn unexplained(blocks: &[Block], at: usize, poles: &[Pole]) -> Vec<Unexplained> {
     /// Of the drift: what goes round near a mode and elsewhere; modes near by make it louder.
     const NEAR: f64 = 0.1;
     const ELSEWHERE: f64 = 0.5;
     /// Modes whose sums and differences are looked at.
     const MOST_MODES: usize = 3;
+    let block = &blocks[at];
     let Origin::Sampled { step_s, samples, force } = &block.origin else { return Vec::new() };
-    let most = poles.iter().map(Pole::drift).fold(0.0, f64::max);
-    if most == 0.0 {
+    if !poles.iter().any(Pole::drifts) {
         return Vec::new();
     }
+    let drift_of = |pole: &Pole| drift_of(blocks, pole).norm();
+    let most = poles.iter().map(drift_of).fold(0.0, f64::max);
     let places = columns_of(block, poles);
     let mut all = Vec::new();
     let mut parts = Vec::new();
     for (pole, (place, _)) in poles.iter().zip(places) {
-        let is_source = pole.drift() > 0.0 || is_envelope(block, poles, pole);
+        let is_source = pole.drifts() || is_envelope(block, poles, pole);
         if !is_source || parts.len() == MOST_MODES {
             continue;
         }
@@ -292,7 +364,7 @@ pub(super) fn unexplained(block: &Block, poles: &[Pole]) -> Vec<Unexplained> {
             states(pole.lambda, &rates(block, pole), *step_s, *samples, force.as_deref()).value;
         let peak = states.iter().map(|s| s.norm()).fold(f64::MIN_POSITIVE, f64::max);
         let states: Vec<C64> = states.iter().map(|s| s / peak).collect();
-        let drift = pole.drift();
+        let drift = drift_of(pole);
         let added_up = 0.5 * drift.powi(2) / pole.ratio().max(LEAST_DAMPING);
         all.push(Unexplained {
             modes: vec![(place, peak)],
@@ -399,7 +471,7 @@ pub(super) fn drifting(blocks: &[Block], fit: &Fit) -> Option<(Vec<Block>, Fit, 
         let Some(trial) = Fit::at(&blocks, fit.noise.clone(), poles) else { break };
         let trial = trial.refined(&blocks, GLANCE);
         if fit.evaluation.sum_of_squares - trial.evaluation.sum_of_squares < required
-            || trial.poles.iter().any(|pole| pole.drift() > MOST_DRIFT)
+            || trial.poles.iter().any(|pole| drift_of(&blocks, pole).norm() > MOST_DRIFT)
         {
             break;
         }

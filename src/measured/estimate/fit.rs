@@ -305,7 +305,7 @@ impl Fit {
     ) -> Noise {
         let mut all: Noise = blocks.iter().map(|_| Vec::new()).collect();
         let unexplained: Vec<Vec<Unexplained>> =
-            blocks.iter().map(|block| drift::unexplained(block, &self.poles)).collect();
+            (0..blocks.len()).map(|at| drift::unexplained(blocks, at, &self.poles)).collect();
         for part in &self.evaluation.parts {
             let (powers, taken) = self.left_over(part);
             let block = &blocks[part.block];

@@ -39,7 +39,8 @@ pub(super) struct Residue {
 pub(super) struct PoleEstimate {
     /// The pole.
     pub(super) pole: Pole,
-    /// Standard deviation of the natural frequency |λ|, rad/s.
+    /// Standard deviation of the natural frequency |λ|, rad/s; of a pole that drifts, with what the model of drift
+    /// may be wrong by.
     pub(super) omega_std: f64,
     /// Standard deviation of the damping ratio.
     pub(super) ratio_std: f64,
@@ -47,6 +48,11 @@ pub(super) struct PoleEstimate {
     pub(super) residues: Vec<Vec<Residue>>,
     /// The pole's loudest line against the spectrum's, at the response where that is largest.
     pub(super) prominence: f64,
+    /// How far the frequency is from that at small amplitudes where it is farthest, as a share; `None` where it does
+    /// not depend on amplitude.
+    pub(super) drift: Option<f64>,
+    /// Whether it is what the springs of modes that drift add at sums and differences of their frequencies.
+    pub(super) is_overtone: bool,
 }
 
 /// All poles of a record.
@@ -172,13 +178,23 @@ fn report(blocks: &[Block], fit: &Fit) -> Option<Estimate> {
             let strongest = fit::strongest(&block.spectra[part.response]).sqrt();
             prominence = prominence.max(peak / strongest);
         }
+        let drift = drift::drift_of(blocks, pole);
+        // The next order of averaging.
+        let beyond = drift.norm_sqr();
         poles.push(PoleEstimate {
             pole: *pole,
-            omega_std: deviation(by_omega),
-            ratio_std: deviation(by_ratio),
+            omega_std: deviation(by_omega).hypot(omega * beyond),
+            ratio_std: deviation(by_ratio).hypot(beyond),
             residues,
             prominence,
+            drift: pole.drifts().then_some(drift.im),
+            is_overtone: false,
         });
+    }
+    let peaks: Vec<f64> = poles.iter().map(|pole| pole.prominence).collect();
+    for (at, pole) in poles.iter_mut().enumerate() {
+        pole.is_overtone = drift::is_overtone(blocks, &fit.poles, &peaks, at);
+        if std::env::var("DBG").is_ok() { eprintln!("P {:.3} {:.5} prom {:.5} drift {:?} {}", pole.pole.omega()/6.28318, pole.pole.ratio(), pole.prominence, pole.drift, pole.is_overtone); }
     }
     poles.sort_by(|a, b| a.pole.omega().total_cmp(&b.pole.omega()));
     let deviations = |variances: &Vec<f64>| variances.iter().map(|v| v.sqrt()).collect();

@@ -2,6 +2,8 @@
 //! than noise could, all poles being refined together after each. Starts come from the stabilisation diagram,
 //! from peaks of the residual, and from splitting a pole in two, which is what shows a close pair.
 
+use nalgebra::Complex;
+
 use super::basis::{Block, Origin, Pole};
 use super::blows;
 use super::drift;
@@ -17,6 +19,9 @@ pub(super) const MOST_POLES: usize = 24;
 
 /// More tones than this are something else that the model does not explain.
 const MOST_TONES: usize = 4;
+
+/// Drift that explains this share of what a further pole in the same place explains is the cause of both.
+const IMITATED: f64 = 0.7;
 
 /// Starts that are refined before the best is chosen.
 const TRIALS: usize = 4;
@@ -74,13 +79,22 @@ fn rival(blocks: &[Block], fit: &Fit, larger: Option<&Fit>) -> Option<(Vec<Block
     let (blocks_of_other, other, rates) = drift::drifting(blocks, fit)?;
     let left = |fit: &Fit, required: f64| fit.evaluation.sum_of_squares + required;
     let required = rates as f64 * drift::required_gain(fit.poles.len());
-    if std::env::var("DBG").is_ok() {
-        eprintln!("rival: {} poles, sse {:.1}; +pole {:?}; +{rates} rates {:.1}", fit.poles.len(), fit.evaluation.sum_of_squares, larger.map(|l| (l.evaluation.sum_of_squares, l.poles.last().unwrap().omega()/6.2832, l.poles.last().unwrap().ratio())), other.evaluation.sum_of_squares);
-        for p in &other.poles { eprintln!("    {:.4} {:.5} {:?}", p.omega()/6.28318530718, p.ratio(), p.rates.iter().flatten().map(|r| format!("{:.3}", r/p.omega())).collect::<Vec<_>>()); }
-    }
+    // Within the width of a pole another one can imitate part of its drift, and noise may tip the balance.
+    let share = match larger.and_then(|larger| larger.poles.last()) {
+        Some(new) if fit.poles.iter().any(|pole| is_on(pole, new)) => IMITATED,
+        _ => 1.0,
+    };
+    let gain = |of: &Fit, required: f64| left(fit, 0.0) - left(of, required);
     larger
-        .is_none_or(|larger| left(&other, required) < left(larger, required_gain(blocks)))
+        .is_none_or(|larger| {
+            gain(&other, required) > share * gain(larger, required_gain(blocks))
+        })
         .then_some((blocks_of_other, other))
+}
+
+/// Whether a pole lies within the width of another.
+fn is_on(pole: &Pole, new: &Pole) -> bool {
+    (pole.omega() - new.omega()).abs() < pole.lambda.re.abs().max(new.lambda.re.abs())
 }
 
 /// Whether a pole may be there for what another one leaves over.
@@ -122,7 +136,9 @@ fn tones(blocks: &[Block], fit: &Fit) -> Vec<Pole> {
 
 /// With one more pole, if one of the candidates earns its place.
 fn grown(blocks: &[Block], fit: &Fit, mut candidates: Vec<Pole>) -> Option<Fit> {
-    candidates.retain(|pole| in_band(blocks, pole));
+    let reaches = drift::reaches(blocks, &fit.poles);
+    let is_drift = |pole: &Pole| reaches.iter().any(|reach| reach.holds(pole));
+    candidates.retain(|pole| in_band(blocks, pole) && !is_drift(pole));
     let mut ranked: Vec<(f64, Pole)> =
         candidates.into_iter().map(|pole| (linear_gain(blocks, fit, &pole), pole)).collect();
     ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -139,7 +155,8 @@ fn grown(blocks: &[Block], fit: &Fit, mut candidates: Vec<Pole>) -> Option<Fit> 
         let is_better = best
             .as_ref()
             .is_none_or(|best| trial.evaluation.sum_of_squares < best.evaluation.sum_of_squares);
-        if is_better && !is_mistaken {
+        let is_drift = trial.poles.last().is_some_and(&is_drift);
+        if is_better && !is_mistaken && !is_drift {
             best = Some(trial);
         }
     }
@@ -219,6 +236,7 @@ fn linear_gain(blocks: &[Block], fit: &Fit, pole: &Pole) -> f64 {
 /// The highest peaks of the weighted residual, rad/s.
 fn residual_peaks(blocks: &[Block], fit: &Fit) -> Vec<f64> {
     let mut found = Vec::new();
+    let reaches = drift::reaches(blocks, &fit.poles);
     for (at, block) in blocks.iter().enumerate() {
         let lines = block.omega.len();
         let mut power = vec![0.0; lines];
@@ -227,9 +245,14 @@ fn residual_peaks(blocks: &[Block], fit: &Fit) -> Vec<f64> {
                 *sum += part.residual[k].powi(2) + part.residual[lines + k].powi(2);
             }
         }
+        let is_drift = |k: usize| {
+            let line = Pole::new(Complex::new(0.0, block.omega[k]));
+            reaches.iter().any(|reach| reach.holds(&line))
+        };
         let mut peaks: Vec<usize> = (0..lines)
             .filter(|&k| {
                 (k == 0 || power[k] >= power[k - 1]) && (k + 1 == lines || power[k] > power[k + 1])
+                    && !is_drift(k)
             })
             .collect();
         peaks.sort_by(|&a, &b| power[b].total_cmp(&power[a]));
