@@ -146,11 +146,11 @@ pub fn identify_record(record: &Record, band_hz: Option<[f64; 2]>, mains_hz: &[f
             notices.add(NoticeKind::Tone, None, what);
             continue;
         }
-        if pole.is_overtone {
+        if pole.is_remainder {
             let hz = hz_from_rad_per_s(pole.pole.omega());
             let what = format!(
-                "something weak at {hz:.2} Hz lies at a sum or difference of the frequencies of modes that depend on \
-                 amplitude: it was fitted as their overtone and left out"
+                "something weak at {hz:.2} Hz was fitted and left out: it lies in the width of a mode that depends on \
+                 amplitude, or at a sum or difference of such modes' frequencies, and may be no more than that"
             );
             notices.add(NoticeKind::AmplitudeDependent, None, what);
             continue;

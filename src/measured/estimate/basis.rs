@@ -354,7 +354,11 @@ mod tests {
                 for k in 0..omega.len() {
                     let slope = (up.value[0][k] - down.value[0][k]) / (step * 2.0);
                     let error = (slope - of.slopes[0][0][k]).norm();
-                    assert!(error < 1e-6 * (1.0 + of.slopes[0][0][k].norm()), "{slope} {}", of.slopes[0][0][k]);
+                    assert!(
+                        error < 1e-6 * (1.0 + of.slopes[0][0][k].norm()),
+                        "{slope} {}",
+                        of.slopes[0][0][k]
+                    );
                 }
             }
         }

@@ -24,7 +24,7 @@ const FALSE_ALARM: f64 = 1e-3;
 const MOST_DAMPING: f64 = 0.1;
 
 /// A drift beyond this share of the frequency is none.
-const MOST_DRIFT: f64 = 0.1;
+const MOST_DRIFT: f64 = 0.25;
 
 /// An envelope serves poles this near, as a share.
 const SAME_MODE: f64 = 0.1;
@@ -136,7 +136,8 @@ pub(super) fn drifted(block: &Block, pole: &Pole, is_driven: bool) -> Option<Dri
     let force = force.as_deref();
     let moved = states(pole.lambda, &rates, *step_s, *samples, force);
     let steady = states(pole.lambda, &[], *step_s, *samples, force);
-    let less = |a: Vec<C64>, b: &[C64]| -> Vec<C64> { a.iter().zip(b).map(|(a, b)| a - b).collect() };
+    let less =
+        |a: Vec<C64>, b: &[C64]| -> Vec<C64> { a.iter().zip(b).map(|(a, b)| a - b).collect() };
     Some(Drifted {
         value: spectra(block, *step_s, &less(moved.value, &steady.value)),
         by_lambda: spectra(block, *step_s, &less(moved.by_lambda, &steady.by_lambda)),
@@ -253,6 +254,13 @@ pub(super) fn drift_of(blocks: &[Block], pole: &Pole) -> C64 {
         .map_or_else(C64::default, |shift| shift / pole.omega())
 }
 
+/// What the model of a pole's drift may be wrong by, as a share of its frequency: simulated arms with cubic springs
+/// of known linear limit are off by up to this share of the drift.
+pub(super) fn beyond(drift: C64) -> f64 {
+    const SHARE: f64 = 0.03;
+    SHARE * drift.norm()
+}
+
 /// The width of a pole that drifts: what another pole explains there may be what the model of drift does not.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Reach {
@@ -275,10 +283,21 @@ pub(super) fn reaches(blocks: &[Block], poles: &[Pole]) -> Vec<Reach> {
     poles.iter().filter(|pole| pole.drifts()).map(reach).collect()
 }
 
-/// Whether a pole lies where the springs of modes that drift answer at sums and differences of their frequencies,
-/// and is as weak as such answers are: `peaks` are the loudest lines of all poles.
-pub(super) fn is_overtone(blocks: &[Block], poles: &[Pole], peaks: &[f64], at: usize) -> bool {
+/// Whether a pole is what the model of drift leaves: weak within the width of a pole that drifts, or where the
+/// springs answer at sums and differences of the modes' frequencies, and as weak as such answers are. `peaks` are
+/// the loudest lines of all poles.
+pub(super) fn is_remainder(blocks: &[Block], poles: &[Pole], peaks: &[f64], at: usize) -> bool {
+    /// A mode within the width of another is this loud at least.
+    const LEAST_SHARE: f64 = 0.35;
     let pole = &poles[at];
+    let mut others = poles.iter().zip(peaks).filter(|(other, _)| other.drifts());
+    let is_under = |(other, peak): (&Pole, &f64)| {
+        let reach = reaches(blocks, std::slice::from_ref(other));
+        peaks[at] < LEAST_SHARE * peak && reach.iter().any(|reach| reach.holds(pole))
+    };
+    if others.any(is_under) {
+        return true;
+    }
     let drift = poles.iter().map(|pole| drift_of(blocks, pole).norm()).fold(0.0, f64::max);
     let loudest = peaks.iter().copied().fold(0.0, f64::max);
     if pole.drifts() || peaks[at] > drift * loudest {

@@ -121,10 +121,7 @@ impl Pair {
                 a.iter().zip(b).map(|(a, b)| i * (a - b)).collect(),
             ]
         };
-        Self {
-            columns: sums(&of.value),
-            slopes: of.slopes.iter().map(sums).collect(),
-        }
+        Self { columns: sums(&of.value), slopes: of.slopes.iter().map(sums).collect() }
     }
 
     /// Change of x·u + y·v with the real part of each parameter, then with its imaginary part.

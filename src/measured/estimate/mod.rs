@@ -51,8 +51,8 @@ pub(super) struct PoleEstimate {
     /// How far the frequency is from that at small amplitudes where it is farthest, as a share; `None` where it does
     /// not depend on amplitude.
     pub(super) drift: Option<f64>,
-    /// Whether it is what the springs of modes that drift add at sums and differences of their frequencies.
-    pub(super) is_overtone: bool,
+    /// Whether it is what the model of drift leaves of other modes.
+    pub(super) is_remainder: bool,
 }
 
 /// All poles of a record.
@@ -179,8 +179,7 @@ fn report(blocks: &[Block], fit: &Fit) -> Option<Estimate> {
             prominence = prominence.max(peak / strongest);
         }
         let drift = drift::drift_of(blocks, pole);
-        // The next order of averaging.
-        let beyond = drift.norm_sqr();
+        let beyond = drift::beyond(drift);
         poles.push(PoleEstimate {
             pole: *pole,
             omega_std: deviation(by_omega).hypot(omega * beyond),
@@ -188,13 +187,12 @@ fn report(blocks: &[Block], fit: &Fit) -> Option<Estimate> {
             residues,
             prominence,
             drift: pole.drifts().then_some(drift.im),
-            is_overtone: false,
+            is_remainder: false,
         });
     }
     let peaks: Vec<f64> = poles.iter().map(|pole| pole.prominence).collect();
     for (at, pole) in poles.iter_mut().enumerate() {
-        pole.is_overtone = drift::is_overtone(blocks, &fit.poles, &peaks, at);
-        if std::env::var("DBG").is_ok() { eprintln!("P {:.3} {:.5} prom {:.5} drift {:?} {}", pole.pole.omega()/6.28318, pole.pole.ratio(), pole.prominence, pole.drift, pole.is_overtone); }
+        pole.is_remainder = drift::is_remainder(blocks, &fit.poles, &peaks, at);
     }
     poles.sort_by(|a, b| a.pole.omega().total_cmp(&b.pole.omega()));
     let deviations = |variances: &Vec<f64>| variances.iter().map(|v| v.sqrt()).collect();

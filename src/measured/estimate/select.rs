@@ -47,7 +47,8 @@ pub(super) fn select(blocks: &mut [Block], starts: &[Pole]) -> Option<Fit> {
         // What was noise at first may be the skirt of a mode: the poles move with the weights.
         fit = Fit::at(blocks, floor, fit.poles.clone())?.refined(blocks, USUAL);
         if let Some(mended) = blows::mended(blocks, &fit) {
-            let trial = Fit::at(&mended, fit.noise.clone(), fit.poles.clone())?.refined(&mended, USUAL);
+            let trial =
+                Fit::at(&mended, fit.noise.clone(), fit.poles.clone())?.refined(&mended, USUAL);
             if trial.evaluation.sum_of_squares < fit.evaluation.sum_of_squares {
                 blocks.clone_from_slice(&mended);
                 fit = trial;
@@ -86,9 +87,7 @@ fn rival(blocks: &[Block], fit: &Fit, larger: Option<&Fit>) -> Option<(Vec<Block
     };
     let gain = |of: &Fit, required: f64| left(fit, 0.0) - left(of, required);
     larger
-        .is_none_or(|larger| {
-            gain(&other, required) > share * gain(larger, required_gain(blocks))
-        })
+        .is_none_or(|larger| gain(&other, required) > share * gain(larger, required_gain(blocks)))
         .then_some((blocks_of_other, other))
 }
 
@@ -103,8 +102,7 @@ fn is_near(pole: &Pole, new: &Pole) -> bool {
     const NEAR: f64 = 0.1;
     const BANDWIDTHS: f64 = 5.0;
     let apart = (pole.omega() - new.omega()).abs();
-    apart < NEAR * pole.omega()
-        || apart < BANDWIDTHS * (pole.lambda.re.abs() + new.lambda.re.abs())
+    apart < NEAR * pole.omega() || apart < BANDWIDTHS * (pole.lambda.re.abs() + new.lambda.re.abs())
 }
 
 /// Where a further mode may be: columns of the stabilisation diagram, peaks of the residual, and either side
@@ -206,8 +204,7 @@ fn linear_gain(blocks: &[Block], fit: &Fit, pole: &Pole) -> f64 {
     if !blocks.iter().all(|block| block.admits(pole)) {
         return f64::NEG_INFINITY;
     }
-    let pairs: Vec<_> =
-        blocks.iter().map(|b| b.contribution(pole, pole.is_driven)).collect();
+    let pairs: Vec<_> = blocks.iter().map(|b| b.contribution(pole, pole.is_driven)).collect();
     let mut gain = 0.0;
     for part in &fit.evaluation.parts {
         let of = &pairs[part.block];
@@ -251,7 +248,8 @@ fn residual_peaks(blocks: &[Block], fit: &Fit) -> Vec<f64> {
         };
         let mut peaks: Vec<usize> = (0..lines)
             .filter(|&k| {
-                (k == 0 || power[k] >= power[k - 1]) && (k + 1 == lines || power[k] > power[k + 1])
+                (k == 0 || power[k] >= power[k - 1])
+                    && (k + 1 == lines || power[k] > power[k + 1])
                     && !is_drift(k)
             })
             .collect();
