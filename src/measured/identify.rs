@@ -9,7 +9,7 @@ use super::prepare::{Kind, Prepared, Response, lines_hz, prepare};
 use super::record::Record;
 use super::spectra::Averaged;
 use super::suspicions;
-use crate::units::hz_from_rad_per_s;
+use crate::units::{hz_from_rad_per_s, percent_from_ratio};
 
 /// Damping ratios above this are no mode of an arm.
 const MOST_DAMPING: f64 = 0.3;
@@ -72,6 +72,9 @@ pub struct Mode {
     pub coherence: Option<f64>,
     /// Share of the orders of the stabilisation diagram that have this pole.
     pub support: f64,
+    /// Change of the frequency at the record's largest amplitudes, as a share, where it depends on amplitude: the
+    /// frequency is then that of small amplitudes.
+    pub drift: Option<f64>,
     /// Rotation of each link with marked points.
     pub links: Vec<LinkRotation>,
     /// What else it may be: such a mode is not written to the table of modes.
@@ -143,8 +146,20 @@ pub fn identify_record(record: &Record, band_hz: Option<[f64; 2]>, mains_hz: &[f
             notices.add(NoticeKind::Tone, None, what);
             continue;
         }
+        if pole.is_remainder {
+            let hz = hz_from_rad_per_s(pole.pole.omega());
+            let what = format!(
+                "something weak at {hz:.2} Hz was fitted and left out: it lies in the width of a mode that depends on \
+                 amplitude, or at a sum or difference of such modes' frequencies, and may be no more than that"
+            );
+            notices.add(NoticeKind::AmplitudeDependent, None, what);
+            continue;
+        }
         if !is_settled(pole, &mut notices) {
             continue;
+        }
+        if let Some(drift) = pole.drift {
+            tell_of_drift(pole, drift, &mut notices);
         }
         let mut mode = mode(record, &prepared, pole);
         mode.support = support(&mode, &identified.stabilisation, orders);
@@ -250,6 +265,19 @@ fn rounding(prepared: &Prepared, found: &Estimate, notices: &mut Notices) {
             notices.add(NoticeKind::CoarseSteps, Some(&response.name), what.to_owned());
         }
     }
+}
+
+/// Tells that a mode depends on amplitude; what is reported is its limit at small amplitudes.
+fn tell_of_drift(pole: &PoleEstimate, drift: f64, notices: &mut Notices) {
+    let what = format!(
+        "the mode at {:.3} Hz depends on amplitude: where the arm swings most its frequency is {:.2} % {}; the \
+         frequency given is that of small amplitudes, its deviation allows for the extrapolation; hit less hard to \
+         see less of it",
+        hz_from_rad_per_s(pole.pole.omega()),
+        percent_from_ratio(drift.abs()),
+        if drift < 0.0 { "lower" } else { "higher" }
+    );
+    notices.add(NoticeKind::AmplitudeDependent, None, what);
 }
 
 /// Whether a pole is a mode that can be reported; tells if it was near.
@@ -369,6 +397,7 @@ fn mode(record: &Record, prepared: &Prepared, pole: &PoleEstimate) -> Mode {
         amplitude,
         coherence: coherence(prepared, hz_from_rad_per_s(pole.pole.omega())),
         support: 0.0,
+        drift: pole.drift,
         suspicion: None,
     }
 }

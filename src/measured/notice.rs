@@ -25,6 +25,8 @@ pub enum NoticeKind {
     Mains,
     /// A mode looks like a harmonic of the spindle.
     Spindle,
+    /// A mode's frequency depends on amplitude.
+    AmplitudeDependent,
     /// A steady tone beside the modes, which was fitted and left out.
     Tone,
     /// A start or peak that the fit could not settle.
@@ -54,6 +56,7 @@ impl NoticeKind {
             Self::MayBeFolded => "may_be_folded",
             Self::Mains => "mains",
             Self::Spindle => "spindle",
+            Self::AmplitudeDependent => "amplitude_dependent",
             Self::Tone => "tone",
             Self::Unsettled => "unsettled",
             Self::NoModes => "no_modes",

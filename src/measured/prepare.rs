@@ -162,6 +162,7 @@ fn free(
             drive_error: Vec::new(),
             least_noise: steps.iter().map(|step| rounding(*step, samples)).collect(),
             begins_moving: false,
+            envelopes: Vec::new(),
             spectra: spectra.iter().map(|s| s[lines.clone()].to_vec()).collect(),
         });
     }
@@ -272,6 +273,7 @@ fn forced(
             .map(|channel| rounding(rounding_step(&channel.samples), samples))
             .collect(),
         begins_moving: hits.is_empty(),
+        envelopes: Vec::new(),
         spectra: spectra.iter().map(|s| s[lines.clone()].to_vec()).collect(),
     };
     let mut starts_from = Vec::new();
@@ -343,6 +345,7 @@ fn given(functions: &[Frf], band_hz: Option<[f64; 2]>, notices: &mut Notices) ->
                 drive_error: Vec::new(),
                 least_noise: Vec::new(),
                 begins_moving: false,
+                envelopes: Vec::new(),
                 spectra: vec![values],
             }),
             Some(block) if block.omega == omega => block.spectra.push(values),

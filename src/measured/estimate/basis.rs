@@ -14,10 +14,15 @@
 
 use nalgebra::Complex;
 
+use super::drift::{Drifted, Envelope, drifted};
+
 pub(in crate::measured) type C64 = Complex<f64>;
 
 /// Growth over a record beyond this is no vibration, and would overflow.
 const MOST_GROWTH: f64 = 8.0;
+
+/// Envelopes that a pole may drift with.
+pub(in crate::measured) const MOST_DRIFTS: usize = 6;
 
 /// How a set of spectra came about.
 #[derive(Debug, Clone, PartialEq)]
@@ -61,6 +66,8 @@ pub(in crate::measured) struct Block {
     pub(in crate::measured) least_noise: Vec<f64>,
     /// Whether the arm may have been moving when the record began.
     pub(in crate::measured) begins_moving: bool,
+    /// Amplitudes that poles may drift with.
+    pub(in crate::measured) envelopes: Vec<Envelope>,
     /// The spectra, one for each response.
     pub(in crate::measured) spectra: Vec<Vec<C64>>,
 }
@@ -72,11 +79,32 @@ pub(in crate::measured) struct Pole {
     pub(in crate::measured) lambda: C64,
     /// Whether the force drives it; a disturbance such as a line of the mains goes its own way.
     pub(in crate::measured) is_driven: bool,
+    /// By envelope: how far λ moves at its highest, rad/s; `None` where it does not.
+    pub(in crate::measured) rates: [Option<C64>; MOST_DRIFTS],
 }
 
 impl Pole {
     pub(in crate::measured) fn new(lambda: C64) -> Self {
-        Self { lambda, is_driven: true }
+        Self { lambda, is_driven: true, rates: [None; MOST_DRIFTS] }
+    }
+
+    /// Complex parameters: λ and the rates.
+    pub(in crate::measured) fn parameters(&self) -> usize {
+        1 + self.rates.iter().flatten().count()
+    }
+
+    /// Whether it moves with any amplitude.
+    pub(in crate::measured) fn drifts(&self) -> bool {
+        self.rates.iter().any(Option::is_some)
+    }
+
+    /// With its parameters, in that order, moved by real and imaginary parts in turn.
+    pub(in crate::measured) fn moved(mut self, steps: &[f64]) -> Self {
+        let parameters = std::iter::once(&mut self.lambda).chain(self.rates.iter_mut().flatten());
+        for (parameter, step) in parameters.zip(steps.chunks_exact(2)) {
+            *parameter += C64::new(step[0], step[1]);
+        }
+        self
     }
 
     /// From natural frequency and damping ratio.
@@ -95,13 +123,25 @@ impl Pole {
     }
 }
 
-/// b and db/dλ on the lines, at λ and at its conjugate.
+/// b on the lines and its derivatives by λ and by each rate, each at λ and at its conjugate.
 #[derive(Debug, Clone)]
 pub(in crate::measured) struct Contribution {
-    pub(in crate::measured) value: Vec<C64>,
-    pub(in crate::measured) slope: Vec<C64>,
-    pub(in crate::measured) conjugate_value: Vec<C64>,
-    pub(in crate::measured) conjugate_slope: Vec<C64>,
+    pub(in crate::measured) value: [Vec<C64>; 2],
+    pub(in crate::measured) slopes: Vec<[Vec<C64>; 2]>,
+}
+
+impl Contribution {
+    fn with(mut self, drift: Drifted) -> Self {
+        let add = |to: &mut [Vec<C64>; 2], from: &[Vec<C64>; 2]| {
+            for (to, from) in to.iter_mut().flatten().zip(from.iter().flatten()) {
+                *to += from;
+            }
+        };
+        add(&mut self.value, &drift.value);
+        self.slopes.iter_mut().for_each(|by_lambda| add(by_lambda, &drift.by_lambda));
+        self.slopes.extend(drift.by_rates);
+        self
+    }
 }
 
 impl Block {
@@ -122,8 +162,17 @@ impl Block {
         }
     }
 
-    /// What a pole contributes; `is_driven` false gives the vibration from before the record.
-    pub(in crate::measured) fn contribution(&self, lambda: C64, is_driven: bool) -> Contribution {
+    /// What a pole contributes; `is_driven` false gives the vibration from before the record, which is too weak
+    /// to drift.
+    pub(in crate::measured) fn contribution(&self, pole: &Pole, is_driven: bool) -> Contribution {
+        let steady = self.steady(pole.lambda, is_driven);
+        match drifted(self, pole, is_driven) {
+            Some(drift) => steady.with(drift),
+            None => steady,
+        }
+    }
+
+    fn steady(&self, lambda: C64, is_driven: bool) -> Contribution {
         match &self.origin {
             Origin::Responses => {
                 let at = |lambda: C64| -> (Vec<C64>, Vec<C64>) {
@@ -137,7 +186,10 @@ impl Block {
                 };
                 let ((value, slope), (conjugate_value, conjugate_slope)) =
                     (at(lambda), at(lambda.conj()));
-                Contribution { value, slope, conjugate_value, conjugate_slope }
+                Contribution {
+                    value: [value, conjugate_value],
+                    slopes: vec![[slope, conjugate_slope]],
+                }
             }
             Origin::Sampled { step_s, samples, force } => {
                 let drive = if is_driven { force.as_deref() } else { None };
@@ -163,7 +215,10 @@ impl Block {
                 let (value, slope) = at(lambda, end, end_slope);
                 let (conjugate_value, conjugate_slope) =
                     at(lambda.conj(), end.conj(), end_slope.conj());
-                Contribution { value, slope, conjugate_value, conjugate_slope }
+                Contribution {
+                    value: [value, conjugate_value],
+                    slopes: vec![[slope, conjugate_slope]],
+                }
             }
         }
     }
@@ -282,23 +337,28 @@ mod tests {
                 drive_error: Vec::new(),
                 least_noise: Vec::new(),
                 begins_moving: false,
+                envelopes: Vec::new(),
                 spectra: Vec::new(),
             };
-            let of = block.contribution(pole.lambda, true);
+            let of = block.contribution(&pole, true);
             for (k, measured) in transform(record)[1..samples / 2].iter().enumerate() {
-                let model = amplitude * of.value[k] + amplitude.conj() * of.conjugate_value[k];
+                let model = amplitude * of.value[0][k] + amplitude.conj() * of.value[1][k];
                 assert!((model - measured).norm() < 1e-9, "line {k}: {model} {measured}");
             }
             // The slope against differences, in both directions of the complex plane.
             for step in [C64::new(1e-6, 0.0), C64::new(0.0, 1e-6)] {
                 let (up, down) = (
-                    block.contribution(pole.lambda + step, true),
-                    block.contribution(pole.lambda - step, true),
+                    block.contribution(&Pole::new(pole.lambda + step), true),
+                    block.contribution(&Pole::new(pole.lambda - step), true),
                 );
                 for k in 0..omega.len() {
-                    let slope = (up.value[k] - down.value[k]) / (step * 2.0);
-                    let error = (slope - of.slope[k]).norm();
-                    assert!(error < 1e-6 * (1.0 + of.slope[k].norm()), "{slope} {}", of.slope[k]);
+                    let slope = (up.value[0][k] - down.value[0][k]) / (step * 2.0);
+                    let error = (slope - of.slopes[0][0][k]).norm();
+                    assert!(
+                        error < 1e-6 * (1.0 + of.slopes[0][0][k].norm()),
+                        "{slope} {}",
+                        of.slopes[0][0][k]
+                    );
                 }
             }
         }

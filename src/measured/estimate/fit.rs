@@ -9,6 +9,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::basis::{Block, C64, Pole};
+use super::drift::{self, Unexplained};
 use super::noise;
 use super::projection::{Projection, dot};
 
@@ -55,10 +56,36 @@ pub(super) struct Part {
 #[derive(Debug, Clone)]
 pub(super) struct Evaluation {
     pub(super) sum_of_squares: f64,
-    /// JᵀJ over real and imaginary part of each pole in turn.
+    /// JᵀJ over real and imaginary part of each parameter of each pole in turn.
     pub(super) normal: DMatrix<f64>,
-    gradient: DVector<f64>,
+    pub(super) gradient: DVector<f64>,
     pub(super) parts: Vec<Part>,
+}
+
+impl Evaluation {
+    /// What a step of Gauss and Newton would lower the sum of squares by.
+    pub(super) fn predicted_gain(&self) -> Option<f64> {
+        let mut normal = self.normal.clone();
+        for i in 0..normal.nrows() {
+            normal[(i, i)] *= 1.0 + 1e-9;
+            normal[(i, i)] += f64::MIN_POSITIVE;
+        }
+        Some(normal.cholesky()?.solve(&self.gradient).dot(&self.gradient))
+    }
+}
+
+/// First of the real parameters of each pole among those of all, and their number.
+pub(super) fn parameters_of(poles: &[Pole]) -> (Vec<usize>, usize) {
+    let mut next = 0;
+    let firsts = poles
+        .iter()
+        .map(|pole| {
+            let first = next;
+            next += 2 * pole.parameters();
+            first
+        })
+        .collect();
+    (firsts, next)
 }
 
 /// First column of a pole among the columns of a block, and whether a second pair follows it for the
@@ -77,35 +104,35 @@ pub(super) fn columns_of(block: &Block, poles: &[Pole]) -> Vec<(usize, bool)> {
 }
 
 /// The two real columns of one contribution, u = b + b̃ and v = i(b − b̃), so that residue x + iy gives
-/// x·u + y·v; and the derivatives of the sum x·u + y·v by both parts of the pole.
+/// x·u + y·v; and the derivatives of the sum x·u + y·v by both parts of each
+/// parameter of the pole.
 struct Pair {
     columns: [Vec<C64>; 2],
-    slopes: [Vec<C64>; 2],
+    slopes: Vec<[Vec<C64>; 2]>,
 }
 
 impl Pair {
-    fn new(block: &Block, lambda: C64, is_driven: bool) -> Self {
-        let of = block.contribution(lambda, is_driven);
-        let sums = |a: &[C64], b: &[C64]| -> [Vec<C64>; 2] {
+    fn new(block: &Block, pole: &Pole, is_driven: bool) -> Self {
+        let of = block.contribution(pole, is_driven);
+        let sums = |[a, b]: &[Vec<C64>; 2]| -> [Vec<C64>; 2] {
             let i = C64::new(0.0, 1.0);
             [
                 a.iter().zip(b).map(|(a, b)| a + b).collect(),
                 a.iter().zip(b).map(|(a, b)| i * (a - b)).collect(),
             ]
         };
-        Self {
-            columns: sums(&of.value, &of.conjugate_value),
-            slopes: sums(&of.slope, &of.conjugate_slope),
-        }
+        Self { columns: sums(&of.value), slopes: of.slopes.iter().map(sums).collect() }
     }
 
-    /// Change of x·u + y·v with the real part of λ, then with its imaginary part.
-    fn changes(&self, x: f64, y: f64) -> [Vec<C64>; 2] {
-        let [sum, turned] = &self.slopes;
-        let mix = |a: f64, b: f64| -> Vec<C64> {
-            sum.iter().zip(turned).map(|(s, t)| s * a + t * b).collect()
+    /// Change of x·u + y·v with the real part of each parameter, then with its imaginary part.
+    fn changes(&self, x: f64, y: f64) -> Vec<Vec<C64>> {
+        let by_parameter = |[sum, turned]: &[Vec<C64>; 2]| {
+            let mix = |a: f64, b: f64| -> Vec<C64> {
+                sum.iter().zip(turned).map(|(s, t)| s * a + t * b).collect()
+            };
+            [mix(x, y), mix(-y, x)]
         };
-        [mix(x, y), mix(-y, x)]
+        self.slopes.iter().flat_map(by_parameter).collect()
     }
 }
 
@@ -121,7 +148,7 @@ pub(super) fn weights(variances: &[f64]) -> Vec<f64> {
 
 /// Projects every spectrum on the columns of the poles. `None` where a pole cannot be evaluated.
 pub(super) fn evaluate(blocks: &[Block], noise: &Noise, poles: &[Pole]) -> Option<Evaluation> {
-    let count = 2 * poles.len();
+    let (_, count) = parameters_of(poles);
     let mut normal = DMatrix::zeros(count, count);
     let mut gradient = DVector::zeros(count);
     let mut sum_of_squares = 0.0;
@@ -133,9 +160,9 @@ pub(super) fn evaluate(blocks: &[Block], noise: &Noise, poles: &[Pole]) -> Optio
         let pairs: Vec<Vec<Pair>> = poles
             .iter()
             .map(|pole| {
-                let mut pairs = vec![Pair::new(block, pole.lambda, pole.is_driven)];
+                let mut pairs = vec![Pair::new(block, pole, pole.is_driven)];
                 if pole.is_driven && block.begins_moving {
-                    pairs.push(Pair::new(block, pole.lambda, false));
+                    pairs.push(Pair::new(block, pole, false));
                 }
                 pairs
             })
@@ -155,9 +182,9 @@ pub(super) fn evaluate(blocks: &[Block], noise: &Noise, poles: &[Pole]) -> Optio
             // Of each change D only what lies outside the span Q of the columns counts:
             // JᵀJ = DᵀD − (QᵀD)ᵀ(QᵀD), and Jᵀr = Dᵀr, as the residual r lies outside of it.
             let mut changes_of_poles: Vec<(Vec<f64>, Vec<f64>)> = Vec::with_capacity(count);
-            for (pairs, &(first, _)) in pairs.iter().zip(&firsts) {
-                let mut changes =
-                    [vec![C64::default(); spectrum.len()], vec![C64::default(); spectrum.len()]];
+            for ((pairs, pole), &(first, _)) in pairs.iter().zip(poles).zip(&firsts) {
+                let none = vec![C64::default(); spectrum.len()];
+                let mut changes = vec![none; 2 * pole.parameters()];
                 for (pair, place) in pairs.iter().zip((first..).step_by(2)) {
                     let new = pair.changes(factors[place], factors[place + 1]);
                     for (sum, new) in changes.iter_mut().zip(&new) {
@@ -222,14 +249,12 @@ impl Fit {
                 }
                 continue;
             };
+            let (firsts, _) = parameters_of(&self.poles);
             let moved: Vec<Pole> = self
                 .poles
                 .iter()
-                .enumerate()
-                .map(|(i, pole)| Pole {
-                    lambda: pole.lambda + C64::new(step[2 * i], step[2 * i + 1]),
-                    ..*pole
-                })
+                .zip(firsts)
+                .map(|(pole, first)| pole.moved(&step.as_slice()[first..]))
                 .collect();
             let better = evaluate(blocks, &self.noise, &moved)
                 .filter(|evaluation| evaluation.sum_of_squares <= before);
@@ -276,12 +301,18 @@ impl Fit {
         estimate: impl Fn(&[f64], &[f64], f64) -> Vec<f64>,
     ) -> Noise {
         let mut all: Noise = blocks.iter().map(|_| Vec::new()).collect();
+        let unexplained: Vec<Vec<Unexplained>> =
+            (0..blocks.len()).map(|at| drift::unexplained(blocks, at, &self.poles)).collect();
         for part in &self.evaluation.parts {
             let (powers, taken) = self.left_over(part);
             let block = &blocks[part.block];
             let strongest = strongest(&block.spectra[part.response]);
             let noise = estimate(&powers, &taken, strongest);
-            all[part.block].push(with_known(block, part.response, noise));
+            let mut noise = with_known(block, part.response, noise);
+            for source in &unexplained[part.block] {
+                source.add_to(&mut noise, &part.factors);
+            }
+            all[part.block].push(noise);
         }
         all
     }
@@ -296,7 +327,7 @@ impl Fit {
         self
     }
 
-    /// Covariance over real and imaginary part of each pole in turn: the Cramér–Rao bound at the estimate.
+    /// Covariance over real and imaginary part of each parameter of each pole in turn: the Cramér–Rao bound at the estimate.
     pub(super) fn covariance(&self) -> Option<DMatrix<f64>> {
         // Scaled, as poles of different sharpness differ by many orders.
         let normal = &self.evaluation.normal;

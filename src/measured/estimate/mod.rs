@@ -13,6 +13,7 @@
 
 pub(super) mod basis;
 mod blows;
+pub(super) mod drift;
 mod fit;
 pub(super) mod lscf;
 mod noise;
@@ -22,7 +23,7 @@ mod select;
 use nalgebra::Matrix2;
 
 pub(super) use basis::{Block, C64, Origin, Pole, Push};
-use fit::{Fit, columns_of, weights};
+use fit::{Fit, columns_of, parameters_of, weights};
 
 /// A residue with what is known about it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,7 +39,8 @@ pub(super) struct Residue {
 pub(super) struct PoleEstimate {
     /// The pole.
     pub(super) pole: Pole,
-    /// Standard deviation of the natural frequency |λ|, rad/s.
+    /// Standard deviation of the natural frequency |λ|, rad/s; of a pole that drifts, with what the model of drift
+    /// may be wrong by.
     pub(super) omega_std: f64,
     /// Standard deviation of the damping ratio.
     pub(super) ratio_std: f64,
@@ -46,6 +48,11 @@ pub(super) struct PoleEstimate {
     pub(super) residues: Vec<Vec<Residue>>,
     /// The pole's loudest line against the spectrum's, at the response where that is largest.
     pub(super) prominence: f64,
+    /// How far the frequency is from that at small amplitudes where it is farthest, as a share; `None` where it does
+    /// not depend on amplitude.
+    pub(super) drift: Option<f64>,
+    /// Whether it is what the model of drift leaves of other modes.
+    pub(super) is_remainder: bool,
 }
 
 /// All poles of a record.
@@ -137,8 +144,10 @@ fn report(blocks: &[Block], fit: &Fit) -> Option<Estimate> {
         fitted[part.block].push(spectrum.iter().enumerate().map(|(k, v)| v - left(k)).collect());
     }
     let mut poles = Vec::new();
+    let (firsts, _) = parameters_of(&fit.poles);
     for (at, pole) in fit.poles.iter().enumerate() {
-        let own = Matrix2::from_fn(|i, j| covariance[(2 * at + i, 2 * at + j)]);
+        let first = firsts[at];
+        let own = Matrix2::from_fn(|i, j| covariance[(first + i, first + j)]);
         let (omega, s, w) = (pole.omega(), pole.lambda.re, pole.lambda.im);
         let by_omega = nalgebra::Vector2::new(s, w) / omega;
         let by_ratio = nalgebra::Vector2::new(-w * w, s * w) / omega.powi(3);
@@ -162,20 +171,28 @@ fn report(blocks: &[Block], fit: &Fit) -> Option<Estimate> {
             let variance = |i: usize| own_noise(i) + from_poles(i);
             residues[part.block]
                 .push(Residue { value, variance: 0.5 * (variance(place) + variance(place + 1)) });
-            let own = block.contribution(pole.lambda, pole.is_driven);
+            let own = block.contribution(pole, pole.is_driven);
             // Its loudest line: the nearest one may lie where the force has none.
-            let loudest = own.value.iter().map(|b| b.norm()).fold(0.0, f64::max);
+            let loudest = own.value[0].iter().map(|b| b.norm()).fold(0.0, f64::max);
             let peak = value.norm() * loudest;
             let strongest = fit::strongest(&block.spectra[part.response]).sqrt();
             prominence = prominence.max(peak / strongest);
         }
+        let drift = drift::drift_of(blocks, pole);
+        let beyond = drift::beyond(drift);
         poles.push(PoleEstimate {
             pole: *pole,
-            omega_std: deviation(by_omega),
-            ratio_std: deviation(by_ratio),
+            omega_std: deviation(by_omega).hypot(omega * beyond),
+            ratio_std: deviation(by_ratio).hypot(beyond),
             residues,
             prominence,
+            drift: pole.drifts().then_some(drift.im),
+            is_remainder: false,
         });
+    }
+    let peaks: Vec<f64> = poles.iter().map(|pole| pole.prominence).collect();
+    for (at, pole) in poles.iter_mut().enumerate() {
+        pole.is_remainder = drift::is_remainder(blocks, &fit.poles, &peaks, at);
     }
     poles.sort_by(|a, b| a.pole.omega().total_cmp(&b.pole.omega()));
     let deviations = |variances: &Vec<f64>| variances.iter().map(|v| v.sqrt()).collect();

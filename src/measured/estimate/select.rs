@@ -2,8 +2,11 @@
 //! than noise could, all poles being refined together after each. Starts come from the stabilisation diagram,
 //! from peaks of the residual, and from splitting a pole in two, which is what shows a close pair.
 
+use nalgebra::Complex;
+
 use super::basis::{Block, Origin, Pole};
 use super::blows;
+use super::drift;
 use super::fit::{Fit, GLANCE, USUAL, first_noise, rows, weights};
 use super::noise;
 use super::projection::{Projection, dot};
@@ -16,6 +19,9 @@ pub(super) const MOST_POLES: usize = 24;
 
 /// More tones than this are something else that the model does not explain.
 const MOST_TONES: usize = 4;
+
+/// Drift that explains this share of what a further pole in the same place explains is the cause of both.
+const IMITATED: f64 = 0.7;
 
 /// Starts that are refined before the best is chosen.
 const TRIALS: usize = 4;
@@ -41,19 +47,62 @@ pub(super) fn select(blocks: &mut [Block], starts: &[Pole]) -> Option<Fit> {
         // What was noise at first may be the skirt of a mode: the poles move with the weights.
         fit = Fit::at(blocks, floor, fit.poles.clone())?.refined(blocks, USUAL);
         if let Some(mended) = blows::mended(blocks, &fit) {
-            blocks.clone_from_slice(&mended);
-            fit = Fit::at(blocks, fit.noise, fit.poles)?.refined(blocks, USUAL);
+            let trial =
+                Fit::at(&mended, fit.noise.clone(), fit.poles.clone())?.refined(&mended, USUAL);
+            if trial.evaluation.sum_of_squares < fit.evaluation.sum_of_squares {
+                blocks.clone_from_slice(&mended);
+                fit = trial;
+            }
+        }
+        let larger = grown(blocks, &fit, driven(&fit, starts, blocks));
+        if let Some((drifting, other)) = rival(blocks, &fit, larger.as_ref()) {
+            blocks.clone_from_slice(&drifting);
+            fit = other;
+            continue;
         }
         // A tone is looked for where no mode explains what is left: the comb that several hits make of a
         // mode would pass for tones otherwise.
-        match grown(blocks, &fit, driven(&fit, starts, blocks))
-            .or_else(|| grown(blocks, &fit, tones(blocks, &fit)))
-        {
+        match larger.or_else(|| grown(blocks, &fit, tones(blocks, &fit))) {
             Some(larger) => fit = larger,
             None => break,
         }
     }
     pruned(blocks, fit)
+}
+
+/// With poles that drift with amplitude, where that explains more than a further pole would.
+fn rival(blocks: &[Block], fit: &Fit, larger: Option<&Fit>) -> Option<(Vec<Block>, Fit)> {
+    if let Some(new) = larger.and_then(|larger| larger.poles.last())
+        && !fit.poles.iter().any(|pole| is_near(pole, new))
+    {
+        return None;
+    }
+    let (blocks_of_other, other, rates) = drift::drifting(blocks, fit)?;
+    let left = |fit: &Fit, required: f64| fit.evaluation.sum_of_squares + required;
+    let required = rates as f64 * drift::required_gain(fit.poles.len());
+    // Within the width of a pole another one can imitate part of its drift, and noise may tip the balance.
+    let share = match larger.and_then(|larger| larger.poles.last()) {
+        Some(new) if fit.poles.iter().any(|pole| is_on(pole, new)) => IMITATED,
+        _ => 1.0,
+    };
+    let gain = |of: &Fit, required: f64| left(fit, 0.0) - left(of, required);
+    larger
+        .is_none_or(|larger| gain(&other, required) > share * gain(larger, required_gain(blocks)))
+        .then_some((blocks_of_other, other))
+}
+
+/// Whether a pole lies within the width of another.
+fn is_on(pole: &Pole, new: &Pole) -> bool {
+    (pole.omega() - new.omega()).abs() < pole.lambda.re.abs().max(new.lambda.re.abs())
+}
+
+/// Whether a pole may be there for what another one leaves over.
+fn is_near(pole: &Pole, new: &Pole) -> bool {
+    /// As a share of frequency, and against the sum of their decay rates.
+    const NEAR: f64 = 0.1;
+    const BANDWIDTHS: f64 = 5.0;
+    let apart = (pole.omega() - new.omega()).abs();
+    apart < NEAR * pole.omega() || apart < BANDWIDTHS * (pole.lambda.re.abs() + new.lambda.re.abs())
 }
 
 /// Where a further mode may be: columns of the stabilisation diagram, peaks of the residual, and either side
@@ -85,7 +134,9 @@ fn tones(blocks: &[Block], fit: &Fit) -> Vec<Pole> {
 
 /// With one more pole, if one of the candidates earns its place.
 fn grown(blocks: &[Block], fit: &Fit, mut candidates: Vec<Pole>) -> Option<Fit> {
-    candidates.retain(|pole| in_band(blocks, pole));
+    let reaches = drift::reaches(blocks, &fit.poles);
+    let is_drift = |pole: &Pole| reaches.iter().any(|reach| reach.holds(pole));
+    candidates.retain(|pole| in_band(blocks, pole) && !is_drift(pole));
     let mut ranked: Vec<(f64, Pole)> =
         candidates.into_iter().map(|pole| (linear_gain(blocks, fit, &pole), pole)).collect();
     ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -102,7 +153,8 @@ fn grown(blocks: &[Block], fit: &Fit, mut candidates: Vec<Pole>) -> Option<Fit> 
         let is_better = best
             .as_ref()
             .is_none_or(|best| trial.evaluation.sum_of_squares < best.evaluation.sum_of_squares);
-        if is_better && !is_mistaken {
+        let is_drift = trial.poles.last().is_some_and(&is_drift);
+        if is_better && !is_mistaken && !is_drift {
             best = Some(trial);
         }
     }
@@ -152,14 +204,13 @@ fn linear_gain(blocks: &[Block], fit: &Fit, pole: &Pole) -> f64 {
     if !blocks.iter().all(|block| block.admits(pole)) {
         return f64::NEG_INFINITY;
     }
-    let pairs: Vec<_> =
-        blocks.iter().map(|b| b.contribution(pole.lambda, pole.is_driven)).collect();
+    let pairs: Vec<_> = blocks.iter().map(|b| b.contribution(pole, pole.is_driven)).collect();
     let mut gain = 0.0;
     for part in &fit.evaluation.parts {
         let of = &pairs[part.block];
         let weights = weights(&fit.noise[part.block][part.response]);
         let i = nalgebra::Complex::new(0.0, 1.0);
-        let both = of.value.iter().zip(&of.conjugate_value);
+        let both = of.value[0].iter().zip(&of.value[1]);
         let u: Vec<_> = both.clone().map(|(a, b)| a + b).collect();
         let v: Vec<_> = both.map(|(a, b)| i * (a - b)).collect();
         let mut own = Projection::default();
@@ -182,6 +233,7 @@ fn linear_gain(blocks: &[Block], fit: &Fit, pole: &Pole) -> f64 {
 /// The highest peaks of the weighted residual, rad/s.
 fn residual_peaks(blocks: &[Block], fit: &Fit) -> Vec<f64> {
     let mut found = Vec::new();
+    let reaches = drift::reaches(blocks, &fit.poles);
     for (at, block) in blocks.iter().enumerate() {
         let lines = block.omega.len();
         let mut power = vec![0.0; lines];
@@ -190,9 +242,15 @@ fn residual_peaks(blocks: &[Block], fit: &Fit) -> Vec<f64> {
                 *sum += part.residual[k].powi(2) + part.residual[lines + k].powi(2);
             }
         }
+        let is_drift = |k: usize| {
+            let line = Pole::new(Complex::new(0.0, block.omega[k]));
+            reaches.iter().any(|reach| reach.holds(&line))
+        };
         let mut peaks: Vec<usize> = (0..lines)
             .filter(|&k| {
-                (k == 0 || power[k] >= power[k - 1]) && (k + 1 == lines || power[k] > power[k + 1])
+                (k == 0 || power[k] >= power[k - 1])
+                    && (k + 1 == lines || power[k] > power[k + 1])
+                    && !is_drift(k)
             })
             .collect();
         peaks.sort_by(|&a, &b| power[b].total_cmp(&power[a]));
@@ -201,14 +259,11 @@ fn residual_peaks(blocks: &[Block], fit: &Fit) -> Vec<f64> {
     found
 }
 
-/// Without the poles that others have made needless.
+/// Without the poles and rates that others have made needless.
 fn pruned(blocks: &[Block], mut fit: Fit) -> Option<Fit> {
-    let required = required_gain(blocks);
     loop {
         let mut least: Option<(f64, Fit)> = None;
-        for leave in 0..fit.poles.len() {
-            let mut poles = fit.poles.clone();
-            poles.remove(leave);
+        for (poles, required) in smaller(blocks, &fit) {
             let without = Fit::at(blocks, fit.noise.clone(), poles)?;
             // Only what may be needless is refined.
             if without.evaluation.sum_of_squares - fit.evaluation.sum_of_squares > 20.0 * required {
@@ -216,13 +271,30 @@ fn pruned(blocks: &[Block], mut fit: Fit) -> Option<Fit> {
             }
             let without = without.refined(blocks, USUAL);
             let loss = without.evaluation.sum_of_squares - fit.evaluation.sum_of_squares;
-            if least.as_ref().is_none_or(|(smallest, _)| loss < *smallest) {
-                least = Some((loss, without));
+            let missed = loss - required;
+            if missed < 0.0 && least.as_ref().is_none_or(|(smallest, _)| missed < *smallest) {
+                least = Some((missed, without));
             }
         }
         match least {
-            Some((loss, without)) if loss < required => fit = without,
-            _ => return Some(fit),
+            Some((_, without)) => fit = without,
+            None => return Some(fit),
         }
     }
+}
+
+/// With one pole or one rate less each, and what it must have gained to stay.
+fn smaller(blocks: &[Block], fit: &Fit) -> Vec<(Vec<Pole>, f64)> {
+    let mut all = Vec::new();
+    for at in 0..fit.poles.len() {
+        let mut poles = fit.poles.clone();
+        let pole = poles.remove(at);
+        all.push((poles, required_gain(blocks)));
+        for rate in (0..pole.rates.len()).filter(|&rate| pole.rates[rate].is_some()) {
+            let mut poles = fit.poles.clone();
+            poles[at].rates[rate] = None;
+            all.push((poles, drift::required_gain(fit.poles.len())));
+        }
+    }
+    all
 }

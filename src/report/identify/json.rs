@@ -12,6 +12,7 @@ use crate::measured::notice::Notice;
 use crate::measured::record::Pose;
 use crate::measured::session::{IdentifiedSession, PoseRow};
 use crate::report::json::{NotFinite, Number, laid_out};
+use crate::units::percent_from_ratio;
 
 /// Poses, records and their parts stand on lines of their own; what is within a mode does not.
 const DEEPEST_SPREAD: usize = 4;
@@ -101,6 +102,10 @@ struct JsonMode<'a> {
     /// Free decays: displacement of the shape's largest part when the strongest decay begins, m (or the
     /// channel's unit).
     amplitude: Option<Number>,
+    /// Where the frequency depends on amplitude: how much higher it is where the arm swings most, percent; the
+    /// frequency given is that of small amplitudes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    drift_percent: Option<Number>,
     /// Lowest coherence of all responses at the mode, where several hits or stretches were averaged.
     coherence: Option<Number>,
     /// Share of the orders of the stabilisation diagram that have this pole.
@@ -242,6 +247,7 @@ fn mode(mode: &Mode) -> JsonMode<'_> {
         damping_ratio: Number(mode.damping_ratio),
         damping_ratio_std: Number(mode.damping_std),
         amplitude: mode.amplitude.map(Number),
+        drift_percent: mode.drift.map(|drift| Number(percent_from_ratio(drift))),
         coherence: mode.coherence.map(Number),
         support: Number(mode.support),
         suspicion: mode.suspicion.map(|kind| kind.code()),
