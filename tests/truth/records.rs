@@ -21,11 +21,11 @@ pub(crate) struct HammerTest {
     pub(crate) sample_rate_hz: f64,
     pub(crate) blows: usize,
     pub(crate) seconds_per_blow: f64,
-    pub(crate) peak_n: f64,
     pub(crate) contact_s: f64,
     pub(crate) damping_ratio: f64,
     /// Share by which a spring stiffens at a deflection of `deflection_rad`.
     pub(crate) cubic: f64,
+    /// How far the hardest blow deflects the joint that gives most: whoever strikes goes by what the arm does.
     pub(crate) deflection_rad: f64,
     /// Noise of the displacement over its largest value, of the force over its peak.
     pub(crate) noise: f64,
@@ -39,7 +39,6 @@ impl Default for HammerTest {
             sample_rate_hz: 1000.0,
             blows: 3,
             seconds_per_blow: 5.0,
-            peak_n: 1500.0,
             contact_s: 0.006,
             damping_ratio: 0.015,
             cubic: 0.02,
@@ -101,6 +100,19 @@ impl HammerTest {
         }
     }
 
+    /// The furthest that a blow of 1 N at its peak turns any joint, within `seconds` after it.
+    fn deflection_rad_per_n(&self, motion: &Motion, h: f64, seconds: f64) -> f64 {
+        let (mut deflection, mut rate) = (motion.reach.map(|_| 0.0), motion.reach.map(|_| 0.0));
+        let mut most = 0.0_f64;
+        for i in 0..((0.1 + self.contact_s + seconds) / h) as usize {
+            let from = i as f64 * h;
+            let force = [from, from + 0.5 * h, from + h].map(|t| self.force_n(&[1.0], t));
+            motion.step(&mut deflection, &mut rate, h, force);
+            most = deflection.iter().fold(most, |most, a| most.max(a.abs()));
+        }
+        most
+    }
+
     /// The record of a pose of a planar arm, struck obliquely in its plane.
     pub(crate) fn record(&self, world: &World, row: &Row, dice: &mut Dice) -> Record {
         let (mass, stiffness, dynamics) = world.matrices(row);
@@ -119,13 +131,15 @@ impl HammerTest {
             reach: dynamics.tip.transpose()
                 * DVector::from_vec(vec![angle.cos(), 0.0, angle.sin()]),
         };
-        let peaks_n: Vec<f64> =
-            (0..self.blows).map(|_| self.peak_n * dice.even(0.8, 1.2)).collect();
         let samples = (self.sample_rate_hz * self.seconds_per_blow * self.blows as f64) as usize;
         // Forty steps in the shortest period, and at least sixteen in a blow.
         let finest = (40.0 * f[n - 1]).max(16.0 / self.contact_s);
-        let parts = self.finer * (finest / self.sample_rate_hz).ceil() as usize;
+        let needed = (finest / self.sample_rate_hz).ceil() as usize;
+        let coarse = 1.0 / self.sample_rate_hz / needed as f64;
+        let parts = self.finer * needed;
         let h = 1.0 / self.sample_rate_hz / parts as f64;
+        let hardest_n = self.deflection_rad / self.deflection_rad_per_n(&motion, coarse, TAU / low);
+        let peaks_n: Vec<f64> = (0..self.blows).map(|_| hardest_n * dice.even(0.67, 1.0)).collect();
         let (mut deflection, mut rate) = (DVector::zeros(n), DVector::zeros(n));
         let mut record =
             Record { time_s: Vec::new(), force_n: Vec::new(), x_mm: Vec::new(), z_mm: Vec::new() };
