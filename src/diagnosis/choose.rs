@@ -1,5 +1,5 @@
-//! Which causes earn their place: one at a time, each held against all others, with those before it
-//! questioned again whenever one is added.
+//! Which causes earn their place: one after another and in sets, each held against all others, with those before
+//! it questioned again whenever one is added or taken away.
 
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
@@ -29,7 +29,7 @@ pub(super) struct Effort {
 }
 
 impl Effort {
-    pub(super) const FULL: Self = Self { first: 40, further: 14, starts: 2, kept: 5, sets: 24 };
+    pub(super) const FULL: Self = Self { first: 40, further: 14, starts: 3, kept: 6, sets: 32 };
     /// Inside a fold.
     pub(super) const FOLD: Self = Self { first: 16, further: 8, starts: 1, kept: 3, sets: 10 };
 }
@@ -37,8 +37,11 @@ impl Effort {
 /// Most causes that are looked for.
 const MOST_CAUSES: usize = 4;
 
-/// Causes beyond the last that earned its place among which one more is looked for: some show only together.
-const LOOKED_AHEAD: usize = 3;
+/// How many causes are looked for at once beyond those that earned their place: some show only together, and
+/// most where nothing is known yet.
+const fn looked_ahead(causes: usize) -> usize {
+    if causes == 0 { 3 } else { 2 }
+}
 
 /// A cause earns its place if chance does as well with any candidate less often than this.
 pub(super) const SIGNIFICANCE: f64 = 0.005;
@@ -94,52 +97,41 @@ pub(super) fn choose<'c>(
     let nothing = problem.climb(Hypothesis::default())?;
     let search = Search { problem, candidates, screen, effort };
     let mut best = search.model(nothing.clone());
-    let mut front = best.clone();
+    // The best model of each number of causes.
+    let mut fronts = vec![best.clone()];
     let mut kept = vec![best.clone()];
     let mut singles: Vec<Model<'c>> = Vec::new();
     let mut seen: Vec<Model<'c>> = Vec::new();
-    while front.causes() < (best.causes() + LOOKED_AHEAD).min(MOST_CAUSES) {
+    while fronts.len() <= (best.causes() + looked_ahead(best.causes())).min(MOST_CAUSES) {
         let mut next: Vec<Model<'c>> = Vec::new();
         for parent in &kept {
             next.extend(search.with_one_more(parent));
         }
         sort(&mut next);
-        if front.causes() == 0 {
-            singles.clone_from(&next);
-        } else {
-            search.add_sets(&front, &mut next);
+        match fronts.last() {
+            Some(front) if front.causes() > 0 => search.add_sets(front, &mut next),
+            _ => singles.clone_from(&next),
         }
         let Some(first) = next.first() else { break };
-        front = first.clone();
-        if search.earns_its_place(&best, &front) {
-            best = front.clone();
+        fronts.push(first.clone());
+        let fewer = search.with_one_less(&next);
+        if let (Some(known), Some(first)) = (fronts.iter_mut().rev().nth(1), fewer.first())
+            && first.worth > known.worth
+        {
+            *known = first.clone();
         }
-        seen.extend(next.iter().filter(|model| within_reach(model, &best)).cloned());
+        best = search.largest_that_earns_its_place(&fronts);
+        let met = next.iter().chain(&fewer);
+        seen.extend(met.filter(|model| within_reach(model, &best)).cloned());
         kept = next;
         distinct(&mut kept, effort.kept);
     }
     while let Some(better) = search.fewer(&best) {
         best = better;
     }
-    let count = best.fit.hypothesis.effects.len();
     seen.retain(|model| within_reach(model, &best));
     seen.push(best.clone());
-    let mut rivals: Vec<Vec<Model<'c>>> = Vec::new();
-    for i in 0..count {
-        let mut replaced = if count == 1 { singles.clone() } else { search.replaced(&best, i) };
-        let others: Vec<Model<'c>> =
-            seen.iter().flat_map(|other| instead_of(&best, i, other)).collect();
-        let near = replaced.iter().filter(|model| within_reach(model, &best));
-        seen.extend(near.cloned());
-        replaced.extend(others);
-        // Who names more causes has more to prove.
-        for model in &mut replaced {
-            let more = model.fit.hypothesis.effects.len().saturating_sub(count);
-            model.worth -= RIVAL_WITHIN * more as f64;
-        }
-        sort(&mut replaced);
-        rivals.push(replaced);
-    }
+    let rivals = search.rivals(&best, &singles, &mut seen);
     Some(Choice { nothing, best, rivals, seen })
 }
 
@@ -212,6 +204,37 @@ impl<'c> Search<'_, '_, 'c> {
         sort(next);
     }
 
+    /// The best of the models, sorted, each with one cause taken out, best first: a larger set may show what a smaller
+    /// one should have been (floating search: Pudil, Novovičová & Kittler, Pattern Recognition Letters 15, 1994).
+    fn with_one_less(&self, models: &[Model<'c>]) -> Vec<Model<'c>> {
+        let mut best: Vec<Model<'c>> = models.iter().take(4 * self.effort.kept).cloned().collect();
+        distinct(&mut best, self.effort.kept);
+        let mut fewer: Vec<Model<'c>> = best
+            .par_iter()
+            .filter(|model| model.causes() > 2)
+            .flat_map_iter(|model| {
+                (0..model.causes()).filter_map(|i| {
+                    let mut hypothesis = model.fit.hypothesis.clone();
+                    hypothesis.effects.remove(i);
+                    Some(self.model(self.problem.climb(hypothesis)?))
+                })
+            })
+            .collect();
+        sort(&mut fewer);
+        fewer
+    }
+
+    /// Of the best models of no cause, one, two and so on, the largest of which each that has more earns its place.
+    fn largest_that_earns_its_place(&self, fronts: &[Model<'c>]) -> Model<'c> {
+        let mut best = &fronts[0];
+        for front in &fronts[1..] {
+            if self.earns_its_place(best, front) {
+                best = front;
+            }
+        }
+        best.clone()
+    }
+
     /// Whether what `after` has more than `before` is worth telling.
     fn earns_its_place(&self, before: &Model<'c>, after: &Model<'c>) -> bool {
         if after.worth <= before.worth {
@@ -223,6 +246,32 @@ impl<'c> Search<'_, '_, 'c> {
         }
         p_value(self.problem, self.candidates.len(), &before.fit, &after.fit) <= SIGNIFICANCE
             && is_material(self.problem, &before.fit, &after.fit)
+    }
+
+    /// For each cause of the best model, the models that have another in its place; adds to `seen` what is found on
+    /// the way and within reach.
+    fn rivals(
+        &self,
+        best: &Model<'c>,
+        singles: &[Model<'c>],
+        seen: &mut Vec<Model<'c>>,
+    ) -> Vec<Vec<Model<'c>>> {
+        let rivals_of = |i: usize| {
+            let others: Vec<Model<'c>> =
+                seen.iter().flat_map(|other| instead_of(best, i, other)).collect();
+            let mut rivals =
+                if best.causes() == 1 { singles.to_vec() } else { self.replaced(best, i) };
+            seen.extend(rivals.iter().filter(|model| within_reach(model, best)).cloned());
+            rivals.extend(others);
+            // Who names more causes has more to prove.
+            for rival in &mut rivals {
+                let more = rival.causes().saturating_sub(best.causes());
+                rival.worth -= RIVAL_WITHIN * more as f64;
+            }
+            sort(&mut rivals);
+            rivals
+        };
+        (0..best.causes()).map(rivals_of).collect()
     }
 
     /// The model with each cause questioned again, until no replacement is better.

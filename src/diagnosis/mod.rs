@@ -2,7 +2,7 @@
 //!
 //! Measured frequencies over poses are held against the model's. Each [`Cause`](crate::model::Cause) of the vocabulary is a
 //! candidate at every place where it can sit; candidates are fitted, held against all their rivals, and
-//! earn their place one at a time ([`diagnose`]). What the data cannot tell apart is told as a group; what
+//! earn their place alone or together ([`diagnose`]). What the data cannot tell apart is told as a group; what
 //! no cause explains is told as unexplained.
 
 mod arm;
