@@ -11,7 +11,7 @@ use super::fit::Fit;
 use super::predict::Hypothesis;
 use super::problem::Problem;
 use super::screen::Screen;
-use super::sets::sets;
+use super::sets::{sets, swaps};
 
 /// How thorough a choice is.
 #[derive(Debug, Clone, Copy)]
@@ -49,6 +49,9 @@ pub(super) const SIGNIFICANCE: f64 = 0.005;
 /// A cause that moves the frequencies by less than this share of the noise (root mean square) is not worth
 /// telling: laws are never quite as straight as causes have them, and many poses show that.
 pub(super) const LEAST_MATERIAL: f64 = 0.5;
+
+/// A rival is worth less by this for each other cause that has to change with it.
+const WITH_OTHERS: f64 = 2.0;
 
 /// Candidates that overlap count as fewer: their signatures have cosines of 0.9 and more in groups.
 const INDEPENDENT_SHARE: f64 = 0.5;
@@ -244,7 +247,11 @@ impl<'c> Search<'_, '_, 'c> {
             // More causes, but no more parameters: they stand on their likelihood alone.
             return after.worth > before.worth + RIVAL_WITHIN;
         }
-        p_value(self.problem, self.candidates.len(), &before.fit, &after.fit) <= SIGNIFICANCE
+        let at_once = after.causes().saturating_sub(before.causes());
+        // Causes of which none earns its place alone each have to be worth one that does.
+        let is_worth_it = at_once < 2 || after.worth > before.worth + RIVAL_WITHIN * at_once as f64;
+        is_worth_it
+            && p_value(self.problem, self.candidates.len(), &before.fit, &after.fit) <= SIGNIFICANCE
             && is_material(self.problem, &before.fit, &after.fit)
     }
 
@@ -256,6 +263,9 @@ impl<'c> Search<'_, '_, 'c> {
         singles: &[Model<'c>],
         seen: &mut Vec<Model<'c>>,
     ) -> Vec<Vec<Model<'c>>> {
+        if best.causes() > 1 {
+            seen.extend(self.swapped(best).into_iter().filter(|model| within_reach(model, best)));
+        }
         let rivals_of = |i: usize| {
             let others: Vec<Model<'c>> =
                 seen.iter().flat_map(|other| instead_of(best, i, other)).collect();
@@ -263,10 +273,12 @@ impl<'c> Search<'_, '_, 'c> {
                 if best.causes() == 1 { singles.to_vec() } else { self.replaced(best, i) };
             seen.extend(rivals.iter().filter(|model| within_reach(model, best)).cloned());
             rivals.extend(others);
-            // Who names more causes has more to prove.
+            // Who names more causes has more to prove, and a cause that needs others to change with it is less of a
+            // rival than one that does not.
             for rival in &mut rivals {
                 let more = rival.causes().saturating_sub(best.causes());
-                rival.worth -= RIVAL_WITHIN * more as f64;
+                let others = (rival.causes() - rival.shared(best)).saturating_sub(1);
+                rival.worth -= RIVAL_WITHIN * more as f64 + WITH_OTHERS * others as f64;
             }
             sort(&mut rivals);
             rivals
@@ -308,14 +320,26 @@ impl<'c> Search<'_, '_, 'c> {
         without.max_by(|a, b| a.worth.total_cmp(&b.worth))
     }
 
-    /// The model with the cause `i` replaced by every promising rival, best first.
+    /// The model with the cause `i` replaced by every promising rival, best first: of what the others leave once they
+    /// have done what they can.
     fn replaced(&self, model: &Model<'c>, i: usize) -> Vec<Model<'c>> {
         let mut rest = model.fit.hypothesis.clone();
         rest.effects.remove(i);
-        let Some(parent) = self.problem.climb(rest) else { return Vec::new() };
-        let parent = self.model(parent);
-        let mut models = self.with_one_more(&parent);
-        // The new cause comes last; put it where the old one was.
+        self.problem.climb(rest).map_or_else(Vec::new, |parent| self.put_in(&self.model(parent), i))
+    }
+
+    /// The model with each cause in turn given up for another that looks most like it near the model.
+    fn swapped(&self, model: &Model<'c>) -> Vec<Model<'c>> {
+        let swaps = swaps(self.problem, self.candidates, self.screen, &model.fit, self.effort.sets);
+        let fitted =
+            swaps.into_par_iter().filter_map(|set| Some(self.model(self.problem.climb(set)?)));
+        fitted.collect()
+    }
+
+    /// Every promising model with one cause more than `parent`, at place `i`, best first.
+    fn put_in(&self, parent: &Model<'c>, i: usize) -> Vec<Model<'c>> {
+        let mut models = self.with_one_more(parent);
+        // The new cause comes last.
         for model in &mut models {
             model.fit.move_last_to(i);
         }

@@ -109,6 +109,36 @@ pub(super) fn sets<'c>(
         .collect()
 }
 
+/// For each cause of `model` the `count` most promising sets that have another in its place, with parameters from
+/// which a fit may start.
+pub(super) fn swaps<'c>(
+    problem: &Problem<'_>,
+    candidates: &'c [Candidate],
+    screen: &Screen,
+    model: &Fit<'c>,
+    count: usize,
+) -> Vec<Hypothesis<'c>> {
+    let linear = Linear::near(problem, candidates, screen, model);
+    let effects = &model.hypothesis.effects;
+    let is_one = |i: usize| effects.iter().any(|(c, _)| ptr::eq(*c, linear.members[i].candidate));
+    let own: Vec<usize> = (0..linear.members.len()).filter(|&i| is_one(i)).collect();
+    let given = effects.iter().filter(|(candidate, _)| candidate.cause.is_of_the_instrument());
+    let given: Vec<(&'c Candidate, Vec<f64>)> = given.cloned().collect();
+    let mut swaps = Vec::new();
+    for &without in &own {
+        let members = own.iter().copied().filter(|&i| i != without).collect();
+        let rest = Tried { members, worth: f64::NEG_INFINITY, coefficients: Vec::new() };
+        let mut tried = linear.with_one_more(&rest);
+        tried.sort_by(|a, b| b.worth.total_cmp(&a.worth));
+        for set in tried.iter().take(count) {
+            let mut effects = given.clone();
+            effects.extend(linear.effects(set));
+            swaps.push(Hypothesis { effects });
+        }
+    }
+    swaps
+}
+
 /// What `candidate` does near `model`, one entry a point: as a whole against the model without any form of it, and
 /// by each parameter but the first; with the parameters where that holds. `None` if nobody can say.
 fn effect_near(
