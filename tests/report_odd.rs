@@ -86,9 +86,15 @@ fn ticks(text: &str) -> Vec<f64> {
 #[test]
 fn numbers_of_any_size_stay_short() {
     let folder = tempfile::tempdir().unwrap();
-    for feed in ["1e-200", "1e+200"] {
+    for feed in ["1e-200", "1e+9", "1e+200"] {
         let operations = [operation("a", "spindle_rpm: 780", feed)];
         add(&folder, "job.yaml", "Job", &operations, "separation_percent: 1e-12");
+        if feed == "1e+200" {
+            let refused = run(folder.path(), &["check", "job.yaml"]);
+            assert_eq!(refused.status.code(), Some(2), "{refused:?}");
+            assert!(String::from_utf8_lossy(&refused.stderr).contains("must be at most 1e9"));
+            continue;
+        }
         for format in ["text", "junit", "github"] {
             let text = out(&run(folder.path(), &["check", "job.yaml", "--format", format]));
             let longest = text.split_whitespace().map(|word| word.chars().count()).max();
