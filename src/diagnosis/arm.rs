@@ -3,7 +3,9 @@
 use nalgebra::Vector3;
 
 use super::data::{Data, median};
-use super::predict::{Hypothesis, assemble, predict};
+use super::hypothesis::Hypothesis;
+use super::mechanics::Mechanics;
+use super::predict::predict;
 use crate::model::{Description, Inertial, Joint, Placement, Robot, potential_gradient};
 
 /// A link that vibrates.
@@ -70,7 +72,14 @@ impl<'a> Arm<'a> {
     /// `None` if the model has no modes at a pose of the table.
     pub(super) fn new(description: &'a Description, robot: &Robot, data: &Data) -> Option<Self> {
         let corrected = description.corrected().ok()?;
-        let matrices = assemble(description, &[], &data.rows)?;
+        let mut mechanics = Mechanics::new(description, &[], &data.rows)?;
+        let mut inertias = vec![0.0; robot.coordinates().len()];
+        for row in &data.rows {
+            mechanics.place(row)?;
+            for (i, inertia) in inertias.iter_mut().enumerate() {
+                *inertia += mechanics.mass[(i, i)] / data.rows.len() as f64;
+            }
+        }
         let predicted = predict(description, &Hypothesis::default(), data, false)?;
         let highest_of_mode_hz = (0..robot.coordinates().len())
             .map(|mode| {
@@ -88,7 +97,7 @@ impl<'a> Arm<'a> {
             at.clone_from(&joint.parent);
             chain.push(at.clone());
         }
-        let springs = springs(&corrected, robot, data, &matrices);
+        let springs = springs(&corrected, robot, data, &inertias);
         let bodies = bodies(&corrected, &root, &tip, &chain);
         let lengths: Vec<f64> = bodies.iter().map(|body| body.reach_m.norm()).collect();
         let range = |values: Vec<f64>| -> Option<[f64; 2]> {
@@ -135,12 +144,7 @@ fn root_of(description: &Description) -> Option<String> {
     description.links.iter().find(|link| !is_child(&link.name)).map(|link| link.name.clone())
 }
 
-fn springs(
-    description: &Description,
-    robot: &Robot,
-    data: &Data,
-    matrices: &super::predict::Matrices,
-) -> Vec<Spring> {
+fn springs(description: &Description, robot: &Robot, data: &Data, inertias: &[f64]) -> Vec<Spring> {
     let mut placement = Placement::new(robot);
     let n = robot.coordinates().len();
     let mut torques = vec![[f64::INFINITY, 0.0_f64]; n];
@@ -158,12 +162,11 @@ fn springs(
         else {
             continue;
         };
-        let inertia = matrices.mass.iter().map(|m| m[(i, i)]).sum::<f64>();
         springs.push(Spring {
             joint: spring.joint.clone(),
             slides: spring.is_linear,
             stiffness: spring.stiffness,
-            inertia: inertia / matrices.mass.len().max(1) as f64,
+            inertia: inertias[i],
             least_gravity_torque_nm: torques[i][0],
             gravity_torque_nm: torques[i][1],
             reflected_inertia: description

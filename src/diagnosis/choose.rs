@@ -8,7 +8,7 @@ use super::candidate::Candidate;
 use super::data::Data;
 use super::findings::RIVAL_WITHIN;
 use super::fit::Fit;
-use super::predict::Hypothesis;
+use super::hypothesis::Hypothesis;
 use super::problem::Problem;
 use super::screen::Screen;
 use super::sets::{sets, swaps};

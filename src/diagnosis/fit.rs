@@ -4,7 +4,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::candidate::Candidate;
-use super::predict::Hypothesis;
+use super::hypothesis::Hypothesis;
 use super::problem::{Evaluation, Problem};
 
 /// Rounds of a fit.

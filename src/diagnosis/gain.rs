@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::candidate::Candidate;
 use super::choose::{Effort, choose};
 use super::data::{Data, median};
-use super::predict::Hypothesis;
+use super::hypothesis::Hypothesis;
 use super::problem::Problem;
 use super::screen::Screen;
 use crate::model::Description;

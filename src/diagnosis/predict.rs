@@ -1,12 +1,9 @@
 //! Causes put into the model → the frequencies that the table would hold, with their sensitivities.
 
-use nalgebra::DMatrix;
-
-use super::candidate::Candidate;
-use super::data::{Data, Load, Row};
-use crate::model::{
-    Cause, Correction, Description, Placement, Robot, mass_matrix, stiffness_matrix,
-};
+use super::data::Data;
+use super::hypothesis::Hypothesis;
+use super::mechanics::{Change, Mechanics};
+use crate::model::Description;
 use crate::modes::Pencil;
 use crate::units::hz_from_rad_per_s;
 
@@ -14,110 +11,11 @@ use crate::units::hz_from_rad_per_s;
 /// an error of 5e-7 of their curvature, and 1e-9 of themselves from rounding.
 const STEP: f64 = 1e-6;
 
-/// M and K of each row.
-#[derive(Debug, Clone)]
-pub(super) struct Matrices {
-    pub(super) mass: Vec<DMatrix<f64>>,
-    pub(super) stiffness: Vec<DMatrix<f64>>,
-}
-
 /// A predicted frequency: ln of it, in Hz, and the derivative by each parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Frequency {
     pub(super) ln_hz: f64,
     pub(super) slope: Vec<f64>,
-}
-
-/// The robot with `corrections` beside its own, and `load` at the tip.
-pub(super) fn robot(
-    description: &Description,
-    corrections: &[Correction],
-    load: Load,
-) -> Option<Robot> {
-    let mut description = description.clone();
-    description.corrections.extend_from_slice(corrections);
-    if load.share == 0.0 {
-        description.payload = None;
-    } else if let Some(payload) = &mut description.payload {
-        payload.inertial.mass_kg *= load.share;
-        payload.inertial.inertia_kgm2 *= load.share;
-    }
-    if load.more_kg > 0.0 {
-        let tip = match &description.tip {
-            Some(tip) => tip.clone(),
-            None => Robot::new(&description).ok()?.tip_link().to_owned(),
-        };
-        description.corrections.push(Correction {
-            cause: Cause::Payload,
-            at: Some(tip),
-            parameters: vec![("mass_kg".to_owned(), load.more_kg)],
-            hinge: None,
-        });
-    }
-    Robot::new(&description).ok()
-}
-
-/// M and K of every row; `None` if there is no such robot.
-pub(super) fn assemble(
-    description: &Description,
-    corrections: &[Correction],
-    rows: &[Row],
-) -> Option<Matrices> {
-    let mut known: Vec<(Load, Robot, Placement)> = Vec::new();
-    let mut matrices = Matrices { mass: Vec::new(), stiffness: Vec::new() };
-    for row in rows {
-        let at = match known.iter().position(|(load, ..)| *load == row.load) {
-            Some(at) => at,
-            None => {
-                let robot = robot(description, corrections, row.load)?;
-                let placement = Placement::new(&robot);
-                known.push((row.load, robot, placement));
-                known.len() - 1
-            }
-        };
-        let (_, robot, placement) = &mut known[at];
-        let n = robot.coordinates().len();
-        let (mut m, mut k) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
-        placement.place(robot, &row.q);
-        mass_matrix(robot, placement, &mut m);
-        stiffness_matrix(robot, placement, &row.conditions, &mut k);
-        matrices.mass.push(m);
-        matrices.stiffness.push(k);
-    }
-    Some(matrices)
-}
-
-/// Causes with their parameters, as the fit measures them.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Hypothesis<'c> {
-    pub(super) effects: Vec<(&'c Candidate, Vec<f64>)>,
-}
-
-impl<'c> Hypothesis<'c> {
-    /// All parameters in a row.
-    pub(super) fn inner(&self) -> Vec<f64> {
-        self.effects.iter().flat_map(|(_, inner)| inner.iter().copied()).collect()
-    }
-
-    /// The same causes with other parameters.
-    pub(super) fn with(&self, inner: &[f64]) -> Self {
-        let mut at = 0;
-        let effects = self
-            .effects
-            .iter()
-            .map(|(candidate, old)| {
-                let own = inner[at..at + old.len()].to_vec();
-                at += old.len();
-                (*candidate, own)
-            })
-            .collect();
-        Self { effects }
-    }
-
-    /// What the causes put into the model.
-    pub(super) fn corrections(&self) -> Vec<Correction> {
-        self.effects.iter().map(|(candidate, inner)| candidate.correction(inner)).collect()
-    }
 }
 
 /// Predicted frequencies of every row, ascending, before the instrument has its say; `None` if there is no
@@ -128,69 +26,56 @@ pub(super) fn predict(
     data: &Data,
     with_slopes: bool,
 ) -> Option<Vec<Vec<Frequency>>> {
-    let corrections = hypothesis.corrections();
-    let here = assemble(description, &corrections, &data.rows)?;
+    let mechanics = |hypothesis: &Hypothesis<'_>| {
+        Mechanics::new(description, &hypothesis.corrections(), &data.rows)
+    };
+    let mut here = mechanics(hypothesis)?;
     let inner = hypothesis.inner();
-    let mut changes = Vec::new();
+    // By parameter; the instrument's change nothing in the robot.
+    let mut changes: Vec<Option<Change>> = Vec::new();
     if with_slopes {
-        for (i, parameter) in parameters(hypothesis).enumerate() {
-            if parameter.is_of_the_instrument {
+        let of_instrument = hypothesis.effects.iter().flat_map(|(candidate, inner)| {
+            inner.iter().map(|_| candidate.cause.is_of_the_instrument())
+        });
+        for (i, of_instrument) in of_instrument.enumerate() {
+            if of_instrument {
                 changes.push(None);
                 continue;
             }
             let mut inner = inner.clone();
             inner[i] += STEP;
-            let there = assemble(description, &hypothesis.with(&inner).corrections(), &data.rows)?;
-            changes.push(Some(there));
+            changes.push(Some(Change::new(&here, mechanics(&hypothesis.with(&inner))?)));
         }
     }
-    let mut pencil: Option<Pencil> = None;
+    let mut pencil = Pencil::new(here.mass.nrows());
     let mut rows = Vec::with_capacity(data.rows.len());
-    for row in 0..data.rows.len() {
-        let (m, k) = (&here.mass[row], &here.stiffness[row]);
-        let n = m.nrows();
-        let pencil = pencil.get_or_insert_with(|| Pencil::new(n));
-        if !pencil.solve(m, k) {
+    for row in &data.rows {
+        here.place(row)?;
+        for change in changes.iter_mut().flatten() {
+            change.place(&here, row)?;
+        }
+        if !pencil.solve(&here.mass, &here.stiffness) {
             return None;
         }
-        let mut frequencies = Vec::with_capacity(n);
-        for (r, &omega_squared) in pencil.omega_squared.iter().enumerate() {
-            if !omega_squared.is_finite() {
-                break;
-            }
+        let finite = pencil.omega_squared.iter().take_while(|o| o.is_finite());
+        let frequencies = finite.enumerate().map(|(r, &omega_squared)| {
             let shape = pencil.shapes.column(r);
-            let slope = changes
-                .iter()
-                .map(|change| {
-                    let Some(there) = change else { return 0.0 };
-                    let mut sum = 0.0;
-                    for j in 0..n {
-                        for i in 0..n {
-                            let dk = there.stiffness[row][(i, j)] - k[(i, j)];
-                            let dm = there.mass[row][(i, j)] - m[(i, j)];
-                            sum += shape[i] * (dk - omega_squared * dm) * shape[j];
-                        }
-                    }
-                    // d(ω²) = φᵀ (dK − ω² dM) φ, and d ln f = d(ω²) / 2ω².
-                    sum / STEP / (2.0 * omega_squared)
+            let slope = |change: &Option<Change>| {
+                // d ln f = d(ω²) / 2ω².
+                change.as_ref().map_or(0.0, |change| {
+                    change.of_omega_squared(shape.as_slice(), omega_squared)
+                        / STEP
+                        / (2.0 * omega_squared)
                 })
-                .collect();
-            frequencies
-                .push(Frequency { ln_hz: hz_from_rad_per_s(omega_squared.sqrt()).ln(), slope });
-        }
-        rows.push(frequencies);
+            };
+            Frequency {
+                ln_hz: hz_from_rad_per_s(omega_squared.sqrt()).ln(),
+                slope: changes.iter().map(slope).collect(),
+            }
+        });
+        rows.push(frequencies.collect());
     }
     Some(rows)
-}
-
-struct Which {
-    is_of_the_instrument: bool,
-}
-
-fn parameters<'h>(hypothesis: &'h Hypothesis<'_>) -> impl Iterator<Item = Which> + 'h {
-    hypothesis.effects.iter().flat_map(|(candidate, inner)| {
-        inner.iter().map(|_| Which { is_of_the_instrument: candidate.cause.is_of_the_instrument() })
-    })
 }
 
 /// `frequency` folded about half the sampling rate.
@@ -205,12 +90,13 @@ pub(super) fn participation(
     hypothesis: &Hypothesis<'_>,
     data: &Data,
 ) -> Option<Vec<Vec<Vec<[f64; 2]>>>> {
-    let matrices = assemble(description, &hypothesis.corrections(), &data.rows)?;
-    let mut pencil: Option<Pencil> = None;
+    let mut here = Mechanics::new(description, &hypothesis.corrections(), &data.rows)?;
+    let n = here.mass.nrows();
+    let mut pencil = Pencil::new(n);
     let mut rows = Vec::new();
-    for (m, k) in matrices.mass.iter().zip(&matrices.stiffness) {
-        let n = m.nrows();
-        let pencil = pencil.get_or_insert_with(|| Pencil::new(n));
+    for row in &data.rows {
+        here.place(row)?;
+        let (m, k) = (&here.mass, &here.stiffness);
         if !pencil.solve(m, k) {
             return None;
         }

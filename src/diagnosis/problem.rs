@@ -2,8 +2,9 @@
 
 use super::candidate::Candidate;
 use super::data::Data;
+use super::hypothesis::Hypothesis;
 use super::likelihood::{FINEST, Noise, noise};
-use super::predict::{Frequency, Hypothesis, folded, predict};
+use super::predict::{Frequency, folded, predict};
 use crate::model::{Cause, Description};
 
 /// Scale of the noise with which missed modes are first told from seen ones.

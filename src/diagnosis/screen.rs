@@ -7,8 +7,8 @@ use rayon::prelude::*;
 use super::candidate::Candidate;
 use super::fit::{Fit, normal_equations};
 use super::gain::rms;
+use super::hypothesis::Hypothesis;
 use super::likelihood::noise;
-use super::predict::Hypothesis;
 use super::problem::Problem;
 
 /// Most starts of one candidate that are tried.

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::candidate::{Candidate, Parameter, Scale};
 use super::fit::Fit;
-use super::predict::Hypothesis;
+use super::hypothesis::Hypothesis;
 use super::problem::Problem;
 use super::screen::Screen;
 

@@ -78,6 +78,14 @@ impl Placement {
         self.collect_composites(robot);
     }
 
+    /// Places the bodies of `robot` in the frames of `other`, a robot that [stands like](Robot::stands_like) it.
+    pub(crate) fn place_bodies(&mut self, robot: &Robot, other: &Self) {
+        self.frames.copy_from_slice(&other.frames);
+        self.joint_axes.copy_from_slice(&other.joint_axes);
+        self.elastic_axes.copy_from_slice(&other.elastic_axes);
+        self.collect_composites(robot);
+    }
+
     /// Places frames and axes alone: enough for [`forward_kinematics`](super::forward_kinematics) and the
     /// Jacobians, while the mass matrix would see bodies of an earlier pose.
     pub fn place_axes(&mut self, robot: &Robot, q: &[f64]) {

@@ -243,6 +243,29 @@ impl Robot {
         self.moving_mass_kg
     }
 
+    /// Whether frames and elastic axes are those of `other` at every pose.
+    pub(crate) fn stands_like(&self, other: &Self) -> bool {
+        let nodes = self.nodes.iter().zip(&other.nodes);
+        let coordinates = self.coordinates.iter().zip(&other.coordinates);
+        self.nodes.len() == other.nodes.len()
+            && self.coordinates.len() == other.coordinates.len()
+            && nodes.into_iter().all(|(a, b)| {
+                a.parent == b.parent
+                    && a.fixed == b.fixed
+                    && a.motion == b.motion
+                    && a.coordinates == b.coordinates
+            })
+            && coordinates.into_iter().all(|(a, b)| {
+                a.kind == b.kind && a.node == b.node && a.axis == b.axis && a.origin == b.origin
+            })
+    }
+
+    /// Whether its bodies are those of `other`, node by node.
+    pub(crate) fn weighs_like(&self, other: &Self) -> bool {
+        self.nodes.len() == other.nodes.len()
+            && self.nodes.iter().zip(&other.nodes).all(|(a, b)| a.body == b.body)
+    }
+
     /// Remarks that do not stop the work: settings without effect, links that count as massless.
     pub fn notices(&self) -> &[ModelFault] {
         &self.notices

@@ -27,8 +27,9 @@ pub(super) fn diagonalise(a: &mut DMatrix<f64>, mut vectors: Option<&mut DMatrix
                 }
                 rotated = true;
                 let tau = (aqq - app) / (2.0 * apq);
-                let t = tau.signum() / (tau.abs() + tau.hypot(1.0));
-                let c = 1.0 / t.hypot(1.0);
+                // τ² may overflow: then t is zero, and a_pq was nothing beside the diagonal.
+                let t = tau.signum() / (tau.abs() + (tau * tau + 1.0).sqrt());
+                let c = 1.0 / (t * t + 1.0).sqrt();
                 let s = t * c;
                 a[(p, p)] = app - t * apq;
                 a[(q, q)] = aqq + t * apq;

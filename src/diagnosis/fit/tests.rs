@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Matrix3, Vector3};
 
 use super::super::candidate::{Candidate, Parameter, Scale};
 use super::super::data::{Data, Load, Point, Row};
-use super::super::predict::Hypothesis;
+use super::super::hypothesis::Hypothesis;
 use super::super::problem::{Evaluation, Problem};
 use crate::model::{
     Carries, Cause, Conditions, CoordinateKind, Description, ElasticJoint, Hinge, Inertial, Joint,

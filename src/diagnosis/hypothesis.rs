@@ -1,0 +1,37 @@
+//! A hypothesis: causes with their parameters.
+
+use super::candidate::Candidate;
+use crate::model::Correction;
+
+/// Causes with their parameters, as the fit measures them.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Hypothesis<'c> {
+    pub(super) effects: Vec<(&'c Candidate, Vec<f64>)>,
+}
+
+impl<'c> Hypothesis<'c> {
+    /// All parameters in a row.
+    pub(super) fn inner(&self) -> Vec<f64> {
+        self.effects.iter().flat_map(|(_, inner)| inner.iter().copied()).collect()
+    }
+
+    /// The same causes with other parameters.
+    pub(super) fn with(&self, inner: &[f64]) -> Self {
+        let mut at = 0;
+        let effects = self
+            .effects
+            .iter()
+            .map(|(candidate, old)| {
+                let own = inner[at..at + old.len()].to_vec();
+                at += old.len();
+                (*candidate, own)
+            })
+            .collect();
+        Self { effects }
+    }
+
+    /// What the causes put into the model.
+    pub(super) fn corrections(&self) -> Vec<Correction> {
+        self.effects.iter().map(|(candidate, inner)| candidate.correction(inner)).collect()
+    }
+}
