@@ -6,7 +6,7 @@ use super::choose::{Effort, choose};
 use super::data::{Data, FEWEST_POINTS, FEWEST_ROWS};
 use super::findings::{corrections, findings, next, ranking, widened};
 use super::fit::Fit;
-use super::gain::{gain_interval, held_out, relative_error, rms};
+use super::gain::{HeldOut, gain_interval, held_out, relative_error, rms};
 use super::outcome::{Diagnosis, DiagnosisFault, Errors, Gain, ResidualRow, Verdict};
 use super::problem::{Evaluation, Problem};
 use super::screen::Screen;
@@ -61,15 +61,20 @@ pub fn diagnose(
         Verdict::Consistent | Verdict::Unexplained => choice.nothing.clone(),
     };
     let folds = std::sync::atomic::AtomicUsize::new(0);
-    let held_out = held_out(description, &data, &candidates, &screen, settings.seed, &|| {
-        let done = folds.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
-        progress(0.4 + 0.06 * done as f64);
-    });
-    let held_out_before = rms(held_out.before.iter());
-    let held_out_after = match judged.verdict {
-        Verdict::Explained => rms(held_out.after.iter()),
-        Verdict::Consistent | Verdict::Unexplained => held_out_before,
+    let held_out = match judged.verdict {
+        Verdict::Explained => {
+            held_out(description, &data, &candidates, &screen, settings.seed, &|| {
+                let done = folds.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
+                progress(0.4 + 0.06 * done as f64);
+            })
+        }
+        // Nothing was fitted: every pose is one left out.
+        Verdict::Consistent | Verdict::Unexplained => {
+            HeldOut::unchanged(&choice.nothing.evaluation)
+        }
     };
+    let [held_out_before, held_out_after] =
+        [&held_out.before, &held_out.after].map(|errors| rms(errors.iter()));
     let interval = gain_interval(&data, &held_out, settings.seed);
     let baseline = errors(&data, &choice.nothing.evaluation, held_out_before);
     let extended = errors(&data, &chosen.evaluation, held_out_after);
@@ -89,14 +94,9 @@ pub fn diagnose(
     Ok(Diagnosis {
         verdict: judged.verdict,
         poses,
-        gain: match judged.verdict {
-            Verdict::Explained => Gain {
-                percent_points: percent_from_ratio(held_out_before - held_out_after),
-                ci95: interval.map(percent_from_ratio),
-            },
-            Verdict::Consistent | Verdict::Unexplained => {
-                Gain { percent_points: 0.0, ci95: [0.0, 0.0] }
-            }
+        gain: Gain {
+            percent_points: percent_from_ratio(held_out_before - held_out_after),
+            ci95: interval.map(percent_from_ratio),
         },
         baseline,
         extended,

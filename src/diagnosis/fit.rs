@@ -13,7 +13,18 @@ const MOST_ROUNDS: usize = 25;
 /// Rounds after which one of several starts is chosen.
 const FIRST_ROUNDS: usize = 4;
 
-/// A gain of ln likelihood below this ends a fit.
+/// Steps that are tried in one round, each damped more than the one before.
+const MOST_TRIALS: usize = 8;
+
+/// Damping of the first step, and of the boldest, as shares of the information's diagonal.
+const FIRST_DAMPING: f64 = 1e-3;
+const LEAST_DAMPING: f64 = 1e-9;
+
+/// What a step that keeps its promise leaves of the damping (Nielsen, Damping Parameter in Marquardt's Method,
+/// Technical University of Denmark, 1999).
+const LARGEST_RELIEF: f64 = 0.1;
+
+/// A promised gain of ln likelihood below this ends a fit.
 const SMALLEST_GAIN: f64 = 2e-3;
 
 /// A fitted hypothesis.
@@ -138,39 +149,35 @@ impl Problem<'_> {
     ) -> Option<Fit<'c>> {
         let mut hypothesis = start;
         let mut evaluation = self.evaluate(&hypothesis, true)?;
-        let mut damping = 1e-3;
-        for _ in 0..most_rounds {
+        let (mut damping, mut growth) = (FIRST_DAMPING, 2.0);
+        'rounds: for _ in 0..most_rounds {
             let inner = hypothesis.inner();
-            if inner.is_empty() {
-                break;
-            }
             let (information, gradient) = normal_equations(&hypothesis, &evaluation);
-            let mut gained = None;
-            for _ in 0..8 {
-                let mut damped = information.clone();
-                for i in 0..inner.len() {
-                    damped[(i, i)] += damping * information[(i, i)].max(1e-12) + 1e-12;
+            for _ in 0..MOST_TRIALS {
+                let next = step(&hypothesis, &inner, &information, &gradient, damping);
+                let moved = DVector::from_vec(next.inner()) - DVector::from_column_slice(&inner);
+                let promised = gradient.dot(&moved) - 0.5 * moved.dot(&(&information * &moved));
+                // Also where nothing can move, and where something is not finite.
+                if !(promised > smallest_gain) {
+                    break 'rounds;
                 }
-                let Some(step) = damped.cholesky().map(|c| c.solve(&gradient)) else {
-                    damping *= 10.0;
-                    continue;
-                };
-                let next = within_bounds(&hypothesis, &inner, &step);
                 match self.evaluate(&next, true) {
                     Some(better) if better.score > evaluation.score => {
-                        gained = Some(better.score - evaluation.score);
+                        let kept = (better.score - evaluation.score) / promised;
+                        damping *= (1.0 - (2.0 * kept - 1.0).powi(3)).max(LARGEST_RELIEF);
+                        damping = damping.max(LEAST_DAMPING);
+                        growth = 2.0;
                         hypothesis = next;
                         evaluation = better;
-                        damping = (damping * 0.1).max(1e-9);
-                        break;
+                        continue 'rounds;
                     }
-                    _ => damping *= 10.0,
+                    _ => {
+                        damping *= growth;
+                        growth *= 2.0;
+                    }
                 }
             }
-            match gained {
-                Some(gain) if gain > smallest_gain => {}
-                _ => break,
-            }
+            break;
         }
         let freedom = freedom(&hypothesis, &evaluation);
         Some(Fit { hypothesis, evaluation, freedom })
@@ -226,21 +233,33 @@ fn freedom(hypothesis: &Hypothesis<'_>, evaluation: &Evaluation) -> f64 {
     freedom
 }
 
-fn within_bounds<'c>(
+/// One damped step from the parameters `inner`, within their bounds: those that would leave them stay where they are
+/// while the others are solved for.
+fn step<'c>(
     hypothesis: &Hypothesis<'c>,
     inner: &[f64],
-    step: &DVector<f64>,
+    information: &DMatrix<f64>,
+    gradient: &DVector<f64>,
+    damping: f64,
 ) -> Hypothesis<'c> {
     /// No parameter moves further in one step: a factor of four, or four units.
     const LONGEST_STEP: f64 = 1.4;
     let parameters = hypothesis.effects.iter().flat_map(|(candidate, _)| &candidate.parameters);
-    let next: Vec<f64> = parameters
-        .zip(inner)
-        .zip(step.iter())
-        .map(|((parameter, &inner), &step)| {
-            parameter.clamp(inner + step.clamp(-LONGEST_STEP, LONGEST_STEP))
-        })
-        .collect();
+    let parameters: Vec<_> = parameters.collect();
+    let is_held =
+        |i: usize| parameters[i].clamp(inner[i] + gradient[i].signum() * 1e-9) == inner[i];
+    let free: Vec<usize> = (0..inner.len()).filter(|&i| !is_held(i)).collect();
+    let mut damped = information.select_rows(&free).select_columns(&free);
+    for (a, &i) in free.iter().enumerate() {
+        damped[(a, a)] += damping * information[(i, i)].max(1e-12) + 1e-12;
+    }
+    let mut next = inner.to_vec();
+    if let Some(cholesky) = damped.cholesky() {
+        let step = cholesky.solve(&gradient.select_rows(&free));
+        for (&i, step) in free.iter().zip(step.iter()) {
+            next[i] = parameters[i].clamp(inner[i] + step.clamp(-LONGEST_STEP, LONGEST_STEP));
+        }
+    }
     hypothesis.with(&next)
 }
 

@@ -10,7 +10,7 @@ use super::candidate::Candidate;
 use super::choose::{Effort, choose};
 use super::data::{Data, median};
 use super::hypothesis::Hypothesis;
-use super::problem::Problem;
+use super::problem::{Evaluation, Problem};
 use super::screen::Screen;
 use crate::model::Description;
 
@@ -25,6 +25,14 @@ const RESAMPLES: usize = 1000;
 pub(super) struct HeldOut {
     pub(super) before: Vec<Option<f64>>,
     pub(super) after: Vec<Option<f64>>,
+}
+
+impl HeldOut {
+    /// Of a model without causes.
+    pub(super) fn unchanged(nothing: &Evaluation) -> Self {
+        let errors: Vec<_> = nothing.residuals.iter().map(|r| r.map(relative_error)).collect();
+        Self { before: errors.clone(), after: errors }
+    }
 }
 
 /// ln(measured/predicted) → (predicted − measured)/measured.

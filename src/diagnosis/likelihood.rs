@@ -14,8 +14,11 @@ pub(super) const FINEST: f64 = 3e-4;
 /// ln of the density of a measured mode that the model has no mode for: anywhere within a factor e².
 pub(super) const UNPREDICTED: f64 = -std::f64::consts::LN_2;
 
-/// Rounds of the iteration for the scale; each closes at least half of the gap.
-const ROUNDS: usize = 60;
+/// Rounds of the iteration for the scale; a handful is enough.
+const ROUNDS: usize = 30;
+
+/// No round moves ln s² further than this beyond the plain iteration.
+const MOST_LEAP: f64 = 3.0;
 
 /// The noise as the residuals show it.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,10 +42,9 @@ pub(super) fn noise(points: &[Point], residuals: &[Option<f64>]) -> Noise {
     let count = known.len() as f64;
     let mean = known.iter().map(|(r2, u2, _)| r2 / u2).sum::<f64>() / count.max(1.0);
     let floor = FINEST * FINEST;
-    let mut s2 = mean.max(floor);
     // The variance of a point is s²u² + rounding; the part that is ours to find follows from the expected
     // share of it in the residual.
-    for _ in 0..ROUNDS {
+    let expected = |s2: f64| -> f64 {
         let sum: f64 = known
             .iter()
             .map(|&(r2, u2, rounding)| {
@@ -52,10 +54,19 @@ pub(super) fn noise(points: &[Point], residuals: &[Option<f64>]) -> Noise {
                 (share * share * weight * r2 + s2 * u2 * (1.0 - share)) / u2
             })
             .sum();
-        let next = (sum / count.max(1.0)).max(floor);
-        let done = (next / s2 - 1.0).abs() < 1e-6;
-        s2 = next;
-        if done {
+        (sum / count.max(1.0)).max(floor)
+    };
+    // Steffensen's method on ln s².
+    let mut s2 = mean.max(floor);
+    for _ in 0..ROUNDS {
+        let once = expected(s2);
+        let twice = expected(once);
+        let [step, next] = [(once / s2).ln(), (twice / once).ln()];
+        let further = step * step / (step - next);
+        // The likelihood may have little to say far from its top: then the plain iteration goes on.
+        let leaps = step != next && further.abs() < MOST_LEAP && (further > 0.0) == (step > 0.0);
+        s2 = if leaps { (s2 * further.exp()).max(floor) } else { twice };
+        if step.abs() < 1e-6 {
             break;
         }
     }

@@ -5,6 +5,7 @@ use super::hypothesis::Hypothesis;
 use super::mechanics::{Change, Mechanics};
 use crate::model::Description;
 use crate::modes::Pencil;
+use crate::modes::batch::Pencils;
 use crate::units::hz_from_rad_per_s;
 
 /// Step of the differences of M and K, as the fit measures parameters: M and K are smooth, and the step leaves
@@ -47,23 +48,28 @@ pub(super) fn predict(
             changes.push(Some(Change::new(&here, mechanics(&hypothesis.with(&inner))?)));
         }
     }
-    let mut pencil = Pencil::new(here.mass.nrows());
-    let mut rows = Vec::with_capacity(data.rows.len());
+    let mut pencils = Pencils::new(here.mass.nrows());
     for row in &data.rows {
         here.place(row)?;
+        pencils.push(&here.mass, &here.stiffness);
+    }
+    if !pencils.solve() {
+        return None;
+    }
+    let mut rows = Vec::with_capacity(data.rows.len());
+    for (i, row) in data.rows.iter().enumerate() {
+        if !changes.is_empty() {
+            here.place(row)?;
+        }
         for change in changes.iter_mut().flatten() {
             change.place(&here, row)?;
         }
-        if !pencil.solve(&here.mass, &here.stiffness) {
-            return None;
-        }
-        let finite = pencil.omega_squared.iter().take_while(|o| o.is_finite());
+        let finite = pencils.omega_squared(i).iter().take_while(|o| o.is_finite());
         let frequencies = finite.enumerate().map(|(r, &omega_squared)| {
-            let shape = pencil.shapes.column(r);
             let slope = |change: &Option<Change>| {
                 // d ln f = d(ω²) / 2ω².
                 change.as_ref().map_or(0.0, |change| {
-                    change.of_omega_squared(shape.as_slice(), omega_squared)
+                    change.of_omega_squared(pencils.shape(i, r), omega_squared)
                         / STEP
                         / (2.0 * omega_squared)
                 })
@@ -92,8 +98,8 @@ pub(super) fn participation(
 ) -> Option<Vec<Vec<Vec<[f64; 2]>>>> {
     let mut here = Mechanics::new(description, &hypothesis.corrections(), &data.rows)?;
     let n = here.mass.nrows();
-    let mut pencil = Pencil::new(n);
     let mut rows = Vec::new();
+    let mut pencil = Pencil::new(n);
     for row in &data.rows {
         here.place(row)?;
         let (m, k) = (&here.mass, &here.stiffness);

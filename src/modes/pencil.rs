@@ -6,7 +6,7 @@ use super::jacobi::diagonalise;
 
 /// An eigenvalue 1/ω² below this share of the largest counts as zero: the coordinate carries no inertia of
 /// its own, and its frequency is beyond all others.
-const NO_INERTIA: f64 = 1e-12;
+pub(super) const NO_INERTIA: f64 = 1e-12;
 
 /// Solves one pencil after the other in buffers of its own.
 #[derive(Debug, Clone)]

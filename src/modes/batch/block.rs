@@ -8,7 +8,7 @@ use nalgebra::Point3;
 use super::inertia::{Assembly, packed};
 use super::lanes::{LARGEST_ANGLE_RAD, Lanes, Mask, inverse_root, splat};
 use super::plan::Plan;
-use super::rotations::{LARGEST_UNROLLED, Problem, solve_looped, solve_unrolled};
+use super::rotations::{LARGEST_UNROLLED, Problem, diagonalise, sort};
 use crate::units::hz_from_rad_per_s;
 
 /// A pivot of the scaled mass or stiffness matrix below this share of its diagonal entry sends a pose to
@@ -258,18 +258,7 @@ impl<'a, S: Simd> Block<'a, S> {
             eigenvalues: &mut self.lambda,
             vectors: &mut self.v[..rows * n],
         };
-        let done = if const { unrolls::<S>() } && (2..=LARGEST_UNROLLED).contains(&n) {
-            match n {
-                2 => unrolled::<S, 2>(simd, &mut problem, bad),
-                3 => unrolled::<S, 3>(simd, &mut problem, bad),
-                4 => unrolled::<S, 4>(simd, &mut problem, bad),
-                5 => unrolled::<S, 5>(simd, &mut problem, bad),
-                6 => unrolled::<S, 6>(simd, &mut problem, bad),
-                _ => unrolled::<S, 7>(simd, &mut problem, bad),
-            }
-        } else {
-            looped(simd, n, &mut problem, bad)
-        };
+        let done = diagonalise(simd, n, &mut problem, bad);
         bad | !done
     }
 
@@ -381,28 +370,6 @@ impl<'a, S: Simd> Block<'a, S> {
     }
 }
 
-/// Ascending frequencies: descending eigenvalues, each with its `width` entries of `rows`.
-#[inline(always)]
-fn sort<S: Simd>(lambda: &mut [Lanes<S>], rows: &mut [Lanes<S>], width: usize) {
-    for i in 1..lambda.len() {
-        for j in (1..=i).rev() {
-            let wrong = lambda[j].simd_gt(lambda[j - 1]);
-            exchange::<S>(wrong, lambda, j - 1, j);
-            for k in 0..width {
-                exchange::<S>(wrong, rows, (j - 1) * width + k, j * width + k);
-            }
-        }
-    }
-}
-
-/// Exchanges two values in the lanes that are set.
-#[inline(always)]
-fn exchange<S: Simd>(lanes: Mask<S>, values: &mut [Lanes<S>], a: usize, b: usize) {
-    let (at_a, at_b) = (values[a], values[b]);
-    values[a] = lanes.select(at_b, at_a);
-    values[b] = lanes.select(at_a, at_b);
-}
-
 /// The square of the length of a vector of three entries.
 #[inline(always)]
 fn square<S: Simd>(w: &[Lanes<S>]) -> Lanes<S> {
@@ -418,45 +385,6 @@ fn scatter<S: Simd>(values: &[Lanes<S>], count: usize, rows: &mut [f64]) {
             row[k] = *lane;
         }
     }
-}
-
-/// Unrolled code takes minutes to compile: not worth it in builds for debugging, nor for two lanes on x86-64,
-/// which are for machines without AVX2.
-#[inline(always)]
-const fn unrolls<S: Simd>() -> bool {
-    !cfg!(debug_assertions) && (Lanes::<S>::LEN > 2 || !cfg!(target_arch = "x86_64"))
-}
-
-/// The number of coordinates of most arms: whole eigenvectors of others are worked out by loops, as unrolled
-/// code for each would take as long to compile as everything else.
-const COMMON: usize = 6;
-
-/// One function for each number of rows that occurs, so that each is a constant to it.
-#[inline(always)]
-fn unrolled<S: Simd, const N: usize>(simd: S, problem: &mut Problem<S>, bad: Mask<S>) -> Mask<S> {
-    match problem.rows {
-        0 => simd.vectorize(
-            #[inline(always)]
-            || solve_unrolled::<S, N, 0>(simd, problem, bad),
-        ),
-        3 => simd.vectorize(
-            #[inline(always)]
-            || solve_unrolled::<S, N, 3>(simd, problem, bad),
-        ),
-        _ if N == COMMON => simd.vectorize(
-            #[inline(always)]
-            || solve_unrolled::<S, N, N>(simd, problem, bad),
-        ),
-        _ => looped(simd, N, problem, bad),
-    }
-}
-
-#[inline(always)]
-fn looped<S: Simd>(simd: S, n: usize, problem: &mut Problem<S>, bad: Mask<S>) -> Mask<S> {
-    simd.vectorize(
-        #[inline(always)]
-        || solve_looped(simd, n, problem, bad),
-    )
 }
 
 /// R of A = Rᵀ R in the upper triangle, with the reciprocals of its diagonal in place of the diagonal. Gives

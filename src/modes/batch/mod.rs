@@ -16,6 +16,7 @@
 mod block;
 mod inertia;
 mod lanes;
+mod pencils;
 mod plan;
 mod rotations;
 
@@ -26,6 +27,7 @@ use nalgebra::{Matrix6xX, Point3};
 use rayon::prelude::*;
 
 use self::block::{Block, Results, Wanted};
+pub use self::pencils::Pencils;
 use self::plan::Plan;
 use super::{ModalSolver, peak_tip_compliance_m_per_n};
 use crate::model::{PoseFault, Robot, elastic_jacobian};
@@ -277,7 +279,7 @@ impl<'a> Kernel<'a> {
         Ok(count)
     }
 
-    /// The one place where the code for each instruction set is made: it takes long to compile.
+    /// The one place where the code for a robot is made for each instruction set: it takes long to compile.
     #[inline(never)]
     fn run_piece(
         &self,

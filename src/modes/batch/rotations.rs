@@ -310,7 +310,7 @@ pub(super) struct Problem<'a, S: Simd> {
 /// Solves N × N problems in registers as far as these go. Gives the lanes that are done, `bad` ones among
 /// them.
 #[inline(always)]
-pub(super) fn solve_unrolled<S: Simd, const N: usize, const ROWS: usize>(
+fn solve_unrolled<S: Simd, const N: usize, const ROWS: usize>(
     simd: S,
     problem: &mut Problem<S>,
     bad: Mask<S>,
@@ -330,12 +330,90 @@ pub(super) fn solve_unrolled<S: Simd, const N: usize, const ROWS: usize>(
 
 /// The same for problems of any size.
 #[inline(always)]
-pub(super) fn solve_looped<S: Simd>(
+fn solve_looped<S: Simd>(simd: S, n: usize, problem: &mut Problem<S>, bad: Mask<S>) -> Mask<S> {
+    let Problem { a, v, rows, t, eigenvalues, vectors } = problem;
+    System::<S, 0> { simd, n, rows: *rows, a, v, t, eigenvalues, vectors }.solve(bad)
+}
+
+/// Eigenvalues of A, with v turned along, n the size. Gives the lanes that are done, `bad` ones among them.
+#[inline(always)]
+pub(super) fn diagonalise<S: Simd>(
     simd: S,
     n: usize,
     problem: &mut Problem<S>,
     bad: Mask<S>,
 ) -> Mask<S> {
-    let Problem { a, v, rows, t, eigenvalues, vectors } = problem;
-    System::<S, 0> { simd, n, rows: *rows, a, v, t, eigenvalues, vectors }.solve(bad)
+    if const { unrolls::<S>() } && (2..=LARGEST_UNROLLED).contains(&n) {
+        match n {
+            2 => unrolled::<S, 2>(simd, problem, bad),
+            3 => unrolled::<S, 3>(simd, problem, bad),
+            4 => unrolled::<S, 4>(simd, problem, bad),
+            5 => unrolled::<S, 5>(simd, problem, bad),
+            6 => unrolled::<S, 6>(simd, problem, bad),
+            _ => unrolled::<S, 7>(simd, problem, bad),
+        }
+    } else {
+        looped(simd, n, problem, bad)
+    }
+}
+
+/// Unrolled code takes minutes to compile: not worth it in builds for debugging, nor for two lanes on x86-64,
+/// which are for machines without AVX2.
+#[inline(always)]
+const fn unrolls<S: Simd>() -> bool {
+    !cfg!(debug_assertions) && (Lanes::<S>::LEN > 2 || !cfg!(target_arch = "x86_64"))
+}
+
+/// The number of coordinates of most arms: whole eigenvectors of others are worked out by loops, as unrolled
+/// code for each would take as long to compile as everything else.
+const COMMON: usize = 6;
+
+/// One function for each number of rows that occurs, so that each is a constant to it.
+#[inline(always)]
+fn unrolled<S: Simd, const N: usize>(simd: S, problem: &mut Problem<S>, bad: Mask<S>) -> Mask<S> {
+    match problem.rows {
+        0 => simd.vectorize(
+            #[inline(always)]
+            || solve_unrolled::<S, N, 0>(simd, problem, bad),
+        ),
+        3 => simd.vectorize(
+            #[inline(always)]
+            || solve_unrolled::<S, N, 3>(simd, problem, bad),
+        ),
+        _ if N == COMMON => simd.vectorize(
+            #[inline(always)]
+            || solve_unrolled::<S, N, N>(simd, problem, bad),
+        ),
+        _ => looped(simd, N, problem, bad),
+    }
+}
+
+#[inline(always)]
+fn looped<S: Simd>(simd: S, n: usize, problem: &mut Problem<S>, bad: Mask<S>) -> Mask<S> {
+    simd.vectorize(
+        #[inline(always)]
+        || solve_looped(simd, n, problem, bad),
+    )
+}
+
+/// Ascending frequencies: descending eigenvalues, each with its `width` entries of `rows`.
+#[inline(always)]
+pub(super) fn sort<S: Simd>(lambda: &mut [Lanes<S>], rows: &mut [Lanes<S>], width: usize) {
+    for i in 1..lambda.len() {
+        for j in (1..=i).rev() {
+            let wrong = lambda[j].simd_gt(lambda[j - 1]);
+            exchange::<S>(wrong, lambda, j - 1, j);
+            for k in 0..width {
+                exchange::<S>(wrong, rows, (j - 1) * width + k, j * width + k);
+            }
+        }
+    }
+}
+
+/// Exchanges two values in the lanes that are set.
+#[inline(always)]
+fn exchange<S: Simd>(lanes: Mask<S>, values: &mut [Lanes<S>], a: usize, b: usize) {
+    let (at_a, at_b) = (values[a], values[b]);
+    values[a] = lanes.select(at_b, at_a);
+    values[b] = lanes.select(at_a, at_b);
 }
