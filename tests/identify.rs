@@ -12,6 +12,7 @@
 mod vibration;
 
 use detune::measured::identify::{Identified, identify_record};
+use detune::measured::notice::NoticeKind;
 use detune::measured::record::{Channel, Data, Quantity, Record};
 use nalgebra::{DMatrix, DVector};
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
@@ -279,6 +280,52 @@ fn a_steady_random_force_serves_as_well() {
         let found = identify(&record(200.0, Some(force), responses, Quantity::Acceleration));
         must_be(&found, &truth, &format!("seed {seed}"));
         assert!(found.modes.iter().all(|mode| mode.coherence.is_some()));
+    }
+}
+
+/// A glitch as loud as a thousand decays hides nothing, and is told; so in hammer tests.
+#[test]
+fn a_spike_is_told_and_hides_nothing() {
+    let truth = arm();
+    // At 2.5 s of either.
+    let glitch = |responses: &mut Vec<Vec<f64>>, at: usize| {
+        let loudest = responses[1].iter().fold(0.0_f64, |a, &b| a.max(b.abs()));
+        responses[1][at] += 1000.0 * loudest;
+    };
+    let clean = free_decay(&truth, 0, 200.0, 1000, 0);
+    let mut responses = noisy(&clean, TWENTY_DB, &mut seeded(3));
+    glitch(&mut responses, 500);
+    let decay = record(200.0, None, responses, Quantity::Displacement);
+    let force = pulses(7000, &[100, 1900, 3700, 5300], 12, 100.0);
+    let clean = hammered(&truth, 0, 2, 600.0, &force);
+    let mut responses = noisy(&clean, TWENTY_DB, &mut seeded(4));
+    glitch(&mut responses, 1500);
+    let hammer = record(600.0, Some(force), responses, Quantity::Acceleration);
+    for record in [decay, hammer] {
+        let found = identify(&record);
+        must_be(&found, &truth, "with a spike");
+        let told: Vec<_> = found.notices.iter().filter(|n| n.kind == NoticeKind::Spike).collect();
+        assert_eq!(told.len(), 1, "{:?}", found.notices);
+        assert!(told[0].what.contains("2.5000 s"), "{}", told[0].what);
+        assert_eq!(told[0].channel.as_deref(), Some("r1"));
+    }
+}
+
+/// A cable that has come off: noise as loud as the other responses.
+#[test]
+fn a_response_of_noise_alone_is_told_and_spoils_nothing() {
+    let truth = arm();
+    for seed in 0..8 {
+        let mut rng = seeded(seed);
+        let mut responses = noisy(&free_decay(&truth, 0, 200.0, 1000, 0), TWENTY_DB, &mut rng);
+        let level = rms(&responses[0]);
+        responses[2] = (0..1000).map(|_| level * gauss(&mut rng)).collect();
+        let found = identify(&record(200.0, None, responses, Quantity::Displacement));
+        must_be(&found, &truth, "with a response of noise");
+        let told: Vec<_> =
+            found.notices.iter().filter(|n| n.kind == NoticeKind::NoSignal).collect();
+        assert_eq!(told.len(), 1, "seed {seed}: {:?}", found.notices);
+        assert_eq!(told[0].channel.as_deref(), Some("r2"));
     }
 }
 

@@ -21,8 +21,11 @@ const SPLIT: f64 = 24.0;
 /// The least that is likely to split them.
 const MAY_SPLIT: f64 = 14.0;
 
-/// A pose at which two rivals disagree by less is not worth the way.
+/// A pose that adds less is not worth the way.
 const LEAST: f64 = 2.0;
+
+/// Poses closer than this in every joint are the same, rad or m.
+const NEAR: f64 = 0.15;
 
 /// Most poses that are suggested for one pair.
 const MOST: usize = 6;
@@ -67,60 +70,114 @@ pub(super) fn poses_between(
         return Vec::new();
     };
     let noise2 = finding.evaluation.noise.scale.powi(2);
-    let mut apart: Vec<(Vec<f64>, f64)> = looked_at
+    let columns = data.columns;
+    let views: Vec<View> = looked_at
         .par_iter()
-        .filter_map(|row| {
-            let points = (0..data.columns)
-                .map(|column| Point {
-                    row: 0,
-                    column,
-                    ln_f: 0.0,
-                    unit: 1.0,
-                    rounding: 0.0,
-                    index: 0,
-                })
-                .collect();
-            let one =
-                Data { rows: vec![row.clone()], points, columns: data.columns, told_noise: None };
-            let problem = Problem { description, data: &one };
-            let a = problem.evaluate(&finding.hypothesis, true)?;
-            let b = problem.evaluate(&rival.hypothesis, true)?;
-            let shown: Vec<usize> = (0..data.columns)
-                .filter(|&i| a.residuals[i].is_some() && b.residuals[i].is_some())
-                .collect();
-            let m = shown.len();
-            let difference = DVector::from_fn(m, |i, _| {
-                a.residuals[shown[i]].unwrap_or(0.0) - b.residuals[shown[i]].unwrap_or(0.0)
-            });
-            let slopes = |slopes: &[Vec<f64>], p: usize| {
-                DMatrix::from_fn(m, p, |i, k| slopes[shown[i]].get(k).copied().unwrap_or(0.0))
-            };
-            let (ja, jb) = (slopes(&a.slopes, sure_a.nrows()), slopes(&b.slopes, sure_b.nrows()));
-            let spread = &ja * &sure_a * ja.transpose()
-                + &jb * &sure_b * jb.transpose()
-                + DMatrix::from_diagonal_element(m, m, noise2);
-            let solved = spread.cholesky()?.solve(&difference);
-            Some((row.q.clone(), difference.dot(&solved)))
-        })
+        .filter_map(|row| View::new(description, row, columns, finding, rival))
         .collect();
-    apart.sort_by(|a, b| b.1.total_cmp(&a.1));
+    // A rival that the data favour has to be split off all the same.
+    let behind = behind.max(0.0);
+    let mut known = Known::new(sure_a, sure_b);
     let mut taken: Vec<(Vec<f64>, f64)> = Vec::new();
     let mut total = 0.0;
-    for (q, square) in apart {
-        if square < LEAST || taken.len() == MOST || total > SPLIT + behind {
-            break;
-        }
-        // The same pose twice says half as much.
-        let is_near = |other: &(Vec<f64>, f64)| {
-            q.iter().zip(&other.0).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) < 0.15
-        };
-        if taken.iter().any(is_near) {
-            continue;
-        }
+    while taken.len() < MOST && total < SPLIT + behind {
+        // The same pose twice says little more.
+        let is_near = |q: &[f64]| taken.iter().any(|(other, _)| farthest(q, other) < NEAR);
+        let best = views
+            .par_iter()
+            .filter(|view| !is_near(&view.q))
+            .filter_map(|view| Some((known.odds(view, noise2)?, view)))
+            .reduce_with(|a, b| if b.0 > a.0 { b } else { a });
+        let Some((square, view)) = best.filter(|(square, _)| *square >= LEAST) else { break };
+        known.take(view, noise2);
         total += square;
-        taken.push((q, square));
+        taken.push((view.q.clone(), square));
     }
     if total < MAY_SPLIT + behind { Vec::new() } else { taken }
+}
+
+/// The largest distance of one joint, rad or m.
+fn farthest(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+/// What a pose would show.
+struct View {
+    q: Vec<f64>,
+    /// ln f of the rival less that of the finding, by mode.
+    difference: DVector<f64>,
+    /// By the parameters of the finding, then of the rival.
+    slopes: DMatrix<f64>,
+}
+
+impl View {
+    /// `None` where there is no such arm, or no mode that both have.
+    fn new(
+        description: &Description,
+        row: &Row,
+        columns: usize,
+        finding: &Fit<'_>,
+        rival: &Fit<'_>,
+    ) -> Option<Self> {
+        let point =
+            |column| Point { row: 0, column, ln_f: 0.0, unit: 1.0, rounding: 0.0, index: 0 };
+        let points = (0..columns).map(point).collect();
+        let one = Data { rows: vec![row.clone()], points, columns, told_noise: None };
+        let problem = Problem { description, data: &one };
+        let a = problem.evaluate(&finding.hypothesis, true)?;
+        let b = problem.evaluate(&rival.hypothesis, true)?;
+        let shown: Vec<(usize, f64)> =
+            (0..columns).filter_map(|i| Some((i, a.residuals[i]? - b.residuals[i]?))).collect();
+        let [of_a, of_b] = [finding, rival].map(|fit| fit.hypothesis.inner().len());
+        let slope = |i: usize, k: usize| {
+            if k < of_a { a.slopes[i][k] } else { -b.slopes[i][k - of_a] }
+        };
+        (!shown.is_empty()).then(|| Self {
+            q: row.q.clone(),
+            difference: DVector::from_iterator(shown.len(), shown.iter().map(|(_, d)| *d)),
+            slopes: DMatrix::from_fn(shown.len(), of_a + of_b, |m, k| slope(shown[m].0, k)),
+        })
+    }
+}
+
+/// What is known of the parameters of both when some poses are measured: one pose after the other, as a Kalman filter
+/// has it, so that poses that show the same count once.
+struct Known {
+    mean: DVector<f64>,
+    covariance: DMatrix<f64>,
+}
+
+impl Known {
+    fn new(sure_a: DMatrix<f64>, sure_b: DMatrix<f64>) -> Self {
+        let (a, b) = (sure_a.nrows(), sure_b.nrows());
+        let mut covariance = DMatrix::zeros(a + b, a + b);
+        covariance.view_mut((0, 0), (a, a)).copy_from(&sure_a);
+        covariance.view_mut((a, a), (b, b)).copy_from(&sure_b);
+        Self { mean: DVector::zeros(a + b), covariance }
+    }
+
+    /// What the parameters do not account for at a pose, and the covariance of that.
+    fn innovation(&self, view: &View, noise2: f64) -> (DVector<f64>, DMatrix<f64>) {
+        let m = view.difference.len();
+        let left = &view.difference - &view.slopes * &self.mean;
+        let spread = &view.slopes * &self.covariance * view.slopes.transpose();
+        (left, spread + DMatrix::from_diagonal_element(m, m, noise2))
+    }
+
+    /// 2 ln of the odds that a pose is expected to bring.
+    fn odds(&self, view: &View, noise2: f64) -> Option<f64> {
+        let (left, spread) = self.innovation(view, noise2);
+        Some(left.dot(&spread.cholesky()?.solve(&left)))
+    }
+
+    /// As it is once the pose is measured.
+    fn take(&mut self, view: &View, noise2: f64) {
+        let (left, spread) = self.innovation(view, noise2);
+        let Some(factor) = spread.cholesky() else { return };
+        let across = &view.slopes * &self.covariance;
+        self.mean += across.tr_mul(&factor.solve(&left));
+        self.covariance -= across.tr_mul(&factor.solve(&across));
+    }
 }
 
 /// The `i`-th pose of a Halton sequence within the limits of the joints.
@@ -163,6 +220,41 @@ fn radical_inverse(mut i: u32, base: u32) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Pose after pose comes to what all of them come to at once, in whatever order.
+    #[test]
+    fn poses_one_by_one_say_what_they_say_together() {
+        let wave = |i: usize| (1.3 * i as f64).sin();
+        let view = |n: usize| View {
+            q: Vec::new(),
+            difference: DVector::from_fn(2, |i, _| wave(7 * n + i)),
+            slopes: DMatrix::from_fn(2, 3, |i, k| wave(31 * n + 5 * i + k)),
+        };
+        let sure = |n: usize, seed: usize| {
+            let a = DMatrix::from_fn(n, n, |i, j| wave(seed + n * i + j));
+            &a * a.transpose() + DMatrix::from_diagonal_element(n, n, 0.1)
+        };
+        let noise2 = 0.04;
+        let views: Vec<View> = (0..4).map(view).collect();
+        let one_by_one = |order: [usize; 4]| -> f64 {
+            let mut known = Known::new(sure(2, 3), sure(1, 50));
+            let odds = order.map(|i| {
+                let odds = known.odds(&views[i], noise2).unwrap();
+                known.take(&views[i], noise2);
+                odds
+            });
+            odds.iter().sum()
+        };
+        let slopes = DMatrix::from_fn(8, 3, |i, k| views[i / 2].slopes[(i % 2, k)]);
+        let difference = DVector::from_fn(8, |i, _| views[i / 2].difference[i % 2]);
+        let spread = &slopes * Known::new(sure(2, 3), sure(1, 50)).covariance * slopes.transpose()
+            + DMatrix::from_diagonal_element(8, 8, noise2);
+        let together = difference.dot(&spread.try_inverse().unwrap().tr_mul(&difference));
+        for order in [[0, 1, 2, 3], [3, 1, 0, 2]] {
+            let found = one_by_one(order);
+            assert!((found / together - 1.0).abs() < 1e-9, "{found} {together}");
+        }
+    }
 
     #[test]
     fn halton_starts_as_it_should() {

@@ -2,7 +2,7 @@
 //! must be known about them.
 
 use super::estimate::lscf::{StabilisationPoint, candidates, poles_by_order, stabilisation};
-use super::estimate::{C64, Estimate, Pole, PoleEstimate, estimate};
+use super::estimate::{C64, Estimate, Pole, PoleEstimate, Residue, estimate};
 use super::links::{LinkRotation, rotations};
 use super::notice::{Notice, NoticeKind, Notices};
 use super::prepare::{Kind, Prepared, Response, lines_hz, prepare};
@@ -165,6 +165,9 @@ pub fn identify_record(record: &Record, band_hz: Option<[f64; 2]>, mains_hz: &[f
         mode.support = support(&mode, &identified.stabilisation, orders);
         identified.modes.push(mode);
     }
+    if !identified.modes.is_empty() {
+        silent_responses(&prepared, &found, &mut notices);
+    }
     if identified.modes.is_empty() {
         let what = "no mode stands out of the noise; hit harder, or come nearer to the arm's end"
             .to_owned();
@@ -263,6 +266,23 @@ fn rounding(prepared: &Prepared, found: &Estimate, notices: &mut Notices) {
             let what = "moves in steps that are coarser than its noise: rounding hides what is weaker; use a \
                         finer range or a harder hit";
             notices.add(NoticeKind::CoarseSteps, Some(&response.name), what.to_owned());
+        }
+    }
+}
+
+/// Tells of responses in which no pole stands out of what is not known about its residue.
+fn silent_responses(prepared: &Prepared, found: &Estimate, notices: &mut Notices) {
+    /// |residue|² over the variance of its parts, which chance exceeds once in ten thousand times (χ² with two
+    /// degrees of freedom).
+    const CHANCE: f64 = 18.4;
+    let stands_out = |residue: &Residue| residue.value.norm_sqr() > CHANCE * residue.variance;
+    for (i, response) in prepared.responses.iter().enumerate() {
+        let driven = found.poles.iter().filter(|pole| pole.pole.is_driven);
+        let residues = driven.flat_map(|pole| &pole.residues);
+        if !residues.filter_map(|block| block.get(i)).any(stands_out) {
+            let what =
+                "shows none of the modes, only noise: look at its cable and range, or leave it out";
+            notices.add(NoticeKind::NoSignal, Some(&response.name), what.to_owned());
         }
     }
 }

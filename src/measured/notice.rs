@@ -11,6 +11,10 @@ pub enum NoticeKind {
     CoarseSteps,
     /// A channel does not move.
     DeadChannel,
+    /// A sample stands alone.
+    Spike,
+    /// A channel shows none of the modes that others show.
+    NoSignal,
     /// The record ends before a mode has decayed.
     Leakage,
     /// Force and response do not belong together at a mode.
@@ -49,6 +53,8 @@ impl NoticeKind {
             Self::Clipping => "clipping",
             Self::CoarseSteps => "coarse_steps",
             Self::DeadChannel => "dead_channel",
+            Self::Spike => "spike",
+            Self::NoSignal => "no_signal",
             Self::Leakage => "leakage",
             Self::LowCoherence => "low_coherence",
             Self::WeakForce => "weak_force",

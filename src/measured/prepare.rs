@@ -1,9 +1,11 @@
 //! Records → spectra ready for the estimation, in the band that the record fills.
 
+use std::borrow::Cow;
+
 use super::estimate::{Block, C64, Origin, Push};
 use super::hits::{Decay, Hit, decays, deviation, hits_in_force, median};
 use super::notice::{NoticeKind, Notices};
-use super::quality::{check_channel, rounding_step};
+use super::quality::{check_channel, rounding_step, without_spikes};
 use super::record::{Channel, Data, Frf, Quantity, Record};
 use super::spectra::{Averaged, Window, over_hits, over_stretches, transform};
 use crate::units::{hz_from_rad_per_s, rad_per_s_from_hz};
@@ -120,6 +122,10 @@ fn free(
     band_hz: Option<[f64; 2]>,
     notices: &mut Notices,
 ) -> Option<Prepared> {
+    let channels: Vec<Cow<'_, Channel>> = channels
+        .iter()
+        .map(|channel| without_spikes(channel, sample_rate_hz, &[], notices))
+        .collect();
     let level: Vec<Vec<f64>> = channels
         .iter()
         .map(|channel| {
@@ -142,7 +148,7 @@ fn free(
     let cut: Vec<(usize, Vec<Vec<C64>>)> = long
         .iter()
         .map(|decay| {
-            let of = |channel: &&Channel| {
+            let of = |channel: &Cow<'_, Channel>| {
                 transform(&without_offset(&channel.samples[decay.from..decay.to]))
             };
             (decay.to - decay.from, channels.iter().map(of).collect())
@@ -224,6 +230,15 @@ fn forced(
         );
         notices.add(NoticeKind::DoubleHit, Some(&excitation.name), what);
     }
+    let blows: Vec<_> = hits.iter().map(|hit| reach(hit)).map(|[from, to]| from..to + 2).collect();
+    // An excitation that goes on may be made of blows.
+    let channels: Vec<Cow<'_, Channel>> = channels
+        .iter()
+        .map(|channel| match hits.is_empty() {
+            true => Cow::Borrowed(*channel),
+            false => without_spikes(channel, sample_rate_hz, &blows, notices),
+        })
+        .collect();
     let moves: Vec<Vec<f64>> = channels.iter().map(|c| without_offset(&c.samples)).collect();
     let moves: Vec<&[f64]> = moves.iter().map(Vec::as_slice).collect();
     let mut force_noise = 0.0;

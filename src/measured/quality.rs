@@ -1,5 +1,8 @@
 //! What is wrong with a channel before anything is fitted.
 
+use std::borrow::Cow;
+use std::ops::Range;
+
 use super::notice::{NoticeKind, Notices};
 use super::record::Channel;
 
@@ -55,6 +58,69 @@ pub(super) fn check_channel(channel: &Channel, is_force: bool, notices: &mut Not
         }
     }
     true
+}
+
+/// The channel with samples that stand alone, as glitches of the instrument leave them, put in line with their
+/// neighbours, and told; not within the `protected` stretches, where a blow may look like that.
+pub(super) fn without_spikes<'c>(
+    channel: &'c Channel,
+    sample_rate_hz: f64,
+    protected: &[Range<usize>],
+    notices: &mut Notices,
+) -> Cow<'c, Channel> {
+    let mut spikes = spikes(&channel.samples);
+    spikes.retain(|k| !protected.iter().any(|range| range.contains(k)));
+    let Some(&first) = spikes.first() else { return Cow::Borrowed(channel) };
+    let mut mended = channel.clone();
+    for &k in &spikes {
+        mended.samples[k] = from_neighbours(&channel.samples, k);
+    }
+    let others = match spikes.len() - 1 {
+        0 => String::new(),
+        more => format!(" and {more} more like it"),
+    };
+    let what = format!(
+        "the sample at {:.4} s{others} stands alone: it is {:.3e} where its neighbours say {:.3e}; taken for a glitch \
+         of the instrument and put in line with them",
+        first as f64 / sample_rate_hz,
+        channel.samples[first],
+        mended.samples[first]
+    );
+    notices.add(NoticeKind::Spike, Some(&channel.name), what);
+    Cow::Owned(mended)
+}
+
+/// What the two samples on either side say of the one at `k`, by the cubic through them.
+fn from_neighbours(samples: &[f64], k: usize) -> f64 {
+    (4.0 * (samples[k - 1] + samples[k + 1]) - samples[k - 2] - samples[k + 2]) / 6.0
+}
+
+/// Samples that are off the line of their neighbours by far more than all others around, which look alike before and
+/// after: a blow is not alike.
+fn spikes(samples: &[f64]) -> Vec<usize> {
+    /// Samples on either side that are looked at.
+    const AROUND: usize = 48;
+    /// How far off the largest of those a spike is.
+    const FAR_OFF: f64 = 8.0;
+    /// A blow raises what follows by more than this.
+    const ALIKE: f64 = 3.0;
+    /// The cubic through a spike's neighbours is off, too.
+    const TOUCHED: usize = 3;
+    let n = samples.len();
+    if n < 2 * AROUND {
+        return Vec::new();
+    }
+    let off = |k: usize| (samples[k] - from_neighbours(samples, k)).abs();
+    let off: Vec<f64> = (0..n).map(|k| if k < 2 || k + 2 >= n { 0.0 } else { off(k) }).collect();
+    let largest = |range: Range<usize>| off[range].iter().copied().fold(0.0, f64::max);
+    (2..n - 2)
+        .filter(|&k| off[k] >= off[k - 1] && off[k] >= off[k + 1])
+        .filter(|&k| {
+            let before = largest(k.saturating_sub(AROUND)..k.saturating_sub(TOUCHED - 1));
+            let after = largest((k + TOUCHED).min(n)..(k + AROUND).min(n));
+            off[k] > FAR_OFF * before.max(after) && after <= ALIKE * before
+        })
+        .collect()
 }
 
 fn range(samples: &[f64]) -> (f64, f64) {
@@ -136,6 +202,37 @@ mod tests {
         assert!((rounding_step(&rounded).unwrap() - 0.01).abs() < 1e-9);
         assert_eq!(rounding_step(&[]), None);
         assert_eq!(rounding_step(&[1.0; 5]), None);
+    }
+
+    /// A lone sample in noise and in a decay is a spike; a blow, a step and the noise itself are not.
+    #[test]
+    fn samples_that_stand_alone_are_told_from_blows() {
+        let noise = |k: usize| 0.1 * ((k * k) as f64 * 0.7).sin();
+        let decay = |k: usize| {
+            let t = k as f64 - 300.0;
+            if t < 0.0 { 0.0 } else { 5.0 * (-0.01 * t).exp() * (0.9 * t).sin() }
+        };
+        let sound: Vec<f64> = (0..1000).map(|k| noise(k) + decay(k)).collect();
+        assert_eq!(spikes(&sound), []);
+        let mut spiked = sound.clone();
+        spiked[150] += 9.0;
+        spiked[500] -= 40.0;
+        spiked[501] += 0.1;
+        assert_eq!(spikes(&spiked), [150, 500]);
+        // The blow itself: one sample, and all after it is loud.
+        let mut blow = sound.clone();
+        blow[300] += 60.0;
+        assert_eq!(spikes(&blow), []);
+        let step: Vec<f64> =
+            (0..1000).map(|k| noise(k) + if k < 400 { 0.0 } else { 50.0 }).collect();
+        assert_eq!(spikes(&step), []);
+        let channel = Channel { name: "a".into(), quantity: Quantity::Unknown, samples: spiked };
+        let mut notices = Notices::about("r");
+        let mended = without_spikes(&channel, 100.0, &[140..160], &mut notices);
+        assert_eq!(mended.samples[150], channel.samples[150]);
+        assert!((mended.samples[500] - sound[500]).abs() < 1.5, "{}", mended.samples[500]);
+        assert_eq!(notices.list.len(), 1);
+        assert!(notices.list[0].what.contains("5.0000 s"), "{}", notices.list[0].what);
     }
 
     #[test]

@@ -18,6 +18,24 @@ pub(crate) struct Named {
     pub(crate) at: String,
 }
 
+impl Named {
+    /// As diagnoses write it where they say what poses separate.
+    pub(crate) fn label(&self) -> String {
+        if self.at.is_empty() {
+            self.cause.clone()
+        } else {
+            format!("{} at {}", self.cause, self.at)
+        }
+    }
+}
+
+/// A pose that is suggested, and what it is to separate.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct NextPose {
+    pub(crate) joints: Vec<f64>,
+    pub(crate) separates: [String; 2],
+}
+
 /// An estimate with its interval.
 #[derive(Debug, Clone)]
 pub(crate) struct Parameter {
@@ -44,7 +62,7 @@ pub(crate) struct Diagnosis {
     pub(crate) extended_held_out_percent: f64,
     pub(crate) noise_floor_percent: f64,
     /// Suggested poses, rad.
-    pub(crate) next_poses: Vec<Vec<f64>>,
+    pub(crate) next_poses: Vec<NextPose>,
 }
 
 /// How a hidden effect was met.
@@ -128,8 +146,16 @@ impl Diagnosis {
             });
         }
         let poses = list(json, "next_poses")?;
-        let joints = |v: &Value| -> Option<Vec<f64>> {
-            v["joints_rad"].as_array()?.iter().map(Value::as_f64).collect()
+        let next_pose = |v: &Value| -> Option<NextPose> {
+            let label = |i: usize| v["separates"][i].as_str().map(str::to_owned);
+            Some(NextPose {
+                joints: v["joints_rad"]
+                    .as_array()?
+                    .iter()
+                    .map(Value::as_f64)
+                    .collect::<Option<_>>()?,
+                separates: [label(0)?, label(1)?],
+            })
         };
         Ok(Self {
             verdict,
@@ -137,7 +163,7 @@ impl Diagnosis {
             baseline_held_out_percent: number(&json["baseline"], "heldout_rms_percent")?,
             extended_held_out_percent: number(&json["extended"], "heldout_rms_percent")?,
             noise_floor_percent: number(json, "noise_floor_percent")?,
-            next_poses: poses.iter().filter_map(joints).collect(),
+            next_poses: poses.iter().filter_map(next_pose).collect(),
         })
     }
 }
@@ -185,34 +211,45 @@ fn covered(finding: &Finding, known: &[Known]) -> Vec<bool> {
     covered
 }
 
-fn answer(hidden: &Hidden, diagnosis: &Diagnosis) -> Answer {
+/// Which finding meets each hidden effect: the one that is it; else one whose group holds it, and rather one that
+/// meets no other.
+fn answers(hidden: &[&Hidden], diagnosis: &Diagnosis) -> Vec<Answer> {
     let findings = &diagnosis.findings;
-    if let Some(i) = findings.iter().position(|finding| is(&finding.named, hidden)) {
-        let finding = &findings[i];
-        return Answer {
-            met: Met::Found,
-            group: 1 + finding.group.len(),
-            covered: covered(finding, &hidden.known),
-            finding: Some(i),
-        };
+    let mut met: Vec<Option<(Met, usize)>> = hidden
+        .iter()
+        .map(|part| Some((Met::Found, findings.iter().position(|f| is(&f.named, part))?)))
+        .collect();
+    for (k, part) in hidden.iter().enumerate() {
+        if met[k].is_some() {
+            continue;
+        }
+        let holding: Vec<usize> = (0..findings.len())
+            .filter(|&i| findings[i].group.iter().any(|named| is(named, part)))
+            .collect();
+        let is_free = |i: &&usize| !met.iter().flatten().any(|(_, other)| other == *i);
+        let chosen = holding.iter().find(is_free).or(holding.first());
+        met[k] = chosen.map(|&i| (Met::InGroup, i));
     }
-    let in_group = |finding: &Finding| finding.group.iter().any(|named| is(named, hidden));
-    match findings.iter().position(in_group) {
-        Some(i) => Answer {
-            met: Met::InGroup,
+    let answer = |(part, met): (&&Hidden, Option<(Met, usize)>)| match met {
+        Some((met, i)) => Answer {
+            met,
             group: 1 + findings[i].group.len(),
-            covered: Vec::new(),
+            covered: match met {
+                Met::Found => covered(&findings[i], &part.known),
+                Met::InGroup | Met::Missed => Vec::new(),
+            },
             finding: Some(i),
         },
         None => Answer { met: Met::Missed, group: 0, covered: Vec::new(), finding: None },
-    }
+    };
+    hidden.iter().zip(met).map(answer).collect()
 }
 
 impl Score {
     pub(crate) fn of(case: &Case, diagnosis: &Diagnosis) -> Self {
         // What lies beyond the vocabulary cannot be named.
         let nameable = case.hidden.iter().filter(|part| !BEYOND.contains(&part.effect.cause));
-        let answers: Vec<Answer> = nameable.map(|part| answer(part, diagnosis)).collect();
+        let answers = answers(&nameable.collect::<Vec<_>>(), diagnosis);
         let met: Vec<usize> = answers.iter().filter_map(|answer| answer.finding).collect();
         let findings = &diagnosis.findings;
         let gained = findings.iter().all(|finding| finding.gain_percent_points > 0.0)
