@@ -410,14 +410,14 @@ pub(super) fn p_value(
     let causes = |fit: &Fit<'_>| fit.hypothesis.effects.len();
     let more = causes(after).saturating_sub(causes(before)).max(1);
     let independent = INDEPENDENT_SHARE * candidates as f64;
-    let tries: f64 = (1..=more).map(|i| independent / i as f64).product();
+    let tries: f64 = (1..=more).map(|i| (independent / i as f64).max(1.0)).product();
     (tries * p_value_of_gain(gain, freedom, n - after.freedom, n)).min(1.0)
 }
 
 /// How often chance gains `gain` of ln likelihood from `freedom` parameters where `left` degrees of freedom
 /// of `n` points remain: the F test of the residual sums of squares that the likelihoods stand for.
 pub(super) fn p_value_of_gain(gain: f64, freedom: f64, left: f64, n: f64) -> f64 {
-    if gain <= 0.0 || left < 1.0 {
+    if gain.is_nan() || gain <= 0.0 || left < 1.0 {
         return 1.0;
     }
     let ratio = ((2.0 * gain / n).exp() - 1.0) * left / freedom;

@@ -20,9 +20,12 @@ const MOST_TRIALS: usize = 8;
 const FIRST_DAMPING: f64 = 1e-3;
 const LEAST_DAMPING: f64 = 1e-9;
 
-/// What a step that keeps its promise leaves of the damping (Nielsen, Damping Parameter in Marquardt's Method,
-/// Technical University of Denmark, 1999).
+/// The least that a step leaves of the damping. The rule is Nielsen's (Damping Parameter in Marquardt's Method,
+/// Technical University of Denmark, 1999), who leaves a third.
 const LARGEST_RELIEF: f64 = 0.1;
+
+/// No parameter moves further in one step: by a factor of four, or by 1.4 of its units.
+const LONGEST_STEP: f64 = 1.4;
 
 /// A promised gain of ln likelihood below this ends a fit.
 const SMALLEST_GAIN: f64 = 2e-3;
@@ -132,7 +135,7 @@ impl Problem<'_> {
         self.climb_to(start, SMALLEST_GAIN)
     }
 
-    /// The same until a round gains less than `smallest_gain` of ln likelihood.
+    /// The same until a step promises to gain less than `smallest_gain` of ln likelihood.
     pub(super) fn climb_to<'c>(
         &self,
         start: Hypothesis<'c>,
@@ -233,8 +236,8 @@ fn freedom(hypothesis: &Hypothesis<'_>, evaluation: &Evaluation) -> f64 {
     freedom
 }
 
-/// One damped step from the parameters `inner`, within their bounds: those that would leave them stay where they are
-/// while the others are solved for.
+/// One damped step from the parameters `inner`: the least of the quadratic model, held within the bounds and within
+/// [`LONGEST_STEP`] by an active set. What would pass furthest stops at its limit, and the rest is solved again.
 fn step<'c>(
     hypothesis: &Hypothesis<'c>,
     inner: &[f64],
@@ -242,24 +245,44 @@ fn step<'c>(
     gradient: &DVector<f64>,
     damping: f64,
 ) -> Hypothesis<'c> {
-    /// No parameter moves further in one step: a factor of four, or four units.
-    const LONGEST_STEP: f64 = 1.4;
     let parameters = hypothesis.effects.iter().flat_map(|(candidate, _)| &candidate.parameters);
-    let parameters: Vec<_> = parameters.collect();
-    let is_held =
-        |i: usize| parameters[i].clamp(inner[i] + gradient[i].signum() * 1e-9) == inner[i];
-    let free: Vec<usize> = (0..inner.len()).filter(|&i| !is_held(i)).collect();
-    let mut damped = information.select_rows(&free).select_columns(&free);
-    for (a, &i) in free.iter().enumerate() {
-        damped[(a, a)] += damping * information[(i, i)].max(1e-12) + 1e-12;
+    let limits: Vec<[f64; 2]> = parameters
+        .zip(inner)
+        .map(|(parameter, &at)| {
+            let reach = |by: f64| parameter.clamp(at + by) - at;
+            [reach(-LONGEST_STEP), reach(LONGEST_STEP)]
+        })
+        .collect();
+    let p = inner.len();
+    let mut damped = information.clone();
+    for i in 0..p {
+        damped[(i, i)] += damping * information[(i, i)].max(1e-12) + 1e-12;
     }
-    let mut next = inner.to_vec();
-    if let Some(cholesky) = damped.cholesky() {
-        let step = cholesky.solve(&gradient.select_rows(&free));
-        for (&i, step) in free.iter().zip(step.iter()) {
-            next[i] = parameters[i].clamp(inner[i] + step.clamp(-LONGEST_STEP, LONGEST_STEP));
+    let mut moved = DVector::zeros(p);
+    let mut free: Vec<usize> = (0..p).collect();
+    while !free.is_empty() {
+        // What the parameters that have stopped leave of the gradient; free ones have not moved yet.
+        let left = (gradient - &damped * &moved).select_rows(&free);
+        let Some(cholesky) = damped.select_rows(&free).select_columns(&free).cholesky() else {
+            break;
+        };
+        let own = cholesky.solve(&left);
+        let beyond = |k: usize| {
+            let [low, high] = limits[free[k]];
+            (low - own[k]).max(own[k] - high)
+        };
+        let worst = (0..free.len()).max_by(|&a, &b| beyond(a).total_cmp(&beyond(b))).unwrap_or(0);
+        if beyond(worst) > 0.0 {
+            let i = free.remove(worst);
+            moved[i] = own[worst].clamp(limits[i][0], limits[i][1]);
+            continue;
         }
+        for (&i, step) in free.iter().zip(own.iter()) {
+            moved[i] = *step;
+        }
+        break;
     }
+    let next: Vec<f64> = inner.iter().zip(moved.iter()).map(|(at, by)| at + by).collect();
     hypothesis.with(&next)
 }
 

@@ -83,17 +83,20 @@ pub(super) fn held_out(
             errors
         })
         .collect();
+    let before = errors_of(data, &Hypothesis::default());
     let mut next = vec![0; folds];
     let after = data
         .points
         .iter()
-        .map(|point| {
+        .zip(&before)
+        .map(|(point, before)| {
             let fold = fold_of[point.row];
             next[fold] += 1;
-            chosen[fold][next[fold] - 1]
+            // Where the causes leave no such mode, nothing is gained.
+            chosen[fold][next[fold] - 1].or(*before)
         })
         .collect();
-    HeldOut { before: errors_of(data, &Hypothesis::default()), after }
+    HeldOut { before, after }
 }
 
 /// 95 % interval of rms before − rms after, as shares, over resampled poses.

@@ -168,7 +168,9 @@ impl Ground {
                 square -= dot(new, &self.residual).powi(2);
             }
         }
-        let kept = (square / self.square).max(1e-12);
+        // Of a noise as fine as any instrument's the scale is known: what is below it shows nothing.
+        let total = self.square.max(self.count as f64);
+        let kept = (1.0 - (self.square - square) / total).max(1e-12);
         (-0.5 * self.count as f64 * kept.ln(), basis.len() - self.taken.len())
     }
 }

@@ -302,8 +302,10 @@ impl Reader<'_> {
                 Some(name) => format!("operation '{name}'"),
                 None => format!("operation {}", index + 1),
             };
+            let line = node.line as usize;
             if let Some(name) = &raw.name
-                && let Some(first) = first_lines.insert(name, node.line as usize)
+                && let first = *first_lines.entry(name).or_insert(line)
+                && first != line
             {
                 let steps = [Step::Key("operations"), Step::Index(index), Step::Key("name")];
                 let what = format!("{called}: name is taken by the operation at line {first}");

@@ -202,10 +202,13 @@ fn merged(values: &[(f64, f64)]) -> (f64, f64, f64) {
     if let [(value, std)] = values {
         return (*value, *std, 0.0);
     }
-    let weight = |std: f64| std.max(f64::MIN_POSITIVE.sqrt()).powi(-2);
-    let sum: f64 = values.iter().map(|(_, std)| weight(*std)).sum();
-    let mean = values.iter().map(|(value, std)| value * weight(*std)).sum::<f64>() / sum;
-    let chi_squared: f64 = values.iter().map(|(v, std)| (v - mean).powi(2) * weight(*std)).sum();
+    // Nothing is known beyond the digits of a number.
+    let weight =
+        |value: f64, std: f64| std.max(1e-12 * value.abs()).max(f64::MIN_POSITIVE.sqrt()).powi(-2);
+    let sum: f64 = values.iter().map(|&(value, std)| weight(value, std)).sum();
+    let mean = values.iter().map(|&(value, std)| value * weight(value, std)).sum::<f64>() / sum;
+    let chi_squared: f64 =
+        values.iter().map(|&(value, std)| (value - mean).powi(2) * weight(value, std)).sum();
     let ratio = (chi_squared / (values.len() - 1) as f64).sqrt();
     (mean, sum.recip().sqrt() * ratio.max(1.0), ratio)
 }

@@ -59,6 +59,9 @@ pub struct Averaged {
     pub coherence: Vec<Vec<f64>>,
 }
 
+/// A last hit with more room than this share of the others' shortens them all.
+const LEAST_ROOM: f64 = 0.8;
+
 /// Averages over hits, each to the next hit's start. `force` is zero outside of the pulses.
 pub(super) fn over_hits(
     force: &[f64],
@@ -70,7 +73,9 @@ pub(super) fn over_hits(
     let lead = spacing.unwrap_or(usize::MAX).min(hits.first()?.first).min(4);
     let longest = hits.iter().map(|hit| force.len() - hit.first + lead).max()?;
     // The last hit may have less room than the others; it is left out if it has much less.
+    let last = force.len() - hits.last()?.first + lead;
     let length = match spacing {
+        Some(spacing) if last as f64 > LEAST_ROOM * spacing as f64 => spacing.min(last),
         Some(spacing) => spacing.min(longest),
         None => longest,
     };

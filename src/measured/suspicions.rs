@@ -213,10 +213,10 @@ fn force(prepared: &Prepared, mode: &Mode, notices: &mut Notices) {
     let Some(block) = prepared.blocks.first() else { return };
     let omega = rad_per_s_from_hz(mode.frequency_hz);
     let strongest = block.drive.iter().map(|f| f.norm()).fold(0.0, f64::max);
+    let spacing = block.omega.windows(2).map(|pair| pair[1] - pair[0]).next().unwrap_or(0.0);
     // Several hits make a comb: what counts is its envelope.
-    let near = block.omega.iter().zip(&block.drive).filter(|(w, _)| {
-        (*w - omega).abs() < NEAR_FORCE.max(NEAR_LINES / block.omega.len() as f64) * omega
-    });
+    let reach = (NEAR_FORCE * omega).max(NEAR_LINES * spacing);
+    let near = block.omega.iter().zip(&block.drive).filter(|(w, _)| (*w - omega).abs() < reach);
     let here = near.map(|(_, f)| f.norm()).fold(0.0, f64::max);
     if here < WEAK_FORCE * strongest {
         let what = format!(

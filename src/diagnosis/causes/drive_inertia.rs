@@ -11,6 +11,8 @@ pub(super) const WORDS: Words = Words {
 pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
     arm.springs
         .iter()
+        // A point mass on the axis has no inertia to measure a rotor's by.
+        .filter(|spring| spring.inertia > 0.0 || spring.reflected_inertia > 0.0)
         .map(|spring| {
             let (nominal, inertia) = (spring.reflected_inertia, spring.inertia);
             let parameter = Parameter {
