@@ -112,6 +112,50 @@ fn the_written_robot_is_what_check_uses() {
 }
 
 /// Nothing is written over what the run reads.
+/// What `map` writes is what the model says: nothing is wrong with it, to the last digit.
+#[test]
+fn a_table_of_the_models_own_frequencies_is_consistent() {
+    let folder = tempfile::tempdir().unwrap();
+    let table = folder.path().join("map.csv");
+    let table = table.to_str().unwrap();
+    for robot in ["robots/two-link", "robots/irb1600"] {
+        let range = ["--joint", "joint_2", "--from-deg", "-20", "--to-deg", "60", "--steps", "12"];
+        let mapped = detune(&[&["map", robot, "--output", table][..], &range[..]].concat());
+        assert!(mapped.status.success(), "{}", text(&mapped.stderr));
+        let found = json(&["diagnose", robot, table, "--format", "json"]);
+        assert_eq!(found["verdict"], "consistent", "{robot}: {found}");
+        assert!(
+            found["gain"]["percent_points"] == 0.0 && found["findings"] == serde_json::json!([])
+        );
+    }
+}
+
+/// One pose that is measured twelve times is one pose: no other can be left out.
+#[test]
+fn repeated_rows_are_no_poses() {
+    let folder = tempfile::tempdir().unwrap();
+    let table = folder.path().join("same.csv");
+    let rows = "0.3,0.6,12.5,50.1\n".repeat(12);
+    std::fs::write(&table, format!("joint_1_rad,joint_2_rad,f1_hz,f2_hz\n{rows}")).unwrap();
+    let output = detune(&["diagnose", "robots/two-link", table.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(2));
+    let told = text(&output.stderr);
+    assert!(told.contains("24 frequencies at 1 pose, must be at least"), "{told}");
+}
+
+#[test]
+fn report_and_robot_do_not_share_a_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("x.yaml");
+    let file = file.to_str().unwrap();
+    let measured = "robots/two-link/measured.csv";
+    let output =
+        detune(&["diagnose", "robots/two-link", measured, "--write", file, "--output", file]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("--write and --output name the same file"));
+    assert!(!std::path::Path::new(file).exists());
+}
+
 #[test]
 fn the_robots_own_file_is_spared() {
     let robot = "robots/two-link/robot.yaml";

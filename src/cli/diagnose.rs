@@ -57,10 +57,14 @@ enum Format {
     Html,
 }
 
+/// No instrument does better: what a calibration claims at the least, % of the frequency.
+const FINEST_PERCENT: f64 = 0.03;
+
 /// Diagnoses, writes the result, then the robot's file.
 pub(super) fn run(args: &DiagnoseArgs, out: &mut dyn Write) -> Result<Outcome, Failure> {
     let sink = Sink::open(args.output.as_deref())?;
     let robot_sink = args.write.as_deref().map(|path| Sink::open(Some(path))).transpose()?;
+    sink.unless_same(robot_sink.as_ref(), "robot")?;
     let robot_file = super::robot_file(&args.robot);
     let mut reading = Reading::default();
     let read = read(&robot_file, &args.measured, &mut reading);
@@ -144,7 +148,7 @@ fn edited(
     });
     let calibration = Calibrated {
         poses: diagnosis.poses,
-        heldout_rms_percent: diagnosis.extended.heldout_rms_percent,
+        heldout_rms_percent: diagnosis.extended.heldout_rms_percent.max(FINEST_PERCENT),
         date: today(),
     };
     let corrections: Vec<FittedCorrection> = old.chain(new).collect();

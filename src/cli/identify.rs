@@ -8,7 +8,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::output::Sink;
 use super::{Failure, Outcome, tell};
-use crate::input::{Fault, Reading, read_session};
+use crate::input::{Reading, read_session};
 use crate::measured::session::identify_session_with_progress;
 use crate::report::identify::{
     identification_json, identification_svg, identification_text, measured_csv,
@@ -57,7 +57,7 @@ enum Format {
 pub(super) fn run(args: &IdentifyArgs, out: &mut dyn Write) -> Result<Outcome, Failure> {
     let sink = Sink::open(args.output.as_deref())?;
     let table = args.write.as_deref().map(|path| Sink::open(Some(path))).transpose()?;
-    unless_same(&sink, table.as_ref())?;
+    sink.unless_same(table.as_ref(), "table")?;
     let mut reading = Reading::default();
     let session = read_session(&args.session, &mut reading);
     tell(&reading.notices);
@@ -80,15 +80,6 @@ pub(super) fn run(args: &IdentifyArgs, out: &mut dyn Write) -> Result<Outcome, F
     }
     sink.write(&text, out)?;
     Ok(Outcome::Pass)
-}
-
-/// Report and table are two files.
-fn unless_same(sink: &Sink, table: Option<&Sink>) -> Result<(), Vec<Fault>> {
-    if table != Some(sink) {
-        return Ok(());
-    }
-    let what = "--write and --output name the same file; give the table one of its own".to_owned();
-    Err(vec![Fault { file: None, line: None, what }])
 }
 
 /// Counts records on standard error while it is a terminal, and shows nothing elsewhere.

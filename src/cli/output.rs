@@ -53,6 +53,16 @@ impl Sink {
         }
     }
 
+    /// Refuses two results in one file: `--output` here, and what `--write` writes.
+    pub(super) fn unless_same(&self, written: Option<&Self>, what: &str) -> Result<(), Vec<Fault>> {
+        if written != Some(self) {
+            return Ok(());
+        }
+        let what =
+            format!("--write and --output name the same file; give the {what} one of its own");
+        Err(vec![Fault { file: None, line: None, what }])
+    }
+
     /// Refuses to write over a file that the run reads, by whatever name it goes.
     pub(super) fn spare(&self, inputs: &[PathBuf]) -> Result<(), Vec<Fault>> {
         let Self::File(output) = self else { return Ok(()) };

@@ -81,6 +81,8 @@ impl Model<'_> {
 #[derive(Debug, Clone)]
 pub(super) struct Choice<'c> {
     pub(super) nothing: Fit<'c>,
+    /// Models of one cause, best first.
+    pub(super) singles: Vec<Model<'c>>,
     /// The best model; no cause if none earned its place.
     pub(super) best: Model<'c>,
     /// For each cause of the best model: models that have another in its place, and may have more than that
@@ -135,7 +137,7 @@ pub(super) fn choose<'c>(
     seen.retain(|model| within_reach(model, &best));
     seen.push(best.clone());
     let rivals = search.rivals(&best, &singles, &mut seen);
-    Some(Choice { nothing, best, rivals, seen })
+    Some(Choice { nothing, singles, best, rivals, seen })
 }
 
 struct Search<'s, 'p, 'c> {

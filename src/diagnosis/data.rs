@@ -113,6 +113,26 @@ impl Data {
         Self { rows, points, columns: table.modes, told_noise: typical }
     }
 
+    /// For each row which test it belongs to, counted from 0: rows of one pose under the same conditions repeat one.
+    pub(super) fn tests(&self) -> Vec<usize> {
+        let mut first_rows: Vec<&Row> = Vec::new();
+        let test_of = |row: &'_ Row, first_rows: &mut Vec<&Row>| {
+            let same = |other: &&Row| {
+                other.q == row.q && other.conditions == row.conditions && other.load == row.load
+            };
+            first_rows.iter().position(same)
+        };
+        self.rows
+            .iter()
+            .map(|row| {
+                test_of(row, &mut first_rows).unwrap_or_else(|| {
+                    first_rows.push(row);
+                    first_rows.len() - 1
+                })
+            })
+            .collect()
+    }
+
     /// The rows for which `keep` holds; points remember their place in the whole table.
     pub(super) fn only(&self, keep: impl Fn(usize) -> bool) -> Self {
         let mut place = vec![None; self.rows.len()];

@@ -41,8 +41,9 @@ pub fn diagnose(
     let data = Data::of(table, description.payload.as_ref());
     let mut rows: Vec<usize> = data.points.iter().map(|point| point.row).collect();
     rows.dedup();
-    let (poses, frequencies) = (rows.len(), data.points.len());
-    let data = data.only(|row| rows.contains(&row));
+    let frequencies = data.points.len();
+    let data = data.only(|row| rows.binary_search(&row).is_ok());
+    let poses = data.tests().into_iter().max().map_or(0, |last| last + 1);
     if poses < FEWEST_ROWS || frequencies < FEWEST_POINTS {
         return Err(DiagnosisFault::TooLittle { poses, frequencies });
     }

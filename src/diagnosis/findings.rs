@@ -9,7 +9,7 @@ use super::gain::rms;
 use super::hypothesis::Hypothesis;
 use super::interval::{Certainty, averaged, certainties};
 use super::next_poses::{NextPose, poses_between};
-use super::outcome::{Estimate, Evidence, Finding, Suspect, label};
+use super::outcome::{Estimate, Evidence, Finding, NextTest, Suspect, label};
 use super::problem::Problem;
 use crate::model::{Correction, Robot};
 use crate::units::percent_from_ratio;
@@ -160,11 +160,11 @@ fn group(choice: &Choice<'_>, i: usize, finding: &Candidate) -> Vec<Suspect> {
     group
 }
 
+/// Causes one by one, each in its best form, best first.
 pub(super) fn ranking(choice: &Choice<'_>) -> Vec<Suspect> {
     const MOST_RANKED: usize = 12;
-    let Some(models) = choice.rivals.first() else { return Vec::new() };
-    let best = models.first().map_or(0.0, |model| model.worth);
-    let mut ranking = suspects(models, 0, best);
+    let best = choice.singles.first().map_or(0.0, |model| model.worth);
+    let mut ranking = suspects(&choice.singles, 0, best);
     ranking.truncate(MOST_RANKED);
     ranking
 }
@@ -173,7 +173,7 @@ pub(super) fn next(
     problem: &Problem<'_>,
     robot: &Robot,
     choice: &Choice<'_>,
-) -> (Vec<NextPose>, Vec<(String, &'static str)>) {
+) -> (Vec<NextPose>, Vec<NextTest>) {
     let (mut poses, mut tests) = (Vec::new(), Vec::new());
     for (i, (candidate, _)) in choice.best.fit.hypothesis.effects.iter().enumerate() {
         let own = label(candidate.cause, candidate.at.as_deref());
@@ -191,9 +191,11 @@ pub(super) fn next(
                 &model.fit,
                 suspect.behind,
             );
+            // Where nothing is known of the parameters, nothing is known of poses.
+            let Some(found) = found else { continue };
             if found.is_empty() {
-                let pair = format!("{own} or {}", suspect.label());
-                tests.push((pair, words(candidate.cause).test));
+                let separates = [own.clone(), suspect.label()];
+                tests.push(NextTest { separates, test: words(candidate.cause).test });
             }
             for (joints, square) in found {
                 poses.push(NextPose {

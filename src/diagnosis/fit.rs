@@ -160,8 +160,8 @@ impl Problem<'_> {
                 let next = step(&hypothesis, &inner, &information, &gradient, damping);
                 let moved = DVector::from_vec(next.inner()) - DVector::from_column_slice(&inner);
                 let promised = gradient.dot(&moved) - 0.5 * moved.dot(&(&information * &moved));
-                // Also where nothing can move, and where something is not finite.
-                if !(promised > smallest_gain) {
+                // Also where nothing can move.
+                if promised.is_nan() || promised <= smallest_gain {
                     break 'rounds;
                 }
                 match self.evaluate(&next, true) {

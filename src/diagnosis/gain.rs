@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::candidate::Candidate;
 use super::choose::{Effort, choose};
-use super::data::{Data, median};
+use super::data::Data;
 use super::hypothesis::Hypothesis;
 use super::problem::{Evaluation, Problem};
 use super::screen::Screen;
@@ -56,12 +56,15 @@ pub(super) fn held_out(
     seed: u64,
     done: &(dyn Fn() + Sync),
 ) -> HeldOut {
-    let rows = data.rows.len();
-    let folds = FOLDS.min(rows);
-    let mut order: Vec<usize> = (0..rows).collect();
+    // A repeated test is left out as a whole: a pose that was seen is no pose left out.
+    let tests = data.tests();
+    let count = tests.iter().max().map_or(0, |last| last + 1);
+    let folds = FOLDS.min(count);
+    let mut order: Vec<usize> = (0..count).collect();
     order.shuffle(&mut ChaCha8Rng::seed_from_u64(seed));
-    let mut fold_of = vec![0; rows];
-    order.iter().enumerate().for_each(|(i, &row)| fold_of[row] = i % folds);
+    let mut fold_of_test = vec![0; count];
+    order.iter().enumerate().for_each(|(i, &test)| fold_of_test[test] = i % folds);
+    let fold_of: Vec<usize> = tests.iter().map(|&test| fold_of_test[test]).collect();
     let errors_of = |data: &Data, hypothesis: &Hypothesis<'_>| -> Vec<Option<f64>> {
         let problem = Problem { description, data };
         problem.evaluate(hypothesis, false).map_or_else(
@@ -129,9 +132,4 @@ pub(super) fn gain_interval(data: &Data, held_out: &HeldOut, seed: u64) -> [f64;
     gains.sort_by(f64::total_cmp);
     let at = |share: f64| gains[((share * RESAMPLES as f64) as usize).min(RESAMPLES - 1)];
     [at(0.025), at(0.975)]
-}
-
-/// A typical value of a covariate, for poses yet to be measured.
-pub(super) fn typical(values: Vec<f64>) -> Option<f64> {
-    median(values)
 }

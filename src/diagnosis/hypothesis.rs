@@ -1,7 +1,7 @@
 //! A hypothesis: causes with their parameters.
 
 use super::candidate::Candidate;
-use crate::model::Correction;
+use crate::model::{Cause, Correction};
 
 /// Causes with their parameters, as the fit measures them.
 #[derive(Debug, Clone, Default)]
@@ -28,6 +28,18 @@ impl<'c> Hypothesis<'c> {
             })
             .collect();
         Self { effects }
+    }
+
+    /// Those of its causes that `cause` is not.
+    pub(super) fn without(&self, cause: Cause) -> Self {
+        let others = self.effects.iter().filter(|(candidate, _)| candidate.cause != cause);
+        Self { effects: others.cloned().collect() }
+    }
+
+    /// Its causes of the instrument.
+    pub(super) fn of_the_instrument(&self) -> Self {
+        let own = self.effects.iter().filter(|(c, _)| c.cause.is_of_the_instrument());
+        Self { effects: own.cloned().collect() }
     }
 
     /// What the causes put into the model.

@@ -17,7 +17,7 @@ pub(super) const UNPREDICTED: f64 = -std::f64::consts::LN_2;
 /// Rounds of the iteration for the scale; a handful is enough.
 const ROUNDS: usize = 30;
 
-/// No round moves ln s² further than this beyond the plain iteration.
+/// A longer leap of ln s² is not made.
 const MOST_LEAP: f64 = 3.0;
 
 /// The noise as the residuals show it.

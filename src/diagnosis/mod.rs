@@ -31,7 +31,7 @@ pub use causes::{Words, words};
 pub use diagnose::{Settings, diagnose};
 pub use next_poses::NextPose;
 pub use outcome::{
-    Diagnosis, DiagnosisFault, Errors, Estimate, Evidence, Finding, Gain, ResidualRow, Suspect,
-    Verdict,
+    Diagnosis, DiagnosisFault, Errors, Estimate, Evidence, Finding, Gain, NextTest, ResidualRow,
+    Suspect, Verdict,
 };
 pub use unknown::{Shape, Structure};

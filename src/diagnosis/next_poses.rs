@@ -4,12 +4,11 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::data::{Data, Load, Point, Row};
+use super::data::{Data, Load, Point, Row, median};
 use super::fit::Fit;
-use super::gain::typical;
 use super::interval::covariance;
 use super::problem::Problem;
-use crate::model::{Conditions, Description, JointKind, Robot};
+use crate::model::{Cause, Conditions, Description, JointKind, Robot};
 
 /// Poses that are looked at.
 const LOOKED_AT: u32 = 600;
@@ -37,12 +36,13 @@ pub struct NextPose {
     pub joints: Vec<f64>,
     /// The two causes that it separates, each with its place.
     pub separates: [String; 2],
-    /// By how much they disagree there, standard deviations of the noise.
+    /// What it adds to telling them apart, standard deviations of the noise: whatever the parameters may still do, and
+    /// beyond what the poses before it show.
     pub apart: f64,
 }
 
 /// Poses that split `finding` from `rival`, which is `behind` it by this much of BIC, best first; empty if none
-/// does.
+/// does, and `None` if nothing is known of the parameters.
 pub(super) fn poses_between(
     description: &Description,
     robot: &Robot,
@@ -50,13 +50,13 @@ pub(super) fn poses_between(
     finding: &Fit<'_>,
     rival: &Fit<'_>,
     behind: f64,
-) -> Vec<(Vec<f64>, f64)> {
+) -> Option<Vec<(Vec<f64>, f64)>> {
     let rows = &data.rows;
     let conditions = Conditions {
-        temperature_c: typical(rows.iter().filter_map(|r| r.conditions.temperature_c).collect()),
-        amplitude_nm: typical(rows.iter().filter_map(|r| r.conditions.amplitude_nm).collect()),
+        temperature_c: median(rows.iter().filter_map(|r| r.conditions.temperature_c).collect()),
+        amplitude_nm: median(rows.iter().filter_map(|r| r.conditions.amplitude_nm).collect()),
     };
-    let sample_rate_hz = typical(rows.iter().filter_map(|r| r.sample_rate_hz).collect());
+    let sample_rate_hz = median(rows.iter().filter_map(|r| r.sample_rate_hz).collect());
     let looked_at: Vec<Row> = (1..=LOOKED_AT)
         .map(|i| Row {
             q: pose(robot, data, i),
@@ -66,9 +66,7 @@ pub(super) fn poses_between(
             index: 0,
         })
         .collect();
-    let (Some(sure_a), Some(sure_b)) = (covariance(data, finding), covariance(data, rival)) else {
-        return Vec::new();
-    };
+    let (sure_a, sure_b) = (covariance(data, finding)?, covariance(data, rival)?);
     let noise2 = finding.evaluation.noise.scale.powi(2);
     let columns = data.columns;
     let views: Vec<View> = looked_at
@@ -93,7 +91,7 @@ pub(super) fn poses_between(
         total += square;
         taken.push((view.q.clone(), square));
     }
-    if total < MAY_SPLIT + behind { Vec::new() } else { taken }
+    Some(if total < MAY_SPLIT + behind { Vec::new() } else { taken })
 }
 
 /// The largest distance of one joint, rad or m.
@@ -106,7 +104,7 @@ struct View {
     q: Vec<f64>,
     /// ln f of the rival less that of the finding, by mode.
     difference: DVector<f64>,
-    /// By the parameters of the finding, then of the rival.
+    /// By the parameters of the finding, and, negated, of the rival.
     slopes: DMatrix<f64>,
 }
 
@@ -124,8 +122,9 @@ impl View {
         let points = (0..columns).map(point).collect();
         let one = Data { rows: vec![row.clone()], points, columns, told_noise: None };
         let problem = Problem { description, data: &one };
-        let a = problem.evaluate(&finding.hypothesis, true)?;
-        let b = problem.evaluate(&rival.hypothesis, true)?;
+        // Whether a mode will be missed there nobody knows.
+        let a = problem.evaluate(&finding.hypothesis.without(Cause::MissedMode), true)?;
+        let b = problem.evaluate(&rival.hypothesis.without(Cause::MissedMode), true)?;
         let shown: Vec<(usize, f64)> =
             (0..columns).filter_map(|i| Some((i, a.residuals[i]? - b.residuals[i]?))).collect();
         let [of_a, of_b] = [finding, rival].map(|fit| fit.hypothesis.inner().len());

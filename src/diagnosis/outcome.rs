@@ -150,6 +150,15 @@ pub struct ResidualRow {
     pub amplitude_nm: Option<f64>,
 }
 
+/// What to do where no pose separates two causes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NextTest {
+    /// The two causes, each with its place.
+    pub separates: [String; 2],
+    /// The test that does.
+    pub test: &'static str,
+}
+
 /// A whole diagnosis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Diagnosis {
@@ -174,7 +183,7 @@ pub struct Diagnosis {
     /// Poses worth measuring.
     pub next_poses: Vec<NextPose>,
     /// Pairs that no pose separates, with the test that does.
-    pub next_tests: Vec<(String, &'static str)>,
+    pub next_tests: Vec<NextTest>,
     /// The best causes one by one, most plausible first, with the difference of BIC to the best.
     pub ranking: Vec<Suspect>,
     /// Every measured frequency.

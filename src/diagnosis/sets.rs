@@ -65,14 +65,8 @@ pub(super) fn sets<'c>(
     size: usize,
     count: usize,
 ) -> Vec<Hypothesis<'c>> {
-    let given: Vec<(&'c Candidate, Vec<f64>)> = model
-        .hypothesis
-        .effects
-        .iter()
-        .filter(|(candidate, _)| candidate.cause.is_of_the_instrument())
-        .cloned()
-        .collect();
-    let Some(size) = size.checked_sub(given.len()).filter(|&size| size > 0) else {
+    let given = model.hypothesis.of_the_instrument();
+    let Some(size) = size.checked_sub(given.effects.len()).filter(|&size| size > 0) else {
         return Vec::new();
     };
     let linear = Linear::near(problem, candidates, screen, model);
@@ -99,14 +93,7 @@ pub(super) fn sets<'c>(
         }
         carried = kept;
     }
-    carried
-        .iter()
-        .map(|set| {
-            let mut effects = given.clone();
-            effects.extend(linear.effects(set));
-            Hypothesis { effects }
-        })
-        .collect()
+    carried.iter().map(|set| linear.beside(&given, set)).collect()
 }
 
 /// For each cause of `model` the `count` most promising sets that have another in its place, with parameters from
@@ -122,19 +109,18 @@ pub(super) fn swaps<'c>(
     let effects = &model.hypothesis.effects;
     let is_one = |i: usize| effects.iter().any(|(c, _)| ptr::eq(*c, linear.members[i].candidate));
     let own: Vec<usize> = (0..linear.members.len()).filter(|&i| is_one(i)).collect();
-    let given = effects.iter().filter(|(candidate, _)| candidate.cause.is_of_the_instrument());
-    let given: Vec<(&'c Candidate, Vec<f64>)> = given.cloned().collect();
+    let given = model.hypothesis.of_the_instrument();
     let mut swaps = Vec::new();
     for &without in &own {
         let members = own.iter().copied().filter(|&i| i != without).collect();
         let rest = Tried { members, worth: f64::NEG_INFINITY, coefficients: Vec::new() };
         let mut tried = linear.with_one_more(&rest);
+        // Not what was taken out, in this form or another.
+        let taken = linear.members[without].candidate;
+        let is_taken = |i: &usize| linear.members[*i].candidate.same_place(taken);
+        tried.retain(|set| !set.members.iter().any(is_taken));
         tried.sort_by(|a, b| b.worth.total_cmp(&a.worth));
-        for set in tried.iter().take(count) {
-            let mut effects = given.clone();
-            effects.extend(linear.effects(set));
-            swaps.push(Hypothesis { effects });
-        }
+        swaps.extend(tried.iter().take(count).map(|set| linear.beside(&given, set)));
     }
     swaps
 }
@@ -322,6 +308,13 @@ impl<'c> Linear<'c> {
             + plausibility;
         let coefficients = coefficients.iter().copied().collect();
         worth.is_finite().then_some(Tried { members, worth, coefficients })
+    }
+
+    /// The causes of a set beside those that are given.
+    fn beside(&self, given: &Hypothesis<'c>, set: &Tried) -> Hypothesis<'c> {
+        let mut hypothesis = given.clone();
+        hypothesis.effects.extend(self.effects(set));
+        hypothesis
     }
 
     /// The causes of a set with their parameters.

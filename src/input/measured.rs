@@ -40,6 +40,7 @@ pub fn read_measured(
     let Some(columns) = Columns::of(table.header(), table.line(), robot, &mut faults) else {
         return Err(faults.finish());
     };
+    let header_line = table.line();
     let unknown = columns.unknown.iter().map(|what| faults.make(table.line(), what.clone()));
     reading.notices.extend(unknown);
     let (mut rows, mut cells) = (Vec::new(), Vec::new());
@@ -56,7 +57,9 @@ pub fn read_measured(
         }
     }
     if faults.count() == 0 {
-        let value = ModeTable { rows, modes: columns.modes.len() };
+        let mut value = ModeTable { rows, modes: columns.modes.len() };
+        let beyond = beyond_the_model(&mut value, robot.coordinates().len());
+        reading.notices.extend(beyond.map(|what| faults.make(header_line, what)));
         match value.count() {
             0 if value.rows.is_empty() => {
                 faults.add(None, "has no rows, must have at least one below the header");
@@ -66,6 +69,34 @@ pub fn read_measured(
         }
     }
     Err(faults.finish())
+}
+
+/// Tells of frequencies of more modes than the model has, and leaves out those that few rows have: any cause that adds
+/// a mode would explain them.
+fn beyond_the_model(table: &mut ModeTable, modes: usize) -> Option<String> {
+    let first = modes + 1;
+    let count = |column: usize| {
+        table.rows.iter().filter(|row| row.frequencies_hz[column].is_some()).count()
+    };
+    let kept = (modes..table.modes).take_while(|&column| 2 * count(column) >= table.rows.len());
+    let kept = modes.min(table.modes) + kept.count();
+    if kept < table.modes {
+        for row in &mut table.rows {
+            row.frequencies_hz.truncate(kept);
+            row.deviations_hz.truncate(kept);
+        }
+        table.modes = kept;
+        let last = kept + 1;
+        return Some(format!(
+            "the model has {modes} mode(s): columns from 'f{last}_hz' on, which few rows have, are not used"
+        ));
+    }
+    (kept > modes).then(|| {
+        format!(
+            "the model has {modes} mode(s): 'f{first}_hz' and what follows can be explained by causes that add one, \
+             and by nothing else"
+        )
+    })
 }
 
 /// Where a pose stands.
@@ -100,7 +131,9 @@ impl Columns {
         let modes: Vec<usize> =
             (1..=MOST_MODES).map_while(|mode| find(&format!("f{mode}_hz"))).collect();
         if modes.is_empty() {
-            faults.add(line, "no column 'f1_hz'");
+            let hint = nearest("f1_hz", header.iter().map(String::as_str))
+                .map_or_else(String::new, |near| format!("; did you mean '{near}' for it?"));
+            faults.add(line, format!("no column 'f1_hz'{hint}"));
         }
         let later = (modes.len() + 2..=MOST_MODES).find(|m| find(&format!("f{m}_hz")).is_some());
         if let (false, Some(later)) = (modes.is_empty(), later) {
@@ -309,7 +342,13 @@ fn pose_columns(
             [column] => columns.push(*column),
             [] => {
                 let wanted = format!("{}_{si}", joint.name);
-                let hint = nearest(&wanted, header.iter().map(String::as_str))
+                // Not one that another joint has.
+                let is_free = |title: &&str| {
+                    !robot.joints().iter().any(|joint| {
+                        title.strip_prefix(&joint.name).is_some_and(|rest| rest.starts_with('_'))
+                    })
+                };
+                let hint = nearest(&wanted, header.iter().map(String::as_str).filter(is_free))
                     .map_or_else(String::new, |near| format!("; did you mean '{near}' for it?"));
                 faults.add(line, format!("no column '{wanted}' or '{}_{other}'{hint}", joint.name));
             }
@@ -353,6 +392,23 @@ mod tests {
         assert_eq!((row.temperature_c, row.id.as_deref()), (Some(31.0), Some("a")));
         assert_eq!(reading.notices.len(), 1);
         assert!(reading.notices[0].what.contains("column 'extra'"));
+    }
+
+    /// This robot's model has two modes.
+    #[test]
+    fn modes_that_the_model_lacks_are_told_and_left_out_where_few_rows_have_them() {
+        let head = "joint_1_rad,joint_2_rad,f1_hz,f2_hz,f3_hz,f3_std_hz\n";
+        let (table, reading) =
+            read(&format!("{head}0,0.5,10,20,30,1\n0,0.6,10,20,,\n0,0.7,9,20,,\n")).unwrap();
+        assert_eq!((table.modes, table.rows[0].frequencies_hz.len()), (2, 2));
+        assert_eq!(reading.notices.len(), 1);
+        assert!(reading.notices[0].what.contains("from 'f3_hz' on"), "{:?}", reading.notices);
+        assert_eq!(reading.notices[0].line, Some(1));
+        let (table, reading) =
+            read(&format!("{head}0,0.5,10,20,30,1\n0,0.6,10,20,31,1\n")).unwrap();
+        assert_eq!((table.modes, table.rows[0].frequencies_hz[2]), (3, Some(30.0)));
+        assert!(reading.notices[0].what.contains("causes that add one"), "{:?}", reading.notices);
+        assert!(read("joint_1_rad,joint_2_rad,f1_hz\n0,0.5,10\n").unwrap().1.notices.is_empty());
     }
 
     /// beta2 = joint_2 + 0.25 in this robot's file.

@@ -60,7 +60,12 @@ pub fn corrected_robot(
         }
         match &urdf {
             Some((at, name)) if *at == i => match moved(path, output, name) {
-                Some(moved) => out.push_str(&line.replacen(name, &moved, 1)),
+                Some(moved) => out.push_str(&with_value(line, name, &moved).ok_or_else(|| {
+                    let what = format!(
+                        "urdf is '{name}', written in a way that cannot be edited; write it on one line, as it is"
+                    );
+                    vec![faults.make(*at + 1, what)]
+                })?),
                 None => out.push_str(line),
             },
             _ => out.push_str(line),
@@ -72,6 +77,21 @@ pub fn corrected_robot(
     }
     out.push_str(&blocks(corrections, calibration));
     Ok(out)
+}
+
+/// A line "key: value" with another value, quoted where it must be; `None` if the value does not stand there as it is.
+fn with_value(line: &str, old: &str, new: &str) -> Option<String> {
+    let colon = line.find(':')? + 1;
+    let (key, value) = line.split_at(colon);
+    let at = value.find(old)?;
+    let (before, rest) = value.split_at(at);
+    let after = &rest[old.len()..];
+    let mark = before.chars().next_back().filter(|mark| matches!(mark, '\'' | '"'));
+    let (before, after) = match mark {
+        Some(mark) => (before.strip_suffix(mark)?, after.strip_prefix(mark)?),
+        None => (before, after),
+    };
+    Some(format!("{key}{before}{}{after}", quoted(new)))
 }
 
 /// The lines of a top-level key and its value, without the comments and blank lines after it.
@@ -142,9 +162,14 @@ fn blocks(corrections: &[FittedCorrection], calibration: &Calibrated) -> String 
 
 /// A name as a YAML scalar that stays a string.
 fn quoted(name: &str) -> String {
-    let plain = name.starts_with(|c: char| c.is_ascii_alphabetic())
+    let begins = name.starts_with(|c: char| c.is_ascii_alphabetic())
+        || ["/", "./", "../"].iter().any(|start| name.starts_with(start));
+    let plain = begins
         && name.chars().all(|c| c.is_ascii_alphanumeric() || "_-./".contains(c))
-        && !matches!(name, "true" | "false" | "null" | "yes" | "no" | "on" | "off");
+        && !matches!(
+            name.to_ascii_lowercase().as_str(),
+            "true" | "false" | "null" | "yes" | "no" | "on" | "off" | "y" | "n"
+        );
     if plain { name.to_owned() } else { format!("'{}'", name.replace('\'', "''")) }
 }
 
@@ -198,6 +223,31 @@ mod tests {
                 hinge: None,
             },
             ci95: vec![(name.to_owned(), [0.5 * value, 2.0 * value])],
+        }
+    }
+
+    #[test]
+    fn a_value_is_replaced_where_it_stands() {
+        for (line, old, new, expected) in [
+            ("urdf: urdf", "urdf", "../urdf", "urdf: ../urdf"),
+            ("urdf: arm.urdf # mine", "arm.urdf", "a/arm.urdf", "urdf: a/arm.urdf # mine"),
+            ("urdf: 'my arm.urdf'", "my arm.urdf", "../my arm.urdf", "urdf: '../my arm.urdf'"),
+            ("urdf: \"a.urdf\"", "a.urdf", "../a.urdf", "urdf: ../a.urdf"),
+            ("urdf: a.urdf", "a.urdf", "../x: #1/a.urdf", "urdf: '../x: #1/a.urdf'"),
+        ] {
+            assert_eq!(with_value(line, old, new).as_deref(), Some(expected));
+        }
+        assert_eq!(with_value("urdf: >-", "arm.urdf", "../arm.urdf"), None);
+        assert_eq!(with_value("urdf: 'it''s.urdf'", "it's.urdf", "../it's.urdf"), None);
+    }
+
+    #[test]
+    fn names_that_yaml_reads_as_something_else_are_quoted() {
+        for name in ["True", "null", "Yes", "n", ".5", ".inf", "1e3", "a b", "x: y", ""] {
+            assert!(quoted(name).starts_with('\''), "{name}");
+        }
+        for name in ["link_1", "../a-b/c.urdf", "./a", "/abs/a.urdf"] {
+            assert_eq!(quoted(name), name);
         }
     }
 

@@ -270,20 +270,30 @@ fn rounding(prepared: &Prepared, found: &Estimate, notices: &mut Notices) {
     }
 }
 
-/// Tells of responses in which no pole stands out of what is not known about its residue.
+/// Tells of responses in which no pole stands out of what is not known about its residue, where some other shows them.
 fn silent_responses(prepared: &Prepared, found: &Estimate, notices: &mut Notices) {
     /// |residue|² over the variance of its parts, which chance exceeds once in ten thousand times (χ² with two
     /// degrees of freedom).
     const CHANCE: f64 = 18.4;
+    // A force that goes on may be none: then it is the force that shows nothing.
+    if !matches!(prepared.kind, Kind::Hammer | Kind::FreeDecay) {
+        return;
+    }
     let stands_out = |residue: &Residue| residue.value.norm_sqr() > CHANCE * residue.variance;
-    for (i, response) in prepared.responses.iter().enumerate() {
-        let driven = found.poles.iter().filter(|pole| pole.pole.is_driven);
-        let residues = driven.flat_map(|pole| &pole.residues);
-        if !residues.filter_map(|block| block.get(i)).any(stands_out) {
-            let what =
-                "shows none of the modes, only noise: look at its cable and range, or leave it out";
-            notices.add(NoticeKind::NoSignal, Some(&response.name), what.to_owned());
-        }
+    let driven: Vec<&PoleEstimate> =
+        found.poles.iter().filter(|pole| pole.pole.is_driven).collect();
+    let shows = |i: usize| {
+        let mut residues = driven.iter().flat_map(|pole| &pole.residues);
+        residues.any(|block| block.get(i).is_some_and(stands_out))
+    };
+    let silent: Vec<usize> = (0..prepared.responses.len()).filter(|&i| !shows(i)).collect();
+    if silent.len() == prepared.responses.len() {
+        return;
+    }
+    for i in silent {
+        let what =
+            "shows none of the modes, only noise: look at its cable and range, or leave it out";
+        notices.add(NoticeKind::NoSignal, Some(&prepared.responses[i].name), what.to_owned());
     }
 }
 

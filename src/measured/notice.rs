@@ -13,6 +13,8 @@ pub enum NoticeKind {
     DeadChannel,
     /// A sample stands alone.
     Spike,
+    /// A channel stands still for a while in the middle of its motion.
+    Dropout,
     /// A channel shows none of the modes that others show.
     NoSignal,
     /// The record ends before a mode has decayed.
@@ -54,6 +56,7 @@ impl NoticeKind {
             Self::CoarseSteps => "coarse_steps",
             Self::DeadChannel => "dead_channel",
             Self::Spike => "spike",
+            Self::Dropout => "dropout",
             Self::NoSignal => "no_signal",
             Self::Leakage => "leakage",
             Self::LowCoherence => "low_coherence",

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use super::estimate::{Block, C64, Origin, Push};
 use super::hits::{Decay, Hit, decays, deviation, hits_in_force, median};
 use super::notice::{NoticeKind, Notices};
-use super::quality::{check_channel, rounding_step, without_spikes};
+use super::quality::{check_channel, rounding_step, without_gaps, without_spikes};
 use super::record::{Channel, Data, Frf, Quantity, Record};
 use super::spectra::{Averaged, Window, over_hits, over_stretches, transform};
 use crate::units::{hz_from_rad_per_s, rad_per_s_from_hz};
@@ -86,6 +86,7 @@ pub(super) fn prepare(
         Data::Time { sample_rate_hz, excitation, responses } => {
             let usable: Vec<&Channel> =
                 responses.iter().filter(|channel| check_channel(channel, false, notices)).collect();
+            let usable = without_gaps(usable, *sample_rate_hz, notices);
             if usable.is_empty() {
                 notices.add(NoticeKind::NoModes, None, "has no response that moves".to_owned());
                 return None;
@@ -122,6 +123,8 @@ fn free(
     band_hz: Option<[f64; 2]>,
     notices: &mut Notices,
 ) -> Option<Prepared> {
+    let steps: Vec<Option<f64>> =
+        channels.iter().map(|channel| rounding_step(&channel.samples)).collect();
     let channels: Vec<Cow<'_, Channel>> = channels
         .iter()
         .map(|channel| without_spikes(channel, sample_rate_hz, &[], notices))
@@ -155,8 +158,6 @@ fn free(
         })
         .collect();
     let [low, high] = band(band_hz, &cut, sample_rate_hz, notices);
-    let steps: Vec<Option<f64>> =
-        channels.iter().map(|channel| rounding_step(&channel.samples)).collect();
     let step_s = sample_rate_hz.recip();
     let mut blocks = Vec::new();
     for (samples, spectra) in cut {
@@ -230,7 +231,10 @@ fn forced(
         );
         notices.add(NoticeKind::DoubleHit, Some(&excitation.name), what);
     }
-    let blows: Vec<_> = hits.iter().map(|hit| reach(hit)).map(|[from, to]| from..to + 2).collect();
+    let blows: Vec<_> = hits.iter().map(reach).map(|[from, to]| from..to + 2).collect();
+    let samples = force.len();
+    let least_noise: Vec<f64> =
+        channels.iter().map(|channel| rounding(rounding_step(&channel.samples), samples)).collect();
     // An excitation that goes on may be made of blows.
     let channels: Vec<Cow<'_, Channel>> = channels
         .iter()
@@ -255,7 +259,6 @@ fn forced(
         force.iter_mut().zip(&inside).filter(|(_, inside)| !**inside).for_each(|(f, _)| *f = 0.0);
         over_hits(&force, &moves, &hits, sample_rate_hz)
     };
-    let samples = force.len();
     let spectra: Vec<Vec<C64>> = moves.iter().map(|m| transform(m)).collect();
     let cut = [(samples, spectra)];
     let [low, high] = band(band_hz, &cut, sample_rate_hz, notices);
@@ -283,10 +286,7 @@ fn forced(
         omega: omega(&lines, samples, sample_rate_hz),
         drive,
         drive_error,
-        least_noise: channels
-            .iter()
-            .map(|channel| rounding(rounding_step(&channel.samples), samples))
-            .collect(),
+        least_noise,
         begins_moving: hits.is_empty(),
         envelopes: Vec::new(),
         spectra: spectra.iter().map(|s| s[lines.clone()].to_vec()).collect(),

@@ -90,13 +90,78 @@ pub(super) fn without_spikes<'c>(
     Cow::Owned(mended)
 }
 
+/// The channels that do not stand still in the middle of their motion, as a lost connection or a full buffer leaves
+/// them; tells of the others. None is left out if all stand still.
+pub(super) fn without_gaps<'c>(
+    channels: Vec<&'c Channel>,
+    sample_rate_hz: f64,
+    notices: &mut Notices,
+) -> Vec<&'c Channel> {
+    let gaps: Vec<Option<Range<usize>>> =
+        channels.iter().map(|channel| gap(&channel.samples)).collect();
+    let all = gaps.iter().all(Option::is_some);
+    for (channel, gap) in channels.iter().zip(&gaps) {
+        let Some(gap) = gap else { continue };
+        let done = if all {
+            "no channel is without, so it is used, and what is found is not to be trusted"
+        } else {
+            "the channel is left out"
+        };
+        let what = format!(
+            "has the same value {:.3e} for {} samples from {:.4} s on, in the middle of its motion: it seems to have lost \
+             them; {done}; record again",
+            channel.samples[gap.start],
+            gap.len(),
+            gap.start as f64 / sample_rate_hz
+        );
+        notices.add(NoticeKind::Dropout, Some(&channel.name), what);
+    }
+    let kept = channels.into_iter().zip(gaps).filter(|(_, gap)| all || gap.is_none());
+    kept.map(|(channel, _)| channel).collect()
+}
+
+/// The longest run of one value with far more motion just before and after it than the channel's steps; none at the
+/// ends of the range, where channels are clipped.
+fn gap(samples: &[f64]) -> Option<Range<usize>> {
+    /// Fewer equal samples may be chance, or slow motion in coarse steps.
+    const SHORTEST: usize = 6;
+    /// Samples on either side that are looked at.
+    const AROUND: usize = 24;
+    /// Steps that the channel moves by on either side.
+    const MOVES: f64 = 12.0;
+    let (low, high) = range(samples);
+    let step = (high - low) / steps(samples, high - low);
+    let moves = |stretch: &[f64]| {
+        let (low, high) = range(stretch);
+        stretch.len() >= 4 && high - low > MOVES * step
+    };
+    let mut longest: Option<Range<usize>> = None;
+    let mut from = 0;
+    for to in 1..=samples.len() {
+        if to < samples.len() && samples[to] == samples[from] {
+            continue;
+        }
+        let is_longer = to - from > longest.as_ref().map_or(SHORTEST - 1, Range::len);
+        if is_longer
+            && samples[from] != low
+            && samples[from] != high
+            && moves(&samples[from.saturating_sub(AROUND)..from])
+            && moves(&samples[to..(to + AROUND).min(samples.len())])
+        {
+            longest = Some(from..to);
+        }
+        from = to;
+    }
+    longest
+}
+
 /// What the two samples on either side say of the one at `k`, by the cubic through them.
 fn from_neighbours(samples: &[f64], k: usize) -> f64 {
     (4.0 * (samples[k - 1] + samples[k + 1]) - samples[k - 2] - samples[k + 2]) / 6.0
 }
 
 /// Samples that are off the line of their neighbours by far more than all others around, which look alike before and
-/// after: a blow is not alike.
+/// after: a blow is not alike. Two that lie closer together than what is looked at hide each other.
 fn spikes(samples: &[f64]) -> Vec<usize> {
     /// Samples on either side that are looked at.
     const AROUND: usize = 48;
@@ -110,19 +175,37 @@ fn spikes(samples: &[f64]) -> Vec<usize> {
     if n < 2 * AROUND {
         return Vec::new();
     }
+    // A bit that flickers in a quiet stretch is no spike.
+    let (low, high) = range(samples);
+    let step = (high - low) / steps(samples, high - low);
     let off = |k: usize| (samples[k] - from_neighbours(samples, k)).abs();
     let off: Vec<f64> = (0..n).map(|k| if k < 2 || k + 2 >= n { 0.0 } else { off(k) }).collect();
     let largest = |range: Range<usize>| off[range].iter().copied().fold(0.0, f64::max);
+    let moves = |stretch: Range<usize>| {
+        let (low, high) = range(&samples[stretch]);
+        high - low
+    };
+    // In line with its neighbours it leaves them in line: an edge does not.
+    let mends = |k: usize, far: f64| {
+        let (from, to) = (k.saturating_sub(2 * TOUCHED), (k + 2 * TOUCHED).min(n));
+        let mut around = samples[from..to].to_vec();
+        around[k - from] = from_neighbours(samples, k);
+        let off = |i: usize| (around[i] - from_neighbours(&around, i)).abs();
+        (2..around.len() - 2).all(|i| off(i) <= far)
+    };
     (2..n - 2)
         .filter(|&k| off[k] >= off[k - 1] && off[k] >= off[k + 1])
         .filter(|&k| {
-            let before = largest(k.saturating_sub(AROUND)..k.saturating_sub(TOUCHED - 1));
-            let after = largest((k + TOUCHED).min(n)..(k + AROUND).min(n));
-            off[k] > FAR_OFF * before.max(after) && after <= ALIKE * before
+            let before = k.saturating_sub(AROUND)..k.saturating_sub(TOUCHED - 1);
+            let after = (k + TOUCHED).min(n)..(k + AROUND).min(n);
+            let others = largest(before.clone()).max(largest(after.clone()));
+            let far = FAR_OFF * others.max(step);
+            off[k] > far && moves(after) <= ALIKE * moves(before).max(step) && mends(k, far)
         })
         .collect()
 }
 
+/// Lowest and highest value; 0 of none.
 fn range(samples: &[f64]) -> (f64, f64) {
     let fold = |start: f64, by: fn(f64, f64) -> f64| samples.iter().copied().fold(start, by);
     let (low, high) = (fold(f64::INFINITY, f64::min), fold(f64::NEG_INFINITY, f64::max));
@@ -213,7 +296,7 @@ mod tests {
             if t < 0.0 { 0.0 } else { 5.0 * (-0.01 * t).exp() * (0.9 * t).sin() }
         };
         let sound: Vec<f64> = (0..1000).map(|k| noise(k) + decay(k)).collect();
-        assert_eq!(spikes(&sound), []);
+        assert!(spikes(&sound).is_empty());
         let mut spiked = sound.clone();
         spiked[150] += 9.0;
         spiked[500] -= 40.0;
@@ -222,17 +305,50 @@ mod tests {
         // The blow itself: one sample, and all after it is loud.
         let mut blow = sound.clone();
         blow[300] += 60.0;
-        assert_eq!(spikes(&blow), []);
+        assert!(spikes(&blow).is_empty());
         let step: Vec<f64> =
             (0..1000).map(|k| noise(k) + if k < 400 { 0.0 } else { 50.0 }).collect();
-        assert_eq!(spikes(&step), []);
+        assert!(spikes(&step).is_empty());
         let channel = Channel { name: "a".into(), quantity: Quantity::Unknown, samples: spiked };
         let mut notices = Notices::about("r");
-        let mended = without_spikes(&channel, 100.0, &[140..160], &mut notices);
+        let mended =
+            without_spikes(&channel, 100.0, std::slice::from_ref(&(140..160)), &mut notices);
         assert_eq!(mended.samples[150], channel.samples[150]);
         assert!((mended.samples[500] - sound[500]).abs() < 1.5, "{}", mended.samples[500]);
         assert_eq!(notices.list.len(), 1);
         assert!(notices.list[0].what.contains("5.0000 s"), "{}", notices.list[0].what);
+    }
+
+    /// A run of one value in the middle of motion is a gap; quiet before a hit, the end of a decay in coarse steps and
+    /// clipped peaks are none.
+    #[test]
+    fn samples_that_were_lost_are_told_from_rest() {
+        let decay = |k: usize| {
+            let t = k as f64 - 100.0;
+            if t < 0.0 { 0.0 } else { 5.0 * (-0.01 * t).exp() * (0.9 * t).sin() }
+        };
+        let sound: Vec<f64> = (0..1000).map(decay).collect();
+        let rounded: Vec<f64> = sound.iter().map(|x| (x / 0.02).round() * 0.02).collect();
+        let clipped: Vec<f64> = sound.iter().map(|x| x.clamp(-1.0, 1.0)).collect();
+        for channel in [&sound, &rounded, &clipped] {
+            assert_eq!(gap(channel), None);
+        }
+        for (channel, value) in [(&sound, 0.0), (&rounded, 0.0), (&sound, sound[149])] {
+            let mut lost = channel.clone();
+            lost[150..170].fill(value);
+            let found = gap(&lost).unwrap();
+            assert!(found.end == 170 && (149..=150).contains(&found.start), "{found:?}");
+        }
+    }
+
+    #[test]
+    fn a_bit_that_flickers_is_no_spike() {
+        let mut quiet = vec![0.0; 400];
+        quiet[100] = 0.01;
+        quiet[250] = -0.01;
+        assert!(spikes(&quiet).is_empty());
+        quiet[300] = 5.0;
+        assert_eq!(spikes(&quiet), [300]);
     }
 
     #[test]

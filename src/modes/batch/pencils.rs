@@ -35,8 +35,11 @@ impl Pencils {
     }
 
     /// Adds a pencil of a symmetric M, positive semidefinite, and K, positive definite, both n × n.
+    ///
+    /// # Panics
+    /// If they are not n × n.
     pub fn push(&mut self, mass: &DMatrix<f64>, stiffness: &DMatrix<f64>) {
-        debug_assert_eq!([mass.shape(), stiffness.shape()], [(self.n, self.n); 2]);
+        assert_eq!([mass.shape(), stiffness.shape()], [(self.n, self.n); 2]);
         self.mass.extend_from_slice(mass.as_slice());
         self.stiffness.extend_from_slice(stiffness.as_slice());
     }
@@ -75,7 +78,8 @@ impl Pencils {
         for from in (0..count).step_by(lanes) {
             let here = lanes.min(count - from);
             let square = from * n * n..(from + here) * n * n;
-            let mut doubtful = block.solve(&self.mass[square.clone()], &self.stiffness[square]);
+            let doubtful = block.solve(&self.mass[square.clone()], &self.stiffness[square]);
+            let mut doubtful = doubtful & (u64::MAX >> (64 - here));
             block.store(
                 &mut self.omega_squared[from * n..(from + here) * n],
                 &mut self.shapes[from * n * n..(from + here) * n * n],
@@ -83,7 +87,7 @@ impl Pencils {
             while doubtful != 0 {
                 let lane = doubtful.trailing_zeros() as usize;
                 doubtful &= doubtful - 1;
-                if lane < here && !self.solve_alone(from + lane, &mut alone) {
+                if !self.solve_alone(from + lane, &mut alone) {
                     return false;
                 }
             }

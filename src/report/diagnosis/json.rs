@@ -140,14 +140,16 @@ struct NextPose {
     joints_rad: Vec<f64>,
     /// "cause at place", twice.
     separates: [String; 2],
-    /// By how many standard deviations of the noise they disagree there.
+    /// What the pose adds to telling them apart, in standard deviations of the noise, beyond the poses before it.
     apart_sigmas: f64,
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct NextTest {
-    separates: String,
+    /// "cause at place", twice.
+    separates: [String; 2],
+    /// What to do.
     test: &'static str,
 }
 
@@ -215,7 +217,7 @@ impl From<&Diagnosis> for Document {
             next_tests: d
                 .next_tests
                 .iter()
-                .map(|(separates, test)| NextTest { separates: separates.clone(), test })
+                .map(|next| NextTest { separates: next.separates.clone(), test: next.test })
                 .collect(),
             ranking: d.ranking.iter().map(Suspect::from).collect(),
             structure: structure(&d.structure_before),

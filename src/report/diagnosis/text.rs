@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 use super::words::{estimate, finding, name, position, structure, verdict};
-use crate::diagnosis::{Diagnosis, Verdict, words};
+use crate::diagnosis::{Diagnosis, NextPose, Verdict, words};
 
 /// What is wrong, by how much, because of what, how sure, what else it could be, what it gained, what next.
 pub fn diagnosis(d: &Diagnosis, robot: &str, table: &Path) -> String {
@@ -48,7 +48,10 @@ pub fn diagnosis(d: &Diagnosis, robot: &str, table: &Path) -> String {
             let rivals: Vec<String> =
                 found.indistinguishable_from.iter().map(|suspect| suspect.label()).collect();
             let _ = writeln!(out, "     or else   {}", rivals.join("; "));
-            let _ = writeln!(out, "               these data cannot tell them apart");
+            let _ = writeln!(
+                out,
+                "               these data cannot tell them apart; the intervals allow for that"
+            );
         }
         let _ = writeln!(out, "     beware    easily mistaken for {}", words(found.cause).rivals);
     }
@@ -104,30 +107,71 @@ fn errors(d: &Diagnosis, out: &mut String) {
     }
 }
 
-fn next(d: &Diagnosis, out: &mut String) {
-    let _ = writeln!(out, "\nnext");
+/// Poses that separate the same causes, with the least and the most that each adds.
+struct Suggested<'d> {
+    pairs: Vec<&'d [String; 2]>,
+    poses: Vec<(&'d [f64], f64, f64)>,
+}
+
+/// Suggested poses, those together that separate the same.
+fn suggested(d: &Diagnosis) -> Vec<Suggested<'_>> {
+    let mut groups: Vec<Suggested<'_>> = Vec::new();
     let mut told: Vec<&[f64]> = Vec::new();
     for next in &d.next_poses {
         if told.contains(&next.joints.as_slice()) {
             continue;
         }
         told.push(&next.joints);
-        let joints: Vec<String> = next
-            .joints
-            .iter()
-            .zip(&d.joints)
-            .map(|(q, (_, slides))| position(*q, *slides))
-            .collect();
-        let _ = writeln!(out, "  measure at [{}]", joints.join(", "));
-        for here in d.next_poses.iter().filter(|other| other.joints == next.joints) {
-            let [one, other] = &here.separates;
-            let apart = here.apart;
-            let _ =
-                writeln!(out, "    {one} and {other} differ there by {apart:.1} times the noise");
+        let here: Vec<&NextPose> =
+            d.next_poses.iter().filter(|other| other.joints == next.joints).collect();
+        let pairs: Vec<&[String; 2]> = here.iter().map(|next| &next.separates).collect();
+        let apart = |start: f64, by: fn(f64, f64) -> f64| {
+            here.iter().map(|next| next.apart).fold(start, by)
+        };
+        let pose = (next.joints.as_slice(), apart(f64::INFINITY, f64::min), apart(0.0, f64::max));
+        match groups.iter_mut().find(|group| group.pairs == pairs) {
+            Some(group) => group.poses.push(pose),
+            None => groups.push(Suggested { pairs, poses: vec![pose] }),
         }
     }
-    for (pair, test) in &d.next_tests {
-        let _ = writeln!(out, "  no pose tells {pair}: {test}");
+    groups
+}
+
+/// "payload at tool0 from link_inertia at link_2 or base_compliance at base_link", one a finding.
+fn separated<'p>(pairs: impl Iterator<Item = &'p [String; 2]>) -> Vec<String> {
+    let mut told: Vec<(&str, Vec<&str>)> = Vec::new();
+    for [one, other] in pairs {
+        match told.iter_mut().find(|(known, _)| known == one) {
+            Some((_, others)) => others.push(other),
+            None => told.push((one, vec![other])),
+        }
+    }
+    told.iter().map(|(one, others)| format!("{one} from {}", others.join(" or "))).collect()
+}
+
+fn next(d: &Diagnosis, out: &mut String) {
+    let _ = writeln!(out, "\nnext");
+    for Suggested { pairs, poses } in suggested(d) {
+        for pair in separated(pairs.into_iter()) {
+            let _ = writeln!(out, "  to tell {pair}");
+        }
+        let _ =
+            writeln!(out, "    measure at, in this order (what each adds, in units of the noise)");
+        for (pose, least, most) in poses {
+            let joints: Vec<String> =
+                pose.iter().zip(&d.joints).map(|(q, (_, slides))| position(*q, *slides)).collect();
+            let [least, most] = [least, most].map(|apart| format!("{apart:.1}"));
+            let apart = if least == most { most } else { format!("{least} to {most}") };
+            let _ = writeln!(out, "      [{}]  {apart}", joints.join(", "));
+        }
+    }
+    let mut tests: Vec<&'static str> = d.next_tests.iter().map(|next| next.test).collect();
+    tests.dedup();
+    for test in tests {
+        let own = d.next_tests.iter().filter(|next| next.test == test);
+        for pair in separated(own.map(|next| &next.separates)) {
+            let _ = writeln!(out, "  no pose tells {pair}: {test}");
+        }
     }
     let told_nothing = d.next_poses.is_empty() && d.next_tests.is_empty();
     let _ = match d.verdict {
