@@ -1,5 +1,5 @@
-//! The modal kernel pose by pose, against the same problem through nalgebra's own decompositions, and a
-//! whole check of a path of 100 000 waypoints. `cargo bench` prints the figures.
+//! The modal kernel pose by pose, against the same problem through nalgebra's own decompositions, a whole check of a path
+//! of 100 000 waypoints, advice, maps and a diagnosis. `cargo bench` prints the figures.
 
 #![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout)]
 
@@ -9,6 +9,8 @@ use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use detune::advice::{Options, advise};
+use detune::diagnosis::{Settings, diagnose};
+use detune::input::{Reading, read_described_robot, read_measured};
 use detune::job::{Job, Levers, Operation, Policy, Spindle, SpindleSpeed, Tool};
 use detune::map::{Block, Generator, LinearMap, RandomPoses, Reduction};
 use detune::model::{Placement, Robot, mass_matrix};
@@ -184,5 +186,23 @@ fn long_map(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, kernel, long_check, long_advice, long_map);
+/// The paper's arm against its measured table, as `detune diagnose` does it, on one thread and on all.
+fn diagnosis(c: &mut Criterion) {
+    let folder = FilePath::new(env!("CARGO_MANIFEST_DIR")).join("robots/two-link");
+    let mut reading = Reading::default();
+    let described = read_described_robot(&folder.join("robot.yaml"), &mut reading).unwrap();
+    let table =
+        read_measured(&folder.join("measured.csv"), &described.robot, &mut reading).unwrap();
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    let run = || {
+        diagnose(black_box(&described.description), &table, Settings::default(), &|_| {}).unwrap()
+    };
+    let mut group = c.benchmark_group("diagnosis, 40 frequencies at 20 poses");
+    group.sample_size(10);
+    group.bench_function("one thread", |b| b.iter(|| one.install(run)));
+    group.bench_function("all threads", |b| b.iter(run));
+    group.finish();
+}
+
+criterion_group!(benches, kernel, long_check, long_advice, long_map, diagnosis);
 criterion_main!(benches);

@@ -31,13 +31,15 @@ impl Default for Settings {
 /// Diagnoses a robot by a table of measured modes. `progress` is called with the share of the work done.
 ///
 /// # Errors
-/// Too little data, or a model without modes at a pose of the table.
+/// Too little data, a row that is none of this robot's, or a model without modes at a pose of the table.
 pub fn diagnose(
     description: &Description,
     table: &ModeTable,
     settings: Settings,
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<Diagnosis, DiagnosisFault> {
+    let robot = Robot::new(description).map_err(|_| DiagnosisFault::NoModes)?;
+    check_rows(&robot, table)?;
     let data = Data::of(table, description.payload.as_ref());
     let mut rows: Vec<usize> = data.points.iter().map(|point| point.row).collect();
     rows.dedup();
@@ -47,7 +49,6 @@ pub fn diagnose(
     if poses < FEWEST_ROWS || frequencies < FEWEST_POINTS {
         return Err(DiagnosisFault::TooLittle { poses, frequencies });
     }
-    let robot = Robot::new(description).map_err(|_| DiagnosisFault::NoModes)?;
     let arm = Arm::new(description, &robot, &data).ok_or(DiagnosisFault::NoModes)?;
     let candidates = candidates(&arm);
     let problem = Problem { description, data: &data };
@@ -113,6 +114,25 @@ pub fn diagnose(
         joints: arm.joints,
         findings,
     })
+}
+
+/// What reading a file makes sure of, for tables that were made otherwise.
+fn check_rows(robot: &Robot, table: &ModeTable) -> Result<(), DiagnosisFault> {
+    let positive = |value: &Option<f64>| value.is_none_or(|f| f.is_finite() && f > 0.0);
+    for (row, measured) in table.rows.iter().enumerate() {
+        let fault = |what: String| Err(DiagnosisFault::Row { row, what });
+        if let Err(bad) = robot.check_pose(&measured.joints) {
+            return fault(bad.to_string());
+        }
+        let numbers = measured.frequencies_hz.iter().chain(&measured.deviations_hz);
+        if !numbers.into_iter().all(positive) || measured.frequencies_hz.len() != table.modes {
+            return fault(format!(
+                "frequencies are {:?} Hz and deviations {:?} Hz, must be {} and positive",
+                measured.frequencies_hz, measured.deviations_hz, table.modes
+            ));
+        }
+    }
+    Ok(())
 }
 
 fn errors(data: &Data, evaluation: &Evaluation, heldout: f64) -> Errors {

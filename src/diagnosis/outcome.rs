@@ -17,6 +17,13 @@ pub enum DiagnosisFault {
         /// Frequencies.
         frequencies: usize,
     },
+    /// A row that no table of this robot can have.
+    Row {
+        /// Of the table, from 0.
+        row: usize,
+        /// What is wrong with it.
+        what: String,
+    },
     /// The robot has no modes at a pose of the table, or cannot be built.
     NoModes,
 }
@@ -35,6 +42,7 @@ impl fmt::Display for DiagnosisFault {
                 counted(*frequencies, "frequency", "frequencies"),
                 counted(*poses, "pose", "poses"),
             ),
+            Self::Row { row, what } => write!(f, "row {}: {what}", row + 1),
             Self::NoModes => write!(
                 f,
                 "the model has no modes at a pose of the table; check its stiffness and masses with \

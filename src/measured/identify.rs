@@ -68,7 +68,7 @@ pub struct Mode {
     /// Free decays: displacement amplitude of the shape's largest part when the strongest decay begins, m (or the
     /// channel's unit).
     pub amplitude: Option<f64>,
-    /// Lowest coherence of all responses that take part, where several hits or stretches were averaged.
+    /// Lowest coherence of all responses, where several hits or stretches were averaged.
     pub coherence: Option<f64>,
     /// Share of the orders of the stabilisation diagram that have this pole.
     pub support: f64,
@@ -490,7 +490,7 @@ fn common_shape(moves: &[Vec<(C64, f64)>], count: usize) -> (Vec<(C64, f64)>, us
     (parts, reference)
 }
 
-/// Lowest coherence of the responses that move with the mode.
+/// Lowest coherence of all responses at the mode.
 fn coherence(prepared: &Prepared, frequency_hz: f64) -> Option<f64> {
     let averaged = prepared.averaged.as_ref().filter(|averaged| !averaged.coherence.is_empty())?;
     let bin = averaged.frequencies_hz.get(1)?;

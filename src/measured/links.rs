@@ -11,7 +11,7 @@ use super::record::{MarkedLink, Marker};
 /// of 60°.
 const CLEAR_COSINE: f64 = 0.5;
 
-/// How a link turns against the one that turns most.
+/// How a link turns against the first that turns clearly.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sense {
     /// In the same direction at the same time.

@@ -117,7 +117,8 @@ impl std::error::Error for StiffnessFault {}
 /// Fits moment = intercept + k·angle.
 ///
 /// # Errors
-/// Too little data, or data that is not finite.
+/// Too little data, angles and moments that are not equally many, not finite, too large or all the same, a line that
+/// falls, or a confidence outside of 0..1.
 pub fn fit_stiffness(
     angles_rad: &[f64],
     moments_nm: &[f64],

@@ -164,7 +164,16 @@ fn sensitivities_are_the_differences_of_solved_frequencies() {
             vec![0.1, 9.0],
         ),
     ];
-    for (candidate, inner) in &cases {
+    // With gravity's stiffness and rows under several loads every way of telling what changes is taken.
+    let mut loaded = data.clone();
+    for (i, row) in loaded.rows.iter_mut().enumerate() {
+        row.load = Load { more_kg: [0.0, 3.0, 7.0][i % 3], share: 1.0 };
+    }
+    let heavy = Description { gravity_stiffness: true, ..arm() };
+    let heavy = Problem { description: &heavy, data: &loaded };
+    for (problem, (candidate, inner)) in
+        [problem, heavy].iter().flat_map(|problem| cases.iter().map(move |case| (problem, case)))
+    {
         let at = |inner: Vec<f64>| Hypothesis { effects: vec![(candidate, inner)] };
         let here = problem.evaluate(&at(inner.clone()), true).unwrap();
         for k in 0..inner.len() {
@@ -215,6 +224,43 @@ fn a_fit_finds_what_was_put_in() {
         (found[0].exp() / 1.4e5 - 1.0).abs() < 1e-3 && (found[1] - 4.0).abs() < 1e-2,
         "{found:?}"
     );
+}
+
+/// Two springs in a row that do nearly the same, one of which wants to be softer than it may: the fit ends at that
+/// bound, with the other as soft as is best there.
+#[test]
+fn a_fit_ends_at_the_bound_that_it_would_cross() {
+    let description = arm();
+    let mut data = data(8);
+    let spring = |at: &str, bounds: [f64; 2]| {
+        let parameter = Parameter { bounds, ..parameter("stiffness_nm_per_rad", Scale::Log) };
+        Candidate::new(Cause::JointStiffness, at, vec![parameter])
+    };
+    let free = [spring("j2", [1e3, 1e9]), spring("j3", [1e3, 1e9])];
+    let truth = Hypothesis {
+        effects: vec![(&free[0], vec![1.1e5_f64.ln()]), (&free[1], vec![3e4_f64.ln()])],
+    };
+    let residuals = Problem { description: &description, data: &data }
+        .evaluate(&truth, false)
+        .unwrap()
+        .residuals;
+    for (point, residual) in data.points.iter_mut().zip(residuals) {
+        point.ln_f -= residual.unwrap();
+    }
+    let problem = Problem { description: &description, data: &data };
+    let held = spring("j2", [1.5e5, 1e9]);
+    let at = |a: f64, b: f64| Hypothesis { effects: vec![(&held, vec![a]), (&free[1], vec![b])] };
+    let found = problem.climb(at(4e5_f64.ln(), 4e5_f64.ln())).unwrap();
+    let inner = found.hypothesis.inner();
+    assert!((inner[0].exp() / 1.5e5 - 1.0).abs() < 1e-9, "{inner:?}");
+    // Against a scan of the other along the bound.
+    let scores = (0..4000).map(|i| {
+        let b = 9.5 + 0.0005 * f64::from(i);
+        (problem.evaluate(&at(inner[0], b), false).unwrap().score, b)
+    });
+    let (best, at_best) = scores.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
+    assert!((inner[1] - at_best).abs() < 2e-2, "{inner:?} {at_best}");
+    assert!(found.evaluation.score > best - 1e-2, "{} {best}", found.evaluation.score);
 }
 
 /// A mode above half the rate shows folded, and sorted among the others.

@@ -174,6 +174,10 @@ fn rate(times: &[f64], lines: &[usize], title: &str, faults: &mut Faults) -> Opt
     for (k, (time, line)) in times.iter().zip(lines).enumerate() {
         let even = first + k as f64 * step;
         if (time - even).abs() > UNEVEN * step {
+            if let Some((line, what)) = jump(times, lines, title) {
+                faults.add(line, what);
+                return None;
+            }
             let what = format!(
                 "{title} is {time} s, must be {even:.6} s for even steps of {step:.6} s; resample the record, or \
                  look for lost samples"
@@ -188,6 +192,28 @@ fn rate(times: &[f64], lines: &[usize], title: &str, faults: &mut Faults) -> Opt
         .map(|(k, time)| (time - first - k as f64 * step).abs())
         .fold(0.0, f64::max);
     Some(whole(step.recip(), 2.0 * most_off / (last - first)))
+}
+
+/// The first jump of the times by more than they usually move, with its line.
+fn jump(times: &[f64], lines: &[usize], title: &str) -> Option<(usize, String)> {
+    /// Usual steps in a jump.
+    const MOST: f64 = 1.5;
+    let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let middle = steps.len() / 2;
+    let usual = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let k = times.windows(2).position(|pair| pair[1] - pair[0] > MOST * usual)?;
+    let [before, after] = [times[k], times[k + 1]];
+    (usual > 0.0).then(|| {
+        let lost = match ((after - before) / usual).round() - 1.0 {
+            lost if lost < 1.5 => "a sample is".to_owned(),
+            lost => format!("about {lost:.0} samples are"),
+        };
+        let what = format!(
+            "{title} goes from {before} s to {after} s, must go on in even steps of {usual:.6} s: {lost} lost; \
+             record again, or keep the part before or after"
+        );
+        (lines[k + 1], what)
+    })
 }
 
 /// A rate that the times tell within `share` is the whole number that it may be.
@@ -225,7 +251,9 @@ mod tests {
         assert_eq!((even.channels.len(), even.channels[0].samples.len()), (1, 20));
         let lost = rows(|k| f64::from(if k < 9 { k } else { k + 1 }) / 140.0);
         let told = told(&format!("time_s,x_mm\n{lost}")).unwrap_err();
-        assert!(told[0].contains("even steps"), "{told:?}");
+        assert!(told[0].contains("even steps") && told[0].contains("a sample is lost"), "{told:?}");
+        // Below the head and nine rows.
+        assert!(told[0].starts_with("11: "), "{told:?}");
     }
 
     #[test]

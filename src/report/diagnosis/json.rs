@@ -98,6 +98,7 @@ struct Parameter {
     name: String,
     /// In the robot's file; null where no finite value stands for "no effect".
     nominal: Option<f64>,
+    /// In the unit of the name.
     estimate: f64,
     /// 95 % interval.
     ci95: [f64; 2],
@@ -128,6 +129,7 @@ struct Evidence {
 #[derive(Debug, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Gain {
+    /// Held-out error of the model less that with the findings.
     percent_points: f64,
     /// 95 % interval over resampled poses.
     ci95: [f64; 2],

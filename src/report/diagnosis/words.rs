@@ -51,7 +51,7 @@ fn unit_of(name: &str) -> (String, &'static str) {
 /// A change beyond this factor says more as the factor that it is.
 const MOST_AS_PERCENT: f64 = 10.0;
 
-/// "mass 4.9 kg (95 % sure: 4.7 to 5.1), nominal 0".
+/// "mass 4.9 kg (95 % interval 4.7 to 5.1), in the file 0".
 pub(super) fn estimate(parameter: &Estimate) -> String {
     let (name, unit) = unit_of(&parameter.name);
     let [low, high] = parameter.ci95.map(number);
