@@ -329,6 +329,21 @@ fn a_response_of_noise_alone_is_told_and_spoils_nothing() {
     }
 }
 
+/// A channel that loses samples is left out; the others give the modes.
+#[test]
+fn lost_samples_are_told_and_spoil_nothing() {
+    let truth = arm();
+    let mut responses = noisy(&free_decay(&truth, 0, 200.0, 1000, 0), TWENTY_DB, &mut seeded(2));
+    responses[1][300..400].fill(0.0);
+    let found = identify(&record(200.0, None, responses, Quantity::Displacement));
+    must_be(&found, &truth, "with lost samples");
+    assert_eq!(found.modes[0].shape.len(), 2);
+    let told: Vec<_> = found.notices.iter().filter(|n| n.kind == NoticeKind::Dropout).collect();
+    assert_eq!(told.len(), 1, "{:?}", found.notices);
+    assert!(told[0].what.contains("100 samples from 1.5000 s"), "{}", told[0].what);
+    assert_eq!(told[0].channel.as_deref(), Some("r1"));
+}
+
 #[test]
 fn noise_alone_has_no_modes() {
     let wrong: usize = (0..60_u64)

@@ -330,7 +330,12 @@ mod tests {
         let sound: Vec<f64> = (0..1000).map(decay).collect();
         let rounded: Vec<f64> = sound.iter().map(|x| (x / 0.02).round() * 0.02).collect();
         let clipped: Vec<f64> = sound.iter().map(|x| x.clamp(-1.0, 1.0)).collect();
-        for channel in [&sound, &rounded, &clipped] {
+        // Two blows, and rest in coarse steps between them.
+        let twice: Vec<f64> = (0..2000)
+            .map(|k| decay(k) + if k < 1000 { 0.0 } else { decay(k - 1000) })
+            .map(|x| (x / 0.02).round() * 0.02)
+            .collect();
+        for channel in [&sound, &rounded, &clipped, &twice] {
             assert_eq!(gap(channel), None);
         }
         for (channel, value) in [(&sound, 0.0), (&rounded, 0.0), (&sound, sound[149])] {
