@@ -1,8 +1,8 @@
 """Times `detune map` from end to end: CSV, .npy and reduced maps of 10^3 to 10^8 poses of the IRB 1600.
 
-    cargo build --release && python benches/map.py target/release/detune [LARGEST] [FOLDER]
+    cargo build --release && python3 benches/map.py [target/release/detune [LARGEST [FOLDER]]]
 
-Poses are the program's own random ones, written to FOLDER (a temporary one if none is named) first; 10^8 of
+NumPy makes the .npy files. Poses are the program's own random ones, written to FOLDER (a temporary one if none is named) first; 10^8 of
 them are only reduced. Start-up, the time of a map of one pose, is taken off. The least of several runs
 stands for each figure: wall-clock, and the processors' time (user and system), which other work on the machine
 disturbs less.
@@ -38,7 +38,7 @@ def least(command, threads, repetitions):
 
 
 def main():
-    detune = sys.argv[1]
+    detune = sys.argv[1] if len(sys.argv) > 1 else "target/release/detune"
     largest = int(float(sys.argv[2])) if len(sys.argv) > 2 else 10**6
     folder = Path(sys.argv[3]) if len(sys.argv) > 3 else Path(tempfile.mkdtemp())
     base = [detune, "map", ROBOT]
