@@ -198,6 +198,14 @@ fn sensitivities_are_the_differences_of_solved_frequencies() {
     }
 }
 
+/// Puts into the table what an arm with these causes shows.
+fn measured_on(description: &Description, truth: &Hypothesis<'_>, data: &mut Data) {
+    let shown = Problem { description, data }.evaluate(truth, false).unwrap();
+    for (point, residual) in data.points.iter_mut().zip(shown.residuals) {
+        point.ln_f -= residual.unwrap();
+    }
+}
+
 /// A fit from afar finds what was put in, where nothing disturbs it.
 #[test]
 fn a_fit_finds_what_was_put_in() {
@@ -209,13 +217,7 @@ fn a_fit_finds_what_was_put_in() {
     let payload = Candidate::new(Cause::Payload, "l3", vec![mass]);
     let truth =
         Hypothesis { effects: vec![(&stiffness, vec![1.4e5_f64.ln()]), (&payload, vec![4.0])] };
-    let residuals = Problem { description: &description, data: &data }
-        .evaluate(&truth, false)
-        .unwrap()
-        .residuals;
-    for (point, residual) in data.points.iter_mut().zip(residuals) {
-        point.ln_f -= residual.unwrap();
-    }
+    measured_on(&description, &truth, &mut data);
     let problem = Problem { description: &description, data: &data };
     let start =
         Hypothesis { effects: vec![(&stiffness, vec![2e5_f64.ln()]), (&payload, vec![0.5])] };
@@ -240,13 +242,7 @@ fn a_fit_ends_at_the_bound_that_it_would_cross() {
     let truth = Hypothesis {
         effects: vec![(&free[0], vec![1.1e5_f64.ln()]), (&free[1], vec![3e4_f64.ln()])],
     };
-    let residuals = Problem { description: &description, data: &data }
-        .evaluate(&truth, false)
-        .unwrap()
-        .residuals;
-    for (point, residual) in data.points.iter_mut().zip(residuals) {
-        point.ln_f -= residual.unwrap();
-    }
+    measured_on(&description, &truth, &mut data);
     let problem = Problem { description: &description, data: &data };
     let held = spring("j2", [1.5e5, 1e9]);
     let at = |a: f64, b: f64| Hypothesis { effects: vec![(&held, vec![a]), (&free[1], vec![b])] };
