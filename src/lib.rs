@@ -55,8 +55,10 @@
 //! | [`excitation`] | spindle and tooth-passing lines; the cutting force and its spectrum | |
 //! | [`input`] | YAML, CSV, NPY, URDF, UFF, WAV → valid types, all faults with file and line | compute |
 //! | [`program`] | robot and CAM programs → moves, each with its line; programs with new speeds and feeds | know the robot's dynamics |
-//! | [`measured`] | records → spectra → modes with uncertainty; load tests → stiffness; never sees a prediction | import `model` or `modes` |
+//! | [`identify`] | records → spectra → modes with uncertainty; load tests → stiffness; never sees a prediction | import `model` or `modes` |
 //! | [`job`], [`motion`] | what is asked for, as plain valid data | |
+//! | [`notes`] | errors and warnings: one type, one collector, every code | |
+//! | [`progress`] | how far long work has come | |
 //! | [`units`], [`wording`] | conversions; what messages have in common | |
 //!
 //! The README's section "As a library" shows a whole check.
@@ -67,15 +69,17 @@ pub mod cli;
 pub mod diagnosis;
 pub mod excitation;
 pub mod free_vibration;
+pub mod identify;
 pub mod input;
 pub mod job;
 pub mod map;
-pub mod measured;
 pub mod model;
 pub mod modes;
 pub mod motion;
+pub mod notes;
 pub mod path;
 pub mod program;
+pub mod progress;
 pub mod report;
 pub mod risk;
 pub mod two_link;

@@ -11,9 +11,9 @@
 
 mod vibration;
 
-use detune::measured::identify::{Identified, identify_record};
-use detune::measured::notice::NoticeKind;
-use detune::measured::record::{Channel, Data, Quantity, Record};
+use detune::identify::notice::NoticeKind;
+use detune::identify::record::{Channel, Data, Quantity, Record};
+use detune::identify::record_modes::{Identified, identify_record};
 use nalgebra::{DMatrix, DVector};
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use vibration::{TrueMode, free_decay, gauss, hammered, noisy, pulses, rms, seeded};

@@ -11,10 +11,10 @@
 
 mod vibration;
 
-use detune::measured::identify::{Identified, identify_record};
-use detune::measured::notice::NoticeKind;
-use detune::measured::record::{Channel, Conditions, Data, Pose, Quantity, Record, Session, Taken};
-use detune::measured::session::identify_session;
+use detune::identify::notice::NoticeKind;
+use detune::identify::record::{Channel, Conditions, Data, Pose, Quantity, Record, Session, Taken};
+use detune::identify::record_modes::{Identified, identify_record};
+use detune::identify::session::identify_session;
 use vibration::{TrueMode, free_decay, gauss, hammered, noisy, pulses, rms, seeded};
 
 const NOISE: f64 = 0.03;

@@ -10,11 +10,11 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::output::Sink;
 use super::{Failure, Outcome};
 use crate::diagnosis::{Diagnosis, Settings, Verdict, diagnose};
+use crate::identify::ModeTable;
 use crate::input::{
     Calibrated, DescribedRobot, Fault, FittedCorrection, Reading, corrected_robot,
     read_described_robot, read_measured,
 };
-use crate::measured::ModeTable;
 use crate::report;
 
 /// Steps of the progress bar.

@@ -8,8 +8,8 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::output::Sink;
 use super::{Failure, Outcome, tell};
+use crate::identify::session::identify_session_with_progress;
 use crate::input::{Reading, read_session};
-use crate::measured::session::identify_session_with_progress;
 use crate::report::identify::{
     identification_json, identification_svg, identification_text, measured_csv,
 };

@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::{Failure, Outcome};
+use crate::identify::stiffness::{StiffnessFault, fit_stiffness};
 use crate::input::{Fault, LoadTestRow, load_load_test};
-use crate::measured::stiffness::{StiffnessFault, fit_stiffness};
 use crate::report::stiffness::{JointFit, stiffness_json, stiffness_text};
 use crate::units::ratio_from_percent;
 

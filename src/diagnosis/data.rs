@@ -1,6 +1,6 @@
 //! The measured table as the fits see it.
 
-use crate::measured::ModeTable;
+use crate::identify::ModeTable;
 use crate::model::{Conditions, Payload};
 
 /// Fewer poses than this say nothing.

@@ -11,7 +11,7 @@ use super::outcome::{Diagnosis, DiagnosisFault, Errors, Gain, ResidualRow, Verdi
 use super::problem::{Evaluation, Problem};
 use super::screen::Screen;
 use super::verdict::Judged;
-use crate::measured::ModeTable;
+use crate::identify::ModeTable;
 use crate::model::{Description, Robot};
 use crate::units::percent_from_ratio;
 

@@ -6,7 +6,7 @@ use super::faults::Faults;
 use super::table::Table;
 use super::text::{LARGEST_TABLE_BYTES, read_text};
 use super::{Fault, Reading};
-use crate::measured::{ModeRow, ModeTable};
+use crate::identify::{ModeRow, ModeTable};
 use crate::model::{AngleForm, JointKind, MovingJoint, Robot};
 use crate::units::{m_from_mm, rad_from_deg};
 use crate::wording::nearest;

@@ -9,7 +9,7 @@ use super::records::{Meaning, RawChannel, RawFile, RawFunction, meaning_of_unit,
 use super::text::{LARGEST_ROBOT_BYTES, named_file, read_text};
 use super::yaml::{Node, Step, check, parse, typed};
 use super::{Fault, Loaded, Reading, schema};
-use crate::measured::record::{
+use crate::identify::record::{
     Channel, Conditions, Data, Frf, MarkedLink, Marker, Pose, Quantity, Record, Session, Taken,
 };
 use crate::units::m_from_mm;

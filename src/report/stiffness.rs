@@ -5,7 +5,7 @@ use std::fmt::Write;
 use serde::Serialize;
 
 use super::words::{number, trimmed};
-use crate::measured::stiffness::StiffnessFit;
+use crate::identify::stiffness::StiffnessFit;
 use crate::units::percent_from_ratio;
 use crate::wording::printable;
 

@@ -1,6 +1,6 @@
 //! Units of channels, from their names and labels.
 
-use crate::measured::record::Quantity;
+use crate::identify::record::Quantity;
 use crate::units::{m_from_cm, m_from_mm, m_from_um, m_per_s2_from_g, n_from_kn};
 
 /// What a channel's values mean, and how they become SI.

@@ -10,7 +10,7 @@ use super::super::text::read_bytes;
 use super::{
     Fault, LARGEST_RECORD_BYTES, Meaning, RawChannel, RawFile, RawFunction, meaning_of_unit,
 };
-use crate::measured::record::Quantity;
+use crate::identify::record::Quantity;
 
 /// Lines of text before the numbers.
 const HEADER_LINES: usize = 11;

@@ -6,11 +6,11 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{kind_words, sense_words, shape_words};
-use crate::measured::Stability;
-use crate::measured::identify::{Identified, Mode};
-use crate::measured::notice::Notice;
-use crate::measured::record::Pose;
-use crate::measured::session::{IdentifiedSession, PoseRow};
+use crate::identify::Stability;
+use crate::identify::notice::Notice;
+use crate::identify::record::Pose;
+use crate::identify::record_modes::{Identified, Mode};
+use crate::identify::session::{IdentifiedSession, PoseRow};
 use crate::report::json::{NotFinite, Number, laid_out};
 use crate::units::percent_from_ratio;
 

@@ -11,10 +11,10 @@ pub use svg::identification_svg;
 pub use table::measured_csv;
 pub use text::identification_text;
 
-use crate::measured::Kind;
-use crate::measured::identify::Mode;
-use crate::measured::links::Sense;
-use crate::measured::record::Pose;
+use crate::identify::Kind;
+use crate::identify::links::Sense;
+use crate::identify::record::Pose;
+use crate::identify::record_modes::Mode;
 
 /// How a record was taken, in words.
 fn kind_words(kind: Kind) -> &'static str {

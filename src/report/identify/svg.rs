@@ -1,9 +1,9 @@
 //! A sheet for each record: above, the measured spectrum and the fit; below, the stabilisation diagram.
 
 use super::{kind_words, pose_words};
-use crate::measured::identify::{FittedSpectrum, Identified};
-use crate::measured::session::IdentifiedSession;
-use crate::measured::{Kind, Stability};
+use crate::identify::record_modes::{FittedSpectrum, Identified};
+use crate::identify::session::IdentifiedSession;
+use crate::identify::{Kind, Stability};
 use crate::report::svg::{Anchor, Axis, Frame, Panel, Sheet, Stroke, curve_style, label};
 
 const WIDTH: f64 = 900.0;

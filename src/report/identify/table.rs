@@ -1,8 +1,8 @@
 //! measured.csv: one row a pose, all digits, as `diagnose` reads it.
 
 use super::pose_words;
-use crate::measured::record::Pose;
-use crate::measured::session::{IdentifiedSession, PoseMode, PoseRow};
+use crate::identify::record::Pose;
+use crate::identify::session::{IdentifiedSession, PoseMode, PoseRow};
 use crate::units::{m_from_mm, rad_from_deg};
 
 /// A number of a row that may be absent.
@@ -136,8 +136,8 @@ fn quoted(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::measured::notice::NoticeKind;
-    use crate::measured::record::Conditions;
+    use crate::identify::notice::NoticeKind;
+    use crate::identify::record::Conditions;
 
     fn mode(frequency_hz: f64, suspicion: Option<NoticeKind>) -> PoseMode {
         PoseMode {

@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use super::{kind_words, pose_words, shape_words};
-use crate::measured::notice::Notice;
-use crate::measured::session::{IdentifiedSession, PoseMode, PoseRow};
+use crate::identify::notice::Notice;
+use crate::identify::session::{IdentifiedSession, PoseMode, PoseRow};
 use crate::units::percent_from_ratio;
 use crate::wording::printable;
 

@@ -37,11 +37,11 @@ const ROUNDS: usize = 3;
 
 /// How the amplitude of one mode goes in a block.
 #[derive(Debug, Clone, PartialEq)]
-pub(in crate::measured) struct Envelope {
+pub(in crate::identify) struct Envelope {
     /// Natural frequency of the mode, rad/s.
-    pub(in crate::measured) omega: f64,
+    pub(in crate::identify) omega: f64,
     /// Square of its amplitude at each sample, against the largest of all blocks.
-    pub(in crate::measured) values: Vec<f64>,
+    pub(in crate::identify) values: Vec<f64>,
 }
 
 /// What drift adds to the spectrum of a pole, and its changes with λ and with each rate: at λ, at its

@@ -267,7 +267,7 @@ fn runs_at(samples: &[f64], value: f64) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::measured::record::Quantity;
+    use crate::identify::record::Quantity;
 
     fn told(samples: Vec<f64>, is_force: bool) -> Vec<NoticeKind> {
         let channel = Channel { name: "a".into(), quantity: Quantity::Unknown, samples };

@@ -53,7 +53,7 @@ pub struct StabilisationPoint {
 }
 
 /// Poles of all even orders, by order.
-pub(in crate::measured) fn poles_by_order(
+pub(in crate::identify) fn poles_by_order(
     sets: &[(&[f64], &[Vec<C64>])],
 ) -> Vec<(usize, Vec<Pole>)> {
     let lines = sets.iter().map(|(omega, _)| omega.len()).min().unwrap_or(0);
@@ -144,7 +144,7 @@ fn roots(normal: &DMatrix<f64>, order: usize, step: f64) -> Option<Vec<Pole>> {
 }
 
 /// The poles of all orders, each against those of the order before it.
-pub(in crate::measured) fn stabilisation(
+pub(in crate::identify) fn stabilisation(
     by_order: &[(usize, Vec<Pole>)],
 ) -> Vec<StabilisationPoint> {
     let mut points = Vec::new();
@@ -175,7 +175,7 @@ pub(in crate::measured) fn stabilisation(
 }
 
 /// One pole for each column of a stabilisation diagram: the median of those that keep their frequency.
-pub(in crate::measured) fn candidates(points: &[StabilisationPoint]) -> Vec<Pole> {
+pub(in crate::identify) fn candidates(points: &[StabilisationPoint]) -> Vec<Pole> {
     let mut steady: Vec<&StabilisationPoint> =
         points.iter().filter(|point| point.stability >= Stability::Frequency).collect();
     steady.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));

@@ -6,9 +6,9 @@
 
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
-use super::identify::{Identified, Mode, identify_record};
 use super::notice::{Notice, NoticeKind};
 use super::record::{Conditions, Data, Pose, Session, Taken};
+use super::record_modes::{Identified, Mode, identify_record};
 
 /// Modes of two records within this share of frequency are the same mode.
 const SAME_MODE: f64 = 0.012;

@@ -16,17 +16,17 @@ use nalgebra::Complex;
 
 use super::drift::{Drifted, Envelope, drifted};
 
-pub(in crate::measured) type C64 = Complex<f64>;
+pub(in crate::identify) type C64 = Complex<f64>;
 
 /// Growth over a record beyond this is no vibration, and would overflow.
 const MOST_GROWTH: f64 = 8.0;
 
 /// Envelopes that a pole may drift with.
-pub(in crate::measured) const MOST_DRIFTS: usize = 6;
+pub(in crate::identify) const MOST_DRIFTS: usize = 6;
 
 /// How a set of spectra came about.
 #[derive(Debug, Clone, PartialEq)]
-pub(in crate::measured) enum Origin {
+pub(in crate::identify) enum Origin {
     /// Sampled records.
     Sampled {
         /// Time from one sample to the next, s.
@@ -42,64 +42,64 @@ pub(in crate::measured) enum Origin {
 
 /// A sample of the force.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::measured) struct Push {
+pub(in crate::identify) struct Push {
     /// When, in steps from the record's first sample.
-    pub(in crate::measured) at: f64,
+    pub(in crate::identify) at: f64,
     /// How much.
-    pub(in crate::measured) value: f64,
+    pub(in crate::identify) value: f64,
     /// The blow that it belongs to.
-    pub(in crate::measured) blow: usize,
+    pub(in crate::identify) blow: usize,
 }
 
 /// Spectra over the same lines, with the same force.
 #[derive(Debug, Clone, PartialEq)]
-pub(in crate::measured) struct Block {
+pub(in crate::identify) struct Block {
     /// How they came about.
-    pub(in crate::measured) origin: Origin,
+    pub(in crate::identify) origin: Origin,
     /// Lines, rad/s, ascending.
-    pub(in crate::measured) omega: Vec<f64>,
+    pub(in crate::identify) omega: Vec<f64>,
     /// Spectrum of the force on the lines; empty where it is one.
-    pub(in crate::measured) drive: Vec<C64>,
+    pub(in crate::identify) drive: Vec<C64>,
     /// Variance of the force on each line, against its power; empty where the force is known exactly.
-    pub(in crate::measured) drive_error: Vec<f64>,
+    pub(in crate::identify) drive_error: Vec<f64>,
     /// Least variance of a line by response, such as rounding brings; empty where nothing is known.
-    pub(in crate::measured) least_noise: Vec<f64>,
+    pub(in crate::identify) least_noise: Vec<f64>,
     /// Whether the arm may have been moving when the record began.
-    pub(in crate::measured) begins_moving: bool,
+    pub(in crate::identify) begins_moving: bool,
     /// Amplitudes that poles may drift with.
-    pub(in crate::measured) envelopes: Vec<Envelope>,
+    pub(in crate::identify) envelopes: Vec<Envelope>,
     /// The spectra, one for each response.
-    pub(in crate::measured) spectra: Vec<Vec<C64>>,
+    pub(in crate::identify) spectra: Vec<Vec<C64>>,
 }
 
 /// A pole as it is fitted.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::measured) struct Pole {
+pub(in crate::identify) struct Pole {
     /// λ with positive imaginary part, rad/s.
-    pub(in crate::measured) lambda: C64,
+    pub(in crate::identify) lambda: C64,
     /// Whether the force drives it; a disturbance such as a line of the mains goes its own way.
-    pub(in crate::measured) is_driven: bool,
+    pub(in crate::identify) is_driven: bool,
     /// By envelope: how far λ moves at its highest, rad/s; `None` where it does not.
-    pub(in crate::measured) rates: [Option<C64>; MOST_DRIFTS],
+    pub(in crate::identify) rates: [Option<C64>; MOST_DRIFTS],
 }
 
 impl Pole {
-    pub(in crate::measured) fn new(lambda: C64) -> Self {
+    pub(in crate::identify) fn new(lambda: C64) -> Self {
         Self { lambda, is_driven: true, rates: [None; MOST_DRIFTS] }
     }
 
     /// Complex parameters: λ and the rates.
-    pub(in crate::measured) fn parameters(&self) -> usize {
+    pub(in crate::identify) fn parameters(&self) -> usize {
         1 + self.rates.iter().flatten().count()
     }
 
     /// Whether it moves with any amplitude.
-    pub(in crate::measured) fn drifts(&self) -> bool {
+    pub(in crate::identify) fn drifts(&self) -> bool {
         self.rates.iter().any(Option::is_some)
     }
 
     /// With its parameters, in that order, moved by real and imaginary parts in turn.
-    pub(in crate::measured) fn moved(mut self, steps: &[f64]) -> Self {
+    pub(in crate::identify) fn moved(mut self, steps: &[f64]) -> Self {
         let parameters = std::iter::once(&mut self.lambda).chain(self.rates.iter_mut().flatten());
         for (parameter, step) in parameters.zip(steps.chunks_exact(2)) {
             *parameter += C64::new(step[0], step[1]);
@@ -108,26 +108,26 @@ impl Pole {
     }
 
     /// From natural frequency and damping ratio.
-    pub(in crate::measured) fn from_modal(omega: f64, ratio: f64) -> Self {
+    pub(in crate::identify) fn from_modal(omega: f64, ratio: f64) -> Self {
         Self::new(C64::new(-ratio * omega, omega * (1.0 - ratio * ratio).max(0.0).sqrt()))
     }
 
     /// Natural frequency |λ|, rad/s.
-    pub(in crate::measured) fn omega(&self) -> f64 {
+    pub(in crate::identify) fn omega(&self) -> f64 {
         self.lambda.norm()
     }
 
     /// Damping ratio −Re λ/|λ|.
-    pub(in crate::measured) fn ratio(&self) -> f64 {
+    pub(in crate::identify) fn ratio(&self) -> f64 {
         -self.lambda.re / self.lambda.norm()
     }
 }
 
 /// b on the lines and its derivatives by λ and by each rate, each at λ and at its conjugate.
 #[derive(Debug, Clone)]
-pub(in crate::measured) struct Contribution {
-    pub(in crate::measured) value: [Vec<C64>; 2],
-    pub(in crate::measured) slopes: Vec<[Vec<C64>; 2]>,
+pub(in crate::identify) struct Contribution {
+    pub(in crate::identify) value: [Vec<C64>; 2],
+    pub(in crate::identify) slopes: Vec<[Vec<C64>; 2]>,
 }
 
 impl Contribution {
@@ -146,12 +146,12 @@ impl Contribution {
 
 impl Block {
     /// Highest line, rad/s.
-    pub(in crate::measured) fn highest(&self) -> f64 {
+    pub(in crate::identify) fn highest(&self) -> f64 {
         self.omega.last().copied().unwrap_or(1.0)
     }
 
     /// Whether a pole can be evaluated at all.
-    pub(in crate::measured) fn admits(&self, pole: &Pole) -> bool {
+    pub(in crate::identify) fn admits(&self, pole: &Pole) -> bool {
         match &self.origin {
             // Above half the sampling rate a pole is the image of one below.
             Origin::Sampled { step_s, samples, .. } => {
@@ -164,7 +164,7 @@ impl Block {
 
     /// What a pole contributes; `is_driven` false gives the vibration from before the record, which is too weak
     /// to drift.
-    pub(in crate::measured) fn contribution(&self, pole: &Pole, is_driven: bool) -> Contribution {
+    pub(in crate::identify) fn contribution(&self, pole: &Pole, is_driven: bool) -> Contribution {
         let steady = self.steady(pole.lambda, is_driven);
         match drifted(self, pole, is_driven) {
             Some(drift) => steady.with(drift),
@@ -233,7 +233,7 @@ impl Block {
     }
 
     /// Columns with real factors that stand for what lies outside the band, and for drift.
-    pub(in crate::measured) fn background(&self) -> Vec<Vec<C64>> {
+    pub(in crate::identify) fn background(&self) -> Vec<Vec<C64>> {
         let highest = self.highest();
         let mut columns = Vec::new();
         let degree = match &self.origin {

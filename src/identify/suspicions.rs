@@ -1,10 +1,10 @@
 //! What a mode may be beside a mode, and what a record may lack for it.
 
 use super::estimate::Origin;
-use super::identify::Mode;
 use super::notice::{NoticeKind, Notices};
 use super::prepare::{Kind, Prepared};
 use super::record::Record;
+use super::record_modes::Mode;
 use crate::units::{hz_from_rpm, percent_from_ratio, rad_per_s_from_hz};
 
 /// Harmonics of the mains and of the spindle that are looked for.

@@ -8,12 +8,12 @@
 
 mod estimate;
 mod hits;
-pub mod identify;
 pub mod links;
 pub mod notice;
 mod prepare;
 mod quality;
 pub mod record;
+pub mod record_modes;
 pub mod session;
 pub mod spectra;
 pub mod stiffness;
