@@ -43,6 +43,7 @@
 //! |---|---|---|
 //! | [`cli`] | one file a verb; clap, printing, files, progress | decide anything that a library user would miss |
 //! | [`report`] | text, JSON, SARIF, JUnit, GitHub, plots: pure functions from results | compute an engineering quantity |
+//! | [`study`] | one function a verb: valid inputs → a result that holds all that is shown, and what is written back | print, read or write files |
 //! | [`advice`] | safe speeds, the best of them, schedules, other levers, vibration of the tool tip; the only place that names clarabel | print |
 //! | [`risk`] | bands, crossings, certainty, verdict | choose a remedy |
 //! | [`diagnosis`] | where prediction and measurement meet: residuals, causes (one a file), fits, choice, gain, next poses | name a cause that it has not compared with its rivals |
@@ -82,6 +83,7 @@ pub mod program;
 pub mod progress;
 pub mod report;
 pub mod risk;
+pub mod study;
 pub mod two_link;
 pub mod units;
 pub mod wording;

@@ -34,8 +34,29 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("advice", &["risk", "excitation", "job", "path", "modes", "model", "motion", "units"]),
     ("input", &["job", "model", "motion", "program", "identify", "units", "wording"]),
     (
+        "study",
+        &[
+            "advice",
+            "risk",
+            "map",
+            "diagnosis",
+            "identify",
+            "input",
+            "program",
+            "job",
+            "model",
+            "free_vibration",
+            "notes",
+            "progress",
+            "units",
+            "wording",
+        ],
+    ),
+    (
         "report",
         &[
+            "study",
+            "notes",
             "advice",
             "risk",
             "map",
@@ -51,6 +72,9 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     (
         "cli",
         &[
+            "study",
+            "notes",
+            "progress",
             "advice",
             "input",
             "program",
