@@ -13,9 +13,8 @@ use std::path::{Path, PathBuf};
 
 use detune::excitation::{ExcitationLine, Source};
 use detune::job::{Policy, SpindleSpeed};
-use detune::report::{
-    self, AskedOperation, CheckedJob, github, json, junit, plot_text, sarif, text,
-};
+use detune::report::check::{github, json, junit, plot_text, sarif, text};
+use detune::report::{self, AskedOperation, CheckedJob};
 use detune::risk::{
     Certainty, Crossing, Exchange, JobRisk, LeftOut, OperationRisk, Sample, Verdict,
     closest_approach,

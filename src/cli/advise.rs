@@ -117,11 +117,11 @@ pub(super) fn run(args: &AdviseArgs, out: &mut dyn Write) -> Result<Outcome, Fai
     let advised = AdvisedJob::new(&job, found);
     let text = match args.format {
         Format::Text => {
-            report::advice::text::advice(&advised, sink.is_standard() && shows_colour())
+            report::advise::text::advice(&advised, sink.is_standard() && shows_colour())
         }
-        Format::Json => report::advice::json::advice(&advised)
+        Format::Json => report::advise::json::advice(&advised)
             .map_err(|error| Failure::Internal(error.to_string()))?,
-        Format::Svg => report::advice::svg::advice(&advised),
+        Format::Svg => report::advise::svg::advice(&advised),
     };
     let source = Source { job: &job, files: &reading.files };
     if let Some(path) = args.write.as_deref().filter(|_| advised.advice.is_clear()) {
@@ -262,7 +262,7 @@ fn refuse_unknown_vibration(job: &Job, advice: &[OperationAdvice]) -> Result<(),
         .zip(advice)
         .filter_map(|(operation, advice)| {
             let why = advice.vibration.as_ref().err()?;
-            let why = report::advice::no_vibration(*why);
+            let why = report::advise::no_vibration(*why);
             let what = format!("operation '{}': --objective vibration: {why}", operation.name);
             Some(Fault { file: Some(job.file.clone()), line: Some(operation.line), what })
         })

@@ -12,7 +12,7 @@ use super::output::Sink;
 use super::{Failure, Outcome, tell};
 use crate::input::{self, Fault, Reading};
 use crate::job::Job;
-use crate::report::github::{Level, annotation};
+use crate::report::check::github::{Level, annotation};
 use crate::report::{self, CheckedJob};
 use crate::risk::{self, AssessFault, Verdict};
 
@@ -75,7 +75,7 @@ pub(super) fn run(args: &CheckArgs, out: &mut dyn Write) -> Result<Outcome, Fail
     let jobs = checked(args, &sink)?;
     let text = rendered(&jobs, args, &sink)?;
     sink.write(&text, out)?;
-    Ok(outcome(report::verdict(&jobs), args.fail_on))
+    Ok(outcome(report::check::verdict(&jobs), args.fail_on))
 }
 
 impl FailOn {
@@ -155,13 +155,12 @@ fn rendered(jobs: &[CheckedJob], args: &CheckArgs, sink: &Sink) -> Result<String
     let internal = |error: &dyn std::fmt::Display| Failure::Internal(error.to_string());
     let root = env::current_dir().unwrap_or_default();
     match args.format {
-        Format::Text => Ok(report::text::check(jobs, sink.is_standard() && shows_colour())),
-        Format::Json => report::json::check(jobs).map_err(|error| internal(&error)),
-        Format::Sarif => report::sarif::check(jobs, &root).map_err(|error| internal(&error)),
-        Format::Junit => {
-            report::junit::check(jobs, args.fail_on.mildest()).map_err(|error| internal(&error))
-        }
-        Format::Github => Ok(report::github::check(jobs, &root)),
+        Format::Text => Ok(report::check::text::check(jobs, sink.is_standard() && shows_colour())),
+        Format::Json => report::check::json::check(jobs).map_err(|error| internal(&error)),
+        Format::Sarif => report::check::sarif::check(jobs, &root).map_err(|error| internal(&error)),
+        Format::Junit => report::check::junit::check(jobs, args.fail_on.mildest())
+            .map_err(|error| internal(&error)),
+        Format::Github => Ok(report::check::github::check(jobs, &root)),
     }
 }
 

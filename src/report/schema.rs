@@ -6,12 +6,12 @@ use serde_json::Value;
 
 /// Schema of what `detune check --format json` writes.
 pub fn check() -> Value {
-    of::<super::json::Check<'static>>()
+    of::<super::check::json::Check<'static>>()
 }
 
 /// Schema of what `detune advise --format json` writes.
 pub fn advice() -> Value {
-    of::<super::advice::json::Advice<'static>>()
+    of::<super::advise::json::Advice<'static>>()
 }
 
 /// Schema of what `detune identify --format json` writes.

@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use super::CheckedOperation;
+use super::operation::CheckedOperation;
 use crate::excitation::{ExcitationLine, Source};
 use crate::risk::{Certainty, Crossing};
 use crate::units::percent_from_ratio;

@@ -8,7 +8,9 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::findings::{Finding, Stretch, findings};
-use super::{CheckedJob, CheckedOperation, paths, words};
+use super::operation::{CheckedOperation, operations};
+use super::sentences;
+use crate::report::{CheckedJob, paths, words};
 use crate::risk::Certainty;
 use crate::wording::printable;
 
@@ -35,7 +37,7 @@ pub fn check(jobs: &[CheckedJob], root: &Path) -> Result<String, serde_json::Err
     let mut results = Vec::new();
     for job in jobs {
         artifacts.index_of(&job.file);
-        for operation in job.operations() {
+        for operation in operations(job) {
             let found = findings(&operation);
             results.extend(found.iter().map(|finding| artifacts.result(&operation, finding)));
         }
@@ -201,7 +203,7 @@ impl Artifacts<'_> {
                 )),
             }],
             message: related.map(|_| Message {
-                text: words::stretch(operation.risk, crossing.from_s, crossing.to_s),
+                text: sentences::stretch(operation.risk, crossing.from_s, crossing.to_s),
             }),
         }
     }
@@ -213,7 +215,7 @@ fn located(uri: String, index: Option<usize>) -> ArtifactLocation {
 }
 
 fn message(operation: &CheckedOperation<'_>, finding: &Finding<'_>) -> String {
-    let mut text = words::sentence(operation, &finding.worst);
+    let mut text = sentences::sentence(operation, &finding.worst);
     match finding.others.len() {
         0 => {}
         1 => text.push_str("; the same on one more stretch"),

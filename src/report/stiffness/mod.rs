@@ -4,8 +4,8 @@ use std::fmt::Write;
 
 use serde::Serialize;
 
-use super::words::{number, trimmed};
 use crate::identify::stiffness::StiffnessFit;
+use crate::report::words::{number, trimmed};
 use crate::units::percent_from_ratio;
 use crate::wording::printable;
 

@@ -4,7 +4,9 @@
 use quick_junit::{NonSuccessKind, Property, Report, TestCase, TestCaseStatus, TestSuite};
 
 use super::findings::findings;
-use super::{CheckedJob, CheckedOperation, paths, words};
+use super::operation::{CheckedOperation, operations};
+use super::sentences;
+use crate::report::{CheckedJob, paths, words};
 use crate::risk::{OperationRisk, Verdict};
 use crate::wording::printable;
 
@@ -30,7 +32,7 @@ pub fn check(
             "model_uncertainty_percent",
             words::round_percent(job.risk.model_uncertainty),
         ));
-        for operation in job.operations() {
+        for operation in operations(job) {
             suite.add_test_case(case(&operation, &file, fails_from));
         }
         report.add_test_suite(suite);
@@ -73,7 +75,7 @@ fn told(operation: &CheckedOperation<'_>) -> Vec<String> {
         .map(|finding| {
             let crossing = finding.worst.crossing;
             let place = words::lines(&file, crossing.from_line, crossing.to_line);
-            format!("{place}: {}", words::sentence(operation, &finding.worst))
+            format!("{place}: {}", sentences::sentence(operation, &finding.worst))
         })
         .collect()
 }

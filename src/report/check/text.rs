@@ -2,7 +2,9 @@
 //! drawing, and what to do next.
 
 use super::findings::{Stretch, stretches};
-use super::{CheckedJob, CheckedOperation, plot_text, style, words};
+use super::operation::{CheckedOperation, operations};
+use super::{plot_text, sentences};
+use crate::report::{CheckedJob, style, words};
 use crate::risk::{Approach, Certainty, OperationRisk, Verdict, closest_approach};
 use crate::units::percent_from_ratio;
 use crate::wording::printable;
@@ -47,7 +49,7 @@ fn push_job(job: &CheckedJob, colour: bool, text: &mut String) {
     text.push_str(&format!("{verdict}  {}  {name}\n", words::path(&job.file)));
     let drawn = drawn(job);
     let told = told(job);
-    for (index, operation) in job.operations().enumerate() {
+    for (index, operation) in operations(job).enumerate() {
         if !told.contains(&index) {
             continue;
         }
@@ -77,7 +79,7 @@ fn push_untold(job: &CheckedJob, told: &[usize], colour: bool, text: &mut String
     let operations = &job.risk.operations;
     if let more @ 1.. = operations.len() - told.len() {
         let untold = (0..operations.len()).filter(|index| !told.contains(index));
-        let counts = words::counts(untold.map(|index| operations[index].verdict), colour);
+        let counts = sentences::counts(untold.map(|index| operations[index].verdict), colour);
         let line = format!("\n  … and {more} more operations: {counts}; --format json tells all\n");
         text.push_str(&line);
     }
@@ -103,7 +105,7 @@ fn push_operation(operation: &CheckedOperation<'_>, colour: bool, text: &mut Str
             None => push_fact("closest", "no excitation line and no mode that count", text),
         },
     }
-    if let Some(left_out) = words::left_out(operation) {
+    if let Some(left_out) = sentences::left_out(operation) {
         push_fact("left out", &left_out, text);
     }
     push_exchanges(risk, text);
@@ -119,18 +121,18 @@ fn push_worst(operation: &CheckedOperation<'_>, stretch: &Stretch<'_>, text: &mu
         words::mode(crossing.mode, crossing.natural_frequency_hz),
         words::line_at(&crossing.line, crossing.excitation_hz)
     ));
-    push_fact("near", &words::nearness(operation, crossing), text);
-    let moves = words::moves(operation, crossing);
+    push_fact("near", &sentences::nearness(operation, crossing), text);
+    let moves = sentences::moves(operation, crossing);
     if !moves.is_empty() {
         push_fact("moves", &moves, text);
     }
-    let mut place = words::stretch(risk, crossing.from_s, crossing.to_s);
+    let mut place = sentences::stretch(risk, crossing.from_s, crossing.to_s);
     if let Some((from_s, to_s)) = stretch.flanks() {
         let percents = words::range(percent_from_ratio(from_s), percent_from_ratio(to_s));
         place.push_str(&format!("; uncertain {percents} %"));
     }
     push_fact("where", &place, text);
-    push_fact("closest", &format!("at {}", words::point(risk, crossing.closest_s)), text);
+    push_fact("closest", &format!("at {}", sentences::point(risk, crossing.closest_s)), text);
     push_fact("lines", &words::lines(&file, crossing.from_line, crossing.to_line), text);
     let tip = words::um_per_n(crossing.tip_response_m_per_n);
     push_fact("tool tip", &format!("{tip} µm/N at resonance"), text);
@@ -204,7 +206,7 @@ fn push_closest(operation: &CheckedOperation<'_>, approach: &Approach, text: &mu
         words::mode(approach.mode, approach.natural_frequency_hz),
     );
     push_fact("closest", &closest, text);
-    push_fact("where", &format!("at {}", words::point(operation.risk, approach.s)), text);
+    push_fact("where", &format!("at {}", sentences::point(operation.risk, approach.s)), text);
     let asked = format!(
         "{} % (band {} %, model {} %)",
         words::round_percent(job.risk.separation + job.risk.model_uncertainty),
@@ -309,9 +311,9 @@ fn next(job: &CheckedJob) -> &'static str {
 }
 
 fn summary(jobs: &[CheckedJob], colour: bool) -> String {
-    let counts = words::counts(jobs.iter().map(|job| job.risk.verdict), colour);
+    let counts = sentences::counts(jobs.iter().map(|job| job.risk.verdict), colour);
     let mut text = format!("{} jobs: {counts}\n", jobs.len());
-    let worst = words::worst_jobs(jobs);
+    let worst = sentences::worst_jobs(jobs);
     for job in worst.iter().take(MOST_NAMED) {
         let verdict = verdict_word(job.risk.verdict, colour);
         text.push_str(&format!("  {verdict}  {}\n", words::path(&job.file)));

@@ -4,7 +4,9 @@
 use std::path::Path;
 
 use super::findings::{Finding, findings};
-use super::{CheckedJob, CheckedOperation, paths, words};
+use super::operation::{CheckedOperation, operations};
+use super::sentences;
+use crate::report::{CheckedJob, paths, words};
 use crate::risk::Certainty;
 use crate::wording::printable;
 
@@ -18,7 +20,7 @@ const MOST_NAMED: usize = 10;
 /// and a last line for the log. Files below `root` (an absolute path, the folder that the command ran in)
 /// are named relative to it.
 pub fn check(jobs: &[CheckedJob], root: &Path) -> String {
-    let operations: Vec<_> = jobs.iter().flat_map(CheckedJob::operations).collect();
+    let operations: Vec<_> = jobs.iter().flat_map(operations).collect();
     let found: Vec<_> = operations
         .iter()
         .flat_map(|operation| {
@@ -84,7 +86,7 @@ fn command(
     let crossing = finding.worst.crossing;
     let (from, to) = (crossing.from_line, crossing.to_line);
     let file = printable(&paths::slashed(&paths::within(root, &operation.lines_file())));
-    let mut message = words::sentence(operation, &finding.worst);
+    let mut message = sentences::sentence(operation, &finding.worst);
     match finding.others.len() {
         0 => {}
         1 => message.push_str("; the same on one more stretch"),
@@ -111,8 +113,8 @@ fn summary(jobs: &[CheckedJob]) -> String {
     let text = if jobs.len() <= MOST_NAMED {
         jobs.iter().map(told).collect::<Vec<_>>().join(", ")
     } else {
-        let worst = words::worst_jobs(jobs);
-        let mut text = words::counts(jobs.iter().map(|job| job.risk.verdict), false);
+        let worst = sentences::worst_jobs(jobs);
+        let mut text = sentences::counts(jobs.iter().map(|job| job.risk.verdict), false);
         text = format!("{} jobs: {text}", jobs.len());
         let named: Vec<_> = worst.iter().take(MOST_NAMED).map(|job| told(job)).collect();
         if !named.is_empty() {

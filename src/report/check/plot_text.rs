@@ -1,8 +1,8 @@
 //! The natural frequencies along a path and the excitation lines, drawn with characters (Braille dots,
 //! two by four a character).
 
-use super::{style, words};
 use crate::excitation::{ExcitationLine, Source};
+use crate::report::{style, words};
 use crate::risk::{Certainty, Crossing, OperationRisk};
 
 /// Width of the drawing, characters.

@@ -9,7 +9,8 @@ use serde::Serialize;
 use super::{AdvisedJob, words};
 use crate::advice::{self, Change, Coupling, OperationAdvice, Remedy, Schedule, SolverEnd};
 use crate::excitation::ExcitationLine;
-use crate::report::json::{NotFinite, Number, SourceName, laid_out};
+use crate::report::check::json::SourceName;
+use crate::report::json::{NotFinite, Number, laid_out};
 use crate::report::words::certainty;
 use crate::units::{
     deg_from_rad, mm_from_m, mm_per_min_from_m_per_s, percent_from_ratio, um_from_m,

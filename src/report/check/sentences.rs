@@ -1,0 +1,150 @@
+//! What the renderers of a check say in common: a finding in one sentence.
+
+use super::findings::Stretch;
+use super::operation::CheckedOperation;
+use crate::report::words::{
+    apart, line, line_at, mode, number, percent, range, round_percent, trimmed, um_per_n, verdict,
+};
+use crate::report::{CheckedJob, style};
+use crate::risk::{Certainty, Crossing, OperationRisk, Sample, Verdict};
+use crate::units::{deg_from_rad, percent_from_ratio, um_per_n_from_m_per_n};
+use crate::wording::printable;
+
+/// A coordinate that carries less of a mode than this is not named, unless it carries the most.
+const LEAST_SHARE_NAMED: f64 = 0.1;
+
+/// At most so many coordinates are named.
+const MOST_SHARES_NAMED: usize = 3;
+
+/// `joint_3 71 %, joint_2 24 %, turning against each other`; empty where shares are not known.
+pub(super) fn moves(operation: &CheckedOperation<'_>, crossing: &Crossing) -> String {
+    let moves = operation.moves(crossing);
+    let named = moves.iter().take_while(|m| m.1 >= LEAST_SHARE_NAMED).count();
+    let named = named.clamp(1, MOST_SHARES_NAMED).min(moves.len());
+    let mut text = moves[..named]
+        .iter()
+        .map(|(name, share)| format!("{} {:.0} %", printable(name), percent_from_ratio(*share)))
+        .collect::<Vec<_>>()
+        .join(", ");
+    if named >= 2 {
+        match crossing.leading_turn_together {
+            Some(true) if named == 2 => text.push_str(", turning together"),
+            Some(false) if named == 2 => text.push_str(", turning against each other"),
+            Some(true) => text.push_str(", the first two turning together"),
+            Some(false) => text.push_str(", the first two turning against each other"),
+            None => {}
+        }
+    }
+    text
+}
+
+/// `spindle × 1 (ignored 49–51 Hz), modes 5, 6 (below 0.5 µm/N)`; `None` where everything counts.
+pub(super) fn left_out(operation: &CheckedOperation<'_>) -> Option<String> {
+    let (left_out, policy) = (&operation.risk.left_out, &operation.job.policy);
+    if left_out.is_empty() {
+        return None;
+    }
+    let mut parts = Vec::new();
+    if !left_out.lines.is_empty() {
+        let lines: Vec<String> = left_out.lines.iter().map(line).collect();
+        let bands: Vec<String> =
+            policy.ignore_hz.iter().map(|[from, to]| format!("{from}–{to}")).collect();
+        parts.push(format!("{} (ignored {} Hz)", lines.join(", "), bands.join(", ")));
+    }
+    if !left_out.modes.is_empty() {
+        let modes: Vec<String> = left_out.modes.iter().map(usize::to_string).collect();
+        let s = if modes.len() == 1 { "" } else { "s" };
+        let least = trimmed(um_per_n_from_m_per_n(policy.min_tip_response_m_per_n), 6);
+        parts.push(format!("mode{s} {} (below {least} µm/N)", modes.join(", ")));
+    }
+    Some(parts.join("; "))
+}
+
+/// β2 at the sample next to `s`, `β2 68.2°`, if the robot defines it.
+pub(super) fn beta2(operation: &OperationRisk, s: f64) -> Option<String> {
+    let beta2 = sample_next_to(operation, s)?.beta2_rad?;
+    Some(format!("β2 {}°", number(deg_from_rad(beta2), 1)))
+}
+
+fn sample_next_to(operation: &OperationRisk, s: f64) -> Option<&Sample> {
+    operation.samples.iter().min_by(|a, b| (a.s - s).abs().total_cmp(&(b.s - s).abs()))
+}
+
+/// `12.0–31.0 % of the path (1.5–3.8 s)`.
+pub(super) fn stretch(operation: &OperationRisk, from_s: f64, to_s: f64) -> String {
+    format!(
+        "{} % of the path ({} s)",
+        range(percent_from_ratio(from_s), percent_from_ratio(to_s)),
+        range(from_s * operation.duration_s, to_s * operation.duration_s)
+    )
+}
+
+/// `20.0 % (2.46 s, β2 68.2°)`.
+pub(super) fn point(operation: &OperationRisk, s: f64) -> String {
+    let beta2 = beta2(operation, s).map_or(String::new(), |beta2| format!(", {beta2}"));
+    format!("{} % ({} s{beta2})", percent(s), trimmed(s * operation.duration_s, 2))
+}
+
+/// `1.3 % apart, inside the band of ±10 %`.
+pub(super) fn nearness(operation: &CheckedOperation<'_>, crossing: &Crossing) -> String {
+    let apart = apart(crossing.separation);
+    let band = round_percent(operation.job.risk.separation);
+    match crossing.certainty {
+        Certainty::Certain => format!("{apart} apart, inside the band of ±{band} %"),
+        Certainty::Uncertain => format!(
+            "{apart} apart, outside the band of ±{band} % by less than the model's uncertainty of ±{} %",
+            round_percent(operation.job.risk.model_uncertainty)
+        ),
+    }
+}
+
+/// `2 resonance, 1 uncertain, 9 clear`: how many there are of each verdict, the worst first.
+pub(super) fn counts(verdicts: impl Iterator<Item = Verdict>, colour: bool) -> String {
+    let verdicts: Vec<Verdict> = verdicts.collect();
+    let counts: Vec<String> = [Verdict::Resonance, Verdict::Uncertain, Verdict::Clear]
+        .into_iter()
+        .filter_map(|of| {
+            let count = verdicts.iter().filter(|verdict| **verdict == of).count();
+            let told = format!("{count} {}", verdict(of));
+            (count > 0).then(|| style::paint(style::of(of), told, colour))
+        })
+        .collect();
+    counts.join(", ")
+}
+
+/// The jobs that are not clear, the worst first, else in their order.
+pub(super) fn worst_jobs(jobs: &[CheckedJob]) -> Vec<&CheckedJob> {
+    let mut worst: Vec<_> = jobs.iter().filter(|job| job.risk.verdict > Verdict::Clear).collect();
+    worst.sort_by_key(|job| std::cmp::Reverse(job.risk.verdict));
+    worst
+}
+
+/// A stretch in one sentence, for those who see nothing else.
+pub(super) fn sentence(operation: &CheckedOperation<'_>, stretch: &Stretch<'_>) -> String {
+    let crossing = stretch.crossing;
+    let risk = operation.risk;
+    let moves = match moves(operation, crossing) {
+        empty if empty.is_empty() => String::new(),
+        moves => format!("; it moves {moves}"),
+    };
+    let flanks = match stretch.flanks() {
+        Some((from_s, to_s)) => {
+            format!(
+                " (uncertain {} %)",
+                range(percent_from_ratio(from_s), percent_from_ratio(to_s))
+            )
+        }
+        None => String::new(),
+    };
+    format!(
+        "operation '{}': {} meets {}: {}, at {}{flanks}, closest at {}{moves}; {} µm/N at the tool tip at \
+         resonance",
+        printable(&risk.name),
+        mode(crossing.mode, crossing.natural_frequency_hz),
+        line_at(&crossing.line, crossing.excitation_hz),
+        nearness(operation, crossing),
+        self::stretch(risk, crossing.from_s, crossing.to_s),
+        point(risk, crossing.closest_s),
+        um_per_n(crossing.tip_response_m_per_n),
+    )
+}
