@@ -36,7 +36,7 @@
 //!
 //! # Code map
 //!
-//! Numbers flow one way: each module knows only those below it. `tests/architecture.rs` holds this table
+//! Numbers flow one way: each module knows only those below it. `tests/house/architecture.rs` holds this table
 //! against the code.
 //!
 //! | module | what lives there | must never |

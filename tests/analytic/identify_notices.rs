@@ -1,0 +1,258 @@
+//! What a record lacks or may mislead by is told, each with record and channel, and nothing of it in a
+//! sound record.
+
+use crate::vibration::{TrueMode, free_decay, gauss, hammered, noisy, pulses, rms, seeded};
+use detune::identify::notice::NoticeKind;
+use detune::identify::record::{Channel, Conditions, Data, Pose, Quantity, Record, Session, Taken};
+use detune::identify::record_modes::{Identified, identify_record};
+use detune::identify::session::identify_session;
+
+const NOISE: f64 = 0.03;
+
+fn arm() -> Vec<TrueMode> {
+    vec![TrueMode::new(18.0, 0.02, &[1.0, 0.6]), TrueMode::new(36.5, 0.02, &[0.6, -1.0])]
+}
+
+fn record(rate: f64, force: Option<Vec<f64>>, responses: Vec<Vec<f64>>) -> Record {
+    let channel =
+        |(i, samples)| Channel { name: format!("r{i}"), quantity: Quantity::Acceleration, samples };
+    let excitation =
+        force.map(|samples| Channel { name: "hammer".into(), quantity: Quantity::Force, samples });
+    let responses = responses.into_iter().enumerate().map(channel).collect();
+    Record {
+        name: "r.csv".into(),
+        data: Data::Time { sample_rate_hz: rate, excitation, responses },
+        driving_point: None,
+        links: Vec::new(),
+        spindle_rpm: None,
+    }
+}
+
+fn identify(record: &Record) -> Identified {
+    identify_record(record, None, &[50.0, 60.0])
+}
+
+fn kinds(found: &Identified) -> Vec<NoticeKind> {
+    let mut kinds: Vec<NoticeKind> = found.notices.iter().map(|notice| notice.kind).collect();
+    kinds.sort();
+    kinds.dedup();
+    kinds
+}
+
+fn decay(samples: usize) -> Vec<Vec<f64>> {
+    noisy(&free_decay(&arm(), 2, 200.0, samples, 0), NOISE, &mut seeded(1))
+}
+
+fn hammer(starts: &[usize]) -> (Vec<f64>, Vec<Vec<f64>>) {
+    let force = pulses(3000, starts, 5, 40.0);
+    let clean = hammered(&arm(), 0, 2, 200.0, &force);
+    (force, noisy(&clean, NOISE, &mut seeded(2)))
+}
+
+#[test]
+fn sound_records_have_no_notices() {
+    let (force, responses) = hammer(&[50, 800, 1500, 2250]);
+    for found in [
+        identify(&record(200.0, None, decay(1000))),
+        identify(&record(200.0, Some(force), responses)),
+    ] {
+        assert_eq!(found.modes.len(), 2);
+        assert!(found.notices.is_empty(), "{:?}", found.notices);
+    }
+}
+
+#[test]
+fn a_bounce_of_the_hammer_is_told_and_bends_nothing() {
+    let (force, responses) = hammer(&[50, 800, 815, 1500, 2250]);
+    let found = identify(&record(200.0, Some(force), responses));
+    assert_eq!(kinds(&found), [NoticeKind::DoubleHit]);
+    assert_eq!(found.notices[0].channel.as_deref(), Some("hammer"));
+    assert_eq!(found.notices[0].record.as_deref(), Some("r.csv"));
+    for (mode, truth) in found.modes.iter().zip(arm()) {
+        assert!((mode.frequency_hz - truth.hz).abs() < 5.0 * mode.frequency_std_hz, "{mode:?}");
+        assert!((mode.damping_ratio / truth.ratio - 1.0).abs() < 0.05, "{mode:?}");
+    }
+}
+
+/// Without a force channel a second hit shows as a decay that is cut short.
+#[test]
+fn a_second_hit_within_a_decay_is_told() {
+    let one = free_decay(&arm(), 2, 200.0, 1600, 100);
+    let two = free_decay(&arm(), 2, 200.0, 1600, 190);
+    let both: Vec<Vec<f64>> = one
+        .iter()
+        .zip(&two)
+        .map(|(a, b)| a.iter().zip(b).map(|(a, b)| a + 3.0 * b).collect())
+        .collect();
+    let found = identify(&record(200.0, None, noisy(&both, 0.01, &mut seeded(3))));
+    assert!(kinds(&found).contains(&NoticeKind::DoubleHit), "{:?}", found.notices);
+    for (mode, truth) in found.modes.iter().zip(arm()) {
+        assert!((mode.frequency_hz / truth.hz - 1.0).abs() < 1e-3, "{mode:?}");
+    }
+}
+
+#[test]
+fn clipping_and_dead_channels_are_told_by_name() {
+    let mut responses = decay(1000);
+    let limit = 0.4 * responses[1].iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+    responses[1].iter_mut().for_each(|s| *s = s.clamp(-limit, limit));
+    responses.push(vec![0.25; 1000]);
+    let found = identify(&record(200.0, None, responses));
+    let named = |kind| {
+        let mut of = found.notices.iter().filter(move |notice| notice.kind == kind);
+        of.next().and_then(|notice| notice.channel.clone())
+    };
+    assert_eq!(named(NoticeKind::Clipping).as_deref(), Some("r1"));
+    assert_eq!(named(NoticeKind::DeadChannel).as_deref(), Some("r2"));
+}
+
+/// 0.7 s: the first mode is at e^(−1.6) = 20 %; 0.15 s: fewer than eight periods.
+#[test]
+fn leakage_and_short_records_are_told() {
+    let found = identify(&record(200.0, None, decay(140)));
+    assert_eq!(kinds(&found), [NoticeKind::Leakage], "{:?}", found.notices);
+    assert!((found.modes[0].frequency_hz / 18.0 - 1.0).abs() < 5e-3, "{:?}", found.modes);
+    let one: Vec<Vec<f64>> = free_decay(&arm()[..1], 2, 200.0, 50, 0);
+    let found = identify(&record(200.0, None, noisy(&one, 0.01, &mut seeded(1))));
+    assert!(kinds(&found).contains(&NoticeKind::ShortRecord), "{:?}", found.notices);
+}
+
+#[test]
+fn low_coherence_at_a_mode_is_told_with_its_channel() {
+    let (force, mut responses) = hammer(&[50, 800, 1500, 2250]);
+    let mut rng = seeded(5);
+    let loud = 15.0 * rms(&responses[1]);
+    responses[1].iter_mut().for_each(|s| *s += loud * gauss(&mut rng));
+    let found = identify(&record(200.0, Some(force), responses));
+    let told: Vec<_> =
+        found.notices.iter().filter(|n| n.kind == NoticeKind::LowCoherence).collect();
+    assert!(
+        !told.is_empty() && told.iter().all(|n| n.channel.as_deref() == Some("r1")),
+        "{told:?}"
+    );
+    assert_eq!(found.modes.len(), 2, "{:?}", found.modes);
+}
+
+fn with_tone(hz: f64, rate: f64) -> Vec<Vec<f64>> {
+    let modes = [TrueMode::new(18.0, 0.02, &[1.0, 0.6])];
+    let mut responses = noisy(&free_decay(&modes, 2, rate, 1000, 0), NOISE, &mut seeded(4));
+    for samples in &mut responses {
+        let size = 0.3 * rms(samples);
+        for (k, s) in samples.iter_mut().enumerate() {
+            *s += size * (std::f64::consts::TAU * hz * k as f64 / rate + 1.0).sin();
+        }
+    }
+    responses
+}
+
+#[test]
+fn tones_of_mains_and_spindle_are_flagged_and_neither_dropped_nor_passed_for_modes() {
+    for (tone_hz, rate, seen_hz, spindle_rpm, kind) in [
+        (50.01, 200.0, 50.01, None, Some(NoticeKind::Mains)),
+        // Lamps flicker at twice the mains: at 140 frames/s that is 40 Hz.
+        (100.0, 140.0, 40.0, None, Some(NoticeKind::Mains)),
+        (47.0, 200.0, 47.0, Some(1410.0), Some(NoticeKind::Spindle)),
+        // A tone of unknown source whose damping is none is told, and no finding.
+        (43.3, 200.0, 43.3, None, Some(NoticeKind::Unsettled)),
+    ] {
+        let record = Record { spindle_rpm, ..record(rate, None, with_tone(tone_hz, rate)) };
+        let found = identify(&record);
+        assert_eq!(found.modes.len(), 2, "{tone_hz}: {:?}", found.modes);
+        assert!((found.modes[1].frequency_hz - seen_hz).abs() < 0.01, "{:?}", found.modes);
+        assert_eq!(found.modes[1].suspicion, kind, "{tone_hz}");
+        assert_eq!(found.modes[0].suspicion, None);
+        assert!(kind.is_none_or(|kind| kinds(&found).contains(&kind)), "{tone_hz}");
+        let is_unknown = kind == Some(NoticeKind::Unsettled);
+        assert_eq!(kinds(&found).contains(&NoticeKind::Tone), is_unknown, "{tone_hz}");
+    }
+}
+
+/// In a hammer test the force explains modes but not the mains.
+#[test]
+fn mains_in_a_hammer_test_are_told_and_bend_nothing() {
+    let (force, mut responses) = hammer(&[50, 800, 1500, 2250]);
+    for samples in &mut responses {
+        let size = 0.3 * rms(samples);
+        for (k, s) in samples.iter_mut().enumerate() {
+            *s += size * (std::f64::consts::TAU * 50.0 * k as f64 / 200.0).sin();
+        }
+    }
+    let found = identify(&record(200.0, Some(force), responses));
+    let told = kinds(&found);
+    assert!(told.contains(&NoticeKind::Tone) || told.contains(&NoticeKind::Mains), "{told:?}");
+    let modes: Vec<_> = found.modes.iter().filter(|mode| mode.suspicion.is_none()).collect();
+    assert_eq!(modes.len(), 2, "{:?}", found.modes);
+    for (mode, truth) in modes.iter().zip(arm()) {
+        assert!((mode.frequency_hz / truth.hz - 1.0).abs() < 1e-3, "{mode:?}");
+        assert!((mode.damping_ratio / truth.ratio - 1.0).abs() < 0.1, "{mode:?}");
+    }
+}
+
+/// A mode at 83 Hz, taken at 140 and at 400 samples/s: it shows at 57 Hz, which is told as possible from one
+/// rate and as certain from two.
+#[test]
+fn folded_frequencies_are_told() {
+    let modes = [TrueMode::new(18.0, 0.02, &[1.0]), TrueMode::new(83.0, 0.01, &[0.5])];
+    let taken = |rate: f64, samples| Taken {
+        record: record(
+            rate,
+            None,
+            noisy(&free_decay(&modes, 0, rate, samples, 0), NOISE, &mut seeded(7)),
+        ),
+        pose: Pose::Beta2Rad(1.0),
+        conditions: Conditions::default(),
+        id: None,
+    };
+    let slow = identify(&taken(140.0, 700).record);
+    assert!((slow.modes[1].frequency_hz - 57.0).abs() < 0.05, "{:?}", slow.modes);
+    assert!(kinds(&slow).contains(&NoticeKind::MayBeFolded));
+    let session = Session {
+        band_hz: None,
+        mains_hz: vec![50.0],
+        joint_names: None,
+        records: vec![taken(140.0, 700), taken(400.0, 2000)],
+    };
+    let found = identify_session(&session);
+    assert_eq!(found.rows.len(), 2);
+    let told: Vec<_> = found.notices.iter().filter(|n| n.kind == NoticeKind::MayBeFolded).collect();
+    assert_eq!(told.len(), 1, "{:?}", found.notices);
+    assert!(told[0].what.contains(" 82.9") && told[0].what.contains("folded"), "{told:?}");
+}
+
+/// Records of one pose are merged, others not; a record that disagrees is told.
+#[test]
+fn records_of_one_pose_make_one_row() {
+    let taken = |seed, hz: f64, beta2, temperature_c| {
+        let modes = [TrueMode::new(hz, 0.02, &[1.0]), TrueMode::new(41.0, 0.02, &[0.7])];
+        Taken {
+            record: record(
+                200.0,
+                None,
+                noisy(&free_decay(&modes, 0, 200.0, 1000, 0), NOISE, &mut seeded(seed)),
+            ),
+            pose: Pose::Beta2Rad(beta2),
+            conditions: Conditions { temperature_c, ..Conditions::default() },
+            id: Some(format!("t{seed}")),
+        }
+    };
+    let session =
+        |records| Session { band_hz: None, mains_hz: Vec::new(), joint_names: None, records };
+    let found = identify_session(&session(vec![
+        taken(1, 18.0, 0.5, Some(20.0)),
+        taken(2, 18.0, 0.5, Some(20.0)),
+        taken(3, 18.0, 0.5, Some(30.0)),
+        taken(4, 18.0, 0.6, Some(20.0)),
+    ]));
+    assert_eq!(found.rows.len(), 3);
+    assert_eq!(found.rows[0].id.as_deref(), Some("t1+t2"));
+    assert_eq!(found.rows[0].modes[0].members, [(0, 0), (1, 0)]);
+    let (merged, single) = (&found.rows[0].modes[0], &found.records[0].modes[0]);
+    assert!(merged.frequency_std_hz < single.frequency_std_hz * 1.5);
+    assert!((merged.frequency_hz - 18.0).abs() < 4.0 * merged.frequency_std_hz);
+    assert!(found.notices.is_empty(), "{:?}", found.notices);
+    let found =
+        identify_session(&session(vec![taken(1, 18.0, 0.5, None), taken(2, 18.1, 0.5, None)]));
+    assert_eq!(found.notices[0].kind, NoticeKind::Disagreement, "{:?}", found.notices);
+    let spread = found.rows[0].modes[0].frequency_std_hz;
+    assert!((0.02..0.1).contains(&spread), "{spread}");
+}

@@ -1,0 +1,31 @@
+//! Closed forms, properties and plain scans: model, path, crossings, advice, identification, programs.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stdout,
+    reason = "tests stop where they fail"
+)]
+
+#[path = "../common/planar_arm.rs"]
+mod planar_arm;
+#[path = "../common/random_robot.rs"]
+mod random_robot;
+#[path = "../common/vibration.rs"]
+mod vibration;
+
+mod advice;
+mod advice_schedule;
+mod allocation;
+mod arms;
+mod crossings;
+mod free_vibration;
+mod identify;
+mod identify_notices;
+mod model_properties;
+mod paper;
+mod path;
+mod programs;
+mod survey;
+mod tracking;

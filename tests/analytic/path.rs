@@ -1,0 +1,343 @@
+//! Paths in time: where the tool centre point is at every s, how long moves take, and what is said about
+//! paths that cannot be run.
+
+use std::path::Path as FilePath;
+
+use detune::model::{Placement, Robot, forward_kinematics};
+use detune::motion::{Move, Target};
+use detune::path::{LARGEST_STEP, LONGEST_GAP, Path, grid};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+
+const FEED: f64 = 0.02;
+
+fn irb1600() -> Robot {
+    let file = FilePath::new(env!("CARGO_MANIFEST_DIR")).join("robots/irb1600/robot.yaml");
+    detune::input::load_robot(&file).unwrap().value
+}
+
+/// A tool that lies off the axis of joint 6.
+fn tool() -> Isometry3<f64> {
+    Isometry3::new(Vector3::new(0.03, -0.02, 0.15), Vector3::new(0.1, 0.5, 0.0))
+}
+
+fn tcp_pose(robot: &Robot, q: &[f64], tcp: &Isometry3<f64>) -> Isometry3<f64> {
+    let mut placement = Placement::new(robot);
+    placement.place(robot, q);
+    forward_kinematics(robot, &placement) * tcp
+}
+
+fn moves(targets: Vec<Target>, tcp: Isometry3<f64>) -> Vec<Move> {
+    targets
+        .into_iter()
+        .enumerate()
+        .map(|(i, to)| Move { to, feed_m_per_s: FEED, tcp, line: 20 + i, spindle_turns: true })
+        .collect()
+}
+
+/// A pose well inside the workspace, wrist bent.
+const HOME: [f64; 6] = [0.2, 0.3, -0.2, 0.1, 0.9, -0.4];
+
+fn shifted(pose: &Isometry3<f64>, by: [f64; 3], turn: [f64; 3]) -> Isometry3<f64> {
+    Isometry3::from_parts(
+        Translation3::from(pose.translation.vector + Vector3::from(by)),
+        UnitQuaternion::from_scaled_axis(turn.into()) * pose.rotation,
+    )
+}
+
+#[test]
+fn a_line_is_straight_in_space_and_even_in_time() {
+    let robot = irb1600();
+    let a = tcp_pose(&robot, &HOME, &tool());
+    let b = shifted(&a, [0.1, 0.0, 0.0], [0.0, 0.0, 0.3]);
+    let c = shifted(&b, [0.0, 0.2, -0.2], [0.2, 0.0, 0.0]);
+    let path = Path::plan(
+        &robot,
+        &moves(vec![Target::Line(a), Target::Line(b), Target::Line(c)], tool()),
+        Some(&HOME),
+    )
+    .unwrap();
+    let first = 0.1;
+    let second = 0.2 * 2.0_f64.sqrt();
+    assert!((path.duration_s() - (first + second) / FEED).abs() < 1e-9);
+    let mut walker = path.walker();
+    let mut q = [0.0; 6];
+    let mut before: Option<[f64; 6]> = None;
+    for i in 0..=400 {
+        let s = f64::from(i) / 400.0;
+        let way = s * (first + second);
+        let (from, to, u) =
+            if way <= first { (a, b, way / first) } else { (b, c, (way - first) / second) };
+        let expected = from.translation.vector.lerp(&to.translation.vector, u);
+        let turned = from.rotation.slerp(&to.rotation, u);
+        walker.at(s, &mut q).unwrap();
+        let found = tcp_pose(&robot, &q, &tool());
+        assert!((found.translation.vector - expected).norm() < 1e-10, "at s = {s}");
+        assert!(found.rotation.angle_to(&turned) < 1e-7, "at s = {s}");
+        if let Some(before) = before {
+            let jump = (0..6).map(|i| (q[i] - before[i]).abs()).fold(0.0, f64::max);
+            assert!(jump < 0.02, "the branch jumps by {jump} at s = {s}");
+        }
+        before = Some(q);
+    }
+    assert_eq!((path.line_at(0.1), path.line_at(0.9)), (21, 22));
+    let corner = first / (first + second);
+    assert_eq!((path.line_at(corner - 1e-9), path.line_at(corner + 1e-9)), (21, 22));
+    let knot = path.knots_s().iter().copied().find(|s| (s - corner).abs() < 1e-12).unwrap();
+    assert_eq!(
+        (path.lines_between(0.0, knot), path.lines_between(knot, 1.0)),
+        ((21, 21), (22, 22))
+    );
+    assert_eq!(path.lines_between(0.1, 0.9), (21, 22));
+    assert_eq!(path.lines_between(knot, knot), (21, 21));
+}
+
+#[test]
+fn an_arc_stays_on_its_circle() {
+    let robot = irb1600();
+    let a = tcp_pose(&robot, &HOME, &tool());
+    let (via, end) =
+        (shifted(&a, [0.05, 0.05, 0.0], [0.0; 3]), shifted(&a, [0.1, 0.0, 0.0], [0.0; 3]));
+    let path = Path::plan(
+        &robot,
+        &moves(vec![Target::Line(a), Target::Arc { via, end }], tool()),
+        Some(&HOME),
+    )
+    .unwrap();
+    assert!((path.duration_s() - std::f64::consts::PI * 0.05 / FEED).abs() < 1e-9);
+    let centre = a.translation.vector + Vector3::new(0.05, 0.0, 0.0);
+    let mut q = [0.0; 6];
+    for i in 0..=50 {
+        path.walker().at(f64::from(i) / 50.0, &mut q).unwrap();
+        let radius = (tcp_pose(&robot, &q, &tool()).translation.vector - centre).norm();
+        assert!((radius - 0.05).abs() < 1e-10);
+    }
+}
+
+/// Joint moves take the way of the tool centre point over the feed; the way is summed here from chords.
+#[test]
+fn a_joint_move_takes_the_length_of_the_tools_way() {
+    let robot = irb1600();
+    let to = [0.9, -0.4, 0.3, 1.0, -0.7, 2.0];
+    let path = Path::plan(
+        &robot,
+        &moves(vec![Target::Joints(HOME.into()), Target::Joints(to.into())], tool()),
+        None,
+    )
+    .unwrap();
+    let steps = 20_000;
+    let point = |i: i32| {
+        let u = f64::from(i) / f64::from(steps);
+        let q: Vec<f64> = HOME.iter().zip(&to).map(|(a, b)| a + (b - a) * u).collect();
+        tcp_pose(&robot, &q, &tool()).translation.vector
+    };
+    let way: f64 = (0..steps).map(|i| (point(i + 1) - point(i)).norm()).sum();
+    assert!((path.duration_s() * FEED / way - 1.0).abs() < 1e-7);
+    // Linear in time: halfway in s is halfway in every joint.
+    let mut q = [0.0; 6];
+    path.walker().at(0.5, &mut q).unwrap();
+    for i in 0..6 {
+        assert!((q[i] - 0.5 * (HOME[i] + to[i])).abs() < 1e-12);
+    }
+}
+
+/// Where the tool centre point stands still, the slowest joint at its URDF velocity sets the time.
+#[test]
+fn a_turn_on_the_spot_takes_the_slowest_joints_time() {
+    let robot = irb1600();
+    let on_axis_6 = Isometry3::translation(0.0, 0.0, 0.15);
+    let mut to = HOME;
+    to[5] += 2.3;
+    let path = Path::plan(
+        &robot,
+        &moves(vec![Target::Joints(HOME.into()), Target::Joints(to.into())], on_axis_6),
+        None,
+    )
+    .unwrap();
+    let speed = robot.joints()[5].velocity_limit.unwrap();
+    assert!((path.duration_s() - 2.3 / speed).abs() < 1e-12);
+
+    // The same turn asked for as a pose.
+    let (a, b) = (tcp_pose(&robot, &HOME, &on_axis_6), tcp_pose(&robot, &to, &on_axis_6));
+    let path =
+        Path::plan(&robot, &moves(vec![Target::Line(a), Target::Line(b)], on_axis_6), Some(&HOME))
+            .unwrap();
+    assert!((path.duration_s() - 2.3 / speed).abs() < 1e-9, "{}", path.duration_s());
+}
+
+#[test]
+fn the_start_may_be_sought_near_other_joint_positions() {
+    let robot = irb1600();
+    let a = tcp_pose(&robot, &HOME, &tool());
+    let line = || {
+        moves(vec![Target::Line(a), Target::Line(shifted(&a, [0.01, 0.0, 0.0], [0.0; 3]))], tool())
+    };
+    let start = |near: &[f64]| {
+        let path = Path::plan(&robot, &line(), Some(near)).unwrap();
+        let mut q = [0.0; 6];
+        path.walker().at(0.0, &mut q).unwrap();
+        q
+    };
+    let same = start(&HOME);
+    // The wrist turned over: joints 4 and 6 by half a turn, joint 5 the other way.
+    let flipped = [HOME[0], HOME[1], HOME[2], HOME[3] + 3.1, -HOME[4], HOME[5] - 3.1];
+    let other = start(&flipped);
+    assert!((same[4] - HOME[4]).abs() < 1e-9);
+    assert!((other[4] + HOME[4]).abs() < 1e-9);
+    // Without a wish: the solution nearest to zero.
+    let plain = Path::plan(&robot, &line(), None).unwrap();
+    let mut q = [0.0; 6];
+    plain.walker().at(0.0, &mut q).unwrap();
+    assert!((q[4] - HOME[4]).abs() < 1e-9);
+}
+
+#[test]
+fn what_cannot_be_run_is_told_with_its_waypoint() {
+    let robot = irb1600();
+    let a = tcp_pose(&robot, &HOME, &tool());
+    let told = |targets: Vec<Target>, tcp: Isometry3<f64>| {
+        let faults = Path::plan(&robot, &moves(targets, tcp), Some(&HOME)).unwrap_err();
+        faults.iter().map(|f| (f.line, f.waypoint, f.what.clone())).collect::<Vec<_>>()
+    };
+    let far = shifted(&a, [1.5, 0.0, 0.0], [0.0; 3]);
+    let faults = told(vec![Target::Line(a), Target::Line(far)], tool());
+    assert_eq!((faults.len(), faults[0].0, faults[0].1), (1, 21, 2));
+    assert!(faults[0].2.contains("reach"), "{}", faults[0].2);
+    let absurd = shifted(&a, [1e160, 0.0, 0.0], [0.0; 3]);
+    let faults = told(vec![Target::Line(a), Target::Line(absurd)], tool());
+    assert!(faults[0].2.contains("finite"), "{}", faults[0].2);
+    let absurd = shifted(&a, [1e100, 0.0, 0.0], [0.0; 3]);
+    let faults = told(vec![Target::Line(a), Target::Line(absurd)], tool());
+    assert!(faults[0].2.contains("reach"), "{}", faults[0].2);
+
+    // Every joint target that is wrong in itself, not only the first.
+    let over = |q2: f64| Target::Joints(vec![0.0, q2, 0.0, 0.0, 0.5, 0.0]);
+    let faults =
+        told(vec![over(0.1), over(2.5), over(0.0), over(-1.9), Target::Joints(vec![0.0])], tool());
+    assert_eq!(faults.iter().map(|f| f.1).collect::<Vec<_>>(), [2, 4, 5]);
+    assert!(
+        faults[0].2.contains("joint_2") && faults[0].2.contains("143.239 deg"),
+        "{}",
+        faults[0].2
+    );
+
+    // Straight through a stretched wrist.
+    let flange = Isometry3::identity();
+    let bent = |q5: f64| vec![0.0, 0.3, -0.2, 0.0, q5, 0.0];
+    let over = Target::Line(tcp_pose(&robot, &bent(-0.4), &flange));
+    let faults = Path::plan(&robot, &moves(vec![Target::Joints(bent(0.4)), over], flange), None)
+        .unwrap_err();
+    assert!(faults[0].what.contains("singular"), "{}", faults[0].what);
+    assert_eq!(faults[0].waypoint, 2);
+
+    let faults = Path::plan(&robot, &[], None).unwrap_err();
+    assert!(faults[0].what.contains("empty"));
+}
+
+/// One waypoint is a place to stay at; repeated waypoints take no time.
+#[test]
+fn a_path_may_stand_still() {
+    let robot = irb1600();
+    for targets in [1, 3] {
+        let targets = vec![Target::Joints(HOME.into()); targets];
+        let path = Path::plan(&robot, &moves(targets, tool()), None).unwrap();
+        assert_eq!(path.duration_s(), 0.0);
+        for s in [0.0, 0.5, 1.0] {
+            let mut q = [0.0; 6];
+            let tcp = path.walker().at(s, &mut q).unwrap();
+            assert_eq!((q, tcp), (HOME, tool()));
+        }
+        let stations = grid(&path, std::iter::empty());
+        assert_eq!((stations.first(), stations.last()), (Some(&0.0), Some(&1.0)));
+    }
+}
+
+/// The bound that the coverage rests on.
+#[test]
+fn stations_are_close_in_time_and_in_the_joints() {
+    let robot = irb1600();
+    let mut to = HOME;
+    to[0] += 1.7;
+    to[5] += 2.0;
+    let a = tcp_pose(&robot, &to, &tool());
+    let path = Path::plan(
+        &robot,
+        &moves(
+            vec![
+                Target::Joints(HOME.into()),
+                Target::Joints(to.into()),
+                Target::Line(shifted(&a, [0.0, -0.1, 0.05], [0.3, 0.0, 0.0])),
+            ],
+            tool(),
+        ),
+        None,
+    )
+    .unwrap();
+    let stations = grid(&path, [0.123_456_7].into_iter());
+    assert!(stations.contains(&0.123_456_7));
+    let mut walker = path.walker();
+    let mut before = [0.0; 6];
+    walker.at(0.0, &mut before).unwrap();
+    for pair in stations.windows(2) {
+        assert!(pair[1] > pair[0] && pair[1] - pair[0] <= LONGEST_GAP * (1.0 + 1e-9));
+        let mut q = [0.0; 6];
+        walker.at(pair[1], &mut q).unwrap();
+        for i in 0..6 {
+            assert!((q[i] - before[i]).abs() <= LARGEST_STEP * 1.2, "joint {i} at {}", pair[1]);
+        }
+        before = q;
+    }
+}
+
+/// A redundant arm starts where it was asked to start, not at some other of its many solutions.
+#[test]
+fn a_redundant_arm_starts_where_it_was_asked_to() {
+    let file = FilePath::new(env!("CARGO_MANIFEST_DIR")).join("robots/rail-mill/robot.yaml");
+    let robot = detune::input::load_robot(&file).unwrap().value;
+    let wished = [0.2, 0.0, -1.0, 1.4, 0.0, 1.2, 0.0];
+    let a = tcp_pose(&robot, &wished, &tool());
+    let targets = vec![Target::Line(a), Target::JointsTo(shifted(&a, [0.01, 0.0, 0.0], [0.0; 3]))];
+    let path = Path::plan(&robot, &moves(targets, tool()), Some(&wished)).unwrap();
+    let (mut q, mut end) = ([0.0; 7], [0.0; 7]);
+    path.walker().at(0.0, &mut q).unwrap();
+    path.walker().at(1.0, &mut end).unwrap();
+    for i in 0..7 {
+        assert!((q[i] - wished[i]).abs() < 1e-9, "joint {i} starts at {}", q[i]);
+        assert!((end[i] - q[i]).abs() < 0.1, "joint {i} moves to {}", end[i]);
+    }
+}
+
+/// A limit that a URDF printed with five digits is the limit for waypoints and for poses alike.
+#[test]
+fn a_rounded_limit_holds_for_poses_too() {
+    let robot = irb1600();
+    let at_limit = [std::f64::consts::PI, 0.3, 0.2, 0.1, 0.9, 0.0];
+    let mut beyond = at_limit;
+    beyond[0] += 5e-5;
+    let a = tcp_pose(&robot, &beyond, &tool());
+    let path = Path::plan(
+        &robot,
+        &moves(vec![Target::Joints(at_limit.into()), Target::Line(a)], tool()),
+        None,
+    )
+    .unwrap();
+    let mut q = [0.0; 6];
+    path.walker().at(1.0, &mut q).unwrap();
+    assert!((q[0] - beyond[0]).abs() < 1e-9);
+}
+
+#[test]
+fn what_never_ends_is_refused() {
+    let robot = irb1600();
+    let mut to = HOME;
+    to[0] += 0.5;
+    let mut slow = moves(vec![Target::Joints(HOME.into()), Target::Joints(to.into())], tool());
+    slow[1].feed_m_per_s = 1e-320;
+    let faults = Path::plan(&robot, &slow, None).unwrap_err();
+    assert!(faults[0].what.contains("more than can be counted"), "{}", faults[0].what);
+
+    let file = FilePath::new(env!("CARGO_MANIFEST_DIR")).join("robots/two-link/robot.yaml");
+    let continuous = detune::input::load_robot(&file).unwrap().value;
+    let far = vec![Target::Joints(vec![0.0, 0.0]), Target::Joints(vec![0.0, 1e12])];
+    let faults = Path::plan(&continuous, &moves(far, tool()), None).unwrap_err();
+    assert!(faults[0].what.contains("one move may have"), "{}", faults[0].what);
+}

@@ -1,0 +1,185 @@
+//! APT and cutter location files: continuation, tool axes, cycles, units.
+
+use detune::program::{Dialect, Settings, Spindle, SpindleCommand, read};
+use nalgebra::Vector3;
+
+use super::support::{assert_ends, assert_pose, end, faults, lines, pose, settings};
+
+const CONTOUR: &[u8] = include_bytes!("../../data/programs/contour.apt");
+
+fn apt(text: &str) -> detune::program::Program {
+    read(text.as_bytes(), Dialect::Apt, &settings()).unwrap()
+}
+
+#[test]
+fn contour_with_holes() {
+    let program = read(CONTOUR, Dialect::Apt, &settings()).unwrap();
+    assert_ends(
+        &program,
+        &[
+            ('L', [0.0, 0.0, 100.0]),
+            ('L', [10.0, 20.0, 5.0]),
+            ('L', [10.0, 20.0, -1.0]),
+            ('L', [30.0, 20.0, -1.0]),
+            ('L', [30.0, 25.0, -1.0]),
+            ('L', [30.0, 25.0, 50.0]),
+            ('L', [50.0, 0.0, 3.0]),
+            ('L', [50.0, 0.0, -10.0]),
+            ('L', [50.0, 0.0, 3.0]),
+            ('L', [50.0, 0.0, 20.0]),
+            ('L', [60.0, 0.0, 2.0]),
+            ('L', [60.0, 0.0, -4.0]),
+            ('L', [60.0, 0.0, 2.0]),
+            ('L', [25.4, 0.0, 25.4]),
+        ],
+    );
+    assert_eq!(lines(&program), [8, 10, 11, 15, 17, 18, 21, 21, 21, 21, 23, 23, 23, 28]);
+    // 0.1 mm a revolution at 3500 rev/min is 350 mm/min; 10 in/min is 254 mm/min.
+    let mm_per_min = [
+        30e3, 30e3, 300.0, 300.0, 350.0, 350.0, 30e3, 250.0, 30e3, 30e3, 30e3, 350.0, 350.0, 254.0,
+    ];
+    for (each, expected) in program.moves.iter().zip(mm_per_min) {
+        assert!((each.feed_m_per_s * 6e4 - expected).abs() < 1e-9, "{each:?}");
+    }
+    assert_eq!(
+        program.spindle,
+        [
+            SpindleCommand { line: 6, spindle: Spindle::Turns(Some(3500.0)), from_move: 0 },
+            SpindleCommand { line: 25, spindle: Spindle::Stands, from_move: 13 },
+        ]
+    );
+    // Five after the first, see the feeds above.
+    let [notice] = program.notices.as_slice() else { panic!("{:?}", program.notices) };
+    assert_eq!(notice.line, 10);
+    assert!(notice.what.starts_with("5 rapid moves"), "{notice}");
+}
+
+#[test]
+fn the_tool_looks_against_its_axis_and_turns_least() {
+    let program = read(CONTOUR, Dialect::Apt, &settings()).unwrap();
+    let turned = |index: usize| end(&program.moves[index]).1.rotation;
+    // Down with x along the work object's x: half a turn about x.
+    assert_pose(&end(&program.moves[0]).1, &pose([0.0, 0.0, 100.0], [0.0, 1.0, 0.0, 0.0]));
+    // 45° towards y: the tool turns about x alone, so x stays and z is −(0, 1, 1)/√2.
+    assert!((turned(3) * Vector3::x() - Vector3::x()).norm() < 1e-8);
+    let z = Vector3::new(0.0, -1.0, -1.0).normalize();
+    assert!((turned(3) * Vector3::z() - z).norm() < 1e-8);
+    // The axis stays for GODLTA, and the way back ends where it began.
+    assert!(turned(4).angle_to(&turned(3)) < 1e-12);
+    assert!(turned(5).angle_to(&turned(0)) < 1e-8);
+}
+
+#[test]
+fn poses_stand_in_the_job_s_work_object_and_carry_its_tcp() {
+    // A quarter turn about z at (1000, 0, 500) mm: (10, 0, 0) stands at (1000, 10, 500).
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    let job = Settings {
+        work_object: Some(pose([1000.0, 0.0, 500.0], [half, 0.0, 0.0, half])),
+        tcp: Some(pose([0.0, 0.0, 120.0], [1.0, 0.0, 0.0, 0.0])),
+        ..settings()
+    };
+    let program = read(b"GOTO/10,0,0\n", Dialect::Apt, &job).unwrap();
+    assert_pose(&end(&program.moves[0]).1, &pose([1000.0, 10.0, 500.0], [0.0, half, half, 0.0]));
+    assert_pose(&program.moves[0].tcp, &pose([0.0, 0.0, 120.0], [1.0, 0.0, 0.0, 0.0]));
+    // No FEDRAT: the job's feed.
+    assert_eq!(program.moves[0].feed_m_per_s, 0.01);
+}
+
+#[test]
+fn what_is_lost_or_computed_is_refused_with_its_line() {
+    for (statement, said) in [
+        ("CIRCLE/0,0,0,0,0,1,5", "GOTO points"),
+        ("TLON,GOFWD/(CIRCLE/0,0,0,$\n5),ON,(LINE/0,0,0,1,1,1)", "GOTO points"),
+        ("INDIRV/1,0,0", "GOTO points"),
+        ("TRACUT/MX1", "GOTO points"),
+        ("GOTO/P1", "as numbers"),
+        ("GOTO/1,2", "as numbers"),
+        ("GOTO/1,2,3,4", "or x, y, z, i, j, k"),
+        ("GOTO/1,2,3,0,0,2", "length 2.0000"),
+        ("GOTO/1,2,inf", "as numbers"),
+        ("FEDRAT/0,MMPM", "must be positive"),
+        ("FEDRAT/5,FURLONG", "unit of feed"),
+        ("FEDRAT/A,B,3", "a number and a unit"),
+        ("SPINDL/-5,RPM", "must not be negative"),
+        ("UNITS/CM", "CM is not supported"),
+        ("CYCLE/DRILL,10,100,2,MMPM", "numbers without keywords"),
+        ("CYCLE/DRILL,CLEAR,2", "depth is missing"),
+        ("CYCLE/MILL,DEPTH,2", "'MILL' is not understood"),
+        ("GOABS/1,2,3", "GOTO points"),
+        ("LCS/ON", "GOTO points"),
+        ("MSYS/0,0,500,1,0,0,0,1,0", "MSYS: a coordinate system behind motion"),
+        ("GOHOME/1,2", "as numbers"),
+    ] {
+        let found = faults(&format!("GOTO/0,0,0\r\n\r\n{statement}\r\n"), Dialect::Apt);
+        assert_eq!(found.len(), 1, "{statement}: {found:?}");
+        assert_eq!(found[0].line, 3, "{statement}");
+        assert!(found[0].what.contains(said), "{statement}: {}", found[0].what);
+    }
+    let relative = faults("GODLTA/1,0,0", Dialect::Apt);
+    assert!(relative[0].what.contains("before any position"));
+    let per_turn = faults("FEDRAT/0.1,MMPR\nGOTO/1,2,3", Dialect::Apt);
+    assert_eq!((per_turn[0].line, per_turn.len()), (2, 1));
+}
+
+#[test]
+fn things_beside_the_motion_are_told() {
+    let program = apt(
+        "FEDRAT/5,IPM\nLOADTL/1\nGOTO/0,0,0\nLOADTL/2\nHEAD/2\nCUTCOM/LEFT\nFOO/1\nSPINDL/100,SFM\nGOTO/1,0,0",
+    );
+    let told: Vec<usize> = program.notices.iter().map(|notice| notice.line).collect();
+    assert_eq!(told, [1, 4, 5, 6, 7, 8], "{:?}", program.notices);
+}
+
+#[test]
+fn a_start_without_a_speed_ends_a_stop() {
+    for (start, rpm) in [
+        ("SPINDL/ON", None),
+        ("SPINDL/CLW", None),
+        ("SPINDL/300,SFM,CLW", None),
+        ("SPINDL/SMM,90,CCLW", None),
+        ("SPINDL/900,RPM,CLW", Some(900.0)),
+    ] {
+        let program = apt(&format!("SPINDL/OFF\nGOTO/0,0,0\nGOTO/1,0,0\n{start}\nGOTO/2,0,0\n"));
+        let turns: Vec<bool> = program.moves.iter().map(|each| each.spindle_turns).collect();
+        assert_eq!(turns, [false, false, true], "{start}");
+        assert_eq!(program.spindle[1].spindle, Spindle::Turns(rpm), "{start}");
+    }
+}
+
+/// A surface speed takes the place of the speed before it: a feed per revolution is no longer known.
+#[test]
+fn a_feed_per_revolution_of_a_surface_speed_is_refused() {
+    let text = "SPINDL/900,RPM\nFEDRAT/0.1,MMPR\nGOTO/0,0,0\nSPINDL/300,SFM\nGOTO/1,0,0\n";
+    let found = faults(text, Dialect::Apt);
+    assert_eq!((found[0].line, found.len()), (5, 1), "{found:?}");
+}
+
+#[test]
+fn one_coordinate_system_throughout() {
+    let system = |z: f64| format!("MSYS/0,0,{z},1,0,0,0,1,0\nGOTO/1,2,3\n");
+    let same = apt(&(system(500.0) + &system(500.0)));
+    assert_ends(&same, &[('L', [1.0, 2.0, 3.0]), ('L', [1.0, 2.0, 3.0])]);
+    assert!(same.notices.is_empty(), "{:?}", same.notices);
+    let found = faults(&(system(0.0) + &system(500.0) + &system(0.0)), Dialect::Apt);
+    assert_eq!((found[0].line, found.len()), (3, 1), "{found:?}");
+    assert!(found[0].what.contains("line 1"), "{}", found[0].what);
+}
+
+#[test]
+fn the_way_home_is_read_where_it_is_given_and_refused_between_moves() {
+    let program = apt("GOTO/0,0,0\nGOHOME/1,2,90,0,0,1\nGOTO/3,0,0\nGOHOME\nFINI\n");
+    assert_ends(
+        &program,
+        &[('L', [0.0, 0.0, 0.0]), ('L', [1.0, 2.0, 90.0]), ('L', [3.0, 0.0, 0.0])],
+    );
+    assert_eq!(program.moves[1].feed_m_per_s, 0.5);
+    let told: Vec<usize> = program.notices.iter().map(|notice| notice.line).collect();
+    assert_eq!(told, [2, 4], "{:?}", program.notices);
+    for away in ["GOHOME", "GOCLER"] {
+        let found = faults(&format!("GOTO/0,0,0\n{away}\nGOTO/1,0,0\nGOTO/2,0,0\n"), Dialect::Apt);
+        assert_eq!((found[0].line, found.len()), (2, 1), "{found:?}");
+        assert!(found[0].what.contains("split the program"), "{}", found[0].what);
+        // Nothing came before.
+        assert_eq!(lines(&apt(&format!("{away}\nGOTO/1,0,0\n"))), [2]);
+    }
+}

@@ -1,0 +1,179 @@
+//! Programs with random damage are read or refused, never more; long ones are read fast.
+
+use std::fmt::Write as _;
+use std::time::Instant;
+
+use detune::motion::{Move, Target};
+use detune::program::{Dialect, Program, ProgramFault, read};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::support::{lines, settings};
+
+const PROGRAMS: [(Dialect, &[u8]); 3] = [
+    (Dialect::Rapid, include_bytes!("../../data/programs/pocket_latin1_crlf.mod")),
+    (Dialect::Apt, include_bytes!("../../data/programs/contour.apt")),
+    (Dialect::GCode, include_bytes!("../../data/programs/pocket.ngc")),
+];
+
+/// What grammars are made of, to be put where it does not belong.
+const PIECES: [&str; 26] = [
+    "(",
+    ")",
+    "[",
+    "]",
+    "{",
+    "}",
+    "\\",
+    ":=",
+    ";",
+    "/",
+    "$",
+    "\n",
+    "-",
+    "9E99",
+    "0",
+    "1E308",
+    "IF ",
+    "ENDIF",
+    "FOR i FROM 1 TO 9 DO ",
+    "ENDPROC",
+    "PROC main()",
+    "main;",
+    "G2 ",
+    "R",
+    "GOTO/",
+    "CYCLE/",
+];
+
+fn damaged(rng: &mut ChaCha8Rng, program: &[u8]) -> Vec<u8> {
+    let mut bytes = program.to_vec();
+    for _ in 0..rng.random_range(1..6) {
+        if bytes.is_empty() {
+            break;
+        }
+        let at = rng.random_range(0..bytes.len());
+        let end = (at + rng.random_range(0..30)).min(bytes.len());
+        match rng.random_range(0..5) {
+            0 => bytes[at] = rng.random(),
+            1 => drop(bytes.drain(at..end)),
+            2 => {
+                let part = bytes[at..end].to_vec();
+                let to = rng.random_range(0..=bytes.len());
+                drop(bytes.splice(to..to, part));
+            }
+            3 => bytes.truncate(at.max(1)),
+            _ => {
+                let piece = PIECES[rng.random_range(0..PIECES.len())];
+                let repeated = piece.repeat(rng.random_range(1..4));
+                drop(bytes.splice(at..at, repeated.into_bytes()));
+            }
+        }
+    }
+    bytes
+}
+
+fn assert_sound(read: &Result<Program, Vec<ProgramFault>>, line_count: usize) {
+    let at_a_line = |line: usize| (1..=line_count).contains(&line);
+    match read {
+        Ok(program) => {
+            assert!(!program.moves.is_empty());
+            assert!(program.moves.iter().all(|each| at_a_line(each.line) && is_finite(each)));
+            assert!(program.notices.iter().all(|notice| at_a_line(notice.line)));
+        }
+        Err(faults) => {
+            assert!(!faults.is_empty());
+            assert!(faults.iter().all(|fault| at_a_line(fault.line)), "{faults:?}");
+        }
+    }
+}
+
+fn is_finite(each: &Move) -> bool {
+    let poses = match &each.to {
+        Target::Joints(joints) => return joints.iter().all(|joint| joint.is_finite()),
+        Target::JointsTo(pose) | Target::Line(pose) => vec![*pose],
+        Target::Arc { via, end } => vec![*via, *end],
+    };
+    each.feed_m_per_s > 0.0
+        && each.feed_m_per_s.is_finite()
+        && poses.iter().chain([&each.tcp]).all(|pose| {
+            let turned = pose.rotation.coords;
+            pose.translation.vector.iter().chain(turned.iter()).all(|number| number.is_finite())
+        })
+}
+
+#[test]
+fn damaged_programs_never_panic() {
+    let mut rng = ChaCha8Rng::seed_from_u64(20_261_121);
+    let (mut understood, mut refused) = (0, 0);
+    for (dialect, program) in PROGRAMS {
+        for _ in 0..1800 {
+            let bytes = damaged(&mut rng, program);
+            let found = read(&bytes, dialect, &settings());
+            let line_count = 1 + bytes.iter().filter(|&&b| matches!(b, b'\n' | b'\r')).count();
+            assert_sound(&found, line_count);
+            understood += usize::from(found.is_ok());
+            refused += usize::from(found.is_err());
+        }
+    }
+    // The damage is neither harmless nor total, so both ways are walked.
+    assert!(understood > 500 && refused > 500, "{understood} {refused}");
+}
+
+#[test]
+fn deep_nesting_is_refused_and_not_followed() {
+    let deep =
+        |open: &str, close: &str| format!("{}1{}", open.repeat(50_000), close.repeat(50_000));
+    let expressions =
+        [deep("(", ")"), deep("[", "]"), deep("-(", ")"), deep("NOT ", ""), deep("Abs(", ")")];
+    for expression in expressions {
+        let text = super::support::module(&format!("MoveL {expression},v5,fine,tool0;"));
+        let found = super::support::faults(&text, Dialect::Rapid);
+        assert_eq!(found[0].line, 4);
+    }
+    let blocks = format!("{}{}", "IF TRUE THEN\n".repeat(50_000), "ENDIF\n".repeat(50_000));
+    super::support::faults(&super::support::module(&blocks), Dialect::Rapid);
+    let short = "IF TRUE ".repeat(50_000);
+    super::support::faults(&super::support::module(&short), Dialect::Rapid);
+    // A chain of constants, each by the next.
+    let mut chain = String::new();
+    for i in 0..50_000 {
+        writeln!(chain, "CONST num c{i}:=c{};", i + 1).unwrap();
+    }
+    let text = format!(
+        "MODULE m\n{chain}PROC main()\nMoveL Offs(p,c0,0,0),v5,fine,tool0;\nENDPROC\nENDMODULE"
+    );
+    super::support::faults(&text, Dialect::Rapid);
+}
+
+#[test]
+fn procedures_that_call_each_other_many_times_end() {
+    let mut text = String::from("MODULE m\nPROC main()\np0;\nENDPROC\n");
+    for i in 0..60 {
+        writeln!(text, "PROC p{i}()\np{};\np{};\nENDPROC", i + 1, i + 1).unwrap();
+    }
+    text.push_str("PROC p60()\nIF DInput(d)=1 p1;\nENDPROC\nENDMODULE");
+    super::support::faults(&text, Dialect::Rapid);
+}
+
+/// The figures are printed, not asserted: `cargo test --test analytic long_programs -- --nocapture`.
+#[test]
+fn long_programs_keep_their_lines() {
+    const LINES: usize = 100_000;
+    let mut rapid = String::from("MODULE m\nPROC main()\n");
+    let mut apt = String::from("FEDRAT/300,MMPM\n\n");
+    let mut gcode = String::from("G1 F300\nG90\n");
+    for i in 0..LINES {
+        let x = i as f64 * 0.01;
+        writeln!(rapid, "MoveL [[{x:.3},20.5,-3.25],[0,1,0,0],[0,-1,0,1],[9E9,9E9,9E9,9E9,9E9,9E9]],v50,z1,tool0\\WObj:=wobj0;").unwrap();
+        writeln!(apt, "GOTO/{x:.5},20.50000,-3.25000,0.0,0.0,1.0").unwrap();
+        writeln!(gcode, "N{i} X{x:.3} Y20.5 Z-3.25").unwrap();
+    }
+    rapid.push_str("ENDPROC\nENDMODULE\n");
+    for (dialect, text) in [(Dialect::Rapid, rapid), (Dialect::Apt, apt), (Dialect::GCode, gcode)] {
+        let start = Instant::now();
+        let program = read(text.as_bytes(), dialect, &settings()).unwrap();
+        println!("{dialect:?}: {LINES} lines in {:.0} ms", start.elapsed().as_secs_f64() * 1e3);
+        assert_eq!(lines(&program), (3..LINES + 3).collect::<Vec<_>>());
+    }
+}

@@ -1,0 +1,292 @@
+//! G-code: modes, arcs, cycles, units.
+
+use detune::motion::Target;
+use detune::program::{Dialect, Program, Spindle, SpindleCommand, read};
+
+use super::support::{assert_ends, assert_pose, end, faults, lines, pose, settings};
+
+const POCKET: &[u8] = include_bytes!("../../data/programs/pocket.ngc");
+
+fn gcode(text: &str) -> Program {
+    read(text.as_bytes(), Dialect::GCode, &settings()).unwrap()
+}
+
+#[test]
+fn pocket_with_arcs_and_holes() {
+    let program = read(POCKET, Dialect::GCode, &settings()).unwrap();
+    assert_ends(
+        &program,
+        &[
+            ('L', [0.0, 0.0, 50.0]),
+            ('L', [0.0, 0.0, 2.0]),
+            ('L', [0.0, 0.0, -2.0]),
+            ('L', [40.0, 0.0, -2.0]),
+            ('A', [50.0, 10.0, -2.0]),
+            ('L', [50.0, 30.0, -2.0]),
+            ('A', [30.0, 30.0, -2.0]),
+            ('A', [50.0, 30.0, -2.0]),
+            ('L', [40.0, 25.0, -2.0]),
+            ('L', [40.0, 25.0, 10.0]),
+            // G81 with G98: over the hole at 10, to R, to the bottom, R, back to 10.
+            ('L', [0.0, 0.0, 10.0]),
+            ('L', [0.0, 0.0, 1.0]),
+            ('L', [0.0, 0.0, -5.0]),
+            ('L', [0.0, 0.0, 1.0]),
+            ('L', [0.0, 0.0, 10.0]),
+            ('L', [20.0, 0.0, 10.0]),
+            ('L', [20.0, 0.0, 1.0]),
+            ('L', [20.0, 0.0, -5.0]),
+            ('L', [20.0, 0.0, 1.0]),
+            ('L', [20.0, 0.0, 10.0]),
+            // G83 with G99: two steps of 3 from R = 1 to −5.
+            ('L', [40.0, 0.0, 10.0]),
+            ('L', [40.0, 0.0, 1.0]),
+            ('L', [40.0, 0.0, -2.0]),
+            ('L', [40.0, 0.0, 1.0]),
+            ('L', [40.0, 0.0, -2.0]),
+            ('L', [40.0, 0.0, -5.0]),
+            ('L', [40.0, 0.0, 1.0]),
+            ('L', [25.4, 0.0, 1.0]),
+        ],
+    );
+    assert_eq!(
+        lines(&program),
+        [
+            7, 8, 9, 10, 11, 12, 13, 13, 14, 15, 17, 17, 17, 17, 17, 18, 18, 18, 18, 18, 19, 19,
+            19, 19, 19, 19, 19, 21
+        ]
+    );
+    let feeds: Vec<f64> = program.moves.iter().map(|each| each.feed_m_per_s * 6e4).collect();
+    let expected = [
+        30e3, 30e3, 200.0, 600.0, 600.0, 600.0, 600.0, 600.0, 600.0, 30e3, 30e3, 30e3, 100.0, 30e3,
+        30e3, 30e3, 30e3, 100.0, 30e3, 30e3, 30e3, 30e3, 100.0, 30e3, 30e3, 100.0, 30e3, 254.0,
+    ];
+    for (found, expected) in feeds.iter().zip(expected) {
+        assert!((found - expected).abs() < 1e-9, "{feeds:?}");
+    }
+    assert_eq!(
+        program.spindle,
+        [
+            SpindleCommand { line: 5, spindle: Spindle::Turns(Some(8000.0)), from_move: 0 },
+            SpindleCommand { line: 16, spindle: Spindle::Turns(Some(12000.0)), from_move: 10 },
+            SpindleCommand { line: 22, spindle: Spindle::Stands, from_move: 28 },
+        ]
+    );
+    let told: Vec<usize> = program.notices.iter().map(|notice| notice.line).collect();
+    assert_eq!(told, [6, 8, 23], "{:?}", program.notices);
+    // See the feeds above.
+    assert!(program.notices[1].what.starts_with("15 rapid moves"), "{:?}", program.notices);
+    // The tool looks down with x along the work object's x.
+    for each in &program.moves {
+        let turned = pose([0.0; 3], [0.0, 1.0, 0.0, 0.0]).rotation;
+        assert!(end(each).1.rotation.angle_to(&turned) < 1e-12);
+    }
+}
+
+fn via(program: &Program, index: usize) -> [f64; 3] {
+    let Target::Arc { via, .. } = &program.moves[index].to else { panic!("no arc") };
+    let at = via.translation.vector * 1e3;
+    [at.x, at.y, at.z]
+}
+
+fn near(found: [f64; 3], expected: [f64; 3]) -> bool {
+    found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-6)
+}
+
+#[test]
+fn arcs_bend_the_right_way_in_all_three_planes() {
+    // Each from (0, 0, 0) by a quarter of radius 10; seen from the plane's third axis G2 is clockwise.
+    let half = 10.0 * std::f64::consts::FRAC_1_SQRT_2;
+    let low = 10.0 - half;
+    for (block, expected) in [
+        ("G17 G2 X10 Y10 I10 J0", [low, half, 0.0]),
+        ("G17 G3 X10 Y10 I0 J10", [half, low, 0.0]),
+        ("G17 G2 X10 Y10 R10", [low, half, 0.0]),
+        ("G17 G3 X10 Y10 R10", [half, low, 0.0]),
+        // In ZX, z is the first axis and x the second: clockwise starts along x.
+        ("G18 G2 X10 Z10 K10 I0", [half, 0.0, low]),
+        ("G18 G3 X10 Z10 K0 I10", [low, 0.0, half]),
+        ("G19 G2 Y10 Z10 J10 K0", [0.0, low, half]),
+        ("G19 G3 Y10 Z10 J0 K10", [0.0, half, low]),
+        ("G90.1 G17 G3 X10 Y10 I0 J10", [half, low, 0.0]),
+        ("G91 G17 G3 X10 Y10 J10", [half, low, 0.0]),
+    ] {
+        let program = gcode(&format!("G0 X0 Y0 Z0\n{block} F100"));
+        assert_eq!(program.moves.len(), 2, "{block}");
+        assert!(near(via(&program, 1), expected), "{block}: {:?}", via(&program, 1));
+    }
+}
+
+#[test]
+fn a_helix_climbs_evenly_and_stays_on_its_cylinder() {
+    let program = gcode("G0 X10 Y0 Z0\nG2 X10 Y0 Z-3 I-10 P2 F100");
+    let count = program.moves.len() - 1;
+    assert!(count > 4, "{count}");
+    for index in 1..=count {
+        let [x, y, z] = via(&program, index);
+        let turn = (index as f64 - 0.5) / count as f64;
+        let angle = -2.0 * std::f64::consts::TAU * turn;
+        assert!(near([x, y, z], [10.0 * angle.cos(), 10.0 * angle.sin(), -3.0 * turn]));
+    }
+    assert_pose(&end(&program.moves[count]).1, &pose([10.0, 0.0, -3.0], [0.0, 1.0, 0.0, 0.0]));
+}
+
+#[test]
+fn the_path_starts_where_all_three_axes_are_known() {
+    let program = gcode("G0 Z5\nG0 X1\nG0 Y2\nG1 X3");
+    assert_eq!(lines(&program), [3, 4]);
+    assert_ends(&program, &[('L', [1.0, 2.0, 5.0]), ('L', [3.0, 2.0, 5.0])]);
+    assert_eq!(program.notices.len(), 1);
+    assert_eq!(program.notices[0].line, 1);
+    // No F: the job's feed.
+    assert_eq!(program.moves[1].feed_m_per_s, 0.01);
+}
+
+#[test]
+fn relative_holes_repeat() {
+    let program = gcode("G0 X0 Y0 Z10\nG91 G99 G81 X5 Z-4 R-8 L2 F60");
+    assert_ends(
+        &program,
+        &[
+            ('L', [0.0, 0.0, 10.0]),
+            ('L', [5.0, 0.0, 10.0]),
+            ('L', [5.0, 0.0, 2.0]),
+            ('L', [5.0, 0.0, -2.0]),
+            ('L', [5.0, 0.0, 2.0]),
+            ('L', [10.0, 0.0, 2.0]),
+            ('L', [10.0, 0.0, -2.0]),
+            ('L', [10.0, 0.0, 2.0]),
+        ],
+    );
+}
+
+#[test]
+fn feed_per_revolution_and_the_way_to_the_reference() {
+    let program = gcode("G0 X0 Y0 Z0\nS3000 M3\nG95 G1 X10 F0.1\nG94 G1 Z0.5\nG4 P2 X3\nG28 Z20");
+    assert_ends(
+        &program,
+        &[
+            ('L', [0.0; 3]),
+            ('L', [10.0, 0.0, 0.0]),
+            ('L', [10.0, 0.0, 0.5]),
+            ('L', [10.0, 0.0, 20.0]),
+        ],
+    );
+    assert!((program.moves[1].feed_m_per_s - 0.3 / 60.0).abs() < 1e-15);
+    assert_eq!(program.moves[2].feed_m_per_s, 0.01);
+}
+
+#[test]
+fn what_is_lost_or_computed_is_refused_with_its_line() {
+    for (block, said) in [
+        ("#100=5", "parameters and expressions"),
+        ("G1 X#<depth>", "parameters and expressions"),
+        ("G1 X[1+2]", "parameters and expressions"),
+        ("o100 sub", "O-words"),
+        ("o<cut> call", "parameters and expressions"),
+        ("G92 X0", "G92: shifted axes"),
+        ("G52 X5", "G52: shifted axes"),
+        ("G10 L2 P1 X5", "G10: shifted axes"),
+        ("G68 R30", "G68 is not understood"),
+        ("G5.1 X1 Y2", "G5.1 is not understood"),
+        ("M98 P1000", "M98: subprograms"),
+        ("G1 X1 A30", "axis A"),
+        ("G93 G1 X5 F2", "inverse time"),
+        ("G1 X1 F0", "F is 0"),
+        ("G1 X1.2.3", "X has no number"),
+        ("G2 X5 Y5", "without centre or radius"),
+        ("G2 X5 Y5 I1 J0", "from the arc's centre"),
+        ("G2 X50 Y0 R3", "too small"),
+        ("G81 X1 Z-1", "no R"),
+        ("G81 X1 R-2 Z-1", "lies above R"),
+        ("G83 X1 R2 Z-1", "no Q"),
+        ("G83 X1 R2 Z-1 Q0", "Q is 0 mm"),
+        ("G87 X1 R2 Z-1", "G87 is not"),
+        ("G18 G81 X1 R2 Z-1", "XY plane"),
+        ("G95 G1 X5 F0.1", "S is not known"),
+        ("G1 X5 (open", "not closed"),
+        ("G80 X5", "axes without G0"),
+        ("G1 X60 X90", "two X words"),
+        ("X1 F100 F900", "two F words"),
+        ("G0 G1 X5", "G0 and G1 in one block"),
+        ("G1 G81 X5 R2 Z-1", "G1 and G81 in one block"),
+        ("G81 G80 X5 R2 Z-1", "G80 and G81 in one block"),
+        ("G90 G91 X5", "G90 and G91 in one block"),
+        ("G17 G18 X5", "G17 and G18 in one block"),
+        ("G20 G21 X5", "G20 and G21 in one block"),
+        ("G4 P1 G28 Z5", "G4 and G28 in one block"),
+        ("M3 M5", "M3 and M5 in one block"),
+    ] {
+        let found = faults(&format!("G0 X0 Y0 Z0\r\n\r\n{block}\r\n"), Dialect::GCode);
+        assert_eq!(found.len(), 1, "{block}: {found:?}");
+        assert_eq!(found[0].line, 3, "{block}");
+        assert!(found[0].what.contains(said), "{block}: {}", found[0].what);
+    }
+    let huge = format!("G20 G0 X0 Y0 Z{}", "9".repeat(308));
+    assert!(faults(&huge, Dialect::GCode)[0].what.contains("too large"));
+    assert!(faults("G91 G1 X5", Dialect::GCode)[0].what.contains("relative (G91)"));
+    assert!(faults("G0 Z5\nG2 X1 Y1 R3", Dialect::GCode)[0].what.contains("not known"));
+}
+
+#[test]
+fn moves_know_whether_the_spindle_turns() {
+    // Before the first command nothing is known, so it is taken to turn; S0 stops it as M5 does.
+    let text = "G0 X0 Y0 Z0\nX1\nS1100 M3\nG1 X2 F100\nM5\nG0 Z9\nX3\nM3\nG1 X4\nS0\nX5\nM30\n";
+    let turns: Vec<bool> = gcode(text).moves.iter().map(|each| each.spindle_turns).collect();
+    assert_eq!(turns, [true, true, true, false, false, true, false]);
+}
+
+/// A stop as a safety line, and a start that leaves the speed to the cell: the spindle turns.
+#[test]
+fn a_start_without_a_speed_ends_a_stop() {
+    for start in ["M3", "M4", "M13", "M14", "M3 S1100", "S1100 M4"] {
+        let program = gcode(&format!("M5\nG0 X0 Y0 Z0\nX1\n{start}\nG1 X2 F100\nX3\n"));
+        let turns: Vec<bool> = program.moves.iter().map(|each| each.spindle_turns).collect();
+        assert_eq!(turns, [false, false, true, true], "{start}");
+    }
+    // In the block of a move it stops before it or behind it, as the controller has it.
+    let program = gcode("S900 M3\nG0 X0 Y0 Z0\nG1 X2 F100 M5\nX3\n");
+    let turns: Vec<bool> = program.moves.iter().map(|each| each.spindle_turns).collect();
+    assert_eq!(turns, [true, true, false]);
+    let program = gcode("M5\nG0 X0 Y0 Z0\nM3\nG1 X2 F100\n");
+    assert_eq!(
+        program.spindle,
+        [
+            SpindleCommand { line: 1, spindle: Spindle::Stands, from_move: 0 },
+            SpindleCommand { line: 3, spindle: Spindle::Turns(None), from_move: 1 },
+        ]
+    );
+}
+
+/// The heads that posts write: codes of different groups, a cycle cancelled beside a motion, a code said twice.
+#[test]
+fn codes_that_go_together_are_read_together() {
+    for head in ["G0 G17 G40 G49 G80 G90 G94", "G80 G0", "G0 G80", "G0 G0 G90 G90"] {
+        let program = gcode(&format!("{head}\nX0 Y0 Z5\nX1 M8 M9\n"));
+        assert_ends(&program, &[('L', [0.0, 0.0, 5.0]), ('L', [1.0, 0.0, 5.0])]);
+    }
+}
+
+/// Where the reference and the machine's zero are is not in the program. Before the first place that is known
+/// and behind the last nothing is lost but the way there; in between the way is wrong.
+#[test]
+fn ways_to_the_machine_s_own_places_are_refused_between_moves() {
+    let away = ["G53 G0 Z0", "G0 G53 X0 Y0", "G91 G28 Z0\nG90", "G30 Z0", "G28"];
+    for way in away {
+        let found = faults(&format!("G0 X0 Y0 Z5\n{way}\nG1 X5 Y0 Z0 F100\nX6\n"), Dialect::GCode);
+        assert_eq!((found[0].line, found.len()), (2, 1), "{way}: {found:?}");
+        assert!(found[0].what.contains("split the program"), "{way}: {}", found[0].what);
+
+        let program = gcode(&format!("{way}\nG1 X5 Y0 Z0 F100\nX6\n{way}\nM30\n"));
+        assert_ends(&program, &[('L', [5.0, 0.0, 0.0]), ('L', [6.0, 0.0, 0.0])]);
+        assert_eq!(program.notices[0].line, 1, "{way}: {:?}", program.notices);
+    }
+    // Behind the retract the height is not known, so this is no move through the part.
+    let program = gcode("G0 X0 Y0 Z5\nG1 Z0 F100\nG53 G0 Z0\nX9 Y9\nM30\n");
+    assert_ends(&program, &[('L', [0.0, 0.0, 5.0]), ('L', [0.0, 0.0, 0.0])]);
+    let told: Vec<usize> = program.notices.iter().map(|notice| notice.line).collect();
+    assert_eq!(told, [3, 4], "{:?}", program.notices);
+    // What is known of x is no longer so.
+    let program = gcode("G0 X1 Y2\nG53 X0\nZ5\nX3\n");
+    assert_ends(&program, &[('L', [3.0, 2.0, 5.0])]);
+}

@@ -1,0 +1,10 @@
+//! Programs read as a planner's tools write them: exact poses, lines, refusals.
+//!
+//! Expected poses are worked out by hand from the frames in the programs, never by the reader.
+
+mod apt;
+mod fuzz;
+mod gcode;
+mod rapid;
+mod refusals;
+mod support;

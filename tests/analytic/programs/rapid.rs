@@ -1,0 +1,296 @@
+//! RAPID: frames, instructions, flow.
+
+use std::f64::consts::FRAC_1_SQRT_2;
+
+use detune::motion::Target;
+use detune::program::{Dialect, Settings, read};
+
+use super::support::{assert_ends, assert_pose, end, lines, module, pose, rapid, settings};
+
+const POCKET: &[u8] = include_bytes!("../../data/programs/pocket_latin1_crlf.mod");
+
+/// The work object stands at (900, 0, 400) mm, a quarter turn about z; the object frame in it at
+/// (10, 20, 0). So (x, y, z) of a target is (900 − (y + 20), x + 10, 400 + z) in the base.
+#[test]
+fn pocket_of_a_latin_1_file_with_crlf() {
+    let program = read(POCKET, Dialect::Rapid, &settings()).unwrap();
+    assert_eq!(lines(&program), [23, 24, 25, 41, 28, 28, 28, 30, 34, 35]);
+    let feeds: Vec<f64> = program.moves.iter().map(|each| each.feed_m_per_s).collect();
+    let expected = [0.2, 0.1, 0.0125, 0.0125, 0.008, 0.008, 0.008, 0.0125, 0.005, 0.0125];
+    assert_eq!(feeds, expected);
+
+    let Target::Joints(home) = &program.moves[0].to else { panic!("MoveAbsJ goes to joints") };
+    let degrees: Vec<f64> = home.iter().map(|rad| rad.to_degrees()).collect();
+    assert!(
+        degrees.iter().zip([0.0, 20.0, -10.0, 0.0, 60.0, 0.0]).all(|(a, b)| (a - b).abs() < 1e-12)
+    );
+    assert_pose(&program.moves[0].tcp, &pose([0.0; 3], [1.0, 0.0, 0.0, 0.0]));
+
+    let down = [0.0, FRAC_1_SQRT_2, FRAC_1_SQRT_2, 0.0];
+    let spindle = pose([0.0, 0.0, 150.0], [FRAC_1_SQRT_2, 0.0, FRAC_1_SQRT_2, 0.0]);
+    let expected = [
+        ('T', [880.0, 110.0, 450.0], down),
+        ('L', [880.0, 110.0, 448.0], down),
+        ('L', [880.0, 160.0, 450.0], down),
+        ('L', [870.0, 160.0, 450.0], down),
+        ('L', [860.0, 160.0, 450.0], down),
+        ('L', [850.0, 160.0, 450.0], down),
+        ('L', [840.0, 160.0, 450.0], down),
+        ('L', [882.0, 111.0, 447.0], [0.0, 1.0, 0.0, 0.0]),
+        ('A', [800.0, 110.0, 450.0], down),
+    ];
+    for (each, (way, at, turned)) in program.moves[1..].iter().zip(expected) {
+        assert_eq!(end(each).0, way);
+        assert_pose(&end(each).1, &pose(at, turned));
+        assert_pose(&each.tcp, &spindle);
+    }
+    // The via point's quaternion has three digits and length 0.999004.
+    let Target::Arc { via, .. } = &program.moves[9].to else { panic!("MoveC is an arc") };
+    let quarter = pose([0.0; 3], [FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2]);
+    let rounded = pose([0.0; 3], [0.002, 0.999, 0.002, 0.0]);
+    let mut expected = quarter * rounded;
+    expected.translation = pose([840.0, 160.0, 450.0], [1.0, 0.0, 0.0, 0.0]).translation;
+    assert_pose(via, &expected);
+
+    assert_eq!(program.notices.len(), 1, "{:?}", program.notices);
+    assert_eq!(program.notices[0].line, 22);
+    assert!(program.notices[0].what.contains("looks like a command to the spindle"));
+    assert!(program.spindle.is_empty());
+}
+
+#[test]
+fn a_quaternion_and_its_negative_are_one_rotation_and_come_out_alike() {
+    let at = |q: &str| {
+        let text = module(&format!(
+            "MoveL [[1,2,3],{q},[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v5,fine,tool0;"
+        ));
+        end(&rapid(&text).moves[0]).1.rotation
+    };
+    let (positive, negative) = (at("[0.5,0.5,-0.5,0.5]"), at("[-0.5,-0.5,0.5,-0.5]"));
+    // Number by number: as rotations the two would be equal anyway.
+    assert_eq!(positive.coords, negative.coords);
+    assert_eq!((negative.w, negative.i, negative.j, negative.k), (0.5, 0.5, -0.5, 0.5));
+}
+
+#[test]
+fn tool_axes_and_turns_of_rel_tool() {
+    // x first, then the new y: Rx(90)·Ry(90) takes the tool's z axis to the old x axis.
+    let program = rapid(&module("MoveL RelTool(p,0,0,10\\Rx:=90\\Ry:=90),v5,fine,tool0;"));
+    let found = end(&program.moves[0]).1;
+    let z = found.rotation * nalgebra::Vector3::z();
+    assert!((z - nalgebra::Vector3::x()).norm() < 1e-12, "{z}");
+    let y = found.rotation * nalgebra::Vector3::y();
+    assert!((y - nalgebra::Vector3::z()).norm() < 1e-12, "{y}");
+    assert_ends(&program, &[('L', [100.0, 200.0, 310.0])]);
+}
+
+#[test]
+fn the_job_fills_what_the_program_leaves_to_it_and_no_more() {
+    let tcp = pose([0.0, 0.0, 100.0], [1.0, 0.0, 0.0, 0.0]);
+    let object = pose([1000.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]);
+    let job = Settings { tcp: Some(tcp), work_object: Some(object), ..settings() };
+    let text = module(
+        "MoveL p,v5,fine,tool0;\nMoveL p,v5,fine,tElse\\WObj:=wobj0;\nMoveL p,vElse,fine,tElse\\WObj:=wElse;\n\
+         MoveL p,v5,fine,tHere\\WObj:=wHere;",
+    )
+    .replace(
+        "PROC main",
+        "PERS tooldata tHere:=[TRUE,[[0,0,7],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];\
+         PERS wobjdata wHere:=[FALSE,TRUE,\"\",[[0,5,0],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];PROC main",
+    );
+    let program = read(text.as_bytes(), Dialect::Rapid, &job).unwrap();
+    assert_ends(
+        &program,
+        &[
+            ('L', [1100.0, 200.0, 300.0]),
+            ('L', [1100.0, 200.0, 300.0]),
+            ('L', [1100.0, 200.0, 300.0]),
+            ('L', [100.0, 205.0, 300.0]),
+        ],
+    );
+    for each in &program.moves[..3] {
+        assert_pose(&each.tcp, &tcp);
+    }
+    assert_pose(&program.moves[3].tcp, &pose([0.0, 0.0, 7.0], [1.0, 0.0, 0.0, 0.0]));
+    assert_eq!(program.moves[2].feed_m_per_s, 0.01);
+    let told: Vec<(usize, &str)> =
+        program.notices.iter().map(|notice| (notice.line, notice.what.as_str())).collect();
+    assert_eq!(
+        told,
+        [
+            (5, "tool: 'tElse' is not declared in this file; the job's tcp is used"),
+            (5, "wobj0 is named: the job's work_object is used for it"),
+            (6, "work object: 'wElse' is not declared in this file; the job's work_object is used"),
+            (6, "speed: 'vElse' is not declared in this file; the job's feed is used"),
+            (7, "the program declares its tool: the job's tcp is not used there"),
+            (7, "the program declares its work object: the job's work_object is not used there"),
+        ]
+    );
+}
+
+#[test]
+fn flow_as_the_controller_has_it() {
+    let text = "MODULE m
+VAR num n:=0;
+VAR robtarget q;
+RECORD hole pos at; num deep; ENDRECORD
+CONST hole holes{2}:=[[[10,0,0],5],[[20,0,0],6]];
+PERS robtarget p:=[[1,2,3],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+PROC main()
+  WHILE n<2 DO
+    Incr n;
+    go n;
+  ENDWHILE
+  FOR i FROM 3 TO 1 DO
+    IF i=2 THEN
+      go 20;
+    ELSEIF i>2 AND NOT FALSE THEN
+      go 30+i;
+    ELSE
+      go 10;
+    ENDIF
+  ENDFOR
+  TEST n
+  CASE 0,1: go 99;
+  CASE 2: go 200 DIV 3;
+  DEFAULT: go 98;
+  ENDTEST
+  q:=p;
+  q.trans:=holes{2}.at+[0,0,holes{2}.deep]*2;
+  q.trans.y:=Round(1.26\\Dec:=1)*Sqrt(4);
+  MoveL q,v10,fine,tool0;
+  MoveL CRobT(),v10,fine,tool0;
+  twice n;
+  go n;
+  IF n>3 RETURN;
+  go 97;
+ERROR
+  go 96;
+ENDPROC
+PROC go(num x)
+  MoveL Offs(p,x-1,-2,-3),v10,fine,tool0;
+ENDPROC
+PROC twice(INOUT num x)
+  x:=2*x;
+ENDPROC
+ENDMODULE";
+    let program = rapid(text);
+    let x: Vec<f64> =
+        program.moves.iter().map(|each| (end(each).1.translation.x * 1e3).round()).collect();
+    assert_eq!(x, [1.0, 2.0, 33.0, 20.0, 10.0, 66.0, 20.0, 20.0, 4.0]);
+    assert_pose(&end(&program.moves[6]).1, &pose([20.0, 2.6, 12.0], [1.0, 0.0, 0.0, 0.0]));
+    assert_pose(&end(&program.moves[7]).1, &end(&program.moves[6]).1);
+    assert_eq!(lines(&program), [39, 39, 39, 39, 39, 39, 29, 30, 39]);
+}
+
+#[test]
+fn an_endless_loop_is_read_once_and_told() {
+    let program =
+        rapid(&module("MoveL p,v5,fine,tool0;\nWHILE TRUE DO\nMoveJ p,v5,fine,tool0;\nENDWHILE"));
+    assert_eq!(lines(&program), [4, 6]);
+    assert_eq!(program.notices.len(), 1);
+    assert_eq!(program.notices[0].line, 5);
+}
+
+#[test]
+fn speeds_by_time_override_and_limit() {
+    // 30 mm in 2 s; half of 100 mm/s; limited to 20 mm/s; a half circle of radius 10 mm in 1 s.
+    let program = rapid(&module(
+        "MoveL p,v100,fine,tool0;\nMoveL Offs(p,30,0,0),v100\\T:=2,fine,tool0;\n\
+         VelSet 50,5000;\nMoveL p,v100,fine,tool0;\nVelSet 100,20;\nMoveJ p,v100,fine,tool0;\n\
+         MoveC Offs(p,10,10,0),Offs(p,20,0,0),v100\\T:=1,fine,tool0;",
+    ));
+    let feeds: Vec<f64> = program.moves.iter().map(|each| each.feed_m_per_s).collect();
+    let expected = [0.1, 0.015, 0.05, 0.02, 0.01 * std::f64::consts::PI];
+    for (found, expected) in feeds.iter().zip(expected) {
+        assert!((found - expected).abs() < 1e-12, "{feeds:?}");
+    }
+}
+
+#[test]
+fn the_procedure_is_chosen_by_name_in_any_case() {
+    let text = "MODULE m\nPROC a()\nMoveAbsJ [[1,0,0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v5,fine,tool0;\nENDPROC\n\
+                PROC b(\\switch s)\nMoveAbsJ [[2,0,0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v5,fine,tool0;\nENDPROC\nENDMODULE";
+    let named = |name: &str| {
+        let settings = Settings { procedure: Some(name.to_owned()), ..settings() };
+        read(text.as_bytes(), Dialect::Rapid, &settings)
+    };
+    assert_eq!(lines(&named("B").unwrap()), [6]);
+    assert_eq!(lines(&named("a").unwrap()), [3]);
+    let missing = named("c").unwrap_err();
+    assert_eq!(
+        missing[0].what,
+        "no procedure 'c' without arguments in this file; there are: 'a', 'b'"
+    );
+    let none = super::support::faults(text, Dialect::Rapid);
+    assert_eq!(none[0].what, "no procedure 'main'; name one of: 'a', 'b'");
+}
+
+#[test]
+fn a_condition_of_the_run_is_harmless_where_nothing_moves() {
+    let program = rapid(&module(
+        "VAR num x:=1;\nIF DInput(di1)=1 THEN\nTPWrite \"a\";\nx:=2;\nENDIF\nMoveL p,v5,fine,tool0;",
+    ));
+    assert_eq!(lines(&program), [9]);
+}
+
+#[test]
+fn things_beside_the_motion_are_told_once_and_left_out() {
+    let program = rapid(&module(
+        "MoveL p,v5,fine,tool0;\nCalibWrist;\nCalibWrist;\nSpindleOn 12000;\n\
+         MoveL [[1,2,3],[1,0,0,0],[0,0,0,0],[0,9E9,9E9,9E9,9E9,9E9]],vmax,fine,tool0;",
+    ));
+    let told: Vec<_> = program.notices.iter().map(|notice| notice.line).collect();
+    assert_eq!(told, [5, 7, 8, 8], "{:?}", program.notices);
+    assert_eq!(program.moves[1].feed_m_per_s, 5.0);
+}
+
+/// The first tool ends 100 mm before the flange's z, the second 40 mm: at the change the centre point goes
+/// back by 60 mm without a move. From there to the next target it is 80 mm in y: 100 mm in all.
+#[test]
+fn a_time_is_for_the_way_of_the_tool_that_moves() {
+    let tool = |name: &str, z: f64| {
+        format!("PERS tooldata {name}:=[TRUE,[[0,0,{z}],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];")
+    };
+    let text = module("MoveL p,v5,fine,long;\nMoveL Offs(p,0,80,0),v5\\T:=4,fine,short;")
+        .replace("PROC main", &(tool("long", 100.0) + &tool("short", 40.0) + "\nPROC main"));
+    let program = rapid(&text);
+    let feed = program.moves[1].feed_m_per_s;
+    assert!((feed - 0.1 / 4.0).abs() < 1e-12, "{feed}");
+}
+
+#[test]
+fn wobj0_by_name_is_the_job_s_and_says_so() {
+    let work_object = pose([900.0, 0.0, 400.0], [1.0, 0.0, 0.0, 0.0]);
+    let job = Settings { work_object: Some(work_object), ..settings() };
+    let named = module("MoveL p,v5,fine,tool0;\nMoveL p,v5,fine,tool0\\WObj:=wobj0;");
+    let program = read(named.as_bytes(), Dialect::Rapid, &job).unwrap();
+    assert_ends(&program, &[('L', [1000.0, 200.0, 700.0]), ('L', [1000.0, 200.0, 700.0])]);
+    assert_eq!(program.notices.len(), 1, "{:?}", program.notices);
+    assert_eq!(program.notices[0].line, 5);
+    assert!(program.notices[0].what.contains("job's work_object is used"));
+    // Without a frame in the job there is nothing to choose between.
+    assert!(rapid(&named).notices.is_empty());
+}
+
+/// One value of a CASE that matches is enough; those behind it are not looked at.
+#[test]
+fn a_test_that_is_decided_needs_no_other_value() {
+    for cases in [
+        "CASE kElse,2: MoveL p,v5,fine,tool0;",
+        "CASE 2: MoveL p,v5,fine,tool0;\nCASE kElse: GOTO x;",
+    ] {
+        let program = rapid(&module(&format!("TEST 2\n{cases}\nDEFAULT: Stop;\nENDTEST")));
+        assert_eq!(program.moves.len(), 1, "{cases}");
+    }
+}
+
+/// As many targets as a controller holds, written out, are no growth.
+#[test]
+fn a_long_table_of_targets_is_read() {
+    let target = "[[1,2,3],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]";
+    let table = vec![target; 3000].join(",");
+    let text = module("FOR i FROM 1 TO 3000 DO\nMoveL t{i},v5,fine,tool0;\nENDFOR")
+        .replace("PROC main", &format!("CONST robtarget t{{3000}}:=[{table}];PROC main"));
+    assert_eq!(rapid(&text).moves.len(), 3000);
+}

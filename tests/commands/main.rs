@@ -1,0 +1,26 @@
+//! The program as a user meets it: every verb, bad input, formats, schemas.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stdout,
+    reason = "tests stop where they fail"
+)]
+
+#[path = "../common/vibration.rs"]
+mod vibration;
+
+mod advise;
+mod bad_input;
+mod check;
+mod diagnose;
+mod identify;
+mod map;
+mod map_arrow;
+mod map_command;
+mod map_npy;
+mod map_stream;
+mod report;
+mod report_odd;
+mod schemas;
