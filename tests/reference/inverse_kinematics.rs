@@ -2,7 +2,7 @@
 //! kinematics, to the pose that was asked for. The forward kinematics of the IRB 1600 and all its
 //! solutions are compared with rs-opw-kinematics, which knows the arm by its OPW parameters.
 
-// Rounded angles are part of what is tested.
+#![allow(clippy::approx_constant, reason = "rounded angles are part of what is tested")]
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
