@@ -16,6 +16,7 @@ use detune::map::{Block, Generator, LinearMap, RandomPoses, Reduction};
 use detune::model::{Placement, Robot, mass_matrix};
 use detune::modes::ModalSolver;
 use detune::motion::{Move, StatedFeeds, Target};
+use detune::progress::silent;
 use detune::risk::assess;
 use nalgebra::{Cholesky, DMatrix, DVector, Isometry3, SymmetricEigen};
 use rand::{RngExt, SeedableRng};
@@ -116,7 +117,7 @@ fn long_job(robot: &Arc<Robot>) -> Job {
 fn long_check(c: &mut Criterion) {
     let robot = Arc::new(six_axes());
     let job = long_job(&robot);
-    let risk = assess(&job).unwrap();
+    let risk = assess(&job, &silent).unwrap();
     println!(
         "{WAYPOINTS} waypoints: {} eigenproblems, {} crossings",
         risk.operations[0].poses_solved,
@@ -124,7 +125,9 @@ fn long_check(c: &mut Criterion) {
     );
     let mut group = c.benchmark_group("check");
     group.sample_size(10);
-    group.bench_function("100 000 waypoints", |b| b.iter(|| assess(black_box(&job)).unwrap()));
+    group.bench_function("100 000 waypoints", |b| {
+        b.iter(|| assess(black_box(&job), &silent).unwrap())
+    });
     group.finish();
 }
 
@@ -153,12 +156,12 @@ fn long_advice(c: &mut Criterion) {
     let scheduled = Options { schedule: true, ..Options::default() };
     let mut group = c.benchmark_group("six operations, 50 000 waypoints");
     group.sample_size(10);
-    group.bench_function("check", |b| b.iter(|| assess(black_box(&job)).unwrap()));
+    group.bench_function("check", |b| b.iter(|| assess(black_box(&job), &silent).unwrap()));
     group.bench_function("advise", |b| {
-        b.iter(|| advise(black_box(&job), &Options::default()).unwrap());
+        b.iter(|| advise(black_box(&job), &Options::default(), &silent).unwrap());
     });
     group.bench_function("advise --schedule", |b| {
-        b.iter(|| advise(black_box(&job), &scheduled).unwrap());
+        b.iter(|| advise(black_box(&job), &scheduled, &silent).unwrap());
     });
     group.finish();
 }

@@ -1,6 +1,6 @@
 //! What a job asks for: valid, in SI, with the files that it came from. Plain data.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::model::Robot;
@@ -25,6 +25,18 @@ pub struct Job {
     pub policy: Policy,
     /// What may be changed besides speed and feed.
     pub levers: Levers,
+}
+
+impl Job {
+    /// A file that the job names, as seen from where the job file was named.
+    pub fn beside(&self, named: &Path) -> PathBuf {
+        self.file.parent().unwrap_or(Path::new("")).join(named)
+    }
+
+    /// The file that the lines of an operation's moves refer to: its program, or the job itself.
+    pub fn file_of_moves(&self, operation: &Operation) -> PathBuf {
+        operation.program.as_ref().map_or_else(|| self.file.clone(), |file| self.beside(file))
+    }
 }
 
 /// What may be changed besides speed and feed, as far as the job tells.

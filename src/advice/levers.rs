@@ -14,7 +14,9 @@ use super::{ModeRange, Objective};
 use crate::excitation::lines;
 use crate::job::{Job, Operation, Spindle};
 use crate::motion::{Move, Target};
-use crate::path::{Path, Survey, SurveyFault, grid};
+use crate::notes::Note;
+use crate::path::{Path, Survey, grid};
+use crate::progress::silent;
 use crate::risk::{Turning, detail};
 
 /// Angles tried from one end of the free axis to the other, and closer about the best of them.
@@ -96,7 +98,7 @@ pub(super) fn levers(
     ranges: &[ModeRange],
     bind: Option<&Bind>,
     programmed_rpm: f64,
-) -> Result<Vec<Lever>, SurveyFault> {
+) -> Result<Vec<Lever>, Note> {
     let mut found = Vec::new();
     for tool in &job.levers.tools_on_hand {
         let lines = lines(tool, &job.policy);
@@ -175,7 +177,7 @@ fn turned(
     operation: &Operation,
     index: usize,
     programmed_rpm: f64,
-) -> Result<Option<Lever>, SurveyFault> {
+) -> Result<Option<Lever>, Note> {
     let Some([from, to]) = job.levers.free_axis_rad.get(index).copied().flatten() else {
         return Ok(None);
     };
@@ -207,11 +209,7 @@ fn turned(
 }
 
 /// The work object moved: the best place of a grid over its bounds.
-fn moved(
-    job: &Job,
-    operation: &Operation,
-    programmed_rpm: f64,
-) -> Result<Option<Lever>, SurveyFault> {
+fn moved(job: &Job, operation: &Operation, programmed_rpm: f64) -> Result<Option<Lever>, Note> {
     let Some(bounds) = job.levers.work_object_shift_m else { return Ok(None) };
     let places = bounds.map(|[least, most]| -> Vec<f64> {
         let count = if most > least { PLACES } else { 1 };
@@ -243,7 +241,7 @@ fn tried(
     change: Change,
     programmed_rpm: f64,
     changed: &(dyn Fn(&Isometry3<f64>) -> Isometry3<f64> + Sync),
-) -> Result<Option<Lever>, SurveyFault> {
+) -> Result<Option<Lever>, Note> {
     let moves: Option<Vec<Move>> = operation
         .moves
         .iter()
@@ -262,7 +260,7 @@ fn tried(
         return Ok(None);
     };
     let stations = grid(&path, std::iter::empty());
-    let survey = Survey::take(&path, stations, detail(&job.policy), &|_| {})?;
+    let survey = Survey::take(&path, stations, detail(&job.policy), &silent)?;
     let counting = Counting { policy: &job.policy, turning: Turning::new(&operation.speed, &path) };
     let (ranges, _) = mode_ranges(&path, &counting, survey)?;
     let lines = lines(&job.tool, &job.policy);

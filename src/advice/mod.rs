@@ -23,7 +23,7 @@ mod vibration;
 
 pub use levers::{Change, Lever};
 pub use map::{Ribbon, SpeedMap};
-pub use operation::{advise, advise_with_progress};
+pub use operation::advise;
 pub use ranges::ModeRange;
 pub use schedule::{
     ASSUMED_ACCELERATION_RPM_PER_S, Coupling, Exposure, NoSchedule, Passage, Schedule, SolverEnd,
@@ -33,7 +33,7 @@ pub use vibration::{NoVibration, TipVibration};
 
 use crate::excitation::ExcitationLine;
 use crate::motion::StatedFeeds;
-use crate::risk::AssessFault;
+use crate::notes::Note;
 
 /// What makes one safe speed better than another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -84,7 +84,7 @@ pub struct JobAdvice {
     /// One per operation, in order.
     pub operations: Vec<OperationAdvice>,
     /// Remarks that do not change the advice.
-    pub notices: Vec<AssessFault>,
+    pub notices: Vec<Note>,
 }
 
 impl JobAdvice {

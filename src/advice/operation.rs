@@ -12,9 +12,11 @@ use super::{
 };
 use crate::excitation::{ExcitationLine, lines};
 use crate::job::{Job, Operation, SpindleSpeed};
-use crate::path::{Path, Survey, SurveyFault, grid};
+use crate::notes::{Code, Note};
+use crate::path::{Path, Survey, grid};
+use crate::progress::Progress;
 use crate::risk::{
-    AssessFault, Counted, Turning, crossings_under, detail, located, nothing_checked, plan,
+    Counted, Turning, about_operation, crossings_under, detail, in_operation, nothing_checked, plan,
 };
 use crate::units::hz_from_rpm;
 
@@ -26,19 +28,7 @@ const MOST_SECOND_LOOKS: usize = 5;
 ///
 /// # Errors
 /// What cannot be run, for every operation.
-pub fn advise(job: &Job, options: &Options) -> Result<JobAdvice, Vec<AssessFault>> {
-    advise_with_progress(job, options, &|_| {})
-}
-
-/// As [`advise`]; `progress` is told how many more poses are done, from any thread.
-///
-/// # Errors
-/// As [`advise`].
-pub fn advise_with_progress(
-    job: &Job,
-    options: &Options,
-    progress: &(dyn Fn(usize) + Sync),
-) -> Result<JobAdvice, Vec<AssessFault>> {
+pub fn advise(job: &Job, options: &Options, progress: Progress) -> Result<JobAdvice, Vec<Note>> {
     let mut faults = Vec::new();
     let mut operations = Vec::new();
     for index in 0..job.operations.len() {
@@ -65,7 +55,7 @@ pub fn advise_with_progress(
 }
 
 /// A remark where a safe speed means nothing, as nothing counts.
-fn nothing(job: &Job, operation: &Operation, advice: &OperationAdvice) -> Option<AssessFault> {
+fn nothing(job: &Job, operation: &Operation, advice: &OperationAdvice) -> Option<Note> {
     let separation = match &advice.remedy {
         Remedy::Constant(constant) => constant.separation,
         Remedy::Kept(kept) => kept.separation,
@@ -78,12 +68,7 @@ fn nothing(job: &Job, operation: &Operation, advice: &OperationAdvice) -> Option
         modes: !advice.mode_ranges.is_empty(),
     };
     let what = nothing_checked(job, &counted)?;
-    Some(AssessFault {
-        operation: operation.name.clone(),
-        file: job.file.clone(),
-        line: Some(operation.line),
-        what,
-    })
+    Some(about_operation(job, operation, Code::NothingChecked, what))
 }
 
 /// A remark where a schedule cannot follow the objective.
@@ -92,7 +77,7 @@ fn not_followed(
     operation: &Operation,
     advice: &OperationAdvice,
     objective: Objective,
-) -> Option<AssessFault> {
+) -> Option<Note> {
     let Remedy::Scheduled(plan) = &advice.remedy else { return None };
     if plan.follows == objective {
         return None;
@@ -110,27 +95,23 @@ fn not_followed(
             "a schedule that must cross a band keeps no margin"
         }
     };
-    Some(AssessFault {
-        operation: operation.name.clone(),
-        file: job.file.clone(),
-        line: Some(operation.line),
-        what: format!(
-            "the objective is not followed by the schedule: {why}; it stays near {near}, {} rpm",
-            plan.target_rpm
-        ),
-    })
+    let what = format!(
+        "the objective is not followed by the schedule: {why}; it stays near {near}, {} rpm",
+        plan.target_rpm
+    );
+    Some(about_operation(job, operation, Code::ObjectiveNotFollowed, what))
 }
 
 fn advise_operation(
     job: &Job,
     index: usize,
     options: &Options,
-    progress: &(dyn Fn(usize) + Sync),
-) -> Result<OperationAdvice, Vec<AssessFault>> {
+    progress: Progress,
+) -> Result<OperationAdvice, Vec<Note>> {
     let operation = &job.operations[index];
     let path = plan(job, operation)?;
     advise_path(job, index, &path, options, progress)
-        .map_err(|fault| vec![located(job, operation, &path, &fault)])
+        .map_err(|note| vec![in_operation(job, operation, note)])
 }
 
 fn advise_path(
@@ -138,8 +119,8 @@ fn advise_path(
     index: usize,
     path: &Path,
     options: &Options,
-    progress: &(dyn Fn(usize) + Sync),
-) -> Result<OperationAdvice, SurveyFault> {
+    progress: Progress,
+) -> Result<OperationAdvice, Note> {
     let operation = &job.operations[index];
     let lines = lines(&job.tool, &job.policy);
     let programmed_rpm = mean_rpm(&operation.speed);
@@ -258,7 +239,7 @@ fn settled(
     lines: &[ExcitationLine],
     wish: &Wish,
     mut survey: Survey,
-) -> Result<Choice, SurveyFault> {
+) -> Result<Choice, Note> {
     let (policy, spindle) = (&job.policy, &job.spindle);
     let mut look = 0;
     loop {

@@ -3,7 +3,8 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::job::Policy;
-use crate::path::{LONGEST_GAP, Path, Station, Survey, SurveyFault};
+use crate::notes::Note;
+use crate::path::{LONGEST_GAP, Path, Station, Survey};
 use crate::risk::Turning;
 
 /// The ends of a range are found to this share of the frequency: 1e-5 rev/min of 10 000.
@@ -54,7 +55,7 @@ pub(super) fn mode_ranges(
     path: &Path,
     counting: &Counting,
     first_look: Survey,
-) -> Result<(Vec<ModeRange>, Survey), SurveyFault> {
+) -> Result<(Vec<ModeRange>, Survey), Note> {
     let modes = path.robot().coordinates().len();
     let mut survey = first_look;
     for pass in 1..=PASSES {

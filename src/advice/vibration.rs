@@ -16,7 +16,8 @@ use super::schedule::is_air;
 use super::speeds::{SafeSet, Speeds};
 use crate::excitation::{ForceHarmonic, ForceModel};
 use crate::job::{Job, Operation};
-use crate::path::{Path, SurveyFault, TipModes, tip_modes};
+use crate::notes::Note;
+use crate::path::{Path, TipModes, tip_modes};
 use crate::risk::Turning;
 use crate::units::{hz_from_rpm, rad_per_s_from_hz};
 
@@ -107,7 +108,7 @@ impl TipModel {
         job: &Job,
         operation: &Operation,
         path: &Path,
-    ) -> Result<Result<Self, NoVibration>, SurveyFault> {
+    ) -> Result<Result<Self, NoVibration>, Note> {
         let Some(cutting) = &operation.cutting else { return Ok(Err(NoVibration::NoCutting)) };
         let Some(force) = ForceModel::new(&job.tool, cutting) else {
             let known = cutting.coefficients.is_some()

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 
-use super::check::{located, progress, shows_colour};
+use super::check::{counted_on, faults_of, progress, shows_colour};
 use super::output::Sink;
 use super::tell;
 use super::{Failure, Outcome};
@@ -102,18 +102,13 @@ pub(super) fn run(args: &AdviseArgs, out: &mut dyn Write) -> Result<Outcome, Fai
         sink.spare(&reading.files)?;
     }
     let bar = progress();
-    let poses = |more: usize| bar.inc(u64::try_from(more).unwrap_or(u64::MAX));
-    let found = advice::advise_with_progress(&job, &options(args), &poses);
+    let found = advice::advise(&job, &options(args), &counted_on(&bar));
     bar.finish_and_clear();
-    let found = found.map_err(|faults| {
-        faults.into_iter().map(|fault| located(fault, &job)).collect::<Vec<_>>()
-    })?;
+    let found = found.map_err(faults_of)?;
     if args.objective == By::Vibration {
         refuse_unknown_vibration(&job, &found.operations)?;
     }
-    let notices: Vec<Fault> =
-        found.notices.iter().map(|notice| located(notice.clone(), &job)).collect();
-    tell(&notices);
+    tell(&faults_of(found.notices.clone()));
     let advised = AdvisedJob::new(&job, found);
     let text = match args.format {
         Format::Text => {

@@ -11,10 +11,11 @@ use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use super::output::Sink;
 use super::{Failure, Outcome, tell};
 use crate::input::{self, Fault, Reading};
-use crate::job::Job;
+use crate::notes::Note;
+use crate::progress::Done;
 use crate::report::check::github::{Level, annotation};
 use crate::report::{self, CheckedJob};
-use crate::risk::{self, AssessFault, Verdict};
+use crate::risk::{self, Verdict};
 
 const AFTER_HELP: &str = "\
 Examples:
@@ -131,24 +132,19 @@ fn check_one(
 ) -> Result<CheckedJob, Vec<Fault>> {
     let job = input::read_job(file, reading)?;
     sink.spare(&reading.files)?;
-    let poses = |more: usize| progress.inc(u64::try_from(more).unwrap_or(u64::MAX));
-    let risk = risk::assess_with_progress(&job, &poses).map_err(|faults| {
-        faults.into_iter().map(|fault| located(fault, &job)).collect::<Vec<_>>()
-    })?;
-    reading.notices.extend(risk.notices.iter().cloned().map(|notice| located(notice, &job)));
+    let risk = risk::assess(&job, &counted_on(progress)).map_err(faults_of)?;
+    reading.notices.extend(faults_of(risk.notices.clone()));
     let notices = reading.notices.iter().map(Fault::to_string).collect();
     Ok(CheckedJob { notices, ..CheckedJob::new(&job, risk) })
 }
 
-/// A fault with the file as it is seen from where the caller stands.
-pub(super) fn located(fault: AssessFault, job: &Job) -> Fault {
-    let what = fault.to_string();
-    let file = if fault.file == job.file {
-        fault.file
-    } else {
-        job.file.parent().unwrap_or(Path::new("")).join(fault.file)
+/// Notes as the faults that are shown.
+pub(super) fn faults_of(notes: Vec<Note>) -> Vec<Fault> {
+    let fault = |note: Note| {
+        let part = note.place.part.map_or(String::new(), |part| format!("{part}: "));
+        Fault { file: note.place.file, line: note.place.line, what: part + &note.what }
     };
-    Fault { file: Some(file), line: fault.line, what }
+    notes.into_iter().map(fault).collect()
 }
 
 fn rendered(jobs: &[CheckedJob], args: &CheckArgs, sink: &Sink) -> Result<String, Failure> {
@@ -179,6 +175,15 @@ pub(super) fn progress() -> ProgressBar {
         progress.set_style(style);
     }
     progress
+}
+
+/// Poses that are done, on a bar.
+pub(super) fn counted_on(bar: &ProgressBar) -> impl Fn(Done) + Sync + '_ {
+    |done| {
+        if let Done::More(poses) = done {
+            bar.inc(u64::try_from(poses).unwrap_or(u64::MAX));
+        }
+    }
 }
 
 /// Workflow commands for what is on standard error in words, too: GitHub reads them there as well.

@@ -78,6 +78,8 @@ codes! {
     FeedLimit = "feed_limit",
     /// A spindle schedule asks for more than the spindle's acceleration.
     SpindleAcceleration = "spindle_acceleration",
+    /// A spindle schedule cannot follow the objective that was asked for.
+    ObjectiveNotFollowed = "objective_not_followed",
     /// The program declares a tool mass other than the model's payload.
     ToolMass = "tool_mass",
     /// The program's own tool or work object is used, and not the job's.

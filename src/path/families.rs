@@ -3,8 +3,9 @@
 use rayon::prelude::*;
 
 use super::plan::Path;
-use super::surveyor::{SurveyFault, Surveyor};
+use super::surveyor::Surveyor;
 use crate::modes::{Follow, Modes, Tracker};
+use crate::notes::Note;
 use nalgebra::DMatrix;
 
 /// A step over which every mode keeps at least this MAC is short enough to follow.
@@ -46,7 +47,7 @@ type Step = Vec<Option<usize>>;
 ///
 /// # Errors
 /// The first pose at which the arm has no modes.
-pub fn follow(path: &Path, stations: &[f64]) -> Result<Families, SurveyFault> {
+pub fn follow(path: &Path, stations: &[f64]) -> Result<Families, Note> {
     let n = path.robot().coordinates().len();
     let pairs: Vec<(f64, f64)> = stations.windows(2).map(|pair| (pair[0], pair[1])).collect();
     let steps: Vec<(Step, Vec<FamilyExchange>)> = pairs
@@ -66,7 +67,7 @@ pub fn follow(path: &Path, stations: &[f64]) -> Result<Families, SurveyFault> {
                 Ok(steps)
             },
         )
-        .collect::<Result<Vec<_>, SurveyFault>>()?
+        .collect::<Result<Vec<_>, Note>>()?
         .into_iter()
         .flatten()
         .collect();
@@ -110,13 +111,13 @@ impl<'p, 'a> Follower<'p, 'a> {
     }
 
     /// Looks at `s`, or just beside it where two modes coincide.
-    fn look(&mut self, s: f64) -> Result<Look, SurveyFault> {
+    fn look(&mut self, s: f64) -> Result<Look, Note> {
         let beside = if s < 0.5 { SHORTEST_STEP } else { -SHORTEST_STEP };
         let look = self.look_at(s)?;
         if look.blurred { Ok(Look { s, ..self.look_at(s + beside)? }) } else { Ok(look) }
     }
 
-    fn look_at(&mut self, s: f64) -> Result<Look, SurveyFault> {
+    fn look_at(&mut self, s: f64) -> Result<Look, Note> {
         let modes = self.surveyor.modes(s)?.clone();
         let blurred = modes
             .natural_frequencies_hz
@@ -130,7 +131,7 @@ impl<'p, 'a> Follower<'p, 'a> {
         here: &Look,
         next: &Look,
         exchanges: &mut Vec<FamilyExchange>,
-    ) -> Result<Step, SurveyFault> {
+    ) -> Result<Step, Note> {
         let follow = self.tracker.follow(&next.mass, &here.modes.shapes, &next.modes.shapes);
         let step: Step = follow
             .iter()

@@ -5,9 +5,11 @@ use rayon::prelude::*;
 
 use super::plan::{Path, Walker};
 use super::survey::Detail;
-use super::surveyor::{SurveyCause, SurveyFault};
+use super::surveyor::{no_modes_at, not_reached_at};
 use crate::model::{IkFault, PoseFault};
 use crate::modes::batch::{BatchFault, Kernel, TipOut};
+use crate::notes::Note;
+use crate::progress::{Done, Progress};
 
 /// Most poses that one thread takes at a time, and fewest.
 const CHUNK: usize = 512;
@@ -29,8 +31,7 @@ impl<'p, 'a> Lookout<'p, 'a> {
     }
 
     /// Looks at every station of `s` (0..=1), over all cores: frequencies (Hz, ascending) and, if they are
-    /// wanted, tip responses (m/N), one value a mode. `progress` is told how many more stations are done,
-    /// from any thread.
+    /// wanted, tip responses (m/N), one value a mode.
     ///
     /// # Errors
     /// The first station, in the order of `s`, at which the arm has no modes.
@@ -39,8 +40,8 @@ impl<'p, 'a> Lookout<'p, 'a> {
         s: &[f64],
         frequencies_hz: &mut [f64],
         tip_m_per_n: &mut [f64],
-        progress: &(dyn Fn(usize) + Sync),
-    ) -> Result<(), SurveyFault> {
+        progress: Progress,
+    ) -> Result<(), Note> {
         let n = self.path.robot().coordinates().len();
         let pieces = PIECES_PER_THREAD * rayon::current_num_threads();
         let chunk = s.len().div_ceil(pieces).clamp(LEAST_CHUNK, CHUNK);
@@ -50,13 +51,13 @@ impl<'p, 'a> Lookout<'p, 'a> {
             .zip(frequencies_hz.chunks_mut(chunk * n))
             .map(|(s, frequencies)| (s, frequencies, tips.next().unwrap_or_default()))
             .collect();
-        let faults: Vec<Option<SurveyFault>> = pieces
+        let faults: Vec<Option<Note>> = pieces
             .into_par_iter()
             .map_init(
                 || Walk::new(self.path),
                 |walk, (s, frequencies, tips)| {
                     let outcome = self.look_at_piece(walk, s, frequencies, tips);
-                    outcome.map(|()| progress(s.len())).err()
+                    outcome.map(|()| progress(Done::More(s.len()))).err()
                 },
             )
             .collect();
@@ -69,13 +70,13 @@ impl<'p, 'a> Lookout<'p, 'a> {
         s: &[f64],
         frequencies: &mut [f64],
         tips: &mut [f64],
-    ) -> Result<(), SurveyFault> {
+    ) -> Result<(), Note> {
         let stopped = walk.along(s);
         let count = walk.tools.last().map_or(0, |tool| tool.end);
         // What is wrong at a pose before the place where the arm gets no farther comes first.
         self.solve(walk, count, frequencies, tips)
-            .map_err(|(i, fault)| SurveyFault { s: s[i], cause: SurveyCause::Pose(fault) })?;
-        stopped.map_err(|fault| SurveyFault { s: s[count], cause: SurveyCause::Kinematics(fault) })
+            .map_err(|(i, fault)| no_modes_at(self.path, s[i], &fault))?;
+        stopped.map_err(|fault| not_reached_at(self.path, s[count], &fault))
     }
 
     /// Solves the first `count` poses of `walk`; a fault comes with the place of its pose.

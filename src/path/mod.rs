@@ -16,7 +16,7 @@ mod waves;
 
 pub use families::{Families, FamilyExchange, follow};
 pub use grid::{LARGEST_STEP, LONGEST_GAP, grid};
-pub use plan::{Haste, Path, PlanFault, Walker};
+pub use plan::{Haste, Path, Walker};
 pub use survey::{Detail, Station, Survey};
-pub use surveyor::{SurveyCause, SurveyFault, Surveyor};
+pub use surveyor::Surveyor;
 pub use tip_modes::{TipModes, tip_modes};

@@ -11,6 +11,7 @@ use crate::model::{
     forward_kinematics,
 };
 use crate::motion::{Move, Target};
+use crate::notes::{Code, Note, Part, Place};
 use crate::units::{deg_from_rad, mm_from_m, percent_from_ratio};
 use crate::wording::told_apart;
 
@@ -39,24 +40,14 @@ const LONGEST_PATH: f64 = 200_000.0;
 /// A joint at its limit of speed is not beyond it: share of the limit that is rounding.
 const HASTE_SLACK: f64 = 1e-6;
 
-/// Why a path cannot be run.
-#[derive(Debug, Clone, PartialEq)]
-pub struct PlanFault {
-    /// Line of the file that asks for the move, counted from 1.
-    pub line: usize,
-    /// The move, counted from 1.
-    pub waypoint: usize,
-    /// What is wrong, as a lower-case fragment.
-    pub what: String,
-}
+/// Why a move cannot be run.
+type Refusal = (Code, String);
 
-impl fmt::Display for PlanFault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "waypoint {}: {}", self.waypoint, self.what)
-    }
+/// An error at a waypoint (counted from 0), with the line that asks for it.
+fn at_waypoint(index: usize, a_move: &Move, (code, what): Refusal) -> Note {
+    let place = Place { line: Some(a_move.line), ..Place::part(Part::Waypoint(index)) };
+    Note::error(code, place, what)
 }
-
-impl std::error::Error for PlanFault {}
 
 /// A joint that would have to be faster than it can to keep the programmed speed. Shown as "joint 'a' would
 /// have to turn at 412.0 deg/s, its velocity limit in the URDF is 175.0 deg/s".
@@ -140,29 +131,28 @@ impl<'a> Path<'a> {
         robot: &'a Robot,
         moves: &[Move],
         start_near: Option<&[f64]>,
-    ) -> Result<Self, Vec<PlanFault>> {
-        let faults = joint_target_faults(robot, moves);
-        if !faults.is_empty() {
-            return Err(faults);
+    ) -> Result<Self, Vec<Note>> {
+        let errors = joint_target_errors(robot, moves);
+        if !errors.is_empty() {
+            return Err(errors);
         }
         let Some(first) = moves.first() else {
-            return Err(vec![PlanFault {
-                line: 0,
-                waypoint: 0,
-                what: "the path is empty".to_owned(),
-            }]);
+            return Err(vec![Note::error(Code::Value, Place::default(), "the path is empty")]);
         };
         let kinematics = InverseKinematics::new(robot);
-        let mut furthest: Option<PlanFault> = None;
-        let all_of = |fault: PlanFault| with_those_behind(robot, &kinematics, moves, fault);
-        for start in starts(robot, &kinematics, first, start_near).map_err(all_of)? {
+        let mut furthest: Option<(usize, Refusal)> = None;
+        let all_of = |(index, refusal): (usize, Refusal)| {
+            with_those_behind(robot, &kinematics, moves, index, refusal)
+        };
+        let starts = starts(robot, &kinematics, first, start_near);
+        for start in starts.map_err(|refusal| all_of((0, refusal)))? {
             match Planner::new(robot, &kinematics, &start).run(moves) {
                 Ok((knots, segments, standing_s)) => {
                     return Ok(Self::assemble(robot, kinematics, knots, segments, standing_s));
                 }
-                Err(fault) => {
-                    if furthest.as_ref().is_none_or(|f| fault.waypoint > f.waypoint) {
-                        furthest = Some(fault);
+                Err(refused) => {
+                    if furthest.as_ref().is_none_or(|f| refused.0 > f.0) {
+                        furthest = Some(refused);
                     }
                 }
             }
@@ -345,18 +335,20 @@ impl Walker<'_, '_> {
 }
 
 /// Joint targets with the wrong number of joints, with numbers that are not finite, or outside limits.
-fn joint_target_faults(robot: &Robot, moves: &[Move]) -> Vec<PlanFault> {
-    let mut faults = Vec::new();
+fn joint_target_errors(robot: &Robot, moves: &[Move]) -> Vec<Note> {
+    let mut errors = Vec::new();
     for (index, a_move) in moves.iter().enumerate() {
         let Target::Joints(q) = &a_move.to else { continue };
-        let mut fault =
-            |what| faults.push(PlanFault { line: a_move.line, waypoint: index + 1, what });
+        let mut error = |code, what| errors.push(at_waypoint(index, a_move, (code, what)));
         match robot.check_pose(q) {
-            Err(error) => fault(error.to_string()),
-            Ok(()) => robot.limit_violations(q).for_each(|over| fault(over.to_string())),
+            Err(fault) => error(Code::Value, fault.to_string()),
+            Ok(()) => {
+                let violations = robot.limit_violations(q);
+                violations.for_each(|over| error(Code::JointLimit, over.to_string()));
+            }
         }
     }
-    faults
+    errors
 }
 
 /// Joint positions at which the operation may start, the best first.
@@ -365,7 +357,7 @@ fn starts(
     kinematics: &InverseKinematics,
     first: &Move,
     near: Option<&[f64]>,
-) -> Result<Vec<Vec<f64>>, PlanFault> {
+) -> Result<Vec<Vec<f64>>, Refusal> {
     let pose = match &first.to {
         Target::Joints(q) => return Ok(vec![q.clone()]),
         Target::JointsTo(pose) | Target::Line(pose) | Target::Arc { end: pose, .. } => pose,
@@ -375,27 +367,27 @@ fn starts(
     let tip = pose * first.tcp.inverse();
     let found = kinematics.solutions_near(robot, &tip, near);
     if found.is_empty() {
-        let what = unreachable(robot, kinematics, &tip, near);
-        return Err(PlanFault { line: first.line, waypoint: 1, what });
+        return Err(unreachable(robot, kinematics, &tip, near));
     }
     Ok(found)
 }
 
-/// The fault that stops the arm, with the waypoints behind it that are out of reach in themselves: the first
-/// few, and how many more.
+/// What stops the arm at waypoint `index`, with the later waypoints that are out of reach in themselves: the
+/// first few, and how many more.
 fn with_those_behind(
     robot: &Robot,
     kinematics: &InverseKinematics,
     moves: &[Move],
-    fault: PlanFault,
-) -> Vec<PlanFault> {
-    /// So many are told one by one.
-    const TOLD: usize = 5;
-    /// So many are looked at: each costs a search.
-    const LOOKED_AT: usize = 2000;
+    index: usize,
+    refusal: Refusal,
+) -> Vec<Note> {
+    /// Errors that are listed one by one.
+    const MAX_LISTED: usize = 5;
+    /// Waypoints that are tried: each costs a search.
+    const MAX_TRIED: usize = 2000;
     let near = vec![0.0; robot.joints().len()];
-    let behind = moves.iter().enumerate().skip(fault.waypoint);
-    let mut unreached = behind.take(LOOKED_AT).filter_map(|(index, next)| {
+    let behind = moves.iter().enumerate().skip(index + 1);
+    let mut unreached = behind.take(MAX_TRIED).filter_map(|(index, next)| {
         let (Target::JointsTo(pose) | Target::Line(pose) | Target::Arc { end: pose, .. }) =
             &next.to
         else {
@@ -404,19 +396,18 @@ fn with_those_behind(
         let tip = pose * next.tcp.inverse();
         kinematics.solutions_near(robot, &tip, &near).is_empty().then_some((index, next, tip))
     });
-    let is_long = moves.len() > fault.waypoint + LOOKED_AT;
-    let mut faults = vec![fault];
-    faults.extend(unreached.by_ref().take(TOLD - 1).map(|(index, next, tip)| PlanFault {
-        line: next.line,
-        waypoint: index + 1,
-        what: unreachable(robot, kinematics, &tip, &near),
+    let is_long = moves.len() > index + 1 + MAX_TRIED;
+    let mut errors: Vec<Note> =
+        moves.get(index).map(|at| at_waypoint(index, at, refusal)).into_iter().collect();
+    errors.extend(unreached.by_ref().take(MAX_LISTED - 1).map(|(index, next, tip)| {
+        at_waypoint(index, next, unreachable(robot, kinematics, &tip, &near))
     }));
     let more = unreached.count();
-    if let (true, Some(last)) = (more > 0, faults.last_mut()) {
-        let among = if is_long { format!(" of the next {LOOKED_AT}") } else { String::new() };
+    if let (true, Some(last)) = (more > 0, errors.last_mut()) {
+        let among = if is_long { format!(" of the next {MAX_TRIED}") } else { String::new() };
         last.what.push_str(&format!("; and {more} more waypoints{among} are out of reach"));
     }
-    faults
+    errors
 }
 
 /// Why no joint positions reach a pose, in words.
@@ -425,11 +416,12 @@ fn unreachable(
     kinematics: &InverseKinematics,
     tip: &Isometry3<f64>,
     near: &[f64],
-) -> String {
-    match kinematics.near(robot, tip, near) {
+) -> Refusal {
+    let what = match kinematics.near(robot, tip, near) {
         Err(fault) => fault.to_string(),
         Ok(_) => "no joint positions within the limits reach the pose".to_owned(),
-    }
+    };
+    (Code::Unreachable, what)
 }
 
 /// Knots as they are found, over time.
@@ -465,11 +457,10 @@ impl<'r> Planner<'r> {
         }
     }
 
-    fn run(mut self, moves: &[Move]) -> Result<(Knots, Vec<Segment>, f64), PlanFault> {
-        for (index, pair) in moves.windows(2).enumerate() {
-            let next = &pair[1];
-            let fault = |what: String| PlanFault { line: next.line, waypoint: index + 2, what };
-            self.extend(next).map_err(fault)?;
+    /// Runs all moves; an error comes with the waypoint, counted from 0.
+    fn run(mut self, moves: &[Move]) -> Result<(Knots, Vec<Segment>, f64), (usize, Refusal)> {
+        for (index, next) in moves.iter().enumerate().skip(1) {
+            self.extend(next).map_err(|refusal| (index, refusal))?;
         }
         if self.segments.is_empty()
             && let Some(last) = moves.last()
@@ -489,7 +480,7 @@ impl<'r> Planner<'r> {
     }
 
     /// One more move from where the arm stands.
-    fn extend(&mut self, next: &Move) -> Result<(), String> {
+    fn extend(&mut self, next: &Move) -> Result<(), Refusal> {
         let from = || self.tip_now() * next.tcp;
         match &next.to {
             Target::Joints(q) => self.join(next, q.clone()),
@@ -506,8 +497,9 @@ impl<'r> Planner<'r> {
                 self.follow(next, curve)
             }
             Target::Arc { via, end } => {
-                let curve = Curve::arc(from(), *via, *end)
-                    .ok_or_else(|| "the three points of the arc lie on one line".to_owned())?;
+                let curve = Curve::arc(from(), *via, *end).ok_or_else(|| {
+                    (Code::Motion, "the three points of the arc lie on one line".to_owned())
+                })?;
                 self.follow(next, curve)
             }
         }
@@ -520,7 +512,7 @@ impl<'r> Planner<'r> {
     }
 
     /// A move that is straight in the joints.
-    fn join(&mut self, next: &Move, to: Vec<f64>) -> Result<(), String> {
+    fn join(&mut self, next: &Move, to: Vec<f64>) -> Result<(), Refusal> {
         let tcp = next.tcp.translation.vector.into();
         let ways: Vec<f64> = self.q.iter().zip(&to).map(|(a, b)| (b - a).abs()).collect();
         self.count_way(&ways)?;
@@ -531,7 +523,7 @@ impl<'r> Planner<'r> {
     }
 
     /// A move that is straight or round in the tool centre point.
-    fn follow(&mut self, next: &Move, curve: Curve) -> Result<(), String> {
+    fn follow(&mut self, next: &Move, curve: Curve) -> Result<(), Refusal> {
         let tip = curve.at(1.0) * next.tcp.inverse();
         self.trace(next, curve).map_err(|on_the_way| {
             // A target out of reach is the better word for what stops the arm on the way to it.
@@ -544,10 +536,11 @@ impl<'r> Planner<'r> {
         })
     }
 
-    fn trace(&mut self, next: &Move, curve: Curve) -> Result<(), String> {
+    fn trace(&mut self, next: &Move, curve: Curve) -> Result<(), Refusal> {
         let length = curve.length_m();
         if !(0.0..=LONGEST_CURVE_M).contains(&length) {
-            return Err(format!("is {length:.3e} m long, no arm reaches so far; check the units"));
+            let what = format!("is {length:.3e} m long, no arm reaches so far; check the units");
+            return Err((Code::TooLong, what));
         }
         let mut knots: Vec<(f64, Vec<f64>)> = Vec::new();
         let mut ways = vec![0.0; self.q.len()];
@@ -568,18 +561,19 @@ impl<'r> Planner<'r> {
             let solved = match step {
                 Ok(solved) if near => solved,
                 Ok(_) => {
-                    return Err(format!("passes a singularity {}", passed()));
+                    return Err((Code::Unreachable, format!("passes a singularity {}", passed())));
                 }
-                Err(fault) => return Err(format!("{fault}, {}", passed())),
+                Err(fault) => return Err((Code::Unreachable, format!("{fault}, {}", passed()))),
             };
             let (singular, now) = self.singular_joints(&solved, side);
             side = now;
             if let Some(joints) = singular {
-                return Err(format!(
+                let what = format!(
                     "passes a singularity {} ({joints}); move the work object, turn the tool about its \
                      axis or use joint waypoints there",
                     passed()
-                ));
+                );
+                return Err((Code::Unreachable, what));
             }
             for (way, (a, b)) in ways.iter_mut().zip(q.iter().zip(&solved)) {
                 *way += (b - a).abs();
@@ -620,19 +614,20 @@ impl<'r> Planner<'r> {
 
     /// Counts what the fastest joint moves; told before anything is worked out along a way that is a slip
     /// of the pen.
-    fn count_way(&mut self, ways: &[f64]) -> Result<(), String> {
+    fn count_way(&mut self, ways: &[f64]) -> Result<(), Refusal> {
         let most = ways.iter().copied().fold(0.0, f64::max);
         self.way_in_all += most;
         if most > LONGEST_MOVE || self.way_in_all > LONGEST_PATH {
-            return Err(format!(
+            let what = format!(
                 "the joints move by {most:.4e} rad or m; one move may have {LONGEST_MOVE}, a path \
                  {LONGEST_PATH}"
-            ));
+            );
+            return Err((Code::TooLong, what));
         }
         Ok(())
     }
 
-    fn seconds(&mut self, length_m: f64, next: &Move, ways: &[f64]) -> Result<f64, String> {
+    fn seconds(&mut self, length_m: f64, next: &Move, ways: &[f64]) -> Result<f64, Refusal> {
         let seconds = self.time_of(length_m, next, ways)?;
         if stands_still(length_m) {
             self.standing_s += seconds;
@@ -641,17 +636,19 @@ impl<'r> Planner<'r> {
         if total.is_finite() {
             Ok(seconds)
         } else {
-            Err(format!("takes {seconds} s, which is more than can be counted; check feed and tcp"))
+            let what = format!("takes {seconds} s, more than can be counted; check feed and tcp");
+            Err((Code::TooLong, what))
         }
     }
 
-    fn time_of(&self, length_m: f64, next: &Move, ways: &[f64]) -> Result<f64, String> {
+    fn time_of(&self, length_m: f64, next: &Move, ways: &[f64]) -> Result<f64, Refusal> {
         seconds(self.robot, length_m, next.feed_m_per_s, ways).map_err(|joint| {
-            format!(
+            let what = format!(
                 "the tool centre point stands still, and joint '{}' has no velocity limit in the URDF \
                  (zero counts as none) to tell how long its motion takes",
                 self.robot.joints()[joint].name
-            )
+            );
+            (Code::MissingKey, what)
         })
     }
 

@@ -2,8 +2,9 @@
 
 use super::lookout::Lookout;
 use super::plan::Path;
-use super::surveyor::SurveyFault;
 use super::waves::Wave;
+use crate::notes::Note;
+use crate::progress::{Progress, silent};
 
 /// What is read at every pose.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,8 +37,7 @@ pub struct Station<'s> {
 }
 
 impl Survey {
-    /// Looks at every station of `s` (ascending, 0..=1), over all cores. `progress` is told how many more
-    /// stations are done, from any thread.
+    /// Looks at every station of `s` (ascending, 0..=1), over all cores.
     ///
     /// # Errors
     /// The first station at which the arm has no modes.
@@ -45,8 +45,8 @@ impl Survey {
         path: &Path,
         s: Vec<f64>,
         detail: Detail,
-        progress: &(dyn Fn(usize) + Sync),
-    ) -> Result<Self, SurveyFault> {
+        progress: Progress,
+    ) -> Result<Self, Note> {
         let mut survey = Self {
             modes: path.robot().coordinates().len(),
             detail,
@@ -59,12 +59,7 @@ impl Survey {
     }
 
     /// Looks at more stations and puts them behind those that are there.
-    fn extend(
-        &mut self,
-        lookout: &Lookout,
-        s: Vec<f64>,
-        progress: &(dyn Fn(usize) + Sync),
-    ) -> Result<(), SurveyFault> {
+    fn extend(&mut self, lookout: &Lookout, s: Vec<f64>, progress: Progress) -> Result<(), Note> {
         let (had_values, had_tips) = (self.frequencies_hz.len(), self.tip_m_per_n.len());
         self.frequencies_hz.resize(had_values + s.len() * self.modes, 0.0);
         self.tip_m_per_n.resize(had_tips + s.len() * self.tip_columns(), 0.0);
@@ -132,7 +127,7 @@ impl Survey {
         mut self,
         path: &Path,
         wants: impl Fn(&Station, &Station, &[f64]) -> bool + Sync,
-    ) -> Result<Self, SurveyFault> {
+    ) -> Result<Self, Note> {
         let first_look = self.len();
         let mut wave = Wave::first(&self, &wants);
         if wave.is_empty() {
@@ -141,7 +136,7 @@ impl Survey {
         let lookout = Lookout::new(path, self.detail);
         while !wave.is_empty() {
             let looked_at = self.len();
-            self.extend(&lookout, wave.middles(), &|_| {})?;
+            self.extend(&lookout, wave.middles(), &silent)?;
             wave = wave.halved(&self, looked_at, &wants);
         }
         Ok(self.merged(first_look))

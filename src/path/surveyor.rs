@@ -1,41 +1,32 @@
 //! The arm at one place of a path at a time, by the scalar path of [`crate::modes`].
 
-use std::fmt;
-
 use nalgebra::{Isometry3, Matrix6xX};
 
 use super::plan::{Path, Walker};
 use crate::model::{IkFault, PoseFault, elastic_jacobian};
 use crate::modes::{ModalSolver, Modes, peak_tip_compliance_m_per_n};
+use crate::notes::{Code, Note, Place};
 
-/// A pose of the path at which the arm cannot be looked at.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SurveyFault {
-    /// Where on the path.
-    pub s: f64,
-    /// Why.
-    pub cause: SurveyCause,
-}
-
-/// Why the arm cannot be looked at somewhere on a path.
-#[derive(Debug, Clone, PartialEq)]
-pub enum SurveyCause {
-    /// It has no modes there.
-    Pose(PoseFault),
-    /// It does not get there.
-    Kinematics(IkFault),
-}
-
-impl fmt::Display for SurveyFault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match &self.cause {
-            SurveyCause::Pose(fault) => write!(f, "at s = {:.4}: {fault}", self.s),
-            SurveyCause::Kinematics(fault) => write!(f, "at s = {:.4}: {fault}", self.s),
+/// The arm has no modes at a place of the path.
+pub(super) fn no_modes_at(path: &Path, s: f64, fault: &PoseFault) -> Note {
+    let code = match fault {
+        PoseFault::Length { .. } | PoseFault::NotFinite { .. } => Code::Value,
+        PoseFault::MassNotPositive { .. } | PoseFault::StiffnessNotPositive { .. } => {
+            Code::Singular
         }
-    }
+    };
+    at_place(path, s, code, fault)
 }
 
-impl std::error::Error for SurveyFault {}
+/// The arm does not reach a place of the path.
+pub(super) fn not_reached_at(path: &Path, s: f64, fault: &IkFault) -> Note {
+    at_place(path, s, Code::Unreachable, fault)
+}
+
+fn at_place(path: &Path, s: f64, code: Code, fault: &dyn std::fmt::Display) -> Note {
+    let place = Place { line: Some(path.line_at(s)), ..Place::default() };
+    Note::error(code, place, format!("at s = {s:.4}: {fault}"))
+}
 
 /// Looks at a path pose by pose, in buffers of its own.
 #[derive(Debug, Clone)]
@@ -63,32 +54,26 @@ impl<'p, 'a> Surveyor<'p, 'a> {
         }
     }
 
-    fn stand(&mut self, s: f64) -> Result<Isometry3<f64>, SurveyFault> {
-        self.walker
-            .at(s, &mut self.q)
-            .map_err(|fault| SurveyFault { s, cause: SurveyCause::Kinematics(fault) })
+    fn stand(&mut self, s: f64) -> Result<Isometry3<f64>, Note> {
+        self.walker.at(s, &mut self.q).map_err(|fault| not_reached_at(self.path, s, &fault))
     }
 
     /// Natural frequencies at `s`, Hz, ascending.
     ///
     /// # Errors
     /// The arm has no modes there.
-    pub fn frequencies_hz(&mut self, s: f64) -> Result<&[f64], SurveyFault> {
+    pub fn frequencies_hz(&mut self, s: f64) -> Result<&[f64], Note> {
         self.stand(s)?;
-        self.solver
-            .frequencies_hz(&self.q)
-            .map_err(|fault| SurveyFault { s, cause: SurveyCause::Pose(fault) })
+        self.solver.frequencies_hz(&self.q).map_err(|fault| no_modes_at(self.path, s, &fault))
     }
 
     /// Modes at `s`, and with them the tip response.
     ///
     /// # Errors
     /// The arm has no modes there.
-    pub fn modes(&mut self, s: f64) -> Result<&Modes, SurveyFault> {
+    pub fn modes(&mut self, s: f64) -> Result<&Modes, Note> {
         let tcp = self.stand(s)?;
-        self.solver
-            .solve(&self.q)
-            .map_err(|fault| SurveyFault { s, cause: SurveyCause::Pose(fault) })?;
+        self.solver.solve(&self.q).map_err(|fault| no_modes_at(self.path, s, &fault))?;
         let tcp = tcp.translation.vector.into();
         elastic_jacobian(self.path.robot(), self.solver.placement(), &tcp, &mut self.jacobian);
         for (r, tip) in self.tip_m_per_n.iter_mut().enumerate() {

@@ -4,9 +4,10 @@ use nalgebra::{Isometry3, Matrix6xX, Vector3};
 
 use super::lookout::located;
 use super::plan::Path;
-use super::surveyor::{SurveyCause, SurveyFault};
+use super::surveyor::{no_modes_at, not_reached_at};
 use crate::model::{Placement, elastic_jacobian, forward_kinematics};
 use crate::modes::batch::{Kernel, ModesOut};
+use crate::notes::Note;
 
 /// The modes of the arm at one place of a path.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,7 +29,7 @@ pub struct TipModes {
 ///
 /// # Errors
 /// The first place at which the arm has no modes.
-pub fn tip_modes(path: &Path, s: &[f64]) -> Result<Vec<TipModes>, SurveyFault> {
+pub fn tip_modes(path: &Path, s: &[f64]) -> Result<Vec<TipModes>, Note> {
     let robot = path.robot();
     let (n, joints) = (robot.coordinates().len(), robot.joints().len());
     let mut walker = path.walker();
@@ -36,7 +37,7 @@ pub fn tip_modes(path: &Path, s: &[f64]) -> Result<Vec<TipModes>, SurveyFault> {
     let mut tcps = Vec::with_capacity(s.len());
     for (&s, q) in s.iter().zip(poses.chunks_mut(joints)) {
         let tcp = walker.at(s, q);
-        tcps.push(tcp.map_err(|fault| SurveyFault { s, cause: SurveyCause::Kinematics(fault) })?);
+        tcps.push(tcp.map_err(|fault| not_reached_at(path, s, &fault))?);
     }
     let mut frequencies_hz = vec![0.0; s.len() * n];
     let mut shapes = vec![0.0; s.len() * n * n];
@@ -48,7 +49,7 @@ pub fn tip_modes(path: &Path, s: &[f64]) -> Result<Vec<TipModes>, SurveyFault> {
     };
     Kernel::new(robot).par_modes(&poses, out).map_err(|fault| {
         let (i, fault) = located(fault, 0);
-        SurveyFault { s: s[i], cause: SurveyCause::Pose(fault) }
+        no_modes_at(path, s[i], &fault)
     })?;
     let mut placement = Placement::new(robot);
     let mut jacobian = Matrix6xX::zeros(n);

@@ -1,72 +1,27 @@
 //! One job → its risk.
 
-use std::fmt;
-use std::path::PathBuf;
-
 use super::bands::Watch;
 use super::crossings;
 use super::left_out::left_out;
-use super::notices::notices;
+use super::notices::{in_operation, notices};
 use super::turning::Turning;
 use super::verdict::{Certainty, Crossing, Exchange, JobRisk, OperationRisk, Sample, Verdict};
 use crate::excitation::{ExcitationLine, lines};
 use crate::job::{Job, Operation, Policy, SpindleSpeed};
-use crate::path::{Detail, LONGEST_GAP, Path, Survey, SurveyFault, Surveyor, follow, grid};
+use crate::notes::Note;
+use crate::path::{Detail, LONGEST_GAP, Path, Survey, Surveyor, follow, grid};
+use crate::progress::Progress;
 
 /// An operation with at most this many stations shows all of them as samples; beyond it, samples are
 /// thinned to [`LONGEST_GAP`].
 const MOST_SAMPLES: usize = 5000;
-
-/// Why a job cannot be assessed, or a remark on it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct AssessFault {
-    /// Name of the operation.
-    pub operation: String,
-    /// The file that `line` refers to: the job's, or the program as the job names it.
-    pub file: PathBuf,
-    /// Line of the move at fault, counted from 1.
-    pub line: Option<usize>,
-    /// What is wrong, as a lower-case fragment.
-    pub what: String,
-}
-
-impl AssessFault {
-    /// A fault of one operation of a job.
-    pub fn of(job: &Job, operation: &Operation, line: Option<usize>, what: String) -> Self {
-        Self {
-            operation: operation.name.clone(),
-            file: operation.program.clone().unwrap_or_else(|| job.file.clone()),
-            line,
-            what,
-        }
-    }
-}
-
-impl fmt::Display for AssessFault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "operation '{}': {}", self.operation, self.what)
-    }
-}
-
-impl std::error::Error for AssessFault {}
 
 /// Checks every operation of a job: plans its path, looks at the arm along it and finds where excitation
 /// lines lie in the modes' bands.
 ///
 /// # Errors
 /// What cannot be run, for every operation.
-pub fn assess(job: &Job) -> Result<JobRisk, Vec<AssessFault>> {
-    assess_with_progress(job, &|_| {})
-}
-
-/// As [`assess`]; `progress` is told how many more poses are done, from any thread.
-///
-/// # Errors
-/// As [`assess`].
-pub fn assess_with_progress(
-    job: &Job,
-    progress: &(dyn Fn(usize) + Sync),
-) -> Result<JobRisk, Vec<AssessFault>> {
+pub fn assess(job: &Job, progress: Progress) -> Result<JobRisk, Vec<Note>> {
     let (mut faults, mut notices) = (Vec::new(), Vec::new());
     let mut operations = Vec::new();
     for operation in &job.operations {
@@ -95,11 +50,11 @@ pub fn assess_with_progress(
 fn assess_operation(
     job: &Job,
     operation: &Operation,
-    progress: &(dyn Fn(usize) + Sync),
-) -> Result<(OperationRisk, Vec<AssessFault>), Vec<AssessFault>> {
+    progress: Progress,
+) -> Result<(OperationRisk, Vec<Note>), Vec<Note>> {
     let path = plan(job, operation)?;
     let risk = survey_operation(job, operation, &path, progress)
-        .map_err(|fault| vec![located(job, operation, &path, &fault)])?;
+        .map_err(|note| vec![in_operation(job, operation, note)])?;
     let notices = notices(job, operation, &path, &risk);
     Ok((risk, notices))
 }
@@ -108,15 +63,10 @@ fn assess_operation(
 ///
 /// # Errors
 /// What cannot be run.
-pub fn plan<'a>(job: &'a Job, operation: &Operation) -> Result<Path<'a>, Vec<AssessFault>> {
-    let fault = |line, what| AssessFault::of(job, operation, Some(line), what);
+pub fn plan<'a>(job: &'a Job, operation: &Operation) -> Result<Path<'a>, Vec<Note>> {
+    let in_operation = |note| in_operation(job, operation, note);
     Path::plan(&job.robot, &operation.moves, operation.start_near.as_deref())
-        .map_err(|faults| faults.into_iter().map(|f| fault(f.line, f.to_string())).collect())
-}
-
-/// A fault of a survey as one of the operation, with its line.
-pub fn located(job: &Job, operation: &Operation, path: &Path, fault: &SurveyFault) -> AssessFault {
-    AssessFault::of(job, operation, Some(path.line_at(fault.s)), fault.to_string())
+        .map_err(|errors| errors.into_iter().map(in_operation).collect())
 }
 
 /// What must be read along a path for a policy: tip response costs mode shapes, so only where the policy
@@ -136,7 +86,7 @@ pub fn crossings_under(
     speed: &SpindleSpeed,
     path: &Path,
     first_look: Survey,
-) -> Result<(Vec<Crossing>, Survey), SurveyFault> {
+) -> Result<(Vec<Crossing>, Survey), Note> {
     let turning = Turning::new(speed, path);
     let (lowest_hz, highest_hz) = first_look.range_hz();
     let watches: Vec<Watch> = lines
@@ -167,8 +117,8 @@ fn survey_operation(
     job: &Job,
     operation: &Operation,
     path: &Path,
-    progress: &(dyn Fn(usize) + Sync),
-) -> Result<OperationRisk, SurveyFault> {
+    progress: Progress,
+) -> Result<OperationRisk, Note> {
     let lines = lines(&job.tool, &job.policy);
     let turning = Turning::new(&operation.speed, path);
     let stations = grid(path, operation.speed.corners());
@@ -231,7 +181,7 @@ fn sample(
     surveyor: &mut Surveyor,
     s: f64,
     families: Vec<Option<usize>>,
-) -> Result<Sample, SurveyFault> {
+) -> Result<Sample, Note> {
     let natural_frequencies_hz = surveyor.modes(s)?.natural_frequencies_hz.clone();
     let joints = surveyor.joints().to_vec();
     Ok(Sample {

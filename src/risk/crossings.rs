@@ -2,7 +2,8 @@
 
 use super::bands::Watch;
 use super::verdict::{Certainty, Crossing};
-use crate::path::{Path, Survey, SurveyFault, Surveyor};
+use crate::notes::Note;
+use crate::path::{Path, Survey, Surveyor};
 
 /// The closest point of a crossing is found to within this share of the path, and of where it is sought: a band that is
 /// passed fast is narrow.
@@ -32,7 +33,7 @@ pub(super) fn find(
     path: &Path,
     survey: &Survey,
     surveyor: &mut Surveyor,
-) -> Result<Vec<Crossing>, SurveyFault> {
+) -> Result<Vec<Crossing>, Note> {
     let mut crossings = Vec::new();
     for r in 0..path.robot().coordinates().len() {
         for run in runs(watch, survey, r) {
@@ -79,7 +80,7 @@ fn crossing(
     surveyor: &mut Surveyor,
     r: usize,
     run: &Run,
-) -> Result<Crossing, SurveyFault> {
+) -> Result<Crossing, Note> {
     let closest_s = closest(watch, survey, surveyor, r, run)?;
     surveyor.modes(closest_s)?;
     let (modes, placement) = (surveyor.solver().modes(), surveyor.solver().placement());
@@ -118,7 +119,7 @@ fn closest(
     surveyor: &mut Surveyor,
     r: usize,
     run: &Run,
-) -> Result<f64, SurveyFault> {
+) -> Result<f64, Note> {
     let offset = |i: usize| {
         let station = survey.station(i);
         watch.excitation_hz(station.s) / station.frequencies_hz[r] - 1.0
@@ -152,7 +153,7 @@ fn meet(
     r: usize,
     mut left: (f64, f64),
     mut right: (f64, f64),
-) -> Result<f64, SurveyFault> {
+) -> Result<f64, Note> {
     let tolerance = CLOSEST_TOLERANCE.min(CLOSEST_SHARE * (right.0 - left.0));
     while right.0 - left.0 > tolerance.max(f64::EPSILON * right.0) {
         let s = 0.5 * (left.0 + right.0);
@@ -174,9 +175,9 @@ fn narrow(
     mut left: f64,
     best: f64,
     mut right: f64,
-) -> Result<f64, SurveyFault> {
+) -> Result<f64, Note> {
     const GOLDEN: f64 = 0.381_966_011_250_105_1;
-    let mut distance = |s: f64| -> Result<f64, SurveyFault> {
+    let mut distance = |s: f64| -> Result<f64, Note> {
         Ok((watch.excitation_hz(s) / surveyor.frequencies_hz(s)?[r] - 1.0).abs())
     };
     let (mut best, mut least) = (best, distance(best)?);

@@ -9,11 +9,9 @@ mod notices;
 mod turning;
 mod verdict;
 
-pub use assess::{
-    AssessFault, assess, assess_with_progress, crossings_under, detail, located, plan,
-};
+pub use assess::{assess, crossings_under, detail, plan};
 pub use margin::{Approach, closest_approach};
-pub use notices::{Counted, nothing_checked};
+pub use notices::{Counted, about_operation, in_operation, nothing_checked};
 pub use turning::Turning;
 pub use verdict::{
     Certainty, Crossing, Exchange, JobRisk, LeftOut, OperationRisk, Sample, Verdict,

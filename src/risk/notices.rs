@@ -1,10 +1,23 @@
 //! Remarks on an operation that do not change its verdict.
 
-use super::assess::AssessFault;
 use super::verdict::OperationRisk;
 use crate::job::{Job, Operation, SpindleSpeed};
+use crate::notes::{Code, Note, Part, Place};
 use crate::path::Path;
 use crate::units::um_per_n_from_m_per_n;
+
+/// A note about moves of an operation, in the file that its line stands in: the program or the job.
+pub fn in_operation(job: &Job, operation: &Operation, mut note: Note) -> Note {
+    note.place.file = Some(job.file_of_moves(operation));
+    note.within(Part::Operation(operation.name.clone()))
+}
+
+/// A warning about an operation as a whole, where it starts in the job.
+pub fn about_operation(job: &Job, operation: &Operation, code: Code, what: String) -> Note {
+    let part = Some(Part::Operation(operation.name.clone()));
+    let place = Place { part, ..Place::line(&job.file, operation.line) };
+    Note::warning(code, place, what)
+}
 
 /// What a planner should know of an operation beside its crossings.
 pub(super) fn notices(
@@ -12,37 +25,30 @@ pub(super) fn notices(
     operation: &Operation,
     path: &Path,
     risk: &OperationRisk,
-) -> Vec<AssessFault> {
-    let in_job = |what: String| AssessFault {
-        operation: operation.name.clone(),
-        file: job.file.clone(),
-        line: Some(operation.line),
-        what,
-    };
+) -> Vec<Note> {
     let counted = Counted {
         spindle_turns: path.spindle_turns(),
         lines: risk.left_out.lines.len() < risk.lines.len(),
         modes: risk.left_out.modes.len() < job.robot.coordinates().len(),
     };
-    let mut notices: Vec<AssessFault> = nothing_checked(job, &counted)
+    let nothing = nothing_checked(job, &counted).map(|what| (Code::NothingChecked, what));
+    let sudden = too_sudden(job, operation, path).map(|what| (Code::SpindleAcceleration, what));
+    let mut notices: Vec<Note> = nothing
         .into_iter()
-        .chain(too_sudden(job, operation, path))
-        .map(in_job)
+        .chain(sudden)
+        .map(|(code, what)| about_operation(job, operation, code, what))
         .collect();
     if let Some(haste) = path.worst_haste() {
-        notices.push(AssessFault {
-            operation: operation.name.clone(),
-            file: operation.program.clone().unwrap_or_else(|| job.file.clone()),
-            line: Some(path.line_at(haste.s)),
-            what: format!(
-                "{haste}; the robot will be slower there than this check takes it to be, {}",
-                if haste.is_on_the_spot {
-                    "as turns on the spot are timed by their slowest joint on average"
-                } else {
-                    "so lower the feed"
-                }
-            ),
-        });
+        let what = format!(
+            "{haste}; the robot will be slower there than this check takes it to be, {}",
+            if haste.is_on_the_spot {
+                "as turns on the spot are timed by their slowest joint on average"
+            } else {
+                "so lower the feed"
+            }
+        );
+        let place = Place { line: Some(path.line_at(haste.s)), ..Place::default() };
+        notices.push(in_operation(job, operation, Note::warning(Code::FeedLimit, place, what)));
     }
     notices
 }

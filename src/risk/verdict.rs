@@ -1,7 +1,7 @@
 //! What a check finds: plain data that holds nothing of the model.
 
-use super::assess::AssessFault;
 use crate::excitation::ExcitationLine;
+use crate::notes::Note;
 
 /// The answer for an operation, a job or a set of jobs; the worst of its parts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -145,5 +145,5 @@ pub struct JobRisk {
     /// One per operation, in order.
     pub operations: Vec<OperationRisk>,
     /// Remarks that change no verdict, in the order of the operations.
-    pub notices: Vec<AssessFault>,
+    pub notices: Vec<Note>,
 }

@@ -9,6 +9,7 @@ use detune::advice::{Bind, Change, Objective, Options, Remedy, advise};
 use detune::job::{Job, Levers, Operation, Policy, Spindle, SpindleSpeed, Tool};
 use detune::model::Robot;
 use detune::motion::{Move, StatedFeeds, Target};
+use detune::progress::silent;
 use detune::risk::{Verdict, assess};
 use nalgebra::Isometry3;
 use rand::{RngExt, SeedableRng};
@@ -154,7 +155,7 @@ fn safe_speeds_agree_with_a_scan() {
     for case in 0..60 {
         let (waypoints, teeth, rpm, policy) = random_case(&mut rng, case % 2 == 1);
         let job = job(&robot, &waypoints, rpm, teeth, policy.clone());
-        let advice = advise(&job, &Options::default()).unwrap();
+        let advice = advise(&job, &Options::default(), &silent).unwrap();
         let safe = &advice.operations[0].set.safe;
         assert!(safe.windows(2).all(|w| w[0].high_rpm < w[1].low_rpm), "{safe:?}");
         gaps += safe.len();
@@ -194,7 +195,7 @@ fn recommended_speeds_are_clear_and_the_best() {
         for objective in [Objective::Nearest, Objective::Margin, Objective::Highest] {
             job.operations[0].speed = SpindleSpeed::Constant(rpm);
             let options = Options { objective, ..Options::default() };
-            let advice = advise(&job, &options).unwrap();
+            let advice = advise(&job, &options, &silent).unwrap();
             let operation = &advice.operations[0];
             let Remedy::Constant(constant) = &operation.remedy else {
                 assert!(operation.set.safe.iter().all(|gap| gap.high_rpm - gap.low_rpm < 0.1));
@@ -206,7 +207,7 @@ fn recommended_speeds_are_clear_and_the_best() {
             let chip = constant.feed_m_per_s / constant.rpm - 0.01 / rpm;
             assert!(chip.abs() < 1e-15);
             job.operations[0].speed = SpindleSpeed::Constant(constant.rpm);
-            let risk = assess(&job).unwrap();
+            let risk = assess(&job, &silent).unwrap();
             assert_eq!(risk.verdict, Verdict::Clear, "case {case}, {objective:?}");
             let ends = operation.set.safe.iter().flat_map(|gap| [gap.low_rpm, gap.high_rpm]);
             match objective {
@@ -281,7 +282,7 @@ fn an_infeasible_job_names_what_binds_it() {
         (policy.separation, policy.model_uncertainty) = (0.5, 0.3);
         let mut job = job(&robot, &waypoints, rpm, teeth, policy.clone());
         job.spindle.max_rpm = 1500.0;
-        let advice = advise(&job, &Options::default()).unwrap();
+        let advice = advise(&job, &Options::default(), &silent).unwrap();
         let operation = &advice.operations[0];
         if operation.constant.is_some() {
             continue;

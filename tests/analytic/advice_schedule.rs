@@ -9,6 +9,7 @@ use detune::advice::{Coupling, FeedRule, Objective, Options, Remedy, Schedule, a
 use detune::job::{Job, Levers, Operation, Policy, Spindle, SpindleSpeed, Tool};
 use detune::model::Robot;
 use detune::motion::{Move, StatedFeeds, Target};
+use detune::progress::silent;
 use detune::risk::{Verdict, assess};
 use nalgebra::Isometry3;
 use rand::{RngExt, SeedableRng};
@@ -235,13 +236,13 @@ fn schedules_keep_out_of_bands_and_within_limits() {
     for index in 0..130 {
         let mut case = random_case(&mut rng);
         let options = Options { schedule: true, ..Options::default() };
-        let advice = advise(&case.job, &options).unwrap();
+        let advice = advise(&case.job, &options, &silent).unwrap();
         // A schedule that comes to one safe speed is that speed.
         if let Remedy::Constant(constant) = &advice.operations[0].remedy
             && advice.operations[0].no_schedule.is_none()
         {
             case.job.operations[0].speed = SpindleSpeed::Constant(constant.rpm);
-            assert_eq!(assess(&case.job).unwrap().verdict, Verdict::Clear, "case {index}");
+            assert_eq!(assess(&case.job, &silent).unwrap().verdict, Verdict::Clear, "case {index}");
             clear += 1;
             continue;
         }
@@ -253,7 +254,7 @@ fn schedules_keep_out_of_bands_and_within_limits() {
         case.holds(plan, &format!("case {index}"));
         // A check under the new speed and feed sees the same.
         case.job.operations[0].speed = SpindleSpeed::Schedule(plan.points.clone());
-        let risk = assess(&case.job).unwrap();
+        let risk = assess(&case.job, &silent).unwrap();
         if plan.exposures.is_empty() {
             clear += 1;
             assert_eq!(risk.verdict, Verdict::Clear, "case {index}");
@@ -286,7 +287,7 @@ fn schedules_are_as_good_as_a_fine_dynamic_programme() {
     for index in 0..40 {
         let case = random_case(&mut rng);
         let options = Options { schedule: true, feed: FeedRule::Programmed, ..Options::default() };
-        let advice = advise(&case.job, &options).unwrap();
+        let advice = advise(&case.job, &options, &silent).unwrap();
         let found = match &advice.operations[0].remedy {
             Remedy::Scheduled(plan) if plan.exposures.is_empty() => plan.objective,
             // One speed throughout: its distance from the programmed one, and no change.
@@ -319,7 +320,7 @@ fn a_band_that_must_be_crossed_is_crossed_once_and_in_the_air() {
         Spindle { min_rpm: 440.0, max_rpm: 540.0, max_acceleration_rpm_per_s: Some(400.0) };
     let case = case(&waypoints, 480.0, policy(0.03, 1, 0), spindle, &[2]);
     let f1: Vec<f64> = case.frequencies.iter().map(|f| f[0]).collect();
-    let advice = advise(&case.job, &Options::default()).unwrap();
+    let advice = advise(&case.job, &Options::default(), &silent).unwrap();
     let operation = &advice.operations[0];
     println!("f1 {:.2} to {:.2} Hz; {:?}", f1[0], f1[SAMPLES], operation.set.safe);
     let Remedy::Scheduled(plan) = &operation.remedy else { panic!("{:?}", operation.remedy) };
@@ -415,7 +416,7 @@ impl Case {
         // A check of the schedule finds the same stay.
         let mut job = self.job.clone();
         job.operations[0].speed = speed;
-        let checked = &assess(&job).unwrap().operations[0].crossings;
+        let checked = &assess(&job, &silent).unwrap().operations[0].crossings;
         let found = [
             checked.iter().map(|c| c.from_s).fold(1.0, f64::min),
             checked.iter().map(|c| c.to_s).fold(0.0, f64::max),
@@ -443,7 +444,7 @@ fn a_band_is_crossed_as_fast_as_the_spindle_can() {
                 };
                 let case = case(&waypoints, rpm, policy(0.03, 1, 0), spindle, air);
                 let what = format!("{acceleration} rpm/s from {rpm} rpm, air {air:?}");
-                let advice = advise(&case.job, &Options::default()).unwrap();
+                let advice = advise(&case.job, &Options::default(), &silent).unwrap();
                 let Remedy::Scheduled(plan) = &advice.operations[0].remedy else {
                     panic!("{what}: {:?}", advice.operations[0].no_schedule);
                 };
@@ -472,7 +473,7 @@ fn a_band_is_crossed_as_fast_as_the_spindle_can() {
 
 fn planned(case: &Case, objective: Objective) -> detune::advice::OperationAdvice {
     let options = Options { objective, schedule: true, feed: FeedRule::Programmed };
-    advise(&case.job, &options).unwrap().operations.remove(0)
+    advise(&case.job, &options, &silent).unwrap().operations.remove(0)
 }
 
 /// Towards the highest speed no schedule on a grid comes nearer to it; for the margin none keeps out of wider bands.
@@ -534,7 +535,7 @@ fn what_a_schedule_cannot_follow_is_told() {
         (Objective::Vibration, Objective::Nearest, Some("no convex function")),
     ] {
         let options = Options { objective, ..Options::default() };
-        let advice = advise(&case.job, &options).unwrap();
+        let advice = advise(&case.job, &options, &silent).unwrap();
         let Remedy::Scheduled(plan) = &advice.operations[0].remedy else { panic!("{objective:?}") };
         assert_eq!(plan.follows, follows);
         let notices: Vec<&str> = advice.notices.iter().map(|n| n.what.as_str()).collect();

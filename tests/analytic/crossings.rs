@@ -8,6 +8,7 @@ use std::sync::Arc;
 use detune::job::{Job, Levers, Operation, Policy, Spindle, SpindleSpeed, Tool};
 use detune::model::Robot;
 use detune::motion::{Move, StatedFeeds, Target};
+use detune::progress::silent;
 use detune::risk::{Certainty, assess};
 use nalgebra::Isometry3;
 use rand::{RngExt, SeedableRng};
@@ -184,7 +185,7 @@ fn crossings_agree_with_a_scan_at_100_000_samples() {
         };
         let separation = policy.separation;
         let expected = scan(&scan_poses(&waypoints), &rpm_at, &[1, teeth, 2 * teeth], &policy);
-        let risk = assess(&job(&robot, &waypoints, speed, teeth, policy)).unwrap();
+        let risk = assess(&job(&robot, &waypoints, speed, teeth, policy), &silent).unwrap();
         for crossing in &risk.operations[0].crossings {
             let certain = crossing.certainty == Certainty::Certain;
             assert_eq!(certain, crossing.separation < separation, "{crossing:?}");
@@ -237,7 +238,8 @@ fn a_narrow_touch_is_found() {
         policy.tooth_passing_harmonics = 1;
         policy.spindle_harmonics = 0;
         let risk =
-            assess(&job(&robot, &waypoints, SpindleSpeed::Constant(rpm), 3, policy)).unwrap();
+            assess(&job(&robot, &waypoints, SpindleSpeed::Constant(rpm), 3, policy), &silent)
+                .unwrap();
         let [crossing] = risk.operations[0].crossings.as_slice() else {
             panic!("{i}, width {width}: {:?}", risk.operations[0].crossings)
         };
@@ -254,14 +256,9 @@ fn a_crossing_carries_its_place_in_the_file() {
     let robot = Arc::new(Robot::new(&two_link()).unwrap());
     let waypoints = [[0.0, 2.5], [0.2, 1.8], [0.4, 0.2], [0.6, -0.5]];
     let f1 = closed_form_hz(1.0)[0];
-    let risk = assess(&job(
-        &robot,
-        &waypoints,
-        SpindleSpeed::Constant(f1 * 60.0 / 2.0),
-        2,
-        Policy { tooth_passing_harmonics: 1, spindle_harmonics: 0, ..policy(0.002, 0.0) },
-    ))
-    .unwrap();
+    let policy = Policy { tooth_passing_harmonics: 1, spindle_harmonics: 0, ..policy(0.002, 0.0) };
+    let speed = SpindleSpeed::Constant(f1 * 60.0 / 2.0);
+    let risk = assess(&job(&robot, &waypoints, speed, 2, policy), &silent).unwrap();
     let [crossing] = risk.operations[0].crossings.as_slice() else {
         panic!("{:?}", risk.operations[0].crossings)
     };
@@ -283,7 +280,7 @@ fn an_edge_does_not_flicker() {
         let mut policy = policy(separation, 0.0);
         policy.tooth_passing_harmonics = 1;
         policy.spindle_harmonics = 0;
-        let risk = assess(&job(&robot, &waypoints, speed, 2, policy)).unwrap();
+        let risk = assess(&job(&robot, &waypoints, speed, 2, policy), &silent).unwrap();
         assert_eq!(risk.operations[0].crossings.len(), expected, "separation {separation}");
     }
 }
@@ -301,7 +298,8 @@ fn a_meeting_at_a_sample_is_exact() {
     }
     let mut policy = policy(0.01, 0.0);
     policy.tooth_passing_harmonics = 1;
-    let risk = assess(&job(&robot, &waypoints, SpindleSpeed::Constant(rpm), 1, policy)).unwrap();
+    let risk =
+        assess(&job(&robot, &waypoints, SpindleSpeed::Constant(rpm), 1, policy), &silent).unwrap();
     let crossing = &risk.operations[0].crossings[0];
     assert!(crossing.separation < 1e-14, "{}", crossing.separation);
     assert!(crossing.closest_s < 1e-9, "{}", crossing.closest_s);
@@ -320,7 +318,7 @@ fn nothing_is_crossed_where_the_spindle_stands() {
     job.policy.tooth_passing_harmonics = 1;
     job.policy.spindle_harmonics = 0;
     let found = |job: &Job| -> Vec<(f64, f64, usize, usize)> {
-        let risk = assess(job).unwrap();
+        let risk = assess(job, &silent).unwrap();
         let crossings = risk.operations[0].crossings.iter().filter(|c| c.mode == 1);
         crossings.map(|c| (c.from_s, c.to_s, c.from_line, c.to_line)).collect()
     };

@@ -5,6 +5,7 @@ use std::path::Path as FilePath;
 
 use detune::model::{Placement, Robot, forward_kinematics};
 use detune::motion::{Move, Target};
+use detune::notes::{Note, Part};
 use detune::path::{LARGEST_STEP, LONGEST_GAP, Path, grid};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
@@ -190,13 +191,20 @@ fn the_start_may_be_sought_near_other_joint_positions() {
     assert!((q[4] - HOME[4]).abs() < 1e-9);
 }
 
+/// Counted from 1.
+fn waypoint(fault: &Note) -> usize {
+    let Some(Part::Waypoint(index)) = fault.place.part else { panic!("{fault:?}") };
+    index + 1
+}
+
 #[test]
 fn what_cannot_be_run_is_told_with_its_waypoint() {
     let robot = irb1600();
     let a = tcp_pose(&robot, &HOME, &tool());
     let told = |targets: Vec<Target>, tcp: Isometry3<f64>| {
         let faults = Path::plan(&robot, &moves(targets, tcp), Some(&HOME)).unwrap_err();
-        faults.iter().map(|f| (f.line, f.waypoint, f.what.clone())).collect::<Vec<_>>()
+        let of = |fault: &Note| (fault.place.line.unwrap(), waypoint(fault), fault.what.clone());
+        faults.iter().map(of).collect::<Vec<_>>()
     };
     let far = shifted(&a, [1.5, 0.0, 0.0], [0.0; 3]);
     let faults = told(vec![Target::Line(a), Target::Line(far)], tool());
@@ -227,7 +235,7 @@ fn what_cannot_be_run_is_told_with_its_waypoint() {
     let faults = Path::plan(&robot, &moves(vec![Target::Joints(bent(0.4)), over], flange), None)
         .unwrap_err();
     assert!(faults[0].what.contains("singular"), "{}", faults[0].what);
-    assert_eq!(faults[0].waypoint, 2);
+    assert_eq!(waypoint(&faults[0]), 2);
 
     let faults = Path::plan(&robot, &[], None).unwrap_err();
     assert!(faults[0].what.contains("empty"));

@@ -8,7 +8,9 @@
 
 use crate::excitation::ExcitationLine;
 use crate::job::Policy;
-use crate::path::{Path, Station, Survey, SurveyFault};
+use crate::notes::Note;
+use crate::path::{Path, Station, Survey};
+use crate::progress::silent;
 use crate::risk::detail;
 use crate::units::rpm_from_hz;
 
@@ -81,10 +83,10 @@ impl Cells {
         survey: &Survey,
         counting: &Counting,
         slack: f64,
-    ) -> Result<Self, SurveyFault> {
+    ) -> Result<Self, Note> {
         let middles = s.windows(2).flat_map(|side| [side[0], 0.5 * (side[0] + side[1])]);
         let stations: Vec<f64> = middles.chain([1.0]).collect();
-        let own = Survey::take(path, stations, detail(counting.policy), &|_| {})?;
+        let own = Survey::take(path, stations, detail(counting.policy), &silent)?;
         let mut first = 0;
         let cells = (0..s.len() - 1).map(|i| {
             while first < survey.len() && survey.station(first).s <= s[i] {

@@ -44,7 +44,9 @@ use super::vibration::TipModel;
 use super::{FeedRule, KeptSchedule, Objective};
 use crate::excitation::ExcitationLine;
 use crate::job::{Job, Operation, SpindleSpeed};
-use crate::path::{Path, Survey, SurveyFault, grid};
+use crate::notes::Note;
+use crate::path::{Path, Survey, grid};
+use crate::progress::silent;
 use crate::risk::{Crossing, crossings_under, detail};
 
 /// Taken where the job gives no acceleration of the spindle: an assumption, not a figure of any spindle.
@@ -220,7 +222,7 @@ impl Task<'_> {
 ///
 /// # Errors
 /// The arm has no modes somewhere.
-pub(super) fn schedule(task: &Task) -> Result<Result<Schedule, NoSchedule>, SurveyFault> {
+pub(super) fn schedule(task: &Task) -> Result<Result<Schedule, NoSchedule>, Note> {
     let Task { job, operation, path, .. } = *task;
     let programmed_s = path.duration_s();
     if programmed_s <= 0.0 {
@@ -260,7 +262,7 @@ pub(super) fn schedule(task: &Task) -> Result<Result<Schedule, NoSchedule>, Surv
         };
         let speed = SpindleSpeed::Schedule(thinned(&best.s, &best.rpm, &limits));
         let stations = grid(path, speed.corners());
-        let first_look = Survey::take(path, stations, detail(&job.policy), &|_| {})?;
+        let first_look = Survey::take(path, stations, detail(&job.policy), &silent)?;
         let (found, last_look) =
             crossings_under(task.lines, &job.policy, &speed, path, first_look)?;
         let is_told = |crossing: &Crossing| {
@@ -318,11 +320,11 @@ fn has_rapids(operation: &Operation) -> bool {
 ///
 /// # Errors
 /// The arm has no modes somewhere.
-pub(super) fn kept(task: &Task) -> Result<Option<KeptSchedule>, SurveyFault> {
+pub(super) fn kept(task: &Task) -> Result<Option<KeptSchedule>, Note> {
     let Task { job, operation, path, .. } = *task;
     let SpindleSpeed::Schedule(points) = &operation.speed else { return Ok(None) };
     let stations = grid(path, operation.speed.corners());
-    let first_look = Survey::take(path, stations, detail(&job.policy), &|_| {})?;
+    let first_look = Survey::take(path, stations, detail(&job.policy), &silent)?;
     let (found, last_look) =
         crossings_under(task.lines, &job.policy, &operation.speed, path, first_look)?;
     Ok(found.is_empty().then(|| KeptSchedule {

@@ -9,7 +9,9 @@ use super::{NoSchedule, Task};
 use crate::advice::Objective;
 use crate::advice::speeds::{Speeds, WIDEST, ignored_speeds};
 use crate::job::Job;
-use crate::path::{Detail, Survey, SurveyFault};
+use crate::notes::Note;
+use crate::path::{Detail, Survey};
+use crate::progress::silent;
 use crate::units::rpm_from_hz;
 
 /// What a second in a band hurts in the air, as a share of a second in the cut.
@@ -40,7 +42,7 @@ pub(super) fn best(
     cells: &Cells,
     follows: Objective,
     limits: &Limits,
-) -> Result<Result<Best, NoSchedule>, SurveyFault> {
+) -> Result<Result<Best, NoSchedule>, Note> {
     let Job { policy, spindle, .. } = task.job;
     let plane = |half_width| cells.plane(task.lines, policy, spindle, half_width);
     let ways = |half_width| routes(&plane(half_width), limits, None);
@@ -129,11 +131,11 @@ fn first_of(ways: Vec<Route>, limits: &Limits) -> Result<Best, NoSchedule> {
 }
 
 /// Per cell, what it hurts to be in the band of each mode for as long as the whole path takes.
-fn hurt(task: &Task, s: &[f64]) -> Result<Vec<Bands>, SurveyFault> {
+fn hurt(task: &Task, s: &[f64]) -> Result<Vec<Bands>, Note> {
     let Task { job, path, lines, .. } = *task;
     let policy = &job.policy;
     let middles = s.windows(2).map(|side| 0.5 * (side[0] + side[1])).collect();
-    let survey = Survey::take(path, middles, Detail::TipResponse, &|_| {})?;
+    let survey = Survey::take(path, middles, Detail::TipResponse, &silent)?;
     let mut cells = Vec::with_capacity(survey.len());
     for (side, station) in s.windows(2).zip(survey.stations()) {
         let share = if is_idle_between(task, side[0], side[1]) { AIR_HURT } else { 1.0 };
