@@ -31,6 +31,31 @@
 //! | s | share of an operation's time | 1 | 0..=1 | |
 //! | z, n | teeth; spindle speed | 1; rev/min | | |
 //!
+//! Identification:
+//!
+//! | symbol | name | unit | shape |
+//! |---|---|---|---|
+//! | T, N | sampling interval, samples of a record | s, 1 | |
+//! | F(ω), X(ω) | spectra of force and response | | lines |
+//! | H(ω) | frequency response function X/F | response/N | lines |
+//! | γ²(ω) | coherence of force and response, 0..=1 | 1 | lines |
+//! | λ_r | pole of mode r, −ζ_r ω_r + i ω_r √(1 − ζ_r²) | rad/s | complex |
+//! | A_r | residue of mode r: X(ω) = Σ_r A_r b_r(ω) + conjugate | | complex, one per response |
+//! | b_r(ω) | spectrum of mode r with residue 1; of an FRF 1/(iω − λ_r) | | complex, lines |
+//! | z, μ | e^{iωT}, e^{λT} | 1 | complex |
+//! | E_j(t), β_rj | envelope of mode j against its largest, drift of pole r with it | 1, rad/s | |
+//!
+//! Diagnosis:
+//!
+//! | symbol | name | unit | shape |
+//! |---|---|---|---|
+//! | θ | parameters of the causes of a hypothesis | as their names say | p |
+//! | r | residuals ln(f_measured / f_predicted(θ)) | 1 | n measured frequencies |
+//! | s, ν | scale of the noise of r; degrees of freedom of its Student t distribution, 8 | 1 | |
+//! | L | likelihood of θ and s, with what is expected of θ | 1 | |
+//! | BIC | −2 ln L + p ln n | 1 | |
+//! | c | relative change of a spring per N·m of excitation or gravity torque, or per K | 1/(N·m), 1/K | |
+//!
 //! Everything is SI inside; [`units`] converts at the edge. Poses are right-handed; roll, pitch and yaw
 //! are those of URDF (fixed axes x, y, z in turn).
 //!
@@ -58,11 +83,12 @@
 //! | [`program`] | robot and CAM programs → moves, each with its line; programs with new speeds and feeds | know the robot's dynamics |
 //! | [`identify`] | records → spectra → modes with uncertainty; load tests → stiffness; never sees a prediction | import `model` or `modes` |
 //! | [`job`], [`motion`] | what is asked for, as plain valid data | |
+//! | [`guide`] | the guide, as pages of this documentation | hold code |
 //! | [`notes`] | errors and warnings: one type, one collector, every code | |
 //! | [`progress`] | how far long work has come | |
 //! | [`units`], [`wording`] | conversions; what messages have in common | |
 //!
-//! The README's section "As a library" shows a whole check.
+//! [`guide::library`] shows a whole check.
 
 pub mod advice;
 #[doc(hidden)]
@@ -70,6 +96,7 @@ pub mod cli;
 pub mod diagnosis;
 pub mod excitation;
 pub mod free_vibration;
+pub mod guide;
 pub mod identify;
 pub mod input;
 pub mod job;

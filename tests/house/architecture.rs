@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 /// What each module may import of the crate, beside itself.
 const MAY_IMPORT: &[(&str, &[&str])] = &[
+    ("guide", &[]),
     ("units", &[]),
     ("wording", &[]),
     ("notes", &["wording"]),

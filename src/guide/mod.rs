@@ -1,0 +1,47 @@
+//! The guide: how to use detune, one page a subject. The pages are Markdown files in `src/guide`,
+//! to be read here or wherever the repository is hosted.
+//!
+//! | page | contents |
+//! |---|---|
+//! | [`your_robot`] | from a URDF to a first verdict in ten minutes |
+//! | [`jobs`] | the job file, verdicts, warnings |
+//! | [`programs`] | RAPID, APT/CL and G-code: what is read, what is refused |
+//! | [`robots`] | the robot file, and the robots that come with detune |
+//! | [`ci`] | checks in continuous integration |
+//! | [`advice`] | safe spindle speeds, schedules, other remedies |
+//! | [`maps`] | natural frequencies over poses |
+//! | [`identification`] | from records of vibration to modes |
+//! | [`diagnosis`] | what the model gets wrong, and why |
+//! | [`messages`] | every error and warning, and what to do |
+//! | [`validation`] | what was tested, and the command that repeats it |
+//! | [`performance`] | times, and how they were measured |
+//! | [`library`] | detune from Rust |
+//! | [`development`] | how to add a cause, a dialect, a format, a verb; how to release |
+
+// Pages link to each other as files; the first definition of a link wins, so here they lead to modules.
+macro_rules! pages {
+    ($($page:ident)+) => { $(
+        #[doc = "[jobs]: crate::guide::jobs"]
+        #[doc = "[programs]: crate::guide::programs"]
+        #[doc = "[robots]: crate::guide::robots"]
+        #[doc = "[your robot]: crate::guide::your_robot"]
+        #[doc = "[ci]: crate::guide::ci"]
+        #[doc = "[advice]: crate::guide::advice"]
+        #[doc = "[maps]: crate::guide::maps"]
+        #[doc = "[identification]: crate::guide::identification"]
+        #[doc = "[diagnosis]: crate::guide::diagnosis"]
+        #[doc = "[messages]: crate::guide::messages"]
+        #[doc = "[validation]: crate::guide::validation"]
+        #[doc = "[performance]: crate::guide::performance"]
+        #[doc = "[library]: crate::guide::library"]
+        #[doc = "[development]: crate::guide::development"]
+        #[doc = ""]
+        #[doc = include_str!(concat!(stringify!($page), ".md"))]
+        pub mod $page {}
+    )+ };
+}
+
+pages! {
+    your_robot jobs programs robots ci advice maps identification diagnosis messages validation
+    performance library development
+}
