@@ -12,8 +12,9 @@ use super::yaml::{Node, Step, check, parse, typed};
 use super::{Fault, Loaded, Reading, schema};
 use crate::model::{
     ArmAngle, Calibration, Carries, Cause, CoordinateKind, Correction, Damping, Description, Drive,
-    ElasticJoint, ExtraCoordinate, Hinge, Inertial, JointKind, ModelFault, Payload, Place, Robot,
+    ElasticJoint, ExtraCoordinate, Hinge, Inertial, JointKind, Payload, Robot,
 };
+use crate::notes::{Note, Part};
 use crate::units::STANDARD_GRAVITY_M_PER_S2;
 use crate::wording::nearest;
 
@@ -87,7 +88,7 @@ pub fn read_described_robot(
     let mut files = Files { tree: &tree, urdf: &urdf, yaml: faults, xml: urdf_faults };
     match Robot::new(&description) {
         Ok(robot) => {
-            reading.notices.extend(robot.notices().iter().map(|notice| files.placed(notice)));
+            reading.notices.extend(robot.warnings().iter().map(|notice| files.placed(notice)));
             if sound { Ok(DescribedRobot { robot, description }) } else { Err(files.finish()) }
         }
         Err(model_faults) => {
@@ -102,10 +103,10 @@ pub fn read_described_robot(
 }
 
 /// Whether a fault of the model may be the consequence of what was left out for another fault.
-fn follows_from_others(fault: &ModelFault, damaged: bool) -> bool {
-    match (&fault.place, fault.key) {
-        (Place::Robot | Place::Correction(_), _) => true,
-        (Place::Link(_) | Place::Joint(_) | Place::Payload, key) => {
+fn follows_from_others(fault: &Note, damaged: bool) -> bool {
+    match (&fault.place.part, fault.place.key) {
+        (Some(Part::Robot | Part::Correction(_)), _) => true,
+        (Some(Part::Link(_) | Part::Joint(_) | Part::Payload), key) => {
             damaged && !matches!(key, "mass" | "com" | "inertia" | "axis" | "origin" | "limit")
         }
         (_, key) => damaged && (key.is_empty() || matches!(key, "base" | "tip" | "link" | "terms")),
@@ -121,7 +122,7 @@ struct Files<'r> {
 }
 
 impl Files<'_> {
-    fn add(&mut self, fault: &ModelFault) {
+    fn add(&mut self, fault: &Note) {
         if self.xml.is_full() || self.yaml.is_full() {
             // Counted only: to find each line takes time.
             self.xml.add(None, "");
@@ -132,56 +133,57 @@ impl Files<'_> {
         if in_urdf { self.xml.add(line, what) } else { self.yaml.add(line, what) }
     }
 
-    fn placed(&self, fault: &ModelFault) -> Fault {
+    fn placed(&self, fault: &Note) -> Fault {
         let (in_urdf, line) = self.locate(fault);
         let file = if in_urdf { &self.xml } else { &self.yaml };
         file.make(line, self.told(fault))
     }
 
-    fn told(&self, fault: &ModelFault) -> String {
-        let name = match fault.place {
-            Place::Extra(index) => self
+    fn told(&self, fault: &Note) -> String {
+        let name = match fault.place.part {
+            Some(Part::Extra(index)) => self
                 .tree
                 .get("elasticity")
                 .and_then(|elasticity| elasticity.get("extra"))
                 .and_then(|extra| extra.items().get(index)?.get("name")?.text()),
             _ => None,
         };
-        match (&fault.place, name) {
+        match (&fault.place.part, name) {
             (_, Some(name)) => format!("extra coordinate '{name}': {}", fault.what),
-            (Place::Robot, _) => fault.what.clone(),
+            (Some(Part::Robot), _) => fault.what.clone(),
             _ => fault.to_string(),
         }
     }
 
     /// Whether it lies in the URDF, and its line.
-    fn locate(&self, fault: &ModelFault) -> (bool, usize) {
+    fn locate(&self, fault: &Note) -> (bool, usize) {
         use Step::{Index, Key};
         let yaml = |steps: &[Step<'_>]| (false, self.tree.line_at(steps));
-        let payload_key = match fault.key {
+        let key = fault.place.key;
+        let payload_key = match key {
             "mass" => "mass_kg",
             "com" => "com_m",
             "inertia" => "inertia_kgm2",
             key => key,
         };
-        match &fault.place {
-            Place::Link(name) => (true, self.urdf.link_line(name, fault.key)),
-            Place::Joint(name) => (true, self.urdf.joint_line(name, fault.key)),
-            Place::Robot if fault.key.is_empty() => (true, self.urdf.line()),
-            Place::Robot => yaml(&[Key(fault.key)]),
-            Place::Base => yaml(&[Key("base")]),
-            Place::Tip => yaml(&[Key("tip")]),
-            Place::ElasticJoint(name) => {
-                yaml(&[Key("elasticity"), Key("joints"), Key(name), Key(fault.key)])
+        let Some(part) = &fault.place.part else { return yaml(&[]) };
+        match part {
+            Part::Link(name) => (true, self.urdf.link_line(name, key)),
+            Part::Joint(name) => (true, self.urdf.joint_line(name, key)),
+            Part::Robot if key.is_empty() => (true, self.urdf.line()),
+            Part::Robot => yaml(&[Key(key)]),
+            Part::Base => yaml(&[Key("base")]),
+            Part::Tip => yaml(&[Key("tip")]),
+            Part::ElasticJoint(name) => {
+                yaml(&[Key("elasticity"), Key("joints"), Key(name), Key(key)])
             }
-            Place::Extra(index) => {
-                yaml(&[Key("elasticity"), Key("extra"), Index(*index), Key(fault.key)])
-            }
-            Place::Damping | Place::Gravity => yaml(&[Key("elasticity"), Key(fault.key)]),
-            Place::Drive(name) => yaml(&[Key("drives"), Key(name), Key(fault.key)]),
-            Place::Payload => yaml(&[Key("payload"), Key(payload_key)]),
-            Place::ArmAngle(angle) => yaml(&[Key("arm_angles"), Key(angle), Key(fault.key)]),
-            Place::Correction(index) => yaml(&[Key("corrections"), Index(*index)]),
+            Part::Extra(index) => yaml(&[Key("elasticity"), Key("extra"), Index(*index), Key(key)]),
+            Part::Damping | Part::Gravity => yaml(&[Key("elasticity"), Key(key)]),
+            Part::Drive(name) => yaml(&[Key("drives"), Key(name), Key(key)]),
+            Part::Payload => yaml(&[Key("payload"), Key(payload_key)]),
+            Part::ArmAngle(angle) => yaml(&[Key("arm_angles"), Key(angle), Key(key)]),
+            Part::Correction(index) => yaml(&[Key("corrections"), Index(*index)]),
+            _ => yaml(&[]),
         }
     }
 

@@ -13,7 +13,8 @@ use super::{Fault, Reading};
 use crate::job::SpindleSpeed;
 use crate::model::{JointKind, Robot};
 use crate::motion::{Move, StatedFeeds, Target};
-use crate::program::{self, Dialect, Program, ProgramFault, RAPID_M_PER_S, Settings};
+use crate::notes::{Code, Note, Place};
+use crate::program::{self, Dialect, Program, RAPID_M_PER_S, Settings};
 use crate::units::{m_from_mm, rad_from_deg};
 
 /// What the waypoints of one operation have in common.
@@ -230,17 +231,14 @@ fn program_moves(
         rapid_m_per_s: RAPID_M_PER_S,
         joint_count: course.robot?.joints().len(),
     };
-    let located = |fault: ProgramFault| Fault {
-        file: Some(file.clone()),
-        line: Some(fault.line),
-        what: fault.what,
-    };
+    let located =
+        |note: Note| Fault { file: Some(file.clone()), line: note.place.line, what: note.what };
     match program::read(&bytes, dialect, &settings) {
         Ok(program) => {
             let speeds =
                 course.speed.and_then(|speed| other_speeds(&program, speed, course.called));
             let tools = course.robot.map(|robot| other_tools(&program, robot)).unwrap_or_default();
-            let notices = program.notices.into_iter().chain(speeds).chain(tools);
+            let notices = program.warnings.into_iter().chain(speeds).chain(tools);
             elsewhere.reading.notices.extend(notices.map(located));
             Some((program.moves, program.feeds))
         }
@@ -252,7 +250,7 @@ fn program_moves(
 }
 
 /// Tools of the program that weigh something else than the payload that the model carries.
-fn other_tools(program: &Program, robot: &Robot) -> Vec<ProgramFault> {
+fn other_tools(program: &Program, robot: &Robot) -> Vec<Note> {
     /// Masses are weighed and rounded.
     const SLACK: f64 = 0.01;
     let (carried_kg, link) = match robot.payload() {
@@ -263,20 +261,20 @@ fn other_tools(program: &Program, robot: &Robot) -> Vec<ProgramFault> {
         |mass_kg: f64| (mass_kg - carried_kg).abs() > SLACK * mass_kg.max(carried_kg).max(1.0);
     let others = program.tools.iter().filter(|tool| differs(tool.mass_kg));
     others
-        .map(|tool| ProgramFault {
-            line: tool.line,
-            what: format!(
+        .map(|tool| {
+            let what = format!(
                 "tooldata {} declares {} kg; the model carries the robot file's payload of {carried_kg} kg \
                  at {link}; set payload in robot.yaml if this is not the same tool",
                 tool.name, tool.mass_kg
-            ),
+            );
+            Note::warning(Code::ToolMass, Place { line: Some(tool.line), ..Place::default() }, what)
         })
         .collect()
 }
 
 /// The program's commands to the spindle that the job does not follow, in one remark at the first. A stop
 /// is no speed to check, nor is one under which nothing moves.
-fn other_speeds(program: &Program, checked: &SpindleSpeed, called: &str) -> Option<ProgramFault> {
+fn other_speeds(program: &Program, checked: &SpindleSpeed, called: &str) -> Option<Note> {
     let ends = program.spindle.iter().skip(1).map(|next| next.from_move);
     let mut others = program
         .spindle
@@ -296,5 +294,5 @@ fn other_speeds(program: &Program, checked: &SpindleSpeed, called: &str) -> Opti
         count => format!("; {count} more commands differ"),
     };
     let what = format!("commands {rpm} rpm, the job {checked} ({called}){more}");
-    Some(ProgramFault { line, what })
+    Some(Note::warning(Code::SpindleCommand, Place { line: Some(line), ..Place::default() }, what))
 }

@@ -1,8 +1,9 @@
 //! A robot as its files describe it: plain data in SI, not yet checked. [`super::Robot::new`] checks
 //! it and turns it into the immutable model.
 
-use super::correction::Correction;
 use nalgebra::{Isometry3, Matrix3, Vector3};
+
+use super::cause::Cause;
 
 /// A robot before it is checked.
 #[derive(Debug, Clone, PartialEq)]
@@ -194,4 +195,88 @@ pub struct Calibration {
     pub poses: usize,
     /// Root mean square of the relative error of the frequencies, %.
     pub heldout_rms_percent: f64,
+}
+
+/// One correction.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Correction {
+    /// What was wrong.
+    pub cause: Cause,
+    /// The joint, link or mode; `None` where the cause has no place.
+    pub at: Option<String>,
+    /// Values by name, in SI.
+    pub parameters: Vec<(String, f64)>,
+    /// Where and how something gives, for the three causes that add an elastic coordinate.
+    pub hinge: Option<Hinge>,
+}
+
+impl Correction {
+    /// The value of a parameter.
+    pub fn value(&self, name: &str) -> Option<f64> {
+        self.parameters.iter().find(|(of, _)| of == name).map(|&(_, value)| value)
+    }
+
+    /// The names of parameters that `cause` knows; those before the bar must be given, except that one of
+    /// several alternatives suffices.
+    pub fn parameter_names(cause: Cause) -> &'static [&'static str] {
+        match cause {
+            Cause::JointStiffness => &["stiffness_nm_per_rad", "stiffness_n_per_m"],
+            Cause::BaseCompliance => &["stiffness_nm_per_rad", "stiffness_n_per_m", "depth_m"],
+            Cause::LinkInertia => &["inertia_factor", "mass_factor"],
+            Cause::ComOffset => &["dx_m", "dy_m", "dz_m"],
+            Cause::JointZeroOffset => &["offset_rad", "offset_m"],
+            Cause::Payload => &["mass_kg", "com_x_m", "com_y_m", "com_z_m", "gyration_m"],
+            Cause::TransverseCompliance => &["stiffness_nm_per_rad"],
+            Cause::LinkFlexibility => &["stiffness_nm_per_rad", "position"],
+            Cause::DriveInertia => &["reflected_inertia_kgm2"],
+            Cause::LoadDependentStiffness => &["change_per_nm", "saturation_nm"],
+            Cause::AmplitudeDependence => &["change_per_nm", "exponent", "factor"],
+            Cause::TemperatureDrift => &["change_per_k", "factor"],
+            Cause::GravityStiffness => &[],
+            Cause::AliasedMode => &["sample_rate_hz"],
+            Cause::MissedMode => &["share"],
+        }
+    }
+}
+
+/// Where and how a foundation, a joint or a link gives.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Hinge {
+    /// Rotation or translation.
+    pub kind: CoordinateKind,
+    /// One elastic coordinate along or about each, in the link's frame; all have the same stiffness.
+    pub axes: Vec<Vector3<f64>>,
+    /// A point of the axes, in the link's frame, m.
+    pub origin_m: Vector3<f64>,
+    /// What of the link's own body moves; all that the link carries does.
+    pub carries: Carries,
+}
+
+/// What of a link's own body moves with a hinge in it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Carries {
+    /// All of it.
+    Link,
+    /// The outer part: the body is cut at the hinge.
+    Part,
+    /// Nothing.
+    Rest,
+}
+
+impl Carries {
+    /// The name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Link => "link",
+            Self::Part => "part",
+            Self::Rest => "rest",
+        }
+    }
+}
+
+impl Hinge {
+    /// Whether it turns.
+    pub fn turns(&self) -> bool {
+        self.kind == CoordinateKind::Rotation
+    }
 }

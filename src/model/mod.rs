@@ -5,32 +5,30 @@
 //! A pose q freezes the moving joints; the elastic coordinates α move about it:
 //! M(q) α̈ + C α̇ + (K + K_g(q)) α = f.
 
+mod assembly;
 mod body;
-mod build;
 mod cause;
 mod correction;
 mod description;
 mod dynamics;
-mod fault;
 mod inertia;
 mod inverse_kinematics;
 mod placement;
+mod pose_fault;
 mod robot;
 mod tip;
 
 pub use cause::Cause;
-pub use correction::{
-    Carries, Conditions, Correction, Hinge, REFERENCE_TEMPERATURE_C, StiffnessLaw,
-};
+pub use correction::{Conditions, REFERENCE_TEMPERATURE_C, StiffnessLaw};
 pub use description::{
-    ArmAngle, Calibration, CoordinateKind, Damping, Description, Drive, ElasticJoint,
-    ExtraCoordinate, Inertial, Joint, JointKind, Link, Payload,
+    ArmAngle, Calibration, Carries, CoordinateKind, Correction, Damping, Description, Drive,
+    ElasticJoint, ExtraCoordinate, Hinge, Inertial, Joint, JointKind, Link, Payload,
 };
 pub use dynamics::{inverse_dynamics, potential, potential_gradient};
-pub use fault::{ModelFault, Place, PoseFault};
 pub use inertia::{gravity_stiffness, mass_matrix, spring_constant, stiffness_matrix};
 pub use inverse_kinematics::{IkFault, IkMethod, InverseKinematics, Singularity, turn_towards};
 pub use placement::Placement;
+pub use pose_fault::PoseFault;
 pub(crate) use robot::NodeMotion;
 pub use robot::{AngleForm, Coordinate, LimitViolation, MovingJoint, Robot};
 pub use tip::{elastic_jacobian, forward_kinematics, joint_jacobian};

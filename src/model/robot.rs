@@ -6,7 +6,8 @@ use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
 use super::correction::{Conditions, StiffnessLaw};
 use super::description::{Calibration, CoordinateKind, Damping, Inertial, JointKind, Payload};
-use super::fault::{ModelFault, PoseFault};
+use super::pose_fault::PoseFault;
+use crate::notes::Note;
 use crate::units::{deg_from_rad, mm_from_m};
 use crate::wording::told_apart;
 
@@ -174,7 +175,7 @@ pub struct Robot {
     pub(super) payload: Option<Payload>,
     pub(super) calibration: Option<Calibration>,
     pub(super) moving_mass_kg: f64,
-    pub(super) notices: Vec<ModelFault>,
+    pub(super) warnings: Vec<Note>,
 }
 
 impl Robot {
@@ -266,9 +267,9 @@ impl Robot {
             && self.nodes.iter().zip(&other.nodes).all(|(a, b)| a.body == b.body)
     }
 
-    /// Remarks that do not stop the work: settings without effect, links that count as massless.
-    pub fn notices(&self) -> &[ModelFault] {
-        &self.notices
+    /// Warnings: settings without effect, joints without limits, links that count as massless.
+    pub fn warnings(&self) -> &[Note] {
+        &self.warnings
     }
 
     /// The joints that `q` puts outside their limits; none for a joint without limits.

@@ -14,6 +14,7 @@ use super::log::Log;
 use super::tool_axis::orientation;
 use super::{Pace, Settings, Spindle};
 use crate::motion::Target;
+use crate::notes::Code;
 use crate::units::{m_from_mm, m_per_s_from_mm_per_min, mm_from_inch};
 
 /// A tool axis is a unit vector to about three digits.
@@ -180,19 +181,23 @@ impl<'a> Reader<'a> {
             }
             "MSYS" => self.system(line, minor),
             "HEAD" => {
-                self.log.notice(line, "HEAD: the job's tool and tcp are used with every head");
+                self.log.warning(
+                    Code::Assumed,
+                    line,
+                    "HEAD: the job's tool and tcp are used with every head",
+                );
                 Ok(())
             }
             "CUTCOM" => {
                 if minor.first() != Some(&Word::Name("OFF".to_owned())) {
-                    self.log.notice(line, "CUTCOM: the path is read as programmed");
+                    self.log.warning(Code::Assumed, line, "CUTCOM: the path is read as programmed");
                 }
                 Ok(())
             }
             _ => self.other(line, major),
         };
         if let Err(what) = done {
-            self.log.fault(line, format!("{major}: {what}"));
+            self.log.error(Code::Motion, line, format!("{major}: {what}"));
         }
         true
     }
@@ -252,7 +257,11 @@ impl<'a> Reader<'a> {
                 .to_owned());
         }
         if !WITHOUT_MOTION.contains(&major) {
-            self.log.notice(line, format!("{major} is not understood and left out"));
+            self.log.warning(
+                Code::LeftOut,
+                line,
+                format!("{major} is not understood and left out"),
+            );
         }
         Ok(())
     }
@@ -301,7 +310,7 @@ impl<'a> Reader<'a> {
         let to = self.point(minor)?;
         self.axis = self.axis_of(minor)?;
         if self.at.is_some() {
-            self.log.notice(line, "FROM after motion: read as a rapid move");
+            self.log.warning(Code::Assumed, line, "FROM after motion: read as a rapid move");
         }
         self.rapid_to(line, to);
         Ok(())
@@ -423,8 +432,11 @@ impl<'a> Reader<'a> {
         };
         let unit = names.first().copied();
         if !self.units_told && matches!(unit, Some("IPM" | "IPR")) {
-            self.log
-                .notice(line, "the feed is in inches, but no UNITS is given: lengths are in mm");
+            self.log.warning(
+                Code::Assumed,
+                line,
+                "the feed is in inches, but no UNITS is given: lengths are in mm",
+            );
         }
         self.feed = Some(self.stated_feed(*number, unit)?);
         Ok(())
@@ -436,7 +448,11 @@ impl<'a> Reader<'a> {
         let spindle = if has("OFF") {
             Spindle::Stands
         } else if has("SFM") || has("SMM") {
-            self.log.notice(line, "SPINDL by surface speed is left out: the speed is not known");
+            self.log.warning(
+                Code::LeftOut,
+                line,
+                "SPINDL by surface speed is left out: the speed is not known",
+            );
             self.spindle_rpm = None;
             Spindle::Turns(None)
         } else if let [rpm, ..] = numbers.as_slice() {
@@ -466,8 +482,11 @@ impl<'a> Reader<'a> {
 
     fn load_tool(&mut self, line: usize, minor: &[Word]) {
         if self.tool.as_ref().is_some_and(|before| before != minor) {
-            self.log
-                .notice(line, "another tool is loaded: the job's tool and tcp are used throughout");
+            self.log.warning(
+                Code::Assumed,
+                line,
+                "another tool is loaded: the job's tool and tcp are used throughout",
+            );
         }
         self.tool = Some(minor.to_vec());
     }

@@ -4,13 +4,11 @@ use std::collections::HashSet;
 
 use nalgebra::Isometry3;
 
-use super::{Pace, Program, ProgramFault, Spindle, SpindleCommand, ToolMass};
+use super::{Pace, Program, Spindle, SpindleCommand, ToolMass};
 use crate::motion::{Move, StatedFeeds, Target};
+use crate::notes::{Code, Note, Notes};
 
-/// A program that is wrong throughout is not told line by line.
-const FAULTS_TOLD: usize = 50;
-
-/// Moves, spindle commands, faults and notices so far.
+/// Moves, spindle commands, errors and warnings so far.
 #[derive(Debug)]
 pub(super) struct Log {
     /// More than this is a fault.
@@ -26,10 +24,9 @@ pub(super) struct Log {
     away: Option<(usize, String)>,
     tools: Vec<ToolMass>,
     feeds: StatedFeeds,
-    notices: Vec<ProgramFault>,
-    faults: Vec<ProgramFault>,
-    faults_in_all: usize,
-    told: HashSet<String>,
+    notes: Notes,
+    /// Texts of the warnings.
+    warned: HashSet<String>,
 }
 
 impl Log {
@@ -44,30 +41,21 @@ impl Log {
             away: None,
             tools: Vec::new(),
             feeds: StatedFeeds::default(),
-            notices: Vec::new(),
-            faults: Vec::new(),
-            faults_in_all: 0,
-            told: HashSet::new(),
+            notes: Notes::default(),
+            warned: HashSet::new(),
         }
     }
 
-    /// Motion is lost, wrong or impossible. The same fault of the same line (in a loop) is told once.
-    pub(super) fn fault(&mut self, line: usize, what: impl Into<String>) {
-        let what = what.into();
-        if !self.told.insert(format!("{line}: {what}")) {
-            return;
-        }
-        self.faults_in_all += 1;
-        if self.faults.len() < FAULTS_TOLD {
-            self.faults.push(ProgramFault { line, what });
-        }
+    /// Motion is lost, wrong or impossible. The same error of the same line (in a loop) is kept once.
+    pub(super) fn error(&mut self, code: Code, line: usize, what: impl Into<String>) {
+        self.notes.error(code, line, what);
     }
 
-    /// Something beside the motion is left out or assumed; told once, at the first line.
-    pub(super) fn notice(&mut self, line: usize, what: impl Into<String>) {
+    /// Something beside the motion is left out or assumed; kept once, at the first line.
+    pub(super) fn warning(&mut self, code: Code, line: usize, what: impl Into<String>) {
         let what = what.into();
-        if self.told.insert(what.clone()) {
-            self.notices.push(ProgramFault { line, what });
+        if self.warned.insert(what.clone()) {
+            self.notes.warning(code, line, what);
         }
     }
 
@@ -81,7 +69,7 @@ impl Log {
             let what = format!(
                 "{what}, and motion follows from there; split the program here into several operations"
             );
-            self.fault(line, what);
+            self.error(Code::Motion, line, what);
         }
         let feed_m_per_s = match pace {
             Pace::Feed(feed_m_per_s) => feed_m_per_s,
@@ -94,11 +82,11 @@ impl Log {
                 "the program makes more than {} moves by here; split it into several operations",
                 self.most_moves
             );
-            self.fault(to.line, what);
+            self.error(Code::TooLong, to.line, what);
         } else if is_finite(&to) {
             self.moves.push(to);
         } else {
-            self.fault(to.line, "the target or the feed is too large a number");
+            self.error(Code::Value, to.line, "the target or the feed is too large a number");
         }
     }
 
@@ -117,20 +105,19 @@ impl Log {
     pub(super) fn leaves(&mut self, line: usize, how: &str) {
         let what = format!("{how}: the place is not in the program");
         if self.moves.is_empty() {
-            self.notice(line, left_out(&what));
+            self.warning(Code::LeftOut, line, left_out(&what));
         } else {
             self.away.get_or_insert((line, what));
         }
     }
 
-    /// A tool that moves, with its mass; told once.
+    /// A tool that moves, with its mass; kept once.
     pub(super) fn tool(&mut self, tool: ToolMass) {
         if !self.tools.contains(&tool) {
             self.tools.push(tool);
         }
     }
 
-    /// Whether there were more moves than are taken: reading on is in vain.
     /// The program states a feed of its own.
     pub(super) fn feed(&mut self, is_per_revolution: bool) {
         if is_per_revolution {
@@ -140,6 +127,7 @@ impl Log {
         }
     }
 
+    /// Whether there are more moves than are accepted: reading on is in vain.
     pub(super) fn is_full(&self) -> bool {
         self.is_full
     }
@@ -148,12 +136,12 @@ impl Log {
         self.spindle.push(SpindleCommand { line, spindle, from_move: self.moves.len() });
     }
 
-    pub(super) fn finish(mut self) -> Result<Program, Vec<ProgramFault>> {
-        if self.faults.is_empty() && self.moves.is_empty() {
-            self.fault(1, "the program moves nothing");
+    pub(super) fn finish(mut self) -> Result<Program, Vec<Note>> {
+        if self.notes.errors() == 0 && self.moves.is_empty() {
+            self.error(Code::Motion, 1, "the program moves nothing");
         }
         if let Some((line, what)) = self.away.take() {
-            self.notice(line, left_out(&what));
+            self.warning(Code::LeftOut, line, left_out(&what));
         }
         if let Some((count, first_line)) = self.rapid {
             let moves = if count == 1 {
@@ -161,25 +149,20 @@ impl Log {
             } else {
                 format!("{count} rapid moves, of which this is the first, run")
             };
-            self.notice(first_line, format!("{moves} at the assumed {} m/s", self.rapid_m_per_s));
+            let what = format!("{moves} at the assumed {} m/s", self.rapid_m_per_s);
+            self.warning(Code::Assumed, first_line, what);
         }
-        if self.faults.is_empty() {
-            self.notices.sort_by_key(|notice| notice.line);
-            let Self { mut moves, spindle, tools, feeds, notices, .. } = self;
-            let ends = spindle.iter().skip(1).map(|next| next.from_move).chain([moves.len()]);
-            let stops = spindle.iter().zip(ends).filter(|(at, _)| at.spindle == Spindle::Stands);
-            for (stop, end) in stops {
-                moves[stop.from_move..end].iter_mut().for_each(|each| each.spindle_turns = false);
-            }
-            return Ok(Program { moves, spindle, tools, feeds, notices });
+        let Self { mut moves, spindle, tools, feeds, notes, .. } = self;
+        let (errors, warnings) = notes.finish();
+        if !errors.is_empty() {
+            return Err(errors);
         }
-        self.faults.sort_by_key(|fault| fault.line);
-        let untold = self.faults_in_all - self.faults.len();
-        if let (true, Some(last)) = (untold > 0, self.faults.last()) {
-            let what = format!("and {untold} more");
-            self.faults.push(ProgramFault { line: last.line, what });
+        let ends = spindle.iter().skip(1).map(|next| next.from_move).chain([moves.len()]);
+        let stops = spindle.iter().zip(ends).filter(|(at, _)| at.spindle == Spindle::Stands);
+        for (stop, end) in stops {
+            moves[stop.from_move..end].iter_mut().for_each(|each| each.spindle_turns = false);
         }
-        Err(self.faults)
+        Ok(Program { moves, spindle, tools, feeds, warnings })
     }
 }
 

@@ -3,7 +3,7 @@
 //! Three dialects: RAPID (ABB), APT / cutter location files, and G-code. A reader follows the program as
 //! the controller would, from the first instruction to the last, and writes down every motion. What
 //! it does not understand it never passes over in silence. Where motion that the program asks for would be
-//! lost or wrong, the program is refused with a [`ProgramFault`]. The program carries a notice where
+//! lost or wrong, the program is refused with an error at its line. The program carries a warning where
 //! something beside the motion is left out, and where only the cell knows whether anything is:
 //!
 //! - calls of RAPID procedures that stand in no file that is read (if they name a target or sound like
@@ -50,6 +50,7 @@ use std::fmt;
 use nalgebra::Isometry3;
 
 use crate::motion::{Move, StatedFeeds};
+use crate::notes::Note;
 
 /// The language of a program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -122,14 +123,14 @@ pub struct Program {
     /// The moves in the order in which they run; at least one. The first goes to where the path starts.
     pub moves: Vec<Move>,
     /// Commands to the spindle in the order in which they run. RAPID has no instruction for the spindle: there
-    /// this is empty, and a notice names what looks like one.
+    /// this is empty, and a warning names what looks like one.
     pub spindle: Vec<SpindleCommand>,
     /// Masses of the tools that the program declares and uses (RAPID alone), each tool once.
     pub tools: Vec<ToolMass>,
     /// Whether it states feeds of its own.
     pub feeds: StatedFeeds,
     /// What was left out or assumed without loss of motion, by line.
-    pub notices: Vec<ProgramFault>,
+    pub warnings: Vec<Note>,
 }
 
 /// What a program says of a tool's mass.
@@ -178,32 +179,13 @@ pub struct SpindleCommand {
     pub from_move: usize,
 }
 
-/// What is wrong or left out, and where.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-pub struct ProgramFault {
-    /// Line of the program, counted from 1.
-    pub line: usize,
-    /// What was read and what was expected: a lower-case fragment.
-    pub what: String,
-}
-
-impl fmt::Display for ProgramFault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}", self.line, self.what)
-    }
-}
-
 /// Reads a program: UTF-8 or Latin-1, any line ends, with or without byte-order mark.
 ///
 /// # Errors
-/// Every fault that was found, by line: motion that is not understood, that depends on what is known
+/// Every error that was found, by line: motion that is not understood, that depends on what is known
 /// only at run time, or that is impossible; a text that moves nothing, or makes more than two million
 /// moves.
-pub fn read(
-    bytes: &[u8],
-    dialect: Dialect,
-    settings: &Settings,
-) -> Result<Program, Vec<ProgramFault>> {
+pub fn read(bytes: &[u8], dialect: Dialect, settings: &Settings) -> Result<Program, Vec<Note>> {
     read_up_to(MOST_MOVES, bytes, dialect, settings)
 }
 
@@ -212,8 +194,8 @@ fn read_up_to(
     bytes: &[u8],
     dialect: Dialect,
     settings: &Settings,
-) -> Result<Program, Vec<ProgramFault>> {
-    let text = text::decode(bytes).map_err(|fault| vec![fault])?;
+) -> Result<Program, Vec<Note>> {
+    let text = text::decode(bytes).map_err(|note| vec![note])?;
     let mut log = log::Log::new(most_moves, settings.rapid_m_per_s);
     match dialect {
         Dialect::Rapid => rapid::read(&text, settings, &mut log),
@@ -257,7 +239,7 @@ mod tests {
             let found = read_up_to(100, text.as_bytes(), dialect, &settings()).unwrap_err();
             // What follows, which is wrong, too, is not read.
             let [only] = found.as_slice() else { panic!("{found:?}") };
-            assert_eq!(only.line, line, "{only}");
+            assert_eq!(only.place.line, Some(line), "{only}");
             assert!(only.what.contains("more than 100 moves"), "{only}");
         }
     }
@@ -267,6 +249,6 @@ mod tests {
         let text = "G0 X0 Y0 Z0\nX1\nX2\n";
         let read = |most| read_up_to(most, text.as_bytes(), Dialect::GCode, &settings());
         assert_eq!(read(3).unwrap().moves.len(), 3);
-        assert_eq!(read(2).unwrap_err()[0].line, 3);
+        assert_eq!(read(2).unwrap_err()[0].place.line, Some(3));
     }
 }

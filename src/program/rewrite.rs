@@ -4,7 +4,8 @@
 //! cycles. Feeds per revolution keep the chip load by themselves and stay. RAPID has no instruction for the
 //! spindle, so there is nothing that could be rewritten with certainty.
 
-use super::{Dialect, ProgramFault};
+use super::Dialect;
+use crate::notes::{Code, Note, Place};
 
 /// What to write where the program states speeds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,8 +33,9 @@ pub struct Rewritten {
 ///
 /// # Errors
 /// The dialect states no spindle speed, or this program does not.
-pub fn rewrite(bytes: &[u8], dialect: Dialect, to: &Rewrite) -> Result<Rewritten, ProgramFault> {
-    let fault = |what: &str| ProgramFault { line: 1, what: what.to_owned() };
+pub fn rewrite(bytes: &[u8], dialect: Dialect, to: &Rewrite) -> Result<Rewritten, Note> {
+    let at = || Place { line: Some(1), ..Place::default() };
+    let fault = |what: &str| Note::error(Code::NotWritten, at(), what);
     let mut pen = Pen {
         bytes,
         to,

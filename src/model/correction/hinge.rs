@@ -3,53 +3,13 @@
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
 use crate::model::description::{
-    CoordinateKind, Description, ExtraCoordinate, Inertial, Joint, JointKind, Link,
+    Carries, Description, ExtraCoordinate, Hinge, Inertial, Joint, JointKind, Link,
 };
-
-/// Where and how a foundation, a joint or a link gives.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Hinge {
-    /// Rotation or translation.
-    pub kind: CoordinateKind,
-    /// One elastic coordinate along or about each, in the link's frame; all have the same stiffness.
-    pub axes: Vec<Vector3<f64>>,
-    /// A point of the axes, in the link's frame, m.
-    pub origin_m: Vector3<f64>,
-    /// What of the link's own body moves; all that the link carries does.
-    pub carries: Carries,
-}
-
-/// What of a link's own body moves with a hinge in it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Carries {
-    /// All of it.
-    Link,
-    /// The outer part: the body is cut at the hinge.
-    Part,
-    /// Nothing.
-    Rest,
-}
-
-impl Carries {
-    /// The name in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Link => "link",
-            Self::Part => "part",
-            Self::Rest => "rest",
-        }
-    }
-}
 
 /// How far the centres of a body's two parts may lie apart, as a share of what its inertia allows.
 const FARTHEST: f64 = 0.8;
 
 impl Hinge {
-    /// Whether it turns.
-    pub fn turns(&self) -> bool {
-        self.kind == CoordinateKind::Rotation
-    }
-
     /// Moved to `position` of the link's reach, from 0 at its frame to 1 at the farthest joint on it.
     pub(super) fn moved_along(&mut self, description: &Description, link: &str, position: f64) {
         self.origin_m += reach(description, link) * position;

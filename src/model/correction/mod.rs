@@ -7,53 +7,14 @@ mod law;
 
 use nalgebra::{Isometry3, Matrix3, Translation3, Unit, UnitQuaternion, Vector3};
 
-pub use self::hinge::{Carries, Hinge};
 pub use self::law::{Conditions, REFERENCE_TEMPERATURE_C, StiffnessLaw};
 use super::cause::Cause;
-use super::description::{Description, Drive, ElasticJoint, Inertial, Joint, JointKind, Link};
-use super::fault::{ModelFault, Place};
-
-/// One correction.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Correction {
-    /// What was wrong.
-    pub cause: Cause,
-    /// The joint, link or mode; `None` where the cause has no place.
-    pub at: Option<String>,
-    /// Values by name, in SI.
-    pub parameters: Vec<(String, f64)>,
-    /// Where and how something gives, for the three causes that add an elastic coordinate.
-    pub hinge: Option<Hinge>,
-}
+use super::description::{
+    Correction, Description, Drive, ElasticJoint, Inertial, Joint, JointKind, Link,
+};
+use crate::notes::{Code, Note, Part, Place};
 
 impl Correction {
-    /// The value of a parameter.
-    pub fn value(&self, name: &str) -> Option<f64> {
-        self.parameters.iter().find(|(of, _)| of == name).map(|&(_, value)| value)
-    }
-
-    /// The names of parameters that `cause` knows; those before the bar must be given, except that one of
-    /// several alternatives suffices.
-    pub fn parameter_names(cause: Cause) -> &'static [&'static str] {
-        match cause {
-            Cause::JointStiffness => &["stiffness_nm_per_rad", "stiffness_n_per_m"],
-            Cause::BaseCompliance => &["stiffness_nm_per_rad", "stiffness_n_per_m", "depth_m"],
-            Cause::LinkInertia => &["inertia_factor", "mass_factor"],
-            Cause::ComOffset => &["dx_m", "dy_m", "dz_m"],
-            Cause::JointZeroOffset => &["offset_rad", "offset_m"],
-            Cause::Payload => &["mass_kg", "com_x_m", "com_y_m", "com_z_m", "gyration_m"],
-            Cause::TransverseCompliance => &["stiffness_nm_per_rad"],
-            Cause::LinkFlexibility => &["stiffness_nm_per_rad", "position"],
-            Cause::DriveInertia => &["reflected_inertia_kgm2"],
-            Cause::LoadDependentStiffness => &["change_per_nm", "saturation_nm"],
-            Cause::AmplitudeDependence => &["change_per_nm", "exponent", "factor"],
-            Cause::TemperatureDrift => &["change_per_k", "factor"],
-            Cause::GravityStiffness => &[],
-            Cause::AliasedMode => &["sample_rate_hz"],
-            Cause::MissedMode => &["share"],
-        }
-    }
-
     /// Puts the correction into a description.
     fn apply(&self, description: &mut Description) -> Result<(), String> {
         let at = self.at.as_deref().unwrap_or("");
@@ -163,15 +124,16 @@ impl Description {
     ///
     /// # Errors
     /// A correction whose place does not exist or whose parameters are missing.
-    pub fn corrected(&self) -> Result<Self, Vec<ModelFault>> {
+    pub fn corrected(&self) -> Result<Self, Vec<Note>> {
         let mut corrected = self.clone();
-        let mut faults = Vec::new();
+        let mut errors = Vec::new();
         for (index, correction) in self.corrections.iter().enumerate() {
             if let Err(what) = correction.apply(&mut corrected) {
-                faults.push(ModelFault::new(Place::Correction(index), "", what));
+                let place = Place::part(Part::Correction(index));
+                errors.push(Note::error(Code::Value, place, what));
             }
         }
-        if faults.is_empty() { Ok(corrected) } else { Err(faults) }
+        if errors.is_empty() { Ok(corrected) } else { Err(errors) }
     }
 }
 

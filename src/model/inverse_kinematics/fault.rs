@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::model::fault::PoseFault;
+use crate::model::pose_fault::PoseFault;
 use crate::units::{deg_from_rad, mm_from_m};
 use crate::wording::told_apart;
 

@@ -23,8 +23,8 @@ use nalgebra::{Isometry3, Matrix6xX, Point3};
 use self::descent::{Descent, Residual, Scale};
 use self::spherical::{BRANCHES, SphericalWrist};
 use super::description::JointKind;
-use super::fault::PoseFault;
 use super::placement::{Axis, Placement};
+use super::pose_fault::PoseFault;
 use super::robot::{LIMIT_SLACK, MovingJoint, Robot};
 use super::tip::{forward_kinematics, joint_jacobian};
 

@@ -15,6 +15,7 @@ mod state;
 
 use super::log::Log;
 use super::{Pace, Settings};
+use crate::notes::Code;
 use block::Block;
 use state::{Feed, Motion, Reader};
 
@@ -29,7 +30,7 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
                     break;
                 }
             }
-            Err(what) => reader.log.fault(line, what),
+            Err(what) => reader.log.error(Code::Syntax, line, what),
         }
         if reader.log.is_full() {
             break;
@@ -43,19 +44,23 @@ fn run(reader: &mut Reader, line: usize, block: &Block) -> bool {
         return false;
     }
     if block.optional {
-        reader.log.notice(line, "blocks with '/' are read as if they ran");
+        reader.log.warning(Code::Assumed, line, "blocks with '/' are read as if they ran");
     }
     if let Some((letter, _)) = block.words.iter().find(|(letter, number)| {
         matches!(letter, 'A' | 'B' | 'C' | 'U' | 'V' | 'W') && *number != 0.0
     }) {
-        reader.log.fault(line, format!("axis {letter} is not supported: X, Y and Z alone"));
+        reader.log.error(
+            Code::Motion,
+            line,
+            format!("axis {letter} is not supported: X, Y and Z alone"),
+        );
     }
     if block.get('E').is_some() {
-        reader.log.notice(line, "E words are left out");
+        reader.log.warning(Code::LeftOut, line, "E words are left out");
     }
     let contradictions = contradictions(block);
     if !contradictions.is_empty() {
-        contradictions.into_iter().for_each(|what| reader.log.fault(line, what));
+        contradictions.into_iter().for_each(|what| reader.log.error(Code::Conflict, line, what));
         return false;
     }
     let cancels_beside_motion =
@@ -63,18 +68,18 @@ fn run(reader: &mut Reader, line: usize, block: &Block) -> bool {
     let mut once = Once::default();
     for code in block.codes('G').filter(|code| !cancels_beside_motion(code)) {
         if let Err(what) = modal(reader, &mut once, line, code) {
-            reader.log.fault(line, what);
+            reader.log.error(Code::Motion, line, what);
         }
     }
     if let Some(feed) = block.get('F')
         && !once.dwell
         && let Err(what) = reader.set_feed(feed)
     {
-        reader.log.fault(line, what);
+        reader.log.error(Code::Motion, line, what);
     }
     let ends = spindle_and_tool(reader, line, block);
     if let Err(what) = moves(reader, &once, line, block) {
-        reader.log.fault(line, what);
+        reader.log.error(Code::Motion, line, what);
     }
     // LinuxCNC stops the spindle before the motion of the block, Fanuc after it: taken to turn on the way.
     if block.codes('M').any(|code| code == 50) {
@@ -146,7 +151,9 @@ fn modal(reader: &mut Reader, once: &mut Once, line: usize, code: i64) -> Result
         200 => reader.inches = true,
         210 => reader.inches = false,
         280 | 300 => once.reference = true,
-        410 | 420 => reader.log.notice(line, "G41/G42: the path is read as programmed"),
+        410 | 420 => {
+            reader.log.warning(Code::Assumed, line, "G41/G42: the path is read as programmed")
+        }
         // Ends of what is not supported, tool length, path mode, start of feed modes.
         400 | 430 | 431 | 440 | 490 | 500 | 690 | 610 | 611 | 640 | 150 | 130 | 970 | 921 => {}
         530 => once.machine = true,
@@ -186,7 +193,7 @@ fn spindle_and_tool(reader: &mut Reader, line: usize, block: &Block) -> bool {
         if rpm >= 0.0 {
             reader.set_spindle(line, rpm);
         } else {
-            reader.log.fault(line, format!("S is {rpm}, must not be negative"));
+            reader.log.error(Code::Value, line, format!("S is {rpm}, must not be negative"));
         }
     }
     if let Some(tool) = block.get('T') {
@@ -202,12 +209,20 @@ fn spindle_and_tool(reader: &mut Reader, line: usize, block: &Block) -> bool {
             50 => {}
             60 => reader.change_tool(line),
             970 | 980 | 990 => {
-                reader.log.fault(line, format!("M{}: subprograms are not supported", code / 10));
+                reader.log.error(
+                    Code::Motion,
+                    line,
+                    format!("M{}: subprograms are not supported", code / 10),
+                );
             }
             0 | 10 | 70..=99 | 190 | 480 | 490 | 600 => {}
             _ => {
                 let code = code as f64 / 10.0;
-                reader.log.notice(line, format!("M{code} is not understood and left out"));
+                reader.log.warning(
+                    Code::LeftOut,
+                    line,
+                    format!("M{code} is not understood and left out"),
+                );
             }
         }
     }

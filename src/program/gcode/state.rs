@@ -6,6 +6,7 @@ use super::arc::{self, Arc, Centre, Plane};
 use super::block::Block;
 use super::cycle::{Cycle, Kind};
 use crate::motion::Target;
+use crate::notes::Code;
 use crate::program::log::Log;
 use crate::program::tool_axis::orientation;
 use crate::program::{Pace, Settings, Spindle};
@@ -129,7 +130,7 @@ impl<'a> Reader<'a> {
 
     pub(super) fn turn_spindle(&mut self, line: usize, on: bool) {
         if on && self.spindle_rpm.is_none() {
-            self.log.notice(line, "M3/M4 without S: the speed is not known yet");
+            self.log.warning(Code::LeftOut, line, "M3/M4 without S: the speed is not known yet");
         }
         let spindle = if on { Spindle::at(self.spindle_rpm) } else { Spindle::Stands };
         self.log.spindle(line, spindle);
@@ -139,7 +140,7 @@ impl<'a> Reader<'a> {
     pub(super) fn change_tool(&mut self, line: usize) {
         if self.tool.is_some() && self.tool != self.next_tool {
             let what = "another tool is loaded: the job's tool and tcp are used throughout";
-            self.log.notice(line, what);
+            self.log.warning(Code::Assumed, line, what);
         }
         self.tool = self.next_tool;
     }
@@ -147,7 +148,7 @@ impl<'a> Reader<'a> {
     pub(super) fn work_offset(&mut self, line: usize, code: i64) {
         if self.offset.is_some_and(|before| before != code) {
             let what = "another work offset is chosen: the job's work_object is used throughout";
-            self.log.notice(line, what);
+            self.log.warning(Code::Assumed, line, what);
         }
         self.offset = Some(code);
     }
@@ -195,7 +196,7 @@ impl<'a> Reader<'a> {
             Some(place) => self.line_to(line, place, pace),
             None => {
                 let what = "moves while not all of X, Y and Z are known are left out";
-                self.log.notice(line, what);
+                self.log.warning(Code::LeftOut, line, what);
             }
         }
         Ok(())

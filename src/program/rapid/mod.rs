@@ -21,6 +21,7 @@ mod value;
 
 use super::Settings;
 use super::log::Log;
+use crate::notes::Code;
 use run::Interpreter;
 use syntax::{File, Routine};
 
@@ -29,7 +30,7 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
     let file = parser::parse(text, log);
     match entry(&file, settings, log) {
         Ok(routine) => Interpreter::new(&file, settings, log).run(routine),
-        Err(what) => log.fault(1, what),
+        Err(what) => log.error(Code::Reference, 1, what),
     }
 }
 
@@ -60,7 +61,7 @@ fn entry<'a>(file: &'a File, settings: &Settings, log: &mut Log) -> Result<&'a R
     match (startable().next(), startable().nth(1)) {
         (Some(only), None) => {
             let what = format!("no procedure 'main'; '{}' is read instead", only.name.shown);
-            log.notice(only.line, what);
+            log.warning(Code::Assumed, only.line, what);
             Ok(only)
         }
         (None, _) => Err("no procedure without arguments in this file".to_owned()),

@@ -7,6 +7,7 @@ use super::run::Interpreter;
 use super::syntax::{Args, Expr, Name};
 use super::value::{Value, from_pose, has_external_axes, pose};
 use crate::motion::{Circle, Target};
+use crate::notes::Code;
 use crate::program::{Pace, ToolMass};
 use crate::units::{m_per_s_from_mm_per_s, rad_from_deg};
 
@@ -55,7 +56,11 @@ impl<'a> Interpreter<'a> {
         if way == Way::AbsoluteJoints {
             let joints = self.joints(line, &first)?;
             if option("t").is_some() {
-                self.log.notice(line, format!("{} \\T: the time is not used", name.shown));
+                self.log.warning(
+                    Code::LeftOut,
+                    line,
+                    format!("{} \\T: the time is not used", name.shown),
+                );
             }
             let feed_m_per_s = self.speed(line, speed_arg, option("v"))?;
             self.log.motion(line, Target::Joints(joints), tcp, Pace::Feed(feed_m_per_s));
@@ -75,13 +80,14 @@ impl<'a> Interpreter<'a> {
             (Some(seconds), Some(last)) => {
                 if way == Way::Joint {
                     let what = "MoveJ \\T: the way is taken to be as long as the straight line";
-                    self.log.notice(line, what);
+                    self.log.warning(Code::Assumed, line, what);
                 }
                 self.log.feed(false);
                 timed_feed(seconds, &last.with(&tcp), via.as_ref(), &end)?
             }
             (Some(_), _) => {
-                self.log.notice(
+                self.log.warning(
+                    Code::Assumed,
                     line,
                     format!("{} \\T: the way is not known, the speed is used", name.shown),
                 );
@@ -151,7 +157,11 @@ impl<'a> Interpreter<'a> {
 
     fn note_external_axes(&mut self, line: usize, external: Option<&Value>) {
         if has_external_axes(external) {
-            self.log.notice(line, "targets place external axes: these are taken to stand still");
+            self.log.warning(
+                Code::Assumed,
+                line,
+                "targets place external axes: these are taken to stand still",
+            );
         }
     }
 
@@ -171,14 +181,18 @@ impl<'a> Interpreter<'a> {
         match (&tool, self.settings.tcp) {
             (Value::Tool0, tcp) => Ok(tcp.unwrap_or_default()),
             (Value::Unknown(why), Some(tcp)) => {
-                self.log.notice(line, format!("tool: {why}; the job's tcp is used"));
+                self.log.warning(
+                    Code::Assumed,
+                    line,
+                    format!("tool: {why}; the job's tcp is used"),
+                );
                 Ok(tcp)
             }
             (Value::Unknown(why), None) => Err(format!("tool: {why}; give the tcp in the job")),
             (_, tcp) => {
                 if tcp.is_some() {
                     let what = "the program declares its tool: the job's tcp is not used there";
-                    self.log.notice(line, what);
+                    self.log.warning(Code::FrameFromProgram, line, what);
                 }
                 let frame = self.frame_of_tool(&tool).map_err(|why| format!("tool: {why}"))?;
                 self.weigh(expr, &tool);
@@ -208,12 +222,20 @@ impl<'a> Interpreter<'a> {
         match (given.unwrap_or(&Value::Wobj0), self.settings.work_object) {
             (Value::Wobj0, frame) => {
                 if given.is_some() && frame.is_some() {
-                    self.log.notice(line, "wobj0 is named: the job's work_object is used for it");
+                    self.log.warning(
+                        Code::Assumed,
+                        line,
+                        "wobj0 is named: the job's work_object is used for it",
+                    );
                 }
                 Ok(frame.unwrap_or_default())
             }
             (Value::Unknown(why), Some(frame)) => {
-                self.log.notice(line, format!("work object: {why}; the job's work_object is used"));
+                self.log.warning(
+                    Code::Assumed,
+                    line,
+                    format!("work object: {why}; the job's work_object is used"),
+                );
                 Ok(frame)
             }
             (Value::Unknown(why), None) => {
@@ -221,7 +243,8 @@ impl<'a> Interpreter<'a> {
             }
             (object, frame) => {
                 if frame.is_some() {
-                    self.log.notice(
+                    self.log.warning(
+                        Code::FrameFromProgram,
                         line,
                         "the program declares its work object: the job's work_object is not used \
                          there",
@@ -239,12 +262,16 @@ impl<'a> Interpreter<'a> {
         if let Expr::Ref(path) = expr
             && path.name.key == "vmax"
         {
-            self.log.notice(line, "vmax is taken as 5000 mm/s");
+            self.log.warning(Code::Assumed, line, "vmax is taken as 5000 mm/s");
         }
         let mm_per_s = match (speed, &data) {
             (Some(speed), _) => speed.num().map_err(|why| format!("speed: {why}"))?,
             (None, Value::Unknown(why)) => {
-                self.log.notice(line, format!("speed: {why}; the job's feed is used"));
+                self.log.warning(
+                    Code::Assumed,
+                    line,
+                    format!("speed: {why}; the job's feed is used"),
+                );
                 return Ok(self.settings.feed_m_per_s);
             }
             (None, data) => data

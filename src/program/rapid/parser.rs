@@ -3,6 +3,7 @@
 
 use super::cursor::{Cursor, Parsed};
 use super::syntax::{Block, Declaration, File, Name, Parameter, Routine, Statement, What};
+use crate::notes::Code;
 use crate::program::log::Log;
 
 /// Blocks in blocks beyond this are no program that a person or a post-processor writes.
@@ -81,7 +82,7 @@ impl Parser<'_> {
 
     fn tell(&mut self, parsed: Parsed<()>, line: usize, log: &mut Log) {
         if let Err(what) = parsed {
-            log.fault(self.cursor.line().max(line), what);
+            log.error(Code::Syntax, self.cursor.line().max(line), what);
             self.cursor.skip_statement();
         }
     }
@@ -97,7 +98,7 @@ impl Parser<'_> {
     fn keep_declaration(&mut self, declaration: Declaration, log: &mut Log) {
         let (line, shown) = (declaration.line, declaration.name.shown.clone());
         if self.file.data.insert(declaration.name.key.clone(), declaration).is_some() {
-            log.fault(line, format!("'{shown}' is declared twice"));
+            log.error(Code::Conflict, line, format!("'{shown}' is declared twice"));
         }
     }
 
@@ -106,7 +107,7 @@ impl Parser<'_> {
             (routine.line, routine.name.key.clone(), routine.name.shown.clone());
         self.file.procedure_order.push(key.clone());
         if self.file.procedures.insert(key, routine).is_some() {
-            log.fault(line, format!("procedure '{shown}' is declared twice"));
+            log.error(Code::Conflict, line, format!("procedure '{shown}' is declared twice"));
         }
     }
 

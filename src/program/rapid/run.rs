@@ -7,6 +7,7 @@ use super::instructions;
 use super::moves::Last;
 use super::syntax::{Args, Block, Expr, File, Name, Routine, Statement, What};
 use super::value::Value;
+use crate::notes::Code;
 use crate::program::Settings;
 use crate::program::log::Log;
 
@@ -93,12 +94,16 @@ impl<'a> Interpreter<'a> {
             return Flow::Exit;
         }
         if self.budget == 0 {
-            self.log.fault(line, "the program runs too long here: a loop without an end?");
+            self.log.error(
+                Code::TooLong,
+                line,
+                "the program runs too long here: a loop without an end?",
+            );
             return Flow::Exit;
         }
         self.budget -= 1;
         if self.depth >= DEEPEST {
-            self.log.fault(line, "calls are nested too deep here");
+            self.log.error(Code::TooLong, line, "calls are nested too deep here");
             return Flow::Exit;
         }
         self.depth += 1;
@@ -117,7 +122,7 @@ impl<'a> Interpreter<'a> {
                 let value = self.eval(expr);
                 if let Err(why) = self.write(path, value) {
                     // Data of another module: whatever here depends on it says so where it matters.
-                    self.log.notice(line, format!("assignment left out: {why}"));
+                    self.log.warning(Code::LeftOut, line, format!("assignment left out: {why}"));
                 }
             }
             What::Call(name, args) => return self.call(line, name, args),
@@ -133,10 +138,14 @@ impl<'a> Interpreter<'a> {
                 return Flow::Return(value.as_ref().map(|expr| self.eval(expr)));
             }
             What::Goto(label) => {
-                self.log.fault(line, format!("GOTO {}: jumps are not supported", label.shown));
+                self.log.error(
+                    Code::Motion,
+                    line,
+                    format!("GOTO {}: jumps are not supported", label.shown),
+                );
             }
             What::Label => {}
-            What::NotUnderstood(why) => self.log.fault(line, why.clone()),
+            What::NotUnderstood(why) => self.log.error(Code::Syntax, line, why.clone()),
         }
         Flow::Next
     }
@@ -173,7 +182,7 @@ impl<'a> Interpreter<'a> {
             match self.effect(block, &mut HashSet::new()) {
                 Effect::Motion => {
                     let what = format!("{keyword} decides about motion at run time: {why}");
-                    self.log.fault(line, what);
+                    self.log.error(Code::Motion, line, what);
                     return;
                 }
                 Effect::Data(names) => {
@@ -284,7 +293,7 @@ impl<'a> Interpreter<'a> {
         let [Some(from), Some(to), step] = numbers else { return Flow::Next };
         let step = step.unwrap_or(if to < from { -1.0 } else { 1.0 });
         if step == 0.0 {
-            self.log.fault(line, "FOR: STEP is 0");
+            self.log.error(Code::Value, line, "FOR: STEP is 0");
             return Flow::Next;
         }
         let outer = self.frames.last_mut().and_then(|frame| frame.remove(&variable.key));
@@ -313,7 +322,11 @@ impl<'a> Interpreter<'a> {
                 true
             }
             None => {
-                self.log.fault(line, "the program runs too long here: a loop without an end?");
+                self.log.error(
+                    Code::TooLong,
+                    line,
+                    "the program runs too long here: a loop without an end?",
+                );
                 false
             }
         }
@@ -321,7 +334,8 @@ impl<'a> Interpreter<'a> {
 
     fn while_loop(&mut self, line: usize, condition: &'a Expr, body: &'a Block) -> Flow {
         if *condition == Expr::Bool(true) {
-            self.log.notice(
+            self.log.warning(
+                Code::Assumed,
                 line,
                 "an endless loop: read once, without the way from its end back to its beginning",
             );
@@ -381,25 +395,29 @@ impl<'a> Interpreter<'a> {
         }
         if let Some((way, tool_at)) = instructions::motion(key) {
             if let Err(why) = self.motion(line, name, way, tool_at, args) {
-                self.log.fault(line, format!("{}: {why}", name.shown));
+                self.log.error(Code::Motion, line, format!("{}: {why}", name.shown));
             }
             return Flow::Next;
         }
         match key {
             "exit" | "exitcycle" | "systemstopaction" => return Flow::Exit,
             "raise" | "trynext" | "retry" => {
-                self.log.fault(line, format!("{} outside an error handler", name.shown));
+                self.log.error(
+                    Code::Motion,
+                    line,
+                    format!("{} outside an error handler", name.shown),
+                );
                 return Flow::Exit;
             }
             "velset" => self.velset(line, args),
             "incr" | "decr" | "add" | "clear" => self.count(line, key, args),
             _ if instructions::displaces(key) => {
                 let what = format!("{}: program displacement is not supported", name.shown);
-                self.log.fault(line, what);
+                self.log.error(Code::Motion, line, what);
             }
             _ if instructions::sounds_like_motion(key) || self.passes_a_target(args) => {
                 let what = format!("instruction '{}' moves and is not understood", name.shown);
-                self.log.fault(line, what);
+                self.log.error(Code::Motion, line, what);
             }
             _ => self.note_what_is_left_out(line, name, args),
         }
@@ -416,13 +434,13 @@ impl<'a> Interpreter<'a> {
                 "'{}' looks like a command to the spindle; its speed is taken from the job alone",
                 name.shown
             );
-            self.log.notice(line, what);
+            self.log.warning(Code::SpindleCommand, line, what);
         } else if !instructions::is_ignored(&name.key) {
             let what = format!(
                 "'{}' is not in this file; if it moves, its motion is not read",
                 name.shown
             );
-            self.log.notice(line, what);
+            self.log.warning(Code::LeftOut, line, what);
         }
     }
 
@@ -460,7 +478,7 @@ impl<'a> Interpreter<'a> {
         let sum = self.read(path).num().and_then(|number| Ok(number * keep + by?));
         let value = sum.map_or_else(Value::unknown, Value::Num);
         if let Err(why) = self.write(path, value) {
-            self.log.notice(line, format!("assignment left out: {why}"));
+            self.log.warning(Code::LeftOut, line, format!("assignment left out: {why}"));
         }
     }
 
@@ -471,10 +489,12 @@ impl<'a> Interpreter<'a> {
             Ok([percent, limit]) if *percent > 0.0 && *limit > 0.0 => {
                 self.velocity = (crate::units::ratio_from_percent(*percent), *limit);
             }
-            Ok(_) => {
-                self.log.fault(line, "VelSet: expected a percentage and a limit, both positive")
-            }
-            Err(why) => self.log.fault(line, format!("VelSet: {why}")),
+            Ok(_) => self.log.error(
+                Code::Value,
+                line,
+                "VelSet: expected a percentage and a limit, both positive",
+            ),
+            Err(why) => self.log.error(Code::Value, line, format!("VelSet: {why}")),
         }
     }
 

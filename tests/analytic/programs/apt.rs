@@ -3,7 +3,7 @@
 use detune::program::{Dialect, Settings, Spindle, SpindleCommand, read};
 use nalgebra::Vector3;
 
-use super::support::{assert_ends, assert_pose, end, faults, lines, pose, settings};
+use super::support::{assert_ends, assert_pose, at, end, faults, lines, pose, settings};
 
 const CONTOUR: &[u8] = include_bytes!("../../data/programs/contour.apt");
 
@@ -49,8 +49,8 @@ fn contour_with_holes() {
         ]
     );
     // Five after the first, see the feeds above.
-    let [notice] = program.notices.as_slice() else { panic!("{:?}", program.notices) };
-    assert_eq!(notice.line, 10);
+    let [notice] = program.warnings.as_slice() else { panic!("{:?}", program.warnings) };
+    assert_eq!(at(notice), 10);
     assert!(notice.what.starts_with("5 rapid moves"), "{notice}");
 }
 
@@ -112,13 +112,13 @@ fn what_is_lost_or_computed_is_refused_with_its_line() {
     ] {
         let found = faults(&format!("GOTO/0,0,0\r\n\r\n{statement}\r\n"), Dialect::Apt);
         assert_eq!(found.len(), 1, "{statement}: {found:?}");
-        assert_eq!(found[0].line, 3, "{statement}");
+        assert_eq!(at(&found[0]), 3, "{statement}");
         assert!(found[0].what.contains(said), "{statement}: {}", found[0].what);
     }
     let relative = faults("GODLTA/1,0,0", Dialect::Apt);
     assert!(relative[0].what.contains("before any position"));
     let per_turn = faults("FEDRAT/0.1,MMPR\nGOTO/1,2,3", Dialect::Apt);
-    assert_eq!((per_turn[0].line, per_turn.len()), (2, 1));
+    assert_eq!((at(&per_turn[0]), per_turn.len()), (2, 1));
 }
 
 #[test]
@@ -126,8 +126,8 @@ fn things_beside_the_motion_are_told() {
     let program = apt(
         "FEDRAT/5,IPM\nLOADTL/1\nGOTO/0,0,0\nLOADTL/2\nHEAD/2\nCUTCOM/LEFT\nFOO/1\nSPINDL/100,SFM\nGOTO/1,0,0",
     );
-    let told: Vec<usize> = program.notices.iter().map(|notice| notice.line).collect();
-    assert_eq!(told, [1, 4, 5, 6, 7, 8], "{:?}", program.notices);
+    let told: Vec<usize> = program.warnings.iter().map(at).collect();
+    assert_eq!(told, [1, 4, 5, 6, 7, 8], "{:?}", program.warnings);
 }
 
 #[test]
@@ -151,7 +151,7 @@ fn a_start_without_a_speed_ends_a_stop() {
 fn a_feed_per_revolution_of_a_surface_speed_is_refused() {
     let text = "SPINDL/900,RPM\nFEDRAT/0.1,MMPR\nGOTO/0,0,0\nSPINDL/300,SFM\nGOTO/1,0,0\n";
     let found = faults(text, Dialect::Apt);
-    assert_eq!((found[0].line, found.len()), (5, 1), "{found:?}");
+    assert_eq!((at(&found[0]), found.len()), (5, 1), "{found:?}");
 }
 
 #[test]
@@ -159,9 +159,9 @@ fn one_coordinate_system_throughout() {
     let system = |z: f64| format!("MSYS/0,0,{z},1,0,0,0,1,0\nGOTO/1,2,3\n");
     let same = apt(&(system(500.0) + &system(500.0)));
     assert_ends(&same, &[('L', [1.0, 2.0, 3.0]), ('L', [1.0, 2.0, 3.0])]);
-    assert!(same.notices.is_empty(), "{:?}", same.notices);
+    assert!(same.warnings.is_empty(), "{:?}", same.warnings);
     let found = faults(&(system(0.0) + &system(500.0) + &system(0.0)), Dialect::Apt);
-    assert_eq!((found[0].line, found.len()), (3, 1), "{found:?}");
+    assert_eq!((at(&found[0]), found.len()), (3, 1), "{found:?}");
     assert!(found[0].what.contains("line 1"), "{}", found[0].what);
 }
 
@@ -173,11 +173,11 @@ fn the_way_home_is_read_where_it_is_given_and_refused_between_moves() {
         &[('L', [0.0, 0.0, 0.0]), ('L', [1.0, 2.0, 90.0]), ('L', [3.0, 0.0, 0.0])],
     );
     assert_eq!(program.moves[1].feed_m_per_s, 0.5);
-    let told: Vec<usize> = program.notices.iter().map(|notice| notice.line).collect();
-    assert_eq!(told, [2, 4], "{:?}", program.notices);
+    let told: Vec<usize> = program.warnings.iter().map(at).collect();
+    assert_eq!(told, [2, 4], "{:?}", program.warnings);
     for away in ["GOHOME", "GOCLER"] {
         let found = faults(&format!("GOTO/0,0,0\n{away}\nGOTO/1,0,0\nGOTO/2,0,0\n"), Dialect::Apt);
-        assert_eq!((found[0].line, found.len()), (2, 1), "{found:?}");
+        assert_eq!((at(&found[0]), found.len()), (2, 1), "{found:?}");
         assert!(found[0].what.contains("split the program"), "{}", found[0].what);
         // Nothing came before.
         assert_eq!(lines(&apt(&format!("{away}\nGOTO/1,0,0\n"))), [2]);

@@ -4,11 +4,12 @@ use std::fmt::Write as _;
 use std::time::Instant;
 
 use detune::motion::{Move, Target};
-use detune::program::{Dialect, Program, ProgramFault, read};
+use detune::notes::{Code, Note};
+use detune::program::{Dialect, Program, read};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::support::{lines, settings};
+use super::support::{at, lines, settings};
 
 const PROGRAMS: [(Dialect, &[u8]); 3] = [
     (Dialect::Rapid, include_bytes!("../../data/programs/pocket_latin1_crlf.mod")),
@@ -73,17 +74,20 @@ fn damaged(rng: &mut ChaCha8Rng, program: &[u8]) -> Vec<u8> {
     bytes
 }
 
-fn assert_sound(read: &Result<Program, Vec<ProgramFault>>, line_count: usize) {
+fn assert_sound(read: &Result<Program, Vec<Note>>, line_count: usize) {
     let at_a_line = |line: usize| (1..=line_count).contains(&line);
     match read {
         Ok(program) => {
             assert!(!program.moves.is_empty());
             assert!(program.moves.iter().all(|each| at_a_line(each.line) && is_finite(each)));
-            assert!(program.notices.iter().all(|notice| at_a_line(notice.line)));
+            assert!(program.warnings.iter().all(|notice| at_a_line(at(notice))));
         }
         Err(faults) => {
             assert!(!faults.is_empty());
-            assert!(faults.iter().all(|fault| at_a_line(fault.line)), "{faults:?}");
+            assert!(
+                faults.iter().all(|fault| fault.code == Code::More || at_a_line(at(fault))),
+                "{faults:?}"
+            );
         }
     }
 }
@@ -129,7 +133,7 @@ fn deep_nesting_is_refused_and_not_followed() {
     for expression in expressions {
         let text = super::support::module(&format!("MoveL {expression},v5,fine,tool0;"));
         let found = super::support::faults(&text, Dialect::Rapid);
-        assert_eq!(found[0].line, 4);
+        assert_eq!(at(&found[0]), 4);
     }
     let blocks = format!("{}{}", "IF TRUE THEN\n".repeat(50_000), "ENDIF\n".repeat(50_000));
     super::support::faults(&super::support::module(&blocks), Dialect::Rapid);

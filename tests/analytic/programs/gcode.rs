@@ -3,7 +3,7 @@
 use detune::motion::Target;
 use detune::program::{Dialect, Program, Spindle, SpindleCommand, read};
 
-use super::support::{assert_ends, assert_pose, end, faults, lines, pose, settings};
+use super::support::{assert_ends, assert_pose, at, end, faults, lines, pose, settings};
 
 const POCKET: &[u8] = include_bytes!("../../data/programs/pocket.ngc");
 
@@ -72,10 +72,10 @@ fn pocket_with_arcs_and_holes() {
             SpindleCommand { line: 22, spindle: Spindle::Stands, from_move: 28 },
         ]
     );
-    let told: Vec<usize> = program.notices.iter().map(|notice| notice.line).collect();
-    assert_eq!(told, [6, 8, 23], "{:?}", program.notices);
+    let told: Vec<usize> = program.warnings.iter().map(at).collect();
+    assert_eq!(told, [6, 8, 23], "{:?}", program.warnings);
     // See the feeds above.
-    assert!(program.notices[1].what.starts_with("15 rapid moves"), "{:?}", program.notices);
+    assert!(program.warnings[1].what.starts_with("15 rapid moves"), "{:?}", program.warnings);
     // The tool looks down with x along the work object's x.
     for each in &program.moves {
         let turned = pose([0.0; 3], [0.0, 1.0, 0.0, 0.0]).rotation;
@@ -136,8 +136,8 @@ fn the_path_starts_where_all_three_axes_are_known() {
     let program = gcode("G0 Z5\nG0 X1\nG0 Y2\nG1 X3");
     assert_eq!(lines(&program), [3, 4]);
     assert_ends(&program, &[('L', [1.0, 2.0, 5.0]), ('L', [3.0, 2.0, 5.0])]);
-    assert_eq!(program.notices.len(), 1);
-    assert_eq!(program.notices[0].line, 1);
+    assert_eq!(program.warnings.len(), 1);
+    assert_eq!(at(&program.warnings[0]), 1);
     // No F: the job's feed.
     assert_eq!(program.moves[1].feed_m_per_s, 0.01);
 }
@@ -219,7 +219,7 @@ fn what_is_lost_or_computed_is_refused_with_its_line() {
     ] {
         let found = faults(&format!("G0 X0 Y0 Z0\r\n\r\n{block}\r\n"), Dialect::GCode);
         assert_eq!(found.len(), 1, "{block}: {found:?}");
-        assert_eq!(found[0].line, 3, "{block}");
+        assert_eq!(at(&found[0]), 3, "{block}");
         assert!(found[0].what.contains(said), "{block}: {}", found[0].what);
     }
     let huge = format!("G20 G0 X0 Y0 Z{}", "9".repeat(308));
@@ -274,18 +274,18 @@ fn ways_to_the_machine_s_own_places_are_refused_between_moves() {
     let away = ["G53 G0 Z0", "G0 G53 X0 Y0", "G91 G28 Z0\nG90", "G30 Z0", "G28"];
     for way in away {
         let found = faults(&format!("G0 X0 Y0 Z5\n{way}\nG1 X5 Y0 Z0 F100\nX6\n"), Dialect::GCode);
-        assert_eq!((found[0].line, found.len()), (2, 1), "{way}: {found:?}");
+        assert_eq!((at(&found[0]), found.len()), (2, 1), "{way}: {found:?}");
         assert!(found[0].what.contains("split the program"), "{way}: {}", found[0].what);
 
         let program = gcode(&format!("{way}\nG1 X5 Y0 Z0 F100\nX6\n{way}\nM30\n"));
         assert_ends(&program, &[('L', [5.0, 0.0, 0.0]), ('L', [6.0, 0.0, 0.0])]);
-        assert_eq!(program.notices[0].line, 1, "{way}: {:?}", program.notices);
+        assert_eq!(at(&program.warnings[0]), 1, "{way}: {:?}", program.warnings);
     }
     // Behind the retract the height is not known, so this is no move through the part.
     let program = gcode("G0 X0 Y0 Z5\nG1 Z0 F100\nG53 G0 Z0\nX9 Y9\nM30\n");
     assert_ends(&program, &[('L', [0.0, 0.0, 5.0]), ('L', [0.0, 0.0, 0.0])]);
-    let told: Vec<usize> = program.notices.iter().map(|notice| notice.line).collect();
-    assert_eq!(told, [3, 4], "{:?}", program.notices);
+    let told: Vec<usize> = program.warnings.iter().map(at).collect();
+    assert_eq!(told, [3, 4], "{:?}", program.warnings);
     // What is known of x is no longer so.
     let program = gcode("G0 X1 Y2\nG53 X0\nZ5\nX3\n");
     assert_ends(&program, &[('L', [3.0, 2.0, 5.0])]);

@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_1_SQRT_2;
 use detune::motion::Target;
 use detune::program::{Dialect, Settings, read};
 
-use super::support::{assert_ends, assert_pose, end, lines, module, pose, rapid, settings};
+use super::support::{assert_ends, assert_pose, at, end, lines, module, pose, rapid, settings};
 
 const POCKET: &[u8] = include_bytes!("../../data/programs/pocket_latin1_crlf.mod");
 
@@ -52,9 +52,9 @@ fn pocket_of_a_latin_1_file_with_crlf() {
     expected.translation = pose([840.0, 160.0, 450.0], [1.0, 0.0, 0.0, 0.0]).translation;
     assert_pose(via, &expected);
 
-    assert_eq!(program.notices.len(), 1, "{:?}", program.notices);
-    assert_eq!(program.notices[0].line, 22);
-    assert!(program.notices[0].what.contains("looks like a command to the spindle"));
+    assert_eq!(program.warnings.len(), 1, "{:?}", program.warnings);
+    assert_eq!(at(&program.warnings[0]), 22);
+    assert!(program.warnings[0].what.contains("looks like a command to the spindle"));
     assert!(program.spindle.is_empty());
 }
 
@@ -114,7 +114,7 @@ fn the_job_fills_what_the_program_leaves_to_it_and_no_more() {
     assert_pose(&program.moves[3].tcp, &pose([0.0, 0.0, 7.0], [1.0, 0.0, 0.0, 0.0]));
     assert_eq!(program.moves[2].feed_m_per_s, 0.01);
     let told: Vec<(usize, &str)> =
-        program.notices.iter().map(|notice| (notice.line, notice.what.as_str())).collect();
+        program.warnings.iter().map(|notice| (at(notice), notice.what.as_str())).collect();
     assert_eq!(
         told,
         [
@@ -188,8 +188,8 @@ fn an_endless_loop_is_read_once_and_told() {
     let program =
         rapid(&module("MoveL p,v5,fine,tool0;\nWHILE TRUE DO\nMoveJ p,v5,fine,tool0;\nENDWHILE"));
     assert_eq!(lines(&program), [4, 6]);
-    assert_eq!(program.notices.len(), 1);
-    assert_eq!(program.notices[0].line, 5);
+    assert_eq!(program.warnings.len(), 1);
+    assert_eq!(at(&program.warnings[0]), 5);
 }
 
 #[test]
@@ -240,8 +240,8 @@ fn things_beside_the_motion_are_told_once_and_left_out() {
         "MoveL p,v5,fine,tool0;\nCalibWrist;\nCalibWrist;\nSpindleOn 12000;\n\
          MoveL [[1,2,3],[1,0,0,0],[0,0,0,0],[0,9E9,9E9,9E9,9E9,9E9]],vmax,fine,tool0;",
     ));
-    let told: Vec<_> = program.notices.iter().map(|notice| notice.line).collect();
-    assert_eq!(told, [5, 7, 8, 8], "{:?}", program.notices);
+    let told: Vec<_> = program.warnings.iter().map(at).collect();
+    assert_eq!(told, [5, 7, 8, 8], "{:?}", program.warnings);
     assert_eq!(program.moves[1].feed_m_per_s, 5.0);
 }
 
@@ -266,11 +266,11 @@ fn wobj0_by_name_is_the_job_s_and_says_so() {
     let named = module("MoveL p,v5,fine,tool0;\nMoveL p,v5,fine,tool0\\WObj:=wobj0;");
     let program = read(named.as_bytes(), Dialect::Rapid, &job).unwrap();
     assert_ends(&program, &[('L', [1000.0, 200.0, 700.0]), ('L', [1000.0, 200.0, 700.0])]);
-    assert_eq!(program.notices.len(), 1, "{:?}", program.notices);
-    assert_eq!(program.notices[0].line, 5);
-    assert!(program.notices[0].what.contains("job's work_object is used"));
+    assert_eq!(program.warnings.len(), 1, "{:?}", program.warnings);
+    assert_eq!(at(&program.warnings[0]), 5);
+    assert!(program.warnings[0].what.contains("job's work_object is used"));
     // Without a frame in the job there is nothing to choose between.
-    assert!(rapid(&named).notices.is_empty());
+    assert!(rapid(&named).warnings.is_empty());
 }
 
 /// One value of a CASE that matches is enough; those behind it are not looked at.

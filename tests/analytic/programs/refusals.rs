@@ -2,7 +2,7 @@
 
 use detune::program::{Dialect, Settings, read};
 
-use super::support::{faults, module, settings};
+use super::support::{at, faults, module, settings};
 
 /// Each stands on line 4, after the declarations of `module`.
 #[test]
@@ -52,7 +52,7 @@ fn motion_that_is_not_understood_is_refused_with_its_line() {
     ] {
         let found = faults(&module(instruction), Dialect::Rapid);
         assert_eq!(found.len(), 1, "{instruction}: {found:?}");
-        assert_eq!(found[0].line, 4, "{instruction}: {}", found[0].what);
+        assert_eq!(at(&found[0]), 4, "{instruction}: {}", found[0].what);
         assert!(found[0].what.contains(said), "{instruction}: {}", found[0].what);
     }
 }
@@ -82,13 +82,13 @@ fn what_depends_on_the_run_is_unknown_afterwards() {
         ),
         Dialect::Rapid,
     );
-    assert_eq!(found[0].line, 8);
+    assert_eq!(at(&found[0]), 8);
     assert!(found[0].what.contains("'x' depends on a condition"), "{}", found[0].what);
     // By way of a procedure that changes its argument, too.
     let text = module("VAR num x:=1;\nIF DInput(di1)=1 up x;\nMoveL Offs(p,x,0,0),v5,fine,tool0;")
         .replace("ENDMODULE", "PROC up(INOUT num a)\na:=a+1;\nENDPROC\nENDMODULE");
     let found = faults(&text, Dialect::Rapid);
-    assert_eq!(found[0].line, 6);
+    assert_eq!(at(&found[0]), 6);
     assert!(found[0].what.contains("'x' depends on a condition"), "{}", found[0].what);
 }
 
@@ -109,7 +109,7 @@ fn structure_that_is_broken_is_refused() {
     ] {
         let found = faults(text, Dialect::Rapid);
         assert!(
-            found.iter().any(|fault| fault.line == line && fault.what.contains(said)),
+            found.iter().any(|fault| at(fault) == line && fault.what.contains(said)),
             "{text}: {found:?}"
         );
     }
@@ -119,10 +119,10 @@ fn structure_that_is_broken_is_refused() {
 
 #[test]
 fn all_faults_are_told_and_a_flood_is_cut() {
-    let found = faults(&module(&"MoveL no,v5,fine,tool0;\n".repeat(200)), Dialect::Rapid);
-    assert_eq!(found.len(), 51);
-    assert_eq!((found[0].line, found[49].line), (4, 53));
-    assert_eq!(found[50].what, "and 150 more");
+    let found = faults(&module(&"MoveL no,v5,fine,tool0;\n".repeat(350)), Dialect::Rapid);
+    assert_eq!(found.len(), 201);
+    assert_eq!((at(&found[0]), at(&found[199])), (4, 203));
+    assert_eq!(found[200].what, "and 150 more");
 }
 
 #[test]

@@ -1,7 +1,8 @@
 //! What the tests of programs share.
 
 use detune::motion::{Move, Target};
-use detune::program::{Dialect, Program, ProgramFault, Settings, read};
+use detune::notes::Note;
+use detune::program::{Dialect, Program, Settings, read};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
 /// Ten nanometres and ten nanoradians: the frames in the programs have seven digits.
@@ -40,8 +41,13 @@ pub(super) fn module(instructions: &str) -> String {
     )
 }
 
-pub(super) fn faults(text: &str, dialect: Dialect) -> Vec<ProgramFault> {
+pub(super) fn faults(text: &str, dialect: Dialect) -> Vec<Note> {
     read(text.as_bytes(), dialect, &settings()).expect_err("the program is wrong")
+}
+
+/// The line that a note stands at.
+pub(super) fn at(note: &Note) -> usize {
+    note.place.line.expect("a line")
 }
 
 pub(super) fn lines(program: &Program) -> Vec<usize> {

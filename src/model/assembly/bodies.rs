@@ -10,7 +10,7 @@ use crate::model::description::{CoordinateKind, Damping, Description, Inertial, 
 use crate::model::robot::{Coordinate, MovingJoint, Node, NodeMotion};
 
 /// The reduced tree while it grows.
-pub(super) struct Assembly<'a> {
+pub(super) struct Bodies<'a> {
     pub(super) description: &'a Description,
     pub(super) tree: &'a Tree,
     /// Links between base (excluded) and tip (included).
@@ -24,7 +24,7 @@ pub(super) struct Assembly<'a> {
     pub(super) place_of: Vec<Option<(usize, Isometry3<f64>)>>,
 }
 
-impl Assembly<'_> {
+impl Bodies<'_> {
     /// Adds `base` and all that it carries, depth first so that the coordinates of a subtree are
     /// contiguous. A stack of our own: descriptions may be deep.
     pub(super) fn grow(&mut self, base: usize) {

@@ -1,7 +1,7 @@
 //! From a description to the immutable model: checks, then the reduced tree of bodies that move
 //! against each other.
 
-mod assembly;
+mod bodies;
 mod checks;
 mod tree;
 
@@ -9,69 +9,69 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Isometry3;
 
-use self::assembly::Assembly;
+use self::bodies::Bodies;
 use self::tree::Tree;
 use super::description::{ArmAngle, Description, JointKind};
-use super::fault::{ModelFault, Place};
 use super::robot::{AngleForm, Coordinate, MovingJoint, Node, Robot, ancestors};
+use crate::notes::{Code, Note, Part, Place};
 use crate::wording::nearest;
 
-/// Factors and offsets of arm angles beyond this are slips of the pen, and would overflow.
-const LARGEST_OF_ANGLE: f64 = 1e6;
+/// Factors and offsets of arm angles beyond this are typing errors, and would overflow.
+const MAX_OF_ANGLE: f64 = 1e6;
 
 impl Robot {
     /// Checks a description and builds the model.
     ///
     /// # Errors
-    /// Every fault of the description, each with its place.
-    pub fn new(description: &Description) -> Result<Self, Vec<ModelFault>> {
+    /// Every error of the description, each with the part that it is about.
+    pub fn new(description: &Description) -> Result<Self, Vec<Note>> {
         if description.corrections.is_empty() {
             return Builder::new(description).build();
         }
         description.corrected().and_then(|corrected| Builder::new(&corrected).build()).map_err(
-            // What the files themselves get wrong is told in their terms.
-            |faults| Builder::new(description).build().err().unwrap_or(faults),
+            // Errors of the files themselves are reported in their terms.
+            |errors| Builder::new(description).build().err().unwrap_or(errors),
         )
     }
 }
 
-/// The tree of a description by index, and the faults found so far.
+/// A description, and the errors and warnings found so far.
 struct Builder<'a> {
     description: &'a Description,
-    faults: Vec<ModelFault>,
-    notices: Vec<ModelFault>,
+    errors: Vec<Note>,
+    warnings: Vec<Note>,
 }
 
 impl<'a> Builder<'a> {
     fn new(description: &'a Description) -> Self {
-        Self { description, faults: Vec::new(), notices: Vec::new() }
+        Self { description, errors: Vec::new(), warnings: Vec::new() }
     }
 
-    fn fault(&mut self, place: Place, key: &'static str, what: impl Into<String>) {
-        self.faults.push(ModelFault::new(place, key, what));
+    fn error(&mut self, code: Code, part: Part, key: &'static str, what: impl Into<String>) {
+        self.errors.push(Note::error(code, Place::key(part, key), what));
     }
 
-    fn notice(&mut self, place: Place, key: &'static str, what: impl Into<String>) {
-        self.notices.push(ModelFault::new(place, key, what));
+    fn warning(&mut self, code: Code, part: Part, key: &'static str, what: impl Into<String>) {
+        self.warnings.push(Note::warning(code, Place::key(part, key), what));
     }
 
-    fn build(mut self) -> Result<Robot, Vec<ModelFault>> {
+    fn build(mut self) -> Result<Robot, Vec<Note>> {
         self.check_inertias();
         self.check_axes();
         self.check_springs();
         let robot = self.tree().and_then(|tree| self.assemble(&tree));
         match robot {
-            Some(robot) if self.faults.is_empty() => Ok(Robot { notices: self.notices, ..robot }),
+            Some(robot) if self.errors.is_empty() => Ok(Robot { warnings: self.warnings, ..robot }),
             _ => {
-                if self.faults.is_empty() {
-                    self.fault(Place::Robot, "", "the robot could not be assembled");
+                if self.errors.is_empty() {
+                    self.error(Code::Value, Part::Robot, "", "the robot could not be assembled");
                 }
-                Err(self.faults)
+                Err(self.errors)
             }
         }
     }
 
-    fn link_index(&mut self, place: Place, key: &'static str, name: &str) -> Option<usize> {
+    fn link_index(&mut self, part: Part, key: &'static str, name: &str) -> Option<usize> {
         let found = self.description.links.iter().position(|link| link.name == name);
         if found.is_none() {
             let names: Vec<&str> =
@@ -79,7 +79,7 @@ impl<'a> Builder<'a> {
             let hint = nearest(name, names.iter().copied())
                 .map_or_else(String::new, |near| format!("; did you mean '{near}'?"));
             let what = format!("the URDF has no link '{name}'; it has {}{hint}", listed(&names));
-            self.fault(place, key, what);
+            self.error(Code::Reference, part, key, what);
         }
         found
     }
@@ -103,8 +103,9 @@ impl<'a> Builder<'a> {
             })
             .collect();
         let Some(&last) = moving.iter().max_by_key(|&&link| depths[link]) else {
-            self.fault(
-                Place::Tip,
+            self.error(
+                Code::Tree,
+                Part::Tip,
                 "tip",
                 "no joint moves, so the tip link must be named with 'tip'",
             );
@@ -113,7 +114,7 @@ impl<'a> Builder<'a> {
         let chain: BTreeSet<usize> = tree.path_to(last).into_iter().collect();
         if moving.iter().any(|link| !chain.contains(link)) {
             let what = "the moving joints branch, so the tip link must be named with 'tip'";
-            self.fault(Place::Tip, "tip", what);
+            self.error(Code::Tree, Part::Tip, "tip", what);
             return None;
         }
         Some(last)
@@ -122,11 +123,11 @@ impl<'a> Builder<'a> {
     fn assemble(&mut self, tree: &Tree) -> Option<Robot> {
         let description = self.description;
         let base = match &description.base {
-            Some(name) => self.link_index(Place::Base, "base", name)?,
+            Some(name) => self.link_index(Part::Base, "base", name)?,
             None => tree.root,
         };
         let tip = match &description.tip {
-            Some(name) => self.link_index(Place::Tip, "tip", name)?,
+            Some(name) => self.link_index(Part::Tip, "tip", name)?,
             None => self.default_tip(tree, base)?,
         };
         let chain = tree.path_to(tip);
@@ -135,7 +136,7 @@ impl<'a> Builder<'a> {
                 "link '{}' is not carried by the base '{}'",
                 description.links[tip].name, description.links[base].name
             );
-            self.fault(Place::Tip, "tip", what);
+            self.error(Code::Tree, Part::Tip, "tip", what);
             return None;
         };
         let chain: BTreeSet<usize> = chain[start + 1..].iter().copied().collect();
@@ -143,22 +144,23 @@ impl<'a> Builder<'a> {
             let Some(joint) = tree.parent_joint[link].map(|j| &description.joints[j]) else {
                 continue;
             };
-            let place = Place::Joint(joint.name.clone());
+            let part = Part::Joint(joint.name.clone());
             if matches!(joint.kind, JointKind::Floating | JointKind::Planar) {
                 let what = "type floating or planar between base and tip; a serial arm has revolute, \
                             continuous, prismatic and fixed joints";
-                self.fault(place, "type", what);
+                self.error(Code::Tree, part, "type", what);
             } else if let Some(other) = &joint.mimics {
                 let what = format!(
                     "mimics '{other}' between base and tip; joints of the chain must be independent"
                 );
-                self.fault(place, "mimic", what);
+                self.error(Code::Tree, part, "mimic", what);
             } else if joint.kind.moves()
                 && joint.kind != JointKind::Continuous
                 && joint.position_limit.is_none()
             {
-                self.notice(
-                    place,
+                self.warning(
+                    Code::Assumed,
+                    part,
                     "limit",
                     "has no <limit> with lower and upper: taken as unlimited",
                 );
@@ -168,7 +170,7 @@ impl<'a> Builder<'a> {
         let carried: BTreeSet<usize> = tree.from(base).into_iter().collect();
         let mut extras_of: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         for (i, extra) in description.extra.iter().enumerate() {
-            let Some(link) = self.link_index(Place::Extra(i), "link", &extra.link) else {
+            let Some(link) = self.link_index(Part::Extra(i), "link", &extra.link) else {
                 continue;
             };
             if carried.contains(&link) {
@@ -176,23 +178,23 @@ impl<'a> Builder<'a> {
             } else {
                 let what =
                     format!("link '{}' lies outside the base's part of the tree", extra.link);
-                self.fault(Place::Extra(i), "link", what);
+                self.error(Code::Tree, Part::Extra(i), "link", what);
             }
         }
         let payload_link = match &description.payload {
             Some(payload) => {
-                let link = self.link_index(Place::Payload, "link", &payload.link)?;
+                let link = self.link_index(Part::Payload, "link", &payload.link)?;
                 if !carried.contains(&link) {
                     let what =
                         format!("link '{}' lies outside the base's part of the tree", payload.link);
-                    self.fault(Place::Payload, "link", what);
+                    self.error(Code::Tree, Part::Payload, "link", what);
                 }
                 Some(link)
             }
             None => None,
         };
 
-        let mut assembly = Assembly {
+        let mut bodies = Bodies {
             description,
             tree,
             chain: &chain,
@@ -203,8 +205,8 @@ impl<'a> Builder<'a> {
             coordinates: Vec::new(),
             place_of: vec![None; description.links.len()],
         };
-        assembly.grow(base);
-        let Assembly { mut nodes, joints, coordinates, place_of, .. } = assembly;
+        bodies.grow(base);
+        let Bodies { mut nodes, joints, coordinates, place_of, .. } = bodies;
         for index in (1..nodes.len()).rev() {
             if let Some(parent) = nodes[index].parent {
                 nodes[parent].subtree_mass_kg += nodes[index].subtree_mass_kg;
@@ -215,18 +217,18 @@ impl<'a> Builder<'a> {
         if coordinates.is_empty() {
             let what =
                 "no elastic coordinate: list the stiffness of at least one joint under elasticity";
-            self.fault(Place::Robot, "elasticity", what);
+            self.error(Code::NotElastic, Part::Robot, "elasticity", what);
             return None;
         }
         for spring in &description.elastic_joints {
             let known = description.joints.iter().any(|j| j.name == spring.joint && j.kind.moves());
             if known && !coordinates.iter().any(|c| c.name == spring.joint) {
                 let what = "lies outside the base's part of the tree";
-                self.fault(Place::ElasticJoint(spring.joint.clone()), "", what);
+                self.error(Code::Tree, Part::ElasticJoint(spring.joint.clone()), "", what);
             }
         }
         self.check_carried_mass(&nodes, &coordinates);
-        self.notice_massless_links(&nodes, &place_of);
+        self.warn_of_massless_links(&nodes, &place_of);
 
         let carriers = carriers(&nodes, &coordinates);
         let tip_carriers = (0..coordinates.len())
@@ -252,7 +254,7 @@ impl<'a> Builder<'a> {
             payload: description.payload.clone(),
             calibration: description.calibration,
             moving_mass_kg,
-            notices: Vec::new(),
+            warnings: Vec::new(),
             nodes,
             joints,
             coordinates,
@@ -269,21 +271,21 @@ impl<'a> Builder<'a> {
                 continue;
             }
             let extra = self.description.extra.iter().position(|e| e.name == coordinate.name);
-            let place = match extra {
-                Some(index) => Place::Extra(index),
-                None => Place::ElasticJoint(coordinate.name.clone()),
+            let part = match extra {
+                Some(index) => Part::Extra(index),
+                None => Part::ElasticJoint(coordinate.name.clone()),
             };
             let what = format!(
                 "nothing behind '{}' has mass, so its mass matrix is singular; give link '{}' or those \
                  behind it an <inertial>, or leave the joint rigid",
                 coordinate.name, coordinate.link
             );
-            self.fault(place, "", what);
+            self.error(Code::NotElastic, part, "", what);
         }
     }
 
     /// A massless link with geometry is more likely forgotten than meant.
-    fn notice_massless_links(
+    fn warn_of_massless_links(
         &mut self,
         nodes: &[Node],
         place_of: &[Option<(usize, Isometry3<f64>)>],
@@ -293,7 +295,7 @@ impl<'a> Builder<'a> {
             let vibrates = ancestors(nodes, *node).any(|a| !nodes[a].coordinates.is_empty());
             if vibrates && link.inertial.is_none() && link.has_geometry {
                 let what = "has geometry but no <inertial>: counted as massless";
-                self.notice(Place::Link(link.name.clone()), "inertial", what);
+                self.warning(Code::Assumed, Part::Link(link.name.clone()), "inertial", what);
             }
         }
     }
@@ -305,7 +307,7 @@ impl<'a> Builder<'a> {
         joints: &[MovingJoint],
     ) -> Option<AngleForm> {
         let form = form?;
-        let bounded = |value: f64| value.abs() <= LARGEST_OF_ANGLE;
+        let bounded = |value: f64| value.abs() <= MAX_OF_ANGLE;
         let mut terms = Vec::new();
         for (name, scale) in &form.terms {
             match joints.iter().position(|joint| joint.name == *name) {
@@ -316,22 +318,22 @@ impl<'a> Builder<'a> {
                         "'{name}' is not a moving joint between base and tip; these are {}",
                         listed(&names)
                     );
-                    self.fault(Place::ArmAngle(angle), "terms", what);
+                    self.error(Code::Reference, Part::ArmAngle(angle), "terms", what);
                 }
             }
             if !bounded(*scale) {
                 let what = format!(
-                    "factor of '{name}' is {scale}, must be from -{LARGEST_OF_ANGLE} to {LARGEST_OF_ANGLE}"
+                    "factor of '{name}' is {scale}, must be from -{MAX_OF_ANGLE} to {MAX_OF_ANGLE}"
                 );
-                self.fault(Place::ArmAngle(angle), "terms", what);
+                self.error(Code::Value, Part::ArmAngle(angle), "terms", what);
             }
         }
         if !bounded(form.offset_rad) {
             let what = format!(
-                "offset_rad is {}, must be from -{LARGEST_OF_ANGLE} to {LARGEST_OF_ANGLE}",
+                "offset_rad is {}, must be from -{MAX_OF_ANGLE} to {MAX_OF_ANGLE}",
                 form.offset_rad
             );
-            self.fault(Place::ArmAngle(angle), "offset_rad", what);
+            self.error(Code::Value, Part::ArmAngle(angle), "offset_rad", what);
         }
         Some(AngleForm { terms, offset_rad: form.offset_rad })
     }

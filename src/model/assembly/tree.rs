@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::Builder;
-use crate::model::fault::Place;
+use crate::notes::{Code, Part};
 
 /// Who is whose parent, by index into the description.
 pub(super) struct Tree {
@@ -20,11 +20,16 @@ impl Builder<'_> {
     /// The parent-child relations, if they form one tree.
     pub(super) fn tree(&mut self) -> Option<Tree> {
         let description = self.description;
-        let before = self.faults.len();
+        let before = self.errors.len();
         let mut index = BTreeMap::new();
         for (i, link) in description.links.iter().enumerate() {
             if index.insert(link.name.as_str(), i).is_some() {
-                self.fault(Place::Link(link.name.clone()), "name", "name is taken by another link");
+                self.error(
+                    Code::Conflict,
+                    Part::Link(link.name.clone()),
+                    "name",
+                    "name is taken by another link",
+                );
             }
         }
         let mut names = BTreeSet::new();
@@ -32,9 +37,9 @@ impl Builder<'_> {
         let mut child_joints = vec![Vec::new(); description.links.len()];
         let (mut parent_link, mut child_link) = (Vec::new(), Vec::new());
         for (j, joint) in description.joints.iter().enumerate() {
-            let place = || Place::Joint(joint.name.clone());
+            let part = || Part::Joint(joint.name.clone());
             if !names.insert(joint.name.as_str()) {
-                self.fault(place(), "name", "name is taken by another joint");
+                self.error(Code::Conflict, part(), "name", "name is taken by another joint");
             }
             let parent = index.get(joint.parent.as_str()).copied();
             let child = index.get(joint.child.as_str()).copied();
@@ -43,7 +48,7 @@ impl Builder<'_> {
             {
                 if found.is_none() {
                     let what = format!("{key} link '{name}' does not exist");
-                    self.fault(place(), key, what);
+                    self.error(Code::Reference, part(), key, what);
                 }
             }
             parent_link.push(parent.unwrap_or(usize::MAX));
@@ -55,23 +60,26 @@ impl Builder<'_> {
                         "link '{}' is already the child of joint '{}'; a link has one parent",
                         joint.child, description.joints[other].name
                     );
-                    self.fault(place(), "child", what);
+                    self.error(Code::Tree, part(), "child", what);
                 }
             }
         }
-        // A joint that hangs in the air leaves roots behind that are no faults of their own.
-        if self.faults.len() > before {
+        // A joint without links leaves further roots, which are no errors of their own.
+        if self.errors.len() > before {
             return None;
         }
         let roots: Vec<usize> =
             (0..description.links.len()).filter(|&l| parent_joint[l].is_none()).collect();
         match roots.as_slice() {
             [] if description.links.is_empty() => {
-                self.fault(Place::Robot, "", "the URDF has no link");
+                self.error(Code::Tree, Part::Robot, "", "the URDF has no link");
             }
-            [] => {
-                self.fault(Place::Robot, "", "the joints form a loop: no link is without a parent")
-            }
+            [] => self.error(
+                Code::Tree,
+                Part::Robot,
+                "",
+                "the joints form a loop: no link is without a parent",
+            ),
             [_] => {}
             [first, others @ ..] => {
                 for &other in others {
@@ -79,11 +87,16 @@ impl Builder<'_> {
                         "a second root beside '{}'; every link but one must be the child of a joint",
                         description.links[*first].name
                     );
-                    self.fault(Place::Link(description.links[other].name.clone()), "", what);
+                    self.error(
+                        Code::Tree,
+                        Part::Link(description.links[other].name.clone()),
+                        "",
+                        what,
+                    );
                 }
             }
         }
-        if self.faults.len() > before {
+        if self.errors.len() > before {
             return None;
         }
         let tree = Tree { parent_joint, child_joints, parent_link, child_link, root: roots[0] };
@@ -93,9 +106,9 @@ impl Builder<'_> {
         }
         for (link, _) in reached.iter().enumerate().filter(|(_, reached)| !**reached) {
             let name = description.links[link].name.clone();
-            self.fault(Place::Link(name), "", "is part of a loop of joints");
+            self.error(Code::Tree, Part::Link(name), "", "is part of a loop of joints");
         }
-        (self.faults.len() == before).then_some(tree)
+        (self.errors.len() == before).then_some(tree)
     }
 }
 

@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::{Builder, listed};
 use crate::model::description::{Damping, Inertial, JointKind};
-use crate::model::fault::Place;
+use crate::notes::{Code, Part};
 
 /// Slack in the triangle inequality of principal moments, as a share of the largest: CAD exports and
 /// data sheets print three digits.
@@ -16,56 +16,62 @@ const TRIANGLE_SLACK: f64 = 1e-3;
 const POSITIVITY_SLACK: f64 = 1e-9;
 
 /// Beyond these no body belongs to a robot, and sums over bodies would overflow.
-const HEAVIEST_KG: f64 = 1e7;
-const FARTHEST_M: f64 = 1e5;
-const LARGEST_INERTIA_KGM2: f64 = 1e12;
+const MAX_MASS_KG: f64 = 1e7;
+const MAX_DISTANCE_M: f64 = 1e5;
+const MAX_INERTIA_KGM2: f64 = 1e12;
 
 /// A joint slower than this (rad/s or m/s) takes months for a turn: no limit of a real drive.
-const SLOWEST: f64 = 1e-6;
+const MIN_VELOCITY_LIMIT: f64 = 1e-6;
 
 /// An axis shorter than this has no direction.
-const SHORTEST_AXIS: f64 = 1e-9;
+const MIN_AXIS: f64 = 1e-9;
 
 impl Builder<'_> {
     pub(super) fn check_inertias(&mut self) {
         for link in &self.description.links {
             if let Some(inertial) = &link.inertial {
                 for (key, what) in inertial_faults(inertial) {
-                    self.fault(Place::Link(link.name.clone()), key, what);
+                    self.error(Code::Inertia, Part::Link(link.name.clone()), key, what);
                 }
             }
         }
         if let Some(payload) = &self.description.payload {
             for (key, what) in inertial_faults(&payload.inertial) {
-                self.fault(Place::Payload, key, what);
+                self.error(Code::Inertia, Part::Payload, key, what);
             }
         }
     }
 
     pub(super) fn check_axes(&mut self) {
         for joint in &self.description.joints {
-            let place = || Place::Joint(joint.name.clone());
+            let part = || Part::Joint(joint.name.clone());
             if joint.kind.moves() && !has_direction(&joint.axis) {
                 let axis = triple(&joint.axis);
-                self.fault(place(), "axis", format!("axis is {axis}, must have a direction"));
+                self.error(
+                    Code::Value,
+                    part(),
+                    "axis",
+                    format!("axis is {axis}, must have a direction"),
+                );
             }
             let origin = joint.origin.translation.vector;
             let rotation = joint.origin.rotation;
             if !is_finite(&origin) || !rotation.coords.iter().all(|c| c.is_finite()) {
-                self.fault(place(), "origin", "origin must be finite");
+                self.error(Code::Value, part(), "origin", "origin must be finite");
             }
             if let Some([lower, upper]) = joint.position_limit
                 && !(lower.is_finite() && upper.is_finite() && lower <= upper)
             {
                 let what = format!("limits are {lower}..{upper}, must be finite and ascending");
-                self.fault(place(), "limit", what);
+                self.error(Code::Value, part(), "limit", what);
             }
             if let Some(speed) = joint.velocity_limit
-                && !(speed.is_finite() && speed >= SLOWEST)
+                && !(speed.is_finite() && speed >= MIN_VELOCITY_LIMIT)
             {
-                let what =
-                    format!("velocity limit is {speed}, must be finite and at least {SLOWEST}");
-                self.fault(place(), "limit", what);
+                let what = format!(
+                    "velocity limit is {speed}, must be finite and at least {MIN_VELOCITY_LIMIT}"
+                );
+                self.error(Code::Value, part(), "limit", what);
             }
         }
     }
@@ -79,18 +85,18 @@ impl Builder<'_> {
 
         let default = description.default_damping_ratio;
         if let Some(what) = damping_fault(Some(Damping::Ratio(default))) {
-            self.fault(Place::Damping, "damping_ratio", what);
+            self.error(Code::Value, Part::Damping, "damping_ratio", what);
         }
         for spring in &description.elastic_joints {
-            let place = || Place::ElasticJoint(spring.joint.clone());
+            let part = || Part::ElasticJoint(spring.joint.clone());
             match joints.get(spring.joint.as_str()) {
                 None => {
                     let what = format!("the URDF has no such joint; it has {}", listed(&moving));
-                    self.fault(place(), "", what);
+                    self.error(Code::Reference, part(), "", what);
                 }
                 Some(kind) if !kind.moves() => {
                     let what = "the joint does not move in the URDF; give the compliance as an extra coordinate";
-                    self.fault(place(), "", what);
+                    self.error(Code::Reference, part(), "", what);
                 }
                 Some(kind) => {
                     let slides = *kind == JointKind::Prismatic;
@@ -100,80 +106,85 @@ impl Builder<'_> {
                         } else {
                             ("stiffness_n_per_m", "stiffness_nm_per_rad, as the joint turns")
                         };
-                        self.fault(place(), has, format!("{has} given, must be {needs}"));
+                        self.error(
+                            Code::Value,
+                            part(),
+                            has,
+                            format!("{has} given, must be {needs}"),
+                        );
                     }
                 }
             }
             let key = if spring.is_linear { "stiffness_n_per_m" } else { "stiffness_nm_per_rad" };
             if let Some(what) = stiffness_fault(key, spring.stiffness) {
-                self.fault(place(), key, what);
+                self.error(Code::Value, part(), key, what);
             }
             if let Some(what) = damping_fault(spring.damping) {
-                self.fault(place(), "damping_ratio", what);
+                self.error(Code::Value, part(), "damping_ratio", what);
             }
         }
         for (index, extra) in description.extra.iter().enumerate() {
-            let place = || Place::Extra(index);
+            let part = || Part::Extra(index);
             if !has_direction(&extra.axis) {
                 let what = format!("axis is {}, must have a direction", triple(&extra.axis));
-                self.fault(place(), "axis", what);
+                self.error(Code::Value, part(), "axis", what);
             }
             if !is_finite(&extra.origin_m) {
                 let what = format!("origin_m is {}, must be finite", triple(&extra.origin_m));
-                self.fault(place(), "origin_m", what);
+                self.error(Code::Value, part(), "origin_m", what);
             }
             if let Some(what) = stiffness_fault("stiffness", extra.stiffness) {
-                self.fault(place(), "stiffness", what);
+                self.error(Code::Value, part(), "stiffness", what);
             }
             if let Some(what) = damping_fault(extra.damping) {
-                self.fault(place(), "damping_ratio", what);
+                self.error(Code::Value, part(), "damping_ratio", what);
             }
         }
         let mut names = BTreeSet::new();
-        for (place, name) in description
+        for (part, name) in description
             .elastic_joints
             .iter()
-            .map(|s| (Place::ElasticJoint(s.joint.clone()), &s.joint))
-            .chain(description.extra.iter().enumerate().map(|(i, e)| (Place::Extra(i), &e.name)))
+            .map(|s| (Part::ElasticJoint(s.joint.clone()), &s.joint))
+            .chain(description.extra.iter().enumerate().map(|(i, e)| (Part::Extra(i), &e.name)))
         {
             if !names.insert(name) {
                 let what = format!("name '{name}' is taken by another elastic coordinate");
-                self.fault(place, "name", what);
+                self.error(Code::Conflict, part, "name", what);
             }
         }
         let mut driven = BTreeSet::new();
         for drive in &description.drives {
-            let place = || Place::Drive(drive.joint.clone());
+            let part = || Part::Drive(drive.joint.clone());
             if !moving.contains(&drive.joint.as_str()) {
                 let what = format!("the URDF has no such moving joint; it has {}", listed(&moving));
-                self.fault(place(), "", what);
+                self.error(Code::Reference, part(), "", what);
             }
             if !driven.insert(&drive.joint) {
-                self.fault(place(), "", "given twice");
+                self.error(Code::Conflict, part(), "", "given twice");
             }
             let inertia = drive.reflected_inertia_kgm2;
             if !(inertia.is_finite() && inertia >= 0.0) {
                 let what = format!(
                     "reflected_inertia_kgm2 is {inertia}, must not be negative and must be finite"
                 );
-                self.fault(place(), "reflected_inertia_kgm2", what);
+                self.error(Code::Value, part(), "reflected_inertia_kgm2", what);
             } else if inertia > 0.0
                 && !description.elastic_joints.iter().any(|s| s.joint == drive.joint)
             {
                 let what = "has no effect, as the joint is rigid";
-                self.notice(place(), "reflected_inertia_kgm2", what);
+                self.warning(Code::Unused, part(), "reflected_inertia_kgm2", what);
             }
         }
         let gravity = description.gravity_m_per_s2;
         if !is_finite(&gravity) {
             let what = format!("gravity_m_per_s2 is {}, must be finite", triple(&gravity));
-            self.fault(Place::Gravity, "gravity_m_per_s2", what);
+            self.error(Code::Value, Part::Gravity, "gravity_m_per_s2", what);
         }
     }
 }
 
 pub(super) fn has_direction(axis: &Vector3<f64>) -> bool {
-    is_finite(axis) && axis.norm() > SHORTEST_AXIS
+    is_finite(axis) && axis.norm() > MIN_AXIS
 }
 
 fn is_finite(v: &Vector3<f64>) -> bool {
@@ -210,22 +221,23 @@ fn inertial_faults(inertial: &Inertial) -> Vec<(&'static str, String)> {
     if !m.is_finite() || m < 0.0 {
         faults.push(("mass", format!("mass is {m} kg, must not be negative and must be finite")));
     }
-    if m.is_finite() && m > HEAVIEST_KG {
-        faults.push(("mass", format!("mass is {m} kg, must be at most {HEAVIEST_KG} kg")));
+    if m.is_finite() && m > MAX_MASS_KG {
+        faults.push(("mass", format!("mass is {m} kg, must be at most {MAX_MASS_KG} kg")));
     }
     if !is_finite(&com) {
         let what = format!("centre of mass is {}, must be finite", triple(&com));
         faults.push(("com", what));
-    } else if com.amax() > FARTHEST_M {
-        let what = format!("centre of mass is {}, must lie within {FARTHEST_M} m", triple(&com));
+    } else if com.amax() > MAX_DISTANCE_M {
+        let what =
+            format!("centre of mass is {}, must lie within {MAX_DISTANCE_M} m", triple(&com));
         faults.push(("com", what));
     }
     if !inertia.iter().all(|x| x.is_finite()) {
         faults.push(("inertia", "inertia must be finite".to_owned()));
         return faults;
     }
-    if inertia.amax() > LARGEST_INERTIA_KGM2 {
-        let what = format!("inertia is above {LARGEST_INERTIA_KGM2} kg·m²; check its units");
+    if inertia.amax() > MAX_INERTIA_KGM2 {
+        let what = format!("inertia is above {MAX_INERTIA_KGM2} kg·m²; check its units");
         faults.push(("inertia", what));
         return faults;
     }
