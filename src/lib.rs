@@ -61,32 +61,37 @@
 //!
 //! # Code map
 //!
-//! Numbers flow one way: each module knows only those below it. `tests/house/architecture.rs` holds this table
-//! against the code.
+//! Numbers flow one way: a module imports only modules that stand below it, and the files of a module do
+//! not import each other in a circle. Only `cli` and `input` touch files; only `cli` prints. `tests/house`
+//! reads this table and holds the code against it.
 //!
-//! | module | what lives there | must never |
-//! |---|---|---|
-//! | [`cli`] | one file a verb; clap, printing, files, progress | decide anything that a library user would miss |
-//! | [`report`] | text, JSON, SARIF, JUnit, GitHub, plots: pure functions from results | compute an engineering quantity |
-//! | [`study`] | one function a verb: valid inputs → a result that holds all that is shown, and what is written back | print, read or write files |
-//! | [`advice`] | safe speeds, the best of them, schedules, other levers, vibration of the tool tip; the only place that names clarabel | print |
-//! | [`risk`] | bands, crossings, certainty, verdict | choose a remedy |
-//! | [`diagnosis`] | where prediction and measurement meet: residuals, causes (one a file), fits, choice, gain, next poses | name a cause that it has not compared with its rivals |
-//! | [`map`] | frequencies over given poses, grids and random poses, linear or nonlinear; their figures | know a job |
-//! | [`path`] | moves → poses in time; the arm surveyed and its modes followed along them | read files |
-//! | [`free_vibration`] | the nonlinear equation of motion in time, and its spectrum: the check on `modes` | be used for a verdict |
-//! | [`modes`] | one pose → natural frequencies, shapes, damping, receptance; MAC | know why it is asked |
-//! | [`model`] | the robot as built: M, K, kinematics; immutable | read files, know a job or a measurement |
-//! | [`two_link`] | the paper's two-link arm in closed form: a check on `model` and `modes` | know either of them |
-//! | [`excitation`] | spindle and tooth-passing lines; the cutting force and its spectrum | |
-//! | [`input`] | YAML, CSV, NPY, URDF, UFF, WAV → valid types, all faults with file and line | compute |
-//! | [`program`] | robot and CAM programs → moves, each with its line; programs with new speeds and feeds | know the robot's dynamics |
-//! | [`identify`] | records → spectra → modes with uncertainty; load tests → stiffness; never sees a prediction | import `model` or `modes` |
-//! | [`job`], [`motion`] | what is asked for, as plain valid data | |
-//! | [`guide`] | the guide, as pages of this documentation | hold code |
-//! | [`notes`] | errors and warnings: one type, one collector, every code | |
-//! | [`progress`] | how far long work has come | |
-//! | [`units`], [`wording`] | conversions; what messages have in common | |
+//! | module | what lives there | may import | must never |
+//! |---|---|---|---|
+//! | [`cli`] | one file a verb: arguments, files, progress | `study`, `report` | decide anything that a library user would miss |
+//! | [`report`] | text, JSON, SARIF, JUnit, GitHub, plots: pure functions from results | `study`, `advice`, `risk`, `diagnosis`, `map`, `identify`, `free_vibration`, `excitation`, `job` | call a function of another module |
+//! | [`study`] | one function a verb: valid inputs → a result that holds all that is shown, and what is written back | `input`, `advice`, `risk`, `diagnosis`, `map`, `path`, `free_vibration`, `identify`, `excitation`, `job`, `modes`, `program`, `model`, `motion` | print, read or write files |
+//! | [`input`] | YAML, CSV, NPY, URDF, UFF, WAV → valid types, all faults with file and line | `job`, `program`, `identify`, `model`, `motion` | compute |
+//! | [`advice`] | safe speeds, the best of them, schedules, other levers, vibration of the tool tip | `risk`, `path`, `excitation`, `job`, `modes`, `model`, `motion` | print |
+//! | [`risk`] | bands, crossings, certainty, verdict | `path`, `excitation`, `job`, `modes`, `model` | choose a remedy |
+//! | [`diagnosis`] | where prediction and measurement meet: residuals, causes (one a file), fits, choice, gain, next poses | `modes`, `identify`, `model` | name a cause that it has not compared with its rivals |
+//! | [`map`] | frequencies over given poses, grids and random poses, linear or nonlinear; their figures | `free_vibration`, `modes`, `model` | know a `job` |
+//! | [`path`] | moves → poses in time; the arm surveyed and its modes followed along them | `modes`, `model`, `motion` | know an `excitation` |
+//! | [`free_vibration`] | the nonlinear equation of motion in time, and its spectrum: the check on `modes` | `modes`, `model` | be used for a verdict |
+//! | [`excitation`] | spindle and tooth-passing lines; the cutting force and its spectrum | `job` | know a `model` |
+//! | [`job`] | what is asked for, as plain valid data | `model`, `motion` | |
+//! | [`modes`] | one pose → natural frequencies, shapes, damping, receptance; MAC | `model` | know why it is asked |
+//! | [`program`] | robot and CAM programs → moves, each with its line; programs with new speeds and feeds | `motion` | know the robot's dynamics: `model`, `modes` |
+//! | [`identify`] | records → spectra → modes with uncertainty; load tests → stiffness | | see a prediction: `model`, `modes` |
+//! | [`model`] | the robot as built: M, K, kinematics; immutable | | know a `job` or a measurement |
+//! | [`two_link`] | the paper's two-link arm in closed form: a check on the general path | | know `model` or `modes` |
+//! | [`motion`] | moves, as plain valid data | | |
+//! | [`guide`] | the guide, as pages of this documentation | | hold code |
+//! | [`notes`] | errors and warnings: one type, one collector, every code | *ground* | |
+//! | [`progress`] | how far long work has come | *ground* | |
+//! | [`units`] | conversions | *ground* | |
+//! | [`wording`] | what messages have in common | *ground* | |
+//!
+//! What stands at the ground may be imported by all.
 //!
 //! [`guide::library`] shows a whole check.
 

@@ -1,300 +1,234 @@
-//! Holds the code map of `src/lib.rs`: which module may import which, and which crates are named where.
+//! Holds the code map of `src/lib.rs` against the code, and the column "must never" where a text can show it.
 
-use std::collections::BTreeMap;
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Debug;
 
-/// What each module may import of the crate, beside itself.
-const MAY_IMPORT: &[(&str, &[&str])] = &[
-    ("guide", &[]),
-    ("units", &[]),
-    ("wording", &[]),
-    ("notes", &["wording"]),
-    ("motion", &[]),
-    ("progress", &[]),
-    ("model", &["units", "wording"]),
-    ("two_link", &["units"]),
-    ("modes", &["model", "units"]),
-    ("free_vibration", &["model", "modes", "units"]),
-    ("job", &["model", "motion"]),
-    ("excitation", &["job", "units"]),
-    ("program", &["motion", "units"]),
-    ("identify", &["units"]),
-    ("diagnosis", &["model", "modes", "identify", "units"]),
-    ("path", &["model", "modes", "motion", "notes", "progress", "units", "wording"]),
-    ("map", &["model", "modes", "free_vibration", "units"]),
-    ("risk", &["excitation", "job", "path", "modes", "model", "notes", "progress", "units"]),
-    (
-        "advice",
-        &[
-            "risk",
-            "excitation",
-            "job",
-            "path",
-            "modes",
-            "model",
-            "motion",
-            "notes",
-            "progress",
-            "units",
-        ],
-    ),
-    ("input", &["job", "model", "motion", "program", "identify", "units", "wording"]),
-    (
-        "study",
-        &[
-            "advice",
-            "risk",
-            "map",
-            "diagnosis",
-            "identify",
-            "input",
-            "program",
-            "job",
-            "model",
-            "free_vibration",
-            "notes",
-            "progress",
-            "units",
-            "wording",
-        ],
-    ),
-    (
-        "report",
-        &[
-            "study",
-            "notes",
-            "advice",
-            "risk",
-            "map",
-            "diagnosis",
-            "job",
-            "excitation",
-            "identify",
-            "free_vibration",
-            "units",
-            "wording",
-        ],
-    ),
-    (
-        "cli",
-        &[
-            "study",
-            "notes",
-            "progress",
-            "advice",
-            "input",
-            "program",
-            "report",
-            "risk",
-            "map",
-            "diagnosis",
-            "job",
-            "identify",
-            "model",
-            "free_vibration",
-            "units",
-            "wording",
-        ],
-    ),
+use crate::code_map::rooms;
+use crate::source::{File, Kind, Library, root, tokens, without_tests};
+
+/// Imports that the code map does not allow and that have not been removed yet.
+const NOT_YET: &[(&str, &str)] = &[
+    ("cli", "advice"),
+    ("cli", "diagnosis"),
+    ("cli", "free_vibration"),
+    ("cli", "identify"),
+    ("cli", "input"),
+    ("cli", "job"),
+    ("cli", "map"),
+    ("cli", "model"),
+    ("cli", "program"),
+    ("cli", "risk"),
 ];
 
-/// Crates that one module alone may name.
-const NAMED_ONLY_IN: &[(&str, &str)] = &[
-    ("urdf_rs", "input"),
-    ("serde_yaml", "input"),
-    ("roxmltree", "input"),
-    ("saphyr_parser", "input"),
-    ("clarabel", "advice"),
-    ("clap", "cli"),
-    ("indicatif", "cli"),
-    ("quick_junit", "report"),
-    ("hound", "input"),
+/// Functions of other rooms that reports still call.
+const REPORTS_CALL: &[&str] = &["diagnosis::words", "risk::closest_approach"];
+
+/// Crates that these rooms alone may name.
+const NAMED_ONLY_IN: &[(&str, &[&str])] = &[
+    ("urdf_rs", &["input"]),
+    ("serde_yaml", &["input"]),
+    ("roxmltree", &["input"]),
+    ("saphyr_parser", &["input"]),
+    ("hound", &["input"]),
+    ("clarabel", &["advice"]),
+    ("clap", &["cli"]),
+    ("indicatif", &["cli"]),
+    ("anstream", &["cli"]),
+    ("quick_junit", &["report"]),
 ];
 
-/// Every source file with the module that it belongs to.
-fn sources() -> Vec<(String, PathBuf, String)> {
-    fn walk(folder: &Path, found: &mut Vec<PathBuf>) {
-        for entry in fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                walk(&path, found);
-            } else if path.extension().is_some_and(|e| e == "rs") {
-                found.push(path);
-            }
-        }
-    }
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
-    let mut files = Vec::new();
-    walk(&root, &mut files);
-    files.sort();
-    files
-        .into_iter()
-        .map(|file| {
-            let first = file.strip_prefix(&root).unwrap().components().next().unwrap();
-            let module = first.as_os_str().to_string_lossy().trim_end_matches(".rs").to_owned();
-            let text = fs::read_to_string(&file).unwrap();
-            (module, file, text)
-        })
-        .collect()
-}
+/// The rooms that read or write files.
+const FILES_IN: &[&str] = &["cli", "input"];
 
-/// Code without comments, doc comments and the module of tests at its end: what is compiled into the
-/// library, and single items that only tests use.
-fn code(text: &str) -> String {
-    let tests = ["#[cfg(test)]\nmod tests", "#[cfg(test)]\npub(super) mod tests"];
-    let end = tests.iter().filter_map(|start| text.find(start)).min().unwrap_or(text.len());
-    let library = &text[..end];
-    library
-        .lines()
-        .filter(|line| !line.trim_start().starts_with("//"))
-        .collect::<Vec<_>>()
-        .join("\n")
-}
+/// The room that prints and asks the environment.
+const PRINTS_IN: &[&str] = &["cli"];
 
-/// Modules named as `crate::module` or within `crate::{…}`.
-fn imports(code: &str) -> Vec<String> {
-    let mut found = Vec::new();
-    for (at, _) in code.match_indices("crate::") {
-        let rest = &code[at + "crate::".len()..];
-        if let Some(group) = rest.strip_prefix('{') {
-            let mut depth = 1;
-            let mut item = String::new();
-            for c in group.chars() {
-                match c {
-                    '{' => depth += 1,
-                    '}' => depth -= 1,
-                    _ => {}
-                }
-                if depth == 0 {
-                    break;
-                }
-                item.push(c);
-            }
-            found.extend(
-                item.split(',')
-                    .map(|part| part.trim().split("::").next().unwrap_or_default().to_owned()),
-            );
-        } else {
-            let name: String =
-                rest.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
-            found.push(name);
-        }
-    }
-    found
+/// Found and expected exceptions are the same: one that is no longer needed is to be deleted.
+fn same<T: Ord + Debug>(found: &BTreeSet<T>, expected: BTreeSet<T>, what: &str) {
+    let new: Vec<_> = found.difference(&expected).collect();
+    let gone: Vec<_> = expected.difference(found).collect();
+    assert!(new.is_empty(), "{what}: {new:#?}");
+    assert!(gone.is_empty(), "{what}: delete these exceptions, nothing needs them: {gone:#?}");
 }
 
 #[test]
-fn modules_import_only_what_lies_below_them() {
-    let allowed: BTreeMap<&str, &[&str]> = MAY_IMPORT.iter().copied().collect();
-    let mut edges = 0;
-    for (module, file, text) in sources() {
-        if module == "lib" || module == "main" {
-            continue;
+fn rooms_import_what_the_code_map_says() {
+    let (map, library) = (rooms(), Library::get());
+    let (mut found, mut used) = (BTreeSet::new(), BTreeSet::new());
+    for file in library.files().filter(|file| file.path != "lib.rs") {
+        let here = map.iter().find(|room| room.name == file.room());
+        let here = here.unwrap_or_else(|| panic!("src/{}: not in the code map", file.path));
+        for import in library.rooms(file) {
+            let there = map.iter().find(|room| room.name == import).expect("a room of the map");
+            if !there.is_ground && !here.imports.contains(&import) {
+                found.insert((here.name.clone(), import.clone()));
+            }
+            assert!(!here.never.contains(&import), "src/{}: imports {import}", file.path);
+            used.insert((here.name.clone(), import));
         }
-        let Some(allowed_here) = allowed.get(module.as_str()) else {
-            panic!("module '{module}' is not in the table: say what it may import")
+    }
+    assert!(used.len() > 40, "only {} imports: this reads the wrong thing", used.len());
+    let owned = |&(a, b): &(&str, &str)| (a.to_owned(), b.to_owned());
+    same(&found, NOT_YET.iter().map(owned).collect(), "imports that the code map does not allow");
+}
+
+/// Every room imports only rooms that stand below it, and the map lists every module.
+#[test]
+fn the_code_map_runs_one_way_and_is_complete() {
+    let map = rooms();
+    for (i, room) in map.iter().enumerate() {
+        for import in &room.imports {
+            let at = map.iter().position(|other| other.name == *import);
+            assert!(at.is_some_and(|at| at > i), "{} → {import} runs upwards", room.name);
+            assert!(!room.never.contains(import), "{} both may and must not: {import}", room.name);
+        }
+        let below = map[i..].iter().all(|other| other.is_ground);
+        assert!(!room.is_ground || below, "{} is not at the ground", room.name);
+    }
+    let library = Library::get();
+    let modules: BTreeSet<&str> =
+        library.files().map(File::room).filter(|room| *room != "lib").collect();
+    assert_eq!(map.iter().map(|room| room.name.as_str()).collect::<BTreeSet<_>>(), modules);
+}
+
+#[test]
+fn reports_call_no_function_of_another_room() {
+    let (map, library) = (rooms(), Library::get());
+    let is_ground = |room: &str| map.iter().any(|other| other.name == room && other.is_ground);
+    let mut found = BTreeSet::new();
+    for file in library.files().filter(|file| file.room() == "report") {
+        for (_, target) in library.named(file) {
+            let room = target.file.room();
+            if target.kind == Some(Kind::Function) && room != "report" && !is_ground(room) {
+                found.insert(format!("{room}::{}", target.name));
+            }
+        }
+    }
+    let expected = REPORTS_CALL.iter().map(|&name| name.to_owned()).collect();
+    same(&found, expected, "functions that reports call");
+}
+
+#[test]
+fn files_and_printing_are_left_to_few() {
+    for file in Library::get().files() {
+        let text: Vec<&str> = file.tokens.iter().map(|token| token.text.as_str()).collect();
+        let prints = |w: &[&str]| {
+            w[1] == "!" && ["println", "eprintln", "print", "eprint", "dbg"].contains(&w[0])
         };
-        for import in imports(&code(&text)) {
-            if !allowed.contains_key(import.as_str()) || import == module {
-                continue;
-            }
-            edges += 1;
-            assert!(
-                allowed_here.contains(&import.as_str()),
-                "{}: {module} must not import {import}",
-                file.display()
-            );
-        }
-    }
-    assert!(edges > 20, "the walk saw only {edges} imports: it reads the wrong thing");
-}
-
-/// The table itself has no circle: every module imports only modules that stand above it in the table.
-#[test]
-fn the_table_runs_one_way() {
-    for (i, (module, imports)) in MAY_IMPORT.iter().enumerate() {
-        for import in *imports {
-            let at = MAY_IMPORT.iter().position(|(name, _)| name == import);
-            assert!(at.is_some_and(|at| at < i), "{module} → {import} runs upwards");
-        }
+        let names = |module: &str| {
+            let named = |path: &[String]| path.len() > 1 && path[0] == "std" && path[1] == module;
+            file.imports.iter().any(|import| named(&import.path)) || file.paths().any(named)
+        };
+        let room = file.room();
+        let files = names("fs");
+        let outside = text.windows(2).any(prints) || names("env") || names("process");
+        assert!(!files || FILES_IN.contains(&room), "src/{}: opens files", file.path);
+        assert!(!outside || PRINTS_IN.contains(&room), "src/{}: prints, or asks about", file.path);
     }
 }
 
 #[test]
 fn crates_are_named_where_they_belong() {
-    for (module, file, text) in sources() {
-        let code = code(&text);
-        for (name, home) in NAMED_ONLY_IN {
-            let named =
-                code.contains(&format!("{name}::")) || code.contains(&format!("use {name}"));
-            assert!(!named || module == *home, "{}: names {name}", file.display());
+    let mut homes: BTreeMap<&str, BTreeSet<String>> = BTreeMap::new();
+    for file in Library::get().files() {
+        for (name, _) in NAMED_ONLY_IN {
+            let paths = file.imports.iter().map(|import| import.path.as_slice());
+            if paths.chain(file.paths()).any(|path| path[0] == *name) {
+                homes.entry(name).or_default().insert(file.room().to_owned());
+            }
         }
     }
-}
-
-/// An item for tests alone does not hide the code behind it.
-#[test]
-fn code_ends_where_the_tests_begin() {
-    let text = "a\n#[cfg(test)]\nconst B: u8 = 0;\n// c\nd\n#[cfg(test)]\nmod tests {\ne\n}\n";
-    assert_eq!(code(text), "a\n#[cfg(test)]\nconst B: u8 = 0;\nd");
-    for (_, file, text) in sources() {
-        let modules = text.matches("mod tests {").count();
-        let code = code(&text);
-        assert!(
-            modules == 0 || !code.contains("mod tests {"),
-            "{}: its module of tests is dressed otherwise",
-            file.display()
-        );
+    for (name, rooms) in NAMED_ONLY_IN {
+        let expected = rooms.iter().map(|&room| room.to_owned()).collect();
+        same(&homes.remove(name).unwrap_or_default(), expected, name);
     }
 }
 
 /// Conversions live in one file: nobody else multiplies by 2π, divides by sixty or makes percent.
 #[test]
 fn units_are_converted_in_one_place() {
-    for (module, file, text) in sources() {
-        if module == "units" {
-            continue;
-        }
-        for (i, line) in code(&text).lines().enumerate() {
-            let line = line.replace('_', "");
-            for constant in [
-                "/ 60.0",
-                "* 60.0",
-                "60.0 *",
-                "/ 100.0",
-                "* 100.0",
-                "100.0 *",
-                "PI / 180.0",
-                "180.0 / PI",
-                "0.0174532",
-                "57.29577",
-                "0.1047197",
-                "9.549296",
-                "todegrees()",
-                "toradians()",
-            ] {
-                assert!(
-                    !line.contains(constant),
-                    "{}: line {} of its code converts units: {line}",
-                    file.display(),
-                    i + 1
-                );
-            }
+    for file in Library::get().files().filter(|file| file.room() != "units") {
+        let words: Vec<&str> = file.tokens.iter().map(|token| token.text.as_str()).collect();
+        for (i, word) in words.iter().enumerate() {
+            let number = word.replace('_', "");
+            let next = |step: isize| {
+                let at = i.checked_add_signed(step);
+                at.and_then(|at| words.get(at)).copied().unwrap_or_default()
+            };
+            let factor = ["60.0", "100.0"].contains(&number.as_str())
+                && (["*", "/"].contains(&next(-1)) || next(1) == "*");
+            let half_turn = number == "180.0" && (next(1) == "/" || next(-2) == "PI");
+            let digits = ["0.0174532", "57.29577", "0.1047197", "9.549296"];
+            let converts = factor
+                || half_turn
+                || digits.iter().any(|digits| number.starts_with(digits))
+                || ["to_degrees", "to_radians"].contains(word);
+            let line = file.tokens[i].line;
+            assert!(!converts, "src/{}:{line}: converts units: {word}", file.path);
         }
     }
 }
 
-/// `lib.rs` lists every module in its code map.
+/// Rooms with lines of more than `WIDTH` columns.
+const WITH_LONG_LINES: &[&str] = &[
+    "advice",
+    "cli",
+    "diagnosis",
+    "excitation",
+    "free_vibration",
+    "guide",
+    "identify",
+    "input",
+    "job",
+    "lib",
+    "map",
+    "model",
+    "modes",
+    "motion",
+    "notes",
+    "path",
+    "program",
+    "report",
+    "risk",
+    "study",
+    "two_link",
+    "wording",
+];
+
+const WIDTH: usize = 100;
+const MAX_LINES: usize = 700;
+
+/// Lines fit the formatter's width, comments included; rows of tables and addresses cannot be broken.
 #[test]
-fn the_code_map_is_complete() {
-    let lib = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("src/lib.rs")).unwrap();
-    for line in lib.lines() {
-        if let Some(module) = line.strip_prefix("pub mod ").and_then(|l| l.strip_suffix(';')) {
-            assert!(
-                lib.contains(&format!("[`{module}`]")),
-                "{module} is missing from the code map"
-            );
+fn files_are_short_and_lines_too() {
+    let mut found = BTreeSet::new();
+    for file in Library::get().files() {
+        let lines = file.text.lines().count();
+        assert!(lines <= MAX_LINES, "src/{}: {lines} lines", file.path);
+        for (i, line) in file.text.lines().enumerate() {
+            let text = line.trim_start_matches(|c: char| c.is_whitespace() || "/!".contains(c));
+            let may_be_long = text.starts_with('|') || text.contains("http");
+            if line.chars().count() > WIDTH && !may_be_long {
+                if !WITH_LONG_LINES.contains(&file.room()) {
+                    eprintln!("src/{}:{}", file.path, i + 1);
+                }
+                found.insert(file.room().to_owned());
+            }
         }
     }
+    let expected = WITH_LONG_LINES.iter().map(|&room| room.to_owned()).collect();
+    same(&found, expected, "rooms with long lines");
+}
+
+/// The reader of sources reads what the tests above rely on.
+#[test]
+fn sources_are_read_as_rust_is_written() {
+    let text = "a\n#[cfg(test)]\nconst B: [u8; 1] = [0];\n// c\nd /* e /* f */ */ \"g\\\"\" r#\"h\"# 'i' &'j k\n\
+                #[cfg(test)]\nuse l::{m, n};\n#[cfg(test)]\npub(super) mod tests {\n fn o() { p; }\n}\nq 1_000.5::r\n#[cfg(test)]\nmod only;\n";
+    let (kept, modules) = without_tests(&tokens(text));
+    let words: Vec<&str> = kept.iter().map(|token| token.text.as_str()).collect();
+    assert_eq!(words, ["a", "d", "&", "'", "j", "k", "q", "1_000.5", "::", "r"]);
+    assert_eq!(kept[6].line, 12);
+    assert_eq!(modules, ["tests", "only"]);
+    assert!(root().join("src/lib.rs").exists());
 }

@@ -9,4 +9,7 @@
 )]
 
 mod architecture;
-mod readme;
+mod circles;
+mod code_map;
+mod pages;
+mod source;

@@ -1,0 +1,265 @@
+//! What the README and the pages of the guide say the program prints is what it prints.
+//!
+//! A block `console` holds commands of detune, `$ detune …` each, perhaps with a remark behind ` #`. A block
+//! `text` right behind it is what the last of them prints: standard output, or standard error where there
+//! is no output; a line `...` stands for any number of lines. In the README the first command is one of
+//! cargo. Every page runs in a folder of its own, so that commands may read what earlier ones wrote.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, OnceLock};
+use std::thread;
+
+use detune::notes::Code;
+
+use crate::source::root;
+
+/// Numbers are printed with all digits; the last of them depend on the machine's mathematical library.
+const RELATIVE: f64 = 1e-9;
+
+/// Figures that are rounding noise themselves, such as an energy drift.
+const NOISE: f64 = 1e-7;
+
+/// A fenced block of a page.
+struct Block {
+    language: String,
+    line: usize,
+    text: String,
+}
+
+fn blocks(page: &str) -> Vec<Block> {
+    let mut blocks: Vec<Block> = Vec::new();
+    let mut is_open = false;
+    for (i, line) in page.lines().enumerate() {
+        if let Some(language) = line.trim_start().strip_prefix("```") {
+            is_open = !is_open;
+            if is_open {
+                blocks.push(Block { language: language.into(), line: i + 1, text: String::new() });
+            }
+        } else if is_open {
+            let text = &mut blocks.last_mut().unwrap().text;
+            *text += line;
+            *text += "\n";
+        }
+    }
+    blocks
+}
+
+/// The commands of a block, as `detune …`.
+fn commands(block: &Block, page: &str) -> Vec<String> {
+    let of_cargo = "cargo run --release --quiet -- ";
+    match block.language.as_str() {
+        "console" => block
+            .text
+            .lines()
+            .map(|line| {
+                let command =
+                    line.strip_prefix("$ ").filter(|command| command.starts_with("detune "));
+                let command = command.unwrap_or_else(|| panic!("{page}:{}: '{line}'", block.line));
+                command.split(" #").next().unwrap().trim_end().to_owned()
+            })
+            .collect(),
+        "sh" => {
+            let commands = block.text.lines().filter_map(|line| line.strip_prefix(of_cargo));
+            commands.map(|arguments| format!("detune {arguments}")).collect()
+        }
+        _ => vec![],
+    }
+}
+
+#[derive(Debug, Clone)]
+struct Answer {
+    code: Option<i32>,
+    out: String,
+    err: String,
+}
+
+impl Answer {
+    fn shown(&self) -> &str {
+        if self.out.is_empty() { &self.err } else { &self.out }
+    }
+}
+
+/// Runs a command as a shell does.
+fn run(folder: &Path, command: &str) -> Answer {
+    let program = Path::new(env!("CARGO_BIN_EXE_detune")).parent().unwrap();
+    let rest = std::env::var("PATH").unwrap_or_default();
+    let output = Command::new("sh")
+        .args(["-c", command])
+        .env("PATH", format!("{}:{rest}", program.display()))
+        .current_dir(folder)
+        .output()
+        .unwrap();
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap().trim_end().to_owned();
+    Answer { code: output.status.code(), out: text(output.stdout), err: text(output.stderr) }
+}
+
+/// Files that a command is asked to write.
+fn written(command: &str) -> Vec<&str> {
+    let words: Vec<&str> = command.split_whitespace().collect();
+    let options = ["--output", "--write", "--write-program", ">"];
+    words.windows(2).filter(|pair| options.contains(&pair[0])).map(|pair| pair[1]).collect()
+}
+
+/// Answers of commands that read the repository alone: pages share commands.
+fn answer(folder: &Path, command: &str, is_untouched: bool) -> Answer {
+    type Cell = &'static OnceLock<Answer>;
+    static ANSWERS: Mutex<BTreeMap<String, Cell>> = Mutex::new(BTreeMap::new());
+    if !is_untouched || !written(command).is_empty() {
+        return run(folder, command);
+    }
+    let cell: Cell = {
+        let mut answers = ANSWERS.lock().unwrap();
+        answers.entry(command.to_owned()).or_insert_with(|| Box::leak(Box::default()))
+    };
+    cell.get_or_init(|| run(folder, command)).clone()
+}
+
+fn same_words(a: &str, b: &str) -> bool {
+    let split = |text: &str| -> Vec<String> { text.split([' ', ',']).map(str::to_owned).collect() };
+    let (a, b) = (split(a), split(b));
+    a.len() == b.len()
+        && a.iter().zip(&b).all(|(a, b)| match (a.parse::<f64>(), b.parse::<f64>()) {
+            (Ok(x), Ok(y)) => {
+                (x - y).abs() <= RELATIVE * x.abs().max(y.abs()) || x.abs().max(y.abs()) < NOISE
+            }
+            _ => a == b,
+        })
+}
+
+/// Whether a page shows a text, but for what it leaves out by lines of `...`.
+fn shows(shown: &str, printed: &str) -> bool {
+    fn lines(shown: &[&str], printed: &[&str]) -> bool {
+        match (shown, printed) {
+            ([], []) => true,
+            ([line, rest @ ..], _) if line.trim() == "..." => {
+                (0..=printed.len()).any(|skip| lines(rest, &printed[skip..]))
+            }
+            ([line, rest @ ..], [first, printed @ ..]) => {
+                same_words(line, first) && lines(rest, printed)
+            }
+            _ => false,
+        }
+    }
+    lines(&shown.lines().collect::<Vec<_>>(), &printed.lines().collect::<Vec<_>>())
+}
+
+fn copy(from: &Path, to: &Path) {
+    fs::create_dir_all(to).unwrap();
+    for entry in fs::read_dir(from).unwrap() {
+        let entry = entry.unwrap();
+        let target = to.join(entry.file_name());
+        if entry.file_type().unwrap().is_dir() {
+            copy(&entry.path(), &target);
+        } else {
+            fs::copy(entry.path(), target).unwrap();
+        }
+    }
+}
+
+/// The README and the pages of the guide, by path.
+fn pages() -> Vec<(String, String)> {
+    let guide = fs::read_dir(root().join("src/guide"));
+    let names = guide.into_iter().flatten().map(|entry| entry.unwrap().file_name());
+    let names = names.map(|name| format!("src/guide/{}", name.to_string_lossy()));
+    let pages = names.filter(|name| name.ends_with(".md")).chain(["README.md".to_owned()]);
+    pages.map(|name| (name.clone(), fs::read_to_string(root().join(name)).unwrap())).collect()
+}
+
+/// Runs what a page shows; what is not as shown, and the number of outputs that are shown.
+fn check(name: &str, page: &str) -> (Vec<String>, usize) {
+    let folder = tempfile::tempdir().unwrap();
+    for part in ["robots", "jobs", "tests/data"] {
+        copy(&root().join(part), &folder.path().join(part));
+    }
+    let (mut wrong, mut shown, mut is_untouched) = (Vec::new(), 0, true);
+    let blocks = blocks(page);
+    for (i, block) in blocks.iter().enumerate() {
+        let commands = commands(block, name);
+        let output = blocks.get(i + 1).filter(|next| next.language == "text");
+        for (k, command) in commands.iter().enumerate() {
+            let place = format!("{name}:{}: {command}", block.line + k + 1);
+            let answer = answer(folder.path(), command, is_untouched);
+            let files = written(command);
+            is_untouched &= files.is_empty();
+            for file in files.iter().filter(|file| !folder.path().join(file).exists()) {
+                wrong.push(format!("{place}: does not write {file}"));
+            }
+            let output = output.filter(|_| k + 1 == commands.len());
+            let codes: &[i32] = match output {
+                Some(_) if answer.out.is_empty() => &[2],
+                _ if command.contains(" check ") || command.contains(" advise ") => &[0, 1],
+                _ => &[0],
+            };
+            if !answer.code.is_some_and(|code| codes.contains(&code)) {
+                wrong.push(format!("{place}: ends with {:?}: {}", answer.code, answer.err));
+            }
+            if let Some(output) = output {
+                shown += 1;
+                let (text, printed) = (output.text.trim_end(), answer.shown());
+                if !shows(text, printed) {
+                    wrong.push(format!("{place}\nshown is\n{text}\nprinted is\n{printed}"));
+                }
+            }
+        }
+        let is_output = i
+            .checked_sub(1)
+            .is_some_and(|before| !self::commands(&blocks[before], name).is_empty());
+        if block.language == "text" && !is_output {
+            wrong.push(format!("{name}:{}: this output belongs to no command", block.line));
+        }
+    }
+    (wrong, shown)
+}
+
+#[test]
+fn pages_show_what_is_printed() {
+    let pages = pages();
+    let (next, found) = (AtomicUsize::new(0), Mutex::new((Vec::new(), 0)));
+    let workers = thread::available_parallelism().map_or(2, usize::from);
+    thread::scope(|scope| {
+        for _ in 0..workers {
+            scope.spawn(|| {
+                while let Some((name, page)) = pages.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    let (wrong, shown) = check(name, page);
+                    let mut found = found.lock().unwrap();
+                    found.0.extend(wrong);
+                    found.1 += shown;
+                }
+            });
+        }
+    });
+    let (wrong, shown) = found.into_inner().unwrap();
+    assert!(wrong.is_empty(), "{}", wrong.join("\n\n"));
+    assert!(shown >= 8, "pages show only {shown} outputs: this reads the wrong thing");
+}
+
+/// Every code of a note is a row of the guide's tables, and every row is a code.
+#[test]
+fn the_guide_lists_every_code() {
+    let page = fs::read_to_string(root().join("src/guide/messages.md")).unwrap();
+    let rows = page.lines().filter_map(|line| line.strip_prefix("| `"));
+    let listed: Vec<(&str, &str)> = rows
+        .map(|row| {
+            let (code, rest) = row.split_once("` |").unwrap();
+            (code, rest.split('|').next().unwrap().trim())
+        })
+        .collect();
+    let codes: BTreeSet<_> = Code::ALL.iter().map(|code| (code.name(), code.meaning())).collect();
+    let set: BTreeSet<_> = listed.iter().copied().collect();
+    let difference: Vec<_> = set.symmetric_difference(&codes).collect();
+    assert!(difference.is_empty(), "on the page or in the code alone: {difference:#?}");
+    assert_eq!(listed.len(), set.len(), "a code is listed twice");
+}
+
+#[test]
+fn outputs_are_compared_line_by_line() {
+    assert!(shows("a 1.0\nb", "a 1.00000000001\nb"));
+    assert!(!shows("a 1.0", "a 1.1"));
+    assert!(!shows("a", "a\nb"));
+    assert!(shows("a\n...\nd", "a\nb\nc\nd"));
+    assert!(!shows("a\n...\nd", "a\nb"));
+}
