@@ -26,12 +26,7 @@ fn arrows(library: &Library) -> Arrows {
             if let Some([from, to]) = side_by_side(file, target.file)
                 && from.contains('/')
             {
-                arrows
-                    .entry(from.into())
-                    .or_default()
-                    .entry(to.into())
-                    .or_default()
-                    .insert(target.name);
+                arrows.entry(from).or_default().entry(to).or_default().insert(target.name);
             }
         }
     }
