@@ -26,7 +26,7 @@ const WAYPOINTS: usize = 100_000;
 
 fn six_axes() -> Robot {
     let file = FilePath::new(env!("CARGO_MANIFEST_DIR")).join("robots/irb1600/robot.yaml");
-    detune::input::load_robot(&file).unwrap().value
+    detune::input::read_robot(&file, &mut Reading::default()).unwrap()
 }
 
 fn poses(robot: &Robot, count: usize) -> Vec<Vec<f64>> {

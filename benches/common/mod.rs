@@ -10,7 +10,7 @@ use rand_chacha::ChaCha8Rng;
 
 pub(crate) fn six_axes() -> Robot {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/irb1600/robot.yaml");
-    detune::input::load_robot(&file).unwrap().value
+    detune::input::read_robot(&file, &mut detune::input::Reading::default()).unwrap()
 }
 
 /// A chain of `n` elastic joints about x, y and z in turn, each link lighter and shorter than the last.

@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 
-use super::check::{counted_on, faults_of, progress, shows_colour};
+use super::check::{counted_on, progress, shows_colour};
 use super::output::Sink;
 use super::tell;
 use super::{Failure, Outcome};
 use crate::advice::{self, FeedRule, Objective, OperationAdvice, Options, Remedy};
-use crate::input::{self, Fault, OperationEdit, Reading};
+use crate::input::{self, OperationEdit, Reading};
 use crate::job::{Job, SpindleSpeed};
+use crate::notes::{Code, Note, Place};
 use crate::program::Rewrite;
 use crate::report::{self, AdvisedJob};
 use crate::units::mm_per_min_from_m_per_s;
@@ -93,7 +94,7 @@ pub(super) fn run(args: &AdviseArgs, out: &mut dyn Write) -> Result<Outcome, Fai
     let program = args.write_program.as_deref().map(|path| Sink::open(Some(path))).transpose()?;
     let mut reading = Reading::default();
     let read = input::read_job(&args.job, &mut reading);
-    tell(&reading.notices);
+    tell(&reading.warnings);
     let job = read?;
     keep_apart(args, &sink, write.as_ref(), program.as_ref())?;
     let written = [Some(&sink), write.as_ref(), program.as_ref()];
@@ -104,11 +105,11 @@ pub(super) fn run(args: &AdviseArgs, out: &mut dyn Write) -> Result<Outcome, Fai
     let bar = progress();
     let found = advice::advise(&job, &options(args), &counted_on(&bar));
     bar.finish_and_clear();
-    let found = found.map_err(faults_of)?;
+    let found = found?;
     if args.objective == By::Vibration {
         refuse_unknown_vibration(&job, &found.operations)?;
     }
-    tell(&faults_of(found.notices.clone()));
+    tell(&found.notices);
     let advised = AdvisedJob::new(&job, found);
     let text = match args.format {
         Format::Text => {
@@ -156,7 +157,7 @@ fn keep_apart(
     sink: &Sink,
     write: Option<&Sink>,
     program: Option<&Sink>,
-) -> Result<(), Vec<Fault>> {
+) -> Result<(), Vec<Note>> {
     let named = |path: &Option<PathBuf>| path.clone();
     let all = [
         ("--output", Some(sink), named(&args.output)),
@@ -172,7 +173,8 @@ fn keep_apart(
                 } else {
                     format!("{name} and {earlier} name the same file; name two")
                 };
-                return Err(vec![Fault { file: path.clone(), line: None, what }]);
+                let place = path.as_ref().map_or_else(Place::default, Place::file);
+                return Err(vec![Note::error(Code::Usage, place, what)]);
             }
         }
     }
@@ -191,7 +193,7 @@ fn job_text(
     advised: &AdvisedJob,
     path: &Path,
     new_program: Option<&Path>,
-) -> Result<String, Vec<Fault>> {
+) -> Result<String, Vec<Note>> {
     let job = source.job;
     let operations = job.operations.iter().zip(&advised.advice.operations);
     let edits: Vec<OperationEdit> = operations
@@ -221,7 +223,7 @@ fn write_job(
             "is not written: operation '{}' cannot be run clear of every band",
             operation.name
         );
-        tell(&[Fault { file: Some(path.to_owned()), line: None, what }]);
+        tell(&[Note::warning(Code::NotWritten, Place::file(path), what)]);
         return Ok(());
     }
     let text = job_text(source, advised, path, new_program)?;
@@ -250,8 +252,8 @@ fn edit(operation: &OperationAdvice) -> OperationEdit {
 }
 
 /// Vibration cannot be made least where it is not known.
-fn refuse_unknown_vibration(job: &Job, advice: &[OperationAdvice]) -> Result<(), Vec<Fault>> {
-    let faults: Vec<Fault> = job
+fn refuse_unknown_vibration(job: &Job, advice: &[OperationAdvice]) -> Result<(), Vec<Note>> {
+    let faults: Vec<Note> = job
         .operations
         .iter()
         .zip(advice)
@@ -259,7 +261,7 @@ fn refuse_unknown_vibration(job: &Job, advice: &[OperationAdvice]) -> Result<(),
             let why = advice.vibration.as_ref().err()?;
             let why = report::advise::no_vibration(*why);
             let what = format!("operation '{}': --objective vibration: {why}", operation.name);
-            Some(Fault { file: Some(job.file.clone()), line: Some(operation.line), what })
+            Some(Note::error(Code::MissingKey, Place::line(&job.file, operation.line), what))
         })
         .collect();
     if faults.is_empty() { Ok(()) } else { Err(faults) }
@@ -274,7 +276,7 @@ fn write_program<'p>(
     path: &'p Path,
     out: &mut dyn Write,
 ) -> Result<Option<&'p Path>, Failure> {
-    let refused = |what: String| Fault { file: Some(path.to_owned()), line: None, what };
+    let refused = |what: String| Note::warning(Code::NotWritten, Place::file(path), what);
     let mut wanted: Option<(&Path, Rewrite)> = None;
     for (operation, advice) in job.operations.iter().zip(&advised.advice.operations) {
         let Some(program) = &operation.program else { continue };

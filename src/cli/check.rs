@@ -10,8 +10,8 @@ use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
 use super::output::Sink;
 use super::{Failure, Outcome, tell};
-use crate::input::{self, Fault, Reading};
-use crate::notes::Note;
+use crate::input::{self, Reading};
+use crate::notes::{Note, Place};
 use crate::progress::Done;
 use crate::report::check::github::{Level, annotation};
 use crate::report::{self, CheckedJob};
@@ -101,13 +101,13 @@ fn checked(args: &CheckArgs, sink: &Sink) -> Result<Vec<CheckedJob>, Failure> {
     let one = |file| {
         let mut reading = Reading::default();
         let checked = check_one(file, sink, &progress, &mut reading);
-        (checked, reading.notices)
+        (checked, reading.warnings)
     };
     let checked: Vec<_> = args.jobs.par_iter().map(|file| one(file)).collect();
     progress.finish_and_clear();
     let mut jobs = Vec::new();
     let mut faults = Vec::new();
-    let mut notices: Vec<Fault> = Vec::new();
+    let mut notices: Vec<Note> = Vec::new();
     for (one, of_job) in checked {
         notices.extend(of_job);
         match one {
@@ -129,22 +129,13 @@ fn check_one(
     sink: &Sink,
     progress: &ProgressBar,
     reading: &mut Reading,
-) -> Result<CheckedJob, Vec<Fault>> {
+) -> Result<CheckedJob, Vec<Note>> {
     let job = input::read_job(file, reading)?;
     sink.spare(&reading.files)?;
-    let risk = risk::assess(&job, &counted_on(progress)).map_err(faults_of)?;
-    reading.notices.extend(faults_of(risk.notices.clone()));
-    let notices = reading.notices.iter().map(Fault::to_string).collect();
+    let risk = risk::assess(&job, &counted_on(progress))?;
+    reading.warnings.extend(risk.notices.iter().cloned());
+    let notices = reading.warnings.iter().map(Note::to_string).collect();
     Ok(CheckedJob { notices, ..CheckedJob::new(&job, risk) })
-}
-
-/// Notes as the faults that are shown.
-pub(super) fn faults_of(notes: Vec<Note>) -> Vec<Fault> {
-    let fault = |note: Note| {
-        let part = note.place.part.map_or(String::new(), |part| format!("{part}: "));
-        Fault { file: note.place.file, line: note.place.line, what: part + &note.what }
-    };
-    notes.into_iter().map(fault).collect()
 }
 
 fn rendered(jobs: &[CheckedJob], args: &CheckArgs, sink: &Sink) -> Result<String, Failure> {
@@ -187,11 +178,12 @@ pub(super) fn counted_on(bar: &ProgressBar) -> impl Fn(Done) + Sync + '_ {
 }
 
 /// Workflow commands for what is on standard error in words, too: GitHub reads them there as well.
-fn annotate(level: Level, told: &[Fault]) {
+fn annotate(level: Level, told: &[Note]) {
     let root = env::current_dir().unwrap_or_default();
     let mut lines: Vec<String> = Vec::new();
-    for Fault { file, line, what } in told {
-        let line = annotation(level, file.as_deref(), *line, what, &root);
+    for note in told {
+        let Place { file, line, .. } = &note.place;
+        let line = annotation(level, file.as_deref(), *line, &note.message(), &root);
         if !lines.contains(&line) {
             lines.push(line);
         }

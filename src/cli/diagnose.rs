@@ -12,9 +12,10 @@ use super::{Failure, Outcome};
 use crate::diagnosis::{Diagnosis, Settings, Verdict, diagnose};
 use crate::identify::ModeTable;
 use crate::input::{
-    Calibrated, DescribedRobot, Fault, FittedCorrection, Reading, corrected_robot,
-    read_described_robot, read_measured,
+    Calibrated, DescribedRobot, FittedCorrection, Reading, corrected_robot, read_described_robot,
+    read_measured,
 };
+use crate::notes::{Code, Note, Place};
 use crate::report;
 
 /// Steps of the progress bar.
@@ -74,7 +75,7 @@ pub(super) fn run(args: &DiagnoseArgs, out: &mut dyn Write) -> Result<Outcome, F
     for sink in std::iter::once(&sink).chain(&robot_sink) {
         sink.spare(&reading.files)?;
     }
-    reading.notices.iter().for_each(|notice| warn(&notice.to_string()));
+    reading.warnings.iter().for_each(|notice| warn(&notice.to_string()));
     let (loaded, table) = read?;
     let DescribedRobot { robot, description } = &loaded;
     let bar = progress();
@@ -83,7 +84,7 @@ pub(super) fn run(args: &DiagnoseArgs, out: &mut dyn Write) -> Result<Outcome, F
     });
     bar.finish_and_clear();
     let diagnosis = diagnosed.map_err(|fault| {
-        vec![Fault { file: Some(args.measured.clone()), line: None, what: fault.to_string() }]
+        vec![Note::error(Code::Value, Place::file(&args.measured), fault.to_string())]
     })?;
     if let Some(hint) = unit_hint(&diagnosis) {
         warn(&format!("{}: {hint}", args.measured.display()));
@@ -154,7 +155,7 @@ fn read(
     robot_file: &Path,
     measured: &Path,
     reading: &mut Reading,
-) -> Result<(DescribedRobot, ModeTable), Vec<Fault>> {
+) -> Result<(DescribedRobot, ModeTable), Vec<Note>> {
     let described = read_described_robot(robot_file, reading)?;
     let table = read_measured(measured, &described.robot, reading)?;
     Ok((described, table))
@@ -166,7 +167,7 @@ fn edited(
     output: &Path,
     robot: &DescribedRobot,
     diagnosis: &Diagnosis,
-) -> Result<String, Vec<Fault>> {
+) -> Result<String, Vec<Note>> {
     let old = robot
         .description
         .corrections

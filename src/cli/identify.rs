@@ -60,7 +60,7 @@ pub(super) fn run(args: &IdentifyArgs, out: &mut dyn Write) -> Result<Outcome, F
     sink.unless_same(table.as_ref(), "table")?;
     let mut reading = Reading::default();
     let session = read_session(&args.session, &mut reading);
-    tell(&reading.notices);
+    tell(&reading.warnings);
     let session = session?;
     for sink in [&sink].into_iter().chain(&table) {
         sink.spare(&reading.files)?;

@@ -21,7 +21,7 @@ use std::sync::{Mutex, PoisonError};
 
 use clap::{Parser, Subcommand};
 
-use crate::input::Fault;
+use crate::notes::Note;
 
 const ABOUT: &str = "Tells whether a milling, drilling or deburring job will shake the robot arm that runs \
 it, where along the path, and by what.";
@@ -72,7 +72,7 @@ pub enum Outcome {
 #[derive(Debug)]
 pub enum Failure {
     /// Exit code 2: files or command line are wrong.
-    Input(Vec<Fault>),
+    Input(Vec<Note>),
     /// Exit code 2: an output could not be written (a closed pipe on standard output ends quietly).
     Output(io::Error),
     /// Exit code 3: a fault of the program itself.
@@ -85,8 +85,8 @@ impl From<io::Error> for Failure {
     }
 }
 
-impl From<Vec<Fault>> for Failure {
-    fn from(faults: Vec<Fault>) -> Self {
+impl From<Vec<Note>> for Failure {
+    fn from(faults: Vec<Note>) -> Self {
         Self::Input(faults)
     }
 }
@@ -145,8 +145,8 @@ fn run(verb: &Verb, out: &mut dyn Write) -> Result<Outcome, Failure> {
 }
 
 /// Notices on standard error, each once.
-fn tell(notices: &[Fault]) {
-    let mut told: Vec<&Fault> = Vec::new();
+fn tell(notices: &[Note]) {
+    let mut told: Vec<&Note> = Vec::new();
     let mut err = io::stderr().lock();
     for notice in notices {
         if !told.contains(&notice) {
@@ -193,7 +193,7 @@ fn exit_code(ended: Result<Outcome, Failure>, wrote: bool, err: &mut dyn Write) 
 }
 
 /// One line a fault, each told once, and what to do next; `wrote` where some of the output is out already.
-fn fault_lines(faults: &[Fault], wrote: bool) -> Vec<String> {
+fn fault_lines(faults: &[Note], wrote: bool) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for fault in faults {
         let line = format!("error: {fault}");
@@ -275,7 +275,9 @@ mod tests {
 
     #[test]
     fn each_fault_is_told_once() {
-        let fault = |line| Fault { file: Some("a.yaml".into()), line, what: "bad".into() };
+        let fault = |line| {
+            Note::error(crate::notes::Code::Value, crate::notes::Place::line("a.yaml", line), "bad")
+        };
         let (code, text) =
             told(Err(Failure::Input(vec![fault(Some(3)), fault(None), fault(Some(3))])));
         assert_eq!(code, 2);

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
 use super::Failure;
-use crate::input::Fault;
+use crate::notes::{Code, Note, Place};
 
 /// What `--output` takes for standard output; behind the devices may be a file that others write to, too.
 const STANDARD_OUTPUT: [&str; 4] = ["-", "/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"];
@@ -28,15 +28,13 @@ pub(super) enum Sink {
 
 impl Sink {
     /// Where `--output` points; told before the long work if nothing can be written there.
-    pub(super) fn open(output: Option<&Path>) -> Result<Self, Vec<Fault>> {
+    pub(super) fn open(output: Option<&Path>) -> Result<Self, Vec<Note>> {
         let Some(path) =
             output.filter(|path| STANDARD_OUTPUT.iter().all(|name| *path != Path::new(name)))
         else {
             return Ok(Self::Standard);
         };
-        let fault = |what: &str| {
-            vec![Fault { file: Some(path.to_owned()), line: None, what: what.to_owned() }]
-        };
+        let fault = |what: &str| vec![Note::error(Code::Unwritable, Place::file(path), what)];
         match fs::metadata(path) {
             Ok(found) if found.is_dir() => Err(fault("is a folder, must be a file to write")),
             Ok(found) if found.is_file() => match fs::canonicalize(path) {
@@ -54,17 +52,17 @@ impl Sink {
     }
 
     /// Refuses two results in one file: `--output` here, and what `--write` writes.
-    pub(super) fn unless_same(&self, written: Option<&Self>, what: &str) -> Result<(), Vec<Fault>> {
+    pub(super) fn unless_same(&self, written: Option<&Self>, what: &str) -> Result<(), Vec<Note>> {
         if written != Some(self) {
             return Ok(());
         }
         let what =
             format!("--write and --output name the same file; give the {what} one of its own");
-        Err(vec![Fault { file: None, line: None, what }])
+        Err(vec![Note::usage(what)])
     }
 
     /// Refuses to write over a file that the run reads, by whatever name it goes.
-    pub(super) fn spare(&self, inputs: &[PathBuf]) -> Result<(), Vec<Fault>> {
+    pub(super) fn spare(&self, inputs: &[PathBuf]) -> Result<(), Vec<Note>> {
         let Self::File(output) = self else { return Ok(()) };
         let Some(input) = inputs.iter().find(|input| are_one_file(input, output)) else {
             return Ok(());
@@ -73,7 +71,7 @@ impl Sink {
             "is read by this run as {}, so nothing is written to it; name another file",
             input.display()
         );
-        Err(vec![Fault { file: Some(output.clone()), line: None, what }])
+        Err(vec![Note::error(Code::Unwritable, Place::file(output), what)])
     }
 
     /// Whether what goes to one would overwrite or mix with what goes to the other. Devices swallow both.

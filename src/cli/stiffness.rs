@@ -7,7 +7,8 @@ use clap::{Args, ValueEnum};
 
 use super::{Failure, Outcome};
 use crate::identify::stiffness::{StiffnessFault, fit_stiffness};
-use crate::input::{Fault, LoadTestRow, load_load_test};
+use crate::input::{LoadTestRow, Reading, read_load_test};
+use crate::notes::{Code, Note, Place};
 use crate::report::stiffness::{JointFit, stiffness_json, stiffness_text};
 use crate::units::ratio_from_percent;
 
@@ -40,8 +41,8 @@ enum Format {
 /// Fits each joint of the table; if one cannot be fitted, tells all that cannot and writes nothing.
 pub(super) fn run(args: &StiffnessArgs, out: &mut dyn Write) -> Result<Outcome, Failure> {
     let told = |line: Option<usize>, what: String| match line {
-        Some(_) => Fault { file: Some(args.loads.clone()), line, what },
-        None => Fault { file: None, line, what },
+        Some(_) => Note::error(Code::Value, Place::line(&args.loads, line), what),
+        None => Note::usage(what),
     };
     let confidence = ratio_from_percent(args.confidence);
     if !(confidence > 0.0 && confidence < 1.0) {
@@ -50,7 +51,7 @@ pub(super) fn run(args: &StiffnessArgs, out: &mut dyn Write) -> Result<Outcome, 
     }
     let mut fits = Vec::new();
     let mut faults = Vec::new();
-    for (joint, rows) in by_joint(&load_load_test(&args.loads)?) {
+    for (joint, rows) in by_joint(&read_load_test(&args.loads, &mut Reading::default())?) {
         let angles: Vec<f64> = rows.iter().map(|row| row.angle_rad).collect();
         let moments: Vec<f64> = rows.iter().map(|row| row.moment_nm).collect();
         match fit_stiffness(&angles, &moments, confidence) {
@@ -103,7 +104,7 @@ mod tests {
             Ok(_) => Ok(String::from_utf8(out).unwrap()),
             Err(Failure::Input(faults)) => Err(faults
                 .iter()
-                .map(|fault| format!("{}: {}", fault.line.unwrap_or(0), fault.what))
+                .map(|fault| format!("{}: {}", fault.place.line.unwrap_or(0), fault.what))
                 .collect()),
             Err(other) => panic!("{other:?}"),
         }

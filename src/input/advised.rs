@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use super::job::job_of_text;
-use super::{Fault, OperationEdit, Reading};
+use super::{OperationEdit, Reading};
 use crate::job::{Job, Operation};
+use crate::notes::{Code, Note, Place};
 use crate::units::m_per_s_from_mm_per_min;
 
 /// Reads `text` as the job that it will be in the file `to` and compares it with `job`, of which `files` were
@@ -18,10 +19,10 @@ pub fn confirm_rewritten(
     text: &str,
     to: &Path,
     edits: &[OperationEdit],
-) -> Result<(), Fault> {
+) -> Result<(), Note> {
     let mut reading = Reading::default();
     let found = job_of_text(to, text.to_owned(), &mut reading)
-        .map_err(|faults| faults.first().map_or_else(String::new, |fault| fault.what.clone()))
+        .map_err(|notes| notes.first().map_or_else(String::new, |fault| fault.what.clone()))
         .and_then(|again| match difference(job, &again, edits) {
             Some(what) => Err(format!("{what} would not be as advised")),
             None => Ok(()),
@@ -35,14 +36,13 @@ pub fn confirm_rewritten(
             None => Ok(()),
         }
     });
-    found.map_err(|why| Fault {
-        file: Some(to.to_owned()),
-        line: None,
-        what: format!(
+    found.map_err(|why| {
+        let what = format!(
             "is not written: read again, {why}; {} is written in a manner that cannot be edited, \
              so change it by hand",
             job.file.display()
-        ),
+        );
+        Note::error(Code::NotRewritten, Place::file(to), what)
     })
 }
 

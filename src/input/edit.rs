@@ -7,9 +7,9 @@ use std::path::{Component, Path, PathBuf};
 
 use saphyr_parser::{Event, Parser};
 
-use super::Fault;
 use super::text::{LARGEST_JOB_BYTES, LARGEST_PROGRAM_BYTES, read_bytes, read_text};
 use crate::job::SpindleSpeed;
+use crate::notes::{self, Code, Note};
 use crate::program::{Dialect, Rewrite, Rewritten, rewrite};
 
 /// What changes in one operation.
@@ -28,10 +28,9 @@ pub struct OperationEdit {
 ///
 /// # Errors
 /// `from` cannot be read, is not a job, or has another number of operations.
-pub fn rewritten_job(from: &Path, to: &Path, edits: &[OperationEdit]) -> Result<String, Fault> {
+pub fn rewritten_job(from: &Path, to: &Path, edits: &[OperationEdit]) -> Result<String, Note> {
     let text = read_text(from, LARGEST_JOB_BYTES)?;
-    let fault =
-        |what: &str| Fault { file: Some(from.to_owned()), line: None, what: what.to_owned() };
+    let fault = |what: &str| Note::error(Code::NotRewritten, notes::Place::file(from), what);
     let Places { robot, operations } =
         places(&text).ok_or_else(|| fault("is not a job that can be rewritten"))?;
     if operations.len() != edits.len() {
@@ -106,13 +105,13 @@ fn is_null(text: &str, place: &Place) -> bool {
 ///
 /// # Errors
 /// It cannot be read, or its extension is that of no dialect.
-pub fn rewritten_program(file: &Path, to: &Rewrite) -> Result<Result<Rewritten, Fault>, Fault> {
+pub fn rewritten_program(file: &Path, to: &Rewrite) -> Result<Result<Rewritten, Note>, Note> {
     let bytes = read_bytes(file, LARGEST_PROGRAM_BYTES)?;
-    let fault = |line, what| Fault { file: Some(file.to_owned()), line, what };
+    let fault = |what: &str| Note::error(Code::NotRewritten, notes::Place::file(file), what);
     let extension = file.extension().unwrap_or_default().to_string_lossy();
     let dialect = Dialect::from_extension(&extension)
-        .ok_or_else(|| fault(None, "is no program that is understood".to_owned()))?;
-    Ok(rewrite(&bytes, dialect, to).map_err(|why| fault(None, why.what)))
+        .ok_or_else(|| fault("is no program that is understood"))?;
+    Ok(rewrite(&bytes, dialect, to).map_err(|why| fault(&why.what)))
 }
 
 /// Where the values stand that may change. Ranges count characters.
@@ -439,8 +438,8 @@ operations:   # two\r
                 "spindle_schedule: [{s: 0, rpm: 1200}, {s: 0.5, rpm: 1350.5}]",
             );
         assert_eq!(found, expected);
-        let mut faults = crate::input::faults::Faults::of(Path::new("x"));
-        assert!(parse(&found, &mut faults).is_ok());
+        let mut notes = notes::Notes::about(notes::Place::file(Path::new("x")));
+        assert!(parse(&found, &mut notes).is_some());
     }
 
     #[test]

@@ -2,16 +2,16 @@
 
 mod operations;
 
+use crate::notes::{Code, Note, Notes, Place};
 use std::path::Path;
 use std::sync::Arc;
 
-use super::faults::Faults;
 use super::raw::job as raw;
 use super::robot::read_robot;
 use super::text::{LARGEST_JOB_BYTES, named_file, read_text};
 use super::waypoints::Elsewhere;
-use super::yaml::{Node, Step, check, parse, typed};
-use super::{Fault, Loaded, Reading, schema};
+use super::yaml::{Node, Step, document};
+use super::{Reading, schema};
 use crate::job::{Job, Levers, Operation, Policy, Spindle, Tool};
 use crate::model::Robot;
 use crate::units::{m_from_mm, m_per_n_from_um_per_n, rad_from_deg, ratio_from_percent};
@@ -35,15 +35,7 @@ const PITCH_SUM_SLACK_DEG: f64 = 1e-3;
 ///
 /// # Errors
 /// Every fault of the job and of its robot's files, each with its line: the job's come first.
-pub fn load_job(path: &Path) -> Result<Loaded<Job>, Vec<Fault>> {
-    Reading::of(|reading| read_job(path, reading))
-}
-
-/// As [`load_job`]; what is noted on the way goes to `reading` even where there are faults.
-///
-/// # Errors
-/// As [`load_job`].
-pub fn read_job(path: &Path, reading: &mut Reading) -> Result<Job, Vec<Fault>> {
+pub fn read_job(path: &Path, reading: &mut Reading) -> Result<Job, Vec<Note>> {
     reading.files.push(path.to_owned());
     let text = read_text(path, LARGEST_JOB_BYTES).map_err(|fault| vec![fault])?;
     job_of_text(path, text, reading)
@@ -54,18 +46,15 @@ pub(super) fn job_of_text(
     path: &Path,
     text: String,
     reading: &mut Reading,
-) -> Result<Job, Vec<Fault>> {
-    let mut faults = Faults::of(path);
-    let mut tree = match parse(&text, &mut faults) {
-        Ok(tree) => tree,
-        Err(fault) => return Err(faults.finish_with(fault)),
+) -> Result<Job, Vec<Note>> {
+    let mut notes = Notes::about(Place::file(path));
+    let Some((tree, raw)) = document::<raw::Job>(&text, &schema::job_to_check(), &mut notes) else {
+        return Err(reading.settle(notes));
     };
     drop(text);
-    check(&mut tree, &schema::job_to_check(), &mut faults);
-    let Some(raw) = typed::<raw::Job>(&tree, &mut faults) else { return Err(faults.finish()) };
     let robot_file = raw.robot.as_deref().and_then(|name| {
         let line = tree.line_at(&[Step::Key("robot")]);
-        named_file(path, "robot", name, line, &mut faults)
+        named_file(path, "robot", name, line, &mut notes)
     });
     let mut of_robot = Reading::default();
     let (robot, robot_faults) = match robot_file.map(|file| read_robot(&file, &mut of_robot)) {
@@ -78,18 +67,17 @@ pub(super) fn job_of_text(
         tree: &tree,
         raw: &raw,
         robot: robot.as_deref(),
-        faults,
-        notices: Vec::new(),
+        notes,
         elsewhere: Elsewhere::default(),
     };
     let parts = reader.parts();
-    let Reader { faults, notices, elsewhere, .. } = reader;
-    reading.notices.extend(notices);
+    let Reader { notes, elsewhere, .. } = reader;
+    let mut errors = reading.settle(notes);
     reading.append(elsewhere.reading);
     reading.append(of_robot);
     match (robot, parts) {
         (Some(robot), Some((tool, spindle, operations, policy, levers)))
-            if faults.count() == 0 && robot_faults.is_empty() && elsewhere.faults.is_empty() =>
+            if errors.is_empty() && robot_faults.is_empty() && elsewhere.errors.is_empty() =>
         {
             let file_name = || path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
             Ok(Job {
@@ -104,10 +92,9 @@ pub(super) fn job_of_text(
             })
         }
         _ => {
-            let mut all = faults.finish();
-            all.extend(elsewhere.faults);
-            all.extend(robot_faults);
-            Err(all)
+            errors.extend(elsewhere.errors);
+            errors.extend(robot_faults);
+            Err(errors)
         }
     }
 }
@@ -119,16 +106,15 @@ struct Reader<'j> {
     raw: &'j raw::Job,
     /// `None` where the robot has faults.
     robot: Option<&'j Robot>,
-    faults: Faults,
-    notices: Vec<Fault>,
+    notes: Notes,
     /// What the programs say that the job names.
     elsewhere: Elsewhere,
 }
 
 impl Reader<'_> {
-    fn fault(&mut self, steps: &[Step<'_>], what: impl Into<String>) {
+    fn error(&mut self, code: Code, steps: &[Step<'_>], what: impl Into<String>) {
         let line = self.tree.line_at(steps);
-        self.faults.add(line, what);
+        self.notes.error(code, line, what);
     }
 
     /// Everything but the robot. `None` where a required part is missing, which was told before.
@@ -176,7 +162,7 @@ impl Reader<'_> {
     fn ascending(&mut self, range: [f64; 2], what: &str, steps: &[Step<'_>]) -> [f64; 2] {
         let [from, to] = range;
         if from > to {
-            self.fault(steps, format!("{what} is [{from}, {to}], must be ascending"));
+            self.error(Code::Value, steps, format!("{what} is [{from}, {to}], must be ascending"));
         }
         range
     }
@@ -191,11 +177,15 @@ impl Reader<'_> {
                     "{what}.pitch_deg has {} angles, must have one for each of the {teeth} teeth",
                     pitch.len()
                 );
-                self.fault(&steps, what);
+                self.error(Code::Conflict, &steps, what);
             }
             let sum: f64 = pitch.iter().sum();
             if (sum - FULL_TURN_DEG).abs() > PITCH_SUM_SLACK_DEG {
-                self.fault(&steps, format!("{what}.pitch_deg adds up to {sum}, must be 360"));
+                self.error(
+                    Code::Value,
+                    &steps,
+                    format!("{what}.pitch_deg adds up to {sum}, must be 360"),
+                );
             }
         }
         Some(Tool {
@@ -214,7 +204,8 @@ impl Reader<'_> {
         let (min_rpm, max_rpm) = (raw.min_rpm?, raw.max_rpm?);
         if min_rpm > max_rpm {
             let steps = [Step::Key("spindle"), Step::Key("min_rpm")];
-            self.fault(
+            self.error(
+                Code::Conflict,
                 &steps,
                 format!("spindle.min_rpm is {min_rpm}, must not be above max_rpm, {max_rpm}"),
             );
@@ -237,7 +228,7 @@ impl Reader<'_> {
                     "policy.ignore_hz[{index}] is [{from}, {to}], must be ascending and not negative"
                 );
                 let steps = [Step::Key("policy"), Step::Key("ignore_hz"), Step::Index(index)];
-                self.fault(&steps, what);
+                self.error(Code::Value, &steps, what);
             }
         }
         self.check_uneven_pitch(raw);
@@ -246,7 +237,11 @@ impl Reader<'_> {
         if tooth == 0 && spindle == 0 {
             let what = "policy: tooth_passing_harmonics and spindle_harmonics are both 0, so nothing would \
                         be checked";
-            self.fault(&[Step::Key("policy"), Step::Key("tooth_passing_harmonics")], what);
+            self.error(
+                Code::Unused,
+                &[Step::Key("policy"), Step::Key("tooth_passing_harmonics")],
+                what,
+            );
         }
         let calibration = self.robot.and_then(|robot| robot.calibration());
         let uncertainty = raw.model_uncertainty_percent.unwrap_or_else(|| {
@@ -280,7 +275,11 @@ impl Reader<'_> {
                 "policy.tooth_passing_harmonics is {harmonics}: with {teeth} unevenly pitched teeth that is \
                  {orders} lines, must be at most {MOST_ORDERS}"
             );
-            self.fault(&[Step::Key("policy"), Step::Key("tooth_passing_harmonics")], what);
+            self.error(
+                Code::Value,
+                &[Step::Key("policy"), Step::Key("tooth_passing_harmonics")],
+                what,
+            );
         }
     }
 }
@@ -296,20 +295,21 @@ mod tests {
 
     const JOB: &str = include_str!("../../tests/data/bad/job.yaml");
 
-    fn load(job: &str, robot_yaml: &str) -> Result<Loaded<Job>, Vec<String>> {
+    fn load(job: &str, robot_yaml: &str) -> Result<(Job, Vec<Note>), Vec<String>> {
         let (folder, _) = robot::folder(robot_yaml, robot::URDF);
         let path = folder.path().join("job.yaml");
         std::fs::write(&path, job).unwrap();
         let prefix = format!("{}/", folder.path().display());
-        load_job(&path)
-            .map_err(|faults| faults.iter().map(|f| f.to_string().replace(&prefix, "")).collect())
+        let mut reading = Reading::default();
+        read_job(&path, &mut reading)
+            .map(|job| (job, reading.warnings))
+            .map_err(|notes| notes.iter().map(|f| f.to_string().replace(&prefix, "")).collect())
     }
 
     #[test]
     fn every_key_arrives_in_si() {
-        let loaded = load(JOB, robot::YAML).unwrap();
-        assert!(loaded.notices.is_empty(), "{:?}", loaded.notices);
-        let job = loaded.value;
+        let (job, warnings) = load(JOB, robot::YAML).unwrap();
+        assert!(warnings.is_empty(), "{warnings:?}");
         assert_eq!(job.name, "Pocket");
         assert_eq!(job.robot.name(), "Two-link section");
         assert_eq!((job.tool.teeth, job.tool.diameter_m), (2, Some(0.012)));
@@ -350,7 +350,7 @@ mod tests {
             .filter(|l| !l.starts_with("calibration"))
             .collect::<Vec<_>>()
             .join("\n");
-        let job = load(job, &uncalibrated).unwrap().value;
+        let job = load(job, &uncalibrated).unwrap().0;
         assert_eq!(job.name, "job");
         assert_eq!(
             job.policy,
@@ -401,8 +401,9 @@ mod tests {
         std::fs::write(&path, job).unwrap();
         std::fs::write(folder.path().join(file), program).unwrap();
         let prefix = format!("{}/", folder.path().display());
-        let loaded = load_job(&path).unwrap();
-        loaded.notices.iter().map(|notice| notice.to_string().replace(&prefix, "")).collect()
+        let mut reading = Reading::default();
+        read_job(&path, &mut reading).unwrap();
+        reading.warnings.iter().map(|notice| notice.to_string().replace(&prefix, "")).collect()
     }
 
     #[test]
@@ -481,7 +482,7 @@ mod tests {
     #[test]
     fn a_start_for_joints_has_no_effect_and_says_so() {
         let job = JOB.replace("    cutting: {", "    start_near_deg: [0, 0]\n    cutting: {");
-        let notices = load(&job, robot::YAML).unwrap().notices;
-        assert_eq!((notices.len(), notices[0].line), (1, Some(13)));
+        let (_, notices) = load(&job, robot::YAML).unwrap();
+        assert_eq!((notices.len(), notices[0].place.line), (1, Some(13)));
     }
 }

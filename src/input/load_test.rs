@@ -1,9 +1,9 @@
 //! A load test: known moments and the angles by which they turn a joint.
 
+use crate::notes::{Code, Note, Notes, Place};
 use std::path::Path;
 
-use super::Fault;
-use super::faults::Faults;
+use super::Reading;
 use super::table::Table;
 use super::text::{LARGEST_TABLE_BYTES, read_text};
 use crate::units::{rad_from_deg, rad_from_mrad};
@@ -35,23 +35,32 @@ const ANGLES: [(&str, ToSi); 3] = [
 ///
 /// # Errors
 /// Every fault of the table, each with its line; a table without rows.
-pub fn load_load_test(path: &Path) -> Result<Vec<LoadTestRow>, Vec<Fault>> {
+pub fn read_load_test(path: &Path, reading: &mut Reading) -> Result<Vec<LoadTestRow>, Vec<Note>> {
+    reading.files.push(path.to_owned());
     let text = read_text(path, LARGEST_TABLE_BYTES).map_err(|fault| vec![fault])?;
-    let mut faults = Faults::of(path);
+    let mut notes = Notes::about(Place::file(path));
     let mut table = Table::open(path, text.as_bytes()).map_err(|fault| vec![fault])?;
-    let Some(columns) = Columns::of(&table, &mut faults) else { return Err(faults.finish()) };
+    let Some(columns) = Columns::of(&table, &mut notes) else { return Err(notes.finish().0) };
     let (mut rows, mut cells) = (Vec::new(), Vec::new());
     loop {
         match table.row(&mut cells) {
-            Ok(true) => rows.extend(columns.row(&table, &cells, &mut faults)),
+            Ok(true) => rows.extend(columns.row(&table, &cells, &mut notes)),
             Ok(false) => break,
-            Err(fault) => return Err(faults.finish_with(fault)),
+            Err(note) => {
+                notes.push(note);
+                break;
+            }
         }
     }
-    if rows.is_empty() && faults.count() == 0 {
-        faults.add(None, "has no rows, must have at least one below the header");
+    if rows.is_empty() && notes.errors() == 0 {
+        notes.error(
+            Code::TooLittleData,
+            None,
+            "has no rows, must have at least one below the header",
+        );
     }
-    if faults.count() == 0 { Ok(rows) } else { Err(faults.finish()) }
+    let errors = reading.settle(notes);
+    if errors.is_empty() { Ok(rows) } else { Err(errors) }
 }
 
 struct Columns {
@@ -62,12 +71,12 @@ struct Columns {
 }
 
 impl Columns {
-    fn of(table: &Table<&[u8]>, faults: &mut Faults) -> Option<Self> {
+    fn of(table: &Table<&[u8]>, notes: &mut Notes) -> Option<Self> {
         let (header, line) = (table.header(), table.line());
         let find = |name: &str| header.iter().position(|title| title == name);
         let moment = find("moment_nm");
         if moment.is_none() {
-            faults.add(line, "no column 'moment_nm'");
+            notes.error(Code::MissingKey, line, "no column 'moment_nm'");
         }
         let angles: Vec<(usize, ToSi)> =
             ANGLES.iter().filter_map(|&(name, to_rad)| Some((find(name)?, to_rad))).collect();
@@ -76,12 +85,16 @@ impl Columns {
                 Some(Self { moment: moment?, angle, to_rad, joint: find("joint") })
             }
             [] => {
-                faults.add(line, "no column 'angle_rad', 'angle_mrad' or 'angle_deg'");
+                notes.error(
+                    Code::MissingKey,
+                    line,
+                    "no column 'angle_rad', 'angle_mrad' or 'angle_deg'",
+                );
                 None
             }
             _ => {
                 let what = "has several columns of angles, must have one of angle_rad, angle_mrad, angle_deg";
-                faults.add(line, what);
+                notes.error(Code::Conflict, line, what);
                 None
             }
         }
@@ -91,20 +104,20 @@ impl Columns {
         &self,
         table: &Table<&[u8]>,
         cells: &[String],
-        faults: &mut Faults,
+        notes: &mut Notes,
     ) -> Option<LoadTestRow> {
         let line = table.line();
         let mut number = |column| match table.number(cells, column) {
             Ok(value) => Some(value),
             Err(fault) => {
-                faults.add(fault.line, fault.what);
+                notes.push(fault);
                 None
             }
         };
         let (moment_nm, angle) = (number(self.moment), number(self.angle));
         let joint = match self.joint.map(|column| cells.get(column).map_or("", String::as_str)) {
             Some("") => {
-                faults.add(line, "joint is empty, must be the name of a joint");
+                notes.error(Code::Value, line, "joint is empty, must be the name of a joint");
                 return None;
             }
             joint => joint.map(str::to_owned),
@@ -122,8 +135,8 @@ mod tests {
         let path = folder.path().join("t.csv");
         std::fs::write(&path, text).unwrap();
         let prefix = format!("{}/", folder.path().display());
-        load_load_test(&path)
-            .map_err(|faults| faults.iter().map(|f| f.to_string().replace(&prefix, "")).collect())
+        read_load_test(&path, &mut Reading::default())
+            .map_err(|notes| notes.iter().map(|f| f.to_string().replace(&prefix, "")).collect())
     }
 
     #[test]
@@ -157,9 +170,9 @@ mod tests {
                 ],
             ),
         ] {
-            let faults = read(text).unwrap_err();
-            assert_eq!(faults.len(), told.len(), "{faults:?}");
-            for (fault, told) in faults.iter().zip(told) {
+            let notes = read(text).unwrap_err();
+            assert_eq!(notes.len(), told.len(), "{notes:?}");
+            for (fault, told) in notes.iter().zip(told) {
                 assert!(fault.starts_with(told), "{fault}");
             }
         }

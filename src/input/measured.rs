@@ -1,11 +1,11 @@
 //! measured.csv → a table of modes.
 
+use crate::notes::{Code, Note, Notes, Place};
 use std::path::Path;
 
-use super::faults::Faults;
+use super::Reading;
 use super::table::Table;
 use super::text::{LARGEST_TABLE_BYTES, read_text};
-use super::{Fault, Reading};
 use crate::identify::{ModeRow, ModeTable};
 use crate::model::{AngleForm, JointKind, MovingJoint, Robot};
 use crate::units::{m_from_mm, rad_from_deg};
@@ -32,43 +32,57 @@ pub fn read_measured(
     path: &Path,
     robot: &Robot,
     reading: &mut Reading,
-) -> Result<ModeTable, Vec<Fault>> {
+) -> Result<ModeTable, Vec<Note>> {
     reading.files.push(path.to_owned());
     let text = read_text(path, LARGEST_TABLE_BYTES).map_err(|fault| vec![fault])?;
-    let mut faults = Faults::of(path);
+    let mut notes = Notes::about(Place::file(path));
     let mut table = Table::open(path, text.as_bytes()).map_err(|fault| vec![fault])?;
-    let Some(columns) = Columns::of(table.header(), table.line(), robot, &mut faults) else {
-        return Err(faults.finish());
+    let Some(columns) = Columns::of(table.header(), table.line(), robot, &mut notes) else {
+        return Err(reading.settle(notes));
     };
     let header_line = table.line();
-    let unknown = columns.unknown.iter().map(|what| faults.make(table.line(), what.clone()));
-    reading.notices.extend(unknown);
+    for what in &columns.unknown {
+        notes.warning(Code::Unused, header_line, what);
+    }
     let (mut rows, mut cells) = (Vec::new(), Vec::new());
     loop {
         match table.row(&mut cells) {
             Ok(true) if rows.len() == MOST_ROWS => {
                 let what =
                     format!("has more than {MOST_ROWS} rows, which is the most that is read");
-                return Err(faults.finish_with(table.fault(&what)));
+                notes.push(table.error(Code::TooLong, what));
+                break;
             }
-            Ok(true) => rows.push(columns.row(&table, &cells, robot, &mut faults)),
+            Ok(true) => rows.push(columns.row(&table, &cells, robot, &mut notes)),
             Ok(false) => break,
-            Err(fault) => return Err(faults.finish_with(fault)),
+            Err(note) => {
+                notes.push(note);
+                break;
+            }
         }
     }
-    if faults.count() == 0 {
+    if notes.errors() == 0 {
         let mut value = ModeTable { rows, modes: columns.modes.len() };
         let beyond = beyond_the_model(&mut value, robot.coordinates().len());
-        reading.notices.extend(beyond.map(|what| faults.make(header_line, what)));
+        if let Some(what) = beyond {
+            notes.warning(Code::LeftOut, header_line, what);
+        }
         match value.count() {
             0 if value.rows.is_empty() => {
-                faults.add(None, "has no rows, must have at least one below the header");
+                notes.error(
+                    Code::TooLittleData,
+                    None,
+                    "has no rows, must have at least one below the header",
+                );
             }
-            0 => faults.add(None, "has no frequency in any row"),
-            _ => return Ok(value),
+            0 => notes.error(Code::TooLittleData, None, "has no frequency in any row"),
+            _ => {
+                reading.settle(notes);
+                return Ok(value);
+            }
         }
     }
-    Err(faults.finish())
+    Err(reading.settle(notes))
 }
 
 /// Tells of frequencies of more modes than the model has, and leaves out those that few rows have: any cause that adds
@@ -120,25 +134,29 @@ struct Columns {
 }
 
 impl Columns {
-    fn of(header: &[String], line: usize, robot: &Robot, faults: &mut Faults) -> Option<Self> {
+    fn of(header: &[String], line: usize, robot: &Robot, notes: &mut Notes) -> Option<Self> {
         let find = |name: &str| header.iter().position(|title| title == name);
         for (i, title) in header.iter().enumerate() {
             if !title.is_empty() && header[..i].contains(title) {
-                faults.add(line, format!("column '{title}' is there twice"));
+                notes.error(Code::Conflict, line, format!("column '{title}' is there twice"));
             }
         }
-        let pose = pose_columns(header, line, robot, faults);
+        let pose = pose_columns(header, line, robot, notes);
         let modes: Vec<usize> =
             (1..=MOST_MODES).map_while(|mode| find(&format!("f{mode}_hz"))).collect();
         if modes.is_empty() {
             let hint = nearest("f1_hz", header.iter().map(String::as_str))
                 .map_or_else(String::new, |near| format!("; did you mean '{near}' for it?"));
-            faults.add(line, format!("no column 'f1_hz'{hint}"));
+            notes.error(Code::MissingKey, line, format!("no column 'f1_hz'{hint}"));
         }
         let later = (modes.len() + 2..=MOST_MODES).find(|m| find(&format!("f{m}_hz")).is_some());
         if let (false, Some(later)) = (modes.is_empty(), later) {
             let missing = modes.len() + 1;
-            faults.add(line, format!("no column 'f{missing}_hz' before 'f{later}_hz'"));
+            notes.error(
+                Code::MissingKey,
+                line,
+                format!("no column 'f{missing}_hz' before 'f{later}_hz'"),
+            );
         }
         let deviations = (1..=modes.len()).map(|m| find(&format!("f{m}_std_hz"))).collect();
         let known = |title: &str| {
@@ -172,7 +190,7 @@ impl Columns {
                 format!("column '{title}' is not used{hint}")
             })
             .collect();
-        (faults.count() == 0).then_some(())?;
+        (notes.errors() == 0).then_some(())?;
         Some(Self {
             pose: pose?,
             modes,
@@ -191,20 +209,20 @@ impl Columns {
         table: &Table<&[u8]>,
         cells: &[String],
         robot: &Robot,
-        faults: &mut Faults,
+        notes: &mut Notes,
     ) -> ModeRow {
         let line = table.line();
-        let before = faults.count();
+        let before = notes.errors();
         let mut row = ModeRow { line, ..ModeRow::default() };
         if cells.len() != table.header().len() {
             let what = format!("has {} cells, must have {}", cells.len(), table.header().len());
-            faults.add(line, what);
+            notes.error(Code::Value, line, what);
             return row;
         }
         let mut number = |column: usize| match table.number(cells, column) {
             Ok(value) => Some(value),
             Err(fault) => {
-                faults.add(fault.line, fault.what);
+                notes.push(fault);
                 None
             }
         };
@@ -220,8 +238,8 @@ impl Columns {
         row.payload_kg = optional(self.payload);
         row.sample_rate_hz = optional(self.sample_rate);
         row.id = self.id.and_then(|column| cells.get(column)).filter(|id| !id.is_empty()).cloned();
-        if faults.count() == before {
-            check(&row, table.header(), self, robot, faults);
+        if notes.errors() == before {
+            check(&row, table.header(), self, robot, notes);
         }
         row
     }
@@ -250,7 +268,7 @@ fn at_rest(joint: &MovingJoint) -> f64 {
 }
 
 /// What numbers that can be read may still get wrong.
-fn check(row: &ModeRow, header: &[String], columns: &Columns, robot: &Robot, faults: &mut Faults) {
+fn check(row: &ModeRow, header: &[String], columns: &Columns, robot: &Robot, notes: &mut Notes) {
     let line = row.line;
     let title = |column: usize| header.get(column).map_or("", String::as_str);
     let mut last: Option<(usize, f64)> = None;
@@ -259,11 +277,11 @@ fn check(row: &ModeRow, header: &[String], columns: &Columns, robot: &Robot, fau
         if !(f > 0.0 && f < HIGHEST_HZ) {
             let what =
                 format!("{} is {f}, must be positive and below {HIGHEST_HZ:.0}", title(column));
-            faults.add(line, what);
+            notes.error(Code::Value, line, what);
         } else if let Some((before, lower)) = last.filter(|&(_, lower)| f < lower) {
             let (name, before) = (title(column), title(before));
             let what = format!("{name} is {f}, must not be less than {before}, which is {lower}");
-            faults.add(line, what);
+            notes.error(Code::Value, line, what);
         }
         last = Some((column, f));
     }
@@ -271,7 +289,11 @@ fn check(row: &ModeRow, header: &[String], columns: &Columns, robot: &Robot, fau
         if let (Some(column), Some(deviation)) = (column, deviation)
             && *deviation <= 0.0
         {
-            faults.add(line, format!("{} is {deviation}, must be positive", title(*column)));
+            notes.error(
+                Code::Value,
+                line,
+                format!("{} is {deviation}, must be positive", title(*column)),
+            );
         }
     }
     for (name, value, positive) in [
@@ -281,11 +303,11 @@ fn check(row: &ModeRow, header: &[String], columns: &Columns, robot: &Robot, fau
     ] {
         if let Some(value) = value.filter(|&value| value < 0.0 || (positive && value == 0.0)) {
             let wanted = if positive { "must be positive" } else { "must not be negative" };
-            faults.add(line, format!("{name} is {value}, {wanted}"));
+            notes.error(Code::Value, line, format!("{name} is {value}, {wanted}"));
         }
     }
     for violation in robot.limit_violations(&row.joints) {
-        faults.add(line, violation.to_string());
+        notes.error(Code::JointLimit, line, violation.to_string());
     }
 }
 
@@ -299,7 +321,7 @@ fn pose_columns(
     header: &[String],
     line: usize,
     robot: &Robot,
-    faults: &mut Faults,
+    notes: &mut Notes,
 ) -> Option<PoseColumns> {
     let find = |name: &str| header.iter().position(|title| title == name);
     let units = |kind: JointKind| -> [(&str, ToSi); 2] {
@@ -326,7 +348,7 @@ fn pose_columns(
         let Some(form) = robot.beta2() else {
             let what = "column 'beta2_rad' needs arm_angles.beta2 in the robot's file; or give one \
                         column per moving joint";
-            faults.add(line, what);
+            notes.error(Code::Reference, line, what);
             return None;
         };
         let mut angles = vec![(column, form.clone())];
@@ -350,12 +372,16 @@ fn pose_columns(
                 };
                 let hint = nearest(&wanted, header.iter().map(String::as_str).filter(is_free))
                     .map_or_else(String::new, |near| format!("; did you mean '{near}' for it?"));
-                faults.add(line, format!("no column '{wanted}' or '{}_{other}'{hint}", joint.name));
+                notes.error(
+                    Code::MissingKey,
+                    line,
+                    format!("no column '{wanted}' or '{}_{other}'{hint}", joint.name),
+                );
             }
             several => {
                 let what =
                     format!("joint '{}' has {} columns, must have one", joint.name, several.len());
-                faults.add(line, what);
+                notes.error(Code::Conflict, line, what);
             }
         }
     }
@@ -364,19 +390,19 @@ fn pose_columns(
 
 #[cfg(test)]
 mod tests {
-    use super::super::robot::{load_robot, tests as two_link};
+    use super::super::robot::{read_robot, tests as two_link};
     use super::*;
 
     fn read(text: &str) -> Result<(ModeTable, Reading), Vec<String>> {
         let (folder, path) = two_link::folder(two_link::YAML, two_link::URDF);
-        let robot = load_robot(&path).unwrap().value;
+        let robot = read_robot(&path, &mut Reading::default()).unwrap();
         let table = folder.path().join("m.csv");
         std::fs::write(&table, text).unwrap();
         let prefix = format!("{}/", folder.path().display());
         let mut reading = Reading::default();
         read_measured(&table, &robot, &mut reading)
             .map(|table| (table, reading))
-            .map_err(|faults| faults.iter().map(|f| f.to_string().replace(&prefix, "")).collect())
+            .map_err(|notes| notes.iter().map(|f| f.to_string().replace(&prefix, "")).collect())
     }
 
     #[test]
@@ -390,8 +416,8 @@ mod tests {
         assert_eq!(row.frequencies_hz, [Some(10.5), None]);
         assert_eq!(row.deviations_hz, [Some(0.1), None]);
         assert_eq!((row.temperature_c, row.id.as_deref()), (Some(31.0), Some("a")));
-        assert_eq!(reading.notices.len(), 1);
-        assert!(reading.notices[0].what.contains("column 'extra'"));
+        assert_eq!(reading.warnings.len(), 1);
+        assert!(reading.warnings[0].what.contains("column 'extra'"));
     }
 
     /// This robot's model has two modes.
@@ -401,14 +427,14 @@ mod tests {
         let (table, reading) =
             read(&format!("{head}0,0.5,10,20,30,1\n0,0.6,10,20,,\n0,0.7,9,20,,\n")).unwrap();
         assert_eq!((table.modes, table.rows[0].frequencies_hz.len()), (2, 2));
-        assert_eq!(reading.notices.len(), 1);
-        assert!(reading.notices[0].what.contains("from 'f3_hz' on"), "{:?}", reading.notices);
-        assert_eq!(reading.notices[0].line, Some(1));
+        assert_eq!(reading.warnings.len(), 1);
+        assert!(reading.warnings[0].what.contains("from 'f3_hz' on"), "{:?}", reading.warnings);
+        assert_eq!(reading.warnings[0].place.line, Some(1));
         let (table, reading) =
             read(&format!("{head}0,0.5,10,20,30,1\n0,0.6,10,20,31,1\n")).unwrap();
         assert_eq!((table.modes, table.rows[0].frequencies_hz[2]), (3, Some(30.0)));
-        assert!(reading.notices[0].what.contains("causes that add one"), "{:?}", reading.notices);
-        assert!(read("joint_1_rad,joint_2_rad,f1_hz\n0,0.5,10\n").unwrap().1.notices.is_empty());
+        assert!(reading.warnings[0].what.contains("causes that add one"), "{:?}", reading.warnings);
+        assert!(read("joint_1_rad,joint_2_rad,f1_hz\n0,0.5,10\n").unwrap().1.warnings.is_empty());
     }
 
     /// beta2 = joint_2 + 0.25 in this robot's file.
@@ -437,9 +463,9 @@ mod tests {
             ),
             ("joint_1_rad,joint_2_rad,f1_hz\n1,1\n", vec!["m.csv:2: has 2 cells, must have 3"]),
         ] {
-            let faults = read(text).unwrap_err();
-            assert_eq!(faults.len(), told.len(), "{faults:?}");
-            for (fault, told) in faults.iter().zip(told) {
+            let notes = read(text).unwrap_err();
+            assert_eq!(notes.len(), told.len(), "{notes:?}");
+            for (fault, told) in notes.iter().zip(told) {
                 assert!(fault.starts_with(told), "{fault}");
             }
         }

@@ -3,8 +3,6 @@
 
 mod advised;
 mod edit;
-mod fault;
-mod faults;
 mod frame;
 mod job;
 mod load_test;
@@ -24,46 +22,37 @@ mod yaml;
 
 use std::path::PathBuf;
 
+use crate::notes::{Note, Notes};
+
 pub use advised::confirm_rewritten;
 pub use edit::{OperationEdit, rewritten_job, rewritten_program};
-pub use fault::Fault;
-pub use job::{load_job, read_job};
-pub use load_test::{LoadTestRow, load_load_test};
+pub use job::read_job;
+pub use load_test::{LoadTestRow, read_load_test};
 pub use measured::read_measured;
 pub use poses::{DecodedPoses, PoseDecoder, PoseTable, RawPoses};
-pub use robot::{DescribedRobot, load_robot, read_described_robot, read_robot};
+pub use robot::{DescribedRobot, read_described_robot, read_robot};
 pub use robot_edit::{Calibrated, FittedCorrection, corrected_robot};
-pub use session::{load_session, read_session};
+pub use session::read_session;
 
-/// What was read, and remarks on it that do not stop the work.
-#[derive(Debug, Clone)]
-pub struct Loaded<T> {
-    /// The valid value.
-    pub value: T,
-    /// Settings without effect, blocks that are missing and may be forgotten.
-    pub notices: Vec<Fault>,
-}
-
-/// What is noted while files are read, whether or not something valid comes of them.
+/// What comes up while files are read, whether or not they are valid.
 #[derive(Debug, Clone, Default)]
 pub struct Reading {
-    /// Remarks that do not stop the work.
-    pub notices: Vec<Fault>,
+    /// What does not stop the work: settings without effect, values that were assumed.
+    pub warnings: Vec<Note>,
     /// The files that were read, or were to be read: nothing may be written over them.
     pub files: Vec<PathBuf>,
 }
 
 impl Reading {
-    /// What came of reading, with the remarks on it.
-    fn of<T>(
-        read: impl FnOnce(&mut Self) -> Result<T, Vec<Fault>>,
-    ) -> Result<Loaded<T>, Vec<Fault>> {
-        let mut reading = Self::default();
-        read(&mut reading).map(|value| Loaded { value, notices: reading.notices })
+    /// Takes in the warnings; gives the errors.
+    fn settle(&mut self, notes: Notes) -> Vec<Note> {
+        let (errors, warnings) = notes.finish();
+        self.warnings.extend(warnings);
+        errors
     }
 
     fn append(&mut self, mut other: Self) {
-        self.notices.append(&mut other.notices);
+        self.warnings.append(&mut other.warnings);
         self.files.append(&mut other.files);
     }
 }

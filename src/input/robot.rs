@@ -4,17 +4,16 @@ use std::path::Path;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::faults::Faults;
 use super::raw::robot as raw;
 use super::text::{LARGEST_ROBOT_BYTES, named_file, read_text};
 use super::urdf::{Urdf, read_urdf};
-use super::yaml::{Node, Step, check, parse, typed};
-use super::{Fault, Loaded, Reading, schema};
+use super::yaml::{Node, Step, document};
+use super::{Reading, schema};
 use crate::model::{
     ArmAngle, Calibration, Carries, Cause, CoordinateKind, Correction, Damping, Description, Drive,
     ElasticJoint, ExtraCoordinate, Hinge, Inertial, JointKind, Payload, Robot,
 };
-use crate::notes::{Note, Part};
+use crate::notes::{Code, Note, Notes, Part, Place};
 use crate::units::STANDARD_GRAVITY_M_PER_S2;
 use crate::wording::nearest;
 
@@ -25,15 +24,7 @@ const DEFAULT_DAMPING_RATIO: f64 = 0.02;
 ///
 /// # Errors
 /// Every fault of both files, each with its line: first those of the YAML, then those of the URDF.
-pub fn load_robot(path: &Path) -> Result<Loaded<Robot>, Vec<Fault>> {
-    Reading::of(|reading| read_robot(path, reading))
-}
-
-/// As [`load_robot`]; what is noted on the way goes to `reading` even where there are faults.
-///
-/// # Errors
-/// As [`load_robot`].
-pub fn read_robot(path: &Path, reading: &mut Reading) -> Result<Robot, Vec<Fault>> {
+pub fn read_robot(path: &Path, reading: &mut Reading) -> Result<Robot, Vec<Note>> {
     read_described_robot(path, reading).map(|described| described.robot)
 }
 
@@ -49,56 +40,52 @@ pub struct DescribedRobot {
 /// As [`read_robot`], keeping the description.
 ///
 /// # Errors
-/// As [`load_robot`].
+/// As [`read_robot`].
 pub fn read_described_robot(
     path: &Path,
     reading: &mut Reading,
-) -> Result<DescribedRobot, Vec<Fault>> {
+) -> Result<DescribedRobot, Vec<Note>> {
     reading.files.push(path.to_owned());
-    let mut faults = Faults::of(path);
+    let mut notes = Notes::about(Place::file(path));
     let text = read_text(path, LARGEST_ROBOT_BYTES).map_err(|fault| vec![fault])?;
-    let mut tree = match parse(&text, &mut faults) {
-        Ok(tree) => tree,
-        Err(fault) => return Err(faults.finish_with(fault)),
+    let schema = schema::robot_to_check();
+    let Some((tree, raw)) = document::<raw::Robot>(&text, &schema, &mut notes) else {
+        return Err(reading.settle(notes));
     };
-    check(&mut tree, &schema::robot_to_check(), &mut faults);
-    let Some(raw) = typed::<raw::Robot>(&tree, &mut faults) else { return Err(faults.finish()) };
     let named = raw.urdf.as_deref().and_then(|name| {
         let line = tree.line_at(&[Step::Key("urdf")]);
-        named_file(path, "urdf", name, line, &mut faults)
+        named_file(path, "urdf", name, line, &mut notes)
     });
     let Some(urdf_path) = named else {
         // The faults that need no URDF all the same.
-        describe(&raw, &tree, None, &mut faults);
-        return Err(faults.finish());
+        describe(&raw, &tree, None, &mut notes);
+        return Err(reading.settle(notes));
     };
     reading.files.push(urdf_path.clone());
-    let mut urdf_faults = Faults::of(&urdf_path);
-    let urdf = match read_urdf(&urdf_path, &mut urdf_faults) {
-        Ok(urdf) => urdf,
-        Err(fault) => {
-            describe(&raw, &tree, None, &mut faults);
-            let mut all = faults.finish();
-            all.extend(urdf_faults.finish_with(fault));
-            return Err(all);
-        }
+    let mut urdf_notes = Notes::about(Place::file(&urdf_path));
+    let Some(urdf) = read_urdf(&urdf_path, &mut urdf_notes) else {
+        describe(&raw, &tree, None, &mut notes);
+        let mut errors = reading.settle(notes);
+        errors.extend(reading.settle(urdf_notes));
+        return Err(errors);
     };
-    let description = describe(&raw, &tree, Some(&urdf), &mut faults);
-    let sound = faults.count() == 0 && urdf_faults.count() == 0;
-    let mut files = Files { tree: &tree, urdf: &urdf, yaml: faults, xml: urdf_faults };
-    match Robot::new(&description) {
-        Ok(robot) => {
-            reading.notices.extend(robot.warnings().iter().map(|notice| files.placed(notice)));
-            if sound { Ok(DescribedRobot { robot, description }) } else { Err(files.finish()) }
+    let description = describe(&raw, &tree, Some(&urdf), &mut notes);
+    let sound = notes.errors() == 0 && urdf_notes.errors() == 0;
+    let mut files = Files { tree: &tree, urdf: &urdf, yaml: notes, xml: urdf_notes };
+    let built = Robot::new(&description);
+    match &built {
+        Ok(robot) => robot.warnings().iter().for_each(|warning| files.add(warning)),
+        Err(faults) => {
+            let own = faults.iter().filter(|f| sound || !follows_from_others(f, urdf.damaged));
+            own.for_each(|fault| files.add(fault));
         }
-        Err(model_faults) => {
-            for fault in &model_faults {
-                if sound || !follows_from_others(fault, urdf.damaged) {
-                    files.add(fault);
-                }
-            }
-            Err(files.finish())
-        }
+    }
+    let Files { yaml, xml, .. } = files;
+    let mut errors = reading.settle(yaml);
+    errors.extend(reading.settle(xml));
+    match built {
+        Ok(robot) if errors.is_empty() => Ok(DescribedRobot { robot, description }),
+        _ => Err(errors),
     }
 }
 
@@ -117,26 +104,21 @@ fn follows_from_others(fault: &Note, damaged: bool) -> bool {
 struct Files<'r> {
     tree: &'r Node,
     urdf: &'r Urdf,
-    yaml: Faults,
-    xml: Faults,
+    yaml: Notes,
+    xml: Notes,
 }
 
 impl Files<'_> {
     fn add(&mut self, fault: &Note) {
         if self.xml.is_full() || self.yaml.is_full() {
             // Counted only: to find each line takes time.
-            self.xml.add(None, "");
+            self.xml.error(Code::Value, None, "");
             return;
         }
         let (in_urdf, line) = self.locate(fault);
         let what = self.told(fault);
-        if in_urdf { self.xml.add(line, what) } else { self.yaml.add(line, what) }
-    }
-
-    fn placed(&self, fault: &Note) -> Fault {
-        let (in_urdf, line) = self.locate(fault);
-        let file = if in_urdf { &self.xml } else { &self.yaml };
-        file.make(line, self.told(fault))
+        let notes = if in_urdf { &mut self.xml } else { &mut self.yaml };
+        notes.push(notes.make(fault.severity, fault.code, line, what));
     }
 
     fn told(&self, fault: &Note) -> String {
@@ -186,22 +168,11 @@ impl Files<'_> {
             _ => yaml(&[]),
         }
     }
-
-    fn finish(self) -> Vec<Fault> {
-        let mut all = self.yaml.finish();
-        all.extend(self.xml.finish());
-        all
-    }
 }
 
 /// The description that raw YAML and URDF make together. What a fault was told about is replaced by a
 /// harmless stand-in, so that the model can still be asked for further faults.
-fn describe(
-    raw: &raw::Robot,
-    tree: &Node,
-    urdf: Option<&Urdf>,
-    faults: &mut Faults,
-) -> Description {
+fn describe(raw: &raw::Robot, tree: &Node, urdf: Option<&Urdf>, notes: &mut Notes) -> Description {
     let none = raw::Elasticity::default();
     let elasticity = raw.elasticity.as_ref().unwrap_or(&none);
     let gravity = elasticity.gravity_m_per_s2.unwrap_or([0.0, 0.0, -STANDARD_GRAVITY_M_PER_S2]);
@@ -215,8 +186,8 @@ fn describe(
         joints: urdf.map_or_else(Vec::new, |urdf| urdf.joints.clone()),
         base: raw.base.clone(),
         tip: raw.tip.clone(),
-        elastic_joints: elastic_joints(elasticity, tree, urdf, faults),
-        extra: extras(elasticity, tree, urdf, faults),
+        elastic_joints: elastic_joints(elasticity, tree, urdf, notes),
+        extra: extras(elasticity, tree, urdf, notes),
         default_damping_ratio: elasticity.damping_ratio.unwrap_or(DEFAULT_DAMPING_RATIO),
         gravity_m_per_s2: gravity.into(),
         gravity_stiffness: elasticity.gravity.unwrap_or(false),
@@ -232,7 +203,7 @@ fn describe(
         payload: raw.payload.as_ref().and_then(payload),
         beta1: raw.arm_angles.as_ref().and_then(|angles| arm_angle(angles.beta1.as_ref()?)),
         beta2: raw.arm_angles.as_ref().and_then(|angles| arm_angle(angles.beta2.as_ref()?)),
-        corrections: corrections(raw, tree, faults),
+        corrections: corrections(raw, tree, notes),
         calibration: raw.calibration.as_ref().and_then(|calibration| {
             Some(Calibration {
                 poses: usize::try_from(calibration.poses?).ok()?,
@@ -242,7 +213,7 @@ fn describe(
     }
 }
 
-fn corrections(raw: &raw::Robot, tree: &Node, faults: &mut Faults) -> Vec<Correction> {
+fn corrections(raw: &raw::Robot, tree: &Node, notes: &mut Notes) -> Vec<Correction> {
     let mut corrections = Vec::new();
     for (index, raw) in raw.corrections.iter().flatten().enumerate() {
         let line = tree.line_at(&[Step::Key("corrections"), Step::Index(index)]);
@@ -251,7 +222,11 @@ fn corrections(raw: &raw::Robot, tree: &Node, faults: &mut Faults) -> Vec<Correc
         let Some(cause) = Cause::named(name) else {
             let hint = nearest(name, Cause::ALL.map(Cause::name))
                 .map_or_else(String::new, |near| format!("; did you mean '{near}'?"));
-            faults.add(line, format!("{owner}: cause is '{name}', which is none{hint}"));
+            notes.error(
+                Code::Reference,
+                line,
+                format!("{owner}: cause is '{name}', which is none{hint}"),
+            );
             continue;
         };
         let known = Correction::parameter_names(cause);
@@ -260,7 +235,7 @@ fn corrections(raw: &raw::Robot, tree: &Node, faults: &mut Faults) -> Vec<Correc
                 let of = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
                 let what =
                     format!("{owner}: '{parameter}' is no parameter of {cause}; it has {of}");
-                faults.add(line, what);
+                notes.error(Code::UnknownKey, line, what);
             }
         }
         let hinge = raw.axes.as_ref().map(|axes| Hinge {
@@ -287,7 +262,7 @@ fn elastic_joints(
     elasticity: &raw::Elasticity,
     tree: &Node,
     urdf: Option<&Urdf>,
-    faults: &mut Faults,
+    notes: &mut Notes,
 ) -> Vec<ElasticJoint> {
     let mut springs = Vec::new();
     for (name, spring) in elasticity.joints.iter().flatten() {
@@ -305,12 +280,12 @@ fn elastic_joints(
         match given {
             [true, true] => {
                 let what = "has both stiffness_nm_per_rad and stiffness_n_per_m, must have one";
-                faults.add(line, format!("{owner}: {what}"));
+                notes.error(Code::Conflict, line, format!("{owner}: {what}"));
             }
             [false, false] => {
                 let key =
                     if slides == Some(true) { "stiffness_n_per_m" } else { "stiffness_nm_per_rad" };
-                faults.add(line, format!("{owner}: missing key '{key}'"));
+                notes.error(Code::MissingKey, line, format!("{owner}: missing key '{key}'"));
             }
             _ => {}
         }
@@ -328,7 +303,7 @@ fn elastic_joints(
                 line,
                 [spring.damping_ratio, spring.damping_nms_per_rad, spring.damping_ns_per_m],
                 slides,
-                faults,
+                notes,
             ),
         });
     }
@@ -339,7 +314,7 @@ fn extras(
     elasticity: &raw::Elasticity,
     tree: &Node,
     urdf: Option<&Urdf>,
-    faults: &mut Faults,
+    notes: &mut Notes,
 ) -> Vec<ExtraCoordinate> {
     let steps = [Step::Key("elasticity"), Step::Key("extra")];
     let nodes = node_at(tree, &steps).map_or(&[][..], Node::items);
@@ -360,7 +335,7 @@ fn extras(
                 node.line as usize,
                 [extra.damping_ratio, extra.damping_nms_per_rad, extra.damping_ns_per_m],
                 slides,
-                faults,
+                notes,
             );
             ExtraCoordinate {
                 name,
@@ -386,7 +361,7 @@ fn damping(
     line: usize,
     values: [Option<f64>; 3],
     slides: Option<bool>,
-    faults: &mut Faults,
+    notes: &mut Notes,
 ) -> Option<Damping> {
     const KEYS: [&str; 3] = ["damping_ratio", "damping_nms_per_rad", "damping_ns_per_m"];
     let given: Vec<&str> = KEYS
@@ -396,7 +371,11 @@ fn damping(
         .map(|(key, _)| key)
         .collect();
     if given.len() > 1 {
-        faults.add(line, format!("{owner}: has {}, must have one of them", given.join(" and ")));
+        notes.error(
+            Code::Conflict,
+            line,
+            format!("{owner}: has {}, must have one of them", given.join(" and ")),
+        );
     }
     let misfit = match slides {
         Some(true) => Some((KEYS[1], KEYS[2], "moves along its axis")),
@@ -407,7 +386,11 @@ fn damping(
         && given.contains(&wrong)
     {
         let line = node.line_at(&[Step::Key(wrong)]);
-        faults.add(line, format!("{owner}: {wrong} given, must be {right}, as it {motion}"));
+        notes.error(
+            Code::Conflict,
+            line,
+            format!("{owner}: {wrong} given, must be {right}, as it {motion}"),
+        );
     }
     let [ratio, turning, sliding] = values;
     ratio.map(Damping::Ratio).or(turning.or(sliding).map(Damping::Viscous))
@@ -469,18 +452,19 @@ pub(super) mod tests {
         (folder, path)
     }
 
-    fn load(yaml: &str, urdf: &str) -> Result<Loaded<Robot>, Vec<String>> {
+    fn load(yaml: &str, urdf: &str) -> Result<(Robot, Vec<Note>), Vec<String>> {
         let (folder, path) = folder(yaml, urdf);
         let prefix = format!("{}/", folder.path().display());
-        load_robot(&path)
-            .map_err(|faults| faults.iter().map(|f| f.to_string().replace(&prefix, "")).collect())
+        let mut reading = Reading::default();
+        read_robot(&path, &mut reading)
+            .map(|robot| (robot, reading.warnings))
+            .map_err(|notes| notes.iter().map(|f| f.to_string().replace(&prefix, "")).collect())
     }
 
     #[test]
     fn the_two_link_arm_is_read_with_all_it_says() {
-        let robot = load(YAML, URDF).unwrap();
-        assert!(robot.notices.is_empty(), "{:?}", robot.notices);
-        let robot = robot.value;
+        let (robot, warnings) = load(YAML, URDF).unwrap();
+        assert!(warnings.is_empty(), "{warnings:?}");
         assert_eq!(robot.name(), "Two-link section");
         assert_eq!(robot.tip_link(), "tool0");
         let springs: Vec<f64> = robot.coordinates().iter().map(|c| c.stiffness).collect();
@@ -501,7 +485,7 @@ pub(super) mod tests {
         let urdf =
             URDF.replace("iyy=\"0.30\"", "iyy=\"3.0\"").replace("xyz=\"0 -1 0\"", "xyz=\"0 y 0\"");
         let line = |text: &str, of: &str| 1 + text.lines().position(|l| l.contains(of)).unwrap();
-        let faults = load(&yaml, &urdf).unwrap_err();
+        let notes = load(&yaml, &urdf).unwrap_err();
         let expected = [
             format!(
                 "robot.yaml:{}: joint 'joint_1': stiffness_nm_per_rad is -1.2e5, must be positive and \
@@ -523,28 +507,28 @@ pub(super) mod tests {
             ),
         ];
         for told in &expected {
-            assert!(faults.contains(told), "{told}\nnot in\n{}", faults.join("\n"));
+            assert!(notes.contains(told), "{told}\nnot in\n{}", notes.join("\n"));
         }
-        let axes = faults.iter().filter(|fault| fault.contains("<axis> xyz is \"0 y 0\"")).count();
-        assert_eq!((axes, faults.len()), (2, 6), "{}", faults.join("\n"));
+        let axes = notes.iter().filter(|fault| fault.contains("<axis> xyz is \"0 y 0\"")).count();
+        assert_eq!((axes, notes.len()), (2, 6), "{}", notes.join("\n"));
     }
 
     #[test]
     fn a_faulty_urdf_does_not_hide_the_faults_of_the_yaml() {
         let yaml = YAML.replace("damping_nms_per_rad", "damping_ratio: 0.1, damping_nms_per_rad");
-        let faults = load(&yaml, "<robot>").unwrap_err();
-        assert_eq!(faults.len(), 2, "{faults:?}");
-        assert!(faults[0].contains("has damping_ratio and damping_nms_per_rad"), "{faults:?}");
-        assert!(faults[1].starts_with("two-link.urdf:1: not valid XML"), "{faults:?}");
+        let notes = load(&yaml, "<robot>").unwrap_err();
+        assert_eq!(notes.len(), 2, "{notes:?}");
+        assert!(notes[0].contains("has damping_ratio and damping_nms_per_rad"), "{notes:?}");
+        assert!(notes[1].starts_with("two-link.urdf:1: not valid XML"), "{notes:?}");
     }
 
     #[test]
     fn notices_have_a_place_in_a_file() {
         let urdf = URDF.replace("lower=\"-3.2\" upper=\"3.2\"", "");
-        let notices = load(YAML, &urdf).unwrap().notices;
+        let (_, notices) = load(YAML, &urdf).unwrap();
         assert_eq!(notices.len(), 2);
         let line = 1 + urdf.lines().position(|l| l.contains("<limit")).unwrap();
-        assert_eq!(notices[0].line, Some(line));
+        assert_eq!(notices[0].place.line, Some(line));
         assert!(notices[0].what.contains("joint 'joint_1': has no <limit>"), "{}", notices[0]);
     }
 }

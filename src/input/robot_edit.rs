@@ -1,11 +1,10 @@
 //! A robot.yaml with corrections and calibration put in: the text is kept, comments and all, but for the
 //! two blocks and, where the new file lies in another folder, the path of the URDF.
 
+use crate::notes::{Code, Note, Notes, Place};
 use std::fmt::Write;
 use std::path::{Component, Path, PathBuf};
 
-use super::Fault;
-use super::faults::Faults;
 use super::text::{LARGEST_ROBOT_BYTES, read_text, without_detours};
 use super::yaml::{Node, parse};
 use crate::model::{Carries, CoordinateKind, Correction};
@@ -40,14 +39,14 @@ pub fn corrected_robot(
     output: &Path,
     corrections: &[FittedCorrection],
     calibration: &Calibrated,
-) -> Result<String, Vec<Fault>> {
+) -> Result<String, Vec<Note>> {
     let text = read_text(path, LARGEST_ROBOT_BYTES).map_err(|fault| vec![fault])?;
-    let mut faults = Faults::of(path);
-    let tree = parse(&text, &mut faults).map_err(|fault| vec![fault])?;
+    let mut notes = Notes::about(Place::file(path));
+    let Some(tree) = parse(&text, &mut notes) else { return Err(notes.finish().0) };
     let lines: Vec<&str> = text.lines().collect();
     if lines.iter().any(|line| line.starts_with('{')) {
         let what = "is written in braces, which cannot be edited; write its keys one a line";
-        return Err(vec![faults.make(1, what)]);
+        return Err(vec![Note::error(Code::NotRewritten, Place::line(path, 1), what)]);
     }
     let replaced: Vec<std::ops::Range<usize>> =
         ["corrections", "calibration"].iter().filter_map(|key| span(&tree, &lines, key)).collect();
@@ -64,7 +63,7 @@ pub fn corrected_robot(
                     let what = format!(
                         "urdf is '{name}', written in a way that cannot be edited; write it on one line, as it is"
                     );
-                    vec![faults.make(*at + 1, what)]
+                    vec![Note::error(Code::NotRewritten, Place::line(path, *at + 1), what)]
                 })?),
                 None => out.push_str(line),
             },
@@ -210,7 +209,7 @@ mod tests {
         two_link::YAML.replace("corrections: []\n", "")
     }
 
-    fn load(path: &Path) -> Result<DescribedRobot, Vec<Fault>> {
+    fn load(path: &Path) -> Result<DescribedRobot, Vec<Note>> {
         read_described_robot(path, &mut Reading::default())
     }
 
@@ -296,17 +295,17 @@ mod tests {
         );
         let (_folder, path) = two_link::folder(&yaml, two_link::URDF);
         let first = 1 + yaml.lines().position(|l| l.contains("paylaod")).unwrap();
-        let faults = load(&path).unwrap_err();
-        assert_eq!(faults[0].line, Some(first));
-        assert!(faults[0].what.ends_with("did you mean 'payload'?"), "{}", faults[0]);
-        assert_eq!(faults[1].line, Some(first + 1));
-        assert!(faults[1].what.contains("'mas_kg' is no parameter of payload"), "{}", faults[1]);
+        let notes = load(&path).unwrap_err();
+        assert_eq!(notes[0].place.line, Some(first));
+        assert!(notes[0].what.ends_with("did you mean 'payload'?"), "{}", notes[0]);
+        assert_eq!(notes[1].place.line, Some(first + 1));
+        assert!(notes[1].what.contains("'mas_kg' is no parameter of payload"), "{}", notes[1]);
         let yaml = format!(
             "{}corrections:\n  - {{cause: payload, at: nowhere, parameters: {{mass_kg: 1}}}}\n",
             plain()
         );
         let (_folder, path) = two_link::folder(&yaml, two_link::URDF);
-        let faults = load(&path).unwrap_err();
-        assert!(faults[0].what.contains("at is 'nowhere'"), "{}", faults[0]);
+        let notes = load(&path).unwrap_err();
+        assert!(notes[0].what.contains("at is 'nowhere'"), "{}", notes[0]);
     }
 }

@@ -1,14 +1,14 @@
 //! session.yaml and the files of raw data that it names.
 
+use crate::notes::{Code, Note, Notes, Place};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::faults::Faults;
 use super::raw::session as raw;
 use super::records::{Meaning, RawChannel, RawFile, RawFunction, meaning_of_unit, read_record};
 use super::text::{LARGEST_ROBOT_BYTES, named_file, read_text};
-use super::yaml::{Node, Step, check, parse, typed};
-use super::{Fault, Loaded, Reading, schema};
+use super::yaml::{Node, Step, document};
+use super::{Reading, schema};
 use crate::identify::record::{
     Channel, Conditions, Data, Frf, MarkedLink, Marker, Pose, Quantity, Record, Session, Taken,
 };
@@ -33,60 +33,47 @@ const SAME_RATE: f64 = 0.01;
 ///
 /// # Errors
 /// Every fault of the session and of its files, each with its line where it has one.
-pub fn load_session(path: &Path) -> Result<Loaded<Session>, Vec<Fault>> {
-    Reading::of(|reading| read_session(path, reading))
-}
-
-/// As [`load_session`]; what is noted on the way goes to `reading` even where there are faults.
-///
-/// # Errors
-/// As [`load_session`].
-pub fn read_session(path: &Path, reading: &mut Reading) -> Result<Session, Vec<Fault>> {
+pub fn read_session(path: &Path, reading: &mut Reading) -> Result<Session, Vec<Note>> {
     reading.files.push(path.to_owned());
-    let mut faults = Faults::of(path);
+    let mut notes = Notes::about(Place::file(path));
     let text = read_text(path, LARGEST_ROBOT_BYTES).map_err(|fault| vec![fault])?;
-    let mut tree = match parse(&text, &mut faults) {
-        Ok(tree) => tree,
-        Err(fault) => return Err(faults.finish_with(fault)),
+    let schema = schema::session_to_check();
+    let Some((tree, raw)) = document::<raw::Session>(&text, &schema, &mut notes) else {
+        return Err(reading.settle(notes));
     };
-    check(&mut tree, &schema::session_to_check(), &mut faults);
-    let Some(raw) = typed::<raw::Session>(&tree, &mut faults) else { return Err(faults.finish()) };
     let mut reader = Reader {
         path,
         tree: &tree,
         raw: &raw,
-        faults,
-        file_faults: Vec::new(),
-        notices: Vec::new(),
+        notes,
+        file_errors: Vec::new(),
+        file_warnings: Vec::new(),
         read: Vec::new(),
     };
     let session = reader.session();
-    let Reader { faults, file_faults, notices, read, .. } = reader;
-    reading.notices.extend(notices);
+    let Reader { notes, file_errors, file_warnings, read, .. } = reader;
     reading.files.extend(read.into_iter().map(|(file, _)| file));
-    if faults.count() == 0 && file_faults.is_empty() {
-        return Ok(session);
-    }
-    let mut all = faults.finish();
-    all.extend(file_faults);
-    Err(all)
+    reading.warnings.extend(file_warnings);
+    let mut errors = reading.settle(notes);
+    errors.extend(file_errors);
+    if errors.is_empty() { Ok(session) } else { Err(errors) }
 }
 
 struct Reader<'s> {
     path: &'s Path,
     tree: &'s Node,
     raw: &'s raw::Session,
-    faults: Faults,
-    file_faults: Vec<Fault>,
-    notices: Vec<Fault>,
+    notes: Notes,
+    file_errors: Vec<Note>,
+    file_warnings: Vec<Note>,
     /// Files that were read already: several records may name one.
     read: Vec<(PathBuf, Option<RawFile>)>,
 }
 
 impl Reader<'_> {
-    fn fault(&mut self, steps: &[Step<'_>], what: impl Into<String>) {
+    fn error(&mut self, code: Code, steps: &[Step<'_>], what: impl Into<String>) {
         let line = self.tree.line_at(steps);
-        self.faults.add(line, what);
+        self.notes.error(code, line, what);
     }
 
     fn session(&mut self) -> Session {
@@ -95,12 +82,12 @@ impl Reader<'_> {
             && !(low >= 0.0 && high > low)
         {
             let what = format!("band_hz is [{low}, {high}], must rise from zero or above");
-            self.fault(&[Step::Key("band_hz")], what);
+            self.error(Code::Value, &[Step::Key("band_hz")], what);
         }
         for (index, hz) in raw.mains_hz.iter().flatten().enumerate() {
             if *hz <= 0.0 {
                 let what = format!("mains_hz[{index}] is {hz}, must be positive and finite");
-                self.fault(&[Step::Key("mains_hz")], what);
+                self.error(Code::Value, &[Step::Key("mains_hz")], what);
             }
         }
         self.check_channels();
@@ -111,7 +98,7 @@ impl Reader<'_> {
         for (index, record) in raw.records.iter().flatten().enumerate() {
             records.extend(self.taken(index, record, &links, &mut used));
         }
-        if self.faults.count() == 0 && self.file_faults.is_empty() {
+        if self.notes.errors() == 0 && self.file_errors.is_empty() {
             self.check_use(&used);
         }
         Session {
@@ -133,11 +120,11 @@ impl Reader<'_> {
                     "channel '{name}': unit is '{unit}', must be one of m, mm, um, m/s, mm/s, um/s, m/s2, mm/s2, \
                      g, N, kN"
                 );
-                self.fault(&steps("unit"), what);
+                self.error(Code::Value, &steps("unit"), what);
             }
             if let Some(scale) = channel.scale.filter(|scale| *scale == 0.0) {
                 let what = format!("channel '{name}': scale is {scale}, must not be zero");
-                self.fault(&steps("scale"), what);
+                self.error(Code::Value, &steps("scale"), what);
             }
         }
     }
@@ -152,9 +139,9 @@ impl Reader<'_> {
                     "joint_names[{index}] is '{}', must be the name of a joint",
                     name.escape_debug()
                 );
-                self.fault(&steps, what);
+                self.error(Code::Value, &steps, what);
             } else if names[..index].contains(name) {
-                self.fault(&steps, format!("joint_names has '{name}' twice"));
+                self.error(Code::Conflict, &steps, format!("joint_names has '{name}' twice"));
             }
         }
     }
@@ -173,7 +160,7 @@ impl Reader<'_> {
                     "markers: link '{link}' has {} point(s), must have at least {FEWEST_MARKERS}",
                     raw_markers.len()
                 );
-                self.fault(&steps, what);
+                self.error(Code::Value, &steps, what);
             }
             let mut markers = Vec::new();
             for (index, marker) in raw_markers.iter().enumerate() {
@@ -187,7 +174,7 @@ impl Reader<'_> {
                              stands still",
                             index + 1
                         );
-                        self.fault(&steps, what);
+                        self.error(Code::Conflict, &steps, what);
                         None
                     }
                 };
@@ -201,7 +188,7 @@ impl Reader<'_> {
                             at_mm[0],
                             at_mm[1]
                         );
-                        self.fault(&steps, what);
+                        self.error(Code::Value, &steps, what);
                     }
                     markers.push(Marker { at_m: at_mm.map(m_from_mm), channels });
                 }
@@ -210,7 +197,7 @@ impl Reader<'_> {
                 && markers.iter().all(|marker| marker.at_m == markers[0].at_m)
             {
                 let what = format!("markers: the points of link '{link}' lie on each other");
-                self.fault(&steps, what);
+                self.error(Code::Conflict, &steps, what);
             }
             links.push(MarkedLink { link: link.clone(), markers });
         }
@@ -229,10 +216,10 @@ impl Reader<'_> {
         let pose = self.pose(index, record.pose.as_ref());
         if let Some(id) = record.id.as_ref().filter(|id| id.contains(['\n', '\r'])) {
             let what = format!("id is '{}', must be one line", id.escape_debug());
-            self.fault(&[of_file[0], of_file[1], Step::Key("id")], what);
+            self.error(Code::Value, &[of_file[0], of_file[1], Step::Key("id")], what);
         }
         let line = self.tree.line_at(&of_file);
-        let path = named_file(self.path, "file", &name, line, &mut self.faults)?;
+        let path = named_file(self.path, "file", &name, line, &mut self.notes)?;
         let file = self.file(&path)?;
         let own = &[of_file[0], of_file[1]];
         let mut links = match &record.markers {
@@ -257,7 +244,7 @@ impl Reader<'_> {
                 "driving_point is '{point}', must be one of the responses: {}",
                 responses.join(", ")
             );
-            self.fault(&steps, what);
+            self.error(Code::Reference, &steps, what);
         }
         used.extend(file.names_of(&responses));
         used.extend(record.excitation.iter().map(|name| file.full_name(name).to_owned()));
@@ -286,7 +273,7 @@ impl Reader<'_> {
             let is_null = node.and_then(|node| node.get(key)).is_some_and(Node::is_null);
             if is_missing && is_null {
                 let what = format!("pose: {key} is null, must be {expected}");
-                self.fault(&[steps[0], steps[1], steps[2], Step::Key(key)], what);
+                self.error(Code::Value, &[steps[0], steps[1], steps[2], Step::Key(key)], what);
                 return None;
             }
         }
@@ -304,7 +291,7 @@ impl Reader<'_> {
                     Some(_) => "pose has both beta2_rad and joints_deg, must have one",
                     None => "pose has neither beta2_rad nor joints_deg, must have one",
                 };
-                self.fault(&steps, what);
+                self.error(Code::Conflict, &steps, what);
                 return None;
             }
         };
@@ -318,7 +305,7 @@ impl Reader<'_> {
             let what = format!(
                 "pose is given otherwise than that of the first record, by {other}; must be the same"
             );
-            self.fault(&steps, what);
+            self.error(Code::Conflict, &steps, what);
             return None;
         }
         if let Pose::JointsDeg(joints) = &found {
@@ -330,7 +317,7 @@ impl Reader<'_> {
             if let Some((count, by)) = expected.filter(|(count, _)| *count != joints.len()) {
                 let what =
                     format!("joints_deg has {} values, must have {count} as {by}", joints.len());
-                self.fault(&steps, what);
+                self.error(Code::Value, &steps, what);
                 return None;
             }
         }
@@ -344,11 +331,11 @@ impl Reader<'_> {
         }
         let file = match read_record(path) {
             Ok(file) => {
-                self.notices.extend(file.notices.iter().cloned());
+                self.file_warnings.extend(file.warnings.iter().cloned());
                 Some(file)
             }
-            Err(faults) => {
-                self.file_faults.extend(faults);
+            Err(errors) => {
+                self.file_errors.extend(errors);
                 None
             }
         };
@@ -374,7 +361,7 @@ impl Reader<'_> {
                 Some(channel) => Some(channel),
                 None => {
                     let what = unknown("excitation", wanted, name, &file.channels);
-                    self.fault(&at("excitation"), what);
+                    self.error(Code::Reference, &at("excitation"), what);
                     return None;
                 }
             },
@@ -393,22 +380,29 @@ impl Reader<'_> {
                     match find(&file.channels, wanted) {
                         Some(channel) if Some(channel) == excitation => {
                             let what = format!("response '{wanted}' is the excitation, too");
-                            self.fault(&steps, what);
+                            self.error(Code::Conflict, &steps, what);
                         }
                         Some(channel) if responses.contains(&channel) => {
-                            self.fault(&steps, format!("response '{wanted}' is named twice"));
+                            self.error(
+                                Code::Conflict,
+                                &steps,
+                                format!("response '{wanted}' is named twice"),
+                            );
                         }
                         Some(channel) => responses.push(channel),
-                        None => {
-                            self.fault(&steps, unknown("response", wanted, name, &file.channels))
-                        }
+                        None => self.error(
+                            Code::Reference,
+                            &steps,
+                            unknown("response", wanted, name, &file.channels),
+                        ),
                     }
                 }
             }
         }
         if responses.is_empty() {
             if record.responses.is_none() {
-                self.fault(
+                self.error(
+                    Code::TooLittleData,
                     &at("file"),
                     format!("file '{name}' has no channel beside the excitation"),
                 );
@@ -431,7 +425,7 @@ impl Reader<'_> {
             let what = format!(
                 "band_hz is [{low}, {high}], must begin below half the sampling rate of file '{name}', {nyquist} Hz"
             );
-            self.fault(&[Step::Key("band_hz")], what);
+            self.error(Code::Value, &[Step::Key("band_hz")], what);
         }
     }
 
@@ -462,7 +456,9 @@ impl Reader<'_> {
         }
         let steps = [Step::Key("records"), Step::Index(index), Step::Key("file")];
         let line = self.tree.line_at(&steps);
-        self.notices.extend(told.into_iter().map(|what| self.faults.make(line, what)));
+        for what in told {
+            self.notes.warning(Code::Remark, line, what);
+        }
     }
 
     fn rate(
@@ -484,7 +480,7 @@ impl Reader<'_> {
                 let what = format!(
                     "sample_rate_hz is {given}, but file '{name}' itself says {own:.4}; must agree, or be left out"
                 );
-                self.fault(&steps, what);
+                self.error(Code::Conflict, &steps, what);
                 None
             }
             // Times are printed with few digits: a rate that agrees is the better one.
@@ -494,7 +490,7 @@ impl Reader<'_> {
                 let steps = [Step::Key("records"), Step::Index(index), Step::Key("file")];
                 let what =
                     format!("file '{name}' does not tell its sampling rate: give sample_rate_hz");
-                self.fault(&steps, what);
+                self.error(Code::MissingKey, &steps, what);
                 None
             }
         }?;
@@ -508,7 +504,7 @@ impl Reader<'_> {
                 "file '{name}' has {rate:e} samples/s by itself, must have between {least} and {most}"
             ),
         };
-        self.fault(&steps, what);
+        self.error(Code::Value, &steps, what);
         None
     }
 
@@ -555,7 +551,7 @@ impl Reader<'_> {
                     "excitation is '{wanted}', must be a reference of file '{name}': {}",
                     references.join(", ")
                 );
-                self.fault(&at("excitation"), what);
+                self.error(Code::Reference, &at("excitation"), what);
                 return None;
             }
             (None, [only]) => only,
@@ -564,7 +560,7 @@ impl Reader<'_> {
                     "file '{name}' has responses to several references: give excitation, one of {}",
                     references.join(", ")
                 );
-                self.fault(&at("file"), what);
+                self.error(Code::MissingKey, &at("file"), what);
                 return None;
             }
         };
@@ -592,7 +588,7 @@ impl Reader<'_> {
                                 at("responses")[2],
                                 Step::Index(place),
                             ];
-                            self.fault(&steps, what);
+                            self.error(Code::Reference, &steps, what);
                         }
                     }
                 }
@@ -604,7 +600,7 @@ impl Reader<'_> {
                     "file '{name}' has response {} to {reference} twice (again at line {})",
                     function.name, function.line
                 );
-                self.fault(&at("file"), what);
+                self.error(Code::Conflict, &at("file"), what);
             }
         }
         let functions: Vec<Frf> = chosen
@@ -634,7 +630,7 @@ impl Reader<'_> {
             if !used.contains(name) {
                 let line = self.tree.line_at(&[Step::Key("channels"), Step::Key(name)]);
                 let what = format!("channel '{name}' is in no record: its unit has no effect");
-                self.notices.push(self.faults.make(line, what));
+                self.notes.warning(Code::Unused, line, what);
             }
         }
         let own = raw.records.iter().flatten().enumerate().map(|(i, r)| (Some(i), &r.markers));
@@ -651,7 +647,7 @@ impl Reader<'_> {
                 let mut steps =
                     record.map_or_else(Vec::new, |i| vec![Step::Key("records"), Step::Index(i)]);
                 steps.extend([Step::Key("markers"), Step::Key(link)]);
-                self.fault(&steps, what);
+                self.error(Code::Reference, &steps, what);
             }
         }
     }

@@ -3,10 +3,9 @@
 //! The csv crate counts comment and blank lines to the row after them, so rows are told apart here, and
 //! the crate takes the cells apart where a row has quotes. A quoted cell may not run over lines.
 
+use crate::notes::{Code, Note, Place};
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
-
-use super::Fault;
 
 /// Rows longer than this are no rows.
 pub(super) const LONGEST_ROW_BYTES: usize = 1 << 20;
@@ -31,7 +30,7 @@ pub(super) struct Table<R> {
 
 impl<R: Read> Table<R> {
     /// Opens a table and reads its header; `file` stands for it in faults.
-    pub(super) fn open(file: &Path, reader: R) -> Result<Self, Fault> {
+    pub(super) fn open(file: &Path, reader: R) -> Result<Self, Note> {
         let reader = BufReader::new(reader);
         let mut table = Self {
             file: file.to_owned(),
@@ -43,14 +42,15 @@ impl<R: Read> Table<R> {
         };
         let mut header = Vec::new();
         if !table.row(&mut header)? {
-            return Err(Fault { line: None, ..table.fault("is empty, must begin with a header") });
+            let what = "is empty, must begin with a header";
+            return Err(Note::error(Code::TooLittleData, Place::file(&table.file), what));
         }
         if header.len() == 1 && header[0].contains([';', '\t']) {
             let mark = if header[0].contains(';') { "semicolons" } else { "tabs" };
             let what = format!(
                 "cells are separated by {mark}, must be by commas (and numbers have decimal points)"
             );
-            return Err(table.fault(&what));
+            return Err(table.error(Code::Syntax, what));
         }
         table.header = header;
         Ok(table)
@@ -67,7 +67,7 @@ impl<R: Read> Table<R> {
     }
 
     /// Reads the next row's cells, trimmed; `false` at the end.
-    pub(super) fn row(&mut self, cells: &mut Vec<String>) -> Result<bool, Fault> {
+    pub(super) fn row(&mut self, cells: &mut Vec<String>) -> Result<bool, Note> {
         loop {
             self.bytes.clear();
             self.line += 1;
@@ -76,7 +76,9 @@ impl<R: Read> Table<R> {
             match read {
                 Ok(0) => return Ok(false),
                 Ok(_) => {}
-                Err(error) => return Err(self.fault(&format!("cannot be read: {error}"))),
+                Err(error) => {
+                    return Err(self.error(Code::Unreadable, format!("cannot be read: {error}")));
+                }
             }
             let bytes = match (self.line, self.bytes.as_slice()) {
                 (1, [0xEF, 0xBB, 0xBF, rest @ ..]) => rest,
@@ -84,27 +86,29 @@ impl<R: Read> Table<R> {
             };
             match cells_of(bytes, cells) {
                 Ok(true) => match beyond(&self.header, cells) {
-                    Some(what) if !self.header.is_empty() => return Err(self.fault(&what)),
+                    Some(what) if !self.header.is_empty() => {
+                        return Err(self.error(Code::Syntax, what));
+                    }
                     _ => return Ok(true),
                 },
                 Ok(false) => {}
-                Err(what) => return Err(self.fault(what)),
+                Err(what) => return Err(self.error(Code::Syntax, what)),
             }
         }
     }
 
     /// Takes the next rows as they stand into `bytes`, in place of what it holds: whole lines, about
     /// `length` bytes of them; nothing at the end. The same table gives the same pieces however it arrives.
-    pub(super) fn lines(&mut self, length: usize, bytes: &mut Vec<u8>) -> Result<(), Fault> {
+    pub(super) fn lines(&mut self, length: usize, bytes: &mut Vec<u8>) -> Result<(), Note> {
         bytes.clear();
         bytes.append(&mut self.begun);
         let mut searched = 0;
         loop {
             let wanted = length.saturating_sub(bytes.len()).max(LEAST_READ_BYTES) as u64;
             let read = self.reader.by_ref().take(wanted).read_to_end(bytes);
-            let read = read.map_err(|error| Fault {
-                line: None,
-                ..self.fault(&format!("cannot be read: {error}"))
+            let read = read.map_err(|error| {
+                let what = format!("cannot be read: {error}");
+                Note::error(Code::Unreadable, Place::file(&self.file), what)
             })?;
             if (read as u64) < wanted {
                 return Ok(());
@@ -122,14 +126,14 @@ impl<R: Read> Table<R> {
         }
     }
 
-    /// A fault at the row that was read last.
-    pub(super) fn fault(&self, what: &str) -> Fault {
-        Fault { file: Some(self.file.clone()), line: Some(self.line), what: what.to_owned() }
+    /// An error in the row that was read last.
+    pub(super) fn error(&self, code: Code, what: impl Into<String>) -> Note {
+        Note::error(code, Place::line(&self.file, self.line), what)
     }
 
     /// The finite number in a column of a row.
-    pub(super) fn number(&self, cells: &[String], column: usize) -> Result<f64, Fault> {
-        number(&self.header, cells, column).map_err(|what| self.fault(&what))
+    pub(super) fn number(&self, cells: &[String], column: usize) -> Result<f64, Note> {
+        number(&self.header, cells, column).map_err(|what| self.error(Code::Value, what))
     }
 }
 

@@ -1,11 +1,9 @@
 //! Files → text: bounded in size, UTF-8, without byte-order mark.
 
+use crate::notes::{Code, Note, Notes, Place};
 use std::fs::File;
 use std::io::Read;
 use std::path::{Component, Path, PathBuf};
-
-use super::Fault;
-use super::faults::Faults;
 
 /// Largest job that is read: one of a million waypoints has about 60 MB.
 pub(super) const LARGEST_JOB_BYTES: u64 = 64 << 20;
@@ -25,17 +23,14 @@ const BYTES_PER_MIB: u64 = 1 << 20;
 pub(super) const LARGEST_PROGRAM_BYTES: u64 = 64 << 20;
 
 /// The text of a file, without byte-order mark.
-pub(super) fn read_text(path: &Path, largest_bytes: u64) -> Result<String, Fault> {
-    decode(read_bytes(path, largest_bytes)?).map_err(|(line, what)| Fault {
-        file: Some(path.to_owned()),
-        line: Some(line),
-        what,
-    })
+pub(super) fn read_text(path: &Path, largest_bytes: u64) -> Result<String, Note> {
+    decode(read_bytes(path, largest_bytes)?)
+        .map_err(|(line, what)| Note::error(Code::Syntax, Place::line(path, line), what))
 }
 
 /// The bytes of a file, whatever they mean.
-pub(super) fn read_bytes(path: &Path, largest_bytes: u64) -> Result<Vec<u8>, Fault> {
-    let fault = |what: String| Fault { file: Some(path.to_owned()), line: None, what };
+pub(super) fn read_bytes(path: &Path, largest_bytes: u64) -> Result<Vec<u8>, Note> {
+    let fault = |what: String| Note::error(Code::Unreadable, Place::file(path), what);
     let too_large = || {
         fault(format!(
             "is larger than {} MiB, which is the most that is read",
@@ -118,7 +113,7 @@ pub(super) fn named_file(
     key: &str,
     name: &str,
     line: usize,
-    faults: &mut Faults,
+    notes: &mut Notes,
 ) -> Option<PathBuf> {
     let path = relative_to(by, name);
     let what = match std::fs::metadata(&path) {
@@ -140,7 +135,7 @@ pub(super) fn named_file(
         }
         Err(error) => format!("cannot be read: {}", lower_first(&error.to_string())),
     };
-    faults.add(line, format!("{key} '{name}': {what}"));
+    notes.error(Code::Unreadable, line, format!("{key} '{name}': {what}"));
     None
 }
 

@@ -4,16 +4,15 @@ use std::path::Path;
 
 use nalgebra::Isometry3;
 
-use super::faults::Faults;
+use super::Reading;
 use super::frame::frame;
 use super::raw::job as raw;
 use super::text::{LARGEST_PROGRAM_BYTES, named_file, read_bytes};
 use super::yaml::{Apart, Kind, Node, Step};
-use super::{Fault, Reading};
 use crate::job::SpindleSpeed;
 use crate::model::{JointKind, Robot};
 use crate::motion::{Move, StatedFeeds, Target};
-use crate::notes::{Code, Note, Place};
+use crate::notes::{Code, Note, Notes, Place};
 use crate::program::{self, Dialect, Program, RAPID_M_PER_S, Settings};
 use crate::units::{m_from_mm, rad_from_deg};
 
@@ -49,7 +48,7 @@ impl Course<'_> {
 /// What is found in the programs that a job names.
 #[derive(Debug, Default)]
 pub(super) struct Elsewhere {
-    pub(super) faults: Vec<Fault>,
+    pub(super) errors: Vec<Note>,
     pub(super) reading: Reading,
 }
 
@@ -58,7 +57,7 @@ pub(super) fn moves_of(
     course: &Course<'_>,
     raw: &raw::Path,
     operation: &Node,
-    faults: &mut Faults,
+    notes: &mut Notes,
     elsewhere: &mut Elsewhere,
 ) -> Option<(Vec<Move>, StatedFeeds)> {
     const KEYS: [&str; 3] = ["joints_deg", "poses", "program"];
@@ -71,24 +70,28 @@ pub(super) fn moves_of(
     match given.as_slice() {
         [] => {
             let what = "path has no waypoints, must have one of joints_deg, poses, program";
-            faults.add(operation.line_at(&[Step::Key("path")]), format!("{called}: {what}"));
+            notes.error(
+                Code::MissingKey,
+                operation.line_at(&[Step::Key("path")]),
+                format!("{called}: {what}"),
+            );
             None
         }
         [_, second, ..] => {
             let line = node.line_at(&[Step::Key(second)]);
             let what = format!("path has {}, must have one of them", given.join(" and "));
-            faults.add(line, format!("{called}: {what}"));
+            notes.error(Code::Conflict, line, format!("{called}: {what}"));
             None
         }
         ["joints_deg"] => raw
             .joints_deg
-            .and_then(|Apart| joint_moves(course, node.get("joints_deg")?, faults))
+            .and_then(|Apart| joint_moves(course, node.get("joints_deg")?, notes))
             .map(at_the_feed),
         ["poses"] => raw
             .poses
-            .and_then(|Apart| pose_moves(course, node.get("poses")?, faults))
+            .and_then(|Apart| pose_moves(course, node.get("poses")?, notes))
             .map(at_the_feed),
-        [_] => program_moves(course, raw.program.as_ref()?, node, faults, elsewhere),
+        [_] => program_moves(course, raw.program.as_ref()?, node, notes, elsewhere),
     }
 }
 
@@ -97,9 +100,9 @@ fn at_the_feed(moves: Vec<Move>) -> (Vec<Move>, StatedFeeds) {
     (moves, StatedFeeds::default())
 }
 
-fn joint_moves(course: &Course<'_>, rows: &Node, faults: &mut Faults) -> Option<Vec<Move>> {
+fn joint_moves(course: &Course<'_>, rows: &Node, notes: &mut Notes) -> Option<Vec<Move>> {
     let robot = course.robot?;
-    let before = faults.count();
+    let before = notes.errors();
     let mut moves = Vec::with_capacity(rows.items().len());
     let mut values = Vec::new();
     for (index, row) in rows.items().iter().enumerate() {
@@ -112,17 +115,17 @@ fn joint_moves(course: &Course<'_>, rows: &Node, faults: &mut Faults) -> Option<
             Ok(q) => {
                 for violation in robot.limit_violations(&q) {
                     let what = format!("{}: waypoint {waypoint}: {violation}", course.called);
-                    faults.add(row.line as usize, what);
+                    notes.error(Code::JointLimit, row.line as usize, what);
                 }
                 moves.push(course.to(Target::Joints(q), row.line));
             }
             Err(what) => {
                 let what = format!("{}: waypoint {waypoint} {what}", course.called);
-                faults.add(row.line as usize, what);
+                notes.error(Code::Value, row.line as usize, what);
             }
         }
     }
-    (faults.count() == before && !moves.is_empty()).then_some(moves)
+    (notes.errors() == before && !moves.is_empty()).then_some(moves)
 }
 
 /// Joint positions in rad and m from a row in degrees and millimetres.
@@ -144,8 +147,8 @@ pub(super) fn joint_position(robot: &Robot, row: &[f64]) -> Result<Vec<f64>, Str
         .collect())
 }
 
-fn pose_moves(course: &Course<'_>, poses: &Node, faults: &mut Faults) -> Option<Vec<Move>> {
-    let before = faults.count();
+fn pose_moves(course: &Course<'_>, poses: &Node, notes: &mut Notes) -> Option<Vec<Move>> {
+    let before = notes.errors();
     let work_object = course.work_object.unwrap_or_default();
     let mut moves = Vec::with_capacity(poses.items().len());
     for pose in poses.items() {
@@ -162,7 +165,7 @@ fn pose_moves(course: &Course<'_>, poses: &Node, faults: &mut Faults) -> Option<
         moves.push(course.to(Target::Line(work_object * placed(xyz, rpy)), pose.line));
     }
     let whole = moves.len() == poses.items().len();
-    (faults.count() == before && whole && !moves.is_empty()).then_some(moves)
+    (notes.errors() == before && whole && !moves.is_empty()).then_some(moves)
 }
 
 fn placed(xyz_mm: [f64; 3], rpy_deg: [f64; 3]) -> Isometry3<f64> {
@@ -192,19 +195,19 @@ fn program_moves(
     course: &Course<'_>,
     raw: &raw::Program,
     path: &Node,
-    faults: &mut Faults,
+    notes: &mut Notes,
     elsewhere: &mut Elsewhere,
 ) -> Option<(Vec<Move>, StatedFeeds)> {
     let name = raw.file.as_deref()?;
     let line = path.line_at(&[Step::Key("program")]);
-    let file = named_file(course.job, "path.program.file", name, line, faults)?;
+    let file = named_file(course.job, "path.program.file", name, line, notes)?;
     let extension = file.extension().unwrap_or_default().to_string_lossy();
     let Some(dialect) = Dialect::from_extension(&extension) else {
         let what = format!(
             "path.program.file '{name}': extension '{extension}' is none of RAPID (.mod, .prg), APT \
              (.apt, .cls) and G-code (.nc, .gcode, .ngc)"
         );
-        faults.add(line, format!("{}: {what}", course.called));
+        notes.error(Code::Unreadable, line, format!("{}: {what}", course.called));
         return None;
     };
     if let (Some(procedure), Dialect::Apt | Dialect::GCode) = (&raw.procedure, dialect) {
@@ -213,13 +216,13 @@ fn program_moves(
             "{}: path.program.procedure '{procedure}' has no effect: {dialect} has no procedures",
             course.called
         );
-        elsewhere.reading.notices.push(faults.make(line, what));
+        notes.warning(Code::Unused, line, what);
     }
     elsewhere.reading.files.push(file.clone());
     let bytes = match read_bytes(&file, LARGEST_PROGRAM_BYTES) {
         Ok(bytes) => bytes,
         Err(fault) => {
-            elsewhere.faults.push(fault);
+            elsewhere.errors.push(fault);
             return None;
         }
     };
@@ -231,19 +234,21 @@ fn program_moves(
         rapid_m_per_s: RAPID_M_PER_S,
         joint_count: course.robot?.joints().len(),
     };
-    let located =
-        |note: Note| Fault { file: Some(file.clone()), line: note.place.line, what: note.what };
+    let located = |mut note: Note| {
+        note.place.file = Some(file.clone());
+        note
+    };
     match program::read(&bytes, dialect, &settings) {
         Ok(program) => {
             let speeds =
                 course.speed.and_then(|speed| other_speeds(&program, speed, course.called));
             let tools = course.robot.map(|robot| other_tools(&program, robot)).unwrap_or_default();
-            let notices = program.warnings.into_iter().chain(speeds).chain(tools);
-            elsewhere.reading.notices.extend(notices.map(located));
+            let warnings = program.warnings.into_iter().chain(speeds).chain(tools);
+            elsewhere.reading.warnings.extend(warnings.map(located));
             Some((program.moves, program.feeds))
         }
         Err(found) => {
-            elsewhere.faults.extend(found.into_iter().map(located));
+            elsewhere.errors.extend(found.into_iter().map(located));
             None
         }
     }

@@ -104,6 +104,14 @@ impl Note {
         Self::error(Code::Usage, Place::default(), what)
     }
 
+    /// What it says, with the part that it is about and without its place in a file.
+    pub fn message(&self) -> String {
+        match &self.place.part {
+            Some(part) => format!("{part}: {}", self.what),
+            None => self.what.clone(),
+        }
+    }
+
     /// The same note within a larger part: the part that it named until now goes to the head of the text.
     #[must_use]
     pub fn within(mut self, whole: Part) -> Self {
@@ -181,11 +189,8 @@ impl fmt::Display for Note {
         if self.place.file.is_some() || self.place.line.is_some() {
             write!(f, "{}: ", self.place)?;
         }
-        if let Some(part) = &self.place.part {
-            write!(f, "{}: ", printable(&part.to_string()))?;
-        }
         // Values and names of the user's stand in the text.
-        f.write_str(&printable(&self.what))
+        f.write_str(&printable(&self.message()))
     }
 }
 

@@ -13,7 +13,7 @@ const FEED: f64 = 0.02;
 
 fn irb1600() -> Robot {
     let file = FilePath::new(env!("CARGO_MANIFEST_DIR")).join("robots/irb1600/robot.yaml");
-    detune::input::load_robot(&file).unwrap().value
+    detune::input::read_robot(&file, &mut detune::input::Reading::default()).unwrap()
 }
 
 /// A tool that lies off the axis of joint 6.
@@ -300,7 +300,7 @@ fn stations_are_close_in_time_and_in_the_joints() {
 #[test]
 fn a_redundant_arm_starts_where_it_was_asked_to() {
     let file = FilePath::new(env!("CARGO_MANIFEST_DIR")).join("robots/rail-mill/robot.yaml");
-    let robot = detune::input::load_robot(&file).unwrap().value;
+    let robot = detune::input::read_robot(&file, &mut detune::input::Reading::default()).unwrap();
     let wished = [0.2, 0.0, -1.0, 1.4, 0.0, 1.2, 0.0];
     let a = tcp_pose(&robot, &wished, &tool());
     let targets = vec![Target::Line(a), Target::JointsTo(shifted(&a, [0.01, 0.0, 0.0], [0.0; 3]))];
@@ -344,7 +344,8 @@ fn what_never_ends_is_refused() {
     assert!(faults[0].what.contains("more than can be counted"), "{}", faults[0].what);
 
     let file = FilePath::new(env!("CARGO_MANIFEST_DIR")).join("robots/two-link/robot.yaml");
-    let continuous = detune::input::load_robot(&file).unwrap().value;
+    let continuous =
+        detune::input::read_robot(&file, &mut detune::input::Reading::default()).unwrap();
     let far = vec![Target::Joints(vec![0.0, 0.0]), Target::Joints(vec![0.0, 1e12])];
     let faults = Path::plan(&continuous, &moves(far, tool()), None).unwrap_err();
     assert!(faults[0].what.contains("one move may have"), "{}", faults[0].what);

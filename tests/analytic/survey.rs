@@ -19,7 +19,7 @@ const HOME: [f64; 6] = [0.2, 0.3, -0.2, 0.1, 0.9, -0.4];
 
 fn irb1600() -> Robot {
     let file = FilePath::new(env!("CARGO_MANIFEST_DIR")).join("robots/irb1600/robot.yaml");
-    detune::input::load_robot(&file).unwrap().value
+    detune::input::read_robot(&file, &mut detune::input::Reading::default()).unwrap()
 }
 
 fn moves(targets: impl IntoIterator<Item = (Target, Isometry3<f64>)>) -> Vec<Move> {

@@ -4,7 +4,8 @@
 use std::path::Path;
 use std::time::Instant;
 
-use detune::input::{Fault, Reading, load_job, load_robot, read_job};
+use detune::input::{Reading, read_job, read_robot};
+use detune::notes::{Code, Note, Place};
 
 const URDF: &str = include_str!("../data/bad/two-link.urdf");
 const ROBOT: &str = include_str!("../data/bad/robot.yaml");
@@ -235,24 +236,32 @@ fn line_of(text: &str, part: &str) -> usize {
     if part.starts_with("# ") { 2 } else { line }
 }
 
-fn faults_of(robot: &[u8], urdf: &[u8], job: &[u8]) -> Vec<Fault> {
+fn job_errors(path: &Path) -> Vec<Note> {
+    read_job(path, &mut Reading::default()).err().unwrap_or_default()
+}
+
+fn robot_errors(path: &Path) -> Vec<Note> {
+    read_robot(path, &mut Reading::default()).err().unwrap_or_default()
+}
+
+fn faults_of(robot: &[u8], urdf: &[u8], job: &[u8]) -> Vec<Note> {
     let folder = tempfile::tempdir().unwrap();
     for (name, bytes) in [("robot.yaml", robot), ("two-link.urdf", urdf), ("job.yaml", job)] {
         std::fs::write(folder.path().join(name), bytes).unwrap();
     }
-    let faults =
-        load_job(&folder.path().join("job.yaml")).map_or_else(|faults| faults, |_| Vec::new());
+    let faults = job_errors(&folder.path().join("job.yaml"));
     faults
         .into_iter()
-        .map(|fault| Fault {
-            file: fault.file.map(|file| file.strip_prefix(folder.path()).unwrap().to_owned()),
-            ..fault
+        .map(|mut note| {
+            note.place.file =
+                note.place.file.map(|f| f.strip_prefix(folder.path()).unwrap().into());
+            note
         })
         .collect()
 }
 
 /// The faults with one thing broken, and the three files as broken.
-fn broken(which: In, from: &str, to: &str) -> (Vec<Fault>, [String; 3]) {
+fn broken(which: In, from: &str, to: &str) -> (Vec<Note>, [String; 3]) {
     let change = |of: In, text: &str| {
         if of != which {
             return text.to_owned();
@@ -286,14 +295,14 @@ fn every_broken_thing_is_told_at_its_line_and_nothing_else_is() {
         let (file, text) = name_and_text(row.at, &texts);
         let fits = match &faults[..] {
             [fault] => {
-                fault.file.as_deref() == Some(file)
-                    && (row.line.is_empty() || fault.line == Some(line_of(text, row.line)))
+                fault.place.file.as_deref() == Some(file)
+                    && (row.line.is_empty() || fault.place.line == Some(line_of(text, row.line)))
                     && row.says.iter().all(|says| fault.what.contains(says))
             }
             _ => false,
         };
         if !fits {
-            let told: Vec<String> = faults.iter().map(Fault::to_string).collect();
+            let told: Vec<String> = faults.iter().map(Note::to_string).collect();
             wrong.push(format!("{:?} → {:?}:\n    {}", row.from, row.to, told.join("\n    ")));
         }
     }
@@ -305,10 +314,11 @@ fn where_one_break_has_several_faults_all_are_told() {
     for (which, from, to, expected) in SEVERAL {
         let (faults, texts) = broken(*which, from, to);
         let (_, text) = name_and_text(*which, &texts);
-        let told: Vec<String> = faults.iter().map(Fault::to_string).collect();
+        let told: Vec<String> = faults.iter().map(Note::to_string).collect();
         for (line, says) in *expected {
             let line = Some(line_of(text, line));
-            let found = faults.iter().any(|fault| fault.line == line && fault.what.contains(says));
+            let found =
+                faults.iter().any(|fault| fault.place.line == line && fault.what.contains(says));
             assert!(found, "{says:?} at {line:?} not in\n{}", told.join("\n"));
         }
         assert!(faults.len() == expected.len(), "{}", told.join("\n"));
@@ -368,7 +378,7 @@ fn line_ends_and_byte_order_marks_of_other_systems_are_read() {
     let job = job.replace("teeth: 2", "teeth: 0");
     let urdf = urdf.replace("\"4.0\"", "\"x\"");
     let faults = faults_of(robot.as_bytes(), urdf.as_bytes(), job.as_bytes());
-    let lines: Vec<_> = faults.iter().map(|fault| fault.line).collect();
+    let lines: Vec<_> = faults.iter().map(|fault| fault.place.line).collect();
     assert_eq!(lines, [Some(line_of(JOB, "teeth")), Some(line_of(URDF, "\"4.0\""))], "{faults:?}");
 }
 
@@ -379,8 +389,8 @@ fn folders_and_missing_files_are_told() {
         (folder.path().to_owned(), "is a folder, must be a file"),
         (folder.path().join("none.yaml"), "no such file"),
     ] {
-        for faults in [load_job(&path).unwrap_err(), load_robot(&path).unwrap_err()] {
-            let expected = Fault { file: Some(path.clone()), line: None, what: what.to_owned() };
+        for faults in [job_errors(&path), robot_errors(&path)] {
+            let expected = Note::error(Code::Unreadable, Place::file(&path), what);
             assert_eq!(faults, [expected]);
         }
     }
@@ -419,8 +429,7 @@ fn bombs_are_refused_quickly() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("huge.yaml");
     std::fs::File::create(&path).unwrap().set_len(100_000_000).unwrap();
-    for (faults, most) in [(load_job(&path).unwrap_err(), 64), (load_robot(&path).unwrap_err(), 1)]
-    {
+    for (faults, most) in [(job_errors(&path), 64), (robot_errors(&path), 1)] {
         let what = format!("is larger than {most} MiB, which is the most that is read");
         assert_eq!(faults[0].what, what);
     }
@@ -469,7 +478,7 @@ fn random_changes_never_panic() {
             }
         }
         for fault in faults_of(&files[0], &files[1], &files[2]) {
-            assert!(!fault.what.is_empty() && fault.line != Some(0), "{fault:?}");
+            assert!(!fault.what.is_empty() && fault.place.line != Some(0), "{fault:?}");
         }
     }
 }
@@ -496,7 +505,7 @@ fn a_urdf_that_is_cut_off_is_told_where_its_last_element_starts() {
     let [fault] = &faults[..] else { panic!("{faults:?}") };
     assert!(fault.what.contains("the file ends inside <inertial>"), "{fault}");
     assert_eq!(
-        fault.line,
+        fault.place.line,
         Some(1 + cut[..start + cut[start..].find("<inertial>").unwrap()].matches('\n').count())
     );
 }
@@ -506,7 +515,7 @@ fn a_nul_byte_is_told_at_its_line() {
     let job = JOB.replacen("teeth: 2", "teeth: \0", 1);
     let faults = faults_of(ROBOT.as_bytes(), URDF.as_bytes(), job.as_bytes());
     let [fault] = &faults[..] else { panic!("{faults:?}") };
-    assert_eq!(fault.line, Some(line_of(JOB, "teeth: 2")));
+    assert_eq!(fault.place.line, Some(line_of(JOB, "teeth: 2")));
     assert!(fault.what.starts_with("holds a NUL byte"), "{fault}");
 }
 
@@ -520,7 +529,7 @@ fn a_folder_for_the_robot_is_answered_with_the_file_in_it() {
     let told = |robot: &str| {
         std::fs::write(&path, JOB.replacen("robot: robot.yaml", &format!("robot: {robot}"), 1))
             .unwrap();
-        load_job(&path).unwrap_err()[0].what.clone()
+        job_errors(&path)[0].what.clone()
     };
     assert_eq!(
         told("arm"),
@@ -550,8 +559,8 @@ fn remarks_and_files_are_known_where_there_are_faults() {
     let mut reading = Reading::default();
     let faults = read_job(&folder.path().join("job.yaml"), &mut reading).unwrap_err();
     assert_eq!(faults.len(), 1, "{faults:?}");
-    assert_eq!(reading.notices.len(), 1, "{:?}", reading.notices);
-    assert!(reading.notices[0].what.contains("has no <limit>"));
+    assert_eq!(reading.warnings.len(), 1, "{:?}", reading.warnings);
+    assert!(reading.warnings[0].what.contains("has no <limit>"));
     let names: Vec<_> = reading.files.iter().map(|file| file.file_name().unwrap()).collect();
     assert_eq!(names, ["job.yaml", "robot.yaml", "two-link.urdf"]);
 }

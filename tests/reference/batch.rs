@@ -89,7 +89,7 @@ fn random_poses(robot: &Robot, count: usize, seed: u64) -> Vec<f64> {
 
 fn irb1600() -> Robot {
     let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/irb1600/robot.yaml");
-    detune::input::load_robot(&file).unwrap().value
+    detune::input::read_robot(&file, &mut detune::input::Reading::default()).unwrap()
 }
 
 /// Largest relative difference of the frequencies from the scalar path.

@@ -5,7 +5,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use detune::input::load_robot;
+use detune::input::{Reading, read_robot};
 use detune::model::{elastic_jacobian, forward_kinematics, gravity_stiffness};
 use detune::modes::ModalSolver;
 use nalgebra::{DMatrix, Matrix6xX, Point3};
@@ -58,7 +58,8 @@ fn compare(name: &str) -> Worst {
     let text = fs::read_to_string(folder().join(format!("{name}.json"))).expect("reference");
     let reference: Value = serde_json::from_str(&text).expect("JSON");
     let file = folder().join(reference["robot"].as_str().expect("robot file"));
-    let robot = load_robot(&file).unwrap_or_else(|faults| panic!("{name}: {faults:?}")).value;
+    let robot = read_robot(&file, &mut Reading::default())
+        .unwrap_or_else(|errors| panic!("{name}: {errors:?}"));
     let joints: Vec<&str> = robot.joints().iter().map(|j| j.name.as_str()).collect();
     assert_eq!(serde_json::json!(joints), reference["joints"], "{name}: moving joints");
 

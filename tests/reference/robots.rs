@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::path::{Path, PathBuf};
 
-use detune::input::load_robot;
+use detune::input::{Reading, read_robot};
 use detune::model::{JointKind, Placement, Robot, forward_kinematics};
 use detune::modes::{ModalSolver, Modes};
 
@@ -13,9 +13,10 @@ fn file(path: &str) -> PathBuf {
 }
 
 fn robot(path: &str) -> Robot {
-    let loaded = load_robot(&file(path)).unwrap_or_else(|faults| panic!("{path}: {faults:?}"));
-    assert!(loaded.notices.is_empty(), "{path}: {:?}", loaded.notices);
-    loaded.value
+    let mut reading = Reading::default();
+    let robot = read_robot(&file(path), &mut reading);
+    assert!(reading.warnings.is_empty(), "{path}: {:?}", reading.warnings);
+    robot.unwrap_or_else(|errors| panic!("{path}: {errors:?}"))
 }
 
 /// Rows of a table of two modes over β2: (β2, f1, f2) where measured.

@@ -18,9 +18,10 @@ use self::stream::{Aim, Passed, Render};
 use super::output::Sink;
 use super::{Failure, Outcome};
 use crate::free_vibration::{Sampling, Settings};
-use crate::input::{Fault, Reading, read_robot};
+use crate::input::{Reading, read_robot};
 use crate::map::{Block, Head, LinearMap, Method, Reduction, rows_with_progress};
 use crate::model::Robot;
+use crate::notes::Note;
 #[cfg(feature = "arrow")]
 use crate::report::map::{map_arrow_block, map_arrow_end, map_arrow_schema, map_arrow_start};
 use crate::report::map::{
@@ -54,7 +55,7 @@ pub(super) fn run(args: &MapArgs, out: &mut dyn Write) -> Result<Outcome, Failur
         file => file.clone(),
     }));
     sink.spare(&reading.files)?;
-    let mut notices: Vec<String> = reading.notices.iter().map(Fault::to_string).collect();
+    let mut notices: Vec<String> = reading.warnings.iter().map(Note::to_string).collect();
     let method = method(args);
     sink.stream(out, |out| {
         if !args.reduce.is_empty() {
@@ -92,7 +93,7 @@ fn method(args: &MapArgs) -> Method {
 }
 
 /// Options that do not go together, and options that would be passed over in silence.
-fn unless_at_odds(args: &MapArgs) -> Result<(), Vec<Fault>> {
+fn unless_at_odds(args: &MapArgs) -> Result<(), Vec<Note>> {
     let only_nonlinear = [
         ("--amplitude-deg", args.amplitude_deg),
         ("--sample-rate-hz", args.sample_rate_hz),

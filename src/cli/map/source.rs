@@ -4,9 +4,10 @@ use std::io;
 use std::path::Path;
 
 use super::MapArgs;
-use crate::input::{DecodedPoses, Fault, PoseDecoder, PoseTable, RawPoses};
+use crate::input::{DecodedPoses, PoseDecoder, PoseTable, RawPoses};
 use crate::map::{Generator, Grid, GridAxis, RandomPoses};
 use crate::model::{JointKind, Robot};
+use crate::notes::Note;
 use crate::units::{m_from_mm, rad_from_deg};
 use crate::wording::nearest;
 
@@ -51,7 +52,7 @@ impl Decoder {
     }
 
     /// A fault at a place (a line, a row, a pose), counted from the source's first, from zero.
-    pub(super) fn fault(&self, place: usize, what: &str) -> Fault {
+    pub(super) fn fault(&self, place: usize, what: &str) -> Note {
         match self {
             Self::Made(_) => usage(format!("pose {}: {what}", place + 1)),
             Self::Table(decoder) => decoder.fault(place, what),
@@ -60,7 +61,7 @@ impl Decoder {
 }
 
 impl Source {
-    pub(super) fn new(args: &MapArgs, robot: &Robot) -> Result<Self, Vec<Fault>> {
+    pub(super) fn new(args: &MapArgs, robot: &Robot) -> Result<Self, Vec<Note>> {
         if let Some(path) = &args.poses {
             let table = if path == Path::new("-") {
                 PoseTable::from_reader(Box::new(io::stdin().lock()), path, robot)?
@@ -95,7 +96,7 @@ impl Source {
     }
 
     /// Reads the next piece, in place of what `raw` holds; `false` at the end.
-    pub(super) fn read(&mut self, raw: &mut Raw) -> Result<bool, Fault> {
+    pub(super) fn read(&mut self, raw: &mut Raw) -> Result<bool, Note> {
         match self {
             Self::Made { count, done, .. } => {
                 (raw.first, raw.count) = (*done, PIECE_POSES.min(*count - *done));
@@ -142,7 +143,7 @@ impl RowByRow {
     }
 
     /// Up to `chunk` poses; none at the end.
-    pub(super) fn next(&mut self, chunk: usize) -> Result<Chunk, Vec<Fault>> {
+    pub(super) fn next(&mut self, chunk: usize) -> Result<Chunk, Vec<Note>> {
         let (mut poses, mut places) = (Vec::new(), Vec::new());
         while poses.len() < chunk {
             if self.given == self.piece.count && !self.refill()? {
@@ -159,7 +160,7 @@ impl RowByRow {
         Ok((poses, places))
     }
 
-    fn refill(&mut self) -> Result<bool, Vec<Fault>> {
+    fn refill(&mut self) -> Result<bool, Vec<Note>> {
         self.before += self.piece.places;
         self.piece.clear();
         self.given = 0;
@@ -178,7 +179,7 @@ impl RowByRow {
     }
 
     /// A fault at a place.
-    pub(super) fn fault(&self, place: usize, what: &str) -> Fault {
+    pub(super) fn fault(&self, place: usize, what: &str) -> Note {
         self.decoder.fault(place, what)
     }
 
@@ -189,7 +190,7 @@ impl RowByRow {
 }
 
 /// One joint from end to end, or all combinations of several.
-fn grid(args: &MapArgs, robot: &Robot) -> Result<Grid, Vec<Fault>> {
+fn grid(args: &MapArgs, robot: &Robot) -> Result<Grid, Vec<Note>> {
     let mut axes = Vec::new();
     let mut faults = Vec::new();
     if let Some(name) = &args.joint {
@@ -231,7 +232,7 @@ fn grid(args: &MapArgs, robot: &Robot) -> Result<Grid, Vec<Fault>> {
 }
 
 /// Every joint within its limits, a continuous one within half a turn to either side.
-fn random(args: &MapArgs, robot: &Robot, count: u32) -> Result<RandomPoses, Vec<Fault>> {
+fn random(args: &MapArgs, robot: &Robot, count: u32) -> Result<RandomPoses, Vec<Note>> {
     let mut faults = Vec::new();
     let mut ranges: Vec<Option<[f64; 2]>> = robot
         .joints()
@@ -258,7 +259,7 @@ fn random(args: &MapArgs, robot: &Robot, count: u32) -> Result<RandomPoses, Vec<
 }
 
 /// The joints that `--at` places, rad or m.
-fn placed(args: &MapArgs, robot: &Robot, faults: &mut Vec<Fault>) -> Vec<(usize, f64)> {
+fn placed(args: &MapArgs, robot: &Robot, faults: &mut Vec<Note>) -> Vec<(usize, f64)> {
     let mut placed = Vec::new();
     for (name, value) in &args.at {
         match joint_named(robot, "--at", name) {
@@ -273,7 +274,7 @@ fn placed(args: &MapArgs, robot: &Robot, faults: &mut Vec<Fault>) -> Vec<(usize,
 }
 
 /// Both ends of the sweep in rad or m, from the options that fit the joint.
-fn ends(args: &MapArgs, slides: bool, name: &str) -> Result<(f64, f64), Vec<Fault>> {
+fn ends(args: &MapArgs, slides: bool, name: &str) -> Result<(f64, f64), Vec<Note>> {
     let (wanted, unwanted, unit) = if slides {
         ((args.from_mm, args.to_mm), (args.from_deg, args.to_deg), "mm")
     } else {
@@ -307,7 +308,7 @@ fn slides(robot: &Robot, joint: usize) -> bool {
     robot.joints()[joint].kind == JointKind::Prismatic
 }
 
-fn joint_named(robot: &Robot, option: &str, name: &str) -> Result<usize, Fault> {
+fn joint_named(robot: &Robot, option: &str, name: &str) -> Result<usize, Note> {
     let names: Vec<&str> = robot.joints().iter().map(|joint| joint.name.as_str()).collect();
     names.iter().position(|known| *known == name).ok_or_else(|| {
         let hint = nearest(name, names.iter().copied()).map_or_else(
@@ -319,6 +320,6 @@ fn joint_named(robot: &Robot, option: &str, name: &str) -> Result<usize, Fault> 
 }
 
 /// A fault of the command line.
-pub(super) fn usage(what: String) -> Fault {
-    Fault { file: None, line: None, what }
+pub(super) fn usage(what: String) -> Note {
+    Note::usage(what)
 }

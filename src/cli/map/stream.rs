@@ -9,8 +9,9 @@ use rayon::prelude::*;
 use super::progress::progress;
 use super::source::{Decoder, Raw, Source, usage};
 use crate::cli::Failure;
-use crate::input::{DecodedPoses, Fault};
+use crate::input::DecodedPoses;
 use crate::map::{Block, LinearMap, MapFault, OutsideLimits, Reduction};
+use crate::notes::Note;
 
 /// Pieces of a batch: fixed, so that what is written and what is told does not depend on the machine.
 const PIECES: usize = 32;
@@ -89,7 +90,7 @@ impl Batch {
         Self { pieces: std::iter::repeat_with(Piece::default).take(PIECES).collect(), used: 0 }
     }
 
-    fn fill(&mut self, source: &mut Source) -> Result<(), Fault> {
+    fn fill(&mut self, source: &mut Source) -> Result<(), Note> {
         self.used = 0;
         for piece in &mut self.pieces {
             if !source.read(&mut piece.raw)? {
@@ -114,7 +115,7 @@ pub(super) fn run(mut source: Source, map: &LinearMap, aim: Aim) -> Result<Passe
     let (mut solved, mut next) = (Batch::new(), Batch::new());
     next.fill(&mut source).map_err(|fault| vec![fault])?;
     while next.used > 0 {
-        let mut beside: Result<Result<(), Fault>, Failure> = Ok(Ok(()));
+        let mut beside: Result<Result<(), Note>, Failure> = Ok(Ok(()));
         rayon::in_place_scope(|scope| {
             let pieces = &mut next.pieces[..next.used];
             let (decoder, reduction) = (&decoder, reduction.as_deref_mut());

@@ -1,5 +1,6 @@
 //! The operations of a job: paths, speeds, feeds and cutting.
 
+use crate::notes::Code;
 use std::collections::BTreeMap;
 
 use nalgebra::Isometry3;
@@ -34,7 +35,7 @@ impl Reader<'_> {
             {
                 let steps = [Step::Key("operations"), Step::Index(index), Step::Key("name")];
                 let what = format!("{called}: name is taken by the operation at line {first}");
-                self.fault(&steps, what);
+                self.error(Code::Conflict, &steps, what);
             }
             operations.push(self.operation(raw, node, &called, spindle));
         }
@@ -65,7 +66,7 @@ impl Reader<'_> {
         self.check_feed(raw, node, called);
         let path = raw.path.as_ref();
         let moves = path
-            .and_then(|path| moves_of(&course, path, node, &mut self.faults, &mut self.elsewhere));
+            .and_then(|path| moves_of(&course, path, node, &mut self.notes, &mut self.elsewhere));
         let program = path.and_then(|path| path.program.as_ref()?.file.as_ref());
         let (moves, program_feeds) = moves?;
         Some(Operation {
@@ -94,13 +95,17 @@ impl Reader<'_> {
             (Some(_), Some(_)) => {
                 let line = node.line_at(&[Step::Key(KEYS[1])]);
                 let what = "has both spindle_rpm and spindle_schedule, must have one";
-                self.faults.add(line, format!("{called}: {what}"));
+                self.notes.error(Code::Conflict, line, format!("{called}: {what}"));
                 None
             }
             (None, None) => {
                 if !KEYS.into_iter().any(faulty) {
                     let what = "missing key 'spindle_rpm' (or 'spindle_schedule')";
-                    self.faults.add(node.line as usize, format!("{called}: {what}"));
+                    self.notes.error(
+                        Code::MissingKey,
+                        node.line as usize,
+                        format!("{called}: {what}"),
+                    );
                 }
                 None
             }
@@ -119,7 +124,7 @@ impl Reader<'_> {
         {
             let what =
                 format!("{what} is {rpm}, must lie in the spindle's range {min_rpm}..{max_rpm}");
-            self.faults.add(line, what);
+            self.notes.error(Code::Value, line, what);
         }
     }
 
@@ -147,7 +152,7 @@ impl Reader<'_> {
                     pair[1].0,
                     pair[0].0
                 );
-                self.faults.add(line, what);
+                self.notes.error(Code::Value, line, what);
             }
         }
         Some(SpindleSpeed::Schedule(points))
@@ -161,7 +166,7 @@ impl Reader<'_> {
             let what = format!(
                 "{called}: feed_mm_per_min is {feed:e}, must be at most {MOST_MM_PER_MIN:e}"
             );
-            self.faults.add(line, what);
+            self.notes.error(Code::Value, line, what);
         }
     }
 
@@ -176,7 +181,7 @@ impl Reader<'_> {
                 "{called}: cutting.radial_depth_mm is {depth_mm}, must not be above tool.diameter_mm, \
                  {diameter_mm}"
             );
-            self.faults.add(line, what);
+            self.notes.error(Code::Value, line, what);
         }
     }
 
@@ -185,18 +190,22 @@ impl Reader<'_> {
         let line = node.line_at(&[Step::Key("start_near_deg")]);
         if raw.path.as_ref().is_some_and(|path| path.joints_deg.is_some()) {
             let what = format!("{called}: start_near_deg has no effect on a path of joints_deg");
-            self.notices.push(self.faults.make(line, what));
+            self.notes.warning(Code::Unused, line, what);
         }
         let robot = self.robot?;
         match joint_position(robot, given) {
             Ok(q) => {
                 for violation in robot.limit_violations(&q) {
-                    self.faults.add(line, format!("{called}: start_near_deg: {violation}"));
+                    self.notes.error(
+                        Code::JointLimit,
+                        line,
+                        format!("{called}: start_near_deg: {violation}"),
+                    );
                 }
                 Some(q)
             }
             Err(what) => {
-                self.faults.add(line, format!("{called}: start_near_deg {what}"));
+                self.notes.error(Code::Value, line, format!("{called}: start_near_deg {what}"));
                 None
             }
         }

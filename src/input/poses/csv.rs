@@ -4,8 +4,8 @@ use std::path::Path;
 
 use super::super::table::{LONGEST_ROW_BYTES, beyond, cells_of, number};
 use super::{DecodedPoses, MOST_TOLD};
-use crate::input::Fault;
 use crate::model::{JointKind, Robot};
+use crate::notes::{Code, Note, Place};
 use crate::units::{m_from_mm, rad_from_deg};
 use crate::wording::nearest;
 
@@ -36,10 +36,10 @@ impl Columns {
         line: Option<usize>,
         header: &[String],
         robot: &Robot,
-    ) -> Result<Self, Vec<Fault>> {
+    ) -> Result<Self, Vec<Note>> {
         let mut faults = Vec::new();
         let mut fault = |what: String| {
-            faults.push(Fault { file: Some(file.to_owned()), line, what });
+            faults.push(Note::error(Code::MissingKey, Place::line(file, line), what));
         };
         let mut joints = Vec::new();
         for joint in robot.joints() {

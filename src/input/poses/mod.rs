@@ -13,9 +13,9 @@ use std::path::{Path, PathBuf};
 
 use self::csv::Columns;
 use self::npy::{Layout, MAGIC, Rows};
-use super::Fault;
 use super::table::Table;
 use crate::model::Robot;
+use crate::notes::{Code, Note, Place};
 
 /// Faults of one piece that are told.
 const MOST_TOLD: usize = 20;
@@ -128,13 +128,13 @@ impl PoseDecoder {
     }
 
     /// A fault at a place, counted from the table's first, from zero.
-    pub fn fault(&self, place: usize, what: &str) -> Fault {
-        let file = Some(self.file.clone());
+    pub fn fault(&self, place: usize, what: &str) -> Note {
         match self.format {
             Format::Csv { first_line, .. } => {
-                Fault { file, line: Some(first_line + place), what: what.to_owned() }
+                let place = Place::line(&self.file, first_line + place);
+                Note::error(Code::Value, place, what)
             }
-            _ => Fault { file, line: None, what: format!("row {}: {what}", place + 1) },
+            _ => told(&self.file, format!("row {}: {what}", place + 1)),
         }
     }
 }
@@ -150,7 +150,7 @@ impl PoseTable {
     /// # Errors
     /// A file that cannot be read; a header that lacks a joint or names one twice; an array of another
     /// shape or type.
-    pub fn open(path: &Path, robot: &Robot) -> Result<Self, Vec<Fault>> {
+    pub fn open(path: &Path, robot: &Robot) -> Result<Self, Vec<Note>> {
         let unreadable = |error| vec![told(path, format!("cannot be read: {error}"))];
         let file = File::open(path).map_err(unreadable)?;
         let again = file.try_clone().map_err(unreadable)?;
@@ -165,7 +165,7 @@ impl PoseTable {
         reader: Box<dyn Read>,
         name: &Path,
         robot: &Robot,
-    ) -> Result<Self, Vec<Fault>> {
+    ) -> Result<Self, Vec<Note>> {
         Self::new(reader, None, name, robot)
     }
 
@@ -174,7 +174,7 @@ impl PoseTable {
         file: Option<File>,
         path: &Path,
         robot: &Robot,
-    ) -> Result<Self, Vec<Fault>> {
+    ) -> Result<Self, Vec<Note>> {
         let fault = |what: String| vec![told(path, what)];
         let mut start = Vec::new();
         reader
@@ -211,7 +211,7 @@ impl PoseTable {
         file: Option<File>,
         path: &Path,
         robot: &Robot,
-    ) -> Result<(Source, Format), Vec<Fault>> {
+    ) -> Result<(Source, Format), Vec<Note>> {
         let fault = |what: String| vec![told(path, what)];
         let batches = if start == ARROW_FILE {
             arrow::Batches::file(file)
@@ -234,7 +234,7 @@ impl PoseTable {
         _: Option<File>,
         path: &Path,
         _: &Robot,
-    ) -> Result<(Source, Format), Vec<Fault>> {
+    ) -> Result<(Source, Format), Vec<Note>> {
         let what = "is Apache Arrow, which this detune was built without; build it with \
                     --features arrow, or use CSV or .npy";
         Err(vec![told(path, what.into())])
@@ -257,7 +257,7 @@ impl PoseTable {
     ///
     /// # Errors
     /// A table that cannot be read, or an array that ends too soon.
-    pub fn read(&mut self, raw: &mut RawPoses) -> Result<bool, Fault> {
+    pub fn read(&mut self, raw: &mut RawPoses) -> Result<bool, Note> {
         match &mut self.source {
             Source::Csv(table) => {
                 table.lines(PIECE_BYTES, &mut raw.bytes)?;
@@ -284,23 +284,24 @@ impl fmt::Debug for PoseTable {
     }
 }
 
-fn told(file: &Path, what: String) -> Fault {
-    Fault { file: Some(file.to_owned()), line: None, what }
+fn told(file: &Path, what: String) -> Note {
+    Note::error(Code::Value, Place::file(file), what)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::robot::{load_robot, tests as two_link};
+    use super::super::Reading;
+    use super::super::robot::{read_robot, tests as two_link};
     use super::*;
 
     fn robot() -> Robot {
         let (_folder, path) = two_link::folder(two_link::YAML, two_link::URDF);
-        load_robot(&path).unwrap().value
+        read_robot(&path, &mut Reading::default()).unwrap()
     }
 
     fn read_as(bytes: &[u8], name: &str) -> Result<Vec<Vec<f64>>, Vec<String>> {
         let robot = robot();
-        let told = |faults: Vec<Fault>| faults.iter().map(Fault::to_string).collect::<Vec<_>>();
+        let told = |faults: Vec<Note>| faults.iter().map(Note::to_string).collect::<Vec<_>>();
         let reader = Box::new(Cursor::new(bytes.to_vec()));
         let mut table = PoseTable::from_reader(reader, Path::new(name), &robot).map_err(told)?;
         let (mut raw, mut decoded) = (RawPoses::default(), DecodedPoses::default());

@@ -2,12 +2,12 @@
 //! (`time_s`, `t [ms]`), is time; a column that only counts the rows is passed over; all others are channels. A
 //! header that was written as a comment, as numpy does, is taken for the header.
 
+use crate::notes::{Code, Note, Notes, Place};
 use std::path::Path;
 
-use super::super::faults::Faults;
 use super::super::table::Table;
 use super::super::text::read_text;
-use super::{Fault, LARGEST_RECORD_BYTES, RawChannel, RawFile, meaning_of_name};
+use super::{LARGEST_RECORD_BYTES, RawChannel, RawFile, meaning_of_name};
 use crate::units::{s_from_ms, s_from_us};
 
 /// How far a sample may lie from its place in even steps, as a share of a step: times are printed with few
@@ -44,17 +44,17 @@ fn time(title: &str) -> Option<ToSeconds> {
     (matches!(name, "t" | "time") && words.next().is_none()).then_some(found.1)
 }
 
-pub(super) fn read(path: &Path) -> Result<RawFile, Vec<Fault>> {
+pub(super) fn read(path: &Path) -> Result<RawFile, Vec<Note>> {
     let mut text = read_text(path, LARGEST_RECORD_BYTES).map_err(|fault| vec![fault])?;
-    let mut faults = Faults::of(path);
-    let mut notices = Vec::new();
+    let mut notes = Notes::about(Place::file(path));
     if let Some((line, at)) = header_as_comment(&text) {
         text.replace_range(at..=at, " ");
-        notices.push(faults.make(line, "the header is a comment; it is read as the header"));
+        notes.warning(Code::Remark, line, "the header is a comment; it is read as the header");
     }
     let mut table = Table::open(path, text.as_bytes()).map_err(|fault| vec![fault])?;
     let header: Vec<String> = table.header().to_vec();
-    check_header(&header, table.line(), &mut faults);
+    let header_line = table.line();
+    check_header(&header, header_line, &mut notes);
     let time = header.iter().enumerate().find_map(|(i, title)| Some((i, time(title)?)));
     let mut columns: Vec<Vec<f64>> = vec![Vec::new(); header.len()];
     let mut lines = Vec::new();
@@ -63,36 +63,39 @@ pub(super) fn read(path: &Path) -> Result<RawFile, Vec<Fault>> {
         match table.row(&mut cells) {
             Ok(true) => {}
             Ok(false) => break,
-            Err(fault) => return Err(faults.finish_with(fault)),
+            Err(note) => {
+                notes.push(note);
+                return Err(notes.finish().0);
+            }
         }
         if cells.len() > header.len() {
             let what = format!("has {} cells, the header has {}", cells.len(), header.len());
-            faults.add(table.line(), what);
+            notes.error(Code::Value, table.line(), what);
         }
         lines.push(table.line());
         for (index, column) in columns.iter_mut().enumerate() {
             match table.number(&cells, index) {
                 Ok(value) => column.push(value),
                 Err(fault) => {
-                    faults.add(fault.line, fault.what);
+                    notes.push(fault);
                     column.push(0.0);
                 }
             }
         }
     }
-    if lines.len() < FEWEST_SAMPLES && faults.count() == 0 {
+    if lines.len() < FEWEST_SAMPLES && notes.errors() == 0 {
         let what = format!("has {} samples, must have at least {FEWEST_SAMPLES}", lines.len());
-        faults.add(None, what);
+        notes.error(Code::TooLittleData, None, what);
     }
     let sample_rate_hz = match time {
-        Some((index, to_s)) if faults.count() == 0 => {
+        Some((index, to_s)) if notes.errors() == 0 => {
             let times: Vec<f64> = columns[index].iter().map(|t| to_s(*t)).collect();
-            rate(&times, &lines, &header[index], &mut faults)
+            rate(&times, &lines, &header[index], &mut notes)
         }
         _ => None,
     };
-    if faults.count() > 0 {
-        return Err(faults.finish());
+    if notes.errors() > 0 {
+        return Err(notes.finish().0);
     }
     let mut channels: Vec<RawChannel> = Vec::new();
     for (index, (name, samples)) in header.iter().zip(columns).enumerate() {
@@ -102,15 +105,15 @@ pub(super) fn read(path: &Path) -> Result<RawFile, Vec<Fault>> {
         let (meaning, bare) = meaning_of_name(name);
         if meaning.is_none() && counts(&samples) {
             let what = format!("column '{name}' counts the rows; it is passed over");
-            notices.push(faults.make(None, what));
+            notes.warning(Code::Unused, header_line, what);
             continue;
         }
         channels.push(RawChannel { name: name.clone(), alias: bare.to_owned(), meaning, samples });
     }
     if channels.is_empty() {
         let what = "has no channel: there is no column beside time and a count of rows";
-        faults.add(None, what);
-        return Err(faults.finish());
+        notes.error(Code::MissingKey, None, what);
+        return Err(notes.finish().0);
     }
     // What two columns are called tells neither.
     let shared: Vec<bool> = channels
@@ -120,7 +123,8 @@ pub(super) fn read(path: &Path) -> Result<RawFile, Vec<Fault>> {
     for (channel, _) in channels.iter_mut().zip(shared).filter(|(_, shared)| *shared) {
         channel.alias = channel.name.clone();
     }
-    Ok(RawFile { sample_rate_hz, channels, notices, ..RawFile::default() })
+    let (_, warnings) = notes.finish();
+    Ok(RawFile { sample_rate_hz, channels, warnings, ..RawFile::default() })
 }
 
 /// Whether values rise by one from each row to the next.
@@ -150,39 +154,43 @@ fn header_as_comment(text: &str) -> Option<(usize, usize)> {
     None
 }
 
-fn check_header(header: &[String], line: usize, faults: &mut Faults) {
+fn check_header(header: &[String], line: usize, notes: &mut Notes) {
     for (index, title) in header.iter().enumerate() {
         if title.is_empty() {
-            faults.add(line, format!("column {} has no name", index + 1));
+            notes.error(Code::MissingKey, line, format!("column {} has no name", index + 1));
         } else if header[..index].contains(title) {
-            faults.add(line, format!("two columns are called '{title}'"));
+            notes.error(Code::Conflict, line, format!("two columns are called '{title}'"));
         } else if title.parse::<f64>().is_ok() {
             let what = format!("column {} is called '{title}': is the header missing?", index + 1);
-            faults.add(line, what);
+            notes.error(Code::MissingKey, line, what);
         }
     }
 }
 
 /// Samples per second, from times in even steps.
-fn rate(times: &[f64], lines: &[usize], title: &str, faults: &mut Faults) -> Option<f64> {
+fn rate(times: &[f64], lines: &[usize], title: &str, notes: &mut Notes) -> Option<f64> {
     let (&first, &last) = (times.first()?, times.last()?);
     let step = (last - first) / (times.len() - 1) as f64;
     if step <= 0.0 || !step.is_finite() {
-        faults.add(*lines.last()?, format!("{title} does not rise from the first row to the last"));
+        notes.error(
+            Code::Value,
+            *lines.last()?,
+            format!("{title} does not rise from the first row to the last"),
+        );
         return None;
     }
     for (k, (time, line)) in times.iter().zip(lines).enumerate() {
         let even = first + k as f64 * step;
         if (time - even).abs() > UNEVEN * step {
             if let Some((line, what)) = jump(times, lines, title) {
-                faults.add(line, what);
+                notes.error(Code::Value, line, what);
                 return None;
             }
             let what = format!(
                 "{title} is {time} s, must be {even:.6} s for even steps of {step:.6} s; resample the record, or \
                  look for lost samples"
             );
-            faults.add(*line, what);
+            notes.error(Code::Value, *line, what);
             return None;
         }
     }
@@ -234,8 +242,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("t.csv");
         std::fs::write(&path, text).unwrap();
-        read(&path).map_err(|faults| {
-            faults.iter().map(|f| format!("{}: {}", f.line.unwrap_or(0), f.what)).collect()
+        read(&path).map_err(|notes| {
+            notes.iter().map(|n| format!("{}: {}", n.place.line.unwrap_or(0), n.what)).collect()
         })
     }
 
@@ -275,7 +283,8 @@ mod tests {
             found.channels.iter().map(|c| (c.name.as_str(), c.alias.as_str())).collect();
         // Of two columns called x each goes by its full name alone.
         assert_eq!(names, [("acc (m/s^2)", "acc"), ("x_mm", "x_mm"), ("x_g", "x_g")]);
-        let notices: Vec<_> = found.notices.iter().map(|n| (n.line, n.what.as_str())).collect();
+        let notices: Vec<_> =
+            found.warnings.iter().map(|n| (n.place.line, n.what.as_str())).collect();
         assert_eq!(notices[0], (Some(2), "the header is a comment; it is read as the header"));
         assert!(notices[1].1.starts_with("column 'frame' counts the rows"), "{notices:?}");
         assert!(told("# 1,2\n1,2\n").is_err() && told("# a,b\n1,2,3\n").is_err());
@@ -292,8 +301,8 @@ mod tests {
             ("x,y\n1,2,3\n", "2: has 3 cells, the header has 2"),
             ("x\n1\n2\n", "0: has 2 samples"),
         ] {
-            let faults = told(text).unwrap_err();
-            assert!(faults[0].starts_with(expected), "{text:?}: {faults:?}");
+            let notes = told(text).unwrap_err();
+            assert!(notes[0].starts_with(expected), "{text:?}: {notes:?}");
         }
     }
 }

@@ -5,11 +5,11 @@ mod quantity;
 mod uff;
 mod wav;
 
+use crate::notes::{Code, Note, Place};
 use std::path::Path;
 
 use nalgebra::Complex;
 
-use super::Fault;
 use quantity::meaning_of_name;
 pub(super) use quantity::{Meaning, meaning_of_unit};
 
@@ -49,7 +49,7 @@ pub(super) struct RawFile {
     pub(super) channels: Vec<RawChannel>,
     pub(super) functions: Vec<RawFunction>,
     /// Remarks that do not stop the work.
-    pub(super) notices: Vec<Fault>,
+    pub(super) warnings: Vec<Note>,
 }
 
 impl RawFile {
@@ -77,16 +77,15 @@ impl RawFile {
 ///
 /// # Errors
 /// Every fault of the file with its line, or an ending that is not known.
-pub(super) fn read_record(path: &Path) -> Result<RawFile, Vec<Fault>> {
+pub(super) fn read_record(path: &Path) -> Result<RawFile, Vec<Note>> {
     let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     match ending.as_str() {
         "csv" | "txt" => csv::read(path),
         "uff" | "unv" | "uf" => uff::read(path),
         "wav" | "wave" => wav::read(path),
-        _ => Err(vec![Fault {
-            file: Some(path.to_owned()),
-            line: None,
-            what: format!("ends in '.{ending}', must end in .csv, .uff, .unv or .wav"),
-        }]),
+        _ => {
+            let what = format!("ends in '.{ending}', must end in .csv, .uff, .unv or .wav");
+            Err(vec![Note::error(Code::Unreadable, Place::file(path), what)])
+        }
     }
 }

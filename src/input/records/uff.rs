@@ -7,10 +7,9 @@ use std::path::Path;
 use nalgebra::Complex;
 
 use super::super::text::read_bytes;
-use super::{
-    Fault, LARGEST_RECORD_BYTES, Meaning, RawChannel, RawFile, RawFunction, meaning_of_unit,
-};
+use super::{LARGEST_RECORD_BYTES, Meaning, RawChannel, RawFile, RawFunction, meaning_of_unit};
 use crate::identify::record::Quantity;
+use crate::notes::{Code, Note, Notes, Place};
 
 /// Lines of text before the numbers.
 const HEADER_LINES: usize = 11;
@@ -33,12 +32,10 @@ const EVEN_WITHIN: f64 = 0.05;
 /// What a fault says, and its line.
 type Bad = (usize, String);
 
-pub(super) fn read(path: &Path) -> Result<RawFile, Vec<Fault>> {
+pub(super) fn read(path: &Path) -> Result<RawFile, Vec<Note>> {
     let bytes = read_bytes(path, LARGEST_RECORD_BYTES).map_err(|fault| vec![fault])?;
-    let fault =
-        |line: Option<usize>, what: String| Fault { file: Some(path.to_owned()), line, what };
     let mut lines = Lines { bytes: &bytes, at: 0, line: 0 };
-    let (mut found, mut faults) = (Found::default(), Vec::new());
+    let (mut found, mut notes) = (Found::default(), Notes::about(Place::file(path)));
     while let Some((_, mark)) = lines.next() {
         if mark.trim() != "-1" {
             continue;
@@ -53,36 +50,35 @@ pub(super) fn read(path: &Path) -> Result<RawFile, Vec<Fault>> {
         let words: Vec<&str> = kind.split_whitespace().collect();
         match words.first() {
             Some(&"58") => match data_set(&mut lines, line, None) {
-                Ok(set) => found.add(set, &mut faults, &fault),
+                Ok(set) => found.add(set, &mut notes),
                 Err((line, what)) => {
-                    faults.push(fault(Some(line), what));
+                    notes.error(Code::Syntax, line, what);
                     lines.skip_data_set();
                 }
             },
             Some(&"58b") => match binary_head(&words, line)
                 .and_then(|head| data_set(&mut lines, line, Some(head)))
             {
-                Ok(set) => found.add(set, &mut faults, &fault),
+                Ok(set) => found.add(set, &mut notes),
                 Err((line, what)) => {
                     // Where the numbers end is not known: nothing after them can be trusted.
-                    faults.push(fault(Some(line), what));
+                    notes.error(Code::Syntax, line, what);
                     break;
                 }
             },
             _ => lines.skip_data_set(),
         }
-        if faults.len() > 50 {
+        if notes.errors() > 50 {
             break;
         }
     }
     let file = found.file;
-    if faults.is_empty() && file.channels.is_empty() && file.functions.is_empty() {
-        faults.push(fault(
-            None,
-            "holds no time response and no frequency response (data set 58)".to_owned(),
-        ));
+    if notes.errors() == 0 && file.channels.is_empty() && file.functions.is_empty() {
+        let what = "holds no time response and no frequency response (data set 58)";
+        notes.error(Code::TooLittleData, None, what);
     }
-    if faults.is_empty() { Ok(file) } else { Err(faults) }
+    let (errors, warnings) = notes.finish();
+    if errors.is_empty() { Ok(RawFile { warnings, ..file }) } else { Err(errors) }
 }
 
 /// Lines of a file that may hold bytes that are no text.
@@ -428,13 +424,8 @@ struct Found {
 }
 
 impl Found {
-    fn add(
-        &mut self,
-        set: DataSet,
-        faults: &mut Vec<Fault>,
-        fault: &dyn Fn(Option<usize>, String) -> Fault,
-    ) {
-        let mut bad = |what: String| faults.push(fault(Some(set.line), what));
+    fn add(&mut self, set: DataSet, notes: &mut Notes) {
+        let mut bad = |what: String| notes.error(Code::Value, set.line, what);
         match set.function {
             TIME_RESPONSE => {
                 let Some(step) = set.even_step() else {
@@ -503,12 +494,10 @@ impl Found {
                     line: set.line,
                 });
             }
-            other => self.file.notices.push(fault(
-                Some(set.line),
-                format!(
-                    "function type {other} is passed over: neither a time nor a frequency response"
-                ),
-            )),
+            other => {
+                let what = "is passed over: neither a time nor a frequency response";
+                notes.warning(Code::Unused, set.line, format!("function type {other} {what}"));
+            }
         }
     }
 }
@@ -572,8 +561,8 @@ pub(super) mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("t.uff");
         std::fs::write(&path, bytes).unwrap();
-        read(&path).map_err(|faults| {
-            faults.iter().map(|f| format!("{}: {}", f.line.unwrap_or(0), f.what)).collect()
+        read(&path).map_err(|notes| {
+            notes.iter().map(|f| format!("{}: {}", f.place.line.unwrap_or(0), f.what)).collect()
         })
     }
 
@@ -677,8 +666,8 @@ pub(super) mod tests {
         ] {
             let broken = good.replacen(from, to, 1);
             let broken = if from == " 1e0" { good.replacen("1.00000e0", "x", 1) } else { broken };
-            let faults = told(broken.as_bytes()).unwrap_err();
-            assert!(faults[0].starts_with(expected), "{from}: {faults:?}");
+            let notes = told(broken.as_bytes()).unwrap_err();
+            assert!(notes[0].starts_with(expected), "{from}: {notes:?}");
         }
         let twice = good.clone() + &good;
         assert!(told(twice.as_bytes()).unwrap_err()[0].contains("comes twice"));

@@ -1,9 +1,7 @@
 //! The XML of a URDF: structure, missing blocks, numbers, lines.
 
+use crate::notes::{Code, Notes};
 use roxmltree::{Document, Node};
-
-use super::super::Fault;
-use super::super::faults::Faults;
 
 /// How every spelling of xacro's namespace ends.
 const XACRO_NAMESPACE: &str = "/xacro";
@@ -62,29 +60,17 @@ pub(super) struct Audit {
 }
 
 /// Audits the text of a URDF.
-pub(super) fn audit(text: &str, faults: &mut Faults) -> Result<Audit, Fault> {
-    let document = Document::parse(text).map_err(|error| {
-        let line = error.pos().row as usize;
-        if text.contains("<xacro:") {
-            faults.make(line, XACRO_HINT)
-        } else {
-            let open = match error {
-                roxmltree::Error::UnclosedRootNode => innermost_open(text),
-                _ => None,
-            };
-            match open {
-                Some((tag, start)) => {
-                    let what = format!(
-                        "not valid XML: the file ends inside <{tag}>, which starts here; is it cut off?"
-                    );
-                    faults.make(start, what)
-                }
-                None => faults.make(line, format!("not valid XML: {error}")),
-            }
+pub(super) fn audit(text: &str, notes: &mut Notes) -> Option<Audit> {
+    let document = match Document::parse(text) {
+        Ok(document) => document,
+        Err(error) => {
+            let (line, what) = not_xml(text, &error);
+            notes.error(Code::Syntax, line, what);
+            return None;
         }
-    })?;
+    };
     let mut auditor = Auditor {
-        faults,
+        notes,
         line_starts: std::iter::once(0)
             .chain(text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(i, _)| i + 1))
             .collect(),
@@ -96,11 +82,13 @@ pub(super) fn audit(text: &str, faults: &mut Faults) -> Result<Audit, Fault> {
         node.tag_name().namespace().is_some_and(|space| space.ends_with(XACRO_NAMESPACE))
     });
     if let Some(node) = xacro {
-        return Err(auditor.faults.make(auditor.line(&node), XACRO_HINT));
+        auditor.notes.error(Code::Syntax, auditor.line(&node), XACRO_HINT);
+        return None;
     }
     if root.tag_name().name() != "robot" {
         let what = format!("root element is <{}>, must be <robot>", root.tag_name().name());
-        return Err(auditor.faults.make(auditor.line(&root), what));
+        auditor.notes.error(Code::Syntax, auditor.line(&root), what);
+        return None;
     }
     auditor.plain.push_str("<robot name=\"robot\"");
     if let Some(version) = root.attribute("version") {
@@ -117,7 +105,7 @@ pub(super) fn audit(text: &str, faults: &mut Faults) -> Result<Audit, Fault> {
         }
     }
     auditor.plain.push_str("</robot>");
-    Ok(Audit {
+    Some(Audit {
         name: root.attribute("name").map(str::to_owned),
         line: auditor.line(&root),
         links,
@@ -125,6 +113,25 @@ pub(super) fn audit(text: &str, faults: &mut Faults) -> Result<Audit, Fault> {
         damaged: auditor.damaged,
         plain: auditor.plain,
     })
+}
+
+/// Why a text is not XML, and the line.
+fn not_xml(text: &str, error: &roxmltree::Error) -> (usize, String) {
+    let line = error.pos().row as usize;
+    if text.contains("<xacro:") {
+        return (line, XACRO_HINT.to_owned());
+    }
+    let open = match error {
+        roxmltree::Error::UnclosedRootNode => innermost_open(text),
+        _ => None,
+    };
+    match open {
+        Some((tag, start)) => {
+            let what = "which starts here; is it cut off?";
+            (start, format!("not valid XML: the file ends inside <{tag}>, {what}"))
+        }
+        None => (line, format!("not valid XML: {error}")),
+    }
 }
 
 /// The innermost element that a text without other faults leaves open, and the line where it starts.
@@ -169,7 +176,7 @@ fn tag_length(tag: &str) -> Option<usize> {
 }
 
 struct Auditor<'f> {
-    faults: &'f mut Faults,
+    notes: &'f mut Notes,
     line_starts: Vec<usize>,
     plain: String,
     damaged: bool,
@@ -210,7 +217,11 @@ impl Auditor<'_> {
         let first = found.next();
         if let Some(second) = found.next() {
             let line = self.line(&second);
-            self.faults.add(line, format!("{owner}: <{tag}> is given twice, must be given once"));
+            self.notes.error(
+                Code::Conflict,
+                line,
+                format!("{owner}: <{tag}> is given twice, must be given once"),
+            );
         }
         first
     }
@@ -222,7 +233,7 @@ impl Auditor<'_> {
             _ => {
                 let what = format!("<{}> has no name", node.tag_name().name());
                 let line = self.line(node);
-                self.faults.add(line, what);
+                self.notes.error(Code::MissingKey, line, what);
                 self.damaged = true;
                 None
             }
@@ -253,8 +264,11 @@ impl Auditor<'_> {
         let tag = node.tag_name().name();
         let shown: String = value.chars().take(60).collect();
         let line = self.line(node);
-        self.faults
-            .add(line, format!("{owner}: <{tag}> {name} is \"{shown}\", must be {must}{hint}"));
+        self.notes.error(
+            Code::Value,
+            line,
+            format!("{owner}: <{tag}> {name} is \"{shown}\", must be {must}{hint}"),
+        );
         self.attribute(name, stand_in);
         true
     }
@@ -264,7 +278,7 @@ impl Auditor<'_> {
         if !self.numbers(owner, node, name, 1, stand_in) {
             let line = self.line(node);
             let tag = node.tag_name().name();
-            self.faults.add(line, format!("{owner}: <{tag}> has no {name}"));
+            self.notes.error(Code::MissingKey, line, format!("{owner}: <{tag}> has no {name}"));
             self.attribute(name, stand_in);
         }
     }
@@ -275,8 +289,11 @@ impl Auditor<'_> {
         self.plain.push_str("<origin");
         self.numbers(owner, &origin, "xyz", 3, "0 0 0");
         if origin.has_attribute("rpy") && origin.has_attribute("quat_xyzw") {
-            self.faults
-                .add(line, format!("{owner}: <origin> has both rpy and quat_xyzw, must have one"));
+            self.notes.error(
+                Code::Conflict,
+                line,
+                format!("{owner}: <origin> has both rpy and quat_xyzw, must have one"),
+            );
         } else {
             self.numbers(owner, &origin, "rpy", 3, "0 0 0");
             self.numbers(owner, &origin, "quat_xyzw", 4, "0 0 0 1");
@@ -321,12 +338,16 @@ impl Auditor<'_> {
                 self.plain.push_str("/>");
             }
             None => {
-                self.faults.add(lines.of("inertial"), format!("{owner}: <inertial> has no <mass>"));
+                self.notes.error(
+                    Code::MissingKey,
+                    lines.of("inertial"),
+                    format!("{owner}: <inertial> has no <mass>"),
+                );
                 self.plain.push_str("<mass value=\"1\"/>");
             }
         }
         let start = self.plain.len();
-        let before = self.faults.count();
+        let before = self.notes.errors();
         self.plain.push_str("<inertia");
         match self.child(owner, node, "inertia") {
             Some(inertia) => {
@@ -335,12 +356,14 @@ impl Auditor<'_> {
                     self.required_number(owner, &inertia, name, stand_in);
                 }
             }
-            None => self
-                .faults
-                .add(lines.of("inertial"), format!("{owner}: <inertial> has no <inertia>")),
+            None => self.notes.error(
+                Code::MissingKey,
+                lines.of("inertial"),
+                format!("{owner}: <inertial> has no <inertia>"),
+            ),
         }
         // One faulty moment would make the others look impossible.
-        if self.faults.count() > before {
+        if self.notes.errors() > before {
             self.plain.truncate(start);
             self.plain.push_str("<inertia");
             for (name, stand_in) in MOMENTS {
@@ -362,11 +385,11 @@ impl Auditor<'_> {
             Some(kind) => {
                 let what =
                     format!("{owner}: type is '{kind}', must be one of {}", JOINT_TYPES.join(", "));
-                self.faults.add(lines.own, what);
+                self.notes.error(Code::Value, lines.own, what);
                 self.attribute("type", "continuous");
             }
             None => {
-                self.faults.add(lines.own, format!("{owner}: has no type"));
+                self.notes.error(Code::MissingKey, lines.own, format!("{owner}: has no type"));
                 self.attribute("type", "continuous");
             }
         }
@@ -380,7 +403,11 @@ impl Auditor<'_> {
             lines.parts.push(("axis", self.line(&axis)));
             self.plain.push_str("<axis");
             if !self.numbers(&owner, &axis, "xyz", 3, "1 0 0") {
-                self.faults.add(lines.of("axis"), format!("{owner}: <axis> has no xyz"));
+                self.notes.error(
+                    Code::MissingKey,
+                    lines.of("axis"),
+                    format!("{owner}: <axis> has no xyz"),
+                );
                 self.attribute("xyz", "1 0 0");
             }
             self.plain.push_str("/>");
@@ -407,12 +434,20 @@ impl Auditor<'_> {
         lines: &mut Lines,
     ) -> Option<String> {
         let Some(element) = self.child(owner, node, tag) else {
-            self.faults.add(lines.own, format!("{owner}: has no <{tag} link=\"…\"/>"));
+            self.notes.error(
+                Code::MissingKey,
+                lines.own,
+                format!("{owner}: has no <{tag} link=\"…\"/>"),
+            );
             return None;
         };
         lines.parts.push((tag, self.line(&element)));
         let Some(link) = element.attribute("link") else {
-            self.faults.add(lines.of(tag), format!("{owner}: <{tag}> has no link"));
+            self.notes.error(
+                Code::MissingKey,
+                lines.of(tag),
+                format!("{owner}: <{tag}> has no link"),
+            );
             return None;
         };
         self.plain.push_str(&format!("<{tag}"));
@@ -425,10 +460,10 @@ impl Auditor<'_> {
         let Some(limit) = self.child(owner, node, "limit") else { return false };
         lines.parts.push(("limit", self.line(&limit)));
         self.plain.push_str("<limit");
-        let before = self.faults.count();
+        let before = self.notes.errors();
         let lower = self.numbers(owner, &limit, "lower", 1, "0");
         let upper = self.numbers(owner, &limit, "upper", 1, "0");
-        let sound = self.faults.count() == before;
+        let sound = self.notes.errors() == before;
         // Stands for "none given": the URDF standard asks for it, but many files lack it.
         if !self.numbers(owner, &limit, "velocity", 1, "0") {
             self.attribute("velocity", "0");

@@ -1,12 +1,11 @@
 //! An audited URDF → links and joints in SI.
 
+use crate::notes::{Code, Notes};
 use std::path::Path;
 
 use nalgebra::{Matrix3, Vector3};
 use urdf_rs::JointType;
 
-use super::super::Fault;
-use super::super::faults::Faults;
 use super::super::frame::frame;
 use super::super::text::{LARGEST_URDF_BYTES, read_text};
 use super::audit::{Audit, JointFacts, Lines, LinkFacts, audit};
@@ -68,16 +67,22 @@ impl Urdf {
 
 /// Reads a URDF. Faults that leave the rest readable go to `faults`; the first that does not is the
 /// error.
-pub(in crate::input) fn read_urdf(path: &Path, faults: &mut Faults) -> Result<Urdf, Fault> {
-    let text = read_text(path, LARGEST_URDF_BYTES)?;
-    let audit = audit(&text, faults)?;
+pub(in crate::input) fn read_urdf(path: &Path, notes: &mut Notes) -> Option<Urdf> {
+    let text = read_text(path, LARGEST_URDF_BYTES).map_err(|note| notes.push(note)).ok()?;
+    let audit = audit(&text, notes)?;
     let robot = urdf_rs::read_from_string(&audit.plain)
-        .map_err(|error| faults.make(audit.line, format!("cannot be read as URDF: {error}")))?;
+        .map_err(|error| {
+            let what = format!("cannot be read as URDF: {error}");
+            notes.error(Code::Syntax, audit.line, what);
+        })
+        .ok()?;
     if robot.links.len() != audit.links.len() || robot.joints.len() != audit.joints.len() {
-        return Err(faults.make(audit.line, "cannot be read as URDF: links or joints were lost"));
+        let what = "cannot be read as URDF: links or joints were lost";
+        notes.error(Code::Syntax, audit.line, what);
+        return None;
     }
     let Audit { name, line, links: link_facts, joints: joint_facts, damaged, .. } = audit;
-    Ok(Urdf {
+    Some(Urdf {
         name,
         links: robot.links.iter().zip(&link_facts).map(|(l, facts)| link(l, facts)).collect(),
         joints: robot.joints.iter().zip(&joint_facts).map(|(j, facts)| joint(j, facts)).collect(),
@@ -141,25 +146,26 @@ fn joint(joint: &urdf_rs::Joint, facts: &JointFacts) -> Joint {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::notes::{Note, Place};
 
-    fn read(text: &str) -> (Result<Urdf, Fault>, Vec<String>) {
+    fn read(text: &str) -> (Option<Urdf>, Vec<String>) {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.urdf");
         std::fs::write(&path, text).unwrap();
-        let mut faults = Faults::of(Path::new("a.urdf"));
-        let urdf = read_urdf(&path, &mut faults);
-        (urdf, faults.finish().iter().map(Fault::to_string).collect())
+        let mut notes = Notes::about(Place::file(Path::new("a.urdf")));
+        let urdf = read_urdf(&path, &mut notes);
+        (urdf, notes.finish().0.iter().map(Note::to_string).collect())
     }
 
     #[test]
     fn missing_blocks_are_not_zero_and_have_the_standard_s_meaning() {
-        let (urdf, faults) = read(
+        let (urdf, notes) = read(
             "<robot name=\"r\"><link name=\"a\"/><link name=\"b\"><visual><geometry><mesh \
              filename=\"package://x/y.stl\"/></geometry></visual></link>\n<joint name=\"j\" \
              type=\"revolute\"><parent link=\"a\"/><child link=\"b\"/></joint><gazebo/></robot>",
         );
         let urdf = urdf.unwrap();
-        assert!(faults.is_empty(), "{faults:?}");
+        assert!(notes.is_empty(), "{notes:?}");
         assert!(urdf.links[1].inertial.is_none() && urdf.links[1].has_geometry);
         assert!(!urdf.links[0].has_geometry);
         let joint = &urdf.joints[0];
@@ -171,12 +177,12 @@ mod tests {
     #[test]
     fn a_limit_that_is_not_given_is_zero_and_a_huge_one_is_drawn_in() {
         let limit = |attributes: &str| {
-            let (urdf, faults) = read(&format!(
+            let (urdf, notes) = read(&format!(
                 "<robot name=\"r\"><link name=\"a\"/><link name=\"b\"/><joint name=\"j\" \
                  type=\"revolute\"><parent link=\"a\"/><child link=\"b\"/><limit {attributes}/></joint>\
                  </robot>"
             ));
-            assert!(faults.is_empty(), "{faults:?}");
+            assert!(notes.is_empty(), "{notes:?}");
             urdf.unwrap().joints[0].position_limit
         };
         assert_eq!(limit("upper=\"2\" velocity=\"1\" effort=\"1\""), Some([0.0, 2.0]));
@@ -187,13 +193,13 @@ mod tests {
 
     #[test]
     fn inertia_is_turned_into_the_link_s_axes() {
-        let (urdf, faults) = read(
+        let (urdf, notes) = read(
             "<robot name=\"r\"><link name=\"a\"><inertial><origin xyz=\"1 2 3\" rpy=\"0 0 \
              1.5707963267948966\"/><mass value=\"2\"/><inertia ixx=\"1\" iyy=\"1.5\" izz=\"2\" ixy=\"0\" \
              ixz=\"0\" iyz=\"0\"/></inertial></link></robot>",
         );
         let inertial = urdf.unwrap().links[0].inertial.unwrap();
-        assert!(faults.is_empty());
+        assert!(notes.is_empty());
         let expected = Matrix3::from_diagonal(&Vector3::new(1.5, 1.0, 2.0));
         assert!((inertial.inertia_kgm2 - expected).norm() < 1e-15);
         assert_eq!((inertial.mass_kg, inertial.com_m), (2.0, Vector3::new(1.0, 2.0, 3.0)));
@@ -201,14 +207,14 @@ mod tests {
 
     #[test]
     fn every_faulty_number_and_missing_part_is_told_at_once() {
-        let (urdf, faults) = read(
+        let (urdf, notes) = read(
             "<robot name=\"r\">\n<link name=\"a\">\n<inertial>\n<origin xyz=\"0 abc 0 1\"/>\n<mass \
              value=\"NaN\"/>\n<inertia ixx=\"1\" iyy=\"inf\" izz=\"1\" ixy=\"0\" ixz=\"0\"/>\n\
              </inertial></link>\n<link/>\n<joint name=\"j\" type=\"ball\">\n<child link=\"a\"/>\n<axis \
              xyz=\"0 0\"/>\n<limit lower=\"${x}\" upper=\"1\"/>\n</joint></robot>",
         );
         assert_eq!(
-            faults,
+            notes,
             [
                 "a.urdf:4: link 'a': <origin> xyz is \"0 abc 0 1\", must be 3 finite numbers",
                 "a.urdf:5: link 'a': <mass> value is \"NaN\", must be a finite number",
@@ -243,9 +249,8 @@ mod tests {
             ),
             ("<!DOCTYPE x [<!ENTITY a \"b\">]>\n<robot/>", "a.urdf:1: not valid XML"),
         ] {
-            let fault = read(text).0.unwrap_err().to_string();
-            let named = fault.split('/').next_back().unwrap();
-            assert!(named.starts_with(told), "{fault}");
+            let (urdf, notes) = read(text);
+            assert!(urdf.is_none() && notes[0].starts_with(told), "{notes:?}");
         }
     }
 

@@ -1,12 +1,12 @@
 //! A tree against a JSON Schema: the part of JSON Schema that the raw types make, with messages for
 //! people. Values with faults are marked, so that reading goes on without them.
 
+use crate::notes::{Code, Notes};
 use std::collections::HashSet;
 use std::sync::Arc;
 
 use serde_json::{Map, Value};
 
-use super::super::faults::Faults;
 use super::number::number_of;
 use super::tree::{Entry, Kind, Node};
 use crate::wording::{LONGEST_WORD, nearest};
@@ -43,10 +43,10 @@ pub(in crate::input) const NOUN: &str = "x-noun";
 pub(in crate::input) const APART: &str = "x-apart";
 
 /// Checks `root` against `schema`: one fault for each key and value that does not fit.
-pub(in crate::input) fn check(root: &mut Node, schema: &Value, faults: &mut Faults) {
+pub(in crate::input) fn check(root: &mut Node, schema: &Value, notes: &mut Notes) {
     let trail = Trail { parent: None, step: TrailStep::Root };
     let line = root.line;
-    check_value(root, line, schema, &trail, faults);
+    check_value(root, line, schema, &trail, notes);
 }
 
 /// Where a value lies, from the root on.
@@ -109,7 +109,7 @@ impl<'t> Trail<'t> {
     }
 }
 
-fn check_value(node: &mut Node, line: u32, schema: &Value, trail: &Trail<'_>, faults: &mut Faults) {
+fn check_value(node: &mut Node, line: u32, schema: &Value, trail: &Trail<'_>, notes: &mut Notes) {
     let Some(schema) = schema.as_object() else { return };
     if node.faulty {
         return;
@@ -130,14 +130,14 @@ fn check_value(node: &mut Node, line: u32, schema: &Value, trail: &Trail<'_>, fa
         _ if node.is_null() && schema.get("type").is_some_and(type_admits_null) => true,
         Some("object") => match &mut node.kind {
             Kind::Mapping(entries) => {
-                check_mapping(entries, line, schema, trail, faults);
+                check_mapping(entries, line, schema, trail, notes);
                 return;
             }
             _ => false,
         },
         Some("array") => match &mut node.kind {
             Kind::Numbers(_) | Kind::Sequence(_) => {
-                node.faulty = !check_list(node, line, schema, trail, faults);
+                node.faulty = !check_list(node, line, schema, trail, notes);
                 return;
             }
             Kind::Scalar { .. } | Kind::Mapping(_) => false,
@@ -171,7 +171,7 @@ fn check_value(node: &mut Node, line: u32, schema: &Value, trail: &Trail<'_>, fa
         {
             what.push_str("; in quotes it is text: write it without them");
         }
-        faults.add(line as usize, trail.about(&what));
+        notes.error(Code::Value, line as usize, trail.about(&what));
         node.faulty = true;
     }
 }
@@ -181,7 +181,7 @@ fn check_mapping(
     line: u32,
     schema: &Map<String, Value>,
     trail: &Trail<'_>,
-    faults: &mut Faults,
+    notes: &mut Notes,
 ) {
     let none = Map::new();
     let properties = schema.get("properties").and_then(Value::as_object).unwrap_or(&none);
@@ -195,14 +195,14 @@ fn check_mapping(
                 entry.line,
                 schema,
                 &trail.then(TrailStep::Key(key)),
-                faults,
+                notes,
             );
         } else if let Some(schema) = additional.filter(|schema| schema.is_object()) {
             let step = match noun_of(schema) {
                 Some(noun) => TrailStep::Called(format!("{noun} '{key}'")),
                 None => TrailStep::Key(key),
             };
-            check_value(&mut entry.value, entry.line, schema, &trail.then(step), faults);
+            check_value(&mut entry.value, entry.line, schema, &trail.then(step), notes);
         } else if additional == Some(&Value::Bool(false)) {
             let known = || properties.keys().map(String::as_str);
             let near = nearest(key, known());
@@ -211,7 +211,11 @@ fn check_mapping(
                 None => format!("known keys are {}", known().collect::<Vec<_>>().join(", ")),
             };
             let key: String = key.chars().take(LONGEST_WORD).flat_map(char::escape_debug).collect();
-            faults.add(entry.line as usize, trail.within(&format!("unknown key '{key}'; {hint}")));
+            notes.error(
+                Code::UnknownKey,
+                entry.line as usize,
+                trail.within(&format!("unknown key '{key}'; {hint}")),
+            );
             entry.value.faulty = true;
             // The key that was meant is not missing as well.
             if let Some(near) = near.filter(|near| !given.contains(*near)) {
@@ -223,7 +227,7 @@ fn check_mapping(
         let Some(required) = required.as_str() else { continue };
         if !entries.iter().any(|entry| &*entry.key == required) {
             let what = trail.within(&format!("missing key '{required}'"));
-            faults.add(line as usize, what);
+            notes.error(Code::MissingKey, line as usize, what);
         }
     }
 }
@@ -235,7 +239,7 @@ fn check_list(
     line: u32,
     schema: &Map<String, Value>,
     trail: &Trail<'_>,
-    faults: &mut Faults,
+    notes: &mut Notes,
 ) -> bool {
     let bound = |key: &str| schema.get(key).and_then(Value::as_u64);
     let (least, most) = (bound("minItems"), bound("maxItems"));
@@ -249,7 +253,7 @@ fn check_list(
         } else {
             format!("has {length} {}, must be {}", plural(length, "value"), expectation(schema))
         };
-        faults.add(line as usize, trail.about(&what));
+        notes.error(Code::Value, line as usize, trail.about(&what));
         return false;
     }
     let Some(items_schema) = schema.get("items") else { return true };
@@ -264,7 +268,7 @@ fn check_list(
                 if !(numeric && range.holds(number)) {
                     let trail = trail.then(TrailStep::Index(index));
                     let what = format!("is {number}, must be {}", expectation(item_schema));
-                    faults.add(line as usize, trail.about(&what));
+                    notes.error(Code::Value, line as usize, trail.about(&what));
                     fits = false;
                     if !numeric {
                         break;
@@ -280,7 +284,7 @@ fn check_list(
                     None => TrailStep::Index(index),
                 };
                 let line = item.line;
-                check_value(item, line, items_schema, &trail.then(step), faults);
+                check_value(item, line, items_schema, &trail.then(step), notes);
                 fits &= !item.faulty;
             }
         }

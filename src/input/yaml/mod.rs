@@ -17,6 +17,23 @@ mod typed;
 
 #[cfg(test)]
 pub(super) use check::KEYWORDS;
-pub(super) use check::check;
 pub(super) use tree::{Kind, Node, Step, parse};
-pub(super) use typed::{Apart, typed};
+pub(super) use typed::Apart;
+
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+
+use crate::notes::Notes;
+
+/// The tree of a file and the raw type that it spells, without the values that errors are about. `None` where
+/// nothing can be read.
+pub(super) fn document<T: DeserializeOwned>(
+    text: &str,
+    schema: &Value,
+    notes: &mut Notes,
+) -> Option<(Node, T)> {
+    let mut tree = parse(text, notes)?;
+    check::check(&mut tree, schema, notes);
+    let raw = typed::typed(&tree, notes)?;
+    Some((tree, raw))
+}

@@ -140,18 +140,17 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
-    use super::super::super::faults::Faults;
+    use crate::notes::{Notes, Place};
+
     use super::super::tree::{parse, parse_whole};
     use super::*;
 
     /// The tree or the fault, and what was told on the way.
-    fn told(
-        read: impl Fn(&str, &mut Faults) -> Result<Node, super::super::super::Fault>,
-    ) -> impl Fn(&str) -> String {
+    fn told(read: impl Fn(&str, &mut Notes) -> Option<Node>) -> impl Fn(&str) -> String {
         move |text| {
-            let mut faults = Faults::of(Path::new("f"));
-            let tree = read(text, &mut faults).map_err(|fault| fault.to_string());
-            format!("{tree:?} {:?}", faults.finish())
+            let mut notes = Notes::about(Place::file(Path::new("f")));
+            let tree = read(text, &mut notes);
+            format!("{tree:?} {:?}", notes.finish())
         }
     }
 
@@ -173,8 +172,8 @@ mod tests {
         assert_eq!(short.text.lines().count(), 7);
         assert_eq!(short.tables.iter().map(|t| t.rows.len()).collect::<Vec<_>>(), [100, 50]);
         assert_eq!(told(parse)(&text), told(parse_whole)(&text));
-        let mut faults = Faults::of(Path::new("f"));
-        let tree = parse(&text, &mut faults).unwrap();
+        let mut notes = Notes::about(Place::file(Path::new("f")));
+        let tree = parse(&text, &mut notes).unwrap();
         let c = tree.get("a").unwrap().get("c").unwrap();
         assert_eq!((c.items().len(), c.items()[49].line), (50, 154));
         assert_eq!(tree.entry("d").unwrap().line, 155);

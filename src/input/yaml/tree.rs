@@ -1,5 +1,6 @@
 //! YAML text → a tree in which every value knows its line.
 
+use crate::notes::{Code, Notes, Place};
 use std::iter::Peekable;
 use std::path::Path;
 use std::sync::Arc;
@@ -7,8 +8,6 @@ use std::vec::IntoIter;
 
 use saphyr_parser::{Event, Parser, ScalarStyle};
 
-use super::super::Fault;
-use super::super::faults::Faults;
 use super::number::number_of;
 use super::rows::{Shortened, Table, shortened};
 
@@ -103,30 +102,34 @@ impl Node {
 
 /// Reads the one document of `text`. Faults that leave the rest readable (a key given twice, an alias, a
 /// tag) go to `faults`; the first that does not is the error.
-pub(in crate::input) fn parse(text: &str, faults: &mut Faults) -> Result<Node, Fault> {
+pub(in crate::input) fn parse(text: &str, notes: &mut Notes) -> Option<Node> {
     match shortened(text).and_then(parse_shortened) {
-        Some(tree) => Ok(tree),
-        None => parse_whole(text, faults),
+        Some(tree) => Some(tree),
+        None => parse_whole(text, notes),
     }
 }
 
 /// The tree of a text whose tables were taken out of it; `None` where anything is not as it should be.
 fn parse_shortened(short: Shortened) -> Option<Node> {
-    let mut faults = Faults::of(Path::new(""));
-    let mut builder = Builder::new(&mut faults, short.tables);
-    builder.read(&short.text).ok()?;
+    let mut notes = Notes::about(Place::file(Path::new("")));
+    let mut builder = Builder::new(&mut notes, short.tables);
+    builder.read(&short.text)?;
     let root = builder.root.take().filter(|root| !root.is_null());
     let all_back = builder.tables.next().is_none();
-    root.filter(|_| all_back && faults.count() == 0)
+    root.filter(|_| all_back && notes.errors() == 0)
 }
 
 /// [`parse`] by the YAML parser alone.
-pub(super) fn parse_whole(text: &str, faults: &mut Faults) -> Result<Node, Fault> {
-    let mut builder = Builder::new(faults, Vec::new());
+pub(super) fn parse_whole(text: &str, notes: &mut Notes) -> Option<Node> {
+    let mut builder = Builder::new(notes, Vec::new());
     builder.read(text)?;
     match builder.root {
-        Some(root) if !root.is_null() => Ok(root),
-        _ => Err(builder.faults.make(None, "is empty, must hold keys and values")),
+        Some(root) if !root.is_null() => Some(root),
+        _ => {
+            let what = "is empty, must hold keys and values";
+            builder.notes.error(Code::MissingKey, None, what);
+            None
+        }
     }
 }
 
@@ -137,7 +140,7 @@ enum Open {
 }
 
 struct Builder<'f> {
-    faults: &'f mut Faults,
+    notes: &'f mut Notes,
     open: Vec<Open>,
     root: Option<Node>,
     values: usize,
@@ -150,9 +153,9 @@ struct Builder<'f> {
 }
 
 impl<'f> Builder<'f> {
-    fn new(faults: &'f mut Faults, tables: Vec<Table>) -> Self {
+    fn new(notes: &'f mut Notes, tables: Vec<Table>) -> Self {
         Self {
-            faults,
+            notes,
             open: Vec::new(),
             root: None,
             values: 0,
@@ -162,33 +165,36 @@ impl<'f> Builder<'f> {
         }
     }
 
-    fn read(&mut self, text: &str) -> Result<(), Fault> {
+    fn read(&mut self, text: &str) -> Option<()> {
         let mut documents = 0;
         for event in Parser::new_from_str(text) {
-            let (event, span) = event.map_err(|error| {
+            let event = event.map_err(|error| {
                 let hint = if error.info().contains("tab") { "; indent with spaces" } else { "" };
                 let what = format!("not valid YAML: {}{hint}", error.info());
-                self.faults.make(error.marker().line().max(1), what)
-            })?;
+                self.notes.error(Code::Syntax, error.marker().line().max(1), what);
+            });
+            let (event, span) = event.ok()?;
             let line = span.start.line() + self.lines_put_back;
             let line = u32::try_from(line).unwrap_or(u32::MAX);
             if matches!(event, Event::DocumentStart(_)) {
                 documents += 1;
                 if documents > 1 {
                     let what = "a second document starts here, must be one document in a file";
-                    return Err(self.faults.make(line as usize, what));
+                    self.notes.error(Code::Syntax, line as usize, what);
+                    return None;
                 }
             }
             self.take(event, line)?;
             if self.values > MOST_VALUES {
                 let what = format!("more than {MOST_VALUES} values; split the file");
-                return Err(self.faults.make(line as usize, what));
+                self.notes.error(Code::TooLong, line as usize, what);
+                return None;
             }
         }
-        Ok(())
+        Some(())
     }
 
-    fn take(&mut self, event: Event<'_>, line: u32) -> Result<(), Fault> {
+    fn take(&mut self, event: Event<'_>, line: u32) -> Option<()> {
         let tag = match &event {
             Event::Scalar(_, _, _, tag)
             | Event::SequenceStart(_, tag)
@@ -197,12 +203,16 @@ impl<'f> Builder<'f> {
         };
         if let Some(tag) = tag {
             let what = format!("tag '{}{}' is not read; leave it out", tag.handle, tag.suffix);
-            self.faults.add(line as usize, what);
+            self.notes.error(Code::Syntax, line as usize, what);
         }
         match event {
             Event::Scalar(text, style, ..) => self.scalar(&text, style != ScalarStyle::Plain, line),
             Event::Alias(_) => {
-                self.faults.add(line as usize, "aliases (*name) are not read; write the value out");
+                self.notes.error(
+                    Code::Syntax,
+                    line as usize,
+                    "aliases (*name) are not read; write the value out",
+                );
                 let mut node = Node::new(line, Kind::Scalar { text: "".into(), quoted: false });
                 node.faulty = true;
                 self.place(node)
@@ -214,34 +224,36 @@ impl<'f> Builder<'f> {
                 self.begin(Open::Mapping { line, entries: Vec::new(), key: None }, line)
             }
             Event::SequenceEnd | Event::MappingEnd => self.end(),
-            _ => Ok(()),
+            _ => Some(()),
         }
     }
 
-    fn begin(&mut self, open: Open, line: u32) -> Result<(), Fault> {
+    fn begin(&mut self, open: Open, line: u32) -> Option<()> {
         if self.expects_key() {
             let what = "a list or mapping stands as a key, must be plain text";
-            return Err(self.faults.make(line as usize, what));
+            self.notes.error(Code::Syntax, line as usize, what);
+            return None;
         }
         if self.open.len() >= DEEPEST {
             let what = format!("nested more than {DEEPEST} deep");
-            return Err(self.faults.make(line as usize, what));
+            self.notes.error(Code::Syntax, line as usize, what);
+            return None;
         }
         self.open.push(open);
-        Ok(())
+        Some(())
     }
 
     fn expects_key(&self) -> bool {
         matches!(self.open.last(), Some(Open::Mapping { key: None, .. }))
     }
 
-    fn scalar(&mut self, text: &str, quoted: bool, line: u32) -> Result<(), Fault> {
+    fn scalar(&mut self, text: &str, quoted: bool, line: u32) -> Option<()> {
         if self.expects_key() {
             let shared = self.shared(text);
             if let Some(Open::Mapping { key, .. }) = self.open.last_mut() {
                 *key = Some((shared, line));
             }
-            return Ok(());
+            return Some(());
         }
         if let Some(Open::Sequence { line: start, items, numbers }) = self.open.last_mut()
             && items.is_empty()
@@ -250,7 +262,7 @@ impl<'f> Builder<'f> {
             && let Some(number) = number_of(text)
         {
             numbers.push(number);
-            return Ok(());
+            return Some(());
         }
         self.place(Node::new(line, Kind::Scalar { text: text.into(), quoted }))
     }
@@ -266,7 +278,7 @@ impl<'f> Builder<'f> {
     }
 
     /// Puts a finished value where it belongs.
-    fn place(&mut self, node: Node) -> Result<(), Fault> {
+    fn place(&mut self, node: Node) -> Option<()> {
         self.values += 1;
         match self.open.last_mut() {
             None => self.root = Some(node),
@@ -278,14 +290,15 @@ impl<'f> Builder<'f> {
                 Some((key, line)) => entries.push(Entry { key, line, value: node }),
                 None => {
                     let what = "an alias stands as a key, must be plain text";
-                    return Err(self.faults.make(node.line as usize, what));
+                    self.notes.error(Code::Syntax, node.line as usize, what);
+                    return None;
                 }
             },
         }
-        Ok(())
+        Some(())
     }
 
-    fn end(&mut self) -> Result<(), Fault> {
+    fn end(&mut self) -> Option<()> {
         match self.open.pop() {
             Some(Open::Sequence { line, items, numbers }) => {
                 let kind = if numbers.is_empty() {
@@ -302,7 +315,7 @@ impl<'f> Builder<'f> {
             None => {}
         }
         self.put_back();
-        Ok(())
+        Some(())
     }
 
     /// Puts the rows of a table behind its first one, if that is what was placed last.
@@ -331,7 +344,7 @@ impl<'f> Builder<'f> {
                 let (first, entry) = (&entries[same[0]], &entries[again]);
                 let what =
                     format!("key '{}' is given twice; first at line {}", entry.key, first.line);
-                self.faults.add(entry.line as usize, what);
+                self.notes.error(Code::Conflict, entry.line as usize, what);
                 repeated[again] = true;
             }
         }
@@ -350,19 +363,20 @@ fn spill(line: u32, items: &mut Vec<Node>, numbers: &mut Vec<f64>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::notes::Note;
 
-    fn read(text: &str) -> (Result<Node, Fault>, Vec<String>) {
-        let mut faults = Faults::of(Path::new("f"));
-        let tree = parse(text, &mut faults);
-        (tree, faults.finish().iter().map(Fault::to_string).collect())
+    fn read(text: &str) -> (Option<Node>, Vec<String>) {
+        let mut notes = Notes::about(Place::file(Path::new("f")));
+        let tree = parse(text, &mut notes);
+        (tree, notes.finish().0.iter().map(Note::to_string).collect())
     }
 
     #[test]
     fn lines_are_known_at_every_depth() {
-        let (tree, faults) =
+        let (tree, notes) =
             read("a: 1\r\nb:\r\n  - c: [1, 2]\r\n    d: x\r\n  - e: {f: 1,\r\n      g: 2}\r\n");
         let tree = tree.unwrap();
-        assert!(faults.is_empty());
+        assert!(notes.is_empty());
         use Step::{Index, Key};
         assert_eq!(tree.line_at(&[Key("a")]), 1);
         assert_eq!(tree.line_at(&[Key("b"), Index(0)]), 3);
@@ -395,9 +409,9 @@ mod tests {
             ("a: &x 1\nb: *x\n", "f:2: aliases (*name) are not read; write the value out"),
             ("a: 1\nb: !size 2\n", "f:2: tag '!size' is not read; leave it out"),
         ] {
-            let (tree, faults) = read(text);
-            assert!(tree.is_ok(), "{text:?}");
-            assert_eq!(faults, [told], "{text:?}");
+            let (tree, notes) = read(text);
+            assert!(tree.is_some(), "{text:?}");
+            assert_eq!(notes, [told], "{text:?}");
         }
         for (text, told) in [
             ("", "f: is empty, must hold keys and values"),
@@ -407,11 +421,11 @@ mod tests {
             ("a: [1, 2\nb: 3\n", "f:2: not valid YAML"),
             ("? [a]\n: 1\n", "f:1: a list or mapping stands as a key"),
         ] {
-            let fault = read(text).0.unwrap_err().to_string();
-            assert!(fault.starts_with(told), "{text:?}: {fault}");
+            let (tree, notes) = read(text);
+            assert!(tree.is_none() && notes[0].starts_with(told), "{text:?}: {notes:?}");
         }
         for deep in ["[".repeat(100_000), "- ".repeat(100_000), "{a: ".repeat(100_000)] {
-            assert!(read(&deep).0.is_err());
+            assert!(read(&deep).0.is_none());
         }
     }
 }

@@ -1,10 +1,10 @@
 //! A checked tree → a raw type, through serde_yaml.
 
+use crate::notes::{Code, Notes};
 use serde::de::{DeserializeOwned, IgnoredAny};
 use serde::{Deserialize, Deserializer};
 use serde_yaml::{Mapping, Number, Value};
 
-use super::super::faults::Faults;
 use super::tree::{Kind, Node, Step};
 
 /// Stands in a raw type for a value that is read from the tree itself: it tells only that it is there.
@@ -18,7 +18,7 @@ impl<'de> Deserialize<'de> for Apart {
 }
 
 /// The raw type that the tree spells, without the values that faults were told about.
-pub(in crate::input) fn typed<T: DeserializeOwned>(root: &Node, faults: &mut Faults) -> Option<T> {
+pub(in crate::input) fn typed<T: DeserializeOwned>(root: &Node, notes: &mut Notes) -> Option<T> {
     let read = serde_path_to_error::deserialize(value_of(root)?);
     // The schema was checked before, so this tells only of what a schema cannot say.
     read.map_err(|error| {
@@ -32,7 +32,7 @@ pub(in crate::input) fn typed<T: DeserializeOwned>(root: &Node, faults: &mut Fau
                 | serde_path_to_error::Segment::Unknown => None,
             })
             .collect();
-        faults.add(root.line_at(&steps), format!("{path}: {}", error.into_inner()));
+        notes.error(Code::Value, root.line_at(&steps), format!("{path}: {}", error.into_inner()));
     })
     .ok()
 }
