@@ -119,8 +119,3 @@ pub mod study;
 pub mod two_link;
 pub mod units;
 pub mod wording;
-
-/// The README's examples in Rust, so that they are compiled.
-#[cfg(doctest)]
-#[doc = include_str!("../README.md")]
-struct Readme;

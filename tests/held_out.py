@@ -4,7 +4,7 @@
     python3 tests/held_out.py target/release/detune [--robots 4] [--seed 1] [--scan 20000] [--keep DIR]
 
 Draws random robots (URDF and robot.yaml) and jobs, runs the program on them, and compares what it says with a
-computation of its own that follows the words of the README alone and shares no code and no method with the program:
+computation of its own that follows the words of the guide alone and shares no code and no method with the program:
 see held_out/mechanics.py and held_out/paths.py. Needs numpy. Exit code 0 if nothing disagrees; else 1, and every
 disagreement is printed with the files that show it. The same seed draws the same robots and jobs.
 

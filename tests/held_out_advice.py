@@ -4,7 +4,7 @@
     python3 tests/held_out_advice.py target/release/detune [--robots 4] [--seed 1] [--scan 20000] [--keep DIR]
 
 Draws random robots and jobs, runs the program on them, and compares its advice with a computation of its own that
-follows the words of the README alone: mechanics and paths as in held_out.py, safe speeds by a scan, schedules by a scan
+follows the words of the guide alone: mechanics and paths as in held_out.py, safe speeds by a scan, schedules by a scan
 and by dynamic programming, the cutting force as it runs in time. Needs numpy. Exit code 0 if nothing disagrees; else 1,
 and every disagreement is printed with the files that show it. The same seed draws the same robots and jobs.
 

@@ -349,7 +349,7 @@ fn noise_alone_has_no_modes() {
 }
 
 /// Seeds of the coverage tests: `DETUNE_COVERAGE_SEEDS=500 cargo test --release --test analytic cover -- --nocapture`
-/// is the long run, whose figures stand in the README.
+/// is the long run, whose figures stand in the guide (validation).
 fn coverage_seeds() -> u64 {
     const USUAL: u64 = 80;
     match std::env::var("DETUNE_COVERAGE_SEEDS") {

@@ -263,3 +263,56 @@ fn outputs_are_compared_line_by_line() {
     assert!(shows("a\n...\nd", "a\nb\nc\nd"));
     assert!(!shows("a\n...\nd", "a\nb"));
 }
+
+/// Jobs and robots that pages show, with paths of this repository in place of the reader's.
+#[test]
+fn files_shown_are_valid() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("shown.yaml");
+    let paths = [
+        ("../robots/irb1600/robot.yaml", "robots/irb1600/robot.yaml"),
+        ("../reference/ur10.urdf", "tests/data/reference/ur10.urdf"),
+        ("robot: my-arm.yaml", "tests/data/readme/my-arm.yaml"),
+        ("urdf: my-arm.urdf", "robots/irb1600/irb1600.urdf"),
+    ];
+    let mut seen = 0;
+    for (name, page) in pages() {
+        for block in blocks(&page) {
+            let command = match block.text.lines().next().unwrap_or_default() {
+                head if head.ends_with("job.schema.json") => "detune check --fail-on never",
+                head if head.ends_with("robot.schema.json") => "detune map --random 1",
+                _ => continue,
+            };
+            let mut text = block.text.clone();
+            for (shown, here) in paths {
+                let key =
+                    shown.split_once(": ").map_or(String::new(), |(key, _)| key.to_owned() + ": ");
+                text = text.replace(shown, &format!("{key}{}", root().join(here).display()));
+            }
+            fs::write(&file, text).unwrap();
+            let answer = run(folder.path(), &format!("{command} shown.yaml"));
+            assert_eq!(answer.code, Some(0), "{name}:{}: {}", block.line, answer.err);
+            seen += 1;
+        }
+    }
+    assert!(seen >= 4, "pages show only {seen} files");
+}
+
+#[test]
+fn links_lead_somewhere() {
+    let readme = fs::read_to_string(root().join("README.md")).unwrap();
+    for (name, page) in pages() {
+        assert!(
+            name == "README.md" || readme.contains(&format!("({name})")),
+            "README.md has no link to {name}"
+        );
+        let here = root().join(&name);
+        let inline = page.split("](").skip(1).filter_map(|rest| rest.split(')').next());
+        let lines = page.lines().filter(|line| line.starts_with('['));
+        let defined = lines.filter_map(|line| line.split_once("]: ").map(|(_, target)| target));
+        for target in inline.chain(defined).filter(|target| !target.contains("://")) {
+            let file = here.parent().unwrap().join(target);
+            assert!(file.exists(), "{name}: {target} does not exist");
+        }
+    }
+}
