@@ -39,7 +39,7 @@ pub enum Target {
 }
 
 /// Three points closer to one line than this share of their distance do not make an arc.
-const FLATTEST_ARC: f64 = 1e-9;
+const MIN_ARC_CURVATURE: f64 = 1e-9;
 
 /// The part of a circle from one point through another to a third.
 #[derive(Debug, Clone, PartialEq)]
@@ -57,7 +57,7 @@ impl Circle {
     pub(crate) fn through(a: Vector3<f64>, b: Vector3<f64>, c: Vector3<f64>) -> Option<Self> {
         let (ab, ac) = (b - a, c - a);
         let normal = ab.cross(&ac);
-        if normal.norm() <= FLATTEST_ARC * ab.norm().max(ac.norm()).powi(2) {
+        if normal.norm() <= MIN_ARC_CURVATURE * ab.norm().max(ac.norm()).powi(2) {
             return None;
         }
         // Circumcentre of a triangle, from one of its corners.

@@ -1,7 +1,8 @@
 //! The best of the safe constant speeds.
 
-use super::speeds::{Question, SafeSet, Speeds, WIDEST};
-use super::{Objective, TipVibration};
+use super::options::Objective;
+use super::speeds::{MAX_HALF_WIDTH, SafeSet, SpeedProblem, Speeds};
+use super::vibration::TipVibration;
 
 /// Speeds are told in whole rev/min; in narrow gaps in tenths or hundredths.
 const STEPS_PER_RPM: [f64; 3] = [1.0, 10.0, 100.0];
@@ -12,7 +13,7 @@ const GUARD_RPM: f64 = 0.02;
 const GUARD_RATIO: f64 = 1e-6;
 
 /// In hundredths there is room for less.
-const LEAST_GUARD_RPM: f64 = 0.002;
+const MIN_GUARD_RPM: f64 = 0.002;
 
 /// Shares of the largest separation that a round speed may keep, the best first.
 const NEARLY: [f64; 4] = [0.999, 0.99, 0.95, 0.8];
@@ -20,7 +21,7 @@ const NEARLY: [f64; 4] = [0.999, 0.99, 0.95, 0.8];
 /// The speed to run at, or `None` where no gap is wide enough to set a speed in it. `programmed_rpm` is
 /// the one to stay near to.
 pub(super) fn choose(
-    question: &Question,
+    problem: &SpeedProblem,
     set: &SafeSet,
     objective: Objective,
     programmed_rpm: f64,
@@ -29,7 +30,7 @@ pub(super) fn choose(
     let near = |set: &SafeSet, wished_rpm: f64| {
         set.safe
             .iter()
-            .filter_map(|gap| settle(question, *gap, wished_rpm))
+            .filter_map(|gap| settle(problem, *gap, wished_rpm))
             .min_by(|a, b| (a - wished_rpm).abs().total_cmp(&(b - wished_rpm).abs()))
     };
     match objective {
@@ -40,40 +41,39 @@ pub(super) fn choose(
             best.iter()
                 .find_map(|tip| {
                     let gap = set.safe.iter().find(|gap| gap.contains(tip.rpm))?;
-                    settle(question, *gap, rounded(tip.rpm, set))
+                    settle(problem, *gap, rounded(tip.rpm, set))
                 })
                 .or_else(|| near(set, programmed_rpm))
         }
         Objective::Highest => {
-            set.safe.iter().rev().find_map(|gap| settle(question, *gap, gap.high_rpm))
+            set.safe.iter().rev().find_map(|gap| settle(problem, *gap, gap.high_rpm))
         }
-        Objective::Margin => match question.widest() {
+        Objective::Margin => match problem.widest() {
             // Round, at the cost of as little of the separation as it takes. Ignored bands end abruptly, so
             // the speeds that keep nearly as much are asked for anew.
             Some(bind) => NEARLY
                 .into_iter()
-                .map(|share| question.divide(share * bind.separation))
+                .map(|share| problem.divide(share * bind.separation))
                 .find_map(|nearly| near(&nearly, rounded(bind.rpm, &nearly)))
                 .or_else(|| near(set, bind.rpm))
                 .filter(|rpm| set.safe.iter().any(|gap| gap.contains(*rpm))),
             // Some speeds are near to nothing that counts.
-            None => {
-                near(&question.divide(WIDEST), programmed_rpm).or_else(|| near(set, programmed_rpm))
-            }
+            None => near(&problem.divide(MAX_HALF_WIDTH), programmed_rpm)
+                .or_else(|| near(set, programmed_rpm)),
         },
     }
 }
 
 /// The speed nearest to `wished_rpm` that can be set within a gap: itself, or round.
-pub(super) fn settle(question: &Question, gap: Speeds, wished_rpm: f64) -> Option<f64> {
+pub(super) fn settle(problem: &SpeedProblem, gap: Speeds, wished_rpm: f64) -> Option<f64> {
     let inside = |least_rpm: f64| {
         let guard = |rpm: f64, limit_rpm: f64| {
             // The spindle's own limits may be run at.
             if rpm == limit_rpm { 0.0 } else { least_rpm.max(GUARD_RATIO * rpm) }
         };
         Speeds {
-            low_rpm: gap.low_rpm + guard(gap.low_rpm, question.spindle.min_rpm),
-            high_rpm: gap.high_rpm - guard(gap.high_rpm, question.spindle.max_rpm),
+            low_rpm: gap.low_rpm + guard(gap.low_rpm, problem.spindle.min_rpm),
+            high_rpm: gap.high_rpm - guard(gap.high_rpm, problem.spindle.max_rpm),
         }
     };
     let wide = inside(GUARD_RPM);
@@ -82,12 +82,12 @@ pub(super) fn settle(question: &Question, gap: Speeds, wished_rpm: f64) -> Optio
     }
     STEPS_PER_RPM.into_iter().find_map(|steps| {
         let Speeds { low_rpm, high_rpm } =
-            if steps == STEPS_PER_RPM[2] { inside(LEAST_GUARD_RPM) } else { wide };
+            if steps == STEPS_PER_RPM[2] { inside(MIN_GUARD_RPM) } else { wide };
         let (first, last) = ((low_rpm * steps).ceil() / steps, (high_rpm * steps).floor() / steps);
         let round = (wished_rpm * steps).round() / steps;
         let ends = [low_rpm, high_rpm]
             .into_iter()
-            .filter(|&rpm| rpm == question.spindle.min_rpm || rpm == question.spindle.max_rpm);
+            .filter(|&rpm| rpm == problem.spindle.min_rpm || rpm == problem.spindle.max_rpm);
         let round = (first <= last).then(|| round.clamp(first, last));
         ends.chain(round).min_by(|a, b| (a - wished_rpm).abs().total_cmp(&(b - wished_rpm).abs()))
     })

@@ -8,16 +8,16 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use rayon::prelude::*;
 
 use super::choice::choose;
-use super::ranges::{Counting, mode_ranges};
-use super::speeds::{Bind, Question};
-use super::{ModeRange, Objective};
+use super::options::Objective;
+use super::ranges::{Counting, ModeRange, mode_ranges};
+use super::speeds::{Binding, SpeedProblem};
 use crate::excitation::lines;
 use crate::job::{Job, Operation, Spindle};
 use crate::motion::{Move, Target};
 use crate::notes::Note;
 use crate::path::{Path, Survey, grid};
 use crate::progress::silent;
-use crate::risk::{Turning, detail};
+use crate::risk::{SpindleProfile, detail};
 
 /// Angles tried from one end of the free axis to the other, and closer about the best of them.
 const ANGLES: usize = 9;
@@ -27,7 +27,7 @@ const CLOSER: usize = 2;
 const PLACES: usize = 3;
 
 /// A spindle is not asked to run slower than this share of its lowest speed.
-const LEAST_SHARE: f64 = 0.1;
+const MIN_SPEED_RATIO: f64 = 0.1;
 
 /// Above all blocks there is room for a round speed.
 const BEYOND_RPM: f64 = 10.0;
@@ -96,21 +96,21 @@ pub(super) fn levers(
     operation: &Operation,
     index: usize,
     ranges: &[ModeRange],
-    bind: Option<&Bind>,
+    bind: Option<&Binding>,
     programmed_rpm: f64,
 ) -> Result<Vec<Lever>, Note> {
     let mut found = Vec::new();
     for tool in &job.levers.tools_on_hand {
         let lines = lines(tool, &job.policy);
         let (policy, spindle) = (&job.policy, &job.spindle);
-        let question = Question { ranges, lines: &lines, policy, spindle };
+        let problem = SpeedProblem { ranges, lines: &lines, policy, spindle };
         let change = Change::Tool { name: tool.name.clone(), teeth: tool.teeth };
-        found.push(lever(&question, change, programmed_rpm));
+        found.push(lever(&problem, change, programmed_rpm));
     }
     let lines = lines(&job.tool, &job.policy);
     let (policy, spindle) = (&job.policy, &job.spindle);
     found.extend(faster_or_slower(
-        &Question { ranges, lines: &lines, policy, spindle },
+        &SpeedProblem { ranges, lines: &lines, policy, spindle },
         programmed_rpm,
     ));
     found.extend(turned(job, operation, index, programmed_rpm)?);
@@ -122,26 +122,26 @@ pub(super) fn levers(
     Ok(found)
 }
 
-fn lever(question: &Question, change: Change, programmed_rpm: f64) -> Lever {
-    let set = question.divide(question.policy.wide());
+fn lever(problem: &SpeedProblem, change: Change, programmed_rpm: f64) -> Lever {
+    let set = problem.divide(problem.policy.wide());
     Lever {
         change,
-        margin: question.widest().map(|bind| bind.separation),
-        rpm: choose(question, &set, Objective::Nearest, programmed_rpm, &[]),
+        margin: problem.widest().map(|bind| bind.separation),
+        rpm: choose(problem, &set, Objective::Nearest, programmed_rpm, &[]),
     }
 }
 
 /// A spindle with another range: the nearest safe speed beyond this one's.
-fn faster_or_slower(question: &Question, programmed_rpm: f64) -> Option<Lever> {
-    let within = |min_rpm: f64, max_rpm: f64| Spindle { min_rpm, max_rpm, ..*question.spindle };
-    let Spindle { min_rpm, max_rpm, .. } = *question.spindle;
+fn faster_or_slower(problem: &SpeedProblem, programmed_rpm: f64) -> Option<Lever> {
+    let within = |min_rpm: f64, max_rpm: f64| Spindle { min_rpm, max_rpm, ..*problem.spindle };
+    let Spindle { min_rpm, max_rpm, .. } = *problem.spindle;
     let nearest = |spindle: Spindle| {
-        let question = Question { spindle: &spindle, ..*question };
-        let set = question.divide(question.policy.wide());
-        choose(&question, &set, Objective::Nearest, programmed_rpm, &[])
+        let problem = SpeedProblem { spindle: &spindle, ..*problem };
+        let set = problem.divide(problem.policy.wide());
+        choose(&problem, &set, Objective::Nearest, programmed_rpm, &[])
     };
-    let beyond_rpm = question.highest_block_rpm()? + BEYOND_RPM;
-    let slower = nearest(within(LEAST_SHARE * min_rpm, min_rpm));
+    let beyond_rpm = problem.highest_block_rpm()? + BEYOND_RPM;
+    let slower = nearest(within(MIN_SPEED_RATIO * min_rpm, min_rpm));
     let faster = (beyond_rpm > max_rpm).then(|| nearest(within(max_rpm, beyond_rpm))).flatten();
     let rpm = slower
         .into_iter()
@@ -149,12 +149,12 @@ fn faster_or_slower(question: &Question, programmed_rpm: f64) -> Option<Lever> {
         .filter(|rpm| !(min_rpm..=max_rpm).contains(rpm))
         .min_by(|a, b| (a - programmed_rpm).abs().total_cmp(&(b - programmed_rpm).abs()))?;
     let wider = within(min_rpm.min(rpm), max_rpm.max(rpm));
-    let margin = Question { spindle: &wider, ..*question }.widest().map(|bind| bind.separation);
+    let margin = SpeedProblem { spindle: &wider, ..*problem }.widest().map(|bind| bind.separation);
     Some(Lever { change: Change::Spindle { rpm }, margin, rpm: Some(rpm) })
 }
 
 /// Narrower bands: by less separation, or by a model that can be trusted further.
-fn narrower(job: &Job, bind: &Bind) -> Vec<Lever> {
+fn narrower(job: &Job, bind: &Binding) -> Vec<Lever> {
     /// Of the widest bands that leave a gap this much leaves one wide enough to set a speed in.
     const SHARE: f64 = 0.99;
     let wide = SHARE * bind.separation;
@@ -261,10 +261,11 @@ fn tried(
     };
     let stations = grid(&path, std::iter::empty());
     let survey = Survey::take(&path, stations, detail(&job.policy), &silent)?;
-    let counting = Counting { policy: &job.policy, turning: Turning::new(&operation.speed, &path) };
+    let counting =
+        Counting { policy: &job.policy, spindle: SpindleProfile::new(&operation.speed, &path) };
     let (ranges, _) = mode_ranges(&path, &counting, survey)?;
     let lines = lines(&job.tool, &job.policy);
-    let question =
-        Question { ranges: &ranges, lines: &lines, policy: &job.policy, spindle: &job.spindle };
-    Ok(Some(lever(&question, change, programmed_rpm)))
+    let problem =
+        SpeedProblem { ranges: &ranges, lines: &lines, policy: &job.policy, spindle: &job.spindle };
+    Ok(Some(lever(&problem, change, programmed_rpm)))
 }

@@ -3,26 +3,26 @@
 use super::choice::choose;
 use super::levers::levers;
 use super::map::SpeedMap;
+use super::options::{FeedRule, Objective, Options};
+use super::outcome::{JobAdvice, OperationAdvice, Remedy, Vibration};
 use super::ranges::{Counting, ModeRange, mode_ranges};
 use super::schedule::{Task, kept, schedule};
-use super::speeds::{Question, SafeSet, feed_at};
+use super::speeds::{Constant, SafeSet, SpeedProblem, feed_at};
 use super::vibration::{Chip, TipModel, TipVibration};
-use super::{
-    Constant, FeedRule, JobAdvice, Objective, OperationAdvice, Options, Remedy, Vibration,
-};
 use crate::excitation::{ExcitationLine, lines};
 use crate::job::{Job, Operation, SpindleSpeed};
 use crate::notes::{Code, Note};
 use crate::path::{Path, Survey, grid};
 use crate::progress::Progress;
 use crate::risk::{
-    Counted, Turning, about_operation, crossings_under, detail, in_operation, nothing_checked, plan,
+    Counted, SpindleProfile, about_operation, crossings_under, detail, in_operation,
+    nothing_checked, plan,
 };
 use crate::units::hz_from_rpm;
 
 /// A speed that a check would deny shows frequencies that the first looks missed: they are taken in and
 /// the speeds divided anew, so often at most.
-const MOST_SECOND_LOOKS: usize = 5;
+const MAX_REVISIONS: usize = 5;
 
 /// Advises every operation of a job.
 ///
@@ -132,7 +132,8 @@ fn advise_path(
         }
         FeedRule::Programmed => Chip::Feed(operation.feed_m_per_s),
     };
-    let counting = Counting { policy: &job.policy, turning: Turning::new(&operation.speed, path) };
+    let counting =
+        Counting { policy: &job.policy, spindle: SpindleProfile::new(&operation.speed, path) };
     let stations = grid(path, operation.speed.corners());
     let survey = Survey::take(path, stations, detail(&job.policy), progress)?;
     let quietest_of =
@@ -140,18 +141,18 @@ fn advise_path(
     let wish = Wish { objective: options.objective, programmed_rpm, quietest_of: &quietest_of };
     let Choice { ranges, set, rpm, quietest, survey } =
         settled(job, path, &counting, &lines, &wish, survey)?;
-    let question =
-        Question { ranges: &ranges, lines: &lines, policy: &job.policy, spindle: &job.spindle };
+    let problem =
+        SpeedProblem { ranges: &ranges, lines: &lines, policy: &job.policy, spindle: &job.spindle };
     let constant = rpm.map(|rpm| Constant {
         rpm,
         feed_m_per_s: match options.feed {
             FeedRule::ChipLoad => feed_at(operation.feed_m_per_s, programmed_rpm, rpm),
             FeedRule::Programmed => operation.feed_m_per_s,
         },
-        separation: question.separation(rpm),
+        separation: problem.separation(rpm),
         is_programmed: operation.speed == SpindleSpeed::Constant(rpm),
     });
-    let bind = if constant.is_none() { question.widest() } else { None };
+    let bind = if constant.is_none() { problem.widest() } else { None };
     let task = Task {
         job,
         operation,
@@ -244,17 +245,17 @@ fn settled(
     let mut look = 0;
     loop {
         let (ranges, refined) = mode_ranges(path, counting, survey)?;
-        let question = Question { ranges: &ranges, lines, policy, spindle };
-        let set = question.divide(policy.wide());
+        let problem = SpeedProblem { ranges: &ranges, lines, policy, spindle };
+        let set = problem.divide(policy.wide());
         let quietest = (wish.quietest_of)(&set);
-        let chosen = choose(&question, &set, wish.objective, wish.programmed_rpm, &quietest);
+        let chosen = choose(&problem, &set, wish.objective, wish.programmed_rpm, &quietest);
         let Some(rpm) = chosen else {
             return Ok(Choice { ranges, set, rpm: None, quietest, survey: refined });
         };
         let speed = SpindleSpeed::Constant(rpm);
         let (found, closer) = crossings_under(lines, policy, &speed, path, refined)?;
         survey = closer;
-        if found.is_empty() || look == MOST_SECOND_LOOKS {
+        if found.is_empty() || look == MAX_REVISIONS {
             let rpm = chosen.filter(|_| found.is_empty());
             return Ok(Choice { ranges, set, rpm, quietest, survey });
         }

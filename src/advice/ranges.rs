@@ -4,8 +4,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::job::Policy;
 use crate::notes::Note;
-use crate::path::{LONGEST_GAP, Path, Station, Survey};
-use crate::risk::Turning;
+use crate::path::{MAX_GAP, Path, Station, Survey};
+use crate::risk::SpindleProfile;
 
 /// The ends of a range are found to this share of the frequency: 1e-5 rev/min of 10 000.
 const END_TOLERANCE: f64 = 1e-9;
@@ -36,13 +36,13 @@ pub struct ModeRange {
 #[derive(Debug, Clone)]
 pub(super) struct Counting<'a> {
     pub(super) policy: &'a Policy,
-    pub(super) turning: Turning<'a>,
+    pub(super) spindle: SpindleProfile<'a>,
 }
 
 impl Counting<'_> {
     /// Whether mode `r` (from 0) counts at a station: the spindle turns and the mode moves the tool tip enough.
     pub(super) fn counts(&self, station: &Station, r: usize) -> bool {
-        !self.turning.stands_at(station.s)
+        !self.spindle.is_stopped_at(station.s)
             && station.tip_m_per_n.get(r).is_none_or(|&tip| !self.policy.is_faint(tip))
     }
 }
@@ -62,10 +62,11 @@ pub(super) fn mode_ranges(
         let covered: Vec<Vec<ModeRange>> =
             (0..modes).map(|r| covered(counting, &survey, r)).collect();
         // One halving a pass, so that the next one goes by the slopes of its own neighbourhood.
-        let narrowest = LONGEST_GAP * 0.5_f64.powi(pass);
+        let narrowest = MAX_GAP * 0.5_f64.powi(pass);
         let is_waiting = AtomicBool::new(false);
         survey = survey.refine(path, |left, right, rates| {
-            let wanted = (0..modes).any(|r| wants(counting, left, right, r, rates[r], &covered[r]));
+            let wanted =
+                (0..modes).any(|r| needs_halving(counting, left, right, r, rates[r], &covered[r]));
             let wide_enough = right.s - left.s > narrowest;
             if wanted && !wide_enough {
                 is_waiting.store(true, Ordering::Relaxed);
@@ -128,7 +129,7 @@ fn covered(counting: &Counting, survey: &Survey, r: usize) -> Vec<ModeRange> {
 
 /// Whether the cell between two stations may hide frequencies that `covered` lacks. `rate` bounds
 /// |d ln f_r / ds| in the cell.
-fn wants(
+fn needs_halving(
     counting: &Counting,
     left: &Station,
     right: &Station,

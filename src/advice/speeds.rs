@@ -36,7 +36,7 @@ pub struct Block {
 
 /// Blocks without a gap between them.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Closure {
+pub struct ClosedRange {
     /// From the lowest end to the highest; within the spindle's range.
     pub speeds: Speeds,
     /// What closes them, ascending.
@@ -49,12 +49,12 @@ pub struct SafeSet {
     /// Safe ones, ascending.
     pub safe: Vec<Speeds>,
     /// The others, ascending.
-    pub closed: Vec<Closure>,
+    pub closed: Vec<ClosedRange>,
 }
 
 /// Where the largest separation that any constant speed keeps ends: two blocks that meet there.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Bind {
+pub struct Binding {
     /// The speed that keeps the largest separation, rev/min.
     pub rpm: f64,
     /// The least |f_exc − f_r| / f_r that it keeps; negative where a mode passes through the line.
@@ -65,19 +65,32 @@ pub struct Bind {
     pub above: Option<Block>,
 }
 
+/// A constant speed that is safe.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Constant {
+    /// The speed, rev/min.
+    pub rpm: f64,
+    /// The feed that belongs to it, m/s.
+    pub feed_m_per_s: f64,
+    /// The least |f_exc − f_r| / f_r along the path; `None` where nothing counts.
+    pub separation: Option<f64>,
+    /// Whether this is what is programmed.
+    pub is_programmed: bool,
+}
+
 /// What lies outside bands this wide, a million times the frequency, is near to nothing that counts.
-pub(super) const WIDEST: f64 = 1e6;
+pub(super) const MAX_HALF_WIDTH: f64 = 1e6;
 
 /// What a set of constant speeds is worked out from.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Question<'a> {
+pub(super) struct SpeedProblem<'a> {
     pub(super) ranges: &'a [ModeRange],
     pub(super) lines: &'a [ExcitationLine],
     pub(super) policy: &'a Policy,
     pub(super) spindle: &'a Spindle,
 }
 
-impl Question<'_> {
+impl SpeedProblem<'_> {
     /// Blocks of bands of half width `half_width` (a share of the frequency), ascending.
     fn blocks(&self, half_width: f64) -> Vec<Block> {
         let mut blocks = Vec::new();
@@ -149,7 +162,7 @@ impl Question<'_> {
                         set.safe.push(Speeds { low_rpm: reached, high_rpm: low_rpm });
                     }
                     let speeds = Speeds { low_rpm, high_rpm };
-                    set.closed.push(Closure { speeds, blocks: vec![block] });
+                    set.closed.push(ClosedRange { speeds, blocks: vec![block] });
                 }
             }
             reached = reached.max(high_rpm);
@@ -181,14 +194,14 @@ impl Question<'_> {
 
     /// The largest separation that any constant speed keeps, and what binds it; `None` where bands may be as
     /// wide as they like.
-    pub(super) fn widest(&self) -> Option<Bind> {
+    pub(super) fn widest(&self) -> Option<Binding> {
         /// Halvings: to the last digit.
         const HALVINGS: usize = 80;
         let has_gap = |half_width: f64| !self.divide(half_width).safe.is_empty();
         // Bands of half width −1 are empty.
         let (mut open, mut closed) = (-1.0, 1.0);
         while has_gap(closed) {
-            if closed > WIDEST {
+            if closed > MAX_HALF_WIDTH {
                 return None;
             }
             (open, closed) = (closed, 2.0 * closed);
@@ -217,7 +230,7 @@ impl Question<'_> {
         let above = closing().filter(|block| !ends_here(block)).min_by(|a, b| {
             (a.speeds.low_rpm - rpm).abs().total_cmp(&(b.speeds.low_rpm - rpm).abs())
         });
-        Some(Bind { rpm, separation: open, below, above })
+        Some(Binding { rpm, separation: open, below, above })
     }
 }
 

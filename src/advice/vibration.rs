@@ -12,13 +12,13 @@
 
 use nalgebra::{Complex, Unit, Vector3};
 
-use super::schedule::is_air;
+use super::air_cuts::is_air_cut;
 use super::speeds::{SafeSet, Speeds};
 use crate::excitation::{ForceHarmonic, ForceModel};
 use crate::job::{Job, Operation};
 use crate::notes::Note;
-use crate::path::{Path, TipModes, tip_modes};
-use crate::risk::Turning;
+use crate::path::{Path, TipModes, tcp_poses, tip_modes};
+use crate::risk::SpindleProfile;
 use crate::units::{hz_from_rpm, rad_per_s_from_hz};
 
 /// Points of the path that are looked at.
@@ -29,7 +29,7 @@ const HARMONICS: u32 = 12;
 
 /// Speeds that are tried over the spindle's range, and in each gap at least.
 const TRIED: usize = 400;
-const LEAST_TRIED: usize = 12;
+const MIN_TRIED: usize = 12;
 
 /// Steps of the search about the best of them.
 const STEPS: usize = 40;
@@ -121,16 +121,20 @@ impl TipModel {
         };
         let step = if job.tool.pitch_rad.is_some() { 1 } else { job.tool.teeth };
         let top = job.tool.teeth.saturating_mul(HARMONICS);
-        let turning = Turning::new(&operation.speed, path);
-        let cuts = |s: &f64| !is_air(operation, path, *s) && !turning.stands_at(*s);
+        let turning = SpindleProfile::new(&operation.speed, path);
+        let cuts = |s: &f64| !is_air_cut(operation, path, *s) && !turning.is_stopped_at(*s);
         let s: Vec<f64> = (0..=POINTS).map(|i| i as f64 / POINTS as f64).filter(cuts).collect();
         if s.is_empty() {
             return Ok(Err(NoVibration::OnlyAir));
         }
         // The feed's direction is that from a little before to a little behind.
-        let places: Vec<f64> =
-            s.iter().flat_map(|s| [(s - NEARBY).max(0.0), *s, (s + NEARBY).min(1.0)]).collect();
-        let points = tip_modes(path, &places)?.chunks(3).map(point).collect();
+        let around: Vec<f64> =
+            s.iter().flat_map(|s| [(s - NEARBY).max(0.0), (s + NEARBY).min(1.0)]).collect();
+        let around = tcp_poses(path, &around)?;
+        let steps =
+            around.chunks(2).map(|pair| pair[1].translation.vector - pair[0].translation.vector);
+        let points =
+            tip_modes(path, &s)?.iter().zip(steps).map(|(at, step)| point(at, step)).collect();
         let orders = (1..=top / step.max(1)).map(|h| h * step).collect();
         Ok(Ok(Self { force, orders, teeth: f64::from(job.tool.teeth), points }))
     }
@@ -163,7 +167,7 @@ impl TipModel {
     fn quietest_in(&self, gap: Speeds, range_rpm: f64, chip: Chip) -> TipVibration {
         let width = gap.high_rpm - gap.low_rpm;
         let share = if range_rpm > 0.0 { width / range_rpm } else { 1.0 };
-        let tried = ((TRIED as f64 * share).ceil() as usize).max(LEAST_TRIED);
+        let tried = ((TRIED as f64 * share).ceil() as usize).max(MIN_TRIED);
         let step = width / tried as f64;
         let speeds = (0..=tried).map(|i| gap.low_rpm + step * i as f64);
         let least = |a: TipVibration, b: TipVibration| {
@@ -193,12 +197,10 @@ impl TipModel {
     }
 }
 
-/// From the modes a little before, at, and a little behind a place.
-fn point(around: &[TipModes]) -> Point {
-    let [behind, at, ahead] = [0, 1, 2].map(|i| &around[i]);
+/// From the modes at a place and the step of the tool centre point about it, in the base frame, m.
+fn point(at: &TipModes, step: Vector3<f64>) -> Point {
     // The TCP's z axis points from the spindle into the work.
     let up = -(at.tcp.rotation * Vector3::z());
-    let step = ahead.tcp.translation.vector - behind.tcp.translation.vector;
     // Where the tool stands or plunges there is no feed direction: any will do.
     let x = Unit::try_new(step - up * up.dot(&step), PLUNGE * step.norm())
         .unwrap_or_else(|| Unit::new_normalize(at.tcp.rotation * Vector3::x()));

@@ -7,7 +7,7 @@ use crate::units::hz_from_rpm;
 
 /// A line of a cutter with uneven pitch counts if the pitch lets through at least this share of what
 /// evenly pitched teeth would put on the tooth-passing line.
-const LEAST_PITCH_WEIGHT: f64 = 0.05;
+const MIN_PITCH_WEIGHT: f64 = 0.05;
 
 /// Where an excitation line comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -55,7 +55,7 @@ pub fn lines(tool: &Tool, policy: &Policy) -> Vec<ExcitationLine> {
     let uneven = |k: u32| {
         tool.pitch_rad
             .as_ref()
-            .is_some_and(|pitch| k <= top && pitch_weight(pitch, k) >= LEAST_PITCH_WEIGHT)
+            .is_some_and(|pitch| k <= top && pitch_weight(pitch, k) >= MIN_PITCH_WEIGHT)
     };
     lines.extend(
         (1..=policy.spindle_harmonics.max(top))

@@ -2,18 +2,18 @@
 
 use rayon::prelude::*;
 
-use super::plan::Path;
 use super::surveyor::Surveyor;
+use super::timed_path::Path;
 use crate::modes::{Follow, Modes, Tracker};
 use crate::notes::Note;
 use nalgebra::DMatrix;
 
 /// A step over which every mode keeps at least this MAC is short enough to follow.
-const FAMILIAR_MAC: f64 = 0.9;
+const MIN_MAC: f64 = 0.9;
 
 /// Modes that turn into each other within less than this share of the path count as crossing: no spindle
 /// dwells there.
-const SHORTEST_STEP: f64 = 1e-7;
+const MIN_STEP: f64 = 1e-7;
 
 /// Two neighbouring modes closer than this share of their frequency have no shapes of their own.
 const REPEATED: f64 = 1e-9;
@@ -23,7 +23,7 @@ const CHUNK: usize = 64;
 
 /// A place where two modes, neighbours in frequency, change places.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FamilyExchange {
+pub struct ModeExchange {
     /// Where on the path.
     pub s: f64,
     /// Index of the lower one, from 0.
@@ -31,12 +31,25 @@ pub struct FamilyExchange {
 }
 
 /// Modes of a path's stations and the families that they belong to.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Families {
     /// Per station and mode (ascending frequency), the index that the mode had at the first station.
     pub of: Vec<Vec<Option<usize>>>,
     /// Where families change places, ascending in s.
-    pub exchanges: Vec<FamilyExchange>,
+    pub exchanges: Vec<ModeExchange>,
+    /// Per station, what the arm is like there.
+    pub poses: Vec<ModalPose>,
+}
+
+/// The arm at one station.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModalPose {
+    /// Joint positions, rad or m.
+    pub joints: Vec<f64>,
+    /// Ascending, Hz.
+    pub natural_frequencies_hz: Vec<f64>,
+    /// Per mode, what it alone moves the tool tip at resonance, m/N.
+    pub tip_response_m_per_n: Vec<f64>,
 }
 
 /// What modes become from one station to the next: `[r]` is the index at the next station.
@@ -49,19 +62,20 @@ type Step = Vec<Option<usize>>;
 /// The first pose at which the arm has no modes.
 pub fn follow(path: &Path, stations: &[f64]) -> Result<Families, Note> {
     let n = path.robot().coordinates().len();
+    let Some(&first) = stations.first() else { return Ok(Families::default()) };
     let pairs: Vec<(f64, f64)> = stations.windows(2).map(|pair| (pair[0], pair[1])).collect();
-    let steps: Vec<(Step, Vec<FamilyExchange>)> = pairs
+    let steps: Vec<(Step, Vec<ModeExchange>, ModalPose)> = pairs
         .par_chunks(CHUNK)
         .map_init(
             || Follower::new(path),
             |follower, chunk| {
                 let mut steps = Vec::with_capacity(chunk.len());
-                let mut here = follower.look(chunk[0].0)?;
+                let (mut here, _) = follower.station(chunk[0].0)?;
                 for &(_, to) in chunk {
-                    let next = follower.look(to)?;
+                    let (next, pose) = follower.station(to)?;
                     let mut exchanges = Vec::new();
                     let step = follower.step(&here, &next, &mut exchanges)?;
-                    steps.push((step, exchanges));
+                    steps.push((step, exchanges, pose));
                     here = next;
                 }
                 Ok(steps)
@@ -75,7 +89,8 @@ pub fn follow(path: &Path, stations: &[f64]) -> Result<Families, Note> {
     let mut families: Vec<Option<usize>> = (0..n).map(Some).collect();
     let mut of = vec![families.clone()];
     let mut exchanges = Vec::new();
-    for (step, found) in steps {
+    let mut poses = vec![Follower::new(path).station(first)?.1];
+    for (step, found, pose) in steps {
         let mut next = vec![None; n];
         for (r, to) in step.iter().enumerate() {
             if let Some(to) = to {
@@ -85,8 +100,9 @@ pub fn follow(path: &Path, stations: &[f64]) -> Result<Families, Note> {
         of.push(next.clone());
         families = next;
         exchanges.extend(found);
+        poses.push(pose);
     }
-    Ok(Families { of, exchanges })
+    Ok(Families { of, exchanges, poses })
 }
 
 /// A pose with its modes and the mass matrix that they are normalised to.
@@ -110,10 +126,27 @@ impl<'p, 'a> Follower<'p, 'a> {
         Self { surveyor: Surveyor::new(path), tracker }
     }
 
-    /// Looks at `s`, or just beside it where two modes coincide.
-    fn look(&mut self, s: f64) -> Result<Look, Note> {
-        let beside = if s < 0.5 { SHORTEST_STEP } else { -SHORTEST_STEP };
+    /// A station: its shapes to follow, and what the arm is like there.
+    fn station(&mut self, s: f64) -> Result<(Look, ModalPose), Note> {
         let look = self.look_at(s)?;
+        let pose = ModalPose {
+            joints: self.surveyor.joints().to_vec(),
+            natural_frequencies_hz: look.modes.natural_frequencies_hz.clone(),
+            tip_response_m_per_n: self.surveyor.tip_response_m_per_n().to_vec(),
+        };
+        Ok((self.unblurred(look)?, pose))
+    }
+
+    /// A place between stations.
+    fn look(&mut self, s: f64) -> Result<Look, Note> {
+        let look = self.look_at(s)?;
+        self.unblurred(look)
+    }
+
+    /// The same, or just beside it where two modes coincide.
+    fn unblurred(&mut self, look: Look) -> Result<Look, Note> {
+        let s = look.s;
+        let beside = if s < 0.5 { MIN_STEP } else { -MIN_STEP };
         if look.blurred { Ok(Look { s, ..self.look_at(s + beside)? }) } else { Ok(look) }
     }
 
@@ -130,7 +163,7 @@ impl<'p, 'a> Follower<'p, 'a> {
         &mut self,
         here: &Look,
         next: &Look,
-        exchanges: &mut Vec<FamilyExchange>,
+        exchanges: &mut Vec<ModeExchange>,
     ) -> Result<Step, Note> {
         let follow = self.tracker.follow(&next.mass, &here.modes.shapes, &next.modes.shapes);
         let step: Step = follow
@@ -141,12 +174,12 @@ impl<'p, 'a> Follower<'p, 'a> {
             })
             .collect();
         let in_order = step.iter().enumerate().all(|(r, to)| *to == Some(r));
-        let familiar = self.tracker.least_mac() > FAMILIAR_MAC;
+        let familiar = self.tracker.least_mac() > MIN_MAC;
         if in_order && familiar {
             return Ok(step);
         }
         let middle = 0.5 * (here.s + next.s);
-        if next.s - here.s > SHORTEST_STEP && !here.blurred && !next.blurred {
+        if next.s - here.s > MIN_STEP && !here.blurred && !next.blurred {
             let between = self.look(middle)?;
             let first = self.step(here, &between, exchanges)?;
             let second = self.step(&between, next, exchanges)?;
@@ -154,7 +187,7 @@ impl<'p, 'a> Follower<'p, 'a> {
         }
         for (r, to) in step.iter().enumerate() {
             if to.is_some_and(|to| to > r) {
-                exchanges.push(FamilyExchange { s: middle, lower_mode: r });
+                exchanges.push(ModeExchange { s: middle, lower_mode: r });
             }
         }
         Ok(step)

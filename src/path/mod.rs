@@ -3,20 +3,21 @@
 //! s runs from 0 to 1 over an operation, in proportion to time. Joint moves are straight in the joints;
 //! lines and arcs are straight or round in the tool centre point and go through inverse kinematics.
 
+mod batch;
 mod curve;
 mod families;
 mod grid;
-mod lookout;
 mod plan;
+mod refinement;
 mod survey;
 mod surveyor;
+mod timed_path;
 mod timing;
 mod tip_modes;
-mod waves;
 
-pub use families::{Families, FamilyExchange, follow};
-pub use grid::{LARGEST_STEP, LONGEST_GAP, grid};
-pub use plan::{Haste, Path, Walker};
+pub use families::{Families, ModalPose, ModeExchange, follow};
+pub use grid::{MAX_GAP, MAX_STEP, grid};
 pub use survey::{Detail, Station, Survey};
 pub use surveyor::Surveyor;
-pub use tip_modes::{TipModes, tip_modes};
+pub use timed_path::{JointOverspeed, Path, PathReader};
+pub use tip_modes::{TipModes, tcp_poses, tip_modes};

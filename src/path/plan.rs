@@ -1,44 +1,36 @@
-//! Moves → a path: where the joints are at every moment.
-
-use std::fmt;
+//! Moves → a path, as the controller interpolates them.
 
 use nalgebra::Isometry3;
 
 use super::curve::Curve;
+use super::timed_path::{Knots, Path, Segment};
 use super::timing::{Clock, largest_step, seconds, stands_still};
-use crate::model::{
-    IkFault, InverseKinematics, JointKind, MovingJoint, Placement, PoseFault, Robot,
-    forward_kinematics,
-};
+use crate::model::{InverseKinematics, Placement, Robot, forward_kinematics};
 use crate::motion::{Move, Target};
 use crate::notes::{Code, Note, Part, Place};
-use crate::units::{deg_from_rad, mm_from_m, percent_from_ratio};
-use crate::wording::told_apart;
+use crate::units::percent_from_ratio;
 
 /// Between two knots of a line or arc no joint moves more than this (rad or m), so that the solution of
 /// one is a good start for the other.
-const KNOT_STEP: f64 = 0.035;
+const MAX_KNOT_STEP: f64 = 0.035;
 
 /// The shortest stretch of a line or arc, as a share of it, that is tried where the joints race: beyond
 /// it the arm passes a singularity.
-const SHORTEST_STRETCH: f64 = 1e-6;
+const MIN_STRETCH: f64 = 1e-6;
 
 /// The first stretch of a line or arc that is tried, m; it doubles while the joints keep up.
 const FIRST_STRETCH_M: f64 = 0.02;
 
 /// A line or arc longer than this is a slip of the pen, m.
-const LONGEST_CURVE_M: f64 = 1e5;
+const MAX_CURVE_M: f64 = 1e5;
 
 /// Below this smallest singular value of the Jacobian (lengths over the arm's reach) the arm is singular.
-const SINGULAR: f64 = 1e-3;
+const MIN_SINGULAR_VALUE: f64 = 1e-3;
 
 /// The most that a joint may move in one move and in a path, rad or m: a hundred turns, and a day of
 /// milling. More is a slip of the pen, and would be looked at degree by degree.
-const LONGEST_MOVE: f64 = 628.0;
-const LONGEST_PATH: f64 = 200_000.0;
-
-/// A joint at its limit of speed is not beyond it: share of the limit that is rounding.
-const HASTE_SLACK: f64 = 1e-6;
+const MAX_MOVE: f64 = 628.0;
+const MAX_PATH: f64 = 200_000.0;
 
 /// Why a move cannot be run.
 type Refusal = (Code, String);
@@ -47,75 +39,6 @@ type Refusal = (Code, String);
 fn at_waypoint(index: usize, a_move: &Move, (code, what): Refusal) -> Note {
     let place = Place { line: Some(a_move.line), ..Place::part(Part::Waypoint(index)) };
     Note::error(code, place, what)
-}
-
-/// A joint that would have to be faster than it can to keep the programmed speed. Shown as "joint 'a' would
-/// have to turn at 412.0 deg/s, its velocity limit in the URDF is 175.0 deg/s".
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Haste<'a> {
-    /// The joint.
-    pub joint: &'a MovingJoint,
-    /// Speed that it would need, rad/s or m/s.
-    pub needed: f64,
-    /// Its largest speed, rad/s or m/s.
-    pub allowed: f64,
-    /// Where.
-    pub s: f64,
-    /// Whether the tool centre point stands still there, so that no feed has a part in it.
-    pub is_on_the_spot: bool,
-}
-
-impl Haste<'_> {
-    fn factor(&self) -> f64 {
-        self.needed / self.allowed
-    }
-}
-
-impl fmt::Display for Haste<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (verb, shown, unit): (_, fn(f64) -> f64, _) = match self.joint.kind {
-            JointKind::Prismatic => ("slide", mm_from_m, "mm/s"),
-            _ => ("turn", deg_from_rad, "deg/s"),
-        };
-        let [needed, allowed] = told_apart(shown(self.needed), shown(self.allowed), 1);
-        write!(
-            f,
-            "joint '{}' would have to {verb} at {needed} {unit}, its velocity limit in the URDF is \
-             {allowed} {unit}",
-            self.joint.name
-        )
-    }
-}
-
-/// What is run between two waypoints.
-#[derive(Debug, Clone)]
-struct Segment {
-    /// `None`: straight in the joints.
-    curve: Option<Box<Curve>>,
-    tcp: Isometry3<f64>,
-    line: usize,
-    /// As the move asks for it.
-    feed_m_per_s: f64,
-    spindle_turns: bool,
-    start_s: f64,
-    end_s: f64,
-}
-
-/// The path of one operation. s runs from 0 to 1 in proportion to time.
-#[derive(Debug, Clone)]
-pub struct Path<'a> {
-    robot: &'a Robot,
-    kinematics: InverseKinematics,
-    duration_s: f64,
-    /// Time in which the tool centre point stands still, s.
-    standing_s: f64,
-    segments: Vec<Segment>,
-    /// s of the knots, strictly ascending from 0 to 1; one knot where nothing moves.
-    knots_s: Vec<f64>,
-    /// Joint positions at the knots, one row after the other.
-    knots_q: Vec<f64>,
-    /// Segment between each knot and the next.
-    segment_of: Vec<usize>,
 }
 
 impl<'a> Path<'a> {
@@ -158,179 +81,6 @@ impl<'a> Path<'a> {
             }
         }
         Err(furthest.map_or_else(Vec::new, all_of))
-    }
-
-    fn assemble(
-        robot: &'a Robot,
-        kinematics: InverseKinematics,
-        knots: Knots,
-        mut segments: Vec<Segment>,
-        standing_s: f64,
-    ) -> Self {
-        let Knots { time_s, q, segment_of } = knots;
-        let duration_s = time_s.last().copied().unwrap_or(0.0);
-        let share = |t: f64| if duration_s > 0.0 { (t / duration_s).min(1.0) } else { 0.0 };
-        for segment in &mut segments {
-            segment.start_s = share(segment.start_s);
-            segment.end_s = share(segment.end_s);
-        }
-        let knots_s = time_s.iter().map(|&t| share(t)).collect();
-        Self {
-            robot,
-            kinematics,
-            duration_s,
-            standing_s,
-            segments,
-            knots_s,
-            knots_q: q,
-            segment_of,
-        }
-    }
-
-    /// The robot that runs the path.
-    pub fn robot(&self) -> &'a Robot {
-        self.robot
-    }
-
-    /// Time from s = 0 to s = 1, s; zero where nothing moves.
-    pub fn duration_s(&self) -> f64 {
-        self.duration_s
-    }
-
-    /// Time in which the tool centre point stands still while joints move, s: it does not depend on the
-    /// feed.
-    pub fn standing_s(&self) -> f64 {
-        self.standing_s
-    }
-
-    /// s of the waypoints and, on lines and arcs, of the knots between them; ascending. Between two of
-    /// them joints move smoothly.
-    pub fn knots_s(&self) -> &[f64] {
-        &self.knots_s
-    }
-
-    /// Largest change of any joint (rad or m) between knot `k` and the next.
-    pub(super) fn step_after(&self, k: usize) -> f64 {
-        let n = self.robot.joints().len();
-        if k + 1 >= self.knots_s.len() {
-            return 0.0;
-        }
-        largest_step(&self.knots_q[k * n..][..n], &self.knots_q[(k + 1) * n..][..n])
-    }
-
-    /// Line of the file that is run at `s`, counted from 1. At a waypoint, the line that leads to it.
-    pub fn line_at(&self, s: f64) -> usize {
-        let after = self.segments.partition_point(|segment| segment.end_s < s);
-        self.segments.get(after).or(self.segments.last()).map_or(0, |segment| segment.line)
-    }
-
-    /// Feed that the move run at `s` asks for, m/s. At a waypoint, that of the move that leads to it.
-    pub fn feed_m_per_s_at(&self, s: f64) -> f64 {
-        let after = self.segments.partition_point(|segment| segment.end_s < s);
-        self.segments
-            .get(after)
-            .or(self.segments.last())
-            .map_or(0.0, |segment| segment.feed_m_per_s)
-    }
-
-    /// First and last line of the file among those that are run between `from_s` and `to_s`, counted from 1.
-    /// A program that calls procedures does not run its lines in order.
-    pub fn lines_between(&self, from_s: f64, to_s: f64) -> (usize, usize) {
-        let first = self.segments.partition_point(|segment| segment.end_s <= from_s);
-        let behind = self.segments.partition_point(|segment| segment.start_s < to_s);
-        let run = self.segments.get(first..behind).unwrap_or_default().iter().map(|s| s.line);
-        let bounds = run.fold(None, |bounds, line| match bounds {
-            None => Some((line, line)),
-            Some((low, high)) => Some((line.min(low), line.max(high))),
-        });
-        bounds.unwrap_or_else(|| (self.line_at(from_s), self.line_at(from_s)))
-    }
-
-    /// Whether the spindle turns anywhere on the path.
-    pub fn spindle_turns(&self) -> bool {
-        self.segments.iter().any(|segment| segment.spindle_turns)
-    }
-
-    /// Stretches of s on which the spindle stands still, ascending and apart from one another.
-    pub fn spindle_stops(&self) -> Vec<[f64; 2]> {
-        let mut stops: Vec<[f64; 2]> = Vec::new();
-        for segment in self.segments.iter().filter(|segment| !segment.spindle_turns) {
-            match stops.last_mut() {
-                Some(last) if last[1] == segment.start_s => last[1] = segment.end_s,
-                _ => stops.push([segment.start_s, segment.end_s]),
-            }
-        }
-        stops
-    }
-
-    /// Where a joint would have to be faster than it can, by the largest factor; `None` where none would.
-    /// Between two knots the mean speed counts.
-    pub fn worst_haste(&self) -> Option<Haste<'a>> {
-        let mut worst: Option<Haste<'a>> = None;
-        let n = self.robot.joints().len();
-        for (k, knots) in self.knots_s.windows(2).enumerate() {
-            let seconds = (knots[1] - knots[0]) * self.duration_s;
-            let row = |k: usize| &self.knots_q[k * n..][..n];
-            let segment = self.segment_of.get(k).and_then(|&i| self.segments.get(i));
-            let curve = segment.and_then(|segment| segment.curve.as_ref());
-            let is_on_the_spot = curve.is_some_and(|curve| stands_still(curve.length_m()));
-            for (joint, (a, b)) in self.robot.joints().iter().zip(row(k).iter().zip(row(k + 1))) {
-                let Some(allowed) = joint.velocity_limit else { continue };
-                let needed = (b - a).abs() / seconds;
-                let factor = needed / allowed;
-                if factor > worst.as_ref().map_or(1.0 + HASTE_SLACK, Haste::factor) {
-                    worst = Some(Haste { joint, needed, allowed, s: knots[1], is_on_the_spot });
-                }
-            }
-        }
-        worst
-    }
-
-    /// Something that reads the path at any s.
-    pub fn walker(&self) -> Walker<'_, 'a> {
-        Walker { path: self, guess: vec![0.0; self.robot.joints().len()] }
-    }
-}
-
-/// Reads a path, point by point.
-#[derive(Debug, Clone)]
-pub struct Walker<'p, 'a> {
-    path: &'p Path<'a>,
-    guess: Vec<f64>,
-}
-
-impl Walker<'_, '_> {
-    /// Joint positions at `s` in 0..=1 (rad or m, one per moving joint) into `q`, and the tool centre
-    /// point in the tip frame.
-    ///
-    /// # Errors
-    /// `q` has another length, or a line or arc cannot be followed between two knots.
-    pub fn at(&mut self, s: f64, q: &mut [f64]) -> Result<Isometry3<f64>, IkFault> {
-        let path = self.path;
-        let n = path.robot.joints().len();
-        if q.len() != n {
-            return Err(IkFault::Seed(PoseFault::Length { given: q.len(), expected: n }));
-        }
-        let row = |k: usize| &path.knots_q[k * n..][..n];
-        let after = path.knots_s.partition_point(|&knot| knot <= s);
-        let k = after.saturating_sub(1);
-        let Some(segment) = path.segment_of.get(k).and_then(|&i| path.segments.get(i)) else {
-            // At or behind the last knot.
-            q.copy_from_slice(row(path.knots_s.len() - 1));
-            let last = path.segments.last();
-            return Ok(last.map_or_else(Isometry3::identity, |segment| segment.tcp));
-        };
-        let u = (s - path.knots_s[k]) / (path.knots_s[k + 1] - path.knots_s[k]);
-        for (value, (a, b)) in q.iter_mut().zip(row(k).iter().zip(row(k + 1))) {
-            *value = a + (b - a) * u;
-        }
-        if let Some(curve) = &segment.curve {
-            let u = (s - segment.start_s) / (segment.end_s - segment.start_s);
-            let tip = curve.at(u) * segment.tcp.inverse();
-            self.guess.copy_from_slice(q);
-            q.copy_from_slice(&path.kinematics.near(path.robot, &tip, &self.guess)?);
-        }
-        Ok(segment.tcp)
     }
 }
 
@@ -422,13 +172,6 @@ fn unreachable(
         Ok(_) => "no joint positions within the limits reach the pose".to_owned(),
     };
     (Code::Unreachable, what)
-}
-
-/// Knots as they are found, over time.
-struct Knots {
-    time_s: Vec<f64>,
-    q: Vec<f64>,
-    segment_of: Vec<usize>,
 }
 
 struct Planner<'r> {
@@ -538,7 +281,7 @@ impl<'r> Planner<'r> {
 
     fn trace(&mut self, next: &Move, curve: Curve) -> Result<(), Refusal> {
         let length = curve.length_m();
-        if !(0.0..=LONGEST_CURVE_M).contains(&length) {
+        if !(0.0..=MAX_CURVE_M).contains(&length) {
             let what = format!("is {length:.3e} m long, no arm reaches so far; check the units");
             return Err((Code::TooLong, what));
         }
@@ -549,11 +292,11 @@ impl<'r> Planner<'r> {
         let mut q = self.q.clone();
         let (_, mut side) = self.singular_joints(&q, None);
         while u < 1.0 {
-            let end = if u + stretch > 1.0 - SHORTEST_STRETCH { 1.0 } else { u + stretch };
+            let end = if u + stretch > 1.0 - MIN_STRETCH { 1.0 } else { u + stretch };
             let tip = curve.at(end) * next.tcp.inverse();
             let step = self.kinematics.near(self.robot, &tip, &q);
-            let near = matches!(&step, Ok(solved) if largest_step(&q, solved) <= KNOT_STEP);
-            if !near && stretch > SHORTEST_STRETCH {
+            let near = matches!(&step, Ok(solved) if largest_step(&q, solved) <= MAX_KNOT_STEP);
+            if !near && stretch > MIN_STRETCH {
                 stretch *= 0.5;
                 continue;
             }
@@ -592,7 +335,7 @@ impl<'r> Planner<'r> {
     /// The joints whose motions undo each other at `q`, in words, if the arm is singular there or has
     /// passed such a place since it was on side `before`; and the side that it is on now.
     fn singular_joints(&self, q: &[f64], before: Option<bool>) -> (Option<String>, Option<bool>) {
-        let regular = self.kinematics.side_if_regular(self.robot, q, SINGULAR);
+        let regular = self.kinematics.side_if_regular(self.robot, q, MIN_SINGULAR_VALUE);
         if regular.is_some() && (before.is_none() || before == regular) {
             return (None, regular);
         }
@@ -601,14 +344,15 @@ impl<'r> Planner<'r> {
         };
         let side = singularity.is_right_handed;
         let passed = before.is_some() && side.is_some() && before != side;
-        let words = (passed || singularity.smallest_singular_value < SINGULAR).then(|| {
-            let names: Vec<&str> = singularity
-                .joints
-                .iter()
-                .map(|&joint| self.robot.joints()[joint].name.as_str())
-                .collect();
-            format!("{} undo each other", names.join(" and "))
-        });
+        let words =
+            (passed || singularity.smallest_singular_value < MIN_SINGULAR_VALUE).then(|| {
+                let names: Vec<&str> = singularity
+                    .joints
+                    .iter()
+                    .map(|&joint| self.robot.joints()[joint].name.as_str())
+                    .collect();
+                format!("{} undo each other", names.join(" and "))
+            });
         (words, side)
     }
 
@@ -617,10 +361,10 @@ impl<'r> Planner<'r> {
     fn count_way(&mut self, ways: &[f64]) -> Result<(), Refusal> {
         let most = ways.iter().copied().fold(0.0, f64::max);
         self.way_in_all += most;
-        if most > LONGEST_MOVE || self.way_in_all > LONGEST_PATH {
+        if most > MAX_MOVE || self.way_in_all > MAX_PATH {
             let what = format!(
-                "the joints move by {most:.4e} rad or m; one move may have {LONGEST_MOVE}, a path \
-                 {LONGEST_PATH}"
+                "the joints move by {most:.4e} rad or m; one move may have {MAX_MOVE}, a path \
+                 {MAX_PATH}"
             );
             return Err((Code::TooLong, what));
         }

@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Matrix6xX};
 
-use super::plan::{Path, Walker};
+use super::timed_path::{Path, PathReader};
 use crate::model::{IkFault, PoseFault, elastic_jacobian};
 use crate::modes::{ModalSolver, Modes, peak_tip_compliance_m_per_n};
 use crate::notes::{Code, Note, Place};
@@ -31,7 +31,7 @@ fn at_place(path: &Path, s: f64, code: Code, fault: &dyn std::fmt::Display) -> N
 /// Looks at a path pose by pose, in buffers of its own.
 #[derive(Debug, Clone)]
 pub struct Surveyor<'p, 'a> {
-    walker: Walker<'p, 'a>,
+    reader: PathReader<'p, 'a>,
     solver: ModalSolver<'a>,
     path: &'p Path<'a>,
     q: Vec<f64>,
@@ -45,7 +45,7 @@ impl<'p, 'a> Surveyor<'p, 'a> {
         let robot = path.robot();
         let n = robot.coordinates().len();
         Self {
-            walker: path.walker(),
+            reader: path.reader(),
             solver: ModalSolver::new(robot),
             path,
             q: vec![0.0; robot.joints().len()],
@@ -55,7 +55,7 @@ impl<'p, 'a> Surveyor<'p, 'a> {
     }
 
     fn stand(&mut self, s: f64) -> Result<Isometry3<f64>, Note> {
-        self.walker.at(s, &mut self.q).map_err(|fault| not_reached_at(self.path, s, &fault))
+        self.reader.at(s, &mut self.q).map_err(|fault| not_reached_at(self.path, s, &fault))
     }
 
     /// Natural frequencies at `s`, Hz, ascending.

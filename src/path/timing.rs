@@ -6,17 +6,17 @@ use crate::model::{Placement, Robot, joint_jacobian};
 
 /// A tool centre point that moves less than this stands still, m: tool frames in files are rounded, and a
 /// turn about an axis that misses the point by a hair is a turn on the spot.
-const STANDSTILL_M: f64 = 1e-6;
+const MAX_STANDSTILL_M: f64 = 1e-6;
 
 /// A joint that moves less than this, rad or m, hardly moves.
-const HAIR: f64 = 1e-5;
+const NEGLIGIBLE_MOTION: f64 = 1e-5;
 
 /// Pieces of a joint move over which the way of the tool centre point is integrated turn no joint by more
 /// than this (rad or m). Five points then leave a relative error below 1e-12.
-const LONGEST_PIECE: f64 = 0.1;
+const MAX_PIECE: f64 = 0.1;
 
 /// Below this step two points leave a relative error of some 1e-9.
-const SHORT_PIECE: f64 = 0.02;
+const MAX_SHORT_PIECE: f64 = 0.02;
 
 /// Nodes on 0..=1 and weights of Gauss–Legendre quadrature (Abramowitz & Stegun, Table 25.4).
 const TWO_POINTS: [(f64, f64); 2] =
@@ -57,8 +57,8 @@ impl<'a> Clock<'a> {
         to: &[f64],
     ) -> f64 {
         let step = largest_step(from, to);
-        let nodes: &[(f64, f64)] = if step <= SHORT_PIECE { &TWO_POINTS } else { &FIVE_POINTS };
-        let pieces = (step / LONGEST_PIECE).ceil().max(1.0);
+        let nodes: &[(f64, f64)] = if step <= MAX_SHORT_PIECE { &TWO_POINTS } else { &FIVE_POINTS };
+        let pieces = (step / MAX_PIECE).ceil().max(1.0);
         let mut length = 0.0;
         for piece in 0..pieces as usize {
             for &(node, weight) in nodes {
@@ -81,7 +81,7 @@ impl<'a> Clock<'a> {
 
 /// Whether a tool centre point that goes this far stands still.
 pub(super) fn stands_still(length_m: f64) -> bool {
-    length_m <= STANDSTILL_M
+    length_m <= MAX_STANDSTILL_M
 }
 
 /// Seconds for a move: the way of the tool centre point over the feed or, where the point stands still,
@@ -102,7 +102,7 @@ pub(super) fn seconds(
         match joint.velocity_limit {
             Some(limit) => slowest = slowest.max(way / limit),
             // A step that rounding made.
-            None if *way <= HAIR => slowest = slowest.max(length_m / feed_m_per_s),
+            None if *way <= NEGLIGIBLE_MOTION => slowest = slowest.max(length_m / feed_m_per_s),
             None => return Err(index),
         }
     }

@@ -2,9 +2,9 @@
 
 use nalgebra::{Isometry3, Matrix6xX, Vector3};
 
-use super::lookout::located;
-use super::plan::Path;
+use super::batch::located;
 use super::surveyor::{no_modes_at, not_reached_at};
+use super::timed_path::Path;
 use crate::model::{Placement, elastic_jacobian, forward_kinematics};
 use crate::modes::batch::{Kernel, ModesOut};
 use crate::notes::Note;
@@ -25,6 +25,22 @@ pub struct TipModes {
     pub motions: Vec<Vector3<f64>>,
 }
 
+/// The pose of the tool centre point in the base frame at each of `s` (0..=1).
+///
+/// # Errors
+/// The first place that the arm does not reach.
+pub fn tcp_poses(path: &Path, s: &[f64]) -> Result<Vec<Isometry3<f64>>, Note> {
+    let robot = path.robot();
+    let (mut reader, mut placement) = (path.reader(), Placement::new(robot));
+    let mut q = vec![0.0; robot.joints().len()];
+    let pose = |&s: &f64| {
+        let tcp = reader.at(s, &mut q).map_err(|fault| not_reached_at(path, s, &fault))?;
+        placement.place(robot, &q);
+        Ok(forward_kinematics(robot, &placement) * tcp)
+    };
+    s.iter().map(pose).collect()
+}
+
 /// The modes at each of `s` (0..=1).
 ///
 /// # Errors
@@ -32,11 +48,11 @@ pub struct TipModes {
 pub fn tip_modes(path: &Path, s: &[f64]) -> Result<Vec<TipModes>, Note> {
     let robot = path.robot();
     let (n, joints) = (robot.coordinates().len(), robot.joints().len());
-    let mut walker = path.walker();
+    let mut reader = path.reader();
     let mut poses = vec![0.0; s.len() * joints];
     let mut tcps = Vec::with_capacity(s.len());
     for (&s, q) in s.iter().zip(poses.chunks_mut(joints)) {
-        let tcp = walker.at(s, q);
+        let tcp = reader.at(s, q);
         tcps.push(tcp.map_err(|fault| not_reached_at(path, s, &fault))?);
     }
     let mut frequencies_hz = vec![0.0; s.len() * n];

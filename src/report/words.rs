@@ -125,9 +125,8 @@ pub(super) fn range(from: f64, to: f64) -> String {
     format!("{from:.decimals$}–{to:.decimals$}")
 }
 
-/// Compliance in µm/N with three significant digits, without the unit.
-pub(super) fn um_per_n(compliance_m_per_n: f64) -> String {
-    let value = um_per_n_from_m_per_n(compliance_m_per_n);
+/// Three significant digits down to 0.001, with a power of ten below; `0` for zero.
+pub(crate) fn significant(value: f64) -> String {
     if value == 0.0 {
         return "0".to_owned();
     }
@@ -135,9 +134,16 @@ pub(super) fn um_per_n(compliance_m_per_n: f64) -> String {
         size if size >= 99.95 => 0,
         size if size >= 9.995 => 1,
         size if size >= 0.9995 => 2,
-        _ => 3,
+        size if size >= 0.09995 => 3,
+        size if size >= 0.009995 => 4,
+        _ => 5,
     };
     number(value, decimals)
+}
+
+/// Compliance in µm/N with three significant digits, without the unit.
+pub(super) fn um_per_n(compliance_m_per_n: f64) -> String {
+    significant(um_per_n_from_m_per_n(compliance_m_per_n))
 }
 
 /// `mode 2 (38.4 Hz)`.
@@ -181,6 +187,12 @@ mod tests {
             [apart(3e-7), apart(1e-11), apart(0.0)].join(" "),
             "3.00e-5 % less than 1e-6 % less than 1e-6 %"
         );
+    }
+
+    #[test]
+    fn small_numbers_keep_three_digits() {
+        let found = [0.00045, 0.0123, 0.00876, 0.0999, 0.45, 12.34, 123.4].map(significant);
+        assert_eq!(found, ["4.50e-4", "0.0123", "0.00876", "0.0999", "0.450", "12.3", "123"]);
     }
 
     #[test]

@@ -1,20 +1,21 @@
 //! One job → its risk.
 
-use super::bands::Watch;
+use super::bands::LineBands;
 use super::crossings;
 use super::left_out::left_out;
-use super::notices::{in_operation, notices};
-use super::turning::Turning;
-use super::verdict::{Certainty, Crossing, Exchange, JobRisk, OperationRisk, Sample, Verdict};
+use super::margin::closest_approach;
+use super::operation_notes::{in_operation, notices};
+use super::spindle_profile::SpindleProfile;
+use super::verdict::{Certainty, Crossing, JobRisk, ModeExchange, OperationRisk, Sample, Verdict};
 use crate::excitation::{ExcitationLine, lines};
 use crate::job::{Job, Operation, Policy, SpindleSpeed};
 use crate::notes::Note;
-use crate::path::{Detail, LONGEST_GAP, Path, Survey, Surveyor, follow, grid};
+use crate::path::{Detail, MAX_GAP, ModalPose, Path, Survey, Surveyor, follow, grid};
 use crate::progress::Progress;
 
 /// An operation with at most this many stations shows all of them as samples; beyond it, samples are
-/// thinned to [`LONGEST_GAP`].
-const MOST_SAMPLES: usize = 5000;
+/// thinned to [`MAX_GAP`].
+const MAX_SAMPLES: usize = 5000;
 
 /// Checks every operation of a job: plans its path, looks at the arm along it and finds where excitation
 /// lines lie in the modes' bands.
@@ -87,22 +88,22 @@ pub fn crossings_under(
     path: &Path,
     first_look: Survey,
 ) -> Result<(Vec<Crossing>, Survey), Note> {
-    let turning = Turning::new(speed, path);
+    let spindle = SpindleProfile::new(speed, path);
     let (lowest_hz, highest_hz) = first_look.range_hz();
-    let watches: Vec<Watch> = lines
+    let lines_bands: Vec<LineBands> = lines
         .iter()
-        .map(|&line| Watch { line, turning: &turning, policy })
-        .filter(|watch| watch.can_meet(lowest_hz, highest_hz))
+        .map(|&line| LineBands { line, spindle: &spindle, policy })
+        .filter(|bands| bands.can_meet(lowest_hz, highest_hz))
         .collect();
     let survey = first_look.refine(path, |left, right, rates| {
-        watches.iter().any(|watch| {
-            rates.iter().enumerate().any(|(r, &rate)| watch.wants(left, right, r, rate))
+        lines_bands.iter().any(|bands| {
+            rates.iter().enumerate().any(|(r, &rate)| bands.needs_halving(left, right, r, rate))
         })
     })?;
     let mut surveyor = Surveyor::new(path);
     let mut found: Vec<Crossing> = Vec::new();
-    for watch in &watches {
-        found.extend(crossings::find(watch, path, &survey, &mut surveyor)?);
+    for bands in &lines_bands {
+        found.extend(crossings::find(bands, path, &survey, &mut surveyor)?);
     }
     found.sort_by(|a, b| {
         a.from_s
@@ -120,11 +121,10 @@ fn survey_operation(
     progress: Progress,
 ) -> Result<OperationRisk, Note> {
     let lines = lines(&job.tool, &job.policy);
-    let turning = Turning::new(&operation.speed, path);
+    let spindle = SpindleProfile::new(&operation.speed, path);
     let stations = grid(path, operation.speed.corners());
     let first_look = Survey::take(path, stations, detail(&job.policy), progress)?;
     let (found, survey) = crossings_under(&lines, &job.policy, &operation.speed, path, first_look)?;
-    let mut surveyor = Surveyor::new(path);
     let verdict = found
         .iter()
         .map(|crossing| match crossing.certainty {
@@ -136,17 +136,18 @@ fn survey_operation(
 
     let shown = shown(&survey);
     let families = follow(path, &shown)?;
-    let samples = shown
+    let samples: Vec<Sample> = shown
         .iter()
-        .zip(families.of)
-        .map(|(&s, families)| sample(&turning, path, &mut surveyor, s, families))
-        .collect::<Result<_, _>>()?;
+        .zip(families.of.into_iter().zip(families.poses))
+        .map(|(&s, (families, pose))| sample(path, &spindle, s, families, pose))
+        .collect();
     Ok(OperationRisk {
         name: operation.name.clone(),
         verdict,
         spindle_rpm: operation.speed.rpm_at(0.0),
         duration_s: path.duration_s(),
         left_out: left_out(&lines, &operation.speed, &job.policy, &survey),
+        closest: closest_approach(&samples, &lines, &job.policy),
         lines,
         poses_solved: survey.len(),
         samples,
@@ -154,20 +155,20 @@ fn survey_operation(
         exchanges: families
             .exchanges
             .iter()
-            .map(|e| Exchange { s: e.s, lower_mode: e.lower_mode + 1 })
+            .map(|e| ModeExchange { s: e.s, lower_mode: e.lower_mode + 1 })
             .collect(),
     })
 }
 
-/// Stations that become samples: all, or so many that neighbours are no more than [`LONGEST_GAP`] apart.
+/// Stations that become samples: all, or so many that neighbours are no more than [`MAX_GAP`] apart.
 fn shown(survey: &Survey) -> Vec<f64> {
     let all: Vec<f64> = survey.stations().map(|station| station.s).collect();
-    if all.len() <= MOST_SAMPLES {
+    if all.len() <= MAX_SAMPLES {
         return all;
     }
     let mut shown: Vec<f64> = Vec::new();
     for pair in all.windows(2) {
-        if shown.last().is_none_or(|last| pair[1] - last > LONGEST_GAP) {
+        if shown.last().is_none_or(|last| pair[1] - last > MAX_GAP) {
             shown.push(pair[0]);
         }
     }
@@ -176,22 +177,21 @@ fn shown(survey: &Survey) -> Vec<f64> {
 }
 
 fn sample(
-    turning: &Turning,
     path: &Path,
-    surveyor: &mut Surveyor,
+    spindle: &SpindleProfile,
     s: f64,
     families: Vec<Option<usize>>,
-) -> Result<Sample, Note> {
-    let natural_frequencies_hz = surveyor.modes(s)?.natural_frequencies_hz.clone();
-    let joints = surveyor.joints().to_vec();
-    Ok(Sample {
+    pose: ModalPose,
+) -> Sample {
+    let ModalPose { joints, natural_frequencies_hz, tip_response_m_per_n } = pose;
+    Sample {
         s,
         beta1_rad: path.robot().beta1().map(|angle| angle.at(&joints)),
         beta2_rad: path.robot().beta2().map(|angle| angle.at(&joints)),
-        rpm: turning.rpm_at(s),
+        rpm: spindle.rpm_at(s),
         natural_frequencies_hz,
-        tip_response_m_per_n: surveyor.tip_response_m_per_n().to_vec(),
+        tip_response_m_per_n,
         families,
         joints,
-    })
+    }
 }

@@ -1,6 +1,6 @@
 //! Where a line stands against a mode at one point of the path.
 
-use super::turning::Turning;
+use super::spindle_profile::SpindleProfile;
 use super::verdict::Certainty;
 use crate::excitation::ExcitationLine;
 use crate::job::Policy;
@@ -25,16 +25,16 @@ const INSIDE: f64 = 1.0 - 1e-12;
 
 /// One line of one operation against the bands of a policy.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Watch<'a> {
+pub(super) struct LineBands<'a> {
     pub(super) line: ExcitationLine,
-    pub(super) turning: &'a Turning<'a>,
+    pub(super) spindle: &'a SpindleProfile<'a>,
     pub(super) policy: &'a Policy,
 }
 
-impl Watch<'_> {
+impl LineBands<'_> {
     /// f_exc at `s`, Hz; zero where the spindle stands still.
     pub(super) fn excitation_hz(&self, s: f64) -> f64 {
-        self.line.frequency_hz(self.turning.rpm_at(s))
+        self.line.frequency_hz(self.spindle.rpm_at(s))
     }
 
     /// Certainty of the crossing with mode `r` at a station; `None` where there is none.
@@ -61,7 +61,7 @@ impl Watch<'_> {
 
     /// Where the state changes that differs between two neighbouring stations.
     pub(super) fn edge(&self, from_s: f64, to_s: f64) -> f64 {
-        self.turning.jump_in(from_s, to_s).unwrap_or(0.5 * (from_s + to_s))
+        self.spindle.jump_in(from_s, to_s).unwrap_or(0.5 * (from_s + to_s))
     }
 
     /// Whether the line ever comes near the frequencies between `lowest_hz` and `highest_hz`, which a first
@@ -69,14 +69,20 @@ impl Watch<'_> {
     pub(super) fn can_meet(&self, lowest_hz: f64, highest_hz: f64) -> bool {
         /// What a first look may have missed between its stations, generously.
         const SLACK: f64 = 0.1;
-        let [low, high] = self.turning.speed.range_rpm().map(|rpm| self.line.frequency_hz(rpm));
+        let [low, high] = self.spindle.speed.range_rpm().map(|rpm| self.line.frequency_hz(rpm));
         let reach = self.policy.wide() + SLACK;
         high > lowest_hz * (1.0 - reach) && low < highest_hz * (1.0 + reach)
     }
 
     /// Whether the cell between two stations must be looked into: an end of a crossing lies in it that is
     /// not yet located, or the edge of a band is within reach. `rate` bounds |d ln f_r / ds| in the cell.
-    pub(super) fn wants(&self, left: &Station, right: &Station, r: usize, rate: f64) -> bool {
+    pub(super) fn needs_halving(
+        &self,
+        left: &Station,
+        right: &Station,
+        r: usize,
+        rate: f64,
+    ) -> bool {
         let width = right.s - left.s;
         let (excitation_left, excitation_right) =
             (self.excitation_hz(left.s), self.excitation_hz(right.s));

@@ -1,6 +1,6 @@
 //! From states along the path to crossings with ends and a closest point.
 
-use super::bands::Watch;
+use super::bands::LineBands;
 use super::verdict::{Certainty, Crossing};
 use crate::notes::Note;
 use crate::path::{Path, Survey, Surveyor};
@@ -29,15 +29,15 @@ struct Run {
 /// # Errors
 /// The arm has no modes somewhere near a closest point.
 pub(super) fn find(
-    watch: &Watch,
+    bands: &LineBands,
     path: &Path,
     survey: &Survey,
     surveyor: &mut Surveyor,
 ) -> Result<Vec<Crossing>, Note> {
     let mut crossings = Vec::new();
     for r in 0..path.robot().coordinates().len() {
-        for run in runs(watch, survey, r) {
-            crossings.push(crossing(watch, path, survey, surveyor, r, &run)?);
+        for run in runs(bands, survey, r) {
+            crossings.push(crossing(bands, path, survey, surveyor, r, &run)?);
         }
     }
     Ok(crossings)
@@ -45,14 +45,14 @@ pub(super) fn find(
 
 /// Maximal stretches of one certainty. An end lies halfway between the two stations that disagree,
 /// or where the spindle stops or starts.
-fn runs(watch: &Watch, survey: &Survey, r: usize) -> Vec<Run> {
+fn runs(bands: &LineBands, survey: &Survey, r: usize) -> Vec<Run> {
     let mut runs: Vec<Run> = Vec::new();
     let mut open: Option<Run> = None;
     let mut before_s = 0.0;
     for (i, station) in survey.stations().enumerate() {
-        let state = watch.state(&station, r);
+        let state = bands.state(&station, r);
         if open.as_ref().map(|run| run.certainty) != state {
-            let edge = if i == 0 { station.s } else { watch.edge(before_s, station.s) };
+            let edge = if i == 0 { station.s } else { bands.edge(before_s, station.s) };
             if let Some(run) = open.take() {
                 runs.push(Run { to_s: edge, ..run });
             }
@@ -74,14 +74,14 @@ fn runs(watch: &Watch, survey: &Survey, r: usize) -> Vec<Run> {
 }
 
 fn crossing(
-    watch: &Watch,
+    bands: &LineBands,
     path: &Path,
     survey: &Survey,
     surveyor: &mut Surveyor,
     r: usize,
     run: &Run,
 ) -> Result<Crossing, Note> {
-    let closest_s = closest(watch, survey, surveyor, r, run)?;
+    let closest_s = closest(bands, survey, surveyor, r, run)?;
     surveyor.modes(closest_s)?;
     let (modes, placement) = (surveyor.solver().modes(), surveyor.solver().placement());
     let natural_frequency_hz = modes.natural_frequencies_hz[r];
@@ -92,12 +92,12 @@ fn crossing(
         [first, second, ..] => modes.turn_together(placement, r, *first, *second),
         [] | [_] => None,
     };
-    let excitation_hz = watch.excitation_hz(closest_s);
+    let excitation_hz = bands.excitation_hz(closest_s);
     let (from_line, to_line) = path.lines_between(run.from_s, run.to_s);
     Ok(Crossing {
         mode: r + 1,
         certainty: run.certainty,
-        line: watch.line,
+        line: bands.line,
         excitation_hz,
         natural_frequency_hz,
         from_s: run.from_s,
@@ -114,7 +114,7 @@ fn crossing(
 
 /// Where line and mode are closest within a run: where they meet, if they do.
 fn closest(
-    watch: &Watch,
+    bands: &LineBands,
     survey: &Survey,
     surveyor: &mut Surveyor,
     r: usize,
@@ -122,7 +122,7 @@ fn closest(
 ) -> Result<f64, Note> {
     let offset = |i: usize| {
         let station = survey.station(i);
-        watch.excitation_hz(station.s) / station.frequencies_hz[r] - 1.0
+        bands.excitation_hz(station.s) / station.frequencies_hz[r] - 1.0
     };
     let meeting = (run.first..run.last).find(|&i| {
         offset(i) == 0.0 || offset(i).is_sign_positive() != offset(i + 1).is_sign_positive()
@@ -132,7 +132,7 @@ fn closest(
         if offset(i) == 0.0 {
             return Ok(a);
         }
-        return meet(watch, surveyor, r, (a, offset(i)), (b, offset(i + 1)));
+        return meet(bands, surveyor, r, (a, offset(i)), (b, offset(i + 1)));
     }
     let least = (run.first..=run.last)
         .min_by(|&a, &b| offset(a).abs().total_cmp(&offset(b).abs()))
@@ -143,12 +143,12 @@ fn closest(
     // Not beyond the run's own stations: there the crossing is of another certainty.
     let left = survey.station(nearest.saturating_sub(1).max(run.first)).s;
     let right = survey.station((nearest + 1).min(run.last)).s;
-    narrow(watch, surveyor, r, left, survey.station(nearest).s, right)
+    narrow(bands, surveyor, r, left, survey.station(nearest).s, right)
 }
 
 /// Bisection for line = mode between two points of opposite sign.
 fn meet(
-    watch: &Watch,
+    bands: &LineBands,
     surveyor: &mut Surveyor,
     r: usize,
     mut left: (f64, f64),
@@ -157,7 +157,7 @@ fn meet(
     let tolerance = CLOSEST_TOLERANCE.min(CLOSEST_SHARE * (right.0 - left.0));
     while right.0 - left.0 > tolerance.max(f64::EPSILON * right.0) {
         let s = 0.5 * (left.0 + right.0);
-        let offset = watch.excitation_hz(s) / surveyor.frequencies_hz(s)?[r] - 1.0;
+        let offset = bands.excitation_hz(s) / surveyor.frequencies_hz(s)?[r] - 1.0;
         if offset.is_sign_positive() == left.1.is_sign_positive() {
             left = (s, offset);
         } else {
@@ -169,7 +169,7 @@ fn meet(
 
 /// Golden-section search for the least distance about the best station.
 fn narrow(
-    watch: &Watch,
+    bands: &LineBands,
     surveyor: &mut Surveyor,
     r: usize,
     mut left: f64,
@@ -178,7 +178,7 @@ fn narrow(
 ) -> Result<f64, Note> {
     const GOLDEN: f64 = 0.381_966_011_250_105_1;
     let mut distance = |s: f64| -> Result<f64, Note> {
-        Ok((watch.excitation_hz(s) / surveyor.frequencies_hz(s)?[r] - 1.0).abs())
+        Ok((bands.excitation_hz(s) / surveyor.frequencies_hz(s)?[r] - 1.0).abs())
     };
     let (mut best, mut least) = (best, distance(best)?);
     let tolerance = CLOSEST_TOLERANCE.min(CLOSEST_SHARE * (right - left));

@@ -1,35 +1,20 @@
 //! How far from everything a job stays where nothing is crossed.
 
-use super::{OperationRisk, Sample};
+use super::verdict::{Approach, Sample};
 use crate::excitation::ExcitationLine;
 use crate::job::Policy;
 
-/// The place where some line comes nearest to some mode.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Approach {
-    /// Index of the mode in ascending frequency, counted from 1.
-    pub mode: usize,
-    /// The line.
-    pub line: ExcitationLine,
-    /// Where, 0..=1.
-    pub s: f64,
-    /// Spindle speed there, rev/min.
-    pub rpm: f64,
-    /// The line's frequency there, Hz.
-    pub excitation_hz: f64,
-    /// The mode's frequency there, Hz.
-    pub natural_frequency_hz: f64,
-    /// |f_exc − f_r| / f_r there.
-    pub separation: f64,
-}
-
-/// The closest approach of any line to any mode among the samples of an operation; `None` where no line
+/// The closest approach of any line to any mode among the samples of a path; `None` where no line
 /// and no mode count. What the policy lets pass (ignored bands, modes that hardly move the tool tip) does
 /// not count. Of equals the first along the path, then the lowest mode, then the lowest line.
-pub fn closest_approach(operation: &OperationRisk, policy: &Policy) -> Option<Approach> {
+pub fn closest_approach(
+    samples: &[Sample],
+    lines: &[ExcitationLine],
+    policy: &Policy,
+) -> Option<Approach> {
     let mut closest: Option<Approach> = None;
-    for sample in &operation.samples {
-        for approach in approaches(sample, &operation.lines, policy) {
+    for sample in samples {
+        for approach in approaches(sample, lines, policy) {
             if closest.is_none_or(|best| approach.separation < best.separation) {
                 closest = Some(approach);
             }

@@ -5,14 +5,14 @@ mod bands;
 mod crossings;
 mod left_out;
 mod margin;
-mod notices;
-mod turning;
+mod operation_notes;
+mod spindle_profile;
 mod verdict;
 
 pub use assess::{assess, crossings_under, detail, plan};
-pub use margin::{Approach, closest_approach};
-pub use notices::{Counted, about_operation, in_operation, nothing_checked};
-pub use turning::Turning;
+pub use margin::closest_approach;
+pub use operation_notes::{Counted, about_operation, in_operation, nothing_checked};
+pub use spindle_profile::SpindleProfile;
 pub use verdict::{
-    Certainty, Crossing, Exchange, JobRisk, LeftOut, OperationRisk, Sample, Verdict,
+    Approach, Certainty, Crossing, JobRisk, LeftOut, ModeExchange, OperationRisk, Sample, Verdict,
 };

@@ -80,11 +80,30 @@ pub struct Sample {
 
 /// A place where two neighbouring modes change places in the order of frequency.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Exchange {
+pub struct ModeExchange {
     /// Where.
     pub s: f64,
     /// The lower of the two, counted from 1.
     pub lower_mode: usize,
+}
+
+/// The place where some line comes nearest to some mode.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Approach {
+    /// Index of the mode in ascending frequency, counted from 1.
+    pub mode: usize,
+    /// The line.
+    pub line: ExcitationLine,
+    /// Where, 0..=1.
+    pub s: f64,
+    /// Spindle speed there, rev/min.
+    pub rpm: f64,
+    /// The line's frequency there, Hz.
+    pub excitation_hz: f64,
+    /// The mode's frequency there, Hz.
+    pub natural_frequency_hz: f64,
+    /// |f_exc − f_r| / f_r there.
+    pub separation: f64,
 }
 
 /// What the policy leaves out of consideration on the whole path of an operation.
@@ -116,6 +135,8 @@ pub struct OperationRisk {
     pub duration_s: f64,
     /// The lines that were looked at, ascending.
     pub lines: Vec<ExcitationLine>,
+    /// The closest approach of any line to any mode among the samples; `None` where no line and no mode count.
+    pub closest: Option<Approach>,
     /// Which of the lines and modes do not count.
     pub left_out: LeftOut,
     /// Poses at which the eigenproblem was solved to find the crossings.
@@ -126,7 +147,7 @@ pub struct OperationRisk {
     /// Ascending in `from_s`, then mode, then line.
     pub crossings: Vec<Crossing>,
     /// Where modes change places.
-    pub exchanges: Vec<Exchange>,
+    pub exchanges: Vec<ModeExchange>,
 }
 
 /// What a check finds for one job.

@@ -5,7 +5,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use detune::advice::{Bind, Change, Objective, Options, Remedy, advise};
+use detune::advice::{Binding, Change, Objective, Options, Remedy, advise};
 use detune::job::{Job, Levers, Operation, Policy, Spindle, SpindleSpeed, Tool};
 use detune::model::Robot;
 use detune::motion::{Move, StatedFeeds, Target};
@@ -289,7 +289,7 @@ fn an_infeasible_job_names_what_binds_it() {
         }
         seen += 1;
         assert!(operation.set.safe.is_empty() && !matches!(operation.remedy, Remedy::Constant(_)));
-        let Some(Bind { rpm, separation: told, below, above }) = operation.bind else {
+        let Some(Binding { rpm, separation: told, below, above }) = operation.bind else {
             panic!("case {case}")
         };
         let best = (0..=1100)

@@ -268,7 +268,7 @@ fn a_crossing_carries_its_place_in_the_file() {
     assert!((crossing.strain_energy_shares.iter().sum::<f64>() - 1.0).abs() < 1e-12);
 }
 
-/// Turning joint 1 alone changes no frequency of the planar arm but in the last digits; a line on the very
+/// SpindleProfile joint 1 alone changes no frequency of the planar arm but in the last digits; a line on the very
 /// edge of a band is outside of it, all along.
 #[test]
 fn an_edge_does_not_flicker() {

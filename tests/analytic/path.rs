@@ -6,7 +6,7 @@ use std::path::Path as FilePath;
 use detune::model::{Placement, Robot, forward_kinematics};
 use detune::motion::{Move, Target};
 use detune::notes::{Note, Part};
-use detune::path::{LARGEST_STEP, LONGEST_GAP, Path, grid};
+use detune::path::{MAX_GAP, MAX_STEP, Path, grid};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 const FEED: f64 = 0.02;
@@ -60,7 +60,7 @@ fn a_line_is_straight_in_space_and_even_in_time() {
     let first = 0.1;
     let second = 0.2 * 2.0_f64.sqrt();
     assert!((path.duration_s() - (first + second) / FEED).abs() < 1e-9);
-    let mut walker = path.walker();
+    let mut reader = path.reader();
     let mut q = [0.0; 6];
     let mut before: Option<[f64; 6]> = None;
     for i in 0..=400 {
@@ -70,7 +70,7 @@ fn a_line_is_straight_in_space_and_even_in_time() {
             if way <= first { (a, b, way / first) } else { (b, c, (way - first) / second) };
         let expected = from.translation.vector.lerp(&to.translation.vector, u);
         let turned = from.rotation.slerp(&to.rotation, u);
-        walker.at(s, &mut q).unwrap();
+        reader.at(s, &mut q).unwrap();
         let found = tcp_pose(&robot, &q, &tool());
         assert!((found.translation.vector - expected).norm() < 1e-10, "at s = {s}");
         assert!(found.rotation.angle_to(&turned) < 1e-7, "at s = {s}");
@@ -108,7 +108,7 @@ fn an_arc_stays_on_its_circle() {
     let centre = a.translation.vector + Vector3::new(0.05, 0.0, 0.0);
     let mut q = [0.0; 6];
     for i in 0..=50 {
-        path.walker().at(f64::from(i) / 50.0, &mut q).unwrap();
+        path.reader().at(f64::from(i) / 50.0, &mut q).unwrap();
         let radius = (tcp_pose(&robot, &q, &tool()).translation.vector - centre).norm();
         assert!((radius - 0.05).abs() < 1e-10);
     }
@@ -135,7 +135,7 @@ fn a_joint_move_takes_the_length_of_the_tools_way() {
     assert!((path.duration_s() * FEED / way - 1.0).abs() < 1e-7);
     // Linear in time: halfway in s is halfway in every joint.
     let mut q = [0.0; 6];
-    path.walker().at(0.5, &mut q).unwrap();
+    path.reader().at(0.5, &mut q).unwrap();
     for i in 0..6 {
         assert!((q[i] - 0.5 * (HOME[i] + to[i])).abs() < 1e-12);
     }
@@ -175,7 +175,7 @@ fn the_start_may_be_sought_near_other_joint_positions() {
     let start = |near: &[f64]| {
         let path = Path::plan(&robot, &line(), Some(near)).unwrap();
         let mut q = [0.0; 6];
-        path.walker().at(0.0, &mut q).unwrap();
+        path.reader().at(0.0, &mut q).unwrap();
         q
     };
     let same = start(&HOME);
@@ -187,7 +187,7 @@ fn the_start_may_be_sought_near_other_joint_positions() {
     // Without a wish: the solution nearest to zero.
     let plain = Path::plan(&robot, &line(), None).unwrap();
     let mut q = [0.0; 6];
-    plain.walker().at(0.0, &mut q).unwrap();
+    plain.reader().at(0.0, &mut q).unwrap();
     assert!((q[4] - HOME[4]).abs() < 1e-9);
 }
 
@@ -251,7 +251,7 @@ fn a_path_may_stand_still() {
         assert_eq!(path.duration_s(), 0.0);
         for s in [0.0, 0.5, 1.0] {
             let mut q = [0.0; 6];
-            let tcp = path.walker().at(s, &mut q).unwrap();
+            let tcp = path.reader().at(s, &mut q).unwrap();
             assert_eq!((q, tcp), (HOME, tool()));
         }
         let stations = grid(&path, std::iter::empty());
@@ -282,15 +282,15 @@ fn stations_are_close_in_time_and_in_the_joints() {
     .unwrap();
     let stations = grid(&path, [0.123_456_7].into_iter());
     assert!(stations.contains(&0.123_456_7));
-    let mut walker = path.walker();
+    let mut reader = path.reader();
     let mut before = [0.0; 6];
-    walker.at(0.0, &mut before).unwrap();
+    reader.at(0.0, &mut before).unwrap();
     for pair in stations.windows(2) {
-        assert!(pair[1] > pair[0] && pair[1] - pair[0] <= LONGEST_GAP * (1.0 + 1e-9));
+        assert!(pair[1] > pair[0] && pair[1] - pair[0] <= MAX_GAP * (1.0 + 1e-9));
         let mut q = [0.0; 6];
-        walker.at(pair[1], &mut q).unwrap();
+        reader.at(pair[1], &mut q).unwrap();
         for i in 0..6 {
-            assert!((q[i] - before[i]).abs() <= LARGEST_STEP * 1.2, "joint {i} at {}", pair[1]);
+            assert!((q[i] - before[i]).abs() <= MAX_STEP * 1.2, "joint {i} at {}", pair[1]);
         }
         before = q;
     }
@@ -306,8 +306,8 @@ fn a_redundant_arm_starts_where_it_was_asked_to() {
     let targets = vec![Target::Line(a), Target::JointsTo(shifted(&a, [0.01, 0.0, 0.0], [0.0; 3]))];
     let path = Path::plan(&robot, &moves(targets, tool()), Some(&wished)).unwrap();
     let (mut q, mut end) = ([0.0; 7], [0.0; 7]);
-    path.walker().at(0.0, &mut q).unwrap();
-    path.walker().at(1.0, &mut end).unwrap();
+    path.reader().at(0.0, &mut q).unwrap();
+    path.reader().at(1.0, &mut end).unwrap();
     for i in 0..7 {
         assert!((q[i] - wished[i]).abs() < 1e-9, "joint {i} starts at {}", q[i]);
         assert!((end[i] - q[i]).abs() < 0.1, "joint {i} moves to {}", end[i]);
@@ -329,7 +329,7 @@ fn a_rounded_limit_holds_for_poses_too() {
     )
     .unwrap();
     let mut q = [0.0; 6];
-    path.walker().at(1.0, &mut q).unwrap();
+    path.reader().at(1.0, &mut q).unwrap();
     assert!((q[0] - beyond[0]).abs() < 1e-9);
 }
 

@@ -50,13 +50,13 @@ fn crossing_modes_keep_their_names() {
     assert_eq!(exchange.lower_mode, 0);
     // The crossing lies where the closed form says: β2 = 1.3.
     let mut q = [0.0; 2];
-    path.walker().at(exchange.s, &mut q).unwrap();
+    path.reader().at(exchange.s, &mut q).unwrap();
     assert!((q[1] - 1.3).abs() < 1e-5, "exchange at beta2 = {}", q[1]);
     assert_eq!(families.of.first().unwrap(), &[Some(0), Some(1), Some(2)]);
     assert_eq!(families.of.last().unwrap(), &[Some(1), Some(0), Some(2)]);
     // Family 0 is the arm's first mode all along.
     for (s, of) in stations.iter().zip(&families.of) {
-        path.walker().at(*s, &mut q).unwrap();
+        path.reader().at(*s, &mut q).unwrap();
         let modes = Modes::at(&robot, &q).unwrap();
         let at = of.iter().position(|family| *family == Some(0)).unwrap();
         let expected = closed_form_hz(q[1])[0];

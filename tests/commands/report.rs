@@ -8,7 +8,7 @@ use detune::job::{Policy, SpindleSpeed};
 use detune::report::check::{github, json, junit, plot_text, sarif, text};
 use detune::report::{self, AskedOperation, CheckedJob};
 use detune::risk::{
-    Certainty, Crossing, Exchange, JobRisk, LeftOut, OperationRisk, Sample, Verdict,
+    Certainty, Crossing, JobRisk, LeftOut, ModeExchange, OperationRisk, Sample, Verdict,
     closest_approach,
 };
 
@@ -77,15 +77,17 @@ fn operation(name: &str, crossings: Vec<Crossing>) -> OperationRisk {
         })
         .max()
         .unwrap_or(Verdict::Clear);
+    let (samples, lines) = (samples(1100.0), vec![SPINDLE_1, TOOTH_1, TOOTH_2]);
     OperationRisk {
         name: name.into(),
         verdict,
         spindle_rpm: 1100.0,
         duration_s: 12.5,
-        lines: vec![SPINDLE_1, TOOTH_1, TOOTH_2],
+        closest: closest_approach(&samples, &lines, &policy()),
+        lines,
         left_out: LeftOut::default(),
         poses_solved: 11,
-        samples: samples(1100.0),
+        samples,
         crossings,
         exchanges: Vec::new(),
     }
@@ -245,7 +247,7 @@ mod as_text {
     fn exchanges_of_modes_are_noted() {
         let mut job = clear();
         job.risk.operations[0].exchanges =
-            (0..5).map(|i| Exchange { s: 0.1 * f64::from(i), lower_mode: 1 }).collect();
+            (0..5).map(|i| ModeExchange { s: 0.1 * f64::from(i), lower_mode: 1 }).collect();
         let text = text::check(&[job], false);
         assert!(text.contains("note     modes 1 and 2 change places at 20.0 % of the path\n"));
         assert!(text.contains("note     and 2 more exchanges of modes\n"));
@@ -548,7 +550,7 @@ mod as_json {
     fn the_schema_and_the_output_have_the_same_keys() {
         let schema = report::schema::check();
         let mut job = resonant();
-        job.risk.operations[0].exchanges.push(Exchange { s: 0.4, lower_mode: 1 });
+        job.risk.operations[0].exchanges.push(ModeExchange { s: 0.4, lower_mode: 1 });
         let output = value(&json::check(&[job]).unwrap());
         let mut seen = 0;
         compare(&schema, &schema, &output, &mut seen);
@@ -894,7 +896,7 @@ fn every_renderer_takes_every_result() {
 #[test]
 fn the_closest_approach_is_that_of_a_plain_search() {
     let operation = operation("o", Vec::new());
-    let closest = closest_approach(&operation, &policy()).unwrap();
+    let closest = closest_approach(&operation.samples, &operation.lines, &policy()).unwrap();
     let mut best = f64::INFINITY;
     for s in (0..=10).map(|i| f64::from(i) / 10.0) {
         for mode in [20.0 + 10.0 * s, 90.0 - 30.0 * s] {
@@ -908,8 +910,8 @@ fn the_closest_approach_is_that_of_a_plain_search() {
 
     let mut policy = policy();
     policy.ignore_hz = vec![[73.0, 74.0]];
-    let without = closest_approach(&operation, &policy).unwrap();
+    let without = closest_approach(&operation.samples, &operation.lines, &policy).unwrap();
     assert_eq!((without.mode, without.line, without.s), (1, SPINDLE_1, 0.0));
     policy.min_tip_response_m_per_n = 1e-5;
-    assert_eq!(closest_approach(&operation, &policy), None);
+    assert_eq!(closest_approach(&operation.samples, &operation.lines, &policy), None);
 }

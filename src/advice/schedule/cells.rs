@@ -14,9 +14,9 @@ use crate::progress::silent;
 use crate::risk::detail;
 use crate::units::rpm_from_hz;
 
-use super::super::choice::guard_rpm;
-use super::super::ranges::Counting;
-use super::super::speeds::{Speeds, ignored_speeds};
+use crate::advice::choice::guard_rpm;
+use crate::advice::ranges::Counting;
+use crate::advice::speeds::{Speeds, ignored_speeds};
 use crate::job::Spindle;
 
 /// Cells along a path, where nothing asks for more.

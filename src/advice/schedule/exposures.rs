@@ -1,8 +1,8 @@
 //! What a schedule that crosses bands exposes the arm to.
 
-use super::super::vibration::Chip;
-use super::air::is_idle_between;
-use super::{Task, mean};
+use super::not_cutting::is_not_cutting_between;
+use super::task::{Task, mean};
+use crate::advice::vibration::Chip;
 use crate::excitation::ExcitationLine;
 use crate::job::SpindleSpeed;
 use crate::risk::{Certainty, Crossing};
@@ -69,7 +69,7 @@ pub(super) fn exposures(
             .collect();
         let rpm: Vec<f64> = ends.iter().map(|&s| speed.rpm_at(s)).collect();
         let turns = hz_from_rpm(mean(&ends, &rpm)) * duration_s;
-        let is_in_air = is_idle_between(task, from_s, to_s);
+        let is_in_air = is_not_cutting_between(task, from_s, to_s);
         let tip_amplitude_m = task.tip.map(|tip| {
             let at = crossing.closest_s;
             let chip = Chip::Feed(feed_m_per_s);

@@ -10,7 +10,7 @@
 //! # Time
 //! A schedule is a speed over s, and s runs in proportion to time at the operation's one feed. So the feed is
 //! coupled to the speed by its mean: it is scaled so that the mean chip load stays what it was, which
-//! changes the duration, and with it how much the spindle can change between two places. See [`pace`]. The
+//! changes the duration, and with it how much the spindle can change between two places. See [`duration`]. The
 //! acceleration limit is kept at the programmed feed, too, so that an override between the two breaks nothing.
 //! Where the duration does not follow the feed alone (programs with feeds of their own, turns on the
 //! spot), and where it is asked for, the feed stays as programmed.
@@ -19,41 +19,39 @@
 //! A band that must be crossed is crossed on one straight line at full acceleration, from the edge of one corridor
 //! to the edge of the next; both ends are points of the schedule, however close together.
 
-mod air;
 mod cells;
+mod duration;
 mod exposures;
-mod pace;
-mod programme;
+mod not_cutting;
+mod outcome;
+mod quadratic_program;
 mod routes;
 mod search;
+mod task;
 
 pub use exposures::{Exposure, Passage};
-pub use programme::SolverEnd;
+pub use outcome::{ASSUMED_ACCELERATION_RPM_PER_S, Coupling, NoSchedule, Schedule};
+pub use quadratic_program::SolverEnd;
+pub(super) use task::Task;
 
-pub(super) use air::is_air;
-
-use self::air::air_sides;
 use self::cells::{Cells, sides};
-use self::exposures::{exposed_share, exposures, passages};
-use self::pace::{Next, Pace};
+use self::duration::{DurationSearch, Next};
+use self::exposures::exposures;
+use self::not_cutting::air_cut_sides;
 use self::routes::Limits;
 use self::search::best;
-use super::ranges::Counting;
-use super::speeds::{Speeds, feed_at};
-use super::vibration::TipModel;
-use super::{FeedRule, KeptSchedule, Objective};
-use crate::excitation::ExcitationLine;
-use crate::job::{Job, Operation, SpindleSpeed};
+use self::task::mean;
+use super::options::FeedRule;
+use super::outcome::KeptSchedule;
+use super::speeds::feed_at;
+use crate::job::{Operation, SpindleSpeed};
 use crate::notes::Note;
-use crate::path::{Path, Survey, grid};
+use crate::path::{Survey, grid};
 use crate::progress::silent;
-use crate::risk::{Crossing, crossings_under, detail};
-
-/// Taken where the job gives no acceleration of the spindle: an assumption, not a figure of any spindle.
-pub const ASSUMED_ACCELERATION_RPM_PER_S: f64 = 500.0;
+use crate::risk::{Crossing, crossings_under};
 
 /// No spindle is faster than from rest to its highest speed within a microsecond or so; more would be lost in digits.
-const FASTEST_RPM_PER_S: f64 = 1e9;
+const MAX_RPM_PER_S: f64 = 1e9;
 
 /// Of the acceleration this much is used, so that rounding does not exceed it.
 const USED_ACCELERATION: f64 = 0.999;
@@ -64,7 +62,7 @@ const SLACK: f64 = 1.5;
 const MORE_SLACK: f64 = 4.0;
 
 /// How often there is more.
-const MOST_SLACKS: usize = 6;
+const MAX_SLACKS: usize = 6;
 
 /// Points nearer than this to the straight line between their neighbours are left out, rev/min.
 const STRAIGHT_RPM: f64 = 1e-6;
@@ -72,153 +70,8 @@ const STRAIGHT_RPM: f64 = 1e-6;
 /// Speeds of a schedule are told to so many parts of a rev/min where the acceleration is not felt in that.
 const PARTS_PER_RPM: f64 = 1e6;
 
-/// A speed that varies along the path.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Schedule {
-    /// (s, rev/min), from s = 0 to 1; linear between.
-    pub points: Vec<(f64, f64)>,
-    /// The feed that belongs to it, m/s.
-    pub feed_m_per_s: f64,
-    /// Time from s = 0 to s = 1 at that feed, s.
-    pub duration_s: f64,
-    /// What became of the feed.
-    pub coupling: Coupling,
-    /// The acceleration that is kept, rev/min per second.
-    pub acceleration_rpm_per_s: f64,
-    /// Whether the job gives none, so that it is [`ASSUMED_ACCELERATION_RPM_PER_S`].
-    pub is_acceleration_assumed: bool,
-    /// What it follows: the objective asked for, but nearest where that cannot be followed.
-    pub follows: Objective,
-    /// The speed that it stays near to, rev/min.
-    pub target_rpm: f64,
-    /// Half width of the bands that it keeps out of, as a share of each frequency: the policy's, or the widest that
-    /// leave a way where it follows the margin.
-    pub half_width: f64,
-    /// Σ w (n/n_p − n*/n_p)² + ρ Σ Δ(n/n_p)²/Δs with the target n*: what was minimised.
-    pub objective: f64,
-    /// The duration for which it was minimised, s; no longer than [`Self::duration_s`].
-    pub solved_for_s: f64,
-    /// Ways between the bands for which the programme was solved.
-    pub corridors_tried: usize,
-    /// How the solver ended for the one that was chosen.
-    pub solver: SolverEnd,
-    /// The least |f_exc − f_r| / f_r at the stations of the last look; `None` where nothing counts.
-    pub separation: Option<f64>,
-    /// Where bands are crossed because they must be.
-    pub exposures: Vec<Exposure>,
-}
-
-impl Schedule {
-    /// Lowest and highest speed, rev/min.
-    pub fn range_rpm(&self) -> Speeds {
-        let (low_rpm, high_rpm) = self
-            .points
-            .iter()
-            .fold((f64::INFINITY, 0.0_f64), |(low, high), p| (low.min(p.1), high.max(p.1)));
-        Speeds { low_rpm, high_rpm }
-    }
-
-    /// Time inside any band, s; where bands overlap it counts once.
-    pub fn exposed_s(&self) -> f64 {
-        exposed_share(&self.exposures) * self.duration_s
-    }
-
-    /// The exposures, put together into one passage for each time that a line goes through a mode's band.
-    pub fn passages(&self) -> Vec<Passage> {
-        passages(&self.exposures)
-    }
-
-    /// Whether all of it is this constant speed, but for what a solver leaves.
-    pub(super) fn is_constant(&self, rpm: f64) -> bool {
-        /// rev/min.
-        const NOISE: f64 = 0.01;
-        self.points.iter().all(|point| (point.1 - rpm).abs() < NOISE)
-    }
-
-    /// Whether it follows the margin and keeps no more of it than this constant speed does.
-    pub(super) fn gains_nothing_on(&self, constant: &super::Constant) -> bool {
-        let keeps = |margin: Option<f64>| margin.unwrap_or(f64::INFINITY);
-        self.follows == Objective::Margin && keeps(constant.separation) >= keeps(self.separation)
-    }
-
-    /// Lowest and highest chip load along the path, as a share of the programmed one.
-    pub fn chip_load_ratios(&self, operation: &super::OperationAdvice) -> (f64, f64) {
-        let feed = self.feed_m_per_s / operation.programmed_feed_m_per_s;
-        let Speeds { low_rpm, high_rpm } = self.range_rpm();
-        (feed * operation.programmed_rpm / high_rpm, feed * operation.programmed_rpm / low_rpm)
-    }
-}
-
-/// Why there is no schedule.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum NoSchedule {
-    /// The path takes no time.
-    NoTime,
-    /// Nothing within the spindle's range and acceleration keeps out of the bands, or crosses them from one gap
-    /// to another.
-    NoWay,
-    /// There are ways between the bands, but the solver found no speed along any; how it ended on the last.
-    Solver(SolverEnd),
-    /// A check of what was solved met bands again and again.
-    Contact,
-}
-
-/// What became of the feed under a schedule.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Coupling {
-    /// It keeps the mean chip load; solved so often until the duration settled.
-    MeanChipLoad {
-        /// How often.
-        rounds: usize,
-    },
-    /// It stays as programmed because that was asked for.
-    Asked,
-    /// It stays as programmed because the program has feeds of its own.
-    OwnFeeds,
-    /// It stays as programmed because the program's rapid moves take their time whatever the feed.
-    Rapids,
-    /// It stays as programmed because turns on the spot take their time whatever the feed.
-    StandsStill,
-    /// It stays as programmed because a band is crossed, and with the mean chip load kept the feed would be slower:
-    /// a spindle that may not be asked too much at the programmed feed would then cross slower than it can.
-    Crosses,
-    /// It stays as programmed because the duration did not settle.
-    NotSettled,
-}
-
-/// What a schedule is worked out from.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Task<'a> {
-    pub(super) job: &'a Job,
-    pub(super) operation: &'a Operation,
-    pub(super) path: &'a Path<'a>,
-    pub(super) survey: &'a Survey,
-    pub(super) counting: &'a Counting<'a>,
-    pub(super) lines: &'a [ExcitationLine],
-    pub(super) programmed_rpm: f64,
-    pub(super) objective: Objective,
-    /// The best constant speed that is safe, rev/min.
-    pub(super) constant_rpm: Option<f64>,
-    pub(super) feed: FeedRule,
-    pub(super) tip: Option<&'a TipModel>,
-}
-
-impl Task<'_> {
-    /// The objective that can be followed, and the speed to stay near to.
-    fn goal(&self) -> (Objective, f64) {
-        match self.objective {
-            Objective::Nearest => (Objective::Nearest, self.programmed_rpm),
-            Objective::Margin => (Objective::Margin, self.programmed_rpm),
-            Objective::Highest => (Objective::Highest, self.job.spindle.max_rpm),
-            Objective::Vibration => {
-                (Objective::Nearest, self.constant_rpm.unwrap_or(self.programmed_rpm))
-            }
-        }
-    }
-}
-
 /// The schedule that follows the objective best and keeps out of all bands or, where none does, crosses as
-/// few as it must where it hurts least.
+/// few as it must where it costs least.
 ///
 /// # Errors
 /// The arm has no modes somewhere.
@@ -229,19 +82,18 @@ pub(super) fn schedule(task: &Task) -> Result<Result<Schedule, NoSchedule>, Note
         return Ok(Err(NoSchedule::NoTime));
     }
     let given = job.spindle.max_acceleration_rpm_per_s;
-    let acceleration_rpm_per_s =
-        given.unwrap_or(ASSUMED_ACCELERATION_RPM_PER_S).min(FASTEST_RPM_PER_S);
+    let acceleration_rpm_per_s = given.unwrap_or(ASSUMED_ACCELERATION_RPM_PER_S).min(MAX_RPM_PER_S);
     let (follows, target_rpm) = task.goal();
-    let sides = sides(&air_sides(task));
+    let sides = sides(&air_cut_sides(task));
     let look = |slack| Cells::look(path, sides.clone(), task.survey, task.counting, slack);
     let (mut slack, mut slacks) = (SLACK, 1);
     let mut cells = look(slack)?;
-    let mut pace = Pace::new(programmed_s, coupling(task));
+    let mut duration = DurationSearch::new(programmed_s, coupling(task));
     loop {
         let limits = Limits {
             programmed_rpm: task.programmed_rpm,
             target_rpm,
-            slope_rpm: USED_ACCELERATION * acceleration_rpm_per_s * pace.solve_for_s(),
+            slope_rpm: USED_ACCELERATION * acceleration_rpm_per_s * duration.solve_for_s(),
             min_rpm: job.spindle.min_rpm,
             max_rpm: job.spindle.max_rpm,
         };
@@ -252,7 +104,7 @@ pub(super) fn schedule(task: &Task) -> Result<Result<Schedule, NoSchedule>, Note
         let mean_rpm = mean(&best.s, &best.rpm);
         let own_feed_m_per_s = feed_at(operation.feed_m_per_s, task.programmed_rpm, mean_rpm);
         let own_s = programmed_s * operation.feed_m_per_s / own_feed_m_per_s;
-        let coupling = match pace.step(own_s, !best.ramps.is_empty()) {
+        let coupling = match duration.step(own_s, !best.ramps.is_empty()) {
             Next::Again => continue,
             Next::Settled(coupling) => coupling,
         };
@@ -262,14 +114,14 @@ pub(super) fn schedule(task: &Task) -> Result<Result<Schedule, NoSchedule>, Note
         };
         let speed = SpindleSpeed::Schedule(thinned(&best.s, &best.rpm, &limits));
         let stations = grid(path, speed.corners());
-        let first_look = Survey::take(path, stations, detail(&job.policy), &silent)?;
+        let first_look = task.survey.at_stations(path, &stations, &silent)?;
         let (found, last_look) =
             crossings_under(task.lines, &job.policy, &speed, path, first_look)?;
         let is_told = |crossing: &Crossing| {
             best.ramps.iter().any(|&[from, to]| crossing.from_s < to && crossing.to_s > from)
         };
         if !found.iter().all(is_told) {
-            if slacks == MOST_SLACKS {
+            if slacks == MAX_SLACKS {
                 return Ok(Err(NoSchedule::Contact));
             }
             (slack, slacks) = (slack * MORE_SLACK, slacks + 1);
@@ -292,7 +144,7 @@ pub(super) fn schedule(task: &Task) -> Result<Result<Schedule, NoSchedule>, Note
             target_rpm,
             half_width: best.half_width,
             objective: best.objective,
-            solved_for_s: pace.solve_for_s(),
+            solved_for_s: duration.solve_for_s(),
             corridors_tried: best.tried,
             solver: best.end,
         }));
@@ -324,7 +176,7 @@ pub(super) fn kept(task: &Task) -> Result<Option<KeptSchedule>, Note> {
     let Task { job, operation, path, .. } = *task;
     let SpindleSpeed::Schedule(points) = &operation.speed else { return Ok(None) };
     let stations = grid(path, operation.speed.corners());
-    let first_look = Survey::take(path, stations, detail(&job.policy), &silent)?;
+    let first_look = task.survey.at_stations(path, &stations, &silent)?;
     let (found, last_look) =
         crossings_under(task.lines, &job.policy, &operation.speed, path, first_look)?;
     Ok(found.is_empty().then(|| KeptSchedule {
@@ -365,10 +217,6 @@ fn thinned(s: &[f64], rpm: &[f64], limits: &Limits) -> Vec<(f64, f64)> {
     kept
 }
 
-fn mean(s: &[f64], rpm: &[f64]) -> f64 {
-    (1..s.len()).map(|i| 0.5 * (rpm[i] + rpm[i - 1]) * (s[i] - s[i - 1])).sum()
-}
-
 fn separation(task: &Task, speed: &SpindleSpeed, survey: &Survey) -> Option<f64> {
     let policy = &task.job.policy;
     let mut least: Option<f64> = None;
@@ -393,52 +241,6 @@ fn separation(task: &Task, speed: &SpindleSpeed, survey: &Survey) -> Option<f64>
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn schedule(points: &[(f64, f64)]) -> Schedule {
-        Schedule {
-            points: points.to_vec(),
-            feed_m_per_s: 0.01,
-            duration_s: 10.0,
-            coupling: Coupling::Asked,
-            acceleration_rpm_per_s: 500.0,
-            is_acceleration_assumed: false,
-            follows: Objective::Nearest,
-            target_rpm: 1000.0,
-            half_width: 0.1,
-            objective: 0.0,
-            solved_for_s: 10.0,
-            corridors_tried: 1,
-            solver: SolverEnd::Solved,
-            separation: Some(0.12),
-            exposures: Vec::new(),
-        }
-    }
-
-    #[test]
-    fn a_hundredth_of_a_rev_per_minute_is_what_a_solver_leaves() {
-        let near = schedule(&[(0.0, 1000.0), (0.4, 1000.0099), (1.0, 999.9901)]);
-        assert!(near.is_constant(1000.0));
-        for off in [1000.0101, 999.9899] {
-            assert!(!schedule(&[(0.0, 1000.0), (0.4, off), (1.0, 1000.0)]).is_constant(1000.0));
-        }
-        // One speed throughout, but another one.
-        assert!(!schedule(&[(0.0, 1000.5), (1.0, 1000.5)]).is_constant(1000.0));
-    }
-
-    #[test]
-    fn a_schedule_for_the_margin_must_beat_the_constant_speed() {
-        let of = |separation| super::super::Constant {
-            rpm: 1000.0,
-            feed_m_per_s: 0.01,
-            separation,
-            is_programmed: false,
-        };
-        let plan = Schedule { follows: Objective::Margin, ..schedule(&[(0.0, 9.0), (1.0, 8.0)]) };
-        assert!(plan.gains_nothing_on(&of(Some(0.12))) && plan.gains_nothing_on(&of(None)));
-        assert!(!plan.gains_nothing_on(&of(Some(0.1199))));
-        let nearest = Schedule { follows: Objective::Nearest, ..plan };
-        assert!(!nearest.gains_nothing_on(&of(Some(0.13))));
-    }
 
     /// Corners stay, what lies on a line goes, and ends of a fast ramp keep all their digits.
     #[test]

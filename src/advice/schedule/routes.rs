@@ -12,18 +12,18 @@
 //! comes into the next corridor, wherever in a cell that is: however fast the spindle, it is in the band for
 //! as long as the band is wide at full acceleration, and no longer.
 
-use super::super::speeds::Speeds;
 use super::cells::{Plane, Trapezium};
+use crate::advice::speeds::Speeds;
 use crate::excitation::ExcitationLine;
 
 /// States kept at one side of a cell.
-const MOST_STATES: usize = 48;
+const MAX_STATES: usize = 48;
 
 /// Ways that are told.
-const MOST_ROUTES: usize = 24;
+const MAX_ROUTES: usize = 24;
 
 /// Ramps through bands are looked for from the best states only.
-const MOST_STARTS: usize = 6;
+const MAX_STARTS: usize = 6;
 
 /// What the search goes by.
 #[derive(Debug, Clone, Copy)]
@@ -52,16 +52,16 @@ pub(super) struct Route {
     pub(super) ramps: Vec<[f64; 2]>,
 }
 
-/// Per cell, how much it hurts to be in the band of a line and mode there, over the whole path.
+/// Per cell, what it costs to be in the band of a line and mode there, over the whole path.
 pub(super) type Bands = Vec<(Speeds, ExcitationLine, f64)>;
 
 /// What a ramp through bands costs.
-pub(super) struct Hurt<'a> {
+pub(super) struct ExposureCost<'a> {
     cells: Vec<Bands>,
     ignores: &'a dyn Fn(ExcitationLine, f64) -> bool,
 }
 
-impl<'a> Hurt<'a> {
+impl<'a> ExposureCost<'a> {
     /// `ignores` tells whether a line at a speed is somebody else's business.
     pub(super) fn new(cells: Vec<Bands>, ignores: &'a dyn Fn(ExcitationLine, f64) -> bool) -> Self {
         Self { cells, ignores }
@@ -72,7 +72,7 @@ impl<'a> Hurt<'a> {
         self.cells[cell]
             .iter()
             .filter(|(speeds, line, _)| speeds.contains(rpm) && !(self.ignores)(*line, rpm))
-            .fold(0.0, |worst, (_, _, hurt)| worst.max(*hurt))
+            .fold(0.0, |worst, (_, _, exposure)| worst.max(*exposure))
     }
 
     /// On a piece of a ramp in one cell, looked at in so many places.
@@ -139,7 +139,7 @@ enum Step {
 #[derive(Debug, Clone, Copy)]
 struct State {
     crossings: usize,
-    hurt: f64,
+    exposure: f64,
     cost: f64,
     reach: Speeds,
     /// Place of its last step in the list of all steps.
@@ -150,7 +150,7 @@ impl State {
     fn key(&self, other: &Self) -> std::cmp::Ordering {
         self.crossings
             .cmp(&other.crossings)
-            .then(self.hurt.total_cmp(&other.hurt))
+            .then(self.exposure.total_cmp(&other.exposure))
             .then(self.cost.total_cmp(&other.cost))
     }
 
@@ -164,16 +164,20 @@ impl State {
 }
 
 /// Ways through the plane, the most promising first: those with the fewest ramps through bands, of these
-/// the ones that hurt least, of these the ones nearest to the target. Ramps are sought only
-/// with `hurt`.
-pub(super) fn routes(plane: &Plane, limits: &Limits, hurt: Option<&Hurt>) -> Vec<Route> {
+/// the ones with the least exposure, of these the ones nearest to the target. Ramps are sought only
+/// with `exposure`.
+pub(super) fn routes(
+    plane: &Plane,
+    limits: &Limits,
+    exposure: Option<&ExposureCost>,
+) -> Vec<Route> {
     let cells = plane.corridors.len();
     let mut steps: Vec<(Option<usize>, Step)> = Vec::new();
     let mut at: Vec<Vec<State>> = vec![Vec::new(); cells + 1];
     let everything = Speeds { low_rpm: f64::NEG_INFINITY, high_rpm: f64::INFINITY };
-    at[0].push(State { crossings: 0, hurt: 0.0, cost: 0.0, reach: everything, step: None });
+    at[0].push(State { crossings: 0, exposure: 0.0, cost: 0.0, reach: everything, step: None });
     for cell in 0..cells {
-        let states = prune(std::mem::take(&mut at[cell]), MOST_STATES);
+        let states = prune(std::mem::take(&mut at[cell]), MAX_STATES);
         let width = plane.s[cell + 1] - plane.s[cell];
         let (weight, step_rpm) = (0.5 * width, limits.slope_rpm * width);
         for state in &states {
@@ -186,10 +190,10 @@ pub(super) fn routes(plane: &Plane, limits: &Limits, hurt: Option<&Hurt>) -> Vec
                 at[cell + 1].push(State { cost, reach, step: Some(steps.len() - 1), ..*state });
             }
         }
-        if let Some(hurt) = hurt.filter(|_| cell > 0) {
-            for state in states.iter().take(MOST_STARTS) {
+        if let Some(exposure) = exposure.filter(|_| cell > 0) {
+            for state in states.iter().take(MAX_STARTS) {
                 for rises in [true, false] {
-                    let Some((to, next, step)) = ramp(plane, limits, hurt, state, cell, rises)
+                    let Some((to, next, step)) = ramp(plane, limits, exposure, state, cell, rises)
                     else {
                         continue;
                     };
@@ -201,7 +205,7 @@ pub(super) fn routes(plane: &Plane, limits: &Limits, hurt: Option<&Hurt>) -> Vec
     }
     let mut ends = std::mem::take(&mut at[cells]);
     ends.sort_by(State::key);
-    ends.truncate(MOST_ROUTES);
+    ends.truncate(MAX_ROUTES);
     ends.iter().map(|end| trace(plane, &steps, end)).collect()
 }
 
@@ -240,7 +244,7 @@ fn prune(mut states: Vec<State>, most: usize) -> Vec<State> {
 fn ramp(
     plane: &Plane,
     limits: &Limits,
-    hurt: &Hurt,
+    exposure: &ExposureCost,
     state: &State,
     from: usize,
     rises: bool,
@@ -260,7 +264,7 @@ fn ramp(
     if is_free {
         return None;
     }
-    let mut hurts = 0.0;
+    let mut exposed = 0.0;
     for cell in from..plane.corridors.len() {
         let sides = [plane.s[cell], plane.s[cell + 1]];
         let looks = if cell == from { LOOKS } else { 1 };
@@ -275,17 +279,17 @@ fn ramp(
             let step_rpm = limits.slope_rpm * (sides[1] - end_s);
             let (_, reach) =
                 run(&point, &plane.corridors[cell][index].from(sides, end_s), step_rpm)?;
-            hurts += hurt.along(cell, &ramp, [sides[0], end_s], looks);
+            exposed += exposure.along(cell, &ramp, [sides[0], end_s], looks);
             let next = State {
                 crossings: state.crossings + 1,
-                hurt: state.hurt + hurts,
+                exposure: state.exposure + exposed,
                 cost: state.cost,
                 reach,
                 step: None,
             };
             return Some((cell + 1, next, Step::Ramp { from, ramp, cell, index, end_s }));
         }
-        hurts += hurt.along(cell, &ramp, sides, looks);
+        exposed += exposure.along(cell, &ramp, sides, looks);
         if !(limits.min_rpm..=limits.max_rpm).contains(&ramp.rpm_at(sides[1])) {
             return None;
         }
@@ -297,12 +301,12 @@ impl Trapezium {
     /// What of it lies behind `s`, between the sides of its cell; never empty at `s` but for rounding.
     fn from(&self, [left_s, right_s]: [f64; 2], s: f64) -> Self {
         /// rev/min: what rounding may take from a place on an edge.
-        const HAIR: f64 = 1e-6;
+        const NEGLIGIBLE_MOTION: f64 = 1e-6;
         let u = (s - left_s) / (right_s - left_s);
         let at = |a: f64, b: f64| a + (b - a) * u;
         let left = Speeds {
-            low_rpm: at(self.left.low_rpm, self.right.low_rpm) - HAIR,
-            high_rpm: at(self.left.high_rpm, self.right.high_rpm) + HAIR,
+            low_rpm: at(self.left.low_rpm, self.right.low_rpm) - NEGLIGIBLE_MOTION,
+            high_rpm: at(self.left.high_rpm, self.right.high_rpm) + NEGLIGIBLE_MOTION,
         };
         Self { left, right: self.right }
     }

@@ -1,21 +1,22 @@
 //! The best speed between the bands or, where there is no way, across them; for the margin, between the widest
 //! bands that leave one.
 
-use super::air::is_idle_between;
 use super::cells::Cells;
-use super::programme::{SolverEnd, objective, solve};
-use super::routes::{Bands, Hurt, Limits, Route, routes};
-use super::{NoSchedule, Task};
-use crate::advice::Objective;
-use crate::advice::speeds::{Speeds, WIDEST, ignored_speeds};
+use super::not_cutting::is_not_cutting_between;
+use super::outcome::NoSchedule;
+use super::quadratic_program::{SolverEnd, objective, solve};
+use super::routes::{Bands, ExposureCost, Limits, Route, routes};
+use super::task::Task;
+use crate::advice::options::Objective;
+use crate::advice::speeds::{MAX_HALF_WIDTH, Speeds, ignored_speeds};
 use crate::job::Job;
 use crate::notes::Note;
 use crate::path::{Detail, Survey};
 use crate::progress::silent;
 use crate::units::rpm_from_hz;
 
-/// What a second in a band hurts in the air, as a share of a second in the cut.
-const AIR_HURT: f64 = 1e-6;
+/// What a second in a band costs in an air cut, as a share of a second in the cut.
+const AIR_CUT_WEIGHT: f64 = 1e-6;
 
 /// The widest bands that leave a way are found to this share of themselves.
 const WIDEST_TOLERANCE: f64 = 1e-4;
@@ -50,8 +51,8 @@ pub(super) fn best(
     let open = ways(least);
     if open.is_empty() {
         let ignores = |line, rpm| ignored_speeds(policy, line).any(|strip| strip.contains(rpm));
-        let hurt = Hurt::new(hurt(task, &cells.s)?, &ignores);
-        let across = routes(&plane(least), limits, Some(&hurt));
+        let exposure = ExposureCost::new(exposure_costs(task, &cells.s)?, &ignores);
+        let across = routes(&plane(least), limits, Some(&exposure));
         // What goes through a band keeps no margin.
         let follows = if follows == Objective::Margin { Objective::Nearest } else { follows };
         return Ok(first_of(across, limits).map(|best| Best {
@@ -79,7 +80,7 @@ fn widest(least: f64, leaves_way: &dyn Fn(f64) -> bool) -> Option<f64> {
     const FIRST: f64 = 0.01;
     let (mut open, mut closed) = (least, 2.0 * least.max(FIRST));
     while leaves_way(closed) {
-        if closed > WIDEST {
+        if closed > MAX_HALF_WIDTH {
             return None;
         }
         (open, closed) = (closed, 2.0 * closed);
@@ -97,7 +98,7 @@ fn first_of(ways: Vec<Route>, limits: &Limits) -> Result<Best, NoSchedule> {
     let mut why = NoSchedule::NoWay;
     let mut tried = 0;
     for way in ways {
-        // With ramps the order is that of what hurts, and the first that can be run is the one.
+        // With ramps the order is that of exposure, and the first that can be run is the one.
         let is_settled = best
             .as_ref()
             .is_some_and(|best| !best.ramps.is_empty() || way.at_least >= best.objective);
@@ -130,15 +131,16 @@ fn first_of(ways: Vec<Route>, limits: &Limits) -> Result<Best, NoSchedule> {
     best.map(|best| Best { tried, ..best }).ok_or(why)
 }
 
-/// Per cell, what it hurts to be in the band of each mode for as long as the whole path takes.
-fn hurt(task: &Task, s: &[f64]) -> Result<Vec<Bands>, Note> {
+/// Per cell, what it costs to be in the band of each mode for as long as the whole path takes.
+fn exposure_costs(task: &Task, s: &[f64]) -> Result<Vec<Bands>, Note> {
     let Task { job, path, lines, .. } = *task;
     let policy = &job.policy;
     let middles = s.windows(2).map(|side| 0.5 * (side[0] + side[1])).collect();
     let survey = Survey::take(path, middles, Detail::TipResponse, &silent)?;
     let mut cells = Vec::with_capacity(survey.len());
     for (side, station) in s.windows(2).zip(survey.stations()) {
-        let share = if is_idle_between(task, side[0], side[1]) { AIR_HURT } else { 1.0 };
+        let share =
+            if is_not_cutting_between(task, side[0], side[1]) { AIR_CUT_WEIGHT } else { 1.0 };
         let mut bands = Vec::new();
         for (hz, &tip) in station.frequencies_hz.iter().zip(station.tip_m_per_n) {
             for &line in lines {

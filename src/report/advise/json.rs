@@ -168,8 +168,8 @@ struct Pair {
     harmonic: u32,
 }
 
-impl From<&advice::Bind> for Binding {
-    fn from(bind: &advice::Bind) -> Self {
+impl From<&advice::Binding> for Binding {
+    fn from(bind: &advice::Binding) -> Self {
         let pair = |block: &advice::Block| Pair {
             mode: block.mode,
             source: block.line.source.into(),
@@ -549,7 +549,8 @@ fn facts(operation: &OperationAdvice, plan: &Schedule) -> ScheduleFacts {
         | Coupling::Crosses
         | Coupling::NotSettled => None,
     };
-    let (low, high) = plan.chip_load_ratios(operation);
+    let (low, high) =
+        plan.chip_load_ratios(operation.programmed_rpm, operation.programmed_feed_m_per_s);
     ScheduleFacts {
         duration_s: Number(plan.duration_s),
         feed: match plan.coupling {
@@ -609,8 +610,8 @@ impl From<&advice::Exposure> for Exposure {
     }
 }
 
-impl From<&advice::Closure> for Closed {
-    fn from(closure: &advice::Closure) -> Self {
+impl From<&advice::ClosedRange> for Closed {
+    fn from(closure: &advice::ClosedRange) -> Self {
         Self {
             from_rpm: Number(closure.speeds.low_rpm),
             to_rpm: Number(closure.speeds.high_rpm),

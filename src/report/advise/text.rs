@@ -1,7 +1,7 @@
 //! What a planner reads: the speed to run at, why, and what is closed by what.
 
 use super::{AdvisedJob, words};
-use crate::advice::{Closure, FeedRule, NoVibration, OperationAdvice, Remedy, Schedule};
+use crate::advice::{ClosedRange, FeedRule, NoVibration, OperationAdvice, Remedy, Schedule};
 use crate::job::Levers;
 use crate::report::style;
 use crate::report::words::{percent, round_percent, trimmed};
@@ -154,7 +154,8 @@ fn push_schedule(operation: &OperationAdvice, plan: &Schedule, text: &mut String
     for passage in plan.passages() {
         push_fact(4, "crosses", &words::passage(&passage), text);
     }
-    let (low, high) = plan.chip_load_ratios(operation);
+    let (low, high) =
+        plan.chip_load_ratios(operation.programmed_rpm, operation.programmed_feed_m_per_s);
     let chip_load = if operation.program_feeds.per_revolution {
         "the program's feeds per revolution would follow the speed, and shift the places of the schedule: state \
          feeds per minute to run it"
@@ -187,7 +188,7 @@ fn push_stretches(operation: &OperationAdvice, text: &mut String) {
     let safe = if safe.is_empty() { "none".to_owned() } else { safe.join(", ") };
     push_fact(4, "safe", &safe, text);
     for closure in operation.set.closed.iter().take(MOST_STRETCHES) {
-        let Closure { speeds, blocks } = closure;
+        let ClosedRange { speeds, blocks } = closure;
         let mut names: Vec<String> = Vec::new();
         for block in blocks {
             let name = words::block(block);

@@ -2,10 +2,10 @@
 
 use super::AdvisedJob;
 use crate::advice::{
-    Block, Change, Closure, Constant, Coupling, Lever, NoSchedule, NoVibration, Objective,
+    Block, Change, ClosedRange, Constant, Coupling, Lever, NoSchedule, NoVibration, Objective,
     OperationAdvice, Passage, Remedy, Schedule, SolverEnd, Speeds, TipVibration,
 };
-use crate::report::words::{line, percent, round_percent, trimmed, um_per_n};
+use crate::report::words::{line, percent, round_percent, significant, trimmed, um_per_n};
 use crate::units::{deg_from_rad, mm_from_m, percent_from_ratio, um_from_m};
 
 /// `1312.4 rpm`, with one decimal at most.
@@ -19,15 +19,15 @@ pub(super) fn block(block: &Block) -> String {
 }
 
 /// The closure around a speed, if it is not safe.
-pub(super) fn closure_at(operation: &OperationAdvice, rpm: f64) -> Option<&Closure> {
-    let contains = |closure: &&Closure| {
+pub(super) fn closure_at(operation: &OperationAdvice, rpm: f64) -> Option<&ClosedRange> {
+    let contains = |closure: &&ClosedRange| {
         closure.blocks.iter().any(|b| b.speeds.low_rpm < rpm && rpm < b.speeds.high_rpm)
     };
     operation.set.closed.iter().find(contains)
 }
 
 /// Those blocks of a closure in which a speed lies, named each once.
-pub(super) fn closers(closure: &Closure, rpm: f64) -> String {
+pub(super) fn closers(closure: &ClosedRange, rpm: f64) -> String {
     let mut names: Vec<String> = closure
         .blocks
         .iter()
@@ -167,7 +167,7 @@ fn scheduled_reason(plan: &Schedule) -> String {
     format!(
         "no speed, constant or varying, gets along the path without going through a band; this one, {range}, goes \
          through {bands} as fast as the spindle can and stays clear of all the others, {} s in all",
-        seconds(plan.exposed_s())
+        significant(plan.exposed_s())
     )
 }
 
@@ -195,14 +195,9 @@ pub(super) fn passage(passage: &Passage) -> String {
          rpm), {lines}; {} s, {} tooth impacts, {effect}",
         passage.mode,
         line(&passage.line),
-        seconds(passage.seconds),
+        significant(passage.seconds),
         trimmed(passage.tooth_impacts, 1),
     )
-}
-
-/// Seconds in a band: three digits, as a fast spindle is through in milliseconds.
-fn seconds(seconds: f64) -> String {
-    if seconds < 0.01 { format!("{seconds:.1e}") } else { significant(seconds) }
 }
 
 /// Place along the path in percent of the time.
@@ -287,17 +282,6 @@ pub(super) fn no_vibration(why: NoVibration) -> &'static str {
 /// `12.3 µm at 1100 rpm`.
 pub(super) fn tip(tip: &TipVibration) -> String {
     format!("{} µm at {}", significant(um_from_m(tip.amplitude_m)), rpm(tip.rpm))
-}
-
-/// Three significant digits.
-fn significant(value: f64) -> String {
-    let decimals = match value.abs() {
-        size if size >= 99.95 => 0,
-        size if size >= 9.995 => 1,
-        size if size >= 0.9995 => 2,
-        _ => 3,
-    };
-    format!("{value:.decimals$}")
 }
 
 /// What became of the feed under a schedule.

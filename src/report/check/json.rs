@@ -10,7 +10,7 @@ use super::operation::{CheckedOperation, operations};
 use crate::excitation::{ExcitationLine, Source};
 use crate::report::CheckedJob;
 use crate::report::json::{NotFinite, Number, laid_out};
-use crate::risk::{self, closest_approach};
+use crate::risk;
 use crate::units::{percent_from_ratio, um_per_n_from_m_per_n};
 
 /// Objects and lists nested deeper than this stand on one line: a sample, a crossing.
@@ -332,7 +332,7 @@ impl<'a> From<CheckedOperation<'a>> for Operation<'a> {
                 lines: risk.left_out.lines.iter().map(Line::from).collect(),
                 modes: risk.left_out.modes.clone(),
             },
-            closest: closest_approach(risk, &operation.job.policy).map(Closest::from),
+            closest: risk.closest.map(Closest::from),
             poses_solved: risk.poses_solved,
             samples: risk.samples.iter().map(Sample::from).collect(),
             crossings: risk

@@ -5,7 +5,7 @@ use super::findings::{Stretch, stretches};
 use super::operation::{CheckedOperation, operations};
 use super::{plot_text, sentences};
 use crate::report::{CheckedJob, style, words};
-use crate::risk::{Approach, Certainty, OperationRisk, Verdict, closest_approach};
+use crate::risk::{Approach, Certainty, OperationRisk, Verdict};
 use crate::units::percent_from_ratio;
 use crate::wording::printable;
 
@@ -100,7 +100,7 @@ fn push_operation(operation: &CheckedOperation<'_>, colour: bool, text: &mut Str
             push_worst(operation, worst, text);
             push_further(operation, further, text);
         }
-        None => match closest_approach(risk, &operation.job.policy) {
+        None => match risk.closest {
             Some(approach) => push_closest(operation, &approach, text),
             None => push_fact("closest", "no excitation line and no mode that count", text),
         },
@@ -240,10 +240,7 @@ fn push_plot(operation: &CheckedOperation<'_>, colour: bool, text: &mut String) 
     let risk = operation.risk;
     let mut focus: Vec<_> = risk.crossings.iter().map(|c| (c.mode, c.line)).collect();
     if focus.is_empty() {
-        focus.extend(
-            closest_approach(risk, &operation.job.policy)
-                .map(|closest| (closest.mode, closest.line)),
-        );
+        focus.extend(risk.closest.map(|closest| (closest.mode, closest.line)));
     }
     let plot = plot_text::frequencies(risk, &focus, colour);
     if !plot.is_empty() {
@@ -263,8 +260,7 @@ fn drawn(job: &CheckedJob) -> Vec<usize> {
         return found;
     }
     let margin = |index: &usize| {
-        closest_approach(&operations[*index], &job.policy)
-            .map_or(f64::INFINITY, |approach| approach.separation)
+        operations[*index].closest.map_or(f64::INFINITY, |approach| approach.separation)
     };
     (0..operations.len()).min_by(|a, b| margin(a).total_cmp(&margin(b))).into_iter().collect()
 }

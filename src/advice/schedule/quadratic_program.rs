@@ -16,20 +16,20 @@ use clarabel::solver::{
     ZeroConeT,
 };
 
-use super::super::speeds::Speeds;
 use super::routes::Limits;
+use crate::advice::speeds::Speeds;
 
 /// ρ: changes within less than about √ρ, 3 % of the path, are smoothed.
 pub(super) const SMOOTHING: f64 = 1e-3;
 
 /// Cells narrower than this are smoothed as if they were as wide: where a ramp ends, slivers are left over.
-const LEAST_WIDTH: f64 = 1e-4;
+const MIN_WIDTH: f64 = 1e-4;
 
 /// Bounds closer than this leave one speed, as a share of the programmed one.
 const SINGLE: f64 = 1e-9;
 
 /// Steps of the solver; tens are usual.
-const MOST_STEPS: u32 = 200;
+const MAX_SOLVER_STEPS: u32 = 200;
 
 /// How the solver ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -100,8 +100,11 @@ pub(super) fn solve(
     let cones: [SupportedConeT<f64>; 2] =
         [ZeroConeT(fixed.sides.len()), NonnegativeConeT(within.sides.len())];
     let (constraints, sides) = fixed.above(within, n);
-    let settings =
-        DefaultSettings { verbose: false, max_iter: MOST_STEPS, ..DefaultSettings::default() };
+    let settings = DefaultSettings {
+        verbose: false,
+        max_iter: MAX_SOLVER_STEPS,
+        ..DefaultSettings::default()
+    };
     let quadratic = quadratic.matrix(n, n);
     let mut solver =
         DefaultSolver::new(&quadratic, &linear, &constraints, &sides, &cones, settings)
@@ -149,7 +152,7 @@ fn hold_steps(s: &[f64], slope_rpm: f64, rpm: &mut [f64], is_given: &dyn Fn(usiz
 
 /// Weight of the squared change in cell `i`.
 fn stiffness(s: &[f64], i: usize) -> f64 {
-    SMOOTHING / (s[i + 1] - s[i]).max(LEAST_WIDTH)
+    SMOOTHING / (s[i + 1] - s[i]).max(MIN_WIDTH)
 }
 
 /// The objective of speeds at the sides of the cells.

@@ -8,7 +8,7 @@
 //! T = T_p, as the acceleration is to be kept at the programmed feed, too; where then a band is crossed, the feed
 //! stays as programmed, so that T is the schedule's own duration all the same.
 
-use super::Coupling;
+use super::outcome::Coupling;
 
 /// The duration for which a schedule is solved and its own may differ by this share. What is left of the
 /// acceleration for rounding is ten times as much.
@@ -18,11 +18,11 @@ const SETTLED: f64 = 1e-4;
 const PATIENT_ROUNDS: usize = 8;
 
 /// Rounds after which the feed stays as programmed.
-const MOST_ROUNDS: usize = 30;
+const MAX_ROUNDS: usize = 30;
 
 /// The search for a duration.
 #[derive(Debug, Clone)]
-pub(super) struct Pace {
+pub(super) struct DurationSearch {
     programmed_s: f64,
     solve_for_s: f64,
     coupling: Coupling,
@@ -41,7 +41,7 @@ pub(super) enum Next {
     Settled(Coupling),
 }
 
-impl Pace {
+impl DurationSearch {
     pub(super) fn new(programmed_s: f64, coupling: Coupling) -> Self {
         let solve_for_s = programmed_s;
         Self { programmed_s, solve_for_s, coupling, rounds: 0, long: None, short: None }
@@ -85,7 +85,7 @@ impl Pace {
                 .filter(|next_s| (0.5 * own_s..=own_s).contains(next_s))
                 .unwrap_or(own_s),
         };
-        if self.rounds == MOST_ROUNDS || next_s == solved_s {
+        if self.rounds == MAX_ROUNDS || next_s == solved_s {
             (self.coupling, self.solve_for_s) = (Coupling::NotSettled, self.programmed_s);
         } else {
             self.solve_for_s = next_s.min(self.programmed_s);
@@ -100,10 +100,10 @@ mod tests {
 
     /// How the search ends for durations that follow `own`, and the duration that was solved for.
     fn ends(own: &dyn Fn(f64) -> f64, crosses: bool) -> (Coupling, f64) {
-        let mut pace = Pace::new(100.0, Coupling::MeanChipLoad { rounds: 1 });
-        for _ in 0..=2 * MOST_ROUNDS {
-            let solved_s = pace.solve_for_s();
-            if let Next::Settled(coupling) = pace.step(own(solved_s), crosses) {
+        let mut search = DurationSearch::new(100.0, Coupling::MeanChipLoad { rounds: 1 });
+        for _ in 0..=2 * MAX_ROUNDS {
+            let solved_s = search.solve_for_s();
+            if let Next::Settled(coupling) = search.step(own(solved_s), crosses) {
                 return (coupling, solved_s);
             }
         }

@@ -38,16 +38,16 @@ pub(super) fn notices(
         .chain(sudden)
         .map(|(code, what)| about_operation(job, operation, code, what))
         .collect();
-    if let Some(haste) = path.worst_haste() {
+    if let Some(overspeed) = path.worst_joint_overspeed() {
         let what = format!(
-            "{haste}; the robot will be slower there than this check takes it to be, {}",
-            if haste.is_on_the_spot {
+            "{overspeed}; the robot will be slower there than this check takes it to be, {}",
+            if overspeed.is_reorientation {
                 "as turns on the spot are timed by their slowest joint on average"
             } else {
                 "so lower the feed"
             }
         );
-        let place = Place { line: Some(path.line_at(haste.s)), ..Place::default() };
+        let place = Place { line: Some(path.line_at(overspeed.s)), ..Place::default() };
         notices.push(in_operation(job, operation, Note::warning(Code::FeedLimit, place, what)));
     }
     notices

@@ -3,9 +3,9 @@
 use nalgebra::Point3;
 use rayon::prelude::*;
 
-use super::plan::{Path, Walker};
 use super::survey::Detail;
 use super::surveyor::{no_modes_at, not_reached_at};
+use super::timed_path::{Path, PathReader};
 use crate::model::{IkFault, PoseFault};
 use crate::modes::batch::{BatchFault, Kernel, TipOut};
 use crate::notes::Note;
@@ -13,19 +13,19 @@ use crate::progress::{Done, Progress};
 
 /// Most poses that one thread takes at a time, and fewest.
 const CHUNK: usize = 512;
-const LEAST_CHUNK: usize = 16;
+const MIN_CHUNK: usize = 16;
 
 /// Pieces for each thread, where there are enough poses: the last one then waits little for the others.
 const PIECES_PER_THREAD: usize = 4;
 
 /// Looks at a path in batches.
-pub(super) struct Lookout<'p, 'a> {
+pub(super) struct BatchSurveyor<'p, 'a> {
     path: &'p Path<'a>,
     kernel: Kernel<'a>,
     detail: Detail,
 }
 
-impl<'p, 'a> Lookout<'p, 'a> {
+impl<'p, 'a> BatchSurveyor<'p, 'a> {
     pub(super) fn new(path: &'p Path<'a>, detail: Detail) -> Self {
         Self { path, kernel: Kernel::new(path.robot()), detail }
     }
@@ -44,7 +44,7 @@ impl<'p, 'a> Lookout<'p, 'a> {
     ) -> Result<(), Note> {
         let n = self.path.robot().coordinates().len();
         let pieces = PIECES_PER_THREAD * rayon::current_num_threads();
-        let chunk = s.len().div_ceil(pieces).clamp(LEAST_CHUNK, CHUNK);
+        let chunk = s.len().div_ceil(pieces).clamp(MIN_CHUNK, CHUNK);
         let mut tips = tip_m_per_n.chunks_mut(chunk * n);
         let pieces: Vec<_> = s
             .chunks(chunk)
@@ -120,7 +120,7 @@ pub(super) fn located(fault: BatchFault, before: usize) -> (usize, PoseFault) {
 
 /// Poses of a piece of the path, in buffers of one thread.
 struct Walk<'p, 'a> {
-    walker: Walker<'p, 'a>,
+    reader: PathReader<'p, 'a>,
     joints: usize,
     poses: Vec<f64>,
     tools: Vec<Tool>,
@@ -135,7 +135,7 @@ struct Tool {
 impl<'p, 'a> Walk<'p, 'a> {
     fn new(path: &'p Path<'a>) -> Self {
         let joints = path.robot().joints().len();
-        Self { walker: path.walker(), joints, poses: Vec::new(), tools: Vec::new() }
+        Self { reader: path.reader(), joints, poses: Vec::new(), tools: Vec::new() }
     }
 
     /// Fills the buffers with the stations of `s`, up to the first one that the arm does not get to.
@@ -144,7 +144,7 @@ impl<'p, 'a> Walk<'p, 'a> {
         self.poses.resize(s.len() * joints, 0.0);
         self.tools.clear();
         for (i, &s) in s.iter().enumerate() {
-            let tcp = self.walker.at(s, &mut self.poses[i * joints..][..joints])?;
+            let tcp = self.reader.at(s, &mut self.poses[i * joints..][..joints])?;
             let tcp_m = tcp.translation.vector.into();
             match self.tools.last_mut() {
                 Some(tool) if tool.tcp_m == tcp_m => tool.end = i + 1,

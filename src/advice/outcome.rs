@@ -1,0 +1,118 @@
+//! What is advised.
+
+use super::levers::Lever;
+use super::map::SpeedMap;
+use super::options::Options;
+use super::ranges::ModeRange;
+use super::schedule::{NoSchedule, Schedule};
+use super::speeds::{Binding, Constant, SafeSet};
+use super::vibration::{NoVibration, TipVibration};
+use crate::excitation::ExcitationLine;
+use crate::motion::StatedFeeds;
+use crate::notes::Note;
+
+/// Advice for one job.
+#[derive(Debug, Clone, PartialEq)]
+pub struct JobAdvice {
+    /// What was asked for.
+    pub options: Options,
+    /// Half width of the bands, as a share of each frequency.
+    pub separation: f64,
+    /// What the model may be wrong by, as a share of each frequency.
+    pub model_uncertainty: f64,
+    /// Whether the model was ever compared with measured frequencies.
+    pub calibrated: bool,
+    /// One per operation, in order.
+    pub operations: Vec<OperationAdvice>,
+    /// Remarks that do not change the advice.
+    pub notices: Vec<Note>,
+}
+
+impl JobAdvice {
+    /// Whether every operation can be run clear of every band.
+    pub fn is_clear(&self) -> bool {
+        self.operations.iter().all(|operation| operation.remedy.is_clear())
+    }
+}
+
+/// Advice for one operation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OperationAdvice {
+    /// Name of the operation.
+    pub name: String,
+    /// The programmed speed, or the mean over time of a programmed schedule, rev/min.
+    pub programmed_rpm: f64,
+    /// Whether a schedule is programmed.
+    pub is_schedule_programmed: bool,
+    /// The programmed feed, m/s.
+    pub programmed_feed_m_per_s: f64,
+    /// Feeds that a program states itself.
+    pub program_feeds: StatedFeeds,
+    /// The lines that were looked at, ascending.
+    pub lines: Vec<ExcitationLine>,
+    /// What the modes cover along the path.
+    pub mode_ranges: Vec<ModeRange>,
+    /// Constant speeds.
+    pub set: SafeSet,
+    /// What to do.
+    pub remedy: Remedy,
+    /// The best constant speed, where there is one; the same as the remedy's unless a schedule was asked for.
+    pub constant: Option<Constant>,
+    /// Why there is no schedule, where one was sought in vain.
+    pub no_schedule: Option<NoSchedule>,
+    /// What else could open a gap, the best first; empty where a constant speed is safe.
+    pub levers: Vec<Lever>,
+    /// The bands along the path.
+    pub map: SpeedMap,
+    /// What the cutting force does to the tool tip, or why nothing is said about it.
+    pub vibration: Result<Vibration, NoVibration>,
+    /// What stands in the way of a constant speed where none is safe: the speed that comes nearest to being safe,
+    /// and the two blocks that close it; `None` where gaps are open but too narrow to set a speed in them.
+    pub bind: Option<Binding>,
+}
+
+/// What the cutting force moves the tool tip along the path.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Vibration {
+    /// At the programmed speed.
+    pub programmed: TipVibration,
+    /// At the best constant speed, where there is one.
+    pub recommended: Option<TipVibration>,
+    /// At the quietest speed of each safe gap, ascending in speed.
+    pub quietest: Vec<TipVibration>,
+}
+
+/// What to do about an operation.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Remedy {
+    /// Run at one safe speed.
+    Constant(Constant),
+    /// Run at a speed that varies along the path.
+    Scheduled(Box<Schedule>),
+    /// Run the programmed schedule: it is safe.
+    Kept(KeptSchedule),
+    /// No speed is safe.
+    Infeasible,
+}
+
+impl Remedy {
+    /// Whether it keeps clear of every band.
+    pub fn is_clear(&self) -> bool {
+        match self {
+            Self::Constant(_) | Self::Kept(_) => true,
+            Self::Scheduled(schedule) => schedule.exposures.is_empty(),
+            Self::Infeasible => false,
+        }
+    }
+}
+
+/// A programmed schedule that a check calls clear.
+#[derive(Debug, Clone, PartialEq)]
+pub struct KeptSchedule {
+    /// (s, rev/min), as programmed.
+    pub points: Vec<(f64, f64)>,
+    /// The programmed feed, m/s.
+    pub feed_m_per_s: f64,
+    /// The least |f_exc − f_r| / f_r at the stations of the last look; `None` where nothing counts.
+    pub separation: Option<f64>,
+}

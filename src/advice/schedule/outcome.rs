@@ -1,0 +1,178 @@
+//! A schedule, and why there is none.
+
+use super::exposures::{Exposure, Passage, exposed_share, passages};
+use super::quadratic_program::SolverEnd;
+use crate::advice::options::Objective;
+use crate::advice::speeds::{Constant, Speeds};
+
+/// Taken where the job gives no acceleration of the spindle: an assumption, not a figure of any spindle.
+pub const ASSUMED_ACCELERATION_RPM_PER_S: f64 = 500.0;
+
+/// A speed that varies along the path.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Schedule {
+    /// (s, rev/min), from s = 0 to 1; linear between.
+    pub points: Vec<(f64, f64)>,
+    /// The feed that belongs to it, m/s.
+    pub feed_m_per_s: f64,
+    /// Time from s = 0 to s = 1 at that feed, s.
+    pub duration_s: f64,
+    /// What became of the feed.
+    pub coupling: Coupling,
+    /// The acceleration that is kept, rev/min per second.
+    pub acceleration_rpm_per_s: f64,
+    /// Whether the job gives none, so that it is [`ASSUMED_ACCELERATION_RPM_PER_S`].
+    pub is_acceleration_assumed: bool,
+    /// What it follows: the objective asked for, but nearest where that cannot be followed.
+    pub follows: Objective,
+    /// The speed that it stays near to, rev/min.
+    pub target_rpm: f64,
+    /// Half width of the bands that it keeps out of, as a share of each frequency: the policy's, or the widest that
+    /// leave a way where it follows the margin.
+    pub half_width: f64,
+    /// Σ w (n/n_p − n*/n_p)² + ρ Σ Δ(n/n_p)²/Δs with the target n*: what was minimised.
+    pub objective: f64,
+    /// The duration for which it was minimised, s; no longer than [`Self::duration_s`].
+    pub solved_for_s: f64,
+    /// Ways between the bands for which the programme was solved.
+    pub corridors_tried: usize,
+    /// How the solver ended for the one that was chosen.
+    pub solver: SolverEnd,
+    /// The least |f_exc − f_r| / f_r at the stations of the last look; `None` where nothing counts.
+    pub separation: Option<f64>,
+    /// Where bands are crossed because they must be.
+    pub exposures: Vec<Exposure>,
+}
+
+impl Schedule {
+    /// Lowest and highest speed, rev/min.
+    pub fn range_rpm(&self) -> Speeds {
+        let (low_rpm, high_rpm) = self
+            .points
+            .iter()
+            .fold((f64::INFINITY, 0.0_f64), |(low, high), p| (low.min(p.1), high.max(p.1)));
+        Speeds { low_rpm, high_rpm }
+    }
+
+    /// Time inside any band, s; where bands overlap it counts once.
+    pub fn exposed_s(&self) -> f64 {
+        exposed_share(&self.exposures) * self.duration_s
+    }
+
+    /// The exposures, put together into one passage for each time that a line goes through a mode's band.
+    pub fn passages(&self) -> Vec<Passage> {
+        passages(&self.exposures)
+    }
+
+    /// Whether all of it is this constant speed, but for what a solver leaves.
+    pub(in crate::advice) fn is_constant(&self, rpm: f64) -> bool {
+        /// rev/min.
+        const NOISE: f64 = 0.01;
+        self.points.iter().all(|point| (point.1 - rpm).abs() < NOISE)
+    }
+
+    /// Whether it follows the margin and keeps no more of it than this constant speed does.
+    pub(in crate::advice) fn gains_nothing_on(&self, constant: &Constant) -> bool {
+        let keeps = |margin: Option<f64>| margin.unwrap_or(f64::INFINITY);
+        self.follows == Objective::Margin && keeps(constant.separation) >= keeps(self.separation)
+    }
+
+    /// Lowest and highest chip load along the path, as a share of the programmed one.
+    pub fn chip_load_ratios(
+        &self,
+        programmed_rpm: f64,
+        programmed_feed_m_per_s: f64,
+    ) -> (f64, f64) {
+        let feed = self.feed_m_per_s / programmed_feed_m_per_s;
+        let Speeds { low_rpm, high_rpm } = self.range_rpm();
+        (feed * programmed_rpm / high_rpm, feed * programmed_rpm / low_rpm)
+    }
+}
+
+/// Why there is no schedule.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoSchedule {
+    /// The path takes no time.
+    NoTime,
+    /// Nothing within the spindle's range and acceleration keeps out of the bands, or crosses them from one gap
+    /// to another.
+    NoWay,
+    /// There are ways between the bands, but the solver found no speed along any; how it ended on the last.
+    Solver(SolverEnd),
+    /// A check of what was solved met bands again and again.
+    Contact,
+}
+
+/// What became of the feed under a schedule.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Coupling {
+    /// It keeps the mean chip load; solved so often until the duration settled.
+    MeanChipLoad {
+        /// How often.
+        rounds: usize,
+    },
+    /// It stays as programmed because that was asked for.
+    Asked,
+    /// It stays as programmed because the program has feeds of its own.
+    OwnFeeds,
+    /// It stays as programmed because the program's rapid moves take their time whatever the feed.
+    Rapids,
+    /// It stays as programmed because turns on the spot take their time whatever the feed.
+    StandsStill,
+    /// It stays as programmed because a band is crossed, and with the mean chip load kept the feed would be slower:
+    /// a spindle that may not be asked too much at the programmed feed would then cross slower than it can.
+    Crosses,
+    /// It stays as programmed because the duration did not settle.
+    NotSettled,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn schedule(points: &[(f64, f64)]) -> Schedule {
+        Schedule {
+            points: points.to_vec(),
+            feed_m_per_s: 0.01,
+            duration_s: 10.0,
+            coupling: Coupling::Asked,
+            acceleration_rpm_per_s: 500.0,
+            is_acceleration_assumed: false,
+            follows: Objective::Nearest,
+            target_rpm: 1000.0,
+            half_width: 0.1,
+            objective: 0.0,
+            solved_for_s: 10.0,
+            corridors_tried: 1,
+            solver: SolverEnd::Solved,
+            separation: Some(0.12),
+            exposures: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn a_hundredth_of_a_rev_per_minute_is_what_a_solver_leaves() {
+        let near = schedule(&[(0.0, 1000.0), (0.4, 1000.0099), (1.0, 999.9901)]);
+        assert!(near.is_constant(1000.0));
+        for off in [1000.0101, 999.9899] {
+            assert!(!schedule(&[(0.0, 1000.0), (0.4, off), (1.0, 1000.0)]).is_constant(1000.0));
+        }
+        // One speed throughout, but another one.
+        assert!(!schedule(&[(0.0, 1000.5), (1.0, 1000.5)]).is_constant(1000.0));
+    }
+
+    #[test]
+    fn a_schedule_for_the_margin_must_beat_the_constant_speed() {
+        let of = |separation| Constant {
+            rpm: 1000.0,
+            feed_m_per_s: 0.01,
+            separation,
+            is_programmed: false,
+        };
+        let plan = Schedule { follows: Objective::Margin, ..schedule(&[(0.0, 9.0), (1.0, 8.0)]) };
+        assert!(plan.gains_nothing_on(&of(Some(0.12))) && plan.gains_nothing_on(&of(None)));
+        assert!(!plan.gains_nothing_on(&of(Some(0.1199))));
+        let nearest = Schedule { follows: Objective::Nearest, ..plan };
+        assert!(!nearest.gains_nothing_on(&of(Some(0.13))));
+    }
+}
