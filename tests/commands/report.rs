@@ -874,6 +874,7 @@ fn every_renderer_takes_every_result() {
         .collect();
     let mut bare = operation("", Vec::new());
     bare.samples.clear();
+    bare.closest = None;
     bare.lines.clear();
     let cases = [
         Vec::new(),
