@@ -28,10 +28,11 @@ pub use levers::{Change, Lever};
 pub use map::{Ribbon, SpeedMap};
 pub use operation::advise;
 pub use options::{FeedRule, Objective, Options};
-pub use outcome::{JobAdvice, KeptSchedule, OperationAdvice, Remedy, Vibration};
+pub use outcome::{JobAdvice, OperationAdvice, Remedy, Vibration};
 pub use ranges::ModeRange;
 pub use schedule::{
-    ASSUMED_ACCELERATION_RPM_PER_S, Coupling, Exposure, NoSchedule, Passage, Schedule, SolverEnd,
+    ASSUMED_ACCELERATION_RPM_PER_S, Coupling, Exposure, KeptSchedule, NoSchedule, Passage,
+    Schedule, SolverEnd,
 };
 pub use speeds::{Binding, Block, ClosedRange, Constant, SafeSet, Speeds};
 pub use vibration::{NoVibration, TipVibration};

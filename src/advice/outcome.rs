@@ -4,7 +4,7 @@ use super::levers::Lever;
 use super::map::SpeedMap;
 use super::options::Options;
 use super::ranges::ModeRange;
-use super::schedule::{NoSchedule, Schedule};
+use super::schedule::{KeptSchedule, NoSchedule, Schedule};
 use super::speeds::{Binding, Constant, SafeSet};
 use super::vibration::{NoVibration, TipVibration};
 use crate::excitation::ExcitationLine;
@@ -104,15 +104,4 @@ impl Remedy {
             Self::Infeasible => false,
         }
     }
-}
-
-/// A programmed schedule that a check calls clear.
-#[derive(Debug, Clone, PartialEq)]
-pub struct KeptSchedule {
-    /// (s, rev/min), as programmed.
-    pub points: Vec<(f64, f64)>,
-    /// The programmed feed, m/s.
-    pub feed_m_per_s: f64,
-    /// The least |f_exc − f_r| / f_r at the stations of the last look; `None` where nothing counts.
-    pub separation: Option<f64>,
 }

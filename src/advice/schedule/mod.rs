@@ -30,7 +30,7 @@ mod search;
 mod task;
 
 pub use exposures::{Exposure, Passage};
-pub use outcome::{ASSUMED_ACCELERATION_RPM_PER_S, Coupling, NoSchedule, Schedule};
+pub use outcome::{ASSUMED_ACCELERATION_RPM_PER_S, Coupling, KeptSchedule, NoSchedule, Schedule};
 pub use quadratic_program::SolverEnd;
 pub(super) use task::Task;
 
@@ -42,7 +42,6 @@ use self::routes::Limits;
 use self::search::best;
 use self::task::mean;
 use super::options::FeedRule;
-use super::outcome::KeptSchedule;
 use super::speeds::feed_at;
 use crate::job::{Operation, SpindleSpeed};
 use crate::notes::Note;

@@ -89,6 +89,17 @@ impl Schedule {
     }
 }
 
+/// A programmed schedule that a check calls clear.
+#[derive(Debug, Clone, PartialEq)]
+pub struct KeptSchedule {
+    /// (s, rev/min), as programmed.
+    pub points: Vec<(f64, f64)>,
+    /// The programmed feed, m/s.
+    pub feed_m_per_s: f64,
+    /// The least |f_exc − f_r| / f_r at the stations of the last look; `None` where nothing counts.
+    pub separation: Option<f64>,
+}
+
 /// Why there is no schedule.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NoSchedule {
