@@ -12,12 +12,14 @@ use detune::advice::{Options, advise};
 use detune::diagnosis::{Settings, diagnose};
 use detune::input::{Reading, read_described_robot, read_measured};
 use detune::job::{Job, Levers, Operation, Policy, Spindle, SpindleSpeed, Tool};
-use detune::map::{Block, Generator, LinearMap, RandomPoses, Reduction};
+use detune::map::{FrequencyMap, Method, Reduction};
 use detune::model::{Placement, Robot, mass_matrix};
 use detune::modes::ModalSolver;
 use detune::motion::{Move, StatedFeeds, Target};
 use detune::progress::silent;
 use detune::risk::assess;
+use detune::study;
+use detune::study::map::{Request, Source, run};
 use nalgebra::{Cholesky, DMatrix, DVector, Isometry3, SymmetricEigen};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -169,20 +171,15 @@ fn long_advice(c: &mut Criterion) {
 /// Random poses mapped and reduced, as `detune map --random … --reduce` does.
 fn long_map(c: &mut Criterion) {
     let robot = six_axes();
-    let map = LinearMap::new(&robot);
-    let ranges = robot.joints().iter().map(|joint| joint.limit.unwrap()).collect();
-    let generator = Generator::Random(RandomPoses { ranges, count: WAYPOINTS, seed: 1 });
+    let map = FrequencyMap::new(&robot, Method::Linear);
+    let request = Request::Random { count: WAYPOINTS, seed: 1, at: Vec::new() };
     let mut group = c.benchmark_group("map");
     group.sample_size(10);
     group.bench_function("100 000 random poses, reduced", |b| {
-        let (mut poses, mut frequencies) = (Vec::new(), Vec::new());
         b.iter(|| {
-            poses.clear();
-            generator.append(0..WAYPOINTS, &mut poses);
-            map.par_solve(WAYPOINTS, &poses, &mut frequencies).unwrap();
+            let source = Source::new(&request, &robot).unwrap();
             let mut reduction = Reduction::new(map.joints(), map.modes());
-            let (count, poses, frequencies_hz) = (WAYPOINTS, &poses[..], &frequencies[..]);
-            reduction.add(&[Block { count, poses, beta2_rad: &[], frequencies_hz }]);
+            run(source, &map, study::map::Target::Statistics(&mut reduction), &silent).unwrap();
             black_box(reduction.finish())
         });
     });

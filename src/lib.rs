@@ -83,7 +83,6 @@
 //! | [`program`] | robot and CAM programs → moves, each with its line; programs with new speeds and feeds | `motion` | know the robot's dynamics: `model`, `modes` |
 //! | [`identify`] | records → spectra → modes with uncertainty; load tests → stiffness | | see a prediction: `model`, `modes` |
 //! | [`model`] | the robot as built: M, K, kinematics; immutable | | know a `job` or a measurement |
-//! | [`two_link`] | the paper's two-link arm in closed form: a check on the general path | | know `model` or `modes` |
 //! | [`motion`] | moves, as plain valid data | | |
 //! | [`guide`] | the guide, as pages of this documentation | | hold code |
 //! | [`notes`] | errors and warnings: one type, one collector, every code | *ground* | |
@@ -116,6 +115,5 @@ pub mod progress;
 pub mod report;
 pub mod risk;
 pub mod study;
-pub mod two_link;
 pub mod units;
 pub mod wording;

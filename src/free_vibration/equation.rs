@@ -89,7 +89,8 @@ impl<'a> Equation<'a> {
         })
     }
 
-    /// Kinetic energy, strain energy and, where gravity acts, its potential less that of the preload, J.
+    /// Kinetic energy, strain energy and, where gravity acts, its potential less that of the
+    /// preload, J.
     pub(super) fn energy(&mut self, y: &[f64]) -> f64 {
         let (alpha, alpha_dot) = y.split_at(y.len() / 2);
         self.placement.place_deflected(self.robot, self.q, alpha);
@@ -111,8 +112,8 @@ impl<'a> Equation<'a> {
     }
 }
 
-/// Solves M x = b for symmetric positive definite M, by M = L Lᵀ in M's lower triangle; `b` becomes x. `Err`
-/// is the row whose pivot is not positive.
+/// Solves M x = b for symmetric positive definite M, by M = L Lᵀ in M's lower triangle; `b` becomes
+/// x. `Err` is the row whose pivot is not positive.
 fn solve_in_place(m: &mut DMatrix<f64>, b: &mut [f64]) -> Result<(), usize> {
     let n = b.len();
     for j in 0..n {

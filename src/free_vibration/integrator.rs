@@ -1,7 +1,7 @@
-//! An explicit Runge–Kutta method of order 8 with step control: Dormand and Prince's 8(5,3), as given
-//! by Hairer, Nørsett & Wanner, Solving Ordinary Differential Equations I, 2nd ed., §II.5 and II.10.
-//! Steps are cut so that they end on the sampling instants; a record of vibration is sampled about
-//! as densely as the method has to step anyway, so no dense output is needed.
+//! An explicit Runge–Kutta method of order 8 with step control: Dormand and Prince's 8(5,3), as
+//! given by Hairer, Nørsett & Wanner, Solving Ordinary Differential Equations I, 2nd ed., §II.5 and
+//! II.10. Steps are cut so that they end on the sampling instants; a record of vibration is sampled
+//! about as densely as the method has to step anyway, so no dense output is needed.
 
 const STAGES: usize = 12;
 
@@ -95,11 +95,11 @@ const ERROR_5: &[(usize, f64)] = &[
 
 /// Step control: safety and the most that a step may shrink or grow at once (Hairer et al., §II.4).
 const SAFETY: f64 = 0.9;
-const LEAST_FACTOR: f64 = 0.3;
-const MOST_FACTOR: f64 = 4.0;
+const MIN_FACTOR: f64 = 0.3;
+const MAX_FACTOR: f64 = 4.0;
 
 /// A step below this share of the interval asked for is given up.
-const SMALLEST_STEP: f64 = 1e-10;
+const MIN_STEP: f64 = 1e-10;
 
 /// Why an integration stopped.
 #[derive(Debug, Clone, PartialEq)]
@@ -157,9 +157,9 @@ impl Integrator {
             let error = self.try_step(y, step, &mut derivative).map_err(Stop::Derivative)?;
             self.steps += 1;
             let factor = if error.is_finite() {
-                (SAFETY * error.powf(-0.125)).clamp(LEAST_FACTOR, MOST_FACTOR)
+                (SAFETY * error.powf(-0.125)).clamp(MIN_FACTOR, MAX_FACTOR)
             } else {
-                LEAST_FACTOR
+                MIN_FACTOR
             };
             if error <= 1.0 {
                 y.copy_from_slice(&self.trial);
@@ -170,7 +170,7 @@ impl Integrator {
                 self.step = if factor < 1.0 { allowed } else { self.step.max(allowed) };
             } else {
                 self.step = step * factor.min(1.0);
-                if self.step < SMALLEST_STEP * interval {
+                if self.step < MIN_STEP * interval {
                     return Err(Stop::StepTooSmall);
                 }
             }
@@ -178,7 +178,8 @@ impl Integrator {
         Ok(())
     }
 
-    /// Puts y after one step into `trial`; the error against the tolerance, at most 1 if it will do.
+    /// Puts y after one step into `trial`; the error against the tolerance, at most 1 if it will
+    /// do.
     fn try_step<E>(
         &mut self,
         y: &[f64],
@@ -252,7 +253,8 @@ mod tests {
         }
     }
 
-    /// Pendulum y'' = −sin y from 2 rad: its period is 4 K(sin 1); K by the arithmetic-geometric mean.
+    /// Pendulum y'' = −sin y from 2 rad: its period is 4 K(sin 1); K by the arithmetic-geometric
+    /// mean.
     #[test]
     fn keeps_the_tolerance_on_a_pendulum() {
         let (mut a, mut g) = (1.0_f64, 1.0_f64.cos());

@@ -1,63 +1,64 @@
 //! Free vibration of the arm as it is, without linearising: the independent check on
 //! [`crate::modes`], and what large amplitudes do to the frequencies. Not for advice.
 //!
-//! M(α) α̈ + h(α, α̇) + C α̇ + K α + g(α) − g(0) = 0, Eq. (28)/(46) of Pietruś & Gierlak (2023) for any
-//! robot. h are the centrifugal and Coriolis torques; C is zero unless damping is asked for; g is
-//! the gradient of gravity's potential where the robot has gravity stiffness: the springs are preloaded, so
-//! that α = 0 is the equilibrium. The equation is integrated with step control and sampled evenly;
-//! frequencies are read from the spectrum of the record, see [`measure`].
+//! M(α) α̈ + h(α, α̇) + C α̇ + K α + g(α) − g(0) = 0, Eq. (28)/(46) of Pietruś & Gierlak (2023) for
+//! any robot. h are the centrifugal and Coriolis torques; C is zero unless damping is asked for; g
+//! is the gradient of gravity's potential where the robot has gravity stiffness: the springs are
+//! preloaded, so that α = 0 is the equilibrium. The equation is integrated with step control and
+//! sampled evenly; frequencies are read from the spectrum of the record, see [`measure`].
 
 mod equation;
 mod integrator;
 mod spectrum;
 
-use std::fmt;
-
 pub use spectrum::{Spectrum, spectrum};
 
-use crate::model::{CoordinateKind, PoseFault, Robot};
+use crate::model::{CoordinateKind, Robot};
 use crate::modes::ModalSolver;
+use crate::notes::{Code, Note, Place};
 use crate::units::{m_from_mm, rad_from_deg, rad_per_s_from_hz};
 use equation::Equation;
 use integrator::{Integrator, Stop};
 
-/// Samples in a period of the highest mode. The integrator steps about as densely on its own, and up
-/// to the fourth harmonic of that mode nothing folds.
+/// Samples in a period of the highest mode. The integrator steps about as densely on its own, and
+/// up to the fourth harmonic of that mode nothing folds.
 const SAMPLES_PER_SHORTEST_PERIOD: f64 = 8.0;
 
-/// Least length of an automatic record, in periods of the lowest mode: a thousandth of a bin is then
-/// less than 2e-5 of the lowest frequency.
+/// Least length of an automatic record, in periods of the lowest mode: a thousandth of a bin is
+/// then less than 2e-5 of the lowest frequency.
 const PERIODS_OF_THE_LOWEST: f64 = 64.0;
 
 /// Least distance of two modes in an automatic record, in bins: both main lobes and room to spare.
 const BINS_BETWEEN_MODES: f64 = 10.0;
 
 /// Most samples of an automatic record; modes closer than the record can part stay unresolved.
-const MOST_AUTOMATIC_SAMPLES: f64 = 262_144.0;
+const MAX_AUTOMATIC_SAMPLES: f64 = 262_144.0;
 
 /// Most samples of any record.
-const MOST_SAMPLES: f64 = 16_777_216.0;
+const MAX_SAMPLES: f64 = 16_777_216.0;
 
-/// A peak lower than this share of the highest, in strain energy, is no mode: all modes start with equal
-/// energy, while combination tones of an amplitude a (rad) have some a² of it.
+/// A peak lower than this share of the highest, in strain energy, is no mode: all modes start with
+/// equal energy, while combination tones of an amplitude a (rad) have some a² of it.
 const PEAK_FLOOR: f64 = 0.02;
 
 /// A peak that lies further than this share from its mode's linear frequency may be another's: what
-/// amplitude does to a frequency grows with its square, and long before this the motion is no longer a mode.
-const FARTHEST_DEPARTURE: f64 = 0.25;
+/// amplitude does to a frequency grows with its square, and long before this the motion is no
+/// longer a mode.
+const MAX_DEPARTURE: f64 = 0.25;
 
-/// A peak that no mode has taken, with more than this share of the strain energy of the lowest that a mode
-/// has: harmonics and combination tones are about to take the place of modes.
+/// A peak that no mode has taken, with more than this share of the strain energy of the lowest that
+/// a mode has: harmonics and combination tones are about to take the place of modes.
 const RIVAL_SHARE: f64 = 0.25;
 
 /// When the record is sampled.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Sampling {
-    /// As long and as dense as it takes to tell all modes apart: eight samples in a period of the
-    /// highest mode, 64 periods of the lowest, and ten bins between neighbours as far as 262,144 samples reach.
+    /// As long and as dense as it takes to resolve all modes: eight samples in a period of the
+    /// highest mode, 64 periods of the lowest, and ten bins between neighbours as far as 262,144
+    /// samples reach.
     Automatic,
-    /// As a camera or a recorder would: what lies above half the rate is not seen. 140 Hz for 5 s is the
-    /// acquisition of the paper's Section 4.
+    /// As a camera or a recorder would: what lies above half the rate is not seen. 140 Hz for 5 s
+    /// is the acquisition of the paper's Section 4.
     Fixed {
         /// Samples per second, Hz.
         sample_rate_hz: f64,
@@ -71,8 +72,8 @@ pub enum Sampling {
 pub struct Settings {
     /// Largest deflection of any turning coordinate if all modes peak at once, rad.
     pub amplitude_rad: f64,
-    /// The same of any sliding coordinate, m, for a robot whose coordinates all slide; its equation is linear
-    /// and the number is of no effect on frequencies.
+    /// The same of any sliding coordinate, m, for a robot whose coordinates all slide; its equation
+    /// is linear and the number is of no effect on frequencies.
     pub amplitude_m: f64,
     /// Record.
     pub sampling: Sampling,
@@ -124,27 +125,29 @@ pub struct Response {
     pub sample_rate_hz: f64,
     /// For each elastic coordinate α over time, rad or m.
     pub deflections: Vec<Vec<f64>>,
-    /// Largest change of the energy over the record, as a share of the energy at t = 0. Without damping
-    /// this is the error of the integration.
+    /// Largest change of the energy over the record, as a share of the energy at t = 0. Without
+    /// damping this is the error of the integration.
     pub energy_drift: f64,
 }
 
 /// What the spectrum of a large free vibration shows at one pose.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Measurement {
-    /// Frequencies of the peaks, Hz, one per mode in ascending order; `None` where the record cannot
-    /// show it: it lies above half the rate, or too close to a neighbour.
+    /// Frequencies of the peaks, Hz, one per mode in ascending order; `None` where the record
+    /// cannot show it: it lies above half the rate, or too close to a neighbour.
     pub frequencies_hz: Vec<Option<f64>>,
     /// Linear natural frequencies, Hz, ascending.
     pub linear_hz: Vec<f64>,
-    /// Modes above half the sampling rate, and where a record without an anti-alias filter shows them.
+    /// Modes above half the sampling rate, and where a record without an anti-alias filter shows
+    /// them.
     pub folded: Vec<Folded>,
-    /// Frequencies that may be no modes' but harmonics or combination tones of a large vibration, ascending
-    /// in mode.
+    /// Peaks that may not be modes but harmonics or combination tones of a large vibration,
+    /// ascending in mode.
     pub doubts: Vec<Doubt>,
     /// Error of the integration: see [`Response::energy_drift`].
     pub energy_drift: f64,
-    /// Spectrum of each coordinate, up to half the rate of a fixed sampling, or to the whole record's.
+    /// Spectrum of each coordinate, up to half the rate of a fixed sampling, or to the whole
+    /// record's.
     pub spectrum: Spectrum,
 }
 
@@ -189,48 +192,13 @@ pub enum DoubtReason {
     RivalPeak,
 }
 
-/// Why there is no record.
-#[derive(Debug, Clone, PartialEq)]
-pub enum FreeVibrationFault {
-    /// The pose has no modes, or M(α) is singular on the way.
-    Pose(PoseFault),
-    /// A setting is out of range; what was given and what is expected.
-    Setting(String),
-    /// The motion runs away: the springs do not hold the arm at this amplitude.
-    RunsAway,
-}
-
-impl fmt::Display for FreeVibrationFault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Pose(fault) => fault.fmt(f),
-            Self::Setting(what) => f.write_str(what),
-            Self::RunsAway => f.write_str(
-                "the vibration runs away, so the springs do not hold the arm at this amplitude; \
-                 lower the amplitude or check stiffness and gravity",
-            ),
-        }
-    }
-}
-
-impl std::error::Error for FreeVibrationFault {}
-
-impl From<PoseFault> for FreeVibrationFault {
-    fn from(fault: PoseFault) -> Self {
-        Self::Pose(fault)
-    }
-}
-
-/// All modes at pose `q` with equal energy, each at the peak of its deflection at t = 0. The size of the
-/// motion is that of [`Settings::amplitude_rad`], or of [`Settings::amplitude_m`] where nothing turns.
+/// All modes at pose `q` with equal energy, each at the peak of its deflection at t = 0. The size
+/// of the motion is that of [`Settings::amplitude_rad`], or of [`Settings::amplitude_m`] where
+/// nothing turns.
 ///
 /// # Errors
 /// The pose has no modes.
-pub fn start_all_modes(
-    robot: &Robot,
-    q: &[f64],
-    settings: &Settings,
-) -> Result<Start, FreeVibrationFault> {
+pub fn start_all_modes(robot: &Robot, q: &[f64], settings: &Settings) -> Result<Start, Note> {
     let mut solver = ModalSolver::new(robot);
     let modes = solver.solve(q)?;
     let n = robot.coordinates().len();
@@ -262,7 +230,7 @@ pub fn respond(
     q: &[f64],
     start: &Start,
     recording: &Recording,
-) -> Result<Response, FreeVibrationFault> {
+) -> Result<Response, Note> {
     let &Recording { sample_rate_hz, count, tolerance, is_damped } = recording;
     let n = robot.coordinates().len();
     for (what, given) in
@@ -270,7 +238,7 @@ pub fn respond(
     {
         if given.len() != n {
             let given = given.len();
-            return Err(FreeVibrationFault::Setting(format!(
+            return Err(setting(format!(
                 "{what} has {given} values, must have {n}, one per elastic coordinate"
             )));
         }
@@ -296,8 +264,8 @@ pub fn respond(
             let derivative = |y: &[f64], rate: &mut [f64]| equation.derivative(y, rate);
             integrator.advance(&mut y, 1.0 / sample_rate_hz, derivative).map_err(
                 |stop| match stop {
-                    Stop::Derivative(fault) => FreeVibrationFault::Pose(fault),
-                    Stop::StepTooSmall => FreeVibrationFault::RunsAway,
+                    Stop::Derivative(fault) => Note::from(fault),
+                    Stop::StepTooSmall => runs_away(),
                 },
             )?;
             drift = drift.max((equation.energy(&y) - energy).abs());
@@ -310,27 +278,26 @@ pub fn respond(
     Ok(Response { sample_rate_hz, deflections, energy_drift })
 }
 
-/// Shakes the arm at pose `q` in all its modes at once and reads their frequencies from the spectrum.
+/// Shakes the arm at pose `q` in all its modes at once and reads their frequencies from the
+/// spectrum.
 ///
-/// The peaks are those of the strain energy's spectrum Σ k_i |α_i(f)|². All modes start with equal energy,
-/// so each has a peak of about the same height there, and the highest peaks are the modes whatever the
-/// units and sizes of the coordinates. Linear frequencies choose length and rate of the record and,
-/// where peaks are missing, tell which; they do not enter the frequencies that are read.
+/// The peaks are those of the strain energy's spectrum Σ k_i |α_i(f)|². All modes start with equal
+/// energy, so each has a peak of about the same height there, and the highest peaks are the modes
+/// whatever the units and sizes of the coordinates. Linear frequencies choose length and rate of
+/// the record and, where peaks are missing, tell which; they do not enter the frequencies that are
+/// read.
 ///
-/// With [`Sampling::Fixed`] the vibration is sampled at a multiple of the rate that shows every mode
-/// where it is; peaks above half the rate are then left out and named in [`Measurement::folded`], and
-/// never taken for modes at the place where they fold to.
+/// With [`Sampling::Fixed`] the vibration is sampled at a multiple of the rate that shows every
+/// mode where it is; peaks above half the rate are then left out and named in
+/// [`Measurement::folded`], and never taken for modes at the place where they fold to.
 ///
-/// Error of a frequency: less than 1/1000 of a bin 1/T where modes stand eight bins from each other and
-/// from zero, in an automatic record less than 2e-5 of the lowest frequency.
+/// Error of a frequency: less than 1/1000 of a bin 1/T where modes stand eight bins from each other
+/// and from zero, in an automatic record less than 2e-5 of the lowest frequency.
 ///
 /// # Errors
-/// As [`respond`]; settings that are not positive and finite or ask for more than 16,777,216 samples.
-pub fn measure(
-    robot: &Robot,
-    q: &[f64],
-    settings: &Settings,
-) -> Result<Measurement, FreeVibrationFault> {
+/// As [`respond`]; settings that are not positive and finite or ask for more than 16,777,216
+/// samples.
+pub fn measure(robot: &Robot, q: &[f64], settings: &Settings) -> Result<Measurement, Note> {
     positive("amplitude", "rad", settings.amplitude_rad)?;
     positive("amplitude", "m", settings.amplitude_m)?;
     let linear_hz = ModalSolver::new(robot).frequencies_hz(q)?.to_vec();
@@ -377,18 +344,16 @@ struct Record {
 }
 
 impl Record {
-    fn new(linear_hz: &[f64], sampling: Sampling) -> Result<Self, FreeVibrationFault> {
+    fn new(linear_hz: &[f64], sampling: Sampling) -> Result<Self, Note> {
         let (Some(&lowest), Some(&highest)) = (linear_hz.first(), linear_hz.last()) else {
-            let what = "the robot has no elastic coordinate, so nothing vibrates".to_owned();
-            return Err(FreeVibrationFault::Setting(what));
+            return Err(setting("the robot has no elastic coordinate, so nothing vibrates"));
         };
         let least_rate = SAMPLES_PER_SHORTEST_PERIOD * highest;
         match sampling {
             Sampling::Automatic => {
                 let gap = linear_hz.windows(2).fold(f64::INFINITY, |gap, w| gap.min(w[1] - w[0]));
                 let duration_s = (PERIODS_OF_THE_LOWEST / lowest).max(BINS_BETWEEN_MODES / gap);
-                let most =
-                    (PERIODS_OF_THE_LOWEST / lowest * least_rate).max(MOST_AUTOMATIC_SAMPLES);
+                let most = (PERIODS_OF_THE_LOWEST / lowest * least_rate).max(MAX_AUTOMATIC_SAMPLES);
                 let count = samples((duration_s * least_rate).min(most))?;
                 Ok(Self { sample_rate_hz: least_rate, count, highest_seen_hz: 0.5 * least_rate })
             }
@@ -404,27 +369,38 @@ impl Record {
     }
 }
 
-fn samples(count: f64) -> Result<usize, FreeVibrationFault> {
-    if count > MOST_SAMPLES {
-        return Err(FreeVibrationFault::Setting(format!(
+fn samples(count: f64) -> Result<usize, Note> {
+    if count > MAX_SAMPLES {
+        return Err(setting(format!(
             "the record would need {count:.0} samples to hold every mode, must be at most \
-             {MOST_SAMPLES}; shorten the duration"
+             {MAX_SAMPLES}; shorten the duration"
         )));
     }
     if count < 16.0 {
-        return Err(FreeVibrationFault::Setting(format!(
+        return Err(setting(format!(
             "the record would have {count:.0} samples, must have at least 16; lengthen the duration"
         )));
     }
     Ok(count.round() as usize)
 }
 
-fn positive(what: &str, unit: &str, value: f64) -> Result<(), FreeVibrationFault> {
+fn positive(what: &str, unit: &str, value: f64) -> Result<(), Note> {
     if value.is_finite() && value > 0.0 {
         return Ok(());
     }
     let what = format!("{what} is {value} {unit}, must be positive and finite");
-    Err(FreeVibrationFault::Setting(what))
+    Err(setting(what))
+}
+
+/// A setting is out of range.
+fn setting(what: impl Into<String>) -> Note {
+    Note::error(Code::Value, Place::default(), what)
+}
+
+fn runs_away() -> Note {
+    let what = "the vibration grows without bound: the springs do not hold the arm at this \
+                amplitude; lower the amplitude, or check stiffness and gravity";
+    Note::error(Code::NotConverged, Place::default(), what)
 }
 
 /// Where a tone shows at a sampling rate too low for it.
@@ -433,8 +409,8 @@ fn fold(frequency_hz: f64, sample_rate_hz: f64) -> f64 {
     (turns - turns.round()).abs() * sample_rate_hz
 }
 
-/// Which mode each peak belongs to, both ascending: in order, and where peaks are fewer than modes with
-/// the least sum of |ln(peak / linear)|.
+/// Which mode each peak belongs to, both ascending: in order, and where peaks are fewer than modes
+/// with the least sum of |ln(peak / linear)|.
 fn assign(peaks: &[f64], linear_hz: &[f64]) -> Vec<(usize, f64)> {
     let (p, n) = (peaks.len(), linear_hz.len());
     // cost[i][j]: of the first i peaks among the first j modes.
@@ -459,8 +435,8 @@ fn assign(peaks: &[f64], linear_hz: &[f64]) -> Vec<(usize, f64)> {
     pairs
 }
 
-/// Which of the (mode, peak) pairs may be no modes. A rival peak casts doubt on the pair that is furthest
-/// from its linear frequency: which of the peaks is the mode cannot be told.
+/// Which of the (mode, peak) pairs may be no modes. A rival peak casts doubt on the pair that is
+/// furthest from its linear frequency: which of the peaks is the mode cannot be told.
 fn doubts(taken: &[(usize, f64)], linear_hz: &[f64], has_rival: bool) -> Vec<Doubt> {
     let departure = |mode: usize, peak: f64| (peak / linear_hz[mode]).ln().abs();
     let furthest = taken
@@ -471,7 +447,7 @@ fn doubts(taken: &[(usize, f64)], linear_hz: &[f64], has_rival: bool) -> Vec<Dou
         .iter()
         .filter_map(|&(mode, peak)| {
             let nearer = |other: usize| departure(other, peak) < departure(mode, peak);
-            let reason = if (peak / linear_hz[mode] - 1.0).abs() > FARTHEST_DEPARTURE {
+            let reason = if (peak / linear_hz[mode] - 1.0).abs() > MAX_DEPARTURE {
                 DoubtReason::FarFromLinear
             } else if (0..linear_hz.len()).any(nearer) {
                 DoubtReason::NearerToAnotherMode

@@ -1,10 +1,10 @@
 //! Spectra of sampled vibration, and the frequencies of their peaks.
 //!
-//! Window: four-term Blackman–Harris (Harris, Proc. IEEE 66, 1978): side lobes 92 dB down, so that a
-//! mode does not hide another of equal energy anywhere beyond its main lobe of ±4 bins. The spectrum for
-//! peaks is padded with zeros to at least four times its length; a peak is the vertex of the parabola
-//! through the logarithms of its three highest points. On noise-free tones that stand eight bins from
-//! each other and from zero this errs by less than 1/1000 of a bin 1/T.
+//! Window: four-term Blackman–Harris (Harris, Proc. IEEE 66, 1978): side lobes 92 dB down, so that
+//! a mode does not hide another of equal energy anywhere beyond its main lobe of ±4 bins. The
+//! spectrum for peaks is padded with zeros to at least four times its length; a peak is the vertex
+//! of the parabola through the logarithms of its three highest points. On noise-free tones that
+//! stand eight bins from each other and from zero this errs by less than 1/1000 of a bin 1/T.
 
 use realfft::RealFftPlanner;
 
@@ -39,14 +39,15 @@ pub fn spectrum(records: &[Vec<f64>], sample_rate_hz: f64) -> Spectrum {
 pub(super) struct Peaks {
     /// Hz, ascending.
     pub(super) peaks_hz: Vec<f64>,
-    /// Height of the highest peak that was not wanted, as a share of the lowest one that was; 0 without.
+    /// Height of the highest peak that was not wanted, as a share of the lowest one that was; 0
+    /// without.
     pub(super) runner_up_share: f64,
 }
 
 /// The `count` highest peaks of Σ weight·|spectrum|² over `records`.
 ///
-/// Fewer are returned where fewer local maxima reach `floor` times the highest: modes closer than the
-/// main lobe melt into one peak.
+/// Fewer are returned where fewer local maxima reach `floor` times the highest: modes closer than
+/// the main lobe melt into one peak.
 pub(super) fn peaks(
     records: &[Vec<f64>],
     weights: &[f64],
@@ -132,7 +133,8 @@ mod tests {
             .collect()
     }
 
-    /// Tones at every fraction of a bin, the nearest neighbour eight bins off and ten times as loud.
+    /// Tones at every fraction of a bin, the nearest neighbour eight bins off and ten times as
+    /// loud.
     #[test]
     fn peaks_lie_within_a_thousandth_of_a_bin() {
         let (rate, n) = (1000.0, 1500);

@@ -102,27 +102,31 @@ impl<R: Read> Table<R> {
     pub(super) fn lines(&mut self, length: usize, bytes: &mut Vec<u8>) -> Result<(), Note> {
         bytes.clear();
         bytes.append(&mut self.begun);
-        let mut searched = 0;
+        let mut ended = false;
         loop {
+            if bytes.len() >= length {
+                let within = memchr::memrchr(b'\n', &bytes[..length]);
+                let behind = || memchr::memchr(b'\n', &bytes[length..]).map(|at| length + at);
+                if let Some(end) = within.or_else(behind) {
+                    self.begun.extend_from_slice(&bytes[end + 1..]);
+                    bytes.truncate(end + 1);
+                    return Ok(());
+                }
+                if bytes.len() > LONGEST_ROW_BYTES {
+                    // Not a row: the decoder will say so, and will not ask for more.
+                    return Ok(());
+                }
+            }
+            if ended {
+                return Ok(());
+            }
             let wanted = length.saturating_sub(bytes.len()).max(LEAST_READ_BYTES) as u64;
             let read = self.reader.by_ref().take(wanted).read_to_end(bytes);
             let read = read.map_err(|error| {
                 let what = format!("cannot be read: {error}");
                 Note::error(Code::Unreadable, Place::file(&self.file), what)
             })?;
-            if (read as u64) < wanted {
-                return Ok(());
-            }
-            if let Some(end) = memchr::memrchr(b'\n', &bytes[searched..]) {
-                self.begun.extend_from_slice(&bytes[searched + end + 1..]);
-                bytes.truncate(searched + end + 1);
-                return Ok(());
-            }
-            searched = bytes.len();
-            if searched > LONGEST_ROW_BYTES {
-                // No row: who takes the cells apart will say so, and will not ask for more.
-                return Ok(());
-            }
+            ended = (read as u64) < wanted;
         }
     }
 

@@ -1,5 +1,5 @@
-//! Poses that are made on the spot: grids over any joints, and random poses. A pose depends on its number
-//! alone, so that pieces can be made in any order, on any thread.
+//! Poses that are made on the spot: grids over any joints, and random poses. A pose depends on its
+//! number alone, so that pieces can be made in any order, on any thread.
 
 use std::ops::Range;
 
@@ -69,7 +69,8 @@ impl Grid {
 /// Poses spread evenly at random.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RandomPoses {
-    /// Between which positions each joint lies, rad or m, base to tip; a joint with equal ends stays there.
+    /// Between which positions each joint lies, rad or m, base to tip; a joint with equal ends
+    /// stays there.
     pub ranges: Vec<[f64; 2]>,
     /// How many poses.
     pub count: usize,
@@ -121,7 +122,8 @@ impl Generator {
         }
     }
 
-    /// Appends the poses with the numbers `range` (from zero), one value per joint, pose after pose.
+    /// Appends the poses with the numbers `range` (from zero), one value per joint, pose after
+    /// pose.
     pub fn append(&self, range: Range<usize>, poses: &mut Vec<f64>) {
         match self {
             Self::Grid(grid) => grid.append(range, poses),

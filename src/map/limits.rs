@@ -12,7 +12,8 @@ fn outside_limits(robot: &Robot, q: &[f64]) -> Option<usize> {
 pub struct OutsideLimits {
     /// How many poses.
     pub poses: usize,
-    /// The first joint, by place, that is outside at the first of them, and where it stands, rad or m.
+    /// The first joint, by place, that is outside at the first of them, and where it stands, rad or
+    /// m.
     pub first: Option<(usize, f64)>,
 }
 

@@ -1,9 +1,9 @@
-//! What is left of a map that is too long to read: extremes, means, quantiles and histograms of each mode,
-//! gathered as the poses go by.
+//! Statistics of a map that is too long to read: extremes, means, quantiles and histograms of each
+//! mode, gathered as the poses go by.
 //!
-//! Values are counted in bins whose edges are doubles with 14 bits after the point: 2⁻¹⁴ of a power of
-//! two wide, at most 0.0061 % of the frequency. Quantiles of few poses are exact. Poses come in their
-//! order, so the same poses give the same bits whatever the number of threads.
+//! Values are counted in bins whose edges are doubles with 14 bits after the point: 2⁻¹⁴ of a power
+//! of two wide, at most 0.0061 % of the frequency. Quantiles of few poses are exact. Poses come in
+//! their order, so the same poses give the same bits whatever the number of threads.
 
 use rayon::prelude::*;
 
@@ -22,13 +22,13 @@ pub const RESOLUTION: f64 = 1.0 / OCTAVE as f64;
 const OCTAVE: usize = 1 << OCTAVE_BITS;
 const OCTAVE_BITS: u32 = 14;
 
-/// Bits of a double that tell no bins apart.
+/// Bits of a double below those that number the bin.
 const BELOW_BIN: u32 = f64::MANTISSA_DIGITS - 1 - OCTAVE_BITS;
 
-/// Most bins of the histogram that is shown.
-const MOST_BINS: usize = 48;
+/// Bins of the histogram that is shown.
+const MAX_BINS: usize = 48;
 
-/// Figures of a reduced map.
+/// Statistics of a reduced map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Statistic {
     /// The lowest frequency, and where.
@@ -76,7 +76,8 @@ pub struct ReducedMode {
     pub max: Extreme,
     /// Mean frequency, Hz.
     pub mean_hz: f64,
-    /// One per entry of [`SHARES`], Hz: between the two nearest poses in order of frequency, in proportion.
+    /// One per entry of [`SHARES`], Hz: between the two nearest poses in order of frequency, in
+    /// proportion.
     pub quantiles_hz: [f64; SHARES.len()],
     /// Adjoining bands from the lowest to the highest frequency, at most 48.
     pub histogram: Vec<Bin>,
@@ -93,7 +94,7 @@ pub struct Reduced {
     pub modes: Vec<ReducedMode>,
 }
 
-/// Gathers the figures of a map.
+/// Gathers the statistics of a map.
 #[derive(Debug, Clone)]
 pub struct Reduction {
     joints: usize,
@@ -108,7 +109,7 @@ impl Reduction {
     }
 
     /// Takes in the next poses, in their order; each mode on a thread of its own.
-    pub fn add(&mut self, blocks: &[Block]) {
+    pub fn add(&mut self, blocks: &[&Block]) {
         let (joints, before, count) = (self.joints, self.poses, self.modes.len());
         let all = before + blocks.iter().map(|block| block.count).sum::<usize>();
         self.modes.par_iter_mut().enumerate().for_each(|(mode, gathered)| {
@@ -133,7 +134,7 @@ impl Reduction {
         self.poses = all;
     }
 
-    /// The figures; `None` if no pose went by.
+    /// The statistics; `None` if no pose went by.
     pub fn finish(self) -> Option<Reduced> {
         let poses = self.poses;
         let modes = self.modes.into_iter().map(|mode| mode.finish(poses)).collect::<Option<_>>()?;
@@ -283,7 +284,7 @@ impl Bins {
     fn histogram(&self, min: f64, max: f64) -> Vec<Bin> {
         let (low, high) = (bin_of(min), bin_of(max));
         let mut shift = 0;
-        while (high >> shift) - (low >> shift) >= MOST_BINS {
+        while (high >> shift) - (low >> shift) >= MAX_BINS {
             shift += 1;
         }
         let first = low >> shift;

@@ -1,5 +1,5 @@
-//! A robot as its files describe it: plain data in SI, not yet checked. [`super::Robot::new`] checks
-//! it and turns it into the immutable model.
+//! A robot as its files describe it: plain data in SI, not yet checked. [`super::Robot::new`]
+//! checks it and turns it into the immutable model.
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
@@ -24,7 +24,8 @@ pub struct Description {
     pub extra: Vec<ExtraCoordinate>,
     /// Damping where a coordinate gives none.
     pub default_damping_ratio: f64,
-    /// Acceleration of gravity in the base frame, m/s². It acts only where `gravity_stiffness` is set.
+    /// Acceleration of gravity in the base frame, m/s². It acts only where `gravity_stiffness` is
+    /// set.
     pub gravity_m_per_s2: Vector3<f64>,
     /// Whether the geometric stiffness of gravity is part of K.
     pub gravity_stiffness: bool,
@@ -36,7 +37,8 @@ pub struct Description {
     pub beta1: Option<ArmAngle>,
     /// How β2 of the two-link model reads from the joints.
     pub beta2: Option<ArmAngle>,
-    /// How well the model was found to predict measured frequencies; `None` if it never was compared.
+    /// How well the model was found to predict measured frequencies; `None` if it never was
+    /// compared.
     pub calibration: Option<Calibration>,
     /// What is wrong in all of the above, put right when the model is built, each in turn.
     pub corrections: Vec<Correction>,
@@ -216,8 +218,8 @@ impl Correction {
         self.parameters.iter().find(|(of, _)| of == name).map(|&(_, value)| value)
     }
 
-    /// The names of parameters that `cause` knows; those before the bar must be given, except that one of
-    /// several alternatives suffices.
+    /// The names of parameters that `cause` knows; those before the bar must be given, except that
+    /// one of several alternatives suffices.
     pub fn parameter_names(cause: Cause) -> &'static [&'static str] {
         match cause {
             Cause::JointStiffness => &["stiffness_nm_per_rad", "stiffness_n_per_m"],
@@ -244,7 +246,8 @@ impl Correction {
 pub struct Hinge {
     /// Rotation or translation.
     pub kind: CoordinateKind,
-    /// One elastic coordinate along or about each, in the link's frame; all have the same stiffness.
+    /// One elastic coordinate along or about each, in the link's frame; all have the same
+    /// stiffness.
     pub axes: Vec<Vector3<f64>>,
     /// A point of the axes, in the link's frame, m.
     pub origin_m: Vector3<f64>,

@@ -1,8 +1,8 @@
-//! M(q) and K_g(q) over the elastic coordinates, by composite rigid bodies (Featherstone, Rigid Body
-//! Dynamics Algorithms, 2008, §6.2).
+//! M(q) and K_g(q) over the elastic coordinates, by composite rigid bodies (Featherstone, Rigid
+//! Body Dynamics Algorithms, 2008, §6.2).
 //!
-//! Bodies are combined about their common centre of mass, so every term of a diagonal entry is a sum
-//! of squares: nothing cancels, however far the arm reaches.
+//! Bodies are combined about their common centre of mass, so every term of a diagonal entry is a
+//! sum of squares: nothing cancels, however far the arm reaches.
 
 use nalgebra::{DMatrix, Vector3};
 
@@ -12,8 +12,9 @@ use super::placement::Placement;
 use super::robot::Robot;
 
 /// An inertia about an axis below this share of what the same body has across it counts as none: a
-/// point mass on a slanting axis leaves rounding, not zero, and rounding is no inertia to vibrate with.
-const SMALLEST_INERTIA: f64 = 1e-13;
+/// point mass on a slanting axis leaves rounding, not zero, and rounding is no inertia to vibrate
+/// with.
+const MIN_INERTIA: f64 = 1e-13;
 
 /// M(q), n × n, symmetric, kg·m² (rotations), kg (translations), kg·m (mixed): the inertia over the
 /// elastic coordinates of the robot as placed, drives included.
@@ -24,7 +25,8 @@ pub fn mass_matrix(robot: &Robot, placement: &Placement, m: &mut DMatrix<f64>) {
     for (j, carriers) in robot.carriers.iter().enumerate() {
         let axis_j = &placement.elastic_axes[j];
         let body = &placement.composites[robot.coordinates[j].node];
-        // Momentum of what j carries, per unit rate of α_j: linear, and angular about the centre of mass.
+        // Momentum of what j carries, per unit rate of α_j: linear, and angular about the centre of
+        // mass.
         let linear = axis_j.velocity_at(&body.com) * body.mass;
         let angular = body.inertia * axis_j.angular_velocity();
         for &i in carriers {
@@ -37,7 +39,7 @@ pub fn mass_matrix(robot: &Robot, placement: &Placement, m: &mut DMatrix<f64>) {
         if axis_j.kind == CoordinateKind::Rotation {
             let arm = body.com - axis_j.point;
             let across = body.mass * arm.norm_squared() + body.inertia.trace();
-            if m[(j, j)] <= SMALLEST_INERTIA * across {
+            if m[(j, j)] <= MIN_INERTIA * across {
                 m[(j, j)] = 0.0;
             }
         }
@@ -45,8 +47,8 @@ pub fn mass_matrix(robot: &Robot, placement: &Placement, m: &mut DMatrix<f64>) {
     }
 }
 
-/// K(q), n × n, symmetric, N·m/rad (rotations), N/m (translations): the springs, by their laws under
-/// `conditions`, and gravity's part where the robot asks for it.
+/// K(q), n × n, symmetric, N·m/rad (rotations), N/m (translations): the springs, by their laws
+/// under `conditions`, and gravity's part where the robot asks for it.
 ///
 /// `k` must be n × n.
 pub fn stiffness_matrix(
@@ -86,8 +88,8 @@ pub(super) fn gravity_torque(robot: &Robot, placement: &Placement, i: usize) -> 
 }
 
 /// K_g(q), n × n, symmetric, N·m/rad: the Hessian of the potential of gravity −Σ m g·c over the
-/// elastic coordinates at rest. For the two-link arm it follows from Eqs. (5)–(6) of Pietruś & Gierlak
-/// (2023) without the linearisation (7)–(8), which drops it.
+/// elastic coordinates at rest. For the two-link arm it follows from Eqs. (5)–(6) of Pietruś &
+/// Gierlak (2023) without the linearisation (7)–(8), which drops it.
 ///
 /// `k` must be n × n.
 pub fn gravity_stiffness(robot: &Robot, placement: &Placement, k: &mut DMatrix<f64>) {

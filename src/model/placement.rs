@@ -70,7 +70,8 @@ impl Placement {
         }
     }
 
-    /// Places the robot at pose `q` (one value per moving joint, rad or m), elastic coordinates at rest.
+    /// Places the robot at pose `q` (one value per moving joint, rad or m), elastic coordinates at
+    /// rest.
     ///
     /// `q` must be a pose of the robot that the buffers were made for ([`Robot::check_pose`]).
     pub fn place(&mut self, robot: &Robot, q: &[f64]) {
@@ -78,7 +79,8 @@ impl Placement {
         self.collect_composites(robot);
     }
 
-    /// Places the bodies of `robot` in the frames of `other`, a robot that [stands like](Robot::stands_like) it.
+    /// Places the bodies of `robot` in the frames of `other`, a robot that [stands
+    /// like](Robot::stands_like) it.
     pub(crate) fn place_bodies(&mut self, robot: &Robot, other: &Self) {
         self.frames.copy_from_slice(&other.frames);
         self.joint_axes.copy_from_slice(&other.joint_axes);
@@ -86,14 +88,14 @@ impl Placement {
         self.collect_composites(robot);
     }
 
-    /// Places frames and axes alone: enough for [`forward_kinematics`](super::forward_kinematics) and the
-    /// Jacobians, while the mass matrix would see bodies of an earlier pose.
+    /// Places frames and axes alone: enough for [`forward_kinematics`](super::forward_kinematics)
+    /// and the Jacobians, while the mass matrix would see bodies of an earlier pose.
     pub fn place_axes(&mut self, robot: &Robot, q: &[f64]) {
         self.place_frames(robot, q, None);
     }
 
-    /// Cosine of the angle between the axes of the elastic coordinates `i` and `j` as placed; `None`
-    /// unless both turn.
+    /// Cosine of the angle between the axes of the elastic coordinates `i` and `j` as placed;
+    /// `None` unless both turn.
     pub fn cosine_between(&self, i: usize, j: usize) -> Option<f64> {
         let (a, b) = (&self.elastic_axes[i], &self.elastic_axes[j]);
         let both_turn = [a, b].iter().all(|axis| axis.kind == CoordinateKind::Rotation);

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::notes::{Code, Note, Place};
+
 /// Why a robot has no modes at a pose.
 #[derive(Debug, Clone, PartialEq)]
 pub enum PoseFault {
@@ -17,8 +19,8 @@ pub enum PoseFault {
         /// URDF name of the joint.
         joint: String,
     },
-    /// The mass matrix is singular or indefinite: `coordinate` moves nothing that has inertia which the
-    /// coordinates before it do not move just as well.
+    /// The mass matrix is singular or indefinite: `coordinate` moves nothing that has inertia which
+    /// the coordinates before it do not move just as well.
     MassNotPositive {
         /// Name of the elastic coordinate.
         coordinate: String,
@@ -41,16 +43,29 @@ impl fmt::Display for PoseFault {
             }
             Self::MassNotPositive { coordinate } => write!(
                 f,
-                "elastic coordinate '{coordinate}': the mass matrix is singular here, as nothing with \
-                 inertia moves with it alone; give the links behind it mass and inertia, or leave it rigid"
+                "elastic coordinate '{coordinate}': the mass matrix is singular here, as nothing \
+                 with inertia moves with it alone; give the links behind it mass and inertia, or \
+                 leave it rigid"
             ),
             Self::StiffnessNotPositive { coordinate } => write!(
                 f,
-                "elastic coordinate '{coordinate}': stiffness minus the pull of gravity is not positive, \
-                 so the arm would fall over; check its stiffness and the masses behind it"
+                "elastic coordinate '{coordinate}': stiffness minus the pull of gravity is not \
+                 positive, so the arm would fall over; check its stiffness and the masses behind it"
             ),
         }
     }
 }
 
 impl std::error::Error for PoseFault {}
+
+impl From<PoseFault> for Note {
+    fn from(fault: PoseFault) -> Self {
+        let code = match fault {
+            PoseFault::Length { .. } | PoseFault::NotFinite { .. } => Code::Value,
+            PoseFault::MassNotPositive { .. } | PoseFault::StiffnessNotPositive { .. } => {
+                Code::Singular
+            }
+        };
+        Self::error(code, Place::default(), fault.to_string())
+    }
+}

@@ -1,4 +1,5 @@
-//! The immutable model of one robot: bodies that move against each other, joints, elastic coordinates.
+//! The immutable model of one robot: bodies that move against each other, joints, elastic
+//! coordinates.
 
 use std::fmt;
 
@@ -11,8 +12,8 @@ use crate::notes::Note;
 use crate::units::{deg_from_rad, mm_from_m};
 use crate::wording::told_apart;
 
-/// A pose may pass a limit by this much, rad or m: URDFs print limits with four or five digits (3.1416 for
-/// half a turn), and a pose at the limit itself is meant to be allowed.
+/// A pose may pass a limit by this much, rad or m: URDFs print limits with four or five digits
+/// (3.1416 for half a turn), and a pose at the limit itself is meant to be allowed.
 pub(super) const LIMIT_SLACK: f64 = 1e-4;
 
 /// A joint of the chain from base to tip that a pose sets.
@@ -31,8 +32,8 @@ pub struct MovingJoint {
 }
 
 impl MovingJoint {
-    /// Whether the joint may stand at `value` (rad or m): limits in files are rounded, so a hair beyond them
-    /// counts as within.
+    /// Whether the joint may stand at `value` (rad or m): limits in files are rounded, so a hair
+    /// beyond them counts as within.
     pub fn allows(&self, value: f64) -> bool {
         self.limit.is_none_or(|[lower, upper]| {
             (lower - LIMIT_SLACK..=upper + LIMIT_SLACK).contains(&value)
@@ -40,7 +41,8 @@ impl MovingJoint {
     }
 }
 
-/// A joint outside its limits. Shown as "joint 'a' is 190.000 deg, must lie in -180.000..180.000 deg".
+/// A joint outside its limits. Shown as "joint 'a' is 190.000 deg, must lie in -180.000..180.000
+/// deg".
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LimitViolation<'a> {
     /// The joint.
@@ -101,7 +103,8 @@ impl Coordinate {
         self.stiffness * shares.product::<f64>()
     }
 
-    /// The spring's constant at rest and at room temperature, N·m/rad or N/m; `None` if it follows the pose.
+    /// The spring's constant at rest and at room temperature, N·m/rad or N/m; `None` if it follows
+    /// the pose.
     pub(crate) fn stiffness_of_all_poses(&self) -> Option<f64> {
         let follows_pose = self.laws.iter().any(StiffnessLaw::follows_pose);
         (!follows_pose).then(|| self.stiffness_under(0.0, &Conditions::default()))

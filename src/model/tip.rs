@@ -16,8 +16,9 @@ pub fn forward_kinematics(robot: &Robot, placement: &Placement) -> Isometry3<f64
     )
 }
 
-/// J of the elastic coordinates, 6 × n: velocity (rows 0–2, m/s) of the point `tcp_m` of the tip frame
-/// and angular velocity (rows 3–5, rad/s) of the tip, in the base frame, per unit rate of each α.
+/// J of the elastic coordinates, 6 × n: velocity (rows 0–2, m/s) of the point `tcp_m` of the tip
+/// frame and angular velocity (rows 3–5, rad/s) of the tip, in the base frame, per unit rate of
+/// each α.
 ///
 /// `jacobian` must have n columns.
 pub fn elastic_jacobian(
@@ -33,7 +34,8 @@ pub fn elastic_jacobian(
     }
 }
 
-/// J of the moving joints, 6 × (number of joints): as [`elastic_jacobian`], per unit rate of each q.
+/// J of the moving joints, 6 × (number of joints): as [`elastic_jacobian`], per unit rate of each
+/// q.
 ///
 /// `jacobian` must have one column per moving joint.
 pub fn joint_jacobian(

@@ -1,22 +1,23 @@
-//! Eigenvalues and vectors of a small symmetric matrix by cyclic Jacobi rotations (Golub & Van Loan,
-//! Matrix Computations, 4th ed., §8.5), in place.
+//! Eigenvalues and vectors of a small symmetric matrix by cyclic Jacobi rotations (Golub & Van
+//! Loan, Matrix Computations, 4th ed., §8.5), in place.
 
 use nalgebra::DMatrix;
 
-/// Off-diagonal entries below this share of the geometric mean of their diagonal entries count as zero.
+/// Off-diagonal entries below this share of the geometric mean of their diagonal entries count as
+/// zero.
 const CONVERGED: f64 = f64::EPSILON * 0.5;
 
 /// Jacobi converges quadratically; the worst 24 × 24 case was seen to need five sweeps.
-const MOST_SWEEPS: usize = 30;
+const MAX_SWEEPS: usize = 30;
 
-/// Turns `a` (symmetric) into its eigenvalues on the diagonal. Where `vectors` is given, it becomes the
-/// orthonormal eigenvectors, column for column. The eigenvalues are not sorted.
+/// Turns `a` (symmetric) into its eigenvalues on the diagonal. Where `vectors` is given, it becomes
+/// the orthonormal eigenvectors, column for column. The eigenvalues are not sorted.
 pub(super) fn diagonalise(a: &mut DMatrix<f64>, mut vectors: Option<&mut DMatrix<f64>>) {
     let n = a.nrows();
     if let Some(v) = vectors.as_deref_mut() {
         v.fill_with_identity();
     }
-    for _ in 0..MOST_SWEEPS {
+    for _ in 0..MAX_SWEEPS {
         let mut rotated = false;
         for p in 0..n {
             for q in p + 1..n {
@@ -90,8 +91,9 @@ mod tests {
         }
     }
 
-    /// A graded matrix D B D with known scaling: the smallest eigenvalue keeps its digits, which a method
-    /// that works to an absolute error loses. Expected: 2 × 2 closed form, evaluated without cancellation.
+    /// A graded matrix D B D with known scaling: the smallest eigenvalue keeps its digits, which a
+    /// method that works to an absolute error loses. Expected: 2 × 2 closed form, evaluated without
+    /// cancellation.
     #[test]
     fn keeps_the_small_eigenvalue_of_a_graded_matrix() {
         let (a, b, c) = (1.0, 1e-7, 4e-14);

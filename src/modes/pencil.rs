@@ -4,8 +4,8 @@ use nalgebra::{DMatrix, DVector};
 
 use super::jacobi::diagonalise;
 
-/// An eigenvalue 1/ω² below this share of the largest counts as zero: the coordinate carries no inertia of
-/// its own, and its frequency is beyond all others.
+/// An eigenvalue 1/ω² below this share of the largest counts as zero: the coordinate carries no
+/// inertia of its own, and its frequency is beyond all others.
 pub(super) const NO_INERTIA: f64 = 1e-12;
 
 /// Solves one pencil after the other in buffers of its own.
@@ -34,8 +34,8 @@ impl Pencil {
         }
     }
 
-    /// Solves for symmetric M, positive semidefinite, and K, positive definite, both n × n. `false` if K is
-    /// not, or if something is not finite.
+    /// Solves for symmetric M, positive semidefinite, and K, positive definite, both n × n. `false`
+    /// if K is not, or if something is not finite.
     pub fn solve(&mut self, mass: &DMatrix<f64>, stiffness: &DMatrix<f64>) -> bool {
         let n = self.order.len();
         let mut diagonal = true;

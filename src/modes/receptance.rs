@@ -5,8 +5,8 @@ use nalgebra::{Complex, Matrix6xX, Unit, Vector3};
 use super::solver::Modes;
 use crate::units::rad_per_s_from_hz;
 
-/// G(ω) = Σ_r (dᵀ J φ_r)² / (ω_r² − ω² + 2 i ζ_r ω_r ω) at the point of `tip_jacobian`, m/N: displacement
-/// along `direction` for a unit force along it, at `frequency_hz`.
+/// G(ω) = Σ_r (dᵀ J φ_r)² / (ω_r² − ω² + 2 i ζ_r ω_r ω) at the point of `tip_jacobian`, m/N:
+/// displacement along `direction` for a unit force along it, at `frequency_hz`.
 ///
 /// `tip_jacobian` is 6 × n ([`crate::model::elastic_jacobian`]), at the pose of `modes`.
 pub fn tip_receptance_m_per_n(
@@ -29,8 +29,8 @@ pub fn tip_receptance_m_per_n(
         .sum()
 }
 
-/// |J φ_r|² / (2 ζ_r ω_r²), m/N: what mode `r` alone moves the tool tip at its own resonance, in the
-/// direction in which it moves it most, for a unit force along that direction.
+/// |J φ_r|² / (2 ζ_r ω_r²), m/N: what mode `r` alone moves the tool tip at its own resonance,
+/// in the direction in which it moves it most, for a unit force along that direction.
 ///
 /// `tip_jacobian` is 6 × n, at the pose of `modes`.
 pub fn peak_tip_compliance_m_per_n(modes: &Modes, tip_jacobian: &Matrix6xX<f64>, r: usize) -> f64 {

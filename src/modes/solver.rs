@@ -11,7 +11,7 @@ use crate::units::hz_from_rad_per_s;
 
 /// A pivot of the scaled mass or stiffness matrix below this share of its diagonal entry counts as
 /// zero: 1e-13 is some hundred times the rounding of the entries.
-const SMALLEST_PIVOT: f64 = 1e-13;
+const MIN_PIVOT: f64 = 1e-13;
 
 /// The modes of a robot at one pose, n elastic coordinates.
 #[derive(Debug, Clone, PartialEq)]
@@ -125,8 +125,8 @@ impl<'a> ModalSolver<'a> {
         &self.modes
     }
 
-    /// C = M Φ diag(2 ζ_r ω_r) Φᵀ M of the last [`Self::solve`], n × n, N·m·s/rad: the matrix whose modal
-    /// form is the damping of [`Modes::damping_ratios`].
+    /// C = M Φ diag(2 ζ_r ω_r) Φᵀ M of the last [`Self::solve`], n × n, N·m·s/rad: the matrix whose
+    /// modal form is the damping of [`Modes::damping_ratios`].
     pub fn damping_matrix(&self) -> DMatrix<f64> {
         let weighted = &self.mass * &self.modes.shapes;
         let rates = DVector::from_fn(self.omega.len(), |r, _| {
@@ -155,8 +155,8 @@ impl<'a> ModalSolver<'a> {
         }
     }
 
-    /// M must be positive definite: its Cholesky pivots, scaled by the diagonal, name the coordinate
-    /// at fault.
+    /// M must be positive definite: its Cholesky pivots, scaled by the diagonal, name the
+    /// coordinate at fault.
     fn check_mass(&mut self) -> Result<(), PoseFault> {
         self.factor.copy_from(&self.mass);
         cholesky_in_place(&mut self.factor).map_err(|i| PoseFault::MassNotPositive {
@@ -225,9 +225,9 @@ impl<'a> ModalSolver<'a> {
         Ok(())
     }
 
-    /// ζ_r from the coordinates: each spring's loss in proportion to its share of the strain energy of
-    /// all springs (Ungar & Kerwin, J. Acoust. Soc. Am. 34, 1962; gravity's own stiffness, which loses
-    /// nothing, is left out of the sum), each dashpot's as φᵀ C φ / 2ω.
+    /// ζ_r from the coordinates: each spring's loss in proportion to its share of the strain energy
+    /// of all springs (Ungar & Kerwin, J. Acoust. Soc. Am. 34, 1962; gravity's own stiffness, which
+    /// loses nothing, is left out of the sum), each dashpot's as φᵀ C φ / 2ω.
     fn damp(&mut self) {
         for r in 0..self.order.len() {
             let shape = self.modes.shapes.column(r);
@@ -258,8 +258,8 @@ impl Modes {
         Ok(solver.modes)
     }
 
-    /// Share of mode `r`'s strain energy in each elastic coordinate; the shares add up to one. Says what
-    /// moves in the mode, rotations and translations on one scale.
+    /// Share of mode `r`'s strain energy in each elastic coordinate; the shares add up to one. Says
+    /// what moves in the mode, rotations and translations on one scale.
     pub fn strain_energy_shares(&self, robot: &Robot, r: usize) -> Vec<f64> {
         let energy: Vec<f64> = robot
             .coordinates()
@@ -271,10 +271,10 @@ impl Modes {
         energy.iter().map(|e| e / total).collect()
     }
 
-    /// Whether the two coordinates `i` and `j` turn together (`true`) or against each other in mode `r`,
-    /// seen in space, whichever way their axes are written. `placement` is the robot's at the pose of the
-    /// modes. `None` where one of them stands still, they do not both turn, or their axes are not
-    /// nearly parallel.
+    /// Whether the two coordinates `i` and `j` turn together (`true`) or against each other in mode
+    /// `r`, seen in space, whichever way their axes are written. `placement` is the robot's at the
+    /// pose of the modes. `None` where one of them stands still, they do not both turn, or their
+    /// axes are not nearly parallel.
     pub fn turn_together(
         &self,
         placement: &Placement,
@@ -290,8 +290,8 @@ impl Modes {
     }
 }
 
-/// L of A = L Lᵀ in the lower triangle; the upper is left as it was. `Err` is the row whose pivot is
-/// not positive.
+/// L of A = L Lᵀ in the lower triangle; the upper is left as it was. `Err` is the row whose pivot
+/// is not positive.
 fn cholesky_in_place(a: &mut DMatrix<f64>) -> Result<(), usize> {
     let n = a.nrows();
     for j in 0..n {
@@ -300,7 +300,7 @@ fn cholesky_in_place(a: &mut DMatrix<f64>) -> Result<(), usize> {
         for k in 0..j {
             pivot -= a[(j, k)] * a[(j, k)];
         }
-        if pivot.is_nan() || pivot <= SMALLEST_PIVOT * diagonal.abs() {
+        if pivot.is_nan() || pivot <= MIN_PIVOT * diagonal.abs() {
             return Err(j);
         }
         let root = pivot.sqrt();

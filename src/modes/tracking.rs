@@ -1,17 +1,18 @@
-//! Which mode at the next pose is which mode of this one: by the modal assurance criterion, weighted
-//! with the mass matrix so that rotations and translations compare.
+//! Which mode at the next pose is which mode of this one: by the modal assurance criterion,
+//! weighted with the mass matrix so that rotations and translations compare.
 
 use nalgebra::{DMatrix, DVectorView};
 
 /// Below this MAC a mode has no successor among the next pose's modes.
-const LEAST_MAC: f64 = 0.5;
+const MIN_MAC: f64 = 0.5;
 
 /// What becomes of a mode from one pose to the next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Follow {
     /// It is the mode with this index (ascending frequency) at the next pose.
     Mode(usize),
-    /// No mode of the next pose resembles it enough: the step is too long, or modes turn into each other.
+    /// No mode of the next pose resembles it enough: the step is too long, or modes turn into each
+    /// other.
     Lost,
 }
 
@@ -54,9 +55,9 @@ impl Tracker {
         }
     }
 
-    /// For each mode of `here` the mode of `next` that it becomes. `mass` is M at `next`; shapes are n × n,
-    /// columns in ascending frequency, those of `next` mass-normalised. A mode of `next` is given to one
-    /// mode of `here` only; with a MAC above one half the choice is unique.
+    /// For each mode of `here` the mode of `next` that it becomes. `mass` is M at `next`; shapes
+    /// are n × n, columns in ascending frequency, those of `next` mass-normalised. A mode of `next`
+    /// is given to one mode of `here` only; with a MAC above one half the choice is unique.
     pub fn follow(
         &mut self,
         mass: &DMatrix<f64>,
@@ -76,7 +77,8 @@ impl Tracker {
         self.taken.fill(false);
         self.least_mac = 1.0;
         for r in 0..n {
-            // next is an orthonormal basis under M, so the squares of a row add up to the norm of `here`.
+            // next is an orthonormal basis under M, so the squares of a row add up to the norm of
+            // `here`.
             let (mut norm, mut best, mut at) = (0.0, 0.0, 0);
             for s in 0..n {
                 let square = self.cross[(r, s)] * self.cross[(r, s)];
@@ -87,7 +89,7 @@ impl Tracker {
             }
             let mac = best / norm;
             self.least_mac = self.least_mac.min(mac);
-            self.successors[r] = if mac > LEAST_MAC && !self.taken[at] {
+            self.successors[r] = if mac > MIN_MAC && !self.taken[at] {
                 self.taken[at] = true;
                 Follow::Mode(at)
             } else {

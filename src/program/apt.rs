@@ -1,12 +1,13 @@
 //! APT source and cutter location files → motions.
 //!
-//! A statement is `MAJOR/minor,…`, in any case; `$` at the end of a line continues it, `$$` starts a
-//! comment. Understood: `FROM`, `GOTO`, `GODLTA`, `RAPID`, `FEDRAT`, `SPINDL`, `UNITS`, `MULTAX`, and drilling by
-//! `GOHOME` to a point, `CYCLE/…` in the form with keywords (`DEPTH` or `FEDTO`, `CLEAR` or `RAPTO`, `RTRCTO`, a feed after its unit).
-//! Lengths are in mm unless `UNITS/INCHES` says otherwise. Arcs and statements that shift, copy or compute
-//! motion are faults: cutter location files can be written without them. So is a second coordinate system
-//! (`MSYS`), and motion behind a `GOHOME` that does not tell where to. Words that are not known are told and
-//! left out: most are for the postprocessor.
+//! A statement is `MAJOR/minor,…`, in any case; `$` at the end of a line continues it, `$$` starts
+//! a comment. Understood: `FROM`, `GOTO`, `GODLTA`, `RAPID`, `FEDRAT`, `SPINDL`, `UNITS`, `MULTAX`,
+//! and drilling by `GOHOME` to a point, `CYCLE/…` in the form with keywords (`DEPTH` or `FEDTO`,
+//! `CLEAR` or `RAPTO`, `RTRCTO`, a feed after its unit). Lengths are in mm unless `UNITS/INCHES`
+//! says otherwise. Arcs and statements that shift, copy or compute motion are faults: cutter
+//! location files can be written without them. So is a second coordinate system (`MSYS`), and
+//! motion behind a `GOHOME` that does not tell where to. Words that are not known are told and left
+//! out: most are for the postprocessor.
 
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 
@@ -323,7 +324,8 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// The job's work object stands for the first coordinate system; where another lies is its own matter.
+    /// The job's work object stands for the first coordinate system; where another lies is its own
+    /// matter.
     fn system(&mut self, line: usize, minor: &[Word]) -> Result<(), String> {
         if self.system.is_none() && self.at.is_some() {
             return Err("a coordinate system behind motion that has none".to_owned());
@@ -333,8 +335,8 @@ impl<'a> Reader<'a> {
             Ok(())
         } else {
             Err(format!(
-                "another coordinate system than that of line {first_line}; split the program into several \
-                 operations, each with its work object"
+                "another coordinate system than that of line {first_line}; split the program into \
+                 several operations, each with its work object"
             ))
         }
     }

@@ -18,7 +18,8 @@ pub(super) struct Log {
     is_full: bool,
     moves: Vec<Move>,
     spindle: Vec<SpindleCommand>,
-    /// Moves beyond the first whose speed the program leaves open: their number, and the first's line.
+    /// Moves beyond the first whose speed the program leaves open: their number, and the first's
+    /// line.
     rapid: Option<(usize, usize)>,
     /// The line that sends the tool to where the program does not tell, and how.
     away: Option<(usize, String)>,
@@ -46,7 +47,8 @@ impl Log {
         }
     }
 
-    /// Motion is lost, wrong or impossible. The same error of the same line (in a loop) is kept once.
+    /// Motion is lost, wrong or impossible. The same error of the same line (in a loop) is kept
+    /// once.
     pub(super) fn error(&mut self, code: Code, line: usize, what: impl Into<String>) {
         self.notes.error(code, line, what);
     }
@@ -59,15 +61,16 @@ impl Log {
         }
     }
 
-    /// Numbers may be right in the text and overflow on the way to the base frame; one line may ask for
-    /// more moves than the memory holds.
+    /// Numbers may be right in the text and overflow on the way to the base frame; one line may ask
+    /// for more moves than the memory holds.
     pub(super) fn motion(&mut self, line: usize, to: Target, tcp: Isometry3<f64>, pace: Pace) {
         if self.is_full {
             return;
         }
         if let Some((line, what)) = self.away.take() {
             let what = format!(
-                "{what}, and motion follows from there; split the program here into several operations"
+                "{what}, and motion follows from there; split the program here into several \
+                 operations"
             );
             self.error(Code::Motion, line, what);
         }
@@ -90,8 +93,8 @@ impl Log {
         }
     }
 
-    /// The speed that is assumed because the program gives none. The first of all moves does not count:
-    /// it goes to where the path starts.
+    /// The speed that is assumed because the program gives none. The first of all moves does not
+    /// count: it goes to where the path starts.
     fn count_rapid(&mut self, line: usize) -> f64 {
         if !self.moves.is_empty() {
             let (count, _) = self.rapid.get_or_insert((0, line));
@@ -100,8 +103,8 @@ impl Log {
         self.rapid_m_per_s
     }
 
-    /// The tool goes to a place that the program does not give. Before the first move and behind the last the
-    /// path is whole without that way; in between it would be wrong.
+    /// The tool goes to a place that the program does not give. Before the first move and behind
+    /// the last the path is whole without that way; in between it would be wrong.
     pub(super) fn leaves(&mut self, line: usize, how: &str) {
         let what = format!("{how}: the place is not in the program");
         if self.moves.is_empty() {

@@ -1,21 +1,22 @@
 //! Robot and CAM programs → motions, each with the line that asks for it.
 //!
-//! Three dialects: RAPID (ABB), APT / cutter location files, and G-code. A reader follows the program as
-//! the controller would, from the first instruction to the last, and writes down every motion. What
-//! it does not understand it never passes over in silence. Where motion that the program asks for would be
-//! lost or wrong, the program is refused with an error at its line. The program carries a warning where
-//! something beside the motion is left out, and where only the cell knows whether anything is:
+//! Three dialects: RAPID (ABB), APT / cutter location files, and G-code. A reader follows the
+//! program as the controller would, from the first instruction to the last, and writes down every
+//! motion. What it does not understand it never passes over in silence. Where motion that the
+//! program asks for would be lost or wrong, the program is refused with an error at its line. The
+//! program carries a warning where something beside the motion is left out, and where only the cell
+//! knows whether anything is:
 //!
-//! - calls of RAPID procedures that stand in no file that is read (if they name a target or sound like
-//!   motion, they are refused), APT words and M codes that are not known: taken not to move;
-//! - work offsets of G-code after the first, heads and tools after the first: the job has one frame, tool and
-//!   TCP for all;
-//! - before the first move and behind the last, ways to places that are not in the program (`GOHOME`, `G28`,
-//!   `G53`): left out. Between moves they are refused.
+//! - calls of RAPID procedures that stand in no file that is read (if they name a target or sound
+//!   like motion, they are refused), APT words and M codes that are not known: taken not to move;
+//! - work offsets of G-code after the first, heads and tools after the first: the job has one
+//!   frame, tool and TCP for all;
+//! - before the first move and behind the last, ways to places that are not in the program
+//!   (`GOHOME`, `G28`, `G53`): left out. Between moves they are refused.
 //!
-//! Frames: a target is the pose of the tool centre point (TCP) in the base frame of the robot; the TCP
-//! is given in the tip frame, which for an ABB arm is its `tool0`. Where robot and program could both
-//! tell a frame:
+//! Frames: a target is the pose of the tool centre point (TCP) in the base frame of the robot; the
+//! TCP is given in the tip frame, which for an ABB arm is its `tool0`. Where robot and program
+//! could both tell a frame:
 //!
 //! | | the program tells | the job tells | taken |
 //! |---|---|---|---|
@@ -27,13 +28,13 @@
 //! | APT, G-code | never | any | the job's, or else the identity |
 //!
 //! Tool axis: APT gives a direction and G-code none (it is +z). The TCP's z axis points from the
-//! spindle into the work, as that of ABB's `tool0` does, so it is the opposite of the tool axis. How
-//! the tool is turned about its own axis does not matter to a cutter: the first target's x axis is
-//! the work object's x axis projected across the tool (its y axis where that vanishes), and each
+//! spindle into the work, as that of ABB's `tool0` does, so it is the opposite of the tool axis.
+//! How the tool is turned about its own axis does not matter to a cutter: the first target's x axis
+//! is the work object's x axis projected across the tool (its y axis where that vanishes), and each
 //! further target is the one turned least from the target before.
 //!
-//! Left out on purpose: rounding of corners (zones, G64), the controller's limits of acceleration, and
-//! external axes.
+//! Left out on purpose: rounding of corners (zones, G64), the controller's limits of acceleration,
+//! and external axes.
 
 mod apt;
 mod gcode;
@@ -114,16 +115,18 @@ enum Pace {
 /// Speed of rapid moves where nobody gives one, m/s: an assumption, not a figure of any robot.
 pub const RAPID_M_PER_S: f64 = 0.5;
 
-/// Most moves of a program. Cycles, arcs and loops multiply: a short line may ask for a thousand million.
-const MOST_MOVES: usize = 2_000_000;
+/// Moves of a program. Cycles, arcs and loops multiply: a short line may ask for a thousand
+/// million.
+const MAX_MOVES: usize = 2_000_000;
 
 /// What a program asks for.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Program {
-    /// The moves in the order in which they run; at least one. The first goes to where the path starts.
+    /// The moves in the order in which they run; at least one. The first goes to where the path
+    /// starts.
     pub moves: Vec<Move>,
-    /// Commands to the spindle in the order in which they run. RAPID has no instruction for the spindle: there
-    /// this is empty, and a warning names what looks like one.
+    /// Commands to the spindle in the order in which they run. RAPID has no instruction for the
+    /// spindle: there this is empty, and a warning names what looks like one.
     pub spindle: Vec<SpindleCommand>,
     /// Masses of the tools that the program declares and uses (RAPID alone), each tool once.
     pub tools: Vec<ToolMass>,
@@ -175,18 +178,19 @@ pub struct SpindleCommand {
     pub line: usize,
     /// What it does from here on.
     pub spindle: Spindle,
-    /// Index in [`Program::moves`] of the first move under this speed (their number, if none follows).
+    /// Index in [`Program::moves`] of the first move under this speed (their number, if none
+    /// follows).
     pub from_move: usize,
 }
 
 /// Reads a program: UTF-8 or Latin-1, any line ends, with or without byte-order mark.
 ///
 /// # Errors
-/// Every error that was found, by line: motion that is not understood, that depends on what is known
-/// only at run time, or that is impossible; a text that moves nothing, or makes more than two million
-/// moves.
+/// Every error that was found, by line: motion that is not understood, that depends on what is
+/// known only at run time, or that is impossible; a text that moves nothing, or makes more than two
+/// million moves.
 pub fn read(bytes: &[u8], dialect: Dialect, settings: &Settings) -> Result<Program, Vec<Note>> {
-    read_up_to(MOST_MOVES, bytes, dialect, settings)
+    read_up_to(MAX_MOVES, bytes, dialect, settings)
 }
 
 fn read_up_to(
@@ -209,7 +213,7 @@ fn read_up_to(
 mod tests {
     use super::*;
 
-    fn settings() -> Settings {
+    pub(super) fn settings() -> Settings {
         Settings {
             procedure: None,
             tcp: None,
@@ -222,8 +226,10 @@ mod tests {
 
     #[test]
     fn too_many_moves_are_a_fault_where_the_reader_stops() {
-        let rapid = "MODULE m\nPROC main()\nFOR i FROM 1 TO 400000 DO\nMoveL [[i,0,0],[1,0,0,0],[0,0,0,0],\
-                     [9E9,9E9,9E9,9E9,9E9,9E9]],v5,fine,tool0;\nENDFOR\nGluePath;\nENDPROC\nENDMODULE\n";
+        let rapid = "MODULE m\nPROC main()\nFOR i FROM 1 TO 400000 DO\n\
+                     MoveL [[i,0,0],[1,0,0,0],[0,0,0,0],\
+                     [9E9,9E9,9E9,9E9,9E9,9E9]],v5,fine,tool0;\nENDFOR\nGluePath;\n\
+                     ENDPROC\nENDMODULE\n";
         let apt = "GOTO/0,0,1\nCYCLE/DRILL,DEPTH,5,CLEAR,2\n".to_owned()
             + &"GOTO/1,0,0\nGOTO/2,0,0\n".repeat(50)
             + "GOFWD/1\n";

@@ -1,8 +1,9 @@
-//! A program with another spindle speed and other feeds where it states them, and every other byte kept.
+//! A program with another spindle speed and other feeds where it states them, and every other byte
+//! kept.
 //!
-//! G-code: S words (S0 stays) and F words per minute. APT: SPINDL and FEDRAT per minute, and the feeds of
-//! cycles. Feeds per revolution keep the chip load by themselves and stay. RAPID has no instruction for the
-//! spindle, so there is nothing that could be rewritten with certainty.
+//! G-code: S words (S0 stays) and F words per minute. APT: SPINDL and FEDRAT per minute, and the
+//! feeds of cycles. Feeds per revolution keep the chip load by themselves and stay. RAPID has no
+//! instruction for the spindle, so there is nothing that could be rewritten with certainty.
 
 use super::Dialect;
 use crate::notes::{Code, Note, Place};
@@ -53,8 +54,8 @@ pub fn rewrite(bytes: &[u8], dialect: Dialect, to: &Rewrite) -> Result<Rewritten
     match dialect {
         Dialect::Rapid => {
             return Err(fault(
-                "is not rewritten: RAPID has no instruction for the spindle, its speed is a convention of \
-                 the cell; set it there, and scale the speeds by the override",
+                "is not rewritten: RAPID has no instruction for the spindle, its speed is a \
+                 convention of the cell; set it there, and scale the speeds by the override",
             ));
         }
         Dialect::GCode => gcode(&mut pen),
@@ -67,7 +68,8 @@ pub fn rewrite(bytes: &[u8], dialect: Dialect, to: &Rewrite) -> Result<Rewritten
     }
     if pen.changes_pitch() {
         return Err(fault(
-            "is not rewritten: it taps (G84, G74, CYCLE/TAP), and with this feed the pitch would change",
+            "is not rewritten: it taps (G84, G74, CYCLE/TAP), and with this feed the pitch would \
+             change",
         ));
     }
     let mut out = pen.out;
@@ -238,7 +240,8 @@ fn apt(pen: &mut Pen) {
     apt_statement(pen, &statement);
 }
 
-/// What stands between `/` and `,`, in upper case without blanks, each with the number that it may be.
+/// What stands between `/` and `,`, in upper case without blanks, each with the number that it may
+/// be.
 fn fields(content: &[u8], offset: usize, statement: &mut Vec<(String, Number)>) {
     let mut start = 0;
     for field in content.split(|&byte| matches!(byte, b'/' | b',')) {
@@ -282,19 +285,9 @@ fn apt_statement(pen: &mut Pen, statement: &[(String, Number)]) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{RAPID_M_PER_S, Settings, Spindle, read};
+    use super::super::tests::settings;
+    use super::super::{RAPID_M_PER_S, Spindle, read};
     use super::*;
-
-    fn settings() -> Settings {
-        Settings {
-            procedure: None,
-            tcp: None,
-            work_object: None,
-            feed_m_per_s: 0.01,
-            rapid_m_per_s: RAPID_M_PER_S,
-            joint_count: 6,
-        }
-    }
 
     const TO: Rewrite = Rewrite { rpm: 1340.0, feed_ratio: 1.25 };
 
@@ -323,9 +316,11 @@ mod tests {
     #[test]
     fn gcode_keeps_all_but_speeds_and_feeds() {
         holds(
-            b"(S900 F1 \xE4)\r\nN10 g0 X0 Y0 Z0 s 1 100 M3 ; S1\r\nG1X10F400.\r\nY5 f80 (F2) S0\r\nG4 P1\r\nS1100\r\nX1\r\n",
+            b"(S900 F1 \xE4)\r\nN10 g0 X0 Y0 Z0 s 1 100 M3 ; S1\r\nG1X10F400.\r\n\
+              Y5 f80 (F2) S0\r\nG4 P1\r\nS1100\r\nX1\r\n",
             Dialect::GCode,
-            b"(S900 F1 \xE4)\r\nN10 g0 X0 Y0 Z0 s 1340 M3 ; S1\r\nG1X10F500.\r\nY5 f100 (F2) S0\r\nG4 P1\r\nS1340\r\nX1\r\n",
+            b"(S900 F1 \xE4)\r\nN10 g0 X0 Y0 Z0 s 1340 M3 ; S1\r\nG1X10F500.\r\n\
+              Y5 f100 (F2) S0\r\nG4 P1\r\nS1340\r\nX1\r\n",
         );
         let per_revolution = b"S1000 M3\nG95 G1 X0 Y0 Z0 F0.2\nX1\nG94 F100\nX2\n";
         let found = rewrite(per_revolution, Dialect::GCode, &TO).unwrap();
@@ -336,9 +331,13 @@ mod tests {
     #[test]
     fn apt_keeps_all_but_speeds_and_feeds() {
         holds(
-            b"PARTNO SPINDL/1\n$$ SPINDL/2\nspindl/ 1100 ,RPM,CLW\nFEDRAT/300,MMPM $$ F\nGOTO/0,0,0\nGOTO/$\n1,0,0\nCYCLE/DRILL,DEPTH,5,MMPM,80,CLEAR,2\nGOTO/2,0,0\nCYCLE/OFF\nSPINDL/OFF\n",
+            b"PARTNO SPINDL/1\n$$ SPINDL/2\nspindl/ 1100 ,RPM,CLW\nFEDRAT/300,MMPM $$ F\n\
+              GOTO/0,0,0\nGOTO/$\n1,0,0\nCYCLE/DRILL,DEPTH,5,MMPM,80,CLEAR,2\nGOTO/2,0,0\n\
+              CYCLE/OFF\nSPINDL/OFF\n",
             Dialect::Apt,
-            b"PARTNO SPINDL/1\n$$ SPINDL/2\nspindl/ 1340 ,RPM,CLW\nFEDRAT/375,MMPM $$ F\nGOTO/0,0,0\nGOTO/$\n1,0,0\nCYCLE/DRILL,DEPTH,5,MMPM,100,CLEAR,2\nGOTO/2,0,0\nCYCLE/OFF\nSPINDL/OFF\n",
+            b"PARTNO SPINDL/1\n$$ SPINDL/2\nspindl/ 1340 ,RPM,CLW\nFEDRAT/375,MMPM $$ F\n\
+              GOTO/0,0,0\nGOTO/$\n1,0,0\nCYCLE/DRILL,DEPTH,5,MMPM,100,CLEAR,2\nGOTO/2,0,0\n\
+              CYCLE/OFF\nSPINDL/OFF\n",
         );
     }
 

@@ -13,7 +13,8 @@ pub(super) fn orientation(
 ) -> UnitQuaternion<f64> {
     let z = -tool_axis.into_inner();
     match previous {
-        // The shortest rotation that takes z to its new place turns no less than any other that does.
+        // The shortest rotation that takes z to its new place turns no less than any other that
+        // does.
         Some(previous) => {
             let turn = UnitQuaternion::rotation_between(&(previous * Vector3::z()), &z)
                 .unwrap_or_else(|| {

@@ -16,8 +16,6 @@ mod words;
 
 pub use self::advise::AdvisedJob;
 
-pub(crate) use words::{number, trimmed};
-
 use std::path::PathBuf;
 
 use crate::job::{Job, Policy, SpindleSpeed};

@@ -1,7 +1,7 @@
 //! Arms that several tests share.
 
+use crate::two_link::{TwoLink, TwoLinkGravity};
 use detune::model::{ArmAngle, Description, ElasticJoint, Inertial, Joint, JointKind, Link, Robot};
-use detune::two_link::{TwoLink, TwoLinkGravity};
 use detune::units::STANDARD_GRAVITY_M_PER_S2;
 use nalgebra::{Isometry3, Matrix3, Vector3};
 

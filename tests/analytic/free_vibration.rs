@@ -5,12 +5,12 @@ use std::f64::consts::PI;
 use std::time::Instant;
 
 use crate::arms::{gravity, six_axis_arm, two_link_arm};
+use crate::two_link::TABLE_1;
 use detune::free_vibration::{
     Recording, Sampling, Settings, Start, measure, respond, start_all_modes,
 };
 use detune::model::Robot;
 use detune::modes::Modes;
-use detune::two_link::TABLE_1;
 use nalgebra::Vector2;
 
 /// Eq. (46), written out in `two_link`, by the classical Runge–Kutta method of order 4 with small steps: another

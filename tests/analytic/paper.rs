@@ -4,9 +4,9 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::arms::{OTHER, gravity, two_link_arm};
+use crate::two_link::{TABLE_1, TABLE_1_BETA1_RAD};
 use detune::model::{Placement, gravity_stiffness, mass_matrix, potential, potential_gradient};
 use detune::modes::ModalSolver;
-use detune::two_link::{TABLE_1, TABLE_1_BETA1_RAD};
 use nalgebra::{DMatrix, Matrix2};
 
 /// −π to π in `steps` steps.

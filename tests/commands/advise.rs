@@ -5,9 +5,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
+use crate::two_link::TABLE_1;
 use detune::input::{self, OperationEdit, Reading};
 use detune::job::SpindleSpeed;
-use detune::two_link::TABLE_1;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::Value;

@@ -8,6 +8,8 @@
     reason = "tests stop where they fail"
 )]
 
+#[path = "../common/two_link.rs"]
+mod two_link;
 #[path = "../common/vibration.rs"]
 mod vibration;
 

@@ -41,7 +41,7 @@ fn options_of_grids_are_checked() {
         ("--grid joint_2=0:1:2 --at joint_2=4", "--at: joint 'joint_2' is the one that is swept"),
         ("--grid joint2=0:1:2", "--grid: the robot has no moving joint 'joint2'; did you mean"),
         ("--grid joint_2=0:1", "must be NAME=FROM:TO:STEPS"),
-        ("--grid joint_2=0:1:0", "'0' is no number of steps"),
+        ("--grid joint_2=0:1:0", "'0' is not a number of steps"),
         ("--grid joint_2=0:nan:3", "'nan' is not a finite number"),
         ("--grid joint_2=0:1:2 --random 5", "cannot be used with"),
         ("--random 5 --joint joint_2", "cannot be used with"),
@@ -50,7 +50,7 @@ fn options_of_grids_are_checked() {
         ("", "required"),
         (
             "--grid joint_1=0:1:18446744073709551615 --grid joint_2=0:1:2",
-            "--grid: the poses are too many to be counted",
+            "--grid: the poses are too many to count",
         ),
     ] {
         let faults = map(&format!("{ARM} {options}")).unwrap_err().join(" ");

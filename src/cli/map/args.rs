@@ -5,6 +5,9 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use crate::map::Statistic;
+use crate::notes::Note;
+use crate::report::map::MapFormat;
+use crate::study::map::{Positions, Request, Unit};
 
 /// Natural frequencies over poses.
 #[derive(Debug, Args)]
@@ -44,10 +47,10 @@ pub(in crate::cli) struct MapArgs {
         conflicts_with_all = ["grid", "random", "poses"],
         value_parser = clap::value_parser!(u32).range(1..=100_000_000))]
     pub(super) steps: Option<u32>,
-    /// N positions of a joint from A to B, both included, degrees (mm for a sliding joint); repeat it for
-    /// all combinations with other joints, the last running fastest.
+    /// N positions of a joint from A to B, both included, degrees (mm for a sliding joint); repeat
+    /// it for all combinations with other joints, the last running fastest.
     #[arg(long, value_name = "NAME=A:B:N", value_parser = grid_range)]
-    pub(super) grid: Vec<GridRange>,
+    pub(super) grid: Vec<Positions>,
     /// N poses at random within the joints' limits (a continuous joint: -180 to 180 degrees).
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(super) random: Option<u32>,
@@ -58,8 +61,9 @@ pub(in crate::cli) struct MapArgs {
     /// Position of a joint that is not swept, degrees (mm for a sliding joint); may be repeated.
     #[arg(long, value_name = "NAME=DEG", conflicts_with = "poses", value_parser = named_value)]
     pub(super) at: Vec<(String, f64)>,
-    /// Poses as CSV, one column `<joint>_rad` or `_deg` (`_m` or `_mm`) per moving joint, or as NumPy's .npy,
-    /// an array of one row a pose and one column per moving joint, rad or m; `-` is standard input.
+    /// Poses as CSV, one column `<joint>_rad` or `_deg` (`_m` or `_mm`) per moving joint, or as
+    /// NumPy's .npy, an array of one row a pose and one column per moving joint, rad or m; `-` is
+    /// standard input.
     #[arg(long, value_name = "FILE")]
     pub(super) poses: Option<PathBuf>,
     /// Eigenvalues, or spectra of a large free vibration.
@@ -74,12 +78,12 @@ pub(in crate::cli) struct MapArgs {
     /// Nonlinear: length of the record, s.
     #[arg(long, value_name = "S", requires = "sample_rate_hz")]
     pub(super) duration_s: Option<f64>,
-    /// Write these figures of each mode instead of every pose: the lowest and highest frequency and where
-    /// they are, the mean, the quantiles at 5, 25, 50, 75 and 95 %, a histogram.
+    /// Write these figures of each mode instead of every pose: the lowest and highest frequency and
+    /// where they are, the mean, the quantiles at 5, 25, 50, 75 and 95 %, a histogram.
     #[arg(long, value_enum, value_name = "LIST", value_delimiter = ',')]
     pub(super) reduce: Vec<StatisticName>,
-    /// How to write the map; npy is an array of the frequencies alone, one row a pose; arrow is an Apache
-    /// Arrow stream with the columns of the csv, where detune was built with it.
+    /// How to write the map; npy is an array of the frequencies alone, one row a pose; arrow is an
+    /// Apache Arrow stream with the columns of the csv, where detune was built with it.
     #[arg(long, value_enum, default_value_t = Format::Csv)]
     pub(super) format: Format,
     /// Where to write it; standard output if not given.
@@ -111,7 +115,50 @@ pub(super) enum StatisticName {
     Histogram,
 }
 
+impl Format {
+    /// The format of a map's rows; `None` for a drawing.
+    pub(super) fn of_rows(self) -> Option<MapFormat> {
+        match self {
+            Self::Csv => Some(MapFormat::Csv),
+            Self::Json => Some(MapFormat::Json),
+            Self::Npy => Some(MapFormat::Npy),
+            #[cfg(feature = "arrow")]
+            Self::Arrow => Some(MapFormat::Arrow),
+            #[cfg(not(feature = "arrow"))]
+            Self::Arrow => None,
+            Self::Svg => None,
+        }
+    }
+}
+
 impl MapArgs {
+    /// The poses that are asked for, where they do not come from a table.
+    pub(super) fn request(&self) -> Result<Request, Note> {
+        let at = self.at.clone();
+        if let Some(count) = self.random {
+            return Ok(Request::Random { count: count as usize, seed: self.seed, at });
+        }
+        let sweep = self.joint.as_ref().map(|joint| self.sweep(joint)).transpose()?;
+        Ok(Request::Grid { axes: sweep.into_iter().chain(self.grid.iter().cloned()).collect(), at })
+    }
+
+    fn sweep(&self, joint: &str) -> Result<Positions, Note> {
+        let (from, to, unit) = match (self.from_deg, self.to_deg, self.from_mm, self.to_mm) {
+            (Some(from), Some(to), None, None) => (from, to, Unit::Deg),
+            (None, None, Some(from), Some(to)) => (from, to, Unit::Mm),
+            _ => {
+                return Err(Note::usage(
+                    "--joint: give --from-deg and --to-deg, or --from-mm and --to-mm for a joint \
+                     that slides",
+                ));
+            }
+        };
+        let Some(steps) = self.steps else {
+            return Err(Note::usage("--joint: --steps is missing"));
+        };
+        Ok(Positions { joint: joint.to_owned(), from, to, steps: steps as usize, unit })
+    }
+
     /// What is asked of a reduced map, in a fixed order.
     pub(super) fn statistics(&self) -> Vec<Statistic> {
         let all = [
@@ -125,16 +172,7 @@ impl MapArgs {
     }
 }
 
-/// One axis of a grid: degrees, or mm for a sliding joint.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct GridRange {
-    pub(super) joint: String,
-    pub(super) from: f64,
-    pub(super) to: f64,
-    pub(super) steps: usize,
-}
-
-fn grid_range(text: &str) -> Result<GridRange, String> {
+fn grid_range(text: &str) -> Result<Positions, String> {
     const EXPECTED: &str = "must be NAME=FROM:TO:STEPS, e.g. joint_2=-60:90:151";
     let (joint, range) = text.rsplit_once('=').ok_or(EXPECTED)?;
     let [from, to, steps] = range.split(':').collect::<Vec<_>>()[..] else {
@@ -142,10 +180,15 @@ fn grid_range(text: &str) -> Result<GridRange, String> {
     };
     let steps = match steps.trim().parse::<usize>() {
         Ok(steps) if steps > 0 => steps,
-        _ => return Err(format!("'{steps}' is no number of steps, must be 1 or more")),
+        _ => return Err(format!("'{steps}' is not a number of steps, must be 1 or more")),
     };
     let (from, to) = (finite(from)?, finite(to)?);
-    Ok(GridRange { joint: joint.trim().to_owned(), from, to, steps })
+    if steps == 1 && from != to {
+        return Err(format!(
+            "one position has one end; give {from}:{from}:1, or 2 positions and more"
+        ));
+    }
+    Ok(Positions { joint: joint.trim().to_owned(), from, to, steps, unit: Unit::DegOrMm })
 }
 
 fn named_value(text: &str) -> Result<(String, f64), String> {

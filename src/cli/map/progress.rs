@@ -3,7 +3,7 @@
 use indicatif::{ProgressBar, ProgressStyle};
 
 /// Counts poses on standard error while it is a terminal, and shows nothing elsewhere.
-pub(super) fn progress(poses: Option<usize>) -> ProgressBar {
+pub(super) fn bar(poses: Option<usize>) -> ProgressBar {
     let (bar, template) = match poses {
         Some(poses) => {
             (ProgressBar::new(poses as u64), "{bar:30} {human_pos} of {human_len} poses, {eta}")

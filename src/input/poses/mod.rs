@@ -20,11 +20,8 @@ use crate::notes::{Code, Note, Place};
 /// Faults of one piece that are told.
 const MOST_TOLD: usize = 20;
 
-/// Bytes of a piece of a CSV table.
-const PIECE_BYTES: usize = 1 << 17;
-
-/// Poses of a piece of an array.
-const PIECE_POSES: usize = 1024;
+/// Bytes that a pose of a CSV table is taken to have.
+const BYTES_PER_POSE: usize = 128;
 
 /// What an Arrow file begins with, and what a stream does.
 const ARROW_FILE: &[u8] = b"ARROW1";
@@ -253,24 +250,24 @@ impl PoseTable {
         &self.decoder
     }
 
-    /// Reads the next piece into `raw`, in place of what it holds; `false` at the end.
+    /// Reads the next piece, of about so many poses, into `raw`, in place of what it holds; `false` at the end.
     ///
     /// # Errors
     /// A table that cannot be read, or an array that ends too soon.
-    pub fn read(&mut self, raw: &mut RawPoses) -> Result<bool, Note> {
+    pub fn read(&mut self, poses: usize, raw: &mut RawPoses) -> Result<bool, Note> {
         match &mut self.source {
             Source::Csv(table) => {
-                table.lines(PIECE_BYTES, &mut raw.bytes)?;
+                table.lines(poses * BYTES_PER_POSE, &mut raw.bytes)?;
                 Ok(!raw.bytes.is_empty())
             }
             Source::Npy(rows) => {
-                let taken = rows.take(PIECE_POSES, &mut raw.bytes);
+                let taken = rows.take(poses, &mut raw.bytes);
                 raw.rows = taken.map_err(|what| told(&self.decoder.file, what))?;
                 Ok(raw.rows > 0)
             }
             #[cfg(feature = "arrow")]
             Source::Arrow(batches) => {
-                let taken = batches.take(PIECE_POSES);
+                let taken = batches.take(poses);
                 raw.batch = taken.map_err(|what| told(&self.decoder.file, what))?;
                 Ok(raw.batch.is_some())
             }
@@ -306,7 +303,7 @@ mod tests {
         let mut table = PoseTable::from_reader(reader, Path::new(name), &robot).map_err(told)?;
         let (mut raw, mut decoded) = (RawPoses::default(), DecodedPoses::default());
         let (mut poses, mut places, mut faults) = (Vec::new(), 0, Vec::new());
-        while table.read(&mut raw).map_err(|fault| told(vec![fault]))? {
+        while table.read(1024, &mut raw).map_err(|fault| told(vec![fault]))? {
             table.decoder().decode(&raw, &mut decoded);
             poses.extend(decoded.values.chunks_exact(2).map(<[f64]>::to_vec));
             assert_eq!(decoded.values.len(), 2 * decoded.count);

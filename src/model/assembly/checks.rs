@@ -8,8 +8,8 @@ use super::{Builder, listed};
 use crate::model::description::{Damping, Inertial, JointKind};
 use crate::notes::{Code, Part};
 
-/// Slack in the triangle inequality of principal moments, as a share of the largest: CAD exports and
-/// data sheets print three digits.
+/// Slack in the triangle inequality of principal moments, as a share of the largest: CAD exports
+/// and data sheets print three digits.
 const TRIANGLE_SLACK: f64 = 1e-3;
 
 /// Slack of the smallest principal moment below zero, as a share of the largest: rounding only.
@@ -95,7 +95,8 @@ impl Builder<'_> {
                     self.error(Code::Reference, part(), "", what);
                 }
                 Some(kind) if !kind.moves() => {
-                    let what = "the joint does not move in the URDF; give the compliance as an extra coordinate";
+                    let what = "the joint does not move in the URDF; give the compliance as an \
+                                extra coordinate";
                     self.error(Code::Reference, part(), "", what);
                 }
                 Some(kind) => {
@@ -249,7 +250,8 @@ fn inertial_faults(inertial: &Inertial) -> Vec<(&'static str, String)> {
     }
     if smallest < -POSITIVITY_SLACK * largest.abs() {
         let what = format!(
-            "inertia is not positive: principal moments {smallest:.4e}, {middle:.4e}, {largest:.4e} kg·m²"
+            "inertia is not positive: principal moments {smallest:.4e}, {middle:.4e}, \
+             {largest:.4e} kg·m²"
         );
         faults.push(("inertia", what));
     } else if smallest + middle < largest * (1.0 - TRIANGLE_SLACK) {

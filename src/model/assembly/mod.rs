@@ -146,8 +146,8 @@ impl<'a> Builder<'a> {
             };
             let part = Part::Joint(joint.name.clone());
             if matches!(joint.kind, JointKind::Floating | JointKind::Planar) {
-                let what = "type floating or planar between base and tip; a serial arm has revolute, \
-                            continuous, prismatic and fixed joints";
+                let what = "type floating or planar between base and tip; a serial arm has \
+                            revolute, continuous, prismatic and fixed joints";
                 self.error(Code::Tree, part, "type", what);
             } else if let Some(other) = &joint.mimics {
                 let what = format!(
@@ -276,8 +276,8 @@ impl<'a> Builder<'a> {
                 None => Part::ElasticJoint(coordinate.name.clone()),
             };
             let what = format!(
-                "nothing behind '{}' has mass, so its mass matrix is singular; give link '{}' or those \
-                 behind it an <inertial>, or leave the joint rigid",
+                "nothing behind '{}' has mass, so its mass matrix is singular; give link '{}' or \
+                 those behind it an <inertial>, or leave the joint rigid",
                 coordinate.name, coordinate.link
             );
             self.error(Code::NotElastic, part, "", what);

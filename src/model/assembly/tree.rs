@@ -84,7 +84,8 @@ impl Builder<'_> {
             [first, others @ ..] => {
                 for &other in others {
                     let what = format!(
-                        "a second root beside '{}'; every link but one must be the child of a joint",
+                        "a second root beside '{}'; every link but one must be the child of a \
+                         joint",
                         description.links[*first].name
                     );
                     self.error(

@@ -7,10 +7,11 @@ use crate::model::description::{
 };
 
 /// How far the centres of a body's two parts may lie apart, as a share of what its inertia allows.
-const FARTHEST: f64 = 0.8;
+const MAX_SPREAD: f64 = 0.8;
 
 impl Hinge {
-    /// Moved to `position` of the link's reach, from 0 at its frame to 1 at the farthest joint on it.
+    /// Moved to `position` of the link's reach, from 0 at its frame to 1 at the farthest joint on
+    /// it.
     pub(super) fn moved_along(&mut self, description: &Description, link: &str, position: f64) {
         self.origin_m += reach(description, link) * position;
     }
@@ -69,8 +70,8 @@ fn beyond(description: &mut Description, at: &str, body: Option<Inertial>) -> St
     rest
 }
 
-/// Takes the part of a link's body beyond `origin_m` off it, as of a rod along `reach_m`; the two parts together
-/// are the body as it was. `None` where there is nothing to take.
+/// Takes the part of a link's body beyond `origin_m` off it, as of a rod along `reach_m`; the two
+/// parts together are the body as it was. `None` where there is nothing to take.
 fn cut(link: &mut Link, reach_m: &Vector3<f64>, origin_m: &Vector3<f64>) -> Option<Inertial> {
     let whole = link.inertial.filter(|inertial| inertial.mass_kg > 0.0)?;
     let length_m = reach_m.norm();
@@ -88,7 +89,7 @@ fn cut(link: &mut Link, reach_m: &Vector3<f64>, origin_m: &Vector3<f64>) -> Opti
         .try_inverse()
         .map(|inverse| along.dot(&(inverse * along)) * inner * outer)
         .filter(|spread| spread.is_finite() && *spread > 0.0);
-    let apart_m = spread.map_or(0.0, |spread| (FARTHEST / spread.sqrt()).min(0.5 * length_m));
+    let apart_m = spread.map_or(0.0, |spread| (MAX_SPREAD / spread.sqrt()).min(0.5 * length_m));
     let left = second - along * along.transpose() * (inner * outer * apart_m * apart_m);
     let part = |share: f64, by_m: f64| {
         let mass_kg = share * whole.mass_kg;

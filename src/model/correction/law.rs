@@ -1,18 +1,20 @@
-//! How a spring's constant departs from its nominal value with the pose and the conditions of a test.
+//! How a spring's constant departs from its nominal value with the pose and the conditions of a
+//! test.
 
 /// Temperature at which springs have their nominal constant, °C.
 pub const REFERENCE_TEMPERATURE_C: f64 = 20.0;
 
 /// A law never takes a spring below this share of its constant.
-const SOFTEST_SHARE: f64 = 0.02;
+const MIN_SHARE: f64 = 0.02;
 
 /// Levels of excitation below this are this one, N·m: a power law has no bounds of its own.
-const LEAST_AMPLITUDE_NM: f64 = 1e-3;
+const MIN_AMPLITUDE_NM: f64 = 1e-3;
 
 /// How a spring's constant departs from its nominal value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum StiffnessLaw {
-    /// k (1 + c |τ| / (1 + |τ|/τ_s)), τ the gravity torque that the spring carries at the pose, N·m.
+    /// k (1 + c |τ| / (1 + |τ|/τ_s)), τ the gravity torque that the spring carries at the pose,
+    /// N·m.
     Load {
         /// c, 1/(N·m).
         change_per_nm: f64,
@@ -63,7 +65,7 @@ impl StiffnessLaw {
                 factor + change_per_nm * conditions.amplitude_nm.unwrap_or(0.0)
             }
             Self::AmplitudePower { factor, exponent } => {
-                let level_nm = conditions.amplitude_nm.unwrap_or(1.0).max(LEAST_AMPLITUDE_NM);
+                let level_nm = conditions.amplitude_nm.unwrap_or(1.0).max(MIN_AMPLITUDE_NM);
                 factor * level_nm.powf(exponent)
             }
             Self::Temperature { factor, change_per_k } => {
@@ -71,7 +73,7 @@ impl StiffnessLaw {
                 factor + change_per_k * (temperature_c - REFERENCE_TEMPERATURE_C)
             }
         };
-        share.max(SOFTEST_SHARE)
+        share.max(MIN_SHARE)
     }
 
     /// Whether it depends on the pose.
@@ -104,7 +106,7 @@ mod tests {
             (power, 0.5, 2.0),
             (warm, 0.86, 0.9),
             (level, 0.84, 1.0),
-            (load(-1.0, f64::INFINITY), SOFTEST_SHARE, SOFTEST_SHARE),
+            (load(-1.0, f64::INFINITY), MIN_SHARE, MIN_SHARE),
         ] {
             assert!((law.share(-200.0, &here) - share).abs() < 1e-12, "{law:?}");
             assert!((law.share(200.0, &Conditions::default()) - untold).abs() < 1e-12, "{law:?}");

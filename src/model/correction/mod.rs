@@ -1,6 +1,6 @@
 //! Corrections of a robot's description: each names its cause, its place and its parameters, and is
-//! applied before the model is built. What depends on the pose or on the conditions of a measurement
-//! becomes a law of the spring.
+//! applied before the model is built. What depends on the pose or on the conditions of a
+//! measurement becomes a law of the spring.
 
 mod hinge;
 mod law;

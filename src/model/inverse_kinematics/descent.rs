@@ -1,7 +1,7 @@
 //! Damped least squares from a starting pose (Levenberg–Marquardt with damping in proportion to the
-//! squared error, which keeps convergence quadratic even where the Jacobian is singular: Yamashita &
-//! Fukushima 2001; for arms, Sugihara, IEEE T-RO 27 (2011) 984). The step of a redundant arm is the
-//! shortest one.
+//! squared error, which keeps convergence quadratic even where the Jacobian is singular: Yamashita
+//! & Fukushima 2001; for arms, Sugihara, IEEE T-RO 27 (2011) 984). The step of a redundant arm is
+//! the shortest one.
 
 use nalgebra::{Isometry3, Matrix6, Matrix6xX, Point3, Vector3, Vector6};
 
@@ -17,11 +17,11 @@ const REACHED: f64 = 1e-12;
 const EXACT: f64 = 2e-14;
 
 /// Damping never falls below this: the rounding of J Jᵀ where it is singular.
-const LEAST_DAMPING: f64 = 1e-14;
+const MIN_DAMPING: f64 = 1e-14;
 
 /// No joint turns farther in one step (rad, or as a share of the arm's length), so that the
 /// linearisation means something.
-const LONGEST_STEP: f64 = 1.0;
+const MAX_STEP: f64 = 1.0;
 
 /// A start is given up after so many steps that each took away less than `SLOW` of the error.
 const SLOW_STEPS: usize = 4;
@@ -99,7 +99,7 @@ impl<'a> Descent<'a> {
                 self.linearise(held);
                 is_linear_here = true;
             }
-            let damping = caution * size * size + LEAST_DAMPING;
+            let damping = caution * size * size + MIN_DAMPING;
             let next = self.solve(&error, damping).map(|()| {
                 for (i, trial) in self.trial.iter_mut().enumerate() {
                     *trial = q[i] + self.step[i];
@@ -196,7 +196,7 @@ impl<'a> Descent<'a> {
             self.step.copy_from_slice(&x.as_slice()[..n]);
         }
         let longest = self.step.iter().fold(0.0_f64, |longest, step| longest.max(step.abs()));
-        let shrink = if longest > LONGEST_STEP { LONGEST_STEP / longest } else { 1.0 };
+        let shrink = if longest > MAX_STEP { MAX_STEP / longest } else { 1.0 };
         for (step, unit) in self.step.iter_mut().zip(&self.scale.joints) {
             *step *= shrink * unit;
         }

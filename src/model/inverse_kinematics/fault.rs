@@ -53,7 +53,8 @@ impl fmt::Display for IkFault {
                 let [value, limit] = told_apart(value, limit, 3);
                 write!(
                     f,
-                    "joint '{joint}' would have to be at {value}{unit}, over its limit of {limit}{unit}"
+                    "joint '{joint}' would have to be at {value}{unit}, over its limit of \
+                     {limit}{unit}"
                 )
             }
         }

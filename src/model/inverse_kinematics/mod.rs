@@ -1,16 +1,17 @@
 //! Inverse kinematics: from a pose of the tip to joint positions.
 //!
-//! Two methods, chosen once a robot. Six turning joints, of which 2 and 3 are parallel and 4, 5 and 6
-//! meet in one point, have a closed form ([`spherical`]); everything else is solved from several fixed
-//! starting poses ([`descent`]). Either way each solution is refined on the robot's own forward
-//! kinematics and kept only if that reproduces the pose, so the closed form need not be trusted; it is
-//! tried on a few poses when it is made, and dropped for the numeric method should it miss one.
+//! Two methods, chosen once a robot. Six turning joints, of which 2 and 3 are parallel and 4, 5 and
+//! 6 meet in one point, have a closed form ([`spherical`]); everything else is solved from several
+//! fixed starting poses ([`descent`]). Either way each solution is refined on the robot's own
+//! forward kinematics and kept only if that reproduces the pose, so the closed form need not be
+//! trusted; it is tried on a few poses when it is made, and dropped for the numeric method should
+//! it miss one.
 //!
-//! The closed form works on the joint axes as they lie in space at q = 0, not on the lengths, offsets
-//! and signs of the OPW convention (Brandstötter, Angerer & Hofbaur 2014). Those would have to be read
-//! from the axes first, with a case for each zero position and sense of turning that a URDF may choose,
-//! and they leave out oblique wrists and bases that are not upright. `rs-opw-kinematics` serves as the
-//! independent check in the tests instead.
+//! The closed form works on the joint axes as they lie in space at q = 0, not on the lengths,
+//! offsets and signs of the OPW convention (Brandstötter, Angerer & Hofbaur 2014). Those would have
+//! to be read from the axes first, with a case for each zero position and sense of turning that a
+//! URDF may choose, and they leave out oblique wrists and bases that are not upright.
+//! `rs-opw-kinematics` serves as the independent check in the tests instead.
 
 mod descent;
 mod fault;
@@ -33,27 +34,27 @@ pub use self::fault::IkFault;
 /// An arm whose joint frames all lie within this has no length to scale by, m.
 const NO_LENGTH_M: f64 = 1e-9;
 
-/// Poses closer than this (root of the sum of squares, rad, sliding joints as a share of the length)
-/// are one solution.
+/// Poses closer than this (root of the sum of squares, rad, sliding joints as a share of the
+/// length) are one solution.
 const SAME: f64 = 1e-6;
 
 /// A solution that has moved no farther than this from the seed (rad, as above) is on the seed's
 /// branch: far below the angle between branches but near a singularity, where they meet.
 const ON_BRANCH: f64 = 0.5;
 
-/// Where the axes miss the ideal, the closed form is aimed anew at the target plus what it missed by,
-/// until it misses by no more than this (m or rad). So it settles on either side of a singularity, on
-/// which least squares from afar would creep.
+/// Where the axes miss the ideal, the closed form is aimed anew at the target plus what it missed
+/// by, until it misses by no more than this (m or rad). So it settles on either side of a
+/// singularity, on which least squares from afar would creep.
 const AIMED: f64 = 1e-10;
-const MOST_AIMS: usize = 8;
+const MAX_AIMS: usize = 8;
 
 /// Steps from a seed or a starting pose.
 const SEARCHING_STEPS: usize = 60;
 
 /// Starting poses of the numeric method: it stops after so many, or after so many in a row that led
 /// to nothing new.
-const MOST_STARTS: usize = 400;
-const MOST_FRUITLESS_STARTS: usize = 60;
+const MAX_STARTS: usize = 400;
+const MAX_FRUITLESS_STARTS: usize = 60;
 
 /// A redundant arm has a continuum of solutions: so many of them are enough.
 const ENOUGH_OF_MANY: usize = 8;
@@ -77,14 +78,14 @@ pub enum IkMethod {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Singularity {
     /// Smallest singular value of the joint Jacobian at the tip, with translations divided by
-    /// [`InverseKinematics::length_m`] and sliding joints counted in that length. Its inverse is the
-    /// joint speed (rad/s) for the worst motion of the tip at 1 rad/s, or one length a second. Zero
-    /// at a singularity.
+    /// [`InverseKinematics::length_m`] and sliding joints counted in that length. Its inverse is
+    /// the joint speed (rad/s) for the worst motion of the tip at 1 rad/s, or one length a second.
+    /// Zero at a singularity.
     pub smallest_singular_value: f64,
     /// The joints (by index) whose motions undo each other there, in ascending order.
     pub joints: Vec<usize>,
-    /// On which side of the singularities an arm of six joints is: the sign of det J. `None` for other
-    /// arms and at a singularity.
+    /// On which side of the singularities an arm of six joints is: the sign of det J. `None` for
+    /// other arms and at a singularity.
     pub is_right_handed: Option<bool>,
 }
 
@@ -120,18 +121,18 @@ impl InverseKinematics {
         }
     }
 
-    /// The length that makes translations and rotations comparable, m: from joint frame to joint frame
-    /// to the tip at q = 0, summed up (the arm's reach, about).
+    /// The length that makes translations and rotations comparable, m: from joint frame to joint
+    /// frame to the tip at q = 0, summed up (the arm's reach, about).
     pub fn length_m(&self) -> f64 {
         self.scale.length_m
     }
 
-    /// The joint positions (rad or m, within limits) that bring the tip frame to `tip_pose` in the base
-    /// frame, one for each branch, turning joints by the turn nearest to zero; always in the same
-    /// order. In closed form these are all branches, up to eight (where a URDF rounds its right angles,
-    /// two that are about to meet at a singularity may come out as one); the numeric method may miss
-    /// one, and gives a few examples for a redundant arm. Empty where there are none, and for a pose that is not
-    /// finite.
+    /// The joint positions (rad or m, within limits) that bring the tip frame to `tip_pose` in the
+    /// base frame, one for each branch, turning joints by the turn nearest to zero; always in the
+    /// same order. In closed form these are all branches, up to eight (where a URDF rounds its
+    /// right angles, two that are about to meet at a singularity may come out as one); the numeric
+    /// method may miss one, and gives a few examples for a redundant arm. Empty where there are
+    /// none, and for a pose that is not finite.
     pub fn solutions(&self, robot: &Robot, tip_pose: &Isometry3<f64>) -> Vec<Vec<f64>> {
         if self.check_robot(robot).is_err() || !is_finite(tip_pose) {
             return Vec::new();
@@ -145,9 +146,10 @@ impl InverseKinematics {
         found
     }
 
-    /// All [`Self::solutions`] and the one of [`Self::near`], each by the turns nearest to `seed` (rad or
-    /// m, one value per moving joint), the nearest to it first; sliding joints count as a share of
-    /// [`Self::length_m`]. For a redundant arm the first is the one that moves least from the seed.
+    /// All [`Self::solutions`] and the one of [`Self::near`], each by the turns nearest to `seed`
+    /// (rad or m, one value per moving joint), the nearest to it first; sliding joints count as a
+    /// share of [`Self::length_m`]. For a redundant arm the first is the one that moves least from
+    /// the seed.
     pub fn solutions_near(
         &self,
         robot: &Robot,
@@ -170,18 +172,19 @@ impl InverseKinematics {
         found
     }
 
-    /// The joint positions that bring the tip frame to `tip_pose` in the base frame, nearest to `seed`
-    /// (rad or m, one value per moving joint).
+    /// The joint positions that bring the tip frame to `tip_pose` in the base frame, nearest to
+    /// `seed` (rad or m, one value per moving joint).
     ///
-    /// Where the seed's own branch leads there without a turn of more than about half a radian, that
-    /// branch is followed, and its limits count. Otherwise the nearest of all [`Self::solutions`] is
-    /// taken, each by the turns nearest to the seed. A redundant arm takes the shortest way, as far as
-    /// its limits let it. Exact to 1e-12 m (longer arms than a metre: in proportion to
-    /// [`Self::length_m`]) and 1e-12 rad.
+    /// Where the seed's own branch leads there without a turn of more than about half a radian,
+    /// that branch is followed, and its limits count. Otherwise the nearest of all
+    /// [`Self::solutions`] is taken, each by the turns nearest to the seed. A redundant arm takes
+    /// the shortest way, as far as its limits let it. Exact to 1e-12 m (longer arms than a metre:
+    /// in proportion to [`Self::length_m`]) and 1e-12 rad.
     ///
     /// # Errors
-    /// [`IkFault`]: the input is not finite or has the wrong length, the pose is out of reach (for fewer
-    /// than six joints: not among those that the arm can take), or a joint would pass its limit.
+    /// [`IkFault`]: the input is not finite or has the wrong length, the pose is out of reach (for
+    /// fewer than six joints: not among those that the arm can take), or a joint would pass its
+    /// limit.
     pub fn near(
         &self,
         robot: &Robot,
@@ -255,8 +258,8 @@ impl InverseKinematics {
         })
     }
 
-    /// [`Singularity::is_right_handed`] of an arm of six joints whose smallest singular value at `q` is
-    /// surely above `least`; `None` where that takes a closer look by [`Self::singularity`].
+    /// [`Singularity::is_right_handed`] of an arm of six joints whose smallest singular value at
+    /// `q` is surely above `least`; `None` where that takes a closer look by [`Self::singularity`].
     ///
     /// The other five singular values multiply to no more than (‖J‖² / 5)^(5/2), ‖J‖ of Frobenius.
     pub fn side_if_regular(&self, robot: &Robot, q: &[f64], least: f64) -> Option<bool> {
@@ -290,7 +293,8 @@ impl InverseKinematics {
         if given == expected { Ok(()) } else { Err(PoseFault::Length { given, expected }) }
     }
 
-    /// Whether the closed form, if there is one, finds the way back to a few poses that it is given.
+    /// Whether the closed form, if there is one, finds the way back to a few poses that it is
+    /// given.
     fn finds_trial_poses(&self, robot: &Robot) -> bool {
         /// A pose nearer to a singularity than this says nothing, as branches meet there.
         const REGULAR: f64 = 1e-3;
@@ -310,8 +314,8 @@ impl InverseKinematics {
         })
     }
 
-    /// All solutions, limits aside, angles by any turn; with the nearest miss where they were sought
-    /// from starting poses.
+    /// All solutions, limits aside, angles by any turn; with the nearest miss where they were
+    /// sought from starting poses.
     fn branches(
         &self,
         robot: &Robot,
@@ -334,7 +338,7 @@ impl InverseKinematics {
         for branch in 0..BRANCHES {
             let Some(mut q) = closed_form.solution(target, branch) else { continue };
             let mut aim = *target;
-            for _ in 0..MOST_AIMS {
+            for _ in 0..MAX_AIMS {
                 let miss = target * descent.tip(&q).inverse();
                 if miss.translation.vector.norm().max(miss.rotation.angle()) <= AIMED {
                     break;
@@ -364,8 +368,8 @@ impl InverseKinematics {
         let mut found: Vec<Vec<f64>> = Vec::new();
         let mut miss: Option<Residual> = None;
         let mut fruitless = 0;
-        for index in 0..MOST_STARTS {
-            if fruitless >= MOST_FRUITLESS_STARTS || (is_redundant && found.len() >= ENOUGH_OF_MANY)
+        for index in 0..MAX_STARTS {
+            if fruitless >= MAX_FRUITLESS_STARTS || (is_redundant && found.len() >= ENOUGH_OF_MANY)
             {
                 break;
             }
@@ -412,8 +416,8 @@ impl InverseKinematics {
         nearest
     }
 
-    /// Has a redundant arm stop at the limits that it passes and reach the target with the joints that
-    /// are left; leaves `q` as it is where they do not suffice.
+    /// Has a redundant arm stop at the limits that it passes and reach the target with the joints
+    /// that are left; leaves `q` as it is where they do not suffice.
     fn keep_limits(
         &self,
         robot: &Robot,
@@ -502,8 +506,8 @@ fn within_limits(robot: &Robot, q: Vec<f64>) -> Result<Vec<f64>, IkFault> {
     }
 }
 
-/// Turns each joint by whole turns to where it is nearest to `goal`, or to the turn next to that which
-/// its limits allow.
+/// Turns each joint by whole turns to where it is nearest to `goal`, or to the turn next to that
+/// which its limits allow.
 pub fn turn_towards(robot: &Robot, q: &mut [f64], goal: &[f64]) {
     for ((q, goal), joint) in q.iter_mut().zip(goal).zip(robot.joints()) {
         if slides(joint) {

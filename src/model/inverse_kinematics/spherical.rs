@@ -1,26 +1,26 @@
 //! Closed form for arms with two parallel axes below a spherical wrist, from the axes at q = 0.
 //!
-//! With the tip at T(q) = e^{S₁q₁}…e^{S₆q₆} T(0), where S_i turns about the line through p_i along u_i
-//! (product of exponentials; Murray, Li & Sastry 1994, §3.2), the wrist centre c, in which axes 4, 5
-//! and 6 meet, moves with the first three joints only: e^{S₁q₁}e^{S₂q₂}e^{S₃q₃} c = w. As axes 2 and
-//! 3 are parallel, neither changes u₂·x, which gives q₁; the distance of w from axis 2 gives q₃; the
-//! angle about axis 2 gives q₂. The rotation that remains, R₄R₅R₆ = N, gives q₅ by
-//! u₄·R₅u₆ = u₄·N u₆, then q₄ and q₆ as angles about their axes.
+//! With the tip at T(q) = e^{S₁q₁}…e^{S₆q₆} T(0), where S_i turns about the line through p_i along
+//! u_i (product of exponentials; Murray, Li & Sastry 1994, §3.2), the wrist centre c, in which axes
+//! 4, 5 and 6 meet, moves with the first three joints only: e^{S₁q₁}e^{S₂q₂}e^{S₃q₃} c = w. As axes
+//! 2 and 3 are parallel, neither changes u₂·x, which gives q₁; the distance of w from axis 2 gives
+//! q₃; the angle about axis 2 gives q₂. The rotation that remains, R₄R₅R₆ = N, gives q₅ by u₄·R₅u₆
+//! = u₄·N u₆, then q₄ and q₆ as angles about their axes.
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, Unit, Vector3};
 
 use crate::model::placement::Axis;
 
 /// Axes may miss being parallel (rad) or meeting in one point (share of the arm's length) by this:
-/// URDF files print right angles as 1.57 and lengths to the millimetre. What is found is then refined
-/// on the robot as it is.
+/// URDF files print right angles as 1.57 and lengths to the millimetre. What is found is then
+/// refined on the robot as it is.
 const STRUCTURE_SLACK: f64 = 1e-3;
 
 /// Axes that must not be parallel have at least this sine between them.
-const SMALLEST_SINE: f64 = 0.1;
+const MIN_SINE: f64 = 0.1;
 
-/// How far beyond its range a cosine is still taken for a double root, in the scale of the equation,
-/// where the axes are as they should be.
+/// How far beyond its range a cosine is still taken for a double root, in the scale of the
+/// equation, where the axes are as they should be.
 const ROOT_SLACK: f64 = 1e-6;
 
 /// What is added to that, as a multiple of what the axes miss the ideal by.
@@ -32,7 +32,8 @@ type Roots = [Option<f64>; 2];
 /// Number of branches of the closed form.
 pub(super) const BRANCHES: usize = 8;
 
-/// A six-axis arm whose inverse kinematics has a closed form. All vectors in the base frame at q = 0.
+/// A six-axis arm whose inverse kinematics has a closed form. All vectors in the base frame at q =
+/// 0.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct SphericalWrist {
     directions: [Unit<Vector3<f64>>; 6],
@@ -54,7 +55,7 @@ impl SphericalWrist {
         let directions = axes.map(|axis| Unit::new_normalize(axis.direction));
         let sine = |i: usize, j: usize| directions[i].cross(&directions[j]).norm();
         let apart = [(0, 1), (3, 4), (4, 5)];
-        if !apart.iter().all(|&(i, j)| sine(i, j) > SMALLEST_SINE) {
+        if !apart.iter().all(|&(i, j)| sine(i, j) > MIN_SINE) {
             return None;
         }
         let wrist = nearest_point(&axes[3..])?;
@@ -77,10 +78,10 @@ impl SphericalWrist {
         })
     }
 
-    /// The joint positions on `branch` that bring the tip to `target`, as angles of one turn; limits are
-    /// not looked at. Bits 2, 1 and 0 of `branch` choose the root of joints 1, 3 and 5; two roots may
-    /// be the same. A joint that is free (two axes in line) is at zero, on one branch only. Exact but
-    /// for what the axes miss the ideal by.
+    /// The joint positions on `branch` that bring the tip to `target`, as angles of one turn;
+    /// limits are not looked at. Bits 2, 1 and 0 of `branch` choose the root of joints 1, 3 and 5;
+    /// two roots may be the same. A joint that is free (two axes in line) is at zero, on one branch
+    /// only. Exact but for what the axes miss the ideal by.
     pub(super) fn solution(&self, target: &Isometry3<f64>, branch: usize) -> Option<[f64; 6]> {
         let choose = |roots: Roots, bit: usize| roots[branch >> bit & 1];
         let rotation = *target.rotation.to_rotation_matrix().matrix();

@@ -1,5 +1,5 @@
-//! One block of poses, one a lane: from joint positions to frequencies, shapes, damping and what the tool
-//! does.
+//! One block of poses, one a lane: from joint positions to frequencies, shapes, damping and what
+//! the tool does.
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask, prelude::*};
 
@@ -11,8 +11,9 @@ use super::plan::Plan;
 use super::rotations::{LARGEST_UNROLLED, Problem, diagonalise, sort};
 use crate::units::hz_from_rad_per_s;
 
-/// A pivot of the scaled mass or stiffness matrix below this share of its diagonal entry sends a pose to
-/// the scalar path, which decides: ten times the share at which that calls the matrix singular.
+/// A pivot of the scaled mass or stiffness matrix below this share of its diagonal entry sends a
+/// pose to the scalar path, which decides: ten times the share at which that calls the matrix
+/// singular.
 const SUSPECT_PIVOT: f64 = 1e-12;
 
 /// The determinant of M over the product of its diagonal above which no pivot is suspect.
@@ -123,8 +124,8 @@ impl<'a, S: Simd> Block<'a, S> {
         }
     }
 
-    /// Solves the poses of `rows` (at most one a lane) into `results`. The bits that are set tell the
-    /// poses that the scalar path must look at; their results are not to be used.
+    /// Solves the poses of `rows` (at most one a lane) into `results`. The bits that are set tell
+    /// the poses that the scalar path must look at; their results are not to be used.
     #[inline(always)]
     pub(super) fn solve(
         &mut self,
@@ -188,8 +189,8 @@ impl<'a, S: Simd> Block<'a, S> {
         bad.to_bitmask()
     }
 
-    /// Joint positions by lane; lanes without a pose repeat the last one. Gives the lanes whose pose this
-    /// code is not made for.
+    /// Joint positions by lane; lanes without a pose repeat the last one. Gives the lanes whose
+    /// pose this code is not made for.
     #[inline(always)]
     fn load(&mut self, rows: &[f64], count: usize) -> Mask<S> {
         let simd = self.simd;
@@ -222,9 +223,9 @@ impl<'a, S: Simd> Block<'a, S> {
         bad
     }
 
-    /// Lanes whose M may be singular: the scalar path asks whether a pivot of its Cholesky factor is lost.
-    /// Every pivot is at least the determinant, both as shares of the diagonal; only where that does not
-    /// settle it are the pivots worked out.
+    /// Lanes whose M may be singular: the scalar path asks whether a pivot of its Cholesky factor
+    /// is lost. Every pivot is at least the determinant, both as shares of the diagonal; only where
+    /// that does not settle it are the pivots worked out.
     #[inline(always)]
     fn suspects(&mut self) -> Mask<S> {
         let (simd, n) = (self.simd, self.n);
@@ -245,8 +246,8 @@ impl<'a, S: Simd> Block<'a, S> {
         !sure & cholesky(simd, n, &mut self.t)
     }
 
-    /// Eigenvalues of A, with `rows` rows of v turned along. Gives the lanes that did not converge, and
-    /// `bad` ones.
+    /// Eigenvalues of A, with `rows` rows of v turned along. Gives the lanes that did not converge,
+    /// and `bad` ones.
     #[inline(always)]
     fn diagonalise(&mut self, rows: usize, bad: Mask<S>) -> Mask<S> {
         let (simd, n) = (self.simd, self.n);
@@ -262,7 +263,8 @@ impl<'a, S: Simd> Block<'a, S> {
         bad | !done
     }
 
-    /// Eigenvectors y of A become x = R⁻¹ y, if there is gravity: φ = ω x, but for the springs' scale.
+    /// Eigenvectors y of A become x = R⁻¹ y, if there is gravity: φ = ω x, but for the springs'
+    /// scale.
     #[inline(always)]
     fn unscale(&mut self) {
         if self.plan.gravity.is_none() {
@@ -280,8 +282,8 @@ impl<'a, S: Simd> Block<'a, S> {
         }
     }
 
-    /// ζ_r of every mode, from x: each spring's loss in proportion to its share of the strain energy, each
-    /// dashpot's as φᵀ C φ / 2ω.
+    /// ζ_r of every mode, from x: each spring's loss in proportion to its share of the strain
+    /// energy, each dashpot's as φᵀ C φ / 2ω.
     #[inline(always)]
     fn damp(&mut self) {
         let (simd, n) = (self.simd, self.n);
@@ -387,8 +389,8 @@ fn scatter<S: Simd>(values: &[Lanes<S>], count: usize, rows: &mut [f64]) {
     }
 }
 
-/// R of A = Rᵀ R in the upper triangle, with the reciprocals of its diagonal in place of the diagonal. Gives
-/// the lanes with a pivot that may be lost.
+/// R of A = Rᵀ R in the upper triangle, with the reciprocals of its diagonal in place of the
+/// diagonal. Gives the lanes with a pivot that may be lost.
 #[inline(always)]
 fn cholesky<S: Simd>(simd: S, n: usize, a: &mut [Lanes<S>]) -> Mask<S> {
     let mut good = Mask::<S>::splat(simd, true);

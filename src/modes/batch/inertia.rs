@@ -1,6 +1,7 @@
-//! M(q), K_g(q) and the tool's Jacobian on lanes, over coordinates scaled by √k: composite bodies from the
-//! tip inwards, each in the frame of its own node (Featherstone, Rigid Body Dynamics Algorithms, 2008,
-//! §6.2), and each coordinate's momentum carried inwards past the axes that carry it.
+//! M(q), K_g(q) and the tool's Jacobian on lanes, over coordinates scaled by √k: composite bodies
+//! from the tip inwards, each in the frame of its own node (Featherstone, Rigid Body Dynamics
+//! Algorithms, 2008, §6.2), and each coordinate's momentum carried inwards past the axes that carry
+//! it.
 //!
 //! Bodies are combined about their common centre of mass, so the diagonal of M is a sum of squares.
 
@@ -55,7 +56,8 @@ impl<S: Simd> Assembly<S> {
         }
     }
 
-    /// Fills everything but the Jacobian for the poses whose joint positions are `q`, one entry a joint.
+    /// Fills everything but the Jacobian for the poses whose joint positions are `q`, one entry a
+    /// joint.
     #[inline(always)]
     pub(super) fn place(&mut self, simd: S, plan: &Plan, q: &[Lanes<S>]) {
         for (turn, spin) in self.turns.iter_mut().zip(&plan.spins) {
@@ -140,7 +142,8 @@ impl<S: Simd> Assembly<S> {
         moved
     }
 
-    /// Column j of the upper triangles: the momentum per unit rate of coordinate j, carried inwards.
+    /// Column j of the upper triangles: the momentum per unit rate of coordinate j, carried
+    /// inwards.
     #[inline(always)]
     fn carry(&mut self, simd: S, plan: &Plan, q: &[Lanes<S>], j: usize) {
         let zero = splat(simd, 0.0);
@@ -199,8 +202,8 @@ impl<S: Simd> Assembly<S> {
         }
     }
 
-    /// J K^-½ for the point `tool` of the tip's node, in the frame of the innermost elastic node: its
-    /// lengths are those in the base frame.
+    /// J K^-½ for the point `tool` of the tip's node, in the frame of the innermost elastic node:
+    /// its lengths are those in the base frame.
     #[inline(always)]
     pub(super) fn tip(&mut self, simd: S, plan: &Plan, q: &[Lanes<S>], tool: &[f64; 3]) {
         let zero = splat(simd, 0.0);
@@ -253,8 +256,9 @@ impl<S: Simd> Assembly<S> {
     }
 }
 
-// No closures on lanes (array::map and the like): a function of the standard library between this code and
-// its instructions is compiled for the baseline, and lanes cross its border through memory.
+// No closures on lanes (array::map and the like): a function of the standard library between this
+// code and its instructions is compiled for the baseline, and lanes cross its border through
+// memory.
 
 #[inline(always)]
 fn splats<S: Simd>(simd: S, v: &[f64; 3]) -> Triple<S> {

@@ -1,6 +1,7 @@
 //! Arithmetic on lanes, one pose a lane: reciprocal square root, sine and cosine.
 //!
-//! Every operation acts on each lane by itself, so the result of a pose does not depend on its neighbours.
+//! Every operation acts on each lane by itself, so the result of a pose does not depend on its
+//! neighbours.
 
 use fearless_simd::{Level, Simd, SimdBase, SimdFloat, prelude::*};
 
@@ -187,8 +188,9 @@ mod tests {
         squares.iter().map(|x| inverse_root(simd, splat(simd, *x)).as_slice()[0]).collect()
     }
 
-    /// Against the standard library's, which are good to less than one unit in the last place: at random
-    /// angles, and at the doubles nearest to multiples of π/2, where all digits but the last cancel.
+    /// Against the standard library's, which are good to less than one unit in the last place: at
+    /// random angles, and at the doubles nearest to multiples of π/2, where all digits but the last
+    /// cancel.
     #[test]
     fn sine_and_cosine_are_those_of_the_standard_library() {
         let mut rng = ChaCha8Rng::seed_from_u64(1);

@@ -1,17 +1,18 @@
 //! Many poses → natural frequencies, modes and tip participation: the batch kernel.
 //!
-//! One pose a lane of the machine's vectors, as many as it has: eight with AVX-512, four with AVX2, two
-//! with SSE2 or NEON, chosen when the [`Kernel`] is made. What does not depend on the pose is worked out
-//! once, in a plan of the robot; M(q) and J(q) follow by composite bodies in the bodies' own frames, and
-//! the eigenproblem A y = λ y, A = K^-½ M K^-½, λ = 1/ω², by Jacobi rotations without divisions.
+//! One pose a lane of the machine's vectors, as many as it has: eight with AVX-512, four with AVX2,
+//! two with SSE2 or NEON, chosen when the [`Kernel`] is made. What does not depend on the pose is
+//! worked out once, in a plan of the robot; M(q) and J(q) follow by composite bodies in the bodies'
+//! own frames, and the eigenproblem A y = λ y, A = K^-½ M K^-½, λ = 1/ω², by Jacobi rotations
+//! without divisions.
 //!
-//! A pose's result depends on the pose alone: not on its neighbours, not on how many poses there are, not on
-//! the number of threads. It does depend on the instruction set in the last digits, as multiplications
-//! and additions are fused where the machine can.
+//! A pose's result depends on the pose alone: not on its neighbours, not on how many poses there
+//! are, not on the number of threads. It does depend on the instruction set in the last digits, as
+//! multiplications and additions are fused where the machine can.
 //!
-//! [`super::ModalSolver`] is the readable reference; it also has the last word on every pose that this code
-//! is not made for, such as one with a singular mass matrix or springs that follow the load, so that faults
-//! are the same.
+//! [`super::ModalSolver`] is the readable reference; it also has the last word on every pose that
+//! this code is not made for, such as one with a singular mass matrix or springs that follow the
+//! load, so that faults are the same.
 
 mod block;
 mod inertia;
@@ -110,7 +111,8 @@ impl fmt::Display for BatchFault {
         match self {
             Self::Poses { given, joints } => write!(
                 f,
-                "{given} joint positions given, must be a multiple of {joints}, one per moving joint"
+                "{given} joint positions given, must be a multiple of {joints}, one per moving \
+                 joint"
             ),
             Self::Room { given, expected } => {
                 write!(f, "room for {given} results given, must be {expected}")
@@ -156,7 +158,8 @@ impl<'a> Kernel<'a> {
         Self { robot, plan: Plan::new(robot), level: fearless_simd::Level::new() }
     }
 
-    /// A kernel for `robot` with the instructions that are asked for; `None` where the machine lacks them.
+    /// A kernel for `robot` with the instructions that are asked for; `None` where the machine
+    /// lacks them.
     pub fn with_instructions(robot: &'a Robot, set: InstructionSet) -> Option<Self> {
         Some(Self { robot, plan: Plan::new(robot), level: set.level()? })
     }
@@ -171,8 +174,9 @@ impl<'a> Kernel<'a> {
     /// `poses` has one value per moving joint (rad or m, base to tip), pose after pose.
     ///
     /// # Errors
-    /// The first pose that has no modes, as [`ModalSolver::frequencies_hz`]; [`BatchFault::Poses`] and
-    /// [`BatchFault::Room`] where the length of `poses` or `out` does not fit. `out` holds nothing of use then.
+    /// The first pose that has no modes, as [`ModalSolver::frequencies_hz`]; [`BatchFault::Poses`]
+    /// and [`BatchFault::Room`] where the length of `poses` or `out` does not fit. `out` holds
+    /// nothing of use then.
     pub fn frequencies_hz(&self, poses: &[f64], out: &mut [f64]) -> Result<(), BatchFault> {
         self.run(poses, Wanted::Frequencies, frequencies_of(out))
     }
@@ -201,7 +205,8 @@ impl<'a> Kernel<'a> {
         self.par_run(poses, Wanted::Modes, modes_of(out))
     }
 
-    /// Natural frequencies, and what each mode moves the point `tcp_m` of the tip frame at its resonance.
+    /// Natural frequencies, and what each mode moves the point `tcp_m` of the tip frame at its
+    /// resonance.
     ///
     /// # Errors
     /// As [`Self::frequencies_hz`].
@@ -279,7 +284,8 @@ impl<'a> Kernel<'a> {
         Ok(count)
     }
 
-    /// The one place where the code for a robot is made for each instruction set: it takes long to compile.
+    /// The one place where the code for a robot is made for each instruction set: it takes long to
+    /// compile.
     #[inline(never)]
     fn run_piece(
         &self,

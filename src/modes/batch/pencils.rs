@@ -8,8 +8,9 @@ use super::lanes::{Lanes, Mask, splat};
 use super::rotations::{Problem, diagonalise, sort};
 use crate::modes::pencil::{NO_INERTIA, Pencil};
 
-/// Pencils K φ = ω² M φ of one size, solved side by side. [`Pencil`] is the readable reference, and has the last word on
-/// those that this code is not made for: a K that is not diagonal, an M that is nearly singular.
+/// Pencils K φ = ω² M φ of one size, solved side by side. [`Pencil`] is the readable reference, and
+/// has the last word on those that this code is not made for: a K that is not diagonal, an M that
+/// is nearly singular.
 #[derive(Debug, Clone)]
 pub struct Pencils {
     n: usize,
@@ -49,7 +50,8 @@ impl Pencils {
         self.mass.len() / (self.n * self.n).max(1)
     }
 
-    /// Solves them all. `false` if one has no solution, as [`Pencil::solve`]; results are of no use then.
+    /// Solves them all. `false` if one has no solution, as [`Pencil::solve`]; results are of no use
+    /// then.
     pub fn solve(&mut self) -> bool {
         let (n, count) = (self.n, self.count());
         self.omega_squared.resize(count * n, 0.0);
@@ -58,7 +60,8 @@ impl Pencils {
         dispatch!(level, simd => self.solve_on(simd))
     }
 
-    /// ω_r² of pencil `i`, (rad/s)², ascending; infinite where a coordinate carries no inertia of its own.
+    /// ω_r² of pencil `i`, (rad/s)², ascending; infinite where a coordinate carries no inertia of
+    /// its own.
     pub fn omega_squared(&self, i: usize) -> &[f64] {
         &self.omega_squared[i * self.n..(i + 1) * self.n]
     }
@@ -147,7 +150,8 @@ impl<S: Simd> Block<S> {
         }
     }
 
-    /// Solves at most one pencil a lane. The bits that are set tell those that the scalar path must look at.
+    /// Solves at most one pencil a lane. The bits that are set tell those that the scalar path must
+    /// look at.
     #[inline(always)]
     fn solve(&mut self, mass: &[f64], stiffness: &[f64]) -> u64 {
         let (simd, n) = (self.simd, self.n);
@@ -168,7 +172,8 @@ impl<S: Simd> Block<S> {
         doubtful | !sure.to_bitmask()
     }
 
-    /// A by lane; lanes without a pencil, or with one that this code is not made for, have the identity. Gives the latter.
+    /// A by lane; lanes without a pencil, or with one that this code is not made for, have the
+    /// identity. Gives the latter.
     #[inline(always)]
     fn load(&mut self, mass: &[f64], stiffness: &[f64]) -> u64 {
         let n = self.n;
@@ -233,8 +238,8 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
-    /// Against the scalar path, of every size and for any number of pencils: some with a full K, some with a
-    /// coordinate without inertia.
+    /// Against the scalar path, of every size and for any number of pencils: some with a full K,
+    /// some with a coordinate without inertia.
     #[test]
     fn agree_with_the_scalar_path() {
         let mut rng = ChaCha8Rng::seed_from_u64(5);

@@ -1,5 +1,6 @@
-//! What of a robot does not depend on the pose, worked out once: frames chosen so that as many joint axes
-//! as possible lie along a frame's axis, bodies that never move against each other merged, and all masses.
+//! What of a robot does not depend on the pose, worked out once: frames chosen so that as many
+//! joint axes as possible lie along a frame's axis, bodies that never move against each other
+//! merged, and all masses.
 
 use nalgebra::{Matrix3, Point3, Vector3};
 
@@ -48,7 +49,8 @@ pub(super) enum Screw {
     },
 }
 
-/// Mass properties in a node's frame: centre of mass, and inertia about it as xx, yy, zz, xy, xz, yz.
+/// Mass properties in a node's frame: centre of mass, and inertia about it as xx, yy, zz, xy, xz,
+/// yz.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Body {
     pub(super) mass: f64,
@@ -217,9 +219,9 @@ struct Frames {
 }
 
 impl Frames {
-    /// Frames stay parallel to the parent's, so that nothing need be turned between them but by the joint
-    /// itself; only where the joint's axis lies along none of the parent's axes is a new frame chosen,
-    /// with z along the axis.
+    /// Frames stay parallel to the parent's, so that nothing need be turned between them but by the
+    /// joint itself; only where the joint's axis lies along none of the parent's axes is a new
+    /// frame chosen, with z along the axis.
     fn of(robot: &Robot) -> Self {
         let mut rest: Vec<Rest> = Vec::new();
         let mut chosen: Vec<Matrix3<f64>> = Vec::new();
@@ -264,8 +266,8 @@ impl Frames {
     }
 }
 
-/// Folds bodies that never move against their parent into it, and lists those that do, with the shares
-/// of their masses.
+/// Folds bodies that never move against their parent into it, and lists those that do, with the
+/// shares of their masses.
 fn merge(nodes: &mut [NodePlan]) {
     for child in (0..nodes.len()).rev() {
         let Some(parent) = nodes[child].parent else { continue };

@@ -1,11 +1,13 @@
-//! Eigenvalues and vectors of small symmetric matrices on lanes, by Jacobi rotations without divisions.
+//! Eigenvalues and vectors of small symmetric matrices on lanes, by Jacobi rotations without
+//! divisions.
 //!
 //! Sizes up to [`LARGEST_UNROLLED`] run unrolled, in an order in which neighbouring rotations touch
 //! different rows (round robin) so that they overlap in time; larger ones in loops, row by row.
 //!
-//! A lane stops by its own measure: once every rotation left to it is small, they are all made at once by
-//! second-order perturbation, and its results are taken down; later sweeps, which other lanes may need, do
-//! not touch them. So a pose has the same result to the last bit whoever its neighbours are.
+//! A lane stops by its own measure: once every rotation left to it is small, they are all made at
+//! once by second-order perturbation, and its results are taken down; later sweeps, which other
+//! lanes may need, do not touch them. So a pose has the same result to the last bit whoever its
+//! neighbours are.
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, prelude::*};
 
@@ -19,20 +21,24 @@ pub(super) const LARGEST_UNROLLED: usize = 7;
 const UNROLLED_TRIANGLE: usize = LARGEST_UNROLLED * (LARGEST_UNROLLED + 1) / 2;
 const UNROLLED_VECTORS: usize = LARGEST_UNROLLED * LARGEST_UNROLLED;
 
-/// Sweeps before a lane is first asked whether it is done: enough for nearly all poses of six-axis arms.
+/// Sweeps before a lane is first asked whether it is done: enough for nearly all poses of six-axis
+/// arms.
 const SWEEPS_UNASKED: usize = 2;
 
-/// The worst 24 × 24 case was seen to need five; a lane that is not done after these goes to the scalar path.
+/// The worst 24 × 24 case was seen to need five; a lane that is not done after these goes to the
+/// scalar path.
 const MOST_SWEEPS: usize = 30;
 
-/// A rotation of this angle or less is small where only eigenvalues are asked for: what second-order
-/// perturbation leaves out is its square times n² times an off-diagonal entry, below the last place.
+/// A rotation of this angle or less is small where only eigenvalues are asked for: what
+/// second-order perturbation leaves out is its square times n² times an off-diagonal entry, below
+/// the last place.
 const SMALL_ANGLE: f64 = 3e-6;
 
 /// Likewise where vectors are asked for, which come to the square of this.
 const SMALL_ANGLE_OF_VECTORS: f64 = 1e-7;
 
-/// Off-diagonal entries below this share of the geometric mean of their diagonal entries count as zero.
+/// Off-diagonal entries below this share of the geometric mean of their diagonal entries count as
+/// zero.
 const NEGLIGIBLE: f64 = f64::EPSILON * 0.25;
 
 /// Keeps the root of a zero matrix from dividing by zero; far below any square that matters.
@@ -48,9 +54,9 @@ struct Rotation<S: Simd> {
     exchange: Lanes<S>,
 }
 
-/// The rotation by at most 45° that annuls `apq` (Golub & Van Loan, Matrix Computations, 4th ed., §8.5.2),
-/// from two reciprocal roots: with d = aqq − app, b = 2 apq, h = √(d² + b²), p = |d| + h it has
-/// cosine p/√(p² + b²), sine ±b/√(p² + b²), and ±b²/2p = sine² h is exchanged.
+/// The rotation by at most 45° that annuls `apq` (Golub & Van Loan, Matrix Computations, 4th ed.,
+/// §8.5.2), from two reciprocal roots: with d = aqq − app, b = 2 apq, h = √(d² + b²), p = |d| + h
+/// it has cosine p/√(p² + b²), sine ±b/√(p² + b²), and ±b²/2p = sine² h is exchanged.
 #[inline(always)]
 fn annul<S: Simd>(simd: S, app: Lanes<S>, aqq: Lanes<S>, apq: Lanes<S>) -> Rotation<S> {
     let d = aqq - app;
@@ -69,8 +75,9 @@ fn turned<S: Simd>(r: &Rotation<S>, p: Lanes<S>, q: Lanes<S>) -> (Lanes<S>, Lane
     (r.minus_sine.mul_add(q, r.cosine * p), r.sine.mul_add(p, r.cosine * q))
 }
 
-/// t = apq / (aqq − app) where that is small, and whether it is: the angle itself, and the coupling as a share of
-/// the geometric mean of the diagonal entries, which next to a far larger entry is not small at a small angle.
+/// t = apq / (aqq − app) where that is small, and whether it is: the angle itself, and the coupling
+/// as a share of the geometric mean of the diagonal entries, which next to a far larger entry is
+/// not small at a small angle.
 #[inline(always)]
 fn small_angle<S: Simd>(
     simd: S,
@@ -88,8 +95,8 @@ fn small_angle<S: Simd>(
     (t, (small & weak) | nothing)
 }
 
-/// Calls `$step!(p, q)` for every pair p < q < `$n`. Where `$unrolled`, the constant size, is not zero: one
-/// by one, in an order in which neighbours share no row.
+/// Calls `$step!(p, q)` for every pair p < q < `$n`. Where `$unrolled`, the constant size, is not
+/// zero: one by one, in an order in which neighbours share no row.
 macro_rules! every_pair {
     ($unrolled:expr, $n:expr, $step:ident) => {
         match $unrolled {
@@ -173,8 +180,8 @@ macro_rules! every_pair {
     };
 }
 
-/// A symmetric matrix on its way to its eigenvalues. N is its size where the code is unrolled, and zero where
-/// the size is only known as `n`.
+/// A symmetric matrix on its way to its eigenvalues. N is its size where the code is unrolled, and
+/// zero where the size is only known as `n`.
 struct System<'a, S: Simd, const N: usize> {
     simd: S,
     n: usize,
@@ -231,8 +238,8 @@ impl<S: Simd, const N: usize> System<'_, S, N> {
         every_pair!(N, self.n, step);
     }
 
-    /// Makes the rotations of lanes that have only small ones left and takes down what comes of them, but for
-    /// lanes that are `done` already. Gives the lanes that are done now.
+    /// Makes the rotations of lanes that have only small ones left and takes down what comes of
+    /// them, but for lanes that are `done` already. Gives the lanes that are done now.
     #[inline(always)]
     fn finish(&mut self, done: Mask<S>) -> Mask<S> {
         let simd = self.simd;
@@ -307,8 +314,8 @@ pub(super) struct Problem<'a, S: Simd> {
     pub(super) vectors: &'a mut [Lanes<S>],
 }
 
-/// Solves N × N problems in registers as far as these go. Gives the lanes that are done, `bad` ones among
-/// them.
+/// Solves N × N problems in registers as far as these go. Gives the lanes that are done, `bad` ones
+/// among them.
 #[inline(always)]
 fn solve_unrolled<S: Simd, const N: usize, const ROWS: usize>(
     simd: S,
@@ -335,7 +342,8 @@ fn solve_looped<S: Simd>(simd: S, n: usize, problem: &mut Problem<S>, bad: Mask<
     System::<S, 0> { simd, n, rows: *rows, a, v, t, eigenvalues, vectors }.solve(bad)
 }
 
-/// Eigenvalues of A, with v turned along, n the size. Gives the lanes that are done, `bad` ones among them.
+/// Eigenvalues of A, with v turned along, n the size. Gives the lanes that are done, `bad` ones
+/// among them.
 #[inline(always)]
 pub(super) fn diagonalise<S: Simd>(
     simd: S,
@@ -357,15 +365,15 @@ pub(super) fn diagonalise<S: Simd>(
     }
 }
 
-/// Unrolled code takes minutes to compile: not worth it in builds for debugging, nor for two lanes on x86-64,
-/// which are for machines without AVX2.
+/// Unrolled code takes minutes to compile: not worth it in builds for debugging, nor for two lanes
+/// on x86-64, which are for machines without AVX2.
 #[inline(always)]
 const fn unrolls<S: Simd>() -> bool {
     !cfg!(debug_assertions) && (Lanes::<S>::LEN > 2 || !cfg!(target_arch = "x86_64"))
 }
 
-/// The number of coordinates of most arms: whole eigenvectors of others are worked out by loops, as unrolled
-/// code for each would take as long to compile as everything else.
+/// The number of coordinates of most arms: whole eigenvectors of others are worked out by loops, as
+/// unrolled code for each would take as long to compile as everything else.
 const COMMON: usize = 6;
 
 /// One function for each number of rows that occurs, so that each is a constant to it.

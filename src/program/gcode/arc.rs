@@ -51,7 +51,7 @@ const RADIUS_TOLERANCE_SHARE: f64 = 0.001;
 /// A piece of a helix is written as the circle through three of its points; it departs by no more.
 const HELIX_TOLERANCE_MM: f64 = 1e-3;
 
-const MOST_PIECES: f64 = 100_000.0;
+const MAX_PIECES: f64 = 100_000.0;
 
 /// The pieces of an arc.
 ///
@@ -79,7 +79,7 @@ pub(super) fn pieces(arc: &Arc) -> Result<Vec<Piece>, String> {
     let sweep = sweep(from, to, [angle, end_angle], arc);
     let climb = arc.end[w] - arc.start[w];
     let count = piece_count(radius, sweep, climb);
-    if count > MOST_PIECES {
+    if count > MAX_PIECES {
         return Err(format!("the arc takes {count:.0} pieces"));
     }
     let at = |share: f64| {
@@ -91,7 +91,7 @@ pub(super) fn pieces(arc: &Arc) -> Result<Vec<Piece>, String> {
         point[w] = arc.start[w] + climb * share;
         point
     };
-    // At least 1 and at most MOST_PIECES.
+    // At least 1 and at most MAX_PIECES.
     let last = count as usize;
     Ok((1..=last)
         .map(|piece| {
@@ -119,8 +119,8 @@ fn piece_count(radius: f64, sweep: f64, climb: f64) -> f64 {
     let mut half_piece = PI / 2.0;
     let pitch = (climb / sweep).abs();
     if pitch > 0.0 {
-        // With a half piece h the circle leaves the helix, to leading order, by min(r, p)·h³·√3/27 across
-        // the circle's plane and by r·p²/(r² + p²)·h⁴/96 in it.
+        // With a half piece h the circle leaves the helix, to leading order, by min(r, p)·h³·√3/27
+        // across the circle's plane and by r·p²/(r² + p²)·h⁴/96 in it.
         let across = 3.0_f64.sqrt() / 27.0 * radius.min(pitch);
         let inside = radius * pitch * pitch / (radius * radius + pitch * pitch) / 96.0;
         half_piece = half_piece
@@ -131,7 +131,8 @@ fn piece_count(radius: f64, sweep: f64, climb: f64) -> f64 {
     (sweep.abs() / (2.0 * half_piece) - 1e-9).ceil().max(1.0)
 }
 
-/// The centre of the arc of this radius: on the left of the way if it turns left and is the shorter.
+/// The centre of the arc of this radius: on the left of the way if it turns left and is the
+/// shorter.
 fn centre_of(
     from: [f64; 2],
     to: [f64; 2],

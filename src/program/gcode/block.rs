@@ -6,7 +6,7 @@ const KEYWORDS: [&str; 12] = [
 ];
 
 /// Longer words are shown in part.
-const LONGEST_WORD: usize = 20;
+const MAX_WORD_CHARS: usize = 20;
 
 /// The words of a block in order: letter in upper case, number.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -39,8 +39,8 @@ pub(super) fn parse(line: &str) -> Result<Block, String> {
     let content = without_comments(line)?;
     if let Some(number) = with_exponent(&content) {
         return Err(format!(
-            "'{number}' reads as a number with an exponent, which G-code does not know; write it out, or put a \
-             space before an E word"
+            "'{number}' reads as a number with an exponent, which G-code does not know; write it \
+             out, or put a space before an E word"
         ));
     }
     let content: String =
@@ -64,7 +64,7 @@ pub(super) fn parse(line: &str) -> Result<Block, String> {
             return Err(format!("'{letter}' is not understood"));
         }
         let word: String =
-            rest.chars().take_while(char::is_ascii_alphabetic).take(LONGEST_WORD).collect();
+            rest.chars().take_while(char::is_ascii_alphabetic).take(MAX_WORD_CHARS).collect();
         if KEYWORDS.contains(&word.as_str()) {
             return Err(format!("'{word}': conditions, jumps and loops are not supported"));
         }
@@ -109,7 +109,8 @@ fn without_comments(line: &str) -> Result<String, String> {
     }
 }
 
-/// The first number with an exponent that nothing parts from it, `X1e5`: no space, as before an E word.
+/// The first number with an exponent that nothing parts from it, `X1e5`: no space, as before an E
+/// word.
 fn with_exponent(content: &str) -> Option<&str> {
     content.split_whitespace().find(|word| {
         let bytes = word.as_bytes();

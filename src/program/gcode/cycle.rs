@@ -3,42 +3,20 @@
 
 use super::arc::Plane;
 use super::block::Block;
-use super::state::{Motion, Reader};
+use super::state::{Cycle, CycleKind, Motion, Reader};
 use crate::program::Pace;
 
-/// What distinguishes the cycles as motion. Dwells and the short lifts of G73 leave the path as it is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
-    /// G81, G82, G73, G86: out at rapid.
-    Drill,
-    /// G83: in steps of Q, out to R between them.
-    Peck,
-    /// G74, G84, G85, G89: out at the feed.
-    Bore,
-    Unknown(i64),
-}
-
-/// What a cycle remembers from hole to hole, mm.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Cycle {
-    /// Z where the cycle was called: where G98 goes back to.
-    initial: f64,
-    /// The R and Z words as given, in mm.
-    retract: Option<f64>,
-    bottom: Option<f64>,
-    step: Option<f64>,
-}
-
-const MOST_REPEATS: f64 = 10_000.0;
+/// Of a cycle, and of pecks in a hole.
+const MAX_REPEATS: f64 = 10_000.0;
 
 impl Reader<'_> {
     /// G73–G89.
     pub(super) fn start_cycle(&mut self, code: i64) {
         let kind = match code {
-            730 | 810 | 820 | 860 => Kind::Drill,
-            830 => Kind::Peck,
-            740 | 840 | 850 | 890 => Kind::Bore,
-            other => Kind::Unknown(other / 10),
+            730 | 810 | 820 | 860 => CycleKind::Drill,
+            830 => CycleKind::Peck,
+            740 | 840 | 850 | 890 => CycleKind::Bore,
+            other => CycleKind::Unknown(other / 10),
         };
         if !matches!(self.motion, Motion::Cycle(_)) {
             let initial = self.at.get(2).copied().flatten().unwrap_or_default();
@@ -48,8 +26,13 @@ impl Reader<'_> {
     }
 
     /// A hole, or several in a row where L or K repeats a relative block.
-    pub(super) fn drill(&mut self, line: usize, block: &Block, kind: Kind) -> Result<(), String> {
-        if let Kind::Unknown(code) = kind {
+    pub(super) fn drill(
+        &mut self,
+        line: usize,
+        block: &Block,
+        kind: CycleKind,
+    ) -> Result<(), String> {
+        if let CycleKind::Unknown(code) = kind {
             return Err(format!("G{code} is not supported"));
         }
         if self.plane != Plane::XY {
@@ -70,15 +53,15 @@ impl Reader<'_> {
             return Err(format!("the bottom (Z {bottom}) lies above R ({retract})"));
         }
         let repeats = block.get('L').or(block.get('K')).unwrap_or(1.0);
-        if !(0.0..=MOST_REPEATS).contains(&repeats) || repeats.fract() != 0.0 {
+        if !(0.0..=MAX_REPEATS).contains(&repeats) || repeats.fract() != 0.0 {
             return Err(format!("{repeats} repeats: expected a whole number from 0"));
         }
         let depths = self.depths(kind, retract, bottom)?;
         let by = |letter: char| block.get(letter).map_or(0.0, |value| self.mm(value));
         let (by_x, by_y) = (by('X'), by('Y'));
         let [mut x, mut y, _] = before;
-        let out = if kind == Kind::Bore { feed } else { Pace::Rapid };
-        // Whole and at most MOST_REPEATS, checked above.
+        let out = if kind == CycleKind::Bore { feed } else { Pace::Rapid };
+        // Whole and at most MAX_REPEATS, checked above.
         for _ in 0..repeats as u32 {
             if self.relative {
                 (x, y) = (x + by_x, y + by_y);
@@ -131,16 +114,16 @@ impl Reader<'_> {
         }
     }
 
-    fn depths(&self, kind: Kind, retract: f64, bottom: f64) -> Result<Vec<f64>, String> {
-        if kind != Kind::Peck {
+    fn depths(&self, kind: CycleKind, retract: f64, bottom: f64) -> Result<Vec<f64>, String> {
+        if kind != CycleKind::Peck {
             return Ok(vec![bottom]);
         }
         let step = self.cycle.step.ok_or("G83 has no Q")?;
         let count = ((retract - bottom) / step).ceil().max(1.0);
-        if !(step > 0.0 && count <= MOST_REPEATS) {
+        if !(step > 0.0 && count <= MAX_REPEATS) {
             return Err(format!("Q is {step} mm for a depth of {} mm", retract - bottom));
         }
-        // At least 1 and at most MOST_REPEATS.
+        // At least 1 and at most MAX_REPEATS.
         let steps = 1..=count as u32;
         Ok(steps.map(|peck| (retract - f64::from(peck) * step).max(bottom)).collect())
     }

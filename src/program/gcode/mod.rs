@@ -1,12 +1,13 @@
 //! G-code → motions, for three axes and a tool along z.
 //!
-//! Read: G0–G3 (centre and radius form, full turns, helices), G17–G19, G20/G21, G90/G91, G90.1/G91.1,
-//! G94/G95, drilling by G73, G81–G86 and G89 with G98/G99, F, S, M3–M5, M2/M30. Every work offset is the job's
-//! work object. Told and left out: radius compensation (the path is read as programmed), a change of tool,
-//! M codes that are not known. Faults: everything else that moves, shifts or computes motion; two words of
-//! one letter or two codes of one modal group in a block. Until X, Y and Z are all given the place is not
-//! known: the path starts where they are. Reference and machine positions (G28, G30, G53) are not in the
-//! program, so behind them axes are not known, either: this is told, and a fault where motion follows.
+//! Read: G0–G3 (centre and radius form, full turns, helices), G17–G19, G20/G21, G90/G91,
+//! G90.1/G91.1, G94/G95, drilling by G73, G81–G86 and G89 with G98/G99, F, S, M3–M5, M2/M30. Every
+//! work offset is the job's work object. Told and left out: radius compensation (the path is read
+//! as programmed), a change of tool, M codes that are not known. Faults: everything else that
+//! moves, shifts or computes motion; two words of one letter or two codes of one modal group in a
+//! block. Until X, Y and Z are all given the place is not known: the path starts where they are.
+//! Reference and machine positions (G28, G30, G53) are not in the program, so behind them axes are
+//! not known, either: this is told, and a fault where motion follows.
 
 mod arc;
 mod block;
@@ -81,7 +82,8 @@ fn run(reader: &mut Reader, line: usize, block: &Block) -> bool {
     if let Err(what) = moves(reader, &once, line, block) {
         reader.log.error(Code::Motion, line, what);
     }
-    // LinuxCNC stops the spindle before the motion of the block, Fanuc after it: taken to turn on the way.
+    // LinuxCNC stops the spindle before the motion of the block, Fanuc after it: taken to turn on
+    // the way.
     if block.codes('M').any(|code| code == 50) {
         reader.turn_spindle(line, false);
     }
@@ -91,8 +93,9 @@ fn run(reader: &mut Reader, line: usize, block: &Block) -> bool {
 /// G80.
 const CANCEL: i64 = 800;
 
-/// Codes of which a block may hold one, in tenths, by letter: those that change what is read here. Cycles and
-/// G80 are one group with G0–G3 to LinuxCNC and another to Fanuc, where posts write G80 beside G0.
+/// Codes of which a block may hold one, in tenths, by letter: those that change what is read here.
+/// Cycles and G80 are one group with G0–G3 to LinuxCNC and another to Fanuc, where posts write G80
+/// beside G0.
 fn contradictions(block: &Block) -> Vec<String> {
     fn motion(code: i64) -> bool {
         matches!(code, 0 | 10 | 20 | 30) || cycle(code)

@@ -4,7 +4,6 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::arc::{self, Arc, Centre, Plane};
 use super::block::Block;
-use super::cycle::{Cycle, Kind};
 use crate::motion::Target;
 use crate::notes::Code;
 use crate::program::log::Log;
@@ -21,7 +20,31 @@ pub(super) enum Motion {
     Rapid,
     Straight,
     Arc { clockwise: bool },
-    Cycle(Kind),
+    Cycle(CycleKind),
+}
+
+/// What distinguishes the cycles as motion. Dwells and the short lifts of G73 leave the path as it
+/// is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum CycleKind {
+    /// G81, G82, G73, G86: out at rapid.
+    Drill,
+    /// G83: in steps of Q, out to R between them.
+    Peck,
+    /// G74, G84, G85, G89: out at the feed.
+    Bore,
+    Unknown(i64),
+}
+
+/// What a cycle remembers from hole to hole, mm.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Cycle {
+    /// Z where the cycle was called: where G98 goes back to.
+    pub(super) initial: f64,
+    /// The R and Z words as given, in mm.
+    pub(super) retract: Option<f64>,
+    pub(super) bottom: Option<f64>,
+    pub(super) step: Option<f64>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -219,7 +242,8 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// The axes that the block names, or all if it names none, go to where the program does not tell.
+    /// The axes that the block names, or all if it names none, go to where the program does not
+    /// tell.
     pub(super) fn leave(&mut self, line: usize, block: &Block, how: &str) {
         let names_none = AXES.iter().all(|&axis| block.get(axis).is_none());
         for (at, axis) in self.at.iter_mut().zip(AXES) {

@@ -4,7 +4,7 @@ use super::lexer::{Kind, Lexer, Token};
 use super::syntax::{Args, Expr, Name, Operator, Optional, Path, Step};
 
 /// Nesting beyond this is no program that a person or a post-processor writes.
-const DEEPEST_EXPRESSION: usize = 40;
+const MAX_EXPRESSION_DEPTH: usize = 40;
 
 pub(super) struct Cursor<'a> {
     lexer: Lexer<'a>,
@@ -131,7 +131,7 @@ impl<'a> Cursor<'a> {
     }
 
     fn binary_inside(&mut self, weakest: u8) -> Parsed<Expr> {
-        if self.depth > DEEPEST_EXPRESSION {
+        if self.depth > MAX_EXPRESSION_DEPTH {
             return Err("the expression is nested too deep".to_owned());
         }
         let mut left = self.unary()?;

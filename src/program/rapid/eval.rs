@@ -1,13 +1,10 @@
-//! Expressions → values. What cannot be known from the file is [`Value::Unknown`] with the reason, and
-//! becomes a fault only where motion depends on it.
+//! Expressions → values. What cannot be known from the file is [`Value::Unknown`] with the reason,
+//! and becomes a fault only where motion depends on it.
 
 use super::functions::{self, Given};
-use super::run::{Datum, Flow, Interpreter};
+use super::interpreter::{Datum, Flow, Global, Interpreter, MAX_DEPTH};
 use super::syntax::{Args, Declaration, Expr, Name, Operator, Optional, Path, Step};
 use super::value::{Value, field, initial, initial_array, within_depth, within_size};
-
-/// Declarations, expressions and calls in one another beyond this are refused.
-pub(super) const DEEPEST: usize = 120;
 
 /// The speed that the controller caps `vmax` at on most arms, mm/s; the arm's own may differ.
 const VMAX_MM_PER_S: f64 = 5000.0;
@@ -27,17 +24,9 @@ pub(super) enum Scope {
 /// A datum or a part of one: where it lives and the way down.
 type Place = (Scope, Vec<usize>);
 
-/// A global datum: its value is worked out when it is first needed.
-#[derive(Debug)]
-pub(super) enum Global {
-    NotYet,
-    Busy,
-    Known(Value),
-}
-
 impl<'a> Interpreter<'a> {
     pub(super) fn eval(&mut self, expr: &'a Expr) -> Value {
-        if self.depth >= DEEPEST {
+        if self.depth >= MAX_DEPTH {
             return Value::unknown("declarations and calls are nested too deep");
         }
         self.depth += 1;

@@ -1,5 +1,5 @@
-//! RAPID's own functions, as far as targets and speeds are computed with them. Lengths in mm and angles
-//! in degrees, as RAPID has them.
+//! RAPID's own functions, as far as targets and speeds are computed with them. Lengths in mm and
+//! angles in degrees, as RAPID has them.
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
@@ -94,8 +94,8 @@ fn offs(given: &Given) -> Result<Value, String> {
     with_parts(given.at(0)?, &[(0, Value::nums((at + shift).as_slice()))])
 }
 
-/// `RelTool(p, x, y, z \Rx \Ry \Rz)`: moved along the axes of the tool, then turned about its x, its
-/// new y and its new z axis.
+/// `RelTool(p, x, y, z \Rx \Ry \Rz)`: moved along the axes of the tool, then turned about its x,
+/// its new y and its new z axis.
 fn rel_tool(given: &Given) -> Result<Value, String> {
     let turn = |axis, name| -> Result<UnitQuaternion<f64>, String> {
         Ok(UnitQuaternion::from_axis_angle(&axis, rad_from_deg(given.option_num(name)?)))

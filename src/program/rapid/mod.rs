@@ -1,17 +1,18 @@
 //! RAPID → motions: tokens, syntax tree, and an interpreter that runs the program from its first
 //! instruction as the controller would, as far as that is known before the run.
 //!
-//! Read: data of all types with records and arrays, expressions and functions on them, procedures and
-//! functions with arguments, IF, FOR, WHILE, TEST, `VelSet`, the Move and Trigg instructions. An endless
-//! loop (`WHILE TRUE`) is read once, with a notice. Error handlers, traps and zones are left out. A
-//! robtarget's configuration is read but not used: real programs carry arbitrary ones under
-//! `ConfL \Off`, so the branch is left to whoever follows the path. The world frame is taken to be the base
-//! frame.
+//! Read: data of all types with records and arrays, expressions and functions on them, procedures
+//! and functions with arguments, IF, FOR, WHILE, TEST, `VelSet`, the Move and Trigg instructions.
+//! An endless loop (`WHILE TRUE`) is read once, with a notice. Error handlers, traps and zones are
+//! left out. A robtarget's configuration is read but not used: real programs carry arbitrary ones
+//! under `ConfL \Off`, so the branch is left to whoever follows the path. The world frame is taken
+//! to be the base frame.
 
 mod cursor;
 mod eval;
 mod functions;
 mod instructions;
+mod interpreter;
 mod lexer;
 mod moves;
 mod parser;
@@ -22,7 +23,7 @@ mod value;
 use super::Settings;
 use super::log::Log;
 use crate::notes::Code;
-use run::Interpreter;
+use interpreter::Interpreter;
 use syntax::{File, Routine};
 
 /// Reads a RAPID file into the log.

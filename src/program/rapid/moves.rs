@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Vector3};
 
 use super::instructions::{ToolAt, Way};
-use super::run::Interpreter;
+use super::interpreter::{Interpreter, Last};
 use super::syntax::{Args, Expr, Name};
 use super::value::{Value, from_pose, has_external_axes, pose};
 use crate::motion::{Circle, Target};
@@ -13,21 +13,6 @@ use crate::units::{m_per_s_from_mm_per_s, rad_from_deg};
 
 /// Joints that a jointtarget has.
 const ROBOT_AXES: usize = 6;
-
-/// Where the last motion went.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Last {
-    /// The tool centre point in the base frame.
-    at: Isometry3<f64>,
-    tcp: Isometry3<f64>,
-}
-
-impl Last {
-    /// Where another tool has its centre point there, in the base frame.
-    fn with(&self, tcp: &Isometry3<f64>) -> Isometry3<f64> {
-        self.at * self.tcp.inverse() * tcp
-    }
-}
 
 impl<'a> Interpreter<'a> {
     /// Runs a motion instruction.
@@ -201,7 +186,8 @@ impl<'a> Interpreter<'a> {
         }
     }
 
-    /// Notes the mass of a tool that has one: negative stands for "not known", as in ABB's own templates.
+    /// Notes the mass of a tool that has one: negative stands for "not known", as in ABB's own
+    /// templates.
     fn weigh(&mut self, expr: &'a Expr, tool: &Value) {
         let Expr::Ref(path) = expr else { return };
         let Some(declaration) = self.file.data.get(&path.name.key) else { return };
@@ -326,7 +312,8 @@ fn timed_feed(
     }
 }
 
-/// Length of the arc of a circle from `a` through `b` to `c`, m; the chords' where they are in line.
+/// Length of the arc of a circle from `a` through `b` to `c`, m; the chords' where they are in
+/// line.
 fn arc_length_m(a: Vector3<f64>, b: Vector3<f64>, c: Vector3<f64>) -> f64 {
     match Circle::through(a, b, c) {
         Some(circle) => circle.length(),

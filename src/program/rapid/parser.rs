@@ -7,7 +7,7 @@ use crate::notes::Code;
 use crate::program::log::Log;
 
 /// Blocks in blocks beyond this are no program that a person or a post-processor writes.
-const DEEPEST_BLOCK: usize = 40;
+const MAX_BLOCK_DEPTH: usize = 40;
 
 pub(super) fn parse(text: &str, log: &mut Log) -> File {
     let mut parser = Parser { cursor: Cursor::new(text), file: File::default(), depth: 0 };
@@ -206,7 +206,7 @@ impl Parser<'_> {
         let (line, start) = (self.cursor.line(), self.cursor.place());
         self.file.statement_count += 1;
         self.depth += 1;
-        let parsed = if self.depth > DEEPEST_BLOCK {
+        let parsed = if self.depth > MAX_BLOCK_DEPTH {
             Err("blocks are nested too deep".to_owned())
         } else {
             self.statement()

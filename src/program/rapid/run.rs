@@ -2,33 +2,12 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::eval::{DEEPEST, Global, equal};
+use super::eval::equal;
 use super::instructions;
-use super::moves::Last;
-use super::syntax::{Args, Block, Expr, File, Name, Routine, Statement, What};
+use super::interpreter::{Datum, Flow, Global, Interpreter, MAX_DEPTH};
+use super::syntax::{Args, Block, Expr, Name, Routine, Statement, What};
 use super::value::Value;
 use crate::notes::Code;
-use crate::program::Settings;
-use crate::program::log::Log;
-
-/// Statements that loops may run beyond one pass through the file.
-const STATEMENTS_IN_LOOPS: usize = 1_000_000;
-
-/// A datum of a routine.
-#[derive(Debug)]
-pub(super) struct Datum<'a> {
-    pub(super) kind: &'a str,
-    pub(super) value: Value,
-}
-
-/// How a statement ends.
-#[derive(Debug)]
-pub(super) enum Flow {
-    Next,
-    Return(Option<Value>),
-    /// The program ends.
-    Exit,
-}
 
 /// What a block would change if it ran.
 enum Effect<'a> {
@@ -38,38 +17,7 @@ enum Effect<'a> {
     Motion,
 }
 
-pub(super) struct Interpreter<'a> {
-    pub(super) file: &'a File,
-    pub(super) settings: &'a Settings,
-    pub(super) log: &'a mut Log,
-    pub(super) globals: HashMap<&'a str, Global>,
-    /// The data of the routines that run, the innermost last.
-    pub(super) frames: Vec<HashMap<String, Datum<'a>>>,
-    /// Calls, blocks and expressions in one another.
-    pub(super) depth: usize,
-    budget: usize,
-    /// Where the last motion went, if that is a pose.
-    pub(super) last: Option<Last>,
-    /// `VelSet`: share of the programmed speed, and its limit in mm/s.
-    pub(super) velocity: (f64, f64),
-}
-
 impl<'a> Interpreter<'a> {
-    pub(super) fn new(file: &'a File, settings: &'a Settings, log: &'a mut Log) -> Self {
-        let budget = file.statement_count.saturating_mul(2).saturating_add(STATEMENTS_IN_LOOPS);
-        Self {
-            file,
-            settings,
-            log,
-            globals: HashMap::new(),
-            frames: Vec::new(),
-            depth: 0,
-            budget,
-            last: None,
-            velocity: (1.0, f64::INFINITY),
-        }
-    }
-
     pub(super) fn run(mut self, routine: &'a Routine) {
         let frame = routine.parameters.iter().map(|parameter| {
             (parameter.name.key.clone(), Datum { kind: &parameter.kind, value: Value::Absent })
@@ -102,7 +50,7 @@ impl<'a> Interpreter<'a> {
             return Flow::Exit;
         }
         self.budget -= 1;
-        if self.depth >= DEEPEST {
+        if self.depth >= MAX_DEPTH {
             self.log.error(Code::TooLong, line, "calls are nested too deep here");
             return Flow::Exit;
         }
@@ -246,7 +194,7 @@ impl<'a> Interpreter<'a> {
                 return Effect::Data(references.collect());
             }
             // A deep chain of calls is taken to move rather than followed on a small stack.
-            if seen.len() > DEEPEST {
+            if seen.len() > MAX_DEPTH {
                 return Effect::Motion;
             }
             return match self.effect(&routine.body, seen) {
@@ -530,7 +478,8 @@ impl<'a> Interpreter<'a> {
         let frame = self.frames.pop().unwrap_or_default();
         for (path, key) in back {
             if let Some(datum) = frame.get(key) {
-                // Predefined data and those of other modules cannot be written and stay as they are.
+                // Predefined data and those of other modules cannot be written and stay as they
+                // are.
                 let _ = self.write(path, datum.value.clone());
             }
         }

@@ -14,16 +14,16 @@ const QUATERNION_LENGTH_TOLERANCE: f64 = 0.02;
 const NO_AXIS: f64 = 8.9e9;
 
 /// Elements of all arrays together that a declaration may ask for.
-const LARGEST_ARRAY: usize = 10_000;
+const MAX_ARRAY: usize = 10_000;
 
 /// Characters of a string, as the controller has it.
-const LONGEST_STRING: usize = 80;
+const MAX_STRING_CHARS: usize = 80;
 
 /// Values in a list, those of the lists in it counted, too: some 45 000 targets.
-const LARGEST_LIST: usize = 1_000_000;
+const MAX_LIST: usize = 1_000_000;
 
 /// Lists in one another.
-const DEEPEST_LIST: usize = 20;
+const MAX_LIST_DEPTH: usize = 20;
 
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Value {
@@ -48,8 +48,8 @@ impl Value {
     }
 
     pub(super) fn text(text: &str) -> Result<Self, String> {
-        if text.chars().count() > LONGEST_STRING {
-            return Err(format!("a string has more than {LONGEST_STRING} characters"));
+        if text.chars().count() > MAX_STRING_CHARS {
+            return Err(format!("a string has more than {MAX_STRING_CHARS} characters"));
         }
         Ok(Self::Text(Rc::from(text)))
     }
@@ -129,15 +129,15 @@ impl Value {
 
 /// A size that data may have: loops must not ask for all memory.
 pub(super) fn within_size(size: usize) -> Result<usize, String> {
-    if size > LARGEST_LIST {
-        return Err(format!("the list is too large: more than {LARGEST_LIST} values"));
+    if size > MAX_LIST {
+        return Err(format!("the list is too large: more than {MAX_LIST} values"));
     }
     Ok(size)
 }
 
 /// A value that may be kept `under` so many lists.
 pub(super) fn within_depth(value: Value, under: usize) -> Result<Value, String> {
-    if under + value.depth() > DEEPEST_LIST {
+    if under + value.depth() > MAX_LIST_DEPTH {
         return Err("lists are nested too deep".to_owned());
     }
     Ok(value)
@@ -163,7 +163,8 @@ pub(super) fn orientation(value: &Value) -> Result<UnitQuaternion<f64>, String> 
     if (length - 1.0).abs() > QUATERNION_LENGTH_TOLERANCE {
         return Err(format!("quaternion [{w}, {x}, {y}, {z}] has length {length:.4}, must be 1"));
     }
-    // q and −q are one rotation; with a real part ≥ 0 neighbours are near each other as numbers, too.
+    // q and −q are one rotation; with a real part ≥ 0 neighbours are near each other as numbers,
+    // too.
     let quaternion = if w < 0.0 { -quaternion } else { quaternion };
     Ok(UnitQuaternion::from_quaternion(quaternion))
 }
@@ -285,7 +286,7 @@ fn initial_at(file: &File, kind: &str, depth: usize) -> Value {
 /// An array of initial values.
 pub(super) fn initial_array(element: Value, dimensions: &[usize]) -> Value {
     let size = dimensions.iter().try_fold(1_usize, |size, &n| size.checked_mul(n));
-    if size.is_none_or(|size| size > LARGEST_ARRAY) {
+    if size.is_none_or(|size| size > MAX_ARRAY) {
         return Value::unknown("the array is too large");
     }
     dimensions.iter().rev().fold(element, |inner, &n| Value::List(vec![inner; n]))

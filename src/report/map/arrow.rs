@@ -1,5 +1,5 @@
-//! Many poses of a linear map at once as an Apache Arrow stream: the columns of the CSV, one record batch a
-//! block.
+//! Many poses of a linear map at once as an Apache Arrow stream: the columns of the CSV, one record
+//! batch a block.
 
 use std::sync::Arc;
 
@@ -9,14 +9,15 @@ use arrow_ipc::writer::{
 };
 use arrow_schema::{ArrowError, DataType, Field, Schema, SchemaRef};
 
-use super::titles;
+use super::table::titles;
 use crate::map::{Block, Head};
 
 /// A message of no length ends a stream (Arrow columnar format 1.5, "IPC Streaming Format").
-const END: [u8; 8] = [0xFF, 0xFF, 0xFF, 0xFF, 0, 0, 0, 0];
+pub(super) const END: [u8; 8] = [0xFF, 0xFF, 0xFF, 0xFF, 0, 0, 0, 0];
 
-/// Columns of the stream: the joints (rad or m), β2 where the robot has it, the frequencies, Hz, ascending.
-pub fn map_arrow_schema(head: &Head) -> SchemaRef {
+/// Columns of the stream: the joints (rad or m), β2 where the robot has it, the frequencies, Hz,
+/// ascending.
+pub(super) fn schema(head: &Head) -> SchemaRef {
     let fields = titles(head).into_iter().map(|title| Field::new(title, DataType::Float64, false));
     Arc::new(Schema::new(fields.collect::<Vec<_>>()))
 }
@@ -25,7 +26,7 @@ pub fn map_arrow_schema(head: &Head) -> SchemaRef {
 ///
 /// # Errors
 /// The serialiser's, which has no cause of its own to fail.
-pub fn map_arrow_start(schema: &Schema) -> Result<Vec<u8>, ArrowError> {
+pub(super) fn start(schema: &Schema) -> Result<Vec<u8>, ArrowError> {
     let options = IpcWriteOptions::default();
     let mut out = Vec::new();
     let message = IpcDataGenerator::default().schema_to_bytes_with_dictionary_tracker(
@@ -41,7 +42,7 @@ pub fn map_arrow_start(schema: &Schema) -> Result<Vec<u8>, ArrowError> {
 ///
 /// # Errors
 /// A block that has other columns than `schema`.
-pub fn map_arrow_block(
+pub(super) fn append(
     schema: &SchemaRef,
     block: &Block,
     out: &mut Vec<u8>,
@@ -49,7 +50,7 @@ pub fn map_arrow_block(
     if block.count == 0 {
         return Ok(());
     }
-    let parts = [block.poses, block.beta2_rad, block.frequencies_hz];
+    let parts = [&block.poses, &block.beta2_rad, &block.frequencies_hz];
     let columns: Vec<ArrayRef> = parts
         .iter()
         .flat_map(|values| {
@@ -70,9 +71,4 @@ pub fn map_arrow_block(
     )?;
     write_message(&mut *out, message, &options)?;
     Ok(())
-}
-
-/// The end of the stream.
-pub fn map_arrow_end() -> &'static [u8] {
-    &END
 }

@@ -1,7 +1,7 @@
 //! A map as a picture: natural frequencies over the pose (the paper's Fig. 3), and the spectra of a
 //! nonlinear free vibration as heat maps with the linear frequencies over them (Fig. 5).
 
-use crate::map::{Head, Row};
+use crate::map::{Block, Head, Row};
 use crate::report::svg::{Anchor, Axis, Frame, Panel, Sheet, Stroke, curve_style, heat};
 use crate::units::deg_from_rad;
 
@@ -23,9 +23,11 @@ const LINEAR_MODES: Stroke = Stroke { colour: "#00e5ff", width: 1.4, dashes: "7 
 pub(super) const TITLE: &str = "font-size=\"16\" font-weight=\"bold\"";
 pub(super) const PANEL_TITLE: &str = "font-size=\"14\" font-weight=\"bold\"";
 
-/// Draws a map. `swept` is the joint (by place) that the poses sweep, if one does; poses from a list are
-/// drawn as points over β2 or, without it, over their number.
-pub fn map_svg(head: &Head, rows: &[Row], swept: Option<usize>) -> String {
+/// Draws a map. `swept` is the joint (by place) that the poses sweep, if one does; poses from a
+/// list are drawn as points over β2 or, without it, over their number.
+pub fn map_svg(head: &Head, block: &Block, swept: Option<usize>) -> String {
+    let rows: Vec<Row> = block.rows().collect();
+    let rows = &rows[..];
     let abscissa = Abscissa::new(head, rows, swept);
     if rows.iter().any(|row| row.nonlinear.is_some()) {
         heat_maps(head, rows, &abscissa)
@@ -47,7 +49,8 @@ struct Abscissa {
 impl Abscissa {
     fn new(head: &Head, rows: &[Row], swept: Option<usize>) -> Self {
         let varies = |values: &[f64]| values.iter().any(|v| Some(v) != values.first());
-        let beta2: Option<Vec<f64>> = rows.iter().map(|row| row.beta2_rad).collect();
+        let beta2: Option<Vec<f64>> =
+            rows.iter().map(|row| row.beta2_rad.first().copied()).collect();
         let beta2 = beta2.filter(|values| varies(values));
         let (label, values) =
             match (beta2, swept.and_then(|joint| Some((joint, head.joints.get(joint)?)))) {
@@ -91,7 +94,7 @@ fn curves(head: &Head, rows: &[Row], abscissa: &Abscissa) -> String {
     let (width, height) = (860.0, 520.0);
     let mut sheet = Sheet::new(width, height);
     let frame = Frame { left: 80.0, top: 50.0, width: width - 160.0, height: height - 115.0 };
-    let all = rows.iter().flat_map(|row| row.frequencies_hz.iter().flatten().copied());
+    let all = rows.iter().flat_map(|row| row.frequencies_hz.iter().copied());
     let y = frequency_axis(all, f64::INFINITY);
     let panel = Panel { frame, x: abscissa.axis.clone(), y };
     let title = format!("Natural frequencies: {}", head.robot);
@@ -103,7 +106,7 @@ fn curves(head: &Head, rows: &[Row], abscissa: &Abscissa) -> String {
         let points: Vec<(f64, f64)> = abscissa
             .order
             .iter()
-            .filter_map(|&i| Some((abscissa.values[i], rows[i].frequencies_hz[mode]?)))
+            .map(|&i| (abscissa.values[i], rows[i].frequencies_hz[mode]))
             .collect();
         if abscissa.is_continuous && points.len() > 1 {
             sheet.curve(&panel, &points, Stroke { colour, width: 2.2, dashes });
@@ -147,10 +150,10 @@ fn heat_maps(head: &Head, rows: &[Row], abscissa: &Abscissa) -> String {
 
     let most = rows
         .iter()
-        .filter_map(|row| row.nonlinear.as_ref())
+        .filter_map(|row| row.nonlinear)
         .map(|n| n.spectrum.bin_hz * n.spectrum.amplitudes.first().map_or(0, Vec::len) as f64)
         .fold(0.0, f64::max);
-    let all = rows.iter().filter_map(|row| row.nonlinear.as_ref()).flat_map(|n| &n.linear_hz);
+    let all = rows.iter().filter_map(|row| row.nonlinear).flat_map(|n| &n.linear_hz);
     let y = frequency_axis(all.copied(), most);
     for coordinate in 0..count {
         let frame = Frame {
@@ -169,7 +172,7 @@ fn heat_maps(head: &Head, rows: &[Row], abscissa: &Abscissa) -> String {
                 .order
                 .iter()
                 .filter_map(|&i| {
-                    let linear = *rows[i].nonlinear.as_ref()?.linear_hz.get(mode)?;
+                    let linear = *rows[i].nonlinear?.linear_hz.get(mode)?;
                     Some((abscissa.values[i], linear))
                 })
                 .collect();
@@ -186,7 +189,7 @@ fn heat_maps(head: &Head, rows: &[Row], abscissa: &Abscissa) -> String {
 fn cells(sheet: &mut Sheet, panel: &Panel, rows: &[Row], abscissa: &Abscissa, coordinate: usize) {
     sheet.rect(panel.frame, &heat(0.0));
     let spectrum = |i: usize| {
-        let nonlinear = rows[i].nonlinear.as_ref()?;
+        let nonlinear = rows[i].nonlinear?;
         Some((nonlinear.spectrum.bin_hz, nonlinear.spectrum.amplitudes.get(coordinate)?))
     };
     let peak = (0..rows.len())
@@ -233,8 +236,8 @@ fn cells(sheet: &mut Sheet, panel: &Panel, rows: &[Row], abscissa: &Abscissa, co
     }
 }
 
-/// The loudest line between two places on the scale of lines, or the interpolation at the middle where
-/// no line lies between.
+/// The loudest line between two places on the scale of lines, or the interpolation at the middle
+/// where no line lies between.
 fn loudest(amplitudes: &[f64], low: f64, high: f64) -> f64 {
     let (first, last) = (low.ceil() as usize, high.floor() as usize);
     if first <= last {

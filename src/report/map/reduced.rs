@@ -2,16 +2,17 @@
 
 use serde::Serialize;
 
-use super::{JsonJoint, json_joints, pose_titles, quoted};
+use super::json::{JsonJoint, json_joints};
+use super::table::{pose_titles, quoted};
 use crate::map::{Extreme, Head, Reduced, ReducedMode, SHARES, Statistic};
 use crate::units::percent_from_ratio;
 
 /// Name of the JSON format.
 const SCHEMA: &str = "map-reduced/1";
 
-/// A reduced map as CSV, one figure a row: `min` and `max` with their pose (counted from 1), `mean`, `q5` …
-/// `q95`, and `bin` with its upper end and how many poses lie in it. Cells that a figure has no use for are
-/// blank.
+/// A reduced map as CSV, one figure a row: `min` and `max` with their pose (counted from 1),
+/// `mean`, `q5` … `q95`, and `bin` with its upper end and how many poses lie in it. Cells that a
+/// figure has no use for are blank.
 pub fn reduced_csv(head: &Head, reduced: &Reduced, statistics: &[Statistic]) -> String {
     let columns: Vec<String> = pose_titles(head).map(|title| quoted(&title)).collect();
     let mut out = format!("mode,statistic,frequency_hz,to_hz,poses,pose,{}\n", columns.join(","));

@@ -2,7 +2,7 @@
 //! vibration effects", acta mechanica et automatica 17 (2023), doi 10.2478/ama-2023-0060, in closed form.
 //!
 //! Two rigid links in a vertical plane on two torsional springs; β1 from the horizontal, β2 from link 1,
-//! both counter-clockwise. It knows nothing of [`crate::model`] and [`crate::modes`] and so serves as a
+//! both counter-clockwise. It shares nothing with `model` and `modes` and so serves as a
 //! check on both.
 //!
 //! Where the printed text is not right, this module follows the mechanics:
@@ -19,40 +19,42 @@
 //! - "The first mode turns the links in the same direction, the second in opposite directions" (Fig. 4):
 //!   see [`TwoLink::modes`] for what holds with Table 1.
 
+#![allow(dead_code, reason = "each test uses a part")]
+
 use std::f64::consts::PI;
 
 use nalgebra::{Matrix2, Vector2};
 
-use crate::units::hz_from_rad_per_s;
+use detune::units::hz_from_rad_per_s;
 
 /// Parameters of the arm: Table 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TwoLink {
+pub(crate) struct TwoLink {
     /// I_A of link 1 about joint A, kg·m².
-    pub link1_inertia_kgm2: f64,
+    pub(crate) link1_inertia_kgm2: f64,
     /// I_S2 of link 2 about its centre of mass, kg·m².
-    pub link2_inertia_kgm2: f64,
+    pub(crate) link2_inertia_kgm2: f64,
     /// m2, kg.
-    pub link2_mass_kg: f64,
+    pub(crate) link2_mass_kg: f64,
     /// l1, from joint A to joint B, m.
-    pub link1_length_m: f64,
+    pub(crate) link1_length_m: f64,
     /// lc2, from joint B to the centre of mass of link 2, m.
-    pub link2_com_m: f64,
+    pub(crate) link2_com_m: f64,
     /// k1, k2, N·m/rad.
-    pub stiffness_nm_per_rad: [f64; 2],
+    pub(crate) stiffness_nm_per_rad: [f64; 2],
 }
 
 /// What gravity adds, and Table 1 does not tell.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TwoLinkGravity {
+pub(crate) struct TwoLinkGravity {
     /// m1 lc1 of link 1, kg·m.
-    pub link1_first_moment_kgm: f64,
+    pub(crate) link1_first_moment_kgm: f64,
     /// g, m/s².
-    pub gravity_m_per_s2: f64,
+    pub(crate) gravity_m_per_s2: f64,
 }
 
 /// Table 1 of the paper: joints 2 and 3 of an ABB IRB 1600.
-pub const TABLE_1: TwoLink = TwoLink {
+pub(crate) const TABLE_1: TwoLink = TwoLink {
     link1_inertia_kgm2: 0.55,
     link2_inertia_kgm2: 0.0009,
     link2_mass_kg: 50.58,
@@ -62,27 +64,27 @@ pub const TABLE_1: TwoLink = TwoLink {
 };
 
 /// β1 of Table 1, rad.
-pub const TABLE_1_BETA1_RAD: f64 = 2.0 * PI / 3.0;
+pub(crate) const TABLE_1_BETA1_RAD: f64 = 2.0 * PI / 3.0;
 
 /// The two modes of the arm at one β2.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TwoLinkModes {
+pub(crate) struct TwoLinkModes {
     /// f1, f2 of Eq. (45), Hz, ascending.
-    pub natural_frequencies_hz: [f64; 2],
+    pub(crate) natural_frequencies_hz: [f64; 2],
     /// Amplitudes (A1, A2) of Eq. (42) for either mode, scaled to the larger being 1 in size and positive.
-    pub shapes: [Vector2<f64>; 2],
+    pub(crate) shapes: [Vector2<f64>; 2],
 }
 
 impl TwoLink {
     /// a1, a2, a3 of Eq. (33), kg·m².
-    pub fn inertia_terms_kgm2(&self) -> [f64; 3] {
+    pub(crate) fn inertia_terms_kgm2(&self) -> [f64; 3] {
         let Self { link2_mass_kg: m2, link1_length_m: l1, link2_com_m: lc2, .. } = *self;
         let a3 = self.link2_inertia_kgm2 + m2 * lc2 * lc2;
         [self.link1_inertia_kgm2 + a3 + m2 * l1 * l1, m2 * l1 * lc2, a3]
     }
 
     /// M of Eq. (30) at q2 = β2 + α2, kg·m².
-    pub fn mass_matrix_kgm2(&self, q2_rad: f64) -> Matrix2<f64> {
+    pub(crate) fn mass_matrix_kgm2(&self, q2_rad: f64) -> Matrix2<f64> {
         let [a1, a2, a3] = self.inertia_terms_kgm2();
         let cos = q2_rad.cos();
         let coupled = a3 + a2 * cos;
@@ -90,7 +92,11 @@ impl TwoLink {
     }
 
     /// C of Eq. (31) at q2 = β2 + α2 and the rates α̇: C α̇ are the centrifugal and Coriolis torques.
-    pub fn velocity_matrix_nms(&self, q2_rad: f64, rates_rad_per_s: &Vector2<f64>) -> Matrix2<f64> {
+    pub(crate) fn velocity_matrix_nms(
+        &self,
+        q2_rad: f64,
+        rates_rad_per_s: &Vector2<f64>,
+    ) -> Matrix2<f64> {
         let [_, a2, _] = self.inertia_terms_kgm2();
         let s = a2 * q2_rad.sin();
         let (r1, r2) = (rates_rad_per_s[0], rates_rad_per_s[1]);
@@ -98,12 +104,12 @@ impl TwoLink {
     }
 
     /// K of Eq. (32), N·m/rad.
-    pub fn stiffness_matrix_nm_per_rad(&self) -> Matrix2<f64> {
+    pub(crate) fn stiffness_matrix_nm_per_rad(&self) -> Matrix2<f64> {
         Matrix2::from_diagonal(&Vector2::from(self.stiffness_nm_per_rad))
     }
 
     /// α̈ of Eq. (46), rad/s².
-    pub fn acceleration_rad_per_s2(
+    pub(crate) fn acceleration_rad_per_s2(
         &self,
         beta2_rad: f64,
         alpha_rad: &Vector2<f64>,
@@ -126,7 +132,7 @@ impl TwoLink {
     /// form subtracts nearly equal numbers: d2 = I_A a3 + m2 l1² (I_S2 + m2 lc2² sin² β2), the
     /// discriminant d1² − 4 d2 k1 k2 = (M11 k2 − a3 k1)² + 4 k1 k2 M12², and the smaller root from the
     /// product of the two, k1 k2 / d2.
-    pub fn natural_frequencies_hz(&self, beta2_rad: f64) -> [f64; 2] {
+    pub(crate) fn natural_frequencies_hz(&self, beta2_rad: f64) -> [f64; 2] {
         self.squared_frequencies(beta2_rad).map(|squared| hz_from_rad_per_s(squared.sqrt()))
     }
 
@@ -137,7 +143,7 @@ impl TwoLink {
     /// first mode has them together and the second opposed where |β2| < 99.2°, and the reverse beyond. For the
     /// turns of the links in space, α1 and α1 + α2, which is what a camera sees, Table 1 has the first mode
     /// together at every β2, and the second opposed where |β2| < 99.2° and together beyond.
-    pub fn modes(&self, beta2_rad: f64) -> TwoLinkModes {
+    pub(crate) fn modes(&self, beta2_rad: f64) -> TwoLinkModes {
         let squared = self.squared_frequencies(beta2_rad);
         let m = self.mass_matrix_kgm2(beta2_rad);
         let [k1, k2] = self.stiffness_nm_per_rad;
@@ -157,7 +163,7 @@ impl TwoLink {
     }
 
     /// α1st, α2st of Eqs. (12)–(13), rad: how far gravity bends the joints at rest.
-    pub fn static_deflections_rad(
+    pub(crate) fn static_deflections_rad(
         &self,
         gravity: &TwoLinkGravity,
         beta1_rad: f64,
@@ -170,14 +176,19 @@ impl TwoLink {
     }
 
     /// V_g1 + V_g2 of Eqs. (5)–(6) at the angles q1 = β1 + α1, q2 = β2 + α2, J; exact, not linearised.
-    pub fn gravity_potential_j(&self, gravity: &TwoLinkGravity, q1_rad: f64, q2_rad: f64) -> f64 {
+    pub(crate) fn gravity_potential_j(
+        &self,
+        gravity: &TwoLinkGravity,
+        q1_rad: f64,
+        q2_rad: f64,
+    ) -> f64 {
         let [upper, fore] = self.gravity_moments_nm(gravity);
         upper * q1_rad.sin() + fore * (q1_rad + q2_rad).sin()
     }
 
     /// K_g, N·m/rad: the second derivatives of Eqs. (5)–(6), which the linearisation (7)–(8) drops. It
     /// adds to K.
-    pub fn gravity_stiffness_nm_per_rad(
+    pub(crate) fn gravity_stiffness_nm_per_rad(
         &self,
         gravity: &TwoLinkGravity,
         beta1_rad: f64,

@@ -1,0 +1,105 @@
+//! Frequencies of one robot at many poses, by either method.
+
+use super::{Block, Method, OutsideLimits};
+use crate::free_vibration::{Settings, measure};
+use crate::model::{PoseFault, Robot};
+use crate::modes::batch::{BatchFault, Kernel};
+use crate::notes::{Note, Part};
+use crate::progress::{Done, Progress};
+
+/// Finds natural frequencies of one robot at many poses; shared between threads as it is.
+#[derive(Debug, Clone)]
+pub struct FrequencyMap<'a> {
+    robot: &'a Robot,
+    kernel: Kernel<'a>,
+    method: Method,
+}
+
+impl<'a> FrequencyMap<'a> {
+    /// A map of `robot` with the machine's best instructions.
+    pub fn new(robot: &'a Robot, method: Method) -> Self {
+        Self { robot, kernel: Kernel::new(robot), method }
+    }
+
+    /// The robot.
+    pub fn robot(&self) -> &'a Robot {
+        self.robot
+    }
+
+    /// How frequencies are found.
+    pub fn method(&self) -> Method {
+        self.method
+    }
+
+    /// Values of a pose.
+    pub fn joints(&self) -> usize {
+        self.robot.joints().len()
+    }
+
+    /// Frequencies of a pose.
+    pub fn modes(&self) -> usize {
+        self.robot.coordinates().len()
+    }
+
+    /// Finds the frequencies of the poses of `block` on this thread, in place of what it holds.
+    /// `progress` is called for each pose of a nonlinear map.
+    ///
+    /// # Errors
+    /// The first pose that has none, with its index in the block as [`Part::Pose`].
+    pub fn solve(&self, block: &mut Block, progress: Progress) -> Result<(), Note> {
+        block.frequencies_hz.clear();
+        block.nonlinear.clear();
+        match &self.method {
+            Method::Linear => {
+                block.frequencies_hz.resize(block.count * self.modes(), 0.0);
+                self.kernel
+                    .frequencies_hz(&block.poses, &mut block.frequencies_hz)
+                    .map_err(located)?;
+            }
+            Method::Nonlinear(settings) => self.measure(settings, block, progress)?,
+        }
+        block.beta2_rad.clear();
+        if let Some(beta2) = self.robot.beta2() {
+            let poses = block.poses.chunks_exact(self.joints().max(1));
+            block.beta2_rad.extend(poses.map(|q| beta2.at(q)));
+        }
+        Ok(())
+    }
+
+    fn measure(
+        &self,
+        settings: &Settings,
+        block: &mut Block,
+        progress: Progress,
+    ) -> Result<(), Note> {
+        let joints = self.joints();
+        for pose in 0..block.count {
+            let q = &block.poses[pose * joints..(pose + 1) * joints];
+            let found =
+                measure(self.robot, q, settings).map_err(|note| note.within(Part::Pose(pose)))?;
+            let frequencies = found.frequencies_hz.iter().map(|f| f.unwrap_or(f64::NAN));
+            block.frequencies_hz.extend(frequencies);
+            block.nonlinear.push(found);
+            progress(Done::More(1));
+        }
+        Ok(())
+    }
+
+    /// Which poses of `block` lie outside the joint limits.
+    pub fn outside_limits(&self, block: &Block) -> OutsideLimits {
+        let mut outside = OutsideLimits::default();
+        let poses = block.poses.chunks_exact(self.joints().max(1));
+        poses.for_each(|q| outside.look_at(self.robot, q));
+        outside
+    }
+}
+
+fn located(fault: BatchFault) -> Note {
+    let (pose, fault) = match fault {
+        BatchFault::Pose { pose, fault } => (pose, fault),
+        BatchFault::Poses { given, joints: expected } | BatchFault::Room { given, expected } => {
+            (0, PoseFault::Length { given, expected })
+        }
+    };
+    Note::from(fault).within(Part::Pose(pose))
+}

@@ -1,0 +1,89 @@
+//! The state of a program that runs: its data, what it has called, where the last motion went.
+
+use std::collections::HashMap;
+
+use nalgebra::Isometry3;
+
+use super::syntax::File;
+use super::value::Value;
+use crate::program::Settings;
+use crate::program::log::Log;
+
+/// Declarations, expressions and calls in one another beyond this are refused.
+pub(super) const MAX_DEPTH: usize = 120;
+
+/// Statements that loops may run beyond one pass through the file.
+const STATEMENTS_IN_LOOPS: usize = 1_000_000;
+
+/// A datum of a routine.
+#[derive(Debug)]
+pub(super) struct Datum<'a> {
+    pub(super) kind: &'a str,
+    pub(super) value: Value,
+}
+
+/// How a statement ends.
+#[derive(Debug)]
+pub(super) enum Flow {
+    Next,
+    Return(Option<Value>),
+    /// The program ends.
+    Exit,
+}
+
+/// A global datum: its value is worked out when it is first needed.
+#[derive(Debug)]
+pub(super) enum Global {
+    NotYet,
+    Busy,
+    Known(Value),
+}
+
+/// Where the last motion went.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Last {
+    /// The tool centre point in the base frame.
+    pub(super) at: Isometry3<f64>,
+    pub(super) tcp: Isometry3<f64>,
+}
+
+impl Last {
+    /// Where another tool has its centre point there, in the base frame.
+    pub(super) fn with(&self, tcp: &Isometry3<f64>) -> Isometry3<f64> {
+        self.at * self.tcp.inverse() * tcp
+    }
+}
+
+pub(super) struct Interpreter<'a> {
+    pub(super) file: &'a File,
+    pub(super) settings: &'a Settings,
+    pub(super) log: &'a mut Log,
+    pub(super) globals: HashMap<&'a str, Global>,
+    /// The data of the routines that run, the innermost last.
+    pub(super) frames: Vec<HashMap<String, Datum<'a>>>,
+    /// Calls, blocks and expressions in one another.
+    pub(super) depth: usize,
+    /// Statements that may still run.
+    pub(super) budget: usize,
+    /// Where the last motion went, if that is a pose.
+    pub(super) last: Option<Last>,
+    /// `VelSet`: share of the programmed speed, and its limit in mm/s.
+    pub(super) velocity: (f64, f64),
+}
+
+impl<'a> Interpreter<'a> {
+    pub(super) fn new(file: &'a File, settings: &'a Settings, log: &'a mut Log) -> Self {
+        let budget = file.statement_count.saturating_mul(2).saturating_add(STATEMENTS_IN_LOOPS);
+        Self {
+            file,
+            settings,
+            log,
+            globals: HashMap::new(),
+            frames: Vec::new(),
+            depth: 0,
+            budget,
+            last: None,
+            velocity: (1.0, f64::INFINITY),
+        }
+    }
+}

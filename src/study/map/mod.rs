@@ -1,0 +1,38 @@
+//! Natural frequencies over poses: from a table, a grid or random poses, block by block, linear or
+//! nonlinear.
+
+mod source;
+mod stream;
+mod summary;
+
+pub use source::{Positions, Request, Source, Unit};
+pub use stream::{MapError, Render, Target, run};
+pub use summary::Summary;
+
+use crate::free_vibration::{Sampling, Settings};
+use crate::map::Method;
+use crate::notes::{Code, Note, Place};
+use crate::units::rad_from_deg;
+
+/// Springs that turn farther than this have failed, degrees.
+const MAX_AMPLITUDE_DEG: f64 = 90.0;
+
+/// The nonlinear method with the defaults where nothing is given: the largest deflection of any
+/// turning spring in degrees, and how the vibration is sampled.
+///
+/// # Errors
+/// An amplitude that is not above 0 and at most 90 degrees.
+pub fn nonlinear(amplitude_deg: Option<f64>, sampling: Sampling) -> Result<Method, Note> {
+    let settings = Settings { sampling, ..Settings::default() };
+    let Some(amplitude) = amplitude_deg else { return Ok(Method::Nonlinear(settings)) };
+    if !(amplitude > 0.0 && amplitude <= MAX_AMPLITUDE_DEG) {
+        let what = format!("is {amplitude}, must be above 0 and at most {MAX_AMPLITUDE_DEG}");
+        return Err(wrong("amplitude-deg", what));
+    }
+    Ok(Method::Nonlinear(Settings { amplitude_rad: rad_from_deg(amplitude), ..settings }))
+}
+
+/// An error of the request, at one of its keys.
+fn wrong(key: &'static str, what: impl Into<String>) -> Note {
+    Note::error(Code::Usage, Place { key, ..Place::default() }, what)
+}
