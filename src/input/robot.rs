@@ -45,11 +45,23 @@ pub fn read_described_robot(
     path: &Path,
     reading: &mut Reading,
 ) -> Result<DescribedRobot, Vec<Note>> {
+    let text = read_text(path, LARGEST_ROBOT_BYTES).map_err(|note| {
+        reading.files.push(path.to_owned());
+        vec![note]
+    })?;
+    described_robot_of_text(path, &text, reading)
+}
+
+/// The robot that `text` would be if it stood in the file `path`.
+pub(super) fn described_robot_of_text(
+    path: &Path,
+    text: &str,
+    reading: &mut Reading,
+) -> Result<DescribedRobot, Vec<Note>> {
     reading.files.push(path.to_owned());
     let mut notes = Notes::about(Place::file(path));
-    let text = read_text(path, LARGEST_ROBOT_BYTES).map_err(|fault| vec![fault])?;
     let schema = schema::robot_to_check();
-    let Some((tree, raw)) = document::<raw::Robot>(&text, &schema, &mut notes) else {
+    let Some((tree, raw)) = document::<raw::Robot>(text, &schema, &mut notes) else {
         return Err(reading.settle(notes));
     };
     let named = raw.urdf.as_deref().and_then(|name| {

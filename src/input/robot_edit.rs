@@ -1,13 +1,17 @@
 //! A robot.yaml with corrections and calibration put in: the text is kept, comments and all, but for the
 //! two blocks and, where the new file lies in another folder, the path of the URDF.
 
-use crate::notes::{Code, Note, Notes, Place};
 use std::fmt::Write;
-use std::path::{Component, Path, PathBuf};
+use std::path::Path;
 
-use super::text::{LARGEST_ROBOT_BYTES, read_text, without_detours};
-use super::yaml::{Node, parse};
-use crate::model::{Carries, CoordinateKind, Correction};
+use super::Reading;
+use super::relocated::relocated;
+use super::robot::{described_robot_of_text, read_described_robot};
+use super::splice::{Splice, entries, quoted};
+use super::text::{LARGEST_ROBOT_BYTES, read_text};
+use super::yaml::Step;
+use crate::model::{Carries, CoordinateKind, Correction, Description};
+use crate::notes::{Code, Note, Place};
 
 /// A correction with how sure it is.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,83 +37,93 @@ pub struct Calibrated {
 /// to be written to `output`.
 ///
 /// # Errors
-/// The file cannot be read, or is written in braces as a whole.
+/// The file cannot be read, is written in braces as a whole, or would not be read as what was asked for.
 pub fn corrected_robot(
     path: &Path,
     output: &Path,
     corrections: &[FittedCorrection],
     calibration: &Calibrated,
 ) -> Result<String, Vec<Note>> {
-    let text = read_text(path, LARGEST_ROBOT_BYTES).map_err(|fault| vec![fault])?;
-    let mut notes = Notes::about(Place::file(path));
-    let Some(tree) = parse(&text, &mut notes) else { return Err(notes.finish().0) };
-    let lines: Vec<&str> = text.lines().collect();
-    if lines.iter().any(|line| line.starts_with('{')) {
+    let text = read_text(path, LARGEST_ROBOT_BYTES).map_err(|note| vec![note])?;
+    let before = read_described_robot(path, &mut Reading::default())?;
+    let refused = |what: &str| vec![Note::error(Code::NotRewritten, Place::file(path), what)];
+    let (mut urdf, mut old) = (None, [None, None]);
+    entries(&text, |steps, entry| match steps {
+        [Step::Key("urdf")] => urdf = Some(entry()),
+        [Step::Key("corrections")] => old[0] = Some(entry()),
+        [Step::Key("calibration")] => old[1] = Some(entry()),
+        _ => {}
+    })
+    .ok_or_else(|| refused("is not a robot that can be rewritten"))?;
+    if urdf.as_ref().is_some_and(|urdf| urdf.in_braces) {
         let what = "is written in braces, which cannot be edited; write its keys one a line";
-        return Err(vec![Note::error(Code::NotRewritten, Place::line(path, 1), what)]);
+        return Err(refused(what));
     }
-    let replaced: Vec<std::ops::Range<usize>> =
-        ["corrections", "calibration"].iter().filter_map(|key| span(&tree, &lines, key)).collect();
-    let urdf =
-        tree.entry("urdf").and_then(|entry| Some((entry.line as usize - 1, entry.value.text()?)));
-    let mut out = String::new();
-    for (i, line) in lines.iter().enumerate() {
-        if replaced.iter().any(|range| range.contains(&i)) {
-            continue;
+    let mut splice = Splice::of(&text);
+    let blocks = [corrections_block(corrections), calibration_block(calibration)];
+    for (entry, block) in old.iter().zip(&blocks) {
+        match entry {
+            Some(entry) => splice.replace_entry(entry, block),
+            None => splice.append(block),
         }
-        match &urdf {
-            Some((at, name)) if *at == i => match moved(path, output, name) {
-                Some(moved) => out.push_str(&with_value(line, name, &moved).ok_or_else(|| {
-                    let what = format!(
-                        "urdf is '{name}', written in a way that cannot be edited; write it on one line, as it is"
-                    );
-                    vec![Note::error(Code::NotRewritten, Place::line(path, *at + 1), what)]
-                })?),
-                None => out.push_str(line),
-            },
-            _ => out.push_str(line),
-        }
-        out.push('\n');
     }
-    while out.ends_with("\n\n") {
-        out.pop();
+    if let Some(urdf) = urdf
+        && let Some(name) = relocated(&urdf.text, path, output)
+    {
+        splice.replace(urdf.value, quoted(&name));
     }
-    out.push_str(&blocks(corrections, calibration));
-    Ok(out)
+    let text = splice.finish();
+    confirm(&before.description, &text, output, corrections, calibration).map_err(|why| {
+        let what = format!(
+            "is not written: read again, {why}; {} is written in a manner that cannot be edited, \
+             so change it by hand",
+            path.display()
+        );
+        vec![Note::error(Code::NotRewritten, Place::file(output), what)]
+    })?;
+    Ok(text)
 }
 
-/// A line "key: value" with another value, quoted where it must be; `None` if the value does not stand there as it is.
-fn with_value(line: &str, old: &str, new: &str) -> Option<String> {
-    let colon = line.find(':')? + 1;
-    let (key, value) = line.split_at(colon);
-    let at = value.find(old)?;
-    let (before, rest) = value.split_at(at);
-    let after = &rest[old.len()..];
-    let mark = before.chars().next_back().filter(|mark| matches!(mark, '\'' | '"'));
-    let (before, after) = match mark {
-        Some(mark) => (before.strip_suffix(mark)?, after.strip_prefix(mark)?),
-        None => (before, after),
+/// Whether `text`, in the file `output`, is the robot of before with these corrections and this calibration.
+fn confirm(
+    before: &Description,
+    text: &str,
+    output: &Path,
+    corrections: &[FittedCorrection],
+    calibration: &Calibrated,
+) -> Result<(), String> {
+    let again = described_robot_of_text(output, text, &mut Reading::default())
+        .map_err(|errors| errors.first().map_or_else(String::new, Note::message))?;
+    let found = again.description.calibration;
+    let is_calibrated = found.is_some_and(|found| {
+        found.poses == calibration.poses
+            && found.heldout_rms_percent == calibration.heldout_rms_percent
+    });
+    if !is_calibrated {
+        return Err("its calibration would be another one".to_owned());
+    }
+    let by_name = |correction: &Correction| {
+        let mut sorted = correction.clone();
+        sorted.parameters.sort_by(|a, b| a.0.cmp(&b.0));
+        sorted
     };
-    Some(format!("{key}{before}{}{after}", quoted(new)))
-}
-
-/// The lines of a top-level key and its value, without the comments and blank lines after it.
-fn span(tree: &Node, lines: &[&str], key: &str) -> Option<std::ops::Range<usize>> {
-    let start = tree.entry(key)?.line as usize - 1;
-    let is_own = |line: &str| line.starts_with([' ', '\t', '-']) && !line.trim().is_empty();
-    let mut end = start + 1;
-    for (i, line) in lines.iter().enumerate().skip(start + 1) {
-        if is_own(line) {
-            end = i + 1;
-        } else if !line.trim().is_empty() {
-            break;
-        }
+    let asked = corrections.iter().map(|c| by_name(&c.correction));
+    if !again.description.corrections.iter().map(by_name).eq(asked) {
+        return Err("its corrections would be other ones".to_owned());
     }
-    Some(start..end)
+    let wanted = Description {
+        corrections: again.description.corrections.clone(),
+        calibration: found,
+        ..before.clone()
+    };
+    if again.description != wanted {
+        return Err("it would be another robot".to_owned());
+    }
+    Ok(())
 }
 
-/// The two blocks as YAML.
-fn blocks(corrections: &[FittedCorrection], calibration: &Calibrated) -> String {
+/// The block of corrections as YAML.
+fn corrections_block(corrections: &[FittedCorrection]) -> String {
     let mut out = String::new();
     // Writing to a string does not fail.
     if corrections.is_empty() {
@@ -151,54 +165,19 @@ fn blocks(corrections: &[FittedCorrection], calibration: &Calibrated) -> String 
             }
         }
     }
-    let _ = writeln!(
-        out,
-        "calibration: {{poses: {}, heldout_rms_percent: {}, date: {}}}",
-        calibration.poses, calibration.heldout_rms_percent, calibration.date
-    );
     out
 }
 
-/// A name as a YAML scalar that stays a string.
-fn quoted(name: &str) -> String {
-    let begins = name.starts_with(|c: char| c.is_ascii_alphabetic())
-        || ["/", "./", "../"].iter().any(|start| name.starts_with(start));
-    let plain = begins
-        && name.chars().all(|c| c.is_ascii_alphanumeric() || "_-./".contains(c))
-        && !matches!(
-            name.to_ascii_lowercase().as_str(),
-            "true" | "false" | "null" | "yes" | "no" | "on" | "off" | "y" | "n"
-        );
-    if plain { name.to_owned() } else { format!("'{}'", name.replace('\'', "''")) }
-}
-
-/// The URDF that `path` calls `name`, as `output` must call it; `None` where the name stays.
-fn moved(path: &Path, output: &Path, name: &str) -> Option<String> {
-    if Path::new(name).is_absolute() {
-        return None;
-    }
-    let folder = |file: &Path| -> Option<PathBuf> {
-        let folder = file.parent().filter(|f| !f.as_os_str().is_empty());
-        folder.unwrap_or(Path::new(".")).canonicalize().ok()
-    };
-    let (from, to) = (folder(path)?, folder(output)?);
-    if from == to {
-        return None;
-    }
-    let target = without_detours(&from.join(name));
-    let (there, here): (Vec<Component<'_>>, Vec<Component<'_>>) =
-        (target.components().collect(), to.components().collect());
-    let shared = there.iter().zip(&here).take_while(|(a, b)| a == b).count();
-    let mut relative = PathBuf::new();
-    here[shared..].iter().for_each(|_| relative.push(".."));
-    there[shared..].iter().for_each(|part| relative.push(part));
-    // A file of another platform reads forward slashes, too.
-    Some(relative.to_string_lossy().replace('\\', "/"))
+fn calibration_block(calibration: &Calibrated) -> String {
+    format!(
+        "calibration: {{poses: {}, heldout_rms_percent: {}, date: {}}}
+",
+        calibration.poses, calibration.heldout_rms_percent, calibration.date
+    )
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::Reading;
     use super::super::robot::{DescribedRobot, read_described_robot, tests as two_link};
     use super::*;
     use crate::model::{Cause, Hinge};
@@ -222,31 +201,6 @@ mod tests {
                 hinge: None,
             },
             ci95: vec![(name.to_owned(), [0.5 * value, 2.0 * value])],
-        }
-    }
-
-    #[test]
-    fn a_value_is_replaced_where_it_stands() {
-        for (line, old, new, expected) in [
-            ("urdf: urdf", "urdf", "../urdf", "urdf: ../urdf"),
-            ("urdf: arm.urdf # mine", "arm.urdf", "a/arm.urdf", "urdf: a/arm.urdf # mine"),
-            ("urdf: 'my arm.urdf'", "my arm.urdf", "../my arm.urdf", "urdf: '../my arm.urdf'"),
-            ("urdf: \"a.urdf\"", "a.urdf", "../a.urdf", "urdf: ../a.urdf"),
-            ("urdf: a.urdf", "a.urdf", "../x: #1/a.urdf", "urdf: '../x: #1/a.urdf'"),
-        ] {
-            assert_eq!(with_value(line, old, new).as_deref(), Some(expected));
-        }
-        assert_eq!(with_value("urdf: >-", "arm.urdf", "../arm.urdf"), None);
-        assert_eq!(with_value("urdf: 'it''s.urdf'", "it's.urdf", "../it's.urdf"), None);
-    }
-
-    #[test]
-    fn names_that_yaml_reads_as_something_else_are_quoted() {
-        for name in ["True", "null", "Yes", "n", ".5", ".inf", "1e3", "a b", "x: y", ""] {
-            assert!(quoted(name).starts_with('\''), "{name}");
-        }
-        for name in ["link_1", "../a-b/c.urdf", "./a", "/abs/a.urdf"] {
-            assert_eq!(quoted(name), name);
         }
     }
 
@@ -284,6 +238,42 @@ mod tests {
         // Twice the same: nothing piles up.
         let again = corrected_robot(&output, &output, &corrections, &calibrated).unwrap();
         assert_eq!(again, text);
+    }
+
+    /// Where corrections stand in the file, and with which comments: the file stays YAML, the comments stay.
+    #[test]
+    fn comments_and_line_ends_stay() {
+        let calibrated =
+            Calibrated { poses: 7, heldout_rms_percent: 2.5, date: "2026-11-22".to_owned() };
+        let old = "corrections:   # by hand\n# in column 0\n  - cause: payload\n    at: tool0\n# within\n    \
+                   parameters: {mass_kg: 1.5} # kg\n# behind\nnote: last\n";
+        let braces = "calibration: {\n  poses: 3, heldout_rms_percent: 1\n}\n";
+        let own = |line: &str| !line.starts_with("calibration");
+        let rest: String = plain().lines().filter(|l| own(l)).map(|l| format!("{l}\n")).collect();
+        for end in ["\n", "\r\n"] {
+            let yaml = format!("{braces}{rest}{old}").replace('\n', end);
+            let (_folder, path) = two_link::folder(&yaml, two_link::URDF);
+            let new = [correction(Cause::Payload, "tool0", "mass_kg", 4.9)];
+            let text = corrected_robot(&path, &path, &new, &calibrated).unwrap();
+            for comment in ["# by hand", "# in column 0", "# within", "# kg", "# behind"] {
+                assert_eq!(text.matches(comment).count(), 1, "{comment}: {text}");
+            }
+            assert_eq!(text.matches('\n').count(), text.matches(end).count(), "{text:?}");
+            std::fs::write(&path, &text).unwrap();
+            let read = load(&path).unwrap();
+            assert_eq!(read.description.corrections, [new[0].correction.clone()]);
+            assert_eq!(read.robot.calibration().unwrap().poses, 7);
+        }
+    }
+
+    /// What cannot be edited is refused, not damaged.
+    #[test]
+    fn a_file_that_would_not_be_read_as_asked_is_not_written() {
+        let calibrated =
+            Calibrated { poses: 7, heldout_rms_percent: 2.5, date: "2026-11-22".to_owned() };
+        let (_folder, path) = two_link::folder(&format!("{}...\n", plain()), two_link::URDF);
+        let notes = corrected_robot(&path, &path, &[], &calibrated).unwrap_err();
+        assert!(notes[0].what.starts_with("is not written: read again, "), "{}", notes[0]);
     }
 
     #[test]

@@ -1,0 +1,263 @@
+//! Edits of YAML that keep every other byte: comments, order, line ends.
+//!
+//! The parser says where each entry stands; what changes is cut out of the text and written anew.
+
+use std::ops::Range;
+
+use saphyr_parser::{Event, Parser};
+
+use super::yaml::Step;
+
+/// An entry of a mapping. Ranges count characters of the text.
+#[derive(Debug, Clone)]
+pub(super) struct Entry {
+    /// The key.
+    pub(super) key: Range<usize>,
+    /// Characters before the key on its line.
+    pub(super) column: usize,
+    /// The value.
+    pub(super) value: Range<usize>,
+    /// The value, if it is a scalar.
+    pub(super) text: String,
+    /// Whether it stands within braces or brackets.
+    pub(super) in_braces: bool,
+}
+
+impl Entry {
+    /// From the key to the end of the value.
+    pub(super) fn whole(&self) -> Range<usize> {
+        self.key.start..self.value.end
+    }
+}
+
+/// A collection that has begun.
+struct Open {
+    is_mapping: bool,
+    in_braces: bool,
+    /// Key (text, place, column) that waits for its value, or that the finished value had.
+    key: Option<(String, Range<usize>, usize)>,
+    awaits_value: bool,
+    index: usize,
+    start: usize,
+}
+
+/// Shows `visit` every entry of every mapping with its path from the root; `None` if the text is not YAML.
+pub(super) fn entries(
+    text: &str,
+    mut visit: impl FnMut(&[Step<'_>], &dyn Fn() -> Entry),
+) -> Option<()> {
+    let mut open: Vec<Open> = Vec::new();
+    let mut last_end = 0;
+    // Places count characters.
+    let wide: Vec<char> = if text.is_ascii() { Vec::new() } else { text.chars().collect() };
+    let char_at = |index: usize| {
+        if wide.is_empty() {
+            text.as_bytes().get(index).map(|&byte| char::from(byte))
+        } else {
+            wide.get(index).copied()
+        }
+    };
+    for event in Parser::new_from_str(text) {
+        let (event, span) = event.ok()?;
+        let (start, end) = (span.start.index(), span.end.index());
+        match event {
+            Event::Scalar(value, ..) => {
+                last_end = end;
+                if let Some(top) = open.last_mut().filter(|o| o.is_mapping && !o.awaits_value) {
+                    top.key = Some((value.into_owned(), start..end, span.start.col()));
+                    top.awaits_value = true;
+                } else {
+                    show(&mut visit, &open, start..end, &value);
+                    value_done(&mut open);
+                }
+            }
+            Event::SequenceStart(..) | Event::MappingStart(..) => {
+                let is_mapping = matches!(event, Event::MappingStart(..));
+                // In braces or brackets the start is a token of its own.
+                let in_braces =
+                    char_at(start) == Some(if is_mapping { '{' } else { '[' }) && end > start;
+                let top =
+                    Open { is_mapping, in_braces, key: None, awaits_value: false, index: 0, start };
+                open.push(top);
+            }
+            Event::SequenceEnd | Event::MappingEnd => {
+                if end > start {
+                    last_end = end;
+                }
+                let ended = open.pop()?;
+                show(&mut visit, &open, ended.start..last_end, "");
+                value_done(&mut open);
+            }
+            _ => {}
+        }
+    }
+    Some(())
+}
+
+fn value_done(open: &mut [Open]) {
+    if let Some(top) = open.last_mut() {
+        top.awaits_value = false;
+        top.index += 1;
+    }
+}
+
+/// Shows a finished value if it is that of a key.
+fn show(
+    visit: &mut impl FnMut(&[Step<'_>], &dyn Fn() -> Entry),
+    open: &[Open],
+    value: Range<usize>,
+    text: &str,
+) {
+    let Some(Open { is_mapping: true, key: Some((_, key, column)), .. }) = open.last() else {
+        return;
+    };
+    let path: Vec<Step<'_>> = open.iter().map(step).collect();
+    visit(&path, &|| Entry {
+        key: key.clone(),
+        column: *column,
+        value: value.clone(),
+        text: text.to_owned(),
+        in_braces: open.iter().any(|open| open.in_braces),
+    });
+}
+
+/// The step from a collection to the value in it that is being read.
+fn step(open: &Open) -> Step<'_> {
+    match open {
+        Open { is_mapping: true, key: Some((key, ..)), .. } => Step::Key(key),
+        Open { index, .. } => Step::Index(*index),
+    }
+}
+
+/// A text and what changes in it.
+pub(super) struct Splice<'t> {
+    text: &'t str,
+    changes: Vec<(Range<usize>, String)>,
+}
+
+impl<'t> Splice<'t> {
+    pub(super) fn of(text: &'t str) -> Self {
+        Self { text, changes: Vec::new() }
+    }
+
+    /// How lines of the text end.
+    pub(super) fn line_end(&self) -> &'static str {
+        if self.text.contains("\r\n") { "\r\n" } else { "\n" }
+    }
+
+    /// What stands in a range.
+    pub(super) fn slice(&self, range: Range<usize>) -> String {
+        self.text.chars().skip(range.start).take(range.len()).collect()
+    }
+
+    /// Whether the value of an entry is null.
+    pub(super) fn is_null(&self, entry: &Entry) -> bool {
+        let value = self.slice(entry.value.clone());
+        matches!(value.trim(), "" | "~" | "null" | "Null" | "NULL")
+    }
+
+    /// Puts `new` in the place of a range; white space at its end stays, as a block scalar ends with its line.
+    pub(super) fn replace(&mut self, range: Range<usize>, new: String) {
+        let old = self.slice(range.clone());
+        let blank = old.chars().rev().take_while(|c| c.is_whitespace()).count();
+        let end = range.end - blank.min(range.len());
+        self.changes.push((range.start..end, new));
+    }
+
+    /// Puts lines in the place of a whole entry in a block: key and value, the lines after the first
+    /// indented as they are to stand. Comments that stood inside the entry come before it.
+    pub(super) fn replace_entry(&mut self, entry: &Entry, lines: &str) {
+        let old = self.slice(entry.whole());
+        let (end, indent) = (self.line_end(), " ".repeat(entry.column));
+        let mut new: String =
+            comments(&old).iter().map(|comment| format!("{comment}{end}{indent}")).collect();
+        new.push_str(&lines.trim_end().replace('\n', end));
+        self.replace(entry.whole(), new);
+    }
+
+    /// Adds lines at the end of the text.
+    pub(super) fn append(&mut self, lines: &str) {
+        let (end, length) = (self.line_end(), self.text.chars().count());
+        let first = if self.text.is_empty() || self.text.ends_with('\n') { "" } else { end };
+        self.changes.push((length..length, format!("{first}{}", lines.replace('\n', end))));
+    }
+
+    /// The text with all changes, which must not overlap.
+    pub(super) fn finish(mut self) -> String {
+        self.changes.sort_by_key(|(range, _)| range.start);
+        let mut out = String::with_capacity(self.text.len());
+        let mut chars = self.text.chars();
+        let mut at = 0;
+        for (range, new) in self.changes {
+            out.extend(chars.by_ref().take(range.start.saturating_sub(at)));
+            out.push_str(&new);
+            at = at.max(range.start);
+            chars.by_ref().take(range.end.saturating_sub(at)).for_each(drop);
+            at = at.max(range.end);
+        }
+        out.extend(chars);
+        out
+    }
+}
+
+/// Comments within an entry: `#` after white space, to the end of the line.
+fn comments(old: &str) -> Vec<&str> {
+    old.lines()
+        .filter_map(|line| {
+            let at = line.find('#')?;
+            let before = line.get(..at)?;
+            let is_comment = before.is_empty() || before.ends_with(char::is_whitespace);
+            let is_quoted = before.matches(['"', '\'']).count() % 2 == 1;
+            (is_comment && !is_quoted).then(|| line.get(at..)).flatten().map(str::trim_end)
+        })
+        .collect()
+}
+
+/// A scalar that is text whatever it holds: plain where that is beyond doubt, else in quotes.
+pub(super) fn quoted(name: &str) -> String {
+    let begins = name.starts_with(|c: char| c.is_ascii_alphabetic())
+        || ["/", "./", "../"].iter().any(|start| name.starts_with(start));
+    let plain = begins
+        && name.chars().all(|c| c.is_ascii_alphanumeric() || "_-./".contains(c))
+        && !matches!(
+            name.to_ascii_lowercase().as_str(),
+            "true" | "false" | "null" | "yes" | "no" | "on" | "off" | "y" | "n"
+        );
+    if plain { name.to_owned() } else { format!("'{}'", name.replace('\'', "''")) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_that_yaml_reads_as_something_else_are_quoted() {
+        for name in ["True", "null", "Yes", "n", ".5", ".inf", "1e3", "a b", "x: y", "", "12"] {
+            assert!(quoted(name).starts_with('\''), "{name}");
+        }
+        for name in ["link_1", "../a-b/c.urdf", "./a", "/abs/a.urdf"] {
+            assert_eq!(quoted(name), name);
+        }
+    }
+
+    #[test]
+    fn entries_are_replaced_where_they_stand() {
+        let text =
+            "# ä\r\na: 1 # one\r\nb:\r\n  - x\r\n# between\r\n  - y # end\r\nc: {d: 'it''s'}\r\n";
+        let mut splice = Splice::of(text);
+        entries(text, |path, entry| match path {
+            [Step::Key("a")] => splice.replace(entry().value, "2".into()),
+            [Step::Key("b")] => splice.replace_entry(&entry(), "b:\n  - z\n"),
+            [Step::Key("c"), Step::Key("d")] => {
+                assert!(entry().in_braces && entry().text == "it's");
+                splice.replace(entry().value, "e".into());
+            }
+            _ => {}
+        })
+        .unwrap();
+        splice.append("f: 3\n");
+        let expected =
+            "# ä\r\na: 2 # one\r\n# between\r\nb:\r\n  - z # end\r\nc: {d: e}\r\nf: 3\r\n";
+        assert_eq!(splice.finish(), expected);
+    }
+}
