@@ -234,7 +234,7 @@ operations:   # two\r
         let expected = JOB
             .replace(
                 "spindle_rpm: 1100 ",
-                "spindle_schedule:\n      - {s: 0, rpm: 1200}\n      - {s: 0.5, rpm: 1350.5} ",
+                "spindle_schedule:\r\n      - {s: 0, rpm: 1200}\r\n      - {s: 0.5, rpm: 1350.5} ",
             )
             .replace(
                 "spindle_rpm: 900",

@@ -246,7 +246,7 @@ mod tests {
         let calibrated =
             Calibrated { poses: 7, heldout_rms_percent: 2.5, date: "2026-11-22".to_owned() };
         let old = "corrections:   # by hand\n# in column 0\n  - cause: payload\n    at: tool0\n# within\n    \
-                   parameters: {mass_kg: 1.5} # kg\n# behind\nnote: last\n";
+                   parameters: {mass_kg: 1.5} # kg\n# behind\n";
         let braces = "calibration: {\n  poses: 3, heldout_rms_percent: 1\n}\n";
         let own = |line: &str| !line.starts_with("calibration");
         let rest: String = plain().lines().filter(|l| own(l)).map(|l| format!("{l}\n")).collect();

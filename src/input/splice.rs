@@ -67,7 +67,9 @@ pub(super) fn entries(
                     top.key = Some((value.into_owned(), start..end, span.start.col()));
                     top.awaits_value = true;
                 } else {
-                    show(&mut visit, &open, start..end, &value);
+                    // An empty value stands behind the colon.
+                    let start = if end > start { start } else { behind_colon(start, char_at) };
+                    show(&mut visit, &open, start..end.max(start), &value);
                     value_done(&mut open);
                 }
             }
@@ -92,6 +94,12 @@ pub(super) fn entries(
         }
     }
     Some(())
+}
+
+/// Where the colon ends that stands at `at` or after blanks behind it; else `at`.
+fn behind_colon(at: usize, char_at: impl Fn(usize) -> Option<char>) -> usize {
+    let colon = (at..).find(|&index| char_at(index) != Some(' ')).unwrap_or(at);
+    if char_at(colon) == Some(':') { colon + 1 } else { at }
 }
 
 fn value_done(open: &mut [Open]) {
@@ -157,8 +165,11 @@ impl<'t> Splice<'t> {
     }
 
     /// Puts `new` in the place of a range; white space at its end stays, as a block scalar ends with its line.
-    pub(super) fn replace(&mut self, range: Range<usize>, new: String) {
+    pub(super) fn replace(&mut self, range: Range<usize>, mut new: String) {
         let old = self.slice(range.clone());
+        if range.is_empty() && self.slice(range.start.saturating_sub(1)..range.start) == ":" {
+            new.insert(0, ' ');
+        }
         let blank = old.chars().rev().take_while(|c| c.is_whitespace()).count();
         let end = range.end - blank.min(range.len());
         self.changes.push((range.start..end, new));
@@ -200,17 +211,41 @@ impl<'t> Splice<'t> {
     }
 }
 
-/// Comments within an entry: `#` after white space, to the end of the line.
+/// Comments within an entry: `#` after white space and outside quotes and block scalars, to the end of the line.
 fn comments(old: &str) -> Vec<&str> {
-    old.lines()
-        .filter_map(|line| {
-            let at = line.find('#')?;
-            let before = line.get(..at)?;
-            let is_comment = before.is_empty() || before.ends_with(char::is_whitespace);
-            let is_quoted = before.matches(['"', '\'']).count() % 2 == 1;
-            (is_comment && !is_quoted).then(|| line.get(at..)).flatten().map(str::trim_end)
-        })
-        .collect()
+    let mut found = Vec::new();
+    let mut block_indent = None;
+    for line in old.lines() {
+        let content = line.trim_start();
+        let indent = line.len() - content.len();
+        if block_indent.is_some_and(|block| content.is_empty() || indent > block) {
+            continue;
+        }
+        let at = comment_start(line).unwrap_or(line.len());
+        let (value, comment) = line.split_at(at);
+        let value =
+            value.trim_end().trim_end_matches(|c: char| c.is_ascii_digit() || "+-".contains(c));
+        block_indent = value.ends_with(['|', '>']).then_some(indent);
+        found.extend(Some(comment.trim_end()).filter(|comment| !comment.is_empty()));
+    }
+    found
+}
+
+/// Where the comment of a line starts.
+fn comment_start(line: &str) -> Option<usize> {
+    let (mut quote, mut before) = (None, ' ');
+    for (at, c) in line.char_indices() {
+        match (quote, c) {
+            (None, '#') if before.is_whitespace() => return Some(at),
+            (None, '"' | '\'') if before.is_whitespace() || "[{,".contains(before) => {
+                quote = Some(c)
+            }
+            (Some(open), c) if c == open => quote = None,
+            _ => {}
+        }
+        before = c;
+    }
+    None
 }
 
 /// A scalar that is text whatever it holds: plain where that is beyond doubt, else in quotes.
@@ -223,7 +258,14 @@ pub(super) fn quoted(name: &str) -> String {
             name.to_ascii_lowercase().as_str(),
             "true" | "false" | "null" | "yes" | "no" | "on" | "off" | "y" | "n"
         );
-    if plain { name.to_owned() } else { format!("'{}'", name.replace('\'', "''")) }
+    if plain {
+        name.to_owned()
+    } else if name.contains(char::is_control) {
+        // A string of JSON is one of YAML.
+        serde_json::Value::from(name).to_string()
+    } else {
+        format!("'{}'", name.replace('\'', "''"))
+    }
 }
 
 #[cfg(test)]
@@ -238,6 +280,25 @@ mod tests {
         for name in ["link_1", "../a-b/c.urdf", "./a", "/abs/a.urdf"] {
             assert_eq!(quoted(name), name);
         }
+    }
+
+    #[test]
+    fn comments_are_told_from_text() {
+        let old = "a: it's mine # one\n# two\nb: 'x # y' # three\nc: |\n  # text\n  more # text\nd: >-2 # four\n   # text\ne: x#y";
+        assert_eq!(comments(old), ["# one", "# two", "# three", "# four"]);
+    }
+
+    #[test]
+    fn empty_values_are_filled_behind_their_colon() {
+        let text = "a:\n# of b\nb : # none\nc:\n";
+        let mut splice = Splice::of(text);
+        entries(text, |path, entry| match path {
+            [Step::Key("a")] => splice.replace_entry(&entry(), "a:\n  - x\n"),
+            [Step::Key(_)] => splice.replace(entry().value, "1".into()),
+            _ => {}
+        })
+        .unwrap();
+        assert_eq!(splice.finish(), "a:\n  - x\n# of b\nb : 1 # none\nc: 1\n");
     }
 
     #[test]
