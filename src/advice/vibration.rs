@@ -10,6 +10,8 @@
 //! square of the vibration. The static deflection is left out, and so is regeneration: this is forced
 //! vibration, no statement on chatter.
 
+use std::fmt;
+
 use nalgebra::{Complex, Unit, Vector3};
 
 use super::air_cuts::is_air_cut;
@@ -62,6 +64,20 @@ pub enum NoVibration {
     NoDiameter,
     /// Nothing cuts.
     OnlyAir,
+}
+
+impl fmt::Display for NoVibration {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::NoCutting => "the operation has no 'cutting'",
+            Self::UnknownMaterial => {
+                "cutting.material is not among al-6061, al-6082 and al-7075, and \
+                 cutting.coefficients is not given"
+            }
+            Self::NoDiameter => "tool.diameter_mm is not given",
+            Self::OnlyAir => "all moves run in the air, at more than twice the operation's feed",
+        })
+    }
 }
 
 /// What the arm's tip answers along a path.

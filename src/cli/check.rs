@@ -2,20 +2,18 @@
 
 use std::env;
 use std::io::{self, IsTerminal, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
-use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
 use super::output::Sink;
-use super::{Failure, Outcome, tell};
-use crate::input::{self, Reading};
-use crate::notes::{Note, Place};
+use super::{Failure, Outcome, show_warnings};
+use crate::notes::Note;
 use crate::progress::Done;
-use crate::report::check::github::{Level, annotation};
-use crate::report::{self, CheckedJob};
-use crate::risk::{self, Verdict};
+use crate::report;
+use crate::report::check::github::note_annotation;
+use crate::study::check::{Checked, CheckedJob, ReadJobs, Verdict, worst};
 
 const AFTER_HELP: &str = "\
 Examples:
@@ -23,7 +21,7 @@ Examples:
   detune check --format json jobs/*.yaml | jq .verdict
   detune check --format junit --output detune.xml --fail-on uncertain jobs/*.yaml
 
-Exit codes: 0 passes, 1 fails, 2 a file or the command line is wrong, 3 a fault of the program itself.
+Exit codes: 0 passes, 1 fails, 2 a file or the command line is wrong, 3 an internal error.
 The format of the output never changes the exit code.";
 
 /// Tell whether jobs shake the arm that runs them, where, and by what.
@@ -68,15 +66,26 @@ enum FailOn {
     Never,
 }
 
-/// Checks all jobs and writes one report; if some file is wrong, tells all faults of all jobs and writes
-/// nothing.
+/// Checks all jobs and writes one report; if some file is wrong, reports all errors of all jobs and writes nothing.
 pub(super) fn run(args: &CheckArgs, out: &mut dyn Write) -> Result<Outcome, Failure> {
     let sink = Sink::open(args.output.as_deref())?;
-    sink.spare(&args.jobs)?;
-    let jobs = checked(args, &sink)?;
+    sink.refuse_inputs(&args.jobs)?;
+    let jobs = ReadJobs::read(&args.jobs);
+    sink.refuse_inputs(jobs.files())?;
+    let bar = progress();
+    let Checked { jobs, warnings, errors } = jobs.check(&count_on(&bar));
+    bar.finish_and_clear();
+    show_warnings(&warnings);
+    if args.format == Format::Github {
+        annotate(&warnings);
+        annotate(&errors);
+    }
+    if !errors.is_empty() {
+        return Err(errors.into());
+    }
     let text = rendered(&jobs, args, &sink)?;
     sink.write(&text, out)?;
-    Ok(outcome(report::check::verdict(&jobs), args.fail_on))
+    Ok(outcome(worst(&jobs), args.fail_on))
 }
 
 impl FailOn {
@@ -93,49 +102,6 @@ impl FailOn {
 fn outcome(verdict: Verdict, fail_on: FailOn) -> Outcome {
     let fails = fail_on.mildest().is_some_and(|mildest| verdict >= mildest);
     if fails { Outcome::Fail } else { Outcome::Pass }
-}
-
-/// The jobs in the order given. Notices go to standard error.
-fn checked(args: &CheckArgs, sink: &Sink) -> Result<Vec<CheckedJob>, Failure> {
-    let progress = progress();
-    let one = |file| {
-        let mut reading = Reading::default();
-        let checked = check_one(file, sink, &progress, &mut reading);
-        (checked, reading.warnings)
-    };
-    let checked: Vec<_> = args.jobs.par_iter().map(|file| one(file)).collect();
-    progress.finish_and_clear();
-    let mut jobs = Vec::new();
-    let mut faults = Vec::new();
-    let mut notices: Vec<Note> = Vec::new();
-    for (one, of_job) in checked {
-        notices.extend(of_job);
-        match one {
-            Ok(job) => jobs.push(job),
-            Err(of_job) => faults.extend(of_job),
-        }
-    }
-    tell(&notices);
-    if args.format == Format::Github {
-        annotate(Level::Warning, &notices);
-        annotate(Level::Error, &faults);
-    }
-    if faults.is_empty() { Ok(jobs) } else { Err(faults.into()) }
-}
-
-/// Notices go to `reading`, whether or not there are faults.
-fn check_one(
-    file: &Path,
-    sink: &Sink,
-    progress: &ProgressBar,
-    reading: &mut Reading,
-) -> Result<CheckedJob, Vec<Note>> {
-    let job = input::read_job(file, reading)?;
-    sink.spare(&reading.files)?;
-    let risk = risk::assess(&job, &counted_on(progress))?;
-    reading.warnings.extend(risk.notices.iter().cloned());
-    let notices = reading.warnings.iter().map(Note::to_string).collect();
-    Ok(CheckedJob { notices, ..CheckedJob::new(&job, risk) })
 }
 
 fn rendered(jobs: &[CheckedJob], args: &CheckArgs, sink: &Sink) -> Result<String, Failure> {
@@ -168,8 +134,8 @@ pub(super) fn progress() -> ProgressBar {
     progress
 }
 
-/// Poses that are done, on a bar.
-pub(super) fn counted_on(bar: &ProgressBar) -> impl Fn(Done) + Sync + '_ {
+/// Counts the poses of a study on a progress bar.
+pub(super) fn count_on(bar: &ProgressBar) -> impl Fn(Done) + Sync {
     |done| {
         if let Done::More(poses) = done {
             bar.inc(u64::try_from(poses).unwrap_or(u64::MAX));
@@ -178,19 +144,18 @@ pub(super) fn counted_on(bar: &ProgressBar) -> impl Fn(Done) + Sync + '_ {
 }
 
 /// Workflow commands for what is on standard error in words, too: GitHub reads them there as well.
-fn annotate(level: Level, told: &[Note]) {
+fn annotate(notes: &[Note]) {
     let root = env::current_dir().unwrap_or_default();
     let mut lines: Vec<String> = Vec::new();
-    for note in told {
-        let Place { file, line, .. } = &note.place;
-        let line = annotation(level, file.as_deref(), *line, &note.message(), &root);
+    for note in notes {
+        let line = note_annotation(note, &root);
         if !lines.contains(&line) {
             lines.push(line);
         }
     }
     let mut err = io::stderr().lock();
     for line in lines {
-        // If standard error is closed, there is nobody to tell.
+        // If standard error is closed, nobody reads it.
         let _ = writeln!(err, "{line}");
     }
 }

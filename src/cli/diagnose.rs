@@ -7,7 +7,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::output::Sink;
+use super::output::{Sink, keep_apart};
 use super::{Failure, Outcome};
 use crate::diagnosis::{Diagnosis, Settings, Verdict, diagnose};
 use crate::identify::ModeTable;
@@ -68,12 +68,15 @@ const FINEST_PERCENT: f64 = 0.03;
 pub(super) fn run(args: &DiagnoseArgs, out: &mut dyn Write) -> Result<Outcome, Failure> {
     let sink = Sink::open(args.output.as_deref())?;
     let robot_sink = args.write.as_deref().map(|path| Sink::open(Some(path))).transpose()?;
-    sink.unless_same(robot_sink.as_ref(), "robot")?;
+    keep_apart(&[
+        ("--output", Some(&sink), args.output.as_deref()),
+        ("--write", robot_sink.as_ref(), args.write.as_deref()),
+    ])?;
     let robot_file = super::robot_file(&args.robot);
     let mut reading = Reading::default();
     let read = read(&robot_file, &args.measured, &mut reading);
     for sink in std::iter::once(&sink).chain(&robot_sink) {
-        sink.spare(&reading.files)?;
+        sink.refuse_inputs(&reading.files)?;
     }
     reading.warnings.iter().for_each(|notice| warn(&notice.to_string()));
     let (loaded, table) = read?;

@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::output::Sink;
-use super::{Failure, Outcome, tell};
+use super::output::{Sink, keep_apart};
+use super::{Failure, Outcome, show_warnings};
 use crate::identify::session::identify_session_with_progress;
 use crate::input::{Reading, read_session};
 use crate::report::identify::{
@@ -57,13 +57,16 @@ enum Format {
 pub(super) fn run(args: &IdentifyArgs, out: &mut dyn Write) -> Result<Outcome, Failure> {
     let sink = Sink::open(args.output.as_deref())?;
     let table = args.write.as_deref().map(|path| Sink::open(Some(path))).transpose()?;
-    sink.unless_same(table.as_ref(), "table")?;
+    keep_apart(&[
+        ("--output", Some(&sink), args.output.as_deref()),
+        ("--write", table.as_ref(), args.write.as_deref()),
+    ])?;
     let mut reading = Reading::default();
     let session = read_session(&args.session, &mut reading);
-    tell(&reading.warnings);
+    show_warnings(&reading.warnings);
     let session = session?;
     for sink in [&sink].into_iter().chain(&table) {
-        sink.spare(&reading.files)?;
+        sink.refuse_inputs(&reading.files)?;
     }
     let progress = progress(session.records.len());
     let found = identify_session_with_progress(&session, &|| progress.inc(1));

@@ -13,6 +13,7 @@ mod stiffness;
 
 use std::any::Any;
 use std::cell::Cell;
+use std::collections::HashSet;
 use std::io::{self, BufWriter, Write};
 use std::panic::{self, AssertUnwindSafe};
 use std::path::{Path, PathBuf};
@@ -37,7 +38,7 @@ Exit codes:
   0  the job passes (an uncertain verdict warns and passes, see check --fail-on)
   1  the job fails its policy, or no safe speed exists
   2  a file or the command line is wrong
-  3  a fault of the program itself";
+  3  an internal error";
 
 /// The command line.
 #[derive(Debug, Parser)]
@@ -75,7 +76,7 @@ pub enum Failure {
     Input(Vec<Note>),
     /// Exit code 2: an output could not be written (a closed pipe on standard output ends quietly).
     Output(io::Error),
-    /// Exit code 3: a fault of the program itself.
+    /// Exit code 3: an internal error.
     Internal(String),
 }
 
@@ -144,16 +145,13 @@ fn run(verb: &Verb, out: &mut dyn Write) -> Result<Outcome, Failure> {
     }
 }
 
-/// Notices on standard error, each once.
-fn tell(notices: &[Note]) {
-    let mut told: Vec<&Note> = Vec::new();
+/// Warnings on standard error, each once.
+fn show_warnings(warnings: &[Note]) {
+    let mut shown: HashSet<&Note> = HashSet::new();
     let mut err = io::stderr().lock();
-    for notice in notices {
-        if !told.contains(&notice) {
-            told.push(notice);
-            // If standard error is closed, there is nobody to tell.
-            let _ = writeln!(err, "warning: {notice}");
-        }
+    for warning in warnings.iter().filter(|warning| shown.insert(warning)) {
+        // If standard error is closed, nobody reads it.
+        let _ = writeln!(err, "warning: {warning}");
     }
 }
 
@@ -179,11 +177,10 @@ fn exit_code(ended: Result<Outcome, Failure>, wrote: bool, err: &mut dyn Write) 
         Err(Failure::Output(error)) => {
             (2, vec![format!("error: output cannot be written: {error}")])
         }
-        Err(Failure::Input(faults)) => (2, fault_lines(&faults, wrote)),
-        Err(Failure::Internal(what)) => (
-            3,
-            vec![format!("error: fault in detune itself, please report it: {}", one_line(&what))],
-        ),
+        Err(Failure::Input(faults)) => (2, error_lines(&faults, wrote)),
+        Err(Failure::Internal(what)) => {
+            (3, vec![format!("internal error in detune, please report it: {}", one_line(&what))])
+        }
     };
     for line in lines {
         // If standard error is closed, there is nobody to tell.
@@ -193,7 +190,7 @@ fn exit_code(ended: Result<Outcome, Failure>, wrote: bool, err: &mut dyn Write) 
 }
 
 /// One line a fault, each told once, and what to do next; `wrote` where some of the output is out already.
-fn fault_lines(faults: &[Note], wrote: bool) -> Vec<String> {
+fn error_lines(faults: &[Note], wrote: bool) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for fault in faults {
         let line = format!("error: {fault}");
@@ -203,8 +200,8 @@ fn fault_lines(faults: &[Note], wrote: bool) -> Vec<String> {
     }
     let done = if wrote { "the output is cut short" } else { "nothing was done" };
     // Without their number: a long list is cut, and says itself how many more there are.
-    let what = if lines.len() == 1 { "this" } else { "these faults" };
-    lines.push(format!("{done}: mend {what} and run the command again"));
+    let what = if lines.len() == 1 { "this" } else { "these errors" };
+    lines.push(format!("{done}: fix {what} and run the command again"));
     lines
 }
 
@@ -212,7 +209,7 @@ fn one_line(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// Runs a piece of the program; a panic in it, on whatever thread, is a fault of the program itself.
+/// Runs a piece of the program; a panic in it, on whatever thread, is an internal error.
 fn guarded(work: impl FnOnce() -> Result<Outcome, Failure>) -> Result<Outcome, Failure> {
     static FIRST_PANIC: Mutex<Option<String>> = Mutex::new(None);
     panic::set_hook(Box::new(|info| {
@@ -246,6 +243,7 @@ mod tests {
     use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
     use super::*;
+    use crate::notes::{Code, Place};
 
     fn told(ended: Result<Outcome, Failure>) -> (u8, String) {
         let mut err = Vec::new();
@@ -269,22 +267,21 @@ mod tests {
         assert_eq!(told(Err(Failure::Input(Vec::new()))).0, 2);
         assert_eq!(
             told(Err(Failure::Internal("two\n lines".into()))),
-            (3, "error: fault in detune itself, please report it: two lines\n".into())
+            (3, "internal error in detune, please report it: two lines\n".into())
         );
     }
 
     #[test]
     fn each_fault_is_told_once() {
-        let fault = |line| {
-            Note::error(crate::notes::Code::Value, crate::notes::Place::line("a.yaml", line), "bad")
-        };
+        let fault =
+            |line: Option<usize>| Note::error(Code::Value, Place::line("a.yaml", line), "bad");
         let (code, text) =
             told(Err(Failure::Input(vec![fault(Some(3)), fault(None), fault(Some(3))])));
         assert_eq!(code, 2);
         assert_eq!(
             text,
             "error: a.yaml:3: bad\nerror: a.yaml: bad\n\
-             nothing was done: mend these faults and run the command again\n"
+             nothing was done: fix these errors and run the command again\n"
         );
     }
 

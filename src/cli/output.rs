@@ -13,7 +13,7 @@ use crate::notes::{Code, Note, Place};
 const STANDARD_OUTPUT: [&str; 4] = ["-", "/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"];
 
 /// What is written piece by piece stands in memory up to this size, bytes.
-const MOST_IN_MEMORY: usize = 64 << 20;
+const MAX_IN_MEMORY: usize = 64 << 20;
 
 /// Where data goes.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -27,7 +27,7 @@ pub(super) enum Sink {
 }
 
 impl Sink {
-    /// Where `--output` points; told before the long work if nothing can be written there.
+    /// Where `--output` points; an error before the long work if nothing can be written there.
     pub(super) fn open(output: Option<&Path>) -> Result<Self, Vec<Note>> {
         let Some(path) =
             output.filter(|path| STANDARD_OUTPUT.iter().all(|name| *path != Path::new(name)))
@@ -51,20 +51,13 @@ impl Sink {
         }
     }
 
-    /// Refuses two results in one file: `--output` here, and what `--write` writes.
-    pub(super) fn unless_same(&self, written: Option<&Self>, what: &str) -> Result<(), Vec<Note>> {
-        if written != Some(self) {
-            return Ok(());
-        }
-        let what =
-            format!("--write and --output name the same file; give the {what} one of its own");
-        Err(vec![Note::usage(what)])
-    }
-
     /// Refuses to write over a file that the run reads, by whatever name it goes.
-    pub(super) fn spare(&self, inputs: &[PathBuf]) -> Result<(), Vec<Note>> {
+    pub(super) fn refuse_inputs<'p>(
+        &self,
+        inputs: impl IntoIterator<Item = &'p PathBuf>,
+    ) -> Result<(), Vec<Note>> {
         let Self::File(output) = self else { return Ok(()) };
-        let Some(input) = inputs.iter().find(|input| are_one_file(input, output)) else {
+        let Some(input) = inputs.into_iter().find(|input| are_one_file(input, output)) else {
             return Ok(());
         };
         let what = format!(
@@ -75,7 +68,7 @@ impl Sink {
     }
 
     /// Whether what goes to one would overwrite or mix with what goes to the other. Devices swallow both.
-    pub(super) fn is_same(&self, other: &Self) -> bool {
+    fn is_same(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Standard, Self::Standard) => true,
             (Self::File(a), Self::File(b)) => are_one_file(a, b) || in_folder(a) == in_folder(b),
@@ -94,8 +87,8 @@ impl Sink {
             Self::Standard => {
                 super::unless_closed(out.write_all(text.as_bytes()).and_then(|()| out.flush()))
             }
-            Self::File(path) => replace(path, text).map_err(|error| told(path, &error)),
-            Self::Device(path) => fs::write(path, text).map_err(|error| told(path, &error)),
+            Self::File(path) => replace(path, text).map_err(|error| named(path, &error)),
+            Self::Device(path) => fs::write(path, text).map_err(|error| named(path, &error)),
         }
     }
 }
@@ -117,20 +110,74 @@ impl Sink {
         match self {
             Self::Standard => write(out),
             Self::File(path) => {
-                let mut pieces = tempfile::spooled_tempfile_in(MOST_IN_MEMORY, folder_of(path));
+                let mut pieces = tempfile::spooled_tempfile_in(MAX_IN_MEMORY, folder_of(path));
                 write(&mut pieces)?;
-                replace_from(path, &mut pieces).map_err(|error| told(path, &error))?;
+                replace_from(path, &mut pieces).map_err(|error| named(path, &error))?;
                 Ok(())
             }
             Self::Device(path) => {
                 let device = fs::OpenOptions::new().write(true).open(path);
-                let mut buffered = BufWriter::new(device.map_err(|error| told(path, &error))?);
+                let mut buffered = BufWriter::new(device.map_err(|error| named(path, &error))?);
                 write(&mut buffered)?;
-                buffered.flush().map_err(|error| told(path, &error))?;
+                buffered.flush().map_err(|error| named(path, &error))?;
                 Ok(())
             }
         }
     }
+}
+
+/// Two outputs of one run go to two places, or one of them would be lost. Each with its option and the path given.
+pub(super) fn keep_apart(
+    outputs: &[(&str, Option<&Sink>, Option<&Path>)],
+) -> Result<(), Vec<Note>> {
+    for (index, (name, sink, path)) in outputs.iter().enumerate() {
+        for (earlier, other, _) in &outputs[..index] {
+            let (Some(sink), Some(other)) = (sink, other) else { continue };
+            if sink.is_same(other) {
+                let what = if sink.is_standard() {
+                    format!("{name} and {earlier} both go to standard output; name a file for one")
+                } else {
+                    format!("{name} and {earlier} name the same file; name two")
+                };
+                let place = path.map(Place::file).unwrap_or_default();
+                return Err(vec![Note::error(Code::Usage, place, what)]);
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Writes several outputs so that either all land or none: each file is complete beside its place before the first
+/// takes it, and what has landed is taken back if a later one cannot.
+pub(super) fn write_all(outputs: &[(&Sink, &[u8])], out: &mut dyn Write) -> Result<(), Failure> {
+    let mut staged = Vec::new();
+    for (sink, bytes) in outputs {
+        if let Sink::File(path) = sink {
+            let file = staged_file(path, bytes).map_err(|error| named(path, &error))?;
+            staged.push((file, path));
+        }
+    }
+    for (sink, bytes) in outputs.iter().filter(|(sink, _)| !matches!(sink, Sink::File(_))) {
+        sink.write_bytes(bytes, out)?;
+    }
+    let mut landed: Vec<(&Path, Option<Vec<u8>>)> = Vec::new();
+    for (file, path) in staged {
+        let old = fs::read(path).ok();
+        if let Err(error) = put_in_place(file, path) {
+            landed.iter().for_each(|(path, old)| take_back(path, old.as_deref()));
+            return Err(named(path, &error).into());
+        }
+        landed.push((path, old));
+    }
+    Ok(())
+}
+
+/// Puts back what a file held before, if it was there. The error that led here is the one to report.
+fn take_back(path: &Path, old: Option<&[u8]>) {
+    let _ = match old {
+        Some(old) => staged_file(path, old).and_then(|file| put_in_place(file, path)),
+        None => fs::remove_file(path),
+    };
 }
 
 /// Whether two paths lead to one file, through links and detours. What does not exist is no file.
@@ -152,7 +199,7 @@ fn in_folder(path: &Path) -> PathBuf {
     folder.join(path.file_name().unwrap_or_default())
 }
 
-fn told(path: &Path, error: &io::Error) -> io::Error {
+fn named(path: &Path, error: &io::Error) -> io::Error {
     io::Error::new(error.kind(), format!("{}: {error}", path.display()))
 }
 
@@ -165,9 +212,15 @@ fn folder_of(path: &Path) -> &Path {
 
 /// Writes a new file beside the old one and puts it in its place.
 fn replace(path: &Path, text: &str) -> io::Result<()> {
+    put_in_place(staged_file(path, text.as_bytes())?, path)
+}
+
+/// A new file beside the old one, complete.
+fn staged_file(path: &Path, bytes: &[u8]) -> io::Result<NamedTempFile> {
     let mut file = beside(path)?;
-    file.write_all(text.as_bytes())?;
-    put_in_place(file, path)
+    file.write_all(bytes)?;
+    file.flush()?;
+    Ok(file)
 }
 
 /// The same with what stands in `pieces`.
@@ -249,6 +302,25 @@ mod tests {
             assert!(Sink::open(Some(Path::new(name))).unwrap().is_standard());
         }
         assert!(Sink::open(None).unwrap().is_standard());
+    }
+
+    /// The second place turns into a folder after it was opened, so it cannot be replaced.
+    #[test]
+    fn several_outputs_land_together_or_not_at_all() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        fs::write(path("a"), "old a").unwrap();
+        let [a, b, c] = ["a", "b", "c"].map(|name| Sink::open(Some(&path(name))).unwrap());
+        let outputs: [(&Sink, &[u8]); 3] = [(&a, b"new a"), (&b, b"new b"), (&c, b"new c")];
+        fs::create_dir(path("c")).unwrap();
+        fs::write(path("c").join("inside"), "").unwrap();
+        assert!(write_all(&outputs, &mut io::sink()).is_err());
+        assert_eq!(fs::read_to_string(path("a")).unwrap(), "old a");
+        assert_eq!(names(folder.path()), ["a", "c"]);
+        fs::remove_dir_all(path("c")).unwrap();
+        write_all(&outputs, &mut io::sink()).unwrap();
+        assert_eq!(names(folder.path()), ["a", "b", "c"]);
+        assert_eq!(fs::read_to_string(path("c")).unwrap(), "new c");
     }
 
     #[test]

@@ -3,13 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use super::job::job_of_text;
+use super::text::is_one_place;
 use super::{OperationEdit, Reading};
 use crate::job::{Job, Operation};
 use crate::notes::{Code, Note, Place};
 use crate::units::m_per_s_from_mm_per_min;
 
 /// Reads `text` as the job that it will be in the file `to` and compares it with `job`, of which `files` were
-/// read: speed and feed must be those of the edits, all else must be as before.
+/// read and of which `program` is about to be written: speed and feed must be those of the edits, all else must be
+/// as before.
 ///
 /// # Errors
 /// It is no job there, or another one.
@@ -19,8 +21,10 @@ pub fn confirm_rewritten(
     text: &str,
     to: &Path,
     edits: &[OperationEdit],
+    program: Option<(&Path, &[u8])>,
 ) -> Result<(), Note> {
-    let mut reading = Reading::default();
+    let pending = program.map(|(path, bytes)| (path.to_owned(), bytes.to_vec()));
+    let mut reading = Reading { pending, ..Reading::default() };
     let found = job_of_text(to, text.to_owned(), &mut reading)
         .map_err(|notes| notes.first().map_or_else(String::new, |fault| fault.what.clone()))
         .and_then(|again| match difference(job, &again, edits) {
@@ -47,7 +51,7 @@ pub fn confirm_rewritten(
 }
 
 fn is_one(a: Option<&PathBuf>, b: &Path) -> bool {
-    matches!((a.map(|a| a.canonicalize()), b.canonicalize()), (Some(Ok(a)), Ok(b)) if a == b)
+    a.is_some_and(|a| is_one_place(a, b))
 }
 
 /// What is not as it must be.

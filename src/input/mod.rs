@@ -22,7 +22,7 @@ mod urdf;
 mod waypoints;
 mod yaml;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::notes::{Note, Notes};
 
@@ -43,6 +43,8 @@ pub struct Reading {
     pub warnings: Vec<Note>,
     /// The files that were read, or were to be read: nothing may be written over them.
     pub files: Vec<PathBuf>,
+    /// A file that this run is about to write, read as if it were there already.
+    pub pending: Option<(PathBuf, Vec<u8>)>,
 }
 
 impl Reading {
@@ -51,6 +53,12 @@ impl Reading {
         let (errors, warnings) = notes.finish();
         self.warnings.extend(warnings);
         errors
+    }
+
+    /// What this run is about to write to `path`.
+    fn pending_at(&self, path: &Path) -> Option<&[u8]> {
+        let (file, bytes) = self.pending.as_ref()?;
+        text::is_one_place(file, path).then_some(bytes)
     }
 
     fn append(&mut self, mut other: Self) {

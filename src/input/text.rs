@@ -97,7 +97,7 @@ fn lower_first(text: &str) -> String {
 /// `named` as seen from the folder of the file `by` that names it.
 ///
 /// `jobs/../robots/a.yaml` is shown as `robots/a.yaml` where that is the same file.
-fn relative_to(by: &Path, named: &str) -> PathBuf {
+pub(super) fn relative_to(by: &Path, named: &str) -> PathBuf {
     let joined = by.parent().unwrap_or(Path::new("")).join(named);
     let short = without_detours(&joined);
     // `a/..` is not the folder itself where `a` is a symbolic link.
@@ -105,6 +105,17 @@ fn relative_to(by: &Path, named: &str) -> PathBuf {
         (Ok(long), Ok(same)) if long == same => short,
         _ => joined,
     }
+}
+
+/// Whether two paths lead to one place, also where no file stands there yet.
+pub(super) fn is_one_place(a: &Path, b: &Path) -> bool {
+    let place = |path: &Path| {
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+        let folder = folder.unwrap_or(Path::new(".")).canonicalize().ok()?;
+        let file = folder.join(path.file_name()?);
+        Some(file.canonicalize().unwrap_or(file))
+    };
+    matches!((place(a), place(b)), (Some(a), Some(b)) if a == b)
 }
 
 /// The file that `name` under `key` of the file `by` means, if it is there.

@@ -7,7 +7,7 @@ use nalgebra::Isometry3;
 use super::Reading;
 use super::frame::frame;
 use super::raw::job as raw;
-use super::text::{LARGEST_PROGRAM_BYTES, named_file, read_bytes};
+use super::text::{LARGEST_PROGRAM_BYTES, named_file, read_bytes, relative_to};
 use super::yaml::{Apart, Kind, Node, Step};
 use crate::job::SpindleSpeed;
 use crate::model::{JointKind, Robot};
@@ -200,7 +200,12 @@ fn program_moves(
 ) -> Option<(Vec<Move>, StatedFeeds)> {
     let name = raw.file.as_deref()?;
     let line = path.line_at(&[Step::Key("program")]);
-    let file = named_file(course.job, "path.program.file", name, line, notes)?;
+    let file = relative_to(course.job, name);
+    let pending = elsewhere.reading.pending_at(&file).map(<[u8]>::to_vec);
+    let file = match &pending {
+        Some(_) => file,
+        None => named_file(course.job, "path.program.file", name, line, notes)?,
+    };
     let extension = file.extension().unwrap_or_default().to_string_lossy();
     let Some(dialect) = Dialect::from_extension(&extension) else {
         let what = format!(
@@ -219,7 +224,7 @@ fn program_moves(
         notes.warning(Code::Unused, line, what);
     }
     elsewhere.reading.files.push(file.clone());
-    let bytes = match read_bytes(&file, LARGEST_PROGRAM_BYTES) {
+    let bytes = match pending.map_or_else(|| read_bytes(&file, LARGEST_PROGRAM_BYTES), Ok) {
         Ok(bytes) => bytes,
         Err(fault) => {
             elsewhere.errors.push(fault);

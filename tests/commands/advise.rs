@@ -427,6 +427,41 @@ fn programs_are_rewritten_and_the_new_job_names_them() {
     assert!(!err(&check).contains("commands"), "{}", err(&check));
 }
 
+/// What was written is named, and the next step is not to write it again; a job that is kept is written as well.
+#[test]
+fn what_was_written_is_named_and_the_next_step_follows() {
+    let bench = Bench::new();
+    bench.add("jobs/p.nc", "S780 M3\nG0 X800 Y0 Z600\nG1 X900 F400\nX950\nM5\n");
+    let job = format!(
+        "robot: {}\ntool: {{teeth: 2}}\nspindle: {{min_rpm: 500, max_rpm: 24000}}\noperations:\n  - name: a\n    \
+         spindle_rpm: 780\n    feed_mm_per_min: 400\n    path: {{program: {{file: p.nc}}}}\npolicy: {{separation_percent: 3, model_uncertainty_percent: 2}}\n",
+        robot("irb1600")
+    );
+    bench.add("jobs/job.yaml", &job);
+    let facts = |arguments: &[&str]| {
+        let ran = run(bench.path(), arguments);
+        assert_eq!(code(&ran), 0, "{}", err(&ran));
+        let facts =
+            out(&ran).lines().filter(|l| l.starts_with("  next") || l.starts_with("  written"));
+        facts.map(str::to_owned).collect::<Vec<_>>().join("\n")
+    };
+    let asked = facts(&["advise", "jobs/job.yaml"]);
+    assert!(asked.contains("--write JOB2.yaml") && !asked.contains("written"), "{asked}");
+    let files = ["--write", "new.yaml", "--write-program", "new.nc"];
+    let changed = facts(&[&["advise", "jobs/job.yaml"], &files[..]].concat());
+    for expected in
+        ["job as advised, new.yaml", "program as advised, new.nc", "detune check new.yaml"]
+    {
+        assert!(changed.contains(expected), "{changed}");
+    }
+    assert!(!changed.contains("--write"), "{changed}");
+    let files = ["--write", "kept.yaml", "--write-program", "kept.nc"];
+    let kept = facts(&[&["advise", "new.yaml"], &files[..]].concat());
+    assert!(kept.contains("kept.yaml") && kept.contains("program as advised, kept.nc"), "{kept}");
+    let text = |file: &str| fs::read_to_string(bench.path().join(file)).unwrap();
+    assert_eq!(text("new.nc"), text("kept.nc"));
+}
+
 #[test]
 fn outputs_are_the_same_twice_and_the_schema_is_printed() {
     let bench = Bench::new();
@@ -533,7 +568,8 @@ fn a_job_that_would_not_be_as_advised_is_not_written() {
     let text = input::rewritten_job(&file, &to, std::slice::from_ref(&edit)).unwrap();
     let confirmed = |text: &str| {
         let edits = std::slice::from_ref(&edit);
-        input::confirm_rewritten(&job, &reading.files, text, &to, edits).map_err(|fault| fault.what)
+        input::confirm_rewritten(&job, &reading.files, text, &to, edits, None)
+            .map_err(|fault| fault.what)
     };
     assert_eq!(confirmed(&text), Ok(()));
     for (from, into, told) in [

@@ -207,7 +207,7 @@ fn a_wrong_job_writes_nothing_and_tells_all_faults_of_all_jobs() {
         assert!(told.lines().any(|line| line.starts_with(&format!("error: {file}"))), "{told}");
     }
     assert!(told.contains("did you mean 'spindle_rpm'?"), "{told}");
-    assert!(told.lines().last().unwrap().starts_with("nothing was done: mend these "), "{told}");
+    assert!(told.lines().last().unwrap().starts_with("nothing was done: fix these "), "{told}");
     assert_eq!(bench.names(), before);
     assert_eq!(fs::read_to_string(bench.path().join("old.json")).unwrap(), "old");
 }

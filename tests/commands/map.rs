@@ -245,7 +245,7 @@ fn a_fault_behind_written_rows_says_that_they_are_cut_short() {
     );
     let [.., stopped, last] = told.as_slice() else { panic!("{told:?}") };
     assert!(stopped.contains("reading stopped after 20 errors or more"), "{stopped}");
-    assert_eq!(*last, "the output is cut short: mend these faults and run the command again");
+    assert_eq!(*last, "the output is cut short: fix these errors and run the command again");
 }
 
 #[test]

@@ -5,12 +5,14 @@ use std::path::{Path, PathBuf};
 
 use detune::excitation::{ExcitationLine, Source};
 use detune::job::{Policy, SpindleSpeed};
+use detune::notes::{Code, Note, Place};
+use detune::report;
 use detune::report::check::{github, json, junit, plot_text, sarif, text};
-use detune::report::{self, AskedOperation, CheckedJob};
 use detune::risk::{
     Certainty, Crossing, JobRisk, LeftOut, ModeExchange, OperationRisk, Sample, Verdict,
     closest_approach,
 };
+use detune::study::check::{AskedOperation, CheckedJob};
 
 const TOOTH_1: ExcitationLine =
     ExcitationLine { source: Source::ToothPassing, harmonic: 1, order: 2 };
@@ -115,7 +117,7 @@ fn job(file: &str, operations: Vec<(OperationRisk, Option<&str>)>) -> CheckedJob
             operations: operations.into_iter().map(|o| o.0).collect(),
             notices: Vec::new(),
         },
-        notices: vec!["a.yaml:3: something to know".into()],
+        notices: vec![Note::warning(Code::Assumed, Place::line("a.yaml", 3), "something to know")],
     }
 }
 

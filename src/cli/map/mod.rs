@@ -45,7 +45,7 @@ pub(super) fn run(args: &MapArgs, out: &mut dyn Write) -> Result<Outcome, Failur
         dash if dash == Path::new("-") => PathBuf::from("/dev/stdin"),
         file => file.clone(),
     }));
-    sink.spare(&reading.files)?;
+    sink.refuse_inputs(&reading.files)?;
     let source = source(args, &robot)?;
     let map = FrequencyMap::new(&robot, method);
     let mut warnings: Vec<Note> = reading.warnings;

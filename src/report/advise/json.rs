@@ -6,12 +6,13 @@ use std::borrow::Cow;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::{AdvisedJob, words};
+use super::words;
 use crate::advice::{self, Change, Coupling, OperationAdvice, Remedy, Schedule, SolverEnd};
 use crate::excitation::ExcitationLine;
 use crate::report::check::json::SourceName;
 use crate::report::json::{NotFinite, Number, laid_out};
 use crate::report::words::certainty;
+use crate::study::advise::AdvisedJob;
 use crate::units::{
     deg_from_rad, mm_from_m, mm_per_min_from_m_per_s, percent_from_ratio, um_from_m,
     um_per_n_from_m_per_n,
@@ -130,7 +131,7 @@ struct Operation<'a> {
     /// cut, see vibration_missing.
     vibration: Option<Vibration>,
     /// Why vibration is null.
-    vibration_missing: Option<&'static str>,
+    vibration_missing: Option<String>,
     /// The programmed speed (the mean over time of a programmed schedule).
     programmed_rpm: Number,
     programmed_feed_mm_per_min: Number,
@@ -527,7 +528,7 @@ fn of<'a>(job: &AdvisedJob, operation: &'a OperationAdvice) -> Operation<'a> {
         binding: operation.bind.as_ref().map(Binding::from),
         levers: operation.levers.iter().map(Lever::from).collect(),
         vibration: operation.vibration.as_ref().ok().map(Vibration::from),
-        vibration_missing: operation.vibration.as_ref().err().map(|why| words::no_vibration(*why)),
+        vibration_missing: operation.vibration.as_ref().err().map(ToString::to_string),
         programmed_rpm: Number(operation.programmed_rpm),
         programmed_feed_mm_per_min: Number(mm_per_min_from_m_per_s(
             operation.programmed_feed_m_per_s,

@@ -1,8 +1,8 @@
 //! The speed map: path against spindle speed, bands as areas, programmed and advised speeds as lines.
 
-use super::AdvisedJob;
 use crate::advice::{OperationAdvice, Remedy};
 use crate::report::svg::{Anchor, Axis, Frame, Panel, Sheet, Stroke, curve_style};
+use crate::study::advise::AdvisedJob;
 
 const TITLE: &str = "font-size=\"16\" font-weight=\"bold\"";
 const PANEL_TITLE: &str = "font-size=\"14\" font-weight=\"bold\"";

@@ -1,10 +1,11 @@
 //! What a planner reads: the speed to run at, why, and what is closed by what.
 
-use super::{AdvisedJob, words};
+use super::words;
 use crate::advice::{ClosedRange, FeedRule, NoVibration, OperationAdvice, Remedy, Schedule};
 use crate::job::Levers;
 use crate::report::style;
 use crate::report::words::{percent, round_percent, trimmed};
+use crate::study::advise::AdvisedJob;
 use crate::units::mm_per_min_from_m_per_s;
 
 /// Width of the names before each fact, characters.
@@ -26,6 +27,17 @@ pub fn advice(job: &AdvisedJob, colour: bool) -> String {
     }
     text.push('\n');
     push_fact(2, "model", &model(job), &mut text);
+    let written = [("job", &job.written_job), ("program", &job.written_program)];
+    for (what, path) in written {
+        if let Some(path) = path {
+            push_fact(
+                2,
+                "written",
+                &format!("the {what} as advised, {}", path.display()),
+                &mut text,
+            );
+        }
+    }
     push_fact(2, "next", &next(job), &mut text);
     text
 }
@@ -39,10 +51,12 @@ fn next(job: &AdvisedJob) -> String {
     };
     if !job.advice.is_clear() {
         pull(job)
+    } else if let Some(written) = &job.written_job {
+        format!("detune check {}; this is no guarantee against chatter", written.display())
     } else if operations.iter().all(is_kept) {
-        "run the job as it is; this is no promise against chatter".to_owned()
+        "run the job as it is; this is no guarantee against chatter".to_owned()
     } else {
-        "write the job as advised with --write JOB2.yaml and check it; this is no promise against chatter"
+        "write the job as advised with --write JOB2.yaml and check it; no guarantee against chatter"
             .to_owned()
     }
 }
@@ -143,9 +157,7 @@ fn push_operation(job: &AdvisedJob, operation: &OperationAdvice, colour: bool, t
             push_fact(4, "tool tip", &format!("vibrates by {}", tips.join(", ")), text);
         }
         Err(NoVibration::NoCutting) => {}
-        Err(why) => {
-            push_fact(4, "tool tip", &format!("not known: {}", words::no_vibration(*why)), text)
-        }
+        Err(why) => push_fact(4, "tool tip", &format!("not known: {why}"), text),
     }
     push_stretches(operation, text);
 }

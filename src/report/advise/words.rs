@@ -1,11 +1,11 @@
 //! What text and JSON say in common: why this speed, and why none.
 
-use super::AdvisedJob;
 use crate::advice::{
-    Block, Change, ClosedRange, Constant, Coupling, Lever, NoSchedule, NoVibration, Objective,
+    Block, Change, ClosedRange, Constant, Coupling, Lever, NoSchedule, Objective,
     OperationAdvice, Passage, Remedy, Schedule, SolverEnd, Speeds, TipVibration,
 };
 use crate::report::words::{line, percent, round_percent, significant, trimmed, um_per_n};
+use crate::study::advise::AdvisedJob;
 use crate::units::{deg_from_rad, mm_from_m, percent_from_ratio, um_from_m};
 
 /// `1312.4 rpm`, with one decimal at most.
@@ -265,18 +265,6 @@ pub(super) fn lever(lever: &Lever) -> String {
         None => "opens no gap".to_owned(),
     };
     format!("{}: {opens}, {margin}", change(&lever.change))
-}
-
-/// Why nothing is said on vibration.
-pub(super) fn no_vibration(why: NoVibration) -> &'static str {
-    match why {
-        NoVibration::NoCutting => "the operation has no 'cutting'",
-        NoVibration::UnknownMaterial => {
-            "cutting.material is not among al-6061, al-6082 and al-7075, and cutting.coefficients is not given"
-        }
-        NoVibration::NoDiameter => "tool.diameter_mm is not given",
-        NoVibration::OnlyAir => "all moves run in the air, at more than twice the operation's feed",
-    }
 }
 
 /// `12.3 µm at 1100 rpm`.

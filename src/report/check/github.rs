@@ -6,15 +6,17 @@ use std::path::Path;
 use super::findings::{Finding, findings};
 use super::operation::{CheckedOperation, operations};
 use super::sentences;
-use crate::report::{CheckedJob, paths, words};
+use crate::notes::{Note, Severity};
+use crate::report::{paths, words};
 use crate::risk::Certainty;
+use crate::study::check::CheckedJob;
 use crate::wording::printable;
 
 /// GitHub keeps so many annotations of a level in a step.
-const MOST_ANNOTATIONS: usize = 10;
+const MAX_ANNOTATIONS: usize = 10;
 
 /// At most so many jobs are named in the last line.
-const MOST_NAMED: usize = 10;
+const MAX_NAMED: usize = 10;
 
 /// The results of `detune check` as workflow commands, `error` for resonance and `warning` for uncertain,
 /// and a last line for the log. Files below `root` (an absolute path, the folder that the command ran in)
@@ -31,8 +33,8 @@ pub fn check(jobs: &[CheckedJob], root: &Path) -> String {
     for certainty in [Certainty::Certain, Certainty::Uncertain] {
         let of_level: Vec<_> =
             found.iter().filter(|(_, finding)| finding.certainty == certainty).collect();
-        for (index, (operation, finding)) in of_level.iter().take(MOST_ANNOTATIONS).enumerate() {
-            let beyond = if index + 1 == MOST_ANNOTATIONS { of_level.len() - index - 1 } else { 0 };
+        for (index, (operation, finding)) in of_level.iter().take(MAX_ANNOTATIONS).enumerate() {
+            let beyond = if index + 1 == MAX_ANNOTATIONS { of_level.len() - index - 1 } else { 0 };
             text.push_str(&command(operation, finding, beyond, root));
             text.push('\n');
         }
@@ -42,35 +44,20 @@ pub fn check(jobs: &[CheckedJob], root: &Path) -> String {
     text
 }
 
-/// How grave a line for the log is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Level {
-    /// Stops the work.
-    Error,
-    /// Does not.
-    Warning,
-}
-
-/// A fault or remark as a workflow command, in place where it has a file (named relative to `root` where it
-/// lies below it) and a line.
-pub fn annotation(
-    level: Level,
-    file: Option<&Path>,
-    line: Option<usize>,
-    what: &str,
-    root: &Path,
-) -> String {
-    let level = match level {
-        Level::Error => "error",
-        Level::Warning => "warning",
+/// An error or warning as a workflow command, in place where it has a file (named relative to `root` where it lies
+/// below it) and a line.
+pub fn note_annotation(note: &Note, root: &Path) -> String {
+    let level = match note.severity {
+        Severity::Error => "error",
+        Severity::Warning => "warning",
     };
-    let file = file.map(|file| paths::slashed(&paths::within(root, file)));
-    let place = match (file, line) {
+    let file = note.place.file.as_ref().map(|file| paths::slashed(&paths::within(root, file)));
+    let place = match (file, note.place.line) {
         (Some(file), Some(line)) => format!(" file={},line={line}", property(&file)),
         (Some(file), None) => format!(" file={}", property(&file)),
         (None, _) => String::new(),
     };
-    format!("::{level}{place}::{}", data(what))
+    format!("::{level}{place}::{}", data(&note.message()))
 }
 
 fn command(
@@ -106,17 +93,17 @@ fn command(
 }
 
 fn summary(jobs: &[CheckedJob]) -> String {
-    let told = |job: &CheckedJob| {
+    let shown = |job: &CheckedJob| {
         let file = printable(&paths::slashed(&job.file));
         format!("{file} {}", words::verdict(job.risk.verdict))
     };
-    let text = if jobs.len() <= MOST_NAMED {
-        jobs.iter().map(told).collect::<Vec<_>>().join(", ")
+    let text = if jobs.len() <= MAX_NAMED {
+        jobs.iter().map(shown).collect::<Vec<_>>().join(", ")
     } else {
         let worst = sentences::worst_jobs(jobs);
         let mut text = sentences::counts(jobs.iter().map(|job| job.risk.verdict), false);
         text = format!("{} jobs: {text}", jobs.len());
-        let named: Vec<_> = worst.iter().take(MOST_NAMED).map(|job| told(job)).collect();
+        let named: Vec<_> = worst.iter().take(MAX_NAMED).map(|job| shown(job)).collect();
         if !named.is_empty() {
             text.push_str(&format!("; {}", named.join(", ")));
         }
@@ -141,18 +128,16 @@ fn property(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::notes::{Code, Place};
 
     #[test]
-    fn faults_stand_at_their_lines() {
-        let at = |file: Option<&str>, line| {
-            annotation(Level::Error, file.map(Path::new), line, "50 %\n", Path::new("/here"))
+    fn notes_stand_at_their_lines() {
+        let at = |place: Place| {
+            note_annotation(&Note::error(Code::Value, place, "50 %"), Path::new("/here"))
         };
-        assert_eq!(
-            at(Some("/here/a,b.yaml"), Some(3)),
-            "::error file=a%2Cb.yaml,line=3::50 %25%0A"
-        );
-        assert_eq!(at(Some("a.yaml"), None), "::error file=a.yaml::50 %25%0A");
-        assert_eq!(at(None, None), "::error::50 %25%0A");
+        assert_eq!(at(Place::line("/here/a,b.yaml", 3)), "::error file=a%2Cb.yaml,line=3::50 %25");
+        assert_eq!(at(Place::file("a.yaml")), "::error file=a.yaml::50 %25");
+        assert_eq!(at(Place::default()), "::error::50 %25");
     }
 
     #[test]

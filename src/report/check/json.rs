@@ -8,9 +8,10 @@ use serde::Serialize;
 
 use super::operation::{CheckedOperation, operations};
 use crate::excitation::{ExcitationLine, Source};
-use crate::report::CheckedJob;
+use crate::notes::Note;
 use crate::report::json::{NotFinite, Number, laid_out};
 use crate::risk;
+use crate::study::check::{CheckedJob, worst};
 use crate::units::{percent_from_ratio, um_per_n_from_m_per_n};
 
 /// Objects and lists nested deeper than this stand on one line: a sample, a crossing.
@@ -21,11 +22,11 @@ const DEEPEST_SPREAD: usize = 6;
 /// neighbours are no more than 1/2000 apart in s.
 ///
 /// # Errors
-/// If a number is not finite, which would be a fault of the program.
+/// If a number is not finite, which would be an internal error.
 pub fn check(jobs: &[CheckedJob]) -> Result<String, NotFinite> {
     let output = Check {
         schema: SchemaName::Check1,
-        verdict: super::verdict(jobs).into(),
+        verdict: worst(jobs).into(),
         jobs: jobs.iter().map(Job::from).collect(),
     };
     laid_out(&output, DEEPEST_SPREAD)
@@ -95,7 +96,7 @@ struct Job<'a> {
     /// How far the model can be trusted.
     model: Model<'a>,
     /// Remarks that do not change the verdict, such as a verdict about nothing, as on standard error.
-    notices: &'a [String],
+    notices: Vec<String>,
     /// One entry an operation, in the order of the job.
     operations: Vec<Operation<'a>>,
 }
@@ -308,7 +309,7 @@ impl<'a> From<&'a CheckedJob> for Job<'a> {
                 uncertainty_percent: Number(percent_from_ratio(job.risk.model_uncertainty)),
                 coordinates: &job.risk.coordinates,
             },
-            notices: &job.notices,
+            notices: job.notices.iter().map(Note::to_string).collect(),
             operations: operations(job).map(Operation::from).collect(),
         }
     }

@@ -6,8 +6,9 @@ use quick_junit::{NonSuccessKind, Property, Report, TestCase, TestCaseStatus, Te
 use super::findings::findings;
 use super::operation::{CheckedOperation, operations};
 use super::sentences;
-use crate::report::{CheckedJob, paths, words};
+use crate::report::{paths, words};
 use crate::risk::{OperationRisk, Verdict};
+use crate::study::check::CheckedJob;
 use crate::wording::printable;
 
 /// At most so many findings of an operation are written out.

@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use crate::job::SpindleSpeed;
-use crate::report::{AskedOperation, CheckedJob, paths};
+use crate::report::paths;
 use crate::risk::{Crossing, OperationRisk};
+use crate::study::check::{AskedOperation, CheckedJob};
 
 /// One operation of a checked job.
 #[derive(Debug, Clone, Copy)]

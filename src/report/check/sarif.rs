@@ -10,8 +10,10 @@ use serde::Serialize;
 use super::findings::{Finding, Stretch, findings};
 use super::operation::{CheckedOperation, operations};
 use super::sentences;
-use crate::report::{CheckedJob, paths, words};
+use crate::notes::Note;
+use crate::report::{paths, words};
 use crate::risk::Certainty;
+use crate::study::check::CheckedJob;
 use crate::wording::printable;
 
 /// Where the standard's own schema stands.
@@ -68,7 +70,7 @@ pub fn check(jobs: &[CheckedJob], root: &Path) -> Result<String, serde_json::Err
                         )
                     })
                     .into_iter()
-                    .chain(jobs.iter().flat_map(|job| job.notices.iter().cloned()))
+                    .chain(jobs.iter().flat_map(|job| job.notices.iter().map(Note::to_string)))
                     .map(|text| Notification { level: "warning", message: Message { text } })
                     .collect(),
             }],

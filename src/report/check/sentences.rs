@@ -2,11 +2,12 @@
 
 use super::findings::Stretch;
 use super::operation::CheckedOperation;
+use crate::report::style;
 use crate::report::words::{
     apart, line, line_at, mode, number, percent, range, round_percent, trimmed, um_per_n, verdict,
 };
-use crate::report::{CheckedJob, style};
 use crate::risk::{Certainty, Crossing, OperationRisk, Sample, Verdict};
+use crate::study::check::CheckedJob;
 use crate::units::{deg_from_rad, percent_from_ratio, um_per_n_from_m_per_n};
 use crate::wording::printable;
 

@@ -4,8 +4,9 @@
 use super::findings::{Stretch, stretches};
 use super::operation::{CheckedOperation, operations};
 use super::{plot_text, sentences};
-use crate::report::{CheckedJob, style, words};
+use crate::report::{style, words};
 use crate::risk::{Approach, Certainty, OperationRisk, Verdict};
+use crate::study::check::CheckedJob;
 use crate::units::percent_from_ratio;
 use crate::wording::printable;
 

@@ -1,0 +1,129 @@
+//! Jobs → verdicts.
+
+use std::path::PathBuf;
+
+use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
+
+use crate::input::{Reading, read_job};
+use crate::job::{Job, Policy, SpindleSpeed};
+use crate::notes::Note;
+use crate::progress::Progress;
+pub use crate::risk::Verdict;
+use crate::risk::{JobRisk, assess};
+
+/// A job and what a check found in it: all that a renderer needs, without the model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CheckedJob {
+    /// What the job is called.
+    pub name: String,
+    /// The job file, as it was named by the caller.
+    pub file: PathBuf,
+    /// When a crossing counts.
+    pub policy: Policy,
+    /// What was asked of each operation, in the order of `risk.operations`.
+    pub asked: Vec<AskedOperation>,
+    /// What was found.
+    pub risk: JobRisk,
+    /// Warnings on the job, its robot and its programs.
+    pub notices: Vec<Note>,
+}
+
+/// What was asked of an operation, and where it stands in its files.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AskedOperation {
+    /// Line of the job file where it starts, counted from 1.
+    pub line: usize,
+    /// The program that the lines of its crossings refer to, as the job names it; `None` where they refer
+    /// to the job file.
+    pub program: Option<PathBuf>,
+    /// Programmed spindle speed.
+    pub speed: SpindleSpeed,
+}
+
+impl CheckedJob {
+    /// Puts together what was asked and what was found.
+    pub fn new(job: &Job, risk: JobRisk) -> Self {
+        let asked = job.operations.iter().map(|operation| AskedOperation {
+            line: operation.line,
+            program: operation.program.clone(),
+            speed: operation.speed.clone(),
+        });
+        Self {
+            name: job.name.clone(),
+            file: job.file.clone(),
+            policy: job.policy.clone(),
+            asked: asked.collect(),
+            notices: risk.notices.clone(),
+            risk,
+        }
+    }
+}
+
+/// The worst verdict of several jobs; clear if there is none.
+pub fn worst(jobs: &[CheckedJob]) -> Verdict {
+    jobs.iter().map(|job| job.risk.verdict).max().unwrap_or(Verdict::Clear)
+}
+
+/// Checks one job.
+///
+/// # Errors
+/// What cannot be run, for every operation.
+pub fn check(job: &Job, progress: Progress) -> Result<CheckedJob, Vec<Note>> {
+    Ok(CheckedJob::new(job, assess(job, progress)?))
+}
+
+/// Several job files as they were read, in the order given.
+#[derive(Debug)]
+pub struct ReadJobs(Vec<(Result<Job, Vec<Note>>, Reading)>);
+
+/// What came of several jobs.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Checked {
+    /// The jobs that could be checked, in the order given.
+    pub jobs: Vec<CheckedJob>,
+    /// Warnings on all jobs, those included that could not be checked.
+    pub warnings: Vec<Note>,
+    /// Why the others could not be checked.
+    pub errors: Vec<Note>,
+}
+
+impl ReadJobs {
+    /// Reads job files.
+    pub fn read(files: &[PathBuf]) -> Self {
+        let read = files.par_iter().map(|file| {
+            let mut reading = Reading::default();
+            (read_job(file, &mut reading), reading)
+        });
+        Self(read.collect())
+    }
+
+    /// Every file that was read.
+    pub fn files(&self) -> impl Iterator<Item = &PathBuf> {
+        self.0.iter().flat_map(|(_, reading)| &reading.files)
+    }
+
+    /// Checks those that could be read.
+    pub fn check(self, progress: Progress) -> Checked {
+        let one = |(job, reading): (Result<Job, Vec<Note>>, Reading)| {
+            let checked = job.and_then(|job| check(&job, progress)).map(|mut checked| {
+                checked.notices.splice(..0, reading.warnings.iter().cloned());
+                checked
+            });
+            (checked, reading.warnings)
+        };
+        let mut all = Checked::default();
+        for (checked, read) in self.0.into_par_iter().map(one).collect::<Vec<_>>() {
+            match checked {
+                Ok(job) => {
+                    all.warnings.extend(job.notices.iter().cloned());
+                    all.jobs.push(job);
+                }
+                Err(errors) => {
+                    all.warnings.extend(read);
+                    all.errors.extend(errors);
+                }
+            }
+        }
+        all
+    }
+}
