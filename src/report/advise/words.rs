@@ -1,8 +1,8 @@
 //! What text and JSON say in common: why this speed, and why none.
 
 use crate::advice::{
-    Block, Change, ClosedRange, Constant, Coupling, Lever, NoSchedule, Objective,
-    OperationAdvice, Passage, Remedy, Schedule, SolverEnd, Speeds, TipVibration,
+    Block, Change, ClosedRange, Constant, Coupling, Lever, NoSchedule, Objective, OperationAdvice,
+    Passage, Remedy, Schedule, SolverEnd, Speeds, TipVibration,
 };
 use crate::report::words::{line, percent, round_percent, significant, trimmed, um_per_n};
 use crate::study::advise::AdvisedJob;
