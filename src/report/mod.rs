@@ -13,4 +13,3 @@ pub mod stiffness;
 mod style;
 mod svg;
 mod words;
-
