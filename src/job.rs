@@ -89,10 +89,11 @@ pub struct Operation {
     pub cutting: Option<Cutting>,
     /// The moves; at least one.
     pub moves: Vec<Move>,
-    /// The file that the moves' lines refer to: the program as the job names it, or `None` where the
-    /// path stands in the job itself.
+    /// The file that the moves' lines refer to: the program as the job names it, or `None` where
+    /// the path stands in the job itself.
     pub program: Option<PathBuf>,
-    /// Feeds that the program states itself; where it states none, it runs at [`Self::feed_m_per_s`].
+    /// Feeds that the program states itself; where it states none, it runs at
+    /// [`Self::feed_m_per_s`].
     pub program_feeds: StatedFeeds,
     /// Joint positions near which the first target of a pose path is sought; `None` takes zero.
     pub start_near: Option<Vec<f64>>,
@@ -110,8 +111,8 @@ impl Operation {
 pub enum SpindleSpeed {
     /// One speed, rev/min.
     Constant(f64),
-    /// (s, rev/min) with s in 0..=1, strictly ascending; linear between, constant before the first and
-    /// after the last.
+    /// (s, rev/min) with s in 0..=1, strictly ascending; linear between, constant before the first
+    /// and after the last.
     Schedule(Vec<(f64, f64)>),
 }
 
@@ -206,7 +207,8 @@ pub struct Policy {
 }
 
 impl Policy {
-    /// Half width of the band widened by what the model may be wrong by, as a share of the frequency.
+    /// Half width of the band widened by what the model may be wrong by, as a share of the
+    /// frequency.
     pub fn wide(&self) -> f64 {
         self.separation + self.model_uncertainty
     }

@@ -2,8 +2,8 @@
 
 use nalgebra::{Isometry3, Rotation3, Unit, Vector3};
 
-/// One move: from wherever the robot stands to a target. The first move of an operation is where the
-/// operation starts.
+/// One move: from wherever the robot stands to a target. The first move of an operation is where
+/// the operation starts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Move {
     /// Where to and how.
@@ -14,7 +14,8 @@ pub struct Move {
     pub tcp: Isometry3<f64>,
     /// Line of the file (job or program) that asks for this move, counted from 1.
     pub line: usize,
-    /// Whether the spindle turns on the way; where a program has stopped it, nothing excites the arm.
+    /// Whether the spindle turns on the way; where a program has stopped it, nothing excites the
+    /// arm.
     pub spindle_turns: bool,
 }
 
@@ -25,8 +26,8 @@ pub enum Target {
     Joints(Vec<f64>),
     /// Joint interpolation to a pose of the tool centre point in the base frame.
     JointsTo(Isometry3<f64>),
-    /// A straight line of the tool centre point to a pose in the base frame; the orientation turns about
-    /// one fixed axis at a constant rate.
+    /// A straight line of the tool centre point to a pose in the base frame; the orientation turns
+    /// about one fixed axis at a constant rate.
     Line(Isometry3<f64>),
     /// An arc of a circle of the tool centre point through `via` to `end`, in the base frame; the
     /// orientation turns as on a line, by way of `via`.

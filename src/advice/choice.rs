@@ -7,8 +7,8 @@ use super::vibration::TipVibration;
 /// Speeds are told in whole rev/min; in narrow gaps in tenths or hundredths.
 const STEPS_PER_RPM: [f64; 3] = [1.0, 10.0, 100.0];
 
-/// How far inside the end of a band a speed stays, rev/min or as a share of the speed: far more than
-/// rounding and the ends of bands are wrong by.
+/// How far inside the end of a band a speed stays, rev/min or as a share of the speed: far more
+/// than rounding and the ends of bands are wrong by.
 const GUARD_RPM: f64 = 0.02;
 const GUARD_RATIO: f64 = 1e-6;
 
@@ -18,8 +18,8 @@ const MIN_GUARD_RPM: f64 = 0.002;
 /// Shares of the largest separation that a round speed may keep, the best first.
 const NEARLY: [f64; 4] = [0.999, 0.99, 0.95, 0.8];
 
-/// The speed to run at, or `None` where no gap is wide enough to set a speed in it. `programmed_rpm` is
-/// the one to stay near to.
+/// The speed to run at, or `None` where no gap is wide enough to set a speed in it.
+/// `programmed_rpm` is the one to stay near to.
 pub(super) fn choose(
     problem: &SpeedProblem,
     set: &SafeSet,
@@ -49,8 +49,8 @@ pub(super) fn choose(
             set.safe.iter().rev().find_map(|gap| settle(problem, *gap, gap.high_rpm))
         }
         Objective::Margin => match problem.widest() {
-            // Round, at the cost of as little of the separation as it takes. Ignored bands end abruptly, so
-            // the speeds that keep nearly as much are asked for anew.
+            // Round, at the cost of as little of the separation as it takes. Ignored bands end
+            // abruptly, so the speeds that keep nearly as much are asked for anew.
             Some(bind) => NEARLY
                 .into_iter()
                 .map(|share| problem.divide(share * bind.separation))
@@ -95,11 +95,10 @@ pub(super) fn settle(problem: &SpeedProblem, gap: Speeds, wished_rpm: f64) -> Op
 
 /// As round as the gap around it allows: a step is a fiftieth of its width at most.
 fn rounded(rpm: f64, set: &SafeSet) -> f64 {
-    const STEPS_ACROSS: f64 = 50.0;
     let gap = set.safe.iter().find(|gap| gap.contains(rpm));
     let width_rpm = gap.map_or(0.0, |gap| gap.high_rpm - gap.low_rpm);
     let [.., finest] = STEPS_PER_RPM;
-    let fine_enough = |steps: &f64| width_rpm * steps >= STEPS_ACROSS;
+    let fine_enough = |steps: &f64| width_rpm * steps >= 50.0;
     let steps = STEPS_PER_RPM.into_iter().find(fine_enough).unwrap_or(finest);
     (rpm * steps).round() / steps
 }

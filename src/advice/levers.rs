@@ -1,6 +1,6 @@
-//! What else could open a gap where speed alone cannot: other teeth, the tool turned about its own axis,
-//! the work object moved, another spindle, less separation, a better model. Each with the margin that it
-//! would reach; none is applied.
+//! What else could open a gap where speed alone cannot: other teeth, the tool turned about its own
+//! axis, the work object moved, another spindle, less separation, a better model. Each with the
+//! margin that it would reach; none is applied.
 
 use std::cmp::Ordering;
 
@@ -21,16 +21,8 @@ use crate::risk::{SpindleProfile, detail};
 
 /// Angles tried from one end of the free axis to the other, and closer about the best of them.
 const ANGLES: usize = 9;
-const CLOSER: usize = 2;
-
 /// Places tried along each axis along which the work object may be moved.
 const PLACES: usize = 3;
-
-/// A spindle is not asked to run slower than this share of its lowest speed.
-const MIN_SPEED_RATIO: f64 = 0.1;
-
-/// Above all blocks there is room for a round speed.
-const BEYOND_RPM: f64 = 10.0;
 
 /// A change that was tried or worked out.
 #[derive(Debug, Clone, PartialEq)]
@@ -62,8 +54,8 @@ pub enum Change {
         /// The largest that leaves a gap.
         separation: f64,
     },
-    /// A model that is wrong by no more than this, as a share of the frequency: compare it with measured
-    /// frequencies.
+    /// A model that is wrong by no more than this, as a share of the frequency: compare it with
+    /// measured frequencies.
     Uncertainty {
         /// The largest that leaves a gap.
         model_uncertainty: f64,
@@ -75,9 +67,11 @@ pub enum Change {
 pub struct Lever {
     /// What is changed.
     pub change: Change,
-    /// The largest |f_exc − f_r| / f_r that a constant speed keeps then; `None` where nothing counts.
+    /// The largest |f_exc − f_r| / f_r that a constant speed keeps then; `None` where nothing
+    /// counts.
     pub margin: Option<f64>,
-    /// The safe speed nearest to the programmed one then, rev/min; `None` where there still is none.
+    /// The safe speed nearest to the programmed one then, rev/min; `None` where there still is
+    /// none.
     pub rpm: Option<f64>,
 }
 
@@ -140,8 +134,10 @@ fn faster_or_slower(problem: &SpeedProblem, programmed_rpm: f64) -> Option<Lever
         let set = problem.divide(problem.policy.wide());
         choose(&problem, &set, Objective::Nearest, programmed_rpm, &[])
     };
-    let beyond_rpm = problem.highest_block_rpm()? + BEYOND_RPM;
-    let slower = nearest(within(MIN_SPEED_RATIO * min_rpm, min_rpm));
+    // Above all blocks there is room for a round speed.
+    let beyond_rpm = problem.highest_block_rpm()? + 10.0;
+    // No spindle is asked to run slower than a tenth of its lowest speed.
+    let slower = nearest(within(0.1 * min_rpm, min_rpm));
     let faster = (beyond_rpm > max_rpm).then(|| nearest(within(max_rpm, beyond_rpm))).flatten();
     let rpm = slower
         .into_iter()
@@ -155,9 +151,8 @@ fn faster_or_slower(problem: &SpeedProblem, programmed_rpm: f64) -> Option<Lever
 
 /// Narrower bands: by less separation, or by a model that can be trusted further.
 fn narrower(job: &Job, bind: &Binding) -> Vec<Lever> {
-    /// Of the widest bands that leave a gap this much leaves one wide enough to set a speed in.
-    const SHARE: f64 = 0.99;
-    let wide = SHARE * bind.separation;
+    // Of the widest bands that leave a gap, 99 % leave one wide enough to set a speed in it.
+    let wide = 0.99 * bind.separation;
     let mut found = Vec::new();
     let mut push = |change| {
         found.push(Lever { change, margin: Some(bind.separation), rpm: Some(bind.rpm) });
@@ -192,7 +187,7 @@ fn turned(
     let mut step = (to - from) / (ANGLES - 1) as f64;
     let mut angles: Vec<f64> = (0..ANGLES).map(|i| from + step * i as f64).collect();
     let mut best: Option<(f64, Lever)> = None;
-    for _ in 0..=CLOSER {
+    for _ in 0..=2 {
         let found: Vec<Option<Lever>> =
             angles.par_iter().map(|&angle_rad| try_angle(angle_rad)).collect::<Result<_, _>>()?;
         for (angle_rad, lever) in std::mem::take(&mut angles).into_iter().zip(found) {
@@ -233,8 +228,8 @@ fn moved(job: &Job, operation: &Operation, programmed_rpm: f64) -> Result<Option
     }))
 }
 
-/// What a change of all poses would reach; `None` where the path cannot be run then, or is one of joint
-/// positions.
+/// What a change of all poses would reach; `None` where the path cannot be run then, or is one of
+/// joint positions.
 fn tried(
     job: &Job,
     operation: &Operation,

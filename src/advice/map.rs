@@ -6,9 +6,6 @@ use crate::excitation::ExcitationLine;
 use crate::path::Survey;
 use crate::units::rpm_from_hz;
 
-/// Stations of a map at most.
-const MAX_STATIONS: usize = 400;
-
 /// Where the modes lie along a path.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpeedMap {
@@ -33,7 +30,7 @@ pub struct Ribbon {
 
 impl SpeedMap {
     pub(super) fn new(survey: &Survey, counting: &Counting) -> Self {
-        let step = survey.len().div_ceil(MAX_STATIONS).max(1);
+        let step = survey.len().div_ceil(400).max(1);
         let mut shown: Vec<usize> = (0..survey.len()).step_by(step).collect();
         if shown.last().is_some_and(|last| last + 1 < survey.len()) {
             shown.push(survey.len() - 1);

@@ -20,8 +20,8 @@ use crate::risk::{
 };
 use crate::units::hz_from_rpm;
 
-/// A speed that a check would deny shows frequencies that the first looks missed: they are taken in and
-/// the speeds divided anew, so often at most.
+/// A speed that a check would deny shows frequencies that the first looks missed: they are taken in
+/// and the speeds divided anew, so often at most.
 const MAX_REVISIONS: usize = 5;
 
 /// Advises every operation of a job.

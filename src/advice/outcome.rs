@@ -56,7 +56,8 @@ pub struct OperationAdvice {
     pub set: SafeSet,
     /// What to do.
     pub remedy: Remedy,
-    /// The best constant speed, where there is one; the same as the remedy's unless a schedule was asked for.
+    /// The best constant speed, where there is one; the same as the remedy's unless a schedule was
+    /// asked for.
     pub constant: Option<Constant>,
     /// Why there is no schedule, where one was sought in vain.
     pub no_schedule: Option<NoSchedule>,
@@ -66,8 +67,9 @@ pub struct OperationAdvice {
     pub map: SpeedMap,
     /// What the cutting force does to the tool tip, or why nothing is said about it.
     pub vibration: Result<Vibration, NoVibration>,
-    /// What stands in the way of a constant speed where none is safe: the speed that comes nearest to being safe,
-    /// and the two blocks that close it; `None` where gaps are open but too narrow to set a speed in them.
+    /// What stands in the way of a constant speed where none is safe: the speed that comes nearest
+    /// to being safe, and the two blocks that close it; `None` where gaps are open but too narrow
+    /// to set a speed in them.
     pub bind: Option<Binding>,
 }
 

@@ -1,4 +1,5 @@
-//! What each mode's frequency covers along a path: the ends to nine digits, not those of the nearest sample.
+//! What each mode's frequency covers along a path: the ends to nine digits, not those of the
+//! nearest sample.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -13,11 +14,9 @@ const END_TOLERANCE: f64 = 1e-9;
 /// Stretches on which a mode counts end within this share of the path.
 const STRETCH_TOLERANCE: f64 = 1e-8;
 
-/// Each pass halves the cells that matter, so the last one looks at 5e-4 / 2²⁴ of the path.
-const PASSES: i32 = 24;
-
-/// Frequencies that one mode covers on the stretches of a path where it counts. f is continuous, so a
-/// stretch covers all between its lowest and highest; stretches that overlap in frequency are one range.
+/// Frequencies that one mode covers on the stretches of a path where it counts. f is continuous, so
+/// a stretch covers all between its lowest and highest; stretches that overlap in frequency are one
+/// range.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ModeRange {
     /// Index of the mode in ascending frequency, counted from 1.
@@ -40,7 +39,8 @@ pub(super) struct Counting<'a> {
 }
 
 impl Counting<'_> {
-    /// Whether mode `r` (from 0) counts at a station: the spindle turns and the mode moves the tool tip enough.
+    /// Whether mode `r` (from 0) counts at a station: the spindle turns and the mode moves the tool
+    /// tip enough.
     pub(super) fn counts(&self, station: &Station, r: usize) -> bool {
         !self.spindle.is_stopped_at(station.s)
             && station.tip_m_per_n.get(r).is_none_or(|&tip| !self.policy.is_faint(tip))
@@ -58,7 +58,8 @@ pub(super) fn mode_ranges(
 ) -> Result<(Vec<ModeRange>, Survey), Note> {
     let modes = path.robot().coordinates().len();
     let mut survey = first_look;
-    for pass in 1..=PASSES {
+    // The last pass looks at 5e-4 / 2²⁴ of the path.
+    for pass in 1..=24 {
         let covered: Vec<Vec<ModeRange>> =
             (0..modes).map(|r| covered(counting, &survey, r)).collect();
         // One halving a pass, so that the next one goes by the slopes of its own neighbourhood.

@@ -22,8 +22,8 @@ impl Speeds {
     }
 }
 
-/// Speeds at which one line lies in one mode's widened band somewhere along the path: all strictly between
-/// two ends.
+/// Speeds at which one line lies in one mode's widened band somewhere along the path: all strictly
+/// between two ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Block {
     /// Index of the mode in ascending frequency, counted from 1.
@@ -78,7 +78,8 @@ pub struct Constant {
     pub is_programmed: bool,
 }
 
-/// What lies outside bands this wide, a million times the frequency, is near to nothing that counts.
+/// What lies outside bands this wide, a million times the frequency, is near to nothing that
+/// counts.
 pub(super) const MAX_HALF_WIDTH: f64 = 1e6;
 
 /// What a set of constant speeds is worked out from.
@@ -142,9 +143,9 @@ impl SpeedProblem<'_> {
             .into_iter()
     }
 
-    /// The spindle's speeds divided into those outside all bands of half width `half_width` and the others.
-    /// Blocks are open, so two that touch leave one speed between them, which counts as closed: nobody
-    /// can set it.
+    /// The spindle's speeds divided into those outside all bands of half width `half_width` and the
+    /// others. Blocks are open, so two that touch leave one speed between them, which counts as
+    /// closed: nobody can set it.
     pub(super) fn divide(&self, half_width: f64) -> SafeSet {
         let Spindle { min_rpm, max_rpm, .. } = *self.spindle;
         let mut set = SafeSet { safe: Vec::new(), closed: Vec::new() };
@@ -173,8 +174,8 @@ impl SpeedProblem<'_> {
         set
     }
 
-    /// The least |f_exc − f_r| / f_r that a constant speed keeps from what counts; `None` where nothing does.
-    /// Zero where a mode passes through a line.
+    /// The least |f_exc − f_r| / f_r that a constant speed keeps from what counts; `None` where
+    /// nothing does. Zero where a mode passes through a line.
     pub(super) fn separation(&self, rpm: f64) -> Option<f64> {
         let mut least: Option<f64> = None;
         for range in self.ranges {
@@ -192,11 +193,9 @@ impl SpeedProblem<'_> {
         least
     }
 
-    /// The largest separation that any constant speed keeps, and what binds it; `None` where bands may be as
-    /// wide as they like.
+    /// The largest separation that any constant speed keeps, and what binds it; `None` where bands
+    /// may be as wide as they like.
     pub(super) fn widest(&self) -> Option<Binding> {
-        /// Halvings: to the last digit.
-        const HALVINGS: usize = 80;
         let has_gap = |half_width: f64| !self.divide(half_width).safe.is_empty();
         // Bands of half width −1 are empty.
         let (mut open, mut closed) = (-1.0, 1.0);
@@ -206,7 +205,8 @@ impl SpeedProblem<'_> {
             }
             (open, closed) = (closed, 2.0 * closed);
         }
-        for _ in 0..HALVINGS {
+        // To the last digit.
+        for _ in 0..80 {
             let middle = 0.5 * (open + closed);
             if middle <= open || middle >= closed {
                 break;
@@ -215,7 +215,8 @@ impl SpeedProblem<'_> {
         }
         let gap = *self.divide(open).safe.first()?;
         let rpm = 0.5 * (gap.low_rpm + gap.high_rpm);
-        // Of the blocks that close the gap at last, the one that ends in it and the one that begins in it.
+        // Of the blocks that close the gap at last, the one that ends in it and the one that begins
+        // in it.
         let closing = || {
             let blocks = self.blocks(closed);
             blocks.into_iter().filter(move |b| {
@@ -246,7 +247,8 @@ pub(super) fn ignored_speeds(
         .map(move |&[low, high]| Speeds { low_rpm: rpm(low), high_rpm: rpm(high) })
 }
 
-/// Feed that keeps the chip load of `feed_m_per_s` at `from_rpm` when the spindle runs at `to_rpm`, m/s.
+/// Feed that keeps the chip load of `feed_m_per_s` at `from_rpm` when the spindle runs at `to_rpm`,
+/// m/s.
 pub(super) fn feed_at(feed_m_per_s: f64, from_rpm: f64, to_rpm: f64) -> f64 {
     feed_m_per_s * hz_from_rpm(to_rpm) / hz_from_rpm(from_rpm)
 }

@@ -1,14 +1,15 @@
 //! How far the cutting force moves the tool tip along a path.
 //!
-//! At each point the modes, taken as those of an arm at rest there, answer each harmonic of the force:
+//! At each point the modes, taken as those of an arm at rest there, answer each harmonic of the
+//! force:
 //!
 //! ```text
 //! u_k = Σ_r φt_r (φt_rᵀ F_k) / (ω_r² − ω_k² + 2 i ζ_r ω_r ω_k),   ω_k = k Ω
 //! ```
 //!
-//! with φt_r = J φ_r. The amplitude of several harmonics is √(Σ_k |u_k|²), which is √2 times the root mean
-//! square of the vibration. The static deflection is left out, and so is regeneration: this is forced
-//! vibration, no statement on chatter.
+//! with φt_r = J φ_r. The amplitude of several harmonics is √(Σ_k |u_k|²), which is √2 times the
+//! root mean square of the vibration. The static deflection is left out, and so is regeneration:
+//! this is forced vibration, no statement on chatter.
 
 use std::fmt;
 
@@ -33,14 +34,8 @@ const HARMONICS: u32 = 12;
 const TRIED: usize = 400;
 const MIN_TRIED: usize = 12;
 
-/// Steps of the search about the best of them.
-const STEPS: usize = 40;
-
 /// The feed's direction is read over this share of the path.
 const NEARBY: f64 = 1e-5;
-
-/// A feed whose part across the spindle's axis is less than this is a plunge.
-const PLUNGE: f64 = 1e-6;
 
 /// What the tip does at one speed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -193,7 +188,7 @@ impl TipModel {
         let mut best = speeds.fold(first, |best, rpm| least(best, self.at(rpm, chip)));
         // Closer and closer about the best one.
         let mut reach = step;
-        for _ in 0..STEPS {
+        for _ in 0..40 {
             reach *= 0.7;
             for rpm in [best.rpm - reach, best.rpm + reach] {
                 if gap.contains(rpm) {
@@ -218,7 +213,7 @@ fn point(at: &TipModes, step: Vector3<f64>) -> Point {
     // The TCP's z axis points from the spindle into the work.
     let up = -(at.tcp.rotation * Vector3::z());
     // Where the tool stands or plunges there is no feed direction: any will do.
-    let x = Unit::try_new(step - up * up.dot(&step), PLUNGE * step.norm())
+    let x = Unit::try_new(step - up * up.dot(&step), 1e-6 * step.norm())
         .unwrap_or_else(|| Unit::new_normalize(at.tcp.rotation * Vector3::x()));
     let y = up.cross(&x);
     let modes = at.natural_frequencies_hz.iter().zip(&at.damping_ratios).zip(&at.motions);
@@ -257,8 +252,8 @@ mod tests {
     use crate::job::{Cutting, CuttingDirection, Tool};
     use std::f64::consts::TAU;
 
-    /// The modal equations under the cutting force itself, integrated by the classic Runge–Kutta method until
-    /// they are steady: √2 times the root mean square about the mean.
+    /// The modal equations under the cutting force itself, integrated by the classic Runge–Kutta
+    /// method until they are steady: √2 times the root mean square about the mean.
     fn integrated(force: &ForceModel, modes: &[PointMode], rpm: f64, chip_m: f64) -> f64 {
         let turning = rad_per_s_from_hz(hz_from_rpm(rpm));
         let per_turn = 4000;

@@ -1,23 +1,24 @@
 //! Cutting forces of a straight-fluted end mill, by the mechanistic model (Altintas, Manufacturing
 //! Automation, 2nd ed., 2012, section 2.8).
 //!
-//! A tooth at angle φ, counted with the turning of the spindle from where an up-milling tooth enters, takes
-//! a chip of thickness c sin φ between entry and exit:
+//! A tooth at angle φ, counted with the turning of the spindle from where an up-milling tooth
+//! enters, takes a chip of thickness c sin φ between entry and exit:
 //!
 //! ```text
 //! F_t = a (K_tc c sin φ + K_te),   F_r = a (K_rc c sin φ + K_re)
 //! F_x = −F_t cos φ − F_r sin φ,    F_y = F_t sin φ − F_r cos φ
 //! ```
 //!
-//! x runs with the feed, z along the spindle out of the work, y = z × x. The forces of all teeth repeat with
-//! the spindle's turn; the coefficient of order k is
+//! x runs with the feed, z along the spindle out of the work, y = z × x. The forces of all teeth
+//! repeat with the spindle's turn; the coefficient of order k is
 //!
 //! ```text
 //! F(t) = Σ_k C_k exp(i k Ω t),   C_k = 1/2π Σ_j exp(i k θ_j) ∫ F_j(φ) exp(−i k φ) dφ
 //! ```
 //!
-//! with θ_j the angle of tooth j; the integrals have a closed form. Left out: helix, runout, the nose
-//! radius, forces along the axis, and what the vibration itself does to the chip (regeneration).
+//! with θ_j the angle of tooth j; the integrals have a closed form. Left out: helix, runout, the
+//! nose radius, forces along the axis, and what the vibration itself does to the chip
+//! (regeneration).
 
 use std::f64::consts::{PI, TAU};
 
@@ -74,8 +75,8 @@ pub struct Engagement {
 }
 
 impl Engagement {
-    /// From the radial depth and the side on which the chip is thick. `None` where the cutter's diameter is
-    /// wanted and missing.
+    /// From the radial depth and the side on which the chip is thick. `None` where the cutter's
+    /// diameter is wanted and missing.
     pub fn new(cutting: &Cutting, diameter_m: Option<f64>) -> Option<Self> {
         let whole = Self { entry_rad: 0.0, exit_rad: PI };
         let arc = || {
@@ -110,8 +111,8 @@ pub struct ForceModel {
 }
 
 impl ForceModel {
-    /// `None` where the material is not known and the job gives no coefficients, or the cutter's diameter
-    /// is missing.
+    /// `None` where the material is not known and the job gives no coefficients, or the cutter's
+    /// diameter is missing.
     pub fn new(tool: &Tool, cutting: &Cutting) -> Option<Self> {
         let coefficients = match cutting.coefficients {
             Some(own) => own,
@@ -138,7 +139,8 @@ impl ForceModel {
         })
     }
 
-    /// Force along the feed and across it, N, with tooth 0 at angle `turned_rad`, at a mean feed per tooth.
+    /// Force along the feed and across it, N, with tooth 0 at angle `turned_rad`, at a mean feed
+    /// per tooth.
     pub fn force_n(&self, turned_rad: f64, feed_per_tooth_m: f64) -> [f64; 2] {
         let mut force = [0.0, 0.0];
         for &(theta, share) in &self.teeth {

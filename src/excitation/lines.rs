@@ -5,8 +5,8 @@ use std::f64::consts::TAU;
 use crate::job::{Policy, Tool};
 use crate::units::hz_from_rpm;
 
-/// A line of a cutter with uneven pitch counts if the pitch lets through at least this share of what
-/// evenly pitched teeth would put on the tooth-passing line.
+/// A line of a cutter with uneven pitch counts if the pitch lets through at least this share of
+/// what evenly pitched teeth would put on the tooth-passing line.
 const MIN_PITCH_WEIGHT: f64 = 0.05;
 
 /// Where an excitation line comes from.
@@ -36,12 +36,13 @@ impl ExcitationLine {
     }
 }
 
-/// The lines that a policy asks about, ascending in frequency. Where a spindle line coincides with a
-/// tooth-passing line, it is listed once, as tooth passing.
+/// The lines that a policy asks about, ascending in frequency. Where a spindle line coincides with
+/// a tooth-passing line, it is listed once, as tooth passing.
 ///
-/// Teeth with uneven pitch repeat only once a turn, so their force has lines at every multiple of n/60,
-/// weighted by |Σ_j exp(i k θ_j)| / z with θ_j the teeth's angles. Up to the highest tooth-passing harmonic
-/// asked for, those that weigh at least 5 % are listed as multiples of the spindle's frequency.
+/// Teeth with uneven pitch repeat only once a turn, so their force has lines at every multiple of
+/// n/60, weighted by |Σ_j exp(i k θ_j)| / z with θ_j the teeth's angles. Up to the highest
+/// tooth-passing harmonic asked for, those that weigh at least 5 % are listed as multiples of the
+/// spindle's frequency.
 pub fn lines(tool: &Tool, policy: &Policy) -> Vec<ExcitationLine> {
     let z = tool.teeth;
     let top = z.saturating_mul(policy.tooth_passing_harmonics);

@@ -11,13 +11,6 @@ use crate::modes::batch::{BatchFault, Kernel, TipOut};
 use crate::notes::Note;
 use crate::progress::{Done, Progress};
 
-/// Most poses that one thread takes at a time, and fewest.
-const CHUNK: usize = 512;
-const MIN_CHUNK: usize = 16;
-
-/// Pieces for each thread, where there are enough poses: the last one then waits little for the others.
-const PIECES_PER_THREAD: usize = 4;
-
 /// Looks at a path in batches.
 pub(super) struct BatchSurveyor<'p, 'a> {
     path: &'p Path<'a>,
@@ -30,8 +23,8 @@ impl<'p, 'a> BatchSurveyor<'p, 'a> {
         Self { path, kernel: Kernel::new(path.robot()), detail }
     }
 
-    /// Looks at every station of `s` (0..=1), over all cores: frequencies (Hz, ascending) and, if they are
-    /// wanted, tip responses (m/N), one value a mode.
+    /// Looks at every station of `s` (0..=1), over all cores: frequencies (Hz, ascending) and, if
+    /// they are wanted, tip responses (m/N), one value a mode.
     ///
     /// # Errors
     /// The first station, in the order of `s`, at which the arm has no modes.
@@ -43,8 +36,9 @@ impl<'p, 'a> BatchSurveyor<'p, 'a> {
         progress: Progress,
     ) -> Result<(), Note> {
         let n = self.path.robot().coordinates().len();
-        let pieces = PIECES_PER_THREAD * rayon::current_num_threads();
-        let chunk = s.len().div_ceil(pieces).clamp(MIN_CHUNK, CHUNK);
+        // Four pieces a thread, so that the last one waits little for the others.
+        let pieces = 4 * rayon::current_num_threads();
+        let chunk = s.len().div_ceil(pieces).clamp(16, 512);
         let mut tips = tip_m_per_n.chunks_mut(chunk * n);
         let pieces: Vec<_> = s
             .chunks(chunk)
@@ -138,7 +132,8 @@ impl<'p, 'a> Walk<'p, 'a> {
         Self { reader: path.reader(), joints, poses: Vec::new(), tools: Vec::new() }
     }
 
-    /// Fills the buffers with the stations of `s`, up to the first one that the arm does not get to.
+    /// Fills the buffers with the stations of `s`, up to the first one that the arm does not get
+    /// to.
     fn along(&mut self, s: &[f64]) -> Result<(), IkFault> {
         let joints = self.joints;
         self.poses.resize(s.len() * joints, 0.0);

@@ -67,8 +67,8 @@ impl Curve {
     }
 }
 
-/// Orientation on the short way from `a` to `b`, about one fixed axis. Half a turn has two short ways;
-/// the logarithm of the relative rotation picks one.
+/// Orientation on the short way from `a` to `b`, about one fixed axis. Half a turn has two short
+/// ways; the logarithm of the relative rotation picks one.
 fn turned(a: &UnitQuaternion<f64>, b: &UnitQuaternion<f64>, u: f64) -> UnitQuaternion<f64> {
     a * UnitQuaternion::from_scaled_axis((a.inverse() * b).scaled_axis() * u)
 }

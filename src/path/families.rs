@@ -1,4 +1,5 @@
-//! Modes followed along a path by shape, so that a crossing or veering of modes never swaps them silently.
+//! Modes followed along a path by shape, so that a crossing or veering of modes never swaps them
+//! silently.
 
 use rayon::prelude::*;
 
@@ -11,15 +12,12 @@ use nalgebra::DMatrix;
 /// A step over which every mode keeps at least this MAC is short enough to follow.
 const MIN_MAC: f64 = 0.9;
 
-/// Modes that turn into each other within less than this share of the path count as crossing: no spindle
-/// dwells there.
+/// Modes that turn into each other within less than this share of the path count as crossing: no
+/// spindle dwells there.
 const MIN_STEP: f64 = 1e-7;
 
 /// Two neighbouring modes closer than this share of their frequency have no shapes of their own.
 const REPEATED: f64 = 1e-9;
-
-/// Poses that one thread takes at a time.
-const CHUNK: usize = 64;
 
 /// A place where two modes, neighbours in frequency, change places.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,7 +31,8 @@ pub struct ModeExchange {
 /// Modes of a path's stations and the families that they belong to.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Families {
-    /// Per station and mode (ascending frequency), the index that the mode had at the first station.
+    /// Per station and mode (ascending frequency), the index that the mode had at the first
+    /// station.
     pub of: Vec<Vec<Option<usize>>>,
     /// Where families change places, ascending in s.
     pub exchanges: Vec<ModeExchange>,
@@ -55,8 +54,8 @@ pub struct ModalPose {
 /// What modes become from one station to the next: `[r]` is the index at the next station.
 type Step = Vec<Option<usize>>;
 
-/// Follows the modes over `stations` (ascending s), looking as closely as needed between them, over all
-/// cores.
+/// Follows the modes over `stations` (ascending s), looking as closely as needed between them, over
+/// all cores.
 ///
 /// # Errors
 /// The first pose at which the arm has no modes.
@@ -65,7 +64,7 @@ pub fn follow(path: &Path, stations: &[f64]) -> Result<Families, Note> {
     let Some(&first) = stations.first() else { return Ok(Families::default()) };
     let pairs: Vec<(f64, f64)> = stations.windows(2).map(|pair| (pair[0], pair[1])).collect();
     let steps: Vec<(Step, Vec<ModeExchange>, ModalPose)> = pairs
-        .par_chunks(CHUNK)
+        .par_chunks(64)
         .map_init(
             || Follower::new(path),
             |follower, chunk| {

@@ -1,7 +1,9 @@
-//! Motions → poses in time, as the controller interpolates them, and what the arm is like along them.
+//! Motions → poses in time, as the controller interpolates them, and what the arm is like along
+//! them.
 //!
-//! s runs from 0 to 1 over an operation, in proportion to time. Joint moves are straight in the joints;
-//! lines and arcs are straight or round in the tool centre point and go through inverse kinematics.
+//! s runs from 0 to 1 over an operation, in proportion to time. Joint moves are straight in the
+//! joints; lines and arcs are straight or round in the tool centre point and go through inverse
+//! kinematics.
 
 mod batch;
 mod curve;

@@ -10,25 +10,23 @@ use crate::motion::{Move, Target};
 use crate::notes::{Code, Note, Part, Place};
 use crate::units::percent_from_ratio;
 
-/// Between two knots of a line or arc no joint moves more than this (rad or m), so that the solution of
-/// one is a good start for the other.
+/// Between two knots of a line or arc no joint moves more than this (rad or m), so that the
+/// solution of one is a good start for the other.
 const MAX_KNOT_STEP: f64 = 0.035;
 
-/// The shortest stretch of a line or arc, as a share of it, that is tried where the joints race: beyond
-/// it the arm passes a singularity.
+/// The shortest stretch of a line or arc, as a share of it, that is tried where the joints race:
+/// beyond it the arm passes a singularity.
 const MIN_STRETCH: f64 = 1e-6;
-
-/// The first stretch of a line or arc that is tried, m; it doubles while the joints keep up.
-const FIRST_STRETCH_M: f64 = 0.02;
 
 /// A line or arc longer than this is a slip of the pen, m.
 const MAX_CURVE_M: f64 = 1e5;
 
-/// Below this smallest singular value of the Jacobian (lengths over the arm's reach) the arm is singular.
+/// Below this smallest singular value of the Jacobian (lengths over the arm's reach) the arm is
+/// singular.
 const MIN_SINGULAR_VALUE: f64 = 1e-3;
 
-/// The most that a joint may move in one move and in a path, rad or m: a hundred turns, and a day of
-/// milling. More is a slip of the pen, and would be looked at degree by degree.
+/// The most that a joint may move in one move and in a path, rad or m: a hundred turns, and a day
+/// of milling. More is a slip of the pen, and would be looked at degree by degree.
 const MAX_MOVE: f64 = 628.0;
 const MAX_PATH: f64 = 200_000.0;
 
@@ -42,14 +40,14 @@ fn at_waypoint(index: usize, a_move: &Move, (code, what): Refusal) -> Note {
 }
 
 impl<'a> Path<'a> {
-    /// Plans `moves`, the first of which is where the operation starts. Where it starts at a pose, that
-    /// arm configuration is taken from which the whole path can be run; among several, the one nearest
-    /// to `start_near` (zero if `None`).
+    /// Plans `moves`, the first of which is where the operation starts. Where it starts at a pose,
+    /// that arm configuration is taken from which the whole path can be run; among several, the one
+    /// nearest to `start_near` (zero if `None`).
     ///
     /// # Errors
-    /// Every waypoint that is wrong in itself (number of joints, limits), else the first move that cannot
-    /// be run (out of reach, over a limit or through a singularity), and behind it the first few waypoints
-    /// that are out of reach, with the number of the others.
+    /// Every waypoint that is wrong in itself (number of joints, limits), else the first move that
+    /// cannot be run (out of reach, over a limit or through a singularity), and behind it the first
+    /// few waypoints that are out of reach, with the number of the others.
     pub fn plan(
         robot: &'a Robot,
         moves: &[Move],
@@ -84,7 +82,8 @@ impl<'a> Path<'a> {
     }
 }
 
-/// Joint targets with the wrong number of joints, with numbers that are not finite, or outside limits.
+/// Joint targets with the wrong number of joints, with numbers that are not finite, or outside
+/// limits.
 fn joint_target_errors(robot: &Robot, moves: &[Move]) -> Vec<Note> {
     let mut errors = Vec::new();
     for (index, a_move) in moves.iter().enumerate() {
@@ -122,8 +121,8 @@ fn starts(
     Ok(found)
 }
 
-/// What stops the arm at waypoint `index`, with the later waypoints that are out of reach in themselves: the
-/// first few, and how many more.
+/// What stops the arm at waypoint `index`, with the later waypoints that are out of reach in
+/// themselves: the first few, and how many more.
 fn with_those_behind(
     robot: &Robot,
     kinematics: &InverseKinematics,
@@ -288,7 +287,8 @@ impl<'r> Planner<'r> {
         let mut knots: Vec<(f64, Vec<f64>)> = Vec::new();
         let mut ways = vec![0.0; self.q.len()];
         let mut u = 0.0;
-        let mut stretch = (FIRST_STRETCH_M / length).min(1.0);
+        // The first stretch is 20 mm; it doubles while the joints keep up.
+        let mut stretch = (0.02 / length).min(1.0);
         let mut q = self.q.clone();
         let (_, mut side) = self.singular_joints(&q, None);
         while u < 1.0 {
@@ -332,8 +332,8 @@ impl<'r> Planner<'r> {
         Ok(())
     }
 
-    /// The joints whose motions undo each other at `q`, in words, if the arm is singular there or has
-    /// passed such a place since it was on side `before`; and the side that it is on now.
+    /// The joints whose motions undo each other at `q`, in words, if the arm is singular there or
+    /// has passed such a place since it was on side `before`; and the side that it is on now.
     fn singular_joints(&self, q: &[f64], before: Option<bool>) -> (Option<String>, Option<bool>) {
         let regular = self.kinematics.side_if_regular(self.robot, q, MIN_SINGULAR_VALUE);
         if regular.is_some() && (before.is_none() || before == regular) {
@@ -356,8 +356,8 @@ impl<'r> Planner<'r> {
         (words, side)
     }
 
-    /// Counts what the fastest joint moves; told before anything is worked out along a way that is a slip
-    /// of the pen.
+    /// Counts what the fastest joint moves; told before anything is worked out along a way that is
+    /// a slip of the pen.
     fn count_way(&mut self, ways: &[f64]) -> Result<(), Refusal> {
         let most = ways.iter().copied().fold(0.0, f64::max);
         self.way_in_all += most;
@@ -396,8 +396,8 @@ impl<'r> Planner<'r> {
         })
     }
 
-    /// Adds a segment with its knots (u of the segment, joint positions). One that takes no time, and so
-    /// moves nothing, leaves no trace.
+    /// Adds a segment with its knots (u of the segment, joint positions). One that takes no time,
+    /// and so moves nothing, leaves no trace.
     fn push(
         &mut self,
         next: &Move,

@@ -1,6 +1,7 @@
-//! Surveys of a path, and their refinement: cells between stations that are halved together, round by round, so that the kernel has many poses at a
-//! time. The stations are those of a recursion that halves each cell by itself: whether a cell is halved
-//! depends on its two ends and on the slopes of the cells that it lies in, not on its neighbours.
+//! Surveys of a path, and their refinement: cells between stations that are halved together, round
+//! by round, so that the kernel has many poses at a time. The stations are those of a recursion
+//! that halves each cell by itself: whether a cell is halved depends on its two ends and on the
+//! slopes of the cells that it lies in, not on its neighbours.
 
 use rayon::prelude::*;
 
@@ -50,8 +51,8 @@ impl Survey {
         Ok(survey)
     }
 
-    /// The stations of `s` (ascending, 0..=1), with the same detail: those that are here already are not solved
-    /// again.
+    /// The stations of `s` (ascending, 0..=1), with the same detail: those that are here already
+    /// are not solved again.
     ///
     /// # Errors
     /// The first station that is not here and at which the arm has no modes.
@@ -102,11 +103,12 @@ impl Survey {
         Ok(())
     }
 
-    /// Halves the cells between stations wherever `needs_halving` asks for it, again and again; over all cores.
+    /// Halves the cells between stations wherever `needs_halving` asks for it, again and again;
+    /// over all cores.
     ///
-    /// `needs_halving` is shown both ends of a cell and, per mode, a bound on |d ln f_r / ds| in it: twice the
-    /// steepest slope of the cell and its two neighbours, or the steepest seen in the halves of a cell that
-    /// holds it, whichever is steeper.
+    /// `needs_halving` is shown both ends of a cell and, per mode, a bound on |d ln f_r / ds| in
+    /// it: twice the steepest slope of the cell and its two neighbours, or the steepest seen in the
+    /// halves of a cell that holds it, whichever is steeper.
     ///
     /// # Errors
     /// The first station at which the arm has no modes, of the largest cells that have one.
@@ -155,7 +157,8 @@ impl PendingCells {
         })
     }
 
-    /// The halves of these cells that are to be halved again; cell i was halved at station `middles` + i.
+    /// The halves of these cells that are to be halved again; cell i was halved at station
+    /// `middles` + i.
     fn halved(&self, survey: &Survey, middles: usize, needs_halving: &impl NeedsHalving) -> Self {
         Self::gathered(self.modes, self.cells.len(), |i, rates, pending| {
             let Cell { left, right, .. } = self.cells[i];
@@ -178,8 +181,8 @@ impl PendingCells {
         self.cells.iter().map(|cell| cell.middle_s).collect()
     }
 
-    /// What `look` adds to the pending cells for each of 0..`count`, in that order, over all cores. `look` is lent room
-    /// for the rates of a cell.
+    /// What `look` adds to the pending cells for each of 0..`count`, in that order, over all cores.
+    /// `look` is lent room for the rates of a cell.
     fn gathered(
         modes: usize,
         count: usize,
@@ -222,10 +225,9 @@ impl PendingCells {
 
 /// Twice the steepest relative slope per mode in cell `cell` and its neighbours.
 fn steepest_nearby(survey: &Survey, cell: usize, rates: &mut [f64]) {
-    const SAFETY: f64 = 2.0;
     rates.fill(0.0);
     for i in cell.saturating_sub(1)..=(cell + 1).min(survey.len() - 2) {
-        raise_rates(survey, [i, i + 1], SAFETY, rates);
+        raise_rates(survey, [i, i + 1], 2.0, rates);
     }
 }
 

@@ -10,11 +10,8 @@ use crate::model::{IkFault, InverseKinematics, JointKind, MovingJoint, PoseFault
 use crate::units::{deg_from_rad, mm_from_m};
 use crate::wording::told_apart;
 
-/// A joint at its limit of speed is not beyond it: share of the limit that is rounding.
-const OVERSPEED_TOLERANCE: f64 = 1e-6;
-
-/// A joint that would have to be faster than it can to keep the programmed speed. Shown as "joint 'a' would
-/// have to turn at 412.0 deg/s, its velocity limit in the URDF is 175.0 deg/s".
+/// A joint that would have to be faster than it can to keep the programmed speed. Shown as "joint
+/// 'a' would have to turn at 412.0 deg/s, its velocity limit in the URDF is 175.0 deg/s".
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointOverspeed<'a> {
     /// The joint.
@@ -120,14 +117,14 @@ impl<'a> Path<'a> {
         self.duration_s
     }
 
-    /// Time in which the tool centre point stands still while joints move, s: it does not depend on the
-    /// feed.
+    /// Time in which the tool centre point stands still while joints move, s: it does not depend on
+    /// the feed.
     pub fn standing_s(&self) -> f64 {
         self.standing_s
     }
 
-    /// s of the waypoints and, on lines and arcs, of the knots between them; ascending. Between two of
-    /// them joints move smoothly.
+    /// s of the waypoints and, on lines and arcs, of the knots between them; ascending. Between two
+    /// of them joints move smoothly.
     pub fn knots_s(&self) -> &[f64] {
         &self.knots_s
     }
@@ -141,13 +138,15 @@ impl<'a> Path<'a> {
         largest_step(&self.knots_q[k * n..][..n], &self.knots_q[(k + 1) * n..][..n])
     }
 
-    /// Line of the file that is run at `s`, counted from 1. At a waypoint, the line that leads to it.
+    /// Line of the file that is run at `s`, counted from 1. At a waypoint, the line that leads to
+    /// it.
     pub fn line_at(&self, s: f64) -> usize {
         let after = self.segments.partition_point(|segment| segment.end_s < s);
         self.segments.get(after).or(self.segments.last()).map_or(0, |segment| segment.line)
     }
 
-    /// Feed that the move run at `s` asks for, m/s. At a waypoint, that of the move that leads to it.
+    /// Feed that the move run at `s` asks for, m/s. At a waypoint, that of the move that leads to
+    /// it.
     pub fn feed_m_per_s_at(&self, s: f64) -> f64 {
         let after = self.segments.partition_point(|segment| segment.end_s < s);
         self.segments
@@ -156,8 +155,8 @@ impl<'a> Path<'a> {
             .map_or(0.0, |segment| segment.feed_m_per_s)
     }
 
-    /// First and last line of the file among those that are run between `from_s` and `to_s`, counted from 1.
-    /// A program that calls procedures does not run its lines in order.
+    /// First and last line of the file among those that are run between `from_s` and `to_s`,
+    /// counted from 1. A program that calls procedures does not run its lines in order.
     pub fn lines_between(&self, from_s: f64, to_s: f64) -> (usize, usize) {
         let first = self.segments.partition_point(|segment| segment.end_s <= from_s);
         let behind = self.segments.partition_point(|segment| segment.start_s < to_s);
@@ -186,8 +185,8 @@ impl<'a> Path<'a> {
         stops
     }
 
-    /// Where a joint would have to be faster than it can, by the largest factor; `None` where none would.
-    /// Between two knots the mean speed counts.
+    /// Where a joint would have to be faster than it can, by the largest factor; `None` where none
+    /// would. Between two knots the mean speed counts.
     pub fn worst_joint_overspeed(&self) -> Option<JointOverspeed<'a>> {
         let mut worst: Option<JointOverspeed<'a>> = None;
         let n = self.robot.joints().len();
@@ -201,8 +200,8 @@ impl<'a> Path<'a> {
                 let Some(allowed) = joint.velocity_limit else { continue };
                 let needed = (b - a).abs() / seconds;
                 let factor = needed / allowed;
-                if factor > worst.as_ref().map_or(1.0 + OVERSPEED_TOLERANCE, JointOverspeed::factor)
-                {
+                // A joint at its limit of speed is not beyond it: rounding.
+                if factor > worst.as_ref().map_or(1.0 + 1e-6, JointOverspeed::factor) {
                     worst = Some(JointOverspeed {
                         joint,
                         needed,
@@ -230,8 +229,8 @@ pub struct PathReader<'p, 'a> {
 }
 
 impl PathReader<'_, '_> {
-    /// Joint positions at `s` in 0..=1 (rad or m, one per moving joint) into `q`, and the tool centre
-    /// point in the tip frame.
+    /// Joint positions at `s` in 0..=1 (rad or m, one per moving joint) into `q`, and the tool
+    /// centre point in the tip frame.
     ///
     /// # Errors
     /// `q` has another length, or a line or arc cannot be followed between two knots.

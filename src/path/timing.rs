@@ -4,15 +4,15 @@ use nalgebra::{Matrix6xX, Point3, Vector3};
 
 use crate::model::{Placement, Robot, joint_jacobian};
 
-/// A tool centre point that moves less than this stands still, m: tool frames in files are rounded, and a
-/// turn about an axis that misses the point by a hair is a turn on the spot.
+/// A tool centre point that moves less than this stands still, m: tool frames in files are rounded,
+/// and a turn about an axis that misses the point by a hair is a turn on the spot.
 const MAX_STANDSTILL_M: f64 = 1e-6;
 
 /// A joint that moves less than this, rad or m, hardly moves.
 const NEGLIGIBLE_MOTION: f64 = 1e-5;
 
-/// Pieces of a joint move over which the way of the tool centre point is integrated turn no joint by more
-/// than this (rad or m). Five points then leave a relative error below 1e-12.
+/// Pieces of a joint move over which the way of the tool centre point is integrated turn no joint
+/// by more than this (rad or m). Five points then leave a relative error below 1e-12.
 const MAX_PIECE: f64 = 0.1;
 
 /// Below this step two points leave a relative error of some 1e-9.
@@ -84,8 +84,9 @@ pub(super) fn stands_still(length_m: f64) -> bool {
     length_m <= MAX_STANDSTILL_M
 }
 
-/// Seconds for a move: the way of the tool centre point over the feed or, where the point stands still,
-/// the slowest joint's motion at its largest speed. `ways` is what each joint turns or slides in all.
+/// Seconds for a move: the way of the tool centre point over the feed or, where the point stands
+/// still, the slowest joint's motion at its largest speed. `ways` is what each joint turns or
+/// slides in all.
 ///
 /// `Err` names a joint that has no largest speed to go by.
 pub(super) fn seconds(

@@ -20,8 +20,8 @@ pub struct TipModes {
     pub natural_frequencies_hz: Vec<f64>,
     /// ζ_r.
     pub damping_ratios: Vec<f64>,
-    /// J φ_r, the translational part: how each mode moves the tool centre point, in the base frame, for a unit
-    /// of its modal coordinate, m/(√kg m) where all is in SI.
+    /// J φ_r, the translational part: how each mode moves the tool centre point, in the base frame,
+    /// for a unit of its modal coordinate, m/(√kg m) where all is in SI.
     pub motions: Vec<Vector3<f64>>,
 }
 

@@ -13,12 +13,8 @@ use crate::notes::Note;
 use crate::path::{Detail, MAX_GAP, ModalPose, Path, Survey, Surveyor, follow, grid};
 use crate::progress::Progress;
 
-/// An operation with at most this many stations shows all of them as samples; beyond it, samples are
-/// thinned to [`MAX_GAP`].
-const MAX_SAMPLES: usize = 5000;
-
-/// Checks every operation of a job: plans its path, looks at the arm along it and finds where excitation
-/// lines lie in the modes' bands.
+/// Checks every operation of a job: plans its path, looks at the arm along it and finds where
+/// excitation lines lie in the modes' bands.
 ///
 /// # Errors
 /// What cannot be run, for every operation.
@@ -70,14 +66,15 @@ pub fn plan<'a>(job: &'a Job, operation: &Operation) -> Result<Path<'a>, Vec<Not
         .map_err(|errors| errors.into_iter().map(in_operation).collect())
 }
 
-/// What must be read along a path for a policy: tip response costs mode shapes, so only where the policy
-/// asks about it.
+/// What must be read along a path for a policy: tip response costs mode shapes, so only where the
+/// policy asks about it.
 pub fn detail(policy: &Policy) -> Detail {
     if policy.min_tip_response_m_per_n > 0.0 { Detail::TipResponse } else { Detail::Frequencies }
 }
 
-/// Where excitation lines lie in bands under a spindle speed, with the survey refined so far that none
-/// hides. `first_look` holds the stations of [`grid`] at least, with the [`detail`] of the policy.
+/// Where excitation lines lie in bands under a spindle speed, with the survey refined so far that
+/// none hides. `first_look` holds the stations of [`grid`] at least, with the [`detail`] of the
+/// policy.
 ///
 /// # Errors
 /// The arm has no modes somewhere.
@@ -160,10 +157,11 @@ fn survey_operation(
     })
 }
 
-/// Stations that become samples: all, or so many that neighbours are no more than [`MAX_GAP`] apart.
+/// Stations that become samples: all, or so many that neighbours are no more than [`MAX_GAP`]
+/// apart.
 fn shown(survey: &Survey) -> Vec<f64> {
     let all: Vec<f64> = survey.stations().map(|station| station.s).collect();
-    if all.len() <= MAX_SAMPLES {
+    if all.len() <= 5000 {
         return all;
     }
     let mut shown: Vec<f64> = Vec::new();

@@ -6,21 +6,22 @@ use crate::excitation::ExcitationLine;
 use crate::job::Policy;
 use crate::path::Station;
 
-/// Ends of crossings are found to within this share of the path, and of what it takes a line that changes fast to
-/// pass a band.
+/// Ends of crossings are found to within this share of the path, and of what it takes a line that
+/// changes fast to pass a band.
 const END_TOLERANCE: f64 = 1e-8;
 const END_OF_PASSAGE: f64 = 1e-4;
 
-/// Beyond what [`crate::path::grid`] guarantees, bands are searched for hidden contact down to cells of
-/// this share of the path.
+/// Beyond what [`crate::path::grid`] guarantees, bands are searched for hidden contact down to
+/// cells of this share of the path.
 const CONTACT_TOLERANCE: f64 = 1e-6;
 
-/// A line that lies on one side of an edge at one station and on the other at the next has passed it: that is looked
-/// into down to cells of this share of the path, however fast the spindle changes.
+/// A line that lies on one side of an edge at one station and on the other at the next has passed
+/// it: that is looked into down to cells of this share of the path, however fast the spindle
+/// changes.
 const PASSAGE_TOLERANCE: f64 = 1e-13;
 
-/// A line on the very edge of a band is outside; nearer to it than rounding, it counts as on the edge.
-/// Else a mode that the path does not change would flicker in and out from pose to pose.
+/// A line on the very edge of a band is outside; nearer to it than rounding, it counts as on the
+/// edge. Else a mode that the path does not change would flicker in and out from pose to pose.
 const INSIDE: f64 = 1.0 - 1e-12;
 
 /// One line of one operation against the bands of a policy.
@@ -64,18 +65,18 @@ impl LineBands<'_> {
         self.spindle.jump_in(from_s, to_s).unwrap_or(0.5 * (from_s + to_s))
     }
 
-    /// Whether the line ever comes near the frequencies between `lowest_hz` and `highest_hz`, which a first
-    /// look found: most harmonics of a fast spindle never do.
+    /// Whether the line ever comes near the frequencies between `lowest_hz` and `highest_hz`, which
+    /// a first look found: most harmonics of a fast spindle never do.
     pub(super) fn can_meet(&self, lowest_hz: f64, highest_hz: f64) -> bool {
-        /// What a first look may have missed between its stations, generously.
-        const SLACK: f64 = 0.1;
         let [low, high] = self.spindle.speed.range_rpm().map(|rpm| self.line.frequency_hz(rpm));
-        let reach = self.policy.wide() + SLACK;
+        // A tenth more for what a first look may have missed between its stations.
+        let reach = self.policy.wide() + 0.1;
         high > lowest_hz * (1.0 - reach) && low < highest_hz * (1.0 + reach)
     }
 
-    /// Whether the cell between two stations must be looked into: an end of a crossing lies in it that is
-    /// not yet located, or the edge of a band is within reach. `rate` bounds |d ln f_r / ds| in the cell.
+    /// Whether the cell between two stations must be looked into: an end of a crossing lies in it
+    /// that is not yet located, or the edge of a band is within reach. `rate` bounds |d ln f_r /
+    /// ds| in the cell.
     pub(super) fn needs_halving(
         &self,
         left: &Station,
@@ -114,7 +115,8 @@ impl LineBands<'_> {
         if width <= CONTACT_TOLERANCE {
             return false;
         }
-        // A function with slopes within ± L stays within L h / 2 of the mean of its ends (Piyavskii).
+        // A function with slopes within ± L stays within L h / 2 of the mean of its ends
+        // (Piyavskii).
         let reach = 0.5 * (rate + line_rate) * width * high;
         let mean = 0.5 * (ratio_left + ratio_right);
         edges.iter().any(|&edge| {

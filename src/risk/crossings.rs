@@ -5,14 +5,10 @@ use super::verdict::{Certainty, Crossing};
 use crate::notes::Note;
 use crate::path::{Path, Survey, Surveyor};
 
-/// The closest point of a crossing is found to within this share of the path, and of where it is sought: a band that is
-/// passed fast is narrow.
+/// The closest point of a crossing is found to within this share of the path, and of where it is
+/// sought: a band that is passed fast is narrow.
 const CLOSEST_TOLERANCE: f64 = 1e-9;
 const CLOSEST_SHARE: f64 = 1e-4;
-
-/// Distances that differ by no more than this share of themselves are the same: ends of crossings are known
-/// no better.
-const SAME_DISTANCE: f64 = 1e-6;
 
 /// A stretch of stations in one state.
 struct Run {
@@ -137,8 +133,9 @@ fn closest(
     let least = (run.first..=run.last)
         .min_by(|&a, &b| offset(a).abs().total_cmp(&offset(b).abs()))
         .unwrap_or(run.first);
-    // Between two certain stretches both ends lie on the band's edge: the last digits must not choose.
-    let starts_closest = offset(run.first).abs() <= offset(least).abs() * (1.0 + SAME_DISTANCE);
+    // Between two certain stretches both ends lie on the band's edge: the last digits must not
+    // choose.
+    let starts_closest = offset(run.first).abs() <= offset(least).abs() * (1.0 + 1e-6);
     let nearest = if starts_closest { run.first } else { least };
     // Not beyond the run's own stations: there the crossing is of another certainty.
     let left = survey.station(nearest.saturating_sub(1).max(run.first)).s;

@@ -5,7 +5,8 @@ use crate::excitation::ExcitationLine;
 use crate::job::{Policy, SpindleSpeed};
 use crate::path::Survey;
 
-/// Lines in ignored bands and modes that hardly move the tool tip, from one end of the path to the other.
+/// Lines in ignored bands and modes that hardly move the tool tip, from one end of the path to the
+/// other.
 pub(super) fn left_out(
     lines: &[ExcitationLine],
     speed: &SpindleSpeed,

@@ -5,8 +5,9 @@ use crate::excitation::ExcitationLine;
 use crate::job::Policy;
 
 /// The closest approach of any line to any mode among the samples of a path; `None` where no line
-/// and no mode count. What the policy lets pass (ignored bands, modes that hardly move the tool tip) does
-/// not count. Of equals the first along the path, then the lowest mode, then the lowest line.
+/// and no mode count. What the policy lets pass (ignored bands, modes that hardly move the tool
+/// tip) does not count. Of equals the first along the path, then the lowest mode, then the lowest
+/// line.
 pub fn closest_approach(
     samples: &[Sample],
     lines: &[ExcitationLine],

@@ -64,8 +64,8 @@ pub struct Counted {
     pub modes: bool,
 }
 
-/// A clear verdict means nothing where the spindle stands all along, or the policy leaves every line or every
-/// mode out.
+/// A clear verdict means nothing where the spindle stands all along, or the policy leaves every
+/// line or every mode out.
 pub fn nothing_checked(job: &Job, counted: &Counted) -> Option<String> {
     if !counted.spindle_turns {
         return Some(

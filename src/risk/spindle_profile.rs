@@ -17,7 +17,8 @@ impl<'a> SpindleProfile<'a> {
         Self { speed, stops: path.spindle_stops() }
     }
 
-    /// Whether the spindle stands still at `s`. At the waypoints where it stops and starts it turns.
+    /// Whether the spindle stands still at `s`. At the waypoints where it stops and starts it
+    /// turns.
     pub fn is_stopped_at(&self, s: f64) -> bool {
         let after = self.stops.partition_point(|&[from, _]| from < s);
         match after.checked_sub(1).and_then(|i| self.stops.get(i)) {

@@ -44,13 +44,15 @@ pub struct Crossing {
     pub closest_s: f64,
     /// |f_exc − f_r| / f_r at `closest_s`.
     pub separation: f64,
-    /// What the mode alone moves the tool tip at resonance, at `closest_s`, in its strongest direction, m/N.
+    /// What the mode alone moves the tool tip at resonance, at `closest_s`, in its strongest
+    /// direction, m/N.
     pub tip_response_m_per_n: f64,
     /// Share of the mode's strain energy in each elastic coordinate at `closest_s`.
     pub strain_energy_shares: Vec<f64>,
     /// Whether the two coordinates with the largest shares turn together or against each other.
     pub leading_turn_together: Option<bool>,
-    /// First line of the file (job or program) among those run between `from_s` and `to_s`, counted from 1.
+    /// First line of the file (job or program) among those run between `from_s` and `to_s`, counted
+    /// from 1.
     pub from_line: usize,
     /// Last line among them.
     pub to_line: usize,
@@ -73,8 +75,8 @@ pub struct Sample {
     pub natural_frequencies_hz: Vec<f64>,
     /// Per mode, what it alone moves the tool tip at resonance, m/N.
     pub tip_response_m_per_n: Vec<f64>,
-    /// Per mode, the number of the family that it belongs to: the index that the mode had at s = 0, followed
-    /// along the path by shape. `None` where a family could not be followed.
+    /// Per mode, the number of the family that it belongs to: the index that the mode had at s = 0,
+    /// followed along the path by shape. `None` where a family could not be followed.
     pub families: Vec<Option<usize>>,
 }
 
@@ -135,14 +137,15 @@ pub struct OperationRisk {
     pub duration_s: f64,
     /// The lines that were looked at, ascending.
     pub lines: Vec<ExcitationLine>,
-    /// The closest approach of any line to any mode among the samples; `None` where no line and no mode count.
+    /// The closest approach of any line to any mode among the samples; `None` where no line and no
+    /// mode count.
     pub closest: Option<Approach>,
     /// Which of the lines and modes do not count.
     pub left_out: LeftOut,
     /// Poses at which the eigenproblem was solved to find the crossings.
     pub poses_solved: usize,
-    /// The arm along the path, ascending in s: at every pose that was looked at, or, beyond 5000 of them,
-    /// at so many that neighbours are no more than 1/2000 apart in s.
+    /// The arm along the path, ascending in s: at every pose that was looked at, or, beyond 5000 of
+    /// them, at so many that neighbours are no more than 1/2000 apart in s.
     pub samples: Vec<Sample>,
     /// Ascending in `from_s`, then mode, then line.
     pub crossings: Vec<Crossing>,

@@ -1,10 +1,10 @@
-//! The plane of path and spindle speed, cut into cells along the path; in each, the corridors between the
-//! bands.
+//! The plane of path and spindle speed, cut into cells along the path; in each, the corridors
+//! between the bands.
 //!
-//! A band of a line is where the speed would lie in a mode's widened band: f_r(s) (1 ± w) · 60/k. Within a
-//! cell its edges are taken as straight, moved outwards by as much as they bulge in between; bands that
-//! touch, overlap or change places are one. What is left over between two of them is a corridor: a
-//! trapezium, so a speed that is linear between its sides stays within it.
+//! A band of a line is where the speed would lie in a mode's widened band: f_r(s) (1 ± w) · 60/k.
+//! Within a cell its edges are taken as straight, moved outwards by as much as they bulge in
+//! between; bands that touch, overlap or change places are one. What is left over between two of
+//! them is a corridor: a trapezium, so a speed that is linear between its sides stays within it.
 
 use crate::excitation::ExcitationLine;
 use crate::job::Policy;
@@ -49,8 +49,8 @@ pub(super) struct Cells {
 /// What the modes do in one cell.
 #[derive(Debug, Clone, PartialEq)]
 struct Cell {
-    /// Per mode that counts: frequency at the left and right side and how far it bulges below and above
-    /// the straight line between, Hz.
+    /// Per mode that counts: frequency at the left and right side and how far it bulges below and
+    /// above the straight line between, Hz.
     modes: Vec<[f64; 4]>,
 }
 
@@ -72,8 +72,8 @@ pub(super) fn sides(places: &[f64]) -> Vec<f64> {
 }
 
 impl Cells {
-    /// Looks at a path in the cells between `s`. `survey` has stations wherever frequencies bend; bulges are
-    /// taken `slack` times as large as it and the middles of the cells show them.
+    /// Looks at a path in the cells between `s`. `survey` has stations wherever frequencies bend;
+    /// bulges are taken `slack` times as large as it and the middles of the cells show them.
     ///
     /// # Errors
     /// The arm has no modes somewhere.
@@ -123,12 +123,10 @@ fn cell<'s>(
     counting: &Counting,
     slack: f64,
 ) -> Cell {
-    /// What rounding leaves, as a share of the frequency.
-    const ROUNDING: f64 = 1e-9;
     let modes = (0..left.frequencies_hz.len()).filter_map(|r| {
         let (a, b) = (left.frequencies_hz[r], right.frequencies_hz[r]);
         let mut is_counted = counting.counts(&left, r) || counting.counts(&right, r);
-        let (mut below, mut above) = (ROUNDING * a, ROUNDING * a);
+        let (mut below, mut above) = (1e-9 * a, 1e-9 * a);
         for station in between.clone() {
             is_counted |= counting.counts(&station, r);
             let chord = a + (b - a) * (station.s - left.s) / (right.s - left.s);

@@ -1,21 +1,20 @@
 //! The duration for which a schedule is solved, and the feed that belongs to it.
 //!
-//! The schedule solved for a duration T has a mean speed, and the feed that keeps the mean chip load at it makes
-//! the path last g(T). With the slope of the speed over s bounded by the acceleration times T, the schedule holds
-//! for every duration from T on, and no piece of it need be slower than the spindle can if g(T) = T.
+//! The schedule solved for a duration T has a mean speed, and the feed that keeps the mean chip
+//! load at it makes the path last g(T). With the slope of the speed over s bounded by the
+//! acceleration times T, the schedule holds for every duration from T on, and no piece of it need
+//! be slower than the spindle can if g(T) = T.
 //!
-//! T = g(T) is solved to a ten thousandth, by regula falsi, below the programmed duration T_p. Where g(T_p) > T_p,
-//! T = T_p, as the acceleration is to be kept at the programmed feed, too; where then a band is crossed, the feed
-//! stays as programmed, so that T is the schedule's own duration all the same.
+//! T = g(T) is solved to a ten thousandth, by regula falsi, below the programmed duration T_p.
+//! Where g(T_p) > T_p, T = T_p, as the acceleration is to be kept at the programmed feed, too;
+//! where then a band is crossed, the feed stays as programmed, so that T is the schedule's own
+//! duration all the same.
 
 use super::outcome::Coupling;
 
-/// The duration for which a schedule is solved and its own may differ by this share. What is left of the
-/// acceleration for rounding is ten times as much.
+/// The duration for which a schedule is solved and its own may differ by this share. What is left
+/// of the acceleration for rounding is ten times as much.
 const SETTLED: f64 = 1e-4;
-
-/// Rounds after which a schedule that crosses nothing is taken if it holds, even if it could change faster.
-const PATIENT_ROUNDS: usize = 8;
 
 /// Rounds after which the feed stays as programmed.
 const MAX_ROUNDS: usize = 30;
@@ -61,7 +60,8 @@ impl DurationSearch {
         let settled = Next::Settled(Coupling::MeanChipLoad { rounds: self.rounds });
         let (solved_s, apart_s) = (self.solve_for_s, own_s - self.solve_for_s);
         let is_longest = solved_s == self.programmed_s;
-        let is_enough = is_longest || self.rounds > PATIENT_ROUNDS;
+        // After eight rounds a schedule that crosses nothing is taken, even if it could change faster.
+        let is_enough = is_longest || self.rounds > 8;
         if apart_s.abs() <= SETTLED * solved_s || !crosses && apart_s > 0.0 && is_enough {
             return settled;
         }
@@ -79,7 +79,8 @@ impl DurationSearch {
             // With every third step halved, a side that stays does not stop the search.
             (Some((a, _)), Some((b, _))) if self.rounds.is_multiple_of(3) => 0.5 * (a + b),
             (Some((a, above)), Some((b, below))) => a + (b - a) * above / (above - below),
-            // On the same side as before: where the line through both would have it, if that is not far off.
+            // On the same side as before: where the line through both would have it, if that is not
+            // far off.
             _ => before
                 .map(|(t, apart)| solved_s - apart_s * (solved_s - t) / (apart_s - apart))
                 .filter(|next_s| (0.5 * own_s..=own_s).contains(next_s))

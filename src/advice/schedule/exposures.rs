@@ -21,12 +21,13 @@ pub struct Exposure {
     pub tooth_impacts: f64,
     /// Whether the whole of it is run in the air.
     pub is_in_air: bool,
-    /// What the cutting force moves the tool tip where the line is closest, as if it stayed there, m; zero in
-    /// the air, `None` where the job does not tell enough of the cut.
+    /// What the cutting force moves the tool tip where the line is closest, as if it stayed there,
+    /// m; zero in the air, `None` where the job does not tell enough of the cut.
     pub tip_amplitude_m: Option<f64>,
 }
 
-/// One line going once through the widened band of one mode: exposures, certain and uncertain, that touch.
+/// One line going once through the widened band of one mode: exposures, certain and uncertain, that
+/// touch.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Passage {
     /// Index of the mode in ascending frequency, counted from 1.

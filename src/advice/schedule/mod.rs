@@ -1,23 +1,26 @@
-//! A spindle speed that varies along the path: between the moving bands where it can, across them where it
-//! must.
+//! A spindle speed that varies along the path: between the moving bands where it can, across them
+//! where it must.
 //!
 //! # What is sought
-//! The schedule follows the objective as far as that is a convex problem: near the programmed speed, or near the
-//! spindle's highest; for the largest margin, the widest bands that leave a way are found by bisection, and the
-//! way between them that is nearest to the programmed speed. How much the tool tip vibrates is no convex
-//! function of the speed: there the schedule stays near the quietest safe constant speed, if there is one.
+//! The schedule follows the objective as far as that is a convex problem: near the programmed
+//! speed, or near the spindle's highest; for the largest margin, the widest bands that leave a way
+//! are found by bisection, and the way between them that is nearest to the programmed speed. How
+//! much the tool tip vibrates is no convex function of the speed: there the schedule stays near the
+//! quietest safe constant speed, if there is one.
 //!
 //! # Time
-//! A schedule is a speed over s, and s runs in proportion to time at the operation's one feed. So the feed is
-//! coupled to the speed by its mean: it is scaled so that the mean chip load stays what it was, which
-//! changes the duration, and with it how much the spindle can change between two places. See [`duration`]. The
-//! acceleration limit is kept at the programmed feed, too, so that an override between the two breaks nothing.
-//! Where the duration does not follow the feed alone (programs with feeds of their own, turns on the
-//! spot), and where it is asked for, the feed stays as programmed.
+//! A schedule is a speed over s, and s runs in proportion to time at the operation's one feed. So
+//! the feed is coupled to the speed by its mean: it is scaled so that the mean chip load stays what
+//! it was, which changes the duration, and with it how much the spindle can change between two
+//! places. See [`duration`]. The acceleration limit is kept at the programmed feed, too, so that an
+//! override between the two breaks nothing. Where the duration does not follow the feed alone
+//! (programs with feeds of their own, turns on the spot), and where it is asked for, the feed stays
+//! as programmed.
 //!
 //! # Crossings
-//! A band that must be crossed is crossed on one straight line at full acceleration, from the edge of one corridor
-//! to the edge of the next; both ends are points of the schedule, however close together.
+//! A band that must be crossed is crossed on one straight line at full acceleration, from the edge
+//! of one corridor to the edge of the next; both ends are points of the schedule, however close
+//! together.
 
 mod cells;
 mod duration;
@@ -49,28 +52,18 @@ use crate::path::{Survey, grid};
 use crate::progress::silent;
 use crate::risk::{Crossing, crossings_under};
 
-/// No spindle is faster than from rest to its highest speed within a microsecond or so; more would be lost in digits.
-const MAX_RPM_PER_S: f64 = 1e9;
-
 /// Of the acceleration this much is used, so that rounding does not exceed it.
 const USED_ACCELERATION: f64 = 0.999;
 
-/// Bulges of bands between stations are taken so many times as large as stations show them; more, if a
-/// check finds contact.
+/// Bulges of bands between stations are taken so many times as large as stations show them; more,
+/// if a check finds contact.
 const SLACK: f64 = 1.5;
-const MORE_SLACK: f64 = 4.0;
-
-/// How often there is more.
-const MAX_SLACKS: usize = 6;
-
-/// Points nearer than this to the straight line between their neighbours are left out, rev/min.
-const STRAIGHT_RPM: f64 = 1e-6;
-
-/// Speeds of a schedule are told to so many parts of a rev/min where the acceleration is not felt in that.
+/// Speeds of a schedule are told to so many parts of a rev/min where the acceleration is not felt
+/// in that.
 const PARTS_PER_RPM: f64 = 1e6;
 
-/// The schedule that follows the objective best and keeps out of all bands or, where none does, crosses as
-/// few as it must where it costs least.
+/// The schedule that follows the objective best and keeps out of all bands or, where none does,
+/// crosses as few as it must where it costs least.
 ///
 /// # Errors
 /// The arm has no modes somewhere.
@@ -81,7 +74,8 @@ pub(super) fn schedule(task: &Task) -> Result<Result<Schedule, NoSchedule>, Note
         return Ok(Err(NoSchedule::NoTime));
     }
     let given = job.spindle.max_acceleration_rpm_per_s;
-    let acceleration_rpm_per_s = given.unwrap_or(ASSUMED_ACCELERATION_RPM_PER_S).min(MAX_RPM_PER_S);
+    // No spindle reaches its highest speed within a microsecond; more is lost in digits.
+    let acceleration_rpm_per_s = given.unwrap_or(ASSUMED_ACCELERATION_RPM_PER_S).min(1e9);
     let (follows, target_rpm) = task.goal();
     let sides = sides(&air_cut_sides(task));
     let look = |slack| Cells::look(path, sides.clone(), task.survey, task.counting, slack);
@@ -120,10 +114,10 @@ pub(super) fn schedule(task: &Task) -> Result<Result<Schedule, NoSchedule>, Note
             best.ramps.iter().any(|&[from, to]| crossing.from_s < to && crossing.to_s > from)
         };
         if !found.iter().all(is_told) {
-            if slacks == MAX_SLACKS {
+            if slacks == 6 {
                 return Ok(Err(NoSchedule::Contact));
             }
-            (slack, slacks) = (slack * MORE_SLACK, slacks + 1);
+            (slack, slacks) = (slack * 4.0, slacks + 1);
             cells = look(slack)?;
             continue;
         }
@@ -161,7 +155,8 @@ fn coupling(task: &Task) -> Coupling {
     }
 }
 
-/// Whether a program without feeds of its own has moves that do not run at the job's; the first is not run.
+/// Whether a program without feeds of its own has moves that do not run at the job's; the first is
+/// not run.
 fn has_rapids(operation: &Operation) -> bool {
     let mut run = operation.moves.iter().skip(1);
     operation.program.is_some() && run.any(|each| each.feed_m_per_s != operation.feed_m_per_s)
@@ -187,9 +182,8 @@ pub(super) fn kept(task: &Task) -> Result<Option<KeptSchedule>, Note> {
 
 /// Points of a schedule, without those on the straight line between others.
 fn thinned(s: &[f64], rpm: &[f64], limits: &Limits) -> Vec<(f64, f64)> {
-    /// Rounding takes this share of what the acceleration allows between two points at most.
-    const FELT: f64 = 1e-4;
-    let is_felt = |i: usize| FELT * limits.slope_rpm * (s[i + 1] - s[i]) * PARTS_PER_RPM < 1.0;
+    // Rounding takes 1e-4 of what the acceleration allows between two points at most.
+    let is_felt = |i: usize| 1e-4 * limits.slope_rpm * (s[i + 1] - s[i]) * PARTS_PER_RPM < 1.0;
     let rounded = |i: usize| {
         let near = [i.checked_sub(1), (i + 1 < s.len()).then_some(i)];
         if near.into_iter().flatten().any(is_felt) {
@@ -204,9 +198,9 @@ fn thinned(s: &[f64], rpm: &[f64], limits: &Limits) -> Vec<(f64, f64)> {
     let mut from = 0;
     for to in 2..points.len() {
         let (a, b) = (points[from], points[to]);
-        let is_straight = points[from + 1..to].iter().all(|&(s, rpm)| {
-            (a.1 + (b.1 - a.1) * (s - a.0) / (b.0 - a.0) - rpm).abs() < STRAIGHT_RPM
-        });
+        let is_straight = points[from + 1..to]
+            .iter()
+            .all(|&(s, rpm)| (a.1 + (b.1 - a.1) * (s - a.0) / (b.0 - a.0) - rpm).abs() < 1e-6);
         if !is_straight {
             from = to - 1;
             kept.push(points[from]);

@@ -3,9 +3,6 @@
 use super::task::Task;
 use crate::advice::air_cuts::is_air_cut;
 
-/// Places where the air begins or ends that become sides of cells.
-const MAX_AIR_CUT_SIDES: usize = 500;
-
 /// Whether nothing cuts at `s`: the move is one in the air, or the spindle stands.
 fn is_not_cutting(task: &Task, s: f64) -> bool {
     task.counting.spindle.is_stopped_at(s) || is_air_cut(task.operation, task.path, s)
@@ -34,7 +31,7 @@ pub(super) fn air_cut_sides(task: &Task) -> Vec<f64> {
         }
     }
     stretches.sort_by(|a, b| (b[1] - b[0]).total_cmp(&(a[1] - a[0])));
-    stretches.truncate(MAX_AIR_CUT_SIDES / 2);
+    stretches.truncate(500 / 2);
     let mut places: Vec<f64> = stretches.into_iter().flatten().collect();
     places.sort_by(f64::total_cmp);
     places

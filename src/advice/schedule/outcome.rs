@@ -5,7 +5,8 @@ use super::quadratic_program::SolverEnd;
 use crate::advice::options::Objective;
 use crate::advice::speeds::{Constant, Speeds};
 
-/// Taken where the job gives no acceleration of the spindle: an assumption, not a figure of any spindle.
+/// Taken where the job gives no acceleration of the spindle: an assumption, not a figure of any
+/// spindle.
 pub const ASSUMED_ACCELERATION_RPM_PER_S: f64 = 500.0;
 
 /// A speed that varies along the path.
@@ -27,8 +28,8 @@ pub struct Schedule {
     pub follows: Objective,
     /// The speed that it stays near to, rev/min.
     pub target_rpm: f64,
-    /// Half width of the bands that it keeps out of, as a share of each frequency: the policy's, or the widest that
-    /// leave a way where it follows the margin.
+    /// Half width of the bands that it keeps out of, as a share of each frequency: the policy's, or
+    /// the widest that leave a way where it follows the margin.
     pub half_width: f64,
     /// Σ w (n/n_p − n*/n_p)² + ρ Σ Δ(n/n_p)²/Δs with the target n*: what was minimised.
     pub objective: f64,
@@ -59,16 +60,15 @@ impl Schedule {
         exposed_share(&self.exposures) * self.duration_s
     }
 
-    /// The exposures, put together into one passage for each time that a line goes through a mode's band.
+    /// The exposures, put together into one passage for each time that a line goes through a mode's
+    /// band.
     pub fn passages(&self) -> Vec<Passage> {
         passages(&self.exposures)
     }
 
     /// Whether all of it is this constant speed, but for what a solver leaves.
     pub(in crate::advice) fn is_constant(&self, rpm: f64) -> bool {
-        /// rev/min.
-        const NOISE: f64 = 0.01;
-        self.points.iter().all(|point| (point.1 - rpm).abs() < NOISE)
+        self.points.iter().all(|point| (point.1 - rpm).abs() < 0.01)
     }
 
     /// Whether it follows the margin and keeps no more of it than this constant speed does.
@@ -105,10 +105,11 @@ pub struct KeptSchedule {
 pub enum NoSchedule {
     /// The path takes no time.
     NoTime,
-    /// Nothing within the spindle's range and acceleration keeps out of the bands, or crosses them from one gap
-    /// to another.
+    /// Nothing within the spindle's range and acceleration keeps out of the bands, or crosses them
+    /// from one gap to another.
     NoWay,
-    /// There are ways between the bands, but the solver found no speed along any; how it ended on the last.
+    /// There are ways between the bands, but the solver found no speed along any; how it ended on
+    /// the last.
     Solver(SolverEnd),
     /// A check of what was solved met bands again and again.
     Contact,
@@ -130,8 +131,9 @@ pub enum Coupling {
     Rapids,
     /// It stays as programmed because turns on the spot take their time whatever the feed.
     StandsStill,
-    /// It stays as programmed because a band is crossed, and with the mean chip load kept the feed would be slower:
-    /// a spindle that may not be asked too much at the programmed feed would then cross slower than it can.
+    /// It stays as programmed because a band is crossed, and with the mean chip load kept the feed
+    /// would be slower: a spindle that may not be asked too much at the programmed feed would then
+    /// cross slower than it can.
     Crosses,
     /// It stays as programmed because the duration did not settle.
     NotSettled,

@@ -7,8 +7,8 @@
 //! so that    l_i ≤ x_i ≤ u_i,   |x_{i+1} − x_i| ≤ a T Δs_i
 //! ```
 //!
-//! w_i are the weights of the trapezium rule over s; in the cost of changes no Δs_i is taken for less than 1e-4. P
-//! is positive definite, so there is one minimum.
+//! w_i are the weights of the trapezium rule over s; in the cost of changes no Δs_i is taken for
+//! less than 1e-4. P is positive definite, so there is one minimum.
 
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{
@@ -22,14 +22,12 @@ use crate::advice::speeds::Speeds;
 /// ρ: changes within less than about √ρ, 3 % of the path, are smoothed.
 pub(super) const SMOOTHING: f64 = 1e-3;
 
-/// Cells narrower than this are smoothed as if they were as wide: where a ramp ends, slivers are left over.
+/// Cells narrower than this are smoothed as if they were as wide: where a ramp ends, slivers are
+/// left over.
 const MIN_WIDTH: f64 = 1e-4;
 
 /// Bounds closer than this leave one speed, as a share of the programmed one.
 const SINGLE: f64 = 1e-9;
-
-/// Steps of the solver; tens are usual.
-const MAX_SOLVER_STEPS: u32 = 200;
 
 /// How the solver ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,8 +42,8 @@ pub enum SolverEnd {
     OutOfSteps,
     /// The solver gave up: numbers too far apart, or no progress.
     Stuck,
-    /// What should not happen with this problem: an objective without bound, bad input, or an end that
-    /// nobody asked for.
+    /// What should not happen with this problem: an objective without bound, bad input, or an end
+    /// that nobody asked for.
     Unexpected,
 }
 
@@ -102,7 +100,8 @@ pub(super) fn solve(
     let (constraints, sides) = fixed.above(within, n);
     let settings = DefaultSettings {
         verbose: false,
-        max_iter: MAX_SOLVER_STEPS,
+        // Tens are usual.
+        max_iter: 200,
         ..DefaultSettings::default()
     };
     let quadratic = quadratic.matrix(n, n);
@@ -132,8 +131,8 @@ pub(super) fn solve(
     Ok((rpm, end))
 }
 
-/// Moves speeds by what the solver leaves them beyond the acceleration, which in a narrow cell is much; those that
-/// are given stay.
+/// Moves speeds by what the solver leaves them beyond the acceleration, which in a narrow cell is
+/// much; those that are given stay.
 fn hold_steps(s: &[f64], slope_rpm: f64, rpm: &mut [f64], is_given: &dyn Fn(usize) -> bool) {
     let n = s.len();
     let held =
@@ -286,7 +285,8 @@ mod tests {
         assert!(rpm.iter().all(|rpm| *rpm == 1800.0), "{rpm:?}");
     }
 
-    /// Cells a billionth wide: what a solver leaves, 1e-8 of the speed, is many times what they allow.
+    /// Cells a billionth wide: what a solver leaves, 1e-8 of the speed, is many times what they
+    /// allow.
     #[test]
     fn slivers_keep_the_acceleration() {
         let s = [0.0, 0.3, 0.3 + 1e-9, 0.3 + 3e-9, 0.6, 1.0];

@@ -1,16 +1,16 @@
-//! The search over corridors: which gap between the bands to take where, and where to cross a band if it
-//! must be.
+//! The search over corridors: which gap between the bands to take where, and where to cross a band
+//! if it must be.
 //!
 //! A dynamic programme over the sides of the cells. A state is what a spindle can have reached by a
-//! corridor: an interval of speeds, since corridors are convex and acceleration is bounded. It carries a
-//! bound below the objective of every speed that goes this way: the squared distance from the target to
-//! what can be reached, over time. States that are worse in every respect than another are
-//! dropped; so the ways come out in the order of their bounds, and none that can be the best is lost
-//! (but for the cap on states kept at one place).
+//! corridor: an interval of speeds, since corridors are convex and acceleration is bounded. It
+//! carries a bound below the objective of every speed that goes this way: the squared distance from
+//! the target to what can be reached, over time. States that are worse in every respect than
+//! another are dropped; so the ways come out in the order of their bounds, and none that can be the
+//! best is lost (but for the cap on states kept at one place).
 //!
-//! A ramp through a band starts at a side of a cell, on the edge of a corridor, and ends where its straight line
-//! comes into the next corridor, wherever in a cell that is: however fast the spindle, it is in the band for
-//! as long as the band is wide at full acceleration, and no longer.
+//! A ramp through a band starts at a side of a cell, on the edge of a corridor, and ends where its
+//! straight line comes into the next corridor, wherever in a cell that is: however fast the
+//! spindle, it is in the band for as long as the band is wide at full acceleration, and no longer.
 
 use super::cells::{Plane, Trapezium};
 use crate::advice::speeds::Speeds;
@@ -18,9 +18,6 @@ use crate::excitation::ExcitationLine;
 
 /// States kept at one side of a cell.
 const MAX_STATES: usize = 48;
-
-/// Ways that are told.
-const MAX_ROUTES: usize = 24;
 
 /// Ramps through bands are looked for from the best states only.
 const MAX_STARTS: usize = 6;
@@ -96,8 +93,8 @@ impl Ramp {
         self.from_rpm + self.slope_rpm * (s - self.from_s)
     }
 
-    /// Where in a cell the line comes into a corridor out of a band: through its edge, or through the cell's left
-    /// side if the line `comes` from another cell.
+    /// Where in a cell the line comes into a corridor out of a band: through its edge, or through
+    /// the cell's left side if the line `comes` from another cell.
     fn enters(
         &self,
         [left_s, right_s]: [f64; 2],
@@ -163,9 +160,9 @@ impl State {
     }
 }
 
-/// Ways through the plane, the most promising first: those with the fewest ramps through bands, of these
-/// the ones with the least exposure, of these the ones nearest to the target. Ramps are sought only
-/// with `exposure`.
+/// Ways through the plane, the most promising first: those with the fewest ramps through bands, of
+/// these the ones with the least exposure, of these the ones nearest to the target. Ramps are
+/// sought only with `exposure`.
 pub(super) fn routes(
     plane: &Plane,
     limits: &Limits,
@@ -205,7 +202,7 @@ pub(super) fn routes(
     }
     let mut ends = std::mem::take(&mut at[cells]);
     ends.sort_by(State::key);
-    ends.truncate(MAX_ROUTES);
+    ends.truncate(24);
     ends.iter().map(|end| trace(plane, &steps, end)).collect()
 }
 
@@ -239,8 +236,8 @@ fn prune(mut states: Vec<State>, most: usize) -> Vec<State> {
     kept
 }
 
-/// The ramp at full acceleration that leaves free space at side `from`, to the first corridor that it meets,
-/// and the side after it.
+/// The ramp at full acceleration that leaves free space at side `from`, to the first corridor that
+/// it meets, and the side after it.
 fn ramp(
     plane: &Plane,
     limits: &Limits,
@@ -249,8 +246,6 @@ fn ramp(
     from: usize,
     rises: bool,
 ) -> Option<(usize, State, Step)> {
-    /// Places in which the first cell is looked at: a fast spindle is through a band within it.
-    const LOOKS: usize = 8;
     let (from_rpm, slope_rpm) = if rises {
         (state.reach.high_rpm, limits.slope_rpm)
     } else {
@@ -267,7 +262,8 @@ fn ramp(
     let mut exposed = 0.0;
     for cell in from..plane.corridors.len() {
         let sides = [plane.s[cell], plane.s[cell + 1]];
-        let looks = if cell == from { LOOKS } else { 1 };
+        // A fast spindle is through a band within the first cell: eight places there.
+        let looks = if cell == from { 8 } else { 1 };
         let landing = plane.corridors[cell]
             .iter()
             .enumerate()
@@ -298,7 +294,8 @@ fn ramp(
 }
 
 impl Trapezium {
-    /// What of it lies behind `s`, between the sides of its cell; never empty at `s` but for rounding.
+    /// What of it lies behind `s`, between the sides of its cell; never empty at `s` but for
+    /// rounding.
     fn from(&self, [left_s, right_s]: [f64; 2], s: f64) -> Self {
         /// rev/min: what rounding may take from a place on an edge.
         const NEGLIGIBLE_MOTION: f64 = 1e-6;

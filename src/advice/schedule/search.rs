@@ -1,5 +1,5 @@
-//! The best speed between the bands or, where there is no way, across them; for the margin, between the widest
-//! bands that leave one.
+//! The best speed between the bands or, where there is no way, across them; for the margin, between
+//! the widest bands that leave one.
 
 use super::cells::Cells;
 use super::not_cutting::is_not_cutting_between;
@@ -21,8 +21,8 @@ const AIR_CUT_WEIGHT: f64 = 1e-6;
 /// The widest bands that leave a way are found to this share of themselves.
 const WIDEST_TOLERANCE: f64 = 1e-4;
 
-/// Of what the widest bands have beyond the policy's, this much is kept: the first with which the solver finds a
-/// speed.
+/// Of what the widest bands have beyond the policy's, this much is kept: the first with which the
+/// solver finds a speed.
 const NEARLY: [f64; 4] = [0.9999, 0.998, 0.98, 0.9];
 
 /// The best speed, at the sides of the cells and where ramps end.
@@ -74,11 +74,11 @@ pub(super) fn best(
     Ok(first_of(open, limits).map(|best| Best { follows, half_width: least, ..best }))
 }
 
-/// The widest bands that leave a way, from `least` on, which do; `None` where they may be as wide as they like.
+/// The widest bands that leave a way, from `least` on, which do; `None` where they may be as wide
+/// as they like.
 fn widest(least: f64, leaves_way: &dyn Fn(f64) -> bool) -> Option<f64> {
-    /// Where there are no bands to be widened, begun with this.
-    const FIRST: f64 = 0.01;
-    let (mut open, mut closed) = (least, 2.0 * least.max(FIRST));
+    // Where there are no bands to be widened, begin with 1 %.
+    let (mut open, mut closed) = (least, 2.0 * least.max(0.01));
     while leaves_way(closed) {
         if closed > MAX_HALF_WIDTH {
             return None;

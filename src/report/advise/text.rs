@@ -61,7 +61,8 @@ fn next(job: &AdvisedJob) -> String {
     }
 }
 
-/// What to do where a job cannot be run clear: pull a lever that is told, or offer one that the job does not yet.
+/// What to do where a job cannot be run clear: pull a lever that is told, or offer one that the job
+/// does not yet.
 fn pull(job: &AdvisedJob) -> String {
     let Levers { tools_on_hand, free_axis_rad, work_object_shift_m } = &job.levers;
     let operations = job.advice.operations.iter().enumerate();

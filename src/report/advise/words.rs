@@ -171,8 +171,9 @@ fn scheduled_reason(plan: &Schedule) -> String {
     )
 }
 
-/// `mode 1 with tooth passing × 1: speed enters the band at 20.01 % of the time with 480.1 rpm, leaves it at 20.39 %
-/// with 540.2 rpm; 0.15 s (0.12 s certain), 3 tooth impacts, in the cut, program lines 41–58; …`.
+/// `mode 1 with tooth passing × 1: speed enters the band at 20.01 % of the time with 480.1 rpm,
+/// leaves it at 20.39 % with 540.2 rpm; 0.15 s (0.12 s certain), 3 tooth impacts, in the cut,
+/// program lines 41–58; …`.
 pub(super) fn passage(passage: &Passage) -> String {
     let [enters, leaves] = passage.ends_s.map(place);
     let [before, after] = passage.ends_rpm.map(|at| trimmed(at, 1));
