@@ -39,7 +39,7 @@ impl Job {
     }
 }
 
-/// What may be changed besides speed and feed, as far as the job tells.
+/// What may be changed besides speed and feed, as far as the job says.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Levers {
     /// Other cutters that are on hand.
@@ -85,7 +85,7 @@ pub struct Operation {
     pub speed: SpindleSpeed,
     /// Programmed feed of the tool centre point, m/s.
     pub feed_m_per_s: f64,
-    /// How the tool cuts, if told.
+    /// How the tool cuts, if the job says it.
     pub cutting: Option<Cutting>,
     /// The moves; at least one.
     pub moves: Vec<Move>,
@@ -213,12 +213,12 @@ impl Policy {
         self.separation + self.model_uncertainty
     }
 
-    /// Whether excitation at this frequency is somebody else's business.
+    /// Whether excitation at this frequency does not count.
     pub fn ignores(&self, excitation_hz: f64) -> bool {
         self.ignore_hz.iter().any(|[low, high]| (*low..=*high).contains(&excitation_hz))
     }
 
-    /// Whether all excitation from `low_hz` to `high_hz` is somebody else's business.
+    /// Whether no excitation from `low_hz` to `high_hz` counts.
     pub fn ignores_all(&self, low_hz: f64, high_hz: f64) -> bool {
         let mut bands = self.ignore_hz.clone();
         bands.sort_by(|a, b| a[0].total_cmp(&b[0]));

@@ -1,4 +1,4 @@
-//! What a robot is told to do: moves to targets, each with the line of the file that asks for it.
+//! What a robot is to do: moves to targets, each with the line of the file that asks for it.
 
 use nalgebra::{Isometry3, Rotation3, Unit, Vector3};
 

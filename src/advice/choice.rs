@@ -4,7 +4,7 @@ use super::options::Objective;
 use super::speeds::{MAX_HALF_WIDTH, SafeSet, SpeedProblem, Speeds};
 use super::vibration::TipVibration;
 
-/// Speeds are told in whole rev/min; in narrow gaps in tenths or hundredths.
+/// Speeds are rounded to whole rev/min; in narrow gaps in tenths or hundredths.
 const STEPS_PER_RPM: [f64; 3] = [1.0, 10.0, 100.0];
 
 /// How far inside the end of a band a speed stays, rev/min or as a share of the speed: far more

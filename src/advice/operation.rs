@@ -6,7 +6,7 @@ use super::map::SpeedMap;
 use super::options::{FeedRule, Objective, Options};
 use super::outcome::{JobAdvice, OperationAdvice, Remedy, Vibration};
 use super::ranges::{Counting, ModeRange, mode_ranges};
-use super::schedule::{Task, kept, schedule};
+use super::schedule::{Schedule, Task, kept, schedule};
 use super::speeds::{Constant, SafeSet, SpeedProblem, feed_at};
 use super::vibration::{Chip, TipModel, TipVibration};
 use crate::excitation::{ExcitationLine, lines};
@@ -88,15 +88,13 @@ fn not_followed(
         "the programmed speed"
     };
     let why = match objective {
-        Objective::Vibration => {
-            "what the tool tip vibrates is no convex function of a speed that varies along the path"
-        }
+        Objective::Vibration => "tool-tip vibration is no convex function of a varying speed",
         Objective::Nearest | Objective::Margin | Objective::Highest => {
             "a schedule that must cross a band keeps no margin"
         }
     };
     let what = format!(
-        "the objective is not followed by the schedule: {why}; it stays near {near}, {} rpm",
+        "the schedule does not follow the objective: {why}; it stays near {near}, {} rpm",
         plan.target_rpm
     );
     Some(about_operation(job, operation, Code::ObjectiveNotFollowed, what))
@@ -125,13 +123,7 @@ fn advise_path(
     let lines = lines(&job.tool, &job.policy);
     let programmed_rpm = mean_rpm(&operation.speed);
     let tip = TipModel::new(job, operation, path)?;
-    let chip = match options.feed {
-        FeedRule::ChipLoad => {
-            let teeth_per_s = f64::from(job.tool.teeth) * hz_from_rpm(programmed_rpm);
-            Chip::PerTooth(operation.feed_m_per_s / teeth_per_s)
-        }
-        FeedRule::Programmed => Chip::Feed(operation.feed_m_per_s),
-    };
+    let chip = chip(job, operation, programmed_rpm, options.feed);
     let counting =
         Counting { policy: &job.policy, spindle: SpindleProfile::new(&operation.speed, path) };
     let stations = grid(path, operation.speed.corners());
@@ -180,17 +172,10 @@ fn advise_path(
         None => levers(job, operation, index, &ranges, bind.as_ref(), programmed_rpm)?,
     };
     let no_schedule = scheduled.as_ref().and_then(|found| found.as_ref().err().copied());
-    let remedy = match (scheduled, constant) {
-        (Some(Ok(schedule)), Some(constant))
-            if schedule.is_constant(constant.rpm) || schedule.gains_nothing_on(&constant) =>
-        {
-            Remedy::Constant(constant)
-        }
-        (Some(Ok(schedule)), _) => Remedy::Scheduled(Box::new(schedule)),
-        (_, Some(constant)) => Remedy::Constant(constant),
-        (_, None) => Remedy::Infeasible,
+    let remedy = match kept {
+        Some(kept) => Remedy::Kept(kept),
+        None => remedy(scheduled.and_then(Result::ok), constant),
     };
-    let remedy = kept.map_or(remedy, Remedy::Kept);
     Ok(OperationAdvice {
         name: operation.name.clone(),
         programmed_rpm,
@@ -212,6 +197,31 @@ fn advise_path(
         mode_ranges: ranges,
         lines,
     })
+}
+
+/// How fast the tool goes through the work when the speed changes.
+fn chip(job: &Job, operation: &Operation, programmed_rpm: f64, feed: FeedRule) -> Chip {
+    match feed {
+        FeedRule::ChipLoad => {
+            let teeth_per_s = f64::from(job.tool.teeth) * hz_from_rpm(programmed_rpm);
+            Chip::PerTooth(operation.feed_m_per_s / teeth_per_s)
+        }
+        FeedRule::Programmed => Chip::Feed(operation.feed_m_per_s),
+    }
+}
+
+/// A schedule, unless a constant speed does as well.
+fn remedy(schedule: Option<Schedule>, constant: Option<Constant>) -> Remedy {
+    match (schedule, constant) {
+        (Some(schedule), Some(constant))
+            if schedule.is_constant(constant.rpm) || schedule.gains_nothing_on(&constant) =>
+        {
+            Remedy::Constant(constant)
+        }
+        (Some(schedule), _) => Remedy::Scheduled(Box::new(schedule)),
+        (None, Some(constant)) => Remedy::Constant(constant),
+        (None, None) => Remedy::Infeasible,
+    }
 }
 
 /// Which of the safe speeds is wanted.

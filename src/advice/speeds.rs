@@ -125,7 +125,7 @@ impl SpeedProblem<'_> {
         Some(rpm_from_hz(highest_hz * (1.0 + self.policy.wide())) / f64::from(lowest_order))
     }
 
-    /// The parts of `speeds` at which the line is nobody else's business.
+    /// The parts of `speeds` at which the policy does not ignore the line.
     fn not_ignored(&self, line: ExcitationLine, speeds: Speeds) -> impl Iterator<Item = Speeds> {
         ignored_speeds(self.policy, line)
             .fold(vec![speeds], |pieces, ignored| {
@@ -235,7 +235,7 @@ impl SpeedProblem<'_> {
     }
 }
 
-/// Speeds at which a line lies in a band that is somebody else's business.
+/// Speeds at which a line lies in a band that the policy ignores.
 pub(super) fn ignored_speeds(
     policy: &Policy,
     line: ExcitationLine,

@@ -1,7 +1,7 @@
 //! Where a path is looked at before anything is known about it.
 //!
 //! # What cannot hide
-//! Stations are at most [`MAX_GAP`] apart in s, so whatever is wider than that holds a station:
+//! Stations are at most [`MAX_GAP`] apart in s, so anything wider than that holds a station:
 //! this bound rests on nothing but counting. All waypoints are stations, and no joint moves more
 //! than [`MAX_STEP`] between two, so that frequencies are smooth from one to the next. From there
 //! [`super::Survey::refine`] goes on wherever a band's edge is within reach of the steepest slope

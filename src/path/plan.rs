@@ -312,8 +312,8 @@ impl<'r> Planner<'r> {
             side = now;
             if let Some(joints) = singular {
                 let what = format!(
-                    "passes a singularity {} ({joints}); move the work object, turn the tool about its \
-                     axis or use joint waypoints there",
+                    "passes a singularity {} ({joints}); move the work object, turn the tool about \
+                     its axis or use joint waypoints there",
                     passed()
                 );
                 return Err((Code::Unreachable, what));
@@ -332,7 +332,7 @@ impl<'r> Planner<'r> {
         Ok(())
     }
 
-    /// The joints whose motions undo each other at `q`, in words, if the arm is singular there or
+    /// The joints whose motions cancel each other at `q`, in words, if the arm is singular there or
     /// has passed such a place since it was on side `before`; and the side that it is on now.
     fn singular_joints(&self, q: &[f64], before: Option<bool>) -> (Option<String>, Option<bool>) {
         let regular = self.kinematics.side_if_regular(self.robot, q, MIN_SINGULAR_VALUE);
@@ -351,12 +351,12 @@ impl<'r> Planner<'r> {
                     .iter()
                     .map(|&joint| self.robot.joints()[joint].name.as_str())
                     .collect();
-                format!("{} undo each other", names.join(" and "))
+                format!("{} cancel each other", names.join(" and "))
             });
         (words, side)
     }
 
-    /// Counts what the fastest joint moves; told before anything is worked out along a way that is
+    /// Counts what the fastest joint moves; checked before anything is computed along a way that is
     /// a slip of the pen.
     fn count_way(&mut self, ways: &[f64]) -> Result<(), Refusal> {
         let most = ways.iter().copied().fold(0.0, f64::max);
@@ -388,8 +388,8 @@ impl<'r> Planner<'r> {
     fn time_of(&self, length_m: f64, next: &Move, ways: &[f64]) -> Result<f64, Refusal> {
         seconds(self.robot, length_m, next.feed_m_per_s, ways).map_err(|joint| {
             let what = format!(
-                "the tool centre point stands still, and joint '{}' has no velocity limit in the URDF \
-                 (zero counts as none) to tell how long its motion takes",
+                "the tool centre point stands still, and joint '{}' has no velocity limit in the \
+                 URDF (zero counts as none), so its motion has no duration; add the limit",
                 self.robot.joints()[joint].name
             );
             (Code::MissingKey, what)

@@ -40,11 +40,11 @@ pub(super) fn notices(
         .collect();
     if let Some(overspeed) = path.worst_joint_overspeed() {
         let what = format!(
-            "{overspeed}; the robot will be slower there than this check takes it to be, {}",
+            "{overspeed}; the robot will be slower there than assumed{}",
             if overspeed.is_reorientation {
-                "as turns on the spot are timed by their slowest joint on average"
+                ", as reorientations are timed by the mean speed of their slowest joint"
             } else {
-                "so lower the feed"
+                "; lower the feed"
             }
         );
         let place = Place { line: Some(path.line_at(overspeed.s)), ..Place::default() };
@@ -79,7 +79,8 @@ pub fn nothing_checked(job: &Job, counted: &Counted) -> Option<String> {
     }
     if !counted.modes {
         return Some(format!(
-            "nothing was checked: every mode moves the tool tip less than policy.min_tip_response_um_per_n, {}",
+            "nothing was checked: every mode moves the tool tip less than \
+             policy.min_tip_response_um_per_n, {}",
             um_per_n_from_m_per_n(job.policy.min_tip_response_m_per_n)
         ));
     }
@@ -99,7 +100,7 @@ fn too_sudden(job: &Job, operation: &Operation, path: &Path) -> Option<String> {
     let ([(_, from), (_, to)], next) = ([pair[0], pair[1]], index + 1);
     let asked = if rate.is_finite() { format!("{rate:.1} rpm/s") } else { "a jump".to_owned() };
     Some(format!(
-        "spindle_schedule[{index}] to [{next}], from {from} to {to} rpm, asks for {asked}; \
+        "spindle_schedule[{index}] to [{next}], from {from} to {to} rpm, requires {asked}; \
          spindle.max_acceleration_rpm_per_s is {most}"
     ))
 }

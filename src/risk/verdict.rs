@@ -8,7 +8,7 @@ use crate::notes::Note;
 pub enum Verdict {
     /// No line comes near any mode.
     Clear,
-    /// A line comes so near that the model cannot tell.
+    /// A line comes nearer than the model is accurate.
     Uncertain,
     /// A line lies inside a mode's band.
     Resonance,

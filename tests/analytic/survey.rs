@@ -313,3 +313,23 @@ fn surveys_do_not_allocate_per_pose() {
         assert!(many - few < 40_000 / 10, "{few} allocations, {many} for twice as many poses");
     }
 }
+
+/// Stations that are known keep their bytes and are not solved again.
+#[test]
+fn known_stations_are_not_solved_again() {
+    let robot = irb1600();
+    let path = by_lines(&robot);
+    let stations = grid(&path, std::iter::empty());
+    for detail in DETAILS {
+        let known: Vec<f64> = stations.iter().copied().step_by(3).collect();
+        let first = Survey::take(&path, known.clone(), detail, &silent).unwrap();
+        let solved = AtomicUsize::new(0);
+        let count = |done: Done| {
+            let Done::More(more) = done else { panic!("{done:?}") };
+            solved.fetch_add(more, Ordering::Relaxed);
+        };
+        let found = first.at_stations(&path, &stations, &count).unwrap();
+        assert_eq!(found, Survey::take(&path, stations.clone(), detail, &silent).unwrap());
+        assert_eq!(solved.load(Ordering::Relaxed), stations.len() - known.len());
+    }
+}

@@ -464,7 +464,7 @@ fn a_schedule_that_the_spindle_cannot_follow_is_told() {
         let ran = bench.run(&["check", "s.yaml"]);
         let told = err(&ran);
         assert_eq!(
-            told.contains("spindle_schedule[1] to [2], from 1210 to 1310 rpm, asks for"),
+            told.contains("spindle_schedule[1] to [2], from 1210 to 1310 rpm, requires"),
             warns,
             "{told}"
         );

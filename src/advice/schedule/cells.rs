@@ -138,7 +138,7 @@ fn cell<'s>(
     Cell { modes: modes.collect() }
 }
 
-/// The bands in a cell, cut where excitation is somebody else's business.
+/// The bands in a cell, cut where the policy ignores excitation.
 fn bands(
     cell: &Cell,
     lines: &[ExcitationLine],

@@ -22,7 +22,7 @@ pub struct Exposure {
     /// Whether the whole of it is run in the air.
     pub is_in_air: bool,
     /// What the cutting force moves the tool tip where the line is closest, as if it stayed there,
-    /// m; zero in the air, `None` where the job does not tell enough of the cut.
+    /// m; zero in the air, `None` where the job does not describe the cut.
     pub tip_amplitude_m: Option<f64>,
 }
 
@@ -206,9 +206,9 @@ mod tests {
             exposure(1, Certain, [0.75, 0.875]),
         ];
         let found = passages(&all);
-        let told: Vec<_> = found.iter().map(|p| (p.mode, p.ends_s, p.seconds)).collect();
+        let found_places: Vec<_> = found.iter().map(|p| (p.mode, p.ends_s, p.seconds)).collect();
         let expected = [(1, [0.25, 0.625], 3.75), (2, [0.25, 0.5], 2.5), (1, [0.75, 0.875], 1.25)];
-        assert_eq!(told, expected);
+        assert_eq!(found_places, expected);
         let first = &found[0];
         assert_eq!((first.certain_s, first.tooth_impacts), (1.25, 112.5));
         assert_eq!((first.ends_rpm, first.lines), ([250.0, 625.0], [25, 62]));

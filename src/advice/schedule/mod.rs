@@ -58,7 +58,7 @@ const USED_ACCELERATION: f64 = 0.999;
 /// Bulges of bands between stations are taken so many times as large as stations show them; more,
 /// if a check finds contact.
 const SLACK: f64 = 1.5;
-/// Speeds of a schedule are told to so many parts of a rev/min where the acceleration is not felt
+/// Speeds of a schedule are rounded to so many parts of a rev/min where the acceleration is not felt
 /// in that.
 const PARTS_PER_RPM: f64 = 1e6;
 
@@ -110,10 +110,11 @@ pub(super) fn schedule(task: &Task) -> Result<Result<Schedule, NoSchedule>, Note
         let first_look = task.survey.at_stations(path, &stations, &silent)?;
         let (found, last_look) =
             crossings_under(task.lines, &job.policy, &speed, path, first_look)?;
-        let is_told = |crossing: &Crossing| {
+        let is_planned = |crossing: &Crossing| {
             best.ramps.iter().any(|&[from, to]| crossing.from_s < to && crossing.to_s > from)
         };
-        if !found.iter().all(is_told) {
+        if !found.iter().all(is_planned) {
+            // A band was met that was not planned: again, with bulges four times as large.
             if slacks == 6 {
                 return Ok(Err(NoSchedule::Contact));
             }

@@ -25,7 +25,7 @@ const MAX_STARTS: usize = 6;
 /// What the search goes by.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Limits {
-    /// Speeds are told as a share of it.
+    /// Speeds are given as a share of it.
     pub(super) programmed_rpm: f64,
     /// The speed to stay near to.
     pub(super) target_rpm: f64,
@@ -59,7 +59,7 @@ pub(super) struct ExposureCost<'a> {
 }
 
 impl<'a> ExposureCost<'a> {
-    /// `ignores` tells whether a line at a speed is somebody else's business.
+    /// `ignores` says whether the policy ignores a line at a speed.
     pub(super) fn new(cells: Vec<Bands>, ignores: &'a dyn Fn(ExcitationLine, f64) -> bool) -> Self {
         Self { cells, ignores }
     }
