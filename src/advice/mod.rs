@@ -1,6 +1,5 @@
 //! What to run instead: constant speeds that stay clear of every mode along the whole path, the
-//! best of them, and where there is none, what blocks
-//! them.
+//! best of them, and where there is none, what blocks them.
 //!
 //! # Safe
 //! A constant speed is safe if no excitation line lies in any mode's band, widened by what the
