@@ -165,7 +165,7 @@ impl Integrator {
                 y.copy_from_slice(&self.trial);
                 derivative(y, &mut self.stages[0]).map_err(Stop::Derivative)?;
                 left = if parts <= 1.0 { 0.0 } else { left - step };
-                // A step cut short by the sampling instant tells only that it could be longer.
+                // A step cut short by the sampling instant shows only that it could be longer.
                 let allowed = step * factor;
                 self.step = if factor < 1.0 { allowed } else { self.step.max(allowed) };
             } else {

@@ -284,7 +284,7 @@ pub fn respond(
 /// The peaks are those of the strain energy's spectrum Σ k_i |α_i(f)|². All modes start with equal
 /// energy, so each has a peak of about the same height there, and the highest peaks are the modes
 /// whatever the units and sizes of the coordinates. Linear frequencies choose length and rate of
-/// the record and, where peaks are missing, tell which; they do not enter the frequencies that are
+/// the record and, where peaks are missing, show which; they do not enter the frequencies that are
 /// read.
 ///
 /// With [`Sampling::Fixed`] the vibration is sampled at a multiple of the rate that shows every
@@ -436,7 +436,7 @@ fn assign(peaks: &[f64], linear_hz: &[f64]) -> Vec<(usize, f64)> {
 }
 
 /// Which of the (mode, peak) pairs may be no modes. A rival peak casts doubt on the pair that is
-/// furthest from its linear frequency: which of the peaks is the mode cannot be told.
+/// furthest from its linear frequency: which of the peaks is the mode is not clear.
 fn doubts(taken: &[(usize, f64)], linear_hz: &[f64], has_rival: bool) -> Vec<Doubt> {
     let departure = |mode: usize, peak: f64| (peak / linear_hz[mode]).ln().abs();
     let furthest = taken

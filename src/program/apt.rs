@@ -4,10 +4,10 @@
 //! a comment. Understood: `FROM`, `GOTO`, `GODLTA`, `RAPID`, `FEDRAT`, `SPINDL`, `UNITS`, `MULTAX`,
 //! and drilling by `GOHOME` to a point, `CYCLE/…` in the form with keywords (`DEPTH` or `FEDTO`,
 //! `CLEAR` or `RAPTO`, `RTRCTO`, a feed after its unit). Lengths are in mm unless `UNITS/INCHES`
-//! says otherwise. Arcs and statements that shift, copy or compute motion are faults: cutter
+//! says otherwise. Arcs and statements that shift, copy or compute motion are errors: cutter
 //! location files can be written without them. So is a second coordinate system (`MSYS`), and
-//! motion behind a `GOHOME` that does not tell where to. Words that are not known are told and left
-//! out: most are for the postprocessor.
+//! motion behind a `GOHOME` that does not say where to. Words that are not known are reported and
+//! left out: most are for the postprocessor.
 
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 
@@ -81,7 +81,7 @@ fn statement(line: usize, text: &str) -> Option<Statement> {
         Some((major, minor)) => (major, Some(minor)),
         None => (text, None),
     };
-    // `TLON,GOFWD/…`: the first word tells what it is.
+    // `TLON,GOFWD/…`: the first word says what it is.
     let major = major.split([',', ' ', '\t']).find(|word| !word.is_empty())?.to_ascii_uppercase();
     let word = |part: &str| {
         let part: String = part.split_whitespace().collect();
@@ -119,7 +119,7 @@ struct Reader<'a> {
     work_object: Isometry3<f64>,
     tcp: Isometry3<f64>,
     inches: bool,
-    units_told: bool,
+    units_given: bool,
     feed: Option<Feed>,
     rapid: bool,
     spindle_rpm: Option<f64>,
@@ -141,7 +141,7 @@ impl<'a> Reader<'a> {
             work_object: settings.work_object.unwrap_or_default(),
             tcp: settings.tcp.unwrap_or_default(),
             inches: false,
-            units_told: false,
+            units_given: false,
             feed: None,
             rapid: false,
             spindle_rpm: None,
@@ -433,7 +433,7 @@ impl<'a> Reader<'a> {
             return Err("expected a number and a unit".to_owned());
         };
         let unit = names.first().copied();
-        if !self.units_told && matches!(unit, Some("IPM" | "IPR")) {
+        if !self.units_given && matches!(unit, Some("IPM" | "IPR")) {
             self.log.warning(
                 Code::Assumed,
                 line,
@@ -478,7 +478,7 @@ impl<'a> Reader<'a> {
             Some("CM") => return Err("CM is not supported, write MM or INCHES".to_owned()),
             _ => return Err("expected MM or INCHES".to_owned()),
         };
-        self.units_told = true;
+        self.units_given = true;
         Ok(())
     }
 

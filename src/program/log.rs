@@ -12,7 +12,7 @@ use crate::notes::{Code, Note, Notes};
 #[derive(Debug)]
 pub(super) struct Log {
     /// More than this is a fault.
-    most_moves: usize,
+    max_moves: usize,
     /// At what speed rapid moves are taken to run.
     rapid_m_per_s: f64,
     is_full: bool,
@@ -21,7 +21,7 @@ pub(super) struct Log {
     /// Moves beyond the first whose speed the program leaves open: their number, and the first's
     /// line.
     rapid: Option<(usize, usize)>,
-    /// The line that sends the tool to where the program does not tell, and how.
+    /// The line that sends the tool to that the program does not give, and how.
     away: Option<(usize, String)>,
     tools: Vec<ToolMass>,
     feeds: StatedFeeds,
@@ -31,9 +31,9 @@ pub(super) struct Log {
 }
 
 impl Log {
-    pub(super) fn new(most_moves: usize, rapid_m_per_s: f64) -> Self {
+    pub(super) fn new(max_moves: usize, rapid_m_per_s: f64) -> Self {
         Self {
-            most_moves,
+            max_moves,
             rapid_m_per_s,
             is_full: false,
             moves: Vec::new(),
@@ -79,11 +79,11 @@ impl Log {
             Pace::Rapid => self.count_rapid(line),
         };
         let to = Move { to, feed_m_per_s, tcp, line, spindle_turns: true };
-        if self.moves.len() >= self.most_moves {
+        if self.moves.len() >= self.max_moves {
             self.is_full = true;
             let what = format!(
                 "the program makes more than {} moves by here; split it into several operations",
-                self.most_moves
+                self.max_moves
             );
             self.error(Code::TooLong, to.line, what);
         } else if is_finite(&to) {

@@ -16,16 +16,16 @@
 //!
 //! Frames: a target is the pose of the tool centre point (TCP) in the base frame of the robot; the
 //! TCP is given in the tip frame, which for an ABB arm is its `tool0`. Where robot and program
-//! could both tell a frame:
+//! could both give a frame:
 //!
-//! | | the program tells | the job tells | taken |
+//! | | in the program | in the job | used |
 //! |---|---|---|---|
 //! | RAPID, tool declared in the file | yes | any | the program's `tframe` |
 //! | RAPID, `tool0`, or a tool declared elsewhere | no | yes | the job's TCP |
 //! | RAPID, `tool0` | no | no | the tip frame |
 //! | RAPID, tool declared elsewhere | no | no | a fault |
 //! | RAPID, work object | | | as for tools, with `uframe`·`oframe` and `wobj0` = the base frame |
-//! | APT, G-code | never | any | the job's, or else the identity |
+//! | APT, G-code | never | any | the job's, otherwise the identity |
 //!
 //! Tool axis: APT gives a direction and G-code none (it is +z). The TCP's z axis points from the
 //! spindle into the work, as that of ABB's `tool0` does, so it is the opposite of the tool axis.
@@ -86,7 +86,7 @@ impl fmt::Display for Dialect {
     }
 }
 
-/// What a program does not tell and its reader needs to know.
+/// What a program does not say and its reader needs to know.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
     /// RAPID: the procedure where the program starts; `None` takes `main`, or the only procedure.
@@ -147,12 +147,12 @@ pub struct ToolMass {
     pub mass_kg: f64,
 }
 
-/// What a spindle is told to do.
+/// What a command makes the spindle do.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Spindle {
     /// To stand still.
     Stands,
-    /// To turn, at this speed in rev/min (positive) or at one that the program does not tell.
+    /// To turn, at this speed in rev/min (positive) or at one that the program does not give.
     Turns(Option<f64>),
 }
 
@@ -162,7 +162,7 @@ impl Spindle {
         if rpm == Some(0.0) { Self::Stands } else { Self::Turns(rpm) }
     }
 
-    /// Speed, rev/min, of a spindle that turns, if it is told.
+    /// Speed, rev/min, of a spindle that turns, if it is known.
     pub fn rpm(self) -> Option<f64> {
         match self {
             Self::Stands => None,
@@ -194,13 +194,13 @@ pub fn read(bytes: &[u8], dialect: Dialect, settings: &Settings) -> Result<Progr
 }
 
 fn read_up_to(
-    most_moves: usize,
+    max_moves: usize,
     bytes: &[u8],
     dialect: Dialect,
     settings: &Settings,
 ) -> Result<Program, Vec<Note>> {
     let text = text::decode(bytes).map_err(|note| vec![note])?;
-    let mut log = log::Log::new(most_moves, settings.rapid_m_per_s);
+    let mut log = log::Log::new(max_moves, settings.rapid_m_per_s);
     match dialect {
         Dialect::Rapid => rapid::read(&text, settings, &mut log),
         Dialect::Apt => apt::read(&text, settings, &mut log),

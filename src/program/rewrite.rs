@@ -351,24 +351,25 @@ mod tests {
 
     #[test]
     fn pitches_and_several_speeds_are_not_lost() {
-        let told = |text: &str, dialect, feed_ratio| {
+        let rewritten = |text: &str, dialect, feed_ratio| {
             let to = Rewrite { rpm: 1340.0, feed_ratio };
             rewrite(text.as_bytes(), dialect, &to).map_err(|why| why.what)
         };
         let tap = "S1000 M3\nG84 X0 Y0 Z-5 R1 F1000\nG80\n";
-        assert!(told(tap, Dialect::GCode, 1.0).unwrap_err().contains("pitch"));
-        assert!(told(tap, Dialect::GCode, 1.34).is_ok());
+        assert!(rewritten(tap, Dialect::GCode, 1.0).unwrap_err().contains("pitch"));
+        assert!(rewritten(tap, Dialect::GCode, 1.34).is_ok());
         let tap = "SPINDL/1000\nCYCLE/TAP,DEPTH,5,MMPM,1000\nGOTO/0,0,0\n";
-        assert!(told(tap, Dialect::Apt, 1.0).unwrap_err().contains("pitch"));
+        assert!(rewritten(tap, Dialect::Apt, 1.0).unwrap_err().contains("pitch"));
         let two = "S1000 M3\nG1 X0 Y0 Z0 F100\nS500\nX1\n";
-        assert!(told(two, Dialect::GCode, 1.0).unwrap_err().contains("several"));
+        assert!(rewritten(two, Dialect::GCode, 1.0).unwrap_err().contains("several"));
     }
 
     #[test]
     fn what_states_no_speed_is_not_rewritten() {
-        let told = |text: &str, dialect| rewrite(text.as_bytes(), dialect, &TO).unwrap_err().what;
-        assert!(told("MODULE m\nENDMODULE\n", Dialect::Rapid).contains("convention"));
-        assert!(told("G1 X0 Y0 Z0 F100\n", Dialect::GCode).contains("states no spindle speed"));
-        assert!(told("GOTO/0,0,0\n", Dialect::Apt).contains("states no spindle speed"));
+        let refused =
+            |text: &str, dialect| rewrite(text.as_bytes(), dialect, &TO).unwrap_err().what;
+        assert!(refused("MODULE m\nENDMODULE\n", Dialect::Rapid).contains("convention"));
+        assert!(refused("G1 X0 Y0 Z0 F100\n", Dialect::GCode).contains("states no spindle speed"));
+        assert!(refused("GOTO/0,0,0\n", Dialect::Apt).contains("states no spindle speed"));
     }
 }

@@ -8,20 +8,13 @@ use crate::source::{File, Kind, Library, root, tokens, without_tests};
 
 /// Imports that the code map does not allow and that have not been removed yet.
 const NOT_YET: &[(&str, &str)] = &[
-    ("cli", "advice"),
     ("cli", "diagnosis"),
-    ("cli", "free_vibration"),
     ("cli", "identify"),
     ("cli", "input"),
-    ("cli", "job"),
-    ("cli", "map"),
-    ("cli", "model"),
-    ("cli", "program"),
-    ("cli", "risk"),
 ];
 
 /// Functions of other rooms that reports still call.
-const REPORTS_CALL: &[&str] = &["diagnosis::words", "risk::closest_approach"];
+const REPORTS_CALL: &[&str] = &["diagnosis::words"];
 
 /// Crates that these rooms alone may name.
 const NAMED_ONLY_IN: &[(&str, &[&str])] = &[

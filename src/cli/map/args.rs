@@ -4,10 +4,9 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use crate::map::Statistic;
 use crate::notes::Note;
 use crate::report::map::MapFormat;
-use crate::study::map::{Positions, Request, Unit};
+use crate::study::map::{Positions, Request, Statistic, Unit};
 
 /// Natural frequencies over poses.
 #[derive(Debug, Args)]

@@ -12,15 +12,14 @@ pub(super) use self::args::MapArgs;
 use self::args::{Format, MethodName};
 use self::progress::bar;
 use super::output::Sink;
-use super::{Failure, Outcome};
-use crate::free_vibration::Sampling;
-use crate::input::{PoseTable, Reading, read_robot};
-use crate::map::{Block, FrequencyMap, Head, Method, Reduction};
-use crate::model::Robot;
+use super::{Failure, Outcome, show_warnings};
 use crate::notes::Note;
 use crate::progress::Done;
 use crate::report::map::{MapFormat, MapWriter, map_svg, reduced_csv, reduced_json, reduced_svg};
-use crate::study::map::{self as study, MapError, Source, Summary, Target};
+use crate::study::map::{
+    self as study, Block, FrequencyMap, Head, MapError, Method, ReadRobot, Reduction, Robot,
+    Sampling, Source, Summary, Target,
+};
 
 /// Poses in a picture.
 const MAX_DRAWN: usize = 100_000;
@@ -38,17 +37,16 @@ impl From<MapError> for Failure {
 pub(super) fn run(args: &MapArgs, out: &mut dyn Write) -> Result<Outcome, Failure> {
     let method = check_options(args)?;
     let sink = Sink::open(args.output.as_deref())?;
-    let mut reading = Reading::default();
-    let robot = read_robot(&super::robot_file(&args.robot), &mut reading)?;
+    let ReadRobot { robot, mut warnings, mut files } =
+        study::read_robot(&super::robot_file(&args.robot))?;
     // Standard input may be a file, too.
-    reading.files.extend(args.poses.iter().map(|poses| match poses {
+    files.extend(args.poses.iter().map(|poses| match poses {
         dash if dash == Path::new("-") => PathBuf::from("/dev/stdin"),
         file => file.clone(),
     }));
-    sink.refuse_inputs(&reading.files)?;
+    sink.refuse_inputs(&files)?;
     let source = source(args, &robot)?;
     let map = FrequencyMap::new(&robot, method);
-    let mut warnings: Vec<Note> = reading.warnings;
     sink.stream(out, |out| {
         let summary = if !args.reduce.is_empty() {
             write_statistics(args, &map, source, out)?
@@ -62,11 +60,7 @@ pub(super) fn run(args: &MapArgs, out: &mut dyn Write) -> Result<Outcome, Failur
         warnings.extend(summary.warnings(&robot));
         Ok(())
     })?;
-    let mut stderr = io::stderr().lock();
-    for warning in warnings {
-        // If standard error is closed, nobody reads it.
-        let _ = writeln!(stderr, "warning: {warning}");
-    }
+    show_warnings(&warnings);
     Ok(Outcome::Pass)
 }
 
@@ -118,12 +112,11 @@ fn check_options(args: &MapArgs) -> Result<Method, Vec<Note>> {
 
 fn source(args: &MapArgs, robot: &Robot) -> Result<Source, Vec<Note>> {
     if let Some(path) = &args.poses {
-        let table = if path == Path::new("-") {
-            PoseTable::from_reader(Box::new(io::stdin().lock()), path, robot)?
+        return if path == Path::new("-") {
+            Source::from_reader(Box::new(io::stdin().lock()), path, robot)
         } else {
-            PoseTable::open(path, robot)?
+            Source::open(path, robot)
         };
-        return Ok(Source::table(table));
     }
     let request = args.request().map_err(|error| vec![error])?;
     Source::new(&request, robot)

@@ -21,21 +21,21 @@ pub enum StiffnessLaw {
         /// τ_s, N·m; infinite where the law is straight.
         saturation_nm: f64,
     },
-    /// k (factor + c A), A the level of excitation, N·m; A = 0 where none is told.
+    /// k (factor + c A), A the level of excitation, N·m; A = 0 where none is given.
     Amplitude {
         /// Share of k that is left at rest.
         factor: f64,
         /// c, 1/(N·m).
         change_per_nm: f64,
     },
-    /// k · factor · (A / 1 N·m)^exponent; A = 1 N·m where none is told.
+    /// k · factor · (A / 1 N·m)^exponent; A = 1 N·m where none is given.
     AmplitudePower {
         /// Share of k at 1 N·m.
         factor: f64,
         /// Of the level.
         exponent: f64,
     },
-    /// k (factor + c (T − 20 °C)); 20 °C where no temperature is told.
+    /// k (factor + c (T − 20 °C)); 20 °C where no temperature is given.
     Temperature {
         /// Share of k at 20 °C.
         factor: f64,
@@ -99,7 +99,7 @@ mod tests {
         let power = StiffnessLaw::AmplitudePower { factor: 2.0, exponent: -0.5 };
         let warm = StiffnessLaw::Temperature { factor: 0.9, change_per_k: -0.004 };
         let level = StiffnessLaw::Amplitude { factor: 1.0, change_per_nm: -0.01 };
-        for (law, share, untold) in [
+        for (law, share, nominal) in [
             (load(0.001, f64::INFINITY), 1.2, 1.2),
             // 1 / (1 + τ/τ_s) is c = −1/τ_s.
             (load(-0.005, 200.0), 0.5, 0.5),
@@ -109,7 +109,7 @@ mod tests {
             (load(-1.0, f64::INFINITY), MIN_SHARE, MIN_SHARE),
         ] {
             assert!((law.share(-200.0, &here) - share).abs() < 1e-12, "{law:?}");
-            assert!((law.share(200.0, &Conditions::default()) - untold).abs() < 1e-12, "{law:?}");
+            assert!((law.share(200.0, &Conditions::default()) - nominal).abs() < 1e-12, "{law:?}");
         }
     }
 }

@@ -76,7 +76,7 @@ mod tests {
             value: rad_from_deg(65.000_02),
             limit: rad_from_deg(65.0),
         };
-        let told = "joint 'a' would have to be at 65.00002°, over its limit of 65.00000°";
-        assert_eq!(fault.to_string(), told);
+        let expected = "joint 'a' would have to be at 65.00002°, over its limit of 65.00000°";
+        assert_eq!(fault.to_string(), expected);
     }
 }

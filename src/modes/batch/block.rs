@@ -6,9 +6,9 @@ use fearless_simd::{Simd, SimdBase, SimdFloat, SimdMask, prelude::*};
 use nalgebra::Point3;
 
 use super::inertia::{Assembly, packed};
-use super::lanes::{LARGEST_ANGLE_RAD, Lanes, Mask, inverse_root, splat};
+use super::lanes::{Lanes, MAX_ANGLE_RAD, Mask, inverse_root, splat};
 use super::plan::Plan;
-use super::rotations::{LARGEST_UNROLLED, Problem, diagonalise, sort};
+use super::rotations::{Eigenproblem, MAX_UNROLLED, diagonalise, sort};
 use crate::units::hz_from_rad_per_s;
 
 /// A pivot of the scaled mass or stiffness matrix below this share of its diagonal entry sends a
@@ -124,7 +124,7 @@ impl<'a, S: Simd> Block<'a, S> {
         }
     }
 
-    /// Solves the poses of `rows` (at most one a lane) into `results`. The bits that are set tell
+    /// Solves the poses of `rows` (at most one a lane) into `results`. The bits that are set mark
     /// the poses that the scalar path must look at; their results are not to be used.
     #[inline(always)]
     pub(super) fn solve(
@@ -195,7 +195,7 @@ impl<'a, S: Simd> Block<'a, S> {
     fn load(&mut self, rows: &[f64], count: usize) -> Mask<S> {
         let simd = self.simd;
         let joints = self.plan.joints;
-        let (zero, limit) = (splat(simd, 0.0), splat(simd, LARGEST_ANGLE_RAD));
+        let (zero, limit) = (splat(simd, 0.0), splat(simd, MAX_ANGLE_RAD));
         let mut good = Mask::<S>::splat(simd, true);
         for (j, q) in self.q.iter_mut().enumerate() {
             let mut x = zero;
@@ -230,7 +230,7 @@ impl<'a, S: Simd> Block<'a, S> {
     fn suspects(&mut self) -> Mask<S> {
         let (simd, n) = (self.simd, self.n);
         let mut sure = Mask::<S>::splat(simd, false);
-        if n <= LARGEST_UNROLLED && self.plan.gravity.is_none() {
+        if n <= MAX_UNROLLED && self.plan.gravity.is_none() {
             let mut determinant = self.lambda[0];
             let mut diagonal = self.assembly.mass[0] * splat(simd, SURE_DETERMINANT);
             for i in 1..n {
@@ -251,7 +251,7 @@ impl<'a, S: Simd> Block<'a, S> {
     #[inline(always)]
     fn diagonalise(&mut self, rows: usize, bad: Mask<S>) -> Mask<S> {
         let (simd, n) = (self.simd, self.n);
-        let mut problem = Problem {
+        let mut problem = Eigenproblem {
             a: &mut self.a,
             v: &mut self.w[..rows * n],
             rows,

@@ -16,7 +16,7 @@ pub(super) type Triple<S> = [Lanes<S>; 3];
 
 /// Positions beyond this many radians are left to the scalar path: the reduction below multiplies
 /// 33-bit parts of π/2 with the quadrant's number, which is exact up to 2²⁰ quadrants.
-pub(super) const LARGEST_ANGLE_RAD: f64 = 1.0e6;
+pub(super) const MAX_ANGLE_RAD: f64 = 1.0e6;
 
 /// π/2 in three parts, of which the first two have 33 bits (as in FreeBSD's e_rem_pio2.c).
 const HALF_PI: [f64; 3] = [
@@ -108,7 +108,7 @@ fn estimate<S: Simd>(_: S, _: Lanes<S>) -> Option<Lanes<S>> {
     None
 }
 
-/// Sine and cosine of |x| ≤ [`LARGEST_ANGLE_RAD`], each to about one unit in the last place.
+/// Sine and cosine of |x| ≤ [`MAX_ANGLE_RAD`], each to about one unit in the last place.
 #[inline(always)]
 pub(super) fn sin_cos<S: Simd>(simd: S, x: Lanes<S>) -> (Lanes<S>, Lanes<S>) {
     let one = splat(simd, 1.0);
@@ -198,7 +198,7 @@ mod tests {
             (0..200_000).map(|_| rng.random_range(-1000.0..1000.0)).collect();
         angles.extend((0..200_000).map(|_| rng.random_range(-7.0..7.0)));
         angles.extend((-640..=640).map(|k| f64::from(k) * std::f64::consts::FRAC_PI_2));
-        angles.extend([0.0, -0.0, 1e-300, 1e5, -LARGEST_ANGLE_RAD, LARGEST_ANGLE_RAD]);
+        angles.extend([0.0, -0.0, 1e-300, 1e5, -MAX_ANGLE_RAD, MAX_ANGLE_RAD]);
         for level in levels() {
             let found = dispatch!(level, simd => of_all(simd, &angles));
             for (x, (sine, cosine)) in angles.iter().zip(found) {

@@ -261,7 +261,7 @@ impl<'a> Kernel<'a> {
     fn count(&self, poses: &[f64], wanted: Wanted, out: &Results) -> Result<usize, BatchFault> {
         let (n, joints) = (self.n(), self.plan.joints);
         let count = match joints {
-            // Nothing but extra coordinates: the room alone tells.
+            // Nothing but extra coordinates: the room alone says how many.
             0 => out.frequencies_hz.len() / n,
             _ => poses.len() / joints,
         };

@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 
 use super::inertia::packed;
 use super::lanes::{Lanes, Mask, splat};
-use super::rotations::{Problem, diagonalise, sort};
+use super::rotations::{Eigenproblem, diagonalise, sort};
 use crate::modes::pencil::{NO_INERTIA, Pencil};
 
 /// Pencils K φ = ω² M φ of one size, solved side by side. [`Pencil`] is the readable reference, and
@@ -150,13 +150,13 @@ impl<S: Simd> Block<S> {
         }
     }
 
-    /// Solves at most one pencil a lane. The bits that are set tell those that the scalar path must
+    /// Solves at most one pencil a lane. The bits that are set mark those that the scalar path must
     /// look at.
     #[inline(always)]
     fn solve(&mut self, mass: &[f64], stiffness: &[f64]) -> u64 {
         let (simd, n) = (self.simd, self.n);
         let mut doubtful = self.load(mass, stiffness);
-        let mut problem = Problem {
+        let mut problem = Eigenproblem {
             a: &mut self.a,
             v: &mut self.identity.clone(),
             rows: n,

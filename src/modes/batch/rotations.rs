@@ -1,7 +1,7 @@
 //! Eigenvalues and vectors of small symmetric matrices on lanes, by Jacobi rotations without
 //! divisions.
 //!
-//! Sizes up to [`LARGEST_UNROLLED`] run unrolled, in an order in which neighbouring rotations touch
+//! Sizes up to [`MAX_UNROLLED`] run unrolled, in an order in which neighbouring rotations touch
 //! different rows (round robin) so that they overlap in time; larger ones in loops, row by row.
 //!
 //! A lane stops by its own measure: once every rotation left to it is small, they are all made at
@@ -15,11 +15,11 @@ use super::inertia::packed;
 use super::lanes::{Lanes, Mask, inverse_root, rough_inverse, splat, turn_sign};
 
 /// Matrices up to this size are solved by unrolled code.
-pub(super) const LARGEST_UNROLLED: usize = 7;
+pub(super) const MAX_UNROLLED: usize = 7;
 
 /// Most values in the triangle and in the vectors of a matrix that is solved unrolled.
-const UNROLLED_TRIANGLE: usize = LARGEST_UNROLLED * (LARGEST_UNROLLED + 1) / 2;
-const UNROLLED_VECTORS: usize = LARGEST_UNROLLED * LARGEST_UNROLLED;
+const UNROLLED_TRIANGLE: usize = MAX_UNROLLED * (MAX_UNROLLED + 1) / 2;
+const UNROLLED_VECTORS: usize = MAX_UNROLLED * MAX_UNROLLED;
 
 /// Sweeps before a lane is first asked whether it is done: enough for nearly all poses of six-axis
 /// arms.
@@ -27,7 +27,7 @@ const SWEEPS_UNASKED: usize = 2;
 
 /// The worst 24 × 24 case was seen to need five; a lane that is not done after these goes to the
 /// scalar path.
-const MOST_SWEEPS: usize = 30;
+const MAX_SWEEPS: usize = 30;
 
 /// A rotation of this angle or less is small where only eigenvalues are asked for: what
 /// second-order perturbation leaves out is its square times n² times an off-diagonal entry, below
@@ -286,7 +286,7 @@ impl<S: Simd, const N: usize> System<'_, S, N> {
     #[inline(always)]
     fn solve(&mut self, bad: Mask<S>) -> Mask<S> {
         let mut done = bad;
-        for sweep in 1..=MOST_SWEEPS {
+        for sweep in 1..=MAX_SWEEPS {
             self.sweep();
             if sweep >= SWEEPS_UNASKED {
                 done = self.finish(done);
@@ -300,7 +300,7 @@ impl<S: Simd, const N: usize> System<'_, S, N> {
 }
 
 /// A matrix to be diagonalised, what is turned along with it, and where the results go.
-pub(super) struct Problem<'a, S: Simd> {
+pub(super) struct Eigenproblem<'a, S: Simd> {
     /// Upper triangle, row by row.
     pub(super) a: &'a mut [Lanes<S>],
     /// Column by column, `rows` entries each.
@@ -319,7 +319,7 @@ pub(super) struct Problem<'a, S: Simd> {
 #[inline(always)]
 fn solve_unrolled<S: Simd, const N: usize, const ROWS: usize>(
     simd: S,
-    problem: &mut Problem<S>,
+    problem: &mut Eigenproblem<S>,
     bad: Mask<S>,
 ) -> Mask<S> {
     let zero = splat(simd, 0.0);
@@ -337,8 +337,13 @@ fn solve_unrolled<S: Simd, const N: usize, const ROWS: usize>(
 
 /// The same for problems of any size.
 #[inline(always)]
-fn solve_looped<S: Simd>(simd: S, n: usize, problem: &mut Problem<S>, bad: Mask<S>) -> Mask<S> {
-    let Problem { a, v, rows, t, eigenvalues, vectors } = problem;
+fn solve_looped<S: Simd>(
+    simd: S,
+    n: usize,
+    problem: &mut Eigenproblem<S>,
+    bad: Mask<S>,
+) -> Mask<S> {
+    let Eigenproblem { a, v, rows, t, eigenvalues, vectors } = problem;
     System::<S, 0> { simd, n, rows: *rows, a, v, t, eigenvalues, vectors }.solve(bad)
 }
 
@@ -348,10 +353,10 @@ fn solve_looped<S: Simd>(simd: S, n: usize, problem: &mut Problem<S>, bad: Mask<
 pub(super) fn diagonalise<S: Simd>(
     simd: S,
     n: usize,
-    problem: &mut Problem<S>,
+    problem: &mut Eigenproblem<S>,
     bad: Mask<S>,
 ) -> Mask<S> {
-    if const { unrolls::<S>() } && (2..=LARGEST_UNROLLED).contains(&n) {
+    if const { unrolls::<S>() } && (2..=MAX_UNROLLED).contains(&n) {
         match n {
             2 => unrolled::<S, 2>(simd, problem, bad),
             3 => unrolled::<S, 3>(simd, problem, bad),
@@ -378,7 +383,11 @@ const COMMON: usize = 6;
 
 /// One function for each number of rows that occurs, so that each is a constant to it.
 #[inline(always)]
-fn unrolled<S: Simd, const N: usize>(simd: S, problem: &mut Problem<S>, bad: Mask<S>) -> Mask<S> {
+fn unrolled<S: Simd, const N: usize>(
+    simd: S,
+    problem: &mut Eigenproblem<S>,
+    bad: Mask<S>,
+) -> Mask<S> {
     match problem.rows {
         0 => simd.vectorize(
             #[inline(always)]
@@ -397,7 +406,7 @@ fn unrolled<S: Simd, const N: usize>(simd: S, problem: &mut Problem<S>, bad: Mas
 }
 
 #[inline(always)]
-fn looped<S: Simd>(simd: S, n: usize, problem: &mut Problem<S>, bad: Mask<S>) -> Mask<S> {
+fn looped<S: Simd>(simd: S, n: usize, problem: &mut Eigenproblem<S>, bad: Mask<S>) -> Mask<S> {
     simd.vectorize(
         #[inline(always)]
         || solve_looped(simd, n, problem, bad),

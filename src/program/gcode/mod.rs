@@ -2,12 +2,12 @@
 //!
 //! Read: G0–G3 (centre and radius form, full turns, helices), G17–G19, G20/G21, G90/G91,
 //! G90.1/G91.1, G94/G95, drilling by G73, G81–G86 and G89 with G98/G99, F, S, M3–M5, M2/M30. Every
-//! work offset is the job's work object. Told and left out: radius compensation (the path is read
-//! as programmed), a change of tool, M codes that are not known. Faults: everything else that
+//! work offset is the job's work object. Reported and left out: radius compensation (the path is
+//! read as programmed), a change of tool, M codes that are not known. Errors: everything else that
 //! moves, shifts or computes motion; two words of one letter or two codes of one modal group in a
 //! block. Until X, Y and Z are all given the place is not known: the path starts where they are.
 //! Reference and machine positions (G28, G30, G53) are not in the program, so behind them axes are
-//! not known, either: this is told, and a fault where motion follows.
+//! not known, either: a warning, and an error where motion follows.
 
 mod arc;
 mod block;

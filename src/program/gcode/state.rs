@@ -243,7 +243,7 @@ impl<'a> Reader<'a> {
     }
 
     /// The axes that the block names, or all if it names none, go to where the program does not
-    /// tell.
+    /// give.
     pub(super) fn leave(&mut self, line: usize, block: &Block, how: &str) {
         let names_none = AXES.iter().all(|&axis| block.get(axis).is_none());
         for (at, axis) in self.at.iter_mut().zip(AXES) {

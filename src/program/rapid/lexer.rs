@@ -16,7 +16,7 @@ pub(super) enum Kind<'a> {
     /// What stands between the quotes.
     Text(&'a str),
     Symbol(&'static str),
-    /// Nothing of RAPID; told where it matters.
+    /// Nothing of RAPID; reported where it matters.
     Stray(&'a str),
 }
 

@@ -43,7 +43,7 @@ impl Parser<'_> {
         let line = self.cursor.line();
         if self.cursor.take_word("MODULE") {
             let named = self.module_head();
-            self.tell(named, line, log);
+            self.report(named, line, log);
         } else if self.cursor.take_word("ENDMODULE")
             || self.cursor.take_word("LOCAL")
             || self.cursor.take_word("TASK")
@@ -51,36 +51,36 @@ impl Parser<'_> {
         } else if self.cursor.is_any_word(&["CONST", "PERS", "VAR"]) {
             match self.declaration() {
                 Ok(declaration) => self.keep_declaration(declaration, log),
-                Err(what) => self.tell(Err(what), line, log),
+                Err(what) => self.report(Err(what), line, log),
             }
         } else if self.cursor.take_word("PROC") {
             let routine = self.routine("ENDPROC", false);
             match routine {
                 Ok(routine) => self.keep_procedure(routine, log),
-                Err(what) => self.tell(Err(what), line, log),
+                Err(what) => self.report(Err(what), line, log),
             }
         } else if self.cursor.take_word("FUNC") {
             match self.routine("ENDFUNC", true) {
                 Ok(routine) => {
                     self.file.functions.insert(routine.name.key.clone(), routine);
                 }
-                Err(what) => self.tell(Err(what), line, log),
+                Err(what) => self.report(Err(what), line, log),
             }
         } else if self.cursor.take_word("TRAP") {
             self.skip_past("ENDTRAP");
         } else if self.cursor.take_word("RECORD") {
             let record = self.record();
-            self.tell(record, line, log);
+            self.report(record, line, log);
         } else if self.cursor.take_word("ALIAS") {
             self.cursor.skip_statement();
         } else {
             let what = self.cursor.expected("MODULE, PROC or a declaration");
-            self.tell(Err(what), line, log);
+            self.report(Err(what), line, log);
             self.cursor.advance();
         }
     }
 
-    fn tell(&mut self, parsed: Parsed<()>, line: usize, log: &mut Log) {
+    fn report(&mut self, parsed: Parsed<()>, line: usize, log: &mut Log) {
         if let Err(what) = parsed {
             log.error(Code::Syntax, self.cursor.line().max(line), what);
             self.cursor.skip_statement();

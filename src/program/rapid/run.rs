@@ -69,7 +69,7 @@ impl<'a> Interpreter<'a> {
             What::Assign(path, expr) => {
                 let value = self.eval(expr);
                 if let Err(why) = self.write(path, value) {
-                    // Data of another module: whatever here depends on it says so where it matters.
+                    // Data of another module: what depends on it here is reported where it matters.
                     self.log.warning(Code::LeftOut, line, format!("assignment left out: {why}"));
                 }
             }
@@ -392,7 +392,7 @@ impl<'a> Interpreter<'a> {
         }
     }
 
-    /// Whether an argument is a target: then the instruction, whatever it is, goes there.
+    /// Whether an argument is a target: then the instruction goes there, known or not.
     fn passes_a_target(&self, args: &Args) -> bool {
         args.positional.iter().any(|arg| match arg {
             Expr::Call(call) => matches!(call.0.key.as_str(), "offs" | "reltool" | "crobt"),

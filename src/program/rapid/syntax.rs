@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-/// A name: RAPID does not tell upper from lower case.
+/// A name: RAPID ignores case.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Name {
     /// In lower case, to look up.

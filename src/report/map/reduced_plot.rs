@@ -45,7 +45,7 @@ fn panel(sheet: &mut Sheet, frame: Frame, index: usize, mode: &ReducedMode) {
     );
     sheet.text(frame.left, frame.top - 8.0, Anchor::Start, PANEL_TITLE, &title);
     sheet.axes(&panel, false);
-    // Each mode has a panel to itself: dashes need not tell them apart.
+    // Each mode has a panel to itself: dashes need not distinguish them.
     let (colour, _) = curve_style(index);
     for bin in &mode.histogram {
         let (left, right) = (panel.px(bin.from_hz), panel.px(bin.to_hz));

@@ -1,6 +1,8 @@
 //! Where the poses of a map come from.
 
 use std::f64::consts::PI;
+use std::io::Read;
+use std::path::Path;
 
 use super::wrong;
 use crate::input::{DecodedPoses, PoseDecoder, PoseTable, RawPoses};
@@ -91,8 +93,27 @@ impl Source {
         Ok(Self { kind: Kind::Made { generator, count, done: 0 } })
     }
 
-    /// The poses of a table.
-    pub fn table(table: PoseTable) -> Self {
+    /// The poses of a table, CSV or NumPy's .npy (or, as a feature, Apache Arrow).
+    ///
+    /// # Errors
+    /// As [`PoseTable::open`].
+    pub fn open(path: &Path, robot: &Robot) -> Result<Self, Vec<Note>> {
+        PoseTable::open(path, robot).map(Self::of_table)
+    }
+
+    /// The same of a table that streams in; `name` stands for it in errors.
+    ///
+    /// # Errors
+    /// As [`PoseTable::from_reader`].
+    pub fn from_reader(
+        reader: Box<dyn Read>,
+        name: &Path,
+        robot: &Robot,
+    ) -> Result<Self, Vec<Note>> {
+        PoseTable::from_reader(reader, name, robot).map(Self::of_table)
+    }
+
+    fn of_table(table: PoseTable) -> Self {
         Self { kind: Kind::Table(Box::new(table)) }
     }
 
