@@ -7,11 +7,7 @@ use crate::code_map::rooms;
 use crate::source::{File, Kind, Library, root, tokens, without_tests};
 
 /// Imports that the code map does not allow and that have not been removed yet.
-const NOT_YET: &[(&str, &str)] = &[
-    ("cli", "diagnosis"),
-    ("cli", "identify"),
-    ("cli", "input"),
-];
+const NOT_YET: &[(&str, &str)] = &[("cli", "diagnosis"), ("cli", "identify"), ("cli", "input")];
 
 /// Functions of other rooms that reports still call.
 const REPORTS_CALL: &[&str] = &["diagnosis::words"];
