@@ -1,7 +1,12 @@
 //! What is asked for.
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
 /// What makes one safe speed better than another.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[schemars(inline)]
 pub enum Objective {
     /// Nearest to the programmed one.
     #[default]

@@ -2,6 +2,9 @@
 
 use std::f64::consts::TAU;
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
 use crate::job::{Policy, Tool};
 use crate::units::hz_from_rpm;
 
@@ -10,7 +13,12 @@ use crate::units::hz_from_rpm;
 const MIN_PITCH_WEIGHT: f64 = 0.05;
 
 /// Where an excitation line comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[schemars(
+    inline,
+    description = "`tooth_passing`: multiples of teeth times spindle frequency. `spindle`: multiples of the spindle\nfrequency."
+)]
 pub enum Source {
     /// Teeth entering the work: multiples of z·n/60.
     ToothPassing,
@@ -18,14 +26,16 @@ pub enum Source {
     Spindle,
 }
 
-/// One excitation line: a fixed multiple of the spindle's frequency.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// One excitation line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "Line")]
 pub struct ExcitationLine {
-    /// Teeth or spindle.
+    #[allow(missing_docs, reason = "the schema shows what the type says")]
     pub source: Source,
     /// Which multiple of the source's own frequency, counted from 1.
     pub harmonic: u32,
-    /// The same as a multiple of n/60.
+    /// The same as a multiple of the spindle's frequency.
     pub order: u32,
 }
 

@@ -4,12 +4,13 @@
 pub mod advise;
 pub mod check;
 pub mod diagnosis;
+mod drawing;
 pub mod identify;
 mod json;
+mod layout;
 pub mod map;
 mod paths;
 pub mod schema;
 pub mod stiffness;
 mod style;
-mod svg;
 mod words;

@@ -1,7 +1,8 @@
 //! JSON Schemas (draft 2020-12) of the outputs.
 
-use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
+use schemars::transform::RecursiveTransform;
+use schemars::{JsonSchema, Schema};
 use serde_json::Value;
 
 /// Schema of what `detune check --format json` writes.
@@ -25,6 +26,19 @@ pub fn diagnosis() -> Value {
 }
 
 fn of<T: JsonSchema>() -> Value {
-    let generator = SchemaSettings::draft2020_12().for_serialize().into_generator();
-    generator.into_root_schema_for::<T>().to_value()
+    let settings = SchemaSettings::draft2020_12().for_serialize();
+    let settings = settings.with_transform(RecursiveTransform(listed));
+    settings.into_generator().into_root_schema_for::<T>().to_value()
+}
+
+/// Words that are each described are listed instead: the description of the whole says what they mean.
+fn listed(schema: &mut Schema) {
+    let word = |option: &Value| option.get("const").filter(|word| word.is_string()).cloned();
+    let words = schema.get("oneOf").and_then(Value::as_array);
+    let words: Option<Vec<Value>> = words.and_then(|words| words.iter().map(word).collect());
+    if let Some(words) = words {
+        schema.remove("oneOf");
+        schema.insert("enum".to_owned(), Value::Array(words));
+        schema.insert("type".to_owned(), "string".into());
+    }
 }

@@ -2,8 +2,10 @@
 
 use std::path::Path;
 
+use serde::Serialize;
+use serde_json::Value;
+
 use crate::excitation::{ExcitationLine, Source};
-use crate::risk::{Certainty, Verdict};
 use crate::units::{percent_from_ratio, rpm_from_hz, um_per_n_from_m_per_n};
 use crate::wording::printable;
 
@@ -34,28 +36,11 @@ pub(super) fn path(path: &Path) -> String {
     printable(&path.to_string_lossy())
 }
 
-/// The verdict as JSON and messages spell it.
-pub(super) fn verdict(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::Clear => "clear",
-        Verdict::Uncertain => "uncertain",
-        Verdict::Resonance => "resonance",
-    }
-}
-
-/// The certainty as JSON spells it.
-pub(super) fn certainty(certainty: Certainty) -> &'static str {
-    match certainty {
-        Certainty::Certain => "certain",
-        Certainty::Uncertain => "uncertain",
-    }
-}
-
-/// The source as JSON spells it.
-pub(super) fn source_key(source: Source) -> &'static str {
-    match source {
-        Source::ToothPassing => "tooth_passing",
-        Source::Spindle => "spindle",
+/// A word of a closed list, as JSON spells it.
+pub(super) fn spelled(word: impl Serialize) -> String {
+    match serde_json::to_value(word) {
+        Ok(Value::String(text)) => text,
+        other => format!("{other:?}"),
     }
 }
 

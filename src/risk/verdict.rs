@@ -1,10 +1,15 @@
 //! What a check finds: plain data that holds nothing of the model.
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
 use crate::excitation::ExcitationLine;
 use crate::notes::Note;
 
 /// The answer for an operation, a job or a set of jobs; the worst of its parts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[schemars(inline)]
 pub enum Verdict {
     /// No line comes near any mode.
     Clear,
@@ -15,7 +20,12 @@ pub enum Verdict {
 }
 
 /// How sure a crossing is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[schemars(
+    inline,
+    description = "`certain`: inside the band f (1 ± separation). `uncertain`: outside that band, inside the one widened by\nthe model's uncertainty."
+)]
 pub enum Certainty {
     /// Outside the band, inside the one widened by the model's uncertainty.
     Uncertain,
@@ -108,12 +118,13 @@ pub struct Approach {
     pub separation: f64,
 }
 
-/// What the policy leaves out of consideration on the whole path of an operation.
-#[derive(Debug, Clone, Default, PartialEq)]
+/// What the policy leaves out: a verdict says nothing about it.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct LeftOut {
-    /// Lines that lie in ignored bands all along, ascending.
+    /// Lines that lie in ignored bands all along the path.
     pub lines: Vec<ExcitationLine>,
-    /// Modes (counted from 1) that nowhere move the tool tip enough to count, ascending.
+    /// Modes that nowhere move the tool tip enough to count, counted from 1.
     pub modes: Vec<usize>,
 }
 

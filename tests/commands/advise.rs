@@ -717,7 +717,11 @@ fn a_crossing_is_one_line() {
     assert!(text.contains("the job may offer more: tools_on_hand\n"), "{text}");
     bench.add("jobs/job.yaml", &(job + "tools_on_hand: [{teeth: 3}]\n"));
     let again = run(bench.path(), &["advise", "jobs/job.yaml"]);
-    assert!(out(&again).ends_with("pull one of the levers, then ask again\n"), "{}", out(&again));
+    assert!(
+        out(&again).ends_with("apply one of the levers, then run advise again\n"),
+        "{}",
+        out(&again)
+    );
 
     let advice = json(&run(bench.path(), &["advise", "jobs/job.yaml", "--format", "json"]));
     let facts = &advice["operations"][0]["schedule_facts"];

@@ -166,7 +166,7 @@ mod as_text {
 
   rough  RESONANCE  1100 rpm, 12.5 s
     mode 2 (74.3 Hz) meets tooth passing × 2 of 1100 rpm (73.3 Hz)
-      near     1.3 % apart, inside the band of ±10 %
+      apart    1.3 %, inside the band of ±10 %
       moves    joint_3 71 %, joint_2 24 %, turning against each other
       where    30.0–70.0 % of the path (3.8–8.8 s); uncertain 20.0–80.0 %
       closest  at 50.0 % (6.25 s, β2 85.9°)
@@ -176,8 +176,8 @@ mod as_text {
         assert!(
             rest.ends_with(
                 "
-  model    never compared with measured frequencies; taken to be right within ±8 %
-  next     run these stretches at another spindle speed or in another pose of the arm, then check again
+  model    not calibrated; assumed uncertainty ±8 %
+  next     use another spindle speed or arm pose on these stretches, then check again
 "
             ),
             "{rest}"
@@ -201,14 +201,14 @@ mod as_text {
   finish  CLEAR  1100 rpm, 12.5 s
       closest  tooth passing × 1 of 1100 rpm (36.7 Hz) stays 22.2 % away from mode 1 (30.0 Hz)
       where    at 100.0 % (12.5 s, β2 114.6°)
-      asked    18 % (band 10 %, model 8 %)
+      required 18 % (band 10 %, model 8 %)
 "
             ),
             "{text}"
         );
         assert!(text.starts_with("CLEAR  jobs/clear.yaml  Pocket, roughing\n"));
-        assert!(text.contains("  model    compared with measured frequencies; taken to be right"));
-        assert!(text.contains("no promise against chatter"));
+        assert!(text.contains("  model    calibrated with measured frequencies; uncertainty"));
+        assert!(text.contains("chatter is not checked"));
     }
 
     #[test]
@@ -216,11 +216,11 @@ mod as_text {
         let crossings = vec![crossing(Certainty::Uncertain, 0.2, 0.3)];
         let text =
             text::check(&[job("a.yaml", vec![(operation("rough", crossings), None)])], false);
-        let near = "near     1.3 % apart, outside the band of ±10 % by less than the model's \
-                    uncertainty of ±8 %";
+        let near =
+            "apart    1.3 %, outside the band of ±10 % but within the model uncertainty of ±8 %\n";
         assert!(text.contains(near), "{text}");
         assert!(text.contains("lines    a.yaml:41–58"));
-        assert!(text.contains("next     keep more distance from the mode, or compare the model"));
+        assert!(text.contains("next     keep more distance from the mode, or calibrate the model"));
     }
 
     #[test]
@@ -251,8 +251,8 @@ mod as_text {
         job.risk.operations[0].exchanges =
             (0..5).map(|i| ModeExchange { s: 0.1 * f64::from(i), lower_mode: 1 }).collect();
         let text = text::check(&[job], false);
-        assert!(text.contains("note     modes 1 and 2 change places at 20.0 % of the path\n"));
-        assert!(text.contains("note     and 2 more exchanges of modes\n"));
+        assert!(text.contains("note     modes 1 and 2 swap order at 20.0 % of the path\n"));
+        assert!(text.contains("note     … and 2 more swaps of modes\n"));
     }
 
     #[test]
@@ -659,10 +659,7 @@ mod as_sarif {
         );
         assert_eq!(related[0]["message"]["text"], "0.0–10.0 % of the path (0.0–1.2 s)");
         assert!(
-            results[0]["message"]["text"]
-                .as_str()
-                .unwrap()
-                .ends_with("the same on 3 more stretches")
+            results[0]["message"]["text"].as_str().unwrap().ends_with("also on 3 more stretches")
         );
         assert_eq!(results[1]["ruleId"], "uncertain");
         assert_eq!(results[1]["level"], "warning");
@@ -744,7 +741,7 @@ mod as_sarif {
         assert_eq!(run["results"].as_array().unwrap().len(), 25_000);
         assert_eq!(run["results"][0]["level"], "error", "what is certain is kept");
         let note = &run["invocations"][0]["toolExecutionNotifications"][0]["message"]["text"];
-        assert!(note.as_str().unwrap().starts_with("1000 of the findings are left out"));
+        assert!(note.as_str().unwrap().starts_with("1000 findings omitted"));
     }
 }
 

@@ -129,7 +129,7 @@ fn many_operations_are_summed_up() {
     let text = out(&run(folder.path(), &["check", "job.yaml"]));
     assert!(text.lines().count() < 200, "{} lines", text.lines().count());
     assert!(text.contains("op39  RESONANCE") && text.contains("op79  RESONANCE"), "{text}");
-    assert!(text.contains("… and 80 more operations: 80 clear; --format json tells all"), "{text}");
+    assert!(text.contains("… and 80 more operations: 80 clear; --format json lists all"), "{text}");
 }
 
 #[test]

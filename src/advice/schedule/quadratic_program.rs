@@ -15,6 +15,8 @@ use clarabel::solver::{
     DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus, SupportedConeT,
     ZeroConeT,
 };
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::routes::Limits;
 use crate::advice::speeds::Speeds;
@@ -30,7 +32,9 @@ const MIN_WIDTH: f64 = 1e-4;
 const SINGLE: f64 = 1e-9;
 
 /// How the solver ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[schemars(inline)]
 pub enum SolverEnd {
     /// To full accuracy.
     Solved,

@@ -7,11 +7,12 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::words;
-use crate::advice::{self, Change, Coupling, OperationAdvice, Remedy, Schedule, SolverEnd};
-use crate::excitation::ExcitationLine;
-use crate::report::check::json::SourceName;
+use crate::advice::{
+    self, Change, Coupling, Objective, OperationAdvice, Remedy, Schedule, SolverEnd,
+};
+use crate::excitation::{ExcitationLine, Source};
 use crate::report::json::{NotFinite, Number, laid_out};
-use crate::report::words::certainty;
+use crate::risk::Certainty;
 use crate::study::advise::AdvisedJob;
 use crate::units::{
     deg_from_rad, mm_from_m, mm_per_min_from_m_per_s, percent_from_ratio, um_from_m,
@@ -44,7 +45,7 @@ pub(in crate::report) struct Advice<'a> {
     /// How far the model can be trusted.
     model: Model,
     /// What was asked for: what makes one speed better than another.
-    objective: ObjectiveName,
+    objective: Objective,
     /// One entry an operation, in the order of the job.
     operations: Vec<Operation<'a>>,
 }
@@ -63,29 +64,6 @@ struct Model {
     calibrated: bool,
     /// What it may be wrong by, in percent of each frequency.
     uncertainty_percent: Number,
-}
-
-/// `nearest`: to the programmed speed. `margin`: farthest from every mode and line. `highest`. `vibration`: of the
-/// tool tip, the least.
-#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-#[schemars(inline)]
-enum ObjectiveName {
-    Nearest,
-    Margin,
-    Highest,
-    Vibration,
-}
-
-impl From<advice::Objective> for ObjectiveName {
-    fn from(objective: advice::Objective) -> Self {
-        match objective {
-            advice::Objective::Nearest => Self::Nearest,
-            advice::Objective::Margin => Self::Margin,
-            advice::Objective::Highest => Self::Highest,
-            advice::Objective::Vibration => Self::Vibration,
-        }
-    }
 }
 
 /// `constant`: run at recommended_rpm. `scheduled`: run the schedule. `infeasible`: no speed is safe.
@@ -165,7 +143,7 @@ struct Binding {
 #[serde(deny_unknown_fields)]
 struct Pair {
     mode: usize,
-    source: SourceName,
+    source: Source,
     harmonic: u32,
 }
 
@@ -173,7 +151,7 @@ impl From<&advice::Binding> for Binding {
     fn from(bind: &advice::Binding) -> Self {
         let pair = |block: &advice::Block| Pair {
             mode: block.mode,
-            source: block.line.source.into(),
+            source: block.line.source,
             harmonic: block.line.harmonic,
         };
         Self {
@@ -331,7 +309,7 @@ struct ScheduleFacts {
     acceleration_is_assumed: bool,
     /// The objective that it follows: what was asked for, but `nearest` where vibration was, or where a band is
     /// crossed and margin was.
-    follows: ObjectiveName,
+    follows: Objective,
     /// The speed that it stays near to.
     target_rpm: Number,
     /// Half width of the bands that it keeps out of, in percent of each frequency: the policy's and the model's, or
@@ -345,7 +323,7 @@ struct ScheduleFacts {
     solved_for_s: Number,
     /// Ways between the bands for which it was minimised.
     corridors_tried: usize,
-    solver: SolverName,
+    solver: SolverEnd,
     /// Where bands are crossed because they must be; empty where the schedule keeps out of all of them.
     exposures: Vec<Exposure>,
     /// The exposures, one for each time that a line goes through a mode's band.
@@ -365,28 +343,16 @@ enum FeedName {
     NotSettled,
 }
 
-/// How the solver ended.
-#[derive(Debug, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-#[schemars(inline)]
-enum SolverName {
-    Solved,
-    AlmostSolved,
-    Infeasible,
-    OutOfSteps,
-    Stuck,
-    Unexpected,
-}
-
 /// A stretch on which a line crosses a mode's widened band.
 #[derive(Debug, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Exposure {
     mode: usize,
-    source: SourceName,
+    source: Source,
     harmonic: u32,
     /// Whether the line also lies in the band itself.
-    certainty: &'static str,
+    #[schemars(with = "&'static str")]
+    certainty: Certainty,
     from_s: Number,
     to_s: Number,
     seconds: Number,
@@ -405,7 +371,7 @@ struct Exposure {
 #[serde(deny_unknown_fields)]
 struct Passage {
     mode: usize,
-    source: SourceName,
+    source: Source,
     harmonic: u32,
     /// Where it enters and leaves the band, and at which speeds.
     from_s: Number,
@@ -425,7 +391,7 @@ impl From<&advice::Passage> for Passage {
     fn from(passage: &advice::Passage) -> Self {
         Self {
             mode: passage.mode,
-            source: passage.line.source.into(),
+            source: passage.line.source,
             harmonic: passage.line.harmonic,
             from_s: Number(passage.ends_s[0]),
             to_s: Number(passage.ends_s[1]),
@@ -457,7 +423,7 @@ struct Closed {
 struct Block {
     /// Counted from 1 in ascending frequency.
     mode: usize,
-    source: SourceName,
+    source: Source,
     /// Which multiple of the source's own frequency, counted from 1.
     harmonic: u32,
     from_rpm: Number,
@@ -488,7 +454,7 @@ impl<'a> From<&'a AdvisedJob> for Advice<'a> {
                 calibrated: advice.calibrated,
                 uncertainty_percent: Number(percent_from_ratio(advice.model_uncertainty)),
             },
-            objective: advice.options.objective.into(),
+            objective: advice.options.objective,
             operations: advice.operations.iter().map(|operation| of(job, operation)).collect(),
         }
     }
@@ -567,20 +533,13 @@ fn facts(operation: &OperationAdvice, plan: &Schedule) -> ScheduleFacts {
         chip_load_percent: [low, high].map(|ratio| Number(percent_from_ratio(ratio))),
         acceleration_rpm_per_s: Number(plan.acceleration_rpm_per_s),
         acceleration_is_assumed: plan.is_acceleration_assumed,
-        follows: plan.follows.into(),
+        follows: plan.follows,
         target_rpm: Number(plan.target_rpm),
         half_width_percent: Number(percent_from_ratio(plan.half_width)),
         objective: Number(plan.objective),
         solved_for_s: Number(plan.solved_for_s),
         corridors_tried: plan.corridors_tried,
-        solver: match plan.solver {
-            SolverEnd::Solved => SolverName::Solved,
-            SolverEnd::AlmostSolved => SolverName::AlmostSolved,
-            SolverEnd::Infeasible => SolverName::Infeasible,
-            SolverEnd::OutOfSteps => SolverName::OutOfSteps,
-            SolverEnd::Stuck => SolverName::Stuck,
-            SolverEnd::Unexpected => SolverName::Unexpected,
-        },
+        solver: plan.solver,
         exposures: plan.exposures.iter().map(Exposure::from).collect(),
         passages: plan.passages().iter().map(Passage::from).collect(),
     }
@@ -597,9 +556,9 @@ impl From<&advice::Exposure> for Exposure {
         let crossing = &exposure.crossing;
         Self {
             mode: crossing.mode,
-            source: crossing.line.source.into(),
+            source: crossing.line.source,
             harmonic: crossing.line.harmonic,
-            certainty: certainty(crossing.certainty),
+            certainty: crossing.certainty,
             from_s: Number(crossing.from_s),
             to_s: Number(crossing.to_s),
             seconds: Number(exposure.seconds),
@@ -626,7 +585,7 @@ impl From<&advice::Block> for Block {
         let ExcitationLine { source, harmonic, .. } = block.line;
         Self {
             mode: block.mode,
-            source: source.into(),
+            source,
             harmonic,
             from_rpm: Number(block.speeds.low_rpm),
             to_rpm: Number(block.speeds.high_rpm),

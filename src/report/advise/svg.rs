@@ -1,84 +1,136 @@
-//! The speed map: path against spindle speed, bands as areas, programmed and advised speeds as lines.
+//! The speed map: path against spindle speed. Grey: closed by a mode and a line, with the speed at which they
+//! coincide; green: safe constant speeds; black: programmed and advised.
 
-use crate::advice::{OperationAdvice, Remedy};
-use crate::report::svg::{Anchor, Axis, Frame, Panel, Sheet, Stroke, curve_style};
+use crate::advice::{OperationAdvice, Remedy, Ribbon};
+use crate::report::drawing::{
+    Anchor, Axis, Canvas, Entry, Face, Frame, GREY, INK, Label, Panel, SAFE, Scale, Stroke, Swatch,
+    curve_style, height_beside, labels_beside, row,
+};
+use crate::report::words::{line, round_percent};
 use crate::study::advise::AdvisedJob;
 
-const TITLE: &str = "font-size=\"16\" font-weight=\"bold\"";
-const PANEL_TITLE: &str = "font-size=\"14\" font-weight=\"bold\"";
-const WIDTH: f64 = 900.0;
-const PANEL_HEIGHT: f64 = 360.0;
-const INK: &str = "#000000";
+const WIDTH: f64 = 980.0;
+const LEFT: f64 = 85.0;
+const PANEL_WIDTH: f64 = 690.0;
+const MIN_PANEL_HEIGHT: f64 = 360.0;
+
+/// Above each panel, and below it.
+const OVER: f64 = 35.0;
+const UNDER: f64 = 60.0;
+
+/// A wider range of speeds is drawn on a logarithmic scale.
+const MAX_LINEAR_RATIO: f64 = 8.0;
+
+const PROGRAMMED: Stroke = Stroke { colour: INK, width: 1.8, dashes: "7 5" };
+const ADVISED: Stroke = Stroke { colour: INK, width: 2.6, dashes: "" };
+const CLOSED_OPACITY: f64 = 0.3;
+const SAFE_OPACITY: f64 = 0.25;
 
 /// Draws one panel an operation.
 pub fn advice(job: &AdvisedJob) -> String {
-    let operations = &job.advice.operations;
-    let height = 70.0 + operations.len() as f64 * (PANEL_HEIGHT + 95.0);
-    let mut sheet = Sheet::new(WIDTH, height);
-    sheet.text(80.0, 30.0, Anchor::Start, TITLE, &format!("Spindle speeds: {}", job.name));
-    for (index, operation) in operations.iter().enumerate() {
-        let top = 85.0 + index as f64 * (PANEL_HEIGHT + 95.0);
-        panel(&mut sheet, job, operation, top);
-    }
-    sheet.finish()
-}
-
-fn panel(sheet: &mut Sheet, job: &AdvisedJob, operation: &OperationAdvice, top: f64) {
-    let frame = Frame { left: 80.0, top, width: WIDTH - 220.0, height: PANEL_HEIGHT };
     let (mut low, mut high) = (job.spindle.min_rpm, job.spindle.max_rpm);
     if low >= high {
         (low, high) = (0.9 * low, 1.1 * high);
     }
-    let axis = |label: &str, low: f64, high: f64| Axis {
-        label: label.to_owned(),
-        low,
-        high,
-        is_logarithmic: false,
+    let speeds = if high > MAX_LINEAR_RATIO * low {
+        Scale::logarithmic(low, high)
+    } else {
+        Scale::linear(low, high)
     };
-    let speeds =
-        Axis { is_logarithmic: high > 8.0 * low, ..axis("spindle speed [rpm]", low, high) };
-    let panel = Panel { frame, x: axis("s [1]", 0.0, 1.0), y: speeds };
-    sheet.text(frame.left, top - 10.0, Anchor::Start, PANEL_TITLE, &operation.name);
-    sheet.axes(&panel, true);
-    let clamped = |rpm: f64| rpm.clamp(low, high);
-    let mut legend: Vec<usize> = Vec::new();
-    for ribbon in operation.map.ribbons(&operation.lines) {
-        let is_seen = ribbon.edges.iter().any(|(_, e)| e.high_rpm > low && e.low_rpm < high);
-        if !is_seen {
-            continue;
-        }
-        let above = ribbon.edges.iter().map(|(s, e)| (*s, clamped(e.high_rpm)));
-        let below = ribbon.edges.iter().rev().map(|(s, e)| (*s, clamped(e.low_rpm)));
-        let outline: Vec<(f64, f64)> = above.chain(below).collect();
-        sheet.area(&panel, &outline, curve_style(ribbon.mode - 1).0, 0.35);
-        if !legend.contains(&ribbon.mode) {
-            legend.push(ribbon.mode);
-        }
+    let operations: Vec<(&OperationAdvice, Vec<Ribbon>)> =
+        job.advice.operations.iter().map(|of| (of, ribbons(of, &speeds))).collect();
+    let panel_height = |of: &[Ribbon]| height_beside(of.len()).max(MIN_PANEL_HEIGHT);
+    let head = 70.0;
+    let heights = operations.iter().map(|(_, of)| OVER + panel_height(of) + UNDER);
+    let mut canvas = Canvas::new(WIDTH, head + heights.sum::<f64>());
+    let title = format!("Spindle speeds: {}", job.name);
+    canvas.text((LEFT, 30.0), Anchor::Start, Face::Title, &title);
+    legend(&mut canvas, job);
+    let mut top = head;
+    for (operation, ribbons) in &operations {
+        top += OVER;
+        let height = panel_height(ribbons);
+        let frame = Frame { left: LEFT, top, width: PANEL_WIDTH, height };
+        let panel = Panel {
+            frame,
+            x: Axis::new("share of the operation's time, s", Scale::linear(0.0, 1.0)),
+            y: Axis::new("spindle speed [rpm]", speeds.clone()),
+        };
+        draw(&mut canvas, &panel, operation, ribbons);
+        top += height + UNDER;
     }
-    let stroke = |width, dashes| Stroke { colour: INK, width, dashes };
+    canvas.finish()
+}
+
+fn legend(canvas: &mut Canvas, job: &AdvisedJob) {
+    let half_width = round_percent(job.advice.separation + job.advice.model_uncertainty);
+    let entries = [
+        Entry::new(Swatch::Line(PROGRAMMED), "programmed"),
+        Entry::new(Swatch::Line(ADVISED), "advised"),
+        Entry::new(Swatch::Area(SAFE, SAFE_OPACITY), "safe constant speeds"),
+        Entry::new(
+            Swatch::Area(GREY, CLOSED_OPACITY),
+            format!("a line within ±{half_width} % of a mode"),
+        ),
+    ];
+    row(canvas, (LEFT + PANEL_WIDTH, 58.0), &entries);
+}
+
+/// The ribbons that reach into the spindle's range.
+fn ribbons(operation: &OperationAdvice, speeds: &Scale) -> Vec<Ribbon> {
+    let is_seen = |ribbon: &Ribbon| {
+        let edges = &mut ribbon.edges.iter();
+        edges.any(|(_, e)| e.high_rpm > speeds.low() && e.low_rpm < speeds.high())
+    };
+    operation.map.ribbons(&operation.lines).into_iter().filter(is_seen).collect()
+}
+
+fn draw(canvas: &mut Canvas, panel: &Panel, operation: &OperationAdvice, ribbons: &[Ribbon]) {
+    let speeds = &panel.y.scale;
+    let clamped = |rpm: f64| rpm.clamp(speeds.low(), speeds.high());
+    for gap in &operation.set.safe {
+        let [low, high] = [gap.low_rpm, gap.high_rpm].map(clamped);
+        let outline = [(0.0, low), (1.0, low), (1.0, high), (0.0, high)];
+        panel.area(canvas, outline.into_iter(), SAFE, SAFE_OPACITY);
+    }
+    for Ribbon { edges, .. } in ribbons {
+        let above = edges.iter().map(|(s, e)| (*s, clamped(e.high_rpm)));
+        let below = edges.iter().rev().map(|(s, e)| (*s, clamped(e.low_rpm)));
+        panel.area(canvas, above.chain(below), GREY, CLOSED_OPACITY);
+    }
+    panel.axes(canvas, true);
+    let mut labels: Vec<Label> = Vec::new();
+    for ribbon in ribbons {
+        let (colour, dashes) = curve_style(ribbon.mode - 1);
+        let coincident: Vec<(f64, f64)> =
+            ribbon.edges.iter().map(|(s, e)| (*s, 0.5 * (e.low_rpm + e.high_rpm))).collect();
+        panel.curve(canvas, &coincident, Stroke { colour, width: 1.6, dashes });
+        let at = coincident.last().map_or(speeds.low(), |(_, rpm)| clamped(*rpm));
+        let text = format!("mode {} with {}", ribbon.mode, line(&ribbon.line));
+        // A mode that counts here and there has several ribbons: the last one is named.
+        labels.retain(|label| label.text != text);
+        labels.push(Label { at, colour, text });
+    }
     let programmed = clamped(operation.programmed_rpm);
-    sheet.curve(&panel, &[(0.0, programmed), (1.0, programmed)], stroke(1.8, "7 5"));
-    let advised: Vec<(f64, f64)> = match &operation.remedy {
-        Remedy::Constant(constant) => vec![(0.0, constant.rpm), (1.0, constant.rpm)],
-        Remedy::Scheduled(plan) => plan.points.clone(),
-        Remedy::Kept(kept) => kept.points.clone(),
-        Remedy::Infeasible => Vec::new(),
+    panel.curve(canvas, &[(0.0, programmed), (1.0, programmed)], PROGRAMMED);
+    let title = match advised(&operation.remedy) {
+        Some(advised) => {
+            panel.curve(canvas, &advised, ADVISED);
+            operation.name.clone()
+        }
+        None => format!("{}: no safe speed", operation.name),
     };
-    if !advised.is_empty() {
-        sheet.curve(&panel, &advised, stroke(2.4, ""));
-    }
-    sheet.border(frame);
-    let left = frame.left + frame.width + 12.0;
-    let mut y = top + 12.0;
-    let mut entry = |text: &str, colour: &str| {
-        let style = format!("font-weight=\"bold\" style=\"fill:{colour}\"");
-        sheet.text(left, y, Anchor::Start, &style, text);
-        y += 18.0;
-    };
-    entry("- - programmed", INK);
-    entry(if advised.is_empty() { "none is safe" } else { "— advised" }, INK);
-    legend.sort_unstable();
-    for mode in legend {
-        entry(&format!("bands of mode {mode}"), curve_style(mode - 1).0);
+    panel.title(canvas, &title);
+    canvas.border(panel.frame);
+    labels_beside(canvas, panel, &labels);
+}
+
+/// The advised speeds over s; `None` where there is none.
+fn advised(remedy: &Remedy) -> Option<Vec<(f64, f64)>> {
+    match remedy {
+        Remedy::Constant(constant) => Some(vec![(0.0, constant.rpm), (1.0, constant.rpm)]),
+        Remedy::Scheduled(plan) => Some(plan.points.clone()),
+        Remedy::Kept(kept) => Some(kept.points.clone()),
+        Remedy::Infeasible => None,
     }
 }

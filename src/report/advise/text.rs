@@ -3,19 +3,17 @@
 use super::words;
 use crate::advice::{ClosedRange, FeedRule, NoVibration, OperationAdvice, Remedy, Schedule};
 use crate::job::Levers;
+use crate::report::layout::push_fact;
 use crate::report::style;
 use crate::report::words::{percent, round_percent, trimmed};
 use crate::study::advise::AdvisedJob;
 use crate::units::mm_per_min_from_m_per_s;
 
-/// Width of the names before each fact, characters.
-const NAME_WIDTH: usize = 8;
-
-/// At most so many safe and closed stretches of speeds are told each.
-const MOST_STRETCHES: usize = 12;
+/// At most so many safe and closed stretches of speeds are shown each.
+const MAX_STRETCHES: usize = 12;
 
 /// At most so many pairs of mode and line are named for one closed stretch.
-const MOST_BLOCKS: usize = 4;
+const MAX_BLOCKS: usize = 4;
 
 /// What `detune advise` found, as text; with colours for a terminal if `colour`.
 pub fn advice(job: &AdvisedJob, colour: bool) -> String {
@@ -50,20 +48,20 @@ fn next(job: &AdvisedJob) -> String {
         Remedy::Scheduled(_) | Remedy::Infeasible => false,
     };
     if !job.advice.is_clear() {
-        pull(job)
+        apply_a_lever(job)
     } else if let Some(written) = &job.written_job {
-        format!("detune check {}; this is no guarantee against chatter", written.display())
+        format!("detune check {}; chatter is not checked", written.display())
     } else if operations.iter().all(is_kept) {
-        "run the job as it is; this is no guarantee against chatter".to_owned()
+        "run the job as it is; chatter is not checked".to_owned()
     } else {
-        "write the job as advised with --write JOB2.yaml and check it; no guarantee against chatter"
+        "write the advised job with --write JOB2.yaml and check it; chatter is not checked"
             .to_owned()
     }
 }
 
-/// What to do where a job cannot be run clear: pull a lever that is told, or offer one that the job
-/// does not yet.
-fn pull(job: &AdvisedJob) -> String {
+/// What to do where a job cannot be run clear: apply a lever that is listed, or allow one that the
+/// job does not yet.
+fn apply_a_lever(job: &AdvisedJob) -> String {
     let Levers { tools_on_hand, free_axis_rad, work_object_shift_m } = &job.levers;
     let operations = job.advice.operations.iter().enumerate();
     // Joint positions are neither turned nor moved.
@@ -79,11 +77,11 @@ fn pull(job: &AdvisedJob) -> String {
     ];
     let missing: Vec<&str> =
         offers.iter().filter(|(is_missing, _)| *is_missing).map(|(_, key)| *key).collect();
-    let pull = "pull one of the levers, then ask again";
+    let apply = "apply one of the levers, then run advise again";
     if missing.is_empty() {
-        return pull.to_owned();
+        return apply.to_owned();
     }
-    format!("{pull}; the job may offer more: {}", missing.join(", "))
+    format!("{apply}; the job could also allow {}", missing.join(", "))
 }
 
 fn push_operation(job: &AdvisedJob, operation: &OperationAdvice, colour: bool, text: &mut String) {
@@ -128,7 +126,7 @@ fn push_operation(job: &AdvisedJob, operation: &OperationAdvice, colour: bool, t
     if let Some(separation) = separation {
         let margin = match separation {
             Some(separation) => format!("{} % from the nearest mode and line", percent(separation)),
-            None => "no excitation line and no mode that count".to_owned(),
+            None => "no excitation line or no mode counts".to_owned(),
         };
         push_fact(4, "margin", &margin, text);
     }
@@ -138,7 +136,8 @@ fn push_operation(job: &AdvisedJob, operation: &OperationAdvice, colour: bool, t
             if job.advice.options.feed == FeedRule::Programmed && !constant.is_programmed =>
         {
             let ratio = operation.programmed_rpm / constant.rpm;
-            let feed = format!("as programmed; chip load {} % of the programmed", percent(ratio));
+            let feed =
+                format!("as programmed; chip load {} % of the programmed one", percent(ratio));
             push_fact(4, "feed", &feed, text);
         }
         Remedy::Constant(constant) if operation.program_feeds.any() && !constant.is_programmed => {
@@ -158,7 +157,7 @@ fn push_operation(job: &AdvisedJob, operation: &OperationAdvice, colour: bool, t
             push_fact(4, "tool tip", &format!("vibrates by {}", tips.join(", ")), text);
         }
         Err(NoVibration::NoCutting) => {}
-        Err(why) => push_fact(4, "tool tip", &format!("not known: {why}"), text),
+        Err(why) => push_fact(4, "tool tip", &format!("unknown: {why}"), text),
     }
     push_stretches(operation, text);
 }
@@ -170,11 +169,11 @@ fn push_schedule(operation: &OperationAdvice, plan: &Schedule, text: &mut String
     let (low, high) =
         plan.chip_load_ratios(operation.programmed_rpm, operation.programmed_feed_m_per_s);
     let chip_load = if operation.program_feeds.per_revolution {
-        "the program's feeds per revolution would follow the speed, and shift the places of the schedule: state \
-         feeds per minute to run it"
+        "the program's feeds per revolution would follow the speed and shift the schedule along the path; \
+         state feeds per minute to run it"
             .to_owned()
     } else {
-        format!("chip load {}–{} % of the programmed", round_percent(low), round_percent(high))
+        format!("chip load {}–{} % of the programmed one", round_percent(low), round_percent(high))
     };
     push_fact(4, "feed", &format!("{}; {chip_load}", words::coupling(plan)), text);
     let origin = if plan.is_acceleration_assumed {
@@ -192,15 +191,15 @@ fn push_stretches(operation: &OperationAdvice, text: &mut String) {
         .set
         .safe
         .iter()
-        .take(MOST_STRETCHES)
+        .take(MAX_STRETCHES)
         .map(|gap| ends(gap.low_rpm, gap.high_rpm))
         .collect();
-    if operation.set.safe.len() > MOST_STRETCHES {
-        safe.push(format!("and {} more", operation.set.safe.len() - MOST_STRETCHES));
+    if operation.set.safe.len() > MAX_STRETCHES {
+        safe.push(format!("and {} more", operation.set.safe.len() - MAX_STRETCHES));
     }
     let safe = if safe.is_empty() { "none".to_owned() } else { safe.join(", ") };
     push_fact(4, "safe", &safe, text);
-    for closure in operation.set.closed.iter().take(MOST_STRETCHES) {
+    for closure in operation.set.closed.iter().take(MAX_STRETCHES) {
         let ClosedRange { speeds, blocks } = closure;
         let mut names: Vec<String> = Vec::new();
         for block in blocks {
@@ -209,27 +208,25 @@ fn push_stretches(operation: &OperationAdvice, text: &mut String) {
                 names.push(name);
             }
         }
-        let more = names.len().saturating_sub(MOST_BLOCKS);
-        names.truncate(MOST_BLOCKS);
+        let more = names.len().saturating_sub(MAX_BLOCKS);
+        names.truncate(MAX_BLOCKS);
         let more = if more > 0 { format!(" and {more} more") } else { String::new() };
         let by = format!("{} by {}{more}", ends(speeds.low_rpm, speeds.high_rpm), names.join(", "));
-        push_fact(4, "closed", &by, text);
+        push_fact(4, "blocked", &by, text);
     }
-    if operation.set.closed.len() > MOST_STRETCHES {
-        let more = operation.set.closed.len() - MOST_STRETCHES;
-        push_fact(4, "closed", &format!("and {more} more stretches"), text);
+    if operation.set.closed.len() > MAX_STRETCHES {
+        let more = operation.set.closed.len() - MAX_STRETCHES;
+        push_fact(4, "blocked", &format!("and {more} more stretches"), text);
     }
-}
-
-fn push_fact(indent: usize, name: &str, fact: &str, text: &mut String) {
-    text.push_str(&format!("{:indent$}{name:NAME_WIDTH$} {fact}\n", ""));
 }
 
 fn model(job: &AdvisedJob) -> String {
     let advice = &job.advice;
     let trust = round_percent(advice.model_uncertainty);
     let bands = round_percent(advice.separation + advice.model_uncertainty);
-    let origin =
-        if advice.calibrated { "calibrated" } else { "never compared with measured frequencies" };
-    format!("{origin}; taken to be right within ±{trust} %, so bands are ±{bands} % wide")
+    let origin = match advice.calibrated {
+        true => "calibrated with measured frequencies; uncertainty",
+        false => "not calibrated; assumed uncertainty",
+    };
+    format!("{origin} ±{trust} %, so bands are ±{bands} % wide")
 }

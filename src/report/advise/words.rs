@@ -44,7 +44,7 @@ pub(super) fn reason(job: &AdvisedJob, operation: &OperationAdvice) -> String {
     let all = parts.join("; ");
     let Remedy::Infeasible = operation.remedy else { return all };
     let levers = match operation.levers.first() {
-        Some(best) if best.rpm.is_some() => format!("what would open a gap: {}", lever(best)),
+        Some(best) if best.rpm.is_some() => format!("to open a gap: {}", lever(best)),
         _ => "no lever that the job allows opens a gap".to_owned(),
     };
     format!("operation '{}': {all}; {levers}", operation.name)
@@ -70,7 +70,8 @@ pub(super) fn reasons(
     if let (Remedy::Scheduled(_) | Remedy::Kept(_), Some(constant)) =
         (&operation.remedy, operation.constant)
     {
-        facts.push(("constant", format!("{} is safe throughout, too", rpm(constant.rpm))));
+        facts
+            .push(("constant", format!("{} is also safe along the whole path", rpm(constant.rpm))));
     }
     if operation.constant.is_none() {
         let is_all = matches!(operation.remedy, Remedy::Infeasible);
@@ -84,25 +85,23 @@ pub(super) fn reasons(
 /// Why there is no schedule.
 pub(super) fn no_schedule(why: NoSchedule) -> &'static str {
     match why {
-        NoSchedule::NoTime => "the path takes no time in which a speed could vary",
+        NoSchedule::NoTime => "the path takes no time, so no speed can vary along it",
         NoSchedule::NoWay => {
-            "nor does a speed that varies along the path, within the spindle's range and acceleration"
+            "no speed schedule within the spindle's range and acceleration stays clear either"
         }
         NoSchedule::Solver(SolverEnd::Infeasible) => {
-            "the solver holds every speed that varies between the bands for impossible"
+            "the solver reports that no speed schedule between the bands is feasible"
         }
         NoSchedule::Solver(SolverEnd::OutOfSteps) => {
-            "the solver ran out of steps before it found a speed that varies along the path"
+            "the solver reached its iteration limit before it found a speed schedule"
         }
         NoSchedule::Solver(SolverEnd::Stuck) => {
-            "the solver made no progress towards a speed that varies along the path"
+            "the solver stalled before it found a speed schedule"
         }
         NoSchedule::Solver(SolverEnd::Solved | SolverEnd::AlmostSolved | SolverEnd::Unexpected) => {
-            "the solver ended in a way that this problem should not have"
+            "the solver stopped for an unexpected reason"
         }
-        NoSchedule::Contact => {
-            "speeds that vary along the path were found, but a check met bands with all of them"
-        }
+        NoSchedule::Contact => "speed schedules were found, but every one failed the final check",
     }
 }
 
@@ -124,14 +123,14 @@ fn constant_reason(job: &AdvisedJob, operation: &OperationAdvice, constant: &Con
         Some(closure) => {
             let by = closers(closure, operation.programmed_rpm);
             match job.advice.options.objective {
-                Objective::Nearest => format!("{best}, which is closed by {by}"),
-                _ => format!("{best}; the {programmed} is closed by {by}"),
+                Objective::Nearest => format!("{best}, which is blocked by {by}"),
+                _ => format!("{best}; the {programmed} is blocked by {by}"),
             }
         }
         None if operation.is_schedule_programmed => best,
         None => match job.advice.options.objective {
-            Objective::Nearest => format!("{best}, which is safe, too"),
-            _ => format!("{best}; the {programmed} is safe, too"),
+            Objective::Nearest => format!("{best}, which is also safe"),
+            _ => format!("{best}; the {programmed} is also safe"),
         },
     }
 }
@@ -144,7 +143,7 @@ fn scheduled_reason(plan: &Schedule) -> String {
         Objective::Highest => "as high as it can be".to_owned(),
         Objective::Margin => {
             format!(
-                "the widest bands that leave a way between them, ±{} %",
+                "the widest bands that leave a corridor between them, ±{} %",
                 percent(plan.half_width)
             )
         }
@@ -165,8 +164,8 @@ fn scheduled_reason(plan: &Schedule) -> String {
         _ => format!("{} bands", passages.len()),
     };
     format!(
-        "no speed, constant or varying, gets along the path without going through a band; this one, {range}, goes \
-         through {bands} as fast as the spindle can and stays clear of all the others, {} s in all",
+        "every speed, constant or varying, crosses a band; this schedule, {range}, crosses {bands} as fast as the \
+         spindle can and stays clear of all others, {} s in total",
         significant(plan.exposed_s())
     )
 }
@@ -214,14 +213,14 @@ pub(super) fn program_feeds(operation: &OperationAdvice, ratio: f64) -> String {
             percent(ratio)
         )
     };
-    let follow = "follow the speed by themselves once the program states it";
+    let follow = "follow the speed once the program states it";
     let feeds = operation.program_feeds;
     match (feeds.per_time, feeds.per_revolution) {
         (true, true) => {
             format!("{}; those per revolution {follow}", own("the program's feeds per minute"))
         }
         (false, true) => {
-            format!("the program's feeds, all per revolution, {follow}: leave the override alone")
+            format!("the program's feeds, all per revolution, {follow}: keep the override at 100 %")
         }
         (_, false) => own("the program's own feeds"),
     }
@@ -247,7 +246,7 @@ pub(super) fn change(change: &Change) -> String {
             format!("a separation of {} %", round_percent(*separation))
         }
         Change::Uncertainty { model_uncertainty } => format!(
-            "a model that is right within {} % (compare it with measured frequencies)",
+            "a model uncertainty of {} % (calibrate with measured frequencies)",
             round_percent(*model_uncertainty)
         ),
     }
@@ -257,8 +256,8 @@ pub(super) fn change(change: &Change) -> String {
 pub(super) fn lever(lever: &Lever) -> String {
     let margin = match lever.margin {
         Some(margin) if margin > 0.0 => format!("keeps up to {} %", percent(margin)),
-        Some(_) => "keeps no distance at any speed".to_owned(),
-        None => "meets nothing that counts at some speed".to_owned(),
+        Some(_) => "no speed keeps any distance".to_owned(),
+        None => "nothing that counts is met at some speed".to_owned(),
     };
     let opens = match lever.rpm {
         Some(_) if matches!(lever.change, Change::Spindle { .. }) => "is safe".to_owned(),
@@ -314,14 +313,14 @@ fn no_constant(job: &AdvisedJob) -> String {
 /// What stands in the way of a constant speed.
 fn binding(operation: &OperationAdvice) -> String {
     let Some(bind) = &operation.bind else {
-        return "the gaps that are left are too narrow to set a speed in them".to_owned();
+        return "the remaining gaps are too narrow to set a speed in them".to_owned();
     };
     let below = bind.below.as_ref().map_or("the spindle's lowest speed".to_owned(), block);
     let above = bind.above.as_ref().map_or("the spindle's highest speed".to_owned(), block);
     let closest = if bind.separation > 0.0 {
         format!("closest: {}, {} %", rpm(bind.rpm), percent(bind.separation))
     } else {
-        format!("no speed keeps any distance; {} comes nearest to it", rpm(bind.rpm))
+        format!("no speed keeps any distance; closest: {}", rpm(bind.rpm))
     };
-    format!("{below} closes in from below and {above} from above ({closest})")
+    format!("{below} from below and {above} from above ({closest})")
 }

@@ -9,7 +9,7 @@ use crate::risk::{Certainty, Crossing};
 use crate::units::percent_from_ratio;
 
 /// Stretches that are no further apart than this share of the path adjoin each other: a reader would
-/// not tell them apart.
+/// not distinguish them.
 const ADJOINING_S: f64 = 1e-3;
 
 /// A crossing with the uncertain stretches on either side of it.

@@ -68,7 +68,7 @@ fn command(
 ) -> String {
     let (level, title) = match finding.certainty {
         Certainty::Certain => ("error", "resonance"),
-        Certainty::Uncertain => ("warning", "perhaps a resonance"),
+        Certainty::Uncertain => ("warning", "possible resonance"),
     };
     let crossing = finding.worst.crossing;
     let (from, to) = (crossing.from_line, crossing.to_line);
@@ -76,8 +76,8 @@ fn command(
     let mut message = sentences::sentence(operation, &finding.worst);
     match finding.others.len() {
         0 => {}
-        1 => message.push_str("; the same on one more stretch"),
-        more => message.push_str(&format!("; the same on {more} more stretches")),
+        1 => message.push_str("; also on one more stretch"),
+        more => message.push_str(&format!("; also on {more} more stretches")),
     }
     if beyond > 0 {
         message.push_str(&format!(
@@ -95,7 +95,7 @@ fn command(
 fn summary(jobs: &[CheckedJob]) -> String {
     let shown = |job: &CheckedJob| {
         let file = printable(&paths::slashed(&job.file));
-        format!("{file} {}", words::verdict(job.risk.verdict))
+        format!("{file} {}", words::spelled(job.risk.verdict))
     };
     let text = if jobs.len() <= MAX_NAMED {
         jobs.iter().map(shown).collect::<Vec<_>>().join(", ")

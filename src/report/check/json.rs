@@ -10,7 +10,7 @@ use super::operation::{CheckedOperation, operations};
 use crate::excitation::{ExcitationLine, Source};
 use crate::notes::Note;
 use crate::report::json::{NotFinite, Number, laid_out};
-use crate::risk;
+use crate::risk::{self, Certainty, LeftOut, Verdict};
 use crate::study::check::{CheckedJob, worst};
 use crate::units::{percent_from_ratio, um_per_n_from_m_per_n};
 
@@ -26,7 +26,7 @@ const DEEPEST_SPREAD: usize = 6;
 pub fn check(jobs: &[CheckedJob]) -> Result<String, NotFinite> {
     let output = Check {
         schema: SchemaName::Check1,
-        verdict: worst(jobs).into(),
+        verdict: worst(jobs),
         jobs: jobs.iter().map(Job::from).collect(),
     };
     laid_out(&output, DEEPEST_SPREAD)
@@ -48,37 +48,6 @@ pub(in crate::report) struct Check<'a> {
 enum SchemaName {
     #[serde(rename = "check/1")]
     Check1,
-}
-
-/// `resonance`: a line lies inside a mode's band. `uncertain`: a line comes so near that the model cannot
-/// tell. `clear`: neither.
-#[derive(Debug, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-#[schemars(inline)]
-enum Verdict {
-    Clear,
-    Uncertain,
-    Resonance,
-}
-
-/// `certain`: inside the band f (1 ± separation). `uncertain`: outside that band, inside the one widened by
-/// the model's uncertainty.
-#[derive(Debug, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-#[schemars(inline)]
-enum Certainty {
-    Uncertain,
-    Certain,
-}
-
-/// `tooth_passing`: multiples of teeth times spindle frequency. `spindle`: multiples of the spindle
-/// frequency.
-#[derive(Debug, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-#[schemars(inline)]
-pub(in crate::report) enum SourceName {
-    ToothPassing,
-    Spindle,
 }
 
 /// One job.
@@ -132,9 +101,9 @@ struct Operation<'a> {
     /// Time from s = 0 to s = 1.
     duration_s: Number,
     /// The excitation lines that were looked at, ascending.
-    lines: Vec<Line>,
+    lines: &'a [ExcitationLine],
     /// What does not count on the whole path, by policy.
-    left_out: LeftOut,
+    left_out: &'a LeftOut,
     /// Where some line comes nearest to some mode among the samples; null where nothing counts.
     closest: Option<Closest>,
     /// Poses at which the eigenproblem was solved to find the crossings.
@@ -157,34 +126,13 @@ struct SpeedPoint {
     rpm: Number,
 }
 
-/// One excitation line.
-#[derive(Debug, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-struct Line {
-    source: SourceName,
-    /// Which multiple of the source's own frequency, counted from 1.
-    harmonic: u32,
-    /// The same as a multiple of the spindle's frequency.
-    order: u32,
-}
-
-/// What the policy leaves out: a verdict says nothing about it.
-#[derive(Debug, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-struct LeftOut {
-    /// Lines that lie in ignored bands all along the path.
-    lines: Vec<Line>,
-    /// Modes that nowhere move the tool tip enough to count, counted from 1.
-    modes: Vec<usize>,
-}
-
 /// A mode and a line at one place of the path.
 #[derive(Debug, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Closest {
     /// Counted from 1 in ascending frequency.
     mode: usize,
-    source: SourceName,
+    source: Source,
     harmonic: u32,
     excitation_hz: Number,
     natural_frequency_hz: Number,
@@ -223,7 +171,7 @@ struct Crossing<'a> {
     /// Counted from 1 in ascending frequency.
     mode: usize,
     certainty: Certainty,
-    source: SourceName,
+    source: Source,
     /// Which multiple of the source's own frequency, counted from 1.
     harmonic: u32,
     /// The line's frequency at closest_s.
@@ -269,40 +217,12 @@ struct Exchange {
     lower_mode: usize,
 }
 
-impl From<risk::Verdict> for Verdict {
-    fn from(verdict: risk::Verdict) -> Self {
-        match verdict {
-            risk::Verdict::Clear => Self::Clear,
-            risk::Verdict::Uncertain => Self::Uncertain,
-            risk::Verdict::Resonance => Self::Resonance,
-        }
-    }
-}
-
-impl From<risk::Certainty> for Certainty {
-    fn from(certainty: risk::Certainty) -> Self {
-        match certainty {
-            risk::Certainty::Uncertain => Self::Uncertain,
-            risk::Certainty::Certain => Self::Certain,
-        }
-    }
-}
-
-impl From<Source> for SourceName {
-    fn from(source: Source) -> Self {
-        match source {
-            Source::ToothPassing => Self::ToothPassing,
-            Source::Spindle => Self::Spindle,
-        }
-    }
-}
-
 impl<'a> From<&'a CheckedJob> for Job<'a> {
     fn from(job: &'a CheckedJob) -> Self {
         Self {
             job: job.file.to_string_lossy(),
             name: &job.name,
-            verdict: job.risk.verdict.into(),
+            verdict: job.risk.verdict,
             separation_percent: Number(percent_from_ratio(job.risk.separation)),
             model: Model {
                 calibrated: job.risk.calibrated,
@@ -322,17 +242,14 @@ impl<'a> From<CheckedOperation<'a>> for Operation<'a> {
         let point = |&(s, rpm): &(f64, f64)| SpeedPoint { s: Number(s), rpm: Number(rpm) };
         Self {
             name: &risk.name,
-            verdict: risk.verdict.into(),
+            verdict: risk.verdict,
             spindle_rpm: Number(risk.spindle_rpm),
             spindle_min_rpm,
             spindle_max_rpm,
             spindle_schedule: operation.schedule().map(|points| points.iter().map(point).collect()),
             duration_s: Number(risk.duration_s),
-            lines: risk.lines.iter().map(Line::from).collect(),
-            left_out: LeftOut {
-                lines: risk.left_out.lines.iter().map(Line::from).collect(),
-                modes: risk.left_out.modes.clone(),
-            },
+            lines: &risk.lines,
+            left_out: &risk.left_out,
             closest: risk.closest.map(Closest::from),
             poses_solved: risk.poses_solved,
             samples: risk.samples.iter().map(Sample::from).collect(),
@@ -350,17 +267,11 @@ impl<'a> From<CheckedOperation<'a>> for Operation<'a> {
     }
 }
 
-impl From<&ExcitationLine> for Line {
-    fn from(line: &ExcitationLine) -> Self {
-        Self { source: line.source.into(), harmonic: line.harmonic, order: line.order }
-    }
-}
-
 impl From<risk::Approach> for Closest {
     fn from(approach: risk::Approach) -> Self {
         Self {
             mode: approach.mode,
-            source: approach.line.source.into(),
+            source: approach.line.source,
             harmonic: approach.line.harmonic,
             excitation_hz: Number(approach.excitation_hz),
             natural_frequency_hz: Number(approach.natural_frequency_hz),
@@ -393,8 +304,8 @@ impl<'a> From<&'a risk::Sample> for Sample<'a> {
 fn crossing_of<'a>(operation: &CheckedOperation<'a>, crossing: &'a risk::Crossing) -> Crossing<'a> {
     Crossing {
         mode: crossing.mode,
-        certainty: crossing.certainty.into(),
-        source: crossing.line.source.into(),
+        certainty: crossing.certainty,
+        source: crossing.line.source,
         harmonic: crossing.line.harmonic,
         excitation_hz: Number(crossing.excitation_hz),
         natural_frequency_hz: Number(crossing.natural_frequency_hz),

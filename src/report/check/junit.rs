@@ -12,10 +12,10 @@ use crate::study::check::CheckedJob;
 use crate::wording::printable;
 
 /// At most so many findings of an operation are written out.
-const MOST_FINDINGS: usize = 100;
+const MAX_FINDINGS: usize = 100;
 
 /// The results of `detune check` as JUnit XML. An operation whose verdict is `fails_from` or worse is
-/// a failure; any other passes and tells what was found in `system-out`.
+/// a failure; any other passes and lists what was found in `system-out`.
 ///
 /// # Errors
 /// Never in practice: text is all that is written.
@@ -44,17 +44,17 @@ pub fn check(
 fn case(operation: &CheckedOperation<'_>, job_file: &str, fails_from: Option<Verdict>) -> TestCase {
     let risk = operation.risk;
     let fails = fails_from.is_some_and(|mildest| risk.verdict >= mildest);
-    let told = told(operation);
+    let found = described(operation);
     let mut case = if fails {
         let mut status = TestCaseStatus::non_success(NonSuccessKind::Failure);
-        status.set_type(words::verdict(risk.verdict));
-        status.set_message(headline(risk, told.len()));
-        status.set_description(joined(&told));
+        status.set_type(words::spelled(risk.verdict));
+        status.set_message(headline(risk, found.len()));
+        status.set_description(joined(&found));
         TestCase::new(printable(&risk.name), status)
     } else {
         let mut case = TestCase::new(printable(&risk.name), TestCaseStatus::success());
-        if !told.is_empty() {
-            case.set_system_out(format!("{}: {}", words::verdict(risk.verdict), joined(&told)));
+        if !found.is_empty() {
+            case.set_system_out(format!("{}: {}", words::spelled(risk.verdict), joined(&found)));
         }
         case
     };
@@ -65,11 +65,11 @@ fn case(operation: &CheckedOperation<'_>, job_file: &str, fails_from: Option<Ver
 fn headline(risk: &OperationRisk, findings: usize) -> String {
     let findings =
         if findings == 1 { "1 finding".to_owned() } else { format!("{findings} findings") };
-    format!("operation '{}': {} ({findings})", printable(&risk.name), words::verdict(risk.verdict))
+    format!("operation '{}': {} ({findings})", printable(&risk.name), words::spelled(risk.verdict))
 }
 
 /// Each finding in one line, with its place.
-fn told(operation: &CheckedOperation<'_>) -> Vec<String> {
+fn described(operation: &CheckedOperation<'_>) -> Vec<String> {
     let file = paths::slashed(&operation.lines_file());
     findings(operation)
         .iter()
@@ -81,10 +81,10 @@ fn told(operation: &CheckedOperation<'_>) -> Vec<String> {
         .collect()
 }
 
-fn joined(told: &[String]) -> String {
-    let mut text = told[..told.len().min(MOST_FINDINGS)].join("\n");
-    if told.len() > MOST_FINDINGS {
-        text.push_str(&format!("\n… and {} more", told.len() - MOST_FINDINGS));
+fn joined(found: &[String]) -> String {
+    let mut text = found[..found.len().min(MAX_FINDINGS)].join("\n");
+    if found.len() > MAX_FINDINGS {
+        text.push_str(&format!("\n… and {} more", found.len() - MAX_FINDINGS));
     }
     text
 }

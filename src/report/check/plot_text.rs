@@ -22,16 +22,16 @@ const TICK_WIDTH: usize = 8;
 
 /// Curves near those that matter are shown as long as the highest frequency of the drawing is at most so
 /// many times the lowest.
-const WIDEST_RATIO: f64 = 3.0;
+const MAX_RATIO: f64 = 3.0;
 
 /// What is left free above and below, as a share of the drawing.
 const FREE_SHARE: f64 = 0.06;
 
 /// The drawing spans at least this share of its highest frequency.
-const LEAST_SPAN: f64 = 0.1;
+const MIN_SPAN: f64 = 0.1;
 
 /// At most so many excitation lines are drawn.
-const MOST_LINES: usize = 8;
+const MAX_LINES: usize = 8;
 
 /// Code point of the Braille character without dots.
 const NO_DOTS: u32 = 0x2800;
@@ -56,7 +56,7 @@ struct Curve {
 /// Draws an operation so that the modes of `focus` (counted from 1) are well visible where its lines meet
 /// them, with what lies near; all of them if `focus` is empty. Empty where there is nothing to draw.
 ///
-/// Modes are solid, lines are dashed; marks below the axis tell where a crossing is certain (`█`) or
+/// Modes are solid, lines are dashed; marks below the axis show where a crossing is certain (`█`) or
 /// uncertain (`░`). The axis spans the modes in focus and the places where lines come nearest to them, and
 /// of all else what is near; it does not go below zero. Lines leave the drawing where they leave the axis.
 pub fn frequencies(
@@ -81,12 +81,12 @@ pub fn frequencies(
     let is_seen = |curve: &&Curve| curve.high >= low && curve.low <= high;
     let seen = lines.iter().filter(is_seen);
     let curves: Vec<&Curve> =
-        modes.iter().filter(is_seen).chain(seen.clone().take(MOST_LINES)).collect();
+        modes.iter().filter(is_seen).chain(seen.clone().take(MAX_LINES)).collect();
     let mut drawing = Drawing::new(low, high);
     for curve in &curves {
         drawing.draw(curve);
     }
-    let left_out = seen.count().saturating_sub(MOST_LINES);
+    let left_out = seen.count().saturating_sub(MAX_LINES);
     drawing.text(&curves, left_out, &operation.crossings, colour)
 }
 
@@ -177,11 +177,11 @@ fn window<'a>(must: &[[f64; 2]], others: impl Iterator<Item = &'a Curve>) -> Opt
     others.sort_by(|a, b| gap(a).total_cmp(&gap(b)));
     for curve in others {
         let (wider_low, wider_high) = (low.min(curve.low), high.max(curve.high));
-        if wider_high <= WIDEST_RATIO * wider_low {
+        if wider_high <= MAX_RATIO * wider_low {
             (low, high) = (wider_low, wider_high);
         }
     }
-    let missing = (high.abs().max(f64::MIN_POSITIVE) * LEAST_SPAN - (high - low)).max(0.0);
+    let missing = (high.abs().max(f64::MIN_POSITIVE) * MIN_SPAN - (high - low)).max(0.0);
     let free = FREE_SHARE * (high - low) + missing / 2.0;
     let window = [(low - free).max(0.0), high + free];
     let span = window[1] - window[0];
@@ -270,9 +270,9 @@ impl Drawing {
         text.push('\n');
         if left_out > 0 {
             text.push_str(&format!(
-                "{:TICK_WIDTH$}  {MOST_LINES} of {} excitation lines are drawn\n",
+                "{:TICK_WIDTH$}  {MAX_LINES} of {} excitation lines are drawn\n",
                 "",
-                MOST_LINES + left_out
+                MAX_LINES + left_out
             ));
         }
         text
@@ -312,7 +312,7 @@ impl Drawing {
     }
 }
 
-/// `f1, f2, tooth ×3–5, spindle ×1 ↑`: neighbours in number are told together.
+/// `f1, f2, tooth ×3–5, spindle ×1 ↑`: neighbours in number are joined.
 fn label(here: &mut [Name], above: &mut [Name], below: &mut [Name]) -> String {
     let mut parts: Vec<String> = Vec::new();
     for (names, arrow) in [(here, ""), (above, " ↑"), (below, " ↓")] {

@@ -21,10 +21,10 @@ const SCHEMA_URI: &str =
     "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json";
 
 /// GitHub refuses a run with more results.
-const MOST_RESULTS: usize = 25_000;
+const MAX_RESULTS: usize = 25_000;
 
 /// GitHub reads no more locations of a result.
-const MOST_LOCATIONS: usize = 1_000;
+const MAX_LOCATIONS: usize = 1_000;
 
 /// What relative URIs are relative to: the folder that the command ran in.
 const ROOT: &str = "%SRCROOT%";
@@ -44,10 +44,10 @@ pub fn check(jobs: &[CheckedJob], root: &Path) -> Result<String, serde_json::Err
             results.extend(found.iter().map(|finding| artifacts.result(&operation, finding)));
         }
     }
-    let left_out = results.len().saturating_sub(MOST_RESULTS);
+    let left_out = results.len().saturating_sub(MAX_RESULTS);
     if left_out > 0 {
         results.sort_by_key(|result| result.rule_index);
-        results.truncate(MOST_RESULTS);
+        results.truncate(MAX_RESULTS);
     }
     let log = Log {
         schema: SCHEMA_URI,
@@ -65,9 +65,7 @@ pub fn check(jobs: &[CheckedJob], root: &Path) -> Result<String, serde_json::Err
                 execution_successful: true,
                 tool_execution_notifications: (left_out > 0)
                     .then(|| {
-                        format!(
-                            "{left_out} of the findings are left out: a run holds {MOST_RESULTS} at most"
-                        )
+                        format!("{left_out} findings omitted: a run holds at most {MAX_RESULTS}")
                     })
                     .into_iter()
                     .chain(jobs.iter().flat_map(|job| job.notices.iter().map(Note::to_string)))
@@ -103,17 +101,17 @@ fn rule(certainty: Certainty) -> Rule {
         Certainty::Certain => (
             "Resonance",
             "An excitation line lies inside a mode's band",
-            "A multiple of the tooth-passing or spindle frequency lies so close to a natural frequency of \
-             the robot arm that the job's policy calls it a resonance.",
-            "Run the stretch at another spindle speed, or in another pose of the arm, and check again.",
+            "A multiple of the tooth-passing or spindle frequency lies closer to a natural frequency of \
+             the robot arm than the separation that the job's policy requires.",
+            "Use another spindle speed or arm pose on this stretch, then check again.",
         ),
         Certainty::Uncertain => (
             "Uncertain",
-            "An excitation line comes so near a mode that the model cannot tell",
-            "A multiple of the tooth-passing or spindle frequency lies outside a mode's band, but by less \
-             than what the model of the robot arm may be wrong by.",
-            "Keep more distance, or compare the model with measured frequencies of this arm so that its \
-             uncertainty shrinks.",
+            "An excitation line lies within the model uncertainty of a mode's band",
+            "A multiple of the tooth-passing or spindle frequency lies outside a mode's band, but within \
+             the uncertainty of the robot model.",
+            "Keep more distance, or reduce the model uncertainty by calibrating with measured frequencies \
+             of this arm.",
         ),
     };
     let text = |text: &str| Message { text: text.to_owned() };
@@ -151,13 +149,13 @@ impl Artifacts<'_> {
     }
 
     fn result(&mut self, operation: &CheckedOperation<'_>, finding: &Finding<'_>) -> ResultObject {
-        let others = &finding.others[..finding.others.len().min(MOST_LOCATIONS - 1)];
+        let others = &finding.others[..finding.others.len().min(MAX_LOCATIONS - 1)];
         let identity = [
             rule_id(finding.certainty).to_owned(),
             self.uri_of(&operation.job.file),
             printable(&operation.risk.name),
             format!("mode {}", finding.mode),
-            format!("{} {}", words::source_key(finding.line.source), finding.line.harmonic),
+            format!("{} {}", words::spelled(finding.line.source), finding.line.harmonic),
         ]
         .join("|");
         ResultObject {
@@ -220,8 +218,8 @@ fn message(operation: &CheckedOperation<'_>, finding: &Finding<'_>) -> String {
     let mut text = sentences::sentence(operation, &finding.worst);
     match finding.others.len() {
         0 => {}
-        1 => text.push_str("; the same on one more stretch"),
-        more => text.push_str(&format!("; the same on {more} more stretches")),
+        1 => text.push_str("; also on one more stretch"),
+        more => text.push_str(&format!("; also on {more} more stretches")),
     }
     text
 }

@@ -4,7 +4,7 @@ use super::findings::Stretch;
 use super::operation::CheckedOperation;
 use crate::report::style;
 use crate::report::words::{
-    apart, line, line_at, mode, number, percent, range, round_percent, trimmed, um_per_n, verdict,
+    apart, line, line_at, mode, number, percent, range, round_percent, spelled, trimmed, um_per_n,
 };
 use crate::risk::{Certainty, Crossing, OperationRisk, Sample, Verdict};
 use crate::study::check::CheckedJob;
@@ -12,16 +12,16 @@ use crate::units::{deg_from_rad, percent_from_ratio, um_per_n_from_m_per_n};
 use crate::wording::printable;
 
 /// A coordinate that carries less of a mode than this is not named, unless it carries the most.
-const LEAST_SHARE_NAMED: f64 = 0.1;
+const MIN_SHARE_NAMED: f64 = 0.1;
 
 /// At most so many coordinates are named.
-const MOST_SHARES_NAMED: usize = 3;
+const MAX_SHARES_NAMED: usize = 3;
 
 /// `joint_3 71 %, joint_2 24 %, turning against each other`; empty where shares are not known.
 pub(super) fn moves(operation: &CheckedOperation<'_>, crossing: &Crossing) -> String {
     let moves = operation.moves(crossing);
-    let named = moves.iter().take_while(|m| m.1 >= LEAST_SHARE_NAMED).count();
-    let named = named.clamp(1, MOST_SHARES_NAMED).min(moves.len());
+    let named = moves.iter().take_while(|m| m.1 >= MIN_SHARE_NAMED).count();
+    let named = named.clamp(1, MAX_SHARES_NAMED).min(moves.len());
     let mut text = moves[..named]
         .iter()
         .map(|(name, share)| format!("{} {:.0} %", printable(name), percent_from_ratio(*share)))
@@ -86,14 +86,13 @@ pub(super) fn point(operation: &OperationRisk, s: f64) -> String {
     format!("{} % ({} s{beta2})", percent(s), trimmed(s * operation.duration_s, 2))
 }
 
-/// `1.3 % apart, inside the band of ±10 %`.
-pub(super) fn nearness(operation: &CheckedOperation<'_>, crossing: &Crossing) -> String {
-    let apart = apart(crossing.separation);
+/// `inside the band of ±10 %`.
+pub(super) fn place_in_band(operation: &CheckedOperation<'_>, crossing: &Crossing) -> String {
     let band = round_percent(operation.job.risk.separation);
     match crossing.certainty {
-        Certainty::Certain => format!("{apart} apart, inside the band of ±{band} %"),
+        Certainty::Certain => format!("inside the band of ±{band} %"),
         Certainty::Uncertain => format!(
-            "{apart} apart, outside the band of ±{band} % by less than the model's uncertainty of ±{} %",
+            "outside the band of ±{band} % but within the model uncertainty of ±{} %",
             round_percent(operation.job.risk.model_uncertainty)
         ),
     }
@@ -106,8 +105,8 @@ pub(super) fn counts(verdicts: impl Iterator<Item = Verdict>, colour: bool) -> S
         .into_iter()
         .filter_map(|of| {
             let count = verdicts.iter().filter(|verdict| **verdict == of).count();
-            let told = format!("{count} {}", verdict(of));
-            (count > 0).then(|| style::paint(style::of(of), told, colour))
+            let text = format!("{count} {}", spelled(of));
+            (count > 0).then(|| style::paint(style::of(of), text, colour))
         })
         .collect();
     counts.join(", ")
@@ -138,12 +137,13 @@ pub(super) fn sentence(operation: &CheckedOperation<'_>, stretch: &Stretch<'_>) 
         None => String::new(),
     };
     format!(
-        "operation '{}': {} meets {}: {}, at {}{flanks}, closest at {}{moves}; {} µm/N at the tool tip at \
+        "operation '{}': {} meets {}: {} apart, {}, at {}{flanks}, closest at {}{moves}; {} µm/N at the tool tip at \
          resonance",
         printable(&risk.name),
         mode(crossing.mode, crossing.natural_frequency_hz),
         line_at(&crossing.line, crossing.excitation_hz),
-        nearness(operation, crossing),
+        apart(crossing.separation),
+        place_in_band(operation, crossing),
         self::stretch(risk, crossing.from_s, crossing.to_s),
         point(risk, crossing.closest_s),
         um_per_n(crossing.tip_response_m_per_n),

@@ -4,29 +4,30 @@
 use super::findings::{Stretch, stretches};
 use super::operation::{CheckedOperation, operations};
 use super::{plot_text, sentences};
-use crate::report::{style, words};
+use crate::report::{layout, style, words};
 use crate::risk::{Approach, Certainty, OperationRisk, Verdict};
 use crate::study::check::CheckedJob;
 use crate::units::percent_from_ratio;
 use crate::wording::printable;
 
 /// At most so many crossings follow the worst one.
-const MOST_FURTHER: usize = 5;
+const MAX_FURTHER: usize = 5;
 
-/// At most so many operations of a job are told one by one.
-const MOST_OPERATIONS: usize = 20;
+/// At most so many operations of a job are shown one by one.
+const MAX_OPERATIONS: usize = 20;
 
 /// At most so many jobs that are not clear are named at the end.
-const MOST_NAMED: usize = 10;
+const MAX_NAMED: usize = 10;
 
 /// At most so many operations of a job are drawn.
-const MOST_PLOTS: usize = 4;
+const MAX_PLOTS: usize = 4;
 
-/// At most so many exchanges of modes are told.
-const MOST_EXCHANGES: usize = 3;
+/// At most so many swaps of modes are shown.
+const MAX_EXCHANGES: usize = 3;
 
-/// Width of the names before each fact, characters.
-const NAME_WIDTH: usize = 8;
+/// Indent of the facts of a job, and of an operation.
+const JOB_INDENT: usize = 2;
+const OPERATION_INDENT: usize = 6;
 
 /// The results of `detune check` as text; with colours for a terminal if `colour`.
 pub fn check(jobs: &[CheckedJob], colour: bool) -> String {
@@ -49,9 +50,9 @@ fn push_job(job: &CheckedJob, colour: bool, text: &mut String) {
     let name = style::paint(style::STRONG, printable(&job.name), colour);
     text.push_str(&format!("{verdict}  {}  {name}\n", words::path(&job.file)));
     let drawn = drawn(job);
-    let told = told(job);
+    let shown = shown(job);
     for (index, operation) in operations(job).enumerate() {
-        if !told.contains(&index) {
+        if !shown.contains(&index) {
             continue;
         }
         text.push('\n');
@@ -60,28 +61,28 @@ fn push_job(job: &CheckedJob, colour: bool, text: &mut String) {
             push_plot(&operation, colour, text);
         }
     }
-    push_untold(job, &told, colour, text);
+    push_omitted(job, &shown, colour, text);
     text.push('\n');
-    text.push_str(&format!("  {:NAME_WIDTH$} {}\n", "model", model(job)));
-    text.push_str(&format!("  {:NAME_WIDTH$} {}\n", "next", next(job)));
+    layout::push_fact(JOB_INDENT, "model", &model(job), text);
+    layout::push_fact(JOB_INDENT, "next", next(job), text);
 }
 
-/// Indices of the operations that are told: the worst of them, ascending.
-fn told(job: &CheckedJob) -> Vec<usize> {
+/// Indices of the operations that are shown: the worst of them, ascending.
+fn shown(job: &CheckedJob) -> Vec<usize> {
     let operations = &job.risk.operations;
     let mut worst: Vec<usize> = (0..operations.len()).collect();
     worst.sort_by_key(|&index| std::cmp::Reverse(operations[index].verdict));
-    worst.truncate(MOST_OPERATIONS);
+    worst.truncate(MAX_OPERATIONS);
     worst.sort_unstable();
     worst
 }
 
-fn push_untold(job: &CheckedJob, told: &[usize], colour: bool, text: &mut String) {
+fn push_omitted(job: &CheckedJob, shown: &[usize], colour: bool, text: &mut String) {
     let operations = &job.risk.operations;
-    if let more @ 1.. = operations.len() - told.len() {
-        let untold = (0..operations.len()).filter(|index| !told.contains(index));
-        let counts = sentences::counts(untold.map(|index| operations[index].verdict), colour);
-        let line = format!("\n  … and {more} more operations: {counts}; --format json tells all\n");
+    if let more @ 1.. = operations.len() - shown.len() {
+        let omitted = (0..operations.len()).filter(|index| !shown.contains(index));
+        let counts = sentences::counts(omitted.map(|index| operations[index].verdict), colour);
+        let line = format!("\n  … and {more} more operations: {counts}; --format json lists all\n");
         text.push_str(&line);
     }
 }
@@ -103,7 +104,7 @@ fn push_operation(operation: &CheckedOperation<'_>, colour: bool, text: &mut Str
         }
         None => match risk.closest {
             Some(approach) => push_closest(operation, &approach, text),
-            None => push_fact("closest", "no excitation line and no mode that count", text),
+            None => push_fact("closest", "no excitation line or no mode counts", text),
         },
     }
     if let Some(left_out) = sentences::left_out(operation) {
@@ -122,7 +123,9 @@ fn push_worst(operation: &CheckedOperation<'_>, stretch: &Stretch<'_>, text: &mu
         words::mode(crossing.mode, crossing.natural_frequency_hz),
         words::line_at(&crossing.line, crossing.excitation_hz)
     ));
-    push_fact("near", &sentences::nearness(operation, crossing), text);
+    let apart = words::apart(crossing.separation);
+    let place = sentences::place_in_band(operation, crossing);
+    push_fact("apart", &format!("{apart}, {place}"), text);
     let moves = sentences::moves(operation, crossing);
     if !moves.is_empty() {
         push_fact("moves", &moves, text);
@@ -145,7 +148,7 @@ fn push_further(operation: &CheckedOperation<'_>, further: &[Stretch<'_>], text:
     }
     let heads = ["mode", "Hz", "meets", "Hz", "apart", "s %", "lines", "µm/N", "certainty"];
     let mut rows = vec![heads.map(str::to_owned)];
-    rows.extend(further.iter().take(MOST_FURTHER).map(|stretch| {
+    rows.extend(further.iter().take(MAX_FURTHER).map(|stretch| {
         let crossing = stretch.crossing;
         [
             crossing.mode.to_string(),
@@ -156,13 +159,13 @@ fn push_further(operation: &CheckedOperation<'_>, further: &[Stretch<'_>], text:
             words::range(percent_from_ratio(crossing.from_s), percent_from_ratio(crossing.to_s)),
             words::line_range(crossing.from_line, crossing.to_line),
             words::um_per_n(crossing.tip_response_m_per_n),
-            words::certainty(crossing.certainty).to_owned(),
+            words::spelled(crossing.certainty),
         ]
     }));
     push_fact("further", &further_count(operation, further), text);
     push_table(&rows, text);
-    if further.len() > MOST_FURTHER {
-        let more = further.len() - MOST_FURTHER;
+    if further.len() > MAX_FURTHER {
+        let more = further.len() - MAX_FURTHER;
         text.push_str(&format!("      … and {more} more; --format json lists all\n"));
     }
 }
@@ -208,33 +211,33 @@ fn push_closest(operation: &CheckedOperation<'_>, approach: &Approach, text: &mu
     );
     push_fact("closest", &closest, text);
     push_fact("where", &format!("at {}", sentences::point(operation.risk, approach.s)), text);
-    let asked = format!(
+    let required = format!(
         "{} % (band {} %, model {} %)",
         words::round_percent(job.risk.separation + job.risk.model_uncertainty),
         words::round_percent(job.risk.separation),
         words::round_percent(job.risk.model_uncertainty),
     );
-    push_fact("asked", &asked, text);
+    push_fact("required", &required, text);
 }
 
 fn push_exchanges(risk: &OperationRisk, text: &mut String) {
-    for exchange in risk.exchanges.iter().take(MOST_EXCHANGES) {
+    for exchange in risk.exchanges.iter().take(MAX_EXCHANGES) {
         let what = format!(
-            "modes {} and {} change places at {} % of the path",
+            "modes {} and {} swap order at {} % of the path",
             exchange.lower_mode,
             exchange.lower_mode + 1,
             words::percent(exchange.s)
         );
         push_fact("note", &what, text);
     }
-    if let more @ 1.. = risk.exchanges.len().saturating_sub(MOST_EXCHANGES) {
-        push_fact("note", &format!("and {more} more exchanges of modes"), text);
+    if let more @ 1.. = risk.exchanges.len().saturating_sub(MAX_EXCHANGES) {
+        push_fact("note", &format!("… and {more} more swaps of modes"), text);
     }
 }
 
 fn push_fact(name: &str, fact: &str, text: &mut String) {
     // Names of files and coordinates stand in the facts.
-    text.push_str(&format!("      {name:NAME_WIDTH$} {}\n", printable(fact)));
+    layout::push_fact(OPERATION_INDENT, name, &printable(fact), text);
 }
 
 fn push_plot(operation: &CheckedOperation<'_>, colour: bool, text: &mut String) {
@@ -255,7 +258,7 @@ fn drawn(job: &CheckedJob) -> Vec<usize> {
     let operations = &job.risk.operations;
     let found: Vec<usize> = (0..operations.len())
         .filter(|&index| operations[index].verdict != Verdict::Clear)
-        .take(MOST_PLOTS)
+        .take(MAX_PLOTS)
         .collect();
     if !found.is_empty() {
         return found;
@@ -276,34 +279,30 @@ fn speed(operation: &CheckedOperation<'_>) -> String {
 }
 
 fn verdict_word(verdict: Verdict, colour: bool) -> String {
-    style::paint(style::of(verdict), words::verdict(verdict).to_uppercase(), colour)
+    style::paint(style::of(verdict), words::spelled(verdict).to_uppercase(), colour)
 }
 
 fn model(job: &CheckedJob) -> String {
     let uncertainty = words::round_percent(job.risk.model_uncertainty);
     if job.risk.calibrated {
-        format!("compared with measured frequencies; taken to be right within ±{uncertainty} %")
+        format!("calibrated with measured frequencies; uncertainty ±{uncertainty} %")
     } else {
-        format!(
-            "never compared with measured frequencies; taken to be right within ±{uncertainty} %"
-        )
+        format!("not calibrated; assumed uncertainty ±{uncertainty} %")
     }
 }
 
 fn next(job: &CheckedJob) -> &'static str {
     match (job.risk.verdict, job.risk.calibrated) {
         (Verdict::Resonance, _) => {
-            "run these stretches at another spindle speed or in another pose of the arm, then check again"
+            "use another spindle speed or arm pose on these stretches, then check again"
         }
         (Verdict::Uncertain, true) => {
             "keep more distance from the mode, or measure the arm near this pose, then check again"
         }
         (Verdict::Uncertain, false) => {
-            "keep more distance from the mode, or compare the model with measured frequencies of this arm"
+            "keep more distance from the mode, or calibrate the model with measured frequencies"
         }
-        (Verdict::Clear, _) => {
-            "nothing to do about the arm's resonances; this is no promise against chatter"
-        }
+        (Verdict::Clear, _) => "no change needed for the arm's resonances; chatter is not checked",
     }
 }
 
@@ -311,12 +310,12 @@ fn summary(jobs: &[CheckedJob], colour: bool) -> String {
     let counts = sentences::counts(jobs.iter().map(|job| job.risk.verdict), colour);
     let mut text = format!("{} jobs: {counts}\n", jobs.len());
     let worst = sentences::worst_jobs(jobs);
-    for job in worst.iter().take(MOST_NAMED) {
+    for job in worst.iter().take(MAX_NAMED) {
         let verdict = verdict_word(job.risk.verdict, colour);
         text.push_str(&format!("  {verdict}  {}\n", words::path(&job.file)));
     }
-    if worst.len() > MOST_NAMED {
-        let more = worst.len() - MOST_NAMED;
+    if worst.len() > MAX_NAMED {
+        let more = worst.len() - MAX_NAMED;
         text.push_str(&format!("  … and {more} more; --format json lists all\n"));
     }
     text

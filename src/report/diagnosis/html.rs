@@ -5,15 +5,16 @@ use std::path::Path;
 
 use super::text;
 use crate::diagnosis::{Diagnosis, ResidualRow, Shape};
+use crate::report::drawing::{
+    Axis, Canvas, Entry, Frame, GREY, Panel, Scale, Stroke, Swatch, bounds, curve_style, escaped,
+    row,
+};
 use crate::units::{deg_from_rad, mm_from_m, percent_from_ratio};
+use crate::wording::printable;
 
 const WIDTH: f64 = 620.0;
-const HEIGHT: f64 = 300.0;
-const MARGIN: f64 = 48.0;
-
-/// One colour a mode, told apart by the colour-blind (Okabe & Ito, 2008).
-const COLOURS: [&str; 7] =
-    ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#444444"];
+const HEIGHT: f64 = 340.0;
+const PANEL: Frame = Frame { left: 85.0, top: 35.0, width: 515.0, height: 245.0 };
 
 /// The page: the text, measured against predicted before and after, residuals over what they follow and
 /// over all else, the ranking.
@@ -31,27 +32,30 @@ pub fn diagnosis(d: &Diagnosis, robot: &str, table: &Path) -> String {
         escaped(&text::diagnosis(d, robot, table))
     );
     for (caption, of) in [
-        ("Measured against predicted, Hz: the model as it is", predicted_before as Of),
-        ("Measured against predicted, Hz: with the findings", predicted_after as Of),
+        ("Measured against predicted: the model as it is", predicted_before as Of),
+        ("Measured against predicted: with the findings", predicted_after as Of),
     ] {
-        figure(&mut out, caption, &points(d, of), true);
+        let axes = ["predicted [Hz]", "measured [Hz]"];
+        figure(&mut out, caption, axes, &points(d, of), true);
     }
     let covariates = covariates(d);
     let followed = d.structure_before.as_ref().and_then(|structure| followed(&structure.shape, d));
     let chosen = followed.or_else(|| covariates.iter().position(|c| *c == Covariate::Row));
     if let Some(covariate) = chosen.map(|i| covariates[i]) {
-        let name = covariate.name(d);
+        let (name, axis) = (covariate.name(d), covariate.axis(d));
         for (caption, after) in [("the model as it is", false), ("with the findings", true)] {
-            let caption = format!("Residual over {name}, %: {caption}");
-            figure(&mut out, &caption, &residuals(d, covariate, after), false);
+            let caption = format!("Residual over {name}: {caption}");
+            let axes = [&*axis, RESIDUAL];
+            figure(&mut out, &caption, axes, &residuals(d, covariate, after), false);
         }
     }
     out.push_str(
         "<details><summary>Residuals over everything else that the table tells</summary>\n",
     );
     for (i, covariate) in covariates.iter().enumerate().filter(|(i, _)| Some(*i) != chosen) {
-        let caption = format!("Residual over {}, %: the model as it is", covariate.name(d));
-        figure(&mut out, &caption, &residuals(d, covariates[i], false), false);
+        let caption = format!("Residual over {}: the model as it is", covariate.name(d));
+        let axes = [&*covariate.axis(d), RESIDUAL];
+        figure(&mut out, &caption, axes, &residuals(d, covariates[i], false), false);
     }
     out.push_str("</details>\n");
     if !d.ranking.is_empty() {
@@ -62,17 +66,7 @@ pub fn diagnosis(d: &Diagnosis, robot: &str, table: &Path) -> String {
         }
         out.push_str("</table>\n");
     }
-    let modes = d.baseline.per_mode_rms_percent.len();
-    let legend: Vec<String> = (0..modes)
-        .map(|mode| {
-            format!(
-                "<span style=\"color:{}\">● mode {}</span>",
-                COLOURS[mode % COLOURS.len()],
-                mode + 1
-            )
-        })
-        .collect();
-    let _ = writeln!(out, "<p>{}</p>\n</body></html>", legend.join(" "));
+    out.push_str("</body></html>\n");
     out
 }
 
@@ -85,6 +79,9 @@ fn predicted_before(r: &ResidualRow) -> Option<(f64, f64)> {
 fn predicted_after(r: &ResidualRow) -> Option<(f64, f64)> {
     Some((r.after_hz?, r.measured_hz))
 }
+
+/// The axis of residuals.
+const RESIDUAL: &str = "residual [%]";
 
 /// What a residual may follow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -100,13 +97,26 @@ impl Covariate {
     fn name(self, d: &Diagnosis) -> String {
         match self {
             Self::Row => "the rows of the table".to_owned(),
-            Self::Joint(joint) => d.joints.get(joint).map_or_else(String::new, |(name, slides)| {
-                format!("{name}, {}", if *slides { "mm" } else { "°" })
-            }),
-            Self::Temperature => "temperature, °C".to_owned(),
-            Self::Amplitude => "level of excitation, N·m".to_owned(),
-            Self::Frequency => "measured frequency, Hz".to_owned(),
+            Self::Joint(joint) => d.joints.get(joint).map_or_else(String::new, |(n, _)| n.clone()),
+            Self::Temperature => "temperature".to_owned(),
+            Self::Amplitude => "level of excitation".to_owned(),
+            Self::Frequency => "measured frequency".to_owned(),
         }
+    }
+
+    /// Name of the axis.
+    fn axis(self, d: &Diagnosis) -> String {
+        let unit = match self {
+            Self::Row => return "row".to_owned(),
+            Self::Joint(joint) => match d.joints.get(joint) {
+                Some((_, true)) => "mm",
+                _ => "°",
+            },
+            Self::Temperature => "°C",
+            Self::Amplitude => "N·m",
+            Self::Frequency => "Hz",
+        };
+        format!("{} [{unit}]", self.name(d))
     }
 
     fn of(self, r: &ResidualRow, d: &Diagnosis) -> Option<f64> {
@@ -169,68 +179,42 @@ fn points(d: &Diagnosis, of: Of) -> Vec<(usize, f64, f64)> {
     d.residuals.iter().filter_map(|r| of(r).map(|(x, y)| (r.mode, x, y))).collect()
 }
 
-/// A plot of points; `equal` gives both axes the same range and draws the diagonal.
-fn figure(out: &mut String, caption: &str, points: &[(usize, f64, f64)], equal: bool) {
-    let range = |values: &mut dyn Iterator<Item = f64>| {
-        let (low, high) = values
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
-        if low < high { [low, high] } else { [low - 1.0, low + 1.0] }
-    };
+/// A plot of points by mode; `equal` gives both axes the same range and draws the diagonal.
+fn figure(
+    out: &mut String,
+    caption: &str,
+    [x, y]: [&str; 2],
+    points: &[(usize, f64, f64)],
+    equal: bool,
+) {
     if points.is_empty() {
         return;
     }
-    let mut x = range(&mut points.iter().map(|p| p.1));
-    let mut y = range(&mut points.iter().map(|p| p.2));
+    let (mut left, mut right) = bounds(points.iter().map(|p| p.1));
+    let (mut low, mut high) = bounds(points.iter().map(|p| p.2));
     if equal {
-        x = [x[0].min(y[0]), x[1].max(y[1])];
-        y = x;
+        (left, right) = (left.min(low), right.max(high));
+        (low, high) = (left, right);
     } else {
-        y = [y[0].min(0.0), y[1].max(0.0)];
+        (low, high) = (low.min(0.0), high.max(0.0));
     }
-    let px = |v: f64| MARGIN + (v - x[0]) / (x[1] - x[0]) * (WIDTH - 2.0 * MARGIN);
-    let py = |v: f64| HEIGHT - MARGIN - (v - y[0]) / (y[1] - y[0]) * (HEIGHT - 2.0 * MARGIN);
-    let _ = write!(
-        out,
-        "<figure><figcaption>{}</figcaption><svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" width=\"{WIDTH}\" \
-         role=\"img\">",
-        escaped(caption)
-    );
-    let line = if equal {
-        [px(x[0]), py(x[0]), px(x[1]), py(x[1])]
-    } else {
-        [px(x[0]), py(0.0), px(x[1]), py(0.0)]
+    let panel = Panel {
+        frame: PANEL,
+        x: Axis::new(x, Scale::linear(left, right)),
+        y: Axis::new(y, Scale::linear(low, high)),
     };
-    let [x1, y1, x2, y2] = line;
-    let _ = write!(
-        out,
-        "<line x1=\"{x1:.1}\" y1=\"{y1:.1}\" x2=\"{x2:.1}\" y2=\"{y2:.1}\" stroke=\"#aaa\"/>"
-    );
-    for (value, at) in [(x[0], px(x[0])), (x[1], px(x[1]))] {
-        let below = HEIGHT - 0.4 * MARGIN;
-        let _ = write!(
-            out,
-            "<text x=\"{at:.1}\" y=\"{below:.1}\" font-size=\"11\" text-anchor=\"middle\">{value:.1}</text>"
-        );
+    let mut canvas = Canvas::new(WIDTH, HEIGHT);
+    panel.axes(&mut canvas, true);
+    let ends = if equal { [(left, left), (right, right)] } else { [(left, 0.0), (right, 0.0)] };
+    panel.curve(&mut canvas, &ends, Stroke { colour: GREY, width: 1.5, dashes: "" });
+    for (mode, x, y) in points {
+        panel.dot(&mut canvas, (*x, *y), 3.0, curve_style(*mode).0);
     }
-    for (value, at) in [(y[0], py(y[0])), (y[1], py(y[1]))] {
-        let left = 0.9 * MARGIN;
-        let _ = write!(
-            out,
-            "<text x=\"{left:.1}\" y=\"{at:.1}\" font-size=\"11\" text-anchor=\"end\">{value:.1}</text>"
-        );
-    }
-    for (mode, vx, vy) in points {
-        let colour = COLOURS[mode % COLOURS.len()];
-        let _ = write!(
-            out,
-            "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"3\" fill=\"{colour}\" fill-opacity=\"0.8\"/>",
-            px(*vx),
-            py(*vy)
-        );
-    }
-    out.push_str("</svg></figure>\n");
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+    canvas.border(PANEL);
+    let modes = points.iter().map(|(mode, ..)| mode + 1).max().unwrap_or(0);
+    let entry = |mode| Entry::new(Swatch::Dot(curve_style(mode).0), format!("mode {}", mode + 1));
+    row(&mut canvas, (PANEL.right(), 18.0), &(0..modes).map(entry).collect::<Vec<_>>());
+    let caption = escaped(&printable(caption));
+    let drawing = canvas.finish();
+    let _ = writeln!(out, "<figure><figcaption>{caption}</figcaption>{drawing}</figure>");
 }

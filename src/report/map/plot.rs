@@ -2,11 +2,14 @@
 //! nonlinear free vibration as heat maps with the linear frequencies over them (Fig. 5).
 
 use crate::map::{Block, Head, Row};
-use crate::report::svg::{Anchor, Axis, Frame, Panel, Sheet, Stroke, curve_style, heat};
+use crate::report::drawing::{
+    Anchor, Axis, Canvas, Entry, Face, Frame, Label, Panel, Scale, Stroke, Swatch, bounds,
+    curve_style, heat, labels_beside, row,
+};
 use crate::units::deg_from_rad;
 
 /// Frequencies that differ by more than this factor are drawn on a logarithmic scale.
-const LINEAR_UP_TO: f64 = 8.0;
+const MAX_LINEAR_RATIO: f64 = 8.0;
 
 /// Cells of a heat map from bottom to top.
 const CELLS: usize = 220;
@@ -19,9 +22,6 @@ const SHADES: f64 = 48.0;
 
 /// The linear frequencies over a heat map.
 const LINEAR_MODES: Stroke = Stroke { colour: "#00e5ff", width: 1.4, dashes: "7 5" };
-
-pub(super) const TITLE: &str = "font-size=\"16\" font-weight=\"bold\"";
-pub(super) const PANEL_TITLE: &str = "font-size=\"14\" font-weight=\"bold\"";
 
 /// Draws a map. `swept` is the joint (by place) that the poses sweep, if one does; poses from a
 /// list are drawn as points over β2 or, without it, over their number.
@@ -66,40 +66,37 @@ impl Abscissa {
                 (None, None) => ("pose".to_owned(), (1..=rows.len()).map(|i| i as f64).collect()),
             };
         let values: Vec<f64> = values;
-        let (mut low, mut high) = bounds(values.iter().copied());
-        if low >= high {
-            (low, high) = (low - 0.5, high + 0.5);
-        }
+        let (low, high) = bounds(values.iter().copied());
         let mut order: Vec<usize> = (0..rows.len()).collect();
         order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
-        let axis = Axis { label, low, high, is_logarithmic: false };
+        let axis = Axis::new(label, Scale::linear(low, high));
         Self { axis, values, order, is_continuous: swept.is_some() }
     }
-}
-
-fn bounds(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
 }
 
 /// Hz for all of `values`, with room above and below.
 fn frequency_axis(values: impl Iterator<Item = f64>, most: f64) -> Axis {
     let (low, high) = bounds(values);
     let (low, high) = if low <= high { (low, high) } else { (1.0, 10.0) };
-    let is_logarithmic = high > LINEAR_UP_TO * low;
-    let (low, high) = if is_logarithmic { (low / 1.25, high * 1.25) } else { (0.0, high * 1.12) };
-    Axis { label: "frequency [Hz]".into(), low, high: high.min(most), is_logarithmic }
+    let is_logarithmic = high > MAX_LINEAR_RATIO * low;
+    let scale = if is_logarithmic {
+        Scale::logarithmic(low / 1.25, (high * 1.25).min(most))
+    } else {
+        Scale::linear(0.0, (high * 1.12).min(most))
+    };
+    Axis::new("frequency [Hz]", scale)
 }
 
 fn curves(head: &Head, rows: &[Row], abscissa: &Abscissa) -> String {
     let (width, height) = (860.0, 520.0);
-    let mut sheet = Sheet::new(width, height);
-    let frame = Frame { left: 80.0, top: 50.0, width: width - 160.0, height: height - 115.0 };
+    let mut canvas = Canvas::new(width, height);
+    let frame = Frame { left: 85.0, top: 50.0, width: width - 165.0, height: height - 115.0 };
     let all = rows.iter().flat_map(|row| row.frequencies_hz.iter().copied());
     let y = frequency_axis(all, f64::INFINITY);
     let panel = Panel { frame, x: abscissa.axis.clone(), y };
     let title = format!("Natural frequencies: {}", head.robot);
-    sheet.text(frame.left, 30.0, Anchor::Start, TITLE, &title);
-    sheet.axes(&panel, true);
+    canvas.text((frame.left, 30.0), Anchor::Start, Face::Title, &title);
+    panel.axes(&mut canvas, true);
     let mut labels = Vec::new();
     for mode in 0..head.coordinates.len() {
         let (colour, dashes) = curve_style(mode);
@@ -109,31 +106,17 @@ fn curves(head: &Head, rows: &[Row], abscissa: &Abscissa) -> String {
             .map(|&i| (abscissa.values[i], rows[i].frequencies_hz[mode]))
             .collect();
         if abscissa.is_continuous && points.len() > 1 {
-            sheet.curve(&panel, &points, Stroke { colour, width: 2.2, dashes });
+            panel.curve(&mut canvas, &points, Stroke { colour, width: 2.2, dashes });
         } else {
-            points.iter().for_each(|&(x, f)| sheet.dot(&panel, x, f, 3.5, colour));
+            points.iter().for_each(|&point| panel.dot(&mut canvas, point, 3.5, colour));
         }
-        if let Some(&(_, f)) = points.last() {
-            labels.push((panel.py(f) + 4.5, colour, format!("f{}", mode + 1)));
+        if let Some(&(_, f)) = points.iter().rfind(|(_, f)| f.is_finite()) {
+            labels.push(Label { at: f, colour, text: format!("mode {}", mode + 1) });
         }
     }
-    sheet.border(frame);
-    for (y, colour, text) in spread(labels) {
-        let style = format!("font-weight=\"bold\" style=\"fill:{colour}\"");
-        sheet.text(frame.left + frame.width + 9.0, y, Anchor::Start, &style, &text);
-    }
-    sheet.finish()
-}
-
-/// Moves labels apart that would lie on each other: from the lowest on the sheet upwards.
-fn spread(mut labels: Vec<(f64, &str, String)>) -> Vec<(f64, &str, String)> {
-    labels.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let mut last = f64::INFINITY;
-    for label in &mut labels {
-        label.0 = label.0.min(last - 15.0);
-        last = label.0;
-    }
-    labels
+    canvas.border(frame);
+    labels_beside(&mut canvas, &panel, &labels);
+    canvas.finish()
 }
 
 fn heat_maps(head: &Head, rows: &[Row], abscissa: &Abscissa) -> String {
@@ -142,11 +125,11 @@ fn heat_maps(head: &Head, rows: &[Row], abscissa: &Abscissa) -> String {
     let lines = count.div_ceil(columns);
     let (cell_width, cell_height, margin) = (560.0, 400.0, 110.0);
     let width = columns as f64 * cell_width + margin;
-    let mut sheet = Sheet::new(width, lines as f64 * cell_height + 60.0);
+    let mut canvas = Canvas::new(width, lines as f64 * cell_height + 60.0);
     let title = format!("Free vibration spectra: {}", head.robot);
-    sheet.text(75.0, 30.0, Anchor::Start, TITLE, &title);
-    let note = "dashed: linear natural frequencies";
-    sheet.text(width - margin, 30.0, Anchor::End, "", note);
+    canvas.text((85.0, 30.0), Anchor::Start, Face::Title, &title);
+    let linear = Entry::new(Swatch::Line(LINEAR_MODES), "linear natural frequencies");
+    row(&mut canvas, (width - margin, 52.0), &[linear]);
 
     let most = rows
         .iter()
@@ -157,16 +140,16 @@ fn heat_maps(head: &Head, rows: &[Row], abscissa: &Abscissa) -> String {
     let y = frequency_axis(all.copied(), most);
     for coordinate in 0..count {
         let frame = Frame {
-            left: 75.0 + (coordinate % columns) as f64 * cell_width,
+            left: 85.0 + (coordinate % columns) as f64 * cell_width,
             top: 80.0 + (coordinate / columns) as f64 * cell_height,
             width: cell_width - 90.0,
             height: cell_height - 95.0,
         };
         let panel = Panel { frame, x: abscissa.axis.clone(), y: y.clone() };
         let title = format!("Coordinate {}: {}", coordinate + 1, head.coordinates[coordinate]);
-        sheet.text(frame.left, frame.top - 10.0, Anchor::Start, PANEL_TITLE, &title);
-        cells(&mut sheet, &panel, rows, abscissa, coordinate);
-        sheet.axes(&panel, false);
+        panel.title(&mut canvas, &title);
+        cells(&mut canvas, &panel, rows, abscissa, coordinate);
+        panel.axes(&mut canvas, false);
         for mode in 0..count {
             let points: Vec<(f64, f64)> = abscissa
                 .order
@@ -176,18 +159,18 @@ fn heat_maps(head: &Head, rows: &[Row], abscissa: &Abscissa) -> String {
                     Some((abscissa.values[i], linear))
                 })
                 .collect();
-            sheet.curve(&panel, &points, LINEAR_MODES);
+            panel.curve(&mut canvas, &points, LINEAR_MODES);
         }
-        sheet.border(frame);
+        canvas.border(frame);
     }
     let bar = Frame { left: width - margin + 25.0, top: 80.0, width: 18.0, height: 305.0 };
-    colour_bar(&mut sheet, bar);
-    sheet.finish()
+    colour_bar(&mut canvas, bar);
+    canvas.finish()
 }
 
 /// The spectra of one coordinate, a column of cells for each pose.
-fn cells(sheet: &mut Sheet, panel: &Panel, rows: &[Row], abscissa: &Abscissa, coordinate: usize) {
-    sheet.rect(panel.frame, &heat(0.0));
+fn cells(canvas: &mut Canvas, panel: &Panel, rows: &[Row], abscissa: &Abscissa, coordinate: usize) {
+    canvas.rect(panel.frame, &heat(0.0), 1.0);
     let spectrum = |i: usize| {
         let nonlinear = rows[i].nonlinear?;
         Some((nonlinear.spectrum.bin_hz, nonlinear.spectrum.amplitudes.get(coordinate)?))
@@ -200,8 +183,8 @@ fn cells(sheet: &mut Sheet, panel: &Panel, rows: &[Row], abscissa: &Abscissa, co
         // Halfway to the neighbour.
         let at = |place: usize| abscissa.values[abscissa.order[place]];
         match place {
-            0 => abscissa.axis.low,
-            place if place == abscissa.order.len() => abscissa.axis.high,
+            0 => abscissa.axis.scale.low(),
+            place if place == abscissa.order.len() => abscissa.axis.scale.high(),
             place => 0.5 * (at(place - 1) + at(place)),
         }
     };
@@ -210,8 +193,8 @@ fn cells(sheet: &mut Sheet, panel: &Panel, rows: &[Row], abscissa: &Abscissa, co
         let (left, right) = (panel.px(edge(place)), panel.px(edge(place + 1)));
         let shades: Vec<u32> = (0..CELLS)
             .map(|cell| {
-                let low = panel.y.value(cell as f64 / CELLS as f64);
-                let high = panel.y.value((cell + 1) as f64 / CELLS as f64);
+                let low = panel.y.scale.value(cell as f64 / CELLS as f64);
+                let high = panel.y.scale.value((cell + 1) as f64 / CELLS as f64);
                 let level = loudest(amplitudes, low / bin_hz, high / bin_hz) / peak;
                 let share = 1.0 + 20.0 * level.log10() / FLOOR_DB;
                 (share.clamp(0.0, 1.0) * SHADES).round() as u32
@@ -226,10 +209,10 @@ fn cells(sheet: &mut Sheet, panel: &Panel, rows: &[Row], abscissa: &Abscissa, co
                     left,
                     top: panel.frame.top + panel.frame.height - (from + run) as f64 * step,
                     // A hair more than the cell, so that no background shines through.
-                    width: (right - left + 0.3).min(panel.frame.left + panel.frame.width - left),
+                    width: (right - left + 0.3).min(panel.frame.right() - left),
                     height: run as f64 * step,
                 };
-                sheet.rect(frame, &heat(f64::from(shades[from]) / SHADES));
+                canvas.rect(frame, &heat(f64::from(shades[from]) / SHADES), 1.0);
             }
             from += run;
         }
@@ -250,21 +233,21 @@ fn loudest(amplitudes: &[f64], low: f64, high: f64) -> f64 {
     (1.0 - part) * at(middle as usize) + part * at(middle as usize + 1)
 }
 
-fn colour_bar(sheet: &mut Sheet, frame: Frame) {
+fn colour_bar(canvas: &mut Canvas, frame: Frame) {
     let steps = SHADES as usize;
     let step = frame.height / SHADES;
     for i in 0..steps {
         let top = frame.top + frame.height - (i + 1) as f64 * step;
         let share = (i as f64 + 0.5) / SHADES;
-        sheet.rect(Frame { top, height: step + 0.3, ..frame }, &heat(share));
+        canvas.rect(Frame { top, height: step + 0.3, ..frame }, &heat(share), 1.0);
     }
-    sheet.border(frame);
-    let right = frame.left + frame.width + 5.0;
+    canvas.border(frame);
+    let right = frame.right() + 5.0;
     for part in 0..=3 {
         let share = f64::from(part) / 3.0;
         let y = frame.top + frame.height * (1.0 - share) + 4.5;
         let db = (FLOOR_DB * (share - 1.0)).round();
         let text = if db == 0.0 { "0 dB".to_owned() } else { format!("−{}", -db) };
-        sheet.text(right, y, Anchor::Start, "", &text);
+        canvas.text((right, y), Anchor::Start, Face::Plain, &text);
     }
 }

@@ -1,0 +1,20 @@
+//! The one drawing kit of all pictures, as SVG: scales with round ticks, panels with named axes, legends with
+//! swatches, labels that keep off each other. The same input gives the same bytes, text is escaped, and what is
+//! not finite is not drawn. Nothing depends on scripts, or on the metrics of a font.
+//!
+//! No plotting crate does this: plotters draws SVG on whole pixels, which breaks heat maps and smooth curves,
+//! and kuva writes NaN.
+
+mod canvas;
+mod legend;
+mod palette;
+mod panel;
+mod scale;
+
+pub(super) use canvas::{Anchor, Canvas, Face, Frame, Stroke, escaped};
+pub(super) use legend::{
+    Entry, Label, Swatch, column, height_beside, labels_beside, labels_on_top, row,
+};
+pub(super) use palette::{GREY, INK, SAFE, curve_style, heat};
+pub(super) use panel::{Axis, Panel};
+pub(super) use scale::{Scale, bounds, label};

@@ -1,0 +1,125 @@
+//! Panels: a frame with two named axes, and what is drawn in it.
+
+use super::canvas::{Anchor, Canvas, Face, Frame, Stroke};
+use super::palette::{GRID, INK};
+use super::scale::{Scale, label};
+
+/// Distances of ticks along the axes, px, about.
+const X_TICK_PX: f64 = 80.0;
+const Y_TICK_PX: f64 = 50.0;
+
+/// From the frame to the end of the ticks, and to their numbers, px.
+const TICK_PX: f64 = 5.0;
+const NUMBER_PX: f64 = 8.0;
+
+/// From the middle of a line of text to its foot, px.
+const TO_FOOT_PX: f64 = 4.5;
+
+/// One side of a panel.
+#[derive(Debug, Clone, PartialEq)]
+pub(in crate::report) struct Axis {
+    /// With the unit: `frequency [Hz]`; empty for none.
+    pub(in crate::report) name: String,
+    pub(in crate::report) scale: Scale,
+}
+
+impl Axis {
+    pub(in crate::report) fn new(name: impl Into<String>, scale: Scale) -> Self {
+        Self { name: name.into(), scale }
+    }
+}
+
+/// A frame with two axes.
+#[derive(Debug, Clone, PartialEq)]
+pub(in crate::report) struct Panel {
+    pub(in crate::report) frame: Frame,
+    pub(in crate::report) x: Axis,
+    pub(in crate::report) y: Axis,
+}
+
+impl Panel {
+    pub(in crate::report) fn px(&self, x: f64) -> f64 {
+        self.frame.left + self.frame.width * self.x.scale.share(x)
+    }
+
+    pub(in crate::report) fn py(&self, y: f64) -> f64 {
+        self.frame.top + self.frame.height * (1.0 - self.y.scale.share(y))
+    }
+
+    /// On the canvas; `None` above or below the panel.
+    fn point(&self, (x, y): (f64, f64)) -> Option<(f64, f64)> {
+        let is_inside = (-1e-9..=1.0 + 1e-9).contains(&self.y.scale.share(y));
+        is_inside.then(|| (self.px(x), self.py(y)))
+    }
+
+    /// The head of the panel.
+    pub(in crate::report) fn title(&self, canvas: &mut Canvas, title: &str) {
+        let at = (self.frame.left, self.frame.top - 10.0);
+        canvas.text(at, Anchor::Start, Face::PanelTitle, title);
+    }
+
+    /// Grid, ticks and names; the frame itself is drawn by [`Canvas::border`], over the contents.
+    pub(in crate::report) fn axes(&self, canvas: &mut Canvas, has_grid: bool) {
+        let Frame { left, top, width, height } = self.frame;
+        let (right, bottom) = (self.frame.right(), self.frame.bottom());
+        let grid = Stroke { colour: GRID, width: 1.0, dashes: "" };
+        let ink = Stroke { colour: INK, ..grid };
+        for tick in self.x.scale.ticks((width / X_TICK_PX) as usize) {
+            let x = self.px(tick);
+            if has_grid {
+                canvas.line((x, top), (x, bottom), grid);
+            }
+            canvas.line((x, bottom), (x, bottom + TICK_PX), ink);
+            canvas.text((x, bottom + 19.0), Anchor::Middle, Face::Plain, &label(tick));
+        }
+        let mut widest: f64 = 0.0;
+        for tick in self.y.scale.ticks((height / Y_TICK_PX) as usize) {
+            let y = self.py(tick);
+            if has_grid {
+                canvas.line((left, y), (right, y), grid);
+            }
+            canvas.line((left - TICK_PX, y), (left, y), ink);
+            let number = label(tick);
+            widest = widest.max(Face::Plain.width_of(&number));
+            let at = (left - NUMBER_PX, y + TO_FOOT_PX);
+            canvas.text(at, Anchor::End, Face::Plain, &number);
+        }
+        let below = (left + 0.5 * width, bottom + 39.0);
+        canvas.text(below, Anchor::Middle, Face::Plain, &self.x.name);
+        canvas.upright_text((left - NUMBER_PX - widest - 10.0, top + 0.5 * height), &self.y.name);
+    }
+
+    /// A line through points in the panel's values; it breaks where it leaves the panel above or below.
+    pub(in crate::report) fn curve(
+        &self,
+        canvas: &mut Canvas,
+        points: &[(f64, f64)],
+        stroke: Stroke,
+    ) {
+        canvas.polyline(points.iter().map(|&point| self.point(point)), stroke);
+    }
+
+    /// The inside of an outline in the panel's values; it must lie within the panel.
+    pub(in crate::report) fn area(
+        &self,
+        canvas: &mut Canvas,
+        outline: impl Iterator<Item = (f64, f64)>,
+        fill: &str,
+        opacity: f64,
+    ) {
+        canvas.polygon(outline.map(|(x, y)| (self.px(x), self.py(y))), fill, opacity);
+    }
+
+    /// A dot, unless it lies above or below the panel.
+    pub(in crate::report) fn dot(
+        &self,
+        canvas: &mut Canvas,
+        point: (f64, f64),
+        radius: f64,
+        fill: &str,
+    ) {
+        if let Some(at) = self.point(point) {
+            canvas.dot(at, radius, fill);
+        }
+    }
+}
