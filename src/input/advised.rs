@@ -1,17 +1,18 @@
-//! Whether the text of a job that is to be written says what was advised, and nothing else than before.
+//! Whether the text of a job that is to be written says what was advised, and nothing else than
+//! before.
 
 use std::path::{Path, PathBuf};
 
+use super::files::is_one_place;
 use super::job::job_of_text;
-use super::text::is_one_place;
 use super::{OperationEdit, Reading};
 use crate::job::{Job, Operation};
 use crate::notes::{Code, Note, Place};
 use crate::units::m_per_s_from_mm_per_min;
 
-/// Reads `text` as the job that it will be in the file `to` and compares it with `job`, of which `files` were
-/// read and of which `program` is about to be written: speed and feed must be those of the edits, all else must be
-/// as before.
+/// Reads `text` as the job that it will be in the file `to` and compares it with `job`, of which
+/// `files` were read and of which `program` is about to be written: speed and feed must be those of
+/// the edits, all else must be as before.
 ///
 /// # Errors
 /// It is no job there, or another one.

@@ -1,11 +1,13 @@
-//! A job.yaml with some of its values changed and every other byte kept: comments, order, line ends.
+//! A job.yaml with some of its values changed and every other byte kept: comments, order, line
+//! ends.
 
 use std::path::{Path, PathBuf};
 
+use super::files::{MAX_JOB_BYTES, MAX_PROGRAM_BYTES};
 use super::relocated::{named_from, relocated, resolved};
-use super::splice::{Entry, Splice, entries, quoted};
-use super::text::{LARGEST_JOB_BYTES, LARGEST_PROGRAM_BYTES, read_bytes, read_text};
-use super::yaml::Step;
+use crate::formats::text::{read_bytes, read_text};
+use crate::formats::yaml::Step;
+use crate::formats::yaml::splice::{Entry, Splice, entries, quoted};
 use crate::job::SpindleSpeed;
 use crate::notes::{Code, Note, Place};
 use crate::program::{Dialect, Rewrite, Rewritten, rewrite};
@@ -21,13 +23,13 @@ pub struct OperationEdit {
     pub program: Option<PathBuf>,
 }
 
-/// The text of the job `from` with one edit an operation, in order, as it is to stand in the file `to`:
-/// relative paths still name the same files.
+/// The text of the job `from` with one edit an operation, in order, as it is to stand in the file
+/// `to`: relative paths still name the same files.
 ///
 /// # Errors
 /// `from` cannot be read, is not a job, or has another number of operations.
 pub fn rewritten_job(from: &Path, to: &Path, edits: &[OperationEdit]) -> Result<String, Note> {
-    let text = read_text(from, LARGEST_JOB_BYTES)?;
+    let text = read_text(from, MAX_JOB_BYTES)?;
     let fault = |what: &str| Note::error(Code::NotRewritten, Place::file(from), what);
     let Entries { robot, operations } =
         job_entries(&text).ok_or_else(|| fault("is not a job that can be rewritten"))?;
@@ -94,7 +96,7 @@ fn change_speed(
 /// # Errors
 /// It cannot be read, or its extension is that of no dialect.
 pub fn rewritten_program(file: &Path, to: &Rewrite) -> Result<Result<Rewritten, Note>, Note> {
-    let bytes = read_bytes(file, LARGEST_PROGRAM_BYTES)?;
+    let bytes = read_bytes(file, MAX_PROGRAM_BYTES)?;
     let fault = |what: &str| Note::error(Code::NotRewritten, Place::file(file), what);
     let extension = file.extension().unwrap_or_default().to_string_lossy();
     let dialect = Dialect::from_extension(&extension)
@@ -161,7 +163,7 @@ fn speed_entry(speed: &SpindleSpeed, entry: &Entry) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::input::yaml::parse;
+    use crate::formats::yaml::parse;
 
     const JOB: &str = "\
 # ä comment before\r
@@ -219,9 +221,14 @@ operations:   # two\r
         let expected = JOB
             .replace("spindle_rpm: 1100 ", "spindle_rpm: 1340 ")
             .replace("feed_mm_per_min: 400 ", "feed_mm_per_min: 487.25 ")
-            .replace("spindle_rpm: 900, feed_mm_per_min: 5e2", "spindle_rpm: 901.5, feed_mm_per_min: 500.5")
             .replace(
-                "spindle_schedule:   # by hand\r\n      - {s: 0, rpm: 1000}\r\n      # the middle\r\n      - s: 1\r\n        rpm: 1200 # end",
+                "spindle_rpm: 900, feed_mm_per_min: 5e2",
+                "spindle_rpm: 901.5, \
+                feed_mm_per_min: 500.5",
+            )
+            .replace(
+                "spindle_schedule:   # by hand\r\n      - {s: 0, rpm: 1000}\r\n      # the \
+                    middle\r\n      - s: 1\r\n        rpm: 1200 # end",
                 "# by hand\r\n    # the middle\r\n    spindle_rpm: 1000 # end",
             );
         assert_eq!(edited("jobs/other.yaml", &[first, second, third]), expected);
@@ -252,15 +259,16 @@ operations:   # two\r
             std::fs::create_dir(folder.path().join(inner)).unwrap();
         }
         let (from, to) = (folder.path().join("jobs/a.yaml"), folder.path().join("out/b.yaml"));
-        let text = "robot: >-\n  r.yaml\noperations:\n  - spindle_rpm: ~ # none\n    spindle_schedule: \
-                    [{s: 0, rpm: 900}]\n  - {spindle_schedule: null, spindle_rpm: 900}\n";
+        let text = "robot: >-\n  r.yaml\noperations:\n  - spindle_rpm: ~ # none\n    \
+            spindle_schedule: [{s: 0, rpm: 900}]\n  - {spindle_schedule: null, spindle_rpm: 900}\n";
         std::fs::write(&from, text).unwrap();
         let edits = [
             speed(SpindleSpeed::Constant(780.0)),
             speed(SpindleSpeed::Schedule(vec![(0.0, 700.0)])),
         ];
-        let expected = "robot: >-\n  ../jobs/r.yaml\noperations:\n  - spindle_schedule: ~ # none\n    \
-                        spindle_rpm: 780\n  - {spindle_rpm: null, spindle_schedule: [{s: 0, rpm: 700}]}\n";
+        let expected = "robot: >-\n  ../jobs/r.yaml\noperations:\n  - spindle_schedule: ~ # \
+            none\n    spindle_rpm: 780\n  - {spindle_rpm: null, spindle_schedule: [{s: 0, rpm: \
+                        700}]}\n";
         assert_eq!(rewritten_job(&from, &to, &edits).unwrap(), expected);
     }
 

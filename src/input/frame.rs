@@ -2,8 +2,8 @@
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 
-/// The frame at `xyz_m`, turned about fixed axes as the URDF standard says: R = Rz(yaw) · Ry(pitch) ·
-/// Rx(roll).
+/// The frame at `xyz_m`, turned about fixed axes as the URDF standard says: R = Rz(yaw) · Ry(pitch)
+/// · Rx(roll).
 pub(super) fn frame(xyz_m: [f64; 3], rpy_rad: [f64; 3]) -> Isometry3<f64> {
     let [x, y, z] = xyz_m;
     let [roll, pitch, yaw] = rpy_rad;

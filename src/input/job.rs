@@ -6,12 +6,13 @@ use crate::notes::{Code, Note, Notes, Place};
 use std::path::Path;
 use std::sync::Arc;
 
+use super::files::{MAX_JOB_BYTES, named_file};
 use super::raw::job as raw;
 use super::robot::read_robot;
-use super::text::{LARGEST_JOB_BYTES, named_file, read_text};
 use super::waypoints::Elsewhere;
-use super::yaml::{Node, Step, document};
 use super::{Reading, schema};
+use crate::formats::text::read_text;
+use crate::formats::yaml::{Node, Step, document};
 use crate::job::{Job, Levers, Operation, Policy, Spindle, Tool};
 use crate::model::Robot;
 use crate::units::{m_from_mm, m_per_n_from_um_per_n, rad_from_deg, ratio_from_percent};
@@ -37,7 +38,7 @@ const PITCH_SUM_SLACK_DEG: f64 = 1e-3;
 /// Every fault of the job and of its robot's files, each with its line: the job's come first.
 pub fn read_job(path: &Path, reading: &mut Reading) -> Result<Job, Vec<Note>> {
     reading.files.push(path.to_owned());
-    let text = read_text(path, LARGEST_JOB_BYTES).map_err(|fault| vec![fault])?;
+    let text = read_text(path, MAX_JOB_BYTES).map_err(|fault| vec![fault])?;
     job_of_text(path, text, reading)
 }
 
@@ -225,7 +226,8 @@ impl Reader<'_> {
         for (index, &[from, to]) in bands.iter().enumerate() {
             if !(from >= 0.0 && to >= from) {
                 let what = format!(
-                    "policy.ignore_hz[{index}] is [{from}, {to}], must be ascending and not negative"
+                    "policy.ignore_hz[{index}] is [{from}, {to}], must be ascending and not \
+                        negative"
                 );
                 let steps = [Step::Key("policy"), Step::Key("ignore_hz"), Step::Index(index)];
                 self.error(Code::Value, &steps, what);
@@ -235,8 +237,8 @@ impl Reader<'_> {
         let tooth = raw.tooth_passing_harmonics.unwrap_or(DEFAULT_TOOTH_PASSING_HARMONICS);
         let spindle = raw.spindle_harmonics.unwrap_or(DEFAULT_SPINDLE_HARMONICS);
         if tooth == 0 && spindle == 0 {
-            let what = "policy: tooth_passing_harmonics and spindle_harmonics are both 0, so nothing would \
-                        be checked";
+            let what = "policy: tooth_passing_harmonics and spindle_harmonics are both 0, so \
+                nothing would be checked";
             self.error(
                 Code::Unused,
                 &[Step::Key("policy"), Step::Key("tooth_passing_harmonics")],
@@ -263,17 +265,18 @@ impl Reader<'_> {
         }
     }
 
-    /// Uneven pitch has a line at every multiple of the spindle's frequency, so their number is bounded.
+    /// Uneven pitch has a line at every multiple of the spindle's frequency, so their number is
+    /// bounded.
     fn check_uneven_pitch(&mut self, policy: &raw::Policy) {
-        const MOST_ORDERS: u64 = 10_000;
+        const MAX_ORDERS: u64 = 10_000;
         let Some(tool) = &self.raw.tool else { return };
         let (Some(_), Some(teeth)) = (&tool.pitch_deg, tool.teeth) else { return };
         let harmonics = policy.tooth_passing_harmonics.unwrap_or(DEFAULT_TOOTH_PASSING_HARMONICS);
         let orders = u64::from(teeth) * u64::from(harmonics);
-        if orders > MOST_ORDERS {
+        if orders > MAX_ORDERS {
             let what = format!(
-                "policy.tooth_passing_harmonics is {harmonics}: with {teeth} unevenly pitched teeth that is \
-                 {orders} lines, must be at most {MOST_ORDERS}"
+                "policy.tooth_passing_harmonics is {harmonics}: with {teeth} unevenly pitched \
+                    teeth that is {orders} lines, must be at most {MAX_ORDERS}"
             );
             self.error(
                 Code::Value,
@@ -343,8 +346,10 @@ mod tests {
 
     #[test]
     fn what_may_be_absent_has_the_contract_s_defaults() {
-        let job = "robot: robot.yaml\ntool: {teeth: 2}\nspindle: {min_rpm: 500, max_rpm: 6000}\noperations: \
-                   [{name: a, spindle_rpm: 600, feed_mm_per_min: 60, path: {poses: [{xyz_mm: [1, 2, 3]}]}}]\n";
+        let job = "robot: robot.yaml\ntool: {teeth: 2}\nspindle: {min_rpm: 500, max_rpm: \
+            6000}\noperations: \
+                   [{name: a, spindle_rpm: 600, feed_mm_per_min: 60, path: {poses: [{xyz_mm: [1, \
+                   2, 3]}]}}]\n";
         let uncalibrated: String = robot::YAML
             .lines()
             .filter(|l| !l.starts_with("calibration"))
@@ -382,10 +387,14 @@ mod tests {
         assert_eq!(
             load(&job, &robot).unwrap_err(),
             [
-                "job.yaml:11: operation 'rough': spindle_rpm is 400, must lie in the spindle's range 500..6000",
-                "job.yaml:21: operation 'finish': feed_mm_per_min is 0, must be positive and finite",
-                "job.yaml:30: policy: unknown key 'seperation_percent'; did you mean 'separation_percent'?",
-                "robot.yaml:11: joint 'joint_2': stiffness_nm_per_rad is -1, must be positive and finite",
+                "job.yaml:11: operation 'rough': spindle_rpm is 400, must lie in the spindle's \
+                    range 500..6000",
+                "job.yaml:21: operation 'finish': feed_mm_per_min is 0, must be positive and \
+                    finite",
+                "job.yaml:30: policy: unknown key 'seperation_percent'; did you mean \
+                    'separation_percent'?",
+                "robot.yaml:11: joint 'joint_2': stiffness_nm_per_rad is -1, must be positive and \
+                    finite",
             ]
         );
     }
@@ -415,20 +424,16 @@ mod tests {
             |rpm: &str| format!("    spindle_rpm: {rpm}\n    path: {{program: {{file: a.nc}}}}\n");
         assert_eq!(
             notices_of(&constant("1100"), "a.nc", speeds),
-            [
-                "a.nc:4: commands 12000 rpm, the job checks 1100 rpm (operation 'rough'); one more command \
-                 differs"
-            ]
+            ["a.nc:4: commands 12000 rpm, the job checks 1100 rpm (operation 'rough'); one more \
+                    command differs"]
         );
         assert_eq!(
             notices_of(&constant("2000"), "a.nc", speeds),
-            [
-                "a.nc:2: commands 1100 rpm, the job checks 2000 rpm (operation 'rough'); 2 more commands \
-                 differ"
-            ]
+            ["a.nc:2: commands 1100 rpm, the job checks 2000 rpm (operation 'rough'); 2 more \
+                    commands differ"]
         );
-        let schedule = "    spindle_schedule: [{s: 0, rpm: 1100}, {s: 1, rpm: 1100}]\n    path: {program: \
-                        {file: a.cls}}\n";
+        let schedule = "    spindle_schedule: [{s: 0, rpm: 1100}, {s: 1, rpm: 1100}]\n    path: \
+            {program: {file: a.cls}}\n";
         assert_eq!(
             notices_of(schedule, "a.cls", "SPINDL/1100,CLW\nGOTO/1,2,3\nGOTO/1,2,4\n"),
             ["a.cls:1: commands 1100 rpm, the job checks its spindle_schedule (operation 'rough')"]
@@ -441,7 +446,8 @@ mod tests {
     fn a_tool_of_another_mass_than_the_payload_is_told() {
         let program = |mass: &str| {
             format!(
-                "MODULE m\n  PERS tooldata tMill:=[TRUE,[[0,0,7],[1,0,0,0]],[{mass},[0,0,1],[1,0,0,0],0,0,0]];\n\
+                "MODULE m\n  PERS tooldata \
+                    tMill:=[TRUE,[[0,0,7],[1,0,0,0]],[{mass},[0,0,1],[1,0,0,0],0,0,0]];\n\
                  PROC main()\n MoveL [[1,2,3],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v5,fine,tMill;\n\
                  MoveL [[1,2,4],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v5,fine,tMill;\n\
                  ENDPROC\nENDMODULE\n"
@@ -450,10 +456,9 @@ mod tests {
         let job = "    spindle_rpm: 1100\n    path: {program: {file: a.mod}}\n";
         assert_eq!(
             notices_of(job, "a.mod", &program("4.2")),
-            [
-                "a.mod:2: tooldata tMill declares 4.2 kg; the model carries the robot file's payload of 1.5 kg \
-                 at tool0; set payload in robot.yaml if this is not the same tool"
-            ]
+            ["a.mod:2: tooldata tMill declares 4.2 kg; the model carries the robot file's \
+                    payload of 1.5 kg \
+                 at tool0; set payload in robot.yaml if this is not the same tool"]
         );
         // The robot file's own 1.5 kg, and ABB's "not known".
         assert!(notices_of(job, "a.mod", &program("1.5")).is_empty());
@@ -462,13 +467,13 @@ mod tests {
 
     #[test]
     fn a_procedure_without_effect_and_rapid_moves_are_told() {
-        let operation = "    spindle_rpm: 1100\n    path:\n      program:\n        file: a.nc\n        \
-                         procedure: main\n";
+        let operation = "    spindle_rpm: 1100\n    path:\n      program:\n        file: \
+            a.nc\n        procedure: main\n";
         assert_eq!(
             notices_of(operation, "a.nc", "G0 X0 Y0 Z0\nG1 X1 F100\nG0 X2\nZ5\nG1 X3\n"),
             [
-                "job.yaml:11: operation 'rough': path.program.procedure 'main' has no effect: G-code has no \
-                 procedures",
+                "job.yaml:11: operation 'rough': path.program.procedure 'main' has no effect: \
+                    G-code has no procedures",
                 "a.nc:3: 2 rapid moves, of which this is the first, run at the assumed 0.5 m/s",
             ]
         );

@@ -4,8 +4,9 @@ use crate::notes::{Code, Note, Notes, Place};
 use std::path::Path;
 
 use super::Reading;
-use super::table::Table;
-use super::text::{LARGEST_TABLE_BYTES, read_text};
+use super::files::MAX_TABLE_BYTES;
+use crate::formats::table::Table;
+use crate::formats::text::read_text;
 use crate::units::{rad_from_deg, rad_from_mrad};
 
 /// One loading.
@@ -30,14 +31,14 @@ const ANGLES: [(&str, ToSi); 3] = [
 ];
 
 /// Reads a table of load tests: CSV with a header, the columns `moment_nm`, one of `angle_rad`,
-/// `angle_mrad` and `angle_deg`, and optionally `joint`. Other columns are passed over, and so are lines
-/// that begin with `#`.
+/// `angle_mrad` and `angle_deg`, and optionally `joint`. Other columns are passed over, and so are
+/// lines that begin with `#`.
 ///
 /// # Errors
 /// Every fault of the table, each with its line; a table without rows.
 pub fn read_load_test(path: &Path, reading: &mut Reading) -> Result<Vec<LoadTestRow>, Vec<Note>> {
     reading.files.push(path.to_owned());
-    let text = read_text(path, LARGEST_TABLE_BYTES).map_err(|fault| vec![fault])?;
+    let text = read_text(path, MAX_TABLE_BYTES).map_err(|fault| vec![fault])?;
     let mut notes = Notes::about(Place::file(path));
     let mut table = Table::open(path, text.as_bytes()).map_err(|fault| vec![fault])?;
     let Some(columns) = Columns::of(&table, &mut notes) else { return Err(notes.finish().0) };
@@ -93,7 +94,8 @@ impl Columns {
                 None
             }
             _ => {
-                let what = "has several columns of angles, must have one of angle_rad, angle_mrad, angle_deg";
+                let what = "has several columns of angles, must have one of angle_rad, angle_mrad, \
+                    angle_deg";
                 notes.error(Code::Conflict, line, what);
                 None
             }

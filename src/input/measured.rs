@@ -4,27 +4,29 @@ use crate::notes::{Code, Note, Notes, Place};
 use std::path::Path;
 
 use super::Reading;
-use super::table::Table;
-use super::text::{LARGEST_TABLE_BYTES, read_text};
+use super::files::MAX_TABLE_BYTES;
+use crate::formats::table::Table;
+use crate::formats::text::read_text;
 use crate::identify::{ModeRow, ModeTable};
 use crate::model::{AngleForm, JointKind, MovingJoint, Robot};
 use crate::units::{m_from_mm, rad_from_deg};
 use crate::wording::nearest;
 
 /// More columns of frequencies than this are no table of modes.
-const MOST_MODES: usize = 64;
+const MAX_MODES: usize = 64;
 
 /// More rows than this are no table of poses that somebody hit with a hammer.
-const MOST_ROWS: usize = 10_000;
+const MAX_ROWS: usize = 10_000;
 
 /// Nothing on a robot rings higher, Hz.
-const HIGHEST_HZ: f64 = 1e6;
+const MAX_HZ: f64 = 1e6;
 
 type ToSi = fn(f64) -> f64;
 
-/// Reads a table of identified modes: the pose as `beta2_rad` (with `beta1_rad`, if known) or one column
-/// `<joint>_rad` or `_deg` per moving joint (`_m` or `_mm` where it slides), `f1_hz`, `f2_hz` … ascending
-/// with blanks where a mode was not measured, and the covariates. `reading` is told of columns passed over.
+/// Reads a table of identified modes: the pose as `beta2_rad` (with `beta1_rad`, if known) or one
+/// column `<joint>_rad` or `_deg` per moving joint (`_m` or `_mm` where it slides), `f1_hz`,
+/// `f2_hz` … ascending with blanks where a mode was not measured, and the covariates. `reading` is
+/// told of columns passed over.
 ///
 /// # Errors
 /// Every fault of the table, each with its line.
@@ -34,7 +36,7 @@ pub fn read_measured(
     reading: &mut Reading,
 ) -> Result<ModeTable, Vec<Note>> {
     reading.files.push(path.to_owned());
-    let text = read_text(path, LARGEST_TABLE_BYTES).map_err(|fault| vec![fault])?;
+    let text = read_text(path, MAX_TABLE_BYTES).map_err(|fault| vec![fault])?;
     let mut notes = Notes::about(Place::file(path));
     let mut table = Table::open(path, text.as_bytes()).map_err(|fault| vec![fault])?;
     let Some(columns) = Columns::of(table.header(), table.line(), robot, &mut notes) else {
@@ -47,9 +49,8 @@ pub fn read_measured(
     let (mut rows, mut cells) = (Vec::new(), Vec::new());
     loop {
         match table.row(&mut cells) {
-            Ok(true) if rows.len() == MOST_ROWS => {
-                let what =
-                    format!("has more than {MOST_ROWS} rows, which is the most that is read");
+            Ok(true) if rows.len() == MAX_ROWS => {
+                let what = format!("has more than {MAX_ROWS} rows, which is the most that is read");
                 notes.push(table.error(Code::TooLong, what));
                 break;
             }
@@ -85,8 +86,8 @@ pub fn read_measured(
     Err(reading.settle(notes))
 }
 
-/// Tells of frequencies of more modes than the model has, and leaves out those that few rows have: any cause that adds
-/// a mode would explain them.
+/// Tells of frequencies of more modes than the model has, and leaves out those that few rows have:
+/// any cause that adds a mode would explain them.
 fn beyond_the_model(table: &mut ModeTable, modes: usize) -> Option<String> {
     let first = modes + 1;
     let count = |column: usize| {
@@ -102,13 +103,14 @@ fn beyond_the_model(table: &mut ModeTable, modes: usize) -> Option<String> {
         table.modes = kept;
         let last = kept + 1;
         return Some(format!(
-            "the model has {modes} mode(s): columns from 'f{last}_hz' on, which few rows have, are not used"
+            "the model has {modes} mode(s): columns from 'f{last}_hz' on, which few rows have, are \
+                not used"
         ));
     }
     (kept > modes).then(|| {
         format!(
-            "the model has {modes} mode(s): 'f{first}_hz' and what follows can be explained by causes that add one, \
-             and by nothing else"
+            "the model has {modes} mode(s): 'f{first}_hz' and what follows can be explained by \
+                causes that add one, and by nothing else"
         )
     })
 }
@@ -143,13 +145,13 @@ impl Columns {
         }
         let pose = pose_columns(header, line, robot, notes);
         let modes: Vec<usize> =
-            (1..=MOST_MODES).map_while(|mode| find(&format!("f{mode}_hz"))).collect();
+            (1..=MAX_MODES).map_while(|mode| find(&format!("f{mode}_hz"))).collect();
         if modes.is_empty() {
             let hint = nearest("f1_hz", header.iter().map(String::as_str))
                 .map_or_else(String::new, |near| format!("; did you mean '{near}' for it?"));
             notes.error(Code::MissingKey, line, format!("no column 'f1_hz'{hint}"));
         }
-        let later = (modes.len() + 2..=MOST_MODES).find(|m| find(&format!("f{m}_hz")).is_some());
+        let later = (modes.len() + 2..=MAX_MODES).find(|m| find(&format!("f{m}_hz")).is_some());
         if let (false, Some(later)) = (modes.is_empty(), later) {
             let missing = modes.len() + 1;
             notes.error(
@@ -262,7 +264,8 @@ impl Columns {
     }
 }
 
-/// Where a joint stands that a table does not tell of: at zero, or as near to it as it can, rad or m.
+/// Where a joint stands that a table does not tell of: at zero, or as near to it as it can, rad or
+/// m.
 fn at_rest(joint: &MovingJoint) -> f64 {
     joint.limit.map_or(0.0, |[low, high]| 0.0_f64.max(low).min(high))
 }
@@ -274,9 +277,8 @@ fn check(row: &ModeRow, header: &[String], columns: &Columns, robot: &Robot, not
     let mut last: Option<(usize, f64)> = None;
     for (&column, frequency) in columns.modes.iter().zip(&row.frequencies_hz) {
         let Some(f) = *frequency else { continue };
-        if !(f > 0.0 && f < HIGHEST_HZ) {
-            let what =
-                format!("{} is {f}, must be positive and below {HIGHEST_HZ:.0}", title(column));
+        if !(f > 0.0 && f < MAX_HZ) {
+            let what = format!("{} is {f}, must be positive and below {MAX_HZ:.0}", title(column));
             notes.error(Code::Value, line, what);
         } else if let Some((before, lower)) = last.filter(|&(_, lower)| f < lower) {
             let (name, before) = (title(column), title(before));

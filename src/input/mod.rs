@@ -1,8 +1,10 @@
-//! Files → valid types: YAML, URDF, CSV, NPY, UFF, WAV. Raw input and valid input are different types; all faults of a
-//! file are reported in one go, each with file and line. The only place that names urdf_rs and serde_yaml.
+//! Files → valid types: YAML, URDF, CSV, NPY, UFF, WAV. Raw input and valid input are different
+//! types; all faults of a file are reported in one go, each with file and line. The only place that
+//! names urdf_rs.
 
 mod advised;
 mod edit;
+mod files;
 mod frame;
 mod job;
 mod load_test;
@@ -15,12 +17,8 @@ mod robot;
 mod robot_edit;
 pub mod schema;
 mod session;
-mod splice;
-mod table;
-mod text;
 mod urdf;
 mod waypoints;
-mod yaml;
 
 use std::path::{Path, PathBuf};
 
@@ -58,7 +56,7 @@ impl Reading {
     /// What this run is about to write to `path`.
     fn pending_at(&self, path: &Path) -> Option<&[u8]> {
         let (file, bytes) = self.pending.as_ref()?;
-        text::is_one_place(file, path).then_some(bytes)
+        files::is_one_place(file, path).then_some(bytes)
     }
 
     fn append(&mut self, mut other: Self) {

@@ -34,7 +34,8 @@ fn folder_of(file: &Path) -> &Path {
     }
 }
 
-/// Absolute, with links followed where the file is there; a file that is not yet there, in its folder.
+/// Absolute, with links followed where the file is there; a file that is not yet there, in its
+/// folder.
 pub(super) fn resolved(path: &Path) -> PathBuf {
     path.canonicalize()
         .or_else(|error| match path.file_name() {

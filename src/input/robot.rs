@@ -4,11 +4,12 @@ use std::path::Path;
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::files::{MAX_ROBOT_BYTES, named_file};
 use super::raw::robot as raw;
-use super::text::{LARGEST_ROBOT_BYTES, named_file, read_text};
 use super::urdf::{Urdf, read_urdf};
-use super::yaml::{Node, Step, document};
 use super::{Reading, schema};
+use crate::formats::text::read_text;
+use crate::formats::yaml::{Node, Step, document};
 use crate::model::{
     ArmAngle, Calibration, Carries, Cause, CoordinateKind, Correction, Damping, Description, Drive,
     ElasticJoint, ExtraCoordinate, Hinge, Inertial, JointKind, Payload, Robot,
@@ -45,7 +46,7 @@ pub fn read_described_robot(
     path: &Path,
     reading: &mut Reading,
 ) -> Result<DescribedRobot, Vec<Note>> {
-    let text = read_text(path, LARGEST_ROBOT_BYTES).map_err(|note| {
+    let text = read_text(path, MAX_ROBOT_BYTES).map_err(|note| {
         reading.files.push(path.to_owned());
         vec![note]
     })?;
@@ -182,8 +183,8 @@ impl Files<'_> {
     }
 }
 
-/// The description that raw YAML and URDF make together. What a fault was told about is replaced by a
-/// harmless stand-in, so that the model can still be asked for further faults.
+/// The description that raw YAML and URDF make together. What a fault was told about is replaced by
+/// a harmless stand-in, so that the model can still be asked for further faults.
 fn describe(raw: &raw::Robot, tree: &Node, urdf: Option<&Urdf>, notes: &mut Notes) -> Description {
     let none = raw::Elasticity::default();
     let elasticity = raw.elasticity.as_ref().unwrap_or(&none);
@@ -500,12 +501,13 @@ pub(super) mod tests {
         let notes = load(&yaml, &urdf).unwrap_err();
         let expected = [
             format!(
-                "robot.yaml:{}: joint 'joint_1': stiffness_nm_per_rad is -1.2e5, must be positive and \
-                 finite",
+                "robot.yaml:{}: joint 'joint_1': stiffness_nm_per_rad is -1.2e5, must be positive \
+                    and finite",
                 line(&yaml, "-1.2e5")
             ),
             format!(
-                "robot.yaml:{}: joint 'joint_3': the URDF has no such joint; it has joint_1, joint_2",
+                "robot.yaml:{}: joint 'joint_3': the URDF has no such joint; it has joint_1, \
+                    joint_2",
                 line(&yaml, "joint_3:")
             ),
             format!(
@@ -513,8 +515,8 @@ pub(super) mod tests {
                 line(&yaml, "paylaod")
             ),
             format!(
-                "two-link.urdf:{}: link 'link_1': inertia fails the triangle inequality (ixx 0.005 + \
-                 izz 0.3 < iyy 3 kg·m²); check the units of the CAD export",
+                "two-link.urdf:{}: link 'link_1': inertia fails the triangle inequality (ixx 0.005 \
+                    + izz 0.3 < iyy 3 kg·m²); check the units of the CAD export",
                 line(&urdf, "iyy=\"3.0\"")
             ),
         ];

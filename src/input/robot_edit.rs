@@ -1,15 +1,16 @@
-//! A robot.yaml with corrections and calibration put in: the text is kept, comments and all, but for the
-//! two blocks and, where the new file lies in another folder, the path of the URDF.
+//! A robot.yaml with corrections and calibration put in: the text is kept, comments and all, but
+//! for the two blocks and, where the new file lies in another folder, the path of the URDF.
 
 use std::fmt::Write;
 use std::path::Path;
 
 use super::Reading;
+use super::files::MAX_ROBOT_BYTES;
 use super::relocated::relocated;
 use super::robot::{described_robot_of_text, read_described_robot};
-use super::splice::{Splice, entries, quoted};
-use super::text::{LARGEST_ROBOT_BYTES, read_text};
-use super::yaml::Step;
+use crate::formats::text::read_text;
+use crate::formats::yaml::Step;
+use crate::formats::yaml::splice::{Splice, entries, quoted};
 use crate::model::{Carries, CoordinateKind, Correction, Description};
 use crate::notes::{Code, Note, Place};
 
@@ -33,18 +34,19 @@ pub struct Calibrated {
     pub date: String,
 }
 
-/// The text of the robot file at `path` with these corrections and this calibration in place of its own,
-/// to be written to `output`.
+/// The text of the robot file at `path` with these corrections and this calibration in place of its
+/// own, to be written to `output`.
 ///
 /// # Errors
-/// The file cannot be read, is written in braces as a whole, or would not be read as what was asked for.
+/// The file cannot be read, is written in braces as a whole, or would not be read as what was asked
+/// for.
 pub fn corrected_robot(
     path: &Path,
     output: &Path,
     corrections: &[FittedCorrection],
     calibration: &Calibrated,
 ) -> Result<String, Vec<Note>> {
-    let text = read_text(path, LARGEST_ROBOT_BYTES).map_err(|note| vec![note])?;
+    let text = read_text(path, MAX_ROBOT_BYTES).map_err(|note| vec![note])?;
     let before = read_described_robot(path, &mut Reading::default())?;
     let refused = |what: &str| vec![Note::error(Code::NotRewritten, Place::file(path), what)];
     let (mut urdf, mut old) = (None, [None, None]);
@@ -84,7 +86,8 @@ pub fn corrected_robot(
     Ok(text)
 }
 
-/// Whether `text`, in the file `output`, is the robot of before with these corrections and this calibration.
+/// Whether `text`, in the file `output`, is the robot of before with these corrections and this
+/// calibration.
 fn confirm(
     before: &Description,
     text: &str,
@@ -204,7 +207,8 @@ mod tests {
         }
     }
 
-    /// What is written is read again, from another folder, with comments kept and the blocks replaced.
+    /// What is written is read again, from another folder, with comments kept and the blocks
+    /// replaced.
     #[test]
     fn what_is_written_is_read_again() {
         let yaml = format!("# my arm\n{}corrections: []\n", plain());
@@ -240,13 +244,14 @@ mod tests {
         assert_eq!(again, text);
     }
 
-    /// Where corrections stand in the file, and with which comments: the file stays YAML, the comments stay.
+    /// Where corrections stand in the file, and with which comments: the file stays YAML, the
+    /// comments stay.
     #[test]
     fn comments_and_line_ends_stay() {
         let calibrated =
             Calibrated { poses: 7, heldout_rms_percent: 2.5, date: "2026-11-22".to_owned() };
-        let old = "corrections:   # by hand\n# in column 0\n  - cause: payload\n    at: tool0\n# within\n    \
-                   parameters: {mass_kg: 1.5} # kg\n# behind\n";
+        let old = "corrections:   # by hand\n# in column 0\n  - cause: payload\n    at: tool0\n# \
+            within\n    parameters: {mass_kg: 1.5} # kg\n# behind\n";
         let braces = "calibration: {\n  poses: 3, heldout_rms_percent: 1\n}\n";
         let own = |line: &str| !line.starts_with("calibration");
         let rest: String = plain().lines().filter(|l| own(l)).map(|l| format!("{l}\n")).collect();

@@ -50,6 +50,10 @@ fn published(schema: Value) -> Value {
     RecursiveTransform(|schema: &mut Schema| {
         if let Some(object) = schema.as_object_mut() {
             object.retain(|keyword, _| !keyword.starts_with("x-"));
+            // Where lines of the source end is nobody's business.
+            if let Some(Value::String(description)) = object.get_mut("description") {
+                *description = description.replace('\n', " ");
+            }
         }
     })
     .transform(&mut schema);
@@ -58,8 +62,8 @@ fn published(schema: Value) -> Value {
 
 #[cfg(test)]
 mod tests {
-    use super::super::yaml::KEYWORDS;
     use super::*;
+    use crate::formats::yaml::KEYWORDS;
 
     /// Every keyword of a schema, by walking all places where schemas stand.
     fn keywords(schema: &Value, found: &mut Vec<String>) {

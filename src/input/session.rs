@@ -4,11 +4,12 @@ use crate::notes::{Code, Note, Notes, Place};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use super::files::{MAX_ROBOT_BYTES, named_file};
 use super::raw::session as raw;
 use super::records::{Meaning, RawChannel, RawFile, RawFunction, meaning_of_unit, read_record};
-use super::text::{LARGEST_ROBOT_BYTES, named_file, read_text};
-use super::yaml::{Node, Step, document};
 use super::{Reading, schema};
+use crate::formats::text::read_text;
+use crate::formats::yaml::{Node, Step, document};
 use crate::identify::record::{
     Channel, Conditions, Data, Frf, MarkedLink, Marker, Pose, Quantity, Record, Session, Taken,
 };
@@ -18,10 +19,10 @@ use crate::wording::nearest;
 const DEFAULT_MAINS_HZ: [f64; 2] = [50.0, 60.0];
 
 /// Fewest marked points that a rotation can be seen from.
-const FEWEST_MARKERS: usize = 2;
+const MIN_MARKERS: usize = 2;
 
 /// No picture of an arm is larger, mm.
-const FARTHEST_MARKER_MM: f64 = 1e6;
+const MAX_MARKER_MM: f64 = 1e6;
 
 /// Sampling rates that an arm can be recorded at, Hz.
 const RATES_HZ: [f64; 2] = [0.1, 1e7];
@@ -36,7 +37,7 @@ const SAME_RATE: f64 = 0.01;
 pub fn read_session(path: &Path, reading: &mut Reading) -> Result<Session, Vec<Note>> {
     reading.files.push(path.to_owned());
     let mut notes = Notes::about(Place::file(path));
-    let text = read_text(path, LARGEST_ROBOT_BYTES).map_err(|fault| vec![fault])?;
+    let text = read_text(path, MAX_ROBOT_BYTES).map_err(|fault| vec![fault])?;
     let schema = schema::session_to_check();
     let Some((tree, raw)) = document::<raw::Session>(&text, &schema, &mut notes) else {
         return Err(reading.settle(notes));
@@ -117,8 +118,8 @@ impl Reader<'_> {
                 && meaning_of_unit(unit).is_none()
             {
                 let what = format!(
-                    "channel '{name}': unit is '{unit}', must be one of m, mm, um, m/s, mm/s, um/s, m/s2, mm/s2, \
-                     g, N, kN"
+                    "channel '{name}': unit is '{unit}', must be one of m, mm, um, m/s, mm/s, \
+                        um/s, m/s2, mm/s2, g, N, kN"
                 );
                 self.error(Code::Value, &steps("unit"), what);
             }
@@ -155,9 +156,9 @@ impl Reader<'_> {
         let mut links = Vec::new();
         for (link, raw_markers) in marked.into_iter().flatten() {
             let steps = [before, &[Step::Key("markers"), Step::Key(link.as_str())]].concat();
-            if raw_markers.len() < FEWEST_MARKERS {
+            if raw_markers.len() < MIN_MARKERS {
                 let what = format!(
-                    "markers: link '{link}' has {} point(s), must have at least {FEWEST_MARKERS}",
+                    "markers: link '{link}' has {} point(s), must have at least {MIN_MARKERS}",
                     raw_markers.len()
                 );
                 self.error(Code::Value, &steps, what);
@@ -170,8 +171,8 @@ impl Reader<'_> {
                     _ => {
                         let steps = [steps.as_slice(), &[Step::Index(index)]].concat();
                         let what = format!(
-                            "markers: link '{link}': point {} has one of x and y, must have both, or none if it \
-                             stands still",
+                            "markers: link '{link}': point {} has one of x and y, must have both, \
+                                or none if it stands still",
                             index + 1
                         );
                         self.error(Code::Conflict, &steps, what);
@@ -179,11 +180,11 @@ impl Reader<'_> {
                     }
                 };
                 if let Some(at_mm) = marker.at_mm {
-                    if at_mm.iter().any(|at| at.abs() > FARTHEST_MARKER_MM) {
+                    if at_mm.iter().any(|at| at.abs() > MAX_MARKER_MM) {
                         let steps = [steps.as_slice(), &[Step::Index(index)]].concat();
                         let what = format!(
-                            "markers: link '{link}': point {}: at_mm is [{:e}, {:e}], must lie within \
-                             ±{FARTHEST_MARKER_MM}",
+                            "markers: link '{link}': point {}: at_mm is [{:e}, {:e}], must lie \
+                                within ±{MAX_MARKER_MM}",
                             index + 1,
                             at_mm[0],
                             at_mm[1]
@@ -193,7 +194,7 @@ impl Reader<'_> {
                     markers.push(Marker { at_m: at_mm.map(m_from_mm), channels });
                 }
             }
-            if markers.len() >= FEWEST_MARKERS
+            if markers.len() >= MIN_MARKERS
                 && markers.iter().all(|marker| marker.at_m == markers[0].at_m)
             {
                 let what = format!("markers: the points of link '{link}' lie on each other");
@@ -303,7 +304,8 @@ impl Reader<'_> {
         };
         if first.is_some_and(has) {
             let what = format!(
-                "pose is given otherwise than that of the first record, by {other}; must be the same"
+                "pose is given otherwise than that of the first record, by {other}; must be the \
+                    same"
             );
             self.error(Code::Conflict, &steps, what);
             return None;
@@ -423,7 +425,8 @@ impl Reader<'_> {
         let nyquist = 0.5 * sample_rate_hz;
         if let Some([low, high]) = self.raw.band_hz.filter(|band| band[0] >= nyquist) {
             let what = format!(
-                "band_hz is [{low}, {high}], must begin below half the sampling rate of file '{name}', {nyquist} Hz"
+                "band_hz is [{low}, {high}], must begin below half the sampling rate of file \
+                    '{name}', {nyquist} Hz"
             );
             self.error(Code::Value, &[Step::Key("band_hz")], what);
         }
@@ -440,8 +443,8 @@ impl Reader<'_> {
         let mut told = Vec::new();
         for force in responses.iter().filter(|channel| channel.quantity == Quantity::Force) {
             told.push(format!(
-                "file '{name}': channel '{}' is a force and is taken for a response: give it as excitation, or \
-                 leave it out by responses",
+                "file '{name}': channel '{}' is a force and is taken for a response: give it as \
+                    excitation, or leave it out by responses",
                 force.name
             ));
         }
@@ -449,7 +452,8 @@ impl Reader<'_> {
             |channel: &&Channel| !matches!(channel.quantity, Quantity::Force | Quantity::Unknown);
         if let Some(channel) = excitation.filter(is_other) {
             told.push(format!(
-                "file '{name}': the excitation '{}' is in {}, not a force: modal constants are none of a receptance",
+                "file '{name}': the excitation '{}' is in {}, not a force: modal constants are \
+                    none of a receptance",
                 channel.name,
                 channel.quantity.unit()
             ));
@@ -478,7 +482,8 @@ impl Reader<'_> {
         let rate = match (file.sample_rate_hz, given) {
             (Some(own), Some(given)) if (own / given - 1.0).abs() > SAME_RATE => {
                 let what = format!(
-                    "sample_rate_hz is {given}, but file '{name}' itself says {own:.4}; must agree, or be left out"
+                    "sample_rate_hz is {given}, but file '{name}' itself says {own:.4}; must \
+                        agree, or be left out"
                 );
                 self.error(Code::Conflict, &steps, what);
                 None
@@ -501,7 +506,8 @@ impl Reader<'_> {
         let what = match given {
             Some(_) => format!("sample_rate_hz is {rate}, must lie between {least} and {most}"),
             None => format!(
-                "file '{name}' has {rate:e} samples/s by itself, must have between {least} and {most}"
+                "file '{name}' has {rate:e} samples/s by itself, must have between {least} and \
+                    {most}"
             ),
         };
         self.error(Code::Value, &steps, what);

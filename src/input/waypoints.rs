@@ -1,14 +1,16 @@
-//! The path of an operation → moves. Waypoints are read from the tree itself: there may be a million.
+//! The path of an operation → moves. Waypoints are read from the tree itself: there may be a
+//! million.
 
 use std::path::Path;
 
 use nalgebra::Isometry3;
 
 use super::Reading;
+use super::files::{MAX_PROGRAM_BYTES, named_file, relative_to};
 use super::frame::frame;
 use super::raw::job as raw;
-use super::text::{LARGEST_PROGRAM_BYTES, named_file, read_bytes, relative_to};
-use super::yaml::{Apart, Kind, Node, Step};
+use crate::formats::text::read_bytes;
+use crate::formats::yaml::{Apart, Kind, Node, Step};
 use crate::job::SpindleSpeed;
 use crate::model::{JointKind, Robot};
 use crate::motion::{Move, StatedFeeds, Target};
@@ -209,8 +211,8 @@ fn program_moves(
     let extension = file.extension().unwrap_or_default().to_string_lossy();
     let Some(dialect) = Dialect::from_extension(&extension) else {
         let what = format!(
-            "path.program.file '{name}': extension '{extension}' is none of RAPID (.mod, .prg), APT \
-             (.apt, .cls) and G-code (.nc, .gcode, .ngc)"
+            "path.program.file '{name}': extension '{extension}' is none of RAPID (.mod, .prg), \
+                APT (.apt, .cls) and G-code (.nc, .gcode, .ngc)"
         );
         notes.error(Code::Unreadable, line, format!("{}: {what}", course.called));
         return None;
@@ -224,7 +226,7 @@ fn program_moves(
         notes.warning(Code::Unused, line, what);
     }
     elsewhere.reading.files.push(file.clone());
-    let bytes = match pending.map_or_else(|| read_bytes(&file, LARGEST_PROGRAM_BYTES), Ok) {
+    let bytes = match pending.map_or_else(|| read_bytes(&file, MAX_PROGRAM_BYTES), Ok) {
         Ok(bytes) => bytes,
         Err(fault) => {
             elsewhere.errors.push(fault);
@@ -273,7 +275,8 @@ fn other_tools(program: &Program, robot: &Robot) -> Vec<Note> {
     others
         .map(|tool| {
             let what = format!(
-                "tooldata {} declares {} kg; the model carries the robot file's payload of {carried_kg} kg \
+                "tooldata {} declares {} kg; the model carries the robot file's payload of \
+                    {carried_kg} kg \
                  at {link}; set payload in robot.yaml if this is not the same tool",
                 tool.name, tool.mass_kg
             );
@@ -282,8 +285,8 @@ fn other_tools(program: &Program, robot: &Robot) -> Vec<Note> {
         .collect()
 }
 
-/// The program's commands to the spindle that the job does not follow, in one remark at the first. A stop
-/// is no speed to check, nor is one under which nothing moves.
+/// The program's commands to the spindle that the job does not follow, in one remark at the first.
+/// A stop is no speed to check, nor is one under which nothing moves.
 fn other_speeds(program: &Program, checked: &SpindleSpeed, called: &str) -> Option<Note> {
     let ends = program.spindle.iter().skip(1).map(|next| next.from_move);
     let mut others = program

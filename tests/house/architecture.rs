@@ -15,9 +15,9 @@ const REPORTS_CALL: &[&str] = &["diagnosis::words"];
 /// Crates that these rooms alone may name.
 const NAMED_ONLY_IN: &[(&str, &[&str])] = &[
     ("urdf_rs", &["input"]),
-    ("serde_yaml", &["input"]),
+    ("serde_yaml", &["formats"]),
     ("roxmltree", &["input"]),
-    ("saphyr_parser", &["input"]),
+    ("saphyr_parser", &["formats"]),
     ("hound", &["input"]),
     ("clarabel", &["advice"]),
     ("clap", &["cli"]),
@@ -27,7 +27,7 @@ const NAMED_ONLY_IN: &[(&str, &[&str])] = &[
 ];
 
 /// The rooms that read or write files.
-const FILES_IN: &[&str] = &["cli", "input"];
+const FILES_IN: &[&str] = &["cli", "formats", "input"];
 
 /// The room that prints and asks the environment.
 const PRINTS_IN: &[&str] = &["cli"];

@@ -8,8 +8,8 @@ use nalgebra::Isometry3;
 use super::super::frame::frame;
 use super::super::raw::job as raw;
 use super::super::waypoints::{Course, joint_position, moves_of};
-use super::super::yaml::{Node, Step};
 use super::Reader;
+use crate::formats::yaml::{Node, Step};
 use crate::job::{
     Cutting, CuttingCoefficients, CuttingDirection, Operation, Spindle, SpindleSpeed,
 };
@@ -160,11 +160,11 @@ impl Reader<'_> {
 
     /// What no machine does would end in forces without bound.
     fn check_feed(&mut self, raw: &raw::Operation, node: &Node, called: &str) {
-        const MOST_MM_PER_MIN: f64 = 1e9;
-        if let Some(feed) = raw.feed_mm_per_min.filter(|feed| *feed > MOST_MM_PER_MIN) {
+        const MAX_MM_PER_MIN: f64 = 1e9;
+        if let Some(feed) = raw.feed_mm_per_min.filter(|feed| *feed > MAX_MM_PER_MIN) {
             let line = node.line_at(&[Step::Key("feed_mm_per_min")]);
             let what = format!(
-                "{called}: feed_mm_per_min is {feed:e}, must be at most {MOST_MM_PER_MIN:e}"
+                "{called}: feed_mm_per_min is {feed:e}, must be at most {MAX_MM_PER_MIN:e}"
             );
             self.notes.error(Code::Value, line, what);
         }
@@ -178,8 +178,8 @@ impl Reader<'_> {
         if depth_mm > diameter_mm {
             let line = node.line_at(&[Step::Key("cutting"), Step::Key("radial_depth_mm")]);
             let what = format!(
-                "{called}: cutting.radial_depth_mm is {depth_mm}, must not be above tool.diameter_mm, \
-                 {diameter_mm}"
+                "{called}: cutting.radial_depth_mm is {depth_mm}, must not be above \
+                    tool.diameter_mm, {diameter_mm}"
             );
             self.notes.error(Code::Value, line, what);
         }

@@ -1,5 +1,5 @@
-//! Poses as Apache Arrow: a stream or a file (Feather) of record batches, one column a joint, found by its
-//! title.
+//! Poses as Apache Arrow: a stream or a file (Feather) of record batches, one column a joint, found
+//! by its title.
 
 use std::fs::File;
 use std::io::{BufReader, Read, Seek};
@@ -11,7 +11,7 @@ use arrow_ipc::reader::{FileReader, StreamReader};
 use arrow_schema::{ArrowError, DataType, SchemaRef};
 
 use super::csv::Columns;
-use super::{DecodedPoses, MOST_TOLD};
+use super::{DecodedPoses, MAX_ERRORS};
 
 enum Reader<R> {
     Stream(StreamReader<R>),
@@ -110,7 +110,7 @@ pub(super) fn decode(batch: &RecordBatch, columns: &Columns, out: &mut DecodedPo
     let bad = out.values.iter().enumerate().filter(|(_, value)| !value.is_finite());
     let schema = batch.schema_ref();
     let places: Vec<usize> = columns.places().map(|(index, _)| index).collect();
-    out.faults.extend(bad.take(MOST_TOLD).map(|(i, value)| {
+    out.faults.extend(bad.take(MAX_ERRORS).map(|(i, value)| {
         let (row, index) = (i / joints, places[i % joints]);
         let read =
             if batch.column(index).is_null(row) { "empty".into() } else { value.to_string() };

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use super::super::table::{LONGEST_ROW_BYTES, beyond, cells_of, number};
-use super::{DecodedPoses, MOST_TOLD};
+use super::{DecodedPoses, MAX_ERRORS};
+use crate::formats::table::{MAX_ROW_BYTES, beyond, cells_of, number};
 use crate::model::{JointKind, Robot};
 use crate::notes::{Code, Note, Place};
 use crate::units::{m_from_mm, rad_from_deg};
@@ -29,8 +29,8 @@ pub(super) struct Columns {
 }
 
 impl Columns {
-    /// For each moving joint one column `<joint name>_rad` or `_deg` (a prismatic joint: `_m` or `_mm`;
-    /// `_rad` is read as m), in any order; other columns are passed over.
+    /// For each moving joint one column `<joint name>_rad` or `_deg` (a prismatic joint: `_m` or
+    /// `_mm`; `_rad` is read as m), in any order; other columns are passed over.
     pub(super) fn find(
         file: &Path,
         line: Option<usize>,
@@ -104,8 +104,8 @@ impl Columns {
 
     /// Takes whole lines apart.
     pub(super) fn decode(&self, bytes: &[u8], out: &mut DecodedPoses) {
-        // A piece of plain ASCII without quotes is read in place; whatever that cannot make sense of, and
-        // every other piece, is read cell by cell.
+        // A piece of plain ASCII without quotes is read in place; whatever that cannot make sense
+        // of, and every other piece, is read cell by cell.
         let plain = match std::str::from_utf8(bytes) {
             Ok(text) if text.is_ascii() && memchr::memchr(b'"', bytes).is_none() => Some(text),
             _ => None,
@@ -121,7 +121,7 @@ impl Columns {
                 self.cell_by_cell(&bytes[start..end], &mut cells, out);
             }
             out.places += 1;
-            if out.faults.len() >= MOST_TOLD {
+            if out.faults.len() >= MAX_ERRORS {
                 break;
             }
             start = (end + 1).min(bytes.len());
@@ -130,7 +130,7 @@ impl Columns {
 
     /// Reads a row of plain numbers; `false` and nothing read if it is anything else.
     fn quickly(&self, row: &str, out: &mut DecodedPoses) -> bool {
-        if row.len() > LONGEST_ROW_BYTES || row.trim_ascii_start().starts_with('#') {
+        if row.len() > MAX_ROW_BYTES || row.trim_ascii_start().starts_with('#') {
             return false;
         }
         if memchr::memchr_iter(b',', row.as_bytes()).count() >= self.header.len() {

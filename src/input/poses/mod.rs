@@ -1,5 +1,5 @@
-//! Poses of a robot from a table, as CSV, NumPy's .npy or (a feature) Apache Arrow: read in pieces of raw bytes, which any thread can
-//! take apart.
+//! Poses of a robot from a table, as CSV, NumPy's .npy or (a feature) Apache Arrow: read in pieces
+//! of raw bytes, which any thread can take apart.
 
 #[cfg(feature = "arrow")]
 mod arrow;
@@ -13,12 +13,12 @@ use std::path::{Path, PathBuf};
 
 use self::csv::Columns;
 use self::npy::{Layout, MAGIC, Rows};
-use super::table::Table;
+use crate::formats::table::Table;
 use crate::model::Robot;
 use crate::notes::{Code, Note, Place};
 
 /// Faults of one piece that are told.
-const MOST_TOLD: usize = 20;
+const MAX_ERRORS: usize = 20;
 
 /// Bytes that a pose of a CSV table is taken to have.
 const BYTES_PER_POSE: usize = 128;
@@ -137,16 +137,16 @@ impl PoseDecoder {
 }
 
 impl PoseTable {
-    /// Opens a table. CSV: a header, then one row a pose; for each moving joint one column
-    /// `<joint name>_rad` or `_deg` (a prismatic joint: `_m` or `_mm`; `_rad` is read as m), in any order;
-    /// other columns are passed over, and so are lines that begin with `#`. NumPy's .npy, told by its first
-    /// bytes: an array of float64 or float32, one row a pose, one column per moving joint from base to tip,
-    /// rad or m. With the feature `arrow`, Apache Arrow files and streams, too: columns of float64 or float32
-    /// with the titles of the CSV.
+    /// Opens a table. CSV: a header, then one row a pose; for each moving joint one column `<joint
+    /// name>_rad` or `_deg` (a prismatic joint: `_m` or `_mm`; `_rad` is read as m), in any order;
+    /// other columns are passed over, and so are lines that begin with `#`. NumPy's .npy, told by
+    /// its first bytes: an array of float64 or float32, one row a pose, one column per moving joint
+    /// from base to tip, rad or m. With the feature `arrow`, Apache Arrow files and streams, too:
+    /// columns of float64 or float32 with the titles of the CSV.
     ///
     /// # Errors
-    /// A file that cannot be read; a header that lacks a joint or names one twice; an array of another
-    /// shape or type.
+    /// A file that cannot be read; a header that lacks a joint or names one twice; an array of
+    /// another shape or type.
     pub fn open(path: &Path, robot: &Robot) -> Result<Self, Vec<Note>> {
         let unreadable = |error| vec![told(path, format!("cannot be read: {error}"))];
         let file = File::open(path).map_err(unreadable)?;
@@ -250,7 +250,8 @@ impl PoseTable {
         &self.decoder
     }
 
-    /// Reads the next piece, of about so many poses, into `raw`, in place of what it holds; `false` at the end.
+    /// Reads the next piece, of about so many poses, into `raw`, in place of what it holds; `false`
+    /// at the end.
     ///
     /// # Errors
     /// A table that cannot be read, or an array that ends too soon.
@@ -321,7 +322,8 @@ mod tests {
 
     #[test]
     fn columns_come_in_any_order_and_unit() {
-        let text = b"\xEF\xBB\xBF# from the cell\r\njoint_2_deg, id ,joint_1_rad\r\n90,a,0.5\r\n# pause\r\n-90,b,1e-1\r\n";
+        let text = b"\xEF\xBB\xBF# from the cell\r\njoint_2_deg, id ,joint_1_rad\r\n90,a,0.5\r\n# \
+            pause\r\n-90,b,1e-1\r\n";
         let poses = read(text).unwrap();
         assert_eq!(poses[0][0], 0.5);
         assert!((poses[0][1] - std::f64::consts::FRAC_PI_2).abs() < 1e-15);

@@ -1,16 +1,17 @@
-//! Poses as NumPy's .npy, versions 1 to 3 of the format: an array of one row a pose and one column a joint,
-//! `float64` or `float32` in either order of bytes, row after row or (from a file) column after column.
+//! Poses as NumPy's .npy, versions 1 to 3 of the format: an array of one row a pose and one column
+//! a joint, `float64` or `float32` in either order of bytes, row after row or (from a file) column
+//! after column.
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 
-use super::{DecodedPoses, MOST_TOLD};
+use super::{DecodedPoses, MAX_ERRORS};
 
 /// What every .npy begins with.
 pub(super) const MAGIC: &[u8] = b"\x93NUMPY";
 
 /// Headers longer than this are no headers of an array of numbers.
-const LONGEST_HEADER_BYTES: u64 = 1 << 16;
+const MAX_HEADER_BYTES: u64 = 1 << 16;
 
 /// How a number is stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -61,7 +62,7 @@ impl Layout {
             }
             other => return Err(format!("is .npy of version {other}, must be 1, 2 or 3")),
         };
-        if length > LONGEST_HEADER_BYTES {
+        if length > MAX_HEADER_BYTES {
             return Err(format!(
                 "has a header of {length} bytes, must be an array of float64 or float32"
             ));
@@ -139,7 +140,7 @@ impl Layout {
         }
         let joints = self.joints.len();
         let bad = out.values.iter().enumerate().filter(|(_, value)| !value.is_finite());
-        out.faults.extend(bad.take(MOST_TOLD).map(|(i, value)| {
+        out.faults.extend(bad.take(MAX_ERRORS).map(|(i, value)| {
             (i / joints, format!("{} is {value}, must be a finite number", self.joints[i % joints]))
         }));
     }
@@ -209,8 +210,8 @@ impl<R: Read> Rows<R> {
         Ok(Self { layout, reader, file, start, done: 0 })
     }
 
-    /// Takes up to `most` rows as they stand into `bytes`, in place of what it holds; gives how many. A
-    /// piece of an array stored by columns is stored by columns.
+    /// Takes up to `most` rows as they stand into `bytes`, in place of what it holds; gives how
+    /// many. A piece of an array stored by columns is stored by columns.
     pub(super) fn take(&mut self, most: usize, bytes: &mut Vec<u8>) -> Result<usize, String> {
         bytes.clear();
         let all = self.layout.rows;

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::super::yaml::Apart;
+use crate::formats::yaml::Apart;
 
 /// A job: a robot, a cutter, a spindle and operations.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
@@ -24,7 +24,8 @@ pub(in crate::input) struct Job {
     pub(in crate::input) tool: Option<Tool>,
     /// Tool centre point in the frame of the robot's tip link; identity if absent.
     pub(in crate::input) tcp: Option<Frame>,
-    /// Work object in the frame of the robot's base link; identity if absent. Poses are relative to it.
+    /// Work object in the frame of the robot's base link; identity if absent. Poses are relative to
+    /// it.
     pub(in crate::input) work_object: Option<Frame>,
     /// The spindle.
     #[schemars(required)]
@@ -36,7 +37,8 @@ pub(in crate::input) struct Job {
     pub(in crate::input) policy: Option<Policy>,
     /// Other cutters that are on hand: detune advise tells what they would change.
     pub(in crate::input) tools_on_hand: Option<Vec<Tool>>,
-    /// How far the work object may be moved in the base frame: detune advise tells what that would change.
+    /// How far the work object may be moved in the base frame: detune advise tells what that would
+    /// change.
     pub(in crate::input) work_object_shift: Option<Shift>,
 }
 
@@ -109,8 +111,8 @@ pub(in crate::input) struct Operation {
     /// Constant spindle speed, rev/min.
     #[schemars(extend("exclusiveMinimum" = 0, "examples" = [1100]))]
     pub(in crate::input) spindle_rpm: Option<f64>,
-    /// Spindle speed over s, which runs from 0 to 1 in proportion to time; linear between the points, constant before
-    /// the first and after the last.
+    /// Spindle speed over s, which runs from 0 to 1 in proportion to time; linear between the
+    /// points, constant before the first and after the last.
     #[schemars(extend("minItems" = 1))]
     pub(in crate::input) spindle_schedule: Option<Vec<SchedulePoint>>,
     /// Feed of the tool centre point, mm/min.
@@ -118,11 +120,11 @@ pub(in crate::input) struct Operation {
     pub(in crate::input) feed_mm_per_min: Option<f64>,
     /// How the tool cuts.
     pub(in crate::input) cutting: Option<Cutting>,
-    /// Joint positions near which the first target of a path of poses is sought, one for each moving joint from base
-    /// to tip: degrees, millimetres for a prismatic joint. Zero if absent.
+    /// Joint positions near which the first target of a path of poses is sought, one for each
+    /// moving joint from base to tip: degrees, millimetres for a prismatic joint. Zero if absent.
     pub(in crate::input) start_near_deg: Option<Vec<f64>>,
-    /// How far the tool may be turned about its own axis, degrees, from and to: detune advise tells what that would
-    /// change.
+    /// How far the tool may be turned about its own axis, degrees, from and to: detune advise tells
+    /// what that would change.
     #[schemars(extend("examples" = [[-90, 90]]))]
     pub(in crate::input) free_axis_deg: Option<[f64; 2]>,
     /// Where the tool goes: exactly one of the keys.
@@ -152,13 +154,15 @@ pub(in crate::input) struct Cutting {
     /// Axial depth of cut, mm.
     #[schemars(required, extend("exclusiveMinimum" = 0, "maximum" = 1000, "examples" = [2]))]
     pub(in crate::input) axial_depth_mm: Option<f64>,
-    /// On which side of the cut the chip is thick: climb (down-milling), conventional (up-milling) or slot.
+    /// On which side of the cut the chip is thick: climb (down-milling), conventional (up-milling)
+    /// or slot.
     #[schemars(required)]
     pub(in crate::input) direction: Option<Direction>,
     /// Name of the work's material.
     #[schemars(required, extend("examples" = ["al-6061"]))]
     pub(in crate::input) material: Option<String>,
-    /// Your own cutting coefficients; those of the material if absent (al-6061, al-6082 and al-7075 are known).
+    /// Your own cutting coefficients; those of the material if absent (al-6061, al-6082 and al-7075
+    /// are known).
     pub(in crate::input) coefficients: Option<Coefficients>,
 }
 
@@ -193,8 +197,8 @@ pub(in crate::input) enum Direction {
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(in crate::input) struct Path {
-    /// Joint-interpolated waypoints: rows of one value for each moving joint from base to tip, degrees for a joint that
-    /// turns, millimetres for a prismatic joint.
+    /// Joint-interpolated waypoints: rows of one value for each moving joint from base to tip,
+    /// degrees for a joint that turns, millimetres for a prismatic joint.
     #[schemars(
         with = "Option<Vec<Vec<f64>>>",
         extend("minItems" = 1, "x-apart" = true, "examples" = [[[0, 20, -10, 0, 60, 0], [10, 25, -12, 0, 60, 0]]])
@@ -207,7 +211,8 @@ pub(in crate::input) struct Path {
     pub(in crate::input) program: Option<Program>,
 }
 
-/// A pose of the tool centre point in the work object. Only its schema is used: poses are read from the tree.
+/// A pose of the tool centre point in the work object. Only its schema is used: poses are read from
+/// the tree.
 #[derive(JsonSchema)]
 #[schemars(deny_unknown_fields)]
 #[expect(dead_code, reason = "read from the tree, as there may be a million")]
@@ -245,14 +250,15 @@ pub(in crate::input) struct Policy {
     /// Half width of the band about a natural frequency, % of it; 10 if absent.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 100, "default" = 10))]
     pub(in crate::input) separation_percent: Option<f64>,
-    /// What the model may be wrong by, % of a frequency; twice the robot's calibration.heldout_rms_percent if absent, or
-    /// 10 for a robot without calibration.
+    /// What the model may be wrong by, % of a frequency; twice the robot's
+    /// calibration.heldout_rms_percent if absent, or 10 for a robot without calibration.
     #[schemars(extend("minimum" = 0, "maximum" = 100))]
     pub(in crate::input) model_uncertainty_percent: Option<f64>,
     /// Bands, Hz, in which excitation does not count; ascending.
     #[schemars(extend("examples" = [[[49, 51]]]))]
     pub(in crate::input) ignore_hz: Option<Vec<[f64; 2]>>,
-    /// A mode that moves the tool tip less than this at resonance does not count, µm/N; 0 if absent.
+    /// A mode that moves the tool tip less than this at resonance does not count, µm/N; 0 if
+    /// absent.
     #[schemars(extend("minimum" = 0, "default" = 0))]
     pub(in crate::input) min_tip_response_um_per_n: Option<f64>,
 }

@@ -1,5 +1,5 @@
-//! The files as they are written: every key optional, units as the keys say, nothing checked. The JSON
-//! Schemas derive from these types and say what is required and in what range.
+//! The files as they are written: every key optional, units as the keys say, nothing checked. The
+//! JSON Schemas derive from these types and say what is required and in what range.
 
 pub(super) mod job;
 pub(super) mod robot;

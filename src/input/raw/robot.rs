@@ -34,7 +34,8 @@ pub(in crate::input) struct Robot {
     pub(in crate::input) payload: Option<Payload>,
     /// How beta1 and beta2 of the two-link model read from the joints.
     pub(in crate::input) arm_angles: Option<ArmAngles>,
-    /// What is wrong in the above and how to put it right, each in turn: what `detune diagnose --write` adds.
+    /// What is wrong in the above and how to put it right, each in turn: what `detune diagnose
+    /// --write` adds.
     pub(in crate::input) corrections: Option<Vec<Correction>>,
     /// How well the model predicts measured frequencies; absent means that it never was compared.
     pub(in crate::input) calibration: Option<Calibration>,
@@ -84,9 +85,9 @@ pub(in crate::input) struct JointSpring {
     pub(in crate::input) source: Option<String>,
 }
 
-/// An elastic coordinate that moves a link and all it carries. For the root link it is the foundation; at
-/// a joint's child link it is the transverse (bending) compliance of that joint; at a point inside a
-/// link it is link flexibility.
+/// An elastic coordinate that moves a link and all it carries. For the root link it is the
+/// foundation; at a joint's child link it is the transverse (bending) compliance of that joint; at
+/// a point inside a link it is link flexibility.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(extend("x-noun" = "extra coordinate"))]
@@ -136,8 +137,8 @@ pub(in crate::input) enum ExtraKind {
 #[serde(deny_unknown_fields)]
 #[schemars(extend("x-noun" = "drive of joint"))]
 pub(in crate::input) struct Drive {
-    /// Rotor inertia times the gear ratio squared, kg·m² (kg at a prismatic joint). Adds to the joint's own
-    /// diagonal entry of M and nowhere else.
+    /// Rotor inertia times the gear ratio squared, kg·m² (kg at a prismatic joint). Adds to the
+    /// joint's own diagonal entry of M and nowhere else.
     #[schemars(required, extend("minimum" = 0))]
     pub(in crate::input) reflected_inertia_kgm2: Option<f64>,
     /// Where the number comes from.
@@ -158,7 +159,8 @@ pub(in crate::input) struct Payload {
     /// Centre of mass in the link's frame, m; [0, 0, 0] if absent.
     #[schemars(extend("default" = [0, 0, 0]))]
     pub(in crate::input) com_m: Option<[f64; 3]>,
-    /// Rotary inertia about the centre of mass, in the axes of the link's frame, kg·m²; a point mass if absent.
+    /// Rotary inertia about the centre of mass, in the axes of the link's frame, kg·m²; a point
+    /// mass if absent.
     pub(in crate::input) inertia_kgm2: Option<Inertia>,
     /// Where the numbers come from.
     #[expect(dead_code, reason = "for people")]
@@ -191,9 +193,10 @@ pub(in crate::input) struct Inertia {
 #[serde(deny_unknown_fields)]
 #[schemars(extend("x-noun" = "correction"))]
 pub(in crate::input) struct Correction {
-    /// What was wrong: joint_stiffness, link_inertia, com_offset, joint_zero_offset, payload, base_compliance,
-    /// transverse_compliance, link_flexibility, drive_inertia, load_dependent_stiffness, amplitude_dependence,
-    /// temperature_drift, gravity_stiffness, aliased_mode or missed_mode.
+    /// What was wrong: joint_stiffness, link_inertia, com_offset, joint_zero_offset, payload,
+    /// base_compliance, transverse_compliance, link_flexibility, drive_inertia,
+    /// load_dependent_stiffness, amplitude_dependence, temperature_drift, gravity_stiffness,
+    /// aliased_mode or missed_mode.
     #[schemars(required, extend("examples" = ["payload"]))]
     pub(in crate::input) cause: Option<String>,
     /// The joint, link or mode that it is about; absent for gravity_stiffness.
@@ -207,7 +210,8 @@ pub(in crate::input) struct Correction {
     pub(in crate::input) ci95: Option<BTreeMap<String, [f64; 2]>>,
     /// For base_compliance, transverse_compliance and link_flexibility: turns or shifts.
     pub(in crate::input) kind: Option<ExtraKind>,
-    /// For these three: about or along which axes, in the link's frame (for a joint, its child link's).
+    /// For these three: about or along which axes, in the link's frame (for a joint, its child
+    /// link's).
     pub(in crate::input) axes: Option<Vec<[f64; 3]>>,
     /// For these three: a point of the axes in that frame, m; [0, 0, 0] if absent.
     #[schemars(extend("default" = [0, 0, 0]))]

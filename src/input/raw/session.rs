@@ -22,12 +22,14 @@ pub(in crate::input) struct Session {
     /// Frequencies of the mains whose multiples are flagged, Hz; [50, 60] if absent, [] for none.
     #[schemars(extend("default" = [50, 60]))]
     pub(in crate::input) mains_hz: Option<Vec<f64>>,
-    /// Names of the moving joints from base to tip, for the columns of the table; joint_1, joint_2, … if absent.
+    /// Names of the moving joints from base to tip, for the columns of the table; joint_1, joint_2,
+    /// … if absent.
     #[schemars(extend("minItems" = 1, "examples" = [["joint_1", "joint_2"]]))]
     pub(in crate::input) joint_names: Option<Vec<String>>,
     /// By channel name: its unit and scale, where the files do not tell.
     pub(in crate::input) channels: Option<BTreeMap<String, Channel>>,
-    /// By link name: points of it that are marked in the picture, two or more; for records without their own.
+    /// By link name: points of it that are marked in the picture, two or more; for records without
+    /// their own.
     #[schemars(extend("examples" = [{"link_1": [{"at_mm": [0, 0]}, {"at_mm": [-237, 411], "x": "bx_mm", "y": "by_mm"}]}]))]
     pub(in crate::input) markers: Option<BTreeMap<String, Vec<Marker>>>,
     /// The records.
@@ -47,7 +49,8 @@ pub(in crate::input) struct Channel {
     pub(in crate::input) scale: Option<f64>,
 }
 
-/// A point of a link in the picture. Without channels it stands still, such as the first joint's axis.
+/// A point of a link in the picture. Without channels it stands still, such as the first joint's
+/// axis.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(in crate::input) struct Marker {
@@ -81,7 +84,8 @@ pub(in crate::input) struct Record {
     /// Channels that hold the responses; all but the excitation if absent.
     #[schemars(extend("minItems" = 1, "examples" = [["x_mm", "y_mm"]]))]
     pub(in crate::input) responses: Option<Vec<String>>,
-    /// The response at the point and in the direction of the force, which makes shapes mass-normalised.
+    /// The response at the point and in the direction of the force, which makes shapes
+    /// mass-normalised.
     pub(in crate::input) driving_point: Option<String>,
     /// Marked points as in the session, where they are in this record's picture.
     pub(in crate::input) markers: Option<BTreeMap<String, Vec<Marker>>>,
@@ -108,7 +112,8 @@ pub(in crate::input) struct Pose {
     /// The angle of the two-link model, rad.
     #[schemars(extend("examples" = [1.571]))]
     pub(in crate::input) beta2_rad: Option<f64>,
-    /// One value for each moving joint from base to tip: degrees, millimetres for a prismatic joint.
+    /// One value for each moving joint from base to tip: degrees, millimetres for a prismatic
+    /// joint.
     #[schemars(extend("minItems" = 1))]
     pub(in crate::input) joints_deg: Option<Vec<f64>>,
 }

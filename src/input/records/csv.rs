@@ -1,21 +1,22 @@
-//! A record as CSV: a header, then one row a sample. A column `time` or `t`, in seconds or with its unit
-//! (`time_s`, `t [ms]`), is time; a column that only counts the rows is passed over; all others are channels. A
-//! header that was written as a comment, as numpy does, is taken for the header.
+//! A record as CSV: a header, then one row a sample. A column `time` or `t`, in seconds or with its
+//! unit (`time_s`, `t [ms]`), is time; a column that only counts the rows is passed over; all
+//! others are channels. A header that was written as a comment, as numpy does, is taken for the
+//! header.
 
 use crate::notes::{Code, Note, Notes, Place};
 use std::path::Path;
 
-use super::super::table::Table;
-use super::super::text::read_text;
-use super::{LARGEST_RECORD_BYTES, RawChannel, RawFile, meaning_of_name};
+use super::{MAX_RECORD_BYTES, RawChannel, RawFile, meaning_of_name};
+use crate::formats::table::Table;
+use crate::formats::text::read_text;
 use crate::units::{s_from_ms, s_from_us};
 
-/// How far a sample may lie from its place in even steps, as a share of a step: times are printed with few
-/// digits (7 ms for 1/140 s), while a lost sample moves all that follow by a whole step.
+/// How far a sample may lie from its place in even steps, as a share of a step: times are printed
+/// with few digits (7 ms for 1/140 s), while a lost sample moves all that follow by a whole step.
 const UNEVEN: f64 = 0.12;
 
 /// Fewest samples of a record.
-const FEWEST_SAMPLES: usize = 8;
+const MIN_SAMPLES: usize = 8;
 
 type ToSeconds = fn(f64) -> f64;
 
@@ -45,7 +46,7 @@ fn time(title: &str) -> Option<ToSeconds> {
 }
 
 pub(super) fn read(path: &Path) -> Result<RawFile, Vec<Note>> {
-    let mut text = read_text(path, LARGEST_RECORD_BYTES).map_err(|fault| vec![fault])?;
+    let mut text = read_text(path, MAX_RECORD_BYTES).map_err(|fault| vec![fault])?;
     let mut notes = Notes::about(Place::file(path));
     if let Some((line, at)) = header_as_comment(&text) {
         text.replace_range(at..=at, " ");
@@ -83,8 +84,8 @@ pub(super) fn read(path: &Path) -> Result<RawFile, Vec<Note>> {
             }
         }
     }
-    if lines.len() < FEWEST_SAMPLES && notes.errors() == 0 {
-        let what = format!("has {} samples, must have at least {FEWEST_SAMPLES}", lines.len());
+    if lines.len() < MIN_SAMPLES && notes.errors() == 0 {
+        let what = format!("has {} samples, must have at least {MIN_SAMPLES}", lines.len());
         notes.error(Code::TooLittleData, None, what);
     }
     let sample_rate_hz = match time {
@@ -187,8 +188,8 @@ fn rate(times: &[f64], lines: &[usize], title: &str, notes: &mut Notes) -> Optio
                 return None;
             }
             let what = format!(
-                "{title} is {time} s, must be {even:.6} s for even steps of {step:.6} s; resample the record, or \
-                 look for lost samples"
+                "{title} is {time} s, must be {even:.6} s for even steps of {step:.6} s; resample \
+                    the record, or look for lost samples"
             );
             notes.error(Code::Value, *line, what);
             return None;
@@ -217,8 +218,8 @@ fn jump(times: &[f64], lines: &[usize], title: &str) -> Option<(usize, String)> 
             lost => format!("about {lost:.0} samples are"),
         };
         let what = format!(
-            "{title} goes from {before} s to {after} s, must go on in even steps of {usual:.6} s: {lost} lost; \
-             record again, or keep the part before or after"
+            "{title} goes from {before} s to {after} s, must go on in even steps of {usual:.6} s: \
+                {lost} lost; record again, or keep the part before or after"
         );
         (lines[k + 1], what)
     })

@@ -14,7 +14,7 @@ use quantity::meaning_of_name;
 pub(super) use quantity::{Meaning, meaning_of_unit};
 
 /// Largest file of raw data that is read.
-pub(super) const LARGEST_RECORD_BYTES: u64 = 512 << 20;
+pub(super) const MAX_RECORD_BYTES: u64 = 512 << 20;
 
 /// A channel as the file has it.
 #[derive(Debug, Clone, PartialEq)]

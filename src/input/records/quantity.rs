@@ -42,7 +42,8 @@ const PER_SECOND_SQUARED: [&str; 10] =
 
 const LENGTHS: [&str; 3] = ["mm", "um", "m"];
 
-/// The meaning of a unit as people write it: `mm`, `m/s^2`, `m/s²`, `m s^-2`, `m_per_s2`, `µm`, `g`, `N`.
+/// The meaning of a unit as people write it: `mm`, `m/s^2`, `m/s²`, `m s^-2`, `m_per_s2`, `µm`,
+/// `g`, `N`.
 pub(in crate::input) fn meaning_of_unit(unit: &str) -> Option<Meaning> {
     let plain: String = unit
         .trim()
@@ -73,8 +74,8 @@ pub(in crate::input) fn meaning_of_unit(unit: &str) -> Option<Meaning> {
     Some(Meaning { quantity: *quantity, to_si: *to_si })
 }
 
-/// The meaning of a name that ends in a unit: `x_mm`, `hammer_n`, `tip [mm/s]`, `acc (g)`, `F/N`, `x, mm`;
-/// and the name without it.
+/// The meaning of a name that ends in a unit: `x_mm`, `hammer_n`, `tip [mm/s]`, `acc (g)`, `F/N`,
+/// `x, mm`; and the name without it.
 pub(in crate::input) fn meaning_of_name(name: &str) -> (Option<Meaning>, &str) {
     let name = name.trim();
     let ends = "_ ,/";
@@ -86,7 +87,8 @@ pub(in crate::input) fn meaning_of_name(name: &str) -> (Option<Meaning>, &str) {
             return (Some(meaning), before.trim_end_matches(|c| ends.contains(c)));
         }
     }
-    // The longest ending that is a unit: that of `v_mm/s` is not `s`, nor that of `a_m_per_s2` `s2`.
+    // The longest ending that is a unit: that of `v_mm/s` is not `s`, nor that of `a_m_per_s2`
+    // `s2`.
     for (at, mark) in name.char_indices().filter(|(at, c)| *at > 0 && ends.contains(*c)) {
         if let Some(meaning) = meaning_of_unit(&name[at + mark.len_utf8()..]) {
             return (Some(meaning), name[..at].trim_end_matches(|c| ends.contains(c)));

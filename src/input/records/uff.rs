@@ -1,13 +1,13 @@
-//! Universal file format, data set 58 (function at nodal degree of freedom), as text and as binary 58b
-//! (SDRC, Universal File Datasets). Time responses become channels, frequency responses functions; other
-//! data sets are passed over.
+//! Universal file format, data set 58 (function at nodal degree of freedom), as text and as binary
+//! 58b (SDRC, Universal File Datasets). Time responses become channels, frequency responses
+//! functions; other data sets are passed over.
 
 use std::path::Path;
 
 use nalgebra::Complex;
 
-use super::super::text::read_bytes;
-use super::{LARGEST_RECORD_BYTES, Meaning, RawChannel, RawFile, RawFunction, meaning_of_unit};
+use super::{MAX_RECORD_BYTES, Meaning, RawChannel, RawFile, RawFunction, meaning_of_unit};
+use crate::formats::text::read_bytes;
 use crate::identify::record::Quantity;
 use crate::notes::{Code, Note, Notes, Place};
 
@@ -33,7 +33,7 @@ const EVEN_WITHIN: f64 = 0.05;
 type Bad = (usize, String);
 
 pub(super) fn read(path: &Path) -> Result<RawFile, Vec<Note>> {
-    let bytes = read_bytes(path, LARGEST_RECORD_BYTES).map_err(|fault| vec![fault])?;
+    let bytes = read_bytes(path, MAX_RECORD_BYTES).map_err(|fault| vec![fault])?;
     let mut lines = Lines { bytes: &bytes, at: 0, line: 0 };
     let (mut found, mut notes) = (Found::default(), Notes::about(Place::file(path)));
     while let Some((_, mark)) = lines.next() {
@@ -85,7 +85,8 @@ pub(super) fn read(path: &Path) -> Result<RawFile, Vec<Note>> {
 struct Lines<'b> {
     bytes: &'b [u8],
     at: usize,
-    /// Line that was read last, counted from 1. Binary numbers count as what line ends they happen to hold.
+    /// Line that was read last, counted from 1. Binary numbers count as what line ends they happen
+    /// to hold.
     line: usize,
 }
 
@@ -156,8 +157,8 @@ fn binary_head(words: &[&str], line: usize) -> Result<BinaryHead, Bad> {
         return Err((
             line,
             format!(
-                "byte order {order}, float format {floats}, {text_lines} text lines: must be 1 or 2, 2 (IEEE), \
-                 {HEADER_LINES}"
+                "byte order {order}, float format {floats}, {text_lines} text lines: must be 1 or \
+                    2, 2 (IEEE), {HEADER_LINES}"
             ),
         ));
     }
@@ -243,7 +244,7 @@ fn data_set(
             return Err((*line, format!("ordinate data type is {other}, must be 2, 4, 5 or 6")));
         }
     };
-    let most = LARGEST_RECORD_BYTES as f64;
+    let most = MAX_RECORD_BYTES as f64;
     if !(count >= 1.0 && count.fract() == 0.0 && count <= most) {
         return Err((
             *line,
@@ -319,8 +320,8 @@ fn float(word: &str) -> Option<f64> {
     plain.parse::<f64>().ok().filter(|v| v.is_finite())
 }
 
-/// From the line of ordinate characteristics: its label of units if that is known, else the type of data in
-/// SI units.
+/// From the line of ordinate characteristics: its label of units if that is known, else the type of
+/// data in SI units.
 fn meaning(text: &str) -> Option<Meaning> {
     let label = cut(text, 47, text.len()).trim();
     let unit = label.rsplit_once(['/']).filter(|(_, by)| by.trim().eq_ignore_ascii_case("n"));
@@ -347,7 +348,8 @@ fn binary_numbers(
 ) -> Result<Vec<f64>, Bad> {
     let size = if is_double { 8 } else { 4 };
     let bytes = wanted.saturating_mul(size);
-    // Some writers count complex numbers as if they were real; then the mark tells where the numbers end.
+    // Some writers count complex numbers as if they were real; then the mark tells where the
+    // numbers end.
     let length = if lines.is_mark_after(bytes) { bytes } else { head.bytes };
     if length < bytes {
         let what = format!(
@@ -436,7 +438,8 @@ impl Found {
                     self.step.filter(|before| (before / step - 1.0).abs() > SAME_STEP)
                 {
                     let what = format!(
-                        "response {} has time steps of {step} s, those before {before} s; must be the same",
+                        "response {} has time steps of {step} s, those before {before} s; must be \
+                            the same",
                         set.name
                     );
                     return bad(what);
@@ -515,9 +518,11 @@ pub(super) mod tests {
         quantity: i64,
     ) -> String {
         format!(
-            "point {node}\nNONE\nNONE\nNONE\nNONE\n{function:5}{:10}{:5}{:10} {:<10}{node:10}{:4} {:<10}{:10}{:4}\n\
+            "point {node}\nNONE\nNONE\nNONE\nNONE\n{function:5}{:10}{:5}{:10} {:<10}{node:10}{:4} \
+                {:<10}{:10}{:4}\n\
              {data_type:10}{count:10}{:10}{:13.5e}{step:13.5e}{:13.5e}\n\
-             {:10}{:5}{:5}{:5} {:<20} {:<20}\n{quantity:10}{:5}{:5}{:5} {:<20} {:<20}\n{:10}\n{:10}\n",
+             {:10}{:5}{:5}{:5} {:<20} {:<20}\n{quantity:10}{:5}{:5}{:5} {:<20} \
+             {:<20}\n{:10}\n{:10}\n",
             0,
             1,
             0,
@@ -609,8 +614,8 @@ pub(super) mod tests {
         }
     }
 
-    /// As other writers have them: two marks in a row, a general function over time, nodes that are not filled
-    /// in, times that are written out.
+    /// As other writers have them: two marks in a row, a general function over time, nodes that are
+    /// not filled in, times that are written out.
     #[test]
     fn other_writers_are_understood() {
         let samples: Vec<f64> = (0..20).map(|k| f64::from(k) - 9.5).collect();

@@ -1,15 +1,16 @@
-//! A record as WAV: its channels are called `ch1`, `ch2`, …; whole numbers become shares of full scale.
+//! A record as WAV: its channels are called `ch1`, `ch2`, …; whole numbers become shares of full
+//! scale.
 
 use crate::notes::{Code, Note, Place};
 use std::io::Cursor;
 use std::path::Path;
 
-use super::super::text::read_bytes;
-use super::{LARGEST_RECORD_BYTES, RawChannel, RawFile};
+use super::{MAX_RECORD_BYTES, RawChannel, RawFile};
+use crate::formats::text::read_bytes;
 
 pub(super) fn read(path: &Path) -> Result<RawFile, Vec<Note>> {
     let fault = |what: String| vec![Note::error(Code::Syntax, Place::file(path), what)];
-    let bytes = read_bytes(path, LARGEST_RECORD_BYTES).map_err(|fault| vec![fault])?;
+    let bytes = read_bytes(path, MAX_RECORD_BYTES).map_err(|fault| vec![fault])?;
     let bad = |error: hound::Error| fault(format!("is no WAV file that can be read: {error}"));
     let mut reader = hound::WavReader::new(Cursor::new(bytes)).map_err(bad)?;
     let spec = reader.spec();

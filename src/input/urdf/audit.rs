@@ -134,7 +134,8 @@ fn not_xml(text: &str, error: &roxmltree::Error) -> (usize, String) {
     }
 }
 
-/// The innermost element that a text without other faults leaves open, and the line where it starts.
+/// The innermost element that a text without other faults leaves open, and the line where it
+/// starts.
 fn innermost_open(text: &str) -> Option<(&str, usize)> {
     let mut open: Vec<(&str, usize)> = Vec::new();
     let mut at = 0;

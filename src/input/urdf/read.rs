@@ -6,17 +6,19 @@ use std::path::Path;
 use nalgebra::{Matrix3, Vector3};
 use urdf_rs::JointType;
 
+use super::super::files::MAX_URDF_BYTES;
 use super::super::frame::frame;
-use super::super::text::{LARGEST_URDF_BYTES, read_text};
 use super::audit::{Audit, JointFacts, Lines, LinkFacts, audit};
+use crate::formats::text::read_text;
 use crate::model::{Inertial, Joint, JointKind, Link};
 
-/// A limit beyond this is drawn in to it, rad or m: no arm gets there, exporters write 1e16 or the largest
-/// of all numbers for "unlimited", and the width between two limits must not overflow.
+/// A limit beyond this is drawn in to it, rad or m: no arm gets there, exporters write 1e16 or the
+/// largest of all numbers for "unlimited", and the width between two limits must not overflow.
 const FAR: f64 = 1e9;
 
-/// A velocity limit beyond this, rad/s or m/s, stands for "unlimited", as zero does for "not given".
-const FASTEST: f64 = 1e4;
+/// A velocity limit beyond this, rad/s or m/s, stands for "unlimited", as zero does for "not
+/// given".
+const MAX_VELOCITY: f64 = 1e4;
 
 /// What a URDF holds, and where.
 #[derive(Debug)]
@@ -37,7 +39,8 @@ impl Urdf {
         self.line
     }
 
-    /// The line of a part of a link. Of two links of one name, a fault about the name means the last.
+    /// The line of a part of a link. Of two links of one name, a fault about the name means the
+    /// last.
     pub(in crate::input) fn link_line(&self, name: &str, part: &str) -> usize {
         let names = self.links.iter().map(|link| link.name.as_str());
         self.line_of(names, &self.link_lines, name, part)
@@ -68,7 +71,7 @@ impl Urdf {
 /// Reads a URDF. Faults that leave the rest readable go to `faults`; the first that does not is the
 /// error.
 pub(in crate::input) fn read_urdf(path: &Path, notes: &mut Notes) -> Option<Urdf> {
-    let text = read_text(path, LARGEST_URDF_BYTES).map_err(|note| notes.push(note)).ok()?;
+    let text = read_text(path, MAX_URDF_BYTES).map_err(|note| notes.push(note)).ok()?;
     let audit = audit(&text, notes)?;
     let robot = urdf_rs::read_from_string(&audit.plain)
         .map_err(|error| {
@@ -138,7 +141,7 @@ fn joint(joint: &urdf_rs::Joint, facts: &JointFacts) -> Joint {
         origin: frame(*joint.origin.xyz, *joint.origin.rpy),
         axis: Vector3::from(*joint.axis.xyz),
         position_limit: facts.has_position_limit.then(|| [lower.max(-FAR), upper.min(FAR)]),
-        velocity_limit: (velocity != 0.0 && velocity <= FASTEST).then_some(velocity),
+        velocity_limit: (velocity != 0.0 && velocity <= MAX_VELOCITY).then_some(velocity),
         mimics: facts.mimics.clone(),
     }
 }
@@ -179,7 +182,8 @@ mod tests {
         let limit = |attributes: &str| {
             let (urdf, notes) = read(&format!(
                 "<robot name=\"r\"><link name=\"a\"/><link name=\"b\"/><joint name=\"j\" \
-                 type=\"revolute\"><parent link=\"a\"/><child link=\"b\"/><limit {attributes}/></joint>\
+                 type=\"revolute\"><parent link=\"a\"/><child link=\"b\"/><limit \
+                 {attributes}/></joint>\
                  </robot>"
             ));
             assert!(notes.is_empty(), "{notes:?}");
@@ -195,8 +199,8 @@ mod tests {
     fn inertia_is_turned_into_the_link_s_axes() {
         let (urdf, notes) = read(
             "<robot name=\"r\"><link name=\"a\"><inertial><origin xyz=\"1 2 3\" rpy=\"0 0 \
-             1.5707963267948966\"/><mass value=\"2\"/><inertia ixx=\"1\" iyy=\"1.5\" izz=\"2\" ixy=\"0\" \
-             ixz=\"0\" iyz=\"0\"/></inertial></link></robot>",
+             1.5707963267948966\"/><mass value=\"2\"/><inertia ixx=\"1\" iyy=\"1.5\" izz=\"2\" \
+             ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link></robot>",
         );
         let inertial = urdf.unwrap().links[0].inertial.unwrap();
         assert!(notes.is_empty());
@@ -210,7 +214,8 @@ mod tests {
         let (urdf, notes) = read(
             "<robot name=\"r\">\n<link name=\"a\">\n<inertial>\n<origin xyz=\"0 abc 0 1\"/>\n<mass \
              value=\"NaN\"/>\n<inertia ixx=\"1\" iyy=\"inf\" izz=\"1\" ixy=\"0\" ixz=\"0\"/>\n\
-             </inertial></link>\n<link/>\n<joint name=\"j\" type=\"ball\">\n<child link=\"a\"/>\n<axis \
+             </inertial></link>\n<link/>\n<joint name=\"j\" type=\"ball\">\n<child \
+             link=\"a\"/>\n<axis \
              xyz=\"0 0\"/>\n<limit lower=\"${x}\" upper=\"1\"/>\n</joint></robot>",
         );
         assert_eq!(
@@ -221,8 +226,8 @@ mod tests {
                 "a.urdf:6: link 'a': <inertia> iyy is \"inf\", must be a finite number",
                 "a.urdf:6: link 'a': <inertia> has no iyz",
                 "a.urdf:8: <link> has no name",
-                "a.urdf:9: joint 'j': type is 'ball', must be one of revolute, continuous, prismatic, \
-                 fixed, floating, planar, spherical",
+                "a.urdf:9: joint 'j': type is 'ball', must be one of revolute, continuous, \
+                    prismatic, fixed, floating, planar, spherical",
                 "a.urdf:9: joint 'j': has no <parent link=\"…\"/>",
                 "a.urdf:11: joint 'j': <axis> xyz is \"0 0\", must be 3 finite numbers",
                 "a.urdf:12: joint 'j': <limit> lower is \"${x}\", must be a finite number; it is \

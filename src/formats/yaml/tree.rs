@@ -8,108 +8,27 @@ use std::vec::IntoIter;
 
 use saphyr_parser::{Event, Parser, ScalarStyle};
 
+use super::node::{Entry, Kind, Node};
 use super::number::number_of;
 use super::rows::{Shortened, Table, shortened};
 
 /// Files nest six deep at most; deeper ones are not ours, and would exhaust the stack.
-const DEEPEST: usize = 40;
+const MAX_DEPTH: usize = 40;
 
 /// Bounds the memory (about 60 bytes a value). A row of numbers on one line counts as one value.
-const MOST_VALUES: usize = 6_000_000;
+const MAX_VALUES: usize = 6_000_000;
 
-/// A value and where it starts.
-#[derive(Debug, Clone, PartialEq)]
-pub(in crate::input) struct Node {
-    /// Counted from 1.
-    pub(in crate::input) line: u32,
-    pub(in crate::input) kind: Kind,
-    /// A fault was told about it: whoever reads on passes it over.
-    pub(in crate::input) faulty: bool,
-    /// Read from the tree itself, not through serde.
-    pub(in crate::input) apart: bool,
-}
-
-#[derive(Debug, Clone, PartialEq)]
-pub(in crate::input) enum Kind {
-    /// Anything but a collection, not yet interpreted.
-    Scalar { text: Box<str>, quoted: bool },
-    /// A list of finite numbers on one line: the bulk of large files, kept small.
-    Numbers(Box<[f64]>),
-    /// Any other list.
-    Sequence(Vec<Node>),
-    /// Keys and values in the order of the file; no key twice.
-    Mapping(Vec<Entry>),
-}
-
-#[derive(Debug, Clone, PartialEq)]
-pub(in crate::input) struct Entry {
-    pub(in crate::input) key: Arc<str>,
-    /// Line of the key.
-    pub(in crate::input) line: u32,
-    pub(in crate::input) value: Node,
-}
-
-/// One step from a value to one inside it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::input) enum Step<'a> {
-    Key(&'a str),
-    Index(usize),
-}
-
-impl Node {
-    pub(super) fn new(line: u32, kind: Kind) -> Self {
-        Self { line, kind, faulty: false, apart: false }
-    }
-
-    /// The value under a key.
-    pub(in crate::input) fn get(&self, key: &str) -> Option<&Node> {
-        self.entry(key).map(|entry| &entry.value)
-    }
-
-    pub(in crate::input) fn entry(&self, key: &str) -> Option<&Entry> {
-        match &self.kind {
-            Kind::Mapping(entries) => entries.iter().find(|entry| &*entry.key == key),
-            _ => None,
-        }
-    }
-
-    /// The items of a list other than of numbers.
-    pub(in crate::input) fn items(&self) -> &[Node] {
-        match &self.kind {
-            Kind::Sequence(items) => items,
-            _ => &[],
-        }
-    }
-
-    /// The line of the value at the end of `steps`, or of the last one on the way that exists.
-    pub(in crate::input) fn line_at(&self, steps: &[Step<'_>]) -> usize {
-        let (mut node, mut line) = (self, self.line);
-        for step in steps {
-            match step {
-                Step::Key(key) => match node.entry(key) {
-                    Some(entry) => (node, line) = (&entry.value, entry.line),
-                    None => break,
-                },
-                Step::Index(index) => match node.items().get(*index) {
-                    Some(item) => (node, line) = (item, item.line),
-                    None => break,
-                },
-            }
-        }
-        line as usize
-    }
-}
-
-/// Reads the one document of `text`. Faults that leave the rest readable (a key given twice, an alias, a
-/// tag) go to `faults`; the first that does not is the error.
-pub(in crate::input) fn parse(text: &str, notes: &mut Notes) -> Option<Node> {
+/// Reads the one document of `text`. Faults that leave the rest readable (a key given twice, an
+/// alias, a tag) go to `faults`; the first that does not is the error.
+pub(crate) fn parse(text: &str, notes: &mut Notes) -> Option<Node> {
     match shortened(text).and_then(parse_shortened) {
         Some(tree) => Some(tree),
         None => parse_whole(text, notes),
     }
 }
 
-/// The tree of a text whose tables were taken out of it; `None` where anything is not as it should be.
+/// The tree of a text whose tables were taken out of it; `None` where anything is not as it should
+/// be.
 fn parse_shortened(short: Shortened) -> Option<Node> {
     let mut notes = Notes::about(Place::file(Path::new("")));
     let mut builder = Builder::new(&mut notes, short.tables);
@@ -185,8 +104,8 @@ impl<'f> Builder<'f> {
                 }
             }
             self.take(event, line)?;
-            if self.values > MOST_VALUES {
-                let what = format!("more than {MOST_VALUES} values; split the file");
+            if self.values > MAX_VALUES {
+                let what = format!("more than {MAX_VALUES} values; split the file");
                 self.notes.error(Code::TooLong, line as usize, what);
                 return None;
             }
@@ -234,8 +153,8 @@ impl<'f> Builder<'f> {
             self.notes.error(Code::Syntax, line as usize, what);
             return None;
         }
-        if self.open.len() >= DEEPEST {
-            let what = format!("nested more than {DEEPEST} deep");
+        if self.open.len() >= MAX_DEPTH {
+            let what = format!("nested more than {MAX_DEPTH} deep");
             self.notes.error(Code::Syntax, line as usize, what);
             return None;
         }
@@ -362,6 +281,7 @@ fn spill(line: u32, items: &mut Vec<Node>, numbers: &mut Vec<f64>) {
 
 #[cfg(test)]
 mod tests {
+    use super::super::node::Step;
     use super::*;
     use crate::notes::Note;
 

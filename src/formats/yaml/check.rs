@@ -7,13 +7,13 @@ use std::sync::Arc;
 
 use serde_json::{Map, Value};
 
+use super::node::{Entry, Kind, Node};
 use super::number::number_of;
-use super::tree::{Entry, Kind, Node};
 use crate::wording::{LONGEST_WORD, nearest};
 
 /// Every keyword that is understood or that only describes. A test holds the schemas to it.
 #[cfg(test)]
-pub(in crate::input) const KEYWORDS: &[&str] = &[
+pub(crate) const KEYWORDS: &[&str] = &[
     "$schema",
     "title",
     "description",
@@ -37,13 +37,13 @@ pub(in crate::input) const KEYWORDS: &[&str] = &[
 ];
 
 /// Schema keyword: what to call such a mapping in a message, before its name.
-pub(in crate::input) const NOUN: &str = "x-noun";
+pub(crate) const NOUN: &str = "x-noun";
 
 /// Schema keyword: the value is read from the tree, not through serde.
-pub(in crate::input) const APART: &str = "x-apart";
+pub(crate) const APART: &str = "x-apart";
 
 /// Checks `root` against `schema`: one fault for each key and value that does not fit.
-pub(in crate::input) fn check(root: &mut Node, schema: &Value, notes: &mut Notes) {
+pub(crate) fn check(root: &mut Node, schema: &Value, notes: &mut Notes) {
     let trail = Trail { parent: None, step: TrailStep::Root };
     let line = root.line;
     check_value(root, line, schema, &trail, notes);

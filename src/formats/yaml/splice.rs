@@ -6,26 +6,26 @@ use std::ops::Range;
 
 use saphyr_parser::{Event, Parser};
 
-use super::yaml::Step;
+use super::node::Step;
 
 /// An entry of a mapping. Ranges count characters of the text.
 #[derive(Debug, Clone)]
-pub(super) struct Entry {
+pub(crate) struct Entry {
     /// The key.
-    pub(super) key: Range<usize>,
+    pub(crate) key: Range<usize>,
     /// Characters before the key on its line.
-    pub(super) column: usize,
+    pub(crate) column: usize,
     /// The value.
-    pub(super) value: Range<usize>,
+    pub(crate) value: Range<usize>,
     /// The value, if it is a scalar.
-    pub(super) text: String,
+    pub(crate) text: String,
     /// Whether it stands within braces or brackets.
-    pub(super) in_braces: bool,
+    pub(crate) in_braces: bool,
 }
 
 impl Entry {
     /// From the key to the end of the value.
-    pub(super) fn whole(&self) -> Range<usize> {
+    pub(crate) fn whole(&self) -> Range<usize> {
         self.key.start..self.value.end
     }
 }
@@ -41,8 +41,9 @@ struct Open {
     start: usize,
 }
 
-/// Shows `visit` every entry of every mapping with its path from the root; `None` if the text is not YAML.
-pub(super) fn entries(
+/// Shows `visit` every entry of every mapping with its path from the root; `None` if the text is
+/// not YAML.
+pub(crate) fn entries(
     text: &str,
     mut visit: impl FnMut(&[Step<'_>], &dyn Fn() -> Entry),
 ) -> Option<()> {
@@ -138,34 +139,35 @@ fn step(open: &Open) -> Step<'_> {
 }
 
 /// A text and what changes in it.
-pub(super) struct Splice<'t> {
+pub(crate) struct Splice<'t> {
     text: &'t str,
     changes: Vec<(Range<usize>, String)>,
 }
 
 impl<'t> Splice<'t> {
-    pub(super) fn of(text: &'t str) -> Self {
+    pub(crate) fn of(text: &'t str) -> Self {
         Self { text, changes: Vec::new() }
     }
 
     /// How lines of the text end.
-    pub(super) fn line_end(&self) -> &'static str {
+    pub(crate) fn line_end(&self) -> &'static str {
         if self.text.contains("\r\n") { "\r\n" } else { "\n" }
     }
 
     /// What stands in a range.
-    pub(super) fn slice(&self, range: Range<usize>) -> String {
+    pub(crate) fn slice(&self, range: Range<usize>) -> String {
         self.text.chars().skip(range.start).take(range.len()).collect()
     }
 
     /// Whether the value of an entry is null.
-    pub(super) fn is_null(&self, entry: &Entry) -> bool {
+    pub(crate) fn is_null(&self, entry: &Entry) -> bool {
         let value = self.slice(entry.value.clone());
         matches!(value.trim(), "" | "~" | "null" | "Null" | "NULL")
     }
 
-    /// Puts `new` in the place of a range; white space at its end stays, as a block scalar ends with its line.
-    pub(super) fn replace(&mut self, range: Range<usize>, mut new: String) {
+    /// Puts `new` in the place of a range; white space at its end stays, as a block scalar ends
+    /// with its line.
+    pub(crate) fn replace(&mut self, range: Range<usize>, mut new: String) {
         let old = self.slice(range.clone());
         if range.is_empty() && self.slice(range.start.saturating_sub(1)..range.start) == ":" {
             new.insert(0, ' ');
@@ -175,9 +177,9 @@ impl<'t> Splice<'t> {
         self.changes.push((range.start..end, new));
     }
 
-    /// Puts lines in the place of a whole entry in a block: key and value, the lines after the first
-    /// indented as they are to stand. Comments that stood inside the entry come before it.
-    pub(super) fn replace_entry(&mut self, entry: &Entry, lines: &str) {
+    /// Puts lines in the place of a whole entry in a block: key and value, the lines after the
+    /// first indented as they are to stand. Comments that stood inside the entry come before it.
+    pub(crate) fn replace_entry(&mut self, entry: &Entry, lines: &str) {
         let old = self.slice(entry.whole());
         let (end, indent) = (self.line_end(), " ".repeat(entry.column));
         let mut new: String =
@@ -187,14 +189,14 @@ impl<'t> Splice<'t> {
     }
 
     /// Adds lines at the end of the text.
-    pub(super) fn append(&mut self, lines: &str) {
+    pub(crate) fn append(&mut self, lines: &str) {
         let (end, length) = (self.line_end(), self.text.chars().count());
         let first = if self.text.is_empty() || self.text.ends_with('\n') { "" } else { end };
         self.changes.push((length..length, format!("{first}{}", lines.replace('\n', end))));
     }
 
     /// The text with all changes, which must not overlap.
-    pub(super) fn finish(mut self) -> String {
+    pub(crate) fn finish(mut self) -> String {
         self.changes.sort_by_key(|(range, _)| range.start);
         let mut out = String::with_capacity(self.text.len());
         let mut chars = self.text.chars();
@@ -211,7 +213,8 @@ impl<'t> Splice<'t> {
     }
 }
 
-/// Comments within an entry: `#` after white space and outside quotes and block scalars, to the end of the line.
+/// Comments within an entry: `#` after white space and outside quotes and block scalars, to the end
+/// of the line.
 fn comments(old: &str) -> Vec<&str> {
     let mut found = Vec::new();
     let mut block_indent = None;
@@ -249,7 +252,7 @@ fn comment_start(line: &str) -> Option<usize> {
 }
 
 /// A scalar that is text whatever it holds: plain where that is beyond doubt, else in quotes.
-pub(super) fn quoted(name: &str) -> String {
+pub(crate) fn quoted(name: &str) -> String {
     let begins = name.starts_with(|c: char| c.is_ascii_alphabetic())
         || ["/", "./", "../"].iter().any(|start| name.starts_with(start));
     let plain = begins
@@ -284,7 +287,8 @@ mod tests {
 
     #[test]
     fn comments_are_told_from_text() {
-        let old = "a: it's mine # one\n# two\nb: 'x # y' # three\nc: |\n  # text\n  more # text\nd: >-2 # four\n   # text\ne: x#y";
+        let old = "a: it's mine # one\n# two\nb: 'x # y' # three\nc: |\n  # text\n  more # \
+            text\nd: >-2 # four\n   # text\ne: x#y";
         assert_eq!(comments(old), ["# one", "# two", "# three", "# four"]);
     }
 

@@ -1,17 +1,17 @@
-//! Long tables of waypoints, one row on each line, read past the YAML parser, which takes its time over
-//! every number.
+//! Long tables of waypoints, one row on each line, read past the YAML parser, which takes its time
+//! over every number.
 //!
-//! The parser is given the text without the rows, but for the first of each table, and the rows are put
-//! back behind what it makes of that one. Only rows of the plainest form are taken out, and only if all
-//! goes well is the tree used; else the whole text is parsed, so faults are the same.
+//! The parser is given the text without the rows, but for the first of each table, and the rows are
+//! put back behind what it makes of that one. Only rows of the plainest form are taken out, and
+//! only if all goes well is the tree used; else the whole text is parsed, so faults are the same.
 
 use std::sync::Arc;
 
+use super::node::{Entry, Kind, Node};
 use super::number::number_of;
-use super::tree::{Entry, Kind, Node};
 
 /// Tables shorter than this are not worth it.
-const LEAST_ROWS: usize = 32;
+const MIN_ROWS: usize = 32;
 
 /// Rows of one list, on lines that follow each other.
 pub(super) struct Table {
@@ -64,7 +64,7 @@ impl Run {
     /// Takes the rows out of the text, if there are enough; they end at `end`.
     fn close(&mut self, text: &str, end: usize, copied: &mut usize, short: &mut Shortened) {
         let rows = std::mem::take(&mut self.rows);
-        if rows.len() >= LEAST_ROWS {
+        if rows.len() >= MIN_ROWS {
             short.text.push_str(&text[*copied..self.rows_from]);
             *copied = end;
             short.tables.push(Table { rows });
@@ -205,7 +205,8 @@ mod tests {
         }
     }
 
-    /// Whatever is wrong with a file, wherever: the tree and the faults are those of the parser alone.
+    /// Whatever is wrong with a file, wherever: the tree and the faults are those of the parser
+    /// alone.
     #[test]
     fn slips_of_the_pen_are_read_as_the_parser_reads_them() {
         let mut rng = ChaCha8Rng::seed_from_u64(5);

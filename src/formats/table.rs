@@ -1,23 +1,25 @@
-//! Tables as text: comma-separated, a header, `#` for comment lines, and the true line of every row.
+//! Tables as text: comma-separated, a header, `#` for comment lines, and the true line of every
+//! row.
 //!
-//! The csv crate counts comment and blank lines to the row after them, so rows are told apart here, and
-//! the crate takes the cells apart where a row has quotes. A quoted cell may not run over lines.
+//! The csv crate counts comment and blank lines to the row after them, so rows are told apart here,
+//! and the crate takes the cells apart where a row has quotes. A quoted cell may not run over
+//! lines.
 
 use crate::notes::{Code, Note, Place};
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
 /// Rows longer than this are no rows.
-pub(super) const LONGEST_ROW_BYTES: usize = 1 << 20;
+pub(crate) const MAX_ROW_BYTES: usize = 1 << 20;
 
 /// Least that is asked of the reader at once.
-const LEAST_READ_BYTES: usize = 4096;
+const MIN_READ_BYTES: usize = 4096;
 
 const TOO_LONG: &str = "is longer than 1 MiB, must be one row of a table";
 
 /// A table that streams in.
 #[derive(Debug)]
-pub(super) struct Table<R> {
+pub(crate) struct Table<R> {
     file: PathBuf,
     reader: BufReader<R>,
     /// Line of the row that was read last, counted from 1.
@@ -30,7 +32,7 @@ pub(super) struct Table<R> {
 
 impl<R: Read> Table<R> {
     /// Opens a table and reads its header; `file` stands for it in faults.
-    pub(super) fn open(file: &Path, reader: R) -> Result<Self, Note> {
+    pub(crate) fn open(file: &Path, reader: R) -> Result<Self, Note> {
         let reader = BufReader::new(reader);
         let mut table = Self {
             file: file.to_owned(),
@@ -57,21 +59,21 @@ impl<R: Read> Table<R> {
     }
 
     /// Titles of the columns.
-    pub(super) fn header(&self) -> &[String] {
+    pub(crate) fn header(&self) -> &[String] {
         &self.header
     }
 
     /// The line of the row that was read last.
-    pub(super) fn line(&self) -> usize {
+    pub(crate) fn line(&self) -> usize {
         self.line
     }
 
     /// Reads the next row's cells, trimmed; `false` at the end.
-    pub(super) fn row(&mut self, cells: &mut Vec<String>) -> Result<bool, Note> {
+    pub(crate) fn row(&mut self, cells: &mut Vec<String>) -> Result<bool, Note> {
         loop {
             self.bytes.clear();
             self.line += 1;
-            let most = LONGEST_ROW_BYTES as u64 + 1;
+            let most = MAX_ROW_BYTES as u64 + 1;
             let read = self.reader.by_ref().take(most).read_until(b'\n', &mut self.bytes);
             match read {
                 Ok(0) => return Ok(false),
@@ -97,9 +99,10 @@ impl<R: Read> Table<R> {
         }
     }
 
-    /// Takes the next rows as they stand into `bytes`, in place of what it holds: whole lines, about
-    /// `length` bytes of them; nothing at the end. The same table gives the same pieces however it arrives.
-    pub(super) fn lines(&mut self, length: usize, bytes: &mut Vec<u8>) -> Result<(), Note> {
+    /// Takes the next rows as they stand into `bytes`, in place of what it holds: whole lines,
+    /// about `length` bytes of them; nothing at the end. The same table gives the same pieces
+    /// however it arrives.
+    pub(crate) fn lines(&mut self, length: usize, bytes: &mut Vec<u8>) -> Result<(), Note> {
         bytes.clear();
         bytes.append(&mut self.begun);
         let mut ended = false;
@@ -112,7 +115,7 @@ impl<R: Read> Table<R> {
                     bytes.truncate(end + 1);
                     return Ok(());
                 }
-                if bytes.len() > LONGEST_ROW_BYTES {
+                if bytes.len() > MAX_ROW_BYTES {
                     // Not a row: the decoder will say so, and will not ask for more.
                     return Ok(());
                 }
@@ -120,7 +123,7 @@ impl<R: Read> Table<R> {
             if ended {
                 return Ok(());
             }
-            let wanted = length.saturating_sub(bytes.len()).max(LEAST_READ_BYTES) as u64;
+            let wanted = length.saturating_sub(bytes.len()).max(MIN_READ_BYTES) as u64;
             let read = self.reader.by_ref().take(wanted).read_to_end(bytes);
             let read = read.map_err(|error| {
                 let what = format!("cannot be read: {error}");
@@ -131,18 +134,18 @@ impl<R: Read> Table<R> {
     }
 
     /// An error in the row that was read last.
-    pub(super) fn error(&self, code: Code, what: impl Into<String>) -> Note {
+    pub(crate) fn error(&self, code: Code, what: impl Into<String>) -> Note {
         Note::error(code, Place::line(&self.file, self.line), what)
     }
 
     /// The finite number in a column of a row.
-    pub(super) fn number(&self, cells: &[String], column: usize) -> Result<f64, Note> {
+    pub(crate) fn number(&self, cells: &[String], column: usize) -> Result<f64, Note> {
         number(&self.header, cells, column).map_err(|what| self.error(Code::Value, what))
     }
 }
 
 /// The finite number in a column of a row.
-pub(super) fn number(header: &[String], cells: &[String], column: usize) -> Result<f64, String> {
+pub(crate) fn number(header: &[String], cells: &[String], column: usize) -> Result<f64, String> {
     let text = cells.get(column).map_or("", String::as_str);
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
@@ -154,7 +157,7 @@ pub(super) fn number(header: &[String], cells: &[String], column: usize) -> Resu
 }
 
 /// What to say of a row that goes on behind the last column; blank cells there are nothing.
-pub(super) fn beyond(header: &[String], cells: &[String]) -> Option<String> {
+pub(crate) fn beyond(header: &[String], cells: &[String]) -> Option<String> {
     let used = cells.iter().rposition(|cell| !cell.is_empty()).map_or(0, |last| last + 1);
     (used > header.len()).then(|| {
         format!(
@@ -165,8 +168,8 @@ pub(super) fn beyond(header: &[String], cells: &[String]) -> Option<String> {
 }
 
 /// The cells of a line, trimmed; `false` if it holds none, being blank or a comment.
-pub(super) fn cells_of(line: &[u8], cells: &mut Vec<String>) -> Result<bool, &'static str> {
-    if line.len() > LONGEST_ROW_BYTES {
+pub(crate) fn cells_of(line: &[u8], cells: &mut Vec<String>) -> Result<bool, &'static str> {
+    if line.len() > MAX_ROW_BYTES {
         return Err(TOO_LONG);
     }
     let Ok(text) = std::str::from_utf8(line) else {

@@ -5,11 +5,12 @@ use serde::de::{DeserializeOwned, IgnoredAny};
 use serde::{Deserialize, Deserializer};
 use serde_yaml::{Mapping, Number, Value};
 
-use super::tree::{Kind, Node, Step};
+use super::node::{Kind, Node, Step};
 
-/// Stands in a raw type for a value that is read from the tree itself: it tells only that it is there.
+/// Stands in a raw type for a value that is read from the tree itself: it tells only that it is
+/// there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::input) struct Apart;
+pub(crate) struct Apart;
 
 impl<'de> Deserialize<'de> for Apart {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
@@ -18,7 +19,7 @@ impl<'de> Deserialize<'de> for Apart {
 }
 
 /// The raw type that the tree spells, without the values that faults were told about.
-pub(in crate::input) fn typed<T: DeserializeOwned>(root: &Node, notes: &mut Notes) -> Option<T> {
+pub(crate) fn typed<T: DeserializeOwned>(root: &Node, notes: &mut Notes) -> Option<T> {
     let read = serde_path_to_error::deserialize(value_of(root)?);
     // The schema was checked before, so this tells only of what a schema cannot say.
     read.map_err(|error| {
@@ -68,8 +69,8 @@ fn value_of(node: &Node) -> Option<Value> {
 
 /// Whole numbers as integers, as serde gives a float to no integer field.
 fn number_from(number: f64) -> Number {
-    const LARGEST_EXACT: f64 = 9_007_199_254_740_992.0;
-    if number.fract() == 0.0 && number.abs() <= LARGEST_EXACT {
+    const MAX_EXACT: f64 = 9_007_199_254_740_992.0;
+    if number.fract() == 0.0 && number.abs() <= MAX_EXACT {
         Number::from(number as i64)
     } else {
         Number::from(number)

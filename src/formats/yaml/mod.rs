@@ -1,0 +1,41 @@
+//! Reading YAML so that every fault of a file is told, each with its line.
+//!
+//! serde stops at the first fault and serde_yaml's values do not know their lines. So the text is
+//! read into a tree of our own that knows them ([`tree`]); the tree is checked against the JSON
+//! Schema of the raw type ([`check`]), which finds unknown keys, missing keys, wrong types and
+//! numbers out of range, all at once; and what passed is given to serde ([`typed`]). Schema and
+//! serde code both derive from the one raw type, so what an editor accepts and what the program
+//! accepts cannot drift apart. Long tables of waypoints are read from the tree itself, as they
+//! would be slow and large as serde values, and get into it past the YAML parser ([`rows`]).
+
+mod check;
+mod node;
+mod number;
+mod rows;
+pub(crate) mod splice;
+mod tree;
+mod typed;
+
+#[cfg(test)]
+pub(crate) use check::KEYWORDS;
+pub(crate) use node::{Kind, Node, Step};
+pub(crate) use tree::parse;
+pub(crate) use typed::Apart;
+
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+
+use crate::notes::Notes;
+
+/// The tree of a file and the raw type that it spells, without the values that errors are about.
+/// `None` where nothing can be read.
+pub(crate) fn document<T: DeserializeOwned>(
+    text: &str,
+    schema: &Value,
+    notes: &mut Notes,
+) -> Option<(Node, T)> {
+    let mut tree = parse(text, notes)?;
+    check::check(&mut tree, schema, notes);
+    let raw = typed::typed(&tree, notes)?;
+    Some((tree, raw))
+}
