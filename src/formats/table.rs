@@ -256,4 +256,29 @@ mod tests {
         assert_eq!(fault.to_string(), "t:1: is longer than 1 MiB, must be one row of a table");
         assert!(Table::open(Path::new("t"), &b"\"a,b\n"[..]).unwrap_err().what.contains("quoted"));
     }
+
+    /// Whole lines, none lost, whatever the length asked for and however the file ends.
+    #[test]
+    fn pieces_of_any_length_are_the_same_table() {
+        for end in ["", "\n"] {
+            let rows: Vec<String> =
+                (0..3000).map(|i| format!("{i},{}", "7".repeat(i % 40))).collect();
+            let rows = rows.join("\n") + end;
+            let text = format!("a,b\n{rows}");
+            for length in [1, 7, 128, 5000, 1 << 20] {
+                let mut table = Table::open(Path::new("t"), text.as_bytes()).unwrap();
+                let (mut all, mut piece, mut longest) = (Vec::new(), Vec::new(), 0);
+                while {
+                    table.lines(length, &mut piece).unwrap();
+                    !piece.is_empty()
+                } {
+                    assert!(all.is_empty() || all.ends_with(b"\n"));
+                    longest = longest.max(piece.len());
+                    all.extend_from_slice(&piece);
+                }
+                assert_eq!(String::from_utf8(all).unwrap(), rows, "{length}");
+                assert!(longest <= length.max(60), "{length}: {longest}");
+            }
+        }
+    }
 }

@@ -26,7 +26,7 @@ const MIN_VELOCITY_LIMIT: f64 = 1e-6;
 /// An axis shorter than this has no direction.
 const MIN_AXIS: f64 = 1e-9;
 
-impl Builder<'_> {
+impl<'d> Builder<'d> {
     pub(super) fn check_inertias(&mut self) {
         for link in &self.description.links {
             if let Some(inertial) = &link.inertial {
@@ -77,16 +77,32 @@ impl Builder<'_> {
     }
 
     pub(super) fn check_springs(&mut self) {
-        let description = self.description;
-        let joints: BTreeMap<&str, JointKind> =
-            description.joints.iter().map(|j| (j.name.as_str(), j.kind)).collect();
-        let moving: Vec<&str> =
-            description.joints.iter().filter(|j| j.kind.moves()).map(|j| j.name.as_str()).collect();
-
-        let default = description.default_damping_ratio;
+        let default = self.description.default_damping_ratio;
         if let Some(what) = damping_fault(Some(Damping::Ratio(default))) {
             self.error(Code::Value, Part::Damping, "damping_ratio", what);
         }
+        self.check_elastic_joints();
+        self.check_extra_coordinates();
+        self.check_names();
+        self.check_drives();
+        let gravity = self.description.gravity_m_per_s2;
+        if !is_finite(&gravity) {
+            let what = format!("gravity_m_per_s2 is {}, must be finite", triple(&gravity));
+            self.error(Code::Value, Part::Gravity, "gravity_m_per_s2", what);
+        }
+    }
+
+    /// Names of the joints that move.
+    fn moving(&self) -> Vec<&'d str> {
+        let moving = self.description.joints.iter().filter(|joint| joint.kind.moves());
+        moving.map(|joint| joint.name.as_str()).collect()
+    }
+
+    fn check_elastic_joints(&mut self) {
+        let description = self.description;
+        let joints: BTreeMap<&str, JointKind> =
+            description.joints.iter().map(|j| (j.name.as_str(), j.kind)).collect();
+        let moving = self.moving();
         for spring in &description.elastic_joints {
             let part = || Part::ElasticJoint(spring.joint.clone());
             match joints.get(spring.joint.as_str()) {
@@ -124,7 +140,10 @@ impl Builder<'_> {
                 self.error(Code::Value, part(), "damping_ratio", what);
             }
         }
-        for (index, extra) in description.extra.iter().enumerate() {
+    }
+
+    fn check_extra_coordinates(&mut self) {
+        for (index, extra) in self.description.extra.iter().enumerate() {
             let part = || Part::Extra(index);
             if !has_direction(&extra.axis) {
                 let what = format!("axis is {}, must have a direction", triple(&extra.axis));
@@ -141,6 +160,11 @@ impl Builder<'_> {
                 self.error(Code::Value, part(), "damping_ratio", what);
             }
         }
+    }
+
+    /// Elastic coordinates have names of their own.
+    fn check_names(&mut self) {
+        let description = self.description;
         let mut names = BTreeSet::new();
         for (part, name) in description
             .elastic_joints
@@ -153,6 +177,11 @@ impl Builder<'_> {
                 self.error(Code::Conflict, part, "name", what);
             }
         }
+    }
+
+    fn check_drives(&mut self) {
+        let description = self.description;
+        let moving = self.moving();
         let mut driven = BTreeSet::new();
         for drive in &description.drives {
             let part = || Part::Drive(drive.joint.clone());
@@ -175,11 +204,6 @@ impl Builder<'_> {
                 let what = "has no effect, as the joint is rigid";
                 self.warning(Code::Unused, part(), "reflected_inertia_kgm2", what);
             }
-        }
-        let gravity = description.gravity_m_per_s2;
-        if !is_finite(&gravity) {
-            let what = format!("gravity_m_per_s2 is {}, must be finite", triple(&gravity));
-            self.error(Code::Value, Part::Gravity, "gravity_m_per_s2", what);
         }
     }
 }

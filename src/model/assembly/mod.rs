@@ -120,16 +120,9 @@ impl<'a> Builder<'a> {
         Some(last)
     }
 
-    fn assemble(&mut self, tree: &Tree) -> Option<Robot> {
+    /// Links between base (excluded) and tip (included).
+    fn chain(&mut self, tree: &Tree, base: usize, tip: usize) -> Option<BTreeSet<usize>> {
         let description = self.description;
-        let base = match &description.base {
-            Some(name) => self.link_index(Part::Base, "base", name)?,
-            None => tree.root,
-        };
-        let tip = match &description.tip {
-            Some(name) => self.link_index(Part::Tip, "tip", name)?,
-            None => self.default_tip(tree, base)?,
-        };
         let chain = tree.path_to(tip);
         let Some(start) = chain.iter().position(|&link| link == base) else {
             let what = format!(
@@ -166,10 +159,13 @@ impl<'a> Builder<'a> {
                 );
             }
         }
+        Some(chain)
+    }
 
-        let carried: BTreeSet<usize> = tree.from(base).into_iter().collect();
+    /// Indices of the extra coordinates of each link that the base carries.
+    fn extras_of(&mut self, carried: &BTreeSet<usize>) -> BTreeMap<usize, Vec<usize>> {
         let mut extras_of: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-        for (i, extra) in description.extra.iter().enumerate() {
+        for (i, extra) in self.description.extra.iter().enumerate() {
             let Some(link) = self.link_index(Part::Extra(i), "link", &extra.link) else {
                 continue;
             };
@@ -181,6 +177,34 @@ impl<'a> Builder<'a> {
                 self.error(Code::Tree, Part::Extra(i), "link", what);
             }
         }
+        extras_of
+    }
+
+    /// Every spring moves something that the base carries.
+    fn check_springs_are_carried(&mut self, coordinates: &[Coordinate]) {
+        let description = self.description;
+        for spring in &description.elastic_joints {
+            let known = description.joints.iter().any(|j| j.name == spring.joint && j.kind.moves());
+            if known && !coordinates.iter().any(|c| c.name == spring.joint) {
+                let what = "lies outside the base's part of the tree";
+                self.error(Code::Tree, Part::ElasticJoint(spring.joint.clone()), "", what);
+            }
+        }
+    }
+
+    fn assemble(&mut self, tree: &Tree) -> Option<Robot> {
+        let description = self.description;
+        let base = match &description.base {
+            Some(name) => self.link_index(Part::Base, "base", name)?,
+            None => tree.root,
+        };
+        let tip = match &description.tip {
+            Some(name) => self.link_index(Part::Tip, "tip", name)?,
+            None => self.default_tip(tree, base)?,
+        };
+        let chain = self.chain(tree, base, tip)?;
+        let carried: BTreeSet<usize> = tree.from(base).into_iter().collect();
+        let extras_of = self.extras_of(&carried);
         let payload_link = match &description.payload {
             Some(payload) => {
                 let link = self.link_index(Part::Payload, "link", &payload.link)?;
@@ -220,13 +244,7 @@ impl<'a> Builder<'a> {
             self.error(Code::NotElastic, Part::Robot, "elasticity", what);
             return None;
         }
-        for spring in &description.elastic_joints {
-            let known = description.joints.iter().any(|j| j.name == spring.joint && j.kind.moves());
-            if known && !coordinates.iter().any(|c| c.name == spring.joint) {
-                let what = "lies outside the base's part of the tree";
-                self.error(Code::Tree, Part::ElasticJoint(spring.joint.clone()), "", what);
-            }
-        }
+        self.check_springs_are_carried(&coordinates);
         self.check_carried_mass(&nodes, &coordinates);
         self.warn_of_massless_links(&nodes, &place_of);
 
