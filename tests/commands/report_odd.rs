@@ -276,7 +276,7 @@ fn peaks_that_may_be_no_modes_are_told() {
     let (large, told) = doubts("60");
     assert_eq!(large, [none.clone(), far.clone(), none]);
     assert!(
-        told.contains("1 frequencies may be no modes'") && told.contains("--amplitude-deg"),
+        told.contains("1 frequency may not be of modes") && told.contains("--amplitude-deg"),
         "{told}"
     );
     let (huge, _) = doubts("90");

@@ -60,26 +60,25 @@ impl Summary {
         }
         if let Some(first) = &self.first_doubtful {
             let what = format!(
-                "{} frequencies may be harmonics or combination tones of a large vibration instead \
-                 of modes (the first: {first}); lower --amplitude-deg",
-                self.doubtful
+                "{} may not be of modes but of harmonics or combination tones of a large vibration \
+                 (the first: {first}); lower the amplitude (--amplitude-deg)",
+                frequencies(self.doubtful)
             );
             warn(Code::Doubtful, what);
         }
         if let Some(Folded { mode, frequency_hz, seen_at_hz }) = self.first_folded {
             let what = format!(
-                "{} frequencies lie above half the sample rate and are left blank (mode {} at \
-                 {frequency_hz:.2} Hz would appear at {seen_at_hz:.2} Hz); raise --sample-rate-hz",
-                self.folded,
+                "{} left blank: above half the sample rate (mode {} at {frequency_hz:.2} Hz would \
+                 appear at {seen_at_hz:.2} Hz); raise the rate (--sample-rate-hz)",
+                frequencies(self.folded),
                 mode + 1
             );
             warn(Code::Folded, what);
         }
         if self.unresolved > 0 {
             let what = format!(
-                "{} frequencies are blank: two modes are too close for the record to resolve; \
-                 lengthen --duration-s",
-                self.unresolved
+                "{} left blank: modes too close for the record to resolve; lengthen it (--duration-s)",
+                frequencies(self.unresolved)
             );
             warn(Code::Doubtful, what);
         }
@@ -98,4 +97,9 @@ fn described(doubt: &Doubt, found: &Measurement) -> String {
         found.frequencies_hz[doubt.mode].map_or(String::new(), |hz| format!(" at {hz:.2} Hz"));
     let linear = found.linear_hz[doubt.mode];
     format!("mode {}{frequency}, linear {linear:.2} Hz: {why}", doubt.mode + 1)
+}
+
+/// `1 frequency`, `2 frequencies`.
+fn frequencies(count: usize) -> String {
+    if count == 1 { "1 frequency".to_owned() } else { format!("{count} frequencies") }
 }
