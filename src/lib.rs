@@ -88,6 +88,7 @@
 //! | [`guide`] | the guide, as pages of this documentation | | hold code |
 //! | [`notes`] | errors and warnings: one type, one collector, every code | *ground* | |
 //! | [`progress`] | how far long work has come | *ground* | |
+//! | [`statistics`] | means, medians and bounds that several modules need | *ground* | |
 //! | [`units`] | conversions | *ground* | |
 //! | [`wording`] | what messages have in common | *ground* | |
 //!
@@ -116,6 +117,7 @@ pub mod program;
 pub mod progress;
 pub mod report;
 pub mod risk;
+pub mod statistics;
 pub mod study;
 pub mod units;
 pub mod wording;

@@ -19,6 +19,23 @@ pub fn deg_from_rad(rad: f64) -> f64 {
     rad * (180.0 / PI)
 }
 
+/// The number of degrees with the fewest digits that [`rad_from_deg`] turns into this angle: what a
+/// user typed comes back as it was typed.
+pub fn deg_read_as(rad: f64) -> f64 {
+    shortest(rad, deg_from_rad(rad), rad_from_deg)
+}
+
+/// The number of millimetres with the fewest digits that [`m_from_mm`] turns into this length.
+pub fn mm_read_as(m: f64) -> f64 {
+    shortest(m, mm_from_m(m), m_from_mm)
+}
+
+/// The number near `guess` with the fewest digits that `read` turns into `value`.
+fn shortest(value: f64, guess: f64, read: fn(f64) -> f64) -> f64 {
+    let rounded = |digits: usize| format!("{guess:.digits$e}").parse().unwrap_or(guess);
+    (0..=16).map(rounded).find(|&number| read(number) == value).unwrap_or(guess)
+}
+
 /// Milliradians to radians.
 pub fn rad_from_mrad(mrad: f64) -> f64 {
     mrad * 1e-3

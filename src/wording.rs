@@ -58,6 +58,30 @@ fn is_printable(c: char) -> bool {
     !(c.is_control() || turns_direction || breaks_xml || c == '\u{feff}')
 }
 
+/// Width of text output, in columns.
+const WIDTH: usize = 100;
+
+/// Writes `text` after `head`, wrapped to the width with further lines below the start of the text.
+pub fn wrapped(out: &mut String, head: &str, text: &str) {
+    let indent = head.chars().count();
+    let mut column = indent;
+    out.push_str(head);
+    for (i, word) in text.split(' ').enumerate() {
+        let width = word.chars().count();
+        if i > 0 && column + 1 + width > WIDTH {
+            out.push('\n');
+            out.push_str(&" ".repeat(indent));
+            column = indent;
+        } else if i > 0 {
+            out.push(' ');
+            column += 1;
+        }
+        out.push_str(word);
+        column += width;
+    }
+    out.push('\n');
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

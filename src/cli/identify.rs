@@ -8,22 +8,23 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::output::{Sink, keep_apart};
 use super::{Failure, Outcome, show_warnings};
-use crate::identify::session::identify_session_with_progress;
 use crate::input::{Reading, read_session};
+use crate::progress::Done;
 use crate::report::identify::{
     identification_json, identification_svg, identification_text, measured_csv,
 };
+use crate::study::identify::identify;
 
 const AFTER_HELP: &str = "\
-A session names files of raw data (CSV with a header, UFF 58 as text or binary, WAV) with the pose of each;
-`detune schema session` lists its keys.
+A session names files of raw data (CSV with a header, UFF 58 as text or binary, WAV) with the pose
+of each; `detune schema session` lists its keys.
 
 Examples:
   detune identify session.yaml
   detune identify session.yaml --write measured.csv
   detune identify session.yaml --format svg --output modes.svg
 
-A record in which no mode is found is told and does not change the exit code.";
+A record without modes gets a warning, which does not change the exit code.";
 
 /// Find natural frequencies, damping and mode shapes in raw records of vibration.
 #[derive(Debug, Args)]
@@ -32,7 +33,7 @@ pub(super) struct IdentifyArgs {
     /// The session.
     #[arg(value_name = "SESSION.yaml")]
     session: PathBuf,
-    /// What to write.
+    /// Output format.
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
     /// Write to this file, whole or not at all, instead of standard output (`-`).
@@ -45,15 +46,15 @@ pub(super) struct IdentifyArgs {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Format {
-    /// For people.
+    /// Readable text.
     Text,
-    /// For programs.
+    /// JSON.
     Json,
     /// Spectrum, fit and stabilisation diagram of each record.
     Svg,
 }
 
-/// Identifies a session; if some file is wrong, tells all faults and writes nothing.
+/// Identifies a session; if a file is invalid, reports all errors and writes nothing.
 pub(super) fn run(args: &IdentifyArgs, out: &mut dyn Write) -> Result<Outcome, Failure> {
     let sink = Sink::open(args.output.as_deref())?;
     let table = args.write.as_deref().map(|path| Sink::open(Some(path))).transpose()?;
@@ -69,7 +70,11 @@ pub(super) fn run(args: &IdentifyArgs, out: &mut dyn Write) -> Result<Outcome, F
         sink.refuse_inputs(&reading.files)?;
     }
     let progress = progress(session.records.len());
-    let found = identify_session_with_progress(&session, &|| progress.inc(1));
+    let found = identify(&session, &|done| {
+        if let Done::More(records) = done {
+            progress.inc(records as u64);
+        }
+    });
     progress.finish_and_clear();
     let text = match args.format {
         Format::Text => identification_text(&found),
@@ -79,7 +84,7 @@ pub(super) fn run(args: &IdentifyArgs, out: &mut dyn Write) -> Result<Outcome, F
         Format::Svg => identification_svg(&found),
     };
     if let Some(table) = table {
-        table.write(&measured_csv(&found, session.joint_names.as_deref()), out)?;
+        table.write(&measured_csv(&found), out)?;
     }
     sink.write(&text, out)?;
     Ok(Outcome::Pass)

@@ -6,11 +6,10 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::{Failure, Outcome};
-use crate::identify::stiffness::{StiffnessFault, fit_stiffness};
-use crate::input::{LoadTestRow, Reading, read_load_test};
-use crate::notes::{Code, Note, Place};
-use crate::report::stiffness::{JointFit, stiffness_json, stiffness_text};
-use crate::units::ratio_from_percent;
+use crate::input::{Reading, read_load_test};
+use crate::notes::{Note, Place};
+use crate::report::stiffness::{stiffness_json, stiffness_text};
+use crate::study::stiffness::stiffness;
 
 /// Find the stiffness of joints from known moments and measured angles.
 #[derive(Debug, Args)]
@@ -22,73 +21,44 @@ pub(super) struct StiffnessArgs {
     /// Table of the load test.
     #[arg(value_name = "LOADS.csv")]
     loads: PathBuf,
-    /// What to write.
+    /// Output format.
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
-    /// How sure the interval shall be, %.
+    /// Confidence of the interval, %.
     #[arg(long, value_name = "PERCENT", default_value_t = 95.0)]
     confidence: f64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Format {
-    /// For people.
+    /// Readable text.
     Text,
-    /// For programs.
+    /// JSON.
     Json,
 }
 
-/// Fits each joint of the table; if one cannot be fitted, tells all that cannot and writes nothing.
+/// Fits each joint of the table; if one cannot be fitted, reports all that cannot and writes
+/// nothing.
 pub(super) fn run(args: &StiffnessArgs, out: &mut dyn Write) -> Result<Outcome, Failure> {
-    let told = |line: Option<usize>, what: String| match line {
-        Some(_) => Note::error(Code::Value, Place::line(&args.loads, line), what),
-        None => Note::usage(what),
-    };
-    let confidence = ratio_from_percent(args.confidence);
-    if !(confidence > 0.0 && confidence < 1.0) {
-        let what = format!("--confidence is {}, must lie between 0 and 100 %", args.confidence);
-        return Err(vec![told(None, what)].into());
-    }
-    let mut fits = Vec::new();
-    let mut faults = Vec::new();
-    for (joint, rows) in by_joint(&read_load_test(&args.loads, &mut Reading::default())?) {
-        let angles: Vec<f64> = rows.iter().map(|row| row.angle_rad).collect();
-        let moments: Vec<f64> = rows.iter().map(|row| row.moment_nm).collect();
-        match fit_stiffness(&angles, &moments, confidence) {
-            Ok(fit) => fits.push(JointFit { joint, fit }),
-            Err(fault) => {
-                let index = match fault {
-                    StiffnessFault::NotFinite(row) => row,
-                    _ => 0,
-                };
-                let name = joint.map_or_else(String::new, |name| format!("joint '{name}': "));
-                faults.push(told(rows.get(index).map(|row| row.line), format!("{name}{fault}")));
-            }
-        }
-    }
-    if !faults.is_empty() {
-        return Err(faults.into());
-    }
+    let rows = read_load_test(&args.loads, &mut Reading::default())?;
+    let found = stiffness(&rows, args.confidence)
+        .map_err(|errors| errors.into_iter().map(|note| at(args, note)).collect::<Vec<_>>())?;
     let text = match args.format {
-        Format::Text => stiffness_text(&fits),
+        Format::Text => stiffness_text(&found),
         Format::Json => {
-            stiffness_json(&fits).map_err(|error| Failure::Internal(error.to_string()))?
+            stiffness_json(&found).map_err(|error| Failure::Internal(error.to_string()))?
         }
     };
     out.write_all(text.as_bytes())?;
     Ok(Outcome::Pass)
 }
 
-/// The rows of each joint, joints in the order in which they first appear.
-fn by_joint(rows: &[LoadTestRow]) -> Vec<(Option<String>, Vec<&LoadTestRow>)> {
-    let mut joints: Vec<(Option<String>, Vec<&LoadTestRow>)> = Vec::new();
-    for row in rows {
-        match joints.iter_mut().find(|(joint, _)| *joint == row.joint) {
-            Some((_, of_joint)) => of_joint.push(row),
-            None => joints.push((row.joint.clone(), vec![row])),
-        }
+/// An error with the file that its line is in.
+fn at(args: &StiffnessArgs, mut note: Note) -> Note {
+    if note.place.line.is_some() {
+        note.place = Place { file: Some(args.loads.clone()), ..note.place };
     }
-    joints
+    note
 }
 
 #[cfg(test)]
@@ -100,12 +70,12 @@ mod tests {
         let loads = folder.path().join("loads.csv");
         std::fs::write(&loads, table).unwrap();
         let mut out = Vec::new();
+        let file = format!("{}:", loads.display());
         match run(&StiffnessArgs { loads, format, confidence }, &mut out) {
             Ok(_) => Ok(String::from_utf8(out).unwrap()),
-            Err(Failure::Input(faults)) => Err(faults
-                .iter()
-                .map(|fault| format!("{}: {}", fault.place.line.unwrap_or(0), fault.what))
-                .collect()),
+            Err(Failure::Input(errors)) => {
+                Err(errors.iter().map(|error| error.to_string().replace(&file, "")).collect())
+            }
             Err(other) => panic!("{other:?}"),
         }
     }
@@ -128,17 +98,14 @@ mod tests {
         let high = b["interval_nm_per_rad"][1].as_f64().unwrap();
         assert!((high - 1.5 - 12.7062 * 0.75_f64.sqrt()).abs() < 1e-3);
         let text = stiffness(table, Format::Text, 95.0).unwrap();
-        assert!(text.contains("a: k = 2 N·m/rad") && text.contains("reaches zero"), "{text}");
+        assert!(text.contains("a: k = 2 N·m/rad") && text.contains("includes zero"), "{text}");
     }
 
     #[test]
-    fn a_line_that_falls_is_no_spring_and_small_springs_keep_their_digits() {
+    fn a_falling_line_is_no_spring_and_small_springs_keep_their_digits() {
         let table = "angle_rad,moment_nm\n0,0\n1,-2\n2,-4.1\n";
         let faults = stiffness(table, Format::Text, 95.0).unwrap_err();
-        assert!(
-            faults[0].starts_with("2: k comes out as -2.0500e0 N·m/rad, must be positive"),
-            "{faults:?}"
-        );
+        assert!(faults[0].starts_with("2: k is -2.0500e0 N·m/rad, must be positive"), "{faults:?}");
         let small = "angle_rad,moment_nm\n0,0\n1,0.000123456\n2,0.000246913\n3,0.000370367\n";
         let text = stiffness(small, Format::Text, 95.0).unwrap();
         assert!(text.contains("k = 0.000123456 N·m/rad"), "{text}");
@@ -154,6 +121,6 @@ mod tests {
         );
         assert!(faults[1].starts_with("4: joint 'b': all angles"), "{faults:?}");
         let faults = stiffness(table, Format::Text, 100.0).unwrap_err();
-        assert_eq!(faults, ["0: --confidence is 100, must lie between 0 and 100 %"]);
+        assert_eq!(faults, ["--confidence is 100, must lie between 0 and 100 %"]);
     }
 }

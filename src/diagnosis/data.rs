@@ -100,7 +100,7 @@ impl Data {
             .iter()
             .enumerate()
             .map(|(index, row)| Row {
-                q: row.joints.clone(),
+                q: row.pose.clone(),
                 conditions: Conditions {
                     temperature_c: row.temperature_c,
                     amplitude_nm: row.amplitude_nm,

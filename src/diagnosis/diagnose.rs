@@ -121,7 +121,7 @@ fn check_rows(robot: &Robot, table: &ModeTable) -> Result<(), DiagnosisFault> {
     let positive = |value: &Option<f64>| value.is_none_or(|f| f.is_finite() && f > 0.0);
     for (row, measured) in table.rows.iter().enumerate() {
         let fault = |what: String| Err(DiagnosisFault::Row { row, what });
-        if let Err(bad) = robot.check_pose(&measured.joints) {
+        if let Err(bad) = robot.check_pose(&measured.pose) {
             return fault(bad.to_string());
         }
         let numbers = measured.frequencies_hz.iter().chain(&measured.deviations_hz);

@@ -1,17 +1,13 @@
 //! Displacements of marked points → rotation of each link, per mode: the paper's Section 4, Fig. 9.
 //!
-//! A rigid link in the picture's plane moves a point at r by u + α·(−r_y, r_x) for small α, seen positive
-//! from x to y. Over all marked points of a link u and α follow by least squares; with two points that is
-//! the paper's plan of displacements.
+//! A rigid link in the picture's plane moves a point at r by u + α·(−r_y, r_x) for small α, seen
+//! positive from x to y. Over all marked points of a link u and α follow by least squares; with two
+//! points that is the paper's plan of displacements.
 
 use super::estimate::C64;
 use super::record::{MarkedLink, Marker};
 
-/// Rotations are called the same or opposite where their phases leave no more than this between them: cos
-/// of 60°.
-const CLEAR_COSINE: f64 = 0.5;
-
-/// How a link turns against the first that turns clearly.
+/// How a link turns relative to the first that turns clearly.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sense {
     /// In the same direction at the same time.
@@ -33,16 +29,20 @@ pub struct LinkRotation {
     pub std: f64,
     /// Free decays: rotation amplitude when the strongest decay begins, rad.
     pub amplitude_rad: Option<f64>,
-    /// Against the first link of the list that turns clearly.
+    /// Relative to the first link of the list that turns clearly.
     pub sense: Sense,
 }
 
-/// Rotations of all links, from the displacement of each channel in the mode with its standard deviation.
+/// Rotations of all links, from the displacement of each channel in the mode with its standard
+/// deviation.
 pub(super) fn rotations(
     links: &[MarkedLink],
     displacement: &dyn Fn(&str) -> Option<(C64, f64)>,
     amplitude: Option<f64>,
 ) -> Vec<LinkRotation> {
+    /// Two rotations have a clear sense where their phases lie within 60° of 0° or 180°: its
+    /// cosine.
+    const CLEAR_COSINE: f64 = 0.5;
     let mut found: Vec<LinkRotation> = links
         .iter()
         .filter_map(|link| {
@@ -103,7 +103,8 @@ fn rotation(
 mod tests {
     use super::*;
 
-    /// The paper's arm: A fixed, B at the end of link 1, C at the end of link 2; both turn by known angles.
+    /// The paper's arm: A fixed, B at the end of link 1, C at the end of link 2; both turn by known
+    /// angles.
     #[test]
     fn rotations_of_a_two_link_arm_come_back() {
         let (a, b, c) = ([0.1, 0.2], [0.1 - 0.35, 0.2 + 0.6], [0.55, 0.7]);

@@ -1,15 +1,18 @@
 //! Measurements, by methods that never see a prediction.
 //!
 //! ```text
-//! record → checked (quality) → hits and decays (hits) → spectra in the band that is filled (prepare, spectra)
-//!        → poles and residues with covariances (estimate) → modes, shapes, rotations of links (identify, links)
-//!        → what must be known (suspicions) → one row a pose (session)
+//! record → checked (quality) → impacts and decays (impacts)
+//!        → spectra in the band that is filled (prepare, spectra)
+//!        → poles and residues with covariances (estimate)
+//!        → modes, shapes, rotations of links (mode, links) → warnings (suspicions)
+//!        → one row a pose (session) → a table of modes (table)
 //! ```
 
 mod estimate;
-mod hits;
+mod impacts;
 pub mod links;
-pub mod notice;
+pub mod mode;
+pub mod pose;
 mod prepare;
 mod quality;
 pub mod record;
@@ -21,5 +24,5 @@ mod suspicions;
 mod table;
 
 pub use estimate::lscf::{StabilisationPoint, Stability};
-pub use prepare::Kind;
+pub use prepare::RecordKind;
 pub use table::{ModeRow, ModeTable};

@@ -1,42 +1,31 @@
 //! Records → spectra ready for the estimation, in the band that the record fills.
 
 use std::borrow::Cow;
+use std::ops::Range;
 
-use super::estimate::{Block, C64, Origin, Push};
-use super::hits::{Decay, Hit, decays, deviation, hits_in_force, median};
-use super::notice::{NoticeKind, Notices};
+use super::estimate::{Block, C64, ForceSample, Origin};
+use super::impacts::{Decay, Impact, decays, impacts_in_force};
 use super::quality::{check_channel, rounding_step, without_gaps, without_spikes};
 use super::record::{Channel, Data, Frf, Quantity, Record};
-use super::spectra::{Averaged, Window, over_hits, over_stretches, transform};
+use super::spectra::{Averaged, Window, over_impacts, over_stretches, transform};
+use crate::notes::{Code, Notes};
+use crate::statistics::{deviation_about_zero, mean, upper_median};
 use crate::units::{hz_from_rad_per_s, rad_per_s_from_hz};
 
 /// Lines below this are offset and drift.
-const LOWEST_LINE: usize = 2;
+const FIRST_LINE: usize = 2;
 
-/// Share of half the sampling rate up to which lines are used: above, filters and folding rule.
-const NYQUIST_SHARE: f64 = 0.97;
+/// Lines up to this fraction of half the sampling rate are used: above it, filters and folding
+/// dominate.
+const MAX_NYQUIST_FRACTION: f64 = 0.97;
 
 /// Most lines of one spectrum that are fitted.
-const MOST_LINES: usize = 12_000;
+const MAX_LINES: usize = 12_000;
 
-/// Shorter decays are passed over.
-const SHORTEST_DECAY: usize = 24;
+/// Shorter decays are left out.
+const MIN_DECAY_SAMPLES: usize = 24;
 
-/// The band ends where the smoothed power stays below this share of its peak or this multiple of the floor.
-const BAND_SHARE: f64 = 1e-5;
-const BAND_ABOVE_FLOOR: f64 = 4.0;
-
-/// Room above the last peak.
-const BAND_ROOM: f64 = 1.3;
-
-/// The lowest share of the lines that the band has, however low the peaks.
-const LEAST_BAND: f64 = 0.1;
-
-/// The samples of a short pulse tell its spectrum no better than this, as a share.
-const SAMPLED_PULSE: f64 = 2e-3;
-
-/// Lines on which the force is lost in noise are no worse than this, against its power.
-const MOST_DRIVE_ERROR: f64 = 1.0;
+const NO_LINES: &str = "is too short for any line in the band";
 
 /// A response that the estimation sees.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,26 +34,28 @@ pub(super) struct Response {
     pub(super) quantity: Quantity,
 }
 
+/// Lines, rad/s, and the spectra of all responses on them.
+pub(super) type SpectraOnLines = (Vec<f64>, Vec<Vec<C64>>);
+
 /// A record ready for the estimation.
 #[derive(Debug, Clone)]
 pub(super) struct Prepared {
     pub(super) responses: Vec<Response>,
     pub(super) blocks: Vec<Block>,
-    /// What the linear least squares start from: lines and spectra of each set, and what their window adds
-    /// to the decay, 1/s.
-    pub(super) starts_from: Vec<(Vec<f64>, Vec<Vec<C64>>)>,
+    /// What the linear least squares start from, and what its window adds to the decay, 1/s.
+    pub(super) starts_from: Vec<SpectraOnLines>,
     pub(super) window_decay: f64,
     /// Half the sampling rate, Hz, where there is one.
     pub(super) nyquist_hz: Option<f64>,
     /// Averaged frequency responses of records with force.
     pub(super) averaged: Option<Averaged>,
     /// How the record was taken.
-    pub(super) kind: Kind,
+    pub(super) kind: RecordKind,
 }
 
 /// How the arm was excited, as far as the record shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum RecordKind {
     /// Force pulses.
     Hammer,
     /// A force that goes on.
@@ -75,80 +66,81 @@ pub enum Kind {
     GivenResponses,
 }
 
-/// Cuts and transforms a record; `None` (with a notice) where there is nothing to fit.
+impl Prepared {
+    /// Without windows or averages; the linear least squares start from the blocks themselves.
+    fn of(kind: RecordKind, responses: Vec<Response>, blocks: Vec<Block>) -> Self {
+        let starts_from =
+            blocks.iter().map(|block| (block.omega.clone(), block.spectra.clone())).collect();
+        Self {
+            responses,
+            blocks,
+            starts_from,
+            window_decay: 0.0,
+            nyquist_hz: None,
+            averaged: None,
+            kind,
+        }
+    }
+}
+
+/// What is asked of a record beside its samples.
+#[derive(Debug, Clone, Copy)]
+struct Sampling {
+    rate_hz: f64,
+    band_hz: Option<[f64; 2]>,
+}
+
+/// Cuts and transforms a record; `None` (with a warning) where there is nothing to fit.
 pub(super) fn prepare(
     record: &Record,
     band_hz: Option<[f64; 2]>,
-    notices: &mut Notices,
+    notes: &mut Notes,
 ) -> Option<Prepared> {
     match &record.data {
-        Data::Responses(functions) => given(functions, band_hz, notices),
+        Data::Responses(functions) => given(functions, band_hz, notes),
         Data::Time { sample_rate_hz, excitation, responses } => {
             let usable: Vec<&Channel> =
-                responses.iter().filter(|channel| check_channel(channel, false, notices)).collect();
-            let usable = without_gaps(usable, *sample_rate_hz, notices);
+                responses.iter().filter(|channel| check_channel(channel, false, notes)).collect();
+            let usable = without_gaps(usable, *sample_rate_hz, notes);
             if usable.is_empty() {
-                notices.add(NoticeKind::NoModes, None, "has no response that moves".to_owned());
+                notes.warning(Code::NoModes, None, "has no response that moves");
                 return None;
             }
-            let named = usable
-                .iter()
-                .map(|c| Response { name: c.name.clone(), quantity: c.quantity })
-                .collect();
+            let sampling = Sampling { rate_hz: *sample_rate_hz, band_hz };
             match excitation {
-                Some(force) if check_channel(force, true, notices) => {
-                    forced(*sample_rate_hz, force, &usable, named, band_hz, notices)
+                Some(force) if check_channel(force, true, notes) => {
+                    forced(sampling, force, &usable, notes)
                 }
                 Some(_) => {
-                    let what =
-                        "the excitation does not move, so nothing is known of the force".to_owned();
-                    notices.add(NoticeKind::NoModes, None, what);
+                    let what = "the excitation does not move, so the force is unknown";
+                    notes.warning(Code::NoModes, None, what);
                     None
                 }
-                None => free(*sample_rate_hz, &usable, named, band_hz, notices),
+                None => free(sampling, &usable, notes),
             }
         }
     }
 }
 
-fn without_offset(samples: &[f64]) -> Vec<f64> {
-    let mean = samples.iter().sum::<f64>() / samples.len().max(1) as f64;
-    samples.iter().map(|s| s - mean).collect()
+fn responses_of(channels: &[&Channel]) -> Vec<Response> {
+    let response = |c: &&Channel| Response { name: c.name.clone(), quantity: c.quantity };
+    channels.iter().map(response).collect()
 }
 
-fn free(
-    sample_rate_hz: f64,
-    channels: &[&Channel],
-    responses: Vec<Response>,
-    band_hz: Option<[f64; 2]>,
-    notices: &mut Notices,
-) -> Option<Prepared> {
+fn without_offset(samples: &[f64]) -> Vec<f64> {
+    let offset = if samples.is_empty() { 0.0 } else { mean(samples) };
+    samples.iter().map(|s| s - offset).collect()
+}
+
+fn free(sampling: Sampling, channels: &[&Channel], notes: &mut Notes) -> Option<Prepared> {
+    let rate_hz = sampling.rate_hz;
+    let responses = responses_of(channels);
     let steps: Vec<Option<f64>> =
         channels.iter().map(|channel| rounding_step(&channel.samples)).collect();
-    let channels: Vec<Cow<'_, Channel>> = channels
-        .iter()
-        .map(|channel| without_spikes(channel, sample_rate_hz, &[], notices))
-        .collect();
-    let level: Vec<Vec<f64>> = channels
-        .iter()
-        .map(|channel| {
-            let middle = median(&channel.samples);
-            channel.samples.iter().map(|s| s - middle).collect()
-        })
-        .collect();
-    let level: Vec<&[f64]> = level.iter().map(Vec::as_slice).collect();
-    let found = decays(&level, sample_rate_hz);
-    let long: Vec<Decay> =
-        found.iter().copied().filter(|decay| decay.to - decay.from >= SHORTEST_DECAY).collect();
-    tell_of_short_decays(&found, &long, sample_rate_hz, notices);
-    if long.is_empty() {
-        let what = format!(
-            "holds no free decay of {SHORTEST_DECAY} samples or more; is the record cut before the hit?"
-        );
-        notices.add(NoticeKind::NoModes, None, what);
-        return None;
-    }
-    let cut: Vec<(usize, Vec<Vec<C64>>)> = long
+    let channels: Vec<Cow<'_, Channel>> =
+        channels.iter().map(|channel| without_spikes(channel, rate_hz, &[], notes)).collect();
+    let decays = long_decays(&channels, rate_hz, notes)?;
+    let cut: Vec<(usize, Vec<Vec<C64>>)> = decays
         .iter()
         .map(|decay| {
             let of = |channel: &Cow<'_, Channel>| {
@@ -157,320 +149,330 @@ fn free(
             (decay.to - decay.from, channels.iter().map(of).collect())
         })
         .collect();
-    let [low, high] = band(band_hz, &cut, sample_rate_hz, notices);
-    let step_s = sample_rate_hz.recip();
+    let band = band(sampling, &cut, notes);
     let mut blocks = Vec::new();
     for (samples, spectra) in cut {
-        let lines = lines(samples, sample_rate_hz, low, high, notices);
+        let lines = lines(samples, rate_hz, band, notes);
+        let origin = Origin::Sampled { step_s: rate_hz.recip(), samples, force: None };
         blocks.push(Block {
-            origin: Origin::Sampled { step_s, samples, force: None },
-            omega: omega(&lines, samples, sample_rate_hz),
-            drive: Vec::new(),
-            drive_error: Vec::new(),
-            least_noise: steps.iter().map(|step| rounding(*step, samples)).collect(),
-            begins_moving: false,
-            envelopes: Vec::new(),
-            spectra: spectra.iter().map(|s| s[lines.clone()].to_vec()).collect(),
+            min_noise: steps.iter().map(|step| rounding_noise(*step, samples)).collect(),
+            ..Block::new(origin, omega(&lines, samples, rate_hz), on_lines(&spectra, &lines))
         });
     }
     blocks.retain(|block| !block.omega.is_empty());
     if blocks.is_empty() {
-        notices.add(NoticeKind::NoModes, None, "is too short for any line in the band".to_owned());
+        notes.warning(Code::NoModes, None, NO_LINES);
         return None;
     }
-    let starts_from =
-        blocks.iter().map(|block| (block.omega.clone(), block.spectra.clone())).collect();
-    Some(Prepared {
-        responses,
-        blocks,
-        starts_from,
-        window_decay: 0.0,
-        nyquist_hz: Some(0.5 * sample_rate_hz),
-        averaged: None,
-        kind: Kind::FreeDecay,
-    })
+    let prepared = Prepared::of(RecordKind::FreeDecay, responses, blocks);
+    Some(Prepared { nyquist_hz: Some(0.5 * rate_hz), ..prepared })
 }
 
-/// A decay that another hit cuts short is a double hit.
-fn tell_of_short_decays(
-    found: &[Decay],
-    long: &[Decay],
-    sample_rate_hz: f64,
-    notices: &mut Notices,
-) {
+/// The decays that are long enough; `None` (with a warning) where there is none.
+fn long_decays(
+    channels: &[Cow<'_, Channel>],
+    rate_hz: f64,
+    notes: &mut Notes,
+) -> Option<Vec<Decay>> {
+    let level: Vec<Vec<f64>> = channels
+        .iter()
+        .map(|channel| {
+            let middle = upper_median(&channel.samples).unwrap_or(0.0);
+            channel.samples.iter().map(|s| s - middle).collect()
+        })
+        .collect();
+    let level: Vec<&[f64]> = level.iter().map(Vec::as_slice).collect();
+    let found = decays(&level, rate_hz);
+    let is_long = |decay: &Decay| decay.to - decay.from >= MIN_DECAY_SAMPLES;
+    let long: Vec<Decay> = found.iter().copied().filter(is_long).collect();
+    warn_of_cut_decays(&found, &long, rate_hz, notes);
+    if long.is_empty() {
+        let what = format!(
+            "has no free decay of {MIN_DECAY_SAMPLES} samples or more; was the record cut before \
+             the impact?"
+        );
+        notes.warning(Code::NoModes, None, what);
+        return None;
+    }
+    Some(long)
+}
+
+/// A decay that another impact cuts short is a double hit.
+fn warn_of_cut_decays(found: &[Decay], long: &[Decay], rate_hz: f64, notes: &mut Notes) {
     let longest = long.iter().map(|decay| decay.to - decay.from).max().unwrap_or(0);
     for decay in &found[..found.len().saturating_sub(1)] {
         if 4 * (decay.to - decay.from) < longest {
             let what = format!(
-                "the decay that begins at {:.3} s is cut short by a second hit at {:.3} s; hit once and wait",
-                decay.from as f64 / sample_rate_hz,
-                decay.to as f64 / sample_rate_hz
+                "the decay that begins at {:.3} s is cut short by a second impact at {:.3} s; hit \
+                 once and wait",
+                decay.from as f64 / rate_hz,
+                decay.to as f64 / rate_hz
             );
-            notices.add(NoticeKind::DoubleHit, None, what);
+            notes.warning(Code::DoubleHit, None, what);
         }
     }
 }
 
 fn forced(
-    sample_rate_hz: f64,
+    sampling: Sampling,
     excitation: &Channel,
     channels: &[&Channel],
-    responses: Vec<Response>,
-    band_hz: Option<[f64; 2]>,
-    notices: &mut Notices,
+    notes: &mut Notes,
 ) -> Option<Prepared> {
-    let middle = median(&excitation.samples);
+    let rate_hz = sampling.rate_hz;
+    let responses = responses_of(channels);
+    let middle = upper_median(&excitation.samples).unwrap_or(0.0);
     let mut force: Vec<f64> = excitation.samples.iter().map(|f| f - middle).collect();
-    let hits = hits_in_force(&force, sample_rate_hz);
-    for hit in hits.iter().filter(|hit| hit.pulses > 1) {
-        let what = format!(
-            "{} pulses within one blow at {:.3} s: the hammer bounced; all of them are taken into account, but \
-             a clean hit is better",
-            hit.pulses,
-            hit.first as f64 / sample_rate_hz
-        );
-        notices.add(NoticeKind::DoubleHit, Some(&excitation.name), what);
-    }
-    let blows: Vec<_> = hits.iter().map(reach).map(|[from, to]| from..to + 2).collect();
     let samples = force.len();
-    let least_noise: Vec<f64> =
-        channels.iter().map(|channel| rounding(rounding_step(&channel.samples), samples)).collect();
-    // An excitation that goes on may be made of blows.
+    let impacts = impacts_in_force(&force, rate_hz);
+    warn_of_bounces(&impacts, excitation, rate_hz, notes);
+    let protected: Vec<_> = impacts.iter().map(reach).map(|[from, to]| from..to + 2).collect();
+    let min_noise: Vec<f64> = channels
+        .iter()
+        .map(|channel| rounding_noise(rounding_step(&channel.samples), samples))
+        .collect();
+    // A force that goes on may be made of short pulses that look like spikes.
     let channels: Vec<Cow<'_, Channel>> = channels
         .iter()
-        .map(|channel| match hits.is_empty() {
+        .map(|channel| match impacts.is_empty() {
             true => Cow::Borrowed(*channel),
-            false => without_spikes(channel, sample_rate_hz, &blows, notices),
+            false => without_spikes(channel, rate_hz, &protected, notes),
         })
         .collect();
     let moves: Vec<Vec<f64>> = channels.iter().map(|c| without_offset(&c.samples)).collect();
     let moves: Vec<&[f64]> = moves.iter().map(Vec::as_slice).collect();
-    let mut force_noise = 0.0;
-    let averaged = if hits.is_empty() {
-        over_stretches(&force, &moves, sample_rate_hz)
+    let (force_noise, averaged) = if impacts.is_empty() {
+        (None, over_stretches(&force, &moves, rate_hz))
     } else {
-        let mut inside = vec![false; force.len()];
-        for hit in &hits {
-            let [from, to] = reach(hit);
-            inside[from..to.min(force.len())].fill(true);
-        }
-        let outside = force.iter().zip(&inside).filter(|(_, inside)| !**inside);
-        force_noise = deviation(&outside.map(|(f, _)| *f).collect::<Vec<_>>());
-        force.iter_mut().zip(&inside).filter(|(_, inside)| !**inside).for_each(|(f, _)| *f = 0.0);
-        over_hits(&force, &moves, &hits, sample_rate_hz)
+        let noise = silence_outside(&mut force, &impacts);
+        (Some(noise), over_impacts(&force, &moves, &impacts, rate_hz))
     };
     let spectra: Vec<Vec<C64>> = moves.iter().map(|m| transform(m)).collect();
     let cut = [(samples, spectra)];
-    let [low, high] = band(band_hz, &cut, sample_rate_hz, notices);
-    let lines = lines(samples, sample_rate_hz, low, high, notices);
+    let band = band(sampling, &cut, notes);
+    let lines = lines(samples, rate_hz, band, notes);
     if lines.is_empty() {
-        notices.add(NoticeKind::NoModes, None, "is too short for any line in the band".to_owned());
+        notes.warning(Code::NoModes, None, NO_LINES);
         return None;
     }
     let [(_, spectra)] = cut;
-    let push = |(at, &value): (usize, &f64)| {
-        let blow = hits.iter().position(|hit| at < reach(hit)[1]).unwrap_or(0);
-        Push { at: at as f64, value, blow }
-    };
-    let nonzero: Vec<Push> =
-        force.iter().enumerate().filter(|(_, f)| **f != 0.0).map(push).collect();
+    let pulses = force_samples(&force, &impacts);
     let drive = transform(&force)[lines.clone()].to_vec();
-    let drive_error = if hits.is_empty() {
-        Vec::new()
-    } else {
-        let variance = force_noise.powi(2) * nonzero.len() as f64;
+    let drive_error = force_noise.map_or_else(Vec::new, |noise| {
+        let variance = noise.powi(2) * pulses.len() as f64;
         drive.iter().map(|f| drive_error(variance, f.norm_sqr())).collect()
-    };
+    });
+    let origin = Origin::Sampled { step_s: rate_hz.recip(), samples, force: Some(pulses) };
     let block = Block {
-        origin: Origin::Sampled { step_s: sample_rate_hz.recip(), samples, force: Some(nonzero) },
-        omega: omega(&lines, samples, sample_rate_hz),
         drive,
         drive_error,
-        least_noise,
-        begins_moving: hits.is_empty(),
-        envelopes: Vec::new(),
-        spectra: spectra.iter().map(|s| s[lines.clone()].to_vec()).collect(),
+        min_noise,
+        begins_moving: impacts.is_empty(),
+        ..Block::new(origin, omega(&lines, samples, rate_hz), on_lines(&spectra, &lines))
     };
-    let mut starts_from = Vec::new();
-    let mut window_decay = 0.0;
-    if let Some(averaged) = &averaged {
-        let within: Vec<usize> = (0..averaged.frequencies_hz.len())
-            .filter(|&k| {
-                k > 0 && averaged.frequencies_hz[k] >= low && averaged.frequencies_hz[k] <= high
-            })
-            .collect();
-        let pick = |h: &Vec<C64>| within.iter().map(|&k| h[k]).collect();
-        starts_from.push((
-            within.iter().map(|&k| rad_per_s_from_hz(averaged.frequencies_hz[k])).collect(),
-            averaged.h1.iter().map(pick).collect(),
-        ));
-        if let Window::ForceExponential { decay_per_s } = averaged.window {
-            window_decay = decay_per_s;
-        }
-    }
+    let window_decay = match averaged.as_ref().map(|averaged| averaged.window) {
+        Some(Window::ForceExponential { decay_per_s }) => decay_per_s,
+        _ => 0.0,
+    };
     Some(Prepared {
         responses,
         blocks: vec![block],
-        starts_from,
+        starts_from: averaged.iter().map(|averaged| within_band(averaged, band)).collect(),
         window_decay,
-        nyquist_hz: Some(0.5 * sample_rate_hz),
+        nyquist_hz: Some(0.5 * rate_hz),
         averaged,
-        kind: if hits.is_empty() { Kind::Steady } else { Kind::Hammer },
+        kind: if impacts.is_empty() { RecordKind::Steady } else { RecordKind::Hammer },
     })
 }
 
-/// Variance of a line of the force against its power: noise in the samples of the pulses, and what the
-/// samples miss of a short pulse.
+fn warn_of_bounces(impacts: &[Impact], excitation: &Channel, rate_hz: f64, notes: &mut Notes) {
+    for impact in impacts.iter().filter(|impact| impact.pulses > 1) {
+        let what = format!(
+            "{} pulses within one impact at {:.3} s: the hammer bounced; all of them are taken \
+             into account, but a clean impact is better",
+            impact.pulses,
+            impact.first as f64 / rate_hz
+        );
+        notes.channel_warning(Code::DoubleHit, &excitation.name, what);
+    }
+}
+
+/// Sets the force outside of the impacts to zero; the standard deviation of its noise there.
+fn silence_outside(force: &mut [f64], impacts: &[Impact]) -> f64 {
+    let mut inside = vec![false; force.len()];
+    for impact in impacts {
+        let [from, to] = reach(impact);
+        inside[from..to.min(force.len())].fill(true);
+    }
+    let mut outside = Vec::new();
+    for (f, _) in force.iter_mut().zip(&inside).filter(|(_, inside)| !**inside) {
+        outside.push(*f);
+        *f = 0.0;
+    }
+    deviation_about_zero(&outside)
+}
+
+/// The samples of the force that are not zero, each with its impact.
+fn force_samples(force: &[f64], impacts: &[Impact]) -> Vec<ForceSample> {
+    let sample = |(at, &value): (usize, &f64)| {
+        let impact = impacts.iter().position(|impact| at < reach(impact)[1]).unwrap_or(0);
+        ForceSample { at: at as f64, value, impact }
+    };
+    force.iter().enumerate().filter(|(_, f)| **f != 0.0).map(sample).collect()
+}
+
+/// Averaged frequency responses within a band, without the offset.
+fn within_band(averaged: &Averaged, [low, high]: [f64; 2]) -> SpectraOnLines {
+    let is_within = |hz: f64| hz >= low && hz <= high;
+    let within: Vec<usize> = (1..averaged.frequencies_hz.len())
+        .filter(|&k| is_within(averaged.frequencies_hz[k]))
+        .collect();
+    let omega = within.iter().map(|&k| rad_per_s_from_hz(averaged.frequencies_hz[k])).collect();
+    let pick = |h: &Vec<C64>| within.iter().map(|&k| h[k]).collect();
+    (omega, averaged.h1.iter().map(pick).collect())
+}
+
+/// Variance of a line of the force relative to its power: noise in the samples of the pulses, and
+/// what the samples miss of a short pulse.
 fn drive_error(variance: f64, power: f64) -> f64 {
-    (variance / power.max(f64::MIN_POSITIVE)).min(MOST_DRIVE_ERROR) + SAMPLED_PULSE.powi(2)
+    /// Where the force is lost in noise.
+    const MAX_ERROR: f64 = 1.0;
+    /// Relative error of the spectrum of a short pulse that is sampled.
+    const SAMPLED_PULSE: f64 = 2e-3;
+    (variance / power.max(f64::MIN_POSITIVE)).min(MAX_ERROR) + SAMPLED_PULSE.powi(2)
 }
 
-/// First sample of a hit and one past its last, with some room.
-fn reach(hit: &Hit) -> [usize; 2] {
-    let margin = ((hit.end - hit.first) / 2).max(1);
-    [hit.first.saturating_sub(margin), hit.end + margin]
+/// First sample of an impact and one past its last, with a margin.
+fn reach(impact: &Impact) -> [usize; 2] {
+    let margin = ((impact.end - impact.first) / 2).max(1);
+    [impact.first.saturating_sub(margin), impact.end + margin]
 }
 
-fn given(functions: &[Frf], band_hz: Option<[f64; 2]>, notices: &mut Notices) -> Option<Prepared> {
-    let (mut blocks, mut responses) = (Vec::<Block>::new(), Vec::new());
+fn given(functions: &[Frf], band_hz: Option<[f64; 2]>, notes: &mut Notes) -> Option<Prepared> {
+    let [low, high] = band_hz.unwrap_or([0.0, f64::INFINITY]);
+    // One block, so that every response has its place in it.
+    let (mut block, mut responses) = (None::<Block>, Vec::new());
     for function in functions {
-        let [low, high] = band_hz.unwrap_or([0.0, f64::INFINITY]);
         let within: Vec<usize> = (0..function.frequencies_hz.len())
             .filter(|&k| {
                 let f = function.frequencies_hz[k];
                 f > 0.0 && f >= low && f <= high
             })
-            .take(MOST_LINES)
+            .take(MAX_LINES)
             .collect();
         let values: Vec<C64> = within.iter().map(|&k| function.values[k]).collect();
         if values.iter().all(|v| v.norm() == 0.0) {
-            let what = "is zero on all lines of the band; the function is left out".to_owned();
-            notices.add(NoticeKind::DeadChannel, Some(&function.name), what);
+            let what = "is zero on all lines of the band; the function is left out";
+            notes.channel_warning(Code::DeadChannel, &function.name, what);
             continue;
         }
         let omega: Vec<f64> =
             within.iter().map(|&k| rad_per_s_from_hz(function.frequencies_hz[k])).collect();
-        responses.push(Response { name: function.name.clone(), quantity: function.quantity });
-        // One block, so that every response has its place in it.
-        match blocks.first_mut() {
-            None => blocks.push(Block {
-                origin: Origin::Responses,
-                omega,
-                drive: Vec::new(),
-                drive_error: Vec::new(),
-                least_noise: Vec::new(),
-                begins_moving: false,
-                envelopes: Vec::new(),
-                spectra: vec![values],
-            }),
+        match &mut block {
+            None => block = Some(Block::new(Origin::Responses, omega, vec![values])),
             Some(block) if block.omega == omega => block.spectra.push(values),
             Some(_) => {
-                responses.pop();
-                let what = "has other lines than the first function; it is left out".to_owned();
-                notices.add(NoticeKind::Remark, Some(&function.name), what);
+                let what = "its lines differ from those of the first function; it is left out";
+                notes.channel_warning(Code::Remark, &function.name, what);
+                continue;
             }
         }
+        responses.push(Response { name: function.name.clone(), quantity: function.quantity });
     }
-    if blocks.is_empty() {
-        notices.add(
-            NoticeKind::NoModes,
-            None,
-            "has no response function with lines in the band".to_owned(),
-        );
+    let Some(block) = block else {
+        notes.warning(Code::NoModes, None, "has no response function with lines in the band");
         return None;
-    }
-    let starts_from =
-        blocks.iter().map(|block| (block.omega.clone(), block.spectra.clone())).collect();
-    Some(Prepared {
-        responses,
-        blocks,
-        starts_from,
-        window_decay: 0.0,
-        nyquist_hz: None,
-        averaged: None,
-        kind: Kind::GivenResponses,
-    })
+    };
+    Some(Prepared::of(RecordKind::GivenResponses, responses, vec![block]))
 }
 
-fn omega(lines: &std::ops::Range<usize>, samples: usize, sample_rate_hz: f64) -> Vec<f64> {
-    lines.clone().map(|k| rad_per_s_from_hz(k as f64 * sample_rate_hz / samples as f64)).collect()
+fn omega(lines: &Range<usize>, samples: usize, rate_hz: f64) -> Vec<f64> {
+    lines.clone().map(|k| rad_per_s_from_hz(k as f64 * rate_hz / samples as f64)).collect()
+}
+
+fn on_lines(spectra: &[Vec<C64>], lines: &Range<usize>) -> Vec<Vec<C64>> {
+    spectra.iter().map(|spectrum| spectrum[lines.clone()].to_vec()).collect()
 }
 
 /// The lines of a band.
 fn lines(
     samples: usize,
-    sample_rate_hz: f64,
-    low_hz: f64,
-    high_hz: f64,
-    notices: &mut Notices,
-) -> std::ops::Range<usize> {
-    let bin_hz = sample_rate_hz / samples as f64;
-    let last = (NYQUIST_SHARE * 0.5 * samples as f64).floor() as usize;
-    let from = ((low_hz / bin_hz).ceil() as usize).max(LOWEST_LINE).min(last + 1);
+    rate_hz: f64,
+    [low_hz, high_hz]: [f64; 2],
+    notes: &mut Notes,
+) -> Range<usize> {
+    let bin_hz = rate_hz / samples as f64;
+    let last = (MAX_NYQUIST_FRACTION * 0.5 * samples as f64).floor() as usize;
+    let from = ((low_hz / bin_hz).ceil() as usize).max(FIRST_LINE).min(last + 1);
     let to = ((high_hz / bin_hz).floor() as usize).min(last);
-    let most = from + MOST_LINES;
+    let most = from + MAX_LINES;
     if to > most {
         let what = format!(
-            "has more than {MOST_LINES} lines; those above {:.1} Hz are left out; give band_hz to choose",
+            "has more than {MAX_LINES} lines; those above {:.1} Hz are left out; set band_hz to \
+             choose the band",
             most as f64 * bin_hz
         );
-        notices.add(NoticeKind::Remark, None, what);
+        notes.warning(Code::Remark, None, what);
     }
     from..(to + 1).min(most).max(from)
 }
 
 /// Variance that rounding to steps brings to a line.
-fn rounding(step: Option<f64>, samples: usize) -> f64 {
+fn rounding_noise(step: Option<f64>, samples: usize) -> f64 {
     step.map_or(0.0, |step| samples as f64 * step * step / 12.0)
 }
 
-/// The band that is asked for, or the one that the spectra fill.
-fn band(
-    asked: Option<[f64; 2]>,
-    cut: &[(usize, Vec<Vec<C64>>)],
-    sample_rate_hz: f64,
-    notices: &mut Notices,
-) -> [f64; 2] {
-    let Some(band) = asked else { return filled_band(cut, sample_rate_hz) };
-    let nyquist = 0.5 * sample_rate_hz;
+/// The band that is asked for, or the one that the spectra fill, Hz.
+fn band(sampling: Sampling, cut: &[(usize, Vec<Vec<C64>>)], notes: &mut Notes) -> [f64; 2] {
+    let Some(band) = sampling.band_hz else { return filled_band(cut, sampling.rate_hz) };
+    let nyquist = 0.5 * sampling.rate_hz;
     if band[1] > nyquist {
         let what = format!(
-            "band_hz reaches up to {} Hz, above half the sampling rate, {nyquist:.1} Hz: it is cut there",
+            "band_hz reaches up to {} Hz, above half the sampling rate, {nyquist:.1} Hz: it is cut \
+             there",
             band[1]
         );
-        notices.add(NoticeKind::Remark, None, what);
+        notes.warning(Code::Remark, None, what);
     }
     band
 }
 
 /// The band below the last frequency at which any response stands out.
-fn filled_band(cut: &[(usize, Vec<Vec<C64>>)], sample_rate_hz: f64) -> [f64; 2] {
+fn filled_band(cut: &[(usize, Vec<Vec<C64>>)], rate_hz: f64) -> [f64; 2] {
     const CELLS: usize = 400;
-    let nyquist = 0.5 * sample_rate_hz;
+    /// The band ends where the smoothed power stays below this fraction of its peak or this
+    /// multiple of the floor.
+    const MIN_OF_PEAK: f64 = 1e-5;
+    const MIN_OVER_FLOOR: f64 = 4.0;
+    /// Room above the last peak.
+    const ROOM: f64 = 1.3;
+    /// Fraction of the lines that the band has at least, however low the peaks.
+    const MIN_BAND: f64 = 0.1;
+    let nyquist = 0.5 * rate_hz;
     let mut highest: f64 = 0.0;
     for (_, spectra) in cut {
         for spectrum in spectra {
             let lines = spectrum.len().saturating_sub(1);
             let per_cell = (lines / CELLS).max(1);
-            let powers: Vec<f64> = spectrum[LOWEST_LINE.min(lines)..lines]
+            let powers: Vec<f64> = spectrum[FIRST_LINE.min(lines)..lines]
                 .chunks(per_cell)
                 .map(|chunk| chunk.iter().map(C64::norm_sqr).fold(0.0, f64::max))
                 .collect();
-            let floor = median(&powers);
+            let floor = upper_median(&powers).unwrap_or(0.0);
             let peak = powers.iter().copied().fold(0.0, f64::max);
             let stands_out = |p: &f64| {
-                *p > BAND_SHARE * peak
-                    && *p > BAND_ABOVE_FLOOR * floor * (per_cell as f64).ln().max(1.0)
+                *p > MIN_OF_PEAK * peak
+                    && *p > MIN_OVER_FLOOR * floor * (per_cell as f64).ln().max(1.0)
             };
             if let Some(last) = powers.iter().rposition(stands_out) {
                 highest = highest.max((last + 1) as f64 / powers.len() as f64);
             }
         }
     }
-    let share = (BAND_ROOM * highest).max(LEAST_BAND);
+    let filled = (ROOM * highest).max(MIN_BAND);
     // A band that nearly fills the lines takes them all.
-    let share = if share > 0.6 { 1.0 } else { share };
-    [0.0, share * nyquist]
+    let filled = if filled > 0.6 { 1.0 } else { filled };
+    [0.0, filled * nyquist]
 }
 
 /// The frequencies of a block's lines, Hz.

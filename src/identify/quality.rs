@@ -3,99 +3,91 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
-use super::notice::{NoticeKind, Notices};
 use super::record::Channel;
+use crate::notes::{Code, Notes};
 
-/// A channel with fewer steps than this from end to end is coarse.
-const FEWEST_STEPS: f64 = 24.0;
-
-/// A peak that stays at its limit for this many samples is cut off.
-const FLAT_SAMPLES: usize = 4;
-
-/// So is a pulse of force that stays for this many.
-const FLAT_SAMPLES_OF_FORCE: usize = 3;
-
-/// So are several peaks that reach exactly the same value for two samples or more.
-const FLAT_PEAKS: usize = 2;
-
-/// Tells of channels that do not move, are cut off, or move in few steps; whether it can be used.
-pub(super) fn check_channel(channel: &Channel, is_force: bool, notices: &mut Notices) -> bool {
+/// Warns of channels that do not move, are clipped, or move in few steps; whether it can be used.
+pub(super) fn check_channel(channel: &Channel, is_force: bool, notes: &mut Notes) -> bool {
+    /// A channel with fewer steps from end to end is coarse.
+    const MIN_STEPS: f64 = 24.0;
     let (low, high) = range(&channel.samples);
     if high - low <= 1e-12 * high.abs().max(low.abs()) {
         let what = format!("has the same value {low:e} all the time; the channel is left out");
-        notices.add(NoticeKind::DeadChannel, Some(&channel.name), what);
+        notes.channel_warning(Code::DeadChannel, &channel.name, what);
         return false;
     }
     let steps = steps(&channel.samples, high - low);
     // A force has but a few samples in each pulse.
-    if !is_force && steps < FEWEST_STEPS {
+    if !is_force && steps < MIN_STEPS {
         let what = format!(
-            "moves in {:.0} steps from end to end; rounding adds noise, and clipping cannot be told; use a \
-             finer range or a harder hit",
-            steps
+            "moves in {steps:.0} steps from end to end; rounding adds noise, and clipping cannot \
+             be detected; use a finer range or hit harder"
         );
-        notices.add(NoticeKind::CoarseSteps, Some(&channel.name), what);
+        notes.channel_warning(Code::CoarseSteps, &channel.name, what);
         return true;
     }
     for (limit, name) in [(high, "highest"), (low, "lowest")] {
         // A force rests at one of its ends.
         let rests = is_force && limit.abs() < 0.5 * high.abs().max(low.abs());
         let runs = runs_at(&channel.samples, limit);
-        let longest = runs.iter().copied().max().unwrap_or(0);
-        let peaks = runs.iter().filter(|run| **run >= 2).count();
-        let is_flat = if is_force {
-            longest >= FLAT_SAMPLES_OF_FORCE
-        } else {
-            longest >= FLAT_SAMPLES || peaks >= FLAT_PEAKS
-        };
-        if !rests && is_flat {
-            let samples: usize = runs.iter().sum();
+        if !rests && is_clipped(&runs, is_force) {
             let what = format!(
-                "{samples} samples lie exactly at the {name} value {limit:.4e}, up to {longest} in a row: it \
-                 seems clipped, which bends damping and shapes; lower the gain or hit less hard"
+                "{} samples lie exactly at the {name} value {limit:.4e}, up to {} in a row: it \
+                 seems clipped, which distorts damping and shapes; lower the gain or hit less hard",
+                runs.iter().sum::<usize>(),
+                runs.iter().max().unwrap_or(&0)
             );
-            notices.add(NoticeKind::Clipping, Some(&channel.name), what);
+            notes.channel_warning(Code::Clipping, &channel.name, what);
         }
     }
     true
 }
 
-/// The channel with samples that stand alone, as glitches of the instrument leave them, put in line with their
-/// neighbours, and told; not within the `protected` stretches, where a blow may look like that.
+/// Whether a channel that stays at its limit for these numbers of samples in a row is clipped: one
+/// long run, or several peaks that reach exactly the same value.
+fn is_clipped(runs: &[usize], is_force: bool) -> bool {
+    let longest = runs.iter().copied().max().unwrap_or(0);
+    let flat_peaks = runs.iter().filter(|run| **run >= 2).count();
+    if is_force { longest >= 3 } else { longest >= 4 || flat_peaks >= 2 }
+}
+
+/// The channel with lone outliers, as glitches of the instrument leave them, put in line with their
+/// neighbours, with a warning; not within the `protected` stretches, where an impact may look like
+/// that.
 pub(super) fn without_spikes<'c>(
     channel: &'c Channel,
     sample_rate_hz: f64,
     protected: &[Range<usize>],
-    notices: &mut Notices,
+    notes: &mut Notes,
 ) -> Cow<'c, Channel> {
     let mut spikes = spikes(&channel.samples);
     spikes.retain(|k| !protected.iter().any(|range| range.contains(k)));
     let Some(&first) = spikes.first() else { return Cow::Borrowed(channel) };
-    let mut mended = channel.clone();
+    let mut repaired = channel.clone();
     for &k in &spikes {
-        mended.samples[k] = from_neighbours(&channel.samples, k);
+        repaired.samples[k] = from_neighbours(&channel.samples, k);
     }
     let others = match spikes.len() - 1 {
         0 => String::new(),
         more => format!(" and {more} more like it"),
     };
     let what = format!(
-        "the sample at {:.4} s{others} stands alone: it is {:.3e} where its neighbours say {:.3e}; taken for a glitch \
-         of the instrument and put in line with them",
+        "the sample at {:.4} s{others} is a lone outlier: {:.3e} where its neighbours suggest \
+         {:.3e}; taken for a glitch of the instrument and put in line with them",
         first as f64 / sample_rate_hz,
         channel.samples[first],
-        mended.samples[first]
+        repaired.samples[first]
     );
-    notices.add(NoticeKind::Spike, Some(&channel.name), what);
-    Cow::Owned(mended)
+    notes.channel_warning(Code::Spike, &channel.name, what);
+    Cow::Owned(repaired)
 }
 
-/// The channels that do not stand still in the middle of their motion, as a lost connection or a full buffer leaves
-/// them; tells of the others. None is left out if all stand still.
+/// The channels that do not stand still in the middle of their motion, as a lost connection or a
+/// full buffer leaves them; warns of the others. If all stand still, all are kept.
 pub(super) fn without_gaps<'c>(
     channels: Vec<&'c Channel>,
     sample_rate_hz: f64,
-    notices: &mut Notices,
+    notes: &mut Notes,
 ) -> Vec<&'c Channel> {
     let gaps: Vec<Option<Range<usize>>> =
         channels.iter().map(|channel| gap(&channel.samples)).collect();
@@ -103,37 +95,37 @@ pub(super) fn without_gaps<'c>(
     for (channel, gap) in channels.iter().zip(&gaps) {
         let Some(gap) = gap else { continue };
         let done = if all {
-            "no channel is without, so it is used, and what is found is not to be trusted"
+            "every channel has such a gap, so it is used, but do not trust the results"
         } else {
             "the channel is left out"
         };
         let what = format!(
-            "has the same value {:.3e} for {} samples from {:.4} s on, in the middle of its motion: it seems to have lost \
-             them; {done}; record again",
+            "has the same value {:.3e} for {} samples from {:.4} s on, in the middle of its \
+             motion: samples seem to be lost; {done}; record again",
             channel.samples[gap.start],
             gap.len(),
             gap.start as f64 / sample_rate_hz
         );
-        notices.add(NoticeKind::Dropout, Some(&channel.name), what);
+        notes.channel_warning(Code::Dropout, &channel.name, what);
     }
     let kept = channels.into_iter().zip(gaps).filter(|(_, gap)| all || gap.is_none());
     kept.map(|(channel, _)| channel).collect()
 }
 
-/// The longest run of one value with far more motion just before and after it than the channel's steps; none at the
-/// ends of the range, where channels are clipped.
+/// The longest run of one value with far more motion just before and after it than the channel's
+/// steps; not at the ends of the range, where channels are clipped.
 fn gap(samples: &[f64]) -> Option<Range<usize>> {
     /// Fewer equal samples may be chance, or slow motion in coarse steps.
-    const SHORTEST: usize = 6;
+    const MIN_SAMPLES: usize = 6;
     /// Samples on either side that are looked at.
     const AROUND: usize = 24;
     /// Steps that the channel moves by on either side.
-    const MOVES: f64 = 12.0;
+    const MIN_MOVE: f64 = 12.0;
     let (low, high) = range(samples);
     let step = (high - low) / steps(samples, high - low);
     let moves = |stretch: &[f64]| {
         let (low, high) = range(stretch);
-        stretch.len() >= 4 && high - low > MOVES * step
+        stretch.len() >= 4 && high - low > MIN_MOVE * step
     };
     let mut longest: Option<Range<usize>> = None;
     let mut from = 0;
@@ -141,7 +133,7 @@ fn gap(samples: &[f64]) -> Option<Range<usize>> {
         if to < samples.len() && samples[to] == samples[from] {
             continue;
         }
-        let is_longer = to - from > longest.as_ref().map_or(SHORTEST - 1, Range::len);
+        let is_longer = to - from > longest.as_ref().map_or(MIN_SAMPLES - 1, Range::len);
         if is_longer
             && samples[from] != low
             && samples[from] != high
@@ -155,19 +147,20 @@ fn gap(samples: &[f64]) -> Option<Range<usize>> {
     longest
 }
 
-/// What the two samples on either side say of the one at `k`, by the cubic through them.
+/// The sample at `k` by the cubic through the two on either side.
 fn from_neighbours(samples: &[f64], k: usize) -> f64 {
     (4.0 * (samples[k - 1] + samples[k + 1]) - samples[k - 2] - samples[k + 2]) / 6.0
 }
 
-/// Samples that are off the line of their neighbours by far more than all others around, which look alike before and
-/// after: a blow is not alike. Two that lie closer together than what is looked at hide each other.
+/// Samples that are off the line of their neighbours by far more than all others around, which look
+/// alike before and after: those around an impact do not. Two that lie close together hide each
+/// other.
 fn spikes(samples: &[f64]) -> Vec<usize> {
     /// Samples on either side that are looked at.
     const AROUND: usize = 48;
     /// How far off the largest of those a spike is.
     const FAR_OFF: f64 = 8.0;
-    /// A blow raises what follows by more than this.
+    /// An impact raises what follows by more than this.
     const ALIKE: f64 = 3.0;
     /// The cubic through a spike's neighbours is off, too.
     const TOUCHED: usize = 3;
@@ -186,7 +179,7 @@ fn spikes(samples: &[f64]) -> Vec<usize> {
         high - low
     };
     // In line with its neighbours it leaves them in line: an edge does not.
-    let mends = |k: usize, far: f64| {
+    let fits_in = |k: usize, far: f64| {
         let (from, to) = (k.saturating_sub(2 * TOUCHED), (k + 2 * TOUCHED).min(n));
         let mut around = samples[from..to].to_vec();
         around[k - from] = from_neighbours(samples, k);
@@ -200,7 +193,7 @@ fn spikes(samples: &[f64]) -> Vec<usize> {
             let after = (k + TOUCHED).min(n)..(k + AROUND).min(n);
             let others = largest(before.clone()).max(largest(after.clone()));
             let far = FAR_OFF * others.max(step);
-            off[k] > far && moves(after) <= ALIKE * moves(before).max(step) && mends(k, far)
+            off[k] > far && moves(after) <= ALIKE * moves(before).max(step) && fits_in(k, far)
         })
         .collect()
 }
@@ -224,11 +217,11 @@ fn steps(samples: &[f64], range: f64) -> f64 {
     range / smallest
 }
 
-/// The step that all values are multiples of, as a converter with few bits makes them; `None` where none is
-/// seen.
+/// The step that all values are multiples of, as a converter with few bits makes them; `None` where
+/// there is none.
 pub(super) fn rounding_step(samples: &[f64]) -> Option<f64> {
-    /// Mean distance of the gaps from whole steps, as a share; gaps without a grid have a quarter.
-    const MOST_OFF: f64 = 0.1;
+    /// Mean distance of the gaps from whole steps, in steps; gaps without a grid have a quarter.
+    const MAX_OFF: f64 = 0.1;
     let (low, high) = range(samples);
     let range = high - low;
     let smallest = range / steps(samples, range);
@@ -246,7 +239,7 @@ pub(super) fn rounding_step(samples: &[f64]) -> Option<f64> {
     let step = range / count.max(1.0);
     let off = |gap: &f64| (gap / step - (gap / step).round()).abs();
     let mean = gaps.iter().map(off).sum::<f64>() / gaps.len().max(1) as f64;
-    (mean < MOST_OFF).then_some(step)
+    (mean < MAX_OFF).then_some(step)
 }
 
 /// Lengths of the runs of samples at one value.
@@ -269,11 +262,11 @@ mod tests {
     use super::*;
     use crate::identify::record::Quantity;
 
-    fn told(samples: Vec<f64>, is_force: bool) -> Vec<NoticeKind> {
+    fn codes(samples: Vec<f64>, is_force: bool) -> Vec<Code> {
         let channel = Channel { name: "a".into(), quantity: Quantity::Unknown, samples };
-        let mut notices = Notices::about("r");
-        check_channel(&channel, is_force, &mut notices);
-        notices.list.iter().map(|notice| notice.kind).collect()
+        let mut notes = Notes::default();
+        check_channel(&channel, is_force, &mut notes);
+        notes.list().iter().map(|note| note.code).collect()
     }
 
     #[test]
@@ -287,9 +280,10 @@ mod tests {
         assert_eq!(rounding_step(&[1.0; 5]), None);
     }
 
-    /// A lone sample in noise and in a decay is a spike; a blow, a step and the noise itself are not.
+    /// A lone sample in noise and in a decay is a spike; an impact, a step and the noise itself are
+    /// not.
     #[test]
-    fn samples_that_stand_alone_are_told_from_blows() {
+    fn samples_that_stand_alone_are_distinguished_from_impacts() {
         let noise = |k: usize| 0.1 * ((k * k) as f64 * 0.7).sin();
         let decay = |k: usize| {
             let t = k as f64 - 300.0;
@@ -302,27 +296,27 @@ mod tests {
         spiked[500] -= 40.0;
         spiked[501] += 0.1;
         assert_eq!(spikes(&spiked), [150, 500]);
-        // The blow itself: one sample, and all after it is loud.
-        let mut blow = sound.clone();
-        blow[300] += 60.0;
-        assert!(spikes(&blow).is_empty());
+        // The impact itself: one sample, and all after it is loud.
+        let mut impact = sound.clone();
+        impact[300] += 60.0;
+        assert!(spikes(&impact).is_empty());
         let step: Vec<f64> =
             (0..1000).map(|k| noise(k) + if k < 400 { 0.0 } else { 50.0 }).collect();
         assert!(spikes(&step).is_empty());
         let channel = Channel { name: "a".into(), quantity: Quantity::Unknown, samples: spiked };
-        let mut notices = Notices::about("r");
-        let mended =
-            without_spikes(&channel, 100.0, std::slice::from_ref(&(140..160)), &mut notices);
-        assert_eq!(mended.samples[150], channel.samples[150]);
-        assert!((mended.samples[500] - sound[500]).abs() < 1.5, "{}", mended.samples[500]);
-        assert_eq!(notices.list.len(), 1);
-        assert!(notices.list[0].what.contains("5.0000 s"), "{}", notices.list[0].what);
+        let mut notes = Notes::default();
+        let repaired =
+            without_spikes(&channel, 100.0, std::slice::from_ref(&(140..160)), &mut notes);
+        assert_eq!(repaired.samples[150], channel.samples[150]);
+        assert!((repaired.samples[500] - sound[500]).abs() < 1.5, "{}", repaired.samples[500]);
+        assert_eq!(notes.list().len(), 1);
+        assert!(notes.list()[0].what.contains("5.0000 s"), "{}", notes.list()[0].what);
     }
 
-    /// A run of one value in the middle of motion is a gap; quiet before a hit, the end of a decay in coarse steps and
-    /// clipped peaks are none.
+    /// A run of one value in the middle of motion is a gap; quiet before a hit, the end of a decay
+    /// in coarse steps and clipped peaks are none.
     #[test]
-    fn samples_that_were_lost_are_told_from_rest() {
+    fn samples_that_were_lost_are_distinguished_from_rest() {
         let decay = |k: usize| {
             let t = k as f64 - 100.0;
             if t < 0.0 { 0.0 } else { 5.0 * (-0.01 * t).exp() * (0.9 * t).sin() }
@@ -330,7 +324,7 @@ mod tests {
         let sound: Vec<f64> = (0..1000).map(decay).collect();
         let rounded: Vec<f64> = sound.iter().map(|x| (x / 0.02).round() * 0.02).collect();
         let clipped: Vec<f64> = sound.iter().map(|x| x.clamp(-1.0, 1.0)).collect();
-        // Two blows, and rest in coarse steps between them.
+        // Two impacts, and rest in coarse steps between them.
         let twice: Vec<f64> = (0..2000)
             .map(|k| decay(k) + if k < 1000 { 0.0 } else { decay(k - 1000) })
             .map(|x| (x / 0.02).round() * 0.02)
@@ -357,22 +351,22 @@ mod tests {
     }
 
     #[test]
-    fn channels_that_cannot_be_trusted_are_told() {
+    fn channels_that_cannot_be_trusted_are_codes() {
         let decay = |k: i32| 10.0 * (-0.01 * f64::from(k)).exp() * (0.3 * f64::from(k)).cos();
         let sound: Vec<f64> = (0..500).map(decay).collect();
-        assert_eq!(told(sound.clone(), false), []);
+        assert_eq!(codes(sound.clone(), false), []);
         let clipped: Vec<f64> = sound.iter().map(|v| v.clamp(-6.0, 6.0)).collect();
-        assert_eq!(told(clipped, false), [NoticeKind::Clipping; 2]);
+        assert_eq!(codes(clipped, false), [Code::Clipping; 2]);
         let coarse: Vec<f64> = sound.iter().map(|v| v.round()).collect();
-        assert_eq!(told(coarse, false), [NoticeKind::CoarseSteps]);
-        assert_eq!(told(vec![3.0; 9], false), [NoticeKind::DeadChannel]);
+        assert_eq!(codes(coarse, false), [Code::CoarseSteps]);
+        assert_eq!(codes(vec![3.0; 9], false), [Code::DeadChannel]);
         let mut force = vec![0.0; 500];
         for (k, f) in [1.0, 2.2, 3.1, 2.9, 1.4].into_iter().enumerate() {
             force[100 + k] = f + 1e-3;
         }
         force[300] = 0.01;
-        assert_eq!(told(force.clone(), true), []);
+        assert_eq!(codes(force.clone(), true), []);
         force[101..104].fill(2.0);
-        assert_eq!(told(force, true), [NoticeKind::Clipping]);
+        assert_eq!(codes(force, true), [Code::Clipping]);
     }
 }

@@ -2,6 +2,8 @@
 
 use nalgebra::Complex;
 
+use super::pose::{JointColumn, Pose};
+
 /// What a channel measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Quantity {
@@ -85,8 +87,8 @@ pub enum Data {
 pub struct Marker {
     /// Where it is in the picture, m.
     pub at_m: [f64; 2],
-    /// Names of the channels of its displacement along x and y; `None` for a point that is known to stand
-    /// still.
+    /// Names of the channels of its displacement along x and y; `None` for a point that is known to
+    /// stand still.
     pub channels: Option<[String; 2]>,
 }
 
@@ -114,15 +116,6 @@ pub struct Record {
     pub spindle_rpm: Option<f64>,
 }
 
-/// Where the robot stood.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Pose {
-    /// The angle of the two-link model, rad.
-    Beta2Rad(f64),
-    /// From base to tip: degrees, millimetres for a joint that slides.
-    JointsDeg(Vec<f64>),
-}
-
 /// What a measurement may depend on beside the pose.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Conditions {
@@ -136,7 +129,7 @@ pub struct Conditions {
 
 /// A record with the pose and the conditions under which it was taken.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Taken {
+pub struct Measurement {
     /// The record.
     pub record: Record,
     /// Where the robot stood.
@@ -152,10 +145,10 @@ pub struct Taken {
 pub struct Session {
     /// Frequencies to look at, Hz; chosen from each record where absent.
     pub band_hz: Option<[f64; 2]>,
-    /// Frequencies of the mains whose multiples are suspicious, Hz.
+    /// Mains frequencies, Hz: modes at their harmonics are suspected.
     pub mains_hz: Vec<f64>,
-    /// Names of the joints, as columns of the table need them.
-    pub joint_names: Option<Vec<String>>,
+    /// Columns of the joints in the table of modes, base to tip, where the session names them.
+    pub joint_columns: Option<Vec<JointColumn>>,
     /// The records in the order of the file.
-    pub records: Vec<Taken>,
+    pub records: Vec<Measurement>,
 }

@@ -1,25 +1,29 @@
 //! All records of a session → one row of modes for each pose.
 //!
-//! Records of one pose, taken under the same conditions at the same sampling rate, are merged mode by mode:
-//! the mean weighted by variances, its deviation widened by Birge's ratio where the records scatter by more
-//! than they state (Birge, Phys. Rev. 40, 1932).
+//! Records of one pose, taken under the same conditions at the same sampling rate, are merged mode
+//! by mode: the mean weighted by variances, its deviation widened by Birge's ratio where the
+//! records scatter by more than they state (Birge, Phys. Rev. 40, 1932).
 
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
-use super::notice::{Notice, NoticeKind};
-use super::record::{Conditions, Data, Pose, Session, Taken};
-use super::record_modes::{Identified, Mode, identify_record};
+use super::mode::Mode;
+use super::pose::{JointColumn, Pose};
+use super::record::{Conditions, Data, Measurement, Session};
+use super::record_modes::{IdentifiedRecord, identify_record};
+use super::table::{ModeRow, ModeTable};
+use crate::notes::{Code, Note, Part, Place};
+use crate::progress::{Done, Progress};
 
-/// Modes of two records within this share of frequency are the same mode.
+/// Modes of two records within this relative distance of frequency are the same mode.
 const SAME_MODE: f64 = 0.012;
 
 /// Records scatter by more than they state where Birge's ratio is above this.
-const SCATTERED: f64 = 3.0;
+const MAX_BIRGE_RATIO: f64 = 3.0;
 
-/// Sampling rates within this share are equal: times are printed with few digits.
+/// Sampling rates within this relative distance are equal: times are printed with few digits.
 const SAME_RATE: f64 = 1e-5;
 
-/// A frequency and its folded image agree within this share.
+/// A frequency and its folded image agree within this relative distance.
 const SAME_IMAGE: f64 = 0.01;
 
 /// A mode of a pose, from all of the pose's records.
@@ -35,13 +39,13 @@ pub struct PoseMode {
     pub damping_std: f64,
     /// The modes that were merged: record of the session, mode of the record.
     pub members: Vec<(usize, usize)>,
-    /// What else it may be: then it is not written to the table.
-    pub suspicion: Option<NoticeKind>,
+    /// What else it may be: then it stays out of the table of modes.
+    pub suspicion: Option<Code>,
 }
 
 /// The modes of one pose.
 #[derive(Debug, Clone, PartialEq)]
-pub struct PoseRow {
+pub struct PoseModes {
     /// Where the robot stood.
     pub pose: Pose,
     /// Under which conditions.
@@ -58,53 +62,75 @@ pub struct PoseRow {
 #[derive(Debug, Clone, PartialEq)]
 pub struct IdentifiedSession {
     /// In the order in which poses first appear.
-    pub rows: Vec<PoseRow>,
+    pub poses: Vec<PoseModes>,
     /// One for each record, in the order of the session.
-    pub records: Vec<Identified>,
+    pub records: Vec<IdentifiedRecord>,
+    /// Columns of the joints in the table of modes, where the session names them.
+    pub joint_columns: Option<Vec<JointColumn>>,
     /// About several records.
-    pub notices: Vec<Notice>,
+    pub notes: Vec<Note>,
 }
 
-/// Identifies all records and merges those that belong together.
-pub fn identify_session(session: &Session) -> IdentifiedSession {
-    identify_session_with_progress(session, &|| ())
+impl IdentifiedSession {
+    /// One row a pose: all modes but those that may be something else.
+    pub fn table(&self) -> ModeTable<Pose> {
+        let of_pose = |pose: &PoseModes| -> Vec<PoseMode> {
+            pose.modes.iter().filter(|mode| mode.suspicion.is_none()).cloned().collect()
+        };
+        let modes: Vec<Vec<PoseMode>> = self.poses.iter().map(of_pose).collect();
+        let most = modes.iter().map(Vec::len).max().unwrap_or(0);
+        let row = |(at, found): (&PoseModes, &Vec<PoseMode>)| {
+            let values = |of: fn(&PoseMode) -> f64| -> Vec<Option<f64>> {
+                (0..most).map(|mode| found.get(mode).map(of)).collect()
+            };
+            ModeRow {
+                pose: at.pose.clone(),
+                frequencies_hz: values(|mode| mode.frequency_hz),
+                deviations_hz: values(|mode| mode.frequency_std_hz),
+                damping_ratios: values(|mode| mode.damping_ratio),
+                temperature_c: at.conditions.temperature_c,
+                amplitude_nm: at.conditions.amplitude_nm,
+                payload_kg: at.conditions.payload_kg,
+                sample_rate_hz: at.sample_rate_hz,
+                id: at.id.clone(),
+            }
+        };
+        ModeTable { rows: self.poses.iter().zip(&modes).map(row).collect(), modes: most }
+    }
 }
 
-/// As [`identify_session`]; `done` is called after each record, on whatever thread.
-pub fn identify_session_with_progress(
-    session: &Session,
-    done: &(dyn Fn() + Sync),
-) -> IdentifiedSession {
-    let identified = |taken: &Taken| {
-        let found = identify_record(&taken.record, session.band_hz, &session.mains_hz);
-        done();
+/// Identifies all records and merges those of one pose; `progress` counts records.
+pub fn identify_session(session: &Session, progress: Progress<'_>) -> IdentifiedSession {
+    let identified = |measurement: &Measurement| {
+        let found = identify_record(&measurement.record, session.band_hz, &session.mains_hz);
+        progress(Done::More(1));
         found
     };
-    let records: Vec<Identified> = session.records.par_iter().map(identified).collect();
+    let records: Vec<IdentifiedRecord> = session.records.par_iter().map(identified).collect();
     let mut groups: Vec<Vec<usize>> = Vec::new();
-    for (index, taken) in session.records.iter().enumerate() {
-        let belongs = |group: &&mut Vec<usize>| is_same(&session.records[group[0]], taken);
+    for (index, measurement) in session.records.iter().enumerate() {
+        let belongs = |group: &&mut Vec<usize>| is_same(&session.records[group[0]], measurement);
         match groups.iter_mut().find(belongs) {
             Some(group) => group.push(index),
             None => groups.push(vec![index]),
         }
     }
-    let mut notices = Vec::new();
-    let rows: Vec<PoseRow> =
-        groups.iter().map(|group| row(session, &records, group, &mut notices)).collect();
-    folded_between_rates(&rows, &mut notices);
-    modes_differ(&rows, &mut notices);
-    IdentifiedSession { rows, records, notices }
+    let mut notes = Vec::new();
+    let poses: Vec<PoseModes> =
+        groups.iter().map(|group| pose_modes(session, &records, group, &mut notes)).collect();
+    folded_between_rates(&poses, &mut notes);
+    mode_counts_differ(&poses, &mut notes);
+    IdentifiedSession { poses, records, joint_columns: session.joint_columns.clone(), notes }
 }
 
-fn rate(taken: &Taken) -> Option<f64> {
-    match &taken.record.data {
+fn rate(measurement: &Measurement) -> Option<f64> {
+    match &measurement.record.data {
         Data::Time { sample_rate_hz, .. } => Some(*sample_rate_hz),
         Data::Responses(_) => None,
     }
 }
 
-fn is_same(a: &Taken, b: &Taken) -> bool {
+fn is_same(a: &Measurement, b: &Measurement) -> bool {
     let is_same_rate = match (rate(a), rate(b)) {
         (Some(a), Some(b)) => (a / b - 1.0).abs() <= SAME_RATE,
         (a, b) => a == b,
@@ -112,19 +138,38 @@ fn is_same(a: &Taken, b: &Taken) -> bool {
     a.pose == b.pose && a.conditions == b.conditions && is_same_rate
 }
 
-fn row(
+fn pose_modes(
     session: &Session,
-    records: &[Identified],
+    records: &[IdentifiedRecord],
     group: &[usize],
-    notices: &mut Vec<Notice>,
-) -> PoseRow {
+    notes: &mut Vec<Note>,
+) -> PoseModes {
+    let mut modes: Vec<PoseMode> = clusters(records, group)
+        .into_iter()
+        .map(|members| merged_mode(records, group, members, notes))
+        .collect();
+    modes.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
+    let first = &session.records[group[0]];
+    let mut ids: Vec<&str> =
+        group.iter().filter_map(|&i| session.records[i].id.as_deref()).collect();
+    ids.dedup();
+    PoseModes {
+        pose: first.pose.clone(),
+        conditions: first.conditions,
+        id: (!ids.is_empty()).then(|| ids.join("+")),
+        sample_rate_hz: rate(first),
+        modes,
+    }
+}
+
+/// Modes of a group of records that belong together, at most one of each record: (record, mode).
+fn clusters(records: &[IdentifiedRecord], group: &[usize]) -> Vec<Vec<(usize, usize)>> {
+    let hz = |(record, mode): (usize, usize)| records[record].modes[mode].frequency_hz;
     let mut clusters: Vec<Vec<(usize, usize)>> = Vec::new();
-    let of = |(record, mode): (usize, usize)| -> &Mode { &records[record].modes[mode] };
     for &record in group {
         for mode in 0..records[record].modes.len() {
-            let frequency = of((record, mode)).frequency_hz;
-            let distance =
-                |cluster: &[(usize, usize)]| (of(cluster[0]).frequency_hz / frequency - 1.0).abs();
+            let frequency = hz((record, mode));
+            let distance = |cluster: &[(usize, usize)]| (hz(cluster[0]) / frequency - 1.0).abs();
             let nearest = clusters
                 .iter_mut()
                 .filter(|cluster| cluster.iter().all(|(other, _)| *other != record))
@@ -136,68 +181,55 @@ fn row(
             }
         }
     }
-    let mut tell = |kind, what: String| {
-        let names: Vec<&str> = group.iter().map(|&i| records[i].record.as_str()).collect();
-        notices.push(Notice { kind, record: Some(names.join(", ")), channel: None, what });
-    };
-    let found = group.iter().filter(|&&i| !records[i].modes.is_empty()).count();
-    let mut modes = Vec::new();
-    for members in clusters {
-        let members: Vec<(usize, usize)> = members;
-        let values = |of_mode: &dyn Fn(&Mode) -> (f64, f64)| -> Vec<(f64, f64)> {
-            members.iter().map(|&member| of_mode(of(member))).collect()
-        };
-        let (frequency_hz, frequency_std_hz, ratio) =
-            merged(&values(&|mode| (mode.frequency_hz, mode.frequency_std_hz)));
-        let (damping_ratio, damping_std, _) =
-            merged(&values(&|mode| (mode.damping_ratio, mode.damping_std)));
-        if ratio > SCATTERED {
-            let what = format!(
-                "the frequencies of the mode at {frequency_hz:.3} Hz scatter {ratio:.1} times as much as the records \
-                 state; its deviation was widened; something changed between the records"
-            );
-            tell(NoticeKind::Disagreement, what);
-        }
-        if members.len() < found {
-            let what = format!(
-                "the mode at {frequency_hz:.3} Hz shows in {} of {found} records of its pose",
-                members.len()
-            );
-            tell(NoticeKind::Disagreement, what);
-        }
-        let suspicion = suspicion(members.iter().map(|&member| of(member).suspicion));
-        modes.push(PoseMode {
-            frequency_hz,
-            frequency_std_hz,
-            damping_ratio,
-            damping_std,
-            members,
-            suspicion,
-        });
-    }
-    modes.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
-    let first = &session.records[group[0]];
-    let mut ids: Vec<&str> =
-        group.iter().filter_map(|&i| session.records[i].id.as_deref()).collect();
-    ids.dedup();
-    PoseRow {
-        pose: first.pose.clone(),
-        conditions: first.conditions,
-        id: (!ids.is_empty()).then(|| ids.join("+")),
-        sample_rate_hz: rate(first),
-        modes,
-    }
+    clusters
 }
 
-/// A tone in one record is one in all; what one record cannot settle another may.
-fn suspicion(members: impl Iterator<Item = Option<NoticeKind>> + Clone) -> Option<NoticeKind> {
-    let unsettled = Some(NoticeKind::Unsettled);
+fn merged_mode(
+    records: &[IdentifiedRecord],
+    group: &[usize],
+    members: Vec<(usize, usize)>,
+    notes: &mut Vec<Note>,
+) -> PoseMode {
+    let values = |of: fn(&Mode) -> (f64, f64)| -> Vec<(f64, f64)> {
+        members.iter().map(|&(record, mode)| of(&records[record].modes[mode])).collect()
+    };
+    let (frequency_hz, frequency_std_hz, ratio) =
+        merged(&values(|mode| (mode.frequency_hz, mode.frequency_std_hz)));
+    let (damping_ratio, damping_std, _) =
+        merged(&values(|mode| (mode.damping_ratio, mode.damping_std)));
+    let mut disagreement = |what: String| {
+        let names: Vec<&str> = group.iter().map(|&i| records[i].name.as_str()).collect();
+        let place = Place::part(Part::Record(names.join(", ")));
+        notes.push(Note::warning(Code::Disagreement, place, what));
+    };
+    if ratio > MAX_BIRGE_RATIO {
+        disagreement(format!(
+            "the frequencies of the mode at {frequency_hz:.3} Hz scatter {ratio:.1} times as much \
+             as the records state; its standard deviation was widened; something changed between \
+             the records"
+        ));
+    }
+    let with_modes = group.iter().filter(|&&i| !records[i].modes.is_empty()).count();
+    if members.len() < with_modes {
+        disagreement(format!(
+            "the mode at {frequency_hz:.3} Hz shows in {} of {with_modes} records of its pose",
+            members.len()
+        ));
+    }
+    let suspicion = suspicion(members.iter().map(|&(i, mode)| records[i].modes[mode].suspicion));
+    PoseMode { frequency_hz, frequency_std_hz, damping_ratio, damping_std, members, suspicion }
+}
+
+/// A tone in one record is a tone in all; a mode that is uncertain in one record may be certain in
+/// another.
+fn suspicion(members: impl Iterator<Item = Option<Code>> + Clone) -> Option<Code> {
+    let unsettled = Some(Code::Unsettled);
     let is_unsettled = members.clone().all(|member| member == unsettled);
-    let other = members.flatten().find(|kind| *kind != NoticeKind::Unsettled);
+    let other = members.flatten().find(|code| *code != Code::Unsettled);
     other.or(unsettled.filter(|_| is_unsettled))
 }
 
-/// Weighted mean, its deviation and Birge's ratio.
+/// Weighted mean, its standard deviation and Birge's ratio.
 fn merged(values: &[(f64, f64)]) -> (f64, f64, f64) {
     if let [(value, std)] = values {
         return (*value, *std, 0.0);
@@ -213,60 +245,57 @@ fn merged(values: &[(f64, f64)]) -> (f64, f64, f64) {
     (mean, sum.recip().sqrt() * ratio.max(1.0), ratio)
 }
 
-/// Poses that were recorded at two rates tell folded frequencies from true ones.
-fn folded_between_rates(rows: &[PoseRow], notices: &mut Vec<Notice>) {
-    for row in rows {
-        for other in rows.iter().filter(|o| o.pose == row.pose && o.conditions == row.conditions) {
-            let (Some(rate), Some(other_rate)) = (row.sample_rate_hz, other.sample_rate_hz) else {
-                continue;
-            };
-            if rate >= other_rate * (1.0 - SAME_RATE) {
-                continue;
-            }
-            let has = |row: &PoseRow, f: f64| {
-                row.modes.iter().any(|mode| (mode.frequency_hz / f - 1.0).abs() < SAME_IMAGE)
-            };
-            for mode in row.modes.iter().filter(|mode| !has(other, mode.frequency_hz)) {
-                let images = (1..=4).flat_map(|n| {
-                    let n = f64::from(n) * rate;
-                    [n - mode.frequency_hz, n + mode.frequency_hz]
-                });
-                let within = images.filter(|image| *image < 0.5 * other_rate);
-                for image in within.filter(|image| has(other, *image) && !has(row, *image)) {
-                    notices.push(Notice {
-                        kind: NoticeKind::MayBeFolded,
-                        record: None,
-                        channel: None,
-                        what: format!(
-                            "{:.3} Hz at {rate} samples/s is {image:.3} Hz folded: that is what {other_rate} samples/s \
-                             show at the same pose",
-                            mode.frequency_hz
-                        ),
-                    });
-                }
+/// Poses that were recorded at two rates show which frequencies are folded.
+fn folded_between_rates(poses: &[PoseModes], notes: &mut Vec<Note>) {
+    for slow in poses {
+        for fast in poses.iter().filter(|p| p.pose == slow.pose && p.conditions == slow.conditions)
+        {
+            if let (Some(rate), Some(fast_rate)) = (slow.sample_rate_hz, fast.sample_rate_hz)
+                && rate < fast_rate * (1.0 - SAME_RATE)
+            {
+                folded_between((slow, rate), (fast, fast_rate), notes);
             }
         }
     }
 }
 
-fn modes_differ(rows: &[PoseRow], notices: &mut Vec<Notice>) {
-    let counts: Vec<usize> = rows
-        .iter()
-        .map(|row| row.modes.iter().filter(|mode| mode.suspicion.is_none()).count())
-        .collect();
-    let (least, most) = (counts.iter().min(), counts.iter().max());
-    if let (Some(least), Some(most)) = (least, most)
+/// Modes that only the record at the lower rate has, and whose image the other has.
+fn folded_between(
+    (slow, rate): (&PoseModes, f64),
+    (fast, fast_rate): (&PoseModes, f64),
+    notes: &mut Vec<Note>,
+) {
+    let has = |pose: &PoseModes, hz: f64| {
+        pose.modes.iter().any(|mode| (mode.frequency_hz / hz - 1.0).abs() < SAME_IMAGE)
+    };
+    for mode in slow.modes.iter().filter(|mode| !has(fast, mode.frequency_hz)) {
+        let images = (1..=4).flat_map(|n| {
+            let n = f64::from(n) * rate;
+            [n - mode.frequency_hz, n + mode.frequency_hz]
+        });
+        let within = images.filter(|image| *image < 0.5 * fast_rate);
+        for image in within.filter(|image| has(fast, *image) && !has(slow, *image)) {
+            let what = format!(
+                "{:.3} Hz at {rate} samples/s is {image:.3} Hz folded, as {fast_rate} samples/s \
+                 show at the same pose",
+                mode.frequency_hz
+            );
+            notes.push(Note::warning(Code::MayBeFolded, Place::default(), what));
+        }
+    }
+}
+
+fn mode_counts_differ(poses: &[PoseModes], notes: &mut Vec<Note>) {
+    let count = |pose: &PoseModes| pose.modes.iter().filter(|m| m.suspicion.is_none()).count();
+    let counts = || poses.iter().map(count);
+    if let (Some(least), Some(most)) = (counts().min(), counts().max())
         && least < most
     {
-        notices.push(Notice {
-            kind: NoticeKind::ModesDiffer,
-            record: None,
-            channel: None,
-            what: format!(
-                "poses have {least} to {most} modes: where one was missed, the next takes its column f1, f2, … in \
-                 the table; compare the rows before you use them"
-            ),
-        });
+        let what = format!(
+            "poses have {least} to {most} modes: where one was missed, the next takes its column \
+             f1, f2, … in the table; compare the rows before you use them"
+        );
+        notes.push(Note::warning(Code::ModesDiffer, Place::default(), what));
     }
 }
 
@@ -274,8 +303,8 @@ fn modes_differ(rows: &[PoseRow], notices: &mut Vec<Notice>) {
 mod tests {
     use super::*;
 
-    /// By hand: weights 1 and 1/4, so 0.8 and 0.2; variances add to 0.8; a distance of 3 against 1 and 2 is
-    /// χ² = 9/5.
+    /// By hand: weights 1 and 1/4, so 0.8 and 0.2; variances add to 0.8; a distance of 3 against 1
+    /// and 2 is χ² = 9/5.
     #[test]
     fn merging_weighs_by_variance_and_widens_where_records_scatter() {
         let (mean, std, ratio) = merged(&[(10.0, 1.0), (13.0, 2.0)]);

@@ -1,19 +1,19 @@
-//! Spectra of records: whole, and averaged over hits or stretches as frequency responses with coherence
-//! (Bendat & Piersol, Random Data, 4th ed., ch. 5 and 6).
+//! Spectra of records: whole, and averaged over impacts or stretches as frequency responses with
+//! coherence (Bendat & Piersol, Random Data, 4th ed., ch. 5 and 6).
 
 use realfft::RealFftPlanner;
 
 use super::estimate::C64;
-use super::hits::Hit;
+use super::impacts::Impact;
 
-/// What a hit's window leaves at its end.
-const LEFT_AT_END: f64 = 0.02;
+/// What the window of an impact leaves at its end.
+const WINDOW_AT_END: f64 = 0.02;
 
 /// Stretches that a steady excitation is cut into, not counting those that overlap.
 const STRETCHES: usize = 8;
 
-/// Fewest samples of a stretch.
-const SHORTEST: usize = 32;
+/// Samples of a stretch.
+const MIN_SAMPLES: usize = 32;
 
 /// The transform of real samples, lines 0 to half their number.
 pub(super) fn transform(samples: &[f64]) -> Vec<C64> {
@@ -32,8 +32,8 @@ pub(super) fn transform(samples: &[f64]) -> Vec<C64> {
 /// How the stretches that were averaged were windowed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Window {
-    /// Force outside of the pulses set to zero, and both channels times e^{−at}: that adds a/ω to each
-    /// damping ratio, which is taken off again.
+    /// Force outside of the pulses set to zero, and both channels times e^{−at}: that adds a/ω to
+    /// each damping ratio, which is taken off again.
     ForceExponential {
         /// a, 1/s.
         decay_per_s: f64,
@@ -42,7 +42,7 @@ pub enum Window {
     Hann,
 }
 
-/// Frequency responses averaged over hits or stretches.
+/// Frequency responses averaged over impacts or stretches.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Averaged {
     /// Hz.
@@ -59,32 +59,31 @@ pub struct Averaged {
     pub coherence: Vec<Vec<f64>>,
 }
 
-/// A last hit with more room than this share of the others' shortens them all.
-const LEAST_ROOM: f64 = 0.8;
-
-/// Averages over hits, each to the next hit's start. `force` is zero outside of the pulses.
-pub(super) fn over_hits(
+/// Averages over impacts, each to the next impact's start. `force` is zero outside of the pulses.
+pub(super) fn over_impacts(
     force: &[f64],
     responses: &[&[f64]],
-    hits: &[Hit],
+    impacts: &[Impact],
     sample_rate_hz: f64,
 ) -> Option<Averaged> {
-    let spacing = hits.windows(2).map(|pair| pair[1].first - pair[0].first).min();
-    let lead = spacing.unwrap_or(usize::MAX).min(hits.first()?.first).min(4);
-    let longest = hits.iter().map(|hit| force.len() - hit.first + lead).max()?;
-    // The last hit may have less room than the others; it is left out if it has much less.
-    let last = force.len() - hits.last()?.first + lead;
+    /// A last impact with more room than this fraction of the others' room shortens them all.
+    const MIN_ROOM: f64 = 0.8;
+    let spacing = impacts.windows(2).map(|pair| pair[1].first - pair[0].first).min();
+    let lead = spacing.unwrap_or(usize::MAX).min(impacts.first()?.first).min(4);
+    let longest = impacts.iter().map(|impact| force.len() - impact.first + lead).max()?;
+    // The last impact may have less room than the others; it is left out if it has much less.
+    let last = force.len() - impacts.last()?.first + lead;
     let length = match spacing {
-        Some(spacing) if last as f64 > LEAST_ROOM * spacing as f64 => spacing.min(last),
+        Some(spacing) if last as f64 > MIN_ROOM * spacing as f64 => spacing.min(last),
         Some(spacing) => spacing.min(longest),
         None => longest,
     };
-    let starts: Vec<usize> = hits
+    let starts: Vec<usize> = impacts
         .iter()
-        .map(|hit| hit.first - lead.min(hit.first))
+        .map(|impact| impact.first - lead.min(impact.first))
         .filter(|s| s + length <= force.len())
         .collect();
-    let decay_per_s = -LEFT_AT_END.ln() * sample_rate_hz / length.max(1) as f64;
+    let decay_per_s = -WINDOW_AT_END.ln() * sample_rate_hz / length.max(1) as f64;
     let window: Vec<f64> =
         (0..length).map(|k| (-decay_per_s * k as f64 / sample_rate_hz).exp()).collect();
     let window_kind = Window::ForceExponential { decay_per_s };
@@ -115,7 +114,7 @@ fn averaged(
     sample_rate_hz: f64,
 ) -> Option<Averaged> {
     let length = window.len();
-    if length < SHORTEST || starts.is_empty() {
+    if length < MIN_SAMPLES || starts.is_empty() {
         return None;
     }
     let windowed = |samples: &[f64], start: usize| -> Vec<C64> {
@@ -198,8 +197,8 @@ mod tests {
                 if t < 0.0 { 0.0 } else { 2.0 * 2.0 * (lambda * t).exp().re }
             })
             .collect();
-        let hits = [Hit { first: 4, end: 5, pulses: 1 }];
-        let found = over_hits(&force, &[&response], &hits, rate).unwrap();
+        let impacts = [Impact { first: 4, end: 5, pulses: 1 }];
+        let found = over_impacts(&force, &[&response], &impacts, rate).unwrap();
         let Window::ForceExponential { decay_per_s } = found.window else { panic!() };
         let mu = ((lambda - decay_per_s) / rate).exp();
         for k in [20, 80, 81, 200] {

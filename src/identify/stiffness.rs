@@ -1,22 +1,23 @@
-//! The stiffness of a joint from known loads and measured deflections: the paper's Section 2, Fig. 2.
-//! Ordinary least squares of moment over angle with an intercept (Draper & Smith, Applied Regression
-//! Analysis, 3rd ed., ch. 1). The scatter is taken to lie in the moment; where it lies in the angle,
-//! the slope is low by the share 1 − R², which for a usable test is less than its standard error.
+//! The stiffness of a joint from known loads and measured deflections: the paper's Section 2, Fig.
+//! 2. Ordinary least squares of moment over angle with an intercept (Draper & Smith, Applied
+//! Regression Analysis, 3rd ed., ch. 1). The scatter is taken to lie in the moment; where it lies
+//! in the angle, the slope is low by a fraction of 1 − R², which for a usable test is less than its
+//! standard error.
 
 use std::fmt;
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-/// Below this probability of chance the residuals count as curved.
-const CURVED_BELOW: f64 = 0.01;
+use crate::statistics::mean;
 
-/// Scatter below this share of the moments is rounding: nothing is concluded from it.
+/// Scatter below this relative to the moments is rounding: nothing is concluded from it.
 const ROUNDING: f64 = 1e-12;
 
-/// Fewest rows: two for the line and one for its scatter.
-const FEWEST_ROWS: usize = 3;
+/// Two for the line and one for its scatter.
+const MIN_ROWS: usize = 3;
 
-/// The line through moment over angle of one joint; for a sliding joint read N for N·m and m for rad.
+/// The line through moment over angle of one joint; for a sliding joint read N for N·m and m for
+/// rad.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StiffnessFit {
     /// Rows used.
@@ -27,7 +28,7 @@ pub struct StiffnessFit {
     pub standard_error: f64,
     /// Confidence interval of k, N·m/rad.
     pub interval: [f64; 2],
-    /// Confidence of the interval, share.
+    /// Confidence of the interval, 0..1.
     pub confidence: f64,
     /// Moment at zero angle, N·m.
     pub intercept: f64,
@@ -35,16 +36,16 @@ pub struct StiffnessFit {
     pub intercept_standard_error: f64,
     /// Standard deviation of the residuals, N·m.
     pub residual_deviation: f64,
-    /// Share of the moments' variance that the line explains.
+    /// Fraction of the moments' variance that the line explains.
     pub r_squared: f64,
-    /// How the residuals bend, where there are enough rows to tell.
+    /// How the residuals bend, where there are enough rows.
     pub curvature: Option<Curvature>,
 }
 
 /// Test of a quadratic term beside the line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Curvature {
-    /// Probability of a bend as large as this from scatter alone.
+    /// Of a bend as large as this from scatter alone.
     pub p_value: f64,
     /// Whether the stiffness grows with the load (or falls).
     pub stiffens: bool,
@@ -53,7 +54,7 @@ pub struct Curvature {
 impl Curvature {
     /// Whether the bend is more than scatter, at the level of 1 %.
     pub fn is_significant(&self) -> bool {
-        self.p_value < CURVED_BELOW
+        self.p_value < 0.01
     }
 }
 
@@ -89,7 +90,8 @@ impl fmt::Display for StiffnessFault {
             }
             Self::TooFewRows(rows) => write!(
                 f,
-                "{rows} row(s), must have at least {FEWEST_ROWS}: two for the line, one for its scatter"
+                "{rows} row(s), must have at least {MIN_ROWS}: two for the line, one for its \
+                 scatter"
             ),
             Self::NotFinite(row) => write!(f, "row {}: not a finite number", row + 1),
             Self::OutOfRange => write!(
@@ -101,9 +103,9 @@ impl fmt::Display for StiffnessFault {
             }
             Self::NotPositive(slope) => write!(
                 f,
-                "k comes out as {slope:.4e} N·m/rad, must be positive; count the angle positive in the \
-                 direction in which a positive moment turns the joint, so change the sign of one column if \
-                 they were counted against each other"
+                "k is {slope:.4e} N·m/rad, must be positive; the angle must count positive in the \
+                 direction in which a positive moment turns the joint: change the sign of one \
+                 column if it does not"
             ),
             Self::Confidence(given) => {
                 write!(f, "confidence is {given}, must lie between 0 and 1")
@@ -117,8 +119,8 @@ impl std::error::Error for StiffnessFault {}
 /// Fits moment = intercept + k·angle.
 ///
 /// # Errors
-/// Too little data, angles and moments that are not equally many, not finite, too large or all the same, a line that
-/// falls, or a confidence outside of 0..1.
+/// Too little data, angles and moments that are not equally many, not finite, too large or all the
+/// same, a line that falls, or a confidence outside of 0..1.
 pub fn fit_stiffness(
     angles_rad: &[f64],
     moments_nm: &[f64],
@@ -176,7 +178,7 @@ fn check(angles: &[f64], moments: &[f64], confidence: f64) -> Result<(), Stiffne
     if angles.len() != moments.len() {
         return Err(StiffnessFault::Unpaired { angles: angles.len(), moments: moments.len() });
     }
-    if angles.len() < FEWEST_ROWS {
+    if angles.len() < MIN_ROWS {
         return Err(StiffnessFault::TooFewRows(angles.len()));
     }
     let is_bad = |(a, m): (&f64, &f64)| !(a.is_finite() && m.is_finite());
@@ -226,10 +228,6 @@ fn curvature(
 fn students_t(freedom: f64) -> Result<StudentsT, StiffnessFault> {
     // Location 0 and scale 1 are valid, and the rows were counted.
     StudentsT::new(0.0, 1.0, freedom).map_err(|_| StiffnessFault::TooFewRows(freedom as usize))
-}
-
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len() as f64
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {

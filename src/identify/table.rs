@@ -1,23 +1,26 @@
 //! A table of identified modes: one row a pose. Plain data, without any model.
 
-/// Measured modes over poses.
+/// Measured modes over poses. `P` says where the robot stood: joint positions from base to tip in
+/// rad or m, as the diagnosis needs them, or a session's [`Pose`](super::pose::Pose).
 #[derive(Debug, Clone, PartialEq)]
-pub struct ModeTable {
+pub struct ModeTable<P = Vec<f64>> {
     /// One entry a pose, in the order of the file.
-    pub rows: Vec<ModeRow>,
-    /// Number of columns of frequencies; every row has as many entries.
+    pub rows: Vec<ModeRow<P>>,
+    /// Number of columns of frequencies; each row has as many entries.
     pub modes: usize,
 }
 
 /// The modes at one pose and what they were measured under.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct ModeRow {
-    /// Joint positions from base to tip, rad or m.
-    pub joints: Vec<f64>,
+pub struct ModeRow<P = Vec<f64>> {
+    /// Where the robot stood.
+    pub pose: P,
     /// Natural frequencies, Hz, ascending; `None` where none was measured.
     pub frequencies_hz: Vec<Option<f64>>,
     /// Their standard deviations, Hz.
     pub deviations_hz: Vec<Option<f64>>,
+    /// Their damping ratios.
+    pub damping_ratios: Vec<Option<f64>>,
     /// Temperature, °C.
     pub temperature_c: Option<f64>,
     /// Joint torque of the excitation, N·m.
@@ -28,30 +31,45 @@ pub struct ModeRow {
     pub sample_rate_hz: Option<f64>,
     /// What the row is called.
     pub id: Option<String>,
-    /// Line of the file, counted from 1.
-    pub line: usize,
 }
 
-impl ModeTable {
-    /// The step to which the frequencies are rounded, Hz: the coarsest common step that all of them are
-    /// multiples of. 0 where none is seen.
+impl<P> ModeRow<P> {
+    /// The same row at a pose that is given otherwise.
+    pub fn at<Q>(self, pose: Q) -> ModeRow<Q> {
+        ModeRow {
+            pose,
+            frequencies_hz: self.frequencies_hz,
+            deviations_hz: self.deviations_hz,
+            damping_ratios: self.damping_ratios,
+            temperature_c: self.temperature_c,
+            amplitude_nm: self.amplitude_nm,
+            payload_kg: self.payload_kg,
+            sample_rate_hz: self.sample_rate_hz,
+            id: self.id,
+        }
+    }
+}
+
+impl<P> ModeTable<P> {
+    /// The step to which the frequencies are rounded, Hz: the coarsest common step that all of them
+    /// are multiples of; 0 where there is none.
     pub fn quantum_hz(&self) -> f64 {
         /// Steps that people and instruments round to.
         const STEPS_HZ: [f64; 13] =
             [1.0, 0.5, 0.25, 0.2, 0.125, 0.1, 0.05, 0.025, 0.02, 0.01, 0.005, 0.002, 0.001];
         /// Fewer values may be multiples by chance.
-        const FEWEST: usize = 6;
-        /// Share of a step that counts as none: decimal fractions are not exact in binary.
-        const SLACK: f64 = 1e-6;
+        const MIN_VALUES: usize = 6;
+        /// Relative: decimal fractions are not exact in binary.
+        const TOLERANCE: f64 = 1e-6;
         let values: Vec<f64> =
             self.rows.iter().flat_map(|row| row.frequencies_hz.iter().flatten().copied()).collect();
-        if values.len() < FEWEST {
+        if values.len() < MIN_VALUES {
             return 0.0;
         }
         let is_multiple = |step: f64| {
             values.iter().all(|value| {
                 let steps = value / step;
-                (steps - steps.round()).abs() < SLACK * steps.abs().max(1.0)
+                (steps - steps.round()).abs() < TOLERANCE * steps.abs().max(1.0)
             })
         };
         STEPS_HZ.into_iter().find(|&step| is_multiple(step)).unwrap_or(0.0)
@@ -69,7 +87,7 @@ mod tests {
 
     #[test]
     fn the_rounding_is_seen_in_the_values() {
-        let table = |values: &[f64]| ModeTable {
+        let table = |values: &[f64]| ModeTable::<Vec<f64>> {
             rows: values
                 .iter()
                 .map(|&f| ModeRow { frequencies_hz: vec![Some(f)], ..ModeRow::default() })

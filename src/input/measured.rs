@@ -1,12 +1,13 @@
 //! measured.csv → a table of modes.
 
-use crate::notes::{Code, Note, Notes, Place};
+use crate::notes::{Code, Note, Notes, Part, Place};
 use std::path::Path;
 
 use super::Reading;
 use super::files::MAX_TABLE_BYTES;
 use crate::formats::table::Table;
 use crate::formats::text::read_text;
+use crate::identify::pose::{JointColumn, Pose};
 use crate::identify::{ModeRow, ModeTable};
 use crate::model::{AngleForm, JointKind, MovingJoint, Robot};
 use crate::units::{m_from_mm, rad_from_deg};
@@ -62,28 +63,82 @@ pub fn read_measured(
             }
         }
     }
-    if notes.errors() == 0 {
-        let mut value = ModeTable { rows, modes: columns.modes.len() };
-        let beyond = beyond_the_model(&mut value, robot.coordinates().len());
-        if let Some(what) = beyond {
-            notes.warning(Code::LeftOut, header_line, what);
-        }
-        match value.count() {
-            0 if value.rows.is_empty() => {
-                notes.error(
-                    Code::TooLittleData,
-                    None,
-                    "has no rows, must have at least one below the header",
-                );
+    let table = ModeTable { rows, modes: columns.modes.len() };
+    let table = fitting(table, Some(header_line), robot, &mut notes);
+    let errors = reading.settle(notes);
+    table.ok_or(errors)
+}
+
+/// A session's table of modes at a robot's joints, as reading it from a file would give it; with
+/// warnings.
+///
+/// # Errors
+/// Joints whose names or number are not the robot's, poses outside of its limits, no modes.
+pub fn mode_table_on(
+    robot: &Robot,
+    named: Option<&[JointColumn]>,
+    table: &ModeTable<Pose>,
+) -> Result<(ModeTable, Vec<Note>), Vec<Note>> {
+    let mut notes = Notes::default();
+    let placed = placed(robot, named, table, &mut notes);
+    let (errors, warnings) = notes.finish();
+    placed.map(|table| (table, warnings)).ok_or(errors)
+}
+
+fn placed(
+    robot: &Robot,
+    named: Option<&[JointColumn]>,
+    table: &ModeTable<Pose>,
+    notes: &mut Notes,
+) -> Option<ModeTable> {
+    let joints = table.rows.iter().find_map(|row| match &row.pose {
+        Pose::Joints(joints) => Some(JointColumn::list(named, joints.len())),
+        Pose::Beta2(_) => None,
+    });
+    let titles: Vec<String> = match &joints {
+        Some(columns) => columns.iter().map(|column| column.title.clone()).collect(),
+        None => vec!["beta2_rad".to_owned()],
+    };
+    let columns = pose_columns(&titles, None, robot, notes)?;
+    let mut rows = Vec::new();
+    for (index, row) in table.rows.iter().enumerate() {
+        let mut cell = |column: usize| match (&row.pose, &joints) {
+            (Pose::Beta2(beta2), _) => Some(*beta2),
+            (Pose::Joints(joints), Some(columns)) => {
+                joints.get(column).map(|&si| columns[column].in_unit(si))
             }
-            0 => notes.error(Code::TooLittleData, None, "has no frequency in any row"),
-            _ => {
-                reading.settle(notes);
-                return Ok(value);
-            }
+            (Pose::Joints(_), None) => None,
+        };
+        let joints = columns.joints(&mut cell, robot);
+        for violation in robot.limit_violations(&joints) {
+            let place = Place::part(Part::Pose(index));
+            notes.push(Note::error(Code::JointLimit, place, violation.to_string()));
         }
+        rows.push(row.clone().at(joints));
     }
-    Err(reading.settle(notes))
+    fitting(ModeTable { rows, modes: table.modes }, None, robot, notes)
+}
+
+/// The table with what the model can explain of it; `None` where there is an error.
+fn fitting(
+    mut table: ModeTable,
+    header_line: Option<usize>,
+    robot: &Robot,
+    notes: &mut Notes,
+) -> Option<ModeTable> {
+    if notes.errors() > 0 {
+        return None;
+    }
+    if let Some(what) = beyond_the_model(&mut table, robot.coordinates().len()) {
+        notes.warning(Code::LeftOut, header_line, what);
+    }
+    let what = match table.count() {
+        0 if table.rows.is_empty() => "has no rows, must have at least one below the header",
+        0 => "has no frequency in any row",
+        _ => return Some(table),
+    };
+    notes.error(Code::TooLittleData, None, what);
+    None
 }
 
 /// Tells of frequencies of more modes than the model has, and leaves out those that few rows have:
@@ -99,6 +154,7 @@ fn beyond_the_model(table: &mut ModeTable, modes: usize) -> Option<String> {
         for row in &mut table.rows {
             row.frequencies_hz.truncate(kept);
             row.deviations_hz.truncate(kept);
+            row.damping_ratios.truncate(kept);
         }
         table.modes = kept;
         let last = kept + 1;
@@ -127,6 +183,7 @@ struct Columns {
     pose: PoseColumns,
     modes: Vec<usize>,
     deviations: Vec<Option<usize>>,
+    damping: Vec<Option<usize>>,
     temperature: Option<usize>,
     amplitude: Option<usize>,
     payload: Option<usize>,
@@ -160,7 +217,11 @@ impl Columns {
                 format!("no column 'f{missing}_hz' before 'f{later}_hz'"),
             );
         }
-        let deviations = (1..=modes.len()).map(|m| find(&format!("f{m}_std_hz"))).collect();
+        let of_modes = |title: &dyn Fn(usize) -> String| -> Vec<Option<usize>> {
+            (1..=modes.len()).map(|m| find(&title(m))).collect()
+        };
+        let deviations = of_modes(&|m| format!("f{m}_std_hz"));
+        let damping = of_modes(&|m| format!("zeta{m}"));
         let known = |title: &str| {
             [
                 "temperature_c",
@@ -197,6 +258,7 @@ impl Columns {
             pose: pose?,
             modes,
             deviations,
+            damping,
             temperature: find("temperature_c"),
             amplitude: find("amplitude_nm"),
             payload: find("payload_kg"),
@@ -215,7 +277,7 @@ impl Columns {
     ) -> ModeRow {
         let line = table.line();
         let before = notes.errors();
-        let mut row = ModeRow { line, ..ModeRow::default() };
+        let mut row = ModeRow::default();
         if cells.len() != table.header().len() {
             let what = format!("has {} cells, must have {}", cells.len(), table.header().len());
             notes.error(Code::Value, line, what);
@@ -228,30 +290,34 @@ impl Columns {
                 None
             }
         };
-        row.joints = self.pose(&mut number, robot);
+        row.pose = self.pose.joints(&mut number, robot);
         let mut optional = |column: Option<usize>| {
             let column = column.filter(|&c| cells.get(c).is_some_and(|cell| !cell.is_empty()))?;
             number(column)
         };
         row.frequencies_hz = self.modes.iter().map(|&column| optional(Some(column))).collect();
         row.deviations_hz = self.deviations.iter().map(|&column| optional(column)).collect();
+        row.damping_ratios = self.damping.iter().map(|&column| optional(column)).collect();
         row.temperature_c = optional(self.temperature);
         row.amplitude_nm = optional(self.amplitude);
         row.payload_kg = optional(self.payload);
         row.sample_rate_hz = optional(self.sample_rate);
         row.id = self.id.and_then(|column| cells.get(column)).filter(|id| !id.is_empty()).cloned();
         if notes.errors() == before {
-            check(&row, table.header(), self, robot, notes);
+            check(&row, (table.header(), line), self, robot, notes);
         }
         row
     }
+}
 
-    fn pose(&self, number: &mut impl FnMut(usize) -> Option<f64>, robot: &Robot) -> Vec<f64> {
-        match &self.pose {
-            PoseColumns::Joints(columns) => {
+impl PoseColumns {
+    /// Positions of all joints, from the cells of one row.
+    fn joints(&self, number: &mut impl FnMut(usize) -> Option<f64>, robot: &Robot) -> Vec<f64> {
+        match self {
+            Self::Joints(columns) => {
                 columns.iter().map(|&(column, to_si)| number(column).map_or(0.0, to_si)).collect()
             }
-            PoseColumns::Angles(angles) => {
+            Self::Angles(angles) => {
                 let mut q: Vec<f64> = robot.joints().iter().map(at_rest).collect();
                 for (column, form) in angles {
                     if let Some(angle) = number(*column) {
@@ -271,8 +337,13 @@ fn at_rest(joint: &MovingJoint) -> f64 {
 }
 
 /// What numbers that can be read may still get wrong.
-fn check(row: &ModeRow, header: &[String], columns: &Columns, robot: &Robot, notes: &mut Notes) {
-    let line = row.line;
+fn check(
+    row: &ModeRow,
+    (header, line): (&[String], usize),
+    columns: &Columns,
+    robot: &Robot,
+    notes: &mut Notes,
+) {
     let title = |column: usize| header.get(column).map_or("", String::as_str);
     let mut last: Option<(usize, f64)> = None;
     for (&column, frequency) in columns.modes.iter().zip(&row.frequencies_hz) {
@@ -308,7 +379,7 @@ fn check(row: &ModeRow, header: &[String], columns: &Columns, robot: &Robot, not
             notes.error(Code::Value, line, format!("{name} is {value}, {wanted}"));
         }
     }
-    for violation in robot.limit_violations(&row.joints) {
+    for violation in robot.limit_violations(&row.pose) {
         notes.error(Code::JointLimit, line, violation.to_string());
     }
 }
@@ -321,10 +392,11 @@ fn numbered(title: &str, prefix: &str, suffix: &str) -> bool {
 
 fn pose_columns(
     header: &[String],
-    line: usize,
+    line: impl Into<Option<usize>>,
     robot: &Robot,
     notes: &mut Notes,
 ) -> Option<PoseColumns> {
+    let line = line.into();
     let find = |name: &str| header.iter().position(|title| title == name);
     let units = |kind: JointKind| -> [(&str, ToSi); 2] {
         match kind {
@@ -413,10 +485,11 @@ mod tests {
                     90,0.5,10.5,,0.1,0.02,31,a,x\n";
         let (table, reading) = read(text).unwrap();
         let row = &table.rows[0];
-        assert_eq!((row.joints[0], row.line, table.modes), (0.5, 3, 2));
-        assert!((row.joints[1] - std::f64::consts::FRAC_PI_2).abs() < 1e-15);
+        assert_eq!((row.pose[0], table.modes), (0.5, 2));
+        assert!((row.pose[1] - std::f64::consts::FRAC_PI_2).abs() < 1e-15);
         assert_eq!(row.frequencies_hz, [Some(10.5), None]);
         assert_eq!(row.deviations_hz, [Some(0.1), None]);
+        assert_eq!(row.damping_ratios, [Some(0.02), None]);
         assert_eq!((row.temperature_c, row.id.as_deref()), (Some(31.0), Some("a")));
         assert_eq!(reading.warnings.len(), 1);
         assert!(reading.warnings[0].what.contains("column 'extra'"));
@@ -443,7 +516,7 @@ mod tests {
     #[test]
     fn a_pose_may_come_as_an_angle_of_the_two_link_model() {
         let (table, _) = read("beta2_rad,f1_hz\n1.5,10\n").unwrap();
-        assert_eq!(table.rows[0].joints, [0.0, 1.25]);
+        assert_eq!(table.rows[0].pose, [0.0, 1.25]);
     }
 
     #[test]

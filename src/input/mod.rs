@@ -28,7 +28,7 @@ pub use advised::confirm_rewritten;
 pub use edit::{OperationEdit, rewritten_job, rewritten_program};
 pub use job::read_job;
 pub use load_test::{LoadTestRow, read_load_test};
-pub use measured::read_measured;
+pub use measured::{mode_table_on, read_measured};
 pub use poses::{DecodedPoses, PoseDecoder, PoseTable, RawPoses};
 pub use robot::{DescribedRobot, read_described_robot, read_robot};
 pub use robot_edit::{Calibrated, FittedCorrection, corrected_robot};

@@ -10,8 +10,9 @@ use super::records::{Meaning, RawChannel, RawFile, RawFunction, meaning_of_unit,
 use super::{Reading, schema};
 use crate::formats::text::read_text;
 use crate::formats::yaml::{Node, Step, document};
+use crate::identify::pose::{JointColumn, Pose};
 use crate::identify::record::{
-    Channel, Conditions, Data, Frf, MarkedLink, Marker, Pose, Quantity, Record, Session, Taken,
+    Channel, Conditions, Data, Frf, MarkedLink, Marker, Measurement, Quantity, Record, Session,
 };
 use crate::units::m_from_mm;
 use crate::wording::nearest;
@@ -105,7 +106,7 @@ impl Reader<'_> {
         Session {
             band_hz: raw.band_hz,
             mains_hz: raw.mains_hz.clone().unwrap_or_else(|| DEFAULT_MAINS_HZ.to_vec()),
-            joint_names: raw.joint_names.clone(),
+            joint_columns: self.joint_columns(),
             records,
         }
     }
@@ -128,6 +129,11 @@ impl Reader<'_> {
                 self.error(Code::Value, &steps("scale"), what);
             }
         }
+    }
+
+    fn joint_columns(&self) -> Option<Vec<JointColumn>> {
+        let names = self.raw.joint_names.as_deref()?;
+        Some(names.iter().map(|name| JointColumn::of(name)).collect())
     }
 
     fn check_joint_names(&mut self) {
@@ -211,7 +217,7 @@ impl Reader<'_> {
         record: &raw::Record,
         links: &[MarkedLink],
         used: &mut Vec<String>,
-    ) -> Option<Taken> {
+    ) -> Option<Measurement> {
         let name = record.file.clone()?;
         let of_file = [Step::Key("records"), Step::Index(index), Step::Key("file")];
         let pose = self.pose(index, record.pose.as_ref());
@@ -249,7 +255,7 @@ impl Reader<'_> {
         }
         used.extend(file.names_of(&responses));
         used.extend(record.excitation.iter().map(|name| file.full_name(name).to_owned()));
-        Some(Taken {
+        Some(Measurement {
             record: Record { name, data, driving_point, links, spindle_rpm: record.spindle_rpm },
             pose: pose?,
             conditions: Conditions {
@@ -285,8 +291,8 @@ impl Reader<'_> {
             return None;
         }
         let (found, other) = match (pose.beta2_rad, &pose.joints_deg) {
-            (Some(beta2), None) => (Pose::Beta2Rad(beta2), "joints_deg"),
-            (None, Some(joints)) => (Pose::JointsDeg(joints.clone()), "beta2_rad"),
+            (Some(beta2), None) => (Pose::Beta2(beta2), "joints_deg"),
+            (None, Some(joints)) => (self.joints(joints), "beta2_rad"),
             (both, _) => {
                 let what = match both {
                     Some(_) => "pose has both beta2_rad and joints_deg, must have one",
@@ -310,7 +316,7 @@ impl Reader<'_> {
             self.error(Code::Conflict, &steps, what);
             return None;
         }
-        if let Pose::JointsDeg(joints) = &found {
+        if let Pose::Joints(joints) = &found {
             let expected = raw
                 .joint_names
                 .as_ref()
@@ -324,6 +330,13 @@ impl Reader<'_> {
             }
         }
         Some(found)
+    }
+
+    /// Joint positions in rad or m from degrees or millimetres.
+    fn joints(&self, values: &[f64]) -> Pose {
+        let columns = JointColumn::list(self.joint_columns().as_deref(), values.len());
+        let si = |(column, &value): (&JointColumn, &f64)| column.si_from_degrees_or_mm(value);
+        Pose::Joints(columns.iter().zip(values).map(si).collect())
     }
 
     /// A file of raw data, read once.

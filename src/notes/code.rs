@@ -128,6 +128,8 @@ codes! {
     Spindle = "spindle",
     /// A mode's frequency depends on amplitude.
     AmplitudeDependent = "amplitude_dependent",
+    /// A joint's stiffness depends on the load.
+    LoadDependent = "load_dependent",
     /// A steady tone beside the modes, which was fitted and left out.
     Tone = "tone",
     /// A start or peak that the fit could not settle.

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use super::{Code, Note, Place, Severity};
+use super::{Code, Note, Part, Place, Severity};
 
 /// More errors than this from one source help nobody; the rest are counted.
 const MAX_ERRORS: usize = 200;
@@ -44,6 +44,17 @@ impl Notes {
     pub fn warning(&mut self, code: Code, line: impl Into<Option<usize>>, what: impl Into<String>) {
         let note = self.make(Severity::Warning, code, line, what);
         self.push(note);
+    }
+
+    /// Something about a channel of the record that these notes are about should be known.
+    pub fn channel_warning(&mut self, code: Code, channel: &str, what: impl Into<String>) {
+        let record = match &self.origin.part {
+            Some(Part::Record(name)) => Some(name.clone()),
+            _ => None,
+        };
+        let channel = Part::Channel { record, channel: channel.to_owned() };
+        let place = Place { part: Some(channel), ..self.origin.clone() };
+        self.push(Note::warning(code, place, what));
     }
 
     /// Keeps a note, unless it is here already; errors beyond a limit are only counted.

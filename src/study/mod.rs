@@ -3,7 +3,9 @@
 
 pub mod advise;
 pub mod check;
+pub mod identify;
 pub mod map;
+pub mod stiffness;
 
 use std::path::{Path, PathBuf};
 

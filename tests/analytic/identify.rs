@@ -1,10 +1,12 @@
 //! Modes found in records whose poles are known exactly: frequency, damping, shape, scaling, the number of
 //! modes, and whether the stated deviations are right.
 
-use crate::vibration::{TrueMode, free_decay, gauss, hammered, noisy, pulses, rms, seeded};
-use detune::identify::notice::NoticeKind;
+use crate::vibration::{
+    TrueMode, channel_of, free_decay, gauss, hammered, noisy, pulses, rms, seeded,
+};
 use detune::identify::record::{Channel, Data, Quantity, Record};
-use detune::identify::record_modes::{Identified, identify_record};
+use detune::identify::record_modes::{IdentifiedRecord, identify_record};
+use detune::notes::Code;
 use nalgebra::{DMatrix, DVector};
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
@@ -36,14 +38,14 @@ fn record(
     }
 }
 
-fn identify(record: &Record) -> Identified {
+fn identify(record: &Record) -> IdentifiedRecord {
     identify_record(record, None, &[50.0, 60.0])
 }
 
 /// Every mode and no other, within 0.1 % of frequency and 10 % of damping.
-fn must_be(found: &Identified, truth: &[TrueMode], what: &str) {
+fn must_be(found: &IdentifiedRecord, truth: &[TrueMode], what: &str) {
     let told: Vec<_> = found.modes.iter().map(|m| (m.frequency_hz, m.damping_ratio)).collect();
-    assert_eq!(told.len(), truth.len(), "{what}: {told:?} {:?}", found.notices);
+    assert_eq!(told.len(), truth.len(), "{what}: {told:?} {:?}", found.notes);
     for (mode, truth) in found.modes.iter().zip(truth) {
         assert!((mode.frequency_hz / truth.hz - 1.0).abs() < 1e-3, "{what}: {told:?}");
         assert!((mode.damping_ratio / truth.ratio - 1.0).abs() < 0.1, "{what}: {told:?}");
@@ -252,8 +254,8 @@ fn a_spring_that_stiffens_makes_one_mode() {
         let drift = found.modes[0].drift.unwrap();
         let exact = 0.375 * share;
         assert!((drift / exact - 1.0).abs() < 0.15, "{drift} {exact}");
-        let is_told = found.notices.iter().any(|n| n.kind.code() == "amplitude_dependent");
-        assert!(is_told, "{:?}", found.notices);
+        let is_told = found.notes.iter().any(|n| n.code.name() == "amplitude_dependent");
+        assert!(is_told, "{:?}", found.notes);
     }
 }
 
@@ -294,10 +296,10 @@ fn a_spike_is_told_and_hides_nothing() {
     for record in [decay, hammer] {
         let found = identify(&record);
         must_be(&found, &truth, "with a spike");
-        let told: Vec<_> = found.notices.iter().filter(|n| n.kind == NoticeKind::Spike).collect();
-        assert_eq!(told.len(), 1, "{:?}", found.notices);
+        let told: Vec<_> = found.notes.iter().filter(|n| n.code == Code::Spike).collect();
+        assert_eq!(told.len(), 1, "{:?}", found.notes);
         assert!(told[0].what.contains("2.5000 s"), "{}", told[0].what);
-        assert_eq!(told[0].channel.as_deref(), Some("r1"));
+        assert_eq!(channel_of(told[0]), Some("r1"));
     }
 }
 
@@ -312,10 +314,9 @@ fn a_response_of_noise_alone_is_told_and_spoils_nothing() {
         responses[2] = (0..1000).map(|_| level * gauss(&mut rng)).collect();
         let found = identify(&record(200.0, None, responses, Quantity::Displacement));
         must_be(&found, &truth, "with a response of noise");
-        let told: Vec<_> =
-            found.notices.iter().filter(|n| n.kind == NoticeKind::NoSignal).collect();
-        assert_eq!(told.len(), 1, "seed {seed}: {:?}", found.notices);
-        assert_eq!(told[0].channel.as_deref(), Some("r2"));
+        let told: Vec<_> = found.notes.iter().filter(|n| n.code == Code::NoSignal).collect();
+        assert_eq!(told.len(), 1, "seed {seed}: {:?}", found.notes);
+        assert_eq!(channel_of(told[0]), Some("r2"));
     }
 }
 
@@ -328,10 +329,10 @@ fn lost_samples_are_told_and_spoil_nothing() {
     let found = identify(&record(200.0, None, responses, Quantity::Displacement));
     must_be(&found, &truth, "with lost samples");
     assert_eq!(found.modes[0].shape.len(), 2);
-    let told: Vec<_> = found.notices.iter().filter(|n| n.kind == NoticeKind::Dropout).collect();
-    assert_eq!(told.len(), 1, "{:?}", found.notices);
+    let told: Vec<_> = found.notes.iter().filter(|n| n.code == Code::Dropout).collect();
+    assert_eq!(told.len(), 1, "{:?}", found.notes);
     assert!(told[0].what.contains("100 samples from 1.5000 s"), "{}", told[0].what);
-    assert_eq!(told[0].channel.as_deref(), Some("r1"));
+    assert_eq!(channel_of(told[0]), Some("r1"));
 }
 
 #[test]
@@ -381,12 +382,12 @@ fn bars(seeds: u64) -> [f64; 2] {
 }
 
 /// How many of the 95 % intervals hold the truth, over seeds.
-fn must_cover(what: &str, truth: &[TrueMode], found: &[Identified]) {
+fn must_cover(what: &str, truth: &[TrueMode], found: &[IdentifiedRecord]) {
     const Z: f64 = 1.959964;
     let count = found.len() as f64;
     let [low, high] = bars(found.len() as u64);
     for (index, truth) in truth.iter().enumerate() {
-        let share = |is_in: &dyn Fn(&Identified) -> bool| {
+        let share = |is_in: &dyn Fn(&IdentifiedRecord) -> bool| {
             found.iter().filter(|f| is_in(f)).count() as f64 / count
         };
         let by_frequency = share(&|f| {
@@ -449,7 +450,7 @@ fn deviations_of_free_decays_cover_and_reach_the_cramer_rao_bound() {
     let truth = [TrueMode::new(23.2, 0.02, &[1.0]), TrueMode::new(39.4, 0.015, &[0.7])];
     let clean = free_decay(&truth, 0, 140.0, 700, 0);
     let deviation = TWENTY_DB * rms(&clean[0]);
-    let found: Vec<Identified> = (0..coverage_seeds())
+    let found: Vec<IdentifiedRecord> = (0..coverage_seeds())
         .into_par_iter()
         .map(|seed| {
             let responses = noisy(&clean, TWENTY_DB, &mut seeded(seed));
@@ -462,7 +463,7 @@ fn deviations_of_free_decays_cover_and_reach_the_cramer_rao_bound() {
     let bounds = cramer_rao(&truth, 140.0, 700, deviation);
     for (index, (mode, bound)) in truth.iter().zip(bounds).enumerate() {
         let errors =
-            |of: &dyn Fn(&Identified) -> f64| rms(&found.iter().map(of).collect::<Vec<_>>());
+            |of: &dyn Fn(&IdentifiedRecord) -> f64| rms(&found.iter().map(of).collect::<Vec<_>>());
         let scatter = [
             errors(&|f| f.modes[index].frequency_hz - mode.hz),
             errors(&|f| f.modes[index].damping_ratio - mode.ratio),
@@ -492,7 +493,7 @@ fn deviations_of_hammer_tests_cover() {
     let truth = [TrueMode::new(14.0, 0.025, &[1.0, 0.4]), TrueMode::new(31.0, 0.015, &[0.5, -0.9])];
     let force = pulses(900, &[20, 460], 3, 50.0);
     let clean = hammered(&truth, 0, 2, 120.0, &force);
-    let found: Vec<Identified> = (0..coverage_seeds())
+    let found: Vec<IdentifiedRecord> = (0..coverage_seeds())
         .into_par_iter()
         .map(|seed| {
             let responses = noisy(&clean, TWENTY_DB, &mut seeded(seed));
@@ -502,7 +503,7 @@ fn deviations_of_hammer_tests_cover() {
     assert!(
         found.iter().all(|f| f.modes.len() == 2),
         "{:?}",
-        found.iter().find(|f| f.modes.len() != 2).map(|f| (&f.modes, &f.notices))
+        found.iter().find(|f| f.modes.len() != 2).map(|f| (&f.modes, &f.notes))
     );
     must_cover("hammer", &truth, &found);
 }

@@ -1,11 +1,15 @@
 //! What a record lacks or may mislead by is told, each with record and channel, and nothing of it in a
 //! sound record.
 
-use crate::vibration::{TrueMode, free_decay, gauss, hammered, noisy, pulses, rms, seeded};
-use detune::identify::notice::NoticeKind;
-use detune::identify::record::{Channel, Conditions, Data, Pose, Quantity, Record, Session, Taken};
-use detune::identify::record_modes::{Identified, identify_record};
+use crate::vibration::{
+    TrueMode, channel_of, free_decay, gauss, hammered, noisy, pulses, rms, seeded,
+};
+use detune::identify::pose::Pose;
+use detune::identify::record::{Channel, Conditions, Data, Measurement, Quantity, Record, Session};
+use detune::identify::record_modes::{IdentifiedRecord, identify_record};
 use detune::identify::session::identify_session;
+use detune::notes::Code;
+use detune::progress::silent;
 
 const NOISE: f64 = 0.03;
 
@@ -28,12 +32,12 @@ fn record(rate: f64, force: Option<Vec<f64>>, responses: Vec<Vec<f64>>) -> Recor
     }
 }
 
-fn identify(record: &Record) -> Identified {
+fn identify(record: &Record) -> IdentifiedRecord {
     identify_record(record, None, &[50.0, 60.0])
 }
 
-fn kinds(found: &Identified) -> Vec<NoticeKind> {
-    let mut kinds: Vec<NoticeKind> = found.notices.iter().map(|notice| notice.kind).collect();
+fn kinds(found: &IdentifiedRecord) -> Vec<Code> {
+    let mut kinds: Vec<Code> = found.notes.iter().map(|note| note.code).collect();
     kinds.sort();
     kinds.dedup();
     kinds
@@ -57,7 +61,7 @@ fn sound_records_have_no_notices() {
         identify(&record(200.0, Some(force), responses)),
     ] {
         assert_eq!(found.modes.len(), 2);
-        assert!(found.notices.is_empty(), "{:?}", found.notices);
+        assert!(found.notes.is_empty(), "{:?}", found.notes);
     }
 }
 
@@ -65,9 +69,9 @@ fn sound_records_have_no_notices() {
 fn a_bounce_of_the_hammer_is_told_and_bends_nothing() {
     let (force, responses) = hammer(&[50, 800, 815, 1500, 2250]);
     let found = identify(&record(200.0, Some(force), responses));
-    assert_eq!(kinds(&found), [NoticeKind::DoubleHit]);
-    assert_eq!(found.notices[0].channel.as_deref(), Some("hammer"));
-    assert_eq!(found.notices[0].record.as_deref(), Some("r.csv"));
+    assert_eq!(kinds(&found), [Code::DoubleHit]);
+    assert_eq!(channel_of(&found.notes[0]), Some("hammer"));
+    assert!(found.notes[0].to_string().starts_with("record 'r.csv'"), "{:?}", found.notes);
     for (mode, truth) in found.modes.iter().zip(arm()) {
         assert!((mode.frequency_hz - truth.hz).abs() < 5.0 * mode.frequency_std_hz, "{mode:?}");
         assert!((mode.damping_ratio / truth.ratio - 1.0).abs() < 0.05, "{mode:?}");
@@ -85,7 +89,7 @@ fn a_second_hit_within_a_decay_is_told() {
         .map(|(a, b)| a.iter().zip(b).map(|(a, b)| a + 3.0 * b).collect())
         .collect();
     let found = identify(&record(200.0, None, noisy(&both, 0.01, &mut seeded(3))));
-    assert!(kinds(&found).contains(&NoticeKind::DoubleHit), "{:?}", found.notices);
+    assert!(kinds(&found).contains(&Code::DoubleHit), "{:?}", found.notes);
     for (mode, truth) in found.modes.iter().zip(arm()) {
         assert!((mode.frequency_hz / truth.hz - 1.0).abs() < 1e-3, "{mode:?}");
     }
@@ -99,22 +103,22 @@ fn clipping_and_dead_channels_are_told_by_name() {
     responses.push(vec![0.25; 1000]);
     let found = identify(&record(200.0, None, responses));
     let named = |kind| {
-        let mut of = found.notices.iter().filter(move |notice| notice.kind == kind);
-        of.next().and_then(|notice| notice.channel.clone())
+        let mut of = found.notes.iter().filter(move |note| note.code == kind);
+        of.next().and_then(channel_of).map(str::to_owned)
     };
-    assert_eq!(named(NoticeKind::Clipping).as_deref(), Some("r1"));
-    assert_eq!(named(NoticeKind::DeadChannel).as_deref(), Some("r2"));
+    assert_eq!(named(Code::Clipping).as_deref(), Some("r1"));
+    assert_eq!(named(Code::DeadChannel).as_deref(), Some("r2"));
 }
 
 /// 0.7 s: the first mode is at e^(−1.6) = 20 %; 0.15 s: fewer than eight periods.
 #[test]
 fn leakage_and_short_records_are_told() {
     let found = identify(&record(200.0, None, decay(140)));
-    assert_eq!(kinds(&found), [NoticeKind::Leakage], "{:?}", found.notices);
+    assert_eq!(kinds(&found), [Code::Leakage], "{:?}", found.notes);
     assert!((found.modes[0].frequency_hz / 18.0 - 1.0).abs() < 5e-3, "{:?}", found.modes);
     let one: Vec<Vec<f64>> = free_decay(&arm()[..1], 2, 200.0, 50, 0);
     let found = identify(&record(200.0, None, noisy(&one, 0.01, &mut seeded(1))));
-    assert!(kinds(&found).contains(&NoticeKind::ShortRecord), "{:?}", found.notices);
+    assert!(kinds(&found).contains(&Code::ShortRecord), "{:?}", found.notes);
 }
 
 #[test]
@@ -124,12 +128,8 @@ fn low_coherence_at_a_mode_is_told_with_its_channel() {
     let loud = 15.0 * rms(&responses[1]);
     responses[1].iter_mut().for_each(|s| *s += loud * gauss(&mut rng));
     let found = identify(&record(200.0, Some(force), responses));
-    let told: Vec<_> =
-        found.notices.iter().filter(|n| n.kind == NoticeKind::LowCoherence).collect();
-    assert!(
-        !told.is_empty() && told.iter().all(|n| n.channel.as_deref() == Some("r1")),
-        "{told:?}"
-    );
+    let told: Vec<_> = found.notes.iter().filter(|n| n.code == Code::LowCoherence).collect();
+    assert!(!told.is_empty() && told.iter().all(|n| channel_of(n) == Some("r1")), "{told:?}");
     assert_eq!(found.modes.len(), 2, "{:?}", found.modes);
 }
 
@@ -148,12 +148,12 @@ fn with_tone(hz: f64, rate: f64) -> Vec<Vec<f64>> {
 #[test]
 fn tones_of_mains_and_spindle_are_flagged_and_neither_dropped_nor_passed_for_modes() {
     for (tone_hz, rate, seen_hz, spindle_rpm, kind) in [
-        (50.01, 200.0, 50.01, None, Some(NoticeKind::Mains)),
+        (50.01, 200.0, 50.01, None, Some(Code::Mains)),
         // Lamps flicker at twice the mains: at 140 frames/s that is 40 Hz.
-        (100.0, 140.0, 40.0, None, Some(NoticeKind::Mains)),
-        (47.0, 200.0, 47.0, Some(1410.0), Some(NoticeKind::Spindle)),
+        (100.0, 140.0, 40.0, None, Some(Code::Mains)),
+        (47.0, 200.0, 47.0, Some(1410.0), Some(Code::Spindle)),
         // A tone of unknown source whose damping is none is told, and no finding.
-        (43.3, 200.0, 43.3, None, Some(NoticeKind::Unsettled)),
+        (43.3, 200.0, 43.3, None, Some(Code::Unsettled)),
     ] {
         let record = Record { spindle_rpm, ..record(rate, None, with_tone(tone_hz, rate)) };
         let found = identify(&record);
@@ -162,8 +162,8 @@ fn tones_of_mains_and_spindle_are_flagged_and_neither_dropped_nor_passed_for_mod
         assert_eq!(found.modes[1].suspicion, kind, "{tone_hz}");
         assert_eq!(found.modes[0].suspicion, None);
         assert!(kind.is_none_or(|kind| kinds(&found).contains(&kind)), "{tone_hz}");
-        let is_unknown = kind == Some(NoticeKind::Unsettled);
-        assert_eq!(kinds(&found).contains(&NoticeKind::Tone), is_unknown, "{tone_hz}");
+        let is_unknown = kind == Some(Code::Unsettled);
+        assert_eq!(kinds(&found).contains(&Code::Tone), is_unknown, "{tone_hz}");
     }
 }
 
@@ -179,7 +179,7 @@ fn mains_in_a_hammer_test_are_told_and_bend_nothing() {
     }
     let found = identify(&record(200.0, Some(force), responses));
     let told = kinds(&found);
-    assert!(told.contains(&NoticeKind::Tone) || told.contains(&NoticeKind::Mains), "{told:?}");
+    assert!(told.contains(&Code::Tone) || told.contains(&Code::Mains), "{told:?}");
     let modes: Vec<_> = found.modes.iter().filter(|mode| mode.suspicion.is_none()).collect();
     assert_eq!(modes.len(), 2, "{:?}", found.modes);
     for (mode, truth) in modes.iter().zip(arm()) {
@@ -193,29 +193,29 @@ fn mains_in_a_hammer_test_are_told_and_bend_nothing() {
 #[test]
 fn folded_frequencies_are_told() {
     let modes = [TrueMode::new(18.0, 0.02, &[1.0]), TrueMode::new(83.0, 0.01, &[0.5])];
-    let taken = |rate: f64, samples| Taken {
+    let taken = |rate: f64, samples| Measurement {
         record: record(
             rate,
             None,
             noisy(&free_decay(&modes, 0, rate, samples, 0), NOISE, &mut seeded(7)),
         ),
-        pose: Pose::Beta2Rad(1.0),
+        pose: Pose::Beta2(1.0),
         conditions: Conditions::default(),
         id: None,
     };
     let slow = identify(&taken(140.0, 700).record);
     assert!((slow.modes[1].frequency_hz - 57.0).abs() < 0.05, "{:?}", slow.modes);
-    assert!(kinds(&slow).contains(&NoticeKind::MayBeFolded));
+    assert!(kinds(&slow).contains(&Code::MayBeFolded));
     let session = Session {
         band_hz: None,
         mains_hz: vec![50.0],
-        joint_names: None,
+        joint_columns: None,
         records: vec![taken(140.0, 700), taken(400.0, 2000)],
     };
-    let found = identify_session(&session);
-    assert_eq!(found.rows.len(), 2);
-    let told: Vec<_> = found.notices.iter().filter(|n| n.kind == NoticeKind::MayBeFolded).collect();
-    assert_eq!(told.len(), 1, "{:?}", found.notices);
+    let found = identify_session(&session, &silent);
+    assert_eq!(found.poses.len(), 2);
+    let told: Vec<_> = found.notes.iter().filter(|n| n.code == Code::MayBeFolded).collect();
+    assert_eq!(told.len(), 1, "{:?}", found.notes);
     assert!(told[0].what.contains(" 82.9") && told[0].what.contains("folded"), "{told:?}");
 }
 
@@ -224,35 +224,40 @@ fn folded_frequencies_are_told() {
 fn records_of_one_pose_make_one_row() {
     let taken = |seed, hz: f64, beta2, temperature_c| {
         let modes = [TrueMode::new(hz, 0.02, &[1.0]), TrueMode::new(41.0, 0.02, &[0.7])];
-        Taken {
+        Measurement {
             record: record(
                 200.0,
                 None,
                 noisy(&free_decay(&modes, 0, 200.0, 1000, 0), NOISE, &mut seeded(seed)),
             ),
-            pose: Pose::Beta2Rad(beta2),
+            pose: Pose::Beta2(beta2),
             conditions: Conditions { temperature_c, ..Conditions::default() },
             id: Some(format!("t{seed}")),
         }
     };
     let session =
-        |records| Session { band_hz: None, mains_hz: Vec::new(), joint_names: None, records };
-    let found = identify_session(&session(vec![
-        taken(1, 18.0, 0.5, Some(20.0)),
-        taken(2, 18.0, 0.5, Some(20.0)),
-        taken(3, 18.0, 0.5, Some(30.0)),
-        taken(4, 18.0, 0.6, Some(20.0)),
-    ]));
-    assert_eq!(found.rows.len(), 3);
-    assert_eq!(found.rows[0].id.as_deref(), Some("t1+t2"));
-    assert_eq!(found.rows[0].modes[0].members, [(0, 0), (1, 0)]);
-    let (merged, single) = (&found.rows[0].modes[0], &found.records[0].modes[0]);
+        |records| Session { band_hz: None, mains_hz: Vec::new(), joint_columns: None, records };
+    let found = identify_session(
+        &session(vec![
+            taken(1, 18.0, 0.5, Some(20.0)),
+            taken(2, 18.0, 0.5, Some(20.0)),
+            taken(3, 18.0, 0.5, Some(30.0)),
+            taken(4, 18.0, 0.6, Some(20.0)),
+        ]),
+        &silent,
+    );
+    assert_eq!(found.poses.len(), 3);
+    assert_eq!(found.poses[0].id.as_deref(), Some("t1+t2"));
+    assert_eq!(found.poses[0].modes[0].members, [(0, 0), (1, 0)]);
+    let (merged, single) = (&found.poses[0].modes[0], &found.records[0].modes[0]);
     assert!(merged.frequency_std_hz < single.frequency_std_hz * 1.5);
     assert!((merged.frequency_hz - 18.0).abs() < 4.0 * merged.frequency_std_hz);
-    assert!(found.notices.is_empty(), "{:?}", found.notices);
-    let found =
-        identify_session(&session(vec![taken(1, 18.0, 0.5, None), taken(2, 18.1, 0.5, None)]));
-    assert_eq!(found.notices[0].kind, NoticeKind::Disagreement, "{:?}", found.notices);
-    let spread = found.rows[0].modes[0].frequency_std_hz;
+    assert!(found.notes.is_empty(), "{:?}", found.notes);
+    let found = identify_session(
+        &session(vec![taken(1, 18.0, 0.5, None), taken(2, 18.1, 0.5, None)]),
+        &silent,
+    );
+    assert_eq!(found.notes[0].code, Code::Disagreement, "{:?}", found.notes);
+    let spread = found.poses[0].modes[0].frequency_std_hz;
     assert!((0.02..0.1).contains(&spread), "{spread}");
 }

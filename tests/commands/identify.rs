@@ -12,6 +12,15 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use crate::vibration::{C64, TrueMode, free_decay, gauss, hammered, noisy, pulses, rms, seeded};
+use detune::diagnosis::{Settings, diagnose};
+use detune::identify::ModeTable;
+use detune::identify::pose::{JointColumn, Pose};
+use detune::identify::record::Conditions;
+use detune::identify::session::{IdentifiedSession, PoseMode, PoseModes};
+use detune::input::{Reading, read_described_robot, read_measured};
+use detune::notes::Code;
+use detune::report::identify::measured_csv;
+use detune::study::identify::table_on;
 use detune::units::mm_from_m;
 use rand::RngExt;
 use serde_json::Value;
@@ -448,4 +457,75 @@ fn the_example_is_as_noisy_as_it_says() {
     let end: Vec<f64> = record[0][650..].to_vec();
     let share = rms(&end) / rms(&record[0]);
     assert!((0.07..0.13).contains(&share), "{share}");
+}
+
+/// What identification of ten poses gives, at angles with few digits; a mode near the mains at one of them.
+fn identified(pose: impl Fn(f64) -> (Pose, Option<Vec<JointColumn>>)) -> IdentifiedSession {
+    let mode = |frequency_hz: f64, suspicion| PoseMode {
+        frequency_hz,
+        frequency_std_hz: 0.013 * frequency_hz.sqrt(),
+        damping_ratio: 0.0217,
+        damping_std: 0.001,
+        members: Vec::new(),
+        suspicion,
+    };
+    let at = |i: u32| {
+        let beta2 = 0.3 + 0.21 * f64::from(i);
+        let suspicion = (i == 4).then_some(Code::Mains);
+        let modes = vec![
+            mode(19.7 + 3.1 * beta2.sin(), None),
+            mode(61.1 - 14.0 * beta2.sin() / 3.0, suspicion),
+        ];
+        PoseModes {
+            pose: pose(beta2).0,
+            conditions: Conditions { temperature_c: Some(20.1), ..Conditions::default() },
+            id: i.is_multiple_of(2).then(|| format!("p{i},a")),
+            sample_rate_hz: Some(400.0),
+            modes,
+        }
+    };
+    let poses = (0..10).map(at).collect();
+    let joint_columns = pose(1.0).1;
+    IdentifiedSession { poses, records: Vec::new(), joint_columns, notes: Vec::new() }
+}
+
+/// From identification to diagnosis with and without a file between them: the same table to the last digit,
+/// so the same diagnosis; and a session whose joints are not the robot's is refused either way.
+#[test]
+fn a_table_in_memory_is_the_table_that_is_written() {
+    let robot_file = Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/two-link/robot.yaml");
+    let described = read_described_robot(&robot_file, &mut Reading::default()).unwrap();
+    let robot = &described.robot;
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("measured.csv");
+    let joints = |names: [&str; 2]| {
+        let columns = names.map(JointColumn::of);
+        move |beta2: f64| {
+            let degrees = [-3.3 * beta2, (beta2 * 573.0).round() / 10.0];
+            let si = |i: usize| columns[i].si_from_degrees_or_mm(degrees[i]);
+            (Pose::Joints(vec![si(0), si(1)]), Some(columns.to_vec()))
+        }
+    };
+    let sessions = [
+        identified(|beta2| (Pose::Beta2(beta2), None)),
+        identified(joints(["joint_1", "joint_2"])),
+        identified(joints(["joint_1_rad", "joint_2"])),
+    ];
+    for (index, session) in sessions.iter().enumerate() {
+        let (table, warnings) = table_on(robot, session).unwrap();
+        assert!(warnings.is_empty(), "{warnings:?}");
+        fs::write(&file, measured_csv(session)).unwrap();
+        let written = read_measured(&file, robot, &mut Reading::default()).unwrap();
+        assert_eq!(table, written);
+        assert_eq!((table.rows.len(), table.count()), (10, 19));
+        if index == 1 {
+            let diagnosed = |table: &ModeTable| {
+                diagnose(&described.description, table, Settings::default(), &|_| ()).unwrap()
+            };
+            assert_eq!(format!("{:?}", diagnosed(&table)), format!("{:?}", diagnosed(&written)));
+        }
+    }
+    let stranger = identified(joints(["joint_1", "elbow"]));
+    let error = table_on(robot, &stranger).unwrap_err();
+    assert!(error[0].to_string().contains("no column 'joint_2_rad'"), "{error:?}");
 }

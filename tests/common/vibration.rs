@@ -133,3 +133,11 @@ pub(crate) fn noisy(samples: &[Vec<f64>], share: f64, rng: &mut ChaCha8Rng) -> V
         })
         .collect()
 }
+
+/// The channel that a note is about.
+pub(crate) fn channel_of(note: &detune::notes::Note) -> Option<&str> {
+    match &note.place.part {
+        Some(detune::notes::Part::Channel { channel, .. }) => Some(channel),
+        _ => None,
+    }
+}

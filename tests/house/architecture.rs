@@ -165,7 +165,6 @@ const WITH_LONG_LINES: &[&str] = &[
     "diagnosis",
     "excitation",
     "guide",
-    "identify",
     "input",
     "job",
     "lib",

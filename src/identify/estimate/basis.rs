@@ -1,127 +1,19 @@
 //! What one pole contributes to a spectrum, and how that changes as the pole moves.
 //!
-//! A sampled mode e^{λt} at rest before sample 0 and driven by f has, over a record of N samples, the
-//! discrete Fourier transform
+//! A sampled mode e^{λt} at rest before sample 0 and driven by f has, over a record of N samples,
+//! the discrete Fourier transform
 //!
 //! ```text
 //! b(ω) = (F(ω) − E) / (1 − μ z⁻¹),   μ = e^{λT},  z = e^{iωT},  E = Σ_m f[m] μ^{N−m}
 //! ```
 //!
-//! exactly: E is what is left in the mode at the record's end, the leakage (Pintelon & Schoukens, System
-//! Identification, 2nd ed., §6.3). A free decay is the case f = unit impulse at sample 0. So no window is
-//! needed, and a record that ends before its decay biases nothing. Where a frequency response function is
-//! all there is, b(ω) = 1/(iω − λ).
+//! exactly: E is what is left in the mode at the record's end, the leakage (Pintelon & Schoukens,
+//! System Identification, 2nd ed., §6.3). A free decay is the case f = unit impulse at sample 0. So
+//! no window is needed, and a record that ends before its decay biases nothing. Where a frequency
+//! response function is all there is, b(ω) = 1/(iω − λ).
 
-use nalgebra::Complex;
-
-use super::drift::{Drifted, Envelope, drifted};
-
-pub(in crate::identify) type C64 = Complex<f64>;
-
-/// Growth over a record beyond this is no vibration, and would overflow.
-const MOST_GROWTH: f64 = 8.0;
-
-/// Envelopes that a pole may drift with.
-pub(in crate::identify) const MOST_DRIFTS: usize = 6;
-
-/// How a set of spectra came about.
-#[derive(Debug, Clone, PartialEq)]
-pub(in crate::identify) enum Origin {
-    /// Sampled records.
-    Sampled {
-        /// Time from one sample to the next, s.
-        step_s: f64,
-        /// Samples in the record.
-        samples: usize,
-        /// The force where it is not zero; `None` for a free decay.
-        force: Option<Vec<Push>>,
-    },
-    /// Frequency response functions.
-    Responses,
-}
-
-/// A sample of the force.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::identify) struct Push {
-    /// When, in steps from the record's first sample.
-    pub(in crate::identify) at: f64,
-    /// How much.
-    pub(in crate::identify) value: f64,
-    /// The blow that it belongs to.
-    pub(in crate::identify) blow: usize,
-}
-
-/// Spectra over the same lines, with the same force.
-#[derive(Debug, Clone, PartialEq)]
-pub(in crate::identify) struct Block {
-    /// How they came about.
-    pub(in crate::identify) origin: Origin,
-    /// Lines, rad/s, ascending.
-    pub(in crate::identify) omega: Vec<f64>,
-    /// Spectrum of the force on the lines; empty where it is one.
-    pub(in crate::identify) drive: Vec<C64>,
-    /// Variance of the force on each line, against its power; empty where the force is known exactly.
-    pub(in crate::identify) drive_error: Vec<f64>,
-    /// Least variance of a line by response, such as rounding brings; empty where nothing is known.
-    pub(in crate::identify) least_noise: Vec<f64>,
-    /// Whether the arm may have been moving when the record began.
-    pub(in crate::identify) begins_moving: bool,
-    /// Amplitudes that poles may drift with.
-    pub(in crate::identify) envelopes: Vec<Envelope>,
-    /// The spectra, one for each response.
-    pub(in crate::identify) spectra: Vec<Vec<C64>>,
-}
-
-/// A pole as it is fitted.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::identify) struct Pole {
-    /// λ with positive imaginary part, rad/s.
-    pub(in crate::identify) lambda: C64,
-    /// Whether the force drives it; a disturbance such as a line of the mains goes its own way.
-    pub(in crate::identify) is_driven: bool,
-    /// By envelope: how far λ moves at its highest, rad/s; `None` where it does not.
-    pub(in crate::identify) rates: [Option<C64>; MOST_DRIFTS],
-}
-
-impl Pole {
-    pub(in crate::identify) fn new(lambda: C64) -> Self {
-        Self { lambda, is_driven: true, rates: [None; MOST_DRIFTS] }
-    }
-
-    /// Complex parameters: λ and the rates.
-    pub(in crate::identify) fn parameters(&self) -> usize {
-        1 + self.rates.iter().flatten().count()
-    }
-
-    /// Whether it moves with any amplitude.
-    pub(in crate::identify) fn drifts(&self) -> bool {
-        self.rates.iter().any(Option::is_some)
-    }
-
-    /// With its parameters, in that order, moved by real and imaginary parts in turn.
-    pub(in crate::identify) fn moved(mut self, steps: &[f64]) -> Self {
-        let parameters = std::iter::once(&mut self.lambda).chain(self.rates.iter_mut().flatten());
-        for (parameter, step) in parameters.zip(steps.chunks_exact(2)) {
-            *parameter += C64::new(step[0], step[1]);
-        }
-        self
-    }
-
-    /// From natural frequency and damping ratio.
-    pub(in crate::identify) fn from_modal(omega: f64, ratio: f64) -> Self {
-        Self::new(C64::new(-ratio * omega, omega * (1.0 - ratio * ratio).max(0.0).sqrt()))
-    }
-
-    /// Natural frequency |λ|, rad/s.
-    pub(in crate::identify) fn omega(&self) -> f64 {
-        self.lambda.norm()
-    }
-
-    /// Damping ratio −Re λ/|λ|.
-    pub(in crate::identify) fn ratio(&self) -> f64 {
-        -self.lambda.re / self.lambda.norm()
-    }
-}
+use super::block::{Block, C64, ForceSample, Origin, Pole};
+use super::states::{Drifted, drifted};
 
 /// b on the lines and its derivatives by λ and by each rate, each at λ and at its conjugate.
 #[derive(Debug, Clone)]
@@ -145,25 +37,8 @@ impl Contribution {
 }
 
 impl Block {
-    /// Highest line, rad/s.
-    pub(in crate::identify) fn highest(&self) -> f64 {
-        self.omega.last().copied().unwrap_or(1.0)
-    }
-
-    /// Whether a pole can be evaluated at all.
-    pub(in crate::identify) fn admits(&self, pole: &Pole) -> bool {
-        match &self.origin {
-            // Above half the sampling rate a pole is the image of one below.
-            Origin::Sampled { step_s, samples, .. } => {
-                pole.lambda.re * step_s * (*samples as f64) < MOST_GROWTH
-                    && pole.lambda.im * step_s < std::f64::consts::PI
-            }
-            Origin::Responses => pole.lambda.re < 0.0,
-        }
-    }
-
-    /// What a pole contributes; `is_driven` false gives the vibration from before the record, which is too weak
-    /// to drift.
+    /// What a pole contributes; `is_driven` false gives the vibration from before the record, which
+    /// is too weak to drift.
     pub(in crate::identify) fn contribution(&self, pole: &Pole, is_driven: bool) -> Contribution {
         let steady = self.steady(pole.lambda, is_driven);
         match drifted(self, pole, is_driven) {
@@ -264,7 +139,7 @@ impl Block {
 }
 
 /// E and dE/dλ: what the record leaves in the mode.
-fn at_end(lambda: C64, step_s: f64, samples: usize, force: Option<&[Push]>) -> (C64, C64) {
+fn at_end(lambda: C64, step_s: f64, samples: usize, force: Option<&[ForceSample]>) -> (C64, C64) {
     let one = |start: f64| {
         let time = (samples as f64 - start) * step_s;
         let left = (lambda * time).exp();
@@ -274,9 +149,9 @@ fn at_end(lambda: C64, step_s: f64, samples: usize, force: Option<&[Push]>) -> (
         None => one(0.0),
         Some(force) => {
             let mut sums = (C64::default(), C64::default());
-            for push in force {
-                let (left, slope) = one(push.at);
-                sums = (sums.0 + left * push.value, sums.1 + slope * push.value);
+            for sample in force {
+                let (left, slope) = one(sample.at);
+                sums = (sums.0 + left * sample.value, sums.1 + slope * sample.value);
             }
             sums
         }
@@ -297,8 +172,8 @@ mod tests {
         output
     }
 
-    /// The basis against the transform of the samples themselves: a mode driven by a force of two pulses,
-    /// one of them near the end, and a free decay; both still ringing when the record ends.
+    /// The basis against the transform of the samples themselves: a mode driven by a force of two
+    /// pulses, one of them near the end, and a free decay; both still ringing when the record ends.
     #[test]
     fn a_record_that_ends_early_is_described_exactly() {
         let (step_s, samples) = (0.01, 300);
@@ -307,9 +182,10 @@ mod tests {
         for (at, value) in [(5, 1.0), (6, 0.4), (280, -0.7)] {
             force[at] = value;
         }
-        let pushes = |(at, &value): (usize, &f64)| Push { at: at as f64, value, blow: 0 };
-        let nonzero: Vec<Push> =
-            force.iter().enumerate().filter(|(_, f)| **f != 0.0).map(pushes).collect();
+        let samples_of =
+            |(at, &value): (usize, &f64)| ForceSample { at: at as f64, value, impact: 0 };
+        let nonzero: Vec<ForceSample> =
+            force.iter().enumerate().filter(|(_, f)| **f != 0.0).map(samples_of).collect();
         let amplitude = C64::new(0.3, -0.8);
         let mu = (pole.lambda * step_s).exp();
         let mut state = C64::default();
@@ -330,16 +206,7 @@ mod tests {
             (&free, None, Vec::new()),
         ] {
             let origin = Origin::Sampled { step_s, samples, force };
-            let block = Block {
-                origin,
-                omega: omega.clone(),
-                drive,
-                drive_error: Vec::new(),
-                least_noise: Vec::new(),
-                begins_moving: false,
-                envelopes: Vec::new(),
-                spectra: Vec::new(),
-            };
+            let block = Block { drive, ..Block::new(origin, omega.clone(), Vec::new()) };
             let of = block.contribution(&pole, true);
             for (k, measured) in transform(record)[1..samples / 2].iter().enumerate() {
                 let model = amplitude * of.value[0][k] + amplitude.conj() * of.value[1][k];

@@ -1,17 +1,17 @@
-//! Maximum likelihood for poles: the sum of squared residuals over all spectra, each line weighted by its
-//! noise, is minimised over the poles alone; for given poles the residues are linear and follow by
-//! projection (Golub & Pereyra, SIAM J. Numer. Anal. 10, 1973, with Kaufman's Jacobian, BIT 15, 1975).
-//! With circular Gaussian noise of known variance this is the estimator of Guillaume, Verboven &
-//! Vanlanduit (Frequency-domain maximum likelihood identification of modal parameters with confidence
-//! intervals, ISMA 1998); the inverse of its normal matrix is the Cramér–Rao bound, so the stated standard
-//! deviations are those of an efficient estimator.
+//! Maximum likelihood for poles: the sum of squared residuals over all spectra, each line weighted
+//! by its noise, is minimised over the poles alone; for given poles the residues are linear and
+//! follow by projection (Golub & Pereyra, SIAM J. Numer. Anal. 10, 1973, with Kaufman's Jacobian,
+//! BIT 15, 1975). With circular Gaussian noise of known variance this is the estimator of
+//! Guillaume, Verboven & Vanlanduit (Frequency-domain maximum likelihood identification of modal
+//! parameters with confidence intervals, ISMA 1998); the inverse of its normal matrix is the
+//! Cramér–Rao bound, so the stated standard deviations are those of an efficient estimator.
 
 use nalgebra::{DMatrix, DVector};
 
-use super::basis::{Block, C64, Pole};
-use super::drift::{self, Unexplained};
+use super::block::{Block, C64, Pole};
 use super::noise;
 use super::projection::{Projection, dot};
+use super::unexplained::{Unexplained, unexplained};
 
 /// How far a refinement goes.
 #[derive(Debug, Clone, Copy)]
@@ -22,17 +22,14 @@ pub(super) struct Effort {
     negligible: f64,
 }
 
-/// Enough to see which of several starts is the best.
-pub(super) const GLANCE: Effort = Effort { steps: 8, negligible: 0.1 };
+/// For the choice among several starts.
+pub(super) const COARSE: Effort = Effort { steps: 8, negligible: 0.1 };
 
-/// Enough to tell whether a pole earns its place.
-pub(super) const USUAL: Effort = Effort { steps: 30, negligible: 1e-3 };
+/// For the decision whether a pole is significant.
+pub(super) const NORMAL: Effort = Effort { steps: 30, negligible: 1e-3 };
 
 /// For what is reported.
 pub(super) const FULL: Effort = Effort { steps: 60, negligible: 1e-8 };
-
-/// Most rounds of weighing the lines anew.
-const ROUNDS: usize = 3;
 
 /// Variance of the complex value of every line, by block and response.
 pub(super) type Noise = Vec<Vec<Vec<f64>>>;
@@ -63,7 +60,7 @@ pub(super) struct Evaluation {
 }
 
 impl Evaluation {
-    /// What a step of Gauss and Newton would lower the sum of squares by.
+    /// How far a Gauss–Newton step would lower the sum of squares.
     pub(super) fn predicted_gain(&self) -> Option<f64> {
         let mut normal = self.normal.clone();
         for i in 0..normal.nrows() {
@@ -88,24 +85,8 @@ pub(super) fn parameters_of(poles: &[Pole]) -> (Vec<usize>, usize) {
     (firsts, next)
 }
 
-/// First column of a pole among the columns of a block, and whether a second pair follows it for the
-/// vibration from before the record.
-pub(super) fn columns_of(block: &Block, poles: &[Pole]) -> Vec<(usize, bool)> {
-    let mut next = 0;
-    poles
-        .iter()
-        .map(|pole| {
-            let is_double = pole.is_driven && block.begins_moving;
-            let first = next;
-            next += if is_double { 4 } else { 2 };
-            (first, is_double)
-        })
-        .collect()
-}
-
-/// The two real columns of one contribution, u = b + b̃ and v = i(b − b̃), so that residue x + iy gives
-/// x·u + y·v; and the derivatives of the sum x·u + y·v by both parts of each
-/// parameter of the pole.
+/// The two real columns of one contribution, u = b + b̃ and v = i(b − b̃), so that residue x + iy
+/// gives x·u + y·v; and the derivatives of that sum by both parts of each parameter of the pole.
 struct Pair {
     columns: [Vec<C64>; 2],
     slopes: Vec<[Vec<C64>; 2]>,
@@ -149,74 +130,92 @@ pub(super) fn weights(variances: &[f64]) -> Vec<f64> {
 /// Projects every spectrum on the columns of the poles. `None` where a pole cannot be evaluated.
 pub(super) fn evaluate(blocks: &[Block], noise: &Noise, poles: &[Pole]) -> Option<Evaluation> {
     let (_, count) = parameters_of(poles);
-    let mut normal = DMatrix::zeros(count, count);
-    let mut gradient = DVector::zeros(count);
-    let mut sum_of_squares = 0.0;
-    let mut parts = Vec::new();
+    let mut evaluation = Evaluation {
+        sum_of_squares: 0.0,
+        normal: DMatrix::zeros(count, count),
+        gradient: DVector::zeros(count),
+        parts: Vec::new(),
+    };
     for (at, block) in blocks.iter().enumerate() {
         if !poles.iter().all(|pole| pole.lambda.im > 0.0 && block.admits(pole)) {
             return None;
         }
-        let pairs: Vec<Vec<Pair>> = poles
-            .iter()
-            .map(|pole| {
-                let mut pairs = vec![Pair::new(block, pole, pole.is_driven)];
-                if pole.is_driven && block.begins_moving {
-                    pairs.push(Pair::new(block, pole, false));
-                }
-                pairs
-            })
-            .collect();
-        let firsts = columns_of(block, poles);
+        let pairs: Vec<Vec<Pair>> = poles.iter().map(|pole| pairs_of(block, pole)).collect();
         let background = block.background();
-        for (response, spectrum) in block.spectra.iter().enumerate() {
-            let weights = weights(&noise[at][response]);
+        for (response, variances) in noise[at].iter().enumerate() {
+            let weights = weights(variances);
             let mut projection = Projection::default();
             let columns = pairs.iter().flatten().flat_map(|pair| &pair.columns);
             columns.chain(&background).for_each(|column| projection.push(rows(column, &weights)));
-            let target = rows(spectrum, &weights);
-            let factors = projection.back(projection.shares(&target));
-            let mut residual = target;
-            projection.remove(&mut residual);
-            sum_of_squares += dot(&residual, &residual);
-            // Of each change D only what lies outside the span Q of the columns counts:
-            // JᵀJ = DᵀD − (QᵀD)ᵀ(QᵀD), and Jᵀr = Dᵀr, as the residual r lies outside of it.
-            let mut changes_of_poles: Vec<(Vec<f64>, Vec<f64>)> = Vec::with_capacity(count);
-            for ((pairs, pole), &(first, _)) in pairs.iter().zip(poles).zip(&firsts) {
-                let none = vec![C64::default(); spectrum.len()];
-                let mut changes = vec![none; 2 * pole.parameters()];
-                for (pair, place) in pairs.iter().zip((first..).step_by(2)) {
-                    let new = pair.changes(factors[place], factors[place + 1]);
-                    for (sum, new) in changes.iter_mut().zip(&new) {
-                        sum.iter_mut().zip(new).for_each(|(sum, new)| *sum += new);
-                    }
-                }
-                for change in &changes {
-                    let change = rows(change, &weights);
-                    let shares = projection.shares(&change);
-                    changes_of_poles.push((change, shares));
-                }
-            }
-            for (i, (change, shares)) in changes_of_poles.iter().enumerate() {
-                gradient[i] += dot(change, &residual);
-                for (j, (other, other_shares)) in changes_of_poles[..=i].iter().enumerate() {
-                    let product = dot(change, other) - dot(shares, other_shares);
-                    normal[(i, j)] += product;
-                    if i != j {
-                        normal[(j, i)] += product;
-                    }
-                }
-            }
-            let back = |shares: Vec<f64>| projection.back(shares).iter().map(|f| -f).collect();
-            let sensitivities =
-                changes_of_poles.into_iter().map(|(_, shares)| back(shares)).collect();
-            parts.push(Part { block: at, response, projection, factors, sensitivities, residual });
+            evaluation.add(block, (at, response), poles, &pairs, projection, &weights);
         }
     }
-    sum_of_squares.is_finite().then_some(Evaluation { sum_of_squares, normal, gradient, parts })
+    evaluation.sum_of_squares.is_finite().then_some(evaluation)
 }
 
-/// Poles and what they leave over.
+/// The columns of a pole: as the force drives it, and as it moved before the record.
+fn pairs_of(block: &Block, pole: &Pole) -> Vec<Pair> {
+    let mut pairs = vec![Pair::new(block, pole, pole.is_driven)];
+    if pole.is_driven && block.begins_moving {
+        pairs.push(Pair::new(block, pole, false));
+    }
+    pairs
+}
+
+impl Evaluation {
+    /// Adds the fit of one response of one block.
+    fn add(
+        &mut self,
+        block: &Block,
+        (at, response): (usize, usize),
+        poles: &[Pole],
+        pairs: &[Vec<Pair>],
+        projection: Projection,
+        weights: &[f64],
+    ) {
+        let mut residual = rows(&block.spectra[response], weights);
+        let factors = projection.back(projection.shares(&residual));
+        projection.remove(&mut residual);
+        self.sum_of_squares += dot(&residual, &residual);
+        // Of each change D only what lies outside the span Q of the columns counts:
+        // JᵀJ = DᵀD − (QᵀD)ᵀ(QᵀD), and Jᵀr = Dᵀr, as the residual r lies outside of it.
+        let mut changes: Vec<(Vec<f64>, Vec<f64>)> = Vec::with_capacity(self.gradient.len());
+        for ((pairs, pole), (first, _)) in pairs.iter().zip(poles).zip(block.columns_of(poles)) {
+            for change in changes_of(pairs, pole, &factors[first..], weights.len()) {
+                let change = rows(&change, weights);
+                let shares = projection.shares(&change);
+                changes.push((change, shares));
+            }
+        }
+        for (i, (change, shares)) in changes.iter().enumerate() {
+            self.gradient[i] += dot(change, &residual);
+            for (j, (other, other_shares)) in changes[..=i].iter().enumerate() {
+                let product = dot(change, other) - dot(shares, other_shares);
+                self.normal[(i, j)] += product;
+                if i != j {
+                    self.normal[(j, i)] += product;
+                }
+            }
+        }
+        let back = |shares: Vec<f64>| projection.back(shares).iter().map(|f| -f).collect();
+        let sensitivities = changes.into_iter().map(|(_, shares)| back(shares)).collect();
+        self.parts.push(Part { block: at, response, projection, factors, sensitivities, residual });
+    }
+}
+
+/// Change of a pole's share of a spectrum with both parts of each of its parameters; `factors` are
+/// those of its columns.
+fn changes_of(pairs: &[Pair], pole: &Pole, factors: &[f64], lines: usize) -> Vec<Vec<C64>> {
+    let mut changes = vec![vec![C64::default(); lines]; 2 * pole.parameters()];
+    for (pair, factors) in pairs.iter().zip(factors.chunks_exact(2)) {
+        for (sum, new) in changes.iter_mut().zip(&pair.changes(factors[0], factors[1])) {
+            sum.iter_mut().zip(new).for_each(|(sum, new)| *sum += new);
+        }
+    }
+    changes
+}
+
+/// Poles and the fit at them.
 #[derive(Debug, Clone)]
 pub(super) struct Fit {
     pub(super) poles: Vec<Pole>,
@@ -279,9 +278,9 @@ impl Fit {
         self
     }
 
-    /// Powers of the residual in the unit of the spectrum, and the share of noise that the fit took up, line
-    /// by line.
-    fn left_over(&self, part: &Part) -> (Vec<f64>, Vec<f64>) {
+    /// Powers of the residual in the unit of the spectrum, and the fraction of noise that the fit
+    /// absorbed, line by line.
+    fn remaining(&self, part: &Part) -> (Vec<f64>, Vec<f64>) {
         let variances = &self.noise[part.block][part.response];
         let lines = variances.len();
         let leverages = part.projection.leverages(2 * lines);
@@ -294,22 +293,22 @@ impl Fit {
             .unzip()
     }
 
-    /// The noise as the residual shows it, by `estimate` (powers, shares taken, strongest power).
+    /// The noise as the residual shows it, by `estimate` (powers, absorbed, strongest power).
     pub(super) fn noise_by(
         &self,
         blocks: &[Block],
         estimate: impl Fn(&[f64], &[f64], f64) -> Vec<f64>,
     ) -> Noise {
         let mut all: Noise = blocks.iter().map(|_| Vec::new()).collect();
-        let unexplained: Vec<Vec<Unexplained>> =
-            (0..blocks.len()).map(|at| drift::unexplained(blocks, at, &self.poles)).collect();
+        let sources: Vec<Vec<Unexplained>> =
+            (0..blocks.len()).map(|at| unexplained(blocks, at, &self.poles)).collect();
         for part in &self.evaluation.parts {
-            let (powers, taken) = self.left_over(part);
+            let (powers, taken) = self.remaining(part);
             let block = &blocks[part.block];
             let strongest = strongest(&block.spectra[part.response]);
             let noise = estimate(&powers, &taken, strongest);
             let mut noise = with_known(block, part.response, noise);
-            for source in &unexplained[part.block] {
+            for source in &sources[part.block] {
                 source.add_to(&mut noise, &part.factors);
             }
             all[part.block].push(noise);
@@ -317,8 +316,9 @@ impl Fit {
         all
     }
 
-    /// With the lines weighed by the noise that is left over, and the poles moved accordingly.
-    pub(super) fn weighed(mut self, blocks: &[Block]) -> Self {
+    /// With the lines weighted by the noise of the residual, and the poles moved accordingly.
+    pub(super) fn reweighted(mut self, blocks: &[Block]) -> Self {
+        const ROUNDS: usize = 3;
         for _ in 0..ROUNDS {
             let noise = self.noise_by(blocks, noise::smooth);
             let Some(fit) = Self::at(blocks, noise, self.poles.clone()) else { return self };
@@ -327,7 +327,8 @@ impl Fit {
         self
     }
 
-    /// Covariance over real and imaginary part of each parameter of each pole in turn: the Cramér–Rao bound at the estimate.
+    /// Covariance over real and imaginary part of each parameter of each pole in turn: the
+    /// Cramér–Rao bound at the estimate.
     pub(super) fn covariance(&self) -> Option<DMatrix<f64>> {
         // Scaled, as poles of different sharpness differ by many orders.
         let normal = &self.evaluation.normal;
@@ -348,11 +349,11 @@ pub(super) fn strongest(spectrum: &[C64]) -> f64 {
     spectrum.iter().fold(f64::MIN_POSITIVE, |most, v| most.max(v.norm_sqr()))
 }
 
-/// Noise of the force reaches the residual through the response: with noise in both, each line is weighed by
-/// the sum (Pintelon & Schoukens, §9.11). None is less noisy than the rounding of its samples: that of a short
-/// burst is alike on neighbouring lines, which would pass for modes.
+/// Noise of the force reaches the residual through the response: with noise in both, each line is
+/// weighted by the sum (Pintelon & Schoukens, §9.11). No line is less noisy than the rounding of
+/// its samples: that of a short burst is similar on neighbouring lines, which would pass for modes.
 fn with_known(block: &Block, response: usize, mut noise: Vec<f64>) -> Vec<f64> {
-    if let Some(least) = block.least_noise.get(response) {
+    if let Some(least) = block.min_noise.get(response) {
         noise.iter_mut().for_each(|noise| *noise = noise.max(*least));
     }
     let spectrum = &block.spectra[response];

@@ -1,32 +1,19 @@
-//! Poles of rising order by linear least squares on a common denominator in z = e^{iωT} (LSCF: Guillaume,
-//! Verboven, Vanlanduit, Van der Auweraer & Peeters, IMAC 2003), for the stabilisation diagram and as starts of
-//! the fit. Each response has its own numerator, which is eliminated; so a record with one reference has
-//! the matrix fraction of the poly-reference method. The highest coefficient is held at one: then the poles of
-//! vibrations decay, and those that only noise asks for grow (Cauberghe, Guillaume, Verboven, Vanlanduit &
-//! Parloo, Mech. Syst. Signal Process. 19, 2005) and are left out.
+//! Poles of rising order by linear least squares on a common denominator in z = e^{iωT} (LSCF:
+//! Guillaume, Verboven, Vanlanduit, Van der Auweraer & Peeters, IMAC 2003), for the stabilisation
+//! diagram and as starts of the fit. Each response has its own numerator, which is eliminated; so a
+//! record with one reference has the matrix fraction of the poly-reference method. The highest
+//! coefficient is held at one: then the poles of vibrations decay, and those of noise grow
+//! (Cauberghe, Guillaume, Verboven, Vanlanduit & Parloo, Mech. Syst. Signal Process. 19, 2005) and
+//! are left out.
 
 use nalgebra::{DMatrix, DVector, Schur};
 
-use super::basis::{C64, Pole};
+use super::block::{C64, Pole};
+use crate::statistics::upper_median;
+use crate::units::{hz_from_rad_per_s, rad_per_s_from_hz};
 
-/// Highest order of the denominator.
-const HIGHEST_ORDER: usize = 48;
-
-/// Each coefficient wants several lines.
-const LINES_PER_ORDER: usize = 5;
-
-/// Damping ratios above this are no vibration worth showing.
-const MOST_DAMPING: f64 = 0.25;
-
-/// A pole is stable where the next lower order has one within these shares of frequency and damping.
-const STABLE_FREQUENCY: f64 = 0.01;
-const STABLE_DAMPING: f64 = 0.1;
-
-/// Poles of neighbouring orders within this share of frequency count as one.
+/// Poles of neighbouring orders within this relative distance of frequency count as one.
 const SAME_FREQUENCY: f64 = 0.01;
-
-/// Poles at fewer orders than this are no candidates.
-const FEWEST_ORDERS: usize = 3;
 
 /// How a pole compares with those of the next lower order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -56,8 +43,12 @@ pub struct StabilisationPoint {
 pub(in crate::identify) fn poles_by_order(
     sets: &[(&[f64], &[Vec<C64>])],
 ) -> Vec<(usize, Vec<Pole>)> {
+    /// Highest order of the denominator.
+    const MAX_ORDER: usize = 48;
+    /// Lines for each coefficient.
+    const LINES_PER_ORDER: usize = 5;
     let lines = sets.iter().map(|(omega, _)| omega.len()).min().unwrap_or(0);
-    let highest = HIGHEST_ORDER.min(lines / LINES_PER_ORDER);
+    let highest = MAX_ORDER.min(lines / LINES_PER_ORDER);
     let top = sets.iter().filter_map(|(omega, _)| omega.last()).fold(0.0_f64, |a, b| a.max(*b));
     if highest < 2 || top <= 0.0 {
         return Vec::new();
@@ -114,6 +105,8 @@ fn reduced(omega: &[f64], spectrum: &[C64], step: f64, order: usize) -> Option<D
 
 /// Poles that decay, from the denominator of one order.
 fn roots(normal: &DMatrix<f64>, order: usize, step: f64) -> Option<Vec<Pole>> {
+    /// Damping ratios above this are no vibration worth showing.
+    const MAX_DAMPING_RATIO: f64 = 0.25;
     let matrix = normal.view((0, 0), (order, order)).into_owned();
     let right = DVector::from_fn(order, |i, _| -normal[(i, order)]);
     let low = matrix.lu().solve(&right)?;
@@ -138,7 +131,7 @@ fn roots(normal: &DMatrix<f64>, order: usize, step: f64) -> Option<Vec<Pole>> {
             pole.lambda.im > 0.0
                 && pole.lambda.im < 0.999 * nyquist
                 && ratio > 0.0
-                && ratio < MOST_DAMPING
+                && ratio < MAX_DAMPING_RATIO
         });
     Some(poles.collect())
 }
@@ -147,6 +140,9 @@ fn roots(normal: &DMatrix<f64>, order: usize, step: f64) -> Option<Vec<Pole>> {
 pub(in crate::identify) fn stabilisation(
     by_order: &[(usize, Vec<Pole>)],
 ) -> Vec<StabilisationPoint> {
+    /// A pole is stable where the next lower order has one within these relative distances.
+    const STABLE_FREQUENCY: f64 = 0.01;
+    const STABLE_DAMPING: f64 = 0.1;
     let mut points = Vec::new();
     for (at, (order, poles)) in by_order.iter().enumerate() {
         let before: &[Pole] = at.checked_sub(1).map_or(&[], |before| &by_order[before].1);
@@ -165,7 +161,7 @@ pub(in crate::identify) fn stabilisation(
             };
             points.push(StabilisationPoint {
                 order: *order,
-                frequency_hz: crate::units::hz_from_rad_per_s(pole.omega()),
+                frequency_hz: hz_from_rad_per_s(pole.omega()),
                 damping_ratio: pole.ratio(),
                 stability,
             });
@@ -174,8 +170,11 @@ pub(in crate::identify) fn stabilisation(
     points
 }
 
-/// One pole for each column of a stabilisation diagram: the median of those that keep their frequency.
+/// One pole for each column of a stabilisation diagram: the median of those that keep their
+/// frequency.
 pub(in crate::identify) fn candidates(points: &[StabilisationPoint]) -> Vec<Pole> {
+    /// Poles at fewer orders than this are no candidates.
+    const MIN_ORDERS: usize = 3;
     let mut steady: Vec<&StabilisationPoint> =
         points.iter().filter(|point| point.stability >= Stability::Frequency).collect();
     steady.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
@@ -187,11 +186,10 @@ pub(in crate::identify) fn candidates(points: &[StabilisationPoint]) -> Vec<Pole
             || steady[to].frequency_hz > steady[from].frequency_hz * (1.0 + 2.0 * SAME_FREQUENCY);
         if breaks {
             let group = &steady[from..to];
-            if group.len() >= FEWEST_ORDERS {
-                let mut dampings: Vec<f64> = group.iter().map(|p| p.damping_ratio).collect();
-                dampings.sort_by(f64::total_cmp);
-                let omega = crate::units::rad_per_s_from_hz(group[group.len() / 2].frequency_hz);
-                found.push(Pole::from_modal(omega, dampings[dampings.len() / 2]));
+            if group.len() >= MIN_ORDERS {
+                let dampings: Vec<f64> = group.iter().map(|p| p.damping_ratio).collect();
+                let omega = rad_per_s_from_hz(group[group.len() / 2].frequency_hz);
+                found.extend(upper_median(&dampings).map(|ratio| Pole::from_modal(omega, ratio)));
             }
             from = to;
         }

@@ -1,28 +1,24 @@
-//! How noisy each line of a spectrum is, from what a fit leaves over.
+//! How noisy each line of a spectrum is, from the residual of a fit.
 
-/// Fewest lines to either side that a level of noise is taken from.
-const FEWEST_LINES: usize = 30;
+use crate::statistics::upper_median;
 
-/// Share of the lines to either side that a level of noise is taken from.
-const SHARE_OF_LINES: usize = 14;
-
-/// Noise below this share of the strongest line's power is rounding.
+/// Noise below this fraction of the strongest line's power is rounding.
 const ROUNDING: f64 = 1e-24;
 
+/// Lines to either side that a level of noise is taken from.
 fn reach(lines: usize) -> usize {
-    FEWEST_LINES.max(lines / SHARE_OF_LINES)
+    30.max(lines / 14)
 }
 
-/// Variance of the complex value of each line by local medians of its power: peaks that stand out count
-/// as signal. The power of circular Gaussian noise is exponentially distributed, its median ln 2 of its
-/// mean.
+/// Variance of the complex value of each line by local medians of its power: peaks that stand out
+/// count as signal. The power of circular Gaussian noise is exponentially distributed, its median
+/// ln 2 of its mean.
 pub(super) fn floor(powers: &[f64], strongest: f64) -> Vec<f64> {
     let lines = powers.len();
     let reach = reach(lines);
     let median = |at: usize| {
-        let mut near = powers[at.saturating_sub(reach)..(at + reach + 1).min(lines)].to_vec();
-        near.sort_by(f64::total_cmp);
-        near.get(near.len() / 2).copied().unwrap_or(0.0) / std::f64::consts::LN_2
+        let near = &powers[at.saturating_sub(reach)..(at + reach + 1).min(lines)];
+        upper_median(near).unwrap_or(0.0) / std::f64::consts::LN_2
     };
     let step = (reach / 2).max(1);
     let knots: Vec<f64> = (0..=lines / step).map(|i| median(i * step)).collect();
@@ -34,8 +30,8 @@ pub(super) fn floor(powers: &[f64], strongest: f64) -> Vec<f64> {
     (0..lines).map(|line| at(line).max(ROUNDING * strongest)).collect()
 }
 
-/// Variance of the complex value of each line by local means; `taken` is the share of each line's
-/// noise that the fit has taken up.
+/// Variance of the complex value of each line by local means; `taken` is the fraction of each
+/// line's noise that the fit has absorbed.
 pub(super) fn smooth(powers: &[f64], taken: &[f64], strongest: f64) -> Vec<f64> {
     let lines = powers.len();
     let reach = reach(lines);

@@ -1,10 +1,10 @@
-//! Linear least squares by orthonormal columns (modified Gram–Schmidt, twice where much is lost: Björck,
-//! Numerical Methods for Least Squares Problems, §2.4.5).
+//! Linear least squares by orthonormal columns (modified Gram–Schmidt, twice where much is lost:
+//! Björck, Numerical Methods for Least Squares Problems, §2.4.5).
 
-/// A column of which less than this share is left belongs to those before it.
+/// A column that keeps less than this fraction of its length depends on those before it.
 const DEPENDENT: f64 = 1e-9;
 
-/// A column that keeps this share of its length needs no second pass.
+/// A column that keeps this fraction of its length needs no second pass.
 const ONCE_IS_ENOUGH: f64 = 0.7;
 
 /// Orthonormal columns that span the given ones.
@@ -81,8 +81,8 @@ impl Projection {
         self.q.iter().map(|q| if q.is_empty() { 0.0 } else { dot(q, target) }).collect()
     }
 
-    /// R⁻¹ · shares: the factors of the columns whose sum is nearest to what has these shares; zero for
-    /// dependent columns.
+    /// R⁻¹ · shares: the factors of the columns whose sum is nearest to what has these shares; zero
+    /// for dependent columns.
     pub(super) fn back(&self, mut shares: Vec<f64>) -> Vec<f64> {
         for i in (0..shares.len()).rev() {
             let diagonal = self.r[i][i];
@@ -105,7 +105,7 @@ impl Projection {
             .collect()
     }
 
-    /// Leverage of each row: the share of its noise that the columns take up.
+    /// Leverage of each row: the fraction of its noise that the columns absorb.
     pub(super) fn leverages(&self, rows: usize) -> Vec<f64> {
         let mut sums = vec![0.0; rows];
         for q in &self.q {

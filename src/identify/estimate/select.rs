@@ -1,67 +1,51 @@
-//! How many modes there are: poles are added one at a time while each lowers the sum of squares by more
-//! than noise could, all poles being refined together after each. Starts come from the stabilisation diagram,
-//! from peaks of the residual, and from splitting a pole in two, which is what shows a close pair.
+//! How many modes there are: poles are added one at a time while each lowers the sum of squares by
+//! more than noise could, all poles being refined together after each. Starts come from the
+//! stabilisation diagram, from peaks of the residual, and from splitting a pole in two, which is
+//! what shows a close pair.
 
 use nalgebra::Complex;
 
-use super::basis::{Block, Origin, Pole};
-use super::blows;
+use super::block::{Block, Origin, Pole};
 use super::drift;
-use super::fit::{Fit, GLANCE, USUAL, first_noise, rows, weights};
+use super::fit::{COARSE, Fit, NORMAL, first_noise, rows, weights};
+use super::impacts;
 use super::noise;
 use super::projection::{Projection, dot};
+use super::unexplained::reaches;
+use crate::statistics::chi_squared_bound;
 
-/// Chance with which noise alone adds a pole to a record.
-const FALSE_ALARM: f64 = 1e-3;
+/// More poles than any band of an arm has.
+const MAX_POLES: usize = 24;
 
-/// Nobody has more modes in one band.
-pub(super) const MOST_POLES: usize = 24;
-
-/// More tones than this are something else that the model does not explain.
-const MOST_TONES: usize = 4;
-
-/// Drift that explains this share of what a further pole in the same place explains is the cause of both.
-const IMITATED: f64 = 0.7;
-
-/// Starts that are refined before the best is chosen.
-const TRIALS: usize = 4;
-
-/// What gains less than this share of what it must gain, at a glance, is not looked at further.
-const PROMISING: f64 = 0.4;
-
-/// Damping ratios that are tried at a peak of the residual.
-const TRIED_DAMPING: [f64; 3] = [0.003, 0.015, 0.05];
-
-/// Damping of a steady tone as it is tried, and the most that it may have.
-const LINE_DAMPING: f64 = 1e-5;
-const MOST_LINE_DAMPING: f64 = 1e-3;
+/// More tones than this are another effect that the model does not explain.
+const MAX_TONES: usize = 4;
 
 /// Peaks of the residual that are tried.
 const PEAKS: usize = 4;
 
-/// The poles that the spectra bear out, and the fit at them.
+/// The significant poles, and the fit at them.
 pub(super) fn select(blocks: &mut [Block], starts: &[Pole]) -> Option<Fit> {
     let mut fit = Fit::at(blocks, first_noise(blocks), Vec::new())?;
-    while fit.poles.len() < MOST_POLES {
+    while fit.poles.len() < MAX_POLES {
         let floor = fit.noise_by(blocks, |powers, _, strongest| noise::floor(powers, strongest));
         // What was noise at first may be the skirt of a mode: the poles move with the weights.
-        fit = Fit::at(blocks, floor, fit.poles.clone())?.refined(blocks, USUAL);
-        if let Some(mended) = blows::mended(blocks, &fit) {
-            let trial =
-                Fit::at(&mended, fit.noise.clone(), fit.poles.clone())?.refined(&mended, USUAL);
+        fit = Fit::at(blocks, floor, fit.poles.clone())?.refined(blocks, NORMAL);
+        if let Some(corrected) = impacts::corrected(blocks, &fit) {
+            let trial = Fit::at(&corrected, fit.noise.clone(), fit.poles.clone())?
+                .refined(&corrected, NORMAL);
             if trial.evaluation.sum_of_squares < fit.evaluation.sum_of_squares {
-                blocks.clone_from_slice(&mended);
+                blocks.clone_from_slice(&corrected);
                 fit = trial;
             }
         }
         let larger = grown(blocks, &fit, driven(&fit, starts, blocks));
-        if let Some((drifting, other)) = rival(blocks, &fit, larger.as_ref()) {
+        if let Some((drifting, other)) = with_drift(blocks, &fit, larger.as_ref()) {
             blocks.clone_from_slice(&drifting);
             fit = other;
             continue;
         }
-        // A tone is looked for where no mode explains what is left: the comb that several hits make of a
-        // mode would pass for tones otherwise.
+        // Tones are looked for only where no mode explains the residual: the comb that several
+        // impacts make of a mode would pass for tones otherwise.
         match larger.or_else(|| grown(blocks, &fit, tones(blocks, &fit))) {
             Some(larger) => fit = larger,
             None => break,
@@ -71,23 +55,29 @@ pub(super) fn select(blocks: &mut [Block], starts: &[Pole]) -> Option<Fit> {
 }
 
 /// With poles that drift with amplitude, where that explains more than a further pole would.
-fn rival(blocks: &[Block], fit: &Fit, larger: Option<&Fit>) -> Option<(Vec<Block>, Fit)> {
+fn with_drift(blocks: &[Block], fit: &Fit, larger: Option<&Fit>) -> Option<(Vec<Block>, Fit)> {
+    /// Drift that explains this fraction of what a further pole in the same place explains is the
+    /// cause of both.
+    const MIN_FRACTION: f64 = 0.7;
     if let Some(new) = larger.and_then(|larger| larger.poles.last())
         && !fit.poles.iter().any(|pole| is_near(pole, new))
     {
         return None;
     }
     let (blocks_of_other, other, rates) = drift::drifting(blocks, fit)?;
-    let left = |fit: &Fit, required: f64| fit.evaluation.sum_of_squares + required;
     let required = rates as f64 * drift::required_gain(fit.poles.len());
-    // Within the width of a pole another one can imitate part of its drift, and noise may tip the balance.
-    let share = match larger.and_then(|larger| larger.poles.last()) {
-        Some(new) if fit.poles.iter().any(|pole| is_on(pole, new)) => IMITATED,
+    // Within the width of a pole another one can imitate part of its drift, and noise may tip the
+    // balance.
+    let fraction = match larger.and_then(|larger| larger.poles.last()) {
+        Some(new) if fit.poles.iter().any(|pole| is_on(pole, new)) => MIN_FRACTION,
         _ => 1.0,
     };
-    let gain = |of: &Fit, required: f64| left(fit, 0.0) - left(of, required);
+    let before = fit.evaluation.sum_of_squares;
+    let gain = |of: &Fit, required: f64| before - (of.evaluation.sum_of_squares + required);
     larger
-        .is_none_or(|larger| gain(&other, required) > share * gain(larger, required_gain(blocks)))
+        .is_none_or(|larger| {
+            gain(&other, required) > fraction * gain(larger, required_gain(blocks))
+        })
         .then_some((blocks_of_other, other))
 }
 
@@ -96,18 +86,20 @@ fn is_on(pole: &Pole, new: &Pole) -> bool {
     (pole.omega() - new.omega()).abs() < pole.lambda.re.abs().max(new.lambda.re.abs())
 }
 
-/// Whether a pole may be there for what another one leaves over.
+/// Whether a pole may be there for the residual of another one.
 fn is_near(pole: &Pole, new: &Pole) -> bool {
-    /// As a share of frequency, and against the sum of their decay rates.
+    /// Relative to the frequency, and to the sum of their decay rates.
     const NEAR: f64 = 0.1;
     const BANDWIDTHS: f64 = 5.0;
     let apart = (pole.omega() - new.omega()).abs();
     apart < NEAR * pole.omega() || apart < BANDWIDTHS * (pole.lambda.re.abs() + new.lambda.re.abs())
 }
 
-/// Where a further mode may be: columns of the stabilisation diagram, peaks of the residual, and either side
-/// of each pole.
+/// Where a further mode may be: columns of the stabilisation diagram, peaks of the residual, and
+/// either side of each pole.
 fn driven(fit: &Fit, starts: &[Pole], blocks: &[Block]) -> Vec<Pole> {
+    /// Damping ratios that are tried at a peak of the residual.
+    const TRIED_DAMPING: [f64; 3] = [0.003, 0.015, 0.05];
     let mut candidates = starts.to_vec();
     for omega in residual_peaks(blocks, fit) {
         candidates.extend(TRIED_DAMPING.map(|ratio| Pole::from_modal(omega, ratio)));
@@ -123,18 +115,26 @@ fn driven(fit: &Fit, starts: &[Pole], blocks: &[Block]) -> Vec<Pole> {
 
 /// Where a steady tone may be that no force explains, such as a line of the mains.
 fn tones(blocks: &[Block], fit: &Fit) -> Vec<Pole> {
+    /// Damping ratio of a steady tone to begin with.
+    const TONE_DAMPING: f64 = 1e-5;
     let is_forced = |block: &Block| matches!(block.origin, Origin::Sampled { force: Some(_), .. });
     let found = fit.poles.iter().filter(|pole| !pole.is_driven).count();
-    if !blocks.iter().any(is_forced) || found >= MOST_TONES {
+    if !blocks.iter().any(is_forced) || found >= MAX_TONES {
         return Vec::new();
     }
-    let tone = |omega| Pole { is_driven: false, ..Pole::from_modal(omega, LINE_DAMPING) };
+    let tone = |omega| Pole { is_driven: false, ..Pole::from_modal(omega, TONE_DAMPING) };
     residual_peaks(blocks, fit).into_iter().map(tone).collect()
 }
 
-/// With one more pole, if one of the candidates earns its place.
+/// With one more pole, if one of the candidates is significant.
 fn grown(blocks: &[Block], fit: &Fit, mut candidates: Vec<Pole>) -> Option<Fit> {
-    let reaches = drift::reaches(blocks, &fit.poles);
+    /// Starts that are refined before the best is chosen.
+    const TRIALS: usize = 4;
+    /// Fraction of the required gain that a coarse refinement must reach.
+    const PROMISING: f64 = 0.4;
+    /// Largest damping ratio of a steady tone.
+    const MAX_TONE_DAMPING: f64 = 1e-3;
+    let reaches = reaches(blocks, &fit.poles);
     let is_drift = |pole: &Pole| reaches.iter().any(|reach| reach.holds(pole));
     candidates.retain(|pole| in_band(blocks, pole) && !is_drift(pole));
     let mut ranked: Vec<(f64, Pole)> =
@@ -146,10 +146,10 @@ fn grown(blocks: &[Block], fit: &Fit, mut candidates: Vec<Pole>) -> Option<Fit> 
         let mut poles = fit.poles.clone();
         poles.push(pole);
         let Some(trial) = Fit::at(blocks, fit.noise.clone(), poles) else { continue };
-        let trial = trial.refined(blocks, GLANCE);
-        // What the force does not drive and yet decays is a mode that was mistaken.
+        let trial = trial.refined(blocks, COARSE);
+        // A tone that decays is a mode.
         let is_mistaken =
-            trial.poles.iter().any(|p| !p.is_driven && p.ratio().abs() > MOST_LINE_DAMPING);
+            trial.poles.iter().any(|p| !p.is_driven && p.ratio().abs() > MAX_TONE_DAMPING);
         let is_better = best
             .as_ref()
             .is_none_or(|best| trial.evaluation.sum_of_squares < best.evaluation.sum_of_squares);
@@ -161,7 +161,7 @@ fn grown(blocks: &[Block], fit: &Fit, mut candidates: Vec<Pole>) -> Option<Fit> 
     let required = required_gain(blocks);
     let gain = |fit: &Fit| before - fit.evaluation.sum_of_squares;
     let promising = best.filter(|best| gain(best) > PROMISING * required)?;
-    let best = promising.refined(blocks, USUAL);
+    let best = promising.refined(blocks, NORMAL);
     (gain(&best) > required).then_some(best)
 }
 
@@ -185,21 +185,20 @@ pub(super) fn in_band(blocks: &[Block], pole: &Pole) -> bool {
     })
 }
 
-/// What the sum of squares must fall by: noise alone gives a chi-squared gain of as many degrees of freedom as
-/// the pole has parameters, at each place of the band (tail bound of Laurent & Massart, Ann. Statist. 28,
-/// 2000, Lemma 1).
+/// What the sum of squares must fall by: noise alone gives a χ² gain of as many degrees of freedom
+/// as the pole has parameters, at each place of the band.
 fn required_gain(blocks: &[Block]) -> f64 {
+    /// Probability that noise alone adds a pole to a record.
+    const FALSE_ALARM: f64 = 1e-3;
     let responses: usize = blocks
         .iter()
         .map(|block| block.spectra.len() * if block.begins_moving { 2 } else { 1 })
         .sum();
     let lines = blocks.iter().map(|block| block.omega.len()).max().unwrap_or(1);
-    let freedom = (2 + 2 * responses) as f64;
-    let chance = (lines as f64 / FALSE_ALARM).ln();
-    freedom + 2.0 * (freedom * chance).sqrt() + 2.0 * chance
+    chi_squared_bound((2 + 2 * responses) as f64, (lines as f64 / FALSE_ALARM).ln())
 }
 
-/// How much a pole lowers the sum of squares with all others held.
+/// How far a pole lowers the sum of squares with all others held.
 fn linear_gain(blocks: &[Block], fit: &Fit, pole: &Pole) -> f64 {
     if !blocks.iter().all(|block| block.admits(pole)) {
         return f64::NEG_INFINITY;
@@ -233,7 +232,7 @@ fn linear_gain(blocks: &[Block], fit: &Fit, pole: &Pole) -> f64 {
 /// The highest peaks of the weighted residual, rad/s.
 fn residual_peaks(blocks: &[Block], fit: &Fit) -> Vec<f64> {
     let mut found = Vec::new();
-    let reaches = drift::reaches(blocks, &fit.poles);
+    let reaches = reaches(blocks, &fit.poles);
     for (at, block) in blocks.iter().enumerate() {
         let lines = block.omega.len();
         let mut power = vec![0.0; lines];
@@ -269,7 +268,7 @@ fn pruned(blocks: &[Block], mut fit: Fit) -> Option<Fit> {
             if without.evaluation.sum_of_squares - fit.evaluation.sum_of_squares > 20.0 * required {
                 continue;
             }
-            let without = without.refined(blocks, USUAL);
+            let without = without.refined(blocks, NORMAL);
             let loss = without.evaluation.sum_of_squares - fit.evaluation.sum_of_squares;
             let missed = loss - required;
             if missed < 0.0 && least.as_ref().is_none_or(|(smallest, _)| missed < *smallest) {

@@ -1,21 +1,22 @@
-//! The output `identification/1`: everything that was found, for programs. Every number is written with all
-//! digits of a double; a number that is not finite is refused.
+//! The output `identification/1`: everything that was found, for programs. Every number is written
+//! with all digits of a double; a number that is not finite is refused.
 
 use nalgebra::Complex;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::{kind_words, sense_words, shape_words};
+use super::{degrees_or_mm, kind_words, record_and_channel, sense_words, shape_words};
 use crate::identify::Stability;
-use crate::identify::notice::Notice;
-use crate::identify::record::Pose;
-use crate::identify::record_modes::{Identified, Mode};
-use crate::identify::session::{IdentifiedSession, PoseRow};
+use crate::identify::mode::Mode;
+use crate::identify::pose::{JointColumn, Pose};
+use crate::identify::record_modes::IdentifiedRecord;
+use crate::identify::session::{IdentifiedSession, PoseModes};
+use crate::notes::Note;
 use crate::report::json::{NotFinite, Number, laid_out};
 use crate::units::percent_from_ratio;
 
-/// Poses, records and their parts stand on lines of their own; what is within a mode does not.
-const DEEPEST_SPREAD: usize = 4;
+/// Poses, records and their parts stand on lines of their own; parts of a mode do not.
+const MAX_SPREAD_DEPTH: usize = 4;
 
 /// What `detune identify --format json` writes.
 #[derive(Debug, Serialize, JsonSchema)]
@@ -27,7 +28,7 @@ pub(in crate::report) struct Identification<'a> {
     poses: Vec<JsonPose<'a>>,
     /// One entry for each record, in the order of the session.
     records: Vec<JsonRecord<'a>>,
-    /// What must be known about several records.
+    /// Warnings about several records.
     notices: Vec<JsonNotice<'a>>,
 }
 
@@ -44,7 +45,8 @@ struct JsonPose<'a> {
     /// The angle of the two-link model, rad, where the session gives it.
     #[serde(skip_serializing_if = "Option::is_none")]
     beta2_rad: Option<Number>,
-    /// From base to tip: degrees, millimetres for a joint that slides, where the session gives them.
+    /// From base to tip: degrees, millimetres for a joint that slides, where the session gives
+    /// them.
     #[serde(skip_serializing_if = "Option::is_none")]
     joints_deg: Option<Vec<Number>>,
     /// Names of the measurements, joined by '+'.
@@ -67,7 +69,7 @@ struct JsonPoseMode {
     damping_ratio: Number,
     /// Standard deviation.
     damping_ratio_std: Number,
-    /// What else it may be, as the code of a notice: such a mode is not in the table.
+    /// What else it may be, as the code of a notice: such a mode stays out of the table.
     suspicion: Option<&'static str>,
     /// Record and mode of it, counted from 0.
     members: Vec<[usize; 2]>,
@@ -78,7 +80,8 @@ struct JsonPoseMode {
 struct JsonRecord<'a> {
     /// The file, as the session names it.
     record: &'a str,
-    /// How the arm was excited: hammer test, steady excitation, free decay, given frequency responses.
+    /// How the arm was excited: hammer test, steady excitation, free decay, given frequency
+    /// responses.
     kind: &'static str,
     /// Hits or stretches that were averaged for coherence.
     averages: Option<usize>,
@@ -86,7 +89,7 @@ struct JsonRecord<'a> {
     modes: Vec<JsonMode<'a>>,
     /// Poles of the linear least squares by order.
     stabilisation: Vec<JsonPoint>,
-    /// What must be known about the record.
+    /// Warnings about the record.
     notices: Vec<JsonNotice<'a>>,
 }
 
@@ -99,20 +102,21 @@ struct JsonMode<'a> {
     damping_ratio: Number,
     /// Standard deviation.
     damping_ratio_std: Number,
-    /// Free decays: displacement of the shape's largest part when the strongest decay begins, m (or the
-    /// channel's unit).
+    /// Free decays: displacement of the shape's largest part when the strongest decay begins, m (or
+    /// the channel's unit).
     amplitude: Option<Number>,
-    /// Where the frequency depends on amplitude: how much higher it is where the arm swings most, percent; the
-    /// frequency given is that of small amplitudes.
+    /// Where the frequency depends on amplitude: how much higher it is where the arm swings most,
+    /// percent; the frequency given is that of small amplitudes.
     #[serde(skip_serializing_if = "Option::is_none")]
     drift_percent: Option<Number>,
-    /// Lowest coherence of all responses at the mode, where several hits or stretches were averaged.
+    /// Lowest coherence of all responses at the mode, where several hits or stretches were
+    /// averaged.
     coherence: Option<Number>,
-    /// Share of the orders of the stabilisation diagram that have this pole.
+    /// Fraction of the orders of the stabilisation diagram that have this pole.
     support: Number,
     /// What else it may be, as the code of a notice.
     suspicion: Option<&'static str>,
-    /// The shape for people.
+    /// The shape in words.
     in_words: String,
     /// One entry a response.
     shape: Vec<JsonShapePart<'a>>,
@@ -124,7 +128,7 @@ struct JsonMode<'a> {
 #[serde(deny_unknown_fields)]
 struct JsonShapePart<'a> {
     response: &'a str,
-    /// Displacement against the largest part, which is 1.
+    /// Displacement relative to the largest part, which is 1.
     re: Number,
     im: Number,
     /// Standard deviation of both.
@@ -148,7 +152,7 @@ struct JsonLink<'a> {
     /// Amplitude when the strongest decay begins.
     #[serde(skip_serializing_if = "Option::is_none")]
     amplitude_rad: Option<Number>,
-    /// Against the first link that turns: together, against, unclear.
+    /// Relative to the first link that turns: together, against, unclear.
     sense: &'static str,
 }
 
@@ -158,14 +162,14 @@ struct JsonPoint {
     order: usize,
     frequency_hz: Number,
     damping_ratio: Number,
-    /// Against the next lower order: new, frequency, pole.
+    /// Compared with the next lower order: new, frequency, pole.
     stable: &'static str,
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct JsonNotice<'a> {
-    /// What kind of thing is told.
+    /// Kind of the warning.
     code: &'static str,
     record: Option<&'a str>,
     channel: Option<&'a str>,
@@ -180,17 +184,19 @@ struct JsonNotice<'a> {
 pub fn identification_json(found: &IdentifiedSession) -> Result<String, NotFinite> {
     let all = Identification {
         schema: SchemaName::Identification1,
-        poses: found.rows.iter().map(pose).collect(),
+        poses: found.poses.iter().map(|at| pose(at, found.joint_columns.as_deref())).collect(),
         records: found.records.iter().map(record).collect(),
-        notices: found.notices.iter().map(notice).collect(),
+        notices: found.notes.iter().map(notice).collect(),
     };
-    laid_out(&all, DEEPEST_SPREAD)
+    laid_out(&all, MAX_SPREAD_DEPTH)
 }
 
-fn pose(row: &PoseRow) -> JsonPose<'_> {
+fn pose<'a>(row: &'a PoseModes, named: Option<&[JointColumn]>) -> JsonPose<'a> {
     let (beta2_rad, joints_deg) = match &row.pose {
-        Pose::Beta2Rad(beta2) => (Some(Number(*beta2)), None),
-        Pose::JointsDeg(joints) => (None, Some(joints.iter().copied().map(Number).collect())),
+        Pose::Beta2(beta2) => (Some(Number(*beta2)), None),
+        Pose::Joints(joints) => {
+            (None, Some(degrees_or_mm(joints, named).into_iter().map(Number).collect()))
+        }
     };
     JsonPose {
         beta2_rad,
@@ -208,16 +214,16 @@ fn pose(row: &PoseRow) -> JsonPose<'_> {
                 frequency_std_hz: Number(mode.frequency_std_hz),
                 damping_ratio: Number(mode.damping_ratio),
                 damping_ratio_std: Number(mode.damping_std),
-                suspicion: mode.suspicion.map(|kind| kind.code()),
+                suspicion: mode.suspicion.map(|code| code.name()),
                 members: mode.members.iter().map(|&(record, mode)| [record, mode]).collect(),
             })
             .collect(),
     }
 }
 
-fn record(found: &Identified) -> JsonRecord<'_> {
+fn record(found: &IdentifiedRecord) -> JsonRecord<'_> {
     JsonRecord {
-        record: &found.record,
+        record: &found.name,
         kind: kind_words(found.kind),
         averages: found.averaged.as_ref().map(|averaged| averaged.averages),
         modes: found.modes.iter().map(mode).collect(),
@@ -235,7 +241,7 @@ fn record(found: &Identified) -> JsonRecord<'_> {
                 },
             })
             .collect(),
-        notices: found.notices.iter().map(notice).collect(),
+        notices: found.notes.iter().map(notice).collect(),
     }
 }
 
@@ -250,7 +256,7 @@ fn mode(mode: &Mode) -> JsonMode<'_> {
         drift_percent: mode.drift.map(|drift| Number(percent_from_ratio(drift))),
         coherence: mode.coherence.map(Number),
         support: Number(mode.support),
-        suspicion: mode.suspicion.map(|kind| kind.code()),
+        suspicion: mode.suspicion.map(|code| code.name()),
         in_words: shape_words(mode),
         shape: mode
             .shape
@@ -278,11 +284,7 @@ fn mode(mode: &Mode) -> JsonMode<'_> {
     }
 }
 
-fn notice(notice: &Notice) -> JsonNotice<'_> {
-    JsonNotice {
-        code: notice.kind.code(),
-        record: notice.record.as_deref(),
-        channel: notice.channel.as_deref(),
-        what: &notice.what,
-    }
+fn notice(note: &Note) -> JsonNotice<'_> {
+    let (record, channel) = record_and_channel(note);
+    JsonNotice { code: note.code.name(), record, channel, what: &note.what }
 }

@@ -11,29 +11,46 @@ pub use svg::identification_svg;
 pub use table::measured_csv;
 pub use text::identification_text;
 
-use crate::identify::Kind;
+use crate::identify::RecordKind;
 use crate::identify::links::Sense;
-use crate::identify::record::Pose;
-use crate::identify::record_modes::Mode;
+use crate::identify::mode::Mode;
+use crate::identify::pose::{JointColumn, Pose};
+use crate::notes::{Note, Part};
 
 /// How a record was taken, in words.
-fn kind_words(kind: Kind) -> &'static str {
+fn kind_words(kind: RecordKind) -> &'static str {
     match kind {
-        Kind::Hammer => "hammer test",
-        Kind::Steady => "steady excitation",
-        Kind::FreeDecay => "free decay",
-        Kind::GivenResponses => "given frequency responses",
+        RecordKind::Hammer => "hammer test",
+        RecordKind::Steady => "steady excitation",
+        RecordKind::FreeDecay => "free decay",
+        RecordKind::GivenResponses => "given frequency responses",
     }
 }
 
 /// A pose for people.
-fn pose_words(pose: &Pose) -> String {
+fn pose_words(pose: &Pose, named: Option<&[JointColumn]>) -> String {
     match pose {
-        Pose::Beta2Rad(beta2) => format!("beta2 {beta2} rad"),
-        Pose::JointsDeg(joints) => {
-            let values: Vec<String> = joints.iter().map(f64::to_string).collect();
+        Pose::Beta2(beta2) => format!("beta2 {beta2} rad"),
+        Pose::Joints(joints) => {
+            let values = degrees_or_mm(joints, named);
+            let values: Vec<String> = values.iter().map(f64::to_string).collect();
             format!("joints [{}]°", values.join(", "))
         }
+    }
+}
+
+/// Joint positions as sessions have them: degrees, millimetres for a joint that slides.
+fn degrees_or_mm(joints: &[f64], named: Option<&[JointColumn]>) -> Vec<f64> {
+    let columns = JointColumn::list(named, joints.len());
+    columns.iter().zip(joints).map(|(column, &si)| column.degrees_or_mm(si)).collect()
+}
+
+/// The record and the channel that a note is about.
+fn record_and_channel(note: &Note) -> (Option<&str>, Option<&str>) {
+    match &note.place.part {
+        Some(Part::Record(record)) => (Some(record), None),
+        Some(Part::Channel { record, channel }) => (record.as_deref(), Some(channel)),
+        _ => (None, None),
     }
 }
 
@@ -47,12 +64,13 @@ fn sense_words(sense: Sense) -> &'static str {
 
 /// The shape of a mode in words: the links where points are marked, else the responses that move.
 fn shape_words(mode: &Mode) -> String {
-    /// Parts below this share of the largest are not worth a word.
-    const LEAST: f64 = 0.05;
+    /// Smaller parts of the shape, relative to the largest, are not named.
+    const MIN_PART: f64 = 0.05;
     if mode.links.len() > 1 {
         return links_words(mode);
     }
-    let mut parts: Vec<_> = mode.shape.iter().filter(|part| part.value.norm() >= LEAST).collect();
+    let mut parts: Vec<_> =
+        mode.shape.iter().filter(|part| part.value.norm() >= MIN_PART).collect();
     parts.sort_by(|a, b| b.value.norm().total_cmp(&a.value.norm()));
     let words: Vec<String> = parts
         .iter()
@@ -65,10 +83,10 @@ fn shape_words(mode: &Mode) -> String {
 }
 
 fn links_words(mode: &Mode) -> String {
-    let senses: Vec<Sense> = mode.links.iter().skip(1).map(|link| link.sense).collect();
-    let together = if senses.iter().all(|sense| *sense == Sense::Together) {
+    let others: Vec<Sense> = mode.links.iter().skip(1).map(|link| link.sense).collect();
+    let senses = if others.iter().all(|sense| *sense == Sense::Together) {
         "links turn together".to_owned()
-    } else if let (1, [Sense::Against]) = (senses.len(), senses.as_slice()) {
+    } else if let [Sense::Against] = others.as_slice() {
         "links turn against each other".to_owned()
     } else {
         let first = mode.links.first().map_or("", |link| link.link.as_str());
@@ -86,5 +104,5 @@ fn links_words(mode: &Mode) -> String {
         .iter()
         .map(|link| format!("{} {:.2}", link.link, link.rotation.norm() / most))
         .collect();
-    format!("{together} ({})", sizes.join(", "))
+    format!("{senses} ({})", sizes.join(", "))
 }

@@ -1,9 +1,9 @@
 //! A sheet for each record: above, the measured spectrum and the fit; below, the stabilisation diagram.
 
 use super::{kind_words, pose_words};
-use crate::identify::record_modes::{FittedSpectrum, Identified};
+use crate::identify::record_modes::{FittedSpectrum, IdentifiedRecord};
 use crate::identify::session::IdentifiedSession;
-use crate::identify::{Kind, Stability};
+use crate::identify::{RecordKind, Stability};
 use crate::report::drawing::{
     Anchor, Axis, Canvas, Entry, Face, Frame, GREY, INK, Label, Panel, Scale, Stroke, Swatch,
     bounds, column, curve_style, label, labels_on_top,
@@ -43,17 +43,19 @@ pub fn identification_svg(found: &IdentifiedSession) -> String {
     let mut canvas = Canvas::new(WIDTH, height);
     for (index, record) in found.records.iter().enumerate() {
         let pose = found
-            .rows
+            .poses
             .iter()
-            .find(|row| row.modes.iter().flat_map(|m| &m.members).any(|(r, _)| *r == index))
-            .map_or_else(String::new, |row| format!(", {}", pose_words(&row.pose)));
-        let title = format!("{}: {}{pose}", record.record, kind_words(record.kind));
+            .find(|at| at.modes.iter().flat_map(|m| &m.members).any(|(r, _)| *r == index))
+            .map_or_else(String::new, |at| {
+                format!(", {}", pose_words(&at.pose, found.joint_columns.as_deref()))
+            });
+        let title = format!("{}: {}{pose}", record.name, kind_words(record.kind));
         draw(&mut canvas, record, &title, SHEET_HEIGHT * index as f64);
     }
     canvas.finish()
 }
 
-fn draw(canvas: &mut Canvas, record: &Identified, title: &str, top: f64) {
+fn draw(canvas: &mut Canvas, record: &IdentifiedRecord, title: &str, top: f64) {
     canvas.text((LEFT, top + 28.0), Anchor::Start, Face::Title, title);
     let (_, high) = bounds(record.spectra.iter().flat_map(|s| s.frequencies_hz.iter().copied()));
     let (_, peak) = bounds(record.spectra.iter().flat_map(|s| s.measured.iter().copied()));
@@ -65,9 +67,9 @@ fn draw(canvas: &mut Canvas, record: &Identified, title: &str, top: f64) {
     stabilisation(canvas, record, Scale::linear(0.0, high), top + 370.0);
 }
 
-fn spectra(canvas: &mut Canvas, record: &Identified, peak: f64, hz: Scale, top: f64) {
+fn spectra(canvas: &mut Canvas, record: &IdentifiedRecord, peak: f64, hz: Scale, top: f64) {
     let what = match record.kind {
-        Kind::FreeDecay => "spectrum / peak",
+        RecordKind::FreeDecay => "spectrum / peak",
         _ => "response per force / peak",
     };
     let panel = Panel {
@@ -101,7 +103,7 @@ fn spectra(canvas: &mut Canvas, record: &Identified, peak: f64, hz: Scale, top: 
     column(canvas, (LEGEND_LEFT, top), LEGEND_WIDTH, &entries);
 }
 
-fn stabilisation(canvas: &mut Canvas, record: &Identified, hz: Scale, top: f64) {
+fn stabilisation(canvas: &mut Canvas, record: &IdentifiedRecord, hz: Scale, top: f64) {
     let orders = record.stabilisation.iter().map(|point| point.order).max().unwrap_or(0);
     let panel = Panel {
         frame: Frame { left: LEFT, top, width: PANEL_WIDTH, height: 210.0 },
@@ -130,7 +132,7 @@ fn stabilisation(canvas: &mut Canvas, record: &Identified, hz: Scale, top: f64) 
 }
 
 /// The identified frequencies as labels of vertical lines.
-fn modes(record: &Identified, is_named: bool) -> Vec<Label<'static>> {
+fn modes(record: &IdentifiedRecord, is_named: bool) -> Vec<Label<'static>> {
     let text = |hz: f64| match is_named {
         true => format!("{} Hz", label((hz * 1e3).round() / 1e3)),
         false => String::new(),
@@ -140,7 +142,7 @@ fn modes(record: &Identified, is_named: bool) -> Vec<Label<'static>> {
 }
 
 /// The decade below which nearly nothing lies, against the peak.
-fn lowest(record: &Identified, peak: f64) -> f64 {
+fn lowest(record: &IdentifiedRecord, peak: f64) -> f64 {
     let mut sizes: Vec<f64> =
         record.spectra.iter().flat_map(|s| &s.measured).map(|size| size / peak).collect();
     sizes.sort_by(f64::total_cmp);

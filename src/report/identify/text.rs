@@ -1,41 +1,68 @@
-//! For people: a table of modes for each pose, then what must be known.
+//! As text: a table of modes for each pose, then warnings.
 
-use std::fmt::Write;
-
-use super::{kind_words, pose_words, shape_words};
-use crate::identify::notice::Notice;
-use crate::identify::session::{IdentifiedSession, PoseMode, PoseRow};
+use super::{kind_words, pose_words, record_and_channel, shape_words};
+use crate::identify::session::{IdentifiedSession, PoseMode, PoseModes};
 use crate::units::percent_from_ratio;
-use crate::wording::printable;
+use crate::wording::{printable, wrapped};
 
 /// The modes of a session.
 pub fn identification_text(found: &IdentifiedSession) -> String {
     let mut out = String::new();
-    for row in &found.rows {
-        pose(&mut out, found, row);
+    for at in &found.poses {
+        pose(&mut out, found, at);
     }
-    let notices: Vec<&Notice> =
-        found.records.iter().flat_map(|record| &record.notices).chain(&found.notices).collect();
-    if !notices.is_empty() {
-        out.push_str("Notices\n");
+    let mut warnings =
+        found.records.iter().flat_map(|record| &record.notes).chain(&found.notes).peekable();
+    if warnings.peek().is_some() {
+        out.push_str("Warnings\n");
     }
-    for notice in notices {
-        let place: Vec<&str> =
-            [&notice.record, &notice.channel].into_iter().flatten().map(String::as_str).collect();
-        let place = if place.is_empty() {
-            String::new()
-        } else {
-            format!("{}: ", printable(&place.join(", ")))
+    for note in warnings {
+        let (record, channel) = record_and_channel(note);
+        let place: Vec<&str> = [record, channel].into_iter().flatten().collect();
+        let place = match place.is_empty() {
+            true => String::new(),
+            false => format!("{}: ", printable(&place.join(", "))),
         };
-        // Writing to a string does not fail.
-        let _ = writeln!(out, "  {place}{} ({})", notice.what, notice.kind.code());
+        wrapped(&mut out, "  - ", &format!("{place}{} ({})", note.what, note.code));
     }
     out
 }
 
-fn pose(out: &mut String, found: &IdentifiedSession, row: &PoseRow) {
+fn pose(out: &mut String, found: &IdentifiedSession, at: &PoseModes) {
+    let id = at.id.as_ref().map_or_else(String::new, |id| format!("{}: ", printable(id)));
+    let pose = pose_words(&at.pose, found.joint_columns.as_deref());
+    wrapped(out, "", &format!("{id}{pose} ({})", facts(found, at)));
+    if at.modes.is_empty() {
+        out.push_str("  no modes\n\n");
+        return;
+    }
+    out.push_str("  mode       frequency ± std [Hz]  damping ± std [%]  shape\n");
+    let mut number = 0;
+    for mode in &at.modes {
+        let name = match mode.suspicion {
+            Some(code) => code.name().to_owned(),
+            None => {
+                number += 1;
+                number.to_string()
+            }
+        };
+        let head = format!(
+            "  {name:<10} {:<21} {:<18} ",
+            with_deviation(mode.frequency_hz, mode.frequency_std_hz),
+            with_deviation(
+                percent_from_ratio(mode.damping_ratio),
+                percent_from_ratio(mode.damping_std)
+            )
+        );
+        wrapped(out, &head, &words(found, mode));
+    }
+    out.push('\n');
+}
+
+/// How the records of a pose were taken, and under which conditions.
+fn facts(found: &IdentifiedSession, at: &PoseModes) -> String {
     let mut records: Vec<usize> =
-        row.modes.iter().flat_map(|mode| &mode.members).map(|(record, _)| *record).collect();
+        at.modes.iter().flat_map(|mode| &mode.members).map(|(record, _)| *record).collect();
     records.sort_unstable();
     records.dedup();
     let mut facts = Vec::new();
@@ -45,42 +72,15 @@ fn pose(out: &mut String, found: &IdentifiedSession, row: &PoseRow) {
         [one] => facts.push((*one).to_owned()),
         [first, ..] => facts.push(format!("{} records, {first}", kinds.len())),
     }
-    facts.extend(row.sample_rate_hz.map(|rate| format!("{rate} samples/s")));
-    let conditions = &row.conditions;
+    facts.extend(at.sample_rate_hz.map(|rate| format!("{rate} samples/s")));
+    let conditions = &at.conditions;
     facts.extend(conditions.temperature_c.map(|t| format!("{t} °C")));
     facts.extend(conditions.amplitude_nm.map(|a| format!("{a} N·m")));
     facts.extend(conditions.payload_kg.map(|m| format!("{m} kg")));
-    let id = row.id.as_ref().map_or_else(String::new, |id| format!("{}: ", printable(id)));
-    let _ = writeln!(out, "{id}{} ({})", pose_words(&row.pose), facts.join(", "));
-    if row.modes.is_empty() {
-        out.push_str("  no modes\n\n");
-        return;
-    }
-    let _ = writeln!(out, "  mode  frequency ± std [Hz]  damping ± std [%]   shape");
-    let mut number = 0;
-    for mode in &row.modes {
-        let name = match mode.suspicion {
-            Some(kind) => kind.code().to_owned(),
-            None => {
-                number += 1;
-                number.to_string()
-            }
-        };
-        let _ = writeln!(
-            out,
-            "  {name:<5} {:<21} {:<19} {}",
-            with_deviation(mode.frequency_hz, mode.frequency_std_hz),
-            with_deviation(
-                percent_from_ratio(mode.damping_ratio),
-                percent_from_ratio(mode.damping_std)
-            ),
-            words(found, mode)
-        );
-    }
-    out.push('\n');
+    facts.join(", ")
 }
 
-/// The shape as the first record shows it, and how much bears it out.
+/// The shape as the first record shows it, with coherence and support.
 fn words(found: &IdentifiedSession, mode: &PoseMode) -> String {
     let Some(&(record, index)) = mode.members.first() else { return String::new() };
     let of = &found.records[record].modes[index];
@@ -89,7 +89,7 @@ fn words(found: &IdentifiedSession, mode: &PoseMode) -> String {
     format!("{}{coherence}; in {support:.0} % of orders", printable(&shape_words(of)))
 }
 
-/// Value and deviation with two digits of the deviation.
+/// Value and standard deviation, with two digits of the latter.
 fn with_deviation(value: f64, std: f64) -> String {
     let digits = if std > 0.0 && std.is_finite() { 1.0 - std.log10().floor() } else { 6.0 };
     let digits = digits.clamp(0.0, 9.0) as usize;

@@ -1,65 +1,64 @@
-//! Blows as the arm felt them. A pulse of a few samples is more than its samples show: what lies between them
-//! makes each blow a little stronger or weaker, earlier or later than the sampled force says. With
-//! several blows in a record these differences would show as combs of false modes. So, where the residual bears
-//! it out, each blow gets a strength and an instant of its own; all modes and responses share them.
+//! Impacts as the arm felt them. A pulse of a few samples is more than its samples show: what lies
+//! between them makes each impact a little stronger or weaker, earlier or later than the sampled
+//! force says. With several impacts in a record these differences would show as combs of false
+//! modes. So, where the residual shows it, each impact gets a strength and an instant of its own;
+//! all modes and responses share them.
 
 use nalgebra::{DMatrix, DVector};
 
-use super::basis::{Block, C64, Origin, Push};
-use super::fit::{Evaluation, Fit, columns_of, rows, weights};
+use super::block::{Block, C64, ForceSample, Origin};
+use super::fit::{Evaluation, Fit, rows, weights};
 use super::projection::dot;
+use crate::statistics::chi_squared_bound;
 
-/// How far the strength of a blow may reasonably be off, as a share.
-const STRENGTH: f64 = 0.3;
-
-/// How far its instant may be off, in steps.
-const INSTANT_STEPS: f64 = 0.5;
-
-/// Chance of one in a thousand that noise asks for it: −ln 10⁻³.
-const CHANCE: f64 = 7.0;
-
-/// The blocks with each blow at the strength and instant that the residual asks for; `None` where it asks for
-/// nothing beyond noise, or where blows cannot be compared.
-pub(super) fn mended(blocks: &[Block], fit: &Fit) -> Option<Vec<Block>> {
+/// The blocks with each impact at the strength and instant that the residual shows; `None` where
+/// that is not significant, or where impacts cannot be compared.
+pub(super) fn corrected(blocks: &[Block], fit: &Fit) -> Option<Vec<Block>> {
     let mut all = blocks.to_vec();
-    let mut is_mended = false;
+    let mut is_corrected = false;
     for (at, block) in all.iter_mut().enumerate() {
         let Origin::Sampled { step_s, force: Some(force), .. } = &block.origin else { continue };
-        let blows = force.iter().map(|push| push.blow + 1).max().unwrap_or(0);
-        if blows < 2 || fit.poles.is_empty() {
+        let impacts = force.iter().map(|sample| sample.impact + 1).max().unwrap_or(0);
+        if impacts < 2 || fit.poles.is_empty() {
             continue;
         }
-        let Some(changes) = changes(block, &fit.evaluation, at, fit, blows) else { continue };
-        let moved: Vec<Push> = force
+        let Some(changes) = changes(block, &fit.evaluation, at, fit, impacts) else { continue };
+        let moved: Vec<ForceSample> = force
             .iter()
-            .map(|push| Push {
-                at: push.at + changes[2 * push.blow + 1].clamp(-1.0, 1.0),
-                value: push.value * (1.0 + changes[2 * push.blow].clamp(-0.9, 0.9)),
-                ..*push
+            .map(|sample| ForceSample {
+                at: sample.at + changes[2 * sample.impact + 1].clamp(-1.0, 1.0),
+                value: sample.value * (1.0 + changes[2 * sample.impact].clamp(-0.9, 0.9)),
+                ..*sample
             })
             .collect();
-        block.drive = total(&drives(block, &moved, *step_s, blows));
+        block.drive = total(&drives(block, &moved, *step_s, impacts));
         if let Origin::Sampled { force, .. } = &mut block.origin {
             *force = Some(moved);
         }
-        is_mended = true;
+        is_corrected = true;
     }
-    is_mended.then_some(all)
+    is_corrected.then_some(all)
 }
 
-/// Change of strength, as a share, and of instant, in steps, of each blow in turn.
+/// Relative change of strength and change of instant, in steps, of each impact in turn.
 fn changes(
     block: &Block,
     evaluation: &Evaluation,
     at: usize,
     fit: &Fit,
-    blows: usize,
+    impacts: usize,
 ) -> Option<DVector<f64>> {
+    /// Standard deviations before the residual is seen: of the relative strength, of the instant in
+    /// steps.
+    const STRENGTH: f64 = 0.3;
+    const INSTANT_STEPS: f64 = 0.5;
+    /// −ln of the probability that noise alone makes a change, about one in a thousand.
+    const FALSE_ALARM: f64 = 7.0;
     let Origin::Sampled { step_s, samples, force: Some(force) } = &block.origin else {
         return None;
     };
-    let (count, columns) = (2 * blows, columns_of(block, &fit.poles));
-    let drives = drives(block, force, *step_s, blows);
+    let (count, columns) = (2 * impacts, block.columns_of(&fit.poles));
+    let drives = drives(block, force, *step_s, impacts);
     let shares = shares(block, fit, force, &drives, *step_s, *samples);
     let mut normal = DMatrix::from_diagonal(&DVector::from_fn(count, |i, _| {
         let expected = if i % 2 == 0 { STRENGTH } else { INSTANT_STEPS };
@@ -96,33 +95,33 @@ fn changes(
     }
     let changes = normal.cholesky()?.solve(&right);
     let gain = changes.dot(&right);
-    let freedom = count as f64;
-    let required = freedom + 2.0 * (freedom * CHANCE).sqrt() + 2.0 * CHANCE;
+    let required = chi_squared_bound(count as f64, FALSE_ALARM);
     (gain > required && changes.iter().all(|c| c.is_finite())).then_some(changes)
 }
 
-/// How a unit residue's spectrum changes with each blow's strength and instant: by pole, at λ and at its
-/// conjugate. With F_i the spectrum of blow i and E_i what it leaves in the mode at the record's end, the mode
-/// is (ΣF_i − ΣE_i)/(1 − μz⁻¹); later by τ, F_i turns by e^{−iωτ} and E_i by e^{−λτ}.
+/// How a unit residue's spectrum changes with each impact's strength and instant: by pole, at λ and
+/// at its conjugate. With F_i the spectrum of impact i and E_i what it leaves in the mode at the
+/// record's end, the mode is (ΣF_i − ΣE_i)/(1 − μz⁻¹); later by τ, F_i turns by e^{−iωτ} and E_i by
+/// e^{−λτ}.
 fn shares(
     block: &Block,
     fit: &Fit,
-    force: &[Push],
+    force: &[ForceSample],
     drives: &[Vec<C64>],
     step_s: f64,
     samples: usize,
 ) -> Vec<Vec<[Vec<C64>; 2]>> {
-    let of = |lambda: C64, blow: usize, is_instant: bool| -> Vec<C64> {
+    let of = |lambda: C64, impact: usize, is_instant: bool| -> Vec<C64> {
         let mu = (lambda * step_s).exp();
         let left: C64 = force
             .iter()
-            .filter(|push| push.blow == blow)
-            .map(|push| (lambda * (samples as f64 - push.at) * step_s).exp() * push.value)
+            .filter(|sample| sample.impact == impact)
+            .map(|sample| (lambda * (samples as f64 - sample.at) * step_s).exp() * sample.value)
             .sum();
         block
             .omega
             .iter()
-            .zip(&drives[blow])
+            .zip(&drives[impact])
             .map(|(omega, drive)| {
                 let below = 1.0 - mu * C64::from_polar(1.0, -omega * step_s);
                 let change = if is_instant {
@@ -150,15 +149,15 @@ fn shares(
         .collect()
 }
 
-/// Spectrum of each blow on the block's lines, which lie evenly.
-fn drives(block: &Block, force: &[Push], step_s: f64, blows: usize) -> Vec<Vec<C64>> {
+/// Spectrum of each impact on the block's lines, which lie evenly.
+fn drives(block: &Block, force: &[ForceSample], step_s: f64, impacts: usize) -> Vec<Vec<C64>> {
     let first = block.omega.first().copied().unwrap_or(0.0);
     let apart = block.omega.get(1).map_or(0.0, |second| second - first);
-    let mut drives = vec![vec![C64::default(); block.omega.len()]; blows];
-    for push in force {
-        let turn = C64::from_polar(1.0, -apart * push.at * step_s);
-        let mut now = C64::from_polar(push.value, -first * push.at * step_s);
-        for sum in &mut drives[push.blow] {
+    let mut drives = vec![vec![C64::default(); block.omega.len()]; impacts];
+    for sample in force {
+        let turn = C64::from_polar(1.0, -apart * sample.at * step_s);
+        let mut now = C64::from_polar(sample.value, -first * sample.at * step_s);
+        for sum in &mut drives[sample.impact] {
             *sum += now;
             now *= turn;
         }

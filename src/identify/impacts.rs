@@ -1,42 +1,29 @@
-//! Hits of a hammer: in the force where it was measured, in the responses where it was not.
+//! Impacts of a hammer: in the force where it was measured, in the responses where it was not.
 
-/// Parts of the force below this share of the highest are no hit.
-const HIT_SHARE: f64 = 0.1;
+use crate::statistics::deviation_about_zero;
 
-/// The foot of a hit is where the force has fallen to this share of the hit's own peak.
-const FOOT_SHARE: f64 = 0.02;
-
-/// What stands out of the noise by this many of its deviations is a signal.
-const OUT_OF_NOISE: f64 = 6.0;
-
-/// Pulses closer than this come from one blow that bounced, s.
+/// Pulses closer than this come from one impact that bounced, s.
 const BOUNCE_S: f64 = 0.25;
 
-/// A force that is this loud for more than this share of the time is no hammer.
-const HAMMER_SHARE: f64 = 0.1;
-
-/// How long responses are compared before and after a hit, s.
+/// How long responses are compared before and after an impact, s.
 const COMPARED_S: f64 = 0.3;
 
-/// A hit raises the responses by this factor at least. The beats of two modes raise them less: they pass
-/// through zero on a straight line.
-const RISE: f64 = 4.0;
+/// An impact raises the responses at least by this factor. The beats of two modes raise them less:
+/// they pass through zero on a straight line.
+const MIN_RISE: f64 = 4.0;
 
-/// A record whose first moments reach this share of its loudest begins in a decay.
+/// A record whose first moments reach this fraction of its loudest begins in a decay.
 const BEGINS_LOUD: f64 = 0.3;
 
-/// A hit makes at least this share of the loudest response of the record.
-const LOUD_SHARE: f64 = 0.1;
+/// An impact makes at least this fraction of the loudest response of the record.
+const MIN_LOUDNESS: f64 = 0.1;
 
-/// A soft tip is in touch for no longer than this, s.
-const CONTACT_S: f64 = 0.02;
+/// A soft tip is in contact for no longer than this, s.
+const MAX_CONTACT_S: f64 = 0.02;
 
-/// A median absolute deviation of Gaussian noise times this is its standard deviation.
-const DEVIATION_PER_MEDIAN: f64 = 1.4826;
-
-/// One blow.
+/// One impact.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Hit {
+pub(super) struct Impact {
     /// First sample of its first pulse.
     pub(super) first: usize,
     /// One past the last sample of its last pulse.
@@ -45,27 +32,40 @@ pub(super) struct Hit {
     pub(super) pulses: usize,
 }
 
-pub(super) fn median(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
-}
-
-/// Standard deviation of Gaussian noise about zero, whatever stands out of it.
-pub(super) fn deviation(noise: &[f64]) -> f64 {
-    DEVIATION_PER_MEDIAN * median(&noise.iter().map(|f| f.abs()).collect::<Vec<_>>())
-}
-
-/// The hits in a force without offset; empty for an excitation that goes on all the time.
-pub(super) fn hits_in_force(force: &[f64], sample_rate_hz: f64) -> Vec<Hit> {
+/// The impacts in a force without offset; empty for an excitation that goes on all the time.
+pub(super) fn impacts_in_force(force: &[f64], sample_rate_hz: f64) -> Vec<Impact> {
+    /// Parts of the force below this fraction of the highest are no impact.
+    const MIN_FORCE: f64 = 0.1;
+    /// A force that is this loud for more than this fraction of the time is no hammer.
+    const MAX_TIME: f64 = 0.1;
+    /// A signal exceeds the noise by this many of its standard deviations.
+    const OUT_OF_NOISE: f64 = 6.0;
     let size: Vec<f64> = force.iter().map(|f| f.abs()).collect();
-    let highest = size.iter().fold(0.0_f64, |a, &b| a.max(b));
-    let noise = deviation(force);
-    let loud = size.iter().filter(|f| **f > HIT_SHARE * highest).count();
-    if highest <= 0.0 || loud as f64 > HAMMER_SHARE * force.len() as f64 {
+    let highest = maximum(&size);
+    let noise = deviation_about_zero(force);
+    let loud = size.iter().filter(|f| **f > MIN_FORCE * highest).count();
+    if highest <= 0.0 || loud as f64 > MAX_TIME * force.len() as f64 {
         return Vec::new();
     }
-    let threshold = (HIT_SHARE * highest).max(OUT_OF_NOISE * noise);
+    let threshold = (MIN_FORCE * highest).max(OUT_OF_NOISE * noise);
+    let bounce = BOUNCE_S * sample_rate_hz;
+    let mut impacts: Vec<Impact> = Vec::new();
+    for (first, end) in pulses(&size, threshold, noise) {
+        match impacts.last_mut() {
+            Some(impact) if (first - impact.first) as f64 <= bounce => {
+                impact.end = end;
+                impact.pulses += 1;
+            }
+            _ => impacts.push(Impact { first, end, pulses: 1 }),
+        }
+    }
+    impacts
+}
+
+/// First sample of each pulse above a threshold and one past its last, both at its foot.
+fn pulses(size: &[f64], threshold: f64, noise: f64) -> Vec<(usize, usize)> {
+    /// The foot of a pulse is where the force has fallen to this fraction of the pulse's own peak.
+    const FOOT: f64 = 0.02;
     let mut pulses: Vec<(usize, usize)> = Vec::new();
     let mut at = 0;
     while at < size.len() {
@@ -74,8 +74,7 @@ pub(super) fn hits_in_force(force: &[f64], sample_rate_hz: f64) -> Vec<Hit> {
             continue;
         }
         let above = size[at..].iter().take_while(|f| **f > threshold).count();
-        let peak = size[at..at + above].iter().fold(0.0_f64, |a, &b| a.max(b));
-        let foot = (FOOT_SHARE * peak).max(3.0 * noise);
+        let foot = (FOOT * maximum(&size[at..at + above])).max(3.0 * noise);
         let before = size[..at].iter().rev().take_while(|f| **f > foot).count();
         let after = size[at + above..].iter().take_while(|f| **f > foot).count();
         let (first, end) = (at - before, at + above + after);
@@ -85,18 +84,7 @@ pub(super) fn hits_in_force(force: &[f64], sample_rate_hz: f64) -> Vec<Hit> {
         }
         at = end.max(at + above);
     }
-    let bounce = BOUNCE_S * sample_rate_hz;
-    let mut hits: Vec<Hit> = Vec::new();
-    for (first, end) in pulses {
-        match hits.last_mut() {
-            Some(hit) if (first - hit.first) as f64 <= bounce => {
-                hit.end = end;
-                hit.pulses += 1;
-            }
-            _ => hits.push(Hit { first, end, pulses: 1 }),
-        }
-    }
-    hits
+    pulses
 }
 
 /// A stretch of free decay.
@@ -108,8 +96,8 @@ pub(super) struct Decay {
     pub(super) to: usize,
 }
 
-/// The decays between the hits that the responses show. Each response counts by its own loudest sample;
-/// offsets are taken off before.
+/// The decays between the impacts that the responses show. Each response is scaled by its own
+/// loudest sample; offsets are removed before.
 pub(super) fn decays(responses: &[&[f64]], sample_rate_hz: f64) -> Vec<Decay> {
     let samples = responses.first().map_or(0, |response| response.len());
     let mut level = vec![0.0_f64; samples];
@@ -120,23 +108,25 @@ pub(super) fn decays(responses: &[&[f64]], sample_rate_hz: f64) -> Vec<Decay> {
         }
     }
     let compared = ((COMPARED_S * sample_rate_hz).round() as usize).max(4);
-    let guard = ((CONTACT_S * sample_rate_hz).ceil() as usize).max(2);
+    let guard = ((MAX_CONTACT_S * sample_rate_hz).ceil() as usize).max(2);
     let ahead = sliding_maximum(&level, compared);
     // Loudest of the samples before k.
     let behind = |k: usize| if k >= compared { ahead[k - compared] } else { maximum(&level[..k]) };
     let mut starts = Vec::new();
     let mut k = 0;
     if samples > 0 && ahead[0] > BEGINS_LOUD {
-        // Either the record begins in a decay or the hit comes within the first moments.
+        // Either the record begins in a decay or the impact comes within the first moments.
         let within = compared.min(samples);
         let onset = (1..within).find(|&k| {
-            k >= 4 && level[k] > BEGINS_LOUD * ahead[0] && RISE * maximum(&level[..k]) < level[k]
+            k >= 4
+                && level[k] > BEGINS_LOUD * ahead[0]
+                && MIN_RISE * maximum(&level[..k]) < level[k]
         });
         starts.push(onset.map_or(0, |onset| onset + guard));
         k = onset.unwrap_or(0) + compared;
     }
     while k < samples {
-        if ahead[k] > LOUD_SHARE && ahead[k] > RISE * behind(k) {
+        if ahead[k] > MIN_LOUDNESS && ahead[k] > MIN_RISE * behind(k) {
             let rest = behind(k);
             let onset = (k..samples.min(k + compared))
                 .find(|&i| level[i] > (2.0 * rest).max(0.25 * ahead[k]))
@@ -188,23 +178,25 @@ mod tests {
     }
 
     #[test]
-    fn hits_and_bounces_are_told_apart() {
+    fn impacts_and_bounces_are_distinguished() {
         let mut force = vec![0.0; 4000];
         for (at, height) in [(300, 10.0), (1500, 8.0), (1600, 3.0), (2800, 9.0)] {
             pulse(&mut force, at, height);
         }
-        let hits = hits_in_force(&force, 1000.0);
+        let impacts = impacts_in_force(&force, 1000.0);
         assert_eq!(
-            hits.iter().map(|h| (h.first, h.end, h.pulses)).collect::<Vec<_>>(),
+            impacts.iter().map(|i| (i.first, i.end, i.pulses)).collect::<Vec<_>>(),
             [(300, 303, 1), (1500, 1603, 2), (2800, 2803, 1)]
         );
         let steady: Vec<f64> = (0..4000).map(|k| (f64::from(k) * 0.37).sin()).collect();
-        assert!(hits_in_force(&steady, 1000.0).is_empty());
-        assert!(hits_in_force(&[], 1000.0).is_empty() && hits_in_force(&[0.0; 9], 1.0).is_empty());
+        assert!(impacts_in_force(&steady, 1000.0).is_empty());
+        assert!(
+            impacts_in_force(&[], 1000.0).is_empty() && impacts_in_force(&[0.0; 9], 1.0).is_empty()
+        );
     }
 
     #[test]
-    fn decays_begin_after_each_hit_and_beats_are_no_hits() {
+    fn decays_begin_after_each_impact_and_beats_are_no_impacts() {
         let rate = 140.0;
         let decay = |k: usize, f: f64, rate_of_decay: f64| {
             let t = k as f64 / rate;

@@ -1,0 +1,180 @@
+//! Spectra to be fitted, and the poles that are fitted to them.
+
+use nalgebra::Complex;
+
+pub(in crate::identify) type C64 = Complex<f64>;
+
+/// Envelopes that a pole may drift with.
+pub(in crate::identify) const MAX_ENVELOPES: usize = 6;
+
+/// How a set of spectra came about.
+#[derive(Debug, Clone, PartialEq)]
+pub(in crate::identify) enum Origin {
+    /// Sampled records.
+    Sampled {
+        /// Time from one sample to the next, s.
+        step_s: f64,
+        /// Samples in the record.
+        samples: usize,
+        /// The force where it is not zero; `None` for a free decay.
+        force: Option<Vec<ForceSample>>,
+    },
+    /// Frequency response functions.
+    Responses,
+}
+
+/// A sample of the force.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::identify) struct ForceSample {
+    /// When, in steps from the record's first sample.
+    pub(in crate::identify) at: f64,
+    /// How much.
+    pub(in crate::identify) value: f64,
+    /// The impact that it belongs to.
+    pub(in crate::identify) impact: usize,
+}
+
+/// Spectra over the same lines, with the same force.
+#[derive(Debug, Clone, PartialEq)]
+pub(in crate::identify) struct Block {
+    /// How they came about.
+    pub(in crate::identify) origin: Origin,
+    /// Lines, rad/s, ascending.
+    pub(in crate::identify) omega: Vec<f64>,
+    /// Spectrum of the force on the lines; empty where it is one.
+    pub(in crate::identify) drive: Vec<C64>,
+    /// Variance of the force on each line, relative to its power; empty where the force is known
+    /// exactly.
+    pub(in crate::identify) drive_error: Vec<f64>,
+    /// Least variance of a line by response, such as rounding brings; empty where nothing is known.
+    pub(in crate::identify) min_noise: Vec<f64>,
+    /// Whether the arm may have been moving when the record began.
+    pub(in crate::identify) begins_moving: bool,
+    /// Amplitudes that poles may drift with.
+    pub(in crate::identify) envelopes: Vec<Envelope>,
+    /// The spectra, one for each response.
+    pub(in crate::identify) spectra: Vec<Vec<C64>>,
+}
+
+/// How the amplitude of one mode goes in a block.
+#[derive(Debug, Clone, PartialEq)]
+pub(in crate::identify) struct Envelope {
+    /// Natural frequency of the mode, rad/s.
+    pub(in crate::identify) omega: f64,
+    /// Square of its amplitude at each sample, against the largest of all blocks.
+    pub(in crate::identify) values: Vec<f64>,
+}
+
+/// A pole as it is fitted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::identify) struct Pole {
+    /// λ with positive imaginary part, rad/s.
+    pub(in crate::identify) lambda: C64,
+    /// Whether the force drives it; a disturbance such as a line of the mains goes its own way.
+    pub(in crate::identify) is_driven: bool,
+    /// By envelope: how far λ moves at its highest, rad/s; `None` where it does not.
+    pub(in crate::identify) rates: [Option<C64>; MAX_ENVELOPES],
+}
+
+impl Pole {
+    pub(in crate::identify) fn new(lambda: C64) -> Self {
+        Self { lambda, is_driven: true, rates: [None; MAX_ENVELOPES] }
+    }
+
+    /// Complex parameters: λ and the rates.
+    pub(in crate::identify) fn parameters(&self) -> usize {
+        1 + self.rates.iter().flatten().count()
+    }
+
+    /// Whether it moves with any amplitude.
+    pub(in crate::identify) fn drifts(&self) -> bool {
+        self.rates.iter().any(Option::is_some)
+    }
+
+    /// With its parameters, in that order, moved by real and imaginary parts in turn.
+    pub(in crate::identify) fn moved(mut self, steps: &[f64]) -> Self {
+        let parameters = std::iter::once(&mut self.lambda).chain(self.rates.iter_mut().flatten());
+        for (parameter, step) in parameters.zip(steps.chunks_exact(2)) {
+            *parameter += C64::new(step[0], step[1]);
+        }
+        self
+    }
+
+    /// From natural frequency and damping ratio.
+    pub(in crate::identify) fn from_modal(omega: f64, ratio: f64) -> Self {
+        Self::new(C64::new(-ratio * omega, omega * (1.0 - ratio * ratio).max(0.0).sqrt()))
+    }
+
+    /// Natural frequency |λ|, rad/s.
+    pub(in crate::identify) fn omega(&self) -> f64 {
+        self.lambda.norm()
+    }
+
+    /// Damping ratio −Re λ/|λ|.
+    pub(in crate::identify) fn ratio(&self) -> f64 {
+        -self.lambda.re / self.lambda.norm()
+    }
+}
+
+impl Block {
+    /// Spectra without force, noise limits or envelopes.
+    pub(in crate::identify) fn new(
+        origin: Origin,
+        omega: Vec<f64>,
+        spectra: Vec<Vec<C64>>,
+    ) -> Self {
+        Self {
+            origin,
+            omega,
+            drive: Vec::new(),
+            drive_error: Vec::new(),
+            min_noise: Vec::new(),
+            begins_moving: false,
+            envelopes: Vec::new(),
+            spectra,
+        }
+    }
+
+    /// Highest line, rad/s.
+    pub(in crate::identify) fn highest(&self) -> f64 {
+        self.omega.last().copied().unwrap_or(1.0)
+    }
+
+    /// Whether a pole can be evaluated at all.
+    pub(in crate::identify) fn admits(&self, pole: &Pole) -> bool {
+        /// Growth over a record beyond this is no vibration, and would overflow.
+        const MAX_GROWTH: f64 = 8.0;
+        match &self.origin {
+            // Above half the sampling rate a pole is the image of one below.
+            Origin::Sampled { step_s, samples, .. } => {
+                pole.lambda.re * step_s * (*samples as f64) < MAX_GROWTH
+                    && pole.lambda.im * step_s < std::f64::consts::PI
+            }
+            Origin::Responses => pole.lambda.re < 0.0,
+        }
+    }
+
+    /// First column of each pole among the columns of the linear problem, and whether a second pair
+    /// follows it for the vibration from before the record.
+    pub(in crate::identify) fn columns_of(&self, poles: &[Pole]) -> Vec<(usize, bool)> {
+        let mut next = 0;
+        poles
+            .iter()
+            .map(|pole| {
+                let is_double = pole.is_driven && self.begins_moving;
+                let first = next;
+                next += if is_double { 4 } else { 2 };
+                (first, is_double)
+            })
+            .collect()
+    }
+
+    /// The rates of a pole with the envelopes that they go with.
+    pub(in crate::identify) fn rates_of(&self, pole: &Pole) -> Vec<(C64, &[f64])> {
+        pole.rates
+            .iter()
+            .zip(&self.envelopes)
+            .filter_map(|(rate, envelope)| Some(((*rate)?, envelope.values.as_slice())))
+            .collect()
+    }
+}

@@ -1,0 +1,66 @@
+//! Small statistics that several rooms share. Distributions are statrs's.
+
+use statrs::statistics::{Data, OrderStatistics};
+
+/// Arithmetic mean; NaN of nothing.
+pub fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// Median, the mean of the two in the middle of an even number; `None` of nothing.
+pub fn median(values: Vec<f64>) -> Option<f64> {
+    (!values.is_empty()).then(|| Data::new(values).median())
+}
+
+/// Median that is one of the values: the upper of the two in the middle of an even number.
+pub fn upper_median(values: &[f64]) -> Option<f64> {
+    let mut values = values.to_vec();
+    let middle = values.len() / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
+}
+
+/// Root mean square; 0 of nothing.
+pub fn rms(values: impl IntoIterator<Item = f64>) -> f64 {
+    let (sum, count) = values.into_iter().fold((0.0, 0.0), |(s, n), v| (s + v * v, n + 1.0));
+    if count > 0.0 { f64::sqrt(sum / count) } else { 0.0 }
+}
+
+/// Robust standard deviation of Gaussian noise about zero: from the median of its size, so that
+/// what stands out of the noise does not count. 0 of nothing.
+pub fn deviation_about_zero(noise: &[f64]) -> f64 {
+    /// Standard deviation over median absolute deviation of a Gaussian distribution.
+    const DEVIATION_PER_MEDIAN: f64 = 1.4826;
+    let sizes: Vec<f64> = noise.iter().map(|v| v.abs()).collect();
+    DEVIATION_PER_MEDIAN * upper_median(&sizes).unwrap_or(0.0)
+}
+
+/// What a χ² variable of `freedom` degrees exceeds with a probability of at most e^(−x): the bound
+/// of Laurent & Massart, Ann. Statist. 28, 2000, Lemma 1.
+pub fn chi_squared_bound(freedom: f64, x: f64) -> f64 {
+    freedom + 2.0 * (freedom * x).sqrt() + 2.0 * x
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn middles_and_means_are_those_of_hand_calculation() {
+        assert_eq!(mean(&[1.0, 2.0, 6.0]), 3.0);
+        assert_eq!(median(vec![5.0, 1.0, 2.0, 4.0]), Some(3.0));
+        assert_eq!(median(vec![5.0, 1.0, 2.0]), Some(2.0));
+        assert_eq!((median(Vec::new()), upper_median(&[])), (None, None));
+        assert_eq!(upper_median(&[5.0, 1.0, 2.0, 4.0]), Some(4.0));
+        assert_eq!(rms([3.0, -4.0]), 12.5_f64.sqrt());
+        assert_eq!(rms([]), 0.0);
+        assert_eq!(deviation_about_zero(&[-1.0, 2.0, -900.0]), 2.0 * 1.4826);
+    }
+
+    /// χ² with 4 degrees exceeds 18.47 with a probability of 10⁻³: the bound is above, by less than
+    /// half.
+    #[test]
+    fn the_bound_lies_above_the_quantile() {
+        let bound = chi_squared_bound(4.0, 1000_f64.ln());
+        assert!(bound > 18.47 && bound < 1.7 * 18.47, "{bound}");
+    }
+}

@@ -1,0 +1,132 @@
+//! Load tests → the stiffness of each joint.
+
+use crate::identify::stiffness::{StiffnessFault, StiffnessFit, fit_stiffness};
+use crate::input::LoadTestRow;
+use crate::notes::{Code, Note, Part, Place};
+use crate::units::ratio_from_percent;
+
+/// The stiffness of one joint.
+#[derive(Debug, Clone, PartialEq)]
+pub struct JointStiffness {
+    /// Name, where the table has one.
+    pub joint: Option<String>,
+    /// What was found.
+    pub fit: StiffnessFit,
+}
+
+impl JointStiffness {
+    /// Warnings on how far the number holds.
+    pub fn notes(&self) -> Vec<Note> {
+        let mut notes = Vec::new();
+        let mut warn = |code, what: String| {
+            let place = self
+                .joint
+                .as_ref()
+                .map_or_else(Place::default, |joint| Place::part(Part::Joint(joint.clone())));
+            notes.push(Note::warning(code, place, what));
+        };
+        if let Some(curvature) = self.fit.curvature.filter(|curvature| curvature.is_significant()) {
+            let how = if curvature.stiffens { "stiffens" } else { "softens" };
+            warn(
+                Code::LoadDependent,
+                format!(
+                    "the joint {how} with load (p-value {:.1e}), so one k holds only near these \
+                     loads; test near the loads of the job",
+                    curvature.p_value
+                ),
+            );
+        }
+        if self.fit.interval[0] <= 0.0 {
+            let what = "the interval includes zero, so the stiffness is not known; check signs and \
+                        columns, or load in more steps";
+            warn(Code::TooLittleData, what.to_owned());
+        }
+        notes
+    }
+}
+
+/// Fits each joint of a load test, in the order in which joints first appear.
+///
+/// # Errors
+/// A confidence outside of 0..100 %; every joint that cannot be fitted, at its first row or the row
+/// at fault.
+pub fn stiffness(
+    rows: &[LoadTestRow],
+    confidence_percent: f64,
+) -> Result<Vec<JointStiffness>, Vec<Note>> {
+    let confidence = ratio_from_percent(confidence_percent);
+    if !(confidence > 0.0 && confidence < 1.0) {
+        let what = format!("--confidence is {confidence_percent}, must lie between 0 and 100 %");
+        return Err(vec![Note::usage(what)]);
+    }
+    let mut found = Vec::new();
+    let mut errors = Vec::new();
+    for (joint, rows) in by_joint(rows) {
+        let angles: Vec<f64> = rows.iter().map(|row| row.angle_rad).collect();
+        let moments: Vec<f64> = rows.iter().map(|row| row.moment_nm).collect();
+        match fit_stiffness(&angles, &moments, confidence) {
+            Ok(fit) => found.push(JointStiffness { joint, fit }),
+            Err(fault) => {
+                let index = match fault {
+                    StiffnessFault::NotFinite(row) => row,
+                    _ => 0,
+                };
+                let place = Place {
+                    line: rows.get(index).map(|row| row.line),
+                    part: joint.map(Part::Joint),
+                    ..Place::default()
+                };
+                errors.push(Note::error(code(&fault), place, fault.to_string()));
+            }
+        }
+    }
+    if errors.is_empty() { Ok(found) } else { Err(errors) }
+}
+
+fn code(fault: &StiffnessFault) -> Code {
+    match fault {
+        StiffnessFault::TooFewRows(_) | StiffnessFault::NothingVaries => Code::TooLittleData,
+        _ => Code::Value,
+    }
+}
+
+/// The rows of each joint, joints in the order in which they first appear.
+fn by_joint(rows: &[LoadTestRow]) -> Vec<(Option<String>, Vec<&LoadTestRow>)> {
+    let mut joints: Vec<(Option<String>, Vec<&LoadTestRow>)> = Vec::new();
+    for row in rows {
+        match joints.iter_mut().find(|(joint, _)| *joint == row.joint) {
+            Some((_, of_joint)) => of_joint.push(row),
+            None => joints.push((row.joint.clone(), vec![row])),
+        }
+    }
+    joints
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(joint: &str, angle_rad: f64, moment_nm: f64, line: usize) -> LoadTestRow {
+        LoadTestRow { joint: Some(joint.into()), angle_rad, moment_nm, line }
+    }
+
+    /// Rows of two joints, mixed: joint b cannot be fitted, and says so at its first line.
+    #[test]
+    fn joints_are_fitted_apart_and_errors_have_their_line() {
+        let mut rows = vec![
+            row("a", 0.0, 0.0, 2),
+            row("b", 1.0, 0.0, 3),
+            row("a", 1.0, 2.0, 4),
+            row("a", 2.0, 4.0, 5),
+        ];
+        let errors = stiffness(&rows, 95.0).unwrap_err();
+        assert_eq!(errors.len(), 1);
+        assert_eq!(errors[0].place.line, Some(3));
+        assert!(errors[0].to_string().starts_with("line 3: joint 'b': 1 row(s)"), "{}", errors[0]);
+        rows.remove(1);
+        let found = stiffness(&rows, 95.0).unwrap();
+        assert_eq!((found.len(), found[0].fit.stiffness), (1, 2.0));
+        assert!(found[0].notes().is_empty());
+        assert_eq!(stiffness(&rows, 100.0).unwrap_err()[0].code, Code::Usage);
+    }
+}
