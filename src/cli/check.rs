@@ -13,7 +13,7 @@ use crate::notes::Note;
 use crate::progress::Done;
 use crate::report;
 use crate::report::check::github::note_annotation;
-use crate::study::check::{Checked, CheckedJob, ReadJobs, Verdict, worst};
+use crate::study::check::{Checked, CheckedJob, ReadJobs, Verdict};
 
 const AFTER_HELP: &str = "\
 Examples:
@@ -85,7 +85,7 @@ pub(super) fn run(args: &CheckArgs, out: &mut dyn Write) -> Result<Outcome, Fail
     }
     let text = rendered(&jobs, args, &sink)?;
     sink.write(&text, out)?;
-    Ok(outcome(worst(&jobs), args.fail_on))
+    Ok(outcome(CheckedJob::worst(&jobs), args.fail_on))
 }
 
 impl FailOn {

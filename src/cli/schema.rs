@@ -6,7 +6,8 @@ use clap::{Args, ValueEnum};
 
 use super::output::Sink;
 use super::{Failure, Outcome};
-use crate::{input, report};
+use crate::report;
+use crate::study::input_schema;
 
 const AFTER_HELP: &str = "\
 Editors check a file that starts with
@@ -44,9 +45,9 @@ enum Subject {
 /// Writes one schema.
 pub(super) fn run(args: &SchemaArgs, out: &mut dyn Write) -> Result<Outcome, Failure> {
     let schema = match args.of {
-        Subject::Robot => input::schema::robot(),
-        Subject::Job => input::schema::job(),
-        Subject::Session => input::schema::session(),
+        Subject::Robot => input_schema::robot(),
+        Subject::Job => input_schema::job(),
+        Subject::Session => input_schema::session(),
         Subject::Check => report::schema::check(),
         Subject::Advice => report::schema::advice(),
         Subject::Identification => report::schema::identification(),

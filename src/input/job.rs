@@ -69,7 +69,10 @@ pub(super) fn job_of_text(
         raw: &raw,
         robot: robot.as_deref(),
         notes,
-        elsewhere: Elsewhere::default(),
+        elsewhere: Elsewhere {
+            reading: Reading { pending: reading.pending.take(), ..Reading::default() },
+            ..Elsewhere::default()
+        },
     };
     let parts = reader.parts();
     let Reader { notes, elsewhere, .. } = reader;

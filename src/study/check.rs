@@ -59,9 +59,11 @@ impl CheckedJob {
     }
 }
 
-/// The worst verdict of several jobs; clear if there is none.
-pub fn worst(jobs: &[CheckedJob]) -> Verdict {
-    jobs.iter().map(|job| job.risk.verdict).max().unwrap_or(Verdict::Clear)
+impl CheckedJob {
+    /// The worst verdict of several jobs; clear if there is none.
+    pub fn worst(jobs: &[Self]) -> Verdict {
+        jobs.iter().map(|job| job.risk.verdict).max().unwrap_or(Verdict::Clear)
+    }
 }
 
 /// Checks one job.

@@ -9,6 +9,9 @@ pub mod stiffness;
 
 use std::path::{Path, PathBuf};
 
+/// JSON Schemas of the files that people write.
+pub use crate::input::schema as input_schema;
+
 /// A file that is to be written: complete, read back and compared with what was asked for.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Output {

@@ -192,6 +192,8 @@ mod as_text {
         for sample in &mut job.risk.operations[0].samples {
             sample.natural_frequencies_hz[1] += 100.0;
         }
+        let operation = &mut job.risk.operations[0];
+        operation.closest = closest_approach(&operation.samples, &operation.lines, &policy());
         job.risk.calibrated = true;
         let text = text::check(&[job], false);
         // Mode 1 at s = 1 has 30 Hz; 1100 rpm with two teeth strikes at 36.7 Hz.

@@ -11,7 +11,7 @@ use crate::excitation::{ExcitationLine, Source};
 use crate::notes::Note;
 use crate::report::json::{NotFinite, Number, laid_out};
 use crate::risk::{self, Certainty, LeftOut, Verdict};
-use crate::study::check::{CheckedJob, worst};
+use crate::study::check::CheckedJob;
 use crate::units::{percent_from_ratio, um_per_n_from_m_per_n};
 
 /// Objects and lists nested deeper than this stand on one line: a sample, a crossing.
@@ -26,7 +26,7 @@ const DEEPEST_SPREAD: usize = 6;
 pub fn check(jobs: &[CheckedJob]) -> Result<String, NotFinite> {
     let output = Check {
         schema: SchemaName::Check1,
-        verdict: worst(jobs),
+        verdict: CheckedJob::worst(jobs),
         jobs: jobs.iter().map(Job::from).collect(),
     };
     laid_out(&output, DEEPEST_SPREAD)
