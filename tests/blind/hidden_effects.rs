@@ -18,7 +18,6 @@
 use std::env;
 use std::fs;
 use std::path::PathBuf;
-use std::sync::{Mutex, PoisonError};
 
 use crate::truth::case::{Case, Order, Scenario, Strength};
 use crate::truth::confusion::Bar;
@@ -32,9 +31,6 @@ const FAMILIES: [Family; 4] =
 /// Causes that the suite hides at two to four times the noise; the long run hides all.
 const WEAK: [&str; 5] =
     ["joint_stiffness", "payload", "joint_zero_offset", "com_offset", "temperature_drift"];
-
-/// One test after another: each uses all processors.
-static IN_TURN: Mutex<()> = Mutex::new(());
 
 /// What the environment asks for.
 struct Run {
@@ -91,7 +87,6 @@ impl Run {
 
     /// Judges the cases of some orders and holds them to a bar.
     fn judge(&self, title: &str, orders: Vec<Order>, bar: &Bar) {
-        let _turn = IN_TURN.lock().unwrap_or_else(PoisonError::into_inner);
         let wanted =
             |case: &Case| self.only.as_ref().is_none_or(|only| case.name().contains(only.as_str()));
         let count = orders.len();

@@ -3,7 +3,6 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
 
 use crate::two_link::TABLE_1;
 use detune::input::{self, OperationEdit, Reading};
@@ -13,32 +12,12 @@ use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
 use tempfile::TempDir;
 
+use crate::program::{code, err, json, out, repository, run};
+
 const RANDOM_JOBS: usize = 40;
 
 fn robot(name: &str) -> String {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    root.join("robots").join(name).join("robot.yaml").display().to_string()
-}
-
-fn run(folder: &Path, arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_detune"));
-    command.current_dir(folder).args(arguments).stdin(Stdio::null()).output().unwrap()
-}
-
-fn code(output: &Output) -> i32 {
-    output.status.code().unwrap()
-}
-
-fn out(output: &Output) -> &str {
-    std::str::from_utf8(&output.stdout).unwrap()
-}
-
-fn err(output: &Output) -> &str {
-    std::str::from_utf8(&output.stderr).unwrap()
-}
-
-fn json(output: &Output) -> Value {
-    serde_json::from_str(out(output)).unwrap_or_else(|e| panic!("{e}: {}", err(output)))
+    repository().join("robots").join(name).join("robot.yaml").display().to_string()
 }
 
 struct Bench(TempDir);

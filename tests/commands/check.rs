@@ -7,10 +7,12 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::{Output, Stdio};
 
 use serde_json::Value;
 use tempfile::TempDir;
+
+use crate::program::{code, command, err, out, repository, run};
 
 const RESONANT_RPM: f64 = 780.0;
 const UNCERTAIN_RPM: f64 = 990.0;
@@ -37,7 +39,7 @@ impl Bench {
     }
 
     fn add(&self, file: &str, rpm: f64) {
-        let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/two-link/robot.yaml");
+        let robot = repository().join("robots/two-link/robot.yaml");
         let text = format!(
             "name: Job of {rpm} rpm
 robot: {}
@@ -62,7 +64,7 @@ policy:
     }
 
     fn run(&self, arguments: &[&str]) -> Output {
-        command().current_dir(self.path()).args(arguments).output().unwrap()
+        run(self.path(), arguments)
     }
 
     fn names(&self) -> Vec<PathBuf> {
@@ -71,24 +73,6 @@ policy:
         names.sort();
         names
     }
-}
-
-fn command() -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_detune"));
-    command.stdin(Stdio::null()).env_remove("NO_COLOR").env_remove("CLICOLOR_FORCE");
-    command
-}
-
-fn code(output: &Output) -> i32 {
-    output.status.code().unwrap()
-}
-
-fn out(output: &Output) -> &str {
-    std::str::from_utf8(&output.stdout).unwrap()
-}
-
-fn err(output: &Output) -> &str {
-    std::str::from_utf8(&output.stderr).unwrap()
 }
 
 #[test]
@@ -254,9 +238,7 @@ fn a_closed_pipe_ends_quietly_with_the_code_of_the_verdict() {
     for (job, expected) in [("resonant.yaml", 1), ("clear.yaml", 0)] {
         let (reader, writer) = std::io::pipe().unwrap();
         drop(reader);
-        let ran = command()
-            .current_dir(bench.path())
-            .args(["check", job, "--format", "json"])
+        let ran = command(bench.path(), &["check", job, "--format", "json"])
             .stdout(writer)
             .stderr(Stdio::piped())
             .output()
@@ -271,9 +253,7 @@ fn a_closed_pipe_ends_quietly_with_the_code_of_the_verdict() {
 fn a_full_disk_is_an_error() {
     let bench = Bench::new();
     let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
-    let ran = command()
-        .current_dir(bench.path())
-        .args(["check", "clear.yaml"])
+    let ran = command(bench.path(), &["check", "clear.yaml"])
         .stdout(full)
         .stderr(Stdio::piped())
         .output()
@@ -356,7 +336,7 @@ fn annotations_and_sarif_point_at_lines_of_the_job() {
 fn an_input_is_not_written_over() {
     let bench = Bench::new();
     let here = bench.path();
-    let robots = Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/two-link");
+    let robots = repository().join("robots/two-link");
     fs::copy(robots.join("robot.yaml"), here.join("robot.yaml")).unwrap();
     fs::copy(robots.join("two-link.urdf"), here.join("two-link.urdf")).unwrap();
     fs::create_dir(here.join("sub")).unwrap();
@@ -536,7 +516,7 @@ fn all_waypoints_out_of_reach_are_counted() {
 
 /// A check of a program in the folder, milled at a speed that resonates.
 fn check_program(bench: &Bench, file: &str, program: &str) -> Output {
-    let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/irb1600/robot.yaml");
+    let robot = repository().join("robots/irb1600/robot.yaml");
     fs::write(bench.path().join(file), program).unwrap();
     let job = format!(
         "robot: {}

@@ -1,36 +1,60 @@
 //! `diagnose` as a user meets it: the paper's own data, a hidden effect of each kind, faults, files.
 
-use std::process::{Command, Output};
+use std::process::Output;
+use std::sync::OnceLock;
 
 use serde_json::Value;
 
-fn detune(args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_detune"))
-        .args(args)
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .output()
-        .unwrap()
+use crate::program::{self, code, err, out, repository};
+
+fn detune(arguments: &[&str]) -> Output {
+    program::run(repository(), arguments)
 }
 
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).unwrap()
+fn json(arguments: &[&str]) -> Value {
+    let output = detune(arguments);
+    assert!(output.status.success(), "{}", err(&output));
+    program::json(&output)
 }
 
-fn json(args: &[&str]) -> Value {
-    let output = detune(args);
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    serde_json::from_slice(&output.stdout).unwrap()
+/// The paper's measured columns diagnosed, and the robot that is written.
+fn measured() -> &'static (Value, String) {
+    static RUN: OnceLock<(Value, String)> = OnceLock::new();
+    RUN.get_or_init(|| {
+        let folder = tempfile::tempdir().unwrap();
+        let robot = folder.path().join("arm.yaml");
+        let table = "robots/two-link/measured.csv";
+        let arguments = ["diagnose", "robots/two-link", table, "--format", "json", "--write"];
+        let found = json(&[&arguments[..], &[robot.to_str().unwrap()]].concat());
+        (found, std::fs::read_to_string(robot).unwrap())
+    })
+}
+
+/// The bytes of a diagnosis of the paper's simulated columns.
+fn simulated(threads: &str) -> Vec<u8> {
+    let table = "robots/two-link/simulated.csv";
+    let arguments = ["diagnose", "robots/two-link", table, "--format", "json", "--seed", "1"];
+    let mut command = program::command(repository(), &arguments);
+    let output = command.env("RAYON_NUM_THREADS", threads).output().unwrap();
+    assert!(output.status.success(), "{}", err(&output));
+    output.stdout
+}
+
+/// The same on three threads.
+fn simulated_on_three() -> &'static [u8] {
+    static RUN: OnceLock<Vec<u8>> = OnceLock::new();
+    RUN.get_or_init(|| simulated("3"))
 }
 
 /// Table 1 as printed is off by 171 % from the measured columns of Table 2; what the diagnosis finds brings
 /// poses left out to 4.8 %, the simulated columns to 2.3 %.
 #[test]
 fn the_papers_own_data() {
-    for (table, before, after) in
-        [("measured", [150.0, 190.0], 4.8), ("simulated", [150.0, 190.0], 2.3)]
-    {
-        let table = format!("robots/two-link/{table}.csv");
-        let found = json(&["diagnose", "robots/two-link", &table, "--format", "json"]);
+    let simulated = serde_json::from_slice(simulated_on_three()).unwrap();
+    for (table, found, before, after) in [
+        ("measured", &measured().0, [150.0, 190.0], 4.8),
+        ("simulated", &simulated, [150.0, 190.0], 2.3),
+    ] {
         assert_eq!(found["schema"], "diagnosis/1");
         assert_eq!(found["verdict"], "explained", "{table}");
         let error = |of: &str| found[of]["heldout_rms_percent"].as_f64().unwrap();
@@ -49,9 +73,8 @@ fn the_papers_own_data() {
 fn the_written_robot_is_what_check_uses() {
     let folder = tempfile::tempdir().unwrap();
     let written = folder.path().join("arm.yaml");
-    let measured = "robots/two-link/measured.csv";
-    let arguments = ["diagnose", "robots/two-link", measured, "--format", "json", "--write"];
-    let found = json(&[&arguments[..], &[written.to_str().unwrap()]].concat());
+    let (found, file) = measured();
+    std::fs::write(&written, file).unwrap();
     let heldout = found["extended"]["heldout_rms_percent"].as_f64().unwrap();
     let job = folder.path().join("job.yaml");
     std::fs::write(
@@ -67,18 +90,18 @@ fn the_written_robot_is_what_check_uses() {
     assert!((uncertainty - 2.0 * heldout).abs() < 1e-9);
     // Less than the 10 % of a robot that was never measured.
     assert!(uncertainty < 10.0);
-    let table = std::fs::read_to_string(measured).unwrap();
+    let table = std::fs::read_to_string("robots/two-link/measured.csv").unwrap();
     let poses: Vec<f64> = table
         .lines()
         .filter(|line| !line.starts_with(['#', 'b']))
         .map(|line| line.split(',').next().unwrap().parse().unwrap())
         .collect();
-    let file = folder.path().join("poses.csv");
+    let table = folder.path().join("poses.csv");
     let rows: String = poses.iter().map(|beta2| format!("0,{beta2}\n")).collect();
-    std::fs::write(&file, format!("joint_1_rad,joint_2_rad\n{rows}")).unwrap();
-    let arguments = ["map", written.to_str().unwrap(), "--poses", file.to_str().unwrap()];
-    let map = text(&detune(&arguments).stdout);
-    let mapped: Vec<Vec<f64>> = map
+    std::fs::write(&table, format!("joint_1_rad,joint_2_rad\n{rows}")).unwrap();
+    let arguments = ["map", written.to_str().unwrap(), "--poses", table.to_str().unwrap()];
+    let map = detune(&arguments);
+    let mapped: Vec<Vec<f64>> = out(&map)
         .lines()
         .skip(1)
         .map(|line| line.split(',').skip(3).map(|cell| cell.parse().unwrap()).collect())
@@ -94,7 +117,6 @@ fn the_written_robot_is_what_check_uses() {
             "{mapped} Hz mapped, {promised} Hz promised"
         );
     }
-    let file = std::fs::read_to_string(&written).unwrap();
     assert!(file.contains("# The paper's arm with its Table 1 as printed"), "{file}");
     assert!(
         file.contains("\n    ci95: {") && file.contains("\ncalibration: {poses: 20, "),
@@ -104,7 +126,6 @@ fn the_written_robot_is_what_check_uses() {
     assert!(file.contains(&format!("  - cause: {cause}\n")), "{file}");
 }
 
-/// Nothing is written over what the run reads.
 /// What `map` writes is what the model says: nothing is wrong with it, to the last digit.
 #[test]
 fn a_table_of_the_models_own_frequencies_is_consistent() {
@@ -114,7 +135,7 @@ fn a_table_of_the_models_own_frequencies_is_consistent() {
     for robot in ["robots/two-link", "robots/irb1600"] {
         let range = ["--joint", "joint_2", "--from-deg", "-20", "--to-deg", "60", "--steps", "12"];
         let mapped = detune(&[&["map", robot, "--output", table][..], &range[..]].concat());
-        assert!(mapped.status.success(), "{}", text(&mapped.stderr));
+        assert!(mapped.status.success(), "{}", err(&mapped));
         let found = json(&["diagnose", robot, table, "--format", "json"]);
         assert_eq!(found["verdict"], "consistent", "{robot}: {found}");
         assert!(
@@ -131,8 +152,8 @@ fn repeated_rows_are_no_poses() {
     let rows = "0.3,0.6,12.5,50.1\n".repeat(12);
     std::fs::write(&table, format!("joint_1_rad,joint_2_rad,f1_hz,f2_hz\n{rows}")).unwrap();
     let output = detune(&["diagnose", "robots/two-link", table.to_str().unwrap()]);
-    assert_eq!(output.status.code(), Some(2));
-    let told = text(&output.stderr);
+    assert_eq!(code(&output), 2);
+    let told = err(&output);
     assert!(told.contains("24 frequencies at 1 pose, must be at least"), "{told}");
 }
 
@@ -144,43 +165,27 @@ fn report_and_robot_do_not_share_a_file() {
     let measured = "robots/two-link/measured.csv";
     let output =
         detune(&["diagnose", "robots/two-link", measured, "--write", file, "--output", file]);
-    assert_eq!(output.status.code(), Some(2));
-    assert!(text(&output.stderr).contains("--write and --output name the same file"));
+    assert_eq!(code(&output), 2);
+    assert!(err(&output).contains("--write and --output name the same file"));
     assert!(!std::path::Path::new(file).exists());
 }
 
+/// Nothing is written over what the run reads.
 #[test]
 fn the_robots_own_file_is_spared() {
     let robot = "robots/two-link/robot.yaml";
     let measured = "robots/two-link/measured.csv";
     for output in ["--write", "--output"] {
         let ended = detune(&["diagnose", robot, measured, output, robot]);
-        assert_eq!(ended.status.code(), Some(2));
-        assert!(text(&ended.stderr).contains("is read by this run"), "{}", text(&ended.stderr));
+        assert_eq!(code(&ended), 2);
+        assert!(err(&ended).contains("is read by this run"), "{}", err(&ended));
     }
 }
 
 /// The same seed gives the same bytes, whatever the number of threads.
 #[test]
 fn the_same_seed_gives_the_same_bytes() {
-    let run = |threads: &str| {
-        let output = Command::new(env!("CARGO_BIN_EXE_detune"))
-            .args([
-                "diagnose",
-                "robots/two-link",
-                "robots/two-link/simulated.csv",
-                "--format",
-                "json",
-            ])
-            .args(["--seed", "5"])
-            .env("RAYON_NUM_THREADS", threads)
-            .current_dir(env!("CARGO_MANIFEST_DIR"))
-            .output()
-            .unwrap();
-        assert!(output.status.success());
-        output.stdout
-    };
-    assert!(run("1") == run("3"));
+    assert!(simulated("1") == simulated_on_three());
 }
 
 #[test]
@@ -209,8 +214,8 @@ fn bad_tables_are_told_and_nothing_is_found() {
     ] {
         std::fs::write(&table, content).unwrap();
         let output = detune(&["diagnose", "robots/two-link", table.to_str().unwrap()]);
-        assert_eq!(output.status.code(), Some(2), "{content}");
-        assert!(text(&output.stderr).contains(told), "{}", text(&output.stderr));
+        assert_eq!(code(&output), 2, "{content}");
+        assert!(err(&output).contains(told), "{}", err(&output));
         assert!(output.stdout.is_empty());
     }
 }
@@ -226,8 +231,8 @@ fn poses_beyond_limits_are_told() {
     )
     .unwrap();
     let output = detune(&["diagnose", "robots/irb1600", table.to_str().unwrap()]);
-    assert_eq!(output.status.code(), Some(2));
-    let told = text(&output.stderr);
+    assert_eq!(code(&output), 2);
+    let told = err(&output);
     assert!(
         told.contains("t.csv:2: joint 'joint_2' is 200.000 deg, must lie in -90.000"),
         "{told}"
@@ -237,16 +242,9 @@ fn poses_beyond_limits_are_told() {
 /// A page holds its plots and nothing from elsewhere; the text says what to do next.
 #[test]
 fn the_page_stands_alone() {
-    let page = text(
-        &detune(&[
-            "diagnose",
-            "robots/two-link",
-            "robots/two-link/simulated.csv",
-            "--format",
-            "html",
-        ])
-        .stdout,
-    );
+    let table = "robots/two-link/simulated.csv";
+    let output = detune(&["diagnose", "robots/two-link", table, "--format", "html"]);
+    let page = out(&output);
     assert!(page.starts_with("<!DOCTYPE html>") && page.trim_end().ends_with("</html>"));
     // Twice measured against predicted, twice over what the residual follows, and over each of the others.
     assert!(page.matches("<svg").count() == 6 && page.contains("next"), "{page}");

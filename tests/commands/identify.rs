@@ -9,8 +9,9 @@
 use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
 
+use crate::program::{self, repository};
 use crate::vibration::{C64, TrueMode, free_decay, gauss, hammered, noisy, pulses, rms, seeded};
 use detune::diagnosis::{Settings, diagnose};
 use detune::identify::ModeTable;
@@ -26,18 +27,13 @@ use rand::RngExt;
 use serde_json::Value;
 
 fn identify(arguments: &[&str], folder: &Path) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_detune"))
-        .arg("identify")
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .unwrap()
+    program::run(folder, &[&["identify"], arguments].concat())
 }
 
 fn json(arguments: &[&str], folder: &Path) -> Value {
     let output = identify(&[arguments, &["--format", "json"]].concat(), folder);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).unwrap()
+    assert!(output.status.success(), "{}", program::err(&output));
+    program::json(&output)
 }
 
 fn faults(session: &str, folder: &Path) -> String {
@@ -314,7 +310,7 @@ fn camera_record(index: usize) -> Vec<Vec<f64>> {
 }
 
 fn example() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/two-link")
+    repository().join("robots/two-link")
 }
 
 fn example_text(index: usize) -> String {
@@ -341,7 +337,7 @@ fn the_example_is_what_its_generator_makes_and_its_modes_come_back() {
         }
         assert_eq!(fs::read_to_string(file).unwrap(), example_text(index), "{}", file.display());
     }
-    let found = json(&["robots/two-link/session.yaml"], Path::new(env!("CARGO_MANIFEST_DIR")));
+    let found = json(&["robots/two-link/session.yaml"], repository());
     for (index, (beta_2, frequencies, rotations)) in POSES.iter().enumerate() {
         let pose = &found["poses"][index];
         assert_eq!(pose["beta2_rad"].as_f64(), Some(*beta_2));
@@ -368,7 +364,7 @@ fn the_example_is_what_its_generator_makes_and_its_modes_come_back() {
 fn the_table_has_one_row_a_pose_and_is_written_whole() {
     let folder = tempfile::tempdir().unwrap();
     let table = folder.path().join("measured.csv");
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = repository();
     let output =
         identify(&["robots/two-link/session.yaml", "--write", table.to_str().unwrap()], root);
     assert!(output.status.success());
@@ -445,7 +441,7 @@ records:
 /// The same bytes on two runs, whatever the threads do.
 #[test]
 fn two_runs_give_the_same_bytes() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = repository();
     let run = || identify(&["robots/two-link/session.yaml", "--format", "json"], root).stdout;
     assert_eq!(run(), run());
 }

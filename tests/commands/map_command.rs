@@ -1,18 +1,14 @@
 //! Runs `detune map` on the paper's arm.
 
 use std::io::Write;
-use std::path::Path;
 use std::process::{Command, Output, Stdio};
+
+use crate::program::{self, repository};
 
 /// The command, not yet started; `line` follows `detune map`.
 pub(crate) fn command(line: &str) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_detune"));
-    command
-        .arg("map")
-        .args(line.split_whitespace())
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .stdin(Stdio::null());
-    command
+    let arguments: Vec<&str> = ["map"].into_iter().chain(line.split_whitespace()).collect();
+    program::command(repository(), &arguments)
 }
 
 /// Standard output, or the lines that say why there is none.
@@ -51,6 +47,6 @@ pub(crate) fn fed(line: &str, input: &[u8]) -> Result<Vec<u8>, Vec<String>> {
 }
 
 pub(crate) fn data(name: &str) -> Vec<u8> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/npy");
+    let folder = repository().join("tests/data/npy");
     std::fs::read(folder.join(name)).unwrap()
 }

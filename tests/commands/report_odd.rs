@@ -11,6 +11,8 @@ use std::process::{Command, Output, Stdio};
 use serde_json::Value;
 use tempfile::TempDir;
 
+use crate::program::{self, command, err, repository, run};
+
 /// No line of a report for people is longer than this, characters.
 const LONGEST_LINE: usize = 140;
 
@@ -20,28 +22,10 @@ const LONGEST_WORD: usize = 80;
 
 const PATH: &str = "path: {joints_deg: [[0, 90], [0, 120], [0, 150]]}";
 
-fn repository() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-}
-
-fn command(folder: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_detune"));
-    command.current_dir(folder).args(arguments).stdin(Stdio::null());
-    command
-}
-
-fn run(folder: &Path, arguments: &[&str]) -> Output {
-    command(folder, arguments).output().unwrap()
-}
-
-fn out(output: &Output) -> String {
-    let text = String::from_utf8(output.stdout.clone()).unwrap();
+fn out(output: &Output) -> &str {
+    let text = program::out(output);
     assert!(!text.is_empty(), "nothing printed: {}", err(output));
     text
-}
-
-fn err(output: &Output) -> String {
-    String::from_utf8(output.stderr.clone()).unwrap()
 }
 
 /// A job of the two-link arm with these operations and this policy, both as YAML flow.
@@ -88,7 +72,8 @@ fn numbers_of_any_size_stay_short() {
             continue;
         }
         for format in ["text", "junit", "github"] {
-            let text = out(&run(folder.path(), &["check", "job.yaml", "--format", format]));
+            let text =
+                out(&run(folder.path(), &["check", "job.yaml", "--format", format])).to_owned();
             let longest = text.split_whitespace().map(|word| word.chars().count()).max();
             assert!(longest.unwrap() <= LONGEST_WORD, "{format}, feed {feed}:\n{text}");
         }
@@ -102,7 +87,7 @@ fn a_drawing_keeps_to_the_modes() {
     let speed = "spindle_schedule: [{s: 0, rpm: 500}, {s: 0.33337, rpm: 6000}, {s: 1, rpm: 700}]";
     let harmonics = "tooth_passing_harmonics: 20, spindle_harmonics: 3";
     add(&folder, "job.yaml", "Job", &[operation("a", speed, "400")], harmonics);
-    let text = out(&run(folder.path(), &["check", "job.yaml"]));
+    let text = out(&run(folder.path(), &["check", "job.yaml"])).to_owned();
     let ticks = ticks(&text);
     assert!(ticks.iter().all(|&tick| (0.0..180.0).contains(&tick)), "{ticks:?}\n{text}");
     let longest = text.lines().map(|line| line.chars().count()).max().unwrap();
@@ -126,7 +111,7 @@ fn many_operations_are_summed_up() {
         &operations,
         "tooth_passing_harmonics: 1, spindle_harmonics: 0",
     );
-    let text = out(&run(folder.path(), &["check", "job.yaml"]));
+    let text = out(&run(folder.path(), &["check", "job.yaml"])).to_owned();
     assert!(text.lines().count() < 200, "{} lines", text.lines().count());
     assert!(text.contains("op39  RESONANCE") && text.contains("op79  RESONANCE"), "{text}");
     assert!(text.contains("… and 80 more operations: 80 clear; --format json lists all"), "{text}");
@@ -139,7 +124,7 @@ fn a_schedule_is_told_in_json_and_in_text() {
     let operations = [operation("a", speed, "400"), operation("b", "spindle_rpm: 800", "400")];
     add(&folder, "job.yaml", "Job", &operations, "");
     let output = run(folder.path(), &["check", "job.yaml", "--format", "json"]);
-    let json: Value = serde_json::from_str(&out(&output)).unwrap();
+    let json: Value = serde_json::from_str(out(&output)).unwrap();
     let [a, b] = [0, 1].map(|i| &json["jobs"][0]["operations"][i]);
     assert_eq!(a["spindle_rpm"], 2000.0);
     assert_eq!([&a["spindle_min_rpm"], &a["spindle_max_rpm"]], [900.0, 2400.0]);
@@ -147,7 +132,7 @@ fn a_schedule_is_told_in_json_and_in_text() {
     assert_eq!(a["spindle_schedule"].as_array().unwrap().len(), 3);
     assert_eq!([&b["spindle_min_rpm"], &b["spindle_max_rpm"]], [800.0, 800.0]);
     assert!(b["spindle_schedule"].is_null() && b.get("spindle_schedule").is_some());
-    let text = out(&run(folder.path(), &["check", "job.yaml"]));
+    let text = out(&run(folder.path(), &["check", "job.yaml"])).to_owned();
     assert!(text.contains("  900–2400 rpm, "), "{text}");
 }
 
@@ -166,7 +151,7 @@ fn many_jobs_end_with_what_is_not_clear() {
         .collect();
     let mut arguments = vec!["check"];
     arguments.extend(files.iter().map(String::as_str));
-    let text = out(&run(folder.path(), &arguments));
+    let text = out(&run(folder.path(), &arguments)).to_owned();
     let last: Vec<&str> = text.lines().rev().take(13).collect();
     assert!(
         text.contains("\n40 jobs: 15 resonance, 25 clear\n  RESONANCE  job00.yaml\n"),
@@ -174,7 +159,7 @@ fn many_jobs_end_with_what_is_not_clear() {
     );
     assert_eq!(last[0], "  … and 5 more; --format json lists all");
     arguments.extend(["--format", "github"]);
-    let github = out(&run(folder.path(), &arguments));
+    let github = out(&run(folder.path(), &arguments)).to_owned();
     let summary = github.lines().last().unwrap();
     assert!(summary.starts_with("detune check: 40 jobs: 15 resonance, 25 clear; "), "{summary}");
     assert!(summary.len() < 400 && summary.ends_with("… and 5 more"), "{summary}");
@@ -186,7 +171,7 @@ fn small_separations_are_not_called_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let policy = "tooth_passing_harmonics: 1, spindle_harmonics: 0, separation_percent: 1e-12";
     add(&folder, "job.yaml", "Job", &[operation("a", "spindle_rpm: 780", "400")], policy);
-    let text = out(&run(folder.path(), &["check", "job.yaml"]));
+    let text = out(&run(folder.path(), &["check", "job.yaml"])).to_owned();
     assert!(text.contains("less than 1e-6 % apart"), "{text}");
     assert!(text.contains("the band of ±1.00e-12 %"), "{text}");
     assert!(!text.contains("0.0 % apart") && !text.contains("±0 %"), "{text}");
@@ -200,7 +185,7 @@ fn control_characters_of_names_are_escaped() {
     let operations = [operation(odd, "spindle_rpm: 780", "400")];
     add(&folder, "job.yaml", odd, &operations, "tooth_passing_harmonics: 1");
     for format in ["text", "junit", "github", "sarif"] {
-        let text = out(&run(folder.path(), &["check", "job.yaml", "--format", format]));
+        let text = out(&run(folder.path(), &["check", "job.yaml", "--format", format])).to_owned();
         let bad = |c: char| (c.is_control() && c != '\n') || ['\u{fffe}', '\u{202e}'].contains(&c);
         assert!(!text.contains(bad), "{format}: {text:?}");
         let told = if format == "sarif" { r"a\\u{1b}[31m" } else { r"a\u{1b}[31m" };
@@ -208,7 +193,7 @@ fn control_characters_of_names_are_escaped() {
     }
     // JSON keeps the name as it is, in its own spelling.
     let output = run(folder.path(), &["check", "job.yaml", "--format", "json"]);
-    let json: Value = serde_json::from_str(&out(&output)).unwrap();
+    let json: Value = serde_json::from_str(out(&output)).unwrap();
     assert_eq!(json["jobs"][0]["name"], "a\u{1b}[31m\u{7}\u{fffe}\u{202e}b");
 
     let robot = fs::read_to_string(repository().join("robots/two-link/robot.yaml")).unwrap();
@@ -218,7 +203,7 @@ fn control_characters_of_names_are_escaped() {
     let urdf = "two-link.urdf";
     fs::copy(repository().join("robots/two-link").join(urdf), folder.path().join(urdf)).unwrap();
     let map = "map robot.yaml --joint joint_2 --from-deg 0 --to-deg 9 --steps 3 --format svg";
-    let svg = out(&run(folder.path(), &map.split(' ').collect::<Vec<_>>()));
+    let svg = out(&run(folder.path(), &map.split(' ').collect::<Vec<_>>())).to_owned();
     assert!(svg.contains(r"a\u{1b}[31m\u{7}\u{fffe}\u{202e}b"), "{svg}");
 }
 
@@ -264,10 +249,10 @@ fn peaks_that_may_be_no_modes_are_told() {
     let sweep = "--from-deg 30 --to-deg 150 --steps 3 --method nonlinear --format json";
     let doubts = |degrees: &str| {
         let output = mapped(&format!("{sweep} --amplitude-deg {degrees}"));
-        let json: Value = serde_json::from_str(&out(&output)).unwrap();
+        let json: Value = serde_json::from_str(out(&output)).unwrap();
         let rows = json["rows"].as_array().unwrap().iter();
         let doubts: Vec<Value> = rows.map(|row| row["nonlinear"]["doubtful"].clone()).collect();
-        (doubts, err(&output))
+        (doubts, err(&output).to_owned())
     };
     let far = serde_json::json!([{"mode": 2, "reason": "far_from_linear"}]);
     let none = serde_json::json!([]);

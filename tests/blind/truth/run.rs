@@ -3,8 +3,8 @@
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Condvar, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -33,11 +33,42 @@ fn program() -> PathBuf {
         .map_or_else(|| PathBuf::from(env!("CARGO_BIN_EXE_detune")), PathBuf::from)
 }
 
-/// Runs the program in a folder; its standard output, or what went wrong.
+/// One processor among those of the machine, for as long as this lives: tests run side by side, and each would
+/// fill all of them.
+struct Processor;
+
+static BUSY: (Mutex<usize>, Condvar) = (Mutex::new(0), Condvar::new());
+
+fn processors() -> usize {
+    thread::available_parallelism().map_or(2, usize::from)
+}
+
+impl Processor {
+    fn wait() -> Self {
+        let mut busy = BUSY.0.lock().unwrap();
+        while *busy >= processors() {
+            busy = BUSY.1.wait(busy).unwrap();
+        }
+        *busy += 1;
+        Self
+    }
+}
+
+impl Drop for Processor {
+    fn drop(&mut self) {
+        *BUSY.0.lock().unwrap() -= 1;
+        BUSY.1.notify_one();
+    }
+}
+
+/// Runs the program on one processor, in a folder; its standard output, or what went wrong. What it says does
+/// not depend on the number of its threads.
 pub(crate) fn detune(folder: &Path, arguments: &[&str], answer: &str) -> Result<String, String> {
     let (out, err) = (folder.join(answer), folder.join("stderr.txt"));
+    let _processor = Processor::wait();
     let mut child = Command::new(program())
         .args(arguments)
+        .env("RAYON_NUM_THREADS", "1")
         .current_dir(folder)
         .stdout(File::create(&out).unwrap())
         .stderr(File::create(&err).unwrap())
@@ -125,9 +156,8 @@ fn split_by_suggestion(
 pub(crate) fn judge_all(cases: &[Case], settings: &Settings) -> Confusion {
     let next = AtomicUsize::new(0);
     let scores: Mutex<Vec<(usize, Result<Score, String>)>> = Mutex::new(Vec::new());
-    let workers = thread::available_parallelism().map_or(2, usize::from);
     thread::scope(|scope| {
-        for _ in 0..workers {
+        for _ in 0..processors() {
             scope.spawn(|| {
                 loop {
                     let i = next.fetch_add(1, Ordering::Relaxed);
