@@ -17,7 +17,8 @@ const MIN_PITCH_WEIGHT: f64 = 0.05;
 #[serde(rename_all = "snake_case")]
 #[schemars(
     inline,
-    description = "`tooth_passing`: multiples of teeth times spindle frequency. `spindle`: multiples of the spindle\nfrequency."
+    description = "`tooth_passing`: multiples of teeth times spindle frequency. \
+                   `spindle`: multiples of the spindle\nfrequency."
 )]
 pub enum Source {
     /// Teeth entering the work: multiples of z·n/60.

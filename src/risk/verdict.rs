@@ -24,7 +24,8 @@ pub enum Verdict {
 #[serde(rename_all = "snake_case")]
 #[schemars(
     inline,
-    description = "`certain`: inside the band f (1 ± separation). `uncertain`: outside that band, inside the one widened by\nthe model's uncertainty."
+    description = "`certain`: inside the band f (1 ± separation). `uncertain`: outside that band, \
+                   inside the one widened by\nthe model's uncertainty."
 )]
 pub enum Certainty {
     /// Outside the band, inside the one widened by the model's uncertainty.
