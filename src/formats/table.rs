@@ -1,7 +1,7 @@
 //! Tables as text: comma-separated, a header, `#` for comment lines, and the true line of every
 //! row.
 //!
-//! The csv crate counts comment and blank lines to the row after them, so rows are told apart here,
+//! The csv crate counts comment and blank lines to the row after them, so rows are separated here,
 //! and the crate takes the cells apart where a row has quotes. A quoted cell may not run over
 //! lines.
 

@@ -37,7 +37,7 @@ pub(crate) fn read_bytes(path: &Path, largest_bytes: u64) -> Result<Vec<u8>, Not
         return Err(too_large());
     }
     let mut bytes = Vec::new();
-    // A pipe or a device tells no length, so the reading itself is bounded, too.
+    // A pipe or a device has no length, so the reading itself is bounded, too.
     File::open(path)
         .and_then(|file| file.take(largest_bytes + 1).read_to_end(&mut bytes))
         .map_err(unreadable)?;

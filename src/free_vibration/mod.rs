@@ -31,10 +31,10 @@ const PERIODS_OF_THE_LOWEST: f64 = 64.0;
 /// Least distance of two modes in an automatic record, in bins: both main lobes and room to spare.
 const BINS_BETWEEN_MODES: f64 = 10.0;
 
-/// Most samples of an automatic record; modes closer than the record can part stay unresolved.
+/// Samples of an automatic record; modes closer than the record can part stay unresolved.
 const MAX_AUTOMATIC_SAMPLES: f64 = 262_144.0;
 
-/// Most samples of any record.
+/// Samples of any record.
 const MAX_SAMPLES: f64 = 16_777_216.0;
 
 /// A peak lower than this share of the highest, in strain energy, is no mode: all modes start with
@@ -348,19 +348,19 @@ impl Record {
         let (Some(&lowest), Some(&highest)) = (linear_hz.first(), linear_hz.last()) else {
             return Err(setting("the robot has no elastic coordinate, so nothing vibrates"));
         };
-        let least_rate = SAMPLES_PER_SHORTEST_PERIOD * highest;
+        let min_rate = SAMPLES_PER_SHORTEST_PERIOD * highest;
         match sampling {
             Sampling::Automatic => {
                 let gap = linear_hz.windows(2).fold(f64::INFINITY, |gap, w| gap.min(w[1] - w[0]));
                 let duration_s = (PERIODS_OF_THE_LOWEST / lowest).max(BINS_BETWEEN_MODES / gap);
-                let most = (PERIODS_OF_THE_LOWEST / lowest * least_rate).max(MAX_AUTOMATIC_SAMPLES);
-                let count = samples((duration_s * least_rate).min(most))?;
-                Ok(Self { sample_rate_hz: least_rate, count, highest_seen_hz: 0.5 * least_rate })
+                let max = (PERIODS_OF_THE_LOWEST / lowest * min_rate).max(MAX_AUTOMATIC_SAMPLES);
+                let count = samples((duration_s * min_rate).min(max))?;
+                Ok(Self { sample_rate_hz: min_rate, count, highest_seen_hz: 0.5 * min_rate })
             }
             Sampling::Fixed { sample_rate_hz, duration_s } => {
                 positive("sample rate", "Hz", sample_rate_hz)?;
                 positive("duration", "s", duration_s)?;
-                let multiple = (least_rate / sample_rate_hz).ceil().max(1.0);
+                let multiple = (min_rate / sample_rate_hz).ceil().max(1.0);
                 let count = samples(sample_rate_hz * multiple * duration_s)?;
                 let highest_seen_hz = 0.5 * sample_rate_hz;
                 Ok(Self { sample_rate_hz: sample_rate_hz * multiple, count, highest_seen_hz })

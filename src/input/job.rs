@@ -2,7 +2,6 @@
 
 mod operations;
 
-use crate::notes::{Code, Note, Notes, Place};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -15,6 +14,7 @@ use crate::formats::text::read_text;
 use crate::formats::yaml::{Node, Step, document};
 use crate::job::{Job, Levers, Operation, Policy, Spindle, Tool};
 use crate::model::Robot;
+use crate::notes::{Code, Note, Notes, Place};
 use crate::units::{m_from_mm, m_per_n_from_um_per_n, rad_from_deg, ratio_from_percent};
 
 const DEFAULT_TOOTH_PASSING_HARMONICS: u32 = 2;
@@ -121,7 +121,8 @@ impl Reader<'_> {
         self.notes.error(code, line, what);
     }
 
-    /// Everything but the robot. `None` where a required part is missing, which was told before.
+    /// Everything but the robot. `None` where a required part is missing, which was reported
+    /// before.
     fn parts(&mut self) -> Option<(Tool, Spindle, Vec<Operation>, Policy, Levers)> {
         let raw_tool = self.raw.tool.as_ref();
         let tool = raw_tool.and_then(|raw| self.tool(raw, "tool", &[Step::Key("tool")]));

@@ -1,12 +1,12 @@
 //! A load test: known moments and the angles by which they turn a joint.
 
-use crate::notes::{Code, Note, Notes, Place};
 use std::path::Path;
 
 use super::Reading;
 use super::files::MAX_TABLE_BYTES;
 use crate::formats::table::Table;
 use crate::formats::text::read_text;
+use crate::notes::{Code, Note, Notes, Place};
 use crate::units::{rad_from_deg, rad_from_mrad};
 
 /// One loading.

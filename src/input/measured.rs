@@ -1,6 +1,5 @@
 //! measured.csv → a table of modes.
 
-use crate::notes::{Code, Note, Notes, Part, Place};
 use std::path::Path;
 
 use super::Reading;
@@ -10,13 +9,14 @@ use crate::formats::text::read_text;
 use crate::identify::pose::{JointColumn, Pose};
 use crate::identify::{ModeRow, ModeTable};
 use crate::model::{AngleForm, JointKind, MovingJoint, Robot};
+use crate::notes::{Code, Note, Notes, Part, Place};
 use crate::units::{m_from_mm, rad_from_deg};
 use crate::wording::nearest;
 
 /// More columns of frequencies than this are no table of modes.
 const MAX_MODES: usize = 64;
 
-/// More rows than this are no table of poses that somebody hit with a hammer.
+/// More rows than this are not from a hammer.
 const MAX_ROWS: usize = 10_000;
 
 /// Nothing on a robot rings higher, Hz.
@@ -27,7 +27,7 @@ type ToSi = fn(f64) -> f64;
 /// Reads a table of identified modes: the pose as `beta2_rad` (with `beta1_rad`, if known) or one
 /// column `<joint>_rad` or `_deg` per moving joint (`_m` or `_mm` where it slides), `f1_hz`,
 /// `f2_hz` … ascending with blanks where a mode was not measured, and the covariates. `reading` is
-/// told of columns passed over.
+/// warned of columns that are not used.
 ///
 /// # Errors
 /// Every fault of the table, each with its line.
@@ -295,7 +295,7 @@ impl PoseColumns {
     }
 }
 
-/// Where a joint stands that a table does not tell of: at zero, or as near to it as it can, rad or
+/// Where a joint stands that a table does not mention: at zero, or as near to it as it can, rad or
 /// m.
 fn at_rest(joint: &MovingJoint) -> f64 {
     joint.limit.map_or(0.0, |[low, high]| 0.0_f64.max(low).min(high))

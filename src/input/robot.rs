@@ -138,12 +138,12 @@ impl Files<'_> {
             return;
         }
         let (in_urdf, line) = self.locate(fault);
-        let what = self.told(fault);
+        let what = self.message(fault);
         let notes = if in_urdf { &mut self.xml } else { &mut self.yaml };
         notes.push(notes.make(fault.severity, fault.code, line, what));
     }
 
-    fn told(&self, fault: &Note) -> String {
+    fn message(&self, fault: &Note) -> String {
         let name = match fault.place.part {
             Some(Part::Extra(index)) => self
                 .tree
@@ -192,7 +192,7 @@ impl Files<'_> {
     }
 }
 
-/// The description that raw YAML and URDF make together. What a fault was told about is replaced by
+/// The description that raw YAML and URDF make together. What an error is about is replaced by
 /// a harmless stand-in, so that the model can still be asked for further faults.
 fn describe(raw: &raw::Robot, tree: &Node, urdf: Option<&Urdf>, notes: &mut Notes) -> Description {
     let none = raw::Elasticity::default();
@@ -247,7 +247,7 @@ fn corrections(raw: &raw::Robot, tree: &Node, notes: &mut Notes) -> Vec<Correcti
             notes.error(
                 Code::Reference,
                 line,
-                format!("{owner}: cause is '{name}', which is none{hint}"),
+                format!("{owner}: cause is '{name}', which is not known{hint}"),
             );
             continue;
         };

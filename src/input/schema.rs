@@ -50,7 +50,7 @@ fn published(schema: Value) -> Value {
     RecursiveTransform(|schema: &mut Schema| {
         if let Some(object) = schema.as_object_mut() {
             object.retain(|keyword, _| !keyword.starts_with("x-"));
-            // Where lines of the source end is nobody's business.
+            // Line ends of the source have no meaning.
             if let Some(Value::String(description)) = object.get_mut("description") {
                 *description = description.replace('\n', " ");
             }

@@ -1,19 +1,20 @@
 //! session.yaml and the files of raw data that it names.
 
-use crate::notes::{Code, Note, Notes, Place};
+mod data;
+
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use self::data::Source;
 use super::files::{MAX_ROBOT_BYTES, named_file};
 use super::raw::session as raw;
-use super::records::{Meaning, RawChannel, RawFile, RawFunction, meaning_of_unit, read_record};
+use super::records::{RawFile, meaning_of_unit, read_record};
 use super::{Reading, schema};
 use crate::formats::text::read_text;
 use crate::formats::yaml::{Node, Step, document};
 use crate::identify::pose::{JointColumn, Pose};
-use crate::identify::record::{
-    Channel, Conditions, Data, Frf, MarkedLink, Marker, Measurement, Quantity, Record, Session,
-};
+use crate::identify::record::{Conditions, Data, MarkedLink, Marker, Measurement, Record, Session};
+use crate::notes::{Code, Note, Notes, Place};
 use crate::units::m_from_mm;
 use crate::wording::nearest;
 
@@ -24,12 +25,6 @@ const MIN_MARKERS: usize = 2;
 
 /// No picture of an arm is larger, mm.
 const MAX_MARKER_MM: f64 = 1e6;
-
-/// Sampling rates that an arm can be recorded at, Hz.
-const RATES_HZ: [f64; 2] = [0.1, 1e7];
-
-/// A rate in the session and one in the file agree within this share.
-const SAME_RATE: f64 = 0.01;
 
 /// Reads a session.yaml and all files that it names.
 ///
@@ -98,7 +93,7 @@ impl Reader<'_> {
         let mut records = Vec::new();
         let mut used = Vec::new();
         for (index, record) in raw.records.iter().flatten().enumerate() {
-            records.extend(self.taken(index, record, &links, &mut used));
+            records.extend(self.measurement(index, record, &links, &mut used));
         }
         if self.notes.errors() == 0 && self.file_errors.is_empty() {
             self.check_use(&used);
@@ -211,7 +206,7 @@ impl Reader<'_> {
         links
     }
 
-    fn taken(
+    fn measurement(
         &mut self,
         index: usize,
         record: &raw::Record,
@@ -238,7 +233,7 @@ impl Reader<'_> {
                 *channel = file.full_name(channel).to_owned();
             }
         }
-        let data = self.data(index, record, &name, &file)?;
+        let data = self.data(&Source { index, record, name: &name, file: &file })?;
         let responses: Vec<String> = match &data {
             Data::Time { responses, .. } => responses.iter().map(|c| c.name.clone()).collect(),
             Data::Responses(functions) => functions.iter().map(|f| f.name.clone()).collect(),
@@ -287,7 +282,7 @@ impl Reader<'_> {
         if (pose.beta2_rad.is_none() && is_spelt("beta2_rad"))
             || (pose.joints_deg.is_none() && is_spelt("joints_deg"))
         {
-            // Its value is at fault, which was told.
+            // Its value is invalid, which was reported.
             return None;
         }
         let (found, other) = match (pose.beta2_rad, &pose.joints_deg) {
@@ -358,290 +353,6 @@ impl Reader<'_> {
         file
     }
 
-    fn data(
-        &mut self,
-        index: usize,
-        record: &raw::Record,
-        name: &str,
-        file: &RawFile,
-    ) -> Option<Data> {
-        if file.channels.is_empty() {
-            return self.functions(index, record, name, file);
-        }
-        let at = |key| [Step::Key("records"), Step::Index(index), Step::Key(key)];
-        let sample_rate_hz = self.rate(index, record, name, file);
-        let excitation = match &record.excitation {
-            None => None,
-            Some(wanted) => match find(&file.channels, wanted) {
-                Some(channel) => Some(channel),
-                None => {
-                    let what = unknown("excitation", wanted, name, &file.channels);
-                    self.error(Code::Reference, &at("excitation"), what);
-                    return None;
-                }
-            },
-        };
-        let mut responses: Vec<&RawChannel> = Vec::new();
-        match &record.responses {
-            None => responses.extend(file.channels.iter().filter(|c| excitation != Some(*c))),
-            Some(wanted) => {
-                for (place, wanted) in wanted.iter().enumerate() {
-                    let steps = [
-                        at("responses")[0],
-                        at("responses")[1],
-                        at("responses")[2],
-                        Step::Index(place),
-                    ];
-                    match find(&file.channels, wanted) {
-                        Some(channel) if Some(channel) == excitation => {
-                            let what = format!("response '{wanted}' is the excitation, too");
-                            self.error(Code::Conflict, &steps, what);
-                        }
-                        Some(channel) if responses.contains(&channel) => {
-                            self.error(
-                                Code::Conflict,
-                                &steps,
-                                format!("response '{wanted}' is named twice"),
-                            );
-                        }
-                        Some(channel) => responses.push(channel),
-                        None => self.error(
-                            Code::Reference,
-                            &steps,
-                            unknown("response", wanted, name, &file.channels),
-                        ),
-                    }
-                }
-            }
-        }
-        if responses.is_empty() {
-            if record.responses.is_none() {
-                self.error(
-                    Code::TooLittleData,
-                    &at("file"),
-                    format!("file '{name}' has no channel beside the excitation"),
-                );
-            }
-            return None;
-        }
-        let sample_rate_hz = sample_rate_hz?;
-        self.check_band(name, sample_rate_hz);
-        let excitation = excitation.map(|channel| self.channel(channel));
-        let responses: Vec<Channel> =
-            responses.iter().map(|channel| self.channel(channel)).collect();
-        self.check_forces(index, name, excitation.as_ref(), &responses);
-        Some(Data::Time { sample_rate_hz, excitation, responses })
-    }
-
-    /// A band must have lines in every record.
-    fn check_band(&mut self, name: &str, sample_rate_hz: f64) {
-        let nyquist = 0.5 * sample_rate_hz;
-        if let Some([low, high]) = self.raw.band_hz.filter(|band| band[0] >= nyquist) {
-            let what = format!(
-                "band_hz is [{low}, {high}], must begin below half the sampling rate of file \
-                    '{name}', {nyquist} Hz"
-            );
-            self.error(Code::Value, &[Step::Key("band_hz")], what);
-        }
-    }
-
-    /// Warns of a force among the responses, and of an excitation that is none.
-    fn check_forces(
-        &mut self,
-        index: usize,
-        name: &str,
-        excitation: Option<&Channel>,
-        responses: &[Channel],
-    ) {
-        let mut told = Vec::new();
-        for force in responses.iter().filter(|channel| channel.quantity == Quantity::Force) {
-            told.push(format!(
-                "file '{name}': channel '{}' is a force and is taken for a response: give it as \
-                    excitation, or leave it out by responses",
-                force.name
-            ));
-        }
-        let is_other =
-            |channel: &&Channel| !matches!(channel.quantity, Quantity::Force | Quantity::Unknown);
-        if let Some(channel) = excitation.filter(is_other) {
-            told.push(format!(
-                "file '{name}': the excitation '{}' is in {}, not a force: modal constants are \
-                    none of a receptance",
-                channel.name,
-                channel.quantity.unit()
-            ));
-        }
-        let steps = [Step::Key("records"), Step::Index(index), Step::Key("file")];
-        let line = self.tree.line_at(&steps);
-        for what in told {
-            self.notes.warning(Code::Remark, line, what);
-        }
-    }
-
-    fn rate(
-        &mut self,
-        index: usize,
-        record: &raw::Record,
-        name: &str,
-        file: &RawFile,
-    ) -> Option<f64> {
-        let (given, steps): (Option<f64>, Vec<Step<'_>>) = match record.sample_rate_hz {
-            Some(rate) => (
-                Some(rate),
-                vec![Step::Key("records"), Step::Index(index), Step::Key("sample_rate_hz")],
-            ),
-            None => (self.raw.sample_rate_hz, vec![Step::Key("sample_rate_hz")]),
-        };
-        let rate = match (file.sample_rate_hz, given) {
-            (Some(own), Some(given)) if (own / given - 1.0).abs() > SAME_RATE => {
-                let what = format!(
-                    "sample_rate_hz is {given}, but file '{name}' itself says {own:.4}; must \
-                        agree, or be left out"
-                );
-                self.error(Code::Conflict, &steps, what);
-                None
-            }
-            // Times are printed with few digits: a rate that agrees is the better one.
-            (Some(own), given) => Some(given.unwrap_or(own)),
-            (None, Some(given)) => Some(given),
-            (None, None) => {
-                let steps = [Step::Key("records"), Step::Index(index), Step::Key("file")];
-                let what =
-                    format!("file '{name}' does not tell its sampling rate: give sample_rate_hz");
-                self.error(Code::MissingKey, &steps, what);
-                None
-            }
-        }?;
-        let [least, most] = RATES_HZ;
-        if (least..=most).contains(&rate) {
-            return Some(rate);
-        }
-        let what = match given {
-            Some(_) => format!("sample_rate_hz is {rate}, must lie between {least} and {most}"),
-            None => format!(
-                "file '{name}' has {rate:e} samples/s by itself, must have between {least} and \
-                    {most}"
-            ),
-        };
-        self.error(Code::Value, &steps, what);
-        None
-    }
-
-    /// A channel in SI: the session's unit counts before the file's.
-    fn channel(&self, channel: &RawChannel) -> Channel {
-        let (meaning, scale) = self.meaning(&channel.name, &channel.alias, channel.meaning);
-        let (quantity, to_si): (Quantity, fn(f64) -> f64) = match meaning {
-            Some(meaning) => (meaning.quantity, meaning.to_si),
-            None => (Quantity::Unknown, std::convert::identity),
-        };
-        Channel {
-            name: channel.name.clone(),
-            quantity,
-            samples: channel.samples.iter().map(|v| to_si(v * scale)).collect(),
-        }
-    }
-
-    fn meaning(&self, name: &str, alias: &str, own: Option<Meaning>) -> (Option<Meaning>, f64) {
-        let given = self
-            .raw
-            .channels
-            .as_ref()
-            .and_then(|given| given.get(name).or_else(|| given.get(alias)));
-        let unit = given.and_then(|given| given.unit.as_deref()).and_then(meaning_of_unit);
-        (unit.or(own), given.and_then(|given| given.scale).unwrap_or(1.0))
-    }
-
-    fn functions(
-        &mut self,
-        index: usize,
-        record: &raw::Record,
-        name: &str,
-        file: &RawFile,
-    ) -> Option<Data> {
-        let at = |key| [Step::Key("records"), Step::Index(index), Step::Key(key)];
-        let mut references: Vec<&str> =
-            file.functions.iter().map(|f| f.reference.as_str()).collect();
-        references.sort_unstable();
-        references.dedup();
-        let reference = match (&record.excitation, references.as_slice()) {
-            (Some(wanted), _) if references.contains(&wanted.as_str()) => wanted.as_str(),
-            (Some(wanted), _) => {
-                let what = format!(
-                    "excitation is '{wanted}', must be a reference of file '{name}': {}",
-                    references.join(", ")
-                );
-                self.error(Code::Reference, &at("excitation"), what);
-                return None;
-            }
-            (None, [only]) => only,
-            (None, _) => {
-                let what = format!(
-                    "file '{name}' has responses to several references: give excitation, one of {}",
-                    references.join(", ")
-                );
-                self.error(Code::MissingKey, &at("file"), what);
-                return None;
-            }
-        };
-        let of_reference: Vec<&RawFunction> =
-            file.functions.iter().filter(|f| f.reference == reference).collect();
-        let mut chosen: Vec<&RawFunction> = Vec::new();
-        match &record.responses {
-            None => chosen = of_reference,
-            Some(wanted) => {
-                for (place, wanted) in wanted.iter().enumerate() {
-                    let matching =
-                        of_reference.iter().find(|f| f.name == *wanted || f.alias == *wanted);
-                    match matching {
-                        Some(function) => chosen.push(function),
-                        None => {
-                            let known: Vec<&str> =
-                                of_reference.iter().map(|f| f.name.as_str()).collect();
-                            let what = format!(
-                                "response '{wanted}' is not in file '{name}'; it has {}",
-                                known.join(", ")
-                            );
-                            let steps = [
-                                at("responses")[0],
-                                at("responses")[1],
-                                at("responses")[2],
-                                Step::Index(place),
-                            ];
-                            self.error(Code::Reference, &steps, what);
-                        }
-                    }
-                }
-            }
-        }
-        for (i, function) in chosen.iter().enumerate() {
-            if chosen[..i].iter().any(|other| other.name == function.name) {
-                let what = format!(
-                    "file '{name}' has response {} to {reference} twice (again at line {})",
-                    function.name, function.line
-                );
-                self.error(Code::Conflict, &at("file"), what);
-            }
-        }
-        let functions: Vec<Frf> = chosen
-            .iter()
-            .map(|function| {
-                let (meaning, scale) =
-                    self.meaning(&function.name, &function.alias, function.meaning);
-                let (quantity, factor) = match meaning {
-                    Some(meaning) => (meaning.quantity, (meaning.to_si)(scale)),
-                    None => (Quantity::Unknown, scale),
-                };
-                Frf {
-                    name: function.name.clone(),
-                    quantity,
-                    frequencies_hz: function.frequencies_hz.clone(),
-                    values: function.values.iter().map(|v| v * factor).collect(),
-                }
-            })
-            .collect();
-        (!functions.is_empty()).then_some(Data::Responses(functions))
-    }
-
     /// Settings that no record uses, and marked points that no record has.
     fn check_use(&mut self, used: &[String]) {
         let raw = self.raw;
@@ -670,20 +381,4 @@ impl Reader<'_> {
             }
         }
     }
-}
-
-fn find<'c>(channels: &'c [RawChannel], wanted: &str) -> Option<&'c RawChannel> {
-    channels
-        .iter()
-        .find(|channel| channel.name == wanted)
-        .or_else(|| channels.iter().find(|channel| channel.alias == wanted))
-}
-
-fn unknown(role: &str, wanted: &str, file: &str, channels: &[RawChannel]) -> String {
-    let names = || channels.iter().map(|channel| channel.name.as_str());
-    let hint = match nearest(wanted, names()) {
-        Some(near) => format!("did you mean '{near}'?"),
-        None => format!("it has {}", names().collect::<Vec<_>>().join(", ")),
-    };
-    format!("{role} '{wanted}' is not in file '{file}'; {hint}")
 }

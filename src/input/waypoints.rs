@@ -24,10 +24,10 @@ pub(super) struct Course<'c> {
     pub(super) called: &'c str,
     /// The job file.
     pub(super) job: &'c Path,
-    /// `None` where the robot has faults: then only what needs no robot is told.
+    /// `None` where the robot has faults: then only what needs no robot is checked.
     pub(super) robot: Option<&'c Robot>,
     pub(super) feed_m_per_s: f64,
-    /// `None` where it is missing or wrong, which was told.
+    /// `None` where it is missing or wrong, which was reported.
     pub(super) speed: Option<&'c SpindleSpeed>,
     /// In the tip frame; `None` where the job gives none.
     pub(super) tcp: Option<Isometry3<f64>>,
@@ -154,7 +154,7 @@ fn pose_moves(course: &Course<'_>, poses: &Node, notes: &mut Notes) -> Option<Ve
     let work_object = course.work_object.unwrap_or_default();
     let mut moves = Vec::with_capacity(poses.items().len());
     for pose in poses.items() {
-        // What a pose lacks or has wrong was told when the file was checked against its schema.
+        // What a pose lacks or has wrong was reported when the file was checked against its schema.
         let Some(xyz) = pose.get("xyz_mm").and_then(triple) else { continue };
         let rpy = match pose.get("rpy_deg") {
             Some(rpy) if !rpy.is_null() => rpy,
@@ -211,7 +211,7 @@ fn program_moves(
     let extension = file.extension().unwrap_or_default().to_string_lossy();
     let Some(dialect) = Dialect::from_extension(&extension) else {
         let what = format!(
-            "path.program.file '{name}': extension '{extension}' is none of RAPID (.mod, .prg), \
+            "path.program.file '{name}': extension '{extension}' is not one of RAPID (.mod, .prg), \
                 APT (.apt, .cls) and G-code (.nc, .gcode, .ngc)"
         );
         notes.error(Code::Unreadable, line, format!("{}: {what}", course.called));

@@ -230,7 +230,7 @@ records:
         assert!(told.contains(expected), "{expected}\nin\n{told}");
     }
     let told = faults("records:\n  - {file: ok.csv, pose: {beta2_rad: 1}}\n", folder.path());
-    assert!(told.contains("does not tell its sampling rate"), "{told}");
+    assert!(told.contains("states no sampling rate"), "{told}");
 }
 
 /// Bytes of any kind in place of a record: a fault or a result, never a fault of the program itself.

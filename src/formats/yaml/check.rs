@@ -1,7 +1,6 @@
 //! A tree against a JSON Schema: the part of JSON Schema that the raw types make, with messages for
 //! people. Values with faults are marked, so that reading goes on without them.
 
-use crate::notes::{Code, Notes};
 use std::collections::HashSet;
 use std::sync::Arc;
 
@@ -9,6 +8,7 @@ use serde_json::{Map, Value};
 
 use super::node::{Entry, Kind, Node};
 use super::number::number_of;
+use crate::notes::{Code, Notes};
 use crate::wording::{LONGEST_WORD, nearest};
 
 /// Every keyword that is understood or that only describes. A test holds the schemas to it.
@@ -69,10 +69,10 @@ impl<'t> Trail<'t> {
     }
 
     /// What the value belongs to, and its key path from there.
-    fn told(&self) -> (Option<&str>, String) {
+    fn owner_and_path(&self) -> (Option<&str>, String) {
         let (called, mut path) = match (&self.step, self.parent) {
             (TrailStep::Called(name), _) => (Some(name.as_str()), String::new()),
-            (_, Some(parent)) => parent.told(),
+            (_, Some(parent)) => parent.owner_and_path(),
             (_, None) => (None, String::new()),
         };
         match &self.step {
@@ -90,7 +90,7 @@ impl<'t> Trail<'t> {
 
     /// A message about the value itself: "joint 'a': stiffness is 0, must be positive".
     fn about(&self, what: &str) -> String {
-        match self.told() {
+        match self.owner_and_path() {
             (Some(called), path) if path.is_empty() => format!("{called} {what}"),
             (Some(called), path) => format!("{called}: {path} {what}"),
             (None, path) if path.is_empty() => format!("the file {what}"),
@@ -100,7 +100,7 @@ impl<'t> Trail<'t> {
 
     /// A message about what is inside: "operation 'a': cutting: unknown key 'b'".
     fn within(&self, what: &str) -> String {
-        match self.told() {
+        match self.owner_and_path() {
             (Some(called), path) if path.is_empty() => format!("{called}: {what}"),
             (Some(called), path) => format!("{called}: {path}: {what}"),
             (None, path) if path.is_empty() => what.to_owned(),

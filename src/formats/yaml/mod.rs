@@ -1,4 +1,4 @@
-//! Reading YAML so that every fault of a file is told, each with its line.
+//! Reading YAML so that every fault of a file is reported with its line.
 //!
 //! serde stops at the first fault and serde_yaml's values do not know their lines. So the text is
 //! read into a tree of our own that knows them ([`tree`]); the tree is checked against the JSON

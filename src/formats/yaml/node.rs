@@ -10,7 +10,7 @@ pub(crate) struct Node {
     /// Counted from 1.
     pub(crate) line: u32,
     pub(crate) kind: Kind,
-    /// A fault was told about it: whoever reads on passes it over.
+    /// An error is about it: reading goes on without it.
     pub(crate) faulty: bool,
     /// Read from the tree itself, not through serde.
     pub(crate) apart: bool,

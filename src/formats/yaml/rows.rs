@@ -10,7 +10,7 @@ use std::sync::Arc;
 use super::node::{Entry, Kind, Node};
 use super::number::number_of;
 
-/// Tables shorter than this are not worth it.
+/// Tables shorter than this do not pay.
 const MIN_ROWS: usize = 32;
 
 /// Rows of one list, on lines that follow each other.
@@ -145,7 +145,7 @@ mod tests {
     use super::super::tree::{parse, parse_whole};
     use super::*;
 
-    /// The tree or the fault, and what was told on the way.
+    /// The tree or the fault, and what was reported on the way.
     fn told(read: impl Fn(&str, &mut Notes) -> Option<Node>) -> impl Fn(&str) -> String {
         move |text| {
             let mut notes = Notes::about(Place::file(Path::new("f")));

@@ -1,6 +1,5 @@
 //! YAML text → a tree in which every value knows its line.
 
-use crate::notes::{Code, Notes, Place};
 use std::iter::Peekable;
 use std::path::Path;
 use std::sync::Arc;
@@ -11,6 +10,7 @@ use saphyr_parser::{Event, Parser, ScalarStyle};
 use super::node::{Entry, Kind, Node};
 use super::number::number_of;
 use super::rows::{Shortened, Table, shortened};
+use crate::notes::{Code, Notes, Place};
 
 /// Files nest six deep at most; deeper ones are not ours, and would exhaust the stack.
 const MAX_DEPTH: usize = 40;

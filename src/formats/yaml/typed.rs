@@ -1,13 +1,13 @@
 //! A checked tree → a raw type, through serde_yaml.
 
-use crate::notes::{Code, Notes};
 use serde::de::{DeserializeOwned, IgnoredAny};
 use serde::{Deserialize, Deserializer};
 use serde_yaml::{Mapping, Number, Value};
 
 use super::node::{Kind, Node, Step};
+use crate::notes::{Code, Notes};
 
-/// Stands in a raw type for a value that is read from the tree itself: it tells only that it is
+/// Stands in a raw type for a value that is read from the tree itself: it says only that it is
 /// there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Apart;
@@ -18,10 +18,10 @@ impl<'de> Deserialize<'de> for Apart {
     }
 }
 
-/// The raw type that the tree spells, without the values that faults were told about.
+/// The raw type that the tree spells, without the values that errors are about.
 pub(crate) fn typed<T: DeserializeOwned>(root: &Node, notes: &mut Notes) -> Option<T> {
     let read = serde_path_to_error::deserialize(value_of(root)?);
-    // The schema was checked before, so this tells only of what a schema cannot say.
+    // The schema was checked before, so this finds only what a schema cannot say.
     read.map_err(|error| {
         let path = error.path().clone();
         let steps: Vec<Step<'_>> = path

@@ -1,6 +1,5 @@
 //! The operations of a job: paths, speeds, feeds and cutting.
 
-use crate::notes::Code;
 use std::collections::BTreeMap;
 
 use nalgebra::Isometry3;
@@ -13,6 +12,7 @@ use crate::formats::yaml::{Node, Step};
 use crate::job::{
     Cutting, CuttingCoefficients, CuttingDirection, Operation, Spindle, SpindleSpeed,
 };
+use crate::notes::Code;
 use crate::units::{
     m_from_mm, m_per_s_from_mm_per_min, n_per_m_from_n_per_mm, n_per_m2_from_n_per_mm2,
 };
@@ -56,7 +56,7 @@ impl Reader<'_> {
             called,
             job: self.path,
             robot: self.robot,
-            // A feed that is missing was told; the waypoints are looked at all the same.
+            // A feed that is missing was reported; the waypoints are looked at all the same.
             feed_m_per_s: feed_m_per_s.unwrap_or(1.0),
             speed: speed.as_ref(),
             tcp: self.raw.tcp.as_ref().map(placed),

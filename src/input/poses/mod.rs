@@ -17,7 +17,7 @@ use crate::formats::table::Table;
 use crate::model::Robot;
 use crate::notes::{Code, Note, Place};
 
-/// Faults of one piece that are told.
+/// Errors of one piece that are reported.
 const MAX_ERRORS: usize = 20;
 
 /// Bytes that a pose of a CSV table is taken to have.
@@ -27,7 +27,7 @@ const BYTES_PER_POSE: usize = 128;
 const ARROW_FILE: &[u8] = b"ARROW1";
 const ARROW_STREAM: &[u8] = &[0xFF; 4];
 
-/// What is read from: the bytes that told the format, then the rest.
+/// What is read from: the bytes that show the format, then the rest.
 type Stream = io::Chain<Cursor<Vec<u8>>, Box<dyn Read>>;
 
 /// A table of poses as it streams in.
@@ -131,7 +131,7 @@ impl PoseDecoder {
                 let place = Place::line(&self.file, first_line + place);
                 Note::error(Code::Value, place, what)
             }
-            _ => told(&self.file, format!("row {}: {what}", place + 1)),
+            _ => error(&self.file, format!("row {}: {what}", place + 1)),
         }
     }
 }
@@ -139,7 +139,7 @@ impl PoseDecoder {
 impl PoseTable {
     /// Opens a table. CSV: a header, then one row a pose; for each moving joint one column `<joint
     /// name>_rad` or `_deg` (a prismatic joint: `_m` or `_mm`; `_rad` is read as m), in any order;
-    /// other columns are passed over, and so are lines that begin with `#`. NumPy's .npy, told by
+    /// other columns are passed over, and so are lines that begin with `#`. NumPy's .npy, known by
     /// its first bytes: an array of float64 or float32, one row a pose, one column per moving joint
     /// from base to tip, rad or m. With the feature `arrow`, Apache Arrow files and streams, too:
     /// columns of float64 or float32 with the titles of the CSV.
@@ -148,7 +148,7 @@ impl PoseTable {
     /// A file that cannot be read; a header that lacks a joint or names one twice; an array of
     /// another shape or type.
     pub fn open(path: &Path, robot: &Robot) -> Result<Self, Vec<Note>> {
-        let unreadable = |error| vec![told(path, format!("cannot be read: {error}"))];
+        let unreadable = |why: io::Error| vec![error(path, format!("cannot be read: {why}"))];
         let file = File::open(path).map_err(unreadable)?;
         let again = file.try_clone().map_err(unreadable)?;
         Self::new(Box::new(file), Some(again), path, robot)
@@ -172,7 +172,7 @@ impl PoseTable {
         path: &Path,
         robot: &Robot,
     ) -> Result<Self, Vec<Note>> {
-        let fault = |what: String| vec![told(path, what)];
+        let fault = |what: String| vec![error(path, what)];
         let mut start = Vec::new();
         reader
             .by_ref()
@@ -209,7 +209,7 @@ impl PoseTable {
         path: &Path,
         robot: &Robot,
     ) -> Result<(Source, Format), Vec<Note>> {
-        let fault = |what: String| vec![told(path, what)];
+        let fault = |what: String| vec![error(path, what)];
         let batches = if start == ARROW_FILE {
             arrow::Batches::file(file)
         } else {
@@ -219,7 +219,7 @@ impl PoseTable {
         let columns = Columns::find(path, None, &batches.titles(), robot)?;
         let faults = batches.faults(&columns);
         if !faults.is_empty() {
-            return Err(faults.into_iter().map(|what| told(path, what)).collect());
+            return Err(faults.into_iter().map(|what| error(path, what)).collect());
         }
         Ok((Source::Arrow(Box::new(batches)), Format::Arrow(columns)))
     }
@@ -234,7 +234,7 @@ impl PoseTable {
     ) -> Result<(Source, Format), Vec<Note>> {
         let what = "is Apache Arrow, which this detune was built without; build it with \
                     --features arrow, or use CSV or .npy";
-        Err(vec![told(path, what.into())])
+        Err(vec![error(path, what.into())])
     }
 
     /// How many poses there are, where the table says so.
@@ -263,13 +263,13 @@ impl PoseTable {
             }
             Source::Npy(rows) => {
                 let taken = rows.take(poses, &mut raw.bytes);
-                raw.rows = taken.map_err(|what| told(&self.decoder.file, what))?;
+                raw.rows = taken.map_err(|what| error(&self.decoder.file, what))?;
                 Ok(raw.rows > 0)
             }
             #[cfg(feature = "arrow")]
             Source::Arrow(batches) => {
                 let taken = batches.take(poses);
-                raw.batch = taken.map_err(|what| told(&self.decoder.file, what))?;
+                raw.batch = taken.map_err(|what| error(&self.decoder.file, what))?;
                 Ok(raw.batch.is_some())
             }
         }
@@ -282,7 +282,7 @@ impl fmt::Debug for PoseTable {
     }
 }
 
-fn told(file: &Path, what: String) -> Note {
+fn error(file: &Path, what: String) -> Note {
     Note::error(Code::Value, Place::file(file), what)
 }
 

@@ -35,9 +35,9 @@ pub(in crate::input) struct Job {
     pub(in crate::input) operations: Option<Vec<Operation>>,
     /// When an excitation line near a natural frequency counts.
     pub(in crate::input) policy: Option<Policy>,
-    /// Other cutters that are on hand: detune advise tells what they would change.
+    /// Other cutters that are on hand: detune advise says what they would change.
     pub(in crate::input) tools_on_hand: Option<Vec<Tool>>,
-    /// How far the work object may be moved in the base frame: detune advise tells what that would
+    /// How far the work object may be moved in the base frame: detune advise says what that would
     /// change.
     pub(in crate::input) work_object_shift: Option<Shift>,
 }
@@ -123,7 +123,7 @@ pub(in crate::input) struct Operation {
     /// Joint positions near which the first target of a path of poses is sought, one for each
     /// moving joint from base to tip: degrees, millimetres for a prismatic joint. Zero if absent.
     pub(in crate::input) start_near_deg: Option<Vec<f64>>,
-    /// How far the tool may be turned about its own axis, degrees, from and to: detune advise tells
+    /// How far the tool may be turned about its own axis, degrees, from and to: detune advise says
     /// what that would change.
     #[schemars(extend("examples" = [[-90, 90]]))]
     pub(in crate::input) free_axis_deg: Option<[f64; 2]>,

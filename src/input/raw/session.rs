@@ -13,7 +13,7 @@ pub(in crate::input) struct Session {
     /// Free text.
     #[expect(dead_code, reason = "for people")]
     pub(in crate::input) note: Option<String>,
-    /// Sampling rate, Hz, where the files themselves do not tell.
+    /// Sampling rate, Hz, where the files state none.
     #[schemars(extend("exclusiveMinimum" = 0, "examples" = [140]))]
     pub(in crate::input) sample_rate_hz: Option<f64>,
     /// Lowest and highest frequency to look at, Hz; chosen from each record if absent.
@@ -26,7 +26,7 @@ pub(in crate::input) struct Session {
     /// … if absent.
     #[schemars(extend("minItems" = 1, "examples" = [["joint_1", "joint_2"]]))]
     pub(in crate::input) joint_names: Option<Vec<String>>,
-    /// By channel name: its unit and scale, where the files do not tell.
+    /// By channel name: its unit and scale, where the files do not state them.
     pub(in crate::input) channels: Option<BTreeMap<String, Channel>>,
     /// By link name: points of it that are marked in the picture, two or more; for records without
     /// their own.
@@ -89,7 +89,7 @@ pub(in crate::input) struct Record {
     pub(in crate::input) driving_point: Option<String>,
     /// Marked points as in the session, where they are in this record's picture.
     pub(in crate::input) markers: Option<BTreeMap<String, Vec<Marker>>>,
-    /// Sampling rate of this record, Hz, where its file does not tell.
+    /// Sampling rate of this record, Hz, where its file states none.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(in crate::input) sample_rate_hz: Option<f64>,
     /// Spindle speed during the record, rev/min: its harmonics are flagged.

@@ -3,12 +3,12 @@
 //! others are channels. A header that was written as a comment, as numpy does, is taken for the
 //! header.
 
-use crate::notes::{Code, Note, Notes, Place};
 use std::path::Path;
 
 use super::{MAX_RECORD_BYTES, RawChannel, RawFile, meaning_of_name};
 use crate::formats::table::Table;
 use crate::formats::text::read_text;
+use crate::notes::{Code, Note, Notes, Place};
 use crate::units::{s_from_ms, s_from_us};
 
 /// How far a sample may lie from its place in even steps, as a share of a step: times are printed
@@ -116,7 +116,7 @@ pub(super) fn read(path: &Path) -> Result<RawFile, Vec<Note>> {
         notes.error(Code::MissingKey, None, what);
         return Err(notes.finish().0);
     }
-    // What two columns are called tells neither.
+    // A name that two columns share means neither.
     let shared: Vec<bool> = channels
         .iter()
         .map(|channel| channels.iter().filter(|other| other.alias == channel.alias).count() > 1)
@@ -225,7 +225,7 @@ fn jump(times: &[f64], lines: &[usize], title: &str) -> Option<(usize, String)> 
     })
 }
 
-/// A rate that the times tell within `share` is the whole number that it may be.
+/// A rate that the times give within `share` is the whole number that it may be.
 fn whole(rate_hz: f64, share: f64) -> f64 {
     /// What arithmetic alone leaves, and the most that is rounded away.
     const LEAST: f64 = 1e-12;

@@ -5,11 +5,11 @@ mod quantity;
 mod uff;
 mod wav;
 
-use crate::notes::{Code, Note, Place};
 use std::path::Path;
 
 use nalgebra::Complex;
 
+use crate::notes::{Code, Note, Place};
 use quantity::meaning_of_name;
 pub(super) use quantity::{Meaning, meaning_of_unit};
 
@@ -44,7 +44,7 @@ pub(super) struct RawFunction {
 /// What is in a file.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct RawFile {
-    /// Samples per second, where the file tells.
+    /// Samples per second, where the file states them.
     pub(super) sample_rate_hz: Option<f64>,
     pub(super) channels: Vec<RawChannel>,
     pub(super) functions: Vec<RawFunction>,

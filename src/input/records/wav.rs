@@ -1,12 +1,12 @@
 //! A record as WAV: its channels are called `ch1`, `ch2`, …; whole numbers become shares of full
 //! scale.
 
-use crate::notes::{Code, Note, Place};
 use std::io::Cursor;
 use std::path::Path;
 
 use super::{MAX_RECORD_BYTES, RawChannel, RawFile};
 use crate::formats::text::read_bytes;
+use crate::notes::{Code, Note, Place};
 
 pub(super) fn read(path: &Path) -> Result<RawFile, Vec<Note>> {
     let fault = |what: String| vec![Note::error(Code::Syntax, Place::file(path), what)];

@@ -1,7 +1,8 @@
 //! The XML of a URDF: structure, missing blocks, numbers, lines.
 
-use crate::notes::{Code, Notes};
 use roxmltree::{Document, Node};
+
+use crate::notes::{Code, Notes};
 
 /// How every spelling of xacro's namespace ends.
 const XACRO_NAMESPACE: &str = "/xacro";
@@ -241,7 +242,8 @@ impl Auditor<'_> {
         }
     }
 
-    /// Copies an attribute that holds `count` finite numbers; a faulty one is told and replaced.
+    /// Copies an attribute that holds `count` finite numbers; a faulty one is reported and
+    /// replaced.
     fn numbers(
         &mut self,
         owner: &str,

@@ -1,9 +1,10 @@
 //! URDF → links and joints of a description, each with its line.
 //!
-//! urdf-rs reads the types, but cannot tell missing from zero, drops what is not a number, gives no
-//! lines, and overflows the stack on deep nesting. So an audit of the XML comes first ([`audit`]):
-//! it tells every fault with its line and hands on a plain copy of what concerns us, with harmless
-//! stand-ins for what was faulty; urdf-rs reads that copy ([`read`]).
+//! urdf-rs reads every number that the model takes, but cannot tell missing from zero, drops what
+//! is not a number, gives no lines, and overflows the stack on deep nesting. So an audit of the XML
+//! comes first ([`audit`]): it reports every fault with its line and hands on a plain copy of links
+//! and joints, with harmless values in place of faulty ones. It judges and keeps no number; urdf-rs
+//! reads the copy ([`read`]).
 
 mod audit;
 mod read;

@@ -1,6 +1,5 @@
 //! An audited URDF → links and joints in SI.
 
-use crate::notes::{Code, Notes};
 use std::path::Path;
 
 use nalgebra::{Matrix3, Vector3};
@@ -11,6 +10,7 @@ use super::super::frame::frame;
 use super::audit::{Audit, JointFacts, Lines, LinkFacts, audit};
 use crate::formats::text::read_text;
 use crate::model::{Inertial, Joint, JointKind, Link};
+use crate::notes::{Code, Notes};
 
 /// A limit beyond this is drawn in to it, rad or m: no arm gets there, exporters write 1e16 or the
 /// largest of all numbers for "unlimited", and the width between two limits must not overflow.

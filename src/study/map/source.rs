@@ -257,7 +257,9 @@ fn random(
     for (joint, range) in robot.joints().iter().zip(&ranges) {
         if range.is_none() {
             let name = &joint.name;
-            let what = format!("joint '{name}' slides without limits; fix it with --at {name}=MM");
+            let what = format!(
+                "joint '{name}' slides without limits; give it a position (--at {name}=MM)"
+            );
             errors.push(wrong("random", what));
         }
     }
