@@ -4,6 +4,7 @@
 //! `text` right behind it is what the last of them prints: standard output, or standard error where there
 //! is no output; a line `...` stands for any number of lines. In the README the first command is one of
 //! cargo. Every page runs in a folder of its own, so that commands may read what earlier ones wrote.
+//! `DETUNE_WRITE_PAGES=1 cargo test --test house pages` writes what is printed into the pages.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -169,13 +170,23 @@ fn pages() -> Vec<(String, String)> {
     pages.map(|name| (name.clone(), fs::read_to_string(root().join(name)).unwrap())).collect()
 }
 
-/// Runs what a page shows; what is not as shown, and the number of outputs that are shown.
-fn check(name: &str, page: &str) -> (Vec<String>, usize) {
+/// What running a page found.
+#[derive(Default)]
+struct Checked {
+    wrong: Vec<String>,
+    /// Outputs that are not as shown: what is printed, by the line where the block opens.
+    stale: BTreeMap<usize, String>,
+    /// Number of outputs that are shown.
+    shown: usize,
+}
+
+/// Runs what a page shows.
+fn check(name: &str, page: &str) -> Checked {
     let folder = tempfile::tempdir().unwrap();
     for part in ["robots", "jobs", "tests/data"] {
         copy(&root().join(part), &folder.path().join(part));
     }
-    let (mut wrong, mut shown, mut is_untouched) = (Vec::new(), 0, true);
+    let (mut found, mut is_untouched) = (Checked::default(), true);
     let blocks = blocks(page);
     for (i, block) in blocks.iter().enumerate() {
         let commands = commands(block, name);
@@ -186,7 +197,7 @@ fn check(name: &str, page: &str) -> (Vec<String>, usize) {
             let files = written(command);
             is_untouched &= files.is_empty();
             for file in files.iter().filter(|file| !folder.path().join(file).exists()) {
-                wrong.push(format!("{place}: does not write {file}"));
+                found.wrong.push(format!("{place}: does not write {file}"));
             }
             let output = output.filter(|_| k + 1 == commands.len());
             let codes: &[i32] = match output {
@@ -195,13 +206,12 @@ fn check(name: &str, page: &str) -> (Vec<String>, usize) {
                 _ => &[0],
             };
             if !answer.code.is_some_and(|code| codes.contains(&code)) {
-                wrong.push(format!("{place}: ends with {:?}: {}", answer.code, answer.err));
+                found.wrong.push(format!("{place}: ends with {:?}: {}", answer.code, answer.err));
             }
             if let Some(output) = output {
-                shown += 1;
-                let (text, printed) = (output.text.trim_end(), answer.shown());
-                if !shows(text, printed) {
-                    wrong.push(format!("{place}\nshown is\n{text}\nprinted is\n{printed}"));
+                found.shown += 1;
+                if !shows(output.text.trim_end(), answer.shown()) {
+                    found.stale.insert(output.line, answer.shown().to_owned());
                 }
             }
         }
@@ -209,30 +219,56 @@ fn check(name: &str, page: &str) -> (Vec<String>, usize) {
             .checked_sub(1)
             .is_some_and(|before| !self::commands(&blocks[before], name).is_empty());
         if block.language == "text" && !is_output {
-            wrong.push(format!("{name}:{}: this output belongs to no command", block.line));
+            found.wrong.push(format!("{name}:{}: this output belongs to no command", block.line));
         }
     }
-    (wrong, shown)
+    found
+}
+
+/// A page with other text in the blocks that open at these lines.
+fn with_outputs(page: &str, outputs: &BTreeMap<usize, String>) -> String {
+    let (mut text, mut skips) = (String::new(), false);
+    for (i, line) in page.lines().enumerate() {
+        skips &= !line.starts_with("```");
+        if !skips {
+            text += &format!("{line}\n");
+        }
+        if let Some(output) = outputs.get(&(i + 1)) {
+            text += &format!("{output}\n");
+            skips = true;
+        }
+    }
+    text
 }
 
 #[test]
 fn pages_show_what_is_printed() {
     let pages = pages();
-    let (next, found) = (AtomicUsize::new(0), Mutex::new((Vec::new(), 0)));
+    let (next, all) = (AtomicUsize::new(0), Mutex::new((Vec::new(), 0)));
+    let is_to_be_written = std::env::var_os("DETUNE_WRITE_PAGES").is_some();
     let workers = thread::available_parallelism().map_or(2, usize::from);
     thread::scope(|scope| {
         for _ in 0..workers {
             scope.spawn(|| {
                 while let Some((name, page)) = pages.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    let (wrong, shown) = check(name, page);
-                    let mut found = found.lock().unwrap();
-                    found.0.extend(wrong);
-                    found.1 += shown;
+                    let Checked { mut wrong, stale, shown } = check(name, page);
+                    if is_to_be_written {
+                        fs::write(root().join(name), with_outputs(page, &stale)).unwrap();
+                    } else {
+                        wrong.extend(stale.iter().map(|(line, printed)| {
+                            format!(
+                                "{name}:{line}: what is printed is not what is shown\n{printed}"
+                            )
+                        }));
+                    }
+                    let mut all = all.lock().unwrap();
+                    all.0.extend(wrong);
+                    all.1 += shown;
                 }
             });
         }
     });
-    let (wrong, shown) = found.into_inner().unwrap();
+    let (wrong, shown) = all.into_inner().unwrap();
     assert!(wrong.is_empty(), "{}", wrong.join("\n\n"));
     assert!(shown >= 8, "pages show only {shown} outputs: this reads the wrong thing");
 }
@@ -262,6 +298,9 @@ fn outputs_are_compared_line_by_line() {
     assert!(!shows("a", "a\nb"));
     assert!(shows("a\n...\nd", "a\nb\nc\nd"));
     assert!(!shows("a\n...\nd", "a\nb"));
+    let outputs = BTreeMap::from([(2, "new\nlines".to_owned())]);
+    let page = "a\n```text\nold\n```\nb\n";
+    assert_eq!(with_outputs(page, &outputs), "a\n```text\nnew\nlines\n```\nb\n");
 }
 
 /// Jobs and robots that pages show, with paths of this repository in place of the reader's.
