@@ -190,6 +190,7 @@ fn advise_path(
             quietest,
         }),
         map: SpeedMap::new(&survey, &counting),
+        programmed_blocks: set.blocks_at(programmed_rpm),
         set,
         levers,
         constant,

@@ -5,7 +5,7 @@ use super::map::SpeedMap;
 use super::options::Options;
 use super::ranges::ModeRange;
 use super::schedule::{KeptSchedule, NoSchedule, Schedule};
-use super::speeds::{Binding, Constant, SafeSet};
+use super::speeds::{Binding, Block, Constant, SafeSet};
 use super::vibration::{NoVibration, TipVibration};
 use crate::excitation::ExcitationLine;
 use crate::motion::StatedFeeds;
@@ -54,6 +54,8 @@ pub struct OperationAdvice {
     pub mode_ranges: Vec<ModeRange>,
     /// Constant speeds.
     pub set: SafeSet,
+    /// The blocks in which the programmed speed lies; empty where it is safe.
+    pub programmed_blocks: Vec<Block>,
     /// What to do.
     pub remedy: Remedy,
     /// The best constant speed, where there is one; the same as the remedy's unless a schedule was

@@ -52,6 +52,16 @@ pub struct SafeSet {
     pub closed: Vec<ClosedRange>,
 }
 
+impl SafeSet {
+    /// The blocks in which a speed lies, ends not included; empty where it is safe.
+    pub(super) fn blocks_at(&self, rpm: f64) -> Vec<Block> {
+        let holds = |block: &Block| block.speeds.low_rpm < rpm && rpm < block.speeds.high_rpm;
+        let around = self.closed.iter().find(|range| range.blocks.iter().any(holds));
+        let blocks = around.map_or(&[][..], |range| &range.blocks);
+        blocks.iter().copied().filter(holds).collect()
+    }
+}
+
 /// Where the largest separation that any constant speed keeps ends: two blocks that meet there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Binding {

@@ -39,13 +39,13 @@ pub(super) use task::Task;
 
 use self::cells::{Cells, sides};
 use self::duration::{DurationSearch, Next};
-use self::exposures::exposures;
+use self::exposures::{exposed_share, exposures, passages};
 use self::not_cutting::air_cut_sides;
 use self::routes::Limits;
 use self::search::best;
 use self::task::mean;
 use super::options::FeedRule;
-use super::speeds::feed_at;
+use super::speeds::{Speeds, feed_at};
 use crate::job::{Operation, SpindleSpeed};
 use crate::notes::Note;
 use crate::path::{Survey, grid};
@@ -122,9 +122,17 @@ pub(super) fn schedule(task: &Task) -> Result<Result<Schedule, NoSchedule>, Note
             cells = look(slack)?;
             continue;
         }
+        let exposures = exposures(task, &speed, feed_m_per_s, duration_s, found);
+        let [low_rpm, high_rpm] = speed.range_rpm();
+        let feed_ratio = feed_m_per_s / operation.feed_m_per_s;
+        let chip_load_ratio = |rpm: f64| feed_ratio * task.programmed_rpm / rpm;
         return Ok(Ok(Schedule {
             separation: separation(task, &speed, &last_look),
-            exposures: exposures(task, &speed, feed_m_per_s, duration_s, found),
+            range_rpm: Speeds { low_rpm, high_rpm },
+            chip_load_ratios: [high_rpm, low_rpm].map(chip_load_ratio),
+            passages: passages(&exposures),
+            exposed_s: exposed_share(&exposures) * duration_s,
+            exposures,
             points: match speed {
                 SpindleSpeed::Schedule(points) => points,
                 SpindleSpeed::Constant(rpm) => vec![(0.0, rpm)],

@@ -1,6 +1,6 @@
 //! A schedule, and why there is none.
 
-use super::exposures::{Exposure, Passage, exposed_share, passages};
+use super::exposures::{Exposure, Passage};
 use super::quadratic_program::SolverEnd;
 use crate::advice::options::Objective;
 use crate::advice::speeds::{Constant, Speeds};
@@ -14,8 +14,12 @@ pub const ASSUMED_ACCELERATION_RPM_PER_S: f64 = 500.0;
 pub struct Schedule {
     /// (s, rev/min), from s = 0 to 1; linear between.
     pub points: Vec<(f64, f64)>,
+    /// Lowest and highest speed, rev/min.
+    pub range_rpm: Speeds,
     /// The feed that belongs to it, m/s.
     pub feed_m_per_s: f64,
+    /// Lowest and highest chip load along the path, as a share of the programmed one.
+    pub chip_load_ratios: [f64; 2],
     /// Time from s = 0 to s = 1 at that feed, s.
     pub duration_s: f64,
     /// What became of the feed.
@@ -43,29 +47,14 @@ pub struct Schedule {
     pub separation: Option<f64>,
     /// Where bands are crossed because they must be.
     pub exposures: Vec<Exposure>,
+    /// The exposures, put together into one passage for each time that a line goes through a mode's
+    /// band.
+    pub passages: Vec<Passage>,
+    /// Time inside any band, s; where bands overlap it counts once.
+    pub exposed_s: f64,
 }
 
 impl Schedule {
-    /// Lowest and highest speed, rev/min.
-    pub fn range_rpm(&self) -> Speeds {
-        let (low_rpm, high_rpm) = self
-            .points
-            .iter()
-            .fold((f64::INFINITY, 0.0_f64), |(low, high), p| (low.min(p.1), high.max(p.1)));
-        Speeds { low_rpm, high_rpm }
-    }
-
-    /// Time inside any band, s; where bands overlap it counts once.
-    pub fn exposed_s(&self) -> f64 {
-        exposed_share(&self.exposures) * self.duration_s
-    }
-
-    /// The exposures, put together into one passage for each time that a line goes through a mode's
-    /// band.
-    pub fn passages(&self) -> Vec<Passage> {
-        passages(&self.exposures)
-    }
-
     /// Whether all of it is this constant speed, but for what a solver leaves.
     pub(in crate::advice) fn is_constant(&self, rpm: f64) -> bool {
         self.points.iter().all(|point| (point.1 - rpm).abs() < 0.01)
@@ -75,17 +64,6 @@ impl Schedule {
     pub(in crate::advice) fn gains_nothing_on(&self, constant: &Constant) -> bool {
         let keeps = |margin: Option<f64>| margin.unwrap_or(f64::INFINITY);
         self.follows == Objective::Margin && keeps(constant.separation) >= keeps(self.separation)
-    }
-
-    /// Lowest and highest chip load along the path, as a share of the programmed one.
-    pub fn chip_load_ratios(
-        &self,
-        programmed_rpm: f64,
-        programmed_feed_m_per_s: f64,
-    ) -> (f64, f64) {
-        let feed = self.feed_m_per_s / programmed_feed_m_per_s;
-        let Speeds { low_rpm, high_rpm } = self.range_rpm();
-        (feed * programmed_rpm / high_rpm, feed * programmed_rpm / low_rpm)
     }
 }
 
@@ -146,6 +124,8 @@ mod tests {
     fn schedule(points: &[(f64, f64)]) -> Schedule {
         Schedule {
             points: points.to_vec(),
+            range_rpm: Speeds { low_rpm: 900.0, high_rpm: 1100.0 },
+            chip_load_ratios: [1.0, 1.0],
             feed_m_per_s: 0.01,
             duration_s: 10.0,
             coupling: Coupling::Asked,
@@ -160,6 +140,8 @@ mod tests {
             solver: SolverEnd::Solved,
             separation: Some(0.12),
             exposures: Vec::new(),
+            passages: Vec::new(),
+            exposed_s: 0.0,
         }
     }
 

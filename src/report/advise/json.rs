@@ -489,7 +489,7 @@ fn of<'a>(job: &AdvisedJob, operation: &'a OperationAdvice) -> Operation<'a> {
         recommended_feed_mm_per_min: feed_m_per_s.map(|feed| Number(mm_per_min_from_m_per_s(feed))),
         separation_percent: separation.map(|apart| Number(percent_from_ratio(apart))),
         schedule: points.map(|points| points.iter().map(Point::from).collect()),
-        schedule_facts: schedule.map(|plan| facts(operation, plan)),
+        schedule_facts: schedule.map(|plan| facts(plan)),
         schedule_missing: operation.no_schedule.map(words::no_schedule),
         binding: operation.bind.as_ref().map(Binding::from),
         levers: operation.levers.iter().map(Lever::from).collect(),
@@ -506,7 +506,7 @@ fn of<'a>(job: &AdvisedJob, operation: &'a OperationAdvice) -> Operation<'a> {
     }
 }
 
-fn facts(operation: &OperationAdvice, plan: &Schedule) -> ScheduleFacts {
+fn facts(plan: &Schedule) -> ScheduleFacts {
     let rounds = match plan.coupling {
         Coupling::MeanChipLoad { rounds } => Some(rounds),
         Coupling::Asked
@@ -516,8 +516,7 @@ fn facts(operation: &OperationAdvice, plan: &Schedule) -> ScheduleFacts {
         | Coupling::Crosses
         | Coupling::NotSettled => None,
     };
-    let (low, high) =
-        plan.chip_load_ratios(operation.programmed_rpm, operation.programmed_feed_m_per_s);
+    let [low, high] = plan.chip_load_ratios;
     ScheduleFacts {
         duration_s: Number(plan.duration_s),
         feed: match plan.coupling {
@@ -541,7 +540,7 @@ fn facts(operation: &OperationAdvice, plan: &Schedule) -> ScheduleFacts {
         corridors_tried: plan.corridors_tried,
         solver: plan.solver,
         exposures: plan.exposures.iter().map(Exposure::from).collect(),
-        passages: plan.passages().iter().map(Passage::from).collect(),
+        passages: plan.passages.iter().map(Passage::from).collect(),
     }
 }
 

@@ -102,8 +102,8 @@ fn push_operation(job: &AdvisedJob, operation: &OperationAdvice, colour: bool, t
         ),
         Remedy::Scheduled(plan) => format!(
             "{}–{}, feed {} mm/min",
-            trimmed(plan.range_rpm().low_rpm, 1),
-            words::rpm(plan.range_rpm().high_rpm),
+            trimmed(plan.range_rpm.low_rpm, 1),
+            words::rpm(plan.range_rpm.high_rpm),
             trimmed(mm_per_min_from_m_per_s(plan.feed_m_per_s), 1)
         ),
         Remedy::Kept(kept) => format!(
@@ -163,11 +163,10 @@ fn push_operation(job: &AdvisedJob, operation: &OperationAdvice, colour: bool, t
 }
 
 fn push_schedule(operation: &OperationAdvice, plan: &Schedule, text: &mut String) {
-    for passage in plan.passages() {
-        push_fact(4, "crosses", &words::passage(&passage), text);
+    for passage in &plan.passages {
+        push_fact(4, "crosses", &words::passage(passage), text);
     }
-    let (low, high) =
-        plan.chip_load_ratios(operation.programmed_rpm, operation.programmed_feed_m_per_s);
+    let [low, high] = plan.chip_load_ratios;
     let chip_load = if operation.program_feeds.per_revolution {
         "the program's feeds per revolution would follow the speed and shift the schedule along the path; \
          state feeds per minute to run it"

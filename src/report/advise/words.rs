@@ -1,8 +1,8 @@
 //! What text and JSON say in common: why this speed, and why none.
 
 use crate::advice::{
-    Block, Change, ClosedRange, Constant, Coupling, Lever, NoSchedule, Objective, OperationAdvice,
-    Passage, Remedy, Schedule, SolverEnd, Speeds, TipVibration,
+    Block, Change, Constant, Coupling, Lever, NoSchedule, Objective, OperationAdvice, Passage,
+    Remedy, Schedule, SolverEnd, Speeds, TipVibration,
 };
 use crate::report::words::{line, percent, round_percent, significant, trimmed, um_per_n};
 use crate::study::advise::AdvisedJob;
@@ -18,22 +18,9 @@ pub(super) fn block(block: &Block) -> String {
     format!("mode {} with {}", block.mode, line(&block.line))
 }
 
-/// The closure around a speed, if it is not safe.
-pub(super) fn closure_at(operation: &OperationAdvice, rpm: f64) -> Option<&ClosedRange> {
-    let contains = |closure: &&ClosedRange| {
-        closure.blocks.iter().any(|b| b.speeds.low_rpm < rpm && rpm < b.speeds.high_rpm)
-    };
-    operation.set.closed.iter().find(contains)
-}
-
-/// Those blocks of a closure in which a speed lies, named each once.
-pub(super) fn closers(closure: &ClosedRange, rpm: f64) -> String {
-    let mut names: Vec<String> = closure
-        .blocks
-        .iter()
-        .filter(|b| b.speeds.low_rpm < rpm && rpm < b.speeds.high_rpm)
-        .map(block)
-        .collect();
+/// Blocks in one list, each pair of mode and line once.
+fn blocks(blocks: &[Block]) -> String {
+    let mut names: Vec<String> = blocks.iter().map(block).collect();
     names.dedup();
     names.join(", ")
 }
@@ -119,16 +106,16 @@ fn constant_reason(job: &AdvisedJob, operation: &OperationAdvice, constant: &Con
         Objective::Highest => "the highest safe speed".to_owned(),
         Objective::Vibration => "the safe speed at which the tool tip vibrates least".to_owned(),
     };
-    match closure_at(operation, operation.programmed_rpm) {
-        Some(closure) => {
-            let by = closers(closure, operation.programmed_rpm);
+    match operation.programmed_blocks.as_slice() {
+        closing @ [_, ..] => {
+            let by = blocks(closing);
             match job.advice.options.objective {
                 Objective::Nearest => format!("{best}, which is blocked by {by}"),
                 _ => format!("{best}; the {programmed} is blocked by {by}"),
             }
         }
-        None if operation.is_schedule_programmed => best,
-        None => match job.advice.options.objective {
+        [] if operation.is_schedule_programmed => best,
+        [] => match job.advice.options.objective {
             Objective::Nearest => format!("{best}, which is also safe"),
             _ => format!("{best}; the {programmed} is also safe"),
         },
@@ -136,7 +123,7 @@ fn constant_reason(job: &AdvisedJob, operation: &OperationAdvice, constant: &Con
 }
 
 fn scheduled_reason(plan: &Schedule) -> String {
-    let Speeds { low_rpm, high_rpm } = plan.range_rpm();
+    let Speeds { low_rpm, high_rpm } = plan.range_rpm;
     let range = format!("{} to {}", trimmed(low_rpm, 1), rpm(high_rpm));
     let aim = match plan.follows {
         Objective::Nearest | Objective::Vibration => format!("near {}", rpm(plan.target_rpm)),
@@ -158,15 +145,14 @@ fn scheduled_reason(plan: &Schedule) -> String {
             ),
         };
     }
-    let passages = plan.passages();
-    let bands = match passages.as_slice() {
+    let bands = match plan.passages.as_slice() {
         [_] => "one band".to_owned(),
-        _ => format!("{} bands", passages.len()),
+        _ => format!("{} bands", plan.passages.len()),
     };
     format!(
         "every speed, constant or varying, crosses a band; this schedule, {range}, crosses {bands} as fast as the \
          spindle can and stays clear of all others, {} s in total",
-        significant(plan.exposed_s())
+        significant(plan.exposed_s)
     )
 }
 
