@@ -489,7 +489,7 @@ fn of<'a>(job: &AdvisedJob, operation: &'a OperationAdvice) -> Operation<'a> {
         recommended_feed_mm_per_min: feed_m_per_s.map(|feed| Number(mm_per_min_from_m_per_s(feed))),
         separation_percent: separation.map(|apart| Number(percent_from_ratio(apart))),
         schedule: points.map(|points| points.iter().map(Point::from).collect()),
-        schedule_facts: schedule.map(|plan| facts(plan)),
+        schedule_facts: schedule.map(facts),
         schedule_missing: operation.no_schedule.map(words::no_schedule),
         binding: operation.bind.as_ref().map(Binding::from),
         levers: operation.levers.iter().map(Lever::from).collect(),
