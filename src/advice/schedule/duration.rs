@@ -60,7 +60,7 @@ impl DurationSearch {
         let settled = Next::Settled(Coupling::MeanChipLoad { rounds: self.rounds });
         let (solved_s, apart_s) = (self.solve_for_s, own_s - self.solve_for_s);
         let is_longest = solved_s == self.programmed_s;
-        // After eight rounds a schedule that crosses nothing is taken, even if it could change faster.
+        // After eight rounds a schedule that crosses nothing is taken if it holds.
         let is_enough = is_longest || self.rounds > 8;
         if apart_s.abs() <= SETTLED * solved_s || !crosses && apart_s > 0.0 && is_enough {
             return settled;

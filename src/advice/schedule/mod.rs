@@ -58,8 +58,9 @@ const USED_ACCELERATION: f64 = 0.999;
 /// Bulges of bands between stations are taken so many times as large as stations show them; more,
 /// if a check finds contact.
 const SLACK: f64 = 1.5;
-/// Speeds of a schedule are rounded to so many parts of a rev/min where the acceleration is not felt
-/// in that.
+
+/// Speeds of a schedule are rounded to so many parts of a rev/min where the
+/// acceleration is not felt in that.
 const PARTS_PER_RPM: f64 = 1e6;
 
 /// The schedule that follows the objective best and keeps out of all bands or, where none does,
