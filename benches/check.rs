@@ -195,7 +195,13 @@ fn diagnosis(c: &mut Criterion) {
         read_measured(&folder.join("measured.csv"), &described.robot, &mut reading).unwrap();
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     let run = || {
-        diagnose(black_box(&described.description), &table, Settings::default(), &|_| {}).unwrap()
+        diagnose(
+            black_box(&described.description),
+            &table,
+            Settings::default(),
+            &detune::progress::silent,
+        )
+        .unwrap()
     };
     let mut group = c.benchmark_group("diagnosis, 40 frequencies at 20 poses");
     group.sample_size(10);

@@ -2,10 +2,11 @@
 
 use nalgebra::Vector3;
 
-use super::data::{Data, median};
+use super::data::Data;
 use super::hypothesis::Hypothesis;
 use super::mechanics::Mechanics;
 use super::predict::predict;
+use super::statistics::median;
 use crate::model::{Description, Inertial, Joint, Placement, Robot, potential_gradient};
 
 /// A link that vibrates.
@@ -13,7 +14,8 @@ use crate::model::{Description, Inertial, Joint, Placement, Robot, potential_gra
 pub(super) struct Body {
     pub(super) name: String,
     pub(super) inertial: Option<Inertial>,
-    /// From its joint to where it ends, in its frame, m: the next moving joint, the tip or the centre of mass.
+    /// From its joint to where it ends, in its frame, m: the next moving joint, the tip or the
+    /// centre of mass.
     pub(super) reach_m: Vector3<f64>,
     /// Links welded to it, the tip's link first.
     pub(super) welded: Vec<String>,
@@ -36,7 +38,7 @@ pub(super) struct Spring {
     /// Largest torque of gravity over the table's poses, N·m.
     pub(super) gravity_torque_nm: f64,
     /// Smallest of these.
-    pub(super) least_gravity_torque_nm: f64,
+    pub(super) min_gravity_torque_nm: f64,
     pub(super) reflected_inertia: f64,
 }
 
@@ -60,8 +62,8 @@ pub(super) struct Arm<'a> {
     pub(super) has_gravity_stiffness: bool,
     pub(super) temperatures_c: Option<[f64; 2]>,
     pub(super) amplitudes_nm: Option<[f64; 2]>,
-    /// Smallest sampling rate that the table tells.
-    pub(super) least_sample_rate_hz: Option<f64>,
+    /// Lowest sampling rate in the table.
+    pub(super) min_sample_rate_hz: Option<f64>,
     /// Highest frequency of each mode of the model over the table's poses, Hz.
     pub(super) highest_of_mode_hz: Vec<f64>,
     /// Highest frequency measured, Hz.
@@ -124,7 +126,7 @@ impl<'a> Arm<'a> {
             has_gravity_stiffness: robot.has_gravity_stiffness(),
             temperatures_c: range(rows.iter().filter_map(|r| r.conditions.temperature_c).collect()),
             amplitudes_nm: range(rows.iter().filter_map(|r| r.conditions.amplitude_nm).collect()),
-            least_sample_rate_hz: rows.iter().filter_map(|r| r.sample_rate_hz).reduce(f64::min),
+            min_sample_rate_hz: rows.iter().filter_map(|r| r.sample_rate_hz).reduce(f64::min),
             highest_of_mode_hz,
             highest_hz: data.points.iter().map(|p| p.ln_f.exp()).fold(0.0, f64::max),
         })
@@ -167,7 +169,7 @@ fn springs(description: &Description, robot: &Robot, data: &Data, inertias: &[f6
             slides: spring.is_linear,
             stiffness: spring.stiffness,
             inertia: inertias[i],
-            least_gravity_torque_nm: torques[i][0],
+            min_gravity_torque_nm: torques[i][0],
             gravity_torque_nm: torques[i][1],
             reflected_inertia: description
                 .drives

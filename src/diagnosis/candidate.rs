@@ -22,8 +22,8 @@ pub(super) struct Parameter {
     pub(super) bounds: [f64; 2],
     /// Values from which a fit starts.
     pub(super) starts: Vec<f64>,
-    /// Where it is expected before looking, and with what standard deviation, in value; `None` where the
-    /// bounds say all.
+    /// Where it is expected before looking, and with what standard deviation, in value; `None`
+    /// where the bounds say all.
     pub(super) expected: Option<[f64; 2]>,
 }
 
@@ -70,7 +70,8 @@ pub(super) struct Candidate {
     pub(super) also: Vec<String>,
     pub(super) parameters: Vec<Parameter>,
     pub(super) hinge: Option<Hinge>,
-    /// ln of how much less likely the cause is there than others, before looking: 0 for the usual ones.
+    /// ln of how much less likely the cause is there than others, before looking: 0 for the usual
+    /// ones.
     pub(super) plausibility: f64,
     /// How many degrees of freedom it takes beside its parameters.
     pub(super) hidden_freedom: f64,
@@ -120,7 +121,8 @@ impl Candidate {
         }
     }
 
-    /// Where fits start: every combination of one parameter's starts with the others at their first.
+    /// Where fits start: every combination of one parameter's starts with the others at their
+    /// first.
     pub(super) fn starts(&self) -> Vec<Vec<f64>> {
         let first: Vec<f64> = self
             .parameters

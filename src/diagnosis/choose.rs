@@ -1,21 +1,20 @@
-//! Which causes earn their place: one after another and in sets, each held against all others, with those before
-//! it questioned again whenever one is added or taken away.
+//! Which causes the data justify: one after another and in sets, each held against all others, with
+//! those before it questioned again whenever one is added or taken away.
 
 use rayon::prelude::*;
-use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use super::candidate::Candidate;
 use super::data::Data;
-use super::findings::RIVAL_WITHIN;
 use super::fit::Fit;
 use super::hypothesis::Hypothesis;
 use super::problem::Problem;
 use super::screen::Screen;
 use super::sets::{sets, swaps};
+use super::statistics::p_value_of_gain;
 
 /// How thorough a choice is.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Effort {
+pub(super) struct SearchWidth {
     /// Candidates that are fitted as the first cause, after all were tried.
     pub(super) first: usize,
     /// Candidates that are fitted as a further cause of one model.
@@ -28,29 +27,33 @@ pub(super) struct Effort {
     pub(super) sets: usize,
 }
 
-impl Effort {
+impl SearchWidth {
     pub(super) const FULL: Self = Self { first: 40, further: 14, starts: 3, kept: 6, sets: 32 };
     /// Inside a fold.
     pub(super) const FOLD: Self = Self { first: 16, further: 8, starts: 1, kept: 3, sets: 10 };
 }
 
 /// Most causes that are looked for.
-const MOST_CAUSES: usize = 4;
+const MAX_CAUSES: usize = 4;
 
-/// How many causes are looked for at once beyond those that earned their place: some show only together, and
-/// most where nothing is known yet.
-const fn looked_ahead(causes: usize) -> usize {
+/// How many causes are looked for at once beyond those that are justified: some show only together,
+/// and most where nothing is known yet.
+const fn lookahead(causes: usize) -> usize {
     if causes == 0 { 3 } else { 2 }
 }
 
-/// A cause earns its place if chance does as well with any candidate less often than this.
+/// A cause is justified if its p-value, corrected for the number of candidates, is below this.
 pub(super) const SIGNIFICANCE: f64 = 0.005;
 
-/// A cause that moves the frequencies by less than this share of the noise (root mean square) is not worth
-/// telling: laws are never quite as straight as causes have them, and many poses show that.
-pub(super) const LEAST_MATERIAL: f64 = 0.5;
+/// A cause that moves the frequencies by less than this share of the noise (root mean square) is
+/// not reported: no spring follows its law exactly, and many poses show that.
+pub(super) const MIN_MATERIAL: f64 = 0.5;
 
-/// A rival is worth less by this for each other cause that has to change with it.
+/// Models whose log evidence is lower than the best by more than this are no alternatives: e^-6 is
+/// one in four hundred.
+pub(super) const ALTERNATIVE_WITHIN: f64 = 6.0;
+
+/// Log evidence that an alternative loses for each other cause that has to change with it.
 const WITH_OTHERS: f64 = 2.0;
 
 /// Candidates that overlap count as fewer: their signatures have cosines of 0.9 and more in groups.
@@ -60,8 +63,8 @@ const INDEPENDENT_SHARE: f64 = 0.5;
 #[derive(Debug, Clone)]
 pub(super) struct Model<'c> {
     pub(super) fit: Fit<'c>,
-    /// See [`worth`].
-    pub(super) worth: f64,
+    /// See [`log_evidence`].
+    pub(super) log_evidence: f64,
 }
 
 impl Model<'_> {
@@ -80,15 +83,15 @@ impl Model<'_> {
 /// A choice.
 #[derive(Debug, Clone)]
 pub(super) struct Choice<'c> {
-    pub(super) nothing: Fit<'c>,
+    pub(super) baseline: Fit<'c>,
     /// Models of one cause, best first.
     pub(super) singles: Vec<Model<'c>>,
-    /// The best model; no cause if none earned its place.
+    /// The best model; no cause if none is justified.
     pub(super) best: Model<'c>,
-    /// For each cause of the best model: models that have another in its place, and may have more than that
-    /// otherwise, best first.
-    pub(super) rivals: Vec<Vec<Model<'c>>>,
-    /// Every model that was met and is worth about as much as the best.
+    /// For each cause of the best model: models that have another in its place, and may have more
+    /// than that otherwise, best first.
+    pub(super) alternatives: Vec<Vec<Model<'c>>>,
+    /// Every model that was met and has about the log evidence of the best.
     pub(super) seen: Vec<Model<'c>>,
 }
 
@@ -97,17 +100,17 @@ pub(super) fn choose<'c>(
     problem: &Problem<'_>,
     candidates: &'c [Candidate],
     screen: &Screen,
-    effort: Effort,
+    width: SearchWidth,
 ) -> Option<Choice<'c>> {
-    let nothing = problem.climb(Hypothesis::default())?;
-    let search = Search { problem, candidates, screen, effort };
-    let mut best = search.model(nothing.clone());
+    let baseline = problem.optimise(Hypothesis::default())?;
+    let search = Search { problem, candidates, screen, width };
+    let mut best = search.model(baseline.clone());
     // The best model of each number of causes.
     let mut fronts = vec![best.clone()];
     let mut kept = vec![best.clone()];
     let mut singles: Vec<Model<'c>> = Vec::new();
     let mut seen: Vec<Model<'c>> = Vec::new();
-    while fronts.len() <= (best.causes() + looked_ahead(best.causes())).min(MOST_CAUSES) {
+    while fronts.len() <= (best.causes() + lookahead(best.causes())).min(MAX_CAUSES) {
         let mut next: Vec<Model<'c>> = Vec::new();
         for parent in &kept {
             next.extend(search.with_one_more(parent));
@@ -121,36 +124,36 @@ pub(super) fn choose<'c>(
         fronts.push(first.clone());
         let fewer = search.with_one_less(&next);
         if let (Some(known), Some(first)) = (fronts.iter_mut().rev().nth(1), fewer.first())
-            && first.worth > known.worth
+            && first.log_evidence > known.log_evidence
         {
             *known = first.clone();
         }
-        best = search.largest_that_earns_its_place(&fronts);
+        best = search.largest_justified(&fronts);
         let met = next.iter().chain(&fewer);
         seen.extend(met.filter(|model| within_reach(model, &best)).cloned());
         kept = next;
-        distinct(&mut kept, effort.kept);
+        distinct(&mut kept, width.kept);
     }
     while let Some(better) = search.fewer(&best) {
         best = better;
     }
     seen.retain(|model| within_reach(model, &best));
     seen.push(best.clone());
-    let rivals = search.rivals(&best, &singles, &mut seen);
-    Some(Choice { nothing, singles, best, rivals, seen })
+    let alternatives = search.alternatives(&best, &singles, &mut seen);
+    Some(Choice { baseline, singles, best, alternatives, seen })
 }
 
 struct Search<'s, 'p, 'c> {
     problem: &'s Problem<'p>,
     candidates: &'c [Candidate],
     screen: &'s Screen,
-    effort: Effort,
+    width: SearchWidth,
 }
 
 impl<'c> Search<'_, '_, 'c> {
     fn model(&self, fit: Fit<'c>) -> Model<'c> {
-        let worth = worth(self.problem.data, &fit);
-        Model { fit, worth }
+        let log_evidence = log_evidence(self.problem.data, &fit);
+        Model { fit, log_evidence }
     }
 
     /// Every promising model with one cause more.
@@ -161,35 +164,37 @@ impl<'c> Search<'_, '_, 'c> {
             .par_iter()
             .enumerate()
             .filter(|(_, candidate)| !taken.iter().any(|(other, _)| other.same_place(candidate)))
-            .map(|(i, candidate)| (self.screen.promise(self.problem, &parent.fit, i, candidate), i))
+            .map(|(i, candidate)| {
+                (self.screen.expected_gain(self.problem, &parent.fit, i, candidate), i)
+            })
             .collect();
         tried.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        tried.truncate(if taken.is_empty() { self.effort.first } else { self.effort.further });
+        tried.truncate(if taken.is_empty() { self.width.first } else { self.width.further });
         tried
             .par_iter()
             .filter_map(|&(_, i)| {
                 let added = Some(&self.candidates[i]);
-                let fit = self.problem.fit(&parent.fit.hypothesis, added, self.effort.starts)?;
+                let fit = self.problem.fit(&parent.fit.hypothesis, added, self.width.starts)?;
                 Some(self.model(fit))
             })
             .collect()
     }
 
-    /// Adds models of one cause more than `front` to `next`, sorted: sets of causes that promise most together, near
-    /// the best model that is known as long as that gets better, and near the best that is quite another.
+    /// Adds models of one cause more than `front` to `next`, sorted: sets of causes that promise
+    /// most together, near the best model that is known as long as that gets better, and near the
+    /// best that is quite another.
     fn add_sets(&self, front: &Model<'c>, next: &mut Vec<Model<'c>>) {
-        /// Each round starts from a better model.
-        const ROUNDS: usize = 3;
         let size = front.causes() + 1;
         let mut near = front.clone();
-        for _ in 0..ROUNDS {
+        // Each round starts from a better model.
+        for _ in 0..3 {
             self.add_sets_near(&near, size, next);
             let Some(first) = next.first() else { return };
             let refined = self.refined(first.clone());
-            if refined.worth > first.worth {
+            if refined.log_evidence > first.log_evidence {
                 next.insert(0, refined);
             }
-            if next[0].worth <= near.worth + 0.01 && near.causes() == size {
+            if next[0].log_evidence <= near.log_evidence + 0.01 && near.causes() == size {
                 break;
             }
             near = next[0].clone();
@@ -201,19 +206,20 @@ impl<'c> Search<'_, '_, 'c> {
     }
 
     fn add_sets_near(&self, near: &Model<'c>, size: usize, next: &mut Vec<Model<'c>>) {
-        let count = self.effort.sets;
+        let count = self.width.sets;
         let sets = sets(self.problem, self.candidates, self.screen, &near.fit, size, count);
         let fitted =
-            sets.into_par_iter().filter_map(|set| Some(self.model(self.problem.climb(set)?)));
+            sets.into_par_iter().filter_map(|set| Some(self.model(self.problem.optimise(set)?)));
         next.extend(fitted.collect::<Vec<_>>());
         sort(next);
     }
 
-    /// The best of the models, sorted, each with one cause taken out, best first: a larger set may show what a smaller
-    /// one should have been (floating search: Pudil, Novovičová & Kittler, Pattern Recognition Letters 15, 1994).
+    /// The best of the models, sorted, each with one cause taken out, best first: a larger set may
+    /// show what a smaller one should have been (floating search: Pudil, Novovičová & Kittler,
+    /// Pattern Recognition Letters 15, 1994).
     fn with_one_less(&self, models: &[Model<'c>]) -> Vec<Model<'c>> {
-        let mut best: Vec<Model<'c>> = models.iter().take(4 * self.effort.kept).cloned().collect();
-        distinct(&mut best, self.effort.kept);
+        let mut best: Vec<Model<'c>> = models.iter().take(4 * self.width.kept).cloned().collect();
+        distinct(&mut best, self.width.kept);
         let mut fewer: Vec<Model<'c>> = best
             .par_iter()
             .filter(|model| model.causes() > 2)
@@ -221,7 +227,7 @@ impl<'c> Search<'_, '_, 'c> {
                 (0..model.causes()).filter_map(|i| {
                     let mut hypothesis = model.fit.hypothesis.clone();
                     hypothesis.effects.remove(i);
-                    Some(self.model(self.problem.climb(hypothesis)?))
+                    Some(self.model(self.problem.optimise(hypothesis)?))
                 })
             })
             .collect();
@@ -229,37 +235,39 @@ impl<'c> Search<'_, '_, 'c> {
         fewer
     }
 
-    /// Of the best models of no cause, one, two and so on, the largest of which each that has more earns its place.
-    fn largest_that_earns_its_place(&self, fronts: &[Model<'c>]) -> Model<'c> {
+    /// Of the best models of no cause, one, two and so on, the largest of which each is justified
+    /// against the one before.
+    fn largest_justified(&self, fronts: &[Model<'c>]) -> Model<'c> {
         let mut best = &fronts[0];
         for front in &fronts[1..] {
-            if self.earns_its_place(best, front) {
+            if self.is_justified(best, front) {
                 best = front;
             }
         }
         best.clone()
     }
 
-    /// Whether what `after` has more than `before` is worth telling.
-    fn earns_its_place(&self, before: &Model<'c>, after: &Model<'c>) -> bool {
-        if after.worth <= before.worth {
+    /// Whether the data justify what `after` has more than `before`.
+    fn is_justified(&self, before: &Model<'c>, after: &Model<'c>) -> bool {
+        if after.log_evidence <= before.log_evidence {
             return false;
         }
         if after.fit.freedom <= before.fit.freedom + 0.05 {
             // More causes, but no more parameters: they stand on their likelihood alone.
-            return after.worth > before.worth + RIVAL_WITHIN;
+            return after.log_evidence > before.log_evidence + ALTERNATIVE_WITHIN;
         }
         let at_once = after.causes().saturating_sub(before.causes());
-        // Causes of which none earns its place alone each have to be worth one that does.
-        let is_worth_it = at_once < 2 || after.worth > before.worth + RIVAL_WITHIN * at_once as f64;
-        is_worth_it
+        // Causes of which none is justified alone each need the log evidence of one that is.
+        let is_enough = at_once < 2
+            || after.log_evidence > before.log_evidence + ALTERNATIVE_WITHIN * at_once as f64;
+        is_enough
             && p_value(self.problem, self.candidates.len(), &before.fit, &after.fit) <= SIGNIFICANCE
             && is_material(self.problem, &before.fit, &after.fit)
     }
 
-    /// For each cause of the best model, the models that have another in its place; adds to `seen` what is found on
-    /// the way and within reach.
-    fn rivals(
+    /// For each cause of the best model, the models that have another in its place; adds to `seen`
+    /// what is found on the way and within reach.
+    fn alternatives(
         &self,
         best: &Model<'c>,
         singles: &[Model<'c>],
@@ -268,24 +276,25 @@ impl<'c> Search<'_, '_, 'c> {
         if best.causes() > 1 {
             seen.extend(self.swapped(best).into_iter().filter(|model| within_reach(model, best)));
         }
-        let rivals_of = |i: usize| {
+        let alternatives_to = |i: usize| {
             let others: Vec<Model<'c>> =
-                seen.iter().flat_map(|other| instead_of(best, i, other)).collect();
-            let mut rivals =
+                seen.iter().flat_map(|other| substitutes(best, i, other)).collect();
+            let mut alternatives =
                 if best.causes() == 1 { singles.to_vec() } else { self.replaced(best, i) };
-            seen.extend(rivals.iter().filter(|model| within_reach(model, best)).cloned());
-            rivals.extend(others);
-            // Who names more causes has more to prove, and a cause that needs others to change with it is less of a
-            // rival than one that does not.
-            for rival in &mut rivals {
-                let more = rival.causes().saturating_sub(best.causes());
-                let others = (rival.causes() - rival.shared(best)).saturating_sub(1);
-                rival.worth -= RIVAL_WITHIN * more as f64 + WITH_OTHERS * others as f64;
+            seen.extend(alternatives.iter().filter(|model| within_reach(model, best)).cloned());
+            alternatives.extend(others);
+            // Who names more causes has more to prove, and a cause that needs others to change with
+            // it is less of an alternative than one that does not.
+            for alternative in &mut alternatives {
+                let more = alternative.causes().saturating_sub(best.causes());
+                let others = (alternative.causes() - alternative.shared(best)).saturating_sub(1);
+                alternative.log_evidence -=
+                    ALTERNATIVE_WITHIN * more as f64 + WITH_OTHERS * others as f64;
             }
-            sort(&mut rivals);
-            rivals
+            sort(&mut alternatives);
+            alternatives
         };
-        (0..best.causes()).map(rivals_of).collect()
+        (0..best.causes()).map(alternatives_to).collect()
     }
 
     /// The model with each cause questioned again, until no replacement is better.
@@ -294,9 +303,9 @@ impl<'c> Search<'_, '_, 'c> {
             let count = model.fit.hypothesis.effects.len();
             let better = (0..count)
                 .flat_map(|i| self.replaced(&model, i))
-                .max_by(|a, b| a.worth.total_cmp(&b.worth));
+                .max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence));
             match better {
-                Some(better) if better.worth > model.worth + 0.01 => model = better,
+                Some(better) if better.log_evidence > model.log_evidence + 0.01 => model = better,
                 _ => break,
             }
         }
@@ -312,29 +321,32 @@ impl<'c> Search<'_, '_, 'c> {
         let without = (0..count).filter_map(|i| {
             let mut hypothesis = model.fit.hypothesis.clone();
             hypothesis.effects.remove(i);
-            let without = self.model(self.problem.climb(hypothesis)?);
+            let without = self.model(self.problem.optimise(hypothesis)?);
             let count = self.candidates.len();
-            let earns_its_place = p_value(self.problem, count, &without.fit, &model.fit)
+            let is_justified = p_value(self.problem, count, &without.fit, &model.fit)
                 <= SIGNIFICANCE
                 && is_material(self.problem, &without.fit, &model.fit);
-            (!earns_its_place).then_some(without)
+            (!is_justified).then_some(without)
         });
-        without.max_by(|a, b| a.worth.total_cmp(&b.worth))
+        without.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))
     }
 
-    /// The model with the cause `i` replaced by every promising rival, best first: of what the others leave once they
-    /// have done what they can.
+    /// The model with the cause `i` replaced by every promising alternative, best first: of what
+    /// the others leave once they have done what they can.
     fn replaced(&self, model: &Model<'c>, i: usize) -> Vec<Model<'c>> {
         let mut rest = model.fit.hypothesis.clone();
         rest.effects.remove(i);
-        self.problem.climb(rest).map_or_else(Vec::new, |parent| self.put_in(&self.model(parent), i))
+        self.problem
+            .optimise(rest)
+            .map_or_else(Vec::new, |parent| self.put_in(&self.model(parent), i))
     }
 
-    /// The model with each cause in turn given up for another that looks most like it near the model.
+    /// The model with each cause in turn given up for another that looks most like it near the
+    /// model.
     fn swapped(&self, model: &Model<'c>) -> Vec<Model<'c>> {
-        let swaps = swaps(self.problem, self.candidates, self.screen, &model.fit, self.effort.sets);
+        let swaps = swaps(self.problem, self.candidates, self.screen, &model.fit, self.width.sets);
         let fitted =
-            swaps.into_par_iter().filter_map(|set| Some(self.model(self.problem.climb(set)?)));
+            swaps.into_par_iter().filter_map(|set| Some(self.model(self.problem.optimise(set)?)));
         fitted.collect()
     }
 
@@ -350,21 +362,23 @@ impl<'c> Search<'_, '_, 'c> {
     }
 }
 
-/// ln likelihood of a fit less what its parameters cost (Schwarz), and how plausible its causes are.
-pub(super) fn worth(data: &Data, fit: &Fit<'_>) -> f64 {
+/// ln likelihood of a fit less what its parameters cost (Schwarz), and how plausible its causes
+/// are.
+pub(super) fn log_evidence(data: &Data, fit: &Fit<'_>) -> f64 {
     let n = data.points.len() as f64;
     let plausibility: f64 = fit.hypothesis.effects.iter().map(|(c, _)| c.plausibility).sum();
     fit.evaluation.score - 0.5 * fit.freedom * n.ln() + plausibility
 }
 
-/// Whether a model is worth about as much as the best.
+/// Whether a model has about the log evidence of the best.
 fn within_reach(model: &Model<'_>, best: &Model<'_>) -> bool {
-    model.worth >= best.worth - RIVAL_WITHIN
+    model.log_evidence >= best.log_evidence - ALTERNATIVE_WITHIN
 }
 
-/// `other` with one of the causes that `best` lacks in the place of the cause `i` of `best`, and what both have
-/// where `best` has it: once for each such cause; none if `other` has the cause `i`, too.
-fn instead_of<'c>(best: &Model<'c>, i: usize, other: &Model<'c>) -> Vec<Model<'c>> {
+/// `other` with one of the causes that `best` lacks in the place of the cause `i` of `best`, and
+/// what both have where `best` has it: once for each such cause; none if `other` has the cause `i`,
+/// too.
+fn substitutes<'c>(best: &Model<'c>, i: usize, other: &Model<'c>) -> Vec<Model<'c>> {
     let (ours, theirs) = (&best.fit.hypothesis.effects, &other.fit.hypothesis.effects);
     let of_ours = |candidate: &Candidate| ours.iter().position(|(c, _)| c.same_place(candidate));
     let shared: Vec<Option<usize>> = theirs.iter().map(|(c, _)| of_ours(c)).collect();
@@ -375,14 +389,14 @@ fn instead_of<'c>(best: &Model<'c>, i: usize, other: &Model<'c>) -> Vec<Model<'c
     new.iter()
         .filter(|_| theirs.len() >= ours.len())
         .map(|&n| {
-            let mut spare = new.iter().copied().filter(|&other| other != n);
+            let mut others = new.iter().copied().filter(|&other| other != n);
             let mut order: Vec<usize> = (0..ours.len())
                 .filter_map(|j| match j {
                     _ if j == i => Some(n),
-                    _ => shared.iter().position(|s| *s == Some(j)).or_else(|| spare.next()),
+                    _ => shared.iter().position(|s| *s == Some(j)).or_else(|| others.next()),
                 })
                 .collect();
-            order.extend(spare);
+            order.extend(others);
             let mut model = other.clone();
             model.fit.arrange(&order);
             model
@@ -390,16 +404,17 @@ fn instead_of<'c>(best: &Model<'c>, i: usize, other: &Model<'c>) -> Vec<Model<'c
         .collect()
 }
 
-/// Whether what `after` has more than `before` moves the frequencies by more than a part of the noise.
+/// Whether what `after` has more than `before` moves the frequencies by more than a part of the
+/// noise.
 fn is_material(problem: &Problem<'_>, before: &Fit<'_>, after: &Fit<'_>) -> bool {
     let n = problem.data.points.len() as f64;
     // A likelihood falls by n ln of the noise: the squares of noise and effect add.
     let gain = after.evaluation.score - before.evaluation.score;
-    (2.0 * gain / n).exp_m1() >= LEAST_MATERIAL * LEAST_MATERIAL
+    (2.0 * gain / n).exp_m1() >= MIN_MATERIAL * MIN_MATERIAL
 }
 
-/// How often chance gains as much as `after` on `before` with any of so many candidates, or with any set of as many
-/// as `after` has more.
+/// p-value of the gain of `after` on `before`, corrected for the number of candidates, or of sets
+/// of as many candidates as `after` has more.
 pub(super) fn p_value(
     problem: &Problem<'_>,
     candidates: usize,
@@ -416,22 +431,8 @@ pub(super) fn p_value(
     (tries * p_value_of_gain(gain, freedom, n - after.freedom, n)).min(1.0)
 }
 
-/// How often chance gains `gain` of ln likelihood from `freedom` parameters where `left` degrees of freedom
-/// of `n` points remain: the F test of the residual sums of squares that the likelihoods stand for.
-pub(super) fn p_value_of_gain(gain: f64, freedom: f64, left: f64, n: f64) -> f64 {
-    if gain.is_nan() || gain <= 0.0 || left < 1.0 {
-        return 1.0;
-    }
-    let ratio = ((2.0 * gain / n).exp() - 1.0) * left / freedom;
-    match FisherSnedecor::new(freedom, left) {
-        Ok(f) if ratio.is_finite() => f.sf(ratio),
-        Ok(_) => 0.0,
-        Err(_) => 1.0,
-    }
-}
-
 fn sort(models: &mut [Model<'_>]) {
-    models.sort_by(|a, b| b.worth.total_cmp(&a.worth));
+    models.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
 }
 
 /// The first of each set of causes, places and forms, at most `count`.

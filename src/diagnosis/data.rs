@@ -1,15 +1,16 @@
 //! The measured table as the fits see it.
 
+use super::statistics::median;
 use crate::identify::ModeTable;
 use crate::model::{Conditions, Payload};
 
-/// Fewer poses than this say nothing.
-pub(super) const FEWEST_ROWS: usize = 5;
+/// Least number of poses for a diagnosis.
+pub(super) const MIN_POSES: usize = 5;
 
-/// Fewer frequencies than this say nothing.
-pub(super) const FEWEST_POINTS: usize = 8;
+/// Least number of frequencies for a diagnosis.
+pub(super) const MIN_POINTS: usize = 8;
 
-/// Known mass at the tip during a measurement, against the robot's file.
+/// Belief mass at the tip during a measurement, against the robot's file.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Load {
     /// On top of what the file carries, at the tip's origin, kg.
@@ -59,8 +60,8 @@ pub(super) struct Data {
     /// By row, then column.
     pub(super) points: Vec<Point>,
     pub(super) columns: usize,
-    /// Typical deviation that the table tells, share of the frequency.
-    pub(super) told_noise: Option<f64>,
+    /// Typical standard deviation that the table states, share of the frequency.
+    pub(super) stated_noise: Option<f64>,
 }
 
 impl Data {
@@ -110,10 +111,11 @@ impl Data {
                 index,
             })
             .collect();
-        Self { rows, points, columns: table.modes, told_noise: typical }
+        Self { rows, points, columns: table.modes, stated_noise: typical }
     }
 
-    /// For each row which test it belongs to, counted from 0: rows of one pose under the same conditions repeat one.
+    /// For each row which test it belongs to, counted from 0: rows of one pose under the same
+    /// conditions repeat one.
     pub(super) fn tests(&self) -> Vec<usize> {
         let mut first_rows: Vec<&Row> = Vec::new();
         let test_of = |row: &'_ Row, first_rows: &mut Vec<&Row>| {
@@ -133,6 +135,11 @@ impl Data {
             .collect()
     }
 
+    /// Number of tests, see [`Data::tests`].
+    pub(super) fn test_count(&self) -> usize {
+        self.tests().into_iter().max().map_or(0, |last| last + 1)
+    }
+
     /// The rows for which `keep` holds; points remember their place in the whole table.
     pub(super) fn only(&self, keep: impl Fn(usize) -> bool) -> Self {
         let mut place = vec![None; self.rows.len()];
@@ -146,12 +153,12 @@ impl Data {
             .iter()
             .filter_map(|point| Some(Point { row: place[point.row]?, ..*point }))
             .collect();
-        Self { rows, points, columns: self.columns, told_noise: self.told_noise }
+        Self { rows, points, columns: self.columns, stated_noise: self.stated_noise }
     }
 }
 
-/// What a cell of `payload_kg` means where the robot's file carries `own_kg`: it counts the file's payload in
-/// if some row has just that, and comes on top of it otherwise.
+/// What a cell of `payload_kg` means where the robot's file carries `own_kg`: it counts the file's
+/// payload in if some row has just that, and comes on top of it otherwise.
 fn loads(table: &ModeTable, own_kg: f64) -> impl Fn(Option<f64>) -> Load + use<> {
     /// Cells are rounded.
     const SAME: f64 = 0.02;
@@ -162,16 +169,5 @@ fn loads(table: &ModeTable, own_kg: f64) -> impl Fn(Option<f64>) -> Load + use<>
         Some(kg) if is_own(kg) => Load::NOMINAL,
         Some(kg) if counts_own => Load { more_kg: 0.0, share: kg / own_kg },
         Some(kg) => Load { more_kg: kg, share: 1.0 },
-    }
-}
-
-/// The middle value; `None` of nothing.
-pub(super) fn median(mut values: Vec<f64>) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    let n = values.len();
-    match n {
-        0 => None,
-        _ if n % 2 == 1 => Some(values[n / 2]),
-        _ => Some(0.5 * (values[n / 2 - 1] + values[n / 2])),
     }
 }

@@ -1,18 +1,25 @@
 //! The diagnosis as a whole: choose, question, say how sure, measure the gain, say what to do next.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use super::arm::Arm;
+use super::candidate::Candidate;
 use super::causes::candidates;
-use super::choose::{Effort, choose};
-use super::data::{Data, FEWEST_POINTS, FEWEST_ROWS};
+use super::choose::{Choice, SearchWidth, choose};
+use super::data::{Data, MIN_POINTS, MIN_POSES};
 use super::findings::{corrections, findings, next, ranking, widened};
 use super::fit::Fit;
-use super::gain::{HeldOut, gain_interval, held_out, relative_error, rms};
-use super::outcome::{Diagnosis, DiagnosisFault, Errors, Gain, ResidualRow, Verdict};
+use super::gain::{HeldOut, gain_interval, held_out};
+use super::outcome::{Diagnosis, Errors, Gain, ResidualRow, Verdict};
 use super::problem::{Evaluation, Problem};
 use super::screen::Screen;
+use super::statistics::{relative_error, rms};
+use super::table::{check_rows, unit_hint, within_the_model};
 use super::verdict::Judged;
 use crate::identify::ModeTable;
 use crate::model::{Description, Robot};
+use crate::notes::{Code, Note, Place};
+use crate::progress::{Done, Progress};
 use crate::units::percent_from_ratio;
 
 /// How to diagnose.
@@ -28,111 +35,125 @@ impl Default for Settings {
     }
 }
 
-/// Diagnoses a robot by a table of measured modes. `progress` is called with the share of the work done.
+/// Diagnoses a robot by a table of measured modes.
 ///
 /// # Errors
-/// Too little data, a row that is none of this robot's, or a model without modes at a pose of the table.
+/// Too little data, a row that this robot cannot have, or a model without modes at a pose of the
+/// table.
 pub fn diagnose(
     description: &Description,
     table: &ModeTable,
     settings: Settings,
-    progress: &(dyn Fn(f64) + Sync),
-) -> Result<Diagnosis, DiagnosisFault> {
-    let robot = Robot::new(description).map_err(|_| DiagnosisFault::NoModes)?;
+    progress: Progress<'_>,
+) -> Result<Diagnosis, Note> {
+    let robot = Robot::new(description).map_err(|_| no_modes())?;
     check_rows(&robot, table)?;
-    let data = Data::of(table, description.payload.as_ref());
-    let mut rows: Vec<usize> = data.points.iter().map(|point| point.row).collect();
-    rows.dedup();
-    let frequencies = data.points.len();
-    let data = data.only(|row| rows.binary_search(&row).is_ok());
-    let poses = data.tests().into_iter().max().map_or(0, |last| last + 1);
-    if poses < FEWEST_ROWS || frequencies < FEWEST_POINTS {
-        return Err(DiagnosisFault::TooLittle { poses, frequencies });
-    }
-    let arm = Arm::new(description, &robot, &data).ok_or(DiagnosisFault::NoModes)?;
+    let (table, beyond) = within_the_model(table, robot.coordinates().len());
+    let data = measured(&table, description)?;
+    let arm = Arm::new(description, &robot, &data).ok_or_else(no_modes)?;
     let candidates = candidates(&arm);
     let problem = Problem { description, data: &data };
-    let screen = Screen::new(&problem, &candidates).ok_or(DiagnosisFault::NoModes)?;
-    progress(0.1);
-    let choice =
-        choose(&problem, &candidates, &screen, Effort::FULL).ok_or(DiagnosisFault::NoModes)?;
-    progress(0.4);
+    let screen = Screen::new(&problem, &candidates).ok_or_else(no_modes)?;
+    progress(Done::Share(0.1));
+    let choice = choose(&problem, &candidates, &screen, SearchWidth::FULL).ok_or_else(no_modes)?;
+    progress(Done::Share(0.4));
     let judged = Judged::of(&problem, &choice);
-    let chosen: Fit<'_> = match judged.verdict {
+    let verdict = judged.verdict;
+    let chosen = match verdict {
         Verdict::Explained => widened(&problem, &candidates, &choice.best.fit),
-        Verdict::Consistent | Verdict::Unexplained => choice.nothing.clone(),
+        Verdict::Consistent | Verdict::Unexplained => choice.baseline.clone(),
     };
-    let folds = std::sync::atomic::AtomicUsize::new(0);
-    let held_out = match judged.verdict {
+    let held_out = match verdict {
         Verdict::Explained => {
-            held_out(description, &data, &candidates, &screen, settings.seed, &|| {
-                let done = folds.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
-                progress(0.4 + 0.06 * done as f64);
-            })
+            let seed = settings.seed;
+            cross_validated(&problem, &candidates, &screen, seed, progress)
         }
-        // Nothing was fitted: every pose is one left out.
+        // Nothing was fitted: every pose is held out.
         Verdict::Consistent | Verdict::Unexplained => {
-            HeldOut::unchanged(&choice.nothing.evaluation)
+            HeldOut::unchanged(&choice.baseline.evaluation)
         }
     };
-    let [held_out_before, held_out_after] =
-        [&held_out.before, &held_out.after].map(|errors| rms(errors.iter()));
-    let interval = gain_interval(&data, &held_out, settings.seed);
-    let baseline = errors(&data, &choice.nothing.evaluation, held_out_before);
-    let extended = errors(&data, &chosen.evaluation, held_out_after);
-    let findings = if judged.verdict == Verdict::Explained {
-        findings(&problem, candidates.len(), &choice, &chosen)
-    } else {
-        Vec::new()
+    let (findings, (next_poses, next_tests)) = match verdict {
+        Verdict::Explained => (
+            findings(&problem, candidates.len(), &choice, &chosen),
+            next(&problem, &robot, &choice),
+        ),
+        Verdict::Consistent | Verdict::Unexplained => Default::default(),
     };
-    let (next_poses, next_tests) = if judged.verdict == Verdict::Explained {
-        next(&problem, &robot, &choice)
-    } else {
-        Default::default()
-    };
-    progress(1.0);
-    let noise_left = (frequencies as f64 - chosen.freedom).max(1.0);
-    let floor = rms(chosen.evaluation.residuals.iter()) * (frequencies as f64 / noise_left).sqrt();
+    progress(Done::Share(1.0));
+    let [before, after] = [&held_out.before, &held_out.after].map(|errors| rms(errors.iter()));
+    let residuals = residual_rows(&data, &choice, &chosen);
     Ok(Diagnosis {
-        verdict: judged.verdict,
-        poses,
+        verdict,
+        poses: data.test_count(),
         gain: Gain {
-            percent_points: percent_from_ratio(held_out_before - held_out_after),
-            ci95: interval.map(percent_from_ratio),
+            percent_points: percent_from_ratio(before - after),
+            ci95: gain_interval(&data, &held_out, settings.seed).map(percent_from_ratio),
         },
-        baseline,
-        extended,
-        noise_floor_percent: percent_from_ratio(floor),
+        baseline: errors(&data, &choice.baseline.evaluation, before),
+        extended: errors(&data, &chosen.evaluation, after),
+        noise_floor_percent: percent_from_ratio(noise_floor(&data, &chosen)),
         structure_before: judged.before,
         structure_after: judged.after,
         next_poses,
         next_tests,
         ranking: ranking(&choice),
-        residuals: residual_rows(&data, &choice.nothing.evaluation, &chosen.evaluation),
         corrections: corrections(&data, &chosen),
         coordinates: robot.coordinates().iter().map(|c| c.name.clone()).collect(),
         joints: arm.joints,
         findings,
+        notes: beyond.into_iter().chain(unit_hint(&residuals)).collect(),
+        residuals,
     })
 }
 
-/// What reading a file makes sure of, for tables that were made otherwise.
-fn check_rows(robot: &Robot, table: &ModeTable) -> Result<(), DiagnosisFault> {
-    let positive = |value: &Option<f64>| value.is_none_or(|f| f.is_finite() && f > 0.0);
-    for (row, measured) in table.rows.iter().enumerate() {
-        let fault = |what: String| Err(DiagnosisFault::Row { row, what });
-        if let Err(bad) = robot.check_pose(&measured.pose) {
-            return fault(bad.to_string());
-        }
-        let numbers = measured.frequencies_hz.iter().chain(&measured.deviations_hz);
-        if !numbers.into_iter().all(positive) || measured.frequencies_hz.len() != table.modes {
-            return fault(format!(
-                "frequencies are {:?} Hz and deviations {:?} Hz, must be {} and positive",
-                measured.frequencies_hz, measured.deviations_hz, table.modes
-            ));
-        }
+fn no_modes() -> Note {
+    let what = "the model has no modes at a pose of the table; check its stiffness and masses with \
+                detune map";
+    Note::error(Code::Singular, Place::default(), what)
+}
+
+/// The rows of the table that have a frequency.
+fn measured(table: &ModeTable, description: &Description) -> Result<Data, Note> {
+    let data = Data::of(table, description.payload.as_ref());
+    let mut rows: Vec<usize> = data.points.iter().map(|point| point.row).collect();
+    rows.dedup();
+    let data = data.only(|row| rows.binary_search(&row).is_ok());
+    let (poses, frequencies) = (data.test_count(), data.points.len());
+    if poses >= MIN_POSES && frequencies >= MIN_POINTS {
+        return Ok(data);
     }
-    Ok(())
+    let counted = |count: usize, one: &str, many: &str| {
+        format!("{count} {}", if count == 1 { one } else { many })
+    };
+    let what = format!(
+        "too little data for a diagnosis: {} at {}, must be at least {MIN_POINTS} at {MIN_POSES}; \
+         measure more poses",
+        counted(frequencies, "frequency", "frequencies"),
+        counted(poses, "pose", "poses"),
+    );
+    Err(Note::error(Code::TooLittleData, Place::default(), what))
+}
+
+fn cross_validated(
+    problem: &Problem<'_>,
+    candidates: &[Candidate],
+    screen: &Screen,
+    seed: u64,
+    progress: Progress<'_>,
+) -> HeldOut {
+    let folds = AtomicUsize::new(0);
+    held_out(problem, candidates, screen, seed, &|| {
+        let done = folds.fetch_add(1, Ordering::Relaxed) + 1;
+        progress(Done::Share(0.4 + 0.06 * done as f64));
+    })
+}
+
+/// Root mean square of the residuals for the degrees of freedom that remain.
+fn noise_floor(data: &Data, fit: &Fit<'_>) -> f64 {
+    let frequencies = data.points.len() as f64;
+    let left = (frequencies - fit.freedom).max(1.0);
+    rms(fit.evaluation.residuals.iter()) * (frequencies / left).sqrt()
 }
 
 fn errors(data: &Data, evaluation: &Evaluation, heldout: f64) -> Errors {
@@ -149,7 +170,8 @@ fn errors(data: &Data, evaluation: &Evaluation, heldout: f64) -> Errors {
     }
 }
 
-fn residual_rows(data: &Data, before: &Evaluation, after: &Evaluation) -> Vec<ResidualRow> {
+fn residual_rows(data: &Data, choice: &Choice<'_>, chosen: &Fit<'_>) -> Vec<ResidualRow> {
+    let (before, after) = (&choice.baseline.evaluation, &chosen.evaluation);
     data.points
         .iter()
         .enumerate()

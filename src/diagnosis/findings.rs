@@ -1,57 +1,55 @@
 //! Findings from a choice: how sure, what else it could be, what to measure next.
 
 use super::candidate::{Candidate, Parameter};
-use super::causes::words;
-use super::choose::{Choice, Model, p_value};
+use super::causes::cause_text;
+use super::choose::{ALTERNATIVE_WITHIN, Choice, Model, p_value};
 use super::data::Data;
 use super::fit::Fit;
-use super::gain::rms;
 use super::hypothesis::Hypothesis;
 use super::interval::{Certainty, averaged, certainties};
-use super::next_poses::{NextPose, poses_between};
-use super::outcome::{Estimate, Evidence, Finding, NextTest, Suspect, label};
+use super::next_poses::poses_between;
+use super::outcome::{Estimate, Evidence, Finding, NextPose, NextTest, Suspect, label};
 use super::problem::Problem;
+use super::statistics::rms;
 use crate::model::{Correction, Robot};
 use crate::units::percent_from_ratio;
 
-/// A rival whose model is worth less by more than this is no rival: e^-6 is one in four hundred.
-pub(super) const RIVAL_WITHIN: f64 = 6.0;
+/// Alternatives that are reported with a finding.
+const MAX_ALTERNATIVES: usize = 3;
 
-/// Rivals that are told beside a finding.
-const MOST_RIVALS: usize = 3;
-
-/// The findings of a choice, the one that explains most first; values are those of `told`, the same causes in
-/// their widest form.
+/// The findings of a choice, the one that explains most first; values are those of `widest`, the
+/// same causes in their widest form.
 pub(super) fn findings(
     problem: &Problem<'_>,
     candidates: usize,
     choice: &Choice<'_>,
-    told: &Fit<'_>,
+    widest: &Fit<'_>,
 ) -> Vec<Finding> {
     let best = &choice.best;
     let rms_with = rms(best.fit.evaluation.residuals.iter());
     let n = problem.data.points.len() as f64;
     let bic = |fit: &Fit<'_>| -2.0 * fit.evaluation.score + fit.freedom * n.ln();
-    let mut certainties = averaged(problem.data, told, &choice.seen).into_iter();
+    let mut certainties = averaged(problem.data, widest, &choice.seen).into_iter();
     let mut findings = Vec::new();
-    for (i, (candidate, inner)) in told.hypothesis.effects.iter().enumerate() {
+    for (i, (candidate, inner)) in widest.hypothesis.effects.iter().enumerate() {
         let parameters = candidate
             .parameters
             .iter()
             .zip(inner)
             .zip(certainties.by_ref())
-            .filter(|(_, certainty)| certainty.is_told)
+            .filter(|(_, certainty)| certainty.is_informed)
             .map(|((parameter, &inner), certainty)| estimate(parameter, inner, certainty))
             .collect();
         let mut rest = best.fit.hypothesis.clone();
         rest.effects.remove(i);
-        let without = problem.climb(rest).unwrap_or_else(|| choice.nothing.clone());
+        let without = problem.optimise(rest).unwrap_or_else(|| choice.baseline.clone());
         findings.push(Finding {
             cause: candidate.cause,
             at: candidate.at.clone(),
             indistinguishable_from: group(choice, i, candidate),
             parameters,
             hinge: candidate.hinge.clone(),
+            text: cause_text(candidate.cause),
             evidence: Evidence {
                 delta_bic: bic(&best.fit) - bic(&without),
                 p_value: p_value(problem, candidates, &without, &best.fit),
@@ -78,13 +76,14 @@ fn estimate(parameter: &Parameter, inner: f64, certainty: Certainty) -> Estimate
     }
 }
 
-/// The same causes with everything free of which something is expected, so that intervals count it in; fitted to the last digit.
+/// The same causes with everything free of which something is expected, so that intervals count it
+/// in; fitted to the last digit.
 pub(super) fn widened<'c>(
     problem: &Problem<'_>,
     candidates: &'c [Candidate],
     fit: &Fit<'c>,
 ) -> Fit<'c> {
-    /// Digits that are told must not depend on where a fit began.
+    /// Digits that are reported must not depend on where a fit began.
     const NO_GAIN: f64 = 1e-9;
     let effects = fit
         .hypothesis
@@ -102,25 +101,25 @@ pub(super) fn widened<'c>(
             }
         })
         .collect();
-    problem.climb_to(Hypothesis { effects }, NO_GAIN).unwrap_or_else(|| fit.clone())
+    problem.optimise_to(Hypothesis { effects }, NO_GAIN).unwrap_or_else(|| fit.clone())
 }
 
-/// What a robot's file needs to hold; what the data say nothing of is left out.
+/// What a robot's file needs to hold, without parameters that the data do not inform.
 pub(super) fn corrections(data: &Data, fit: &Fit<'_>) -> Vec<Correction> {
     let mut certainties = certainties(data, fit).into_iter();
     let mut corrections = fit.hypothesis.corrections();
     for ((candidate, _), correction) in fit.hypothesis.effects.iter().zip(&mut corrections) {
-        let told: Vec<bool> = candidate
+        let informed: Vec<bool> = candidate
             .parameters
             .iter()
             .zip(certainties.by_ref())
             .map(|(parameter, certainty)| {
                 let expects_none = parameter.expected.is_some_and(|[mean, _]| mean == 0.0);
-                certainty.is_told || !expects_none
+                certainty.is_informed || !expects_none
             })
             .collect();
-        let mut told = told.into_iter();
-        correction.parameters.retain(|_| told.next().unwrap_or(true));
+        let mut informed = informed.into_iter();
+        correction.parameters.retain(|_| informed.next().unwrap_or(true));
     }
     corrections
 }
@@ -135,26 +134,26 @@ fn suspects(models: &[Model<'_>], i: usize, best: f64) -> Vec<Suspect> {
     };
     for model in models {
         let Some((candidate, _)) = model.fit.hypothesis.effects.get(i) else { continue };
-        let behind = 2.0 * (best - model.worth);
-        add(Suspect { cause: candidate.cause, at: candidate.at.clone(), behind });
+        let behind_bic = 2.0 * (best - model.log_evidence);
+        add(Suspect { cause: candidate.cause, at: candidate.at.clone(), behind_bic });
     }
     suspects
 }
 
-/// Rivals of the finding `i` within reach.
+/// Alternatives of the finding `i` within reach.
 fn group(choice: &Choice<'_>, i: usize, finding: &Candidate) -> Vec<Suspect> {
     let others: Vec<&Candidate> =
         choice.best.fit.hypothesis.effects.iter().map(|(candidate, _)| *candidate).collect();
-    let mut group: Vec<Suspect> = suspects(&choice.rivals[i], i, choice.best.worth)
+    let mut group: Vec<Suspect> = suspects(&choice.alternatives[i], i, choice.best.log_evidence)
         .into_iter()
-        .filter(|s| s.behind < 2.0 * RIVAL_WITHIN)
+        .filter(|s| s.behind_bic < 2.0 * ALTERNATIVE_WITHIN)
         .filter(|s| !others.iter().any(|o| o.cause == s.cause && o.at == s.at))
         .collect();
-    group.truncate(MOST_RIVALS);
+    group.truncate(MAX_ALTERNATIVES);
     // Other names of the same body come last.
     for name in &finding.also {
-        if group.len() < MOST_RIVALS {
-            group.push(Suspect { cause: finding.cause, at: Some(name.clone()), behind: 0.0 });
+        if group.len() < MAX_ALTERNATIVES {
+            group.push(Suspect { cause: finding.cause, at: Some(name.clone()), behind_bic: 0.0 });
         }
     }
     group
@@ -162,10 +161,9 @@ fn group(choice: &Choice<'_>, i: usize, finding: &Candidate) -> Vec<Suspect> {
 
 /// Causes one by one, each in its best form, best first.
 pub(super) fn ranking(choice: &Choice<'_>) -> Vec<Suspect> {
-    const MOST_RANKED: usize = 12;
-    let best = choice.singles.first().map_or(0.0, |model| model.worth);
+    let best = choice.singles.first().map_or(0.0, |model| model.log_evidence);
     let mut ranking = suspects(&choice.singles, 0, best);
-    ranking.truncate(MOST_RANKED);
+    ranking.truncate(12);
     ranking
 }
 
@@ -178,7 +176,7 @@ pub(super) fn next(
     for (i, (candidate, _)) in choice.best.fit.hypothesis.effects.iter().enumerate() {
         let own = label(candidate.cause, candidate.at.as_deref());
         for suspect in group(choice, i, candidate) {
-            let model = choice.rivals[i].iter().find(|model| {
+            let model = choice.alternatives[i].iter().find(|model| {
                 let (other, _) = model.fit.hypothesis.effects[i];
                 other.cause == suspect.cause && other.at == suspect.at
             });
@@ -189,19 +187,19 @@ pub(super) fn next(
                 problem.data,
                 &choice.best.fit,
                 &model.fit,
-                suspect.behind,
+                suspect.behind_bic,
             );
             // Where nothing is known of the parameters, nothing is known of poses.
             let Some(found) = found else { continue };
             if found.is_empty() {
                 let separates = [own.clone(), suspect.label()];
-                tests.push(NextTest { separates, test: words(candidate.cause).test });
+                tests.push(NextTest { separates, test: cause_text(candidate.cause).test });
             }
             for (joints, square) in found {
                 poses.push(NextPose {
                     joints,
                     separates: [own.clone(), suspect.label()],
-                    apart: square.sqrt(),
+                    apart_sigmas: square.sqrt(),
                 });
             }
         }

@@ -1,5 +1,5 @@
-//! Causes fitted to a table: weighted least squares in a trust region (Levenberg–Marquardt) with the
-//! weights of the noise, from several starts.
+//! Causes fitted to a table: weighted least squares in a trust region (Levenberg–Marquardt) with
+//! the weights of the noise, from several starts.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -8,34 +8,29 @@ use super::hypothesis::Hypothesis;
 use super::problem::{Evaluation, Problem};
 
 /// Rounds of a fit.
-const MOST_ROUNDS: usize = 25;
+const MAX_ROUNDS: usize = 25;
 
 /// Rounds after which one of several starts is chosen.
 const FIRST_ROUNDS: usize = 4;
 
-/// Steps that are tried in one round, each damped more than the one before.
-const MOST_TRIALS: usize = 8;
+/// The least that a step leaves of the damping. The rule is Nielsen's (Damping Parameter in
+/// Marquardt's Method, Technical University of Denmark, 1999), who leaves a third.
+const MIN_DAMPING_RATIO: f64 = 0.1;
 
-/// Damping of the first step, and of the boldest, as shares of the information's diagonal.
-const FIRST_DAMPING: f64 = 1e-3;
-const LEAST_DAMPING: f64 = 1e-9;
+/// Trust region: no parameter moves further in one step than by a factor of four, or by 1.4 of its
+/// units.
+const MAX_STEP: f64 = 1.4;
 
-/// The least that a step leaves of the damping. The rule is Nielsen's (Damping Parameter in Marquardt's Method,
-/// Technical University of Denmark, 1999), who leaves a third.
-const LARGEST_RELIEF: f64 = 0.1;
-
-/// No parameter moves further in one step: by a factor of four, or by 1.4 of its units.
-const LONGEST_STEP: f64 = 1.4;
-
-/// A promised gain of ln likelihood below this ends a fit.
-const SMALLEST_GAIN: f64 = 2e-3;
+/// A fit ends where the next step is expected to gain less of ln likelihood.
+const MIN_GAIN: f64 = 2e-3;
 
 /// A fitted hypothesis.
 #[derive(Debug, Clone)]
 pub(super) struct Fit<'c> {
     pub(super) hypothesis: Hypothesis<'c>,
     pub(super) evaluation: Evaluation,
-    /// Degrees of freedom that the parameters take: less than their number where the data say little.
+    /// Degrees of freedom that the parameters take: less than their number where the data say
+    /// little.
     pub(super) freedom: f64,
 }
 
@@ -71,8 +66,8 @@ impl Fit<'_> {
 }
 
 impl Problem<'_> {
-    /// The best fit of the causes of `given`, from their parameters, and of `added`, if given, from the most
-    /// promising of its starts.
+    /// The best fit of the causes of `given`, from their parameters, and of `added`, if given, from
+    /// the most candidates of its starts.
     pub(super) fn fit<'c>(
         &self,
         given: &Hypothesis<'c>,
@@ -91,30 +86,31 @@ impl Problem<'_> {
                 })
                 .collect(),
         };
-        let mut promising: Vec<(f64, Hypothesis<'c>)> = if hypotheses.len() == 1 {
+        let mut candidates: Vec<(f64, Hypothesis<'c>)> = if hypotheses.len() == 1 {
             hypotheses.into_iter().map(|hypothesis| (0.0, hypothesis)).collect()
         } else {
             hypotheses
                 .into_iter()
-                .filter_map(|hypothesis| Some((self.promise(&hypothesis)?, hypothesis)))
+                .filter_map(|hypothesis| Some((self.first_order_score(&hypothesis)?, hypothesis)))
                 .collect()
         };
-        promising.sort_by(|a, b| b.0.total_cmp(&a.0));
-        promising.truncate(starts);
-        if promising.len() > 1 {
+        candidates.sort_by(|a, b| b.0.total_cmp(&a.0));
+        candidates.truncate(starts);
+        if candidates.len() > 1 {
             // A few rounds show which start leads further.
-            let begun = promising
+            let begun = candidates
                 .into_iter()
-                .filter_map(|(_, start)| self.climb_for(start, FIRST_ROUNDS, SMALLEST_GAIN));
+                .filter_map(|(_, start)| self.levenberg_marquardt(start, FIRST_ROUNDS, MIN_GAIN));
             let best = begun.max_by(|a, b| a.evaluation.score.total_cmp(&b.evaluation.score))?;
-            return self.climb(best.hypothesis);
+            return self.optimise(best.hypothesis);
         }
-        self.climb(promising.pop()?.1)
+        self.optimise(candidates.pop()?.1)
     }
 
-    /// ln likelihood of a hypothesis once the parameters of all causes but the last have given way to that one, to
-    /// first order: a cause that takes from another looks bad until the other has given way.
-    fn promise(&self, hypothesis: &Hypothesis<'_>) -> Option<f64> {
+    /// ln likelihood of a hypothesis once the parameters of all causes but the last have given way
+    /// to that one, to first order: a cause that takes from another looks bad until the other has
+    /// given way.
+    fn first_order_score(&self, hypothesis: &Hypothesis<'_>) -> Option<f64> {
         let (_, before) = hypothesis.effects.split_last()?;
         let others: usize = before.iter().map(|(_, inner)| inner.len()).sum();
         let evaluation = self.evaluate(hypothesis, others > 0)?;
@@ -131,44 +127,42 @@ impl Problem<'_> {
     }
 
     /// Levenberg–Marquardt from a start.
-    pub(super) fn climb<'c>(&self, start: Hypothesis<'c>) -> Option<Fit<'c>> {
-        self.climb_to(start, SMALLEST_GAIN)
+    pub(super) fn optimise<'c>(&self, start: Hypothesis<'c>) -> Option<Fit<'c>> {
+        self.optimise_to(start, MIN_GAIN)
     }
 
-    /// The same until a step promises to gain less than `smallest_gain` of ln likelihood.
-    pub(super) fn climb_to<'c>(
-        &self,
-        start: Hypothesis<'c>,
-        smallest_gain: f64,
-    ) -> Option<Fit<'c>> {
-        self.climb_for(start, MOST_ROUNDS, smallest_gain)
+    /// The same until a step promises to gain less than `min_gain` of ln likelihood.
+    pub(super) fn optimise_to<'c>(&self, start: Hypothesis<'c>, min_gain: f64) -> Option<Fit<'c>> {
+        self.levenberg_marquardt(start, MAX_ROUNDS, min_gain)
     }
 
-    fn climb_for<'c>(
+    fn levenberg_marquardt<'c>(
         &self,
         start: Hypothesis<'c>,
-        most_rounds: usize,
-        smallest_gain: f64,
+        max_rounds: usize,
+        min_gain: f64,
     ) -> Option<Fit<'c>> {
         let mut hypothesis = start;
         let mut evaluation = self.evaluate(&hypothesis, true)?;
-        let (mut damping, mut growth) = (FIRST_DAMPING, 2.0);
-        'rounds: for _ in 0..most_rounds {
+        // As a share of the information's diagonal.
+        let (mut damping, mut growth) = (1e-3_f64, 2.0);
+        'rounds: for _ in 0..max_rounds {
             let inner = hypothesis.inner();
             let (information, gradient) = normal_equations(&hypothesis, &evaluation);
-            for _ in 0..MOST_TRIALS {
+            // Each step that fails is followed by one that is damped more.
+            for _ in 0..8 {
                 let next = step(&hypothesis, &inner, &information, &gradient, damping);
                 let moved = DVector::from_vec(next.inner()) - DVector::from_column_slice(&inner);
                 let promised = gradient.dot(&moved) - 0.5 * moved.dot(&(&information * &moved));
                 // Also where nothing can move.
-                if promised.is_nan() || promised <= smallest_gain {
+                if promised.is_nan() || promised <= min_gain {
                     break 'rounds;
                 }
                 match self.evaluate(&next, true) {
                     Some(better) if better.score > evaluation.score => {
                         let kept = (better.score - evaluation.score) / promised;
-                        damping *= (1.0 - (2.0 * kept - 1.0).powi(3)).max(LARGEST_RELIEF);
-                        damping = damping.max(LEAST_DAMPING);
+                        damping *= (1.0 - (2.0 * kept - 1.0).powi(3)).max(MIN_DAMPING_RATIO);
+                        damping = damping.max(1e-9);
                         growth = 2.0;
                         hypothesis = next;
                         evaluation = better;
@@ -236,8 +230,9 @@ fn freedom(hypothesis: &Hypothesis<'_>, evaluation: &Evaluation) -> f64 {
     freedom
 }
 
-/// One damped step from the parameters `inner`: the least of the quadratic model, held within the bounds and within
-/// [`LONGEST_STEP`] by an active set. What would pass furthest stops at its limit, and the rest is solved again.
+/// One damped step from the parameters `inner`: the least of the quadratic model, held within the
+/// bounds and within [`MAX_STEP`] by an active set. What would pass furthest stops at its limit,
+/// and the rest is solved again.
 fn step<'c>(
     hypothesis: &Hypothesis<'c>,
     inner: &[f64],
@@ -250,7 +245,7 @@ fn step<'c>(
         .zip(inner)
         .map(|(parameter, &at)| {
             let reach = |by: f64| parameter.clamp(at + by) - at;
-            [reach(-LONGEST_STEP), reach(LONGEST_STEP)]
+            [reach(-MAX_STEP), reach(MAX_STEP)]
         })
         .collect();
     let p = inner.len();
@@ -261,7 +256,8 @@ fn step<'c>(
     let mut moved = DVector::zeros(p);
     let mut free: Vec<usize> = (0..p).collect();
     while !free.is_empty() {
-        // What the parameters that have stopped leave of the gradient; free ones have not moved yet.
+        // What the parameters that have stopped leave of the gradient; free ones have not moved
+        // yet.
         let left = (gradient - &damped * &moved).select_rows(&free);
         let Some(cholesky) = damped.select_rows(&free).select_columns(&free).cholesky() else {
             break;

@@ -1,5 +1,5 @@
-//! What the causes gain at poses that they were not fitted to: cross-validation in which the whole choice
-//! is repeated in each fold.
+//! What the causes gain at poses that they were not fitted to: cross-validation in which the whole
+//! choice is repeated in each fold.
 
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
@@ -7,12 +7,12 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::candidate::Candidate;
-use super::choose::{Effort, choose};
+use super::choose::{SearchWidth, choose};
 use super::data::Data;
 use super::hypothesis::Hypothesis;
 use super::problem::{Evaluation, Problem};
 use super::screen::Screen;
-use crate::model::Description;
+use super::statistics::relative_error;
 
 /// Folds of the cross-validation.
 const FOLDS: usize = 8;
@@ -29,36 +29,25 @@ pub(super) struct HeldOut {
 
 impl HeldOut {
     /// Of a model without causes.
-    pub(super) fn unchanged(nothing: &Evaluation) -> Self {
-        let errors: Vec<_> = nothing.residuals.iter().map(|r| r.map(relative_error)).collect();
+    pub(super) fn unchanged(baseline: &Evaluation) -> Self {
+        let errors: Vec<_> = baseline.residuals.iter().map(|r| r.map(relative_error)).collect();
         Self { before: errors.clone(), after: errors }
     }
 }
 
-/// ln(measured/predicted) → (predicted − measured)/measured.
-pub(super) fn relative_error(residual: f64) -> f64 {
-    (-residual).exp_m1()
-}
-
-/// Root mean square of what is there; 0 of nothing.
-pub(super) fn rms<'e>(errors: impl Iterator<Item = &'e Option<f64>>) -> f64 {
-    let (sum, count) = errors.flatten().fold((0.0, 0.0), |(s, n), e| (s + e * e, n + 1.0));
-    if count > 0.0 { f64::sqrt(sum / count) } else { 0.0 }
-}
-
-/// Errors of the model and of the model with the causes that each fold chooses, at the poses that the fold
-/// leaves out. `done` is called once a fold.
+/// Errors of the model and of the model with the causes that each fold chooses, at the poses that
+/// the fold leaves out. `done` is called once a fold.
 pub(super) fn held_out(
-    description: &Description,
-    data: &Data,
+    problem: &Problem<'_>,
     candidates: &[Candidate],
     screen: &Screen,
     seed: u64,
     done: &(dyn Fn() + Sync),
 ) -> HeldOut {
+    let Problem { description, data } = *problem;
     // A repeated test is left out as a whole: a pose that was seen is no pose left out.
     let tests = data.tests();
-    let count = tests.iter().max().map_or(0, |last| last + 1);
+    let count = data.test_count();
     let folds = FOLDS.min(count);
     let mut order: Vec<usize> = (0..count).collect();
     order.shuffle(&mut ChaCha8Rng::seed_from_u64(seed));
@@ -77,8 +66,12 @@ pub(super) fn held_out(
         .map(|fold| {
             let train = data.only(|row| fold_of[row] != fold);
             let test = data.only(|row| fold_of[row] == fold);
-            let choice =
-                choose(&Problem { description, data: &train }, candidates, screen, Effort::FOLD);
+            let choice = choose(
+                &Problem { description, data: &train },
+                candidates,
+                screen,
+                SearchWidth::FOLD,
+            );
             let hypothesis =
                 choice.map_or_else(Hypothesis::default, |choice| choice.best.fit.hypothesis);
             let errors = errors_of(&test, &hypothesis);
@@ -102,12 +95,14 @@ pub(super) fn held_out(
     HeldOut { before, after }
 }
 
-/// 95 % interval of rms before − rms after, as shares, over resampled poses.
+/// 95 % interval of rms before − rms after, as shares, over resampled tests: rows that repeat one
+/// test are drawn together, as the folds leave them out together.
 pub(super) fn gain_interval(data: &Data, held_out: &HeldOut, seed: u64) -> [f64; 2] {
-    let rows = data.rows.len();
-    let mut sums = vec![[0.0; 4]; rows];
+    let test_of_row = data.tests();
+    let tests = data.test_count();
+    let mut sums = vec![[0.0; 4]; tests];
     for ((point, before), after) in data.points.iter().zip(&held_out.before).zip(&held_out.after) {
-        let sum = &mut sums[point.row];
+        let sum = &mut sums[test_of_row[point.row]];
         if let Some(before) = before {
             sum[0] += before * before;
             sum[1] += 1.0;
@@ -121,8 +116,8 @@ pub(super) fn gain_interval(data: &Data, held_out: &HeldOut, seed: u64) -> [f64;
     let mut gains: Vec<f64> = (0..RESAMPLES)
         .map(|_| {
             let mut total = [0.0; 4];
-            for _ in 0..rows {
-                let drawn = sums[rng.random_range(0..rows)];
+            for _ in 0..tests {
+                let drawn = sums[rng.random_range(0..tests)];
                 total.iter_mut().zip(drawn).for_each(|(t, d)| *t += d);
             }
             let [before, count_before, after, count_after] = total;
@@ -132,4 +127,34 @@ pub(super) fn gain_interval(data: &Data, held_out: &HeldOut, seed: u64) -> [f64;
     gains.sort_by(f64::total_cmp);
     let at = |share: f64| gains[((share * RESAMPLES as f64) as usize).min(RESAMPLES - 1)];
     [at(0.025), at(0.975)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::data::Point;
+    use super::super::fit::tests::data;
+    use super::*;
+
+    /// A table whose rows all stand there four times knows no more poses than the table itself.
+    #[test]
+    fn repeated_rows_do_not_narrow_the_interval_of_the_gain() {
+        let once = data(9);
+        let errors = |scale: f64| -> Vec<Option<f64>> {
+            (0..once.points.len()).map(|i| Some(scale * (1.7 * i as f64).sin())).collect()
+        };
+        let held_out = HeldOut { before: errors(0.3), after: errors(0.1) };
+        let alone = gain_interval(&once, &held_out, 1);
+        let mut copies = once.clone();
+        for copy in 1..4 {
+            copies.rows.extend(once.rows.iter().cloned());
+            let shift = copy * once.rows.len();
+            copies.points.extend(once.points.iter().map(|p| Point { row: p.row + shift, ..*p }));
+        }
+        let HeldOut { before, after } = held_out;
+        let repeated = HeldOut { before: before.repeat(4), after: after.repeat(4) };
+        let together = gain_interval(&copies, &repeated, 1);
+        for (alone, together) in alone.iter().zip(together) {
+            assert!((alone - together).abs() < 1e-12, "{alone} {together}");
+        }
+    }
 }

@@ -1,5 +1,6 @@
-//! How sure a parameter is: from the curvature of the fit, for noise whose tails need not be Gaussian
-//! (Huber, Robust Statistics, 1981, §7.6), and from what models with other causes beside make of it.
+//! How sure a parameter is: from the curvature of the fit, for noise whose tails need not be
+//! Gaussian (Huber, Robust Statistics, 1981, §7.6), and from what models with other causes beside
+//! make of it.
 
 use std::ptr;
 
@@ -8,7 +9,7 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 use statrs::function::erf::erfc;
 
 use super::candidate::{Candidate, Parameter};
-use super::choose::{Model, worth};
+use super::choose::{Model, log_evidence};
 use super::data::Data;
 use super::fit::Fit;
 use super::likelihood::NOISE_FREEDOM;
@@ -55,7 +56,7 @@ pub(super) struct Certainty {
     /// Its 95 % interval, as the fit measures the parameter; `None` if the data do not hold it.
     pub(super) interval: Option<[f64; 2]>,
     /// Whether the data say anything: more than what was expected, or other than that.
-    pub(super) is_told: bool,
+    pub(super) is_informed: bool,
 }
 
 /// A parameter as one model has it: Gaussian, with the weight of the model.
@@ -69,7 +70,7 @@ struct Share {
 /// Of each parameter of a fit, as if its causes were sure.
 pub(super) fn certainties(data: &Data, fit: &Fit<'_>) -> Vec<Certainty> {
     /// Share of the expected variance above which the data have said nothing.
-    const NOTHING_SAID: f64 = 0.8;
+    const UNINFORMED: f64 = 0.8;
     /// A value nearer to what was expected, in its standard deviations, is just that.
     const AS_EXPECTED: f64 = 1e-3;
     let covariance = covariance(data, fit);
@@ -88,17 +89,17 @@ pub(super) fn certainties(data: &Data, fit: &Fit<'_>) -> Vec<Certainty> {
                     let half = quantile * variance.sqrt();
                     [inner - half, inner + half]
                 }),
-                is_told: departs || precision * variance.unwrap_or(0.0) < NOTHING_SAID,
+                is_informed: departs || precision * variance.unwrap_or(0.0) < UNINFORMED,
             }
         })
         .collect()
 }
 
-/// The same where other models are about as plausible: intervals reach as far as the parameter does in all `models`
-/// that have its cause, each with the weight of its evidence (Hoeting, Madigan, Raftery & Volinsky, Statistical
-/// Science 14, 1999), and never less far than in `fit`.
+/// The same where other models are about as plausible: intervals reach as far as the parameter does
+/// in all `models` that have its cause, each with the weight of its evidence (Hoeting, Madigan,
+/// Raftery & Volinsky, Statistical Science 14, 1999), and never less far than in `fit`.
 pub(super) fn averaged(data: &Data, fit: &Fit<'_>, models: &[Model<'_>]) -> Vec<Certainty> {
-    let worth = worth(data, fit);
+    let log_evidence = log_evidence(data, fit);
     let others = distinct_from(fit, models);
     let deviations: Vec<Option<Vec<f64>>> =
         others.iter().map(|model| deviations(data, &model.fit)).collect();
@@ -113,8 +114,9 @@ pub(super) fn averaged(data: &Data, fit: &Fit<'_>, models: &[Model<'_>]) -> Vec<
         let mut shares = vec![own];
         for (model, deviations) in others.iter().zip(&deviations) {
             let Some(deviations) = deviations else { continue };
-            // However much better a model is, two counts of evidence are never compared to the last digit.
-            let weight = (model.worth - worth).clamp(-MOST_ODDS, MOST_ODDS).exp();
+            // However much better a model is, two counts of evidence are never compared to the last
+            // digit.
+            let weight = (model.log_evidence - log_evidence).clamp(-MAX_LN_ODDS, MAX_LN_ODDS).exp();
             shares.extend(share_in(&model.fit, deviations, candidate, parameter, weight));
         }
         certainty.interval =
@@ -124,7 +126,7 @@ pub(super) fn averaged(data: &Data, fit: &Fit<'_>, models: &[Model<'_>]) -> Vec<
 }
 
 /// Largest ln of the odds between two models.
-const MOST_ODDS: f64 = 30.0;
+const MAX_LN_ODDS: f64 = 30.0;
 
 /// 97.5 % of a Gaussian lies below this many standard deviations.
 const GAUSSIAN: f64 = 1.959_964;
@@ -150,7 +152,7 @@ fn distinct_from<'m, 'c>(fit: &Fit<'c>, models: &'m [Model<'c>]) -> Vec<&'m Mode
         a.len() == b.len() && a.iter().all(|(a, _)| b.iter().any(|(b, _)| ptr::eq(*a, *b)))
     };
     let mut sorted: Vec<&Model<'c>> = models.iter().collect();
-    sorted.sort_by(|a, b| b.worth.total_cmp(&a.worth));
+    sorted.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
     let mut distinct: Vec<&Model<'c>> = Vec::new();
     for model in sorted {
         if !alike(fit, &model.fit) && !distinct.iter().any(|other| alike(&other.fit, &model.fit)) {
@@ -160,8 +162,8 @@ fn distinct_from<'m, 'c>(fit: &Fit<'c>, models: &'m [Model<'c>]) -> Vec<&'m Mode
     distinct
 }
 
-/// A parameter of a cause as a model has it: where it is expected if that model holds it there; `None` if the model
-/// lacks the cause.
+/// A parameter of a cause as a model has it: where it is expected if that model holds it there;
+/// `None` if the model lacks the cause.
 fn share_in(
     fit: &Fit<'_>,
     deviations: &[f64],

@@ -1,5 +1,6 @@
-//! How likely residuals are, the level of the noise being unknown: Student's t with a common scale, so
-//! that a slip of the instrument counts for little (Lange, Little & Taylor, J. Am. Stat. Assoc. 84, 1989).
+//! How likely residuals are, the level of the noise being unknown: Student's t with a common scale,
+//! so that a slip of the instrument counts for little (Lange, Little & Taylor, J. Am. Stat. Assoc.
+//! 84, 1989).
 
 use statrs::function::gamma::ln_gamma;
 
@@ -9,16 +10,11 @@ use super::data::Point;
 pub(super) const NOISE_FREEDOM: f64 = 8.0;
 
 /// No instrument does better than this, as a share of the frequency.
-pub(super) const FINEST: f64 = 3e-4;
+pub(super) const MIN_NOISE: f64 = 3e-4;
 
-/// ln of the density of a measured mode that the model has no mode for: anywhere within a factor e².
+/// ln of the density of a measured mode that the model has no mode for: anywhere within a factor
+/// e².
 pub(super) const UNPREDICTED: f64 = -std::f64::consts::LN_2;
-
-/// Rounds of the iteration for the scale; a handful is enough.
-const ROUNDS: usize = 30;
-
-/// A longer leap of ln s² is not made.
-const MOST_LEAP: f64 = 3.0;
 
 /// The noise as the residuals show it.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,9 +37,9 @@ pub(super) fn noise(points: &[Point], residuals: &[Option<f64>]) -> Noise {
         .collect();
     let count = known.len() as f64;
     let mean = known.iter().map(|(r2, u2, _)| r2 / u2).sum::<f64>() / count.max(1.0);
-    let floor = FINEST * FINEST;
-    // The variance of a point is s²u² + rounding; the part that is ours to find follows from the expected
-    // share of it in the residual.
+    let floor = MIN_NOISE * MIN_NOISE;
+    // The variance of a point is s²u² + rounding; the part that is ours to find follows from the
+    // expected share of it in the residual.
     let expected = |s2: f64| -> f64 {
         let sum: f64 = known
             .iter()
@@ -58,13 +54,14 @@ pub(super) fn noise(points: &[Point], residuals: &[Option<f64>]) -> Noise {
     };
     // Steffensen's method on ln s².
     let mut s2 = mean.max(floor);
-    for _ in 0..ROUNDS {
+    // A handful of rounds is enough.
+    for _ in 0..30 {
         let once = expected(s2);
         let twice = expected(once);
         let [step, next] = [(once / s2).ln(), (twice / once).ln()];
         let further = step * step / (step - next);
         // The likelihood may have little to say far from its top: then the plain iteration goes on.
-        let leaps = step != next && further.abs() < MOST_LEAP && (further > 0.0) == (step > 0.0);
+        let leaps = step != next && further.abs() < 3.0 && (further > 0.0) == (step > 0.0);
         s2 = if leaps { (s2 * further.exp()).max(floor) } else { twice };
         if step.abs() < 1e-6 {
             break;

@@ -1,4 +1,5 @@
-//! M and K of the robot with causes put into it, at the rows of a table, and what moving one parameter does to them.
+//! M and K of the robot with causes put into it, at the rows of a table, and what moving one
+//! parameter does to them.
 
 use nalgebra::DMatrix;
 
@@ -78,8 +79,8 @@ impl Mechanics {
         Some(())
     }
 
-    /// M and K at the row with the bodies and springs of this robot in the frames of `other`, placed there already,
-    /// which stands like it.
+    /// M and K at the row with the bodies and springs of this robot in the frames of `other`,
+    /// placed there already, which stands like it.
     fn place_as(&mut self, other: &Placement, row: &Row) -> Option<()> {
         let Self { robots, placement, mass, stiffness } = self;
         let (_, robot) = robots.iter().find(|(load, _)| *load == row.load)?;

@@ -1,9 +1,10 @@
 //! Where prediction and measurement meet: what a model gets wrong, and why.
 //!
-//! Measured frequencies over poses are held against the model's. Each [`Cause`](crate::model::Cause) of the vocabulary is a
-//! candidate at every place where it can sit; candidates are fitted, held against all their rivals, and
-//! earn their place alone or together ([`diagnose`]). What the data cannot tell apart is told as a group; what
-//! no cause explains is told as unexplained.
+//! Measured frequencies over poses are held against the model's. Each
+//! [`Cause`](crate::model::Cause) of the vocabulary is a candidate at every place where it is
+//! possible. Candidates are fitted alone and together, compared with all alternatives, and kept if
+//! the data justify them ([`diagnose`]). Causes that the data cannot separate are reported as a
+//! group; an error that no cause explains is reported as unexplained.
 
 mod arm;
 mod candidate;
@@ -24,14 +25,14 @@ mod predict;
 mod problem;
 mod screen;
 mod sets;
-mod unknown;
+mod statistics;
+mod structure;
+mod table;
 mod verdict;
 
-pub use causes::{Words, words};
+pub use causes::CauseText;
 pub use diagnose::{Settings, diagnose};
-pub use next_poses::NextPose;
 pub use outcome::{
-    Diagnosis, DiagnosisFault, Errors, Estimate, Evidence, Finding, Gain, NextTest, ResidualRow,
-    Suspect, Verdict,
+    Diagnosis, Errors, Estimate, Evidence, Finding, Gain, NextPose, NextTest, ResidualRow, Shape,
+    Structure, Suspect, Verdict, label,
 };
-pub use unknown::{Shape, Structure};

@@ -1,143 +1,127 @@
-//! What a diagnosis says: plain data.
+//! What a diagnosis says: plain data, as `diagnosis/1` has it.
 
-use std::fmt;
+use schemars::JsonSchema;
+use serde::{Serialize, Serializer};
 
-use super::data::{FEWEST_POINTS, FEWEST_ROWS};
-use super::next_poses::NextPose;
-use super::unknown::Structure;
-use crate::model::{Cause, Correction, Hinge};
+use super::causes::CauseText;
+use crate::model::{Carries, Cause, Correction, Hinge};
+use crate::notes::Note;
 
-/// Why there is no diagnosis.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum DiagnosisFault {
-    /// Too few poses or frequencies.
-    TooLittle {
-        /// Poses with at least one frequency.
-        poses: usize,
-        /// Frequencies.
-        frequencies: usize,
-    },
-    /// A row that no table of this robot can have.
-    Row {
-        /// Of the table, from 0.
-        row: usize,
-        /// What is wrong with it.
-        what: String,
-    },
-    /// The robot has no modes at a pose of the table, or cannot be built.
-    NoModes,
-}
-
-fn counted(count: usize, one: &str, many: &str) -> String {
-    format!("{count} {}", if count == 1 { one } else { many })
-}
-
-impl fmt::Display for DiagnosisFault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::TooLittle { poses, frequencies } => write!(
-                f,
-                "too little data for a diagnosis: {} at {}, must be at least {FEWEST_POINTS} at \
-                 {FEWEST_ROWS}; measure more poses",
-                counted(*frequencies, "frequency", "frequencies"),
-                counted(*poses, "pose", "poses"),
-            ),
-            Self::Row { row, what } => write!(f, "row {}: {what}", row + 1),
-            Self::NoModes => write!(
-                f,
-                "the model has no modes at a pose of the table; check its stiffness and masses with \
-                 detune map"
-            ),
-        }
-    }
-}
-
-impl std::error::Error for DiagnosisFault {}
-
-/// What was found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// What was found, in a word.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[expect(missing_docs, reason = "schemars writes a plain enum if no variant has a description")]
 pub enum Verdict {
-    /// Causes explain what the model gets wrong.
+    // Causes explain what the model gets wrong.
     Explained,
-    /// Nothing beyond noise.
+    // Nothing beyond noise.
     Consistent,
-    /// The residual is structured, but no cause earns its place.
+    // The residual is structured, but no cause explains it.
     Unexplained,
 }
 
-/// Errors of a model, relative to what was measured, %.
-#[derive(Debug, Clone, PartialEq)]
+/// Errors relative to what was measured, %.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct Errors {
     /// Root mean square over all frequencies.
     pub rms_percent: f64,
-    /// The same at poses left out.
+    /// The same at held-out poses; the choice of causes is repeated in each fold.
     pub heldout_rms_percent: f64,
     /// Root mean square mode by mode.
     pub per_mode_rms_percent: Vec<f64>,
 }
 
 /// A cause at a place.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct Suspect {
     /// The cause.
+    #[serde(serialize_with = "by_name")]
+    #[schemars(with = "String")]
     pub cause: Cause,
-    /// Joint, link or mode; `None` where the cause has no place.
+    /// Joint, link or mode; null where the cause has no place.
     pub at: Option<String>,
-    /// 2 ln of how much likelier the finding is, parameters paid for (difference of BIC).
-    pub behind: f64,
+    /// Difference of BIC to the finding or to the best cause.
+    pub behind_bic: f64,
 }
 
 /// A parameter of a finding.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename = "Parameter")]
 pub struct Estimate {
-    /// Its name, with the unit.
+    /// With its unit.
     pub name: String,
-    /// In the robot's file; `None` where no finite value stands for "no effect".
+    /// In the robot's file; null where no finite value stands for "no effect".
     pub nominal: Option<f64>,
-    /// As found.
+    /// In the unit of the name.
     pub estimate: f64,
     /// 95 % interval.
     pub ci95: [f64; 2],
 }
 
-/// Why a finding is believed.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// The evidence for a finding.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct Evidence {
-    /// BIC with the finding less BIC without it.
+    /// BIC with the finding minus BIC without it.
     pub delta_bic: f64,
-    /// How often chance does as well with any candidate.
+    /// p-value, corrected for the number of candidates.
     pub p_value: f64,
 }
 
-/// A cause that earned its place.
-#[derive(Debug, Clone, PartialEq)]
+/// A cause that the data justify.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct Finding {
     /// The cause.
+    #[serde(serialize_with = "by_name")]
+    #[schemars(with = "String")]
     pub cause: Cause,
-    /// Joint, link or mode; `None` where the cause has no place.
+    /// Joint, link or mode; null where the cause has no place.
     pub at: Option<String>,
-    /// Causes that the data cannot tell from it, most plausible first.
+    /// Alternatives that fit the data about as well, most plausible first.
     pub indistinguishable_from: Vec<Suspect>,
     /// What was fitted.
     pub parameters: Vec<Estimate>,
-    /// Where something gives, for causes that add an elastic coordinate.
+    /// Axes of the added elastic coordinate, for causes that add one.
+    #[serde(serialize_with = "by_names")]
+    #[schemars(with = "Option<HingeFields>")]
     pub hinge: Option<Hinge>,
-    /// Why it is believed.
+    /// The evidence for it.
     pub evidence: Evidence,
-    /// What the error would be more without it, percentage points.
+    /// Increase of the error without this finding, percentage points.
     pub gain_percent_points: f64,
+    /// What people read about the cause.
+    #[serde(skip)]
+    pub text: CauseText,
 }
 
-/// What the findings gain at poses left out.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Axes of an elastic coordinate.
+#[derive(Debug, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename = "Hinge")]
+struct HingeFields {
+    /// rotation or translation.
+    kind: &'static str,
+    /// In the link's frame.
+    axes: Vec<[f64; 3]>,
+    /// In the link's frame, m, before `depth_m` (down) and `position` (along the link) move it.
+    origin_m: [f64; 3],
+    /// What of the link's own body moves: "link", "part" (beyond the hinge) or "rest" (nothing).
+    carries: &'static str,
+}
+
+/// What the findings gain at held-out poses.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct Gain {
-    /// Percentage points of held-out error.
+    /// Held-out error of the model minus that with the findings, percentage points.
     pub percent_points: f64,
     /// 95 % interval over resampled poses.
     pub ci95: [f64; 2],
 }
 
-/// A measured frequency, what it was measured under, and what the models say.
+/// A measured frequency, what it was measured under, and what the models predict.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ResidualRow {
     /// Row of the table, from 0.
@@ -158,13 +142,94 @@ pub struct ResidualRow {
     pub amplitude_nm: Option<f64>,
 }
 
-/// What to do where no pose separates two causes.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct NextTest {
-    /// The two causes, each with its place.
+/// A pose to measure next.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NextPose {
+    /// Joint positions from base to tip, rad or m.
+    #[serde(rename = "joints_rad")]
+    pub joints: Vec<f64>,
+    /// The two causes that it separates, each as "cause at place".
     pub separates: [String; 2],
-    /// The test that does.
+    /// How far it separates them beyond the poses before it, whatever their parameters, in standard
+    /// deviations of the noise.
+    pub apart_sigmas: f64,
+}
+
+/// A test for two causes that no pose separates.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NextTest {
+    /// The two causes, each as "cause at place".
+    pub separates: [String; 2],
+    /// What to do.
     pub test: &'static str,
+}
+
+/// Which shape a residual follows.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Shape {
+    /// Each mode has a constant relative error.
+    ModeByMode,
+    /// All modes follow a joint's position.
+    Joint {
+        /// From the base, from 0.
+        joint: usize,
+    },
+    /// One mode follows a joint's position.
+    ModeOverJoint {
+        /// From 0.
+        mode: usize,
+        /// From the base, from 0.
+        joint: usize,
+    },
+    /// One mode follows the pose as a whole.
+    ModeOverPose {
+        /// From 0.
+        mode: usize,
+    },
+    /// A spring varies with a joint's position.
+    SpringOverJoint {
+        /// Elastic coordinate, from 0.
+        coordinate: usize,
+        /// From the base, from 0.
+        joint: usize,
+    },
+    /// A spring varies from pose to pose.
+    SpringByPose {
+        /// Elastic coordinate, from 0.
+        coordinate: usize,
+    },
+    /// The inertia of an elastic coordinate varies from pose to pose.
+    InertiaByPose {
+        /// Elastic coordinate, from 0.
+        coordinate: usize,
+    },
+    /// All modes of a pose are off together.
+    PoseByPose,
+    /// It follows the order of the rows.
+    Order,
+    /// It follows the temperature.
+    Temperature,
+    /// It follows the level of excitation.
+    Amplitude,
+    /// It follows the frequency.
+    Frequency,
+}
+
+/// The shape that a residual follows most clearly.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Structure {
+    /// The shape.
+    pub shape: Shape,
+    /// p-value, corrected for the number of shapes.
+    pub p_value: f64,
+    /// Share of the residual's variance that the shape explains beyond chance.
+    pub share: f64,
+    /// Degrees of freedom of the shape.
+    pub freedom: usize,
+    /// Gain of ln likelihood.
+    pub gain: f64,
 }
 
 /// A whole diagnosis.
@@ -178,21 +243,21 @@ pub struct Diagnosis {
     pub baseline: Errors,
     /// Causes, the one that explains most first.
     pub findings: Vec<Finding>,
-    /// Errors with the findings put in.
+    /// Errors of the model with the findings.
     pub extended: Errors,
     /// What the findings gain.
     pub gain: Gain,
-    /// The level of the noise: the best that any model can do.
+    /// The level of the noise, %: no model can do better.
     pub noise_floor_percent: f64,
-    /// What the model as it is leaves.
+    /// Structure of the residual of the model as it is.
     pub structure_before: Option<Structure>,
-    /// What the findings leave, if it is more than noise.
+    /// Structure of the remaining residual, if it is more than noise.
     pub structure_after: Option<Structure>,
-    /// Poses worth measuring.
+    /// Poses to measure next.
     pub next_poses: Vec<NextPose>,
     /// Pairs that no pose separates, with the test that does.
     pub next_tests: Vec<NextTest>,
-    /// The best causes one by one, most plausible first, with the difference of BIC to the best.
+    /// The best single causes, most plausible first, with the difference of BIC to the best.
     pub ranking: Vec<Suspect>,
     /// Every measured frequency.
     pub residuals: Vec<ResidualRow>,
@@ -202,6 +267,8 @@ pub struct Diagnosis {
     pub coordinates: Vec<String>,
     /// Joints from base to tip, each with whether it slides.
     pub joints: Vec<(String, bool)>,
+    /// Warnings about the table.
+    pub notes: Vec<Note>,
 }
 
 impl Suspect {
@@ -211,7 +278,28 @@ impl Suspect {
     }
 }
 
+impl Finding {
+    /// "payload at tool0".
+    pub fn label(&self) -> String {
+        label(self.cause, self.at.as_deref())
+    }
+}
+
 /// "payload at tool0".
-pub(super) fn label(cause: Cause, at: Option<&str>) -> String {
+pub fn label(cause: Cause, at: Option<&str>) -> String {
     at.map_or_else(|| cause.to_string(), |at| format!("{cause} at {at}"))
+}
+
+fn by_name<S: Serializer>(cause: &Cause, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(cause.name())
+}
+
+fn by_names<S: Serializer>(hinge: &Option<Hinge>, serializer: S) -> Result<S::Ok, S::Error> {
+    let fields = hinge.as_ref().map(|hinge| HingeFields {
+        kind: if hinge.turns() { "rotation" } else { "translation" },
+        axes: hinge.axes.iter().map(|&axis| axis.into()).collect(),
+        origin_m: hinge.origin_m.into(),
+        carries: Carries::name(hinge.carries),
+    });
+    fields.serialize(serializer)
 }

@@ -8,8 +8,8 @@ use crate::modes::Pencil;
 use crate::modes::batch::Pencils;
 use crate::units::hz_from_rad_per_s;
 
-/// Step of the differences of M and K, as the fit measures parameters: M and K are smooth, and the step leaves
-/// an error of 5e-7 of their curvature, and 1e-9 of themselves from rounding.
+/// Step of the differences of M and K, as the fit measures parameters: M and K are smooth, and the
+/// step leaves an error of 5e-7 of their curvature, and 1e-9 of themselves from rounding.
 const STEP: f64 = 1e-6;
 
 /// A predicted frequency: ln of it, in Hz, and the derivative by each parameter.
@@ -19,8 +19,8 @@ pub(super) struct Frequency {
     pub(super) slope: Vec<f64>,
 }
 
-/// Predicted frequencies of every row, ascending, before the instrument has its say; `None` if there is no
-/// such robot or an arm would fall over.
+/// Predicted frequencies of every row, ascending, before the instrument has its say; `None` if
+/// there is no such robot or an arm would fall over.
 pub(super) fn predict(
     description: &Description,
     hypothesis: &Hypothesis<'_>,
@@ -89,8 +89,9 @@ pub(super) fn folded(frequency_hz: f64, sample_rate_hz: f64) -> f64 {
     (frequency_hz - sample_rate_hz * (frequency_hz / sample_rate_hz).round()).abs()
 }
 
-/// How much of each mode's energy is in each elastic coordinate, by row, mode and coordinate: d ln f by ln
-/// of the spring (half the share of the strain energy), and by the coordinate's own inertia.
+/// How much of each mode's energy is in each elastic coordinate, by row, mode and coordinate: d ln
+/// f by ln of the spring (half the share of the strain energy), and by the coordinate's own
+/// inertia.
 pub(super) fn participation(
     description: &Description,
     hypothesis: &Hypothesis<'_>,

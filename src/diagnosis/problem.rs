@@ -1,13 +1,14 @@
-//! A hypothesis held against a table: residuals as the instrument shows them, sensitivities, likelihood.
+//! A hypothesis held against a table: residuals as the instrument shows them, sensitivities,
+//! likelihood.
 
 use super::candidate::Candidate;
 use super::data::Data;
 use super::hypothesis::Hypothesis;
-use super::likelihood::{FINEST, Noise, noise};
+use super::likelihood::{MIN_NOISE, Noise, noise};
 use super::predict::{Frequency, folded, predict};
 use crate::model::{Cause, Description};
 
-/// Scale of the noise with which missed modes are first told from seen ones.
+/// Scale of the noise with which missed modes are first separated from seen ones.
 const FIRST_SCALE: f64 = 0.01;
 
 /// The problem: a robot's description and a table.
@@ -113,7 +114,8 @@ impl<'p> Problem<'p> {
         (residuals, slopes)
     }
 
-    /// Row by row, the likelier of a mode seen and a mode missed; with ln of how likely so many misses are.
+    /// Row by row, the likelier of a mode seen and a mode missed; with ln of how likely so many
+    /// misses are.
     fn compared_with_misses(
         &self,
         mut rows: Vec<Vec<Frequency>>,
@@ -154,10 +156,10 @@ impl<'p> Problem<'p> {
                     .enumerate()
                     .map(|(i, p)| if is_missed[p.row] { as_missed[i] } else { as_seen[i] })
                     .collect();
-                scale = noise(&self.data.points, &chosen).scale.max(FINEST);
+                scale = noise(&self.data.points, &chosen).scale.max(MIN_NOISE);
             }
             let count = is_missed.iter().filter(|&&m| m).count();
-            prior += binomial_ln(count, rows.len());
+            prior += ln_binomial(count, rows.len());
             for ((row, shifted), missed) in rows.iter_mut().zip(shifted).zip(is_missed) {
                 if missed {
                     *row = shifted;
@@ -175,7 +177,7 @@ pub(super) fn mode_of(candidate: &Candidate) -> Option<usize> {
 }
 
 /// ln of the likeliest binomial probability of `count` in `of`, each row on its own.
-fn binomial_ln(count: usize, of: usize) -> f64 {
+fn ln_binomial(count: usize, of: usize) -> f64 {
     let share = |n: usize| {
         let p = n as f64 / of as f64;
         if n == 0 { 0.0 } else { n as f64 * p.ln() }

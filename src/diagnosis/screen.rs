@@ -1,20 +1,17 @@
-//! What each candidate does to the frequencies, once and for all: to be tried on what a model leaves without
-//! solving an eigenproblem again.
+//! What each candidate does to the frequencies, once and for all: to be tried on what a model
+//! leaves without solving an eigenproblem again.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::candidate::Candidate;
 use super::fit::{Fit, normal_equations};
-use super::gain::rms;
 use super::hypothesis::Hypothesis;
 use super::likelihood::noise;
 use super::problem::Problem;
+use super::statistics::rms;
 
-/// Most starts of one candidate that are tried.
-const MOST_TRIED: usize = 10;
-
-/// What a cause worth finding does to the frequencies, root mean square.
+/// Typical effect of a cause on the frequencies, root mean square.
 const TYPICAL: f64 = 0.05;
 
 /// ln f as predicted, one a point of the whole table; `None` where there is no such mode.
@@ -43,7 +40,7 @@ impl Screen {
                     return Vec::new();
                 }
                 let mut starts = candidate.starts();
-                thin(&mut starts, MOST_TRIED);
+                thin(&mut starts, 10);
                 starts
                     .into_iter()
                     .filter_map(|inner| {
@@ -57,8 +54,8 @@ impl Screen {
         Some(Self { plain: predicted(&Hypothesis::default())?, moved })
     }
 
-    /// The start of the candidate `which` that moves the frequencies by about a typical cause's share of them;
-    /// of the instrument none does.
+    /// The start of the candidate `which` that moves the frequencies by about a typical cause's
+    /// share of them; of the instrument none does.
     pub(super) fn typical_start(&self, which: usize) -> Option<Vec<f64>> {
         let size = |moved: &Prediction| {
             let both = moved.iter().zip(&self.plain);
@@ -75,8 +72,9 @@ impl Screen {
             .map(|(inner, _)| inner.clone())
     }
 
-    /// What ln likelihood the candidate `which` may gain on a fit, at its starts and along the way to them.
-    pub(super) fn promise<'c>(
+    /// What ln likelihood the candidate `which` may gain on a fit, at its starts and along the way
+    /// to them.
+    pub(super) fn expected_gain<'c>(
         &self,
         problem: &Problem<'_>,
         parent: &Fit<'c>,

@@ -1,6 +1,7 @@
-//! Sets of causes that promise most together. One cause after another misses sets whose members only explain
-//! much together; fitting every set takes too long. So all sets are first tried by linear least squares on what
-//! each cause does near a model that is fitted already (best subsets: Furnival & Wilson, Technometrics 16, 1974).
+//! Sets of causes that promise most together. One cause after another misses sets whose members
+//! only explain much together; fitting every set takes too long. So all sets are first tried by
+//! linear least squares on what each cause does near a model that is fitted already (best subsets:
+//! Furnival & Wilson, Technometrics 16, 1974).
 
 use std::ptr;
 
@@ -16,14 +17,15 @@ use super::screen::Screen;
 /// Smaller sets that are carried on to larger ones.
 const CARRIED: usize = 150;
 
-/// Standard deviation of a cause's effect over that of a typical start: causes that are huge and cancel each other
-/// are no likely set.
-const MOST_TYPICAL: f64 = 2.0;
+/// Standard deviation of a cause's effect over that of a typical start: causes that are huge and
+/// cancel each other are no likely set.
+const MAX_TYPICAL: f64 = 2.0;
 
 /// A linear effect this far below zero is none where it cannot be negative.
-const LEAST_SHARE: f64 = 1e-3;
+const MIN_SHARE: f64 = 1e-3;
 
-/// A candidate near the model: what it does as a whole, and what each further parameter does to that.
+/// A candidate near the model: what it does as a whole, and what each further parameter does to
+/// that.
 struct Member<'c> {
     candidate: &'c Candidate,
     /// Parameters at which the columns hold, as the fit measures them.
@@ -37,7 +39,8 @@ struct Member<'c> {
 struct Linear<'c> {
     members: Vec<Member<'c>>,
     products: DMatrix<f64>,
-    /// 1/variance of what is expected of each column's coefficient, 0 where nothing is, and the value.
+    /// 1/variance of what is expected of each column's coefficient, 0 where nothing is, and the
+    /// value.
     expected: Vec<[f64; 2]>,
     /// Products of the columns with what has to be explained.
     along: DVector<f64>,
@@ -47,16 +50,16 @@ struct Linear<'c> {
 
 /// A set with what the linear problem says of it.
 #[derive(Clone)]
-struct Tried {
+struct TrialSet {
     /// Places in [`Linear::members`], ascending.
     members: Vec<usize>,
-    worth: f64,
+    log_evidence: f64,
     coefficients: Vec<f64>,
 }
 
-/// The most promising sets of `size` causes near `model`, best first, each with parameters from which a fit may
-/// start; of the same causes at the same places only the most promising forms. Causes of the instrument stay as
-/// `model` has them.
+/// The most promising sets of `size` causes near `model`, best first, each with parameters from
+/// which a fit may start; of the same causes at the same places only the most promising forms.
+/// Causes of the instrument stay as `model` has them.
 pub(super) fn sets<'c>(
     problem: &Problem<'_>,
     candidates: &'c [Candidate],
@@ -70,23 +73,26 @@ pub(super) fn sets<'c>(
         return Vec::new();
     };
     let linear = Linear::near(problem, candidates, screen, model);
-    let empty = Tried { members: Vec::new(), worth: f64::NEG_INFINITY, coefficients: Vec::new() };
+    let empty =
+        TrialSet { members: Vec::new(), log_evidence: f64::NEG_INFINITY, coefficients: Vec::new() };
     let mut carried = vec![empty];
     for have in 0..size {
         let last = have + 1 == size;
-        let mut next: Vec<Tried> =
+        let mut next: Vec<TrialSet> =
             carried.par_iter().flat_map_iter(|set| linear.with_one_more(set)).collect();
-        next.sort_by(|a, b| b.worth.total_cmp(&a.worth).then_with(|| a.members.cmp(&b.members)));
+        next.sort_by(|a, b| {
+            b.log_evidence.total_cmp(&a.log_evidence).then_with(|| a.members.cmp(&b.members))
+        });
         next.dedup_by(|a, b| a.members == b.members);
         // The pairs of few candidates are tried one and all.
         let most =
             if last { count } else { CARRIED.max(linear.members.len() * usize::from(have == 0)) };
-        let mut kept: Vec<Tried> = Vec::new();
+        let mut kept: Vec<TrialSet> = Vec::new();
         for set in next {
             if kept.len() == most {
                 break;
             }
-            let known = |other: &Tried| last && linear.same_places(&set, other);
+            let known = |other: &TrialSet| last && linear.same_places(&set, other);
             if !kept.iter().any(known) {
                 kept.push(set);
             }
@@ -96,8 +102,8 @@ pub(super) fn sets<'c>(
     carried.iter().map(|set| linear.beside(&given, set)).collect()
 }
 
-/// For each cause of `model` the `count` most promising sets that have another in its place, with parameters from
-/// which a fit may start.
+/// For each cause of `model` the `count` most promising sets that have another in its place, with
+/// parameters from which a fit may start.
 pub(super) fn swaps<'c>(
     problem: &Problem<'_>,
     candidates: &'c [Candidate],
@@ -113,20 +119,21 @@ pub(super) fn swaps<'c>(
     let mut swaps = Vec::new();
     for &without in &own {
         let members = own.iter().copied().filter(|&i| i != without).collect();
-        let rest = Tried { members, worth: f64::NEG_INFINITY, coefficients: Vec::new() };
+        let rest = TrialSet { members, log_evidence: f64::NEG_INFINITY, coefficients: Vec::new() };
         let mut tried = linear.with_one_more(&rest);
         // Not what was taken out, in this form or another.
         let taken = linear.members[without].candidate;
         let is_taken = |i: &usize| linear.members[*i].candidate.same_place(taken);
         tried.retain(|set| !set.members.iter().any(is_taken));
-        tried.sort_by(|a, b| b.worth.total_cmp(&a.worth));
+        tried.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
         swaps.extend(tried.iter().take(count).map(|set| linear.beside(&given, set)));
     }
     swaps
 }
 
-/// What `candidate` does near `model`, one entry a point: as a whole against the model without any form of it, and
-/// by each parameter but the first; with the parameters where that holds. `None` if nobody can say.
+/// What `candidate` does near `model`, one entry a point: as a whole against the model without any
+/// form of it, and by each parameter but the first; with the parameters where that holds. `None` if
+/// nobody can say.
 fn effect_near(
     problem: &Problem<'_>,
     screen: &Screen,
@@ -192,7 +199,7 @@ impl<'c> Linear<'c> {
             if model.hypothesis.effects.iter().any(|(other, _)| ptr::eq(*other, candidate)) {
                 rest.iter_mut().zip(&own[0]).for_each(|(rest, own)| *rest += own);
             }
-            expected.push([MOST_TYPICAL.powi(-2), 0.0]);
+            expected.push([MAX_TYPICAL.powi(-2), 0.0]);
             for (parameter, at) in candidate.parameters.iter().zip(&at).skip(1) {
                 let (mean, precision) = parameter.expectation().unwrap_or((*at, 0.0));
                 expected.push([precision, mean - at]);
@@ -228,7 +235,7 @@ impl<'c> Linear<'c> {
         }
     }
 
-    fn same_places(&self, a: &Tried, b: &Tried) -> bool {
+    fn same_places(&self, a: &TrialSet, b: &TrialSet) -> bool {
         a.members.iter().all(|&i| {
             b.members
                 .iter()
@@ -236,7 +243,7 @@ impl<'c> Linear<'c> {
         })
     }
 
-    fn with_one_more(&self, set: &Tried) -> Vec<Tried> {
+    fn with_one_more(&self, set: &TrialSet) -> Vec<TrialSet> {
         let taken = |i: usize| {
             let candidate = self.members[i].candidate;
             set.members.iter().any(|&j| self.members[j].candidate.same_place(candidate))
@@ -247,13 +254,14 @@ impl<'c> Linear<'c> {
                 let mut members = set.members.clone();
                 members.push(i);
                 members.sort_unstable();
-                self.tried(members)
+                self.trial(members)
             })
             .collect()
     }
 
-    /// Least squares with the columns of some members; `None` if one of them had to be what it cannot be.
-    fn tried(&self, members: Vec<usize>) -> Option<Tried> {
+    /// Least squares with the columns of some members; `None` if one of them had to be what it
+    /// cannot be.
+    fn trial(&self, members: Vec<usize>) -> Option<TrialSet> {
         let columns: Vec<usize> = members
             .iter()
             .flat_map(|&i| {
@@ -293,8 +301,7 @@ impl<'c> Linear<'c> {
         for &i in &members {
             let member = &self.members[i];
             let first = member.candidate.parameters.first();
-            if first.is_some_and(|first| !may_be_negative(first)) && coefficients[at] < LEAST_SHARE
-            {
+            if first.is_some_and(|first| !may_be_negative(first)) && coefficients[at] < MIN_SHARE {
                 return None;
             }
             plausibility += member.candidate.plausibility;
@@ -302,23 +309,23 @@ impl<'c> Linear<'c> {
             at += member.columns;
         }
         let square = square.max(1e-9 * self.square).max(f64::MIN_POSITIVE);
-        let worth = -0.5 * self.count * (square / self.count).ln()
+        let log_evidence = -0.5 * self.count * (square / self.count).ln()
             - 0.5 * penalty
             - 0.5 * freedom * self.count.ln()
             + plausibility;
         let coefficients = coefficients.iter().copied().collect();
-        worth.is_finite().then_some(Tried { members, worth, coefficients })
+        log_evidence.is_finite().then_some(TrialSet { members, log_evidence, coefficients })
     }
 
     /// The causes of a set beside those that are given.
-    fn beside(&self, given: &Hypothesis<'c>, set: &Tried) -> Hypothesis<'c> {
+    fn beside(&self, given: &Hypothesis<'c>, set: &TrialSet) -> Hypothesis<'c> {
         let mut hypothesis = given.clone();
         hypothesis.effects.extend(self.effects(set));
         hypothesis
     }
 
     /// The causes of a set with their parameters.
-    fn effects(&self, set: &Tried) -> Vec<(&'c Candidate, Vec<f64>)> {
+    fn effects(&self, set: &TrialSet) -> Vec<(&'c Candidate, Vec<f64>)> {
         let mut at = 0;
         set.members
             .iter()

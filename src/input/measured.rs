@@ -64,7 +64,7 @@ pub fn read_measured(
         }
     }
     let table = ModeTable { rows, modes: columns.modes.len() };
-    let table = fitting(table, Some(header_line), robot, &mut notes);
+    let table = fitting(table, &mut notes);
     let errors = reading.settle(notes);
     table.ok_or(errors)
 }
@@ -120,17 +120,9 @@ fn placed(
 }
 
 /// The table with what the model can explain of it; `None` where there is an error.
-fn fitting(
-    mut table: ModeTable,
-    header_line: Option<usize>,
-    robot: &Robot,
-    notes: &mut Notes,
-) -> Option<ModeTable> {
+fn fitting(table: ModeTable, notes: &mut Notes) -> Option<ModeTable> {
     if notes.errors() > 0 {
         return None;
-    }
-    if let Some(what) = beyond_the_model(&mut table, robot.coordinates().len()) {
-        notes.warning(Code::LeftOut, header_line, what);
     }
     let what = match table.count() {
         0 if table.rows.is_empty() => "has no rows, must have at least one below the header",
@@ -139,36 +131,6 @@ fn fitting(
     };
     notes.error(Code::TooLittleData, None, what);
     None
-}
-
-/// Tells of frequencies of more modes than the model has, and leaves out those that few rows have:
-/// any cause that adds a mode would explain them.
-fn beyond_the_model(table: &mut ModeTable, modes: usize) -> Option<String> {
-    let first = modes + 1;
-    let count = |column: usize| {
-        table.rows.iter().filter(|row| row.frequencies_hz[column].is_some()).count()
-    };
-    let kept = (modes..table.modes).take_while(|&column| 2 * count(column) >= table.rows.len());
-    let kept = modes.min(table.modes) + kept.count();
-    if kept < table.modes {
-        for row in &mut table.rows {
-            row.frequencies_hz.truncate(kept);
-            row.deviations_hz.truncate(kept);
-            row.damping_ratios.truncate(kept);
-        }
-        table.modes = kept;
-        let last = kept + 1;
-        return Some(format!(
-            "the model has {modes} mode(s): columns from 'f{last}_hz' on, which few rows have, are \
-                not used"
-        ));
-    }
-    (kept > modes).then(|| {
-        format!(
-            "the model has {modes} mode(s): 'f{first}_hz' and what follows can be explained by \
-                causes that add one, and by nothing else"
-        )
-    })
 }
 
 /// Where a pose stands.
@@ -493,23 +455,6 @@ mod tests {
         assert_eq!((row.temperature_c, row.id.as_deref()), (Some(31.0), Some("a")));
         assert_eq!(reading.warnings.len(), 1);
         assert!(reading.warnings[0].what.contains("column 'extra'"));
-    }
-
-    /// This robot's model has two modes.
-    #[test]
-    fn modes_that_the_model_lacks_are_told_and_left_out_where_few_rows_have_them() {
-        let head = "joint_1_rad,joint_2_rad,f1_hz,f2_hz,f3_hz,f3_std_hz\n";
-        let (table, reading) =
-            read(&format!("{head}0,0.5,10,20,30,1\n0,0.6,10,20,,\n0,0.7,9,20,,\n")).unwrap();
-        assert_eq!((table.modes, table.rows[0].frequencies_hz.len()), (2, 2));
-        assert_eq!(reading.warnings.len(), 1);
-        assert!(reading.warnings[0].what.contains("from 'f3_hz' on"), "{:?}", reading.warnings);
-        assert_eq!(reading.warnings[0].place.line, Some(1));
-        let (table, reading) =
-            read(&format!("{head}0,0.5,10,20,30,1\n0,0.6,10,20,31,1\n")).unwrap();
-        assert_eq!((table.modes, table.rows[0].frequencies_hz[2]), (3, Some(30.0)));
-        assert!(reading.warnings[0].what.contains("causes that add one"), "{:?}", reading.warnings);
-        assert!(read("joint_1_rad,joint_2_rad,f1_hz\n0,0.5,10\n").unwrap().1.warnings.is_empty());
     }
 
     /// beta2 = joint_2 + 0.25 in this robot's file.

@@ -3,6 +3,7 @@
 //! names urdf_rs.
 
 mod advised;
+mod calibration;
 mod edit;
 mod files;
 mod frame;
@@ -25,13 +26,14 @@ use std::path::{Path, PathBuf};
 use crate::notes::{Note, Notes};
 
 pub use advised::confirm_rewritten;
+pub use calibration::{CalibrationRecord, FittedCorrection, FittedTable, TableName};
 pub use edit::{OperationEdit, rewritten_job, rewritten_program};
 pub use job::read_job;
 pub use load_test::{LoadTestRow, read_load_test};
 pub use measured::{mode_table_on, read_measured};
 pub use poses::{DecodedPoses, PoseDecoder, PoseTable, RawPoses};
 pub use robot::{DescribedRobot, read_described_robot, read_robot};
-pub use robot_edit::{Calibrated, FittedCorrection, corrected_robot};
+pub use robot_edit::corrected_robot;
 pub use session::read_session;
 
 /// What comes up while files are read, whether or not they are valid.

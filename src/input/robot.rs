@@ -4,6 +4,7 @@ use std::path::Path;
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::calibration::{CalibrationRecord, FittedCorrection, FittedTable, TableName};
 use super::files::{MAX_ROBOT_BYTES, named_file};
 use super::raw::robot as raw;
 use super::urdf::{Urdf, read_urdf};
@@ -36,6 +37,10 @@ pub struct DescribedRobot {
     pub robot: Robot,
     /// What it was built from, which a diagnosis varies.
     pub description: Description,
+    /// The corrections of the description, each with where it comes from.
+    pub corrections: Vec<FittedCorrection>,
+    /// What the file says of its calibration.
+    pub calibration: Option<CalibrationRecord>,
 }
 
 /// As [`read_robot`], keeping the description.
@@ -97,7 +102,11 @@ pub(super) fn described_robot_of_text(
     let mut errors = reading.settle(yaml);
     errors.extend(reading.settle(xml));
     match built {
-        Ok(robot) if errors.is_empty() => Ok(DescribedRobot { robot, description }),
+        Ok(robot) if errors.is_empty() => {
+            let corrections = fitted_corrections(&raw, &description);
+            let calibration = raw.calibration.as_ref().and_then(calibration_record);
+            Ok(DescribedRobot { robot, description, corrections, calibration })
+        }
         _ => Err(errors),
     }
 }
@@ -269,6 +278,34 @@ fn corrections(raw: &raw::Robot, tree: &Node, notes: &mut Notes) -> Vec<Correcti
         corrections.push(Correction { cause, at: raw.at.clone(), parameters, hinge });
     }
     corrections
+}
+
+/// The corrections of a sound file, each with where it comes from.
+fn fitted_corrections(raw: &raw::Robot, description: &Description) -> Vec<FittedCorrection> {
+    let both = raw.corrections.iter().flatten().zip(&description.corrections);
+    both.map(|(raw, correction)| FittedCorrection {
+        correction: correction.clone(),
+        ci95: raw.ci95.iter().flatten().map(|(name, &ci95)| (name.clone(), ci95)).collect(),
+        table: raw.table.clone(),
+        note: raw.note.clone(),
+    })
+    .collect()
+}
+
+fn calibration_record(raw: &raw::Calibration) -> Option<CalibrationRecord> {
+    let table = |file: &Option<String>, digest: &Option<String>| {
+        Some(TableName { file: file.clone().unwrap_or_default(), digest: digest.clone()? })
+    };
+    let fitted_to = raw.fitted_to.iter().flatten().filter_map(|fitted| {
+        let table = table(&fitted.file, &fitted.digest)?;
+        Some(FittedTable { table, joints: fitted.joints.clone()? })
+    });
+    Some(CalibrationRecord {
+        poses: usize::try_from(raw.poses?).ok()?,
+        heldout_rms_percent: raw.heldout_rms_percent?,
+        table: raw.table.as_ref().and_then(|named| table(&named.file, &named.digest)),
+        fitted_to: fitted_to.collect(),
+    })
 }
 
 fn elastic_joints(

@@ -5,6 +5,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 use super::Reading;
+use super::calibration::{CalibrationRecord, FittedCorrection, TableName};
 use super::files::MAX_ROBOT_BYTES;
 use super::relocated::relocated;
 use super::robot::{described_robot_of_text, read_described_robot};
@@ -14,28 +15,8 @@ use crate::formats::yaml::splice::{Splice, entries, quoted};
 use crate::model::{Carries, CoordinateKind, Correction, Description};
 use crate::notes::{Code, Note, Place};
 
-/// A correction with how sure it is.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FittedCorrection {
-    /// What the model takes.
-    pub correction: Correction,
-    /// 95 % interval of each parameter, by name; none for what was there before.
-    pub ci95: Vec<(String, [f64; 2])>,
-}
-
-/// What the calibration block says.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Calibrated {
-    /// Number of poses.
-    pub poses: usize,
-    /// Held-out error, %.
-    pub heldout_rms_percent: f64,
-    /// Day, as YYYY-MM-DD.
-    pub date: String,
-}
-
 /// The text of the robot file at `path` with these corrections and this calibration in place of its
-/// own, to be written to `output`.
+/// own, to be written to `output`. `date` is the day of the calibration, as YYYY-MM-DD.
 ///
 /// # Errors
 /// The file cannot be read, is written in braces as a whole, or would not be read as what was asked
@@ -44,7 +25,8 @@ pub fn corrected_robot(
     path: &Path,
     output: &Path,
     corrections: &[FittedCorrection],
-    calibration: &Calibrated,
+    calibration: &CalibrationRecord,
+    date: &str,
 ) -> Result<String, Vec<Note>> {
     let text = read_text(path, MAX_ROBOT_BYTES).map_err(|note| vec![note])?;
     let before = read_described_robot(path, &mut Reading::default())?;
@@ -62,7 +44,7 @@ pub fn corrected_robot(
         return Err(refused(what));
     }
     let mut splice = Splice::of(&text);
-    let blocks = [corrections_block(corrections), calibration_block(calibration)];
+    let blocks = [corrections_block(corrections), calibration_block(calibration, date)];
     for (entry, block) in old.iter().zip(&blocks) {
         match entry {
             Some(entry) => splice.replace_entry(entry, block),
@@ -93,7 +75,7 @@ fn confirm(
     text: &str,
     output: &Path,
     corrections: &[FittedCorrection],
-    calibration: &Calibrated,
+    calibration: &CalibrationRecord,
 ) -> Result<(), String> {
     let again = described_robot_of_text(output, text, &mut Reading::default())
         .map_err(|errors| errors.first().map_or_else(String::new, Note::message))?;
@@ -134,7 +116,7 @@ fn corrections_block(corrections: &[FittedCorrection]) -> String {
     } else {
         out.push_str("corrections:\n");
     }
-    for FittedCorrection { correction, ci95 } in corrections {
+    for FittedCorrection { correction, ci95, table, note } in corrections {
         let _ = writeln!(out, "  - cause: {}", correction.cause);
         if let Some(at) = &correction.at {
             let _ = writeln!(out, "    at: {}", quoted(at));
@@ -167,20 +149,54 @@ fn corrections_block(corrections: &[FittedCorrection]) -> String {
                 let _ = writeln!(out, "    carries: {}", hinge.carries.name());
             }
         }
+        for (key, value) in [("table", table), ("note", note)] {
+            if let Some(value) = value {
+                let _ = writeln!(out, "    {key}: {}", quoted(value));
+            }
+        }
     }
     out
 }
 
-fn calibration_block(calibration: &Calibrated) -> String {
-    format!(
-        "calibration: {{poses: {}, heldout_rms_percent: {}, date: {}}}
-",
-        calibration.poses, calibration.heldout_rms_percent, calibration.date
-    )
+fn calibration_block(calibration: &CalibrationRecord, date: &str) -> String {
+    let CalibrationRecord { poses, heldout_rms_percent, table, fitted_to } = calibration;
+    let mut out = format!(
+        "calibration: {{poses: {poses}, heldout_rms_percent: {heldout_rms_percent}, date: {date}"
+    );
+    let named = |table: &TableName| {
+        format!("file: {}, digest: {}", quoted(&table.file), quoted(&table.digest))
+    };
+    // Writing to a string does not fail.
+    if let Some(table) = table {
+        let _ = write!(out, ",\n  table: {{{}}}", named(table));
+    }
+    let entries: Vec<String> = fitted_to
+        .iter()
+        .map(|fitted| {
+            let poses: Vec<String> = fitted.joints.iter().map(|q| pose(q)).collect();
+            format!(
+                "    {{{}, joints: [\n      {}]}}",
+                named(&fitted.table),
+                poses.join(",\n      ")
+            )
+        })
+        .collect();
+    if !entries.is_empty() {
+        let _ = write!(out, ",\n  fitted_to: [\n{}]", entries.join(",\n"));
+    }
+    out + "}\n"
+}
+
+/// Joint positions, rad or m, as far as a robot can tell them apart.
+fn pose(joints: &[f64]) -> String {
+    const PER_UNIT: f64 = 1e6;
+    let rounded = joints.iter().map(|q| ((q * PER_UNIT).round() / PER_UNIT).to_string());
+    format!("[{}]", rounded.collect::<Vec<_>>().join(", "))
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::calibration::FittedTable;
     use super::super::robot::{DescribedRobot, read_described_robot, tests as two_link};
     use super::*;
     use crate::model::{Cause, Hinge};
@@ -195,6 +211,12 @@ mod tests {
         read_described_robot(path, &mut Reading::default())
     }
 
+    const DATE: &str = "2026-11-21";
+
+    fn calibrated(poses: usize, heldout_rms_percent: f64) -> CalibrationRecord {
+        CalibrationRecord { poses, heldout_rms_percent, table: None, fitted_to: Vec::new() }
+    }
+
     fn correction(cause: Cause, at: &str, name: &str, value: f64) -> FittedCorrection {
         FittedCorrection {
             correction: Correction {
@@ -204,6 +226,8 @@ mod tests {
                 hinge: None,
             },
             ci95: vec![(name.to_owned(), [0.5 * value, 2.0 * value])],
+            table: Some("fnv1a-0123456789abcdef".to_owned()),
+            note: None,
         }
     }
 
@@ -223,10 +247,18 @@ mod tests {
             origin_m: Vector3::new(0.3, 0.0, 0.0),
             carries: Carries::Rest,
         });
+        bends.table = None;
+        bends.note = Some("by hand: it's soft".to_owned());
         let corrections = [correction(Cause::Payload, "tool0", "mass_kg", 4.9), bends];
-        let calibrated =
-            Calibrated { poses: 12, heldout_rms_percent: 1.25, date: "2026-11-21".to_owned() };
-        let text = corrected_robot(&path, &output, &corrections, &calibrated).unwrap();
+        let table =
+            TableName { file: "my table.csv".into(), digest: "fnv1a-0123456789abcdef".into() };
+        let joints = vec![vec![0.0, 0.174_533], vec![-0.5, 1.0]];
+        let record = CalibrationRecord {
+            table: Some(table.clone()),
+            fitted_to: vec![FittedTable { table, joints }],
+            ..calibrated(12, 1.25)
+        };
+        let text = corrected_robot(&path, &output, &corrections, &record, DATE).unwrap();
         assert!(
             text.starts_with("# my arm\n") && text.contains("urdf: ../../two-link.urdf"),
             "{text}"
@@ -239,8 +271,11 @@ mod tests {
         assert_eq!(read.description.corrections, expected);
         let calibration = read.robot.calibration().unwrap();
         assert_eq!((calibration.poses, calibration.heldout_rms_percent), (12, 1.25));
+        // Intervals, tables, notes and poses are read as they were written.
+        assert_eq!(read.corrections, corrections);
+        assert_eq!(read.calibration, Some(record.clone()));
         // Twice the same: nothing piles up.
-        let again = corrected_robot(&output, &output, &corrections, &calibrated).unwrap();
+        let again = corrected_robot(&output, &output, &read.corrections, &record, DATE).unwrap();
         assert_eq!(again, text);
     }
 
@@ -248,8 +283,7 @@ mod tests {
     /// comments stay.
     #[test]
     fn comments_and_line_ends_stay() {
-        let calibrated =
-            Calibrated { poses: 7, heldout_rms_percent: 2.5, date: "2026-11-22".to_owned() };
+        let calibrated = calibrated(7, 2.5);
         let old = "corrections:   # by hand\n# in column 0\n  - cause: payload\n    at: tool0\n# \
             within\n    parameters: {mass_kg: 1.5} # kg\n# behind\n";
         let braces = "calibration: {\n  poses: 3, heldout_rms_percent: 1\n}\n";
@@ -259,7 +293,7 @@ mod tests {
             let yaml = format!("{braces}{rest}{old}").replace('\n', end);
             let (_folder, path) = two_link::folder(&yaml, two_link::URDF);
             let new = [correction(Cause::Payload, "tool0", "mass_kg", 4.9)];
-            let text = corrected_robot(&path, &path, &new, &calibrated).unwrap();
+            let text = corrected_robot(&path, &path, &new, &calibrated, DATE).unwrap();
             for comment in ["# by hand", "# in column 0", "# within", "# kg", "# behind"] {
                 assert_eq!(text.matches(comment).count(), 1, "{comment}: {text}");
             }
@@ -274,10 +308,9 @@ mod tests {
     /// What cannot be edited is refused, not damaged.
     #[test]
     fn a_file_that_would_not_be_read_as_asked_is_not_written() {
-        let calibrated =
-            Calibrated { poses: 7, heldout_rms_percent: 2.5, date: "2026-11-22".to_owned() };
+        let calibrated = calibrated(7, 2.5);
         let (_folder, path) = two_link::folder(&format!("{}...\n", plain()), two_link::URDF);
-        let notes = corrected_robot(&path, &path, &[], &calibrated).unwrap_err();
+        let notes = corrected_robot(&path, &path, &[], &calibrated, DATE).unwrap_err();
         assert!(notes[0].what.starts_with("is not written: read again, "), "{}", notes[0]);
     }
 

@@ -22,7 +22,7 @@ pub fn identification() -> Value {
 
 /// Schema of what `detune diagnose --format json` writes.
 pub fn diagnosis() -> Value {
-    of::<super::diagnosis::json::Document>()
+    of::<super::diagnosis::json::Document<'static>>()
 }
 
 fn of<T: JsonSchema>() -> Value {

@@ -2,7 +2,9 @@
 //! be written back. What a command line, a Python module or a server needs of detune, and nothing of how it is shown.
 
 pub mod advise;
+mod calibration;
 pub mod check;
+pub mod diagnose;
 pub mod identify;
 pub mod map;
 pub mod stiffness;

@@ -126,6 +126,40 @@ fn the_written_robot_is_what_check_uses() {
     assert!(file.contains(&format!("  - cause: {cause}\n")), "{file}");
 }
 
+/// A robot that was calibrated with a table and is diagnosed by it again starts without what was fitted to that table:
+/// the same figures and the same file, whatever comments the table has got, and no error at fitted poses is called
+/// held out.
+#[test]
+fn the_same_table_twice_gives_the_same_robot() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let measured = std::fs::read_to_string("robots/two-link/measured.csv").unwrap();
+    std::fs::write(path("measured.csv"), format!("# again\r\n{}", measured.replace('\n', "\r\n")))
+        .unwrap();
+    let run = |robot: &str, table: &str, written: &str| -> (Value, String, String) {
+        let arguments = ["diagnose", robot, table, "--format", "json", "--write", written];
+        let output = detune(&arguments);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        let file = std::fs::read_to_string(written).unwrap();
+        (serde_json::from_slice(&output.stdout).unwrap(), text(&output.stderr), file)
+    };
+    let (mut first, told, once) =
+        run("robots/two-link", "robots/two-link/measured.csv", &path("a.yaml"));
+    assert!(!told.contains("fitted"), "{told}");
+    assert!(once.contains("\n  fitted_to: [\n    {file: measured.csv, digest: fnv1a-"), "{once}");
+    let (mut second, told, twice) = run(&path("a.yaml"), &path("measured.csv"), &path("b.yaml"));
+    assert!(told.contains("were fitted to poses of this table"), "{told}");
+    let fitted_again = second.as_object_mut().unwrap().remove("fitted_again").unwrap();
+    assert_eq!(fitted_again.as_array().unwrap().len(), 3);
+    assert!(first.as_object_mut().unwrap().remove("fitted_again").is_none());
+    assert!(first == second, "{first}\n{second}");
+    let undated = |file: &str| -> String {
+        let lines = file.lines().map(|line| line.split(", date: ").next().unwrap());
+        lines.collect::<Vec<_>>().join("\n")
+    };
+    assert_eq!(undated(&once), undated(&twice));
+}
+
 /// What `map` writes is what the model says: nothing is wrong with it, to the last digit.
 #[test]
 fn a_table_of_the_models_own_frequencies_is_consistent() {
@@ -237,6 +271,16 @@ fn poses_beyond_limits_are_told() {
         told.contains("t.csv:2: joint 'joint_2' is 200.000 deg, must lie in -90.000"),
         "{told}"
     );
+}
+
+/// The text fits a terminal of 100 columns.
+#[test]
+fn the_text_fits_a_hundred_columns() {
+    let measured = "robots/two-link/measured.csv";
+    let shown = text(&detune(&["diagnose", "robots/two-link", measured]).stdout);
+    assert!(shown.starts_with("EXPLAINED") && shown.contains("\n     alternatives  "), "{shown}");
+    let longest = shown.lines().max_by_key(|line| line.chars().count()).unwrap();
+    assert!(longest.chars().count() <= 100, "{longest}");
 }
 
 /// A page holds its plots and nothing from elsewhere; the text says what to do next.

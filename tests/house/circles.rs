@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::source::{File, Library};
 
 /// Rooms with circles that have not been removed yet.
-const NOT_YET: &[&str] = &["diagnosis"];
+const NOT_YET: &[&str] = &[];
 
 /// Of each file or folder those that define what it names, and these names.
 type Arrows = BTreeMap<String, BTreeMap<String, BTreeSet<String>>>;

@@ -1,25 +1,25 @@
 //! A frequency is folded about half the sampling rate: |f − n f_s|.
 
-use super::{Arm, Candidate, Cause, Parameter, Scale, Words};
+use super::{Arm, Candidate, Cause, CauseText, Parameter, Scale};
 
-pub(super) const WORDS: Words = Words {
-    what: "the frequency is folded about half the sampling rate",
-    rivals: "a missed mode",
+pub(super) const TEXT: CauseText = CauseText {
+    description: "the frequency is folded about half the sampling rate",
+    confounded_with: "a missed mode",
     test: "measure one pose at another sampling rate",
 };
 
 /// The model may be wrong by this factor before the fold is known.
 const MODEL_ERROR: f64 = 1.3;
 
-/// Ratio of neighbouring starts over the possible sampling rates where none is told.
+/// Ratio of neighbouring starts over the possible sampling rates where the table states none.
 const STEP: f64 = 1.03;
 
 /// Most starts.
-const MOST_STARTS: i32 = 60;
+const MAX_STARTS: i32 = 60;
 
 pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
     // What is measured lies below half the rate.
-    let least_rate = arm.least_sample_rate_hz.unwrap_or(2.0 * arm.highest_hz);
+    let least_rate = arm.min_sample_rate_hz.unwrap_or(2.0 * arm.highest_hz);
     let may_fold = |mode: &usize| {
         let highest = arm.highest_of_mode_hz.get(mode - 1).copied().unwrap_or(0.0);
         MODEL_ERROR * highest > 0.5 * least_rate
@@ -27,12 +27,12 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
     (1..=arm.modes)
         .filter(may_fold)
         .map(|mode| {
-            let parameters = if arm.least_sample_rate_hz.is_some() {
+            let parameters = if arm.min_sample_rate_hz.is_some() {
                 Vec::new()
             } else {
                 let highest = MODEL_ERROR * arm.highest_of_mode_hz[mode - 1];
                 let bounds = [least_rate, (2.0 * highest).max(1.01 * least_rate)];
-                let starts = (0..MOST_STARTS).map(|i| bounds[0] * STEP.powi(i));
+                let starts = (0..MAX_STARTS).map(|i| bounds[0] * STEP.powi(i));
                 vec![Parameter {
                     name: "sample_rate_hz",
                     scale: Scale::Log,

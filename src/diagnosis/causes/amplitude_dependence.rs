@@ -1,11 +1,12 @@
-//! The spring changes with the level of excitation: k (1 + c A), k (factor + c A), or by a power of A.
+//! The spring changes with the level of excitation: k (1 + c A), k (factor + c A), or by a power of
+//! A.
 
-use super::{Arm, Candidate, Cause, Parameter, Scale, Words};
+use super::{Arm, Candidate, Cause, CauseText, Parameter, Scale};
 
-pub(super) const WORDS: Words = Words {
-    what: "the spring changes with the level of excitation",
-    rivals: "the joint's stiffness as such, where all levels are alike",
-    test: "hit one pose at several levels",
+pub(super) const TEXT: CauseText = CauseText {
+    description: "the stiffness depends on the level of excitation",
+    confounded_with: "the joint's constant stiffness, if all levels are similar",
+    test: "excite one pose at several levels",
 };
 
 pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {

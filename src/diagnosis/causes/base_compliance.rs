@@ -2,13 +2,13 @@
 
 use nalgebra::Vector3;
 
-use super::{Arm, Candidate, Cause, Parameter, Scale, Words, new_spring};
+use super::{Arm, Candidate, Cause, CauseText, Parameter, Scale, new_spring};
 use crate::model::{Carries, CoordinateKind, Hinge};
 
-pub(super) const WORDS: Words = Words {
-    what: "the foundation gives",
-    rivals: "uniform stiffness of the joints, the stiffness of the first joint",
-    test: "put an accelerometer on the pedestal and hit the arm again",
+pub(super) const TEXT: CauseText = CauseText {
+    description: "the foundation is compliant",
+    confounded_with: "uniform stiffness of the joints, the stiffness of the first joint",
+    test: "put an accelerometer on the pedestal and repeat an impact test",
 };
 
 /// How far below the root link's frame it rocks: at its feet, or under a pedestal.

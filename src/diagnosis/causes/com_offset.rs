@@ -1,15 +1,15 @@
 //! The centre of mass of a link lies elsewhere: along one of the link's axes, or anywhere.
 
-use super::{Arm, Candidate, Cause, Parameter, Scale, Words};
+use super::{Arm, Candidate, Cause, CauseText, Parameter, Scale};
 
-pub(super) const WORDS: Words = Words {
-    what: "the centre of mass lies elsewhere",
-    rivals: "a payload, a joint's zero, the inertia of the link",
+pub(super) const TEXT: CauseText = CauseText {
+    description: "the centre of mass is somewhere else",
+    confounded_with: "a payload, a joint's zero, the inertia of the link",
     test: "weigh the link at both ends, or look up its drawing",
 };
 
 /// However short a link is, what is bolted to it may lie this far off, m.
-const LEAST_REACH_M: f64 = 0.35;
+const MIN_REACH_M: f64 = 0.35;
 
 const NAMES: [&str; 3] = ["dx_m", "dy_m", "dz_m"];
 
@@ -22,7 +22,7 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
             name,
             scale: Scale::Linear(0.3 * length),
             nominal: Some(0.0),
-            bounds: [-1.2 * length.max(LEAST_REACH_M), 1.2 * length.max(LEAST_REACH_M)],
+            bounds: [-1.2 * length.max(MIN_REACH_M), 1.2 * length.max(MIN_REACH_M)],
             starts: [0.0, -0.4, -0.15, 0.15, 0.4].iter().map(|s| s * length).collect(),
             expected,
         };

@@ -1,10 +1,10 @@
 //! Reflected rotor inertia that takes part in the joint's own elastic motion: M_jj.
 
-use super::{Arm, Candidate, Cause, Parameter, Scale, Words};
+use super::{Arm, Candidate, Cause, CauseText, Parameter, Scale};
 
-pub(super) const WORDS: Words = Words {
-    what: "the rotor's reflected inertia takes part",
-    rivals: "the inertia of the links behind the joint, the joint's stiffness",
+pub(super) const TEXT: CauseText = CauseText {
+    description: "the rotor's reflected inertia is missing or wrong",
+    confounded_with: "the inertia of the links behind the joint, the joint's stiffness",
     test: "apply the joint's brake and measure again: the rotor then stands still",
 };
 

@@ -1,11 +1,11 @@
 //! The geometric stiffness of gravity was left out: K + K_g.
 
-use super::{Arm, Candidate, Cause, Words};
+use super::{Arm, Candidate, Cause, CauseText};
 
-pub(super) const WORDS: Words = Words {
-    what: "the geometric stiffness of gravity was left out",
-    rivals: "the stiffness of a soft joint, a spring that changes with its load",
-    test: "measure the arm upright and hanging",
+pub(super) const TEXT: CauseText = CauseText {
+    description: "the geometric stiffness of gravity was left out",
+    confounded_with: "the stiffness of a soft joint, a load-dependent spring",
+    test: "measure the arm pointing up and hanging down",
 };
 
 pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {

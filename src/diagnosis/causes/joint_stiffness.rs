@@ -1,10 +1,11 @@
 //! The spring constant of a joint: K_jj.
 
-use super::{Arm, Candidate, Cause, Parameter, Scale, Words};
+use super::{Arm, Candidate, Cause, CauseText, Parameter, Scale};
 
-pub(super) const WORDS: Words = Words {
-    what: "the spring constant differs",
-    rivals: "the inertia behind the joint, payload, uniform stiffness of the other joints, base compliance",
+pub(super) const TEXT: CauseText = CauseText {
+    description: "the stiffness is different",
+    confounded_with: "the inertia behind the joint, payload, \
+                      uniform stiffness of the other joints, base compliance",
     test: "load the joint with known moments and measure its angle (detune stiffness)",
 };
 

@@ -1,10 +1,10 @@
 //! The angle that the model takes for zero is not zero: q + δ in place of q, everywhere.
 
-use super::{Arm, Candidate, Cause, Parameter, Scale, Words};
+use super::{Arm, Candidate, Cause, CauseText, Parameter, Scale};
 
-pub(super) const WORDS: Words = Words {
-    what: "the joint's zero is elsewhere",
-    rivals: "a centre of mass off its axis",
+pub(super) const TEXT: CauseText = CauseText {
+    description: "the joint has a zero offset",
+    confounded_with: "a centre of mass off its axis",
     test: "check the joint's zero marks or a known pose with a level",
 };
 

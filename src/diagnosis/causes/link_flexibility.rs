@@ -1,20 +1,20 @@
-//! A link itself bends: a hinge on the way along it, about an axis across it. The hinge carries the whole
-//! link and what follows, or only what follows (where the link's mass sits, near its end or its start), or
-//! parts the link's body.
+//! A link itself bends: a hinge on the way along it, about an axis across it. The hinge carries the
+//! whole link and what follows, or only what follows (where the link's mass sits, near its end or
+//! its start), or parts the link's body.
 
 use nalgebra::Vector3;
 
-use super::{Arm, Candidate, Cause, Parameter, Scale, Words, across, new_spring};
+use super::{Arm, Candidate, Cause, CauseText, Parameter, Scale, across, new_spring};
 use crate::model::{Carries, CoordinateKind, Hinge};
 
-pub(super) const WORDS: Words = Words {
-    what: "the link itself bends",
-    rivals: "the stiffness or transverse compliance of the joints at its ends",
-    test: "put accelerometers on both ends of the link and compare how they turn",
+pub(super) const TEXT: CauseText = CauseText {
+    description: "the link is flexible",
+    confounded_with: "the stiffness or transverse compliance of the joints at its ends",
+    test: "put accelerometers on both ends of the link and compare the rotations",
 };
 
 /// A link shorter than this share of the typical one does not bend.
-const SHORTEST: f64 = 0.25;
+const MIN_LENGTH: f64 = 0.25;
 
 /// Where the link bends: about halfway.
 fn position() -> Parameter {
@@ -31,7 +31,7 @@ fn position() -> Parameter {
 pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
     let mut candidates = Vec::new();
     for body in arm.bodies.iter().filter(|body| body.on_chain && body.name != arm.root) {
-        if body.reach_m.norm() < SHORTEST * arm.length_m {
+        if body.reach_m.norm() < MIN_LENGTH * arm.length_m {
             continue;
         }
         let soft = arm.rotation_stiffness();

@@ -1,10 +1,11 @@
 //! The rotary inertia of a link about its centre of mass, by a factor; or mass and inertia alike.
 
-use super::{Arm, Candidate, Cause, Parameter, Scale, Words};
+use super::{Arm, Candidate, Cause, CauseText, Parameter, Scale};
 
-pub(super) const WORDS: Words = Words {
-    what: "the inertia of the link differs",
-    rivals: "a payload or drive inertia on the same joint, the stiffness of the joint above it",
+pub(super) const TEXT: CauseText = CauseText {
+    description: "the inertia of the link is different",
+    confounded_with: "a payload or drive inertia on the same joint, \
+                      the stiffness of the joint above it",
     test: "weigh the link, or add a known mass to it and measure again",
 };
 

@@ -1,23 +1,24 @@
-//! The spring stiffens or softens with the gravity torque that it carries: k (1 + c |τ|), or bent: k (1 + c |τ| / (1 + |τ|/τ_s)).
+//! The spring stiffens or softens with the gravity torque that it carries: k (1 + c |τ|), or bent:
+//! k (1 + c |τ| / (1 + |τ|/τ_s)).
 
-use super::{Arm, Candidate, Cause, Parameter, Scale, Words};
+use super::{Arm, Candidate, Cause, CauseText, Parameter, Scale};
 
-pub(super) const WORDS: Words = Words {
-    what: "the spring changes with the gravity torque that it carries",
-    rivals: "the joint's stiffness as such, a payload, gravity's own stiffness",
+pub(super) const TEXT: CauseText = CauseText {
+    description: "the stiffness depends on the gravity torque on the joint",
+    confounded_with: "the joint's constant stiffness, a payload, gravity's geometric stiffness",
     test: "measure one pose with a known mass added and without it",
 };
 
 /// A torque that varies by less than this share of its largest says nothing of a law.
-const LEAST_VARIATION: f64 = 0.05;
+const MIN_VARIATION: f64 = 0.05;
 
 pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
     arm.springs
         .iter()
         .filter(|spring| !spring.slides)
         .filter(|spring| {
-            let [low, high] = [spring.least_gravity_torque_nm, spring.gravity_torque_nm];
-            high > 1e-3 && high - low > LEAST_VARIATION * high
+            let [low, high] = [spring.min_gravity_torque_nm, spring.gravity_torque_nm];
+            high > 1e-3 && high - low > MIN_VARIATION * high
         })
         .flat_map(|spring| {
             let largest = spring.gravity_torque_nm;

@@ -1,11 +1,11 @@
 //! At some poses a mode was not seen and the next one took its column.
 
-use super::{Arm, Candidate, Cause, Words};
+use super::{Arm, Candidate, Cause, CauseText};
 
-pub(super) const WORDS: Words = Words {
-    what: "at some poses the mode was not seen and the next one took its column",
-    rivals: "an aliased mode",
-    test: "hit these poses again at another place and in another direction",
+pub(super) const TEXT: CauseText = CauseText {
+    description: "at some poses the mode was missed and the next mode is in its column",
+    confounded_with: "an aliased mode",
+    test: "repeat the impact at these poses, at another place and in another direction",
 };
 
 pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {

@@ -1,5 +1,5 @@
-//! The vocabulary: one cause a file. Each says where it can sit, which parameters with which physical
-//! bounds it has, how it enters the model, and what it may be mistaken for.
+//! The vocabulary: one cause a file. Each says where it can sit, which parameters with which
+//! physical bounds it has, how it enters the model, and what it may be mistaken for.
 
 mod aliased_mode;
 mod amplitude_dependence;
@@ -23,14 +23,14 @@ use super::arm::Arm;
 use super::candidate::{Candidate, Parameter, Scale};
 use crate::model::Cause;
 
-/// What a cause means to people.
+/// What people read about a cause.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Words {
-    /// What is wrong, as a sentence without its place.
-    pub what: &'static str,
-    /// What it may be mistaken for.
-    pub rivals: &'static str,
-    /// A test beside further poses that tells it from its rivals.
+pub struct CauseText {
+    /// What is wrong, as a clause without its place.
+    pub description: &'static str,
+    /// What has similar effects.
+    pub confounded_with: &'static str,
+    /// A test that separates it from these, other than further poses.
     pub test: &'static str,
 }
 
@@ -59,29 +59,29 @@ fn candidates_of(cause: Cause, arm: &Arm<'_>) -> Vec<Candidate> {
     }
 }
 
-/// What `cause` means to people.
-pub fn words(cause: Cause) -> Words {
+/// The text for `cause`.
+pub(super) fn cause_text(cause: Cause) -> CauseText {
     match cause {
-        Cause::JointStiffness => joint_stiffness::WORDS,
-        Cause::LinkInertia => link_inertia::WORDS,
-        Cause::ComOffset => com_offset::WORDS,
-        Cause::JointZeroOffset => joint_zero_offset::WORDS,
-        Cause::Payload => payload::WORDS,
-        Cause::BaseCompliance => base_compliance::WORDS,
-        Cause::TransverseCompliance => transverse_compliance::WORDS,
-        Cause::LinkFlexibility => link_flexibility::WORDS,
-        Cause::DriveInertia => drive_inertia::WORDS,
-        Cause::LoadDependentStiffness => load_dependent_stiffness::WORDS,
-        Cause::AmplitudeDependence => amplitude_dependence::WORDS,
-        Cause::TemperatureDrift => temperature_drift::WORDS,
-        Cause::GravityStiffness => gravity_stiffness::WORDS,
-        Cause::AliasedMode => aliased_mode::WORDS,
-        Cause::MissedMode => missed_mode::WORDS,
+        Cause::JointStiffness => joint_stiffness::TEXT,
+        Cause::LinkInertia => link_inertia::TEXT,
+        Cause::ComOffset => com_offset::TEXT,
+        Cause::JointZeroOffset => joint_zero_offset::TEXT,
+        Cause::Payload => payload::TEXT,
+        Cause::BaseCompliance => base_compliance::TEXT,
+        Cause::TransverseCompliance => transverse_compliance::TEXT,
+        Cause::LinkFlexibility => link_flexibility::TEXT,
+        Cause::DriveInertia => drive_inertia::TEXT,
+        Cause::LoadDependentStiffness => load_dependent_stiffness::TEXT,
+        Cause::AmplitudeDependence => amplitude_dependence::TEXT,
+        Cause::TemperatureDrift => temperature_drift::TEXT,
+        Cause::GravityStiffness => gravity_stiffness::TEXT,
+        Cause::AliasedMode => aliased_mode::TEXT,
+        Cause::MissedMode => missed_mode::TEXT,
     }
 }
 
-/// A spring that nothing in the file mentions: by its logarithm, from one that is as soft as `soft` to one
-/// a thousand times as stiff, which nothing measures.
+/// A spring that nothing in the file mentions: by its logarithm, from one that is as soft as `soft`
+/// to one a thousand times as stiff, which nothing measures.
 fn new_spring(name: &'static str, soft: f64) -> Parameter {
     Parameter {
         name,

@@ -1,17 +1,19 @@
-//! Mass that the model does not know: a point on a link, at its frame's origin, near it or along the link.
+//! Mass that the model does not know: a point on a link, at its frame's origin, near it or along
+//! the link.
 
 use nalgebra::Vector3;
 
-use super::{Arm, Candidate, Cause, Parameter, Scale, Words};
+use super::{Arm, Candidate, Cause, CauseText, Parameter, Scale};
 
-pub(super) const WORDS: Words = Words {
-    what: "the link carries mass that the model does not know",
-    rivals: "uniform or outer joint stiffness, the inertia or centre of mass of the link that carries it",
+pub(super) const TEXT: CauseText = CauseText {
+    description: "the link carries mass that is not in the model",
+    confounded_with: "uniform or outer joint stiffness, \
+                      the inertia or centre of mass of the link that carries it",
     test: "take the payload off, or add a known mass, and measure again",
 };
 
 /// Links other than the tip's are less often loaded: dress packs, feeders, valves.
-const ELSEWHERE: f64 = -1.0;
+const NOT_AT_TIP: f64 = -1.0;
 
 pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
     let mut candidates = Vec::new();
@@ -63,7 +65,7 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
             let mut candidate = Candidate::new(Cause::Payload, &place, parameters);
             candidate.also = also.clone();
             if !holds_tip {
-                candidate.plausibility = ELSEWHERE;
+                candidate.plausibility = NOT_AT_TIP;
             }
             candidates.push(candidate);
         }

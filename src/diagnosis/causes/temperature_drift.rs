@@ -1,19 +1,20 @@
 //! The spring changes with temperature: k (1 + c (T − 20 °C)), or k (factor + c (T − 20 °C)).
 
-use super::{Arm, Candidate, Cause, Parameter, Scale, Words};
+use super::{Arm, Candidate, Cause, CauseText, Parameter, Scale};
 use crate::model::REFERENCE_TEMPERATURE_C;
 
-pub(super) const WORDS: Words = Words {
-    what: "the spring changes with temperature",
-    rivals: "the joint's stiffness as such, where all temperatures are alike",
+pub(super) const TEXT: CauseText = CauseText {
+    description: "the stiffness depends on temperature",
+    confounded_with: "the joint's constant stiffness, if all temperatures are similar",
     test: "measure one pose cold and warm",
 };
 
-/// A law with a factor holds the plain stiffness as a special case, so it is a rival of that only where the
-/// law itself shows.
+/// A law with a factor holds the plain stiffness as a special case, so it is an alternative of that
+/// only where the law itself shows.
 pub(super) const WITH_FACTOR: f64 = -1.0;
 
-/// The share of the spring at the reference: the file's, unless the reference is another or the law is bent.
+/// The share of the spring at the reference: the file's, unless the reference is another or the law
+/// is bent.
 pub(super) fn factor() -> Parameter {
     Parameter {
         name: "factor",

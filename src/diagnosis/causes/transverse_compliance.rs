@@ -1,14 +1,15 @@
-//! A joint also bends across its axis: its child link turns about an axis across it, against a spring.
+//! A joint also bends across its axis: its child link turns about an axis across it, against a
+//! spring.
 
 use nalgebra::Vector3;
 
-use super::{Arm, Candidate, Cause, Words, across, new_spring};
+use super::{Arm, Candidate, Cause, CauseText, across, new_spring};
 use crate::model::{Carries, CoordinateKind, Hinge};
 
-pub(super) const WORDS: Words = Words {
-    what: "the joint's bearing also bends across its axis",
-    rivals: "the flexibility of the links beside it, base compliance",
-    test: "put accelerometers on both sides of the joint and compare how they turn",
+pub(super) const TEXT: CauseText = CauseText {
+    description: "the joint's bearing is compliant across its axis",
+    confounded_with: "the flexibility of the adjacent links, base compliance",
+    test: "put accelerometers on both sides of the joint and compare the rotations",
 };
 
 pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {

@@ -75,7 +75,7 @@ pub(in crate::diagnosis) fn data(rows: usize) -> Data {
     let points = (0..3 * rows.len())
         .map(|i| Point { row: i / 3, column: i % 3, ln_f: 3.0, unit: 1.0, rounding: 0.0, index: i })
         .collect();
-    Data { rows, points, columns: 3, told_noise: None }
+    Data { rows, points, columns: 3, stated_noise: None }
 }
 
 fn parameter(name: &'static str, scale: Scale) -> Parameter {
@@ -164,7 +164,8 @@ fn sensitivities_are_the_differences_of_solved_frequencies() {
             vec![0.1, 9.0],
         ),
     ];
-    // With gravity's stiffness and rows under several loads every way of telling what changes is taken.
+    // With gravity's stiffness and rows under several loads every way of working out the change is
+    // taken.
     let mut loaded = data.clone();
     for (i, row) in loaded.rows.iter_mut().enumerate() {
         row.load = Load { more_kg: [0.0, 3.0, 7.0][i % 3], share: 1.0 };
@@ -221,15 +222,15 @@ fn a_fit_finds_what_was_put_in() {
     let problem = Problem { description: &description, data: &data };
     let start =
         Hypothesis { effects: vec![(&stiffness, vec![2e5_f64.ln()]), (&payload, vec![0.5])] };
-    let found = problem.climb(start).unwrap().hypothesis.inner();
+    let found = problem.optimise(start).unwrap().hypothesis.inner();
     assert!(
         (found[0].exp() / 1.4e5 - 1.0).abs() < 1e-3 && (found[1] - 4.0).abs() < 1e-2,
         "{found:?}"
     );
 }
 
-/// Two springs in a row that do nearly the same, one of which wants to be softer than it may: the fit ends at that
-/// bound, with the other as soft as is best there.
+/// Two springs in a row that do nearly the same, one of which wants to be softer than it may: the
+/// fit ends at that bound, with the other as soft as is best there.
 #[test]
 fn a_fit_ends_at_the_bound_that_it_would_cross() {
     let description = arm();
@@ -246,7 +247,7 @@ fn a_fit_ends_at_the_bound_that_it_would_cross() {
     let problem = Problem { description: &description, data: &data };
     let held = spring("j2", [1.5e5, 1e9]);
     let at = |a: f64, b: f64| Hypothesis { effects: vec![(&held, vec![a]), (&free[1], vec![b])] };
-    let found = problem.climb(at(4e5_f64.ln(), 4e5_f64.ln())).unwrap();
+    let found = problem.optimise(at(4e5_f64.ln(), 4e5_f64.ln())).unwrap();
     let inner = found.hypothesis.inner();
     assert!((inner[0].exp() / 1.5e5 - 1.0).abs() < 1e-9, "{inner:?}");
     // Against a scan of the other along the bound.

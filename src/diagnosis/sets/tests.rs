@@ -28,7 +28,8 @@ fn candidate(cause: Cause, at: &str, second: bool) -> Candidate {
     Candidate::new(cause, at, parameters)
 }
 
-/// Coefficients and squares of sets of columns, against the whole matrix with what is expected as further rows.
+/// Coefficients and squares of sets of columns, against the whole matrix with what is expected as
+/// further rows.
 #[test]
 fn sets_are_solved_as_a_decomposition_solves_them() {
     let points = 30;
@@ -51,7 +52,7 @@ fn sets_are_solved_as_a_decomposition_solves_them() {
     let weights: Vec<f64> = (0..points).map(|j| 1.0 + noise(9000 + j)).collect();
     let linear = Linear::of(members, &columns, expected.clone(), &rest, &weights);
     for set in [vec![0], vec![1], vec![0, 3], vec![1, 2, 3], vec![0, 1, 2, 3]] {
-        let tried = linear.tried(set.clone()).unwrap();
+        let tried = linear.trial(set.clone()).unwrap();
         let own: Vec<usize> = set
             .iter()
             .flat_map(|&i| {
@@ -97,12 +98,17 @@ fn sets_are_solved_as_a_decomposition_solves_them() {
             })
             .sum();
         let n = points as f64;
-        let worth = -0.5 * n * (left / n).ln() - 0.5 * penalty - 0.5 * free * n.ln();
-        assert!((tried.worth - worth).abs() < 1e-6, "{set:?} {} {worth}", tried.worth);
+        let log_evidence = -0.5 * n * (left / n).ln() - 0.5 * penalty - 0.5 * free * n.ln();
+        assert!(
+            (tried.log_evidence - log_evidence).abs() < 1e-6,
+            "{set:?} {} {log_evidence}",
+            tried.log_evidence
+        );
     }
 }
 
-/// Three causes of which the first to be found alone is none: the set is among the first, with its parameters.
+/// Three causes of which the first to be found alone is none: the set is among the first, with its
+/// parameters.
 #[test]
 fn three_causes_are_found_together() {
     let description = arm();
@@ -133,14 +139,14 @@ fn three_causes_are_found_together() {
     }
     let problem = Problem { description: &description, data: &data };
     let screen = Screen::new(&problem, &all).unwrap();
-    let nothing = problem.climb(Hypothesis::default()).unwrap();
-    let found = sets(&problem, &all, &screen, &nothing, 3, 10);
+    let baseline = problem.optimise(Hypothesis::default()).unwrap();
+    let found = sets(&problem, &all, &screen, &baseline, 3, 10);
     let place = found.iter().position(|set| {
         truth.iter().all(|&which| set.effects.iter().any(|(c, _)| c.same_place(&all[which])))
     });
     assert!(place.is_some_and(|place| place < 5), "{place:?}");
     // Near the model with the right causes the parameters come out as they are.
-    let near = problem.climb(found[place.unwrap()].clone()).unwrap();
+    let near = problem.optimise(found[place.unwrap()].clone()).unwrap();
     let first = &sets(&problem, &all, &screen, &near, 3, 1)[0];
     for (&which, value) in truth.iter().zip(values) {
         let (candidate, inner) =

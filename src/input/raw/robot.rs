@@ -206,7 +206,6 @@ pub(in crate::input) struct Correction {
     #[schemars(extend("examples" = [{"mass_kg": 4.9}]))]
     pub(in crate::input) parameters: Option<BTreeMap<String, f64>>,
     /// 95 % interval of each value.
-    #[expect(dead_code, reason = "for people")]
     pub(in crate::input) ci95: Option<BTreeMap<String, [f64; 2]>>,
     /// For base_compliance, transverse_compliance and link_flexibility: turns or shifts.
     pub(in crate::input) kind: Option<ExtraKind>,
@@ -219,8 +218,10 @@ pub(in crate::input) struct Correction {
     /// For link_flexibility: what of the link's own body moves; all of it if absent.
     #[schemars(extend("default" = "link"))]
     pub(in crate::input) carries: Option<HingeCarries>,
+    /// Digest of the table that it was fitted to, see calibration.fitted_to; absent for what was written by hand.
+    #[schemars(extend("examples" = ["fnv1a-8c1f0e5b7d2a9346"]))]
+    pub(in crate::input) table: Option<String>,
     /// Where it comes from.
-    #[expect(dead_code, reason = "for people")]
     pub(in crate::input) note: Option<String>,
 }
 
@@ -260,6 +261,37 @@ pub(in crate::input) struct Calibration {
     #[schemars(extend("examples" = ["2026-11-21"]))]
     #[expect(dead_code, reason = "for people")]
     pub(in crate::input) date: Option<String>,
+    /// The table of measured modes that the error was measured with.
+    pub(in crate::input) table: Option<TableName>,
+    /// The tables that the corrections were fitted to, with their poses: an error at these poses is not held out.
+    pub(in crate::input) fitted_to: Option<Vec<FittedTable>>,
+}
+
+/// A table of measured modes.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(in crate::input) struct TableName {
+    /// File name.
+    #[schemars(extend("examples" = ["measured.csv"]))]
+    pub(in crate::input) file: Option<String>,
+    /// Digest of its poses, frequencies and covariates.
+    #[schemars(required, extend("examples" = ["fnv1a-8c1f0e5b7d2a9346"]))]
+    pub(in crate::input) digest: Option<String>,
+}
+
+/// A table that corrections were fitted to.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(in crate::input) struct FittedTable {
+    /// File name.
+    #[schemars(extend("examples" = ["measured.csv"]))]
+    pub(in crate::input) file: Option<String>,
+    /// Digest of its poses, frequencies and covariates.
+    #[schemars(required, extend("examples" = ["fnv1a-8c1f0e5b7d2a9346"]))]
+    pub(in crate::input) digest: Option<String>,
+    /// Its poses: joint positions from base to tip, rad or m.
+    #[schemars(required, extend("examples" = [[[0.0, 0.174]]]))]
+    pub(in crate::input) joints: Option<Vec<Vec<f64>>>,
 }
 
 // All of it, the part beyond the hinge, or nothing: only what the link carries.

@@ -1,7 +1,6 @@
 //! A diagnosis as a page with plots, in one file that needs nothing else.
 
 use std::fmt::Write;
-use std::path::Path;
 
 use super::text;
 use crate::diagnosis::{Diagnosis, ResidualRow, Shape};
@@ -9,6 +8,7 @@ use crate::report::drawing::{
     Axis, Canvas, Entry, Frame, GREY, Panel, Scale, Stroke, Swatch, bounds, curve_style, escaped,
     row,
 };
+use crate::study::diagnose::Diagnosed;
 use crate::units::{deg_from_rad, mm_from_m, percent_from_ratio};
 use crate::wording::printable;
 
@@ -16,11 +16,12 @@ const WIDTH: f64 = 620.0;
 const HEIGHT: f64 = 340.0;
 const PANEL: Frame = Frame { left: 85.0, top: 35.0, width: 515.0, height: 245.0 };
 
-/// The page: the text, measured against predicted before and after, residuals over what they follow and
-/// over all else, the ranking.
-pub fn diagnosis(d: &Diagnosis, robot: &str, table: &Path) -> String {
+/// The page: the text, measured against predicted before and after, residuals over what they follow
+/// and over all else, the ranking.
+pub fn diagnosis(diagnosed: &Diagnosed) -> String {
+    let d = &diagnosed.diagnosis;
     let mut out = String::new();
-    let title = escaped(&format!("Diagnosis of {robot}"));
+    let title = escaped(&format!("Diagnosis of {}", diagnosed.robot));
     // Writing to a string does not fail.
     let _ = write!(
         out,
@@ -29,7 +30,7 @@ pub fn diagnosis(d: &Diagnosis, robot: &str, table: &Path) -> String {
          pre{{background:#f5f5f5;padding:1em;overflow:auto}}svg{{background:#fff;max-width:100%}}\
          figure{{display:inline-block;margin:0 1em 1em 0}}td,th{{padding:.1em 1em;text-align:left}}\
          </style></head><body>\n<h1>{title}</h1>\n<pre>{}</pre>\n",
-        escaped(&text::diagnosis(d, robot, table))
+        escaped(&text::diagnosis(diagnosed))
     );
     for (caption, of) in [
         ("Measured against predicted: the model as it is", predicted_before as Of),
@@ -49,9 +50,7 @@ pub fn diagnosis(d: &Diagnosis, robot: &str, table: &Path) -> String {
             figure(&mut out, &caption, axes, &residuals(d, covariate, after), false);
         }
     }
-    out.push_str(
-        "<details><summary>Residuals over everything else that the table tells</summary>\n",
-    );
+    out.push_str("<details><summary>Residuals over the other columns of the table</summary>\n");
     for (i, covariate) in covariates.iter().enumerate().filter(|(i, _)| Some(*i) != chosen) {
         let caption = format!("Residual over {}: the model as it is", covariate.name(d));
         let axes = [&*covariate.axis(d), RESIDUAL];
@@ -59,10 +58,12 @@ pub fn diagnosis(d: &Diagnosis, robot: &str, table: &Path) -> String {
     }
     out.push_str("</details>\n");
     if !d.ranking.is_empty() {
-        out.push_str("<h2>Causes one by one</h2>\n<table><tr><th>cause</th><th>behind the best, BIC</th></tr>\n");
+        out.push_str(
+            "<h2>Single causes</h2>\n<table><tr><th>cause</th><th>ΔBIC to the best</th></tr>\n",
+        );
         for suspect in &d.ranking {
             let label = escaped(&suspect.label());
-            let _ = writeln!(out, "<tr><td>{label}</td><td>{:.1}</td></tr>", suspect.behind);
+            let _ = writeln!(out, "<tr><td>{label}</td><td>{:.1}</td></tr>", suspect.behind_bic);
         }
         out.push_str("</table>\n");
     }

@@ -1,113 +1,127 @@
 //! A diagnosis as a page for people.
 
 use std::fmt::Write;
-use std::path::Path;
 
-use super::words::{estimate, finding, name, position, structure, verdict};
-use crate::diagnosis::{Diagnosis, NextPose, Verdict, words};
+use super::words::{estimate, finding, p_value, position, structure, verdict, wrapped};
+use crate::diagnosis::{Diagnosis, Finding, NextPose, Verdict};
+use crate::study::diagnose::Diagnosed;
 
-/// What is wrong, by how much, because of what, how sure, what else it could be, what it gained, what next.
-pub fn diagnosis(d: &Diagnosis, robot: &str, table: &Path) -> String {
+/// Verdict, findings with evidence and alternatives, errors, residual, what to measure next.
+pub fn diagnosis(diagnosed: &Diagnosed) -> String {
+    let d = &diagnosed.diagnosis;
     let mut out = String::new();
     let title = match d.verdict {
-        Verdict::Explained => "EXPLAINED",
-        Verdict::Consistent => "CONSISTENT",
-        Verdict::Unexplained => "UNEXPLAINED",
+        Verdict::Explained => "EXPLAINED    ",
+        Verdict::Consistent => "CONSISTENT   ",
+        Verdict::Unexplained => "UNEXPLAINED  ",
     };
-    // Writing to a string does not fail.
-    let _ = writeln!(
-        out,
-        "{title}  {robot} against {}: {} frequencies at {} poses\n",
-        table.display(),
+    let about = format!(
+        "{} against {}: {} frequencies at {} poses",
+        diagnosed.robot,
+        diagnosed.table.display(),
         d.residuals.len(),
         d.poses
     );
-    let _ = writeln!(out, "{}\n", verdict(d));
+    wrapped(&mut out, title, &about);
+    out.push('\n');
+    wrapped(&mut out, "", &verdict(d));
+    if !diagnosed.fitted_again.is_empty() {
+        let what = format!(
+            "Corrections in the robot's file that were fitted to poses of this table are left out \
+             and fitted again: {}.",
+            diagnosed.fitted_again.join("; ")
+        );
+        wrapped(&mut out, "", &what);
+    }
+    out.push('\n');
     for (i, found) in d.findings.iter().enumerate() {
-        let _ = writeln!(out, "{}. {}", i + 1, finding(found));
-        for parameter in &found.parameters {
-            let _ = writeln!(out, "     value     {}", estimate(parameter));
-        }
-        let chance = match found.evidence.p_value {
-            p if p < 1e-12 => "below 1e-12".to_owned(),
-            p => format!("{p:.1e}"),
-        };
-        let _ = writeln!(
-            out,
-            "     how sure  chance does as well with a probability of {chance}; BIC {:+.1}",
-            found.evidence.delta_bic
-        );
-        let _ = writeln!(
-            out,
-            "     gain      the error would be {:.2} percentage points more without it",
-            found.gain_percent_points
-        );
-        if found.indistinguishable_from.is_empty() {
-            let _ = writeln!(out, "     or else   nothing: no other cause fits nearly as well");
-        } else {
-            let rivals: Vec<String> =
-                found.indistinguishable_from.iter().map(|suspect| suspect.label()).collect();
-            let _ = writeln!(out, "     or else   {}", rivals.join("; "));
-            let _ = writeln!(
-                out,
-                "               these data cannot tell them apart; the intervals allow for that"
-            );
-        }
-        let _ = writeln!(out, "     beware    easily mistaken for {}", words(found.cause).rivals);
+        one_finding(&mut out, i + 1, found);
     }
     if !d.findings.is_empty() {
         out.push('\n');
     }
     errors(d, &mut out);
-    match (&d.structure_before, &d.structure_after, d.verdict) {
-        (Some(before), _, Verdict::Unexplained) => {
-            let _ = writeln!(out, "\nthe residual    {}", structure(before, d));
-        }
-        (before, after, _) => {
-            if let Some(before) = before {
-                let _ = writeln!(out, "\nbefore          {}", structure(before, d));
-            }
-            if let Some(after) = after {
-                let _ = writeln!(out, "what is left    {}", structure(after, d));
-            }
-        }
-    }
-    if d.verdict == Verdict::Unexplained && !d.ranking.is_empty() {
-        let nearest: Vec<String> = d.ranking.iter().take(3).map(|s| s.label()).collect();
-        let _ = writeln!(out, "nearest causes  {} (none leaves mere noise)", nearest.join("; "));
-    }
+    residual(d, &mut out);
     next(d, &mut out);
     out
 }
 
-fn errors(d: &Diagnosis, out: &mut String) {
-    let _ = writeln!(out, "error, %           model   with findings");
-    let _ = writeln!(
-        out,
-        "  all modes     {:8.2}        {:8.2}",
-        d.baseline.rms_percent, d.extended.rms_percent
-    );
-    let pairs = d.baseline.per_mode_rms_percent.iter().zip(&d.extended.per_mode_rms_percent);
-    for (mode, (before, after)) in pairs.enumerate() {
-        let _ = writeln!(out, "  mode {:<3}      {before:8.2}        {after:8.2}", mode + 1);
+fn one_finding(out: &mut String, number: usize, found: &Finding) {
+    wrapped(out, &format!("{number}. "), &finding(found));
+    for parameter in &found.parameters {
+        wrapped(out, "     value         ", &estimate(parameter));
     }
-    let _ = writeln!(
-        out,
-        "  poses left out{:8.2}        {:8.2}",
-        d.baseline.heldout_rms_percent, d.extended.heldout_rms_percent
+    let evidence = format!(
+        "p-value {}, ΔBIC {:+.1}",
+        p_value(found.evidence.p_value),
+        found.evidence.delta_bic
     );
-    let _ = writeln!(out, "  noise         {:8.2}", d.noise_floor_percent);
+    wrapped(out, "     evidence      ", &evidence);
+    let gain = format!(
+        "without it the error is {:.2} percentage points larger",
+        found.gain_percent_points
+    );
+    wrapped(out, "     gain          ", &gain);
+    let alternatives: Vec<String> =
+        found.indistinguishable_from.iter().map(|suspect| suspect.label()).collect();
+    let alternatives = if alternatives.is_empty() {
+        "none: no other cause fits nearly as well".to_owned()
+    } else {
+        format!(
+            "{} (these data cannot separate them; the intervals include them)",
+            alternatives.join("; ")
+        )
+    };
+    wrapped(out, "     alternatives  ", &alternatives);
+    let confounded = format!("often confounded with {}", found.text.confounded_with);
+    wrapped(out, "     caution       ", &confounded);
+}
+
+fn errors(d: &Diagnosis, out: &mut String) {
+    out.push_str("error, %           model   with findings\n");
+    let mut row = |name: &str, before: f64, after: f64| {
+        // Writing to a string does not fail.
+        let _ = writeln!(out, "  {name:<14}{before:8.2}        {after:8.2}");
+    };
+    let (before, after) = (&d.baseline, &d.extended);
+    row("all modes", before.rms_percent, after.rms_percent);
+    let modes = before.per_mode_rms_percent.iter().zip(&after.per_mode_rms_percent);
+    for (mode, (before, after)) in modes.enumerate() {
+        row(&format!("mode {}", mode + 1), *before, *after);
+    }
+    row("held-out poses", before.heldout_rms_percent, after.heldout_rms_percent);
+    let _ = writeln!(out, "  {:<14}{:8.2}", "noise floor", d.noise_floor_percent);
     if d.verdict == Verdict::Explained {
         let [low, high] = d.gain.ci95;
         let _ = writeln!(
             out,
-            "  gained at poses left out: {:.2} percentage points (95 % interval {low:.2} to {high:.2})",
+            "  gain at held-out poses: {:.2} percentage points (95 % interval {low:.2} to \
+             {high:.2})",
             d.gain.percent_points
         );
     }
 }
 
-/// Poses that separate the same causes, with the least and the most that each adds.
+fn residual(d: &Diagnosis, out: &mut String) {
+    if d.structure_before.is_some() || d.structure_after.is_some() {
+        out.push('\n');
+    }
+    let unexplained = d.verdict == Verdict::Unexplained;
+    if let Some(before) = &d.structure_before {
+        let head = if unexplained { "residual            " } else { "residual before     " };
+        wrapped(out, head, &structure(before, d));
+    }
+    if let Some(after) = d.structure_after.as_ref().filter(|_| !unexplained) {
+        wrapped(out, "remaining residual  ", &structure(after, d));
+    }
+    if unexplained && !d.ranking.is_empty() {
+        let nearest: Vec<String> = d.ranking.iter().take(3).map(|s| s.label()).collect();
+        let nearest = format!("{} (with none of them is the residual noise)", nearest.join("; "));
+        wrapped(out, "nearest causes      ", &nearest);
+    }
+}
+
+/// Poses that separate the same causes, with the least and the most separation that each adds.
 struct Suggested<'d> {
     pairs: Vec<&'d [String; 2]>,
     poses: Vec<(&'d [f64], f64, f64)>,
@@ -116,17 +130,17 @@ struct Suggested<'d> {
 /// Suggested poses, those together that separate the same.
 fn suggested(d: &Diagnosis) -> Vec<Suggested<'_>> {
     let mut groups: Vec<Suggested<'_>> = Vec::new();
-    let mut told: Vec<&[f64]> = Vec::new();
+    let mut known: Vec<&[f64]> = Vec::new();
     for next in &d.next_poses {
-        if told.contains(&next.joints.as_slice()) {
+        if known.contains(&next.joints.as_slice()) {
             continue;
         }
-        told.push(&next.joints);
+        known.push(&next.joints);
         let here: Vec<&NextPose> =
             d.next_poses.iter().filter(|other| other.joints == next.joints).collect();
         let pairs: Vec<&[String; 2]> = here.iter().map(|next| &next.separates).collect();
         let apart = |start: f64, by: fn(f64, f64) -> f64| {
-            here.iter().map(|next| next.apart).fold(start, by)
+            here.iter().map(|next| next.apart_sigmas).fold(start, by)
         };
         let pose = (next.joints.as_slice(), apart(f64::INFINITY, f64::min), apart(0.0, f64::max));
         match groups.iter_mut().find(|group| group.pairs == pairs) {
@@ -139,29 +153,32 @@ fn suggested(d: &Diagnosis) -> Vec<Suggested<'_>> {
 
 /// "payload at tool0 from link_inertia at link_2 or base_compliance at base_link", one a finding.
 fn separated<'p>(pairs: impl Iterator<Item = &'p [String; 2]>) -> Vec<String> {
-    let mut told: Vec<(&str, Vec<&str>)> = Vec::new();
+    let mut known: Vec<(&str, Vec<&str>)> = Vec::new();
     for [one, other] in pairs {
-        match told.iter_mut().find(|(known, _)| known == one) {
+        match known.iter_mut().find(|(name, _)| name == one) {
             Some((_, others)) => others.push(other),
-            None => told.push((one, vec![other])),
+            None => known.push((one, vec![other])),
         }
     }
-    told.iter().map(|(one, others)| format!("{one} from {}", others.join(" or "))).collect()
+    known.iter().map(|(one, others)| format!("{one} from {}", others.join(" or "))).collect()
 }
 
 fn next(d: &Diagnosis, out: &mut String) {
-    let _ = writeln!(out, "\nnext");
+    out.push_str("\nnext\n");
     for Suggested { pairs, poses } in suggested(d) {
         for pair in separated(pairs.into_iter()) {
-            let _ = writeln!(out, "  to tell {pair}");
+            wrapped(out, "  to separate ", &format!("{pair},"));
         }
-        let _ =
-            writeln!(out, "    measure at, in this order (what each adds, in units of the noise)");
-        for (pose, least, most) in poses {
+        out.push_str(
+            "    measure these poses in this order (separation that each adds, standard \
+             deviations)\n",
+        );
+        for (pose, low, high) in poses {
             let joints: Vec<String> =
                 pose.iter().zip(&d.joints).map(|(q, (_, slides))| position(*q, *slides)).collect();
-            let [least, most] = [least, most].map(|apart| format!("{apart:.1}"));
-            let apart = if least == most { most } else { format!("{least} to {most}") };
+            let [low, high] = [low, high].map(|apart| format!("{apart:.1}"));
+            let apart = if low == high { high } else { format!("{low} to {high}") };
+            // Writing to a string does not fail.
             let _ = writeln!(out, "      [{}]  {apart}", joints.join(", "));
         }
     }
@@ -170,28 +187,31 @@ fn next(d: &Diagnosis, out: &mut String) {
     for test in tests {
         let own = d.next_tests.iter().filter(|next| next.test == test);
         for pair in separated(own.map(|next| &next.separates)) {
-            let _ = writeln!(out, "  no pose tells {pair}: {test}");
+            wrapped(out, "  no pose separates ", &format!("{pair}: {test}"));
         }
     }
-    let told_nothing = d.next_poses.is_empty() && d.next_tests.is_empty();
-    let _ = match d.verdict {
+    if let Some(first) = d.findings.first() {
+        let test = format!("{}: {}", first.label(), first.text.test);
+        wrapped(out, "  to confirm ", &test);
+    }
+    let suggests_nothing = d.next_poses.is_empty() && d.next_tests.is_empty();
+    match d.verdict {
         Verdict::Explained => {
-            writeln!(
-                out,
-                "  --write ROBOT2.yaml puts the findings into a robot file that check uses"
-            )
+            out.push_str(
+                "  --write ROBOT2.yaml writes a robot file with these corrections for check\n",
+            );
         }
         Verdict::Consistent => {
-            writeln!(out, "  --write ROBOT2.yaml puts the calibration into the robot file")
+            out.push_str(
+                "  --write ROBOT2.yaml writes a robot file with the calibration for check\n",
+            );
         }
-        Verdict::Unexplained if told_nothing => writeln!(
+        Verdict::Unexplained if suggests_nothing => wrapped(
             out,
-            "  repeat some poses at once and on another day, at another level and temperature, with these \
-             columns in the table"
+            "  ",
+            "repeat some poses at once and on another day, at another excitation level and \
+             temperature, with these columns in the table",
         ),
-        Verdict::Unexplained => Ok(()),
-    };
-    if let Some(first) = d.findings.first() {
-        let _ = writeln!(out, "  to make sure of {}: {}", name(first), words(first.cause).test);
+        Verdict::Unexplained => {}
     }
 }

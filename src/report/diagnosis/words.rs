@@ -1,11 +1,34 @@
 //! What is said in several formats.
 
-use crate::diagnosis::{Diagnosis, Estimate, Finding, Shape, Structure, Verdict, words};
+use crate::diagnosis::{Diagnosis, Estimate, Finding, Shape, Structure, Verdict};
 use crate::units::{deg_from_rad, mm_from_m, percent_from_ratio};
+
+/// Width of the text output, in columns.
+const WIDTH: usize = 100;
+
+/// Writes `text` after `head`, wrapped to the width with further lines below the start of the text.
+pub(super) fn wrapped(out: &mut String, head: &str, text: &str) {
+    let indent = head.chars().count();
+    let mut column = indent;
+    out.push_str(head);
+    for (i, word) in text.split(' ').enumerate() {
+        let width = word.chars().count();
+        if i > 0 && column + 1 + width > WIDTH {
+            out.push('\n');
+            out.push_str(&" ".repeat(indent));
+            column = indent;
+        } else if i > 0 {
+            out.push(' ');
+            column += 1;
+        }
+        out.push_str(word);
+        column += width;
+    }
+    out.push('\n');
+}
 
 /// A number with the digits that a person wants: four significant ones.
 pub(super) fn number(value: f64) -> String {
-    const DIGITS: i32 = 4;
     if value == 0.0 {
         return "0".to_owned();
     }
@@ -13,7 +36,7 @@ pub(super) fn number(value: f64) -> String {
     if !(-4..=9).contains(&magnitude) {
         return format!("{value:.3e}");
     }
-    let decimals = usize::try_from(DIGITS - 1 - magnitude).unwrap_or(0);
+    let decimals = usize::try_from(3 - magnitude).unwrap_or(0);
     let text = format!("{value:.decimals$}");
     if text.contains('.') {
         text.trim_end_matches('0').trim_end_matches('.').to_owned()
@@ -48,10 +71,7 @@ fn unit_of(name: &str) -> (String, &'static str) {
     (name.replace('_', " "), "")
 }
 
-/// A change beyond this factor says more as the factor that it is.
-const MOST_AS_PERCENT: f64 = 10.0;
-
-/// "mass 4.9 kg (95 % interval 4.7 to 5.1), in the file 0".
+/// "mass 4.9 kg (95 % interval 4.7 to 5.1), robot file 0".
 pub(super) fn estimate(parameter: &Estimate) -> String {
     let (name, unit) = unit_of(&parameter.name);
     let [low, high] = parameter.ci95.map(number);
@@ -61,51 +81,48 @@ pub(super) fn estimate(parameter: &Estimate) -> String {
         number(parameter.estimate)
     );
     if let Some(nominal) = parameter.nominal {
-        text.push_str(&format!(", in the file {}", number(nominal)));
+        text.push_str(&format!(", robot file {}", number(nominal)));
         let change = parameter.estimate / nominal - 1.0;
-        if change.abs() < MOST_AS_PERCENT {
+        // Beyond a factor of ten per cent say less than the two values do.
+        if change.abs() < 10.0 {
             text.push_str(&format!(" ({:+.1} %)", percent_from_ratio(change)));
         }
     }
     text
 }
 
-/// "payload at tool0: the link carries mass that the model does not know".
+/// "payload at tool0: the link carries mass that is not in the model".
 pub(super) fn finding(finding: &Finding) -> String {
-    format!("{}: {}", name(finding), words(finding.cause).what)
+    format!("{}: {}", finding.label(), finding.text.description)
 }
 
-/// "payload at tool0".
-pub(super) fn name(finding: &Finding) -> String {
-    match &finding.at {
-        Some(at) => format!("{} at {at}", finding.cause),
-        None => finding.cause.to_string(),
-    }
+/// "3.8e-12".
+pub(super) fn p_value(p: f64) -> String {
+    if p < 1e-12 { "< 1e-12".to_owned() } else { format!("{p:.1e}") }
 }
 
 /// The verdict in a sentence.
 pub(super) fn verdict(diagnosis: &Diagnosis) -> String {
     let error = diagnosis.baseline.rms_percent;
     match diagnosis.verdict {
-        Verdict::Consistent => format!(
-            "The model agrees with the measurement: what it is off by, {error:.2} %, is noise."
-        ),
+        Verdict::Consistent => {
+            format!("The model agrees with the measurement: its error of {error:.2} % is noise.")
+        }
         Verdict::Unexplained if diagnosis.structure_before.is_none() => format!(
-            "The model is off by {error:.2} %, more than the noise of such tests; it follows nothing that \
-             the table tells, and no known cause explains it."
+            "The error of the model, {error:.2} %, is larger than the noise of such tests. It \
+             follows no quantity in the table, and no known cause explains it."
         ),
         Verdict::Unexplained => format!(
-            "The model is off by {error:.2} %, and that is no noise; but no known cause explains it."
+            "The error of the model, {error:.2} %, is more than noise, but no known cause explains \
+             it."
         ),
         Verdict::Explained => {
-            let count = diagnosis.findings.len();
-            let causes =
-                if count == 1 { "one cause".to_owned() } else { format!("{count} causes") };
-            format!(
-                "The model is off by {error:.2} %; {causes} put{} it right to {:.2} %.",
-                if count == 1 { "s" } else { "" },
-                diagnosis.extended.rms_percent
-            )
+            let causes = match diagnosis.findings.len() {
+                1 => "one cause reduces".to_owned(),
+                count => format!("{count} causes reduce"),
+            };
+            let remaining = diagnosis.extended.rms_percent;
+            format!("The model is off by {error:.2} %; {causes} the error to {remaining:.2} %.")
         }
     }
 }
@@ -115,7 +132,7 @@ pub(super) fn structure(structure: &Structure, diagnosis: &Diagnosis) -> String 
     let joint = |joint: usize| diagnosis.joints.get(joint).map_or("?", |(name, _)| name.as_str());
     let spring = |i: usize| diagnosis.coordinates.get(i).map_or("?", String::as_str);
     let what = match structure.shape {
-        Shape::ModeByMode => "each mode is off by a factor of its own".to_owned(),
+        Shape::ModeByMode => "each mode has a constant relative error".to_owned(),
         Shape::Joint { joint: j } => format!("all modes follow the position of {}", joint(j)),
         Shape::ModeOverJoint { mode, joint: j } => {
             format!("mode {} follows the position of {}", mode + 1, joint(j))

@@ -1,96 +1,32 @@
-//! Is what a model leaves mere noise? Residuals are held against many simple shapes that no cause of the
-//! vocabulary needs to have: functions of a joint, of the frequency, of the order of the rows, of a
-//! covariate, of a spring that varies with the pose or from pose to pose. Each is one F test.
+//! Is what a model leaves mere noise? Residuals are held against many simple shapes that no cause
+//! of the vocabulary needs to have: functions of a joint, of the frequency, of the order of the
+//! rows, of a covariate, of a spring that varies with the pose or from pose to pose. Each is one F
+//! test.
 
 use rayon::prelude::*;
 
-use super::choose::p_value_of_gain;
 use super::data::Data;
 use super::fit::Fit;
+use super::outcome::{Shape, Structure};
 use super::predict::participation;
 use super::problem::Problem;
+use super::statistics::p_value_of_gain;
 
-/// Structure is seen if chance does as well with any shape less often than this.
+/// Structure is significant if its p-value, corrected for the number of shapes, is below this.
 pub(super) const SIGNIFICANCE: f64 = 0.005;
-
-/// Which shape a residual follows.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Shape {
-    /// Each mode is off by a factor of its own.
-    ModeByMode,
-    /// All modes follow a joint's position.
-    Joint {
-        /// From the base, from 0.
-        joint: usize,
-    },
-    /// One mode follows a joint's position.
-    ModeOverJoint {
-        /// From 0.
-        mode: usize,
-        /// From the base, from 0.
-        joint: usize,
-    },
-    /// One mode follows the pose as a whole.
-    ModeOverPose {
-        /// From 0.
-        mode: usize,
-    },
-    /// A spring varies with a joint's position.
-    SpringOverJoint {
-        /// Elastic coordinate, from 0.
-        coordinate: usize,
-        /// From the base, from 0.
-        joint: usize,
-    },
-    /// A spring varies from pose to pose.
-    SpringByPose {
-        /// Elastic coordinate, from 0.
-        coordinate: usize,
-    },
-    /// The inertia of an elastic coordinate varies from pose to pose.
-    InertiaByPose {
-        /// Elastic coordinate, from 0.
-        coordinate: usize,
-    },
-    /// All modes of a pose are off together.
-    PoseByPose,
-    /// It follows the order of the rows.
-    Order,
-    /// It follows the temperature.
-    Temperature,
-    /// It follows the level of excitation.
-    Amplitude,
-    /// It follows the frequency.
-    Frequency,
-}
-
-/// What a residual follows most.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Structure {
-    /// The shape.
-    pub shape: Shape,
-    /// How often chance follows any shape as closely.
-    pub p_value: f64,
-    /// Share of the residual's variance that the shape takes, less what chance would take.
-    pub share: f64,
-    /// Degrees of freedom of the shape.
-    pub freedom: usize,
-    /// Gain of ln likelihood.
-    pub gain: f64,
-}
 
 /// The shape that the residuals of `fit` follow most clearly, and the one that would be the best
 /// explanation; `None` if there are too few points for any.
 pub(super) fn structure(problem: &Problem<'_>, fit: &Fit<'_>) -> Option<Structures> {
     let shapes = shapes(problem, fit)?;
-    let ground = Ground::of(problem.data, fit);
+    let whitened = Whitened::of(problem.data, fit);
     let tries = shapes.len() as f64;
-    let n = ground.count as f64;
+    let n = whitened.count as f64;
     let found: Vec<Structure> = shapes
         .par_iter()
         .filter_map(|(shape, columns)| {
-            let (gain, freedom) = ground.gain(columns);
-            let left = n - ground.taken.len() as f64 - freedom as f64;
+            let (gain, freedom) = whitened.gain(columns);
+            let left = n - whitened.taken.len() as f64 - freedom as f64;
             if freedom == 0 || left < 4.0 {
                 return None;
             }
@@ -109,9 +45,9 @@ pub(super) fn structure(problem: &Problem<'_>, fit: &Fit<'_>) -> Option<Structur
     let clearest = found
         .iter()
         .min_by(|a, b| a.p_value.total_cmp(&b.p_value).then(b.gain.total_cmp(&a.gain)))?;
-    let worth = |s: &Structure| s.gain - 0.5 * s.freedom as f64 * n.ln();
-    let best = found.iter().max_by(|a, b| worth(a).total_cmp(&worth(b)))?;
-    Some(Structures { clearest: clearest.clone(), best_worth: worth(best) })
+    let log_evidence = |s: &Structure| s.gain - 0.5 * s.freedom as f64 * n.ln();
+    let best = found.iter().max_by(|a, b| log_evidence(a).total_cmp(&log_evidence(b)))?;
+    Some(Structures { clearest: clearest.clone(), best_log_evidence: log_evidence(best) })
 }
 
 /// What [`structure`] finds.
@@ -119,11 +55,11 @@ pub(super) fn structure(problem: &Problem<'_>, fit: &Fit<'_>) -> Option<Structur
 pub(super) struct Structures {
     pub(super) clearest: Structure,
     /// The gain of ln likelihood less what it costs, of the shape for which that is most.
-    pub(super) best_worth: f64,
+    pub(super) best_log_evidence: f64,
 }
 
 /// Residuals, whitened and with what the fitted parameters take taken out.
-struct Ground {
+struct Whitened {
     /// Square roots of the weights; 0 where there is no prediction.
     roots: Vec<f64>,
     /// Orthonormal columns that the parameters span.
@@ -133,7 +69,7 @@ struct Ground {
     count: usize,
 }
 
-impl Ground {
+impl Whitened {
     fn of(data: &Data, fit: &Fit<'_>) -> Self {
         let evaluation = &fit.evaluation;
         let roots: Vec<f64> = evaluation.noise.weights.iter().map(|w| w.sqrt()).collect();
@@ -168,7 +104,8 @@ impl Ground {
                 square -= dot(new, &self.residual).powi(2);
             }
         }
-        // Of a noise as fine as any instrument's the scale is known: what is below it shows nothing.
+        // Of a noise as fine as any instrument's the scale is known: what is below it shows
+        // nothing.
         let total = self.square.max(self.count as f64);
         let kept = (1.0 - (self.square - square) / total).max(1e-12);
         (-0.5 * self.count as f64 * kept.ln(), basis.len() - self.taken.len())

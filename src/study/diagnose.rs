@@ -1,0 +1,182 @@
+//! What a robot's model gets wrong, by a table of measured modes; and the corrections and the
+//! calibration that its file should hold.
+
+use std::path::{Path, PathBuf};
+
+use super::calibration::{digest, fitted_to_table};
+use crate::diagnosis::{self, Diagnosis, Settings, Verdict, label};
+use crate::identify::ModeTable;
+use crate::input::{CalibrationRecord, DescribedRobot, FittedCorrection, FittedTable, TableName};
+use crate::model::Description;
+use crate::notes::{Code, Note, Place};
+use crate::progress::Progress;
+
+/// A calibration never claims less than this: no instrument does better, % of the frequency.
+const MIN_HELDOUT_PERCENT: f64 = 0.03;
+
+/// ... or more than this, which robot.yaml does not take, % of the frequency.
+const MAX_HELDOUT_PERCENT: f64 = 100.0;
+
+/// A model whose error is larger says nothing about which speeds are safe, % of the frequency.
+const MAX_USEFUL_PERCENT: f64 = 25.0;
+
+/// A diagnosis with all that is shown of it and what is to be written back.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Diagnosed {
+    /// Name of the robot.
+    pub robot: String,
+    /// The table's file.
+    pub table: PathBuf,
+    /// What was found.
+    pub diagnosis: Diagnosis,
+    /// Corrections of the robot's file that were fitted to poses of this table, each as "cause at
+    /// place": the diagnosis starts without them.
+    pub fitted_again: Vec<String>,
+    /// Warnings about the table and the robot's calibration.
+    pub notes: Vec<Note>,
+    /// What the robot's file should hold.
+    pub update: RobotUpdate,
+}
+
+/// Corrections and calibration for a robot's file, in place of its own.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RobotUpdate {
+    /// Those that the diagnosis started from, then what it found.
+    pub corrections: Vec<FittedCorrection>,
+    /// How good the model is with them.
+    pub calibration: CalibrationRecord,
+    /// Warnings about that file, without its name.
+    pub notes: Vec<Note>,
+}
+
+/// Diagnoses a robot by a table that was read from `file`. Corrections that were fitted to poses of
+/// this table are left out and fitted again, so that held-out errors are measured at poses that
+/// nothing was fitted to.
+///
+/// # Errors
+/// As [`diagnosis::diagnose`], with the table's file.
+pub fn diagnose(
+    robot: &DescribedRobot,
+    table: &ModeTable,
+    file: &Path,
+    settings: Settings,
+    progress: Progress<'_>,
+) -> Result<Diagnosed, Note> {
+    let in_file =
+        |note: Note| Note { place: Place { file: Some(file.into()), ..note.place }, ..note };
+    let digest = digest(table);
+    let (fitted, kept) = fitted_to_table(robot, table, &digest);
+    let description = Description {
+        corrections: kept.iter().map(|kept| kept.correction.clone()).collect(),
+        ..robot.description.clone()
+    };
+    let found = diagnosis::diagnose(&description, table, settings, progress).map_err(in_file)?;
+    let labels: Vec<String> = fitted
+        .iter()
+        .map(|fitted| label(fitted.correction.cause, fitted.correction.at.as_deref()))
+        .collect();
+    let notes = fitted_note(&labels).into_iter().chain(unnamed_table_note(robot));
+    let notes = notes.chain(found.notes.iter().cloned()).map(in_file).collect();
+    Ok(Diagnosed {
+        robot: robot.robot.name().to_owned(),
+        table: file.to_owned(),
+        update: update(robot, table, TableName { file: name_of(file), digest }, kept, &found),
+        diagnosis: found,
+        fitted_again: labels,
+        notes,
+    })
+}
+
+fn name_of(file: &Path) -> String {
+    file.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
+}
+
+fn fitted_note(labels: &[String]) -> Option<Note> {
+    let (noun, verb) = match labels.len() {
+        0 => return None,
+        1 => ("correction", "was"),
+        _ => ("corrections", "were"),
+    };
+    let what = format!(
+        "the robot's {noun} {} {verb} fitted to poses of this table: the diagnosis starts without \
+         and fits again",
+        labels.join("; ")
+    );
+    Some(Note::warning(Code::Calibration, Place::default(), what))
+}
+
+/// Files of before do not name the table that they were calibrated with.
+fn unnamed_table_note(robot: &DescribedRobot) -> Option<Note> {
+    let calibration = robot.calibration.as_ref()?;
+    if calibration.table.is_some() || robot.corrections.iter().all(|c| c.table.is_some()) {
+        return None;
+    }
+    let what = "the robot's calibration does not name the table that its corrections were fitted \
+                to; if it was this one, the errors below are not held out: remove corrections and \
+                calibration from the robot's file and run again";
+    Some(Note::warning(Code::Calibration, Place::default(), what))
+}
+
+/// The corrections that were kept and what was found, each with the table that it was fitted to.
+fn update(
+    robot: &DescribedRobot,
+    table: &ModeTable,
+    name: TableName,
+    kept: Vec<FittedCorrection>,
+    found: &Diagnosis,
+) -> RobotUpdate {
+    let old_tables = robot.calibration.iter().flat_map(|calibration| &calibration.fitted_to);
+    let is_kept = |fitted: &&FittedTable| {
+        kept.iter().any(|kept| kept.table.as_ref() == Some(&fitted.table.digest))
+    };
+    let mut fitted_to: Vec<FittedTable> = old_tables.filter(is_kept).cloned().collect();
+    if !found.corrections.is_empty() {
+        let measured =
+            table.rows.iter().filter(|row| row.frequencies_hz.iter().any(Option::is_some));
+        let joints = measured.map(|row| row.pose.clone()).collect();
+        fitted_to.push(FittedTable { table: name.clone(), joints });
+    }
+    let new = found.corrections.iter().map(|correction| {
+        let own = found
+            .findings
+            .iter()
+            .filter(|finding| finding.cause == correction.cause && finding.at == correction.at);
+        FittedCorrection {
+            ci95: own.flat_map(|f| f.parameters.iter().map(|p| (p.name.clone(), p.ci95))).collect(),
+            table: Some(name.digest.clone()),
+            note: None,
+            correction: correction.clone(),
+        }
+    });
+    let heldout = found.extended.heldout_rms_percent;
+    RobotUpdate {
+        corrections: kept.into_iter().chain(new).collect(),
+        calibration: CalibrationRecord {
+            poses: found.poses,
+            heldout_rms_percent: heldout.clamp(MIN_HELDOUT_PERCENT, MAX_HELDOUT_PERCENT),
+            table: Some(name),
+            fitted_to,
+        },
+        notes: update_notes(found),
+    }
+}
+
+fn update_notes(found: &Diagnosis) -> Vec<Note> {
+    let mut notes = Vec::new();
+    let mut warn = |what: String| {
+        notes.push(Note::warning(Code::Calibration, Place::default(), what));
+    };
+    let heldout = found.extended.heldout_rms_percent;
+    if heldout > MAX_USEFUL_PERCENT {
+        warn(format!(
+            "the held-out error of the model is {heldout:.0} %: with this calibration, check \
+             cannot separate safe speeds from unsafe ones"
+        ));
+    }
+    if found.verdict == Verdict::Unexplained {
+        warn(
+            "no cause explains the error: no correction was added, only the calibration".to_owned(),
+        );
+    }
+    notes
+}
