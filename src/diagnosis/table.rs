@@ -10,7 +10,7 @@ pub(super) fn check_rows(robot: &Robot, table: &ModeTable) -> Result<(), Note> {
     let positive = |value: &Option<f64>| value.is_none_or(|f| f.is_finite() && f > 0.0);
     for (row, measured) in table.rows.iter().enumerate() {
         let fault = |what| Err(Note::error(Code::Value, Place::part(Part::Pose(row)), what));
-        if let Err(bad) = robot.check_pose(&measured.joints) {
+        if let Err(bad) = robot.check_pose(&measured.pose) {
             return fault(bad.to_string());
         }
         let numbers = measured.frequencies_hz.iter().chain(&measured.deviations_hz);
@@ -36,6 +36,7 @@ pub(super) fn within_the_model(table: &ModeTable, modes: usize) -> (ModeTable, O
     let rows = table.rows.iter().map(|row| ModeRow {
         frequencies_hz: first(&row.frequencies_hz),
         deviations_hz: first(&row.deviations_hz),
+        damping_ratios: first(&row.damping_ratios),
         ..row.clone()
     });
     let rows = rows.collect();

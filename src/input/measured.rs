@@ -64,7 +64,7 @@ pub fn read_measured(
         }
     }
     let table = ModeTable { rows, modes: columns.modes.len() };
-    let table = complete(table, &mut notes);
+    let table = with_rows(table, &mut notes);
     let errors = reading.settle(notes);
     table.ok_or(errors)
 }
@@ -116,14 +116,11 @@ fn placed(
         }
         rows.push(row.clone().at(joints));
     }
-    complete(ModeTable { rows, modes: table.modes }, notes)
+    with_rows(ModeTable { rows, modes: table.modes }, notes)
 }
 
-/// The table if it holds a frequency and nothing in it is wrong.
-fn complete(
-    table: ModeTable,
-    notes: &mut Notes,
-) -> Option<ModeTable> {
+/// The table, if it has a frequency and nothing is wrong with it.
+fn with_rows(table: ModeTable, notes: &mut Notes) -> Option<ModeTable> {
     if notes.errors() > 0 {
         return None;
     }

@@ -22,8 +22,8 @@ pub(super) fn digest(table: &ModeTable) -> String {
     };
     add(Some(table.modes as f64));
     for row in &table.rows {
-        let ModeRow { joints, frequencies_hz, deviations_hz, .. } = row;
-        joints.iter().for_each(|&q| add(Some(q)));
+        let ModeRow { pose, frequencies_hz, deviations_hz, .. } = row;
+        pose.iter().for_each(|&q| add(Some(q)));
         frequencies_hz.iter().chain(deviations_hz).for_each(|&value| add(value));
         [row.temperature_c, row.amplitude_nm, row.payload_kg, row.sample_rate_hz]
             .into_iter()
@@ -63,8 +63,8 @@ pub(super) fn fitted_to_table(
 
 fn has_pose(table: &ModeTable, pose: &[f64]) -> bool {
     let is_same = |row: &ModeRow| {
-        row.joints.len() == pose.len()
-            && row.joints.iter().zip(pose).all(|(a, b)| (a - b).abs() < SAME_POSE)
+        row.pose.len() == pose.len()
+            && row.pose.iter().zip(pose).all(|(a, b)| (a - b).abs() < SAME_POSE)
     };
     table.rows.iter().any(is_same)
 }
@@ -79,7 +79,7 @@ mod tests {
 
     fn table(poses: &[[f64; 2]]) -> ModeTable {
         let row = |&[a, b]: &[f64; 2]| ModeRow {
-            joints: vec![a, b],
+            pose: vec![a, b],
             frequencies_hz: vec![Some(20.0 + a), None],
             deviations_hz: vec![None, None],
             ..ModeRow::default()
@@ -113,7 +113,7 @@ mod tests {
         ];
         let fitted = |table: &ModeTable| FittedTable {
             table: TableName { file: String::new(), digest: digest(table) },
-            joints: table.rows.iter().map(|row| row.joints.clone()).collect(),
+            joints: table.rows.iter().map(|row| row.pose.clone()).collect(),
         };
         robot.calibration = Some(CalibrationRecord {
             poses: 2,
@@ -151,8 +151,7 @@ mod tests {
         let one = table(&[[0.0, 0.1], [0.0, 0.2]]);
         let mut same = one.clone();
         same.rows[0].id = Some("a".to_owned());
-        same.rows[1].line = 7;
-        same.rows[0].joints[0] = -0.0;
+        same.rows[0].pose[0] = -0.0;
         assert_eq!(digest(&one), digest(&same));
         let mut other = one.clone();
         other.rows[0].frequencies_hz.swap(0, 1);

@@ -133,7 +133,7 @@ fn update(
     if !found.corrections.is_empty() {
         let measured =
             table.rows.iter().filter(|row| row.frequencies_hz.iter().any(Option::is_some));
-        let joints = measured.map(|row| row.joints.clone()).collect();
+        let joints = measured.map(|row| row.pose.clone()).collect();
         fitted_to.push(FittedTable { table: name.clone(), joints });
     }
     let new = found.corrections.iter().map(|correction| {
