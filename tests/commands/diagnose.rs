@@ -139,9 +139,9 @@ fn the_same_table_twice_gives_the_same_robot() {
     let run = |robot: &str, table: &str, written: &str| -> (Value, String, String) {
         let arguments = ["diagnose", robot, table, "--format", "json", "--write", written];
         let output = detune(&arguments);
-        assert!(output.status.success(), "{}", text(&output.stderr));
+        assert!(output.status.success(), "{}", err(&output));
         let file = std::fs::read_to_string(written).unwrap();
-        (serde_json::from_slice(&output.stdout).unwrap(), text(&output.stderr), file)
+        (serde_json::from_slice(&output.stdout).unwrap(), err(&output).to_owned(), file)
     };
     let (mut first, told, once) =
         run("robots/two-link", "robots/two-link/measured.csv", &path("a.yaml"));
@@ -277,7 +277,8 @@ fn poses_beyond_limits_are_told() {
 #[test]
 fn the_text_fits_a_hundred_columns() {
     let measured = "robots/two-link/measured.csv";
-    let shown = text(&detune(&["diagnose", "robots/two-link", measured]).stdout);
+    let output = detune(&["diagnose", "robots/two-link", measured]);
+    let shown = out(&output);
     assert!(shown.starts_with("EXPLAINED") && shown.contains("\n     alternatives  "), "{shown}");
     let longest = shown.lines().max_by_key(|line| line.chars().count()).unwrap();
     assert!(longest.chars().count() <= 100, "{longest}");
