@@ -9,7 +9,8 @@ use super::check::{count_on, progress, shows_colour};
 use super::output::{Sink, keep_apart, write_all};
 use super::{Failure, Outcome, show_warnings};
 use crate::report;
-use crate::study::advise::{Advised, FeedRule, Objective, Options, ReadJob, WriteTo, advise};
+use crate::study::Read;
+use crate::study::advise::{Advised, FeedRule, Objective, Options, WriteTo, advise, read};
 
 const AFTER_HELP: &str = "\
 Examples:
@@ -86,8 +87,8 @@ pub(super) fn run(args: &AdviseArgs, out: &mut dyn Write) -> Result<Outcome, Fai
     let sink = Sink::open(args.output.as_deref())?;
     let write = args.write.as_deref().map(|path| Sink::open(Some(path))).transpose()?;
     let program = args.write_program.as_deref().map(|path| Sink::open(Some(path))).transpose()?;
-    let ReadJob { job, reading } = ReadJob::read(&args.job);
-    show_warnings(&reading.warnings);
+    let Read { value: job, warnings, files } = read(&args.job);
+    show_warnings(&warnings);
     let job = job?;
     keep_apart(&[
         ("--output", Some(&sink), args.output.as_deref()),
@@ -96,11 +97,11 @@ pub(super) fn run(args: &AdviseArgs, out: &mut dyn Write) -> Result<Outcome, Fai
     ])?;
     for sink in [Some(&sink), write.as_ref(), program.as_ref()].into_iter().flatten() {
         sink.refuse_inputs([&args.job])?;
-        sink.refuse_inputs(&reading.files)?;
+        sink.refuse_inputs(&files)?;
     }
     let to = WriteTo { job: args.write.as_deref(), program: args.write_program.as_deref() };
     let bar = progress();
-    let advised = advise(&job, &reading.files, &options(args), to, &count_on(&bar));
+    let advised = advise(&job, &files, &options(args), to, &count_on(&bar));
     bar.finish_and_clear();
     let Advised { job: advised, outputs, warnings } = advised?;
     show_warnings(&warnings);

@@ -1,21 +1,19 @@
 //! `detune diagnose`: what a model gets wrong, and why.
 
-use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::io::Write;
+use std::path::PathBuf;
 use std::time::SystemTime;
 
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::output::{Sink, keep_apart};
-use super::{Failure, Outcome};
-use crate::diagnosis::Settings;
-use crate::identify::ModeTable;
-use crate::input::{DescribedRobot, Reading, corrected_robot, read_described_robot, read_measured};
+use super::output::{Sink, keep_apart, write_all};
+use super::{Failure, Outcome, show_warnings};
 use crate::notes::{Note, Place};
 use crate::progress::Done;
 use crate::report;
-use crate::study::diagnose::{RobotUpdate, diagnose};
+use crate::study::Read;
+use crate::study::diagnose::{Settings, diagnose, read};
 use crate::units::date;
 
 /// Steps of the progress bar.
@@ -67,63 +65,42 @@ pub(super) fn run(args: &DiagnoseArgs, out: &mut dyn Write) -> Result<Outcome, F
         ("--write", robot_sink.as_ref(), args.write.as_deref()),
     ])?;
     let robot_file = super::robot_file(&args.robot);
-    let mut reading = Reading::default();
-    let read = read(&robot_file, &args.measured, &mut reading);
+    let Read { value: measured, warnings, files } = read(&robot_file, &args.measured);
     for sink in std::iter::once(&sink).chain(&robot_sink) {
-        sink.refuse_inputs(&reading.files)?;
+        sink.refuse_inputs(&files)?;
     }
-    warn(&reading.warnings);
-    let (robot, table) = read?;
+    show_warnings(&warnings);
+    let measured = measured?;
     let bar = progress();
     let settings = Settings { seed: args.seed };
-    let diagnosed = diagnose(&robot, &table, &args.measured, settings, &|done| {
+    let diagnosed = diagnose(&measured, &args.measured, settings, &|done| {
         if let Done::Share(share) = done {
             bar.set_position((share * STEPS as f64) as u64);
         }
     });
     bar.finish_and_clear();
     let diagnosed = diagnosed.map_err(|note| vec![note])?;
-    warn(&diagnosed.notes);
+    show_warnings(&diagnosed.notes);
     let text = match args.format {
         Format::Text => report::diagnosis::text::diagnosis(&diagnosed),
         Format::Json => report::diagnosis::json::diagnosis(&diagnosed)
             .map_err(|error| Failure::Internal(error.to_string()))?,
         Format::Html => report::diagnosis::html::diagnosis(&diagnosed),
     };
-    let RobotUpdate { corrections, calibration, notes } = &diagnosed.update;
-    let edited = match &args.write {
-        Some(path) => {
-            let date = date(SystemTime::now());
-            Some(corrected_robot(&robot_file, path, corrections, calibration, &date)?)
-        }
+    let update = &diagnosed.update;
+    let date = date(SystemTime::now());
+    let written = match &args.write {
+        Some(path) => Some(update.output(&robot_file, path, &date)?),
         None => None,
     };
-    sink.write(&text, out)?;
-    if let (Some(sink), Some(edited), Some(path)) = (robot_sink, edited, &args.write) {
-        let in_file = |note: &Note| Note { place: Place::file(path), ..note.clone() };
-        warn(&notes.iter().map(in_file).collect::<Vec<_>>());
-        sink.write(&edited, out)?;
+    let mut outputs: Vec<(&Sink, &[u8])> = vec![(&sink, text.as_bytes())];
+    if let (Some(sink), Some(written)) = (&robot_sink, &written) {
+        let in_file = |note: &Note| Note { place: Place::file(&written.path), ..note.clone() };
+        show_warnings(&update.notes.iter().map(in_file).collect::<Vec<_>>());
+        outputs.push((sink, &written.bytes));
     }
+    write_all(&outputs, out)?;
     Ok(Outcome::Pass)
-}
-
-/// Warnings on standard error; if that is closed, nobody reads them.
-fn warn(notes: &[Note]) {
-    let mut err = io::stderr().lock();
-    for note in notes {
-        let _ = writeln!(err, "warning: {note}");
-    }
-}
-
-/// The robot and the table of modes.
-fn read(
-    robot_file: &Path,
-    measured: &Path,
-    reading: &mut Reading,
-) -> Result<(DescribedRobot, ModeTable), Vec<Note>> {
-    let described = read_described_robot(robot_file, reading)?;
-    let table = read_measured(measured, &described.robot, reading)?;
-    Ok((described, table))
 }
 
 /// Shown on standard error while that is a terminal, and nowhere else.

@@ -6,14 +6,14 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::output::{Sink, keep_apart};
+use super::output::{Sink, keep_apart, write_all};
 use super::{Failure, Outcome, show_warnings};
-use crate::input::{Reading, read_session};
 use crate::progress::Done;
 use crate::report::identify::{
     identification_json, identification_svg, identification_text, measured_csv,
 };
-use crate::study::identify::identify;
+use crate::study::Read;
+use crate::study::identify::{identify, read};
 
 const AFTER_HELP: &str = "\
 A session names files of raw data (CSV with a header, UFF 58 as text or binary, WAV) with the pose
@@ -62,12 +62,11 @@ pub(super) fn run(args: &IdentifyArgs, out: &mut dyn Write) -> Result<Outcome, F
         ("--output", Some(&sink), args.output.as_deref()),
         ("--write", table.as_ref(), args.write.as_deref()),
     ])?;
-    let mut reading = Reading::default();
-    let session = read_session(&args.session, &mut reading);
-    show_warnings(&reading.warnings);
+    let Read { value: session, warnings, files } = read(&args.session);
+    show_warnings(&warnings);
     let session = session?;
     for sink in [&sink].into_iter().chain(&table) {
-        sink.refuse_inputs(&reading.files)?;
+        sink.refuse_inputs(&files)?;
     }
     let progress = progress(session.records.len());
     let found = identify(&session, &|done| {
@@ -83,10 +82,10 @@ pub(super) fn run(args: &IdentifyArgs, out: &mut dyn Write) -> Result<Outcome, F
         }
         Format::Svg => identification_svg(&found),
     };
-    if let Some(table) = table {
-        table.write(&measured_csv(&found), out)?;
-    }
-    sink.write(&text, out)?;
+    let csv = table.as_ref().map(|table| (table, measured_csv(&found)));
+    let mut outputs: Vec<(&Sink, &[u8])> = vec![(&sink, text.as_bytes())];
+    outputs.extend(csv.iter().map(|(table, csv)| (*table, csv.as_bytes())));
+    write_all(&outputs, out)?;
     Ok(Outcome::Pass)
 }
 

@@ -5,11 +5,11 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::{Failure, Outcome};
-use crate::input::{Reading, read_load_test};
+use super::{Failure, Outcome, show_warnings};
 use crate::notes::{Note, Place};
 use crate::report::stiffness::{stiffness_json, stiffness_text};
-use crate::study::stiffness::stiffness;
+use crate::study::Read;
+use crate::study::stiffness::{read, stiffness};
 
 /// Find the stiffness of joints from known moments and measured angles.
 #[derive(Debug, Args)]
@@ -40,8 +40,9 @@ enum Format {
 /// Fits each joint of the table; if one cannot be fitted, reports all that cannot and writes
 /// nothing.
 pub(super) fn run(args: &StiffnessArgs, out: &mut dyn Write) -> Result<Outcome, Failure> {
-    let rows = read_load_test(&args.loads, &mut Reading::default())?;
-    let found = stiffness(&rows, args.confidence)
+    let Read { value: rows, warnings, .. } = read(&args.loads);
+    show_warnings(&warnings);
+    let found = stiffness(&rows?, args.confidence)
         .map_err(|errors| errors.into_iter().map(|note| at(args, note)).collect::<Vec<_>>())?;
     let text = match args.format {
         Format::Text => stiffness_text(&found),

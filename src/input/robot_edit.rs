@@ -12,7 +12,7 @@ use super::robot::{described_robot_of_text, read_described_robot};
 use crate::formats::text::read_text;
 use crate::formats::yaml::Step;
 use crate::formats::yaml::splice::{Splice, entries, quoted};
-use crate::model::{Carries, CoordinateKind, Correction, Description};
+use crate::model::{Carries, CoordinateKind, Description};
 use crate::notes::{Code, Note, Place};
 
 /// The text of the robot file at `path` with these corrections and this calibration in place of its
@@ -79,26 +79,21 @@ fn confirm(
 ) -> Result<(), String> {
     let again = described_robot_of_text(output, text, &mut Reading::default())
         .map_err(|errors| errors.first().map_or_else(String::new, Note::message))?;
-    let found = again.description.calibration;
-    let is_calibrated = found.is_some_and(|found| {
-        found.poses == calibration.poses
-            && found.heldout_rms_percent == calibration.heldout_rms_percent
-    });
-    if !is_calibrated {
-        return Err("its calibration would be another one".to_owned());
+    if again.calibration.as_ref() != Some(calibration) {
+        return Err("its calibration would be different".to_owned());
     }
-    let by_name = |correction: &Correction| {
-        let mut sorted = correction.clone();
-        sorted.parameters.sort_by(|a, b| a.0.cmp(&b.0));
+    let by_name = |fitted: &FittedCorrection| {
+        let mut sorted = fitted.clone();
+        sorted.correction.parameters.sort_by(|a, b| a.0.cmp(&b.0));
+        sorted.ci95.sort_by(|a, b| a.0.cmp(&b.0));
         sorted
     };
-    let asked = corrections.iter().map(|c| by_name(&c.correction));
-    if !again.description.corrections.iter().map(by_name).eq(asked) {
-        return Err("its corrections would be other ones".to_owned());
+    if !again.corrections.iter().map(by_name).eq(corrections.iter().map(by_name)) {
+        return Err("its corrections would be different".to_owned());
     }
     let wanted = Description {
         corrections: again.description.corrections.clone(),
-        calibration: found,
+        calibration: again.description.calibration,
         ..before.clone()
     };
     if again.description != wanted {
@@ -199,6 +194,7 @@ mod tests {
     use super::super::calibration::FittedTable;
     use super::super::robot::{DescribedRobot, read_described_robot, tests as two_link};
     use super::*;
+    use crate::model::Correction;
     use crate::model::{Cause, Hinge};
     use nalgebra::Vector3;
 

@@ -4,16 +4,14 @@ use std::path::{Path, PathBuf};
 
 use crate::advice::{self, JobAdvice, OperationAdvice, Remedy};
 pub use crate::advice::{FeedRule, Objective, Options};
-use crate::input::{
-    OperationEdit, Reading, confirm_rewritten, read_job, rewritten_job, rewritten_program,
-};
+use crate::input::{OperationEdit, confirm_rewritten, read_job, rewritten_job, rewritten_program};
 use crate::job::{Job, Levers, Operation, Spindle, SpindleSpeed};
 use crate::notes::{Code, Note, Part, Place};
 use crate::program::Rewrite;
 use crate::progress::Progress;
 use crate::units::mm_per_min_from_m_per_s;
 
-use super::Output;
+use super::{Output, Read};
 
 /// A job and what to do about it: all that a renderer needs, without the model.
 #[derive(Debug, Clone, PartialEq)]
@@ -72,21 +70,9 @@ pub struct Advised {
     pub warnings: Vec<Note>,
 }
 
-/// A job as it was read, and the files and warnings of the reading.
-#[derive(Debug)]
-pub struct ReadJob {
-    /// The job, or every error in its files.
-    pub job: Result<Job, Vec<Note>>,
-    /// Warnings, and the files that were read.
-    pub reading: Reading,
-}
-
-impl ReadJob {
-    /// Reads a job file.
-    pub fn read(file: &Path) -> Self {
-        let mut reading = Reading::default();
-        Self { job: read_job(file, &mut reading), reading }
-    }
+/// Reads a job file and what it names.
+pub fn read(file: &Path) -> Read<Job> {
+    Read::of(|reading| read_job(file, reading))
 }
 
 /// Advises a job of which `files` were read.

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
-use crate::input::{Reading, read_job};
+use super::{Read, advise};
 use crate::job::{Job, Policy, SpindleSpeed};
 use crate::notes::Note;
 use crate::progress::Progress;
@@ -76,7 +76,7 @@ pub fn check(job: &Job, progress: Progress) -> Result<CheckedJob, Vec<Note>> {
 
 /// Several job files as they were read, in the order given.
 #[derive(Debug)]
-pub struct ReadJobs(Vec<(Result<Job, Vec<Note>>, Reading)>);
+pub struct ReadJobs(Vec<Read<Job>>);
 
 /// What came of several jobs.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -92,26 +92,22 @@ pub struct Checked {
 impl ReadJobs {
     /// Reads job files.
     pub fn read(files: &[PathBuf]) -> Self {
-        let read = files.par_iter().map(|file| {
-            let mut reading = Reading::default();
-            (read_job(file, &mut reading), reading)
-        });
-        Self(read.collect())
+        Self(files.par_iter().map(|file| advise::read(file)).collect())
     }
 
     /// Every file that was read.
     pub fn files(&self) -> impl Iterator<Item = &PathBuf> {
-        self.0.iter().flat_map(|(_, reading)| &reading.files)
+        self.0.iter().flat_map(|read| &read.files)
     }
 
     /// Checks those that could be read.
     pub fn check(self, progress: Progress) -> Checked {
-        let one = |(job, reading): (Result<Job, Vec<Note>>, Reading)| {
+        let one = |Read { value: job, warnings, .. }: Read<Job>| {
             let checked = job.and_then(|job| check(&job, progress)).map(|mut checked| {
-                checked.notices.splice(..0, reading.warnings.iter().cloned());
+                checked.notices.splice(..0, warnings.iter().cloned());
                 checked
             });
-            (checked, reading.warnings)
+            (checked, warnings)
         };
         let mut all = Checked::default();
         for (checked, read) in self.0.into_par_iter().map(one).collect::<Vec<_>>() {

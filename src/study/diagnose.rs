@@ -4,9 +4,14 @@
 use std::path::{Path, PathBuf};
 
 use super::calibration::{digest, fitted_to_table};
-use crate::diagnosis::{self, Diagnosis, Settings, Verdict, label};
+use super::{Output, Read};
+pub use crate::diagnosis::Settings;
+use crate::diagnosis::{self, Diagnosis, Verdict, label};
 use crate::identify::ModeTable;
-use crate::input::{CalibrationRecord, DescribedRobot, FittedCorrection, FittedTable, TableName};
+use crate::input::{
+    CalibrationRecord, DescribedRobot, FittedCorrection, FittedTable, TableName, corrected_robot,
+    read_described_robot, read_measured,
+};
 use crate::model::Description;
 use crate::notes::{Code, Note, Place};
 use crate::progress::Progress;
@@ -49,6 +54,36 @@ pub struct RobotUpdate {
     pub notes: Vec<Note>,
 }
 
+/// A robot and the table of modes that were measured on it.
+#[derive(Debug)]
+pub struct MeasuredRobot {
+    /// The robot.
+    pub robot: DescribedRobot,
+    /// The table, at the robot's joints.
+    pub table: ModeTable,
+}
+
+/// Reads a robot.yaml, its URDF and a table of measured modes.
+pub fn read(robot_file: &Path, table_file: &Path) -> Read<MeasuredRobot> {
+    Read::of(|reading| {
+        let robot = read_described_robot(robot_file, reading)?;
+        let table = read_measured(table_file, &robot.robot, reading)?;
+        Ok(MeasuredRobot { robot, table })
+    })
+}
+
+impl RobotUpdate {
+    /// The robot's file with the update, for the file `to`, read back and compared; `date` as
+    /// YYYY-MM-DD.
+    ///
+    /// # Errors
+    /// The file is written in a manner that cannot be edited.
+    pub fn output(&self, robot_file: &Path, to: &Path, date: &str) -> Result<Output, Vec<Note>> {
+        let text = corrected_robot(robot_file, to, &self.corrections, &self.calibration, date)?;
+        Ok(Output::new(to, text.into_bytes()))
+    }
+}
+
 /// Diagnoses a robot by a table that was read from `file`. Corrections that were fitted to poses of
 /// this table are left out and fitted again, so that held-out errors are measured at poses that
 /// nothing was fitted to.
@@ -56,12 +91,12 @@ pub struct RobotUpdate {
 /// # Errors
 /// As [`diagnosis::diagnose`], with the table's file.
 pub fn diagnose(
-    robot: &DescribedRobot,
-    table: &ModeTable,
+    measured: &MeasuredRobot,
     file: &Path,
     settings: Settings,
     progress: Progress<'_>,
 ) -> Result<Diagnosed, Note> {
+    let MeasuredRobot { robot, table } = measured;
     let in_file =
         |note: Note| Note { place: Place { file: Some(file.into()), ..note.place }, ..note };
     let digest = digest(table);

@@ -1,5 +1,6 @@
-//! One module a verb: from valid inputs to a result that holds everything that any renderer shows, and what is to
-//! be written back. What a command line, a Python module or a server needs of detune, and nothing of how it is shown.
+//! One module a verb: from valid inputs to a result that holds everything that any renderer shows,
+//! and what is to be written back. What a command line, a Python module or a server needs of
+//! detune, and nothing of how it is shown.
 
 pub mod advise;
 mod calibration;
@@ -11,8 +12,29 @@ pub mod stiffness;
 
 use std::path::{Path, PathBuf};
 
+use crate::input::Reading;
 /// JSON Schemas of the files that people write.
 pub use crate::input::schema as input_schema;
+use crate::notes::Note;
+
+/// What came of reading files.
+#[derive(Debug)]
+pub struct Read<T> {
+    /// The valid value, or every error in the files.
+    pub value: Result<T, Vec<Note>>,
+    /// Warnings, also where there are errors.
+    pub warnings: Vec<Note>,
+    /// The files that were read, or were to be read: nothing may be written over them.
+    pub files: Vec<PathBuf>,
+}
+
+impl<T> Read<T> {
+    fn of(read: impl FnOnce(&mut Reading) -> Result<T, Vec<Note>>) -> Self {
+        let mut reading = Reading::default();
+        let value = read(&mut reading);
+        Self { value, warnings: reading.warnings, files: reading.files }
+    }
+}
 
 /// A file that is to be written: complete, read back and compared with what was asked for.
 #[derive(Debug, Clone, PartialEq, Eq)]

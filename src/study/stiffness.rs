@@ -1,7 +1,10 @@
 //! Load tests → the stiffness of each joint.
 
+use std::path::Path;
+
+use super::Read;
 use crate::identify::stiffness::{StiffnessFault, StiffnessFit, fit_stiffness};
-use crate::input::LoadTestRow;
+use crate::input::{LoadTestRow, read_load_test};
 use crate::notes::{Code, Note, Part, Place};
 use crate::units::ratio_from_percent;
 
@@ -43,6 +46,11 @@ impl JointStiffness {
         }
         notes
     }
+}
+
+/// Reads the table of a load test.
+pub fn read(file: &Path) -> Read<Vec<LoadTestRow>> {
+    Read::of(|reading| read_load_test(file, reading))
 }
 
 /// Fits each joint of a load test, in the order in which joints first appear.

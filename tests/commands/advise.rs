@@ -20,6 +20,23 @@ fn robot(name: &str) -> String {
     repository().join("robots").join(name).join("robot.yaml").display().to_string()
 }
 
+/// The facts of one name in the text of an advice, their wrapped lines joined.
+fn facts(text: &str, name: &str) -> Vec<String> {
+    let mut facts: Vec<String> = Vec::new();
+    let mut is_open = false;
+    for line in text.lines() {
+        let is_continued = line.starts_with("             ");
+        match facts.last_mut().filter(|_| is_open && is_continued) {
+            Some(fact) => *fact += &format!(" {}", line.trim()),
+            None => {
+                is_open = line.trim_start().starts_with(&format!("{name} "));
+                facts.extend(is_open.then(|| line.trim().to_owned()));
+            }
+        }
+    }
+    facts
+}
+
 struct Bench(TempDir);
 
 impl Bench {
@@ -603,10 +620,10 @@ fn feeds_of_programs_are_told_as_they_are() {
         ("G1 X900 F300\nG95 X950 F0.5\n", true, true, Some("those per revolution"), "own_feeds"),
     ] {
         let text = advised(program, &[]);
-        let feed = text.lines().find(|line| line.starts_with("    feed"));
+        let feed = facts(&text, "feed");
         match told {
-            Some(told) => assert!(feed.unwrap().contains(told), "{program}: {text}"),
-            None => assert_eq!(feed, None, "{program}"),
+            Some(told) => assert!(feed[0].contains(told), "{program}: {text}"),
+            None => assert!(feed.is_empty(), "{program}: {text}"),
         }
         let advice: Value =
             serde_json::from_str(&advised(program, &["--format", "json", "--schedule"])).unwrap();
@@ -670,7 +687,7 @@ fn feeds_and_spindles_beyond_all_measure_make_no_infinities() {
 
 /// A band that must be crossed is told in one line, and what the job already offers is not asked for again.
 #[test]
-fn a_crossing_is_one_line() {
+fn a_crossing_is_one_fact() {
     let bench = Bench::new();
     let job = two_link()
         .replace(
@@ -684,12 +701,12 @@ fn a_crossing_is_one_line() {
     assert_eq!(code(&ran), 1, "{}", err(&ran));
     assert!(!bench.path().join("n.yaml").exists());
     let text = out(&ran);
-    let lines: Vec<&str> = text.lines().filter(|line| line.starts_with("    crosses")).collect();
-    let [line] = lines.as_slice() else { panic!("{text}") };
+    let crossings = facts(text, "crosses");
+    let [crossing] = crossings.as_slice() else { panic!("{text}") };
     for part in
         ["mode 1 with tooth passing × 1", "enters the band at", "leaves it at", "in the cut"]
     {
-        assert!(line.contains(part), "{line}");
+        assert!(crossing.contains(part), "{crossing}");
     }
     assert!(!text.contains("    margin"), "{text}");
     // Joint positions are neither turned nor moved, so these are not offered.

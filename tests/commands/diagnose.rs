@@ -293,6 +293,7 @@ fn the_page_stands_alone() {
     assert!(page.starts_with("<!DOCTYPE html>") && page.trim_end().ends_with("</html>"));
     // Twice measured against predicted, twice over what the residual follows, and over each of the others.
     assert!(page.matches("<svg").count() == 6 && page.contains("next"), "{page}");
-    assert!(page.contains("Residual over joint_2, °, %: with the findings"));
+    assert!(page.contains("Residual over joint_2: with the findings"));
+    assert!(page.contains("joint_2 [°]") && page.contains("residual [%]"));
     assert!(!page.contains("http") && !page.contains("NaN"));
 }

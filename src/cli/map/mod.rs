@@ -16,9 +16,10 @@ use super::{Failure, Outcome, show_warnings};
 use crate::notes::Note;
 use crate::progress::Done;
 use crate::report::map::{MapFormat, MapWriter, map_svg, reduced_csv, reduced_json, reduced_svg};
+use crate::study::Read;
 use crate::study::map::{
-    self as study, Block, FrequencyMap, Head, MapError, Method, ReadRobot, Reduction, Robot,
-    Sampling, Source, Summary, Target,
+    self as study, Block, FrequencyMap, Head, MapError, Method, Reduction, Robot, Sampling, Source,
+    Summary, Target,
 };
 
 /// Poses in a picture.
@@ -37,8 +38,9 @@ impl From<MapError> for Failure {
 pub(super) fn run(args: &MapArgs, out: &mut dyn Write) -> Result<Outcome, Failure> {
     let method = check_options(args)?;
     let sink = Sink::open(args.output.as_deref())?;
-    let ReadRobot { robot, mut warnings, mut files } =
-        study::read_robot(&super::robot_file(&args.robot))?;
+    let Read { value: robot, mut warnings, mut files } =
+        study::read_robot(&super::robot_file(&args.robot));
+    let robot = robot?;
     // Standard input may be a file, too.
     files.extend(args.poses.iter().map(|poses| match poses {
         dash if dash == Path::new("-") => PathBuf::from("/dev/stdin"),

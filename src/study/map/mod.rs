@@ -9,11 +9,12 @@ pub use source::{Positions, Request, Source, Unit};
 pub use stream::{MapError, Render, Target, run};
 pub use summary::Summary;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
+use super::Read;
 pub use crate::free_vibration::Sampling;
 use crate::free_vibration::Settings;
-use crate::input::{self, Reading};
+use crate::input;
 pub use crate::map::{Block, FrequencyMap, Head, Method, Reduction, Statistic};
 pub use crate::model::Robot;
 use crate::notes::{Code, Note, Place};
@@ -22,25 +23,9 @@ use crate::units::rad_from_deg;
 /// Springs that turn farther than this have failed, degrees.
 const MAX_AMPLITUDE_DEG: f64 = 90.0;
 
-/// A robot as its files describe it.
-#[derive(Debug, Clone)]
-pub struct ReadRobot {
-    /// The robot.
-    pub robot: Robot,
-    /// Warnings on its files.
-    pub warnings: Vec<Note>,
-    /// The files that were read: nothing may be written over them.
-    pub files: Vec<PathBuf>,
-}
-
 /// Reads a robot.yaml and its URDF.
-///
-/// # Errors
-/// Every error of both files, with its line.
-pub fn read_robot(path: &Path) -> Result<ReadRobot, Vec<Note>> {
-    let mut reading = Reading::default();
-    let robot = input::read_robot(path, &mut reading)?;
-    Ok(ReadRobot { robot, warnings: reading.warnings, files: reading.files })
+pub fn read_robot(file: &Path) -> Read<Robot> {
+    Read::of(|reading| input::read_robot(file, reading))
 }
 
 /// The nonlinear method with the defaults where nothing is given: the largest deflection of any

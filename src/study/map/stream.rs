@@ -265,11 +265,11 @@ mod tests {
     use super::*;
     use crate::free_vibration::{Sampling, measure};
     use crate::progress::silent;
-    use crate::study::map::{Positions, ReadRobot, Request, Unit, nonlinear, read_robot};
+    use crate::study::map::{Positions, Request, Unit, nonlinear, read_robot};
     use std::path::Path;
 
-    fn arm() -> ReadRobot {
-        read_robot(Path::new("robots/two-link/robot.yaml")).unwrap()
+    fn arm() -> crate::model::Robot {
+        read_robot(Path::new("robots/two-link/robot.yaml")).value.unwrap()
     }
 
     fn sweep(steps: usize) -> Request {
@@ -281,7 +281,7 @@ mod tests {
     /// Blocks of several batches are kept in order, with the frequencies that single poses have.
     #[test]
     fn a_nonlinear_map_is_what_its_poses_are() {
-        let ReadRobot { robot, .. } = arm();
+        let robot = arm();
         let sampling = Sampling::Fixed { sample_rate_hz: 140.0, duration_s: 0.5 };
         let method = nonlinear(Some(0.2), sampling).unwrap();
         let map = FrequencyMap::new(&robot, method);
@@ -306,7 +306,7 @@ mod tests {
 
     #[test]
     fn more_poses_than_can_be_drawn_are_an_error() {
-        let ReadRobot { robot, .. } = arm();
+        let robot = arm();
         let map = FrequencyMap::new(&robot, Method::Linear);
         let mut block = Block::default();
         let target = Target::Kept { block: &mut block, max_poses: 9 };
