@@ -1,4 +1,5 @@
-//! detune tells whether a job will shake the robot arm that runs it, where along the path, and by what.
+//! detune predicts whether a job will excite a resonance of the robot arm that runs it: where along
+//! the path, in which mode, and at which spindle speeds it will not.
 //!
 //! # The problem
 //!
@@ -8,10 +9,11 @@
 //! M(q) α̈ + C α̇ + (K + K_g(q)) α = f          K φ_r = ω_r² M φ_r,   f_r = ω_r / 2π
 //! ```
 //!
-//! As the arm runs along a path, the natural frequencies f_r move. A spindle at n rev/min with a cutter of
-//! z teeth excites the arm at multiples of n/60 and of z·n/60. A **crossing** is where such a line
-//! lies inside a mode's band, |f_exc − f_r| < f_r · separation; it is certain there, and uncertain where the
-//! line lies outside that band but inside the one widened by what the model may be wrong by.
+//! As the arm runs along a path, the natural frequencies f_r move. A spindle at n rev/min with a
+//! cutter of z teeth excites the arm at multiples of n/60 and of z·n/60. A **crossing** is where
+//! such a line lies inside a mode's band, |f_exc − f_r| < f_r · separation; it is certain there,
+//! and uncertain where the line lies outside that band but inside the one widened by what the model
+//! may be wrong by.
 //!
 //! # Notation
 //!
@@ -56,14 +58,14 @@
 //! | BIC | −2 ln L + p ln n | 1 | |
 //! | c | relative change of a spring per N·m of excitation or gravity torque, or per K | 1/(N·m), 1/K | |
 //!
-//! Everything is SI inside; [`units`] converts at the edge. Poses are right-handed; roll, pitch and yaw
-//! are those of URDF (fixed axes x, y, z in turn).
+//! Everything is SI inside; [`units`] converts at the edge. Poses are right-handed; roll, pitch and
+//! yaw are those of URDF (fixed axes x, y, z in turn).
 //!
 //! # Code map
 //!
-//! Numbers flow one way: a module imports only modules that stand below it, and the files of a module do
-//! not import each other in a circle. Only `cli`, `input` and `formats` touch files; only `cli` prints. `tests/house`
-//! reads this table and holds the code against it.
+//! Numbers flow one way: a module imports only modules that stand below it, and the files of a
+//! module do not import each other in a circle. Only `cli`, `input` and `formats` touch files; only
+//! `cli` prints. `tests/house` reads this table and holds the code against it.
 //!
 //! | module | what lives there | may import | must never |
 //! |---|---|---|---|

@@ -26,7 +26,7 @@ pub fn rms(values: impl IntoIterator<Item = f64>) -> f64 {
 }
 
 /// Robust standard deviation of Gaussian noise about zero: from the median of its size, so that
-/// what stands out of the noise does not count. 0 of nothing.
+/// what rises above the noise does not count. 0 of nothing.
 pub fn deviation_about_zero(noise: &[f64]) -> f64 {
     /// Standard deviation over median absolute deviation of a Gaussian distribution.
     const DEVIATION_PER_MEDIAN: f64 = 1.4826;

@@ -152,11 +152,6 @@ pub fn s_from_us(us: f64) -> f64 {
     us * 1e-6
 }
 
-/// Radians to milliradians.
-pub fn mrad_from_rad(rad: f64) -> f64 {
-    rad * 1e3
-}
-
 /// Metres to micrometres.
 pub fn um_from_m(m: f64) -> f64 {
     m * 1e6

@@ -1,14 +1,14 @@
 //! What messages have in common: misspellings, digits, and text that may hold anything.
 
 /// A word is taken for a misspelling above this similarity (Jaro-Winkler).
-const LEAST_SIMILARITY: f64 = 0.8;
+const MIN_SIMILARITY: f64 = 0.8;
 
 /// Nobody misspells a word into something longer than this.
-pub const LONGEST_WORD: usize = 100;
+pub const MAX_WORD_BYTES: usize = 100;
 
 /// The candidate that `word` is most likely a misspelling of.
 pub fn nearest<'c>(word: &str, candidates: impl IntoIterator<Item = &'c str>) -> Option<&'c str> {
-    if word.len() > LONGEST_WORD {
+    if word.len() > MAX_WORD_BYTES {
         return None;
     }
     candidates
@@ -16,28 +16,28 @@ pub fn nearest<'c>(word: &str, candidates: impl IntoIterator<Item = &'c str>) ->
         .map(|candidate| {
             (strsim::jaro_winkler(&word.to_lowercase(), &candidate.to_lowercase()), candidate)
         })
-        .filter(|(similarity, _)| *similarity >= LEAST_SIMILARITY)
+        .filter(|(similarity, _)| *similarity >= MIN_SIMILARITY)
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, candidate)| candidate)
 }
 
-/// Two numbers as text with at least `decimals` decimals, and as many more as they need to differ where they
-/// are not the same.
-pub fn told_apart(a: f64, b: f64, decimals: usize) -> [String; 2] {
+/// Two numbers as text with at least `decimals` decimals, and as many more as they need to differ
+/// where they are not the same.
+pub fn distinguishable(a: f64, b: f64, decimals: usize) -> [String; 2] {
     /// Beyond it doubles of everyday size show their last digit.
-    const MOST_DECIMALS: usize = 15;
+    const MAX_DECIMALS: usize = 15;
     let with = |decimals: usize| [a, b].map(|value| format!("{value:.decimals$}"));
     if a == b {
         return with(decimals);
     }
-    (decimals..=MOST_DECIMALS)
+    (decimals..=MAX_DECIMALS)
         .map(with)
         .find(|[a, b]| a != b)
         .unwrap_or_else(|| [a, b].map(|value| format!("{value:e}")))
 }
 
-/// Text of a user on one line: what would steer a terminal, turn the direction of writing or break XML is
-/// spelt out as `\u{1b}`.
+/// Text of a user on one line: what would steer a terminal, turn the direction of writing or break
+/// XML is spelt out as `\u{1b}`.
 pub fn printable(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
@@ -88,10 +88,10 @@ mod tests {
 
     #[test]
     fn two_numbers_show_that_they_differ() {
-        assert_eq!(told_apart(65.0, 65.0, 3), ["65.000", "65.000"]);
-        assert_eq!(told_apart(190.0, 180.0, 3), ["190.000", "180.000"]);
-        assert_eq!(told_apart(65.000_02, 65.0, 3), ["65.00002", "65.00000"]);
-        assert_eq!(told_apart(1e-300, 0.0, 1), ["1e-300", "0e0"]);
+        assert_eq!(distinguishable(65.0, 65.0, 3), ["65.000", "65.000"]);
+        assert_eq!(distinguishable(190.0, 180.0, 3), ["190.000", "180.000"]);
+        assert_eq!(distinguishable(65.000_02, 65.0, 3), ["65.00002", "65.00000"]);
+        assert_eq!(distinguishable(1e-300, 0.0, 1), ["1e-300", "0e0"]);
     }
 
     #[test]

@@ -43,11 +43,12 @@ pub(super) struct AdviseArgs {
     /// Plan a speed that varies along the path even where a constant one is safe.
     #[arg(long)]
     schedule: bool,
-    /// Write the job as advised to this file; nothing is written where an operation cannot be run clear.
+    /// Write the job as advised to this file; nothing is written where an operation cannot be run
+    /// clear.
     #[arg(long, value_name = "JOB2")]
     write: Option<PathBuf>,
-    /// Write the program that the job runs with the advised speed and feeds to this file; with --write, the job
-    /// written names it.
+    /// Write the program that the job runs with the advised speed and feeds to this file; with
+    /// --write, the job written names it.
     #[arg(long, value_name = "FILE")]
     write_program: Option<PathBuf>,
 }

@@ -66,7 +66,8 @@ enum FailOn {
     Never,
 }
 
-/// Checks all jobs and writes one report; if some file is wrong, reports all errors of all jobs and writes nothing.
+/// Checks all jobs and writes one report; if some file is wrong, reports all errors of all jobs and
+/// writes nothing.
 pub(super) fn run(args: &CheckArgs, out: &mut dyn Write) -> Result<Outcome, Failure> {
     let sink = Sink::open(args.output.as_deref())?;
     sink.refuse_inputs(&args.jobs)?;
@@ -127,7 +128,7 @@ pub(super) fn shows_colour() -> bool {
 pub(super) fn progress() -> ProgressBar {
     let progress = ProgressBar::new_spinner();
     if let Ok(style) =
-        ProgressStyle::with_template("{spinner} {human_pos} poses looked at, {elapsed}")
+        ProgressStyle::with_template("{spinner} {human_pos} poses checked, {elapsed}")
     {
         progress.set_style(style);
     }

@@ -79,7 +79,7 @@ pub(super) fn run(args: &DiagnoseArgs, out: &mut dyn Write) -> Result<Outcome, F
         }
     });
     bar.finish_and_clear();
-    let diagnosed = diagnosed.map_err(|note| vec![note])?;
+    let diagnosed = diagnosed?;
     show_warnings(&diagnosed.notes);
     let text = match args.format {
         Format::Text => report::diagnosis::text::diagnosis(&diagnosed),

@@ -1,5 +1,5 @@
-//! The command line: one file a verb. The only place that names clap, prints, writes files and shows
-//! progress.
+//! The command line: one file a verb. The only place that names clap, prints, writes files and
+//! shows progress.
 
 mod advise;
 mod check;
@@ -22,10 +22,11 @@ use std::sync::{Mutex, PoisonError};
 
 use clap::{Parser, Subcommand};
 
-use crate::notes::Note;
+use crate::notes::{Note, Severity};
 
-const ABOUT: &str = "Tells whether a milling, drilling or deburring job will shake the robot arm that runs \
-it, where along the path, and by what.";
+const ABOUT: &str = "Predicts whether a milling, drilling or deburring job will excite a \
+resonance of the robot arm that runs it: where along the path, in which mode, and at which \
+spindle speeds it will not.";
 
 const AFTER_HELP: &str = "\
 Examples:
@@ -97,8 +98,8 @@ pub fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => {
-            // Help and version go to standard output, the rest to standard error; if that is closed,
-            // there is nobody to tell.
+            // Help and version go to standard output, the rest to standard error; if that is
+            // closed, nobody reads it.
             let _ = error.print();
             return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
         }
@@ -168,7 +169,7 @@ fn unless_closed(written: io::Result<()>) -> io::Result<()> {
     }
 }
 
-/// Exit code of how a verb ended; tells why it failed.
+/// Exit code of how a verb ended; writes why it failed.
 fn exit_code(ended: Result<Outcome, Failure>, wrote: bool, err: &mut dyn Write) -> u8 {
     let (code, lines) = match ended {
         Ok(Outcome::Pass) => (0, Vec::new()),
@@ -183,22 +184,26 @@ fn exit_code(ended: Result<Outcome, Failure>, wrote: bool, err: &mut dyn Write) 
         }
     };
     for line in lines {
-        // If standard error is closed, there is nobody to tell.
+        // If standard error is closed, nobody reads it.
         let _ = writeln!(err, "{line}");
     }
     code
 }
 
-/// One line a fault, each told once, and what to do next; `wrote` where some of the output is out already.
+/// One line a fault, each told once, and what to do next; `wrote` where some of the output is out
+/// already.
 fn error_lines(faults: &[Note], wrote: bool) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for fault in faults {
-        let line = format!("error: {fault}");
+        let line = match fault.severity {
+            Severity::Error => format!("error: {fault}"),
+            Severity::Warning => format!("warning: {fault}"),
+        };
         if !lines.contains(&line) {
             lines.push(line);
         }
     }
-    let done = if wrote { "the output is cut short" } else { "nothing was done" };
+    let done = if wrote { "the output is incomplete" } else { "nothing was done" };
     // Without their number: a long list is cut, and says itself how many more there are.
     let what = if lines.len() == 1 { "this" } else { "these errors" };
     lines.push(format!("{done}: fix {what} and run the command again"));

@@ -9,7 +9,8 @@ use tempfile::NamedTempFile;
 use super::Failure;
 use crate::notes::{Code, Note, Place};
 
-/// What `--output` takes for standard output; behind the devices may be a file that others write to, too.
+/// What `--output` takes for standard output; behind the devices may be a file that others write
+/// to, too.
 const STANDARD_OUTPUT: [&str; 4] = ["-", "/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"];
 
 /// What is written piece by piece stands in memory up to this size, bytes.
@@ -45,7 +46,7 @@ impl Sink {
             Ok(_) => Ok(Self::Device(path.to_owned())),
             Err(_) if folder_of(path).is_dir() => Ok(Self::File(path.to_owned())),
             Err(_) => Err(fault(&format!(
-                "folder '{}' does not exist; make it first",
+                "folder '{}' does not exist; create it first",
                 folder_of(path).display()
             ))),
         }
@@ -67,7 +68,8 @@ impl Sink {
         Err(vec![Note::error(Code::Unwritable, Place::file(output), what)])
     }
 
-    /// Whether what goes to one would overwrite or mix with what goes to the other. Devices swallow both.
+    /// Whether what goes to one would overwrite or mix with what goes to the other. Devices swallow
+    /// both.
     fn is_same(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Standard, Self::Standard) => true,
@@ -81,7 +83,8 @@ impl Sink {
         *self == Self::Standard
     }
 
-    /// Writes all of `text`; `out` is standard output, where a reader that leaves early is no failure.
+    /// Writes all of `text`; `out` is standard output, where a reader that leaves early is no
+    /// failure.
     pub(super) fn write(&self, text: &str, out: &mut dyn Write) -> io::Result<()> {
         match self {
             Self::Standard => {
@@ -99,9 +102,9 @@ impl Sink {
         self.stream(out, |out| Ok(out.write_all(bytes)?))
     }
 
-    /// Writes what `write` writes, piece by piece: a file takes the old one's place only if all went well.
-    /// Until then the pieces stand in memory, or, if they are many, in a file without a name that goes when
-    /// the process goes, however it ends.
+    /// Writes what `write` writes, piece by piece: a file takes the old one's place only if all
+    /// went well. Until then the pieces stand in memory, or, if they are many, in a file without a
+    /// name that goes when the process goes, however it ends.
     pub(super) fn stream(
         &self,
         out: &mut dyn Write,
@@ -126,7 +129,8 @@ impl Sink {
     }
 }
 
-/// Two outputs of one run go to two places, or one of them would be lost. Each with its option and the path given.
+/// Two outputs of one run go to two places, or one of them would be lost. Each with its option and
+/// the path given.
 pub(super) fn keep_apart(
     outputs: &[(&str, Option<&Sink>, Option<&Path>)],
 ) -> Result<(), Vec<Note>> {
@@ -147,8 +151,8 @@ pub(super) fn keep_apart(
     Ok(())
 }
 
-/// Writes several outputs so that either all land or none: each file is complete beside its place before the first
-/// takes it, and what has landed is taken back if a later one cannot.
+/// Writes several outputs so that either all land or none: each file is complete beside its place
+/// before the first takes it, and what has landed is taken back if a later one cannot.
 pub(super) fn write_all(outputs: &[(&Sink, &[u8])], out: &mut dyn Write) -> Result<(), Failure> {
     let mut staged = Vec::new();
     for (sink, bytes) in outputs {
@@ -157,8 +161,14 @@ pub(super) fn write_all(outputs: &[(&Sink, &[u8])], out: &mut dyn Write) -> Resu
             staged.push((file, path));
         }
     }
-    for (sink, bytes) in outputs.iter().filter(|(sink, _)| !matches!(sink, Sink::File(_))) {
-        sink.write_bytes(bytes, out)?;
+    for (sink, bytes) in outputs {
+        match sink {
+            Sink::Standard => {
+                super::unless_closed(out.write_all(bytes).and_then(|()| out.flush()))?;
+            }
+            Sink::Device(_) => sink.write_bytes(bytes, out)?,
+            Sink::File(_) => {}
+        }
     }
     let mut landed: Vec<(&Path, Option<Vec<u8>>)> = Vec::new();
     for (file, path) in staged {
@@ -172,7 +182,8 @@ pub(super) fn write_all(outputs: &[(&Sink, &[u8])], out: &mut dyn Write) -> Resu
     Ok(())
 }
 
-/// Puts back what a file held before, if it was there. The error that led here is the one to report.
+/// Puts back what a file held before, if it was there. The error that led here is the one to
+/// report.
 fn take_back(path: &Path, old: Option<&[u8]>) {
     let _ = match old {
         Some(old) => staged_file(path, old).and_then(|file| put_in_place(file, path)),
@@ -297,7 +308,7 @@ mod tests {
         let told = |path: &Path| Sink::open(Some(path)).unwrap_err().remove(0).what;
         assert_eq!(told(folder.path()), "is a folder, must be a file to write");
         let what = told(&folder.path().join("missing/out.json"));
-        assert!(what.starts_with("folder '") && what.ends_with("does not exist; make it first"));
+        assert!(what.starts_with("folder '") && what.ends_with("does not exist; create it first"));
         for name in ["-", "/dev/stdout"] {
             assert!(Sink::open(Some(Path::new(name))).unwrap().is_standard());
         }
@@ -335,5 +346,11 @@ mod tests {
             }
         }
         assert!(Sink::Standard.write("text", &mut Closed).is_ok());
+        // The files of the run land all the same.
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("file");
+        let file = Sink::open(Some(&path)).unwrap();
+        write_all(&[(&Sink::Standard, b"text"), (&file, b"bytes")], &mut Closed).unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"bytes");
     }
 }

@@ -50,7 +50,7 @@ impl<R: Read> Table<R> {
         if header.len() == 1 && header[0].contains([';', '\t']) {
             let mark = if header[0].contains(';') { "semicolons" } else { "tabs" };
             let what = format!(
-                "cells are separated by {mark}, must be by commas (and numbers have decimal points)"
+                "must be separated by commas, not {mark} (and numbers have decimal points)"
             );
             return Err(table.error(Code::Syntax, what));
         }
@@ -161,7 +161,7 @@ pub(crate) fn beyond(header: &[String], cells: &[String]) -> Option<String> {
     let used = cells.iter().rposition(|cell| !cell.is_empty()).map_or(0, |last| last + 1);
     (used > header.len()).then(|| {
         format!(
-            "has {used} cells, the header has {}; commas part cells, numbers have decimal points",
+            "has {used} cells, the header has {}; cells are separated by commas, numbers have decimal points",
             header.len()
         )
     })

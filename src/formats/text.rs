@@ -16,12 +16,8 @@ pub(crate) fn read_text(path: &Path, largest_bytes: u64) -> Result<String, Note>
 /// The bytes of a file, whatever they mean.
 pub(crate) fn read_bytes(path: &Path, largest_bytes: u64) -> Result<Vec<u8>, Note> {
     let fault = |what: String| Note::error(Code::Unreadable, Place::file(path), what);
-    let too_large = || {
-        fault(format!(
-            "is larger than {} MiB, which is the most that is read",
-            largest_bytes / BYTES_PER_MIB
-        ))
-    };
+    let too_large =
+        || fault(format!("is larger than {} MiB, the limit", largest_bytes / BYTES_PER_MIB));
     let unreadable = |error: std::io::Error| {
         let what = match error.kind() {
             std::io::ErrorKind::NotFound => "no such file".to_owned(),

@@ -18,7 +18,8 @@
 //! | [`library`] | detune from Rust |
 //! | [`development`] | how to add a cause, a dialect, a format, a verb; how to release |
 
-// Pages link to each other as files; the first definition of a link wins, so here they lead to modules.
+// Pages link to each other as files; the first definition of a link wins, so here they lead to
+// modules.
 macro_rules! pages {
     ($($page:ident)+) => { $(
         #[doc = "[jobs]: crate::guide::jobs"]

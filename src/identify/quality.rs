@@ -73,7 +73,7 @@ pub(super) fn without_spikes<'c>(
     };
     let what = format!(
         "the sample at {:.4} s{others} is a lone outlier: {:.3e} where its neighbours suggest \
-         {:.3e}; taken for a glitch of the instrument and put in line with them",
+         {:.3e}; treated as an instrument glitch and interpolated",
         first as f64 / sample_rate_hz,
         channel.samples[first],
         repaired.samples[first]

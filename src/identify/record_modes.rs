@@ -93,7 +93,7 @@ pub fn identify_record(
             identified.modes.push(mode);
         }
         if identified.modes.is_empty() {
-            let what = "no mode stands out of the noise; hit harder, or closer to the arm's end";
+            let what = "no mode rises above the noise; hit harder, or closer to the arm's end";
             notes.warning(Code::NoModes, None, what);
         } else {
             warn_of_silent_responses(&prepared, &found, &mut notes);

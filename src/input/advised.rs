@@ -29,7 +29,7 @@ pub fn confirm_rewritten(
     let found = job_of_text(to, text.to_owned(), &mut reading)
         .map_err(|notes| notes.first().map_or_else(String::new, |fault| fault.what.clone()))
         .and_then(|again| match difference(job, &again, edits) {
-            Some(what) => Err(format!("{what} would not be as advised")),
+            Some(what) => Err(format!("{what} would differ from the advice")),
             None => Ok(()),
         });
     let found = found.and_then(|()| {
@@ -37,7 +37,7 @@ pub fn confirm_rewritten(
         let old = files.get(1..).unwrap_or_default();
         let is_known = |file: &PathBuf| is_new(file) || old.iter().any(|o| is_one(Some(o), file));
         match reading.files.iter().find(|file| !is_known(file)) {
-            Some(other) => Err(format!("it would read another file, {}", other.display())),
+            Some(other) => Err(format!("it would read a different file, {}", other.display())),
             None => Ok(()),
         }
     });

@@ -40,7 +40,7 @@ pub struct CalibrationRecord {
     pub poses: usize,
     /// Root mean square of the relative error at poses that the model was not fitted to, %.
     pub heldout_rms_percent: f64,
-    /// The table that the error was measured with; files of before name none.
+    /// The table that the error was measured with; older files name none.
     pub table: Option<TableName>,
     /// The tables that the corrections were fitted to.
     pub fitted_to: Vec<FittedTable>,

@@ -34,7 +34,7 @@ pub fn rewritten_job(from: &Path, to: &Path, edits: &[OperationEdit]) -> Result<
     let Entries { robot, operations } =
         job_entries(&text).ok_or_else(|| fault("is not a job that can be rewritten"))?;
     if operations.len() != edits.len() {
-        return Err(fault("has another number of operations than it had"));
+        return Err(fault("changed during the run: it has a different number of operations"));
     }
     let mut splice = Splice::of(&text);
     let relocate = |named: &str| relocated(named, from, to);
@@ -100,7 +100,7 @@ pub fn rewritten_program(file: &Path, to: &Rewrite) -> Result<Result<Rewritten, 
     let fault = |what: &str| Note::error(Code::NotRewritten, Place::file(file), what);
     let extension = file.extension().unwrap_or_default().to_string_lossy();
     let dialect = Dialect::from_extension(&extension)
-        .ok_or_else(|| fault("is no program that is understood"))?;
+        .ok_or_else(|| fault("is not in a supported dialect (RAPID, APT/CL, G-code)"))?;
     Ok(rewrite(&bytes, dialect, to).map_err(|why| fault(&why.what)))
 }
 

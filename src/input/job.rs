@@ -8,7 +8,7 @@ use std::sync::Arc;
 use super::files::{MAX_JOB_BYTES, named_file};
 use super::raw::job as raw;
 use super::robot::read_robot;
-use super::waypoints::Elsewhere;
+use super::waypoints::FromPrograms;
 use super::{Reading, schema};
 use crate::formats::text::read_text;
 use crate::formats::yaml::{Node, Step, document};
@@ -69,19 +69,19 @@ pub(super) fn job_of_text(
         raw: &raw,
         robot: robot.as_deref(),
         notes,
-        elsewhere: Elsewhere {
+        programs: FromPrograms {
             reading: Reading { pending: reading.pending.take(), ..Reading::default() },
-            ..Elsewhere::default()
+            ..FromPrograms::default()
         },
     };
     let parts = reader.parts();
-    let Reader { notes, elsewhere, .. } = reader;
+    let Reader { notes, programs, .. } = reader;
     let mut errors = reading.settle(notes);
-    reading.append(elsewhere.reading);
+    reading.append(programs.reading);
     reading.append(of_robot);
     match (robot, parts) {
         (Some(robot), Some((tool, spindle, operations, policy, levers)))
-            if errors.is_empty() && robot_faults.is_empty() && elsewhere.errors.is_empty() =>
+            if errors.is_empty() && robot_faults.is_empty() && programs.errors.is_empty() =>
         {
             let file_name = || path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
             Ok(Job {
@@ -96,7 +96,7 @@ pub(super) fn job_of_text(
             })
         }
         _ => {
-            errors.extend(elsewhere.errors);
+            errors.extend(programs.errors);
             errors.extend(robot_faults);
             Err(errors)
         }
@@ -112,7 +112,7 @@ struct Reader<'j> {
     robot: Option<&'j Robot>,
     notes: Notes,
     /// What the programs say that the job names.
-    elsewhere: Elsewhere,
+    programs: FromPrograms,
 }
 
 impl Reader<'_> {

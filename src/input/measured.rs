@@ -51,7 +51,7 @@ pub fn read_measured(
     loop {
         match table.row(&mut cells) {
             Ok(true) if rows.len() == MAX_ROWS => {
-                let what = format!("has more than {MAX_ROWS} rows, which is the most that is read");
+                let what = format!("has more than {MAX_ROWS} rows, the limit");
                 notes.push(table.error(Code::TooLong, what));
                 break;
             }

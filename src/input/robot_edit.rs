@@ -40,7 +40,7 @@ pub fn corrected_robot(
     })
     .ok_or_else(|| refused("is not a robot that can be rewritten"))?;
     if urdf.as_ref().is_some_and(|urdf| urdf.in_braces) {
-        let what = "is written in braces, which cannot be edited; write its keys one a line";
+        let what = "is a mapping in braces, which cannot be edited; put one key on each line";
         return Err(refused(what));
     }
     let mut splice = Splice::of(&text);
@@ -68,7 +68,7 @@ pub fn corrected_robot(
     Ok(text)
 }
 
-/// Whether `text`, in the file `output`, is the robot of before with these corrections and this
+/// Whether `text`, in the file `output`, is the same robot with these corrections and this
 /// calibration.
 fn confirm(
     before: &Description,
@@ -182,11 +182,9 @@ fn calibration_block(calibration: &CalibrationRecord, date: &str) -> String {
     out + "}\n"
 }
 
-/// Joint positions, rad or m, as far as a robot can tell them apart.
 fn pose(joints: &[f64]) -> String {
-    const PER_UNIT: f64 = 1e6;
-    let rounded = joints.iter().map(|q| ((q * PER_UNIT).round() / PER_UNIT).to_string());
-    format!("[{}]", rounded.collect::<Vec<_>>().join(", "))
+    let joints = joints.iter().map(f64::to_string);
+    format!("[{}]", joints.collect::<Vec<_>>().join(", "))
 }
 
 #[cfg(test)]
@@ -248,7 +246,7 @@ mod tests {
         let corrections = [correction(Cause::Payload, "tool0", "mass_kg", 4.9), bends];
         let table =
             TableName { file: "my table.csv".into(), digest: "fnv1a-0123456789abcdef".into() };
-        let joints = vec![vec![0.0, 0.174_533], vec![-0.5, 1.0]];
+        let joints = vec![vec![0.0, 2.0 * std::f64::consts::FRAC_PI_3], vec![-0.5, 1.0]];
         let record = CalibrationRecord {
             table: Some(table.clone()),
             fitted_to: vec![FittedTable { table, joints }],

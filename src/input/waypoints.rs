@@ -19,7 +19,7 @@ use crate::program::{self, Dialect, Program, RAPID_M_PER_S, Settings};
 use crate::units::{m_from_mm, rad_from_deg};
 
 /// What the waypoints of one operation have in common.
-pub(super) struct Course<'c> {
+pub(super) struct OperationContext<'c> {
     /// The operation in messages.
     pub(super) called: &'c str,
     /// The job file.
@@ -35,7 +35,7 @@ pub(super) struct Course<'c> {
     pub(super) work_object: Option<Isometry3<f64>>,
 }
 
-impl Course<'_> {
+impl OperationContext<'_> {
     fn to(&self, target: Target, line: u32) -> Move {
         Move {
             to: target,
@@ -49,18 +49,18 @@ impl Course<'_> {
 
 /// What is found in the programs that a job names.
 #[derive(Debug, Default)]
-pub(super) struct Elsewhere {
+pub(super) struct FromPrograms {
     pub(super) errors: Vec<Note>,
     pub(super) reading: Reading,
 }
 
 /// The moves of a path; `None` where there are faults.
 pub(super) fn moves_of(
-    course: &Course<'_>,
+    context: &OperationContext<'_>,
     raw: &raw::Path,
     operation: &Node,
     notes: &mut Notes,
-    elsewhere: &mut Elsewhere,
+    programs: &mut FromPrograms,
 ) -> Option<(Vec<Move>, StatedFeeds)> {
     const KEYS: [&str; 3] = ["joints_deg", "poses", "program"];
     let node = operation.get("path")?;
@@ -68,7 +68,7 @@ pub(super) fn moves_of(
         .into_iter()
         .filter(|key| node.get(key).is_some_and(|value| value.faulty || !value.is_null()))
         .collect();
-    let called = course.called;
+    let called = context.called;
     match given.as_slice() {
         [] => {
             let what = "path has no waypoints, must have one of joints_deg, poses, program";
@@ -87,13 +87,13 @@ pub(super) fn moves_of(
         }
         ["joints_deg"] => raw
             .joints_deg
-            .and_then(|Apart| joint_moves(course, node.get("joints_deg")?, notes))
+            .and_then(|Apart| joint_moves(context, node.get("joints_deg")?, notes))
             .map(at_the_feed),
         ["poses"] => raw
             .poses
-            .and_then(|Apart| pose_moves(course, node.get("poses")?, notes))
+            .and_then(|Apart| pose_moves(context, node.get("poses")?, notes))
             .map(at_the_feed),
-        [_] => program_moves(course, raw.program.as_ref()?, node, notes, elsewhere),
+        [_] => program_moves(context, raw.program.as_ref()?, node, notes, programs),
     }
 }
 
@@ -102,8 +102,12 @@ fn at_the_feed(moves: Vec<Move>) -> (Vec<Move>, StatedFeeds) {
     (moves, StatedFeeds::default())
 }
 
-fn joint_moves(course: &Course<'_>, rows: &Node, notes: &mut Notes) -> Option<Vec<Move>> {
-    let robot = course.robot?;
+fn joint_moves(
+    context: &OperationContext<'_>,
+    rows: &Node,
+    notes: &mut Notes,
+) -> Option<Vec<Move>> {
+    let robot = context.robot?;
     let before = notes.errors();
     let mut moves = Vec::with_capacity(rows.items().len());
     let mut values = Vec::new();
@@ -116,13 +120,13 @@ fn joint_moves(course: &Course<'_>, rows: &Node, notes: &mut Notes) -> Option<Ve
         match joint_position(robot, &values) {
             Ok(q) => {
                 for violation in robot.limit_violations(&q) {
-                    let what = format!("{}: waypoint {waypoint}: {violation}", course.called);
+                    let what = format!("{}: waypoint {waypoint}: {violation}", context.called);
                     notes.error(Code::JointLimit, row.line as usize, what);
                 }
-                moves.push(course.to(Target::Joints(q), row.line));
+                moves.push(context.to(Target::Joints(q), row.line));
             }
             Err(what) => {
-                let what = format!("{}: waypoint {waypoint} {what}", course.called);
+                let what = format!("{}: waypoint {waypoint} {what}", context.called);
                 notes.error(Code::Value, row.line as usize, what);
             }
         }
@@ -149,9 +153,13 @@ pub(super) fn joint_position(robot: &Robot, row: &[f64]) -> Result<Vec<f64>, Str
         .collect())
 }
 
-fn pose_moves(course: &Course<'_>, poses: &Node, notes: &mut Notes) -> Option<Vec<Move>> {
+fn pose_moves(
+    context: &OperationContext<'_>,
+    poses: &Node,
+    notes: &mut Notes,
+) -> Option<Vec<Move>> {
     let before = notes.errors();
-    let work_object = course.work_object.unwrap_or_default();
+    let work_object = context.work_object.unwrap_or_default();
     let mut moves = Vec::with_capacity(poses.items().len());
     for pose in poses.items() {
         // What a pose lacks or has wrong was reported when the file was checked against its schema.
@@ -159,12 +167,13 @@ fn pose_moves(course: &Course<'_>, poses: &Node, notes: &mut Notes) -> Option<Ve
         let rpy = match pose.get("rpy_deg") {
             Some(rpy) if !rpy.is_null() => rpy,
             _ => {
-                moves.push(course.to(Target::Line(work_object * placed(xyz, [0.0; 3])), pose.line));
+                moves
+                    .push(context.to(Target::Line(work_object * placed(xyz, [0.0; 3])), pose.line));
                 continue;
             }
         };
         let Some(rpy) = triple(rpy) else { continue };
-        moves.push(course.to(Target::Line(work_object * placed(xyz, rpy)), pose.line));
+        moves.push(context.to(Target::Line(work_object * placed(xyz, rpy)), pose.line));
     }
     let whole = moves.len() == poses.items().len();
     (notes.errors() == before && whole && !moves.is_empty()).then_some(moves)
@@ -194,19 +203,19 @@ fn numbers_into(node: &Node, values: &mut Vec<f64>) {
 
 /// The moves that a robot or CAM program asks for.
 fn program_moves(
-    course: &Course<'_>,
+    context: &OperationContext<'_>,
     raw: &raw::Program,
     path: &Node,
     notes: &mut Notes,
-    elsewhere: &mut Elsewhere,
+    programs: &mut FromPrograms,
 ) -> Option<(Vec<Move>, StatedFeeds)> {
     let name = raw.file.as_deref()?;
     let line = path.line_at(&[Step::Key("program")]);
-    let file = relative_to(course.job, name);
-    let pending = elsewhere.reading.pending_at(&file).map(<[u8]>::to_vec);
+    let file = relative_to(context.job, name);
+    let pending = programs.reading.pending_at(&file).map(<[u8]>::to_vec);
     let file = match &pending {
         Some(_) => file,
-        None => named_file(course.job, "path.program.file", name, line, notes)?,
+        None => named_file(context.job, "path.program.file", name, line, notes)?,
     };
     let extension = file.extension().unwrap_or_default().to_string_lossy();
     let Some(dialect) = Dialect::from_extension(&extension) else {
@@ -214,32 +223,32 @@ fn program_moves(
             "path.program.file '{name}': extension '{extension}' is not one of RAPID (.mod, .prg), \
                 APT (.apt, .cls) and G-code (.nc, .gcode, .ngc)"
         );
-        notes.error(Code::Unreadable, line, format!("{}: {what}", course.called));
+        notes.error(Code::Unreadable, line, format!("{}: {what}", context.called));
         return None;
     };
     if let (Some(procedure), Dialect::Apt | Dialect::GCode) = (&raw.procedure, dialect) {
         let line = path.line_at(&[Step::Key("program"), Step::Key("procedure")]);
         let what = format!(
             "{}: path.program.procedure '{procedure}' has no effect: {dialect} has no procedures",
-            course.called
+            context.called
         );
         notes.warning(Code::Unused, line, what);
     }
-    elsewhere.reading.files.push(file.clone());
+    programs.reading.files.push(file.clone());
     let bytes = match pending.map_or_else(|| read_bytes(&file, MAX_PROGRAM_BYTES), Ok) {
         Ok(bytes) => bytes,
         Err(fault) => {
-            elsewhere.errors.push(fault);
+            programs.errors.push(fault);
             return None;
         }
     };
     let settings = Settings {
         procedure: raw.procedure.clone(),
-        tcp: course.tcp,
-        work_object: course.work_object,
-        feed_m_per_s: course.feed_m_per_s,
+        tcp: context.tcp,
+        work_object: context.work_object,
+        feed_m_per_s: context.feed_m_per_s,
         rapid_m_per_s: RAPID_M_PER_S,
-        joint_count: course.robot?.joints().len(),
+        joint_count: context.robot?.joints().len(),
     };
     let located = |mut note: Note| {
         note.place.file = Some(file.clone());
@@ -248,14 +257,14 @@ fn program_moves(
     match program::read(&bytes, dialect, &settings) {
         Ok(program) => {
             let speeds =
-                course.speed.and_then(|speed| other_speeds(&program, speed, course.called));
-            let tools = course.robot.map(|robot| other_tools(&program, robot)).unwrap_or_default();
+                context.speed.and_then(|speed| other_speeds(&program, speed, context.called));
+            let tools = context.robot.map(|robot| other_tools(&program, robot)).unwrap_or_default();
             let warnings = program.warnings.into_iter().chain(speeds).chain(tools);
-            elsewhere.reading.warnings.extend(warnings.map(located));
+            programs.reading.warnings.extend(warnings.map(located));
             Some((program.moves, program.feeds))
         }
         Err(found) => {
-            elsewhere.errors.extend(found.into_iter().map(located));
+            programs.errors.extend(found.into_iter().map(located));
             None
         }
     }

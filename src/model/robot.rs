@@ -10,7 +10,7 @@ use super::description::{Calibration, CoordinateKind, Damping, Inertial, JointKi
 use super::pose_fault::PoseFault;
 use crate::notes::Note;
 use crate::units::{deg_from_rad, mm_from_m};
-use crate::wording::told_apart;
+use crate::wording::distinguishable;
 
 /// A pose may pass a limit by this much, rad or m: URDFs print limits with four or five digits
 /// (3.1416 for half a turn), and a pose at the limit itself is meant to be allowed.
@@ -62,8 +62,8 @@ impl fmt::Display for LimitViolation<'_> {
         let name = &self.joint.name;
         let value = shown(self.value);
         let [lower, upper] = self.limit.map(shown);
-        let [below, lower] = told_apart(value, lower, 3);
-        let [above, upper] = told_apart(value, upper, 3);
+        let [below, lower] = distinguishable(value, lower, 3);
+        let [above, upper] = distinguishable(value, upper, 3);
         // The limit that is passed decides how many digits the value needs.
         let value = if above.len() > below.len() { above } else { below };
         write!(f, "joint '{name}' is {value} {unit}, must lie in {lower}..{upper} {unit}")

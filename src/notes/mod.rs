@@ -1,5 +1,5 @@
-//! What a user must know beside the numbers: errors that stop the work and warnings that do not. One type for
-//! all rooms, so that every renderer shows them alike.
+//! What a user must know beside the numbers: errors that stop the work and warnings that do not.
+//! One type for all rooms, so that every renderer shows them alike.
 
 mod code;
 mod collector;

@@ -15,7 +15,8 @@ pub enum Severity {
     Warning,
 }
 
-/// An error or a warning. Shown as "robot.yaml:14: joint 'joint_3': stiffness_nm_per_rad is -1, must be positive".
+/// An error or a warning. Shown as "robot.yaml:14: joint 'joint_3': stiffness_nm_per_rad is -1,
+/// must be positive".
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Note {
     /// Where it stands.
@@ -28,8 +29,8 @@ pub struct Note {
     pub what: String,
 }
 
-/// Where a note stands: a place in a file, a part of what is worked on, or both. A room that knows no file names
-/// the part; whoever read the file adds file and line.
+/// Where a note stands: a place in a file, a part of what is worked on, or both. A room that knows
+/// no file names the part; whoever read the file adds file and line.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct Place {
     /// The file, as the caller or the file that refers to it names it.
@@ -112,7 +113,8 @@ impl Note {
         }
     }
 
-    /// The same note within a larger part: the part that it named until now goes to the head of the text.
+    /// The same note within a larger part: the part that it named until now goes to the head of the
+    /// text.
     #[must_use]
     pub fn within(mut self, whole: Part) -> Self {
         if let Some(part) = self.place.part.replace(whole) {

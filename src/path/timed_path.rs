@@ -8,7 +8,7 @@ use super::curve::Curve;
 use super::timing::{largest_step, stands_still};
 use crate::model::{IkFault, InverseKinematics, JointKind, MovingJoint, PoseFault, Robot};
 use crate::units::{deg_from_rad, mm_from_m};
-use crate::wording::told_apart;
+use crate::wording::distinguishable;
 
 /// A joint that would have to be faster than it can to keep the programmed speed. Shown as "joint
 /// 'a' would have to turn at 412.0 deg/s, its velocity limit in the URDF is 175.0 deg/s".
@@ -38,7 +38,7 @@ impl fmt::Display for JointOverspeed<'_> {
             JointKind::Prismatic => ("slide", mm_from_m, "mm/s"),
             _ => ("turn", deg_from_rad, "deg/s"),
         };
-        let [needed, allowed] = told_apart(shown(self.needed), shown(self.allowed), 1);
+        let [needed, allowed] = distinguishable(shown(self.needed), shown(self.allowed), 1);
         write!(
             f,
             "joint '{}' would have to {verb} at {needed} {unit}, its velocity limit in the URDF is \

@@ -141,7 +141,7 @@ impl Log {
 
     pub(super) fn finish(mut self) -> Result<Program, Vec<Note>> {
         if self.notes.errors() == 0 && self.moves.is_empty() {
-            self.error(Code::Motion, 1, "the program moves nothing");
+            self.error(Code::Motion, 1, "the program contains no motion");
         }
         if let Some((line, what)) = self.away.take() {
             self.warning(Code::LeftOut, line, left_out(&what));
@@ -170,7 +170,7 @@ impl Log {
 }
 
 fn left_out(what: &str) -> String {
-    format!("{what}; the way there is left out")
+    format!("{what}; the move there is skipped")
 }
 
 fn is_finite(each: &Move) -> bool {

@@ -6,7 +6,8 @@ const WIDTH: usize = 100;
 /// Width of the names before facts, characters.
 const NAME_WIDTH: usize = 8;
 
-/// Appends a fact after its name; what does not fit on the line goes on below the fact's first word.
+/// Appends a fact after its name; what does not fit on the line goes on below the fact's first
+/// word.
 pub(super) fn push_fact(indent: usize, name: &str, fact: &str, text: &mut String) {
     let margin = indent + NAME_WIDTH + 1;
     let mut column = margin;

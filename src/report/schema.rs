@@ -31,7 +31,8 @@ fn of<T: JsonSchema>() -> Value {
     settings.into_generator().into_root_schema_for::<T>().to_value()
 }
 
-/// Words that are each described are listed instead: the description of the whole says what they mean.
+/// Words that are each described are listed instead: the description of the whole says what they
+/// mean.
 fn listed(schema: &mut Schema) {
     let word = |option: &Value| option.get("const").filter(|word| word.is_string()).cloned();
     let words = schema.get("oneOf").and_then(Value::as_array);

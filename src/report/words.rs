@@ -18,8 +18,9 @@ const SMALL: f64 = 1e-3;
 /// Line and mode that are nearer than this share of the frequency meet: the rest is rounding.
 const MEETING: f64 = 1e-8;
 
-/// A number in a width that is bounded whatever its size: with so many decimals, or more (up to three) where
-/// those would show a zero that it is not; with a power of ten beyond 1e7 and below 1e-3.
+/// A number in a width that is bounded whatever its size: with so many decimals, or more (up to
+/// three) where those would show a zero that it is not; with a power of ten beyond 1e7 and below
+/// 1e-3.
 pub(crate) fn number(value: f64, decimals: usize) -> String {
     if value != 0.0 && !(SMALL..LARGE).contains(&value.abs()) {
         return format!("{value:.2e}");
@@ -69,7 +70,8 @@ pub(super) fn percent(ratio: f64) -> String {
     format!("{:.1}", percent_from_ratio(ratio))
 }
 
-/// The distance of line and mode in percent of the mode's frequency: nothing that is there is called zero.
+/// The distance of line and mode in percent of the mode's frequency: nothing that is there is
+/// called zero.
 pub(super) fn apart(separation: f64) -> String {
     if separation < MEETING {
         format!("less than {:e} %", percent_from_ratio(MEETING))

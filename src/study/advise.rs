@@ -64,7 +64,7 @@ pub struct WriteTo<'a> {
 pub struct Advised {
     /// What was found.
     pub job: AdvisedJob,
-    /// The files that were asked for, as far as they can be written: all of them or none.
+    /// The files that were asked for, those of them that can be written.
     pub outputs: Vec<Output>,
     /// Warnings of the advice, and why a file is not written.
     pub warnings: Vec<Note>,
@@ -91,8 +91,11 @@ pub fn advise(
     if options.objective == Objective::Vibration {
         refuse_unknown_vibration(job, &found.operations)?;
     }
+    // What stops the writing comes behind what was to be known before.
+    let warnings = found.notices.clone();
+    let stopped = |error: Note| warnings.iter().cloned().chain([error]).collect::<Vec<_>>();
     let mut advised = Advised {
-        warnings: found.notices.clone(),
+        warnings: warnings.clone(),
         job: AdvisedJob::new(job, found),
         outputs: Vec::new(),
     };
@@ -101,7 +104,7 @@ pub fn advise(
         match program_rewrite(job, operations) {
             Ok((program, rewrite)) => {
                 let file = job.file.parent().unwrap_or(Path::new("")).join(program);
-                match rewritten_program(&file, &rewrite).map_err(|note| vec![note])? {
+                match rewritten_program(&file, &rewrite).map_err(stopped)? {
                     Ok(rewritten) => {
                         advised.outputs.push(Output::new(path, rewritten.bytes));
                         advised.job.written_program = Some(path.to_owned());
@@ -120,8 +123,8 @@ pub fn advise(
                 advised.warnings.push(not_written(path, &why));
             }
             None => {
-                let text =
-                    job_text(job, files, &advised.job.advice, path, advised.outputs.first())?;
+                let text = job_text(job, files, &advised.job.advice, path, advised.outputs.first())
+                    .map_err(stopped)?;
                 advised.outputs.push(Output::new(path, text.into_bytes()));
                 advised.job.written_job = Some(path.to_owned());
             }
@@ -134,14 +137,15 @@ fn not_written(path: &Path, why: &str) -> Note {
     Note::warning(Code::NotWritten, Place::file(path), format!("is not written: {why}"))
 }
 
-/// The text of the job as advised, read again, with the program that is about to be written, and found to be that.
+/// The text of the job as advised, read again, with the program that is about to be written, and
+/// found to be that.
 fn job_text(
     job: &Job,
     files: &[PathBuf],
     advice: &JobAdvice,
     path: &Path,
     program: Option<&Output>,
-) -> Result<String, Vec<Note>> {
+) -> Result<String, Note> {
     let program = program.map(|output| (output.path.as_path(), output.bytes.as_slice()));
     let edits: Vec<OperationEdit> = job
         .operations
@@ -154,8 +158,8 @@ fn job_text(
             ..edit(advice)
         })
         .collect();
-    let text = rewritten_job(&job.file, path, &edits).map_err(|note| vec![note])?;
-    confirm_rewritten(job, files, &text, path, &edits, program).map_err(|note| vec![note])?;
+    let text = rewritten_job(&job.file, path, &edits)?;
+    confirm_rewritten(job, files, &text, path, &edits, program)?;
     Ok(text)
 }
 
@@ -186,7 +190,8 @@ fn written_feed(feed_m_per_s: f64) -> f64 {
     if rounded > 0.0 { rounded } else { feed }
 }
 
-/// The one program of the job, and the one constant speed that its operations are to run at; or why there is none.
+/// The one program of the job, and the one constant speed that its operations are to run at; or why
+/// there is none.
 fn program_rewrite<'j>(
     job: &'j Job,
     advice: &[OperationAdvice],

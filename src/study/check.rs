@@ -33,8 +33,8 @@ pub struct CheckedJob {
 pub struct AskedOperation {
     /// Line of the job file where it starts, counted from 1.
     pub line: usize,
-    /// The program that the lines of its crossings refer to, as the job names it; `None` where they refer
-    /// to the job file.
+    /// The program that the lines of its crossings refer to, as the job names it; `None` where they
+    /// refer to the job file.
     pub program: Option<PathBuf>,
     /// Programmed spindle speed.
     pub speed: SpindleSpeed,

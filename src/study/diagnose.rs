@@ -25,6 +25,9 @@ const MAX_HELDOUT_PERCENT: f64 = 100.0;
 /// A model whose error is larger says nothing about which speeds are safe, % of the frequency.
 const MAX_USEFUL_PERCENT: f64 = 25.0;
 
+/// Joint positions are recorded to a millionth of a rad or m: no robot repeats a pose better.
+const POSES_PER_UNIT: f64 = 1e6;
+
 /// A diagnosis with all that is shown of it and what is to be written back.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Diagnosed {
@@ -89,13 +92,13 @@ impl RobotUpdate {
 /// nothing was fitted to.
 ///
 /// # Errors
-/// As [`diagnosis::diagnose`], with the table's file.
+/// As [`diagnosis::diagnose`], with the table's file, behind the warnings that came up before.
 pub fn diagnose(
     measured: &MeasuredRobot,
     file: &Path,
     settings: Settings,
     progress: Progress<'_>,
-) -> Result<Diagnosed, Note> {
+) -> Result<Diagnosed, Vec<Note>> {
     let MeasuredRobot { robot, table } = measured;
     let in_file =
         |note: Note| Note { place: Place { file: Some(file.into()), ..note.place }, ..note };
@@ -105,13 +108,20 @@ pub fn diagnose(
         corrections: kept.iter().map(|kept| kept.correction.clone()).collect(),
         ..robot.description.clone()
     };
-    let found = diagnosis::diagnose(&description, table, settings, progress).map_err(in_file)?;
     let labels: Vec<String> = fitted
         .iter()
         .map(|fitted| label(fitted.correction.cause, fitted.correction.at.as_deref()))
         .collect();
-    let notes = fitted_note(&labels).into_iter().chain(unnamed_table_note(robot));
-    let notes = notes.chain(found.notes.iter().cloned()).map(in_file).collect();
+    let notes = fitted_note(&labels).into_iter().chain(unknown_origin_note(robot, &kept));
+    let mut notes: Vec<Note> = notes.map(in_file).collect();
+    let found = match diagnosis::diagnose(&description, table, settings, progress) {
+        Ok(found) => found,
+        Err(error) => {
+            notes.push(in_file(error));
+            return Err(notes);
+        }
+    };
+    notes.extend(found.notes.iter().cloned().map(in_file));
     Ok(Diagnosed {
         robot: robot.robot.name().to_owned(),
         table: file.to_owned(),
@@ -134,21 +144,34 @@ fn fitted_note(labels: &[String]) -> Option<Note> {
     };
     let what = format!(
         "the robot's {noun} {} {verb} fitted to poses of this table: the diagnosis starts without \
-         and fits again",
+         them and fits them again",
         labels.join("; ")
     );
     Some(Note::warning(Code::Calibration, Place::default(), what))
 }
 
-/// Files of before do not name the table that they were calibrated with.
-fn unnamed_table_note(robot: &DescribedRobot) -> Option<Note> {
-    let calibration = robot.calibration.as_ref()?;
-    if calibration.table.is_some() || robot.corrections.iter().all(|c| c.table.is_some()) {
+/// Corrections of a calibrated robot that may have been fitted to this very table: nothing says
+/// which poses they were fitted to.
+fn unknown_origin_note(robot: &DescribedRobot, kept: &[FittedCorrection]) -> Option<Note> {
+    let fitted_to = robot.calibration.iter().flat_map(|calibration| &calibration.fitted_to);
+    let known: Vec<&String> = fitted_to.map(|fitted| &fitted.table.digest).collect();
+    let is_unknown = |correction: &&FittedCorrection| match &correction.table {
+        Some(digest) => !known.contains(&digest),
+        None => robot.calibration.is_some(),
+    };
+    let unknown: Vec<String> = kept
+        .iter()
+        .filter(is_unknown)
+        .map(|kept| label(kept.correction.cause, kept.correction.at.as_deref()))
+        .collect();
+    if unknown.is_empty() {
         return None;
     }
-    let what = "the robot's calibration does not name the table that its corrections were fitted \
-                to; if it was this one, the errors below are not held out: remove corrections and \
-                calibration from the robot's file and run again";
+    let what = format!(
+        "the robot's file does not say which poses {} was fitted to; if it was fitted to this \
+         table, the errors below are not held out: remove it from the corrections and run again",
+        unknown.join("; ")
+    );
     Some(Note::warning(Code::Calibration, Place::default(), what))
 }
 
@@ -168,7 +191,8 @@ fn update(
     if !found.corrections.is_empty() {
         let measured =
             table.rows.iter().filter(|row| row.frequencies_hz.iter().any(Option::is_some));
-        let joints = measured.map(|row| row.pose.clone()).collect();
+        let rounded = |q: &f64| (q * POSES_PER_UNIT).round() / POSES_PER_UNIT;
+        let joints = measured.map(|row| row.pose.iter().map(rounded).collect()).collect();
         fitted_to.push(FittedTable { table: name.clone(), joints });
     }
     let new = found.corrections.iter().map(|correction| {

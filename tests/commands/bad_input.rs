@@ -115,7 +115,7 @@ const ROWS: &[Row] = &[
     row(Robot, "Two-link section\nnote: for tests", "&n Two-link\nnote: *n", "note: *n", &["aliases (*name) are not read"]),
     row(Robot, "extra: []", "extra: !list []", "extra", &["tag '!list' is not read"]),
     row(Robot, "drives:", "---\ndrives:", "---", &["second document"]),
-    row(Robot, "note: for tests", "? [a, b]\n: c", "? [a", &["stands as a key"]),
+    row(Robot, "note: for tests", "? [a, b]\n: c", "? [a", &["is used as a key"]),
     // URDF
     row(Urdf, "</robot>", "", "<robot", &["not valid XML: the file ends inside <robot>, which starts here"]),
     row(Urdf, "<robot name=\"two-link\">", "<robot name=\"two-link\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\"><xacro:include/>", "<robot", &["unexpanded xacro"]),
@@ -430,7 +430,7 @@ fn bombs_are_refused_quickly() {
     let path = folder.path().join("huge.yaml");
     std::fs::File::create(&path).unwrap().set_len(100_000_000).unwrap();
     for (faults, most) in [(job_errors(&path), 64), (robot_errors(&path), 1)] {
-        let what = format!("is larger than {most} MiB, which is the most that is read");
+        let what = format!("is larger than {most} MiB, the limit");
         assert_eq!(faults[0].what, what);
     }
     assert!(start.elapsed().as_secs_f64() < QUICK_S, "{:?}", start.elapsed());

@@ -100,7 +100,7 @@ fn a_wrong_name_gets_a_suggestion_and_units_must_fit() {
     assert!(units.contains("turns: positions in mm do not fit"), "{units}");
     let twice =
         told("robots/two-link --joint joint_2 --from-deg 0 --to-deg 1 --steps 2 --at joint_2=3");
-    assert!(twice.contains("'joint_2' is the one that is swept"), "{twice}");
+    assert!(twice.contains("'joint_2' is swept and cannot be fixed as well"), "{twice}");
     let none = told("robots/two-link --joint joint_2 --from-deg 0 --to-deg 1 --steps 0");
     assert!(none.contains("--steps"), "{none}");
     let amplitude = told(
@@ -245,7 +245,7 @@ fn a_fault_behind_written_rows_says_that_they_are_cut_short() {
     );
     let [.., stopped, last] = told.as_slice() else { panic!("{told:?}") };
     assert!(stopped.contains("reading stopped after 20 errors or more"), "{stopped}");
-    assert_eq!(*last, "the output is cut short: fix these errors and run the command again");
+    assert_eq!(*last, "the output is incomplete: fix these errors and run the command again");
 }
 
 #[test]
@@ -287,7 +287,7 @@ fn every_option_that_does_not_fit_is_told() {
             vec!["--sample-rate-hz has no effect", "--duration-s has no effect"],
         ),
         ("--reduce min --method nonlinear", vec!["--reduce: gathers linear maps only"]),
-        ("--at joint_1=3 --at joint_1=4", vec!["--at: joint 'joint_1' is placed twice"]),
+        ("--at joint_1=3 --at joint_1=4", vec!["--at: joint 'joint_1' is given twice"]),
         (
             "--format npy --method nonlinear",
             vec!["--format npy and arrow: hold the frequencies of"],

@@ -38,7 +38,10 @@ fn a_grid_is_all_combinations_the_last_joint_fastest() {
 fn options_of_grids_are_checked() {
     for (options, expected) in [
         ("--grid joint_2=0:1:2 --grid joint_2=0:1:2", "--grid: joint 'joint_2' is given twice"),
-        ("--grid joint_2=0:1:2 --at joint_2=4", "--at: joint 'joint_2' is the one that is swept"),
+        (
+            "--grid joint_2=0:1:2 --at joint_2=4",
+            "--at: joint 'joint_2' is swept and cannot be fixed as well",
+        ),
         ("--grid joint2=0:1:2", "--grid: the robot has no moving joint 'joint2'; did you mean"),
         ("--grid joint_2=0:1", "must be NAME=FROM:TO:STEPS"),
         ("--grid joint_2=0:1:0", "'0' is not a number of steps"),

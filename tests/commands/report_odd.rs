@@ -18,7 +18,7 @@ const LONGEST_LINE: usize = 140;
 
 /// No word of a report with short names, and so no number, is longer than this, characters: the longest is the
 /// rule below a drawing.
-const LONGEST_WORD: usize = 80;
+const MAX_WORD_BYTES: usize = 80;
 
 const PATH: &str = "path: {joints_deg: [[0, 90], [0, 120], [0, 150]]}";
 
@@ -75,7 +75,7 @@ fn numbers_of_any_size_stay_short() {
             let text =
                 out(&run(folder.path(), &["check", "job.yaml", "--format", format])).to_owned();
             let longest = text.split_whitespace().map(|word| word.chars().count()).max();
-            assert!(longest.unwrap() <= LONGEST_WORD, "{format}, feed {feed}:\n{text}");
+            assert!(longest.unwrap() <= MAX_WORD_BYTES, "{format}, feed {feed}:\n{text}");
         }
     }
 }

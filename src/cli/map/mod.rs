@@ -38,8 +38,9 @@ impl From<MapError> for Failure {
 pub(super) fn run(args: &MapArgs, out: &mut dyn Write) -> Result<Outcome, Failure> {
     let method = check_options(args)?;
     let sink = Sink::open(args.output.as_deref())?;
-    let Read { value: robot, mut warnings, mut files } =
+    let Read { value: robot, warnings, mut files } =
         study::read_robot(&super::robot_file(&args.robot));
+    show_warnings(&warnings);
     let robot = robot?;
     // Standard input may be a file, too.
     files.extend(args.poses.iter().map(|poses| match poses {
@@ -59,10 +60,9 @@ pub(super) fn run(args: &MapArgs, out: &mut dyn Write) -> Result<Outcome, Failur
             }
         };
         out.flush()?;
-        warnings.extend(summary.warnings(&robot));
+        show_warnings(&summary.warnings(&robot));
         Ok(())
     })?;
-    show_warnings(&warnings);
     Ok(Outcome::Pass)
 }
 
@@ -142,13 +142,13 @@ fn pass(
     target: Target,
     bar: &ProgressBar,
 ) -> Result<Summary, MapError> {
-    let summary = study::run(source, map, target, &|done| {
+    let passed = study::run(source, map, target, &|done| {
         if let Done::More(poses) = done {
             bar.inc(poses as u64);
         }
-    })?;
+    });
     bar.finish_and_clear();
-    Ok(summary)
+    passed
 }
 
 /// Writes every pose, however many there are.

@@ -9,7 +9,7 @@ use serde_json::{Map, Value};
 use super::node::{Entry, Kind, Node};
 use super::number::number_of;
 use crate::notes::{Code, Notes};
-use crate::wording::{LONGEST_WORD, nearest};
+use crate::wording::{MAX_WORD_BYTES, nearest};
 
 /// Every keyword that is understood or that only describes. A test holds the schemas to it.
 #[cfg(test)]
@@ -210,7 +210,8 @@ fn check_mapping(
                 Some(near) => format!("did you mean '{near}'?"),
                 None => format!("known keys are {}", known().collect::<Vec<_>>().join(", ")),
             };
-            let key: String = key.chars().take(LONGEST_WORD).flat_map(char::escape_debug).collect();
+            let key: String =
+                key.chars().take(MAX_WORD_BYTES).flat_map(char::escape_debug).collect();
             notes.error(
                 Code::UnknownKey,
                 entry.line as usize,

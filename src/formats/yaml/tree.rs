@@ -149,7 +149,7 @@ impl<'f> Builder<'f> {
 
     fn begin(&mut self, open: Open, line: u32) -> Option<()> {
         if self.expects_key() {
-            let what = "a list or mapping stands as a key, must be plain text";
+            let what = "a list or mapping is used as a key, must be plain text";
             self.notes.error(Code::Syntax, line as usize, what);
             return None;
         }
@@ -208,7 +208,7 @@ impl<'f> Builder<'f> {
             Some(Open::Mapping { entries, key, .. }) => match key.take() {
                 Some((key, line)) => entries.push(Entry { key, line, value: node }),
                 None => {
-                    let what = "an alias stands as a key, must be plain text";
+                    let what = "an alias is used as a key, must be plain text";
                     self.notes.error(Code::Syntax, node.line as usize, what);
                     return None;
                 }
@@ -339,7 +339,7 @@ mod tests {
             ("a: 1\n---\nb: 1\n", "f:2: a second document starts here"),
             ("a: 1\n\tb: 2\n", "f:1: not valid YAML"),
             ("a: [1, 2\nb: 3\n", "f:2: not valid YAML"),
-            ("? [a]\n: 1\n", "f:1: a list or mapping stands as a key"),
+            ("? [a]\n: 1\n", "f:1: a list or mapping is used as a key"),
         ] {
             let (tree, notes) = read(text);
             assert!(tree.is_none() && notes[0].starts_with(told), "{text:?}: {notes:?}");

@@ -6,7 +6,7 @@ use nalgebra::Isometry3;
 
 use super::super::frame::frame;
 use super::super::raw::job as raw;
-use super::super::waypoints::{Course, joint_position, moves_of};
+use super::super::waypoints::{OperationContext, joint_position, moves_of};
 use super::Reader;
 use crate::formats::yaml::{Node, Step};
 use crate::job::{
@@ -52,7 +52,7 @@ impl Reader<'_> {
         let speed = self.speed(raw, node, called, spindle);
         let feed_m_per_s = raw.feed_mm_per_min.map(m_per_s_from_mm_per_min);
         let start_near = self.start_near(raw, node, called);
-        let course = Course {
+        let operation = OperationContext {
             called,
             job: self.path,
             robot: self.robot,
@@ -66,7 +66,7 @@ impl Reader<'_> {
         self.check_feed(raw, node, called);
         let path = raw.path.as_ref();
         let moves = path
-            .and_then(|path| moves_of(&course, path, node, &mut self.notes, &mut self.elsewhere));
+            .and_then(|path| moves_of(&operation, path, node, &mut self.notes, &mut self.programs));
         let program = path.and_then(|path| path.program.as_ref()?.file.as_ref());
         let (moves, program_feeds) = moves?;
         Some(Operation {

@@ -218,7 +218,8 @@ pub(in crate::input) struct Correction {
     /// For link_flexibility: what of the link's own body moves; all of it if absent.
     #[schemars(extend("default" = "link"))]
     pub(in crate::input) carries: Option<HingeCarries>,
-    /// Digest of the table that it was fitted to, see calibration.fitted_to; absent for what was written by hand.
+    /// Digest of the table that it was fitted to, see calibration.fitted_to; absent for what was
+    /// written by hand.
     #[schemars(extend("examples" = ["fnv1a-8c1f0e5b7d2a9346"]))]
     pub(in crate::input) table: Option<String>,
     /// Where it comes from.
@@ -263,7 +264,8 @@ pub(in crate::input) struct Calibration {
     pub(in crate::input) date: Option<String>,
     /// The table of measured modes that the error was measured with.
     pub(in crate::input) table: Option<TableName>,
-    /// The tables that the corrections were fitted to, with their poses: an error at these poses is not held out.
+    /// The tables that the corrections were fitted to, with their poses: an error at these poses is
+    /// not held out.
     pub(in crate::input) fitted_to: Option<Vec<FittedTable>>,
 }
 

@@ -105,7 +105,7 @@ pub(super) fn read(path: &Path) -> Result<RawFile, Vec<Note>> {
         }
         let (meaning, bare) = meaning_of_name(name);
         if meaning.is_none() && counts(&samples) {
-            let what = format!("column '{name}' counts the rows; it is passed over");
+            let what = format!("column '{name}' counts the rows; it is skipped");
             notes.warning(Code::Unused, header_line, what);
             continue;
         }

@@ -78,7 +78,12 @@ impl StiffnessLaw {
 
     /// Whether it depends on the pose.
     pub(in crate::model) fn follows_pose(&self) -> bool {
-        matches!(self, Self::Load { .. })
+        match self {
+            Self::Load { .. } => true,
+            Self::Amplitude { .. } | Self::AmplitudePower { .. } | Self::Temperature { .. } => {
+                false
+            }
+        }
     }
 }
 

@@ -4,7 +4,7 @@ use std::fmt;
 
 use crate::model::pose_fault::PoseFault;
 use crate::units::{deg_from_rad, mm_from_m};
-use crate::wording::told_apart;
+use crate::wording::distinguishable;
 
 /// Why a pose of the tip has no joint positions.
 #[derive(Debug, Clone, PartialEq)]
@@ -50,7 +50,7 @@ impl fmt::Display for IkFault {
                 } else {
                     (deg_from_rad(*value), deg_from_rad(*limit), "°")
                 };
-                let [value, limit] = told_apart(value, limit, 3);
+                let [value, limit] = distinguishable(value, limit, 3);
                 write!(
                     f,
                     "joint '{joint}' would have to be at {value}{unit}, over its limit of \

@@ -39,7 +39,7 @@ impl Reader<'_> {
             return Err("drilling cycles are supported in the XY plane (G17) alone".to_owned());
         }
         let feed = Pace::Feed(self.feed_m_per_s()?);
-        let before = self.place().ok_or("a cycle from a place that is not known")?;
+        let before = self.place().ok_or("a cycle from an unknown position")?;
         let [retract, bottom, step] =
             ['R', 'Z', 'Q'].map(|word| block.get(word).map(|value| self.mm(value)));
         self.cycle.retract = retract.or(self.cycle.retract);

@@ -261,9 +261,9 @@ impl<'a> Reader<'a> {
         clockwise: bool,
     ) -> Result<(), String> {
         let feed = Pace::Feed(self.feed_m_per_s()?);
-        let start = self.place().ok_or("an arc from a place that is not known")?;
+        let start = self.place().ok_or("an arc from an unknown position")?;
         let [Some(x), Some(y), Some(z)] = self.end_of(block)? else {
-            return Err("an arc to a place that is not known".to_owned());
+            return Err("an arc to an unknown position".to_owned());
         };
         let end = [x, y, z];
         let centre = self.centre(block, start)?;

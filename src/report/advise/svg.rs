@@ -1,5 +1,5 @@
-//! The speed map: path against spindle speed. Grey: closed by a mode and a line, with the speed at which they
-//! coincide; green: safe constant speeds; black: programmed and advised.
+//! The speed map: path against spindle speed. Grey: closed by a mode and a line, with the speed at
+//! which they coincide; green: safe constant speeds; black: programmed and advised.
 
 use crate::advice::{OperationAdvice, Remedy, Ribbon};
 use crate::report::drawing::{

@@ -242,8 +242,8 @@ pub(super) fn change(change: &Change) -> String {
 pub(super) fn lever(lever: &Lever) -> String {
     let margin = match lever.margin {
         Some(margin) if margin > 0.0 => format!("keeps up to {} %", percent(margin)),
-        Some(_) => "no speed keeps any distance".to_owned(),
-        None => "nothing that counts is met at some speed".to_owned(),
+        Some(_) => "no speed has any margin".to_owned(),
+        None => "at some speed no counted line meets a mode".to_owned(),
     };
     let opens = match lever.rpm {
         Some(_) if matches!(lever.change, Change::Spindle { .. }) => "is safe".to_owned(),
@@ -306,7 +306,7 @@ fn binding(operation: &OperationAdvice) -> String {
     let closest = if bind.separation > 0.0 {
         format!("closest: {}, {} %", rpm(bind.rpm), percent(bind.separation))
     } else {
-        format!("no speed keeps any distance; closest: {}", rpm(bind.rpm))
+        format!("no speed has any margin; closest: {}", rpm(bind.rpm))
     };
     format!("{below} from below and {above} from above ({closest})")
 }

@@ -1,5 +1,6 @@
-//! Crossings put together as a reader sees them: an uncertain stretch beside a certain one is its flank,
-//! and what one mode and one line do in one operation is one finding, however often they meet.
+//! Crossings put together as a reader sees them: an uncertain stretch beside a certain one is its
+//! flank, and what one mode and one line do in one operation is one finding, however often they
+//! meet.
 
 use std::collections::HashMap;
 
@@ -8,8 +9,8 @@ use crate::excitation::{ExcitationLine, Source};
 use crate::risk::{Certainty, Crossing};
 use crate::units::percent_from_ratio;
 
-/// Stretches that are no further apart than this share of the path adjoin each other: a reader would
-/// not distinguish them.
+/// Stretches that are no further apart than this share of the path adjoin each other: a reader
+/// would not distinguish them.
 const ADJOINING_S: f64 = 1e-3;
 
 /// A crossing with the uncertain stretches on either side of it.
@@ -43,9 +44,9 @@ pub(super) struct Finding<'a> {
     pub others: Vec<Stretch<'a>>,
 }
 
-/// The crossings of an operation without those that flank another, the most severe first: certain before
-/// uncertain, then the closest (to a tenth of a percent, as it is shown), then the one that moves the tool
-/// tip most, then the first along the path.
+/// The crossings of an operation without those that flank another, the most severe first: certain
+/// before uncertain, then the closest (to a tenth of a percent, as it is shown), then the one that
+/// moves the tool tip most, then the first along the path.
 pub(super) fn stretches<'a>(crossings: &'a [Crossing]) -> Vec<Stretch<'a>> {
     let mut together: HashMap<Meeting, Vec<&'a Crossing>> = HashMap::new();
     for crossing in crossings {
@@ -53,7 +54,8 @@ pub(super) fn stretches<'a>(crossings: &'a [Crossing]) -> Vec<Stretch<'a>> {
     }
     let mut stretches: Vec<Stretch<'a>> = Vec::new();
     for along in together.values_mut() {
-        // One mode and one line: the crossings do not overlap, so their ends ascend with their starts.
+        // One mode and one line: the crossings do not overlap, so their ends ascend with their
+        // starts.
         along.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
         stretches.extend((0..along.len()).filter_map(|index| stretch(along, index)));
     }
@@ -103,8 +105,8 @@ fn meeting(crossing: &Crossing) -> Meeting {
     (crossing.mode, crossing.line.source, crossing.line.harmonic)
 }
 
-/// The stretch of a crossing among those of its mode and line, in the order of the path; `None` if it
-/// flanks another.
+/// The stretch of a crossing among those of its mode and line, in the order of the path; `None` if
+/// it flanks another.
 fn stretch<'a>(along: &[&'a Crossing], index: usize) -> Option<Stretch<'a>> {
     let (before, from_here) = along.split_at_checked(index)?;
     let (crossing, after) = from_here.split_first()?;

@@ -1,5 +1,6 @@
-//! Workflow commands, which GitHub shows as annotations beside the lines they name. GitHub keeps ten
-//! annotations a level and step, so the most severe come first and the last one counts the rest.
+//! Workflow commands, which GitHub shows as annotations beside the lines they name. GitHub keeps
+//! ten annotations a level and step, so the most severe come first and the last one counts the
+//! rest.
 
 use std::path::Path;
 
@@ -18,9 +19,9 @@ const MAX_ANNOTATIONS: usize = 10;
 /// At most so many jobs are named in the last line.
 const MAX_NAMED: usize = 10;
 
-/// The results of `detune check` as workflow commands, `error` for resonance and `warning` for uncertain,
-/// and a last line for the log. Files below `root` (an absolute path, the folder that the command ran in)
-/// are named relative to it.
+/// The results of `detune check` as workflow commands, `error` for resonance and `warning` for
+/// uncertain, and a last line for the log. Files below `root` (an absolute path, the folder that
+/// the command ran in) are named relative to it.
 pub fn check(jobs: &[CheckedJob], root: &Path) -> String {
     let operations: Vec<_> = jobs.iter().flat_map(operations).collect();
     let found: Vec<_> = operations
@@ -44,8 +45,8 @@ pub fn check(jobs: &[CheckedJob], root: &Path) -> String {
     text
 }
 
-/// An error or warning as a workflow command, in place where it has a file (named relative to `root` where it lies
-/// below it) and a line.
+/// An error or warning as a workflow command, in place where it has a file (named relative to
+/// `root` where it lies below it) and a line.
 pub fn note_annotation(note: &Note, root: &Path) -> String {
     let level = match note.severity {
         Severity::Error => "error",

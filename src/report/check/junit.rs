@@ -1,5 +1,5 @@
-//! JUnit XML, as build servers read it: a suite for each job, a case for each operation. It holds no
-//! times and no random names: a case is an operation, not a run.
+//! JUnit XML, as build servers read it: a suite for each job, a case for each operation. It holds
+//! no times and no random names: a case is an operation, not a run.
 
 use quick_junit::{NonSuccessKind, Property, Report, TestCase, TestCaseStatus, TestSuite};
 
@@ -14,8 +14,8 @@ use crate::wording::printable;
 /// At most so many findings of an operation are written out.
 const MAX_FINDINGS: usize = 100;
 
-/// The results of `detune check` as JUnit XML. An operation whose verdict is `fails_from` or worse is
-/// a failure; any other passes and lists what was found in `system-out`.
+/// The results of `detune check` as JUnit XML. An operation whose verdict is `fails_from` or worse
+/// is a failure; any other passes and lists what was found in `system-out`.
 ///
 /// # Errors
 /// Never in practice: text is all that is written.

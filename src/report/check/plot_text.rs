@@ -1,5 +1,5 @@
-//! The natural frequencies along a path and the excitation lines, drawn with characters (Braille dots,
-//! two by four a character).
+//! The natural frequencies along a path and the excitation lines, drawn with characters (Braille
+//! dots, two by four a character).
 
 use crate::excitation::{ExcitationLine, Source};
 use crate::report::{style, words};
@@ -20,8 +20,8 @@ const ROWS_PER_TICK: usize = 5;
 /// Width of the frequencies at the axis, characters.
 const TICK_WIDTH: usize = 8;
 
-/// Curves near those that matter are shown as long as the highest frequency of the drawing is at most so
-/// many times the lowest.
+/// Curves near those that matter are shown as long as the highest frequency of the drawing is at
+/// most so many times the lowest.
 const MAX_RATIO: f64 = 3.0;
 
 /// What is left free above and below, as a share of the drawing.
@@ -53,12 +53,14 @@ struct Curve {
     high: f64,
 }
 
-/// Draws an operation so that the modes of `focus` (counted from 1) are well visible where its lines meet
-/// them, with what lies near; all of them if `focus` is empty. Empty where there is nothing to draw.
+/// Draws an operation so that the modes of `focus` (counted from 1) are well visible where its
+/// lines meet them, with what lies near; all of them if `focus` is empty. Empty where there is
+/// nothing to draw.
 ///
-/// Modes are solid, lines are dashed; marks below the axis show where a crossing is certain (`█`) or
-/// uncertain (`░`). The axis spans the modes in focus and the places where lines come nearest to them, and
-/// of all else what is near; it does not go below zero. Lines leave the drawing where they leave the axis.
+/// Modes are solid, lines are dashed; marks below the axis show where a crossing is certain (`█`)
+/// or uncertain (`░`). The axis spans the modes in focus and the places where lines come nearest to
+/// them, and of all else what is near; it does not go below zero. Lines leave the drawing where
+/// they leave the axis.
 pub fn frequencies(
     operation: &OperationRisk,
     focus: &[(usize, ExcitationLine)],
@@ -166,8 +168,8 @@ impl Curve {
     }
 }
 
-/// Frequencies at the lower and upper edge: those that must be seen, and of the others the nearest for as
-/// long as the window does not get too wide.
+/// Frequencies at the lower and upper edge: those that must be seen, and of the others the nearest
+/// for as long as the window does not get too wide.
 fn window<'a>(must: &[[f64; 2]], others: impl Iterator<Item = &'a Curve>) -> Option<[f64; 2]> {
     let mut low = must.iter().map(|span| span[0]).reduce(f64::min)?;
     let mut high = must.iter().map(|span| span[1]).reduce(f64::max)?;
@@ -293,8 +295,8 @@ impl Drawing {
         }
     }
 
-    /// For each row, the names of the curves that end there; with an arrow where a curve has left the
-    /// drawing.
+    /// For each row, the names of the curves that end there; with an arrow where a curve has left
+    /// the drawing.
     fn labels(&self, curves: &[&Curve]) -> Vec<String> {
         let mut names: Vec<[Vec<Name>; 3]> = vec![Default::default(); ROWS];
         for curve in curves {

@@ -1,6 +1,6 @@
-//! SARIF 2.1.0, as code scanners and editors read it. One result for all that one mode and one line do
-//! in one operation: the worst stretch is its location, the others are related locations. An uncertain
-//! stretch that flanks a certain one is part of that result and no result of its own.
+//! SARIF 2.1.0, as code scanners and editors read it. One result for all that one mode and one line
+//! do in one operation: the worst stretch is its location, the others are related locations. An
+//! uncertain stretch that flanks a certain one is part of that result and no result of its own.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -29,8 +29,8 @@ const MAX_LOCATIONS: usize = 1_000;
 /// What relative URIs are relative to: the folder that the command ran in.
 const ROOT: &str = "%SRCROOT%";
 
-/// The results of `detune check` as a SARIF log. Files below `root` (an absolute path, the folder that the
-/// command ran in) are named relative to it.
+/// The results of `detune check` as a SARIF log. Files below `root` (an absolute path, the folder
+/// that the command ran in) are named relative to it.
 ///
 /// # Errors
 /// Never in practice: the log holds text and counts alone.
@@ -174,7 +174,8 @@ impl Artifacts<'_> {
                 .collect(),
             partial_fingerprints: BTreeMap::from([
                 ("detuneFinding/v1", identity.clone()),
-                // GitHub follows a finding by this key alone, and would make it of the text of the line.
+                // GitHub follows a finding by this key alone, and would make it of the text of the
+                // line.
                 ("primaryLocationLineHash", format!("{:016x}:1", fnv_1a(identity.as_bytes()))),
             ]),
         }

@@ -1,5 +1,5 @@
-//! What a planner reads in ten seconds: the verdict, the worst crossing of each operation in words, a small
-//! drawing, and what to do next.
+//! What a planner reads in ten seconds: the verdict, the worst crossing of each operation in words,
+//! a small drawing, and what to do next.
 
 use super::findings::{Stretch, stretches};
 use super::operation::{CheckedOperation, operations};
@@ -253,7 +253,8 @@ fn push_plot(operation: &CheckedOperation<'_>, colour: bool, text: &mut String) 
     }
 }
 
-/// Indices of the operations to draw: those that are not clear, or the one with the smallest margin.
+/// Indices of the operations to draw: those that are not clear, or the one with the smallest
+/// margin.
 fn drawn(job: &CheckedJob) -> Vec<usize> {
     let operations = &job.risk.operations;
     let found: Vec<usize> = (0..operations.len())

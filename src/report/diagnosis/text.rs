@@ -116,7 +116,7 @@ fn residual(d: &Diagnosis, out: &mut String) {
     }
     if unexplained && !d.ranking.is_empty() {
         let nearest: Vec<String> = d.ranking.iter().take(3).map(|s| s.label()).collect();
-        let nearest = format!("{} (with none of them is the residual noise)", nearest.join("; "));
+        let nearest = format!("{} (each leaves more than noise)", nearest.join("; "));
         wrapped(out, "nearest causes      ", &nearest);
     }
 }
@@ -209,7 +209,7 @@ fn next(d: &Diagnosis, out: &mut String) {
         Verdict::Unexplained if suggests_nothing => wrapped(
             out,
             "  ",
-            "repeat some poses at once and on another day, at another excitation level and \
+            "repeat some poses immediately and again on another day, at another excitation level and \
              temperature, with these columns in the table",
         ),
         Verdict::Unexplained => {}

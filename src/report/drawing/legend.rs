@@ -58,7 +58,8 @@ impl<'a> Entry<'a> {
     }
 }
 
-/// Entries below each other, from a corner downwards; texts that are wider than `width` allows are cut.
+/// Entries below each other, from a corner downwards; texts that are wider than `width` allows are
+/// cut.
 pub(in crate::report) fn column(
     canvas: &mut Canvas,
     (left, top): (f64, f64),
@@ -95,8 +96,8 @@ pub(in crate::report) fn height_beside(labels: usize) -> f64 {
     LABEL_PX * labels as f64
 }
 
-/// Labels to the right of a panel, each led to by a line from its height; they move apart where they would lie
-/// on each other.
+/// Labels to the right of a panel, each led to by a line from its height; they move apart where
+/// they would lie on each other.
 pub(in crate::report) fn labels_beside(canvas: &mut Canvas, panel: &Panel, labels: &[Label]) {
     let Frame { top, .. } = panel.frame;
     let (right, bottom) = (panel.frame.right(), panel.frame.bottom());
@@ -112,7 +113,8 @@ pub(in crate::report) fn labels_beside(canvas: &mut Canvas, panel: &Panel, label
     }
 }
 
-/// Ascending places moved so that neighbours are at least `distance` apart, within the range where they fit.
+/// Ascending places moved so that neighbours are at least `distance` apart, within the range where
+/// they fit.
 fn apart(wanted: &[f64], distance: f64, (low, high): (f64, f64)) -> Vec<f64> {
     let mut places = wanted.to_vec();
     let mut free = low;
@@ -128,8 +130,8 @@ fn apart(wanted: &[f64], distance: f64, (low, high): (f64, f64)) -> Vec<f64> {
     places
 }
 
-/// Labels of vertical lines at the top of a panel: one that would run into another goes a row down. At the right
-/// end of the panel they stand before their lines.
+/// Labels of vertical lines at the top of a panel: one that would run into another goes a row down.
+/// At the right end of the panel they stand before their lines.
 pub(in crate::report) fn labels_on_top(canvas: &mut Canvas, panel: &Panel, labels: &[Label]) {
     let Frame { top, .. } = panel.frame;
     let mut ends: Vec<f64> = Vec::new();

@@ -24,8 +24,8 @@ pub(in crate::report) fn curve_style(index: usize) -> (&'static str, &'static st
     (CURVES[index % CURVES.len()], DASHES[index / CURVES.len() % DASHES.len()])
 }
 
-/// A colour for 0..=1, dark to light, even in lightness: seven of the colours of matplotlib's "magma" with
-/// straight lines between.
+/// A colour for 0..=1, dark to light, even in lightness: seven of the colours of matplotlib's
+/// "magma" with straight lines between.
 pub(in crate::report) fn heat(share: f64) -> String {
     const STOPS: [[f64; 3]; 7] = [
         [0.0, 0.0, 4.0],

@@ -89,7 +89,8 @@ impl Panel {
         canvas.upright_text((left - NUMBER_PX - widest - 10.0, top + 0.5 * height), &self.y.name);
     }
 
-    /// A line through points in the panel's values; it breaks where it leaves the panel above or below.
+    /// A line through points in the panel's values; it breaks where it leaves the panel above or
+    /// below.
     pub(in crate::report) fn curve(
         &self,
         canvas: &mut Canvas,

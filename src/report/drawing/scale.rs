@@ -11,7 +11,8 @@ pub(in crate::report) struct Scale {
 }
 
 impl Scale {
-    /// A linear range. One without width is widened about its value; one that is not finite is 0 to 1.
+    /// A linear range. One without width is widened about its value; one that is not finite is 0 to
+    /// 1.
     pub(in crate::report) fn linear(low: f64, high: f64) -> Self {
         let (low, high) = if (high - low).is_finite() { (low, high) } else { (0.0, 1.0) };
         let (low, high) = (low.min(high), low.max(high));

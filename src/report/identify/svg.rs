@@ -1,4 +1,5 @@
-//! A sheet for each record: above, the measured spectrum and the fit; below, the stabilisation diagram.
+//! A sheet for each record: above, the measured spectrum and the fit; below, the stabilisation
+//! diagram.
 
 use super::{kind_words, pose_words};
 use crate::identify::record_modes::{FittedSpectrum, IdentifiedRecord};

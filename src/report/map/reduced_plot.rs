@@ -14,7 +14,8 @@ const PANEL_HEIGHT: f64 = 210.0;
 const MEDIAN: Stroke = Stroke { colour: INK, width: 2.0, dashes: "7 5" };
 const QUANTILE: Stroke = Stroke { width: 1.0, ..MEDIAN };
 
-/// Draws the histogram of each mode, as poses per Hz, with the median and the other quantiles over it.
+/// Draws the histogram of each mode, as poses per Hz, with the median and the other quantiles over
+/// it.
 pub fn reduced_svg(head: &Head, reduced: &Reduced) -> String {
     let count = reduced.modes.len();
     let mut canvas = Canvas::new(WIDTH, 75.0 + count as f64 * PANEL_HEIGHT);

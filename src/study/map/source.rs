@@ -211,7 +211,8 @@ fn grid(robot: &Robot, axes: &[Positions], at: &[(String, f64)]) -> Result<Grid,
     for (joint, value) in fixed(robot, at, &mut errors) {
         if placed.iter().any(|axis| axis.joint == joint) {
             let name = &robot.joints()[joint].name;
-            errors.push(wrong("at", format!("joint '{name}' is the one that is swept")));
+            errors
+                .push(wrong("at", format!("joint '{name}' is swept and cannot be fixed as well")));
         }
         q[joint] = value;
     }
@@ -273,7 +274,7 @@ fn fixed(robot: &Robot, at: &[(String, f64)], errors: &mut Vec<Note>) -> Vec<(us
     for (name, value) in at {
         match joint_named(robot, "at", name) {
             Ok(joint) if fixed.iter().any(|(other, _)| *other == joint) => {
-                errors.push(wrong("at", format!("joint '{name}' is placed twice")));
+                errors.push(wrong("at", format!("joint '{name}' is given twice")));
             }
             Ok(joint) => {
                 let value = si(&robot.joints()[joint], *value, Unit::DegOrMm);
