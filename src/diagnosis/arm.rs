@@ -6,8 +6,9 @@ use super::data::Data;
 use super::hypothesis::Hypothesis;
 use super::mechanics::Mechanics;
 use super::predict::predict;
-use super::statistics::median;
+
 use crate::model::{Description, Inertial, Joint, Placement, Robot, potential_gradient};
+use crate::statistics::median;
 
 /// A link that vibrates.
 #[derive(Debug, Clone)]

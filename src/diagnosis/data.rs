@@ -1,8 +1,8 @@
 //! The measured table as the fits see it.
 
-use super::statistics::median;
 use crate::identify::ModeTable;
 use crate::model::{Conditions, Payload};
+use crate::statistics::median;
 
 /// Least number of poses for a diagnosis.
 pub(super) const MIN_POSES: usize = 5;

@@ -8,8 +8,9 @@ use super::data::{Data, Load, Point, Row};
 use super::fit::Fit;
 use super::interval::covariance;
 use super::problem::Problem;
-use super::statistics::median;
+
 use crate::model::{Cause, Conditions, Description, JointKind, Robot};
+use crate::statistics::median;
 
 /// 2 ln of the odds beyond what the data say already at which two causes are separated: what
 /// separates alternatives (twice [`super::choose::ALTERNATIVE_WITHIN`]), and as much as chance may

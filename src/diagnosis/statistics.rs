@@ -2,6 +2,8 @@
 
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
+use crate::statistics;
+
 /// ln(measured/predicted) → (predicted − measured)/measured.
 pub(super) fn relative_error(residual: f64) -> f64 {
     (-residual).exp_m1()
@@ -9,19 +11,7 @@ pub(super) fn relative_error(residual: f64) -> f64 {
 
 /// Root mean square of what is there; 0 of nothing.
 pub(super) fn rms<'e>(errors: impl Iterator<Item = &'e Option<f64>>) -> f64 {
-    let (sum, count) = errors.flatten().fold((0.0, 0.0), |(s, n), e| (s + e * e, n + 1.0));
-    if count > 0.0 { f64::sqrt(sum / count) } else { 0.0 }
-}
-
-/// The middle value; `None` of nothing.
-pub(super) fn median(mut values: Vec<f64>) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    let n = values.len();
-    match n {
-        0 => None,
-        _ if n % 2 == 1 => Some(values[n / 2]),
-        _ => Some(0.5 * (values[n / 2 - 1] + values[n / 2])),
-    }
+    statistics::rms(errors.flatten().copied())
 }
 
 /// p-value of a gain of ln likelihood from `freedom` parameters where `left` degrees of freedom of

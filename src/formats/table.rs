@@ -161,7 +161,8 @@ pub(crate) fn beyond(header: &[String], cells: &[String]) -> Option<String> {
     let used = cells.iter().rposition(|cell| !cell.is_empty()).map_or(0, |last| last + 1);
     (used > header.len()).then(|| {
         format!(
-            "has {used} cells, the header has {}; cells are separated by commas, numbers have decimal points",
+            "has {used} cells, the header has {}; cells are separated by commas, numbers have \
+             decimal points",
             header.len()
         )
     })
@@ -244,7 +245,10 @@ mod tests {
     fn other_separators_are_named() {
         for (text, mark) in [("a;b\n1;2\n", "semicolons"), ("a\tb\n1\t2\n", "tabs")] {
             let fault = Table::open(Path::new("t"), text.as_bytes()).unwrap_err().to_string();
-            assert!(fault.starts_with(&format!("t:1: cells are separated by {mark}")), "{fault}");
+            assert!(
+                fault.starts_with(&format!("t:1: must be separated by commas, not {mark}")),
+                "{fault}"
+            );
         }
         assert!(Table::open(Path::new("t"), &b"a\n1\n"[..]).is_ok());
     }

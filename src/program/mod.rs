@@ -187,7 +187,7 @@ pub struct SpindleCommand {
 ///
 /// # Errors
 /// Every error that was found, by line: motion that is not understood, that depends on what is
-/// known only at run time, or that is impossible; a text that moves nothing, or makes more than two
+/// known only at run time, or that is impossible; a text that contains no motion, or more than two
 /// million moves.
 pub fn read(bytes: &[u8], dialect: Dialect, settings: &Settings) -> Result<Program, Vec<Note>> {
     read_up_to(MAX_MOVES, bytes, dialect, settings)

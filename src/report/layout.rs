@@ -1,7 +1,6 @@
 //! Text that fits the width of all outputs.
 
-/// Width of all text, columns.
-const WIDTH: usize = 100;
+use crate::wording::wrapped;
 
 /// Width of the names before facts, characters.
 const NAME_WIDTH: usize = 8;
@@ -9,22 +8,7 @@ const NAME_WIDTH: usize = 8;
 /// Appends a fact after its name; what does not fit on the line goes on below the fact's first
 /// word.
 pub(super) fn push_fact(indent: usize, name: &str, fact: &str, text: &mut String) {
-    let margin = indent + NAME_WIDTH + 1;
-    let mut column = margin;
-    text.push_str(&format!("{:indent$}{name:NAME_WIDTH$} ", ""));
-    for (index, word) in fact.split(' ').enumerate() {
-        let width = word.chars().count();
-        if index > 0 && column + 1 + width > WIDTH {
-            text.push_str(&format!("\n{:margin$}", ""));
-            column = margin;
-        } else if index > 0 {
-            text.push(' ');
-            column += 1;
-        }
-        text.push_str(word);
-        column += width;
-    }
-    text.push('\n');
+    wrapped(text, &format!("{:indent$}{name:NAME_WIDTH$} ", ""), fact);
 }
 
 #[cfg(test)]
@@ -39,7 +23,7 @@ mod tests {
         let fact = vec!["four"; 60].join(" ");
         text.clear();
         push_fact(4, "why", &fact, &mut text);
-        assert!(text.lines().all(|line| line.chars().count() <= WIDTH), "{text}");
+        assert!(text.lines().all(|line| line.chars().count() <= 100), "{text}");
         assert!(text.lines().skip(1).all(|line| line.starts_with("             four")), "{text}");
         assert_eq!(text.split_whitespace().count(), 61);
     }

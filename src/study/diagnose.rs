@@ -143,21 +143,21 @@ fn fitted_note(labels: &[String]) -> Option<Note> {
         _ => ("corrections", "were"),
     };
     let what = format!(
-        "the robot's {noun} {} {verb} fitted to poses of this table: the diagnosis starts without \
+        "the robot's {noun} {} {verb} fitted to poses of this table, or after one that was: the diagnosis starts without \
          them and fits them again",
         labels.join("; ")
     );
     Some(Note::warning(Code::Calibration, Place::default(), what))
 }
 
-/// Corrections of a calibrated robot that may have been fitted to this very table: nothing says
-/// which poses they were fitted to.
+/// Corrections that may have been fitted to this very table: nothing says which poses they were
+/// fitted to.
 fn unknown_origin_note(robot: &DescribedRobot, kept: &[FittedCorrection]) -> Option<Note> {
     let fitted_to = robot.calibration.iter().flat_map(|calibration| &calibration.fitted_to);
     let known: Vec<&String> = fitted_to.map(|fitted| &fitted.table.digest).collect();
     let is_unknown = |correction: &&FittedCorrection| match &correction.table {
         Some(digest) => !known.contains(&digest),
-        None => robot.calibration.is_some(),
+        None => true,
     };
     let unknown: Vec<String> = kept
         .iter()

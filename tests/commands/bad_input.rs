@@ -63,6 +63,7 @@ const ROWS: &[Row] = &[
     row(Robot, "stiffness_nm_per_rad: 138000, ", "", "joint_2:", &["joint 'joint_2': missing key 'stiffness_nm_per_rad'"]),
     row(Robot, "base: base_link", "base: base_link\nbase: link_1", "base: link_1", &["key 'base' is given twice; first at line 5"]),
     row(Robot, "corrections: []", "corrections: [{cause: payload}]", "corrections", &["correction 1: parameter 'mass_kg' is missing"]),
+    row(Robot, "corrections: []", "corrections: [{cause: load_dependent_stiffness, at: joint_2, parameters: {saturation_nm: 100}}]", "corrections", &["correction 1: parameter 'change_per_nm' is missing"]),
     row(Robot, "stiffness_nm_per_rad: 555000", "stiffness_nm_per_rad: 1, stiffness_n_per_m: 1", "joint_1: {st", &["joint 'joint_1': has both"]),
     // robot.yaml: values
     row(Robot, "stiffness_nm_per_rad: 555000", "stiffness_nm_per_rad: -1.2e5", "joint_1: {st", &["joint 'joint_1': stiffness_nm_per_rad is -1.2e5, must be positive and finite"]),

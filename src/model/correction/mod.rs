@@ -73,6 +73,11 @@ impl Correction {
             | Cause::AmplitudeDependence
             | Cause::TemperatureDrift => {
                 spring(description, at)?;
+                match self.cause {
+                    Cause::TemperatureDrift => needed("change_per_k")?,
+                    Cause::AmplitudeDependence if value("exponent").is_some() => 0.0,
+                    _ => needed("change_per_nm")?,
+                };
             }
             Cause::GravityStiffness => description.gravity_stiffness = true,
             Cause::AliasedMode | Cause::MissedMode => {}

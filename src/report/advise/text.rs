@@ -8,6 +8,7 @@ use crate::report::style;
 use crate::report::words::{percent, round_percent, trimmed};
 use crate::study::advise::AdvisedJob;
 use crate::units::mm_per_min_from_m_per_s;
+use crate::wording::printable;
 
 /// At most so many safe and closed stretches of speeds are shown each.
 const MAX_STRETCHES: usize = 12;
@@ -17,8 +18,11 @@ const MAX_BLOCKS: usize = 4;
 
 /// What `detune advise` found, as text; with colours for a terminal if `colour`.
 pub fn advice(job: &AdvisedJob, colour: bool) -> String {
-    let mut text =
-        format!("{}  {}\n", job.file.display(), style::paint(style::STRONG, &job.name, colour));
+    let mut text = format!(
+        "{}  {}\n",
+        printable(&job.file.to_string_lossy()),
+        style::paint(style::STRONG, printable(&job.name), colour)
+    );
     for operation in &job.advice.operations {
         text.push('\n');
         push_operation(job, operation, colour, &mut text);
@@ -93,7 +97,7 @@ fn push_operation(job: &AdvisedJob, operation: &OperationAdvice, colour: bool, t
         Remedy::Scheduled(_) => ("CROSSES", style::RESONANCE),
         Remedy::Infeasible => ("NO SAFE SPEED", style::RESONANCE),
     };
-    let name = style::paint(style::STRONG, &operation.name, colour);
+    let name = style::paint(style::STRONG, printable(&operation.name), colour);
     let head = match &operation.remedy {
         Remedy::Constant(constant) => format!(
             "{}, feed {} mm/min",

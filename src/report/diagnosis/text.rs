@@ -2,9 +2,10 @@
 
 use std::fmt::Write;
 
-use super::words::{estimate, finding, p_value, position, structure, verdict, wrapped};
+use super::words::{estimate, finding, p_value, position, structure, verdict};
 use crate::diagnosis::{Diagnosis, Finding, NextPose, Verdict};
 use crate::study::diagnose::Diagnosed;
+use crate::wording::wrapped;
 
 /// Verdict, findings with evidence and alternatives, errors, residual, what to measure next.
 pub fn diagnosis(diagnosed: &Diagnosed) -> String {

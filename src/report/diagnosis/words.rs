@@ -3,30 +3,6 @@
 use crate::diagnosis::{Diagnosis, Estimate, Finding, Shape, Structure, Verdict};
 use crate::units::{deg_from_rad, mm_from_m, percent_from_ratio};
 
-/// Width of the text output, in columns.
-const WIDTH: usize = 100;
-
-/// Writes `text` after `head`, wrapped to the width with further lines below the start of the text.
-pub(super) fn wrapped(out: &mut String, head: &str, text: &str) {
-    let indent = head.chars().count();
-    let mut column = indent;
-    out.push_str(head);
-    for (i, word) in text.split(' ').enumerate() {
-        let width = word.chars().count();
-        if i > 0 && column + 1 + width > WIDTH {
-            out.push('\n');
-            out.push_str(&" ".repeat(indent));
-            column = indent;
-        } else if i > 0 {
-            out.push(' ');
-            column += 1;
-        }
-        out.push_str(word);
-        column += width;
-    }
-    out.push('\n');
-}
-
 /// A number with the digits that a person wants: four significant ones.
 pub(super) fn number(value: f64) -> String {
     if value == 0.0 {

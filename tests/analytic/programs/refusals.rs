@@ -97,7 +97,7 @@ fn structure_that_is_broken_is_refused() {
     for (text, line, said) in [
         ("", 1, "no procedure without arguments"),
         ("MODULE m\nENDMODULE", 1, "no procedure without arguments"),
-        ("MODULE m\nPROC main()\nENDPROC\nENDMODULE", 1, "moves nothing"),
+        ("MODULE m\nPROC main()\nENDPROC\nENDMODULE", 1, "contains no motion"),
         (
             "MODULE m\nPROC main()\nMoveL p,v5,fine,tool0;\nENDMODULE",
             4,
