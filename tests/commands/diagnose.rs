@@ -243,7 +243,7 @@ fn bad_tables_are_told_and_nothing_is_found() {
         ("beta2_rad,f1_hz\n1,nan\n", "f1_hz is 'nan', must be a finite number"),
         ("beta2_rad,f1_hz\n1,20,3\n", "t.csv:2: has 3 cells, the header has 2"),
         ("joint_1_deg,f1_hz\n1,20\n", "t.csv:1: no column 'joint_2_rad' or 'joint_2_deg'"),
-        ("beta2_rad;f1_hz\n1;20\n", "t.csv:1: separated by commas, not semicolons"),
+        ("beta2_rad;f1_hz\n1;20\n", "t.csv:1: must be separated by commas, not semicolons"),
         ("", "t.csv: is empty, must begin with a header"),
     ] {
         std::fs::write(&table, content).unwrap();
