@@ -112,7 +112,9 @@ pub fn diagnose(
         .iter()
         .map(|fitted| label(fitted.correction.cause, fitted.correction.at.as_deref()))
         .collect();
-    let notes = fitted_note(&labels).into_iter().chain(unknown_origin_note(robot, &kept));
+    let unknown = unknown_origin_note(robot, &kept);
+    let floor_percent = if unknown.is_some() { earlier_heldout_percent(robot) } else { 0.0 };
+    let notes = fitted_note(&labels).into_iter().chain(unknown);
     let mut notes: Vec<Note> = notes.map(in_file).collect();
     let found = match diagnosis::diagnose(&description, table, settings, progress) {
         Ok(found) => found,
@@ -125,7 +127,14 @@ pub fn diagnose(
     Ok(Diagnosed {
         robot: robot.robot.name().to_owned(),
         table: file.to_owned(),
-        update: update(robot, table, TableName { file: name_of(file), digest }, kept, &found),
+        update: update(
+            robot,
+            table,
+            TableName { file: name_of(file), digest },
+            kept,
+            &found,
+            floor_percent,
+        ),
         diagnosis: found,
         fitted_again: labels,
         notes,
@@ -169,10 +178,18 @@ fn unknown_origin_note(robot: &DescribedRobot, kept: &[FittedCorrection]) -> Opt
     }
     let what = format!(
         "the robot's file does not say which poses {} was fitted to; if it was fitted to this \
-         table, the errors below are not held out: remove it from the corrections and run again",
+         table, the errors below are not held out, so the calibration claims no less than before: \
+         remove it from the corrections and run again",
         unknown.join("; ")
     );
     Some(Note::warning(Code::Calibration, Place::default(), what))
+}
+
+/// What a calibration may claim at best where errors may not be held out: what it claimed before,
+/// or what check assumes of a robot that was never calibrated (half of 10 %).
+fn earlier_heldout_percent(robot: &DescribedRobot) -> f64 {
+    const UNCALIBRATED_PERCENT: f64 = 5.0;
+    robot.calibration.as_ref().map_or(UNCALIBRATED_PERCENT, |old| old.heldout_rms_percent)
 }
 
 /// The corrections that were kept and what was found, each with the table that it was fitted to.
@@ -182,6 +199,7 @@ fn update(
     name: TableName,
     kept: Vec<FittedCorrection>,
     found: &Diagnosis,
+    floor_percent: f64,
 ) -> RobotUpdate {
     let old_tables = robot.calibration.iter().flat_map(|calibration| &calibration.fitted_to);
     let is_kept = |fitted: &&FittedTable| {
@@ -207,7 +225,7 @@ fn update(
             correction: correction.clone(),
         }
     });
-    let heldout = found.extended.heldout_rms_percent;
+    let heldout = found.extended.heldout_rms_percent.max(floor_percent);
     RobotUpdate {
         corrections: kept.into_iter().chain(new).collect(),
         calibration: CalibrationRecord {

@@ -158,6 +158,21 @@ fn the_same_table_twice_gives_the_same_robot() {
         lines.collect::<Vec<_>>().join("\n")
     };
     assert_eq!(undated(&once), undated(&twice));
+    // Where nothing says what the corrections were fitted to, the calibration claims no less than
+    // before, however often it is written.
+    let unnamed: String = once
+        .split_inclusive('\n')
+        .filter(|line| !line.trim_start().starts_with("table:"))
+        .collect();
+    let end = unnamed.find("calibration:").unwrap();
+    let old = "calibration: {poses: 20, heldout_rms_percent: 3.7, date: 2026-11-01}\n";
+    std::fs::write(path("old.yaml"), format!("{}{old}", &unnamed[..end])).unwrap();
+    let (_, _, third) = run(&path("old.yaml"), &path("measured.csv"), &path("c.yaml"));
+    let (_, told, fourth) = run(&path("c.yaml"), &path("measured.csv"), &path("d.yaml"));
+    assert!(told.contains("does not say which poses"), "{told}");
+    for file in [third, fourth] {
+        assert!(file.contains("heldout_rms_percent: 3.7,"), "{file}");
+    }
 }
 
 /// What `map` writes is what the model says: nothing is wrong with it, to the last digit.
