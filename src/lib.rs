@@ -69,10 +69,10 @@
 //!
 //! | module | what lives there | may import | must never |
 //! |---|---|---|---|
-//! | [`cli`] | one file a verb: arguments, files, progress | `study`, `report` | decide anything that a library user would miss |
-//! | [`report`] | text, JSON, SARIF, JUnit, GitHub, plots: pure functions from results | `study`, `advice`, `risk`, `diagnosis`, `map`, `identify`, `free_vibration`, `excitation`, `job` | call a function of another module |
+//! | [`cli`] | one file a verb: arguments, files, progress | `study`, `report`, `formats` | decide anything that a library user would miss |
+//! | [`report`] | text, JSON, SARIF, JUnit, GitHub, plots: pure functions from results | `study`, `advice`, `risk`, `diagnosis`, `map`, `identify`, `free_vibration`, `excitation`, `job`, `formats` | call a function of another module |
 //! | [`study`] | one function a verb: valid inputs → a result that holds all that is shown, and what is written back | `input`, `advice`, `risk`, `diagnosis`, `map`, `path`, `free_vibration`, `identify`, `excitation`, `job`, `modes`, `program`, `model`, `motion` | print, read or write files |
-//! | [`input`] | YAML, CSV, NPY, URDF, UFF, WAV → valid types, all faults with file and line | `job`, `program`, `identify`, `model`, `motion`, `formats` | compute |
+//! | [`input`] | YAML, URDF, tables, records → valid types, all faults with file and line | `job`, `program`, `identify`, `model`, `motion`, `formats` | compute |
 //! | [`advice`] | safe speeds, the best of them, schedules, other levers, vibration of the tool tip | `risk`, `path`, `excitation`, `job`, `modes`, `model`, `motion` | print |
 //! | [`risk`] | bands, crossings, certainty, verdict | `path`, `excitation`, `job`, `modes`, `model` | choose a remedy |
 //! | [`diagnosis`] | where prediction and measurement meet: residuals, causes (one a file), fits, choice, gain, next poses | `modes`, `identify`, `model` | name a cause that it has not compared with its rivals |
@@ -86,7 +86,7 @@
 //! | [`identify`] | records → spectra → modes with uncertainty; load tests → stiffness | | see a prediction: `model`, `modes` |
 //! | [`model`] | the robot as built: M, K, kinematics; immutable | | know a `job` or a measurement |
 //! | [`motion`] | moves, as plain valid data | | |
-//! | [`formats`] | YAML as a tree with lines, edits that keep every other byte, tables, bounded reading | | know a robot |
+//! | [`formats`] | YAML as a tree with lines, edits that keep every other byte, tables, NPY, UFF, WAV, bounded reading | | know a robot |
 //! | [`guide`] | the guide, as pages of this documentation | | hold code |
 //! | [`notes`] | errors and warnings: one type, one collector, every code | *ground* | |
 //! | [`progress`] | how far long work has come | *ground* | |

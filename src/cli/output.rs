@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
 use super::Failure;
+use crate::formats::text::folder_of;
 use crate::notes::{Code, Note, Place};
 
 /// What `--output` takes for standard output; behind the devices may be a file that others write
@@ -212,13 +213,6 @@ fn in_folder(path: &Path) -> PathBuf {
 
 fn named(path: &Path, error: &io::Error) -> io::Error {
     io::Error::new(error.kind(), format!("{}: {error}", path.display()))
-}
-
-fn folder_of(path: &Path) -> &Path {
-    match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    }
 }
 
 /// Writes a new file beside the old one and puts it in its place.

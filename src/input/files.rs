@@ -2,7 +2,7 @@
 
 use std::path::{Component, Path, PathBuf};
 
-use crate::formats::text::lower_first;
+use crate::formats::text::{folder_of, lower_first};
 use crate::notes::{Code, Notes};
 
 /// Largest job that is read: one of a million waypoints has about 60 MB.
@@ -36,8 +36,7 @@ pub(super) fn relative_to(by: &Path, named: &str) -> PathBuf {
 /// Whether two paths lead to one place, also where no file stands there yet.
 pub(super) fn is_one_place(a: &Path, b: &Path) -> bool {
     let place = |path: &Path| {
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-        let folder = folder.unwrap_or(Path::new(".")).canonicalize().ok()?;
+        let folder = folder_of(path).canonicalize().ok()?;
         let file = folder.join(path.file_name()?);
         Some(file.canonicalize().unwrap_or(file))
     };

@@ -2,6 +2,8 @@
 
 use std::path::{Component, Path, PathBuf};
 
+use crate::formats::text::folder_of;
+
 /// `named` in the file `from`, as the file `to` must name it; `None` where nothing changes.
 pub(super) fn relocated(named: &str, from: &Path, to: &Path) -> Option<String> {
     if Path::new(named).is_absolute() || resolved(folder_of(from)) == resolved(folder_of(to)) {
@@ -25,13 +27,6 @@ pub(super) fn named_from(by: &Path, file: &Path) -> Option<String> {
         file.to_str()?.to_owned()
     };
     Some(name)
-}
-
-fn folder_of(file: &Path) -> &Path {
-    match file.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    }
 }
 
 /// Absolute, with links followed where the file is there; a file that is not yet there, in its

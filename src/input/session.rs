@@ -8,8 +8,9 @@ use std::path::{Path, PathBuf};
 use self::data::Source;
 use super::files::{MAX_ROBOT_BYTES, named_file};
 use super::raw::session as raw;
-use super::records::{RawFile, meaning_of_unit, read_record};
+use super::records::{meaning_of_unit, read_recording};
 use super::{Reading, schema};
+use crate::formats::records::Recording;
 use crate::formats::text::read_text;
 use crate::formats::yaml::{Node, Step, document};
 use crate::identify::pose::{JointColumn, Pose};
@@ -64,7 +65,7 @@ struct Reader<'s> {
     file_errors: Vec<Note>,
     file_warnings: Vec<Note>,
     /// Files that were read already: several records may name one.
-    read: Vec<(PathBuf, Option<RawFile>)>,
+    read: Vec<(PathBuf, Option<Recording>)>,
 }
 
 impl Reader<'_> {
@@ -335,11 +336,11 @@ impl Reader<'_> {
     }
 
     /// A file of raw data, read once.
-    fn file(&mut self, path: &Path) -> Option<RawFile> {
+    fn file(&mut self, path: &Path) -> Option<Recording> {
         if let Some((_, file)) = self.read.iter().find(|(read, _)| read == path) {
             return file.clone();
         }
-        let file = match read_record(path) {
+        let file = match read_recording(path) {
             Ok(file) => {
                 self.file_warnings.extend(file.warnings.iter().cloned());
                 Some(file)

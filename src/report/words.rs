@@ -37,6 +37,15 @@ pub(super) fn path(path: &Path) -> String {
     printable(&path.to_string_lossy())
 }
 
+/// A field of CSV, in quotes where it must be.
+pub(super) fn csv_field(text: &str) -> String {
+    if text.contains([',', '"', '\n', '\r']) || text.starts_with('#') {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text.to_owned()
+    }
+}
+
 /// A word of a closed list, as JSON spells it.
 pub(super) fn spelled(word: impl Serialize) -> String {
     match serde_json::to_value(word) {

@@ -18,7 +18,7 @@ const NAMED_ONLY_IN: &[(&str, &[&str])] = &[
     ("serde_yaml", &["formats"]),
     ("roxmltree", &["input"]),
     ("saphyr_parser", &["formats"]),
-    ("hound", &["input"]),
+    ("hound", &["formats"]),
     ("clarabel", &["advice"]),
     ("clap", &["cli"]),
     ("indicatif", &["cli"]),

@@ -10,8 +10,8 @@ use arrow_array::{Array, RecordBatch};
 use arrow_ipc::reader::{FileReader, StreamReader};
 use arrow_schema::{ArrowError, DataType, SchemaRef};
 
+use super::DecodedPoses;
 use super::csv::Columns;
-use super::{DecodedPoses, MAX_ERRORS};
 
 enum Reader<R> {
     Stream(StreamReader<R>),
@@ -106,14 +106,11 @@ pub(super) fn decode(batch: &RecordBatch, columns: &Columns, out: &mut DecodedPo
             }
         }
     }
-    (out.count, out.places) = (rows, rows);
-    let bad = out.values.iter().enumerate().filter(|(_, value)| !value.is_finite());
-    let schema = batch.schema_ref();
     let places: Vec<usize> = columns.places().map(|(index, _)| index).collect();
-    out.faults.extend(bad.take(MAX_ERRORS).map(|(i, value)| {
-        let (row, index) = (i / joints, places[i % joints]);
-        let read =
-            if batch.column(index).is_null(row) { "empty".into() } else { value.to_string() };
-        (row, format!("{} is {read}, must be a finite number", schema.field(index).name()))
-    }));
+    let titles: Vec<String> =
+        places.iter().map(|&place| batch.schema_ref().field(place).name().clone()).collect();
+    out.all_rows(rows, &titles, |i, value| {
+        let is_null = batch.column(places[i % joints]).is_null(i / joints);
+        if is_null { "empty".into() } else { value.to_string() }
+    });
 }

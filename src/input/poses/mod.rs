@@ -4,7 +4,6 @@
 #[cfg(feature = "arrow")]
 mod arrow;
 mod csv;
-mod npy;
 
 use std::fmt;
 use std::fs::File;
@@ -12,7 +11,7 @@ use std::io::{self, Cursor, Read};
 use std::path::{Path, PathBuf};
 
 use self::csv::Columns;
-use self::npy::{Layout, MAGIC, Rows};
+use crate::formats::npy::{Layout, MAGIC, Rows};
 use crate::formats::table::Table;
 use crate::model::Robot;
 use crate::notes::{Code, Note, Place};
@@ -83,6 +82,21 @@ impl DecodedPoses {
         self.place_of.get(pose).map_or(pose, |&place| place as usize)
     }
 
+    /// Takes `rows` rows of values for poses; those that are not finite are faults, `shown` as they
+    /// were read.
+    fn all_rows(&mut self, rows: usize, titles: &[String], shown: impl Fn(usize, f64) -> String) {
+        (self.count, self.places) = (rows, rows);
+        if self.values.iter().all(|value| value.is_finite()) {
+            return;
+        }
+        let bad = self.values.iter().enumerate().filter(|(_, value)| !value.is_finite());
+        self.faults.extend(bad.take(MAX_ERRORS).map(|(i, &value)| {
+            let title = &titles[i % titles.len()];
+            let what = format!("{title} is {}, must be a finite number", shown(i, value));
+            (i / titles.len(), what)
+        }));
+    }
+
     fn push_place(&mut self) {
         self.count += 1;
         // A piece is far smaller than 2³² bytes, let alone lines.
@@ -103,7 +117,10 @@ enum Format {
         columns: Columns,
         first_line: usize,
     },
-    Npy(Layout),
+    Npy {
+        layout: Layout,
+        joints: Vec<String>,
+    },
     #[cfg(feature = "arrow")]
     Arrow(Columns),
 }
@@ -114,7 +131,10 @@ impl PoseDecoder {
         out.clear();
         match &self.format {
             Format::Csv { columns, .. } => columns.decode(&raw.bytes, out),
-            Format::Npy(layout) => layout.decode(raw.rows, &raw.bytes, out),
+            Format::Npy { layout, joints } => {
+                layout.decode(raw.rows, &raw.bytes, &mut out.values);
+                out.all_rows(raw.rows, joints, |_, value| value.to_string());
+            }
             #[cfg(feature = "arrow")]
             Format::Arrow(columns) => {
                 if let Some(batch) = &raw.batch {
@@ -180,11 +200,16 @@ impl PoseTable {
             .read_to_end(&mut start)
             .map_err(|error| fault(format!("cannot be read: {error}")))?;
         let (source, format) = if start == MAGIC {
-            let joints = robot.joints().iter().map(|joint| joint.name.clone()).collect();
-            let (layout, at) = Layout::read(&mut reader, joints).map_err(fault)?;
+            let joints: Vec<_> = robot.joints().iter().map(|joint| joint.name.clone()).collect();
+            let expected = format!(
+                "(poses, {}), one column per moving joint in this order: {}",
+                joints.len(),
+                joints.join(", ")
+            );
+            let layout = Layout::read(&mut reader, joints.len(), &expected).map_err(fault)?;
             let reader = Cursor::new(Vec::new()).chain(reader);
-            let rows = Rows::new(layout.clone(), at, reader, file).map_err(fault)?;
-            (Source::Npy(rows), Format::Npy(layout))
+            let rows = Rows::new(layout.clone(), reader, file).map_err(fault)?;
+            (Source::Npy(rows), Format::Npy { layout, joints })
         } else if start == ARROW_FILE || start.starts_with(ARROW_STREAM) {
             Self::arrow(start, reader, file, path, robot)?
         } else if start.starts_with(b"PK\x03\x04") {

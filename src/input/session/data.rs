@@ -1,7 +1,8 @@
 //! The channels and frequency responses of one record, in SI.
 
-use super::super::records::{Meaning, RawChannel, RawFile, RawFunction, meaning_of_unit};
+use super::super::records::{Meaning, meaning_of, meaning_of_unit};
 use super::Reader;
+use crate::formats::records::{self, Function, Label, Recording};
 use crate::formats::yaml::Step;
 use crate::identify::record::{Channel, Data, Frf, Quantity};
 use crate::input::raw::session as raw;
@@ -20,7 +21,7 @@ pub(super) struct Source<'r> {
     pub(super) index: usize,
     pub(super) record: &'r raw::Record,
     pub(super) name: &'r str,
-    pub(super) file: &'r RawFile,
+    pub(super) file: &'r Recording,
 }
 
 impl Source<'_> {
@@ -62,7 +63,7 @@ impl Reader<'_> {
         wanted: &str,
         source: &Source<'f>,
         place: Option<usize>,
-    ) -> Option<&'f RawChannel> {
+    ) -> Option<&'f records::Channel> {
         let Source { name, file, .. } = *source;
         let found = find(&file.channels, wanted);
         if found.is_none() {
@@ -79,8 +80,8 @@ impl Reader<'_> {
     fn responses<'f>(
         &mut self,
         source: &Source<'f>,
-        excitation: Option<&RawChannel>,
-    ) -> Option<Vec<&'f RawChannel>> {
+        excitation: Option<&records::Channel>,
+    ) -> Option<Vec<&'f records::Channel>> {
         let Source { record, name, file, .. } = *source;
         let Some(wanted) = &record.responses else {
             let all: Vec<_> = file.channels.iter().filter(|c| excitation != Some(*c)).collect();
@@ -90,7 +91,7 @@ impl Reader<'_> {
             }
             return Some(all).filter(|all| !all.is_empty());
         };
-        let mut responses: Vec<&RawChannel> = Vec::new();
+        let mut responses: Vec<&records::Channel> = Vec::new();
         for (place, wanted) in wanted.iter().enumerate() {
             let found = self.channel_named("response", wanted, source, Some(place));
             let Some(channel) = found else { continue };
@@ -193,27 +194,27 @@ impl Reader<'_> {
     }
 
     /// A channel in SI: the session's unit counts before the file's.
-    fn channel(&self, channel: &RawChannel) -> Channel {
-        let (meaning, scale) = self.meaning(&channel.name, &channel.alias, channel.meaning);
+    fn channel(&self, channel: &records::Channel) -> Channel {
+        let (meaning, scale) = self.meaning(&channel.label);
         let (quantity, to_si): (Quantity, fn(f64) -> f64) = match meaning {
             Some(meaning) => (meaning.quantity, meaning.to_si),
             None => (Quantity::Unknown, std::convert::identity),
         };
         Channel {
-            name: channel.name.clone(),
+            name: channel.label.name.clone(),
             quantity,
             samples: channel.samples.iter().map(|v| to_si(v * scale)).collect(),
         }
     }
 
-    fn meaning(&self, name: &str, alias: &str, own: Option<Meaning>) -> (Option<Meaning>, f64) {
+    fn meaning(&self, label: &Label) -> (Option<Meaning>, f64) {
         let given = self
             .raw
             .channels
             .as_ref()
-            .and_then(|given| given.get(name).or_else(|| given.get(alias)));
+            .and_then(|given| given.get(&label.name).or_else(|| given.get(&label.alias)));
         let unit = given.and_then(|given| given.unit.as_deref()).and_then(meaning_of_unit);
-        (unit.or(own), given.and_then(|given| given.scale).unwrap_or(1.0))
+        (unit.or_else(|| meaning_of(label)), given.and_then(|given| given.scale).unwrap_or(1.0))
     }
 
     fn functions(&mut self, source: &Source<'_>) -> Option<Data> {
@@ -242,20 +243,21 @@ impl Reader<'_> {
                 return None;
             }
         };
-        let of_reference: Vec<&RawFunction> =
+        let of_reference: Vec<&Function> =
             file.functions.iter().filter(|f| f.reference == reference).collect();
-        let mut chosen: Vec<&RawFunction> = Vec::new();
+        let mut chosen: Vec<&Function> = Vec::new();
         match &record.responses {
             None => chosen = of_reference,
             Some(wanted) => {
                 for (place, wanted) in wanted.iter().enumerate() {
-                    let matching =
-                        of_reference.iter().find(|f| f.name == *wanted || f.alias == *wanted);
+                    let matching = of_reference
+                        .iter()
+                        .find(|f| [&f.label.name, &f.label.alias].contains(&wanted));
                     match matching {
                         Some(function) => chosen.push(function),
                         None => {
                             let known: Vec<&str> =
-                                of_reference.iter().map(|f| f.name.as_str()).collect();
+                                of_reference.iter().map(|f| f.label.name.as_str()).collect();
                             let what = format!(
                                 "response '{wanted}' is not in file '{name}'; it has {}",
                                 known.join(", ")
@@ -268,10 +270,11 @@ impl Reader<'_> {
             }
         }
         for (i, function) in chosen.iter().enumerate() {
-            if chosen[..i].iter().any(|other| other.name == function.name) {
+            let response = &function.label.name;
+            if chosen[..i].iter().any(|other| other.label.name == *response) {
                 let what = format!(
-                    "file '{name}' has response {} to {reference} twice (again at line {})",
-                    function.name, function.line
+                    "file '{name}' has response {response} to {reference} twice (again at line {})",
+                    function.line
                 );
                 self.error(Code::Conflict, &source.at("file"), what);
             }
@@ -279,14 +282,13 @@ impl Reader<'_> {
         let functions: Vec<Frf> = chosen
             .iter()
             .map(|function| {
-                let (meaning, scale) =
-                    self.meaning(&function.name, &function.alias, function.meaning);
+                let (meaning, scale) = self.meaning(&function.label);
                 let (quantity, factor) = match meaning {
                     Some(meaning) => (meaning.quantity, (meaning.to_si)(scale)),
                     None => (Quantity::Unknown, scale),
                 };
                 Frf {
-                    name: function.name.clone(),
+                    name: function.label.name.clone(),
                     quantity,
                     frequencies_hz: function.frequencies_hz.clone(),
                     values: function.values.iter().map(|v| v * factor).collect(),
@@ -297,15 +299,15 @@ impl Reader<'_> {
     }
 }
 
-fn find<'c>(channels: &'c [RawChannel], wanted: &str) -> Option<&'c RawChannel> {
+fn find<'c>(channels: &'c [records::Channel], wanted: &str) -> Option<&'c records::Channel> {
     channels
         .iter()
-        .find(|channel| channel.name == wanted)
-        .or_else(|| channels.iter().find(|channel| channel.alias == wanted))
+        .find(|channel| channel.label.name == wanted)
+        .or_else(|| channels.iter().find(|channel| channel.label.alias == wanted))
 }
 
-fn unknown(role: &str, wanted: &str, file: &str, channels: &[RawChannel]) -> String {
-    let names = || channels.iter().map(|channel| channel.name.as_str());
+fn unknown(role: &str, wanted: &str, file: &str, channels: &[records::Channel]) -> String {
+    let names = || channels.iter().map(|channel| channel.label.name.as_str());
     let hint = match nearest(wanted, names()) {
         Some(near) => format!("did you mean '{near}'?"),
         None => format!("it has {}", names().collect::<Vec<_>>().join(", ")),

@@ -4,6 +4,7 @@ use super::pose_words;
 use crate::identify::pose::{JointColumn, Pose};
 use crate::identify::session::IdentifiedSession;
 use crate::identify::{ModeRow, ModeTable};
+use crate::report::words::csv_field;
 
 /// A title and the cells below it.
 type Column = (String, Vec<String>);
@@ -29,7 +30,7 @@ pub fn measured_csv(found: &IdentifiedSession) -> String {
         }
     }
     if rows.iter().any(|row| row.id.is_some()) {
-        let ids = rows.iter().map(|row| quoted(row.id.as_deref().unwrap_or(""))).collect();
+        let ids = rows.iter().map(|row| csv_field(row.id.as_deref().unwrap_or(""))).collect();
         columns.push(("id".to_owned(), ids));
     }
     let mut out = comments(found);
@@ -112,14 +113,6 @@ fn mode_columns(table: &ModeTable<Pose>) -> Vec<Column> {
             ]
         })
         .collect()
-}
-
-fn quoted(text: &str) -> String {
-    if text.contains([',', '"']) || text.starts_with('#') {
-        format!("\"{}\"", text.replace('"', "\"\""))
-    } else {
-        text.to_owned()
-    }
 }
 
 #[cfg(test)]

@@ -3,7 +3,6 @@
 #[cfg(feature = "arrow")]
 mod arrow;
 mod json;
-mod npy;
 mod plot;
 mod reduced;
 mod reduced_plot;
@@ -17,6 +16,7 @@ pub use plot::map_svg;
 pub use reduced::{reduced_csv, reduced_json};
 pub use reduced_plot::reduced_svg;
 
+use crate::formats::npy::Layout;
 use crate::map::{Block, Head};
 
 /// How the poses of a map are written.
@@ -64,7 +64,7 @@ impl<'a> MapWriter<'a> {
         Ok(match self.format {
             MapFormat::Csv => table::header(self.head, self.is_nonlinear).into_bytes(),
             MapFormat::Json => json::start(self.head, self.is_nonlinear)?.into_bytes(),
-            MapFormat::Npy => npy::header(poses, self.head.coordinates.len()),
+            MapFormat::Npy => Layout::of_rows(poses, self.head.coordinates.len()).header(),
             #[cfg(feature = "arrow")]
             MapFormat::Arrow => arrow::start(&self.schema).map_err(io::Error::other)?,
         })
@@ -78,7 +78,7 @@ impl<'a> MapWriter<'a> {
         match self.format {
             MapFormat::Csv => table::append(block, out),
             MapFormat::Json => json::append(block, out)?,
-            MapFormat::Npy => npy::append(block, out),
+            MapFormat::Npy => out.extend(block.frequencies_hz.iter().flat_map(|f| f.to_le_bytes())),
             #[cfg(feature = "arrow")]
             MapFormat::Arrow => {
                 arrow::append(&self.schema, block, out).map_err(io::Error::other)?

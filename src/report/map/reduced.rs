@@ -3,8 +3,9 @@
 use serde::Serialize;
 
 use super::json::{JsonJoint, json_joints};
-use super::table::{pose_titles, quoted};
+use super::table::pose_titles;
 use crate::map::{Extreme, Head, Reduced, ReducedMode, SHARES, Statistic};
+use crate::report::words::csv_field;
 use crate::units::percent_from_ratio;
 
 /// Name of the JSON format.
@@ -14,7 +15,7 @@ const SCHEMA: &str = "map-reduced/1";
 /// `mean`, `q5` … `q95`, and `bin` with its upper end and how many poses lie in it. Cells that a
 /// figure has no use for are blank.
 pub fn reduced_csv(head: &Head, reduced: &Reduced, statistics: &[Statistic]) -> String {
-    let columns: Vec<String> = pose_titles(head).map(|title| quoted(&title)).collect();
+    let columns: Vec<String> = pose_titles(head).map(|title| csv_field(&title)).collect();
     let mut out = format!("mode,statistic,frequency_hz,to_hz,poses,pose,{}\n", columns.join(","));
     let no_pose = ",".repeat(columns.len());
     let number = |value: f64| zmij::Buffer::new().format(value).to_owned();

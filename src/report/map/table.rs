@@ -1,11 +1,12 @@
 //! A map as CSV.
 
 use crate::map::{Block, Head, JointColumn};
+use crate::report::words::csv_field;
 use crate::units::percent_from_ratio;
 
 /// The header line of a map as CSV.
 pub(super) fn header(head: &Head, is_nonlinear: bool) -> String {
-    let mut columns: Vec<String> = titles(head).iter().map(|title| quoted(title)).collect();
+    let mut columns: Vec<String> = titles(head).iter().map(|title| csv_field(title)).collect();
     if is_nonlinear {
         for r in 1..=head.coordinates.len() {
             columns.push(format!("f{r}_linear_hz"));
@@ -59,14 +60,5 @@ pub(super) fn append(block: &Block, out: &mut Vec<u8>) {
             number(nonlinear.energy_drift, out);
         }
         out.push(b'\n');
-    }
-}
-
-/// A CSV field, in quotes where it must be.
-pub(super) fn quoted(field: &str) -> String {
-    if field.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", field.replace('"', "\"\""))
-    } else {
-        field.to_owned()
     }
 }

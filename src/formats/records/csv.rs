@@ -1,11 +1,10 @@
 //! A record as CSV: a header, then one row a sample. A column `time` or `t`, in seconds or with its
-//! unit (`time_s`, `t [ms]`), is time; a column that only counts the rows is passed over; all
-//! others are channels. A header that was written as a comment, as numpy does, is taken for the
-//! header.
+//! unit (`time_s`, `t [ms]`), is time; all others are channels. A header that was written as a
+//! comment, as numpy does, is taken for the header.
 
 use std::path::Path;
 
-use super::{MAX_RECORD_BYTES, RawChannel, RawFile, meaning_of_name};
+use super::{Channel, Label, MAX_RECORD_BYTES, Recording};
 use crate::formats::table::Table;
 use crate::formats::text::read_text;
 use crate::notes::{Code, Note, Notes, Place};
@@ -45,7 +44,7 @@ fn time(title: &str) -> Option<ToSeconds> {
     (matches!(name, "t" | "time") && words.next().is_none()).then_some(found.1)
 }
 
-pub(super) fn read(path: &Path) -> Result<RawFile, Vec<Note>> {
+pub(super) fn read(path: &Path) -> Result<Recording, Vec<Note>> {
     let mut text = read_text(path, MAX_RECORD_BYTES).map_err(|fault| vec![fault])?;
     let mut notes = Notes::about(Place::file(path));
     if let Some((line, at)) = header_as_comment(&text) {
@@ -98,39 +97,20 @@ pub(super) fn read(path: &Path) -> Result<RawFile, Vec<Note>> {
     if notes.errors() > 0 {
         return Err(notes.finish().0);
     }
-    let mut channels: Vec<RawChannel> = Vec::new();
-    for (index, (name, samples)) in header.iter().zip(columns).enumerate() {
-        if time.is_some_and(|(time, _)| time == index) {
-            continue;
-        }
-        let (meaning, bare) = meaning_of_name(name);
-        if meaning.is_none() && counts(&samples) {
-            let what = format!("column '{name}' counts the rows; it is skipped");
-            notes.warning(Code::Unused, header_line, what);
-            continue;
-        }
-        channels.push(RawChannel { name: name.clone(), alias: bare.to_owned(), meaning, samples });
-    }
-    if channels.is_empty() {
-        let what = "has no channel: there is no column beside time and a count of rows";
-        notes.error(Code::MissingKey, None, what);
-        return Err(notes.finish().0);
-    }
-    // A name that two columns share means neither.
-    let shared: Vec<bool> = channels
-        .iter()
-        .map(|channel| channels.iter().filter(|other| other.alias == channel.alias).count() > 1)
-        .collect();
-    for (channel, _) in channels.iter_mut().zip(shared).filter(|(_, shared)| *shared) {
-        channel.alias = channel.name.clone();
-    }
-    let (_, warnings) = notes.finish();
-    Ok(RawFile { sample_rate_hz, channels, warnings, ..RawFile::default() })
-}
-
-/// Whether values rise by one from each row to the next.
-fn counts(samples: &[f64]) -> bool {
-    samples.windows(2).all(|pair| pair[1] - pair[0] == 1.0)
+    let is_time = |index: usize| time.is_some_and(|(time, _)| time == index);
+    let of_channels =
+        header.into_iter().zip(columns).enumerate().filter(|&(index, _)| !is_time(index));
+    let channels = of_channels.map(|(_, (name, samples))| {
+        let label = Label { alias: name.clone(), name, ..Label::default() };
+        Channel { label, samples }
+    });
+    Ok(Recording {
+        sample_rate_hz,
+        channels: channels.collect(),
+        header_line: Some(header_line),
+        warnings: notes.finish().1,
+        ..Recording::default()
+    })
 }
 
 /// Line and place of the mark that makes a comment of what must be the header: the first row is all
@@ -239,7 +219,7 @@ fn whole(rate_hz: f64, share: f64) -> f64 {
 mod tests {
     use super::*;
 
-    fn told(text: &str) -> Result<RawFile, Vec<String>> {
+    fn told(text: &str) -> Result<Recording, Vec<String>> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("t.csv");
         std::fs::write(&path, text).unwrap();
@@ -280,14 +260,10 @@ mod tests {
         }
         let found = told(&text).unwrap();
         assert!((found.sample_rate_hz.unwrap() - 200.0).abs() < 1e-9);
-        let names: Vec<_> =
-            found.channels.iter().map(|c| (c.name.as_str(), c.alias.as_str())).collect();
-        // Of two columns called x each goes by its full name alone.
-        assert_eq!(names, [("acc (m/s^2)", "acc"), ("x_mm", "x_mm"), ("x_g", "x_g")]);
-        let notices: Vec<_> =
-            found.warnings.iter().map(|n| (n.place.line, n.what.as_str())).collect();
-        assert_eq!(notices[0], (Some(2), "the header is a comment; it is read as the header"));
-        assert!(notices[1].1.starts_with("column 'frame' counts the rows"), "{notices:?}");
+        let names: Vec<_> = found.channels.iter().map(|c| c.label.name.as_str()).collect();
+        assert_eq!(names, ["frame", "acc (m/s^2)", "x_mm", "x_g"]);
+        assert_eq!(found.warnings[0].place.line, Some(2));
+        assert_eq!(found.warnings[0].what, "the header is a comment; it is read as the header");
         assert!(told("# 1,2\n1,2\n").is_err() && told("# a,b\n1,2,3\n").is_err());
     }
 

@@ -6,9 +6,8 @@ use std::path::Path;
 
 use nalgebra::Complex;
 
-use super::{MAX_RECORD_BYTES, Meaning, RawChannel, RawFile, RawFunction, meaning_of_unit};
+use super::{Channel, Function, Label, MAX_RECORD_BYTES, Recording};
 use crate::formats::text::read_bytes;
-use crate::identify::record::Quantity;
 use crate::notes::{Code, Note, Notes, Place};
 
 /// Lines of text before the numbers.
@@ -32,7 +31,7 @@ const EVEN_WITHIN: f64 = 0.05;
 /// What a fault says, and its line.
 type Bad = (usize, String);
 
-pub(super) fn read(path: &Path) -> Result<RawFile, Vec<Note>> {
+pub(super) fn read(path: &Path) -> Result<Recording, Vec<Note>> {
     let bytes = read_bytes(path, MAX_RECORD_BYTES).map_err(|fault| vec![fault])?;
     let mut lines = Lines { bytes: &bytes, at: 0, line: 0 };
     let (mut found, mut notes) = (Found::default(), Notes::about(Place::file(path)));
@@ -78,7 +77,7 @@ pub(super) fn read(path: &Path) -> Result<RawFile, Vec<Note>> {
         notes.error(Code::TooLittleData, None, what);
     }
     let (errors, warnings) = notes.finish();
-    if errors.is_empty() { Ok(RawFile { warnings, ..file }) } else { Err(errors) }
+    if errors.is_empty() { Ok(Recording { warnings, ..file }) } else { Err(errors) }
 }
 
 /// Lines of a file that may hold bytes that are no text.
@@ -170,15 +169,13 @@ fn binary_head(words: &[&str], line: usize) -> Result<BinaryHead, Bad> {
 struct DataSet {
     line: usize,
     function: i64,
-    title: String,
-    name: String,
+    label: Label,
     reference: String,
     step: f64,
     first: f64,
     /// Abscissas where they are uneven.
     uneven: Option<Vec<f64>>,
     values: Vec<Complex<f64>>,
-    meaning: Option<Meaning>,
 }
 
 impl DataSet {
@@ -214,7 +211,7 @@ fn data_set(
             format!("{name} is '{}', must be a whole number", cut(text, from, to).trim()),
         ))
     };
-    let function = match (whole(0, 5, "function type")?, abscissa(&header[7].1)) {
+    let function = match (whole(0, 5, "function type")?, first_whole(&header[7].1)) {
         (GENERAL, Some(TIME)) => TIME_RESPONSE,
         (GENERAL, Some(FREQUENCY)) => FREQUENCY_RESPONSE,
         (function, _) => function,
@@ -270,20 +267,9 @@ fn data_set(
         .map(|v| Complex::new(v[offset], if is_complex { v[offset + 1] } else { 0.0 }))
         .collect();
     let uneven = (!is_even).then(|| numbers.chunks_exact(per_value).map(|v| v[0]).collect());
-    let meaning = meaning(&header[8].1);
-    let title = header[0].1.trim().to_owned();
-    Ok(DataSet {
-        line: first_line,
-        function,
-        title,
-        name,
-        reference,
-        step,
-        first,
-        uneven,
-        values,
-        meaning,
-    })
+    let (unit, data_type) = ordinate(&header[8].1);
+    let label = Label { name, alias: header[0].1.trim().to_owned(), unit, data_type };
+    Ok(DataSet { line: first_line, function, label, reference, step, first, uneven, values })
 }
 
 /// Columns of a line, as far as they are there.
@@ -293,7 +279,7 @@ fn cut(text: &str, from: usize, to: usize) -> &str {
 }
 
 /// Type of data on a line of axis characteristics.
-fn abscissa(text: &str) -> Option<i64> {
+fn first_whole(text: &str) -> Option<i64> {
     text.split_whitespace().next()?.parse().ok()
 }
 
@@ -320,23 +306,12 @@ fn float(word: &str) -> Option<f64> {
     plain.parse::<f64>().ok().filter(|v| v.is_finite())
 }
 
-/// From the line of ordinate characteristics: its label of units if that is known, else the type of
-/// data in SI units.
-fn meaning(text: &str) -> Option<Meaning> {
+/// Label of units (of the response, where it is one over a force in N) and type of data from the
+/// line of ordinate characteristics.
+fn ordinate(text: &str) -> (String, Option<i64>) {
     let label = cut(text, 47, text.len()).trim();
-    let unit = label.rsplit_once(['/']).filter(|(_, by)| by.trim().eq_ignore_ascii_case("n"));
-    let unit = unit.map_or(label, |(unit, _)| unit);
-    if let Some(meaning) = meaning_of_unit(unit) {
-        return Some(meaning);
-    }
-    let quantity = match text.split_whitespace().next()?.parse::<i64>().ok()? {
-        8 => Quantity::Displacement,
-        11 => Quantity::Velocity,
-        12 => Quantity::Acceleration,
-        9 | 13 => Quantity::Force,
-        _ => return None,
-    };
-    Some(Meaning { quantity, to_si: std::convert::identity })
+    let over_force = label.rsplit_once('/').filter(|(_, by)| by.trim().eq_ignore_ascii_case("n"));
+    (over_force.map_or(label, |(unit, _)| unit).to_owned(), first_whole(text))
 }
 
 fn binary_numbers(
@@ -421,7 +396,7 @@ fn touching(text: &str) -> Option<Vec<f64>> {
 /// The file as its data sets come.
 #[derive(Default)]
 struct Found {
-    file: RawFile,
+    file: Recording,
     step: Option<f64>,
 }
 
@@ -430,17 +405,17 @@ impl Found {
         let mut bad = |what: String| notes.error(Code::Value, set.line, what);
         match set.function {
             TIME_RESPONSE => {
-                let Some(step) = set.even_step() else {
-                    let what = format!("response {} has uneven time steps; resample it", set.name);
+                let (step, name) = (set.even_step(), &set.label.name);
+                let Some(step) = step else {
+                    let what = format!("response {name} has uneven time steps; resample it");
                     return bad(what);
                 };
                 if let Some(before) =
                     self.step.filter(|before| (before / step - 1.0).abs() > SAME_STEP)
                 {
                     let what = format!(
-                        "response {} has time steps of {step} s, those before {before} s; must be \
-                            the same",
-                        set.name
+                        "response {name} has time steps of {step} s, those before {before} s; must \
+                         be the same"
                     );
                     return bad(what);
                 }
@@ -448,8 +423,7 @@ impl Found {
                     && first.samples.len() != set.values.len()
                 {
                     let what = format!(
-                        "response {} has {} samples, those before {}; must be the same",
-                        set.name,
+                        "response {name} has {} samples, those before {}; must be the same",
                         set.values.len(),
                         first.samples.len()
                     );
@@ -457,21 +431,18 @@ impl Found {
                 }
                 // Where nodes were not filled in, data sets differ by their first line.
                 let channels = &self.file.channels;
-                let is_new = |name: &str| channels.iter().all(|c| c.name != name);
-                let is_new_title = channels.iter().all(|c| c.alias != set.title);
-                let name = match (is_new(&set.name), is_new_title && is_new(&set.title)) {
-                    (true, _) => set.name,
-                    (false, true) if !matches!(set.title.as_str(), "" | "NONE") => {
-                        set.title.clone()
-                    }
-                    _ => return bad(format!("response {} comes twice", set.name)),
+                let title = &set.label.alias;
+                let is_new = |name: &str| channels.iter().all(|c| c.label.name != name);
+                let is_new_title = channels.iter().all(|c| c.label.alias != *title);
+                let name = match (is_new(name), is_new_title && is_new(title)) {
+                    (true, _) => name.clone(),
+                    (false, true) if !matches!(title.as_str(), "" | "NONE") => title.clone(),
+                    _ => return bad(format!("response {name} comes twice")),
                 };
                 self.step = Some(step);
                 self.file.sample_rate_hz = Some(step.recip());
-                self.file.channels.push(RawChannel {
-                    name,
-                    alias: set.title,
-                    meaning: set.meaning,
+                self.file.channels.push(Channel {
+                    label: Label { name, ..set.label },
                     samples: set.values.iter().map(|v| v.re).collect(),
                 });
             }
@@ -484,14 +455,12 @@ impl Found {
                 {
                     return bad(format!(
                         "frequencies of response {} do not rise from zero on",
-                        set.name
+                        set.label.name
                     ));
                 }
-                self.file.functions.push(RawFunction {
-                    name: set.name,
-                    alias: set.title,
+                self.file.functions.push(Function {
+                    label: set.label,
                     reference: set.reference,
-                    meaning: set.meaning,
                     frequencies_hz,
                     values: set.values,
                     line: set.line,
@@ -562,7 +531,7 @@ pub(super) mod tests {
         text + "    -1\n"
     }
 
-    fn told(bytes: &[u8]) -> Result<RawFile, Vec<String>> {
+    fn told(bytes: &[u8]) -> Result<Recording, Vec<String>> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("t.uff");
         std::fs::write(&path, bytes).unwrap();
@@ -577,9 +546,9 @@ pub(super) mod tests {
         let text = text_set(3, &samples, 12);
         let found = told(format!("    -1\n   151\nany\n    -1\n{text}").as_bytes()).unwrap();
         assert_eq!(found.channels[0].samples, samples);
-        assert_eq!(found.channels[0].name, "3+X");
-        assert_eq!(found.channels[0].alias, "point 3");
-        assert_eq!(found.channels[0].meaning.unwrap().quantity, Quantity::Acceleration);
+        assert_eq!(found.channels[0].label.name, "3+X");
+        assert_eq!(found.channels[0].label.alias, "point 3");
+        assert_eq!(found.channels[0].label.data_type, Some(12));
         assert!((found.sample_rate_hz.unwrap() - 100.0).abs() < 1e-9);
         for (big, data_type) in [(false, 4), (true, 4), (false, 2), (true, 2)] {
             let mut data = Vec::new();
@@ -610,7 +579,7 @@ pub(super) mod tests {
             let found = told(&bytes).unwrap();
             assert_eq!(found.channels.len(), 2);
             assert_eq!(found.channels[0].samples, samples);
-            assert_eq!(found.channels[1].meaning.unwrap().quantity, Quantity::Displacement);
+            assert_eq!(found.channels[1].label.data_type, Some(8));
         }
     }
 
@@ -624,7 +593,7 @@ pub(super) mod tests {
         let general = second.replacen("    1         0    1", "    0         0    1", 1);
         assert_ne!(general, second);
         let found = told(format!("    -1\n{first}{general}").as_bytes()).unwrap();
-        let names: Vec<&str> = found.channels.iter().map(|c| c.name.as_str()).collect();
+        let names: Vec<&str> = found.channels.iter().map(|c| c.label.name.as_str()).collect();
         assert_eq!(names, ["0+X", "right"]);
         let head =
             header(1, 3, 4, 4, 0.0, 12).replacen("         4         1", "         4         0", 1);

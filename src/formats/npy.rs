@@ -1,17 +1,20 @@
-//! Poses as NumPy's .npy, versions 1 to 3 of the format: an array of one row a pose and one column
-//! a joint, `float64` or `float32` in either order of bytes, row after row or (from a file) column
-//! after column.
+//! NumPy's .npy, versions 1 to 3 of the format: arrays of rows and columns, `float64` or `float32`
+//! in either order of bytes, row after row or (from a file) column after column.
+//!
+//! Not by the crate npyz 0.9: a thousand `[` in a header keep its parser busy for more than twenty
+//! seconds, a shape beyond 2⁶⁴ overflows, and rows cannot be taken as bytes for other threads.
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 
-use super::{DecodedPoses, MAX_ERRORS};
-
 /// What every .npy begins with.
-pub(super) const MAGIC: &[u8] = b"\x93NUMPY";
+pub(crate) const MAGIC: &[u8] = b"\x93NUMPY";
 
 /// Headers longer than this are no headers of an array of numbers.
 const MAX_HEADER_BYTES: u64 = 1 << 16;
+
+/// A header is padded so that the numbers start at a multiple of this.
+const ALIGNMENT: usize = 64;
 
 /// How a number is stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,16 +36,43 @@ impl Scalar {
 
 /// What the header of an array says.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Layout {
+pub(crate) struct Layout {
     scalar: Scalar,
     is_by_column: bool,
-    pub(super) rows: usize,
-    joints: Vec<String>,
+    pub(crate) rows: usize,
+    columns: usize,
+    /// Where the numbers start.
+    start: u64,
 }
 
 impl Layout {
-    /// Reads what follows the magic bytes; `joints` are the columns that the array must have.
-    pub(super) fn read(reader: &mut impl Read, joints: Vec<String>) -> Result<(Self, u64), String> {
+    /// `float64`, row after row.
+    pub(crate) fn of_rows(rows: usize, columns: usize) -> Self {
+        Self { scalar: Scalar::F64Little, is_by_column: false, rows, columns, start: 0 }
+    }
+
+    /// The bytes before the rows of an array [`Self::of_rows`], as NumPy writes them, version 1.0.
+    pub(crate) fn header(&self) -> Vec<u8> {
+        let Self { rows, columns, .. } = self;
+        let mut header =
+            format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({rows}, {columns}), }}");
+        // Magic, version and length stand before it, a line's end behind it.
+        let length = 10 + header.len() + 1;
+        let padding = length.next_multiple_of(ALIGNMENT) - length;
+        header.extend(std::iter::repeat_n(' ', padding));
+        header.push('\n');
+        // Two numbers of twenty digits do not fill a line of 65535.
+        let length = (header.len() as u16).to_le_bytes();
+        [MAGIC, &[1, 0], &length, header.as_bytes()].concat()
+    }
+
+    /// Reads what follows the magic bytes. An array of other than `columns` columns is refused;
+    /// `expected` is what its shape must be.
+    pub(crate) fn read(
+        reader: &mut impl Read,
+        columns: usize,
+        expected: &str,
+    ) -> Result<Self, String> {
         let cut = |error: io::Error| match error.kind() {
             io::ErrorKind::UnexpectedEof => "ends within its header".to_owned(),
             _ => format!("cannot be read: {error}"),
@@ -71,10 +101,10 @@ impl Layout {
         reader.read_exact(&mut header).map_err(cut)?;
         let header = String::from_utf8_lossy(&header);
         let start = MAGIC.len() as u64 + 2 + length_bytes + length;
-        Ok((Self::parse(&header, joints)?, start))
+        Self::parse(&header, start, columns, expected)
     }
 
-    fn parse(header: &str, joints: Vec<String>) -> Result<Self, String> {
+    fn parse(header: &str, start: u64, columns: usize, expected: &str) -> Result<Self, String> {
         let broken = |key: &str| format!("has a header without a valid '{key}': {header:.80}");
         let descr = after(header, "descr").ok_or_else(|| broken("descr"))?;
         let name = quoted(descr).unwrap_or("a structure");
@@ -107,61 +137,45 @@ impl Layout {
             .map(|text| text.trim_end_matches('L').parse().map_err(|_| broken("shape")))
             .collect::<Result<_, _>>()?;
         let rows = match lengths.as_slice() {
-            [rows, columns] if *columns == joints.len() => *rows,
-            [rows] if joints.len() == 1 => *rows,
-            _ => {
-                return Err(format!(
-                    "has shape ({shape}), must be (poses, {}), one column per moving joint in this \
-                     order: {}",
-                    joints.len(),
-                    joints.join(", ")
-                ));
-            }
+            [rows, found] if *found == columns => *rows,
+            [rows] if columns == 1 => *rows,
+            _ => return Err(format!("has shape ({shape}), must be {expected}")),
         };
         // Places in the file are counted in bytes.
-        if rows.checked_mul(joints.len()).and_then(|n| n.checked_mul(scalar.bytes())).is_none() {
+        if rows.checked_mul(columns).and_then(|n| n.checked_mul(scalar.bytes())).is_none() {
             return Err(format!("has shape ({shape}), more than any file holds"));
         }
-        Ok(Self { scalar, is_by_column: is_by_column && joints.len() > 1, rows, joints })
+        Ok(Self { scalar, is_by_column: is_by_column && columns > 1, rows, columns, start })
     }
 
-    /// Finite values of `bytes`, as [`Rows::take`] gave them.
-    pub(super) fn decode(&self, rows: usize, bytes: &[u8], out: &mut DecodedPoses) {
+    /// The values of `rows` rows, as [`Rows::take`] gave their `bytes`, row after row in place of
+    /// what `out` holds.
+    pub(crate) fn decode(&self, rows: usize, bytes: &[u8], out: &mut Vec<f64>) {
         match self.scalar {
             Scalar::F64Little => self.values(rows, bytes, out, f64::from_le_bytes),
             Scalar::F64Big => self.values(rows, bytes, out, f64::from_be_bytes),
             Scalar::F32Little => self.values(rows, bytes, out, |b| f32::from_le_bytes(b).into()),
             Scalar::F32Big => self.values(rows, bytes, out, |b| f32::from_be_bytes(b).into()),
         }
-        out.count = rows;
-        out.places = rows;
-        if out.values.iter().all(|value| value.is_finite()) {
-            return;
-        }
-        let joints = self.joints.len();
-        let bad = out.values.iter().enumerate().filter(|(_, value)| !value.is_finite());
-        out.faults.extend(bad.take(MAX_ERRORS).map(|(i, value)| {
-            (i / joints, format!("{} is {value}, must be a finite number", self.joints[i % joints]))
-        }));
     }
 
     fn values<const N: usize>(
         &self,
         rows: usize,
         bytes: &[u8],
-        out: &mut DecodedPoses,
+        out: &mut Vec<f64>,
         value: impl Fn([u8; N]) -> f64,
     ) {
+        out.clear();
         // Where there is no remainder to a chunk, the loop is a copy.
         let values = bytes.as_chunks::<N>().0.iter().map(|&b| value(b));
         if self.is_by_column {
-            let joints = self.joints.len();
-            out.values.resize(rows * joints, 0.0);
+            out.resize(rows * self.columns, 0.0);
             for (i, value) in values.enumerate() {
-                out.values[i % rows * joints + i / rows] = value;
+                out[i % rows * self.columns + i / rows] = value;
             }
         } else {
-            out.values.extend(values);
+            out.extend(values);
         }
     }
 }
@@ -181,22 +195,17 @@ fn quoted(text: &str) -> Option<&str> {
 }
 
 /// The rows of an array as they are read.
-pub(super) struct Rows<R> {
-    pub(super) layout: Layout,
+pub(crate) struct Rows<R> {
+    pub(crate) layout: Layout,
     reader: R,
-    /// Where column after column can be picked up, and where the numbers start.
+    /// Where column after column can be picked up.
     file: Option<File>,
-    start: u64,
     done: usize,
 }
 
 impl<R: Read> Rows<R> {
-    pub(super) fn new(
-        layout: Layout,
-        start: u64,
-        reader: R,
-        file: Option<File>,
-    ) -> Result<Self, String> {
+    /// `reader` stands at the first number; `file` is the same file, if it is one.
+    pub(crate) fn new(layout: Layout, reader: R, file: Option<File>) -> Result<Self, String> {
         let file = if layout.is_by_column {
             // A pipe cannot be wound back.
             let file = file.filter(|mut file| file.stream_position().is_ok());
@@ -207,30 +216,29 @@ impl<R: Read> Rows<R> {
         } else {
             None
         };
-        Ok(Self { layout, reader, file, start, done: 0 })
+        Ok(Self { layout, reader, file, done: 0 })
     }
 
     /// Takes up to `most` rows as they stand into `bytes`, in place of what it holds; gives how
     /// many. A piece of an array stored by columns is stored by columns.
-    pub(super) fn take(&mut self, most: usize, bytes: &mut Vec<u8>) -> Result<usize, String> {
+    pub(crate) fn take(&mut self, most: usize, bytes: &mut Vec<u8>) -> Result<usize, String> {
         bytes.clear();
-        let all = self.layout.rows;
-        let rows = most.min(all - self.done);
-        let (joints, size) = (self.layout.joints.len(), self.layout.scalar.bytes());
-        let columns = if self.layout.is_by_column { joints } else { 1 };
-        let wanted = rows * joints * size / columns;
-        for column in 0..columns {
+        let Layout { rows: all, columns, start, is_by_column, .. } = self.layout;
+        let (rows, size) = (most.min(all - self.done), self.layout.scalar.bytes());
+        let pieces = if is_by_column { columns } else { 1 };
+        let wanted = rows * columns * size / pieces;
+        for piece in 0..pieces {
             let read = match &mut self.file {
                 Some(file) => {
-                    let place = (column as u64 * all as u64 + self.done as u64) * size as u64;
-                    file.seek(SeekFrom::Start(self.start + place))
+                    let place = (piece as u64 * all as u64 + self.done as u64) * size as u64;
+                    file.seek(SeekFrom::Start(start + place))
                         .and_then(|_| file.take(wanted as u64).read_to_end(bytes))
                 }
                 None => self.reader.by_ref().take(wanted as u64).read_to_end(bytes),
             };
             let read = read.map_err(|error| format!("cannot be read: {error}"))?;
             if read < wanted {
-                let whole = self.done + if columns == 1 { read / (joints * size) } else { 0 };
+                let whole = self.done + if is_by_column { 0 } else { read / (columns * size) };
                 return Err(format!(
                     "is cut off: its header promises {all} rows, and it ends within row {}",
                     whole + 1
@@ -239,5 +247,31 @@ impl<R: Read> Rows<R> {
         }
         self.done += rows;
         Ok(rows)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `numpy.save(f, numpy.array([[20.5, 88.0, 123456.789], [1e-5, 1/3, 2e16]]))`, NumPy 2.4, byte
+    /// for byte.
+    #[test]
+    fn arrays_are_as_numpy_writes_them_and_read_again() {
+        let values = [20.5_f64, 88.0, 123456.789, 1e-5, 1.0 / 3.0, 2e16];
+        let mut bytes = Layout::of_rows(2, 3).header();
+        bytes.extend(values.iter().flat_map(|v| v.to_le_bytes()));
+        let expected = include_bytes!("../../tests/data/npy/frequencies.npy");
+        assert_eq!(bytes, expected);
+        for rows in [0, 9, 99, 12_345_678, usize::MAX] {
+            assert!(Layout::of_rows(rows, 24).header().len().is_multiple_of(ALIGNMENT));
+        }
+        let mut reader = &bytes[MAGIC.len()..];
+        let layout = Layout::read(&mut reader, 3, "").unwrap();
+        let mut rows = Rows::new(layout.clone(), reader, None).unwrap();
+        let (mut raw, mut read) = (Vec::new(), Vec::new());
+        assert_eq!(rows.take(9, &mut raw), Ok(2));
+        layout.decode(2, &raw, &mut read);
+        assert_eq!(read, values);
     }
 }

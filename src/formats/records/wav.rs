@@ -4,11 +4,11 @@
 use std::io::Cursor;
 use std::path::Path;
 
-use super::{MAX_RECORD_BYTES, RawChannel, RawFile};
+use super::{Channel, Label, MAX_RECORD_BYTES, Recording};
 use crate::formats::text::read_bytes;
 use crate::notes::{Code, Note, Place};
 
-pub(super) fn read(path: &Path) -> Result<RawFile, Vec<Note>> {
+pub(super) fn read(path: &Path) -> Result<Recording, Vec<Note>> {
     let fault = |what: String| vec![Note::error(Code::Syntax, Place::file(path), what)];
     let bytes = read_bytes(path, MAX_RECORD_BYTES).map_err(|fault| vec![fault])?;
     let bad = |error: hound::Error| fault(format!("is no WAV file that can be read: {error}"));
@@ -36,11 +36,12 @@ pub(super) fn read(path: &Path) -> Result<RawFile, Vec<Note>> {
         .map(|channel| {
             let name = format!("ch{}", channel + 1);
             let of = samples.iter().skip(channel).step_by(usize::from(spec.channels)).copied();
-            RawChannel { alias: name.clone(), name, meaning: None, samples: of.collect() }
+            let label = Label { alias: name.clone(), name, ..Label::default() };
+            Channel { label, samples: of.collect() }
         })
         .collect();
     let sample_rate_hz = Some(f64::from(spec.sample_rate));
-    Ok(RawFile { sample_rate_hz, channels, ..RawFile::default() })
+    Ok(Recording { sample_rate_hz, channels, ..Recording::default() })
 }
 
 #[cfg(test)]
