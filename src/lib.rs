@@ -69,7 +69,7 @@
 //!
 //! | module | what lives there | may import | must never |
 //! |---|---|---|---|
-//! | [`cli`] | one file a verb: arguments, files, progress | `study`, `report`, `formats` | decide anything that a library user would miss |
+//! | [`cli`] | one file a verb: arguments, files, progress | `study`, `report` | decide anything that a library user would miss |
 //! | [`report`] | text, JSON, SARIF, JUnit, GitHub, plots: pure functions from results | `study`, `advice`, `risk`, `diagnosis`, `map`, `identify`, `free_vibration`, `excitation`, `job`, `formats` | call a function of another module |
 //! | [`study`] | one function a verb: valid inputs → a result that holds all that is shown, and what is written back | `input`, `advice`, `risk`, `diagnosis`, `map`, `path`, `free_vibration`, `identify`, `excitation`, `job`, `modes`, `program`, `model`, `motion` | print, read or write files |
 //! | [`input`] | YAML, URDF, tables, records → valid types, all faults with file and line | `job`, `program`, `identify`, `model`, `motion`, `formats` | compute |
@@ -89,6 +89,7 @@
 //! | [`formats`] | YAML as a tree with lines, edits that keep every other byte, tables, NPY, UFF, WAV, bounded reading | | know a robot |
 //! | [`guide`] | the guide, as pages of this documentation | | hold code |
 //! | [`notes`] | errors and warnings: one type, one collector, every code | *ground* | |
+//! | [`paths`] | folders and detours of paths, by their names | *ground* | |
 //! | [`progress`] | how far long work has come | *ground* | |
 //! | [`statistics`] | means, medians and bounds that several modules need | *ground* | |
 //! | [`units`] | conversions | *ground* | |
@@ -115,6 +116,7 @@ pub mod modes;
 pub mod motion;
 pub mod notes;
 pub mod path;
+pub mod paths;
 pub mod program;
 pub mod progress;
 pub mod report;

@@ -21,6 +21,11 @@ pub fn nearest<'c>(word: &str, candidates: impl IntoIterator<Item = &'c str>) ->
         .map(|(_, candidate)| candidate)
 }
 
+/// What a message adds where `word` is likely a misspelling of a candidate: `; did you mean 'x'?`.
+pub fn hint<'c>(word: &str, candidates: impl IntoIterator<Item = &'c str>) -> String {
+    nearest(word, candidates).map_or_else(String::new, |near| format!("; did you mean '{near}'?"))
+}
+
 /// Two numbers as text with at least `decimals` decimals, and as many more as they need to differ
 /// where they are not the same.
 pub fn distinguishable(a: f64, b: f64, decimals: usize) -> [String; 2] {

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
 use super::Failure;
-use crate::formats::text::folder_of;
 use crate::notes::{Code, Note, Place};
+use crate::paths::folder_of;
 
 /// What `--output` takes for standard output; behind the devices may be a file that others write
 /// to, too.

@@ -4,6 +4,7 @@
 
 pub(crate) mod npy;
 pub(crate) mod records;
+mod scalar;
 pub(crate) mod table;
 pub(crate) mod text;
 pub(crate) mod yaml;

@@ -7,32 +7,13 @@
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 
+use super::scalar::Scalar;
+
 /// What every .npy begins with.
 pub(crate) const MAGIC: &[u8] = b"\x93NUMPY";
 
-/// Headers longer than this are no headers of an array of numbers.
-const MAX_HEADER_BYTES: u64 = 1 << 16;
-
 /// A header is padded so that the numbers start at a multiple of this.
 const ALIGNMENT: usize = 64;
-
-/// How a number is stored.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Scalar {
-    F64Little,
-    F64Big,
-    F32Little,
-    F32Big,
-}
-
-impl Scalar {
-    fn bytes(self) -> usize {
-        match self {
-            Self::F64Little | Self::F64Big => 8,
-            Self::F32Little | Self::F32Big => 4,
-        }
-    }
-}
 
 /// What the header of an array says.
 #[derive(Debug, Clone, PartialEq)]
@@ -92,7 +73,8 @@ impl Layout {
             }
             other => return Err(format!("is .npy of version {other}, must be 1, 2 or 3")),
         };
-        if length > MAX_HEADER_BYTES {
+        // Longer ones are no headers of an array of numbers.
+        if length > 1 << 16 {
             return Err(format!(
                 "has a header of {length} bytes, must be an array of float64 or float32"
             ));
@@ -151,31 +133,15 @@ impl Layout {
     /// The values of `rows` rows, as [`Rows::take`] gave their `bytes`, row after row in place of
     /// what `out` holds.
     pub(crate) fn decode(&self, rows: usize, bytes: &[u8], out: &mut Vec<f64>) {
-        match self.scalar {
-            Scalar::F64Little => self.values(rows, bytes, out, f64::from_le_bytes),
-            Scalar::F64Big => self.values(rows, bytes, out, f64::from_be_bytes),
-            Scalar::F32Little => self.values(rows, bytes, out, |b| f32::from_le_bytes(b).into()),
-            Scalar::F32Big => self.values(rows, bytes, out, |b| f32::from_be_bytes(b).into()),
-        }
-    }
-
-    fn values<const N: usize>(
-        &self,
-        rows: usize,
-        bytes: &[u8],
-        out: &mut Vec<f64>,
-        value: impl Fn([u8; N]) -> f64,
-    ) {
         out.clear();
-        // Where there is no remainder to a chunk, the loop is a copy.
-        let values = bytes.as_chunks::<N>().0.iter().map(|&b| value(b));
-        if self.is_by_column {
-            out.resize(rows * self.columns, 0.0);
-            for (i, value) in values.enumerate() {
-                out[i % rows * self.columns + i / rows] = value;
-            }
-        } else {
-            out.extend(values);
+        if !self.is_by_column {
+            return self.scalar.decode(bytes, out);
+        }
+        let mut stored = Vec::new();
+        self.scalar.decode(bytes, &mut stored);
+        out.resize(rows * self.columns, 0.0);
+        for (i, value) in stored.into_iter().enumerate() {
+            out[i % rows * self.columns + i / rows] = value;
         }
     }
 }

@@ -12,11 +12,6 @@ use std::path::{Path, PathBuf};
 /// Rows longer than this are no rows.
 pub(crate) const MAX_ROW_BYTES: usize = 1 << 20;
 
-/// Least that is asked of the reader at once.
-const MIN_READ_BYTES: usize = 4096;
-
-const TOO_LONG: &str = "is longer than 1 MiB, must be one row of a table";
-
 /// A table that streams in.
 #[derive(Debug)]
 pub(crate) struct Table<R> {
@@ -123,7 +118,7 @@ impl<R: Read> Table<R> {
             if ended {
                 return Ok(());
             }
-            let wanted = length.saturating_sub(bytes.len()).max(MIN_READ_BYTES) as u64;
+            let wanted = length.saturating_sub(bytes.len()).max(4096) as u64;
             let read = self.reader.by_ref().take(wanted).read_to_end(bytes);
             let read = read.map_err(|error| {
                 let what = format!("cannot be read: {error}");
@@ -171,7 +166,7 @@ pub(crate) fn beyond(header: &[String], cells: &[String]) -> Option<String> {
 /// The cells of a line, trimmed; `false` if it holds none, being blank or a comment.
 pub(crate) fn cells_of(line: &[u8], cells: &mut Vec<String>) -> Result<bool, &'static str> {
     if line.len() > MAX_ROW_BYTES {
-        return Err(TOO_LONG);
+        return Err("is longer than 1 MiB, must be one row of a table");
     }
     let Ok(text) = std::str::from_utf8(line) else {
         return Err("is not UTF-8; save the file as UTF-8");
@@ -216,11 +211,10 @@ fn split(row: &str, cells: &mut Vec<String>) -> bool {
 
 /// A cell as a message shows it.
 fn shown(cell: &str) -> String {
-    const LONGEST: usize = 40;
     if cell.is_empty() {
         return "empty".to_owned();
     }
-    let short: String = cell.chars().take(LONGEST).collect();
+    let short: String = cell.chars().take(40).collect();
     format!("'{}'", short.escape_debug())
 }
 

@@ -5,8 +5,6 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-const BYTES_PER_MIB: u64 = 1 << 20;
-
 /// The text of a file, without byte-order mark.
 pub(crate) fn read_text(path: &Path, largest_bytes: u64) -> Result<String, Note> {
     decode(read_bytes(path, largest_bytes)?)
@@ -16,8 +14,7 @@ pub(crate) fn read_text(path: &Path, largest_bytes: u64) -> Result<String, Note>
 /// The bytes of a file, whatever they mean.
 pub(crate) fn read_bytes(path: &Path, largest_bytes: u64) -> Result<Vec<u8>, Note> {
     let fault = |what: String| Note::error(Code::Unreadable, Place::file(path), what);
-    let too_large =
-        || fault(format!("is larger than {} MiB, the limit", largest_bytes / BYTES_PER_MIB));
+    let too_large = || fault(format!("is larger than {} MiB, the limit", largest_bytes >> 20));
     let unreadable = |error: std::io::Error| {
         let what = match error.kind() {
             std::io::ErrorKind::NotFound => "no such file".to_owned(),
@@ -68,14 +65,6 @@ fn decode(mut bytes: Vec<u8>) -> Result<String, (usize, String)> {
 /// The line of the byte at `at`, counted from 1.
 fn line_at(bytes: &[u8], at: usize) -> usize {
     1 + bytes[..at].iter().filter(|&&byte| byte == b'\n').count()
-}
-
-/// Where a file lies: `.` for a bare name.
-pub(crate) fn folder_of(file: &Path) -> &Path {
-    match file.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    }
 }
 
 pub(crate) fn lower_first(text: &str) -> String {

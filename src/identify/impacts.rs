@@ -2,12 +2,6 @@
 
 use crate::statistics::deviation_about_zero;
 
-/// Pulses closer than this come from one impact that bounced, s.
-const BOUNCE_S: f64 = 0.25;
-
-/// How long responses are compared before and after an impact, s.
-const COMPARED_S: f64 = 0.3;
-
 /// An impact raises the responses at least by this factor. The beats of two modes raise them less:
 /// they pass through zero on a straight line.
 const MIN_RISE: f64 = 4.0;
@@ -17,9 +11,6 @@ const BEGINS_LOUD: f64 = 0.3;
 
 /// An impact makes at least this fraction of the loudest response of the record.
 const MIN_LOUDNESS: f64 = 0.1;
-
-/// A soft tip is in contact for no longer than this, s.
-const MAX_CONTACT_S: f64 = 0.02;
 
 /// One impact.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,7 +39,8 @@ pub(super) fn impacts_in_force(force: &[f64], sample_rate_hz: f64) -> Vec<Impact
         return Vec::new();
     }
     let threshold = (MIN_FORCE * highest).max(OUT_OF_NOISE * noise);
-    let bounce = BOUNCE_S * sample_rate_hz;
+    // Pulses closer than this come from one impact that bounced.
+    let bounce = 0.25 * sample_rate_hz;
     let mut impacts: Vec<Impact> = Vec::new();
     for (first, end) in pulses(&size, threshold, noise) {
         match impacts.last_mut() {
@@ -64,8 +56,6 @@ pub(super) fn impacts_in_force(force: &[f64], sample_rate_hz: f64) -> Vec<Impact
 
 /// First sample of each pulse above a threshold and one past its last, both at its foot.
 fn pulses(size: &[f64], threshold: f64, noise: f64) -> Vec<(usize, usize)> {
-    /// The foot of a pulse is where the force has fallen to this fraction of the pulse's own peak.
-    const FOOT: f64 = 0.02;
     let mut pulses: Vec<(usize, usize)> = Vec::new();
     let mut at = 0;
     while at < size.len() {
@@ -74,7 +64,7 @@ fn pulses(size: &[f64], threshold: f64, noise: f64) -> Vec<(usize, usize)> {
             continue;
         }
         let above = size[at..].iter().take_while(|f| **f > threshold).count();
-        let foot = (FOOT * maximum(&size[at..at + above])).max(3.0 * noise);
+        let foot = (0.02 * maximum(&size[at..at + above])).max(3.0 * noise);
         let before = size[..at].iter().rev().take_while(|f| **f > foot).count();
         let after = size[at + above..].iter().take_while(|f| **f > foot).count();
         let (first, end) = (at - before, at + above + after);
@@ -107,8 +97,9 @@ pub(super) fn decays(responses: &[&[f64]], sample_rate_hz: f64) -> Vec<Decay> {
             level.iter_mut().zip(*response).for_each(|(l, r)| *l = l.max(r.abs() / loudest));
         }
     }
-    let compared = ((COMPARED_S * sample_rate_hz).round() as usize).max(4);
-    let guard = ((MAX_CONTACT_S * sample_rate_hz).ceil() as usize).max(2);
+    let compared = ((0.3 * sample_rate_hz).round() as usize).max(4);
+    // A soft tip is in contact for no longer.
+    let guard = ((0.02 * sample_rate_hz).ceil() as usize).max(2);
     let ahead = sliding_maximum(&level, compared);
     // Loudest of the samples before k.
     let behind = |k: usize| if k >= compared { ahead[k - compared] } else { maximum(&level[..k]) };

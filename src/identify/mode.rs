@@ -132,7 +132,6 @@ fn scaled(prepared: &Prepared) -> Option<f64> {
 /// The shape that all blocks share, each block with an amplitude of its own: alternating least
 /// squares. Its largest part is 1.
 fn common_shape(moves: &[Vec<(C64, f64)>], count: usize) -> (Vec<(C64, f64)>, usize) {
-    const ROUNDS: usize = 20;
     let power = |i: usize| moves.iter().map(|block| block[i].0.norm_sqr()).sum::<f64>();
     // The loudest of several decays, and its largest part, to begin with.
     let mut shape: Vec<C64> = moves
@@ -143,7 +142,7 @@ fn common_shape(moves: &[Vec<(C64, f64)>], count: usize) -> (Vec<(C64, f64)>, us
         })
         .map_or_else(Vec::new, |block| block.iter().map(|(value, _)| *value).collect());
     let mut amplitudes = vec![C64::default(); moves.len()];
-    for _ in 0..ROUNDS {
+    for _ in 0..20 {
         let norm = shape.iter().map(C64::norm_sqr).sum::<f64>().max(f64::MIN_POSITIVE);
         for (amplitude, block) in amplitudes.iter_mut().zip(moves) {
             *amplitude =

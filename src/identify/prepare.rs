@@ -15,10 +15,6 @@ use crate::units::{hz_from_rad_per_s, rad_per_s_from_hz};
 /// Lines below this are offset and drift.
 const FIRST_LINE: usize = 2;
 
-/// Lines up to this fraction of half the sampling rate are used: above it, filters and folding
-/// dominate.
-const MAX_NYQUIST_FRACTION: f64 = 0.97;
-
 /// Most lines of one spectrum that are fitted.
 const MAX_LINES: usize = 12_000;
 
@@ -335,11 +331,8 @@ fn within_band(averaged: &Averaged, [low, high]: [f64; 2]) -> SpectraOnLines {
 /// Variance of a line of the force relative to its power: noise in the samples of the pulses, and
 /// what the samples miss of a short pulse.
 fn drive_error(variance: f64, power: f64) -> f64 {
-    /// Where the force is lost in noise.
-    const MAX_ERROR: f64 = 1.0;
-    /// Relative error of the spectrum of a short pulse that is sampled.
-    const SAMPLED_PULSE: f64 = 2e-3;
-    (variance / power.max(f64::MIN_POSITIVE)).min(MAX_ERROR) + SAMPLED_PULSE.powi(2)
+    // Where the force is lost in noise; the spectrum of a short pulse that is sampled.
+    (variance / power.max(f64::MIN_POSITIVE)).min(1.0) + 2e-3_f64.powi(2)
 }
 
 /// First sample of an impact and one past its last, with a margin.
@@ -402,7 +395,8 @@ fn lines(
     notes: &mut Notes,
 ) -> Range<usize> {
     let bin_hz = rate_hz / samples as f64;
-    let last = (MAX_NYQUIST_FRACTION * 0.5 * samples as f64).floor() as usize;
+    // Above it, filters and folding dominate.
+    let last = (0.97 * 0.5 * samples as f64).floor() as usize;
     let from = ((low_hz / bin_hz).ceil() as usize).max(FIRST_LINE).min(last + 1);
     let to = ((high_hz / bin_hz).floor() as usize).min(last);
     let most = from + MAX_LINES;
@@ -439,37 +433,27 @@ fn band(sampling: Sampling, cut: &[(usize, Vec<Vec<C64>>)], notes: &mut Notes) -
 
 /// The band below the last frequency at which any response stands out.
 fn filled_band(cut: &[(usize, Vec<Vec<C64>>)], rate_hz: f64) -> [f64; 2] {
-    const CELLS: usize = 400;
-    /// The band ends where the smoothed power stays below this fraction of its peak or this
-    /// multiple of the floor.
-    const MIN_OF_PEAK: f64 = 1e-5;
-    const MIN_OVER_FLOOR: f64 = 4.0;
-    /// Room above the last peak.
-    const ROOM: f64 = 1.3;
-    /// Fraction of the lines that the band has at least, however low the peaks.
-    const MIN_BAND: f64 = 0.1;
     let nyquist = 0.5 * rate_hz;
     let mut highest: f64 = 0.0;
     for (_, spectra) in cut {
         for spectrum in spectra {
             let lines = spectrum.len().saturating_sub(1);
-            let per_cell = (lines / CELLS).max(1);
+            let per_cell = (lines / 400).max(1);
             let powers: Vec<f64> = spectrum[FIRST_LINE.min(lines)..lines]
                 .chunks(per_cell)
                 .map(|chunk| chunk.iter().map(C64::norm_sqr).fold(0.0, f64::max))
                 .collect();
             let floor = upper_median(&powers).unwrap_or(0.0);
             let peak = powers.iter().copied().fold(0.0, f64::max);
-            let stands_out = |p: &f64| {
-                *p > MIN_OF_PEAK * peak
-                    && *p > MIN_OVER_FLOOR * floor * (per_cell as f64).ln().max(1.0)
-            };
+            let stands_out =
+                |p: &f64| *p > 1e-5 * peak && *p > 4.0 * floor * (per_cell as f64).ln().max(1.0);
             if let Some(last) = powers.iter().rposition(stands_out) {
                 highest = highest.max((last + 1) as f64 / powers.len() as f64);
             }
         }
     }
-    let filled = (ROOM * highest).max(MIN_BAND);
+    // Room above the last peak; a share of the lines, however low the peaks.
+    let filled = (1.3 * highest).max(0.1);
     // A band that nearly fills the lines takes them all.
     let filled = if filled > 0.6 { 1.0 } else { filled };
     [0.0, filled * nyquist]

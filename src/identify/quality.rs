@@ -8,8 +8,6 @@ use crate::notes::{Code, Notes};
 
 /// Warns of channels that do not move, are clipped, or move in few steps; whether it can be used.
 pub(super) fn check_channel(channel: &Channel, is_force: bool, notes: &mut Notes) -> bool {
-    /// A channel with fewer steps from end to end is coarse.
-    const MIN_STEPS: f64 = 24.0;
     let (low, high) = range(&channel.samples);
     if high - low <= 1e-12 * high.abs().max(low.abs()) {
         let what = format!("has the same value {low:e} all the time; the channel is left out");
@@ -18,7 +16,7 @@ pub(super) fn check_channel(channel: &Channel, is_force: bool, notes: &mut Notes
     }
     let steps = steps(&channel.samples, high - low);
     // A force has but a few samples in each pulse.
-    if !is_force && steps < MIN_STEPS {
+    if !is_force && steps < 24.0 {
         let what = format!(
             "moves in {steps:.0} steps from end to end; rounding adds noise, and clipping cannot \
              be detected; use a finer range or hit harder"
@@ -119,13 +117,11 @@ fn gap(samples: &[f64]) -> Option<Range<usize>> {
     const MIN_SAMPLES: usize = 6;
     /// Samples on either side that are looked at.
     const AROUND: usize = 24;
-    /// Steps that the channel moves by on either side.
-    const MIN_MOVE: f64 = 12.0;
     let (low, high) = range(samples);
     let step = (high - low) / steps(samples, high - low);
     let moves = |stretch: &[f64]| {
         let (low, high) = range(stretch);
-        stretch.len() >= 4 && high - low > MIN_MOVE * step
+        stretch.len() >= 4 && high - low > 12.0 * step
     };
     let mut longest: Option<Range<usize>> = None;
     let mut from = 0;
@@ -220,8 +216,6 @@ fn steps(samples: &[f64], range: f64) -> f64 {
 /// The step that all values are multiples of, as a converter with few bits makes them; `None` where
 /// there is none.
 pub(super) fn rounding_step(samples: &[f64]) -> Option<f64> {
-    /// Mean distance of the gaps from whole steps, in steps; gaps without a grid have a quarter.
-    const MAX_OFF: f64 = 0.1;
     let (low, high) = range(samples);
     let range = high - low;
     let smallest = range / steps(samples, range);
@@ -239,7 +233,8 @@ pub(super) fn rounding_step(samples: &[f64]) -> Option<f64> {
     let step = range / count.max(1.0);
     let off = |gap: &f64| (gap / step - (gap / step).round()).abs();
     let mean = gaps.iter().map(off).sum::<f64>() / gaps.len().max(1) as f64;
-    (mean < MAX_OFF).then_some(step)
+    // In steps; gaps without a grid are off by a quarter.
+    (mean < 0.1).then_some(step)
 }
 
 /// Lengths of the runs of samples at one value.

@@ -11,26 +11,6 @@ use super::suspicions;
 use crate::notes::{Code, Note, Notes, Part, Place};
 use crate::units::{hz_from_rad_per_s, percent_from_ratio};
 
-/// An arm's modes are damped less than this.
-const MAX_DAMPING_RATIO: f64 = 0.3;
-
-/// Largest relative standard deviation of the frequency of a mode that is reported.
-const MAX_RELATIVE_STD: f64 = 0.03;
-
-/// A mode weaker than this, relative to the strongest line of every response, is an error of the
-/// fit.
-const MIN_PROMINENCE: f64 = 1e-3;
-
-/// An uncertain pole weaker than this is not worth a warning.
-const MIN_PROMINENCE_TO_WARN: f64 = 0.02;
-
-/// How often the band of a hammer test is narrowed where its spectra cannot be fitted.
-const MAX_NARROWINGS: usize = 4;
-
-/// Where the force has fallen to this fraction of its highest amplitude, the band ends first (20
-/// dB).
-const FORCE_FRACTION: f64 = 0.1;
-
 /// Spectrum and fit of one response.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FittedSpectrum {
@@ -152,7 +132,7 @@ fn fitted(
 ) -> Option<(Prepared, usize, Estimate)> {
     let blank = notes.clone();
     let mut band_hz = band_hz;
-    for narrowed in 0..=MAX_NARROWINGS {
+    for narrowed in 0..=4 {
         let mut own_notes = blank.clone();
         let prepared = prepare(record, band_hz, &mut own_notes);
         if narrowed == 0 || prepared.is_some() {
@@ -183,16 +163,16 @@ fn fitted(
 
 /// The next band for a hammer test: up to where the force has fallen, or half of the last.
 fn narrower(prepared: &Prepared, band_hz: Option<[f64; 2]>) -> Option<[f64; 2]> {
-    const MIN_LINES: usize = 32;
     let block = prepared.blocks.first().filter(|_| prepared.kind == RecordKind::Hammer)?;
     let low = band_hz.map_or(0.0, |band| band[0]);
     let high = hz_from_rad_per_s(block.highest());
     let strongest = block.drive.iter().map(|f| f.norm()).fold(0.0, f64::max);
-    let reached = block.drive.iter().rposition(|f| f.norm() > FORCE_FRACTION * strongest);
+    // The band ends first where the force has fallen by 20 dB.
+    let reached = block.drive.iter().rposition(|f| f.norm() > 0.1 * strongest);
     let reached = reached.map_or(high, |k| hz_from_rad_per_s(block.omega[k]));
     let half = low + 0.5 * (high - low);
     let end = if reached > half && reached < 0.9 * high { reached } else { half };
-    (block.omega.len() >= 2 * MIN_LINES).then_some([low, end])
+    (block.omega.len() >= 64).then_some([low, end])
 }
 
 /// How many orders the linear least squares had, and the poles that they agree on.
@@ -216,13 +196,9 @@ fn starts(prepared: &Prepared, identified: &mut IdentifiedRecord) -> (usize, Vec
 
 /// Warns of responses whose rounding is louder than their noise.
 fn warn_of_rounding(prepared: &Prepared, found: &Estimate, notes: &mut Notes) {
-    /// Noise within this factor of the noise of rounding is rounding.
-    const ROUNDED: f64 = 1.01;
-    /// Rounding below this fraction of the strongest line is that of the digits of a file.
-    const MIN_ROUNDING: f64 = 1e-5;
     let Some((block, noise)) = prepared.blocks.first().zip(found.noise.first()) else { return };
     for ((response, least), noise) in prepared.responses.iter().zip(&block.min_noise).zip(noise) {
-        let at_least = |std: &&f64| **std <= ROUNDED * least.sqrt();
+        let at_least = |std: &&f64| **std <= 1.01 * least.sqrt();
         let rounded = noise.iter().filter(at_least).count();
         let strongest = block.spectra.iter().flatten().map(|v| v.norm()).fold(0.0, f64::max);
         let name = response.name.as_str();
@@ -231,7 +207,8 @@ fn warn_of_rounding(prepared: &Prepared, found: &Estimate, notes: &mut Notes) {
                 |part: &Part| matches!(part, Part::Channel { channel, .. } if *channel == name);
             note.code == Code::CoarseSteps && note.place.part.as_ref().is_some_and(names)
         });
-        if 2 * rounded > noise.len() && least.sqrt() > MIN_ROUNDING * strongest && !is_known {
+        // Less rounding than this is that of the digits of a file.
+        if 2 * rounded > noise.len() && least.sqrt() > 1e-5 * strongest && !is_known {
             let what = "its steps are coarser than its noise: rounding hides weaker signals; use a \
                         finer range or hit harder";
             notes.channel_warning(Code::CoarseSteps, &response.name, what);
@@ -241,14 +218,12 @@ fn warn_of_rounding(prepared: &Prepared, found: &Estimate, notes: &mut Notes) {
 
 /// Warns of responses in which no residue is significant, where another response shows some.
 fn warn_of_silent_responses(prepared: &Prepared, found: &Estimate, notes: &mut Notes) {
-    /// |residue|² over the variance of its parts, with a p-value of 10⁻⁴ (χ² with two degrees of
-    /// freedom).
-    const SIGNIFICANT: f64 = 18.4;
     // Where a steady force is not the real one, no response follows it.
     if !matches!(prepared.kind, RecordKind::Hammer | RecordKind::FreeDecay) {
         return;
     }
-    let stands_out = |residue: &Residue| residue.value.norm_sqr() > SIGNIFICANT * residue.variance;
+    // A p-value of 10⁻⁴ (χ² with two degrees of freedom).
+    let stands_out = |residue: &Residue| residue.value.norm_sqr() > 18.4 * residue.variance;
     let driven: Vec<&PoleEstimate> =
         found.poles.iter().filter(|pole| pole.pole.is_driven).collect();
     let shows = |i: usize| {
@@ -269,14 +244,15 @@ fn warn_of_silent_responses(prepared: &Prepared, found: &Estimate, notes: &mut N
 /// Whether a pole is certain enough to be reported; warns where it is strong but uncertain.
 fn is_settled(pole: &PoleEstimate, notes: &mut Notes) -> bool {
     let (omega, ratio) = (pole.pole.omega(), pole.pole.ratio());
-    if pole.prominence < MIN_PROMINENCE || ratio > MAX_DAMPING_RATIO {
+    // Weaker ones are errors of the fit; an arm's modes are damped less.
+    if pole.prominence < 1e-3 || ratio > 0.3 {
         return false;
     }
     let is_decaying = ratio > -2.0 * pole.ratio_std;
-    if is_decaying && pole.omega_std <= MAX_RELATIVE_STD * omega {
+    if is_decaying && pole.omega_std <= 0.03 * omega {
         return true;
     }
-    if pole.prominence >= MIN_PROMINENCE_TO_WARN {
+    if pole.prominence >= 0.02 {
         let what = format!(
             "a peak near {:.2} ± {:.2} Hz with damping ratio {ratio:.4} ± {:.4} was fitted but is \
              not reported: it is too uncertain to be a mode",
@@ -291,10 +267,9 @@ fn is_settled(pole: &PoleEstimate, notes: &mut Notes) -> bool {
 
 /// Fraction of the orders that have a stable pole near the mode.
 fn support(mode: &Mode, points: &[StabilisationPoint], orders: usize) -> f64 {
-    const NEAR: f64 = 0.01;
     let mut having: Vec<usize> = points
         .iter()
-        .filter(|point| (point.frequency_hz / mode.frequency_hz - 1.0).abs() < NEAR)
+        .filter(|point| (point.frequency_hz / mode.frequency_hz - 1.0).abs() < 0.01)
         .map(|point| point.order)
         .collect();
     having.dedup();

@@ -17,14 +17,8 @@ use crate::progress::{Done, Progress};
 /// Modes of two records within this relative distance of frequency are the same mode.
 const SAME_MODE: f64 = 0.012;
 
-/// Records scatter by more than they state where Birge's ratio is above this.
-const MAX_BIRGE_RATIO: f64 = 3.0;
-
 /// Sampling rates within this relative distance are equal: times are printed with few digits.
 const SAME_RATE: f64 = 1e-5;
-
-/// A frequency and its folded image agree within this relative distance.
-const SAME_IMAGE: f64 = 0.01;
 
 /// A mode of a pose, from all of the pose's records.
 #[derive(Debug, Clone, PartialEq)]
@@ -202,7 +196,7 @@ fn merged_mode(
         let place = Place::part(Part::Record(names.join(", ")));
         notes.push(Note::warning(Code::Disagreement, place, what));
     };
-    if ratio > MAX_BIRGE_RATIO {
+    if ratio > 3.0 {
         disagreement(format!(
             "the frequencies of the mode at {frequency_hz:.3} Hz scatter {ratio:.1} times as much \
              as the records state; its standard deviation was widened; something changed between \
@@ -266,7 +260,7 @@ fn folded_between(
     notes: &mut Vec<Note>,
 ) {
     let has = |pose: &PoseModes, hz: f64| {
-        pose.modes.iter().any(|mode| (mode.frequency_hz / hz - 1.0).abs() < SAME_IMAGE)
+        pose.modes.iter().any(|mode| (mode.frequency_hz / hz - 1.0).abs() < 0.01)
     };
     for mode in slow.modes.iter().filter(|mode| !has(fast, mode.frequency_hz)) {
         let images = (1..=4).flat_map(|n| {

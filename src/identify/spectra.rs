@@ -6,15 +6,6 @@ use realfft::RealFftPlanner;
 use super::estimate::C64;
 use super::impacts::Impact;
 
-/// What the window of an impact leaves at its end.
-const WINDOW_AT_END: f64 = 0.02;
-
-/// Stretches that a steady excitation is cut into, not counting those that overlap.
-const STRETCHES: usize = 8;
-
-/// Samples of a stretch.
-const MIN_SAMPLES: usize = 32;
-
 /// The transform of real samples, lines 0 to half their number.
 pub(super) fn transform(samples: &[f64]) -> Vec<C64> {
     if samples.is_empty() {
@@ -66,15 +57,14 @@ pub(super) fn over_impacts(
     impacts: &[Impact],
     sample_rate_hz: f64,
 ) -> Option<Averaged> {
-    /// A last impact with more room than this fraction of the others' room shortens them all.
-    const MIN_ROOM: f64 = 0.8;
     let spacing = impacts.windows(2).map(|pair| pair[1].first - pair[0].first).min();
     let lead = spacing.unwrap_or(usize::MAX).min(impacts.first()?.first).min(4);
     let longest = impacts.iter().map(|impact| force.len() - impact.first + lead).max()?;
     // The last impact may have less room than the others; it is left out if it has much less.
     let last = force.len() - impacts.last()?.first + lead;
     let length = match spacing {
-        Some(spacing) if last as f64 > MIN_ROOM * spacing as f64 => spacing.min(last),
+        // A last impact with more room than this share of the others' shortens them all.
+        Some(spacing) if last as f64 > 0.8 * spacing as f64 => spacing.min(last),
         Some(spacing) => spacing.min(longest),
         None => longest,
     };
@@ -83,7 +73,8 @@ pub(super) fn over_impacts(
         .map(|impact| impact.first - lead.min(impact.first))
         .filter(|s| s + length <= force.len())
         .collect();
-    let decay_per_s = -WINDOW_AT_END.ln() * sample_rate_hz / length.max(1) as f64;
+    // The window leaves a fiftieth at its end.
+    let decay_per_s = -0.02_f64.ln() * sample_rate_hz / length.max(1) as f64;
     let window: Vec<f64> =
         (0..length).map(|k| (-decay_per_s * k as f64 / sample_rate_hz).exp()).collect();
     let window_kind = Window::ForceExponential { decay_per_s };
@@ -96,7 +87,8 @@ pub(super) fn over_stretches(
     responses: &[&[f64]],
     sample_rate_hz: f64,
 ) -> Option<Averaged> {
-    let length = force.len() / STRETCHES;
+    // Eight stretches, not counting those that overlap.
+    let length = force.len() / 8;
     let starts: Vec<usize> =
         (0..).map(|i| i * (length / 2).max(1)).take_while(|s| s + length <= force.len()).collect();
     let window: Vec<f64> = (0..length)
@@ -114,7 +106,7 @@ fn averaged(
     sample_rate_hz: f64,
 ) -> Option<Averaged> {
     let length = window.len();
-    if length < MIN_SAMPLES || starts.is_empty() {
+    if length < 32 || starts.is_empty() {
         return None;
     }
     let windowed = |samples: &[f64], start: usize| -> Vec<C64> {

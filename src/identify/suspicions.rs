@@ -107,13 +107,10 @@ fn tones(
 
 /// A fitted pole that is no mode: damping may be zero, or nothing but the fit supports it.
 fn uncertain(mode: &mut Mode, notes: &mut Notes) {
-    /// Relative standard deviation of a vague frequency.
-    const VAGUE_FREQUENCY: f64 = 3e-3;
     /// Relative standard deviation of vague damping, where no order of the stabilisation diagram
     /// has the mode.
     const VAGUE_DAMPING: f64 = 0.5;
-    let is_vague =
-        mode.frequency_std_hz / mode.frequency_hz.max(f64::MIN_POSITIVE) > VAGUE_FREQUENCY;
+    let is_vague = mode.frequency_std_hz / mode.frequency_hz.max(f64::MIN_POSITIVE) > 3e-3;
     let has_no_damping = mode.damping_ratio <= 0.0;
     let is_unknown = is_vague && mode.damping_std > mode.damping_ratio;
     let is_alone =
@@ -185,14 +182,13 @@ fn duration_s(prepared: &Prepared) -> f64 {
 }
 
 fn coherence(prepared: &Prepared, mode: &Mode, notes: &mut Notes) {
-    const LOW_COHERENCE: f64 = 0.8;
     let Some(averaged) = prepared.averaged.as_ref().filter(|a| !a.coherence.is_empty()) else {
         return;
     };
     let Some(bin) = averaged.frequencies_hz.get(1) else { return };
     let at = (mode.frequency_hz / bin).round() as usize;
     for (response, coherence) in prepared.responses.iter().zip(&averaged.coherence) {
-        if let Some(value) = coherence.get(at).filter(|value| **value < LOW_COHERENCE) {
+        if let Some(value) = coherence.get(at).filter(|value| **value < 0.8) {
             let what = format!(
                 "coherence is {value:.2} at the mode at {:.3} Hz ({} averages): noise, a moving \
                  impact point, or a point near a node of this mode",
@@ -205,11 +201,6 @@ fn coherence(prepared: &Prepared, mode: &Mode, notes: &mut Notes) {
 
 /// The contact of a soft tip lasts so long that it cannot excite high modes.
 fn force(prepared: &Prepared, mode: &Mode, notes: &mut Notes) {
-    /// Relative to the force's highest amplitude.
-    const WEAK_FORCE: f64 = 0.03;
-    /// How far around a mode the force is looked at: relative to its frequency, and in lines.
-    const NEAR: f64 = 0.02;
-    const NEAR_LINES: f64 = 20.0;
     if prepared.kind != RecordKind::Hammer {
         return;
     }
@@ -218,10 +209,10 @@ fn force(prepared: &Prepared, mode: &Mode, notes: &mut Notes) {
     let strongest = block.drive.iter().map(|f| f.norm()).fold(0.0, f64::max);
     let spacing = block.omega.windows(2).map(|pair| pair[1] - pair[0]).next().unwrap_or(0.0);
     // Several impacts make a comb: its envelope counts.
-    let reach = (NEAR * omega).max(NEAR_LINES * spacing);
+    let reach = (0.02 * omega).max(20.0 * spacing);
     let near = block.omega.iter().zip(&block.drive).filter(|(w, _)| (*w - omega).abs() < reach);
     let here = near.map(|(_, f)| f.norm()).fold(0.0, f64::max);
-    if here < WEAK_FORCE * strongest {
+    if here < 0.03 * strongest {
         let what = format!(
             "at the mode at {:.3} Hz the force has {:.1} % of its highest amplitude: the hammer \
              hardly excites it; use a harder tip",
@@ -233,10 +224,8 @@ fn force(prepared: &Prepared, mode: &Mode, notes: &mut Notes) {
 }
 
 fn folded(prepared: &Prepared, mode: &Mode, notes: &mut Notes) {
-    /// Fraction of half the sampling rate above which frequencies may well be folded.
-    const NEAR_NYQUIST: f64 = 0.75;
     let Some(nyquist) = prepared.nyquist_hz else { return };
-    if mode.suspicion.is_none() && mode.frequency_hz > NEAR_NYQUIST * nyquist {
+    if mode.suspicion.is_none() && mode.frequency_hz > 0.75 * nyquist {
         let what = format!(
             "{:.3} Hz lies near half the sampling rate ({nyquist:.1} Hz): without an anti-aliasing \
              filter it may be {:.3} Hz folded; record once more at another rate to see which",

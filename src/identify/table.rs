@@ -57,19 +57,17 @@ impl<P> ModeTable<P> {
         /// Steps that people and instruments round to.
         const STEPS_HZ: [f64; 13] =
             [1.0, 0.5, 0.25, 0.2, 0.125, 0.1, 0.05, 0.025, 0.02, 0.01, 0.005, 0.002, 0.001];
-        /// Fewer values may be multiples by chance.
-        const MIN_VALUES: usize = 6;
-        /// Relative: decimal fractions are not exact in binary.
-        const TOLERANCE: f64 = 1e-6;
         let values: Vec<f64> =
             self.rows.iter().flat_map(|row| row.frequencies_hz.iter().flatten().copied()).collect();
-        if values.len() < MIN_VALUES {
+        // Fewer values may be multiples by chance.
+        if values.len() < 6 {
             return 0.0;
         }
         let is_multiple = |step: f64| {
             values.iter().all(|value| {
                 let steps = value / step;
-                (steps - steps.round()).abs() < TOLERANCE * steps.abs().max(1.0)
+                // Decimal fractions are not exact in binary.
+                (steps - steps.round()).abs() < 1e-6 * steps.abs().max(1.0)
             })
         };
         STEPS_HZ.into_iter().find(|&step| is_multiple(step)).unwrap_or(0.0)

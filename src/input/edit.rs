@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::files::{MAX_JOB_BYTES, MAX_PROGRAM_BYTES};
+use super::files::MAX_FILE_BYTES;
 use super::relocated::{named_from, relocated, resolved};
 use crate::formats::text::{read_bytes, read_text};
 use crate::formats::yaml::Step;
@@ -29,7 +29,7 @@ pub struct OperationEdit {
 /// # Errors
 /// `from` cannot be read, is not a job, or has another number of operations.
 pub fn rewritten_job(from: &Path, to: &Path, edits: &[OperationEdit]) -> Result<String, Note> {
-    let text = read_text(from, MAX_JOB_BYTES)?;
+    let text = read_text(from, MAX_FILE_BYTES)?;
     let fault = |what: &str| Note::error(Code::NotRewritten, Place::file(from), what);
     let Entries { robot, operations } =
         job_entries(&text).ok_or_else(|| fault("is not a job that can be rewritten"))?;
@@ -96,7 +96,7 @@ fn change_speed(
 /// # Errors
 /// It cannot be read, or its extension is that of no dialect.
 pub fn rewritten_program(file: &Path, to: &Rewrite) -> Result<Result<Rewritten, Note>, Note> {
-    let bytes = read_bytes(file, MAX_PROGRAM_BYTES)?;
+    let bytes = read_bytes(file, MAX_FILE_BYTES)?;
     let fault = |what: &str| Note::error(Code::NotRewritten, Place::file(file), what);
     let extension = file.extension().unwrap_or_default().to_string_lossy();
     let dialect = Dialect::from_extension(&extension)

@@ -1,31 +1,23 @@
 //! Files that other files name, and how large a file may be.
 
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 
-use crate::formats::text::{folder_of, lower_first};
+use crate::formats::text::lower_first;
 use crate::notes::{Code, Notes};
+use crate::paths::{folder_of, tidied};
 
-/// Largest job that is read: one of a million waypoints has about 60 MB.
-pub(super) const MAX_JOB_BYTES: u64 = 64 << 20;
+/// Largest job, table or program that is read: a job of a million waypoints has about 60 MB.
+pub(super) const MAX_FILE_BYTES: u64 = 64 << 20;
 
-/// Largest robot.yaml that is read: real ones have a few kB.
+/// Largest robot or session that is read: real ones have a few kB.
 pub(super) const MAX_ROBOT_BYTES: u64 = 1 << 20;
-
-/// Largest URDF that is read: meshes lie in files of their own, so real ones stay below 1 MB.
-pub(super) const MAX_URDF_BYTES: u64 = 4 << 20;
-
-/// Largest table of load tests that is read.
-pub(super) const MAX_TABLE_BYTES: u64 = 64 << 20;
-
-/// Largest robot or CAM program that is read.
-pub(super) const MAX_PROGRAM_BYTES: u64 = 64 << 20;
 
 /// `named` as seen from the folder of the file `by` that names it.
 ///
 /// `jobs/../robots/a.yaml` is shown as `robots/a.yaml` where that is the same file.
 pub(super) fn relative_to(by: &Path, named: &str) -> PathBuf {
     let joined = by.parent().unwrap_or(Path::new("")).join(named);
-    let short = without_detours(&joined);
+    let short = tidied(&joined);
     // `a/..` is not the folder itself where `a` is a symbolic link.
     match (joined.canonicalize(), short.canonicalize()) {
         (Ok(long), Ok(same)) if long == same => short,
@@ -53,13 +45,16 @@ pub(super) fn named_file(
 ) -> Option<PathBuf> {
     let path = relative_to(by, name);
     let what = match std::fs::metadata(&path) {
-        Ok(metadata) if metadata.is_dir() => match file_in(&path, key) {
-            Some(inside) => {
-                let meant = Path::new(name).join(inside);
-                format!("is a folder, must be a file; did you mean '{}'?", meant.display())
-            }
-            None => "is a folder, must be a file".to_owned(),
-        },
+        Ok(metadata) if metadata.is_dir() => {
+            let meant = Path::new(name).join("robot.yaml");
+            let is_there = key == "robot" && path.join("robot.yaml").is_file();
+            let hint = if is_there {
+                format!("; did you mean '{}'?", meant.display())
+            } else {
+                String::new()
+            };
+            format!("is a folder, must be a file{hint}")
+        }
         Ok(_) => return Some(path),
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
             // Said once where the name says it all.
@@ -75,31 +70,6 @@ pub(super) fn named_file(
     None
 }
 
-/// The file in a folder that a key for a file is likely to mean.
-fn file_in(folder: &Path, key: &str) -> Option<String> {
-    let names = |wanted: &str| folder.join(wanted).is_file().then(|| wanted.to_owned());
-    match key {
-        "robot" => names("robot.yaml"),
-        _ => None,
-    }
-}
-
-pub(super) fn without_detours(path: &Path) -> PathBuf {
-    let mut short = PathBuf::new();
-    for component in path.components() {
-        match component {
-            Component::CurDir => {}
-            Component::ParentDir
-                if matches!(short.components().next_back(), Some(Component::Normal(_))) =>
-            {
-                short.pop();
-            }
-            other => short.push(other),
-        }
-    }
-    short
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -111,6 +81,5 @@ mod tests {
         std::fs::write(folder.path().join("r.yaml"), "").unwrap();
         let named = relative_to(&folder.path().join("jobs/j.yaml"), "../r.yaml");
         assert_eq!(named, folder.path().join("r.yaml"));
-        assert_eq!(without_detours(Path::new("../a/./b/../c")), Path::new("../a/c"));
     }
 }

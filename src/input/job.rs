@@ -5,7 +5,7 @@ mod operations;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::files::{MAX_JOB_BYTES, named_file};
+use super::files::{MAX_FILE_BYTES, named_file};
 use super::raw::job as raw;
 use super::robot::read_robot;
 use super::waypoints::FromPrograms;
@@ -18,19 +18,6 @@ use crate::notes::{Code, Note, Notes, Place};
 use crate::units::{m_from_mm, m_per_n_from_um_per_n, rad_from_deg, ratio_from_percent};
 
 const DEFAULT_TOOTH_PASSING_HARMONICS: u32 = 2;
-const DEFAULT_SPINDLE_HARMONICS: u32 = 1;
-const DEFAULT_SEPARATION_PERCENT: f64 = 10.0;
-
-/// What a model that never was compared with measurements may be wrong by.
-const UNCALIBRATED_UNCERTAINTY_PERCENT: f64 = 10.0;
-
-/// A model's uncertainty as a multiple of its held-out root mean square error.
-const UNCERTAINTY_PER_RMS: f64 = 2.0;
-
-const FULL_TURN_DEG: f64 = 360.0;
-
-/// Pitches add up to a full turn within this: they are written with a few digits.
-const PITCH_SUM_SLACK_DEG: f64 = 1e-3;
 
 /// Reads a job.yaml and the robot that it names.
 ///
@@ -38,7 +25,7 @@ const PITCH_SUM_SLACK_DEG: f64 = 1e-3;
 /// Every fault of the job and of its robot's files, each with its line: the job's come first.
 pub fn read_job(path: &Path, reading: &mut Reading) -> Result<Job, Vec<Note>> {
     reading.files.push(path.to_owned());
-    let text = read_text(path, MAX_JOB_BYTES).map_err(|fault| vec![fault])?;
+    let text = read_text(path, MAX_FILE_BYTES)?;
     job_of_text(path, text, reading)
 }
 
@@ -49,7 +36,8 @@ pub(super) fn job_of_text(
     reading: &mut Reading,
 ) -> Result<Job, Vec<Note>> {
     let mut notes = Notes::about(Place::file(path));
-    let Some((tree, raw)) = document::<raw::Job>(&text, &schema::job_to_check(), &mut notes) else {
+    let Some((tree, raw)) = document::<raw::Job>(&text, &schema::of::<raw::Job>(), &mut notes)
+    else {
         return Err(reading.settle(notes));
     };
     drop(text);
@@ -185,7 +173,8 @@ impl Reader<'_> {
                 self.error(Code::Conflict, &steps, what);
             }
             let sum: f64 = pitch.iter().sum();
-            if (sum - FULL_TURN_DEG).abs() > PITCH_SUM_SLACK_DEG {
+            // Pitches are written with a few digits.
+            if (sum - 360.0).abs() > 1e-3 {
                 self.error(
                     Code::Value,
                     &steps,
@@ -239,7 +228,7 @@ impl Reader<'_> {
         }
         self.check_uneven_pitch(raw);
         let tooth = raw.tooth_passing_harmonics.unwrap_or(DEFAULT_TOOTH_PASSING_HARMONICS);
-        let spindle = raw.spindle_harmonics.unwrap_or(DEFAULT_SPINDLE_HARMONICS);
+        let spindle = raw.spindle_harmonics.unwrap_or(1);
         if tooth == 0 && spindle == 0 {
             let what = "policy: tooth_passing_harmonics and spindle_harmonics are both 0, so \
                 nothing would be checked";
@@ -250,17 +239,14 @@ impl Reader<'_> {
             );
         }
         let calibration = self.robot.and_then(|robot| robot.calibration());
+        // A model that never was compared with measurements may be wrong by 10 %.
         let uncertainty = raw.model_uncertainty_percent.unwrap_or_else(|| {
-            calibration.map_or(UNCALIBRATED_UNCERTAINTY_PERCENT, |calibration| {
-                UNCERTAINTY_PER_RMS * calibration.heldout_rms_percent
-            })
+            calibration.map_or(10.0, |calibration| 2.0 * calibration.heldout_rms_percent)
         });
         Policy {
             tooth_passing_harmonics: tooth,
             spindle_harmonics: spindle,
-            separation: ratio_from_percent(
-                raw.separation_percent.unwrap_or(DEFAULT_SEPARATION_PERCENT),
-            ),
+            separation: ratio_from_percent(raw.separation_percent.unwrap_or(10.0)),
             model_uncertainty: ratio_from_percent(uncertainty),
             ignore_hz: bands,
             min_tip_response_m_per_n: m_per_n_from_um_per_n(

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::Reading;
-use super::files::MAX_TABLE_BYTES;
+use super::files::MAX_FILE_BYTES;
 use crate::formats::table::Table;
 use crate::formats::text::read_text;
 use crate::notes::{Code, Note, Notes, Place};
@@ -38,9 +38,9 @@ const ANGLES: [(&str, ToSi); 3] = [
 /// Every fault of the table, each with its line; a table without rows.
 pub fn read_load_test(path: &Path, reading: &mut Reading) -> Result<Vec<LoadTestRow>, Vec<Note>> {
     reading.files.push(path.to_owned());
-    let text = read_text(path, MAX_TABLE_BYTES).map_err(|fault| vec![fault])?;
+    let text = read_text(path, MAX_FILE_BYTES)?;
     let mut notes = Notes::about(Place::file(path));
-    let mut table = Table::open(path, text.as_bytes()).map_err(|fault| vec![fault])?;
+    let mut table = Table::open(path, text.as_bytes())?;
     let Some(columns) = Columns::of(&table, &mut notes) else { return Err(notes.finish().0) };
     let (mut rows, mut cells) = (Vec::new(), Vec::new());
     loop {

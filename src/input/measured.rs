@@ -3,15 +3,15 @@
 use std::path::Path;
 
 use super::Reading;
-use super::files::MAX_TABLE_BYTES;
+use super::files::MAX_FILE_BYTES;
+use super::joint_columns::{self, columns_of, is_of_joint, joint_columns};
 use crate::formats::table::Table;
 use crate::formats::text::read_text;
 use crate::identify::pose::{JointColumn, Pose};
 use crate::identify::{ModeRow, ModeTable};
-use crate::model::{AngleForm, JointKind, MovingJoint, Robot};
+use crate::model::{AngleForm, MovingJoint, Robot};
 use crate::notes::{Code, Note, Notes, Part, Place};
-use crate::units::{m_from_mm, rad_from_deg};
-use crate::wording::nearest;
+use crate::wording::{hint, nearest};
 
 /// More columns of frequencies than this are no table of modes.
 const MAX_MODES: usize = 64;
@@ -21,8 +21,6 @@ const MAX_ROWS: usize = 10_000;
 
 /// Nothing on a robot rings higher, Hz.
 const MAX_HZ: f64 = 1e6;
-
-type ToSi = fn(f64) -> f64;
 
 /// Reads a table of identified modes: the pose as `beta2_rad` (with `beta1_rad`, if known) or one
 /// column `<joint>_rad` or `_deg` per moving joint (`_m` or `_mm` where it slides), `f1_hz`,
@@ -37,9 +35,9 @@ pub fn read_measured(
     reading: &mut Reading,
 ) -> Result<ModeTable, Vec<Note>> {
     reading.files.push(path.to_owned());
-    let text = read_text(path, MAX_TABLE_BYTES).map_err(|fault| vec![fault])?;
+    let text = read_text(path, MAX_FILE_BYTES)?;
     let mut notes = Notes::about(Place::file(path));
-    let mut table = Table::open(path, text.as_bytes()).map_err(|fault| vec![fault])?;
+    let mut table = Table::open(path, text.as_bytes())?;
     let Some(columns) = Columns::of(table.header(), table.line(), robot, &mut notes) else {
         return Err(reading.settle(notes));
     };
@@ -136,7 +134,7 @@ fn with_rows(table: ModeTable, notes: &mut Notes) -> Option<ModeTable> {
 /// Where a pose stands.
 enum PoseColumns {
     /// One column a joint.
-    Joints(Vec<(usize, ToSi)>),
+    Joints(Vec<joint_columns::Column>),
     /// Angles of the two-link model: (column, joint that carries it, its form).
     Angles(Vec<(usize, AngleForm)>),
 }
@@ -196,11 +194,7 @@ impl Columns {
                 "",
             ]
             .contains(&title)
-                || robot.joints().iter().any(|joint| {
-                    title
-                        .strip_prefix(&joint.name)
-                        .is_some_and(|unit| ["_rad", "_deg", "_m", "_mm"].contains(&unit))
-                })
+                || is_of_joint(title, robot)
                 || numbered(title, "f", "_hz")
                 || numbered(title, "f", "_std_hz")
                 || numbered(title, "zeta", "")
@@ -209,11 +203,7 @@ impl Columns {
         let unknown = header
             .iter()
             .filter(|title| !known(title))
-            .map(|title| {
-                let hint = nearest(title, names)
-                    .map_or_else(String::new, |near| format!("; did you mean '{near}'?"));
-                format!("column '{title}' is not used{hint}")
-            })
+            .map(|title| format!("column '{title}' is not used{}", hint(title, names)))
             .collect();
         (notes.errors() == 0).then_some(())?;
         Some(Self {
@@ -277,7 +267,7 @@ impl PoseColumns {
     fn joints(&self, number: &mut impl FnMut(usize) -> Option<f64>, robot: &Robot) -> Vec<f64> {
         match self {
             Self::Joints(columns) => {
-                columns.iter().map(|&(column, to_si)| number(column).map_or(0.0, to_si)).collect()
+                columns.iter().map(|at| number(at.index).map_or(0.0, at.to_si)).collect()
             }
             Self::Angles(angles) => {
                 let mut q: Vec<f64> = robot.joints().iter().map(at_rest).collect();
@@ -360,26 +350,7 @@ fn pose_columns(
 ) -> Option<PoseColumns> {
     let line = line.into();
     let find = |name: &str| header.iter().position(|title| title == name);
-    let units = |kind: JointKind| -> [(&str, ToSi); 2] {
-        match kind {
-            JointKind::Prismatic => [("m", std::convert::identity), ("mm", m_from_mm)],
-            _ => [("rad", std::convert::identity), ("deg", rad_from_deg)],
-        }
-    };
-    let of_joint = |name: &str, kind: JointKind| -> Vec<(usize, ToSi)> {
-        let mut found: Vec<(usize, ToSi)> = units(kind)
-            .iter()
-            .filter_map(|&(unit, to_si)| Some((find(&format!("{name}_{unit}"))?, to_si)))
-            .collect();
-        if kind == JointKind::Prismatic && found.is_empty() {
-            // Tables made for any robot call every SI column `_rad`.
-            found.extend(
-                find(&format!("{name}_rad")).map(|at| (at, std::convert::identity as ToSi)),
-            );
-        }
-        found
-    };
-    let any_joint = robot.joints().iter().any(|j| !of_joint(&j.name, j.kind).is_empty());
+    let any_joint = robot.joints().iter().any(|joint| !columns_of(header, joint).is_empty());
     if let (false, Some(column)) = (any_joint, find("beta2_rad")) {
         let Some(form) = robot.beta2() else {
             let what = "column 'beta2_rad' needs arm_angles.beta2 in the robot's file; or give one \
@@ -393,35 +364,13 @@ fn pose_columns(
         }
         return Some(PoseColumns::Angles(angles));
     }
-    let mut columns = Vec::new();
-    for joint in robot.joints() {
-        let [(si, _), (other, _)] = units(joint.kind);
-        match of_joint(&joint.name, joint.kind).as_slice() {
-            [column] => columns.push(*column),
-            [] => {
-                let wanted = format!("{}_{si}", joint.name);
-                // Not one that another joint has.
-                let is_free = |title: &&str| {
-                    !robot.joints().iter().any(|joint| {
-                        title.strip_prefix(&joint.name).is_some_and(|rest| rest.starts_with('_'))
-                    })
-                };
-                let hint = nearest(&wanted, header.iter().map(String::as_str).filter(is_free))
-                    .map_or_else(String::new, |near| format!("; did you mean '{near}' for it?"));
-                notes.error(
-                    Code::MissingKey,
-                    line,
-                    format!("no column '{wanted}' or '{}_{other}'{hint}", joint.name),
-                );
-            }
-            several => {
-                let what =
-                    format!("joint '{}' has {} columns, must have one", joint.name, several.len());
-                notes.error(Code::Conflict, line, what);
-            }
+    match joint_columns(header, robot) {
+        Ok(columns) => Some(PoseColumns::Joints(columns)),
+        Err(faults) => {
+            faults.into_iter().for_each(|(code, what)| notes.error(code, line, what));
+            None
         }
     }
-    Some(PoseColumns::Joints(columns))
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@ mod edit;
 mod files;
 mod frame;
 mod job;
+mod joint_columns;
 mod load_test;
 mod measured;
 mod poses;

@@ -2,7 +2,7 @@
 
 use std::path::{Component, Path, PathBuf};
 
-use crate::formats::text::folder_of;
+use crate::paths::folder_of;
 
 /// `named` in the file `from`, as the file `to` must name it; `None` where nothing changes.
 pub(super) fn relocated(named: &str, from: &Path, to: &Path) -> Option<String> {

@@ -17,10 +17,7 @@ use crate::model::{
 };
 use crate::notes::{Code, Note, Notes, Part, Place};
 use crate::units::STANDARD_GRAVITY_M_PER_S2;
-use crate::wording::nearest;
-
-/// Modal damping where the robot gives none.
-const DEFAULT_DAMPING_RATIO: f64 = 0.02;
+use crate::wording::hint;
 
 /// Reads a robot.yaml and the URDF that it names.
 ///
@@ -66,7 +63,7 @@ pub(super) fn described_robot_of_text(
 ) -> Result<DescribedRobot, Vec<Note>> {
     reading.files.push(path.to_owned());
     let mut notes = Notes::about(Place::file(path));
-    let schema = schema::robot_to_check();
+    let schema = schema::of::<raw::Robot>();
     let Some((tree, raw)) = document::<raw::Robot>(text, &schema, &mut notes) else {
         return Err(reading.settle(notes));
     };
@@ -145,11 +142,11 @@ impl Files<'_> {
 
     fn message(&self, fault: &Note) -> String {
         let name = match fault.place.part {
-            Some(Part::Extra(index)) => self
-                .tree
-                .get("elasticity")
-                .and_then(|elasticity| elasticity.get("extra"))
-                .and_then(|extra| extra.items().get(index)?.get("name")?.text()),
+            Some(Part::Extra(index)) => {
+                use Step::{Index, Key};
+                let steps = [Key("elasticity"), Key("extra"), Index(index), Key("name")];
+                self.tree.at(&steps).and_then(Node::text)
+            }
             _ => None,
         };
         match (&fault.place.part, name) {
@@ -210,7 +207,7 @@ fn describe(raw: &raw::Robot, tree: &Node, urdf: Option<&Urdf>, notes: &mut Note
         tip: raw.tip.clone(),
         elastic_joints: elastic_joints(elasticity, tree, urdf, notes),
         extra: extras(elasticity, tree, urdf, notes),
-        default_damping_ratio: elasticity.damping_ratio.unwrap_or(DEFAULT_DAMPING_RATIO),
+        default_damping_ratio: elasticity.damping_ratio.unwrap_or(0.02),
         gravity_m_per_s2: gravity.into(),
         gravity_stiffness: elasticity.gravity.unwrap_or(false),
         drives: raw
@@ -242,8 +239,7 @@ fn corrections(raw: &raw::Robot, tree: &Node, notes: &mut Notes) -> Vec<Correcti
         let owner = format!("correction {}", index + 1);
         let Some(name) = &raw.cause else { continue };
         let Some(cause) = Cause::named(name) else {
-            let hint = nearest(name, Cause::ALL.map(Cause::name))
-                .map_or_else(String::new, |near| format!("; did you mean '{near}'?"));
+            let hint = hint(name, Cause::ALL.map(Cause::name));
             notes.error(
                 Code::Reference,
                 line,
@@ -317,7 +313,7 @@ fn elastic_joints(
     let mut springs = Vec::new();
     for (name, spring) in elasticity.joints.iter().flatten() {
         let steps = [Step::Key("elasticity"), Step::Key("joints"), Step::Key(name)];
-        let Some(node) = node_at(tree, &steps) else { continue };
+        let Some(node) = tree.at(&steps) else { continue };
         let line = tree.line_at(&steps);
         let slides = urdf
             .and_then(|urdf| urdf.joints.iter().find(|joint| joint.name == *name))
@@ -367,7 +363,7 @@ fn extras(
     notes: &mut Notes,
 ) -> Vec<ExtraCoordinate> {
     let steps = [Step::Key("elasticity"), Step::Key("extra")];
-    let nodes = node_at(tree, &steps).map_or(&[][..], Node::items);
+    let nodes = tree.at(&steps).map_or(&[][..], Node::items);
     let any_link = urdf.and_then(|urdf| urdf.links.first()).map_or("", |link| link.name.as_str());
     elasticity
         .extra
@@ -449,13 +445,6 @@ fn damping(
 /// Whether a key has a value, be it a faulty one.
 fn given(node: &Node, key: &str, value: Option<f64>) -> bool {
     value.is_some() || node.get(key).is_some_and(|value| value.faulty)
-}
-
-fn node_at<'n>(tree: &'n Node, steps: &[Step<'_>]) -> Option<&'n Node> {
-    steps.iter().try_fold(tree, |node, step| match step {
-        Step::Key(key) => node.get(key),
-        Step::Index(index) => node.items().get(*index),
-    })
 }
 
 fn payload(raw: &raw::Payload) -> Option<Payload> {

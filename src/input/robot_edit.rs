@@ -28,7 +28,7 @@ pub fn corrected_robot(
     calibration: &CalibrationRecord,
     date: &str,
 ) -> Result<String, Vec<Note>> {
-    let text = read_text(path, MAX_ROBOT_BYTES).map_err(|note| vec![note])?;
+    let text = read_text(path, MAX_ROBOT_BYTES)?;
     let before = read_described_robot(path, &mut Reading::default())?;
     let refused = |what: &str| vec![Note::error(Code::NotRewritten, Place::file(path), what)];
     let (mut urdf, mut old) = (None, [None, None]);

@@ -10,36 +10,22 @@ use super::raw;
 
 /// The schema of robot.yaml.
 pub fn robot() -> Value {
-    published(robot_to_check())
+    published(of::<raw::robot::Robot>())
 }
 
 /// The schema of job.yaml.
 pub fn job() -> Value {
-    published(job_to_check())
+    published(of::<raw::job::Job>())
 }
 
 /// The schema of session.yaml.
 pub fn session() -> Value {
-    published(session_to_check())
+    published(of::<raw::session::Session>())
 }
 
-/// With the marks that only the reader understands.
-pub(super) fn robot_to_check() -> Value {
-    of::<raw::robot::Robot>()
-}
-
-/// With the marks that only the reader understands.
-pub(super) fn job_to_check() -> Value {
-    of::<raw::job::Job>()
-}
-
-/// With the marks that only the reader understands.
-pub(super) fn session_to_check() -> Value {
-    of::<raw::session::Session>()
-}
-
-/// In one piece, without references, so that the reader need not follow any.
-fn of<T: JsonSchema>() -> Value {
+/// With the marks that only the reader understands; in one piece, without references, so that it
+/// need not follow any.
+pub(super) fn of<T: JsonSchema>() -> Value {
     let settings =
         SchemaSettings::draft2020_12().with(|settings| settings.inline_subschemas = true);
     settings.into_generator().into_root_schema_for::<T>().to_value()
@@ -85,7 +71,9 @@ mod tests {
 
     #[test]
     fn the_reader_understands_every_keyword_of_every_schema() {
-        for schema in [robot_to_check(), job_to_check(), session_to_check()] {
+        for schema in
+            [of::<raw::robot::Robot>(), of::<raw::job::Job>(), of::<raw::session::Session>()]
+        {
             let mut found = Vec::new();
             keywords(&schema, &mut found);
             assert!(found.len() > 30);

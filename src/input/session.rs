@@ -17,9 +17,7 @@ use crate::identify::pose::{JointColumn, Pose};
 use crate::identify::record::{Conditions, Data, MarkedLink, Marker, Measurement, Record, Session};
 use crate::notes::{Code, Note, Notes, Place};
 use crate::units::m_from_mm;
-use crate::wording::nearest;
-
-const DEFAULT_MAINS_HZ: [f64; 2] = [50.0, 60.0];
+use crate::wording::hint;
 
 /// Fewest marked points that a rotation can be seen from.
 const MIN_MARKERS: usize = 2;
@@ -34,8 +32,8 @@ const MAX_MARKER_MM: f64 = 1e6;
 pub fn read_session(path: &Path, reading: &mut Reading) -> Result<Session, Vec<Note>> {
     reading.files.push(path.to_owned());
     let mut notes = Notes::about(Place::file(path));
-    let text = read_text(path, MAX_ROBOT_BYTES).map_err(|fault| vec![fault])?;
-    let schema = schema::session_to_check();
+    let text = read_text(path, MAX_ROBOT_BYTES)?;
+    let schema = schema::of::<raw::Session>();
     let Some((tree, raw)) = document::<raw::Session>(&text, &schema, &mut notes) else {
         return Err(reading.settle(notes));
     };
@@ -101,7 +99,7 @@ impl Reader<'_> {
         }
         Session {
             band_hz: raw.band_hz,
-            mains_hz: raw.mains_hz.clone().unwrap_or_else(|| DEFAULT_MAINS_HZ.to_vec()),
+            mains_hz: raw.mains_hz.clone().unwrap_or_else(|| vec![50.0, 60.0]),
             joint_columns: self.joint_columns(),
             records,
         }
@@ -266,24 +264,18 @@ impl Reader<'_> {
     fn pose(&mut self, index: usize, pose: Option<&raw::Pose>) -> Option<Pose> {
         let steps = [Step::Key("records"), Step::Index(index), Step::Key("pose")];
         let pose = pose?;
-        let node =
-            self.tree.get("records").and_then(|records| records.items().get(index)?.get("pose"));
-        let is_spelt = |key| node.is_some_and(|node| node.get(key).is_some());
+        let node = self.tree.at(&steps);
         for (key, is_missing, expected) in [
             ("beta2_rad", pose.beta2_rad.is_none(), "a number"),
             ("joints_deg", pose.joints_deg.is_none(), "a list of numbers"),
         ] {
-            let is_null = node.and_then(|node| node.get(key)).is_some_and(Node::is_null);
-            if is_missing && is_null {
+            let spelt = node.and_then(|node| node.get(key)).filter(|_| is_missing);
+            let Some(value) = spelt else { continue };
+            // Any other invalid value was reported.
+            if value.is_null() {
                 let what = format!("pose: {key} is null, must be {expected}");
                 self.error(Code::Value, &[steps[0], steps[1], steps[2], Step::Key(key)], what);
-                return None;
             }
-        }
-        if (pose.beta2_rad.is_none() && is_spelt("beta2_rad"))
-            || (pose.joints_deg.is_none() && is_spelt("joints_deg"))
-        {
-            // Its value is invalid, which was reported.
             return None;
         }
         let (found, other) = match (pose.beta2_rad, &pose.joints_deg) {
@@ -371,8 +363,7 @@ impl Reader<'_> {
         for (record, link, markers) in all {
             let names = markers.iter().flat_map(|marker| marker.x.iter().chain(&marker.y));
             for name in names.filter(|name| !used.contains(name)) {
-                let near = nearest(name, used.iter().map(String::as_str))
-                    .map_or_else(String::new, |near| format!("; did you mean '{near}'?"));
+                let near = hint(name, used.iter().map(String::as_str));
                 let what =
                     format!("markers: link '{link}': channel '{name}' is in no record{near}");
                 let mut steps =

@@ -6,7 +6,7 @@ use std::path::Path;
 use nalgebra::Isometry3;
 
 use super::Reading;
-use super::files::{MAX_PROGRAM_BYTES, named_file, relative_to};
+use super::files::{MAX_FILE_BYTES, named_file, relative_to};
 use super::frame::frame;
 use super::raw::job as raw;
 use crate::formats::text::read_bytes;
@@ -235,7 +235,7 @@ fn program_moves(
         notes.warning(Code::Unused, line, what);
     }
     programs.reading.files.push(file.clone());
-    let bytes = match pending.map_or_else(|| read_bytes(&file, MAX_PROGRAM_BYTES), Ok) {
+    let bytes = match pending.map_or_else(|| read_bytes(&file, MAX_FILE_BYTES), Ok) {
         Ok(bytes) => bytes,
         Err(fault) => {
             programs.errors.push(fault);
@@ -272,14 +272,13 @@ fn program_moves(
 
 /// Tools of the program that weigh something else than the payload that the model carries.
 fn other_tools(program: &Program, robot: &Robot) -> Vec<Note> {
-    /// Masses are weighed and rounded.
-    const SLACK: f64 = 0.01;
     let (carried_kg, link) = match robot.payload() {
         Some(payload) => (payload.inertial.mass_kg, payload.link.as_str()),
         None => (0.0, robot.tip_link()),
     };
     let differs =
-        |mass_kg: f64| (mass_kg - carried_kg).abs() > SLACK * mass_kg.max(carried_kg).max(1.0);
+        // Masses are weighed and rounded.
+        |mass_kg: f64| (mass_kg - carried_kg).abs() > 0.01 * mass_kg.max(carried_kg).max(1.0);
     let others = program.tools.iter().filter(|tool| differs(tool.mass_kg));
     others
         .map(|tool| {

@@ -89,6 +89,12 @@ pub enum Part {
     },
 }
 
+impl From<Note> for Vec<Note> {
+    fn from(note: Note) -> Self {
+        vec![note]
+    }
+}
+
 impl Note {
     /// An error at a place.
     pub fn error(code: Code, place: Place, what: impl Into<String>) -> Self {

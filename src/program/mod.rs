@@ -199,7 +199,7 @@ fn read_up_to(
     dialect: Dialect,
     settings: &Settings,
 ) -> Result<Program, Vec<Note>> {
-    let text = text::decode(bytes).map_err(|note| vec![note])?;
+    let text = text::decode(bytes)?;
     let mut log = log::Log::new(max_moves, settings.rapid_m_per_s);
     match dialect {
         Dialect::Rapid => rapid::read(&text, settings, &mut log),

@@ -3,25 +3,11 @@
 use std::fmt::Write;
 use std::path::{Component, Path, PathBuf};
 
+use crate::paths::tidied;
+
 /// `named`, a path that the file `beside` names, seen from where `beside` is seen.
 pub(super) fn beside(beside: &Path, named: &Path) -> PathBuf {
     tidied(&beside.parent().unwrap_or(Path::new("")).join(named))
-}
-
-/// The path without `.`, and without `folder/..`, judged by the names alone.
-pub(super) fn tidied(path: &Path) -> PathBuf {
-    let mut tidy = PathBuf::new();
-    for component in path.components() {
-        match (component, tidy.components().next_back()) {
-            (Component::CurDir, _) => {}
-            (Component::ParentDir, Some(Component::Normal(_))) => {
-                tidy.pop();
-            }
-            (Component::ParentDir, Some(Component::RootDir)) => {}
-            _ => tidy.push(component),
-        }
-    }
-    tidy
 }
 
 /// The path relative to `root` if it lies inside, else tidied as it is.

@@ -103,7 +103,7 @@ pub fn advise(
     if let Some(path) = to.program {
         match program_rewrite(job, operations) {
             Ok((program, rewrite)) => {
-                let file = job.file.parent().unwrap_or(Path::new("")).join(program);
+                let file = job.beside(program);
                 match rewritten_program(&file, &rewrite).map_err(stopped)? {
                     Ok(rewritten) => {
                         advised.outputs.push(Output::new(path, rewritten.bytes));

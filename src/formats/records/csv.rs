@@ -45,13 +45,13 @@ fn time(title: &str) -> Option<ToSeconds> {
 }
 
 pub(super) fn read(path: &Path) -> Result<Recording, Vec<Note>> {
-    let mut text = read_text(path, MAX_RECORD_BYTES).map_err(|fault| vec![fault])?;
+    let mut text = read_text(path, MAX_RECORD_BYTES)?;
     let mut notes = Notes::about(Place::file(path));
     if let Some((line, at)) = header_as_comment(&text) {
         text.replace_range(at..=at, " ");
         notes.warning(Code::Remark, line, "the header is a comment; it is read as the header");
     }
-    let mut table = Table::open(path, text.as_bytes()).map_err(|fault| vec![fault])?;
+    let mut table = Table::open(path, text.as_bytes())?;
     let header: Vec<String> = table.header().to_vec();
     let header_line = table.line();
     check_header(&header, header_line, &mut notes);

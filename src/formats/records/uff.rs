@@ -7,6 +7,7 @@ use std::path::Path;
 use nalgebra::Complex;
 
 use super::{Channel, Function, Label, MAX_RECORD_BYTES, Recording};
+use crate::formats::scalar::Scalar;
 use crate::formats::text::read_bytes;
 use crate::notes::{Code, Note, Notes, Place};
 
@@ -22,17 +23,11 @@ const FREQUENCY_RESPONSE: i64 = 4;
 const TIME: i64 = 17;
 const FREQUENCY: i64 = 18;
 
-/// Two sampling steps are the same within this share: they are printed with six digits.
-const SAME_STEP: f64 = 1e-4;
-
-/// Times that are written out are even within this share of a step.
-const EVEN_WITHIN: f64 = 0.05;
-
 /// What a fault says, and its line.
 type Bad = (usize, String);
 
 pub(super) fn read(path: &Path) -> Result<Recording, Vec<Note>> {
-    let bytes = read_bytes(path, MAX_RECORD_BYTES).map_err(|fault| vec![fault])?;
+    let bytes = read_bytes(path, MAX_RECORD_BYTES)?;
     let mut lines = Lines { bytes: &bytes, at: 0, line: 0 };
     let (mut found, mut notes) = (Found::default(), Notes::about(Place::file(path)));
     while let Some((_, mark)) = lines.next() {
@@ -185,7 +180,7 @@ impl DataSet {
         let (first, last) = (times.first()?, times.last()?);
         let step = (last - first) / (times.len().max(2) - 1) as f64;
         let is_even =
-            |(k, time): (usize, &f64)| (time - first - k as f64 * step).abs() < EVEN_WITHIN * step;
+            |(k, time): (usize, &f64)| (time - first - k as f64 * step).abs() < 0.05 * step;
         (step > 0.0 && times.iter().enumerate().all(is_even)).then_some(step)
     }
 }
@@ -321,8 +316,13 @@ fn binary_numbers(
     wanted: usize,
     is_double: bool,
 ) -> Result<Vec<f64>, Bad> {
-    let size = if is_double { 8 } else { 4 };
-    let bytes = wanted.saturating_mul(size);
+    let scalar = match (is_double, head.is_big_endian) {
+        (true, true) => Scalar::F64Big,
+        (true, false) => Scalar::F64Little,
+        (false, true) => Scalar::F32Big,
+        (false, false) => Scalar::F32Little,
+    };
+    let bytes = wanted.saturating_mul(scalar.bytes());
     // Some writers count complex numbers as if they were real; then the mark tells where the
     // numbers end.
     let length = if lines.is_mark_after(bytes) { bytes } else { head.bytes };
@@ -337,21 +337,9 @@ fn binary_numbers(
         return Err((line, format!("the file ends within the {length} bytes of data set 58b")));
     };
     lines.skip_data_set();
-    let of = |chunk: &[u8]| -> f64 {
-        let mut wide = [0; 8];
-        let mut narrow = [0; 4];
-        match (is_double, head.is_big_endian) {
-            (true, big) => {
-                wide.copy_from_slice(chunk);
-                if big { f64::from_be_bytes(wide) } else { f64::from_le_bytes(wide) }
-            }
-            (false, big) => {
-                narrow.copy_from_slice(chunk);
-                f64::from(if big { f32::from_be_bytes(narrow) } else { f32::from_le_bytes(narrow) })
-            }
-        }
-    };
-    Ok(taken[..bytes].chunks_exact(size).map(of).collect())
+    let mut numbers = Vec::with_capacity(wanted);
+    scalar.decode(&taken[..bytes], &mut numbers);
+    Ok(numbers)
 }
 
 /// Numbers to the end of the data set, apart by blanks or, where they touch, by their signs.
@@ -411,7 +399,8 @@ impl Found {
                     return bad(what);
                 };
                 if let Some(before) =
-                    self.step.filter(|before| (before / step - 1.0).abs() > SAME_STEP)
+                    // Steps are printed with six digits.
+                    self.step.filter(|before| (before / step - 1.0).abs() > 1e-4)
                 {
                     let what = format!(
                         "response {name} has time steps of {step} s, those before {before} s; must \

@@ -10,7 +10,7 @@ use crate::notes::{Code, Note, Place};
 
 pub(super) fn read(path: &Path) -> Result<Recording, Vec<Note>> {
     let fault = |what: String| vec![Note::error(Code::Syntax, Place::file(path), what)];
-    let bytes = read_bytes(path, MAX_RECORD_BYTES).map_err(|fault| vec![fault])?;
+    let bytes = read_bytes(path, MAX_RECORD_BYTES)?;
     let bad = |error: hound::Error| fault(format!("is no WAV file that can be read: {error}"));
     let mut reader = hound::WavReader::new(Cursor::new(bytes)).map_err(bad)?;
     let spec = reader.spec();

@@ -9,7 +9,7 @@ use serde_json::{Map, Value};
 use super::node::{Entry, Kind, Node};
 use super::number::number_of;
 use crate::notes::{Code, Notes};
-use crate::wording::{MAX_WORD_BYTES, nearest};
+use crate::wording::{MAX_WORD_BYTES, hint, nearest};
 
 /// Every keyword that is understood or that only describes. A test holds the schemas to it.
 #[cfg(test)]
@@ -157,10 +157,8 @@ fn check_value(node: &mut Node, line: u32, schema: &Value, trail: &Trail<'_>, no
     if !fits {
         let mut what = format!("is {}, must be {}", node.shown(), expectation(schema));
         let choices = schema.get("enum").and_then(Value::as_array);
-        if let (Some(text), Some(choices)) = (node.text(), choices)
-            && let Some(near) = nearest(text, choices.iter().filter_map(Value::as_str))
-        {
-            what.push_str(&format!("; did you mean '{near}'?"));
+        if let (Some(text), Some(choices)) = (node.text(), choices) {
+            what.push_str(&hint(text, choices.iter().filter_map(Value::as_str)));
         } else if let (None, Some("string"), false) = (node.text(), type_of(schema), node.is_null())
         {
             what.push_str("; put it in quotes");
@@ -206,7 +204,7 @@ fn check_mapping(
         } else if additional == Some(&Value::Bool(false)) {
             let known = || properties.keys().map(String::as_str);
             let near = nearest(key, known());
-            let hint = match near {
+            let advice = match near {
                 Some(near) => format!("did you mean '{near}'?"),
                 None => format!("known keys are {}", known().collect::<Vec<_>>().join(", ")),
             };
@@ -215,7 +213,7 @@ fn check_mapping(
             notes.error(
                 Code::UnknownKey,
                 entry.line as usize,
-                trail.within(&format!("unknown key '{key}'; {hint}")),
+                trail.within(&format!("unknown key '{key}'; {advice}")),
             );
             entry.value.faulty = true;
             // The key that was meant is not missing as well.

@@ -68,6 +68,14 @@ impl Node {
         }
     }
 
+    /// The value at the end of `steps`.
+    pub(crate) fn at(&self, steps: &[Step<'_>]) -> Option<&Node> {
+        steps.iter().try_fold(self, |node, step| match step {
+            Step::Key(key) => node.get(key),
+            Step::Index(index) => node.items().get(*index),
+        })
+    }
+
     /// The line of the value at the end of `steps`, or of the last one on the way that exists.
     pub(crate) fn line_at(&self, steps: &[Step<'_>]) -> usize {
         let (mut node, mut line) = (self, self.line);
@@ -136,11 +144,10 @@ impl Node {
 
     /// The value as a message shows it.
     pub(crate) fn shown(&self) -> String {
-        const LONGEST: usize = 60;
         match &self.kind {
             _ if self.is_null() => "empty".to_owned(),
             Kind::Scalar { text, quoted } => {
-                let short: String = text.chars().take(LONGEST).collect();
+                let short: String = text.chars().take(60).collect();
                 let dots = if short.len() < text.len() { "…" } else { "" };
                 let mark = if *quoted { "\"" } else { "" };
                 format!("{mark}{}{dots}{mark}", short.escape_debug())

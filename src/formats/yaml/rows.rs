@@ -10,9 +10,6 @@ use std::sync::Arc;
 use super::node::{Entry, Kind, Node};
 use super::number::number_of;
 
-/// Tables shorter than this do not pay.
-const MIN_ROWS: usize = 32;
-
 /// Rows of one list, on lines that follow each other.
 pub(super) struct Table {
     /// With their lines in the whole text. Never empty: the first one is left in the text.
@@ -64,7 +61,8 @@ impl Run {
     /// Takes the rows out of the text, if there are enough; they end at `end`.
     fn close(&mut self, text: &str, end: usize, copied: &mut usize, short: &mut Shortened) {
         let rows = std::mem::take(&mut self.rows);
-        if rows.len() >= MIN_ROWS {
+        // Shorter tables do not pay.
+        if rows.len() >= 32 {
             short.text.push_str(&text[*copied..self.rows_from]);
             *copied = end;
             short.tables.push(Table { rows });
@@ -117,8 +115,6 @@ fn mapping<'t>(mut text: &'t str, line: u32, keys: &mut Vec<Arc<str>>) -> Option
 
 /// A key of small letters, digits and underscores.
 fn shared(key: &str, keys: &mut Vec<Arc<str>>) -> Option<Arc<str>> {
-    /// Tables have few; others are not kept.
-    const MOST: usize = 8;
     if let Some(known) = keys.iter().find(|known| &***known == key) {
         return Some(Arc::clone(known));
     }
@@ -127,7 +123,8 @@ fn shared(key: &str, keys: &mut Vec<Arc<str>>) -> Option<Arc<str>> {
         return None;
     }
     let key: Arc<str> = key.into();
-    if keys.len() < MOST {
+    // Tables have few keys; others are not kept.
+    if keys.len() < 8 {
         keys.push(Arc::clone(&key));
     }
     Some(key)

@@ -142,12 +142,11 @@ impl Block {
 
     /// Whether a pole can be evaluated at all.
     pub(in crate::identify) fn admits(&self, pole: &Pole) -> bool {
-        /// Growth over a record beyond this is no vibration, and would overflow.
-        const MAX_GROWTH: f64 = 8.0;
         match &self.origin {
             // Above half the sampling rate a pole is the image of one below.
             Origin::Sampled { step_s, samples, .. } => {
-                pole.lambda.re * step_s * (*samples as f64) < MAX_GROWTH
+                // More growth over a record is no vibration, and would overflow.
+                pole.lambda.re * step_s * (*samples as f64) < 8.0
                     && pole.lambda.im * step_s < std::f64::consts::PI
             }
             Origin::Responses => pole.lambda.re < 0.0,

@@ -93,9 +93,8 @@ pub(super) fn required_gain(poles: usize) -> f64 {
 
 /// The fit with envelopes and poles consistent with each other.
 fn settled(blocks: &mut [Block], fit: Fit) -> Fit {
-    const ROUNDS: usize = 3;
     let mut best = fit;
-    for _ in 0..ROUNDS {
+    for _ in 0..3 {
         let mut trial = blocks.to_vec();
         update_envelopes(&mut trial, &best);
         let Some(fit) = Fit::at(&trial, best.noise.clone(), best.poles.clone()) else { break };
@@ -112,8 +111,6 @@ fn settled(blocks: &mut [Block], fit: Fit) -> Fit {
 
 /// With drift where it is significant, and how many rates are new; `None` where nothing drifts.
 pub(super) fn drifting(blocks: &[Block], fit: &Fit) -> Option<(Vec<Block>, Fit, usize)> {
-    /// Largest drift relative to the frequency.
-    const MAX_DRIFT: f64 = 0.25;
     if !blocks.iter().all(|block| matches!(block.origin, Origin::Sampled { .. })) {
         return None;
     }
@@ -128,7 +125,7 @@ pub(super) fn drifting(blocks: &[Block], fit: &Fit) -> Option<(Vec<Block>, Fit, 
         let Some(trial) = Fit::at(&blocks, fit.noise.clone(), poles) else { break };
         let trial = trial.refined(&blocks, COARSE);
         if fit.evaluation.sum_of_squares - trial.evaluation.sum_of_squares < required
-            || trial.poles.iter().any(|pole| drift_of(&blocks, pole).norm() > MAX_DRIFT)
+            || trial.poles.iter().any(|pole| drift_of(&blocks, pole).norm() > 0.25)
         {
             break;
         }

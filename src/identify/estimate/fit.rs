@@ -318,8 +318,7 @@ impl Fit {
 
     /// With the lines weighted by the noise of the residual, and the poles moved accordingly.
     pub(super) fn reweighted(mut self, blocks: &[Block]) -> Self {
-        const ROUNDS: usize = 3;
-        for _ in 0..ROUNDS {
+        for _ in 0..3 {
             let noise = self.noise_by(blocks, noise::smooth);
             let Some(fit) = Self::at(blocks, noise, self.poles.clone()) else { return self };
             self = fit.refined(blocks, FULL);

@@ -43,12 +43,9 @@ pub struct StabilisationPoint {
 pub(in crate::identify) fn poles_by_order(
     sets: &[(&[f64], &[Vec<C64>])],
 ) -> Vec<(usize, Vec<Pole>)> {
-    /// Highest order of the denominator.
-    const MAX_ORDER: usize = 48;
-    /// Lines for each coefficient.
-    const LINES_PER_ORDER: usize = 5;
     let lines = sets.iter().map(|(omega, _)| omega.len()).min().unwrap_or(0);
-    let highest = MAX_ORDER.min(lines / LINES_PER_ORDER);
+    // Lines for each coefficient, and the highest order of the denominator.
+    let highest = 48.min(lines / 5);
     let top = sets.iter().filter_map(|(omega, _)| omega.last()).fold(0.0_f64, |a, b| a.max(*b));
     if highest < 2 || top <= 0.0 {
         return Vec::new();
@@ -105,8 +102,6 @@ fn reduced(omega: &[f64], spectrum: &[C64], step: f64, order: usize) -> Option<D
 
 /// Poles that decay, from the denominator of one order.
 fn roots(normal: &DMatrix<f64>, order: usize, step: f64) -> Option<Vec<Pole>> {
-    /// Damping ratios above this are no vibration worth showing.
-    const MAX_DAMPING_RATIO: f64 = 0.25;
     let matrix = normal.view((0, 0), (order, order)).into_owned();
     let right = DVector::from_fn(order, |i, _| -normal[(i, order)]);
     let low = matrix.lu().solve(&right)?;
@@ -131,7 +126,8 @@ fn roots(normal: &DMatrix<f64>, order: usize, step: f64) -> Option<Vec<Pole>> {
             pole.lambda.im > 0.0
                 && pole.lambda.im < 0.999 * nyquist
                 && ratio > 0.0
-                && ratio < MAX_DAMPING_RATIO
+                // More damping is no vibration worth showing.
+                && ratio < 0.25
         });
     Some(poles.collect())
 }
@@ -140,18 +136,15 @@ fn roots(normal: &DMatrix<f64>, order: usize, step: f64) -> Option<Vec<Pole>> {
 pub(in crate::identify) fn stabilisation(
     by_order: &[(usize, Vec<Pole>)],
 ) -> Vec<StabilisationPoint> {
-    /// A pole is stable where the next lower order has one within these relative distances.
-    const STABLE_FREQUENCY: f64 = 0.01;
-    const STABLE_DAMPING: f64 = 0.1;
     let mut points = Vec::new();
     for (at, (order, poles)) in by_order.iter().enumerate() {
         let before: &[Pole] = at.checked_sub(1).map_or(&[], |before| &by_order[before].1);
         for pole in poles {
-            let is_near = |old: &&Pole| (old.omega() / pole.omega() - 1.0).abs() < STABLE_FREQUENCY;
+            let is_near = |old: &&Pole| (old.omega() / pole.omega() - 1.0).abs() < 0.01;
             let stability = if before
                 .iter()
                 .filter(is_near)
-                .any(|old| (old.ratio() / pole.ratio() - 1.0).abs() < STABLE_DAMPING)
+                .any(|old| (old.ratio() / pole.ratio() - 1.0).abs() < 0.1)
             {
                 Stability::Pole
             } else if before.iter().any(|old| is_near(&old)) {
@@ -173,8 +166,6 @@ pub(in crate::identify) fn stabilisation(
 /// One pole for each column of a stabilisation diagram: the median of those that keep their
 /// frequency.
 pub(in crate::identify) fn candidates(points: &[StabilisationPoint]) -> Vec<Pole> {
-    /// Poles at fewer orders than this are no candidates.
-    const MIN_ORDERS: usize = 3;
     let mut steady: Vec<&StabilisationPoint> =
         points.iter().filter(|point| point.stability >= Stability::Frequency).collect();
     steady.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
@@ -186,7 +177,7 @@ pub(in crate::identify) fn candidates(points: &[StabilisationPoint]) -> Vec<Pole
             || steady[to].frequency_hz > steady[from].frequency_hz * (1.0 + 2.0 * SAME_FREQUENCY);
         if breaks {
             let group = &steady[from..to];
-            if group.len() >= MIN_ORDERS {
+            if group.len() >= 3 {
                 let dampings: Vec<f64> = group.iter().map(|p| p.damping_ratio).collect();
                 let omega = rad_per_s_from_hz(group[group.len() / 2].frequency_hz);
                 found.extend(upper_median(&dampings).map(|ratio| Pole::from_modal(omega, ratio)));

@@ -119,10 +119,9 @@ fn moving_before(blocks: &mut [Block], fit: &Fit) -> Option<Fit> {
 
 /// Whether the force begins late enough to distinguish an earlier vibration from the one it causes.
 fn waits_for_its_force(block: &Block) -> bool {
-    const MIN_SAMPLES: f64 = 8.0;
     match &block.origin {
         Origin::Sampled { force: Some(force), .. } if !block.begins_moving => {
-            force.first().is_some_and(|sample| sample.at >= MIN_SAMPLES)
+            force.first().is_some_and(|sample| sample.at >= 8.0)
         }
         _ => false,
     }

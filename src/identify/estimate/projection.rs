@@ -1,12 +1,6 @@
 //! Linear least squares by orthonormal columns (modified Gram–Schmidt, twice where much is lost:
 //! Björck, Numerical Methods for Least Squares Problems, §2.4.5).
 
-/// A column that keeps less than this fraction of its length depends on those before it.
-const DEPENDENT: f64 = 1e-9;
-
-/// A column that keeps this fraction of its length needs no second pass.
-const ONCE_IS_ENOUGH: f64 = 0.7;
-
 /// Orthonormal columns that span the given ones.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Projection {
@@ -48,12 +42,13 @@ impl Projection {
                 *r += share;
             }
             // Once is enough where little was taken away.
-            if pass == 0 && dot(&column, &column).sqrt() > ONCE_IS_ENOUGH * norm {
+            if pass == 0 && dot(&column, &column).sqrt() > 0.7 * norm {
                 break;
             }
         }
         let left = dot(&column, &column).sqrt();
-        if left > DEPENDENT * before && left.is_finite() {
+        // Else it depends on those before it.
+        if left > 1e-9 * before && left.is_finite() {
             column.iter_mut().for_each(|c| *c /= left);
             r[self.q.len()] = left;
             self.q.push(column);

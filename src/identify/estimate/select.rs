@@ -14,19 +14,11 @@ use super::projection::{Projection, dot};
 use super::unexplained::reaches;
 use crate::statistics::chi_squared_bound;
 
-/// More poles than any band of an arm has.
-const MAX_POLES: usize = 24;
-
-/// More tones than this are another effect that the model does not explain.
-const MAX_TONES: usize = 4;
-
-/// Peaks of the residual that are tried.
-const PEAKS: usize = 4;
-
 /// The significant poles, and the fit at them.
 pub(super) fn select(blocks: &mut [Block], starts: &[Pole]) -> Option<Fit> {
     let mut fit = Fit::at(blocks, first_noise(blocks), Vec::new())?;
-    while fit.poles.len() < MAX_POLES {
+    // More poles than any band of an arm has.
+    while fit.poles.len() < 24 {
         let floor = fit.noise_by(blocks, |powers, _, strongest| noise::floor(powers, strongest));
         // What was noise at first may be the skirt of a mode: the poles move with the weights.
         fit = Fit::at(blocks, floor, fit.poles.clone())?.refined(blocks, NORMAL);
@@ -88,21 +80,17 @@ fn is_on(pole: &Pole, new: &Pole) -> bool {
 
 /// Whether a pole may be there for the residual of another one.
 fn is_near(pole: &Pole, new: &Pole) -> bool {
-    /// Relative to the frequency, and to the sum of their decay rates.
-    const NEAR: f64 = 0.1;
-    const BANDWIDTHS: f64 = 5.0;
     let apart = (pole.omega() - new.omega()).abs();
-    apart < NEAR * pole.omega() || apart < BANDWIDTHS * (pole.lambda.re.abs() + new.lambda.re.abs())
+    // Relative to the frequency, and to the sum of their decay rates.
+    apart < 0.1 * pole.omega() || apart < 5.0 * (pole.lambda.re.abs() + new.lambda.re.abs())
 }
 
 /// Where a further mode may be: columns of the stabilisation diagram, peaks of the residual, and
 /// either side of each pole.
 fn driven(fit: &Fit, starts: &[Pole], blocks: &[Block]) -> Vec<Pole> {
-    /// Damping ratios that are tried at a peak of the residual.
-    const TRIED_DAMPING: [f64; 3] = [0.003, 0.015, 0.05];
     let mut candidates = starts.to_vec();
     for omega in residual_peaks(blocks, fit) {
-        candidates.extend(TRIED_DAMPING.map(|ratio| Pole::from_modal(omega, ratio)));
+        candidates.extend([0.003, 0.015, 0.05].map(|ratio| Pole::from_modal(omega, ratio)));
     }
     for pole in fit.poles.iter().filter(|pole| pole.is_driven) {
         let apart = pole.ratio().abs().clamp(0.003, 0.1);
@@ -115,23 +103,18 @@ fn driven(fit: &Fit, starts: &[Pole], blocks: &[Block]) -> Vec<Pole> {
 
 /// Where a steady tone may be that no force explains, such as a line of the mains.
 fn tones(blocks: &[Block], fit: &Fit) -> Vec<Pole> {
-    /// Damping ratio of a steady tone to begin with.
-    const TONE_DAMPING: f64 = 1e-5;
     let is_forced = |block: &Block| matches!(block.origin, Origin::Sampled { force: Some(_), .. });
     let found = fit.poles.iter().filter(|pole| !pole.is_driven).count();
-    if !blocks.iter().any(is_forced) || found >= MAX_TONES {
+    // More tones are another effect that the model does not explain.
+    if !blocks.iter().any(is_forced) || found >= 4 {
         return Vec::new();
     }
-    let tone = |omega| Pole { is_driven: false, ..Pole::from_modal(omega, TONE_DAMPING) };
+    let tone = |omega| Pole { is_driven: false, ..Pole::from_modal(omega, 1e-5) };
     residual_peaks(blocks, fit).into_iter().map(tone).collect()
 }
 
 /// With one more pole, if one of the candidates is significant.
 fn grown(blocks: &[Block], fit: &Fit, mut candidates: Vec<Pole>) -> Option<Fit> {
-    /// Starts that are refined before the best is chosen.
-    const TRIALS: usize = 4;
-    /// Fraction of the required gain that a coarse refinement must reach.
-    const PROMISING: f64 = 0.4;
     /// Largest damping ratio of a steady tone.
     const MAX_TONE_DAMPING: f64 = 1e-3;
     let reaches = reaches(blocks, &fit.poles);
@@ -142,7 +125,7 @@ fn grown(blocks: &[Block], fit: &Fit, mut candidates: Vec<Pole>) -> Option<Fit> 
     ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
     let before = fit.evaluation.sum_of_squares;
     let mut best: Option<Fit> = None;
-    for (_, pole) in distinct(ranked).into_iter().take(TRIALS) {
+    for (_, pole) in distinct(ranked).into_iter().take(4) {
         let mut poles = fit.poles.clone();
         poles.push(pole);
         let Some(trial) = Fit::at(blocks, fit.noise.clone(), poles) else { continue };
@@ -160,7 +143,7 @@ fn grown(blocks: &[Block], fit: &Fit, mut candidates: Vec<Pole>) -> Option<Fit> 
     }
     let required = required_gain(blocks);
     let gain = |fit: &Fit| before - fit.evaluation.sum_of_squares;
-    let promising = best.filter(|best| gain(best) > PROMISING * required)?;
+    let promising = best.filter(|best| gain(best) > 0.4 * required)?;
     let best = promising.refined(blocks, NORMAL);
     (gain(&best) > required).then_some(best)
 }
@@ -253,7 +236,7 @@ fn residual_peaks(blocks: &[Block], fit: &Fit) -> Vec<f64> {
             })
             .collect();
         peaks.sort_by(|&a, &b| power[b].total_cmp(&power[a]));
-        found.extend(peaks.iter().take(PEAKS).map(|&k| block.omega[k]));
+        found.extend(peaks.iter().take(4).map(|&k| block.omega[k]));
     }
     found
 }

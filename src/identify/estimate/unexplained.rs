@@ -4,15 +4,12 @@
 use super::block::{Block, C64, Origin, Pole};
 use super::states::{spectra, states};
 
-/// Poles damped more than this do not drift, nor does another with them.
-const MAX_DAMPING_RATIO: f64 = 0.1;
-
 /// An envelope serves poles within this relative distance.
 pub(super) const SAME_MODE: f64 = 0.1;
 
 /// Whether the force drives a pole and its damping is low enough to see it drift.
 pub(super) fn may_drift(pole: &Pole) -> bool {
-    pole.is_driven && (0.0..MAX_DAMPING_RATIO).contains(&pole.ratio())
+    pole.is_driven && (0.0..0.1).contains(&pole.ratio())
 }
 
 /// Largest shift of a pole from its place at small amplitudes, relative to its frequency.
@@ -67,12 +64,11 @@ pub(super) fn is_artefact(blocks: &[Block], poles: &[Pole], peaks: &[f64], at: u
 }
 
 fn is_under_another(blocks: &[Block], poles: &[Pole], peaks: &[f64], at: usize) -> bool {
-    /// A mode within the width of another is this loud, relative to the other.
-    const MIN_LOUDNESS: f64 = 0.35;
     let mut others = poles.iter().zip(peaks).filter(|(other, _)| other.drifts());
     let is_under = |(other, peak): (&Pole, &f64)| {
         let reach = reaches(blocks, std::slice::from_ref(other));
-        peaks[at] < MIN_LOUDNESS * peak && reach.iter().any(|reach| reach.holds(&poles[at]))
+        // A mode within the width of another is so loud, relative to it.
+        peaks[at] < 0.35 * peak && reach.iter().any(|reach| reach.holds(&poles[at]))
     };
     others.any(is_under)
 }
@@ -146,10 +142,6 @@ pub(super) fn unexplained(blocks: &[Block], at: usize, poles: &[Pole]) -> Vec<Un
     /// louder.
     const NEAR: f64 = 0.1;
     const ELSEWHERE: f64 = 0.5;
-    /// Modes whose sums and differences count.
-    const MAX_MODES: usize = 3;
-    /// The error does not add up for longer than at this damping ratio.
-    const MIN_DAMPING: f64 = 1e-3;
     let block = &blocks[at];
     let Origin::Sampled { step_s, samples, force } = &block.origin else { return Vec::new() };
     if !poles.iter().any(Pole::drifts) {
@@ -162,7 +154,7 @@ pub(super) fn unexplained(blocks: &[Block], at: usize, poles: &[Pole]) -> Vec<Un
     let mut parts = Vec::new();
     for (pole, (place, _)) in poles.iter().zip(places) {
         let is_source = pole.drifts() || is_envelope(block, poles, pole);
-        if !is_source || parts.len() == MAX_MODES {
+        if !is_source || parts.len() == 3 {
             continue;
         }
         let states =
@@ -170,7 +162,8 @@ pub(super) fn unexplained(blocks: &[Block], at: usize, poles: &[Pole]) -> Vec<Un
         let peak = states.iter().map(|s| s.norm()).fold(f64::MIN_POSITIVE, f64::max);
         let states: Vec<C64> = states.iter().map(|s| s / peak).collect();
         let drift = drift_of(pole);
-        let added_up = 0.5 * drift.powi(2) / pole.ratio().max(MIN_DAMPING);
+        // The error does not add up for longer than at this damping ratio.
+        let added_up = 0.5 * drift.powi(2) / pole.ratio().max(1e-3);
         all.push(Unexplained {
             modes: vec![(place, peak)],
             size: (added_up + NEAR * drift).min(1.0),

@@ -4,19 +4,11 @@ use std::path::Path;
 
 use super::{DecodedPoses, MAX_ERRORS};
 use crate::formats::table::{MAX_ROW_BYTES, beyond, cells_of, number};
-use crate::model::{JointKind, Robot};
-use crate::notes::{Code, Note, Place};
-use crate::units::{m_from_mm, rad_from_deg};
-use crate::wording::nearest;
-
-type ToSi = fn(f64) -> f64;
-
-/// Where the value of one joint stands.
-#[derive(Debug, Clone, Copy)]
-struct Column {
-    index: usize,
-    to_si: ToSi,
-}
+#[cfg(feature = "arrow")]
+use crate::input::joint_columns::ToSi;
+use crate::input::joint_columns::{Column, joint_columns};
+use crate::model::Robot;
+use crate::notes::{Note, Place};
 
 /// Which columns of a table hold the joints.
 #[derive(Debug, Clone)]
@@ -29,65 +21,16 @@ pub(super) struct Columns {
 }
 
 impl Columns {
-    /// For each moving joint one column `<joint name>_rad` or `_deg` (a prismatic joint: `_m` or
-    /// `_mm`; `_rad` is read as m), in any order; other columns are passed over.
+    /// Those of [`joint_columns`]; other columns are passed over.
     pub(super) fn find(
         file: &Path,
         line: Option<usize>,
         header: &[String],
         robot: &Robot,
     ) -> Result<Self, Vec<Note>> {
-        let mut faults = Vec::new();
-        let mut fault = |what: String| {
-            faults.push(Note::error(Code::MissingKey, Place::line(file, line), what));
-        };
-        let mut joints = Vec::new();
-        for joint in robot.joints() {
-            let units: &[(&str, ToSi)] = match joint.kind {
-                // Tables made for any robot call every SI column `_rad`.
-                JointKind::Prismatic => &[
-                    ("m", std::convert::identity),
-                    ("mm", m_from_mm),
-                    ("rad", std::convert::identity),
-                ],
-                _ => &[("rad", std::convert::identity), ("deg", rad_from_deg)],
-            };
-            let found: Vec<Column> = units
-                .iter()
-                .flat_map(|&(unit, to_si)| {
-                    let wanted = format!("{}_{unit}", joint.name);
-                    let matching =
-                        header.iter().enumerate().filter(move |(_, title)| **title == wanted);
-                    matching.map(move |(index, _)| Column { index, to_si }).collect::<Vec<_>>()
-                })
-                .collect();
-            match found.as_slice() {
-                [column] => joints.push(*column),
-                [] => {
-                    let wanted = format!("{}_{}", joint.name, units[0].0);
-                    // The column of another joint is not meant.
-                    let of_another = |title: &str| {
-                        robot.joints().iter().any(|other| {
-                            let unit = title.strip_prefix(other.name.as_str());
-                            matches!(unit, Some("_rad" | "_deg" | "_m" | "_mm"))
-                        })
-                    };
-                    let free = header.iter().map(String::as_str).filter(|title| !of_another(title));
-                    let hint = nearest(&wanted, free).map_or_else(String::new, |near| {
-                        format!("; did you mean '{near}' for it?")
-                    });
-                    fault(format!("no column '{wanted}' or '{}_{}'{hint}", joint.name, units[1].0));
-                }
-                _ => fault(format!(
-                    "joint '{}' has {} columns, must have one",
-                    joint.name,
-                    found.len()
-                )),
-            }
-        }
-        if !faults.is_empty() {
-            return Err(faults);
-        }
+        let fault = |(code, what)| Note::error(code, Place::line(file, line), what);
+        let joints = joint_columns(header, robot)
+            .map_err(|faults| faults.into_iter().map(fault).collect::<Vec<_>>())?;
         let last = joints.iter().map(|column| column.index + 1).max().unwrap_or(0);
         let mut holds = vec![None; last];
         for (joint, column) in joints.iter().enumerate() {

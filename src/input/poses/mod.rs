@@ -19,12 +19,8 @@ use crate::notes::{Code, Note, Place};
 /// Errors of one piece that are reported.
 const MAX_ERRORS: usize = 20;
 
-/// Bytes that a pose of a CSV table is taken to have.
-const BYTES_PER_POSE: usize = 128;
-
 /// What an Arrow file begins with, and what a stream does.
 const ARROW_FILE: &[u8] = b"ARROW1";
-const ARROW_STREAM: &[u8] = &[0xFF; 4];
 
 /// What is read from: the bytes that show the format, then the rest.
 type Stream = io::Chain<Cursor<Vec<u8>>, Box<dyn Read>>;
@@ -210,14 +206,14 @@ impl PoseTable {
             let reader = Cursor::new(Vec::new()).chain(reader);
             let rows = Rows::new(layout.clone(), reader, file).map_err(fault)?;
             (Source::Npy(rows), Format::Npy { layout, joints })
-        } else if start == ARROW_FILE || start.starts_with(ARROW_STREAM) {
+        } else if start == ARROW_FILE || start.starts_with(&[0xFF; 4]) {
             Self::arrow(start, reader, file, path, robot)?
         } else if start.starts_with(b"PK\x03\x04") {
             return Err(fault("is an archive (.npz); save one array with numpy.save".into()));
         } else if path.extension().is_some_and(|extension| extension == "npy") {
             return Err(fault("does not begin as .npy does (\\x93NUMPY)".into()));
         } else {
-            let table = Table::open(path, Cursor::new(start).chain(reader)).map_err(|f| vec![f])?;
+            let table = Table::open(path, Cursor::new(start).chain(reader))?;
             let columns = Columns::find(path, Some(table.line()), table.header(), robot)?;
             let first_line = table.line() + 1;
             (Source::Csv(table), Format::Csv { columns, first_line })
@@ -283,7 +279,8 @@ impl PoseTable {
     pub fn read(&mut self, poses: usize, raw: &mut RawPoses) -> Result<bool, Note> {
         match &mut self.source {
             Source::Csv(table) => {
-                table.lines(poses * BYTES_PER_POSE, &mut raw.bytes)?;
+                // About as many bytes as a pose has.
+                table.lines(poses * 128, &mut raw.bytes)?;
                 Ok(!raw.bytes.is_empty())
             }
             Source::Npy(rows) => {

@@ -12,9 +12,6 @@ use crate::wording::nearest;
 /// Sampling rates that an arm can be recorded at, Hz.
 const RATES_HZ: [f64; 2] = [0.1, 1e7];
 
-/// A rate in the session and one in the file agree within this share.
-const SAME_RATE: f64 = 0.01;
-
 /// A record and the file that it names.
 #[derive(Clone, Copy)]
 pub(super) struct Source<'r> {
@@ -160,7 +157,7 @@ impl Reader<'_> {
             None => (self.raw.sample_rate_hz, vec![Step::Key("sample_rate_hz")]),
         };
         let rate = match (file.sample_rate_hz, given) {
-            (Some(own), Some(given)) if (own / given - 1.0).abs() > SAME_RATE => {
+            (Some(own), Some(given)) if (own / given - 1.0).abs() > 0.01 => {
                 let what = format!(
                     "sample_rate_hz is {given}, but file '{name}' itself says {own:.4}; must \
                         agree, or be left out"

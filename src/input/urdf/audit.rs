@@ -4,8 +4,6 @@ use roxmltree::{Document, Node};
 
 use crate::notes::{Code, Notes};
 
-/// How every spelling of xacro's namespace ends.
-const XACRO_NAMESPACE: &str = "/xacro";
 const XACRO_HINT: &str =
     "is unexpanded xacro; run 'xacro robot.xacro > robot.urdf' and name the result";
 const JOINT_TYPES: [&str; 7] =
@@ -79,9 +77,9 @@ pub(super) fn audit(text: &str, notes: &mut Notes) -> Option<Audit> {
         damaged: false,
     };
     let root = document.root_element();
-    let xacro = root.descendants().find(|node| {
-        node.tag_name().namespace().is_some_and(|space| space.ends_with(XACRO_NAMESPACE))
-    });
+    let xacro = root
+        .descendants()
+        .find(|node| node.tag_name().namespace().is_some_and(|space| space.ends_with("/xacro")));
     if let Some(node) = xacro {
         auditor.notes.error(Code::Syntax, auditor.line(&node), XACRO_HINT);
         return None;
@@ -189,6 +187,14 @@ impl Auditor<'_> {
         self.line_starts.partition_point(|&start| start <= node.range().start)
     }
 
+    fn missing(&mut self, line: usize, what: String) {
+        self.notes.error(Code::MissingKey, line, what);
+    }
+
+    fn conflict(&mut self, line: usize, what: String) {
+        self.notes.error(Code::Conflict, line, what);
+    }
+
     /// Writes an attribute of the plain copy.
     fn attribute(&mut self, name: &str, value: &str) {
         self.plain.push(' ');
@@ -219,11 +225,7 @@ impl Auditor<'_> {
         let first = found.next();
         if let Some(second) = found.next() {
             let line = self.line(&second);
-            self.notes.error(
-                Code::Conflict,
-                line,
-                format!("{owner}: <{tag}> is given twice, must be given once"),
-            );
+            self.conflict(line, format!("{owner}: <{tag}> is given twice, must be given once"));
         }
         first
     }
@@ -281,7 +283,7 @@ impl Auditor<'_> {
         if !self.numbers(owner, node, name, 1, stand_in) {
             let line = self.line(node);
             let tag = node.tag_name().name();
-            self.notes.error(Code::MissingKey, line, format!("{owner}: <{tag}> has no {name}"));
+            self.missing(line, format!("{owner}: <{tag}> has no {name}"));
             self.attribute(name, stand_in);
         }
     }
@@ -292,8 +294,7 @@ impl Auditor<'_> {
         self.plain.push_str("<origin");
         self.numbers(owner, &origin, "xyz", 3, "0 0 0");
         if origin.has_attribute("rpy") && origin.has_attribute("quat_xyzw") {
-            self.notes.error(
-                Code::Conflict,
+            self.conflict(
                 line,
                 format!("{owner}: <origin> has both rpy and quat_xyzw, must have one"),
             );
@@ -341,11 +342,7 @@ impl Auditor<'_> {
                 self.plain.push_str("/>");
             }
             None => {
-                self.notes.error(
-                    Code::MissingKey,
-                    lines.of("inertial"),
-                    format!("{owner}: <inertial> has no <mass>"),
-                );
+                self.missing(lines.of("inertial"), format!("{owner}: <inertial> has no <mass>"));
                 self.plain.push_str("<mass value=\"1\"/>");
             }
         }
@@ -359,11 +356,9 @@ impl Auditor<'_> {
                     self.required_number(owner, &inertia, name, stand_in);
                 }
             }
-            None => self.notes.error(
-                Code::MissingKey,
-                lines.of("inertial"),
-                format!("{owner}: <inertial> has no <inertia>"),
-            ),
+            None => {
+                self.missing(lines.of("inertial"), format!("{owner}: <inertial> has no <inertia>"))
+            }
         }
         // One faulty moment would make the others look impossible.
         if self.notes.errors() > before {
@@ -392,7 +387,7 @@ impl Auditor<'_> {
                 self.attribute("type", "continuous");
             }
             None => {
-                self.notes.error(Code::MissingKey, lines.own, format!("{owner}: has no type"));
+                self.missing(lines.own, format!("{owner}: has no type"));
                 self.attribute("type", "continuous");
             }
         }
@@ -406,11 +401,7 @@ impl Auditor<'_> {
             lines.parts.push(("axis", self.line(&axis)));
             self.plain.push_str("<axis");
             if !self.numbers(&owner, &axis, "xyz", 3, "1 0 0") {
-                self.notes.error(
-                    Code::MissingKey,
-                    lines.of("axis"),
-                    format!("{owner}: <axis> has no xyz"),
-                );
+                self.missing(lines.of("axis"), format!("{owner}: <axis> has no xyz"));
                 self.attribute("xyz", "1 0 0");
             }
             self.plain.push_str("/>");
@@ -437,20 +428,12 @@ impl Auditor<'_> {
         lines: &mut Lines,
     ) -> Option<String> {
         let Some(element) = self.child(owner, node, tag) else {
-            self.notes.error(
-                Code::MissingKey,
-                lines.own,
-                format!("{owner}: has no <{tag} link=\"…\"/>"),
-            );
+            self.missing(lines.own, format!("{owner}: has no <{tag} link=\"…\"/>"));
             return None;
         };
         lines.parts.push((tag, self.line(&element)));
         let Some(link) = element.attribute("link") else {
-            self.notes.error(
-                Code::MissingKey,
-                lines.of(tag),
-                format!("{owner}: <{tag}> has no link"),
-            );
+            self.missing(lines.of(tag), format!("{owner}: <{tag}> has no link"));
             return None;
         };
         self.plain.push_str(&format!("<{tag}"));

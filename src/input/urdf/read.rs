@@ -5,7 +5,6 @@ use std::path::Path;
 use nalgebra::{Matrix3, Vector3};
 use urdf_rs::JointType;
 
-use super::super::files::MAX_URDF_BYTES;
 use super::super::frame::frame;
 use super::audit::{Audit, JointFacts, Lines, LinkFacts, audit};
 use crate::formats::text::read_text;
@@ -71,7 +70,8 @@ impl Urdf {
 /// Reads a URDF. Faults that leave the rest readable go to `faults`; the first that does not is the
 /// error.
 pub(in crate::input) fn read_urdf(path: &Path, notes: &mut Notes) -> Option<Urdf> {
-    let text = read_text(path, MAX_URDF_BYTES).map_err(|note| notes.push(note)).ok()?;
+    // Meshes lie in files of their own, so real ones stay below 1 MB.
+    let text = read_text(path, 4 << 20).map_err(|note| notes.push(note)).ok()?;
     let audit = audit(&text, notes)?;
     let robot = urdf_rs::read_from_string(&audit.plain)
         .map_err(|error| {

@@ -14,7 +14,7 @@ use self::tree::Tree;
 use super::description::{ArmAngle, Description, JointKind};
 use super::robot::{AngleForm, Coordinate, MovingJoint, Node, Robot, ancestors};
 use crate::notes::{Code, Note, Part, Place};
-use crate::wording::nearest;
+use crate::wording::hint;
 
 /// Factors and offsets of arm angles beyond this are typing errors, and would overflow.
 const MAX_OF_ANGLE: f64 = 1e6;
@@ -76,8 +76,7 @@ impl<'a> Builder<'a> {
         if found.is_none() {
             let names: Vec<&str> =
                 self.description.links.iter().map(|link| link.name.as_str()).collect();
-            let hint = nearest(name, names.iter().copied())
-                .map_or_else(String::new, |near| format!("; did you mean '{near}'?"));
+            let hint = hint(name, names.iter().copied());
             let what = format!("the URDF has no link '{name}'; it has {}{hint}", listed(&names));
             self.error(Code::Reference, part, key, what);
         }

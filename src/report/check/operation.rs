@@ -25,7 +25,7 @@ impl<'a> CheckedOperation<'a> {
     pub(super) fn lines_file(&self) -> PathBuf {
         match self.program() {
             Some(program) => paths::beside(&self.job.file, program),
-            None => paths::tidied(&self.job.file),
+            None => crate::paths::tidied(&self.job.file),
         }
     }
 
