@@ -1,6 +1,6 @@
 //! Formats that know no robot: YAML as a tree with lines, edits of YAML that keep every other byte,
-//! tables as text, NumPy's arrays, records of channels (CSV, UFF, WAV), bounded reading of files. The
-//! only place that names saphyr_parser, serde_yaml and hound.
+//! tables as text, NumPy's arrays, records of channels (CSV, UFF, WAV), bounded reading of files.
+//! The only place that names saphyr_parser, serde_yaml and hound.
 
 pub(crate) mod npy;
 pub(crate) mod records;

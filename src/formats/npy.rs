@@ -176,8 +176,8 @@ impl<R: Read> Rows<R> {
             // A pipe cannot be wound back.
             let file = file.filter(|mut file| file.stream_position().is_ok());
             Some(file.ok_or(
-                "is stored in column-major order (fortran_order), which cannot be streamed; save it \
-                 with numpy.ascontiguousarray",
+                "is stored in column-major order (fortran_order), which cannot be streamed; save \
+                 it with numpy.ascontiguousarray",
             )?)
         } else {
             None

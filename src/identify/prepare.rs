@@ -331,7 +331,7 @@ fn within_band(averaged: &Averaged, [low, high]: [f64; 2]) -> SpectraOnLines {
 /// Variance of a line of the force relative to its power: noise in the samples of the pulses, and
 /// what the samples miss of a short pulse.
 fn drive_error(variance: f64, power: f64) -> f64 {
-    // Where the force is lost in noise; the spectrum of a short pulse that is sampled.
+    // At most 1, where the force is lost in noise; sampling misses 0.2 % of a short pulse.
     (variance / power.max(f64::MIN_POSITIVE)).min(1.0) + 2e-3_f64.powi(2)
 }
 
@@ -452,7 +452,7 @@ fn filled_band(cut: &[(usize, Vec<Vec<C64>>)], rate_hz: f64) -> [f64; 2] {
             }
         }
     }
-    // Room above the last peak; a share of the lines, however low the peaks.
+    // With room above the last peak; at least a tenth of the lines, however low the peaks.
     let filled = (1.3 * highest).max(0.1);
     // A band that nearly fills the lines takes them all.
     let filled = if filled > 0.6 { 1.0 } else { filled };

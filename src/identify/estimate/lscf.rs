@@ -44,7 +44,7 @@ pub(in crate::identify) fn poles_by_order(
     sets: &[(&[f64], &[Vec<C64>])],
 ) -> Vec<(usize, Vec<Pole>)> {
     let lines = sets.iter().map(|(omega, _)| omega.len()).min().unwrap_or(0);
-    // Lines for each coefficient, and the highest order of the denominator.
+    // Five lines or more for each coefficient.
     let highest = 48.min(lines / 5);
     let top = sets.iter().filter_map(|(omega, _)| omega.last()).fold(0.0_f64, |a, b| a.max(*b));
     if highest < 2 || top <= 0.0 {

@@ -143,6 +143,7 @@ fn grown(blocks: &[Block], fit: &Fit, mut candidates: Vec<Pole>) -> Option<Fit> 
     }
     let required = required_gain(blocks);
     let gain = |fit: &Fit| before - fit.evaluation.sum_of_squares;
+    // Only what a coarse refinement brings near the gain is refined further.
     let promising = best.filter(|best| gain(best) > 0.4 * required)?;
     let best = promising.refined(blocks, NORMAL);
     (gain(&best) > required).then_some(best)
