@@ -16,7 +16,7 @@ pub(crate) fn six_axes() -> Robot {
 /// A chain of `n` elastic joints about x, y and z in turn, each link lighter and shorter than the last.
 pub(crate) fn chain(n: usize) -> Robot {
     let name = |i: usize| if i == 0 { "ground".to_owned() } else { format!("link_{i}") };
-    let mut links = vec![Link { name: name(0), inertial: None, has_geometry: false }];
+    let mut links = vec![Link { name: name(0), inertial: None, ..Link::default() }];
     let mut joints = Vec::new();
     let mut elastic_joints = Vec::new();
     for i in 1..=n {
@@ -30,7 +30,7 @@ pub(crate) fn chain(n: usize) -> Robot {
                 inertia_kgm2: Matrix3::from_diagonal(&Vector3::new(0.03, 0.02, 0.025))
                     * (mass_kg * size),
             }),
-            has_geometry: false,
+            ..Link::default()
         });
         joints.push(Joint {
             name: format!("joint_{i}"),
@@ -47,6 +47,7 @@ pub(crate) fn chain(n: usize) -> Robot {
             joint: format!("joint_{i}"),
             stiffness: 6e5 * size * size,
             is_linear: false,
+            std: None,
             damping: None,
         });
     }

@@ -7,6 +7,7 @@ mod calibration;
 mod edit;
 mod files;
 mod frame;
+mod inertials;
 mod job;
 mod joint_columns;
 mod load_test;

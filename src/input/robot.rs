@@ -6,6 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::calibration::{CalibrationRecord, FittedCorrection, FittedTable, TableName};
 use super::files::{MAX_ROBOT_BYTES, named_file};
+use super::inertials::{links, tensor};
 use super::raw::robot as raw;
 use super::urdf::{Urdf, read_urdf};
 use super::{Reading, schema};
@@ -16,7 +17,7 @@ use crate::model::{
     ElasticJoint, ExtraCoordinate, Hinge, Inertial, JointKind, Payload, Robot,
 };
 use crate::notes::{Code, Note, Notes, Part, Place};
-use crate::units::STANDARD_GRAVITY_M_PER_S2;
+use crate::units::{STANDARD_GRAVITY_M_PER_S2, ratio_from_percent};
 use crate::wording::hint;
 
 /// Reads a robot.yaml and the URDF that it names.
@@ -161,7 +162,8 @@ impl Files<'_> {
         use Step::{Index, Key};
         let yaml = |steps: &[Step<'_>]| (false, self.tree.line_at(steps));
         let key = fault.place.key;
-        let payload_key = match key {
+        // As robot.yaml spells it.
+        let body_key = match key {
             "mass" => "mass_kg",
             "com" => "com_m",
             "inertia" => "inertia_kgm2",
@@ -169,7 +171,10 @@ impl Files<'_> {
         };
         let Some(part) = &fault.place.part else { return yaml(&[]) };
         match part {
-            Part::Link(name) => (true, self.urdf.link_line(name, key)),
+            Part::Link(name) => match self.tree.at(&[Key("inertials"), Key(name)]) {
+                Some(own) if own.get(body_key).is_some() => (false, own.line_at(&[Key(body_key)])),
+                _ => (true, self.urdf.link_line(name, key)),
+            },
             Part::Joint(name) => (true, self.urdf.joint_line(name, key)),
             Part::Robot if key.is_empty() => (true, self.urdf.line()),
             Part::Robot => yaml(&[Key(key)]),
@@ -181,7 +186,7 @@ impl Files<'_> {
             Part::Extra(index) => yaml(&[Key("elasticity"), Key("extra"), Index(*index), Key(key)]),
             Part::Damping | Part::Gravity => yaml(&[Key("elasticity"), Key(key)]),
             Part::Drive(name) => yaml(&[Key("drives"), Key(name), Key(key)]),
-            Part::Payload => yaml(&[Key("payload"), Key(payload_key)]),
+            Part::Payload => yaml(&[Key("payload"), Key(body_key)]),
             Part::ArmAngle(angle) => yaml(&[Key("arm_angles"), Key(angle), Key(key)]),
             Part::Correction(index) => yaml(&[Key("corrections"), Index(*index)]),
             _ => yaml(&[]),
@@ -201,7 +206,7 @@ fn describe(raw: &raw::Robot, tree: &Node, urdf: Option<&Urdf>, notes: &mut Note
             .clone()
             .or_else(|| urdf.and_then(|urdf| urdf.name.clone()))
             .unwrap_or_else(|| "robot".to_owned()),
-        links: urdf.map_or_else(Vec::new, |urdf| urdf.links.clone()),
+        links: urdf.map_or_else(Vec::new, |urdf| links(raw, tree, &urdf.links, notes)),
         joints: urdf.map_or_else(Vec::new, |urdf| urdf.joints.clone()),
         base: raw.base.clone(),
         tip: raw.tip.clone(),
@@ -217,6 +222,7 @@ fn describe(raw: &raw::Robot, tree: &Node, urdf: Option<&Urdf>, notes: &mut Note
             .map(|(joint, drive)| Drive {
                 joint: joint.clone(),
                 reflected_inertia_kgm2: drive.reflected_inertia_kgm2.unwrap_or(0.0),
+                std: drive.std_percent.map(ratio_from_percent),
             })
             .collect(),
         payload: raw.payload.as_ref().and_then(payload),
@@ -343,6 +349,7 @@ fn elastic_joints(
                 [false, true] => true,
                 _ => slides.unwrap_or(false),
             },
+            std: spring.std_percent.map(ratio_from_percent),
             damping: damping(
                 &owner,
                 node,
@@ -394,6 +401,7 @@ fn extras(
                 axis: extra.axis.map_or(Vector3::x(), Vector3::from),
                 origin_m: extra.origin_m.map_or(Vector3::zeros(), Vector3::from),
                 stiffness: extra.stiffness.unwrap_or(1.0),
+                std: extra.std_percent.map(ratio_from_percent),
                 damping,
             }
         })
@@ -448,18 +456,12 @@ fn given(node: &Node, key: &str, value: Option<f64>) -> bool {
 }
 
 fn payload(raw: &raw::Payload) -> Option<Payload> {
-    let inertia = raw.inertia_kgm2.as_ref().map_or(Some(Matrix3::zeros()), |inertia| {
-        let [ixy, ixz, iyz] =
-            [inertia.ixy, inertia.ixz, inertia.iyz].map(|product| product.unwrap_or(0.0));
-        let (ixx, iyy, izz) = (inertia.ixx?, inertia.iyy?, inertia.izz?);
-        Some(Matrix3::new(ixx, ixy, ixz, ixy, iyy, iyz, ixz, iyz, izz))
-    });
     Some(Payload {
         link: raw.link.clone()?,
         inertial: Inertial {
             mass_kg: raw.mass_kg.unwrap_or(1.0),
             com_m: raw.com_m.map_or(Vector3::zeros(), Vector3::from),
-            inertia_kgm2: inertia.unwrap_or(Matrix3::zeros()),
+            inertia_kgm2: raw.inertia_kgm2.as_ref().and_then(tensor).unwrap_or(Matrix3::zeros()),
         },
     })
 }

@@ -45,12 +45,14 @@ pub struct Description {
 }
 
 /// One link of the tree.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Link {
     /// Unique name.
     pub name: String,
     /// Mass properties; `None` where the file has no `<inertial>` block.
     pub inertial: Option<Inertial>,
+    /// What mass and inertia may be off by, together; see [`ElasticJoint::std`].
+    pub std: Option<f64>,
     /// Whether the link has visual or collision geometry (and so ought to have a mass).
     pub has_geometry: bool,
 }
@@ -131,6 +133,9 @@ pub struct ElasticJoint {
     pub stiffness: f64,
     /// Whether `stiffness` was given in N/m.
     pub is_linear: bool,
+    /// What the stiffness may be off by: one standard deviation of its natural logarithm; `None`
+    /// where nobody has said.
+    pub std: Option<f64>,
     /// `None` takes the default.
     pub damping: Option<Damping>,
 }
@@ -159,6 +164,8 @@ pub struct ExtraCoordinate {
     pub origin_m: Vector3<f64>,
     /// Spring constant, N·m/rad or N/m by `kind`.
     pub stiffness: f64,
+    /// What the stiffness may be off by; see [`ElasticJoint::std`].
+    pub std: Option<f64>,
     /// `None` takes the default.
     pub damping: Option<Damping>,
 }
@@ -170,6 +177,8 @@ pub struct Drive {
     pub joint: String,
     /// J·G², kg·m² (kg for a prismatic joint).
     pub reflected_inertia_kgm2: f64,
+    /// What it may be off by; see [`ElasticJoint::std`].
+    pub std: Option<f64>,
 }
 
 /// A body fixed to a link.

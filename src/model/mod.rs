@@ -30,5 +30,5 @@ pub use inverse_kinematics::{IkFault, IkMethod, InverseKinematics, Singularity, 
 pub use placement::Placement;
 pub use pose_fault::PoseFault;
 pub(crate) use robot::NodeMotion;
-pub use robot::{AngleForm, Coordinate, LimitViolation, MovingJoint, Robot};
+pub use robot::{AngleForm, Coordinate, LimitViolation, MovingJoint, Robot, UncertainBody};
 pub use tip::{elastic_jacobian, forward_kinematics, joint_jacobian};

@@ -83,12 +83,17 @@ pub struct Coordinate {
     pub joint: Option<usize>,
     /// Spring constant, N·m/rad or N/m.
     pub stiffness: f64,
+    /// What the spring constant may be off by, as the files say: one standard deviation of its
+    /// natural logarithm.
+    pub std: Option<f64>,
     /// How the spring departs from its constant, one factor each.
     pub laws: Vec<StiffnessLaw>,
     /// Loss.
     pub damping: Damping,
     /// Reflected rotor inertia on the coordinate's own diagonal of M, kg·m² or kg.
     pub drive_inertia: f64,
+    /// What the rotor inertia may be off by, likewise.
+    pub drive_std: Option<f64>,
     pub(crate) node: usize,
     /// In the node's frame.
     pub(crate) axis: Unit<Vector3<f64>>,
@@ -134,6 +139,20 @@ pub(crate) struct Node {
     pub(crate) subtree_mass_kg: f64,
 }
 
+/// A body of the model with what it may be off by: a link, or the payload.
+#[derive(Debug, Clone, PartialEq)]
+pub struct UncertainBody {
+    /// The link that it belongs to.
+    pub link: String,
+    /// The body of the reduced tree that it is part of: an index into the robot's nodes.
+    pub(crate) node: usize,
+    /// In that node's frame.
+    pub body: Inertial,
+    /// What mass and inertia may be off by, together, as the files say: one standard deviation of
+    /// their natural logarithm.
+    pub std: Option<f64>,
+}
+
 /// An angle of the two-link model: Σ scale·q + offset.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AngleForm {
@@ -160,6 +179,7 @@ impl AngleForm {
 pub struct Robot {
     pub(super) name: String,
     pub(super) nodes: Vec<Node>,
+    pub(super) bodies: Vec<UncertainBody>,
     pub(super) joints: Vec<MovingJoint>,
     pub(super) coordinates: Vec<Coordinate>,
     /// For each coordinate j, the coordinates i ≤ j that carry it (j itself last).
@@ -200,6 +220,11 @@ impl Robot {
     /// The reduced tree, parents before children; the first node stands on the ground.
     pub(crate) fn nodes(&self) -> &[Node] {
         &self.nodes
+    }
+
+    /// Every link with mass, and the payload, after corrections.
+    pub fn bodies(&self) -> &[UncertainBody] {
+        &self.bodies
     }
 
     /// The node that carries the tip, and the tip frame in the node's frame.

@@ -49,11 +49,12 @@ pub(crate) fn two_link_arm(arm: &TwoLink, with_gravity: bool) -> Robot {
         velocity_limit: None,
         mimics: None,
     };
-    let link = |name: &str, inertial| Link { name: name.into(), inertial, has_geometry: false };
+    let link = |name: &str, inertial| Link { name: name.into(), inertial, ..Link::default() };
     let spring = |name: &str, stiffness| ElasticJoint {
         joint: name.into(),
         stiffness,
         is_linear: false,
+        std: None,
         damping: None,
     };
     let angle = |joint: &str| Some(ArmAngle { terms: vec![(joint.into(), 1.0)], offset_rad: 0.0 });
@@ -117,12 +118,13 @@ pub(crate) fn six_axis_arm(with_gravity: bool) -> Robot {
             inertia_kgm2: Matrix3::from_diagonal(&Vector3::from(diagonal)),
         }),
         has_geometry: true,
+        std: None,
     };
     let springs = [1.2e6, 555e3, 138e3, 60e3, 45e3, 25e3];
     let description = Description {
         name: "six axes".into(),
         links: vec![
-            Link { name: "base_link".into(), inertial: None, has_geometry: false },
+            Link { name: "base_link".into(), inertial: None, ..Link::default() },
             link(1, 70.0, [0.05, 0.01, 0.3], [1.9, 2.1, 1.4]),
             link(2, 42.0, [0.0, -0.12, 0.32], [2.6, 2.5, 0.5]),
             link(3, 34.0, [0.06, 0.02, 0.05], [0.5, 0.8, 0.7]),
@@ -147,6 +149,7 @@ pub(crate) fn six_axis_arm(with_gravity: bool) -> Robot {
                 joint: format!("joint_{}", i + 1),
                 stiffness,
                 is_linear: false,
+                std: None,
                 damping: None,
             })
             .collect(),

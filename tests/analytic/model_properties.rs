@@ -261,7 +261,7 @@ fn frequencies_do_not_depend_on_where_the_base_stands() {
         still.gravity_stiffness = with_gravity;
         let mut moved = still.clone();
         let placed = isometry(c.seed);
-        moved.links.push(Link { name: "foot".into(), inertial: None, has_geometry: false });
+        moved.links.push(Link { name: "foot".into(), inertial: None, ..Link::default() });
         moved.joints.push(Joint {
             name: "on_foot".into(),
             kind: JointKind::Fixed,
@@ -446,7 +446,7 @@ fn pendulum() -> Description {
         com_m: Vector3::new(0.0, 0.0, 0.5),
         inertia_kgm2: nalgebra::Matrix3::zeros(),
     };
-    d.links.push(Link { name: "bob".into(), inertial: Some(inertial), has_geometry: false });
+    d.links.push(Link { name: "bob".into(), inertial: Some(inertial), ..Link::default() });
     d.joints.push(Joint {
         name: "hinge".into(),
         kind: JointKind::Continuous,
@@ -462,6 +462,7 @@ fn pendulum() -> Description {
         joint: "hinge".into(),
         stiffness: 100.0,
         is_linear: false,
+        std: None,
         damping: None,
     });
     d
@@ -528,6 +529,7 @@ fn two_springs_that_move_the_same_are_named() {
         axis: Vector3::y() * 2.0,
         origin_m: Vector3::zeros(),
         stiffness: 1e5,
+        std: None,
         damping: None,
     });
     let robot = Robot::new(&d).expect("robot");

@@ -22,6 +22,7 @@ fn on_foundation(axis: Vector3<f64>) -> Robot {
         axis,
         origin_m: Vector3::zeros(),
         stiffness: mass * (std::f64::consts::TAU * f).powi(2),
+        std: None,
         damping: None,
     });
     Robot::new(&description).unwrap()
@@ -94,7 +95,7 @@ fn modes_that_always_coincide_are_not_chased() {
                 com_m: Vector3::zeros(),
                 inertia_kgm2: Matrix3::identity(),
             }),
-            has_geometry: false,
+            ..Link::default()
         });
         description.joints.push(Joint {
             name: format!("{name}_mount"),
@@ -110,6 +111,7 @@ fn modes_that_always_coincide_are_not_chased() {
             axis: Vector3::z(),
             origin_m: Vector3::zeros(),
             stiffness: 2.0 * (std::f64::consts::TAU * 5.0).powi(2),
+            std: None,
             damping: None,
         });
     }

@@ -26,7 +26,7 @@ pub(crate) fn two_link() -> Description {
             inertia_kgm2: Matrix3::from_diagonal_element(about_com),
         })
     };
-    let link = |name: &str, inertial| Link { name: name.into(), inertial, has_geometry: false };
+    let link = |name: &str, inertial| Link { name: name.into(), inertial, ..Link::default() };
     let joint = |name: &str, kind, parent: &str, child: &str, x: f64| Joint {
         name: name.into(),
         kind,
@@ -42,6 +42,7 @@ pub(crate) fn two_link() -> Description {
         joint: name.into(),
         stiffness,
         is_linear: false,
+        std: None,
         damping: Some(Damping::Ratio(0.02)),
     };
     let angle =

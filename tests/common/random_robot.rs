@@ -61,7 +61,7 @@ pub(crate) fn description(seed: u64) -> Description {
             d.elastic_joints.push(spring(rng, &axis, kind));
             if rng.random_bool(0.4) {
                 let reflected_inertia_kgm2 = rng.random_range(0.0..5.0);
-                d.drives.push(Drive { joint: axis, reflected_inertia_kgm2 });
+                d.drives.push(Drive { joint: axis, reflected_inertia_kgm2, std: None });
             }
         }
         at = name;
@@ -97,6 +97,7 @@ pub(crate) fn description(seed: u64) -> Description {
             axis: direction(rng) * rng.random_range(0.3..3.0),
             origin_m: vector(rng, 0.3),
             stiffness: 10_f64.powf(rng.random_range(5.0..7.0)),
+            std: None,
             damping: None,
         });
     }
@@ -150,7 +151,7 @@ fn random_isometry(rng: &mut ChaCha8Rng) -> Isometry3<f64> {
 }
 
 fn link(rng: &mut ChaCha8Rng, name: &str, has_mass: bool) -> Link {
-    Link { name: name.to_owned(), inertial: has_mass.then(|| inertial(rng)), has_geometry: false }
+    Link { name: name.to_owned(), inertial: has_mass.then(|| inertial(rng)), ..Link::default() }
 }
 
 /// Mass properties of a box, turned and shifted.
@@ -185,6 +186,7 @@ fn spring(rng: &mut ChaCha8Rng, joint: &str, kind: JointKind) -> ElasticJoint {
         joint: joint.to_owned(),
         stiffness: 10_f64.powf(rng.random_range(4.5..6.5)),
         is_linear: kind == JointKind::Prismatic,
+        std: None,
         damping: match rng.random_range(0..3) {
             0 => None,
             1 => Some(Damping::Ratio(rng.random_range(0.01..0.08))),

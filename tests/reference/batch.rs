@@ -336,6 +336,7 @@ fn repeated_and_close_frequencies_are_exact() {
                 axis: Vector3::ith(i % 3, 1.0),
                 origin_m: Vector3::new(0.1, 0.0, 0.0),
                 stiffness,
+                std: None,
                 damping: None,
             });
             let moved = if i < 3 { mass } else { inertia };

@@ -167,7 +167,7 @@ impl Chain {
 
     pub(crate) fn description(&self) -> Description {
         let name = |i: usize| format!("link_{i}");
-        let mut links = vec![Link { name: name(0), inertial: None, has_geometry: false }];
+        let mut links = vec![Link { name: name(0), inertial: None, ..Link::default() }];
         let (mut joints, mut elastic_joints) = (Vec::new(), Vec::new());
         for (i, link) in self.links.iter().enumerate() {
             links.push(Link {
@@ -177,7 +177,7 @@ impl Chain {
                     com_m: link.com_m.into(),
                     inertia_kgm2: Matrix3::from_diagonal(&link.inertia_kgm2.into()),
                 }),
-                has_geometry: false,
+                ..Link::default()
             });
             let [x, y, z] = link.origin_m;
             joints.push(Joint {
@@ -196,6 +196,7 @@ impl Chain {
                     joint: format!("joint_{i}"),
                     stiffness,
                     is_linear: false,
+                    std: None,
                     damping: None,
                 });
             }

@@ -58,12 +58,18 @@ fn arm(rows: &[Row]) -> Robot {
     let description = Description {
         name: "arm".to_owned(),
         links: (0..=rows.len())
-            .map(|i| Link { name: link(i), inertial: Some(inertial), has_geometry: true })
+            .map(|i| Link {
+                name: link(i),
+                inertial: Some(inertial),
+                has_geometry: true,
+                std: None,
+            })
             .collect(),
         elastic_joints: vec![ElasticJoint {
             joint: "joint_1".to_owned(),
             stiffness: 5e5,
             is_linear: rows[0].0 == JointKind::Prismatic,
+            std: None,
             damping: None,
         }],
         joints,

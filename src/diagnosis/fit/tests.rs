@@ -20,7 +20,7 @@ pub(in crate::diagnosis) fn arm() -> Description {
             com_m: Vector3::new(0.25, 0.02, 0.03),
             inertia_kgm2: Matrix3::from_diagonal(&Vector3::new(0.3, 0.8, 0.7)),
         }),
-        has_geometry: false,
+        ..Link::default()
     };
     let joint = |i: usize, x: f64| Joint {
         name: format!("j{i}"),
@@ -37,6 +37,7 @@ pub(in crate::diagnosis) fn arm() -> Description {
         joint: format!("j{i}"),
         stiffness,
         is_linear: false,
+        std: None,
         damping: None,
     };
     Description {

@@ -28,6 +28,8 @@ pub(in crate::input) struct Robot {
     /// The springs.
     #[schemars(required)]
     pub(in crate::input) elasticity: Option<Elasticity>,
+    /// By URDF link name: mass properties in place of the URDF's.
+    pub(in crate::input) inertials: Option<BTreeMap<String, LinkInertial>>,
     /// By joint name: reflected rotor inertia that takes part in the joint's own elastic motion.
     pub(in crate::input) drives: Option<BTreeMap<String, Drive>>,
     /// A body fixed to a link, beside the URDF's own.
@@ -71,6 +73,9 @@ pub(in crate::input) struct JointSpring {
     /// Spring constant of a prismatic joint, N/m.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(in crate::input) stiffness_n_per_m: Option<f64>,
+    /// What the stiffness may be off by: one standard deviation of its natural logarithm, %.
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 100, "examples" = [10]))]
+    pub(in crate::input) std_percent: Option<f64>,
     /// Share of critical damping.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 0.99, "examples" = [0.02]))]
     pub(in crate::input) damping_ratio: Option<f64>,
@@ -110,6 +115,9 @@ pub(in crate::input) struct Extra {
     /// Spring constant: N·m/rad for a rotation, N/m for a translation.
     #[schemars(required, extend("exclusiveMinimum" = 0, "examples" = [2.0e6]))]
     pub(in crate::input) stiffness: Option<f64>,
+    /// What the stiffness may be off by: one standard deviation of its natural logarithm, %.
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 100, "examples" = [10]))]
+    pub(in crate::input) std_percent: Option<f64>,
     /// Share of critical damping.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 0.99))]
     pub(in crate::input) damping_ratio: Option<f64>,
@@ -141,7 +149,32 @@ pub(in crate::input) struct Drive {
     /// joint's own diagonal entry of M and nowhere else.
     #[schemars(required, extend("minimum" = 0))]
     pub(in crate::input) reflected_inertia_kgm2: Option<f64>,
+    /// What it may be off by: one standard deviation of its natural logarithm, %.
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 100, "examples" = [10]))]
+    pub(in crate::input) std_percent: Option<f64>,
     /// Where the number comes from.
+    #[expect(dead_code, reason = "for people")]
+    pub(in crate::input) source: Option<String>,
+}
+
+/// Mass properties of a link. What is absent is the URDF's.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(extend("x-noun" = "link"))]
+pub(in crate::input) struct LinkInertial {
+    /// Mass, kg.
+    #[schemars(extend("minimum" = 0, "examples" = [42]))]
+    pub(in crate::input) mass_kg: Option<f64>,
+    /// Centre of mass in the link's frame, m.
+    #[schemars(extend("examples" = [[0, 0, 0.2]]))]
+    pub(in crate::input) com_m: Option<[f64; 3]>,
+    /// Rotary inertia about the centre of mass, in the axes of the link's frame, kg·m².
+    pub(in crate::input) inertia_kgm2: Option<Inertia>,
+    /// What mass and inertia may be off by, together: one standard deviation of their natural
+    /// logarithm, %.
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 100, "examples" = [10]))]
+    pub(in crate::input) std_percent: Option<f64>,
+    /// Where the numbers come from.
     #[expect(dead_code, reason = "for people")]
     pub(in crate::input) source: Option<String>,
 }

@@ -120,7 +120,7 @@ fn link(link: &urdf_rs::Link, facts: &LinkFacts) -> Link {
             inertia_kgm2: if level { own } else { turn * own * turn.transpose() },
         }
     });
-    Link { name: facts.name.clone(), inertial, has_geometry: facts.has_geometry }
+    Link { name: facts.name.clone(), inertial, has_geometry: facts.has_geometry, std: None }
 }
 
 fn joint(joint: &urdf_rs::Joint, facts: &JointFacts) -> Joint {

@@ -6,8 +6,8 @@ use nalgebra::{Isometry3, Point3, Unit};
 
 use super::checks::has_direction;
 use super::tree::Tree;
-use crate::model::description::{CoordinateKind, Damping, Description, Inertial, JointKind, Link};
-use crate::model::robot::{Coordinate, MovingJoint, Node, NodeMotion};
+use crate::model::description::{CoordinateKind, Damping, Description, Inertial, JointKind};
+use crate::model::robot::{Coordinate, MovingJoint, Node, NodeMotion, UncertainBody};
 
 /// The reduced tree while it grows.
 pub(super) struct Bodies<'a> {
@@ -18,6 +18,7 @@ pub(super) struct Bodies<'a> {
     pub(super) extras_of: &'a BTreeMap<usize, Vec<usize>>,
     pub(super) payload_link: Option<usize>,
     pub(super) nodes: Vec<Node>,
+    pub(super) bodies: Vec<UncertainBody>,
     pub(super) joints: Vec<MovingJoint>,
     pub(super) coordinates: Vec<Coordinate>,
     /// Node of each link, and the link's frame in the node's.
@@ -66,6 +67,7 @@ impl Bodies<'_> {
         let (node, offset) = place;
         if let (Some(spring), Some((_, _, j))) = (spring, above) {
             let axis = Unit::new_normalize(description.joints[j].axis);
+            let drive = description.drives.iter().find(|d| d.joint == spring.joint);
             self.coordinates.push(Coordinate {
                 name: spring.joint.clone(),
                 kind: if description.joints[j].kind == JointKind::Prismatic {
@@ -76,6 +78,7 @@ impl Bodies<'_> {
                 link: description.links[link].name.clone(),
                 joint: self.joints.iter().position(|joint| joint.name == spring.joint),
                 stiffness: spring.stiffness,
+                std: spring.std,
                 laws: description
                     .corrections
                     .iter()
@@ -84,11 +87,8 @@ impl Bodies<'_> {
                     .map(|(_, law)| law)
                     .collect(),
                 damping: self.damping(spring.damping),
-                drive_inertia: description
-                    .drives
-                    .iter()
-                    .find(|d| d.joint == spring.joint)
-                    .map_or(0.0, |d| d.reflected_inertia_kgm2),
+                drive_inertia: drive.map_or(0.0, |d| d.reflected_inertia_kgm2),
+                drive_std: drive.and_then(|d| d.std),
                 node,
                 axis,
                 origin: Point3::origin(),
@@ -102,9 +102,11 @@ impl Bodies<'_> {
                 link: extra.link.clone(),
                 joint: None,
                 stiffness: extra.stiffness,
+                std: extra.std,
                 laws: Vec::new(),
                 damping: self.damping(extra.damping),
                 drive_inertia: 0.0,
+                drive_std: None,
                 node,
                 axis: Unit::new_normalize(extra.axis),
                 origin: extra.origin_m.into(),
@@ -113,15 +115,19 @@ impl Bodies<'_> {
         if spring.is_some() || has_extras {
             self.nodes[node].coordinates.end = self.coordinates.len();
         }
-        self.lump(node, &offset, &description.links[link]);
+        let own = &description.links[link];
+        if let Some(inertial) = &own.inertial {
+            self.lump(&own.name, node, inertial.transformed(&offset), own.std);
+        }
         if let (Some(payload), true) = (&description.payload, self.payload_link == Some(link)) {
-            self.nodes[node].add_body(&payload.inertial.transformed(&offset));
+            self.lump(&own.name, node, payload.inertial.transformed(&offset), None);
         }
     }
 
-    fn lump(&mut self, node: usize, offset: &Isometry3<f64>, link: &Link) {
-        if let Some(inertial) = &link.inertial {
-            self.nodes[node].add_body(&inertial.transformed(offset));
+    fn lump(&mut self, link: &str, node: usize, body: Inertial, std: Option<f64>) {
+        self.nodes[node].add_body(&body);
+        if body.mass_kg > 0.0 {
+            self.bodies.push(UncertainBody { link: link.to_owned(), node, body, std });
         }
     }
 

@@ -7,6 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::{Builder, listed};
 use crate::model::description::{Damping, Inertial, JointKind};
 use crate::notes::{Code, Part};
+use crate::units::percent_from_ratio;
 
 /// Slack in the triangle inequality of principal moments, as a share of the largest: CAD exports
 /// and data sheets print three digits.
@@ -34,6 +35,7 @@ impl<'d> Builder<'d> {
                     self.error(Code::Inertia, Part::Link(link.name.clone()), key, what);
                 }
             }
+            self.check_std(link.std, Part::Link(link.name.clone()));
         }
         if let Some(payload) = &self.description.payload {
             for (key, what) in inertial_faults(&payload.inertial) {
@@ -139,6 +141,7 @@ impl<'d> Builder<'d> {
             if let Some(what) = damping_fault(spring.damping) {
                 self.error(Code::Value, part(), "damping_ratio", what);
             }
+            self.check_std(spring.std, part());
         }
     }
 
@@ -159,6 +162,16 @@ impl<'d> Builder<'d> {
             if let Some(what) = damping_fault(extra.damping) {
                 self.error(Code::Value, part(), "damping_ratio", what);
             }
+            self.check_std(extra.std, part());
+        }
+    }
+
+    /// A standard deviation of a logarithm beyond 1 says that nothing is known.
+    fn check_std(&mut self, std: Option<f64>, part: Part) {
+        if let Some(std) = std.filter(|std| !(*std > 0.0 && *std <= 1.0)) {
+            let percent = percent_from_ratio(std);
+            let what = format!("std_percent is {percent}, must be above 0 and at most 100");
+            self.error(Code::Value, part, "std_percent", what);
         }
     }
 
@@ -204,6 +217,7 @@ impl<'d> Builder<'d> {
                 let what = "has no effect, as the joint is rigid";
                 self.warning(Code::Unused, part(), "reflected_inertia_kgm2", what);
             }
+            self.check_std(drive.std, part());
         }
     }
 }

@@ -224,12 +224,13 @@ impl<'a> Builder<'a> {
             extras_of: &extras_of,
             payload_link,
             nodes: Vec::new(),
+            bodies: Vec::new(),
             joints: Vec::new(),
             coordinates: Vec::new(),
             place_of: vec![None; description.links.len()],
         };
         bodies.grow(base);
-        let Bodies { mut nodes, joints, coordinates, place_of, .. } = bodies;
+        let Bodies { mut nodes, bodies, joints, coordinates, place_of, .. } = bodies;
         for index in (1..nodes.len()).rev() {
             if let Some(parent) = nodes[index].parent {
                 nodes[parent].subtree_mass_kg += nodes[index].subtree_mass_kg;
@@ -273,6 +274,7 @@ impl<'a> Builder<'a> {
             moving_mass_kg,
             warnings: Vec::new(),
             nodes,
+            bodies,
             joints,
             coordinates,
         })

@@ -36,6 +36,7 @@ impl Hinge {
                 axis: *axis,
                 origin_m: self.origin_m,
                 stiffness,
+                std: None,
                 damping: None,
             });
         }
@@ -55,7 +56,8 @@ fn beyond(description: &mut Description, at: &str, body: Option<Inertial>) -> St
     for joint in description.joints.iter_mut().filter(|joint| joint.parent == at) {
         joint.parent.clone_from(&rest);
     }
-    description.links.push(Link { name: rest.clone(), inertial: body, has_geometry: false });
+    let std = description.links.iter().find(|link| link.name == at).and_then(|link| link.std);
+    description.links.push(Link { name: rest.clone(), inertial: body, std, ..Link::default() });
     description.joints.push(Joint {
         name: format!("{at}, its hinge"),
         kind: JointKind::Fixed,
@@ -115,7 +117,7 @@ mod tests {
             com_m: Vector3::new(0.25, 0.02, 0.03),
             inertia_kgm2: Matrix3::from_diagonal(&Vector3::new(0.3, 1.8, 1.7)),
         };
-        let mut link = Link { name: "a".into(), inertial: Some(inertial), has_geometry: false };
+        let mut link = Link { name: "a".into(), inertial: Some(inertial), ..Link::default() };
         let reach = Vector3::new(0.8, 0.0, 0.1);
         let outer = cut(&mut link, &reach, &(0.3 * reach)).unwrap();
         let inner = link.inertial.unwrap();

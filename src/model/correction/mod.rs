@@ -64,9 +64,11 @@ impl Correction {
                 let reflected_inertia_kgm2 = needed("reflected_inertia_kgm2")?;
                 match description.drives.iter_mut().find(|drive| drive.joint == at) {
                     Some(drive) => drive.reflected_inertia_kgm2 = reflected_inertia_kgm2,
-                    None => description
-                        .drives
-                        .push(Drive { joint: at.to_owned(), reflected_inertia_kgm2 }),
+                    None => description.drives.push(Drive {
+                        joint: at.to_owned(),
+                        reflected_inertia_kgm2,
+                        std: None,
+                    }),
                 }
             }
             Cause::LoadDependentStiffness
