@@ -37,6 +37,11 @@ impl Job {
     pub fn file_of_moves(&self, operation: &Operation) -> PathBuf {
         operation.program.as_ref().map_or_else(|| self.file.clone(), |file| self.beside(file))
     }
+
+    /// The same as it is named: the program by the job, the job by the caller.
+    pub fn named_file_of_moves<'a>(&'a self, operation: &'a Operation) -> &'a Path {
+        operation.program.as_deref().unwrap_or(&self.file)
+    }
 }
 
 /// What may be changed besides speed and feed, as far as the job says.

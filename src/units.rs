@@ -1,6 +1,8 @@
 //! The one place where units are converted. Inside the crate everything is SI: metres, radians,
 //! seconds, kilograms, hertz. Spindle speed alone stays in rev/min, as its users say it.
 
+pub mod written;
+
 use std::f64::consts::{PI, TAU};
 use std::time::{SystemTime, UNIX_EPOCH};
 

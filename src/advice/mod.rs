@@ -16,24 +16,24 @@
 mod air_cuts;
 mod choice;
 mod levers;
-mod map;
 mod operation;
 mod options;
 mod outcome;
 mod ranges;
+mod ribbons;
 mod schedule;
 mod speeds;
 mod vibration;
 
 pub use levers::{Change, Lever};
-pub use map::{Ribbon, SpeedMap};
 pub use operation::advise;
 pub use options::{FeedRule, Objective, Options};
 pub use outcome::{JobAdvice, OperationAdvice, Remedy, Vibration};
 pub use ranges::ModeRange;
+pub use ribbons::Ribbon;
 pub use schedule::{
     ASSUMED_ACCELERATION_RPM_PER_S, Coupling, Exposure, KeptSchedule, NoSchedule, Passage,
     Schedule, SolverEnd,
 };
-pub use speeds::{Binding, Block, ClosedRange, Constant, SafeSet, Speeds};
+pub use speeds::{Binding, Block, ClosedRange, Constant, Pair, SafeSet, Speeds};
 pub use vibration::{NoVibration, TipVibration};

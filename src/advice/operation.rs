@@ -2,14 +2,14 @@
 
 use super::choice::choose;
 use super::levers::levers;
-use super::map::SpeedMap;
 use super::options::{FeedRule, Objective, Options};
 use super::outcome::{JobAdvice, OperationAdvice, Remedy, Vibration};
 use super::ranges::{Counting, ModeRange, mode_ranges};
+use super::ribbons::ribbons;
 use super::schedule::{Schedule, Task, kept, schedule};
 use super::speeds::{Constant, SafeSet, SpeedProblem, feed_at};
 use super::vibration::{Chip, TipModel, TipVibration};
-use crate::excitation::{ExcitationLine, lines};
+use crate::excitation::lines;
 use crate::job::{Job, Operation, SpindleSpeed};
 use crate::notes::{Code, Note};
 use crate::path::{Path, Survey, grid};
@@ -40,12 +40,12 @@ pub fn advise(job: &Job, options: &Options, progress: Progress) -> Result<JobAdv
     if !faults.is_empty() {
         return Err(faults);
     }
-    let notices = job.operations.iter().zip(&operations).flat_map(|(operation, advice)| {
+    let warnings = job.operations.iter().zip(&operations).flat_map(|(operation, advice)| {
         let not_followed = not_followed(job, operation, advice, options.objective);
         nothing(job, operation, advice).into_iter().chain(not_followed)
     });
     Ok(JobAdvice {
-        notices: notices.collect(),
+        warnings: warnings.collect(),
         options: *options,
         separation: job.policy.separation,
         model_uncertainty: job.policy.model_uncertainty,
@@ -54,7 +54,7 @@ pub fn advise(job: &Job, options: &Options, progress: Progress) -> Result<JobAdv
     })
 }
 
-/// A remark where a safe speed means nothing, as nothing counts.
+/// A warning where a safe speed means nothing, as nothing counts.
 fn nothing(job: &Job, operation: &Operation, advice: &OperationAdvice) -> Option<Note> {
     let separation = match &advice.remedy {
         Remedy::Constant(constant) => constant.separation,
@@ -71,7 +71,7 @@ fn nothing(job: &Job, operation: &Operation, advice: &OperationAdvice) -> Option
     Some(about_operation(job, operation, Code::NothingChecked, what))
 }
 
-/// A remark where a schedule cannot follow the objective.
+/// A warning where a schedule cannot follow the objective.
 fn not_followed(
     job: &Job,
     operation: &Operation,
@@ -132,7 +132,7 @@ fn advise_path(
         |set: &SafeSet| tip.as_ref().map_or_else(|_| Vec::new(), |tip| tip.quietest(set, chip));
     let wish = Wish { objective: options.objective, programmed_rpm, quietest_of: &quietest_of };
     let Choice { ranges, set, rpm, quietest, survey } =
-        settled(job, path, &counting, &lines, &wish, survey)?;
+        settled(job, operation, path, &counting, &wish, survey)?;
     let problem =
         SpeedProblem { ranges: &ranges, lines: &lines, policy: &job.policy, spindle: &job.spindle };
     let constant = rpm.map(|rpm| Constant {
@@ -189,14 +189,13 @@ fn advise_path(
             recommended: constant.map(|constant| tip.at(constant.rpm, chip)),
             quietest,
         }),
-        map: SpeedMap::new(&survey, &counting),
+        ribbons: ribbons(&survey, &counting, &lines),
         programmed_blocks: set.blocks_at(programmed_rpm),
         set,
         levers,
         constant,
         bind,
         mode_ranges: ranges,
-        lines,
     })
 }
 
@@ -246,13 +245,14 @@ struct Choice {
 /// Divides the speeds and chooses among them until a check passes what was chosen.
 fn settled(
     job: &Job,
+    operation: &Operation,
     path: &Path,
     counting: &Counting,
-    lines: &[ExcitationLine],
     wish: &Wish,
     mut survey: Survey,
 ) -> Result<Choice, Note> {
     let (policy, spindle) = (&job.policy, &job.spindle);
+    let lines = &lines(&job.tool, policy);
     let mut look = 0;
     loop {
         let (ranges, refined) = mode_ranges(path, counting, survey)?;
@@ -264,7 +264,7 @@ fn settled(
             return Ok(Choice { ranges, set, rpm: None, quietest, survey: refined });
         };
         let speed = SpindleSpeed::Constant(rpm);
-        let (found, closer) = crossings_under(lines, policy, &speed, path, refined)?;
+        let (found, closer) = crossings_under(job, operation, &speed, path, refined)?;
         survey = closer;
         if found.is_empty() || look == MAX_REVISIONS {
             let rpm = chosen.filter(|_| found.is_empty());

@@ -1,13 +1,15 @@
 //! What is advised.
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
 use super::levers::Lever;
-use super::map::SpeedMap;
 use super::options::Options;
 use super::ranges::ModeRange;
+use super::ribbons::Ribbon;
 use super::schedule::{KeptSchedule, NoSchedule, Schedule};
 use super::speeds::{Binding, Block, Constant, SafeSet};
 use super::vibration::{NoVibration, TipVibration};
-use crate::excitation::ExcitationLine;
 use crate::motion::StatedFeeds;
 use crate::notes::Note;
 
@@ -24,8 +26,8 @@ pub struct JobAdvice {
     pub calibrated: bool,
     /// One per operation, in order.
     pub operations: Vec<OperationAdvice>,
-    /// Remarks that do not change the advice.
-    pub notices: Vec<Note>,
+    /// What does not change the advice, but is to be known.
+    pub warnings: Vec<Note>,
 }
 
 impl JobAdvice {
@@ -48,8 +50,6 @@ pub struct OperationAdvice {
     pub programmed_feed_m_per_s: f64,
     /// Feeds that a program states itself.
     pub program_feeds: StatedFeeds,
-    /// The lines that were looked at, ascending.
-    pub lines: Vec<ExcitationLine>,
     /// What the modes cover along the path.
     pub mode_ranges: Vec<ModeRange>,
     /// Constant speeds.
@@ -65,8 +65,8 @@ pub struct OperationAdvice {
     pub no_schedule: Option<NoSchedule>,
     /// What else could open a gap, the best first; empty where a constant speed is safe.
     pub levers: Vec<Lever>,
-    /// The bands along the path.
-    pub map: SpeedMap,
+    /// The bands along the path, in stretches on which the mode counts.
+    pub ribbons: Vec<Ribbon>,
     /// What the cutting force does to the tool tip, or why nothing is said about it.
     pub vibration: Result<Vibration, NoVibration>,
     /// What stands in the way of a constant speed where none is safe: the speed that comes nearest
@@ -75,14 +75,16 @@ pub struct OperationAdvice {
     pub bind: Option<Binding>,
 }
 
-/// What the cutting force moves the tool tip along the path.
-#[derive(Debug, Clone, PartialEq)]
+/// Vibration of the tool tip under the cutting force: the root of the sum of the squared amplitudes
+/// of its harmonics, without the static deflection; the largest along the path.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct Vibration {
     /// At the programmed speed.
     pub programmed: TipVibration,
-    /// At the best constant speed, where there is one.
+    /// At recommended_rpm; null where that is.
     pub recommended: Option<TipVibration>,
-    /// At the quietest speed of each safe gap, ascending in speed.
+    /// At the quietest speed of each safe stretch, ascending in speed.
     pub quietest: Vec<TipVibration>,
 }
 

@@ -3,6 +3,9 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
 use crate::job::Policy;
 use crate::notes::Note;
 use crate::path::{MAX_GAP, Path, Station, Survey};
@@ -14,20 +17,26 @@ const END_TOLERANCE: f64 = 1e-9;
 /// Stretches on which a mode counts end within this share of the path.
 const STRETCH_TOLERANCE: f64 = 1e-8;
 
-/// Frequencies that one mode covers on the stretches of a path where it counts. f is continuous, so
-/// a stretch covers all between its lowest and highest; stretches that overlap in frequency are one
-/// range.
-#[derive(Debug, Clone, Copy, PartialEq)]
+// f is continuous, so a stretch covers all between its lowest and highest; stretches that overlap in
+// frequency are one range.
+/// Frequencies that a mode covers on the stretches of the path where it counts.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "Range")]
 pub struct ModeRange {
-    /// Index of the mode in ascending frequency, counted from 1.
+    /// Counted from 1 in ascending frequency.
     pub mode: usize,
-    /// Lowest frequency, Hz.
+    /// Lowest frequency.
+    #[serde(rename = "lowest_hz")]
     pub low_hz: f64,
-    /// Where, 0..=1.
+    /// Where, 0 to 1.
+    #[serde(rename = "lowest_s")]
     pub low_s: f64,
-    /// Highest frequency, Hz.
+    /// Highest frequency.
+    #[serde(rename = "highest_hz")]
     pub high_hz: f64,
-    /// Where, 0..=1.
+    /// Where, 0 to 1.
+    #[serde(rename = "highest_s")]
     pub high_s: f64,
 }
 

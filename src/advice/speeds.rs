@@ -1,17 +1,23 @@
 //! Constant spindle speeds: which are safe, exactly, and what closes the others.
 
-use crate::excitation::ExcitationLine;
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use crate::excitation::{ExcitationLine, WithoutOrder};
 use crate::job::{Policy, Spindle};
-use crate::units::{hz_from_rpm, rpm_from_hz};
+use crate::units::{hz_from_rpm, rpm_from_hz, written};
 
 use super::ranges::ModeRange;
 
 /// Speeds, rev/min, between two ends.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct Speeds {
     /// Lowest.
+    #[serde(rename = "from_rpm")]
     pub low_rpm: f64,
     /// Highest.
+    #[serde(rename = "to_rpm")]
     pub high_rpm: f64,
 }
 
@@ -22,24 +28,46 @@ impl Speeds {
     }
 }
 
-/// Speeds at which one line lies in one mode's widened band somewhere along the path: all strictly
-/// between two ends.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Block {
-    /// Index of the mode in ascending frequency, counted from 1.
+/// A mode and a line.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Pair {
+    /// Counted from 1 in ascending frequency.
     pub mode: usize,
     /// The line.
+    #[serde(flatten, with = "WithoutOrder")]
     pub line: ExcitationLine,
-    /// The ends.
+}
+
+/// Speeds at which one line lies in one mode's widened band somewhere along the path.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Block {
+    /// Counted from 1 in ascending frequency.
+    pub mode: usize,
+    /// The line.
+    #[serde(flatten, with = "WithoutOrder")]
+    pub line: ExcitationLine,
+    /// The ends, which do not belong to it.
+    #[serde(flatten)]
     pub speeds: Speeds,
 }
 
-/// Blocks without a gap between them.
-#[derive(Debug, Clone, PartialEq)]
+impl Block {
+    fn pair(self) -> Pair {
+        Pair { mode: self.mode, line: self.line }
+    }
+}
+
+/// Speeds without a safe one among them.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "Closed")]
 pub struct ClosedRange {
     /// From the lowest end to the highest; within the spindle's range.
+    #[serde(flatten)]
     pub speeds: Speeds,
-    /// What closes them, ascending.
+    /// What closes them, ascending in from_rpm.
     pub blocks: Vec<Block>,
 }
 
@@ -62,17 +90,21 @@ impl SafeSet {
     }
 }
 
-/// Where the largest separation that any constant speed keeps ends: two blocks that meet there.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Two blocks that meet at the speed that comes nearest to being safe.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct Binding {
-    /// The speed that keeps the largest separation, rev/min.
-    pub rpm: f64,
-    /// The least |f_exc − f_r| / f_r that it keeps; negative where a mode passes through the line.
+    /// The least distance that this speed keeps, in percent of a mode's frequency; below zero where
+    /// a mode passes through the line.
+    #[serde(rename = "separation_percent", serialize_with = "written::percent")]
     pub separation: f64,
-    /// What closes in from below; `None` for the spindle's lowest speed.
-    pub below: Option<Block>,
-    /// What closes in from above; `None` for the spindle's highest speed.
-    pub above: Option<Block>,
+    /// The speed that comes nearest; not safe.
+    #[serde(rename = "closest_rpm")]
+    pub rpm: f64,
+    /// What closes in from below; null for the spindle's lowest speed.
+    pub below: Option<Pair>,
+    /// What closes in from above; null for the spindle's highest speed.
+    pub above: Option<Pair>,
 }
 
 /// A constant speed that is safe.
@@ -241,6 +273,7 @@ impl SpeedProblem<'_> {
         let above = closing().filter(|block| !ends_here(block)).min_by(|a, b| {
             (a.speeds.low_rpm - rpm).abs().total_cmp(&(b.speeds.low_rpm - rpm).abs())
         });
+        let [below, above] = [below, above].map(|block| block.map(Block::pair));
         Some(Binding { rpm, separation: open, below, above })
     }
 }

@@ -14,6 +14,8 @@
 use std::fmt;
 
 use nalgebra::{Complex, Unit, Vector3};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::air_cuts::is_air_cut;
 use super::speeds::{SafeSet, Speeds};
@@ -22,7 +24,7 @@ use crate::job::{Job, Operation};
 use crate::notes::Note;
 use crate::path::{Path, TipModes, tcp_poses, tip_modes};
 use crate::risk::SpindleProfile;
-use crate::units::{hz_from_rpm, rad_per_s_from_hz};
+use crate::units::{hz_from_rpm, rad_per_s_from_hz, written};
 
 /// Points of the path that are looked at.
 const POINTS: usize = 200;
@@ -37,14 +39,17 @@ const MIN_TRIED: usize = 12;
 /// The feed's direction is read over this share of the path.
 const NEARBY: f64 = 1e-5;
 
-/// What the tip does at one speed.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// The tool tip at one spindle speed.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "Tip")]
 pub struct TipVibration {
-    /// Spindle speed, rev/min.
+    /// Spindle speed.
     pub rpm: f64,
-    /// The largest amplitude along the path, m.
+    /// The largest amplitude along the path.
+    #[serde(rename = "amplitude_um", serialize_with = "written::um")]
     pub amplitude_m: f64,
-    /// Where, 0..=1.
+    /// Where it is largest.
     pub s: f64,
 }
 

@@ -40,6 +40,16 @@ pub struct ExcitationLine {
     pub order: u32,
 }
 
+/// An excitation line as results name it beside other facts.
+#[derive(Debug, Serialize, JsonSchema)]
+#[serde(remote = "ExcitationLine", deny_unknown_fields)]
+pub struct WithoutOrder {
+    #[allow(missing_docs, reason = "the schema shows what the type says")]
+    pub source: Source,
+    /// Which multiple of the source's own frequency, counted from 1.
+    pub harmonic: u32,
+}
+
 impl ExcitationLine {
     /// Frequency at a spindle speed, Hz.
     pub fn frequency_hz(&self, rpm: f64) -> f64 {

@@ -4,4 +4,4 @@ mod cutting;
 mod lines;
 
 pub use cutting::{Engagement, ForceHarmonic, ForceModel, MATERIALS, Material, material};
-pub use lines::{ExcitationLine, Source, lines};
+pub use lines::{ExcitationLine, Source, WithoutOrder, lines};

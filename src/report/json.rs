@@ -1,5 +1,7 @@
 //! What all JSON outputs have in common: numbers that are finite, and a layout that people can read.
 
+mod finite;
+
 use std::borrow::Cow;
 use std::fmt;
 use std::io;
@@ -26,6 +28,7 @@ pub(super) fn laid_out(
     output: &impl Serialize,
     deepest_spread: usize,
 ) -> Result<String, NotFinite> {
+    output.serialize(finite::Finite).map_err(NotFinite)?;
     let mut bytes = Vec::new();
     let layout = Layout { spread: PrettyFormatter::new(), depth: 0, deepest_spread };
     let mut serializer = serde_json::Serializer::with_formatter(&mut bytes, layout);

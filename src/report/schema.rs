@@ -7,27 +7,29 @@ use serde_json::Value;
 
 /// Schema of what `detune check --format json` writes.
 pub fn check() -> Value {
-    of::<super::check::json::Check<'static>>()
+    of::<super::check::json::Check<'static>>(plain)
 }
 
 /// Schema of what `detune advise --format json` writes.
 pub fn advice() -> Value {
-    of::<super::advise::json::Advice<'static>>()
+    of::<super::advise::json::Advice<'static>>(plain)
 }
 
 /// Schema of what `detune identify --format json` writes.
 pub fn identification() -> Value {
-    of::<super::identify::Identification<'static>>()
+    of::<super::identify::Identification<'static>>(plain)
 }
 
 /// Schema of what `detune diagnose --format json` writes.
 pub fn diagnosis() -> Value {
-    of::<super::diagnosis::json::Document<'static>>()
+    of::<super::diagnosis::json::Document<'static>>(|_| ())
 }
 
-fn of<T: JsonSchema>() -> Value {
+fn of<T: JsonSchema>(numbers: fn(&mut Schema)) -> Value {
     let settings = SchemaSettings::draft2020_12().for_serialize();
-    let settings = settings.with_transform(RecursiveTransform(listed));
+    let settings = settings
+        .with_transform(RecursiveTransform(listed))
+        .with_transform(RecursiveTransform(numbers));
     settings.into_generator().into_root_schema_for::<T>().to_value()
 }
 
@@ -41,5 +43,12 @@ fn listed(schema: &mut Schema) {
         schema.remove("oneOf");
         schema.insert("enum".to_owned(), Value::Array(words));
         schema.insert("type".to_owned(), "string".into());
+    }
+}
+
+/// A number is any number of JSON.
+fn plain(schema: &mut Schema) {
+    if schema.get("format").is_some_and(|format| format == "double") {
+        schema.remove("format");
     }
 }

@@ -4,10 +4,12 @@ use super::bands::LineBands;
 use super::crossings;
 use super::left_out::left_out;
 use super::margin::closest_approach;
-use super::operation_notes::{in_operation, notices};
+use super::operation_notes::{in_operation, warnings};
 use super::spindle_profile::SpindleProfile;
-use super::verdict::{Certainty, Crossing, JobRisk, ModeExchange, OperationRisk, Sample, Verdict};
-use crate::excitation::{ExcitationLine, lines};
+use super::verdict::{
+    Certainty, Crossing, JobRisk, ModeExchange, OperationRisk, Sample, SpeedPoint, Verdict,
+};
+use crate::excitation::lines;
 use crate::job::{Job, Operation, Policy, SpindleSpeed};
 use crate::notes::Note;
 use crate::path::{Detail, MAX_GAP, ModalPose, Path, Survey, Surveyor, follow, grid};
@@ -19,13 +21,13 @@ use crate::progress::Progress;
 /// # Errors
 /// What cannot be run, for every operation.
 pub fn assess(job: &Job, progress: Progress) -> Result<JobRisk, Vec<Note>> {
-    let (mut faults, mut notices) = (Vec::new(), Vec::new());
+    let (mut faults, mut all) = (Vec::new(), Vec::new());
     let mut operations = Vec::new();
     for operation in &job.operations {
         match assess_operation(job, operation, progress) {
             Ok((risk, of_operation)) => {
                 operations.push(risk);
-                notices.extend(of_operation);
+                all.extend(of_operation);
             }
             Err(found) => faults.extend(found),
         }
@@ -40,7 +42,7 @@ pub fn assess(job: &Job, progress: Progress) -> Result<JobRisk, Vec<Note>> {
         separation: job.policy.separation,
         coordinates: job.robot.coordinates().iter().map(|c| c.name.clone()).collect(),
         operations,
-        notices,
+        warnings: all,
     })
 }
 
@@ -52,8 +54,8 @@ fn assess_operation(
     let path = plan(job, operation)?;
     let risk = survey_operation(job, operation, &path, progress)
         .map_err(|note| vec![in_operation(job, operation, note)])?;
-    let notices = notices(job, operation, &path, &risk);
-    Ok((risk, notices))
+    let warnings = warnings(job, operation, &path, &risk);
+    Ok((risk, warnings))
 }
 
 /// The path of an operation.
@@ -72,24 +74,25 @@ pub fn detail(policy: &Policy) -> Detail {
     if policy.min_tip_response_m_per_n > 0.0 { Detail::TipResponse } else { Detail::Frequencies }
 }
 
-/// Where excitation lines lie in bands under a spindle speed, with the survey refined so far that
+/// Where excitation lines lie in bands on the path of an operation under a spindle speed, with the survey refined so far that
 /// none hides. `first_look` holds the stations of [`grid`] at least, with the [`detail`] of the
 /// policy.
 ///
 /// # Errors
 /// The arm has no modes somewhere.
 pub fn crossings_under(
-    lines: &[ExcitationLine],
-    policy: &Policy,
+    job: &Job,
+    operation: &Operation,
     speed: &SpindleSpeed,
     path: &Path,
     first_look: Survey,
 ) -> Result<(Vec<Crossing>, Survey), Note> {
     let spindle = SpindleProfile::new(speed, path);
     let (lowest_hz, highest_hz) = first_look.range_hz();
-    let lines_bands: Vec<LineBands> = lines
-        .iter()
-        .map(|&line| LineBands { line, spindle: &spindle, policy })
+    let (policy, file) = (&job.policy, job.named_file_of_moves(operation));
+    let lines_bands: Vec<LineBands> = lines(&job.tool, policy)
+        .into_iter()
+        .map(|line| LineBands { line, spindle: &spindle, policy, file })
         .filter(|bands| bands.can_meet(lowest_hz, highest_hz))
         .collect();
     let survey = first_look.refine(path, |left, right, rates| {
@@ -121,7 +124,7 @@ fn survey_operation(
     let spindle = SpindleProfile::new(&operation.speed, path);
     let stations = grid(path, operation.speed.corners());
     let first_look = Survey::take(path, stations, detail(&job.policy), progress)?;
-    let (found, survey) = crossings_under(&lines, &job.policy, &operation.speed, path, first_look)?;
+    let (found, survey) = crossings_under(job, operation, &operation.speed, path, first_look)?;
     let verdict = found
         .iter()
         .map(|crossing| match crossing.certainty {
@@ -138,10 +141,20 @@ fn survey_operation(
         .zip(families.of.into_iter().zip(families.poses))
         .map(|(&s, (families, pose))| sample(path, &spindle, s, families, pose))
         .collect();
+    let [spindle_min_rpm, spindle_max_rpm] = operation.speed.range_rpm();
     Ok(OperationRisk {
         name: operation.name.clone(),
+        program: operation.program.clone(),
         verdict,
         spindle_rpm: operation.speed.rpm_at(0.0),
+        spindle_min_rpm,
+        spindle_max_rpm,
+        spindle_schedule: match &operation.speed {
+            SpindleSpeed::Constant(_) => None,
+            SpindleSpeed::Schedule(points) => {
+                Some(points.iter().map(|&(s, rpm)| SpeedPoint { s, rpm }).collect())
+            }
+        },
         duration_s: path.duration_s(),
         left_out: left_out(&lines, &operation.speed, &job.policy, &survey),
         closest: closest_approach(&samples, &lines, &job.policy),
@@ -149,7 +162,7 @@ fn survey_operation(
         poses_solved: survey.len(),
         samples,
         crossings: found,
-        exchanges: families
+        mode_exchanges: families
             .exchanges
             .iter()
             .map(|e| ModeExchange { s: e.s, lower_mode: e.lower_mode + 1 })

@@ -1,5 +1,7 @@
 //! Where a line stands against a mode at one point of the path.
 
+use std::path::Path;
+
 use super::spindle_profile::SpindleProfile;
 use super::verdict::Certainty;
 use crate::excitation::ExcitationLine;
@@ -30,6 +32,8 @@ pub(super) struct LineBands<'a> {
     pub(super) line: ExcitationLine,
     pub(super) spindle: &'a SpindleProfile<'a>,
     pub(super) policy: &'a Policy,
+    /// What the lines of its moves refer to.
+    pub(super) file: &'a Path,
 }
 
 impl LineBands<'_> {

@@ -1,7 +1,7 @@
 //! From states along the path to crossings with ends and a closest point.
 
 use super::bands::LineBands;
-use super::verdict::{Certainty, Crossing};
+use super::verdict::{Certainty, Crossing, Move};
 use crate::notes::Note;
 use crate::path::{Path, Survey, Surveyor};
 
@@ -88,6 +88,8 @@ fn crossing(
         [first, second, ..] => modes.turn_together(placement, r, *first, *second),
         [] | [_] => None,
     };
+    let coordinates = path.robot().coordinates();
+    let moves = |i: usize| Move { coordinate: coordinates[i].name.clone(), share: shares[i] };
     let excitation_hz = bands.excitation_hz(closest_s);
     let (from_line, to_line) = path.lines_between(run.from_s, run.to_s);
     Ok(Crossing {
@@ -101,8 +103,9 @@ fn crossing(
         closest_s,
         separation: (excitation_hz - natural_frequency_hz).abs() / natural_frequency_hz,
         tip_response_m_per_n: surveyor.tip_response_m_per_n()[r],
-        strain_energy_shares: shares,
+        moves: order.into_iter().map(moves).collect(),
         leading_turn_together,
+        file: bands.file.to_owned(),
         from_line,
         to_line,
     })

@@ -48,7 +48,6 @@ fn approaches<'a>(
                 mode: mode + 1,
                 line,
                 s: sample.s,
-                rpm: sample.rpm,
                 excitation_hz,
                 natural_frequency_hz,
                 separation: (excitation_hz - natural_frequency_hz).abs() / natural_frequency_hz,

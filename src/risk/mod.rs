@@ -14,5 +14,6 @@ pub use margin::closest_approach;
 pub use operation_notes::{Counted, about_operation, in_operation, nothing_checked};
 pub use spindle_profile::SpindleProfile;
 pub use verdict::{
-    Approach, Certainty, Crossing, JobRisk, LeftOut, ModeExchange, OperationRisk, Sample, Verdict,
+    Approach, Certainty, Crossing, JobRisk, LeftOut, ModeExchange, Move, OperationRisk, Sample,
+    SpeedPoint, Verdict,
 };

@@ -20,7 +20,7 @@ pub fn about_operation(job: &Job, operation: &Operation, code: Code, what: Strin
 }
 
 /// What a planner should know of an operation beside its crossings.
-pub(super) fn notices(
+pub(super) fn warnings(
     job: &Job,
     operation: &Operation,
     path: &Path,
@@ -33,7 +33,7 @@ pub(super) fn notices(
     };
     let nothing = nothing_checked(job, &counted).map(|what| (Code::NothingChecked, what));
     let sudden = too_sudden(job, operation, path).map(|what| (Code::SpindleAcceleration, what));
-    let mut notices: Vec<Note> = nothing
+    let mut warnings: Vec<Note> = nothing
         .into_iter()
         .chain(sudden)
         .map(|(code, what)| about_operation(job, operation, code, what))
@@ -48,9 +48,9 @@ pub(super) fn notices(
             }
         );
         let place = Place { line: Some(path.line_at(overspeed.s)), ..Place::default() };
-        notices.push(in_operation(job, operation, Note::warning(Code::FeedLimit, place, what)));
+        warnings.push(in_operation(job, operation, Note::warning(Code::FeedLimit, place, what)));
     }
-    notices
+    warnings
 }
 
 /// Whether there is anything that a verdict could be about.

@@ -1,10 +1,14 @@
-//! What a check finds: plain data that holds nothing of the model.
+//! What a check finds: plain data that holds nothing of the model. Each type is also what
+//! `check/1` has of it: order and names of the keys are part of that format.
+
+use std::path::PathBuf;
 
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::excitation::ExcitationLine;
+use crate::excitation::{ExcitationLine, WithoutOrder};
 use crate::notes::Note;
+use crate::units::written;
 
 /// The answer for an operation, a job or a set of jobs; the worst of its parts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, JsonSchema)]
@@ -34,89 +38,123 @@ pub enum Certainty {
     Certain,
 }
 
-/// A stretch of path on which one line stays in one mode's band, with one certainty.
-#[derive(Debug, Clone, PartialEq)]
+/// A stretch of path on which one line stays inside one mode's band, with one certainty.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct Crossing {
-    /// Index of the mode in ascending frequency, counted from 1.
+    /// Counted from 1 in ascending frequency.
     pub mode: usize,
-    /// How sure.
+    #[allow(missing_docs, reason = "the schema shows what the type says")]
     pub certainty: Certainty,
     /// The line.
+    #[serde(flatten, with = "WithoutOrder")]
     pub line: ExcitationLine,
-    /// The line's frequency at `closest_s`, Hz.
+    /// The line's frequency at closest_s.
     pub excitation_hz: f64,
-    /// The mode's frequency at `closest_s`, Hz.
+    /// The mode's frequency at closest_s.
     pub natural_frequency_hz: f64,
-    /// Where it starts, 0..=1.
+    /// Where it starts, 0 to 1.
     pub from_s: f64,
-    /// Where it ends, 0..=1.
+    /// Where it ends, 0 to 1.
     pub to_s: f64,
     /// Where line and mode are closest.
     pub closest_s: f64,
-    /// |f_exc − f_r| / f_r at `closest_s`.
+    /// Distance of line and mode at closest_s, in percent of the mode's frequency.
+    #[serde(rename = "separation_percent", serialize_with = "written::percent")]
     pub separation: f64,
-    /// What the mode alone moves the tool tip at resonance, at `closest_s`, in its strongest
-    /// direction, m/N.
+    /// What the mode alone moves the tool tip at resonance at closest_s.
+    #[serde(rename = "tip_response_um_per_n", serialize_with = "written::um")]
     pub tip_response_m_per_n: f64,
-    /// Share of the mode's strain energy in each elastic coordinate at `closest_s`.
-    pub strain_energy_shares: Vec<f64>,
-    /// Whether the two coordinates with the largest shares turn together or against each other.
+    /// What moves in the mode at closest_s: shares of its strain energy, largest first.
+    pub moves: Vec<Move>,
+    /// Whether the first two of them turn together; null where that has no meaning.
     pub leading_turn_together: Option<bool>,
-    /// First line of the file (job or program) among those run between `from_s` and `to_s`, counted
-    /// from 1.
+    /// The file that the lines refer to: the program as the job names it, else the job file as it
+    /// was named on the command line.
+    #[serde(serialize_with = "written::path")]
+    pub file: PathBuf,
+    /// The lowest line that is run between from_s and to_s, counted from 1.
     pub from_line: usize,
-    /// Last line among them.
+    /// The highest line that is run between from_s and to_s.
     pub to_line: usize,
 }
 
-/// The arm at one point of the path.
-#[derive(Debug, Clone, PartialEq)]
+/// A coordinate's part in a mode.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Move {
+    /// Name of the elastic coordinate.
+    pub coordinate: String,
+    /// Share of the mode's strain energy, 0 to 1.
+    pub share: f64,
+}
+
+/// The arm at one place of the path.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct Sample {
-    /// Share of the operation's time, 0..=1.
+    /// Share of the operation's time, 0 to 1.
     pub s: f64,
-    /// Joint positions, rad or m.
+    /// Joint positions from base to tip (m for a prismatic joint).
+    #[serde(rename = "joints_rad")]
     pub joints: Vec<f64>,
-    /// β1 of the two-link model, where the robot defines it, rad.
+    /// Null where the robot does not define it.
     pub beta1_rad: Option<f64>,
-    /// β2, rad.
+    /// Null where the robot does not define it.
     pub beta2_rad: Option<f64>,
-    /// Spindle speed, rev/min; zero where the program has stopped the spindle.
+    /// 0 where the program has stopped the spindle.
+    #[serde(rename = "spindle_rpm")]
     pub rpm: f64,
-    /// Ascending, Hz.
+    /// Ascending.
     pub natural_frequencies_hz: Vec<f64>,
-    /// Per mode, what it alone moves the tool tip at resonance, m/N.
+    /// Per mode, what it alone moves the tool tip at resonance, in its strongest direction.
+    #[serde(rename = "tip_response_um_per_n", serialize_with = "written::um")]
     pub tip_response_m_per_n: Vec<f64>,
-    /// Per mode, the number of the family that it belongs to: the index that the mode had at s = 0,
-    /// followed along the path by shape. `None` where a family could not be followed.
+    /// Per mode, the index (from 0) that it had at s = 0, followed by shape; null where it was
+    /// lost.
     pub families: Vec<Option<usize>>,
 }
 
 /// A place where two neighbouring modes change places in the order of frequency.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "Exchange")]
 pub struct ModeExchange {
-    /// Where.
+    /// Where, 0 to 1.
     pub s: f64,
     /// The lower of the two, counted from 1.
     pub lower_mode: usize,
 }
 
-/// The place where some line comes nearest to some mode.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// A mode and a line at one place of the path.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "Closest")]
 pub struct Approach {
-    /// Index of the mode in ascending frequency, counted from 1.
+    /// Counted from 1 in ascending frequency.
     pub mode: usize,
     /// The line.
+    #[serde(flatten, with = "WithoutOrder")]
     pub line: ExcitationLine,
-    /// Where, 0..=1.
-    pub s: f64,
-    /// Spindle speed there, rev/min.
-    pub rpm: f64,
-    /// The line's frequency there, Hz.
+    /// The line's frequency there.
     pub excitation_hz: f64,
-    /// The mode's frequency there, Hz.
+    /// The mode's frequency there.
     pub natural_frequency_hz: f64,
-    /// |f_exc − f_r| / f_r there.
+    /// Share of the operation's time, 0 to 1.
+    pub s: f64,
+    /// Distance of line and mode, in percent of the mode's frequency.
+    #[serde(rename = "separation_percent", serialize_with = "written::percent")]
     pub separation: f64,
+}
+
+/// A programmed spindle speed at one place of the path.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SpeedPoint {
+    /// Share of the operation's time, 0 to 1.
+    pub s: f64,
+    /// Speed, linear in s between such points.
+    pub rpm: f64,
 }
 
 /// What the policy leaves out: a verdict says nothing about it.
@@ -136,33 +174,44 @@ impl LeftOut {
     }
 }
 
-/// What a check finds for one operation.
-#[derive(Debug, Clone, PartialEq)]
+/// One operation.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "Operation")]
 pub struct OperationRisk {
-    /// Name of the operation.
+    /// What it is called in the job.
     pub name: String,
-    /// The worst of the crossings.
+    /// The program that the lines of its crossings refer to, as the job names it; `None` where they
+    /// refer to the job file.
+    #[serde(skip)]
+    pub program: Option<PathBuf>,
+    /// The worst of its crossings.
     pub verdict: Verdict,
-    /// Programmed spindle speed at s = 0, rev/min.
+    /// Programmed spindle speed at s = 0.
     pub spindle_rpm: f64,
-    /// Time from s = 0 to s = 1, s.
+    /// Lowest programmed spindle speed.
+    pub spindle_min_rpm: f64,
+    /// Highest programmed spindle speed.
+    pub spindle_max_rpm: f64,
+    /// The programmed speeds, linear in s between; null where one speed holds.
+    pub spindle_schedule: Option<Vec<SpeedPoint>>,
+    /// Time from s = 0 to s = 1.
     pub duration_s: f64,
-    /// The lines that were looked at, ascending.
+    /// The excitation lines that were looked at, ascending.
     pub lines: Vec<ExcitationLine>,
-    /// The closest approach of any line to any mode among the samples; `None` where no line and no
-    /// mode count.
-    pub closest: Option<Approach>,
-    /// Which of the lines and modes do not count.
+    /// What does not count on the whole path, by policy.
     pub left_out: LeftOut,
+    /// Where some line comes nearest to some mode among the samples; null where nothing counts.
+    pub closest: Option<Approach>,
     /// Poses at which the eigenproblem was solved to find the crossings.
     pub poses_solved: usize,
-    /// The arm along the path, ascending in s: at every pose that was looked at, or, beyond 5000 of
-    /// them, at so many that neighbours are no more than 1/2000 apart in s.
+    /// The arm along the path, ascending in s, both ends included: at every pose that was looked at,
+    /// or, beyond 5000 of them, at so many that neighbours are no more than 1/2000 apart in s.
     pub samples: Vec<Sample>,
-    /// Ascending in `from_s`, then mode, then line.
+    /// Stretches on which a line lies inside a mode's band, ascending in from_s.
     pub crossings: Vec<Crossing>,
-    /// Where modes change places.
-    pub exchanges: Vec<ModeExchange>,
+    /// Where neighbouring modes change places in the order of frequency.
+    pub mode_exchanges: Vec<ModeExchange>,
 }
 
 /// What a check finds for one job.
@@ -176,10 +225,11 @@ pub struct JobRisk {
     pub model_uncertainty: f64,
     /// Half width of the bands, as a share of each frequency.
     pub separation: f64,
-    /// Names of the elastic coordinates, in the order of `strain_energy_shares`.
+    /// Names of the elastic coordinates.
     pub coordinates: Vec<String>,
     /// One per operation, in order.
     pub operations: Vec<OperationRisk>,
-    /// Remarks that change no verdict, in the order of the operations.
-    pub notices: Vec<Note>,
+    /// Remarks that change no verdict, such as a verdict about nothing: on the files that were
+    /// read, then in the order of the operations.
+    pub warnings: Vec<Note>,
 }

@@ -92,7 +92,7 @@ pub fn advise(
         refuse_unknown_vibration(job, &found.operations)?;
     }
     // What stops the writing comes behind what was to be known before.
-    let warnings = found.notices.clone();
+    let warnings = found.warnings.clone();
     let stopped = |error: Note| warnings.iter().cloned().chain([error]).collect::<Vec<_>>();
     let mut advised = Advised {
         warnings: warnings.clone(),

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
 use super::{Read, advise};
-use crate::job::{Job, Policy, SpindleSpeed};
+use crate::job::{Job, Policy};
 use crate::notes::Note;
 use crate::progress::Progress;
 pub use crate::risk::Verdict;
@@ -20,46 +20,16 @@ pub struct CheckedJob {
     pub file: PathBuf,
     /// When a crossing counts.
     pub policy: Policy,
-    /// What was asked of each operation, in the order of `risk.operations`.
-    pub asked: Vec<AskedOperation>,
     /// What was found.
     pub risk: JobRisk,
-    /// Warnings on the job, its robot and its programs.
-    pub notices: Vec<Note>,
-}
-
-/// What was asked of an operation, and where it stands in its files.
-#[derive(Debug, Clone, PartialEq)]
-pub struct AskedOperation {
-    /// Line of the job file where it starts, counted from 1.
-    pub line: usize,
-    /// The program that the lines of its crossings refer to, as the job names it; `None` where they
-    /// refer to the job file.
-    pub program: Option<PathBuf>,
-    /// Programmed spindle speed.
-    pub speed: SpindleSpeed,
 }
 
 impl CheckedJob {
     /// Puts together what was asked and what was found.
     pub fn new(job: &Job, risk: JobRisk) -> Self {
-        let asked = job.operations.iter().map(|operation| AskedOperation {
-            line: operation.line,
-            program: operation.program.clone(),
-            speed: operation.speed.clone(),
-        });
-        Self {
-            name: job.name.clone(),
-            file: job.file.clone(),
-            policy: job.policy.clone(),
-            asked: asked.collect(),
-            notices: risk.notices.clone(),
-            risk,
-        }
+        Self { name: job.name.clone(), file: job.file.clone(), policy: job.policy.clone(), risk }
     }
-}
 
-impl CheckedJob {
     /// The worst verdict of several jobs; clear if there is none.
     pub fn worst(jobs: &[Self]) -> Verdict {
         jobs.iter().map(|job| job.risk.verdict).max().unwrap_or(Verdict::Clear)
@@ -104,7 +74,7 @@ impl ReadJobs {
     pub fn check(self, progress: Progress) -> Checked {
         let one = |Read { value: job, warnings, .. }: Read<Job>| {
             let checked = job.and_then(|job| check(&job, progress)).map(|mut checked| {
-                checked.notices.splice(..0, warnings.iter().cloned());
+                checked.risk.warnings.splice(..0, warnings.iter().cloned());
                 checked
             });
             (checked, warnings)
@@ -113,7 +83,7 @@ impl ReadJobs {
         for (checked, read) in self.0.into_par_iter().map(one).collect::<Vec<_>>() {
             match checked {
                 Ok(job) => {
-                    all.warnings.extend(job.notices.iter().cloned());
+                    all.warnings.extend(job.risk.warnings.iter().cloned());
                     all.jobs.push(job);
                 }
                 Err(errors) => {

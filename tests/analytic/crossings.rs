@@ -265,7 +265,7 @@ fn a_crossing_carries_its_place_in_the_file() {
     assert_eq!((crossing.from_line, crossing.to_line), (12, 12));
     assert!(crossing.separation < 1e-9, "{}", crossing.separation);
     assert!((crossing.natural_frequency_hz / f1 - 1.0).abs() < 1e-9);
-    assert!((crossing.strain_energy_shares.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+    assert!((crossing.moves.iter().map(|part| part.share).sum::<f64>() - 1.0).abs() < 1e-12);
 }
 
 /// SpindleProfile joint 1 alone changes no frequency of the planar arm but in the last digits; a line on the very

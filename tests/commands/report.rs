@@ -4,15 +4,15 @@
 use std::path::{Path, PathBuf};
 
 use detune::excitation::{ExcitationLine, Source};
-use detune::job::{Policy, SpindleSpeed};
+use detune::job::Policy;
 use detune::notes::{Code, Note, Place};
 use detune::report;
 use detune::report::check::{github, json, junit, plot_text, sarif, text};
 use detune::risk::{
-    Certainty, Crossing, JobRisk, LeftOut, ModeExchange, OperationRisk, Sample, Verdict,
+    Certainty, Crossing, JobRisk, LeftOut, ModeExchange, Move, OperationRisk, Sample, Verdict,
     closest_approach,
 };
-use detune::study::check::{AskedOperation, CheckedJob};
+use detune::study::check::CheckedJob;
 
 const TOOTH_1: ExcitationLine =
     ExcitationLine { source: Source::ToothPassing, harmonic: 1, order: 2 };
@@ -50,6 +50,15 @@ fn samples(rpm: f64) -> Vec<Sample> {
         .collect()
 }
 
+/// Shares of the strain energy in joint_2, joint_3 and base, largest first.
+fn moves(shares: &[f64]) -> Vec<Move> {
+    let names = ["joint_2", "joint_3", "base"];
+    let part = |(&share, name): (&f64, &str)| Move { coordinate: name.to_owned(), share };
+    let mut moves: Vec<Move> = shares.iter().zip(names).map(part).collect();
+    moves.sort_by(|a, b| b.share.total_cmp(&a.share));
+    moves
+}
+
 /// Mode 2 meets the second tooth-passing harmonic of 1100 rpm, 73.3 Hz.
 fn crossing(certainty: Certainty, from_s: f64, to_s: f64) -> Crossing {
     Crossing {
@@ -63,8 +72,9 @@ fn crossing(certainty: Certainty, from_s: f64, to_s: f64) -> Crossing {
         closest_s: 0.5,
         separation: 0.0127,
         tip_response_m_per_n: 0.51e-6,
-        strain_energy_shares: vec![0.24, 0.71, 0.05],
+        moves: moves(&[0.24, 0.71, 0.05]),
         leading_turn_together: Some(false),
+        file: "jobs/pocket.yaml".into(),
         from_line: 41,
         to_line: 58,
     }
@@ -82,8 +92,12 @@ fn operation(name: &str, crossings: Vec<Crossing>) -> OperationRisk {
     let (samples, lines) = (samples(1100.0), vec![SPINDLE_1, TOOTH_1, TOOTH_2]);
     OperationRisk {
         name: name.into(),
+        program: None,
         verdict,
         spindle_rpm: 1100.0,
+        spindle_min_rpm: 1100.0,
+        spindle_max_rpm: 1100.0,
+        spindle_schedule: None,
         duration_s: 12.5,
         closest: closest_approach(&samples, &lines, &policy()),
         lines,
@@ -91,7 +105,7 @@ fn operation(name: &str, crossings: Vec<Crossing>) -> OperationRisk {
         poses_solved: 11,
         samples,
         crossings,
-        exchanges: Vec::new(),
+        mode_exchanges: Vec::new(),
     }
 }
 
@@ -100,24 +114,28 @@ fn job(file: &str, operations: Vec<(OperationRisk, Option<&str>)>) -> CheckedJob
         name: "Pocket, roughing".into(),
         file: file.into(),
         policy: policy(),
-        asked: operations
-            .iter()
-            .map(|(_, program)| AskedOperation {
-                line: 9,
-                program: program.map(PathBuf::from),
-                speed: SpindleSpeed::Constant(1100.0),
-            })
-            .collect(),
         risk: JobRisk {
             verdict: operations.iter().map(|o| o.0.verdict).max().unwrap_or(Verdict::Clear),
             calibrated: false,
             model_uncertainty: 0.08,
             separation: 0.10,
             coordinates: vec!["joint_2".into(), "joint_3".into(), "base".into()],
-            operations: operations.into_iter().map(|o| o.0).collect(),
-            notices: Vec::new(),
+            operations: operations
+                .into_iter()
+                .map(|(mut risk, program)| {
+                    risk.program = program.map(PathBuf::from);
+                    for crossing in &mut risk.crossings {
+                        crossing.file = program.unwrap_or(file).into();
+                    }
+                    risk
+                })
+                .collect(),
+            warnings: vec![Note::warning(
+                Code::Assumed,
+                Place::line("a.yaml", 3),
+                "something to know",
+            )],
         },
-        notices: vec![Note::warning(Code::Assumed, Place::line("a.yaml", 3), "something to know")],
     }
 }
 
@@ -250,7 +268,7 @@ mod as_text {
     #[test]
     fn exchanges_of_modes_are_noted() {
         let mut job = clear();
-        job.risk.operations[0].exchanges =
+        job.risk.operations[0].mode_exchanges =
             (0..5).map(|i| ModeExchange { s: 0.1 * f64::from(i), lower_mode: 1 }).collect();
         let text = text::check(&[job], false);
         assert!(text.contains("note     modes 1 and 2 swap order at 20.0 % of the path\n"));
@@ -261,7 +279,7 @@ mod as_text {
     fn what_moves_is_told_by_share() {
         let told = |shares: &[f64], together: Option<bool>| {
             let mut one = crossing(Certainty::Certain, 0.3, 0.7);
-            one.strain_energy_shares = shares.to_vec();
+            one.moves = moves(shares);
             one.leading_turn_together = together;
             let job = job("a.yaml", vec![(operation("o", vec![one]), None)]);
             let text = text::check(&[job], false);
@@ -554,7 +572,7 @@ mod as_json {
     fn the_schema_and_the_output_have_the_same_keys() {
         let schema = report::schema::check();
         let mut job = resonant();
-        job.risk.operations[0].exchanges.push(ModeExchange { s: 0.4, lower_mode: 1 });
+        job.risk.operations[0].mode_exchanges.push(ModeExchange { s: 0.4, lower_mode: 1 });
         let output = value(&json::check(&[job]).unwrap());
         let mut seen = 0;
         compare(&schema, &schema, &output, &mut seen);
@@ -868,7 +886,7 @@ fn every_renderer_takes_every_result() {
                 f64::from(i + 1) / 300.0,
             );
             one.mode = 1 + (i as usize % 7);
-            one.strain_energy_shares.truncate(i as usize % 4);
+            one.moves.truncate(i as usize % 4);
             one.leading_turn_together = [None, Some(true), Some(false)][i as usize % 3];
             one
         })

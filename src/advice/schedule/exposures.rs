@@ -1,56 +1,90 @@
 //! What a schedule that crosses bands exposes the arm to.
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
 use super::not_cutting::is_not_cutting_between;
 use super::task::{Task, mean};
 use crate::advice::vibration::Chip;
-use crate::excitation::ExcitationLine;
+use crate::excitation::{ExcitationLine, WithoutOrder};
 use crate::job::SpindleSpeed;
 use crate::risk::{Certainty, Crossing};
-use crate::units::hz_from_rpm;
+use crate::units::{hz_from_rpm, written};
 
-/// A stretch on which a band is crossed.
-#[derive(Debug, Clone, PartialEq)]
+/// A stretch on which a line crosses a mode's widened band.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct Exposure {
-    /// Mode, line, place and certainty.
-    pub crossing: Crossing,
+    /// Counted from 1 in ascending frequency.
+    pub mode: usize,
+    /// The line.
+    #[serde(flatten, with = "WithoutOrder")]
+    pub line: ExcitationLine,
+    /// Whether the line also lies in the band itself.
+    #[schemars(with = "&'static str")]
+    pub certainty: Certainty,
+    /// Where it begins, 0 to 1.
+    pub from_s: f64,
+    /// Where it ends.
+    pub to_s: f64,
     /// Spindle speed where it begins and ends, rev/min.
+    #[serde(skip)]
     pub ends_rpm: [f64; 2],
-    /// Time inside the band, s.
+    /// Time inside the band.
     pub seconds: f64,
     /// Teeth that enter the work in that time.
     pub tooth_impacts: f64,
-    /// Whether the whole of it is run in the air.
+    /// Whether the whole of it is run in the air: at more than twice the operation's feed.
+    #[serde(rename = "in_air")]
     pub is_in_air: bool,
-    /// What the cutting force moves the tool tip where the line is closest, as if it stayed there,
-    /// m; zero in the air, `None` where the job does not describe the cut.
+    /// What the mode moves the tool tip at resonance where the line is closest.
+    #[serde(rename = "tip_response_um_per_n", serialize_with = "written::um")]
+    pub tip_response_m_per_n: f64,
+    /// What the cutting force moves the tool tip there; null where the job does not tell enough of
+    /// the cut.
+    #[serde(rename = "tip_amplitude_um", serialize_with = "written::um")]
     pub tip_amplitude_m: Option<f64>,
+    /// Lines of the moves, first and last.
+    #[serde(skip)]
+    pub lines: [usize; 2],
 }
 
-/// One line going once through the widened band of one mode: exposures, certain and uncertain, that
-/// touch.
-#[derive(Debug, Clone, PartialEq)]
+// Of exposures, certain and uncertain, that touch.
+/// A line going once through a mode's widened band.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct Passage {
-    /// Index of the mode in ascending frequency, counted from 1.
+    /// Counted from 1 in ascending frequency.
     pub mode: usize,
     /// The line.
+    #[serde(flatten, with = "WithoutOrder")]
     pub line: ExcitationLine,
-    /// Where it enters and leaves the band, 0..=1.
-    pub ends_s: [f64; 2],
-    /// Spindle speed there, rev/min.
-    pub ends_rpm: [f64; 2],
-    /// Time inside the band, s.
+    /// Where it enters and leaves the band, and at which speeds.
+    pub from_s: f64,
+    /// Where it leaves the band.
+    pub to_s: f64,
+    /// Spindle speed where it enters.
+    pub from_rpm: f64,
+    /// Spindle speed where it leaves.
+    pub to_rpm: f64,
+    /// Time inside the band.
     pub seconds: f64,
-    /// Of this, time inside the band itself, not only in what it is widened by, s.
+    /// Of this, seconds in the band itself, not only in what the model's uncertainty adds to it.
+    #[serde(rename = "certain_seconds")]
     pub certain_s: f64,
     /// Teeth that enter the work in that time.
     pub tooth_impacts: f64,
     /// Whether the whole of it is run in the air.
+    #[serde(rename = "in_air")]
     pub is_in_air: bool,
-    /// What the mode moves the tool tip at resonance, where most, m/N.
+    /// What the mode moves the tool tip at resonance, where most.
+    #[serde(rename = "tip_response_um_per_n", serialize_with = "written::um")]
     pub tip_response_m_per_n: f64,
-    /// The largest of the exposures, m.
+    /// The largest of the exposures.
+    #[serde(rename = "tip_amplitude_um", serialize_with = "written::um")]
     pub tip_amplitude_m: Option<f64>,
     /// Lines of the moves, first and last.
+    #[serde(skip)]
     pub lines: [usize; 2],
 }
 
@@ -77,12 +111,19 @@ pub(super) fn exposures(
             if is_in_air { 0.0 } else { tip.amplitude_near(at, speed.rpm_at(at), chip) }
         });
         Exposure {
-            tip_amplitude_m,
+            mode: crossing.mode,
+            line: crossing.line,
+            certainty: crossing.certainty,
+            from_s,
+            to_s,
             ends_rpm: [speed.rpm_at(from_s), speed.rpm_at(to_s)],
             seconds: (to_s - from_s) * duration_s,
             tooth_impacts: turns * f64::from(task.job.tool.teeth),
             is_in_air,
-            crossing,
+            tip_response_m_per_n: crossing.tip_response_m_per_n,
+            // As if the line stayed there; nothing is cut in the air.
+            tip_amplitude_m,
+            lines: [crossing.from_line, crossing.to_line],
         }
     };
     found.into_iter().map(exposure).collect()
@@ -90,8 +131,7 @@ pub(super) fn exposures(
 
 /// The share of the path inside any band; where bands overlap it counts once.
 pub(super) fn exposed_share(exposures: &[Exposure]) -> f64 {
-    let mut stretches: Vec<(f64, f64)> =
-        exposures.iter().map(|e| (e.crossing.from_s, e.crossing.to_s)).collect();
+    let mut stretches: Vec<(f64, f64)> = exposures.iter().map(|e| (e.from_s, e.to_s)).collect();
     stretches.sort_by(|a, b| a.0.total_cmp(&b.0));
     let (mut share, mut reached) = (0.0, 0.0_f64);
     for (from, to) in stretches {
@@ -105,40 +145,41 @@ pub(super) fn exposed_share(exposures: &[Exposure]) -> f64 {
 pub(super) fn passages(exposures: &[Exposure]) -> Vec<Passage> {
     let mut passages: Vec<Passage> = Vec::new();
     for exposure in exposures {
-        let crossing = &exposure.crossing;
-        let is_certain = crossing.certainty == Certainty::Certain;
+        let is_certain = exposure.certainty == Certainty::Certain;
         let certain_s = if is_certain { exposure.seconds } else { 0.0 };
         let before = passages.iter_mut().rev().find(|p| {
-            (p.mode, p.line) == (crossing.mode, crossing.line) && p.ends_s[1] == crossing.from_s
+            (p.mode, p.line) == (exposure.mode, exposure.line) && p.to_s == exposure.from_s
         });
+        let [from_rpm, to_rpm] = exposure.ends_rpm;
         let Some(p) = before else {
             passages.push(Passage {
-                mode: crossing.mode,
-                line: crossing.line,
-                ends_s: [crossing.from_s, crossing.to_s],
-                ends_rpm: exposure.ends_rpm,
+                mode: exposure.mode,
+                line: exposure.line,
+                from_s: exposure.from_s,
+                to_s: exposure.to_s,
+                from_rpm,
+                to_rpm,
                 seconds: exposure.seconds,
                 certain_s,
                 tooth_impacts: exposure.tooth_impacts,
                 is_in_air: exposure.is_in_air,
-                tip_response_m_per_n: crossing.tip_response_m_per_n,
+                tip_response_m_per_n: exposure.tip_response_m_per_n,
                 tip_amplitude_m: exposure.tip_amplitude_m,
-                lines: [crossing.from_line, crossing.to_line],
+                lines: exposure.lines,
             });
             continue;
         };
-        p.ends_s[1] = crossing.to_s;
-        p.ends_rpm[1] = exposure.ends_rpm[1];
+        (p.to_s, p.to_rpm) = (exposure.to_s, to_rpm);
         p.seconds += exposure.seconds;
         p.certain_s += certain_s;
         p.tooth_impacts += exposure.tooth_impacts;
         p.is_in_air &= exposure.is_in_air;
-        p.tip_response_m_per_n = p.tip_response_m_per_n.max(crossing.tip_response_m_per_n);
+        p.tip_response_m_per_n = p.tip_response_m_per_n.max(exposure.tip_response_m_per_n);
         p.tip_amplitude_m = match (p.tip_amplitude_m, exposure.tip_amplitude_m) {
             (Some(a), Some(b)) => Some(a.max(b)),
             (a, b) => a.or(b),
         };
-        p.lines[1] = crossing.to_line;
+        p.lines[1] = exposure.lines[1];
     }
     passages
 }
@@ -149,28 +190,18 @@ mod tests {
     use crate::excitation::Source;
 
     fn exposure(mode: usize, certainty: Certainty, [from_s, to_s]: [f64; 2]) -> Exposure {
-        let crossing = Crossing {
+        Exposure {
             mode,
-            certainty,
             line: ExcitationLine { source: Source::ToothPassing, harmonic: 1, order: 2 },
-            excitation_hz: 20.0,
-            natural_frequency_hz: 20.0,
+            certainty,
             from_s,
             to_s,
-            closest_s: from_s,
-            separation: 0.0,
-            tip_response_m_per_n: 1e-6 * to_s,
-            strain_energy_shares: vec![1.0],
-            leading_turn_together: None,
-            from_line: (100.0 * from_s) as usize,
-            to_line: (100.0 * to_s) as usize,
-        };
-        Exposure {
-            crossing,
             ends_rpm: [1000.0 * from_s, 1000.0 * to_s],
             seconds: 10.0 * (to_s - from_s),
             tooth_impacts: 300.0 * (to_s - from_s),
             is_in_air: from_s > 0.3,
+            tip_response_m_per_n: 1e-6 * to_s,
+            lines: [(100.0 * from_s) as usize, (100.0 * to_s) as usize],
             tip_amplitude_m: (mode == 1).then_some(1e-6 * from_s),
         }
     }
@@ -206,12 +237,13 @@ mod tests {
             exposure(1, Certain, [0.75, 0.875]),
         ];
         let found = passages(&all);
-        let found_places: Vec<_> = found.iter().map(|p| (p.mode, p.ends_s, p.seconds)).collect();
+        let found_places: Vec<_> =
+            found.iter().map(|p| (p.mode, [p.from_s, p.to_s], p.seconds)).collect();
         let expected = [(1, [0.25, 0.625], 3.75), (2, [0.25, 0.5], 2.5), (1, [0.75, 0.875], 1.25)];
         assert_eq!(found_places, expected);
         let first = &found[0];
         assert_eq!((first.certain_s, first.tooth_impacts), (1.25, 112.5));
-        assert_eq!((first.ends_rpm, first.lines), ([250.0, 625.0], [25, 62]));
+        assert_eq!(([first.from_rpm, first.to_rpm], first.lines), ([250.0, 625.0], [25, 62]));
         assert!(!first.is_in_air && found[2].is_in_air);
         assert_eq!((first.tip_amplitude_m, found[1].tip_amplitude_m), (Some(1e-6 * 0.5), None));
         assert_eq!(first.tip_response_m_per_n, 1e-6 * 0.625);

@@ -103,14 +103,13 @@ pub(super) fn schedule(task: &Task) -> Result<Result<Schedule, NoSchedule>, Note
             Next::Settled(coupling) => coupling,
         };
         let (feed_m_per_s, duration_s) = match coupling {
-            Coupling::MeanChipLoad { .. } => (own_feed_m_per_s, own_s),
+            Coupling::MeanChipLoad => (own_feed_m_per_s, own_s),
             _ => (operation.feed_m_per_s, programmed_s),
         };
         let speed = SpindleSpeed::Schedule(thinned(&best.s, &best.rpm, &limits));
         let stations = grid(path, speed.corners());
         let first_look = task.survey.at_stations(path, &stations, &silent)?;
-        let (found, last_look) =
-            crossings_under(task.lines, &job.policy, &speed, path, first_look)?;
+        let (found, last_look) = crossings_under(job, operation, &speed, path, first_look)?;
         let is_planned = |crossing: &Crossing| {
             best.ramps.iter().any(|&[from, to]| crossing.from_s < to && crossing.to_s > from)
         };
@@ -141,6 +140,7 @@ pub(super) fn schedule(task: &Task) -> Result<Result<Schedule, NoSchedule>, Note
             feed_m_per_s,
             duration_s,
             coupling,
+            feed_rounds: (coupling == Coupling::MeanChipLoad).then(|| duration.rounds()),
             acceleration_rpm_per_s,
             is_acceleration_assumed: given.is_none(),
             follows: best.follows,
@@ -161,7 +161,7 @@ fn coupling(task: &Task) -> Coupling {
         FeedRule::ChipLoad if task.operation.program_feeds.any() => Coupling::OwnFeeds,
         FeedRule::ChipLoad if has_rapids(task.operation) => Coupling::Rapids,
         FeedRule::ChipLoad if task.path.standing_s() > 0.0 => Coupling::StandsStill,
-        FeedRule::ChipLoad => Coupling::MeanChipLoad { rounds: 1 },
+        FeedRule::ChipLoad => Coupling::MeanChipLoad,
     }
 }
 
@@ -181,8 +181,7 @@ pub(super) fn kept(task: &Task) -> Result<Option<KeptSchedule>, Note> {
     let SpindleSpeed::Schedule(points) = &operation.speed else { return Ok(None) };
     let stations = grid(path, operation.speed.corners());
     let first_look = task.survey.at_stations(path, &stations, &silent)?;
-    let (found, last_look) =
-        crossings_under(task.lines, &job.policy, &operation.speed, path, first_look)?;
+    let (found, last_look) = crossings_under(job, operation, &operation.speed, path, first_look)?;
     Ok(found.is_empty().then(|| KeptSchedule {
         points: points.clone(),
         feed_m_per_s: operation.feed_m_per_s,

@@ -1,56 +1,82 @@
 //! A schedule, and why there is none.
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
 use super::exposures::{Exposure, Passage};
 use super::quadratic_program::SolverEnd;
 use crate::advice::options::Objective;
 use crate::advice::speeds::{Constant, Speeds};
+use crate::units::written;
 
 /// Taken where the job gives no acceleration of the spindle: an assumption, not a figure of any
 /// spindle.
 pub const ASSUMED_ACCELERATION_RPM_PER_S: f64 = 500.0;
 
-/// A speed that varies along the path.
-#[derive(Debug, Clone, PartialEq)]
+/// How a schedule came about, and what it crosses.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "ScheduleFacts")]
 pub struct Schedule {
     /// (s, rev/min), from s = 0 to 1; linear between.
+    #[serde(skip)]
     pub points: Vec<(f64, f64)>,
     /// Lowest and highest speed, rev/min.
+    #[serde(skip)]
     pub range_rpm: Speeds,
     /// The feed that belongs to it, m/s.
+    #[serde(skip)]
     pub feed_m_per_s: f64,
-    /// Lowest and highest chip load along the path, as a share of the programmed one.
-    pub chip_load_ratios: [f64; 2],
-    /// Time from s = 0 to s = 1 at that feed, s.
+    /// Time from s = 0 to s = 1 at the recommended feed.
     pub duration_s: f64,
-    /// What became of the feed.
+    /// What became of the feed. `mean_chip_load`: it keeps the mean chip load. Otherwise it stays as
+    /// programmed: `asked` for; the program has feeds of its own (`own_feeds`); its rapid moves
+    /// (`rapids`) or turns on the spot (`stands_still`) take their time whatever the feed; a slower
+    /// one would draw out the crossing of a band (`crosses`); the duration did not settle
+    /// (`not_settled`).
+    #[serde(rename = "feed")]
     pub coupling: Coupling,
-    /// The acceleration that is kept, rev/min per second.
+    /// How often it was solved until the duration settled; null where the feed stays.
+    pub feed_rounds: Option<usize>,
+    /// Lowest and highest chip load along the path, in percent of the programmed one.
+    #[serde(rename = "chip_load_percent", serialize_with = "written::percent")]
+    pub chip_load_ratios: [f64; 2],
+    /// The acceleration that is kept, and whether the job gives none, so that it is assumed.
     pub acceleration_rpm_per_s: f64,
-    /// Whether the job gives none, so that it is [`ASSUMED_ACCELERATION_RPM_PER_S`].
+    /// Whether it is [`ASSUMED_ACCELERATION_RPM_PER_S`].
+    #[serde(rename = "acceleration_is_assumed")]
+    #[schemars(description = "")]
     pub is_acceleration_assumed: bool,
-    /// What it follows: the objective asked for, but nearest where that cannot be followed.
+    /// The objective that it follows: what was asked for, but `nearest` where vibration was, or where
+    /// a band is crossed and margin was.
     pub follows: Objective,
-    /// The speed that it stays near to, rev/min.
+    /// The speed that it stays near to.
     pub target_rpm: f64,
-    /// Half width of the bands that it keeps out of, as a share of each frequency: the policy's, or
-    /// the widest that leave a way where it follows the margin.
+    /// Half width of the bands that it keeps out of, in percent of each frequency: the policy's and
+    /// the model's, or the widest that leave a way where it follows the margin.
+    #[serde(rename = "half_width_percent", serialize_with = "written::percent")]
     pub half_width: f64,
-    /// Σ w (n/n_p − n*/n_p)² + ρ Σ Δ(n/n_p)²/Δs with the target n*: what was minimised.
+    // Σ w (n/n_p − n*/n_p)² + ρ Σ Δ(n/n_p)²/Δs with the target n*.
+    /// What was minimised: mean square of the distance from target_rpm as a share of the programmed
+    /// speed, plus 1e-3 times the mean square of the speed's slope over s.
     pub objective: f64,
-    /// The duration for which it was minimised, s; no longer than [`Self::duration_s`].
+    /// The duration for which it was minimised: where a band is crossed it is duration_s within
+    /// 0.01 %, so the acceleration is used to the full.
     pub solved_for_s: f64,
-    /// Ways between the bands for which the programme was solved.
+    /// Ways between the bands for which it was minimised.
     pub corridors_tried: usize,
     /// How the solver ended for the one that was chosen.
     pub solver: SolverEnd,
     /// The least |f_exc − f_r| / f_r at the stations of the last look; `None` where nothing counts.
+    #[serde(skip)]
     pub separation: Option<f64>,
-    /// Where bands are crossed because they must be.
+    /// Where bands are crossed because they must be; empty where the schedule keeps out of all of
+    /// them.
     pub exposures: Vec<Exposure>,
-    /// The exposures, put together into one passage for each time that a line goes through a mode's
-    /// band.
+    /// The exposures, one for each time that a line goes through a mode's band.
     pub passages: Vec<Passage>,
     /// Time inside any band, s; where bands overlap it counts once.
+    #[serde(skip)]
     pub exposed_s: f64,
 }
 
@@ -94,13 +120,12 @@ pub enum NoSchedule {
 }
 
 /// What became of the feed under a schedule.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[schemars(inline)]
 pub enum Coupling {
-    /// It keeps the mean chip load; solved so often until the duration settled.
-    MeanChipLoad {
-        /// How often.
-        rounds: usize,
-    },
+    /// It keeps the mean chip load.
+    MeanChipLoad,
     /// It stays as programmed because that was asked for.
     Asked,
     /// It stays as programmed because the program has feeds of its own.
@@ -129,6 +154,7 @@ mod tests {
             feed_m_per_s: 0.01,
             duration_s: 10.0,
             coupling: Coupling::Asked,
+            feed_rounds: None,
             acceleration_rpm_per_s: 500.0,
             is_acceleration_assumed: false,
             follows: Objective::Nearest,

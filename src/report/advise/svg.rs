@@ -1,12 +1,13 @@
 //! The speed map: path against spindle speed. Grey: closed by a mode and a line, with the speed at
 //! which they coincide; green: safe constant speeds; black: programmed and advised.
 
+use super::words::pair;
 use crate::advice::{OperationAdvice, Remedy, Ribbon};
 use crate::report::drawing::{
     Anchor, Axis, Canvas, Entry, Face, Frame, GREY, INK, Label, Panel, SAFE, Scale, Stroke, Swatch,
     curve_style, height_beside, labels_beside, row,
 };
-use crate::report::words::{line, round_percent};
+use crate::report::words::round_percent;
 use crate::study::advise::AdvisedJob;
 
 const WIDTH: f64 = 980.0;
@@ -37,9 +38,9 @@ pub fn advice(job: &AdvisedJob) -> String {
     } else {
         Scale::linear(low, high)
     };
-    let operations: Vec<(&OperationAdvice, Vec<Ribbon>)> =
+    let operations: Vec<(&OperationAdvice, Vec<&Ribbon>)> =
         job.advice.operations.iter().map(|of| (of, ribbons(of, &speeds))).collect();
-    let panel_height = |of: &[Ribbon]| height_beside(of.len()).max(MIN_PANEL_HEIGHT);
+    let panel_height = |of: &[&Ribbon]| height_beside(of.len()).max(MIN_PANEL_HEIGHT);
     let head = 70.0;
     let heights = operations.iter().map(|(_, of)| OVER + panel_height(of) + UNDER);
     let mut canvas = Canvas::new(WIDTH, head + heights.sum::<f64>());
@@ -77,15 +78,15 @@ fn legend(canvas: &mut Canvas, job: &AdvisedJob) {
 }
 
 /// The ribbons that reach into the spindle's range.
-fn ribbons(operation: &OperationAdvice, speeds: &Scale) -> Vec<Ribbon> {
-    let is_seen = |ribbon: &Ribbon| {
+fn ribbons<'a>(operation: &'a OperationAdvice, speeds: &Scale) -> Vec<&'a Ribbon> {
+    let is_seen = |ribbon: &&Ribbon| {
         let edges = &mut ribbon.edges.iter();
         edges.any(|(_, e)| e.high_rpm > speeds.low() && e.low_rpm < speeds.high())
     };
-    operation.map.ribbons(&operation.lines).into_iter().filter(is_seen).collect()
+    operation.ribbons.iter().filter(is_seen).collect()
 }
 
-fn draw(canvas: &mut Canvas, panel: &Panel, operation: &OperationAdvice, ribbons: &[Ribbon]) {
+fn draw(canvas: &mut Canvas, panel: &Panel, operation: &OperationAdvice, ribbons: &[&Ribbon]) {
     let speeds = &panel.y.scale;
     let clamped = |rpm: f64| rpm.clamp(speeds.low(), speeds.high());
     for gap in &operation.set.safe {
@@ -106,7 +107,7 @@ fn draw(canvas: &mut Canvas, panel: &Panel, operation: &OperationAdvice, ribbons
             ribbon.edges.iter().map(|(s, e)| (*s, 0.5 * (e.low_rpm + e.high_rpm))).collect();
         panel.curve(canvas, &coincident, Stroke { colour, width: 1.6, dashes });
         let at = coincident.last().map_or(speeds.low(), |(_, rpm)| clamped(*rpm));
-        let text = format!("mode {} with {}", ribbon.mode, line(&ribbon.line));
+        let text = pair(ribbon.mode, &ribbon.line);
         // A mode that counts here and there has several ribbons: the last one is named.
         labels.retain(|label| label.text != text);
         labels.push(Label { at, colour, text });

@@ -206,7 +206,7 @@ fn push_stretches(operation: &OperationAdvice, text: &mut String) {
         let ClosedRange { speeds, blocks } = closure;
         let mut names: Vec<String> = Vec::new();
         for block in blocks {
-            let name = words::block(block);
+            let name = words::pair(block.mode, &block.line);
             if !names.contains(&name) {
                 names.push(name);
             }

@@ -1,9 +1,10 @@
 //! What text and JSON say in common: why this speed, and why none.
 
 use crate::advice::{
-    Block, Change, Constant, Coupling, Lever, NoSchedule, Objective, OperationAdvice, Passage,
-    Remedy, Schedule, SolverEnd, Speeds, TipVibration,
+    Block, Change, Constant, Coupling, Lever, NoSchedule, Objective, OperationAdvice, Pair,
+    Passage, Remedy, Schedule, SolverEnd, Speeds, TipVibration,
 };
+use crate::excitation::ExcitationLine;
 use crate::report::words::{line, percent, round_percent, significant, trimmed, um_per_n};
 use crate::study::advise::AdvisedJob;
 use crate::units::{deg_from_rad, mm_from_m, percent_from_ratio, um_from_m};
@@ -14,13 +15,13 @@ pub(super) fn rpm(rpm: f64) -> String {
 }
 
 /// `mode 2 with tooth passing × 1`.
-pub(super) fn block(block: &Block) -> String {
-    format!("mode {} with {}", block.mode, line(&block.line))
+pub(super) fn pair(mode: usize, of: &ExcitationLine) -> String {
+    format!("mode {mode} with {}", line(of))
 }
 
 /// Blocks in one list, each pair of mode and line once.
 fn blocks(blocks: &[Block]) -> String {
-    let mut names: Vec<String> = blocks.iter().map(block).collect();
+    let mut names: Vec<String> = blocks.iter().map(|block| pair(block.mode, &block.line)).collect();
     names.dedup();
     names.join(", ")
 }
@@ -160,8 +161,8 @@ fn scheduled_reason(plan: &Schedule) -> String {
 /// leaves it at 20.39 % with 540.2 rpm; 0.15 s (0.12 s certain), 3 tooth impacts, in the cut,
 /// program lines 41–58; …`.
 pub(super) fn passage(passage: &Passage) -> String {
-    let [enters, leaves] = passage.ends_s.map(place);
-    let [before, after] = passage.ends_rpm.map(|at| trimmed(at, 1));
+    let [enters, leaves] = [passage.from_s, passage.to_s].map(place);
+    let [before, after] = [passage.from_rpm, passage.to_rpm].map(|at| trimmed(at, 1));
     let effect = match (passage.is_in_air, passage.tip_amplitude_m) {
         (true, _) => "in the air".to_owned(),
         (false, Some(m)) => {
@@ -261,10 +262,12 @@ pub(super) fn tip(tip: &TipVibration) -> String {
 /// What became of the feed under a schedule.
 pub(super) fn coupling(plan: &Schedule) -> String {
     match plan.coupling {
-        Coupling::MeanChipLoad { rounds: 1 } => "keeps the mean chip load; solved once".to_owned(),
-        Coupling::MeanChipLoad { rounds } => {
-            format!("keeps the mean chip load; solved {rounds} times until the duration settled")
-        }
+        Coupling::MeanChipLoad => match plan.feed_rounds {
+            Some(rounds @ 2..) => format!(
+                "keeps the mean chip load; solved {rounds} times until the duration settled"
+            ),
+            _ => "keeps the mean chip load; solved once".to_owned(),
+        },
         Coupling::Asked => "as programmed, as asked".to_owned(),
         Coupling::OwnFeeds => "as programmed: the program has feeds of its own".to_owned(),
         Coupling::StandsStill => {
@@ -301,8 +304,11 @@ fn binding(operation: &OperationAdvice) -> String {
     let Some(bind) = &operation.bind else {
         return "the remaining gaps are too narrow to set a speed in them".to_owned();
     };
-    let below = bind.below.as_ref().map_or("the spindle's lowest speed".to_owned(), block);
-    let above = bind.above.as_ref().map_or("the spindle's highest speed".to_owned(), block);
+    let named = |end: &Option<Pair>, or: &str| {
+        end.as_ref().map_or(or.to_owned(), |end| pair(end.mode, &end.line))
+    };
+    let below = named(&bind.below, "the spindle's lowest speed");
+    let above = named(&bind.above, "the spindle's highest speed");
     let closest = if bind.separation > 0.0 {
         format!("closest: {}, {} %", rpm(bind.rpm), percent(bind.separation))
     } else {

@@ -68,7 +68,9 @@ pub fn check(jobs: &[CheckedJob], root: &Path) -> Result<String, serde_json::Err
                         format!("{left_out} findings omitted: a run holds at most {MAX_RESULTS}")
                     })
                     .into_iter()
-                    .chain(jobs.iter().flat_map(|job| job.notices.iter().map(Note::to_string)))
+                    .chain(
+                        jobs.iter().flat_map(|job| job.risk.warnings.iter().map(Note::to_string)),
+                    )
                     .map(|text| Notification { level: "warning", message: Message { text } })
                     .collect(),
             }],

@@ -18,13 +18,13 @@ const MIN_SHARE_NAMED: f64 = 0.1;
 const MAX_SHARES_NAMED: usize = 3;
 
 /// `joint_3 71 %, joint_2 24 %, turning against each other`; empty where shares are not known.
-pub(super) fn moves(operation: &CheckedOperation<'_>, crossing: &Crossing) -> String {
-    let moves = operation.moves(crossing);
-    let named = moves.iter().take_while(|m| m.1 >= MIN_SHARE_NAMED).count();
+pub(super) fn moves(crossing: &Crossing) -> String {
+    let moves = &crossing.moves;
+    let named = moves.iter().take_while(|m| m.share >= MIN_SHARE_NAMED).count();
     let named = named.clamp(1, MAX_SHARES_NAMED).min(moves.len());
     let mut text = moves[..named]
         .iter()
-        .map(|(name, share)| format!("{} {:.0} %", printable(name), percent_from_ratio(*share)))
+        .map(|m| format!("{} {:.0} %", printable(&m.coordinate), percent_from_ratio(m.share)))
         .collect::<Vec<_>>()
         .join(", ");
     if named >= 2 {
@@ -123,7 +123,7 @@ pub(super) fn worst_jobs(jobs: &[CheckedJob]) -> Vec<&CheckedJob> {
 pub(super) fn sentence(operation: &CheckedOperation<'_>, stretch: &Stretch<'_>) -> String {
     let crossing = stretch.crossing;
     let risk = operation.risk;
-    let moves = match moves(operation, crossing) {
+    let moves = match moves(crossing) {
         empty if empty.is_empty() => String::new(),
         moves => format!("; it moves {moves}"),
     };

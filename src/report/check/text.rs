@@ -126,7 +126,7 @@ fn push_worst(operation: &CheckedOperation<'_>, stretch: &Stretch<'_>, text: &mu
     let apart = words::apart(crossing.separation);
     let place = sentences::place_in_band(operation, crossing);
     push_fact("apart", &format!("{apart}, {place}"), text);
-    let moves = sentences::moves(operation, crossing);
+    let moves = sentences::moves(crossing);
     if !moves.is_empty() {
         push_fact("moves", &moves, text);
     }
@@ -221,7 +221,7 @@ fn push_closest(operation: &CheckedOperation<'_>, approach: &Approach, text: &mu
 }
 
 fn push_exchanges(risk: &OperationRisk, text: &mut String) {
-    for exchange in risk.exchanges.iter().take(MAX_EXCHANGES) {
+    for exchange in risk.mode_exchanges.iter().take(MAX_EXCHANGES) {
         let what = format!(
             "modes {} and {} swap order at {} % of the path",
             exchange.lower_mode,
@@ -230,7 +230,7 @@ fn push_exchanges(risk: &OperationRisk, text: &mut String) {
         );
         push_fact("note", &what, text);
     }
-    if let more @ 1.. = risk.exchanges.len().saturating_sub(MAX_EXCHANGES) {
+    if let more @ 1.. = risk.mode_exchanges.len().saturating_sub(MAX_EXCHANGES) {
         push_fact("note", &format!("… and {more} more swaps of modes"), text);
     }
 }
@@ -271,7 +271,7 @@ fn drawn(job: &CheckedJob) -> Vec<usize> {
 }
 
 fn speed(operation: &CheckedOperation<'_>) -> String {
-    let [low, high] = operation.rpm_range();
+    let [low, high] = [operation.risk.spindle_min_rpm, operation.risk.spindle_max_rpm];
     if low < high {
         format!("{}–{} rpm", words::trimmed(low, 1), words::trimmed(high, 1))
     } else {

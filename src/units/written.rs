@@ -1,0 +1,77 @@
+//! Quantities as outputs write them: under a key that names another unit than SI they are converted
+//! as they are written, `#[serde(serialize_with = "written::percent")]`.
+
+use std::path::Path;
+
+use serde::{Serialize, Serializer};
+
+use super::{deg_from_rad, mm_from_m, mm_per_min_from_m_per_s, percent_from_ratio, um_from_m};
+
+/// A number, or several.
+pub trait Numbers: Serialize {
+    /// Each of them converted.
+    fn each(&self, by: fn(f64) -> f64) -> Self;
+}
+
+impl Numbers for f64 {
+    fn each(&self, by: fn(f64) -> f64) -> Self {
+        by(*self)
+    }
+}
+
+impl<T: Numbers> Numbers for Option<T> {
+    fn each(&self, by: fn(f64) -> f64) -> Self {
+        self.as_ref().map(|numbers| numbers.each(by))
+    }
+}
+
+impl<T: Numbers> Numbers for Vec<T> {
+    fn each(&self, by: fn(f64) -> f64) -> Self {
+        self.iter().map(|numbers| numbers.each(by)).collect()
+    }
+}
+
+impl Numbers for [f64; 2] {
+    fn each(&self, by: fn(f64) -> f64) -> Self {
+        self.map(by)
+    }
+}
+
+impl Numbers for [f64; 3] {
+    fn each(&self, by: fn(f64) -> f64) -> Self {
+        self.map(by)
+    }
+}
+
+macro_rules! written {
+    ($($(#[$doc:meta])* $name:ident: $by:path;)*) => {$(
+        $(#[$doc])*
+        ///
+        /// # Errors
+        /// The serializer's.
+        pub fn $name<S: Serializer>(value: &impl Numbers, to: S) -> Result<S::Ok, S::Error> {
+            value.each($by).serialize(to)
+        }
+    )*};
+}
+
+written! {
+    /// A ratio in percent.
+    percent: percent_from_ratio;
+    /// An angle in degrees.
+    deg: deg_from_rad;
+    /// A length in millimetres.
+    mm: mm_from_m;
+    /// A length in micrometres, a compliance in µm/N.
+    um: um_from_m;
+    /// A feed in mm/min.
+    mm_per_min: mm_per_min_from_m_per_s;
+}
+
+/// A path as it is named.
+///
+/// # Errors
+/// The serializer's.
+pub fn path<S: Serializer>(path: &Path, to: S) -> Result<S::Ok, S::Error> {
+    to.serialize_str(&path.to_string_lossy())
+}
