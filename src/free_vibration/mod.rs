@@ -13,10 +13,12 @@ mod spectrum;
 
 pub use spectrum::{Spectrum, spectrum};
 
+use serde::Serialize;
+
 use crate::model::{CoordinateKind, Robot};
 use crate::modes::ModalSolver;
 use crate::notes::{Code, Note, Place};
-use crate::units::{m_from_mm, rad_from_deg, rad_per_s_from_hz};
+use crate::units::{m_from_mm, rad_from_deg, rad_per_s_from_hz, written};
 use equation::Equation;
 use integrator::{Integrator, Stop};
 
@@ -130,41 +132,38 @@ pub struct Response {
     pub energy_drift: f64,
 }
 
-/// What the spectrum of a large free vibration shows at one pose.
-#[derive(Debug, Clone, PartialEq)]
+/// What the spectrum of a large free vibration shows at one pose; also `nonlinear` of `map/1`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Measurement {
     /// Frequencies of the peaks, Hz, one per mode in ascending order; `None` where the record
     /// cannot show it: it lies above half the rate, or too close to a neighbour.
+    #[serde(skip)]
     pub frequencies_hz: Vec<Option<f64>>,
     /// Linear natural frequencies, Hz, ascending.
     pub linear_hz: Vec<f64>,
+    /// By what share each frequency departs from the linear one; `None` where it was not seen.
+    #[serde(rename = "departure_percent", serialize_with = "written::percent")]
+    pub departures: Vec<Option<f64>>,
+    /// Error of the integration: see [`Response::energy_drift`].
+    pub energy_drift: f64,
     /// Modes above half the sampling rate, and where a record without an anti-alias filter shows
     /// them.
     pub folded: Vec<Folded>,
     /// Peaks that may not be modes but harmonics or combination tones of a large vibration,
     /// ascending in mode.
+    #[serde(rename = "doubtful")]
     pub doubts: Vec<Doubt>,
-    /// Error of the integration: see [`Response::energy_drift`].
-    pub energy_drift: f64,
     /// Spectrum of each coordinate, up to half the rate of a fixed sampling, or to the whole
     /// record's.
+    #[serde(skip)]
     pub spectrum: Spectrum,
 }
 
-impl Measurement {
-    /// By what share each frequency departs from the linear one; `None` where it was not seen.
-    pub fn departures(&self) -> impl Iterator<Item = Option<f64>> + '_ {
-        self.frequencies_hz
-            .iter()
-            .zip(&self.linear_hz)
-            .map(|(frequency, linear)| frequency.map(|f| f / linear - 1.0))
-    }
-}
-
 /// A mode that the sampling rate is too low for.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Folded {
     /// Which mode, counted from 0.
+    #[serde(serialize_with = "written::from_one")]
     pub mode: usize,
     /// Where it is, Hz.
     pub frequency_hz: f64,
@@ -173,16 +172,18 @@ pub struct Folded {
 }
 
 /// A peak that stands for a mode and may be something else.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Doubt {
     /// Which mode, counted from 0.
+    #[serde(serialize_with = "written::from_one")]
     pub mode: usize,
     /// Why.
     pub reason: DoubtReason,
 }
 
 /// Why a peak may not be the mode that it stands for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum DoubtReason {
     /// It lies more than a quarter off the mode's linear frequency.
     FarFromLinear,
@@ -332,7 +333,17 @@ pub fn measure(robot: &Robot, q: &[f64], settings: &Settings) -> Result<Measurem
         amplitudes.truncate(lines);
     }
     let energy_drift = response.energy_drift;
-    Ok(Measurement { frequencies_hz, linear_hz, folded, doubts, energy_drift, spectrum })
+    let pairs = frequencies_hz.iter().zip(&linear_hz);
+    let departures = pairs.map(|(seen, linear)| seen.map(|hz: f64| hz / linear - 1.0)).collect();
+    Ok(Measurement {
+        frequencies_hz,
+        linear_hz,
+        departures,
+        energy_drift,
+        folded,
+        doubts,
+        spectrum,
+    })
 }
 
 /// How the vibration is sampled inside.

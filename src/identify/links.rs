@@ -4,11 +4,15 @@
 //! positive from x to y. Over all marked points of a link u and α follow by least squares; with two
 //! points that is the paper's plan of displacements.
 
+use schemars::JsonSchema;
+use serde::{Serialize, Serializer};
+
 use super::estimate::C64;
 use super::record::{MarkedLink, Marker};
 
 /// How a link turns relative to the first that turns clearly.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Sense {
     /// In the same direction at the same time.
     Together,
@@ -19,18 +23,30 @@ pub enum Sense {
 }
 
 /// The rotation of one link in one mode.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "JsonLink")]
 pub struct LinkRotation {
     /// Name of the link.
     pub link: String,
-    /// Rotation, rad per unit of the shape.
+    /// Rotation per unit of the shape, rad: real and imaginary part.
+    #[serde(rename = "rotation_rad", serialize_with = "parts")]
+    #[schemars(with = "[f64; 2]")]
     pub rotation: C64,
-    /// Standard deviation of its real and imaginary part, rad per unit of the shape.
+    /// Standard deviation of both.
+    #[serde(rename = "std_rad")]
     pub std: f64,
-    /// Free decays: rotation amplitude when the strongest decay begins, rad.
+    // Free decays only.
+    /// Amplitude when the strongest decay begins.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub amplitude_rad: Option<f64>,
-    /// Relative to the first link of the list that turns clearly.
+    /// Relative to the first link that turns: together, against, unclear.
+    #[schemars(with = "String")]
     pub sense: Sense,
+}
+
+fn parts<S: Serializer>(value: &C64, to: S) -> Result<S::Ok, S::Error> {
+    [value.re, value.im].serialize(to)
 }
 
 /// Rotations of all links, from the displacement of each channel in the mode with its standard

@@ -34,7 +34,7 @@ pub struct IdentifiedRecord {
     /// By ascending frequency.
     pub modes: Vec<Mode>,
     /// What must be known.
-    pub notes: Vec<Note>,
+    pub warnings: Vec<Note>,
     /// For the plot.
     pub spectra: Vec<FittedSpectrum>,
     /// For the plot.
@@ -54,7 +54,7 @@ pub fn identify_record(
         name: record.name.clone(),
         kind: RecordKind::FreeDecay,
         modes: Vec::new(),
-        notes: Vec::new(),
+        warnings: Vec::new(),
         spectra: Vec::new(),
         stabilisation: Vec::new(),
         averaged: None,
@@ -81,7 +81,7 @@ pub fn identify_record(
         suspicions::check(record, &prepared, mains_hz, &mut identified.modes, &mut notes);
         identified.averaged = prepared.averaged;
     }
-    identified.notes = notes.list().to_vec();
+    identified.warnings = notes.list().to_vec();
     identified
 }
 

@@ -5,6 +5,8 @@
 //! records scatter by more than they state (Birge, Phys. Rev. 40, 1932).
 
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::mode::Mode;
 use super::pose::{JointColumn, Pose};
@@ -21,7 +23,9 @@ const SAME_MODE: f64 = 0.012;
 const SAME_RATE: f64 = 1e-5;
 
 /// A mode of a pose, from all of the pose's records.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "JsonPoseMode")]
 pub struct PoseMode {
     /// Natural frequency, Hz.
     pub frequency_hz: f64,
@@ -30,11 +34,14 @@ pub struct PoseMode {
     /// Damping ratio.
     pub damping_ratio: f64,
     /// Standard deviation.
+    #[serde(rename = "damping_ratio_std")]
     pub damping_std: f64,
-    /// The modes that were merged: record of the session, mode of the record.
-    pub members: Vec<(usize, usize)>,
-    /// What else it may be: then it stays out of the table of modes.
+    /// What else it may be, as the code of a notice: such a mode stays out of the table.
+    #[schemars(with = "Option<String>")]
     pub suspicion: Option<Code>,
+    /// Record and mode of it, counted from 0.
+    #[schemars(with = "Vec<[usize; 2]>")]
+    pub members: Vec<(usize, usize)>,
 }
 
 /// The modes of one pose.
@@ -62,7 +69,7 @@ pub struct IdentifiedSession {
     /// Columns of the joints in the table of modes, where the session names them.
     pub joint_columns: Option<Vec<JointColumn>>,
     /// About several records.
-    pub notes: Vec<Note>,
+    pub warnings: Vec<Note>,
 }
 
 impl IdentifiedSession {
@@ -114,7 +121,12 @@ pub fn identify_session(session: &Session, progress: Progress<'_>) -> Identified
         groups.iter().map(|group| pose_modes(session, &records, group, &mut notes)).collect();
     folded_between_rates(&poses, &mut notes);
     mode_counts_differ(&poses, &mut notes);
-    IdentifiedSession { poses, records, joint_columns: session.joint_columns.clone(), notes }
+    IdentifiedSession {
+        poses,
+        records,
+        joint_columns: session.joint_columns.clone(),
+        warnings: notes,
+    }
 }
 
 fn rate(measurement: &Measurement) -> Option<f64> {

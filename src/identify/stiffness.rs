@@ -6,9 +6,11 @@
 
 use std::fmt;
 
+use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use crate::statistics::mean;
+use crate::units::written;
 
 /// Scatter below this relative to the moments is rounding: nothing is concluded from it.
 const ROUNDING: f64 = 1e-12;
@@ -18,23 +20,30 @@ const MIN_ROWS: usize = 3;
 
 /// The line through moment over angle of one joint; for a sliding joint read N for N·m and m for
 /// rad.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct StiffnessFit {
     /// Rows used.
     pub rows: usize,
     /// Slope k, N·m/rad.
+    #[serde(rename = "stiffness_nm_per_rad")]
     pub stiffness: f64,
     /// Standard error of k, N·m/rad.
+    #[serde(rename = "standard_error_nm_per_rad")]
     pub standard_error: f64,
-    /// Confidence interval of k, N·m/rad.
-    pub interval: [f64; 2],
     /// Confidence of the interval, 0..1.
+    #[serde(rename = "confidence_percent", serialize_with = "written::percent")]
     pub confidence: f64,
+    /// Confidence interval of k, N·m/rad.
+    #[serde(rename = "interval_nm_per_rad")]
+    pub interval: [f64; 2],
     /// Moment at zero angle, N·m.
+    #[serde(rename = "intercept_nm")]
     pub intercept: f64,
     /// Standard error of the intercept, N·m.
+    #[serde(rename = "intercept_standard_error_nm")]
     pub intercept_standard_error: f64,
     /// Standard deviation of the residuals, N·m.
+    #[serde(rename = "residual_deviation_nm")]
     pub residual_deviation: f64,
     /// Fraction of the moments' variance that the line explains.
     pub r_squared: f64,
@@ -43,19 +52,15 @@ pub struct StiffnessFit {
 }
 
 /// Test of a quadratic term beside the line.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Curvature {
     /// Of a bend as large as this from scatter alone.
     pub p_value: f64,
     /// Whether the stiffness grows with the load (or falls).
     pub stiffens: bool,
-}
-
-impl Curvature {
     /// Whether the bend is more than scatter, at the level of 1 %.
-    pub fn is_significant(&self) -> bool {
-        self.p_value < 0.01
-    }
+    #[serde(rename = "significant")]
+    pub is_significant: bool,
 }
 
 /// Why no line can be fitted.
@@ -212,7 +217,7 @@ fn curvature(
     let bend = dot(&parabola, residuals) / size;
     let explained = bend * bend * size;
     if explained.max(dot(residuals, residuals)) <= ROUNDING * ROUNDING * syy {
-        return Ok(Some(Curvature { p_value: 1.0, stiffens: false }));
+        return Ok(Some(Curvature { p_value: 1.0, stiffens: false, is_significant: false }));
     }
     let rest: f64 = residuals.iter().zip(&parabola).map(|(r, p)| (r - bend * p).powi(2)).sum();
     check_range(&[bend, explained, rest])?;
@@ -222,7 +227,8 @@ fn curvature(
     let by_size = |a: &(&f64, &f64), b: &(&f64, &f64)| a.1.abs().total_cmp(&b.1.abs());
     let most = x.iter().zip(moments).max_by(by_size).map_or(0.0, |(x, _)| *x);
     let least = x.iter().zip(moments).min_by(by_size).map_or(0.0, |(x, _)| *x);
-    Ok(Some(Curvature { p_value, stiffens: bend * (most - least) > 0.0 }))
+    let stiffens = bend * (most - least) > 0.0;
+    Ok(Some(Curvature { p_value, stiffens, is_significant: p_value < 0.01 }))
 }
 
 fn students_t(freedom: f64) -> Result<StudentsT, StiffnessFault> {
@@ -335,7 +341,7 @@ mod tests {
     fn curvature_is_found_where_it_is_and_seldom_elsewhere() {
         let alarms = |bend: f64| {
             (0..1000)
-                .filter(|&seed| load_test(seed, bend).curvature.unwrap().is_significant())
+                .filter(|&seed| load_test(seed, bend).curvature.unwrap().is_significant)
                 .count()
         };
         // One in a hundred by design: 10 of 1000, standard deviation 3.
@@ -361,7 +367,7 @@ mod tests {
         let angles = [1e-3, 2e-3, 3e-3, 5e-3];
         let fit = fit_stiffness(&angles, &angles.map(|a| 7.0 + 1.5e5 * a), 0.95).unwrap();
         assert!((fit.stiffness / 1.5e5 - 1.0).abs() < 1e-12);
-        assert!(!fit.curvature.unwrap().is_significant());
+        assert!(!fit.curvature.unwrap().is_significant);
     }
 
     /// At every scale: a fit without NaN, or a fault.

@@ -14,6 +14,8 @@ pub use reduce::{
     Bin, EXACT_UP_TO, Extreme, RESOLUTION, Reduced, ReducedMode, Reduction, SHARES, Statistic,
 };
 
+use serde::{Serialize, Serializer};
+
 use crate::free_vibration::Settings;
 use crate::model::{JointKind, MovingJoint, Robot};
 
@@ -40,12 +42,17 @@ pub struct Head {
 }
 
 /// A joint as a column of a map.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct JointColumn {
     /// URDF name.
     pub name: String,
     /// Whether it turns (rad) or slides (m).
+    #[serde(rename = "unit", serialize_with = "unit")]
     pub turns: bool,
+}
+
+fn unit<S: Serializer>(turns: &bool, to: S) -> Result<S::Ok, S::Error> {
+    to.serialize_str(if *turns { "rad" } else { "m" })
 }
 
 impl Head {

@@ -6,8 +6,10 @@
 //! their order, so the same poses give the same bits whatever the number of threads.
 
 use rayon::prelude::*;
+use serde::Serialize;
 
 use super::Block;
+use crate::units::written;
 
 /// Quantiles that are found.
 pub const SHARES: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
@@ -44,20 +46,22 @@ pub enum Statistic {
 }
 
 /// A frequency and the first pose that has it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Extreme {
     /// Hz.
     pub frequency_hz: f64,
     /// Place of the pose, from zero.
+    #[serde(serialize_with = "written::from_one")]
     pub pose: usize,
     /// Joint positions, rad or m, base to tip.
     pub joints: Vec<f64>,
     /// β2 of the two-link model, where the robot defines it, rad.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub beta2_rad: Option<f64>,
 }
 
 /// A band of a histogram.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Bin {
     /// Lower end, within, Hz.
     pub from_hz: f64,

@@ -1,10 +1,18 @@
 //! The kinds of notes, by the names that JSON, the guide and users' own lists have for them.
 
+use serde::{Serialize, Serializer};
+
 macro_rules! codes {
     ($($(#[doc = $meaning:literal])+ $variant:ident = $name:literal,)+) => {
         /// What kind of thing a note says.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
         pub enum Code { $($(#[doc = $meaning])+ $variant,)+ }
+
+        impl Serialize for Code {
+            fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+                to.serialize_str(self.name())
+            }
+        }
 
         impl Code {
             /// Every code, in the order of the guide.

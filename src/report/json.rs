@@ -2,13 +2,10 @@
 
 mod finite;
 
-use std::borrow::Cow;
 use std::fmt;
 use std::io;
 
-use schemars::{JsonSchema, Schema, SchemaGenerator};
-use serde::ser::Error as _;
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 use serde_json::ser::{CompactFormatter, Formatter, PrettyFormatter};
 
 /// A number was not finite and could not be written.
@@ -35,34 +32,6 @@ pub(super) fn laid_out(
     output.serialize(&mut serializer).map_err(NotFinite)?;
     bytes.push(b'\n');
     Ok(String::from_utf8_lossy(&bytes).into_owned())
-}
-
-/// A finite number. JSON knows no others, and serde_json would write null for them.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Number(pub(super) f64);
-
-impl Serialize for Number {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        if self.0.is_finite() {
-            serializer.serialize_f64(self.0)
-        } else {
-            Err(S::Error::custom(format!("a result is {}, must be finite", self.0)))
-        }
-    }
-}
-
-impl JsonSchema for Number {
-    fn inline_schema() -> bool {
-        true
-    }
-
-    fn schema_name() -> Cow<'static, str> {
-        "number".into()
-    }
-
-    fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        schemars::json_schema!({ "type": "number" })
-    }
 }
 
 /// Pretty down to a depth, and one line a value below it.

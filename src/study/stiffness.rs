@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use serde::{Serialize, Serializer};
+
 use super::Read;
 use crate::identify::stiffness::{StiffnessFault, StiffnessFit, fit_stiffness};
 use crate::input::{LoadTestRow, read_load_test};
@@ -9,43 +11,47 @@ use crate::notes::{Code, Note, Part, Place};
 use crate::units::ratio_from_percent;
 
 /// The stiffness of one joint.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct JointStiffness {
     /// Name, where the table has one.
     pub joint: Option<String>,
     /// What was found.
+    #[serde(flatten)]
     pub fit: StiffnessFit,
+    /// How far the number holds.
+    #[serde(rename = "hints", serialize_with = "in_words")]
+    pub warnings: Vec<Note>,
 }
 
-impl JointStiffness {
-    /// Warnings on how far the number holds.
-    pub fn notes(&self) -> Vec<Note> {
-        let mut notes = Vec::new();
-        let mut warn = |code, what: String| {
-            let place = self
-                .joint
-                .as_ref()
-                .map_or_else(Place::default, |joint| Place::part(Part::Joint(joint.clone())));
-            notes.push(Note::warning(code, place, what));
-        };
-        if let Some(curvature) = self.fit.curvature.filter(|curvature| curvature.is_significant()) {
-            let how = if curvature.stiffens { "stiffens" } else { "softens" };
-            warn(
-                Code::LoadDependent,
-                format!(
-                    "the joint {how} with load (p-value {:.1e}), so one k holds only near these \
-                     loads; test near the loads of the job",
-                    curvature.p_value
-                ),
-            );
-        }
-        if self.fit.interval[0] <= 0.0 {
-            let what = "the interval includes zero, so the stiffness is not known; check signs and \
-                        columns, or load in more steps";
-            warn(Code::TooLittleData, what.to_owned());
-        }
-        notes
+fn in_words<S: Serializer>(warnings: &[Note], to: S) -> Result<S::Ok, S::Error> {
+    to.collect_seq(warnings.iter().map(|warning| &warning.what))
+}
+
+/// Warnings on how far a stiffness holds.
+fn warnings(joint: Option<&String>, fit: &StiffnessFit) -> Vec<Note> {
+    let mut warnings = Vec::new();
+    let mut warn = |code, what: String| {
+        let place =
+            joint.map_or_else(Place::default, |joint| Place::part(Part::Joint(joint.clone())));
+        warnings.push(Note::warning(code, place, what));
+    };
+    if let Some(curvature) = fit.curvature.filter(|curvature| curvature.is_significant) {
+        let how = if curvature.stiffens { "stiffens" } else { "softens" };
+        warn(
+            Code::LoadDependent,
+            format!(
+                "the joint {how} with load (p-value {:.1e}), so one k holds only near these \
+                 loads; test near the loads of the job",
+                curvature.p_value
+            ),
+        );
     }
+    if fit.interval[0] <= 0.0 {
+        let what = "the interval includes zero, so the stiffness is not known; check signs and \
+                    columns, or load in more steps";
+        warn(Code::TooLittleData, what.to_owned());
+    }
+    warnings
 }
 
 /// Reads the table of a load test.
@@ -73,7 +79,10 @@ pub fn stiffness(
         let angles: Vec<f64> = rows.iter().map(|row| row.angle_rad).collect();
         let moments: Vec<f64> = rows.iter().map(|row| row.moment_nm).collect();
         match fit_stiffness(&angles, &moments, confidence) {
-            Ok(fit) => found.push(JointStiffness { joint, fit }),
+            Ok(fit) => {
+                let warnings = warnings(joint.as_ref(), &fit);
+                found.push(JointStiffness { joint, fit, warnings });
+            }
             Err(fault) => {
                 let index = match fault {
                     StiffnessFault::NotFinite(row) => row,
@@ -134,7 +143,7 @@ mod tests {
         rows.remove(1);
         let found = stiffness(&rows, 95.0).unwrap();
         assert_eq!((found.len(), found[0].fit.stiffness), (1, 2.0));
-        assert!(found[0].notes().is_empty());
+        assert!(found[0].warnings.is_empty());
         assert_eq!(stiffness(&rows, 100.0).unwrap_err()[0].code, Code::Usage);
     }
 }

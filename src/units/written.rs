@@ -68,6 +68,14 @@ written! {
     mm_per_min: mm_per_min_from_m_per_s;
 }
 
+/// The place of what stands in a list, counted from 1.
+///
+/// # Errors
+/// The serializer's.
+pub fn from_one<S: Serializer>(index: &usize, to: S) -> Result<S::Ok, S::Error> {
+    (index + 1).serialize(to)
+}
+
 /// A path as it is named.
 ///
 /// # Errors

@@ -45,7 +45,7 @@ fn identify(record: &Record) -> IdentifiedRecord {
 /// Every mode and no other, within 0.1 % of frequency and 10 % of damping.
 fn must_be(found: &IdentifiedRecord, truth: &[TrueMode], what: &str) {
     let told: Vec<_> = found.modes.iter().map(|m| (m.frequency_hz, m.damping_ratio)).collect();
-    assert_eq!(told.len(), truth.len(), "{what}: {told:?} {:?}", found.notes);
+    assert_eq!(told.len(), truth.len(), "{what}: {told:?} {:?}", found.warnings);
     for (mode, truth) in found.modes.iter().zip(truth) {
         assert!((mode.frequency_hz / truth.hz - 1.0).abs() < 1e-3, "{what}: {told:?}");
         assert!((mode.damping_ratio / truth.ratio - 1.0).abs() < 0.1, "{what}: {told:?}");
@@ -254,8 +254,8 @@ fn a_spring_that_stiffens_makes_one_mode() {
         let drift = found.modes[0].drift.unwrap();
         let exact = 0.375 * share;
         assert!((drift / exact - 1.0).abs() < 0.15, "{drift} {exact}");
-        let is_told = found.notes.iter().any(|n| n.code.name() == "amplitude_dependent");
-        assert!(is_told, "{:?}", found.notes);
+        let is_told = found.warnings.iter().any(|n| n.code.name() == "amplitude_dependent");
+        assert!(is_told, "{:?}", found.warnings);
     }
 }
 
@@ -296,8 +296,8 @@ fn a_spike_is_told_and_hides_nothing() {
     for record in [decay, hammer] {
         let found = identify(&record);
         must_be(&found, &truth, "with a spike");
-        let told: Vec<_> = found.notes.iter().filter(|n| n.code == Code::Spike).collect();
-        assert_eq!(told.len(), 1, "{:?}", found.notes);
+        let told: Vec<_> = found.warnings.iter().filter(|n| n.code == Code::Spike).collect();
+        assert_eq!(told.len(), 1, "{:?}", found.warnings);
         assert!(told[0].what.contains("2.5000 s"), "{}", told[0].what);
         assert_eq!(channel_of(told[0]), Some("r1"));
     }
@@ -314,8 +314,8 @@ fn a_response_of_noise_alone_is_told_and_spoils_nothing() {
         responses[2] = (0..1000).map(|_| level * gauss(&mut rng)).collect();
         let found = identify(&record(200.0, None, responses, Quantity::Displacement));
         must_be(&found, &truth, "with a response of noise");
-        let told: Vec<_> = found.notes.iter().filter(|n| n.code == Code::NoSignal).collect();
-        assert_eq!(told.len(), 1, "seed {seed}: {:?}", found.notes);
+        let told: Vec<_> = found.warnings.iter().filter(|n| n.code == Code::NoSignal).collect();
+        assert_eq!(told.len(), 1, "seed {seed}: {:?}", found.warnings);
         assert_eq!(channel_of(told[0]), Some("r2"));
     }
 }
@@ -329,8 +329,8 @@ fn lost_samples_are_told_and_spoil_nothing() {
     let found = identify(&record(200.0, None, responses, Quantity::Displacement));
     must_be(&found, &truth, "with lost samples");
     assert_eq!(found.modes[0].shape.len(), 2);
-    let told: Vec<_> = found.notes.iter().filter(|n| n.code == Code::Dropout).collect();
-    assert_eq!(told.len(), 1, "{:?}", found.notes);
+    let told: Vec<_> = found.warnings.iter().filter(|n| n.code == Code::Dropout).collect();
+    assert_eq!(told.len(), 1, "{:?}", found.warnings);
     assert!(told[0].what.contains("100 samples from 1.5000 s"), "{}", told[0].what);
     assert_eq!(channel_of(told[0]), Some("r1"));
 }
@@ -503,7 +503,7 @@ fn deviations_of_hammer_tests_cover() {
     assert!(
         found.iter().all(|f| f.modes.len() == 2),
         "{:?}",
-        found.iter().find(|f| f.modes.len() != 2).map(|f| (&f.modes, &f.notes))
+        found.iter().find(|f| f.modes.len() != 2).map(|f| (&f.modes, &f.warnings))
     );
     must_cover("hammer", &truth, &found);
 }

@@ -37,7 +37,7 @@ fn identify(record: &Record) -> IdentifiedRecord {
 }
 
 fn kinds(found: &IdentifiedRecord) -> Vec<Code> {
-    let mut kinds: Vec<Code> = found.notes.iter().map(|note| note.code).collect();
+    let mut kinds: Vec<Code> = found.warnings.iter().map(|note| note.code).collect();
     kinds.sort();
     kinds.dedup();
     kinds
@@ -61,7 +61,7 @@ fn sound_records_have_no_notices() {
         identify(&record(200.0, Some(force), responses)),
     ] {
         assert_eq!(found.modes.len(), 2);
-        assert!(found.notes.is_empty(), "{:?}", found.notes);
+        assert!(found.warnings.is_empty(), "{:?}", found.warnings);
     }
 }
 
@@ -70,8 +70,8 @@ fn a_bounce_of_the_hammer_is_told_and_bends_nothing() {
     let (force, responses) = hammer(&[50, 800, 815, 1500, 2250]);
     let found = identify(&record(200.0, Some(force), responses));
     assert_eq!(kinds(&found), [Code::DoubleHit]);
-    assert_eq!(channel_of(&found.notes[0]), Some("hammer"));
-    assert!(found.notes[0].to_string().starts_with("record 'r.csv'"), "{:?}", found.notes);
+    assert_eq!(channel_of(&found.warnings[0]), Some("hammer"));
+    assert!(found.warnings[0].to_string().starts_with("record 'r.csv'"), "{:?}", found.warnings);
     for (mode, truth) in found.modes.iter().zip(arm()) {
         assert!((mode.frequency_hz - truth.hz).abs() < 5.0 * mode.frequency_std_hz, "{mode:?}");
         assert!((mode.damping_ratio / truth.ratio - 1.0).abs() < 0.05, "{mode:?}");
@@ -89,7 +89,7 @@ fn a_second_hit_within_a_decay_is_told() {
         .map(|(a, b)| a.iter().zip(b).map(|(a, b)| a + 3.0 * b).collect())
         .collect();
     let found = identify(&record(200.0, None, noisy(&both, 0.01, &mut seeded(3))));
-    assert!(kinds(&found).contains(&Code::DoubleHit), "{:?}", found.notes);
+    assert!(kinds(&found).contains(&Code::DoubleHit), "{:?}", found.warnings);
     for (mode, truth) in found.modes.iter().zip(arm()) {
         assert!((mode.frequency_hz / truth.hz - 1.0).abs() < 1e-3, "{mode:?}");
     }
@@ -103,7 +103,7 @@ fn clipping_and_dead_channels_are_told_by_name() {
     responses.push(vec![0.25; 1000]);
     let found = identify(&record(200.0, None, responses));
     let named = |kind| {
-        let mut of = found.notes.iter().filter(move |note| note.code == kind);
+        let mut of = found.warnings.iter().filter(move |note| note.code == kind);
         of.next().and_then(channel_of).map(str::to_owned)
     };
     assert_eq!(named(Code::Clipping).as_deref(), Some("r1"));
@@ -114,11 +114,11 @@ fn clipping_and_dead_channels_are_told_by_name() {
 #[test]
 fn leakage_and_short_records_are_told() {
     let found = identify(&record(200.0, None, decay(140)));
-    assert_eq!(kinds(&found), [Code::Leakage], "{:?}", found.notes);
+    assert_eq!(kinds(&found), [Code::Leakage], "{:?}", found.warnings);
     assert!((found.modes[0].frequency_hz / 18.0 - 1.0).abs() < 5e-3, "{:?}", found.modes);
     let one: Vec<Vec<f64>> = free_decay(&arm()[..1], 2, 200.0, 50, 0);
     let found = identify(&record(200.0, None, noisy(&one, 0.01, &mut seeded(1))));
-    assert!(kinds(&found).contains(&Code::ShortRecord), "{:?}", found.notes);
+    assert!(kinds(&found).contains(&Code::ShortRecord), "{:?}", found.warnings);
 }
 
 #[test]
@@ -128,7 +128,7 @@ fn low_coherence_at_a_mode_is_told_with_its_channel() {
     let loud = 15.0 * rms(&responses[1]);
     responses[1].iter_mut().for_each(|s| *s += loud * gauss(&mut rng));
     let found = identify(&record(200.0, Some(force), responses));
-    let told: Vec<_> = found.notes.iter().filter(|n| n.code == Code::LowCoherence).collect();
+    let told: Vec<_> = found.warnings.iter().filter(|n| n.code == Code::LowCoherence).collect();
     assert!(!told.is_empty() && told.iter().all(|n| channel_of(n) == Some("r1")), "{told:?}");
     assert_eq!(found.modes.len(), 2, "{:?}", found.modes);
 }
@@ -214,8 +214,8 @@ fn folded_frequencies_are_told() {
     };
     let found = identify_session(&session, &silent);
     assert_eq!(found.poses.len(), 2);
-    let told: Vec<_> = found.notes.iter().filter(|n| n.code == Code::MayBeFolded).collect();
-    assert_eq!(told.len(), 1, "{:?}", found.notes);
+    let told: Vec<_> = found.warnings.iter().filter(|n| n.code == Code::MayBeFolded).collect();
+    assert_eq!(told.len(), 1, "{:?}", found.warnings);
     assert!(told[0].what.contains(" 82.9") && told[0].what.contains("folded"), "{told:?}");
 }
 
@@ -252,12 +252,12 @@ fn records_of_one_pose_make_one_row() {
     let (merged, single) = (&found.poses[0].modes[0], &found.records[0].modes[0]);
     assert!(merged.frequency_std_hz < single.frequency_std_hz * 1.5);
     assert!((merged.frequency_hz - 18.0).abs() < 4.0 * merged.frequency_std_hz);
-    assert!(found.notes.is_empty(), "{:?}", found.notes);
+    assert!(found.warnings.is_empty(), "{:?}", found.warnings);
     let found = identify_session(
         &session(vec![taken(1, 18.0, 0.5, None), taken(2, 18.1, 0.5, None)]),
         &silent,
     );
-    assert_eq!(found.notes[0].code, Code::Disagreement, "{:?}", found.notes);
+    assert_eq!(found.warnings[0].code, Code::Disagreement, "{:?}", found.warnings);
     let spread = found.poses[0].modes[0].frequency_std_hz;
     assert!((0.02..0.1).contains(&spread), "{spread}");
 }

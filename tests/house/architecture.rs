@@ -12,6 +12,9 @@ const NOT_YET: &[(&str, &str)] = &[];
 /// Functions of other rooms that reports still call.
 const REPORTS_CALL: &[&str] = &[];
 
+/// Methods of other rooms that reports still call and that compute.
+const REPORTS_COMPUTE: &[&str] = &["excitation::frequency_hz"];
+
 /// Crates that these rooms alone may name.
 const NAMED_ONLY_IN: &[(&str, &[&str])] = &[
     ("urdf_rs", &["input"]),
@@ -95,6 +98,63 @@ fn reports_call_no_function_of_another_room() {
     }
     let expected = REPORTS_CALL.iter().map(|&name| name.to_owned()).collect();
     same(&found, expected, "functions that reports call");
+}
+
+/// Public methods whose body has arithmetic, a loop or a variable that changes. What only picks and
+/// arranges is an accessor.
+fn methods_that_compute(file: &File) -> Vec<&str> {
+    let words: Vec<&str> = file.tokens.iter().map(|token| token.text.as_str()).collect();
+    let is_value = |word: &str| {
+        let is_name = word.starts_with(|c: char| c.is_alphanumeric() || c == '_');
+        (is_name && !["match", "return", "in", "if", "else"].contains(&word))
+            || [")", "]"].contains(&word)
+    };
+    let computes = |body: &[&str]| {
+        body.windows(3).any(|w| {
+            let is_operator = ["+", "-", "*", "/"].contains(&w[1]) && w[2] != ">";
+            is_operator && is_value(w[0]) || w[0] == "let" && w[1] == "mut"
+        }) || body.iter().any(|word| ["for", "while", "loop"].contains(word))
+    };
+    let mut found = Vec::new();
+    for at in (1..words.len()).filter(|&at| words[at] == "fn" && words[at - 1] == "pub") {
+        let after = |from: usize, mark: &str| (from..words.len()).find(|&i| words[i] == mark);
+        let Some(open) = after(at, "(") else { continue };
+        let takes_self = words[open..].iter().take(5).any(|word| *word == "self");
+        let Some(start) = after(open, "{").filter(|_| takes_self) else { continue };
+        let mut depth = 0;
+        let end = (start..words.len()).find(|&i| {
+            depth += i32::from(words[i] == "{") - i32::from(words[i] == "}");
+            depth == 0
+        });
+        if computes(&words[start..end.unwrap_or(words.len())]) {
+            found.push(words[at + 1]);
+        }
+    }
+    found
+}
+
+/// By name alone, as a text has no types: a method that reports define themselves is theirs.
+#[test]
+fn reports_call_no_method_that_computes() {
+    let (map, library) = (rooms(), Library::get());
+    let report = map.iter().find(|room| room.name == "report").expect("a row for report");
+    let mut computing: BTreeMap<&str, &str> = BTreeMap::new();
+    for file in library.files().filter(|file| report.imports.contains(file.room())) {
+        computing.extend(methods_that_compute(file).into_iter().map(|name| (name, file.room())));
+    }
+    assert!(computing.len() > 20, "only {computing:?}: this reads the wrong thing");
+    let (mut own, mut called) = (BTreeSet::new(), BTreeSet::new());
+    for file in library.files().filter(|file| file.room() == "report") {
+        let words: Vec<&str> = file.tokens.iter().map(|token| token.text.as_str()).collect();
+        own.extend(words.windows(2).filter(|w| w[0] == "fn").map(|w| w[1]));
+        let is_call = |w: &&[&str]| w[0] == "." && ["(", "::"].contains(&w[2]);
+        called.extend(words.windows(3).filter(is_call).map(|w| w[1]));
+    }
+    let found = called
+        .difference(&own)
+        .filter_map(|name| computing.get(name).map(|room| format!("{room}::{name}")));
+    let expected = REPORTS_COMPUTE.iter().map(|&name| name.to_owned()).collect();
+    same(&found.collect(), expected, "methods that compute and that reports call");
 }
 
 #[test]

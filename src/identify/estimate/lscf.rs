@@ -7,6 +7,8 @@
 //! are left out.
 
 use nalgebra::{DMatrix, DVector, Schur};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::block::{C64, Pole};
 use crate::statistics::upper_median;
@@ -16,7 +18,8 @@ use crate::units::{hz_from_rad_per_s, rad_per_s_from_hz};
 const SAME_FREQUENCY: f64 = 0.01;
 
 /// How a pole compares with those of the next lower order.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Stability {
     /// Nothing like it.
     New,
@@ -27,7 +30,9 @@ pub enum Stability {
 }
 
 /// A point of a stabilisation diagram.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "JsonPoint")]
 pub struct StabilisationPoint {
     /// Order of the denominator.
     pub order: usize,
@@ -35,7 +40,9 @@ pub struct StabilisationPoint {
     pub frequency_hz: f64,
     /// Damping ratio.
     pub damping_ratio: f64,
-    /// Against the next lower order.
+    /// Compared with the next lower order: new, frequency, pole.
+    #[serde(rename = "stable")]
+    #[schemars(with = "String")]
     pub stability: Stability,
 }
 

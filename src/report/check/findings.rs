@@ -163,8 +163,9 @@ mod tests {
                         closest_s: from_s,
                         separation: 0.01 * f64::from(rng.random_range(0_u8..3)),
                         tip_response_m_per_n: 1e-6,
-                        strain_energy_shares: Vec::new(),
+                        moves: Vec::new(),
                         leading_turn_together: None,
+                        file: "a.yaml".into(),
                         from_line: 1,
                         to_line: 2,
                     });

@@ -5,14 +5,15 @@ use nalgebra::Complex;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::{degrees_or_mm, kind_words, record_and_channel, sense_words, shape_words};
-use crate::identify::Stability;
+use super::{degrees_or_mm, kind_words, record_and_channel, shape_words};
+use crate::identify::StabilisationPoint;
+use crate::identify::links::LinkRotation;
 use crate::identify::mode::Mode;
 use crate::identify::pose::{JointColumn, Pose};
 use crate::identify::record_modes::IdentifiedRecord;
-use crate::identify::session::{IdentifiedSession, PoseModes};
+use crate::identify::session::{IdentifiedSession, PoseMode, PoseModes};
 use crate::notes::Note;
-use crate::report::json::{NotFinite, Number, laid_out};
+use crate::report::json::{NotFinite, laid_out};
 use crate::units::percent_from_ratio;
 
 /// Poses, records and their parts stand on lines of their own; parts of a mode do not.
@@ -44,35 +45,20 @@ enum SchemaName {
 struct JsonPose<'a> {
     /// The angle of the two-link model, rad, where the session gives it.
     #[serde(skip_serializing_if = "Option::is_none")]
-    beta2_rad: Option<Number>,
+    beta2_rad: Option<f64>,
     /// From base to tip: degrees, millimetres for a joint that slides, where the session gives
     /// them.
     #[serde(skip_serializing_if = "Option::is_none")]
-    joints_deg: Option<Vec<Number>>,
+    joints_deg: Option<Vec<f64>>,
     /// Names of the measurements, joined by '+'.
     id: Option<&'a str>,
     /// Samples per second; null for given frequency responses.
-    sample_rate_hz: Option<Number>,
-    temperature_c: Option<Number>,
-    amplitude_nm: Option<Number>,
-    payload_kg: Option<Number>,
+    sample_rate_hz: Option<f64>,
+    temperature_c: Option<f64>,
+    amplitude_nm: Option<f64>,
+    payload_kg: Option<f64>,
     /// By ascending frequency, merged over the records of the pose.
-    modes: Vec<JsonPoseMode>,
-}
-
-#[derive(Debug, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-struct JsonPoseMode {
-    frequency_hz: Number,
-    /// Standard deviation, Hz.
-    frequency_std_hz: Number,
-    damping_ratio: Number,
-    /// Standard deviation.
-    damping_ratio_std: Number,
-    /// What else it may be, as the code of a notice: such a mode stays out of the table.
-    suspicion: Option<&'static str>,
-    /// Record and mode of it, counted from 0.
-    members: Vec<[usize; 2]>,
+    modes: &'a [PoseMode],
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
@@ -88,7 +74,7 @@ struct JsonRecord<'a> {
     /// By ascending frequency.
     modes: Vec<JsonMode<'a>>,
     /// Poles of the linear least squares by order.
-    stabilisation: Vec<JsonPoint>,
+    stabilisation: &'a [StabilisationPoint],
     /// Warnings about the record.
     notices: Vec<JsonNotice<'a>>,
 }
@@ -96,24 +82,24 @@ struct JsonRecord<'a> {
 #[derive(Debug, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct JsonMode<'a> {
-    frequency_hz: Number,
+    frequency_hz: f64,
     /// Standard deviation, Hz.
-    frequency_std_hz: Number,
-    damping_ratio: Number,
+    frequency_std_hz: f64,
+    damping_ratio: f64,
     /// Standard deviation.
-    damping_ratio_std: Number,
+    damping_ratio_std: f64,
     /// Free decays: displacement of the shape's largest part when the strongest decay begins, m (or
     /// the channel's unit).
-    amplitude: Option<Number>,
+    amplitude: Option<f64>,
     /// Where the frequency depends on amplitude: how much higher it is where the arm swings most,
     /// percent; the frequency given is that of small amplitudes.
     #[serde(skip_serializing_if = "Option::is_none")]
-    drift_percent: Option<Number>,
+    drift_percent: Option<f64>,
     /// Lowest coherence of all responses at the mode, where several hits or stretches were
     /// averaged.
-    coherence: Option<Number>,
+    coherence: Option<f64>,
     /// Fraction of the orders of the stabilisation diagram that have this pole.
-    support: Number,
+    support: f64,
     /// What else it may be, as the code of a notice.
     suspicion: Option<&'static str>,
     /// The shape in words.
@@ -121,7 +107,7 @@ struct JsonMode<'a> {
     /// One entry a response.
     shape: Vec<JsonShapePart<'a>>,
     /// One entry a link with marked points.
-    links: Vec<JsonLink<'a>>,
+    links: &'a [LinkRotation],
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
@@ -129,41 +115,16 @@ struct JsonMode<'a> {
 struct JsonShapePart<'a> {
     response: &'a str,
     /// Displacement relative to the largest part, which is 1.
-    re: Number,
-    im: Number,
+    re: f64,
+    im: f64,
     /// Standard deviation of both.
-    std: Number,
+    std: f64,
     /// φ_response·φ_reference, 1/kg, where a force was measured: real and imaginary part.
     #[serde(skip_serializing_if = "Option::is_none")]
-    modal_constant: Option<[Number; 2]>,
+    modal_constant: Option<[f64; 2]>,
     /// Mass-normalised, 1/√kg, where the driving point is known: real and imaginary part.
     #[serde(skip_serializing_if = "Option::is_none")]
-    mass_normalised: Option<[Number; 2]>,
-}
-
-#[derive(Debug, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-struct JsonLink<'a> {
-    link: &'a str,
-    /// Rotation per unit of the shape, rad: real and imaginary part.
-    rotation_rad: [Number; 2],
-    /// Standard deviation of both.
-    std_rad: Number,
-    /// Amplitude when the strongest decay begins.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    amplitude_rad: Option<Number>,
-    /// Relative to the first link that turns: together, against, unclear.
-    sense: &'static str,
-}
-
-#[derive(Debug, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-struct JsonPoint {
-    order: usize,
-    frequency_hz: Number,
-    damping_ratio: Number,
-    /// Compared with the next lower order: new, frequency, pole.
-    stable: &'static str,
+    mass_normalised: Option<[f64; 2]>,
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
@@ -186,38 +147,25 @@ pub fn identification_json(found: &IdentifiedSession) -> Result<String, NotFinit
         schema: SchemaName::Identification1,
         poses: found.poses.iter().map(|at| pose(at, found.joint_columns.as_deref())).collect(),
         records: found.records.iter().map(record).collect(),
-        notices: found.notes.iter().map(notice).collect(),
+        notices: found.warnings.iter().map(notice).collect(),
     };
     laid_out(&all, MAX_SPREAD_DEPTH)
 }
 
 fn pose<'a>(row: &'a PoseModes, named: Option<&[JointColumn]>) -> JsonPose<'a> {
     let (beta2_rad, joints_deg) = match &row.pose {
-        Pose::Beta2(beta2) => (Some(Number(*beta2)), None),
-        Pose::Joints(joints) => {
-            (None, Some(degrees_or_mm(joints, named).into_iter().map(Number).collect()))
-        }
+        Pose::Beta2(beta2) => (Some(*beta2), None),
+        Pose::Joints(joints) => (None, Some(degrees_or_mm(joints, named).into_iter().collect())),
     };
     JsonPose {
         beta2_rad,
         joints_deg,
         id: row.id.as_deref(),
-        sample_rate_hz: row.sample_rate_hz.map(Number),
-        temperature_c: row.conditions.temperature_c.map(Number),
-        amplitude_nm: row.conditions.amplitude_nm.map(Number),
-        payload_kg: row.conditions.payload_kg.map(Number),
-        modes: row
-            .modes
-            .iter()
-            .map(|mode| JsonPoseMode {
-                frequency_hz: Number(mode.frequency_hz),
-                frequency_std_hz: Number(mode.frequency_std_hz),
-                damping_ratio: Number(mode.damping_ratio),
-                damping_ratio_std: Number(mode.damping_std),
-                suspicion: mode.suspicion.map(|code| code.name()),
-                members: mode.members.iter().map(|&(record, mode)| [record, mode]).collect(),
-            })
-            .collect(),
+        sample_rate_hz: row.sample_rate_hz,
+        temperature_c: row.conditions.temperature_c,
+        amplitude_nm: row.conditions.amplitude_nm,
+        payload_kg: row.conditions.payload_kg,
+        modes: &row.modes,
     }
 }
 
@@ -227,35 +175,22 @@ fn record(found: &IdentifiedRecord) -> JsonRecord<'_> {
         kind: kind_words(found.kind),
         averages: found.averaged.as_ref().map(|averaged| averaged.averages),
         modes: found.modes.iter().map(mode).collect(),
-        stabilisation: found
-            .stabilisation
-            .iter()
-            .map(|point| JsonPoint {
-                order: point.order,
-                frequency_hz: Number(point.frequency_hz),
-                damping_ratio: Number(point.damping_ratio),
-                stable: match point.stability {
-                    Stability::New => "new",
-                    Stability::Frequency => "frequency",
-                    Stability::Pole => "pole",
-                },
-            })
-            .collect(),
-        notices: found.notes.iter().map(notice).collect(),
+        stabilisation: &found.stabilisation,
+        notices: found.warnings.iter().map(notice).collect(),
     }
 }
 
 fn mode(mode: &Mode) -> JsonMode<'_> {
-    let parts = |value: Complex<f64>| [Number(value.re), Number(value.im)];
+    let parts = |value: Complex<f64>| [value.re, value.im];
     JsonMode {
-        frequency_hz: Number(mode.frequency_hz),
-        frequency_std_hz: Number(mode.frequency_std_hz),
-        damping_ratio: Number(mode.damping_ratio),
-        damping_ratio_std: Number(mode.damping_std),
-        amplitude: mode.amplitude.map(Number),
-        drift_percent: mode.drift.map(|drift| Number(percent_from_ratio(drift))),
-        coherence: mode.coherence.map(Number),
-        support: Number(mode.support),
+        frequency_hz: mode.frequency_hz,
+        frequency_std_hz: mode.frequency_std_hz,
+        damping_ratio: mode.damping_ratio,
+        damping_ratio_std: mode.damping_std,
+        amplitude: mode.amplitude,
+        drift_percent: mode.drift.map(percent_from_ratio),
+        coherence: mode.coherence,
+        support: mode.support,
         suspicion: mode.suspicion.map(|code| code.name()),
         in_words: shape_words(mode),
         shape: mode
@@ -263,24 +198,14 @@ fn mode(mode: &Mode) -> JsonMode<'_> {
             .iter()
             .map(|part| JsonShapePart {
                 response: &part.response,
-                re: Number(part.value.re),
-                im: Number(part.value.im),
-                std: Number(part.std),
+                re: part.value.re,
+                im: part.value.im,
+                std: part.std,
                 modal_constant: part.modal_constant.map(parts),
                 mass_normalised: part.mass_normalised.map(parts),
             })
             .collect(),
-        links: mode
-            .links
-            .iter()
-            .map(|link| JsonLink {
-                link: &link.link,
-                rotation_rad: parts(link.rotation),
-                std_rad: Number(link.std),
-                amplitude_rad: link.amplitude_rad.map(Number),
-                sense: sense_words(link.sense),
-            })
-            .collect(),
+        links: &mode.links,
     }
 }
 

@@ -16,6 +16,7 @@ use crate::identify::links::Sense;
 use crate::identify::mode::Mode;
 use crate::identify::pose::{JointColumn, Pose};
 use crate::notes::{Note, Part};
+use crate::report::words::spelled;
 
 /// How a record was taken, in words.
 fn kind_words(kind: RecordKind) -> &'static str {
@@ -54,14 +55,6 @@ fn record_and_channel(note: &Note) -> (Option<&str>, Option<&str>) {
     }
 }
 
-fn sense_words(sense: Sense) -> &'static str {
-    match sense {
-        Sense::Together => "together",
-        Sense::Against => "against",
-        Sense::Unclear => "unclear",
-    }
-}
-
 /// The shape of a mode in words: the links where points are marked, else the responses that move.
 fn shape_words(mode: &Mode) -> String {
     /// Smaller parts of the shape, relative to the largest, are not named.
@@ -94,7 +87,7 @@ fn links_words(mode: &Mode) -> String {
             .links
             .iter()
             .skip(1)
-            .map(|link| format!("{} {}", link.link, sense_words(link.sense)))
+            .map(|link| format!("{} {}", link.link, spelled(link.sense)))
             .collect();
         format!("against {first}: {}", others.join(", "))
     };

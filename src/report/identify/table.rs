@@ -149,7 +149,7 @@ mod tests {
             ],
             records: Vec::new(),
             joint_columns: None,
-            notes: Vec::new(),
+            warnings: Vec::new(),
         };
         assert_eq!(
             measured_csv(&found),

@@ -12,7 +12,7 @@ pub fn identification_text(found: &IdentifiedSession) -> String {
         pose(&mut out, found, at);
     }
     let mut warnings =
-        found.records.iter().flat_map(|record| &record.notes).chain(&found.notes).peekable();
+        found.records.iter().flat_map(|record| &record.warnings).chain(&found.warnings).peekable();
     if warnings.peek().is_some() {
         out.push_str("Warnings\n");
     }

@@ -132,6 +132,7 @@ mod tests {
             nonlinear: vec![Measurement {
                 frequencies_hz: vec![Some(25.5), None],
                 linear_hz: vec![25.0, 84.0],
+                departures: vec![Some(25.5 / 25.0 - 1.0), None],
                 folded: vec![Folded { mode: 1, frequency_hz: 84.0, seen_at_hz: 56.0 }],
                 doubts: vec![Doubt { mode: 0, reason: DoubtReason::RivalPeak }],
                 energy_drift: 1e-9,

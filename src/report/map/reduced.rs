@@ -2,9 +2,8 @@
 
 use serde::Serialize;
 
-use super::json::{JsonJoint, json_joints};
 use super::table::pose_titles;
-use crate::map::{Extreme, Head, Reduced, ReducedMode, SHARES, Statistic};
+use crate::map::{Bin, Extreme, Head, JointColumn, Reduced, ReducedMode, SHARES, Statistic};
 use crate::report::words::csv_field;
 use crate::units::percent_from_ratio;
 
@@ -57,7 +56,7 @@ struct JsonReduced<'a> {
     robot: &'a str,
     poses: usize,
     quantile_resolution_percent: f64,
-    joints: Vec<JsonJoint<'a>>,
+    joints: &'a [JointColumn],
     coordinates: &'a [String],
     modes: Vec<JsonMode<'a>>,
 }
@@ -66,37 +65,21 @@ struct JsonReduced<'a> {
 struct JsonMode<'a> {
     mode: usize,
     #[serde(skip_serializing_if = "Option::is_none")]
-    min: Option<JsonExtreme<'a>>,
+    min: Option<&'a Extreme>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    max: Option<JsonExtreme<'a>>,
+    max: Option<&'a Extreme>,
     #[serde(skip_serializing_if = "Option::is_none")]
     mean_hz: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     quantiles: Option<Vec<JsonQuantile>>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    histogram: Option<Vec<JsonBin>>,
-}
-
-#[derive(Debug, Serialize)]
-struct JsonExtreme<'a> {
-    frequency_hz: f64,
-    pose: usize,
-    joints: &'a [f64],
-    #[serde(skip_serializing_if = "Option::is_none")]
-    beta2_rad: Option<f64>,
+    histogram: Option<&'a [Bin]>,
 }
 
 #[derive(Debug, Serialize)]
 struct JsonQuantile {
     percent: f64,
     frequency_hz: f64,
-}
-
-#[derive(Debug, Serialize)]
-struct JsonBin {
-    from_hz: f64,
-    to_hz: f64,
-    poses: u64,
 }
 
 /// A reduced map as JSON; `pose` counts from 1.
@@ -114,7 +97,7 @@ pub fn reduced_json(
         robot: &head.robot,
         poses: reduced.poses,
         quantile_resolution_percent: percent_from_ratio(reduced.quantile_resolution),
-        joints: json_joints(head),
+        joints: &head.joints,
         coordinates: &head.coordinates,
         modes: modes.map(|(i, mode)| json_mode(i + 1, mode, statistics)).collect(),
     })?;
@@ -129,23 +112,11 @@ fn json_mode<'a>(number: usize, mode: &'a ReducedMode, statistics: &[Statistic])
     };
     JsonMode {
         mode: number,
-        min: has(Statistic::Min).then(|| json_extreme(&mode.min)),
-        max: has(Statistic::Max).then(|| json_extreme(&mode.max)),
+        min: has(Statistic::Min).then_some(&mode.min),
+        max: has(Statistic::Max).then_some(&mode.max),
         mean_hz: has(Statistic::Mean).then_some(mode.mean_hz),
         quantiles: has(Statistic::Quantiles)
             .then(|| SHARES.iter().zip(mode.quantiles_hz).map(quantile).collect()),
-        histogram: has(Statistic::Histogram).then(|| {
-            let bins = mode.histogram.iter();
-            bins.map(|b| JsonBin { from_hz: b.from_hz, to_hz: b.to_hz, poses: b.poses }).collect()
-        }),
-    }
-}
-
-fn json_extreme(extreme: &Extreme) -> JsonExtreme<'_> {
-    JsonExtreme {
-        frequency_hz: extreme.frequency_hz,
-        pose: extreme.pose + 1,
-        joints: &extreme.joints,
-        beta2_rad: extreme.beta2_rad,
+        histogram: has(Statistic::Histogram).then_some(&mode.histogram),
     }
 }

@@ -50,7 +50,7 @@ pub(super) fn append(block: &Block, out: &mut Vec<u8>) {
             number(value, out);
         }
         if let Some(nonlinear) = row.nonlinear {
-            for (&linear, departure) in nonlinear.linear_hz.iter().zip(nonlinear.departures()) {
+            for (&linear, departure) in nonlinear.linear_hz.iter().zip(&nonlinear.departures) {
                 out.push(b',');
                 number(linear, out);
                 out.push(b',');

@@ -48,7 +48,7 @@ pub fn stiffness_text(joints: &[JointStiffness]) -> String {
             number(fit.residual_deviation, 3)
         );
         wrapped(&mut out, "  ", &line);
-        for note in found.notes() {
+        for note in &found.warnings {
             wrapped(&mut out, "  warning: ", &note.what);
         }
     }
@@ -58,30 +58,7 @@ pub fn stiffness_text(joints: &[JointStiffness]) -> String {
 #[derive(Debug, Serialize)]
 struct JsonFits<'a> {
     schema: &'static str,
-    joints: Vec<JsonFit<'a>>,
-}
-
-#[derive(Debug, Serialize)]
-struct JsonFit<'a> {
-    joint: Option<&'a str>,
-    rows: usize,
-    stiffness_nm_per_rad: f64,
-    standard_error_nm_per_rad: f64,
-    confidence_percent: f64,
-    interval_nm_per_rad: [f64; 2],
-    intercept_nm: f64,
-    intercept_standard_error_nm: f64,
-    residual_deviation_nm: f64,
-    r_squared: f64,
-    curvature: Option<JsonCurvature>,
-    hints: Vec<String>,
-}
-
-#[derive(Debug, Serialize)]
-struct JsonCurvature {
-    p_value: f64,
-    stiffens: bool,
-    significant: bool,
+    joints: &'a [JointStiffness],
 }
 
 /// As JSON.
@@ -89,28 +66,5 @@ struct JsonCurvature {
 /// # Errors
 /// The serialiser's, which has no cause of its own to fail.
 pub fn stiffness_json(joints: &[JointStiffness]) -> serde_json::Result<String> {
-    let joints = joints.iter().map(json_fit).collect();
     Ok(serde_json::to_string_pretty(&JsonFits { schema: SCHEMA, joints })? + "\n")
-}
-
-fn json_fit(found: &JointStiffness) -> JsonFit<'_> {
-    let fit = &found.fit;
-    JsonFit {
-        joint: found.joint.as_deref(),
-        rows: fit.rows,
-        stiffness_nm_per_rad: fit.stiffness,
-        standard_error_nm_per_rad: fit.standard_error,
-        confidence_percent: percent_from_ratio(fit.confidence),
-        interval_nm_per_rad: fit.interval,
-        intercept_nm: fit.intercept,
-        intercept_standard_error_nm: fit.intercept_standard_error,
-        residual_deviation_nm: fit.residual_deviation,
-        r_squared: fit.r_squared,
-        curvature: fit.curvature.map(|curvature| JsonCurvature {
-            p_value: curvature.p_value,
-            stiffens: curvature.stiffens,
-            significant: curvature.is_significant(),
-        }),
-        hints: found.notes().into_iter().map(|note| note.what).collect(),
-    }
 }
