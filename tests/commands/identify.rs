@@ -482,7 +482,7 @@ fn identified(pose: impl Fn(f64) -> (Pose, Option<Vec<JointColumn>>)) -> Identif
     };
     let poses = (0..10).map(at).collect();
     let joint_columns = pose(1.0).1;
-    IdentifiedSession { poses, records: Vec::new(), joint_columns, notes: Vec::new() }
+    IdentifiedSession { poses, records: Vec::new(), joint_columns, warnings: Vec::new() }
 }
 
 /// From identification to diagnosis with and without a file between them: the same table to the last digit,

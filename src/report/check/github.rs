@@ -74,12 +74,7 @@ fn command(
     let crossing = finding.worst.crossing;
     let (from, to) = (crossing.from_line, crossing.to_line);
     let file = printable(&paths::slashed(&paths::within(root, &operation.lines_file())));
-    let mut message = sentences::sentence(operation, &finding.worst);
-    match finding.others.len() {
-        0 => {}
-        1 => message.push_str("; also on one more stretch"),
-        more => message.push_str(&format!("; also on {more} more stretches")),
-    }
+    let mut message = sentences::finding(operation, finding);
     if beyond > 0 {
         message.push_str(&format!(
             "\n… and {beyond} more like this; --format json or sarif lists all"

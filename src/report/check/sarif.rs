@@ -167,7 +167,7 @@ impl Artifacts<'_> {
                 Certainty::Uncertain => 1,
             },
             level: level(finding.certainty),
-            message: Message { text: message(operation, finding) },
+            message: Message { text: sentences::finding(operation, finding) },
             locations: [self.location(operation, &finding.worst, None)],
             related_locations: others
                 .iter()
@@ -215,16 +215,6 @@ impl Artifacts<'_> {
 fn located(uri: String, index: Option<usize>) -> ArtifactLocation {
     let relative = !uri.starts_with("file:");
     ArtifactLocation { uri, uri_base_id: relative.then_some(ROOT), index }
-}
-
-fn message(operation: &CheckedOperation<'_>, finding: &Finding<'_>) -> String {
-    let mut text = sentences::sentence(operation, &finding.worst);
-    match finding.others.len() {
-        0 => {}
-        1 => text.push_str("; also on one more stretch"),
-        more => text.push_str(&format!("; also on {more} more stretches")),
-    }
-    text
 }
 
 /// FNV-1a with 64 bits (Fowler, Noll, Vo): short, the same on every machine and in every version.

@@ -1,6 +1,6 @@
 //! What the renderers of a check say in common: a finding in one sentence.
 
-use super::findings::Stretch;
+use super::findings::{Finding, Stretch};
 use super::operation::CheckedOperation;
 use crate::report::style;
 use crate::report::words::{
@@ -117,6 +117,16 @@ pub(super) fn worst_jobs(jobs: &[CheckedJob]) -> Vec<&CheckedJob> {
     let mut worst: Vec<_> = jobs.iter().filter(|job| job.risk.verdict > Verdict::Clear).collect();
     worst.sort_by_key(|job| std::cmp::Reverse(job.risk.verdict));
     worst
+}
+
+/// A finding in one sentence: its worst stretch, and on how many more it comes back.
+pub(super) fn finding(operation: &CheckedOperation<'_>, finding: &Finding<'_>) -> String {
+    let text = sentence(operation, &finding.worst);
+    match finding.others.len() {
+        0 => text,
+        1 => text + "; also on one more stretch",
+        more => format!("{text}; also on {more} more stretches"),
+    }
 }
 
 /// A stretch in one sentence, for those who see nothing else.
