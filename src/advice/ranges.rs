@@ -17,8 +17,8 @@ const END_TOLERANCE: f64 = 1e-9;
 /// Stretches on which a mode counts end within this share of the path.
 const STRETCH_TOLERANCE: f64 = 1e-8;
 
-// f is continuous, so a stretch covers all between its lowest and highest; stretches that overlap in
-// frequency are one range.
+// f is continuous, so a stretch covers all between its lowest and highest; stretches that overlap
+// in frequency are one range.
 /// Frequencies that a mode covers on the stretches of the path where it counts.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -74,9 +74,9 @@ pub fn detail(policy: &Policy) -> Detail {
     if policy.min_tip_response_m_per_n > 0.0 { Detail::TipResponse } else { Detail::Frequencies }
 }
 
-/// Where excitation lines lie in bands on the path of an operation under a spindle speed, with the survey refined so far that
-/// none hides. `first_look` holds the stations of [`grid`] at least, with the [`detail`] of the
-/// policy.
+/// Where excitation lines lie in bands on the path of an operation under a spindle speed, with the
+/// survey refined so far that none hides. `first_look` holds the stations of [`grid`] at least, with
+/// the [`detail`] of the policy.
 ///
 /// # Errors
 /// The arm has no modes somewhere.

@@ -205,8 +205,8 @@ pub struct OperationRisk {
     pub closest: Option<Approach>,
     /// Poses at which the eigenproblem was solved to find the crossings.
     pub poses_solved: usize,
-    /// The arm along the path, ascending in s, both ends included: at every pose that was looked at,
-    /// or, beyond 5000 of them, at so many that neighbours are no more than 1/2000 apart in s.
+    /// The arm along the path, ascending in s, both ends included: at every pose that was looked
+    /// at, or, beyond 5000 of them, at so many that neighbours are no more than 1/2000 apart in s.
     pub samples: Vec<Sample>,
     /// Stretches on which a line lies inside a mode's band, ascending in from_s.
     pub crossings: Vec<Crossing>,

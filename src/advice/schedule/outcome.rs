@@ -29,8 +29,8 @@ pub struct Schedule {
     pub feed_m_per_s: f64,
     /// Time from s = 0 to s = 1 at the recommended feed.
     pub duration_s: f64,
-    /// What became of the feed. `mean_chip_load`: it keeps the mean chip load. Otherwise it stays as
-    /// programmed: `asked` for; the program has feeds of its own (`own_feeds`); its rapid moves
+    /// What became of the feed. `mean_chip_load`: it keeps the mean chip load. Otherwise it stays
+    /// as programmed: `asked` for; the program has feeds of its own (`own_feeds`); its rapid moves
     /// (`rapids`) or turns on the spot (`stands_still`) take their time whatever the feed; a slower
     /// one would draw out the crossing of a band (`crosses`); the duration did not settle
     /// (`not_settled`).
@@ -47,8 +47,8 @@ pub struct Schedule {
     #[serde(rename = "acceleration_is_assumed")]
     #[schemars(description = "")]
     pub is_acceleration_assumed: bool,
-    /// The objective that it follows: what was asked for, but `nearest` where vibration was, or where
-    /// a band is crossed and margin was.
+    /// The objective that it follows: what was asked for, but `nearest` where vibration was, or
+    /// where a band is crossed and margin was.
     pub follows: Objective,
     /// The speed that it stays near to.
     pub target_rpm: f64,
