@@ -100,9 +100,9 @@ fn reports_call_no_function_of_another_room() {
     same(&found, expected, "functions that reports call");
 }
 
-/// Public methods whose body has arithmetic, a loop or a variable that changes. What only picks and
-/// arranges is an accessor.
-fn methods_that_compute(file: &File) -> Vec<&str> {
+/// The methods of a file, and whether each is public and computes: its body has arithmetic, a loop or
+/// a variable that changes. What only picks and arranges is an accessor.
+fn methods(file: &File) -> Vec<(&str, bool)> {
     let words: Vec<&str> = file.tokens.iter().map(|token| token.text.as_str()).collect();
     let is_value = |word: &str| {
         let is_name = word.starts_with(|c: char| c.is_alphanumeric() || c == '_');
@@ -116,7 +116,7 @@ fn methods_that_compute(file: &File) -> Vec<&str> {
         }) || body.iter().any(|word| ["for", "while", "loop"].contains(word))
     };
     let mut found = Vec::new();
-    for at in (1..words.len()).filter(|&at| words[at] == "fn" && words[at - 1] == "pub") {
+    for at in (1..words.len()).filter(|&at| words[at] == "fn") {
         let after = |from: usize, mark: &str| (from..words.len()).find(|&i| words[i] == mark);
         let Some(open) = after(at, "(") else { continue };
         let takes_self = words[open..].iter().take(5).any(|word| *word == "self");
@@ -126,9 +126,8 @@ fn methods_that_compute(file: &File) -> Vec<&str> {
             depth += i32::from(words[i] == "{") - i32::from(words[i] == "}");
             depth == 0
         });
-        if computes(&words[start..end.unwrap_or(words.len())]) {
-            found.push(words[at + 1]);
-        }
+        let body = &words[start..end.unwrap_or(words.len())];
+        found.push((words[at + 1], words[at - 1] == "pub" && computes(body)));
     }
     found
 }
@@ -140,13 +139,14 @@ fn reports_call_no_method_that_computes() {
     let report = map.iter().find(|room| room.name == "report").expect("a row for report");
     let mut computing: BTreeMap<&str, &str> = BTreeMap::new();
     for file in library.files().filter(|file| report.imports.contains(file.room())) {
-        computing.extend(methods_that_compute(file).into_iter().map(|name| (name, file.room())));
+        let of_file = methods(file).into_iter().filter(|(_, computes)| *computes);
+        computing.extend(of_file.map(|(name, _)| (name, file.room())));
     }
     assert!(computing.len() > 10, "only {computing:?}: this reads the wrong thing");
     let (mut own, mut called) = (BTreeSet::new(), BTreeSet::new());
     for file in library.files().filter(|file| file.room() == "report") {
         let words: Vec<&str> = file.tokens.iter().map(|token| token.text.as_str()).collect();
-        own.extend(words.windows(2).filter(|w| w[0] == "fn").map(|w| w[1]));
+        own.extend(methods(file).into_iter().map(|(name, _)| name));
         let is_call = |w: &&[&str]| w[0] == "." && ["(", "::"].contains(&w[2]);
         called.extend(words.windows(3).filter(is_call).map(|w| w[1]));
     }
