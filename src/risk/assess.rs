@@ -75,8 +75,8 @@ pub fn detail(policy: &Policy) -> Detail {
 }
 
 /// Where excitation lines lie in bands on the path of an operation under a spindle speed, with the
-/// survey refined so far that none hides. `first_look` holds the stations of [`grid`] at least, with
-/// the [`detail`] of the policy.
+/// survey refined so far that none hides. `first_look` holds the stations of [`grid`] at least,
+/// with the [`detail`] of the policy.
 ///
 /// # Errors
 /// The arm has no modes somewhere.
