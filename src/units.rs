@@ -12,6 +12,43 @@ pub const STANDARD_GRAVITY_M_PER_S2: f64 = 9.80665;
 const SECONDS_PER_MINUTE: f64 = 60.0;
 const METRES_PER_MILLIMETRE: f64 = 1e-3;
 
+/// Units by the endings of names that carry them; an ending stands before those that it ends in.
+const UNITS: [(&str, &str); 25] = [
+    ("_nms_per_rad", "N·m·s/rad"),
+    ("_nm_per_rad", "N·m/rad"),
+    ("_rpm_per_s", "rpm/s"),
+    ("_um_per_n", "µm/N"),
+    ("_n_per_mm2", "N/mm²"),
+    ("_n_per_mm", "N/mm"),
+    ("_ns_per_m", "N·s/m"),
+    ("_n_per_m", "N/m"),
+    ("_m_per_s2", "m/s²"),
+    ("_mm_per_min", "mm/min"),
+    ("_per_nm", "per N·m"),
+    ("_per_k", "per K"),
+    ("_percent", "%"),
+    ("_kgm2", "kg·m²"),
+    ("_rpm", "rpm"),
+    ("_deg", "degrees"),
+    ("_rad", "rad"),
+    ("_kg", "kg"),
+    ("_hz", "Hz"),
+    ("_nm", "N·m"),
+    ("_mm", "mm"),
+    ("_um", "µm"),
+    ("_c", "°C"),
+    ("_m", "m"),
+    ("_s", "s"),
+];
+
+/// What a name says without its unit, and the unit: `spindle_rpm` is ("spindle", "rpm").
+pub fn unit_of(name: &str) -> (&str, &'static str) {
+    UNITS
+        .iter()
+        .find_map(|&(ending, unit)| Some((name.strip_suffix(ending)?, unit)))
+        .unwrap_or((name, ""))
+}
+
 /// Degrees to radians.
 pub const fn rad_from_deg(deg: f64) -> f64 {
     deg * (PI / 180.0)
@@ -162,10 +199,9 @@ pub fn um_from_m(m: f64) -> f64 {
 /// The day in UTC, as YYYY-MM-DD; days before 1970 count as its first (Howard Hinnant,
 /// "chrono-compatible low-level date algorithms").
 pub fn date(time: SystemTime) -> String {
-    const SECONDS_PER_DAY: u64 = 86_400;
     let seconds = time.duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
     // Days since 0000-03-01; an era has 400 years.
-    let days = seconds / SECONDS_PER_DAY + 719_468;
+    let days = seconds / 86_400 + 719_468;
     let (era, of_era) = (days / 146_097, days % 146_097);
     let year_of_era = (of_era - of_era / 1460 + of_era / 36_524 - of_era / 146_096) / 365;
     let of_year = of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);

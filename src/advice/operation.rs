@@ -6,7 +6,7 @@ use super::options::{FeedRule, Objective, Options};
 use super::outcome::{JobAdvice, OperationAdvice, Remedy, Vibration};
 use super::ranges::{Counting, ModeRange, mode_ranges};
 use super::ribbons::ribbons;
-use super::schedule::{Schedule, Task, kept, schedule};
+use super::schedule::{NoSchedule, Schedule, Task, kept, schedule};
 use super::speeds::{Constant, SafeSet, SpeedProblem, feed_at};
 use super::vibration::{Chip, TipModel, TipVibration};
 use crate::excitation::lines;
@@ -158,23 +158,10 @@ fn advise_path(
         feed: options.feed,
         tip: tip.as_ref().ok(),
     };
-    let kept = match options.objective {
-        Objective::Nearest => kept(&task)?,
-        Objective::Margin | Objective::Highest | Objective::Vibration => None,
-    };
-    let scheduled = match constant {
-        _ if kept.is_some() => None,
-        Some(_) if !options.schedule => None,
-        _ => Some(schedule(&task)?),
-    };
+    let (remedy, no_schedule) = remedy_of(&task, constant, options.schedule)?;
     let levers = match constant {
         Some(_) => Vec::new(),
         None => levers(job, operation, index, &ranges, bind.as_ref(), programmed_rpm)?,
-    };
-    let no_schedule = scheduled.as_ref().and_then(|found| found.as_ref().err().copied());
-    let remedy = match kept {
-        Some(kept) => Remedy::Kept(kept),
-        None => remedy(scheduled.and_then(Result::ok), constant),
     };
     Ok(OperationAdvice {
         name: operation.name.clone(),
@@ -196,6 +183,27 @@ fn advise_path(
         constant,
         bind,
         mode_ranges: ranges,
+    })
+}
+
+/// What to run, and why no schedule was found where one was looked for: in place of a safe constant
+/// speed only if that is asked for.
+fn remedy_of(
+    task: &Task,
+    constant: Option<Constant>,
+    always_schedule: bool,
+) -> Result<(Remedy, Option<NoSchedule>), Note> {
+    if let Objective::Nearest = task.objective
+        && let Some(kept) = kept(task)?
+    {
+        return Ok((Remedy::Kept(kept), None));
+    }
+    if constant.is_some() && !always_schedule {
+        return Ok((remedy(None, constant), None));
+    }
+    Ok(match schedule(task)? {
+        Ok(found) => (remedy(Some(found), constant), None),
+        Err(why) => (remedy(None, constant), Some(why)),
     })
 }
 

@@ -32,9 +32,8 @@ const POINTS: usize = 200;
 /// Harmonics of the force's own period: what is beyond hardly moves an arm.
 const HARMONICS: u32 = 12;
 
-/// Speeds that are tried over the spindle's range, and in each gap at least.
+/// Speeds that are tried over the spindle's range.
 const TRIED: usize = 400;
-const MIN_TRIED: usize = 12;
 
 /// The feed's direction is read over this share of the path.
 const NEARBY: f64 = 1e-5;
@@ -183,7 +182,7 @@ impl TipModel {
     fn quietest_in(&self, gap: Speeds, range_rpm: f64, chip: Chip) -> TipVibration {
         let width = gap.high_rpm - gap.low_rpm;
         let share = if range_rpm > 0.0 { width / range_rpm } else { 1.0 };
-        let tried = ((TRIED as f64 * share).ceil() as usize).max(MIN_TRIED);
+        let tried = ((TRIED as f64 * share).ceil() as usize).max(12);
         let step = width / tried as f64;
         let speeds = (0..=tried).map(|i| gap.low_rpm + step * i as f64);
         let least = |a: TipVibration, b: TipVibration| {

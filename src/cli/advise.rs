@@ -7,7 +7,8 @@ use clap::{Args, ValueEnum};
 
 use super::check::{count_on, progress, shows_colour};
 use super::output::{Sink, keep_apart, write_all};
-use super::{Failure, Outcome, show_warnings};
+use super::{Failure, Outcome, of_option, show_warnings};
+use crate::notes::Note;
 use crate::report;
 use crate::study::Read;
 use crate::study::advise::{Advised, FeedRule, Objective, Options, WriteTo, advise, read};
@@ -15,36 +16,37 @@ use crate::study::advise::{Advised, FeedRule, Objective, Options, WriteTo, advis
 const AFTER_HELP: &str = "\
 Examples:
   detune advise jobs/pocket.yaml
-  detune advise jobs/pocket.yaml --objective margin --format json | jq '.operations[].recommended_rpm'
-  detune advise jobs/pocket.yaml --write jobs/pocket-quiet.yaml && detune check jobs/pocket-quiet.yaml
+  detune advise jobs/pocket.yaml --objective margin --format json
+  detune advise jobs/pocket.yaml --write jobs/pocket-quiet.yaml
+  detune check jobs/pocket-quiet.yaml
 
-Exit codes: 0 every operation can be run clear of every band, 1 one cannot, 2 a file or the command line is
-wrong, 3 an internal error. The format of the output never changes the exit code.";
+Exit codes: 0 every operation can be run clear of every band, 1 one cannot, 2 a file or the \
+command line is wrong, 3 an internal error. The format of the output never changes the exit code.";
 
-/// Tell at which spindle speeds a job does not shake the arm, and the best of them.
+/// Find the spindle speeds at which a job excites no resonance of the arm, and the best of them.
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct AdviseArgs {
     /// Job file.
     #[arg(value_name = "JOB")]
     job: PathBuf,
-    /// What to write.
+    /// Output format.
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
-    /// Write to this file, whole or not at all, instead of standard output (`-`).
+    /// Write to this file instead of standard output (`-`); a run that fails leaves it unchanged.
     #[arg(long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// What makes one safe speed better than another.
+    /// Which of the safe speeds to recommend.
     #[arg(long, value_enum, default_value_t = By::Nearest)]
     objective: By,
-    /// What becomes of the feed when the speed changes.
+    /// How the feed follows the spindle speed.
     #[arg(long, value_enum, default_value_t = Feed::ChipLoad)]
     feed: Feed,
     /// Plan a speed that varies along the path even where a constant one is safe.
     #[arg(long)]
     schedule: bool,
-    /// Write the job as advised to this file; nothing is written where an operation cannot be run
-    /// clear.
+    /// Write the job as advised to this file, unless an operation cannot be run clear of every
+    /// band.
     #[arg(long, value_name = "JOB2")]
     write: Option<PathBuf>,
     /// Write the program that the job runs with the advised speed and feeds to this file; with
@@ -55,9 +57,9 @@ pub(super) struct AdviseArgs {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Format {
-    /// For people.
+    /// Readable text.
     Text,
-    /// For programs; `detune schema advice` describes it.
+    /// JSON; `detune schema advice` describes it.
     Json,
     /// A map of path and spindle speed: bands as areas, programmed and advised speeds as lines.
     Svg,
@@ -65,19 +67,19 @@ enum Format {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum By {
-    /// Nearest to the programmed one.
+    /// Nearest to the programmed speed.
     Nearest,
-    /// Farthest from every mode and line.
+    /// The largest margin to every mode and line.
     Margin,
-    /// The highest.
+    /// The highest speed.
     Highest,
-    /// The one at which the cutting force moves the tool tip least; needs `cutting`.
+    /// The smallest forced vibration of the tool tip; needs `cutting` in the job.
     Vibration,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Feed {
-    /// The feed follows the speed: the feed per tooth stays what it was.
+    /// The feed is scaled with the speed: the feed per tooth stays.
     ChipLoad,
     /// The feed stays as programmed.
     Programmed,
@@ -104,7 +106,7 @@ pub(super) fn run(args: &AdviseArgs, out: &mut dyn Write) -> Result<Outcome, Fai
     let bar = progress();
     let advised = advise(&job, &files, &options(args), to, &count_on(&bar));
     bar.finish_and_clear();
-    let Advised { job: advised, outputs, warnings } = advised?;
+    let Advised { job: advised, outputs, warnings } = advised.map_err(at_option)?;
     show_warnings(&warnings);
     let text = match args.format {
         Format::Text => {
@@ -124,6 +126,12 @@ pub(super) fn run(args: &AdviseArgs, out: &mut dyn Write) -> Result<Outcome, Fai
     }
     write_all(&all, out)?;
     Ok(if advised.advice.is_clear() { Outcome::Pass } else { Outcome::Fail })
+}
+
+/// Errors of the request, at the option that asked for it.
+fn at_option(errors: Vec<Note>) -> Vec<Note> {
+    let at = |note: Note| if note.place.key == "objective" { of_option(note) } else { note };
+    errors.into_iter().map(at).collect()
 }
 
 fn options(args: &AdviseArgs) -> Options {

@@ -24,17 +24,17 @@ Examples:
 Exit codes: 0 passes, 1 fails, 2 a file or the command line is wrong, 3 an internal error.
 The format of the output never changes the exit code.";
 
-/// Tell whether jobs shake the arm that runs them, where, and by what.
+/// Predict whether jobs excite resonances of the arm that runs them, where, and by what.
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct CheckArgs {
     /// Job files.
     #[arg(value_name = "JOB", required = true)]
     jobs: Vec<PathBuf>,
-    /// What to write.
+    /// Output format.
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
-    /// Write to this file, whole or not at all, instead of standard output (`-`).
+    /// Write to this file instead of standard output (`-`); a run that fails leaves it unchanged.
     #[arg(long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// The mildest verdict that fails (exit code 1).
@@ -44,9 +44,9 @@ pub(super) struct CheckArgs {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Format {
-    /// For people.
+    /// Readable text.
     Text,
-    /// For programs; `detune schema check` describes it.
+    /// JSON; `detune schema check` describes it.
     Json,
     /// SARIF 2.1.0, for code scanners and editors.
     Sarif,
@@ -58,11 +58,11 @@ enum Format {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum FailOn {
-    /// A line lies inside a mode's band.
+    /// An excitation line lies inside a mode's band.
     Resonance,
-    /// A line comes so near a mode that the model cannot tell.
+    /// An excitation line lies outside a mode's band, but within the model's uncertainty.
     Uncertain,
-    /// Nothing fails.
+    /// No verdict fails.
     Never,
 }
 

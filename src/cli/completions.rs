@@ -14,7 +14,7 @@ use super::{Cli, Failure, Outcome};
     after_help = "Example:\n  detune completions bash > ~/.local/share/bash-completion/completions/detune"
 )]
 pub(super) struct CompletionsArgs {
-    /// Which shell.
+    /// The shell.
     #[arg(value_enum)]
     shell: Shell,
 }

@@ -19,7 +19,7 @@ use crate::units::date;
 /// Steps of the progress bar.
 const STEPS: u64 = 100;
 
-/// Find what the model gets wrong and why, with the evidence, and what to measure next.
+/// Find what is wrong in a robot model, with the evidence, and what to measure next.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  \
     detune diagnose robots/two-link robots/two-link/measured.csv\n  \
@@ -29,30 +29,31 @@ const STEPS: u64 = 100;
 pub(super) struct DiagnoseArgs {
     /// A robot.yaml, or the folder that holds one.
     robot: PathBuf,
-    /// Table of measured modes, one row a pose.
+    /// Table of measured natural frequencies, one row per pose.
     #[arg(value_name = "MEASURED.csv")]
     measured: PathBuf,
-    /// What to write.
+    /// Output format.
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
-    /// Write to this file, whole or not at all, instead of standard output (`-`).
+    /// Write to this file instead of standard output (`-`); a run that fails leaves it unchanged.
     #[arg(long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Write the robot's file with the findings as corrections, and the calibration.
     #[arg(long, value_name = "ROBOT2.yaml")]
     write: Option<PathBuf>,
-    /// Of the folds and resamples: the same seed gives the same bytes, on the same kind of machine.
+    /// Seed of cross-validation and resampling: the same seed gives the same output on the same kind
+    /// of machine.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Format {
-    /// For people.
+    /// Readable text.
     Text,
-    /// For programs; `detune schema diagnosis` describes it.
+    /// JSON; `detune schema diagnosis` describes it.
     Json,
-    /// A page with plots.
+    /// HTML page with plots.
     Html,
 }
 

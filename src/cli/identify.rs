@@ -16,8 +16,8 @@ use crate::study::Read;
 use crate::study::identify::{identify, read};
 
 const AFTER_HELP: &str = "\
-A session names files of raw data (CSV with a header, UFF 58 as text or binary, WAV) with the pose
-of each; `detune schema session` lists its keys.
+A session names files of raw data (CSV with a header, UFF 58 as text or binary, WAV) with the \
+pose of each; `detune schema session` lists its keys.
 
 Examples:
   detune identify session.yaml
@@ -26,20 +26,20 @@ Examples:
 
 A record without modes gets a warning, which does not change the exit code.";
 
-/// Find natural frequencies, damping and mode shapes in raw records of vibration.
+/// Find natural frequencies, damping and mode shapes in vibration records.
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct IdentifyArgs {
-    /// The session.
+    /// Session file: the records and their poses.
     #[arg(value_name = "SESSION.yaml")]
     session: PathBuf,
     /// Output format.
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
-    /// Write to this file, whole or not at all, instead of standard output (`-`).
+    /// Write to this file instead of standard output (`-`); a run that fails leaves it unchanged.
     #[arg(long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Also write the table of modes that `detune diagnose` reads, whole or not at all.
+    /// Also write the table of modes that `detune diagnose` reads to this file.
     #[arg(long, value_name = "MEASURED.csv")]
     write: Option<PathBuf>,
 }

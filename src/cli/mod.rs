@@ -156,6 +156,15 @@ fn show_warnings(warnings: &[Note]) {
     }
 }
 
+/// A fault of a request at the option that asked for it: the key of the request is its name.
+fn of_option(mut fault: Note) -> Note {
+    match std::mem::take(&mut fault.place.key) {
+        "" => {}
+        key => fault.what = format!("--{key}: {}", fault.what),
+    }
+    fault
+}
+
 /// A folder stands for the robot.yaml in it.
 fn robot_file(path: &Path) -> PathBuf {
     if path.is_dir() { path.join("robot.yaml") } else { path.to_owned() }
@@ -190,7 +199,7 @@ fn exit_code(ended: Result<Outcome, Failure>, wrote: bool, err: &mut dyn Write) 
     code
 }
 
-/// One line a fault, each told once, and what to do next; `wrote` where some of the output is out
+/// One line per fault, each once, and what to do next; `wrote` where some of the output is out
 /// already.
 fn error_lines(faults: &[Note], wrote: bool) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
@@ -218,13 +227,13 @@ fn one_line(text: &str) -> String {
 fn guarded(work: impl FnOnce() -> Result<Outcome, Failure>) -> Result<Outcome, Failure> {
     static FIRST_PANIC: Mutex<Option<String>> = Mutex::new(None);
     panic::set_hook(Box::new(|info| {
-        let told = message(info.payload());
+        let what = message(info.payload());
         let place =
             info.location().map_or(String::new(), |at| format!(" ({}:{})", at.file(), at.line()));
         FIRST_PANIC
             .lock()
             .unwrap_or_else(PoisonError::into_inner)
-            .get_or_insert(format!("{told}{place}"));
+            .get_or_insert(format!("{what}{place}"));
     }));
     let ended = panic::catch_unwind(AssertUnwindSafe(work));
     drop(panic::take_hook());
@@ -250,7 +259,7 @@ mod tests {
     use super::*;
     use crate::notes::{Code, Place};
 
-    fn told(ended: Result<Outcome, Failure>) -> (u8, String) {
+    fn reported(ended: Result<Outcome, Failure>) -> (u8, String) {
         let mut err = Vec::new();
         let code = exit_code(ended, false, &mut err);
         (code, String::from_utf8(err).unwrap())
@@ -265,23 +274,23 @@ mod tests {
     fn outcomes_have_their_exit_codes() {
         let closed = io::Error::from(io::ErrorKind::BrokenPipe);
         let full = io::Error::from(io::ErrorKind::StorageFull);
-        assert_eq!(told(Ok(Outcome::Pass)), (0, String::new()));
-        assert_eq!(told(Ok(Outcome::Fail)), (1, String::new()));
-        assert_eq!(told(Err(Failure::Output(closed))), (0, String::new()));
-        assert_eq!(told(Err(Failure::Output(full))).0, 2);
-        assert_eq!(told(Err(Failure::Input(Vec::new()))).0, 2);
+        assert_eq!(reported(Ok(Outcome::Pass)), (0, String::new()));
+        assert_eq!(reported(Ok(Outcome::Fail)), (1, String::new()));
+        assert_eq!(reported(Err(Failure::Output(closed))), (0, String::new()));
+        assert_eq!(reported(Err(Failure::Output(full))).0, 2);
+        assert_eq!(reported(Err(Failure::Input(Vec::new()))).0, 2);
         assert_eq!(
-            told(Err(Failure::Internal("two\n lines".into()))),
+            reported(Err(Failure::Internal("two\n lines".into()))),
             (3, "internal error in detune, please report it: two lines\n".into())
         );
     }
 
     #[test]
-    fn each_fault_is_told_once() {
+    fn each_fault_is_reported_once() {
         let fault =
             |line: Option<usize>| Note::error(Code::Value, Place::line("a.yaml", line), "bad");
         let (code, text) =
-            told(Err(Failure::Input(vec![fault(Some(3)), fault(None), fault(Some(3))])));
+            reported(Err(Failure::Input(vec![fault(Some(3)), fault(None), fault(Some(3))])));
         assert_eq!(code, 2);
         assert_eq!(
             text,
@@ -293,16 +302,16 @@ mod tests {
     /// One test for all panics: the hook is the process's.
     #[test]
     fn a_panic_on_any_thread_is_a_fault_of_the_program() {
-        let (code, text) = told(guarded(|| panic!("out of {}", "range")));
+        let (code, text) = reported(guarded(|| panic!("out of {}", "range")));
         assert_eq!(code, 3);
         assert!(text.contains("out of range (src/cli/mod.rs:"), "{text}");
         assert_eq!(text.lines().count(), 1);
-        let (code, text) = told(guarded(|| {
+        let (code, text) = reported(guarded(|| {
             (0..8).into_par_iter().for_each(|i| assert!(i != 5, "five"));
             Ok(Outcome::Pass)
         }));
         assert_eq!(code, 3);
         assert!(text.contains("five"), "{text}");
-        assert_eq!(told(guarded(|| Ok(Outcome::Fail))).0, 1);
+        assert_eq!(reported(guarded(|| Ok(Outcome::Fail))).0, 1);
     }
 }

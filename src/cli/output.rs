@@ -299,9 +299,9 @@ mod tests {
     #[test]
     fn places_that_cannot_be_written_are_told_before_the_work() {
         let folder = tempfile::tempdir().unwrap();
-        let told = |path: &Path| Sink::open(Some(path)).unwrap_err().remove(0).what;
-        assert_eq!(told(folder.path()), "is a folder, must be a file to write");
-        let what = told(&folder.path().join("missing/out.json"));
+        let reported = |path: &Path| Sink::open(Some(path)).unwrap_err().remove(0).what;
+        assert_eq!(reported(folder.path()), "is a folder, must be a file to write");
+        let what = reported(&folder.path().join("missing/out.json"));
         assert!(what.starts_with("folder '") && what.ends_with("does not exist; create it first"));
         for name in ["-", "/dev/stdout"] {
             assert!(Sink::open(Some(Path::new(name))).unwrap().is_standard());

@@ -6,6 +6,7 @@ use clap::{Args, ValueEnum};
 
 use super::output::Sink;
 use super::{Failure, Outcome};
+use crate::notes::Note;
 use crate::report;
 use crate::study::input_schema;
 
@@ -19,7 +20,7 @@ against the schema written by
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct SchemaArgs {
-    /// Of what.
+    /// The file or output to describe.
     #[arg(value_enum)]
     of: Subject,
 }
@@ -40,6 +41,10 @@ enum Subject {
     Identification,
     /// The output of `diagnose --format json`
     Diagnosis,
+    #[value(hide = true)]
+    Map,
+    #[value(hide = true)]
+    Stiffness,
 }
 
 /// Writes one schema.
@@ -52,7 +57,18 @@ pub(super) fn run(args: &SchemaArgs, out: &mut dyn Write) -> Result<Outcome, Fai
         Subject::Advice => report::schema::advice(),
         Subject::Identification => report::schema::identification(),
         Subject::Diagnosis => report::schema::diagnosis(),
+        Subject::Map => return Err(no_schema("map")),
+        Subject::Stiffness => return Err(no_schema("stiffness")),
     };
     Sink::Standard.write(&format!("{schema:#}\n"), out)?;
     Ok(Outcome::Pass)
+}
+
+fn no_schema(verb: &str) -> Failure {
+    let all = Subject::value_variants().iter().filter_map(ValueEnum::to_possible_value);
+    let described: Vec<String> =
+        all.filter(|value| !value.is_hide_set()).map(|v| v.get_name().to_owned()).collect();
+    let what =
+        format!("the output of {verb} has no schema; there is one of {}", described.join(", "));
+    vec![Note::usage(what)].into()
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::{Failure, Outcome, show_warnings};
+use super::{Failure, Outcome, of_option, show_warnings};
 use crate::notes::{Note, Place};
 use crate::report::stiffness::{stiffness_json, stiffness_text};
 use crate::study::Read;
@@ -54,12 +54,14 @@ pub(super) fn run(args: &StiffnessArgs, out: &mut dyn Write) -> Result<Outcome, 
     Ok(Outcome::Pass)
 }
 
-/// An error with the file that its line is in.
+/// An error with the file that its line is in, or the option at fault.
 fn at(args: &StiffnessArgs, mut note: Note) -> Note {
     if note.place.line.is_some() {
         note.place = Place { file: Some(args.loads.clone()), ..note.place };
+        note
+    } else {
+        of_option(note)
     }
-    note
 }
 
 #[cfg(test)]
@@ -122,6 +124,6 @@ mod tests {
         );
         assert!(faults[1].starts_with("4: joint 'b': all angles"), "{faults:?}");
         let faults = stiffness(table, Format::Text, 100.0).unwrap_err();
-        assert_eq!(faults, ["--confidence is 100, must lie between 0 and 100 %"]);
+        assert_eq!(faults, ["--confidence: the confidence is 100 %, must lie between 0 and 100 %"]);
     }
 }

@@ -7,9 +7,6 @@ use super::candidate::Candidate;
 use super::hypothesis::Hypothesis;
 use super::problem::{Evaluation, Problem};
 
-/// Rounds of a fit.
-const MAX_ROUNDS: usize = 25;
-
 /// Rounds after which one of several starts is chosen.
 const FIRST_ROUNDS: usize = 4;
 
@@ -131,9 +128,9 @@ impl Problem<'_> {
         self.optimise_to(start, MIN_GAIN)
     }
 
-    /// The same until a step promises to gain less than `min_gain` of ln likelihood.
+    /// The same until the predicted gain of a step is below `min_gain` of ln likelihood.
     pub(super) fn optimise_to<'c>(&self, start: Hypothesis<'c>, min_gain: f64) -> Option<Fit<'c>> {
-        self.levenberg_marquardt(start, MAX_ROUNDS, min_gain)
+        self.levenberg_marquardt(start, 25, min_gain)
     }
 
     fn levenberg_marquardt<'c>(
@@ -153,14 +150,14 @@ impl Problem<'_> {
             for _ in 0..8 {
                 let next = step(&hypothesis, &inner, &information, &gradient, damping);
                 let moved = DVector::from_vec(next.inner()) - DVector::from_column_slice(&inner);
-                let promised = gradient.dot(&moved) - 0.5 * moved.dot(&(&information * &moved));
+                let predicted = gradient.dot(&moved) - 0.5 * moved.dot(&(&information * &moved));
                 // Also where nothing can move.
-                if promised.is_nan() || promised <= min_gain {
+                if predicted.is_nan() || predicted <= min_gain {
                     break 'rounds;
                 }
                 match self.evaluate(&next, true) {
                     Some(better) if better.score > evaluation.score => {
-                        let kept = (better.score - evaluation.score) / promised;
+                        let kept = (better.score - evaluation.score) / predicted;
                         damping *= (1.0 - (2.0 * kept - 1.0).powi(3)).max(MIN_DAMPING_RATIO);
                         damping = damping.max(1e-9);
                         growth = 2.0;

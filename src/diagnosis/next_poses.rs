@@ -26,9 +26,6 @@ const MIN_ADDED: f64 = 2.0;
 /// Poses closer than this in every joint are the same, rad or m.
 const SAME_POSE: f64 = 0.15;
 
-/// Most poses that are suggested for one pair.
-const MAX_POSES: usize = 6;
-
 /// Poses that separate `finding` from `alternative`, which is `behind` it by this much of BIC, best
 /// first; empty if none does, and `None` if nothing is known of the parameters.
 pub(super) fn poses_between(
@@ -66,7 +63,7 @@ pub(super) fn poses_between(
     let mut belief = Belief::new(covariance_a, covariance_b);
     let mut chosen: Vec<(Vec<f64>, f64)> = Vec::new();
     let mut total = 0.0;
-    while chosen.len() < MAX_POSES && total < SEPARATED + behind {
+    while chosen.len() < 6 && total < SEPARATED + behind {
         // The same pose twice says little more.
         let is_near = |q: &[f64]| chosen.iter().any(|(other, _)| farthest(q, other) < SAME_POSE);
         let best = poses

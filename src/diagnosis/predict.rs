@@ -84,8 +84,8 @@ pub(super) fn predict(
     Some(rows)
 }
 
-/// `frequency` folded about half the sampling rate.
-pub(super) fn folded(frequency_hz: f64, sample_rate_hz: f64) -> f64 {
+/// Where a frequency shows at a sampling rate: folded about half of it.
+pub(super) fn alias(frequency_hz: f64, sample_rate_hz: f64) -> f64 {
     (frequency_hz - sample_rate_hz * (frequency_hz / sample_rate_hz).round()).abs()
 }
 

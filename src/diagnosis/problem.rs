@@ -5,7 +5,7 @@ use super::candidate::Candidate;
 use super::data::Data;
 use super::hypothesis::Hypothesis;
 use super::likelihood::{MIN_NOISE, Noise, noise};
-use super::predict::{Frequency, folded, predict};
+use super::predict::{Frequency, alias, predict};
 use crate::model::{Cause, Description};
 
 /// Scale of the noise with which missed modes are first separated from seen ones.
@@ -56,7 +56,7 @@ impl<'p> Problem<'p> {
         score.is_finite().then_some(Evaluation { residuals, slopes, noise, score })
     }
 
-    /// Frequencies as the instrument shows them: folded where it folds.
+    /// Frequencies as the instrument shows them: aliased where they are.
     fn seen(
         &self,
         hypothesis: &Hypothesis<'_>,
@@ -78,7 +78,7 @@ impl<'p> Problem<'p> {
                 if true_hz <= 0.5 * rate {
                     continue;
                 }
-                let seen_hz = folded(true_hz, rate).max(1e-3);
+                let seen_hz = alias(true_hz, rate).max(1e-3);
                 let turns = (true_hz / rate).round();
                 let sign = if true_hz >= turns * rate { 1.0 } else { -1.0 };
                 for slope in &mut frequency.slope {

@@ -84,7 +84,7 @@ impl Screen {
         let before = &parent.evaluation;
         let cost = 0.5 * candidate.parameters.len() as f64;
         if candidate.cause.is_of_the_instrument() {
-            // Folding and missing are no small changes, and there are few of them.
+            // Aliased and missed modes are no small changes, and there are few of them.
             let mut hypothesis = parent.hypothesis.clone();
             let best = candidate.starts().into_iter().filter_map(|inner| {
                 hypothesis.effects.truncate(parent.hypothesis.effects.len());

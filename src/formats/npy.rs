@@ -206,7 +206,7 @@ impl<R: Read> Rows<R> {
             if read < wanted {
                 let whole = self.done + if is_by_column { 0 } else { read / (columns * size) };
                 return Err(format!(
-                    "is cut off: its header promises {all} rows, and it ends within row {}",
+                    "is cut off: its header states {all} rows, but it ends within row {}",
                     whole + 1
                 ));
             }

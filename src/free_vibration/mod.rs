@@ -23,7 +23,7 @@ use equation::Equation;
 use integrator::{Integrator, Stop};
 
 /// Samples in a period of the highest mode. The integrator steps about as densely on its own, and
-/// up to the fourth harmonic of that mode nothing folds.
+/// up to the fourth harmonic of that mode nothing is aliased.
 const SAMPLES_PER_SHORTEST_PERIOD: f64 = 8.0;
 
 /// Least length of an automatic record, in periods of the lowest mode: a thousandth of a bin is
@@ -148,7 +148,8 @@ pub struct Measurement {
     pub energy_drift: f64,
     /// Modes above half the sampling rate, and where a record without an anti-alias filter shows
     /// them.
-    pub folded: Vec<Folded>,
+    #[serde(rename = "folded")]
+    pub aliased: Vec<Aliased>,
     /// Peaks that may not be modes but harmonics or combination tones of a large vibration,
     /// ascending in mode.
     #[serde(rename = "doubtful")]
@@ -161,7 +162,7 @@ pub struct Measurement {
 
 /// A mode that the sampling rate is too low for.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Folded {
+pub struct Aliased {
     /// Which mode, counted from 0.
     #[serde(serialize_with = "written::from_one")]
     pub mode: usize,
@@ -290,7 +291,7 @@ pub fn respond(
 ///
 /// With [`Sampling::Fixed`] the vibration is sampled at a multiple of the rate that shows every
 /// mode where it is; peaks above half the rate are then left out and named in
-/// [`Measurement::folded`], and never taken for modes at the place where they fold to.
+/// [`Measurement::aliased`], and never taken for modes at the place where they fold to.
 ///
 /// Error of a frequency: less than 1/1000 of a bin 1/T where modes stand eight bins from each other
 /// and from zero, in an automatic record less than 2e-5 of the lowest frequency.
@@ -318,13 +319,13 @@ pub fn measure(robot: &Robot, q: &[f64], settings: &Settings) -> Result<Measurem
     let taken = assign(&found.peaks_hz, &linear_hz);
     let doubts = doubts(&taken, &linear_hz, found.runner_up_share > RIVAL_SHARE);
     let mut frequencies_hz = vec![None; linear_hz.len()];
-    let mut folded = Vec::new();
+    let mut aliased = Vec::new();
     for (mode, peak) in taken {
         if peak < record.highest_seen_hz {
             frequencies_hz[mode] = Some(peak);
         } else {
-            let seen_at_hz = fold(peak, 2.0 * record.highest_seen_hz);
-            folded.push(Folded { mode, frequency_hz: peak, seen_at_hz });
+            let seen_at_hz = alias(peak, 2.0 * record.highest_seen_hz);
+            aliased.push(Aliased { mode, frequency_hz: peak, seen_at_hz });
         }
     }
     let mut spectrum = spectrum(&response.deflections, rate);
@@ -340,7 +341,7 @@ pub fn measure(robot: &Robot, q: &[f64], settings: &Settings) -> Result<Measurem
         linear_hz,
         departures,
         energy_drift,
-        folded,
+        aliased,
         doubts,
         spectrum,
     })
@@ -415,7 +416,7 @@ fn runs_away() -> Note {
 }
 
 /// Where a tone shows at a sampling rate too low for it.
-fn fold(frequency_hz: f64, sample_rate_hz: f64) -> f64 {
+fn alias(frequency_hz: f64, sample_rate_hz: f64) -> f64 {
     let turns = frequency_hz / sample_rate_hz;
     (turns - turns.round()).abs() * sample_rate_hz
 }
@@ -480,7 +481,7 @@ mod tests {
     fn a_tone_folds_about_half_the_rate() {
         for (tone, seen) in [(30.0, 30.0), (84.0, 56.0), (140.0, 0.0), (150.0, 10.0), (413.0, 7.0)]
         {
-            assert!((fold(tone, 140.0) - seen).abs() < 1e-12);
+            assert!((alias(tone, 140.0) - seen).abs() < 1e-12);
         }
     }
 

@@ -395,7 +395,7 @@ fn lines(
     notes: &mut Notes,
 ) -> Range<usize> {
     let bin_hz = rate_hz / samples as f64;
-    // Above it, filters and folding dominate.
+    // Above it, filters and aliasing dominate.
     let last = (0.97 * 0.5 * samples as f64).floor() as usize;
     let from = ((low_hz / bin_hz).ceil() as usize).max(FIRST_LINE).min(last + 1);
     let to = ((high_hz / bin_hz).floor() as usize).min(last);

@@ -18,8 +18,8 @@ pub(super) fn check_channel(channel: &Channel, is_force: bool, notes: &mut Notes
     // A force has but a few samples in each pulse.
     if !is_force && steps < 24.0 {
         let what = format!(
-            "moves in {steps:.0} steps from end to end; rounding adds noise, and clipping cannot \
-             be detected; use a finer range or hit harder"
+            "moves in {steps:.0} steps from end to end; quantisation adds noise, and clipping \
+             cannot be detected; use a finer range or hit harder"
         );
         notes.channel_warning(Code::CoarseSteps, &channel.name, what);
         return true;

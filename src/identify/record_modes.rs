@@ -110,7 +110,7 @@ fn is_mode(pole: &PoleEstimate, notes: &mut Notes) -> bool {
     }
     if let Some(drift) = pole.drift {
         let what = format!(
-            "the mode at {hz:.3} Hz depends on amplitude: where the arm swings most its frequency \
+            "the mode at {hz:.3} Hz depends on amplitude: at its largest amplitude its frequency \
              is {:.2} % {}; the frequency given is that of small amplitudes, its standard \
              deviation includes the extrapolation; hit less hard to reduce the effect",
             percent_from_ratio(drift.abs()),
@@ -209,8 +209,8 @@ fn warn_of_rounding(prepared: &Prepared, found: &Estimate, notes: &mut Notes) {
         });
         // Less rounding than this is that of the digits of a file.
         if 2 * rounded > noise.len() && least.sqrt() > 1e-5 * strongest && !is_known {
-            let what = "its steps are coarser than its noise: rounding hides weaker signals; use a \
-                        finer range or hit harder";
+            let what = "its steps are coarser than its noise: quantisation hides weaker signals; \
+                        use a finer range or hit harder";
             notes.channel_warning(Code::CoarseSteps, &response.name, what);
         }
     }

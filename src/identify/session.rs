@@ -119,7 +119,7 @@ pub fn identify_session(session: &Session, progress: Progress<'_>) -> Identified
     let mut notes = Vec::new();
     let poses: Vec<PoseModes> =
         groups.iter().map(|group| pose_modes(session, &records, group, &mut notes)).collect();
-    folded_between_rates(&poses, &mut notes);
+    aliases_between_rates(&poses, &mut notes);
     mode_counts_differ(&poses, &mut notes);
     IdentifiedSession {
         poses,
@@ -251,22 +251,22 @@ fn merged(values: &[(f64, f64)]) -> (f64, f64, f64) {
     (mean, sum.recip().sqrt() * ratio.max(1.0), ratio)
 }
 
-/// Poses that were recorded at two rates show which frequencies are folded.
-fn folded_between_rates(poses: &[PoseModes], notes: &mut Vec<Note>) {
+/// Poses that were recorded at two rates show which frequencies are aliased.
+fn aliases_between_rates(poses: &[PoseModes], notes: &mut Vec<Note>) {
     for slow in poses {
         for fast in poses.iter().filter(|p| p.pose == slow.pose && p.conditions == slow.conditions)
         {
             if let (Some(rate), Some(fast_rate)) = (slow.sample_rate_hz, fast.sample_rate_hz)
                 && rate < fast_rate * (1.0 - SAME_RATE)
             {
-                folded_between((slow, rate), (fast, fast_rate), notes);
+                alias_between((slow, rate), (fast, fast_rate), notes);
             }
         }
     }
 }
 
-/// Modes that only the record at the lower rate has, and whose image the other has.
-fn folded_between(
+/// Modes that only the record at the lower rate has, and of whose aliases the other has one.
+fn alias_between(
     (slow, rate): (&PoseModes, f64),
     (fast, fast_rate): (&PoseModes, f64),
     notes: &mut Vec<Note>,
@@ -282,8 +282,8 @@ fn folded_between(
         let within = images.filter(|image| *image < 0.5 * fast_rate);
         for image in within.filter(|image| has(fast, *image) && !has(slow, *image)) {
             let what = format!(
-                "{:.3} Hz at {rate} samples/s is {image:.3} Hz folded, as {fast_rate} samples/s \
-                 show at the same pose",
+                "{:.3} Hz at {rate} samples/s is an alias of {image:.3} Hz, which {fast_rate} \
+                 samples/s show at the same pose",
                 mode.frequency_hz
             );
             notes.push(Note::warning(Code::MayBeFolded, Place::default(), what));

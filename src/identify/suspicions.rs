@@ -27,7 +27,7 @@ pub(super) fn check(
             coherence(prepared, mode, notes);
             force(prepared, mode, notes);
         }
-        folded(prepared, mode, notes);
+        near_half_the_rate(prepared, mode, notes);
     }
 }
 
@@ -51,7 +51,7 @@ impl Harmonics {
         Self { base_hz: hz_from_rpm(rpm), count: 10, tolerance: 5e-3, code: Code::Spindle }
     }
 
-    /// The harmonic at which a mode lies, and whether it is folded about half the sampling rate.
+    /// The harmonic at which a mode lies, and whether it is an alias of it.
     fn at(&self, mode: &Mode, nyquist_hz: Option<f64>) -> Option<(u32, bool)> {
         (1..=self.count).find_map(|order| {
             let true_hz = f64::from(order) * self.base_hz;
@@ -82,7 +82,7 @@ fn tones(
     }
     let mains = mains_hz.iter().map(|&hz| Harmonics::of_mains(hz));
     for source in mains.chain(record.spindle_rpm.map(Harmonics::of_spindle)) {
-        if let Some((order, is_folded)) = source.at(mode, prepared.nyquist_hz) {
+        if let Some((order, is_alias)) = source.at(mode, prepared.nyquist_hz) {
             let what = format!(
                 "{:.3} Hz has almost no damping ({:.5}) and lies at {order} times the {} frequency \
                  of {:.3} Hz{}: probably no mode of the arm; left out of the table",
@@ -90,7 +90,7 @@ fn tones(
                 mode.damping_ratio,
                 if source.code == Code::Mains { "mains" } else { "spindle" },
                 source.base_hz,
-                if is_folded { ", folded about half the sampling rate" } else { "" }
+                if is_alias { ", aliased" } else { "" }
             );
             notes.warning(source.code, None, what);
             mode.suspicion = Some(source.code);
@@ -223,12 +223,12 @@ fn force(prepared: &Prepared, mode: &Mode, notes: &mut Notes) {
     }
 }
 
-fn folded(prepared: &Prepared, mode: &Mode, notes: &mut Notes) {
+fn near_half_the_rate(prepared: &Prepared, mode: &Mode, notes: &mut Notes) {
     let Some(nyquist) = prepared.nyquist_hz else { return };
     if mode.suspicion.is_none() && mode.frequency_hz > 0.75 * nyquist {
         let what = format!(
             "{:.3} Hz lies near half the sampling rate ({nyquist:.1} Hz): without an anti-aliasing \
-             filter it may be {:.3} Hz folded; record once more at another rate to see which",
+             filter it may be an alias of {:.3} Hz; record once more at another sampling rate",
             mode.frequency_hz,
             2.0 * nyquist - mode.frequency_hz
         );

@@ -156,7 +156,7 @@ mod tests {
 
     #[test]
     fn every_fault_is_told() {
-        for (text, told) in [
+        for (text, expected) in [
             (
                 "moment,angle_rad,angle_deg\n",
                 vec!["t.csv:1: no column 'moment_nm'", "t.csv:1: has several"],
@@ -173,9 +173,9 @@ mod tests {
             ),
         ] {
             let notes = read(text).unwrap_err();
-            assert_eq!(notes.len(), told.len(), "{notes:?}");
-            for (fault, told) in notes.iter().zip(told) {
-                assert!(fault.starts_with(told), "{fault}");
+            assert_eq!(notes.len(), expected.len(), "{notes:?}");
+            for (fault, expected) in notes.iter().zip(expected) {
+                assert!(fault.starts_with(expected), "{fault}");
             }
         }
     }

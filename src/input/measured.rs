@@ -415,7 +415,7 @@ mod tests {
 
     #[test]
     fn every_fault_is_told_with_its_line() {
-        for (text, told) in [
+        for (text, expected) in [
             ("joint_1_rad,f1_hz\n", vec!["m.csv:1: no column 'joint_2_rad'"]),
             ("joint_1_rad,joint_2_rad\n", vec!["m.csv:1: no column 'f1_hz'"]),
             ("joint_1_rad,joint_2_rad,f1_hz,f3_hz\n", vec!["m.csv:1: no column 'f2_hz'"]),
@@ -433,9 +433,9 @@ mod tests {
             ("joint_1_rad,joint_2_rad,f1_hz\n1,1\n", vec!["m.csv:2: has 2 cells, must have 3"]),
         ] {
             let notes = read(text).unwrap_err();
-            assert_eq!(notes.len(), told.len(), "{notes:?}");
-            for (fault, told) in notes.iter().zip(told) {
-                assert!(fault.starts_with(told), "{fault}");
+            assert_eq!(notes.len(), expected.len(), "{notes:?}");
+            for (fault, expected) in notes.iter().zip(expected) {
+                assert!(fault.starts_with(expected), "{fault}");
             }
         }
     }

@@ -548,8 +548,8 @@ pub(super) mod tests {
                 line(&urdf, "iyy=\"3.0\"")
             ),
         ];
-        for told in &expected {
-            assert!(notes.contains(told), "{told}\nnot in\n{}", notes.join("\n"));
+        for part in &expected {
+            assert!(notes.contains(part), "{part}\nnot in\n{}", notes.join("\n"));
         }
         let axes = notes.iter().filter(|fault| fault.contains("<axis> xyz is \"0 y 0\"")).count();
         assert_eq!((axes, notes.len()), (2, 6), "{}", notes.join("\n"));

@@ -27,9 +27,6 @@ const OCTAVE_BITS: u32 = 14;
 /// Bits of a double below those that number the bin.
 const BELOW_BIN: u32 = f64::MANTISSA_DIGITS - 1 - OCTAVE_BITS;
 
-/// Bins of the histogram that is shown.
-const MAX_BINS: usize = 48;
-
 /// Statistics of a reduced map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Statistic {
@@ -284,11 +281,12 @@ impl Bins {
         f64::INFINITY
     }
 
-    /// Bands of as many bins each, a power of two, so that the bands' ends are ends of bins.
+    /// Up to 48 bands of as many bins each, a power of two, so that the bands' ends are ends of
+    /// bins.
     fn histogram(&self, min: f64, max: f64) -> Vec<Bin> {
         let (low, high) = (bin_of(min), bin_of(max));
         let mut shift = 0;
-        while (high >> shift) - (low >> shift) >= MAX_BINS {
+        while (high >> shift) - (low >> shift) >= 48 {
             shift += 1;
         }
         let first = low >> shift;

@@ -31,7 +31,7 @@ pub enum Cause {
     TemperatureDrift,
     /// The geometric stiffness of gravity was left out.
     GravityStiffness,
-    /// A frequency is folded about half the sampling rate.
+    /// A frequency is aliased.
     AliasedMode,
     /// At some poses a mode was not seen and the next one took its column.
     MissedMode,

@@ -110,7 +110,7 @@ codes! {
     DoubleHit = "double_hit",
     /// A channel ran into its limit.
     Clipping = "clipping",
-    /// A channel moves in few steps.
+    /// A channel is quantised in few steps.
     CoarseSteps = "coarse_steps",
     /// A channel does not move.
     DeadChannel = "dead_channel",
@@ -128,7 +128,7 @@ codes! {
     WeakForce = "weak_force",
     /// The record is shorter than a mode needs.
     ShortRecord = "short_record",
-    /// The frequency may be folded about half the sampling rate.
+    /// The frequency may be aliased.
     MayBeFolded = "may_be_folded",
     /// A mode looks like a harmonic of the mains.
     Mains = "mains",

@@ -58,48 +58,42 @@ type Step = Vec<Option<usize>>;
 /// all cores.
 ///
 /// # Errors
-/// The first pose at which the arm has no modes.
+/// A pose at which the arm has no modes.
 pub fn follow(path: &Path, stations: &[f64]) -> Result<Families, Note> {
-    let n = path.robot().coordinates().len();
-    let Some(&first) = stations.first() else { return Ok(Families::default()) };
-    let pairs: Vec<(f64, f64)> = stations.windows(2).map(|pair| (pair[0], pair[1])).collect();
-    let steps: Vec<(Step, Vec<ModeExchange>, ModalPose)> = pairs
-        .par_chunks(64)
-        .map_init(
-            || Follower::new(path),
-            |follower, chunk| {
-                let mut steps = Vec::with_capacity(chunk.len());
-                let (mut here, _) = follower.station(chunk[0].0)?;
-                for &(_, to) in chunk {
-                    let (next, pose) = follower.station(to)?;
-                    let mut exchanges = Vec::new();
-                    let step = follower.step(&here, &next, &mut exchanges)?;
-                    steps.push((step, exchanges, pose));
-                    here = next;
-                }
-                Ok(steps)
-            },
-        )
+    let (looks, poses): (Vec<Look>, Vec<ModalPose>) = stations
+        .par_iter()
+        .with_min_len(64)
+        .map_init(|| Follower::new(path), |follower, &s| follower.station(s))
         .collect::<Result<Vec<_>, Note>>()?
         .into_iter()
-        .flatten()
-        .collect();
+        .unzip();
+    let steps: Vec<(Step, Vec<ModeExchange>)> = looks
+        .par_windows(2)
+        .with_min_len(64)
+        .map_init(
+            || Follower::new(path),
+            |follower, pair| {
+                let mut exchanges = Vec::new();
+                let step = follower.step(&pair[0], &pair[1], &mut exchanges)?;
+                Ok((step, exchanges))
+            },
+        )
+        .collect::<Result<_, Note>>()?;
 
-    let mut families: Vec<Option<usize>> = (0..n).map(Some).collect();
-    let mut of = vec![families.clone()];
+    let n = path.robot().coordinates().len();
+    let mut here: Vec<Option<usize>> = (0..n).map(Some).collect();
+    let mut of: Vec<_> = poses.first().map(|_| here.clone()).into_iter().collect();
     let mut exchanges = Vec::new();
-    let mut poses = vec![Follower::new(path).station(first)?.1];
-    for (step, found, pose) in steps {
+    for (step, found) in steps {
         let mut next = vec![None; n];
         for (r, to) in step.iter().enumerate() {
             if let Some(to) = to {
-                next[*to] = families[r];
+                next[*to] = here[r];
             }
         }
         of.push(next.clone());
-        families = next;
         exchanges.extend(found);
-        poses.push(pose);
+        here = next;
     }
     Ok(Families { of, exchanges, poses })
 }
@@ -110,8 +104,9 @@ struct Look {
     s: f64,
     modes: Modes,
     mass: DMatrix<f64>,
-    /// Two modes coincide here and beside: their shapes mean nothing, however close one looks.
-    blurred: bool,
+    /// Two frequencies coincide here and beside: their shapes are arbitrary, however close one
+    /// looks.
+    repeated: bool,
 }
 
 struct Follower<'p, 'a> {
@@ -133,29 +128,29 @@ impl<'p, 'a> Follower<'p, 'a> {
             natural_frequencies_hz: look.modes.natural_frequencies_hz.clone(),
             tip_response_m_per_n: self.surveyor.tip_response_m_per_n().to_vec(),
         };
-        Ok((self.unblurred(look)?, pose))
+        Ok((self.distinct(look)?, pose))
     }
 
     /// A place between stations.
     fn look(&mut self, s: f64) -> Result<Look, Note> {
         let look = self.look_at(s)?;
-        self.unblurred(look)
+        self.distinct(look)
     }
 
-    /// The same, or just beside it where two modes coincide.
-    fn unblurred(&mut self, look: Look) -> Result<Look, Note> {
+    /// The same, or just beside it where two frequencies coincide.
+    fn distinct(&mut self, look: Look) -> Result<Look, Note> {
         let s = look.s;
         let beside = if s < 0.5 { MIN_STEP } else { -MIN_STEP };
-        if look.blurred { Ok(Look { s, ..self.look_at(s + beside)? }) } else { Ok(look) }
+        if look.repeated { Ok(Look { s, ..self.look_at(s + beside)? }) } else { Ok(look) }
     }
 
     fn look_at(&mut self, s: f64) -> Result<Look, Note> {
         let modes = self.surveyor.modes(s)?.clone();
-        let blurred = modes
+        let repeated = modes
             .natural_frequencies_hz
             .windows(2)
             .any(|pair| pair[1] - pair[0] < REPEATED * pair[1]);
-        Ok(Look { s, modes, mass: self.surveyor.solver().mass().clone(), blurred })
+        Ok(Look { s, modes, mass: self.surveyor.solver().mass().clone(), repeated })
     }
 
     fn step(
@@ -173,12 +168,12 @@ impl<'p, 'a> Follower<'p, 'a> {
             })
             .collect();
         let in_order = step.iter().enumerate().all(|(r, to)| *to == Some(r));
-        let familiar = self.tracker.least_mac() > MIN_MAC;
-        if in_order && familiar {
+        let similar = self.tracker.least_mac() > MIN_MAC;
+        if in_order && similar {
             return Ok(step);
         }
         let middle = 0.5 * (here.s + next.s);
-        if next.s - here.s > MIN_STEP && !here.blurred && !next.blurred {
+        if next.s - here.s > MIN_STEP && !here.repeated && !next.repeated {
             let between = self.look(middle)?;
             let first = self.step(here, &between, exchanges)?;
             let second = self.step(&between, next, exchanges)?;

@@ -281,7 +281,8 @@ impl<'r> Planner<'r> {
     fn trace(&mut self, next: &Move, curve: Curve) -> Result<(), Refusal> {
         let length = curve.length_m();
         if !(0.0..=MAX_CURVE_M).contains(&length) {
-            let what = format!("is {length:.3e} m long, no arm reaches so far; check the units");
+            let what =
+                format!("is {length:.3e} m long, beyond the reach of any arm; check the units");
             return Err((Code::TooLong, what));
         }
         let mut knots: Vec<(f64, Vec<f64>)> = Vec::new();

@@ -2,13 +2,10 @@
 
 use crate::wording::wrapped;
 
-/// Width of the names before facts, characters.
-const NAME_WIDTH: usize = 8;
-
 /// Appends a fact after its name; what does not fit on the line goes on below the fact's first
 /// word.
 pub(super) fn push_fact(indent: usize, name: &str, fact: &str, text: &mut String) {
-    wrapped(text, &format!("{:indent$}{name:NAME_WIDTH$} ", ""), fact);
+    wrapped(text, &format!("{:indent$}{name:8} ", ""), fact);
 }
 
 #[cfg(test)]

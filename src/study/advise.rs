@@ -230,9 +230,11 @@ fn refuse_unknown_vibration(job: &Job, advice: &[OperationAdvice]) -> Result<(),
         let why = advice.vibration.as_ref().err()?;
         let place = Place {
             part: Some(Part::Operation(operation.name.clone())),
+            key: "objective",
             ..Place::line(&job.file, operation.line)
         };
-        Some(Note::error(Code::MissingKey, place, format!("--objective vibration: {why}")))
+        let what = format!("the vibration of the tool tip is not known: {why}");
+        Some(Note::error(Code::MissingKey, place, what))
     });
     let errors: Vec<Note> = unknown.collect();
     if errors.is_empty() { Ok(()) } else { Err(errors) }

@@ -188,8 +188,7 @@ fn unknown_origin_note(robot: &DescribedRobot, kept: &[FittedCorrection]) -> Opt
 /// What a calibration may claim at best where errors may not be held out: what it claimed before,
 /// or what check assumes of a robot that was never calibrated (half of 10 %).
 fn earlier_heldout_percent(robot: &DescribedRobot) -> f64 {
-    const UNCALIBRATED_PERCENT: f64 = 5.0;
-    robot.calibration.as_ref().map_or(UNCALIBRATED_PERCENT, |old| old.heldout_rms_percent)
+    robot.calibration.as_ref().map_or(5.0, |old| old.heldout_rms_percent)
 }
 
 /// The corrections that were kept and what was found, each with the table that it was fitted to.

@@ -70,8 +70,10 @@ pub fn stiffness(
 ) -> Result<Vec<JointStiffness>, Vec<Note>> {
     let confidence = ratio_from_percent(confidence_percent);
     if !(confidence > 0.0 && confidence < 1.0) {
-        let what = format!("--confidence is {confidence_percent}, must lie between 0 and 100 %");
-        return Err(vec![Note::usage(what)]);
+        let what =
+            format!("the confidence is {confidence_percent} %, must lie between 0 and 100 %");
+        let place = Place { key: "confidence", ..Place::default() };
+        return Err(vec![Note::error(Code::Usage, place, what)]);
     }
     let mut found = Vec::new();
     let mut errors = Vec::new();

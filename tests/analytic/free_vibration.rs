@@ -190,10 +190,10 @@ fn the_papers_acquisition_does_not_see_what_folds() {
     assert_eq!(found.spectrum.amplitudes[0].len(), 351);
     assert!((found.frequencies_hz[0].unwrap() - 25.76).abs() < 0.005);
     assert_eq!(found.frequencies_hz[1], None);
-    assert_eq!(found.folded.len(), 1);
-    assert_eq!(found.folded[0].mode, 1);
-    assert!((found.folded[0].frequency_hz - 84.18).abs() < 0.005);
-    assert!((found.folded[0].seen_at_hz - 55.82).abs() < 0.005);
+    assert_eq!(found.aliased.len(), 1);
+    assert_eq!(found.aliased[0].mode, 1);
+    assert!((found.aliased[0].frequency_hz - 84.18).abs() < 0.005);
+    assert!((found.aliased[0].seen_at_hz - 55.82).abs() < 0.005);
 }
 
 /// Free decay: the envelope of a single excited mode falls as exp(−ζ ω t).

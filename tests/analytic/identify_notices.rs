@@ -191,7 +191,7 @@ fn mains_in_a_hammer_test_are_told_and_bend_nothing() {
 /// A mode at 83 Hz, taken at 140 and at 400 samples/s: it shows at 57 Hz, which is told as possible from one
 /// rate and as certain from two.
 #[test]
-fn folded_frequencies_are_told() {
+fn aliased_frequencies_are_reported() {
     let modes = [TrueMode::new(18.0, 0.02, &[1.0]), TrueMode::new(83.0, 0.01, &[0.5])];
     let taken = |rate: f64, samples| Measurement {
         record: record(
@@ -216,7 +216,7 @@ fn folded_frequencies_are_told() {
     assert_eq!(found.poses.len(), 2);
     let told: Vec<_> = found.warnings.iter().filter(|n| n.code == Code::MayBeFolded).collect();
     assert_eq!(told.len(), 1, "{:?}", found.warnings);
-    assert!(told[0].what.contains(" 82.9") && told[0].what.contains("folded"), "{told:?}");
+    assert!(told[0].what.contains(" 82.9") && told[0].what.contains("alias"), "{told:?}");
 }
 
 /// Records of one pose are merged, others not; a record that disagrees is told.

@@ -287,7 +287,9 @@ fn the_quietest_speed_is_no_louder_than_any_other() {
     let ran = run(bench.path(), &["advise", "jobs/job.yaml", "--objective", "vibration"]);
     assert_eq!(code(&ran), 2);
     assert!(
-        err(&ran).contains("jobs/job.yaml:6: operation 'rough': --objective vibration"),
+        err(&ran).contains(
+            "jobs/job.yaml:6: operation 'rough': --objective: the vibration of the tool tip"
+        ),
         "{}",
         err(&ran)
     );

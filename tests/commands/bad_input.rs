@@ -172,6 +172,7 @@ const ROWS: &[Row] = &[
     row(Job, "min_rpm: 500", "min_rpm: 1.0e308", "min_rpm", &["spindle.min_rpm is 1.0e308, must be a number above 0 and at most 10000000"]),
     row(Job, "spindle_rpm: 1100", "spindle_rpm: 6100", "6100", &["operation 'rough': spindle_rpm is 6100, must lie in the spindle's range 500..6000"]),
     row(Job, "spindle_rpm: 1100", "spindle_rpm: \"1100\"", "\"1100\"", &["spindle_rpm is \"1100\", must be positive and finite; in quotes it is text: write it without them"]),
+    row(Job, "spindle_rpm: 1100", "spindle_rpm: 1100 rpm", "1100 rpm", &["operation 'rough': spindle_rpm is 1100 rpm, must be positive and finite; write a plain number in rpm"]),
     row(Job, "spindle_rpm: 1100", "spindle_rpm: -1100", "-1100", &["operation 'rough': spindle_rpm is -1100, must be positive"]),
     row(Job, "rpm: 1350", "rpm: 13500", "13500", &["operation 'finish': spindle_schedule[1].rpm is 13500, must lie in the spindle's range"]),
     row(Job, "{s: 0.0, rpm: 1200}", "{s: 0.0, rpm: 1200}, {s: 0.0, rpm: 1300}", "1300", &["spindle_schedule[1].s is 0, must be above the one before, 0"]),

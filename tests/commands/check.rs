@@ -265,13 +265,14 @@ fn a_full_disk_is_an_error() {
 #[test]
 fn a_wrong_command_line_exits_with_2_and_help_with_0() {
     let bench = Bench::new();
-    let wrong: [&[&str]; 6] = [
+    let wrong: [&[&str]; 7] = [
         &[],
         &["chek", "clear.yaml"],
         &["check"],
         &["check", "clear.yaml", "--format", "yaml"],
         &["check", "clear.yaml", "--fail-on", "sometimes"],
         &["schema", "advise"],
+        &["schema", "map"],
     ];
     for arguments in wrong {
         let ran = bench.run(arguments);
@@ -279,6 +280,9 @@ fn a_wrong_command_line_exits_with_2_and_help_with_0() {
         assert_eq!(out(&ran), "", "{arguments:?}");
         assert!(!ran.stderr.is_empty());
     }
+    let ran = bench.run(&["schema", "map"]);
+    let expected = "the output of map has no schema; there is one of robot, job, session, check";
+    assert!(err(&ran).contains(expected), "{}", err(&ran));
     for arguments in [&["--help"][..], &["check", "--help"], &["--version"]] {
         let ran = bench.run(arguments);
         assert_eq!(code(&ran), 0, "{arguments:?}");

@@ -108,7 +108,9 @@ fn a_wrong_name_gets_a_suggestion_and_units_must_fit() {
      --amplitude-deg 0",
     );
     assert!(
-        amplitude.contains("--amplitude-deg: is 0, must be above 0 and at most 90"),
+        amplitude.contains(
+            "--amplitude-deg: the amplitude is 0 degrees, must be above 0 and at most 90"
+        ),
         "{amplitude}"
     );
 }

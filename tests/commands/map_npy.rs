@@ -117,7 +117,7 @@ fn faults_of_arrays_are_told() {
         ),
         (
             good[..good.len() - 17].to_vec(),
-            "is cut off: its header promises 3 rows, and it ends within row 2",
+            "is cut off: its header states 3 rows, but it ends within row 2",
         ),
         (good[..40].to_vec(), "ends within its header"),
         (good[..6].to_vec(), "ends within its header"),

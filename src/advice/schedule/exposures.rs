@@ -40,7 +40,7 @@ pub struct Exposure {
     /// What the mode moves the tool tip at resonance where the line is closest.
     #[serde(rename = "tip_response_um_per_n", serialize_with = "written::um")]
     pub tip_response_m_per_n: f64,
-    /// What the cutting force moves the tool tip there; null where the job does not tell enough of
+    /// What the cutting force moves the tool tip there; null where the job does not say enough of
     /// the cut.
     #[serde(rename = "tip_amplitude_um", serialize_with = "written::um")]
     pub tip_amplitude_m: Option<f64>,

@@ -107,13 +107,7 @@ pub(super) fn schedule(task: &Task) -> Result<Result<Schedule, NoSchedule>, Note
             _ => (operation.feed_m_per_s, programmed_s),
         };
         let speed = SpindleSpeed::Schedule(thinned(&best.s, &best.rpm, &limits));
-        let stations = grid(path, speed.corners());
-        let first_look = task.survey.at_stations(path, &stations, &silent)?;
-        let (found, last_look) = crossings_under(job, operation, &speed, path, first_look)?;
-        let is_planned = |crossing: &Crossing| {
-            best.ramps.iter().any(|&[from, to]| crossing.from_s < to && crossing.to_s > from)
-        };
-        if !found.iter().all(is_planned) {
+        let Some((found, last_look)) = checked(task, &speed, &best.ramps)? else {
             // A band was met that was not planned: again, with bulges four times as large.
             if slacks == 6 {
                 return Ok(Err(NoSchedule::Contact));
@@ -121,7 +115,7 @@ pub(super) fn schedule(task: &Task) -> Result<Result<Schedule, NoSchedule>, Note
             (slack, slacks) = (slack * 4.0, slacks + 1);
             cells = look(slack)?;
             continue;
-        }
+        };
         let exposures = exposures(task, &speed, feed_m_per_s, duration_s, found);
         let [low_rpm, high_rpm] = speed.range_rpm();
         let feed_ratio = feed_m_per_s / operation.feed_m_per_s;
@@ -152,6 +146,23 @@ pub(super) fn schedule(task: &Task) -> Result<Result<Schedule, NoSchedule>, Note
             solver: best.end,
         }));
     }
+}
+
+/// The crossings of a schedule, and the survey that shows them; `None` where one of them lies in no
+/// planned ramp.
+fn checked(
+    task: &Task,
+    speed: &SpindleSpeed,
+    ramps: &[[f64; 2]],
+) -> Result<Option<(Vec<Crossing>, Survey)>, Note> {
+    let stations = grid(task.path, speed.corners());
+    let first_look = task.survey.at_stations(task.path, &stations, &silent)?;
+    let (found, last_look) =
+        crossings_under(task.job, task.operation, speed, task.path, first_look)?;
+    let is_planned = |crossing: &Crossing| {
+        ramps.iter().any(|&[from, to]| crossing.from_s < to && crossing.to_s > from)
+    };
+    Ok(found.iter().all(is_planned).then_some((found, last_look)))
 }
 
 /// What becomes of the feed, as far as that does not depend on the speed.

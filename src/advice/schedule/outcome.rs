@@ -31,8 +31,8 @@ pub struct Schedule {
     pub duration_s: f64,
     /// What became of the feed. `mean_chip_load`: it keeps the mean chip load. Otherwise it stays
     /// as programmed: `asked` for; the program has feeds of its own (`own_feeds`); its rapid moves
-    /// (`rapids`) or turns on the spot (`stands_still`) take their time whatever the feed; a slower
-    /// one would draw out the crossing of a band (`crosses`); the duration did not settle
+    /// (`rapids`) or turns on the spot (`stands_still`) take the same time at any feed; a slower
+    /// one would prolong the crossing of a band (`crosses`); the duration did not settle
     /// (`not_settled`).
     #[serde(rename = "feed")]
     pub coupling: Coupling,
@@ -130,9 +130,9 @@ pub enum Coupling {
     Asked,
     /// It stays as programmed because the program has feeds of its own.
     OwnFeeds,
-    /// It stays as programmed because the program's rapid moves take their time whatever the feed.
+    /// It stays as programmed because the time of the program's rapid moves does not depend on it.
     Rapids,
-    /// It stays as programmed because turns on the spot take their time whatever the feed.
+    /// It stays as programmed because the time of turns on the spot does not depend on it.
     StandsStill,
     /// It stays as programmed because a band is crossed, and with the mean chip load kept the feed
     /// would be slower: a spindle that may not be asked too much at the programmed feed would then

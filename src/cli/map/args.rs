@@ -8,16 +8,15 @@ use crate::notes::Note;
 use crate::report::map::MapFormat;
 use crate::study::map::{Positions, Request, Statistic, Unit};
 
-/// Natural frequencies over poses.
+/// Compute natural frequencies over poses.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  \
-    detune map robots/two-link --joint joint_2 --from-deg -130 --to-deg 150 --steps 281\n  \
+    detune map robots/two-link --joint joint_2 --from-deg 10 --to-deg 150 --steps 71\n  \
     detune map robot.yaml --poses poses.csv --format json\n  \
     detune map robot.yaml --poses poses.npy --format npy --output frequencies.npy\n  \
-    detune map robot.yaml --grid joint_2=-60:90:151 --grid joint_3=-90:60:151 --at joint_5=45\n  \
+    detune map robot.yaml --grid joint_2=-60:90:151 --grid joint_3=-90:60:151\n  \
     detune map robot.yaml --random 100000000 --seed 1 --reduce min,max,quantiles\n  \
-    detune map robot.yaml --joint joint_3 --from-deg -90 --to-deg 45 --steps 41 \\\n      \
-    --method nonlinear --amplitude-deg 0.5 --format svg --output map.svg")]
+    detune map robot.yaml --grid joint_3=-90:45:41 --method nonlinear --format svg")]
 #[command(group = clap::ArgGroup::new("source").required(true).args(["joint", "grid", "random", "poses"]))]
 pub(in crate::cli) struct MapArgs {
     /// A robot.yaml, or the folder that holds one.
@@ -61,11 +60,11 @@ pub(in crate::cli) struct MapArgs {
     #[arg(long, value_name = "NAME=DEG", conflicts_with = "poses", value_parser = named_value)]
     pub(super) at: Vec<(String, f64)>,
     /// Poses as CSV, one column `<joint>_rad` or `_deg` (`_m` or `_mm`) per moving joint, or as
-    /// NumPy's .npy, an array of one row a pose and one column per moving joint, rad or m; `-` is
+    /// NumPy's .npy, an array of one row per pose and one column per moving joint, rad or m; `-` is
     /// standard input.
     #[arg(long, value_name = "FILE")]
     pub(super) poses: Option<PathBuf>,
-    /// Eigenvalues, or spectra of a large free vibration.
+    /// Eigenvalues, or the spectrum of a large free vibration.
     #[arg(long, value_enum, default_value_t = MethodName::Linear)]
     pub(super) method: MethodName,
     /// Nonlinear: largest deflection of any turning spring, degrees; 1 if not given.
@@ -77,15 +76,15 @@ pub(in crate::cli) struct MapArgs {
     /// Nonlinear: length of the record, s.
     #[arg(long, value_name = "S", requires = "sample_rate_hz")]
     pub(super) duration_s: Option<f64>,
-    /// Write these figures of each mode instead of every pose: the lowest and highest frequency and
+    /// Write these statistics of each mode instead of every pose: the lowest and highest frequency and
     /// where they are, the mean, the quantiles at 5, 25, 50, 75 and 95 %, a histogram.
     #[arg(long, value_enum, value_name = "LIST", value_delimiter = ',')]
     pub(super) reduce: Vec<StatisticName>,
-    /// How to write the map; npy is an array of the frequencies alone, one row a pose; arrow is an
-    /// Apache Arrow stream with the columns of the csv, where detune was built with it.
+    /// Output format; npy is an array of the frequencies alone, one row per pose; arrow is an
+    /// Apache Arrow stream with the columns of the CSV, where detune was built with it.
     #[arg(long, value_enum, default_value_t = Format::Csv)]
     pub(super) format: Format,
-    /// Where to write it; standard output if not given.
+    /// Write to this file instead of standard output (`-`).
     #[arg(long, value_name = "FILE")]
     pub(super) output: Option<PathBuf>,
 }

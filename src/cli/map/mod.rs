@@ -12,7 +12,7 @@ pub(super) use self::args::MapArgs;
 use self::args::{Format, MethodName};
 use self::progress::bar;
 use super::output::Sink;
-use super::{Failure, Outcome, show_warnings};
+use super::{Failure, Outcome, of_option, show_warnings};
 use crate::notes::Note;
 use crate::progress::Done;
 use crate::report::map::{MapFormat, MapWriter, map_svg, reduced_csv, reduced_json, reduced_svg};
@@ -21,9 +21,6 @@ use crate::study::map::{
     self as study, Block, FrequencyMap, Head, MapError, Method, Reduction, Robot, Sampling, Source,
     Summary, Target,
 };
-
-/// Poses in a picture.
-const MAX_DRAWN: usize = 100_000;
 
 impl From<MapError> for Failure {
     fn from(error: MapError) -> Self {
@@ -60,7 +57,8 @@ pub(super) fn run(args: &MapArgs, out: &mut dyn Write) -> Result<Outcome, Failur
             }
         };
         out.flush()?;
-        show_warnings(&summary.warnings(&robot));
+        let warnings = summary.warnings(&robot).into_iter().map(with_option);
+        show_warnings(&warnings.collect::<Vec<_>>());
         Ok(())
     })?;
     Ok(Outcome::Pass)
@@ -79,7 +77,7 @@ fn check_options(args: &MapArgs) -> Result<Method, Vec<Note>> {
         };
         match study::nonlinear(args.amplitude_deg, sampling) {
             Ok(nonlinear) => method = nonlinear,
-            Err(error) => errors.push(of_option(error, args)),
+            Err(error) => errors.push(of_option(error)),
         }
     } else {
         let only_nonlinear = [
@@ -93,14 +91,14 @@ fn check_options(args: &MapArgs) -> Result<Method, Vec<Note>> {
     }
     let conflict = match (args.method, args.format, args.reduce.is_empty()) {
         (MethodName::Nonlinear, _, false) => {
-            Some("--reduce: gathers linear maps only; leave out --method nonlinear")
+            Some("--reduce: takes linear maps only; leave out --method nonlinear")
         }
         (MethodName::Nonlinear, Format::Npy | Format::Arrow, true) => Some(
             "--format npy and arrow: hold the frequencies of linear maps only; use csv, or leave \
              out --method nonlinear",
         ),
         (MethodName::Linear, Format::Npy | Format::Arrow, false) => Some(
-            "--format npy and arrow: cannot hold the figures of --reduce; use csv, json or svg",
+            "--format npy and arrow: cannot hold the statistics of --reduce; use csv, json or svg",
         ),
         (MethodName::Linear, Format::Arrow, true) if !cfg!(feature = "arrow") => Some(
             "--format arrow: this detune was built without Apache Arrow; build it with --features \
@@ -122,17 +120,26 @@ fn source(args: &MapArgs, robot: &Robot) -> Result<Source, Vec<Note>> {
     }
     let request = args.request().map_err(|error| vec![error])?;
     Source::new(&request, robot)
-        .map_err(|errors| errors.into_iter().map(|error| of_option(error, args)).collect())
+        .map_err(|errors| errors.into_iter().map(|error| of_source(error, args)).collect())
 }
 
 /// An error of a request, at the option that asked for it.
-fn of_option(mut error: Note, args: &MapArgs) -> Note {
-    let option = match std::mem::take(&mut error.place.key) {
-        "grid" if args.joint.is_some() => "joint",
-        key => key,
-    };
-    error.what = format!("--{option}: {}", error.what);
-    error
+fn of_source(mut error: Note, args: &MapArgs) -> Note {
+    match error.place.key {
+        "grid" if args.joint.is_some() => error.place.key = "joint",
+        "random" => error.what.push_str(" (--at NAME=MM)"),
+        _ => {}
+    }
+    of_option(error)
+}
+
+/// A warning about the map, with the option by which to change what it is about.
+fn with_option(mut warning: Note) -> Note {
+    match std::mem::take(&mut warning.place.key) {
+        "" => {}
+        key => warning.what.push_str(&format!(" (--{key})")),
+    }
+    warning
 }
 
 /// Sends all poses to `target`, and shows how many.
@@ -209,7 +216,7 @@ fn write_drawing(
 ) -> Result<Summary, Failure> {
     let (swept, bar) = (source.swept(), bar(source.count()));
     let mut block = Block::default();
-    let target = Target::Kept { block: &mut block, max_poses: MAX_DRAWN };
+    let target = Target::Kept { block: &mut block, max_poses: 100_000 };
     let summary = pass(map, source, target, &bar)?;
     out.write_all(map_svg(&Head::of(map.robot()), &block, swept).as_bytes())?;
     Ok(summary)
@@ -226,7 +233,9 @@ fn write_statistics(
     let mut reduction = Reduction::new(map.joints(), map.modes());
     let summary = pass(map, source, Target::Statistics(&mut reduction), &bar)?;
     let Some(reduced) = reduction.finish() else {
-        return Err(vec![Note::usage("--reduce: there are no poses, must be one or more")].into());
+        return Err(
+            vec![Note::usage("--reduce: the table holds no poses, must hold one or more")].into()
+        );
     };
     let statistics = args.statistics();
     let text = match args.format {

@@ -1,21 +1,18 @@
-//! A frequency is folded about half the sampling rate: |f − n f_s|.
+//! A frequency is aliased: |f − n f_s|.
 
 use super::{Arm, Candidate, Cause, CauseText, Parameter, Scale};
 
 pub(super) const TEXT: CauseText = CauseText {
-    description: "the frequency is folded about half the sampling rate",
+    description: "the frequency is aliased (above half the sampling rate)",
     confounded_with: "a missed mode",
     test: "measure one pose at another sampling rate",
 };
 
-/// The model may be wrong by this factor before the fold is known.
+/// The model may be wrong by this factor before the alias is known.
 const MODEL_ERROR: f64 = 1.3;
 
 /// Ratio of neighbouring starts over the possible sampling rates where the table states none.
 const STEP: f64 = 1.03;
-
-/// Most starts.
-const MAX_STARTS: i32 = 60;
 
 pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
     // What is measured lies below half the rate.
@@ -32,7 +29,7 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
             } else {
                 let highest = MODEL_ERROR * arm.highest_of_mode_hz[mode - 1];
                 let bounds = [least_rate, (2.0 * highest).max(1.01 * least_rate)];
-                let starts = (0..MAX_STARTS).map(|i| bounds[0] * STEP.powi(i));
+                let starts = (0..60).map(|i| bounds[0] * STEP.powi(i));
                 vec![Parameter {
                     name: "sample_rate_hz",
                     scale: Scale::Log,

@@ -261,15 +261,15 @@ fn a_fit_ends_at_the_bound_that_it_would_cross() {
     assert!(found.evaluation.score > best - 1e-2, "{} {best}", found.evaluation.score);
 }
 
-/// A mode above half the rate shows folded, and sorted among the others.
+/// A mode above half the rate shows as its alias, sorted among the others.
 #[test]
 fn a_folded_mode_takes_its_place() {
     let description = arm();
     let data = data(4);
     let problem = Problem { description: &description, data: &data };
     let plain = problem.evaluate(&Hypothesis::default(), false).unwrap();
-    let folds = Candidate::new(Cause::AliasedMode, "3", vec![]);
-    let seen = problem.evaluate(&Hypothesis { effects: vec![(&folds, vec![])] }, false).unwrap();
+    let aliased = Candidate::new(Cause::AliasedMode, "3", vec![]);
+    let seen = problem.evaluate(&Hypothesis { effects: vec![(&aliased, vec![])] }, false).unwrap();
     for row in 0..4 {
         let of = |e: &Evaluation| -> Vec<f64> {
             (0..3).map(|m| (3.0 - e.residuals[3 * row + m].unwrap()).exp()).collect()

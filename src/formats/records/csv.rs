@@ -2,6 +2,7 @@
 //! unit (`time_s`, `t [ms]`), is time; all others are channels. A header that was written as a
 //! comment, as numpy does, is taken for the header.
 
+use std::io::Read;
 use std::path::Path;
 
 use super::{Channel, Label, MAX_RECORD_BYTES, Recording};
@@ -56,33 +57,9 @@ pub(super) fn read(path: &Path) -> Result<Recording, Vec<Note>> {
     let header_line = table.line();
     check_header(&header, header_line, &mut notes);
     let time = header.iter().enumerate().find_map(|(i, title)| Some((i, time(title)?)));
-    let mut columns: Vec<Vec<f64>> = vec![Vec::new(); header.len()];
-    let mut lines = Vec::new();
-    let mut cells = Vec::new();
-    loop {
-        match table.row(&mut cells) {
-            Ok(true) => {}
-            Ok(false) => break,
-            Err(note) => {
-                notes.push(note);
-                return Err(notes.finish().0);
-            }
-        }
-        if cells.len() > header.len() {
-            let what = format!("has {} cells, the header has {}", cells.len(), header.len());
-            notes.error(Code::Value, table.line(), what);
-        }
-        lines.push(table.line());
-        for (index, column) in columns.iter_mut().enumerate() {
-            match table.number(&cells, index) {
-                Ok(value) => column.push(value),
-                Err(fault) => {
-                    notes.push(fault);
-                    column.push(0.0);
-                }
-            }
-        }
-    }
+    let Some((columns, lines)) = columns(&mut table, header.len(), &mut notes) else {
+        return Err(notes.finish().0);
+    };
     if lines.len() < MIN_SAMPLES && notes.errors() == 0 {
         let what = format!("has {} samples, must have at least {MIN_SAMPLES}", lines.len());
         notes.error(Code::TooLittleData, None, what);
@@ -111,6 +88,40 @@ pub(super) fn read(path: &Path) -> Result<Recording, Vec<Note>> {
         warnings: notes.finish().1,
         ..Recording::default()
     })
+}
+
+/// The columns of a table and the line of each row; `None` where a row cannot be read at all.
+fn columns<R: Read>(
+    table: &mut Table<R>,
+    count: usize,
+    notes: &mut Notes,
+) -> Option<(Vec<Vec<f64>>, Vec<usize>)> {
+    let mut columns: Vec<Vec<f64>> = vec![Vec::new(); count];
+    let (mut lines, mut cells) = (Vec::new(), Vec::new());
+    loop {
+        match table.row(&mut cells) {
+            Ok(true) => {}
+            Ok(false) => return Some((columns, lines)),
+            Err(note) => {
+                notes.push(note);
+                return None;
+            }
+        }
+        if cells.len() > count {
+            let what = format!("has {} cells, the header has {count}", cells.len());
+            notes.error(Code::Value, table.line(), what);
+        }
+        lines.push(table.line());
+        for (index, column) in columns.iter_mut().enumerate() {
+            match table.number(&cells, index) {
+                Ok(value) => column.push(value),
+                Err(fault) => {
+                    notes.push(fault);
+                    column.push(0.0);
+                }
+            }
+        }
+    }
 }
 
 /// Line and place of the mark that makes a comment of what must be the header: the first row is all
@@ -219,7 +230,7 @@ fn whole(rate_hz: f64, share: f64) -> f64 {
 mod tests {
     use super::*;
 
-    fn told(text: &str) -> Result<Recording, Vec<String>> {
+    fn reported(text: &str) -> Result<Recording, Vec<String>> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("t.csv");
         std::fs::write(&path, text).unwrap();
@@ -235,14 +246,17 @@ mod tests {
     #[test]
     fn rounded_times_are_even_and_a_lost_sample_is_not() {
         let even =
-            told(&format!("# rig\ntime_s,x_mm\n{}", rows(|k| f64::from(k) / 140.0))).unwrap();
+            reported(&format!("# rig\ntime_s,x_mm\n{}", rows(|k| f64::from(k) / 140.0))).unwrap();
         assert!((even.sample_rate_hz.unwrap() - 140.0).abs() < 1.0);
         assert_eq!((even.channels.len(), even.channels[0].samples.len()), (1, 20));
         let lost = rows(|k| f64::from(if k < 9 { k } else { k + 1 }) / 140.0);
-        let told = told(&format!("time_s,x_mm\n{lost}")).unwrap_err();
-        assert!(told[0].contains("even steps") && told[0].contains("a sample is lost"), "{told:?}");
+        let reported = reported(&format!("time_s,x_mm\n{lost}")).unwrap_err();
+        assert!(
+            reported[0].contains("even steps") && reported[0].contains("a sample is lost"),
+            "{reported:?}"
+        );
         // Below the head and nine rows.
-        assert!(told[0].starts_with("11: "), "{told:?}");
+        assert!(reported[0].starts_with("11: "), "{reported:?}");
     }
 
     #[test]
@@ -258,13 +272,13 @@ mod tests {
         for k in 0..20 {
             text += &format!("{k},{},{},{},1\r\n", 5 * k, k % 3, k % 7);
         }
-        let found = told(&text).unwrap();
+        let found = reported(&text).unwrap();
         assert!((found.sample_rate_hz.unwrap() - 200.0).abs() < 1e-9);
         let names: Vec<_> = found.channels.iter().map(|c| c.label.name.as_str()).collect();
         assert_eq!(names, ["frame", "acc (m/s^2)", "x_mm", "x_g"]);
         assert_eq!(found.warnings[0].place.line, Some(2));
         assert_eq!(found.warnings[0].what, "the header is a comment; it is read as the header");
-        assert!(told("# 1,2\n1,2\n").is_err() && told("# a,b\n1,2,3\n").is_err());
+        assert!(reported("# 1,2\n1,2\n").is_err() && reported("# a,b\n1,2,3\n").is_err());
     }
 
     #[test]
@@ -278,7 +292,7 @@ mod tests {
             ("x,y\n1,2,3\n", "2: has 3 cells, the header has 2"),
             ("x\n1\n2\n", "0: has 2 samples"),
         ] {
-            let notes = told(text).unwrap_err();
+            let notes = reported(text).unwrap_err();
             assert!(notes[0].starts_with(expected), "{text:?}: {notes:?}");
         }
     }

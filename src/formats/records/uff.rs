@@ -213,42 +213,9 @@ fn data_set(
     };
     let name = freedom(cut(text, 41, 51), cut(text, 51, 55));
     let reference = freedom(cut(text, 66, 76), cut(text, 76, 80));
-    let (line, text) = &header[6];
-    let words: Vec<&str> = text.split_whitespace().collect();
-    let number = |index: usize, name: &str| -> Result<f64, Bad> {
-        words.get(index).and_then(|word| float(word)).ok_or((
-            *line,
-            format!("{name} is '{}', must be a number", words.get(index).unwrap_or(&"")),
-        ))
-    };
-    let (data_type, count) = (number(0, "ordinate data type")?, number(1, "number of data")?);
-    let (is_even, first, step) = (
-        number(2, "abscissa spacing")? == 1.0,
-        number(3, "abscissa minimum")?,
-        number(4, "abscissa increment")?,
-    );
-    let (is_double, is_complex) = match data_type {
-        2.0 => (false, false),
-        4.0 => (true, false),
-        5.0 => (false, true),
-        6.0 => (true, true),
-        other => {
-            return Err((*line, format!("ordinate data type is {other}, must be 2, 4, 5 or 6")));
-        }
-    };
-    let most = MAX_RECORD_BYTES as f64;
-    if !(count >= 1.0 && count.fract() == 0.0 && count <= most) {
-        return Err((
-            *line,
-            format!("number of data is {count}, must be a whole number of at least 1"),
-        ));
-    }
-    if is_even && step <= 0.0 {
-        return Err((*line, format!("abscissa increment is {step}, must be positive")));
-    }
-    let count = count as usize;
+    let Layout { is_double, is_complex, is_even, first, step, count } = layout(&header[6])?;
     let per_value = 1 + usize::from(is_complex) + usize::from(!is_even);
-    let wanted = count.checked_mul(per_value).ok_or((*line, "too many data".to_owned()))?;
+    let wanted = count.checked_mul(per_value).ok_or((header[6].0, "too many data".to_owned()))?;
     let numbers = match binary {
         Some(head) => binary_numbers(lines, first_line, head, wanted, is_double)?,
         None => text_numbers(lines, first_line, wanted)?,
@@ -265,6 +232,47 @@ fn data_set(
     let (unit, data_type) = ordinate(&header[8].1);
     let label = Label { name, alias: header[0].1.trim().to_owned(), unit, data_type };
     Ok(DataSet { line: first_line, function, label, reference, step, first, uneven, values })
+}
+
+/// How the numbers of a data set are laid out: its record 7.
+struct Layout {
+    is_double: bool,
+    is_complex: bool,
+    is_even: bool,
+    first: f64,
+    step: f64,
+    count: usize,
+}
+
+fn layout((line, text): &(usize, String)) -> Result<Layout, Bad> {
+    let words: Vec<&str> = text.split_whitespace().collect();
+    let number = |index: usize, name: &str| -> Result<f64, Bad> {
+        words.get(index).and_then(|word| float(word)).ok_or((
+            *line,
+            format!("{name} is '{}', must be a number", words.get(index).unwrap_or(&"")),
+        ))
+    };
+    let bad = |what: String| Err((*line, what));
+    let (data_type, count) = (number(0, "ordinate data type")?, number(1, "number of data")?);
+    let (is_even, first, step) = (
+        number(2, "abscissa spacing")? == 1.0,
+        number(3, "abscissa minimum")?,
+        number(4, "abscissa increment")?,
+    );
+    let (is_double, is_complex) = match data_type {
+        2.0 => (false, false),
+        4.0 => (true, false),
+        5.0 => (false, true),
+        6.0 => (true, true),
+        other => return bad(format!("ordinate data type is {other}, must be 2, 4, 5 or 6")),
+    };
+    if !(count >= 1.0 && count.fract() == 0.0 && count <= MAX_RECORD_BYTES as f64) {
+        return bad(format!("number of data is {count}, must be a whole number of at least 1"));
+    }
+    if is_even && step <= 0.0 {
+        return bad(format!("abscissa increment is {step}, must be positive"));
+    }
+    Ok(Layout { is_double, is_complex, is_even, first, step, count: count as usize })
 }
 
 /// Columns of a line, as far as they are there.
@@ -520,7 +528,7 @@ pub(super) mod tests {
         text + "    -1\n"
     }
 
-    fn told(bytes: &[u8]) -> Result<Recording, Vec<String>> {
+    fn reported(bytes: &[u8]) -> Result<Recording, Vec<String>> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("t.uff");
         std::fs::write(&path, bytes).unwrap();
@@ -533,7 +541,7 @@ pub(super) mod tests {
     fn text_and_binary_give_the_same_numbers() {
         let samples: Vec<f64> = (0..20).map(|k| f64::from(k) - 9.5).collect();
         let text = text_set(3, &samples, 12);
-        let found = told(format!("    -1\n   151\nany\n    -1\n{text}").as_bytes()).unwrap();
+        let found = reported(format!("    -1\n   151\nany\n    -1\n{text}").as_bytes()).unwrap();
         assert_eq!(found.channels[0].samples, samples);
         assert_eq!(found.channels[0].label.name, "3+X");
         assert_eq!(found.channels[0].label.alias, "point 3");
@@ -565,7 +573,7 @@ pub(super) mod tests {
             bytes.extend(&data);
             bytes.extend(b"\n    -1\n");
             bytes.extend(text_set(4, &samples, 8).bytes());
-            let found = told(&bytes).unwrap();
+            let found = reported(&bytes).unwrap();
             assert_eq!(found.channels.len(), 2);
             assert_eq!(found.channels[0].samples, samples);
             assert_eq!(found.channels[1].label.data_type, Some(8));
@@ -581,7 +589,7 @@ pub(super) mod tests {
         let second = text_set(0, &samples, 12).replacen("point 0", "right", 1);
         let general = second.replacen("    1         0    1", "    0         0    1", 1);
         assert_ne!(general, second);
-        let found = told(format!("    -1\n{first}{general}").as_bytes()).unwrap();
+        let found = reported(format!("    -1\n{first}{general}").as_bytes()).unwrap();
         let names: Vec<&str> = found.channels.iter().map(|c| c.label.name.as_str()).collect();
         assert_eq!(names, ["0+X", "right"]);
         let head =
@@ -591,13 +599,13 @@ pub(super) mod tests {
                 times.iter().map(|t| format!("{t:13.5e}{:20.11e}", 2.0 * t)).collect();
             format!("    -1\n    58\n{head}{pairs}\n    -1\n")
         };
-        let even = told(pairs([0.0, 0.5, 1.0, 1.5]).as_bytes()).unwrap();
+        let even = reported(pairs([0.0, 0.5, 1.0, 1.5]).as_bytes()).unwrap();
         assert_eq!(
             (even.sample_rate_hz, &even.channels[0].samples[..]),
             (Some(2.0), &[0.0, 1.0, 2.0, 3.0][..])
         );
         assert!(
-            told(pairs([0.0, 0.5, 1.0, 1.7]).as_bytes()).unwrap_err()[0]
+            reported(pairs([0.0, 0.5, 1.0, 1.7]).as_bytes()).unwrap_err()[0]
                 .contains("uneven time steps")
         );
     }
@@ -608,7 +616,7 @@ pub(super) mod tests {
         text.push_str(
             " 1.00000E+00 2.00000E+00-3.00000E+00-4.00000E+00 5.00000E+00 6.00000E+00\n    -1\n",
         );
-        let found = told(text.as_bytes()).unwrap();
+        let found = reported(text.as_bytes()).unwrap();
         let function = &found.functions[0];
         assert_eq!(function.reference, "7-Z");
         assert_eq!(function.frequencies_hz, [0.0, 0.5, 1.0]);
@@ -629,18 +637,18 @@ pub(super) mod tests {
         ] {
             let broken = good.replacen(from, to, 1);
             let broken = if from == " 1e0" { good.replacen("1.00000e0", "x", 1) } else { broken };
-            let notes = told(broken.as_bytes()).unwrap_err();
+            let notes = reported(broken.as_bytes()).unwrap_err();
             assert!(notes[0].starts_with(expected), "{from}: {notes:?}");
         }
         let twice = good.clone() + &good;
-        assert!(told(twice.as_bytes()).unwrap_err()[0].contains("comes twice"));
+        assert!(reported(twice.as_bytes()).unwrap_err()[0].contains("comes twice"));
         for cut in (0..good.len()).step_by(7) {
-            let _ = told(&good.as_bytes()[..cut]);
+            let _ = reported(&good.as_bytes()[..cut]);
             let mut broken = good.clone().into_bytes();
             broken[cut] = 0xF7;
-            let _ = told(&broken);
+            let _ = reported(&broken);
         }
         let huge = good.replacen("        20         1", " 999999999         1", 1);
-        assert!(told(huge.as_bytes()).is_err());
+        assert!(reported(huge.as_bytes()).is_err());
     }
 }

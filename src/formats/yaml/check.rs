@@ -7,8 +7,9 @@ use std::sync::Arc;
 use serde_json::{Map, Value};
 
 use super::node::{Entry, Kind, Node};
-use super::number::number_of;
+use super::number::{is_not_finite, number_of};
 use crate::notes::{Code, Notes};
+use crate::units::unit_of;
 use crate::wording::{MAX_WORD_BYTES, hint, nearest};
 
 /// Every keyword that is understood or that only describes. A test holds the schemas to it.
@@ -66,6 +67,15 @@ enum TrailStep<'t> {
 impl<'t> Trail<'t> {
     fn then(&'t self, step: TrailStep<'t>) -> Trail<'t> {
         Trail { parent: Some(self), step }
+    }
+
+    /// The key that the value stands at, itself or in a list.
+    fn key(&self) -> &str {
+        match (&self.step, self.parent) {
+            (TrailStep::Key(key), _) => key,
+            (TrailStep::Index(_), Some(parent)) => parent.key(),
+            _ => "",
+        }
     }
 
     /// What the value belongs to, and its key path from there.
@@ -168,6 +178,17 @@ fn check_value(node: &mut Node, line: u32, schema: &Value, trail: &Trail<'_>, no
             && number_of(text).is_some()
         {
             what.push_str("; in quotes it is text: write it without them");
+        }
+        if let (true, Kind::Scalar { text, .. }) = (is_number, &node.kind)
+            && number_of(text).is_none()
+            && !is_not_finite(text)
+            && text.trim_start_matches(['+', '-', '.']).starts_with(|c: char| c.is_ascii_digit())
+        {
+            what.push_str("; write a plain number");
+            let (_, unit) = unit_of(trail.key());
+            if !unit.is_empty() {
+                what.push_str(&format!(" in {unit}"));
+            }
         }
         notes.error(Code::Value, line as usize, trail.about(&what));
         node.faulty = true;

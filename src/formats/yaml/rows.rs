@@ -143,7 +143,7 @@ mod tests {
     use super::*;
 
     /// The tree or the fault, and what was reported on the way.
-    fn told(read: impl Fn(&str, &mut Notes) -> Option<Node>) -> impl Fn(&str) -> String {
+    fn reported(read: impl Fn(&str, &mut Notes) -> Option<Node>) -> impl Fn(&str) -> String {
         move |text| {
             let mut notes = Notes::about(Place::file(Path::new("f")));
             let tree = read(text, &mut notes);
@@ -168,7 +168,7 @@ mod tests {
         let short = shortened(&text).unwrap();
         assert_eq!(short.text.lines().count(), 7);
         assert_eq!(short.tables.iter().map(|t| t.rows.len()).collect::<Vec<_>>(), [100, 50]);
-        assert_eq!(told(parse)(&text), told(parse_whole)(&text));
+        assert_eq!(reported(parse)(&text), reported(parse_whole)(&text));
         let mut notes = Notes::about(Place::file(Path::new("f")));
         let tree = parse(&text, &mut notes).unwrap();
         let c = tree.get("a").unwrap().get("c").unwrap();
@@ -198,7 +198,7 @@ mod tests {
             format!("a:\n{rows}{}{rows}", "    - {x: [1], x: [2]}\n"),
             format!("a:\n{rows}{}", "    - {x: [1], no: [2]}\n".repeat(40)),
         ] {
-            assert_eq!(told(parse)(&text), told(parse_whole)(&text), "{text}");
+            assert_eq!(reported(parse)(&text), reported(parse_whole)(&text), "{text}");
         }
     }
 
@@ -230,7 +230,7 @@ mod tests {
                 }
             }
             shortened_read += usize::from(shortened(&text).is_some());
-            assert_eq!(told(parse)(&text), told(parse_whole)(&text), "{text}");
+            assert_eq!(reported(parse)(&text), reported(parse_whole)(&text), "{text}");
         }
         assert!(shortened_read > 1000);
     }

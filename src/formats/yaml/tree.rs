@@ -324,16 +324,16 @@ mod tests {
 
     #[test]
     fn what_yaml_allows_and_we_do_not_is_told_with_its_line() {
-        for (text, told) in [
+        for (text, expected) in [
             ("a: 1\nb: 2\na: 3\n", "f:3: key 'a' is given twice; first at line 1"),
             ("a: &x 1\nb: *x\n", "f:2: aliases (*name) are not read; write the value out"),
             ("a: 1\nb: !size 2\n", "f:2: tag '!size' is not read; leave it out"),
         ] {
             let (tree, notes) = read(text);
             assert!(tree.is_some(), "{text:?}");
-            assert_eq!(notes, [told], "{text:?}");
+            assert_eq!(notes, [expected], "{text:?}");
         }
-        for (text, told) in [
+        for (text, expected) in [
             ("", "f: is empty, must hold keys and values"),
             ("# nothing\n", "f: is empty, must hold keys and values"),
             ("a: 1\n---\nb: 1\n", "f:2: a second document starts here"),
@@ -342,7 +342,7 @@ mod tests {
             ("? [a]\n: 1\n", "f:1: a list or mapping is used as a key"),
         ] {
             let (tree, notes) = read(text);
-            assert!(tree.is_none() && notes[0].starts_with(told), "{text:?}: {notes:?}");
+            assert!(tree.is_none() && notes[0].starts_with(expected), "{text:?}: {notes:?}");
         }
         for deep in ["[".repeat(100_000), "- ".repeat(100_000), "{a: ".repeat(100_000)] {
             assert!(read(&deep).0.is_none());

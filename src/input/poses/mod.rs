@@ -253,8 +253,8 @@ impl PoseTable {
         path: &Path,
         _: &Robot,
     ) -> Result<(Source, Format), Vec<Note>> {
-        let what = "is Apache Arrow, which this detune was built without; build it with \
-                    --features arrow, or use CSV or .npy";
+        let what = "is Apache Arrow, which this detune was built without; build it with the \
+                    feature 'arrow', or use CSV or .npy";
         Err(vec![error(path, what.into())])
     }
 
@@ -321,12 +321,12 @@ mod tests {
 
     fn read_as(bytes: &[u8], name: &str) -> Result<Vec<Vec<f64>>, Vec<String>> {
         let robot = robot();
-        let told = |faults: Vec<Note>| faults.iter().map(Note::to_string).collect::<Vec<_>>();
+        let texts = |faults: Vec<Note>| faults.iter().map(Note::to_string).collect::<Vec<_>>();
         let reader = Box::new(Cursor::new(bytes.to_vec()));
-        let mut table = PoseTable::from_reader(reader, Path::new(name), &robot).map_err(told)?;
+        let mut table = PoseTable::from_reader(reader, Path::new(name), &robot).map_err(texts)?;
         let (mut raw, mut decoded) = (RawPoses::default(), DecodedPoses::default());
         let (mut poses, mut places, mut faults) = (Vec::new(), 0, Vec::new());
-        while table.read(1024, &mut raw).map_err(|fault| told(vec![fault]))? {
+        while table.read(1024, &mut raw).map_err(|fault| texts(vec![fault]))? {
             table.decoder().decode(&raw, &mut decoded);
             poses.extend(decoded.values.chunks_exact(2).map(<[f64]>::to_vec));
             assert_eq!(decoded.values.len(), 2 * decoded.count);
@@ -335,7 +335,7 @@ mod tests {
             faults.extend(decoded.faults.iter().map(fault));
             places += decoded.places;
         }
-        if faults.is_empty() { Ok(poses) } else { Err(told(faults)) }
+        if faults.is_empty() { Ok(poses) } else { Err(texts(faults)) }
     }
 
     fn read(text: &[u8]) -> Result<Vec<Vec<f64>>, Vec<String>> {
@@ -354,7 +354,7 @@ mod tests {
 
     #[test]
     fn faults_have_their_line() {
-        for (text, told) in [
+        for (text, expected) in [
             (&b""[..], vec!["p.csv: is empty, must begin with a header"]),
             (
                 b"joint_1_rad,joint2_rad\n",
@@ -375,9 +375,9 @@ mod tests {
             (b"joint_1_rad,joint_2_rad\n1,2\n1,\xFF\n", vec!["p.csv:3: is not UTF-8"]),
         ] {
             let faults = read(text).unwrap_err();
-            assert_eq!(faults.len(), told.len(), "{faults:?}");
-            for (fault, told) in faults.iter().zip(told) {
-                assert!(fault.starts_with(told), "{fault}");
+            assert_eq!(faults.len(), expected.len(), "{faults:?}");
+            for (fault, expected) in faults.iter().zip(expected) {
+                assert!(fault.starts_with(expected), "{fault}");
             }
         }
     }

@@ -182,7 +182,7 @@ impl Reader<'_> {
         let what = match given {
             Some(_) => format!("sample_rate_hz is {rate}, must lie between {least} and {most}"),
             None => format!(
-                "file '{name}' has {rate:e} samples/s by itself, must have between {least} and \
+                "file '{name}' states {rate:e} samples/s, must have between {least} and \
                     {most}"
             ),
         };

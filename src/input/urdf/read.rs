@@ -239,7 +239,7 @@ mod tests {
 
     #[test]
     fn what_is_no_urdf_is_told_with_its_line() {
-        for (text, told) in [
+        for (text, expected) in [
             ("", "a.urdf:1: not valid XML"),
             ("<robot>\n<link name=\"a\">\n</robot>", "a.urdf:3: not valid XML"),
             ("<sdf/>", "a.urdf:1: root element is <sdf>"),
@@ -255,7 +255,7 @@ mod tests {
             ("<!DOCTYPE x [<!ENTITY a \"b\">]>\n<robot/>", "a.urdf:1: not valid XML"),
         ] {
             let (urdf, notes) = read(text);
-            assert!(urdf.is_none() && notes[0].starts_with(told), "{notes:?}");
+            assert!(urdf.is_none() && notes[0].starts_with(expected), "{notes:?}");
         }
     }
 

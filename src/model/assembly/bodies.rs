@@ -6,7 +6,9 @@ use nalgebra::{Isometry3, Point3, Unit};
 
 use super::checks::has_direction;
 use super::tree::Tree;
-use crate::model::description::{CoordinateKind, Damping, Description, Inertial, JointKind};
+use crate::model::description::{
+    CoordinateKind, Damping, Description, ElasticJoint, ExtraCoordinate, Inertial, Joint, JointKind,
+};
 use crate::model::robot::{Coordinate, MovingJoint, Node, NodeMotion, UncertainBody};
 
 /// The reduced tree while it grows.
@@ -66,51 +68,12 @@ impl Bodies<'_> {
         self.place_of[link] = Some(place);
         let (node, offset) = place;
         if let (Some(spring), Some((_, _, j))) = (spring, above) {
-            let axis = Unit::new_normalize(description.joints[j].axis);
-            let drive = description.drives.iter().find(|d| d.joint == spring.joint);
-            self.coordinates.push(Coordinate {
-                name: spring.joint.clone(),
-                kind: if description.joints[j].kind == JointKind::Prismatic {
-                    CoordinateKind::Translation
-                } else {
-                    CoordinateKind::Rotation
-                },
-                link: description.links[link].name.clone(),
-                joint: self.joints.iter().position(|joint| joint.name == spring.joint),
-                stiffness: spring.stiffness,
-                std: spring.std,
-                laws: description
-                    .corrections
-                    .iter()
-                    .filter_map(|correction| correction.law())
-                    .filter(|(joint, _)| *joint == spring.joint)
-                    .map(|(_, law)| law)
-                    .collect(),
-                damping: self.damping(spring.damping),
-                drive_inertia: drive.map_or(0.0, |d| d.reflected_inertia_kgm2),
-                drive_std: drive.and_then(|d| d.std),
-                node,
-                axis,
-                origin: Point3::origin(),
-            });
+            let spring = self.spring(spring, &description.joints[j], link, node);
+            self.coordinates.push(spring);
         }
         for &index in self.extras_of.get(&link).into_iter().flatten() {
-            let extra = &description.extra[index];
-            self.coordinates.push(Coordinate {
-                name: extra.name.clone(),
-                kind: extra.kind,
-                link: extra.link.clone(),
-                joint: None,
-                stiffness: extra.stiffness,
-                std: extra.std,
-                laws: Vec::new(),
-                damping: self.damping(extra.damping),
-                drive_inertia: 0.0,
-                drive_std: None,
-                node,
-                axis: Unit::new_normalize(extra.axis),
-                origin: extra.origin_m.into(),
-            });
+            let extra = self.extra(&description.extra[index], node);
+            self.coordinates.push(extra);
         }
         if spring.is_some() || has_extras {
             self.nodes[node].coordinates.end = self.coordinates.len();
@@ -121,6 +84,54 @@ impl Bodies<'_> {
         }
         if let (Some(payload), true) = (&description.payload, self.payload_link == Some(link)) {
             self.lump(&own.name, node, payload.inertial.transformed(&offset), None);
+        }
+    }
+
+    fn spring(&self, spring: &ElasticJoint, joint: &Joint, link: usize, node: usize) -> Coordinate {
+        let description = self.description;
+        let drive = description.drives.iter().find(|d| d.joint == spring.joint);
+        Coordinate {
+            name: spring.joint.clone(),
+            kind: if joint.kind == JointKind::Prismatic {
+                CoordinateKind::Translation
+            } else {
+                CoordinateKind::Rotation
+            },
+            link: description.links[link].name.clone(),
+            joint: self.joints.iter().position(|joint| joint.name == spring.joint),
+            stiffness: spring.stiffness,
+            std: spring.std,
+            laws: description
+                .corrections
+                .iter()
+                .filter_map(|correction| correction.law())
+                .filter(|(joint, _)| *joint == spring.joint)
+                .map(|(_, law)| law)
+                .collect(),
+            damping: self.damping(spring.damping),
+            drive_inertia: drive.map_or(0.0, |d| d.reflected_inertia_kgm2),
+            drive_std: drive.and_then(|d| d.std),
+            node,
+            axis: Unit::new_normalize(joint.axis),
+            origin: Point3::origin(),
+        }
+    }
+
+    fn extra(&self, extra: &ExtraCoordinate, node: usize) -> Coordinate {
+        Coordinate {
+            name: extra.name.clone(),
+            kind: extra.kind,
+            link: extra.link.clone(),
+            joint: None,
+            stiffness: extra.stiffness,
+            std: extra.std,
+            laws: Vec::new(),
+            damping: self.damping(extra.damping),
+            drive_inertia: 0.0,
+            drive_std: None,
+            node,
+            axis: Unit::new_normalize(extra.axis),
+            origin: extra.origin_m.into(),
         }
     }
 

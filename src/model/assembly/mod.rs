@@ -231,11 +231,7 @@ impl<'a> Builder<'a> {
         };
         bodies.grow(base);
         let Bodies { mut nodes, bodies, joints, coordinates, place_of, .. } = bodies;
-        for index in (1..nodes.len()).rev() {
-            if let Some(parent) = nodes[index].parent {
-                nodes[parent].subtree_mass_kg += nodes[index].subtree_mass_kg;
-            }
-        }
+        add_up_masses(&mut nodes);
         let (tip_node, tip_offset) = place_of[tip]?;
 
         if coordinates.is_empty() {
@@ -252,12 +248,6 @@ impl<'a> Builder<'a> {
         let tip_carriers = (0..coordinates.len())
             .filter(|&i| ancestors(&nodes, tip_node).any(|node| node == coordinates[i].node))
             .collect();
-        let moving_mass_kg = nodes
-            .iter()
-            .enumerate()
-            .filter(|(i, _)| ancestors(&nodes, *i).any(|a| !nodes[a].coordinates.is_empty()))
-            .map(|(_, node)| node.body.mass_kg)
-            .sum();
         Some(Robot {
             name: description.name.clone(),
             beta1: self.angle_form("beta1", description.beta1.as_ref(), &joints),
@@ -271,7 +261,7 @@ impl<'a> Builder<'a> {
             tip_link: description.links[tip].name.clone(),
             payload: description.payload.clone(),
             calibration: description.calibration,
-            moving_mass_kg,
+            moving_mass_kg: moving_mass_kg(&nodes),
             warnings: Vec::new(),
             nodes,
             bodies,
@@ -356,6 +346,25 @@ impl<'a> Builder<'a> {
         }
         Some(AngleForm { terms, offset_rad: form.offset_rad })
     }
+}
+
+/// Adds to the mass of each node that of all that it carries.
+fn add_up_masses(nodes: &mut [Node]) {
+    for index in (1..nodes.len()).rev() {
+        if let Some(parent) = nodes[index].parent {
+            nodes[parent].subtree_mass_kg += nodes[index].subtree_mass_kg;
+        }
+    }
+}
+
+/// What any coordinate moves.
+fn moving_mass_kg(nodes: &[Node]) -> f64 {
+    nodes
+        .iter()
+        .enumerate()
+        .filter(|(i, _)| ancestors(nodes, *i).any(|a| !nodes[a].coordinates.is_empty()))
+        .map(|(_, node)| node.body.mass_kg)
+        .sum()
 }
 
 /// For each coordinate, those that carry it, itself last.

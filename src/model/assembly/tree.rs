@@ -20,6 +20,23 @@ impl Builder<'_> {
     /// The parent-child relations, if they form one tree.
     pub(super) fn tree(&mut self) -> Option<Tree> {
         let description = self.description;
+        let mut tree = self.relations()?;
+        tree.root = self.only_root(&tree.parent_joint)?;
+        let before = self.errors.len();
+        let mut reached = vec![false; description.links.len()];
+        for link in tree.from(tree.root) {
+            reached[link] = true;
+        }
+        for (link, _) in reached.iter().enumerate().filter(|(_, reached)| !**reached) {
+            let name = description.links[link].name.clone();
+            self.error(Code::Tree, Part::Link(name), "", "is part of a loop of joints");
+        }
+        (self.errors.len() == before).then_some(tree)
+    }
+
+    /// Parents and children, if all names are known and no link has two parents.
+    fn relations(&mut self) -> Option<Tree> {
+        let description = self.description;
         let before = self.errors.len();
         let mut index = BTreeMap::new();
         for (i, link) in description.links.iter().enumerate() {
@@ -65,9 +82,18 @@ impl Builder<'_> {
             }
         }
         // A joint without links leaves further roots, which are no errors of their own.
-        if self.errors.len() > before {
-            return None;
-        }
+        (self.errors.len() == before).then_some(Tree {
+            parent_joint,
+            child_joints,
+            parent_link,
+            child_link,
+            root: 0,
+        })
+    }
+
+    /// The link without a parent, if there is one alone.
+    fn only_root(&mut self, parent_joint: &[Option<usize>]) -> Option<usize> {
+        let description = self.description;
         let roots: Vec<usize> =
             (0..description.links.len()).filter(|&l| parent_joint[l].is_none()).collect();
         match roots.as_slice() {
@@ -80,7 +106,7 @@ impl Builder<'_> {
                 "",
                 "the joints form a loop: no link is without a parent",
             ),
-            [_] => {}
+            [root] => return Some(*root),
             [first, others @ ..] => {
                 for &other in others {
                     let what = format!(
@@ -97,19 +123,7 @@ impl Builder<'_> {
                 }
             }
         }
-        if self.errors.len() > before {
-            return None;
-        }
-        let tree = Tree { parent_joint, child_joints, parent_link, child_link, root: roots[0] };
-        let mut reached = vec![false; description.links.len()];
-        for link in tree.from(tree.root) {
-            reached[link] = true;
-        }
-        for (link, _) in reached.iter().enumerate().filter(|(_, reached)| !**reached) {
-            let name = description.links[link].name.clone();
-            self.error(Code::Tree, Part::Link(name), "", "is part of a loop of joints");
-        }
-        (self.errors.len() == before).then_some(tree)
+        None
     }
 }
 

@@ -77,8 +77,8 @@ pub(super) fn pieces(arc: &Arc) -> Result<Vec<Piece>, String> {
         return Err("the arc has no radius".to_owned());
     }
     let sweep = sweep(from, to, [angle, end_angle], arc);
-    let climb = arc.end[w] - arc.start[w];
-    let count = piece_count(radius, sweep, climb);
+    let rise = arc.end[w] - arc.start[w];
+    let count = piece_count(radius, sweep, rise);
     if count > MAX_PIECES {
         return Err(format!("the arc takes {count:.0} pieces"));
     }
@@ -88,7 +88,7 @@ pub(super) fn pieces(arc: &Arc) -> Result<Vec<Piece>, String> {
         let mut point = [0.0; 3];
         point[u] = centre[0] + radius * angle.cos();
         point[v] = centre[1] + radius * angle.sin();
-        point[w] = arc.start[w] + climb * share;
+        point[w] = arc.start[w] + rise * share;
         point
     };
     // At least 1 and at most MAX_PIECES.
@@ -115,9 +115,9 @@ fn sweep(from: [f64; 2], to: [f64; 2], angles: [f64; 2], arc: &Arc) -> f64 {
     sense * (turn + TAU * f64::from(arc.more_turns))
 }
 
-fn piece_count(radius: f64, sweep: f64, climb: f64) -> f64 {
+fn piece_count(radius: f64, sweep: f64, rise: f64) -> f64 {
     let mut half_piece = PI / 2.0;
-    let pitch = (climb / sweep).abs();
+    let pitch = (rise / sweep).abs();
     if pitch > 0.0 {
         // With a half piece h the circle leaves the helix, to leading order, by min(r, p)·h³·√3/27
         // across the circle's plane and by r·p²/(r² + p²)·h⁴/96 in it.
@@ -220,8 +220,8 @@ mod tests {
     /// The circle through start, via and end of each piece, walked and compared with the helix.
     #[test]
     fn pieces_of_a_helix_stay_within_the_tolerance_and_do_not_waste() {
-        for (climb, turns) in [(1.0, 0), (-5.0, 1), (60.0, 0), (600.0, 2), (0.01, 0)] {
-            let mut arc = arc([0.0, 10.0, climb], Centre::At([0.0; 2]), false);
+        for (rise, turns) in [(1.0, 0), (-5.0, 1), (60.0, 0), (600.0, 2), (0.01, 0)] {
+            let mut arc = arc([0.0, 10.0, rise], Centre::At([0.0; 2]), false);
             arc.more_turns = turns;
             let sweep = PI / 2.0 + TAU * f64::from(turns);
             let mut start = Vector3::from(arc.start);
@@ -238,7 +238,7 @@ mod tests {
                 for step in 0..=200 {
                     let angle = first + f64::from(step) / 200.0 * sweep / all.len() as f64;
                     let on_helix =
-                        Vector3::new(10.0 * angle.cos(), 10.0 * angle.sin(), climb * angle / sweep);
+                        Vector3::new(10.0 * angle.cos(), 10.0 * angle.sin(), rise * angle / sweep);
                     let across = normal.normalize().dot(&(on_helix - centre));
                     let inside = (on_helix - centre - normal.normalize() * across).norm()
                         - (start - centre).norm();
@@ -246,8 +246,8 @@ mod tests {
                 }
                 start = end;
             }
-            assert!(worst < 1.1 * HELIX_TOLERANCE_MM, "{climb} {worst}");
-            assert!(all.len() == 1 || worst > 0.1 * HELIX_TOLERANCE_MM, "{climb} {worst}");
+            assert!(worst < 1.1 * HELIX_TOLERANCE_MM, "{rise} {worst}");
+            assert!(all.len() == 1 || worst > 0.1 * HELIX_TOLERANCE_MM, "{rise} {worst}");
         }
     }
 }

@@ -39,7 +39,7 @@ pub(super) fn parse(line: &str) -> Result<Block, String> {
     let content = without_comments(line)?;
     if let Some(number) = with_exponent(&content) {
         return Err(format!(
-            "'{number}' reads as a number with an exponent, which G-code does not know; write it \
+            "'{number}' reads as a number with an exponent, which G-code does not have; write it \
              out, or put a space before an E word"
         ));
     }

@@ -123,7 +123,7 @@ fn contradictions(block: &Block) -> Vec<String> {
         if let [first, second, ..] = codes.as_slice() {
             let [first, second] = [first, second].map(|&code| shown(letter, code));
             let what =
-                format!("{first} and {second} in one block: which of them holds is not clear");
+                format!("{first} and {second} in one block: which of them applies is not clear");
             if !found.contains(&what) {
                 found.push(what);
             }

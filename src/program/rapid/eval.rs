@@ -186,7 +186,7 @@ impl<'a> Interpreter<'a> {
         match self.globals.get(key).unwrap_or(&Global::NotYet) {
             Global::Known(_) => return Ok(()),
             Global::Busy => {
-                return Err(format!("'{}' is declared by itself", declaration.name.shown));
+                return Err(format!("'{}' is declared in terms of itself", declaration.name.shown));
             }
             Global::NotYet => {}
         }

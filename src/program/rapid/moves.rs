@@ -64,7 +64,7 @@ impl<'a> Interpreter<'a> {
         let feed_m_per_s = match (timed, self.last) {
             (Some(seconds), Some(last)) => {
                 if way == Way::Joint {
-                    let what = "MoveJ \\T: the way is taken to be as long as the straight line";
+                    let what = "MoveJ \\T: the path is taken to be as long as the straight line";
                     self.log.warning(Code::Assumed, line, what);
                 }
                 self.log.feed(false);
@@ -74,7 +74,10 @@ impl<'a> Interpreter<'a> {
                 self.log.warning(
                     Code::Assumed,
                     line,
-                    format!("{} \\T: the way is not known, the speed is used", name.shown),
+                    format!(
+                        "{} \\T: the length of the path is not known, the speed is used",
+                        name.shown
+                    ),
                 );
                 self.speed(line, speed_arg, option("v"))?
             }
@@ -92,7 +95,7 @@ impl<'a> Interpreter<'a> {
 
     /// `CRobT()`: the last target, in the work object and with the tool asked for.
     pub(super) fn current_target(&mut self, options: &[(String, Value)]) -> Result<Value, String> {
-        let last = self.last.ok_or("CRobT: where the robot stands is known only at run time")?;
+        let last = self.last.ok_or("CRobT: the robot's position is known only at run time")?;
         let find = |wanted: &str| options.iter().find(|(name, _)| name == wanted);
         let tcp = match find("tool") {
             Some((_, tool)) => self.frame_of_tool(tool)?.unwrap_or(last.tcp),

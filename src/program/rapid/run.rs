@@ -285,7 +285,7 @@ impl<'a> Interpreter<'a> {
             self.log.warning(
                 Code::Assumed,
                 line,
-                "an endless loop: read once, without the way from its end back to its beginning",
+                "an endless loop: read once, without the move from its end back to its beginning",
             );
             return match self.block(body) {
                 Flow::Next => Flow::Exit,

@@ -101,7 +101,7 @@ struct Operation<'a> {
     binding: Option<Binding>,
     /// What else could open a gap, the best first; empty where a constant speed is safe. None is applied.
     levers: Vec<Lever>,
-    /// What the cutting force moves the tool tip along the path; null where the job does not tell enough of the
+    /// What the cutting force moves the tool tip along the path; null where the job does not say enough of the
     /// cut, see vibration_missing.
     vibration: Option<&'a Vibration>,
     /// Why vibration is null.

@@ -10,7 +10,6 @@ use crate::report::drawing::{
 use crate::report::words::round_percent;
 use crate::study::advise::AdvisedJob;
 
-const WIDTH: f64 = 980.0;
 const LEFT: f64 = 85.0;
 const PANEL_WIDTH: f64 = 690.0;
 const MIN_PANEL_HEIGHT: f64 = 360.0;
@@ -43,7 +42,7 @@ pub fn advice(job: &AdvisedJob) -> String {
     let panel_height = |of: &[&Ribbon]| height_beside(of.len()).max(MIN_PANEL_HEIGHT);
     let head = 70.0;
     let heights = operations.iter().map(|(_, of)| OVER + panel_height(of) + UNDER);
-    let mut canvas = Canvas::new(WIDTH, head + heights.sum::<f64>());
+    let mut canvas = Canvas::new(980.0, head + heights.sum::<f64>());
     let title = format!("Spindle speeds: {}", job.name);
     canvas.text((LEFT, 30.0), Anchor::Start, Face::Title, &title);
     legend(&mut canvas, job);

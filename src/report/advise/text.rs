@@ -81,7 +81,7 @@ fn apply_a_lever(job: &AdvisedJob) -> String {
     ];
     let missing: Vec<&str> =
         offers.iter().filter(|(is_missing, _)| *is_missing).map(|(_, key)| *key).collect();
-    let apply = "apply one of the levers, then run advise again";
+    let apply = "apply one of the remedies, then run advise again";
     if missing.is_empty() {
         return apply.to_owned();
     }
@@ -151,7 +151,7 @@ fn push_operation(job: &AdvisedJob, operation: &OperationAdvice, colour: bool, t
         Remedy::Constant(_) | Remedy::Kept(_) | Remedy::Infeasible => {}
     }
     for lever in &operation.levers {
-        push_fact(4, "lever", &words::lever(lever), text);
+        push_fact(4, "remedy", &words::lever(lever), text);
     }
     match &operation.vibration {
         Ok(vibration) => {

@@ -33,7 +33,7 @@ pub(super) fn reason(job: &AdvisedJob, operation: &OperationAdvice) -> String {
     let Remedy::Infeasible = operation.remedy else { return all };
     let levers = match operation.levers.first() {
         Some(best) if best.rpm.is_some() => format!("to open a gap: {}", lever(best)),
-        _ => "no lever that the job allows opens a gap".to_owned(),
+        _ => "no remedy that the job allows opens a gap".to_owned(),
     };
     format!("operation '{}': {all}; {levers}", operation.name)
 }
@@ -271,13 +271,14 @@ pub(super) fn coupling(plan: &Schedule) -> String {
         Coupling::Asked => "as programmed, as asked".to_owned(),
         Coupling::OwnFeeds => "as programmed: the program has feeds of its own".to_owned(),
         Coupling::StandsStill => {
-            "as programmed: turns on the spot take their time whatever the feed".to_owned()
+            "as programmed: the time of turns on the spot does not depend on the feed".to_owned()
         }
         Coupling::Rapids => {
-            "as programmed: the program's rapid moves take their time whatever the feed".to_owned()
+            "as programmed: the time of the program's rapid moves does not depend on the feed"
+                .to_owned()
         }
         Coupling::Crosses => {
-            "as programmed: a slower one, as the chip load asks for, would draw out the crossing"
+            "as programmed: a slower one, as the chip load asks for, would prolong the crossing"
                 .to_owned()
         }
         Coupling::NotSettled => {

@@ -14,9 +14,6 @@ const ROWS: usize = 16;
 const DOTS_PER_COLUMN: usize = 2;
 const DOTS_PER_ROW: usize = 4;
 
-/// Every so many rows a frequency stands at the axis.
-const ROWS_PER_TICK: usize = 5;
-
 /// Width of the frequencies at the axis, characters.
 const TICK_WIDTH: usize = 8;
 
@@ -238,7 +235,7 @@ impl Drawing {
         let labels = self.labels(curves);
         let mut text = format!("{:>TICK_WIDTH$}\n", "Hz");
         for (row, label) in labels.iter().enumerate() {
-            if row % ROWS_PER_TICK == 0 {
+            if row % 5 == 0 {
                 let share = (row as f64 + 0.5) / ROWS as f64;
                 let frequency = self.high - share * (self.high - self.low);
                 text.push_str(&format!("{:>TICK_WIDTH$} ┤", words::hz(frequency)));

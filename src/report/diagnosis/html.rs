@@ -12,8 +12,6 @@ use crate::study::diagnose::Diagnosed;
 use crate::units::{deg_from_rad, mm_from_m, percent_from_ratio};
 use crate::wording::printable;
 
-const WIDTH: f64 = 620.0;
-const HEIGHT: f64 = 340.0;
 const PANEL: Frame = Frame { left: 85.0, top: 35.0, width: 515.0, height: 245.0 };
 
 /// The page: the text, measured against predicted before and after, residuals over what they follow
@@ -204,7 +202,7 @@ fn figure(
         x: Axis::new(x, Scale::linear(left, right)),
         y: Axis::new(y, Scale::linear(low, high)),
     };
-    let mut canvas = Canvas::new(WIDTH, HEIGHT);
+    let mut canvas = Canvas::new(620.0, 340.0);
     panel.axes(&mut canvas, true);
     let ends = if equal { [(left, left), (right, right)] } else { [(left, 0.0), (right, 0.0)] };
     panel.curve(&mut canvas, &ends, Stroke { colour: GREY, width: 1.5, dashes: "" });

@@ -1,7 +1,7 @@
 //! What is said in several formats.
 
 use crate::diagnosis::{Diagnosis, Estimate, Finding, Shape, Structure, Verdict};
-use crate::units::{deg_from_rad, mm_from_m, percent_from_ratio};
+use crate::units::{deg_from_rad, mm_from_m, percent_from_ratio, unit_of};
 
 /// A number with the digits that a person wants: four significant ones.
 pub(super) fn number(value: f64) -> String {
@@ -26,30 +26,10 @@ pub(super) fn position(q: f64, slides: bool) -> String {
     if slides { format!("{:.1} mm", mm_from_m(q)) } else { format!("{:.1}°", deg_from_rad(q)) }
 }
 
-/// "mass_kg" → ("mass", "kg").
-fn unit_of(name: &str) -> (String, &'static str) {
-    const UNITS: [(&str, &str); 9] = [
-        ("_nm_per_rad", "N·m/rad"),
-        ("_n_per_m", "N/m"),
-        ("_per_nm", "per N·m"),
-        ("_per_k", "per K"),
-        ("_kgm2", "kg·m²"),
-        ("_kg", "kg"),
-        ("_rad", "rad"),
-        ("_hz", "Hz"),
-        ("_m", "m"),
-    ];
-    for (suffix, unit) in UNITS {
-        if let Some(plain) = name.strip_suffix(suffix) {
-            return (plain.replace('_', " "), unit);
-        }
-    }
-    (name.replace('_', " "), "")
-}
-
 /// "mass 4.9 kg (95 % interval 4.7 to 5.1), robot file 0".
 pub(super) fn estimate(parameter: &Estimate) -> String {
     let (name, unit) = unit_of(&parameter.name);
+    let name = name.replace('_', " ");
     let [low, high] = parameter.ci95.map(number);
     let space = if unit.is_empty() { "" } else { " " };
     let mut text = format!(

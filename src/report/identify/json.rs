@@ -91,7 +91,7 @@ struct JsonMode<'a> {
     /// Free decays: displacement of the shape's largest part when the strongest decay begins, m (or
     /// the channel's unit).
     amplitude: Option<f64>,
-    /// Where the frequency depends on amplitude: how much higher it is where the arm swings most,
+    /// Where the frequency depends on amplitude: how much higher it is at the largest amplitude,
     /// percent; the frequency given is that of small amplitudes.
     #[serde(skip_serializing_if = "Option::is_none")]
     drift_percent: Option<f64>,

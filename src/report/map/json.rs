@@ -5,9 +5,6 @@ use serde::Serialize;
 use crate::free_vibration::Measurement;
 use crate::map::{Block, Head, JointColumn};
 
-/// Name of the format.
-const SCHEMA: &str = "map/1";
-
 /// What separates two rows.
 pub(super) const SEPARATOR: &str = ",\n";
 
@@ -34,7 +31,7 @@ struct JsonHead<'a> {
 /// The beginning, up to the first row.
 pub(super) fn start(head: &Head, is_nonlinear: bool) -> serde_json::Result<String> {
     let text = serde_json::to_string(&JsonHead {
-        schema: SCHEMA,
+        schema: "map/1",
         robot: &head.robot,
         method: if is_nonlinear { "nonlinear" } else { "linear" },
         joints: &head.joints,

@@ -107,7 +107,7 @@ impl<'a> MapWriter<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::free_vibration::{Doubt, DoubtReason, Folded, Measurement, Spectrum};
+    use crate::free_vibration::{Aliased, Doubt, DoubtReason, Measurement, Spectrum};
     use crate::map::JointColumn;
     use crate::units::percent_from_ratio;
 
@@ -133,7 +133,7 @@ mod tests {
                 frequencies_hz: vec![Some(25.5), None],
                 linear_hz: vec![25.0, 84.0],
                 departures: vec![Some(25.5 / 25.0 - 1.0), None],
-                folded: vec![Folded { mode: 1, frequency_hz: 84.0, seen_at_hz: 56.0 }],
+                aliased: vec![Aliased { mode: 1, frequency_hz: 84.0, seen_at_hz: 56.0 }],
                 doubts: vec![Doubt { mode: 0, reason: DoubtReason::RivalPeak }],
                 energy_drift: 1e-9,
                 spectrum: Spectrum { bin_hz: 0.2, amplitudes: vec![] },

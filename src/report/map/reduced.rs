@@ -7,9 +7,6 @@ use crate::map::{Bin, Extreme, Head, JointColumn, Reduced, ReducedMode, SHARES, 
 use crate::report::words::csv_field;
 use crate::units::percent_from_ratio;
 
-/// Name of the JSON format.
-const SCHEMA: &str = "map-reduced/1";
-
 /// A reduced map as CSV, one figure a row: `min` and `max` with their pose (counted from 1),
 /// `mean`, `q5` … `q95`, and `bin` with its upper end and how many poses lie in it. Cells that a
 /// figure has no use for are blank.
@@ -93,7 +90,7 @@ pub fn reduced_json(
 ) -> serde_json::Result<String> {
     let modes = reduced.modes.iter().enumerate();
     let text = serde_json::to_string_pretty(&JsonReduced {
-        schema: SCHEMA,
+        schema: "map-reduced/1",
         robot: &head.robot,
         poses: reduced.poses,
         quantile_resolution_percent: percent_from_ratio(reduced.quantile_resolution),

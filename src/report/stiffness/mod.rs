@@ -7,9 +7,6 @@ use crate::study::stiffness::JointStiffness;
 use crate::units::percent_from_ratio;
 use crate::wording::{printable, wrapped};
 
-/// Name of the JSON format.
-const SCHEMA: &str = "stiffness/1";
-
 /// `value` with as many decimals as `of` needs for six digits; with a power of ten where `of` is
 /// very large or small.
 fn six_digits(value: f64, of: f64) -> String {
@@ -66,5 +63,5 @@ struct JsonFits<'a> {
 /// # Errors
 /// The serialiser's, which has no cause of its own to fail.
 pub fn stiffness_json(joints: &[JointStiffness]) -> serde_json::Result<String> {
-    Ok(serde_json::to_string_pretty(&JsonFits { schema: SCHEMA, joints })? + "\n")
+    Ok(serde_json::to_string_pretty(&JsonFits { schema: "stiffness/1", joints })? + "\n")
 }

@@ -37,7 +37,9 @@ pub fn nonlinear(amplitude_deg: Option<f64>, sampling: Sampling) -> Result<Metho
     let settings = Settings { sampling, ..Settings::default() };
     let Some(amplitude) = amplitude_deg else { return Ok(Method::Nonlinear(settings)) };
     if !(amplitude > 0.0 && amplitude <= MAX_AMPLITUDE_DEG) {
-        let what = format!("is {amplitude}, must be above 0 and at most {MAX_AMPLITUDE_DEG}");
+        let what = format!(
+            "the amplitude is {amplitude} degrees, must be above 0 and at most {MAX_AMPLITUDE_DEG}"
+        );
         return Err(wrong("amplitude-deg", what));
     }
     Ok(Method::Nonlinear(Settings { amplitude_rad: rad_from_deg(amplitude), ..settings }))

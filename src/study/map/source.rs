@@ -258,9 +258,7 @@ fn random(
     for (joint, range) in robot.joints().iter().zip(&ranges) {
         if range.is_none() {
             let name = &joint.name;
-            let what = format!(
-                "joint '{name}' slides without limits; give it a position (--at {name}=MM)"
-            );
+            let what = format!("joint '{name}' slides without limits; give it a position");
             errors.push(wrong("random", what));
         }
     }

@@ -299,7 +299,7 @@ mod tests {
             }
         }
         // The second mode lies above half the sampling rate.
-        assert!(summary.folded > 0);
+        assert!(summary.aliased > 0);
         let warnings = summary.warnings(&robot);
         assert!(warnings.iter().any(|warning| warning.code == Code::Folded), "{warnings:?}");
     }

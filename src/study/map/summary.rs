@@ -1,6 +1,6 @@
 //! What is said once about a map rather than pose by pose.
 
-use crate::free_vibration::{Doubt, DoubtReason, Folded, Measurement};
+use crate::free_vibration::{Aliased, Doubt, DoubtReason, Measurement};
 use crate::map::{Block, OutsideLimits};
 use crate::model::{LimitViolation, Robot};
 use crate::notes::{Code, Note, Place};
@@ -15,11 +15,11 @@ pub struct Summary {
     /// Peaks of a nonlinear map that may not be the mode.
     pub doubtful: usize,
     /// Modes above half the sampling rate.
-    pub folded: usize,
+    pub aliased: usize,
     /// Modes too close to another to be resolved by the record.
     pub unresolved: usize,
     first_doubtful: Option<String>,
-    first_folded: Option<Folded>,
+    first_aliased: Option<Aliased>,
 }
 
 impl Summary {
@@ -31,20 +31,22 @@ impl Summary {
             if let (None, Some(doubt)) = (&self.first_doubtful, found.doubts.first()) {
                 self.first_doubtful = Some(described(doubt, found));
             }
-            self.folded += found.folded.len();
-            self.first_folded = self.first_folded.or(found.folded.first().copied());
+            self.aliased += found.aliased.len();
+            self.first_aliased = self.first_aliased.or(found.aliased.first().copied());
             let blank = found.frequencies_hz.iter().filter(|f| f.is_none()).count();
-            self.unresolved += blank - found.folded.len();
+            self.unresolved += blank - found.aliased.len();
         }
     }
 
     /// Warnings about the map of `robot`.
     pub fn warnings(&self, robot: &Robot) -> Vec<Note> {
         let mut warnings = Vec::new();
-        let mut warn =
-            |code, what: String| warnings.push(Note::warning(code, Place::default(), what));
+        // `key` is what of the request to change.
+        let mut warn = |code, key, what: String| {
+            warnings.push(Note::warning(code, Place { key, ..Place::default() }, what));
+        };
         if self.poses == 0 {
-            warn(Code::NothingChecked, "the table holds no poses".to_owned());
+            warn(Code::NothingChecked, "", "the table holds no poses".to_owned());
         }
         if let Some((index, value)) = self.outside_limits.first
             && let Some(joint) = robot.joints().get(index)
@@ -56,31 +58,31 @@ impl Summary {
                 self.poses,
                 LimitViolation { joint, value, limit }
             );
-            warn(Code::OutsideLimits, what);
+            warn(Code::OutsideLimits, "", what);
         }
         if let Some(first) = &self.first_doubtful {
             let what = format!(
                 "{} may not be of modes but of harmonics or combination tones of a large vibration \
-                 (the first: {first}); lower the amplitude (--amplitude-deg)",
+                 (the first: {first}); lower the amplitude",
                 frequencies(self.doubtful)
             );
-            warn(Code::Doubtful, what);
+            warn(Code::Doubtful, "amplitude-deg", what);
         }
-        if let Some(Folded { mode, frequency_hz, seen_at_hz }) = self.first_folded {
+        if let Some(Aliased { mode, frequency_hz, seen_at_hz }) = self.first_aliased {
             let what = format!(
-                "{} left blank: above half the sample rate (mode {} at {frequency_hz:.2} Hz would \
-                 appear at {seen_at_hz:.2} Hz); raise the rate (--sample-rate-hz)",
-                frequencies(self.folded),
+                "{} left blank: above half the sampling rate (mode {} at {frequency_hz:.2} Hz would \
+                 appear at {seen_at_hz:.2} Hz); raise the sampling rate",
+                frequencies(self.aliased),
                 mode + 1
             );
-            warn(Code::Folded, what);
+            warn(Code::Folded, "sample-rate-hz", what);
         }
         if self.unresolved > 0 {
             let what = format!(
-                "{} left blank: modes too close for the record to resolve; lengthen it (--duration-s)",
+                "{} left blank: the record is too short to resolve close modes; lengthen the record",
                 frequencies(self.unresolved)
             );
-            warn(Code::Doubtful, what);
+            warn(Code::Doubtful, "duration-s", what);
         }
         warnings
     }
