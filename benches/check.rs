@@ -108,9 +108,10 @@ fn long_job(robot: &Arc<Robot>) -> Job {
             tooth_passing_harmonics: 2,
             spindle_harmonics: 1,
             separation: 0.1,
-            model_uncertainty: 0.1,
+            model_uncertainty: Some(0.1),
+            confidence: 0.95,
             ignore_hz: vec![],
-            min_tip_response_m_per_n: 0.0,
+            min_tip_response_m_per_n: Some(0.0),
         },
         levers: Levers::default(),
     }
@@ -148,7 +149,7 @@ fn six_operations(robot: &Arc<Robot>) -> Job {
         })
         .collect();
     job.policy.separation = 0.03;
-    job.policy.model_uncertainty = 0.02;
+    job.policy.model_uncertainty = Some(0.02);
     job
 }
 

@@ -203,21 +203,19 @@ pub struct Policy {
     pub spindle_harmonics: u32,
     /// Half width of a mode's band as a share of its frequency.
     pub separation: f64,
-    /// Widening of the band for what the model may be wrong by, as a share of the frequency.
-    pub model_uncertainty: f64,
+    /// What every frequency may lie off by as a share of it, where the job says it; else the robot
+    /// does.
+    pub model_uncertainty: Option<f64>,
+    /// With which frequencies lie within their intervals, 0..1.
+    pub confidence: f64,
     /// Excitation in these bands (Hz, ascending) does not count.
     pub ignore_hz: Vec<[f64; 2]>,
-    /// A mode that moves the tip less than this at resonance does not count, m/N.
-    pub min_tip_response_m_per_n: f64,
+    /// A mode that moves the tip less than this at resonance does not count, m/N; where absent,
+    /// less than a hundredth of the operation's largest.
+    pub min_tip_response_m_per_n: Option<f64>,
 }
 
 impl Policy {
-    /// Half width of the band widened by what the model may be wrong by, as a share of the
-    /// frequency.
-    pub fn wide(&self) -> f64 {
-        self.separation + self.model_uncertainty
-    }
-
     /// Whether excitation at this frequency does not count.
     pub fn ignores(&self, excitation_hz: f64) -> bool {
         self.ignore_hz.iter().any(|[low, high]| (*low..=*high).contains(&excitation_hz))
@@ -235,10 +233,5 @@ impl Policy {
                 },
             );
         self.ignores(low_hz) && reached >= high_hz
-    }
-
-    /// Whether a mode that moves the tool tip this much at resonance, m/N, is too faint to count.
-    pub fn is_faint(&self, tip_response_m_per_n: f64) -> bool {
-        tip_response_m_per_n < self.min_tip_response_m_per_n
     }
 }

@@ -71,12 +71,12 @@
 //! |---|---|---|---|
 //! | [`cli`] | one file a verb: arguments, files, progress | `study`, `report` | decide anything that a library user would miss |
 //! | [`report`] | text, JSON, SARIF, JUnit, GitHub, plots: pure functions from results | `study`, `advice`, `risk`, `diagnosis`, `map`, `identify`, `free_vibration`, `excitation`, `job`, `formats` | call a function of another module |
-//! | [`study`] | one function a verb: valid inputs → a result that holds all that is shown, and what is written back | `input`, `advice`, `risk`, `diagnosis`, `map`, `path`, `free_vibration`, `identify`, `excitation`, `job`, `modes`, `program`, `model`, `motion` | print, read or write files |
+//! | [`study`] | one function a verb: valid inputs → a result that holds all that is shown, and what is written back | `input`, `advice`, `risk`, `diagnosis`, `map`, `path`, `free_vibration`, `identify`, `excitation`, `job`, `uncertainty`, `modes`, `program`, `model`, `motion` | print, read or write files |
 //! | [`input`] | YAML, URDF, tables, records → valid types, all faults with file and line | `job`, `program`, `identify`, `model`, `motion`, `formats` | compute |
-//! | [`advice`] | safe speeds, the best of them, schedules, other levers, vibration of the tool tip | `risk`, `path`, `excitation`, `job`, `modes`, `model`, `motion` | print |
-//! | [`risk`] | bands, crossings, certainty, verdict | `path`, `excitation`, `job`, `modes`, `model` | choose a remedy |
-//! | [`diagnosis`] | where prediction and measurement meet: residuals, causes (one a file), fits, choice, gain, next poses | `modes`, `identify`, `model` | name a cause that it has not compared with its rivals |
-//! | [`map`] | frequencies over given poses, grids and random poses, linear or nonlinear; their figures | `free_vibration`, `modes`, `model` | know a `job` |
+//! | [`advice`] | safe speeds, the best of them, schedules, other levers, vibration of the tool tip | `risk`, `path`, `excitation`, `job`, `uncertainty`, `modes`, `model`, `motion` | print |
+//! | [`risk`] | bands, crossings, certainty, verdict | `path`, `excitation`, `job`, `uncertainty`, `modes`, `model` | choose a remedy |
+//! | [`diagnosis`] | where prediction and measurement meet: residuals, causes (one a file), fits, choice, gain, next poses | `uncertainty`, `modes`, `identify`, `model` | name a cause that it has not compared with its rivals |
+//! | [`map`] | frequencies over given poses, grids and random poses, linear or nonlinear; their figures | `free_vibration`, `uncertainty`, `modes`, `model` | know a `job` |
 //! | [`path`] | moves → poses in time; the arm surveyed and its modes followed along them | `modes`, `model`, `motion` | know an `excitation` |
 //! | [`free_vibration`] | the nonlinear equation of motion in time, and its spectrum: the check on `modes` | `modes`, `model` | be used for a verdict |
 //! | [`excitation`] | spindle and tooth-passing lines; the cutting force and its spectrum | `job` | know a `model` |
@@ -84,6 +84,7 @@
 //! | [`modes`] | one pose → natural frequencies, shapes, damping, receptance; MAC | `model` | know why it is asked |
 //! | [`program`] | robot and CAM programs → moves, each with its line; programs with new speeds and feeds | `motion` | know the robot's dynamics: `model`, `modes` |
 //! | [`identify`] | records → spectra → modes with uncertainty; load tests → stiffness | | see a prediction: `model`, `modes` |
+//! | [`uncertainty`] | what the parameters may be off by → intervals of frequencies, draws of the arm | `modes`, `model` | know a `job` |
 //! | [`model`] | the robot as built: M, K, kinematics; immutable | | know a `job` or a measurement |
 //! | [`motion`] | moves, as plain valid data | | |
 //! | [`formats`] | YAML as a tree with lines, edits that keep every other byte, tables, NPY, UFF, WAV, bounded reading | | know a robot |
@@ -123,5 +124,6 @@ pub mod report;
 pub mod risk;
 pub mod statistics;
 pub mod study;
+pub mod uncertainty;
 pub mod units;
 pub mod wording;

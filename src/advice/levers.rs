@@ -17,7 +17,8 @@ use crate::motion::{Move, Target};
 use crate::notes::Note;
 use crate::path::{Path, Survey, grid};
 use crate::progress::silent;
-use crate::risk::{SpindleProfile, detail};
+use crate::risk::{Rules, SpindleProfile, detail};
+use crate::uncertainty::Trust;
 
 /// Angles tried from one end of the free axis to the other, and closer about the best of them.
 const ANGLES: usize = 9;
@@ -87,8 +88,8 @@ fn before(a: &Lever, b: &Lever) -> Ordering {
 /// The arm has no modes somewhere.
 pub(super) fn levers(
     job: &Job,
-    operation: &Operation,
-    index: usize,
+    (operation, index): (&Operation, usize),
+    rules: &Rules,
     ranges: &[ModeRange],
     bind: Option<&Binding>,
     programmed_rpm: f64,
@@ -96,28 +97,26 @@ pub(super) fn levers(
     let mut found = Vec::new();
     for tool in &job.levers.tools_on_hand {
         let lines = lines(tool, &job.policy);
-        let (policy, spindle) = (&job.policy, &job.spindle);
-        let problem = SpeedProblem { ranges, lines: &lines, policy, spindle };
+        let problem = SpeedProblem { ranges, lines: &lines, rules, spindle: &job.spindle };
         let change = Change::Tool { name: tool.name.clone(), teeth: tool.teeth };
         found.push(lever(&problem, change, programmed_rpm));
     }
     let lines = lines(&job.tool, &job.policy);
-    let (policy, spindle) = (&job.policy, &job.spindle);
     found.extend(faster_or_slower(
-        &SpeedProblem { ranges, lines: &lines, policy, spindle },
+        &SpeedProblem { ranges, lines: &lines, rules, spindle: &job.spindle },
         programmed_rpm,
     ));
     found.extend(turned(job, operation, index, programmed_rpm)?);
     found.extend(moved(job, operation, programmed_rpm)?);
     if let Some(bind) = bind {
-        found.extend(narrower(job, bind));
+        found.extend(narrower(rules, bind));
     }
     found.sort_by(before);
     Ok(found)
 }
 
 fn lever(problem: &SpeedProblem, change: Change, programmed_rpm: f64) -> Lever {
-    let set = problem.divide(problem.policy.wide());
+    let set = problem.divide(problem.rules.half_width());
     Lever {
         change,
         margin: problem.widest().map(|bind| bind.separation),
@@ -131,7 +130,7 @@ fn faster_or_slower(problem: &SpeedProblem, programmed_rpm: f64) -> Option<Lever
     let Spindle { min_rpm, max_rpm, .. } = *problem.spindle;
     let nearest = |spindle: Spindle| {
         let problem = SpeedProblem { spindle: &spindle, ..*problem };
-        let set = problem.divide(problem.policy.wide());
+        let set = problem.divide(problem.rules.half_width());
         choose(&problem, &set, Objective::Nearest, programmed_rpm, &[])
     };
     // Above all blocks there is room for a round speed.
@@ -150,18 +149,19 @@ fn faster_or_slower(problem: &SpeedProblem, programmed_rpm: f64) -> Option<Lever
 }
 
 /// Narrower bands: by less separation, or by a model that can be trusted further.
-fn narrower(job: &Job, bind: &Binding) -> Vec<Lever> {
+fn narrower(rules: &Rules, bind: &Binding) -> Vec<Lever> {
     // Of the widest bands that leave a gap, 99 % leave one wide enough to set a speed in it.
     let wide = 0.99 * bind.separation;
     let mut found = Vec::new();
     let mut push = |change| {
         found.push(Lever { change, margin: Some(bind.separation), rpm: Some(bind.rpm) });
     };
-    if wide > job.policy.model_uncertainty {
-        push(Change::Separation { separation: wide - job.policy.model_uncertainty });
+    let (separation, uncertainty) = (rules.policy.separation, rules.uncertainty());
+    if wide > uncertainty {
+        push(Change::Separation { separation: wide - uncertainty });
     }
-    if wide > job.policy.separation && job.policy.model_uncertainty > 0.0 {
-        push(Change::Uncertainty { model_uncertainty: wide - job.policy.separation });
+    if wide > separation && uncertainty > 0.0 {
+        push(Change::Uncertainty { model_uncertainty: wide - separation });
     }
     found
 }
@@ -256,11 +256,13 @@ fn tried(
     };
     let stations = grid(&path, std::iter::empty());
     let survey = Survey::take(&path, stations, detail(&job.policy), &silent)?;
+    let trust = Trust::of(&job.robot, job.policy.model_uncertainty);
+    let rules = Rules::new(&job.policy, &trust, &path, &survey)?;
     let counting =
-        Counting { policy: &job.policy, spindle: SpindleProfile::new(&operation.speed, &path) };
+        Counting { rules: &rules, spindle: SpindleProfile::new(&operation.speed, &path) };
     let (ranges, _) = mode_ranges(&path, &counting, survey)?;
     let lines = lines(&job.tool, &job.policy);
     let problem =
-        SpeedProblem { ranges: &ranges, lines: &lines, policy: &job.policy, spindle: &job.spindle };
+        SpeedProblem { ranges: &ranges, lines: &lines, rules: &rules, spindle: &job.spindle };
     Ok(Some(lever(&problem, change, programmed_rpm)))
 }

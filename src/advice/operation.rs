@@ -15,9 +15,10 @@ use crate::notes::{Code, Note};
 use crate::path::{Path, Survey, grid};
 use crate::progress::Progress;
 use crate::risk::{
-    Counted, SpindleProfile, about_operation, crossings_under, detail, in_operation,
+    Counted, Rules, SpindleProfile, about_operation, crossings_under, detail, in_operation,
     nothing_checked, plan,
 };
+use crate::uncertainty::Trust;
 use crate::units::hz_from_rpm;
 
 /// A speed that a check would deny shows frequencies that the first looks missed: they are taken in
@@ -48,7 +49,7 @@ pub fn advise(job: &Job, options: &Options, progress: Progress) -> Result<JobAdv
         warnings: warnings.collect(),
         options: *options,
         separation: job.policy.separation,
-        model_uncertainty: job.policy.model_uncertainty,
+        model_uncertainty: operations.iter().map(|o| o.model_uncertainty).fold(0.0, f64::max),
         calibrated: job.robot.calibration().is_some(),
         operations,
     })
@@ -124,17 +125,18 @@ fn advise_path(
     let programmed_rpm = mean_rpm(&operation.speed);
     let tip = TipModel::new(job, operation, path)?;
     let chip = chip(job, operation, programmed_rpm, options.feed);
-    let counting =
-        Counting { policy: &job.policy, spindle: SpindleProfile::new(&operation.speed, path) };
     let stations = grid(path, operation.speed.corners());
     let survey = Survey::take(path, stations, detail(&job.policy), progress)?;
+    let trust = Trust::of(&job.robot, job.policy.model_uncertainty);
+    let rules = Rules::new(&job.policy, &trust, path, &survey)?;
+    let counting = Counting { rules: &rules, spindle: SpindleProfile::new(&operation.speed, path) };
     let quietest_of =
         |set: &SafeSet| tip.as_ref().map_or_else(|_| Vec::new(), |tip| tip.quietest(set, chip));
     let wish = Wish { objective: options.objective, programmed_rpm, quietest_of: &quietest_of };
     let Choice { ranges, set, rpm, quietest, survey } =
         settled(job, operation, path, &counting, &wish, survey)?;
     let problem =
-        SpeedProblem { ranges: &ranges, lines: &lines, policy: &job.policy, spindle: &job.spindle };
+        SpeedProblem { ranges: &ranges, lines: &lines, rules: &rules, spindle: &job.spindle };
     let constant = rpm.map(|rpm| Constant {
         rpm,
         feed_m_per_s: match options.feed {
@@ -161,11 +163,12 @@ fn advise_path(
     let (remedy, no_schedule) = remedy_of(&task, constant, options.schedule)?;
     let levers = match constant {
         Some(_) => Vec::new(),
-        None => levers(job, operation, index, &ranges, bind.as_ref(), programmed_rpm)?,
+        None => levers(job, (operation, index), &rules, &ranges, bind.as_ref(), programmed_rpm)?,
     };
     Ok(OperationAdvice {
         name: operation.name.clone(),
         programmed_rpm,
+        model_uncertainty: rules.largest_uncertainty(),
         is_schedule_programmed: matches!(operation.speed, SpindleSpeed::Schedule(_)),
         programmed_feed_m_per_s: operation.feed_m_per_s,
         program_feeds: operation.program_feeds,
@@ -259,20 +262,20 @@ fn settled(
     wish: &Wish,
     mut survey: Survey,
 ) -> Result<Choice, Note> {
-    let (policy, spindle) = (&job.policy, &job.spindle);
-    let lines = &lines(&job.tool, policy);
+    let (rules, spindle) = (counting.rules, &job.spindle);
+    let lines = &lines(&job.tool, &job.policy);
     let mut look = 0;
     loop {
         let (ranges, refined) = mode_ranges(path, counting, survey)?;
-        let problem = SpeedProblem { ranges: &ranges, lines, policy, spindle };
-        let set = problem.divide(policy.wide());
+        let problem = SpeedProblem { ranges: &ranges, lines, rules, spindle };
+        let set = problem.divide(rules.half_width());
         let quietest = (wish.quietest_of)(&set);
         let chosen = choose(&problem, &set, wish.objective, wish.programmed_rpm, &quietest);
         let Some(rpm) = chosen else {
             return Ok(Choice { ranges, set, rpm: None, quietest, survey: refined });
         };
         let speed = SpindleSpeed::Constant(rpm);
-        let (found, closer) = crossings_under(job, operation, &speed, path, refined)?;
+        let (found, closer) = crossings_under(job, operation, rules, &speed, path, refined)?;
         survey = closer;
         if found.is_empty() || look == MAX_REVISIONS {
             let rpm = chosen.filter(|_| found.is_empty());

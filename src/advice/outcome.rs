@@ -44,6 +44,8 @@ pub struct OperationAdvice {
     pub name: String,
     /// The programmed speed, or the mean over time of a programmed schedule, rev/min.
     pub programmed_rpm: f64,
+    /// What the model may be wrong by at most, as a share of any frequency.
+    pub model_uncertainty: f64,
     /// Whether a schedule is programmed.
     pub is_schedule_programmed: bool,
     /// The programmed feed, m/s.

@@ -6,10 +6,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::job::Policy;
 use crate::notes::Note;
 use crate::path::{MAX_GAP, Path, Station, Survey};
-use crate::risk::SpindleProfile;
+use crate::risk::{Rules, SpindleProfile};
 
 /// The ends of a range are found to this share of the frequency: 1e-5 rev/min of 10 000.
 const END_TOLERANCE: f64 = 1e-9;
@@ -38,12 +37,15 @@ pub struct ModeRange {
     /// Where, 0 to 1.
     #[serde(rename = "highest_s")]
     pub high_s: f64,
+    /// What the widened bands lie about: from the lowest to the highest end of the intervals, or the
+    /// frequencies themselves where one figure says what they may lie off by.
+    pub reach_hz: [f64; 2],
 }
 
 /// What decides whether a mode counts at a place.
 #[derive(Debug, Clone)]
 pub(super) struct Counting<'a> {
-    pub(super) policy: &'a Policy,
+    pub(super) rules: &'a Rules<'a>,
     pub(super) spindle: SpindleProfile<'a>,
 }
 
@@ -52,7 +54,7 @@ impl Counting<'_> {
     /// tip enough.
     pub(super) fn counts(&self, station: &Station, r: usize) -> bool {
         !self.spindle.is_stopped_at(station.s)
-            && station.tip_m_per_n.get(r).is_none_or(|&tip| !self.policy.is_faint(tip))
+            && station.tip_m_per_n.get(r).is_none_or(|&tip| !self.rules.is_faint(tip))
     }
 }
 
@@ -102,6 +104,7 @@ fn covered(counting: &Counting, survey: &Survey, r: usize) -> Vec<ModeRange> {
             continue;
         }
         let (f, s) = (station.frequencies_hz[r], station.s);
+        let reach_hz = counting.rules.reach_hz(s, r, f);
         match stretches.last_mut().filter(|_| is_open) {
             Some(stretch) => {
                 if f < stretch.low_hz {
@@ -110,6 +113,7 @@ fn covered(counting: &Counting, survey: &Survey, r: usize) -> Vec<ModeRange> {
                 if f > stretch.high_hz {
                     (stretch.high_hz, stretch.high_s) = (f, s);
                 }
+                stretch.reach_hz = union(stretch.reach_hz, reach_hz);
             }
             None => {
                 stretches.push(ModeRange {
@@ -118,6 +122,7 @@ fn covered(counting: &Counting, survey: &Survey, r: usize) -> Vec<ModeRange> {
                     low_s: s,
                     high_hz: f,
                     high_s: s,
+                    reach_hz,
                 });
             }
         }
@@ -127,14 +132,20 @@ fn covered(counting: &Counting, survey: &Survey, r: usize) -> Vec<ModeRange> {
     let mut merged: Vec<ModeRange> = Vec::new();
     for stretch in stretches {
         match merged.last_mut().filter(|last| stretch.low_hz <= last.high_hz) {
-            Some(last) if stretch.high_hz > last.high_hz => {
-                (last.high_hz, last.high_s) = (stretch.high_hz, stretch.high_s);
+            Some(last) => {
+                if stretch.high_hz > last.high_hz {
+                    (last.high_hz, last.high_s) = (stretch.high_hz, stretch.high_s);
+                }
+                last.reach_hz = union(last.reach_hz, stretch.reach_hz);
             }
-            Some(_) => {}
             None => merged.push(stretch),
         }
     }
     merged
+}
+
+fn union(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
+    [a[0].min(b[0]), a[1].max(b[1])]
 }
 
 /// Whether the cell between two stations may hide frequencies that `covered` lacks. `rate` bounds
@@ -153,12 +164,19 @@ fn needs_halving(
         (true, true) => {}
         _ => return width > STRETCH_TOLERANCE,
     }
-    let (a, b) = (left.frequencies_hz[r], right.frequencies_hz[r]);
-    let (low, high) = (a.min(b), a.max(b));
-    // A function with slopes within ± L stays within L h / 2 of the mean of its ends (Piyavskii).
-    let (mean, reach) = (0.5 * (a + b), 0.5 * rate * width * high);
-    let after = covered.partition_point(|range| range.low_hz <= low);
+    let ends_hz = [left.frequencies_hz[r], right.frequencies_hz[r]];
+    let after = covered.partition_point(|range| range.low_hz <= ends_hz[0].min(ends_hz[1]));
     let Some(range) = after.checked_sub(1).and_then(|i| covered.get(i)) else { return true };
-    mean + reach > range.high_hz * (1.0 + END_TOLERANCE)
-        || mean - reach < range.low_hz * (1.0 - END_TOLERANCE)
+    // A function with slopes within ± L stays within L h / 2 of the mean of its ends (Piyavskii).
+    let beyond = |ends: [f64; 2], rate: f64, [low, high]: [f64; 2]| {
+        let reach = 0.5 * rate * width * ends[0].max(ends[1]);
+        let mean = 0.5 * (ends[0] + ends[1]);
+        mean + reach > high * (1.0 + END_TOLERANCE) || mean - reach < low * (1.0 - END_TOLERANCE)
+    };
+    let rules = counting.rules;
+    let of_ends = [left, right].map(|end| rules.reach_hz(end.s, r, end.frequencies_hz[r]));
+    let edge_rate = rate + rules.edge_rate(left.s, right.s, r);
+    beyond(ends_hz, rate, [range.low_hz, range.high_hz])
+        || beyond(of_ends.map(|reach| reach[0]), edge_rate, [range.reach_hz[0], f64::INFINITY])
+        || beyond(of_ends.map(|reach| reach[1]), edge_rate, [0.0, range.reach_hz[1]])
 }

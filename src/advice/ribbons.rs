@@ -27,7 +27,7 @@ pub(super) fn ribbons(
     let last = survey.len().checked_sub(1).filter(|last| last % step != 0);
     let shown: Vec<usize> = (0..survey.len()).step_by(step).chain(last).collect();
     let modes = shown.first().map_or(0, |&i| survey.station(i).frequencies_hz.len());
-    let half_width = counting.policy.wide();
+    let half_width = counting.rules.half_width();
     let mut ribbons: Vec<Ribbon> = Vec::new();
     for &line in lines {
         let rpm = |hz: f64| rpm_from_hz(hz) / f64::from(line.order);
@@ -39,9 +39,10 @@ pub(super) fn ribbons(
                     continue;
                 }
                 let hz = station.frequencies_hz[r];
+                let [low_hz, high_hz] = counting.rules.reach_hz(station.s, r, hz);
                 let edge = Speeds {
-                    low_rpm: rpm(hz * (1.0 - half_width)),
-                    high_rpm: rpm(hz * (1.0 + half_width)),
+                    low_rpm: rpm(low_hz * (1.0 - half_width)),
+                    high_rpm: rpm(high_hz * (1.0 + half_width)),
                 };
                 match ribbons.last_mut().filter(|_| is_open) {
                     Some(ribbon) => ribbon.edges.push((station.s, edge)),

@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use crate::excitation::{ExcitationLine, WithoutOrder};
 use crate::job::{Policy, Spindle};
+use crate::risk::Rules;
 use crate::units::{hz_from_rpm, rpm_from_hz, written};
 
 use super::ranges::ModeRange;
@@ -94,8 +95,8 @@ impl SafeSet {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Binding {
-    /// The least distance that this speed keeps, in percent of a mode's frequency; below zero where
-    /// a mode passes through the line.
+    /// The least distance that this speed keeps from the frequencies, or from their intervals, in
+    /// percent of them; below zero where a mode passes through the line.
     #[serde(rename = "separation_percent", serialize_with = "written::percent")]
     pub separation: f64,
     /// The speed that comes nearest; not safe.
@@ -129,7 +130,7 @@ pub(super) const MAX_HALF_WIDTH: f64 = 1e6;
 pub(super) struct SpeedProblem<'a> {
     pub(super) ranges: &'a [ModeRange],
     pub(super) lines: &'a [ExcitationLine],
-    pub(super) policy: &'a Policy,
+    pub(super) rules: &'a Rules<'a>,
     pub(super) spindle: &'a Spindle,
 }
 
@@ -141,8 +142,8 @@ impl SpeedProblem<'_> {
             for &line in self.lines {
                 let rpm = |hz: f64| rpm_from_hz(hz) / f64::from(line.order);
                 let speeds = Speeds {
-                    low_rpm: rpm(range.low_hz * (1.0 - half_width)).max(0.0),
-                    high_rpm: rpm(range.high_hz * (1.0 + half_width)),
+                    low_rpm: rpm(range.reach_hz[0] * (1.0 - half_width)).max(0.0),
+                    high_rpm: rpm(range.reach_hz[1] * (1.0 + half_width)),
                 };
                 let Spindle { min_rpm: min, max_rpm: max, .. } = *self.spindle;
                 if speeds.low_rpm < speeds.high_rpm && speeds.low_rpm < max && speeds.high_rpm > min
@@ -162,14 +163,14 @@ impl SpeedProblem<'_> {
 
     /// Where the highest block of all speeds ends, rev/min; `None` where nothing counts.
     pub(super) fn highest_block_rpm(&self) -> Option<f64> {
-        let highest_hz = self.ranges.iter().map(|range| range.high_hz).reduce(f64::max)?;
+        let highest_hz = self.ranges.iter().map(|range| range.reach_hz[1]).reduce(f64::max)?;
         let lowest_order = self.lines.iter().map(|line| line.order).min()?;
-        Some(rpm_from_hz(highest_hz * (1.0 + self.policy.wide())) / f64::from(lowest_order))
+        Some(rpm_from_hz(highest_hz * (1.0 + self.rules.half_width())) / f64::from(lowest_order))
     }
 
     /// The parts of `speeds` at which the policy does not ignore the line.
     fn not_ignored(&self, line: ExcitationLine, speeds: Speeds) -> impl Iterator<Item = Speeds> {
-        ignored_speeds(self.policy, line)
+        ignored_speeds(self.rules.policy, line)
             .fold(vec![speeds], |pieces, ignored| {
                 pieces
                     .into_iter()
@@ -223,7 +224,7 @@ impl SpeedProblem<'_> {
         for range in self.ranges {
             for line in self.lines {
                 let excitation_hz = line.frequency_hz(rpm);
-                if self.policy.ignores(excitation_hz) {
+                if self.rules.policy.ignores(excitation_hz) {
                     continue;
                 }
                 let below = 1.0 - excitation_hz / range.low_hz;

@@ -13,7 +13,7 @@ use crate::notes::Note;
 use crate::progress::Done;
 use crate::report;
 use crate::report::check::github::note_annotation;
-use crate::study::check::{Checked, CheckedJob, ReadJobs, Verdict};
+use crate::study::check::{Checked, CheckedJob, Gate, ReadJobs, Verdict};
 
 const AFTER_HELP: &str = "\
 Examples:
@@ -37,9 +37,10 @@ pub(super) struct CheckArgs {
     /// Write to this file instead of standard output (`-`); a run that fails leaves it unchanged.
     #[arg(long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// The mildest verdict that fails (exit code 1).
-    #[arg(long, value_enum, default_value_t = FailOn::Resonance)]
-    fail_on: FailOn,
+    /// What fails (exit code 1): resonance (and unchecked), uncertain, probability=P (from 0 to 1)
+    /// or never.
+    #[arg(long, value_name = "WHAT", value_parser = gate, default_value = "resonance")]
+    fail_on: Gate,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -54,16 +55,6 @@ enum Format {
     Junit,
     /// Workflow commands, which GitHub shows as annotations.
     Github,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum FailOn {
-    /// An excitation line lies inside a mode's band.
-    Resonance,
-    /// An excitation line lies outside a mode's band, but within the model's uncertainty.
-    Uncertain,
-    /// No verdict fails.
-    Never,
 }
 
 /// Checks all jobs and writes one report; if some file is wrong, reports all errors of all jobs and
@@ -86,23 +77,26 @@ pub(super) fn run(args: &CheckArgs, out: &mut dyn Write) -> Result<Outcome, Fail
     }
     let text = rendered(&jobs, args, &sink)?;
     sink.write(&text, out)?;
-    Ok(outcome(CheckedJob::worst(&jobs), args.fail_on))
+    Ok(if args.fail_on.fails_any(&jobs) { Outcome::Fail } else { Outcome::Pass })
 }
 
-impl FailOn {
-    /// The mildest verdict that fails, if any does.
-    fn mildest(self) -> Option<Verdict> {
-        match self {
-            Self::Resonance => Some(Verdict::Resonance),
-            Self::Uncertain => Some(Verdict::Uncertain),
-            Self::Never => None,
-        }
+/// What `--fail-on` says.
+fn gate(text: &str) -> Result<Gate, String> {
+    match text {
+        // What was not checked is worse than what is uncertain.
+        "resonance" => Ok(Gate::From(Verdict::Unchecked)),
+        "uncertain" => Ok(Gate::From(Verdict::Uncertain)),
+        "never" => Ok(Gate::Never),
+        _ => text
+            .strip_prefix("probability=")
+            .and_then(|p| p.parse().ok())
+            .filter(|p| *p > 0.0 && *p <= 1.0)
+            .map(Gate::Probability)
+            .ok_or_else(|| {
+                "must be resonance, uncertain, never or probability=P with P above 0 and at most 1"
+                    .to_owned()
+            }),
     }
-}
-
-fn outcome(verdict: Verdict, fail_on: FailOn) -> Outcome {
-    let fails = fail_on.mildest().is_some_and(|mildest| verdict >= mildest);
-    if fails { Outcome::Fail } else { Outcome::Pass }
 }
 
 fn rendered(jobs: &[CheckedJob], args: &CheckArgs, sink: &Sink) -> Result<String, Failure> {
@@ -112,8 +106,9 @@ fn rendered(jobs: &[CheckedJob], args: &CheckArgs, sink: &Sink) -> Result<String
         Format::Text => Ok(report::check::text::check(jobs, sink.is_standard() && shows_colour())),
         Format::Json => report::check::json::check(jobs).map_err(|error| internal(&error)),
         Format::Sarif => report::check::sarif::check(jobs, &root).map_err(|error| internal(&error)),
-        Format::Junit => report::check::junit::check(jobs, args.fail_on.mildest())
-            .map_err(|error| internal(&error)),
+        Format::Junit => {
+            report::check::junit::check(jobs, args.fail_on).map_err(|error| internal(&error))
+        }
         Format::Github => Ok(report::check::github::check(jobs, &root)),
     }
 }
@@ -167,15 +162,21 @@ mod tests {
 
     #[test]
     fn what_fails_is_what_was_asked_for() {
-        use Outcome::{Fail, Pass};
-        let table = [
-            (FailOn::Resonance, [Pass, Pass, Fail]),
-            (FailOn::Uncertain, [Pass, Fail, Fail]),
-            (FailOn::Never, [Pass, Pass, Pass]),
-        ];
-        for (fail_on, outcomes) in table {
-            let verdicts = [Verdict::Clear, Verdict::Uncertain, Verdict::Resonance];
-            assert_eq!(verdicts.map(|verdict| outcome(verdict, fail_on)), outcomes);
+        use Verdict::{Clear, Resonance, Uncertain, Unchecked};
+        for (text, fails) in [
+            ("resonance", [false, false, true, true]),
+            ("uncertain", [false, true, true, true]),
+            ("never", [false; 4]),
+            // Where a line rings with a probability of 0.04.
+            ("probability=0.05", [false, false, true, false]),
+            ("probability=0.04", [true; 4]),
+        ] {
+            let gate = gate(text).unwrap();
+            let verdicts = [Clear, Uncertain, Unchecked, Resonance];
+            assert_eq!(verdicts.map(|verdict| gate.fails(verdict, 0.04)), fails, "{text}");
+        }
+        for wrong in ["probability=0", "probability=1.5", "probability=NaN", "clear"] {
+            assert!(gate(wrong).is_err(), "{wrong}");
         }
     }
 }

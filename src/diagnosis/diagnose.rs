@@ -11,6 +11,7 @@ use super::findings::{corrections, findings, next, ranking, widened};
 use super::fit::Fit;
 use super::gain::{HeldOut, gain_interval, held_out};
 use super::outcome::{Diagnosis, Errors, Gain, ResidualRow, Verdict};
+use super::posterior::posterior;
 use super::problem::{Evaluation, Problem};
 use super::screen::Screen;
 use super::statistics::{relative_error, rms};
@@ -80,6 +81,8 @@ pub fn diagnose(
         ),
         Verdict::Consistent | Verdict::Unexplained => Default::default(),
     };
+    let is_structured = verdict == Verdict::Unexplained || judged.after.is_some();
+    let posterior = posterior(&problem, &chosen, is_structured).ok_or_else(no_modes)?;
     progress(Done::Share(1.0));
     let [before, after] = [&held_out.before, &held_out.after].map(|errors| rms(errors.iter()));
     let residuals = residual_rows(&data, &choice, &chosen);
@@ -93,6 +96,7 @@ pub fn diagnose(
         baseline: errors(&data, &choice.baseline.evaluation, before),
         extended: errors(&data, &chosen.evaluation, after),
         noise_floor_percent: percent_from_ratio(noise_floor(&data, &chosen)),
+        posterior,
         structure_before: judged.before,
         structure_after: judged.after,
         next_poses,

@@ -65,8 +65,14 @@ impl Mechanics {
         })
     }
 
-    fn robot(&self, row: &Row) -> Option<&Robot> {
+    /// The robot under the load of a row.
+    pub(super) fn robot(&self, row: &Row) -> Option<&Robot> {
         self.robots.iter().find(|(load, _)| *load == row.load).map(|(_, robot)| robot)
+    }
+
+    /// Where the robot was placed last.
+    pub(super) fn placement(&self) -> &Placement {
+        &self.placement
     }
 
     /// M and K at a row of the table that the model was made for.

@@ -21,6 +21,7 @@ mod likelihood;
 mod mechanics;
 mod next_poses;
 mod outcome;
+mod posterior;
 mod predict;
 mod problem;
 mod screen;

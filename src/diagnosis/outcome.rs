@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 
 use super::causes::CauseText;
-use crate::model::{Carries, Cause, Correction, Hinge};
+use crate::model::{Carries, Cause, Correction, Hinge, Posterior};
 use crate::notes::Note;
 
 /// What was found, in a word.
@@ -249,6 +249,8 @@ pub struct Diagnosis {
     pub gain: Gain,
     /// The level of the noise, %: no model can do better.
     pub noise_floor_percent: f64,
+    /// What the table teaches about all numbers of the model, with the findings.
+    pub posterior: Posterior,
     /// Structure of the residual of the model as it is.
     pub structure_before: Option<Structure>,
     /// Structure of the remaining residual, if it is more than noise.

@@ -121,9 +121,10 @@ mod tests {
             tooth_passing_harmonics,
             spindle_harmonics,
             separation: 0.1,
-            model_uncertainty: 0.1,
+            model_uncertainty: None,
+            confidence: 0.95,
             ignore_hz: vec![],
-            min_tip_response_m_per_n: 0.0,
+            min_tip_response_m_per_n: None,
         }
     }
 

@@ -1,6 +1,6 @@
 //! What a robot's file says of its corrections and its calibration beside what the model needs.
 
-use crate::model::Correction;
+use crate::model::{Calibration, Correction};
 
 /// A correction as the robot's file has it.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,10 +36,8 @@ pub struct FittedTable {
 /// What the calibration block says, but for the date.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CalibrationRecord {
-    /// Number of poses.
-    pub poses: usize,
-    /// Root mean square of the relative error at poses that the model was not fitted to, %.
-    pub heldout_rms_percent: f64,
+    /// What the model takes.
+    pub model: Calibration,
     /// The table that the error was measured with; older files name none.
     pub table: Option<TableName>,
     /// The tables that the corrections were fitted to.

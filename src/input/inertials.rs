@@ -131,7 +131,7 @@ mod tests {
         let at = |line: usize, what: &str| format!("robot.yaml:{}: {what}", first + line);
         let expected = [
             at(2, "link 'link_1': mass_kg is -3, must be a finite number, not negative"),
-            at(3, "link 'link_1': std_percent is 120, must be a number above 0 and at most 100"),
+            at(3, "link 'link_1': std_percent is 120, must be a number between 0 and 100"),
             at(
                 4,
                 "link 'base_link': its inertial has no com_m, inertia_kgm2, and the URDF has no \

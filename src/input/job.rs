@@ -238,20 +238,14 @@ impl Reader<'_> {
                 what,
             );
         }
-        let calibration = self.robot.and_then(|robot| robot.calibration());
-        // A model that never was compared with measurements may be wrong by 10 %.
-        let uncertainty = raw.model_uncertainty_percent.unwrap_or_else(|| {
-            calibration.map_or(10.0, |calibration| 2.0 * calibration.heldout_rms_percent)
-        });
         Policy {
             tooth_passing_harmonics: tooth,
             spindle_harmonics: spindle,
             separation: ratio_from_percent(raw.separation_percent.unwrap_or(10.0)),
-            model_uncertainty: ratio_from_percent(uncertainty),
+            model_uncertainty: raw.model_uncertainty_percent.map(ratio_from_percent),
+            confidence: ratio_from_percent(raw.confidence_percent.unwrap_or(95.0)),
             ignore_hz: bands,
-            min_tip_response_m_per_n: m_per_n_from_um_per_n(
-                raw.min_tip_response_um_per_n.unwrap_or(0.0),
-            ),
+            min_tip_response_m_per_n: raw.min_tip_response_um_per_n.map(m_per_n_from_um_per_n),
         }
     }
 
@@ -329,9 +323,9 @@ mod tests {
         let policy = job.policy;
         assert_eq!((policy.tooth_passing_harmonics, policy.spindle_harmonics), (3, 0));
         assert_eq!(policy.separation, 0.08);
-        assert!((policy.model_uncertainty - 0.088).abs() < 1e-15, "twice 4.4 %");
+        assert_eq!((policy.model_uncertainty, policy.confidence), (None, 0.95));
         assert_eq!(policy.ignore_hz, [[49.0, 51.0], [99.0, 101.0]]);
-        assert!((policy.min_tip_response_m_per_n - 0.5e-6).abs() < 1e-20);
+        assert!((policy.min_tip_response_m_per_n.unwrap() - 0.5e-6).abs() < 1e-20);
     }
 
     #[test]
@@ -353,9 +347,10 @@ mod tests {
                 tooth_passing_harmonics: 2,
                 spindle_harmonics: 1,
                 separation: 0.1,
-                model_uncertainty: 0.1,
+                model_uncertainty: None,
+                confidence: 0.95,
                 ignore_hz: Vec::new(),
-                min_tip_response_m_per_n: 0.0,
+                min_tip_response_m_per_n: None,
             }
         );
         let operation = &job.operations[0];

@@ -13,6 +13,7 @@ mod joint_columns;
 mod load_test;
 mod measured;
 mod poses;
+mod posterior;
 mod raw;
 mod records;
 mod relocated;

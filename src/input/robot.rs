@@ -7,6 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::calibration::{CalibrationRecord, FittedCorrection, FittedTable, TableName};
 use super::files::{MAX_ROBOT_BYTES, named_file};
 use super::inertials::{links, tensor};
+use super::posterior::posterior;
 use super::raw::robot as raw;
 use super::urdf::{Urdf, read_urdf};
 use super::{Reading, schema};
@@ -102,7 +103,11 @@ pub(super) fn described_robot_of_text(
     match built {
         Ok(robot) if errors.is_empty() => {
             let corrections = fitted_corrections(&raw, &description);
-            let calibration = raw.calibration.as_ref().and_then(calibration_record);
+            let calibration = raw
+                .calibration
+                .as_ref()
+                .zip(description.calibration.clone())
+                .map(|(raw, model)| calibration_record(raw, model));
             Ok(DescribedRobot { robot, description, corrections, calibration })
         }
         _ => Err(errors),
@@ -230,9 +235,13 @@ fn describe(raw: &raw::Robot, tree: &Node, urdf: Option<&Urdf>, notes: &mut Note
         beta2: raw.arm_angles.as_ref().and_then(|angles| arm_angle(angles.beta2.as_ref()?)),
         corrections: corrections(raw, tree, notes),
         calibration: raw.calibration.as_ref().and_then(|calibration| {
+            let joints = urdf
+                .map_or(0, |urdf| urdf.joints.iter().filter(|joint| joint.kind.moves()).count());
+            let learned = calibration.posterior.as_ref();
             Some(Calibration {
                 poses: usize::try_from(calibration.poses?).ok()?,
                 heldout_rms_percent: calibration.heldout_rms_percent?,
+                posterior: learned.and_then(|learned| posterior(learned, joints, tree, notes)),
             })
         }),
     }
@@ -294,7 +303,7 @@ fn fitted_corrections(raw: &raw::Robot, description: &Description) -> Vec<Fitted
     .collect()
 }
 
-fn calibration_record(raw: &raw::Calibration) -> Option<CalibrationRecord> {
+fn calibration_record(raw: &raw::Calibration, model: Calibration) -> CalibrationRecord {
     let table = |file: &Option<String>, digest: &Option<String>| {
         Some(TableName { file: file.clone().unwrap_or_default(), digest: digest.clone()? })
     };
@@ -302,12 +311,11 @@ fn calibration_record(raw: &raw::Calibration) -> Option<CalibrationRecord> {
         let table = table(&fitted.file, &fitted.digest)?;
         Some(FittedTable { table, joints: fitted.joints.clone()? })
     });
-    Some(CalibrationRecord {
-        poses: usize::try_from(raw.poses?).ok()?,
-        heldout_rms_percent: raw.heldout_rms_percent?,
+    CalibrationRecord {
+        model,
         table: raw.table.as_ref().and_then(|named| table(&named.file, &named.digest)),
         fitted_to: fitted_to.collect(),
-    })
+    }
 }
 
 fn elastic_joints(

@@ -7,12 +7,13 @@ use std::path::Path;
 use super::Reading;
 use super::calibration::{CalibrationRecord, FittedCorrection, TableName};
 use super::files::MAX_ROBOT_BYTES;
+use super::posterior;
 use super::relocated::relocated;
 use super::robot::{described_robot_of_text, read_described_robot};
 use crate::formats::text::read_text;
 use crate::formats::yaml::Step;
 use crate::formats::yaml::splice::{Splice, entries, quoted};
-use crate::model::{Carries, CoordinateKind, Description};
+use crate::model::{Calibration, Carries, CoordinateKind, Description};
 use crate::notes::{Code, Note, Place};
 
 /// The text of the robot file at `path` with these corrections and this calibration in place of its
@@ -93,7 +94,7 @@ fn confirm(
     }
     let wanted = Description {
         corrections: again.description.corrections.clone(),
-        calibration: again.description.calibration,
+        calibration: again.description.calibration.clone(),
         ..before.clone()
     };
     if again.description != wanted {
@@ -154,7 +155,8 @@ fn corrections_block(corrections: &[FittedCorrection]) -> String {
 }
 
 fn calibration_block(calibration: &CalibrationRecord, date: &str) -> String {
-    let CalibrationRecord { poses, heldout_rms_percent, table, fitted_to } = calibration;
+    let CalibrationRecord { model, table, fitted_to } = calibration;
+    let Calibration { poses, heldout_rms_percent, posterior } = model;
     let mut out = format!(
         "calibration: {{poses: {poses}, heldout_rms_percent: {heldout_rms_percent}, date: {date}"
     );
@@ -178,6 +180,9 @@ fn calibration_block(calibration: &CalibrationRecord, date: &str) -> String {
         .collect();
     if !entries.is_empty() {
         let _ = write!(out, ",\n  fitted_to: [\n{}]", entries.join(",\n"));
+    }
+    if let Some(posterior) = posterior {
+        posterior::write(&mut out, posterior, &|text| quoted(text).to_string());
     }
     out + "}\n"
 }
@@ -208,7 +213,8 @@ mod tests {
     const DATE: &str = "2026-11-21";
 
     fn calibrated(poses: usize, heldout_rms_percent: f64) -> CalibrationRecord {
-        CalibrationRecord { poses, heldout_rms_percent, table: None, fitted_to: Vec::new() }
+        let model = Calibration { poses, heldout_rms_percent, posterior: None };
+        CalibrationRecord { model, table: None, fitted_to: Vec::new() }
     }
 
     fn correction(cause: Cause, at: &str, name: &str, value: f64) -> FittedCorrection {

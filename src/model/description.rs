@@ -4,6 +4,7 @@
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
 use super::cause::Cause;
+use super::posterior::Posterior;
 
 /// A robot before it is checked.
 #[derive(Debug, Clone, PartialEq)]
@@ -200,12 +201,14 @@ pub struct ArmAngle {
 }
 
 /// How well the model predicted measured frequencies on poses that it was not fitted to.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Calibration {
     /// Number of poses.
     pub poses: usize,
     /// Root mean square of the relative error of the frequencies, %.
     pub heldout_rms_percent: f64,
+    /// What was learned of the model's numbers; older files have none.
+    pub posterior: Option<Posterior>,
 }
 
 /// One correction.

@@ -6,10 +6,11 @@
 
 use nalgebra::{DMatrix, Vector3};
 
+use super::body::Composite;
 use super::correction::Conditions;
 use super::description::CoordinateKind;
 use super::placement::Placement;
-use super::robot::Robot;
+use super::robot::{Robot, UncertainBody};
 
 /// An inertia about an axis below this share of what the same body has across it counts as none: a
 /// point mass on a slanting axis leaves rounding, not zero, and rounding is no inertia to vibrate
@@ -45,6 +46,30 @@ pub fn mass_matrix(robot: &Robot, placement: &Placement, m: &mut DMatrix<f64>) {
         }
         m[(j, j)] += robot.coordinates[j].drive_inertia;
     }
+}
+
+/// What one body adds to M(q), n × n: M(q) is the sum over all bodies, and drives.
+pub fn body_mass_matrix(
+    robot: &Robot,
+    placement: &Placement,
+    body: &UncertainBody,
+) -> DMatrix<f64> {
+    let n = robot.coordinates.len();
+    let frame = &placement.frames[body.node];
+    let placed = Composite::placed(&body.body, &frame.rotation, &frame.origin);
+    let mut m = DMatrix::zeros(n, n);
+    let carriers = robot.carriers_of(body);
+    for &j in &carriers {
+        let axis_j = &placement.elastic_axes[j];
+        let linear: Vector3<f64> = axis_j.velocity_at(&placed.com) * placed.mass;
+        let angular: Vector3<f64> = placed.inertia * axis_j.angular_velocity();
+        for &i in &carriers {
+            let axis_i = &placement.elastic_axes[i];
+            let translation = axis_i.velocity_at(&placed.com).dot(&linear);
+            m[(i, j)] = translation + axis_i.angular_velocity().dot(&angular);
+        }
+    }
+    m
 }
 
 /// K(q), n × n, symmetric, N·m/rad (rotations), N/m (translations): the springs, by their laws

@@ -15,6 +15,7 @@ mod inertia;
 mod inverse_kinematics;
 mod placement;
 mod pose_fault;
+mod posterior;
 mod robot;
 mod tip;
 
@@ -25,10 +26,14 @@ pub use description::{
     ElasticJoint, ExtraCoordinate, Hinge, Inertial, Joint, JointKind, Link, Payload,
 };
 pub use dynamics::{inverse_dynamics, potential, potential_gradient};
-pub use inertia::{gravity_stiffness, mass_matrix, spring_constant, stiffness_matrix};
+pub use inertia::{
+    body_mass_matrix, gravity_stiffness, mass_matrix, spring_constant, stiffness_matrix,
+};
 pub use inverse_kinematics::{IkFault, IkMethod, InverseKinematics, Singularity, turn_towards};
 pub use placement::Placement;
 pub use pose_fault::PoseFault;
+pub(crate) use posterior::distance;
+pub use posterior::{LearnedParameter, ParameterKind, Posterior, Unexplained};
 pub(crate) use robot::NodeMotion;
 pub use robot::{AngleForm, Coordinate, LimitViolation, MovingJoint, Robot, UncertainBody};
 pub use tip::{elastic_jacobian, forward_kinematics, joint_jacobian};

@@ -227,6 +227,17 @@ impl Robot {
         &self.bodies
     }
 
+    /// The elastic coordinates that move a body.
+    pub fn carriers_of(&self, body: &UncertainBody) -> Vec<usize> {
+        let mut carriers = Vec::new();
+        let mut node = Some(body.node);
+        while let Some(at) = node {
+            carriers.extend(self.nodes[at].coordinates.clone());
+            node = self.nodes[at].parent;
+        }
+        carriers
+    }
+
     /// The node that carries the tip, and the tip frame in the node's frame.
     pub(crate) fn tip(&self) -> (usize, &Isometry3<f64>) {
         (self.tip_node, &self.tip_offset)

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Matrix6xX};
 
 use super::timed_path::{Path, PathReader};
-use crate::model::{IkFault, PoseFault, elastic_jacobian};
+use crate::model::{IkFault, PoseFault, Robot, elastic_jacobian};
 use crate::modes::{ModalSolver, Modes, peak_tip_compliance_m_per_n};
 use crate::notes::{Code, Note, Place};
 
@@ -52,6 +52,11 @@ impl<'p, 'a> Surveyor<'p, 'a> {
             jacobian: Matrix6xX::zeros(n),
             tip_m_per_n: vec![0.0; n],
         }
+    }
+
+    /// The robot that runs the path.
+    pub fn robot(&self) -> &'a Robot {
+        self.path.robot()
     }
 
     fn stand(&mut self, s: f64) -> Result<Isometry3<f64>, Note> {

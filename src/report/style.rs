@@ -19,7 +19,7 @@ pub(super) const STRONG: &str = "1";
 pub(super) fn of(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Clear => CLEAR,
-        Verdict::Uncertain => UNCERTAIN,
+        Verdict::Uncertain | Verdict::Unchecked => UNCERTAIN,
         Verdict::Resonance => RESONANCE,
     }
 }

@@ -4,7 +4,9 @@ use super::bands::LineBands;
 use super::crossings;
 use super::left_out::left_out;
 use super::margin::closest_approach;
-use super::operation_notes::{in_operation, warnings};
+use super::operation_notes::{Counted, in_operation, warnings};
+use super::probability::{JobDraws, driver, probabilities};
+use super::rules::Rules;
 use super::spindle_profile::SpindleProfile;
 use super::verdict::{
     Certainty, Crossing, JobRisk, ModeExchange, OperationRisk, Sample, SpeedPoint, Verdict,
@@ -14,6 +16,7 @@ use crate::job::{Job, Operation, Policy, SpindleSpeed};
 use crate::notes::Note;
 use crate::path::{Detail, MAX_GAP, ModalPose, Path, Survey, Surveyor, follow, grid};
 use crate::progress::Progress;
+use crate::uncertainty::{Draws, Trust};
 
 /// Checks every operation of a job: plans its path, looks at the arm along it and finds where
 /// excitation lines lie in the modes' bands.
@@ -22,12 +25,16 @@ use crate::progress::Progress;
 /// What cannot be run, for every operation.
 pub fn assess(job: &Job, progress: Progress) -> Result<JobRisk, Vec<Note>> {
     let (mut faults, mut all) = (Vec::new(), Vec::new());
-    let mut operations = Vec::new();
+    let mut operations: Vec<OperationRisk> = Vec::new();
+    let trust = Trust::of(&job.robot, job.policy.model_uncertainty);
+    let draws = JobDraws::new(&trust, job.robot.coordinates().len());
+    let mut rings = vec![false; draws.count()];
     for operation in &job.operations {
-        match assess_operation(job, operation, progress) {
-            Ok((risk, of_operation)) => {
+        match assess_operation(job, operation, &trust, &draws, progress) {
+            Ok((risk, of_operation, of_draws)) => {
                 operations.push(risk);
                 all.extend(of_operation);
+                rings.iter_mut().zip(of_draws).for_each(|(all, own)| *all |= own);
             }
             Err(found) => faults.extend(found),
         }
@@ -38,7 +45,8 @@ pub fn assess(job: &Job, progress: Progress) -> Result<JobRisk, Vec<Note>> {
     Ok(JobRisk {
         verdict: operations.iter().map(|o| o.verdict).max().unwrap_or(Verdict::Clear),
         calibrated: job.robot.calibration().is_some(),
-        model_uncertainty: job.policy.model_uncertainty,
+        model_uncertainty: operations.iter().map(|o| o.model_uncertainty).fold(0.0, f64::max),
+        probability: Draws::share(&rings),
         separation: job.policy.separation,
         coordinates: job.robot.coordinates().iter().map(|c| c.name.clone()).collect(),
         operations,
@@ -49,13 +57,15 @@ pub fn assess(job: &Job, progress: Progress) -> Result<JobRisk, Vec<Note>> {
 fn assess_operation(
     job: &Job,
     operation: &Operation,
+    trust: &Trust,
+    draws: &JobDraws,
     progress: Progress,
-) -> Result<(OperationRisk, Vec<Note>), Vec<Note>> {
+) -> Result<(OperationRisk, Vec<Note>, Vec<bool>), Vec<Note>> {
     let path = plan(job, operation)?;
-    let risk = survey_operation(job, operation, &path, progress)
+    let (risk, rings) = survey_operation(job, operation, &path, (trust, draws), progress)
         .map_err(|note| vec![in_operation(job, operation, note)])?;
     let warnings = warnings(job, operation, &path, &risk);
-    Ok((risk, warnings))
+    Ok((risk, warnings, rings))
 }
 
 /// The path of an operation.
@@ -71,7 +81,11 @@ pub fn plan<'a>(job: &'a Job, operation: &Operation) -> Result<Path<'a>, Vec<Not
 /// What must be read along a path for a policy: tip response costs mode shapes, so only where the
 /// policy asks about it.
 pub fn detail(policy: &Policy) -> Detail {
-    if policy.min_tip_response_m_per_n > 0.0 { Detail::TipResponse } else { Detail::Frequencies }
+    if policy.min_tip_response_m_per_n != Some(0.0) {
+        Detail::TipResponse
+    } else {
+        Detail::Frequencies
+    }
 }
 
 /// Where excitation lines lie in bands on the path of an operation under a spindle speed, with the
@@ -83,16 +97,17 @@ pub fn detail(policy: &Policy) -> Detail {
 pub fn crossings_under(
     job: &Job,
     operation: &Operation,
+    rules: &Rules,
     speed: &SpindleSpeed,
     path: &Path,
     first_look: Survey,
 ) -> Result<(Vec<Crossing>, Survey), Note> {
     let spindle = SpindleProfile::new(speed, path);
     let (lowest_hz, highest_hz) = first_look.range_hz();
-    let (policy, file) = (&job.policy, job.named_file_of_moves(operation));
-    let lines_bands: Vec<LineBands> = lines(&job.tool, policy)
+    let file = job.named_file_of_moves(operation);
+    let lines_bands: Vec<LineBands> = lines(&job.tool, &job.policy)
         .into_iter()
-        .map(|line| LineBands { line, spindle: &spindle, policy, file })
+        .map(|line| LineBands { line, spindle: &spindle, rules, file })
         .filter(|bands| bands.can_meet(lowest_hz, highest_hz))
         .collect();
     let survey = first_look.refine(path, |left, right, rates| {
@@ -118,34 +133,42 @@ fn survey_operation(
     job: &Job,
     operation: &Operation,
     path: &Path,
+    (trust, draws): (&Trust, &JobDraws),
     progress: Progress,
-) -> Result<OperationRisk, Note> {
+) -> Result<(OperationRisk, Vec<bool>), Note> {
     let lines = lines(&job.tool, &job.policy);
     let spindle = SpindleProfile::new(&operation.speed, path);
     let stations = grid(path, operation.speed.corners());
     let first_look = Survey::take(path, stations, detail(&job.policy), progress)?;
-    let (found, survey) = crossings_under(job, operation, &operation.speed, path, first_look)?;
-    let verdict = found
+    let rules = Rules::new(&job.policy, trust, path, &first_look)?;
+    let (mut found, survey) =
+        crossings_under(job, operation, &rules, &operation.speed, path, first_look)?;
+
+    let file = job.named_file_of_moves(operation);
+    let all: Vec<LineBands> = lines
         .iter()
-        .map(|crossing| match crossing.certainty {
-            Certainty::Certain => Verdict::Resonance,
-            Certainty::Uncertain => Verdict::Uncertain,
-        })
-        .max()
-        .unwrap_or(Verdict::Clear);
+        .map(|&line| LineBands { line, spindle: &spindle, rules: &rules, file })
+        .collect();
+    let probabilities = probabilities(draws, &all, path, &survey, &found)?;
+    let mut surveyor = Surveyor::new(path);
+    for (crossing, probability) in found.iter_mut().zip(probabilities.crossings) {
+        crossing.driver = driver(trust, &mut surveyor, crossing)?;
+        crossing.probability = Some(probability.probability);
+    }
 
     let shown = shown(&survey);
     let families = follow(path, &shown)?;
     let samples: Vec<Sample> = shown
         .iter()
         .zip(families.of.into_iter().zip(families.poses))
-        .map(|(&s, (families, pose))| sample(path, &spindle, s, families, pose))
+        .map(|(&s, (families, pose))| sample(path, &spindle, &rules, s, families, pose))
         .collect();
     let [spindle_min_rpm, spindle_max_rpm] = operation.speed.range_rpm();
-    Ok(OperationRisk {
+    let share = Draws::share(&probabilities.rings);
+    let mut risk = OperationRisk {
         name: operation.name.clone(),
         program: operation.program.clone(),
-        verdict,
+        verdict: Verdict::Clear,
         spindle_rpm: operation.speed.rpm_at(0.0),
         spindle_min_rpm,
         spindle_max_rpm,
@@ -156,9 +179,13 @@ fn survey_operation(
             }
         },
         duration_s: path.duration_s(),
-        left_out: left_out(&lines, &operation.speed, &job.policy, &survey),
-        closest: closest_approach(&samples, &lines, &job.policy),
+        left_out: left_out(&lines, &operation.speed, &rules, &survey),
+        closest: closest_approach(&samples, &lines, &rules),
         lines,
+        probability: share.probability,
+        probability_std_error: share.std_error,
+        min_tip_response_m_per_n: rules.min_tip_response_m_per_n,
+        model_uncertainty: rules.largest_uncertainty(),
         poses_solved: survey.len(),
         samples,
         crossings: found,
@@ -167,7 +194,19 @@ fn survey_operation(
             .iter()
             .map(|e| ModeExchange { s: e.s, lower_mode: e.lower_mode + 1 })
             .collect(),
-    })
+    };
+    risk.verdict = verdict(path, &risk);
+    Ok((risk, probabilities.rings))
+}
+
+/// The worst of the crossings; that nothing counts is a verdict of its own.
+fn verdict(path: &Path, risk: &OperationRisk) -> Verdict {
+    let of_crossing = |crossing: &Crossing| match crossing.certainty {
+        Certainty::Certain => Verdict::Resonance,
+        Certainty::Uncertain => Verdict::Uncertain,
+    };
+    let unchecked = (!Counted::new(path, risk).anything()).then_some(Verdict::Unchecked);
+    risk.crossings.iter().map(of_crossing).chain(unchecked).max().unwrap_or(Verdict::Clear)
 }
 
 /// Stations that become samples: all, or so many that neighbours are no more than [`MAX_GAP`]
@@ -190,6 +229,7 @@ fn shown(survey: &Survey) -> Vec<f64> {
 fn sample(
     path: &Path,
     spindle: &SpindleProfile,
+    rules: &Rules,
     s: f64,
     families: Vec<Option<usize>>,
     pose: ModalPose,
@@ -200,6 +240,11 @@ fn sample(
         beta1_rad: path.robot().beta1().map(|angle| angle.at(&joints)),
         beta2_rad: path.robot().beta2().map(|angle| angle.at(&joints)),
         rpm: spindle.rpm_at(s),
+        natural_frequencies_ci95_hz: natural_frequencies_hz
+            .iter()
+            .enumerate()
+            .map(|(r, &hz)| rules.interval_hz(s, r, hz))
+            .collect(),
         natural_frequencies_hz,
         tip_response_m_per_n,
         families,

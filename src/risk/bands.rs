@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
+use super::rules::Rules;
 use super::spindle_profile::SpindleProfile;
 use super::verdict::Certainty;
 use crate::excitation::ExcitationLine;
-use crate::job::Policy;
 use crate::path::Station;
 
 /// Ends of crossings are found to within this share of the path, and of what it takes a line that
@@ -31,7 +31,7 @@ const INSIDE: f64 = 1.0 - 1e-12;
 pub(super) struct LineBands<'a> {
     pub(super) line: ExcitationLine,
     pub(super) spindle: &'a SpindleProfile<'a>,
-    pub(super) policy: &'a Policy,
+    pub(super) rules: &'a Rules<'a>,
     /// What the lines of its moves refer to.
     pub(super) file: &'a Path,
 }
@@ -44,20 +44,19 @@ impl LineBands<'_> {
 
     /// Certainty of the crossing with mode `r` at a station; `None` where there is none.
     pub(super) fn state(&self, station: &Station, r: usize) -> Option<Certainty> {
-        let policy = self.policy;
+        let rules = self.rules;
         let excitation = self.excitation_hz(station.s);
         let natural = station.frequencies_hz[r];
-        let apart = (excitation - natural).abs();
-        let is_faint = || station.tip_m_per_n.get(r).is_some_and(|&tip| policy.is_faint(tip));
+        let apart = excitation - natural;
+        let [low, _, _, high] =
+            rules.edges(station.s, r).map(|edge| natural * (edge - 1.0) * INSIDE);
+        let is_faint = || station.tip_m_per_n.get(r).is_some_and(|&tip| rules.is_faint(tip));
         if excitation == 0.0 {
             // Nothing excites the arm, however wide the bands.
             None
-        } else if apart >= natural * policy.wide() * INSIDE
-            || policy.ignores(excitation)
-            || is_faint()
-        {
+        } else if apart <= low || apart >= high || rules.policy.ignores(excitation) || is_faint() {
             None
-        } else if apart < natural * policy.separation * INSIDE {
+        } else if apart.abs() < natural * rules.policy.separation * INSIDE {
             Some(Certainty::Certain)
         } else {
             Some(Certainty::Uncertain)
@@ -74,7 +73,7 @@ impl LineBands<'_> {
     pub(super) fn can_meet(&self, lowest_hz: f64, highest_hz: f64) -> bool {
         let [low, high] = self.spindle.speed.range_rpm().map(|rpm| self.line.frequency_hz(rpm));
         // A tenth more for what a first look may have missed between its stations.
-        let reach = self.policy.wide() + 0.1;
+        let reach = self.rules.widest() + 0.1;
         high > lowest_hz * (1.0 - reach) && low < highest_hz * (1.0 + reach)
     }
 
@@ -100,20 +99,20 @@ impl LineBands<'_> {
         // Where the spindle stops or starts there is a jump, and nothing between its ends.
         let changes = line_rate > 0.0 && excitation_left.min(excitation_right) > 0.0;
         if self.state(left, r) != self.state(right, r) {
-            let passage = if changes { self.policy.wide() / line_rate } else { 1.0 };
+            let passage = if changes { self.rules.half_width() / line_rate } else { 1.0 };
             let end = END_TOLERANCE.min(END_OF_PASSAGE * passage);
             return width > end.max(PASSAGE_TOLERANCE);
         }
         let ratio_left = excitation_left / left.frequencies_hz[r];
         let ratio_right = excitation_right / right.frequencies_hz[r];
-        let (low, high) = (ratio_left.min(ratio_right), ratio_left.max(ratio_right));
-        let edges = [
-            1.0 - self.policy.wide(),
-            1.0 - self.policy.separation,
-            1.0 + self.policy.separation,
-            1.0 + self.policy.wide(),
-        ];
-        if changes && edges.iter().any(|&edge| low < edge && edge < high) {
+        let [edges_left, edges_right] = [left, right].map(|station| self.rules.edges(station.s, r));
+        // Where the line lies against each edge that it can reach: 1 on it.
+        let mut against = edges_left
+            .into_iter()
+            .zip(edges_right)
+            .filter(|(left, right)| *left > 0.0 && *right > 0.0)
+            .map(|(left, right)| [ratio_left / left, ratio_right / right]);
+        if changes && against.clone().any(|[a, b]| a.min(b) < 1.0 && a.max(b) > 1.0) {
             return width > PASSAGE_TOLERANCE;
         }
         if width <= CONTACT_TOLERANCE {
@@ -121,10 +120,11 @@ impl LineBands<'_> {
         }
         // A function with slopes within ± L stays within L h / 2 of the mean of its ends
         // (Piyavskii).
-        let reach = 0.5 * (rate + line_rate) * width * high;
-        let mean = 0.5 * (ratio_left + ratio_right);
-        edges.iter().any(|&edge| {
-            (edge > high && edge < mean + reach) || (edge < low && edge > mean - reach)
+        let slope = rate + line_rate + self.rules.edge_rate(left.s, right.s, r);
+        against.any(|[a, b]| {
+            let (low, high, mean) = (a.min(b), a.max(b), 0.5 * (a + b));
+            let reach = 0.5 * slope * width * high;
+            (high < 1.0 && mean + reach > 1.0) || (low > 1.0 && mean - reach < 1.0)
         })
     }
 }

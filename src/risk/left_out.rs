@@ -1,8 +1,9 @@
 //! What the policy leaves out of consideration on a whole path: a verdict says nothing about it.
 
+use super::rules::Rules;
 use super::verdict::LeftOut;
 use crate::excitation::ExcitationLine;
-use crate::job::{Policy, SpindleSpeed};
+use crate::job::SpindleSpeed;
 use crate::path::Survey;
 
 /// Lines in ignored bands and modes that hardly move the tool tip, from one end of the path to the
@@ -10,17 +11,17 @@ use crate::path::Survey;
 pub(super) fn left_out(
     lines: &[ExcitationLine],
     speed: &SpindleSpeed,
-    policy: &Policy,
+    rules: &Rules,
     survey: &Survey,
 ) -> LeftOut {
     let [low, high] = speed.range_rpm();
     let ignored = |line: &&ExcitationLine| {
-        policy.ignores_all(line.frequency_hz(low), line.frequency_hz(high))
+        rules.policy.ignores_all(line.frequency_hz(low), line.frequency_hz(high))
     };
     let modes = survey.stations().next().map_or(0, |station| station.frequencies_hz.len());
     let faint = |mode: &usize| {
         survey.stations().all(|station| {
-            station.tip_m_per_n.get(*mode).is_some_and(|&response| policy.is_faint(response))
+            station.tip_m_per_n.get(*mode).is_some_and(|&response| rules.is_faint(response))
         })
     };
     LeftOut {

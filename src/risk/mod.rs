@@ -6,14 +6,18 @@ mod crossings;
 mod left_out;
 mod margin;
 mod operation_notes;
+mod probability;
+mod rules;
 mod spindle_profile;
 mod verdict;
 
 pub use assess::{assess, crossings_under, detail, plan};
 pub use margin::closest_approach;
 pub use operation_notes::{Counted, about_operation, in_operation, nothing_checked};
+pub use probability::JobDraws;
+pub use rules::Rules;
 pub use spindle_profile::SpindleProfile;
 pub use verdict::{
-    Approach, Certainty, Crossing, JobRisk, LeftOut, ModeExchange, Move, OperationRisk, Sample,
-    SpeedPoint, Verdict,
+    Approach, Certainty, Crossing, Driver, JobRisk, LeftOut, ModeExchange, Move, OperationRisk,
+    Sample, SpeedPoint, Verdict,
 };

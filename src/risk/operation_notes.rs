@@ -26,12 +26,8 @@ pub(super) fn warnings(
     path: &Path,
     risk: &OperationRisk,
 ) -> Vec<Note> {
-    let counted = Counted {
-        spindle_turns: path.spindle_turns(),
-        lines: risk.left_out.lines.len() < risk.lines.len(),
-        modes: risk.left_out.modes.len() < job.robot.coordinates().len(),
-    };
-    let nothing = nothing_checked(job, &counted).map(|what| (Code::NothingChecked, what));
+    let nothing =
+        nothing_checked(job, &Counted::new(path, risk)).map(|what| (Code::NothingChecked, what));
     let sudden = too_sudden(job, operation, path).map(|what| (Code::SpindleAcceleration, what));
     let mut warnings: Vec<Note> = nothing
         .into_iter()
@@ -64,6 +60,22 @@ pub struct Counted {
     pub modes: bool,
 }
 
+impl Counted {
+    /// Of an operation that was checked.
+    pub(super) fn new(path: &Path, risk: &OperationRisk) -> Self {
+        Self {
+            spindle_turns: path.spindle_turns(),
+            lines: risk.left_out.lines.len() < risk.lines.len(),
+            modes: risk.left_out.modes.len() < path.robot().coordinates().len(),
+        }
+    }
+
+    /// Whether there is anything.
+    pub(super) fn anything(&self) -> bool {
+        self.spindle_turns && self.lines && self.modes
+    }
+}
+
 /// A clear verdict means nothing where the spindle stands all along, or the policy leaves every
 /// line or every mode out.
 pub fn nothing_checked(job: &Job, counted: &Counted) -> Option<String> {
@@ -81,7 +93,7 @@ pub fn nothing_checked(job: &Job, counted: &Counted) -> Option<String> {
         return Some(format!(
             "nothing was checked: every mode moves the tool tip less than \
              policy.min_tip_response_um_per_n, {}",
-            um_per_n_from_m_per_n(job.policy.min_tip_response_m_per_n)
+            um_per_n_from_m_per_n(job.policy.min_tip_response_m_per_n.unwrap_or(0.0))
         ));
     }
     None

@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use crate::excitation::{ExcitationLine, WithoutOrder};
 use crate::notes::Note;
+use crate::uncertainty::Estimate;
 use crate::units::written;
 
 /// The answer for an operation, a job or a set of jobs; the worst of its parts.
@@ -19,6 +20,8 @@ pub enum Verdict {
     Clear,
     /// A line comes nearer than the model is accurate.
     Uncertain,
+    /// Nothing, or nothing that counts, was checked.
+    Unchecked,
     /// A line lies inside a mode's band.
     Resonance,
 }
@@ -69,6 +72,13 @@ pub struct Crossing {
     pub moves: Vec<Move>,
     /// Whether the first two of them turn together; null where that has no meaning.
     pub leading_turn_together: Option<bool>,
+    /// In which the mode's frequency lies at closest_s, with the confidence of the policy, Hz.
+    pub natural_frequency_ci95_hz: [f64; 2],
+    /// That the line lies in the mode's band somewhere on the stretch; never below one over the
+    /// number of draws. Null where nobody asked.
+    pub probability: Option<f64>,
+    /// What most of the doubt about the frequency comes from; null where one figure says it.
+    pub driver: Option<Driver>,
     /// The file that the lines refer to: the program as the job names it, else the job file as it
     /// was named on the command line.
     #[serde(serialize_with = "written::path")]
@@ -77,6 +87,16 @@ pub struct Crossing {
     pub from_line: usize,
     /// The highest line that is run between from_s and to_s.
     pub to_line: usize,
+}
+
+/// The parameter of the model with the largest part in the variance of a frequency.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Driver {
+    /// What it is.
+    pub parameter: String,
+    /// Its part, 0 to 1.
+    pub share: f64,
 }
 
 /// A coordinate's part in a mode.
@@ -107,6 +127,8 @@ pub struct Sample {
     pub rpm: f64,
     /// Ascending.
     pub natural_frequencies_hz: Vec<f64>,
+    /// Per mode, in which its frequency lies, with the confidence of the policy.
+    pub natural_frequencies_ci95_hz: Vec<[f64; 2]>,
     /// Per mode, what it alone moves the tool tip at resonance, in its strongest direction.
     #[serde(rename = "tip_response_um_per_n", serialize_with = "written::um")]
     pub tip_response_m_per_n: Vec<f64>,
@@ -197,6 +219,16 @@ pub struct OperationRisk {
     pub spindle_schedule: Option<Vec<SpeedPoint>>,
     /// Time from s = 0 to s = 1.
     pub duration_s: f64,
+    /// That a line lies in a mode's band somewhere; never below one over the number of draws.
+    pub probability: f64,
+    /// Its standard error.
+    pub probability_std_error: f64,
+    /// What the model may be wrong by at most, in percent of any frequency.
+    #[serde(rename = "uncertainty_percent", serialize_with = "written::percent")]
+    pub model_uncertainty: f64,
+    /// What a mode must move the tool tip at resonance to count.
+    #[serde(rename = "min_tip_response_um_per_n", serialize_with = "written::um")]
+    pub min_tip_response_m_per_n: f64,
     /// The excitation lines that were looked at, ascending.
     pub lines: Vec<ExcitationLine>,
     /// What does not count on the whole path, by policy.
@@ -221,8 +253,10 @@ pub struct JobRisk {
     pub verdict: Verdict,
     /// Whether the model was ever compared with measured frequencies.
     pub calibrated: bool,
-    /// What the model may be wrong by, as a share of each frequency.
+    /// What the model may be wrong by at most, as a share of any frequency.
     pub model_uncertainty: f64,
+    /// That a line lies in a mode's band somewhere in any operation.
+    pub probability: Estimate,
     /// Half width of the bands, as a share of each frequency.
     pub separation: f64,
     /// Names of the elastic coordinates.

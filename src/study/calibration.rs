@@ -75,7 +75,7 @@ mod tests {
 
     use super::*;
     use crate::input::{CalibrationRecord, FittedTable, Reading, TableName, read_described_robot};
-    use crate::model::{Cause, Correction};
+    use crate::model::{Calibration, Cause, Correction};
 
     fn table(poses: &[[f64; 2]]) -> ModeTable {
         let row = |&[a, b]: &[f64; 2]| ModeRow {
@@ -116,8 +116,7 @@ mod tests {
             joints: table.rows.iter().map(|row| row.pose.clone()).collect(),
         };
         robot.calibration = Some(CalibrationRecord {
-            poses: 2,
-            heldout_rms_percent: 1.0,
+            model: Calibration { poses: 2, heldout_rms_percent: 1.0, posterior: None },
             table: None,
             fitted_to: vec![fitted(first), fitted(second)],
         });

@@ -36,6 +36,36 @@ impl CheckedJob {
     }
 }
 
+/// What fails.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Gate {
+    /// Nothing.
+    Never,
+    /// This verdict or a worse one.
+    From(Verdict),
+    /// A line that lies in a mode's band somewhere with this probability or a higher one, and what
+    /// was not checked.
+    Probability(f64),
+}
+
+impl Gate {
+    /// Whether an operation or a job with this verdict and probability fails.
+    pub fn fails(self, verdict: Verdict, probability: f64) -> bool {
+        match self {
+            Self::Never => false,
+            Self::From(mildest) => verdict >= mildest,
+            Self::Probability(most) => verdict == Verdict::Unchecked || probability >= most,
+        }
+    }
+
+    /// Whether any of these jobs fails.
+    pub fn fails_any(self, jobs: &[CheckedJob]) -> bool {
+        let operations = || jobs.iter().flat_map(|job| &job.risk.operations);
+        jobs.iter().any(|job| self.fails(job.risk.verdict, job.risk.probability.probability))
+            || operations().any(|one| self.fails(one.verdict, one.probability))
+    }
+}
+
 /// Checks one job.
 ///
 /// # Errors

@@ -12,7 +12,7 @@ use crate::input::{
     CalibrationRecord, DescribedRobot, FittedCorrection, FittedTable, TableName, corrected_robot,
     read_described_robot, read_measured,
 };
-use crate::model::Description;
+use crate::model::{Calibration, Description};
 use crate::notes::{Code, Note, Place};
 use crate::progress::Progress;
 
@@ -106,6 +106,8 @@ pub fn diagnose(
     let (fitted, kept) = fitted_to_table(robot, table, &digest);
     let description = Description {
         corrections: kept.iter().map(|kept| kept.correction.clone()).collect(),
+        // What was learned is learned again, from the values of the files.
+        calibration: None,
         ..robot.description.clone()
     };
     let labels: Vec<String> = fitted
@@ -188,7 +190,7 @@ fn unknown_origin_note(robot: &DescribedRobot, kept: &[FittedCorrection]) -> Opt
 /// What a calibration may claim at best where errors may not be held out: what it claimed before,
 /// or what check assumes of a robot that was never calibrated (half of 10 %).
 fn earlier_heldout_percent(robot: &DescribedRobot) -> f64 {
-    robot.calibration.as_ref().map_or(5.0, |old| old.heldout_rms_percent)
+    robot.calibration.as_ref().map_or(5.0, |old| old.model.heldout_rms_percent)
 }
 
 /// The corrections that were kept and what was found, each with the table that it was fitted to.
@@ -228,8 +230,11 @@ fn update(
     RobotUpdate {
         corrections: kept.into_iter().chain(new).collect(),
         calibration: CalibrationRecord {
-            poses: found.poses,
-            heldout_rms_percent: heldout.clamp(MIN_HELDOUT_PERCENT, MAX_HELDOUT_PERCENT),
+            model: Calibration {
+                poses: found.poses,
+                heldout_rms_percent: heldout.clamp(MIN_HELDOUT_PERCENT, MAX_HELDOUT_PERCENT),
+                posterior: Some(found.posterior.clone()),
+            },
             table: Some(name),
             fitted_to,
         },

@@ -81,13 +81,13 @@ fn scan_angles(waypoints: &[[f64; 2]]) -> Vec<f64> {
 
 /// Whether each speed of the scan is safe.
 fn scan(angles: &[f64], orders: &[u32], policy: &Policy, spindle: &Spindle) -> Vec<(f64, bool)> {
-    let wide = policy.separation + policy.model_uncertainty;
+    let wide = policy.separation + policy.model_uncertainty.unwrap();
     // Sorted, so that "some point has |f_exc − f| < f · wide" is one look.
     let sorted: Vec<Vec<f64>> = (0..2)
         .map(|mode| {
             let mut all: Vec<f64> = angles
                 .iter()
-                .filter(|&&b| closed_form_tip(b)[mode] >= policy.min_tip_response_m_per_n)
+                .filter(|&&b| closed_form_tip(b)[mode] >= policy.min_tip_response_m_per_n.unwrap())
                 .map(|&b| closed_form_hz(b)[mode])
                 .collect();
             all.sort_by(f64::total_cmp);
@@ -121,9 +121,10 @@ fn random_case(rng: &mut ChaCha8Rng, masks: bool) -> (Vec<[f64; 2]>, u32, f64, P
         tooth_passing_harmonics: rng.random_range(1..4),
         spindle_harmonics: rng.random_range(0..3),
         separation: rng.random_range(0.005..0.08),
-        model_uncertainty: rng.random_range(0.0..0.08),
+        model_uncertainty: Some(rng.random_range(0.0..0.08)),
+        confidence: 0.95,
         ignore_hz: vec![],
-        min_tip_response_m_per_n: 0.0,
+        min_tip_response_m_per_n: Some(0.0),
     };
     if masks {
         let f = rng.random_range(10.0..90.0);
@@ -135,7 +136,7 @@ fn random_case(rng: &mut ChaCha8Rng, masks: bool) -> (Vec<[f64; 2]>, u32, f64, P
             tips.iter().copied().fold(f64::INFINITY, f64::min),
             tips.iter().copied().fold(0.0, f64::max),
         );
-        policy.min_tip_response_m_per_n = low + (high - low) * rng.random_range(0.1..0.9);
+        policy.min_tip_response_m_per_n = Some(low + (high - low) * rng.random_range(0.1..0.9));
     }
     (waypoints, teeth, rng.random_range(400.0..6000.0), policy)
 }
@@ -260,7 +261,7 @@ fn separation(waypoints: &[[f64; 2]], teeth: u32, policy: &Policy, rpm: f64) -> 
                 continue;
             }
             for mode in 0..2 {
-                if tip[mode] >= policy.min_tip_response_m_per_n {
+                if tip[mode] >= policy.min_tip_response_m_per_n.unwrap() {
                     let apart = (line - f[mode]).abs() / f[mode];
                     least = Some(least.map_or(apart, |l: f64| l.min(apart)));
                 }
@@ -279,7 +280,7 @@ fn an_infeasible_job_names_what_binds_it() {
     let mut seen = 0;
     for case in 0..30 {
         let (waypoints, teeth, rpm, mut policy) = random_case(&mut rng, false);
-        (policy.separation, policy.model_uncertainty) = (0.5, 0.3);
+        (policy.separation, policy.model_uncertainty) = (0.5, Some(0.3));
         let mut job = job(&robot, &waypoints, rpm, teeth, policy.clone());
         job.spindle.max_rpm = 1500.0;
         let advice = advise(&job, &Options::default(), &silent).unwrap();

@@ -105,7 +105,7 @@ fn along(waypoints: &[[f64; 2]], feed: &dyn Fn(usize) -> f64) -> (Vec<[f64; 2]>,
 
 impl Case {
     fn hits(&self, sample: usize, rpm: f64) -> bool {
-        let wide = self.job.policy.separation + self.job.policy.model_uncertainty;
+        let wide = self.job.policy.separation + self.job.policy.model_uncertainty.unwrap();
         self.orders.iter().any(|&order| {
             let line = f64::from(order) * rpm / 60.0;
             let ignored = self.job.policy.ignore_hz.iter().any(|b| b[0] <= line && line <= b[1]);
@@ -200,9 +200,10 @@ fn policy(separation: f64, tooth_passing_harmonics: u32, spindle_harmonics: u32)
         tooth_passing_harmonics,
         spindle_harmonics,
         separation,
-        model_uncertainty: 0.02,
+        model_uncertainty: Some(0.02),
+        confidence: 0.95,
         ignore_hz: vec![],
-        min_tip_response_m_per_n: 0.0,
+        min_tip_response_m_per_n: Some(0.0),
     }
 }
 
@@ -345,7 +346,7 @@ impl Case {
     }
 
     fn is_in_band(&self, plan: &Schedule, s: f64) -> bool {
-        let wide = self.job.policy.separation + self.job.policy.model_uncertainty;
+        let wide = self.job.policy.separation + self.job.policy.model_uncertainty.unwrap();
         let rpm = SpindleSpeed::Schedule(plan.points.clone()).rpm_at(s);
         self.orders.iter().any(|&order| {
             let line = f64::from(order) * rpm / 60.0;

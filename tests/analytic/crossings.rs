@@ -72,7 +72,7 @@ fn scan(
                     let line = f64::from(order) * speed(s) / 60.0;
                     let apart = (line - f[mode]).abs() / f[mode];
                     let ignored = policy.ignore_hz.iter().any(|b| b[0] <= line && line <= b[1]);
-                    if ignored || apart >= policy.separation + policy.model_uncertainty {
+                    if ignored || apart >= policy.separation + policy.model_uncertainty.unwrap() {
                         None
                     } else {
                         Some(apart < policy.separation)
@@ -138,9 +138,10 @@ fn policy(separation: f64, model_uncertainty: f64) -> Policy {
         tooth_passing_harmonics: 2,
         spindle_harmonics: 1,
         separation,
-        model_uncertainty,
+        model_uncertainty: Some(model_uncertainty),
+        confidence: 0.95,
         ignore_hz: vec![],
-        min_tip_response_m_per_n: 0.0,
+        min_tip_response_m_per_n: Some(0.0),
     }
 }
 

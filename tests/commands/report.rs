@@ -9,10 +9,11 @@ use detune::notes::{Code, Note, Place};
 use detune::report;
 use detune::report::check::{github, json, junit, plot_text, sarif, text};
 use detune::risk::{
-    Certainty, Crossing, JobRisk, LeftOut, ModeExchange, Move, OperationRisk, Sample, Verdict,
-    closest_approach,
+    Certainty, Crossing, JobRisk, LeftOut, ModeExchange, Move, OperationRisk, Rules, Sample,
+    Verdict, closest_approach,
 };
-use detune::study::check::CheckedJob;
+use detune::study::check::{CheckedJob, Gate};
+use detune::uncertainty::Estimate;
 
 const TOOTH_1: ExcitationLine =
     ExcitationLine { source: Source::ToothPassing, harmonic: 1, order: 2 };
@@ -25,9 +26,10 @@ fn policy() -> Policy {
         tooth_passing_harmonics: 2,
         spindle_harmonics: 1,
         separation: 0.10,
-        model_uncertainty: 0.08,
+        model_uncertainty: Some(0.08),
+        confidence: 0.95,
         ignore_hz: Vec::new(),
-        min_tip_response_m_per_n: 0.0,
+        min_tip_response_m_per_n: Some(0.0),
     }
 }
 
@@ -43,6 +45,7 @@ fn samples(rpm: f64) -> Vec<Sample> {
                 beta2_rad: Some(1.0 + s),
                 rpm,
                 natural_frequencies_hz: vec![20.0 + 10.0 * s, 90.0 - 30.0 * s],
+                natural_frequencies_ci95_hz: vec![[18.4 + 9.2 * s, 21.6 + 10.8 * s], [82.8, 97.2]],
                 tip_response_m_per_n: vec![2e-6, 0.5e-6],
                 families: vec![Some(0), None],
             }
@@ -74,6 +77,9 @@ fn crossing(certainty: Certainty, from_s: f64, to_s: f64) -> Crossing {
         tip_response_m_per_n: 0.51e-6,
         moves: moves(&[0.24, 0.71, 0.05]),
         leading_turn_together: Some(false),
+        natural_frequency_ci95_hz: [68.3, 80.2],
+        probability: Some(0.42),
+        driver: None,
         file: "jobs/pocket.yaml".into(),
         from_line: 41,
         to_line: 58,
@@ -99,9 +105,13 @@ fn operation(name: &str, crossings: Vec<Crossing>) -> OperationRisk {
         spindle_max_rpm: 1100.0,
         spindle_schedule: None,
         duration_s: 12.5,
-        closest: closest_approach(&samples, &lines, &policy()),
+        closest: closest_approach(&samples, &lines, &Rules::stated(&policy())),
         lines,
         left_out: LeftOut::default(),
+        probability: 0.42,
+        probability_std_error: 0.01,
+        model_uncertainty: 0.08,
+        min_tip_response_m_per_n: 0.0,
         poses_solved: 11,
         samples,
         crossings,
@@ -118,6 +128,7 @@ fn job(file: &str, operations: Vec<(OperationRisk, Option<&str>)>) -> CheckedJob
             verdict: operations.iter().map(|o| o.0.verdict).max().unwrap_or(Verdict::Clear),
             calibrated: false,
             model_uncertainty: 0.08,
+            probability: Estimate { probability: 0.42, std_error: 0.01, is_bound: false },
             separation: 0.10,
             coordinates: vec!["joint_2".into(), "joint_3".into(), "base".into()],
             operations: operations
@@ -160,8 +171,8 @@ fn rendered(jobs: &[CheckedJob]) -> Vec<String> {
         text::check(jobs, true),
         json::check(jobs).unwrap(),
         sarif::check(jobs, root).unwrap(),
-        junit::check(jobs, Some(Verdict::Resonance)).unwrap(),
-        junit::check(jobs, Some(Verdict::Uncertain)).unwrap(),
+        junit::check(jobs, Gate::From(Verdict::Resonance)).unwrap(),
+        junit::check(jobs, Gate::From(Verdict::Uncertain)).unwrap(),
         github::check(jobs, root),
     ]
 }
@@ -211,7 +222,8 @@ mod as_text {
             sample.natural_frequencies_hz[1] += 100.0;
         }
         let operation = &mut job.risk.operations[0];
-        operation.closest = closest_approach(&operation.samples, &operation.lines, &policy());
+        operation.closest =
+            closest_approach(&operation.samples, &operation.lines, &Rules::stated(&policy()));
         job.risk.calibrated = true;
         let text = text::check(&[job], false);
         // Mode 1 at s = 1 has 30 Hz; 1100 rpm with two teeth strikes at 36.7 Hz.
@@ -774,7 +786,7 @@ mod as_junit {
 
     #[test]
     fn an_operation_is_a_case_and_passes_when_nothing_is_found() {
-        let text = junit::check(&[resonant(), clear()], Some(Verdict::Resonance)).unwrap();
+        let text = junit::check(&[resonant(), clear()], Gate::From(Verdict::Resonance)).unwrap();
         let document = parsed(&text);
         let root = document.root_element();
         assert_eq!(root.attribute("tests"), Some("2"));
@@ -797,12 +809,12 @@ mod as_junit {
     fn an_uncertain_operation_fails_only_if_asked() {
         let crossings = vec![crossing(Certainty::Uncertain, 0.2, 0.3)];
         let jobs = [job("a.yaml", vec![(operation("o", crossings), None)])];
-        let passing = junit::check(&jobs, Some(Verdict::Resonance)).unwrap();
+        let passing = junit::check(&jobs, Gate::From(Verdict::Resonance)).unwrap();
         assert_eq!(parsed(&passing).root_element().attribute("failures"), Some("0"));
         let document = parsed(&passing);
         let out = document.descendants().find(|n| n.has_tag_name("system-out")).unwrap();
         assert!(out.text().unwrap().starts_with("uncertain: a.yaml:41–58: operation 'o'"));
-        let failing = junit::check(&jobs, Some(Verdict::Uncertain)).unwrap();
+        let failing = junit::check(&jobs, Gate::From(Verdict::Uncertain)).unwrap();
         assert_eq!(parsed(&failing).root_element().attribute("failures"), Some("1"));
     }
 
@@ -812,7 +824,7 @@ mod as_junit {
         let name = "a <b> & \"c\" ]]> \u{1} \u{1b}[31m";
         let text = junit::check(
             &[job("a&b.yaml", vec![(operation(name, crossings), None)])],
-            Some(Verdict::Resonance),
+            Gate::From(Verdict::Resonance),
         )
         .unwrap();
         let document = parsed(&text);
@@ -916,7 +928,8 @@ fn every_renderer_takes_every_result() {
 #[test]
 fn the_closest_approach_is_that_of_a_plain_search() {
     let operation = operation("o", Vec::new());
-    let closest = closest_approach(&operation.samples, &operation.lines, &policy()).unwrap();
+    let closest =
+        closest_approach(&operation.samples, &operation.lines, &Rules::stated(&policy())).unwrap();
     let mut best = f64::INFINITY;
     for s in (0..=10).map(|i| f64::from(i) / 10.0) {
         for mode in [20.0 + 10.0 * s, 90.0 - 30.0 * s] {
@@ -930,8 +943,12 @@ fn the_closest_approach_is_that_of_a_plain_search() {
 
     let mut policy = policy();
     policy.ignore_hz = vec![[73.0, 74.0]];
-    let without = closest_approach(&operation.samples, &operation.lines, &policy).unwrap();
+    let without =
+        closest_approach(&operation.samples, &operation.lines, &Rules::stated(&policy)).unwrap();
     assert_eq!((without.mode, without.line, without.s), (1, SPINDLE_1, 0.0));
-    policy.min_tip_response_m_per_n = 1e-5;
-    assert_eq!(closest_approach(&operation.samples, &operation.lines, &policy), None);
+    policy.min_tip_response_m_per_n = Some(1e-5);
+    assert_eq!(
+        closest_approach(&operation.samples, &operation.lines, &Rules::stated(&policy)),
+        None
+    );
 }

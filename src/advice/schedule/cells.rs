@@ -49,9 +49,19 @@ pub(super) struct Cells {
 /// What the modes do in one cell.
 #[derive(Debug, Clone, PartialEq)]
 struct Cell {
-    /// Per mode that counts: frequency at the left and right side and how far it bulges below and
-    /// above the straight line between, Hz.
-    modes: Vec<[f64; 4]>,
+    /// Those that count.
+    modes: Vec<ModeInCell>,
+}
+
+/// What a mode's widened band lies about in a cell, Hz: lower and upper end.
+#[derive(Debug, Clone, PartialEq)]
+struct ModeInCell {
+    /// At the left side.
+    left_hz: [f64; 2],
+    /// At the right side.
+    right_hz: [f64; 2],
+    /// How far they bulge outwards of the straight lines between.
+    bulge_hz: [f64; 2],
 }
 
 /// Sides of [`CELLS`] equal cells, and of more where `places` (ascending) lie between them.
@@ -86,7 +96,7 @@ impl Cells {
     ) -> Result<Self, Note> {
         let middles = s.windows(2).flat_map(|side| [side[0], 0.5 * (side[0] + side[1])]);
         let stations: Vec<f64> = middles.chain([1.0]).collect();
-        let own = Survey::take(path, stations, detail(counting.policy), &silent)?;
+        let own = Survey::take(path, stations, detail(counting.rules.policy), &silent)?;
         let mut first = 0;
         let cells = (0..s.len() - 1).map(|i| {
             while first < survey.len() && survey.station(first).s <= s[i] {
@@ -123,17 +133,21 @@ fn cell<'s>(
     counting: &Counting,
     slack: f64,
 ) -> Cell {
+    let reach_hz = |station: &Station, r: usize| {
+        counting.rules.reach_hz(station.s, r, station.frequencies_hz[r])
+    };
     let modes = (0..left.frequencies_hz.len()).filter_map(|r| {
-        let (a, b) = (left.frequencies_hz[r], right.frequencies_hz[r]);
+        let (a, b) = (reach_hz(&left, r), reach_hz(&right, r));
         let mut is_counted = counting.counts(&left, r) || counting.counts(&right, r);
-        let (mut below, mut above) = (1e-9 * a, 1e-9 * a);
+        let mut bulge_hz = [1e-9 * a[0], 1e-9 * a[1]];
         for station in between.clone() {
             is_counted |= counting.counts(&station, r);
-            let chord = a + (b - a) * (station.s - left.s) / (right.s - left.s);
-            let bulge = slack * (station.frequencies_hz[r] - chord);
-            (below, above) = (below.max(-bulge), above.max(bulge));
+            let way = (station.s - left.s) / (right.s - left.s);
+            let reach_hz = reach_hz(&station, r);
+            let beyond = |end: usize| slack * (reach_hz[end] - (a[end] + (b[end] - a[end]) * way));
+            bulge_hz = [bulge_hz[0].max(-beyond(0)), bulge_hz[1].max(beyond(1))];
         }
-        is_counted.then_some([a, b, below, above])
+        is_counted.then_some(ModeInCell { left_hz: a, right_hz: b, bulge_hz })
     });
     Cell { modes: modes.collect() }
 }
@@ -146,12 +160,12 @@ fn bands(
     half_width: f64,
 ) -> Vec<Trapezium> {
     let mut bands = Vec::new();
-    for &[left_hz, right_hz, below_hz, above_hz] in &cell.modes {
+    for ModeInCell { left_hz, right_hz, bulge_hz: [below_hz, above_hz] } in &cell.modes {
         for &line in lines {
             let rpm = |hz: f64| rpm_from_hz(hz) / f64::from(line.order);
-            let side = |hz: f64| Speeds {
-                low_rpm: rpm((hz - below_hz) * (1.0 - half_width)),
-                high_rpm: rpm((hz + above_hz) * (1.0 + half_width)),
+            let side = |[low_hz, high_hz]: &[f64; 2]| Speeds {
+                low_rpm: rpm((low_hz - below_hz) * (1.0 - half_width)),
+                high_rpm: rpm((high_hz + above_hz) * (1.0 + half_width)),
             };
             let whole = Trapezium { left: side(left_hz), right: side(right_hz) };
             let pieces = ignored_speeds(policy, line).fold(vec![whole], |pieces, ignored| {

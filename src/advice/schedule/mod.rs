@@ -158,7 +158,7 @@ fn checked(
     let stations = grid(task.path, speed.corners());
     let first_look = task.survey.at_stations(task.path, &stations, &silent)?;
     let (found, last_look) =
-        crossings_under(task.job, task.operation, speed, task.path, first_look)?;
+        crossings_under(task.job, task.operation, task.counting.rules, speed, task.path, first_look)?;
     let is_planned = |crossing: &Crossing| {
         ramps.iter().any(|&[from, to]| crossing.from_s < to && crossing.to_s > from)
     };
@@ -192,7 +192,9 @@ pub(super) fn kept(task: &Task) -> Result<Option<KeptSchedule>, Note> {
     let SpindleSpeed::Schedule(points) = &operation.speed else { return Ok(None) };
     let stations = grid(path, operation.speed.corners());
     let first_look = task.survey.at_stations(path, &stations, &silent)?;
-    let (found, last_look) = crossings_under(job, operation, &operation.speed, path, first_look)?;
+    let rules = task.counting.rules;
+    let (found, last_look) =
+        crossings_under(job, operation, rules, &operation.speed, path, first_look)?;
     Ok(found.is_empty().then(|| KeptSchedule {
         points: points.clone(),
         feed_m_per_s: operation.feed_m_per_s,

@@ -9,7 +9,6 @@ use super::routes::{Bands, ExposureCost, Limits, Route, routes};
 use super::task::Task;
 use crate::advice::options::Objective;
 use crate::advice::speeds::{MAX_HALF_WIDTH, Speeds, ignored_speeds};
-use crate::job::Job;
 use crate::notes::Note;
 use crate::path::{Detail, Survey};
 use crate::progress::silent;
@@ -44,10 +43,11 @@ pub(super) fn best(
     follows: Objective,
     limits: &Limits,
 ) -> Result<Result<Best, NoSchedule>, Note> {
-    let Job { policy, spindle, .. } = task.job;
+    let rules = task.counting.rules;
+    let (policy, spindle) = (rules.policy, &task.job.spindle);
     let plane = |half_width| cells.plane(task.lines, policy, spindle, half_width);
     let ways = |half_width| routes(&plane(half_width), limits, None);
-    let least = policy.wide();
+    let least = rules.half_width();
     let open = ways(least);
     if open.is_empty() {
         let ignores = |line, rpm| ignored_speeds(policy, line).any(|strip| strip.contains(rpm));
@@ -133,8 +133,8 @@ fn first_of(ways: Vec<Route>, limits: &Limits) -> Result<Best, NoSchedule> {
 
 /// Per cell, what it costs to be in the band of each mode for as long as the whole path takes.
 fn exposure_costs(task: &Task, s: &[f64]) -> Result<Vec<Bands>, Note> {
-    let Task { job, path, lines, .. } = *task;
-    let policy = &job.policy;
+    let Task { path, lines, .. } = *task;
+    let rules = task.counting.rules;
     let middles = s.windows(2).map(|side| 0.5 * (side[0] + side[1])).collect();
     let survey = Survey::take(path, middles, Detail::TipResponse, &silent)?;
     let mut cells = Vec::with_capacity(survey.len());
@@ -142,12 +142,13 @@ fn exposure_costs(task: &Task, s: &[f64]) -> Result<Vec<Bands>, Note> {
         let share =
             if is_not_cutting_between(task, side[0], side[1]) { AIR_CUT_WEIGHT } else { 1.0 };
         let mut bands = Vec::new();
-        for (hz, &tip) in station.frequencies_hz.iter().zip(station.tip_m_per_n) {
+        for (r, (&hz, &tip)) in station.frequencies_hz.iter().zip(station.tip_m_per_n).enumerate() {
+            let [low_hz, high_hz] = rules.reach_hz(station.s, r, hz);
             for &line in lines {
                 let rpm = |hz: f64| rpm_from_hz(hz) / f64::from(line.order);
-                let low_rpm = rpm(hz * (1.0 - policy.wide()));
-                let high_rpm = rpm(hz * (1.0 + policy.wide()));
-                if !policy.is_faint(tip) {
+                let low_rpm = rpm(low_hz * (1.0 - rules.half_width()));
+                let high_rpm = rpm(high_hz * (1.0 + rules.half_width()));
+                if !rules.is_faint(tip) {
                     bands.push((Speeds { low_rpm, high_rpm }, line, share * tip));
                 }
             }

@@ -250,15 +250,18 @@ pub(in crate::input) struct Policy {
     /// Half width of the band about a natural frequency, % of it; 10 if absent.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 100, "default" = 10))]
     pub(in crate::input) separation_percent: Option<f64>,
-    /// What the model may be wrong by, % of a frequency; twice the robot's
-    /// calibration.heldout_rms_percent if absent, or 10 for a robot without calibration.
+    /// What every frequency may be wrong by, % of it. If absent the robot says it: by what a
+    /// calibration learned, else by the std_percent of springs, links and drives, else 10.
     #[schemars(extend("minimum" = 0, "maximum" = 100))]
     pub(in crate::input) model_uncertainty_percent: Option<f64>,
+    /// With which frequencies lie within their intervals, %; 95 if absent.
+    #[schemars(extend("minimum" = 50, "exclusiveMaximum" = 100, "default" = 95))]
+    pub(in crate::input) confidence_percent: Option<f64>,
     /// Bands, Hz, in which excitation does not count; ascending.
     #[schemars(extend("examples" = [[[49, 51]]]))]
     pub(in crate::input) ignore_hz: Option<Vec<[f64; 2]>>,
-    /// A mode that moves the tool tip less than this at resonance does not count, µm/N; 0 if
-    /// absent.
-    #[schemars(extend("minimum" = 0, "default" = 0))]
+    /// A mode that moves the tool tip less than this at resonance does not count, µm/N; 1 % of the
+    /// operation's largest if absent, 0 counts all.
+    #[schemars(extend("minimum" = 0))]
     pub(in crate::input) min_tip_response_um_per_n: Option<f64>,
 }

@@ -74,7 +74,7 @@ pub(in crate::input) struct JointSpring {
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(in crate::input) stiffness_n_per_m: Option<f64>,
     /// What the stiffness may be off by: one standard deviation of its natural logarithm, %.
-    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 100, "examples" = [10]))]
+    #[schemars(extend("minimum" = 0, "maximum" = 100, "examples" = [10]))]
     pub(in crate::input) std_percent: Option<f64>,
     /// Share of critical damping.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 0.99, "examples" = [0.02]))]
@@ -116,7 +116,7 @@ pub(in crate::input) struct Extra {
     #[schemars(required, extend("exclusiveMinimum" = 0, "examples" = [2.0e6]))]
     pub(in crate::input) stiffness: Option<f64>,
     /// What the stiffness may be off by: one standard deviation of its natural logarithm, %.
-    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 100, "examples" = [10]))]
+    #[schemars(extend("minimum" = 0, "maximum" = 100, "examples" = [10]))]
     pub(in crate::input) std_percent: Option<f64>,
     /// Share of critical damping.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 0.99))]
@@ -150,7 +150,7 @@ pub(in crate::input) struct Drive {
     #[schemars(required, extend("minimum" = 0))]
     pub(in crate::input) reflected_inertia_kgm2: Option<f64>,
     /// What it may be off by: one standard deviation of its natural logarithm, %.
-    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 100, "examples" = [10]))]
+    #[schemars(extend("minimum" = 0, "maximum" = 100, "examples" = [10]))]
     pub(in crate::input) std_percent: Option<f64>,
     /// Where the number comes from.
     #[expect(dead_code, reason = "for people")]
@@ -172,7 +172,7 @@ pub(in crate::input) struct LinkInertial {
     pub(in crate::input) inertia_kgm2: Option<Inertia>,
     /// What mass and inertia may be off by, together: one standard deviation of their natural
     /// logarithm, %.
-    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 100, "examples" = [10]))]
+    #[schemars(extend("minimum" = 0, "maximum" = 100, "examples" = [10]))]
     pub(in crate::input) std_percent: Option<f64>,
     /// Where the numbers come from.
     #[expect(dead_code, reason = "for people")]
@@ -300,6 +300,51 @@ pub(in crate::input) struct Calibration {
     /// The tables that the corrections were fitted to, with their poses: an error at these poses is
     /// not held out.
     pub(in crate::input) fitted_to: Option<Vec<FittedTable>>,
+    /// What was learned of the model's numbers, as diagnose writes it.
+    pub(in crate::input) posterior: Option<Posterior>,
+}
+
+/// What a calibration learned of the numbers of the model, with corrections.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(in crate::input) struct Posterior {
+    /// Springs, links and drives, each with the mean of ln(true value / value in the file).
+    #[schemars(required)]
+    pub(in crate::input) parameters: Option<Vec<LearnedParameter>>,
+    /// Correlation of each parameter with those before it.
+    #[schemars(required)]
+    pub(in crate::input) correlation: Option<Vec<Vec<f64>>>,
+    /// Per mode, what stays unexplained at poses like the measured ones: one standard deviation of
+    /// ln of the frequency.
+    #[schemars(required)]
+    pub(in crate::input) near_ln_std: Option<Vec<f64>>,
+    /// The same far from the measured poses.
+    #[schemars(required)]
+    pub(in crate::input) far_ln_std: Option<Vec<f64>>,
+    /// Distance of joint positions within which poses inform about each other, rad or m.
+    #[schemars(required, extend("exclusiveMinimum" = 0))]
+    pub(in crate::input) reach: Option<f64>,
+    /// The measured poses: joint positions from base to tip, rad or m.
+    #[schemars(required)]
+    pub(in crate::input) joints: Option<Vec<Vec<f64>>>,
+}
+
+/// A learned parameter: one of spring, link and drive says what it scales.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(in crate::input) struct LearnedParameter {
+    /// The joint or extra coordinate of a spring.
+    pub(in crate::input) spring: Option<String>,
+    /// The link of a mass and its inertia.
+    pub(in crate::input) link: Option<String>,
+    /// The joint of a drive.
+    pub(in crate::input) drive: Option<String>,
+    /// Mean of ln(true value / value in the file).
+    #[schemars(required, extend("minimum" = -20, "maximum" = 20))]
+    pub(in crate::input) ln: Option<f64>,
+    /// One standard deviation of the same.
+    #[schemars(required, extend("minimum" = 0, "maximum" = 10))]
+    pub(in crate::input) ln_std: Option<f64>,
 }
 
 /// A table of measured modes.

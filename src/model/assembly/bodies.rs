@@ -83,7 +83,8 @@ impl Bodies<'_> {
             self.lump(&own.name, node, inertial.transformed(&offset), own.std);
         }
         if let (Some(payload), true) = (&description.payload, self.payload_link == Some(link)) {
-            self.lump(&own.name, node, payload.inertial.transformed(&offset), None);
+            // What is carried is known, and differs from job to job.
+            self.lump(&own.name, node, payload.inertial.transformed(&offset), Some(0.0));
         }
     }
 

@@ -168,9 +168,9 @@ impl<'d> Builder<'d> {
 
     /// A standard deviation of a logarithm beyond 1 says that nothing is known.
     fn check_std(&mut self, std: Option<f64>, part: Part) {
-        if let Some(std) = std.filter(|std| !(*std > 0.0 && *std <= 1.0)) {
+        if let Some(std) = std.filter(|std| !(0.0..=1.0).contains(std)) {
             let percent = percent_from_ratio(std);
-            let what = format!("std_percent is {percent}, must be above 0 and at most 100");
+            let what = format!("std_percent is {percent}, must lie between 0 (exact) and 100");
             self.error(Code::Value, part, "std_percent", what);
         }
     }

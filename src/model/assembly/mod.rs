@@ -25,7 +25,8 @@ impl Robot {
     /// # Errors
     /// Every error of the description, each with the part that it is about.
     pub fn new(description: &Description) -> Result<Self, Vec<Note>> {
-        if description.corrections.is_empty() {
+        let learned = description.calibration.as_ref().is_some_and(|own| own.posterior.is_some());
+        if description.corrections.is_empty() && !learned {
             return Builder::new(description).build();
         }
         description.corrected().and_then(|corrected| Builder::new(&corrected).build()).map_err(
@@ -260,7 +261,7 @@ impl<'a> Builder<'a> {
             tip_offset,
             tip_link: description.links[tip].name.clone(),
             payload: description.payload.clone(),
-            calibration: description.calibration,
+            calibration: description.calibration.clone(),
             moving_mass_kg: moving_mass_kg(&nodes),
             warnings: Vec::new(),
             nodes,

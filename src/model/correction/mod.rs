@@ -127,10 +127,12 @@ impl Correction {
 }
 
 impl Description {
-    /// With its corrections put in, each in turn; the laws of springs stay in the list.
+    /// With its corrections put in, each in turn, and the means that a calibration learned; the
+    /// laws of springs stay in the list.
     ///
     /// # Errors
-    /// A correction whose place does not exist or whose parameters are missing.
+    /// A correction or a learned parameter whose place does not exist, or parameters that are
+    /// missing.
     pub fn corrected(&self) -> Result<Self, Vec<Note>> {
         let mut corrected = self.clone();
         let mut errors = Vec::new();
@@ -140,6 +142,8 @@ impl Description {
                 errors.push(Note::error(Code::Value, place, what));
             }
         }
+        let posterior = self.calibration.as_ref().and_then(|own| own.posterior.as_ref());
+        errors.extend(posterior.and_then(|posterior| posterior.apply(&mut corrected).err()));
         if errors.is_empty() { Ok(corrected) } else { Err(errors) }
     }
 }

@@ -63,6 +63,11 @@ struct Job<'a> {
     separation: f64,
     /// How far the model can be trusted.
     model: Model<'a>,
+    /// That a line lies in a mode's band somewhere in any operation; never below one over the number
+    /// of draws.
+    probability: f64,
+    /// Its standard error.
+    probability_std_error: f64,
     /// Remarks that do not change the verdict, such as a verdict about nothing, as on standard error.
     notices: Vec<String>,
     /// One entry an operation, in the order of the job.
@@ -75,7 +80,7 @@ struct Job<'a> {
 struct Model<'a> {
     /// Whether it was compared with measured frequencies.
     calibrated: bool,
-    /// What it may be wrong by, in percent of each frequency.
+    /// What it may be wrong by at most, in percent of any frequency.
     #[serde(rename = "uncertainty_percent", serialize_with = "written::percent")]
     uncertainty: f64,
     /// Names of its elastic coordinates.
@@ -94,6 +99,8 @@ impl<'a> From<&'a CheckedJob> for Job<'a> {
                 uncertainty: job.risk.model_uncertainty,
                 coordinates: &job.risk.coordinates,
             },
+            probability: job.risk.probability.probability,
+            probability_std_error: job.risk.probability.std_error,
             notices: job.risk.warnings.iter().map(Note::to_string).collect(),
             operations: &job.risk.operations,
         }

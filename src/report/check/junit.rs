@@ -7,22 +7,19 @@ use super::findings::findings;
 use super::operation::{CheckedOperation, operations};
 use super::sentences;
 use crate::report::{paths, words};
-use crate::risk::{OperationRisk, Verdict};
-use crate::study::check::CheckedJob;
+use crate::risk::OperationRisk;
+use crate::study::check::{CheckedJob, Gate};
 use crate::wording::printable;
 
 /// At most so many findings of an operation are written out.
 const MAX_FINDINGS: usize = 100;
 
-/// The results of `detune check` as JUnit XML. An operation whose verdict is `fails_from` or worse
-/// is a failure; any other passes and lists what was found in `system-out`.
+/// The results of `detune check` as JUnit XML. An operation that does not pass the gate is a
+/// failure; any other passes and lists what was found in `system-out`.
 ///
 /// # Errors
 /// Never in practice: text is all that is written.
-pub fn check(
-    jobs: &[CheckedJob],
-    fails_from: Option<Verdict>,
-) -> Result<String, quick_junit::SerializeError> {
+pub fn check(jobs: &[CheckedJob], gate: Gate) -> Result<String, quick_junit::SerializeError> {
     let mut report = Report::new("detune check");
     for job in jobs {
         let file = printable(&paths::slashed(&job.file));
@@ -34,16 +31,16 @@ pub fn check(
             words::round_percent(job.risk.model_uncertainty),
         ));
         for operation in operations(job) {
-            suite.add_test_case(case(&operation, &file, fails_from));
+            suite.add_test_case(case(&operation, &file, gate));
         }
         report.add_test_suite(suite);
     }
     report.to_string()
 }
 
-fn case(operation: &CheckedOperation<'_>, job_file: &str, fails_from: Option<Verdict>) -> TestCase {
+fn case(operation: &CheckedOperation<'_>, job_file: &str, gate: Gate) -> TestCase {
     let risk = operation.risk;
-    let fails = fails_from.is_some_and(|mildest| risk.verdict >= mildest);
+    let fails = gate.fails(risk.verdict, risk.probability);
     let found = described(operation);
     let mut case = if fails {
         let mut status = TestCaseStatus::non_success(NonSuccessKind::Failure);

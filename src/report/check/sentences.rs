@@ -4,7 +4,8 @@ use super::findings::{Finding, Stretch};
 use super::operation::CheckedOperation;
 use crate::report::style;
 use crate::report::words::{
-    apart, line, line_at, mode, number, percent, range, round_percent, spelled, trimmed, um_per_n,
+    apart, hz, line, line_at, mode, number, percent, range, round_percent, spelled, trimmed,
+    um_per_n,
 };
 use crate::risk::{Certainty, Crossing, OperationRisk, Sample, Verdict};
 use crate::study::check::CheckedJob;
@@ -55,7 +56,7 @@ pub(super) fn left_out(operation: &CheckedOperation<'_>) -> Option<String> {
     if !left_out.modes.is_empty() {
         let modes: Vec<String> = left_out.modes.iter().map(usize::to_string).collect();
         let s = if modes.len() == 1 { "" } else { "s" };
-        let least = trimmed(um_per_n_from_m_per_n(policy.min_tip_response_m_per_n), 6);
+        let least = trimmed(um_per_n_from_m_per_n(operation.risk.min_tip_response_m_per_n), 6);
         parts.push(format!("mode{s} {} (below {least} µm/N)", modes.join(", ")));
     }
     Some(parts.join("; "))
@@ -91,6 +92,9 @@ pub(super) fn place_in_band(operation: &CheckedOperation<'_>, crossing: &Crossin
     let band = round_percent(operation.job.risk.separation);
     match crossing.certainty {
         Certainty::Certain => format!("inside the band of ±{band} %"),
+        Certainty::Uncertain if crossing.driver.is_some() => {
+            format!("outside the band of ±{band} % but within that of the interval")
+        }
         Certainty::Uncertain => format!(
             "outside the band of ±{band} % but within the model uncertainty of ±{} %",
             round_percent(operation.job.risk.model_uncertainty)
@@ -98,17 +102,40 @@ pub(super) fn place_in_band(operation: &CheckedOperation<'_>, crossing: &Crossin
     }
 }
 
+/// `38.4–46.7 Hz with 95 % confidence; stiffness of joint_2 is 81 % of its variance`.
+pub(super) fn interval(operation: &CheckedOperation<'_>, crossing: &Crossing) -> String {
+    let [low, high] = crossing.natural_frequency_ci95_hz.map(hz);
+    let confidence = round_percent(operation.job.policy.confidence);
+    let driver = crossing.driver.as_ref().map_or_else(String::new, |driver| {
+        let share = round_percent(driver.share);
+        format!("; {} is {share} % of its variance", printable(&driver.parameter))
+    });
+    format!("{low}–{high} Hz with {confidence} % confidence{driver}")
+}
+
+/// `40 % that the line lies in the band on this stretch`; `None` where nobody asked.
+pub(super) fn probability(crossing: &Crossing) -> Option<String> {
+    let probability = crossing.probability?;
+    let shown = match percent_from_ratio(probability) {
+        percent if percent < 0.1 => "below 0.1".to_owned(),
+        percent if percent < 10.0 => number(percent, 1),
+        percent => number(percent, 0),
+    };
+    Some(format!("{shown} % that the line lies in the band on this stretch"))
+}
+
 /// `2 resonance, 1 uncertain, 9 clear`: how many there are of each verdict, the worst first.
 pub(super) fn counts(verdicts: impl Iterator<Item = Verdict>, colour: bool) -> String {
     let verdicts: Vec<Verdict> = verdicts.collect();
-    let counts: Vec<String> = [Verdict::Resonance, Verdict::Uncertain, Verdict::Clear]
-        .into_iter()
-        .filter_map(|of| {
-            let count = verdicts.iter().filter(|verdict| **verdict == of).count();
-            let text = format!("{count} {}", spelled(of));
-            (count > 0).then(|| style::paint(style::of(of), text, colour))
-        })
-        .collect();
+    let counts: Vec<String> =
+        [Verdict::Resonance, Verdict::Unchecked, Verdict::Uncertain, Verdict::Clear]
+            .into_iter()
+            .filter_map(|of| {
+                let count = verdicts.iter().filter(|verdict| **verdict == of).count();
+                let text = format!("{count} {}", spelled(of));
+                (count > 0).then(|| style::paint(style::of(of), text, colour))
+            })
+            .collect();
     counts.join(", ")
 }
 

@@ -126,6 +126,10 @@ fn push_worst(operation: &CheckedOperation<'_>, stretch: &Stretch<'_>, text: &mu
     let apart = words::apart(crossing.separation);
     let place = sentences::place_in_band(operation, crossing);
     push_fact("apart", &format!("{apart}, {place}"), text);
+    push_fact("interval", &sentences::interval(operation, crossing), text);
+    if let Some(probability) = sentences::probability(crossing) {
+        push_fact("risk", &probability, text);
+    }
     let moves = sentences::moves(crossing);
     if !moves.is_empty() {
         push_fact("moves", &moves, text);
@@ -302,6 +306,9 @@ fn next(job: &CheckedJob) -> &'static str {
         }
         (Verdict::Uncertain, false) => {
             "keep more distance from the mode, or calibrate the model with measured frequencies"
+        }
+        (Verdict::Unchecked, _) => {
+            "see the warning for why nothing was checked; put it right, then check again"
         }
         (Verdict::Clear, _) => "no change needed for the arm's resonances; chatter is not checked",
     }

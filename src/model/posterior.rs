@@ -1,0 +1,115 @@
+//! What a calibration learned of the numbers of a model: they are scaled by the means before the
+//! robot is built, and what they may still be off by is kept beside them.
+
+use super::description::Description;
+use crate::notes::{Code, Note, Part, Place};
+
+/// What a calibration learned.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Posterior {
+    /// The parameters.
+    pub parameters: Vec<LearnedParameter>,
+    /// Correlation of each parameter with those before it: row i has i values.
+    pub correlation: Vec<Vec<f64>>,
+    /// What they leave unexplained.
+    pub unexplained: Unexplained,
+}
+
+/// A number of the model against its value in the file, with corrections.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LearnedParameter {
+    /// What it is.
+    pub kind: ParameterKind,
+    /// The joint or extra coordinate, or the link.
+    pub at: String,
+    /// Mean of ln(true value / value in the file).
+    pub ln: f64,
+    /// Standard deviation of the same.
+    pub std: f64,
+}
+
+/// What a parameter scales.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ParameterKind {
+    /// The spring of an elastic coordinate.
+    Spring,
+    /// Mass and inertia of a link.
+    Link,
+    /// The drive of a joint.
+    Drive,
+}
+
+/// Standard deviation of ln f_r beyond what the parameters account for.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Unexplained {
+    /// Per mode, at poses like the measured ones, each left out in turn.
+    pub near: Vec<f64>,
+    /// Per mode, at poses farther from the measured ones than these are from each other.
+    pub far: Vec<f64>,
+    /// The measured poses, rad or m.
+    pub poses: Vec<Vec<f64>>,
+    /// Distance within which poses inform about each other, rad or m.
+    pub reach: f64,
+}
+
+impl Unexplained {
+    /// d_r at a pose, for every mode.
+    pub fn at(&self, q: &[f64]) -> Vec<f64> {
+        let apart = self.poses.iter().map(|pose| distance(pose, q)).fold(f64::INFINITY, f64::min);
+        // The correlation of a squared-exponential process, gone at some three times the reach.
+        let known = (-0.5 * (apart / self.reach).powi(2)).exp();
+        let square = |(near, far): (&f64, &f64)| {
+            (known * near * near + (1.0 - known) * far * far).sqrt().max(*near)
+        };
+        self.near.iter().zip(&self.far).map(square).collect()
+    }
+}
+
+/// Largest difference of any joint, rad or m.
+pub(crate) fn distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).fold(0.0, |most, (a, b)| most.max((a - b).abs()))
+}
+
+impl Posterior {
+    /// Scales the numbers of a description, whose corrections have been put in.
+    pub(super) fn apply(&self, description: &mut Description) -> Result<(), Note> {
+        for LearnedParameter { kind, at, ln, .. } in &self.parameters {
+            let factor = ln.exp();
+            let found = match kind {
+                ParameterKind::Spring => scale_spring(description, at, factor),
+                ParameterKind::Link => description
+                    .links
+                    .iter_mut()
+                    .find(|link| link.name == *at)
+                    .and_then(|link| link.inertial.as_mut())
+                    .map(|inertial| {
+                        inertial.mass_kg *= factor;
+                        inertial.inertia_kgm2 *= factor;
+                    }),
+                ParameterKind::Drive => description
+                    .drives
+                    .iter_mut()
+                    .find(|drive| drive.joint == *at)
+                    .map(|drive| drive.reflected_inertia_kgm2 *= factor),
+            };
+            if found.is_none() {
+                let what = format!(
+                    "calibration.posterior names '{at}', which the model lacks; run detune \
+                     diagnose --write again"
+                );
+                return Err(Note::error(Code::Reference, Place::part(Part::Robot), what));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn scale_spring(description: &mut Description, at: &str, factor: f64) -> Option<()> {
+    let joints = description.elastic_joints.iter_mut();
+    if let Some(spring) = joints.filter(|spring| spring.joint == at).last() {
+        spring.stiffness *= factor;
+        return Some(());
+    }
+    let mut extra = description.extra.iter_mut();
+    extra.find(|extra| extra.name == at).map(|extra| extra.stiffness *= factor)
+}

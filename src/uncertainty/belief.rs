@@ -1,0 +1,121 @@
+//! What is believed of the parameters, and how far the model is to be trusted.
+
+use std::cmp::Ordering;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::parameters::{Parameter, scales_of, stated};
+use crate::model::{Posterior, Robot, Unexplained};
+
+/// Normal parameters about the values of the model, and what they leave unexplained.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Belief {
+    /// The parameters.
+    pub parameters: Vec<Parameter>,
+    /// Σ of the parameters' logarithms, p × p.
+    pub covariance: DMatrix<f64>,
+    /// What a comparison with measurements left over.
+    pub unexplained: Option<Unexplained>,
+}
+
+/// How far a model is to be trusted.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Trust {
+    /// Every frequency lies within f (1 ± this): said by a policy, by a calibration that states one
+    /// figure only, or of a robot of which nothing is known.
+    Share(f64),
+    /// Parameter by parameter.
+    Belief(Box<Belief>),
+}
+
+/// What an uncalibrated model of which nothing is stated may be wrong by, as a share of the
+/// frequency.
+pub const UNCALIBRATED: f64 = 0.10;
+
+/// A calibration of one figure: the model may be wrong by so many times the error on poses that it
+/// was not fitted to.
+const PER_HELDOUT_RMS: f64 = 2.0;
+
+impl Trust {
+    /// In a robot, unless a policy says it.
+    pub fn of(robot: &Robot, policy: Option<f64>) -> Self {
+        if let Some(share) = policy {
+            return Self::Share(share);
+        }
+        if let Some(calibration) = robot.calibration() {
+            return match &calibration.posterior {
+                Some(posterior) => Self::Belief(Box::new(Belief::learned(robot, posterior))),
+                None => Self::Share(0.01 * PER_HELDOUT_RMS * calibration.heldout_rms_percent),
+            };
+        }
+        stated(robot).map_or(Self::Share(UNCALIBRATED), |parameters| {
+            Self::Belief(Box::new(Belief::prior(parameters)))
+        })
+    }
+}
+
+impl Belief {
+    /// Independent parameters with the deviations that they have.
+    pub fn prior(parameters: Vec<Parameter>) -> Self {
+        let variances = parameters.iter().map(|parameter| parameter.std.powi(2));
+        let variances = DVector::from_iterator(parameters.len(), variances);
+        Self { covariance: DMatrix::from_diagonal(&variances), parameters, unexplained: None }
+    }
+
+    /// What a calibration of the robot learned.
+    pub fn learned(robot: &Robot, posterior: &Posterior) -> Self {
+        let known: Vec<(usize, Parameter)> = posterior
+            .parameters
+            .iter()
+            .enumerate()
+            .filter_map(|(i, learned)| {
+                let scales = scales_of(robot, learned.kind, &learned.at)?;
+                Some((i, Parameter { scales, std: learned.std, is_assumed: false }))
+            })
+            .collect();
+        let correlation = |i: usize, j: usize| match i.cmp(&j) {
+            Ordering::Equal => 1.0,
+            Ordering::Greater => posterior.correlation[i][j],
+            Ordering::Less => posterior.correlation[j][i],
+        };
+        let covariance = DMatrix::from_fn(known.len(), known.len(), |a, b| {
+            let [(i, first), (j, second)] = [&known[a], &known[b]];
+            correlation(*i, *j) * first.std * second.std
+        });
+        Self {
+            parameters: known.into_iter().map(|(_, parameter)| parameter).collect(),
+            covariance,
+            unexplained: Some(posterior.unexplained.clone()),
+        }
+    }
+
+    /// σ of ln f_r of every mode at pose `q`, with the `sensitivities` of that pose.
+    pub fn std_ln(&self, sensitivities: &DMatrix<f64>, q: &[f64]) -> Vec<f64> {
+        let unexplained = self.unexplained.as_ref().map(|unexplained| unexplained.at(q));
+        let variance = |(r, a): (usize, nalgebra::DVectorView<f64>)| {
+            let known = a.dot(&(&self.covariance * a)).max(0.0);
+            let left = unexplained.as_ref().and_then(|d| d.get(r)).copied().unwrap_or(0.0);
+            (known + left * left).sqrt()
+        };
+        sensitivities.column_iter().enumerate().map(variance).collect()
+    }
+
+    /// The parameter with the largest part in the variance of ln f_r, and its share of it; `None`
+    /// where there is none. `sensitivities` are those of mode r.
+    pub fn driver(&self, sensitivities: &[f64]) -> Option<(&Parameter, f64)> {
+        let a = DVector::from_column_slice(sensitivities);
+        let part = a.component_mul(&(&self.covariance * &a));
+        let whole = part.sum();
+        let parts = self.parameters.iter().zip(part.iter().map(|part| part / whole));
+        let most = parts.max_by(|a, b| a.1.total_cmp(&b.1));
+        most.filter(|(_, share)| share.is_finite())
+    }
+
+    /// L with Σ = L Lᵀ, p × p.
+    pub fn factor(&self) -> DMatrix<f64> {
+        // A covariance of measured parameters may be singular to rounding.
+        let eigen = self.covariance.clone().symmetric_eigen();
+        let roots = eigen.eigenvalues.map(|lambda| lambda.max(0.0).sqrt());
+        eigen.eigenvectors * DMatrix::from_diagonal(&roots)
+    }
+}

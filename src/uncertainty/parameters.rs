@@ -1,0 +1,100 @@
+//! The numbers of a model that may be wrong.
+
+use crate::model::{ParameterKind, Robot};
+
+/// Standard deviation of ln of a spring (and, once the robot was measured, of a body) for which the
+/// files state none. A spring that is off by 10 % moves a mode that it holds alone by 5 %, so that
+/// the 95 % interval is f (1 ± 10 %), the uncertainty of an uncalibrated model.
+pub const ASSUMED_STD: f64 = 0.10;
+
+/// What a parameter scales.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scales {
+    /// The spring of this elastic coordinate.
+    Spring(usize),
+    /// Mass and inertia of this one of [`Robot::bodies`].
+    Body(usize),
+    /// The drive of this elastic coordinate.
+    Drive(usize),
+}
+
+/// A number of a model that may be wrong.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Parameter {
+    /// What it scales.
+    pub scales: Scales,
+    /// Standard deviation of its natural logarithm.
+    pub std: f64,
+    /// Whether nobody stated the deviation.
+    pub is_assumed: bool,
+}
+
+impl Parameter {
+    /// Its kind and the name of its joint, extra coordinate or link.
+    pub fn place<'r>(&self, robot: &'r Robot) -> (ParameterKind, &'r str) {
+        match self.scales {
+            Scales::Spring(i) => (ParameterKind::Spring, &robot.coordinates()[i].name),
+            Scales::Body(b) => (ParameterKind::Link, &robot.bodies()[b].link),
+            Scales::Drive(i) => (ParameterKind::Drive, &robot.coordinates()[i].name),
+        }
+    }
+
+    fn of(scales: Scales, std: Option<f64>, assumed: f64) -> Option<Self> {
+        let parameter = Self { scales, std: std.unwrap_or(assumed), is_assumed: std.is_none() };
+        (parameter.std > 0.0).then_some(parameter)
+    }
+
+    /// What it is called in messages.
+    pub fn name(&self, robot: &Robot) -> String {
+        let (kind, at) = self.place(robot);
+        let what = match kind {
+            ParameterKind::Spring => "stiffness",
+            ParameterKind::Link => "mass",
+            ParameterKind::Drive => "drive inertia",
+        };
+        format!("{what} of {at}")
+    }
+}
+
+/// The parameters of an uncalibrated robot as its files state them; `None` where they state no
+/// deviation at all. Then springs without one are off by [`ASSUMED_STD`], and bodies and drives
+/// without one are taken as exact.
+pub fn stated(robot: &Robot) -> Option<Vec<Parameter>> {
+    let coordinates = || robot.coordinates().iter();
+    let springs = coordinates().flat_map(|c| [c.std, c.drive_std]);
+    let bodies = robot.bodies().iter().map(|body| body.std);
+    let any = springs.chain(bodies).flatten().any(|std| std > 0.0);
+    any.then(|| parameters(robot, 0.0))
+}
+
+/// Every parameter of a robot: springs and bodies without a stated deviation are off by
+/// [`ASSUMED_STD`].
+pub fn all(robot: &Robot) -> Vec<Parameter> {
+    parameters(robot, ASSUMED_STD)
+}
+
+/// What a parameter scales in a robot, by the name of its joint, extra coordinate or link; `None`
+/// where the robot has no such thing.
+pub fn scales_of(robot: &Robot, kind: ParameterKind, at: &str) -> Option<Scales> {
+    let coordinate = || robot.coordinates().iter().position(|c| c.name == at);
+    match kind {
+        ParameterKind::Spring => coordinate().map(Scales::Spring),
+        ParameterKind::Drive => coordinate().map(Scales::Drive),
+        ParameterKind::Link => {
+            robot.bodies().iter().position(|body| body.link == at).map(Scales::Body)
+        }
+    }
+}
+
+fn parameters(robot: &Robot, assumed_of_bodies: f64) -> Vec<Parameter> {
+    let coordinates = || robot.coordinates().iter().enumerate();
+    let springs =
+        coordinates().filter_map(|(i, c)| Parameter::of(Scales::Spring(i), c.std, ASSUMED_STD));
+    let bodies =
+        robot.bodies().iter().enumerate().filter(|(_, body)| !robot.carriers_of(body).is_empty());
+    let bodies =
+        bodies.filter_map(|(b, body)| Parameter::of(Scales::Body(b), body.std, assumed_of_bodies));
+    let drives = coordinates().filter(|(_, c)| c.drive_inertia > 0.0);
+    let drives = drives.filter_map(|(i, c)| Parameter::of(Scales::Drive(i), c.drive_std, 0.0));
+    springs.chain(bodies).chain(drives).collect()
+}
