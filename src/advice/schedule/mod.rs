@@ -157,8 +157,14 @@ fn checked(
 ) -> Result<Option<(Vec<Crossing>, Survey)>, Note> {
     let stations = grid(task.path, speed.corners());
     let first_look = task.survey.at_stations(task.path, &stations, &silent)?;
-    let (found, last_look) =
-        crossings_under(task.job, task.operation, task.counting.rules, speed, task.path, first_look)?;
+    let (found, last_look) = crossings_under(
+        task.job,
+        task.operation,
+        task.counting.rules,
+        speed,
+        task.path,
+        first_look,
+    )?;
     let is_planned = |crossing: &Crossing| {
         ramps.iter().any(|&[from, to]| crossing.from_s < to && crossing.to_s > from)
     };
