@@ -26,6 +26,10 @@ pub(super) fn links(raw: &raw::Robot, tree: &Node, urdf: &[Link], notes: &mut No
         let node = tree.at(&[Step::Key("inertials"), Step::Key(name)]);
         let absent = |key: &&str| node.is_none_or(|node| node.get(key).is_none());
         let missing: Vec<&str> = KEYS.into_iter().filter(absent).collect();
+        // Its mass comes out of that of the whole arm.
+        if missing.len() == KEYS.len() && raw.total_mass_kg.is_some() {
+            continue;
+        }
         if link.inertial.is_none() && !missing.is_empty() {
             let what = format!(
                 "link '{name}': its inertial has no {}, and the URDF has no <inertial> to take it \
@@ -131,7 +135,7 @@ mod tests {
         let at = |line: usize, what: &str| format!("robot.yaml:{}: {what}", first + line);
         let expected = [
             at(2, "link 'link_1': mass_kg is -3, must be a finite number, not negative"),
-            at(3, "link 'link_1': std_percent is 120, must be a number between 0 and 100"),
+            at(3, "link 'link_1': std_percent is 120, must be a number from 0 to 100"),
             at(
                 4,
                 "link 'base_link': its inertial has no com_m, inertia_kgm2, and the URDF has no \

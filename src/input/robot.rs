@@ -15,7 +15,7 @@ use crate::formats::text::read_text;
 use crate::formats::yaml::{Node, Step, document};
 use crate::model::{
     ArmAngle, Calibration, Carries, Cause, CoordinateKind, Correction, Damping, Description, Drive,
-    ElasticJoint, ExtraCoordinate, Hinge, Inertial, JointKind, Payload, Robot,
+    ElasticJoint, ExtraCoordinate, Hinge, Inertial, JointKind, Payload, Robot, doubts,
 };
 use crate::notes::{Code, Note, Notes, Part, Place};
 use crate::units::{STANDARD_GRAVITY_M_PER_S2, ratio_from_percent};
@@ -86,14 +86,25 @@ pub(super) fn described_robot_of_text(
         errors.extend(reading.settle(urdf_notes));
         return Err(errors);
     };
-    let description = describe(&raw, &tree, Some(&urdf), &mut notes);
+    let mut description = describe(&raw, &tree, Some(&urdf), &mut notes);
     let sound = notes.errors() == 0 && urdf_notes.errors() == 0;
     let mut files = Files { tree: &tree, urdf: &urdf, yaml: notes, xml: urdf_notes };
+    let shared = raw.total_mass_kg.filter(|_| sound).map(|total| description.share_mass(total));
+    if let Some(Ok(note) | Err(note)) = &shared {
+        files.add(note);
+    }
+    let unshared = tree.get("total_mass_kg").is_some() && !matches!(shared, Some(Ok(_)));
     let built = Robot::new(&description);
     match &built {
-        Ok(robot) => robot.warnings().iter().for_each(|warning| files.add(warning)),
+        Ok(robot) => {
+            let doubts = doubts(&description, robot, rigid(&raw));
+            robot.warnings().iter().chain(&doubts).for_each(|warning| files.add(warning));
+        }
         Err(faults) => {
-            let own = faults.iter().filter(|f| sound || !follows_from_others(f, urdf.damaged));
+            let own = faults
+                .iter()
+                .filter(|f| sound || !follows_from_others(f, urdf.damaged))
+                .filter(|f| !(unshared && f.code == Code::NotElastic));
             own.for_each(|fault| files.add(fault));
         }
     }
@@ -324,6 +335,7 @@ fn elastic_joints(
     urdf: Option<&Urdf>,
     notes: &mut Notes,
 ) -> Vec<ElasticJoint> {
+    check_rigid(elasticity, tree, urdf, notes);
     let mut springs = Vec::new();
     for (name, spring) in elasticity.joints.iter().flatten() {
         let steps = [Step::Key("elasticity"), Step::Key("joints"), Step::Key(name)];
@@ -414,6 +426,32 @@ fn extras(
             }
         })
         .collect()
+}
+
+/// Each of `rigid` is a moving joint without a spring.
+fn check_rigid(elasticity: &raw::Elasticity, tree: &Node, urdf: Option<&Urdf>, notes: &mut Notes) {
+    for (index, name) in elasticity.rigid.iter().flatten().enumerate() {
+        let line = tree.line_at(&[Step::Key("elasticity"), Step::Key("rigid"), Step::Index(index)]);
+        let mut error = |code, what: String| {
+            notes.error(code, line, format!("elasticity.rigid: '{name}' {what}"));
+        };
+        if elasticity.joints.iter().flatten().any(|(joint, _)| joint == name) {
+            error(Code::Conflict, "has a spring under elasticity.joints, must have one".to_owned());
+        }
+        let moving = || {
+            let joints = urdf.into_iter().flat_map(|urdf| &urdf.joints);
+            joints.filter(|joint| joint.kind.moves()).map(|joint| joint.name.as_str())
+        };
+        if urdf.is_some() && !moving().any(|joint| joint == name) {
+            let hint = hint(name, moving());
+            error(Code::Reference, format!("is no moving joint of the URDF{hint}"));
+        }
+    }
+}
+
+/// The joints that are meant to be rigid.
+fn rigid(raw: &raw::Robot) -> &[String] {
+    raw.elasticity.as_ref().and_then(|elasticity| elasticity.rigid.as_deref()).unwrap_or(&[])
 }
 
 /// The damping of a coordinate from [ratio, viscous of a rotation, viscous of a translation].

@@ -45,6 +45,15 @@ pub struct Description {
     pub corrections: Vec<Correction>,
 }
 
+impl Description {
+    /// From a link's frame to the farthest joint on it, m.
+    pub(super) fn reach_of(&self, link: &str) -> Vector3<f64> {
+        let joints = self.joints.iter().filter(|joint| joint.parent == link);
+        let ends = joints.map(|joint| joint.origin.translation.vector);
+        ends.fold(Vector3::zeros(), |far, end| if end.norm() > far.norm() { end } else { far })
+    }
+}
+
 /// One link of the tree.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Link {
@@ -54,8 +63,12 @@ pub struct Link {
     pub inertial: Option<Inertial>,
     /// What mass and inertia may be off by, together; see [`ElasticJoint::std`].
     pub std: Option<f64>,
+    /// Whether the mass properties are shared out of the mass of the whole arm.
+    pub assumed: bool,
     /// Whether the link has visual or collision geometry (and so ought to have a mass).
     pub has_geometry: bool,
+    /// That geometry as a body of density 1 kg/m³, where it is boxes, cylinders and spheres alone.
+    pub shape: Option<Inertial>,
 }
 
 /// Mass properties of one body.

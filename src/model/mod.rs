@@ -6,6 +6,7 @@
 //! M(q) α̈ + C α̇ + (K + K_g(q)) α = f.
 
 mod assembly;
+mod assumed_mass;
 mod body;
 mod cause;
 mod correction;
@@ -14,6 +15,7 @@ mod dynamics;
 mod inertia;
 mod inverse_kinematics;
 mod placement;
+mod plausibility;
 mod pose_fault;
 mod posterior;
 mod robot;
@@ -31,6 +33,7 @@ pub use inertia::{
 };
 pub use inverse_kinematics::{IkFault, IkMethod, InverseKinematics, Singularity, turn_towards};
 pub use placement::Placement;
+pub use plausibility::doubts;
 pub use pose_fault::PoseFault;
 pub(crate) use posterior::distance;
 pub use posterior::{LearnedParameter, ParameterKind, Posterior, Unexplained};

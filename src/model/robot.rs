@@ -146,8 +146,12 @@ pub struct UncertainBody {
     pub link: String,
     /// The body of the reduced tree that it is part of: an index into the robot's nodes.
     pub(crate) node: usize,
+    /// Whether it is the payload that hangs on the link.
+    pub is_payload: bool,
     /// In that node's frame.
     pub body: Inertial,
+    /// Whether mass and inertia are shared out of the mass of the whole arm.
+    pub assumed: bool,
     /// What mass and inertia may be off by, together, as the files say: one standard deviation of
     /// their natural logarithm.
     pub std: Option<f64>,

@@ -78,6 +78,18 @@ codes! {
     Unused = "unused",
     /// A value that no file states was assumed.
     Assumed = "assumed",
+    /// The same mass and inertia on several links.
+    SameInertial = "same_inertial",
+    /// A centre of mass or a radius of gyration that lies beyond its link.
+    InertiaExtent = "inertia_extent",
+    /// Masses that are out of scale with the length of the arm.
+    TotalMass = "total_mass",
+    /// Numbers of a robot's files that look like millimetres or grams.
+    CadUnits = "cad_units",
+    /// A moving joint that no spring is given for.
+    RigidJoint = "rigid_joint",
+    /// A first natural frequency that no arm has.
+    FirstFrequency = "first_frequency",
     /// A part of the program or table was left out.
     LeftOut = "left_out",
     /// The verdict is about nothing: no line or no mode counted, or the spindle stood still.

@@ -118,7 +118,7 @@ pub(crate) fn six_axis_arm(with_gravity: bool) -> Robot {
             inertia_kgm2: Matrix3::from_diagonal(&Vector3::from(diagonal)),
         }),
         has_geometry: true,
-        std: None,
+        ..Link::default()
     };
     let springs = [1.2e6, 555e3, 138e3, 60e3, 45e3, 25e3];
     let description = Description {

@@ -21,6 +21,7 @@ mod advice;
 mod advice_schedule;
 mod allocation;
 mod arms;
+mod assumed_mass;
 mod crossings;
 mod free_vibration;
 mod identify;

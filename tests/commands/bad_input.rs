@@ -65,6 +65,11 @@ const ROWS: &[Row] = &[
     row(Robot, "corrections: []", "corrections: [{cause: payload}]", "corrections", &["correction 1: parameter 'mass_kg' is missing"]),
     row(Robot, "corrections: []", "corrections: [{cause: load_dependent_stiffness, at: joint_2, parameters: {saturation_nm: 100}}]", "corrections", &["correction 1: parameter 'change_per_nm' is missing"]),
     row(Robot, "stiffness_nm_per_rad: 555000", "stiffness_nm_per_rad: 1, stiffness_n_per_m: 1", "joint_1: {st", &["joint 'joint_1': has both"]),
+    row(Robot, "gravity: true", "gravity: true\n  rigid: [joint_2]", "rigid", &["elasticity.rigid: 'joint_2' has a spring under elasticity.joints"]),
+    row(Robot, "gravity: true", "gravity: true\n  rigid: [joint_9]", "rigid", &["elasticity.rigid: 'joint_9' is no moving joint of the URDF"]),
+    row(Robot, "corrections: []", "total_mass_kg: 3", "total_mass", &["total_mass_kg is 3, must be more than the"]),
+    row(Robot, "stiffness_nm_per_rad: 138000", "stiffness_nm_per_rad: 138000, std_percent: -1", "joint_2: {st", &["joint 'joint_2': std_percent is -1, must be a number from 0 to 100"]),
+    row(Robot, "reflected_inertia_kgm2: 0.0", "reflected_inertia_kgm2: 0.0, std_percent: .inf", "reflected", &["drive of joint 'joint_1': std_percent is .inf, must be a number from 0 to 100"]),
     // robot.yaml: values
     row(Robot, "stiffness_nm_per_rad: 555000", "stiffness_nm_per_rad: -1.2e5", "joint_1: {st", &["joint 'joint_1': stiffness_nm_per_rad is -1.2e5, must be positive and finite"]),
     row(Robot, "stiffness_nm_per_rad: 555000", "stiffness_nm_per_rad: 0", "joint_1: {st", &["stiffness_nm_per_rad is 0, must be positive"]),

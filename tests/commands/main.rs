@@ -23,6 +23,7 @@ mod map_arrow;
 mod map_command;
 mod map_npy;
 mod map_stream;
+mod plausibility;
 mod program;
 mod report;
 mod report_odd;

@@ -62,7 +62,7 @@ fn arm(rows: &[Row]) -> Robot {
                 name: link(i),
                 inertial: Some(inertial),
                 has_geometry: true,
-                std: None,
+                ..Link::default()
             })
             .collect(),
         elastic_joints: vec![ElasticJoint {

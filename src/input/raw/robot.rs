@@ -30,6 +30,10 @@ pub(in crate::input) struct Robot {
     pub(in crate::input) elasticity: Option<Elasticity>,
     /// By URDF link name: mass properties in place of the URDF's.
     pub(in crate::input) inertials: Option<BTreeMap<String, LinkInertial>>,
+    /// Mass of the whole arm, kg: what the inertials leave of it is shared out to the links that
+    /// have geometry and no inertial.
+    #[schemars(extend("exclusiveMinimum" = 0, "examples" = [250]))]
+    pub(in crate::input) total_mass_kg: Option<f64>,
     /// By joint name: reflected rotor inertia that takes part in the joint's own elastic motion.
     pub(in crate::input) drives: Option<BTreeMap<String, Drive>>,
     /// A body fixed to a link, beside the URDF's own.
@@ -52,6 +56,10 @@ pub(in crate::input) struct Elasticity {
     pub(in crate::input) damping_ratio: Option<f64>,
     /// By URDF joint name; a moving joint that is not listed is rigid.
     pub(in crate::input) joints: Option<BTreeMap<String, JointSpring>>,
+    /// Moving joints that are meant to be rigid: those not listed anywhere are taken as rigid with
+    /// a warning.
+    #[schemars(extend("examples" = [["joint_1"]]))]
+    pub(in crate::input) rigid: Option<Vec<String>>,
     /// Further elastic coordinates: foundation, transverse compliance, link flexibility.
     pub(in crate::input) extra: Option<Vec<Extra>>,
     /// Whether gravity's geometric stiffness is part of K; false if absent.

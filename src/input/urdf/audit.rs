@@ -114,6 +114,39 @@ pub(super) fn audit(text: &str, notes: &mut Notes) -> Option<Audit> {
     })
 }
 
+/// A collision or visual element as a collision of the plain copy, if it is of a simple shape.
+fn solid(node: &Node<'_, '_>) -> Option<String> {
+    let child = |tag: &str| node.children().find(|child| child.tag_name().name() == tag);
+    let copied = |of: &Node<'_, '_>, name: &str, count: usize, least: f64| {
+        let value = of.attribute(name)?;
+        let fits = |word: &str| word.parse::<f64>().is_ok_and(|x| x.is_finite() && x > least);
+        let fits = value.split_whitespace().count() == count && value.split_whitespace().all(fits);
+        fits.then(|| format!(" {name}=\"{value}\""))
+    };
+    let mut plain = "<collision>".to_owned();
+    if let Some(origin) = child("origin") {
+        plain.push_str("<origin");
+        for name in origin.attributes().map(|attribute| attribute.name()) {
+            let known = matches!(name, "xyz" | "rpy");
+            plain.push_str(&known.then(|| copied(&origin, name, 3, f64::NEG_INFINITY)).flatten()?);
+        }
+        plain.push_str("/>");
+    }
+    let shape = child("geometry")?.children().find(Node::is_element)?;
+    let sizes: &[(&str, usize)] = match shape.tag_name().name() {
+        "box" => &[("size", 3)],
+        "cylinder" => &[("radius", 1), ("length", 1)],
+        "sphere" => &[("radius", 1)],
+        _ => return None,
+    };
+    plain.push_str(&format!("<geometry><{}", shape.tag_name().name()));
+    for &(name, count) in sizes {
+        plain.push_str(&copied(&shape, name, count, 0.0)?);
+    }
+    plain.push_str("/></geometry></collision>");
+    Some(plain)
+}
+
 /// Why a text is not XML, and the line.
 fn not_xml(text: &str, error: &roxmltree::Error) -> (usize, String) {
     let line = error.pos().row as usize;
@@ -318,6 +351,7 @@ impl Auditor<'_> {
             lines.parts.push(("inertial", self.line(&inertial)));
             self.inertial(&owner, &inertial, &mut lines);
         }
+        self.solids(node);
         self.plain.push_str("</link>");
         let has_geometry = node.children().any(|child| {
             matches!(child.tag_name().name(), "visual" | "collision")
@@ -369,6 +403,19 @@ impl Auditor<'_> {
             }
         }
         self.plain.push_str("/></inertial>");
+    }
+
+    /// Copies what gives a link its shape, where that is boxes, cylinders and spheres alone.
+    /// Nothing here is a fault: most links have meshes.
+    fn solids(&mut self, node: &Node<'_, '_>) {
+        for tag in ["collision", "visual"] {
+            let parts = node.children().filter(|child| child.tag_name().name() == tag);
+            let solids: Option<Vec<String>> = parts.map(|part| solid(&part)).collect();
+            if let Some(solids) = solids.filter(|solids| !solids.is_empty()) {
+                self.plain.extend(solids);
+                return;
+            }
+        }
     }
 
     fn joint(&mut self, node: &Node<'_, '_>) -> Option<JointFacts> {

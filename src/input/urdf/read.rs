@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use nalgebra::{Matrix3, Vector3};
-use urdf_rs::JointType;
+use urdf_rs::{Geometry, JointType};
 
 use super::super::frame::frame;
 use super::audit::{Audit, JointFacts, Lines, LinkFacts, audit};
@@ -120,7 +120,23 @@ fn link(link: &urdf_rs::Link, facts: &LinkFacts) -> Link {
             inertia_kgm2: if level { own } else { turn * own * turn.transpose() },
         }
     });
-    Link { name: facts.name.clone(), inertial, has_geometry: facts.has_geometry, std: None }
+    let solids = link.collision.iter().filter_map(|part| {
+        let solid = match &part.geometry {
+            Geometry::Box { size } => Inertial::cuboid(**size),
+            Geometry::Cylinder { radius, length } => Inertial::cylinder(*radius, *length),
+            Geometry::Sphere { radius } => Inertial::sphere(*radius),
+            Geometry::Capsule { .. } | Geometry::Mesh { .. } => return None,
+        };
+        Some(solid.transformed(&frame(*part.origin.xyz, *part.origin.rpy)))
+    });
+    let shape = solids.reduce(|a, b| a.combined(&b));
+    Link {
+        name: facts.name.clone(),
+        inertial,
+        has_geometry: facts.has_geometry,
+        shape,
+        ..Link::default()
+    }
 }
 
 fn joint(joint: &urdf_rs::Joint, facts: &JointFacts) -> Joint {

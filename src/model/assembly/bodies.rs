@@ -79,12 +79,19 @@ impl Bodies<'_> {
             self.nodes[node].coordinates.end = self.coordinates.len();
         }
         let own = &description.links[link];
-        if let Some(inertial) = &own.inertial {
-            self.lump(&own.name, node, inertial.transformed(&offset), own.std);
-        }
-        if let (Some(payload), true) = (&description.payload, self.payload_link == Some(link)) {
+        let carried = description.payload.as_ref().filter(|_| self.payload_link == Some(link));
+        let bodies = [
+            own.inertial.map(|body| (body, own.std, own.assumed, false)),
             // What is carried is known, and differs from job to job.
-            self.lump(&own.name, node, payload.inertial.transformed(&offset), Some(0.0));
+            carried.map(|payload| (payload.inertial, Some(0.0), false, true)),
+        ];
+        for (body, std, assumed, is_payload) in bodies.into_iter().flatten() {
+            let body = body.transformed(&offset);
+            self.nodes[node].add_body(&body);
+            if body.mass_kg > 0.0 {
+                let link = own.name.clone();
+                self.bodies.push(UncertainBody { link, node, is_payload, body, assumed, std });
+            }
         }
     }
 
@@ -133,13 +140,6 @@ impl Bodies<'_> {
             node,
             axis: Unit::new_normalize(extra.axis),
             origin: extra.origin_m.into(),
-        }
-    }
-
-    fn lump(&mut self, link: &str, node: usize, body: Inertial, std: Option<f64>) {
-        self.nodes[node].add_body(&body);
-        if body.mass_kg > 0.0 {
-            self.bodies.push(UncertainBody { link: link.to_owned(), node, body, std });
         }
     }
 

@@ -13,7 +13,7 @@ impl Hinge {
     /// Moved to `position` of the link's reach, from 0 at its frame to 1 at the farthest joint on
     /// it.
     pub(super) fn moved_along(&mut self, description: &Description, link: &str, position: f64) {
-        self.origin_m += reach(description, link) * position;
+        self.origin_m += description.reach_of(link) * position;
     }
 
     /// Adds the coordinates, called `name`, to the link `at`.
@@ -21,7 +21,7 @@ impl Hinge {
         let moved = match self.carries {
             Carries::Link => at.to_owned(),
             Carries::Part => {
-                let reach_m = reach(description, at);
+                let reach_m = description.reach_of(at);
                 let link = description.links.iter_mut().find(|link| link.name == at);
                 let outer = link.and_then(|link| cut(link, &reach_m, &self.origin_m));
                 beyond(description, at, outer)
@@ -43,21 +43,19 @@ impl Hinge {
     }
 }
 
-/// From a link's frame to the farthest joint on it, m.
-fn reach(description: &Description, link: &str) -> Vector3<f64> {
-    let joints = description.joints.iter().filter(|joint| joint.parent == link);
-    let ends = joints.map(|joint| joint.origin.translation.vector);
-    ends.fold(Vector3::zeros(), |far, end| if end.norm() > far.norm() { end } else { far })
-}
-
 /// A new link in the place of `at`, with all that `at` carries and `body`.
 fn beyond(description: &mut Description, at: &str, body: Option<Inertial>) -> String {
     let rest = format!("{at}, beyond its hinge");
     for joint in description.joints.iter_mut().filter(|joint| joint.parent == at) {
         joint.parent.clone_from(&rest);
     }
-    let std = description.links.iter().find(|link| link.name == at).and_then(|link| link.std);
-    description.links.push(Link { name: rest.clone(), inertial: body, std, ..Link::default() });
+    let whole = description.links.iter().find(|link| link.name == at).cloned().unwrap_or_default();
+    description.links.push(Link {
+        name: rest.clone(),
+        inertial: body,
+        has_geometry: false,
+        ..whole
+    });
     description.joints.push(Joint {
         name: format!("{at}, its hinge"),
         kind: JointKind::Fixed,

@@ -1,0 +1,192 @@
+//! Robots that a reader should doubt: figures that no arm has, each with what to check. None of
+//! them is impossible, so none is an error.
+
+use nalgebra::Matrix3;
+
+use super::description::{Description, Inertial, JointKind};
+use super::robot::{NodeMotion, Robot, ancestors};
+use crate::notes::{Code, Note, Part, Place};
+
+/// Two identical parts are common, as the fingers of a gripper are; three different links of an arm
+/// never weigh the same to the last digit.
+const MIN_SAME: usize = 3;
+
+/// How far a body may stand out from the stretch between its joints, as a share of the arm's
+/// length: motors, counterweights and girth. A rod has a radius of gyration of 0.29 of its length.
+const MAX_OVERHANG: f64 = 0.25;
+
+/// Joints of one arm that lie farther apart than this in all, m: the largest arms reach 5 m.
+const MAX_LENGTH_M: f64 = 20.0;
+
+/// Mass that moves over the cube of the arm's length, kg/m³: between a rod of aluminium a fiftieth
+/// as thick as it is long (2700 π/4 / 50²) and one of steel a fifth as thick (7850 π/4 / 5²). The
+/// IRB 1600 has 20.
+const MASS_OVER_LENGTH_CUBED: [f64; 2] = [0.85, 250.0];
+
+/// What is doubtful about a robot, with places in its files. `rigid` are the joints that are meant
+/// to be rigid.
+pub fn doubts(description: &Description, robot: &Robot, rigid: &[String]) -> Vec<Note> {
+    let arm = Arm::of(description, robot);
+    let mut notes = Vec::new();
+    notes.extend(arm.same_inertials());
+    notes.extend(arm.bodies.iter().flat_map(|(name, body)| arm.extent(name, body)));
+    notes.extend(arm.length());
+    notes.extend(arm.mass());
+    notes.extend(joints_without_spring(robot, rigid));
+    notes
+}
+
+/// What moves when the joints do.
+struct Arm<'d> {
+    description: &'d Description,
+    /// Links with a mass that somebody states, each in its own frame.
+    bodies: Vec<(&'d str, &'d Inertial)>,
+    moving_mass_kg: f64,
+    /// From the first moving joint to the tip, from joint to joint.
+    length_m: f64,
+    /// Whether part of that length is travel, which no file's origins hold.
+    slides: bool,
+}
+
+impl<'d> Arm<'d> {
+    fn of(description: &'d Description, robot: &Robot) -> Self {
+        let moves = |node: usize| {
+            ancestors(robot.nodes(), node).any(|n| robot.nodes()[n].motion != NodeMotion::Fixed)
+        };
+        let moving = || robot.bodies().iter().filter(|body| moves(body.node) && !body.is_payload);
+        let bodies = moving().filter_map(|body| {
+            let link = description.links.iter().find(|link| link.name == body.link)?;
+            let own = link.inertial.as_ref().filter(|own| own.mass_kg > 0.0 && !link.assumed)?;
+            Some((link.name.as_str(), own))
+        });
+        let (tip, tip_offset) = robot.tip();
+        let carried = ancestors(robot.nodes(), tip)
+            .filter(|&n| robot.nodes()[n].parent.is_some_and(moves))
+            .map(|n| robot.nodes()[n].fixed.translation.vector.norm());
+        Self {
+            description,
+            bodies: bodies.collect(),
+            moving_mass_kg: moving().map(|body| body.body.mass_kg).sum(),
+            length_m: carried.sum::<f64>() + tip_offset.translation.vector.norm(),
+            slides: robot.joints().iter().any(|joint| joint.kind == JointKind::Prismatic),
+        }
+    }
+
+    /// Placeholders of an exporter.
+    fn same_inertials(&self) -> Option<Note> {
+        let like = |of: &Inertial| {
+            let same = self.bodies.iter().filter(|(_, body)| {
+                body.mass_kg == of.mass_kg
+                    && (body.inertia_kgm2 - of.inertia_kgm2).amax() <= 1e-9 * of.inertia_kgm2.amax()
+            });
+            same.map(|&(name, _)| name).collect::<Vec<_>>()
+        };
+        let (names, body) =
+            self.bodies.iter().map(|(_, body)| (like(body), body)).max_by_key(|(n, _)| n.len())?;
+        let most = names.len() >= MIN_SAME && 2 * names.len() > self.bodies.len();
+        most.then(|| {
+            let [x, y, z] = [0, 1, 2].map(|i| body.inertia_kgm2[(i, i)]);
+            let what = format!(
+                "the same inertial on {}: {} kg, ixx {x}, iyy {y}, izz {z} kg·m²; is it a \
+                 placeholder? Give each link its own under inertials",
+                names.join(", "),
+                body.mass_kg
+            );
+            Note::warning(Code::SameInertial, Place::part(Part::Robot), what)
+        })
+    }
+
+    /// A body that stands out farther than links do.
+    fn extent(&self, name: &str, body: &Inertial) -> Vec<Note> {
+        let length_m = self.description.reach_of(name).norm();
+        let limit_m = length_m + MAX_OVERHANG * self.length_m;
+        if limit_m == 0.0 || self.slides {
+            return Vec::new();
+        }
+        let note = |key, of: &str, value_m: f64, unit: &str| {
+            let in_mm = looks_scaled(value_m, limit_m);
+            let check = if in_mm { unit } else { "check the CAD export and its reference frame" };
+            let what = format!(
+                "{of} is {value_m:.3} m, where the link is {length_m:.3} m and the arm {:.3} m \
+                 long; {check}",
+                self.length_m
+            );
+            let code = if in_mm { Code::CadUnits } else { Code::InertiaExtent };
+            Note::warning(code, Place::key(Part::Link(name.to_owned()), key), what)
+        };
+        let com_m = body.com_m.norm();
+        let gyration_m = gyration(&body.inertia_kgm2, body.mass_kg);
+        let com = (com_m > limit_m)
+            .then(|| note("com", "distance of the centre of mass", com_m, "is it in millimetres?"));
+        let gyration = (gyration_m > limit_m).then(|| {
+            note("inertia", "radius of gyration", gyration_m, "is the inertia in kg·mm² or g·mm²?")
+        });
+        com.into_iter().chain(gyration).collect()
+    }
+
+    fn length(&self) -> Option<Note> {
+        self.is_too_long().then(|| {
+            let what = format!(
+                "the arm is {:.3} m long from joint to joint; are the origins of the joints in \
+                 millimetres?",
+                self.length_m
+            );
+            Note::warning(Code::CadUnits, Place::part(Part::Robot), what)
+        })
+    }
+
+    fn is_too_long(&self) -> bool {
+        self.length_m > MAX_LENGTH_M
+    }
+
+    fn mass(&self) -> Option<Note> {
+        let cube_m3 = self.length_m.powi(3);
+        if self.slides || self.is_too_long() || self.moving_mass_kg == 0.0 || cube_m3 == 0.0 {
+            return None;
+        }
+        let [least_kg, most_kg] = MASS_OVER_LENGTH_CUBED.map(|limit| limit * cube_m3);
+        if (least_kg..=most_kg).contains(&self.moving_mass_kg) {
+            return None;
+        }
+        let in_grams = looks_scaled(self.moving_mass_kg, most_kg);
+        let (code, check) = if in_grams {
+            (Code::CadUnits, "are the masses in grams?")
+        } else {
+            (Code::TotalMass, "check the masses and the scale of the model")
+        };
+        let what = format!(
+            "what moves weighs {:.3} kg on an arm of {:.3} m from joint to joint, where \
+             {least_kg:.1} to {most_kg:.1} kg are usual; {check}",
+            self.moving_mass_kg, self.length_m
+        );
+        Some(Note::warning(code, Place::part(Part::Robot), what))
+    }
+}
+
+/// Whether a value that is too large would be well within the limit a thousand times smaller.
+fn looks_scaled(value: f64, limit: f64) -> bool {
+    (0.01 * limit..=limit).contains(&(value / 1000.0))
+}
+
+/// About the axis about which it is largest, m.
+fn gyration(inertia_kgm2: &Matrix3<f64>, mass_kg: f64) -> f64 {
+    (inertia_kgm2.symmetric_eigenvalues().max().max(0.0) / mass_kg).sqrt()
+}
+
+/// Their compliance is not in the model.
+fn joints_without_spring(robot: &Robot, rigid: &[String]) -> Option<Note> {
+    let springs: Vec<usize> = robot.coordinates().iter().filter_map(|c| c.joint).collect();
+    let joints = robot.joints().iter().enumerate();
+    let without: Vec<&str> = joints
+        .filter(|(index, joint)| !springs.contains(index) && !rigid.contains(&joint.name))
+        .map(|(_, joint)| joint.name.as_str())
+        .collect();
+    (!without.is_empty()).then(|| {
+        let what = format!(
+            "rigid: {}; their compliance is not in the model: give their stiffness under \
+             elasticity.joints, or name them in elasticity.rigid if they are meant to be rigid",
+            without.join(", ")
+        );
+        Note::warning(Code::RigidJoint, Place::key(Part::Robot, "elasticity"), what)
+    })
+}

@@ -1,0 +1,259 @@
+//! Robots that cannot be: each warning on an IRB 1600 with one thing made absurd, and none without.
+
+use std::fs;
+use std::path::Path;
+
+use detune::input::{Reading, read_described_robot, read_robot};
+use detune::modes::Modes;
+use detune::notes::{Code, Note};
+use detune::progress::silent;
+use detune::study::check::ReadJobs;
+
+use crate::program::repository;
+
+fn original(file: &str) -> String {
+    fs::read_to_string(repository().join("robots/irb1600").join(file)).unwrap()
+}
+
+/// The robot's warnings, or its errors.
+fn warnings(yaml: &str, urdf: &str) -> Result<Vec<Note>, Vec<Note>> {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("irb1600.urdf"), urdf).unwrap();
+    let path = folder.path().join("robot.yaml");
+    fs::write(&path, yaml).unwrap();
+    let mut reading = Reading::default();
+    read_robot(&path, &mut reading).map(|_| reading.warnings)
+}
+
+fn with_inertials(inertials: &[(&str, &str)]) -> String {
+    let mut yaml = original("robot.yaml") + "inertials:\n";
+    for (link, given) in inertials {
+        yaml.push_str(&format!("  {link}: {{{given}}}\n"));
+    }
+    yaml
+}
+
+fn assert_doubt(yaml: &str, urdf: &str, code: Code, line: &str, says: &[&str]) {
+    let found = warnings(yaml, urdf).unwrap();
+    let [note] = &found[..] else { panic!("{says:?} is not alone in {found:#?}") };
+    assert_eq!(note.code, code, "{note}");
+    for says in says {
+        assert!(note.what.contains(says), "{says:?} is not in {note}");
+    }
+    let file = note.place.file.as_deref().unwrap();
+    let text = if file.ends_with("robot.yaml") { yaml } else { urdf };
+    let told = text.lines().nth(note.place.line.unwrap() - 1).unwrap();
+    assert!(told.contains(line), "{told:?} is not the line of {line:?}: {note}");
+}
+
+#[test]
+fn the_robots_of_the_repository_are_plausible() {
+    for robot in ["irb1600/robot", "irb1600/planar", "rail-mill/robot", "two-link/robot"] {
+        let path = repository().join(format!("robots/{robot}.yaml"));
+        let mut reading = Reading::default();
+        read_robot(&path, &mut reading).unwrap();
+        assert_eq!(reading.warnings, [], "{robot}");
+    }
+}
+
+#[test]
+fn an_inertial_that_is_copied_to_all_links_is_doubted() {
+    let links: Vec<String> = (1..=6).map(|i| format!("link_{i}")).collect();
+    let copied = "mass_kg: 2, inertia_kgm2: {ixx: 0.01, iyy: 0.01, izz: 0.01}";
+    let all: Vec<_> = links.iter().map(|link| (link.as_str(), copied)).collect();
+    let says = ["the same inertial on link_1, link_2", "2 kg, ixx 0.01, iyy 0.01", "placeholder"];
+    assert_doubt(
+        &with_inertials(&all),
+        &original("irb1600.urdf"),
+        Code::SameInertial,
+        "<robot",
+        &says,
+    );
+    // Two of six may be alike.
+    let two = with_inertials(&all[3..5]);
+    assert_eq!(warnings(&two, &original("irb1600.urdf")).unwrap(), []);
+}
+
+#[test]
+fn a_body_beyond_its_link_is_doubted() {
+    let urdf = original("irb1600.urdf");
+    let gyration = with_inertials(&[("link_2", "inertia_kgm2: {ixx: 60, iyy: 60, izz: 3}")]);
+    let says =
+        ["link 'link_2': radius of gyration is 1.557 m", "link is 0.700 m", "reference frame"];
+    assert_doubt(&gyration, &urdf, Code::InertiaExtent, "link_2", &says);
+    let com = with_inertials(&[("link_2", "com_m: [0, 0, 1.4]")]);
+    let says = ["distance of the centre of mass is 1.400 m", "check the CAD export"];
+    assert_doubt(&com, &urdf, Code::InertiaExtent, "link_2", &says);
+    let near = with_inertials(&[("link_2", "com_m: [0, 0, 1.0]")]);
+    assert_eq!(warnings(&near, &urdf).unwrap(), []);
+}
+
+#[test]
+fn millimetres_and_grams_are_told_as_such() {
+    let urdf = original("irb1600.urdf");
+    let com = urdf.replace("xyz=\"0 0 0.353\"", "xyz=\"0 0 353\"");
+    let says = ["centre of mass is 353.000 m", "is it in millimetres?"];
+    assert_doubt(&original("robot.yaml"), &com, Code::CadUnits, "353", &says);
+    let inertia = with_inertials(&[("link_2", "inertia_kgm2: {ixx: 1.2e6, iyy: 1.2e6, izz: 3e5}")]);
+    let says = ["radius of gyration is 220.", "kg·mm²"];
+    assert_doubt(&inertia, &urdf, Code::CadUnits, "link_2", &says);
+    let heavy =
+        ["70", "24.74", "33.68", "4.52", "2.43", "0.43"].iter().fold(urdf.clone(), |urdf, m| {
+            let kg: f64 = m.parse().unwrap();
+            urdf.replace(&format!("mass value=\"{m}\""), &format!("mass value=\"{}\"", kg * 1000.0))
+        });
+    let says = ["weighs 135800.000 kg", "arm of 1.874 m", "are the masses in grams?"];
+    assert_doubt(&original("robot.yaml"), &heavy, Code::CadUnits, "<robot", &says);
+    let long = urdf.replace("0.15 0 0.4865", "150 0 486.5").replace("0 0 0.700", "0 0 700");
+    let says = ["the arm is 1209", "millimetres?"];
+    assert_doubt(&original("robot.yaml"), &long, Code::CadUnits, "<robot", &says);
+}
+
+#[test]
+fn a_mass_out_of_scale_is_doubted() {
+    let urdf = original("irb1600.urdf");
+    let heavy = with_inertials(&[("link_1", "mass_kg: 4000")]);
+    let says = ["weighs 4065.800 kg on an arm of 1.874 m", "5.6 to 1645", "check the masses"];
+    assert_doubt(&heavy, &urdf, Code::TotalMass, "<robot", &says);
+    let light: Vec<(String, String)> = (1..=6)
+        .map(|i| {
+            let moments = "inertia_kgm2: {ixx: 0.001, iyy: 0.001, izz: 0.001}";
+            (format!("link_{i}"), format!("mass_kg: 0.{i}, {moments}"))
+        })
+        .collect();
+    let light: Vec<_> = light.iter().map(|(link, given)| (link.as_str(), given.as_str())).collect();
+    let says = ["weighs 2.100 kg"];
+    assert_doubt(&with_inertials(&light), &urdf, Code::TotalMass, "<robot", &says);
+}
+
+#[test]
+fn a_joint_without_spring_is_named_unless_it_is_meant_so() {
+    let urdf = original("irb1600.urdf");
+    let without: String = original("robot.yaml")
+        .lines()
+        .filter(|line| !line.contains("joint_4: {") && !line.contains("joint_6: {"))
+        .map(|line| format!("{line}\n"))
+        .collect();
+    let says =
+        ["rigid: joint_4, joint_6; their compliance is not in the model", "elasticity.rigid"];
+    assert_doubt(&without, &urdf, Code::RigidJoint, "elasticity", &says);
+    let some = without.replace("elasticity:\n", "elasticity:\n  rigid: [joint_6]\n");
+    assert_doubt(&some, &urdf, Code::RigidJoint, "elasticity", &["rigid: joint_4; "]);
+    let meant = without.replace("elasticity:\n", "elasticity:\n  rigid: [joint_4, joint_6]\n");
+    assert_eq!(warnings(&meant, &urdf).unwrap(), []);
+}
+
+/// The job of the repository with all springs so much stiffer.
+fn first_frequency(factor: f64) -> Vec<Note> {
+    let folder = tempfile::tempdir().unwrap();
+    let robot = original("robot.yaml").lines().fold(String::new(), |text, line| {
+        let scaled = line.split_once("stiffness_nm_per_rad: ").map(|(head, tail)| {
+            let (value, rest) = tail.split_once(',').unwrap();
+            let value: f64 = value.parse().unwrap();
+            format!("{head}stiffness_nm_per_rad: {}, {rest}", factor * value)
+        });
+        text + &scaled.unwrap_or_else(|| line.to_owned()) + "\n"
+    });
+    fs::write(folder.path().join("robot.yaml"), robot).unwrap();
+    fs::write(folder.path().join("irb1600.urdf"), original("irb1600.urdf")).unwrap();
+    let job = fs::read_to_string(repository().join("jobs/pocket.yaml")).unwrap();
+    let job = job.replace("../robots/irb1600/robot.yaml", "robot.yaml");
+    let path = folder.path().join("job.yaml");
+    fs::write(&path, job).unwrap();
+    let checked = ReadJobs::read(&[path]).check(&silent);
+    assert!(checked.errors.is_empty(), "{:?}", checked.errors);
+    checked.jobs[0]
+        .risk
+        .warnings
+        .iter()
+        .filter(|n| n.code == Code::FirstFrequency)
+        .cloned()
+        .collect()
+}
+
+#[test]
+fn a_first_frequency_that_no_arm_has_is_doubted_once_a_job() {
+    assert_eq!(first_frequency(1.0), []);
+    for (factor, says) in [(1e-3, "where arms have 3 to 200 Hz"), (1e3, "operation '")] {
+        let found = first_frequency(factor);
+        let [note] = &found[..] else { panic!("{found:?}") };
+        assert!(note.what.contains("first natural frequency is"), "{note}");
+        assert!(note.what.contains(says) && note.what.contains("N·m/rad"), "{note}");
+        assert!(note.place.file.as_deref().unwrap().ends_with("job.yaml"));
+    }
+}
+
+/// As the support packages of makers are: meshes, and no inertial at all.
+fn without_inertials() -> String {
+    let mut urdf = original("irb1600.urdf");
+    while let (Some(from), Some(to)) = (urdf.find("<inertial>"), urdf.find("</inertial>")) {
+        let mesh = "<visual><geometry><mesh filename=\"a.stl\"/></geometry></visual>";
+        urdf.replace_range(from..to + "</inertial>".len(), mesh);
+    }
+    urdf
+}
+
+#[test]
+fn the_mass_of_an_arm_is_shared_out_to_links_without_inertial() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("irb1600.urdf"), without_inertials()).unwrap();
+    let path = folder.path().join("robot.yaml");
+    let yaml =
+        original("robot.yaml") + "total_mass_kg: 250\ninertials:\n  link_2: {std_percent: 30}\n";
+    fs::write(&path, &yaml).unwrap();
+    let mut reading = Reading::default();
+    let described = read_described_robot(&path, &mut reading).unwrap();
+    let [note] = &reading.warnings[..] else { panic!("{:?}", reading.warnings) };
+    assert_eq!(note.code, Code::Assumed);
+    assert!(note.what.contains("250 kg shared out by length") && note.what.contains("link_2 "));
+    let line = yaml.lines().position(|line| line.starts_with("total_mass_kg")).unwrap() + 1;
+    assert_eq!(note.place.line, Some(line));
+    let bodies = described.robot.bodies();
+    assert_eq!(bodies.len(), 7);
+    assert!((bodies.iter().map(|body| body.body.mass_kg).sum::<f64>() - 250.0).abs() < 1e-9);
+    let stds: Vec<_> = bodies.iter().filter_map(|body| body.std).collect();
+    assert_eq!(stds, [0.3]);
+    assert!(bodies.iter().all(|body| body.assumed));
+    let modes = Modes::at(&described.robot, &[0.0, 0.3, -0.2, 0.1, 0.6, 0.0]).unwrap();
+    assert!(modes.natural_frequencies_hz.iter().all(|f| f.is_finite() && *f > 1.0), "{modes:?}");
+}
+
+/// A URDF's own shapes, with their places.
+#[test]
+fn boxes_of_a_urdf_share_the_mass_by_volume() {
+    let mut urdf = without_inertials();
+    let mesh = "<visual><geometry><mesh filename=\"a.stl\"/></geometry></visual>";
+    let solid = format!(
+        "{mesh}<collision><origin xyz=\"0.1 0 0\" rpy=\"0 1.5707963267948966 0\"/><geometry>\
+         <cylinder radius=\"0.1\" length=\"0.4\"/></geometry></collision>"
+    );
+    urdf = urdf.replace(mesh, &solid);
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("irb1600.urdf"), urdf).unwrap();
+    let path = folder.path().join("robot.yaml");
+    fs::write(&path, original("robot.yaml") + "total_mass_kg: 70\n").unwrap();
+    let mut reading = Reading::default();
+    let described = read_described_robot(&path, &mut reading).unwrap();
+    assert!(reading.warnings[0].what.contains("by volume"), "{:?}", reading.warnings);
+    let link = described.description.links.iter().find(|link| link.name == "link_3").unwrap();
+    let body = link.inertial.unwrap();
+    assert!((body.mass_kg - 10.0).abs() < 1e-9 && (body.com_m.x - 0.1).abs() < 1e-12);
+    // 10 kg, along x: m r²/2 and m (3 r² + l²)/12.
+    assert!((body.inertia_kgm2[(0, 0)] - 0.05).abs() < 1e-12, "{body:?}");
+    assert!((body.inertia_kgm2[(1, 1)] - 10.0 * 0.19 / 12.0).abs() < 1e-12, "{body:?}");
+}
+
+#[test]
+fn a_mass_that_cannot_be_shared_is_an_error_at_its_line() {
+    for (urdf, mass, says) in [
+        (original("irb1600.urdf"), "250", "total_mass_kg is 250, but no link lacks an inertial"),
+        (without_inertials(), "0", "total_mass_kg is 0, must be positive"),
+    ] {
+        let yaml = original("robot.yaml") + &format!("total_mass_kg: {mass}\n");
+        let errors = warnings(&yaml, &urdf).unwrap_err();
+        assert_eq!(errors.len(), 1, "{errors:?}");
+        assert!(errors[0].what.contains(says), "{errors:?}");
+        assert_eq!(errors[0].place.line, Some(yaml.lines().count()));
+        assert!(errors[0].place.file.as_deref().unwrap().ends_with(Path::new("robot.yaml")));
+    }
+}
