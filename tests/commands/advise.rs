@@ -716,7 +716,7 @@ fn a_crossing_is_one_fact() {
     bench.add("jobs/job.yaml", &(job + "tools_on_hand: [{teeth: 3}]\n"));
     let again = run(bench.path(), &["advise", "jobs/job.yaml"]);
     assert!(
-        out(&again).ends_with("apply one of the levers, then run advise again\n"),
+        out(&again).ends_with("apply one of the remedies, then run advise again\n"),
         "{}",
         out(&again)
     );

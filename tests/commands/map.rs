@@ -288,7 +288,7 @@ fn every_option_that_does_not_fit_is_told() {
             "--reduce min --sample-rate-hz 9 --duration-s 1",
             vec!["--sample-rate-hz has no effect", "--duration-s has no effect"],
         ),
-        ("--reduce min --method nonlinear", vec!["--reduce: gathers linear maps only"]),
+        ("--reduce min --method nonlinear", vec!["--reduce: takes linear maps only"]),
         ("--at joint_1=3 --at joint_1=4", vec!["--at: joint 'joint_1' is given twice"]),
         (
             "--format npy --method nonlinear",

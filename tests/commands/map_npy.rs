@@ -140,9 +140,9 @@ fn an_array_holds_no_spectra_and_no_figures() {
         ),
         (
             "--format npy --reduce min",
-            "--format npy and arrow: cannot hold the figures of --reduce",
+            "--format npy and arrow: cannot hold the statistics of --reduce",
         ),
-        ("--method nonlinear --reduce min", "--reduce: gathers linear maps only"),
+        ("--method nonlinear --reduce min", "--reduce: takes linear maps only"),
     ] {
         let faults = map(&format!("{ARM} tests/data/npy/poses.npy {options}")).unwrap_err();
         assert!(faults.concat().contains(expected), "{faults:?}");

@@ -201,7 +201,7 @@ fn json_of_many_batches_is_one_document() {
     let json: serde_json::Value = serde_json::from_slice(&none).unwrap();
     assert_eq!(json["rows"].as_array().unwrap().len(), 0);
     let none = fed(&format!("{ARM} --poses - --reduce min"), b"joint_1_rad,joint_2_rad\n");
-    assert!(none.unwrap_err().concat().contains("--reduce: there are no poses"));
+    assert!(none.unwrap_err().concat().contains("--reduce: the table holds no poses"));
 }
 
 /// Lines are counted past comments, quotes and the borders of pieces and batches.
