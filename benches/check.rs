@@ -11,11 +11,11 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use detune::advice::{Options, advise};
 use detune::diagnosis::{Settings, diagnose};
 use detune::input::{Reading, read_described_robot, read_measured};
-use detune::job::{Job, Levers, Operation, Policy, Spindle, SpindleSpeed, Tool};
+use detune::job::{Carried, Job, Levers, Operation, Policy, Spindle, SpindleSpeed, Tool};
 use detune::map::{FrequencyMap, Method, Reduction};
 use detune::model::{Placement, Robot, mass_matrix};
 use detune::modes::ModalSolver;
-use detune::motion::{Move, StatedFeeds, Target};
+use detune::motion::{Move, Target};
 use detune::progress::silent;
 use detune::risk::assess;
 use detune::study;
@@ -84,6 +84,7 @@ fn long_job(robot: &Arc<Robot>) -> Job {
                 tcp: Isometry3::translation(0.0, 0.0, 0.15),
                 line: i + 1,
                 spindle_turns: true,
+                stated: Arc::default(),
             }
         })
         .collect();
@@ -91,19 +92,15 @@ fn long_job(robot: &Arc<Robot>) -> Job {
         name: "zigzag".into(),
         file: PathBuf::from("zigzag.yaml"),
         robot: robot.clone(),
-        tool: Tool { name: None, teeth: 2, diameter_m: None, pitch_rad: None },
         spindle: Spindle { min_rpm: 100.0, max_rpm: 24_000.0, max_acceleration_rpm_per_s: None },
-        operations: vec![Operation {
-            name: "zigzag".into(),
-            line: 1,
-            speed: SpindleSpeed::Constant(620.0),
-            feed_m_per_s: 0.02,
-            cutting: None,
+        operations: vec![Operation::new(
+            robot,
+            Carried::NOTHING,
+            Tool { name: None, teeth: 2, diameter_m: None, pitch_rad: None },
+            SpindleSpeed::Constant(620.0),
+            0.02,
             moves,
-            program: None,
-            program_feeds: StatedFeeds::default(),
-            start_near: None,
-        }],
+        )],
         policy: Policy {
             tooth_passing_harmonics: 2,
             spindle_harmonics: 1,
@@ -144,7 +141,9 @@ fn six_operations(robot: &Arc<Robot>) -> Job {
         .enumerate()
         .map(|(i, part)| Operation {
             name: format!("operation {i}"),
-            moves: part.to_vec(),
+            moves: Arc::new(part.to_vec()),
+            stretch: 0..part.len(),
+            entry: i,
             ..job.operations[0].clone()
         })
         .collect();

@@ -1,7 +1,11 @@
 //! What a job asks for: valid, in SI, with the files that it came from. Plain data.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use crate::model::Robot;
 use crate::motion::{Move, StatedFeeds, Target};
@@ -13,10 +17,8 @@ pub struct Job {
     pub name: String,
     /// The job file, as it was named by the caller.
     pub file: PathBuf,
-    /// The robot that runs it.
+    /// The robot that runs it, as its file describes it.
     pub robot: Arc<Robot>,
-    /// The cutter.
-    pub tool: Tool,
     /// The spindle.
     pub spindle: Spindle,
     /// The operations in order; at least one.
@@ -31,6 +33,12 @@ impl Job {
     /// A file that the job names, as seen from where the job file was named.
     pub fn beside(&self, named: &Path) -> PathBuf {
         self.file.parent().unwrap_or(Path::new("")).join(named)
+    }
+
+    /// What the tip carries: in the first operation, or in one of which nobody says it.
+    pub fn carried(&self) -> Carried {
+        let all = || self.operations.iter().map(|operation| operation.carried);
+        all().find(|carried| !carried.is_known()).or(all().next()).unwrap_or(Carried::UNKNOWN)
     }
 
     /// The file that the lines of an operation's moves refer to: its program, or the job itself.
@@ -79,21 +87,83 @@ pub struct Spindle {
     pub max_acceleration_rpm_per_s: Option<f64>,
 }
 
-/// One operation: a path under a spindle speed.
+/// What the tip of the arm carries, and who says so.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(inline)]
+pub struct Carried {
+    /// Mass, kg; zero where nothing is carried or nobody says.
+    pub mass_kg: f64,
+    /// Who says so.
+    pub source: CarriedBy,
+}
+
+impl Carried {
+    /// Nothing, as somebody says.
+    pub const NOTHING: Self = Self { mass_kg: 0.0, source: CarriedBy::None };
+    /// What nobody says anything about.
+    pub const UNKNOWN: Self = Self { mass_kg: 0.0, source: CarriedBy::Unknown };
+
+    /// Whether anybody says what is carried.
+    pub fn is_known(self) -> bool {
+        self.source != CarriedBy::Unknown
+    }
+}
+
+/// Who says what the tip carries.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[schemars(
+    inline,
+    description = "`program`: its tool data. `job`: the job's payload. `robot`: the robot file's. `none`: the \
+                   job says that nothing\nis carried. `unknown`: nobody says anything."
+)]
+pub enum CarriedBy {
+    /// The data of the tool in the program.
+    Program,
+    /// The job: `payload`, or that of one of its tools.
+    Job,
+    /// The robot file's payload.
+    Robot,
+    /// The job: nothing is carried.
+    None,
+    /// Nobody.
+    Unknown,
+}
+
+/// One operation: a path, or a stretch of one, under one spindle speed (or schedule), with one
+/// cutter and one thing carried. A program that changes any of them makes several operations of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Operation {
     /// What it is called; unique within the job.
     pub name: String,
+    /// Which of the operations that the job file lists it belongs to, from 0.
+    pub entry: usize,
+    /// The cutter.
+    pub tool: Tool,
+    /// Number of the tool in the program.
+    pub tool_number: Option<u32>,
+    /// The robot with what it carries here; its kinematics are those of the job's robot.
+    pub robot: Arc<Robot>,
+    /// What it carries.
+    pub carried: Carried,
     /// Line of the job file where it starts, counted from 1.
     pub line: usize,
     /// Spindle speed along the path.
     pub speed: SpindleSpeed,
-    /// Programmed feed of the tool centre point, m/s.
+    /// Whether the program states the spindle speed, not the job.
+    pub is_speed_of_program: bool,
+    /// Feed of the tool centre point, m/s: the job's, else that at which the program cuts longest.
     pub feed_m_per_s: f64,
+    /// Whether the job gives the feed.
+    pub is_feed_of_job: bool,
     /// How the tool cuts, if the job says it.
     pub cutting: Option<Cutting>,
-    /// The moves; at least one.
-    pub moves: Vec<Move>,
+    /// The moves of the whole path, at least one; a path that is divided is shared.
+    pub moves: Arc<Vec<Move>>,
+    /// The moves that this operation runs: from the end of the move before, or from the first
+    /// target.
+    pub stretch: Range<usize>,
     /// The file that the moves' lines refer to: the program as the job names it, or `None` where
     /// the path stands in the job itself.
     pub program: Option<PathBuf>,
@@ -105,6 +175,46 @@ pub struct Operation {
 }
 
 impl Operation {
+    /// A path that is the job's first and only one.
+    pub fn new(
+        robot: &Arc<Robot>,
+        carried: Carried,
+        tool: Tool,
+        speed: SpindleSpeed,
+        feed_m_per_s: f64,
+        moves: Vec<Move>,
+    ) -> Self {
+        Self {
+            name: "path".to_owned(),
+            entry: 0,
+            tool,
+            tool_number: None,
+            robot: Arc::clone(robot),
+            carried,
+            line: 1,
+            speed,
+            is_speed_of_program: false,
+            feed_m_per_s,
+            is_feed_of_job: true,
+            cutting: None,
+            stretch: 0..moves.len(),
+            moves: Arc::new(moves),
+            program: None,
+            program_feeds: StatedFeeds::default(),
+            start_near: None,
+        }
+    }
+
+    /// The moves that it runs.
+    pub fn own_moves(&self) -> &[Move] {
+        self.moves.get(self.stretch.clone()).unwrap_or_default()
+    }
+
+    /// Whether it is a stretch of a longer path.
+    pub fn is_divided(&self) -> bool {
+        self.stretch.len() < self.moves.len()
+    }
+
     /// Whether every target of the path is a pose of the tool, none a position of the joints.
     pub fn has_poses(&self) -> bool {
         !self.moves.iter().any(|each| matches!(each.to, Target::Joints(_)))

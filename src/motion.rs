@@ -1,6 +1,8 @@
 //! What a robot is to do: moves to targets, each with the line of the file that asks for it.
 
-use nalgebra::{Isometry3, Rotation3, Unit, Vector3};
+use std::sync::Arc;
+
+use nalgebra::{Isometry3, Matrix3, Rotation3, Unit, Vector3};
 
 /// One move: from wherever the robot stands to a target. The first move of an operation is where
 /// the operation starts.
@@ -17,6 +19,67 @@ pub struct Move {
     /// Whether the spindle turns on the way; where a program has stopped it, nothing excites the
     /// arm.
     pub spindle_turns: bool,
+    /// What the program states for this move; moves under the same statements share it.
+    pub stated: Arc<Stated>,
+}
+
+/// What a program states beside the motion; what it is silent on is `None`.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Stated {
+    /// What the spindle does.
+    pub spindle: Option<Spindle>,
+    /// Number of the tool that is loaded.
+    pub tool: Option<u32>,
+    /// What the tip carries.
+    pub load: Option<Arc<Load>>,
+}
+
+/// What a command makes the spindle do.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Spindle {
+    /// To stand still.
+    Stands,
+    /// To turn, at this speed in rev/min (positive) or at one that the program does not give.
+    Turns(Option<f64>),
+}
+
+impl Spindle {
+    /// Turns at `rpm` where that is known; at zero it stands.
+    pub fn at(rpm: Option<f64>) -> Self {
+        if rpm == Some(0.0) { Self::Stands } else { Self::Turns(rpm) }
+    }
+
+    /// Speed, rev/min, of a spindle that turns, if it is known.
+    pub fn rpm(self) -> Option<f64> {
+        match self {
+            Self::Stands => None,
+            Self::Turns(rpm) => rpm,
+        }
+    }
+}
+
+/// What a program says that the tip carries with a tool.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Load {
+    /// The tool, as the program spells it.
+    pub name: String,
+    /// Line of the declaration, counted from 1.
+    pub line: usize,
+    /// Mass, kg; positive.
+    pub mass_kg: f64,
+    /// Centre of mass in the tip frame, m.
+    pub com_m: Vector3<f64>,
+    /// Rotary inertia about the centre of mass in the axes of the tip frame, kg·m².
+    pub inertia_kgm2: Matrix3<f64>,
+}
+
+impl Load {
+    /// Whether it is the same body, under whatever name.
+    pub fn is_same_body(&self, other: &Self) -> bool {
+        self.mass_kg == other.mass_kg
+            && self.com_m == other.com_m
+            && self.inertia_kgm2 == other.inertia_kgm2
+    }
 }
 
 /// Where a move goes and how the controller interpolates on the way.
@@ -99,6 +162,8 @@ pub struct StatedFeeds {
     pub per_time: bool,
     /// Some in length per revolution of the spindle, at the speed that the program states.
     pub per_revolution: bool,
+    /// Some moves have none and run at the feed of the job.
+    pub incomplete: bool,
 }
 
 impl StatedFeeds {

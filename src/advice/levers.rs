@@ -101,7 +101,7 @@ pub(super) fn levers(
         let change = Change::Tool { name: tool.name.clone(), teeth: tool.teeth };
         found.push(lever(&problem, change, programmed_rpm));
     }
-    let lines = lines(&job.tool, &job.policy);
+    let lines = lines(&operation.tool, &job.policy);
     found.extend(faster_or_slower(
         &SpeedProblem { ranges, lines: &lines, rules, spindle: &job.spindle },
         programmed_rpm,
@@ -251,17 +251,22 @@ fn tried(
         })
         .collect();
     let Some(moves) = moves else { return Ok(None) };
-    let Ok(path) = Path::plan(&job.robot, &moves, operation.start_near.as_deref()) else {
+    let robot = &operation.robot;
+    let Ok(path) = Path::plan(robot, &moves, operation.start_near.as_deref()) else {
         return Ok(None);
+    };
+    let path = match operation.is_divided() {
+        true => path.stretch(&moves, operation.stretch.clone(), robot),
+        false => path,
     };
     let stations = grid(&path, std::iter::empty());
     let survey = Survey::take(&path, stations, detail(&job.policy), &silent)?;
-    let trust = Trust::of(&job.robot, job.policy.model_uncertainty);
+    let trust = Trust::of(robot, job.policy.model_uncertainty);
     let rules = Rules::new(&job.policy, &trust, &path, &survey)?;
     let counting =
         Counting { rules: &rules, spindle: SpindleProfile::new(&operation.speed, &path) };
     let (ranges, _) = mode_ranges(&path, &counting, survey)?;
-    let lines = lines(&job.tool, &job.policy);
+    let lines = lines(&operation.tool, &job.policy);
     let problem =
         SpeedProblem { ranges: &ranges, lines: &lines, rules: &rules, spindle: &job.spindle };
     Ok(Some(lever(&problem, change, programmed_rpm)))

@@ -15,8 +15,8 @@ use crate::notes::{Code, Note};
 use crate::path::{Path, Survey, grid};
 use crate::progress::Progress;
 use crate::risk::{
-    Counted, Rules, SpindleProfile, about_operation, crossings_under, detail, in_operation,
-    nothing_checked, plan,
+    Counted, Paths, Rules, SpindleProfile, about_operation, crossings_under, detail, in_operation,
+    nothing_checked,
 };
 use crate::uncertainty::Trust;
 use crate::units::hz_from_rpm;
@@ -32,8 +32,9 @@ const MAX_REVISIONS: usize = 5;
 pub fn advise(job: &Job, options: &Options, progress: Progress) -> Result<JobAdvice, Vec<Note>> {
     let mut faults = Vec::new();
     let mut operations = Vec::new();
+    let mut paths = Paths::of(job);
     for index in 0..job.operations.len() {
-        match advise_operation(job, index, options, progress) {
+        match advise_operation(job, index, &mut paths, options, progress) {
             Ok(advice) => operations.push(advice),
             Err(found) => faults.extend(found),
         }
@@ -64,7 +65,7 @@ fn nothing(job: &Job, operation: &Operation, advice: &OperationAdvice) -> Option
         Remedy::Infeasible => return None,
     };
     let counted = Counted {
-        spindle_turns: operation.moves.iter().any(|m| m.spindle_turns),
+        spindle_turns: operation.own_moves().iter().any(|m| m.spindle_turns),
         lines: separation.is_some() || advice.mode_ranges.is_empty(),
         modes: !advice.mode_ranges.is_empty(),
     };
@@ -101,14 +102,15 @@ fn not_followed(
     Some(about_operation(job, operation, Code::ObjectiveNotFollowed, what))
 }
 
-fn advise_operation(
-    job: &Job,
+fn advise_operation<'j>(
+    job: &'j Job,
     index: usize,
+    paths: &mut Paths<'j>,
     options: &Options,
     progress: Progress,
 ) -> Result<OperationAdvice, Vec<Note>> {
     let operation = &job.operations[index];
-    let path = plan(job, operation)?;
+    let path = paths.plan(operation)?;
     advise_path(job, index, &path, options, progress)
         .map_err(|note| vec![in_operation(job, operation, note)])
 }
@@ -121,13 +123,13 @@ fn advise_path(
     progress: Progress,
 ) -> Result<OperationAdvice, Note> {
     let operation = &job.operations[index];
-    let lines = lines(&job.tool, &job.policy);
+    let lines = lines(&operation.tool, &job.policy);
     let programmed_rpm = mean_rpm(&operation.speed);
-    let tip = TipModel::new(job, operation, path)?;
-    let chip = chip(job, operation, programmed_rpm, options.feed);
+    let tip = TipModel::new(operation, path)?;
+    let chip = chip(operation, programmed_rpm, options.feed);
     let stations = grid(path, operation.speed.corners());
     let survey = Survey::take(path, stations, detail(&job.policy), progress)?;
-    let trust = Trust::of(&job.robot, job.policy.model_uncertainty);
+    let trust = Trust::of(&operation.robot, job.policy.model_uncertainty);
     let rules = Rules::new(&job.policy, &trust, path, &survey)?;
     let counting = Counting { rules: &rules, spindle: SpindleProfile::new(&operation.speed, path) };
     let quietest_of =
@@ -211,10 +213,10 @@ fn remedy_of(
 }
 
 /// How fast the tool goes through the work when the speed changes.
-fn chip(job: &Job, operation: &Operation, programmed_rpm: f64, feed: FeedRule) -> Chip {
+fn chip(operation: &Operation, programmed_rpm: f64, feed: FeedRule) -> Chip {
     match feed {
         FeedRule::ChipLoad => {
-            let teeth_per_s = f64::from(job.tool.teeth) * hz_from_rpm(programmed_rpm);
+            let teeth_per_s = f64::from(operation.tool.teeth) * hz_from_rpm(programmed_rpm);
             Chip::PerTooth(operation.feed_m_per_s / teeth_per_s)
         }
         FeedRule::Programmed => Chip::Feed(operation.feed_m_per_s),
@@ -263,7 +265,7 @@ fn settled(
     mut survey: Survey,
 ) -> Result<Choice, Note> {
     let (rules, spindle) = (counting.rules, &job.spindle);
-    let lines = &lines(&job.tool, &job.policy);
+    let lines = &lines(&operation.tool, &job.policy);
     let mut look = 0;
     loop {
         let (ranges, refined) = mode_ranges(path, counting, survey)?;

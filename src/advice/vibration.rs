@@ -20,7 +20,7 @@ use serde::Serialize;
 use super::air_cuts::is_air_cut;
 use super::speeds::{SafeSet, Speeds};
 use crate::excitation::{ForceHarmonic, ForceModel};
-use crate::job::{Job, Operation};
+use crate::job::Operation;
 use crate::notes::Note;
 use crate::path::{Path, TipModes, tcp_poses, tip_modes};
 use crate::risk::SpindleProfile;
@@ -120,12 +120,11 @@ impl TipModel {
     /// # Errors
     /// The arm has no modes somewhere.
     pub(super) fn new(
-        job: &Job,
         operation: &Operation,
         path: &Path,
     ) -> Result<Result<Self, NoVibration>, Note> {
         let Some(cutting) = &operation.cutting else { return Ok(Err(NoVibration::NoCutting)) };
-        let Some(force) = ForceModel::new(&job.tool, cutting) else {
+        let Some(force) = ForceModel::new(&operation.tool, cutting) else {
             let known = cutting.coefficients.is_some()
                 || crate::excitation::material(&cutting.material).is_some();
             return Ok(Err(if known {
@@ -134,8 +133,8 @@ impl TipModel {
                 NoVibration::UnknownMaterial
             }));
         };
-        let step = if job.tool.pitch_rad.is_some() { 1 } else { job.tool.teeth };
-        let top = job.tool.teeth.saturating_mul(HARMONICS);
+        let step = if operation.tool.pitch_rad.is_some() { 1 } else { operation.tool.teeth };
+        let top = operation.tool.teeth.saturating_mul(HARMONICS);
         let turning = SpindleProfile::new(&operation.speed, path);
         let cuts = |s: &f64| !is_air_cut(operation, path, *s) && !turning.is_stopped_at(*s);
         let s: Vec<f64> = (0..=POINTS).map(|i| i as f64 / POINTS as f64).filter(cuts).collect();
@@ -151,7 +150,7 @@ impl TipModel {
         let points =
             tip_modes(path, &s)?.iter().zip(steps).map(|(at, step)| point(at, step)).collect();
         let orders = (1..=top / step.max(1)).map(|h| h * step).collect();
-        Ok(Ok(Self { force, orders, teeth: f64::from(job.tool.teeth), points }))
+        Ok(Ok(Self { force, orders, teeth: f64::from(operation.tool.teeth), points }))
     }
 
     /// The largest amplitude along the path at a constant speed.

@@ -3,16 +3,24 @@
 
 use std::path::{Path, PathBuf};
 
+use super::Reading;
 use super::files::is_one_place;
 use super::job::job_of_text;
-use super::{OperationEdit, Reading};
-use crate::job::{Job, Operation};
+use crate::job::{Job, Operation, SpindleSpeed};
 use crate::notes::{Code, Note, Place};
-use crate::units::m_per_s_from_mm_per_min;
+
+/// What an operation of the job that is written must have.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Advised {
+    /// Its speed.
+    pub speed: SpindleSpeed,
+    /// Its feed, m/s; `None` where only the program states it.
+    pub feed_m_per_s: Option<f64>,
+}
 
 /// Reads `text` as the job that it will be in the file `to` and compares it with `job`, of which
-/// `files` were read and of which `program` is about to be written: speed and feed must be those of
-/// the edits, all else must be as before.
+/// `files` were read and of which `program` is about to be written: speed and feed must be as `advised`, one for each
+/// operation, all else must be as before.
 ///
 /// # Errors
 /// It is no job there, or another one.
@@ -21,21 +29,21 @@ pub fn confirm_rewritten(
     files: &[PathBuf],
     text: &str,
     to: &Path,
-    edits: &[OperationEdit],
+    advised: &[Advised],
     program: Option<(&Path, &[u8])>,
 ) -> Result<(), Note> {
     let pending = program.map(|(path, bytes)| (path.to_owned(), bytes.to_vec()));
     let mut reading = Reading { pending, ..Reading::default() };
     let found = job_of_text(to, text.to_owned(), &mut reading)
         .map_err(|notes| notes.first().map_or_else(String::new, |fault| fault.what.clone()))
-        .and_then(|again| match difference(job, &again, edits) {
+        .and_then(|again| match difference(job, &again, advised) {
             Some(what) => Err(format!("{what} would differ from the advice")),
             None => Ok(()),
         });
     let found = found.and_then(|()| {
-        let is_new = |file: &PathBuf| edits.iter().any(|edit| is_one(edit.program.as_ref(), file));
+        let is_new = |file: &PathBuf| program.is_some_and(|(path, _)| is_one_place(path, file));
         let old = files.get(1..).unwrap_or_default();
-        let is_known = |file: &PathBuf| is_new(file) || old.iter().any(|o| is_one(Some(o), file));
+        let is_known = |file: &PathBuf| is_new(file) || old.iter().any(|o| is_one_place(o, file));
         match reading.files.iter().find(|file| !is_known(file)) {
             Some(other) => Err(format!("it would read a different file, {}", other.display())),
             None => Ok(()),
@@ -51,45 +59,57 @@ pub fn confirm_rewritten(
     })
 }
 
-fn is_one(a: Option<&PathBuf>, b: &Path) -> bool {
-    a.is_some_and(|a| is_one_place(a, b))
-}
-
-/// What is not as it must be.
-fn difference(before: &Job, after: &Job, edits: &[OperationEdit]) -> Option<String> {
+/// What is not as it must be. Stretches of a program that come to run alike are one when it is read
+/// again, so operations are compared where they share moves.
+fn difference(before: &Job, after: &Job, advised: &[Advised]) -> Option<String> {
+    let entries = |job: &Job| job.operations.last().map(|last| last.entry);
+    let levers = |job: &Job| (job.levers.tools_on_hand.clone(), job.levers.work_object_shift_m);
     let rest = [
-        ("tool", before.tool == after.tool),
         ("spindle", before.spindle == after.spindle),
         ("policy", before.policy == after.policy),
-        ("what may be changed", before.levers == after.levers),
-        ("the number of operations", before.operations.len() == after.operations.len()),
+        ("what may be changed", levers(before) == levers(after)),
+        ("the number of operations", entries(before) == entries(after)),
     ];
     if let Some((what, _)) = rest.iter().find(|(_, is_same)| !is_same) {
         return Some((*what).to_owned());
     }
-    before.operations.iter().zip(&after.operations).zip(edits).find_map(
-        |((before, after), edit)| {
-            let what = operation_difference(before, after, edit)?;
+    after.operations.iter().find_map(|after| {
+        let shares = |each: &Operation| {
+            each.entry == after.entry
+                && each.stretch.start < after.stretch.end
+                && after.stretch.start < each.stretch.end
+        };
+        let own = before.operations.iter().zip(advised).filter(|(each, _)| shares(each));
+        own.into_iter().find_map(|(before, advised)| {
+            let what = operation_difference(before, after, advised)?;
             Some(format!("operation '{}': {what}", before.name))
-        },
-    )
+        })
+    })
 }
 
 fn operation_difference(
     before: &Operation,
     after: &Operation,
-    edit: &OperationEdit,
+    advised: &Advised,
 ) -> Option<&'static str> {
-    let feed_m_per_s = edit.feed_mm_per_min.map_or(before.feed_m_per_s, m_per_s_from_mm_per_min);
-    let is_same_path = before.moves.len() == after.moves.len()
-        && before.moves.iter().zip(&after.moves).all(|(a, b)| a.to == b.to && a.tcp == b.tcp);
+    let is_divided = before.is_divided() || after.is_divided();
+    // The whole path is compared with its first stretch.
+    let is_same_path = before.stretch.start > 0
+        || before.moves.len() == after.moves.len()
+            && before
+                .moves
+                .iter()
+                .zip(after.moves.iter())
+                .all(|(a, b)| a.to == b.to && a.tcp == b.tcp);
     let all = [
-        ("name", before.name == after.name),
-        ("speed", after.speed == *edit.speed.as_ref().unwrap_or(&before.speed)),
-        ("feed", after.feed_m_per_s == feed_m_per_s),
+        ("name", before.name == after.name || is_divided),
+        ("tool", before.tool == after.tool && before.tool_number == after.tool_number),
+        ("payload", before.carried == after.carried),
+        ("speed", after.speed == advised.speed),
+        ("feed", advised.feed_m_per_s.is_none_or(|feed| after.feed_m_per_s == feed)),
         ("cutting", before.cutting == after.cutting),
         ("start_near_deg", before.start_near == after.start_near),
-        ("path", is_same_path || edit.program.is_some()),
+        ("path", is_same_path),
     ];
     all.iter().find(|(_, is_same)| !is_same).map(|(what, _)| *what)
 }

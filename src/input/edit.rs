@@ -91,17 +91,17 @@ fn change_speed(
     }
 }
 
-/// The program `file` with another speed; the inner error says why it cannot be rewritten.
+/// The program `file` with other speeds.
 ///
 /// # Errors
-/// It cannot be read, or its extension is that of no dialect.
-pub fn rewritten_program(file: &Path, to: &Rewrite) -> Result<Result<Rewritten, Note>, Note> {
+/// It cannot be read or rewritten, or its extension is that of no dialect.
+pub fn rewritten_program(file: &Path, to: &Rewrite) -> Result<Rewritten, Note> {
     let bytes = read_bytes(file, MAX_FILE_BYTES)?;
     let fault = |what: &str| Note::error(Code::NotRewritten, Place::file(file), what);
     let extension = file.extension().unwrap_or_default().to_string_lossy();
     let dialect = Dialect::from_extension(&extension)
         .ok_or_else(|| fault("is not in a supported dialect (RAPID, APT/CL, G-code)"))?;
-    Ok(rewrite(&bytes, dialect, to).map_err(|why| fault(&why.what)))
+    rewrite(&bytes, dialect, to).map_err(|why| fault(&why.what))
 }
 
 /// Where the values stand that may change.

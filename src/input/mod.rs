@@ -28,7 +28,7 @@ use std::path::{Path, PathBuf};
 
 use crate::notes::{Note, Notes};
 
-pub use advised::confirm_rewritten;
+pub use advised::{Advised, confirm_rewritten};
 pub use calibration::{CalibrationRecord, FittedCorrection, FittedTable, TableName};
 pub use edit::{OperationEdit, rewritten_job, rewritten_program};
 pub use job::read_job;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 use super::calibration::{CalibrationRecord, FittedCorrection, FittedTable, TableName};
 use super::files::{MAX_ROBOT_BYTES, named_file};
@@ -502,14 +502,21 @@ fn given(node: &Node, key: &str, value: Option<f64>) -> bool {
 }
 
 fn payload(raw: &raw::Payload) -> Option<Payload> {
-    Some(Payload {
-        link: raw.link.clone()?,
-        inertial: Inertial {
-            mass_kg: raw.mass_kg.unwrap_or(1.0),
-            com_m: raw.com_m.map_or(Vector3::zeros(), Vector3::from),
-            inertia_kgm2: raw.inertia_kgm2.as_ref().and_then(tensor).unwrap_or(Matrix3::zeros()),
-        },
-    })
+    let inertial = inertial(raw.mass_kg, raw.com_m, raw.inertia_kgm2.as_ref());
+    Some(Payload { link: raw.link.clone()?, inertial })
+}
+
+/// A body as files give it; what is missing was reported.
+pub(super) fn inertial(
+    mass_kg: Option<f64>,
+    com_m: Option<[f64; 3]>,
+    inertia: Option<&raw::Inertia>,
+) -> Inertial {
+    Inertial {
+        mass_kg: mass_kg.unwrap_or(1.0),
+        com_m: com_m.map_or(Vector3::zeros(), Vector3::from),
+        inertia_kgm2: inertia.and_then(tensor).unwrap_or_default(),
+    }
 }
 
 fn arm_angle(raw: &raw::ArmAngle) -> Option<ArmAngle> {

@@ -1,7 +1,8 @@
 //! The path of an operation → moves. Waypoints are read from the tree itself: there may be a
 //! million.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use nalgebra::Isometry3;
 
@@ -11,11 +12,12 @@ use super::frame::frame;
 use super::raw::job as raw;
 use crate::formats::text::read_bytes;
 use crate::formats::yaml::{Apart, Kind, Node, Step};
-use crate::job::SpindleSpeed;
 use crate::model::{JointKind, Robot};
-use crate::motion::{Move, StatedFeeds, Target};
-use crate::notes::{Code, Note, Notes, Place};
-use crate::program::{self, Dialect, Program, RAPID_M_PER_S, Settings};
+use crate::motion::{Move, Stated, StatedFeeds, Target};
+use crate::notes::{Code, Note, Notes};
+use crate::program::{
+    self, Dialect, Program, RAPID_M_PER_S, SetBy, Setter, Settings, SpindleCommand,
+};
 use crate::units::{m_from_mm, rad_from_deg};
 
 /// What the waypoints of one operation have in common.
@@ -26,9 +28,10 @@ pub(super) struct OperationContext<'c> {
     pub(super) job: &'c Path,
     /// `None` where the robot has faults: then only what needs no robot is checked.
     pub(super) robot: Option<&'c Robot>,
-    pub(super) feed_m_per_s: f64,
-    /// `None` where it is missing or wrong, which was reported.
-    pub(super) speed: Option<&'c SpindleSpeed>,
+    /// The job's; `None` where it gives none.
+    pub(super) feed_m_per_s: Option<f64>,
+    /// What waypoints state beside the motion.
+    pub(super) nothing_stated: Arc<Stated>,
     /// In the tip frame; `None` where the job gives none.
     pub(super) tcp: Option<Isometry3<f64>>,
     /// In the base frame; `None` where the job gives none.
@@ -39,10 +42,12 @@ impl OperationContext<'_> {
     fn to(&self, target: Target, line: u32) -> Move {
         Move {
             to: target,
-            feed_m_per_s: self.feed_m_per_s,
+            // A feed that is missing was reported; the waypoints are looked at all the same.
+            feed_m_per_s: self.feed_m_per_s.unwrap_or(1.0),
             tcp: self.tcp.unwrap_or_default(),
             line: line as usize,
             spindle_turns: true,
+            stated: Arc::clone(&self.nothing_stated),
         }
     }
 }
@@ -54,6 +59,22 @@ pub(super) struct FromPrograms {
     pub(super) reading: Reading,
 }
 
+/// The moves of a path and what its program says beside them.
+#[derive(Debug)]
+pub(super) struct PathMoves {
+    pub(super) moves: Vec<Move>,
+    /// `None` where the path stands in the job itself.
+    pub(super) program: Option<ProgramSays>,
+}
+
+/// What a program says beside its moves.
+#[derive(Debug)]
+pub(super) struct ProgramSays {
+    pub(super) file: PathBuf,
+    pub(super) spindle: Vec<SpindleCommand>,
+    pub(super) feeds: StatedFeeds,
+}
+
 /// The moves of a path; `None` where there are faults.
 pub(super) fn moves_of(
     context: &OperationContext<'_>,
@@ -61,7 +82,7 @@ pub(super) fn moves_of(
     operation: &Node,
     notes: &mut Notes,
     programs: &mut FromPrograms,
-) -> Option<(Vec<Move>, StatedFeeds)> {
+) -> Option<PathMoves> {
     const KEYS: [&str; 3] = ["joints_deg", "poses", "program"];
     let node = operation.get("path")?;
     let given: Vec<&str> = KEYS
@@ -88,18 +109,17 @@ pub(super) fn moves_of(
         ["joints_deg"] => raw
             .joints_deg
             .and_then(|Apart| joint_moves(context, node.get("joints_deg")?, notes))
-            .map(at_the_feed),
+            .map(without_program),
         ["poses"] => raw
             .poses
             .and_then(|Apart| pose_moves(context, node.get("poses")?, notes))
-            .map(at_the_feed),
+            .map(without_program),
         [_] => program_moves(context, raw.program.as_ref()?, node, notes, programs),
     }
 }
 
-/// Waypoints state no feeds.
-fn at_the_feed(moves: Vec<Move>) -> (Vec<Move>, StatedFeeds) {
-    (moves, StatedFeeds::default())
+fn without_program(moves: Vec<Move>) -> PathMoves {
+    PathMoves { moves, program: None }
 }
 
 fn joint_moves(
@@ -208,7 +228,7 @@ fn program_moves(
     path: &Node,
     notes: &mut Notes,
     programs: &mut FromPrograms,
-) -> Option<(Vec<Move>, StatedFeeds)> {
+) -> Option<PathMoves> {
     let name = raw.file.as_deref()?;
     let line = path.line_at(&[Step::Key("program")]);
     let file = relative_to(context.job, name);
@@ -234,6 +254,18 @@ fn program_moves(
         );
         notes.warning(Code::Unused, line, what);
     }
+    for (key, given) in
+        [("spindle_from", raw.spindle_from.is_some()), ("tool_from", raw.tool_from.is_some())]
+    {
+        if given && dialect != Dialect::Rapid {
+            let line = path.line_at(&[Step::Key("program"), Step::Key(key)]);
+            let what = format!(
+                "{}: path.program.{key} has no effect: {dialect} has words of its own for it",
+                context.called
+            );
+            notes.warning(Code::Unused, line, what);
+        }
+    }
     programs.reading.files.push(file.clone());
     let bytes = match pending.map_or_else(|| read_bytes(&file, MAX_FILE_BYTES), Ok) {
         Ok(bytes) => bytes,
@@ -249,19 +281,24 @@ fn program_moves(
         feed_m_per_s: context.feed_m_per_s,
         rapid_m_per_s: RAPID_M_PER_S,
         joint_count: context.robot?.joints().len(),
+        spindle_from: raw.spindle_from.as_ref().and_then(|from| {
+            let raw::SpindleFrom { signal, procedure, argument, comment, rpm_per_unit } = from;
+            let what = [signal, procedure, comment];
+            setter(context, path, "spindle_from", what, *argument, *rpm_per_unit, notes)
+        }),
+        tool_from: raw.tool_from.as_ref().and_then(|from| {
+            let raw::ToolFrom { signal, procedure, argument, comment } = from;
+            setter(context, path, "tool_from", [signal, procedure, comment], *argument, None, notes)
+        }),
     };
     let located = |mut note: Note| {
         note.place.file = Some(file.clone());
         note
     };
     match program::read(&bytes, dialect, &settings) {
-        Ok(program) => {
-            let speeds =
-                context.speed.and_then(|speed| other_speeds(&program, speed, context.called));
-            let tools = context.robot.map(|robot| other_tools(&program, robot)).unwrap_or_default();
-            let warnings = program.warnings.into_iter().chain(speeds).chain(tools);
-            programs.reading.warnings.extend(warnings.map(located));
-            Some((program.moves, program.feeds))
+        Ok(Program { moves, spindle, feeds, warnings }) => {
+            programs.reading.warnings.extend(warnings.into_iter().map(located));
+            Some(PathMoves { moves, program: Some(ProgramSays { file, spindle, feeds }) })
         }
         Err(found) => {
             programs.errors.extend(found.into_iter().map(located));
@@ -270,50 +307,32 @@ fn program_moves(
     }
 }
 
-/// Tools of the program that weigh something else than the payload that the model carries.
-fn other_tools(program: &Program, robot: &Robot) -> Vec<Note> {
-    let (carried_kg, link) = match robot.payload() {
-        Some(payload) => (payload.inertial.mass_kg, payload.link.as_str()),
-        None => (0.0, robot.tip_link()),
-    };
-    let differs =
-        // Masses are weighed and rounded.
-        |mass_kg: f64| (mass_kg - carried_kg).abs() > 0.01 * mass_kg.max(carried_kg).max(1.0);
-    let others = program.tools.iter().filter(|tool| differs(tool.mass_kg));
-    others
-        .map(|tool| {
-            let what = format!(
-                "tooldata {} declares {} kg; the model carries the robot file's payload of \
-                    {carried_kg} kg \
-                 at {link}; set payload in robot.yaml if this is not the same tool",
-                tool.name, tool.mass_kg
+/// What of a RAPID program sets a number: a signal, a procedure or a comment.
+fn setter(
+    context: &OperationContext<'_>,
+    path: &Node,
+    key: &str,
+    what: [&Option<String>; 3],
+    argument: Option<u32>,
+    per_unit: Option<f64>,
+    notes: &mut Notes,
+) -> Option<SetBy> {
+    let what = match what {
+        [Some(signal), None, None] => Setter::Signal(signal.clone()),
+        [None, Some(procedure), None] => {
+            Setter::Procedure(procedure.clone(), argument.unwrap_or(1) as usize)
+        }
+        [None, None, Some(comment)] => Setter::Comment(comment.clone()),
+        _ => {
+            let line = path.line_at(&[Step::Key("program"), Step::Key(key)]);
+            let what = "must have one of signal, procedure, comment";
+            notes.error(
+                Code::Conflict,
+                line,
+                format!("{}: path.program.{key} {what}", context.called),
             );
-            Note::warning(Code::ToolMass, Place { line: Some(tool.line), ..Place::default() }, what)
-        })
-        .collect()
-}
-
-/// The program's commands to the spindle that the job does not follow, in one remark at the first.
-/// A stop is no speed to check, nor is one under which nothing moves.
-fn other_speeds(program: &Program, checked: &SpindleSpeed, called: &str) -> Option<Note> {
-    let ends = program.spindle.iter().skip(1).map(|next| next.from_move);
-    let mut others = program
-        .spindle
-        .iter()
-        .zip(ends.chain([program.moves.len()]))
-        .filter(|(command, end)| command.from_move < *end)
-        .filter_map(|(command, _)| Some((command.line, command.spindle.rpm()?)))
-        .filter(|&(_, rpm)| *checked != SpindleSpeed::Constant(rpm));
-    let (line, rpm) = others.next()?;
-    let checked = match checked {
-        SpindleSpeed::Constant(rpm) => format!("checks {rpm} rpm"),
-        SpindleSpeed::Schedule(_) => "checks its spindle_schedule".to_owned(),
+            return None;
+        }
     };
-    let more = match others.count() {
-        0 => String::new(),
-        1 => "; one more command differs".to_owned(),
-        count => format!("; {count} more commands differ"),
-    };
-    let what = format!("commands {rpm} rpm, the job {checked} ({called}){more}");
-    Some(Note::warning(Code::SpindleCommand, Place { line: Some(line), ..Place::default() }, what))
+    Some(SetBy { what, per_unit: per_unit.unwrap_or(1.0) })
 }

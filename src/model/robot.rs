@@ -6,7 +6,9 @@ use std::fmt;
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
 use super::correction::{Conditions, StiffnessLaw};
-use super::description::{Calibration, CoordinateKind, Damping, Inertial, JointKind, Payload};
+use super::description::{
+    Calibration, CoordinateKind, Damping, Description, Inertial, JointKind, Payload,
+};
 use super::pose_fault::PoseFault;
 use crate::notes::Note;
 use crate::units::{deg_from_rad, mm_from_m};
@@ -199,7 +201,7 @@ pub struct Robot {
     pub(super) tip_link: String,
     pub(super) beta1: Option<AngleForm>,
     pub(super) beta2: Option<AngleForm>,
-    pub(super) payload: Option<Payload>,
+    pub(super) carried: Option<Payload>,
     pub(super) calibration: Option<Calibration>,
     pub(super) moving_mass_kg: f64,
     pub(super) warnings: Vec<Note>,
@@ -267,9 +269,27 @@ impl Robot {
         self.beta2.as_ref()
     }
 
-    /// The body fixed to a link beside the URDF's own, where the robot has one.
-    pub fn payload(&self) -> Option<&Payload> {
-        self.payload.as_ref()
+    /// What the tip carries beside the robot's own links: the payload of the description, if it is
+    /// fixed to the body that the tip belongs to.
+    pub fn carried(&self) -> Option<&Payload> {
+        self.carried.as_ref()
+    }
+
+    /// The description of this robot, `own`, with another body at the tip, in the tip frame, instead
+    /// of what the tip carries.
+    pub fn description_carrying(&self, own: &Description, body: Option<Inertial>) -> Description {
+        let mut description = own.clone();
+        let elsewhere = description.payload.take().filter(|_| self.carried.is_none());
+        // A payload elsewhere on the arm stays there.
+        if let Some(payload) = elsewhere
+            && let Some(link) = description.links.iter_mut().find(|l| l.name == payload.link)
+        {
+            let together = |own: Inertial| own.combined(&payload.inertial);
+            link.inertial = Some(link.inertial.map_or(payload.inertial, together));
+        }
+        description.payload =
+            body.map(|inertial| Payload { link: self.tip_link.clone(), inertial });
+        description
     }
 
     /// How well the model is known to predict; `None` if it never was compared.

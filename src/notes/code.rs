@@ -100,11 +100,13 @@ codes! {
     SpindleAcceleration = "spindle_acceleration",
     /// A spindle schedule cannot follow the objective that was asked for.
     ObjectiveNotFollowed = "objective_not_followed",
-    /// The program declares a tool mass other than the model's payload.
+    /// Nobody says what the arm carries, so a verdict is at best uncertain.
+    PayloadUnknown = "payload_unknown",
+    /// The program declares a tool mass other than the job or the robot file.
     ToolMass = "tool_mass",
     /// The program's own tool or work object is used, and not the job's.
     FrameFromProgram = "frame_from_program",
-    /// The program commands a spindle speed other than the job's.
+    /// The program commands a spindle speed that is not checked, or that the spindle does not reach.
     SpindleCommand = "spindle_command",
     /// A job or program was not written, and why.
     NotWritten = "not_written",

@@ -68,8 +68,8 @@ impl<'a> Path<'a> {
         let starts = starts(robot, &kinematics, first, start_near);
         for start in starts.map_err(|refusal| all_of((0, refusal)))? {
             match Planner::new(robot, &kinematics, &start).run(moves) {
-                Ok((knots, segments, standing_s)) => {
-                    return Ok(Self::assemble(robot, kinematics, knots, segments, standing_s));
+                Ok((knots, segments)) => {
+                    return Ok(Self::assemble(robot, kinematics, knots, segments));
                 }
                 Err(refused) => {
                     if furthest.as_ref().is_none_or(|f| refused.0 > f.0) {
@@ -182,6 +182,9 @@ struct Planner<'r> {
     segments: Vec<Segment>,
     /// What the fastest joint of each move turns or slides, summed up.
     way_in_all: f64,
+    /// Index of the move that is planned.
+    index: usize,
+    /// Its time, if the tool centre point stands still in it, s.
     standing_s: f64,
 }
 
@@ -195,30 +198,23 @@ impl<'r> Planner<'r> {
             knots: Knots { time_s: vec![0.0], q: start.to_vec(), segment_of: Vec::new() },
             segments: Vec::new(),
             way_in_all: 0.0,
+            index: 0,
             standing_s: 0.0,
         }
     }
 
     /// Runs all moves; an error comes with the waypoint, counted from 0.
-    fn run(mut self, moves: &[Move]) -> Result<(Knots, Vec<Segment>, f64), (usize, Refusal)> {
+    fn run(mut self, moves: &[Move]) -> Result<(Knots, Vec<Segment>), (usize, Refusal)> {
         for (index, next) in moves.iter().enumerate().skip(1) {
+            self.index = index;
             self.extend(next).map_err(|refusal| (index, refusal))?;
         }
         if self.segments.is_empty()
             && let Some(last) = moves.last()
         {
-            // Nothing moves; the tool and the line are still wanted.
-            self.segments.push(Segment {
-                curve: None,
-                tcp: last.tcp,
-                line: last.line,
-                feed_m_per_s: last.feed_m_per_s,
-                spindle_turns: last.spindle_turns,
-                start_s: 0.0,
-                end_s: 0.0,
-            });
+            self.segments.push(Segment::standing(last, self.index));
         }
-        Ok((self.knots, self.segments, self.standing_s))
+        Ok((self.knots, self.segments))
     }
 
     /// One more move from where the arm stands.
@@ -374,9 +370,7 @@ impl<'r> Planner<'r> {
 
     fn seconds(&mut self, length_m: f64, next: &Move, ways: &[f64]) -> Result<f64, Refusal> {
         let seconds = self.time_of(length_m, next, ways)?;
-        if stands_still(length_m) {
-            self.standing_s += seconds;
-        }
+        self.standing_s = if stands_still(length_m) { seconds } else { 0.0 };
         let total = self.knots.time_s.last().copied().unwrap_or(0.0) + seconds;
         if total.is_finite() {
             Ok(seconds)
@@ -422,6 +416,7 @@ impl<'r> Planner<'r> {
             self.q = q;
         }
         self.segments.push(Segment {
+            index: self.index,
             // Most paths have far more joint moves than there is room for curves.
             curve: curve.map(Box::new),
             tcp: next.tcp,
@@ -430,6 +425,7 @@ impl<'r> Planner<'r> {
             spindle_turns: next.spindle_turns,
             start_s,
             end_s,
+            standing_s: self.standing_s,
         });
     }
 }

@@ -1,12 +1,14 @@
 //! A path: where the joints are at every moment.
 
 use std::fmt;
+use std::ops::Range;
 
 use nalgebra::Isometry3;
 
 use super::curve::Curve;
 use super::timing::{largest_step, stands_still};
 use crate::model::{IkFault, InverseKinematics, JointKind, MovingJoint, PoseFault, Robot};
+use crate::motion::Move;
 use crate::units::{deg_from_rad, mm_from_m};
 use crate::wording::distinguishable;
 
@@ -51,6 +53,8 @@ impl fmt::Display for JointOverspeed<'_> {
 /// What is run between two waypoints.
 #[derive(Debug, Clone)]
 pub(super) struct Segment {
+    /// Index of its move.
+    pub(super) index: usize,
     /// `None`: straight in the joints.
     pub(super) curve: Option<Box<Curve>>,
     pub(super) tcp: Isometry3<f64>,
@@ -60,6 +64,25 @@ pub(super) struct Segment {
     pub(super) spindle_turns: bool,
     pub(super) start_s: f64,
     pub(super) end_s: f64,
+    /// Its time, if the tool centre point stands still in it, s.
+    pub(super) standing_s: f64,
+}
+
+impl Segment {
+    /// Nothing moves; the tool and the line are still wanted.
+    pub(super) fn standing(at: &Move, index: usize) -> Self {
+        Self {
+            index,
+            curve: None,
+            tcp: at.tcp,
+            line: at.line,
+            feed_m_per_s: at.feed_m_per_s,
+            spindle_turns: at.spindle_turns,
+            start_s: 0.0,
+            end_s: 0.0,
+            standing_s: 0.0,
+        }
+    }
 }
 
 /// The path of one operation. s runs from 0 to 1 in proportion to time.
@@ -85,7 +108,6 @@ impl<'a> Path<'a> {
         kinematics: InverseKinematics,
         knots: Knots,
         mut segments: Vec<Segment>,
-        standing_s: f64,
     ) -> Self {
         let Knots { time_s, q, segment_of } = knots;
         let duration_s = time_s.last().copied().unwrap_or(0.0);
@@ -94,6 +116,7 @@ impl<'a> Path<'a> {
             segment.start_s = share(segment.start_s);
             segment.end_s = share(segment.end_s);
         }
+        let standing_s = segments.iter().map(|segment| segment.standing_s).sum();
         let knots_s = time_s.iter().map(|&t| share(t)).collect();
         Self {
             robot,
@@ -105,6 +128,35 @@ impl<'a> Path<'a> {
             knots_q: q,
             segment_of,
         }
+    }
+
+    /// The part of the path that the moves of `stretch` run, from where the move before ends, with
+    /// the joints exactly as they are on the whole; `robot` stands like the path's own and may carry
+    /// something else. `moves` are those that the path was planned from.
+    pub fn stretch<'b>(&self, moves: &[Move], stretch: Range<usize>, robot: &'b Robot) -> Path<'b> {
+        let n = self.robot.joints().len();
+        let first = self.segments.partition_point(|segment| segment.index < stretch.start);
+        let behind = self.segments.partition_point(|segment| segment.index < stretch.end);
+        let segments = self.segments.get(first..behind).unwrap_or_default();
+        let knot = self.segment_of.partition_point(|&of| of < first);
+        let last = self.segment_of.partition_point(|&of| of < behind);
+        let time_s = |k: usize| (self.knots_s[k] - self.knots_s[knot]) * self.duration_s;
+        let mut knots = Knots {
+            time_s: (knot..=last).map(time_s).collect(),
+            q: self.knots_q[knot * n..(last + 1) * n].to_vec(),
+            segment_of: self.segment_of[knot..last].iter().map(|&of| of - first).collect(),
+        };
+        let mut own: Vec<Segment> = segments.to_vec();
+        for segment in &mut own {
+            segment.start_s = (segment.start_s - self.knots_s[knot]) * self.duration_s;
+            segment.end_s = (segment.end_s - self.knots_s[knot]) * self.duration_s;
+        }
+        if own.iter().all(|segment| segment.end_s <= segment.start_s) {
+            let last = moves.get(stretch).and_then(<[Move]>::last);
+            knots = Knots { time_s: vec![0.0], q: knots.q[..n].to_vec(), segment_of: Vec::new() };
+            own = last.map(|at| Segment::standing(at, own.len())).into_iter().collect();
+        }
+        Path::assemble(robot, self.kinematics.clone(), knots, own)
     }
 
     /// The robot that runs the path.

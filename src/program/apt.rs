@@ -13,7 +13,7 @@ use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 
 use super::log::Log;
 use super::tool_axis::orientation;
-use super::{Pace, Settings, Spindle};
+use super::{Pace, Settings, Spindle, tool_number};
 use crate::motion::Target;
 use crate::notes::Code;
 use crate::units::{m_from_mm, m_per_s_from_mm_per_min, mm_from_inch};
@@ -114,7 +114,6 @@ enum Feed {
 }
 
 struct Reader<'a> {
-    settings: &'a Settings,
     log: &'a mut Log,
     work_object: Isometry3<f64>,
     tcp: Isometry3<f64>,
@@ -128,7 +127,6 @@ struct Reader<'a> {
     axis: Unit<Vector3<f64>>,
     turned: Option<UnitQuaternion<f64>>,
     cycle: Option<Cycle>,
-    tool: Option<Vec<Word>>,
     /// The first `MSYS`, and its line.
     system: Option<(usize, Vec<Word>)>,
 }
@@ -136,7 +134,6 @@ struct Reader<'a> {
 impl<'a> Reader<'a> {
     fn new(settings: &'a Settings, log: &'a mut Log) -> Self {
         Self {
-            settings,
             log,
             work_object: settings.work_object.unwrap_or_default(),
             tcp: settings.tcp.unwrap_or_default(),
@@ -149,7 +146,6 @@ impl<'a> Reader<'a> {
             axis: Vector3::z_axis(),
             turned: None,
             cycle: None,
-            tool: None,
             system: None,
         }
     }
@@ -170,10 +166,7 @@ impl<'a> Reader<'a> {
             "SPINDL" => self.spindle(line, minor),
             "UNITS" => self.units(minor),
             "CYCLE" => self.cycle_statement(minor),
-            "LOADTL" | "LOAD" | "TURRET" => {
-                self.load_tool(line, minor);
-                Ok(())
-            }
+            "LOADTL" | "LOAD" | "TURRET" => self.load_tool(line, minor),
             "FINI" => return false,
             "GOHOME" if !minor.is_empty() => self.home(line, minor),
             "GOHOME" | "GOCLER" => {
@@ -185,7 +178,7 @@ impl<'a> Reader<'a> {
                 self.log.warning(
                     Code::Assumed,
                     line,
-                    "HEAD: the job's tool and tcp are used with every head",
+                    "HEAD: the job's tcp is used with every head",
                 );
                 Ok(())
             }
@@ -355,8 +348,8 @@ impl<'a> Reader<'a> {
         if std::mem::take(&mut self.rapid) {
             self.rapid_to(line, to);
         } else {
-            let feed = Pace::Feed(self.feed_m_per_s(self.feed)?);
-            self.push(line, to, feed);
+            let pace = self.pace(self.feed)?;
+            self.push(line, to, pace);
         }
         Ok(())
     }
@@ -377,7 +370,7 @@ impl<'a> Reader<'a> {
     /// Rapid to the clearance, feed to the depth, and out.
     fn drill(&mut self, line: usize, to: Vector3<f64>, cycle: Cycle) -> Result<(), String> {
         let axis = self.axis.into_inner();
-        let feed = Pace::Feed(self.feed_m_per_s(cycle.feed.or(self.feed))?);
+        let feed = self.pace(cycle.feed.or(self.feed))?;
         self.rapid = false;
         self.rapid_to(line, to + axis * cycle.clear);
         self.push(line, to - axis * cycle.depth, feed);
@@ -389,12 +382,12 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    fn feed_m_per_s(&self, feed: Option<Feed>) -> Result<f64, String> {
+    fn pace(&self, feed: Option<Feed>) -> Result<Pace, String> {
         match feed {
-            None => Ok(self.settings.feed_m_per_s),
-            Some(Feed::MmPerMin(feed)) => Ok(m_per_s_from_mm_per_min(feed)),
+            None => Ok(Pace::Unstated),
+            Some(Feed::MmPerMin(feed)) => Ok(Pace::Feed(m_per_s_from_mm_per_min(feed))),
             Some(Feed::MmPerRev(feed)) => match self.spindle_rpm {
-                Some(rpm) if rpm > 0.0 => Ok(m_per_s_from_mm_per_min(feed * rpm)),
+                Some(rpm) if rpm > 0.0 => Ok(Pace::Feed(m_per_s_from_mm_per_min(feed * rpm))),
                 _ => Err("the feed is per revolution, but the spindle's speed is not known".into()),
             },
         }
@@ -482,15 +475,14 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    fn load_tool(&mut self, line: usize, minor: &[Word]) {
-        if self.tool.as_ref().is_some_and(|before| before != minor) {
-            self.log.warning(
-                Code::Assumed,
-                line,
-                "another tool is loaded: the job's tool and tcp are used throughout",
-            );
-        }
-        self.tool = Some(minor.to_vec());
+    /// `LOADTL/1,…`, `LOAD/TOOL,1,…`, `TURRET/1`: the first number is the tool's.
+    fn load_tool(&mut self, line: usize, minor: &[Word]) -> Result<(), String> {
+        let Some(number) = minor.iter().find_map(number) else {
+            self.log.warning(Code::LeftOut, line, "a tool without a number is left out");
+            return Ok(());
+        };
+        self.log.tool(tool_number(number)?);
+        Ok(())
     }
 
     fn cycle_statement(&mut self, minor: &[Word]) -> Result<(), String> {

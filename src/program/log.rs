@@ -1,11 +1,12 @@
 //! What a reader writes down on its way through a program.
 
 use std::collections::HashSet;
+use std::sync::Arc;
 
 use nalgebra::Isometry3;
 
-use super::{Pace, Program, Spindle, SpindleCommand, ToolMass};
-use crate::motion::{Move, StatedFeeds, Target};
+use super::{Pace, Program, Settings, Spindle, SpindleCommand};
+use crate::motion::{Load, Move, Stated, StatedFeeds, Target};
 use crate::notes::{Code, Note, Notes};
 
 /// Moves, spindle commands, errors and warnings so far.
@@ -15,6 +16,8 @@ pub(super) struct Log {
     max_moves: usize,
     /// At what speed rapid moves are taken to run.
     rapid_m_per_s: f64,
+    /// The job's feed.
+    feed_m_per_s: Option<f64>,
     is_full: bool,
     moves: Vec<Move>,
     spindle: Vec<SpindleCommand>,
@@ -23,7 +26,8 @@ pub(super) struct Log {
     rapid: Option<(usize, usize)>,
     /// The line that sends the tool to that the program does not give, and how.
     away: Option<(usize, String)>,
-    tools: Vec<ToolMass>,
+    /// What holds for the next move.
+    stated: Arc<Stated>,
     feeds: StatedFeeds,
     notes: Notes,
     /// Texts of the warnings.
@@ -31,16 +35,17 @@ pub(super) struct Log {
 }
 
 impl Log {
-    pub(super) fn new(max_moves: usize, rapid_m_per_s: f64) -> Self {
+    pub(super) fn new(max_moves: usize, settings: &Settings) -> Self {
         Self {
             max_moves,
-            rapid_m_per_s,
+            rapid_m_per_s: settings.rapid_m_per_s,
+            feed_m_per_s: settings.feed_m_per_s,
             is_full: false,
             moves: Vec::new(),
             spindle: Vec::new(),
             rapid: None,
             away: None,
-            tools: Vec::new(),
+            stated: Arc::default(),
             feeds: StatedFeeds::default(),
             notes: Notes::default(),
             warned: HashSet::new(),
@@ -77,8 +82,10 @@ impl Log {
         let feed_m_per_s = match pace {
             Pace::Feed(feed_m_per_s) => feed_m_per_s,
             Pace::Rapid => self.count_rapid(line),
+            Pace::Unstated => self.feed_of_job(line),
         };
-        let to = Move { to, feed_m_per_s, tcp, line, spindle_turns: true };
+        let stated = Arc::clone(&self.stated);
+        let to = Move { to, feed_m_per_s, tcp, line, spindle_turns: true, stated };
         if self.moves.len() >= self.max_moves {
             self.is_full = true;
             let what = format!(
@@ -114,10 +121,34 @@ impl Log {
         }
     }
 
-    /// A tool that moves, with its mass; kept once.
-    pub(super) fn tool(&mut self, tool: ToolMass) {
-        if !self.tools.contains(&tool) {
-            self.tools.push(tool);
+    /// The feed of the job where the program states none. The first of all moves does not count.
+    fn feed_of_job(&mut self, line: usize) -> f64 {
+        /// Stands in where there is none, which is an error.
+        const ANY: f64 = 1.0;
+        if !self.moves.is_empty() {
+            self.feeds.incomplete = true;
+            if self.feed_m_per_s.is_none() {
+                let what = "moves at a feed that the program does not state: write \
+                            feed_mm_per_min in the job's operation";
+                if self.warned.insert(what.to_owned()) {
+                    self.error(Code::MissingKey, line, what);
+                }
+            }
+        }
+        self.feed_m_per_s.unwrap_or(ANY)
+    }
+
+    /// Another tool is loaded, by its number.
+    pub(super) fn tool(&mut self, number: u32) {
+        if self.stated.tool != Some(number) {
+            Arc::make_mut(&mut self.stated).tool = Some(number);
+        }
+    }
+
+    /// What the tip carries from here on.
+    pub(super) fn load(&mut self, load: Option<&Arc<Load>>) {
+        if self.stated.load.as_ref() != load {
+            Arc::make_mut(&mut self.stated).load = load.cloned();
         }
     }
 
@@ -136,6 +167,7 @@ impl Log {
     }
 
     pub(super) fn spindle(&mut self, line: usize, spindle: Spindle) {
+        Arc::make_mut(&mut self.stated).spindle = Some(spindle);
         self.spindle.push(SpindleCommand { line, spindle, from_move: self.moves.len() });
     }
 
@@ -155,7 +187,7 @@ impl Log {
             let what = format!("{moves} at the assumed {} m/s", self.rapid_m_per_s);
             self.warning(Code::Assumed, first_line, what);
         }
-        let Self { mut moves, spindle, tools, feeds, notes, .. } = self;
+        let Self { mut moves, spindle, feeds, notes, .. } = self;
         let (errors, warnings) = notes.finish();
         if !errors.is_empty() {
             return Err(errors);
@@ -165,7 +197,7 @@ impl Log {
         for (stop, end) in stops {
             moves[stop.from_move..end].iter_mut().for_each(|each| each.spindle_turns = false);
         }
-        Ok(Program { moves, spindle, tools, feeds, warnings })
+        Ok(Program { moves, spindle, feeds, warnings })
     }
 }
 

@@ -9,8 +9,8 @@
 //!
 //! - calls of RAPID procedures that stand in no file that is read (if they name a target or sound
 //!   like motion, they are refused), APT words and M codes that are not known: taken not to move;
-//! - work offsets of G-code after the first, heads and tools after the first: the job has one
-//!   frame, tool and TCP for all;
+//! - work offsets of G-code after the first, heads after the first: the job has one frame and TCP
+//!   for all;
 //! - before the first move and behind the last, ways to places that are not in the program
 //!   (`GOHOME`, `G28`, `G53`): left out. Between moves they are refused.
 //!
@@ -44,12 +44,13 @@ mod rewrite;
 mod text;
 mod tool_axis;
 
-pub use rewrite::{Rewrite, Rewritten, rewrite};
+pub use rewrite::{NewSpeed, Rewrite, Rewritten, rewrite};
 
 use std::fmt;
 
 use nalgebra::Isometry3;
 
+pub use crate::motion::Spindle;
 use crate::motion::{Move, StatedFeeds};
 use crate::notes::Note;
 
@@ -95,12 +96,36 @@ pub struct Settings {
     pub tcp: Option<Isometry3<f64>>,
     /// The job's work object in the base frame, if the job gives one.
     pub work_object: Option<Isometry3<f64>>,
-    /// Feed where the program gives none, m/s.
-    pub feed_m_per_s: f64,
+    /// Feed where the program gives none, m/s; `None` makes that a fault.
+    pub feed_m_per_s: Option<f64>,
     /// Speed of rapid moves of APT (`RAPID`) and G-code (`G0`), which give none, m/s.
     pub rapid_m_per_s: f64,
     /// Number of moving joints of the robot.
     pub joint_count: usize,
+    /// RAPID: where the program sets the spindle's speed, which the language has no word for.
+    pub spindle_from: Option<SetBy>,
+    /// RAPID: where the program sets the number of the tool.
+    pub tool_from: Option<SetBy>,
+}
+
+/// How a RAPID program of this cell sets a number beside the motion.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SetBy {
+    /// The instruction or comment.
+    pub what: Setter,
+    /// What one unit of its value stands for.
+    pub per_unit: f64,
+}
+
+/// An instruction or comment of RAPID that carries a number.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Setter {
+    /// `SetAO` or `SetGO` of this signal.
+    Signal(String),
+    /// A call of this procedure, and which of its arguments, from 1.
+    Procedure(String, usize),
+    /// A comment that starts with this text, before the instruction that it holds from.
+    Comment(String),
 }
 
 /// How fast a move is to run.
@@ -108,6 +133,8 @@ pub struct Settings {
 enum Pace {
     /// m/s.
     Feed(f64),
+    /// At the job's feed: the program gives none.
+    Unstated,
     /// As fast as it goes: the program gives no speed.
     Rapid,
 }
@@ -126,49 +153,13 @@ pub struct Program {
     /// starts.
     pub moves: Vec<Move>,
     /// Commands to the spindle in the order in which they run. RAPID has no instruction for the
-    /// spindle: there this is empty, and a warning names what looks like one.
+    /// spindle: there it is what [`Settings::spindle_from`] says, and a warning names what looks
+    /// like one.
     pub spindle: Vec<SpindleCommand>,
-    /// Masses of the tools that the program declares and uses (RAPID alone), each tool once.
-    pub tools: Vec<ToolMass>,
     /// Whether it states feeds of its own.
     pub feeds: StatedFeeds,
     /// What was left out or assumed without loss of motion, by line.
     pub warnings: Vec<Note>,
-}
-
-/// What a program says of a tool's mass.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ToolMass {
-    /// Line of the declaration, counted from 1.
-    pub line: usize,
-    /// The tool, as the program spells it.
-    pub name: String,
-    /// Mass, kg.
-    pub mass_kg: f64,
-}
-
-/// What a command makes the spindle do.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Spindle {
-    /// To stand still.
-    Stands,
-    /// To turn, at this speed in rev/min (positive) or at one that the program does not give.
-    Turns(Option<f64>),
-}
-
-impl Spindle {
-    /// Turns at `rpm` where that is known; at zero it stands.
-    fn at(rpm: Option<f64>) -> Self {
-        if rpm == Some(0.0) { Self::Stands } else { Self::Turns(rpm) }
-    }
-
-    /// Speed, rev/min, of a spindle that turns, if it is known.
-    pub fn rpm(self) -> Option<f64> {
-        match self {
-            Self::Stands => None,
-            Self::Turns(rpm) => rpm,
-        }
-    }
 }
 
 /// A command to the spindle.
@@ -181,6 +172,15 @@ pub struct SpindleCommand {
     /// Index in [`Program::moves`] of the first move under this speed (their number, if none
     /// follows).
     pub from_move: usize,
+}
+
+/// A tool's number as controllers count them.
+fn tool_number(number: f64) -> Result<u32, String> {
+    if number.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&number) {
+        Ok(number as u32)
+    } else {
+        Err(format!("the tool's number is {number}, must be a whole number from 0 on"))
+    }
 }
 
 /// Reads a program: UTF-8 or Latin-1, any line ends, with or without byte-order mark.
@@ -200,7 +200,7 @@ fn read_up_to(
     settings: &Settings,
 ) -> Result<Program, Vec<Note>> {
     let text = text::decode(bytes)?;
-    let mut log = log::Log::new(max_moves, settings.rapid_m_per_s);
+    let mut log = log::Log::new(max_moves, settings);
     match dialect {
         Dialect::Rapid => rapid::read(&text, settings, &mut log),
         Dialect::Apt => apt::read(&text, settings, &mut log),
@@ -218,9 +218,11 @@ mod tests {
             procedure: None,
             tcp: None,
             work_object: None,
-            feed_m_per_s: 0.01,
+            feed_m_per_s: Some(0.01),
             rapid_m_per_s: RAPID_M_PER_S,
             joint_count: 6,
+            spindle_from: None,
+            tool_from: None,
         }
     }
 

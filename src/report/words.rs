@@ -6,6 +6,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 use crate::excitation::{ExcitationLine, Source};
+use crate::job::{Carried, CarriedBy};
 use crate::units::{percent_from_ratio, rpm_from_hz, um_per_n_from_m_per_n};
 use crate::wording::printable;
 
@@ -155,6 +156,21 @@ pub(super) fn lines(file: &str, from: usize, to: usize) -> String {
 /// `41–58`, or `41` alone.
 pub(super) fn line_range(from: usize, to: usize) -> String {
     if from == to { from.to_string() } else { format!("{from}–{to}") }
+}
+
+/// What the tip carries; what nobody says, with what to write.
+pub(super) fn carried(carried: Carried) -> String {
+    let from = match carried.source {
+        CarriedBy::Program => "from the tool data of the program",
+        CarriedBy::Job => "from the job",
+        CarriedBy::Robot => "from the robot file",
+        CarriedBy::None => return "none, as the job says".to_owned(),
+        CarriedBy::Unknown => {
+            return "not known: write payload: {mass_kg: …, com_m: […]} or payload: none in the job"
+                .to_owned();
+        }
+    };
+    format!("{} kg, {from}", trimmed(carried.mass_kg, 3))
 }
 
 #[cfg(test)]

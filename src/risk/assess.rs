@@ -1,5 +1,7 @@
 //! One job → its risk.
 
+use std::sync::Arc;
+
 use super::bands::LineBands;
 use super::crossings;
 use super::left_out::left_out;
@@ -13,6 +15,7 @@ use super::verdict::{
 };
 use crate::excitation::lines;
 use crate::job::{Job, Operation, Policy, SpindleSpeed};
+use crate::motion::Move;
 use crate::notes::Note;
 use crate::path::{Detail, MAX_GAP, ModalPose, Path, Survey, Surveyor, follow, grid};
 use crate::progress::Progress;
@@ -26,14 +29,15 @@ use crate::uncertainty::{Draws, Trust};
 pub fn assess(job: &Job, progress: Progress) -> Result<JobRisk, Vec<Note>> {
     let (mut faults, mut all) = (Vec::new(), Vec::new());
     let mut operations: Vec<OperationRisk> = Vec::new();
-    let trust = Trust::of(&job.robot, job.policy.model_uncertainty);
-    let draws = JobDraws::new(&trust, job.robot.coordinates().len());
-    let mut rings = vec![false; draws.count()];
+    let mut draws = JobDraws::default();
+    let mut rings = Vec::new();
+    let mut paths = Paths::of(job);
     for operation in &job.operations {
-        match assess_operation(job, operation, &trust, &draws, progress) {
+        match assess_operation(job, operation, (&mut paths, &mut draws), progress) {
             Ok((risk, of_operation, of_draws)) => {
                 operations.push(risk);
                 all.extend(of_operation);
+                rings.resize(of_draws.len(), false);
                 rings.iter_mut().zip(of_draws).for_each(|(all, own)| *all |= own);
             }
             Err(found) => faults.extend(found),
@@ -45,6 +49,7 @@ pub fn assess(job: &Job, progress: Progress) -> Result<JobRisk, Vec<Note>> {
     Ok(JobRisk {
         verdict: operations.iter().map(|o| o.verdict).max().unwrap_or(Verdict::Clear),
         calibrated: job.robot.calibration().is_some(),
+        payload: job.carried(),
         model_uncertainty: operations.iter().map(|o| o.model_uncertainty).fold(0.0, f64::max),
         probability: Draws::share(&rings),
         separation: job.policy.separation,
@@ -54,28 +59,57 @@ pub fn assess(job: &Job, progress: Progress) -> Result<JobRisk, Vec<Note>> {
     })
 }
 
-fn assess_operation(
+fn assess_operation<'j>(
     job: &Job,
-    operation: &Operation,
-    trust: &Trust,
-    draws: &JobDraws,
+    operation: &'j Operation,
+    (paths, draws): (&mut Paths<'j>, &mut JobDraws),
     progress: Progress,
 ) -> Result<(OperationRisk, Vec<Note>, Vec<bool>), Vec<Note>> {
-    let path = plan(job, operation)?;
-    let (risk, rings) = survey_operation(job, operation, &path, (trust, draws), progress)
+    let path = paths.plan(operation)?;
+    let (risk, rings) = survey_operation(job, operation, &path, draws, progress)
         .map_err(|note| vec![in_operation(job, operation, note)])?;
     let warnings = warnings(job, operation, &path, &risk);
     Ok((risk, warnings, rings))
 }
 
-/// The path of an operation.
-///
-/// # Errors
-/// What cannot be run.
-pub fn plan<'a>(job: &'a Job, operation: &Operation) -> Result<Path<'a>, Vec<Note>> {
-    let in_operation = |note| in_operation(job, operation, note);
-    Path::plan(&job.robot, &operation.moves, operation.start_near.as_deref())
-        .map_err(|errors| errors.into_iter().map(in_operation).collect())
+/// The paths of a job's operations: one that is divided is planned whole, once, so that the arm runs
+/// each stretch as it runs the whole.
+#[derive(Debug)]
+pub struct Paths<'a> {
+    job: &'a Job,
+    /// The last path that is divided, with the moves that it was planned from.
+    whole: Option<(&'a Arc<Vec<Move>>, Path<'a>)>,
+}
+
+impl<'a> Paths<'a> {
+    /// Those of a job.
+    pub fn of(job: &'a Job) -> Self {
+        Self { job, whole: None }
+    }
+
+    /// The path of an operation of the job.
+    ///
+    /// # Errors
+    /// What cannot be run; for every stretch of a path the same.
+    pub fn plan(&mut self, operation: &'a Operation) -> Result<Path<'a>, Vec<Note>> {
+        let robot = &operation.robot;
+        let moves = &operation.moves;
+        let run = || {
+            let in_operation = |note| in_operation(self.job, operation, note);
+            Path::plan(robot, moves, operation.start_near.as_deref())
+                .map_err(|errors| errors.into_iter().map(in_operation).collect())
+        };
+        if !operation.is_divided() {
+            return run();
+        }
+        let path = match self.whole.take() {
+            Some((of, path)) if Arc::ptr_eq(of, moves) => path,
+            _ => run()?,
+        };
+        let stretch = path.stretch(moves, operation.stretch.clone(), robot);
+        self.whole = Some((moves, path));
+        Ok(stretch)
+    }
 }
 
 /// What must be read along a path for a policy: tip response costs mode shapes, so only where the
@@ -105,7 +139,7 @@ pub fn crossings_under(
     let spindle = SpindleProfile::new(speed, path);
     let (lowest_hz, highest_hz) = first_look.range_hz();
     let file = job.named_file_of_moves(operation);
-    let lines_bands: Vec<LineBands> = lines(&job.tool, &job.policy)
+    let lines_bands: Vec<LineBands> = lines(&operation.tool, &job.policy)
         .into_iter()
         .map(|line| LineBands { line, spindle: &spindle, rules, file })
         .filter(|bands| bands.can_meet(lowest_hz, highest_hz))
@@ -133,14 +167,16 @@ fn survey_operation(
     job: &Job,
     operation: &Operation,
     path: &Path,
-    (trust, draws): (&Trust, &JobDraws),
+    draws: &mut JobDraws,
     progress: Progress,
 ) -> Result<(OperationRisk, Vec<bool>), Note> {
-    let lines = lines(&job.tool, &job.policy);
+    let trust = Trust::of(&operation.robot, job.policy.model_uncertainty);
+    let draws = draws.of(&trust, path.robot().coordinates().len());
+    let lines = lines(&operation.tool, &job.policy);
     let spindle = SpindleProfile::new(&operation.speed, path);
     let stations = grid(path, operation.speed.corners());
     let first_look = Survey::take(path, stations, detail(&job.policy), progress)?;
-    let rules = Rules::new(&job.policy, trust, path, &first_look)?;
+    let rules = Rules::new(&job.policy, &trust, path, &first_look)?;
     let (mut found, survey) =
         crossings_under(job, operation, &rules, &operation.speed, path, first_look)?;
 
@@ -149,10 +185,10 @@ fn survey_operation(
         .iter()
         .map(|&line| LineBands { line, spindle: &spindle, rules: &rules, file })
         .collect();
-    let probabilities = probabilities(draws, &all, path, &survey, &found)?;
+    let probabilities = probabilities(&draws, &all, path, &survey, &found)?;
     let mut surveyor = Surveyor::new(path);
     for (crossing, probability) in found.iter_mut().zip(probabilities.crossings) {
-        crossing.driver = driver(trust, &mut surveyor, crossing)?;
+        crossing.driver = driver(&trust, &mut surveyor, crossing)?;
         crossing.probability = Some(probability.probability);
     }
 
@@ -169,6 +205,8 @@ fn survey_operation(
         name: operation.name.clone(),
         program: operation.program.clone(),
         verdict: Verdict::Clear,
+        tool: operation.tool_number,
+        payload: operation.carried,
         spindle_rpm: operation.speed.rpm_at(0.0),
         spindle_min_rpm,
         spindle_max_rpm,
@@ -206,7 +244,10 @@ fn verdict(path: &Path, risk: &OperationRisk) -> Verdict {
         Certainty::Uncertain => Verdict::Uncertain,
     };
     let unchecked = (!Counted::new(path, risk).anything()).then_some(Verdict::Unchecked);
-    risk.crossings.iter().map(of_crossing).chain(unchecked).max().unwrap_or(Verdict::Clear)
+    // An arm whose load nobody knows has frequencies that nobody knows.
+    let unknown = (!risk.payload.is_known()).then_some(Verdict::Uncertain);
+    let others = unchecked.into_iter().chain(unknown);
+    risk.crossings.iter().map(of_crossing).chain(others).max().unwrap_or(Verdict::Clear)
 }
 
 /// Stations that become samples: all, or so many that neighbours are no more than [`MAX_GAP`]

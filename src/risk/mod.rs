@@ -11,7 +11,7 @@ mod rules;
 mod spindle_profile;
 mod verdict;
 
-pub use assess::{assess, crossings_under, detail, plan};
+pub use assess::{Paths, assess, crossings_under, detail};
 pub use margin::closest_approach;
 pub use operation_notes::{Counted, about_operation, in_operation, nothing_checked};
 pub use probability::JobDraws;

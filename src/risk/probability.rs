@@ -4,6 +4,8 @@
 //! The frequencies of a draw are worked out exactly at places along the stretches that a line can
 //! come near to; between them ln of their ratio to the model's own is linear.
 
+use std::sync::Arc;
+
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
@@ -22,10 +24,16 @@ const MAX_PLACES: usize = 64;
 /// Farther than this many standard deviations from a band, a line does not come into it.
 const FAR: f64 = 6.0;
 
-/// The draws of a job: the same arm in all of its operations.
-#[derive(Debug, Clone)]
+/// The draws of a job: the same arm in all of its operations, whatever it carries.
+#[derive(Debug, Clone, Default)]
 pub struct JobDraws {
-    draws: Draws,
+    last: Option<Arc<Draws>>,
+}
+
+/// The draws of one operation.
+#[derive(Debug, Clone)]
+pub struct ArmDraws {
+    draws: Arc<Draws>,
     modes: usize,
     /// L of the parameters.
     factor: DMatrix<f64>,
@@ -33,21 +41,22 @@ pub struct JobDraws {
 }
 
 impl JobDraws {
-    /// For an arm with so many modes.
-    pub fn new(trust: &Trust, modes: usize) -> Self {
-        Self::with(trust, modes, PER_SEQUENCE)
-    }
-
-    /// With so many draws of each of the sixteen sequences.
-    pub fn with(trust: &Trust, modes: usize, per_sequence: usize) -> Self {
+    /// The draws of an arm with so many modes. Parameters come in one order, so that arms that
+    /// carry different loads are drawn alike.
+    pub fn of(&mut self, trust: &Trust, modes: usize) -> ArmDraws {
         let factor = match trust {
             Trust::Share(_) => DMatrix::zeros(0, 0),
             Trust::Belief(belief) => belief.factor(),
         };
-        let draws = Draws::new(modes + factor.ncols(), per_sequence, 1);
-        Self { draws, modes, factor, trust: trust.clone() }
+        let dimensions = modes + factor.ncols();
+        let fits = self.last.take().filter(|draws| draws.dimensions() == dimensions);
+        let draws = fits.unwrap_or_else(|| Arc::new(Draws::new(dimensions, PER_SEQUENCE, 1)));
+        self.last = Some(Arc::clone(&draws));
+        ArmDraws { draws, modes, factor, trust: trust.clone() }
     }
+}
 
+impl ArmDraws {
     /// How many there are.
     pub fn count(&self) -> usize {
         self.draws.count()
@@ -108,7 +117,7 @@ struct Places {
 /// # Errors
 /// The arm has no modes somewhere.
 pub(super) fn probabilities(
-    draws: &JobDraws,
+    draws: &ArmDraws,
     all: &[LineBands],
     path: &Path,
     survey: &Survey,
@@ -212,7 +221,7 @@ impl Pair {
 
 impl Places {
     fn new(
-        draws: &JobDraws,
+        draws: &ArmDraws,
         path: &Path,
         sites: &[Site],
         pairs: &[Pair],
@@ -260,7 +269,7 @@ impl Places {
     }
 
     /// ln of the ratio of a draw's frequency to the model's.
-    fn ln_ratio(&self, draws: &JobDraws, draw: usize, site: usize, r: usize) -> f64 {
+    fn ln_ratio(&self, draws: &ArmDraws, draw: usize, site: usize, r: usize) -> f64 {
         let (before, share) = self.of_sites[site];
         let between = |values: &[Vec<f64>], at: usize| {
             let from = values.get(before).and_then(|row| row.get(at)).copied().unwrap_or(0.0);

@@ -7,6 +7,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::excitation::{ExcitationLine, WithoutOrder};
+use crate::job::Carried;
 use crate::notes::Note;
 use crate::uncertainty::Estimate;
 use crate::units::written;
@@ -209,6 +210,10 @@ pub struct OperationRisk {
     pub program: Option<PathBuf>,
     /// The worst of its crossings.
     pub verdict: Verdict,
+    /// Number of the tool in the program; null where there is none.
+    pub tool: Option<u32>,
+    /// What the tip carries.
+    pub payload: Carried,
     /// Programmed spindle speed at s = 0.
     pub spindle_rpm: f64,
     /// Lowest programmed spindle speed.
@@ -253,6 +258,8 @@ pub struct JobRisk {
     pub verdict: Verdict,
     /// Whether the model was ever compared with measured frequencies.
     pub calibrated: bool,
+    /// What the tip carries: in the first operation, or in one of which nobody says it.
+    pub payload: Carried,
     /// What the model may be wrong by at most, as a share of any frequency.
     pub model_uncertainty: f64,
     /// That a line lies in a mode's band somewhere in any operation.

@@ -4,12 +4,15 @@ use std::path::{Path, PathBuf};
 
 use crate::advice::{self, JobAdvice, OperationAdvice, Remedy};
 pub use crate::advice::{FeedRule, Objective, Options};
-use crate::input::{OperationEdit, confirm_rewritten, read_job, rewritten_job, rewritten_program};
-use crate::job::{Job, Levers, Operation, Spindle, SpindleSpeed};
+use crate::input::{
+    Advised as AdvisedOperation, OperationEdit, confirm_rewritten, read_job, rewritten_job,
+    rewritten_program,
+};
+use crate::job::{Carried, Job, Levers, Operation, Spindle, SpindleSpeed};
 use crate::notes::{Code, Note, Part, Place};
-use crate::program::Rewrite;
+use crate::program::{NewSpeed, Rewrite};
 use crate::progress::Progress;
-use crate::units::mm_per_min_from_m_per_s;
+use crate::units::{m_per_s_from_mm_per_min, mm_per_min_from_m_per_s};
 
 use super::{Output, Read};
 
@@ -22,6 +25,10 @@ pub struct AdvisedJob {
     pub file: PathBuf,
     /// The spindle.
     pub spindle: Spindle,
+    /// What the tip carries: in the first operation, or in one of which nobody says it.
+    pub carried: Carried,
+    /// Whether the program states a spindle speed, not the job.
+    pub is_speed_of_program: bool,
     /// What the job offers to be changed.
     pub levers: Levers,
     /// Per operation, whether its path is one of poses alone, which can be turned and moved.
@@ -41,6 +48,8 @@ impl AdvisedJob {
             name: job.name.clone(),
             file: job.file.clone(),
             spindle: job.spindle,
+            carried: job.carried(),
+            is_speed_of_program: job.operations.iter().any(|each| each.is_speed_of_program),
             levers: job.levers.clone(),
             has_poses: job.operations.iter().map(Operation::has_poses).collect(),
             advice,
@@ -100,28 +109,26 @@ pub fn advise(
         outputs: Vec::new(),
     };
     let operations = &advised.job.advice.operations;
+    let unsafe_one = operations.iter().find(|operation| !operation.remedy.is_clear());
+    let why = unsafe_one.map(|operation| {
+        format!("operation '{}' has no speed clear of every band", operation.name)
+    });
     if let Some(path) = to.program {
-        match program_rewrite(job, operations) {
-            Ok((program, rewrite)) => {
-                let file = job.beside(program);
-                match rewritten_program(&file, &rewrite).map_err(stopped)? {
-                    Ok(rewritten) => {
-                        advised.outputs.push(Output::new(path, rewritten.bytes));
-                        advised.job.written_program = Some(path.to_owned());
-                    }
-                    Err(why) => advised.warnings.push(why),
-                }
+        match &why {
+            Some(why) => advised.warnings.push(not_written(path, why)),
+            None => {
+                let rewrite = program_rewrite(job, operations, options.feed)
+                    .map_err(|why| stopped(refused(path, &why)))?;
+                let file = job.beside(rewrite.0);
+                let rewritten = rewritten_program(&file, &rewrite.1).map_err(stopped)?;
+                advised.outputs.push(Output::new(path, rewritten.bytes));
+                advised.job.written_program = Some(path.to_owned());
             }
-            Err(why) => advised.warnings.push(not_written(path, &why)),
         }
     }
     if let Some(path) = to.job {
-        match operations.iter().find(|operation| !operation.remedy.is_clear()) {
-            Some(operation) => {
-                let why =
-                    format!("operation '{}' has no speed clear of every band", operation.name);
-                advised.warnings.push(not_written(path, &why));
-            }
+        match &why {
+            Some(why) => advised.warnings.push(not_written(path, why)),
             None => {
                 let text = job_text(job, files, &advised.job.advice, path, advised.outputs.first())
                     .map_err(stopped)?;
@@ -131,6 +138,10 @@ pub fn advise(
         }
     }
     Ok(advised)
+}
+
+fn refused(path: &Path, why: &str) -> Note {
+    Note::error(Code::NotWritten, Place::file(path), format!("is not written: {why}"))
 }
 
 fn not_written(path: &Path, why: &str) -> Note {
@@ -147,40 +158,98 @@ fn job_text(
     program: Option<&Output>,
 ) -> Result<String, Note> {
     let program = program.map(|output| (output.path.as_path(), output.bytes.as_slice()));
-    let edits: Vec<OperationEdit> = job
-        .operations
+    let both: Vec<(&Operation, &OperationAdvice)> =
+        job.operations.iter().zip(&advice.operations).collect();
+    let mut edits = Vec::new();
+    for entry in both.chunk_by(|(a, _), (b, _)| a.entry == b.entry) {
+        let edit = entry_edit(entry, program.is_some()).map_err(|why| refused(path, &why))?;
+        let rewritten = program.filter(|_| entry.iter().any(|(o, _)| o.program.is_some()));
+        edits.push(OperationEdit { program: rewritten.map(|(path, _)| path.to_owned()), ..edit });
+    }
+    let advised: Vec<AdvisedOperation> = both
         .iter()
-        .zip(&advice.operations)
-        .map(|(operation, advice)| OperationEdit {
-            program: program
-                .filter(|_| operation.program.is_some())
-                .map(|(path, _)| path.to_owned()),
-            ..edit(advice)
+        .map(|(operation, advice)| {
+            let feed = edits.get(operation.entry).and_then(|edit| edit.feed_mm_per_min);
+            let feed = feed.map_or(operation.feed_m_per_s, m_per_s_from_mm_per_min);
+            AdvisedOperation {
+                speed: new_speed(advice).unwrap_or_else(|| operation.speed.clone()),
+                feed_m_per_s: operation.is_feed_of_job.then_some(feed),
+            }
         })
         .collect();
     let text = rewritten_job(&job.file, path, &edits)?;
-    confirm_rewritten(job, files, &text, path, &edits, program)?;
+    confirm_rewritten(job, files, &text, path, &advised, program)?;
     Ok(text)
 }
 
-fn edit(operation: &OperationAdvice) -> OperationEdit {
-    let (speed, feed_m_per_s) = match &operation.remedy {
+/// The speed that an operation is to have instead of its own.
+fn new_speed(advice: &OperationAdvice) -> Option<SpindleSpeed> {
+    match &advice.remedy {
         Remedy::Constant(constant) if !constant.is_programmed => {
-            (Some(SpindleSpeed::Constant(constant.rpm)), constant.feed_m_per_s)
+            Some(SpindleSpeed::Constant(constant.rpm))
         }
-        Remedy::Scheduled(schedule) => {
-            (Some(SpindleSpeed::Schedule(schedule.points.clone())), schedule.feed_m_per_s)
-        }
-        Remedy::Constant(_) | Remedy::Kept(_) | Remedy::Infeasible => {
-            (None, operation.programmed_feed_m_per_s)
-        }
-    };
-    let has_other_feed = feed_m_per_s != operation.programmed_feed_m_per_s;
-    OperationEdit {
-        speed,
-        feed_mm_per_min: has_other_feed.then(|| written_feed(feed_m_per_s)),
-        program: None,
+        Remedy::Scheduled(schedule) => Some(SpindleSpeed::Schedule(schedule.points.clone())),
+        Remedy::Constant(_) | Remedy::Kept(_) | Remedy::Infeasible => None,
     }
+}
+
+fn new_feed_m_per_s(advice: &OperationAdvice) -> f64 {
+    match &advice.remedy {
+        Remedy::Constant(constant) if !constant.is_programmed => constant.feed_m_per_s,
+        Remedy::Scheduled(schedule) => schedule.feed_m_per_s,
+        Remedy::Constant(_) | Remedy::Kept(_) | Remedy::Infeasible => {
+            advice.programmed_feed_m_per_s
+        }
+    }
+}
+
+/// What changes in an entry of the job, which the program may have divided.
+fn entry_edit(
+    stretches: &[(&Operation, &OperationAdvice)],
+    is_program_written: bool,
+) -> Result<OperationEdit, String> {
+    let changed = |of_program: bool| {
+        let own = stretches.iter().filter(move |(o, _)| o.is_speed_of_program == of_program);
+        own.filter_map(|(operation, advice)| Some((operation, new_speed(advice)?)))
+    };
+    if let (Some((operation, _)), false) = (changed(true).next(), is_program_written) {
+        return Err(format!(
+            "operation '{}': its speed stands in the program; write it with --write-program FILE",
+            operation.name
+        ));
+    }
+    if let Some((operation, SpindleSpeed::Schedule(_))) = changed(true).next() {
+        return Err(format!(
+            "operation '{}' needs a spindle_schedule, which no program can state",
+            operation.name
+        ));
+    }
+    let of_job: Vec<_> =
+        stretches.iter().filter(|(operation, _)| !operation.is_speed_of_program).collect();
+    // The job's number is that of the stretches on which the program is silent, else of all.
+    let said: Vec<_> = if of_job.is_empty() { stretches.iter().collect() } else { of_job };
+    let speeds: Vec<SpindleSpeed> = said
+        .iter()
+        .map(|(operation, advice)| new_speed(advice).unwrap_or_else(|| operation.speed.clone()))
+        .collect();
+    let is_one = speeds.windows(2).all(|pair| pair[0] == pair[1]);
+    let changes = said.iter().any(|(_, advice)| new_speed(advice).is_some());
+    if let (false, true, [(operation, _), ..]) = (is_one, changes, said.as_slice())
+        && !operation.is_speed_of_program
+    {
+        return Err(format!(
+            "operation '{}' needs a speed for each of its tools; state them in the program",
+            operation.name
+        ));
+    }
+    let first = said.first();
+    let feed = first.map(|(_, advice)| (new_feed_m_per_s(advice), advice.programmed_feed_m_per_s));
+    let feed = feed.filter(|(new, old)| new != old).map(|(new, _)| written_feed(new));
+    Ok(OperationEdit {
+        speed: speeds.into_iter().next().filter(|_| changes && is_one),
+        feed_mm_per_min: feed,
+        program: None,
+    })
 }
 
 /// mm/min with three decimals, or all digits where that would leave nothing.
@@ -190,30 +259,39 @@ fn written_feed(feed_m_per_s: f64) -> f64 {
     if rounded > 0.0 { rounded } else { feed }
 }
 
-/// The one program of the job, and the one constant speed that its operations are to run at; or why
-/// there is none.
+/// The one program of the job and the speeds that its stretches are to run at; or why there is none.
 fn program_rewrite<'j>(
     job: &'j Job,
     advice: &[OperationAdvice],
+    feed: FeedRule,
 ) -> Result<(&'j Path, Rewrite), String> {
     let mut wanted: Option<(&Path, Rewrite)> = None;
-    for (operation, advice) in job.operations.iter().zip(advice) {
-        let Some(program) = &operation.program else { continue };
-        let name = &operation.name;
-        let constant = match &advice.remedy {
-            Remedy::Constant(constant) => constant,
-            Remedy::Kept(_) => {
-                return Err(format!(
-                    "operation '{name}' keeps its spindle_schedule, which no program can state"
-                ));
-            }
-            Remedy::Scheduled(_) | Remedy::Infeasible => {
-                return Err(format!("operation '{name}' has no safe constant speed"));
-            }
-        };
-        let feed_ratio = constant.feed_m_per_s / advice.programmed_feed_m_per_s;
-        let this = (program.as_path(), Rewrite { rpm: constant.rpm, feed_ratio });
-        if wanted.is_some_and(|before| before != this) {
+    let both: Vec<(&Operation, &OperationAdvice)> = job.operations.iter().zip(advice).collect();
+    for entry in both.chunk_by(|(a, _), (b, _)| a.entry == b.entry) {
+        let Some((Operation { program: Some(program), .. }, _)) = entry.first() else { continue };
+        let mut speeds = Vec::with_capacity(entry.len());
+        for (operation, advice) in entry {
+            let name = &operation.name;
+            let rpm = match &advice.remedy {
+                Remedy::Constant(constant) => constant.rpm,
+                Remedy::Kept(_) => {
+                    return Err(format!(
+                        "operation '{name}' keeps its spindle_schedule, which no program can state"
+                    ));
+                }
+                Remedy::Scheduled(_) | Remedy::Infeasible => {
+                    return Err(format!("operation '{name}' has no safe constant speed"));
+                }
+            };
+            speeds.push(NewSpeed {
+                end: operation.stretch.end,
+                rpm,
+                old_rpm: advice.programmed_rpm,
+            });
+        }
+        let this =
+            (program.as_path(), Rewrite { speeds, keeps_chip_load: feed == FeedRule::ChipLoad });
+        if wanted.as_ref().is_some_and(|before| *before != this) {
             return Err(
                 "the operations run several programs, or one program at several speeds; split the job"
                     .to_owned(),

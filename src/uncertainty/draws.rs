@@ -54,6 +54,11 @@ impl Draws {
         Self { dimensions, rows }
     }
 
+    /// How many values one has.
+    pub fn dimensions(&self) -> usize {
+        self.dimensions
+    }
+
     /// How many there are.
     pub fn count(&self) -> usize {
         self.rows.len() / self.dimensions.max(1)

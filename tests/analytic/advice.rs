@@ -6,9 +6,9 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use detune::advice::{Binding, Change, Objective, Options, Remedy, advise};
-use detune::job::{Job, Levers, Operation, Policy, Spindle, SpindleSpeed, Tool};
+use detune::job::{Carried, Job, Levers, Operation, Policy, Spindle, SpindleSpeed, Tool};
 use detune::model::Robot;
-use detune::motion::{Move, StatedFeeds, Target};
+use detune::motion::{Move, Target};
 use detune::progress::silent;
 use detune::risk::{Verdict, assess};
 use nalgebra::Isometry3;
@@ -27,24 +27,21 @@ fn job(robot: &Arc<Robot>, waypoints: &[[f64; 2]], rpm: f64, teeth: u32, policy:
         tcp: Isometry3::identity(),
         line: 10 + i,
         spindle_turns: true,
+        stated: Arc::default(),
     });
     Job {
         name: "held out".into(),
         file: PathBuf::from("job.yaml"),
         robot: robot.clone(),
-        tool: Tool { name: None, teeth, diameter_m: None, pitch_rad: None },
         spindle: Spindle { min_rpm: 400.0, max_rpm: 6000.0, max_acceleration_rpm_per_s: None },
-        operations: vec![Operation {
-            name: "op".into(),
-            line: 1,
-            speed: SpindleSpeed::Constant(rpm),
-            feed_m_per_s: 0.01,
-            cutting: None,
-            moves: moves.collect(),
-            program: None,
-            program_feeds: StatedFeeds::default(),
-            start_near: None,
-        }],
+        operations: vec![Operation::new(
+            robot,
+            Carried::NOTHING,
+            Tool { name: None, teeth, diameter_m: None, pitch_rad: None },
+            SpindleSpeed::Constant(rpm),
+            0.01,
+            moves.collect(),
+        )],
         policy,
         levers: Levers::default(),
     }

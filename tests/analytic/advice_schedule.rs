@@ -6,9 +6,9 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use detune::advice::{Coupling, FeedRule, Objective, Options, Remedy, Schedule, advise};
-use detune::job::{Job, Levers, Operation, Policy, Spindle, SpindleSpeed, Tool};
+use detune::job::{Carried, Job, Levers, Operation, Policy, Spindle, SpindleSpeed, Tool};
 use detune::model::Robot;
-use detune::motion::{Move, StatedFeeds, Target};
+use detune::motion::{Move, Target};
 use detune::progress::silent;
 use detune::risk::{Verdict, assess};
 use nalgebra::Isometry3;
@@ -37,29 +37,27 @@ fn case(waypoints: &[[f64; 2]], rpm: f64, policy: Policy, spindle: Spindle, air:
         tcp: Isometry3::identity(),
         line: 10 + i,
         spindle_turns: true,
+        stated: Arc::default(),
     });
     let teeth = 2;
     let orders = (1..=policy.spindle_harmonics)
         .chain((1..=policy.tooth_passing_harmonics).map(|h| h * teeth))
         .collect();
     let (frequencies, duration_s) = along(waypoints, &feed);
+    let robot = Arc::new(Robot::new(&two_link()).unwrap());
     let job = Job {
         name: "held out".into(),
         file: PathBuf::from("job.yaml"),
-        robot: Arc::new(Robot::new(&two_link()).unwrap()),
-        tool: Tool { name: None, teeth, diameter_m: None, pitch_rad: None },
+        robot: robot.clone(),
         spindle,
-        operations: vec![Operation {
-            name: "op".into(),
-            line: 1,
-            speed: SpindleSpeed::Constant(rpm),
-            feed_m_per_s: 0.01,
-            cutting: None,
-            moves: moves.collect(),
-            program: None,
-            program_feeds: StatedFeeds::default(),
-            start_near: None,
-        }],
+        operations: vec![Operation::new(
+            &robot,
+            Carried::NOTHING,
+            Tool { name: None, teeth, diameter_m: None, pitch_rad: None },
+            SpindleSpeed::Constant(rpm),
+            0.01,
+            moves.collect(),
+        )],
         policy,
         levers: Levers::default(),
     };
@@ -409,7 +407,7 @@ impl Case {
         let [passage] = passages.as_slice() else { panic!("{what}: {passages:?}") };
         assert!((passage.seconds / seconds - 1.0).abs() < 2e-3, "{what}: {seconds}");
         let mean_rpm = 0.5 * (speed.rpm_at(from) + speed.rpm_at(to));
-        let impacts = seconds * mean_rpm / 60.0 * f64::from(self.job.tool.teeth);
+        let impacts = seconds * mean_rpm / 60.0 * f64::from(self.job.operations[0].tool.teeth);
         assert!((passage.tooth_impacts / impacts - 1.0).abs() < 1e-2, "{what}: {impacts}");
         // A check of the schedule finds the same stay.
         let mut job = self.job.clone();

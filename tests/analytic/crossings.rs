@@ -5,9 +5,9 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use detune::job::{Job, Levers, Operation, Policy, Spindle, SpindleSpeed, Tool};
+use detune::job::{Carried, Job, Levers, Operation, Policy, Spindle, SpindleSpeed, Tool};
 use detune::model::Robot;
-use detune::motion::{Move, StatedFeeds, Target};
+use detune::motion::{Move, Target};
 use detune::progress::silent;
 use detune::risk::{Certainty, assess};
 use nalgebra::Isometry3;
@@ -105,15 +105,14 @@ fn job(
         name: "held out".into(),
         file: PathBuf::from("job.yaml"),
         robot: robot.clone(),
-        tool: Tool { name: None, teeth, diameter_m: None, pitch_rad: None },
         spindle: Spindle { min_rpm: 1.0, max_rpm: 1e5, max_acceleration_rpm_per_s: None },
-        operations: vec![Operation {
-            name: "op".into(),
-            line: 1,
+        operations: vec![Operation::new(
+            robot,
+            Carried::NOTHING,
+            Tool { name: None, teeth, diameter_m: None, pitch_rad: None },
             speed,
-            feed_m_per_s: 0.01,
-            cutting: None,
-            moves: waypoints
+            0.01,
+            waypoints
                 .iter()
                 .enumerate()
                 .map(|(i, q)| Move {
@@ -122,12 +121,10 @@ fn job(
                     tcp: Isometry3::identity(),
                     line: 10 + i,
                     spindle_turns: true,
+                    stated: Arc::default(),
                 })
                 .collect(),
-            program: None,
-            program_feeds: StatedFeeds::default(),
-            start_near: None,
-        }],
+        )],
         policy,
         levers: Levers::default(),
     }
@@ -324,11 +321,11 @@ fn nothing_is_crossed_where_the_spindle_stands() {
         crossings.map(|c| (c.from_s, c.to_s, c.from_line, c.to_line)).collect()
     };
     assert_eq!(found(&job), [(0.0, 1.0, 11, 14)]);
-    job.operations[0].moves[2].spindle_turns = false;
+    Arc::make_mut(&mut job.operations[0].moves)[2].spindle_turns = false;
     let [(a, b, 11, 11), (c, d, 13, 14)] = found(&job)[..] else { panic!("{:?}", found(&job)) };
     assert_eq!((a, d), (0.0, 1.0));
     assert!((b - 0.25).abs() < 1e-12 && (c - 0.5).abs() < 1e-12, "{b} {c}");
-    for each in &mut job.operations[0].moves {
+    for each in Arc::make_mut(&mut job.operations[0].moves) {
         each.spindle_turns = false;
     }
     assert_eq!(found(&job), []);

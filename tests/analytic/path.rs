@@ -2,6 +2,7 @@
 //! paths that cannot be run.
 
 use std::path::Path as FilePath;
+use std::sync::Arc;
 
 use detune::model::{Placement, Robot, forward_kinematics};
 use detune::motion::{Move, Target};
@@ -31,7 +32,14 @@ fn moves(targets: Vec<Target>, tcp: Isometry3<f64>) -> Vec<Move> {
     targets
         .into_iter()
         .enumerate()
-        .map(|(i, to)| Move { to, feed_m_per_s: FEED, tcp, line: 20 + i, spindle_turns: true })
+        .map(|(i, to)| Move {
+            to,
+            feed_m_per_s: FEED,
+            tcp,
+            line: 20 + i,
+            spindle_turns: true,
+            stated: Arc::default(),
+        })
         .collect()
 }
 
@@ -43,6 +51,47 @@ fn shifted(pose: &Isometry3<f64>, by: [f64; 3], turn: [f64; 3]) -> Isometry3<f64
         Translation3::from(pose.translation.vector + Vector3::from(by)),
         UnitQuaternion::from_scaled_axis(turn.into()) * pose.rotation,
     )
+}
+
+/// A stretch of a path has the joints of the whole, knot by knot, and its share of the time.
+#[test]
+fn stretches_are_parts_of_the_whole_path() {
+    let robot = irb1600();
+    let home = tcp_pose(&robot, &HOME, &tool());
+    let to = |x: f64, z: f64| shifted(&home, [x, 0.0, z], [0.0; 3]);
+    let targets = vec![
+        Target::Line(home),
+        Target::Line(to(0.05, 0.0)),
+        Target::Line(to(0.05, 0.0)),
+        Target::JointsTo(to(0.0, 0.05)),
+        Target::Line(to(-0.05, 0.02)),
+    ];
+    let moves = moves(targets, tool());
+    let whole = Path::plan(&robot, &moves, Some(&HOME)).unwrap();
+    let joints = |path: &Path, s: f64| {
+        let mut q = vec![0.0; 6];
+        path.reader().at(s, &mut q).unwrap();
+        q
+    };
+    let of_whole: Vec<Vec<f64>> = whole.knots_s().iter().map(|&s| joints(&whole, s)).collect();
+    let (mut until_s, mut knots) = (0.0, 0);
+    for stretch in [0..2, 2..3, 3..4, 4..5] {
+        let part = whole.stretch(&moves, stretch.clone(), &robot);
+        for (i, &s) in part.knots_s().iter().enumerate() {
+            assert_eq!(joints(&part, s), of_whole[knots + i], "{stretch:?} at {s}");
+        }
+        assert_eq!(part.line_at(0.5), moves[stretch.end - 1].line);
+        let share = part.duration_s() / whole.duration_s();
+        for i in 0..=10 {
+            let s = f64::from(i) / 10.0;
+            let (a, b) = (joints(&part, s), joints(&whole, (until_s + s * share).min(1.0)));
+            assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-9), "{stretch:?} {s}");
+        }
+        knots += part.knots_s().len() - 1;
+        until_s += share;
+    }
+    assert_eq!(knots, of_whole.len() - 1);
+    assert!((until_s - 1.0).abs() < 1e-12);
 }
 
 #[test]

@@ -1,6 +1,8 @@
 //! Surveys of paths by the batch kernel: against the scalar path station by station, refinement in waves
 //! against a recursion, the same bytes on any number of threads, faults in order, no allocation per pose.
 
+use std::sync::Arc;
+
 use std::path::Path as FilePath;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -31,6 +33,7 @@ fn moves(targets: impl IntoIterator<Item = (Target, Isometry3<f64>)>) -> Vec<Mov
             tcp,
             line: i + 1,
             spindle_turns: true,
+            stated: Arc::default(),
         })
         .collect()
 }

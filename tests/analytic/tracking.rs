@@ -1,5 +1,7 @@
 //! Modes that cross keep their names; modes that veer keep their order; neither is ever silent.
 
+use std::sync::Arc;
+
 use detune::model::{CoordinateKind, ExtraCoordinate, Inertial, Joint, JointKind, Link, Robot};
 use detune::modes::{ModalSolver, Modes, mac};
 use detune::motion::{Move, Target};
@@ -37,6 +39,7 @@ fn sweep() -> Vec<Move> {
             tcp: Isometry3::identity(),
             line: 1,
             spindle_turns: true,
+            stated: Arc::default(),
         })
         .collect()
 }

@@ -65,7 +65,7 @@ fn random_job(rng: &mut ChaCha8Rng) -> String {
     let (name, teeth) = (["two-link", "irb1600", "irb1600"][which], rng.random_range(1..5));
     let (min, max): (f64, f64) = (rng.random_range(300.0..900.0), rng.random_range(2500.0..9000.0));
     let mut text = format!(
-        "# a random job\nname: random\nrobot: {}\ntool: {{teeth: {teeth}, diameter_mm: 10}}\n\
+        "# a random job\nname: random\nrobot: {}\ntool: {{teeth: {teeth}, diameter_mm: 10, payload: none}}\n\
          tcp: {{xyz_m: [0, 0, 0.12]}}\nwork_object: {{xyz_m: [0.75, -0.1, 0.45]}}\n\
          spindle: {{min_rpm: {min:.1}, max_rpm: {max:.1}, max_acceleration_rpm_per_s: {:.0}}}\noperations:\n",
         robot(name),
@@ -209,7 +209,7 @@ fn every_job_that_is_written_passes_a_check() {
 }
 
 const TWO_LINK: &str = "
-tool: {teeth: 2, diameter_mm: 12}
+tool: {teeth: 2, diameter_mm: 12, payload: none}
 spindle: {min_rpm: 500, max_rpm: 6000}
 operations:
   - name: rough
@@ -344,7 +344,7 @@ fn an_infeasible_job_has_no_number_and_names_pair_and_lever() {
 fn turning_the_tool_and_moving_the_work_are_levers() {
     let bench = Bench::new();
     let job = format!(
-        "robot: {}\ntool: {{teeth: 2}}\ntcp: {{xyz_m: [0, 0, 0.15]}}\nwork_object: {{xyz_m: [0.72, -0.12, 0.42]}}\n\
+        "robot: {}\ntool: {{teeth: 2, payload: none}}\ntcp: {{xyz_m: [0, 0, 0.15]}}\nwork_object: {{xyz_m: [0.72, -0.12, 0.42]}}\n\
          spindle: {{min_rpm: 500, max_rpm: 24000}}\nwork_object_shift: {{x_m: [-0.1, 0.1], z_m: [0, 0.2]}}\n\
          operations:\n  - name: a\n    spindle_rpm: 1100\n    feed_mm_per_min: 400\n    free_axis_deg: [-60, 60]\n    path:\n      \
          poses:\n        - {{xyz_mm: [0, 0, 0], rpy_deg: [0, 180, 0]}}\n        - {{xyz_mm: [240, 0, 0], rpy_deg: [0, 180, 0]}}\n        \
@@ -388,7 +388,7 @@ fn programs_are_rewritten_and_the_new_job_names_them() {
     let bench = Bench::new();
     bench.add("jobs/p.nc", "(pocket)\nS780 M3\nG0 X800 Y0 Z600\nG1 X900 F400 (cut)\nX950\nM5\n");
     let job = format!(
-        "robot: {}\ntool: {{teeth: 2}}\nspindle: {{min_rpm: 500, max_rpm: 24000}}\noperations:\n  - name: a\n    \
+        "robot: {}\ntool: {{teeth: 2, payload: none}}\nspindle: {{min_rpm: 500, max_rpm: 24000}}\noperations:\n  - name: a\n    \
          spindle_rpm: 780\n    feed_mm_per_min: 400\n    path: {{program: {{file: p.nc}}}}\npolicy: {{separation_percent: 3, model_uncertainty_percent: 2}}\n",
         robot("irb1600")
     );
@@ -431,7 +431,7 @@ fn what_was_written_is_named_and_the_next_step_follows() {
     let bench = Bench::new();
     bench.add("jobs/p.nc", "S780 M3\nG0 X800 Y0 Z600\nG1 X900 F400\nX950\nM5\n");
     let job = format!(
-        "robot: {}\ntool: {{teeth: 2}}\nspindle: {{min_rpm: 500, max_rpm: 24000}}\noperations:\n  - name: a\n    \
+        "robot: {}\ntool: {{teeth: 2, payload: none}}\nspindle: {{min_rpm: 500, max_rpm: 24000}}\noperations:\n  - name: a\n    \
          spindle_rpm: 780\n    feed_mm_per_min: 400\n    path: {{program: {{file: p.nc}}}}\npolicy: {{separation_percent: 3, model_uncertainty_percent: 2}}\n",
         robot("irb1600")
     );
@@ -502,7 +502,7 @@ fn a_job_that_cannot_be_edited_is_refused_and_a_safe_schedule_is_kept() {
     let bench = Bench::new();
     let job = |speed: &str| {
         format!(
-            "robot: {}\ntool: {{teeth: 2}}\nspindle: {{min_rpm: 500, max_rpm: 24000}}\npolicy: \
+            "robot: {}\ntool: {{teeth: 2, payload: none}}\nspindle: {{min_rpm: 500, max_rpm: 24000}}\npolicy: \
              {{separation_percent: 3, model_uncertainty_percent: 2}}\noperations:\n  - name: a\n    {speed}\n    \
              feed_mm_per_min: 400\n    path: {{joints_deg: [[0, 20, -10, 0, 60, 0], [10, 25, -12, 0, 60, 0]]}}\n",
             robot("irb1600")
@@ -565,8 +565,11 @@ fn a_job_that_would_not_be_as_advised_is_not_written() {
     let to = bench.path().join("jobs/new.yaml");
     let text = input::rewritten_job(&file, &to, std::slice::from_ref(&edit)).unwrap();
     let confirmed = |text: &str| {
-        let edits = std::slice::from_ref(&edit);
-        input::confirm_rewritten(&job, &reading.files, text, &to, edits, None)
+        let advised = input::Advised {
+            speed: SpindleSpeed::Constant(618.0),
+            feed_m_per_s: edit.feed_mm_per_min.map(|feed| feed / 60_000.0),
+        };
+        input::confirm_rewritten(&job, &reading.files, text, &to, &[advised], None)
             .map_err(|fault| fault.what)
     };
     assert_eq!(confirmed(&text), Ok(()));
@@ -602,13 +605,17 @@ fn a_job_that_would_not_be_as_advised_is_not_written() {
 fn feeds_of_programs_are_told_as_they_are() {
     let bench = Bench::new();
     let job = format!(
-        "robot: {}\ntool: {{teeth: 2}}\nspindle: {{min_rpm: 500, max_rpm: 24000}}\noperations:\n  - name: a\n    \
+        "robot: {}\ntool: {{teeth: 2, payload: none}}\nspindle: {{min_rpm: 500, max_rpm: 24000}}\noperations:\n  - name: a\n    \
          spindle_rpm: 780\n    feed_mm_per_min: 400\n    path: {{program: {{file: p.nc}}}}\npolicy: {{separation_percent: 3, model_uncertainty_percent: 2}}\n",
         robot("irb1600")
     );
     bench.add("jobs/job.yaml", &job);
     let advised = |program: &str, more: &[&str]| {
         bench.add("jobs/p.nc", &format!("S780 M3\nG0 X800 Y0 Z600\n{program}M5\n"));
+        // The job gives the feed where the program states none.
+        let silent = !program.contains('F');
+        let own = if silent { job.clone() } else { job.replace("    feed_mm_per_min: 400\n", "") };
+        bench.add("jobs/job.yaml", &own);
         let all = [&["advise", "jobs/job.yaml", "--objective", "margin"], more].concat();
         let ran = run(bench.path(), &all);
         assert_eq!(code(&ran), 0, "{}", err(&ran));

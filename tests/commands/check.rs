@@ -43,7 +43,7 @@ impl Bench {
         let text = format!(
             "name: Job of {rpm} rpm
 robot: {}
-tool: {{teeth: 2}}
+tool: {{teeth: 2, payload: none}}
 spindle: {{min_rpm: 500, max_rpm: 6000}}
 operations:
   - name: rough
@@ -524,7 +524,7 @@ fn check_program(bench: &Bench, file: &str, program: &str) -> Output {
     fs::write(bench.path().join(file), program).unwrap();
     let job = format!(
         "robot: {}
-tool: {{teeth: 2}}
+tool: {{teeth: 2, payload: none}}
 tcp: {{xyz_m: [0, 0, 0.15]}}
 work_object: {{xyz_m: [0.72, -0.12, 0.42]}}
 spindle: {{min_rpm: 500, max_rpm: 6000}}

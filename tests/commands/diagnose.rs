@@ -79,7 +79,7 @@ fn the_written_robot_is_what_check_uses() {
     let job = folder.path().join("job.yaml");
     std::fs::write(
         &job,
-        "name: a\nrobot: arm.yaml\ntool: {teeth: 2}\nspindle: {min_rpm: 500, max_rpm: 6000}\noperations:\n  \
+        "name: a\nrobot: arm.yaml\ntool: {teeth: 2, payload: none}\nspindle: {min_rpm: 500, max_rpm: 6000}\noperations:\n  \
          - name: a\n    spindle_rpm: 1100\n    feed_mm_per_min: 400\n    path: {joints_deg: [[120, 20], [120, 90]]}\n",
     )
     .unwrap();

@@ -25,6 +25,7 @@ mod map_npy;
 mod map_stream;
 mod plausibility;
 mod program;
+mod programs;
 mod report;
 mod report_odd;
 mod schemas;

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use detune::excitation::{ExcitationLine, Source};
-use detune::job::Policy;
+use detune::job::{Carried, Policy};
 use detune::notes::{Code, Note, Place};
 use detune::report;
 use detune::report::check::{github, json, junit, plot_text, sarif, text};
@@ -100,6 +100,8 @@ fn operation(name: &str, crossings: Vec<Crossing>) -> OperationRisk {
         name: name.into(),
         program: None,
         verdict,
+        tool: None,
+        payload: Carried::NOTHING,
         spindle_rpm: 1100.0,
         spindle_min_rpm: 1100.0,
         spindle_max_rpm: 1100.0,
@@ -127,6 +129,7 @@ fn job(file: &str, operations: Vec<(OperationRisk, Option<&str>)>) -> CheckedJob
         risk: JobRisk {
             verdict: operations.iter().map(|o| o.0.verdict).max().unwrap_or(Verdict::Clear),
             calibrated: false,
+            payload: Carried::NOTHING,
             model_uncertainty: 0.08,
             probability: Estimate { probability: 0.42, std_error: 0.01, is_bound: false },
             separation: 0.10,

@@ -33,7 +33,7 @@ fn add(folder: &TempDir, file: &str, name: &str, operations: &[String], policy: 
     let robot = repository().join("robots/two-link/robot.yaml");
     let operations: String = operations.iter().map(|o| format!("  - {o}\n")).collect();
     let text = format!(
-        "name: {name}\nrobot: {}\ntool: {{teeth: 2}}\nspindle: {{min_rpm: 1, max_rpm: 60000}}\n\
+        "name: {name}\nrobot: {}\ntool: {{teeth: 2, payload: none}}\nspindle: {{min_rpm: 1, max_rpm: 60000}}\n\
          operations:\n{operations}policy: {{{policy}}}\n",
         robot.display()
     );

@@ -118,7 +118,7 @@ pub(super) fn exposures(
             to_s,
             ends_rpm: [speed.rpm_at(from_s), speed.rpm_at(to_s)],
             seconds: (to_s - from_s) * duration_s,
-            tooth_impacts: turns * f64::from(task.job.tool.teeth),
+            tooth_impacts: turns * f64::from(task.operation.tool.teeth),
             is_in_air,
             tip_response_m_per_n: crossing.tip_response_m_per_n,
             // As if the line stayed there; nothing is cut in the air.

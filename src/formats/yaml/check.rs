@@ -124,11 +124,23 @@ fn check_value(node: &mut Node, line: u32, schema: &Value, trail: &Trail<'_>, no
     if node.faulty {
         return;
     }
+    let mut or_word = String::new();
     let schema = match schema.get("anyOf").and_then(Value::as_array) {
         // An optional mapping or list: itself, or null.
         Some(_) if node.is_null() => return,
         Some(choices) => {
-            match choices.iter().find(|c| !admits_null(c)).and_then(Value::as_object) {
+            // A word instead of what stands there as a rule: `none`.
+            for word in choices.iter().filter_map(only_word) {
+                if node.text() == Some(word) {
+                    return;
+                }
+                or_word = format!(", or {word}");
+            }
+            match choices
+                .iter()
+                .find(|c| !admits_null(c) && only_word(c).is_none())
+                .and_then(Value::as_object)
+            {
                 Some(choice) => choice,
                 None => return,
             }
@@ -165,7 +177,7 @@ fn check_value(node: &mut Node, line: u32, schema: &Value, trail: &Trail<'_>, no
         _ => true,
     };
     if !fits {
-        let mut what = format!("is {}, must be {}", node.shown(), expectation(schema));
+        let mut what = format!("is {}, must be {}{or_word}", node.shown(), expectation(schema));
         let choices = schema.get("enum").and_then(Value::as_array);
         if let (Some(text), Some(choices)) = (node.text(), choices) {
             what.push_str(&hint(text, choices.iter().filter_map(Value::as_str)));
@@ -323,6 +335,14 @@ fn called(noun: &str, item: &Node, index: usize) -> String {
 
 fn noun_of(schema: &Value) -> Option<&str> {
     schema.get(NOUN).and_then(Value::as_str)
+}
+
+/// The one word that a schema admits.
+fn only_word(schema: &Value) -> Option<&str> {
+    match schema.get("enum")?.as_array()?.as_slice() {
+        [word] => word.as_str(),
+        _ => None,
+    }
 }
 
 /// The type beside null.

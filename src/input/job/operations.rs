@@ -1,24 +1,35 @@
 //! The operations of a job: paths, speeds, feeds and cutting.
 
 use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
 
 use nalgebra::Isometry3;
 
 use super::super::frame::frame;
 use super::super::raw::job as raw;
-use super::super::waypoints::{OperationContext, joint_position, moves_of};
+use super::super::waypoints::{OperationContext, PathMoves, joint_position, moves_of};
 use super::Reader;
+use super::speeds::Said;
+use super::stretches::{stretches, usual_feed_m_per_s};
 use crate::formats::yaml::{Node, Step};
 use crate::job::{
-    Cutting, CuttingCoefficients, CuttingDirection, Operation, Spindle, SpindleSpeed,
+    Cutting, CuttingCoefficients, CuttingDirection, Operation, Spindle, SpindleSpeed, Tool,
 };
-use crate::notes::Code;
+use crate::notes::{Code, Note, Place};
 use crate::units::{
-    m_from_mm, m_per_s_from_mm_per_min, n_per_m_from_n_per_mm, n_per_m2_from_n_per_mm2,
+    m_from_mm, m_per_s_from_mm_per_min, mm_from_m, n_per_m_from_n_per_mm, n_per_m2_from_n_per_mm2,
 };
 
-impl Reader<'_> {
-    pub(super) fn operations(&mut self, spindle: Option<&Spindle>) -> Option<Vec<Operation>> {
+/// Keys of the speed.
+const SPEEDS: [&str; 2] = ["spindle_rpm", "spindle_schedule"];
+
+impl<'j> Reader<'j> {
+    pub(super) fn operations(
+        &mut self,
+        tool: Option<&Tool>,
+        spindle: Option<&Spindle>,
+    ) -> Option<Vec<Operation>> {
         let nodes = self.tree.get("operations")?.items();
         let raws = self.raw.operations.as_ref()?;
         let mut first_lines: BTreeMap<&str, usize> = BTreeMap::new();
@@ -37,18 +48,21 @@ impl Reader<'_> {
                 let what = format!("{called}: name is taken by the operation at line {first}");
                 self.error(Code::Conflict, &steps, what);
             }
-            operations.push(self.operation(raw, node, &called, spindle));
+            operations.push(self.operation(index, &called, tool, spindle));
         }
-        operations.into_iter().collect()
+        let operations: Option<Vec<Vec<Operation>>> = operations.into_iter().collect();
+        Some(operations?.into_iter().flatten().collect())
     }
 
     fn operation(
         &mut self,
-        raw: &raw::Operation,
-        node: &Node,
+        entry: usize,
         called: &str,
+        tool: Option<&Tool>,
         spindle: Option<&Spindle>,
-    ) -> Option<Operation> {
+    ) -> Option<Vec<Operation>> {
+        let raw = self.raw.operations.as_ref()?.get(entry)?;
+        let node = self.tree.get("operations")?.items().get(entry)?;
         let speed = self.speed(raw, node, called, spindle);
         let feed_m_per_s = raw.feed_mm_per_min.map(m_per_s_from_mm_per_min);
         let start_near = self.start_near(raw, node, called);
@@ -56,65 +70,142 @@ impl Reader<'_> {
             called,
             job: self.path,
             robot: self.robot,
-            // A feed that is missing was reported; the waypoints are looked at all the same.
-            feed_m_per_s: feed_m_per_s.unwrap_or(1.0),
-            speed: speed.as_ref(),
+            feed_m_per_s,
+            nothing_stated: Arc::default(),
             tcp: self.raw.tcp.as_ref().map(placed),
             work_object: self.raw.work_object.as_ref().map(placed),
         };
-        self.check_radial_depth(raw, node, called);
+        if let Some(tool) = tool {
+            self.check_radial_depth(raw, node, called, "tool", tool);
+        }
         self.check_feed(raw, node, called);
         let path = raw.path.as_ref();
-        let moves = path
-            .and_then(|path| moves_of(&operation, path, node, &mut self.notes, &mut self.programs));
-        let program = path.and_then(|path| path.program.as_ref()?.file.as_ref());
-        let (moves, program_feeds) = moves?;
-        Some(Operation {
-            name: raw.name.clone()?,
-            line: node.line as usize,
-            speed: speed?,
-            feed_m_per_s: feed_m_per_s?,
-            cutting: raw.cutting.as_ref().and_then(cutting),
-            moves,
-            program: program.map(Into::into),
-            program_feeds,
-            start_near,
-        })
+        let of_program = path.is_some_and(|path| path.program.is_some());
+        if !of_program {
+            self.require_speed_and_feed(raw, node, called);
+        }
+        let PathMoves { moves, program } = path.and_then(|path| {
+            moves_of(&operation, path, node, &mut self.notes, &mut self.programs)
+        })?;
+        let said = Said { called, node, speed: speed.ok()?, feed_m_per_s };
+        let is_speed_of_job = self.raw.speeds_from == Some(raw::SpeedsFrom::Job);
+        let stretches = stretches(&moves, is_speed_of_job && said.speed.is_some());
+        let settled = self.settle_speeds(&said, &moves, &stretches, program.as_ref(), spindle);
+        let moves = Arc::new(moves);
+        let mut operations = Vec::with_capacity(stretches.len());
+        for (index, stretch) in stretches.into_iter().enumerate() {
+            let line = moves.get(stretch.moves.start).map_or(0, |first| first.line);
+            let file = program.as_ref().map(|program| (program.file.as_path(), line));
+            let cutter = self.cutter(called, node, stretch.tool, tool, file);
+            let of_tool = cutter.as_ref().and_then(|(key, _)| {
+                let raw = self.raw;
+                let numbered = key.and_then(|key| raw.tools.as_ref()?.get(key));
+                let payload = match key {
+                    Some(_) => numbered?.payload.as_ref(),
+                    None => raw.tool.as_ref()?.payload.as_ref(),
+                };
+                payload.map(|payload| (payload, *key))
+            });
+            let file = file.map(|(file, _)| file);
+            let carrier = self.carrier(called, stretch.load.as_deref(), of_tool, file);
+            let name = raw.name.as_ref().map(|name| match index {
+                0 => name.clone(),
+                _ => format!("{name}/{}", index + 1),
+            });
+            let usual = || usual_feed_m_per_s(&moves, stretch.moves.clone());
+            let (Some((key, cutter)), Some((robot, carried))) = (cutter, carrier) else { continue };
+            if let Some(key) = key {
+                self.check_radial_depth(raw, node, called, &format!("tools.{key}"), &cutter);
+            }
+            let speed = match (stretch.rpm, &said.speed) {
+                (Some(rpm), _) => SpindleSpeed::Constant(rpm),
+                (None, Some(speed)) => speed.clone(),
+                (None, None) => continue,
+            };
+            operations.push(Operation {
+                name: name?,
+                entry,
+                line: node.line as usize,
+                tool: cutter,
+                tool_number: stretch.tool,
+                robot,
+                carried,
+                speed,
+                is_speed_of_program: stretch.rpm.is_some(),
+                feed_m_per_s: feed_m_per_s.or_else(usual)?,
+                is_feed_of_job: feed_m_per_s.is_some(),
+                cutting: raw.cutting.as_ref().and_then(cutting),
+                moves: Arc::clone(&moves),
+                stretch: stretch.moves,
+                program: path.and_then(|path| path.program.as_ref()?.file.as_ref()).map(Into::into),
+                program_feeds: program.as_ref().map(|p| p.feeds).unwrap_or_default(),
+                start_near: start_near.clone(),
+            });
+        }
+        settled.then_some(operations)
     }
 
+    /// The cutter of a stretch, with the key of `tools` that it stands under.
+    fn cutter(
+        &mut self,
+        called: &str,
+        node: &Node,
+        number: Option<u32>,
+        tool: Option<&Tool>,
+        file: Option<(&Path, usize)>,
+    ) -> Option<(Option<&'j str>, Tool)> {
+        let numbered = number.and_then(|number| self.tools.get(&number));
+        match (numbered, number, tool) {
+            (Some((key, tool)), ..) => Some((Some(*key), tool.clone())),
+            (None, Some(number), _) if self.raw.tools.is_some() => {
+                let (file, line) = file?;
+                let place = Place { line: Some(line), ..Place::file(file) };
+                let known: Vec<String> = self.tools.keys().map(u32::to_string).collect();
+                let what = format!(
+                    "{called}: tool {number} is loaded, which is not among tools in the job ({})",
+                    known.join(", ")
+                );
+                self.programs.errors.push(Note::error(Code::Reference, place, what));
+                None
+            }
+            (_, _, Some(tool)) => Some((None, tool.clone())),
+            (None, None, None) if self.raw.tools.is_some() => {
+                let what = "the path names no tool by number: write tool beside tools";
+                let line = node.line as usize;
+                self.notes.error(Code::MissingKey, line, format!("{called}: {what}"));
+                None
+            }
+            // A tool that is missing or wrong was reported.
+            _ => None,
+        }
+    }
+
+    /// The job's speed, if it gives one; a fault is reported.
     fn speed(
         &mut self,
         raw: &raw::Operation,
         node: &Node,
         called: &str,
         spindle: Option<&Spindle>,
-    ) -> Option<SpindleSpeed> {
-        const KEYS: [&str; 2] = ["spindle_rpm", "spindle_schedule"];
+    ) -> Result<Option<SpindleSpeed>, ()> {
         let faulty = |key: &str| node.get(key).is_some_and(|value| value.faulty);
         match (raw.spindle_rpm, &raw.spindle_schedule) {
             (Some(_), Some(_)) => {
-                let line = node.line_at(&[Step::Key(KEYS[1])]);
+                let line = node.line_at(&[Step::Key(SPEEDS[1])]);
                 let what = "has both spindle_rpm and spindle_schedule, must have one";
                 self.notes.error(Code::Conflict, line, format!("{called}: {what}"));
-                None
+                Err(())
             }
-            (None, None) => {
-                if !KEYS.into_iter().any(faulty) {
-                    let what = "missing key 'spindle_rpm' (or 'spindle_schedule')";
-                    self.notes.error(
-                        Code::MissingKey,
-                        node.line as usize,
-                        format!("{called}: {what}"),
-                    );
-                }
-                None
-            }
+            (None, None) if SPEEDS.into_iter().any(faulty) => Err(()),
+            (None, None) => Ok(None),
             (Some(rpm), None) => {
-                let line = node.line_at(&[Step::Key(KEYS[0])]);
+                let line = node.line_at(&[Step::Key(SPEEDS[0])]);
                 self.check_rpm(rpm, line, &format!("{called}: spindle_rpm"), spindle);
-                Some(SpindleSpeed::Constant(rpm))
+                Ok(Some(SpindleSpeed::Constant(rpm)))
             }
-            (None, Some(points)) => self.schedule(points, node, called, spindle),
+            (None, Some(points)) => {
+                self.schedule(points, node, called, spindle).map(Some).ok_or(())
+            }
         }
     }
 
@@ -171,15 +262,22 @@ impl Reader<'_> {
     }
 
     /// A cutter cannot cut wider than it is.
-    fn check_radial_depth(&mut self, raw: &raw::Operation, node: &Node, called: &str) {
+    fn check_radial_depth(
+        &mut self,
+        raw: &raw::Operation,
+        node: &Node,
+        called: &str,
+        whose: &str,
+        tool: &Tool,
+    ) {
         let depth_mm = raw.cutting.as_ref().and_then(|cutting| cutting.radial_depth_mm);
-        let diameter_mm = self.raw.tool.as_ref().and_then(|tool| tool.diameter_mm);
-        let (Some(depth_mm), Some(diameter_mm)) = (depth_mm, diameter_mm) else { return };
-        if depth_mm > diameter_mm {
+        let (Some(depth_mm), Some(diameter_m)) = (depth_mm, tool.diameter_m) else { return };
+        if m_from_mm(depth_mm) > diameter_m {
             let line = node.line_at(&[Step::Key("cutting"), Step::Key("radial_depth_mm")]);
             let what = format!(
                 "{called}: cutting.radial_depth_mm is {depth_mm}, must not be above \
-                    tool.diameter_mm, {diameter_mm}"
+                    {whose}.diameter_mm, {}",
+                mm_from_m(diameter_m)
             );
             self.notes.error(Code::Value, line, what);
         }

@@ -1,8 +1,11 @@
 //! job.yaml as it is written.
 
-use schemars::JsonSchema;
+use std::collections::BTreeMap;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 
+use super::robot::Inertia;
 use crate::formats::yaml::Apart;
 
 /// A job: a robot, a cutter, a spindle and operations.
@@ -19,9 +22,19 @@ pub(in crate::input) struct Job {
     /// robot.yaml, relative to this file.
     #[schemars(required, extend("examples" = ["../robots/irb1600/robot.yaml"]))]
     pub(in crate::input) robot: Option<String>,
-    /// The cutter.
-    #[schemars(required)]
+    /// The cutter; with tools, that of paths that name no tool by number.
     pub(in crate::input) tool: Option<Tool>,
+    /// The cutters of programs, by the number that the program gives them.
+    #[schemars(extend("examples" = [{"1": {"teeth": 3}, "2": {"teeth": 2}}]))]
+    pub(in crate::input) tools: Option<BTreeMap<String, Tool>>,
+    /// What the arm's tip carries, spindle and tool, or none. The program's own tool data and the
+    /// payload of a tool win over it; it wins over the robot file.
+    #[serde(default)]
+    #[schemars(schema_with = "payload_schema")]
+    pub(in crate::input) payload: Option<Payload>,
+    /// Whose spindle speed and feed hold where program and job contradict each other: program or
+    /// job. Without it a contradiction is an error.
+    pub(in crate::input) speeds_from: Option<SpeedsFrom>,
     /// Tool centre point in the frame of the robot's tip link; identity if absent.
     pub(in crate::input) tcp: Option<Frame>,
     /// Work object in the frame of the robot's base link; identity if absent. Poses are relative to
@@ -40,6 +53,54 @@ pub(in crate::input) struct Job {
     /// How far the work object may be moved in the base frame: detune advise says what that would
     /// change.
     pub(in crate::input) work_object_shift: Option<Shift>,
+}
+
+// Variants without doc comments: schemars then writes a plain `enum`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub(in crate::input) enum SpeedsFrom {
+    Program,
+    Job,
+}
+
+/// What the arm's tip carries: a body, or nothing.
+#[derive(Debug, Deserialize)]
+#[serde(untagged)]
+pub(in crate::input) enum Payload {
+    Nothing(Nothing),
+    Body(Body),
+}
+
+#[derive(Debug, Deserialize)]
+pub(in crate::input) enum Nothing {
+    #[serde(rename = "none")]
+    None,
+}
+
+fn payload_schema(generator: &mut SchemaGenerator) -> Schema {
+    let body = generator.subschema_for::<Body>();
+    json_schema!({
+        "description": "What the arm's tip carries, spindle and tool: a body, or none.",
+        "anyOf": [body, {"type": "string", "enum": ["none"]}, {"type": "null"}]
+    })
+}
+
+/// A body that the tip carries.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(in crate::input) struct Body {
+    /// Mass, kg.
+    #[schemars(required, extend("minimum" = 0, "examples" = [4.2]))]
+    pub(in crate::input) mass_kg: Option<f64>,
+    /// Centre of mass in the tip frame, m; [0, 0, 0] if absent.
+    #[schemars(extend("default" = [0, 0, 0]))]
+    pub(in crate::input) com_m: Option<[f64; 3]>,
+    /// Rotary inertia about the centre of mass, in the axes of the tip frame, kg·m²; a point mass
+    /// if absent.
+    pub(in crate::input) inertia_kgm2: Option<Inertia>,
+    /// Where the numbers come from.
+    #[expect(dead_code, reason = "for people")]
+    pub(in crate::input) source: Option<String>,
 }
 
 /// How far something may be moved.
@@ -71,6 +132,11 @@ pub(in crate::input) struct Tool {
     /// For uneven pitch: the angle from each tooth to the next, degrees, adding up to 360.
     #[schemars(extend("items" = {"type": "number", "exclusiveMinimum": 0}, "examples" = [[170, 190]]))]
     pub(in crate::input) pitch_deg: Option<Vec<f64>>,
+    /// What the tip carries with this cutter, spindle included, or none; the job's payload if
+    /// absent.
+    #[serde(default)]
+    #[schemars(schema_with = "payload_schema")]
+    pub(in crate::input) payload: Option<Payload>,
 }
 
 /// A frame in another one.
@@ -100,7 +166,8 @@ pub(in crate::input) struct Spindle {
     pub(in crate::input) max_acceleration_rpm_per_s: Option<f64>,
 }
 
-/// One operation: a path under a spindle speed. Exactly one of spindle_rpm and spindle_schedule.
+/// One operation: a path under a spindle speed. One of spindle_rpm and spindle_schedule where the
+/// path is not a program that states its speeds.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(extend("x-noun" = "operation"))]
@@ -115,8 +182,9 @@ pub(in crate::input) struct Operation {
     /// points, constant before the first and after the last.
     #[schemars(extend("minItems" = 1))]
     pub(in crate::input) spindle_schedule: Option<Vec<SchedulePoint>>,
-    /// Feed of the tool centre point, mm/min.
-    #[schemars(required, extend("exclusiveMinimum" = 0, "examples" = [400]))]
+    /// Feed of the tool centre point, mm/min; required where the path is not a program that states
+    /// its feeds.
+    #[schemars(extend("exclusiveMinimum" = 0, "examples" = [400]))]
     pub(in crate::input) feed_mm_per_min: Option<f64>,
     /// How the tool cuts.
     pub(in crate::input) cutting: Option<Cutting>,
@@ -235,6 +303,51 @@ pub(in crate::input) struct Program {
     /// Where it starts; main if absent.
     #[schemars(extend("examples" = ["main"]))]
     pub(in crate::input) procedure: Option<String>,
+    /// RAPID: what sets the spindle's speed. One of signal, procedure and comment.
+    #[schemars(extend("examples" = [{"signal": "aoSpindle", "rpm_per_unit": 1}]))]
+    pub(in crate::input) spindle_from: Option<SpindleFrom>,
+    /// RAPID: what sets the number of the tool. One of signal, procedure and comment.
+    #[schemars(extend("examples" = [{"procedure": "LoadTool"}]))]
+    pub(in crate::input) tool_from: Option<ToolFrom>,
+}
+
+/// What sets the spindle's speed in a RAPID program.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(in crate::input) struct SpindleFrom {
+    /// The signal of SetAO or SetGO.
+    #[schemars(extend("examples" = ["aoSpindle"]))]
+    pub(in crate::input) signal: Option<String>,
+    /// The procedure that is called.
+    #[schemars(extend("examples" = ["SpindleOn"]))]
+    pub(in crate::input) procedure: Option<String>,
+    /// Which of the procedure's arguments is the speed, from 1; 1 if absent.
+    #[schemars(extend("minimum" = 1, "maximum" = 100, "default" = 1))]
+    pub(in crate::input) argument: Option<u32>,
+    /// How the comment begins, before its number.
+    #[schemars(extend("examples" = ["SPINDLE"]))]
+    pub(in crate::input) comment: Option<String>,
+    /// rev/min for each unit of the value; 1 if absent.
+    #[schemars(extend("exclusiveMinimum" = 0, "default" = 1))]
+    pub(in crate::input) rpm_per_unit: Option<f64>,
+}
+
+/// What sets the number of the tool in a RAPID program.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(in crate::input) struct ToolFrom {
+    /// The signal of SetAO or SetGO.
+    #[schemars(extend("examples" = ["goTool"]))]
+    pub(in crate::input) signal: Option<String>,
+    /// The procedure that is called.
+    #[schemars(extend("examples" = ["LoadTool"]))]
+    pub(in crate::input) procedure: Option<String>,
+    /// Which of the procedure's arguments is the number, from 1; 1 if absent.
+    #[schemars(extend("minimum" = 1, "maximum" = 100, "default" = 1))]
+    pub(in crate::input) argument: Option<u32>,
+    /// How the comment begins, before its number.
+    #[schemars(extend("examples" = ["TOOL"]))]
+    pub(in crate::input) comment: Option<String>,
 }
 
 /// When an excitation line near a natural frequency counts.
@@ -255,7 +368,7 @@ pub(in crate::input) struct Policy {
     #[schemars(extend("minimum" = 0, "maximum" = 100))]
     pub(in crate::input) model_uncertainty_percent: Option<f64>,
     /// With which frequencies lie within their intervals, %; 95 if absent.
-    #[schemars(extend("minimum" = 50, "exclusiveMaximum" = 100, "default" = 95))]
+    #[schemars(extend("minimum" = 50, "maximum" = 99.99, "default" = 95))]
     pub(in crate::input) confidence_percent: Option<f64>,
     /// Bands, Hz, in which excitation does not count; ascending.
     #[schemars(extend("examples" = [[[49, 51]]]))]

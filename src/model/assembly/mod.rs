@@ -260,7 +260,9 @@ impl<'a> Builder<'a> {
             tip_node,
             tip_offset,
             tip_link: description.links[tip].name.clone(),
-            payload: description.payload.clone(),
+            carried: payload_link
+                .filter(|&link| place_of[link].is_some_and(|(node, _)| node == tip_node))
+                .and(description.payload.clone()),
             calibration: description.calibration.clone(),
             moving_mass_kg: moving_mass_kg(&nodes),
             warnings: Vec::new(),

@@ -38,7 +38,7 @@ impl Reader<'_> {
         if self.plane != Plane::XY {
             return Err("drilling cycles are supported in the XY plane (G17) alone".to_owned());
         }
-        let feed = Pace::Feed(self.feed_m_per_s()?);
+        let feed = self.pace()?;
         let before = self.place().ok_or("a cycle from an unknown position")?;
         let [retract, bottom, step] =
             ['R', 'Z', 'Q'].map(|word| block.get(word).map(|value| self.mm(value)));

@@ -3,7 +3,7 @@
 //! Read: G0–G3 (centre and radius form, full turns, helices), G17–G19, G20/G21, G90/G91,
 //! G90.1/G91.1, G94/G95, drilling by G73, G81–G86 and G89 with G98/G99, F, S, M3–M5, M2/M30. Every
 //! work offset is the job's work object. Reported and left out: radius compensation (the path is
-//! read as programmed), a change of tool, M codes that are not known. Errors: everything else that
+//! read as programmed), M codes that are not known. Errors: everything else that
 //! moves, shifts or computes motion; two words of one letter or two codes of one modal group in a
 //! block. Until X, Y and Z are all given the place is not known: the path starts where they are.
 //! Reference and machine positions (G28, G30, G53) are not in the program, so behind them axes are
@@ -22,7 +22,10 @@ use state::{Feed, Motion, Reader};
 
 /// Reads a G-code file into the log.
 pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
-    let mut reader = Reader::new(settings, log);
+    let changes = |content: &str| {
+        block::parse(content).is_ok_and(|block| block.codes('M').any(|code| code == 60))
+    };
+    let mut reader = Reader::new(settings, log, text.lines().any(changes));
     for (index, content) in text.lines().enumerate() {
         let line = index + 1;
         match block::parse(content) {
@@ -199,8 +202,10 @@ fn spindle_and_tool(reader: &mut Reader, line: usize, block: &Block) -> bool {
             reader.log.error(Code::Value, line, format!("S is {rpm}, must not be negative"));
         }
     }
-    if let Some(tool) = block.get('T') {
-        reader.next_tool = Some(tool);
+    if let Some(tool) = block.get('T')
+        && let Err(what) = reader.select_tool(tool)
+    {
+        reader.log.error(Code::Value, line, what);
     }
     let mut ends = false;
     for code in block.codes('M') {
@@ -210,7 +215,7 @@ fn spindle_and_tool(reader: &mut Reader, line: usize, block: &Block) -> bool {
             30 | 40 | 130 | 140 => reader.turn_spindle(line, true),
             // Behind the block's motion, see `run`.
             50 => {}
-            60 => reader.change_tool(line),
+            60 => reader.change_tool(),
             970 | 980 | 990 => {
                 reader.log.error(
                     Code::Motion,
@@ -252,8 +257,8 @@ fn moves(reader: &mut Reader, once: &Once, line: usize, block: &Block) -> Result
         Motion::None => Err("axes without G0, G1, G2, G3 or a cycle".to_owned()),
         Motion::Rapid => reader.straight(line, block, Pace::Rapid),
         Motion::Straight => {
-            let feed = Pace::Feed(reader.feed_m_per_s()?);
-            reader.straight(line, block, feed)
+            let pace = reader.pace()?;
+            reader.straight(line, block, pace)
         }
         Motion::Arc { clockwise } => reader.arc(line, block, clockwise),
         Motion::Cycle(kind) => reader.drill(line, block, kind),

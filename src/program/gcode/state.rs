@@ -8,7 +8,7 @@ use crate::motion::Target;
 use crate::notes::Code;
 use crate::program::log::Log;
 use crate::program::tool_axis::orientation;
-use crate::program::{Pace, Settings, Spindle};
+use crate::program::{Pace, Settings, Spindle, tool_number};
 use crate::units::{m_from_mm, m_per_s_from_mm_per_min, mm_from_inch};
 
 const AXES: [char; 3] = ['X', 'Y', 'Z'];
@@ -73,13 +73,14 @@ pub(super) struct Reader<'a> {
     pub(super) cycle: Cycle,
     spindle_rpm: Option<f64>,
     spindle_on: bool,
-    pub(super) next_tool: Option<f64>,
-    tool: Option<f64>,
+    next_tool: Option<u32>,
+    /// T only selects, M6 changes; without an M6 in the program, T does both.
+    waits_for_change: bool,
     offset: Option<i64>,
 }
 
 impl<'a> Reader<'a> {
-    pub(super) fn new(settings: &'a Settings, log: &'a mut Log) -> Self {
+    pub(super) fn new(settings: &'a Settings, log: &'a mut Log, waits_for_change: bool) -> Self {
         Self {
             settings,
             log,
@@ -97,7 +98,7 @@ impl<'a> Reader<'a> {
             spindle_rpm: None,
             spindle_on: false,
             next_tool: None,
-            tool: None,
+            waits_for_change,
             offset: None,
         }
     }
@@ -128,14 +129,12 @@ impl<'a> Reader<'a> {
         };
     }
 
-    pub(super) fn feed_m_per_s(&self) -> Result<f64, String> {
+    pub(super) fn pace(&self) -> Result<Pace, String> {
         match (self.feed, self.spindle_rpm) {
-            (Feed::PerMinute(None) | Feed::PerRevolution(None), _) => {
-                Ok(self.settings.feed_m_per_s)
-            }
-            (Feed::PerMinute(Some(feed)), _) => Ok(m_per_s_from_mm_per_min(feed)),
+            (Feed::PerMinute(None) | Feed::PerRevolution(None), _) => Ok(Pace::Unstated),
+            (Feed::PerMinute(Some(feed)), _) => Ok(Pace::Feed(m_per_s_from_mm_per_min(feed))),
             (Feed::PerRevolution(Some(feed)), Some(rpm)) if rpm > 0.0 => {
-                Ok(m_per_s_from_mm_per_min(feed * rpm))
+                Ok(Pace::Feed(m_per_s_from_mm_per_min(feed * rpm)))
             }
             (Feed::PerRevolution(_), _) => {
                 Err("the feed is per revolution (G95), but S is not known".to_owned())
@@ -160,12 +159,19 @@ impl<'a> Reader<'a> {
         self.spindle_on = on;
     }
 
-    pub(super) fn change_tool(&mut self, line: usize) {
-        if self.tool.is_some() && self.tool != self.next_tool {
-            let what = "another tool is loaded: the job's tool and tcp are used throughout";
-            self.log.warning(Code::Assumed, line, what);
+    pub(super) fn select_tool(&mut self, tool: f64) -> Result<(), String> {
+        self.next_tool = Some(tool_number(tool)?);
+        if !self.waits_for_change {
+            self.change_tool();
         }
-        self.tool = self.next_tool;
+        Ok(())
+    }
+
+    /// The tool that was selected is in the spindle from here on.
+    pub(super) fn change_tool(&mut self) {
+        if let Some(number) = self.next_tool {
+            self.log.tool(number);
+        }
     }
 
     pub(super) fn work_offset(&mut self, line: usize, code: i64) {
@@ -260,7 +266,7 @@ impl<'a> Reader<'a> {
         block: &Block,
         clockwise: bool,
     ) -> Result<(), String> {
-        let feed = Pace::Feed(self.feed_m_per_s()?);
+        let feed = self.pace()?;
         let start = self.place().ok_or("an arc from an unknown position")?;
         let [Some(x), Some(y), Some(z)] = self.end_of(block)? else {
             return Err("an arc to an unknown position".to_owned());

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use nalgebra::Isometry3;
 
+use super::set_by::Comments;
 use super::syntax::File;
 use super::value::Value;
 use crate::program::Settings;
@@ -57,6 +58,7 @@ impl Last {
 pub(super) struct Interpreter<'a> {
     pub(super) file: &'a File,
     pub(super) settings: &'a Settings,
+    pub(super) comments: Comments,
     pub(super) log: &'a mut Log,
     pub(super) globals: HashMap<&'a str, Global>,
     /// The data of the routines that run, the innermost last.
@@ -72,11 +74,17 @@ pub(super) struct Interpreter<'a> {
 }
 
 impl<'a> Interpreter<'a> {
-    pub(super) fn new(file: &'a File, settings: &'a Settings, log: &'a mut Log) -> Self {
+    pub(super) fn new(
+        file: &'a File,
+        settings: &'a Settings,
+        comments: Comments,
+        log: &'a mut Log,
+    ) -> Self {
         let budget = file.statement_count.saturating_mul(2).saturating_add(STATEMENTS_IN_LOOPS);
         Self {
             file,
             settings,
+            comments,
             log,
             globals: HashMap::new(),
             frames: Vec::new(),

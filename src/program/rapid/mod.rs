@@ -17,6 +17,7 @@ mod lexer;
 mod moves;
 mod parser;
 mod run;
+mod set_by;
 mod syntax;
 mod value;
 
@@ -30,7 +31,10 @@ use syntax::{File, Routine};
 pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
     let file = parser::parse(text, log);
     match entry(&file, settings, log) {
-        Ok(routine) => Interpreter::new(&file, settings, log).run(routine),
+        Ok(routine) => {
+            let comments = set_by::comments(text, settings);
+            Interpreter::new(&file, settings, comments, log).run(routine);
+        }
         Err(what) => log.error(Code::Reference, 1, what),
     }
 }

@@ -1,15 +1,20 @@
 //! The motion instructions: arguments → a move in the base frame.
 
-use nalgebra::{Isometry3, Vector3};
+use std::sync::Arc;
+
+use nalgebra::{Isometry3, Matrix3, Vector3};
 
 use super::instructions::{ToolAt, Way};
 use super::interpreter::{Interpreter, Last};
 use super::syntax::{Args, Expr, Name};
-use super::value::{Value, from_pose, has_external_axes, pose};
-use crate::motion::{Circle, Target};
+use super::value::{Value, from_pose, has_external_axes, orientation, pose};
+use crate::motion::{Circle, Load, Target};
 use crate::notes::Code;
-use crate::program::{Pace, ToolMass};
-use crate::units::{m_per_s_from_mm_per_s, rad_from_deg};
+use crate::program::Pace;
+use crate::units::{m_from_mm, m_per_s_from_mm_per_s, rad_from_deg};
+
+/// Up to this mass, kg, a load says nothing: ABB's own templates have it where none is known.
+const PLACEHOLDER_KG: f64 = 0.001;
 
 /// Joints that a jointtarget has.
 const ROBOT_AXES: usize = 6;
@@ -36,6 +41,7 @@ impl<'a> Interpreter<'a> {
             ToolAt::Last => args.positional.last().ok_or("the tool is missing")?,
         };
         let tcp = self.tool_centre_point(line, tool)?;
+        self.note_load(line, tool, option("tload"));
         let speed_arg = at(targets, "the speed")?;
         let first = self.eval(at(0, "the target")?);
         if way == Way::AbsoluteJoints {
@@ -47,8 +53,8 @@ impl<'a> Interpreter<'a> {
                     format!("{} \\T: the time is not used", name.shown),
                 );
             }
-            let feed_m_per_s = self.speed(line, speed_arg, option("v"))?;
-            self.log.motion(line, Target::Joints(joints), tcp, Pace::Feed(feed_m_per_s));
+            let pace = self.pace(line, speed_arg, option("v"))?;
+            self.log.motion(line, Target::Joints(joints), tcp, pace);
             self.last = None;
             return Ok(());
         }
@@ -61,14 +67,14 @@ impl<'a> Interpreter<'a> {
             (None, first)
         };
         let timed = option("t").map(Value::num).transpose()?;
-        let feed_m_per_s = match (timed, self.last) {
+        let pace = match (timed, self.last) {
             (Some(seconds), Some(last)) => {
                 if way == Way::Joint {
                     let what = "MoveJ \\T: the path is taken to be as long as the straight line";
                     self.log.warning(Code::Assumed, line, what);
                 }
                 self.log.feed(false);
-                timed_feed(seconds, &last.with(&tcp), via.as_ref(), &end)?
+                Pace::Feed(timed_feed(seconds, &last.with(&tcp), via.as_ref(), &end)?)
             }
             (Some(_), _) => {
                 self.log.warning(
@@ -79,16 +85,16 @@ impl<'a> Interpreter<'a> {
                         name.shown
                     ),
                 );
-                self.speed(line, speed_arg, option("v"))?
+                self.pace(line, speed_arg, option("v"))?
             }
-            (None, _) => self.speed(line, speed_arg, option("v"))?,
+            (None, _) => self.pace(line, speed_arg, option("v"))?,
         };
         let to = match (way, via) {
             (_, Some(via)) => Target::Arc { via, end },
             (Way::Joint, None) => Target::JointsTo(end),
             (_, None) => Target::Line(end),
         };
-        self.log.motion(line, to, tcp, Pace::Feed(feed_m_per_s));
+        self.log.motion(line, to, tcp, pace);
         self.last = Some(Last { at: end, tcp });
         Ok(())
     }
@@ -183,24 +189,25 @@ impl<'a> Interpreter<'a> {
                     self.log.warning(Code::FrameFromProgram, line, what);
                 }
                 let frame = self.frame_of_tool(&tool).map_err(|why| format!("tool: {why}"))?;
-                self.weigh(expr, &tool);
                 Ok(frame.unwrap_or_default())
             }
         }
     }
 
-    /// Notes the mass of a tool that has one: negative stands for "not known", as in ABB's own
-    /// templates.
-    fn weigh(&mut self, expr: &'a Expr, tool: &Value) {
-        let Expr::Ref(path) = expr else { return };
-        let Some(declaration) = self.file.data.get(&path.name.key) else { return };
-        let load = tool.part(2, "a load").and_then(|load| load.part(0, "a mass")?.num());
-        if let Ok(mass_kg) = load
-            && mass_kg > 0.0
-        {
-            let (line, name) = (declaration.line, declaration.name.shown.clone());
-            self.log.tool(ToolMass { line, name, mass_kg });
-        }
+    /// What the tip carries with this tool: its own load, or that of `\TLoad`. `tool0` and a load
+    /// without mass say nothing.
+    fn note_load(&mut self, line: usize, expr: &'a Expr, total: Option<&Value>) {
+        let tool = self.eval(expr);
+        let own = tool.part(2, "a load").ok();
+        let (name, line) = match expr {
+            Expr::Ref(path) => {
+                let declared = self.file.data.get(&path.name.key);
+                (path.name.shown.clone(), declared.map_or(line, |data| data.line))
+            }
+            _ => ("of the instruction".to_owned(), line),
+        };
+        let load = total.or(own).and_then(|value| load(value, name, line).ok().flatten());
+        self.log.load(load.map(Arc::new).as_ref());
     }
 
     fn work_object(
@@ -245,8 +252,8 @@ impl<'a> Interpreter<'a> {
         }
     }
 
-    /// Speed of the tool centre point, m/s, of a speeddata and `\V` in mm/s.
-    fn speed(&mut self, line: usize, expr: &'a Expr, speed: Option<&Value>) -> Result<f64, String> {
+    /// Speed of the tool centre point, of a speeddata and `\V` in mm/s.
+    fn pace(&mut self, line: usize, expr: &'a Expr, speed: Option<&Value>) -> Result<Pace, String> {
         let data = self.eval(expr);
         if let Expr::Ref(path) = expr
             && path.name.key == "vmax"
@@ -261,7 +268,7 @@ impl<'a> Interpreter<'a> {
                     line,
                     format!("speed: {why}; the job's feed is used"),
                 );
-                return Ok(self.settings.feed_m_per_s);
+                return Ok(Pace::Unstated);
             }
             (None, data) => data
                 .part(0, "a speeddata")
@@ -272,11 +279,28 @@ impl<'a> Interpreter<'a> {
         let mm_per_s = (mm_per_s * share).min(limit);
         if mm_per_s > 0.0 && mm_per_s.is_finite() {
             self.log.feed(false);
-            Ok(m_per_s_from_mm_per_s(mm_per_s))
+            Ok(Pace::Feed(m_per_s_from_mm_per_s(mm_per_s)))
         } else {
             Err(format!("speed is {mm_per_s} mm/s, must be positive"))
         }
     }
+}
+
+/// A loaddata: mass, centre of mass in the wrist's frame, axes of moment about it, moments about
+/// these; `None` where it has no mass.
+fn load(value: &Value, name: String, line: usize) -> Result<Option<Load>, String> {
+    let mass_kg = value.part(0, "a mass")?.num()?;
+    if mass_kg <= PLACEHOLDER_KG {
+        return Ok(None);
+    }
+    let com_mm: [f64; 3] = value.part(1, "a centre of mass")?.numbers("a centre of mass")?;
+    let axes = orientation(value.part(2, "axes of moment")?)?.to_rotation_matrix();
+    let mut moments = [0.0; 3];
+    for (index, moment) in moments.iter_mut().enumerate() {
+        *moment = value.part(3 + index, "a moment of inertia")?.num()?;
+    }
+    let inertia_kgm2 = axes * Matrix3::from_diagonal(&moments.into()) * axes.transpose();
+    Ok(Some(Load { name, line, mass_kg, com_m: com_mm.map(m_from_mm).into(), inertia_kgm2 }))
 }
 
 /// uframe ∘ oframe in the base frame, or `None` for wobj0.

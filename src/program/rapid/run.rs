@@ -50,6 +50,7 @@ impl<'a> Interpreter<'a> {
             return Flow::Exit;
         }
         self.budget -= 1;
+        self.heed_comments(line);
         if self.depth >= MAX_DEPTH {
             self.log.error(Code::TooLong, line, "calls are nested too deep here");
             return Flow::Exit;
@@ -189,6 +190,9 @@ impl<'a> Interpreter<'a> {
             Expr::Ref(path) => Some(&path.name),
             _ => None,
         });
+        if self.would_set(name, args) {
+            return Effect::Motion;
+        }
         if let Some(routine) = self.file.procedures.get(&name.key) {
             if !seen.insert(&name.key) {
                 return Effect::Data(references.collect());
@@ -335,6 +339,7 @@ impl<'a> Interpreter<'a> {
 
     fn call(&mut self, line: usize, name: &'a Name, args: &'a Args) -> Flow {
         let key = name.key.as_str();
+        let sets = self.sets(line, name, args);
         if let Some(routine) = self.file.procedures.get(key) {
             return match self.call_routine(routine, args) {
                 Flow::Exit => Flow::Exit,
@@ -367,6 +372,7 @@ impl<'a> Interpreter<'a> {
                 let what = format!("instruction '{}' moves and is not understood", name.shown);
                 self.log.error(Code::Motion, line, what);
             }
+            _ if sets => {}
             _ => self.note_what_is_left_out(line, name, args),
         }
         Flow::Next
@@ -379,7 +385,8 @@ impl<'a> Interpreter<'a> {
         });
         if hint || instructions::hints_at_spindle(&name.key) {
             let what = format!(
-                "'{}' looks like a command to the spindle; its speed is taken from the job alone",
+                "'{}' looks like a command to the spindle; path.program.spindle_from in the job \
+                 can say what it sets",
                 name.shown
             );
             self.log.warning(Code::SpindleCommand, line, what);

@@ -5,7 +5,7 @@ use crate::advice::{ClosedRange, FeedRule, NoVibration, OperationAdvice, Remedy,
 use crate::job::Levers;
 use crate::report::layout::push_fact;
 use crate::report::style;
-use crate::report::words::{percent, round_percent, trimmed};
+use crate::report::words::{self as words_of_all, percent, round_percent, trimmed};
 use crate::study::advise::AdvisedJob;
 use crate::units::mm_per_min_from_m_per_s;
 use crate::wording::printable;
@@ -28,6 +28,7 @@ pub fn advice(job: &AdvisedJob, colour: bool) -> String {
         push_operation(job, operation, colour, &mut text);
     }
     text.push('\n');
+    push_fact(2, "payload", &words_of_all::carried(job.carried), &mut text);
     push_fact(2, "model", &model(job), &mut text);
     let written = [("job", &job.written_job), ("program", &job.written_program)];
     for (what, path) in written {
@@ -58,8 +59,11 @@ fn next(job: &AdvisedJob) -> String {
     } else if operations.iter().all(is_kept) {
         "run the job as it is; chatter is not checked".to_owned()
     } else {
-        "write the advised job with --write JOB2.yaml and check it; chatter is not checked"
-            .to_owned()
+        let program = if job.is_speed_of_program { " --write-program FILE" } else { "" };
+        format!(
+            "write the advised job with --write JOB2.yaml{program} and check it; chatter is not \
+             checked"
+        )
     }
 }
 

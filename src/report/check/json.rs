@@ -6,6 +6,7 @@ use std::borrow::Cow;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use crate::job::Carried;
 use crate::notes::Note;
 use crate::report::json::{NotFinite, laid_out};
 use crate::risk::{OperationRisk, Verdict};
@@ -85,6 +86,8 @@ struct Model<'a> {
     uncertainty: f64,
     /// Names of its elastic coordinates.
     coordinates: &'a [String],
+    /// What the tip carries: in the first operation, or in one of which nobody says it.
+    payload: Carried,
 }
 
 impl<'a> From<&'a CheckedJob> for Job<'a> {
@@ -98,6 +101,7 @@ impl<'a> From<&'a CheckedJob> for Job<'a> {
                 calibrated: job.risk.calibrated,
                 uncertainty: job.risk.model_uncertainty,
                 coordinates: &job.risk.coordinates,
+                payload: job.risk.payload,
             },
             probability: job.risk.probability.probability,
             probability_std_error: job.risk.probability.std_error,

@@ -63,6 +63,7 @@ fn push_job(job: &CheckedJob, colour: bool, text: &mut String) {
     }
     push_omitted(job, &shown, colour, text);
     text.push('\n');
+    layout::push_fact(JOB_INDENT, "payload", &words::carried(job.risk.payload), text);
     layout::push_fact(JOB_INDENT, "model", &model(job), text);
     layout::push_fact(JOB_INDENT, "next", next(job), text);
 }
@@ -93,7 +94,7 @@ fn push_operation(operation: &CheckedOperation<'_>, colour: bool, text: &mut Str
         "  {}  {}  {}, {} s\n",
         style::paint(style::STRONG, printable(&risk.name), colour),
         verdict_word(risk.verdict, colour),
-        speed(operation),
+        speed(operation) + &tool(operation),
         words::trimmed(risk.duration_s, 1)
     ));
     let stretches = stretches(&risk.crossings);
@@ -106,6 +107,9 @@ fn push_operation(operation: &CheckedOperation<'_>, colour: bool, text: &mut Str
             Some(approach) => push_closest(operation, &approach, text),
             None => push_fact("closest", "no excitation line or no mode counts", text),
         },
+    }
+    if operation.risk.payload != operation.job.risk.payload {
+        push_fact("payload", &words::carried(operation.risk.payload), text);
     }
     if let Some(left_out) = sentences::left_out(operation) {
         push_fact("left out", &left_out, text);
@@ -283,6 +287,11 @@ fn speed(operation: &CheckedOperation<'_>) -> String {
     }
 }
 
+/// The tool of a program that loads it by number.
+fn tool(operation: &CheckedOperation<'_>) -> String {
+    operation.risk.tool.map_or_else(String::new, |number| format!(", tool {number}"))
+}
+
 fn verdict_word(verdict: Verdict, colour: bool) -> String {
     style::paint(style::of(verdict), words::spelled(verdict).to_uppercase(), colour)
 }
@@ -297,7 +306,11 @@ fn model(job: &CheckedJob) -> String {
 }
 
 fn next(job: &CheckedJob) -> &'static str {
+    let has_crossings = job.risk.operations.iter().any(|o| !o.crossings.is_empty());
     match (job.risk.verdict, job.risk.calibrated) {
+        (Verdict::Uncertain, _) if !has_crossings => {
+            "state what the arm carries, then check again; without it no speed counts as clear"
+        }
         (Verdict::Resonance, _) => {
             "use another spindle speed or arm pose on these stretches, then check again"
         }

@@ -14,9 +14,11 @@ pub(super) fn settings() -> Settings {
         procedure: None,
         tcp: None,
         work_object: None,
-        feed_m_per_s: 0.01,
+        feed_m_per_s: Some(0.01),
         rapid_m_per_s: 0.5,
         joint_count: 6,
+        spindle_from: None,
+        tool_from: None,
     }
 }
 

@@ -1,0 +1,144 @@
+//! What the tip carries on each stretch: the program's tool data, else the job's payload, else the
+//! robot file's; and the robot with it.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use super::super::raw::job as raw;
+use super::super::robot::{DescribedRobot, inertial};
+use super::Reader;
+use crate::formats::yaml::Step;
+use crate::job::{Carried, CarriedBy};
+use crate::model::{Inertial, Robot};
+use crate::motion::Load;
+use crate::notes::{Code, Note, Place};
+
+/// One robot, with each thing that it carries once.
+pub(super) struct Carriers<'j> {
+    described: &'j DescribedRobot,
+    own: Arc<Robot>,
+    others: Vec<(Option<Inertial>, Arc<Robot>)>,
+}
+
+impl<'j> Carriers<'j> {
+    pub(super) fn new(described: &'j DescribedRobot, own: Arc<Robot>) -> Self {
+        Self { described, own, others: Vec::new() }
+    }
+
+    /// The robot with a body at its tip, or with nothing.
+    fn with(&mut self, body: Option<Inertial>) -> Result<Arc<Robot>, String> {
+        let own = self.own.carried().filter(|own| own.link == self.own.tip_link());
+        if body == own.map(|own| own.inertial) && own.is_some() == self.own.carried().is_some() {
+            return Ok(Arc::clone(&self.own));
+        }
+        if let Some((_, robot)) = self.others.iter().find(|(other, _)| *other == body) {
+            return Ok(Arc::clone(robot));
+        }
+        let description = self.own.description_carrying(&self.described.description, body);
+        let robot = Robot::new(&description).map_err(|faults| {
+            faults.first().map_or_else(String::new, |fault| fault.what.clone())
+        })?;
+        let robot = Arc::new(robot);
+        self.others.push((body, Arc::clone(&robot)));
+        Ok(robot)
+    }
+}
+
+impl Reader<'_> {
+    /// The robot as it runs a stretch, and what it carries. `None` where there are faults.
+    pub(super) fn carrier(
+        &mut self,
+        called: &str,
+        load: Option<&Load>,
+        of_tool: Option<(&raw::Payload, Option<&str>)>,
+        program: Option<&Path>,
+    ) -> Option<(Arc<Robot>, Carried)> {
+        if let (Some(load), Some(file)) = (load, program) {
+            return self.loaded(load, file);
+        }
+        let raw = self.raw;
+        let of_job = raw.payload.as_ref().map(|payload| (payload, None));
+        let Some((payload, tool)) = of_tool.map(|(p, key)| (p, Some(key))).or(of_job) else {
+            let own = Arc::clone(&self.carriers.as_ref()?.own);
+            let carried = own.carried().map_or(Carried::UNKNOWN, |own| Carried {
+                mass_kg: own.inertial.mass_kg,
+                source: CarriedBy::Robot,
+            });
+            return Some((own, carried));
+        };
+        let (body, source) = match payload {
+            raw::Payload::Nothing(raw::Nothing::None) => (None, CarriedBy::None),
+            raw::Payload::Body(body) => {
+                let body = inertial(body.mass_kg, body.com_m, body.inertia_kgm2.as_ref());
+                (Some(body), CarriedBy::Job)
+            }
+        };
+        match self.carriers.as_mut()?.with(body) {
+            Ok(robot) => {
+                let mass_kg = body.map_or(0.0, |body| body.mass_kg);
+                Some((robot, Carried { mass_kg, source }))
+            }
+            Err(why) => {
+                let steps = match tool {
+                    Some(Some(key)) => vec![Step::Key("tools"), Step::Key(key)],
+                    Some(None) => vec![Step::Key("tool")],
+                    None => Vec::new(),
+                };
+                let steps = [steps, vec![Step::Key("payload")]].concat();
+                self.error(Code::Inertia, &steps, format!("{called}: payload: {why}"));
+                None
+            }
+        }
+    }
+
+    /// The robot with what the program says that it carries.
+    fn loaded(&mut self, load: &Load, file: &Path) -> Option<(Arc<Robot>, Carried)> {
+        let place = Place { line: Some(load.line), ..Place::file(file) };
+        let Load { name, mass_kg, com_m, inertia_kgm2, .. } = load;
+        let body = Inertial { mass_kg: *mass_kg, com_m: *com_m, inertia_kgm2: *inertia_kgm2 };
+        let point = Inertial { inertia_kgm2: Default::default(), ..body };
+        let carriers = self.carriers.as_mut()?;
+        let mut warnings = Vec::new();
+        // Moments that no body has are common in tool data, and hardly count beside the mass.
+        let robot = carriers.with(Some(body)).or_else(|why| {
+            let robot = carriers.with(Some(point))?;
+            let what = format!("tooldata {name}: {why}; its load is taken as a point mass");
+            warnings.push(Note::warning(Code::Inertia, place.clone(), what));
+            Ok::<_, String>(robot)
+        });
+        let robot = match robot {
+            Ok(robot) => robot,
+            Err(why) => {
+                let what = format!("tooldata {name}: {why}");
+                self.programs.errors.push(Note::error(Code::Inertia, place, what));
+                return None;
+            }
+        };
+        let of_robot = carriers.own.carried().map(|own| ("the robot file's", own.inertial.mass_kg));
+        let of_job = self.raw.payload.as_ref().map(|payload| match payload {
+            raw::Payload::Nothing(_) => ("the job's", 0.0),
+            raw::Payload::Body(body) => ("the job's", body.mass_kg.unwrap_or(*mass_kg)),
+        });
+        if let Some((whose, other_kg)) =
+            of_job.or(of_robot).filter(|&(_, kg)| differs(kg, *mass_kg))
+        {
+            let what = format!(
+                "tooldata {name} declares {mass_kg} kg, which is what the model carries; {whose} \
+                 payload of {other_kg} kg is not used"
+            );
+            warnings.push(Note::warning(Code::ToolMass, place, what));
+        }
+        for warning in warnings {
+            if !self.programs.reading.warnings.contains(&warning) {
+                self.programs.reading.warnings.push(warning);
+            }
+        }
+        Some((robot, Carried { mass_kg: *mass_kg, source: CarriedBy::Program }))
+    }
+}
+
+/// Masses are weighed and rounded.
+fn differs(a_kg: f64, b_kg: f64) -> bool {
+    const SLACK: f64 = 0.01;
+    (a_kg - b_kg).abs() > SLACK * a_kg.max(b_kg).max(1.0)
+}

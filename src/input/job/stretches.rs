@@ -1,0 +1,189 @@
+//! The moves of a path → stretches under one spindle speed, with one cutter and one thing carried.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+
+use crate::motion::{Load, Move, Spindle, Target};
+use crate::program::RAPID_M_PER_S;
+
+/// Moves of a path that run alike.
+#[derive(Debug, Clone)]
+pub(super) struct Stretch {
+    pub(super) moves: Range<usize>,
+    /// Speed that the program states, rev/min; `None` where it is the job's.
+    pub(super) rpm: Option<f64>,
+    /// Number of the tool.
+    pub(super) tool: Option<u32>,
+    pub(super) load: Option<Arc<Load>>,
+}
+
+/// Moves under the same statements.
+struct Run {
+    moves: Range<usize>,
+    /// `Some(None)`: turns at a speed that the program does not give. `None`: stands, or the program
+    /// has said nothing yet.
+    rpm: Option<Option<f64>>,
+    tool: Option<u32>,
+    load: Option<Arc<Load>>,
+}
+
+impl Run {
+    fn has_cutter_of(&self, other: &Self) -> bool {
+        let same_load = match (&self.load, &other.load) {
+            (Some(a), Some(b)) => a.is_same_body(b),
+            (a, b) => a.is_none() && b.is_none(),
+        };
+        self.tool == other.tool && same_load
+    }
+}
+
+/// The stretches in order. Where the program is silent, or the spindle stands, the motion belongs to
+/// the stretch that follows; with `is_speed_of_job` nothing that the program says of speed counts.
+pub(super) fn stretches(moves: &[Move], is_speed_of_job: bool) -> Vec<Stretch> {
+    let mut runs = runs(moves);
+    fill(&mut runs, |run| &mut run.tool);
+    for group in runs.chunk_by_mut(|a, b| a.tool == b.tool) {
+        fill(group, |run| &mut run.load);
+    }
+    fill(&mut runs, |run| &mut run.load);
+    if is_speed_of_job {
+        runs.iter_mut().for_each(|run| run.rpm = None);
+    }
+    for group in runs.chunk_by_mut(|a, b| a.has_cutter_of(b)) {
+        fill(group, |run| &mut run.rpm);
+    }
+    fill(&mut runs, |run| &mut run.rpm);
+    let alike = |a: &Run, b: &Run| a.has_cutter_of(b) && a.rpm == b.rpm;
+    let stretches = runs.chunk_by(alike).filter_map(|group| {
+        let (first, last) = (group.first()?, group.last()?);
+        Some(Stretch {
+            moves: first.moves.start..last.moves.end,
+            rpm: first.rpm.flatten(),
+            tool: first.tool,
+            load: first.load.clone(),
+        })
+    });
+    stretches.collect()
+}
+
+fn runs(moves: &[Move]) -> Vec<Run> {
+    let mut runs: Vec<Run> = Vec::new();
+    let mut start = 0;
+    let same = |a: &Move, b: &Move| Arc::ptr_eq(&a.stated, &b.stated) || a.stated == b.stated;
+    for group in moves.chunk_by(same) {
+        let end = start + group.len();
+        let stated = &group[0].stated;
+        runs.push(Run {
+            moves: start..end,
+            rpm: match stated.spindle {
+                Some(Spindle::Turns(rpm)) => Some(rpm),
+                Some(Spindle::Stands) | None => None,
+            },
+            tool: stated.tool,
+            load: stated.load.clone(),
+        });
+        start = end;
+    }
+    // Nothing moves to where the path starts.
+    if let [first, second, ..] = runs.as_mut_slice()
+        && first.moves.len() == 1
+    {
+        second.moves.start = 0;
+        runs.remove(0);
+    }
+    runs
+}
+
+/// Gives each run that lacks a part that of the next one that has it, else of the one before.
+fn fill<T: Clone>(runs: &mut [Run], part: fn(&mut Run) -> &mut Option<T>) {
+    let take = |from: &mut Option<T>, run: &mut Run| match part(run) {
+        Some(own) => *from = Some(own.clone()),
+        lacking => lacking.clone_from(from),
+    };
+    let (mut behind, mut before) = (None, None);
+    runs.iter_mut().rev().for_each(|run| take(&mut behind, run));
+    runs.iter_mut().for_each(|run| take(&mut before, run));
+}
+
+/// The feed, m/s, at which a stretch of a path runs longest, by the straight ways between its
+/// targets; rapid moves count only where there is nothing else.
+pub(super) fn usual_feed_m_per_s(moves: &[Move], stretch: Range<usize>) -> Option<f64> {
+    let mut seconds: BTreeMap<u64, f64> = BTreeMap::new();
+    for index in stretch {
+        let each = moves.get(index)?;
+        let before = index.checked_sub(1).and_then(|index| moves.get(index));
+        let way = before.and_then(place).zip(place(each)).map_or(0.0, |(a, b)| (b - a).norm());
+        // The bits of positive numbers are in the order of the numbers.
+        *seconds.entry(each.feed_m_per_s.to_bits()).or_default() += way / each.feed_m_per_s;
+    }
+    let counts = |feed: f64| feed != RAPID_M_PER_S || seconds.len() == 1;
+    let feeds = seconds.iter().map(|(&bits, &time)| (f64::from_bits(bits), time));
+    let longest = feeds
+        .filter(|&(feed, _)| counts(feed))
+        .reduce(|best, next| if next.1 > best.1 { next } else { best });
+    longest.map(|(feed, _)| feed)
+}
+
+fn place(a_move: &Move) -> Option<Vector3<f64>> {
+    match &a_move.to {
+        Target::Joints(_) => None,
+        Target::JointsTo(end) | Target::Line(end) | Target::Arc { end, .. } => {
+            Some(end.translation.vector)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Isometry3, Matrix3};
+
+    use super::*;
+    use crate::motion::Stated;
+
+    fn moves(stated: &[(Option<Spindle>, Option<u32>, Option<f64>)]) -> Vec<Move> {
+        let load = |mass_kg| Load {
+            name: "t".to_owned(),
+            line: 1,
+            mass_kg,
+            com_m: Vector3::zeros(),
+            inertia_kgm2: Matrix3::zeros(),
+        };
+        let each = stated.iter().enumerate().map(|(i, &(spindle, tool, mass))| Move {
+            to: Target::Line(Isometry3::translation(i as f64, 0.0, 0.0)),
+            feed_m_per_s: 0.01,
+            tcp: Isometry3::identity(),
+            line: i + 1,
+            spindle_turns: spindle != Some(Spindle::Stands),
+            stated: Arc::new(Stated { spindle, tool, load: mass.map(load).map(Arc::new) }),
+        });
+        each.collect()
+    }
+
+    #[test]
+    fn silence_and_standstill_belong_to_what_follows() {
+        let at = |rpm| Some(Spindle::Turns(Some(rpm)));
+        let stands = Some(Spindle::Stands);
+        let program = moves(&[
+            (None, None, None),
+            (None, Some(1), None),
+            (at(900.0), Some(1), Some(4.0)),
+            (stands, Some(1), None),
+            (at(900.0), Some(1), Some(4.0)),
+            (stands, Some(1), None),
+            (stands, Some(2), None),
+            (at(800.0), Some(2), Some(5.0)),
+            (stands, Some(2), None),
+        ]);
+        let found = |job| -> Vec<_> {
+            let found = stretches(&program, job).into_iter();
+            found.map(|s| (s.moves, s.rpm, s.tool, s.load.map(|l| l.mass_kg))).collect()
+        };
+        let expected =
+            [(0..6, Some(900.0), Some(1), Some(4.0)), (6..9, Some(800.0), Some(2), Some(5.0))];
+        assert_eq!(found(false), expected);
+        assert!(found(true).iter().all(|(_, rpm, ..)| rpm.is_none()));
+    }
+}

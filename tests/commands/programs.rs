@@ -1,0 +1,191 @@
+//! What programs state beside their motion: what the arm carries, spindle speeds, tools.
+
+use std::fs;
+use std::process::Output;
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+use crate::program::{code, err, out, repository, run};
+
+fn robot() -> String {
+    repository().join("robots/irb1600/robot.yaml").display().to_string()
+}
+
+struct Bench(TempDir);
+
+impl Bench {
+    fn new() -> Self {
+        let bench = Self(tempfile::tempdir().unwrap());
+        let program = fs::read_to_string(repository().join("jobs/contour.mod")).unwrap();
+        bench.add("contour.mod", &program);
+        bench.add("bare.mod", &program.replace("[4.2, [0, 0, 70]", "[0.001, [0, 0, 0.001]"));
+        bench
+    }
+
+    fn add(&self, file: &str, text: &str) {
+        fs::write(self.0.path().join(file), text).unwrap();
+    }
+
+    fn read(&self, file: &str) -> String {
+        fs::read_to_string(self.0.path().join(file)).unwrap()
+    }
+
+    fn run(&self, arguments: &[&str]) -> Output {
+        run(self.0.path(), arguments)
+    }
+
+    fn check(&self, job: &str) -> Value {
+        self.add("job.yaml", job);
+        let ran = self.run(&["check", "job.yaml", "--format", "json", "--fail-on", "never"]);
+        assert_eq!(code(&ran), 0, "{}", err(&ran));
+        serde_json::from_slice(&ran.stdout).unwrap()
+    }
+}
+
+fn contour(rpm: f64, program: &str, payload: &str) -> String {
+    format!(
+        "robot: {}\ntool: {{teeth: 3, diameter_mm: 8}}\n{payload}spindle: {{min_rpm: 500, max_rpm: 24000}}\n\
+         operations:\n  - name: contour\n    spindle_rpm: {rpm}\n    feed_mm_per_min: 600\n    path: {{program: {{file: \
+         {program}}}}}\npolicy: {{separation_percent: 5, model_uncertainty_percent: 5}}\n",
+        robot()
+    )
+}
+
+/// The tool that the program declares is carried: 4.2 kg turn the verdict both ways.
+#[test]
+fn the_tool_that_the_program_declares_is_part_of_the_model() {
+    let bench = Bench::new();
+    for (rpm, bare, carrying) in [(780.0, "resonance", "clear"), (3000.0, "clear", "resonance")] {
+        let found = bench.check(&contour(rpm, "bare.mod", "payload: none\n"));
+        assert_eq!(found["verdict"], bare, "{rpm}");
+        assert_eq!(found["jobs"][0]["model"]["payload"]["source"], "none");
+        let found = bench.check(&contour(rpm, "contour.mod", ""));
+        assert_eq!(found["verdict"], carrying, "{rpm}");
+        let payload = serde_json::json!({"mass_kg": 4.2, "source": "program"});
+        assert_eq!(found["jobs"][0]["model"]["payload"], payload);
+        if carrying == "clear" {
+            let closest = &found["jobs"][0]["operations"][0]["closest"]["separation_percent"];
+            assert!((closest.as_f64().unwrap() - 26.6).abs() < 0.05, "{closest}");
+        }
+        // The same body by the job.
+        let body = "payload: {mass_kg: 4.2, com_m: [0, 0, 0.07]}\n";
+        let of_job = bench.check(&contour(rpm, "bare.mod", body));
+        let modes = |found: &Value| {
+            found["jobs"][0]["operations"][0]["samples"][0]["natural_frequencies_hz"].clone()
+        };
+        assert_eq!((modes(&of_job), of_job["verdict"].as_str()), (modes(&found), Some(carrying)));
+        assert_eq!(of_job["jobs"][0]["model"]["payload"]["source"], "job");
+    }
+}
+
+/// Where nobody says what is carried, no speed is clear; what to write is said, and speeds are advised.
+#[test]
+fn what_nobody_says_is_at_best_uncertain() {
+    let bench = Bench::new();
+    let found = bench.check(&contour(3000.0, "bare.mod", ""));
+    assert_eq!(found["verdict"], "uncertain");
+    let payload = serde_json::json!({"mass_kg": 0.0, "source": "unknown"});
+    assert_eq!(found["jobs"][0]["model"]["payload"], payload);
+    assert!(found["jobs"][0]["notices"][0].as_str().unwrap().contains("payload: none"));
+    for verb in ["check", "advise"] {
+        let ran = bench.run(&[verb, "job.yaml"]);
+        assert_eq!(code(&ran), 0, "{}", err(&ran));
+        for text in [out(&ran), err(&ran)] {
+            assert!(text.contains("payload: {mass_kg: …, com_m: […]} or payload: none"), "{text}");
+        }
+    }
+    for format in ["sarif", "junit", "github"] {
+        let ran = bench.run(&["check", "job.yaml", "--format", format, "--fail-on", "uncertain"]);
+        assert_eq!(code(&ran), 1, "{format}: {}", out(&ran));
+    }
+    let resonant = bench.check(&contour(780.0, "bare.mod", ""));
+    assert_eq!(resonant["verdict"], "resonance");
+}
+
+const TWO_TOOLS: &str = "T1 M6\nS12000 M3\nG0 X800 Y0 Z600\nG1 X850 F1200\nX900\nM5\nT2 M6\nS800 M3\nG1 X950 F400\n\
+                         X800\nM5\n";
+
+fn two_tools(more: &str, operation: &str) -> String {
+    format!(
+        "robot: {}\n{more}payload: {{mass_kg: 4.2, com_m: [0, 0, 0.07]}}\nspindle: {{min_rpm: 500, max_rpm: 24000}}\n\
+         operations:\n  - name: part\n{operation}    path: {{program: {{file: p.nc}}}}\npolicy: {{separation_percent: 3, \
+         model_uncertainty_percent: 2}}\n",
+        robot()
+    )
+}
+
+/// Each stretch of a program is checked with its own tool and at its own speed, as if it were alone.
+#[test]
+fn a_program_with_two_tools_and_speeds_is_checked_stretch_by_stretch() {
+    let bench = Bench::new();
+    bench.add("p.nc", TWO_TOOLS);
+    let tools = "tools: {1: {teeth: 3}, 2: {teeth: 2}}\n";
+    let found = bench.check(&two_tools(tools, ""));
+    let operations = found["jobs"][0]["operations"].as_array().unwrap();
+    let listed: Vec<_> = operations
+        .iter()
+        .map(|o| (o["name"].as_str().unwrap(), o["spindle_rpm"].as_f64(), o["tool"].as_u64()))
+        .collect();
+    let expected = [("part", Some(12_000.0), Some(1)), ("part/2", Some(800.0), Some(2))];
+    assert_eq!(listed, expected);
+    // 800 rpm with two teeth lie on a mode: 12000 rpm over both would be clear.
+    assert_eq!(
+        (&operations[0]["verdict"], &operations[1]["verdict"]),
+        (&"clear".into(), &"resonance".into())
+    );
+    assert_eq!(found["verdict"], "resonance");
+    let joints = |o: &Value, end: usize| {
+        let samples = o["samples"].as_array().unwrap();
+        samples[end * (samples.len() - 1)]["joints_rad"].clone()
+    };
+    assert_eq!(joints(&operations[0], 1), joints(&operations[1], 0));
+
+    bench.add("job.yaml", &two_tools("tool: {teeth: 2}\n", "    spindle_rpm: 12000\n"));
+    let ran = bench.run(&["check", "job.yaml"]);
+    assert_eq!(code(&ran), 2);
+    for said in [
+        "job.yaml:7: operation 'part': spindle_rpm is 12000",
+        "p.nc:8 commands 800 rpm",
+        "tools: {1: ",
+    ] {
+        assert!(err(&ran).contains(said), "{}", err(&ran));
+    }
+}
+
+/// Each stretch of the program gets its own speed, and the feed follows the speed that the program ran at.
+#[test]
+fn advice_is_written_into_each_stretch_of_the_program() {
+    let bench = Bench::new();
+    bench.add("p.nc", TWO_TOOLS);
+    bench.add("job.yaml", &two_tools("tools: {1: {teeth: 3}, 2: {teeth: 2}}\n", ""));
+    let advise = ["advise", "job.yaml", "--format", "json", "--write", "new.yaml"];
+    let ran = bench.run(&advise);
+    assert_eq!(code(&ran), 2, "{}", out(&ran));
+    assert!(err(&ran).contains("--write-program"), "{}", err(&ran));
+    assert!(!bench.0.path().join("new.yaml").exists());
+    let ran = bench.run(&[&advise[..], &["--write-program", "new.nc"]].concat());
+    assert_eq!(code(&ran), 0, "{}", err(&ran));
+    let advice: Value = serde_json::from_slice(&ran.stdout).unwrap();
+    let rpm = |i: usize| advice["operations"][i]["recommended_rpm"].as_f64().unwrap();
+    assert_eq!((rpm(0), advice["operations"].as_array().unwrap().len()), (12_000.0, 2));
+    assert_ne!(rpm(1), 800.0);
+    let feed = (400.0 * rpm(1) / 800.0 * 1e3).round() / 1e3;
+    let expected =
+        TWO_TOOLS.replace("S800", &format!("S{}", rpm(1))).replace("F400", &format!("F{feed}"));
+    assert_eq!(bench.read("new.nc"), expected);
+    let ran = bench.run(&["check", "new.yaml", "--fail-on", "uncertain"]);
+    assert_eq!(code(&ran), 0, "{}{}", out(&ran), err(&ran));
+}
+
+/// A speed of the job beside another of the program does not multiply the chip load.
+#[test]
+fn a_program_that_cannot_be_rewritten_is_an_error() {
+    let bench = Bench::new();
+    bench.add("job.yaml", &contour(3000.0, "contour.mod", ""));
+    let ran =
+        bench.run(&["advise", "job.yaml", "--write", "new.yaml", "--write-program", "new.mod"]);
+    assert_eq!(code(&ran), 2, "{}", out(&ran));
+    assert!(err(&ran).contains("RAPID has no instruction for the spindle"), "{}", err(&ran));
+    assert!(!bench.0.path().join("new.yaml").exists() && !bench.0.path().join("new.mod").exists());
+}
