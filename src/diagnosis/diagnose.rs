@@ -11,7 +11,7 @@ use super::findings::{corrections, findings, next, ranking, widened};
 use super::fit::Fit;
 use super::gain::{HeldOut, gain_interval, held_out};
 use super::outcome::{Diagnosis, Errors, Gain, ResidualRow, Verdict};
-use super::posterior::posterior;
+use super::posterior::{Calibrated, posterior};
 use super::problem::{Evaluation, Problem};
 use super::screen::Screen;
 use super::statistics::{relative_error, rms};
@@ -82,10 +82,11 @@ pub fn diagnose(
         Verdict::Consistent | Verdict::Unexplained => Default::default(),
     };
     let is_structured = verdict == Verdict::Unexplained || judged.after.is_some();
-    let posterior = posterior(&problem, &chosen, is_structured).ok_or_else(no_modes)?;
+    let Calibrated { posterior, ln_hz } =
+        posterior(&problem, &chosen, is_structured).ok_or_else(no_modes)?;
     progress(Done::Share(1.0));
     let [before, after] = [&held_out.before, &held_out.after].map(|errors| rms(errors.iter()));
-    let residuals = residual_rows(&data, &choice, &chosen);
+    let residuals = residual_rows(&data, &choice, &chosen, &ln_hz);
     Ok(Diagnosis {
         verdict,
         poses: data.test_count(),
@@ -174,7 +175,12 @@ fn errors(data: &Data, evaluation: &Evaluation, heldout: f64) -> Errors {
     }
 }
 
-fn residual_rows(data: &Data, choice: &Choice<'_>, chosen: &Fit<'_>) -> Vec<ResidualRow> {
+fn residual_rows(
+    data: &Data,
+    choice: &Choice<'_>,
+    chosen: &Fit<'_>,
+    calibrated_ln_hz: &[Option<f64>],
+) -> Vec<ResidualRow> {
     let (before, after) = (&choice.baseline.evaluation, &chosen.evaluation);
     data.points
         .iter()
@@ -193,6 +199,7 @@ fn residual_rows(data: &Data, choice: &Choice<'_>, chosen: &Fit<'_>) -> Vec<Resi
                 measured_hz: point.ln_f.exp(),
                 before_hz: predicted(before),
                 after_hz: predicted(after),
+                calibrated_hz: calibrated_ln_hz[i].map(f64::exp),
             }
         })
         .collect()

@@ -134,6 +134,9 @@ pub struct ResidualRow {
     pub before_hz: Option<f64>,
     /// With the findings, Hz.
     pub after_hz: Option<f64>,
+    /// With the findings and what the table teaches about all numbers of the model, as the written
+    /// robot has it, Hz; `None` also where the instrument shows the mode otherwise.
+    pub calibrated_hz: Option<f64>,
     /// Joint positions, rad or m.
     pub joints: Vec<f64>,
     /// Temperature, °C.

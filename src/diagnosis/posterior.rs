@@ -32,6 +32,8 @@ const BLOCKS: usize = 4;
 
 /// Points and their linear model at some value of the parameters.
 struct Linear {
+    /// The points, by their place among those of the data.
+    points: Vec<usize>,
     /// Tests of the points, see [`Data::tests`].
     tests: Vec<usize>,
     columns: Vec<usize>,
@@ -52,13 +54,20 @@ struct Normal {
     covariance: DMatrix<f64>,
 }
 
+/// A posterior, and what the robot predicts with its means.
+pub(super) struct Calibrated {
+    pub(super) posterior: Posterior,
+    /// ln of the frequency in Hz, one a point; `None` where it was not compared.
+    pub(super) ln_hz: Vec<Option<f64>>,
+}
+
 /// The posterior of a robot with the causes that were chosen; `None` where the model has no modes
 /// at a row. `is_structured` says that the residual is more than noise.
 pub(super) fn posterior(
     problem: &Problem<'_>,
     chosen: &Fit<'_>,
     is_structured: bool,
-) -> Option<Posterior> {
+) -> Option<Calibrated> {
     let corrections = chosen.hypothesis.corrections();
     let mut learned = prior(problem.description, &corrections)?;
     let instrument = of_instrument(chosen);
@@ -72,7 +81,14 @@ pub(super) fn posterior(
         }
         last = Some(normal.covariance);
     }
+    for one in &mut learned {
+        one.ln = rounded(one.ln);
+    }
     let linear = linear(problem, &corrections, &learned, &instrument)?;
+    let mut ln_hz = vec![None; problem.data.points.len()];
+    for (&at, residual) in linear.points.iter().zip(linear.residuals.iter()) {
+        ln_hz[at] = Some(problem.data.points[at].ln_f - residual);
+    }
     let unexplained = unexplained(problem.data, &linear, is_structured, modes(problem)?)?;
     let covariance = last?;
     let std: Vec<f64> = (0..learned.len()).map(|i| covariance[(i, i)].max(0.0).sqrt()).collect();
@@ -85,9 +101,9 @@ pub(super) fn posterior(
     let parameters = learned
         .into_iter()
         .zip(std)
-        .map(|(one, std)| LearnedParameter { ln: rounded(one.ln), std: rounded(std), ..one })
+        .map(|(one, std)| LearnedParameter { std: rounded(std), ..one })
         .collect();
-    Some(Posterior { parameters, correlation, unexplained })
+    Some(Calibrated { posterior: Posterior { parameters, correlation, unexplained }, ln_hz })
 }
 
 /// Six decimals: what is written is read again as it was.
@@ -164,14 +180,14 @@ fn linear(
     let mut mechanics = Mechanics::new(&description, corrections, &data.rows)?;
     let tests = data.tests();
     let mut pencil = Pencil::new(mechanics.mass.nrows());
-    let mut points = Vec::new();
+    let (mut points, mut places) = (Vec::new(), Vec::new());
     let (mut residuals, mut slopes) = (Vec::new(), Vec::new());
     for (i, row) in data.rows.iter().enumerate() {
         let arm = arm(&mut mechanics, row, learned)?;
         if !pencil.solve(&mechanics.mass, &mechanics.stiffness) {
             return None;
         }
-        for point in data.points.iter().filter(|point| point.row == i) {
+        for (at, point) in data.points.iter().enumerate().filter(|(_, point)| point.row == i) {
             let omega_squared = pencil.omega_squared.get(point.column).copied();
             let Some(omega_squared) = omega_squared.filter(|o| o.is_finite()) else { continue };
             if instrument(point.column) {
@@ -181,6 +197,7 @@ fn linear(
             let shape = pencil.shapes.column(point.column);
             slopes.push(arm.slopes(shape.as_slice(), omega_squared));
             points.push(*point);
+            places.push(at);
         }
     }
     let some: Vec<Option<f64>> = residuals.iter().copied().map(Some).collect();
@@ -192,6 +209,7 @@ fn linear(
     let variance = |p: &super::data::Point| inflation * (scale * p.unit).powi(2) + p.rounding;
     let columns = slopes.iter().map(DVector::transpose).collect::<Vec<_>>();
     Some(Linear {
+        points: places,
         tests: points.iter().map(|point| tests[point.row]).collect(),
         columns: points.iter().map(|point| point.column).collect(),
         slopes: if columns.is_empty() {

@@ -4,6 +4,7 @@
 
 mod advised;
 mod calibration;
+mod carriers;
 mod edit;
 mod files;
 mod frame;

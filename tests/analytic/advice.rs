@@ -206,7 +206,10 @@ fn recommended_speeds_are_clear_and_the_best() {
             assert!(chip.abs() < 1e-15);
             job.operations[0].speed = SpindleSpeed::Constant(constant.rpm);
             let risk = assess(&job, &silent).unwrap();
-            assert_eq!(risk.verdict, Verdict::Clear, "case {case}, {objective:?}");
+            // Where no mode moves the tip enough to count, there is nothing to check.
+            let counts = risk.operations[0].closest.is_some();
+            let clear = if counts { Verdict::Clear } else { Verdict::Unchecked };
+            assert_eq!(risk.verdict, clear, "case {case}, {objective:?}");
             let ends = operation.set.safe.iter().flat_map(|gap| [gap.low_rpm, gap.high_rpm]);
             match objective {
                 Objective::Nearest => {

@@ -559,7 +559,8 @@ fn a_verdict_without_a_turning_spindle_is_told() {
     let stopped = "M5\nG0 X0 Y0 Z0\nG1 X240 F400\nY40\nX0\n";
     let ran = check_program(&bench, "stopped.nc", stopped);
     let told = "program.yaml:7: operation 'rough': nothing was checked: the program has stopped the spindle";
-    assert_eq!(code(&ran), 0, "{}{}", out(&ran), err(&ran));
+    assert_eq!(code(&ran), 1, "{}{}", out(&ran), err(&ran));
+    assert!(out(&ran).starts_with("UNCHECKED "), "{}", out(&ran));
     assert!(err(&ran).contains(told), "{}", err(&ran));
     // One move of the three is enough.
     let ran = check_program(&bench, "stopped.nc", &stopped.replace("X0\n", "M3\nX0\n"));

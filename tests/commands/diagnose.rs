@@ -86,8 +86,9 @@ fn the_written_robot_is_what_check_uses() {
     let checked = json(&["check", job.to_str().unwrap(), "--format", "json", "--fail-on", "never"]);
     let model = &checked["jobs"][0]["model"];
     assert_eq!(model["calibrated"], true);
+    // Both modes were measured: 95 % intervals, of an error that contains the noise.
     let uncertainty = model["uncertainty_percent"].as_f64().unwrap();
-    assert!((uncertainty - 2.0 * heldout).abs() < 1e-9);
+    assert!((heldout..2.5 * heldout).contains(&uncertainty), "{uncertainty} {heldout}");
     // Less than the 10 % of a robot that was never measured.
     assert!(uncertainty < 10.0);
     let table = std::fs::read_to_string("robots/two-link/measured.csv").unwrap();
@@ -110,7 +111,7 @@ fn the_written_robot_is_what_check_uses() {
     assert_eq!(residuals.len(), 40);
     for residual in residuals {
         let index = |key: &str| residual[key].as_u64().unwrap() as usize;
-        let promised = residual["extended_hz"].as_f64().unwrap();
+        let promised = residual["calibrated_hz"].as_f64().unwrap();
         let mapped = mapped[index("row")][index("mode") - 1];
         assert!(
             (mapped / promised - 1.0).abs() < 1e-6,

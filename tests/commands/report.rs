@@ -199,6 +199,8 @@ mod as_text {
   rough  RESONANCE  1100 rpm, 12.5 s
     mode 2 (74.3 Hz) meets tooth passing × 2 of 1100 rpm (73.3 Hz)
       apart    1.3 %, inside the band of ±10 %
+      interval 68.3–80.2 Hz with 95 % confidence
+      risk     42 % that the line lies in the band on this stretch
       moves    joint_3 71 %, joint_2 24 %, turning against each other
       where    30.0–70.0 % of the path (3.8–8.8 s); uncertain 20.0–80.0 %
       closest  at 50.0 % (6.25 s, β2 85.9°)

@@ -5,44 +5,13 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::super::raw::job as raw;
-use super::super::robot::{DescribedRobot, inertial};
+use super::super::robot::inertial;
 use super::Reader;
 use crate::formats::yaml::Step;
 use crate::job::{Carried, CarriedBy};
 use crate::model::{Inertial, Robot};
 use crate::motion::Load;
 use crate::notes::{Code, Note, Place};
-
-/// One robot, with each thing that it carries once.
-pub(super) struct Carriers<'j> {
-    described: &'j DescribedRobot,
-    own: Arc<Robot>,
-    others: Vec<(Option<Inertial>, Arc<Robot>)>,
-}
-
-impl<'j> Carriers<'j> {
-    pub(super) fn new(described: &'j DescribedRobot, own: Arc<Robot>) -> Self {
-        Self { described, own, others: Vec::new() }
-    }
-
-    /// The robot with a body at its tip, or with nothing.
-    fn with(&mut self, body: Option<Inertial>) -> Result<Arc<Robot>, String> {
-        let own = self.own.carried().filter(|own| own.link == self.own.tip_link());
-        if body == own.map(|own| own.inertial) && own.is_some() == self.own.carried().is_some() {
-            return Ok(Arc::clone(&self.own));
-        }
-        if let Some((_, robot)) = self.others.iter().find(|(other, _)| *other == body) {
-            return Ok(Arc::clone(robot));
-        }
-        let description = self.own.description_carrying(&self.described.description, body);
-        let robot = Robot::new(&description).map_err(|faults| {
-            faults.first().map_or_else(String::new, |fault| fault.what.clone())
-        })?;
-        let robot = Arc::new(robot);
-        self.others.push((body, Arc::clone(&robot)));
-        Ok(robot)
-    }
-}
 
 impl Reader<'_> {
     /// The robot as it runs a stretch, and what it carries. `None` where there are faults.

@@ -78,6 +78,10 @@ struct Residual {
     /// Null where the model has no such mode.
     model_hz: Option<f64>,
     extended_hz: Option<f64>,
+    /// As the written robot has it: with the findings, and with all springs, links and drives
+    /// fitted within what they may be off by. Null also where the instrument shows the mode
+    /// otherwise.
+    calibrated_hz: Option<f64>,
 }
 
 impl From<&ResidualRow> for Residual {
@@ -88,6 +92,7 @@ impl From<&ResidualRow> for Residual {
             measured_hz: r.measured_hz,
             model_hz: r.before_hz,
             extended_hz: r.after_hz,
+            calibrated_hz: r.calibrated_hz,
         }
     }
 }
