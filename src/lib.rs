@@ -81,10 +81,10 @@
 //! | [`free_vibration`] | the nonlinear equation of motion in time, and its spectrum: the check on `modes` | `modes`, `model` | be used for a verdict |
 //! | [`excitation`] | spindle and tooth-passing lines; the cutting force and its spectrum | `job` | know a `model` |
 //! | [`job`] | what is asked for, as plain valid data | `model`, `motion` | |
+//! | [`uncertainty`] | what the parameters may be off by → intervals of frequencies, draws of the arm | `modes`, `model` | know a `job` |
 //! | [`modes`] | one pose → natural frequencies, shapes, damping, receptance; MAC | `model` | know why it is asked |
 //! | [`program`] | robot and CAM programs → moves, each with its line; programs with new speeds and feeds | `motion` | know the robot's dynamics: `model`, `modes` |
 //! | [`identify`] | records → spectra → modes with uncertainty; load tests → stiffness | | see a prediction: `model`, `modes` |
-//! | [`uncertainty`] | what the parameters may be off by → intervals of frequencies, draws of the arm | `modes`, `model` | know a `job` |
 //! | [`model`] | the robot as built: M, K, kinematics; immutable | | know a `job` or a measurement |
 //! | [`motion`] | moves, as plain valid data | | |
 //! | [`formats`] | YAML as a tree with lines, edits that keep every other byte, tables, NPY, UFF, WAV, bounded reading | | know a robot |

@@ -13,6 +13,9 @@ pub struct Block {
     pub beta2_rad: Vec<f64>,
     /// Frequencies, Hz, ascending, one a mode; NaN where a nonlinear record does not show the mode.
     pub frequencies_hz: Vec<f64>,
+    /// Ends of the 95 % intervals of the frequencies, Hz, lower and upper, one pair a mode; empty
+    /// where nobody asked.
+    pub intervals_hz: Vec<f64>,
     /// What else a nonlinear method found, one a pose; empty for a linear map.
     pub nonlinear: Vec<Measurement>,
 }
@@ -26,6 +29,8 @@ pub struct Row<'a> {
     pub beta2_rad: &'a [f64],
     /// As [`Block::frequencies_hz`].
     pub frequencies_hz: &'a [f64],
+    /// As [`Block::intervals_hz`].
+    pub intervals_hz: &'a [f64],
     /// What else a nonlinear method found.
     pub nonlinear: Option<&'a Measurement>,
 }
@@ -33,15 +38,17 @@ pub struct Row<'a> {
 impl Block {
     /// The poses one by one.
     pub fn rows(&self) -> impl Iterator<Item = Row<'_>> {
-        let (joints, beta2, frequencies) = (
+        let (joints, beta2, frequencies, intervals) = (
             part(&self.poses, self.count),
             part(&self.beta2_rad, self.count),
             part(&self.frequencies_hz, self.count),
+            part(&self.intervals_hz, self.count),
         );
         (0..self.count).map(move |pose| Row {
             joints: joints(pose),
             beta2_rad: beta2(pose),
             frequencies_hz: frequencies(pose),
+            intervals_hz: intervals(pose),
             nonlinear: self.nonlinear.get(pose),
         })
     }
@@ -52,6 +59,7 @@ impl Block {
         self.poses.append(&mut later.poses);
         self.beta2_rad.append(&mut later.beta2_rad);
         self.frequencies_hz.append(&mut later.frequencies_hz);
+        self.intervals_hz.append(&mut later.intervals_hz);
         self.nonlinear.append(&mut later.nonlinear);
     }
 }

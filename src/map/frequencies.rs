@@ -3,9 +3,11 @@
 use super::{Block, Method, OutsideLimits};
 use crate::free_vibration::{Settings, measure};
 use crate::model::{PoseFault, Robot};
+use crate::modes::ModalSolver;
 use crate::modes::batch::{BatchFault, Kernel};
 use crate::notes::{Note, Part};
 use crate::progress::{Done, Progress};
+use crate::uncertainty::Trust;
 
 /// Finds natural frequencies of one robot at many poses; shared between threads as it is.
 #[derive(Debug, Clone)]
@@ -13,12 +15,24 @@ pub struct FrequencyMap<'a> {
     robot: &'a Robot,
     kernel: Kernel<'a>,
     method: Method,
+    intervals: Option<Trust>,
 }
 
 impl<'a> FrequencyMap<'a> {
     /// A map of `robot` with the machine's best instructions.
     pub fn new(robot: &'a Robot, method: Method) -> Self {
-        Self { robot, kernel: Kernel::new(robot), method }
+        Self { robot, kernel: Kernel::new(robot), method, intervals: None }
+    }
+
+    /// The same with the 95 % interval of every frequency.
+    pub fn with_intervals(mut self) -> Self {
+        self.intervals = Some(Trust::of(self.robot, None));
+        self
+    }
+
+    /// Whether it has intervals.
+    pub fn has_intervals(&self) -> bool {
+        self.intervals.is_some()
     }
 
     /// The robot.
@@ -58,10 +72,28 @@ impl<'a> FrequencyMap<'a> {
             }
             Method::Nonlinear(settings) => self.measure(settings, block, progress)?,
         }
+        block.intervals_hz.clear();
+        if let Some(trust) = &self.intervals {
+            self.add_intervals(trust, block)?;
+        }
         block.beta2_rad.clear();
         if let Some(beta2) = self.robot.beta2() {
             let poses = block.poses.chunks_exact(self.joints().max(1));
             block.beta2_rad.extend(poses.map(|q| beta2.at(q)));
+        }
+        Ok(())
+    }
+
+    fn add_intervals(&self, trust: &Trust, block: &mut Block) -> Result<(), Note> {
+        let (joints, modes) = (self.joints(), self.modes());
+        let mut solver = ModalSolver::new(self.robot);
+        for pose in 0..block.count {
+            let hz = &block.frequencies_hz[pose * modes..(pose + 1) * modes];
+            let q = &block.poses[pose * joints..(pose + 1) * joints];
+            let half = trust.half_widths(self.robot, &mut solver, q, 0.95);
+            let half = half.map_err(|fault| Note::from(fault).within(Part::Pose(pose)))?;
+            let ends = hz.iter().zip(half).flat_map(|(hz, half)| half.about(*hz));
+            block.intervals_hz.extend(ends);
         }
         Ok(())
     }

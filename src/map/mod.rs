@@ -17,7 +17,7 @@ pub use reduce::{
 use serde::{Serialize, Serializer};
 
 use crate::free_vibration::Settings;
-use crate::model::{JointKind, MovingJoint, Robot};
+use crate::model::{JointKind, MovingJoint};
 
 /// How frequencies are found.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,6 +39,8 @@ pub struct Head {
     pub has_beta2: bool,
     /// Names of the elastic coordinates, base first; there are as many modes.
     pub coordinates: Vec<String>,
+    /// Whether every frequency has its interval.
+    pub has_intervals: bool,
 }
 
 /// A joint as a column of a map.
@@ -56,8 +58,9 @@ fn unit<S: Serializer>(turns: &bool, to: S) -> Result<S::Ok, S::Error> {
 }
 
 impl Head {
-    /// The columns of a map of `robot`.
-    pub fn of(robot: &Robot) -> Self {
+    /// The columns of a map.
+    pub fn of(map: &FrequencyMap) -> Self {
+        let robot = map.robot();
         let column = |joint: &MovingJoint| JointColumn {
             name: joint.name.clone(),
             turns: joint.kind != JointKind::Prismatic,
@@ -67,6 +70,7 @@ impl Head {
             joints: robot.joints().iter().map(column).collect(),
             has_beta2: robot.beta2().is_some(),
             coordinates: robot.coordinates().iter().map(|c| c.name.clone()).collect(),
+            has_intervals: map.has_intervals(),
         }
     }
 }

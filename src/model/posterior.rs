@@ -1,9 +1,6 @@
 //! What a calibration learned of the numbers of a model: they are scaled by the means before the
 //! robot is built, and what they may still be off by is kept beside them.
 
-use super::description::Description;
-use crate::notes::{Code, Note, Part, Place};
-
 /// What a calibration learned.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Posterior {
@@ -68,48 +65,4 @@ impl Unexplained {
 /// Largest difference of any joint, rad or m.
 pub(crate) fn distance(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).fold(0.0, |most, (a, b)| most.max((a - b).abs()))
-}
-
-impl Posterior {
-    /// Scales the numbers of a description, whose corrections have been put in.
-    pub(super) fn apply(&self, description: &mut Description) -> Result<(), Note> {
-        for LearnedParameter { kind, at, ln, .. } in &self.parameters {
-            let factor = ln.exp();
-            let found = match kind {
-                ParameterKind::Spring => scale_spring(description, at, factor),
-                ParameterKind::Link => description
-                    .links
-                    .iter_mut()
-                    .find(|link| link.name == *at)
-                    .and_then(|link| link.inertial.as_mut())
-                    .map(|inertial| {
-                        inertial.mass_kg *= factor;
-                        inertial.inertia_kgm2 *= factor;
-                    }),
-                ParameterKind::Drive => description
-                    .drives
-                    .iter_mut()
-                    .find(|drive| drive.joint == *at)
-                    .map(|drive| drive.reflected_inertia_kgm2 *= factor),
-            };
-            if found.is_none() {
-                let what = format!(
-                    "calibration.posterior names '{at}', which the model lacks; run detune \
-                     diagnose --write again"
-                );
-                return Err(Note::error(Code::Reference, Place::part(Part::Robot), what));
-            }
-        }
-        Ok(())
-    }
-}
-
-fn scale_spring(description: &mut Description, at: &str, factor: f64) -> Option<()> {
-    let joints = description.elastic_joints.iter_mut();
-    if let Some(spring) = joints.filter(|spring| spring.joint == at).last() {
-        spring.stiffness *= factor;
-        return Some(());
-    }
-    let mut extra = description.extra.iter_mut();
-    extra.find(|extra| extra.name == at).map(|extra| extra.stiffness *= factor)
 }

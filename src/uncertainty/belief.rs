@@ -3,9 +3,12 @@
 use std::cmp::Ordering;
 
 use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{ContinuousCDF, Normal};
 
+use super::arm::ArmAtPose;
 use super::parameters::{Parameter, scales_of, stated};
-use crate::model::{Posterior, Robot, Unexplained};
+use crate::model::{PoseFault, Posterior, Robot, Unexplained};
+use crate::modes::ModalSolver;
 
 /// Normal parameters about the values of the model, and what they leave unexplained.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,6 +19,11 @@ pub struct Belief {
     pub covariance: DMatrix<f64>,
     /// What a comparison with measurements left over.
     pub unexplained: Option<Unexplained>,
+}
+
+/// Standard normal quantile that leaves `confidence` (0..1) between itself and its negative.
+pub fn reach_of(confidence: f64) -> f64 {
+    Normal::standard().inverse_cdf(0.5 + 0.5 * confidence)
 }
 
 /// How far a model is to be trusted.
@@ -51,6 +59,51 @@ impl Trust {
         stated(robot).map_or(Self::Share(UNCALIBRATED), |parameters| {
             Self::Belief(Box::new(Belief::prior(parameters)))
         })
+    }
+}
+
+/// Half of an interval about a frequency.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum HalfWidth {
+    /// f (1 ± this).
+    Share(f64),
+    /// f e^±this.
+    Ln(f64),
+}
+
+impl HalfWidth {
+    /// The ends of the interval about a frequency.
+    pub fn about(self, hz: f64) -> [f64; 2] {
+        match self {
+            Self::Share(share) => [hz * (1.0 - share), hz * (1.0 + share)],
+            Self::Ln(half) => [hz * (-half).exp(), hz * half.exp()],
+        }
+    }
+}
+
+impl Trust {
+    /// The intervals of every mode at pose `q` with this confidence, 0..1.
+    ///
+    /// # Errors
+    /// The arm has no modes there.
+    pub fn half_widths(
+        &self,
+        robot: &Robot,
+        solver: &mut ModalSolver,
+        q: &[f64],
+        confidence: f64,
+    ) -> Result<Vec<HalfWidth>, PoseFault> {
+        let belief = match self {
+            Self::Share(share) => {
+                return Ok(vec![HalfWidth::Share(*share); robot.coordinates().len()]);
+            }
+            Self::Belief(belief) => belief,
+        };
+        solver.solve(q)?;
+        let arm = ArmAtPose::new(robot, solver, &belief.parameters);
+        let std_ln = belief.std_ln(&arm.sensitivities(solver.modes()), q);
+        let reach = reach_of(confidence);
+        Ok(std_ln.into_iter().map(|std| HalfWidth::Ln(reach * std)).collect())
     }
 }
 

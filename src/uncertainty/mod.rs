@@ -20,12 +20,6 @@ mod draws;
 mod parameters;
 
 pub use arm::ArmAtPose;
-pub use belief::{Belief, Trust, UNCALIBRATED};
+pub use belief::{Belief, HalfWidth, Trust, UNCALIBRATED, reach_of};
 pub use draws::{Draws, Estimate};
 pub use parameters::{ASSUMED_STD, Parameter, Scales, all, scales_of, stated};
-
-/// Standard normal quantile that leaves `confidence` (0..1) between itself and its negative.
-pub fn reach_of(confidence: f64) -> f64 {
-    use statrs::distribution::{ContinuousCDF, Normal};
-    Normal::standard().inverse_cdf(0.5 + 0.5 * confidence)
-}

@@ -67,6 +67,9 @@ pub(in crate::cli) struct MapArgs {
     /// Eigenvalues, or the spectrum of a large free vibration.
     #[arg(long, value_enum, default_value_t = MethodName::Linear)]
     pub(super) method: MethodName,
+    /// Also the 95 % interval of every frequency: columns f1_lo95_hz, f1_hi95_hz, …
+    #[arg(long)]
+    pub(super) intervals: bool,
     /// Nonlinear: largest deflection of any turning spring, degrees; 1 if not given.
     #[arg(long, value_name = "X")]
     pub(super) amplitude_deg: Option<f64>,

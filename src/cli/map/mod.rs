@@ -47,6 +47,7 @@ pub(super) fn run(args: &MapArgs, out: &mut dyn Write) -> Result<Outcome, Failur
     sink.refuse_inputs(&files)?;
     let source = source(args, &robot)?;
     let map = FrequencyMap::new(&robot, method);
+    let map = if args.intervals { map.with_intervals() } else { map };
     sink.stream(out, |out| {
         let summary = if !args.reduce.is_empty() {
             write_statistics(args, &map, source, out)?
@@ -107,6 +108,14 @@ fn check_options(args: &MapArgs) -> Result<Method, Vec<Note>> {
         _ => None,
     };
     errors.extend(conflict.map(Note::usage));
+    if args.intervals
+        && (args.method == MethodName::Nonlinear
+            || !args.reduce.is_empty()
+            || !matches!(args.format, Format::Csv | Format::Json))
+    {
+        let what = "--intervals: takes linear maps as csv or json only";
+        errors.push(Note::usage(what));
+    }
     if errors.is_empty() { Ok(method) } else { Err(errors) }
 }
 
@@ -165,7 +174,7 @@ fn write_rows(
     source: Source,
     out: &mut dyn Write,
 ) -> Result<Summary, Failure> {
-    let head = Head::of(map.robot());
+    let head = Head::of(map);
     let writer = MapWriter::new(format, &head, map.method() != Method::Linear);
     match source.count() {
         None if format == MapFormat::Npy => {
@@ -218,7 +227,7 @@ fn write_drawing(
     let mut block = Block::default();
     let target = Target::Kept { block: &mut block, max_poses: 100_000 };
     let summary = pass(map, source, target, &bar)?;
-    out.write_all(map_svg(&Head::of(map.robot()), &block, swept).as_bytes())?;
+    out.write_all(map_svg(&Head::of(map), &block, swept).as_bytes())?;
     Ok(summary)
 }
 
@@ -229,7 +238,7 @@ fn write_statistics(
     source: Source,
     out: &mut dyn Write,
 ) -> Result<Summary, Failure> {
-    let (head, bar) = (Head::of(map.robot()), bar(source.count()));
+    let (head, bar) = (Head::of(map), bar(source.count()));
     let mut reduction = Reduction::new(map.joints(), map.modes());
     let summary = pass(map, source, Target::Statistics(&mut reduction), &bar)?;
     let Some(reduced) = reduction.finish() else {

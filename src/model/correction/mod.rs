@@ -4,6 +4,7 @@
 
 mod hinge;
 mod law;
+mod learned;
 
 use nalgebra::{Isometry3, Matrix3, Translation3, Unit, UnitQuaternion, Vector3};
 

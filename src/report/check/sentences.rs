@@ -9,7 +9,7 @@ use crate::report::words::{
 };
 use crate::risk::{Certainty, Crossing, OperationRisk, Sample, Verdict};
 use crate::study::check::CheckedJob;
-use crate::units::{deg_from_rad, percent_from_ratio, um_per_n_from_m_per_n};
+use crate::units::{deg_from_rad, percent_from_ratio};
 use crate::wording::printable;
 
 /// A coordinate that carries less of a mode than this is not named, unless it carries the most.
@@ -56,7 +56,7 @@ pub(super) fn left_out(operation: &CheckedOperation<'_>) -> Option<String> {
     if !left_out.modes.is_empty() {
         let modes: Vec<String> = left_out.modes.iter().map(usize::to_string).collect();
         let s = if modes.len() == 1 { "" } else { "s" };
-        let least = trimmed(um_per_n_from_m_per_n(operation.risk.min_tip_response_m_per_n), 6);
+        let least = um_per_n(operation.risk.min_tip_response_m_per_n);
         parts.push(format!("mode{s} {} (below {least} µm/N)", modes.join(", ")));
     }
     Some(parts.join("; "))

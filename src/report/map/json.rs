@@ -16,6 +16,8 @@ struct JsonRow<'a> {
     beta2_rad: Option<f64>,
     natural_frequencies_hz: &'a [f64],
     #[serde(skip_serializing_if = "Option::is_none")]
+    natural_frequencies_ci95_hz: Option<&'a [[f64; 2]]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     nonlinear: Option<&'a Measurement>,
 }
 
@@ -48,6 +50,8 @@ pub(super) fn append(block: &Block, out: &mut Vec<u8>) -> serde_json::Result<()>
             joints: row.joints,
             beta2_rad: row.beta2_rad.first().copied(),
             natural_frequencies_hz: row.frequencies_hz,
+            natural_frequencies_ci95_hz: Some(row.intervals_hz.as_chunks().0)
+                .filter(|pairs| !pairs.is_empty()),
             nonlinear: row.nonlinear,
         };
         serde_json::to_writer(&mut *out, &row)?;

@@ -120,6 +120,7 @@ mod tests {
             ],
             has_beta2: true,
             coordinates: vec!["a".into(), "b,c".into()],
+            has_intervals: false,
         }
     }
 
@@ -129,6 +130,7 @@ mod tests {
             poses: vec![0.1, -1e-12],
             beta2_rad: vec![0.30000000000000004],
             frequencies_hz: vec![25.5, f64::NAN],
+            intervals_hz: vec![],
             nonlinear: vec![Measurement {
                 frequencies_hz: vec![Some(25.5), None],
                 linear_hz: vec![25.0, 84.0],
@@ -158,6 +160,7 @@ mod tests {
             poses: vec![0.1, -1e-12, 0.30000000000000004, 1e300],
             beta2_rad: vec![0.25, -0.5],
             frequencies_hz: vec![20.5, 123456.789, 1e-5, 2e16],
+            intervals_hz: vec![],
             nonlinear: vec![],
         }
     }

@@ -17,10 +17,12 @@ pub(super) fn header(head: &Head, is_nonlinear: bool) -> String {
     columns.join(",") + "\n"
 }
 
-/// Titles of the columns of a linear map: pose and frequencies.
+/// Titles of the columns of a linear map: pose, frequencies and their intervals.
 pub(super) fn titles(head: &Head) -> Vec<String> {
     let modes = (1..=head.coordinates.len()).map(|r| format!("f{r}_hz"));
-    pose_titles(head).chain(modes).collect()
+    let intervals = (1..=if head.has_intervals { head.coordinates.len() } else { 0 })
+        .flat_map(|r| ["lo", "hi"].map(|end| format!("f{r}_{end}95_hz")));
+    pose_titles(head).chain(modes).chain(intervals).collect()
 }
 
 /// Titles of the columns of the pose.
@@ -42,7 +44,9 @@ pub(super) fn append(block: &Block, out: &mut Vec<u8>) {
     };
     for row in block.rows() {
         let mut is_first = true;
-        for &value in row.joints.iter().chain(row.beta2_rad).chain(row.frequencies_hz) {
+        for &value in
+            row.joints.iter().chain(row.beta2_rad).chain(row.frequencies_hz).chain(row.intervals_hz)
+        {
             if !is_first {
                 out.push(b',');
             }
