@@ -115,8 +115,8 @@ impl Carried {
 #[serde(rename_all = "snake_case")]
 #[schemars(
     inline,
-    description = "`program`: its tool data. `job`: the job's payload. `robot`: the robot file's. `none`: the \
-                   job says that nothing\nis carried. `unknown`: nobody says anything."
+    description = "`program`: its tool data. `job`: the job's payload. `robot`: the robot file's. \
+                   `none`: the job says that nothing\nis carried. `unknown`: nobody says anything."
 )]
 pub enum CarriedBy {
     /// The data of the tool in the program.

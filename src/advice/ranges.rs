@@ -37,8 +37,8 @@ pub struct ModeRange {
     /// Where, 0 to 1.
     #[serde(rename = "highest_s")]
     pub high_s: f64,
-    /// What the widened bands lie about: from the lowest to the highest end of the intervals, or the
-    /// frequencies themselves where one figure says what they may lie off by.
+    /// What the widened bands lie about: from the lowest to the highest end of the intervals, or
+    /// the frequencies themselves where one figure says what they may lie off by.
     pub reach_hz: [f64; 2],
 }
 

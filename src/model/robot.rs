@@ -275,8 +275,8 @@ impl Robot {
         self.carried.as_ref()
     }
 
-    /// The description of this robot, `own`, with another body at the tip, in the tip frame, instead
-    /// of what the tip carries.
+    /// The description of this robot, `own`, with another body at the tip, in the tip frame,
+    /// instead of what the tip carries.
     pub fn description_carrying(&self, own: &Description, body: Option<Inertial>) -> Description {
         let mut description = own.clone();
         let elsewhere = description.payload.take().filter(|_| self.carried.is_none());

@@ -106,7 +106,8 @@ codes! {
     ToolMass = "tool_mass",
     /// The program's own tool or work object is used, and not the job's.
     FrameFromProgram = "frame_from_program",
-    /// The program commands a spindle speed that is not checked, or that the spindle does not reach.
+    /// The program commands a spindle speed that is not checked, or that the spindle does not
+    /// reach.
     SpindleCommand = "spindle_command",
     /// A job or program was not written, and why.
     NotWritten = "not_written",

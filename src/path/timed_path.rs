@@ -131,8 +131,8 @@ impl<'a> Path<'a> {
     }
 
     /// The part of the path that the moves of `stretch` run, from where the move before ends, with
-    /// the joints exactly as they are on the whole; `robot` stands like the path's own and may carry
-    /// something else. `moves` are those that the path was planned from.
+    /// the joints exactly as they are on the whole; `robot` stands like the path's own and may
+    /// carry something else. `moves` are those that the path was planned from.
     pub fn stretch<'b>(&self, moves: &[Move], stretch: Range<usize>, robot: &'b Robot) -> Path<'b> {
         let n = self.robot.joints().len();
         let first = self.segments.partition_point(|segment| segment.index < stretch.start);

@@ -72,8 +72,8 @@ fn assess_operation<'j>(
     Ok((risk, warnings, rings))
 }
 
-/// The paths of a job's operations: one that is divided is planned whole, once, so that the arm runs
-/// each stretch as it runs the whole.
+/// The paths of a job's operations: one that is divided is planned whole, once, so that the arm
+/// runs each stretch as it runs the whole.
 #[derive(Debug)]
 pub struct Paths<'a> {
     job: &'a Job,

@@ -404,7 +404,7 @@ fn what_is_left_out_is_told() {
     // The first mode moves the tip by at most 42 µm/N on this path, the second by at least 75.
     let (left_out, text, warned) = told("  min_tip_response_um_per_n: 60");
     assert_eq!(left_out, serde_json::json!({"lines": [], "modes": [1]}), "{text}");
-    assert!(text.contains("left out mode 1 (below 60 µm/N)"), "{text}");
+    assert!(text.contains("left out mode 1 (below 60.0 µm/N)"), "{text}");
     assert_eq!(warned, "");
     let (left_out, _, warned) = told("  min_tip_response_um_per_n: 100000");
     assert_eq!(left_out["modes"], serde_json::json!([1, 2]));

@@ -1,5 +1,5 @@
-//! What the cell agrees on beside the language: which signal, procedure or comment sets the speed of
-//! the spindle or the number of the tool.
+//! What the cell agrees on beside the language: which signal, procedure or comment sets the speed
+//! of the spindle or the number of the tool.
 
 use std::collections::HashMap;
 
