@@ -74,7 +74,7 @@
 //! | [`study`] | one function a verb: valid inputs → a result that holds all that is shown, and what is written back | `input`, `advice`, `risk`, `diagnosis`, `map`, `path`, `free_vibration`, `identify`, `excitation`, `job`, `uncertainty`, `modes`, `program`, `model`, `motion` | print, read or write files |
 //! | [`input`] | YAML, URDF, tables, records → valid types, all faults with file and line | `job`, `program`, `identify`, `model`, `motion`, `formats` | compute |
 //! | [`advice`] | safe speeds, the best of them, schedules, other levers, vibration of the tool tip | `risk`, `path`, `excitation`, `job`, `uncertainty`, `modes`, `model`, `motion` | print |
-//! | [`risk`] | bands, crossings, certainty, verdict | `path`, `excitation`, `job`, `uncertainty`, `modes`, `model` | choose a remedy |
+//! | [`risk`] | bands, crossings, certainty, verdict | `path`, `excitation`, `job`, `uncertainty`, `modes`, `model`, `motion` | choose a remedy |
 //! | [`diagnosis`] | where prediction and measurement meet: residuals, causes (one a file), fits, choice, gain, next poses | `uncertainty`, `modes`, `identify`, `model` | name a cause that it has not compared with its rivals |
 //! | [`map`] | frequencies over given poses, grids and random poses, linear or nonlinear; their figures | `free_vibration`, `uncertainty`, `modes`, `model` | know a `job` |
 //! | [`path`] | moves → poses in time; the arm surveyed and its modes followed along them | `modes`, `model`, `motion` | know an `excitation` |

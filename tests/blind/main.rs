@@ -8,6 +8,7 @@
     reason = "tests stop where they fail"
 )]
 
+mod coverage;
 mod hidden_chain;
 mod hidden_effects;
 mod truth;

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use nalgebra::Isometry3;
 
-use super::set_by::Comments;
+use super::comments::Comments;
 use super::syntax::File;
 use super::value::Value;
 use crate::program::Settings;
