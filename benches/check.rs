@@ -11,7 +11,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use detune::advice::{Options, advise};
 use detune::diagnosis::{Settings, diagnose};
 use detune::input::{Reading, read_described_robot, read_measured};
-use detune::job::{Carried, Job, Levers, Operation, Policy, Spindle, SpindleSpeed, Tool};
+use detune::job::{Carried, Job, Levers, Operation, Policy, Review, Spindle, SpindleSpeed, Tool};
 use detune::map::{FrequencyMap, Method, Reduction};
 use detune::model::{Placement, Robot, mass_matrix};
 use detune::modes::ModalSolver;
@@ -111,6 +111,7 @@ fn long_job(robot: &Arc<Robot>) -> Job {
             min_tip_response_m_per_n: Some(0.0),
         },
         levers: Levers::default(),
+        review: Review::default(),
     }
 }
 

@@ -1,5 +1,7 @@
 //! What a job asks for: valid, in SI, with the files that it came from. Plain data.
 
+mod accept;
+
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -9,6 +11,8 @@ use serde::Serialize;
 
 use crate::model::Robot;
 use crate::motion::{Move, StatedFeeds, Target};
+
+pub use accept::{Acceptable, Acceptance, Accepted, Review};
 
 /// A job: one robot, one tool, some operations.
 #[derive(Debug, Clone)]
@@ -27,6 +31,8 @@ pub struct Job {
     pub policy: Policy,
     /// What may be changed besides speed and feed.
     pub levers: Levers,
+    /// Warnings on its files, and which findings it accepts.
+    pub review: Review,
 }
 
 impl Job {

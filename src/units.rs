@@ -1,10 +1,12 @@
 //! The one place where units are converted. Inside the crate everything is SI: metres, radians,
 //! seconds, kilograms, hertz. Spindle speed alone stays in rev/min, as its users say it.
 
+mod date;
 pub mod written;
 
 use std::f64::consts::{PI, TAU};
-use std::time::{SystemTime, UNIX_EPOCH};
+
+pub use date::Date;
 
 /// Standard acceleration of free fall, m/s² (CGPM 1901).
 pub const STANDARD_GRAVITY_M_PER_S2: f64 = 9.80665;
@@ -194,33 +196,4 @@ pub fn s_from_us(us: f64) -> f64 {
 /// Metres to micrometres.
 pub fn um_from_m(m: f64) -> f64 {
     m * 1e6
-}
-
-/// The day in UTC, as YYYY-MM-DD; days before 1970 count as its first (Howard Hinnant,
-/// "chrono-compatible low-level date algorithms").
-pub fn date(time: SystemTime) -> String {
-    let seconds = time.duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
-    // Days since 0000-03-01; an era has 400 years.
-    let days = seconds / 86_400 + 719_468;
-    let (era, of_era) = (days / 146_097, days % 146_097);
-    let year_of_era = (of_era - of_era / 1460 + of_era / 36_524 - of_era / 146_096) / 365;
-    let of_year = of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
-    let from_march = (5 * of_year + 2) / 153;
-    let day = of_year - (153 * from_march + 2) / 5 + 1;
-    let month = if from_march < 10 { from_march + 3 } else { from_march - 9 };
-    let year = year_of_era + era * 400 + u64::from(month <= 2);
-    format!("{year:04}-{month:02}-{day:02}")
-}
-
-#[cfg(test)]
-mod tests {
-    use std::time::Duration;
-
-    use super::*;
-
-    #[test]
-    fn days_are_counted_as_the_calendar_does() {
-        let day = |days: u64| date(UNIX_EPOCH + Duration::from_secs(86_400 * days + 86_399));
-        assert_eq!([0, 11_016, 20_778].map(day), ["1970-01-01", "2000-02-29", "2026-11-21"]);
-    }
 }

@@ -2,16 +2,18 @@
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 use clap::{Args, ValueEnum};
 
 use super::check::{count_on, progress, shows_colour};
 use super::output::{Sink, keep_apart, write_all};
-use super::{Failure, Outcome, of_option, show_warnings};
+use super::{Failure, Outcome, Warnings, of_option};
 use crate::notes::Note;
 use crate::report;
 use crate::study::Read;
 use crate::study::advise::{Advised, FeedRule, Objective, Options, WriteTo, advise, read};
+use crate::units::Date;
 
 const AFTER_HELP: &str = "\
 Examples:
@@ -86,13 +88,16 @@ enum Feed {
 }
 
 /// Advises one job; if some file is wrong, reports all errors and writes nothing.
-pub(super) fn run(args: &AdviseArgs, out: &mut dyn Write) -> Result<Outcome, Failure> {
+pub(super) fn run(
+    args: &AdviseArgs,
+    out: &mut dyn Write,
+    shown: &Warnings,
+) -> Result<Outcome, Failure> {
     let sink = Sink::open(args.output.as_deref())?;
     let write = args.write.as_deref().map(|path| Sink::open(Some(path))).transpose()?;
     let program = args.write_program.as_deref().map(|path| Sink::open(Some(path))).transpose()?;
-    let Read { value: job, warnings, files } = read(&args.job);
-    show_warnings(&warnings);
-    let job = job?;
+    let Read { value: job, warnings, files } = read(&args.job, Date::of(SystemTime::now()));
+    let job = job.inspect_err(|_| shown.show(&warnings))?;
     keep_apart(&[
         ("--output", Some(&sink), args.output.as_deref()),
         ("--write", write.as_ref(), args.write.as_deref()),
@@ -106,8 +111,10 @@ pub(super) fn run(args: &AdviseArgs, out: &mut dyn Write) -> Result<Outcome, Fai
     let bar = progress();
     let advised = advise(&job, &files, &options(args), to, &count_on(&bar));
     bar.finish_and_clear();
-    let Advised { job: advised, outputs, warnings } = advised.map_err(at_option)?;
-    show_warnings(&warnings);
+    let advised = advised.inspect_err(|_| shown.show(&warnings)).map_err(at_option)?;
+    let Advised { job: advised, outputs, not_written } = advised;
+    shown.show_of_jobs(&advised.warnings);
+    shown.show(&not_written);
     let text = match args.format {
         Format::Text => {
             report::advise::text::advice(&advised, sink.is_standard() && shows_colour())

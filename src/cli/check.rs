@@ -3,17 +3,19 @@
 use std::env;
 use std::io::{self, IsTerminal, Write};
 use std::path::PathBuf;
+use std::time::SystemTime;
 
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::output::Sink;
-use super::{Failure, Outcome, show_warnings};
+use super::{Failure, Outcome, Warnings};
 use crate::notes::Note;
 use crate::progress::Done;
 use crate::report;
 use crate::report::check::github::note_annotation;
 use crate::study::check::{Checked, CheckedJob, Gate, ReadJobs, Verdict};
+use crate::units::Date;
 
 const AFTER_HELP: &str = "\
 Examples:
@@ -59,17 +61,24 @@ enum Format {
 
 /// Checks all jobs and writes one report; if some file is wrong, reports all errors of all jobs and
 /// writes nothing.
-pub(super) fn run(args: &CheckArgs, out: &mut dyn Write) -> Result<Outcome, Failure> {
+pub(super) fn run(
+    args: &CheckArgs,
+    out: &mut dyn Write,
+    shown: &Warnings,
+) -> Result<Outcome, Failure> {
     let sink = Sink::open(args.output.as_deref())?;
     sink.refuse_inputs(&args.jobs)?;
-    let jobs = ReadJobs::read(&args.jobs);
+    let jobs = ReadJobs::read(&args.jobs, Date::of(SystemTime::now()));
     sink.refuse_inputs(jobs.files())?;
     let bar = progress();
     let Checked { jobs, warnings, errors } = jobs.check(&count_on(&bar));
     bar.finish_and_clear();
-    show_warnings(&warnings);
+    shown.show_of_jobs(&warnings);
     if args.format == Format::Github {
-        annotate(&warnings);
+        // The output has those that take part in a verdict.
+        let remarks = warnings.iter().filter(|w| w.accepted.is_none());
+        let remarks = remarks.filter(|w| w.best_verdict() == Verdict::Clear || !errors.is_empty());
+        annotate(remarks.map(|warning| &warning.note));
         annotate(&errors);
     }
     if !errors.is_empty() {
@@ -140,7 +149,7 @@ pub(super) fn count_on(bar: &ProgressBar) -> impl Fn(Done) + Sync {
 }
 
 /// Workflow commands for what is on standard error in words, too: GitHub reads them there as well.
-fn annotate(notes: &[Note]) {
+fn annotate<'n>(notes: impl IntoIterator<Item = &'n Note>) {
     let root = env::current_dir().unwrap_or_default();
     let mut lines: Vec<String> = Vec::new();
     for note in notes {

@@ -8,13 +8,13 @@ use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::output::{Sink, keep_apart, write_all};
-use super::{Failure, Outcome, show_warnings};
+use super::{Failure, Outcome, Warnings};
 use crate::notes::{Note, Place};
 use crate::progress::Done;
 use crate::report;
 use crate::study::Read;
 use crate::study::diagnose::{Settings, diagnose, read};
-use crate::units::date;
+use crate::units::Date;
 
 /// Steps of the progress bar.
 const STEPS: u64 = 100;
@@ -58,7 +58,11 @@ enum Format {
 }
 
 /// Diagnoses, writes the result, then the robot's file.
-pub(super) fn run(args: &DiagnoseArgs, out: &mut dyn Write) -> Result<Outcome, Failure> {
+pub(super) fn run(
+    args: &DiagnoseArgs,
+    out: &mut dyn Write,
+    shown: &Warnings,
+) -> Result<Outcome, Failure> {
     let sink = Sink::open(args.output.as_deref())?;
     let robot_sink = args.write.as_deref().map(|path| Sink::open(Some(path))).transpose()?;
     keep_apart(&[
@@ -70,7 +74,7 @@ pub(super) fn run(args: &DiagnoseArgs, out: &mut dyn Write) -> Result<Outcome, F
     for sink in std::iter::once(&sink).chain(&robot_sink) {
         sink.refuse_inputs(&files)?;
     }
-    show_warnings(&warnings);
+    shown.show(&warnings);
     let measured = measured?;
     let bar = progress();
     let settings = Settings { seed: args.seed };
@@ -81,7 +85,7 @@ pub(super) fn run(args: &DiagnoseArgs, out: &mut dyn Write) -> Result<Outcome, F
     });
     bar.finish_and_clear();
     let diagnosed = diagnosed?;
-    show_warnings(&diagnosed.notes);
+    shown.show(&diagnosed.notes);
     let text = match args.format {
         Format::Text => report::diagnosis::text::diagnosis(&diagnosed),
         Format::Json => report::diagnosis::json::diagnosis(&diagnosed)
@@ -89,7 +93,7 @@ pub(super) fn run(args: &DiagnoseArgs, out: &mut dyn Write) -> Result<Outcome, F
         Format::Html => report::diagnosis::html::diagnosis(&diagnosed),
     };
     let update = &diagnosed.update;
-    let date = date(SystemTime::now());
+    let date = Date::of(SystemTime::now()).to_string();
     let written = match &args.write {
         Some(path) => Some(update.output(&robot_file, path, &date)?),
         None => None,
@@ -97,7 +101,7 @@ pub(super) fn run(args: &DiagnoseArgs, out: &mut dyn Write) -> Result<Outcome, F
     let mut outputs: Vec<(&Sink, &[u8])> = vec![(&sink, text.as_bytes())];
     if let (Some(sink), Some(written)) = (&robot_sink, &written) {
         let in_file = |note: &Note| Note { place: Place::file(&written.path), ..note.clone() };
-        show_warnings(&update.notes.iter().map(in_file).collect::<Vec<_>>());
+        shown.show(&update.notes.iter().map(in_file).collect::<Vec<_>>());
         outputs.push((sink, &written.bytes));
     }
     write_all(&outputs, out)?;

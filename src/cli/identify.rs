@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::output::{Sink, keep_apart, write_all};
-use super::{Failure, Outcome, show_warnings};
+use super::{Failure, Outcome, Warnings};
 use crate::progress::Done;
 use crate::report::identify::{
     identification_json, identification_svg, identification_text, measured_csv,
@@ -55,7 +55,11 @@ enum Format {
 }
 
 /// Identifies a session; if a file is invalid, reports all errors and writes nothing.
-pub(super) fn run(args: &IdentifyArgs, out: &mut dyn Write) -> Result<Outcome, Failure> {
+pub(super) fn run(
+    args: &IdentifyArgs,
+    out: &mut dyn Write,
+    shown: &Warnings,
+) -> Result<Outcome, Failure> {
     let sink = Sink::open(args.output.as_deref())?;
     let table = args.write.as_deref().map(|path| Sink::open(Some(path))).transpose()?;
     keep_apart(&[
@@ -63,7 +67,7 @@ pub(super) fn run(args: &IdentifyArgs, out: &mut dyn Write) -> Result<Outcome, F
         ("--write", table.as_ref(), args.write.as_deref()),
     ])?;
     let Read { value: session, warnings, files } = read(&args.session);
-    show_warnings(&warnings);
+    shown.show(&warnings);
     let session = session?;
     for sink in [&sink].into_iter().chain(&table) {
         sink.refuse_inputs(&files)?;
@@ -75,6 +79,8 @@ pub(super) fn run(args: &IdentifyArgs, out: &mut dyn Write) -> Result<Outcome, F
         }
     });
     progress.finish_and_clear();
+    shown.shown_elsewhere(&found.warnings);
+    found.records.iter().for_each(|record| shown.shown_elsewhere(&record.warnings));
     let text = match args.format {
         Format::Text => identification_text(&found),
         Format::Json => {

@@ -10,10 +10,10 @@ mod map;
 mod output;
 mod schema;
 mod stiffness;
+mod warnings;
 
 use std::any::Any;
 use std::cell::Cell;
-use std::collections::HashSet;
 use std::io::{self, BufWriter, Write};
 use std::panic::{self, AssertUnwindSafe};
 use std::path::{Path, PathBuf};
@@ -22,6 +22,7 @@ use std::sync::{Mutex, PoisonError};
 
 use clap::{Parser, Subcommand};
 
+use self::warnings::Warnings;
 use crate::notes::{Note, Severity};
 
 const ABOUT: &str = "Predicts whether a milling, drilling or deburring job will excite a \
@@ -37,7 +38,7 @@ Examples:
 
 Exit codes:
   0  the job passes (an uncertain verdict warns and passes, see check --fail-on)
-  1  the job fails its policy, or no safe speed exists
+  1  the job fails its policy, or no safe speed exists; with --deny-warnings, on any warning
   2  a file or the command line is wrong
   3  an internal error";
 
@@ -47,6 +48,10 @@ Exit codes:
 struct Cli {
     #[command(subcommand)]
     verb: Verb,
+    /// Exit with code 1 where there are warnings that the job does not accept; the output is
+    /// written all the same.
+    #[arg(long, global = true)]
+    deny_warnings: bool,
 }
 
 #[derive(Debug, Subcommand)]
@@ -66,7 +71,7 @@ enum Verb {
 pub enum Outcome {
     /// Exit code 0.
     Pass,
-    /// Exit code 1: the job fails its policy, or no safe speed exists.
+    /// Exit code 1: the job fails its policy, no safe speed exists, or warnings are denied.
     Fail,
 }
 
@@ -107,9 +112,10 @@ pub fn main() -> ExitCode {
     let written = Cell::new(0);
     let ended = guarded(|| {
         let mut out = Counted { inner: BufWriter::new(io::stdout().lock()), bytes: &written };
-        let outcome = run(&cli.verb, &mut out)?;
+        let warnings = Warnings::default();
+        let outcome = run(&cli.verb, &mut out, &warnings)?;
         unless_closed(out.flush())?;
-        Ok(outcome)
+        Ok(if cli.deny_warnings { warnings.denied(outcome) } else { outcome })
     });
     let wrote = written.get() > 0;
     ExitCode::from(exit_code(ended, wrote, &mut io::stderr().lock()))
@@ -133,26 +139,16 @@ impl<W: Write> Write for Counted<'_, W> {
     }
 }
 
-fn run(verb: &Verb, out: &mut dyn Write) -> Result<Outcome, Failure> {
+fn run(verb: &Verb, out: &mut dyn Write, warnings: &Warnings) -> Result<Outcome, Failure> {
     match verb {
-        Verb::Check(args) => check::run(args, out),
-        Verb::Advise(args) => advise::run(args, out),
-        Verb::Diagnose(args) => diagnose::run(args, out),
-        Verb::Map(args) => map::run(args, out),
-        Verb::Stiffness(args) => stiffness::run(args, out),
-        Verb::Identify(args) => identify::run(args, out),
+        Verb::Check(args) => check::run(args, out, warnings),
+        Verb::Advise(args) => advise::run(args, out, warnings),
+        Verb::Diagnose(args) => diagnose::run(args, out, warnings),
+        Verb::Map(args) => map::run(args, out, warnings),
+        Verb::Stiffness(args) => stiffness::run(args, out, warnings),
+        Verb::Identify(args) => identify::run(args, out, warnings),
         Verb::Schema(args) => schema::run(args, out),
         Verb::Completions(args) => completions::run(args, out),
-    }
-}
-
-/// Warnings on standard error, each once.
-fn show_warnings(warnings: &[Note]) {
-    let mut shown: HashSet<&Note> = HashSet::new();
-    let mut err = io::stderr().lock();
-    for warning in warnings.iter().filter(|warning| shown.insert(warning)) {
-        // If standard error is closed, nobody reads it.
-        let _ = writeln!(err, "warning: {warning}");
     }
 }
 

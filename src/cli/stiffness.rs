@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::{Failure, Outcome, of_option, show_warnings};
+use super::{Failure, Outcome, Warnings, of_option};
 use crate::notes::{Note, Place};
 use crate::report::stiffness::{stiffness_json, stiffness_text};
 use crate::study::Read;
@@ -39,11 +39,16 @@ enum Format {
 
 /// Fits each joint of the table; if one cannot be fitted, reports all that cannot and writes
 /// nothing.
-pub(super) fn run(args: &StiffnessArgs, out: &mut dyn Write) -> Result<Outcome, Failure> {
+pub(super) fn run(
+    args: &StiffnessArgs,
+    out: &mut dyn Write,
+    shown: &Warnings,
+) -> Result<Outcome, Failure> {
     let Read { value: rows, warnings, .. } = read(&args.loads);
-    show_warnings(&warnings);
+    shown.show(&warnings);
     let found = stiffness(&rows?, args.confidence)
         .map_err(|errors| errors.into_iter().map(|note| at(args, note)).collect::<Vec<_>>())?;
+    found.iter().for_each(|joint| shown.shown_elsewhere(&joint.warnings));
     let text = match args.format {
         Format::Text => stiffness_text(&found),
         Format::Json => {
@@ -74,7 +79,7 @@ mod tests {
         std::fs::write(&loads, table).unwrap();
         let mut out = Vec::new();
         let file = format!("{}:", loads.display());
-        match run(&StiffnessArgs { loads, format, confidence }, &mut out) {
+        match run(&StiffnessArgs { loads, format, confidence }, &mut out, &Warnings::default()) {
             Ok(_) => Ok(String::from_utf8(out).unwrap()),
             Err(Failure::Input(errors)) => {
                 Err(errors.iter().map(|error| error.to_string().replace(&file, "")).collect())

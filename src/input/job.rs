@@ -1,5 +1,6 @@
 //! job.yaml → a job.
 
+mod accept;
 mod carried;
 mod operations;
 mod speeds;
@@ -17,7 +18,7 @@ use super::waypoints::FromPrograms;
 use super::{Reading, schema};
 use crate::formats::text::read_text;
 use crate::formats::yaml::{Node, Step, document};
-use crate::job::{Job, Levers, Operation, Policy, Spindle, Tool};
+use crate::job::{Job, Levers, Operation, Policy, Review, Spindle, Tool};
 use crate::model::Robot;
 use crate::notes::{Code, Note, Notes, Place};
 use crate::units::{m_from_mm, m_per_n_from_um_per_n, rad_from_deg, ratio_from_percent};
@@ -73,6 +74,7 @@ pub(super) fn job_of_text(
         },
     };
     let parts = reader.parts();
+    let accept = reader.acceptances();
     let Reader { notes, programs, .. } = reader;
     let mut errors = reading.settle(notes);
     reading.append(programs.reading);
@@ -90,6 +92,7 @@ pub(super) fn job_of_text(
                 operations,
                 policy,
                 levers,
+                review: Review { warnings: reading.warnings.clone(), accept },
             })
         }
         _ => {

@@ -2,8 +2,19 @@
 
 use serde::{Serialize, Serializer};
 
+/// What a note does to the verdict on a job.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Class {
+    /// There is none.
+    Error,
+    /// Nothing.
+    Remark,
+    /// A resonance may hide in what the note is about: the verdict is at best uncertain.
+    Doubt,
+}
+
 macro_rules! codes {
-    ($($(#[doc = $meaning:literal])+ $variant:ident = $name:literal,)+) => {
+    ($($(#[doc = $meaning:literal])+ $variant:ident = $name:literal: $class:ident,)+) => {
         /// What kind of thing a note says.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
         pub enum Code { $($(#[doc = $meaning])+ $variant,)+ }
@@ -23,6 +34,16 @@ macro_rules! codes {
                 match self { $(Self::$variant => $name,)+ }
             }
 
+            /// The code of this name.
+            pub fn named(name: &str) -> Option<Self> {
+                Self::ALL.iter().copied().find(|code| code.name() == name)
+            }
+
+            /// What its notes do to a verdict.
+            pub const fn class(self) -> Class {
+                match self { $(Self::$variant => Class::$class,)+ }
+            }
+
             /// What it means, as a sentence.
             pub fn meaning(self) -> &'static str {
                 match self { $(Self::$variant => concat!($($meaning,)+).trim(),)+ }
@@ -33,138 +54,148 @@ macro_rules! codes {
 
 codes! {
     /// An option of the command line is wrong, or contradicts another.
-    Usage = "usage",
+    Usage = "usage": Error,
     /// A file does not exist, cannot be read, is too large, or is not of the kind that it must be.
-    Unreadable = "unreadable",
+    Unreadable = "unreadable": Error,
     /// An output cannot be written where it should go, or would replace what the run reads.
-    Unwritable = "unwritable",
+    Unwritable = "unwritable": Error,
     /// The text of a file does not follow its format.
-    Syntax = "syntax",
+    Syntax = "syntax": Error,
     /// A key, column or tag that detune does not know.
-    UnknownKey = "unknown_key",
+    UnknownKey = "unknown_key": Error,
     /// A key, column or tag that is needed is not there.
-    MissingKey = "missing_key",
+    MissingKey = "missing_key": Error,
     /// A value has the wrong type or lies outside what is possible.
-    Value = "value",
+    Value = "value": Error,
     /// A name refers to nothing: no such joint, link, file, channel or tool.
-    Reference = "reference",
+    Reference = "reference": Error,
     /// Two statements contradict each other.
-    Conflict = "conflict",
+    Conflict = "conflict": Error,
     /// A mass or inertia that no body can have.
-    Inertia = "inertia",
+    Inertia = "inertia": Error,
     /// Links and joints do not form one serial chain or tree with one root.
-    Tree = "tree",
+    Tree = "tree": Error,
     /// The robot has no elastic coordinate, or one that moves no mass.
-    NotElastic = "not_elastic",
+    NotElastic = "not_elastic": Error,
     /// The mass or stiffness matrix is not positive definite at a pose.
-    Singular = "singular",
+    Singular = "singular": Error,
     /// The robot does not reach a waypoint, or not without passing a joint limit or a singularity.
-    Unreachable = "unreachable",
+    Unreachable = "unreachable": Error,
     /// A joint lies outside its limits.
-    JointLimit = "joint_limit",
+    JointLimit = "joint_limit": Error,
     /// A statement of a program whose motion detune does not understand.
-    Motion = "motion",
+    Motion = "motion": Error,
     /// A path, program or table is longer than detune accepts.
-    TooLong = "too_long",
+    TooLong = "too_long": Error,
     /// A table or record holds too little data for what is asked.
-    TooLittleData = "too_little_data",
+    TooLittleData = "too_little_data": Error,
     /// A computation did not converge.
-    NotConverged = "not_converged",
+    NotConverged = "not_converged": Error,
     /// A file that would be written is not what was asked for, so nothing was written.
-    NotRewritten = "not_rewritten",
+    NotRewritten = "not_rewritten": Error,
     /// Further errors were counted but are not listed.
-    More = "more",
+    More = "more": Error,
     /// A setting that has no effect.
-    Unused = "unused",
+    Unused = "unused": Remark,
     /// A value that no file states was assumed.
-    Assumed = "assumed",
+    Assumed = "assumed": Remark,
     /// The same mass and inertia on several links.
-    SameInertial = "same_inertial",
+    SameInertial = "same_inertial": Doubt,
     /// A centre of mass or a radius of gyration that lies beyond its link.
-    InertiaExtent = "inertia_extent",
+    InertiaExtent = "inertia_extent": Doubt,
     /// Masses that are out of scale with the length of the arm.
-    TotalMass = "total_mass",
+    TotalMass = "total_mass": Doubt,
     /// Numbers of a robot's files that look like millimetres or grams.
-    CadUnits = "cad_units",
+    CadUnits = "cad_units": Doubt,
     /// A moving joint that no spring is given for.
-    RigidJoint = "rigid_joint",
+    RigidJoint = "rigid_joint": Doubt,
     /// A first natural frequency that no arm has.
-    FirstFrequency = "first_frequency",
+    FirstFrequency = "first_frequency": Doubt,
     /// A part of the program or table was left out.
-    LeftOut = "left_out",
+    LeftOut = "left_out": Remark,
+    /// Motion, or what may be motion, was left out of the path.
+    MotionLeftOut = "motion_left_out": Doubt,
+    /// An axis that the program moves is taken to stand still.
+    AxisIgnored = "axis_ignored": Doubt,
+    /// The program changes tool, head or work object, and the job's are used throughout.
+    ChangeIgnored = "change_ignored": Doubt,
+    /// The unit of a program's lengths is stated nowhere and was assumed.
+    UnitAssumed = "unit_assumed": Doubt,
+    /// A link with geometry but no inertial counts as massless.
+    Massless = "massless": Doubt,
     /// The verdict is about nothing: no line or no mode counted, or the spindle stood still.
-    NothingChecked = "nothing_checked",
+    NothingChecked = "nothing_checked": Doubt,
     /// A joint cannot keep the programmed feed.
-    FeedLimit = "feed_limit",
+    FeedLimit = "feed_limit": Remark,
     /// A spindle schedule asks for more than the spindle's acceleration.
-    SpindleAcceleration = "spindle_acceleration",
+    SpindleAcceleration = "spindle_acceleration": Doubt,
     /// A spindle schedule cannot follow the objective that was asked for.
-    ObjectiveNotFollowed = "objective_not_followed",
+    ObjectiveNotFollowed = "objective_not_followed": Remark,
     /// Nobody says what the arm carries, so a verdict is at best uncertain.
-    PayloadUnknown = "payload_unknown",
+    PayloadUnknown = "payload_unknown": Doubt,
     /// The program declares a tool mass other than the job or the robot file.
-    ToolMass = "tool_mass",
+    ToolMass = "tool_mass": Remark,
     /// The program's own tool or work object is used, and not the job's.
-    FrameFromProgram = "frame_from_program",
+    FrameFromProgram = "frame_from_program": Remark,
     /// The program commands a spindle speed that is not checked, or that the spindle does not
     /// reach.
-    SpindleCommand = "spindle_command",
+    SpindleCommand = "spindle_command": Doubt,
     /// A job or program was not written, and why.
-    NotWritten = "not_written",
+    NotWritten = "not_written": Remark,
     /// Poses of a map lie outside the joint limits.
-    OutsideLimits = "outside_limits",
+    OutsideLimits = "outside_limits": Remark,
     /// A peak of a nonlinear map that may not be the mode.
-    Doubtful = "doubtful",
+    Doubtful = "doubtful": Remark,
     /// A mode above half the sampling rate, seen at another frequency.
-    Folded = "folded",
+    Folded = "folded": Remark,
     /// Frequencies look as if they were in another unit.
-    Units = "units",
+    Units = "units": Remark,
     /// A calibration that says little, or that was fitted to the same data.
-    Calibration = "calibration",
+    Calibration = "calibration": Remark,
     /// The hammer bounced, or a second hit fell into a decay.
-    DoubleHit = "double_hit",
+    DoubleHit = "double_hit": Remark,
     /// A channel ran into its limit.
-    Clipping = "clipping",
+    Clipping = "clipping": Remark,
     /// A channel is quantised in few steps.
-    CoarseSteps = "coarse_steps",
+    CoarseSteps = "coarse_steps": Remark,
     /// A channel does not move.
-    DeadChannel = "dead_channel",
+    DeadChannel = "dead_channel": Remark,
     /// A sample stands alone.
-    Spike = "spike",
+    Spike = "spike": Remark,
     /// A channel stands still for a while in the middle of its motion.
-    Dropout = "dropout",
+    Dropout = "dropout": Remark,
     /// A channel shows none of the modes that others show.
-    NoSignal = "no_signal",
+    NoSignal = "no_signal": Remark,
     /// The record ends before a mode has decayed.
-    Leakage = "leakage",
+    Leakage = "leakage": Remark,
     /// Force and response are not coherent at a mode.
-    LowCoherence = "low_coherence",
+    LowCoherence = "low_coherence": Remark,
     /// The force hardly reaches a mode's frequency.
-    WeakForce = "weak_force",
+    WeakForce = "weak_force": Remark,
     /// The record is shorter than a mode needs.
-    ShortRecord = "short_record",
+    ShortRecord = "short_record": Remark,
     /// The frequency may be aliased.
-    MayBeFolded = "may_be_folded",
+    MayBeFolded = "may_be_folded": Remark,
     /// A mode looks like a harmonic of the mains.
-    Mains = "mains",
+    Mains = "mains": Remark,
     /// A mode looks like a harmonic of the spindle.
-    Spindle = "spindle",
+    Spindle = "spindle": Remark,
     /// A mode's frequency depends on amplitude.
-    AmplitudeDependent = "amplitude_dependent",
+    AmplitudeDependent = "amplitude_dependent": Remark,
     /// A joint's stiffness depends on the load.
-    LoadDependent = "load_dependent",
+    LoadDependent = "load_dependent": Remark,
     /// A steady tone beside the modes, which was fitted and left out.
-    Tone = "tone",
+    Tone = "tone": Remark,
     /// A start or peak that the fit could not settle.
-    Unsettled = "unsettled",
+    Unsettled = "unsettled": Remark,
     /// No mode was found.
-    NoModes = "no_modes",
+    NoModes = "no_modes": Remark,
     /// Records of one pose do not agree, or one lacks a mode.
-    Disagreement = "disagreement",
+    Disagreement = "disagreement": Remark,
     /// Poses have different numbers of modes.
-    ModesDiffer = "modes_differ",
+    ModesDiffer = "modes_differ": Remark,
     /// Something about the file or the session that changes how results read.
-    Remark = "remark",
+    Remark = "remark": Remark,
 }
 
 impl std::fmt::Display for Code {
@@ -185,6 +216,7 @@ mod tests {
         assert_eq!(names.len(), Code::ALL.len());
         for code in Code::ALL {
             assert!(code.meaning().ends_with('.') && !code.meaning().starts_with(' '), "{code}");
+            assert!(Code::named(code.name()) == Some(*code));
             assert!(code.name().chars().all(|c| c.is_ascii_lowercase() || c == '_'), "{code}");
         }
     }

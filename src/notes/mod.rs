@@ -5,6 +5,6 @@ mod code;
 mod collector;
 mod note;
 
-pub use code::Code;
+pub use code::{Class, Code};
 pub use collector::Notes;
 pub use note::{Note, Part, Place, Severity};

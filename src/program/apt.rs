@@ -176,7 +176,7 @@ impl<'a> Reader<'a> {
             "MSYS" => self.system(line, minor),
             "HEAD" => {
                 self.log.warning(
-                    Code::Assumed,
+                    Code::ChangeIgnored,
                     line,
                     "HEAD: the job's tcp is used with every head",
                 );
@@ -428,7 +428,7 @@ impl<'a> Reader<'a> {
         let unit = names.first().copied();
         if !self.units_given && matches!(unit, Some("IPM" | "IPR")) {
             self.log.warning(
-                Code::Assumed,
+                Code::UnitAssumed,
                 line,
                 "the feed is in inches, but no UNITS is given: lengths are in mm",
             );

@@ -1,10 +1,12 @@
 //! What all JSON outputs have in common: numbers that are finite, and a layout that people can read.
 
 mod finite;
+mod warning;
 
 use std::fmt;
 use std::io;
 
+pub(super) use self::warning::{Warning, notices};
 use serde::Serialize;
 use serde_json::ser::{CompactFormatter, Formatter, PrettyFormatter};
 

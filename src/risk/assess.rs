@@ -6,13 +6,14 @@ use super::bands::LineBands;
 use super::crossings;
 use super::left_out::left_out;
 use super::margin::closest_approach;
-use super::operation_notes::{Counted, in_operation, warnings};
+use super::operation_notes::{in_operation, on_operation};
 use super::probability::{JobDraws, driver, probabilities};
 use super::rules::Rules;
 use super::spindle_profile::SpindleProfile;
 use super::verdict::{
     Certainty, Crossing, JobRisk, ModeExchange, OperationRisk, Sample, SpeedPoint, Verdict,
 };
+use super::warnings::{Warning, unused, warnings};
 use crate::excitation::lines;
 use crate::job::{Job, Operation, Policy, SpindleSpeed};
 use crate::motion::Move;
@@ -46,6 +47,13 @@ pub fn assess(job: &Job, progress: Progress) -> Result<JobRisk, Vec<Note>> {
     if !faults.is_empty() {
         return Err(faults);
     }
+    let mut warnings = warnings(job, job.review.warnings.iter().cloned().chain(all));
+    warnings.extend(unused(job, &warnings, &operations).into_iter().map(Warning::from));
+    for operation in &mut operations {
+        let own = warnings.iter().filter(|warning| warning.is_about(&operation.name));
+        let best = own.map(Warning::best_verdict).max();
+        operation.verdict = operation.verdict.max(best.unwrap_or(Verdict::Clear));
+    }
     Ok(JobRisk {
         verdict: operations.iter().map(|o| o.verdict).max().unwrap_or(Verdict::Clear),
         calibrated: job.robot.calibration().is_some(),
@@ -55,7 +63,7 @@ pub fn assess(job: &Job, progress: Progress) -> Result<JobRisk, Vec<Note>> {
         separation: job.policy.separation,
         coordinates: job.robot.coordinates().iter().map(|c| c.name.clone()).collect(),
         operations,
-        warnings: all,
+        warnings,
     })
 }
 
@@ -68,8 +76,8 @@ fn assess_operation<'j>(
     let path = paths.plan(operation)?;
     let (risk, rings) = survey_operation(job, operation, &path, draws, progress)
         .map_err(|note| vec![in_operation(job, operation, note)])?;
-    let warnings = warnings(job, operation, &path, &risk);
-    Ok((risk, warnings, rings))
+    let notes = on_operation(job, operation, &path, &risk);
+    Ok((risk, notes, rings))
 }
 
 /// The paths of a job's operations: one that is divided is planned whole, once, so that the arm
@@ -190,6 +198,9 @@ fn survey_operation(
     for (crossing, probability) in found.iter_mut().zip(probabilities.crossings) {
         crossing.driver = driver(&trust, &mut surveyor, crossing)?;
         crossing.probability = Some(probability.probability);
+        let mut accept = job.review.accept.iter();
+        let entry = accept.find(|entry| entry.covers_crossing(&operation.name, crossing.mode));
+        crossing.accepted = entry.map(|entry| entry.terms.clone());
     }
 
     let shown = shown(&survey);
@@ -201,10 +212,10 @@ fn survey_operation(
         .collect();
     let [spindle_min_rpm, spindle_max_rpm] = operation.speed.range_rpm();
     let share = Draws::share(&probabilities.rings);
-    let mut risk = OperationRisk {
+    let risk = OperationRisk {
         name: operation.name.clone(),
         program: operation.program.clone(),
-        verdict: Verdict::Clear,
+        verdict: worst(&found),
         tool: operation.tool_number,
         payload: operation.carried,
         spindle_rpm: operation.speed.rpm_at(0.0),
@@ -233,21 +244,17 @@ fn survey_operation(
             .map(|e| ModeExchange { s: e.s, lower_mode: e.lower_mode + 1 })
             .collect(),
     };
-    risk.verdict = verdict(path, &risk);
     Ok((risk, probabilities.rings))
 }
 
-/// The worst of the crossings; that nothing counts is a verdict of its own.
-fn verdict(path: &Path, risk: &OperationRisk) -> Verdict {
+/// The worst of the crossings that are not accepted.
+fn worst(crossings: &[Crossing]) -> Verdict {
     let of_crossing = |crossing: &Crossing| match crossing.certainty {
         Certainty::Certain => Verdict::Resonance,
         Certainty::Uncertain => Verdict::Uncertain,
     };
-    let unchecked = (!Counted::new(path, risk).anything()).then_some(Verdict::Unchecked);
-    // An arm whose load nobody knows has frequencies that nobody knows.
-    let unknown = (!risk.payload.is_known()).then_some(Verdict::Uncertain);
-    let others = unchecked.into_iter().chain(unknown);
-    risk.crossings.iter().map(of_crossing).chain(others).max().unwrap_or(Verdict::Clear)
+    let open = crossings.iter().filter(|crossing| crossing.accepted.is_none());
+    open.map(of_crossing).max().unwrap_or(Verdict::Clear)
 }
 
 /// Stations that become samples: all, or so many that neighbours are no more than [`MAX_GAP`]

@@ -104,6 +104,7 @@ fn crossing(
         natural_frequency_ci95_hz: bands.rules.interval_hz(closest_s, r, natural_frequency_hz),
         probability: None,
         driver: None,
+        accepted: None,
         separation: (excitation_hz - natural_frequency_hz).abs() / natural_frequency_hz,
         tip_response_m_per_n: surveyor.tip_response_m_per_n()[r],
         moves: order.into_iter().map(moves).collect(),

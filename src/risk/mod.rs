@@ -10,6 +10,7 @@ mod probability;
 mod rules;
 mod spindle_profile;
 mod verdict;
+mod warnings;
 
 pub use assess::{Paths, assess, crossings_under, detail};
 pub use margin::closest_approach;
@@ -21,3 +22,4 @@ pub use verdict::{
     Approach, Certainty, Crossing, Driver, JobRisk, LeftOut, ModeExchange, Move, OperationRisk,
     Sample, SpeedPoint, Verdict,
 };
+pub use warnings::{Warning, warnings};

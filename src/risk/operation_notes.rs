@@ -1,4 +1,4 @@
-//! Remarks on an operation that do not change its verdict.
+//! Warnings on an operation.
 
 use super::verdict::OperationRisk;
 use crate::job::{Job, Operation, SpindleSpeed};
@@ -20,7 +20,7 @@ pub fn about_operation(job: &Job, operation: &Operation, code: Code, what: Strin
 }
 
 /// What a planner should know of an operation beside its crossings.
-pub(super) fn warnings(
+pub(super) fn on_operation(
     job: &Job,
     operation: &Operation,
     path: &Path,
@@ -68,11 +68,6 @@ impl Counted {
             lines: risk.left_out.lines.len() < risk.lines.len(),
             modes: risk.left_out.modes.len() < path.robot().coordinates().len(),
         }
-    }
-
-    /// Whether there is anything.
-    pub(super) fn anything(&self) -> bool {
-        self.spindle_turns && self.lines && self.modes
     }
 }
 

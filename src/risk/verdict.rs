@@ -6,9 +6,9 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::warnings::Warning;
 use crate::excitation::{ExcitationLine, WithoutOrder};
-use crate::job::Carried;
-use crate::notes::Note;
+use crate::job::{Accepted, Carried};
 use crate::uncertainty::Estimate;
 use crate::units::written;
 
@@ -80,6 +80,8 @@ pub struct Crossing {
     pub probability: Option<f64>,
     /// What most of the doubt about the frequency comes from; null where one figure says it.
     pub driver: Option<Driver>,
+    /// Why it counts no more, where the job accepts it.
+    pub accepted: Option<Accepted>,
     /// The file that the lines refer to: the program as the job names it, else the job file as it
     /// was named on the command line.
     #[serde(serialize_with = "written::path")]
@@ -208,7 +210,7 @@ pub struct OperationRisk {
     /// refer to the job file.
     #[serde(skip)]
     pub program: Option<PathBuf>,
-    /// The worst of its crossings.
+    /// The worst of its crossings that are not accepted, and no better than its warnings leave it.
     pub verdict: Verdict,
     /// Number of the tool in the program; null where there is none.
     pub tool: Option<u32>,
@@ -270,7 +272,6 @@ pub struct JobRisk {
     pub coordinates: Vec<String>,
     /// One per operation, in order.
     pub operations: Vec<OperationRisk>,
-    /// Remarks that change no verdict, such as a verdict about nothing: on the files that were
-    /// read, then in the order of the operations.
-    pub warnings: Vec<Note>,
+    /// On the files that were read, then in the order of the operations.
+    pub warnings: Vec<Warning>,
 }

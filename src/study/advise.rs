@@ -12,7 +12,8 @@ use crate::job::{Carried, Job, Levers, Operation, Spindle, SpindleSpeed};
 use crate::notes::{Code, Note, Part, Place};
 use crate::program::{NewSpeed, Rewrite};
 use crate::progress::Progress;
-use crate::units::{m_per_s_from_mm_per_min, mm_per_min_from_m_per_s};
+use crate::risk::{Warning, warnings};
+use crate::units::{Date, m_per_s_from_mm_per_min, mm_per_min_from_m_per_s};
 
 use super::{Output, Read};
 
@@ -35,6 +36,8 @@ pub struct AdvisedJob {
     pub has_poses: Vec<bool>,
     /// What to do.
     pub advice: JobAdvice,
+    /// On the files that were read, then on the operations.
+    pub warnings: Vec<Warning>,
     /// The job as advised, where it was asked for and can be run.
     pub written_job: Option<PathBuf>,
     /// The program as advised, where it was asked for and can be rewritten.
@@ -52,6 +55,7 @@ impl AdvisedJob {
             is_speed_of_program: job.operations.iter().any(|each| each.is_speed_of_program),
             levers: job.levers.clone(),
             has_poses: job.operations.iter().map(Operation::has_poses).collect(),
+            warnings: warnings(job, job.review.warnings.iter().chain(&advice.warnings).cloned()),
             advice,
             written_job: None,
             written_program: None,
@@ -75,13 +79,18 @@ pub struct Advised {
     pub job: AdvisedJob,
     /// The files that were asked for, those of them that can be written.
     pub outputs: Vec<Output>,
-    /// Warnings of the advice, and why a file is not written.
-    pub warnings: Vec<Note>,
+    /// Why a file is not written.
+    pub not_written: Vec<Note>,
 }
 
-/// Reads a job file and what it names.
-pub fn read(file: &Path) -> Read<Job> {
-    Read::of(|reading| read_job(file, reading))
+/// Reads a job file and what it names, with what it accepts on a day.
+pub fn read(file: &Path, today: Date) -> Read<Job> {
+    let mut read = Read::of(|reading| read_job(file, reading));
+    if let Ok(job) = &mut read.value {
+        job.expire(today);
+        read.warnings.clone_from(&job.review.warnings);
+    }
+    read
 }
 
 /// Advises a job of which `files` were read.
@@ -101,13 +110,10 @@ pub fn advise(
         refuse_unknown_vibration(job, &found.operations)?;
     }
     // What stops the writing comes behind what was to be known before.
-    let warnings = found.warnings.clone();
-    let stopped = |error: Note| warnings.iter().cloned().chain([error]).collect::<Vec<_>>();
-    let mut advised = Advised {
-        warnings: warnings.clone(),
-        job: AdvisedJob::new(job, found),
-        outputs: Vec::new(),
-    };
+    let before = found.warnings.clone();
+    let stopped = |error: Note| before.iter().cloned().chain([error]).collect::<Vec<_>>();
+    let mut advised =
+        Advised { not_written: Vec::new(), job: AdvisedJob::new(job, found), outputs: Vec::new() };
     let operations = &advised.job.advice.operations;
     let unsafe_one = operations.iter().find(|operation| !operation.remedy.is_clear());
     let why = unsafe_one.map(|operation| {
@@ -115,7 +121,7 @@ pub fn advise(
     });
     if let Some(path) = to.program {
         match &why {
-            Some(why) => advised.warnings.push(not_written(path, why)),
+            Some(why) => advised.not_written.push(not_written(path, why)),
             None => {
                 let rewrite = program_rewrite(job, operations, options.feed)
                     .map_err(|why| stopped(refused(path, &why)))?;
@@ -128,7 +134,7 @@ pub fn advise(
     }
     if let Some(path) = to.job {
         match &why {
-            Some(why) => advised.warnings.push(not_written(path, why)),
+            Some(why) => advised.not_written.push(not_written(path, why)),
             None => {
                 let text = job_text(job, files, &advised.job.advice, path, advised.outputs.first())
                     .map_err(stopped)?;

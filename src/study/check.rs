@@ -9,7 +9,9 @@ use crate::job::{Job, Policy};
 use crate::notes::{Code, Note, Place};
 use crate::progress::Progress;
 pub use crate::risk::Verdict;
+pub use crate::risk::Warning;
 use crate::risk::{JobRisk, assess};
+use crate::units::Date;
 
 /// Measured arms have their first mode at 7 to 26 Hz: less than half of that, or eight times as
 /// much, is a mistake in the model.
@@ -112,15 +114,15 @@ pub struct Checked {
     /// The jobs that could be checked, in the order given.
     pub jobs: Vec<CheckedJob>,
     /// Warnings on all jobs, those included that could not be checked.
-    pub warnings: Vec<Note>,
+    pub warnings: Vec<Warning>,
     /// Why the others could not be checked.
     pub errors: Vec<Note>,
 }
 
 impl ReadJobs {
-    /// Reads job files.
-    pub fn read(files: &[PathBuf]) -> Self {
-        Self(files.par_iter().map(|file| advise::read(file)).collect())
+    /// Reads job files, with what they accept on a day.
+    pub fn read(files: &[PathBuf], today: Date) -> Self {
+        Self(files.par_iter().map(|file| advise::read(file, today)).collect())
     }
 
     /// Every file that was read.
@@ -131,11 +133,7 @@ impl ReadJobs {
     /// Checks those that could be read.
     pub fn check(self, progress: Progress) -> Checked {
         let one = |Read { value: job, warnings, .. }: Read<Job>| {
-            let checked = job.and_then(|job| check(&job, progress)).map(|mut checked| {
-                checked.risk.warnings.splice(..0, warnings.iter().cloned());
-                checked
-            });
-            (checked, warnings)
+            (job.and_then(|job| check(&job, progress)), warnings)
         };
         let mut all = Checked::default();
         for (checked, read) in self.0.into_par_iter().map(one).collect::<Vec<_>>() {
@@ -145,7 +143,7 @@ impl ReadJobs {
                     all.jobs.push(job);
                 }
                 Err(errors) => {
-                    all.warnings.extend(read);
+                    all.warnings.extend(read.into_iter().map(Warning::from));
                     all.errors.extend(errors);
                 }
             }

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use detune::advice::{Binding, Change, Objective, Options, Remedy, advise};
-use detune::job::{Carried, Job, Levers, Operation, Policy, Spindle, SpindleSpeed, Tool};
+use detune::job::{Carried, Job, Levers, Operation, Policy, Review, Spindle, SpindleSpeed, Tool};
 use detune::model::Robot;
 use detune::motion::{Move, Target};
 use detune::progress::silent;
@@ -44,6 +44,7 @@ fn job(robot: &Arc<Robot>, waypoints: &[[f64; 2]], rpm: f64, teeth: u32, policy:
         )],
         policy,
         levers: Levers::default(),
+        review: Review::default(),
     }
 }
 

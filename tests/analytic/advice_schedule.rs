@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use detune::advice::{Coupling, FeedRule, Objective, Options, Remedy, Schedule, advise};
-use detune::job::{Carried, Job, Levers, Operation, Policy, Spindle, SpindleSpeed, Tool};
+use detune::job::{Carried, Job, Levers, Operation, Policy, Review, Spindle, SpindleSpeed, Tool};
 use detune::model::Robot;
 use detune::motion::{Move, Target};
 use detune::progress::silent;
@@ -60,6 +60,7 @@ fn case(waypoints: &[[f64; 2]], rpm: f64, policy: Policy, spindle: Spindle, air:
         )],
         policy,
         levers: Levers::default(),
+        review: Review::default(),
     };
     Case { job, frequencies, duration_s, orders }
 }

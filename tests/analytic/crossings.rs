@@ -5,7 +5,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use detune::job::{Carried, Job, Levers, Operation, Policy, Spindle, SpindleSpeed, Tool};
+use detune::job::{Carried, Job, Levers, Operation, Policy, Review, Spindle, SpindleSpeed, Tool};
 use detune::model::Robot;
 use detune::motion::{Move, Target};
 use detune::progress::silent;
@@ -127,6 +127,7 @@ fn job(
         )],
         policy,
         levers: Levers::default(),
+        review: Review::default(),
     }
 }
 

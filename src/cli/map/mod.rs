@@ -12,7 +12,7 @@ pub(super) use self::args::MapArgs;
 use self::args::{Format, MethodName};
 use self::progress::bar;
 use super::output::Sink;
-use super::{Failure, Outcome, of_option, show_warnings};
+use super::{Failure, Outcome, Warnings, of_option};
 use crate::notes::Note;
 use crate::progress::Done;
 use crate::report::map::{MapFormat, MapWriter, map_svg, reduced_csv, reduced_json, reduced_svg};
@@ -32,12 +32,16 @@ impl From<MapError> for Failure {
 }
 
 /// Writes the map of `args` to `out` or to its file.
-pub(super) fn run(args: &MapArgs, out: &mut dyn Write) -> Result<Outcome, Failure> {
+pub(super) fn run(
+    args: &MapArgs,
+    out: &mut dyn Write,
+    shown: &Warnings,
+) -> Result<Outcome, Failure> {
     let method = check_options(args)?;
     let sink = Sink::open(args.output.as_deref())?;
     let Read { value: robot, warnings, mut files } =
         study::read_robot(&super::robot_file(&args.robot));
-    show_warnings(&warnings);
+    shown.show(&warnings);
     let robot = robot?;
     // Standard input may be a file, too.
     files.extend(args.poses.iter().map(|poses| match poses {
@@ -59,7 +63,7 @@ pub(super) fn run(args: &MapArgs, out: &mut dyn Write) -> Result<Outcome, Failur
         };
         out.flush()?;
         let warnings = summary.warnings(&robot).into_iter().map(with_option);
-        show_warnings(&warnings.collect::<Vec<_>>());
+        shown.show(&warnings.collect::<Vec<_>>());
         Ok(())
     })?;
     Ok(Outcome::Pass)

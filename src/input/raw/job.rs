@@ -53,6 +53,30 @@ pub(in crate::input) struct Job {
     /// How far the work object may be moved in the base frame: detune advise says what that would
     /// change.
     pub(in crate::input) work_object_shift: Option<Shift>,
+    /// Findings that somebody has looked at: they count no more until a day, and are shown as
+    /// accepted.
+    pub(in crate::input) accept: Option<Vec<Acceptance>>,
+}
+
+/// A finding that is accepted.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(in crate::input) struct Acceptance {
+    /// Code of a warning, or crossing: that a line lies in a mode's band.
+    #[schemars(required, extend("examples" = ["axis_ignored"]))]
+    pub(in crate::input) code: Option<String>,
+    /// With crossing: the mode, counted from 1; any if absent.
+    #[schemars(extend("minimum" = 1))]
+    pub(in crate::input) mode: Option<u32>,
+    /// Name of the operation; any if absent.
+    #[schemars(extend("examples" = ["rough"]))]
+    pub(in crate::input) operation: Option<String>,
+    /// Why it is accepted.
+    #[schemars(required, extend("examples" = ["rail stands still in this cell"]))]
+    pub(in crate::input) reason: Option<String>,
+    /// The last day on which it is, as YYYY-MM-DD.
+    #[schemars(required, extend("examples" = ["2027-06-30"]))]
+    pub(in crate::input) until: Option<String>,
 }
 
 // Variants without doc comments: schemars then writes a plain `enum`.

@@ -307,7 +307,7 @@ impl<'a> Builder<'a> {
             let vibrates = ancestors(nodes, *node).any(|a| !nodes[a].coordinates.is_empty());
             if vibrates && link.inertial.is_none() && link.has_geometry {
                 let what = "has geometry but no <inertial>: counted as massless";
-                self.warning(Code::Assumed, Part::Link(link.name.clone()), "inertial", what);
+                self.warning(Code::Massless, Part::Link(link.name.clone()), "inertial", what);
             }
         }
     }

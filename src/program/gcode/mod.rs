@@ -60,7 +60,7 @@ fn run(reader: &mut Reader, line: usize, block: &Block) -> bool {
         );
     }
     if block.get('E').is_some() {
-        reader.log.warning(Code::LeftOut, line, "E words are left out");
+        reader.log.warning(Code::AxisIgnored, line, "E words are left out");
     }
     let contradictions = contradictions(block);
     if !contradictions.is_empty() {

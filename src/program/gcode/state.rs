@@ -177,7 +177,7 @@ impl<'a> Reader<'a> {
     pub(super) fn work_offset(&mut self, line: usize, code: i64) {
         if self.offset.is_some_and(|before| before != code) {
             let what = "another work offset is chosen: the job's work_object is used throughout";
-            self.log.warning(Code::Assumed, line, what);
+            self.log.warning(Code::ChangeIgnored, line, what);
         }
         self.offset = Some(code);
     }

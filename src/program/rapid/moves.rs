@@ -152,7 +152,7 @@ impl<'a> Interpreter<'a> {
     fn note_external_axes(&mut self, line: usize, external: Option<&Value>) {
         if has_external_axes(external) {
             self.log.warning(
-                Code::Assumed,
+                Code::AxisIgnored,
                 line,
                 "targets place external axes: these are taken to stand still",
             );

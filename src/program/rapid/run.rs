@@ -287,7 +287,7 @@ impl<'a> Interpreter<'a> {
     fn while_loop(&mut self, line: usize, condition: &'a Expr, body: &'a Block) -> Flow {
         if *condition == Expr::Bool(true) {
             self.log.warning(
-                Code::Assumed,
+                Code::MotionLeftOut,
                 line,
                 "an endless loop: read once, without the move from its end back to its beginning",
             );
@@ -395,7 +395,7 @@ impl<'a> Interpreter<'a> {
                 "'{}' is not in this file; if it moves, its motion is not read",
                 name.shown
             );
-            self.log.warning(Code::LeftOut, line, what);
+            self.log.warning(Code::MotionLeftOut, line, what);
         }
     }
 

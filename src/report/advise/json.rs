@@ -11,7 +11,7 @@ use crate::advice::{
     self, Binding, Change, ClosedRange, ModeRange, Objective, OperationAdvice, Remedy, Schedule,
     Vibration,
 };
-use crate::report::json::{NotFinite, laid_out};
+use crate::report::json::{NotFinite, Warning, laid_out};
 use crate::study::advise::AdvisedJob;
 use crate::units::{deg_from_rad, mm_from_m, mm_per_min_from_m_per_s, percent_from_ratio};
 
@@ -42,6 +42,9 @@ pub(in crate::report) struct Advice<'a> {
     model: Model,
     /// What was asked for: what makes one speed better than another.
     objective: Objective,
+    /// What is to be known beside the advice, by code: in what a resonance may hide at the safe speeds,
+    /// too, and what the job accepts.
+    warnings: Vec<Warning<'a>>,
     /// One entry an operation, in the order of the job.
     operations: Vec<Operation<'a>>,
 }
@@ -215,6 +218,7 @@ impl<'a> From<&'a AdvisedJob> for Advice<'a> {
                 uncertainty_percent: percent_from_ratio(advice.model_uncertainty),
             },
             objective: advice.options.objective,
+            warnings: job.warnings.iter().map(Warning::from).collect(),
             operations: advice.operations.iter().map(|operation| of(job, operation)).collect(),
         }
     }

@@ -28,6 +28,9 @@ pub fn advice(job: &AdvisedJob, colour: bool) -> String {
         push_operation(job, operation, colour, &mut text);
     }
     text.push('\n');
+    for (name, fact) in words::warnings(job) {
+        push_fact(2, name, &fact, &mut text);
+    }
     push_fact(2, "payload", &words_of_all::carried(job.carried), &mut text);
     push_fact(2, "model", &model(job), &mut text);
     let written = [("job", &job.written_job), ("program", &job.written_program)];

@@ -5,9 +5,11 @@ use crate::advice::{
     Passage, Remedy, Schedule, SolverEnd, Speeds, TipVibration,
 };
 use crate::excitation::ExcitationLine;
-use crate::report::words::{line, percent, round_percent, significant, trimmed, um_per_n};
+use crate::report::words::{line, percent, round_percent, significant, spelled, trimmed, um_per_n};
+use crate::risk::Warning;
 use crate::study::advise::AdvisedJob;
 use crate::units::{deg_from_rad, mm_from_m, percent_from_ratio, um_from_m};
+use crate::wording::printable;
 
 /// `1312.4 rpm`, with one decimal at most.
 pub(super) fn rpm(rpm: f64) -> String {
@@ -24,6 +26,23 @@ fn blocks(blocks: &[Block]) -> String {
     let mut names: Vec<String> = blocks.iter().map(|block| pair(block.mode, &block.line)).collect();
     names.dedup();
     names.join(", ")
+}
+
+/// In what a resonance may hide at every speed, and what the job accepts.
+pub(super) fn warnings(job: &AdvisedJob) -> Vec<(&'static str, String)> {
+    let one = |warning: &Warning| match &warning.accepted {
+        Some(terms) => Some(("accepted", printable(&format!("{}; {terms}", warning.note)))),
+        None if warning.leaves_doubt() => {
+            let best = spelled(warning.best_verdict());
+            let text =
+                format!("{}; the verdict at any speed is no better than {best}", warning.note);
+            Some(("doubt", text))
+        }
+        None => None,
+    };
+    let mut all: Vec<_> = job.warnings.iter().filter_map(one).collect();
+    all.dedup();
+    all
 }
 
 /// Why this advice, in one sentence.

@@ -62,8 +62,10 @@ pub(super) fn stretches<'a>(crossings: &'a [Crossing]) -> Vec<Stretch<'a>> {
     stretches.sort_by(|a, b| {
         let (a, b) = (a.crossing, b.crossing);
         let shown = |crossing: &Crossing| (percent_from_ratio(crossing.separation) * 10.0).round();
-        b.certainty
-            .cmp(&a.certainty)
+        let is_accepted = |crossing: &Crossing| crossing.accepted.is_some();
+        is_accepted(a)
+            .cmp(&is_accepted(b))
+            .then(b.certainty.cmp(&a.certainty))
             .then(shown(a).total_cmp(&shown(b)))
             .then(b.tip_response_m_per_n.total_cmp(&a.tip_response_m_per_n))
             .then(a.from_s.total_cmp(&b.from_s))
@@ -164,6 +166,7 @@ mod tests {
                         natural_frequency_ci95_hz: [0.0, 0.0],
                         probability: None,
                         driver: None,
+                        accepted: None,
                         separation: 0.01 * f64::from(rng.random_range(0_u8..3)),
                         tip_response_m_per_n: 1e-6,
                         moves: Vec::new(),

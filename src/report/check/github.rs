@@ -19,8 +19,8 @@ const MAX_ANNOTATIONS: usize = 10;
 /// At most so many jobs are named in the last line.
 const MAX_NAMED: usize = 10;
 
-/// The results of `detune check` as workflow commands, `error` for resonance and `warning` for
-/// uncertain, and a last line for the log. Files below `root` (an absolute path, the folder that
+/// The results of `detune check` as workflow commands, `error` for resonance, `warning` for
+/// uncertain, `notice` for accepted, and a last line for the log. Files below `root` (an absolute path, the folder that
 /// the command ran in) are named relative to it.
 pub fn check(jobs: &[CheckedJob], root: &Path) -> String {
     let operations: Vec<_> = jobs.iter().flat_map(operations).collect();
@@ -31,9 +31,16 @@ pub fn check(jobs: &[CheckedJob], root: &Path) -> String {
         })
         .collect();
     let mut text = String::new();
-    for certainty in [Certainty::Certain, Certainty::Uncertain] {
+    for warning in jobs.iter().flat_map(|job| &job.risk.warnings).filter(|w| w.leaves_doubt()) {
+        let command = note_command(&warning.note, &sentences::doubt(warning), root);
+        if !text.contains(&command) {
+            text.push_str(&command);
+            text.push('\n');
+        }
+    }
+    for level in LEVELS {
         let of_level: Vec<_> =
-            found.iter().filter(|(_, finding)| finding.certainty == certainty).collect();
+            found.iter().filter(|(_, finding)| level_of(finding) == level).collect();
         for (index, (operation, finding)) in of_level.iter().take(MAX_ANNOTATIONS).enumerate() {
             let beyond = if index + 1 == MAX_ANNOTATIONS { of_level.len() - index - 1 } else { 0 };
             text.push_str(&command(operation, finding, beyond, root));
@@ -48,6 +55,10 @@ pub fn check(jobs: &[CheckedJob], root: &Path) -> String {
 /// An error or warning as a workflow command, in place where it has a file (named relative to
 /// `root` where it lies below it) and a line.
 pub fn note_annotation(note: &Note, root: &Path) -> String {
+    note_command(note, &note.message(), root)
+}
+
+fn note_command(note: &Note, text: &str, root: &Path) -> String {
     let level = match note.severity {
         Severity::Error => "error",
         Severity::Warning => "warning",
@@ -58,7 +69,19 @@ pub fn note_annotation(note: &Note, root: &Path) -> String {
         (Some(file), None) => format!(" file={}", property(&file)),
         (None, _) => String::new(),
     };
-    format!("::{level}{place}::{}", data(&note.message()))
+    format!("::{level}{place}::{}", data(text))
+}
+
+/// Levels of annotations, and how each calls a finding.
+const LEVELS: [(&str, &str); 3] =
+    [("error", "resonance"), ("warning", "possible resonance"), ("notice", "accepted")];
+
+fn level_of(finding: &Finding<'_>) -> (&'static str, &'static str) {
+    match (&finding.worst.crossing.accepted, finding.certainty) {
+        (None, Certainty::Certain) => LEVELS[0],
+        (None, Certainty::Uncertain) => LEVELS[1],
+        (Some(_), _) => LEVELS[2],
+    }
 }
 
 fn command(
@@ -67,10 +90,7 @@ fn command(
     beyond: usize,
     root: &Path,
 ) -> String {
-    let (level, title) = match finding.certainty {
-        Certainty::Certain => ("error", "resonance"),
-        Certainty::Uncertain => ("warning", "possible resonance"),
-    };
+    let (level, title) = level_of(finding);
     let crossing = finding.worst.crossing;
     let (from, to) = (crossing.from_line, crossing.to_line);
     let file = printable(&paths::slashed(&paths::within(root, &operation.lines_file())));

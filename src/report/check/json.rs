@@ -7,8 +7,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::job::Carried;
-use crate::notes::Note;
-use crate::report::json::{NotFinite, laid_out};
+use crate::report::json::{self, NotFinite, Warning, laid_out};
 use crate::risk::{OperationRisk, Verdict};
 use crate::study::check::CheckedJob;
 use crate::units::written;
@@ -69,8 +68,10 @@ struct Job<'a> {
     probability: f64,
     /// Its standard error.
     probability_std_error: f64,
-    /// Remarks that do not change the verdict, such as a verdict about nothing, as on standard error.
+    /// What is to be known beside the verdict, as on standard error.
     notices: Vec<String>,
+    /// The same by code: which leave the verdict in doubt, and which the job accepts.
+    warnings: Vec<Warning<'a>>,
     /// One entry an operation, in the order of the job.
     operations: &'a [OperationRisk],
 }
@@ -105,7 +106,8 @@ impl<'a> From<&'a CheckedJob> for Job<'a> {
             },
             probability: job.risk.probability.probability,
             probability_std_error: job.risk.probability.std_error,
-            notices: job.risk.warnings.iter().map(Note::to_string).collect(),
+            notices: json::notices(&job.risk.warnings),
+            warnings: job.risk.warnings.iter().map(Warning::from).collect(),
             operations: &job.risk.operations,
         }
     }

@@ -68,14 +68,16 @@ fn headline(risk: &OperationRisk, findings: usize) -> String {
 /// Each finding in one line, with its place.
 fn described(operation: &CheckedOperation<'_>) -> Vec<String> {
     let file = paths::slashed(&operation.lines_file());
-    findings(operation)
-        .iter()
-        .map(|finding| {
-            let crossing = finding.worst.crossing;
-            let place = words::lines(&file, crossing.from_line, crossing.to_line);
-            format!("{place}: {}", sentences::sentence(operation, &finding.worst))
-        })
-        .collect()
+    let doubts = operation.job.risk.warnings.iter();
+    let doubts = doubts.filter(|w| w.leaves_doubt() && w.is_about(&operation.risk.name));
+    let doubts = doubts.map(sentences::doubt);
+    let findings = findings(operation);
+    let findings = findings.iter().map(|finding| {
+        let crossing = finding.worst.crossing;
+        let place = words::lines(&file, crossing.from_line, crossing.to_line);
+        format!("{place}: {}", sentences::sentence(operation, &finding.worst))
+    });
+    doubts.chain(findings).collect()
 }
 
 fn joined(found: &[String]) -> String {

@@ -10,9 +10,11 @@ use serde::Serialize;
 use super::findings::{Finding, Stretch, findings};
 use super::operation::{CheckedOperation, operations};
 use super::sentences;
-use crate::notes::Note;
+use crate::job::Accepted;
+use crate::notes::{Class, Code};
+use crate::report::json::notices;
 use crate::report::{paths, words};
-use crate::risk::Certainty;
+use crate::risk::{Certainty, Warning};
 use crate::study::check::CheckedJob;
 use crate::wording::printable;
 
@@ -39,6 +41,8 @@ pub fn check(jobs: &[CheckedJob], root: &Path) -> Result<String, serde_json::Err
     let mut results = Vec::new();
     for job in jobs {
         artifacts.index_of(&job.file);
+        let doubts = job.risk.warnings.iter().filter(|w| w.note.code.class() == Class::Doubt);
+        results.extend(doubts.map(|warning| artifacts.doubt(job, warning)));
         for operation in operations(job) {
             let found = findings(&operation);
             results.extend(found.iter().map(|finding| artifacts.result(&operation, finding)));
@@ -46,7 +50,7 @@ pub fn check(jobs: &[CheckedJob], root: &Path) -> Result<String, serde_json::Err
     }
     let left_out = results.len().saturating_sub(MAX_RESULTS);
     if left_out > 0 {
-        results.sort_by_key(|result| result.rule_index);
+        results.sort_by_key(|result| (result.level, result.rule_index));
         results.truncate(MAX_RESULTS);
     }
     let log = Log {
@@ -58,7 +62,7 @@ pub fn check(jobs: &[CheckedJob], root: &Path) -> Result<String, serde_json::Err
                     name: "detune",
                     version: env!("CARGO_PKG_VERSION"),
                     semantic_version: env!("CARGO_PKG_VERSION"),
-                    rules: [Certainty::Certain, Certainty::Uncertain].map(rule),
+                    rules: RuleOf::ALL.map(RuleOf::rule),
                 },
             },
             invocations: [Invocation {
@@ -68,9 +72,7 @@ pub fn check(jobs: &[CheckedJob], root: &Path) -> Result<String, serde_json::Err
                         format!("{left_out} findings omitted: a run holds at most {MAX_RESULTS}")
                     })
                     .into_iter()
-                    .chain(
-                        jobs.iter().flat_map(|job| job.risk.warnings.iter().map(Note::to_string)),
-                    )
+                    .chain(jobs.iter().flat_map(|job| notices(&job.risk.warnings)))
                     .map(|text| Notification { level: "warning", message: Message { text } })
                     .collect(),
             }],
@@ -84,46 +86,80 @@ pub fn check(jobs: &[CheckedJob], root: &Path) -> Result<String, serde_json::Err
     Ok(text)
 }
 
-fn rule_id(certainty: Certainty) -> &'static str {
-    match certainty {
-        Certainty::Certain => "resonance",
-        Certainty::Uncertain => "uncertain",
-    }
+/// What a result says; the rules stand in this order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum RuleOf {
+    Resonance,
+    Uncertain,
+    Unchecked,
+    Doubt,
 }
 
-fn level(certainty: Certainty) -> &'static str {
-    match certainty {
-        Certainty::Certain => "error",
-        Certainty::Uncertain => "warning",
-    }
-}
+impl RuleOf {
+    const ALL: [Self; 4] = [Self::Resonance, Self::Uncertain, Self::Unchecked, Self::Doubt];
 
-fn rule(certainty: Certainty) -> Rule {
-    let (name, short, full, help) = match certainty {
-        Certainty::Certain => (
-            "Resonance",
-            "An excitation line lies inside a mode's band",
-            "A multiple of the tooth-passing or spindle frequency lies closer to a natural frequency of \
-             the robot arm than the separation that the job's policy requires.",
-            "Use another spindle speed or arm pose on this stretch, then check again.",
-        ),
-        Certainty::Uncertain => (
-            "Uncertain",
-            "An excitation line lies within the model uncertainty of a mode's band",
-            "A multiple of the tooth-passing or spindle frequency lies outside a mode's band, but within \
-             the uncertainty of the robot model.",
-            "Keep more distance, or reduce the model uncertainty by calibrating with measured frequencies \
-             of this arm.",
-        ),
-    };
-    let text = |text: &str| Message { text: text.to_owned() };
-    Rule {
-        id: rule_id(certainty),
-        name,
-        short_description: text(short),
-        full_description: text(full),
-        help: text(help),
-        default_configuration: Configuration { level: level(certainty) },
+    fn crossing(certainty: Certainty) -> Self {
+        match certainty {
+            Certainty::Certain => Self::Resonance,
+            Certainty::Uncertain => Self::Uncertain,
+        }
+    }
+
+    fn id(self) -> &'static str {
+        match self {
+            Self::Resonance => "resonance",
+            Self::Uncertain => "uncertain",
+            Self::Unchecked => "unchecked",
+            Self::Doubt => "doubt",
+        }
+    }
+
+    fn level(self) -> &'static str {
+        match self {
+            Self::Resonance | Self::Unchecked => "error",
+            Self::Uncertain | Self::Doubt => "warning",
+        }
+    }
+
+    fn rule(self) -> Rule {
+        let [name, short, full, help] = match self {
+            Self::Resonance => [
+                "Resonance",
+                "An excitation line lies inside a mode's band",
+                "A multiple of the tooth-passing or spindle frequency lies closer to a natural frequency of \
+                 the robot arm than the separation that the job's policy requires.",
+                "Use another spindle speed or arm pose on this stretch, then check again.",
+            ],
+            Self::Uncertain => [
+                "Uncertain",
+                "An excitation line lies within the model uncertainty of a mode's band",
+                "A multiple of the tooth-passing or spindle frequency lies outside a mode's band, but within \
+                 the uncertainty of the robot model.",
+                "Keep more distance, or reduce the model uncertainty by calibrating with measured frequencies \
+                 of this arm.",
+            ],
+            Self::Unchecked => [
+                "Unchecked",
+                "Nothing, or nothing that counts, was checked",
+                "No excitation line or no mode counts on the whole path, or the spindle stands still.",
+                "Check the job's policy and the spindle commands of the program.",
+            ],
+            Self::Doubt => [
+                "Doubt",
+                "A resonance may hide in what was left out or assumed",
+                "Something was left out of the check or assumed for it, so the verdict is at best uncertain.",
+                "State what is missing, or accept it in the job with a reason.",
+            ],
+        };
+        let text = |text: &str| Message { text: text.to_owned() };
+        Rule {
+            id: self.id(),
+            name,
+            short_description: text(short),
+            full_description: text(full),
+            help: text(help),
+            default_configuration: Configuration { level: self.level() },
+        }
     }
 }
 
@@ -152,35 +188,47 @@ impl Artifacts<'_> {
 
     fn result(&mut self, operation: &CheckedOperation<'_>, finding: &Finding<'_>) -> ResultObject {
         let others = &finding.others[..finding.others.len().min(MAX_LOCATIONS - 1)];
+        let rule = RuleOf::crossing(finding.certainty);
         let identity = [
-            rule_id(finding.certainty).to_owned(),
+            rule.id().to_owned(),
             self.uri_of(&operation.job.file),
             printable(&operation.risk.name),
             format!("mode {}", finding.mode),
             format!("{} {}", words::spelled(finding.line.source), finding.line.harmonic),
         ]
         .join("|");
-        ResultObject {
-            rule_id: rule_id(finding.certainty),
-            rule_index: match finding.certainty {
-                Certainty::Certain => 0,
-                Certainty::Uncertain => 1,
+        let location = self.location(operation, &finding.worst, None);
+        let related = others.iter().enumerate();
+        let related = related
+            .map(|(index, stretch)| self.location(operation, stretch, Some(index + 1)))
+            .collect();
+        let text = sentences::finding(operation, finding);
+        let terms = finding.worst.crossing.accepted.as_ref();
+        ResultObject { related_locations: related, ..result(rule, text, location, identity, terms) }
+    }
+
+    fn doubt(&mut self, job: &CheckedJob, warning: &Warning) -> ResultObject {
+        let rule = match warning.note.code {
+            Code::NothingChecked => RuleOf::Unchecked,
+            _ => RuleOf::Doubt,
+        };
+        let place = &warning.note.place;
+        let file = place.file.as_ref().unwrap_or(&job.file);
+        let about = printable(warning.operation.as_deref().unwrap_or_default());
+        let identity = [rule.id(), &self.uri_of(&job.file), &about, warning.note.code.name()];
+        let identity = identity.join("|");
+        let index = self.index_of(file);
+        let line = place.line.unwrap_or(1);
+        let location = Location {
+            id: None,
+            physical_location: PhysicalLocation {
+                artifact_location: located(self.uri_of(file), Some(index)),
+                region: Region { start_line: line, end_line: line },
             },
-            level: level(finding.certainty),
-            message: Message { text: sentences::finding(operation, finding) },
-            locations: [self.location(operation, &finding.worst, None)],
-            related_locations: others
-                .iter()
-                .enumerate()
-                .map(|(index, stretch)| self.location(operation, stretch, Some(index + 1)))
-                .collect(),
-            partial_fingerprints: BTreeMap::from([
-                ("detuneFinding/v1", identity.clone()),
-                // GitHub follows a finding by this key alone, and would make it of the text of the
-                // line.
-                ("primaryLocationLineHash", format!("{:016x}:1", fnv_1a(identity.as_bytes()))),
-            ]),
-        }
+            logical_locations: [logical(job, warning.operation.as_deref())],
+            message: None,
+        };
+        result(rule, sentences::doubt(warning), location, identity, warning.accepted.as_ref())
     }
 
     fn location(
@@ -198,17 +246,51 @@ impl Artifacts<'_> {
                 artifact_location: located(self.uri_of(&file), Some(index)),
                 region: Region { start_line: crossing.from_line, end_line: crossing.to_line },
             },
-            logical_locations: [LogicalLocation {
-                name: printable(&operation.risk.name),
-                fully_qualified_name: printable(&format!(
-                    "{}/{}",
-                    operation.job.name, operation.risk.name
-                )),
-            }],
+            logical_locations: [logical(operation.job, Some(&operation.risk.name))],
             message: related.map(|_| Message {
                 text: sentences::stretch(operation.risk, crossing.from_s, crossing.to_s),
             }),
         }
+    }
+}
+
+fn result(
+    rule: RuleOf,
+    text: String,
+    location: Location,
+    identity: String,
+    terms: Option<&Accepted>,
+) -> ResultObject {
+    ResultObject {
+        rule_id: rule.id(),
+        rule_index: rule as usize,
+        level: rule.level(),
+        message: Message { text },
+        locations: [location],
+        related_locations: Vec::new(),
+        // GitHub follows a finding by this key alone, and would make it of the text of the line.
+        partial_fingerprints: BTreeMap::from([
+            ("primaryLocationLineHash", format!("{:016x}:1", fnv_1a(identity.as_bytes()))),
+            ("detuneFinding/v1", identity),
+        ]),
+        suppressions: terms
+            .map(|terms| Suppression {
+                kind: "external",
+                status: "accepted",
+                justification: printable(&terms.to_string()),
+            })
+            .into_iter()
+            .collect(),
+    }
+}
+
+/// An operation of a job, or the job.
+fn logical(job: &CheckedJob, operation: Option<&str>) -> LogicalLocation {
+    LogicalLocation {
+        name: printable(operation.unwrap_or(&job.name)),
+        fully_qualified_name: printable(
+            &operation.map_or_else(|| job.name.clone(), |name| format!("{}/{name}", job.name)),
+        ),
     }
 }
 
@@ -253,7 +335,7 @@ struct Driver {
     name: &'static str,
     version: &'static str,
     semantic_version: &'static str,
-    rules: [Rule; 2],
+    rules: [Rule; RuleOf::ALL.len()],
 }
 
 #[derive(Serialize)]
@@ -312,6 +394,15 @@ struct ResultObject {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     related_locations: Vec<Location>,
     partial_fingerprints: BTreeMap<&'static str, String>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    suppressions: Vec<Suppression>,
+}
+
+#[derive(Serialize)]
+struct Suppression {
+    kind: &'static str,
+    status: &'static str,
+    justification: String,
 }
 
 #[derive(Serialize)]

@@ -2,18 +2,22 @@
 
 use super::findings::{Finding, Stretch};
 use super::operation::CheckedOperation;
+use crate::notes::Note;
 use crate::report::style;
 use crate::report::words::{
     apart, hz, line, line_at, mode, number, percent, range, round_percent, spelled, trimmed,
     um_per_n,
 };
-use crate::risk::{Certainty, Crossing, OperationRisk, Sample, Verdict};
+use crate::risk::{Certainty, Crossing, OperationRisk, Sample, Verdict, Warning};
 use crate::study::check::CheckedJob;
 use crate::units::{deg_from_rad, percent_from_ratio};
 use crate::wording::printable;
 
 /// A coordinate that carries less of a mode than this is not named, unless it carries the most.
 const MIN_SHARE_NAMED: f64 = 0.1;
+
+/// At most so many doubts, or accepted warnings, are listed.
+const MAX_LISTED: usize = 4;
 
 /// At most so many coordinates are named.
 const MAX_SHARES_NAMED: usize = 3;
@@ -146,6 +150,57 @@ pub(super) fn worst_jobs(jobs: &[CheckedJob]) -> Vec<&CheckedJob> {
     worst
 }
 
+/// A doubt in one sentence, with what it does to the verdict or why it does nothing.
+pub(super) fn doubt(warning: &Warning) -> String {
+    match &warning.accepted {
+        Some(terms) => printable(&format!("{}; {terms}", warning.note)),
+        None => {
+            let best = spelled(warning.best_verdict());
+            format!("{}; so the verdict is no better than {best}", warning.note)
+        }
+    }
+}
+
+/// What leaves the verdicts on all operations in doubt: warnings on the job as a whole.
+pub(super) fn doubts_of_job(job: &CheckedJob) -> Vec<String> {
+    let doubts = job.risk.warnings.iter().filter(|w| w.leaves_doubt() && w.operation.is_none());
+    listed(doubts.map(|warning| warning.note.to_string()))
+}
+
+/// What leaves the verdict on this operation alone in doubt.
+pub(super) fn doubts(operation: &CheckedOperation<'_>) -> Vec<String> {
+    let name = Some(operation.risk.name.as_str());
+    let own = operation.job.risk.warnings.iter();
+    let own = own.filter(|w| w.leaves_doubt() && w.operation.as_deref() == name);
+    listed(own.map(|warning| {
+        // The part stands above.
+        let Note { place, what, .. } = &warning.note;
+        if place.file.is_some() { format!("{place}: {what}") } else { what.clone() }
+    }))
+}
+
+/// What the job accepts: warnings, each once.
+pub(super) fn accepted(job: &CheckedJob) -> Vec<String> {
+    let one = |warning: &Warning| {
+        let terms = warning.accepted.as_ref()?;
+        Some(printable(&format!("{}: {}; {terms}", warning.note.code, warning.note)))
+    };
+    let mut all: Vec<String> = job.risk.warnings.iter().filter_map(one).collect();
+    all.dedup();
+    listed(all.into_iter())
+}
+
+/// The first of them, and how many more there are.
+fn listed(texts: impl Iterator<Item = String>) -> Vec<String> {
+    let mut all: Vec<String> = texts.collect();
+    let more = all.len().saturating_sub(MAX_LISTED);
+    if more > 1 {
+        all.truncate(MAX_LISTED);
+        all.push(format!("… and {more} more; --format json lists all"));
+    }
+    all
+}
+
 /// A finding in one sentence: its worst stretch, and on how many more it comes back.
 pub(super) fn finding(operation: &CheckedOperation<'_>, finding: &Finding<'_>) -> String {
     let text = sentence(operation, &finding.worst);
@@ -173,9 +228,12 @@ pub(super) fn sentence(operation: &CheckedOperation<'_>, stretch: &Stretch<'_>) 
         }
         None => String::new(),
     };
+    let terms = crossing.accepted.as_ref();
+    let terms =
+        terms.map_or_else(String::new, |terms| format!("; {}", printable(&terms.to_string())));
     format!(
         "operation '{}': {} meets {}: {} apart, {}, at {}{flanks}, closest at {}{moves}; {} µm/N at the tool tip at \
-         resonance",
+         resonance{terms}",
         printable(&risk.name),
         mode(crossing.mode, crossing.natural_frequency_hz),
         line_at(&crossing.line, crossing.excitation_hz),

@@ -5,7 +5,7 @@ use super::findings::{Stretch, stretches};
 use super::operation::{CheckedOperation, operations};
 use super::{plot_text, sentences};
 use crate::report::{layout, style, words};
-use crate::risk::{Approach, Certainty, OperationRisk, Verdict};
+use crate::risk::{Approach, Certainty, Crossing, OperationRisk, Verdict, Warning};
 use crate::study::check::CheckedJob;
 use crate::units::percent_from_ratio;
 use crate::wording::printable;
@@ -49,6 +49,9 @@ fn push_job(job: &CheckedJob, colour: bool, text: &mut String) {
     let verdict = verdict_word(job.risk.verdict, colour);
     let name = style::paint(style::STRONG, printable(&job.name), colour);
     text.push_str(&format!("{verdict}  {}  {name}\n", words::path(&job.file)));
+    for doubt in sentences::doubts_of_job(job) {
+        layout::push_fact(JOB_INDENT, label(job.risk.verdict), &doubt, text);
+    }
     let drawn = drawn(job);
     let shown = shown(job);
     for (index, operation) in operations(job).enumerate() {
@@ -63,6 +66,9 @@ fn push_job(job: &CheckedJob, colour: bool, text: &mut String) {
     }
     push_omitted(job, &shown, colour, text);
     text.push('\n');
+    for accepted in sentences::accepted(job) {
+        layout::push_fact(JOB_INDENT, "accepted", &accepted, text);
+    }
     layout::push_fact(JOB_INDENT, "payload", &words::carried(job.risk.payload), text);
     layout::push_fact(JOB_INDENT, "model", &model(job), text);
     layout::push_fact(JOB_INDENT, "next", next(job), text);
@@ -97,6 +103,9 @@ fn push_operation(operation: &CheckedOperation<'_>, colour: bool, text: &mut Str
         speed(operation) + &tool(operation),
         words::trimmed(risk.duration_s, 1)
     ));
+    for doubt in sentences::doubts(operation) {
+        push_fact(label(risk.verdict), &doubt, text);
+    }
     let stretches = stretches(&risk.crossings);
     match stretches.split_first() {
         Some((worst, further)) => {
@@ -148,6 +157,17 @@ fn push_worst(operation: &CheckedOperation<'_>, stretch: &Stretch<'_>, text: &mu
     push_fact("lines", &words::lines(&file, crossing.from_line, crossing.to_line), text);
     let tip = words::um_per_n(crossing.tip_response_m_per_n);
     push_fact("tool tip", &format!("{tip} µm/N at resonance"), text);
+    if let Some(terms) = &crossing.accepted {
+        push_fact("accepted", &terms.to_string(), text);
+    }
+}
+
+/// What a warning is to a verdict: the reason for it, or something beside it.
+fn label(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Uncertain | Verdict::Unchecked => "because",
+        Verdict::Clear | Verdict::Resonance => "doubt",
+    }
 }
 
 fn push_further(operation: &CheckedOperation<'_>, further: &[Stretch<'_>], text: &mut String) {
@@ -167,7 +187,7 @@ fn push_further(operation: &CheckedOperation<'_>, further: &[Stretch<'_>], text:
             words::range(percent_from_ratio(crossing.from_s), percent_from_ratio(crossing.to_s)),
             words::line_range(crossing.from_line, crossing.to_line),
             words::um_per_n(crossing.tip_response_m_per_n),
-            words::spelled(crossing.certainty),
+            certainty(crossing),
         ]
     }));
     push_fact("further", &further_count(operation, further), text);
@@ -175,6 +195,13 @@ fn push_further(operation: &CheckedOperation<'_>, further: &[Stretch<'_>], text:
     if further.len() > MAX_FURTHER {
         let more = further.len() - MAX_FURTHER;
         text.push_str(&format!("      … and {more} more; --format json lists all\n"));
+    }
+}
+
+fn certainty(crossing: &Crossing) -> String {
+    match crossing.accepted {
+        Some(_) => "accepted".to_owned(),
+        None => words::spelled(crossing.certainty),
     }
 }
 
@@ -306,13 +333,20 @@ fn model(job: &CheckedJob) -> String {
 }
 
 fn next(job: &CheckedJob) -> &'static str {
-    let has_crossings = job.risk.operations.iter().any(|o| !o.crossings.is_empty());
+    let crossings = job.risk.operations.iter().flat_map(|operation| &operation.crossings);
+    let has_open = crossings.into_iter().any(|crossing| crossing.accepted.is_none());
     match (job.risk.verdict, job.risk.calibrated) {
-        (Verdict::Uncertain, _) if !has_crossings => {
+        (Verdict::Uncertain, _) if !has_open && !job.risk.payload.is_known() => {
             "state what the arm carries, then check again; without it no speed counts as clear"
         }
         (Verdict::Resonance, _) => {
             "use another spindle speed or arm pose on these stretches, then check again"
+        }
+        (Verdict::Uncertain, _)
+            if !has_open && job.risk.warnings.iter().any(Warning::leaves_doubt) =>
+        {
+            "settle what the verdict is uncertain because of, or accept it in the job with a reason; \
+             then check again"
         }
         (Verdict::Uncertain, true) => {
             "keep more distance from the mode, or measure the arm near this pose, then check again"

@@ -1,0 +1,120 @@
+//! What somebody has looked at and accepts, with a reason and until a day.
+
+use std::fmt;
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::Job;
+use crate::notes::{Code, Note, Place};
+use crate::units::Date;
+
+/// Warnings on the files of a job, and which findings the job accepts.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Review {
+    /// Warnings that came up while the files were read.
+    pub warnings: Vec<Note>,
+    /// What is accepted.
+    pub accept: Vec<Acceptance>,
+}
+
+/// One entry of `accept`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Acceptance {
+    /// Of what kind.
+    pub kind: Acceptable,
+    /// In which operation, or anywhere.
+    pub operation: Option<String>,
+    /// Why, and how long.
+    pub terms: Accepted,
+    /// Its line in the job file, counted from 1.
+    pub line: usize,
+}
+
+/// What can be accepted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Acceptable {
+    /// Warnings with this code.
+    Warning(Code),
+    /// That a line lies in the band of this mode, or of any.
+    Crossing {
+        /// Counted from 1.
+        mode: Option<usize>,
+    },
+}
+
+/// Why something is accepted, and how long.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(inline)]
+pub struct Accepted {
+    /// Why.
+    pub reason: String,
+    /// The last day.
+    pub until: Date,
+}
+
+impl fmt::Display for Accepted {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "accepted until {}: {}", self.until, self.reason)
+    }
+}
+
+impl Acceptable {
+    /// The code of a crossing in `accept`.
+    pub const CROSSING: &'static str = "crossing";
+
+    /// Its code in `accept`.
+    pub fn code(self) -> &'static str {
+        match self {
+            Self::Warning(code) => code.name(),
+            Self::Crossing { .. } => Self::CROSSING,
+        }
+    }
+}
+
+impl Acceptance {
+    /// Whether it is about an operation of this name.
+    pub fn is_about(&self, operation: &str) -> bool {
+        // A program that divides an operation makes rough/2, rough/3 of it.
+        self.operation.as_deref().is_none_or(|name| {
+            operation.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
+        })
+    }
+
+    /// Whether it covers a crossing of a mode, counted from 1.
+    pub fn covers_crossing(&self, operation: &str, mode: usize) -> bool {
+        let Acceptable::Crossing { mode: of } = self.kind else { return false };
+        of.is_none_or(|of| of == mode) && self.is_about(operation)
+    }
+
+    /// Whether it covers warnings with a code on some operations.
+    pub fn covers_warning<'o>(
+        &self,
+        code: Code,
+        mut operations: impl Iterator<Item = &'o str>,
+    ) -> bool {
+        self.kind == Acceptable::Warning(code) && operations.all(|name| self.is_about(name))
+    }
+}
+
+impl Job {
+    /// Drops what is accepted no longer, each with a warning.
+    pub fn expire(&mut self, today: Date) {
+        let Review { warnings, accept } = &mut self.review;
+        accept.retain(|entry| {
+            let holds = today <= entry.terms.until;
+            if !holds {
+                let what = format!(
+                    "accept: '{}' was accepted until {} and counts again; look at it once more, \
+                     then set a later date or delete the entry",
+                    entry.kind.code(),
+                    entry.terms.until
+                );
+                let place = Place::line(&self.file, entry.line);
+                warnings.push(Note::warning(Code::Unused, place, what));
+            }
+            holds
+        });
+    }
+}
