@@ -15,13 +15,19 @@ use crate::excitation::lines;
 use crate::job::{Job, Operation, Spindle};
 use crate::motion::{Move, Target};
 use crate::notes::Note;
-use crate::path::{Path, Survey, grid};
+use crate::path::{Detail, Path, Survey, grid};
 use crate::progress::silent;
 use crate::risk::{Rules, SpindleProfile, detail};
 use crate::uncertainty::Trust;
 
 /// Angles tried from one end of the free axis to the other, and closer about the best of them.
 const ANGLES: usize = 9;
+/// No spindle is offered that runs slower than this share of the lowest speed, or faster than this
+/// multiple of the highest one: a machine's spindle is replaced by one of its kind.
+const SLOWEST: f64 = 0.8;
+const FASTEST: f64 = 2.0;
+/// A mode that moves the tool tip less than this share of the largest may be left out by choice.
+const FAINT: f64 = 0.05;
 /// Places tried along each axis along which the work object may be moved.
 const PLACES: usize = 3;
 
@@ -49,6 +55,15 @@ pub enum Change {
     Spindle {
         /// The safe speed outside the spindle's range that is nearest to the programmed one.
         rpm: f64,
+    },
+    /// A threshold of the policy that leaves out one more mode, and those that are fainter.
+    Threshold {
+        /// Counted from 1 in ascending frequency.
+        mode: usize,
+        /// What it moves the tool tip at resonance at most, m/N.
+        tip_response_m_per_n: f64,
+        /// What a mode must then move it to count, m/N.
+        min_tip_response_m_per_n: f64,
     },
     /// Bands of this half width, as a share of the frequency.
     Separation {
@@ -88,7 +103,7 @@ fn before(a: &Lever, b: &Lever) -> Ordering {
 /// The arm has no modes somewhere.
 pub(super) fn levers(
     job: &Job,
-    (operation, index): (&Operation, usize),
+    (operation, index, path): (&Operation, usize, &Path),
     rules: &Rules,
     ranges: &[ModeRange],
     bind: Option<&Binding>,
@@ -102,10 +117,9 @@ pub(super) fn levers(
         found.push(lever(&problem, change, programmed_rpm));
     }
     let lines = lines(&operation.tool, &job.policy);
-    found.extend(faster_or_slower(
-        &SpeedProblem { ranges, lines: &lines, rules, spindle: &job.spindle },
-        programmed_rpm,
-    ));
+    let problem = SpeedProblem { ranges, lines: &lines, rules, spindle: &job.spindle };
+    found.extend(faster_or_slower(&problem, programmed_rpm));
+    found.extend(without_a_faint_mode(path, &problem, programmed_rpm)?);
     found.extend(turned(job, operation, index, programmed_rpm)?);
     found.extend(moved(job, operation, programmed_rpm)?);
     if let Some(bind) = bind {
@@ -134,9 +148,8 @@ fn faster_or_slower(problem: &SpeedProblem, programmed_rpm: f64) -> Option<Lever
         choose(&problem, &set, Objective::Nearest, programmed_rpm, &[])
     };
     // Above all blocks there is room for a round speed.
-    let beyond_rpm = problem.highest_block_rpm()? + 10.0;
-    // No spindle is asked to run slower than a tenth of its lowest speed.
-    let slower = nearest(within(0.1 * min_rpm, min_rpm));
+    let beyond_rpm = (problem.highest_block_rpm()? + 10.0).min(FASTEST * max_rpm);
+    let slower = nearest(within(SLOWEST * min_rpm, min_rpm));
     let faster = (beyond_rpm > max_rpm).then(|| nearest(within(max_rpm, beyond_rpm))).flatten();
     let rpm = slower
         .into_iter()
@@ -146,6 +159,49 @@ fn faster_or_slower(problem: &SpeedProblem, programmed_rpm: f64) -> Option<Lever
     let wider = within(min_rpm.min(rpm), max_rpm.max(rpm));
     let margin = SpeedProblem { spindle: &wider, ..*problem }.widest().map(|bind| bind.separation);
     Some(Lever { change: Change::Spindle { rpm }, margin, rpm: Some(rpm) })
+}
+
+/// The faintest of the modes that close the speeds left out, by a threshold, if that opens a gap.
+fn without_a_faint_mode(
+    path: &Path,
+    problem: &SpeedProblem,
+    programmed_rpm: f64,
+) -> Result<Option<Lever>, Note> {
+    let stations = grid(path, std::iter::empty());
+    let survey = Survey::take(path, stations, Detail::TipResponse, &silent)?;
+    let largest_of = |r: usize| {
+        let tips = survey.stations().filter_map(|station| station.tip_m_per_n.get(r).copied());
+        tips.fold(0.0, f64::max)
+    };
+    let responses: Vec<f64> = (0..path.robot().coordinates().len()).map(largest_of).collect();
+    let largest = responses.iter().copied().fold(0.0, f64::max);
+    let mut faint: Vec<usize> =
+        (0..responses.len()).filter(|&r| responses[r] < FAINT * largest).collect();
+    faint.sort_by(|&a, &b| responses[a].total_cmp(&responses[b]));
+    for (before, &r) in faint.iter().enumerate() {
+        if !problem.ranges.iter().any(|range| range.mode == r + 1) {
+            continue;
+        }
+        let counts = |range: &&ModeRange| !faint[..=before].contains(&(range.mode - 1));
+        let ranges: Vec<ModeRange> = problem.ranges.iter().filter(counts).copied().collect();
+        let change = Change::Threshold {
+            mode: r + 1,
+            tip_response_m_per_n: responses[r],
+            // Nobody writes a threshold below 1e-6 µm/N.
+            min_tip_response_m_per_n: rounded_up(responses[r].max(1e-12)),
+        };
+        let found = lever(&SpeedProblem { ranges: &ranges, ..*problem }, change, programmed_rpm);
+        if found.rpm.is_some() {
+            return Ok(Some(found));
+        }
+    }
+    Ok(None)
+}
+
+/// The next number with two digits, with room for what lies between stations.
+fn rounded_up(value: f64) -> f64 {
+    let step = 10.0_f64.powf(value.log10().floor() - 1.0);
+    if step.is_normal() { (1.01 * value / step).ceil() * step } else { value }
 }
 
 /// Narrower bands: by less separation, or by a model that can be trusted further.

@@ -165,7 +165,9 @@ fn advise_path(
     let (remedy, no_schedule) = remedy_of(&task, constant, options.schedule)?;
     let levers = match constant {
         Some(_) => Vec::new(),
-        None => levers(job, (operation, index), &rules, &ranges, bind.as_ref(), programmed_rpm)?,
+        None => {
+            levers(job, (operation, index, path), &rules, &ranges, bind.as_ref(), programmed_rpm)?
+        }
     };
     Ok(OperationAdvice {
         name: operation.name.clone(),

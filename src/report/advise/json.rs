@@ -13,7 +13,9 @@ use crate::advice::{
 };
 use crate::report::json::{NotFinite, Warning, laid_out};
 use crate::study::advise::AdvisedJob;
-use crate::units::{deg_from_rad, mm_from_m, mm_per_min_from_m_per_s, percent_from_ratio};
+use crate::units::{
+    deg_from_rad, mm_from_m, mm_per_min_from_m_per_s, percent_from_ratio, um_per_n_from_m_per_n,
+};
 
 /// Objects and lists nested deeper than this stand on one line: an interval, a block.
 const DEEPEST_SPREAD: usize = 4;
@@ -127,8 +129,8 @@ struct Operation<'a> {
 #[serde(deny_unknown_fields)]
 struct Lever {
     /// `tool`: another cutter of tools_on_hand. `turn_tool`: the tool turned about its own axis.
-    /// `move_work_object`: in the base frame. `spindle`: one with another range. `separation`: less of it.
-    /// `model_uncertainty`: less of it.
+    /// `move_work_object`: in the base frame. `spindle`: one with another range. `min_tip_response`: a threshold
+    /// that leaves out a mode. `separation`: less of it. `model_uncertainty`: less of it.
     lever: LeverName,
     /// In words.
     change: String,
@@ -142,6 +144,12 @@ struct Lever {
     teeth: Option<u32>,
     angle_deg: Option<f64>,
     shift_mm: Option<[f64; 3]>,
+    /// The mode that is left out, counted from 1.
+    mode: Option<usize>,
+    /// What it moves the tool tip at resonance at most.
+    tip_response_um_per_n: Option<f64>,
+    /// The threshold to write into the policy.
+    min_tip_response_um_per_n: Option<f64>,
     separation_percent: Option<f64>,
     model_uncertainty_percent: Option<f64>,
 }
@@ -154,6 +162,7 @@ enum LeverName {
     TurnTool,
     MoveWorkObject,
     Spindle,
+    MinTipResponse,
     Separation,
     ModelUncertainty,
 }
@@ -169,6 +178,9 @@ impl From<&advice::Lever> for Lever {
             teeth: None,
             angle_deg: None,
             shift_mm: None,
+            mode: None,
+            tip_response_um_per_n: None,
+            min_tip_response_um_per_n: None,
             separation_percent: None,
             model_uncertainty_percent: None,
         };
@@ -183,6 +195,13 @@ impl From<&advice::Lever> for Lever {
                 out.shift_mm = Some(shift_m.map(mm_from_m));
             }
             Change::Spindle { .. } => out.lever = LeverName::Spindle,
+            Change::Threshold { mode, tip_response_m_per_n, min_tip_response_m_per_n } => {
+                out.lever = LeverName::MinTipResponse;
+                out.mode = Some(*mode);
+                out.tip_response_um_per_n = Some(um_per_n_from_m_per_n(*tip_response_m_per_n));
+                out.min_tip_response_um_per_n =
+                    Some(um_per_n_from_m_per_n(*min_tip_response_m_per_n));
+            }
             Change::Separation { separation } => {
                 out.lever = LeverName::Separation;
                 out.separation_percent = Some(percent_from_ratio(*separation));

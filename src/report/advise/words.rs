@@ -8,7 +8,7 @@ use crate::excitation::ExcitationLine;
 use crate::report::words::{line, percent, round_percent, significant, spelled, trimmed, um_per_n};
 use crate::risk::Warning;
 use crate::study::advise::AdvisedJob;
-use crate::units::{deg_from_rad, mm_from_m, percent_from_ratio, um_from_m};
+use crate::units::{deg_from_rad, mm_from_m, percent_from_ratio, um_from_m, um_per_n_from_m_per_n};
 use crate::wording::printable;
 
 /// `1312.4 rpm`, with one decimal at most.
@@ -248,6 +248,12 @@ pub(super) fn change(change: &Change) -> String {
             format!("move the work object by [{x}, {y}, {z}] mm")
         }
         Change::Spindle { rpm: at } => format!("a spindle that can run at {}", rpm(*at)),
+        Change::Threshold { mode, tip_response_m_per_n, min_tip_response_m_per_n } => format!(
+            "leave out mode {mode}, which moves the tool tip by {} µm/N at most \
+             (policy.min_tip_response_um_per_n: {})",
+            um_per_n(*tip_response_m_per_n),
+            trimmed(um_per_n_from_m_per_n(*min_tip_response_m_per_n), 6)
+        ),
         Change::Separation { separation } => {
             format!("a separation of {} %", round_percent(*separation))
         }
