@@ -6,7 +6,7 @@ use super::bands::LineBands;
 use super::crossings;
 use super::left_out::left_out;
 use super::margin::closest_approach;
-use super::operation_notes::{in_operation, on_operation};
+use super::operation_notes::{implausible_frequency, in_operation, on_operation};
 use super::probability::{JobDraws, driver, probabilities};
 use super::rules::Rules;
 use super::spindle_profile::SpindleProfile;
@@ -47,6 +47,7 @@ pub fn assess(job: &Job, progress: Progress) -> Result<JobRisk, Vec<Note>> {
     if !faults.is_empty() {
         return Err(faults);
     }
+    all.extend(implausible_frequency(job, &operations));
     let mut warnings = warnings(job, job.review.warnings.iter().cloned().chain(all));
     warnings.extend(unused(job, &warnings, &operations).into_iter().map(Warning::from));
     for operation in &mut operations {

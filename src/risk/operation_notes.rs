@@ -1,10 +1,14 @@
-//! Warnings on an operation.
+//! What a planner should know of operations beside their crossings.
 
 use super::verdict::OperationRisk;
 use crate::job::{Job, Operation, SpindleSpeed};
 use crate::notes::{Code, Note, Part, Place};
 use crate::path::Path;
 use crate::units::um_per_n_from_m_per_n;
+
+/// Measured arms have their first mode at 7 to 26 Hz: less than half of that, or eight times as
+/// much, is a mistake in the model.
+const FIRST_FREQUENCY_HZ: [f64; 2] = [3.0, 200.0];
 
 /// A note about moves of an operation, in the file that its line stands in: the program or the job.
 pub fn in_operation(job: &Job, operation: &Operation, mut note: Note) -> Note {
@@ -110,4 +114,25 @@ fn too_sudden(job: &Job, operation: &Operation, path: &Path) -> Option<String> {
         "spindle_schedule[{index}] to [{next}], from {from} to {to} rpm, requires {asked}; \
          spindle.max_acceleration_rpm_per_s is {most}"
     ))
+}
+
+/// A first frequency that no arm has: the stiffness or the masses are wrong by far.
+pub(super) fn implausible_frequency(job: &Job, operations: &[OperationRisk]) -> Option<Note> {
+    let samples = operations.iter().flat_map(|operation| {
+        operation.samples.iter().map(move |sample| (operation.name.as_str(), sample))
+    });
+    let first = samples.filter_map(|(name, sample)| {
+        Some((name, sample.s, *sample.natural_frequencies_hz.first()?))
+    });
+    let [least_hz, most_hz] = FIRST_FREQUENCY_HZ;
+    let (name, s, lowest_hz) = first.min_by(|a, b| a.2.total_cmp(&b.2))?;
+    if (least_hz..=most_hz).contains(&lowest_hz) {
+        return None;
+    }
+    let what = format!(
+        "the first natural frequency is {lowest_hz:.3} Hz at its lowest (operation '{name}', s = \
+         {s:.3}), where arms have {least_hz} to {most_hz} Hz; check stiffness (N·m/rad), masses \
+         and the units of both"
+    );
+    Some(Note::warning(Code::FirstFrequency, Place::file(&job.file), what))
 }

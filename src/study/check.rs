@@ -6,16 +6,12 @@ use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterato
 
 use super::{Read, advise};
 use crate::job::{Job, Policy};
-use crate::notes::{Code, Note, Place};
+use crate::notes::Note;
 use crate::progress::Progress;
 pub use crate::risk::Verdict;
 pub use crate::risk::Warning;
 use crate::risk::{JobRisk, assess};
 use crate::units::Date;
-
-/// Measured arms have their first mode at 7 to 26 Hz: less than half of that, or eight times as
-/// much, is a mistake in the model.
-const FIRST_FREQUENCY_HZ: [f64; 2] = [3.0, 200.0];
 
 /// A job and what a check found in it: all that a renderer needs, without the model.
 #[derive(Debug, Clone, PartialEq)]
@@ -77,31 +73,7 @@ impl Gate {
 /// # Errors
 /// What cannot be run, for every operation.
 pub fn check(job: &Job, progress: Progress) -> Result<CheckedJob, Vec<Note>> {
-    let mut checked = CheckedJob::new(job, assess(job, progress)?);
-    let doubt = implausible_frequency(job, &checked.risk);
-    checked.risk.warnings.extend(doubt);
-    Ok(checked)
-}
-
-/// A first frequency that no arm has: the stiffness or the masses are wrong by far.
-fn implausible_frequency(job: &Job, risk: &JobRisk) -> Option<Note> {
-    let samples = risk.operations.iter().flat_map(|operation| {
-        operation.samples.iter().map(move |sample| (operation.name.as_str(), sample))
-    });
-    let first = samples.filter_map(|(name, sample)| {
-        Some((name, sample.s, *sample.natural_frequencies_hz.first()?))
-    });
-    let [least_hz, most_hz] = FIRST_FREQUENCY_HZ;
-    let (name, s, lowest_hz) = first.min_by(|a, b| a.2.total_cmp(&b.2))?;
-    if (least_hz..=most_hz).contains(&lowest_hz) {
-        return None;
-    }
-    let what = format!(
-        "the first natural frequency is {lowest_hz:.3} Hz at its lowest (operation '{name}', s = \
-         {s:.3}), where arms have {least_hz} to {most_hz} Hz; check stiffness (N·m/rad), masses \
-         and the units of both"
-    );
-    Some(Note::warning(Code::FirstFrequency, Place::file(&job.file), what))
+    Ok(CheckedJob::new(job, assess(job, progress)?))
 }
 
 /// Several job files as they were read, in the order given.

@@ -70,7 +70,10 @@ fn described(operation: &CheckedOperation<'_>) -> Vec<String> {
     let file = paths::slashed(&operation.lines_file());
     let doubts = operation.job.risk.warnings.iter();
     let doubts = doubts.filter(|w| w.leaves_doubt() && w.is_about(&operation.risk.name));
-    let doubts = doubts.map(sentences::doubt);
+    let doubts = doubts.map(|warning| {
+        let place = printable(&warning.note.place.to_string());
+        format!("{place}: {}", sentences::doubt(warning))
+    });
     let findings = findings(operation);
     let findings = findings.iter().map(|finding| {
         let crossing = finding.worst.crossing;

@@ -152,13 +152,14 @@ pub(super) fn worst_jobs(jobs: &[CheckedJob]) -> Vec<&CheckedJob> {
 
 /// A doubt in one sentence, with what it does to the verdict or why it does nothing.
 pub(super) fn doubt(warning: &Warning) -> String {
-    match &warning.accepted {
-        Some(terms) => printable(&format!("{}; {terms}", warning.note)),
+    let message = warning.note.message();
+    let what = match &warning.accepted {
+        Some(terms) => terms.to_string(),
         None => {
-            let best = spelled(warning.best_verdict());
-            format!("{}; so the verdict is no better than {best}", warning.note)
+            format!("so the verdict is no better than {}", spelled(warning.best_verdict()))
         }
-    }
+    };
+    printable(&format!("{message}; {what}"))
 }
 
 /// What leaves the verdicts on all operations in doubt: warnings on the job as a whole.
