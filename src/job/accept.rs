@@ -78,7 +78,9 @@ impl Acceptance {
     pub fn is_about(&self, operation: &str) -> bool {
         // A program that divides an operation makes rough/2, rough/3 of it.
         self.operation.as_deref().is_none_or(|name| {
-            operation.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
+            operation
+                .strip_prefix(name)
+                .is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
         })
     }
 

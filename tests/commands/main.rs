@@ -17,6 +17,7 @@ mod advise;
 mod bad_input;
 mod check;
 mod diagnose;
+mod doubts;
 mod identify;
 mod map;
 mod map_arrow;

@@ -2,12 +2,14 @@
 
 use std::fs;
 use std::path::Path;
+use std::time::SystemTime;
 
 use detune::input::{Reading, read_described_robot, read_robot};
 use detune::modes::Modes;
 use detune::notes::{Code, Note};
 use detune::progress::silent;
 use detune::study::check::ReadJobs;
+use detune::units::Date;
 
 use crate::program::repository;
 
@@ -160,14 +162,14 @@ fn first_frequency(factor: f64) -> Vec<Note> {
     let job = job.replace("../robots/irb1600/robot.yaml", "robot.yaml");
     let path = folder.path().join("job.yaml");
     fs::write(&path, job).unwrap();
-    let checked = ReadJobs::read(&[path]).check(&silent);
+    let checked = ReadJobs::read(&[path], Date::of(SystemTime::now())).check(&silent);
     assert!(checked.errors.is_empty(), "{:?}", checked.errors);
     checked.jobs[0]
         .risk
         .warnings
         .iter()
+        .map(|warning| warning.note.clone())
         .filter(|n| n.code == Code::FirstFrequency)
-        .cloned()
         .collect()
 }
 

@@ -80,6 +80,7 @@ fn crossing(certainty: Certainty, from_s: f64, to_s: f64) -> Crossing {
         natural_frequency_ci95_hz: [68.3, 80.2],
         probability: Some(0.42),
         driver: None,
+        accepted: None,
         file: "jobs/pocket.yaml".into(),
         from_line: 41,
         to_line: 58,
@@ -144,11 +145,9 @@ fn job(file: &str, operations: Vec<(OperationRisk, Option<&str>)>) -> CheckedJob
                     risk
                 })
                 .collect(),
-            warnings: vec![Note::warning(
-                Code::Assumed,
-                Place::line("a.yaml", 3),
-                "something to know",
-            )],
+            warnings: vec![
+                Note::warning(Code::Assumed, Place::line("a.yaml", 3), "something to know").into(),
+            ],
         },
     }
 }

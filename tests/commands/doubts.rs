@@ -1,0 +1,282 @@
+//! Warnings in which a resonance may hide, findings that a job accepts, and verdicts about nothing.
+//!
+//! The spindle turns at 24 000 rpm with two teeth, 800 Hz, where the IRB 1600 has no mode: without a
+//! warning the verdict is clear.
+
+use std::fs;
+use std::process::Output;
+
+use detune::study::advise::read;
+use detune::units::Date;
+use serde_json::Value;
+use tempfile::TempDir;
+
+use crate::program::{code, err, json, out, repository, run};
+
+const STEADY: &str = "G0 X0 Y0 Z0\nG1 X240 F400\nY40\nX0\n";
+const MOVES_RAIL: &str = "G0 X0 Y0 Z0\nG1 X240 F400\nY40 E100\nX0\n";
+
+struct Bench(TempDir);
+
+impl Bench {
+    /// A job that runs a program, with further keys.
+    fn new(program: &str, keys: &str) -> Self {
+        let bench = Self(tempfile::tempdir().unwrap());
+        let robot = repository().join("robots/irb1600/robot.yaml");
+        let job = format!(
+            "robot: {}
+tool: {{teeth: 2, payload: none}}
+tcp: {{xyz_m: [0, 0, 0.15]}}
+work_object: {{xyz_m: [0.72, -0.12, 0.42]}}
+spindle: {{min_rpm: 500, max_rpm: 24000}}
+operations:
+  - {{name: rough, spindle_rpm: 24000, feed_mm_per_min: 400, path: {{program: {{file: rough.nc}}}}}}
+{keys}",
+            robot.display()
+        );
+        fs::write(bench.0.path().join("rough.nc"), program).unwrap();
+        fs::write(bench.0.path().join("job.yaml"), job).unwrap();
+        bench
+    }
+
+    fn check(&self, arguments: &[&str]) -> Output {
+        run(self.0.path(), &[&["check", "job.yaml"], arguments].concat())
+    }
+
+    fn json(&self) -> Value {
+        json(&self.check(&["--format", "json"]))["jobs"][0].clone()
+    }
+}
+
+fn policy(keys: &str) -> String {
+    format!("policy: {{tooth_passing_harmonics: 1, spindle_harmonics: 0{keys}}}\n")
+}
+
+fn accepted(until: &str) -> String {
+    let entry = "code: axis_ignored, operation: rough, reason: the rail stands still";
+    format!("{}accept:\n  - {{{entry}, until: {until}}}\n", policy(""))
+}
+
+#[test]
+fn an_axis_that_is_ignored_leaves_the_verdict_uncertain_in_every_output() {
+    let steady = Bench::new(STEADY, &policy(""));
+    assert_eq!(steady.json()["verdict"], "clear");
+    let bench = Bench::new(MOVES_RAIL, &policy(""));
+    let found = bench.json();
+    assert_eq!(found["verdict"], "uncertain");
+    assert_eq!(found["operations"][0]["verdict"], "uncertain");
+    assert_eq!(found["warnings"][0]["code"], "axis_ignored");
+    assert_eq!(found["warnings"][0]["hides_clear"], true);
+    assert_eq!(found["warnings"][0]["accepted"], Value::Null);
+    assert_eq!(code(&bench.check(&[])), 0);
+    let text = bench.check(&["--fail-on", "uncertain"]);
+    assert_eq!(code(&text), 1);
+    let because = "because  rough.nc:3: E words";
+    assert!(out(&text).lines().nth(1).unwrap().trim_start().starts_with(because), "{}", out(&text));
+    let junit = bench.check(&["--format", "junit", "--fail-on", "uncertain"]);
+    assert!(out(&junit).contains("so the verdict is no better than uncertain"), "{}", out(&junit));
+    let sarif: Value = serde_json::from_str(out(&bench.check(&["--format", "sarif"]))).unwrap();
+    let result = &sarif["runs"][0]["results"][0];
+    assert_eq!((&result["ruleId"], &result["level"]), (&"doubt".into(), &"warning".into()));
+    assert_eq!(result["locations"][0]["physicalLocation"]["region"]["startLine"], 3);
+    let github = bench.check(&["--format", "github"]);
+    assert!(
+        out(&github).starts_with("::warning file=rough.nc,line=3::E words"),
+        "{}",
+        out(&github)
+    );
+    assert!(!err(&github).contains("::warning"), "told twice: {}", err(&github));
+}
+
+#[test]
+fn motion_that_is_left_out_leaves_the_verdict_uncertain() {
+    let bench = Bench::new("", "");
+    let job = fs::read_to_string(bench.0.path().join("job.yaml")).unwrap();
+    let job = job.replace("rough.nc", "rough.mod") + &policy("");
+    fs::write(bench.0.path().join("job.yaml"), job).unwrap();
+    let pose = |x: f64| format!("[[{x},0,0],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]");
+    let program = |call: &str| {
+        format!(
+            "MODULE m\nPROC main()\nMoveL {},v5,fine,tool0;\n{call}\nMoveL {},v5,fine,tool0;\nENDPROC\nENDMODULE\n",
+            pose(0.0),
+            pose(100.0)
+        )
+    };
+    for (call, verdict) in [("", "clear"), ("ChangeFixture;", "uncertain")] {
+        fs::write(bench.0.path().join("rough.mod"), program(call)).unwrap();
+        let found = bench.json();
+        assert_eq!(found["verdict"], verdict, "{found}");
+        let codes = found["warnings"].as_array().unwrap().iter().map(|w| &w["code"]);
+        assert_eq!(
+            codes.filter(|code| *code == "motion_left_out").count(),
+            usize::from(call != "")
+        );
+    }
+}
+
+#[test]
+fn what_a_job_accepts_counts_no_more_and_is_shown() {
+    let bench = Bench::new(MOVES_RAIL, &accepted("2999-12-31"));
+    let ran = bench.check(&["--deny-warnings", "--fail-on", "uncertain"]);
+    assert_eq!(code(&ran), 0, "{}{}", out(&ran), err(&ran));
+    assert!(out(&ran).starts_with("CLEAR "), "{}", out(&ran));
+    let terms = "accepted until 2999-12-31: the rail stands still";
+    let flat = out(&ran).split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(flat.contains(terms), "{}", out(&ran));
+    assert!(err(&ran).starts_with("accepted: rough.nc:3: E words"), "{}", err(&ran));
+    let found = bench.json();
+    assert_eq!(found["warnings"][0]["hides_clear"], false);
+    assert_eq!(found["warnings"][0]["accepted"]["until"], "2999-12-31");
+    let sarif: Value = serde_json::from_str(out(&bench.check(&["--format", "sarif"]))).unwrap();
+    let suppression = &sarif["runs"][0]["results"][0]["suppressions"][0];
+    assert_eq!(
+        (&suppression["status"], &suppression["justification"]),
+        (&"accepted".into(), &terms.into())
+    );
+}
+
+#[test]
+fn an_acceptance_ends_with_its_day() {
+    let bench = Bench::new(MOVES_RAIL, &accepted("2027-06-30"));
+    let path = bench.0.path().join("job.yaml");
+    for (today, entries) in [("2027-06-29", 1), ("2027-06-30", 1), ("2027-07-01", 0)] {
+        let job = read(&path, Date::read(today).unwrap()).value.unwrap();
+        assert_eq!(job.review.accept.len(), entries, "{today}");
+    }
+    let bench = Bench::new(MOVES_RAIL, &accepted("2020-01-31"));
+    let ran = bench.check(&[]);
+    assert!(out(&ran).starts_with("UNCERTAIN "), "{}", out(&ran));
+    let told = "job.yaml:10: accept: 'axis_ignored' was accepted until 2020-01-31 and counts again";
+    assert!(err(&ran).contains(told), "{}", err(&ran));
+    let bench = Bench::new(STEADY, &accepted("2999-12-31"));
+    let told = "job.yaml:10: accept: there is no 'axis_ignored' in operation 'rough' to accept";
+    assert!(err(&bench.check(&[])).contains(told), "{}", err(&bench.check(&[])));
+}
+
+#[test]
+fn entries_with_faults_are_errors() {
+    let keys = format!(
+        "{}accept:
+  - {{code: axis_ignord, reason: a, until: 2999-12-31}}
+  - {{code: axis_ignored, reason: ' ', until: 2999-02-30}}
+  - {{code: value, reason: a, until: 2999-12-31, operation: ruogh}}
+  - {{code: axis_ignored, mode: 1, until: 2999-12-31, reason: a}}
+  - {{code: axis_ignored, until: 2999-12-31}}
+",
+        policy("")
+    );
+    let ran = Bench::new(STEADY, &keys).check(&[]);
+    assert_eq!(code(&ran), 2);
+    for told in [
+        "job.yaml:10: accept[0].code is 'axis_ignord', must be crossing or the code of a warning; did you mean 'axis_ignored'?",
+        "job.yaml:11: accept[1].reason is empty",
+        "job.yaml:11: accept[1].until is '2999-02-30', must be a day as YYYY-MM-DD",
+        "job.yaml:12: accept[2].code is 'value'",
+        "job.yaml:12: accept[2].operation is 'ruogh', which does not exist; did you mean 'rough'?",
+        "job.yaml:13: accept[3].mode has no effect",
+        "job.yaml:14: accept[4]: missing key 'reason'",
+    ] {
+        assert!(err(&ran).contains(told), "{told}\n{}", err(&ran));
+    }
+}
+
+#[test]
+fn a_crossing_is_accepted_by_its_mode() {
+    let folder = tempfile::tempdir().unwrap();
+    let robot = repository().join("robots/two-link/robot.yaml");
+    // 26 Hz lies on mode 1, see `check.rs`.
+    let job = format!(
+        "robot: {}\ntool: {{teeth: 2}}\npayload: none\nspindle: {{min_rpm: 500, max_rpm: 6000}}\noperations:
+  - {{name: rough, spindle_rpm: 780, feed_mm_per_min: 400, path: {{joints_deg: [[0, 90], [0, 150]]}}}}\n{}",
+        robot.display(),
+        policy("")
+    );
+    let check = |accept: &str, format: &str| {
+        fs::write(folder.path().join("job.yaml"), format!("{job}{accept}")).unwrap();
+        run(folder.path(), &["check", "job.yaml", "--format", format])
+    };
+    let entry = |keys: &str| {
+        format!(
+            "accept: [{{code: crossing, {keys}reason: ran without marks, until: 2999-12-31}}]\n"
+        )
+    };
+    let verdict = |accept: &str| json(&check(accept, "json"))["verdict"].clone();
+    assert_eq!(verdict(""), "resonance");
+    assert_eq!(verdict(&entry("")), "clear");
+    assert_eq!(verdict(&entry("mode: 1, operation: rough, ")), "clear");
+    assert_eq!(verdict(&entry("mode: 2, ")), "resonance");
+    let other = check(&entry("mode: 2, "), "text");
+    assert!(err(&other).contains("there is no 'crossing' to accept"), "{}", err(&other));
+    let text = check(&entry("mode: 1, "), "text");
+    assert!(out(&text).contains("accepted until 2999-12-31: ran without marks"), "{}", out(&text));
+    let github = check(&entry("mode: 1, "), "github");
+    assert!(out(&github).starts_with("::notice file=job.yaml"), "{}", out(&github));
+    let sarif: Value = serde_json::from_str(out(&check(&entry(""), "sarif"))).unwrap();
+    let results = sarif["runs"][0]["results"].as_array().unwrap();
+    assert!(results.iter().all(|result| result["suppressions"][0]["status"] == "accepted"));
+}
+
+#[test]
+fn warnings_can_be_denied_and_the_output_is_written_all_the_same() {
+    let bench = Bench::new(MOVES_RAIL, &policy(""));
+    for format in ["text", "json", "sarif", "junit", "github"] {
+        let ran = bench.check(&["--deny-warnings", "--format", format, "--fail-on", "never"]);
+        assert_eq!(code(&ran), 1, "{format}");
+        assert_eq!(out(&ran), out(&bench.check(&["--format", format, "--fail-on", "never"])));
+        assert!(err(&ran).ends_with("failed: there were warnings (--deny-warnings)\n"));
+    }
+    assert_eq!(code(&Bench::new(STEADY, &policy("")).check(&["--deny-warnings"])), 0);
+    let advise = run(bench.0.path(), &["--deny-warnings", "advise", "job.yaml"]);
+    assert_eq!(code(&advise), 1, "{}", err(&advise));
+    assert!(out(&advise).contains("doubt    rough.nc:3: E words"), "{}", out(&advise));
+    assert_eq!(code(&run(bench.0.path(), &["advise", "job.yaml"])), 0);
+    // Two rows in a line leave an interval of stiffness that holds zero.
+    let loads = "angle_rad,moment_nm\n0,0\n1,3\n2,3\n";
+    fs::write(bench.0.path().join("loads.csv"), loads).unwrap();
+    for (arguments, expected) in
+        [(&["stiffness", "loads.csv"][..], 0), (&["stiffness", "loads.csv", "--deny-warnings"], 1)]
+    {
+        let ran = run(bench.0.path(), arguments);
+        assert_eq!(code(&ran), expected, "{}", err(&ran));
+        assert!(out(&ran).contains("includes zero"));
+    }
+}
+
+#[test]
+fn a_verdict_about_nothing_fails_in_every_output() {
+    let stopped = format!("M5\n{STEADY}");
+    for (program, keys) in [
+        (stopped.as_str(), policy("")),
+        (STEADY, policy(", ignore_hz: [[0, 1000]]")),
+        (STEADY, policy(", min_tip_response_um_per_n: 1e9")),
+    ] {
+        let bench = Bench::new(program, &keys);
+        for (format, told) in [
+            ("text", "UNCHECKED"),
+            ("json", "\"verdict\": \"unchecked\""),
+            ("junit", "type=\"unchecked\""),
+            ("sarif", "\"ruleId\": \"unchecked\""),
+            ("github", "detune check: job.yaml unchecked"),
+        ] {
+            let ran = bench.check(&["--format", format]);
+            assert_eq!(code(&ran), 1, "{format}: {}", out(&ran));
+            assert!(out(&ran).contains(told), "{format}: {}", out(&ran));
+            assert!(out(&ran).contains("nothing was checked"), "{format}: {}", out(&ran));
+        }
+        let accept = "accept: [{code: nothing_checked, reason: transport, until: 2999-12-31}]\n";
+        let ran = Bench::new(program, &format!("{keys}{accept}")).check(&[]);
+        assert_eq!(code(&ran), 0, "{}", out(&ran));
+    }
+}
+
+/// What cannot be bought is not offered: a spindle for 271 rpm where the slowest runs at 500.
+#[test]
+fn no_spindle_far_outside_the_range_is_offered() {
+    let ran = run(repository(), &["advise", "jobs/pocket.yaml", "--format", "json"]);
+    let levers = json(&ran)["operations"][0]["levers"].as_array().unwrap().clone();
+    assert!(levers.len() > 1, "{levers:?}");
+    for lever in levers.iter().filter(|lever| lever["lever"] == "spindle") {
+        let rpm = lever["rpm"].as_f64().unwrap();
+        assert!((400.0..=48_000.0).contains(&rpm), "{rpm}");
+    }
+}
