@@ -15,7 +15,9 @@ use super::posterior::{Calibrated, posterior};
 use super::problem::{Evaluation, Problem};
 use super::screen::Screen;
 use super::statistics::{relative_error, rms};
+use super::symmetry::symmetry;
 use super::table::{check_rows, unit_hint, within_the_model};
+use super::unstated::{Stated, stated};
 use super::verdict::Judged;
 use crate::identify::ModeTable;
 use crate::model::{Description, Robot};
@@ -52,7 +54,8 @@ pub fn diagnose(
     let (table, beyond) = within_the_model(table, robot.coordinates().len());
     let data = measured(&table, description)?;
     let arm = Arm::new(description, &robot, &data).ok_or_else(no_modes)?;
-    let candidates = candidates(&arm);
+    let Stated { candidates, untested, note: assumed } =
+        stated(description, &robot, &data, &table.unstated, candidates(&arm));
     let problem = Problem { description, data: &data };
     let screen = Screen::new(&problem, &candidates).ok_or_else(no_modes)?;
     progress(Done::Share(0.1));
@@ -100,6 +103,8 @@ pub fn diagnose(
         posterior,
         structure_before: judged.before,
         structure_after: judged.after,
+        symmetry: symmetry(&robot, &data, &residuals, &candidates),
+        untested,
         next_poses,
         next_tests,
         ranking: ranking(&choice),
@@ -107,7 +112,7 @@ pub fn diagnose(
         coordinates: robot.coordinates().iter().map(|c| c.name.clone()).collect(),
         joints: arm.joints,
         findings,
-        notes: beyond.into_iter().chain(unit_hint(&residuals)).collect(),
+        notes: [beyond, assumed, unit_hint(&residuals)].into_iter().flatten().collect(),
         residuals,
     })
 }

@@ -28,12 +28,14 @@ mod screen;
 mod sets;
 mod statistics;
 mod structure;
+mod symmetry;
 mod table;
+mod unstated;
 mod verdict;
 
 pub use causes::CauseText;
 pub use diagnose::{Settings, diagnose};
 pub use outcome::{
-    Diagnosis, Errors, Estimate, Evidence, Finding, Gain, NextPose, NextTest, ResidualRow, Shape,
-    Structure, Suspect, Verdict, label,
+    Diagnosis, Errors, Estimate, Evidence, Finding, Gain, Mirror, NextPose, NextTest, ResidualRow,
+    Shape, Structure, Suspect, Symmetry, Untested, Verdict, label,
 };

@@ -235,6 +235,52 @@ pub struct Structure {
     pub gain: f64,
 }
 
+/// Where frequencies mirror.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Mirror {
+    /// The angle, rad.
+    pub centre_rad: f64,
+    /// 95 % interval.
+    pub ci95_rad: [f64; 2],
+}
+
+/// About which angle the frequencies of a table that varies just one joint are the same on both
+/// sides.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Symmetry {
+    /// beta2 or beta1, or the joint where the robot's file names no such angle for it.
+    pub angle: String,
+    /// The joint that varies.
+    pub joint: String,
+    /// The measured frequencies.
+    pub measured: Mirror,
+    /// Those of the model as it is; null if they mirror about no angle.
+    pub model: Option<Mirror>,
+    /// Whether the two angles differ by more than their intervals.
+    pub differ: bool,
+    /// The zero offset of the joint that would make them the same, rad; null if they are or if no
+    /// zero is so far off.
+    pub zero_offset_rad: Option<f64>,
+}
+
+/// A cause that was not tested.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Untested {
+    /// The cause.
+    #[serde(serialize_with = "by_name")]
+    #[schemars(with = "String")]
+    pub cause: Cause,
+    /// Joint, link or mode; null where the cause has no place.
+    pub at: Option<String>,
+    /// Joints that its effect depends on and that the table does not state.
+    pub joints: Vec<String>,
+    /// Whether some of its forms do not depend on them, and were tested.
+    pub in_part: bool,
+}
+
 /// A whole diagnosis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Diagnosis {
@@ -258,6 +304,10 @@ pub struct Diagnosis {
     pub structure_before: Option<Structure>,
     /// Structure of the remaining residual, if it is more than noise.
     pub structure_after: Option<Structure>,
+    /// About which angle the frequencies mirror, where the table shows it.
+    pub symmetry: Option<Symmetry>,
+    /// Causes that depend on joints that the table does not state.
+    pub untested: Vec<Untested>,
     /// Poses to measure next.
     pub next_poses: Vec<NextPose>,
     /// Pairs that no pose separates, with the test that does.
@@ -280,6 +330,14 @@ impl Suspect {
     /// "payload at tool0".
     pub fn label(&self) -> String {
         label(self.cause, self.at.as_deref())
+    }
+}
+
+impl Untested {
+    /// "payload at tool0", and whether that is all of it.
+    pub fn label(&self) -> String {
+        let label = label(self.cause, self.at.as_deref());
+        if self.in_part { format!("{label} (in part)") } else { label }
     }
 }
 

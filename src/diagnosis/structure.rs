@@ -113,7 +113,7 @@ impl Whitened {
 }
 
 /// Adds what is new in `column` to `basis`; `false` if nothing is.
-fn orthonormal(mut column: Vec<f64>, basis: &mut Vec<Vec<f64>>) -> bool {
+pub(super) fn orthonormal(mut column: Vec<f64>, basis: &mut Vec<Vec<f64>>) -> bool {
     let before = dot(&column, &column);
     for _ in 0..2 {
         for q in basis.iter() {
@@ -131,7 +131,7 @@ fn orthonormal(mut column: Vec<f64>, basis: &mut Vec<Vec<f64>>) -> bool {
     true
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 

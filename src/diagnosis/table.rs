@@ -59,7 +59,7 @@ pub(super) fn within_the_model(table: &ModeTable, modes: usize) -> (ModeTable, O
     } else {
         None
     };
-    (ModeTable { rows, modes: kept }, note)
+    (ModeTable { rows, modes: kept, unstated: table.unstated.clone() }, note)
 }
 
 /// Frequencies that are all off by the factor between two units.
@@ -91,7 +91,7 @@ mod tests {
             deviations_hz: vec![None, None, Some(1.0)],
             ..ModeRow::default()
         };
-        ModeTable { rows: rows.iter().map(row).collect(), modes: 3 }
+        ModeTable { rows: rows.iter().map(row).collect(), modes: 3, unstated: Vec::new() }
     }
 
     #[test]

@@ -5,8 +5,13 @@ use crate::units::{deg_read_as, m_from_mm, mm_read_as, rad_from_deg};
 /// Where the robot stood.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Pose {
-    /// The angle β2 of the two-link model, rad.
-    Beta2(f64),
+    /// Angles of the two-link model, rad.
+    Angles {
+        /// β1, where it is known.
+        beta1: Option<f64>,
+        /// β2.
+        beta2: f64,
+    },
     /// Joint positions from base to tip, rad or m.
     Joints(Vec<f64>),
 }

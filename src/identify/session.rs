@@ -96,7 +96,11 @@ impl IdentifiedSession {
                 id: at.id.clone(),
             }
         };
-        ModeTable { rows: self.poses.iter().zip(&modes).map(row).collect(), modes: most }
+        ModeTable {
+            rows: self.poses.iter().zip(&modes).map(row).collect(),
+            modes: most,
+            unstated: Vec::new(),
+        }
     }
 }
 

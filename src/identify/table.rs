@@ -8,6 +8,8 @@ pub struct ModeTable<P = Vec<f64>> {
     pub rows: Vec<ModeRow<P>>,
     /// Number of columns of frequencies; each row has as many entries.
     pub modes: usize,
+    /// Joints, by name, that the table does not state: what `pose` has for them is assumed.
+    pub unstated: Vec<String>,
 }
 
 /// The modes at one pose and what they were measured under.
@@ -91,6 +93,7 @@ mod tests {
                 .map(|&f| ModeRow { frequencies_hz: vec![Some(f)], ..ModeRow::default() })
                 .collect(),
             modes: 1,
+            unstated: Vec::new(),
         };
         assert_eq!(table(&[10.05, 20.1, 33.35, 41.2, 50.0, 60.95]).quantum_hz(), 0.05);
         assert_eq!(table(&[10.01, 20.1, 33.35, 41.2, 50.0, 60.95]).quantum_hz(), 0.01);

@@ -45,6 +45,8 @@ pub fn read_measured(
     for what in &columns.unknown {
         notes.warning(Code::Unused, header_line, what);
     }
+    let unstated = columns.pose.unstated(robot);
+    warn_of_unstated(&unstated, robot, header_line, &mut notes);
     let (mut rows, mut cells) = (Vec::new(), Vec::new());
     loop {
         match table.row(&mut cells) {
@@ -61,7 +63,7 @@ pub fn read_measured(
             }
         }
     }
-    let table = ModeTable { rows, modes: columns.modes.len() };
+    let table = ModeTable { rows, modes: columns.modes.len(), unstated };
     let table = with_rows(table, &mut notes);
     let errors = reading.settle(notes);
     table.ok_or(errors)
@@ -91,17 +93,20 @@ fn placed(
 ) -> Option<ModeTable> {
     let joints = table.rows.iter().find_map(|row| match &row.pose {
         Pose::Joints(joints) => Some(JointColumn::list(named, joints.len())),
-        Pose::Beta2(_) => None,
+        Pose::Angles { .. } => None,
     });
+    let has_beta1 =
+        table.rows.iter().any(|row| matches!(row.pose, Pose::Angles { beta1: Some(_), .. }));
     let titles: Vec<String> = match &joints {
         Some(columns) => columns.iter().map(|column| column.title.clone()).collect(),
+        None if has_beta1 => vec!["beta2_rad".to_owned(), "beta1_rad".to_owned()],
         None => vec!["beta2_rad".to_owned()],
     };
     let columns = pose_columns(&titles, None, robot, notes)?;
     let mut rows = Vec::new();
     for (index, row) in table.rows.iter().enumerate() {
         let mut cell = |column: usize| match (&row.pose, &joints) {
-            (Pose::Beta2(beta2), _) => Some(*beta2),
+            (Pose::Angles { beta1, beta2 }, _) => [Some(*beta2), *beta1][column],
             (Pose::Joints(joints), Some(columns)) => {
                 joints.get(column).map(|&si| columns[column].in_unit(si))
             }
@@ -114,7 +119,9 @@ fn placed(
         }
         rows.push(row.clone().at(joints));
     }
-    with_rows(ModeTable { rows, modes: table.modes }, notes)
+    let unstated = columns.unstated(robot);
+    warn_of_unstated(&unstated, robot, None, notes);
+    with_rows(ModeTable { rows, modes: table.modes, unstated }, notes)
 }
 
 /// The table, if it has a frequency and nothing is wrong with it.
@@ -135,8 +142,17 @@ fn with_rows(table: ModeTable, notes: &mut Notes) -> Option<ModeTable> {
 enum PoseColumns {
     /// One column a joint.
     Joints(Vec<joint_columns::Column>),
-    /// Angles of the two-link model: (column, joint that carries it, its form).
-    Angles(Vec<(usize, AngleForm)>),
+    /// Angles of the two-link model.
+    Angles(Vec<AngleColumn>),
+}
+
+/// The column of an angle of the two-link model.
+struct AngleColumn {
+    index: usize,
+    form: AngleForm,
+    /// The joint that is put where the angle says, and its factor.
+    joint: usize,
+    scale: f64,
 }
 
 struct Columns {
@@ -271,15 +287,45 @@ impl PoseColumns {
             }
             Self::Angles(angles) => {
                 let mut q: Vec<f64> = robot.joints().iter().map(at_rest).collect();
-                for (column, form) in angles {
-                    if let Some(angle) = number(*column) {
-                        form.reach(angle, &mut q);
+                for column in angles {
+                    if let Some(angle) = number(column.index) {
+                        q[column.joint] += (angle - column.form.at(&q)) / column.scale;
                     }
                 }
                 q
             }
         }
     }
+
+    /// Joints that no column determines.
+    fn unstated(&self, robot: &Robot) -> Vec<String> {
+        let Self::Angles(angles) = self else { return Vec::new() };
+        let is_stated = |joint: &usize| angles.iter().any(|column| column.joint == *joint);
+        let unstated = (0..robot.joints().len()).filter(|joint| !is_stated(joint));
+        unstated.map(|joint| robot.joints()[joint].name.clone()).collect()
+    }
+}
+
+fn warn_of_unstated(
+    unstated: &[String],
+    robot: &Robot,
+    line: impl Into<Option<usize>>,
+    notes: &mut Notes,
+) {
+    let [first, others @ ..] = unstated else { return };
+    let beta1 = robot.beta1().and_then(|form| form.terms().next());
+    let beta1 = beta1.map(|(joint, _)| &robot.joints()[joint].name);
+    let remedy = if others.is_empty() && beta1 == Some(first) {
+        "give beta1_rad, too".to_owned()
+    } else {
+        format!("give the positions of all joints, such as '{first}_deg', instead of beta2_rad")
+    };
+    let (verb, are) = if others.is_empty() { ("is", "it is") } else { ("are", "they are") };
+    let what = format!(
+        "{} {verb} not stated: {are} taken as 0, or the nearest that the limits allow; {remedy}",
+        unstated.join(", ")
+    );
+    notes.warning(Code::UnstatedJoint, line, what);
 }
 
 /// Where a joint stands that a table does not mention: at zero, or as near to it as it can, rad or
@@ -351,16 +397,26 @@ fn pose_columns(
     let line = line.into();
     let find = |name: &str| header.iter().position(|title| title == name);
     let any_joint = robot.joints().iter().any(|joint| !columns_of(header, joint).is_empty());
-    if let (false, Some(column)) = (any_joint, find("beta2_rad")) {
-        let Some(form) = robot.beta2() else {
-            let what = "column 'beta2_rad' needs arm_angles.beta2 in the robot's file; or give one \
-                        column per moving joint";
-            notes.error(Code::Reference, line, what);
-            return None;
-        };
-        let mut angles = vec![(column, form.clone())];
-        if let (Some(column), Some(form)) = (find("beta1_rad"), robot.beta1()) {
-            angles.push((column, form.clone()));
+    if !any_joint && find("beta2_rad").is_some() {
+        let mut angles: Vec<AngleColumn> = Vec::new();
+        for (name, form) in [("beta2", robot.beta2()), ("beta1", robot.beta1())] {
+            let Some(index) = find(&format!("{name}_rad")) else { continue };
+            let is_free = |(joint, _): &(usize, f64)| angles.iter().all(|a| a.joint != *joint);
+            let Some((form, (joint, scale))) =
+                form.and_then(|form| Some((form, form.terms().find(is_free)?)))
+            else {
+                let what = format!(
+                    "column '{name}_rad' needs arm_angles.{name} in the robot's file; or give one \
+                     column per moving joint"
+                );
+                if name == "beta1" {
+                    notes.warning(Code::Unused, line, what);
+                    continue;
+                }
+                notes.error(Code::Reference, line, what);
+                return None;
+            };
+            angles.push(AngleColumn { index, form: form.clone(), joint, scale });
         }
         return Some(PoseColumns::Angles(angles));
     }

@@ -266,6 +266,7 @@ impl Reader<'_> {
         let pose = pose?;
         let node = self.tree.at(&steps);
         for (key, is_missing, expected) in [
+            ("beta1_rad", pose.beta1_rad.is_none(), "a number"),
             ("beta2_rad", pose.beta2_rad.is_none(), "a number"),
             ("joints_deg", pose.joints_deg.is_none(), "a list of numbers"),
         ] {
@@ -278,13 +279,17 @@ impl Reader<'_> {
             }
             return None;
         }
-        let (found, other) = match (pose.beta2_rad, &pose.joints_deg) {
-            (Some(beta2), None) => (Pose::Beta2(beta2), "joints_deg"),
-            (None, Some(joints)) => (self.joints(joints), "beta2_rad"),
-            (both, _) => {
-                let what = match both {
-                    Some(_) => "pose has both beta2_rad and joints_deg, must have one",
-                    None => "pose has neither beta2_rad nor joints_deg, must have one",
+        let found = match (pose.beta1_rad, pose.beta2_rad, &pose.joints_deg) {
+            (beta1, Some(beta2), None) => Pose::Angles { beta1, beta2 },
+            (None, None, Some(joints)) => self.joints(joints),
+            (beta1, beta2, joints) => {
+                let what = match (beta2, joints) {
+                    (Some(_), _) => "pose has both beta2_rad and joints_deg, must have one",
+                    (None, Some(_)) => "pose has both beta1_rad and joints_deg, must have one",
+                    (None, None) if beta1.is_some() => {
+                        "pose has beta1_rad without beta2_rad, must have both"
+                    }
+                    (None, None) => "pose has neither beta2_rad nor joints_deg, must have one",
                 };
                 self.error(Code::Conflict, &steps, what);
                 return None;
@@ -292,14 +297,14 @@ impl Reader<'_> {
         };
         let raw = self.raw;
         let first = raw.records.iter().flatten().find_map(|record| record.pose.as_ref());
-        let has = |pose: &raw::Pose| match other {
-            "joints_deg" => pose.joints_deg.is_some(),
-            _ => pose.beta2_rad.is_some(),
+        let keys = |pose: &raw::Pose| match (pose.beta1_rad, pose.beta2_rad) {
+            (Some(_), _) => "beta1_rad and beta2_rad",
+            (None, Some(_)) => "beta2_rad",
+            (None, None) => "joints_deg",
         };
-        if first.is_some_and(has) {
+        if let Some(by) = first.map(keys).filter(|by| *by != keys(pose)) {
             let what = format!(
-                "pose is given otherwise than that of the first record, by {other}; must be the \
-                    same"
+                "pose is given otherwise than that of the first record, by {by}; must be the same"
             );
             self.error(Code::Conflict, &steps, what);
             return None;

@@ -172,11 +172,9 @@ impl AngleForm {
         self.terms.iter().map(|&(joint, scale)| scale * q[joint]).sum::<f64>() + self.offset_rad
     }
 
-    /// Moves the first joint that has a say so that the angle becomes `angle_rad`.
-    pub fn reach(&self, angle_rad: f64, q: &mut [f64]) {
-        if let Some(&(joint, scale)) = self.terms.iter().find(|(_, scale)| *scale != 0.0) {
-            q[joint] += (angle_rad - self.at(q)) / scale;
-        }
+    /// Each joint that has a say, with its factor.
+    pub fn terms(&self) -> impl Iterator<Item = (usize, f64)> {
+        self.terms.iter().copied().filter(|(_, scale)| *scale != 0.0)
     }
 }
 

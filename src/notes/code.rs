@@ -111,6 +111,10 @@ codes! {
     RigidJoint = "rigid_joint": Doubt,
     /// A first natural frequency that no arm has.
     FirstFrequency = "first_frequency": Doubt,
+    /// A table of measured modes does not state a joint, which is taken as zero.
+    UnstatedJoint = "unstated_joint": Remark,
+    /// The model's frequencies depend on a joint that the table does not state.
+    AssumedPose = "assumed_pose": Remark,
     /// A part of the program or table was left out.
     LeftOut = "left_out": Remark,
     /// Motion, or what may be motion, was left out of the path.

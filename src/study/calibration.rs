@@ -84,7 +84,7 @@ mod tests {
             deviations_hz: vec![None, None],
             ..ModeRow::default()
         };
-        ModeTable { rows: poses.iter().map(row).collect(), modes: 2 }
+        ModeTable { rows: poses.iter().map(row).collect(), modes: 2, unstated: Vec::new() }
     }
 
     fn correction(at: &str, table: Option<&ModeTable>) -> FittedCorrection {

@@ -199,7 +199,7 @@ fn aliased_frequencies_are_reported() {
             None,
             noisy(&free_decay(&modes, 0, rate, samples, 0), NOISE, &mut seeded(7)),
         ),
-        pose: Pose::Beta2(1.0),
+        pose: Pose::Angles { beta1: None, beta2: 1.0 },
         conditions: Conditions::default(),
         id: None,
     };
@@ -230,7 +230,7 @@ fn records_of_one_pose_make_one_row() {
                 None,
                 noisy(&free_decay(&modes, 0, 200.0, 1000, 0), NOISE, &mut seeded(seed)),
             ),
-            pose: Pose::Beta2(beta2),
+            pose: Pose::Angles { beta1: None, beta2 },
             conditions: Conditions { temperature_c, ..Conditions::default() },
             id: Some(format!("t{seed}")),
         }

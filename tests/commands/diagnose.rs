@@ -6,6 +6,7 @@ use std::sync::OnceLock;
 use serde_json::Value;
 
 use crate::program::{self, code, err, out, repository};
+use crate::two_link::TABLE_1;
 
 fn detune(arguments: &[&str]) -> Output {
     program::run(repository(), arguments)
@@ -47,7 +48,7 @@ fn simulated_on_three() -> &'static [u8] {
 }
 
 /// Table 1 as printed is off by 171 % from the measured columns of Table 2; what the diagnosis finds brings
-/// poses left out to 4.8 %, the simulated columns to 2.3 %.
+/// poses left out to 4.8 %, the simulated columns to 2.3 %. At the paper's β1 the foundation's compliance shows.
 #[test]
 fn the_papers_own_data() {
     let simulated = serde_json::from_slice(simulated_on_three()).unwrap();
@@ -65,6 +66,104 @@ fn the_papers_own_data() {
         );
         assert!(error("extended") <= after, "{table} {}", error("extended"));
     }
+    let measured = &measured().0;
+    assert_eq!(causes(measured), ["link_inertia", "base_compliance"]);
+    let inertia = &measured["findings"][0]["parameters"][0]["ci95"];
+    let [low, high] = [0, 1].map(|end| inertia[end].as_f64().unwrap());
+    assert!((1384.0..1386.0).contains(&low) && (1855.0..1857.0).contains(&high), "{inertia}");
+}
+
+fn causes(found: &Value) -> Vec<&str> {
+    let findings = found["findings"].as_array().unwrap();
+    findings.iter().map(|finding| finding["cause"].as_str().unwrap()).collect()
+}
+
+/// Without β1 nothing is said of what depends on it: gravity and the foundation.
+#[test]
+fn causes_that_depend_on_a_joint_that_is_not_stated_are_not_tested() {
+    let folder = tempfile::tempdir().unwrap();
+    let table = folder.path().join("t.csv");
+    let whole = std::fs::read_to_string("robots/two-link/measured.csv").unwrap();
+    let rows = whole.lines().filter(|line| !line.starts_with('#'));
+    let rows: String = rows.map(|row| format!("{}\n", row.split_once(',').unwrap().1)).collect();
+    std::fs::write(&table, rows).unwrap();
+    let table = table.to_str().unwrap();
+    let output = detune(&["diagnose", "robots/two-link", table, "--format", "json"]);
+    let told = err(&output);
+    assert!(told.contains("t.csv:1: joint_1 is not stated: it is taken as 0"), "{told}");
+    assert!(told.contains("give beta1_rad"), "{told}");
+    let found = program::json(&output);
+    let untested: Vec<(&str, bool)> = found["untested"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .inspect(|untested| assert_eq!(untested["joints"], serde_json::json!(["joint_1"])))
+        .map(|u| (u["cause"].as_str().unwrap(), u["in_part"].as_bool().unwrap()))
+        .collect();
+    assert_eq!(
+        untested,
+        [
+            // A foundation that turns about the upright or gives alike to all sides.
+            ("base_compliance", true),
+            ("load_dependent_stiffness", false),
+            ("load_dependent_stiffness", false),
+            ("gravity_stiffness", false),
+        ]
+    );
+    assert!(!causes(&found).contains(&"load_dependent_stiffness"), "{found}");
+    assert!(measured().0.get("untested").is_none());
+    // The wrist's angles move the frequencies of the whole arm.
+    let output = detune(&["diagnose", "robots/irb1600", table]);
+    assert!(err(&output).contains("own frequencies depend on"), "{}", err(&output));
+}
+
+/// The interval of the angle about which frequencies mirror, in degrees.
+fn mirror(found: &Value, of: &str) -> [f64; 2] {
+    let ci95 = &found["symmetry"][of]["ci95_rad"];
+    [0, 1].map(|end| ci95[end].as_f64().unwrap().to_degrees())
+}
+
+/// The paper's model depends on cos β2 alone, yet its simulated columns repeat from 1.571 and 1.920 rad to −1.920
+/// and −2.269 rad: about −10°.
+#[test]
+fn the_papers_columns_mirror_about_another_angle_than_zero() {
+    let simulated = serde_json::from_slice(simulated_on_three()).unwrap();
+    for (found, width) in [(&simulated, 3.0), (&measured().0, 9.0)] {
+        assert_eq!(found["symmetry"]["angle"], "beta2");
+        assert_eq!(found["symmetry"]["differ"], true);
+        let [low, high] = mirror(found, "measured");
+        assert!(low < -10.0 && high > -10.0 && high - low < width, "{low} {high}");
+        let [low, high] = mirror(found, "model");
+        assert!(low < 0.0 && high > 0.0 && high - low < 2.0, "{low} {high}");
+        let offset = found["symmetry"]["zero_offset_rad"].as_f64().unwrap().to_degrees();
+        assert!((offset - 11.0).abs() < 1.0, "{offset}");
+    }
+}
+
+/// Frequencies in closed form of an arm whose second zero is off by 8°, rounded to 0.01 Hz; and with no offset.
+#[test]
+fn a_joint_whose_zero_is_off_mirrors_about_another_angle() {
+    let folder = tempfile::tempdir().unwrap();
+    let table = folder.path().join("t.csv");
+    let found = |offset_deg: f64| {
+        let mut rows = "beta1_rad,beta2_rad,f1_hz,f2_hz\n".to_owned();
+        for i in -10..=12 {
+            let beta2 = 0.2 * f64::from(i);
+            let [f1, f2] = TABLE_1.natural_frequencies_hz(beta2 + offset_deg.to_radians());
+            rows += &format!("0.3,{beta2},{f1:.2},{f2:.2}\n");
+        }
+        std::fs::write(&table, rows).unwrap();
+        json(&["diagnose", "robots/two-link", table.to_str().unwrap(), "--format", "json"])
+    };
+    let shifted = found(8.0);
+    let [low, high] = mirror(&shifted, "measured");
+    assert!(low < -8.0 && high > -8.0 && high - low < 2.0, "{low} {high}");
+    let offset = shifted["symmetry"]["zero_offset_rad"].as_f64().unwrap().to_degrees();
+    assert!((offset - 8.0).abs() < 0.5, "{offset}");
+    assert_eq!(causes(&shifted), ["joint_zero_offset"]);
+    let straight = found(0.0);
+    assert_eq!(straight["symmetry"]["differ"], false);
+    assert_eq!(straight["symmetry"]["zero_offset_rad"], Value::Null);
 }
 
 /// What --write writes is what check and map read, from another folder: the frequencies that the diagnosis
@@ -92,13 +191,12 @@ fn the_written_robot_is_what_check_uses() {
     // Less than the 10 % of a robot that was never measured.
     assert!(uncertainty < 10.0);
     let table = std::fs::read_to_string("robots/two-link/measured.csv").unwrap();
-    let poses: Vec<f64> = table
-        .lines()
-        .filter(|line| !line.starts_with(['#', 'b']))
-        .map(|line| line.split(',').next().unwrap().parse().unwrap())
-        .collect();
+    let poses = table.lines().filter(|line| !line.starts_with(['#', 'b'])).map(|line| {
+        let cells: Vec<&str> = line.split(',').collect();
+        format!("{},{}\n", cells[0], cells[1])
+    });
+    let rows: String = poses.collect();
     let table = folder.path().join("poses.csv");
-    let rows: String = poses.iter().map(|beta2| format!("0,{beta2}\n")).collect();
     std::fs::write(&table, format!("joint_1_rad,joint_2_rad\n{rows}")).unwrap();
     let arguments = ["map", written.to_str().unwrap(), "--poses", table.to_str().unwrap()];
     let map = detune(&arguments);
@@ -151,7 +249,7 @@ fn the_same_table_twice_gives_the_same_robot() {
     let (mut second, told, twice) = run(&path("a.yaml"), &path("measured.csv"), &path("b.yaml"));
     assert!(told.contains("were fitted to poses of this table"), "{told}");
     let fitted_again = second.as_object_mut().unwrap().remove("fitted_again").unwrap();
-    assert_eq!(fitted_again.as_array().unwrap().len(), 3);
+    assert_eq!(fitted_again.as_array().unwrap().len(), 2);
     assert!(first.as_object_mut().unwrap().remove("fitted_again").is_none());
     assert!(first == second, "{first}\n{second}");
     let undated = |file: &str| -> String {
@@ -166,13 +264,13 @@ fn the_same_table_twice_gives_the_same_robot() {
         .filter(|line| !line.trim_start().starts_with("table:"))
         .collect();
     let end = unnamed.find("calibration:").unwrap();
-    let old = "calibration: {poses: 20, heldout_rms_percent: 3.7, date: 2026-11-01}\n";
+    let old = "calibration: {poses: 20, heldout_rms_percent: 4.6, date: 2026-11-01}\n";
     std::fs::write(path("old.yaml"), format!("{}{old}", &unnamed[..end])).unwrap();
     let (_, _, third) = run(&path("old.yaml"), &path("measured.csv"), &path("c.yaml"));
     let (_, told, fourth) = run(&path("c.yaml"), &path("measured.csv"), &path("d.yaml"));
     assert!(told.contains("does not say which poses"), "{told}");
     for file in [third, fourth] {
-        assert!(file.contains("heldout_rms_percent: 3.7,"), "{file}");
+        assert!(file.contains("heldout_rms_percent: 4.6,"), "{file}");
     }
 }
 
@@ -259,6 +357,7 @@ fn bad_tables_are_told_and_nothing_is_found() {
         ("beta2_rad,f1_hz\n1,nan\n", "f1_hz is 'nan', must be a finite number"),
         ("beta2_rad,f1_hz\n1,20,3\n", "t.csv:2: has 3 cells, the header has 2"),
         ("joint_1_deg,f1_hz\n1,20\n", "t.csv:1: no column 'joint_2_rad' or 'joint_2_deg'"),
+        ("beta1_rad,f1_hz\n1,20\n", "t.csv:1: no column 'joint_1_rad'"),
         ("beta2_rad;f1_hz\n1;20\n", "t.csv:1: must be separated by commas, not semicolons"),
         ("", "t.csv: is empty, must begin with a header"),
     ] {

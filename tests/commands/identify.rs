@@ -231,6 +231,21 @@ records:
     }
     let told = faults("records:\n  - {file: ok.csv, pose: {beta2_rad: 1}}\n", folder.path());
     assert!(told.contains("states no sampling rate"), "{told}");
+    let told = faults(
+        "sample_rate_hz: 140
+records:
+  - {file: ok.csv, pose: {beta1_rad: 2, beta2_rad: 1}}
+  - {file: ok.csv, pose: {beta1_rad: 2}}
+  - {file: ok.csv, pose: {beta2_rad: 1}}
+",
+        folder.path(),
+    );
+    for expected in [
+        "s.yaml:4: pose has beta1_rad without beta2_rad, must have both",
+        "s.yaml:5: pose is given otherwise than that of the first record, by beta1_rad and beta2_rad",
+    ] {
+        assert!(told.contains(expected), "{expected}\nin\n{told}");
+    }
 }
 
 /// Bytes of any kind in place of a record: a fault or a result, never a fault of the program itself.
@@ -341,6 +356,7 @@ fn the_example_is_what_its_generator_makes_and_its_modes_come_back() {
     for (index, (beta_2, frequencies, rotations)) in POSES.iter().enumerate() {
         let pose = &found["poses"][index];
         assert_eq!(pose["beta2_rad"].as_f64(), Some(*beta_2));
+        assert!((pose["beta1_rad"].as_f64().unwrap() - BETA_1).abs() < 1e-4);
         let modes = found["records"][index]["modes"].as_array().unwrap();
         assert_eq!(modes.len(), 2, "{}", found["records"][index]["notices"]);
         for (mode, (hz, alphas)) in modes.iter().zip(frequencies.iter().zip(rotations)) {
@@ -370,12 +386,15 @@ fn the_table_has_one_row_a_pose_and_is_written_whole() {
     assert!(output.status.success());
     let text = fs::read_to_string(&table).unwrap();
     let rows: Vec<&str> = text.lines().filter(|line| !line.starts_with('#')).collect();
-    assert_eq!(rows[0], "beta2_rad,f1_hz,f1_std_hz,zeta1,f2_hz,f2_std_hz,zeta2,sample_rate_hz,id");
+    assert_eq!(
+        rows[0],
+        "beta1_rad,beta2_rad,f1_hz,f1_std_hz,zeta1,f2_hz,f2_std_hz,zeta2,sample_rate_hz,id"
+    );
     assert_eq!(rows.len(), 4);
     for (row, (beta_2, frequencies, _)) in rows[1..].iter().zip(POSES) {
         let cells: Vec<&str> = row.split(',').collect();
         let number = |i: usize| cells[i].parse::<f64>().unwrap();
-        assert_eq!((number(0), number(7)), (beta_2, 140.0));
+        assert_eq!((number(1), number(8)), (beta_2, 140.0));
         assert!((number(1) / frequencies[0] - 1.0).abs() < 1e-3, "{row}");
         assert!((number(4) / frequencies[1] - 1.0).abs() < 1e-3, "{row}");
     }
@@ -503,13 +522,17 @@ fn a_table_in_memory_is_the_table_that_is_written() {
         }
     };
     let sessions = [
-        identified(|beta2| (Pose::Beta2(beta2), None)),
+        identified(|beta2| (Pose::Angles { beta1: None, beta2 }, None)),
         identified(joints(["joint_1", "joint_2"])),
         identified(joints(["joint_1_rad", "joint_2"])),
+        identified(|beta2| (Pose::Angles { beta1: Some(-3.3 * beta2), beta2 }, None)),
     ];
     for (index, session) in sessions.iter().enumerate() {
         let (table, warnings) = table_on(robot, session).unwrap();
-        assert!(warnings.is_empty(), "{warnings:?}");
+        // The first does not say where joint_1 stood.
+        let unstated: &[&str] = if index == 0 { &["joint_1"] } else { &[] };
+        assert_eq!(table.unstated, unstated);
+        assert_eq!(warnings.len(), unstated.len(), "{warnings:?}");
         fs::write(&file, measured_csv(session)).unwrap();
         let written = read_measured(&file, robot, &mut Reading::default()).unwrap();
         assert_eq!(table, written);

@@ -19,13 +19,15 @@ fn robot(path: &str) -> Robot {
     robot.unwrap_or_else(|errors| panic!("{path}: {errors:?}"))
 }
 
-/// Rows of a table of two modes over β2: (β2, f1, f2) where measured.
+/// Rows of a table of two modes over β2 at β1 = 2π/3: (β2, f1, f2) where measured.
 fn table(path: &str) -> Vec<[f64; 3]> {
     let text = std::fs::read_to_string(file(path)).expect("table");
     let rows = text.lines().filter(|line| !line.starts_with('#')).skip(1);
     rows.filter_map(|row| {
         let cells: Vec<f64> = row.split(',').filter_map(|cell| cell.parse().ok()).collect();
-        <[f64; 3]>::try_from(cells).ok()
+        let [beta1, row @ ..] = <[f64; 4]>::try_from(cells).ok()?;
+        assert!((beta1 - 2.0 * PI / 3.0).abs() < 1e-7, "{row:?}");
+        Some(row)
     })
     .collect()
 }

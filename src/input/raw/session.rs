@@ -75,7 +75,7 @@ pub(in crate::input) struct Record {
     pub(in crate::input) file: Option<String>,
     /// What the measurement is called in the table.
     pub(in crate::input) id: Option<String>,
-    /// Where the robot stood: beta2_rad alone, or joints_deg.
+    /// Where the robot stood: joints_deg, or beta2_rad with beta1_rad where it is known.
     #[schemars(required)]
     pub(in crate::input) pose: Option<Pose>,
     /// Channel that holds the excitation, or its UFF reference; absent for free decay, output only.
@@ -105,11 +105,14 @@ pub(in crate::input) struct Record {
     pub(in crate::input) payload_kg: Option<f64>,
 }
 
-/// A pose: exactly one of its keys.
+/// A pose: `joints_deg`, or angles of the two-link model.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(in crate::input) struct Pose {
-    /// The angle of the two-link model, rad.
+    /// The angle β1 of the two-link model, rad, beside beta2_rad; not known if absent.
+    #[schemars(extend("examples" = [2.094]))]
+    pub(in crate::input) beta1_rad: Option<f64>,
+    /// The angle β2 of the two-link model, rad.
     #[schemars(extend("examples" = [1.571]))]
     pub(in crate::input) beta2_rad: Option<f64>,
     /// One value for each moving joint from base to tip: degrees, millimetres for a prismatic

@@ -5,7 +5,8 @@ use serde::Serialize;
 
 use super::words::structure;
 use crate::diagnosis::{
-    self, Diagnosis, Errors, Finding, Gain, NextPose, NextTest, ResidualRow, Suspect, Verdict,
+    self, Diagnosis, Errors, Finding, Gain, NextPose, NextTest, ResidualRow, Suspect, Symmetry,
+    Untested, Verdict,
 };
 use crate::study::diagnose::Diagnosed;
 
@@ -42,6 +43,13 @@ pub(in crate::report) struct Document<'d> {
     structure: Option<Structure>,
     /// Structure of the remaining residual; null if it is noise.
     structure_left: Option<Structure>,
+    /// About which angle the frequencies mirror; absent where the table does not show it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    symmetry: Option<&'d Symmetry>,
+    /// Causes that were not tested, since their effect depends on joints that the table does not
+    /// state.
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    untested: &'d [Untested],
     /// Every measured frequency with the predictions.
     residuals: Vec<Residual>,
 }
@@ -120,6 +128,8 @@ pub fn diagnosis(diagnosed: &Diagnosed) -> serde_json::Result<String> {
         ranking: &d.ranking,
         structure: structure(&d.structure_before),
         structure_left: structure(&d.structure_after),
+        symmetry: d.symmetry.as_ref(),
+        untested: &d.untested,
         residuals: d.residuals.iter().map(Residual::from).collect(),
     };
     Ok(serde_json::to_string_pretty(&document)? + "\n")

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::words::{estimate, finding, p_value, position, structure, verdict};
+use super::words::{estimate, finding, p_value, position, structure, symmetry, verdict};
 use crate::diagnosis::{Diagnosis, Finding, NextPose, Verdict};
 use crate::study::diagnose::Diagnosed;
 use crate::wording::wrapped;
@@ -43,6 +43,7 @@ pub fn diagnosis(diagnosed: &Diagnosed) -> String {
     }
     errors(d, &mut out);
     residual(d, &mut out);
+    not_tested(d, &mut out);
     next(d, &mut out);
     out
 }
@@ -104,7 +105,8 @@ fn errors(d: &Diagnosis, out: &mut String) {
 }
 
 fn residual(d: &Diagnosis, out: &mut String) {
-    if d.structure_before.is_some() || d.structure_after.is_some() {
+    let mirrors = d.symmetry.as_ref().and_then(symmetry);
+    if d.structure_before.is_some() || d.structure_after.is_some() || mirrors.is_some() {
         out.push('\n');
     }
     let unexplained = d.verdict == Verdict::Unexplained;
@@ -115,10 +117,30 @@ fn residual(d: &Diagnosis, out: &mut String) {
     if let Some(after) = d.structure_after.as_ref().filter(|_| !unexplained) {
         wrapped(out, "remaining residual  ", &structure(after, d));
     }
+    if let Some(mirrors) = mirrors {
+        wrapped(out, "symmetry            ", &mirrors);
+    }
     if unexplained && !d.ranking.is_empty() {
         let nearest: Vec<String> = d.ranking.iter().take(3).map(|s| s.label()).collect();
         let nearest = format!("{} (each leaves more than noise)", nearest.join("; "));
         wrapped(out, "nearest causes      ", &nearest);
+    }
+}
+
+fn not_tested(d: &Diagnosis, out: &mut String) {
+    let mut groups: Vec<(&[String], Vec<String>)> = Vec::new();
+    for untested in &d.untested {
+        match groups.iter_mut().find(|(joints, _)| *joints == untested.joints) {
+            Some((_, labels)) => labels.push(untested.label()),
+            None => groups.push((&untested.joints, vec![untested.label()])),
+        }
+    }
+    if !groups.is_empty() {
+        out.push('\n');
+    }
+    for (joints, labels) in groups {
+        let what = format!("{}: the table does not state {}", labels.join("; "), joints.join(", "));
+        wrapped(out, "not tested          ", &what);
     }
 }
 

@@ -1,6 +1,6 @@
 //! What is said in several formats.
 
-use crate::diagnosis::{Diagnosis, Estimate, Finding, Shape, Structure, Verdict};
+use crate::diagnosis::{Diagnosis, Estimate, Finding, Shape, Structure, Symmetry, Verdict};
 use crate::units::{deg_from_rad, mm_from_m, percent_from_ratio, unit_of};
 
 /// A number with the digits that a person wants: four significant ones.
@@ -81,6 +81,31 @@ pub(super) fn verdict(diagnosis: &Diagnosis) -> String {
             format!("The model is off by {error:.2} %; {causes} the error to {remaining:.2} %.")
         }
     }
+}
+
+/// About which angles the frequencies mirror, where measured and predicted ones differ.
+pub(super) fn symmetry(symmetry: &Symmetry) -> Option<String> {
+    let model = symmetry.model.filter(|_| symmetry.differ)?;
+    let degrees = |angle: f64| {
+        let text = format!("{:.1}", deg_from_rad(angle));
+        if text == "-0.0" { "0.0".to_owned() } else { text }
+    };
+    let [low, high] = symmetry.measured.ci95_rad.map(degrees);
+    let mut text = format!(
+        "the measured frequencies mirror about {} = {}° (95 % interval {low} to {high}), the \
+         model's about {}°",
+        symmetry.angle,
+        degrees(symmetry.measured.centre_rad),
+        degrees(model.centre_rad),
+    );
+    if let Some(offset) = symmetry.zero_offset_rad {
+        text.push_str(&format!(
+            ": a zero of {} that is off by {}° does that, or a centre of mass off its axis",
+            symmetry.joint,
+            degrees(offset)
+        ));
+    }
+    Some(text)
 }
 
 /// What a residual follows, in words.

@@ -43,7 +43,10 @@ enum SchemaName {
 #[derive(Debug, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct JsonPose<'a> {
-    /// The angle of the two-link model, rad, where the session gives it.
+    /// The angle β1 of the two-link model, rad, where the session gives it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    beta1_rad: Option<f64>,
+    /// The angle β2 of the two-link model, rad, where the session gives it.
     #[serde(skip_serializing_if = "Option::is_none")]
     beta2_rad: Option<f64>,
     /// From base to tip: degrees, millimetres for a joint that slides, where the session gives
@@ -153,11 +156,12 @@ pub fn identification_json(found: &IdentifiedSession) -> Result<String, NotFinit
 }
 
 fn pose<'a>(row: &'a PoseModes, named: Option<&[JointColumn]>) -> JsonPose<'a> {
-    let (beta2_rad, joints_deg) = match &row.pose {
-        Pose::Beta2(beta2) => (Some(*beta2), None),
-        Pose::Joints(joints) => (None, Some(degrees_or_mm(joints, named).into_iter().collect())),
+    let (beta1_rad, beta2_rad, joints_deg) = match &row.pose {
+        Pose::Angles { beta1, beta2 } => (*beta1, Some(*beta2), None),
+        Pose::Joints(joints) => (None, None, Some(degrees_or_mm(joints, named))),
     };
     JsonPose {
+        beta1_rad,
         beta2_rad,
         joints_deg,
         id: row.id.as_deref(),

@@ -31,7 +31,8 @@ fn kind_words(kind: RecordKind) -> &'static str {
 /// A pose for people.
 fn pose_words(pose: &Pose, named: Option<&[JointColumn]>) -> String {
     match pose {
-        Pose::Beta2(beta2) => format!("beta2 {beta2} rad"),
+        Pose::Angles { beta1: Some(beta1), beta2 } => format!("beta1 {beta1}, beta2 {beta2} rad"),
+        Pose::Angles { beta1: None, beta2 } => format!("beta2 {beta2} rad"),
         Pose::Joints(joints) => {
             let values = degrees_or_mm(joints, named);
             let values: Vec<String> = values.iter().map(f64::to_string).collect();

@@ -75,15 +75,20 @@ fn pose_columns(rows: &[ModeRow<Pose>], named: Option<&[JointColumn]>) -> Vec<Co
     };
     let joints = rows.iter().map(|row| match &row.pose {
         Pose::Joints(joints) => joints.len(),
-        Pose::Beta2(_) => 0,
+        Pose::Angles { .. } => 0,
     });
     let joints = joints.max().unwrap_or(0);
     if joints == 0 {
-        let beta2 = |pose: &Pose| match pose {
-            Pose::Beta2(beta2) => Some(*beta2),
-            Pose::Joints(_) => None,
+        let angles = |pose: &Pose| match pose {
+            Pose::Angles { beta1, beta2 } => (*beta1, Some(*beta2)),
+            Pose::Joints(_) => (None, None),
         };
-        return vec![("beta2_rad".to_owned(), cells(&beta2))];
+        let beta1 = rows
+            .iter()
+            .any(|row| angles(&row.pose).0.is_some())
+            .then(|| ("beta1_rad".to_owned(), cells(&|pose| angles(pose).0)));
+        let beta2 = ("beta2_rad".to_owned(), cells(&|pose| angles(pose).1));
+        return beta1.into_iter().chain([beta2]).collect();
     }
     JointColumn::list(named, joints)
         .into_iter()
@@ -91,7 +96,7 @@ fn pose_columns(rows: &[ModeRow<Pose>], named: Option<&[JointColumn]>) -> Vec<Co
         .map(|(joint, column)| {
             let of = |pose: &Pose| match pose {
                 Pose::Joints(joints) => joints.get(joint).map(|&si| column.in_unit(si)),
-                Pose::Beta2(_) => None,
+                Pose::Angles { .. } => None,
             };
             let cells = cells(&of);
             (column.title, cells)
@@ -142,10 +147,11 @@ mod tests {
             sample_rate_hz: Some(140.0),
             modes,
         };
+        let angles = |beta2| Pose::Angles { beta1: None, beta2 };
         let mut found = IdentifiedSession {
             poses: vec![
-                row(Pose::Beta2(1.571), vec![mode(23.0, None), mode(39.4, None)], Some(21.5)),
-                row(Pose::Beta2(0.5), vec![mode(20.0, None), mode(40.0, Some(Code::Mains))], None),
+                row(angles(1.571), vec![mode(23.0, None), mode(39.4, None)], Some(21.5)),
+                row(angles(0.5), vec![mode(20.0, None), mode(40.0, Some(Code::Mains))], None),
             ],
             records: Vec::new(),
             joint_columns: None,

@@ -121,7 +121,8 @@ fn yaml(arm: &Arm) -> String {
         }
     }
     if tells_beta2(arm) {
-        text += "arm_angles:\n  beta2: {terms: {joint_2: 1.0}, offset_rad: 0.0}\n";
+        text += "arm_angles:\n  beta1: {terms: {joint_1: 1.0}, offset_rad: 0.0}\n  \
+                 beta2: {terms: {joint_2: 1.0}, offset_rad: 0.0}\n";
     }
     if let Some(payload) = &arm.payload {
         let _ = writeln!(
@@ -162,7 +163,7 @@ pub(crate) fn table(
     let as_beta2 = tells_beta2(arm) && rows.iter().all(|row| row.joints_rad[0] == 0.0);
     let mut head: Vec<String> = arm.joints.iter().map(|j| format!("{}_rad", j.name)).collect();
     if as_beta2 {
-        head = vec!["beta2_rad".to_owned()];
+        head = vec!["beta1_rad".to_owned(), "beta2_rad".to_owned()];
     }
     head.extend((1..=modes).map(|r| format!("f{r}_hz")));
     let flags = [
@@ -177,8 +178,7 @@ pub(crate) fn table(
     }
     let mut text = head.join(",") + "\n";
     for (row, measured) in rows.iter().zip(measured_hz) {
-        let joints = &row.joints_rad[usize::from(as_beta2)..];
-        let mut cells: Vec<String> = joints.iter().map(|q| format!("{q:.6}")).collect();
+        let mut cells: Vec<String> = row.joints_rad.iter().map(|q| format!("{q:.6}")).collect();
         cells.extend(measured.iter().map(|f| f.map_or(String::new(), |f| format!("{f:.2}"))));
         if columns.temperature {
             cells.push(format!("{:.1}", row.temperature_c));
