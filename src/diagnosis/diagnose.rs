@@ -23,6 +23,7 @@ use crate::identify::ModeTable;
 use crate::model::{Description, Robot};
 use crate::notes::{Code, Note, Place};
 use crate::progress::{Done, Progress};
+use crate::uncertainty::stated;
 use crate::units::percent_from_ratio;
 
 /// How to diagnose.
@@ -85,8 +86,18 @@ pub fn diagnose(
         Verdict::Consistent | Verdict::Unexplained => Default::default(),
     };
     let is_structured = verdict == Verdict::Unexplained || judged.after.is_some();
-    let Calibrated { posterior, ln_hz } =
-        posterior(&problem, &chosen, is_structured).ok_or_else(no_modes)?;
+    let calibrated = posterior(&problem, &chosen, is_structured).ok_or_else(no_modes)?;
+    let causes = chosen.hypothesis.inner().len();
+    let alone = (causes > 0 && stated(&robot).is_some())
+        .then(|| posterior(&problem, &choice.baseline, false))
+        .flatten()
+        .filter(|alone| {
+            // What a parameter costs in BIC, and the choice of its cause.
+            let cost = 0.5 * (data.points.len() as f64).ln() + (candidates.len() as f64).ln();
+            alone.ln_evidence > calibrated.ln_evidence - cost * causes as f64
+        });
+    let is_alone = alone.is_some();
+    let Calibrated { posterior, ln_hz, .. } = alone.unwrap_or(calibrated);
     progress(Done::Share(1.0));
     let [before, after] = [&held_out.before, &held_out.after].map(|errors| rms(errors.iter()));
     let residuals = residual_rows(&data, &choice, &chosen, &ln_hz);
@@ -108,13 +119,24 @@ pub fn diagnose(
         next_poses,
         next_tests,
         ranking: ranking(&choice),
-        corrections: corrections(&data, &chosen),
+        corrections: if is_alone { Vec::new() } else { corrections(&data, &chosen) },
         coordinates: robot.coordinates().iter().map(|c| c.name.clone()).collect(),
         joints: arm.joints,
         findings,
-        notes: [beyond, assumed, unit_hint(&residuals)].into_iter().flatten().collect(),
+        notes: [beyond, assumed, unit_hint(&residuals), is_alone.then(stated_suffice)]
+            .into_iter()
+            .flatten()
+            .collect(),
         residuals,
     })
+}
+
+/// The deviations that the file states explain the table as well as the causes do.
+fn stated_suffice() -> Note {
+    let what = "what the robot's file says that its numbers may be off by (std_percent) explains \
+                this table without any cause: the calibration fits these numbers and adds no \
+                correction; the causes are named as if all other numbers were exact";
+    Note::warning(Code::Calibration, Place::default(), what)
 }
 
 fn no_modes() -> Note {

@@ -27,6 +27,10 @@ const STD_OF_CORRECTED: f64 = 1.0;
 /// Steps of Gauss–Newton: springs off by 15 % leave 1e-5 of ln f after three.
 const STEPS: usize = 4;
 
+/// Least standard deviation of ln f that stays unexplained of a mode that nobody measured: half of
+/// what is assumed of an uncalibrated model.
+const UNMEASURED: f64 = 0.025;
+
 /// Blocks of neighbouring poses that are left out together.
 const BLOCKS: usize = 4;
 
@@ -59,6 +63,8 @@ pub(super) struct Calibrated {
     pub(super) posterior: Posterior,
     /// ln of the frequency in Hz, one a point; `None` where it was not compared.
     pub(super) ln_hz: Vec<Option<f64>>,
+    /// ln of the evidence for the model, by Laplace's approximation, without what its causes cost.
+    pub(super) ln_evidence: f64,
 }
 
 /// The posterior of a robot with the causes that were chosen; `None` where the model has no modes
@@ -79,7 +85,7 @@ pub(super) fn posterior(
         for (one, theta) in learned.iter_mut().zip(theta.iter()) {
             one.ln = *theta;
         }
-        last = Some(normal.covariance);
+        last = Some(normal);
     }
     for one in &mut learned {
         one.ln = rounded(one.ln);
@@ -90,7 +96,9 @@ pub(super) fn posterior(
         ln_hz[at] = Some(problem.data.points[at].ln_f - residual);
     }
     let unexplained = unexplained(problem.data, &linear, is_structured, modes(problem)?)?;
-    let covariance = last?;
+    let last = last?;
+    let ln_evidence = linear.ln_evidence(&last);
+    let covariance = last.covariance;
     let std: Vec<f64> = (0..learned.len()).map(|i| covariance[(i, i)].max(0.0).sqrt()).collect();
     let correlation = |i: usize, j: usize| {
         let scale = std[i] * std[j];
@@ -103,7 +111,8 @@ pub(super) fn posterior(
         .zip(std)
         .map(|(one, std)| LearnedParameter { std: rounded(std), ..one })
         .collect();
-    Some(Calibrated { posterior: Posterior { parameters, correlation, unexplained }, ln_hz })
+    let posterior = Posterior { parameters, correlation, unexplained };
+    Some(Calibrated { posterior, ln_hz, ln_evidence })
 }
 
 /// Six decimals: what is written is read again as it was.
@@ -245,6 +254,16 @@ fn arm(mechanics: &mut Mechanics, row: &Row, learned: &[LearnedParameter]) -> Op
 }
 
 impl Linear {
+    /// ln of the evidence at the mean, without constants.
+    fn ln_evidence(&self, normal: &Normal) -> f64 {
+        let points = self.residuals.iter().zip(self.variances.iter());
+        let misfit: f64 = points.map(|(r, v)| r * r / v + v.ln()).sum();
+        let prior: f64 =
+            self.theta.iter().zip(self.prior.iter()).map(|(t, v)| t * t / v + v.ln()).sum();
+        let volume = normal.covariance.clone().cholesky().map_or(0.0, |l| l.ln_determinant());
+        -0.5 * (misfit + prior - volume)
+    }
+
     /// What the points for which `keep` holds give.
     fn given(&self, keep: impl Fn(usize) -> bool) -> Option<Normal> {
         let p = self.theta.len();
@@ -304,8 +323,9 @@ fn unexplained(
     };
     let per_mode: Vec<Option<(f64, f64)>> =
         (0..modes).map(|r| Some((of_mode(&near, r)?, of_mode(&far, r)?))).collect();
-    // What was not measured is not better known than the worst that was, far from the data.
-    let worst = per_mode.iter().flatten().fold(0.0_f64, |worst, (n, f)| worst.max(*n).max(*f));
+    // What was not measured is not better known than the worst that was, far from the data, and
+    // may hold what the measured modes do not show.
+    let worst = per_mode.iter().flatten().fold(UNMEASURED, |worst, (n, f)| worst.max(*n).max(*f));
     let shares = per_mode.iter().map(|own| own.map_or((worst, worst), |(n, f)| (n, n.max(f))));
     let (near, far): (Vec<f64>, Vec<f64>) =
         shares.map(|(near, far)| (rounded(near), rounded(far))).unzip();
