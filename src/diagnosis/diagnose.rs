@@ -85,11 +85,10 @@ pub fn diagnose(
         ),
         Verdict::Consistent | Verdict::Unexplained => Default::default(),
     };
-    let is_structured = verdict == Verdict::Unexplained || judged.after.is_some();
-    let calibrated = posterior(&problem, &chosen, is_structured).ok_or_else(no_modes)?;
+    let calibrated = posterior(&problem, &chosen).ok_or_else(no_modes)?;
     let causes = chosen.hypothesis.inner().len();
     let alone = (causes > 0 && stated(&robot).is_some())
-        .then(|| posterior(&problem, &choice.baseline, false))
+        .then(|| posterior(&problem, &choice.baseline))
         .flatten()
         .filter(|alone| {
             // What a parameter costs in BIC, and the choice of its cause.

@@ -27,9 +27,9 @@ const STD_OF_CORRECTED: f64 = 1.0;
 /// Steps of Gauss–Newton: springs off by 15 % leave 1e-5 of ln f after three.
 const STEPS: usize = 4;
 
-/// Least standard deviation of ln f that stays unexplained of a mode that nobody measured: half of
-/// what is assumed of an uncalibrated model.
-const UNMEASURED: f64 = 0.025;
+/// Least standard deviation of ln f that stays unexplained of a mode that nobody measured: a
+/// quarter of what is assumed of an uncalibrated model.
+const UNMEASURED: f64 = 0.0125;
 
 /// Blocks of neighbouring poses that are left out together.
 const BLOCKS: usize = 4;
@@ -68,12 +68,8 @@ pub(super) struct Calibrated {
 }
 
 /// The posterior of a robot with the causes that were chosen; `None` where the model has no modes
-/// at a row. `is_structured` says that the residual is more than noise.
-pub(super) fn posterior(
-    problem: &Problem<'_>,
-    chosen: &Fit<'_>,
-    is_structured: bool,
-) -> Option<Calibrated> {
+/// at a row.
+pub(super) fn posterior(problem: &Problem<'_>, chosen: &Fit<'_>) -> Option<Calibrated> {
     let corrections = chosen.hypothesis.corrections();
     let mut learned = prior(problem.description, &corrections)?;
     let instrument = of_instrument(chosen);
@@ -95,7 +91,7 @@ pub(super) fn posterior(
     for (&at, residual) in linear.points.iter().zip(linear.residuals.iter()) {
         ln_hz[at] = Some(problem.data.points[at].ln_f - residual);
     }
-    let unexplained = unexplained(problem.data, &linear, is_structured, modes(problem)?)?;
+    let unexplained = unexplained(problem.data, &linear, modes(problem)?)?;
     let last = last?;
     let ln_evidence = linear.ln_evidence(&last);
     let covariance = last.covariance;
@@ -301,15 +297,15 @@ impl Linear {
 
 /// What the parameters leave, mode by mode: by tests left out one at a time, and by blocks of
 /// neighbouring poses.
-fn unexplained(
-    data: &Data,
-    linear: &Linear,
-    is_structured: bool,
-    modes: usize,
-) -> Option<Unexplained> {
+fn unexplained(data: &Data, linear: &Linear, modes: usize) -> Option<Unexplained> {
     let poses = distinct(data);
     let blocks = blocks(data);
-    let own_noise = |i: usize| if is_structured { 0.0 } else { linear.variances[i] };
+    // Noise that the table does not state counts as an error of the model.
+    let own_noise = |i: usize| {
+        let point = &data.points[linear.points[i]];
+        let stated = data.stated_noise.unwrap_or(0.0) * point.unit;
+        stated * stated + point.rounding
+    };
     let near = linear.excess(&linear.tests)?;
     let of_block: Vec<usize> = linear.tests.iter().map(|&test| blocks[test]).collect();
     let far = linear.excess(&of_block)?;
@@ -318,8 +314,12 @@ fn unexplained(
             .filter(|&i| linear.columns[i] == column)
             .map(|i| excess[i] - own_noise(i))
             .collect();
-        let mean = own.iter().sum::<f64>() / own.len() as f64;
-        (!own.is_empty()).then(|| mean.max(0.0).sqrt())
+        let count = own.len() as f64;
+        let mean = own.iter().sum::<f64>() / count;
+        let spread = own.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
+        // What chance makes of noise alone is no error of the model.
+        let by_chance = data.stated_noise.map_or(0.0, |_| (spread / count).sqrt());
+        (!own.is_empty()).then(|| (mean - by_chance).max(0.0).sqrt())
     };
     let per_mode: Vec<Option<(f64, f64)>> =
         (0..modes).map(|r| Some((of_mode(&near, r)?, of_mode(&far, r)?))).collect();

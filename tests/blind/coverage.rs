@@ -159,7 +159,8 @@ fn cover(family: Family, lacks: bool, seed: u64, into: &mut Coverage) {
             f.iter().map(|f| Some(f * (1.0 + NOISE * dice.normal()))).collect()
         })
         .collect();
-    let table = write::table(&arms.nominal, &rows, &seen, Columns::default());
+    let columns = Columns { deviations: Some(NOISE), ..Columns::default() };
+    let table = write::table(&arms.nominal, &rows, &seen, columns);
     fs::write(folder.path().join("measured.csv"), table).unwrap();
     let arguments = ["diagnose", "robot.yaml", "measured.csv", "--write", "calibrated.yaml"];
     detune(folder.path(), &arguments, "diagnosis.txt").unwrap();

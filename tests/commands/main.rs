@@ -30,3 +30,4 @@ mod programs;
 mod report;
 mod report_odd;
 mod schemas;
+mod uncertainty;
