@@ -23,7 +23,7 @@ use crate::identify::ModeTable;
 use crate::model::{Description, Robot};
 use crate::notes::{Code, Note, Place};
 use crate::progress::{Done, Progress};
-use crate::uncertainty::stated;
+use crate::uncertainty;
 use crate::units::percent_from_ratio;
 
 /// How to diagnose.
@@ -87,7 +87,7 @@ pub fn diagnose(
     };
     let calibrated = posterior(&problem, &chosen).ok_or_else(no_modes)?;
     let causes = chosen.hypothesis.inner().len();
-    let alone = (causes > 0 && stated(&robot).is_some())
+    let alone = (causes > 0 && uncertainty::stated(&robot).is_some())
         .then(|| posterior(&problem, &choice.baseline))
         .flatten()
         .filter(|alone| {

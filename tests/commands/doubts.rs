@@ -109,7 +109,7 @@ fn motion_that_is_left_out_leaves_the_verdict_uncertain() {
         let codes = found["warnings"].as_array().unwrap().iter().map(|w| &w["code"]);
         assert_eq!(
             codes.filter(|code| *code == "motion_left_out").count(),
-            usize::from(call != "")
+            usize::from(!call.is_empty())
         );
     }
 }
