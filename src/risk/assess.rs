@@ -11,9 +11,9 @@ use super::probability::{JobDraws, driver, probabilities};
 use super::rules::Rules;
 use super::spindle_profile::SpindleProfile;
 use super::verdict::{
-    Certainty, Crossing, JobRisk, ModeExchange, OperationRisk, Sample, SpeedPoint, Verdict,
+    Certainty, Crossing, JobRisk, ModeExchange, OperationRisk, Sample, SpeedPoint, Verdict, Warning,
 };
-use super::warnings::{Warning, unused, warnings};
+use super::warnings::{unused, warnings};
 use crate::excitation::lines;
 use crate::job::{Job, Operation, Policy, SpindleSpeed};
 use crate::motion::Move;

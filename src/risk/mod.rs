@@ -20,6 +20,6 @@ pub use rules::Rules;
 pub use spindle_profile::SpindleProfile;
 pub use verdict::{
     Approach, Certainty, Crossing, Driver, JobRisk, LeftOut, ModeExchange, Move, OperationRisk,
-    Sample, SpeedPoint, Verdict,
+    Sample, SpeedPoint, Verdict, Warning,
 };
-pub use warnings::{Warning, warnings};
+pub use warnings::warnings;

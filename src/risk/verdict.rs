@@ -6,9 +6,9 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::warnings::Warning;
 use crate::excitation::{ExcitationLine, WithoutOrder};
 use crate::job::{Accepted, Carried};
+use crate::notes::{Class, Code, Note, Part};
 use crate::uncertainty::Estimate;
 use crate::units::written;
 
@@ -274,4 +274,46 @@ pub struct JobRisk {
     pub operations: Vec<OperationRisk>,
     /// On the files that were read, then in the order of the operations.
     pub warnings: Vec<Warning>,
+}
+
+/// A warning on a job or on one of its operations.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Warning {
+    /// What is to be known.
+    pub note: Note,
+    /// The operation that it is about; `None` for the job as a whole.
+    pub operation: Option<String>,
+    /// Why it counts no more, where the job accepts it.
+    pub accepted: Option<Accepted>,
+}
+
+impl Warning {
+    /// The best verdict that it leaves.
+    pub fn best_verdict(&self) -> Verdict {
+        match (self.note.code.class(), &self.accepted) {
+            (_, Some(_)) | (Class::Remark | Class::Error, None) => Verdict::Clear,
+            (Class::Doubt, None) if self.note.code == Code::NothingChecked => Verdict::Unchecked,
+            (Class::Doubt, None) => Verdict::Uncertain,
+        }
+    }
+
+    /// Whether a resonance may hide in what it is about.
+    pub fn leaves_doubt(&self) -> bool {
+        self.best_verdict() > Verdict::Clear
+    }
+
+    /// Whether it takes part in the verdict on an operation.
+    pub fn is_about(&self, operation: &str) -> bool {
+        self.operation.as_deref().is_none_or(|name| name == operation)
+    }
+}
+
+impl From<Note> for Warning {
+    fn from(note: Note) -> Self {
+        let operation = match &note.place.part {
+            Some(Part::Operation(name)) => Some(name.clone()),
+            _ => None,
+        };
+        Self { note, operation, accepted: None }
+    }
 }

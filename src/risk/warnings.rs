@@ -1,50 +1,8 @@
 //! Warnings on a job: what each does to the verdict, and which of them the job accepts.
 
-use super::verdict::{OperationRisk, Verdict};
-use crate::job::{Acceptance, Accepted, Job, Operation};
-use crate::notes::{Class, Code, Note, Part, Place};
-
-/// A warning on a job or on one of its operations.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Warning {
-    /// What is to be known.
-    pub note: Note,
-    /// The operation that it is about; `None` for the job as a whole.
-    pub operation: Option<String>,
-    /// Why it counts no more, where the job accepts it.
-    pub accepted: Option<Accepted>,
-}
-
-impl Warning {
-    /// The best verdict that it leaves.
-    pub fn best_verdict(&self) -> Verdict {
-        match (self.note.code.class(), &self.accepted) {
-            (_, Some(_)) | (Class::Remark | Class::Error, None) => Verdict::Clear,
-            (Class::Doubt, None) if self.note.code == Code::NothingChecked => Verdict::Unchecked,
-            (Class::Doubt, None) => Verdict::Uncertain,
-        }
-    }
-
-    /// Whether a resonance may hide in what it is about.
-    pub fn leaves_doubt(&self) -> bool {
-        self.best_verdict() > Verdict::Clear
-    }
-
-    /// Whether it takes part in the verdict on an operation.
-    pub fn is_about(&self, operation: &str) -> bool {
-        self.operation.as_deref().is_none_or(|name| name == operation)
-    }
-}
-
-impl From<Note> for Warning {
-    fn from(note: Note) -> Self {
-        let operation = match &note.place.part {
-            Some(Part::Operation(name)) => Some(name.clone()),
-            _ => None,
-        };
-        Self { note, operation, accepted: None }
-    }
-}
+use super::verdict::{OperationRisk, Warning};
+use crate::job::{Acceptance, Job, Operation};
+use crate::notes::{Code, Note, Place};
 
 /// Notes on a job as warnings, each at its operation, with what the job says to them.
 pub fn warnings(job: &Job, notes: impl IntoIterator<Item = Note>) -> Vec<Warning> {
