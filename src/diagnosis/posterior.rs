@@ -27,9 +27,9 @@ const STD_OF_CORRECTED: f64 = 1.0;
 /// Steps of Gauss–Newton: springs off by 15 % leave 1e-5 of ln f after three.
 const STEPS: usize = 4;
 
-/// Least standard deviation of ln f that stays unexplained of a mode that nobody measured: a
-/// quarter of what is assumed of an uncalibrated model.
-const UNMEASURED: f64 = 0.0125;
+/// Least standard deviation of ln f that stays unexplained of a mode that nobody measured: half of
+/// what is assumed of an uncalibrated model.
+const UNMEASURED: f64 = 0.025;
 
 /// Blocks of neighbouring poses that are left out together.
 const BLOCKS: usize = 4;
@@ -277,8 +277,8 @@ impl Linear {
         })
     }
 
-    /// Per point that a group leaves out: its error, squared, less the variance that parameters
-    /// and noise let expect.
+    /// Per point that a group leaves out: its error, squared, less the variance that the parameters
+    /// let expect.
     fn excess(&self, groups: &[usize]) -> Option<Vec<f64>> {
         let mut found = vec![0.0; groups.len()];
         let most = groups.iter().copied().max().unwrap_or(0);
@@ -300,26 +300,15 @@ impl Linear {
 fn unexplained(data: &Data, linear: &Linear, modes: usize) -> Option<Unexplained> {
     let poses = distinct(data);
     let blocks = blocks(data);
-    // Noise that the table does not state counts as an error of the model.
-    let own_noise = |i: usize| {
-        let point = &data.points[linear.points[i]];
-        let stated = data.stated_noise.unwrap_or(0.0) * point.unit;
-        stated * stated + point.rounding
-    };
     let near = linear.excess(&linear.tests)?;
     let of_block: Vec<usize> = linear.tests.iter().map(|&test| blocks[test]).collect();
     let far = linear.excess(&of_block)?;
     let of_mode = |excess: &[f64], column: usize| -> Option<f64> {
-        let own: Vec<f64> = (0..excess.len())
-            .filter(|&i| linear.columns[i] == column)
-            .map(|i| excess[i] - own_noise(i))
-            .collect();
-        let count = own.len() as f64;
-        let mean = own.iter().sum::<f64>() / count;
-        let spread = own.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
-        // What chance makes of noise alone is no error of the model.
-        let by_chance = data.stated_noise.map_or(0.0, |_| (spread / count).sqrt());
-        (!own.is_empty()).then(|| (mean - by_chance).max(0.0).sqrt())
+        // The noise of the table counts as an error of the model: an effect that the model lacks
+        // hides in it.
+        let own = (0..excess.len()).filter(|&i| linear.columns[i] == column).map(|i| excess[i]);
+        let (count, sum) = own.fold((0.0, 0.0), |(count, sum), own| (count + 1.0, sum + own));
+        (count > 0.0).then(|| (sum / count).max(0.0_f64).sqrt())
     };
     let per_mode: Vec<Option<(f64, f64)>> =
         (0..modes).map(|r| Some((of_mode(&near, r)?, of_mode(&far, r)?))).collect();

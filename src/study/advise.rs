@@ -250,7 +250,9 @@ fn entry_edit(
     }
     let first = said.first();
     let feed = first.map(|(_, advice)| (new_feed_m_per_s(advice), advice.programmed_feed_m_per_s));
-    let feed = feed.filter(|(new, old)| new != old).map(|(new, _)| written_feed(new));
+    // Feeds that the program states stay there, and a feed of the job must not contradict them.
+    let stays = !is_program_written && said.iter().any(|(o, _)| o.program_feeds.any());
+    let feed = feed.filter(|(new, old)| new != old && !stays).map(|(new, _)| written_feed(new));
     Ok(OperationEdit {
         speed: speeds.into_iter().next().filter(|_| changes && is_one),
         feed_mm_per_min: feed,
