@@ -220,7 +220,7 @@ def draw_arm(rng, spherical):
 
 
 def draw_policy(rng):
-    policy = {}
+    policy = {"min_tip_response_um_per_n": 0}
     if rng.random() < 0.6:
         policy["tooth_passing_harmonics"] = int(rng.integers(1, 4))
     if rng.random() < 0.6:
