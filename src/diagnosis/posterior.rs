@@ -18,7 +18,7 @@ use crate::model::{
 };
 use crate::modes::Pencil;
 use crate::statistics::median;
-use crate::uncertainty::{ArmAtPose, all, scales_of};
+use crate::uncertainty::{ArmAtPose, all, scales_of, states_all, uncalibrated_std_ln};
 use crate::units::hz_from_rad_per_s;
 
 /// Prior of what a correction fitted, or added: the data alone speak.
@@ -91,7 +91,11 @@ pub(super) fn posterior(problem: &Problem<'_>, chosen: &Fit<'_>) -> Option<Calib
     for (&at, residual) in linear.points.iter().zip(linear.residuals.iter()) {
         ln_hz[at] = Some(problem.data.points[at].ln_f - residual);
     }
-    let unexplained = unexplained(problem.data, &linear, modes(problem)?)?;
+    // Where nothing is stated of a spring, a link or a drive, a mode that nobody measured is not
+    // better known than before.
+    let robot = Robot::new(problem.description).ok()?;
+    let least = if states_all(&robot) { UNMEASURED } else { uncalibrated_std_ln() };
+    let unexplained = unexplained(problem.data, &linear, robot.coordinates().len(), least)?;
     let last = last?;
     let ln_evidence = linear.ln_evidence(&last);
     let covariance = last.covariance;
@@ -114,10 +118,6 @@ pub(super) fn posterior(problem: &Problem<'_>, chosen: &Fit<'_>) -> Option<Calib
 /// Six decimals: what is written is read again as it was.
 fn rounded(value: f64) -> f64 {
     (value * 1e6).round() / 1e6
-}
-
-fn modes(problem: &Problem<'_>) -> Option<usize> {
-    Robot::new(problem.description).ok().map(|robot| robot.coordinates().len())
 }
 
 /// Every parameter of the corrected robot, with its prior.
@@ -297,7 +297,7 @@ impl Linear {
 
 /// What the parameters leave, mode by mode: by tests left out one at a time, and by blocks of
 /// neighbouring poses.
-fn unexplained(data: &Data, linear: &Linear, modes: usize) -> Option<Unexplained> {
+fn unexplained(data: &Data, linear: &Linear, modes: usize, least: f64) -> Option<Unexplained> {
     let poses = distinct(data);
     let blocks = blocks(data);
     let near = linear.excess(&linear.tests)?;
@@ -314,7 +314,7 @@ fn unexplained(data: &Data, linear: &Linear, modes: usize) -> Option<Unexplained
         (0..modes).map(|r| Some((of_mode(&near, r)?, of_mode(&far, r)?))).collect();
     // What was not measured is not better known than the worst that was, far from the data, and
     // may hold what the measured modes do not show.
-    let worst = per_mode.iter().flatten().fold(UNMEASURED, |worst, (n, f)| worst.max(*n).max(*f));
+    let worst = per_mode.iter().flatten().fold(least, |worst, (n, f)| worst.max(*n).max(*f));
     let shares = per_mode.iter().map(|own| own.map_or((worst, worst), |(n, f)| (n, n.max(f))));
     let (near, far): (Vec<f64>, Vec<f64>) =
         shares.map(|(near, far)| (rounded(near), rounded(far))).unzip();

@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVectorView};
 use rayon::prelude::*;
 
 use super::bands::LineBands;
@@ -241,9 +241,9 @@ impl Places {
         let mut surveyor = Surveyor::new(path);
         let (mut ln_ratio, mut unexplained) = (Vec::new(), Vec::new());
         for &k in &chosen {
-            ln_ratio.push(ln_ratios(belief, &theta, &mut surveyor, sites[k].s)?);
-            let left = belief.unexplained.as_ref().map(|left| left.at(surveyor.joints()));
-            unexplained.push(left.unwrap_or_else(|| vec![0.0; draws.modes]));
+            let (known, left) = ln_ratios(belief, &theta, &mut surveyor, sites[k].s)?;
+            ln_ratio.push(known);
+            unexplained.push(left);
         }
         let of_site = |k: usize| {
             let after = chosen.partition_point(|&place| place <= k).clamp(1, chosen.len().max(1));
@@ -281,23 +281,35 @@ impl Places {
     }
 }
 
-/// ln f_r of every draw against the model's own, at a place.
+/// ln f_r of every draw against the model's own, at a place, and σ of what the parameters do not
+/// account for.
 fn ln_ratios(
     belief: &Belief,
     theta: &[f64],
     surveyor: &mut Surveyor,
     s: f64,
-) -> Result<Vec<f64>, Note> {
+) -> Result<(Vec<f64>, Vec<f64>), Note> {
     surveyor.modes(s)?;
     let solver = surveyor.solver();
     let own = &solver.modes().natural_frequencies_hz;
     let arm = ArmAtPose::new(surveyor.robot(), solver, &belief.parameters);
-    // A draw without modes is an arm that nobody has: it is taken as the model's own.
-    let drawn = arm.frequencies_hz(theta).unwrap_or_default();
-    Ok(drawn
-        .chunks_exact(own.len())
-        .flat_map(|row| row.iter().zip(own).map(|(f, own)| (f / own).ln()))
-        .collect())
+    let sensitivities = arm.sensitivities(solver.modes());
+    let left = belief.left_std_ln(&sensitivities, surveyor.joints());
+    let ratios = match arm.frequencies_hz(theta) {
+        Some(drawn) => drawn
+            .chunks_exact(own.len())
+            .flat_map(|row| row.iter().zip(own).map(|(f, own)| (f / own).ln()))
+            .collect(),
+        // Some draw is an arm that falls over: to first order.
+        None => theta
+            .chunks_exact(belief.parameters.len().max(1))
+            .flat_map(|row| {
+                let theta = DVectorView::from_slice(row, row.len());
+                sensitivities.column_iter().map(move |a| a.dot(&theta)).collect::<Vec<_>>()
+            })
+            .collect(),
+    };
+    Ok((ratios, left))
 }
 
 /// What drives the doubt about a crossing.

@@ -1,12 +1,10 @@
 //! What is believed of the parameters, and how far the model is to be trusted.
 
-use std::cmp::Ordering;
-
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::arm::ArmAtPose;
-use super::parameters::{Parameter, scales_of, stated};
+use super::parameters::{Parameter, all, scales_of, stated, states_all};
 use crate::model::{PoseFault, Posterior, Robot, Unexplained};
 use crate::modes::ModalSolver;
 
@@ -19,6 +17,9 @@ pub struct Belief {
     pub covariance: DMatrix<f64>,
     /// What a comparison with measurements left over.
     pub unexplained: Option<Unexplained>,
+    /// No frequency is better known than this, standard deviation of its logarithm: numbers of the
+    /// model of which nothing is stated are not exact.
+    pub least_std_ln: f64,
 }
 
 /// Standard normal quantile that leaves `confidence` (0..1) between itself and its negative.
@@ -40,6 +41,11 @@ pub enum Trust {
 /// frequency.
 pub const UNCALIBRATED: f64 = 0.10;
 
+/// The same as a standard deviation of ln of the frequency.
+pub fn uncalibrated_std_ln() -> f64 {
+    UNCALIBRATED / reach_of(0.95)
+}
+
 /// A calibration of one figure: the model may be wrong by so many times the error on poses that it
 /// was not fitted to.
 const PER_HELDOUT_RMS: f64 = 2.0;
@@ -57,7 +63,8 @@ impl Trust {
             };
         }
         stated(robot).map_or(Self::Share(UNCALIBRATED), |parameters| {
-            Self::Belief(Box::new(Belief::prior(parameters)))
+            let least_std_ln = if states_all(robot) { 0.0 } else { uncalibrated_std_ln() };
+            Self::Belief(Box::new(Belief { least_std_ln, ..Belief::prior(parameters) }))
         })
     }
 }
@@ -112,45 +119,73 @@ impl Belief {
     pub fn prior(parameters: Vec<Parameter>) -> Self {
         let variances = parameters.iter().map(|parameter| parameter.std.powi(2));
         let variances = DVector::from_iterator(parameters.len(), variances);
-        Self { covariance: DMatrix::from_diagonal(&variances), parameters, unexplained: None }
+        Self {
+            covariance: DMatrix::from_diagonal(&variances),
+            parameters,
+            unexplained: None,
+            least_std_ln: 0.0,
+        }
     }
 
     /// What a calibration of the robot learned.
     pub fn learned(robot: &Robot, posterior: &Posterior) -> Self {
-        let known: Vec<(usize, Parameter)> = posterior
+        let mut known: Vec<(Option<usize>, Parameter)> = posterior
             .parameters
             .iter()
             .enumerate()
             .filter_map(|(i, learned)| {
                 let scales = scales_of(robot, learned.kind, &learned.at)?;
-                Some((i, Parameter { scales, std: learned.std, is_assumed: false }))
+                Some((Some(i), Parameter { scales, std: learned.std, is_assumed: false }))
             })
             .collect();
-        let correlation = |i: usize, j: usize| match i.cmp(&j) {
-            Ordering::Equal => 1.0,
-            Ordering::Greater => posterior.correlation[i][j],
-            Ordering::Less => posterior.correlation[j][i],
+        // What the calibration did not know, such as a spring that was added since.
+        for parameter in all(robot) {
+            if !known.iter().any(|(_, other)| other.scales == parameter.scales) {
+                known.push((None, parameter));
+            }
+        }
+        let correlation = |i: Option<usize>, j: Option<usize>| match (i, j) {
+            (Some(i), Some(j)) if i > j => posterior.correlation[i][j],
+            (Some(i), Some(j)) if i < j => posterior.correlation[j][i],
+            _ => 0.0,
         };
         let covariance = DMatrix::from_fn(known.len(), known.len(), |a, b| {
             let [(i, first), (j, second)] = [&known[a], &known[b]];
-            correlation(*i, *j) * first.std * second.std
+            let correlation = if a == b { 1.0 } else { correlation(*i, *j) };
+            correlation * first.std * second.std
         });
         Self {
             parameters: known.into_iter().map(|(_, parameter)| parameter).collect(),
             covariance,
             unexplained: Some(posterior.unexplained.clone()),
+            least_std_ln: 0.0,
         }
     }
 
     /// σ of ln f_r of every mode at pose `q`, with the `sensitivities` of that pose.
     pub fn std_ln(&self, sensitivities: &DMatrix<f64>, q: &[f64]) -> Vec<f64> {
-        let unexplained = self.unexplained.as_ref().map(|unexplained| unexplained.at(q));
-        let variance = |(r, a): (usize, nalgebra::DVectorView<f64>)| {
-            let known = a.dot(&(&self.covariance * a)).max(0.0);
-            let left = unexplained.as_ref().and_then(|d| d.get(r)).copied().unwrap_or(0.0);
-            (known + left * left).sqrt()
+        let left = self.left_std_ln(sensitivities, q);
+        let known = self.known_variances(sensitivities);
+        known.iter().zip(left).map(|(known, left)| (known + left * left).sqrt()).collect()
+    }
+
+    /// The part of it that the parameters do not account for.
+    pub fn left_std_ln(&self, sensitivities: &DMatrix<f64>, q: &[f64]) -> Vec<f64> {
+        let unexplained = self.unexplained.as_ref().map_or_else(Vec::new, |d| d.at(q));
+        // A mode that the calibration did not know is known least of all.
+        let worst = self.unexplained.as_ref().map_or(0.0, |d| {
+            d.far.iter().chain(&d.near).fold(uncalibrated_std_ln(), |worst, d| worst.max(*d))
+        });
+        let left = |(r, known): (usize, f64)| {
+            let left = unexplained.get(r).copied().unwrap_or(worst);
+            (self.least_std_ln.powi(2) - known).max(left * left).max(0.0).sqrt()
         };
-        sensitivities.column_iter().enumerate().map(variance).collect()
+        self.known_variances(sensitivities).into_iter().enumerate().map(left).collect()
+    }
+
+    fn known_variances(&self, sensitivities: &DMatrix<f64>) -> Vec<f64> {
+        let variance = |a: nalgebra::DVectorView<f64>| a.dot(&(&self.covariance * a)).max(0.0);
+        sensitivities.column_iter().map(variance).collect()
     }
 
     /// The parameter with the largest part in the variance of ln f_r, and its share of it; `None`

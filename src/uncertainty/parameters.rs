@@ -1,6 +1,6 @@
 //! The numbers of a model that may be wrong.
 
-use crate::model::{ParameterKind, Robot};
+use crate::model::{ParameterKind, Robot, UncertainBody};
 
 /// Standard deviation of ln of a spring (and, once the robot was measured, of a body) for which the
 /// files state none. A spring that is off by 10 % moves a mode that it holds alone by 5 %, so that
@@ -57,14 +57,24 @@ impl Parameter {
 }
 
 /// The parameters of an uncalibrated robot as its files state them; `None` where they state no
-/// deviation at all. Then springs without one are off by [`ASSUMED_STD`], and bodies and drives
-/// without one are taken as exact.
+/// deviation at all. Then springs without one are off by [`ASSUMED_STD`]; bodies and drives
+/// without one have no part, but no frequency is then better known than of an uncalibrated robot.
 pub fn stated(robot: &Robot) -> Option<Vec<Parameter>> {
     let coordinates = || robot.coordinates().iter();
     let springs = coordinates().flat_map(|c| [c.std, c.drive_std]);
     let bodies = robot.bodies().iter().map(|body| body.std);
     let any = springs.chain(bodies).flatten().any(|std| std > 0.0);
     any.then(|| parameters(robot, 0.0))
+}
+
+/// Whether a deviation, be it zero, is stated of every number that a mode depends on.
+pub fn states_all(robot: &Robot) -> bool {
+    let moves = |body: &&UncertainBody| !robot.carriers_of(body).is_empty();
+    robot.bodies().iter().filter(moves).all(|body| body.std.is_some())
+        && robot
+            .coordinates()
+            .iter()
+            .all(|c| c.std.is_some() && (c.drive_inertia == 0.0 || c.drive_std.is_some()))
 }
 
 /// Every parameter of a robot: springs and bodies without a stated deviation are off by

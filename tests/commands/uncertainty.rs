@@ -35,7 +35,7 @@ fn sliding(folder: &Path) {
         folder.join("robot.yaml"),
         format!(
             "name: one spring\nurdf: r.urdf\nelasticity:\n  joints:\n    j1: {{stiffness_nm_per_rad: {k}, \
-             std_percent: 10}}\n  rigid: [j2]\n"
+             std_percent: 10}}\n  rigid: [j2]\ninertials:\n  a: {{std_percent: 0}}\n  b: {{std_percent: 0}}\n"
         ),
     )
     .unwrap();
@@ -83,6 +83,27 @@ fn the_probability_of_one_spring_is_exact() {
         let ran = run(folder.path(), &["check", "job.yaml", "--fail-on", gate]);
         assert_eq!(code(&ran), expected, "{gate}: {}", err(&ran));
     }
+}
+
+/// A stated deviation of one number makes no other number exact: where the links say nothing, the interval is not
+/// narrower than f (1 ± 10 %).
+#[test]
+fn what_is_not_stated_is_not_exact() {
+    let folder = tempfile::tempdir().unwrap();
+    sliding(folder.path());
+    let half = |from: &str, to: &str| -> f64 {
+        let file = folder.path().join("robot.yaml");
+        let text = fs::read_to_string(&file).unwrap();
+        assert!(text.contains(from), "{text}");
+        fs::write(&file, text.replace(from, to)).unwrap();
+        let ran = run(folder.path(), &["check", "job.yaml", "--format", "json"]);
+        let sample = &json(&ran)["jobs"][0]["operations"][0]["samples"][0];
+        let ends = &sample["natural_frequencies_ci95_hz"][0];
+        0.5 * (ends[1].as_f64().unwrap() / ends[0].as_f64().unwrap()).ln()
+    };
+    // All stated: 1.95996 · 0.5 · 1 %.
+    assert!((half("std_percent: 10", "std_percent: 1") - 0.0098).abs() < 1e-4);
+    assert!((half("  b: {std_percent: 0}\n", "") - 0.1).abs() < 1e-9);
 }
 
 /// Modes 1 to 3 measured at twelve poses of an arm whose joint 5 is softer than its file says: the calibration knows
