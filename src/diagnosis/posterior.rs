@@ -3,13 +3,16 @@
 //! unexplained, by poses left out.
 //!
 //! Gauss–Newton on r − A δ with the prior Σ₀, Σ = (Σ₀⁻¹ + Aᵀ W A)⁻¹; parameters that the data do
-//! not reach keep their prior.
+//! not reach keep their prior. The means are those of the model without what it lacks. How large
+//! the noise is, and the compliances that the model lacks, is not known: their levels are weighed
+//! by the evidence for each, and Σ is the second moment of all of them about the means. So what
+//! springs and masses may have taken from a foundation that gives counts as uncertainty of both.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::data::{Data, Row};
 use super::fit::Fit;
-use super::likelihood::noise;
+use super::likelihood::MIN_NOISE;
 use super::mechanics::Mechanics;
 use super::problem::Problem;
 use crate::model::{
@@ -18,18 +21,35 @@ use crate::model::{
 };
 use crate::modes::Pencil;
 use crate::statistics::median;
-use crate::uncertainty::{ArmAtPose, all, scales_of, states_all, uncalibrated_std_ln};
+use crate::uncertainty::{
+    ArmAtPose, Parameter, all, lacking, scales_of, states_all, uncalibrated_std_ln,
+};
 use crate::units::hz_from_rad_per_s;
 
 /// Prior of what a correction fitted, or added: the data alone speak.
 const STD_OF_CORRECTED: f64 = 1.0;
 
 /// Steps of Gauss–Newton: springs off by 15 % leave 1e-5 of ln f after three.
-const STEPS: usize = 4;
+const STEPS: usize = 6;
 
-/// Least standard deviation of ln f that stays unexplained of a mode that nobody measured: half of
-/// what is assumed of an uncalibrated model.
-const UNMEASURED: f64 = 0.025;
+/// Farthest that a parameter goes in one step, standard deviations of its prior.
+const FARTHEST: f64 = 1.5;
+
+/// Standard deviations of each compliance that the model lacks, against the spring that it is
+/// compared with, and how probable they are beforehand: the model lacks something or not, as it may
+/// be.
+const LACKING: [(f64, f64); 5] =
+    [(0.0, 0.5), (0.003, 0.125), (0.01, 0.125), (0.03, 0.125), (0.1, 0.125)];
+
+/// From one level of noise to the next.
+const PER_LEVEL: f64 = 1.5;
+
+/// The largest noise of a table, share of the frequency.
+const MAX_NOISE: f64 = 0.1;
+
+/// Standard deviation of ln f of a mode that nobody measured, beyond what the measured ones leave
+/// unexplained, if the model lacks something: what moves one mode by a few per cent moves others.
+const UNMEASURED: f64 = 0.04;
 
 /// Blocks of neighbouring poses that are left out together.
 const BLOCKS: usize = 4;
@@ -42,13 +62,21 @@ struct Linear {
     tests: Vec<usize>,
     columns: Vec<usize>,
     residuals: DVector<f64>,
-    /// One row a point.
+    /// One row a point; the model's own parameters, then the compliances that it lacks.
     slopes: DMatrix<f64>,
-    /// Variance of each point.
-    variances: DVector<f64>,
+    /// Of each point, the share of the noise and the variance of rounding.
+    noise: Vec<(f64, f64)>,
     /// θ at which it holds.
     theta: DVector<f64>,
+    /// Of the model's own parameters.
     prior: DVector<f64>,
+}
+
+/// What is taken for the noise and for the compliances that the model lacks.
+#[derive(Debug, Clone, Copy)]
+struct Level {
+    noise: f64,
+    lacking: f64,
 }
 
 /// The mean and covariance that some of the points give.
@@ -56,6 +84,8 @@ struct Normal {
     /// From θ of the linear model.
     step: DVector<f64>,
     covariance: DMatrix<f64>,
+    /// ln of the evidence, without constants.
+    ln_evidence: f64,
 }
 
 /// A posterior, and what the robot predicts with its means.
@@ -73,15 +103,18 @@ pub(super) fn posterior(problem: &Problem<'_>, chosen: &Fit<'_>) -> Option<Calib
     let corrections = chosen.hypothesis.corrections();
     let mut learned = prior(problem.description, &corrections)?;
     let instrument = of_instrument(chosen);
-    let mut last = None;
+    let noises = noises(problem.data);
     for _ in 0..STEPS {
         let linear = linear(problem, &corrections, &learned, &instrument)?;
-        let normal = linear.given(|_| true)?;
-        let theta = &linear.theta + &normal.step;
-        for (one, theta) in learned.iter_mut().zip(theta.iter()) {
-            one.ln = *theta;
+        let levels = noises.iter().map(|&noise| Level { noise, lacking: 0.0 });
+        let found = levels.map(|level| linear.given(level, |_| true));
+        let best = found.collect::<Option<Vec<Normal>>>()?.into_iter();
+        let best = best.max_by(|a, b| a.ln_evidence.total_cmp(&b.ln_evidence))?;
+        let reaches = best.step.component_div(&linear.prior.map(f64::sqrt));
+        let share = (FARTHEST / reaches.amax().max(f64::MIN_POSITIVE)).min(1.0);
+        for (one, step) in learned.iter_mut().zip(best.step.iter()) {
+            one.ln += share * step;
         }
-        last = Some(normal);
     }
     for one in &mut learned {
         one.ln = rounded(one.ln);
@@ -91,14 +124,13 @@ pub(super) fn posterior(problem: &Problem<'_>, chosen: &Fit<'_>) -> Option<Calib
     for (&at, residual) in linear.points.iter().zip(linear.residuals.iter()) {
         ln_hz[at] = Some(problem.data.points[at].ln_f - residual);
     }
+    let Weighed { covariance, best, ln_evidence, lacks } = linear.weighed(&noises)?;
     // Where nothing is stated of a spring, a link or a drive, a mode that nobody measured is not
     // better known than before.
     let robot = Robot::new(problem.description).ok()?;
-    let least = if states_all(&robot) { UNMEASURED } else { uncalibrated_std_ln() };
-    let unexplained = unexplained(problem.data, &linear, robot.coordinates().len(), least)?;
-    let last = last?;
-    let ln_evidence = linear.ln_evidence(&last);
-    let covariance = last.covariance;
+    let lacks = if problem.data.stated_noise.is_some() { lacks } else { 1.0 };
+    let least = if states_all(&robot) { UNMEASURED * lacks } else { uncalibrated_std_ln() };
+    let unexplained = unexplained(problem.data, &linear, best, robot.coordinates().len(), least)?;
     let std: Vec<f64> = (0..learned.len()).map(|i| covariance[(i, i)].max(0.0).sqrt()).collect();
     let correlation = |i: usize, j: usize| {
         let scale = std[i] * std[j];
@@ -120,7 +152,16 @@ fn rounded(value: f64) -> f64 {
     (value * 1e6).round() / 1e6
 }
 
-/// Every parameter of the corrected robot, with its prior.
+/// Levels of noise, share of the frequency: from what the table states, else from what an
+/// instrument does at best.
+fn noises(data: &Data) -> Vec<f64> {
+    let least = data.stated_noise.unwrap_or(0.0).max(MIN_NOISE);
+    std::iter::successors(Some(least), |noise| Some(noise * PER_LEVEL))
+        .take_while(|noise| *noise <= MAX_NOISE.max(least))
+        .collect()
+}
+
+/// Every parameter of the corrected robot with its prior, then the compliances that it lacks.
 fn prior(description: &Description, corrections: &[Correction]) -> Option<Vec<LearnedParameter>> {
     let plain = Robot::new(description).ok()?;
     let mut corrected = description.clone();
@@ -136,14 +177,17 @@ fn prior(description: &Description, corrections: &[Correction]) -> Option<Vec<Le
             }
             ParameterKind::Link => by(Cause::LinkInertia),
             ParameterKind::Drive => by(Cause::DriveInertia),
+            ParameterKind::Foundation | ParameterKind::Bending => false,
         }
     };
-    let one = |parameter: &crate::uncertainty::Parameter| {
+    let one = |parameter: &Parameter| {
         let (kind, at) = parameter.place(&robot);
         let std = if is_corrected(kind, at) { STD_OF_CORRECTED } else { parameter.std };
         LearnedParameter { kind, at: at.to_owned(), ln: 0.0, std }
     };
-    Some(all(&robot).iter().map(one).collect())
+    let lacking = lacking(&robot).into_iter();
+    let lacking = lacking.map(|scales| Parameter { scales, std: 0.0, is_assumed: true });
+    Some(all(&robot).iter().copied().chain(lacking).map(|parameter| one(&parameter)).collect())
 }
 
 /// Per column of the table, whether the instrument shows it otherwise than the arm has it.
@@ -205,40 +249,22 @@ fn linear(
             places.push(at);
         }
     }
-    let some: Vec<Option<f64>> = residuals.iter().copied().map(Some).collect();
-    let scale = noise(&points, &some).scale;
-    let taken = effective(&slopes, learned, scale);
-    // The scale of the residuals is that of the noise for the degrees of freedom that remain.
-    let count = points.len() as f64;
-    let inflation = count / (count - taken).max(1.0);
-    let variance = |p: &super::data::Point| inflation * (scale * p.unit).powi(2) + p.rounding;
     let columns = slopes.iter().map(DVector::transpose).collect::<Vec<_>>();
+    let own: Vec<&LearnedParameter> = learned.iter().filter(|one| !one.kind.is_lacking()).collect();
     Some(Linear {
-        points: places,
         tests: points.iter().map(|point| tests[point.row]).collect(),
         columns: points.iter().map(|point| point.column).collect(),
+        noise: points.iter().map(|point| (point.unit, point.rounding)).collect(),
+        points: places,
         slopes: if columns.is_empty() {
             DMatrix::zeros(0, learned.len())
         } else {
             DMatrix::from_rows(&columns)
         },
-        variances: DVector::from_iterator(points.len(), points.iter().map(variance)),
         residuals: DVector::from_vec(residuals),
-        theta: DVector::from_iterator(learned.len(), learned.iter().map(|one| one.ln)),
-        prior: DVector::from_iterator(learned.len(), learned.iter().map(|one| one.std.powi(2))),
+        theta: DVector::from_iterator(own.len(), own.iter().map(|one| one.ln)),
+        prior: DVector::from_iterator(own.len(), own.iter().map(|one| one.std.powi(2))),
     })
-}
-
-/// Degrees of freedom that the parameters take at a level of noise.
-fn effective(slopes: &[DVector<f64>], learned: &[LearnedParameter], scale: f64) -> f64 {
-    let p = learned.len();
-    let mut information = DMatrix::zeros(p, p);
-    for slope in slopes {
-        information += slope * slope.transpose() / scale.powi(2);
-    }
-    let prior = DVector::from_iterator(p, learned.iter().map(|one| one.std.powi(-2)));
-    let whole = &information + DMatrix::from_diagonal(&prior);
-    whole.cholesky().map_or(0.0, |factor| factor.solve(&information).trace())
 }
 
 fn arm(mechanics: &mut Mechanics, row: &Row, learned: &[LearnedParameter]) -> Option<ArmAtPose> {
@@ -249,43 +275,92 @@ fn arm(mechanics: &mut Mechanics, row: &Row, learned: &[LearnedParameter]) -> Op
     Some(ArmAtPose::placed(robot, mechanics.placement(), &row.conditions, scales, both))
 }
 
-impl Linear {
-    /// ln of the evidence at the mean, without constants.
-    fn ln_evidence(&self, normal: &Normal) -> f64 {
-        let points = self.residuals.iter().zip(self.variances.iter());
-        let misfit: f64 = points.map(|(r, v)| r * r / v + v.ln()).sum();
-        let prior: f64 =
-            self.theta.iter().zip(self.prior.iter()).map(|(t, v)| t * t / v + v.ln()).sum();
-        let volume = normal.covariance.clone().cholesky().map_or(0.0, |l| l.ln_determinant());
-        -0.5 * (misfit + prior - volume)
-    }
+/// Levels weighed by their evidence.
+struct Weighed {
+    /// Of all parameters, about θ of the linear model.
+    covariance: DMatrix<f64>,
+    /// The likeliest.
+    best: Level,
+    /// Of all levels, those of the noise as probable as each other beforehand.
+    ln_evidence: f64,
+    /// How probable it is that the model lacks something, or that the noise is not the least.
+    lacks: f64,
+}
 
-    /// What the points for which `keep` holds give.
-    fn given(&self, keep: impl Fn(usize) -> bool) -> Option<Normal> {
-        let p = self.theta.len();
-        let mut information = DMatrix::from_diagonal(&self.prior.map(|variance| 1.0 / variance));
-        let mut pull = -self.theta.component_div(&self.prior);
-        for i in (0..self.residuals.len()).filter(|&i| keep(i)) {
-            let slope = self.slopes.row(i).transpose();
-            pull += &slope * (self.residuals[i] / self.variances[i]);
-            information += &slope * slope.transpose() / self.variances[i];
+impl Linear {
+    /// What the points for which `keep` holds give at a level. Without compliances that the model
+    /// lacks it is about the model's own parameters alone.
+    fn given(&self, level: Level, keep: impl Fn(usize) -> bool) -> Option<Normal> {
+        let own = self.theta.len();
+        let p = if level.lacking > 0.0 { self.slopes.ncols() } else { own };
+        let prior = |k: usize| if k < own { self.prior[k] } else { level.lacking.powi(2) };
+        let precision = DVector::from_fn(p, |k, _| 1.0 / prior(k));
+        let theta = DVector::from_fn(p, |k, _| if k < own { self.theta[k] } else { 0.0 });
+        let mut information = DMatrix::from_diagonal(&precision);
+        let mut pull = -theta.component_mul(&precision);
+        let mut misfit = theta.dot(&theta.component_mul(&precision)) - precision.map(f64::ln).sum();
+        let kept = (0..self.residuals.len()).filter(|&i| keep(i));
+        for i in kept {
+            let (unit, rounding) = self.noise[i];
+            let variance = (level.noise * unit).powi(2) + rounding;
+            let slope = self.slopes.row(i).columns(0, p).transpose();
+            pull.axpy(self.residuals[i] / variance, &slope, 1.0);
+            information.ger(1.0 / variance, &slope, &slope, 1.0);
+            misfit += self.residuals[i].powi(2) / variance + variance.ln();
         }
         let factor = information.cholesky()?;
+        let step = factor.solve(&pull);
         Some(Normal {
-            step: factor.solve(&pull),
+            ln_evidence: -0.5 * (misfit - pull.dot(&step) + factor.ln_determinant()),
             covariance: factor.solve(&DMatrix::identity(p, p)),
+            step,
+        })
+    }
+
+    /// Every level of noise and of what the model lacks.
+    fn weighed(&self, noises: &[f64]) -> Option<Weighed> {
+        let levels: Vec<Level> = noises
+            .iter()
+            .flat_map(|&noise| LACKING.map(|(lacking, _)| Level { noise, lacking }))
+            .collect();
+        let mut found: Vec<Normal> =
+            levels.iter().map(|level| self.given(*level, |_| true)).collect::<Option<_>>()?;
+        for (normal, (_, probability)) in found.iter_mut().zip(LACKING.iter().cycle()) {
+            normal.ln_evidence += probability.ln();
+        }
+        let of = |i: &usize| found[*i].ln_evidence;
+        let best = (0..levels.len()).max_by(|a, b| of(a).total_cmp(&of(b)))?;
+        let shares = found.iter().map(|normal| (normal.ln_evidence - of(&best)).exp());
+        let shares: Vec<f64> = shares.collect();
+        let whole: f64 = shares.iter().sum();
+        let p = self.slopes.ncols();
+        let mut covariance = DMatrix::zeros(p, p);
+        for (normal, share) in found.iter().zip(&shares) {
+            let own = normal.step.len();
+            let moment = &normal.covariance + &normal.step * normal.step.transpose();
+            let mut part = covariance.view_mut((0, 0), (own, own));
+            part += moment * (share / whole);
+        }
+        let least = PER_LEVEL * levels[0].noise;
+        let is_whole = |level: &Level| level.lacking == 0.0 && level.noise <= least;
+        let lacking = levels.iter().zip(&shares).filter(|(level, _)| !is_whole(level));
+        Some(Weighed {
+            lacks: lacking.map(|(_, share)| share / whole).sum(),
+            covariance,
+            best: levels[best],
+            ln_evidence: of(&best) + (whole / noises.len() as f64).ln(),
         })
     }
 
     /// Per point that a group leaves out: its error, squared, less the variance that the parameters
     /// let expect.
-    fn excess(&self, groups: &[usize]) -> Option<Vec<f64>> {
+    fn excess(&self, level: Level, groups: &[usize]) -> Option<Vec<f64>> {
         let mut found = vec![0.0; groups.len()];
         let most = groups.iter().copied().max().unwrap_or(0);
         for group in 0..=most {
-            let normal = self.given(|i| groups[i] != group)?;
+            let normal = self.given(level, |i| groups[i] != group)?;
             for i in (0..groups.len()).filter(|&i| groups[i] == group) {
-                let slope = self.slopes.row(i).transpose();
+                let slope = self.slopes.row(i).columns(0, normal.step.len()).transpose();
                 let error = self.residuals[i] - slope.dot(&normal.step);
                 let expected = slope.dot(&(&normal.covariance * &slope));
                 found[i] = error * error - expected;
@@ -297,16 +372,27 @@ impl Linear {
 
 /// What the parameters leave, mode by mode: by tests left out one at a time, and by blocks of
 /// neighbouring poses.
-fn unexplained(data: &Data, linear: &Linear, modes: usize, least: f64) -> Option<Unexplained> {
+fn unexplained(
+    data: &Data,
+    linear: &Linear,
+    level: Level,
+    modes: usize,
+    least: f64,
+) -> Option<Unexplained> {
     let poses = distinct(data);
     let blocks = blocks(data);
-    let near = linear.excess(&linear.tests)?;
+    let near = linear.excess(level, &linear.tests)?;
     let of_block: Vec<usize> = linear.tests.iter().map(|&test| blocks[test]).collect();
-    let far = linear.excess(&of_block)?;
+    let far = linear.excess(level, &of_block)?;
+    // Noise that the table does not state counts as an error of the model: an effect that the model
+    // lacks hides in it.
+    let stated = |i: usize| {
+        let (unit, rounding) = linear.noise[i];
+        data.stated_noise.map_or(0.0, |noise| (noise * unit).powi(2) + rounding)
+    };
     let of_mode = |excess: &[f64], column: usize| -> Option<f64> {
-        // The noise of the table counts as an error of the model: an effect that the model lacks
-        // hides in it.
-        let own = (0..excess.len()).filter(|&i| linear.columns[i] == column).map(|i| excess[i]);
+        let own = (0..excess.len()).filter(|&i| linear.columns[i] == column);
+        let own = own.map(|i| excess[i] - stated(i));
         let (count, sum) = own.fold((0.0, 0.0), |(count, sum), own| (count + 1.0, sum + own));
         (count > 0.0).then(|| (sum / count).max(0.0_f64).sqrt())
     };

@@ -63,14 +63,18 @@ fn read(raw: &raw::Posterior, joints: usize) -> Result<Posterior, String> {
 }
 
 fn parameter(i: usize, raw: &raw::LearnedParameter) -> Result<LearnedParameter, String> {
-    let places = [
-        (ParameterKind::Spring, &raw.spring),
-        (ParameterKind::Link, &raw.link),
-        (ParameterKind::Drive, &raw.drive),
-    ];
-    let mut named = places.into_iter().filter_map(|(kind, at)| Some((kind, at.clone()?)));
+    let at = |kind: ParameterKind| match kind {
+        ParameterKind::Spring => &raw.spring,
+        ParameterKind::Link => &raw.link,
+        ParameterKind::Drive => &raw.drive,
+        ParameterKind::Foundation => &raw.foundation,
+        ParameterKind::Bending => &raw.bending,
+    };
+    let mut named =
+        ParameterKind::ALL.into_iter().filter_map(|kind| Some((kind, at(kind).clone()?)));
     let (Some((kind, at)), None) = (named.next(), named.next()) else {
-        return Err(format!("must name one of spring, link and drive in parameters[{i}]"));
+        let keys = ParameterKind::ALL.map(ParameterKind::key).join(", ");
+        return Err(format!("must name one of {keys} in parameters[{i}]"));
     };
     let (Some(ln), Some(std)) = (raw.ln, raw.ln_std) else {
         return Err(format!("must have ln and ln_std in parameters[{i}]"));
@@ -84,11 +88,7 @@ pub(super) fn write(out: &mut String, posterior: &Posterior, quoted: &dyn Fn(&st
     let parameters: Vec<String> = parameters
         .iter()
         .map(|LearnedParameter { kind, at, ln, std }| {
-            let key = match kind {
-                ParameterKind::Spring => "spring",
-                ParameterKind::Link => "link",
-                ParameterKind::Drive => "drive",
-            };
+            let key = kind.key();
             format!("      {{{key}: {}, ln: {ln}, ln_std: {std}}}", quoted(at))
         })
         .collect();

@@ -9,7 +9,7 @@ use nalgebra::{DMatrix, Vector3};
 use super::body::Composite;
 use super::correction::Conditions;
 use super::description::CoordinateKind;
-use super::placement::Placement;
+use super::placement::{Axis, Placement};
 use super::robot::{Robot, UncertainBody};
 
 /// An inertia about an axis below this share of what the same body has across it counts as none: a
@@ -60,16 +60,61 @@ pub fn body_mass_matrix(
     let mut m = DMatrix::zeros(n, n);
     let carriers = robot.carriers_of(body);
     for &j in &carriers {
-        let axis_j = &placement.elastic_axes[j];
-        let linear: Vector3<f64> = axis_j.velocity_at(&placed.com) * placed.mass;
-        let angular: Vector3<f64> = placed.inertia * axis_j.angular_velocity();
         for &i in &carriers {
-            let axis_i = &placement.elastic_axes[i];
-            let translation = axis_i.velocity_at(&placed.com).dot(&linear);
-            m[(i, j)] = translation + axis_i.angular_velocity().dot(&angular);
+            let axes = [i, j].map(|coordinate| &placement.elastic_axes[coordinate]);
+            m[(i, j)] = coupling(axes, &placed);
         }
     }
     m
+}
+
+/// Entry of M for two axes that move a body.
+fn coupling([i, j]: [&Axis; 2], body: &Composite) -> f64 {
+    let linear: Vector3<f64> = j.velocity_at(&body.com) * body.mass;
+    let angular: Vector3<f64> = body.inertia * j.angular_velocity();
+    i.velocity_at(&body.com).dot(&linear) + i.angular_velocity().dot(&angular)
+}
+
+/// The rows that rotations which the robot lacks would have in M(q), one a rotation, by its n
+/// elastic coordinates, kg·m² (rotations), kg·m (translations): about three axes at the origin of
+/// the root, or about two axes across that of the coordinate `across`.
+///
+/// A mode φ transmits the moment ω² (row·φ) about such an axis. A compliance c there, small against
+/// the model's own, lowers ln f by ½ c ω² (row·φ)² (Rayleigh's quotient, φ mass-normalised).
+pub fn lacking_rotations(
+    robot: &Robot,
+    placement: &Placement,
+    across: Option<usize>,
+) -> DMatrix<f64> {
+    let about = |point: Vector3<f64>, direction: Vector3<f64>| Axis {
+        direction,
+        point,
+        kind: CoordinateKind::Rotation,
+    };
+    let axes: Vec<Axis> = match across {
+        None => {
+            let root = placement.frames[0].origin;
+            [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| about(root, axis)).into()
+        }
+        Some(i) => {
+            let own = &placement.elastic_axes[i];
+            let most = own.direction.iamax();
+            let aside = Vector3::from_fn(|k, _| if k == (most + 1) % 3 { 1.0 } else { 0.0 });
+            let first = own.direction.cross(&aside).normalize();
+            vec![about(own.point, first), about(own.point, own.direction.cross(&first))]
+        }
+    };
+    let n = robot.coordinates.len();
+    DMatrix::from_fn(axes.len(), n, |a, j| {
+        let carries = |outer: usize, inner: usize| robot.carriers[outer].contains(&inner);
+        // What both move.
+        let node = match across {
+            Some(i) if carries(i, j) => robot.coordinates[i].node,
+            Some(i) if !carries(j, i) => return 0.0,
+            _ => robot.coordinates[j].node,
+        };
+        coupling([&axes[a], &placement.elastic_axes[j]], &placement.composites[node])
+    })
 }
 
 /// K(q), n × n, symmetric, N·m/rad (rotations), N/m (translations): the springs, by their laws

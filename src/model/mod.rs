@@ -29,7 +29,8 @@ pub use description::{
 };
 pub use dynamics::{inverse_dynamics, potential, potential_gradient};
 pub use inertia::{
-    body_mass_matrix, gravity_stiffness, mass_matrix, spring_constant, stiffness_matrix,
+    body_mass_matrix, gravity_stiffness, lacking_rotations, mass_matrix, spring_constant,
+    stiffness_matrix,
 };
 pub use inverse_kinematics::{IkFault, IkMethod, InverseKinematics, Singularity, turn_towards};
 pub use placement::Placement;

@@ -34,6 +34,34 @@ pub enum ParameterKind {
     Link,
     /// The drive of a joint.
     Drive,
+    /// A compliance of the foundation about any axis that the model lacks, against the softest
+    /// joint's: not a factor of anything, so `ln` is the compliance itself, zero.
+    Foundation,
+    /// A compliance across the axis of a joint that the model lacks, against the joint's own,
+    /// likewise.
+    Bending,
+}
+
+impl ParameterKind {
+    /// Every kind.
+    pub const ALL: [Self; 5] =
+        [Self::Spring, Self::Link, Self::Drive, Self::Foundation, Self::Bending];
+
+    /// Whether it is a compliance that the model lacks.
+    pub fn is_lacking(self) -> bool {
+        matches!(self, Self::Foundation | Self::Bending)
+    }
+
+    /// As robot.yaml spells it.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Spring => "spring",
+            Self::Link => "link",
+            Self::Drive => "drive",
+            Self::Foundation => "foundation",
+            Self::Bending => "bending",
+        }
+    }
 }
 
 /// Standard deviation of ln f_r beyond what the parameters account for.

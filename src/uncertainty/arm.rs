@@ -3,10 +3,12 @@
 use nalgebra::{DMatrix, DVector, DVectorView};
 use rayon::prelude::*;
 
-use super::parameters::{Parameter, Scales};
-use crate::model::{Conditions, Placement, Robot, body_mass_matrix, spring_constant};
+use super::parameters::{Parameter, Scales, compared_with};
+use crate::model::{
+    Conditions, Placement, Robot, body_mass_matrix, lacking_rotations, spring_constant,
+};
 use crate::modes::batch::Pencils;
-use crate::modes::{ModalSolver, Modes};
+use crate::modes::{ModalSolver, Modes, Pencil};
 use crate::units::hz_from_rad_per_s;
 
 /// M and K at a pose, and the share that each parameter scales.
@@ -32,6 +34,11 @@ enum Part {
     Drive {
         at: usize,
         inertia: f64,
+    },
+    /// A compliance that the model lacks: by [`lacking_rotations`], against a spring, N·m/rad.
+    Lacking {
+        rows: DMatrix<f64>,
+        stiffness: f64,
     },
 }
 
@@ -80,6 +87,11 @@ impl ArmAtPose {
             Part::Spring { at, stiffness } => 0.5 * stiffness * shape[*at].powi(2) / omega_squared,
             Part::Body(mass) => -0.5 * shape.dot(&(mass * shape)),
             Part::Drive { at, inertia } => -0.5 * inertia * shape[*at].powi(2),
+            // A coordinate without inertia transmits no moment.
+            Part::Lacking { .. } if !omega_squared.is_finite() => 0.0,
+            Part::Lacking { rows, stiffness } => {
+                -0.5 * omega_squared * (rows * shape).norm_squared() / stiffness
+            }
         };
         DVector::from_iterator(self.parts.len(), self.parts.iter().map(slope))
     }
@@ -90,6 +102,7 @@ impl ArmAtPose {
         /// Draws that one thread solves at a time.
         const CHUNK: usize = 256;
         let n = self.mass.nrows();
+        let lacking = self.lacking()?;
         let pieces: Option<Vec<Vec<f64>>> = theta
             .par_chunks(CHUNK * self.parts.len())
             .map(|rows| {
@@ -104,14 +117,43 @@ impl ArmAtPose {
                     pencils.push(&mass, &stiffness);
                 }
                 let hz = |omega_squared: &f64| hz_from_rad_per_s(omega_squared.sqrt());
-                pencils.solve().then(|| {
+                let mut found: Vec<f64> = pencils.solve().then(|| {
                     (0..pencils.count())
                         .flat_map(|i| pencils.omega_squared(i).iter().map(hz))
                         .collect()
-                })
+                })?;
+                let draws = rows.chunks_exact(self.parts.len());
+                for (found, row) in found.chunks_exact_mut(n).zip(draws) {
+                    for (p, slopes) in &lacking {
+                        let factors = slopes.iter().map(|slope| (slope * row[*p]).exp());
+                        found.iter_mut().zip(factors).for_each(|(hz, factor)| *hz *= factor);
+                    }
+                }
+                Some(found)
             })
             .collect();
         Some(pieces?.concat())
+    }
+}
+
+impl ArmAtPose {
+    /// Of each compliance that the model lacks, its place among the parts and ∂ln f_r/∂θ of every
+    /// mode; `None` where the arm has no modes.
+    fn lacking(&self) -> Option<Vec<(usize, Vec<f64>)>> {
+        let parts = self.parts.iter().enumerate();
+        let places: Vec<usize> = parts
+            .filter_map(|(p, part)| matches!(part, Part::Lacking { .. }).then_some(p))
+            .collect();
+        if places.is_empty() {
+            return Some(Vec::new());
+        }
+        let mut pencil = Pencil::new(self.mass.nrows());
+        pencil.solve(&self.mass, &self.stiffness).then(|| {
+            let of_mode =
+                |r: usize| self.slopes(pencil.shapes.column(r).as_slice(), pencil.omega_squared[r]);
+            let slopes: Vec<DVector<f64>> = (0..self.mass.nrows()).map(of_mode).collect();
+            places.iter().map(|&p| (p, slopes.iter().map(|of| of[p]).collect())).collect()
+        })
     }
 }
 
@@ -123,6 +165,16 @@ fn part(robot: &Robot, placement: &Placement, conditions: &Conditions, scales: S
         }
         Scales::Body(b) => Part::Body(body_mass_matrix(robot, placement, &robot.bodies()[b])),
         Scales::Drive(at) => Part::Drive { at, inertia: robot.coordinates()[at].drive_inertia },
+        Scales::Foundation | Scales::Bending(_) => {
+            let across = match scales {
+                Scales::Bending(i) => Some(i),
+                _ => None,
+            };
+            compared_with(robot, scales).map_or(Part::Nothing, |stiffness| Part::Lacking {
+                rows: lacking_rotations(robot, placement, across),
+                stiffness,
+            })
+        }
     }
 }
 
@@ -130,7 +182,8 @@ impl Part {
     /// Adds the part, this many times.
     fn scale(&self, by: f64, mass: &mut DMatrix<f64>, stiffness: &mut DMatrix<f64>) {
         match self {
-            Self::Nothing => {}
+            // Too small to change the shapes: [`ArmAtPose::frequencies_hz`] adds it.
+            Self::Nothing | Self::Lacking { .. } => {}
             Self::Spring { at, stiffness: k } => stiffness[(*at, *at)] += by * k,
             Self::Body(body) => {
                 for (m, b) in mass.as_mut_slice().iter_mut().zip(body.as_slice()) {

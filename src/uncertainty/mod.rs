@@ -22,4 +22,4 @@ mod parameters;
 pub use arm::ArmAtPose;
 pub use belief::{Belief, HalfWidth, Trust, UNCALIBRATED, reach_of, uncalibrated_std_ln};
 pub use draws::{Draws, Estimate};
-pub use parameters::{ASSUMED_STD, Parameter, Scales, all, scales_of, stated, states_all};
+pub use parameters::{ASSUMED_STD, Parameter, Scales, all, lacking, scales_of, stated, states_all};

@@ -1,6 +1,6 @@
 //! The numbers of a model that may be wrong.
 
-use crate::model::{ParameterKind, Robot, UncertainBody};
+use crate::model::{Coordinate, CoordinateKind, ParameterKind, Robot, UncertainBody};
 
 /// Standard deviation of ln of a spring (and, once the robot was measured, of a body) for which the
 /// files state none. A spring that is off by 10 % moves a mode that it holds alone by 5 %, so that
@@ -16,6 +16,10 @@ pub enum Scales {
     Body(usize),
     /// The drive of this elastic coordinate.
     Drive(usize),
+    /// No number of the model: a compliance of the foundation about any axis, which it lacks.
+    Foundation,
+    /// Likewise a compliance across the axis of this elastic coordinate.
+    Bending(usize),
 }
 
 /// A number of a model that may be wrong.
@@ -23,11 +27,15 @@ pub enum Scales {
 pub struct Parameter {
     /// What it scales.
     pub scales: Scales,
-    /// Standard deviation of its natural logarithm.
+    /// Standard deviation of its natural logarithm; of a compliance that the model lacks, of the
+    /// compliance against that of the joint that it is compared with.
     pub std: f64,
     /// Whether nobody stated the deviation.
     pub is_assumed: bool,
 }
+
+/// What a posterior calls the place of the foundation.
+const FOUNDATION: &str = "base";
 
 impl Parameter {
     /// Its kind and the name of its joint, extra coordinate or link.
@@ -36,6 +44,8 @@ impl Parameter {
             Scales::Spring(i) => (ParameterKind::Spring, &robot.coordinates()[i].name),
             Scales::Body(b) => (ParameterKind::Link, &robot.bodies()[b].link),
             Scales::Drive(i) => (ParameterKind::Drive, &robot.coordinates()[i].name),
+            Scales::Foundation => (ParameterKind::Foundation, FOUNDATION),
+            Scales::Bending(i) => (ParameterKind::Bending, &robot.coordinates()[i].name),
         }
     }
 
@@ -51,6 +61,8 @@ impl Parameter {
             ParameterKind::Spring => "stiffness",
             ParameterKind::Link => "mass",
             ParameterKind::Drive => "drive inertia",
+            ParameterKind::Foundation => return "compliance of the foundation".to_owned(),
+            ParameterKind::Bending => "bending compliance",
         };
         format!("{what} of {at}")
     }
@@ -93,7 +105,38 @@ pub fn scales_of(robot: &Robot, kind: ParameterKind, at: &str) -> Option<Scales>
         ParameterKind::Link => {
             robot.bodies().iter().position(|body| body.link == at).map(Scales::Body)
         }
+        ParameterKind::Foundation => softest(robot).map(|_| Scales::Foundation),
+        ParameterKind::Bending => {
+            coordinate().filter(|&i| turns(&robot.coordinates()[i])).map(Scales::Bending)
+        }
     }
+}
+
+/// The compliances that an arm of springs at its joints lacks: of the foundation, and across the
+/// axis of each elastic joint.
+pub fn lacking(robot: &Robot) -> Vec<Scales> {
+    let rotary = robot.coordinates().iter().enumerate().filter(|(_, c)| turns(c));
+    let bending: Vec<Scales> = rotary.map(|(i, _)| Scales::Bending(i)).collect();
+    softest(robot).map(|_| Scales::Foundation).into_iter().chain(bending).collect()
+}
+
+/// The spring that a compliance which the model lacks is compared with, N·m/rad.
+pub(super) fn compared_with(robot: &Robot, scales: Scales) -> Option<f64> {
+    match scales {
+        Scales::Foundation => softest(robot),
+        Scales::Bending(i) => Some(robot.coordinates()[i].stiffness),
+        Scales::Spring(_) | Scales::Body(_) | Scales::Drive(_) => None,
+    }
+}
+
+fn turns(coordinate: &Coordinate) -> bool {
+    coordinate.joint.is_some() && coordinate.kind == CoordinateKind::Rotation
+}
+
+/// The softest spring of a rotary joint, N·m/rad.
+fn softest(robot: &Robot) -> Option<f64> {
+    let rotary = robot.coordinates().iter().filter(|c| turns(c));
+    rotary.map(|c| c.stiffness).min_by(f64::total_cmp)
 }
 
 fn parameters(robot: &Robot, assumed_of_bodies: f64) -> Vec<Parameter> {

@@ -6,11 +6,12 @@ use std::collections::BTreeMap;
 
 use crate::random_robot::{bodies, description, frames, isometry, numbers, pose, pseudo_inertia};
 use detune::model::{
-    CoordinateKind, Description, Joint, JointKind, Link, Placement, PoseFault, Robot,
-    elastic_jacobian, gravity_stiffness, inverse_dynamics, joint_jacobian, mass_matrix, potential,
-    potential_gradient,
+    CoordinateKind, Description, ExtraCoordinate, Joint, JointKind, Link, Placement, PoseFault,
+    Robot, elastic_jacobian, gravity_stiffness, inverse_dynamics, joint_jacobian, mass_matrix,
+    potential, potential_gradient,
 };
 use detune::modes::{ModalSolver, Modes, mac, tip_receptance_m_per_n};
+use detune::uncertainty::{ArmAtPose, Parameter, Scales};
 use nalgebra::{Complex, DMatrix, DVector, Matrix6xX, Point3, Unit, Vector3};
 
 /// Robots tried by each test.
@@ -546,4 +547,89 @@ fn gravity_that_overcomes_the_spring_is_named() {
     let fault = Modes::at(&robot, &[0.0]).expect_err("falls over");
     assert_eq!(fault, PoseFault::StiffnessNotPositive { coordinate: "hinge".into() });
     assert!(Modes::at(&robot, &[0.2]).is_ok(), "leaning, the spring holds it");
+}
+
+fn root(description: &Description) -> String {
+    let is_child = |link: &Link| description.joints.iter().any(|joint| joint.child == link.name);
+    let root = description.links.iter().find(|link| !is_child(link)).unwrap();
+    description.base.clone().unwrap_or_else(|| root.name.clone())
+}
+
+/// ∂ln f of a compliance that the model lacks, against a robot that has it: a foundation that turns about x, y and z, and
+/// a joint that gives across its axis.
+#[test]
+fn compliances_that_the_model_lacks_lower_frequencies_as_real_ones_do() {
+    /// The compliance, against that of the spring it is compared with: its square is the error.
+    const SMALL: f64 = 1e-6;
+    let mut compared = 0;
+    for case in cases() {
+        let lacking = detune::uncertainty::lacking(&case.robot);
+        for scales in lacking {
+            let rotary = case
+                .robot
+                .coordinates()
+                .iter()
+                .filter(|c| c.joint.is_some() && c.kind == CoordinateKind::Rotation);
+            let (link, axes, origin, spring) = match scales {
+                Scales::Bending(i) => {
+                    let own = &case.robot.coordinates()[i];
+                    let joint = &case.robot.joints()[own.joint.unwrap()].name;
+                    let urdf = case.description.joints.iter().find(|j| j.name == *joint).unwrap();
+                    let axis = urdf.axis.normalize();
+                    let aside = if axis.x.abs() < 0.7 { Vector3::x() } else { Vector3::y() };
+                    let first = axis.cross(&aside).normalize();
+                    (
+                        own.link.clone(),
+                        vec![first, axis.cross(&first)],
+                        Vector3::zeros(),
+                        own.stiffness,
+                    )
+                }
+                _ => {
+                    let root = root(&case.description);
+                    let axes = vec![Vector3::x(), Vector3::y(), Vector3::z()];
+                    let softest = rotary.map(|c| c.stiffness).fold(f64::INFINITY, f64::min);
+                    (root, axes, Vector3::zeros(), softest)
+                }
+            };
+            let mut description = case.description.clone();
+            description.extra.extend(axes.iter().enumerate().map(|(k, axis)| ExtraCoordinate {
+                name: format!("gives_{k}"),
+                link: link.clone(),
+                kind: CoordinateKind::Rotation,
+                axis: *axis,
+                origin_m: origin,
+                stiffness: spring / SMALL,
+                std: None,
+                damping: None,
+            }));
+            let Ok(softer) = Robot::new(&description) else { continue };
+            let parameter = Parameter { scales, std: 1.0, is_assumed: true };
+            let mut solver = ModalSolver::new(&case.robot);
+            if solver.solve(&case.q).is_err() {
+                continue;
+            }
+            let slopes =
+                ArmAtPose::new(&case.robot, &solver, &[parameter]).sensitivities(solver.modes());
+            let mut with = ModalSolver::new(&softer);
+            if with.solve(&case.q).is_err() {
+                continue;
+            }
+            let before = &solver.modes().natural_frequencies_hz;
+            let after = &with.modes().natural_frequencies_hz;
+            for (r, hz) in before.iter().enumerate() {
+                let fell = (after[r] / hz).ln();
+                let said = slopes[(0, r)] * SMALL;
+                // Where modes lie close the small compliance turns them: second order.
+                let error = (fell - said).abs();
+                assert!(
+                    error <= 0.01 * said.abs() + 1e-9,
+                    "{} {scales:?} mode {r}: {fell:e}, must be {said:e}",
+                    case.seed
+                );
+                compared += usize::from(said.abs() > 1e-8);
+            }
+        }
+    }
+    assert!(compared > 500, "{compared}");
 }

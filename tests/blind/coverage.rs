@@ -1,5 +1,5 @@
 //! Intervals and probabilities after a calibration, against arms as they really are: springs off by 15 %, masses with
-//! their inertias by 10 %, as the robot file states, and in half of the arms a foundation or a law of a spring that the
+//! their inertias by 10 %, as the robot file states, and in half of the arms an effect that the
 //! model lacks. Some of the modes are measured at a few poses of a part of the range; the intervals must hold the true
 //! frequencies of fresh poses there, of modes that nobody measured, and of poses beyond that part, in 95 % of all cases.
 //!
@@ -8,11 +8,13 @@
 use std::fs;
 use std::path::Path;
 
+use nalgebra::Vector3;
+
 use crate::truth::arm::{Arm, Extra, Kind};
 use crate::truth::dice::Dice;
 use crate::truth::robots::{Family, arm, row_at};
 use crate::truth::run::detune;
-use crate::truth::world::{Row, World};
+use crate::truth::world::{Bend, Law, Row, World};
 use crate::truth::write::{self, Columns};
 
 /// One standard deviation of ln of springs and of links, as the robot file states them.
@@ -30,6 +32,8 @@ const FRESH_POSES: usize = 12;
 struct Tally {
     held: usize,
     all: usize,
+    /// Sum of the squared errors against the deviations that the intervals stand for.
+    square: f64,
 }
 
 impl Tally {
@@ -38,18 +42,36 @@ impl Tally {
         self.all += 1;
     }
 
+    /// An interval, and the value that it is to hold.
+    fn add_interval(&mut self, [low, high]: [f64; 2], value: f64) {
+        /// Of a standard normal value, within plus and minus this in 95 %.
+        const REACH: f64 = 1.959_963_985;
+        self.add(low < value && value < high);
+        let deviation = 0.5 * (high / low).ln() / REACH;
+        self.square += ((value / (low * high).sqrt()).ln() / deviation).powi(2);
+    }
+
     fn share(self) -> f64 {
         self.held as f64 / self.all as f64
     }
 }
 
-/// Where the intervals were asked for.
-#[derive(Debug, Clone, Copy, Default)]
+/// Where the intervals were asked for, and what check said of jobs.
+#[derive(Debug, Clone, Default)]
 struct Coverage {
     uncalibrated: Tally,
     measured: Tally,
     unmeasured: Tally,
     beyond: Tally,
+    checked: Vec<Checked>,
+}
+
+/// What check says of an operation, and whether the line lies in a band of the true arm.
+#[derive(Debug, Clone, Copy)]
+struct Checked {
+    probability: f64,
+    is_clear: bool,
+    rings: bool,
 }
 
 /// An arm as it is, and what its file says.
@@ -69,17 +91,7 @@ impl Arms {
             joint.body.inertia_kgm2 *= factor;
         }
         if lacks {
-            // A foundation that takes some per cent off the lowest frequency.
-            let softest = world.arm.joints.iter().map(|joint| joint.stiffness_nm_per_rad);
-            let softest = softest.fold(f64::INFINITY, f64::min);
-            world.arm.extras.push(Extra {
-                name: "ground".to_owned(),
-                link: 0,
-                kind: Kind::Rotation,
-                axis: nominal.joints[1].axis,
-                origin_m: nalgebra::Vector3::zeros(),
-                stiffness: softest * dice.log_even(8.0, 30.0),
-            });
+            lack(&nominal, &mut world, dice);
         }
         Self { nominal, world }
     }
@@ -109,11 +121,70 @@ impl Arms {
             let percent = 100.0 * STD_OF_SPRINGS;
             text = text.replace(&stated, &format!("{stated}, std_percent: {percent}"));
         }
+        for joint in &self.nominal.joints {
+            let stated = format!("{}: {{reflected_inertia_kgm2: {}", joint.name, joint.drive_kgm2);
+            text = text.replace(&stated, &format!("{stated}, std_percent: 0"));
+        }
         text += "inertials:\n";
         for joint in &self.nominal.joints {
             text += &format!("  {}: {{std_percent: {}}}\n", joint.link, 100.0 * STD_OF_LINKS);
         }
         fs::write(file, text).unwrap();
+    }
+}
+
+/// An effect that the model lacks: a foundation that tilts, a link that bends, or a joint that gives across its axis,
+/// which takes 1 to 6 % off some frequency at the middle of the joints' ranges; or a spring that varies by 2 to 10 % with
+/// three periods a turn.
+fn lack(nominal: &Arm, world: &mut World, dice: &mut Dice) {
+    let rigid = world.clone();
+    let middle =
+        nominal.joints.iter().map(|joint| 0.5 * (joint.limits_rad[0] + joint.limits_rad[1]));
+    let middle = row_at(middle.collect());
+    let modes = nominal.joints.len();
+    let before = rigid.frequencies_hz(&middle, modes);
+    let size = dice.log_even(0.01, 0.06);
+    let kind = dice.index(4);
+    let link = dice.index(modes);
+    if kind == 3 {
+        let law = Law::Wave { a: dice.log_even(0.02, 0.1), phase_rad: dice.even(0.0, 6.0) };
+        world.laws.push((link, law));
+        return;
+    }
+    let across = nominal.joints[link].axis.cross(&Vector3::new(0.36, 0.48, 0.8)).normalize();
+    let softer = |stiffness: f64| {
+        let mut world = rigid.clone();
+        match kind {
+            0 => world.arm.extras.push(extra_rotation(0, nominal.joints[1].axis, stiffness)),
+            1 => world.bends.push(Bend {
+                link: link + 1,
+                fraction: 0.5,
+                axis: nominal.joints[1].axis,
+                stiffness_nm_per_rad: stiffness,
+            }),
+            _ => world.arm.extras.push(extra_rotation(link + 1, across, stiffness)),
+        }
+        world
+    };
+    // The frequencies fall as the stiffness does.
+    let [mut low, mut high] = [1e3_f64, 1e12];
+    for _ in 0..60 {
+        let stiffness = (low * high).sqrt();
+        let after = softer(stiffness).frequencies_hz(&middle, modes);
+        let falls = before.iter().zip(&after).map(|(before, after)| 1.0 - after / before);
+        if falls.fold(0.0, f64::max) > size { low = stiffness } else { high = stiffness }
+    }
+    *world = softer(high);
+}
+
+fn extra_rotation(link: usize, axis: Vector3<f64>, stiffness: f64) -> Extra {
+    Extra {
+        name: "unmodelled".to_owned(),
+        link,
+        kind: Kind::Rotation,
+        axis,
+        origin_m: Vector3::zeros(),
+        stiffness,
     }
 }
 
@@ -143,6 +214,87 @@ fn intervals(folder: &Path, robot: &str, arm: &Arm, poses: &[Vec<f64>]) -> Vec<V
         .collect()
 }
 
+/// Share of a frequency that the jobs' policy keeps free on both sides.
+const SEPARATION: f64 = 0.05;
+
+/// Operations of the job of one arm.
+const OPERATIONS: usize = 8;
+
+const TEETH: usize = 2;
+
+/// A short move, and a spindle speed near a mode of it.
+struct Operation {
+    ends: [Vec<f64>; 2],
+    rpm: f64,
+}
+
+impl Operation {
+    fn draw(arms: &Arms, dice: &mut Dice) -> Self {
+        let from = arms.pose(false, dice);
+        let to: Vec<f64> = from.iter().map(|q| q + dice.even(-0.15, 0.15)).collect();
+        let modes = arms.nominal.joints.len();
+        let modelled = World::of(&arms.nominal).frequencies_hz(&row_at(from.clone()), modes);
+        let hz = dice.pick(&modelled) * (0.2 * dice.normal()).exp();
+        Self { ends: [from, to], rpm: 60.0 * hz / TEETH as f64 }
+    }
+
+    /// Whether tooth passing lies in the band of some mode of the arm as it is, somewhere on the move.
+    fn rings(&self, arms: &Arms) -> bool {
+        const PLACES: usize = 200;
+        let line_hz = self.rpm / 60.0 * TEETH as f64;
+        let modes = arms.nominal.joints.len();
+        let mut sides: Vec<Option<bool>> = vec![None; modes];
+        (0..=PLACES).any(|k| {
+            let s = k as f64 / PLACES as f64;
+            let q = self.ends[0].iter().zip(&self.ends[1]).map(|(a, b)| a + s * (b - a));
+            let found = arms.world.frequencies_hz(&row_at(q.collect()), modes);
+            sides.iter_mut().zip(found).any(|(side, f)| {
+                let is_below = line_hz < f;
+                let has_crossed = side.replace(is_below).is_some_and(|before| before != is_below);
+                has_crossed || (line_hz - f).abs() < SEPARATION * f
+            })
+        })
+    }
+}
+
+/// The operations as `detune check` judges them.
+fn checked(folder: &Path, robot: &str, arms: &Arms, operations: &[Operation]) -> Vec<Checked> {
+    let degrees = |q: &Vec<f64>| q.iter().map(|q| q.to_degrees()).collect::<Vec<f64>>();
+    let mut text = format!(
+        "name: Moves\nrobot: {robot}\ntool: {{teeth: {TEETH}}}\nspindle: {{min_rpm: 1, max_rpm: 100000}}\n"
+    );
+    if arms.nominal.payload.is_none() {
+        text += "payload: none\n";
+    }
+    text += "operations:\n";
+    for (i, Operation { ends, rpm }) in operations.iter().enumerate() {
+        let [from, to] = [degrees(&ends[0]), degrees(&ends[1])];
+        text += &format!(
+            "  - {{name: '{i}', spindle_rpm: {rpm}, feed_mm_per_min: 3000, path: {{joints_deg: [{from:?}, {to:?}]}}}}\n"
+        );
+    }
+    text += &format!(
+        "policy: {{tooth_passing_harmonics: 1, spindle_harmonics: 0, separation_percent: {}, \
+         min_tip_response_um_per_n: 0}}\n",
+        100.0 * SEPARATION
+    );
+    fs::write(folder.join("job.yaml"), text).unwrap();
+    let arguments = ["check", "job.yaml", "--format", "json", "--fail-on", "never"];
+    let json = detune(folder, &arguments, "check.json").unwrap();
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let found = json["jobs"][0]["operations"].as_array().unwrap();
+    assert_eq!(found.len(), operations.len());
+    found
+        .iter()
+        .zip(operations)
+        .map(|(found, operation)| Checked {
+            probability: found["probability"].as_f64().unwrap(),
+            is_clear: found["verdict"] == "clear",
+            rings: operation.rings(arms),
+        })
+        .collect()
+}
+
 /// One arm: calibrated by some modes at some poses, asked at fresh ones.
 fn cover(family: Family, lacks: bool, seed: u64, into: &mut Coverage) {
     let dice = &mut Dice::new(seed);
@@ -167,29 +319,39 @@ fn cover(family: Family, lacks: bool, seed: u64, into: &mut Coverage) {
 
     let inside: Vec<Vec<f64>> = (0..FRESH_POSES).map(|_| arms.pose(false, dice)).collect();
     let outside: Vec<Vec<f64>> = (0..FRESH_POSES).map(|_| arms.pose(true, dice)).collect();
-    let holds = |robot: &str, poses: &[Vec<f64>], take: &mut dyn FnMut(usize, bool)| {
+    let holds = |robot: &str, poses: &[Vec<f64>], take: &mut dyn FnMut(usize, [f64; 2], f64)| {
         let found = intervals(folder.path(), robot, &arms.nominal, poses);
         for (q, ends) in poses.iter().zip(found) {
             let truth = arms.world.frequencies_hz(&row_at(q.clone()), modes);
-            for (r, ([low, high], f)) in ends.iter().zip(&truth).enumerate() {
-                take(r, low < f && f < high);
+            for (r, (ends, f)) in ends.iter().zip(&truth).enumerate() {
+                take(r, *ends, *f);
             }
         }
     };
     if !lacks {
-        holds("robot.yaml", &inside, &mut |_, held| into.uncalibrated.add(held));
+        holds("robot.yaml", &inside, &mut |_, ends, f| into.uncalibrated.add_interval(ends, f));
     }
-    holds("calibrated.yaml", &inside, &mut |r, held| {
-        if r < measured { into.measured.add(held) } else { into.unmeasured.add(held) }
+    holds("calibrated.yaml", &inside, &mut |r, ends, f| {
+        let tally = if r < measured { &mut into.measured } else { &mut into.unmeasured };
+        tally.add_interval(ends, f);
     });
-    holds("calibrated.yaml", &outside, &mut |_, held| into.beyond.add(held));
+    holds("calibrated.yaml", &outside, &mut |_, ends, f| into.beyond.add_interval(ends, f));
+    let operations: Vec<Operation> =
+        (0..OPERATIONS).map(|_| Operation::draw(&arms, dice)).collect();
+    let mut robots = vec!["calibrated.yaml"];
+    if !lacks {
+        robots.push("robot.yaml");
+    }
+    for robot in robots {
+        into.checked.extend(checked(folder.path(), robot, &arms, &operations));
+    }
 }
 
 const FAMILIES: [Family; 3] =
     [Family::Planar { links: 2 }, Family::Planar { links: 3 }, Family::SixAxis];
 
 fn arms() -> usize {
-    std::env::var("DETUNE_ARMS").ok().and_then(|text| text.parse().ok()).unwrap_or(12)
+    std::env::var("DETUNE_ARMS").ok().and_then(|text| text.parse().ok()).unwrap_or(9)
 }
 
 fn covered(lacks: bool) -> Coverage {
@@ -198,16 +360,58 @@ fn covered(lacks: bool) -> Coverage {
         cover(FAMILIES[i % 3], lacks, 4000 + i as u64, &mut coverage);
     }
     println!("{} arms, lacking an effect: {lacks}", arms());
-    let Coverage { uncalibrated, measured, unmeasured, beyond } = coverage;
+    let Coverage { uncalibrated, measured, unmeasured, beyond, .. } = coverage;
     for (what, tally) in [
         ("uncalibrated", uncalibrated),
         ("measured modes", measured),
         ("unmeasured modes", unmeasured),
         ("poses beyond", beyond),
     ] {
-        println!("  {what:<17} {:.1} % of {}", 100.0 * tally.share(), tally.all);
+        let rms = (tally.square / tally.all as f64).sqrt();
+        println!("  {what:<17} {:.1} % of {}; {rms:.2} σ", 100.0 * tally.share(), tally.all);
     }
+    for bin in BINS {
+        let Some((said, rang, count)) = reliability(&coverage.checked, bin) else { continue };
+        println!("  P {:.2} to {:.2}: {said:.3} said, {rang:.3} of {count} ring", bin[0], bin[1]);
+    }
+    let wrong = wrong_clear(&coverage.checked);
+    println!("  CLEAR that ring   {} of {}", wrong.held, wrong.all);
     coverage
+}
+
+/// Edges of the bins of a reliability diagram.
+const BINS: [[f64; 2]; 7] =
+    [[0.0, 0.02], [0.02, 0.1], [0.1, 0.2], [0.2, 0.3], [0.3, 0.6], [0.6, 0.9], [0.9, 1.01]];
+
+/// Mean of the probabilities in a bin, the share of these operations that ring, and their number.
+fn reliability(checked: &[Checked], [from, to]: [f64; 2]) -> Option<(f64, f64, usize)> {
+    let own: Vec<&Checked> =
+        checked.iter().filter(|c| (from..to).contains(&c.probability)).collect();
+    let said: f64 = own.iter().map(|c| c.probability).sum();
+    let rang = own.iter().filter(|c| c.rings).count() as f64;
+    let count = own.len() as f64;
+    (count > 0.0).then(|| (said / count, rang / count, own.len()))
+}
+
+/// Of the operations that are called clear, those that ring.
+fn wrong_clear(checked: &[Checked]) -> Tally {
+    let mut tally = Tally::default();
+    checked.iter().filter(|c| c.is_clear).for_each(|c| tally.add(c.rings));
+    tally
+}
+
+/// What is called clear at 95 % may ring in one of twenty at most, and of what is said to ring with some probability
+/// that share does, within three standard errors of what arms that share their parameters can tell.
+fn expect_reliable(checked: &[Checked]) {
+    let wrong = wrong_clear(checked);
+    assert!(wrong.share() <= 0.05, "{} of {} CLEAR ring", wrong.held, wrong.all);
+    for bin in BINS {
+        let Some((said, rang, count)) = reliability(checked, bin) else { continue };
+        // Operations of one arm are alike: they count as half as many.
+        let spread = (said * (1.0 - said) / (0.5 * count as f64)).sqrt();
+        let off = (rang - said).abs();
+        assert!(off <= 3.0 * spread + 0.02, "{bin:?}: {said:.3} said, {rang:.3} of {count} ring");
+    }
 }
 
 /// With few arms the shares scatter: poses and modes of one arm are off together.
@@ -224,6 +428,7 @@ fn intervals_hold_what_they_say() {
     expect("measured modes", found.measured);
     expect("unmeasured modes", found.unmeasured);
     expect("poses beyond", found.beyond);
+    expect_reliable(&found.checked);
 }
 
 #[test]
@@ -232,4 +437,5 @@ fn intervals_hold_where_the_model_lacks_an_effect() {
     expect("measured modes", found.measured);
     expect("unmeasured modes", found.unmeasured);
     expect("poses beyond", found.beyond);
+    expect_reliable(&found.checked);
 }

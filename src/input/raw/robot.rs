@@ -337,7 +337,7 @@ pub(in crate::input) struct Posterior {
     pub(in crate::input) joints: Option<Vec<Vec<f64>>>,
 }
 
-/// A learned parameter: one of spring, link and drive says what it scales.
+/// A learned parameter: one of spring, link, drive, foundation and bending says what it is.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(in crate::input) struct LearnedParameter {
@@ -347,10 +347,14 @@ pub(in crate::input) struct LearnedParameter {
     pub(in crate::input) link: Option<String>,
     /// The joint of a drive.
     pub(in crate::input) drive: Option<String>,
-    /// Mean of ln(true value / value in the file).
+    /// A compliance of the foundation that the model lacks, against the softest joint's; `base`.
+    pub(in crate::input) foundation: Option<String>,
+    /// The joint across whose axis the model lacks a compliance, against the joint's own.
+    pub(in crate::input) bending: Option<String>,
+    /// Mean of ln(true value / value in the file); 0 of a compliance that the model lacks.
     #[schemars(required, extend("minimum" = -20, "maximum" = 20))]
     pub(in crate::input) ln: Option<f64>,
-    /// One standard deviation of the same.
+    /// One standard deviation of the same; of a compliance that the model lacks, its own.
     #[schemars(required, extend("minimum" = 0, "maximum" = 10))]
     pub(in crate::input) ln_std: Option<f64>,
 }

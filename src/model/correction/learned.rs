@@ -7,7 +7,8 @@ use crate::notes::{Code, Note, Part, Place};
 impl Posterior {
     /// Scales the numbers of a description, whose corrections have been put in.
     pub(super) fn apply(&self, description: &mut Description) -> Result<(), Note> {
-        for LearnedParameter { kind, at, ln, .. } in &self.parameters {
+        let own = self.parameters.iter().filter(|parameter| !parameter.kind.is_lacking());
+        for LearnedParameter { kind, at, ln, .. } in own {
             let factor = ln.exp();
             let found = match kind {
                 ParameterKind::Spring => scale_spring(description, at, factor),
@@ -25,6 +26,7 @@ impl Posterior {
                     .iter_mut()
                     .find(|drive| drive.joint == *at)
                     .map(|drive| drive.reflected_inertia_kgm2 *= factor),
+                ParameterKind::Foundation | ParameterKind::Bending => Some(()),
             };
             if found.is_none() {
                 let what = format!(
