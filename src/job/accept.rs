@@ -100,6 +100,13 @@ impl Acceptance {
     }
 }
 
+impl Review {
+    /// What accepts that a line lies in the band of a mode, counted from 1, in an operation.
+    pub fn of_crossing(&self, operation: &str, mode: usize) -> Option<&Acceptance> {
+        self.accept.iter().find(|entry| entry.covers_crossing(operation, mode))
+    }
+}
+
 impl Job {
     /// Drops what is accepted no longer, each with a warning.
     pub fn expire(&mut self, today: Date) {

@@ -7,7 +7,7 @@ use super::crossings;
 use super::left_out::left_out;
 use super::margin::closest_approach;
 use super::operation_notes::{implausible_frequency, in_operation, on_operation};
-use super::probability::{JobDraws, driver, probabilities};
+use super::probability::{ArmDraws, JobDraws, Probabilities, driver, probabilities};
 use super::rules::Rules;
 use super::spindle_profile::SpindleProfile;
 use super::verdict::{
@@ -86,8 +86,9 @@ fn assess_operation<'j>(
 #[derive(Debug)]
 pub struct Paths<'a> {
     job: &'a Job,
-    /// The last path that is divided, with the moves that it was planned from.
-    whole: Option<(&'a Arc<Vec<Move>>, Path<'a>)>,
+    /// The last path that is divided, with the moves that it was planned from; `None` in place of
+    /// one that cannot be run.
+    whole: Option<(&'a Arc<Vec<Move>>, Option<Path<'a>>)>,
 }
 
 impl<'a> Paths<'a> {
@@ -99,7 +100,7 @@ impl<'a> Paths<'a> {
     /// The path of an operation of the job.
     ///
     /// # Errors
-    /// What cannot be run; for every stretch of a path the same.
+    /// What cannot be run: of a path that is divided with its first stretch, with the others none.
     pub fn plan(&mut self, operation: &'a Operation) -> Result<Path<'a>, Vec<Note>> {
         let robot = &operation.robot;
         let moves = &operation.moves;
@@ -111,13 +112,14 @@ impl<'a> Paths<'a> {
         if !operation.is_divided() {
             return run();
         }
-        let path = match self.whole.take() {
-            Some((of, path)) if Arc::ptr_eq(of, moves) => path,
-            _ => run()?,
+        let (path, errors) = match self.whole.take() {
+            Some((of, path)) if Arc::ptr_eq(of, moves) => (path, Vec::new()),
+            _ => run().map_or_else(|errors| (None, errors), |path| (Some(path), Vec::new())),
         };
-        let stretch = path.stretch(moves, operation.stretch.clone(), robot);
+        let stretch =
+            path.as_ref().map(|path| path.stretch(moves, operation.stretch.clone(), robot));
         self.whole = Some((moves, path));
-        Ok(stretch)
+        stretch.ok_or(errors)
     }
 }
 
@@ -150,7 +152,7 @@ pub fn crossings_under(
     let file = job.named_file_of_moves(operation);
     let lines_bands: Vec<LineBands> = lines(&operation.tool, &job.policy)
         .into_iter()
-        .map(|line| LineBands { line, spindle: &spindle, rules, file })
+        .map(|line| LineBands::new(line, &spindle, rules, file))
         .filter(|bands| bands.can_meet(lowest_hz, highest_hz))
         .collect();
     let survey = first_look.refine(path, |left, right, rates| {
@@ -172,6 +174,26 @@ pub fn crossings_under(
     Ok((found, survey))
 }
 
+/// Draws of the arm for an operation, with the survey under `rules` and what it crosses there.
+///
+/// # Errors
+/// The arm has no modes somewhere.
+pub fn probabilities_under(
+    job: &Job,
+    operation: &Operation,
+    rules: &Rules,
+    draws: &ArmDraws,
+    path: &Path,
+    (survey, crossings): (&Survey, &[Crossing]),
+) -> Result<Probabilities, Note> {
+    let spindle = &SpindleProfile::new(&operation.speed, path);
+    let file = job.named_file_of_moves(operation);
+    let bands = |line| LineBands::new(line, spindle, rules, file);
+    let all: Vec<LineBands> = lines(&operation.tool, &job.policy).into_iter().map(bands).collect();
+    let is_open = |mode| job.review.of_crossing(&operation.name, mode).is_none();
+    probabilities(draws, &all, path, survey, crossings, is_open)
+}
+
 fn survey_operation(
     job: &Job,
     operation: &Operation,
@@ -188,19 +210,13 @@ fn survey_operation(
     let rules = Rules::new(&job.policy, &trust, path, &first_look)?;
     let (mut found, survey) =
         crossings_under(job, operation, &rules, &operation.speed, path, first_look)?;
-
-    let file = job.named_file_of_moves(operation);
-    let all: Vec<LineBands> = lines
-        .iter()
-        .map(|&line| LineBands { line, spindle: &spindle, rules: &rules, file })
-        .collect();
-    let probabilities = probabilities(&draws, &all, path, &survey, &found)?;
+    let probabilities =
+        probabilities_under(job, operation, &rules, &draws, path, (&survey, &found))?;
     let mut surveyor = Surveyor::new(path);
     for (crossing, probability) in found.iter_mut().zip(probabilities.crossings) {
         crossing.driver = driver(&trust, &mut surveyor, crossing)?;
         crossing.probability = Some(probability.probability);
-        let mut accept = job.review.accept.iter();
-        let entry = accept.find(|entry| entry.covers_crossing(&operation.name, crossing.mode));
+        let entry = job.review.of_crossing(&operation.name, crossing.mode);
         crossing.accepted = entry.map(|entry| entry.terms.clone());
     }
 

@@ -32,11 +32,22 @@ pub(super) struct LineBands<'a> {
     pub(super) line: ExcitationLine,
     pub(super) spindle: &'a SpindleProfile<'a>,
     pub(super) rules: &'a Rules<'a>,
+    /// [`Rules::bounds`].
+    bounds: ([f64; 2], f64),
     /// What the lines of its moves refer to.
     pub(super) file: &'a Path,
 }
 
-impl LineBands<'_> {
+impl<'a> LineBands<'a> {
+    pub(super) fn new(
+        line: ExcitationLine,
+        spindle: &'a SpindleProfile<'a>,
+        rules: &'a Rules<'a>,
+        file: &'a Path,
+    ) -> Self {
+        Self { line, spindle, rules, bounds: rules.bounds(), file }
+    }
+
     /// f_exc at `s`, Hz; zero where the spindle stands still.
     pub(super) fn excitation_hz(&self, s: f64) -> f64 {
         self.line.frequency_hz(self.spindle.rpm_at(s))
@@ -47,6 +58,9 @@ impl LineBands<'_> {
         let rules = self.rules;
         let excitation = self.excitation_hz(station.s);
         let natural = station.frequencies_hz[r];
+        if self.is_beyond(excitation / natural) {
+            return None;
+        }
         let apart = excitation - natural;
         let [low, _, _, high] =
             rules.edges(station.s, r).map(|edge| natural * (edge - 1.0) * INSIDE);
@@ -61,6 +75,26 @@ impl LineBands<'_> {
         } else {
             Some(Certainty::Uncertain)
         }
+    }
+
+    /// Whether a line of this ratio to a frequency lies outside the bands of any mode.
+    fn is_beyond(&self, ratio: f64) -> bool {
+        // Room for rounding.
+        const CLEAR: f64 = 1e-9;
+        let ([low, high], _) = self.bounds;
+        ratio < low * (1.0 - CLEAR) || ratio > high * (1.0 + CLEAR)
+    }
+
+    /// Whether no edge of any band comes within reach in a cell with these ratios at its ends, as
+    /// [`Self::needs_halving`] asks edge by edge.
+    fn stays_away(&self, ratios: [f64; 2], slope: f64, width: f64) -> bool {
+        let ([low, high], steepest) = self.bounds;
+        if low <= 0.0 || !ratios.iter().all(|ratio| self.is_beyond(*ratio)) {
+            return false;
+        }
+        let (least, most) = (ratios[0].min(ratios[1]), ratios[0].max(ratios[1]));
+        let reach = 0.5 * (slope + steepest) * width * most / low;
+        (least > high && least / high - reach >= 1.0) || (most < low && most / low + reach <= 1.0)
     }
 
     /// Where the state changes that differs between two neighbouring stations.
@@ -105,6 +139,9 @@ impl LineBands<'_> {
         }
         let ratio_left = excitation_left / left.frequencies_hz[r];
         let ratio_right = excitation_right / right.frequencies_hz[r];
+        if self.stays_away([ratio_left, ratio_right], rate + line_rate, width) {
+            return false;
+        }
         let [edges_left, edges_right] = [left, right].map(|station| self.rules.edges(station.s, r));
         // Where the line lies against each edge that it can reach: 1 on it.
         let mut against = edges_left

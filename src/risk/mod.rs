@@ -12,10 +12,10 @@ mod spindle_profile;
 mod verdict;
 mod warnings;
 
-pub use assess::{Paths, assess, crossings_under, detail};
+pub use assess::{Paths, assess, crossings_under, detail, probabilities_under};
 pub use margin::closest_approach;
 pub use operation_notes::{Counted, about_operation, in_operation, nothing_checked};
-pub use probability::JobDraws;
+pub use probability::{ArmDraws, JobDraws, Probabilities};
 pub use rules::Rules;
 pub use spindle_profile::SpindleProfile;
 pub use verdict::{

@@ -4,6 +4,7 @@
 //! The frequencies of a draw are worked out exactly at places along the stretches that a line can
 //! come near to; between them ln of their ratio to the model's own is linear.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVectorView};
@@ -73,25 +74,39 @@ impl ArmDraws {
     }
 }
 
-/// Shares of draws for an operation and its crossings.
+/// Draws for an operation and its crossings.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Probabilities {
-    /// Per draw, whether any line lies in any band anywhere.
-    pub(super) rings: Vec<bool>,
+pub struct Probabilities {
+    /// Per draw, whether any line lies anywhere in a band that nobody accepts.
+    pub rings: Vec<bool>,
     /// Per crossing, that its line lies in its mode's band somewhere on its stretch.
-    pub(super) crossings: Vec<Estimate>,
+    pub crossings: Vec<Estimate>,
+    /// Eigenproblems that were solved for them.
+    pub solved: usize,
 }
 
 /// A line and a mode on the stretches where they may meet.
 struct Pair {
     r: usize,
+    /// Whether nobody accepts that they meet.
+    is_open: bool,
     /// The band, in ln of the line over the frequency.
     band: [f64; 2],
     /// ln of the line over the model's frequency at every site; `None` where it does not count.
     offsets: Vec<Option<f64>>,
     /// The first of two neighbouring stations each.
     cells: Vec<usize>,
-    /// Crossings of this line and mode, by index.
+}
+
+/// Cells of a pair between the same two places.
+struct Piece {
+    /// The first of the two.
+    place: usize,
+    /// Of the pair's cells.
+    cells: Range<usize>,
+    /// Least and largest of the pair's offsets in them.
+    offsets: [f64; 2],
+    /// Crossings of the pair that reach into them, by index.
     crossings: Vec<usize>,
 }
 
@@ -104,15 +119,17 @@ struct Site {
 
 /// Where frequencies of the draws are known exactly, and what they are.
 struct Places {
-    /// Per site, the place before it and the share of the way to the next one.
-    of_sites: Vec<(usize, f64)>,
-    /// Per place, ln of the ratio to the model's frequencies: one row of modes a draw.
+    /// Where, ascending.
+    s: Vec<f64>,
+    /// Per place, ln of the ratio to the model's frequencies: one row of modes a draw; empty where
+    /// that is zero.
     ln_ratio: Vec<Vec<f64>>,
     /// Per place and mode, σ of what is not explained.
     unexplained: Vec<Vec<f64>>,
 }
 
-/// The probabilities of an operation. `all` holds the bands of every line.
+/// The probabilities of an operation. `all` holds the bands of every line; `is_open` says of a mode
+/// whether nobody accepts that lines lie in its band.
 ///
 /// # Errors
 /// The arm has no modes somewhere.
@@ -122,44 +139,42 @@ pub(super) fn probabilities(
     path: &Path,
     survey: &Survey,
     crossings: &[Crossing],
+    is_open: impl Fn(usize) -> bool,
 ) -> Result<Probabilities, Note> {
     let sites = sites(survey);
-    let pairs: Vec<Pair> = all
-        .iter()
-        .flat_map(|bands| (0..draws.modes).map(move |r| (bands, r)))
-        .map(|(bands, r)| Pair::new(bands, r, &sites, crossings))
-        .filter(|pair| !pair.cells.is_empty())
+    let bands_of = all.iter().flat_map(|bands| (0..draws.modes).map(move |r| (bands, r)));
+    let pairs: Vec<(Pair, &LineBands)> = bands_of
+        .map(|(bands, r)| (Pair::new(bands, r, &sites, is_open(r + 1)), bands))
+        .filter(|(pair, _)| !pair.cells.is_empty())
         .collect();
     let std_ln = all.first().map_or(0.0, |bands| bands.rules.std_ln(0.0, 0));
     let places = Places::new(draws, path, &sites, &pairs, std_ln)?;
-    let outcomes: Vec<(bool, Vec<usize>)> = (0..draws.count())
-        .into_par_iter()
-        .map(|i| {
-            let mut met = Vec::new();
-            let mut rings = false;
-            for pair in &pairs {
-                let ln_ratio = |k: usize| places.ln_ratio(draws, i, k, pair.r);
-                for &k in &pair.cells {
-                    if !pair.meets(k, [ln_ratio(k), ln_ratio(k + 1)], 0.0) {
-                        continue;
-                    }
-                    rings = true;
-                    let [from, to] = [sites[k].s, sites[k + 1].s];
-                    let on =
-                        |c: &&usize| crossings[**c].from_s <= to && crossings[**c].to_s >= from;
-                    met.extend(pair.crossings.iter().filter(on));
-                }
-            }
-            (rings, met)
+    let pieces: Vec<(&Pair, Vec<Piece>)> = pairs
+        .iter()
+        .map(|(pair, bands)| {
+            let is_own =
+                |c: &usize| crossings[*c].mode == pair.r + 1 && crossings[*c].line == bands.line;
+            let own: Vec<usize> = (0..crossings.len()).filter(is_own).collect();
+            (pair, pair.pieces(&places, &sites, crossings, &own))
         })
         .collect();
-    let of_crossing = |c: usize| {
-        let hits: Vec<bool> = outcomes.iter().map(|(_, met)| met.contains(&c)).collect();
-        Draws::share(&hits)
-    };
+    // Of each draw: whether it rings, then every crossing.
+    let width = 1 + crossings.len();
+    let mut hits = vec![false; draws.count() * width];
+    hits.par_chunks_mut(width).enumerate().for_each(|(draw, hits)| {
+        for (pair, pieces) in &pieces {
+            for piece in pieces {
+                let ends = [piece.place, piece.place + 1];
+                let ln_ratio = ends.map(|place| places.ln_ratio(draws, draw, place, pair.r));
+                pair.take(piece, &places, &sites, ln_ratio, crossings, hits);
+            }
+        }
+    });
+    let column = |c: usize| -> Vec<bool> { hits.chunks(width).map(|row| row[c]).collect() };
     Ok(Probabilities {
-        crossings: (0..crossings.len()).map(of_crossing).collect(),
-        rings: outcomes.into_iter().map(|(rings, _)| rings).collect(),
+        crossings: (1..width).map(|c| Draws::share(&column(c))).collect(),
+        rings: column(0),
+        solved: places.ln_ratio.iter().map(|own| own.len() / draws.modes).sum(),
     })
 }
 
@@ -181,9 +196,8 @@ fn sites(survey: &Survey) -> Vec<Site> {
 }
 
 impl Pair {
-    fn new(bands: &LineBands, r: usize, sites: &[Site], crossings: &[Crossing]) -> Self {
+    fn new(bands: &LineBands, r: usize, sites: &[Site], is_open: bool) -> Self {
         let rules = bands.rules;
-        let is_own = |c: &usize| crossings[*c].mode == r + 1 && crossings[*c].line == bands.line;
         let offset = |site: &Site| {
             let excitation_hz = bands.excitation_hz(site.s);
             let is_faint = site.tip_m_per_n.get(r).is_some_and(|&tip| rules.is_faint(tip));
@@ -193,10 +207,10 @@ impl Pair {
         let separation = rules.policy.separation;
         let mut pair = Self {
             r,
+            is_open,
             band: [(1.0 - separation).max(f64::MIN_POSITIVE).ln(), separation.ln_1p()],
             offsets: sites.iter().map(offset).collect(),
             cells: Vec::new(),
-            crossings: (0..crossings.len()).filter(is_own).collect(),
         };
         let near = |k: &usize| {
             let far = [*k, k + 1].map(|k| FAR * rules.std_ln(sites[k].s, r));
@@ -217,6 +231,70 @@ impl Pair {
             (None, None) => false,
         }
     }
+
+    /// Its cells by the places that they lie between; `own` are its crossings.
+    fn pieces(
+        &self,
+        places: &Places,
+        sites: &[Site],
+        crossings: &[Crossing],
+        own: &[usize],
+    ) -> Vec<Piece> {
+        let place = |k: usize| places.before(sites[k].s);
+        let mut end = 0;
+        let pieces = self.cells.chunk_by(|&a, &b| place(a) == place(b)).map(|cells| {
+            let offsets = cells.iter().flat_map(|&k| [self.offsets[k], self.offsets[k + 1]]);
+            let bounds = [f64::INFINITY, f64::NEG_INFINITY];
+            let (from_s, to_s) = (sites[cells[0]].s, sites[cells[cells.len() - 1] + 1].s);
+            let on = |c: &&usize| crossings[**c].from_s <= to_s && crossings[**c].to_s >= from_s;
+            end += cells.len();
+            Piece {
+                place: place(cells[0]),
+                cells: end - cells.len()..end,
+                offsets: offsets.flatten().fold(bounds, |[a, b], x| [a.min(x), b.max(x)]),
+                crossings: own.iter().filter(on).copied().collect(),
+            }
+        });
+        pieces.collect()
+    }
+
+    /// Takes down what a draw meets in a piece, at the ends of which ln of its frequency is higher
+    /// by `ends`: whether it rings, then every crossing.
+    fn take(
+        &self,
+        piece: &Piece,
+        places: &Places,
+        sites: &[Site],
+        ends: [f64; 2],
+        crossings: &[Crossing],
+        hits: &mut [bool],
+    ) {
+        let is_settled = |hits: &[bool]| {
+            (hits[0] || !self.is_open) && piece.crossings.iter().all(|c| hits[1 + c])
+        };
+        let [low, high] = self.band;
+        let is_far = piece.offsets[1] - ends[0].min(ends[1]) <= low
+            || piece.offsets[0] - ends[0].max(ends[1]) >= high;
+        if is_far || is_settled(hits) {
+            return;
+        }
+        let from_s = places.s[piece.place];
+        let slope = (ends[1] - ends[0]) / (places.s[piece.place + 1] - from_s);
+        for &k in &self.cells[piece.cells.clone()] {
+            let [from, to] = [sites[k].s, sites[k + 1].s];
+            let ln_ratio = [from, to].map(|s| ends[0] + slope * (s - from_s));
+            if !self.meets(k, ln_ratio, 0.0) {
+                continue;
+            }
+            hits[0] |= self.is_open;
+            for &c in &piece.crossings {
+                hits[1 + c] |= crossings[c].from_s <= to && crossings[c].to_s >= from;
+            }
+            if is_settled(hits) {
+                return;
+            }
+        }
+    }
 }
 
 impl Places {
@@ -224,60 +302,51 @@ impl Places {
         draws: &ArmDraws,
         path: &Path,
         sites: &[Site],
-        pairs: &[Pair],
+        pairs: &[(Pair, &LineBands)],
         std_ln: f64,
     ) -> Result<Self, Note> {
         let Trust::Belief(belief) = &draws.trust else {
-            return Ok(Self::alike(std_ln, sites.len(), draws.modes));
+            return Ok(Self::alike(std_ln, draws.modes));
         };
         let mut near: Vec<usize> =
-            pairs.iter().flat_map(|pair| &pair.cells).flat_map(|&k| [k, k + 1]).collect();
+            pairs.iter().flat_map(|(pair, _)| &pair.cells).flat_map(|&k| [k, k + 1]).collect();
         near.sort_unstable();
         near.dedup();
         let step = near.len().div_ceil(MAX_PLACES).max(1);
         let mut chosen: Vec<usize> = near.iter().copied().step_by(step).collect();
         chosen.extend(near.last().copied().filter(|last| chosen.last() != Some(last)));
+        let s: Vec<f64> = chosen.iter().map(|&k| sites[k].s).collect();
         let theta = draws.parameters();
         let mut surveyor = Surveyor::new(path);
         let (mut ln_ratio, mut unexplained) = (Vec::new(), Vec::new());
-        for &k in &chosen {
-            let (known, left) = ln_ratios(belief, &theta, &mut surveyor, sites[k].s)?;
+        for &s in &s {
+            let (known, left) = ln_ratios(belief, &theta, &mut surveyor, s)?;
             ln_ratio.push(known);
             unexplained.push(left);
         }
-        let of_site = |k: usize| {
-            let after = chosen.partition_point(|&place| place <= k).clamp(1, chosen.len().max(1));
-            match (chosen.get(after - 1), chosen.get(after)) {
-                (Some(&from), Some(&to)) => {
-                    let way = sites[to].s - sites[from].s;
-                    (after - 1, ((sites[k].s - sites[from].s) / way).clamp(0.0, 1.0))
-                }
-                _ => (after - 1, 0.0),
-            }
-        };
-        Ok(Self { of_sites: (0..sites.len()).map(of_site).collect(), ln_ratio, unexplained })
+        Ok(Self { s, ln_ratio, unexplained })
     }
 
     /// Where one figure says what every frequency may lie off by: each mode by itself, the same
     /// along the whole path.
-    fn alike(std_ln: f64, sites: usize, modes: usize) -> Self {
+    fn alike(std_ln: f64, modes: usize) -> Self {
         Self {
-            of_sites: vec![(0, 0.0); sites],
-            ln_ratio: vec![Vec::new()],
-            unexplained: vec![vec![std_ln; modes]],
+            s: vec![0.0, 1.0],
+            ln_ratio: vec![Vec::new(); 2],
+            unexplained: vec![vec![std_ln; modes]; 2],
         }
     }
 
+    /// The last place at or before `s` that has one behind it.
+    fn before(&self, s: f64) -> usize {
+        let behind = self.s.partition_point(|place| *place <= s);
+        behind.min(self.s.len().saturating_sub(1)).saturating_sub(1)
+    }
+
     /// ln of the ratio of a draw's frequency to the model's.
-    fn ln_ratio(&self, draws: &ArmDraws, draw: usize, site: usize, r: usize) -> f64 {
-        let (before, share) = self.of_sites[site];
-        let between = |values: &[Vec<f64>], at: usize| {
-            let from = values.get(before).and_then(|row| row.get(at)).copied().unwrap_or(0.0);
-            let to = values.get(before + 1).and_then(|row| row.get(at)).copied().unwrap_or(from);
-            from + share * (to - from)
-        };
-        let known = between(&self.ln_ratio, draw * draws.modes + r);
-        known + draws.draws.row(draw)[r] * between(&self.unexplained, r)
+    fn ln_ratio(&self, draws: &ArmDraws, draw: usize, place: usize, r: usize) -> f64 {
+        let known = self.ln_ratio[place].get(draw * draws.modes + r).copied().unwrap_or(0.0);
+        known + draws.draws.row(draw)[r] * self.unexplained[place][r]
     }
 }
 

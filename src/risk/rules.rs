@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use crate::job::Policy;
 use crate::notes::Note;
 use crate::path::{Path, Survey, Surveyor};
-use crate::uncertainty::{ArmAtPose, Belief, Trust, UNCALIBRATED, reach_of};
+use crate::uncertainty::{Belief, Trust, UNCALIBRATED, reach_of};
 
 /// Unless a policy says otherwise, a mode counts whose response at the tool tip reaches this share
 /// of the operation's largest.
@@ -22,6 +22,8 @@ pub struct Rules<'a> {
     /// A mode that moves the tip less than this at resonance does not count, m/N.
     pub min_tip_response_m_per_n: f64,
     intervals: Intervals,
+    /// Half an interval of ln f, in standard deviations.
+    reach: f64,
 }
 
 /// How far each frequency may lie off.
@@ -39,6 +41,9 @@ struct Along {
     modes: usize,
     s: Vec<f64>,
     half_ln: Vec<f64>,
+    /// The largest of them, and the steepest slope.
+    most: f64,
+    steepest: f64,
 }
 
 impl<'a> Rules<'a> {
@@ -58,14 +63,15 @@ impl<'a> Rules<'a> {
             tips.fold(0.0_f64, |largest, &tip| largest.max(tip))
         };
         let stated = policy.min_tip_response_m_per_n;
+        let reach = reach_of(policy.confidence);
         Ok(Self {
             policy,
+            reach,
             min_tip_response_m_per_n: stated
                 .unwrap_or_else(|| MIN_SHARE_OF_TIP_RESPONSE * largest()),
             intervals: match trust {
                 Trust::Share(share) => Intervals::Share(*share),
                 Trust::Belief(belief) => {
-                    let reach = reach_of(policy.confidence);
                     Intervals::Along(Along::new(belief, reach, path, first_look)?)
                 }
             },
@@ -78,6 +84,7 @@ impl<'a> Rules<'a> {
             policy,
             min_tip_response_m_per_n: policy.min_tip_response_m_per_n.unwrap_or(0.0),
             intervals: Intervals::Share(policy.model_uncertainty.unwrap_or(UNCALIBRATED)),
+            reach: reach_of(policy.confidence),
         }
     }
 
@@ -127,12 +134,23 @@ impl<'a> Rules<'a> {
         [low * (1.0 - wide), 1.0 - narrow, 1.0 + narrow, high * (1.0 + wide)]
     }
 
+    /// The lowest and the highest edge of any mode anywhere, and the steepest slope of ln of an
+    /// edge.
+    pub(super) fn bounds(&self) -> ([f64; 2], f64) {
+        let (most, steepest) = match &self.intervals {
+            Intervals::Share(_) => (0.0, 0.0),
+            Intervals::Along(along) => (along.most, along.steepest),
+        };
+        let wide = self.half_width();
+        ([(-most).exp() * (1.0 - wide), most.exp() * (1.0 + wide)], steepest)
+    }
+
     /// Bounds the slope of ln of the widened band's edges against the frequency, between two
     /// places.
     pub fn edge_rate(&self, from_s: f64, to_s: f64, r: usize) -> f64 {
         match &self.intervals {
             Intervals::Share(_) => 0.0,
-            Intervals::Along(along) => along.steepest(from_s, to_s, r),
+            Intervals::Along(along) => along.slope(from_s, to_s, r),
         }
     }
 
@@ -142,17 +160,14 @@ impl<'a> Rules<'a> {
             Intervals::Share(share) => *share,
             Intervals::Along(along) => along.half_ln(s, r),
         };
-        half / reach_of(self.policy.confidence)
+        half / self.reach
     }
 
     /// The widest half width of any widened band, as a share of the frequency.
     pub(super) fn widest(&self) -> f64 {
         match &self.intervals {
             Intervals::Share(_) => self.half_width(),
-            Intervals::Along(along) => {
-                let most = along.half_ln.iter().fold(0.0_f64, |most, h| most.max(*h));
-                (1.0 + self.policy.separation) * most.exp() - 1.0
-            }
+            Intervals::Along(along) => (1.0 + self.policy.separation) * along.most.exp() - 1.0,
         }
     }
 
@@ -160,9 +175,7 @@ impl<'a> Rules<'a> {
     pub fn largest_uncertainty(&self) -> f64 {
         match &self.intervals {
             Intervals::Share(share) => *share,
-            Intervals::Along(along) => {
-                along.half_ln.iter().fold(0.0_f64, |most, h| most.max(*h)).exp_m1()
-            }
+            Intervals::Along(along) => along.most.exp_m1(),
         }
     }
 }
@@ -177,8 +190,16 @@ impl Along {
         let s: Vec<f64> = places.iter().map(|&i| survey.station(i).s).collect();
         let own: Vec<Vec<f64>> = s
             .par_iter()
-            .map_init(|| Surveyor::new(path), |surveyor, &s| half_ln(belief, reach, surveyor, s))
-            .collect::<Result<_, _>>()?;
+            .map_init(
+                || Surveyor::new(path),
+                |surveyor, &s| {
+                    surveyor.modes(s)?;
+                    let (robot, solver) = (surveyor.robot(), surveyor.solver());
+                    let std_ln = belief.std_ln_at(robot, solver, surveyor.joints());
+                    Ok(std_ln.into_iter().map(|std| reach * std).collect())
+                },
+            )
+            .collect::<Result<_, Note>>()?;
         let modes = own.first().map_or(0, Vec::len);
         // Where modes change places their deviations do, too: between two places the larger of
         // them and their neighbours counts.
@@ -187,7 +208,11 @@ impl Along {
             near.iter().fold(0.0_f64, |most, half| most.max(half[r]))
         };
         let half_ln = (0..own.len()).flat_map(|k| (0..modes).map(move |r| (k, r)));
-        Ok(Self { modes, half_ln: half_ln.map(|(k, r)| most(k, r)).collect(), s })
+        let half_ln: Vec<f64> = half_ln.map(|(k, r)| most(k, r)).collect();
+        let most = half_ln.iter().fold(0.0_f64, |most, h| most.max(*h));
+        let mut found = Self { modes, s, half_ln, most, steepest: 0.0 };
+        found.steepest = (0..modes).map(|r| found.slope(0.0, 1.0, r)).fold(0.0, f64::max);
+        Ok(found)
     }
 
     fn at(&self, k: usize, r: usize) -> f64 {
@@ -204,21 +229,11 @@ impl Along {
         self.at(before, r) + share * (self.at(after, r) - self.at(before, r))
     }
 
-    fn steepest(&self, from_s: f64, to_s: f64, r: usize) -> f64 {
+    fn slope(&self, from_s: f64, to_s: f64, r: usize) -> f64 {
         let first = self.s.partition_point(|place| *place <= from_s).saturating_sub(1);
         let behind = self.s.partition_point(|place| *place < to_s).min(self.s.len() - 1);
         let slope =
             |k: usize| (self.at(k + 1, r) - self.at(k, r)).abs() / (self.s[k + 1] - self.s[k]);
         (first..behind).map(slope).fold(0.0, f64::max)
     }
-}
-
-/// Half the interval of ln f_r of every mode at a place.
-fn half_ln(belief: &Belief, reach: f64, surveyor: &mut Surveyor, s: f64) -> Result<Vec<f64>, Note> {
-    surveyor.modes(s)?;
-    let solver = surveyor.solver();
-    let arm = ArmAtPose::new(surveyor.robot(), solver, &belief.parameters);
-    let sensitivities = arm.sensitivities(solver.modes());
-    let std_ln = belief.std_ln(&sensitivities, surveyor.joints());
-    Ok(std_ln.into_iter().map(|std| reach * std).collect())
 }

@@ -226,7 +226,8 @@ pub struct OperationRisk {
     pub spindle_schedule: Option<Vec<SpeedPoint>>,
     /// Time from s = 0 to s = 1.
     pub duration_s: f64,
-    /// That a line lies in a mode's band somewhere; never below one over the number of draws.
+    /// That a line lies in a mode's band somewhere, what is accepted left out; never below one over
+    /// the number of draws.
     pub probability: f64,
     /// Its standard error.
     pub probability_std_error: f64,
@@ -264,7 +265,7 @@ pub struct JobRisk {
     pub payload: Carried,
     /// What the model may be wrong by at most, as a share of any frequency.
     pub model_uncertainty: f64,
-    /// That a line lies in a mode's band somewhere in any operation.
+    /// That a line lies in a mode's band somewhere in any operation, what is accepted left out.
     pub probability: Estimate,
     /// Half width of the bands, as a share of each frequency.
     pub separation: f64,

@@ -117,7 +117,7 @@ impl ArmAtPose {
                     pencils.push(&mass, &stiffness);
                 }
                 let hz = |omega_squared: &f64| hz_from_rad_per_s(omega_squared.sqrt());
-                let mut found: Vec<f64> = pencils.solve().then(|| {
+                let mut found: Vec<f64> = pencils.solve_values().then(|| {
                     (0..pencils.count())
                         .flat_map(|i| pencils.omega_squared(i).iter().map(hz))
                         .collect()

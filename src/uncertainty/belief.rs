@@ -107,9 +107,8 @@ impl Trust {
             Self::Belief(belief) => belief,
         };
         solver.solve(q)?;
-        let arm = ArmAtPose::new(robot, solver, &belief.parameters);
-        let std_ln = belief.std_ln(&arm.sensitivities(solver.modes()), q);
         let reach = reach_of(confidence);
+        let std_ln = belief.std_ln_at(robot, solver, q);
         Ok(std_ln.into_iter().map(|std| HalfWidth::Ln(reach * std)).collect())
     }
 }
@@ -160,6 +159,12 @@ impl Belief {
             unexplained: Some(posterior.unexplained.clone()),
             least_std_ln: 0.0,
         }
+    }
+
+    /// σ of ln f_r of every mode at pose `q`, which `solver` solved last.
+    pub fn std_ln_at(&self, robot: &Robot, solver: &ModalSolver, q: &[f64]) -> Vec<f64> {
+        let arm = ArmAtPose::new(robot, solver, &self.parameters);
+        self.std_ln(&arm.sensitivities(solver.modes()), q)
     }
 
     /// σ of ln f_r of every mode at pose `q`, with the `sensitivities` of that pose.

@@ -53,11 +53,22 @@ impl Pencils {
     /// Solves them all. `false` if one has no solution, as [`Pencil::solve`]; results are of no use
     /// then.
     pub fn solve(&mut self) -> bool {
+        self.solve_with(self.n)
+    }
+
+    /// The same for [`Self::omega_squared`] alone, which is faster; no pencil has a
+    /// [`Self::shape`] then.
+    pub fn solve_values(&mut self) -> bool {
+        self.solve_with(0)
+    }
+
+    /// With so many rows of the eigenvectors: all or none.
+    fn solve_with(&mut self, rows: usize) -> bool {
         let (n, count) = (self.n, self.count());
         self.omega_squared.resize(count * n, 0.0);
-        self.shapes.resize(count * n * n, 0.0);
+        self.shapes.resize(count * n * rows, 0.0);
         let level = self.level;
-        dispatch!(level, simd => self.solve_on(simd))
+        dispatch!(level, simd => self.solve_on(simd, rows))
     }
 
     /// ω_r² of pencil `i`, (rad/s)², ascending; infinite where a coordinate carries no inertia of
@@ -73,9 +84,9 @@ impl Pencils {
     }
 
     #[inline(always)]
-    fn solve_on<S: Simd>(&mut self, simd: S) -> bool {
+    fn solve_on<S: Simd>(&mut self, simd: S, rows: usize) -> bool {
         let (n, count, lanes) = (self.n, self.count(), S::f64s::LEN);
-        let mut block = Block::new(simd, n);
+        let mut block = Block::new(simd, n, rows);
         // Made only if a pencil needs it.
         let mut alone = None;
         for from in (0..count).step_by(lanes) {
@@ -85,7 +96,7 @@ impl Pencils {
             let mut doubtful = doubtful & (u64::MAX >> (64 - here));
             block.store(
                 &mut self.omega_squared[from * n..(from + here) * n],
-                &mut self.shapes[from * n * n..(from + here) * n * n],
+                &mut self.shapes[from * n * rows..(from + here) * n * rows],
             );
             while doubtful != 0 {
                 let lane = doubtful.trailing_zeros() as usize;
@@ -111,7 +122,9 @@ impl Pencils {
             return false;
         }
         self.omega_squared[i * n..(i + 1) * n].copy_from_slice(&pencil.omega_squared);
-        self.shapes[square].copy_from_slice(pencil.shapes.as_slice());
+        if let Some(shapes) = self.shapes.get_mut(square) {
+            shapes.copy_from_slice(pencil.shapes.as_slice());
+        }
         true
     }
 }
@@ -120,30 +133,36 @@ impl Pencils {
 struct Block<S: Simd> {
     simd: S,
     n: usize,
+    /// Rows of the eigenvectors that are worked out: n or none.
+    rows: usize,
     /// A = K^-½ M K^-½, upper triangle row by row.
     a: Vec<Lanes<S>>,
     t: Vec<Lanes<S>>,
     /// K^-½.
     scale: Vec<Lanes<S>>,
     identity: Vec<Lanes<S>>,
+    /// What is turned along with A.
+    turned: Vec<Lanes<S>>,
     vectors: Vec<Lanes<S>>,
     lambda: Vec<Lanes<S>>,
 }
 
 impl<S: Simd> Block<S> {
-    fn new(simd: S, n: usize) -> Self {
+    fn new(simd: S, n: usize, rows: usize) -> Self {
         let zero = splat(simd, 0.0);
         let triangle = n * (n + 1) / 2;
-        let mut identity = vec![zero; n * n];
-        for i in 0..n {
+        let mut identity = vec![zero; rows * n];
+        for i in 0..rows {
             identity[i * n + i] = splat(simd, 1.0);
         }
         Self {
             simd,
             n,
+            rows,
             a: vec![zero; triangle],
             t: vec![zero; triangle],
             scale: vec![zero; n],
+            turned: identity.clone(),
             vectors: identity.clone(),
             identity,
             lambda: vec![zero; n],
@@ -156,17 +175,18 @@ impl<S: Simd> Block<S> {
     fn solve(&mut self, mass: &[f64], stiffness: &[f64]) -> u64 {
         let (simd, n) = (self.simd, self.n);
         let mut doubtful = self.load(mass, stiffness);
+        self.turned.copy_from_slice(&self.identity);
         let mut problem = Eigenproblem {
             a: &mut self.a,
-            v: &mut self.identity.clone(),
-            rows: n,
+            v: &mut self.turned,
+            rows: self.rows,
             t: &mut self.t,
             eigenvalues: &mut self.lambda,
             vectors: &mut self.vectors,
         };
         let none = Mask::<S>::splat(simd, false);
         doubtful |= !diagonalise(simd, n, &mut problem, none).to_bitmask();
-        sort::<S>(&mut self.lambda, &mut self.vectors, n);
+        sort::<S>(&mut self.lambda, &mut self.vectors, self.rows);
         let least = self.lambda[0] * splat(simd, NO_INERTIA);
         let sure = self.lambda[n - 1].simd_gt(least) & self.lambda[0].simd_gt(splat(simd, 0.0));
         doubtful | !sure.to_bitmask()
@@ -209,10 +229,14 @@ impl<S: Simd> Block<S> {
     #[inline(always)]
     fn store(&self, omega_squared: &mut [f64], shapes: &mut [f64]) {
         let n = self.n;
-        let pencils = omega_squared.chunks_exact_mut(n).zip(shapes.chunks_exact_mut(n * n));
+        for (lane, omega_squared) in omega_squared.chunks_exact_mut(n).enumerate() {
+            for (omega_squared, lambda) in omega_squared.iter_mut().zip(&self.lambda) {
+                *omega_squared = 1.0 / lambda.as_slice()[lane];
+            }
+        }
+        let pencils = omega_squared.chunks_exact(n).zip(shapes.chunks_exact_mut(n * n));
         for (lane, (omega_squared, shapes)) in pencils.enumerate() {
             for (r, shape) in shapes.chunks_exact_mut(n).enumerate() {
-                omega_squared[r] = 1.0 / self.lambda[r].as_slice()[lane];
                 let omega = omega_squared[r].sqrt();
                 for (i, x) in shape.iter_mut().enumerate() {
                     let y = self.vectors[r * n + i].as_slice()[lane];
@@ -268,9 +292,13 @@ mod tests {
                     assert!(pencil.solve(&mass, &stiffness));
                     expected.push((mass, pencil));
                 }
-                assert!(pencils.solve());
+                let mut values = pencils.clone();
+                assert!(pencils.solve() && values.solve_values());
                 for (i, (mass, pencil)) in expected.iter().enumerate() {
                     for r in 0..n {
+                        let (one, other) =
+                            (values.omega_squared(i)[r], pencils.omega_squared(i)[r]);
+                        assert!(one == other || (one / other - 1.0).abs() < 1e-11, "{one} {other}");
                         let (found, expected) =
                             (pencils.omega_squared(i)[r], pencil.omega_squared[r]);
                         if expected.is_infinite() {
