@@ -51,6 +51,11 @@ pub fn unit_of(name: &str) -> (&str, &'static str) {
         .unwrap_or((name, ""))
 }
 
+/// Where a frequency shows at a sampling rate: folded about half of it.
+pub fn aliased_hz(frequency_hz: f64, sample_rate_hz: f64) -> f64 {
+    (frequency_hz - sample_rate_hz * (frequency_hz / sample_rate_hz).round()).abs()
+}
+
 /// Degrees to radians.
 pub const fn rad_from_deg(deg: f64) -> f64 {
     deg * (PI / 180.0)
@@ -196,4 +201,17 @@ pub fn s_from_us(us: f64) -> f64 {
 /// Metres to micrometres.
 pub fn um_from_m(m: f64) -> f64 {
     m * 1e6
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tone_folds_about_half_the_rate() {
+        for (tone, seen) in [(30.0, 30.0), (84.0, 56.0), (140.0, 0.0), (150.0, 10.0), (413.0, 7.0)]
+        {
+            assert!((aliased_hz(tone, 140.0) - seen).abs() < 1e-12);
+        }
+    }
 }

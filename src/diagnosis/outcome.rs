@@ -6,6 +6,7 @@ use serde::{Serialize, Serializer};
 use super::causes::CauseText;
 use crate::model::{Carries, Cause, Correction, Hinge, Posterior};
 use crate::notes::Note;
+use crate::units::written;
 
 /// What was found, in a word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
@@ -122,26 +123,34 @@ pub struct Gain {
 }
 
 /// A measured frequency, what it was measured under, and what the models predict.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename = "Residual")]
 pub struct ResidualRow {
     /// Row of the table, from 0.
     pub row: usize,
-    /// Mode column, from 0.
+    /// Mode column, from 0; written from 1.
+    #[serde(serialize_with = "written::from_one")]
     pub mode: usize,
     /// Hz.
     pub measured_hz: f64,
-    /// Hz; `None` where the model has no such mode.
+    /// Hz; null where the model has no such mode.
+    #[serde(rename = "model_hz")]
     pub before_hz: Option<f64>,
     /// With the findings, Hz.
+    #[serde(rename = "extended_hz")]
     pub after_hz: Option<f64>,
-    /// With the findings and what the table teaches about all numbers of the model, as the written
-    /// robot has it, Hz; `None` also where the instrument shows the mode otherwise.
+    /// As the written robot has it: with the findings, and with all springs, links and drives
+    /// fitted within what they may be off by. Null also where the instrument shows the mode
+    /// otherwise.
     pub calibrated_hz: Option<f64>,
     /// Joint positions, rad or m.
+    #[serde(skip)]
     pub joints: Vec<f64>,
     /// Temperature, °C.
+    #[serde(skip)]
     pub temperature_c: Option<f64>,
     /// Level of excitation, N·m.
+    #[serde(skip)]
     pub amplitude_nm: Option<f64>,
 }
 

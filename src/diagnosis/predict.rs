@@ -84,11 +84,6 @@ pub(super) fn predict(
     Some(rows)
 }
 
-/// Where a frequency shows at a sampling rate: folded about half of it.
-pub(super) fn alias(frequency_hz: f64, sample_rate_hz: f64) -> f64 {
-    (frequency_hz - sample_rate_hz * (frequency_hz / sample_rate_hz).round()).abs()
-}
-
 /// How much of each mode's energy is in each elastic coordinate, by row, mode and coordinate: d ln
 /// f by ln of the spring (half the share of the strain energy), and by the coordinate's own
 /// inertia.

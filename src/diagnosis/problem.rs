@@ -5,8 +5,9 @@ use super::candidate::Candidate;
 use super::data::Data;
 use super::hypothesis::Hypothesis;
 use super::likelihood::{MIN_NOISE, Noise, noise};
-use super::predict::{Frequency, alias, predict};
+use super::predict::{Frequency, predict};
 use crate::model::{Cause, Description};
+use crate::units::aliased_hz;
 
 /// Scale of the noise with which missed modes are first separated from seen ones.
 const FIRST_SCALE: f64 = 0.01;
@@ -78,7 +79,7 @@ impl<'p> Problem<'p> {
                 if true_hz <= 0.5 * rate {
                     continue;
                 }
-                let seen_hz = alias(true_hz, rate).max(1e-3);
+                let seen_hz = aliased_hz(true_hz, rate).max(1e-3);
                 let turns = (true_hz / rate).round();
                 let sign = if true_hz >= turns * rate { 1.0 } else { -1.0 };
                 for slope in &mut frequency.slope {

@@ -18,7 +18,7 @@ use serde::Serialize;
 use crate::model::{CoordinateKind, Robot};
 use crate::modes::ModalSolver;
 use crate::notes::{Code, Note, Place};
-use crate::units::{m_from_mm, rad_from_deg, rad_per_s_from_hz, written};
+use crate::units::{aliased_hz, m_from_mm, rad_from_deg, rad_per_s_from_hz, written};
 use equation::Equation;
 use integrator::{Integrator, Stop};
 
@@ -324,7 +324,7 @@ pub fn measure(robot: &Robot, q: &[f64], settings: &Settings) -> Result<Measurem
         if peak < record.highest_seen_hz {
             frequencies_hz[mode] = Some(peak);
         } else {
-            let seen_at_hz = alias(peak, 2.0 * record.highest_seen_hz);
+            let seen_at_hz = aliased_hz(peak, 2.0 * record.highest_seen_hz);
             aliased.push(Aliased { mode, frequency_hz: peak, seen_at_hz });
         }
     }
@@ -415,12 +415,6 @@ fn runs_away() -> Note {
     Note::error(Code::NotConverged, Place::default(), what)
 }
 
-/// Where a tone shows at a sampling rate too low for it.
-fn alias(frequency_hz: f64, sample_rate_hz: f64) -> f64 {
-    let turns = frequency_hz / sample_rate_hz;
-    (turns - turns.round()).abs() * sample_rate_hz
-}
-
 /// Which mode each peak belongs to, both ascending: in order, and where peaks are fewer than modes
 /// with the least sum of |ln(peak / linear)|.
 fn assign(peaks: &[f64], linear_hz: &[f64]) -> Vec<(usize, f64)> {
@@ -476,14 +470,6 @@ fn doubts(taken: &[(usize, f64)], linear_hz: &[f64], has_rival: bool) -> Vec<Dou
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_tone_folds_about_half_the_rate() {
-        for (tone, seen) in [(30.0, 30.0), (84.0, 56.0), (140.0, 0.0), (150.0, 10.0), (413.0, 7.0)]
-        {
-            assert!((alias(tone, 140.0) - seen).abs() < 1e-12);
-        }
-    }
 
     #[test]
     fn a_missing_peak_is_missed_where_it_is_missing() {

@@ -1,6 +1,9 @@
 //! A mode as one record shows it: from a pole with its residues to frequency, damping, shape and
 //! scale.
 
+use schemars::JsonSchema;
+use serde::{Serialize, Serializer};
+
 use super::estimate::{C64, PoleEstimate};
 use super::links::{LinkRotation, rotations};
 use super::prepare::{Prepared, RecordKind, Response};
@@ -9,20 +12,42 @@ use crate::notes::Code;
 use crate::units::hz_from_rad_per_s;
 
 /// One part of a mode shape.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "JsonShapePart")]
 pub struct ShapePart {
     /// Name of the response.
     pub response: String,
     /// Displacement against the largest part of the shape, which is 1 (responses of unknown
     /// quantity: as they were read).
+    #[serde(flatten, with = "Parts")]
     pub value: C64,
     /// Standard deviation of its real and imaginary part.
     pub std: f64,
     /// Where a force was measured: φ_response·φ_reference of the receptance Σ φφ/(ω_r² − ω² +
-    /// 2iζω_rω), 1/kg (where a quantity is not known: in the response's unit over N).
+    /// 2iζω_rω), 1/kg (where a quantity is not known: in the response's unit over N); real and
+    /// imaginary part.
+    #[serde(skip_serializing_if = "Option::is_none", serialize_with = "both")]
+    #[schemars(with = "Option<[f64; 2]>")]
     pub modal_constant: Option<C64>,
-    /// Mass-normalised shape where the response at the driving point is known, 1/√kg.
+    /// Mass-normalised shape where the response at the driving point is known, 1/√kg: real and
+    /// imaginary part.
+    #[serde(skip_serializing_if = "Option::is_none", serialize_with = "both")]
+    #[schemars(with = "Option<[f64; 2]>")]
     pub mass_normalised: Option<C64>,
+}
+
+/// A displacement relative to the largest part of the shape, which is 1.
+#[derive(Serialize, JsonSchema)]
+#[serde(remote = "C64")]
+struct Parts {
+    /// Displacement relative to the largest part, which is 1.
+    re: f64,
+    im: f64,
+}
+
+fn both<S: Serializer>(value: &Option<C64>, to: S) -> Result<S::Ok, S::Error> {
+    value.map(|value| [value.re, value.im]).serialize(to)
 }
 
 /// A mode as one record shows it.

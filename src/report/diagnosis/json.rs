@@ -51,7 +51,7 @@ pub(in crate::report) struct Document<'d> {
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     untested: &'d [Untested],
     /// Every measured frequency with the predictions.
-    residuals: Vec<Residual>,
+    residuals: &'d [ResidualRow],
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
@@ -72,36 +72,6 @@ struct Structure {
 impl Structure {
     fn of(found: &diagnosis::Structure, d: &Diagnosis) -> Self {
         Self { follows: structure(found, d), p_value: found.p_value, share: found.share }
-    }
-}
-
-#[derive(Debug, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-struct Residual {
-    /// Row of the table, from 0.
-    row: usize,
-    /// From 1.
-    mode: usize,
-    measured_hz: f64,
-    /// Null where the model has no such mode.
-    model_hz: Option<f64>,
-    extended_hz: Option<f64>,
-    /// As the written robot has it: with the findings, and with all springs, links and drives
-    /// fitted within what they may be off by. Null also where the instrument shows the mode
-    /// otherwise.
-    calibrated_hz: Option<f64>,
-}
-
-impl From<&ResidualRow> for Residual {
-    fn from(r: &ResidualRow) -> Self {
-        Self {
-            row: r.row,
-            mode: r.mode + 1,
-            measured_hz: r.measured_hz,
-            model_hz: r.before_hz,
-            extended_hz: r.after_hz,
-            calibrated_hz: r.calibrated_hz,
-        }
     }
 }
 
@@ -130,7 +100,7 @@ pub fn diagnosis(diagnosed: &Diagnosed) -> serde_json::Result<String> {
         structure_left: structure(&d.structure_after),
         symmetry: d.symmetry.as_ref(),
         untested: &d.untested,
-        residuals: d.residuals.iter().map(Residual::from).collect(),
+        residuals: &d.residuals,
     };
     Ok(serde_json::to_string_pretty(&document)? + "\n")
 }

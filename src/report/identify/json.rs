@@ -1,14 +1,13 @@
 //! The output `identification/1`: everything that was found, for programs. Every number is written
 //! with all digits of a double; a number that is not finite is refused.
 
-use nalgebra::Complex;
 use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{degrees_or_mm, kind_words, record_and_channel, shape_words};
 use crate::identify::StabilisationPoint;
 use crate::identify::links::LinkRotation;
-use crate::identify::mode::Mode;
+use crate::identify::mode::{Mode, ShapePart};
 use crate::identify::pose::{JointColumn, Pose};
 use crate::identify::record_modes::IdentifiedRecord;
 use crate::identify::session::{IdentifiedSession, PoseMode, PoseModes};
@@ -108,26 +107,9 @@ struct JsonMode<'a> {
     /// The shape in words.
     in_words: String,
     /// One entry a response.
-    shape: Vec<JsonShapePart<'a>>,
+    shape: &'a [ShapePart],
     /// One entry a link with marked points.
     links: &'a [LinkRotation],
-}
-
-#[derive(Debug, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-struct JsonShapePart<'a> {
-    response: &'a str,
-    /// Displacement relative to the largest part, which is 1.
-    re: f64,
-    im: f64,
-    /// Standard deviation of both.
-    std: f64,
-    /// φ_response·φ_reference, 1/kg, where a force was measured: real and imaginary part.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    modal_constant: Option<[f64; 2]>,
-    /// Mass-normalised, 1/√kg, where the driving point is known: real and imaginary part.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    mass_normalised: Option<[f64; 2]>,
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
@@ -185,7 +167,6 @@ fn record(found: &IdentifiedRecord) -> JsonRecord<'_> {
 }
 
 fn mode(mode: &Mode) -> JsonMode<'_> {
-    let parts = |value: Complex<f64>| [value.re, value.im];
     JsonMode {
         frequency_hz: mode.frequency_hz,
         frequency_std_hz: mode.frequency_std_hz,
@@ -197,18 +178,7 @@ fn mode(mode: &Mode) -> JsonMode<'_> {
         support: mode.support,
         suspicion: mode.suspicion.map(|code| code.name()),
         in_words: shape_words(mode),
-        shape: mode
-            .shape
-            .iter()
-            .map(|part| JsonShapePart {
-                response: &part.response,
-                re: part.value.re,
-                im: part.value.im,
-                std: part.std,
-                modal_constant: part.modal_constant.map(parts),
-                mass_normalised: part.mass_normalised.map(parts),
-            })
-            .collect(),
+        shape: &mode.shape,
         links: &mode.links,
     }
 }
