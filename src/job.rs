@@ -12,7 +12,7 @@ use serde::Serialize;
 use crate::model::Robot;
 use crate::motion::{Move, StatedFeeds, Target};
 
-pub use accept::{Acceptable, Acceptance, Accepted, Review};
+pub use accept::{Acceptable, Acceptance, Accepted, Review, Settings, stretch_of};
 
 /// A job: one robot, one tool, some operations.
 #[derive(Debug, Clone)]

@@ -1,10 +1,12 @@
-//! Formats that know no robot: YAML as a tree with lines, edits of YAML that keep every other byte,
-//! tables as text, NumPy's arrays, records of channels (CSV, UFF, WAV), bounded reading of files.
-//! The only place that names saphyr_parser, serde_yaml and hound.
+//! Formats that know no robot: YAML and TOML as a tree with lines, edits of YAML that keep every
+//! other byte, tables as text, NumPy's arrays, records of channels (CSV, UFF, WAV), bounded reading
+//! of files.
+//! The only place that names saphyr_parser, serde_yaml, toml and hound.
 
 pub(crate) mod npy;
 pub(crate) mod records;
 mod scalar;
 pub(crate) mod table;
 pub(crate) mod text;
+pub(crate) mod toml;
 pub(crate) mod yaml;

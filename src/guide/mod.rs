@@ -5,6 +5,7 @@
 //! |---|---|
 //! | [`your_robot`] | from a URDF to a first verdict in ten minutes |
 //! | [`jobs`] | the job file, verdicts, warnings |
+//! | [`settings`] | what jobs share: robot, policy, accepted findings |
 //! | [`programs`] | RAPID, APT/CL and G-code: what is read, what is refused |
 //! | [`robots`] | the robot file, and the robots that come with detune |
 //! | [`ci`] | checks in continuous integration |
@@ -23,6 +24,7 @@
 macro_rules! pages {
     ($($page:ident)+) => { $(
         #[doc = "[jobs]: crate::guide::jobs"]
+        #[doc = "[settings]: crate::guide::settings"]
         #[doc = "[programs]: crate::guide::programs"]
         #[doc = "[robots]: crate::guide::robots"]
         #[doc = "[your robot]: crate::guide::your_robot"]
@@ -43,6 +45,6 @@ macro_rules! pages {
 }
 
 pages! {
-    your_robot jobs programs robots ci advice maps identification diagnosis messages validation
-    performance library development
+    your_robot jobs settings programs robots ci advice maps identification diagnosis messages
+    validation performance library development
 }

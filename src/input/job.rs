@@ -7,18 +7,20 @@ mod speeds;
 mod stretches;
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use self::accept::Entries;
 use super::carriers::Carriers;
 use super::files::{MAX_FILE_BYTES, named_file};
 use super::raw::job as raw;
 use super::robot::read_described_robot;
+use super::settings::{Settings, Shared};
 use super::waypoints::FromPrograms;
 use super::{Reading, schema};
 use crate::formats::text::read_text;
 use crate::formats::yaml::{Node, Step, document};
-use crate::job::{Job, Levers, Operation, Policy, Review, Spindle, Tool};
+use crate::job::{self, Acceptance, Job, Levers, Operation, Policy, Review, Spindle, Tool};
 use crate::model::Robot;
 use crate::notes::{Code, Note, Notes, Place};
 use crate::units::{m_from_mm, m_per_n_from_um_per_n, rad_from_deg, ratio_from_percent};
@@ -42,15 +44,14 @@ pub(super) fn job_of_text(
     reading: &mut Reading,
 ) -> Result<Job, Vec<Note>> {
     let mut notes = Notes::about(Place::file(path));
+    let mut settings = Settings::of(path, reading);
     let Some((tree, raw)) = document::<raw::Job>(&text, &schema::of::<raw::Job>(), &mut notes)
     else {
-        return Err(reading.settle(notes));
+        let errors = [reading.settle(notes), reading.settle(settings.notes)];
+        return Err(errors.concat());
     };
     drop(text);
-    let robot_file = raw.robot.as_deref().and_then(|name| {
-        let line = tree.line_at(&[Step::Key("robot")]);
-        named_file(path, "robot", name, line, &mut notes)
-    });
+    let robot_file = robot_file(path, &tree, &raw, &mut settings, &mut notes);
     let mut of_robot = Reading::default();
     let read = robot_file.map(|file| read_described_robot(&file, &mut of_robot));
     let (described, robot_faults) = match read {
@@ -67,7 +68,9 @@ pub(super) fn job_of_text(
         robot: robot.as_deref(),
         carriers: carriers.map(|(described, own)| Carriers::new(described, own)),
         tools: BTreeMap::new(),
+        shared: settings.shared.as_ref(),
         notes,
+        notes_of_shared: settings.notes,
         programs: FromPrograms {
             reading: Reading { pending: reading.pending.take(), ..Reading::default() },
             ..FromPrograms::default()
@@ -75,8 +78,9 @@ pub(super) fn job_of_text(
     };
     let parts = reader.parts();
     let accept = reader.acceptances();
-    let Reader { notes, programs, .. } = reader;
-    let mut errors = reading.settle(notes);
+    let taken = reader.taken_from_settings(&accept);
+    let Reader { notes, notes_of_shared, programs, .. } = reader;
+    let mut errors = [reading.settle(notes), reading.settle(notes_of_shared)].concat();
     reading.append(programs.reading);
     reading.append(of_robot);
     match (robot, parts) {
@@ -92,7 +96,7 @@ pub(super) fn job_of_text(
                 operations,
                 policy,
                 levers,
-                review: Review { warnings: reading.warnings.clone(), accept },
+                review: Review { warnings: reading.warnings.clone(), settings: taken, accept },
             })
         }
         _ => {
@@ -101,6 +105,31 @@ pub(super) fn job_of_text(
             Err(errors)
         }
     }
+}
+
+/// The robot that a job names, else that of the settings that it shares.
+fn robot_file(
+    path: &Path,
+    tree: &Node,
+    raw: &raw::Job,
+    settings: &mut Settings,
+    notes: &mut Notes,
+) -> Option<PathBuf> {
+    let steps = [Step::Key("robot")];
+    if let Some(name) = &raw.robot {
+        return named_file(path, "robot", name, tree.line_at(&steps), notes);
+    }
+    let shared = settings.shared.as_ref();
+    if let Some((shared, name)) = shared.and_then(|s| Some((s, s.raw.robot.as_ref()?))) {
+        let line = shared.tree.line_at(&steps);
+        return named_file(&shared.file, "robot", name, line, &mut settings.notes);
+    }
+    let is_faulty = tree.get("robot").is_some_and(|robot| robot.faulty);
+    if !is_faulty && settings.notes.errors() == 0 {
+        let what = "missing key 'robot', which a detune.toml may give for all jobs";
+        notes.error(Code::MissingKey, tree.line as usize, what);
+    }
+    None
 }
 
 /// What is at hand while a job is read.
@@ -113,7 +142,10 @@ struct Reader<'j> {
     carriers: Option<Carriers<'j>>,
     /// The cutters by the program's number, each with the key that it stands under.
     tools: BTreeMap<u32, (&'j str, Tool)>,
+    /// What the job shares with others.
+    shared: Option<&'j Shared>,
     notes: Notes,
+    notes_of_shared: Notes,
     /// What the programs say that the job names.
     programs: FromPrograms,
 }
@@ -265,19 +297,57 @@ impl<'j> Reader<'j> {
         })
     }
 
+    /// Findings that count no more, by the job and by the settings that it shares.
+    fn acceptances(&mut self) -> Vec<Acceptance> {
+        let operations = self.raw.operations.iter().flatten();
+        let own = Entries {
+            file: self.path,
+            tree: self.tree,
+            raw: self.raw.accept.as_deref(),
+            job: self.path,
+            operations: operations.filter_map(|raw| raw.name.as_deref()).collect(),
+        };
+        let mut all = own.acceptances(&mut self.notes);
+        if let Some(Shared { file, tree, raw }) = self.shared {
+            let shared = Entries { file, tree, raw: raw.accept.as_deref(), ..own };
+            all.extend(shared.acceptances(&mut self.notes_of_shared));
+        }
+        all
+    }
+
+    /// What the settings say and the job leaves open.
+    fn taken_from_settings(&self, accept: &[Acceptance]) -> Option<job::Settings> {
+        let Shared { file, tree, .. } = self.shared?;
+        let is_open = |steps: &[Step<'_>]| self.tree.at(steps).is_none_or(Node::is_null);
+        let states = |steps: &[Step<'_>]| tree.at(steps).is_some_and(|value| !value.is_null());
+        let taken = |steps: &[Step<'_>]| states(steps) && is_open(steps);
+        let robot = taken(&[Step::Key("robot")]).then(|| "robot".to_owned());
+        let of_policy = tree.get("policy").into_iter().flat_map(Node::keys);
+        let of_policy = of_policy.filter(|key| taken(&policy_key(key)));
+        let of_policy = of_policy.map(|key| format!("policy.{key}"));
+        let accepts = accept.iter().any(|entry| entry.place.file.as_ref() == Some(file));
+        let accept = accepts.then(|| "accept".to_owned());
+        let keys: Vec<String> = robot.into_iter().chain(of_policy).chain(accept).collect();
+        (!keys.is_empty()).then(|| job::Settings { file: file.clone(), keys })
+    }
+
+    /// An error about a key of the policy, in the file that gives it.
+    fn policy_error(&mut self, code: Code, steps: &[Step<'_>], what: impl Into<String>) {
+        let shared = self.shared.filter(|_| self.tree.at(&steps[..2]).is_none_or(Node::is_null));
+        match shared.filter(|shared| shared.tree.at(&steps[..2]).is_some()) {
+            Some(shared) => self.notes_of_shared.error(code, shared.tree.line_at(steps), what),
+            None => self.error(code, steps, what),
+        }
+    }
+
     fn policy(&mut self) -> Policy {
+        let of_job = self.raw.policy.as_ref();
+        let of_settings = self.shared.and_then(|shared| shared.raw.policy.as_ref());
         let default = raw::Policy::default();
-        let raw = self.raw.policy.as_ref().unwrap_or(&default);
-        let bands = raw.ignore_hz.clone().unwrap_or_default();
-        for (index, &[from, to]) in bands.iter().enumerate() {
-            if !(from >= 0.0 && to >= from) {
-                let what = format!(
-                    "policy.ignore_hz[{index}] is [{from}, {to}], must be ascending and not \
-                        negative"
-                );
-                let steps = [Step::Key("policy"), Step::Key("ignore_hz"), Step::Index(index)];
-                self.error(Code::Value, &steps, what);
-            }
+        let raw = &of_job.unwrap_or(&default).or(of_settings.unwrap_or(&default));
+        check_bands(of_job, self.tree, &mut self.notes);
+        if let Some(shared) = self.shared {
+            check_bands(of_settings, &shared.tree, &mut self.notes_of_shared);
         }
         self.check_uneven_pitch(raw);
         let tooth = raw.tooth_passing_harmonics.unwrap_or(DEFAULT_TOOTH_PASSING_HARMONICS);
@@ -285,11 +355,7 @@ impl<'j> Reader<'j> {
         if tooth == 0 && spindle == 0 {
             let what = "policy: tooth_passing_harmonics and spindle_harmonics are both 0, so \
                 nothing would be checked";
-            self.error(
-                Code::Unused,
-                &[Step::Key("policy"), Step::Key("tooth_passing_harmonics")],
-                what,
-            );
+            self.policy_error(Code::Unused, &policy_key("tooth_passing_harmonics"), what);
         }
         Policy {
             tooth_passing_harmonics: tooth,
@@ -297,7 +363,7 @@ impl<'j> Reader<'j> {
             separation: ratio_from_percent(raw.separation_percent.unwrap_or(10.0)),
             model_uncertainty: raw.model_uncertainty_percent.map(ratio_from_percent),
             confidence: ratio_from_percent(raw.confidence_percent.unwrap_or(95.0)),
-            ignore_hz: bands,
+            ignore_hz: raw.ignore_hz.clone().unwrap_or_default(),
             min_tip_response_m_per_n: raw.min_tip_response_um_per_n.map(m_per_n_from_um_per_n),
         }
     }
@@ -317,13 +383,26 @@ impl<'j> Reader<'j> {
                 "policy.tooth_passing_harmonics is {harmonics}: with {most} unevenly pitched \
                     teeth that is {orders} lines, must be at most {MAX_ORDERS}"
             );
-            self.error(
-                Code::Value,
-                &[Step::Key("policy"), Step::Key("tooth_passing_harmonics")],
-                what,
-            );
+            self.policy_error(Code::Value, &policy_key("tooth_passing_harmonics"), what);
         }
     }
+}
+
+fn check_bands(policy: Option<&raw::Policy>, tree: &Node, notes: &mut Notes) {
+    let bands = policy.and_then(|policy| policy.ignore_hz.as_ref());
+    for (index, [from, to]) in bands.into_iter().flatten().enumerate() {
+        if !(*from >= 0.0 && to >= from) {
+            let what = format!(
+                "policy.ignore_hz[{index}] is [{from}, {to}], must be ascending and not negative"
+            );
+            let [policy, key] = policy_key("ignore_hz");
+            notes.error(Code::Value, tree.line_at(&[policy, key, Step::Index(index)]), what);
+        }
+    }
+}
+
+fn policy_key(key: &str) -> [Step<'_>; 2] {
+    [Step::Key("policy"), Step::Key(key)]
 }
 
 #[cfg(test)]

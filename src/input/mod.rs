@@ -22,6 +22,7 @@ mod robot;
 mod robot_edit;
 pub mod schema;
 mod session;
+mod settings;
 mod urdf;
 mod waypoints;
 

@@ -502,20 +502,15 @@ fn given(node: &Node, key: &str, value: Option<f64>) -> bool {
 }
 
 fn payload(raw: &raw::Payload) -> Option<Payload> {
-    let inertial = inertial(raw.mass_kg, raw.com_m, raw.inertia_kgm2.as_ref());
-    Some(Payload { link: raw.link.clone()?, inertial })
+    Some(Payload { link: raw.link.clone()?, inertial: inertial(&raw.body) })
 }
 
 /// A body as files give it; what is missing was reported.
-pub(super) fn inertial(
-    mass_kg: Option<f64>,
-    com_m: Option<[f64; 3]>,
-    inertia: Option<&raw::Inertia>,
-) -> Inertial {
+pub(super) fn inertial(body: &raw::Body) -> Inertial {
     Inertial {
-        mass_kg: mass_kg.unwrap_or(1.0),
-        com_m: com_m.map_or(Vector3::zeros(), Vector3::from),
-        inertia_kgm2: inertia.and_then(tensor).unwrap_or_default(),
+        mass_kg: body.mass_kg.unwrap_or(1.0),
+        com_m: body.com_m.map_or(Vector3::zeros(), Vector3::from),
+        inertia_kgm2: body.inertia_kgm2.as_ref().and_then(tensor).unwrap_or_default(),
     }
 }
 

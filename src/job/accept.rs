@@ -1,21 +1,37 @@
 //! What somebody has looked at and accepts, with a reason and until a day.
 
 use std::fmt;
+use std::path::PathBuf;
 
 use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::Job;
 use crate::notes::{Code, Note, Place};
-use crate::units::Date;
+use crate::units::{Date, written};
 
-/// Warnings on the files of a job, and which findings the job accepts.
+/// Warnings on the files of a job, what it takes from settings that jobs share, and which findings
+/// are accepted.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Review {
     /// Warnings that came up while the files were read.
     pub warnings: Vec<Note>,
-    /// What is accepted.
+    /// What comes from a detune.toml; `None` where there is none, or nothing in it counts here.
+    pub settings: Option<Settings>,
+    /// What is accepted: by the job, then by the settings.
     pub accept: Vec<Acceptance>,
+}
+
+/// What a job takes from the settings that it shares with others.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(inline)]
+pub struct Settings {
+    /// The detune.toml, as seen from where the job was named.
+    #[serde(serialize_with = "written::path")]
+    pub file: PathBuf,
+    /// Its keys that count for the job.
+    pub keys: Vec<String>,
 }
 
 /// One entry of `accept`.
@@ -27,8 +43,10 @@ pub struct Acceptance {
     pub operation: Option<String>,
     /// Why, and how long.
     pub terms: Accepted,
-    /// Its line in the job file, counted from 1.
-    pub line: usize,
+    /// Where it stands.
+    pub place: Place,
+    /// Whether it may be meant for other jobs, too.
+    pub is_shared: bool,
 }
 
 /// What can be accepted.
@@ -73,15 +91,20 @@ impl Acceptable {
     }
 }
 
+/// The operation of which a program makes `operation`, if that is the name of a stretch: rough/2,
+/// rough/3 of rough.
+pub fn stretch_of(operation: &str) -> Option<&str> {
+    let (whole, number) = operation.rsplit_once('/')?;
+    let is_number = !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit());
+    is_number.then_some(whole)
+}
+
 impl Acceptance {
     /// Whether it is about an operation of this name.
     pub fn is_about(&self, operation: &str) -> bool {
-        // A program that divides an operation makes rough/2, rough/3 of it.
-        self.operation.as_deref().is_none_or(|name| {
-            operation
-                .strip_prefix(name)
-                .is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
-        })
+        self.operation
+            .as_deref()
+            .is_none_or(|name| operation == name || stretch_of(operation) == Some(name))
     }
 
     /// Whether it covers a crossing of a mode, counted from 1.
@@ -101,6 +124,11 @@ impl Acceptance {
 }
 
 impl Review {
+    /// Crossings that are accepted.
+    pub fn crossings(&self) -> impl Iterator<Item = &Acceptance> {
+        self.accept.iter().filter(|entry| matches!(entry.kind, Acceptable::Crossing { .. }))
+    }
+
     /// What accepts that a line lies in the band of a mode, counted from 1, in an operation.
     pub fn of_crossing(&self, operation: &str, mode: usize) -> Option<&Acceptance> {
         self.accept.iter().find(|entry| entry.covers_crossing(operation, mode))
@@ -110,7 +138,7 @@ impl Review {
 impl Job {
     /// Drops what is accepted no longer, each with a warning.
     pub fn expire(&mut self, today: Date) {
-        let Review { warnings, accept } = &mut self.review;
+        let Review { warnings, accept, .. } = &mut self.review;
         accept.retain(|entry| {
             let holds = today <= entry.terms.until;
             if !holds {
@@ -120,8 +148,7 @@ impl Job {
                     entry.kind.code(),
                     entry.terms.until
                 );
-                let place = Place::line(&self.file, entry.line);
-                warnings.push(Note::warning(Code::Unused, place, what));
+                warnings.push(Note::warning(Code::Unused, entry.place.clone(), what));
             }
             holds
         });

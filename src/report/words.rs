@@ -6,7 +6,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 use crate::excitation::{ExcitationLine, Source};
-use crate::job::{Carried, CarriedBy};
+use crate::job::{Carried, CarriedBy, Settings};
 use crate::units::{percent_from_ratio, rpm_from_hz, um_per_n_from_m_per_n};
 use crate::wording::printable;
 
@@ -31,6 +31,11 @@ pub(crate) fn number(value: f64, decimals: usize) -> String {
     };
     let decimals = (decimals..3).find(shows).unwrap_or(decimals.max(3));
     format!("{value:.decimals$}")
+}
+
+/// `detune.toml gives robot, policy.separation_percent`.
+pub(super) fn settings(settings: &Settings) -> String {
+    format!("{} gives {}", path(&settings.file), printable(&settings.keys.join(", ")))
 }
 
 /// A path as it is printed.

@@ -2,7 +2,7 @@
 
 use super::verdict::{OperationRisk, Warning};
 use crate::job::{Acceptance, Job, Operation};
-use crate::notes::{Code, Note, Place};
+use crate::notes::{Code, Note};
 
 /// Notes on a job as warnings, each at its operation, with what the job says to them.
 pub fn warnings(job: &Job, notes: impl IntoIterator<Item = Note>) -> Vec<Warning> {
@@ -49,7 +49,7 @@ pub(super) fn unused(job: &Job, warnings: &[Warning], operations: &[OperationRis
         warnings.iter().any(|warning| covers(job, entry, warning))
             || operations.iter().any(of_crossing)
     };
-    let idle = job.review.accept.iter().filter(|entry| !meets(entry));
+    let idle = job.review.accept.iter().filter(|entry| !entry.is_shared && !meets(entry));
     idle.map(|entry| {
         let operation = entry.operation.as_ref();
         let within = operation.map_or(String::new(), |name| format!(" in operation '{name}'"));
@@ -57,7 +57,7 @@ pub(super) fn unused(job: &Job, warnings: &[Warning], operations: &[OperationRis
             "accept: there is no '{}'{within} to accept; delete the entry",
             entry.kind.code()
         );
-        Note::warning(Code::Unused, Place::line(&job.file, entry.line), what)
+        Note::warning(Code::Unused, entry.place.clone(), what)
     })
     .collect()
 }

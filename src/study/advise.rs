@@ -8,7 +8,7 @@ use crate::input::{
     Advised as AdvisedOperation, OperationEdit, confirm_rewritten, read_job, rewritten_job,
     rewritten_program,
 };
-use crate::job::{Carried, Job, Levers, Operation, Spindle, SpindleSpeed};
+use crate::job::{Acceptance, Carried, Job, Levers, Operation, Settings, Spindle, SpindleSpeed};
 use crate::notes::{Code, Note, Part, Place};
 use crate::program::{NewSpeed, Rewrite};
 use crate::progress::Progress;
@@ -30,12 +30,16 @@ pub struct AdvisedJob {
     pub carried: Carried,
     /// Whether the program states a spindle speed, not the job.
     pub is_speed_of_program: bool,
+    /// What comes from the settings that jobs share.
+    pub settings: Option<Settings>,
     /// What the job offers to be changed.
     pub levers: Levers,
     /// Per operation, whether its path is one of poses alone, which can be turned and moved.
     pub has_poses: Vec<bool>,
     /// What to do.
     pub advice: JobAdvice,
+    /// Crossings that are accepted: advice keeps clear of them all the same.
+    pub accepted_crossings: Vec<Acceptance>,
     /// On the files that were read, then on the operations.
     pub warnings: Vec<Warning>,
     /// The job as advised, where it was asked for and can be run.
@@ -53,7 +57,9 @@ impl AdvisedJob {
             spindle: job.spindle,
             carried: job.carried(),
             is_speed_of_program: job.operations.iter().any(|each| each.is_speed_of_program),
+            settings: job.review.settings.clone(),
             levers: job.levers.clone(),
+            accepted_crossings: job.review.crossings().cloned().collect(),
             has_poses: job.operations.iter().map(Operation::has_poses).collect(),
             warnings: warnings(job, job.review.warnings.iter().chain(&advice.warnings).cloned()),
             advice,

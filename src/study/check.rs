@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
 use super::{Read, advise};
-use crate::job::{Job, Policy};
+use crate::job::{Job, Policy, Settings};
 use crate::notes::Note;
 use crate::progress::Progress;
 pub use crate::risk::Verdict;
@@ -22,6 +22,8 @@ pub struct CheckedJob {
     pub file: PathBuf,
     /// When a crossing counts.
     pub policy: Policy,
+    /// What comes from the settings that jobs share.
+    pub settings: Option<Settings>,
     /// What was found.
     pub risk: JobRisk,
 }
@@ -29,7 +31,13 @@ pub struct CheckedJob {
 impl CheckedJob {
     /// Puts together what was asked and what was found.
     pub fn new(job: &Job, risk: JobRisk) -> Self {
-        Self { name: job.name.clone(), file: job.file.clone(), policy: job.policy.clone(), risk }
+        Self {
+            name: job.name.clone(),
+            file: job.file.clone(),
+            policy: job.policy.clone(),
+            settings: job.review.settings.clone(),
+            risk,
+        }
     }
 
     /// The worst verdict of several jobs; clear if there is none.

@@ -736,3 +736,68 @@ fn a_crossing_is_one_fact() {
     let least = (of("to_rpm") - of("from_rpm")).abs() / 50_000.0;
     assert!((of("seconds") / least - 1.0).abs() < 0.005, "{} {least}", of("seconds"));
 }
+
+/// The IRB 1600 about a pose at which modes 1 to 3 lie from 19 to 35 Hz, 4 and 5 from 143 to 151 Hz; modes 4 and 5
+/// move the tool tip by 0.9 and 0.4 µm/N, mode 1 by 85.
+fn blocked(folder: &Path, spindle: &str, policy: &str) -> Value {
+    let rpm = spindle.split([' ', ',']).nth(1).unwrap();
+    let job = format!(
+        "robot: {}\ntool: {{teeth: 3}}\npayload: {{mass_kg: 4.2, com_m: [0, 0, 0.07]}}\nspindle: {{{spindle}}}\n\
+         operations:\n  - {{name: a, spindle_rpm: {rpm}, feed_mm_per_min: 600, path: {{joints_deg: [[0, 20, -10, 0, 60, 0], [5, 22, -12, 0, 55, 0]]}}}}\npolicy: \
+         {{model_uncertainty_percent: 5, tooth_passing_harmonics: 1, spindle_harmonics: 0, {policy}}}\n",
+        repository().join("robots/irb1600/robot.yaml").display()
+    );
+    fs::write(folder.join("job.yaml"), job).unwrap();
+    let ran = run(folder, &["advise", "job.yaml", "--format", "json"]);
+    json(&ran)["operations"][0].clone()
+}
+
+/// What cannot be bought is not offered: no spindle below 0.8 times the lowest or above twice the highest speed.
+/// With bands of ±45 % modes 1 to 3 close 209 to 1015 rpm.
+#[test]
+fn only_spindles_of_the_kind_are_offered() {
+    let folder = tempfile::tempdir().unwrap();
+    let policy = "separation_percent: 40, min_tip_response_um_per_n: 0";
+    for (spindle, offered) in [
+        ("min_rpm: 300, max_rpm: 500", None),
+        ("min_rpm: 300, max_rpm: 520", Some(1015.0)),
+        ("min_rpm: 250, max_rpm: 500", Some(209.0)),
+    ] {
+        let found = blocked(folder.path(), spindle, policy);
+        assert_eq!(found["status"], "infeasible");
+        let levers = found["levers"].as_array().unwrap();
+        assert!(!levers.is_empty());
+        let of_spindle = levers.iter().find(|lever| lever["lever"] == "spindle");
+        match (of_spindle, offered) {
+            (None, None) => {}
+            (Some(lever), Some(rpm)) => {
+                assert!((lever["rpm"].as_f64().unwrap() - rpm).abs() < 2.0, "{lever}");
+            }
+            other => panic!("{spindle}: {other:?}"),
+        }
+    }
+}
+
+/// Where faint modes close all speeds, the threshold that leaves them out is offered: here modes 4 and 5 must both go.
+#[test]
+fn a_threshold_that_decides_is_offered() {
+    let folder = tempfile::tempdir().unwrap();
+    let spindle = "min_rpm: 2700, max_rpm: 3200";
+    let with = |threshold: f64| {
+        let policy = format!("separation_percent: 5, min_tip_response_um_per_n: {threshold}");
+        blocked(folder.path(), spindle, &policy)
+    };
+    let found = with(0.0);
+    assert_eq!(found["status"], "infeasible");
+    let levers = found["levers"].as_array().unwrap();
+    let lever = levers.iter().find(|lever| lever["lever"] == "min_tip_response").unwrap();
+    assert_eq!((&lever["opens"], &lever["mode"]), (&true.into(), &4.into()));
+    let [response, threshold] = ["tip_response_um_per_n", "min_tip_response_um_per_n"]
+        .map(|key| lever[key].as_f64().unwrap());
+    assert!(response < threshold && threshold < 1.05 * response, "{response} {threshold}");
+    // What it promises holds; one that leaves out mode 5 alone would not do.
+    let applied = with(threshold);
+    assert_eq!(applied["status"], "constant");
+    assert_eq!(applied["recommended_rpm"], lever["rpm"]);
+    assert_eq!(with(0.8 * response)["status"], "infeasible");
+}

@@ -281,7 +281,7 @@ fn a_wrong_command_line_exits_with_2_and_help_with_0() {
         assert!(!ran.stderr.is_empty());
     }
     let ran = bench.run(&["schema", "map"]);
-    let expected = "the output of map has no schema; there is one of robot, job, session, check";
+    let expected = "the output of map has no schema; there is one of robot, job, session, settings";
     assert!(err(&ran).contains(expected), "{}", err(&ran));
     for arguments in [&["--help"][..], &["check", "--help"], &["--version"]] {
         let ran = bench.run(arguments);
@@ -297,7 +297,7 @@ fn a_wrong_command_line_exits_with_2_and_help_with_0() {
 #[test]
 fn every_schema_is_json_with_a_dialect() {
     let bench = Bench::new();
-    for name in ["robot", "job", "session", "check"] {
+    for name in ["robot", "job", "session", "settings", "check"] {
         let ran = bench.run(&["schema", name]);
         assert_eq!(code(&ran), 0);
         let schema: Value = serde_json::from_str(out(&ran)).unwrap();

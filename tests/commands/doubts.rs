@@ -269,15 +269,3 @@ fn a_verdict_about_nothing_fails_in_every_output() {
         assert_eq!(code(&ran), 0, "{}", out(&ran));
     }
 }
-
-/// What cannot be bought is not offered: a spindle for 271 rpm where the slowest runs at 500.
-#[test]
-fn no_spindle_far_outside_the_range_is_offered() {
-    let ran = run(repository(), &["advise", "jobs/pocket.yaml", "--format", "json"]);
-    let levers = json(&ran)["operations"][0]["levers"].as_array().unwrap().clone();
-    assert!(levers.len() > 1, "{levers:?}");
-    for lever in levers.iter().filter(|lever| lever["lever"] == "spindle") {
-        let rpm = lever["rpm"].as_f64().unwrap();
-        assert!((400.0..=48_000.0).contains(&rpm), "{rpm}");
-    }
-}

@@ -30,4 +30,5 @@ mod programs;
 mod report;
 mod report_odd;
 mod schemas;
+mod settings;
 mod uncertainty;

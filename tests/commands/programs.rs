@@ -189,3 +189,54 @@ fn a_program_that_cannot_be_rewritten_is_an_error() {
     assert!(err(&ran).contains("RAPID has no instruction for the spindle"), "{}", err(&ran));
     assert!(!bench.0.path().join("new.yaml").exists() && !bench.0.path().join("new.mod").exists());
 }
+
+/// What is wrong with a path is wrong once, however often its program changes speed.
+#[test]
+fn the_errors_of_a_divided_path_are_listed_once() {
+    let bench = Bench::new();
+    bench.add("p.nc", &TWO_TOOLS.replace("G1 X850", "G1 X9850"));
+    bench.add("job.yaml", &two_tools("tools: {1: {teeth: 3}, 2: {teeth: 2}}\n", ""));
+    for verb in ["check", "advise"] {
+        let ran = bench.run(&[verb, "job.yaml"]);
+        assert_eq!(code(&ran), 2);
+        let errors: Vec<&str> = err(&ran).lines().filter(|l| l.starts_with("error: ")).collect();
+        assert_eq!(errors.len(), 1, "{}", err(&ran));
+        assert!(
+            errors[0].starts_with("error: p.nc:4: operation 'part': waypoint 2"),
+            "{}",
+            errors[0]
+        );
+    }
+}
+
+/// Stretches are called after their operation: no other operation may be.
+#[test]
+fn names_of_stretches_are_not_taken() {
+    let bench = Bench::new();
+    bench.add("p.nc", TWO_TOOLS);
+    let job = two_tools("tools: {1: {teeth: 3}, 2: {teeth: 2}}\n", "");
+    let path = "    path: {program: {file: p.nc}}\n";
+    let other = |name: &str| job.replace(path, &format!("{path}  - name: {name}\n{path}"));
+    bench.add("job.yaml", &other("part/2"));
+    let ran = bench.run(&["check", "job.yaml"]);
+    assert_eq!(code(&ran), 2);
+    let told = "error: job.yaml:8: operation 'part/2': so is a stretch of operation 'part' (line 6) called";
+    assert!(err(&ran).contains(told), "{}", err(&ran));
+    for name in ["part/top", "part2", "parts/2"] {
+        bench.add("job.yaml", &other(name));
+        let ran = bench.run(&["check", "job.yaml", "--fail-on", "never"]);
+        assert_eq!(code(&ran), 0, "{name}: {}", err(&ran));
+    }
+    // What is accepted in an operation is accepted in its stretches, and in no other operation.
+    let accept = "accept: [{code: crossing, operation: part, reason: a, until: 2999-12-31}]\n";
+    let found = bench.check(&format!("{}{accept}", other("part/top")));
+    let accepted: Vec<(&str, bool)> = found["jobs"][0]["operations"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .flat_map(|o| o["crossings"].as_array().unwrap().iter().map(move |c| (o, c)))
+        .map(|(o, c)| (o["name"].as_str().unwrap(), c["accepted"].is_object()))
+        .collect();
+    assert!(accepted.contains(&("part/2", true)), "{accepted:?}");
+    assert!(accepted.contains(&("part/top/2", false)), "{accepted:?}");
+}

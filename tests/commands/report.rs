@@ -124,6 +124,7 @@ fn operation(name: &str, crossings: Vec<Crossing>) -> OperationRisk {
 
 fn job(file: &str, operations: Vec<(OperationRisk, Option<&str>)>) -> CheckedJob {
     CheckedJob {
+        settings: None,
         name: "Pocket, roughing".into(),
         file: file.into(),
         policy: policy(),

@@ -85,6 +85,53 @@ fn the_probability_of_one_spring_is_exact() {
     }
 }
 
+/// What is accepted has its own probability, but no part in that of the operation, of the job, and of the gate.
+#[test]
+fn what_is_accepted_has_no_part_in_the_probability() {
+    let folder = tempfile::tempdir().unwrap();
+    sliding(folder.path());
+    let file = folder.path().join("job.yaml");
+    let job = fs::read_to_string(&file).unwrap();
+    let check = |accept: &str, arguments: &[&str]| {
+        fs::write(&file, format!("{job}{accept}")).unwrap();
+        run(folder.path(), &[&["check", "job.yaml"], arguments].concat())
+    };
+    let gate = ["--fail-on", "probability=0.01"];
+    assert_eq!(code(&check("", &gate)), 1);
+    let entry = |mode: usize| {
+        format!(
+            "accept: [{{code: crossing, mode: {mode}, reason: ran without marks, until: 2999-12-31}}]\n"
+        )
+    };
+    let accepted = check(&entry(1), &gate);
+    assert_eq!(code(&accepted), 0, "{}", err(&accepted));
+    let found = json(&check(&entry(1), &["--format", "json"]));
+    let operation = &found["jobs"][0]["operations"][0];
+    // Below one in 4096.
+    assert_eq!(operation["probability"].as_f64(), Some(1.0 / 4096.0));
+    assert_eq!(found["jobs"][0]["probability"], operation["probability"]);
+    let own = operation["crossings"][0]["probability"].as_f64().unwrap();
+    assert!((own - 0.396_769_29).abs() < 3e-3, "{own}");
+    // Another mode is another matter.
+    assert_eq!(code(&check(&entry(2), &gate)), 1);
+    // Advice keeps clear of it all the same, and says so.
+    fs::write(&file, format!("{job}{}", entry(1))).unwrap();
+    let advised = run(folder.path(), &["advise", "job.yaml"]);
+    let said =
+        "accepted crossings of mode 1, which advice avoids all the same; accepted until 2999-12-31";
+    assert!(
+        out(&advised).split_whitespace().collect::<Vec<_>>().join(" ").contains(said),
+        "{}",
+        out(&advised)
+    );
+    let safe = |accept: &str| {
+        fs::write(&file, format!("{job}{accept}")).unwrap();
+        let found = json(&run(folder.path(), &["advise", "job.yaml", "--format", "json"]));
+        found["operations"][0]["safe_speeds_rpm"].clone()
+    };
+    assert_eq!(safe(&entry(1)), safe(""));
+}
+
 /// A stated deviation of one number makes no other number exact: where the links say nothing, the interval is not
 /// narrower than f (1 ± 10 %).
 #[test]

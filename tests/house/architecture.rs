@@ -21,6 +21,7 @@ const NAMED_ONLY_IN: &[(&str, &[&str])] = &[
     ("serde_yaml", &["formats"]),
     ("roxmltree", &["input"]),
     ("saphyr_parser", &["formats"]),
+    ("toml", &["formats"]),
     ("hound", &["formats"]),
     ("clarabel", &["advice"]),
     ("clap", &["cli"]),

@@ -18,7 +18,7 @@ mod typed;
 
 #[cfg(test)]
 pub(crate) use check::KEYWORDS;
-pub(crate) use node::{Kind, Node, Step};
+pub(crate) use node::{Entry, Kind, Node, Step};
 pub(crate) use tree::parse;
 pub(crate) use typed::Apart;
 
@@ -34,7 +34,16 @@ pub(crate) fn document<T: DeserializeOwned>(
     schema: &Value,
     notes: &mut Notes,
 ) -> Option<(Node, T)> {
-    let mut tree = parse(text, notes)?;
+    let tree = parse(text, notes)?;
+    spelled(tree, schema, notes)
+}
+
+/// The same of a tree, whatever it was read from.
+pub(crate) fn spelled<T: DeserializeOwned>(
+    mut tree: Node,
+    schema: &Value,
+    notes: &mut Notes,
+) -> Option<(Node, T)> {
     check::check(&mut tree, schema, notes);
     let raw = typed::typed(&tree, notes)?;
     Some((tree, raw))

@@ -44,7 +44,7 @@ pub(crate) enum Step<'a> {
 }
 
 impl Node {
-    pub(super) fn new(line: u32, kind: Kind) -> Self {
+    pub(crate) fn new(line: u32, kind: Kind) -> Self {
         Self { line, kind, faulty: false, apart: false }
     }
 
@@ -58,6 +58,15 @@ impl Node {
             Kind::Mapping(entries) => entries.iter().find(|entry| &*entry.key == key),
             _ => None,
         }
+    }
+
+    /// The keys of a mapping.
+    pub(crate) fn keys(&self) -> impl Iterator<Item = &str> {
+        let entries: &[Entry] = match &self.kind {
+            Kind::Mapping(entries) => entries,
+            _ => &[],
+        };
+        entries.iter().map(|entry| &*entry.key)
     }
 
     /// The items of a list other than of numbers.

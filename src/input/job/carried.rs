@@ -37,10 +37,7 @@ impl Reader<'_> {
         };
         let (body, source) = match payload {
             raw::Payload::Nothing(raw::Nothing::None) => (None, CarriedBy::None),
-            raw::Payload::Body(body) => {
-                let body = inertial(body.mass_kg, body.com_m, body.inertia_kgm2.as_ref());
-                (Some(body), CarriedBy::Job)
-            }
+            raw::Payload::Body(body) => (Some(inertial(body)), CarriedBy::Job),
         };
         match self.carriers.as_mut()?.with(body) {
             Ok(robot) => {

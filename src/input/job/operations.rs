@@ -15,6 +15,7 @@ use super::stretches::{stretches, usual_feed_m_per_s};
 use crate::formats::yaml::{Node, Step};
 use crate::job::{
     Cutting, CuttingCoefficients, CuttingDirection, Operation, Spindle, SpindleSpeed, Tool,
+    stretch_of,
 };
 use crate::notes::{Code, Note, Place};
 use crate::units::{
@@ -32,26 +33,47 @@ impl<'j> Reader<'j> {
     ) -> Option<Vec<Operation>> {
         let nodes = self.tree.get("operations")?.items();
         let raws = self.raw.operations.as_ref()?;
-        let mut first_lines: BTreeMap<&str, usize> = BTreeMap::new();
+        self.check_names(raws, nodes);
         let mut operations = Vec::new();
-        for (index, (raw, node)) in raws.iter().zip(nodes).enumerate() {
+        for (index, raw) in raws.iter().take(nodes.len()).enumerate() {
             let called = match &raw.name {
                 Some(name) => format!("operation '{name}'"),
                 None => format!("operation {}", index + 1),
             };
-            let line = node.line as usize;
-            if let Some(name) = &raw.name
-                && let first = *first_lines.entry(name).or_insert(line)
-                && first != line
-            {
-                let steps = [Step::Key("operations"), Step::Index(index), Step::Key("name")];
-                let what = format!("{called}: name is taken by the operation at line {first}");
-                self.error(Code::Conflict, &steps, what);
-            }
             operations.push(self.operation(index, &called, tool, spindle));
         }
         let operations: Option<Vec<Vec<Operation>>> = operations.into_iter().collect();
         Some(operations?.into_iter().flatten().collect())
+    }
+
+    /// Names are unique, those of stretches included, into which a program may divide an operation.
+    fn check_names(&mut self, raws: &[raw::Operation], nodes: &[Node]) {
+        let named: Vec<(&str, &Node)> = raws
+            .iter()
+            .zip(nodes)
+            .filter_map(|(raw, node)| Some((raw.name.as_deref()?, node)))
+            .collect();
+        let mut first: BTreeMap<&str, &Node> = BTreeMap::new();
+        for (name, node) in &named {
+            first.entry(name).or_insert(node);
+        }
+        for (name, node) in &named {
+            let line = node.line_at(&[Step::Key("name")]);
+            if let Some(first) = first.get(name).filter(|first| !std::ptr::eq(**first, *node)) {
+                let taken = format!("name is taken by the operation at line {}", first.line);
+                self.notes.error(Code::Conflict, line, format!("operation '{name}': {taken}"));
+            }
+            if let Some((whole, first)) =
+                stretch_of(name).and_then(|whole| first.get_key_value(whole))
+            {
+                let what = format!(
+                    "operation '{name}': so is a stretch of operation '{whole}' (line {}) called \
+                     where a program divides it; choose another name",
+                    first.line
+                );
+                self.notes.error(Code::Conflict, line, what);
+            }
+        }
     }
 
     fn operation(

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 
-use super::robot::Inertia;
+use super::robot::Body;
 use crate::formats::yaml::Apart;
 
 /// A job: a robot, a cutter, a spindle and operations.
@@ -19,8 +19,8 @@ pub(in crate::input) struct Job {
     /// Free text.
     #[expect(dead_code, reason = "for people")]
     pub(in crate::input) note: Option<String>,
-    /// robot.yaml, relative to this file.
-    #[schemars(required, extend("examples" = ["../robots/irb1600/robot.yaml"]))]
+    /// robot.yaml, relative to this file; that of detune.toml if absent.
+    #[schemars(extend("examples" = ["../robots/irb1600/robot.yaml"]))]
     pub(in crate::input) robot: Option<String>,
     /// The cutter; with tools, that of paths that name no tool by number.
     pub(in crate::input) tool: Option<Tool>,
@@ -68,6 +68,9 @@ pub(in crate::input) struct Acceptance {
     /// With crossing: the mode, counted from 1; any if absent.
     #[schemars(extend("minimum" = 1))]
     pub(in crate::input) mode: Option<u32>,
+    /// In detune.toml: the job, relative to that file; any if absent, but for a crossing.
+    #[schemars(extend("examples" = ["jobs/pocket.yaml"]))]
+    pub(in crate::input) job: Option<String>,
     /// Name of the operation; any if absent.
     #[schemars(extend("examples" = ["rough"]))]
     pub(in crate::input) operation: Option<String>,
@@ -107,24 +110,6 @@ fn payload_schema(generator: &mut SchemaGenerator) -> Schema {
         "description": "What the arm's tip carries, spindle and tool: a body, or none.",
         "anyOf": [body, {"type": "string", "enum": ["none"]}, {"type": "null"}]
     })
-}
-
-/// A body that the tip carries.
-#[derive(Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(in crate::input) struct Body {
-    /// Mass, kg.
-    #[schemars(required, extend("minimum" = 0, "examples" = [4.2]))]
-    pub(in crate::input) mass_kg: Option<f64>,
-    /// Centre of mass in the tip frame, m; [0, 0, 0] if absent.
-    #[schemars(extend("default" = [0, 0, 0]))]
-    pub(in crate::input) com_m: Option<[f64; 3]>,
-    /// Rotary inertia about the centre of mass, in the axes of the tip frame, kg·m²; a point mass
-    /// if absent.
-    pub(in crate::input) inertia_kgm2: Option<Inertia>,
-    /// Where the numbers come from.
-    #[expect(dead_code, reason = "for people")]
-    pub(in crate::input) source: Option<String>,
 }
 
 /// How far something may be moved.
@@ -401,4 +386,23 @@ pub(in crate::input) struct Policy {
     /// operation's largest if absent, 0 counts all.
     #[schemars(extend("minimum" = 0))]
     pub(in crate::input) min_tip_response_um_per_n: Option<f64>,
+}
+
+impl Policy {
+    /// Each key as it stands here, else as in another policy.
+    pub(in crate::input) fn or(&self, other: &Self) -> Self {
+        Self {
+            tooth_passing_harmonics: self.tooth_passing_harmonics.or(other.tooth_passing_harmonics),
+            spindle_harmonics: self.spindle_harmonics.or(other.spindle_harmonics),
+            separation_percent: self.separation_percent.or(other.separation_percent),
+            model_uncertainty_percent: self
+                .model_uncertainty_percent
+                .or(other.model_uncertainty_percent),
+            confidence_percent: self.confidence_percent.or(other.confidence_percent),
+            ignore_hz: self.ignore_hz.clone().or_else(|| other.ignore_hz.clone()),
+            min_tip_response_um_per_n: self
+                .min_tip_response_um_per_n
+                .or(other.min_tip_response_um_per_n),
+        }
+    }
 }

@@ -4,3 +4,4 @@
 pub(super) mod job;
 pub(super) mod robot;
 pub(super) mod session;
+pub(super) mod settings;

@@ -189,13 +189,21 @@ pub(in crate::input) struct LinkInertial {
 
 /// A body fixed to a link.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[schemars(deny_unknown_fields)]
 pub(in crate::input) struct Payload {
     /// The URDF link that carries it.
     #[schemars(required, extend("examples" = ["tool0"]))]
     pub(in crate::input) link: Option<String>,
+    #[serde(flatten)]
+    pub(in crate::input) body: Body,
+}
+
+/// A body in the frame of the link that carries it; in a job that is the tip.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub(in crate::input) struct Body {
     /// Mass, kg.
-    #[schemars(required, extend("minimum" = 0))]
+    #[schemars(required, extend("minimum" = 0, "examples" = [4.2]))]
     pub(in crate::input) mass_kg: Option<f64>,
     /// Centre of mass in the link's frame, m; [0, 0, 0] if absent.
     #[schemars(extend("default" = [0, 0, 0]))]

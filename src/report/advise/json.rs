@@ -11,6 +11,7 @@ use crate::advice::{
     self, Binding, Change, ClosedRange, ModeRange, Objective, OperationAdvice, Remedy, Schedule,
     Vibration,
 };
+use crate::job::Settings;
 use crate::report::json::{NotFinite, Warning, laid_out};
 use crate::study::advise::AdvisedJob;
 use crate::units::{
@@ -42,6 +43,8 @@ pub(in crate::report) struct Advice<'a> {
     separation_percent: f64,
     /// How far the model can be trusted.
     model: Model,
+    /// What comes from the settings that jobs share; null where nothing does.
+    settings: Option<&'a Settings>,
     /// What was asked for: what makes one speed better than another.
     objective: Objective,
     /// What is to be known beside the advice, by code: in what a resonance may hide at the safe speeds,
@@ -236,6 +239,7 @@ impl<'a> From<&'a AdvisedJob> for Advice<'a> {
                 calibrated: advice.calibrated,
                 uncertainty_percent: percent_from_ratio(advice.model_uncertainty),
             },
+            settings: job.settings.as_ref(),
             objective: advice.options.objective,
             warnings: job.warnings.iter().map(Warning::from).collect(),
             operations: advice.operations.iter().map(|operation| of(job, operation)).collect(),

@@ -33,6 +33,9 @@ pub fn advice(job: &AdvisedJob, colour: bool) -> String {
     }
     push_fact(2, "payload", &words_of_all::carried(job.carried), &mut text);
     push_fact(2, "model", &model(job), &mut text);
+    if let Some(settings) = &job.settings {
+        push_fact(2, "settings", &words_of_all::settings(settings), &mut text);
+    }
     let written = [("job", &job.written_job), ("program", &job.written_program)];
     for (what, path) in written {
         if let Some(path) = path {

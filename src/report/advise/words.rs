@@ -5,6 +5,7 @@ use crate::advice::{
     Passage, Remedy, Schedule, SolverEnd, Speeds, TipVibration,
 };
 use crate::excitation::ExcitationLine;
+use crate::job::{Acceptable, Acceptance};
 use crate::report::words::{line, percent, round_percent, significant, spelled, trimmed, um_per_n};
 use crate::risk::Warning;
 use crate::study::advise::AdvisedJob;
@@ -40,7 +41,18 @@ pub(super) fn warnings(job: &AdvisedJob) -> Vec<(&'static str, String)> {
         }
         None => None,
     };
-    let mut all: Vec<_> = job.warnings.iter().filter_map(one).collect();
+    let crossing = |entry: &Acceptance| {
+        let mode = match entry.kind {
+            Acceptable::Crossing { mode: Some(mode) } => format!("of mode {mode}"),
+            _ => "of any mode".to_owned(),
+        };
+        let operation = entry.operation.as_ref();
+        let within = operation.map_or(String::new(), |name| format!(" in operation '{name}'"));
+        let text = format!("crossings {mode}{within}, which advice avoids all the same");
+        ("accepted", printable(&format!("{text}; {}", entry.terms)))
+    };
+    let crossings = job.accepted_crossings.iter().map(crossing);
+    let mut all: Vec<_> = job.warnings.iter().filter_map(one).chain(crossings).collect();
     all.dedup();
     all
 }

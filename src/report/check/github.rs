@@ -111,7 +111,9 @@ fn command(
 fn summary(jobs: &[CheckedJob]) -> String {
     let shown = |job: &CheckedJob| {
         let file = printable(&paths::slashed(&job.file));
-        format!("{file} {}", words::spelled(job.risk.verdict))
+        let settings = job.settings.as_ref();
+        let settings = settings.map(|own| format!(" ({})", words::settings(own)));
+        format!("{file} {}{}", words::spelled(job.risk.verdict), settings.unwrap_or_default())
     };
     let text = if jobs.len() <= MAX_NAMED {
         jobs.iter().map(shown).collect::<Vec<_>>().join(", ")

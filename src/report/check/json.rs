@@ -6,7 +6,7 @@ use std::borrow::Cow;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::job::Carried;
+use crate::job::{Carried, Settings};
 use crate::report::json::{self, NotFinite, Warning, laid_out};
 use crate::risk::{OperationRisk, Verdict};
 use crate::study::check::CheckedJob;
@@ -63,8 +63,10 @@ struct Job<'a> {
     separation: f64,
     /// How far the model can be trusted.
     model: Model<'a>,
-    /// That a line lies in a mode's band somewhere in any operation; never below one over the number
-    /// of draws.
+    /// What comes from the settings that jobs share; null where nothing does.
+    settings: Option<&'a Settings>,
+    /// That a line lies in a mode's band somewhere in any operation, what is accepted left out; never
+    /// below one over the number of draws.
     probability: f64,
     /// Its standard error.
     probability_std_error: f64,
@@ -104,6 +106,7 @@ impl<'a> From<&'a CheckedJob> for Job<'a> {
                 coordinates: &job.risk.coordinates,
                 payload: job.risk.payload,
             },
+            settings: job.settings.as_ref(),
             probability: job.risk.probability.probability,
             probability_std_error: job.risk.probability.std_error,
             notices: json::notices(&job.risk.warnings),

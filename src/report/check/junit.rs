@@ -30,6 +30,9 @@ pub fn check(jobs: &[CheckedJob], gate: Gate) -> Result<String, quick_junit::Ser
             "model_uncertainty_percent",
             words::round_percent(job.risk.model_uncertainty),
         ));
+        if let Some(settings) = &job.settings {
+            suite.add_property(Property::new("settings", words::settings(settings)));
+        }
         for operation in operations(job) {
             suite.add_test_case(case(&operation, &file, gate));
         }

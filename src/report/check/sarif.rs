@@ -74,6 +74,7 @@ pub fn check(jobs: &[CheckedJob], root: &Path) -> Result<String, serde_json::Err
                     .into_iter()
                     .chain(jobs.iter().flat_map(|job| notices(&job.risk.warnings)))
                     .map(|text| Notification { level: "warning", message: Message { text } })
+                    .chain(jobs.iter().filter_map(settings))
                     .collect(),
             }],
             artifacts: artifacts.listed(),
@@ -84,6 +85,13 @@ pub fn check(jobs: &[CheckedJob], root: &Path) -> Result<String, serde_json::Err
     let mut text = serde_json::to_string_pretty(&log)?;
     text.push('\n');
     Ok(text)
+}
+
+/// What comes from the settings that jobs share.
+fn settings(job: &CheckedJob) -> Option<Notification> {
+    let text = words::settings(job.settings.as_ref()?);
+    let text = format!("{}: {text}", printable(&paths::slashed(&job.file)));
+    Some(Notification { level: "note", message: Message { text } })
 }
 
 /// What a result says; the rules stand in this order.

@@ -71,6 +71,9 @@ fn push_job(job: &CheckedJob, colour: bool, text: &mut String) {
     }
     layout::push_fact(JOB_INDENT, "payload", &words::carried(job.risk.payload), text);
     layout::push_fact(JOB_INDENT, "model", &model(job), text);
+    if let Some(settings) = &job.settings {
+        layout::push_fact(JOB_INDENT, "settings", &words::settings(settings), text);
+    }
     layout::push_fact(JOB_INDENT, "next", next(job), text);
 }
 
