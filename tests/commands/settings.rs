@@ -170,8 +170,11 @@ fn what_is_wrong_in_it_stops_every_job() {
         ),
         ("policy = 3\n", &["detune.toml:1: policy is 3, must be a mapping"]),
         (
-            "[[accept]]\ncode = 'crossing'\nreason = 'a'\nuntil = 2999-12-31\n",
-            &["detune.toml:2: accept[0]: a crossing is accepted in one job"],
+            "[[accept]]\ncode = 'crossing'\nreason = ' '\nuntil = 2999-12-31\n",
+            &[
+                "detune.toml:2: accept[0]: a crossing is accepted in one job",
+                "detune.toml:3: accept[0].reason is empty",
+            ],
         ),
         (
             "[[accept]]\ncode = 'axis_ignord'\nreason = ' '\nuntil = '2999-02-30'\n[[accept]]\njob = 'b.yaml'\n\

@@ -39,30 +39,9 @@ impl Entries<'_> {
             |key| self.tree.line_at(&[Step::Key("accept"), Step::Index(index), Step::Key(key)]);
         let kind =
             raw.code.as_deref().and_then(|code| self.acceptable(code, raw.mode, index, notes));
-        let is_meant = match &raw.job {
-            None if self.is_shared() && raw.code.as_deref() == Some(Acceptable::CROSSING) => {
-                // Else jobs that nobody has written yet would ring unseen.
-                let what = format!(
-                    "accept[{index}]: a crossing is accepted in one job: write job, or accept it \
-                     in the job itself"
-                );
-                notes.error(Code::MissingKey, line("code"), what);
-                return None;
-            }
-            None => true,
-            Some(_) if !self.is_shared() => {
-                let what = format!("accept[{index}].job has no effect in a job; delete it");
-                notes.error(Code::Unused, line("job"), what);
-                return None;
-            }
-            Some(name) => {
-                let key = format!("accept[{index}].job");
-                let job = named_file(self.file, &key, name, line("job"), notes)?;
-                is_one_place(&job, self.job)
-            }
-        };
+        let is_meant = self.is_meant(index, raw, notes);
         let is_known = |name: &&str| self.operations.contains(name);
-        let names_job = !self.is_shared() || raw.job.is_some() && is_meant;
+        let names_job = !self.is_shared() || raw.job.is_some() && is_meant == Some(true);
         let unknown = raw.operation.as_deref().filter(|name| names_job && !is_known(name));
         if let Some(name) = unknown {
             let hint = hint(name, self.operations.iter().copied());
@@ -88,7 +67,35 @@ impl Entries<'_> {
             place: Place::line(self.file, line),
             is_shared: self.is_shared() && raw.job.is_none(),
         };
-        is_meant.then_some(entry)
+        is_meant?.then_some(entry)
+    }
+
+    /// Whether an entry is for the job; a fault is reported.
+    fn is_meant(&self, index: usize, raw: &raw::Acceptance, notes: &mut Notes) -> Option<bool> {
+        let line =
+            |key| self.tree.line_at(&[Step::Key("accept"), Step::Index(index), Step::Key(key)]);
+        match &raw.job {
+            // Else jobs that nobody has written yet would ring unseen.
+            None if self.is_shared() && raw.code.as_deref() == Some(Acceptable::CROSSING) => {
+                let what = format!(
+                    "accept[{index}]: a crossing is accepted in one job: write job, or accept it \
+                     in the job itself"
+                );
+                notes.error(Code::MissingKey, line("code"), what);
+                None
+            }
+            None => Some(true),
+            Some(_) if !self.is_shared() => {
+                let what = format!("accept[{index}].job has no effect in a job; delete it");
+                notes.error(Code::Unused, line("job"), what);
+                None
+            }
+            Some(name) => {
+                let key = format!("accept[{index}].job");
+                let job = named_file(self.file, &key, name, line("job"), notes)?;
+                Some(is_one_place(&job, self.job))
+            }
+        }
     }
 
     fn is_shared(&self) -> bool {
