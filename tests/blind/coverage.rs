@@ -13,7 +13,7 @@ use nalgebra::Vector3;
 use crate::truth::arm::{Arm, Extra, Kind};
 use crate::truth::dice::Dice;
 use crate::truth::robots::{Family, arm, row_at};
-use crate::truth::run::detune;
+use crate::truth::run::{detune, map_columns};
 use crate::truth::world::{Bend, Law, Row, World};
 use crate::truth::write::{self, Columns};
 
@@ -190,28 +190,9 @@ fn extra_rotation(link: usize, axis: Vector3<f64>, stiffness: f64) -> Extra {
 
 /// Lower and upper ends of the intervals of `detune map --intervals`, pose by pose and mode by mode.
 fn intervals(folder: &Path, robot: &str, arm: &Arm, poses: &[Vec<f64>]) -> Vec<Vec<[f64; 2]>> {
-    let names: Vec<String> = arm.joints.iter().map(|j| format!("{}_rad", j.name)).collect();
-    let mut text = names.join(",") + "\n";
-    for q in poses {
-        let cells: Vec<String> = q.iter().map(f64::to_string).collect();
-        text += &(cells.join(",") + "\n");
-    }
-    fs::write(folder.join("poses.csv"), text).unwrap();
-    let csv = detune(folder, &["map", robot, "--poses", "poses.csv", "--intervals"], "map.csv");
-    let csv = csv.unwrap();
-    let mut lines = csv.lines();
-    let head: Vec<&str> = lines.next().unwrap().split(',').collect();
-    let column = |name: String| head.iter().position(|h| *h == name).unwrap();
-    let modes = arm.joints.len();
-    let ends: Vec<[usize; 2]> = (1..=modes)
-        .map(|r| [column(format!("f{r}_lo95_hz")), column(format!("f{r}_hi95_hz"))])
-        .collect();
-    lines
-        .map(|line| {
-            let cells: Vec<&str> = line.split(',').collect();
-            ends.iter().map(|end| end.map(|c| cells[c].parse().unwrap())).collect()
-        })
-        .collect()
+    let is_end = |name: &str| name.ends_with("_lo95_hz") || name.ends_with("_hi95_hz");
+    let rows = map_columns(folder, &[robot, "--intervals"], arm, poses, &is_end);
+    rows.iter().map(|row| row.chunks_exact(2).map(|end| [end[0], end[1]]).collect()).collect()
 }
 
 /// Share of a frequency that the jobs' policy keeps free on both sides.

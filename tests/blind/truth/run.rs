@@ -188,6 +188,18 @@ pub(crate) fn judge_all(cases: &[Case], settings: &Settings) -> Confusion {
 
 /// Frequencies of `detune map` at poses.
 pub(crate) fn map(folder: &Path, arm: &Arm, poses: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let is_mode = |name: &str| name.starts_with('f') && name.ends_with("_hz");
+    map_columns(folder, &["robot.yaml"], arm, poses, &is_mode)
+}
+
+/// Some columns of `detune map` at poses, one row a pose.
+pub(crate) fn map_columns(
+    folder: &Path,
+    arguments: &[&str],
+    arm: &Arm,
+    poses: &[Vec<f64>],
+    is_wanted: &dyn Fn(&str) -> bool,
+) -> Vec<Vec<f64>> {
     let names: Vec<String> = arm.joints.iter().map(|j| format!("{}_rad", j.name)).collect();
     let mut text = names.join(",") + "\n";
     for q in poses {
@@ -195,22 +207,15 @@ pub(crate) fn map(folder: &Path, arm: &Arm, poses: &[Vec<f64>]) -> Vec<Vec<f64>>
         text += &(cells.join(",") + "\n");
     }
     fs::write(folder.join("poses.csv"), text).unwrap();
-    let output = Command::new(program())
-        .args(["map", "robot.yaml", "--poses", "poses.csv"])
-        .current_dir(folder)
-        .output()
-        .unwrap();
-    let errors = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{errors}");
-    let csv = String::from_utf8(output.stdout).unwrap();
+    let arguments = [&["map", "--poses", "poses.csv"], arguments].concat();
+    let csv = detune(folder, &arguments, "map.csv").unwrap();
     let mut lines = csv.lines().filter(|line| !line.starts_with('#'));
     let head: Vec<&str> = lines.next().unwrap().split(',').collect();
-    let is_mode = |name: &str| name.starts_with('f') && name.ends_with("_hz");
-    let modes: Vec<usize> = (0..head.len()).filter(|&c| is_mode(head[c])).collect();
+    let wanted: Vec<usize> = (0..head.len()).filter(|&c| is_wanted(head[c])).collect();
     lines
         .map(|line| {
             let cells: Vec<&str> = line.split(',').collect();
-            modes.iter().map(|&c| cells[c].parse().unwrap()).collect()
+            wanted.iter().map(|&c| cells[c].parse().unwrap()).collect()
         })
         .collect()
 }
