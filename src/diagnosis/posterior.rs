@@ -8,6 +8,8 @@
 //! by the evidence for each, and Σ is the second moment of all of them about the means. So what
 //! springs and masses may have taken from a foundation that gives counts as uncertainty of both.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{DMatrix, DVector};
 
 use super::data::{Data, Row};
@@ -79,6 +81,13 @@ struct Level {
     lacking: f64,
 }
 
+/// Aᵀ W A, Aᵀ W r, and r W r − ln |W| of some of the points.
+struct Sums {
+    information: DMatrix<f64>,
+    pull: DVector<f64>,
+    misfit: f64,
+}
+
 /// The mean and covariance that some of the points give.
 struct Normal {
     /// From θ of the linear model.
@@ -107,7 +116,7 @@ pub(super) fn posterior(problem: &Problem<'_>, chosen: &Fit<'_>) -> Option<Calib
     for _ in 0..STEPS {
         let linear = linear(problem, &corrections, &learned, &instrument)?;
         let levels = noises.iter().map(|&noise| Level { noise, lacking: 0.0 });
-        let found = levels.map(|level| linear.given(level, |_| true));
+        let found = levels.map(|level| linear.given_all(level));
         let best = found.collect::<Option<Vec<Normal>>>()?.into_iter();
         let best = best.max_by(|a, b| a.ln_evidence.total_cmp(&b.ln_evidence))?;
         let reaches = best.step.component_div(&linear.prior.map(f64::sqrt));
@@ -129,7 +138,7 @@ pub(super) fn posterior(problem: &Problem<'_>, chosen: &Fit<'_>) -> Option<Calib
     // better known than before.
     let robot = Robot::new(problem.description).ok()?;
     let lacks = if problem.data.stated_noise.is_some() { lacks } else { 1.0 };
-    let least = if states_all(&robot) { UNMEASURED * lacks } else { uncalibrated_std_ln() };
+    let least = if states_all(&robot) { UNMEASURED * lacks.sqrt() } else { uncalibrated_std_ln() };
     let unexplained = unexplained(problem.data, &linear, best, robot.coordinates().len(), least)?;
     let std: Vec<f64> = (0..learned.len()).map(|i| covariance[(i, i)].max(0.0).sqrt()).collect();
     let correlation = |i: usize, j: usize| {
@@ -288,33 +297,43 @@ struct Weighed {
 }
 
 impl Linear {
-    /// What the points for which `keep` holds give at a level. Without compliances that the model
-    /// lacks it is about the model's own parameters alone.
-    fn given(&self, level: Level, keep: impl Fn(usize) -> bool) -> Option<Normal> {
-        let own = self.theta.len();
-        let p = if level.lacking > 0.0 { self.slopes.ncols() } else { own };
-        let prior = |k: usize| if k < own { self.prior[k] } else { level.lacking.powi(2) };
-        let precision = DVector::from_fn(p, |k, _| 1.0 / prior(k));
-        let theta = DVector::from_fn(p, |k, _| if k < own { self.theta[k] } else { 0.0 });
-        let mut information = DMatrix::from_diagonal(&precision);
-        let mut pull = -theta.component_mul(&precision);
-        let mut misfit = theta.dot(&theta.component_mul(&precision)) - precision.map(f64::ln).sum();
-        let kept = (0..self.residuals.len()).filter(|&i| keep(i));
-        for i in kept {
+    /// What some of the points tell at a level. Without compliances that the model lacks it is about
+    /// the model's own parameters alone.
+    fn sums(&self, level: Level, points: impl Iterator<Item = usize>) -> Sums {
+        let p = if level.lacking > 0.0 { self.slopes.ncols() } else { self.theta.len() };
+        let mut sums =
+            Sums { information: DMatrix::zeros(p, p), pull: DVector::zeros(p), misfit: 0.0 };
+        for i in points {
             let (unit, rounding) = self.noise[i];
             let variance = (level.noise * unit).powi(2) + rounding;
             let slope = self.slopes.row(i).columns(0, p).transpose();
-            pull.axpy(self.residuals[i] / variance, &slope, 1.0);
-            information.ger(1.0 / variance, &slope, &slope, 1.0);
-            misfit += self.residuals[i].powi(2) / variance + variance.ln();
+            sums.pull.axpy(self.residuals[i] / variance, &slope, 1.0);
+            sums.information.ger(1.0 / variance, &slope, &slope, 1.0);
+            sums.misfit += self.residuals[i].powi(2) / variance + variance.ln();
         }
-        let factor = information.cholesky()?;
+        sums
+    }
+
+    /// With what is known beforehand.
+    fn given(&self, level: Level, sums: &Sums) -> Option<Normal> {
+        let (own, p) = (self.theta.len(), sums.pull.len());
+        let prior = |k: usize| if k < own { self.prior[k] } else { level.lacking.powi(2) };
+        let precision = DVector::from_fn(p, |k, _| 1.0 / prior(k));
+        let theta = DVector::from_fn(p, |k, _| if k < own { self.theta[k] } else { 0.0 });
+        let pull = &sums.pull - theta.component_mul(&precision);
+        let misfit = sums.misfit + theta.dot(&theta.component_mul(&precision))
+            - precision.map(f64::ln).sum();
+        let factor = (&sums.information + DMatrix::from_diagonal(&precision)).cholesky()?;
         let step = factor.solve(&pull);
         Some(Normal {
             ln_evidence: -0.5 * (misfit - pull.dot(&step) + factor.ln_determinant()),
             covariance: factor.solve(&DMatrix::identity(p, p)),
             step,
         })
+    }
+
+    fn given_all(&self, level: Level) -> Option<Normal> {
+        self.given(level, &self.sums(level, 0..self.residuals.len()))
     }
 
     /// Every level of noise and of what the model lacks.
@@ -324,7 +343,7 @@ impl Linear {
             .flat_map(|&noise| LACKING.map(|(lacking, _)| Level { noise, lacking }))
             .collect();
         let mut found: Vec<Normal> =
-            levels.iter().map(|level| self.given(*level, |_| true)).collect::<Option<_>>()?;
+            levels.iter().map(|level| self.given_all(*level)).collect::<Option<_>>()?;
         for (normal, (_, probability)) in found.iter_mut().zip(LACKING.iter().cycle()) {
             normal.ln_evidence += probability.ln();
         }
@@ -356,10 +375,20 @@ impl Linear {
     /// let expect.
     fn excess(&self, level: Level, groups: &[usize]) -> Option<Vec<f64>> {
         let mut found = vec![0.0; groups.len()];
-        let most = groups.iter().copied().max().unwrap_or(0);
-        for group in 0..=most {
-            let normal = self.given(level, |i| groups[i] != group)?;
-            for i in (0..groups.len()).filter(|&i| groups[i] == group) {
+        let mut members: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        for (i, &group) in groups.iter().enumerate() {
+            members.entry(group).or_default().push(i);
+        }
+        let whole = self.sums(level, 0..groups.len());
+        for own in members.values() {
+            let left_out = self.sums(level, own.iter().copied());
+            let others = Sums {
+                information: &whole.information - left_out.information,
+                pull: &whole.pull - left_out.pull,
+                misfit: whole.misfit - left_out.misfit,
+            };
+            let normal = self.given(level, &others)?;
+            for &i in own {
                 let slope = self.slopes.row(i).columns(0, normal.step.len()).transpose();
                 let error = self.residuals[i] - slope.dot(&normal.step);
                 let expected = slope.dot(&(&normal.covariance * &slope));
