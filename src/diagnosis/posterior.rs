@@ -297,8 +297,8 @@ struct Weighed {
 }
 
 impl Linear {
-    /// What some of the points tell at a level. Without compliances that the model lacks it is about
-    /// the model's own parameters alone.
+    /// What some of the points tell at a level. Without compliances that the model lacks it is
+    /// about the model's own parameters alone.
     fn sums(&self, level: Level, points: impl Iterator<Item = usize>) -> Sums {
         let p = if level.lacking > 0.0 { self.slopes.ncols() } else { self.theta.len() };
         let mut sums =
