@@ -41,6 +41,10 @@ pub(super) struct Spring {
     /// Smallest of these.
     pub(super) min_gravity_torque_nm: f64,
     pub(super) reflected_inertia: f64,
+    /// How far the joint's position varies over the table's poses, rad or m.
+    pub(super) travel: f64,
+    /// The elastic joint before it.
+    pub(super) before: Option<String>,
 }
 
 /// The robot as the candidates see it.
@@ -61,8 +65,9 @@ pub(super) struct Arm<'a> {
     /// Number of modes that the model has.
     pub(super) modes: usize,
     pub(super) has_gravity_stiffness: bool,
-    pub(super) temperatures_c: Option<[f64; 2]>,
-    pub(super) amplitudes_nm: Option<[f64; 2]>,
+    /// Least, median and largest.
+    pub(super) temperatures_c: Option<[f64; 3]>,
+    pub(super) amplitudes_nm: Option<[f64; 3]>,
     /// Lowest sampling rate in the table.
     pub(super) min_sample_rate_hz: Option<f64>,
     /// Highest frequency of each mode of the model over the table's poses, Hz.
@@ -103,10 +108,11 @@ impl<'a> Arm<'a> {
         let springs = springs(&corrected, robot, data, &inertias);
         let bodies = bodies(&corrected, &root, &tip, &chain);
         let lengths: Vec<f64> = bodies.iter().map(|body| body.reach_m.norm()).collect();
-        let range = |values: Vec<f64>| -> Option<[f64; 2]> {
+        let range = |values: Vec<f64>| -> Option<[f64; 3]> {
             let low = values.iter().copied().fold(f64::INFINITY, f64::min);
             let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            (values.len() == data.rows.len() && high > low).then_some([low, high])
+            let is_varied = values.len() == data.rows.len() && high > low;
+            is_varied.then_some([low, median(values)?, high])
         };
         let rows = &data.rows;
         Some(Self {
@@ -159,13 +165,21 @@ fn springs(description: &Description, robot: &Robot, data: &Data, inertias: &[f6
             *range = [range[0].min(torque.abs()), range[1].max(torque.abs())];
         }
     }
-    let mut springs = Vec::new();
+    let mut springs: Vec<Spring> = Vec::new();
     for (i, coordinate) in robot.coordinates().iter().enumerate() {
         let Some(spring) = description.elastic_joints.iter().find(|s| s.joint == coordinate.name)
         else {
             continue;
         };
+        let positions = || {
+            let joint = coordinate.joint;
+            data.rows.iter().filter_map(move |row| row.q.get(joint?).copied())
+        };
+        let low = positions().fold(f64::INFINITY, f64::min);
+        let high = positions().fold(f64::NEG_INFINITY, f64::max);
         springs.push(Spring {
+            travel: (high - low).max(0.0),
+            before: springs.last().map(|before| before.joint.clone()),
             joint: spring.joint.clone(),
             slides: spring.is_linear,
             stiffness: spring.stiffness,

@@ -69,7 +69,11 @@ pub(super) struct Candidate {
     /// Other names of the same place.
     pub(super) also: Vec<String>,
     pub(super) parameters: Vec<Parameter>,
+    /// Values that a correction needs and that no fit moves.
+    pub(super) fixed: Vec<(&'static str, f64)>,
     pub(super) hinge: Option<Hinge>,
+    /// Whether it is a form that has to earn its place against plainer ones of the same place.
+    pub(super) is_refinement: bool,
     /// ln of how much less likely the cause is there than others, before looking: 0 for the usual
     /// ones.
     pub(super) plausibility: f64,
@@ -85,10 +89,17 @@ impl Candidate {
             at: Some(at.to_owned()),
             also: Vec::new(),
             parameters,
+            fixed: Vec::new(),
             hinge: None,
+            is_refinement: false,
             plausibility: 0.0,
             hidden_freedom: 0.0,
         }
+    }
+
+    /// The same as a form that has to earn its place.
+    pub(super) fn refining(self) -> Self {
+        Self { is_refinement: true, ..self }
     }
 
     /// Whether both name the same cause at the same place.
@@ -100,7 +111,10 @@ impl Candidate {
     pub(super) fn widens(&self, other: &Self) -> bool {
         let has = |of: &Self, name: &str| of.parameters.iter().any(|p| p.name == name);
         self.same_place(other)
+            && !self.is_refinement
+            && !other.is_refinement
             && self.hinge == other.hinge
+            && self.fixed == other.fixed
             && self.parameters.len() > other.parameters.len()
             && other.parameters.iter().all(|p| has(self, p.name))
             && self.parameters.iter().all(|p| has(other, p.name) || p.expected.is_some())
@@ -115,7 +129,9 @@ impl Candidate {
                 .parameters
                 .iter()
                 .zip(inner)
-                .map(|(parameter, &inner)| (parameter.name.to_owned(), parameter.value(inner)))
+                .map(|(parameter, &inner)| (parameter.name, parameter.value(inner)))
+                .chain(self.fixed.iter().copied())
+                .map(|(name, value)| (name.to_owned(), value))
                 .collect(),
             hinge: self.hinge.clone(),
         }

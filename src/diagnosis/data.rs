@@ -1,27 +1,30 @@
 //! The measured table as the fits see it.
 
-use crate::identify::ModeTable;
+use super::decorrelation::{Decorrelation, NoiseShape, Standing};
+use crate::identify::{ModeRow, ModeTable};
 use crate::model::{Conditions, Payload};
 use crate::statistics::median;
 
-/// Least number of poses for a diagnosis.
-pub(super) const MIN_POSES: usize = 5;
+/// Least number of states of which some may be left out.
+pub(super) const MIN_STATES: usize = 5;
 
 /// Least number of frequencies for a diagnosis.
-pub(super) const MIN_POINTS: usize = 8;
+pub(super) const MIN_POINTS: usize = 5;
 
-/// Belief mass at the tip during a measurement, against the robot's file.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Masses that were there during a measurement, against the robot's file.
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Load {
     /// On top of what the file carries, at the tip's origin, kg.
     pub(super) more_kg: f64,
     /// Share of the file's payload that was there.
     pub(super) share: f64,
+    /// At the centres of mass of links, kg.
+    pub(super) added_kg: Vec<(String, f64)>,
 }
 
 impl Load {
     /// As in the file.
-    pub(super) const NOMINAL: Self = Self { more_kg: 0.0, share: 1.0 };
+    pub(super) const NOMINAL: Self = Self { more_kg: 0.0, share: 1.0, added_kg: Vec::new() };
 }
 
 /// A row of the table.
@@ -45,8 +48,10 @@ pub(super) struct Point {
     pub(super) column: usize,
     /// ln of the frequency in Hz.
     pub(super) ln_f: f64,
-    /// Share of the common noise level that this one has: 1 unless the table gives deviations.
+    /// Share of the common noise level that this one has, as the shape of the noise has it.
     pub(super) unit: f64,
+    /// The same as the table states it: 1 unless it gives deviations.
+    pub(super) stated: f64,
     /// Variance of ln f from rounding.
     pub(super) rounding: f64,
     /// Place among the points of the whole table.
@@ -62,6 +67,13 @@ pub(super) struct Data {
     pub(super) columns: usize,
     /// Typical standard deviation that the table states, share of the frequency.
     pub(super) stated_noise: Option<f64>,
+    /// Place of the last row of the whole table.
+    pub(super) order_of_last: usize,
+    /// Joints that no frequency depends on.
+    pub(super) inert: Vec<bool>,
+    pub(super) shape: NoiseShape,
+    /// What the shape makes of residuals.
+    pub(super) decorrelation: Decorrelation,
 }
 
 impl Data {
@@ -91,6 +103,7 @@ impl Data {
                     column,
                     ln_f: f.ln(),
                     unit,
+                    stated: unit,
                     rounding: (quantum / f).powi(2) / 12.0,
                 });
             }
@@ -106,21 +119,76 @@ impl Data {
                     temperature_c: row.temperature_c,
                     amplitude_nm: row.amplitude_nm,
                 },
-                load: load(row.payload_kg),
+                load: Load { added_kg: added(row), ..load(row.payload_kg) },
                 sample_rate_hz: row.sample_rate_hz,
                 index,
             })
             .collect();
-        Self { rows, points, columns: table.modes, stated_noise: typical }
+        Self {
+            order_of_last: table.rows.len().saturating_sub(1),
+            rows,
+            points,
+            columns: table.modes,
+            stated_noise: typical,
+            inert: Vec::new(),
+            shape: NoiseShape::plain(),
+            decorrelation: Decorrelation::default(),
+        }
     }
 
-    /// For each row which test it belongs to, counted from 0: rows of one pose under the same
-    /// conditions repeat one.
+    /// A row at which `columns` modes will be measured.
+    pub(super) fn at(row: Row, columns: usize) -> Self {
+        let point = |column| Point {
+            row: 0,
+            column,
+            ln_f: 0.0,
+            unit: 1.0,
+            stated: 1.0,
+            rounding: 0.0,
+            index: 0,
+        };
+        Self {
+            rows: vec![row],
+            points: (0..columns).map(point).collect(),
+            columns,
+            stated_noise: None,
+            order_of_last: 0,
+            inert: Vec::new(),
+            shape: NoiseShape::plain(),
+            decorrelation: Decorrelation::default(),
+        }
+    }
+
+    /// The same with noise of another shape.
+    pub(super) fn shaped(&self, shape: NoiseShape) -> Self {
+        let mut data = self.clone();
+        for point in &mut data.points {
+            point.unit = point.stated * shape.scale(point.column);
+        }
+        let last = data.order_of_last.max(1) as f64;
+        let standing = |point: &Point| Standing {
+            row: point.row,
+            order: 2.0 * data.rows[point.row].index as f64 / last - 1.0,
+            unit: point.unit,
+        };
+        let standing: Vec<Standing> = data.points.iter().map(standing).collect();
+        data.decorrelation = Decorrelation::of(&standing, &shape);
+        data.shape = shape;
+        data
+    }
+
+    /// For each row which state it tests, counted from 0: rows of one pose under the same
+    /// conditions test one, wherever joints stand that no frequency depends on.
     pub(super) fn tests(&self) -> Vec<usize> {
         let mut first_rows: Vec<&Row> = Vec::new();
         let test_of = |row: &'_ Row, first_rows: &mut Vec<&Row>| {
             let same = |other: &&Row| {
-                other.q == row.q && other.conditions == row.conditions && other.load == row.load
+                let moves = |(joint, (a, b)): (usize, (&f64, &f64))| {
+                    a != b && !self.inert.get(joint).copied().unwrap_or(false)
+                };
+                !other.q.iter().zip(&row.q).enumerate().any(moves)
+                    && other.conditions == row.conditions
+                    && other.load == row.load
             };
             first_rows.iter().position(same)
         };
@@ -133,6 +201,24 @@ impl Data {
                 })
             })
             .collect()
+    }
+
+    /// Standard deviation of repeated tests, share of the frequency; `None` if too few are.
+    pub(super) fn repeatability(&self) -> Option<f64> {
+        /// Degrees of freedom that make it known.
+        const ENOUGH: usize = 5;
+        let tests = self.tests();
+        let (mut square, mut freedom) = (0.0, 0);
+        for test in 0..self.test_count() {
+            for column in 0..self.columns {
+                let own = self.points.iter().filter(|p| p.column == column && tests[p.row] == test);
+                let own: Vec<f64> = own.map(|point| point.ln_f).collect();
+                let mean = own.iter().sum::<f64>() / own.len().max(1) as f64;
+                square += own.iter().map(|f| (f - mean).powi(2)).sum::<f64>();
+                freedom += own.len().saturating_sub(1);
+            }
+        }
+        (freedom >= ENOUGH).then(|| (square / freedom as f64).sqrt())
     }
 
     /// Number of tests, see [`Data::tests`].
@@ -153,8 +239,25 @@ impl Data {
             .iter()
             .filter_map(|point| Some(Point { row: place[point.row]?, ..*point }))
             .collect();
-        Self { rows, points, columns: self.columns, stated_noise: self.stated_noise }
+        let kept = Self {
+            rows,
+            points,
+            columns: self.columns,
+            stated_noise: self.stated_noise,
+            order_of_last: self.order_of_last,
+            inert: self.inert.clone(),
+            decorrelation: Decorrelation::default(),
+            shape: NoiseShape::plain(),
+        };
+        kept.shaped(self.shape.clone())
     }
+}
+
+/// The masses that are there, by link.
+fn added(row: &ModeRow) -> Vec<(String, f64)> {
+    let mut added: Vec<_> = row.added_kg.iter().filter(|(_, kg)| *kg > 0.0).cloned().collect();
+    added.sort_by(|a, b| a.0.cmp(&b.0));
+    added
 }
 
 /// What a cell of `payload_kg` means where the robot's file carries `own_kg`: it counts the file's
@@ -167,7 +270,7 @@ fn loads(table: &ModeTable, own_kg: f64) -> impl Fn(Option<f64>) -> Load + use<>
     move |cell| match cell {
         None => Load::NOMINAL,
         Some(kg) if is_own(kg) => Load::NOMINAL,
-        Some(kg) if counts_own => Load { more_kg: 0.0, share: kg / own_kg },
-        Some(kg) => Load { more_kg: kg, share: 1.0 },
+        Some(kg) if counts_own => Load { share: kg / own_kg, ..Load::NOMINAL },
+        Some(kg) => Load { more_kg: kg, ..Load::NOMINAL },
     }
 }

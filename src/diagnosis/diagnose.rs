@@ -5,20 +5,22 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use super::arm::Arm;
 use super::candidate::Candidate;
 use super::causes::candidates;
-use super::choose::{Choice, SearchWidth, choose};
-use super::data::{Data, MIN_POINTS, MIN_POSES};
-use super::findings::{corrections, findings, next, ranking, widened};
+use super::choose::Choice;
+use super::data::{Data, MIN_POINTS, MIN_STATES};
+use super::findings::{corrections, findings, next, only, ranking, widened};
 use super::fit::Fit;
-use super::gain::{HeldOut, gain_interval, held_out};
-use super::outcome::{Diagnosis, Errors, Gain, ResidualRow, Verdict};
+use super::gain::{HeldOut, gain_interval, held_out, surely_gaining};
+use super::hypothesis::Hypothesis;
+use super::outcome::{Diagnosis, Errors, Gain, NoiseFound, ResidualRow, Verdict};
 use super::posterior::{Calibrated, posterior};
 use super::problem::{Evaluation, Problem};
 use super::screen::Screen;
+use super::settle::{Settled, settled};
 use super::statistics::{relative_error, rms};
 use super::symmetry::symmetry;
 use super::table::{check_rows, unit_hint, within_the_model};
-use super::unstated::{Stated, stated};
-use super::verdict::Judged;
+use super::unstated::{Stated, inert, stated};
+use super::verdict::{Judged, Worth, drift_of};
 use crate::identify::ModeTable;
 use crate::model::{Description, Robot};
 use crate::notes::{Code, Note, Place};
@@ -53,37 +55,35 @@ pub fn diagnose(
     let robot = Robot::new(description).map_err(|_| no_modes())?;
     check_rows(&robot, table)?;
     let (table, beyond) = within_the_model(table, robot.coordinates().len());
-    let data = measured(&table, description)?;
+    let mut data = measured(&table, description)?;
+    data.inert = inert(description, &Hypothesis::default(), &data);
     let arm = Arm::new(description, &robot, &data).ok_or_else(no_modes)?;
     let Stated { candidates, untested, note: assumed } =
         stated(description, &robot, &data, &table.unstated, candidates(&arm));
-    let problem = Problem { description, data: &data };
-    let screen = Screen::new(&problem, &candidates).ok_or_else(no_modes)?;
+    let screen =
+        Screen::new(&Problem { description, data: &data }, &candidates).ok_or_else(no_modes)?;
     progress(Done::Share(0.1));
-    let choice = choose(&problem, &candidates, &screen, SearchWidth::FULL).ok_or_else(no_modes)?;
+    let Settled { mut data, choice, suspects } =
+        settled(description, data, &candidates, &screen).ok_or_else(no_modes)?;
+    // A cause may make a state of what was none.
+    data.inert = inert(description, &choice.best.fit.hypothesis, &data);
+    let problem = Problem { description, data: &data };
     progress(Done::Share(0.4));
     let judged = Judged::of(&problem, &choice);
-    let verdict = judged.verdict;
-    let chosen = match verdict {
-        Verdict::Explained => widened(&problem, &candidates, &choice.best.fit),
-        Verdict::Consistent | Verdict::Unexplained => choice.baseline.clone(),
+    let Judgement { verdict, choice, held_out } =
+        judgement(&problem, &judged, choice, settings.seed, |whole| {
+            cross_validated(&problem, &candidates, &screen, (whole, settings.seed), progress)
+        });
+    let names_causes = matches!(verdict, Verdict::Explained | Verdict::PartlyExplained);
+    let chosen = if names_causes {
+        widened(&problem, &candidates, &choice.best.fit)
+    } else {
+        choice.baseline.clone()
     };
-    let held_out = match verdict {
-        Verdict::Explained => {
-            let seed = settings.seed;
-            cross_validated(&problem, &candidates, &screen, seed, progress)
-        }
-        // Nothing was fitted: every pose is held out.
-        Verdict::Consistent | Verdict::Unexplained => {
-            HeldOut::unchanged(&choice.baseline.evaluation)
-        }
-    };
-    let (findings, (next_poses, next_tests)) = match verdict {
-        Verdict::Explained => (
-            findings(&problem, candidates.len(), &choice, &chosen),
-            next(&problem, &robot, &choice),
-        ),
-        Verdict::Consistent | Verdict::Unexplained => Default::default(),
+    let (findings, (next_poses, next_tests)) = if names_causes {
+        (findings(&problem, candidates.len(), &choice, &chosen), next(&problem, &robot, &choice))
+    } else {
+        Default::default()
     };
     let calibrated = posterior(&problem, &chosen).ok_or_else(no_modes)?;
     let causes = chosen.hypothesis.inner().len();
@@ -100,6 +100,7 @@ pub fn diagnose(
     progress(Done::Share(1.0));
     let [before, after] = [&held_out.before, &held_out.after].map(|errors| rms(errors.iter()));
     let residuals = residual_rows(&data, &choice, &chosen, &ln_hz);
+    let leaves_noise = matches!(verdict, Verdict::Explained | Verdict::Consistent);
     Ok(Diagnosis {
         verdict,
         poses: data.test_count(),
@@ -107,12 +108,14 @@ pub fn diagnose(
             percent_points: percent_from_ratio(before - after),
             ci95: gain_interval(&data, &held_out, settings.seed).map(percent_from_ratio),
         },
-        baseline: errors(&data, &choice.baseline.evaluation, before),
-        extended: errors(&data, &chosen.evaluation, after),
+        baseline: errors(&data, &choice.baseline, before, judged.is_noise),
+        extended: errors(&data, &chosen, after, leaves_noise),
+        noise: noise_found(&data, &chosen),
+        suspect_rows: suspects.iter().map(|row| row + 1).collect(),
         noise_floor_percent: percent_from_ratio(noise_floor(&data, &chosen)),
         posterior,
-        structure_before: judged.before,
-        structure_after: judged.after,
+        structure_before: judged.before.clone(),
+        structure_after: if names_causes { judged.after } else { judged.before },
         symmetry: symmetry(&robot, &data, &residuals, &candidates),
         untested,
         next_poses,
@@ -122,12 +125,83 @@ pub fn diagnose(
         coordinates: robot.coordinates().iter().map(|c| c.name.clone()).collect(),
         joints: arm.joints,
         findings,
-        notes: [beyond, assumed, unit_hint(&residuals), is_alone.then(stated_suffice)]
-            .into_iter()
-            .flatten()
-            .collect(),
+        notes: [
+            beyond,
+            assumed,
+            unit_hint(&residuals),
+            is_alone.then(stated_suffice),
+            set_aside(&suspects),
+            few_states(&data),
+        ]
+        .into_iter()
+        .flatten()
+        .collect(),
         residuals,
     })
+}
+
+/// A verdict with the causes that it names, and errors at states left out.
+struct Judgement<'c> {
+    verdict: Verdict,
+    choice: Choice<'c>,
+    held_out: HeldOut,
+}
+
+/// Causes are named where they surely gain at states left out.
+fn judgement<'c>(
+    problem: &Problem<'_>,
+    judged: &Judged,
+    mut choice: Choice<'c>,
+    seed: u64,
+    cross_validated: impl FnOnce(&Hypothesis<'c>) -> HeldOut,
+) -> Judgement<'c> {
+    let data = problem.data;
+    let unchanged = HeldOut::unchanged(&choice.baseline.evaluation);
+    let without = if judged.is_noise { Verdict::Consistent } else { Verdict::Unexplained };
+    let worth = judged.causes.filter(|worth| *worth != Worth::Nothing);
+    let Some(worth) = worth else {
+        return Judgement { verdict: without, choice, held_out: unchanged };
+    };
+    if data.test_count() < MIN_STATES {
+        // Nothing can be left out, so nothing is gained that anybody knows of.
+        return Judgement { verdict: Verdict::PartlyExplained, choice, held_out: unchanged };
+    }
+    if worth == Worth::Part {
+        let sure = surely_gaining(problem, &choice.best.fit.hypothesis, seed);
+        match only(problem, &choice, &sure) {
+            Some(kept) => choice = kept,
+            None => return Judgement { verdict: without, choice, held_out: unchanged },
+        }
+    }
+    let held_out = cross_validated(&choice.best.fit.hypothesis);
+    if gain_interval(data, &held_out, seed)[0] <= 0.0 {
+        return Judgement { verdict: without, choice, held_out: unchanged };
+    }
+    let verdict = if worth == Worth::All { Verdict::Explained } else { Verdict::PartlyExplained };
+    Judgement { verdict, choice, held_out }
+}
+
+fn set_aside(suspects: &[usize]) -> Option<Note> {
+    let rows: Vec<String> = suspects.iter().map(|row| (row + 1).to_string()).collect();
+    let [_, others @ ..] = &rows[..] else { return None };
+    let (noun, verb) = if others.is_empty() { ("row", "fits") } else { ("rows", "fit") };
+    let what = format!(
+        "{noun} {} of the table {verb} neither the model nor any cause that fits the others: set \
+         aside; check the angles and frequencies written there",
+        rows.join(", ")
+    );
+    Some(Note::warning(Code::LeftOut, Place::default(), what))
+}
+
+fn few_states(data: &Data) -> Option<Note> {
+    let count = data.test_count();
+    let what = format!(
+        "the table has {count} state{} (poses, loads, conditions that predict something new): with \
+         fewer than {MIN_STATES} none can be left out, so no gain is known and the calibration \
+         claims no less than the error before",
+        if count == 1 { "" } else { "s" }
+    );
+    (count < MIN_STATES).then(|| Note::warning(Code::TooLittleData, Place::default(), what))
 }
 
 /// The deviations that the file states explain the table as well as the causes do.
@@ -150,31 +224,27 @@ fn measured(table: &ModeTable, description: &Description) -> Result<Data, Note> 
     let mut rows: Vec<usize> = data.points.iter().map(|point| point.row).collect();
     rows.dedup();
     let data = data.only(|row| rows.binary_search(&row).is_ok());
-    let (poses, frequencies) = (data.test_count(), data.points.len());
-    if poses >= MIN_POSES && frequencies >= MIN_POINTS {
+    let frequencies = data.points.len();
+    if frequencies >= MIN_POINTS {
         return Ok(data);
     }
-    let counted = |count: usize, one: &str, many: &str| {
-        format!("{count} {}", if count == 1 { one } else { many })
-    };
+    let noun = if frequencies == 1 { "frequency" } else { "frequencies" };
     let what = format!(
-        "too little data for a diagnosis: {} at {}, must be at least {MIN_POINTS} at {MIN_POSES}; \
+        "too little data for a diagnosis: {frequencies} {noun}, must be at least {MIN_POINTS}; \
          measure more poses",
-        counted(frequencies, "frequency", "frequencies"),
-        counted(poses, "pose", "poses"),
     );
     Err(Note::error(Code::TooLittleData, Place::default(), what))
 }
 
-fn cross_validated(
+fn cross_validated<'c>(
     problem: &Problem<'_>,
-    candidates: &[Candidate],
+    candidates: &'c [Candidate],
     screen: &Screen,
-    seed: u64,
+    (whole, seed): (&Hypothesis<'c>, u64),
     progress: Progress<'_>,
 ) -> HeldOut {
     let folds = AtomicUsize::new(0);
-    held_out(problem, candidates, screen, seed, &|| {
+    held_out(problem, candidates, screen, whole, seed, &|| {
         let done = folds.fetch_add(1, Ordering::Relaxed) + 1;
         progress(Done::Share(0.4 + 0.06 * done as f64));
     })
@@ -187,17 +257,33 @@ fn noise_floor(data: &Data, fit: &Fit<'_>) -> f64 {
     rms(fit.evaluation.residuals.iter()) * (frequencies / left).sqrt()
 }
 
-fn errors(data: &Data, evaluation: &Evaluation, heldout: f64) -> Errors {
+fn errors(data: &Data, fit: &Fit<'_>, heldout: f64, leaves_noise: bool) -> Errors {
     let errors: Vec<Option<f64>> =
-        evaluation.residuals.iter().map(|r| r.map(relative_error)).collect();
+        fit.evaluation.residuals.iter().map(|r| r.map(relative_error)).collect();
     let of_mode = |mode: usize| {
         let own = data.points.iter().zip(&errors).filter(move |(p, _)| p.column == mode);
         percent_from_ratio(rms(own.map(|(_, e)| e)))
     };
+    // Where structure is left, what remains is no noise: only what the table says of it is known.
+    let known = data.repeatability().or(data.stated_noise).unwrap_or(0.0);
+    let noise = if leaves_noise { noise_floor(data, fit).max(known) } else { known };
+    let model = (heldout * heldout - noise * noise).max(0.0).sqrt();
     Errors {
         rms_percent: percent_from_ratio(rms(errors.iter())),
         heldout_rms_percent: percent_from_ratio(heldout),
+        model_error_percent: percent_from_ratio(model),
         per_mode_rms_percent: (0..data.columns).map(of_mode).collect(),
+    }
+}
+
+/// How the noise of the table is made, as a fit leaves it.
+fn noise_found(data: &Data, fit: &Fit<'_>) -> NoiseFound {
+    let level = fit.evaluation.noise.scale;
+    let of_mode = |mode: usize| percent_from_ratio(level * data.shape.scale(mode));
+    NoiseFound {
+        per_mode_percent: (0..data.columns).map(of_mode).collect(),
+        common_percent: percent_from_ratio(level * data.shape.common),
+        drift_percent: percent_from_ratio(drift_of(data, fit)),
     }
 }
 

@@ -1,17 +1,18 @@
 //! Findings from a choice: how sure, what else it could be, what to measure next.
 
-use super::candidate::{Candidate, Parameter};
+use super::candidate::{Candidate, Parameter, Scale};
 use super::causes::cause_text;
 use super::choose::{ALTERNATIVE_WITHIN, Choice, Model, p_value};
 use super::data::Data;
 use super::fit::Fit;
 use super::hypothesis::Hypothesis;
 use super::interval::{Certainty, averaged, certainties};
-use super::next_poses::poses_between;
+use super::next_poses::{mass_between, poses_between};
 use super::outcome::{Estimate, Evidence, Finding, NextPose, NextTest, Suspect, label};
 use super::problem::Problem;
 use super::statistics::rms;
-use crate::model::{Correction, Robot};
+use crate::model::{Cause, Correction, REFERENCE_TEMPERATURE_C, Robot};
+use crate::statistics::median;
 use crate::units::percent_from_ratio;
 
 /// Alternatives that are reported with a finding.
@@ -64,15 +65,26 @@ pub(super) fn findings(
 }
 
 fn estimate(parameter: &Parameter, inner: f64, certainty: Certainty) -> Estimate {
-    let ci95 = match certainty.interval {
-        Some(interval) => interval.map(|end| parameter.value(parameter.clamp(end))),
-        None => parameter.bounds,
+    /// Beyond this factor either way, as its logarithm, nothing is known.
+    const FARTHEST: f64 = 14.0;
+    let [low, high] = parameter.bounds.map(|bound| parameter.inner(bound));
+    // What was searched is no limit of what may be, but no mass is negative.
+    let floor = if parameter.bounds[0] == 0.0 { 0.0 } else { f64::NEG_INFINITY };
+    let ci95 = match (certainty.interval, parameter.scale) {
+        (Some(interval), Scale::Log) => {
+            interval.map(|end| parameter.value(end.clamp(inner - FARTHEST, inner + FARTHEST)))
+        }
+        (Some(interval), Scale::Linear(_)) => interval.map(|end| parameter.value(end).max(floor)),
+        (None, _) => parameter.bounds,
     };
+    let is_at = |bound: f64| (inner - bound).abs() <= 1e-9 * (1.0 + bound.abs());
+    let is_physical = parameter.bounds[0] == 0.0 && is_at(low);
     Estimate {
         name: parameter.name.to_owned(),
         nominal: parameter.nominal,
         estimate: parameter.value(inner),
         ci95,
+        at_bound: !is_physical && (is_at(low) || is_at(high)),
     }
 }
 
@@ -114,14 +126,75 @@ pub(super) fn corrections(data: &Data, fit: &Fit<'_>) -> Vec<Correction> {
             .iter()
             .zip(certainties.by_ref())
             .map(|(parameter, certainty)| {
-                let expects_none = parameter.expected.is_some_and(|[mean, _]| mean == 0.0);
+                let expects_none =
+                    parameter.expected.is_some_and(|[mean, _]| parameter.nominal == Some(mean));
                 certainty.is_informed || !expects_none
             })
             .collect();
         let mut informed = informed.into_iter();
         correction.parameters.retain(|_| informed.next().unwrap_or(true));
+        centred(correction, data);
     }
     corrections
+}
+
+/// A law that passes through the file's constant at no excitation, or at 20 °C, as one about the
+/// table's median: a pose that states no level or temperature is like those of the table.
+fn centred(correction: &mut Correction, data: &Data) {
+    let conditions = data.rows.iter().map(|row| row.conditions);
+    let (change, reference, at, typical) = match correction.cause {
+        Cause::AmplitudeDependence => {
+            let levels = conditions.filter_map(|c| c.amplitude_nm).collect();
+            ("change_per_nm", "reference_nm", 0.0, median(levels))
+        }
+        Cause::TemperatureDrift => {
+            let temperatures = conditions.filter_map(|c| c.temperature_c).collect();
+            ("change_per_k", "reference_c", REFERENCE_TEMPERATURE_C, median(temperatures))
+        }
+        _ => return,
+    };
+    let (Some(change), Some(typical)) = (correction.value(change), typical) else { return };
+    if correction.value(reference).is_some() {
+        return;
+    }
+    let factor = correction.value("factor").unwrap_or(1.0) + change * (typical - at);
+    correction.parameters.retain(|(name, _)| name != "factor");
+    correction.parameters.push(("factor".to_owned(), factor));
+    correction.parameters.push((reference.to_owned(), typical));
+}
+
+/// A choice with those of its causes alone that `keep` marks, fitted again; `None` if none is.
+pub(super) fn only<'c>(
+    problem: &Problem<'_>,
+    choice: &Choice<'c>,
+    keep: &[bool],
+) -> Option<Choice<'c>> {
+    let mut order: Vec<usize> = (0..keep.len()).filter(|&i| keep[i]).collect();
+    let count = order.len();
+    if count == 0 || count == keep.len() {
+        return (count > 0).then(|| choice.clone());
+    }
+    order.extend((0..keep.len()).filter(|&i| !keep[i]));
+    let mut hypothesis = choice.best.fit.hypothesis.clone();
+    let mut kept = keep.iter();
+    hypothesis.effects.retain(|_| kept.next().copied().unwrap_or(false));
+    let mut chosen = choice.clone();
+    chosen.best.fit = problem.optimise(hypothesis)?;
+    // Alternatives have the other causes beside, in the same order.
+    let alternatives = order[..count].iter().map(|&i| {
+        let models = choice.alternatives[i].iter().filter(|m| m.causes() >= keep.len());
+        models
+            .map(|model| {
+                let mut model = model.clone();
+                let rest = keep.len()..model.causes();
+                let whole: Vec<usize> = order.iter().copied().chain(rest).collect();
+                model.fit.arrange(&whole);
+                model
+            })
+            .collect()
+    });
+    chosen.alternatives = alternatives.collect();
+    Some(chosen)
 }
 
 /// The places of one cause that count as one suspect, best first.
@@ -193,7 +266,10 @@ pub(super) fn next(
             let Some(found) = found else { continue };
             if found.is_empty() {
                 let separates = [own.clone(), suspect.label()];
-                tests.push(NextTest { separates, test: cause_text(candidate.cause).test });
+                let mass =
+                    mass_between(problem, robot, &choice.best.fit, &model.fit, suspect.behind_bic);
+                let test = mass.unwrap_or_else(|| cause_text(candidate.cause).test.to_owned());
+                tests.push(NextTest { separates, test });
             }
             for (joints, square) in found {
                 poses.push(NextPose {

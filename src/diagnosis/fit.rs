@@ -188,7 +188,7 @@ pub(super) fn normal_equations(
     let mut information = DMatrix::zeros(p, p);
     let mut gradient = DVector::zeros(p);
     for ((residual, slope), weight) in
-        evaluation.residuals.iter().zip(&evaluation.slopes).zip(&evaluation.noise.weights)
+        evaluation.innovations.iter().zip(&evaluation.slopes).zip(&evaluation.noise.weights)
     {
         let Some(residual) = residual else { continue };
         for i in 0..p {

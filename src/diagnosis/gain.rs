@@ -36,30 +36,19 @@ impl HeldOut {
 }
 
 /// Errors of the model and of the model with the causes that each fold chooses, at the poses that
-/// the fold leaves out. `done` is called once a fold.
-pub(super) fn held_out(
+/// the fold leaves out; `whole` is what the whole table chooses. `done` is called once a fold.
+pub(super) fn held_out<'c>(
     problem: &Problem<'_>,
-    candidates: &[Candidate],
+    candidates: &'c [Candidate],
     screen: &Screen,
+    whole: &Hypothesis<'c>,
     seed: u64,
     done: &(dyn Fn() + Sync),
 ) -> HeldOut {
     let Problem { description, data } = *problem;
-    // A repeated test is left out as a whole: a pose that was seen is no pose left out.
-    let tests = data.tests();
-    let count = data.test_count();
-    let folds = FOLDS.min(count);
-    let mut order: Vec<usize> = (0..count).collect();
-    order.shuffle(&mut ChaCha8Rng::seed_from_u64(seed));
-    let mut fold_of_test = vec![0; count];
-    order.iter().enumerate().for_each(|(i, &test)| fold_of_test[test] = i % folds);
-    let fold_of: Vec<usize> = tests.iter().map(|&test| fold_of_test[test]).collect();
-    let errors_of = |data: &Data, hypothesis: &Hypothesis<'_>| -> Vec<Option<f64>> {
-        let problem = Problem { description, data };
-        problem.evaluate(hypothesis, false).map_or_else(
-            || vec![None; data.points.len()],
-            |evaluation| evaluation.residuals.iter().map(|r| r.map(relative_error)).collect(),
-        )
+    let (fold_of, folds) = folds_of(data, seed);
+    let errors_of = |data: &Data, hypothesis: &Hypothesis<'_>| {
+        errors(&Problem { description, data }, hypothesis)
     };
     let chosen: Vec<Vec<Option<f64>>> = (0..folds)
         .into_par_iter()
@@ -71,6 +60,7 @@ pub(super) fn held_out(
                 candidates,
                 screen,
                 SearchWidth::FOLD,
+                Some(whole),
             );
             let hypothesis =
                 choice.map_or_else(Hypothesis::default, |choice| choice.best.fit.hypothesis);
@@ -80,19 +70,87 @@ pub(super) fn held_out(
         })
         .collect();
     let before = errors_of(data, &Hypothesis::default());
-    let mut next = vec![0; folds];
-    let after = data
-        .points
-        .iter()
-        .zip(&before)
+    let after = gathered(data, &fold_of, &chosen, &before);
+    HeldOut { before, after }
+}
+
+/// By row the fold that leaves it out, and how many folds there are: a state is left out as a
+/// whole, and where the noise drifts, what was measured in succession is.
+fn folds_of(data: &Data, seed: u64) -> (Vec<usize>, usize) {
+    let tests = data.tests();
+    let count = data.test_count();
+    let folds = FOLDS.min(count);
+    let mut order: Vec<usize> = (0..count).collect();
+    let mut fold_of_test = vec![0; count];
+    if data.shape.drift > 0.0 {
+        // Tests are counted as they come.
+        order.iter().for_each(|&test| fold_of_test[test] = test * folds / count.max(1));
+    } else {
+        order.shuffle(&mut ChaCha8Rng::seed_from_u64(seed));
+        order.iter().enumerate().for_each(|(i, &test)| fold_of_test[test] = i % folds);
+    }
+    (tests.iter().map(|&test| fold_of_test[test]).collect(), folds)
+}
+
+/// Relative errors of a hypothesis, one a point.
+fn errors(problem: &Problem<'_>, hypothesis: &Hypothesis<'_>) -> Vec<Option<f64>> {
+    problem.evaluate(hypothesis, false).map_or_else(
+        || vec![None; problem.data.points.len()],
+        |evaluation| evaluation.residuals.iter().map(|r| r.map(relative_error)).collect(),
+    )
+}
+
+/// The errors of each fold in the order of the points; `before` where a model has no such mode:
+/// nothing is gained there.
+fn gathered(
+    data: &Data,
+    fold_of: &[usize],
+    of_folds: &[Vec<Option<f64>>],
+    before: &[Option<f64>],
+) -> Vec<Option<f64>> {
+    let mut next = vec![0; of_folds.len()];
+    let points = data.points.iter().zip(before);
+    points
         .map(|(point, before)| {
             let fold = fold_of[point.row];
             next[fold] += 1;
-            // Where the causes leave no such mode, nothing is gained.
-            chosen[fold][next[fold] - 1].or(*before)
+            of_folds[fold][next[fold] - 1].or(*before)
         })
-        .collect();
-    HeldOut { before, after }
+        .collect()
+}
+
+/// Which causes of a hypothesis surely gain something at states left out, beside the others: each
+/// is taken out in turn, and the rest is fitted again.
+pub(super) fn surely_gaining(
+    problem: &Problem<'_>,
+    hypothesis: &Hypothesis<'_>,
+    seed: u64,
+) -> Vec<bool> {
+    let Problem { description, data } = *problem;
+    let (fold_of, folds) = folds_of(data, seed);
+    let before = errors(problem, &Hypothesis::default());
+    let left_out = |hypothesis: &Hypothesis<'_>| {
+        let of_folds: Vec<Vec<Option<f64>>> = (0..folds)
+            .into_par_iter()
+            .map(|fold| {
+                let train = data.only(|row| fold_of[row] != fold);
+                let test = data.only(|row| fold_of[row] == fold);
+                let fit = Problem { description, data: &train }.optimise(hypothesis.clone());
+                let fitted = fit.map_or_else(Hypothesis::default, |fit| fit.hypothesis);
+                errors(&Problem { description, data: &test }, &fitted)
+            })
+            .collect();
+        gathered(data, &fold_of, &of_folds, &before)
+    };
+    let after = left_out(hypothesis);
+    (0..hypothesis.effects.len())
+        .map(|i| {
+            let mut without = hypothesis.clone();
+            without.effects.remove(i);
+            let held_out = HeldOut { before: left_out(&without), after: after.clone() };
+            gain_interval(data, &held_out, seed)[0] > 0.0
+        })
+        .collect()
 }
 
 /// 95 % interval of rms before − rms after, as shares, over resampled tests: rows that repeat one

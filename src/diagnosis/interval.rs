@@ -22,7 +22,7 @@ pub(super) fn covariance(data: &Data, fit: &Fit<'_>) -> Option<DMatrix<f64>> {
     let mut information = DMatrix::zeros(p, p);
     let (mut square, mut curvature, mut count) = (0.0, 0.0, 0.0);
     for ((point, residual), slope) in
-        data.points.iter().zip(&evaluation.residuals).zip(&evaluation.slopes)
+        data.points.iter().zip(&evaluation.innovations).zip(&evaluation.slopes)
     {
         let Some(residual) = residual else { continue };
         let variance = (evaluation.noise.scale * point.unit).powi(2) + point.rounding;
@@ -173,7 +173,10 @@ fn share_in(
 ) -> Option<Share> {
     let mut at = 0;
     for (candidate, inner) in &fit.hypothesis.effects {
-        if candidate.same_place(cause) && candidate.hinge == cause.hinge {
+        // A refinement means something else by the same name.
+        let is_alike =
+            candidate.hinge == cause.hinge && candidate.is_refinement == cause.is_refinement;
+        if candidate.same_place(cause) && is_alike {
             return match candidate.parameters.iter().position(|p| p.name == parameter.name) {
                 Some(k) => Some(Share { weight, mean: inner[k], deviation: deviations[at + k] }),
                 None => {

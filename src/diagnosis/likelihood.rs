@@ -95,8 +95,15 @@ mod tests {
     use super::*;
 
     fn points(n: usize) -> Vec<Point> {
-        let point =
-            |row| Point { row, column: 0, ln_f: 3.0, unit: 1.0, rounding: 1e-7, index: row };
+        let point = |row| Point {
+            row,
+            column: 0,
+            ln_f: 3.0,
+            unit: 1.0,
+            stated: 1.0,
+            rounding: 1e-7,
+            index: row,
+        };
         (0..n).map(point).collect()
     }
 

@@ -1,7 +1,7 @@
 //! M and K of the robot with causes put into it, at the rows of a table, and what moving one
 //! parameter does to them.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, Vector3};
 
 use super::data::{Load, Row};
 use crate::model::{
@@ -10,7 +10,7 @@ use crate::model::{
 };
 
 /// The robot with `corrections` beside its own, and `load` at the tip.
-fn robot(description: &Description, corrections: &[Correction], load: Load) -> Option<Robot> {
+fn robot(description: &Description, corrections: &[Correction], load: &Load) -> Option<Robot> {
     let mut description = description.clone();
     description.corrections.extend_from_slice(corrections);
     if load.share == 0.0 {
@@ -28,6 +28,18 @@ fn robot(description: &Description, corrections: &[Correction], load: Load) -> O
             cause: Cause::Payload,
             at: Some(tip),
             parameters: vec![("mass_kg".to_owned(), load.more_kg)],
+            hinge: None,
+        });
+    }
+    for (at, mass_kg) in &load.added_kg {
+        let link = description.links.iter().find(|link| link.name == *at)?;
+        let com_m = link.inertial.map_or_else(Vector3::zeros, |own| own.com_m);
+        let com = ["com_x_m", "com_y_m", "com_z_m"].into_iter().zip(com_m.iter().copied());
+        let own = std::iter::once(("mass_kg", *mass_kg)).chain(com);
+        description.corrections.push(Correction {
+            cause: Cause::Payload,
+            at: Some(at.clone()),
+            parameters: own.map(|(name, value)| (name.to_owned(), value)).collect(),
             hinge: None,
         });
     }
@@ -52,7 +64,8 @@ impl Mechanics {
         let mut robots: Vec<(Load, Robot)> = Vec::new();
         for row in rows {
             if robots.iter().all(|(load, _)| *load != row.load) {
-                robots.push((row.load, robot(description, corrections, row.load)?));
+                let robot = robot(description, corrections, &row.load)?;
+                robots.push((row.load.clone(), robot));
             }
         }
         let first = &robots.first()?.1;
@@ -104,6 +117,8 @@ pub(super) struct Change {
     weighs: bool,
     /// Whether K changes off its diagonal.
     couples: bool,
+    /// Whether springs are coupled.
+    has_couplings: bool,
     mass: DMatrix<f64>,
     stiffness: DMatrix<f64>,
 }
@@ -116,7 +131,9 @@ impl Change {
         Self {
             stands: both().all(|(a, b)| a.stands_like(b)),
             weighs: both().all(|(a, b)| a.weighs_like(b)),
-            couples: both().any(|(a, _)| a.has_gravity_stiffness()),
+            couples: both().any(|(a, b)| a.has_coupled_stiffness() || b.has_coupled_stiffness()),
+            has_couplings: both()
+                .any(|(a, b)| !(a.couplings().is_empty() && b.couplings().is_empty())),
             mass: DMatrix::zeros(n, n),
             stiffness: DMatrix::zeros(n, n),
             moved,
@@ -125,7 +142,7 @@ impl Change {
 
     /// Whether M and K change on their diagonals alone: by springs and drives.
     fn is_diagonal(&self) -> bool {
-        self.stands && self.weighs
+        self.stands && self.weighs && !self.has_couplings
     }
 
     /// The changes at the row at which `here` is placed.

@@ -11,6 +11,7 @@ mod candidate;
 mod causes;
 mod choose;
 mod data;
+mod decorrelation;
 mod diagnose;
 mod findings;
 mod fit;
@@ -20,12 +21,14 @@ mod interval;
 mod likelihood;
 mod mechanics;
 mod next_poses;
+mod noise;
 mod outcome;
 mod posterior;
 mod predict;
 mod problem;
 mod screen;
 mod sets;
+mod settle;
 mod statistics;
 mod structure;
 mod symmetry;
@@ -36,6 +39,6 @@ mod verdict;
 pub use causes::CauseText;
 pub use diagnose::{Settings, diagnose};
 pub use outcome::{
-    Diagnosis, Errors, Estimate, Evidence, Finding, Gain, Mirror, NextPose, NextTest, ResidualRow,
-    Shape, Structure, Suspect, Symmetry, Untested, Verdict, label,
+    Diagnosis, Errors, Estimate, Evidence, Finding, Gain, Mirror, NextPose, NextTest, NoiseFound,
+    ResidualRow, Shape, Structure, Suspect, Symmetry, Untested, Verdict, label,
 };

@@ -4,7 +4,7 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::data::{Data, Load, Point, Row};
+use super::data::{Data, Load, Row};
 use super::fit::Fit;
 use super::interval::covariance;
 use super::problem::Problem;
@@ -22,6 +22,12 @@ const MAY_SEPARATE: f64 = 14.0;
 
 /// A pose that adds less is not suggested.
 const MIN_ADDED: f64 = 2.0;
+
+/// A mass that is added for a test, over what the arm moves.
+const SHARE_OF_ARM: f64 = 0.08;
+
+/// Rows that are measured again with a mass.
+const ROWS_WITH_MASS: usize = 8;
 
 /// Poses closer than this in every joint are the same, rad or m.
 const SAME_POSE: f64 = 0.15;
@@ -81,6 +87,61 @@ pub(super) fn poses_between(
     Some(if total < MAY_SEPARATE + behind { Vec::new() } else { chosen })
 }
 
+/// The mass on a link that separates `finding` from `alternative` best, at the poses of the table;
+/// `None` if no mass does.
+pub(super) fn mass_between(
+    problem: &Problem<'_>,
+    robot: &Robot,
+    finding: &Fit<'_>,
+    alternative: &Fit<'_>,
+    behind: f64,
+) -> Option<String> {
+    let Problem { description, data } = *problem;
+    let mass_kg = handy(SHARE_OF_ARM * robot.moving_mass_kg());
+    let links = robot.bodies().iter().filter(|body| !body.is_payload);
+    let links: Vec<&str> = links
+        .filter(|body| !robot.carriers_of(body).is_empty())
+        .map(|body| body.link.as_str())
+        .collect();
+    let step = data.rows.len().div_ceil(ROWS_WITH_MASS).max(1);
+    let (of_finding, of_alternative) = (covariance(data, finding)?, covariance(data, alternative)?);
+    let noise2 = finding.evaluation.noise.scale.powi(2);
+    let odds = |link: &str| -> Option<f64> {
+        let mut belief = Belief::new(of_finding.clone(), of_alternative.clone());
+        let mut total = 0.0;
+        for row in data.rows.iter().step_by(step).filter(|row| row.load == Load::NOMINAL) {
+            let load = Load { added_kg: vec![(link.to_owned(), mass_kg)], ..Load::NOMINAL };
+            let row = Row { load, ..row.clone() };
+            let columns = data.columns;
+            let Some(seen) = PredictedPose::new(description, &row, columns, finding, alternative)
+            else {
+                continue;
+            };
+            total += belief.odds(&seen, noise2)?;
+            belief.update(&seen, noise2);
+        }
+        Some(total)
+    };
+    let (total, link) = links
+        .par_iter()
+        .filter_map(|link| Some((odds(link)?, *link)))
+        .reduce_with(|a, b| if b.0 > a.0 { b } else { a })?;
+    let enough = MAY_SEPARATE + behind.max(0.0);
+    (total >= enough).then(|| {
+        format!(
+            "add {mass_kg} kg at the centre of mass of {link} and measure poses of the table \
+             again, with a column mass_{link}_kg"
+        )
+    })
+}
+
+/// The nearest mass below that weights come in, kg.
+fn handy(mass_kg: f64) -> f64 {
+    let decade = 10_f64.powf(mass_kg.max(1e-3).log10().floor());
+    let digit = [5.0, 2.0, 1.0].into_iter().find(|d| d * decade <= mass_kg).unwrap_or(1.0);
+    digit * decade
+}
+
 /// The largest distance of one joint, rad or m.
 fn farthest(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
@@ -104,10 +165,7 @@ impl PredictedPose {
         finding: &Fit<'_>,
         alternative: &Fit<'_>,
     ) -> Option<Self> {
-        let point =
-            |column| Point { row: 0, column, ln_f: 0.0, unit: 1.0, rounding: 0.0, index: 0 };
-        let points = (0..columns).map(point).collect();
-        let one = Data { rows: vec![row.clone()], points, columns, stated_noise: None };
+        let one = Data::at(row.clone(), columns);
         let problem = Problem { description, data: &one };
         // Whether a mode will be missed there nobody knows.
         let a = problem.evaluate(&finding.hypothesis.without(Cause::MissedMode), true)?;

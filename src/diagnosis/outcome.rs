@@ -17,6 +17,8 @@ pub enum Verdict {
     Explained,
     // Nothing beyond noise.
     Consistent,
+    // Causes are surely right, and something else is wrong, too.
+    PartlyExplained,
     // The residual is structured, but no cause explains it.
     Unexplained,
 }
@@ -29,8 +31,23 @@ pub struct Errors {
     pub rms_percent: f64,
     /// The same at held-out poses; the choice of causes is repeated in each fold.
     pub heldout_rms_percent: f64,
+    /// The model's own share of that: without the noise of the measurement, as far as that is
+    /// known.
+    pub model_error_percent: f64,
     /// Root mean square mode by mode.
     pub per_mode_rms_percent: Vec<f64>,
+}
+
+/// The noise of a table, standard deviations in per cent of the frequency.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NoiseFound {
+    /// Of each mode alone.
+    pub per_mode_percent: Vec<f64>,
+    /// What all modes of a row have in common.
+    pub common_percent: f64,
+    /// Drift of all modes over the rows, root mean square.
+    pub drift_percent: f64,
 }
 
 /// A cause at a place.
@@ -57,8 +74,10 @@ pub struct Estimate {
     pub nominal: Option<f64>,
     /// In the unit of the name.
     pub estimate: f64,
-    /// 95 % interval.
+    /// 95 % interval; it may reach beyond what was searched.
     pub ci95: [f64; 2],
+    /// Whether the estimate lies at an end of what was searched.
+    pub at_bound: bool,
 }
 
 /// The evidence for a finding.
@@ -175,7 +194,7 @@ pub struct NextTest {
     /// The two causes, each as "cause at place".
     pub separates: [String; 2],
     /// What to do.
-    pub test: &'static str,
+    pub test: String,
 }
 
 /// Which shape a residual follows.
@@ -307,6 +326,10 @@ pub struct Diagnosis {
     pub gain: Gain,
     /// The level of the noise, %: no model can do better.
     pub noise_floor_percent: f64,
+    /// How the noise is made.
+    pub noise: NoiseFound,
+    /// Rows that fit nothing and were set aside, counted from 1 as in the table.
+    pub suspect_rows: Vec<usize>,
     /// What the table teaches about all numbers of the model, with the findings.
     pub posterior: Posterior,
     /// Structure of the residual of the model as it is.

@@ -24,7 +24,9 @@ pub(super) struct Problem<'p> {
 pub(super) struct Evaluation {
     /// ln(measured / predicted), one a point; `None` where the model has no such mode.
     pub(super) residuals: Vec<Option<f64>>,
-    /// d ln(predicted) by each parameter, one row a point.
+    /// The same without what noise has in common.
+    pub(super) innovations: Vec<Option<f64>>,
+    /// d ln(predicted) by each parameter, one row a point, likewise.
     pub(super) slopes: Vec<Vec<f64>>,
     pub(super) noise: Noise,
     /// ln likelihood, with what is expected of the parameters.
@@ -46,15 +48,20 @@ impl<'p> Problem<'p> {
             .filter(|(candidate, _)| candidate.cause == Cause::MissedMode)
             .filter_map(|(candidate, _)| mode_of(candidate))
             .collect();
-        let (residuals, slopes, prior) = if missed.is_empty() {
+        let (residuals, mut slopes, prior) = if missed.is_empty() {
             let (residuals, slopes) = self.compared(&rows, with_slopes);
             (residuals, slopes, 0.0)
         } else {
             self.compared_with_misses(rows, &missed, with_slopes)
         };
-        let noise = noise(&self.data.points, &residuals);
-        let score = noise.ln_likelihood + prior + expectation(hypothesis);
-        score.is_finite().then_some(Evaluation { residuals, slopes, noise, score })
+        let decorrelation = &self.data.decorrelation;
+        let innovations = decorrelation.of_residuals(&residuals);
+        decorrelation.of_slopes(&mut slopes);
+        let noise = noise(&self.data.points, &innovations);
+        let score =
+            noise.ln_likelihood + decorrelation.ln_determinant + prior + expectation(hypothesis);
+        let evaluation = Evaluation { residuals, innovations, slopes, noise, score };
+        score.is_finite().then_some(evaluation)
     }
 
     /// Frequencies as the instrument shows them: aliased where they are.

@@ -101,19 +101,26 @@ impl Screen {
         let mut best = f64::NEG_INFINITY;
         for (_, moved) in &self.moved[which] {
             let mut residuals = Vec::with_capacity(points.len());
-            let mut along = DVector::zeros(p);
-            let (mut product, mut square) = (0.0, 0.0);
-            for (i, (point, residual)) in points.iter().zip(&before.residuals).enumerate() {
+            let mut effect = Vec::with_capacity(points.len());
+            for (point, residual) in points.iter().zip(&before.residuals) {
                 let (plain, moved) = (self.plain[point.index], moved[point.index]);
                 residuals.push(match (plain, moved, residual) {
                     (Some(plain), Some(moved), Some(r)) => Some(r - (moved - plain)),
                     (_, Some(moved), None) => Some(point.ln_f - moved),
                     (_, _, r) => *r,
                 });
-                let (Some(plain), Some(moved), Some(r)) = (plain, moved, residual) else {
-                    continue;
-                };
-                let s = moved - plain;
+                effect.push(match (plain, moved, residual) {
+                    (Some(plain), Some(moved), Some(_)) => moved - plain,
+                    _ => 0.0,
+                });
+            }
+            let decorrelation = &problem.data.decorrelation;
+            decorrelation.apply(&mut effect);
+            let residuals = decorrelation.of_residuals(&residuals);
+            let mut along = DVector::zeros(p);
+            let (mut product, mut square) = (0.0, 0.0);
+            for (i, (&s, r)) in effect.iter().zip(&before.innovations).enumerate() {
+                let Some(r) = r else { continue };
                 product += weights[i] * s * r;
                 square += weights[i] * s * s;
                 for k in 0..p {

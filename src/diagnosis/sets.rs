@@ -164,7 +164,7 @@ fn effect_near(
             (at, problem.evaluate(&hypothesis, candidate.parameters.len() > 1)?, first)
         }
     };
-    let both = without.residuals.iter().zip(&with.residuals);
+    let both = without.innovations.iter().zip(&with.innovations);
     // A residual falls where a prediction rises.
     let whole = both.map(|(without, with)| without.zip(*with).map_or(0.0, |(a, b)| a - b));
     let mut columns = vec![whole.collect()];
@@ -193,7 +193,7 @@ impl<'c> Linear<'c> {
         let mut columns: Vec<Vec<f64>> = Vec::new();
         let mut expected = Vec::new();
         // What has to be explained: what the model leaves, and what its causes do.
-        let mut rest: Vec<f64> = evaluation.residuals.iter().map(|r| r.unwrap_or(0.0)).collect();
+        let mut rest: Vec<f64> = evaluation.innovations.iter().map(|r| r.unwrap_or(0.0)).collect();
         for (candidate, effect) in candidates.iter().zip(effects) {
             let Some((at, own)) = effect else { continue };
             if model.hypothesis.effects.iter().any(|(other, _)| ptr::eq(*other, candidate)) {

@@ -6,6 +6,7 @@
 use rayon::prelude::*;
 
 use super::data::Data;
+use super::decorrelation::Decorrelation;
 use super::fit::Fit;
 use super::outcome::{Shape, Structure};
 use super::predict::participation;
@@ -30,7 +31,9 @@ pub(super) fn structure(problem: &Problem<'_>, fit: &Fit<'_>) -> Option<Structur
             if freedom == 0 || left < 4.0 {
                 return None;
             }
-            let p = p_value_of_gain(gain, freedom as f64, left, n);
+            let p = whitened
+                .p_value_in_mode(problem.data, shape, columns)
+                .unwrap_or_else(|| p_value_of_gain(gain, freedom as f64, left, n));
             let kept = (-2.0 * gain / n).exp();
             let share = 1.0 - kept * (left + freedom as f64) / left;
             Some(Structure {
@@ -59,7 +62,8 @@ pub(super) struct Structures {
 }
 
 /// Residuals, whitened and with what the fitted parameters take taken out.
-struct Whitened {
+struct Whitened<'d> {
+    decorrelation: &'d Decorrelation,
     /// Square roots of the weights; 0 where there is no prediction.
     roots: Vec<f64>,
     /// Orthonormal columns that the parameters span.
@@ -69,8 +73,8 @@ struct Whitened {
     count: usize,
 }
 
-impl Whitened {
-    fn of(data: &Data, fit: &Fit<'_>) -> Self {
+impl<'d> Whitened<'d> {
+    fn of(data: &'d Data, fit: &Fit<'_>) -> Self {
         let evaluation = &fit.evaluation;
         let roots: Vec<f64> = evaluation.noise.weights.iter().map(|w| w.sqrt()).collect();
         let parameters = fit.hypothesis.inner().len();
@@ -82,21 +86,54 @@ impl Whitened {
             orthonormal(column, &mut taken);
         }
         let mut residual: Vec<f64> =
-            evaluation.residuals.iter().zip(&roots).map(|(r, w)| r.unwrap_or(0.0) * w).collect();
+            evaluation.innovations.iter().zip(&roots).map(|(r, w)| r.unwrap_or(0.0) * w).collect();
         for q in &taken {
             let along = dot(q, &residual);
             residual.iter_mut().zip(q).for_each(|(r, q)| *r -= along * q);
         }
         let square = dot(&residual, &residual);
         let count = evaluation.residuals.iter().flatten().count();
-        Self { roots, taken, residual, square, count }
+        let decorrelation = &data.decorrelation;
+        Self { decorrelation, roots, taken, residual, square, count }
+    }
+
+    /// p-value of a shape that one mode alone follows, by the noise of that mode alone.
+    fn p_value_in_mode(&self, data: &Data, shape: &Shape, columns: &[Vec<f64>]) -> Option<f64> {
+        let (Shape::ModeOverJoint { mode, .. } | Shape::ModeOverPose { mode }) = *shape else {
+            return None;
+        };
+        let own = data.points.iter().zip(&self.residual).zip(&self.roots);
+        let own = own.filter(|((point, _), root)| point.column == mode && **root > 0.0);
+        let squares: Vec<f64> = own.map(|((_, r), _)| r * r).collect();
+        let n = squares.len() as f64;
+        let (explained, freedom) = self.explained(columns);
+        let taken = self.taken.len() as f64 * n / self.count.max(1) as f64;
+        let left = n - taken - freedom as f64;
+        if freedom == 0 || left < 4.0 {
+            return None;
+        }
+        let total = squares.iter().sum::<f64>().max(n);
+        let gain = -0.5 * n * (1.0 - explained / total).max(1e-12).ln();
+        Some(p_value_of_gain(gain, freedom as f64, left, n))
     }
 
     /// Gain of ln likelihood and degrees of freedom of a shape.
     fn gain(&self, columns: &[Vec<f64>]) -> (f64, usize) {
+        let (explained, freedom) = self.explained(columns);
+        // Of a noise as fine as any instrument's the scale is known: what is below it shows
+        // nothing.
+        let total = self.square.max(self.count as f64);
+        let kept = (1.0 - explained / total).max(1e-12);
+        (-0.5 * self.count as f64 * kept.ln(), freedom)
+    }
+
+    /// The square that a shape takes off, and its degrees of freedom.
+    fn explained(&self, columns: &[Vec<f64>]) -> (f64, usize) {
         let mut basis = self.taken.clone();
         let mut square = self.square;
         for column in columns {
+            let mut column = column.clone();
+            self.decorrelation.apply(&mut column);
             let whitened = column.iter().zip(&self.roots).map(|(c, w)| c * w).collect();
             if orthonormal(whitened, &mut basis)
                 && let Some(new) = basis.last()
@@ -104,11 +141,7 @@ impl Whitened {
                 square -= dot(new, &self.residual).powi(2);
             }
         }
-        // Of a noise as fine as any instrument's the scale is known: what is below it shows
-        // nothing.
-        let total = self.square.max(self.count as f64);
-        let kept = (1.0 - (self.square - square) / total).max(1e-12);
-        (-0.5 * self.count as f64 * kept.ln(), basis.len() - self.taken.len())
+        (self.square - square, basis.len() - self.taken.len())
     }
 }
 

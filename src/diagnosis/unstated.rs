@@ -37,15 +37,9 @@ pub(super) fn stated(
     unstated: &[String],
     candidates: Vec<Candidate>,
 ) -> Stated {
-    let step = data.rows.len().div_ceil(ROWS).max(1);
-    let few = data.only(|row| row % step == 0);
+    let few = few(data);
     let depends = |hypothesis: &Hypothesis<'_>, joint: usize| {
-        let Some(here) = frequencies(description, hypothesis, &few) else { return false };
-        ELSEWHERE.iter().any(|by| {
-            let mut moved = few.clone();
-            moved.rows.iter_mut().for_each(|row| row.q[joint] += by);
-            frequencies(description, hypothesis, &moved).is_none_or(|moved| differ(&here, &moved))
-        })
+        depends(description, hypothesis, &few, joint).unwrap_or(false)
     };
     let names = robot.joints().iter().enumerate().map(|(joint, own)| (joint, &own.name));
     let (of_model, free): (Vec<_>, Vec<_>) = names
@@ -82,6 +76,39 @@ pub(super) fn stated(
     }
     let of_model: Vec<&str> = of_model.into_iter().map(|(_, name)| name.as_str()).collect();
     Stated { candidates, untested, note: assumed(&of_model) }
+}
+
+/// A few rows that show what frequencies depend on.
+fn few(data: &Data) -> Data {
+    let step = data.rows.len().div_ceil(ROWS).max(1);
+    data.only(|row| row % step == 0)
+}
+
+/// Whether frequencies at rows of a table depend on a joint; `None` if the arm falls over.
+fn depends(
+    description: &Description,
+    hypothesis: &Hypothesis<'_>,
+    few: &Data,
+    joint: usize,
+) -> Option<bool> {
+    let here = frequencies(description, hypothesis, few)?;
+    Some(ELSEWHERE.iter().any(|by| {
+        let mut moved = few.clone();
+        moved.rows.iter_mut().for_each(|row| row.q[joint] += by);
+        frequencies(description, hypothesis, &moved).is_none_or(|moved| differ(&here, &moved))
+    }))
+}
+
+/// By joint, whether no frequency depends on it.
+pub(super) fn inert(
+    description: &Description,
+    hypothesis: &Hypothesis<'_>,
+    data: &Data,
+) -> Vec<bool> {
+    let few = few(data);
+    let joints = data.rows.first().map_or(0, |row| row.q.len());
+    let depends = |joint| depends(description, hypothesis, &few, joint).unwrap_or(true);
+    (0..joints).map(|joint| !depends(joint)).collect()
 }
 
 fn assumed(joints: &[&str]) -> Option<Note> {

@@ -2,8 +2,10 @@
 //! unexplained.
 
 use super::choose::Choice;
+use super::data::Data;
+use super::decorrelation::NoiseShape;
 use super::fit::Fit;
-use super::outcome::{Structure, Verdict};
+use super::outcome::Structure;
 use super::problem::Problem;
 use super::statistics::rms;
 use super::structure::{self, structure};
@@ -11,6 +13,9 @@ use super::structure::{self, structure};
 /// An error without structure is noise up to here, share of the frequency: hammer tests of arms
 /// repeat within a per cent,
 const MAX_NOISE: f64 = 0.017;
+
+/// one mode that is hard to excite within more,
+const MAX_NOISE_OF_MODE: f64 = 0.025;
 
 /// or up to this multiple of the deviations that the table states.
 const MAX_TIMES_STATED: f64 = 2.0;
@@ -26,23 +31,47 @@ const OVERWHELMING: f64 = 0.985;
 /// or where it has less than this share of the square of that residual: 0.6 of the noise.
 const MIN_SHARE: f64 = 0.26;
 
-/// The verdict and what it rests on.
+/// Causes that explain less than this share of the squared error, where structure remains, are
+/// not worth naming.
+const LEAST_EXPLAINED: f64 = 0.6;
+
+/// What the residuals say; what causes gain at states left out has a say, too.
 pub(super) struct Judged {
-    pub(super) verdict: Verdict,
+    /// Whether the model as it is agrees with the table but for noise.
+    pub(super) is_noise: bool,
+    /// What the causes are worth, if there are any.
+    pub(super) causes: Option<Worth>,
     pub(super) before: Option<Structure>,
     pub(super) after: Option<Structure>,
 }
 
+/// What causes are worth by the residuals.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Worth {
+    /// They leave noise, or what is immaterial.
+    All,
+    /// They leave structure.
+    Part,
+    /// A shape without a cause explains as much, or they explain little.
+    Nothing,
+}
+
 impl Judged {
     pub(super) fn of(problem: &Problem<'_>, choice: &Choice<'_>) -> Self {
+        let data = problem.data;
         let baseline = structure(problem, &choice.baseline);
         let significant = |s: &Structure| s.p_value < structure::SIGNIFICANCE;
         let before = baseline.as_ref().map(|s| s.clearest.clone()).filter(significant);
+        let most = MAX_NOISE.max(MAX_TIMES_STATED * data.stated_noise.unwrap_or(0.0));
+        let level = choice.baseline.evaluation.noise.scale;
+        let common = level * data.shape.common.max(1.0);
+        let drift = drift_of(data, &choice.baseline);
+        let worst = (0..data.columns).map(|mode| level * data.shape.scale(mode));
+        let is_noise = before.is_none()
+            && common.max(drift) <= most
+            && worst.fold(0.0, f64::max) <= MAX_NOISE_OF_MODE.max(most);
         if choice.best.fit.hypothesis.effects.is_empty() {
-            let most = MAX_NOISE.max(MAX_TIMES_STATED * problem.data.stated_noise.unwrap_or(0.0));
-            let is_noise = before.is_none() && choice.baseline.evaluation.noise.scale <= most;
-            let verdict = if is_noise { Verdict::Consistent } else { Verdict::Unexplained };
-            return Self { verdict, after: before.clone(), before };
+            return Self { is_noise, causes: None, after: before.clone(), before };
         }
         let left = structure(problem, &choice.best.fit);
         let after = left.as_ref().map(|s| s.clearest.clone()).filter(significant);
@@ -50,14 +79,30 @@ impl Judged {
         let shape_is_better = baseline.as_ref().is_some_and(|s| {
             log_evidence_before + s.best_log_evidence > choice.best.log_evidence + SHAPE_BETTER_BY
         });
-        let square = |fit: &Fit<'_>| rms(fit.evaluation.residuals.iter()).powi(2);
+        let square = |fit: &Fit<'_>| rms(fit.evaluation.innovations.iter()).powi(2);
         let explained = 1.0 - square(&choice.best.fit) / square(&choice.baseline).max(1e-300);
         let is_left = after.as_ref().is_some_and(|s| s.share >= MIN_SHARE);
-        let verdict = if (is_left || shape_is_better) && explained < OVERWHELMING {
-            Verdict::Unexplained
+        let worth = if explained >= OVERWHELMING || !(is_left || shape_is_better) {
+            Worth::All
+        } else if shape_is_better || explained < LEAST_EXPLAINED {
+            Worth::Nothing
         } else {
-            Verdict::Explained
+            Worth::Part
         };
-        Self { verdict, before, after }
+        Self { is_noise, causes: Some(worth), before, after }
     }
+}
+
+/// The drift over the rows that a fit leaves, root mean square, share of the frequency.
+pub(super) fn drift_of(data: &Data, fit: &Fit<'_>) -> f64 {
+    if data.shape.drift == 0.0 {
+        return 0.0;
+    }
+    // What the map takes out beyond that of the same shape without drift.
+    let still = data.shaped(NoiseShape { drift: 0.0, ..data.shape.clone() });
+    let residuals = &fit.evaluation.residuals;
+    let kept = still.decorrelation.of_residuals(residuals);
+    let both = kept.iter().zip(&fit.evaluation.innovations);
+    let taken: Vec<Option<f64>> = both.map(|(kept, left)| Some((*kept)? - (*left)?)).collect();
+    rms(taken.iter())
 }

@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 
 use crate::model::{
-    Conditions, Placement, PoseFault, Robot, inverse_dynamics, mass_matrix, potential,
+    Conditions, Coupling, Placement, PoseFault, Robot, inverse_dynamics, mass_matrix, potential,
     potential_gradient, spring_constant,
 };
 use crate::modes::ModalSolver;
@@ -69,6 +69,11 @@ impl<'a> Equation<'a> {
         for (i, spring) in self.springs.iter().enumerate() {
             acceleration[i] = -self.velocity_torque[i] - spring * alpha[i];
         }
+        for &Coupling { own, other, ratio } in self.robot.couplings() {
+            let force = self.springs[own] * ratio;
+            acceleration[own] -= force * alpha[other];
+            acceleration[other] -= force * (alpha[own] + ratio * alpha[other]);
+        }
         if let Some(damping) = &self.damping {
             for (j, rate) in alpha_dot.iter().enumerate() {
                 for (i, torque) in acceleration.iter_mut().enumerate() {
@@ -103,6 +108,10 @@ impl<'a> Equation<'a> {
         }
         for (spring, a) in self.springs.iter().zip(alpha) {
             energy += 0.5 * spring * a * a;
+        }
+        for &Coupling { own, other, ratio } in self.robot.couplings() {
+            let stretched = alpha[own] + 0.5 * ratio * alpha[other];
+            energy += self.springs[own] * ratio * alpha[other] * stretched;
         }
         if let Some((potential_at_rest, gradient)) = &self.preload {
             let preload: f64 = gradient.iter().zip(alpha).map(|(g, a)| g * a).sum();

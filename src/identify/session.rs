@@ -92,6 +92,7 @@ impl IdentifiedSession {
                 temperature_c: at.conditions.temperature_c,
                 amplitude_nm: at.conditions.amplitude_nm,
                 payload_kg: at.conditions.payload_kg,
+                added_kg: Vec::new(),
                 sample_rate_hz: at.sample_rate_hz,
                 id: at.id.clone(),
             }

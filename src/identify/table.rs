@@ -29,6 +29,8 @@ pub struct ModeRow<P = Vec<f64>> {
     pub amplitude_nm: Option<f64>,
     /// Mass at the tip that is known to be there, kg.
     pub payload_kg: Option<f64>,
+    /// Masses added at the centres of mass of links, by name, kg.
+    pub added_kg: Vec<(String, f64)>,
     /// Samples per second of the record.
     pub sample_rate_hz: Option<f64>,
     /// What the row is called.
@@ -46,6 +48,7 @@ impl<P> ModeRow<P> {
             temperature_c: self.temperature_c,
             amplitude_nm: self.amplitude_nm,
             payload_kg: self.payload_kg,
+            added_kg: self.added_kg,
             sample_rate_hz: self.sample_rate_hz,
             id: self.id,
         }

@@ -24,7 +24,8 @@ const MAX_HZ: f64 = 1e6;
 
 /// Reads a table of identified modes: the pose as `beta2_rad` (with `beta1_rad`, if known) or one
 /// column `<joint>_rad` or `_deg` per moving joint (`_m` or `_mm` where it slides), `f1_hz`,
-/// `f2_hz` … ascending with blanks where a mode was not measured, and the covariates. `reading` is
+/// `f2_hz` … ascending with blanks where a mode was not measured, `mass_<link>_kg` for a mass added
+/// at a link's centre of mass, and the covariates. `reading` is
 /// warned of columns that are not used.
 ///
 /// # Errors
@@ -163,6 +164,8 @@ struct Columns {
     temperature: Option<usize>,
     amplitude: Option<usize>,
     payload: Option<usize>,
+    /// Links with the columns of masses added to them.
+    added: Vec<(String, usize)>,
     sample_rate: Option<usize>,
     id: Option<usize>,
     unknown: Vec<String>,
@@ -198,6 +201,7 @@ impl Columns {
         };
         let deviations = of_modes(&|m| format!("f{m}_std_hz"));
         let damping = of_modes(&|m| format!("zeta{m}"));
+        let added = added_columns(header, line, robot, notes);
         let known = |title: &str| {
             [
                 "temperature_c",
@@ -211,6 +215,7 @@ impl Columns {
             ]
             .contains(&title)
                 || is_of_joint(title, robot)
+                || added.iter().any(|(_, index)| header[*index] == title)
                 || numbered(title, "f", "_hz")
                 || numbered(title, "f", "_std_hz")
                 || numbered(title, "zeta", "")
@@ -230,6 +235,7 @@ impl Columns {
             temperature: find("temperature_c"),
             amplitude: find("amplitude_nm"),
             payload: find("payload_kg"),
+            added,
             sample_rate: find("sample_rate_hz"),
             id: find("id"),
             unknown,
@@ -269,6 +275,11 @@ impl Columns {
         row.temperature_c = optional(self.temperature);
         row.amplitude_nm = optional(self.amplitude);
         row.payload_kg = optional(self.payload);
+        row.added_kg = self
+            .added
+            .iter()
+            .filter_map(|(link, column)| Some((link.clone(), optional(Some(*column))?)))
+            .collect();
         row.sample_rate_hz = optional(self.sample_rate);
         row.id = self.id.and_then(|column| cells.get(column)).filter(|id| !id.is_empty()).cloned();
         if notes.errors() == before {
@@ -377,9 +388,40 @@ fn check(
             notes.error(Code::Value, line, format!("{name} is {value}, {wanted}"));
         }
     }
+    for (link, kg) in row.added_kg.iter().filter(|(_, kg)| *kg < 0.0) {
+        let what = format!("mass_{link}_kg is {kg}, must not be negative");
+        notes.error(Code::Value, line, what);
+    }
     for violation in robot.limit_violations(&row.pose) {
         notes.error(Code::JointLimit, line, violation.to_string());
     }
+}
+
+/// The columns `mass_<link>_kg`, each with its link; a link that the robot lacks is a fault.
+fn added_columns(
+    header: &[String],
+    line: usize,
+    robot: &Robot,
+    notes: &mut Notes,
+) -> Vec<(String, usize)> {
+    let bodies = robot.bodies().iter().filter(|body| !body.is_payload);
+    let links: Vec<&str> = bodies.map(|body| body.link.as_str()).collect();
+    let mut columns = Vec::new();
+    for (index, title) in header.iter().enumerate() {
+        let link = title.strip_prefix("mass_").and_then(|rest| rest.strip_suffix("_kg"));
+        let Some(link) = link else { continue };
+        if links.contains(&link) {
+            columns.push((link.to_owned(), index));
+        } else {
+            let what = format!(
+                "column '{title}': '{link}' is no link with mass; these are {}{}",
+                links.join(", "),
+                hint(link, links.iter().copied())
+            );
+            notes.error(Code::Reference, line, what);
+        }
+    }
+    columns
 }
 
 /// Whether `title` is `prefix`, a number, `suffix`.
@@ -460,6 +502,21 @@ mod tests {
         assert_eq!((row.temperature_c, row.id.as_deref()), (Some(31.0), Some("a")));
         assert_eq!(reading.warnings.len(), 1);
         assert!(reading.warnings[0].what.contains("column 'extra'"));
+    }
+
+    #[test]
+    fn added_masses_are_those_of_links() {
+        let text = "joint_1_rad,joint_2_rad,f1_hz,mass_link_1_kg\n1,1,9,2.5\n1,1,10,\n";
+        let (table, _) = read(text).unwrap();
+        assert_eq!(table.rows[0].added_kg, [("link_1".to_owned(), 2.5)]);
+        assert!(table.rows[1].added_kg.is_empty());
+        for (text, expected) in [
+            ("joint_1_rad,joint_2_rad,f1_hz,mass_link_7_kg\n1,1,9,2\n", "'link_7' is no link"),
+            ("joint_1_rad,joint_2_rad,f1_hz,mass_link_1_kg\n1,1,9,-2\n", "mass_link_1_kg is -2"),
+        ] {
+            let notes = read(text).unwrap_err();
+            assert!(notes[0].contains(expected), "{notes:?}");
+        }
     }
 
     /// beta2 = joint_2 + 0.25 in this robot's file.

@@ -35,11 +35,15 @@ pub enum Cause {
     AliasedMode,
     /// At some poses a mode was not seen and the next one took its column.
     MissedMode,
+    /// A spring varies with the joint's own position.
+    PositionDependentStiffness,
+    /// A joint's spring also feels the joint before.
+    JointCoupling,
 }
 
 impl Cause {
     /// All causes, in the order of the documentation.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 17] = [
         Self::JointStiffness,
         Self::LinkInertia,
         Self::ComOffset,
@@ -55,6 +59,8 @@ impl Cause {
         Self::GravityStiffness,
         Self::AliasedMode,
         Self::MissedMode,
+        Self::PositionDependentStiffness,
+        Self::JointCoupling,
     ];
 
     /// The name in files.
@@ -75,6 +81,8 @@ impl Cause {
             Self::GravityStiffness => "gravity_stiffness",
             Self::AliasedMode => "aliased_mode",
             Self::MissedMode => "missed_mode",
+            Self::PositionDependentStiffness => "position_dependent_stiffness",
+            Self::JointCoupling => "joint_coupling",
         }
     }
 

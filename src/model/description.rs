@@ -247,21 +247,56 @@ impl Correction {
     /// one of several alternatives suffices.
     pub fn parameter_names(cause: Cause) -> &'static [&'static str] {
         match cause {
-            Cause::JointStiffness => &["stiffness_nm_per_rad", "stiffness_n_per_m"],
-            Cause::BaseCompliance => &["stiffness_nm_per_rad", "stiffness_n_per_m", "depth_m"],
-            Cause::LinkInertia => &["inertia_factor", "mass_factor"],
+            Cause::JointStiffness => &[
+                "stiffness_nm_per_rad",
+                "stiffness_n_per_m",
+                "factor",
+                "ratio_1",
+                "ratio_2",
+                "ratio_3",
+                "ratio_4",
+                "ratio_5",
+                "ratio_6",
+                "ratio_7",
+                "ratio_8",
+                "ratio_9",
+            ],
+            Cause::BaseCompliance => &[
+                "stiffness_nm_per_rad",
+                "stiffness_n_per_m",
+                "depth_m",
+                "turn_rad",
+                "ratio_2",
+                "ratio_3",
+            ],
+            Cause::LinkInertia => {
+                &["inertia_factor", "mass_factor", "x_factor", "y_factor", "z_factor"]
+            }
             Cause::ComOffset => &["dx_m", "dy_m", "dz_m"],
             Cause::JointZeroOffset => &["offset_rad", "offset_m"],
             Cause::Payload => &["mass_kg", "com_x_m", "com_y_m", "com_z_m", "gyration_m"],
-            Cause::TransverseCompliance => &["stiffness_nm_per_rad"],
-            Cause::LinkFlexibility => &["stiffness_nm_per_rad", "position"],
+            Cause::TransverseCompliance => &["stiffness_nm_per_rad", "ratio_2"],
+            Cause::LinkFlexibility => &["stiffness_nm_per_rad", "position", "ratio_2", "ratio_3"],
             Cause::DriveInertia => &["reflected_inertia_kgm2"],
-            Cause::LoadDependentStiffness => &["change_per_nm", "saturation_nm"],
-            Cause::AmplitudeDependence => &["change_per_nm", "exponent", "factor"],
-            Cause::TemperatureDrift => &["change_per_k", "factor"],
+            Cause::LoadDependentStiffness => &[
+                "change_per_nm",
+                "saturation_nm",
+                "factor",
+                "reference_nm",
+                "ratio_1",
+                "ratio_3",
+                "torque_1_nm",
+                "torque_2_nm",
+            ],
+            Cause::AmplitudeDependence => &["change_per_nm", "exponent", "factor", "reference_nm"],
+            Cause::TemperatureDrift => &["change_per_k", "factor", "reference_c"],
             Cause::GravityStiffness => &[],
             Cause::AliasedMode => &["sample_rate_hz"],
             Cause::MissedMode => &["share"],
+            Cause::PositionDependentStiffness => {
+                &["cos_1", "sin_1", "cos_2", "sin_2", "cos_3", "sin_3", "factor"]
+            }
+            Cause::JointCoupling => &["ratio"],
         }
     }
 }
@@ -272,7 +307,7 @@ pub struct Hinge {
     /// Rotation or translation.
     pub kind: CoordinateKind,
     /// One elastic coordinate along or about each, in the link's frame; all have the same
-    /// stiffness.
+    /// stiffness, but for the ratios of a correction's parameters.
     pub axes: Vec<Vector3<f64>>,
     /// A point of the axes, in the link's frame, m.
     pub origin_m: Vector3<f64>,

@@ -7,10 +7,10 @@
 use nalgebra::{DMatrix, Vector3};
 
 use super::body::Composite;
-use super::correction::Conditions;
+use super::correction::{Conditions, SpringState};
 use super::description::CoordinateKind;
 use super::placement::{Axis, Placement};
-use super::robot::{Robot, UncertainBody};
+use super::robot::{Coupling, Robot, UncertainBody};
 
 /// An inertia about an axis below this share of what the same body has across it counts as none: a
 /// point mass on a slanting axis leaves rounding, not zero, and rounding is no inertia to vibrate
@@ -135,6 +135,13 @@ pub fn stiffness_matrix(
     for i in 0..robot.coordinates.len() {
         k[(i, i)] += spring_constant(robot, placement, conditions, i);
     }
+    for &Coupling { own, other, ratio } in &robot.couplings {
+        // ½ k (α_own + ratio · α_other)².
+        let constant = spring_constant(robot, placement, conditions, own);
+        k[(other, other)] += ratio * ratio * constant;
+        k[(own, other)] += ratio * constant;
+        k[(other, own)] += ratio * constant;
+    }
 }
 
 /// The spring of coordinate `i` by its laws, N·m/rad or N/m, for a robot placed at a pose.
@@ -148,7 +155,11 @@ pub fn spring_constant(
     if coordinate.laws.is_empty() {
         return coordinate.stiffness;
     }
-    coordinate.stiffness_under(gravity_torque(robot, placement, i), conditions)
+    let state = SpringState {
+        gravity_torque_nm: gravity_torque(robot, placement, i),
+        position: coordinate.joint.map_or(0.0, |joint| placement.positions[joint]),
+    };
+    coordinate.stiffness_under(state, conditions)
 }
 
 /// What gravity pulls on coordinate `i` with, N·m or N.

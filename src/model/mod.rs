@@ -22,7 +22,9 @@ mod robot;
 mod tip;
 
 pub use cause::Cause;
-pub use correction::{Conditions, REFERENCE_TEMPERATURE_C, StiffnessLaw};
+pub use correction::{
+    ALL_JOINTS, Conditions, REFERENCE_TEMPERATURE_C, SPRING_RATIOS, StiffnessLaw,
+};
 pub use description::{
     ArmAngle, Calibration, Carries, CoordinateKind, Correction, Damping, Description, Drive,
     ElasticJoint, ExtraCoordinate, Hinge, Inertial, Joint, JointKind, Link, Payload,
@@ -38,6 +40,7 @@ pub use plausibility::doubts;
 pub use pose_fault::PoseFault;
 pub(crate) use posterior::distance;
 pub use posterior::{LearnedParameter, ParameterKind, Posterior, Unexplained};
+pub(crate) use robot::Coupling;
 pub(crate) use robot::NodeMotion;
 pub use robot::{AngleForm, Coordinate, LimitViolation, MovingJoint, Robot, UncertainBody};
 pub use tip::{elastic_jacobian, forward_kinematics, joint_jacobian};

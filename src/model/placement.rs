@@ -45,6 +45,8 @@ impl Axis {
 #[derive(Debug, Clone)]
 pub struct Placement {
     pub(super) frames: Vec<Frame>,
+    /// The pose, rad or m.
+    pub(super) positions: Vec<f64>,
     /// Joint axes, in the order of a pose.
     pub(super) joint_axes: Vec<Axis>,
     /// Elastic axes, in the order of the coordinates.
@@ -64,6 +66,7 @@ impl Placement {
         };
         Self {
             frames: vec![frame; robot.nodes.len()],
+            positions: vec![0.0; robot.joints.len()],
             joint_axes: vec![axis; robot.joints.len()],
             elastic_axes: vec![axis; robot.coordinates.len()],
             composites: vec![Composite::default(); robot.nodes.len()],
@@ -83,6 +86,7 @@ impl Placement {
     /// like](Robot::stands_like) it.
     pub(crate) fn place_bodies(&mut self, robot: &Robot, other: &Self) {
         self.frames.copy_from_slice(&other.frames);
+        self.positions.copy_from_slice(&other.positions);
         self.joint_axes.copy_from_slice(&other.joint_axes);
         self.elastic_axes.copy_from_slice(&other.elastic_axes);
         self.collect_composites(robot);
@@ -109,6 +113,7 @@ impl Placement {
     }
 
     fn place_frames(&mut self, robot: &Robot, q: &[f64], alpha: Option<&[f64]>) {
+        self.positions.copy_from_slice(q);
         for (index, node) in robot.nodes.iter().enumerate() {
             let fixed_rotation = node.fixed.rotation.to_rotation_matrix();
             let mut frame = match node.parent {

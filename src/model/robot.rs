@@ -5,7 +5,7 @@ use std::fmt;
 
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
-use super::correction::{Conditions, StiffnessLaw};
+use super::correction::{Conditions, SpringState, StiffnessLaw};
 use super::description::{
     Calibration, CoordinateKind, Damping, Description, Inertial, JointKind, Payload,
 };
@@ -104,9 +104,9 @@ pub struct Coordinate {
 }
 
 impl Coordinate {
-    /// The spring's constant where it carries this torque of gravity.
-    pub(super) fn stiffness_under(&self, gravity_torque_nm: f64, conditions: &Conditions) -> f64 {
-        let shares = self.laws.iter().map(|law| law.share(gravity_torque_nm, conditions));
+    /// The spring's constant in a state.
+    pub(super) fn stiffness_under(&self, state: SpringState, conditions: &Conditions) -> f64 {
+        let shares = self.laws.iter().map(|law| law.share(state, conditions));
         self.stiffness * shares.product::<f64>()
     }
 
@@ -114,8 +114,17 @@ impl Coordinate {
     /// the pose.
     pub(crate) fn stiffness_of_all_poses(&self) -> Option<f64> {
         let follows_pose = self.laws.iter().any(StiffnessLaw::follows_pose);
-        (!follows_pose).then(|| self.stiffness_under(0.0, &Conditions::default()))
+        let at_rest = SpringState { gravity_torque_nm: 0.0, position: 0.0 };
+        (!follows_pose).then(|| self.stiffness_under(at_rest, &Conditions::default()))
     }
+}
+
+/// A spring that feels α_own + ratio · α_other.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Coupling {
+    pub(crate) own: usize,
+    pub(crate) other: usize,
+    pub(crate) ratio: f64,
 }
 
 /// What moves a node against its parent when the pose changes.
@@ -186,6 +195,8 @@ pub struct Robot {
     pub(super) bodies: Vec<UncertainBody>,
     pub(super) joints: Vec<MovingJoint>,
     pub(super) coordinates: Vec<Coordinate>,
+    /// Springs that also feel another coordinate.
+    pub(super) couplings: Vec<Coupling>,
     /// For each coordinate j, the coordinates i ≤ j that carry it (j itself last).
     pub(super) carriers: Vec<Vec<usize>>,
     /// Gravity in the base frame, m/s².
@@ -298,6 +309,16 @@ impl Robot {
     /// Whether K holds the geometric stiffness of gravity.
     pub fn has_gravity_stiffness(&self) -> bool {
         self.gravity_stiffness
+    }
+
+    /// Whether K holds more than its diagonal.
+    pub fn has_coupled_stiffness(&self) -> bool {
+        self.gravity_stiffness || !self.couplings.is_empty()
+    }
+
+    /// Springs that also feel another coordinate.
+    pub(crate) fn couplings(&self) -> &[Coupling] {
+        &self.couplings
     }
 
     /// Mass of everything that the first elastic coordinates carry, payload included, kg.

@@ -147,7 +147,7 @@ impl<'a> ModalSolver<'a> {
             *spring = spring_constant(robot, &self.placement, &conditions, i);
         }
         self.check_mass()?;
-        if robot.has_gravity_stiffness() {
+        if robot.has_coupled_stiffness() {
             self.scale_by_cholesky()
         } else {
             self.scale_by_diagonal();

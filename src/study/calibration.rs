@@ -28,6 +28,10 @@ pub(super) fn digest(table: &ModeTable) -> String {
         [row.temperature_c, row.amplitude_nm, row.payload_kg, row.sample_rate_hz]
             .into_iter()
             .for_each(&mut add);
+        for (link, kg) in row.added_kg.iter().filter(|(_, kg)| *kg > 0.0) {
+            link.bytes().for_each(|byte| add(Some(f64::from(byte))));
+            add(Some(*kg));
+        }
     }
     format!("fnv1a-{:016x}", hasher.finish())
 }

@@ -11,6 +11,7 @@
 mod coverage;
 mod hidden_chain;
 mod hidden_effects;
+mod real;
 mod truth;
 mod truth_effects;
 mod truth_itself;

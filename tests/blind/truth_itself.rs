@@ -389,7 +389,7 @@ fn a_perfect_diagnosis_passes_and_a_blind_one_does_not() {
         Scenario::Single("transverse_compliance"),
         Scenario::Single("missed_mode"),
         Scenario::Several(2),
-        Scenario::Beyond("wave"),
+        Scenario::Beyond("jump"),
     ];
     let (mut perfect, mut blind) = (Confusion::default(), Confusion::default());
     for scenario in scenarios {

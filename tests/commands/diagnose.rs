@@ -355,11 +355,11 @@ fn bad_tables_are_told_and_nothing_is_found() {
         ("beta2_rad,f1_hz\n1,x\n", "f1_hz is 'x', must be a finite number"),
         (
             "beta2_rad,f1_hz,f2_hz\n1,20,40\n",
-            "too little data for a diagnosis: 2 frequencies at 1 pose,",
+            "too little data for a diagnosis: 2 frequencies, must be at least 5",
         ),
         (
             "beta2_rad,f1_hz\n0,20\n1,21\n2,22\n3,23\n",
-            "too little data for a diagnosis: 4 frequencies at 4 poses",
+            "too little data for a diagnosis: 4 frequencies, must be at least 5",
         ),
         ("beta2_rad,f1_hz\n1,\n", "t.csv: has no frequency in any row"),
         ("beta2_rad,f1_hz\n1,nan\n", "f1_hz is 'nan', must be a finite number"),

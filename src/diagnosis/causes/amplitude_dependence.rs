@@ -1,7 +1,7 @@
-//! The spring changes with the level of excitation: k (1 + c A), k (factor + c A), or by a power of
-//! A.
+//! The spring changes with the level of excitation: k (1 + c A), k (factor + c (A − A_0)), or by a
+//! power of A/A_0, A_0 the table's median.
 
-use super::{Arm, Candidate, Cause, CauseText, Parameter, Scale};
+use super::{Arm, Candidate, Cause, CauseText, Parameter, Scale, WITH_FACTOR, factor};
 
 pub(super) const TEXT: CauseText = CauseText {
     description: "the stiffness depends on the level of excitation",
@@ -10,7 +10,7 @@ pub(super) const TEXT: CauseText = CauseText {
 };
 
 pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
-    let Some([_, highest]) = arm.amplitudes_nm else { return Vec::new() };
+    let Some([_, typical, highest]) = arm.amplitudes_nm else { return Vec::new() };
     arm.springs
         .iter()
         .flat_map(|spring| {
@@ -31,18 +31,16 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
                 starts: vec![0.0, -0.2, -0.1, -0.04, 0.04, 0.1],
                 expected: None,
             };
-            let factor = super::temperature_drift::factor();
-            // The level at which a power of it is 1 is anybody's guess.
-            let free = Parameter { expected: None, ..factor.clone() };
-            let forms = [vec![change.clone()], vec![change, factor], vec![exponent, free]];
-            forms.map(|parameters| {
-                let nests_stiffness = parameters.len() > 1;
-                let mut candidate =
+            let reference = vec![("reference_nm", typical)];
+            let forms = [
+                (vec![change.clone()], 0.0, Vec::new()),
+                (vec![change, factor()], WITH_FACTOR, reference.clone()),
+                (vec![exponent, factor()], WITH_FACTOR, reference),
+            ];
+            forms.map(|(parameters, plausibility, fixed)| {
+                let candidate =
                     Candidate::new(Cause::AmplitudeDependence, &spring.joint, parameters);
-                if nests_stiffness {
-                    candidate.plausibility = super::temperature_drift::WITH_FACTOR;
-                }
-                candidate
+                Candidate { plausibility, fixed, ..candidate }
             })
         })
         .collect()

@@ -1,6 +1,8 @@
-//! The rotary inertia of a link about its centre of mass, by a factor; or mass and inertia alike.
+//! The rotary inertia of a link about its centre of mass, by a factor; or with the mass spread by
+//! another factor along each axis, which gives each axis an inertia of its own; or mass and inertia
+//! alike.
 
-use super::{Arm, Candidate, Cause, CauseText, Parameter, Scale};
+use super::{Arm, Candidate, Cause, CauseText, Parameter, Scale, ratio};
 
 pub(super) const TEXT: CauseText = CauseText {
     description: "the inertia of the link is different",
@@ -8,6 +10,9 @@ pub(super) const TEXT: CauseText = CauseText {
                       the stiffness of the joint above it",
     test: "weigh the link, or add a known mass to it and measure again",
 };
+
+/// How unlike the factors about the axes are, as their logarithms.
+const UNLIKE: f64 = 1.0;
 
 pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
     let mut candidates = Vec::new();
@@ -33,7 +38,10 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
                 starts,
                 expected: None,
             };
+            let about = ["x_factor", "y_factor", "z_factor"].map(|name| ratio(name, UNLIKE));
+            let unlike = std::iter::once(parameter.clone()).chain(about).collect();
             candidates.push(Candidate::new(Cause::LinkInertia, &body.name, vec![parameter]));
+            candidates.push(Candidate::new(Cause::LinkInertia, &body.name, unlike).refining());
         }
         let parameter = Parameter {
             name: "mass_factor",

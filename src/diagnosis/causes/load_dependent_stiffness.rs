@@ -1,7 +1,8 @@
 //! The spring stiffens or softens with the gravity torque that it carries: k (1 + c |τ|), or bent:
-//! k (1 + c |τ| / (1 + |τ|/τ_s)).
+//! k (1 + c |τ| / (1 + |τ|/τ_s)), about another constant than the file's, or in the three slopes of
+//! a gear.
 
-use super::{Arm, Candidate, Cause, CauseText, Parameter, Scale};
+use super::{Arm, Candidate, Cause, CauseText, Parameter, Scale, WITH_FACTOR, factor, ratio};
 
 pub(super) const TEXT: CauseText = CauseText {
     description: "the stiffness depends on the gravity torque on the joint",
@@ -45,8 +46,30 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
             };
             // What is bent may be steeper where it begins.
             let steep = Parameter { bounds: [-9.5 * unit, 20.0 * unit], ..change.clone() };
-            [vec![change], vec![steep, saturation]].map(|parameters| {
-                Candidate::new(Cause::LoadDependentStiffness, &spring.joint, parameters)
+            let torque = |name, share: f64| Parameter {
+                name,
+                scale: Scale::Log,
+                nominal: None,
+                bounds: [0.05 * largest, 1.2 * largest],
+                starts: vec![share * largest],
+                expected: Some([share * largest, 0.6 * share * largest]),
+            };
+            let (low, high) = (ratio("ratio_1", 0.6), ratio("ratio_3", 0.6));
+            let slopes =
+                vec![low, high, torque("torque_1_nm", 0.25), torque("torque_2_nm", 0.6), factor()];
+            let middle = 0.5 * (spring.min_gravity_torque_nm + largest);
+            let forms = [
+                (vec![change.clone()], 0.0, None),
+                (vec![steep.clone(), saturation.clone()], 0.0, None),
+                (vec![change, factor()], WITH_FACTOR, Some(middle)),
+                (vec![steep, saturation, factor()], WITH_FACTOR, Some(middle)),
+                (slopes, WITH_FACTOR, None),
+            ];
+            forms.map(|(parameters, plausibility, reference)| {
+                let candidate =
+                    Candidate::new(Cause::LoadDependentStiffness, &spring.joint, parameters);
+                let fixed = reference.map(|nm| ("reference_nm", nm)).into_iter().collect();
+                Candidate { plausibility, fixed, ..candidate }
             })
         })
         .collect()

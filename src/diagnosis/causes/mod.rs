@@ -7,6 +7,7 @@ mod base_compliance;
 mod com_offset;
 mod drive_inertia;
 mod gravity_stiffness;
+mod joint_coupling;
 mod joint_stiffness;
 mod joint_zero_offset;
 mod link_flexibility;
@@ -14,6 +15,7 @@ mod link_inertia;
 mod load_dependent_stiffness;
 mod missed_mode;
 mod payload;
+mod position_dependent_stiffness;
 mod temperature_drift;
 mod transverse_compliance;
 
@@ -56,6 +58,8 @@ fn candidates_of(cause: Cause, arm: &Arm<'_>) -> Vec<Candidate> {
         Cause::GravityStiffness => gravity_stiffness::candidates(arm),
         Cause::AliasedMode => aliased_mode::candidates(arm),
         Cause::MissedMode => missed_mode::candidates(arm),
+        Cause::PositionDependentStiffness => position_dependent_stiffness::candidates(arm),
+        Cause::JointCoupling => joint_coupling::candidates(arm),
     }
 }
 
@@ -77,6 +81,8 @@ pub(super) fn cause_text(cause: Cause) -> CauseText {
         Cause::GravityStiffness => gravity_stiffness::TEXT,
         Cause::AliasedMode => aliased_mode::TEXT,
         Cause::MissedMode => missed_mode::TEXT,
+        Cause::PositionDependentStiffness => position_dependent_stiffness::TEXT,
+        Cause::JointCoupling => joint_coupling::TEXT,
     }
 }
 
@@ -90,6 +96,34 @@ fn new_spring(name: &'static str, soft: f64) -> Parameter {
         bounds: [0.02 * soft, 2000.0 * soft],
         starts: [3.0, 0.3, 1.0, 8.0, 20.0, 60.0].iter().map(|share| share * soft).collect(),
         expected: None,
+    }
+}
+
+/// A ratio to what it refines: about 1, by its logarithm.
+fn ratio(name: &'static str, spread: f64) -> Parameter {
+    Parameter {
+        name,
+        scale: Scale::Log,
+        nominal: Some(1.0),
+        bounds: [0.02, 50.0],
+        starts: vec![1.0, 0.3, 3.0],
+        expected: Some([1.0, spread]),
+    }
+}
+
+/// A law with a factor holds the plain stiffness as a special case, so it is an alternative of that
+/// only where the law itself shows.
+const WITH_FACTOR: f64 = -2.0;
+
+/// The share of a spring where its law is centred.
+fn factor() -> Parameter {
+    Parameter {
+        name: "factor",
+        scale: Scale::Linear(0.2),
+        nominal: Some(1.0),
+        bounds: [0.1, 4.0],
+        starts: vec![1.0, 0.75, 1.3],
+        expected: Some([1.0, 0.25]),
     }
 }
 

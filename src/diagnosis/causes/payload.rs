@@ -26,12 +26,24 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
             (body.name.clone(), body.welded.clone())
         };
         let total = arm.moving_mass_kg.max(1e-3);
+        // What the file hangs on it may be missing.
+        let own_kg = arm
+            .description
+            .payload
+            .as_ref()
+            .filter(|payload| payload.link == body.name || body.welded.contains(&payload.link))
+            .map_or(0.0, |payload| payload.inertial.mass_kg);
+        let less = (own_kg > 0.0).then(|| [-0.3 * own_kg, -0.8 * own_kg]);
         let mass = Parameter {
             name: "mass_kg",
             scale: Scale::Linear(0.05 * total),
             nominal: Some(0.0),
-            bounds: [0.0, 3.0 * total],
-            starts: [0.01, 0.03, 0.08, 0.2, 0.5, 1.0].iter().map(|s| s * total).collect(),
+            bounds: [-own_kg, 3.0 * total],
+            starts: [0.01, 0.03, 0.08, 0.2, 0.5, 1.0]
+                .iter()
+                .map(|s| s * total)
+                .chain(less.into_iter().flatten())
+                .collect(),
             expected: None,
         };
         // A tool hangs near the tip's frame, a feeder anywhere along the link.

@@ -1,7 +1,8 @@
-//! The spring changes with temperature: k (1 + c (T − 20 °C)), or k (factor + c (T − 20 °C)).
+//! The spring of one joint or of all changes with temperature: k (1 + c (T − 20 °C)), or
+//! k (factor + c (T − T_0)), T_0 the table's median.
 
-use super::{Arm, Candidate, Cause, CauseText, Parameter, Scale};
-use crate::model::REFERENCE_TEMPERATURE_C;
+use super::{Arm, Candidate, Cause, CauseText, Parameter, Scale, WITH_FACTOR, factor};
+use crate::model::{ALL_JOINTS, REFERENCE_TEMPERATURE_C};
 
 pub(super) const TEXT: CauseText = CauseText {
     description: "the stiffness depends on temperature",
@@ -9,31 +10,14 @@ pub(super) const TEXT: CauseText = CauseText {
     test: "measure one pose cold and warm",
 };
 
-/// A law with a factor holds the plain stiffness as a special case, so it is an alternative of that
-/// only where the law itself shows.
-pub(super) const WITH_FACTOR: f64 = -1.0;
-
-/// The share of the spring at the reference: the file's, unless the reference is another or the law
-/// is bent.
-pub(super) fn factor() -> Parameter {
-    Parameter {
-        name: "factor",
-        scale: Scale::Linear(0.2),
-        nominal: Some(1.0),
-        bounds: [0.1, 4.0],
-        starts: vec![1.0, 0.75, 1.3],
-        expected: Some([1.0, 0.05]),
-    }
-}
-
 pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
-    let Some(range) = arm.temperatures_c else { return Vec::new() };
-    let largest =
-        range.map(|t| (t - REFERENCE_TEMPERATURE_C).abs()).into_iter().fold(0.0, f64::max);
-    arm.springs
-        .iter()
-        .flat_map(|spring| {
-            let unit = 1.0 / largest.max(range[1] - range[0]);
+    let Some([lowest, typical, highest]) = arm.temperatures_c else { return Vec::new() };
+    let largest = [lowest, highest].map(|t| (t - REFERENCE_TEMPERATURE_C).abs());
+    let unit = 1.0 / largest[0].max(largest[1]).max(highest - lowest);
+    let all = (arm.springs.len() > 1).then_some(ALL_JOINTS);
+    let places = arm.springs.iter().map(|spring| spring.joint.as_str()).chain(all);
+    places
+        .flat_map(|place| {
             let change = Parameter {
                 name: "change_per_k",
                 scale: Scale::Linear(0.3 * unit),
@@ -42,14 +26,13 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
                 starts: [0.0, -0.6, -0.3, -0.1, 0.1, 0.3, 0.6].iter().map(|s| s * unit).collect(),
                 expected: None,
             };
-            [vec![change.clone()], vec![change, factor()]].map(|parameters| {
-                let nests_stiffness = parameters.len() > 1;
-                let mut candidate =
-                    Candidate::new(Cause::TemperatureDrift, &spring.joint, parameters);
-                if nests_stiffness {
-                    candidate.plausibility = super::temperature_drift::WITH_FACTOR;
-                }
-                candidate
+            let forms = [
+                (vec![change.clone()], 0.0, Vec::new()),
+                (vec![change, factor()], WITH_FACTOR, vec![("reference_c", typical)]),
+            ];
+            forms.map(|(parameters, plausibility, fixed)| {
+                let candidate = Candidate::new(Cause::TemperatureDrift, place, parameters);
+                Candidate { plausibility, fixed, ..candidate }
             })
         })
         .collect()

@@ -1,9 +1,9 @@
 //! A joint also bends across its axis: its child link turns about an axis across it, against a
-//! spring.
+//! spring, or about two, against like or unlike ones.
 
 use nalgebra::Vector3;
 
-use super::{Arm, Candidate, Cause, CauseText, across, new_spring};
+use super::{Arm, Candidate, Cause, CauseText, across, new_spring, ratio};
 use crate::model::{Carries, CoordinateKind, Hinge};
 
 pub(super) const TEXT: CauseText = CauseText {
@@ -11,6 +11,9 @@ pub(super) const TEXT: CauseText = CauseText {
     confounded_with: "the flexibility of the adjacent links, base compliance",
     test: "put accelerometers on both sides of the joint and compare the rotations",
 };
+
+/// How unlike the two directions are, as logarithms of their stiffness.
+const UNLIKE: f64 = 1.0;
 
 pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
     let mut candidates = Vec::new();
@@ -25,10 +28,14 @@ pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
             .map_or(arm.rotation_stiffness(), |spring| spring.stiffness);
         let across = across(&axis);
         let mut forms: Vec<Vec<Vector3<f64>>> = across.iter().map(|axis| vec![*axis]).collect();
+        forms.push(across.clone());
+        let is_unlike = [vec![false; forms.len()], vec![true]].concat();
         forms.push(across);
-        for axes in forms {
-            let spring = new_spring("stiffness_nm_per_rad", soft);
-            let mut candidate = Candidate::new(Cause::TransverseCompliance, joint, vec![spring]);
+        for (axes, is_unlike) in forms.into_iter().zip(is_unlike) {
+            let mut parameters = vec![new_spring("stiffness_nm_per_rad", soft)];
+            parameters.extend(is_unlike.then(|| ratio("ratio_2", UNLIKE)));
+            let mut candidate = Candidate::new(Cause::TransverseCompliance, joint, parameters);
+            candidate.is_refinement = is_unlike;
             candidate.hinge = Some(Hinge {
                 kind: CoordinateKind::Rotation,
                 axes,

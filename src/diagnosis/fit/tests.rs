@@ -74,9 +74,20 @@ pub(in crate::diagnosis) fn data(rows: usize) -> Data {
         })
         .collect();
     let points = (0..3 * rows.len())
-        .map(|i| Point { row: i / 3, column: i % 3, ln_f: 3.0, unit: 1.0, rounding: 0.0, index: i })
+        .map(|i| Point {
+            row: i / 3,
+            column: i % 3,
+            ln_f: 3.0,
+            unit: 1.0,
+            stated: 1.0,
+            rounding: 0.0,
+            index: i,
+        })
         .collect();
-    Data { rows, points, columns: 3, stated_noise: None }
+    let mut data = Data::at(rows[0].clone(), 3);
+    data.order_of_last = rows.len() - 1;
+    (data.rows, data.points) = (rows, points);
+    data
 }
 
 fn parameter(name: &'static str, scale: Scale) -> Parameter {
@@ -112,8 +123,38 @@ fn sensitivities_are_the_differences_of_solved_frequencies() {
         vec![log("stiffness_nm_per_rad"), linear("depth_m")],
     );
     rocks.hinge = Some(Hinge { carries: Carries::Link, origin_m, ..hinge.clone() });
+    let mut unlike = Candidate::new(
+        Cause::BaseCompliance,
+        "base",
+        vec![
+            log("stiffness_nm_per_rad"),
+            log("stiffness_n_per_m"),
+            log("ratio_2"),
+            linear("turn_rad"),
+        ],
+    );
+    unlike.hinge = Some(Hinge {
+        carries: Carries::Link,
+        origin_m,
+        axes: vec![Vector3::y(), Vector3::x()],
+        ..hinge.clone()
+    });
     bends.hinge = Some(hinge);
+    let spread = ["inertia_factor", "x_factor", "z_factor"].map(log).to_vec();
+    let waves = ["cos_1", "sin_3", "factor"].map(linear).to_vec();
+    let slopes = vec![log("ratio_1"), log("ratio_3"), log("torque_1_nm"), log("torque_2_nm")];
+    let all = vec![log("factor"), log("ratio_2")];
+    let warm = vec![linear("change_per_k")];
+    let mut centred = Candidate::new(Cause::TemperatureDrift, "all", warm);
+    centred.fixed = vec![("reference_c", 31.0)];
     let cases = [
+        (unlike, vec![14.0, 15.0, 0.4, 3.0]),
+        (Candidate::new(Cause::LinkInertia, "l2", spread), vec![0.2, 0.3, -0.2]),
+        (Candidate::new(Cause::PositionDependentStiffness, "j2", waves), vec![1.0, -2.0, 11.0]),
+        (Candidate::new(Cause::JointCoupling, "j2", vec![linear("ratio")]), vec![3.0]),
+        (Candidate::new(Cause::LoadDependentStiffness, "j2", slopes), vec![-0.4, 0.3, 3.0, 4.5]),
+        (Candidate::new(Cause::JointStiffness, "all", all), vec![-0.2, 0.1]),
+        (centred, vec![0.1]),
         (
             Candidate::new(Cause::JointStiffness, "j2", vec![log("stiffness_nm_per_rad")]),
             vec![12.0],
@@ -169,7 +210,7 @@ fn sensitivities_are_the_differences_of_solved_frequencies() {
     // taken.
     let mut loaded = data.clone();
     for (i, row) in loaded.rows.iter_mut().enumerate() {
-        row.load = Load { more_kg: [0.0, 3.0, 7.0][i % 3], share: 1.0 };
+        row.load = Load { more_kg: [0.0, 3.0, 7.0][i % 3], ..Load::NOMINAL };
     }
     let heavy = Description { gravity_stiffness: true, ..arm() };
     let heavy = Problem { description: &heavy, data: &loaded };

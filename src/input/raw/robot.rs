@@ -245,7 +245,7 @@ pub(in crate::input) struct Correction {
     /// What was wrong: joint_stiffness, link_inertia, com_offset, joint_zero_offset, payload,
     /// base_compliance, transverse_compliance, link_flexibility, drive_inertia,
     /// load_dependent_stiffness, amplitude_dependence, temperature_drift, gravity_stiffness,
-    /// aliased_mode or missed_mode.
+    /// aliased_mode, missed_mode, position_dependent_stiffness or joint_coupling.
     #[schemars(required, extend("examples" = ["payload"]))]
     pub(in crate::input) cause: Option<String>,
     /// The joint, link or mode that it is about; absent for gravity_stiffness.

@@ -7,7 +7,8 @@ use nalgebra::{Isometry3, Point3, Unit};
 use super::checks::has_direction;
 use super::tree::Tree;
 use crate::model::description::{
-    CoordinateKind, Damping, Description, ElasticJoint, ExtraCoordinate, Inertial, Joint, JointKind,
+    CoordinateKind, Correction, Damping, Description, ElasticJoint, ExtraCoordinate, Inertial,
+    Joint, JointKind,
 };
 use crate::model::robot::{Coordinate, MovingJoint, Node, NodeMotion, UncertainBody};
 
@@ -112,9 +113,8 @@ impl Bodies<'_> {
             laws: description
                 .corrections
                 .iter()
-                .filter_map(|correction| correction.law())
-                .filter(|(joint, _)| *joint == spring.joint)
-                .map(|(_, law)| law)
+                .filter(|correction| correction.is_about(&spring.joint))
+                .filter_map(Correction::law)
                 .collect(),
             damping: self.damping(spring.damping),
             drive_inertia: drive.map_or(0.0, |d| d.reflected_inertia_kgm2),

@@ -12,7 +12,8 @@ use nalgebra::Isometry3;
 use self::bodies::Bodies;
 use self::tree::Tree;
 use super::description::{ArmAngle, Description, JointKind};
-use super::robot::{AngleForm, Coordinate, MovingJoint, Node, Robot, ancestors};
+use super::robot::{AngleForm, Coordinate, Coupling, MovingJoint, Node, Robot, ancestors};
+use crate::model::cause::Cause;
 use crate::notes::{Code, Note, Part, Place};
 use crate::wording::hint;
 
@@ -245,6 +246,7 @@ impl<'a> Builder<'a> {
         self.check_carried_mass(&nodes, &coordinates);
         self.warn_of_massless_links(&nodes, &place_of);
 
+        let couplings = couplings(description, &coordinates);
         let carriers = carriers(&nodes, &coordinates);
         let tip_carriers = (0..coordinates.len())
             .filter(|&i| ancestors(&nodes, tip_node).any(|node| node == coordinates[i].node))
@@ -254,6 +256,7 @@ impl<'a> Builder<'a> {
             beta1: self.angle_form("beta1", description.beta1.as_ref(), &joints),
             beta2: self.angle_form("beta2", description.beta2.as_ref(), &joints),
             carriers,
+            couplings,
             tip_carriers,
             gravity: description.gravity_m_per_s2,
             gravity_stiffness: description.gravity_stiffness,
@@ -383,6 +386,18 @@ fn carriers(nodes: &[Node], coordinates: &[Coordinate]) -> Vec<Vec<usize>> {
                 .collect()
         })
         .collect()
+}
+
+/// The springs that the corrections couple, each with that of the elastic joint before.
+fn couplings(description: &Description, coordinates: &[Coordinate]) -> Vec<Coupling> {
+    let own = description.corrections.iter().filter(|c| c.cause == Cause::JointCoupling);
+    own.filter_map(|correction| {
+        let at = correction.at.as_deref()?;
+        let own = coordinates.iter().position(|c| c.joint.is_some() && c.name == at)?;
+        let other = coordinates[..own].iter().rposition(|c| c.joint.is_some())?;
+        Some(Coupling { own, other, ratio: correction.value("ratio")? })
+    })
+    .collect()
 }
 
 /// A few names for a message.

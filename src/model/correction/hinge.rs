@@ -16,8 +16,15 @@ impl Hinge {
         self.origin_m += description.reach_of(link) * position;
     }
 
-    /// Adds the coordinates, called `name`, to the link `at`.
-    pub(super) fn add(&self, description: &mut Description, at: &str, name: &str, stiffness: f64) {
+    /// Adds the coordinates, called `name`, to the link `at`; the k-th has the k-th of the
+    /// stiffnesses, or the last.
+    pub(super) fn add(
+        &self,
+        description: &mut Description,
+        at: &str,
+        name: &str,
+        stiffnesses: &[f64],
+    ) {
         let moved = match self.carries {
             Carries::Link => at.to_owned(),
             Carries::Part => {
@@ -35,7 +42,7 @@ impl Hinge {
                 kind: self.kind,
                 axis: *axis,
                 origin_m: self.origin_m,
-                stiffness,
+                stiffness: stiffnesses.get(i).or(stiffnesses.last()).copied().unwrap_or(0.0),
                 std: None,
                 damping: None,
             });

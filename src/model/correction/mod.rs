@@ -8,12 +8,23 @@ mod learned;
 
 use nalgebra::{Isometry3, Matrix3, Translation3, Unit, UnitQuaternion, Vector3};
 
+pub(super) use self::law::SpringState;
 pub use self::law::{Conditions, REFERENCE_TEMPERATURE_C, StiffnessLaw};
 use super::cause::Cause;
 use super::description::{
-    Correction, Description, Drive, ElasticJoint, Inertial, Joint, JointKind, Link,
+    CoordinateKind, Correction, Description, Drive, ElasticJoint, Hinge, Inertial, Joint,
+    JointKind, Link,
 };
 use crate::notes::{Code, Note, Part, Place};
+
+/// The place of a cause that all elastic joints have in common.
+pub const ALL_JOINTS: &str = "all";
+
+/// How much more than by the factor of all springs each changes, in the order of the file.
+pub const SPRING_RATIOS: [&str; 9] = [
+    "ratio_1", "ratio_2", "ratio_3", "ratio_4", "ratio_5", "ratio_6", "ratio_7", "ratio_8",
+    "ratio_9",
+];
 
 impl Correction {
     /// Puts the correction into a description.
@@ -25,14 +36,34 @@ impl Correction {
         match self.cause {
             Cause::JointStiffness => {
                 let stiffness = value("stiffness_nm_per_rad").or(value("stiffness_n_per_m"));
-                let stiffness = stiffness.ok_or("parameter 'stiffness_nm_per_rad' is missing")?;
-                spring(description, at)?.stiffness = stiffness;
+                match (stiffness, value("factor")) {
+                    (Some(stiffness), _) => stiffen(description, at, stiffness)?,
+                    (None, Some(factor)) => {
+                        springs(description, at)?.for_each(|spring| spring.stiffness *= factor);
+                        for (spring, name) in
+                            description.elastic_joints.iter_mut().zip(SPRING_RATIOS)
+                        {
+                            spring.stiffness *= value(name).unwrap_or(1.0);
+                        }
+                    }
+                    (None, None) => Err("parameter 'stiffness_nm_per_rad' is missing")?,
+                }
             }
             Cause::LinkInertia => {
                 let body = body(description, at)?;
                 let mass_factor = value("mass_factor").unwrap_or(1.0);
                 body.mass_kg *= mass_factor;
                 body.inertia_kgm2 *= value("inertia_factor").unwrap_or(1.0) * mass_factor;
+                let factors = ["x_factor", "y_factor", "z_factor"].map(value);
+                if factors.iter().any(Option::is_some) {
+                    // ∫ r rᵀ dm about the centre of mass stays positive, whatever the factors.
+                    let roots = factors.map(|factor| factor.unwrap_or(1.0).max(0.0).sqrt());
+                    let roots = Matrix3::from_diagonal(&roots.into());
+                    let second =
+                        Matrix3::identity() * (0.5 * body.inertia_kgm2.trace()) - body.inertia_kgm2;
+                    let second = roots * second * roots;
+                    body.inertia_kgm2 = Matrix3::identity() * second.trace() - second;
+                }
             }
             Cause::ComOffset => {
                 let offset = vector(["dx_m", "dy_m", "dz_m"].map(value));
@@ -46,6 +77,9 @@ impl Correction {
             }
             Cause::Payload => {
                 let mass_kg = needed("mass_kg")?;
+                if mass_kg < 0.0 {
+                    return take_off(description, at, -mass_kg);
+                }
                 let gyration_m = value("gyration_m").unwrap_or(0.0);
                 let carried = Inertial {
                     mass_kg,
@@ -56,9 +90,7 @@ impl Correction {
                 link.inertial = Some(link.inertial.map_or(carried, |own| own.combined(&carried)));
             }
             Cause::BaseCompliance | Cause::TransverseCompliance | Cause::LinkFlexibility => {
-                let stiffness = value("stiffness_nm_per_rad").or(value("stiffness_n_per_m"));
-                let stiffness = stiffness.ok_or("parameter 'stiffness_nm_per_rad' is missing")?;
-                self.give(description, at, stiffness)?;
+                self.give(description, at)?;
             }
             Cause::DriveInertia => {
                 joint(description, at)?;
@@ -74,13 +106,22 @@ impl Correction {
             }
             Cause::LoadDependentStiffness
             | Cause::AmplitudeDependence
-            | Cause::TemperatureDrift => {
-                spring(description, at)?;
+            | Cause::TemperatureDrift
+            | Cause::PositionDependentStiffness => {
+                let _ = springs(description, at)?;
                 match self.cause {
                     Cause::TemperatureDrift => needed("change_per_k")?,
                     Cause::AmplitudeDependence if value("exponent").is_some() => 0.0,
+                    Cause::LoadDependentStiffness if value("torque_1_nm").is_some() => {
+                        needed("torque_2_nm")?
+                    }
+                    Cause::PositionDependentStiffness => 0.0,
                     _ => needed("change_per_nm")?,
                 };
+            }
+            Cause::JointCoupling => {
+                let _ = springs(description, at)?;
+                needed("ratio")?;
             }
             Cause::GravityStiffness => description.gravity_stiffness = true,
             Cause::AliasedMode | Cause::MissedMode => {}
@@ -88,33 +129,79 @@ impl Correction {
         Ok(())
     }
 
-    /// The law that the correction makes of a spring, with the spring's joint.
-    pub(super) fn law(&self) -> Option<(&str, StiffnessLaw)> {
-        let at = self.at.as_deref()?;
+    /// Whether it is about the spring of `joint`.
+    pub(super) fn is_about(&self, joint: &str) -> bool {
+        self.at.as_deref().is_some_and(|at| at == joint || at == ALL_JOINTS)
+    }
+
+    /// The law that the correction makes of a spring.
+    pub(super) fn law(&self) -> Option<StiffnessLaw> {
         let factor = self.value("factor").unwrap_or(1.0);
         let law = match self.cause {
             Cause::LoadDependentStiffness => {
                 let saturation_nm = self.value("saturation_nm").unwrap_or(f64::INFINITY);
-                StiffnessLaw::Load { change_per_nm: self.value("change_per_nm")?, saturation_nm }
+                let ratio = |name: &str| self.value(name).unwrap_or(1.0);
+                match self.value("torque_1_nm").zip(self.value("torque_2_nm")) {
+                    Some((first, second)) => StiffnessLaw::LoadSteps {
+                        factor,
+                        ratios: [ratio("ratio_1"), ratio("ratio_3")],
+                        torques_nm: [first, second],
+                    },
+                    None => StiffnessLaw::Load {
+                        factor,
+                        change_per_nm: self.value("change_per_nm")?,
+                        saturation_nm,
+                        reference_nm: self.value("reference_nm").unwrap_or(0.0),
+                    },
+                }
             }
             Cause::AmplitudeDependence => match self.value("exponent") {
-                Some(exponent) => StiffnessLaw::AmplitudePower { factor, exponent },
-                None => {
-                    StiffnessLaw::Amplitude { factor, change_per_nm: self.value("change_per_nm")? }
-                }
+                Some(exponent) => StiffnessLaw::AmplitudePower {
+                    factor,
+                    exponent,
+                    reference_nm: self.value("reference_nm").unwrap_or(1.0),
+                },
+                None => StiffnessLaw::Amplitude {
+                    factor,
+                    change_per_nm: self.value("change_per_nm")?,
+                    reference_nm: self.value("reference_nm").unwrap_or(0.0),
+                },
             },
-            Cause::TemperatureDrift => {
-                StiffnessLaw::Temperature { factor, change_per_k: self.value("change_per_k")? }
+            Cause::TemperatureDrift => StiffnessLaw::Temperature {
+                factor,
+                change_per_k: self.value("change_per_k")?,
+                reference_c: self.value("reference_c").unwrap_or(REFERENCE_TEMPERATURE_C),
+            },
+            Cause::PositionDependentStiffness => {
+                let of = |name: &str| self.value(name).unwrap_or(0.0);
+                StiffnessLaw::Position {
+                    factor,
+                    harmonics: [
+                        [of("cos_1"), of("sin_1")],
+                        [of("cos_2"), of("sin_2")],
+                        [of("cos_3"), of("sin_3")],
+                    ],
+                }
             }
             _ => return None,
         };
-        Some((at, law))
+        Some(law)
     }
 
     /// Adds the elastic coordinates of a hinge, where the parameters say that it is.
-    fn give(&self, description: &mut Description, at: &str, stiffness: f64) -> Result<(), String> {
+    fn give(&self, description: &mut Description, at: &str) -> Result<(), String> {
+        let [turning, shifting] =
+            ["stiffness_nm_per_rad", "stiffness_n_per_m"].map(|name| self.value(name));
+        let stiffness = turning.or(shifting);
+        let stiffness = stiffness.ok_or("parameter 'stiffness_nm_per_rad' is missing")?;
+        let ratio = |name: &str| self.value(name).unwrap_or(1.0);
+        let stiffnesses = [1.0, ratio("ratio_2"), ratio("ratio_3")].map(|ratio| ratio * stiffness);
         let mut hinge = self.hinge.clone().ok_or("axes are missing")?;
         hinge.origin_m.z -= self.value("depth_m").unwrap_or(0.0);
+        if let Some(angle) = self.value("turn_rad") {
+            let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle);
+            hinge.axes.iter_mut().for_each(|axis| *axis = turn * *axis);
+        }
         let link = match self.cause {
             Cause::TransverseCompliance => joint(description, at)?.child.clone(),
             _ => link(description, at)?.name.clone(),
@@ -122,7 +209,14 @@ impl Correction {
         if let Some(position) = self.value("position") {
             hinge.moved_along(description, &link, position);
         }
-        hinge.add(description, &link, &format!("{} at {at}", self.cause), stiffness);
+        let name = format!("{} at {at}", self.cause);
+        hinge.add(description, &link, &name, &stiffnesses);
+        // What turns may also shift.
+        if let (Some(_), Some(shifting)) = (turning, shifting) {
+            let axes = vec![Vector3::x(), Vector3::y(), Vector3::z()];
+            let shift = Hinge { kind: CoordinateKind::Translation, axes, ..hinge };
+            shift.add(description, &link, &format!("{name}, shift"), &[shifting]);
+        }
         Ok(())
     }
 }
@@ -184,10 +278,47 @@ fn joint<'d>(description: &'d mut Description, name: &str) -> Result<&'d mut Joi
     found.ok_or_else(|| format!("at is '{name}', must be a moving joint of the URDF"))
 }
 
-fn spring<'d>(
+/// Gives a joint's spring this constant; a rigid joint gets a spring.
+fn stiffen(description: &mut Description, name: &str, stiffness: f64) -> Result<(), String> {
+    if let Some(known) = description.elastic_joints.iter_mut().find(|spring| spring.joint == name) {
+        known.stiffness = stiffness;
+        return Ok(());
+    }
+    let is_linear = joint(description, name)?.kind == JointKind::Prismatic;
+    let joint = name.to_owned();
+    let damping = None;
+    description.elastic_joints.push(ElasticJoint {
+        joint,
+        stiffness,
+        is_linear,
+        std: None,
+        damping,
+    });
+    Ok(())
+}
+
+/// Takes mass off the payload, down to none.
+fn take_off(description: &mut Description, at: &str, mass_kg: f64) -> Result<(), String> {
+    link(description, at)?;
+    // A row that was measured without the payload has nothing to take off.
+    let Some(payload) = &mut description.payload else { return Ok(()) };
+    let own_kg = payload.inertial.mass_kg;
+    let left = if own_kg > 0.0 { (1.0 - mass_kg / own_kg).max(0.0) } else { 1.0 };
+    payload.inertial.mass_kg *= left;
+    payload.inertial.inertia_kgm2 *= left;
+    Ok(())
+}
+
+/// The springs of a joint, or of all.
+fn springs<'d>(
     description: &'d mut Description,
     name: &str,
-) -> Result<&'d mut ElasticJoint, String> {
-    let found = description.elastic_joints.iter_mut().find(|spring| spring.joint == name);
-    found.ok_or_else(|| format!("at is '{name}', must be an elastic joint"))
+) -> Result<impl Iterator<Item = &'d mut ElasticJoint>, String> {
+    let is_one = move |spring: &ElasticJoint| name == ALL_JOINTS || spring.joint == name;
+    if !description.elastic_joints.iter().any(is_one) {
+        return Err(format!("at is '{name}', must be an elastic joint"));
+    }
+    let name = name.to_owned();
+    let is_one = move |spring: &&mut ElasticJoint| name == ALL_JOINTS || spring.joint == name;
+    Ok(description.elastic_joints.iter_mut().filter(is_one))
 }

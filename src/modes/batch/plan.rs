@@ -189,7 +189,8 @@ impl Plan {
             has_varying_springs: robot
                 .coordinates()
                 .iter()
-                .any(|c| c.stiffness_of_all_poses().is_none()),
+                .any(|c| c.stiffness_of_all_poses().is_none())
+                || !robot.couplings().is_empty(),
             gravity,
             one_damping_ratio: (alike && gravity.is_none()).then_some(first),
             tip_node,

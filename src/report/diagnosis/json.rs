@@ -5,8 +5,8 @@ use serde::Serialize;
 
 use super::words::structure;
 use crate::diagnosis::{
-    self, Diagnosis, Errors, Finding, Gain, NextPose, NextTest, ResidualRow, Suspect, Symmetry,
-    Untested, Verdict,
+    self, Diagnosis, Errors, Finding, Gain, NextPose, NextTest, NoiseFound, ResidualRow, Suspect,
+    Symmetry, Untested, Verdict,
 };
 use crate::study::diagnose::Diagnosed;
 
@@ -25,7 +25,8 @@ pub(in crate::report) struct Document<'d> {
     poses: usize,
     /// The model as it is.
     baseline: &'d Errors,
-    /// Causes that the data justify, the one that explains most first; empty unless `explained`.
+    /// Causes that the data justify, the one that explains most first; empty unless `explained` or
+    /// `partly_explained`.
     findings: &'d [Finding],
     /// The model with the findings.
     extended: &'d Errors,
@@ -33,6 +34,10 @@ pub(in crate::report) struct Document<'d> {
     gain: Gain,
     /// The level of the noise, %: no model can do better.
     noise_floor_percent: f64,
+    /// How the noise is made.
+    noise: &'d NoiseFound,
+    /// Rows that fit nothing and were set aside, counted from 1 as in the table.
+    suspect_rows: &'d [usize],
     /// Poses to measure next, each with the two causes that it separates.
     next_poses: &'d [NextPose],
     /// Pairs of causes that no pose separates, each with a test that does.
@@ -93,6 +98,8 @@ pub fn diagnosis(diagnosed: &Diagnosed) -> serde_json::Result<String> {
         extended: &d.extended,
         gain: d.gain,
         noise_floor_percent: d.noise_floor_percent,
+        noise: &d.noise,
+        suspect_rows: &d.suspect_rows,
         next_poses: &d.next_poses,
         next_tests: &d.next_tests,
         ranking: &d.ranking,

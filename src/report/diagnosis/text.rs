@@ -13,6 +13,7 @@ pub fn diagnosis(diagnosed: &Diagnosed) -> String {
     let mut out = String::new();
     let title = match d.verdict {
         Verdict::Explained => "EXPLAINED    ",
+        Verdict::PartlyExplained => "PARTLY EXPLAINED  ",
         Verdict::Consistent => "CONSISTENT   ",
         Verdict::Unexplained => "UNEXPLAINED  ",
     };
@@ -92,8 +93,9 @@ fn errors(d: &Diagnosis, out: &mut String) {
         row(&format!("mode {}", mode + 1), *before, *after);
     }
     row("held-out poses", before.heldout_rms_percent, after.heldout_rms_percent);
+    row("model alone", before.model_error_percent, after.model_error_percent);
     let _ = writeln!(out, "  {:<14}{:8.2}", "noise floor", d.noise_floor_percent);
-    if d.verdict == Verdict::Explained {
+    if !d.findings.is_empty() && d.gain.percent_points != 0.0 {
         let [low, high] = d.gain.ci95;
         let _ = writeln!(
             out,
@@ -205,7 +207,7 @@ fn next(d: &Diagnosis, out: &mut String) {
             let _ = writeln!(out, "      [{}]  {apart}", joints.join(", "));
         }
     }
-    let mut tests: Vec<&'static str> = d.next_tests.iter().map(|next| next.test).collect();
+    let mut tests: Vec<&str> = d.next_tests.iter().map(|next| next.test.as_str()).collect();
     tests.dedup();
     for test in tests {
         let own = d.next_tests.iter().filter(|next| next.test == test);
@@ -219,7 +221,7 @@ fn next(d: &Diagnosis, out: &mut String) {
     }
     let suggests_nothing = d.next_poses.is_empty() && d.next_tests.is_empty();
     match d.verdict {
-        Verdict::Explained => {
+        Verdict::Explained | Verdict::PartlyExplained => {
             out.push_str(
                 "  --write ROBOT2.yaml writes a robot file with these corrections for check\n",
             );

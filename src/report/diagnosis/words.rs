@@ -36,6 +36,9 @@ pub(super) fn estimate(parameter: &Estimate) -> String {
         "{name} {}{space}{unit} (95 % interval {low} to {high})",
         number(parameter.estimate)
     );
+    if parameter.at_bound {
+        text.push_str(", at the end of what was searched: the cause may be another");
+    }
     if let Some(nominal) = parameter.nominal {
         text.push_str(&format!(", robot file {}", number(nominal)));
         let change = parameter.estimate / nominal - 1.0;
@@ -72,6 +75,17 @@ pub(super) fn verdict(diagnosis: &Diagnosis) -> String {
             "The error of the model, {error:.2} %, is more than noise, but no known cause explains \
              it."
         ),
+        Verdict::PartlyExplained => {
+            let causes = match diagnosis.findings.len() {
+                1 => "one cause reduces".to_owned(),
+                count => format!("{count} causes reduce"),
+            };
+            let remaining = diagnosis.extended.rms_percent;
+            format!(
+                "The model is off by {error:.2} %; {causes} the error to {remaining:.2} %, but \
+                 something else is wrong, too.",
+            )
+        }
         Verdict::Explained => {
             let causes = match diagnosis.findings.len() {
                 1 => "one cause reduces".to_owned(),

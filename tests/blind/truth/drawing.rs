@@ -25,7 +25,7 @@ pub(crate) fn effect(
     let typical = arm.joints[joint].stiffness_nm_per_rad;
     // What follows a joint that stands still is a constant, which the vocabulary has a name for.
     let stands_still = rows.iter().all(|row| row.joints_rad[joint] == rows[0].joints_rad[joint]);
-    if stands_still && ["wave", "hysteresis"].contains(&cause) {
+    if stands_still && ["position_dependent_stiffness", "hysteresis"].contains(&cause) {
         return None;
     }
     let (at, change) = match cause {
@@ -66,7 +66,7 @@ pub(crate) fn effect(
             let mode = dice.index(modes);
             (mode_at(mode), Change::Missed { mode })
         }
-        "wave" => {
+        "position_dependent_stiffness" => {
             (joint_at(), Change::Wave { joint, phase_rad: dice.even(0.0, std::f64::consts::TAU) })
         }
         "absorber" => {

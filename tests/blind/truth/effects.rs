@@ -7,7 +7,7 @@ use super::dynamics::rotation;
 use super::world::{Bend, Law, ModeLaw, World, extra};
 
 /// The causes that a diagnosis may name.
-pub(crate) const VOCABULARY: [&str; 15] = [
+pub(crate) const VOCABULARY: [&str; 16] = [
     "joint_stiffness",
     "link_inertia",
     "com_offset",
@@ -23,11 +23,11 @@ pub(crate) const VOCABULARY: [&str; 15] = [
     "gravity_stiffness",
     "aliased_mode",
     "missed_mode",
+    "position_dependent_stiffness",
 ];
 
 /// Effects beyond the vocabulary.
-pub(crate) const BEYOND: [&str; 6] =
-    ["wave", "absorber", "jump", "smooth", "hysteresis", "scatter"];
+pub(crate) const BEYOND: [&str; 5] = ["absorber", "jump", "smooth", "hysteresis", "scatter"];
 
 /// How a spring's constant follows the load.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

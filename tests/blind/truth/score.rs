@@ -122,7 +122,9 @@ impl Diagnosis {
             return Err(format!("schema is {}", json["schema"]));
         }
         let verdict = text(json, "verdict")?;
-        if !["explained", "consistent", "unexplained"].contains(&verdict.as_str()) {
+        if !["explained", "partly_explained", "consistent", "unexplained"]
+            .contains(&verdict.as_str())
+        {
             return Err(format!("verdict is {verdict}"));
         }
         let mut findings = Vec::new();

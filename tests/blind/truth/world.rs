@@ -53,7 +53,7 @@ pub(crate) enum Law {
     AmplitudePower { a: f64, reference_nm: f64 },
     /// 1 − a (ϑ − ϑ_ref).
     Warms { per_k: f64 },
-    /// 1 + a sin(3 q + φ): beyond the vocabulary.
+    /// 1 + a sin(3 q + φ).
     Wave { a: f64, phase_rad: f64 },
     /// 1 + a at the poses where nobody looked: beyond the vocabulary.
     Jump { a: f64 },

@@ -1,0 +1,187 @@
+//! Causes, the shape of the noise and rows that are wrong, each in the light of the others: a drift
+//! looks like a cause to who knows of no drift, and a cause like common noise to who knows of none.
+
+use super::candidate::Candidate;
+use super::choose::{Choice, SearchWidth, choose};
+use super::data::Data;
+use super::decorrelation::NoiseShape;
+use super::fit::Fit;
+use super::likelihood::noise;
+use super::noise::shape_of;
+use super::problem::{Evaluation, Problem};
+use super::screen::Screen;
+use crate::model::Description;
+
+/// Log evidence that a cause costs against another shape of the noise: there are many to choose
+/// from.
+const PER_CAUSE: f64 = 4.0;
+
+/// Noise of another shape without any cause that is further behind than this is not tried with
+/// causes.
+const WITHIN: f64 = 15.0;
+
+/// A shape that was improved by less than this is not tried again.
+const IMPROVED: f64 = 2.0;
+
+/// A row is wrong where its frequencies are off by this many times the noise, root mean square,
+const WRONG: f64 = 6.0;
+
+/// and a second one of them by this many,
+const SECOND_WRONG: f64 = 4.0;
+
+/// or, where it has just one, that by this many.
+const ALONE_WRONG: f64 = 12.0;
+
+/// More rows than one in so many are no slips.
+const ROWS_PER_SLIP: usize = 10;
+
+/// What a table says in all.
+pub(super) struct Settled<'c> {
+    /// Without the rows that are wrong, with the shape of its noise.
+    pub(super) data: Data,
+    pub(super) choice: Choice<'c>,
+    /// Rows set aside, as the table counts them, from 0.
+    pub(super) suspects: Vec<usize>,
+}
+
+/// What is asked.
+struct Question<'q, 'c> {
+    description: &'q Description,
+    candidates: &'c [Candidate],
+    screen: &'q Screen,
+}
+
+/// Chooses causes, noise and rows; `None` if the model has no modes.
+pub(super) fn settled<'c>(
+    description: &Description,
+    data: Data,
+    candidates: &'c [Candidate],
+    screen: &Screen,
+) -> Option<Settled<'c>> {
+    let question = Question { description, candidates, screen };
+    let first = question.choose(&data)?;
+    let (data, choice, suspects) = question.without_wrong_rows(data, first)?;
+    let (data, choice) = question.with_noise(data, choice)?;
+    Some(Settled { data, choice, suspects })
+}
+
+impl<'c> Question<'_, 'c> {
+    fn choose(&self, data: &Data) -> Option<Choice<'c>> {
+        let problem = Problem { description: self.description, data };
+        choose(&problem, self.candidates, self.screen, SearchWidth::FULL, None)
+    }
+
+    /// Sets wrong rows aside, the worst first, as long as each is as wrong without it.
+    fn without_wrong_rows(
+        &self,
+        all: Data,
+        first: Choice<'c>,
+    ) -> Option<(Data, Choice<'c>, Vec<usize>)> {
+        let most = (all.rows.len() / ROWS_PER_SLIP).max(1);
+        let mut aside: Vec<usize> = Vec::new();
+        let (mut data, mut choice) = (all.clone(), first.clone());
+        while let Some(row) = worst(&data, &choice.best.fit.evaluation) {
+            let index = data.rows[row].index;
+            if aside.len() == most {
+                // So many are no slips but something that nobody knows.
+                return Some((all, first, Vec::new()));
+            }
+            let less = data.only(|other| other != row);
+            let again = self.choose(&less)?;
+            if !self.is_wrong_by(&all, &less, &again.best.fit, index) {
+                break;
+            }
+            aside.push(index);
+            (data, choice) = (less, again);
+        }
+        aside.sort_unstable();
+        Some((data, choice, aside))
+    }
+
+    /// Whether the row `index` is wrong by a fit to `less`, which lacks it.
+    fn is_wrong_by(&self, all: &Data, less: &Data, fit: &Fit<'_>, index: usize) -> bool {
+        let problem = Problem { description: self.description, data: all };
+        let scale = fit.evaluation.noise.scale;
+        let Some(evaluation) = problem.evaluate(&fit.hypothesis, false) else { return false };
+        let off = all.points.iter().zip(&evaluation.residuals);
+        let off = off.filter(|(point, _)| all.rows[point.row].index == index);
+        let off: Vec<f64> = off
+            .filter_map(|(p, r)| Some(r.as_ref()? / (scale * p.unit).hypot(p.rounding.sqrt())))
+            .collect();
+        less.points.len() > fit.hypothesis.inner().len() + 2 && is_wrong(&off)
+    }
+
+    /// The causes under the noise that the table shows: as residuals of the model as it is show
+    /// it, or of the model with the causes that were found so far.
+    fn with_noise(&self, data: Data, plain: Choice<'c>) -> Option<(Data, Choice<'c>)> {
+        let evidence = |data: &Data, choice: &Choice<'_>| {
+            let causes = choice.best.fit.hypothesis.effects.len() as f64;
+            choice.best.log_evidence - data.shape.cost - PER_CAUSE * causes
+        };
+        let mut best = (evidence(&data, &plain), data.clone(), plain.clone());
+        let mut tried: Vec<NoiseShape> = vec![NoiseShape::plain()];
+        for round in 0..3 {
+            let from: &Fit<'_> = match round {
+                0 => &plain.baseline,
+                _ => &best.2.best.fit,
+            };
+            let Some(shape) = shape_of(&data, &from.evaluation.residuals) else { continue };
+            if tried.contains(&shape) {
+                continue;
+            }
+            tried.push(shape.clone());
+            let shaped = data.shaped(shape);
+            let problem = Problem { description: self.description, data: &shaped };
+            let alone = problem.evaluate(&from.hypothesis, false)?;
+            let causes = from.hypothesis.effects.len() as f64;
+            let plausibility: f64 =
+                from.hypothesis.effects.iter().map(|(c, _)| c.plausibility).sum();
+            let price = 0.5 * from.freedom * (data.points.len() as f64).ln();
+            let promised =
+                alone.score + plausibility - price - shaped.shape.cost - PER_CAUSE * causes;
+            let least = if round == 0 { best.0 - WITHIN } else { best.0 + IMPROVED };
+            if promised < least {
+                continue;
+            }
+            let choice = self.choose(&shaped)?;
+            let found = evidence(&shaped, &choice);
+            if found > best.0 {
+                best = (found, shaped, choice);
+            }
+        }
+        Some((best.1, best.2))
+    }
+}
+
+/// The row that is most wrong, if one is, by the noise of the others.
+fn worst(data: &Data, evaluation: &Evaluation) -> Option<usize> {
+    let of_row = |row: usize| -> Option<(f64, usize)> {
+        let others: Vec<Option<f64>> = data
+            .points
+            .iter()
+            .zip(&evaluation.residuals)
+            .map(|(point, r)| r.filter(|_| point.row != row))
+            .collect();
+        let scale = noise(&data.points, &others).scale;
+        let own = data.points.iter().zip(&evaluation.residuals).filter(|(p, _)| p.row == row);
+        let off: Vec<f64> = own
+            .filter_map(|(p, r)| Some(r.as_ref()? / (scale * p.unit).hypot(p.rounding.sqrt())))
+            .collect();
+        is_wrong(&off).then(|| (crate::statistics::rms(off), row))
+    };
+    let wrong = (0..data.rows.len()).filter_map(of_row);
+    wrong.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, row)| row)
+}
+
+/// Whether frequencies of one row that are off by these many times the noise make it wrong.
+fn is_wrong(off: &[f64]) -> bool {
+    let mut sizes: Vec<f64> = off.iter().map(|z| z.abs()).collect();
+    sizes.sort_by(|a, b| b.total_cmp(a));
+    match sizes[..] {
+        [] => false,
+        [one] => one > ALONE_WRONG,
+        [_, second, ..] => {
+            second > SECOND_WRONG && crate::statistics::rms(sizes.iter().copied()) > WRONG
+        }
+    }
+}

@@ -1,0 +1,80 @@
+//! Effects as gears, bearings, foundations and beams have them: none has the form of a cause of the engine. A
+//! diagnosis has to name the right cause all the same, and only that.
+//!
+//! | variable | meaning |
+//! |---|---|
+//! | `DETUNE_REAL_SEEDS=10` | so many seeds for each kind, 1 where absent |
+//! | `DETUNE_FIRST_SEED=100` | other seeds than those of the suite |
+//! | `DETUNE_ONLY=beam` | only cases whose name holds this |
+//! | `DETUNE_CASES=folder` | keeps every case with its files |
+
+mod kinds;
+mod score;
+mod world;
+
+use std::env;
+use std::fs;
+use std::path::PathBuf;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
+
+use self::kinds::{Case, KINDS};
+use self::score::{Score, Total, judge};
+
+fn number(name: &str, default: u64) -> u64 {
+    env::var(name).ok().map_or(default, |text| text.parse().unwrap())
+}
+
+fn cases() -> Vec<Case> {
+    let (seeds, first) = (number("DETUNE_REAL_SEEDS", 1), number("DETUNE_FIRST_SEED", 1));
+    let only = env::var("DETUNE_ONLY").ok();
+    let all = (first..first + seeds).flat_map(|seed| KINDS.map(|kind| (kind, seed)));
+    all.filter_map(|(kind, seed)| Case::draw(kind, seed))
+        .filter(|case| only.as_ref().is_none_or(|only| case.name.contains(only.as_str())))
+        .collect()
+}
+
+fn judge_all(cases: &[Case]) -> Vec<Result<Score, String>> {
+    let keep = env::var_os("DETUNE_CASES").map(PathBuf::from);
+    let next = AtomicUsize::new(0);
+    let scores = Mutex::new(Vec::new());
+    let work = || {
+        loop {
+            let i = next.fetch_add(1, Ordering::Relaxed);
+            let Some(case) = cases.get(i) else { break };
+            let score = match &keep {
+                Some(keep) => {
+                    let folder = keep.join(&case.name);
+                    fs::create_dir_all(&folder).unwrap();
+                    judge(case, &folder)
+                }
+                None => judge(case, tempfile::tempdir().unwrap().path()),
+            };
+            scores.lock().unwrap().push((i, score));
+        }
+    };
+    thread::scope(|scope| {
+        for _ in 0..thread::available_parallelism().map_or(2, usize::from) {
+            scope.spawn(work);
+        }
+    });
+    let mut scores = scores.into_inner().unwrap();
+    scores.sort_by_key(|(i, _)| *i);
+    scores.into_iter().map(|(_, score)| score).collect()
+}
+
+#[test]
+fn effects_of_real_form_are_named() {
+    let cases = cases();
+    let scores = judge_all(&cases);
+    let mut total = Total::default();
+    for (case, score) in cases.iter().zip(&scores) {
+        match score {
+            Ok(score) => println!("{}", total.add(case, score)),
+            Err(fault) => println!("{:<28} FAILED {fault}", case.name),
+        }
+    }
+    println!("{}", total.summary(&cases));
+    assert!(scores.iter().all(Result::is_ok));
+}

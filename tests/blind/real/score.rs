@@ -1,0 +1,189 @@
+//! What was said against what was hidden.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::time::Instant;
+
+use serde_json::Value;
+
+use super::kinds::{Case, Hidden};
+use crate::truth::run::{detune, map};
+
+#[derive(Debug, Clone, Default)]
+pub(super) struct Score {
+    verdict: String,
+    findings: Vec<String>,
+    /// Finding or its group names a hidden cause.
+    first: bool,
+    named: bool,
+    spurious: usize,
+    held_out_over_noise: f64,
+    /// Error of the written robot at fresh poses over the noise of the table.
+    fresh_over_noise: f64,
+    /// Fresh frequencies within twice the held-out error, of how many.
+    covered: [usize; 2],
+    suspects: Vec<u64>,
+    seconds: f64,
+}
+
+fn is(hidden: &Hidden, suspect: &Value) -> bool {
+    let at = suspect["at"].as_str().unwrap_or("");
+    suspect["cause"] == hidden.cause && hidden.at.iter().any(|name| name == at)
+}
+
+fn meets(hidden: &[Hidden], finding: &Value) -> bool {
+    let group = finding["indistinguishable_from"].as_array().unwrap();
+    hidden.iter().any(|hidden| {
+        is(hidden, finding) || group.len() < 4 && group.iter().any(|suspect| is(hidden, suspect))
+    })
+}
+
+pub(super) fn judge(case: &Case, folder: &Path) -> Result<Score, String> {
+    case.write(folder);
+    let arguments = [
+        "diagnose",
+        "robot.yaml",
+        "measured.csv",
+        "--format",
+        "json",
+        "--seed",
+        "1",
+        "--write",
+        "calibrated.yaml",
+    ];
+    let start = Instant::now();
+    let text = detune(folder, &arguments, "diagnosis.json")?;
+    let seconds = start.elapsed().as_secs_f64();
+    let json: Value = serde_json::from_str(&text).map_err(|error| error.to_string())?;
+    let findings = json["findings"].as_array().unwrap();
+    let label = |finding: &Value| {
+        let at = finding["at"].as_str().unwrap_or("");
+        let parameters: Vec<String> = finding["parameters"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|p| format!("{}={:.4}", p["name"].as_str().unwrap(), p["estimate"]))
+            .collect();
+        format!("{} at {at} ({})", finding["cause"].as_str().unwrap(), parameters.join(" "))
+    };
+    let held_out = json["extended"]["heldout_rms_percent"].as_f64().unwrap() / 100.0;
+    // The written robot at fresh poses.
+    fs::rename(folder.join("robot.yaml"), folder.join("original.yaml")).unwrap();
+    fs::copy(folder.join("calibrated.yaml"), folder.join("robot.yaml")).unwrap();
+    let poses: Vec<Vec<f64>> = case.fresh.iter().map(|row| row.joints_rad.clone()).collect();
+    let predicted = map(folder, &case.nominal, &poses);
+    fs::rename(folder.join("original.yaml"), folder.join("robot.yaml")).unwrap();
+    let mut errors = Vec::new();
+    let mut covered = [0, 0];
+    for (row, predicted) in case.fresh.iter().zip(&predicted) {
+        for (seen, f) in case.real.frequencies_hz(row, case.modes).iter().zip(predicted) {
+            let error = f / seen - 1.0;
+            errors.push(error);
+            covered[0] += usize::from(error.abs() < 2.0 * held_out);
+            covered[1] += 1;
+        }
+    }
+    Ok(Score {
+        verdict: json["verdict"].as_str().unwrap().to_owned(),
+        findings: findings.iter().map(label).collect(),
+        first: findings.first().is_some_and(|first| meets(&case.hidden, first)),
+        named: findings.iter().any(|finding| meets(&case.hidden, finding)),
+        spurious: findings.iter().filter(|finding| !meets(&case.hidden, finding)).count(),
+        held_out_over_noise: held_out / case.noise,
+        fresh_over_noise: crate::truth::case::rms(&errors) / case.noise,
+        covered,
+        suspects: json["suspect_rows"]
+            .as_array()
+            .map_or_else(Vec::new, |rows| rows.iter().filter_map(Value::as_u64).collect()),
+        seconds,
+    })
+}
+
+/// Counts over all cases.
+#[derive(Debug, Default)]
+pub(super) struct Total {
+    hidden: [usize; 5],
+    calm: [usize; 3],
+    typos: [usize; 2],
+    wrong_suspects: usize,
+    covered: [usize; 2],
+    seconds: f64,
+    by_kind: BTreeMap<&'static str, [usize; 4]>,
+}
+
+impl Total {
+    /// Adds a case; what to say of it.
+    pub(super) fn add(&mut self, case: &Case, score: &Score) -> String {
+        let kind = self.by_kind.entry(case.kind).or_default();
+        let good = if case.hidden.is_empty() {
+            self.calm[0] += 1;
+            self.calm[1] += usize::from(score.findings.is_empty());
+            self.calm[2] += usize::from(score.verdict == "consistent");
+            score.verdict == "consistent"
+        } else {
+            self.hidden[0] += 1;
+            self.hidden[1] += usize::from(score.first);
+            self.hidden[2] += usize::from(score.named);
+            self.hidden[3] += usize::from(score.spurious > 0);
+            self.hidden[4] += usize::from(score.held_out_over_noise <= 1.25);
+            score.first && score.spurious == 0
+        };
+        kind[0] += 1;
+        kind[1] += usize::from(good);
+        kind[2] += usize::from(score.spurious > 0);
+        kind[3] += usize::from(score.held_out_over_noise <= 1.25);
+        match &case.typo {
+            Some((row, _)) => {
+                self.typos[0] += 1;
+                self.typos[1] += usize::from(score.suspects == [*row as u64]);
+            }
+            None => self.wrong_suspects += usize::from(!score.suspects.is_empty()),
+        }
+        self.covered[0] += score.covered[0];
+        self.covered[1] += score.covered[1];
+        self.seconds += score.seconds;
+        format!(
+            "{:<24} {} {:<16} held-out {:.2} fresh {:.2} of noise {:.2} %, {:.0} s {:?} {}",
+            case.name,
+            if good { "ok  " } else { "WRONG" },
+            score.verdict,
+            score.held_out_over_noise,
+            score.fresh_over_noise,
+            100.0 * case.noise,
+            score.seconds,
+            score.suspects,
+            score.findings.join("; ")
+        )
+    }
+
+    pub(super) fn summary(&self, cases: &[Case]) -> String {
+        let share = |of: usize, all: usize| {
+            format!("{:.0} % ({of}/{all})", 100.0 * of as f64 / all.max(1) as f64)
+        };
+        let [all, first, named, spurious, held_out] = self.hidden;
+        let [calm, none, consistent] = self.calm;
+        let mut text = format!(
+            "{} cases\nfirst finding right {}\nnamed anywhere {}\nspurious {}\nheld-out within 1.25 of noise {}\n\
+             calm: no cause {}, consistent {}\ntypos named {}, wrong suspects {}\n\
+             fresh within twice held-out {}\nseconds {:.0}\n",
+            cases.len(),
+            share(first, all),
+            share(named, all),
+            share(spurious, all),
+            share(held_out, all),
+            share(none, calm),
+            share(consistent, calm),
+            share(self.typos[1], self.typos[0]),
+            self.wrong_suspects,
+            share(self.covered[0], self.covered[1]),
+            self.seconds
+        );
+        for (kind, [all, good, spurious, held_out]) in &self.by_kind {
+            text += &format!(
+                "  {kind:<16} good {good}/{all}, spurious {spurious}, held-out {held_out}\n"
+            );
+        }
+        text
+    }
+}
