@@ -81,11 +81,14 @@ pub(super) struct Case {
     columns: Columns,
 }
 
-/// What a kind hides on an arm, by its size from 0 to 1.
+/// Puts an effect of a size from 0 to 1 into an arm.
+type Apply = Box<dyn Fn(&mut Real, f64)>;
+
+/// What a kind hides on an arm.
 struct Effect {
     hidden: Vec<Hidden>,
     rigid: Vec<usize>,
-    apply: Box<dyn Fn(&mut Real, f64)>,
+    apply: Apply,
 }
 
 impl Case {
@@ -280,7 +283,7 @@ fn effect(kind: &'static str, arm: &Arm, rows: &[Row], dice: &mut Dice) -> Optio
     let one = |cause: &'static str, at: &str| vec![Hidden { cause, at: vec![at.to_owned()] }];
     let at_joint = arm.joints[joint].name.clone();
     let at_link = arm.joints[joint].link.clone();
-    let (hidden, apply): (Vec<Hidden>, Box<dyn Fn(&mut Real, f64)>) = match kind {
+    let (hidden, apply): (Vec<Hidden>, Apply) = match kind {
         "inertia" => (one("link_inertia", &at_link), inertia(link, dice)),
         "base3" | "base6" => (one("base_compliance", BASE), base(kind == "base6", arm, dice)),
         "bearing" => (one("transverse_compliance", &at_joint), bearing(arm, joint, dice)),
@@ -347,8 +350,9 @@ fn effect(kind: &'static str, arm: &Arm, rows: &[Row], dice: &mut Dice) -> Optio
         }
         "mesh" => {
             let count = dice.between(1, 3);
-            let shape: Vec<[f64; 2]> =
-                (0..count).map(|_| [dice.even(0.3, 1.0), dice.even(0.0, 6.28)]).collect();
+            let shape: Vec<[f64; 2]> = (0..count)
+                .map(|_| [dice.even(0.3, 1.0), dice.even(0.0, std::f64::consts::TAU)])
+                .collect();
             let mesh = move |real: &mut Real, size: f64| {
                 let waves = shape.iter().map(|[a, phase]| [0.3 * size * a, *phase]).collect();
                 real.gears.push((joint, Gear::Mesh { waves }));
@@ -399,7 +403,7 @@ fn payload_at(arm: &Arm) -> Vec<Hidden> {
     vec![Hidden { cause: "payload", at: vec![TIP.to_owned(), link] }]
 }
 
-fn payload(arm: &Arm, dice: &mut Dice) -> Box<dyn Fn(&mut Real, f64)> {
+fn payload(arm: &Arm, dice: &mut Dice) -> Apply {
     let (link, tip_m) = (arm.joints.len(), arm.tip_m);
     let aside = Vector3::new(dice.even(0.0, 0.12), 0.0, dice.even(-0.05, 0.05));
     let edges = Vector3::new(dice.even(0.1, 0.3), 0.1, 0.15);
@@ -410,7 +414,7 @@ fn payload(arm: &Arm, dice: &mut Dice) -> Box<dyn Fn(&mut Real, f64)> {
 }
 
 /// Principal moments by unlike factors, as far as a body can have them.
-fn inertia(link: usize, dice: &mut Dice) -> Box<dyn Fn(&mut Real, f64)> {
+fn inertia(link: usize, dice: &mut Dice) -> Apply {
     let first = dice.index(3);
     let shrinks = dice.chance(0.5);
     let logs: Vec<f64> = (0..3)
@@ -429,7 +433,7 @@ fn inertia(link: usize, dice: &mut Dice) -> Box<dyn Fn(&mut Real, f64)> {
     })
 }
 
-fn base(six: bool, arm: &Arm, dice: &mut Dice) -> Box<dyn Fn(&mut Real, f64)> {
+fn base(six: bool, arm: &Arm, dice: &mut Dice) -> Apply {
     let k = 2.0 * arm.joints[0].stiffness_nm_per_rad;
     let unlike: Vec<f64> = (0..6).map(|_| dice.log_even(0.4, 2.5)).collect();
     let depth = if six { dice.even(0.0, 0.5) } else { 0.0 };
@@ -444,17 +448,18 @@ fn base(six: bool, arm: &Arm, dice: &mut Dice) -> Box<dyn Fn(&mut Real, f64)> {
                 stiffness,
             });
         };
-        for axis in 0..3 {
+        let (turns, shifts) = unlike.split_at(3);
+        for (axis, unlike) in turns.iter().enumerate() {
             let stands = if axis == 2 { 3.0 } else { 1.0 };
-            give(Kind::Rotation, axis, stands * k * unlike[axis] / (10.0 * size));
+            give(Kind::Rotation, axis, stands * k * unlike / (10.0 * size));
         }
-        for axis in 0..if six { 3 } else { 0 } {
-            give(Kind::Translation, axis, 4.0 * k * unlike[3 + axis] / (10.0 * size));
+        for (axis, unlike) in shifts.iter().enumerate().filter(|_| six) {
+            give(Kind::Translation, axis, 4.0 * k * unlike / (10.0 * size));
         }
     })
 }
 
-fn bearing(arm: &Arm, joint: usize, dice: &mut Dice) -> Box<dyn Fn(&mut Real, f64)> {
+fn bearing(arm: &Arm, joint: usize, dice: &mut Dice) -> Apply {
     let own = &arm.joints[joint];
     let k = 3.0 * own.stiffness_nm_per_rad;
     let all = [Vector3::x(), Vector3::y(), Vector3::z()];
@@ -483,12 +488,7 @@ fn varying_torque(arm: &Arm, joint: usize, rows: &[Row]) -> Option<f64> {
     (most > 20.0 && least < 0.5 * most).then_some(most)
 }
 
-fn loaded(
-    joint: usize,
-    largest_nm: f64,
-    leaning: bool,
-    dice: &mut Dice,
-) -> Box<dyn Fn(&mut Real, f64)> {
+fn loaded(joint: usize, largest_nm: f64, leaning: bool, dice: &mut Dice) -> Apply {
     if leaning {
         let sign = dice.sign();
         return Box::new(move |real, size| {

@@ -157,6 +157,19 @@ impl Total {
         )
     }
 
+    /// What is asked for and was not reached.
+    pub(super) fn shortfalls(&self) -> Vec<String> {
+        let [all, first, _, spurious, _] = self.hidden.map(|count| count as f64);
+        let [calm, none, consistent] = self.calm.map(|count| count as f64);
+        let asked = [
+            ("first finding right", first >= 0.85 * all),
+            ("no spurious finding", spurious <= 0.15 * all),
+            ("no cause where none is", none >= 0.95 * calm),
+            ("consistent where nothing is", consistent >= 0.9 * calm),
+        ];
+        asked.iter().filter(|(_, held)| !held).map(|(what, _)| (*what).to_owned()).collect()
+    }
+
     pub(super) fn summary(&self, cases: &[Case]) -> String {
         let share = |of: usize, all: usize| {
             format!("{:.0} % ({of}/{all})", 100.0 * of as f64 / all.max(1) as f64)

@@ -243,3 +243,25 @@ fn slabs(body: &Body, direction: &Vector3<f64>, count: usize) -> Vec<Body> {
         })
         .collect()
 }
+
+/// Slabs are the body, and a beam that hardly bends is a link.
+#[test]
+fn a_stiff_beam_is_a_link() {
+    use crate::truth::dice::Dice;
+    use crate::truth::robots::{Family, arm, row_at};
+    let arm = arm(Family::SixAxis, &mut Dice::new(10));
+    let row = row_at(vec![0.3, 0.4, -0.5, 0.6, 0.7, -0.8]);
+    let whole = crate::truth::world::World::of(&arm).frequencies_hz(&row, 6);
+    let mut real = Real::of(&arm);
+    for (own, whole) in real.frequencies_hz(&row, 6).iter().zip(&whole) {
+        assert!((own / whole - 1.0).abs() < 1e-9, "{own} for {whole}");
+    }
+    real.beams.push(Beam { link: 2, segments: 4, stiffness: [1e12; 3] });
+    for (bent, whole) in real.frequencies_hz(&row, 6).iter().zip(&whole) {
+        assert!((bent / whole - 1.0).abs() < 1e-4, "{bent} for {whole}");
+    }
+    let body = &arm.joints[1].body;
+    let slabs = slabs(body, &arm.reach(2), 5);
+    let sum = slabs.iter().map(Body::pseudo_inertia).sum::<nalgebra::Matrix4<f64>>();
+    assert!((sum - body.pseudo_inertia()).norm() < 1e-9 * sum.norm());
+}
