@@ -12,6 +12,8 @@ pub struct Move {
     pub to: Target,
     /// Speed of the tool centre point, m/s; positive and finite.
     pub feed_m_per_s: f64,
+    /// What sets how long it takes.
+    pub timing: Timing,
     /// Tool centre point in the tip frame.
     pub tcp: Isometry3<f64>,
     /// Line of the file (job or program) that asks for this move, counted from 1.
@@ -23,6 +25,18 @@ pub struct Move {
     pub stated: Arc<Stated>,
 }
 
+/// What sets how long a move takes.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Timing {
+    /// The way of the tool centre point and [`Move::feed_m_per_s`].
+    #[default]
+    Feed,
+    /// So many seconds, whatever the way; where nothing moves the arm stands so long.
+    Seconds(f64),
+    /// The slowest joint, at this share of its velocity limit; in 0..=1, not zero.
+    Joints(f64),
+}
+
 /// What a program states beside the motion; what it is silent on is `None`.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Stated {
@@ -32,6 +46,9 @@ pub struct Stated {
     pub tool: Option<u32>,
     /// What the tip carries.
     pub load: Option<Arc<Load>>,
+    /// Where joints of the robot are at the end of the move that the program places as external
+    /// axes: index from base to tip, and position, rad or m.
+    pub external: Vec<(usize, f64)>,
 }
 
 /// What a command makes the spindle do.
@@ -142,6 +159,11 @@ impl Circle {
     /// Length of the arc, in the unit of the points.
     pub(crate) fn length(&self) -> f64 {
         self.angles[1] * self.start.norm()
+    }
+
+    /// Angle of the arc, rad, positive.
+    pub(crate) fn angle(&self) -> f64 {
+        self.angles[1]
     }
 
     /// Share of the arc that lies before the second point.

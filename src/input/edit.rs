@@ -3,7 +3,9 @@
 
 use std::path::{Path, PathBuf};
 
-use super::files::MAX_FILE_BYTES;
+use super::Reading;
+use super::files::{MAX_FILE_BYTES, is_one_place};
+use super::job::read_job;
 use super::relocated::{named_from, relocated, resolved};
 use crate::formats::text::{read_bytes, read_text};
 use crate::formats::yaml::Step;
@@ -91,17 +93,23 @@ fn change_speed(
     }
 }
 
-/// The program `file` with other speeds.
+/// The program `file` of a job with other speeds.
 ///
 /// # Errors
 /// It cannot be read or rewritten, or its extension is that of no dialect.
-pub fn rewritten_program(file: &Path, to: &Rewrite) -> Result<Rewritten, Note> {
+pub fn rewritten_program(job: &Path, file: &Path, to: &Rewrite) -> Result<Rewritten, Note> {
+    let mut reading = Reading::default();
+    // The job is valid: what it says beside the program is wanted.
+    drop(read_job(job, &mut reading));
+    let mut programs = reading.programs.into_iter();
+    let settings = programs.find(|(read, _)| is_one_place(read, file));
+    let settings = settings.map(|(_, settings)| settings).unwrap_or_default();
     let bytes = read_bytes(file, MAX_FILE_BYTES)?;
     let fault = |what: &str| Note::error(Code::NotRewritten, Place::file(file), what);
     let extension = file.extension().unwrap_or_default().to_string_lossy();
     let dialect = Dialect::from_extension(&extension)
         .ok_or_else(|| fault("is not in a supported dialect (RAPID, APT/CL, G-code)"))?;
-    rewrite(&bytes, dialect, to).map_err(|why| fault(&why.what))
+    rewrite(&bytes, dialect, &settings, to).map_err(|why| fault(&why.what))
 }
 
 /// Where the values stand that may change.

@@ -29,6 +29,7 @@ mod waypoints;
 use std::path::{Path, PathBuf};
 
 use crate::notes::{Note, Notes};
+use crate::program::Settings;
 
 pub use advised::{Advised, confirm_rewritten};
 pub use calibration::{CalibrationRecord, FittedCorrection, FittedTable, TableName};
@@ -50,6 +51,8 @@ pub struct Reading {
     pub files: Vec<PathBuf>,
     /// A file that this run is about to write, read as if it were there already.
     pub pending: Option<(PathBuf, Vec<u8>)>,
+    /// The programs that were read, with what the job says beside them.
+    programs: Vec<(PathBuf, Settings)>,
 }
 
 impl Reading {
@@ -69,5 +72,6 @@ impl Reading {
     fn append(&mut self, mut other: Self) {
         self.warnings.append(&mut other.warnings);
         self.files.append(&mut other.files);
+        self.programs.append(&mut other.programs);
     }
 }

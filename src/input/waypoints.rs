@@ -13,7 +13,7 @@ use super::raw::job as raw;
 use crate::formats::text::read_bytes;
 use crate::formats::yaml::{Apart, Kind, Node, Step};
 use crate::model::{JointKind, Robot};
-use crate::motion::{Move, Stated, StatedFeeds, Target};
+use crate::motion::{Move, Stated, StatedFeeds, Target, Timing};
 use crate::notes::{Code, Note, Notes};
 use crate::program::{
     self, Dialect, Program, RAPID_M_PER_S, SetBy, Setter, Settings, SpindleCommand,
@@ -46,6 +46,7 @@ impl OperationContext<'_> {
             feed_m_per_s: self.feed_m_per_s.unwrap_or(1.0),
             tcp: self.tcp.unwrap_or_default(),
             line: line as usize,
+            timing: Timing::Feed,
             spindle_turns: true,
             stated: Arc::clone(&self.nothing_stated),
         }
@@ -290,13 +291,15 @@ fn program_moves(
             let raw::ToolFrom { signal, procedure, argument, comment } = from;
             setter(context, path, "tool_from", [signal, procedure, comment], *argument, None, notes)
         }),
+        ..Settings::default()
     };
+    programs.reading.programs.push((file.clone(), settings.clone()));
     let located = |mut note: Note| {
         note.place.file = Some(file.clone());
         note
     };
     match program::read(&bytes, dialect, &settings) {
-        Ok(Program { moves, spindle, feeds, warnings }) => {
+        Ok(Program { moves, spindle, feeds, warnings, .. }) => {
             programs.reading.warnings.extend(warnings.into_iter().map(located));
             Some(PathMoves { moves, program: Some(ProgramSays { file, spindle, feeds }) })
         }

@@ -6,7 +6,7 @@ use super::curve::Curve;
 use super::timed_path::{Knots, Path, Segment};
 use super::timing::{Clock, largest_step, seconds, stands_still};
 use crate::model::{InverseKinematics, Placement, Robot, forward_kinematics};
-use crate::motion::{Move, Target};
+use crate::motion::{Move, Target, Timing};
 use crate::notes::{Code, Note, Part, Place};
 use crate::units::percent_from_ratio;
 
@@ -184,7 +184,7 @@ struct Planner<'r> {
     way_in_all: f64,
     /// Index of the move that is planned.
     index: usize,
-    /// Its time, if the tool centre point stands still in it, s.
+    /// Its time, if no feed has a part in it, s.
     standing_s: f64,
 }
 
@@ -370,7 +370,8 @@ impl<'r> Planner<'r> {
 
     fn seconds(&mut self, length_m: f64, next: &Move, ways: &[f64]) -> Result<f64, Refusal> {
         let seconds = self.time_of(length_m, next, ways)?;
-        self.standing_s = if stands_still(length_m) { seconds } else { 0.0 };
+        let is_of_feed = next.timing == Timing::Feed && !stands_still(length_m);
+        self.standing_s = if is_of_feed { 0.0 } else { seconds };
         let total = self.knots.time_s.last().copied().unwrap_or(0.0) + seconds;
         if total.is_finite() {
             Ok(seconds)
@@ -381,7 +382,7 @@ impl<'r> Planner<'r> {
     }
 
     fn time_of(&self, length_m: f64, next: &Move, ways: &[f64]) -> Result<f64, Refusal> {
-        seconds(self.robot, length_m, next.feed_m_per_s, ways).map_err(|joint| {
+        seconds(self.robot, length_m, next, ways).map_err(|joint| {
             let what = format!(
                 "the tool centre point stands still, and joint '{}' has no velocity limit in the \
                  URDF (zero counts as none), so its motion has no duration; add the limit",

@@ -64,7 +64,7 @@ pub(super) struct Segment {
     pub(super) spindle_turns: bool,
     pub(super) start_s: f64,
     pub(super) end_s: f64,
-    /// Its time, if the tool centre point stands still in it, s.
+    /// Its time, if no feed has a part in it, s.
     pub(super) standing_s: f64,
 }
 
@@ -91,7 +91,7 @@ pub struct Path<'a> {
     robot: &'a Robot,
     kinematics: InverseKinematics,
     duration_s: f64,
-    /// Time in which the tool centre point stands still, s.
+    /// Time in which no feed has a part, s.
     standing_s: f64,
     segments: Vec<Segment>,
     /// s of the knots, strictly ascending from 0 to 1; one knot where nothing moves.
@@ -169,8 +169,8 @@ impl<'a> Path<'a> {
         self.duration_s
     }
 
-    /// Time in which the tool centre point stands still while joints move, s: it does not depend on
-    /// the feed.
+    /// Time that does not depend on the feed, s: the tool centre point stands still, or the program
+    /// gives the time.
     pub fn standing_s(&self) -> f64 {
         self.standing_s
     }

@@ -3,6 +3,7 @@
 use nalgebra::{Matrix6xX, Point3, Vector3};
 
 use crate::model::{Placement, Robot, joint_jacobian};
+use crate::motion::{Move, Timing};
 
 /// A tool centre point that moves less than this stands still, m: tool frames in files are rounded,
 /// and a turn about an axis that misses the point by a hair is a turn on the spot.
@@ -84,26 +85,37 @@ pub(super) fn stands_still(length_m: f64) -> bool {
     length_m <= MAX_STANDSTILL_M
 }
 
-/// Seconds for a move: the way of the tool centre point over the feed or, where the point stands
-/// still, the slowest joint's motion at its largest speed. `ways` is what each joint turns or
-/// slides in all.
+/// Seconds for a move: as the program gives them, or the way of the tool centre point over the feed;
+/// where the point stands still, no less than the slowest joint's motion at its largest speed.
+/// `ways` is what each joint turns or slides in all.
 ///
 /// `Err` names a joint that has no largest speed to go by.
 pub(super) fn seconds(
     robot: &Robot,
     length_m: f64,
-    feed_m_per_s: f64,
+    next: &Move,
     ways: &[f64],
 ) -> Result<f64, usize> {
-    if !stands_still(length_m) {
-        return Ok(length_m / feed_m_per_s);
+    let by_feed = length_m / next.feed_m_per_s;
+    match next.timing {
+        Timing::Seconds(seconds) => Ok(seconds),
+        // Without a limit of speed its share says nothing.
+        Timing::Joints(share) => {
+            Ok(by_joints(robot, ways).map_or(by_feed, |seconds| seconds / share))
+        }
+        Timing::Feed if stands_still(length_m) => Ok(by_feed.max(by_joints(robot, ways)?)),
+        Timing::Feed => Ok(by_feed),
     }
+}
+
+/// Seconds that the slowest joint takes at its largest speed.
+fn by_joints(robot: &Robot, ways: &[f64]) -> Result<f64, usize> {
     let mut slowest = 0.0_f64;
     for (index, (way, joint)) in ways.iter().zip(robot.joints()).enumerate() {
         match joint.velocity_limit {
             Some(limit) => slowest = slowest.max(way / limit),
             // A step that rounding made.
-            None if *way <= NEGLIGIBLE_MOTION => slowest = slowest.max(length_m / feed_m_per_s),
+            None if *way <= NEGLIGIBLE_MOTION => {}
             None => return Err(index),
         }
     }

@@ -1,12 +1,15 @@
-//! What a reader writes down on its way through a program.
+//! The one stream that every dialect writes into: moves, dwells, spindle, tool, load, and the words
+//! of the text that state speeds and feeds.
 
 use std::collections::HashSet;
 use std::sync::Arc;
 
 use nalgebra::Isometry3;
 
+use super::grouping::grouped;
+use super::span::Span;
 use super::{Pace, Program, Settings, Spindle, SpindleCommand};
-use crate::motion::{Load, Move, Stated, StatedFeeds, Target};
+use crate::motion::{Circle, Load, Move, Stated, StatedFeeds, Target, Timing};
 use crate::notes::{Code, Note, Notes};
 
 /// Moves, spindle commands, errors and warnings so far.
@@ -21,6 +24,9 @@ pub(super) struct Log {
     is_full: bool,
     moves: Vec<Move>,
     spindle: Vec<SpindleCommand>,
+    words: Vec<Word>,
+    /// Where the last motion went, if that is a pose.
+    last: Option<Last>,
     /// Moves beyond the first whose speed the program leaves open: their number, and the first's
     /// line.
     rapid: Option<(usize, usize)>,
@@ -34,6 +40,49 @@ pub(super) struct Log {
     warned: HashSet<String>,
 }
 
+/// Where the last motion went.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Last {
+    /// The tool centre point in the base frame.
+    pub(super) at: Isometry3<f64>,
+    pub(super) tcp: Isometry3<f64>,
+}
+
+impl Last {
+    /// Where another tool has its centre point there, in the base frame.
+    pub(super) fn with(&self, tcp: &Isometry3<f64>) -> Isometry3<f64> {
+        self.at * self.tcp.inverse() * tcp
+    }
+}
+
+/// A number in the text that states a speed or a feed, and where it began to hold.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Word {
+    pub(super) line: usize,
+    /// `None` where no number in the text is it: it is computed.
+    pub(super) span: Option<Span>,
+    pub(super) states: States,
+    /// Index of the first move that may run under it.
+    pub(super) from_move: usize,
+}
+
+/// What a number in the text states.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum States {
+    /// Spindle speed; one unit stands for so many rev/min.
+    Spindle { value: f64, rpm_per_unit: f64 },
+    /// Feed per time, in some unit.
+    Feed { value: f64 },
+    /// Speed in a name of the language (`v100`), behind which it can be given, mm/s.
+    NamedFeed { mm_per_s: f64 },
+    /// A time instead of a speed.
+    Seconds { value: f64 },
+    /// Feed per revolution.
+    FeedPerRevolution,
+    /// A tap follows at a feed per time: its pitch is feed over speed.
+    Tap,
+}
+
 impl Log {
     pub(super) fn new(max_moves: usize, settings: &Settings) -> Self {
         Self {
@@ -43,6 +92,8 @@ impl Log {
             is_full: false,
             moves: Vec::new(),
             spindle: Vec::new(),
+            words: Vec::new(),
+            last: None,
             rapid: None,
             away: None,
             stated: Arc::default(),
@@ -72,20 +123,30 @@ impl Log {
         if self.is_full {
             return;
         }
-        if let Some((line, what)) = self.away.take() {
-            let what = format!(
-                "{what}, and motion follows from there; split the program here into several \
-                 operations"
-            );
-            self.error(Code::Motion, line, what);
-        }
-        let feed_m_per_s = match pace {
-            Pace::Feed(feed_m_per_s) => feed_m_per_s,
-            Pace::Rapid => self.count_rapid(line),
-            Pace::Unstated => self.feed_of_job(line),
+        let to = self.come_back(line, to, pace);
+        let last = self.last;
+        self.last = match &to {
+            Target::Joints(_) => None,
+            Target::JointsTo(at) | Target::Line(at) | Target::Arc { end: at, .. } => {
+                Some(Last { at: *at, tcp })
+            }
+        };
+        let (feed_m_per_s, timing) = match pace {
+            Pace::Feed(feed_m_per_s) => (feed_m_per_s, Timing::Feed),
+            Pace::Rapid => (self.count_rapid(line), Timing::Feed),
+            Pace::Unstated => (self.feed_of_job(line), Timing::Feed),
+            Pace::Joints(share) => (self.rapid_m_per_s, Timing::Joints(share)),
+            Pace::Seconds(seconds) => {
+                let feed = last.and_then(|last| way_m(&last.with(&tcp), &to)).map(|m| m / seconds);
+                let feed = feed.filter(|feed| *feed > 0.0 && feed.is_finite());
+                (feed.unwrap_or(self.rapid_m_per_s), Timing::Seconds(seconds))
+            }
         };
         let stated = Arc::clone(&self.stated);
-        let to = Move { to, feed_m_per_s, tcp, line, spindle_turns: true, stated };
+        self.push(Move { to, feed_m_per_s, timing, tcp, line, spindle_turns: true, stated });
+    }
+
+    fn push(&mut self, to: Move) {
         if self.moves.len() >= self.max_moves {
             self.is_full = true;
             let what = format!(
@@ -100,6 +161,65 @@ impl Log {
         }
     }
 
+    /// The way back from a place that the program does not give: by the joints where it is rapid.
+    fn come_back(&mut self, line: usize, to: Target, pace: Pace) -> Target {
+        let Some((from, what)) = self.away.take() else { return to };
+        match to {
+            Target::Line(pose) if pace == Pace::Rapid => {
+                let stands = self.stated.spindle == Some(Spindle::Stands);
+                let code = if stands { Code::LeftOut } else { Code::MotionLeftOut };
+                let what = format!(
+                    "{what}; the arm is taken to go from the place before to that of line {line} \
+                     straight in the joints"
+                );
+                self.warning(code, from, what);
+                Target::JointsTo(pose)
+            }
+            Target::Joints(_) | Target::JointsTo(_) => to,
+            to => {
+                let what = format!(
+                    "{what}, and motion at feed follows from there; state X, Y and Z by rapid \
+                     moves before, or split the program here into several operations"
+                );
+                self.error(Code::Motion, from, what);
+                to
+            }
+        }
+    }
+
+    /// The arm stands for some time. Before the path starts nothing stands.
+    pub(super) fn dwell(&mut self, line: usize, seconds: f64) {
+        /// A day.
+        const MAX_S: f64 = 86_400.0;
+        if !(0.0..=MAX_S).contains(&seconds) {
+            let what = format!("the arm is to stand for {seconds} s, expected 0 to {MAX_S}");
+            self.error(Code::Value, line, what);
+            return;
+        }
+        let Some(last) = self.moves.last().filter(|_| seconds > 0.0 && !self.is_full) else {
+            return;
+        };
+        let to = match &last.to {
+            Target::Joints(_) => last.to.clone(),
+            Target::JointsTo(at) | Target::Line(at) | Target::Arc { end: at, .. } => {
+                Target::JointsTo(*at)
+            }
+        };
+        let stated = Arc::clone(&self.stated);
+        let timing = Timing::Seconds(seconds);
+        self.push(Move { to, timing, line, stated, spindle_turns: true, ..*last });
+    }
+
+    /// Where the last motion went, if that is a pose.
+    pub(super) fn last(&self) -> Option<Last> {
+        self.last
+    }
+
+    /// Whether the path has started.
+    pub(super) fn has_moved(&self) -> bool {
+        !self.moves.is_empty()
+    }
+
     /// The speed that is assumed because the program gives none. The first of all moves does not
     /// count: it goes to where the path starts.
     fn count_rapid(&mut self, line: usize) -> f64 {
@@ -111,7 +231,7 @@ impl Log {
     }
 
     /// The tool goes to a place that the program does not give. Before the first move and behind
-    /// the last the path is whole without that way; in between it would be wrong.
+    /// the last the path is whole without that way; in between the way back must be rapid.
     pub(super) fn leaves(&mut self, line: usize, how: &str) {
         let what = format!("{how}: the place is not in the program");
         if self.moves.is_empty() {
@@ -145,6 +265,16 @@ impl Log {
         }
     }
 
+    /// A joint of the robot is at a position, rad or m, at the ends of the moves from here on.
+    pub(super) fn hold(&mut self, joint: usize, position: f64) {
+        let placed = self.stated.external.iter().position(|(own, _)| *own == joint);
+        match placed {
+            Some(index) if self.stated.external[index].1 == position => {}
+            Some(index) => Arc::make_mut(&mut self.stated).external[index].1 = position,
+            None => Arc::make_mut(&mut self.stated).external.push((joint, position)),
+        }
+    }
+
     /// What the tip carries from here on.
     pub(super) fn load(&mut self, load: Option<&Arc<Load>>) {
         if self.stated.load.as_ref() != load {
@@ -152,13 +282,16 @@ impl Log {
         }
     }
 
-    /// The program states a feed of its own.
-    pub(super) fn feed(&mut self, is_per_revolution: bool) {
-        if is_per_revolution {
-            self.feeds.per_revolution = true;
-        } else {
-            self.feeds.per_time = true;
+    /// A number of the text states something; feeds are taken down as the program's own.
+    pub(super) fn states(&mut self, line: usize, span: Option<Span>, states: States) {
+        match states {
+            States::Feed { .. } | States::NamedFeed { .. } | States::Seconds { .. } => {
+                self.feeds.per_time = true;
+            }
+            States::FeedPerRevolution => self.feeds.per_revolution = true,
+            States::Spindle { .. } | States::Tap => {}
         }
+        self.words.push(Word { line, span, states, from_move: self.moves.len() });
     }
 
     /// Whether there are more moves than are accepted: reading on is in vain.
@@ -167,7 +300,9 @@ impl Log {
     }
 
     pub(super) fn spindle(&mut self, line: usize, spindle: Spindle) {
-        Arc::make_mut(&mut self.stated).spindle = Some(spindle);
+        if self.stated.spindle != Some(spindle) {
+            Arc::make_mut(&mut self.stated).spindle = Some(spindle);
+        }
         self.spindle.push(SpindleCommand { line, spindle, from_move: self.moves.len() });
     }
 
@@ -187,17 +322,17 @@ impl Log {
             let what = format!("{moves} at the assumed {} m/s", self.rapid_m_per_s);
             self.warning(Code::Assumed, first_line, what);
         }
-        let Self { mut moves, spindle, feeds, notes, .. } = self;
+        let Self { mut moves, spindle, words, feeds, notes, .. } = self;
         let (errors, warnings) = notes.finish();
         if !errors.is_empty() {
-            return Err(errors);
+            return Err(grouped(errors));
         }
         let ends = spindle.iter().skip(1).map(|next| next.from_move).chain([moves.len()]);
         let stops = spindle.iter().zip(ends).filter(|(at, _)| at.spindle == Spindle::Stands);
         for (stop, end) in stops {
             moves[stop.from_move..end].iter_mut().for_each(|each| each.spindle_turns = false);
         }
-        Ok(Program { moves, spindle, feeds, warnings })
+        Ok(Program { moves, spindle, feeds, warnings, words })
     }
 }
 
@@ -205,15 +340,58 @@ fn left_out(what: &str) -> String {
     format!("{what}; the move there is skipped")
 }
 
+/// Length of the straight or round way from a pose, m; the chords' where an arc's points are in
+/// line. `None` where the way is not known.
+fn way_m(from: &Isometry3<f64>, to: &Target) -> Option<f64> {
+    let from = from.translation.vector;
+    match to {
+        Target::Joints(_) => None,
+        Target::JointsTo(end) | Target::Line(end) => Some((end.translation.vector - from).norm()),
+        Target::Arc { via, end } => {
+            let [via, end] = [via, end].map(|pose| pose.translation.vector);
+            let chords = || (via - from).norm() + (end - via).norm();
+            Some(Circle::through(from, via, end).map_or_else(chords, |circle| circle.length()))
+        }
+    }
+}
+
 fn is_finite(each: &Move) -> bool {
     let pose = |pose: &Isometry3<f64>| {
         pose.translation.vector.iter().chain(pose.rotation.coords.iter()).all(|x| x.is_finite())
     };
-    each.feed_m_per_s.is_finite()
+    let timed = match each.timing {
+        Timing::Feed => true,
+        Timing::Seconds(seconds) => seconds.is_finite(),
+        Timing::Joints(share) => share.is_finite(),
+    };
+    timed
+        && each.feed_m_per_s.is_finite()
         && pose(&each.tcp)
         && match &each.to {
             Target::Joints(joints) => joints.iter().all(|joint| joint.is_finite()),
             Target::JointsTo(end) | Target::Line(end) => pose(end),
             Target::Arc { via, end } => pose(via) && pose(end),
         }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Translation3, UnitQuaternion, Vector3};
+
+    use super::*;
+    use crate::units::rad_from_deg;
+
+    #[test]
+    fn arcs_are_as_long_as_their_angle_says() {
+        let point = |deg: f64| {
+            let angle = rad_from_deg(deg);
+            let at = Vector3::new(1.0 + 2.0 * angle.cos(), 2.0 * angle.sin(), 3.0);
+            Isometry3::from_parts(Translation3::from(at), UnitQuaternion::identity())
+        };
+        for (via, end) in [(10.0, 30.0), (100.0, 190.0), (20.0, 300.0), (290.0, 350.0)] {
+            let arc = Target::Arc { via: point(via), end: point(end) };
+            let length = way_m(&point(0.0), &arc).unwrap();
+            assert!((length - 2.0 * rad_from_deg(end)).abs() < 1e-12, "{via} {end} {length}");
+        }
+    }
 }

@@ -1,18 +1,20 @@
 //! Robot and CAM programs → motions, each with the line that asks for it.
 //!
-//! Three dialects: RAPID (ABB), APT / cutter location files, and G-code. A reader follows the
-//! program as the controller would, from the first instruction to the last, and writes down every
-//! motion. What it does not understand it never passes over in silence. Where motion that the
-//! program asks for would be lost or wrong, the program is refused with an error at its line. The
-//! program carries a warning where something beside the motion is left out, and where only the cell
-//! knows whether anything is:
+//! A dialect is a lexer and a table of words; what motion means is in one place: `log` (moves,
+//! time, speeds, words of the text), `cutter` (frames, feeds and holes of CAM programs), `arc`. A
+//! reader follows the program as the controller would, from the first instruction to the last, and
+//! writes down every motion. What it does not understand it never passes over in silence. Where
+//! motion that the program asks for would be lost or wrong, the program is refused with an error at
+//! its line. The program carries a warning where something beside the motion is left out, and where
+//! only the cell knows whether anything is:
 //!
 //! - calls of RAPID procedures that stand in no file that is read (if they name a target or sound
-//!   like motion, they are refused), APT words and M codes that are not known: taken not to move;
+//!   like motion, they are refused), M codes that are not known: taken not to move;
 //! - work offsets of G-code after the first, heads after the first: the job has one frame and TCP
 //!   for all;
-//! - before the first move and behind the last, ways to places that are not in the program
-//!   (`GOHOME`, `G28`, `G53`): left out. Between moves they are refused.
+//! - ways to places that are not in the program (`GOHOME`, `G28`, `G53`): left out before the first
+//!   move and behind the last; the way back from them is taken straight in the joints where it is
+//!   rapid, and refused at feed.
 //!
 //! Frames: a target is the pose of the tool centre point (TCP) in the base frame of the robot; the
 //! TCP is given in the tip frame, which for an ABB arm is its `tool0`. Where robot and program
@@ -37,18 +39,27 @@
 //! and external axes.
 
 mod apt;
+mod arc;
+mod cell;
+mod cutter;
+mod fanuc;
 mod gcode;
+mod grouping;
+mod krl;
 mod log;
 mod rapid;
 mod rewrite;
+mod settings;
+mod span;
 mod text;
 mod tool_axis;
 
 pub use rewrite::{NewSpeed, Rewrite, Rewritten, rewrite};
+pub use settings::{
+    Assumed, Companion, Coordinates, ExternalAxis, RotaryAxis, SetBy, Setter, Settings,
+};
 
 use std::fmt;
-
-use nalgebra::Isometry3;
 
 pub use crate::motion::Spindle;
 use crate::motion::{Move, StatedFeeds};
@@ -61,8 +72,12 @@ pub enum Dialect {
     Rapid,
     /// APT source or cutter location file.
     Apt,
-    /// G-code (RS-274 as LinuxCNC and Fanuc write it) for three axes.
+    /// G-code (RS-274 as LinuxCNC and Fanuc write it, Sinumerik's words).
     GCode,
+    /// KUKA KRL, a source file.
+    Krl,
+    /// Fanuc TP, a program as text.
+    Fanuc,
 }
 
 impl Dialect {
@@ -71,7 +86,11 @@ impl Dialect {
         match extension.to_ascii_lowercase().as_str() {
             "mod" | "modx" | "prg" | "sys" | "sysx" => Some(Self::Rapid),
             "apt" | "aptsource" | "cl" | "cls" => Some(Self::Apt),
-            "nc" | "ngc" | "gcode" | "tap" | "cnc" => Some(Self::GCode),
+            "nc" | "ngc" | "gcode" | "tap" | "cnc" | "mpf" | "spf" | "eia" | "ncc" => {
+                Some(Self::GCode)
+            }
+            "src" => Some(Self::Krl),
+            "ls" => Some(Self::Fanuc),
             _ => None,
         }
     }
@@ -83,49 +102,10 @@ impl fmt::Display for Dialect {
             Self::Rapid => "RAPID",
             Self::Apt => "APT",
             Self::GCode => "G-code",
+            Self::Krl => "KRL",
+            Self::Fanuc => "Fanuc TP",
         })
     }
-}
-
-/// What a program does not say and its reader needs to know.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Settings {
-    /// RAPID: the procedure where the program starts; `None` takes `main`, or the only procedure.
-    pub procedure: Option<String>,
-    /// The job's tool centre point in the tip frame, if the job gives one.
-    pub tcp: Option<Isometry3<f64>>,
-    /// The job's work object in the base frame, if the job gives one.
-    pub work_object: Option<Isometry3<f64>>,
-    /// Feed where the program gives none, m/s; `None` makes that a fault.
-    pub feed_m_per_s: Option<f64>,
-    /// Speed of rapid moves of APT (`RAPID`) and G-code (`G0`), which give none, m/s.
-    pub rapid_m_per_s: f64,
-    /// Number of moving joints of the robot.
-    pub joint_count: usize,
-    /// RAPID: where the program sets the spindle's speed, which the language has no word for.
-    pub spindle_from: Option<SetBy>,
-    /// RAPID: where the program sets the number of the tool.
-    pub tool_from: Option<SetBy>,
-}
-
-/// How a RAPID program of this cell sets a number beside the motion.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SetBy {
-    /// The instruction or comment.
-    pub what: Setter,
-    /// What one unit of its value stands for.
-    pub per_unit: f64,
-}
-
-/// An instruction or comment of RAPID that carries a number.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Setter {
-    /// `SetAO` or `SetGO` of this signal.
-    Signal(String),
-    /// A call of this procedure, and which of its arguments, from 1.
-    Procedure(String, usize),
-    /// A comment that starts with this text, before the instruction that it holds from.
-    Comment(String),
 }
 
 /// How fast a move is to run.
@@ -137,6 +117,10 @@ enum Pace {
     Unstated,
     /// As fast as it goes: the program gives no speed.
     Rapid,
+    /// In so many seconds.
+    Seconds(f64),
+    /// At this share of the joints' speeds.
+    Joints(f64),
 }
 
 /// Speed of rapid moves where nobody gives one, m/s: an assumption, not a figure of any robot.
@@ -160,6 +144,8 @@ pub struct Program {
     pub feeds: StatedFeeds,
     /// What was left out or assumed without loss of motion, by line.
     pub warnings: Vec<Note>,
+    /// Where the text states speeds and feeds.
+    words: Vec<log::Word>,
 }
 
 /// A command to the spindle.
@@ -199,12 +185,14 @@ fn read_up_to(
     dialect: Dialect,
     settings: &Settings,
 ) -> Result<Program, Vec<Note>> {
-    let text = text::decode(bytes)?;
+    let text = text::decode(bytes)?.text;
     let mut log = log::Log::new(max_moves, settings);
     match dialect {
         Dialect::Rapid => rapid::read(&text, settings, &mut log),
         Dialect::Apt => apt::read(&text, settings, &mut log),
         Dialect::GCode => gcode::read(&text, settings, &mut log),
+        Dialect::Krl => krl::read(&text, settings, &mut log),
+        Dialect::Fanuc => fanuc::read(&text, settings, &mut log),
     }
     log.finish()
 }
@@ -214,16 +202,7 @@ mod tests {
     use super::*;
 
     pub(super) fn settings() -> Settings {
-        Settings {
-            procedure: None,
-            tcp: None,
-            work_object: None,
-            feed_m_per_s: Some(0.01),
-            rapid_m_per_s: RAPID_M_PER_S,
-            joint_count: 6,
-            spindle_from: None,
-            tool_from: None,
-        }
+        Settings { feed_m_per_s: Some(0.01), joint_count: 6, ..Settings::default() }
     }
 
     #[test]
@@ -254,7 +233,7 @@ mod tests {
 
     #[test]
     fn as_many_moves_as_are_taken_are_read() {
-        let text = "G0 X0 Y0 Z0\nX1\nX2\n";
+        let text = "G0 X0 Y0 Z0\nX1\nX2\nM2\n";
         let read = |most| read_up_to(most, text.as_bytes(), Dialect::GCode, &settings());
         assert_eq!(read(3).unwrap().moves.len(), 3);
         assert_eq!(read(2).unwrap_err()[0].place.line, Some(3));

@@ -132,7 +132,7 @@ pub fn advise(
                 let rewrite = program_rewrite(job, operations, options.feed)
                     .map_err(|why| stopped(refused(path, &why)))?;
                 let file = job.beside(rewrite.0);
-                let rewritten = rewritten_program(&file, &rewrite.1).map_err(stopped)?;
+                let rewritten = rewritten_program(&job.file, &file, &rewrite.1).map_err(stopped)?;
                 advised.outputs.push(Output::new(path, rewritten.bytes));
                 advised.job.written_program = Some(path.to_owned());
             }

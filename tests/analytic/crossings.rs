@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use detune::job::{Carried, Job, Levers, Operation, Policy, Review, Spindle, SpindleSpeed, Tool};
 use detune::model::Robot;
-use detune::motion::{Move, Target};
+use detune::motion::{Move, Target, Timing};
 use detune::progress::silent;
 use detune::risk::{Certainty, assess};
 use nalgebra::Isometry3;
@@ -120,6 +120,7 @@ fn job(
                     feed_m_per_s: 0.01,
                     tcp: Isometry3::identity(),
                     line: 10 + i,
+                    timing: Timing::Feed,
                     spindle_turns: true,
                     stated: Arc::default(),
                 })

@@ -5,7 +5,7 @@ use std::path::Path as FilePath;
 use std::sync::Arc;
 
 use detune::model::{Placement, Robot, forward_kinematics};
-use detune::motion::{Move, Target};
+use detune::motion::{Move, Target, Timing};
 use detune::notes::{Note, Part};
 use detune::path::{MAX_GAP, MAX_STEP, Path, grid};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
@@ -37,6 +37,7 @@ fn moves(targets: Vec<Target>, tcp: Isometry3<f64>) -> Vec<Move> {
             feed_m_per_s: FEED,
             tcp,
             line: 20 + i,
+            timing: Timing::Feed,
             spindle_turns: true,
             stated: Arc::default(),
         })
@@ -398,4 +399,37 @@ fn what_never_ends_is_refused() {
     let far = vec![Target::Joints(vec![0.0, 0.0]), Target::Joints(vec![0.0, 1e12])];
     let faults = Path::plan(&continuous, &moves(far, tool()), None).unwrap_err();
     assert!(faults[0].what.contains("one move may have"), "{}", faults[0].what);
+}
+
+/// Steps of a micrometre and less take their way over the feed, and where the arm stands it takes
+/// the time that is asked for.
+#[test]
+fn short_steps_and_dwells_take_their_time() {
+    let robot = irb1600();
+    let a = tcp_pose(&robot, &HOME, &tool());
+    for step in [1e-6, 4e-7] {
+        let ends = (0..=50).map(|i| shifted(&a, [f64::from(i) * step, 0.0, 0.0], [0.0; 3]));
+        let short = moves(ends.map(Target::Line).collect(), tool());
+        let path = Path::plan(&robot, &short, Some(&HOME)).unwrap();
+        let expected = 50.0 * step / FEED;
+        assert!((path.duration_s() - expected).abs() < 1e-4 * expected, "{}", path.duration_s());
+    }
+    let b = shifted(&a, [0.03, 0.0, 0.0], [0.0; 3]);
+    let mut dwell = moves(vec![Target::Line(a), Target::JointsTo(a), Target::Line(b)], tool());
+    dwell[1].timing = Timing::Seconds(2.5);
+    let path = Path::plan(&robot, &dwell, Some(&HOME)).unwrap();
+    assert!((path.duration_s() - 2.5 - 0.03 / FEED).abs() < 1e-9, "{}", path.duration_s());
+    assert!((path.standing_s() - 2.5).abs() < 1e-12);
+    let mut q = [0.0; 6];
+    path.reader().at(2.0 / path.duration_s(), &mut q).unwrap();
+    assert!(q.iter().zip(HOME).all(|(q, home)| (q - home).abs() < 1e-9), "{q:?}");
+    assert_eq!(path.line_at(2.0 / path.duration_s()), 21);
+    // At half of the joints' speed a turn takes twice as long.
+    let mut to = HOME;
+    to[5] += 2.3;
+    let mut turn = moves(vec![Target::Joints(HOME.into()), Target::Joints(to.into())], tool());
+    turn[1].timing = Timing::Joints(0.5);
+    let path = Path::plan(&robot, &turn, None).unwrap();
+    let speed = robot.joints()[5].velocity_limit.unwrap();
+    assert!((path.duration_s() - 2.0 * 2.3 / speed).abs() < 1e-12);
 }

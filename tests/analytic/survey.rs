@@ -7,7 +7,7 @@ use std::path::Path as FilePath;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use detune::model::{Placement, Robot, forward_kinematics};
-use detune::motion::{Move, Target};
+use detune::motion::{Move, Target, Timing};
 use detune::notes::Code;
 use detune::path::{Detail, Path, Station, Survey, Surveyor, grid};
 use detune::progress::{Done, silent};
@@ -32,6 +32,7 @@ fn moves(targets: impl IntoIterator<Item = (Target, Isometry3<f64>)>) -> Vec<Mov
             feed_m_per_s: 0.02,
             tcp,
             line: i + 1,
+            timing: Timing::Feed,
             spindle_turns: true,
             stated: Arc::default(),
         })

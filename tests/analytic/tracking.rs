@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use detune::model::{CoordinateKind, ExtraCoordinate, Inertial, Joint, JointKind, Link, Robot};
 use detune::modes::{ModalSolver, Modes, mac};
-use detune::motion::{Move, Target};
+use detune::motion::{Move, Target, Timing};
 use detune::path::{Path, follow, grid};
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
@@ -38,6 +38,7 @@ fn sweep() -> Vec<Move> {
             feed_m_per_s: 0.01,
             tcp: Isometry3::identity(),
             line: 1,
+            timing: Timing::Feed,
             spindle_turns: true,
             stated: Arc::default(),
         })

@@ -386,7 +386,10 @@ fn turning_the_tool_and_moving_the_work_are_levers() {
 #[test]
 fn programs_are_rewritten_and_the_new_job_names_them() {
     let bench = Bench::new();
-    bench.add("jobs/p.nc", "(pocket)\nS780 M3\nG0 X800 Y0 Z600\nG1 X900 F400 (cut)\nX950\nM5\n");
+    bench.add(
+        "jobs/p.nc",
+        "(pocket)\nS780 M3\nG0 X800 Y0 Z600\nG1 X900 F400 (cut)\nX950\nM5\nM30\n",
+    );
     let job = format!(
         "robot: {}\ntool: {{teeth: 2, payload: none}}\nspindle: {{min_rpm: 500, max_rpm: 24000}}\noperations:\n  - name: a\n    \
          spindle_rpm: 780\n    feed_mm_per_min: 400\n    path: {{program: {{file: p.nc}}}}\npolicy: {{separation_percent: 3, model_uncertainty_percent: 2}}\n",
@@ -429,7 +432,7 @@ fn programs_are_rewritten_and_the_new_job_names_them() {
 #[test]
 fn what_was_written_is_named_and_the_next_step_follows() {
     let bench = Bench::new();
-    bench.add("jobs/p.nc", "S780 M3\nG0 X800 Y0 Z600\nG1 X900 F400\nX950\nM5\n");
+    bench.add("jobs/p.nc", "S780 M3\nG0 X800 Y0 Z600\nG1 X900 F400\nX950\nM5\nM30\n");
     let job = format!(
         "robot: {}\ntool: {{teeth: 2, payload: none}}\nspindle: {{min_rpm: 500, max_rpm: 24000}}\noperations:\n  - name: a\n    \
          spindle_rpm: 780\n    feed_mm_per_min: 400\n    path: {{program: {{file: p.nc}}}}\npolicy: {{separation_percent: 3, model_uncertainty_percent: 2}}\n",
@@ -611,7 +614,7 @@ fn feeds_of_programs_are_told_as_they_are() {
     );
     bench.add("jobs/job.yaml", &job);
     let advised = |program: &str, more: &[&str]| {
-        bench.add("jobs/p.nc", &format!("S780 M3\nG0 X800 Y0 Z600\n{program}M5\n"));
+        bench.add("jobs/p.nc", &format!("S780 M3\nG0 X800 Y0 Z600\n{program}M5\nM30\n"));
         // The job gives the feed where the program states none.
         let silent = !program.contains('F');
         let own = if silent { job.clone() } else { job.replace("    feed_mm_per_min: 400\n", "") };

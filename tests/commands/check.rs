@@ -355,7 +355,7 @@ fn an_input_is_not_written_over() {
         run.replace("    path", "    start_near_deg: [0, 90]\n    path"),
     )
     .unwrap();
-    fs::write(here.join("a.nc"), "G1 X900 Y0 Z0\n").unwrap();
+    fs::write(here.join("a.nc"), "G1 X900 Y0 Z0\nM30\n").unwrap();
     fs::write(here.join("p.csv"), "joint_1_rad,joint_2_rad\n0,1\n").unwrap();
     let files = ["own.yaml", "clear.yaml", "robot.yaml", "two-link.urdf", "p.csv", "a.nc"];
     let texts = || files.map(|file| fs::read_to_string(here.join(file)).unwrap());
@@ -541,8 +541,9 @@ operations:
 #[test]
 fn a_spindle_that_is_started_without_a_speed_is_checked() {
     let bench = Bench::new();
-    let gcode = "M5\nG0 X0 Y0 Z0\nM3\nG1 X240 F400\nY40\nX0\n";
-    let apt = "SPINDL/OFF\nGOTO/0,0,0\nSPINDL/CLW\nGOTO/240,0,0\nGOTO/240,40,0\nGOTO/0,40,0\n";
+    let gcode = "M5\nG0 X0 Y0 Z0\nM3\nG1 X240 F400\nY40\nX0\nM30\n";
+    let apt =
+        "SPINDL/OFF\nGOTO/0,0,0\nSPINDL/CLW\nGOTO/240,0,0\nGOTO/240,40,0\nGOTO/0,40,0\nFINI\n";
     for (file, program) in [("pocket.nc", gcode), ("pocket.apt", apt)] {
         let ran = check_program(&bench, file, program);
         assert_eq!(code(&ran), 1, "{file}: {}{}", out(&ran), err(&ran));
@@ -556,7 +557,7 @@ fn a_spindle_that_is_started_without_a_speed_is_checked() {
 #[test]
 fn a_verdict_without_a_turning_spindle_is_told() {
     let bench = Bench::new();
-    let stopped = "M5\nG0 X0 Y0 Z0\nG1 X240 F400\nY40\nX0\n";
+    let stopped = "M5\nG0 X0 Y0 Z0\nG1 X240 F400\nY40\nX0\nM30\n";
     let ran = check_program(&bench, "stopped.nc", stopped);
     let told = "program.yaml:7: operation 'rough': nothing was checked: the program has stopped the spindle";
     assert_eq!(code(&ran), 1, "{}{}", out(&ran), err(&ran));

@@ -34,7 +34,7 @@ operations:
 {keys}",
             robot.display()
         );
-        fs::write(bench.0.path().join("rough.nc"), program).unwrap();
+        fs::write(bench.0.path().join("rough.nc"), format!("{program}M30\n")).unwrap();
         fs::write(bench.0.path().join("job.yaml"), job).unwrap();
         bench
     }

@@ -104,7 +104,7 @@ fn what_nobody_says_is_at_best_uncertain() {
 }
 
 const TWO_TOOLS: &str = "T1 M6\nS12000 M3\nG0 X800 Y0 Z600\nG1 X850 F1200\nX900\nM5\nT2 M6\nS800 M3\nG1 X950 F400\n\
-                         X800\nM5\n";
+                         X800\nM5\nM30\n";
 
 fn two_tools(more: &str, operation: &str) -> String {
     format!(

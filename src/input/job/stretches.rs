@@ -141,7 +141,7 @@ mod tests {
     use nalgebra::{Isometry3, Matrix3};
 
     use super::*;
-    use crate::motion::Stated;
+    use crate::motion::{Stated, Timing};
 
     fn moves(stated: &[(Option<Spindle>, Option<u32>, Option<f64>)]) -> Vec<Move> {
         let load = |mass_kg| Load {
@@ -156,6 +156,7 @@ mod tests {
             feed_m_per_s: 0.01,
             tcp: Isometry3::identity(),
             line: i + 1,
+            timing: Timing::Feed,
             spindle_turns: spindle != Some(Spindle::Stands),
             stated: Arc::new(Stated { spindle, tool, load: mass.map(load).map(Arc::new) }),
         });

@@ -120,7 +120,13 @@ fn read_of(operation: &str, file: &str, program: &str) -> Result<(Job, Vec<Strin
          operations:\n  - name: rough\n{operation}"
     );
     std::fs::write(&path, job).unwrap();
-    std::fs::write(folder.path().join(file), program).unwrap();
+    // The end that a whole program has.
+    let end = match file.rsplit_once('.') {
+        Some((_, "nc")) => "M30\n",
+        Some((_, "cls")) => "FINI\n",
+        _ => "",
+    };
+    std::fs::write(folder.path().join(file), format!("{program}{end}")).unwrap();
     let prefix = format!("{}/", folder.path().display());
     let shown = |notes: Vec<Note>| -> Vec<String> {
         notes.iter().map(|note| note.to_string().replace(&prefix, "")).collect()

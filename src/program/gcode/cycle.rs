@@ -1,15 +1,33 @@
 //! Drilling cycles of G-code, expanded as the controller does: over the hole, down to R, to the
 //! bottom, and out.
 
-use super::arc::Plane;
+use nalgebra::Vector3;
+
 use super::block::Block;
-use super::state::{Cycle, CycleKind, Motion, Reader};
+use super::dwell::cycle_dwell_s;
+use super::state::{AXES, CycleKind, Machine, Motion};
 use crate::program::Pace;
+use crate::program::arc::Plane;
+use crate::program::cutter::{FeedKind, Hole};
+use crate::program::log::States;
 
 /// Of a cycle, and of pecks in a hole.
 const MAX_REPEATS: f64 = 10_000.0;
 
-impl Reader<'_> {
+/// What a cycle remembers from hole to hole, mm.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Cycle {
+    /// Height where the cycle was called: where G98 goes back to.
+    initial: f64,
+    /// The R word, the word of the bottom and Q as given.
+    retract: Option<f64>,
+    bottom: Option<f64>,
+    step: Option<f64>,
+    dwell_s: f64,
+    is_tap: bool,
+}
+
+impl Machine<'_> {
     /// G73–G89.
     pub(super) fn start_cycle(&mut self, code: i64) {
         let kind = match code {
@@ -19,9 +37,11 @@ impl Reader<'_> {
             other => CycleKind::Unknown(other / 10),
         };
         if !matches!(self.motion, Motion::Cycle(_)) {
-            let initial = self.at.get(2).copied().flatten().unwrap_or_default();
+            let Plane([.., w]) = self.plane;
+            let initial = self.cutter.at[w].unwrap_or_default();
             self.cycle = Cycle { initial, ..Cycle::default() };
         }
+        self.cycle.is_tap = matches!(code, 740 | 840);
         self.motion = Motion::Cycle(kind);
     }
 
@@ -35,83 +55,67 @@ impl Reader<'_> {
         if let CycleKind::Unknown(code) = kind {
             return Err(format!("G{code} is not supported"));
         }
-        if self.plane != Plane::XY {
-            return Err("drilling cycles are supported in the XY plane (G17) alone".to_owned());
+        self.no_corner()?;
+        let feed = self.cutter.pace()?;
+        if self.cutter.feed.kind == FeedKind::InverseTime || self.rotary.moves_work() {
+            return Err("a cycle in inverse time or on turned work is not supported".to_owned());
         }
-        let feed = self.pace()?;
-        let before = self.place().ok_or("a cycle from an unknown position")?;
+        let Plane([u, v, w]) = self.plane;
+        let before = self.cutter.place().ok_or("a cycle from an unknown position")?;
         let [retract, bottom, step] =
-            ['R', 'Z', 'Q'].map(|word| block.get(word).map(|value| self.mm(value)));
+            [b'R', AXES[w], b'Q'].map(|letter| block.word(letter).map(|word| self.mm(word.value)));
         self.cycle.retract = retract.or(self.cycle.retract);
         self.cycle.bottom = bottom.or(self.cycle.bottom);
         self.cycle.step = step.or(self.cycle.step);
+        if let Some(word) = block.word(b'P') {
+            self.cycle.dwell_s = cycle_dwell_s(self.cutter.log, line, word)?;
+        }
         let given_r = self.cycle.retract.ok_or("the cycle has no R")?;
-        let given_z = self.cycle.bottom.ok_or("the cycle has no Z")?;
-        let retract = if self.relative { self.cycle.initial + given_r } else { given_r };
-        let bottom = if self.relative { retract + given_z } else { given_z };
+        let name = char::from(AXES[w]);
+        let given_z = self.cycle.bottom.ok_or_else(|| format!("the cycle has no {name}"))?;
+        let shift = self.shift.total()[w];
+        let retract = if self.relative { self.cycle.initial + given_r } else { given_r + shift };
+        let bottom = if self.relative { retract + given_z } else { given_z + shift };
         if bottom > retract {
-            return Err(format!("the bottom (Z {bottom}) lies above R ({retract})"));
+            return Err(format!("the bottom ({name} {bottom}) lies above R ({retract})"));
         }
         let repeats = block.get('L').or(block.get('K')).unwrap_or(1.0);
         if !(0.0..=MAX_REPEATS).contains(&repeats) || repeats.fract() != 0.0 {
             return Err(format!("{repeats} repeats: expected a whole number from 0"));
         }
         let depths = self.depths(kind, retract, bottom)?;
-        let by = |letter: char| block.get(letter).map_or(0.0, |value| self.mm(value));
-        let (by_x, by_y) = (by('X'), by('Y'));
-        let [mut x, mut y, _] = before;
-        let out = if kind == CycleKind::Bore { feed } else { Pace::Rapid };
+        if self.cycle.is_tap && self.cutter.feed.kind == FeedKind::PerMinute {
+            self.cutter.log.states(line, None, States::Tap);
+        }
+        let by = |axis: usize| block.word(AXES[axis]).map_or(0.0, |word| self.mm(word.value));
+        let (by_u, by_v) = (by(u), by(v));
+        let initial = if self.back_to_initial { self.cycle.initial } else { retract };
+        let hole = Hole {
+            clearance: retract,
+            depths,
+            retract: initial,
+            feed,
+            out: if kind == CycleKind::Bore { feed } else { Pace::Rapid },
+            dwell_s: self.cycle.dwell_s,
+        };
+        let axis = Vector3::ith(w, 1.0);
+        let mut over = before;
         // Whole and at most MAX_REPEATS, checked above.
         for _ in 0..repeats as u32 {
             if self.relative {
-                (x, y) = (x + by_x, y + by_y);
+                (over[u], over[v]) = (over[u] + by_u, over[v] + by_v);
             } else {
-                let [to_x, to_y, _] = self.end_of(block)?;
-                (x, y) = (to_x.unwrap_or(x), to_y.unwrap_or(y));
+                let to = self.end_of(block)?;
+                (over[u], over[v]) = (to[u].unwrap_or(over[u]), to[v].unwrap_or(over[v]));
             }
-            self.hole(line, [x, y], retract, &depths, [feed, out]);
-            if self.log.is_full() {
+            over[w] = 0.0;
+            self.cutter.hole(line, over, axis, &hole);
+            if self.cutter.log.is_full() {
                 break;
             }
         }
+        self.shift.start();
         Ok(())
-    }
-
-    /// `feed` in and `out`.
-    fn hole(
-        &mut self,
-        line: usize,
-        [x, y]: [f64; 2],
-        retract: f64,
-        depths: &[f64],
-        [feed, out]: [Pace; 2],
-    ) {
-        if let Some([x, y, z]) = self.place()
-            && z < retract
-        {
-            self.apart(line, [x, y, retract], Pace::Rapid);
-        }
-        let z = self.place().map_or(retract, |[_, _, z]| z);
-        self.apart(line, [x, y, z], Pace::Rapid);
-        self.apart(line, [x, y, retract], Pace::Rapid);
-        for (index, &depth) in depths.iter().enumerate() {
-            if let Some(&before) = index.checked_sub(1).and_then(|last| depths.get(last)) {
-                self.apart(line, [x, y, retract], Pace::Rapid);
-                self.apart(line, [x, y, before], Pace::Rapid);
-            }
-            self.apart(line, [x, y, depth], feed);
-        }
-        self.apart(line, [x, y, retract], out);
-        if self.back_to_initial && self.cycle.initial > retract {
-            self.apart(line, [x, y, self.cycle.initial], Pace::Rapid);
-        }
-    }
-
-    /// A line, unless the tool is there already.
-    fn apart(&mut self, line: usize, to: [f64; 3], pace: Pace) {
-        if self.place() != Some(to) {
-            self.line_to(line, to, pace);
-        }
     }
 
     fn depths(&self, kind: CycleKind, retract: f64, bottom: f64) -> Result<Vec<f64>, String> {

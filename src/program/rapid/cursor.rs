@@ -1,6 +1,8 @@
 //! A place among the tokens, and the parser of expressions and arguments.
 
 use super::lexer::{Kind, Lexer, Token};
+use crate::program::span::Span;
+
 use super::syntax::{Args, Expr, Name, Operator, Optional, Path, Step};
 
 /// Nesting beyond this is no program that a person or a post-processor writes.
@@ -13,14 +15,17 @@ pub(super) struct Cursor<'a> {
     place: usize,
     line: usize,
     depth: usize,
+    /// Whether the text is that of the main file.
+    is_main: bool,
 }
 
 /// Why the tokens are no RAPID: a lower-case fragment.
 pub(super) type Parsed<T> = Result<T, String>;
 
 impl<'a> Cursor<'a> {
-    pub(super) fn new(text: &'a str) -> Self {
-        let mut cursor = Self { lexer: Lexer::new(text), next: None, place: 0, line: 1, depth: 0 };
+    pub(super) fn new(text: &'a str, is_main: bool) -> Self {
+        let lexer = Lexer::new(text);
+        let mut cursor = Self { lexer, next: None, place: 0, line: 1, depth: 0, is_main };
         cursor.advance();
         cursor
     }
@@ -32,6 +37,11 @@ impl<'a> Cursor<'a> {
     /// Line of the next token, or of the last one at the end.
     pub(super) fn line(&self) -> usize {
         self.line
+    }
+
+    /// Place of the next token in the text of the main file.
+    fn span(&self) -> Option<Span> {
+        self.next.map(|token| token.span).filter(|_| self.is_main)
     }
 
     pub(super) fn place(&self) -> usize {
@@ -181,7 +191,7 @@ impl<'a> Cursor<'a> {
         };
         Ok(match (minus, operand) {
             (false, operand) => operand,
-            (true, Expr::Number(number)) => Expr::Number(-number),
+            (true, Expr::Number(number, _)) => Expr::Number(-number, None),
             (true, operand) => Expr::Minus(Box::new(operand)),
         })
     }
@@ -189,8 +199,9 @@ impl<'a> Cursor<'a> {
     fn primary(&mut self) -> Parsed<Expr> {
         match self.peek() {
             Some(Kind::Number(number)) => {
+                let span = self.span();
                 self.advance();
-                Ok(Expr::Number(number))
+                Ok(Expr::Number(number, span))
             }
             Some(Kind::Text(text)) => {
                 self.advance();
@@ -207,6 +218,7 @@ impl<'a> Cursor<'a> {
                 Ok(Expr::List(self.list("]")?))
             }
             Some(Kind::Word(word)) => {
+                let span = self.span();
                 self.advance();
                 if word.eq_ignore_ascii_case("TRUE") || word.eq_ignore_ascii_case("FALSE") {
                     return Ok(Expr::Bool(word.eq_ignore_ascii_case("TRUE")));
@@ -215,7 +227,8 @@ impl<'a> Cursor<'a> {
                     let args = self.arguments(")")?;
                     return Ok(Expr::Call(Box::new((Name::new(word), args))));
                 }
-                Ok(Expr::Ref(Box::new(self.path(Name::new(word))?)))
+                let path = self.path(Name::new(word))?;
+                Ok(Expr::Ref(Box::new(Path { span, ..path })))
             }
             _ => Err(self.expected("a value")),
         }
@@ -245,7 +258,7 @@ impl<'a> Cursor<'a> {
             } else if self.take_symbol(".") {
                 steps.push(Step::Field(self.name()?.key));
             } else {
-                return Ok(Path { name, steps });
+                return Ok(Path { name, steps, span: None });
             }
         }
     }

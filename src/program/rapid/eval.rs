@@ -37,7 +37,7 @@ impl<'a> Interpreter<'a> {
 
     fn eval_inside(&mut self, expr: &'a Expr) -> Value {
         match expr {
-            Expr::Number(number) => Value::Num(*number),
+            Expr::Number(number, _) => Value::Num(*number),
             Expr::Text(text) => known(Value::text(text)),
             Expr::Bool(value) => Value::Bool(*value),
             Expr::List(items) => known(self.list(items)),

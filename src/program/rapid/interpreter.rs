@@ -2,12 +2,10 @@
 
 use std::collections::HashMap;
 
-use nalgebra::Isometry3;
-
-use super::comments::Comments;
 use super::syntax::File;
 use super::value::Value;
 use crate::program::Settings;
+use crate::program::cell::{Comments, External};
 use crate::program::log::Log;
 
 /// Declarations, expressions and calls in one another beyond this are refused.
@@ -40,21 +38,6 @@ pub(super) enum Global {
     Known(Value),
 }
 
-/// Where the last motion went.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Last {
-    /// The tool centre point in the base frame.
-    pub(super) at: Isometry3<f64>,
-    pub(super) tcp: Isometry3<f64>,
-}
-
-impl Last {
-    /// Where another tool has its centre point there, in the base frame.
-    pub(super) fn with(&self, tcp: &Isometry3<f64>) -> Isometry3<f64> {
-        self.at * self.tcp.inverse() * tcp
-    }
-}
-
 pub(super) struct Interpreter<'a> {
     pub(super) file: &'a File,
     pub(super) settings: &'a Settings,
@@ -67,8 +50,7 @@ pub(super) struct Interpreter<'a> {
     pub(super) depth: usize,
     /// Statements that may still run.
     pub(super) budget: usize,
-    /// Where the last motion went, if that is a pose.
-    pub(super) last: Option<Last>,
+    pub(super) external: External,
     /// `VelSet`: share of the programmed speed, and its limit in mm/s.
     pub(super) velocity: (f64, f64),
 }
@@ -90,7 +72,7 @@ impl<'a> Interpreter<'a> {
             frames: Vec::new(),
             depth: 0,
             budget,
-            last: None,
+            external: External::new(settings),
             velocity: (1.0, f64::INFINITY),
         }
     }

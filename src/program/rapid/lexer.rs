@@ -1,10 +1,13 @@
 //! RAPID text → tokens with their lines. Comments, white space and the `%%% … %%%` header vanish.
 
+use crate::program::span::Span;
+
 /// A token and the line it starts on, counted from 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Token<'a> {
     pub(super) kind: Kind<'a>,
     pub(super) line: usize,
+    pub(super) span: Span,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,13 +29,15 @@ const HEADER: &str = "%%%";
 #[derive(Debug)]
 pub(super) struct Lexer<'a> {
     rest: &'a str,
+    /// Of the whole text.
+    length: usize,
     line: usize,
     last: Option<Kind<'a>>,
 }
 
 impl<'a> Lexer<'a> {
     pub(super) fn new(text: &'a str) -> Self {
-        Self { rest: text, line: 1, last: None }
+        Self { rest: text, length: text.len(), line: 1, last: None }
     }
 
     /// How much of the rest the next token or gap takes, and the token.
@@ -71,7 +76,9 @@ impl<'a> Iterator for Lexer<'a> {
             self.rest = left;
             if let Some(kind) = kind {
                 self.last = Some(kind);
-                return Some(Token { kind, line });
+                let end = self.length - self.rest.len();
+                let span = Span::new(end - taken.len(), end);
+                return Some(Token { kind, line, span });
             }
         }
     }

@@ -8,7 +8,6 @@
 //! under `ConfL \Off`, so the branch is left to whoever follows the path. The world frame is taken
 //! to be the base frame.
 
-mod comments;
 mod cursor;
 mod eval;
 mod functions;
@@ -23,6 +22,7 @@ mod syntax;
 mod value;
 
 use super::Settings;
+use super::cell::Comments;
 use super::log::Log;
 use crate::notes::Code;
 use interpreter::Interpreter;
@@ -33,7 +33,7 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
     let file = parser::parse(text, log);
     match entry(&file, settings, log) {
         Ok(routine) => {
-            let comments = comments::comments(text, settings);
+            let comments = Comments::of(text, '!', settings);
             Interpreter::new(&file, settings, comments, log).run(routine);
         }
         Err(what) => log.error(Code::Reference, 1, what),

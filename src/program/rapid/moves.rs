@@ -2,15 +2,17 @@
 
 use std::sync::Arc;
 
-use nalgebra::{Isometry3, Matrix3, Vector3};
+use nalgebra::{Isometry3, Matrix3};
 
 use super::instructions::{ToolAt, Way};
-use super::interpreter::{Interpreter, Last};
-use super::syntax::{Args, Expr, Name};
-use super::value::{Value, from_pose, has_external_axes, orientation, pose};
-use crate::motion::{Circle, Load, Target};
+use super::interpreter::Interpreter;
+use super::syntax::{Args, Expr, Optional};
+use super::value::{NO_AXIS, Value, from_pose, orientation, pose};
+use crate::motion::{Load, Target};
 use crate::notes::Code;
 use crate::program::Pace;
+use crate::program::log::States;
+use crate::program::span::Span;
 use crate::units::{m_from_mm, m_per_s_from_mm_per_s, rad_from_deg};
 
 /// Up to this mass, kg, a load says nothing: ABB's own templates have it where none is known.
@@ -24,7 +26,6 @@ impl<'a> Interpreter<'a> {
     pub(super) fn motion(
         &mut self,
         line: usize,
-        name: &Name,
         way: Way,
         tool_at: ToolAt,
         args: &'a Args,
@@ -45,63 +46,91 @@ impl<'a> Interpreter<'a> {
         let speed_arg = at(targets, "the speed")?;
         let first = self.eval(at(0, "the target")?);
         if way == Way::AbsoluteJoints {
-            let joints = self.joints(line, &first)?;
-            if option("t").is_some() {
-                self.log.warning(
-                    Code::LeftOut,
-                    line,
-                    format!("{} \\T: the time is not used", name.shown),
-                );
-            }
-            let pace = self.pace(line, speed_arg, option("v"))?;
+            let joints = self.joints(&first)?;
+            let pace = self.timed_pace(line, speed_arg, option("t"), option("v"), args)?;
             self.log.motion(line, Target::Joints(joints), tcp, pace);
-            self.last = None;
             return Ok(());
         }
         let work_object = self.work_object(line, option("wobj"))?;
-        let first = self.target(line, &first, &work_object)?;
-        let (via, end) = if way == Way::Circular {
-            let end = self.eval(at(1, "the end of the arc")?);
-            (Some(first), self.target(line, &end, &work_object)?)
-        } else {
-            (None, first)
-        };
-        let timed = option("t").map(Value::num).transpose()?;
-        let pace = match (timed, self.last) {
-            (Some(seconds), Some(last)) => {
-                if way == Way::Joint {
-                    let what = "MoveJ \\T: the path is taken to be as long as the straight line";
-                    self.log.warning(Code::Assumed, line, what);
-                }
-                self.log.feed(false);
-                Pace::Feed(timed_feed(seconds, &last.with(&tcp), via.as_ref(), &end)?)
+        let first = self.target(&first, &work_object)?;
+        let to = match way {
+            Way::Circular => {
+                let end = self.eval(at(1, "the end of the arc")?);
+                Target::Arc { via: first, end: self.target(&end, &work_object)? }
             }
-            (Some(_), _) => {
-                self.log.warning(
-                    Code::Assumed,
-                    line,
-                    format!(
-                        "{} \\T: the length of the path is not known, the speed is used",
-                        name.shown
-                    ),
-                );
-                self.pace(line, speed_arg, option("v"))?
-            }
-            (None, _) => self.pace(line, speed_arg, option("v"))?,
+            Way::Joint => Target::JointsTo(first),
+            _ => Target::Line(first),
         };
-        let to = match (way, via) {
-            (_, Some(via)) => Target::Arc { via, end },
-            (Way::Joint, None) => Target::JointsTo(end),
-            (_, None) => Target::Line(end),
-        };
+        let pace = self.timed_pace(line, speed_arg, option("t"), option("v"), args)?;
         self.log.motion(line, to, tcp, pace);
-        self.last = Some(Last { at: end, tcp });
         Ok(())
+    }
+
+    /// The time of `\T`, or the speed.
+    fn timed_pace(
+        &mut self,
+        line: usize,
+        speed: &'a Expr,
+        time: Option<&Value>,
+        own_speed: Option<&Value>,
+        args: &'a Args,
+    ) -> Result<Pace, String> {
+        let optional = |wanted: &str| {
+            args.optional.iter().find_map(|(name, value)| match value {
+                Optional::Value(expr) if name == wanted => Some(expr),
+                _ => None,
+            })
+        };
+        let own = optional("v");
+        match time.map(Value::num).transpose()? {
+            Some(seconds) if seconds > 0.0 && seconds.is_finite() => {
+                let span = optional("t").and_then(|expr| self.literal(expr));
+                self.log.states(line, span, States::Seconds { value: seconds });
+                Ok(Pace::Seconds(seconds))
+            }
+            Some(seconds) => Err(format!("\\T:={seconds} s is no time for a move")),
+            None => self.pace(line, speed, own_speed.map(|value| (value, own))),
+        }
+    }
+
+    /// The number in the text that an expression is: itself, or that of a declaration.
+    pub(super) fn literal(&self, expr: &'a Expr) -> Option<Span> {
+        match expr {
+            Expr::Number(_, span) => *span,
+            Expr::Ref(path) if path.steps.is_empty() => {
+                let declared = self.file.data.get(&path.name.key)?.value.as_ref()?;
+                match declared {
+                    Expr::Number(_, span) => *span,
+                    _ => None,
+                }
+            }
+            _ => None,
+        }
+    }
+
+    /// What the text states where an expression gives a speeddata.
+    fn speed_word(&self, expr: &'a Expr, mm_per_s: f64) -> (Option<Span>, States) {
+        let first = |list: &Expr| match list {
+            Expr::List(items) => match items.first() {
+                Some(Expr::Number(_, span)) => *span,
+                _ => None,
+            },
+            _ => None,
+        };
+        let feed = States::Feed { value: mm_per_s };
+        match expr {
+            Expr::Ref(path) if path.steps.is_empty() => match self.file.data.get(&path.name.key) {
+                Some(declared) => (declared.value.as_ref().and_then(first), feed),
+                None => (path.span, States::NamedFeed { mm_per_s }),
+            },
+            list => (first(list), feed),
+        }
     }
 
     /// `CRobT()`: the last target, in the work object and with the tool asked for.
     pub(super) fn current_target(&mut self, options: &[(String, Value)]) -> Result<Value, String> {
-        let last = self.last.ok_or("CRobT: the robot's position is known only at run time")?;
+        let last =
+            self.log.last().ok_or("CRobT: the robot's position is known only at run time")?;
         let find = |wanted: &str| options.iter().find(|(name, _)| name == wanted);
         let tcp = match find("tool") {
             Some((_, tool)) => self.frame_of_tool(tool)?.unwrap_or(last.tcp),
@@ -121,42 +150,40 @@ impl<'a> Interpreter<'a> {
     /// A robtarget in the base frame.
     fn target(
         &mut self,
-        line: usize,
         value: &Value,
         work_object: &Isometry3<f64>,
     ) -> Result<Isometry3<f64>, String> {
         let target = pose(value).map_err(|why| format!("target: {why}"))?;
         if let Value::List(parts) = value {
-            self.note_external_axes(line, parts.get(3));
+            self.external_axes(parts.get(3))?;
         }
         Ok(work_object * target)
     }
 
-    fn joints(&mut self, line: usize, value: &Value) -> Result<Vec<f64>, String> {
+    fn joints(&mut self, value: &Value) -> Result<Vec<f64>, String> {
         let degrees: [f64; ROBOT_AXES] = value
             .part(0, "a jointtarget")
             .and_then(|axes| axes.numbers("the robot's axes"))
             .map_err(|why| format!("target: {why}"))?;
-        if self.settings.joint_count != ROBOT_AXES {
-            return Err(format!(
-                "a jointtarget has {ROBOT_AXES} axes, the robot has {} moving joints",
-                self.settings.joint_count
-            ));
-        }
         if let Value::List(parts) = value {
-            self.note_external_axes(line, parts.get(1));
+            self.external_axes(parts.get(1))?;
         }
-        Ok(degrees.map(rad_from_deg).to_vec())
+        self.external.joints(&degrees.map(rad_from_deg))
     }
 
-    fn note_external_axes(&mut self, line: usize, external: Option<&Value>) {
-        if has_external_axes(external) {
-            self.log.warning(
-                Code::AxisIgnored,
-                line,
-                "targets place external axes: these are taken to stand still",
-            );
+    fn external_axes(&mut self, external: Option<&Value>) -> Result<(), String> {
+        const AXES: [&str; ROBOT_AXES] = ["eax_a", "eax_b", "eax_c", "eax_d", "eax_e", "eax_f"];
+        let Some(Value::List(values)) = external else { return Ok(()) };
+        for (name, value) in AXES.into_iter().zip(values) {
+            match value {
+                Value::Num(value) if value.abs() < NO_AXIS => {
+                    self.external.place(self.log, name, *value)?;
+                }
+                Value::Num(_) => {}
+                other => drop(other.num().map_err(|why| format!("{name}: {why}"))?),
+            }
         }
+        Ok(())
     }
 
     /// The tool's frame in the tip frame, or `None` for tool0.
@@ -253,7 +280,12 @@ impl<'a> Interpreter<'a> {
     }
 
     /// Speed of the tool centre point, of a speeddata and `\V` in mm/s.
-    fn pace(&mut self, line: usize, expr: &'a Expr, speed: Option<&Value>) -> Result<Pace, String> {
+    fn pace(
+        &mut self,
+        line: usize,
+        expr: &'a Expr,
+        speed: Option<(&Value, Option<&'a Expr>)>,
+    ) -> Result<Pace, String> {
         let data = self.eval(expr);
         if let Expr::Ref(path) = expr
             && path.name.key == "vmax"
@@ -261,7 +293,7 @@ impl<'a> Interpreter<'a> {
             self.log.warning(Code::Assumed, line, "vmax is taken as 5000 mm/s");
         }
         let mm_per_s = match (speed, &data) {
-            (Some(speed), _) => speed.num().map_err(|why| format!("speed: {why}"))?,
+            (Some((speed, _)), _) => speed.num().map_err(|why| format!("speed: {why}"))?,
             (None, Value::Unknown(why)) => {
                 self.log.warning(
                     Code::Assumed,
@@ -275,10 +307,17 @@ impl<'a> Interpreter<'a> {
                 .and_then(Value::num)
                 .map_err(|why| format!("speed: {why}"))?,
         };
+        let stated = mm_per_s;
         let (share, limit) = self.velocity;
         let mm_per_s = (mm_per_s * share).min(limit);
         if mm_per_s > 0.0 && mm_per_s.is_finite() {
-            self.log.feed(false);
+            let (span, states) = match speed {
+                Some((_, own)) => {
+                    (own.and_then(|expr| self.literal(expr)), States::Feed { value: stated })
+                }
+                None => self.speed_word(expr, stated),
+            };
+            self.log.states(line, span, states);
             Ok(Pace::Feed(m_per_s_from_mm_per_s(mm_per_s)))
         } else {
             Err(format!("speed is {mm_per_s} mm/s, must be positive"))
@@ -317,52 +356,4 @@ fn frame_of_work_object(object: &Value) -> Result<Option<Isometry3<f64>>, String
     let user = pose(object.part(3, "a user frame")?)?;
     let frame = pose(object.part(4, "an object frame")?)?;
     Ok(Some(user * frame))
-}
-
-/// `\T`: the way divided by the time, m/s.
-fn timed_feed(
-    seconds: f64,
-    from: &Isometry3<f64>,
-    via: Option<&Isometry3<f64>>,
-    to: &Isometry3<f64>,
-) -> Result<f64, String> {
-    let [from, to] = [from, to].map(|pose| pose.translation.vector);
-    let way_m = match via {
-        Some(via) => arc_length_m(from, via.translation.vector, to),
-        None => (to - from).norm(),
-    };
-    let feed = way_m / seconds;
-    if feed > 0.0 && feed.is_finite() {
-        Ok(feed)
-    } else {
-        Err(format!("\\T:={seconds} s for {way_m} m is no speed"))
-    }
-}
-
-/// Length of the arc of a circle from `a` through `b` to `c`, m; the chords' where they are in
-/// line.
-fn arc_length_m(a: Vector3<f64>, b: Vector3<f64>, c: Vector3<f64>) -> f64 {
-    match Circle::through(a, b, c) {
-        Some(circle) => circle.length(),
-        None => (b - a).norm() + (c - b).norm(),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn arcs_are_as_long_as_their_angle_says() {
-        let point = |deg: f64| {
-            let angle = rad_from_deg(deg);
-            Vector3::new(1.0 + 2.0 * angle.cos(), 2.0 * angle.sin(), 3.0)
-        };
-        for (via, end) in [(10.0, 30.0), (100.0, 190.0), (20.0, 300.0), (290.0, 350.0)] {
-            let length = arc_length_m(point(0.0), point(via), point(end));
-            assert!((length - 2.0 * rad_from_deg(end)).abs() < 1e-12, "{via} {end} {length}");
-        }
-        let straight = arc_length_m(Vector3::zeros(), Vector3::x(), Vector3::x() * 3.0);
-        assert!((straight - 3.0).abs() < 1e-15);
-    }
 }

@@ -10,7 +10,7 @@ use crate::program::log::Log;
 const MAX_BLOCK_DEPTH: usize = 40;
 
 pub(super) fn parse(text: &str, log: &mut Log) -> File {
-    let mut parser = Parser { cursor: Cursor::new(text), file: File::default(), depth: 0 };
+    let mut parser = Parser { cursor: Cursor::new(text, true), file: File::default(), depth: 0 };
     while parser.cursor.peek().is_some() {
         parser.top_level(log);
     }

@@ -50,7 +50,7 @@ impl<'a> Interpreter<'a> {
             return Flow::Exit;
         }
         self.budget -= 1;
-        self.heed_comments(line);
+        self.comments.heed(line, self.log);
         if self.depth >= MAX_DEPTH {
             self.log.error(Code::TooLong, line, "calls are nested too deep here");
             return Flow::Exit;
@@ -347,12 +347,13 @@ impl<'a> Interpreter<'a> {
             };
         }
         if let Some((way, tool_at)) = instructions::motion(key) {
-            if let Err(why) = self.motion(line, name, way, tool_at, args) {
+            if let Err(why) = self.motion(line, way, tool_at, args) {
                 self.log.error(Code::Motion, line, format!("{}: {why}", name.shown));
             }
             return Flow::Next;
         }
         match key {
+            "waittime" => self.wait(line, args),
             "exit" | "exitcycle" | "systemstopaction" => return Flow::Exit,
             "raise" | "trynext" | "retry" => {
                 self.log.error(
@@ -376,6 +377,18 @@ impl<'a> Interpreter<'a> {
             _ => self.note_what_is_left_out(line, name, args),
         }
         Flow::Next
+    }
+
+    /// `WaitTime 2;`: the arm stands.
+    fn wait(&mut self, line: usize, args: &'a Args) {
+        match args.positional.first().map(|expr| self.eval(expr).num()) {
+            Some(Ok(seconds)) => self.log.dwell(line, seconds),
+            Some(Err(why)) => {
+                let what = format!("WaitTime: {why}; the time is left out");
+                self.log.warning(Code::LeftOut, line, what);
+            }
+            None => self.log.error(Code::Motion, line, "WaitTime: the time is missing"),
+        }
     }
 
     fn note_what_is_left_out(&mut self, line: usize, name: &Name, args: &Args) {

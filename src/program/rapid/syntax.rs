@@ -2,6 +2,8 @@
 
 use std::collections::HashMap;
 
+use crate::program::span::Span;
+
 /// A name: RAPID ignores case.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Name {
@@ -19,7 +21,8 @@ impl Name {
 
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Expr {
-    Number(f64),
+    /// With its place in the text of the main file.
+    Number(f64, Option<Span>),
     Text(String),
     Bool(bool),
     List(Vec<Expr>),
@@ -35,6 +38,8 @@ pub(super) enum Expr {
 pub(super) struct Path {
     pub(super) name: Name,
     pub(super) steps: Vec<Step>,
+    /// Place of the name in the text of the main file.
+    pub(super) span: Option<Span>,
 }
 
 #[derive(Debug, Clone, PartialEq)]

@@ -11,7 +11,7 @@ use crate::units::{m_from_mm, mm_from_m};
 const QUATERNION_LENGTH_TOLERANCE: f64 = 0.02;
 
 /// External axes that are not there are written 9E9.
-const NO_AXIS: f64 = 8.9e9;
+pub(super) const NO_AXIS: f64 = 8.9e9;
 
 /// Elements of all arrays together that a declaration may ask for.
 const MAX_ARRAY: usize = 10_000;
@@ -176,16 +176,6 @@ pub(super) fn from_orientation(rotation: &UnitQuaternion<f64>) -> Value {
 pub(super) fn position(value: &Value) -> Result<Vector3<f64>, String> {
     let numbers: [f64; 3] = value.numbers("a position")?;
     Ok(Vector3::from(numbers))
-}
-
-/// Whether a robtarget or jointtarget (its last component) places an external axis.
-pub(super) fn has_external_axes(external: Option<&Value>) -> bool {
-    match external {
-        Some(Value::List(axes)) => {
-            axes.iter().any(|axis| matches!(axis, Value::Num(value) if value.abs() < NO_AXIS))
-        }
-        _ => false,
-    }
 }
 
 const POSE: &[(&str, &str)] = &[("trans", "pos"), ("rot", "orient")];

@@ -121,7 +121,7 @@ fn damaged_programs_never_panic() {
         }
     }
     // The damage is neither harmless nor total, so both ways are walked.
-    assert!(understood > 500 && refused > 500, "{understood} {refused}");
+    assert!(understood > 150 && refused > 500, "{understood} {refused}");
 }
 
 #[test]
@@ -174,6 +174,8 @@ fn long_programs_keep_their_lines() {
         writeln!(gcode, "N{i} X{x:.3} Y20.5 Z-3.25").unwrap();
     }
     rapid.push_str("ENDPROC\nENDMODULE\n");
+    apt.push_str("FINI\n");
+    gcode.push_str("M30\n");
     for (dialect, text) in [(Dialect::Rapid, rapid), (Dialect::Apt, apt), (Dialect::GCode, gcode)] {
         let start = Instant::now();
         let program = read(text.as_bytes(), dialect, &settings()).unwrap();

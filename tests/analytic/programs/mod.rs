@@ -7,4 +7,5 @@ mod fuzz;
 mod gcode;
 mod rapid;
 mod refusals;
+mod silent;
 mod support;

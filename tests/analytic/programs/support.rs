@@ -10,16 +10,7 @@ pub(super) const CLOSE_M: f64 = 1e-8;
 pub(super) const CLOSE_RAD: f64 = 1e-6;
 
 pub(super) fn settings() -> Settings {
-    Settings {
-        procedure: None,
-        tcp: None,
-        work_object: None,
-        feed_m_per_s: Some(0.01),
-        rapid_m_per_s: 0.5,
-        joint_count: 6,
-        spindle_from: None,
-        tool_from: None,
-    }
+    Settings { feed_m_per_s: Some(0.01), joint_count: 6, ..Settings::default() }
 }
 
 /// A pose from mm and a quaternion, real part first.
@@ -43,8 +34,17 @@ pub(super) fn module(instructions: &str) -> String {
     )
 }
 
+/// A program with the end that its dialect wants.
+pub(super) fn ended(text: &str, dialect: Dialect) -> String {
+    match dialect {
+        Dialect::Rapid | Dialect::Krl | Dialect::Fanuc => text.to_owned(),
+        Dialect::Apt => format!("{text}\nFINI\n"),
+        Dialect::GCode => format!("{text}\nM2\n"),
+    }
+}
+
 pub(super) fn faults(text: &str, dialect: Dialect) -> Vec<Note> {
-    read(text.as_bytes(), dialect, &settings()).expect_err("the program is wrong")
+    read(ended(text, dialect).as_bytes(), dialect, &settings()).expect_err("the program is wrong")
 }
 
 /// The line that a note stands at.

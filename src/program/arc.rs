@@ -1,7 +1,9 @@
-//! Arcs and helices of G-code → pieces of at most half a turn, each through a point on the way.
-//! All lengths in mm.
+//! Arcs and helices → pieces of at most half a turn, each through a point on the way. Lengths in
+//! mm.
 
 use std::f64::consts::{PI, TAU};
+
+use nalgebra::{Rotation3, Unit, Vector3};
 
 /// The axes of a plane, the third along its normal, right-handed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -22,23 +24,44 @@ pub(super) enum Centre {
     Radius(f64),
 }
 
-/// An arc as a block gives it.
+/// An arc as a program gives it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Arc {
-    pub(super) start: [f64; 3],
-    pub(super) end: [f64; 3],
+    pub(super) start: Vector3<f64>,
+    pub(super) end: Vector3<f64>,
     pub(super) plane: Plane,
+    /// Turns the arc's plane from where its points are; the identity for a plane of the axes.
+    pub(super) turn: Rotation3<f64>,
     pub(super) clockwise: bool,
     pub(super) centre: Centre,
     /// Full turns beyond the first way to the end.
     pub(super) more_turns: u32,
 }
 
+impl Arc {
+    /// An arc about an axis through a centre, counterclockwise seen against the axis.
+    pub(super) fn about(
+        start: Vector3<f64>,
+        end: Vector3<f64>,
+        centre: Vector3<f64>,
+        axis: Unit<Vector3<f64>>,
+    ) -> Self {
+        // Most axes are ±z: no turn, no rounding.
+        let clockwise = axis.z < 0.0;
+        let up = if clockwise { -axis } else { axis };
+        let turn = Rotation3::rotation_between(&up, &Vector3::z());
+        let turn = turn.unwrap_or_else(Rotation3::identity);
+        let centre = turn * centre;
+        let centre = Centre::At([centre.x, centre.y]);
+        Self { start, end, plane: Plane::XY, turn, clockwise, centre, more_turns: 0 }
+    }
+}
+
 /// A point on the way and the end of a piece.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Piece {
-    pub(super) via: [f64; 3],
-    pub(super) end: [f64; 3],
+    pub(super) via: Vector3<f64>,
+    pub(super) end: Vector3<f64>,
 }
 
 /// Start and end are this near where a full turn is meant.
@@ -59,8 +82,9 @@ const MAX_PIECES: f64 = 100_000.0;
 /// An arc that does not exist: the lower-case reason.
 pub(super) fn pieces(arc: &Arc) -> Result<Vec<Piece>, String> {
     let Plane([u, v, w]) = arc.plane;
-    let from = [arc.start[u], arc.start[v]];
-    let to = [arc.end[u], arc.end[v]];
+    let [start, end] = [arc.start, arc.end].map(|point| arc.turn * point);
+    let from = [start[u], start[v]];
+    let to = [end[u], end[v]];
     let centre = match arc.centre {
         Centre::At(centre) => centre,
         Centre::Radius(radius) => centre_of(from, to, radius, arc.clockwise)?,
@@ -77,7 +101,7 @@ pub(super) fn pieces(arc: &Arc) -> Result<Vec<Piece>, String> {
         return Err("the arc has no radius".to_owned());
     }
     let sweep = sweep(from, to, [angle, end_angle], arc);
-    let rise = arc.end[w] - arc.start[w];
+    let rise = end[w] - start[w];
     let count = piece_count(radius, sweep, rise);
     if count > MAX_PIECES {
         return Err(format!("the arc takes {count:.0} pieces"));
@@ -85,11 +109,11 @@ pub(super) fn pieces(arc: &Arc) -> Result<Vec<Piece>, String> {
     let at = |share: f64| {
         let angle = angle + sweep * share;
         let radius = radius + (end_radius - radius) * share;
-        let mut point = [0.0; 3];
+        let mut point = Vector3::zeros();
         point[u] = centre[0] + radius * angle.cos();
         point[v] = centre[1] + radius * angle.sin();
-        point[w] = arc.start[w] + rise * share;
-        point
+        point[w] = start[w] + rise * share;
+        arc.turn.inverse() * point
     };
     // At least 1 and at most MAX_PIECES.
     let last = count as usize;
@@ -160,15 +184,15 @@ fn centre_of(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::Vector3;
 
     fn arc(end: [f64; 3], centre: Centre, clockwise: bool) -> Arc {
-        let start = [10.0, 0.0, 0.0];
-        Arc { start, end, plane: Plane::XY, clockwise, centre, more_turns: 0 }
+        let start = Vector3::new(10.0, 0.0, 0.0);
+        let (end, turn) = (end.into(), Rotation3::identity());
+        Arc { start, end, plane: Plane::XY, turn, clockwise, centre, more_turns: 0 }
     }
 
-    fn near(found: [f64; 3], expected: [f64; 3]) -> bool {
-        (Vector3::from(found) - Vector3::from(expected)).norm() < 1e-9
+    fn near(found: Vector3<f64>, expected: [f64; 3]) -> bool {
+        (found - Vector3::from(expected)).norm() < 1e-9
     }
 
     #[test]
@@ -224,11 +248,11 @@ mod tests {
             let mut arc = arc([0.0, 10.0, rise], Centre::At([0.0; 2]), false);
             arc.more_turns = turns;
             let sweep = PI / 2.0 + TAU * f64::from(turns);
-            let mut start = Vector3::from(arc.start);
+            let mut start = arc.start;
             let mut worst: f64 = 0.0;
             let all = pieces(&arc).unwrap();
             for (index, piece) in all.iter().enumerate() {
-                let [via, end] = [piece.via, piece.end].map(Vector3::from);
+                let Piece { via, end } = *piece;
                 let (a, b) = (via - start, end - start);
                 let normal = a.cross(&b);
                 let centre = start

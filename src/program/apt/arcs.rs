@@ -1,0 +1,128 @@
+//! Arcs: CIRCLE before GOTO, and CATIA's TLON,GOFWD/(CIRCLE/…),ON,(LINE/…).
+
+use nalgebra::{Unit, Vector3};
+
+use super::lexer::{Statement, Word};
+use super::{Reader, number, unit};
+use crate::notes::Code;
+use crate::program::Pace;
+use crate::program::arc::Arc;
+
+/// CIRCLE without the end that the next GOTO gives, mm.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Open {
+    line: usize,
+    centre: Vector3<f64>,
+    axis: Unit<Vector3<f64>>,
+}
+
+/// The radius that a statement gives may differ from that of its points by what programs round to,
+/// mm, and by this share.
+const RADIUS_TOLERANCE_MM: f64 = 0.01;
+const RADIUS_TOLERANCE_SHARE: f64 = 0.001;
+
+impl Reader<'_> {
+    /// `CIRCLE/x,y,z,i,j,k[,r,…]`: counterclockwise seen against the axis.
+    pub(super) fn circle(&mut self, line: usize, minor: &[Word<'_>]) -> Result<(), String> {
+        self.no_arc_is_open(line);
+        let numbers: Vec<f64> = minor.iter().filter_map(number).map(|(n, _)| n).collect();
+        let [x, y, z, i, j, k, ref rest @ ..] = *numbers.as_slice() else {
+            return Err("expected x, y, z, i, j, k and a radius".to_owned());
+        };
+        let centre = Vector3::new(x, y, z).map(|length| self.mm(length));
+        let axis = unit(Vector3::new(i, j, k))?;
+        let start = self.at.ok_or("an arc before any position")?;
+        if let [radius, ..] = *rest {
+            let off = start - centre;
+            let found = (off - axis.into_inner() * off.dot(&axis)).norm();
+            let radius = self.mm(radius).abs();
+            let apart = (found - radius).abs();
+            if apart > RADIUS_TOLERANCE_MM && apart > RADIUS_TOLERANCE_SHARE * radius {
+                return Err(format!(
+                    "the radius is {radius} mm, and the tool is {found:.4} mm from the centre"
+                ));
+            }
+        }
+        self.arc = Some(Open { line, centre, axis });
+        Ok(())
+    }
+
+    pub(super) fn close_arc(
+        &mut self,
+        line: usize,
+        arc: Open,
+        to: Vector3<f64>,
+    ) -> Result<(), String> {
+        if self.cycle.is_some() {
+            return Err("an arc within a cycle".to_owned());
+        }
+        let from = self.at.ok_or("an arc before any position")?;
+        self.arc_to(line, from, to, arc.centre, arc.axis)
+    }
+
+    /// An arc that nothing ends is motion that is lost.
+    pub(super) fn no_arc_is_open(&mut self, line: usize) {
+        if let Some(arc) = self.arc.take() {
+            let what = format!("CIRCLE: no GOTO follows that ends the arc before line {line}");
+            self.cutter.log.error(Code::Motion, arc.line, what);
+        }
+    }
+
+    fn arc_to(
+        &mut self,
+        line: usize,
+        from: Vector3<f64>,
+        to: Vector3<f64>,
+        centre: Vector3<f64>,
+        axis: Unit<Vector3<f64>>,
+    ) -> Result<(), String> {
+        let pace =
+            if std::mem::take(&mut self.rapid) { Pace::Rapid } else { self.cutter.pace()? };
+        let frame = self.systems.start();
+        let [start, end, centre] = [from, to, centre].map(|point| frame.point(point));
+        self.cutter.tilt(frame.axis(self.axis));
+        let arc = Arc::about(start, end, centre, frame.axis(axis));
+        self.cutter.arc(line, &arc, pace)?;
+        self.at = Some(to);
+        Ok(())
+    }
+
+    /// `TLON,GOFWD/(CIRCLE/xc,yc,zc,r),ON,[2,INTOF,](LINE/xc,yc,zc,xe,ye,ze)` in the plane across
+    /// the tool, or about the axis of `CIRCLE/CANON,xc,yc,zc,i,j,k,r`; starts along INDIRV.
+    pub(super) fn along_circle(
+        &mut self,
+        line: usize,
+        statement: &Statement<'_>,
+    ) -> Result<(), String> {
+        let form = "expected (CIRCLE/x,y,z,r),ON,(LINE/x,y,z,x,y,z)";
+        let direction = self.direction.take().ok_or("INDIRV is missing before it")?;
+        let from = self.at.ok_or("an arc before any position")?;
+        let line_numbers = statement.inside("LINE").ok_or(form)?;
+        let circle = statement.inside("CIRCLE").ok_or(form)?;
+        // Without parentheses the circle's numbers run on into those of the line.
+        let own = circle.len().checked_sub(if circle.len() > 7 { 6 } else { 0 });
+        let (centre, axis, radius) = match own.and_then(|own| circle.get(..own)) {
+            Some(&[x, y, z, r, ..]) if circle.len() != 7 => (Vector3::new(x, y, z), self.axis, r),
+            Some(&[x, y, z, i, j, k, r]) => (Vector3::new(x, y, z), unit([i, j, k].into())?, r),
+            _ => return Err(form.to_owned()),
+        };
+        let [xc, yc, zc, xe, ye, ze] = *line_numbers.as_slice() else {
+            return Err(form.to_owned());
+        };
+        let mm = |at: Vector3<f64>| at.map(|length| self.mm(length));
+        let (centre, radius) = (mm(centre), self.mm(radius));
+        let (near, far) = (mm([xc, yc, zc].into()), mm([xe, ye, ze].into()));
+        let along = (far - near).try_normalize(1e-9).ok_or("the LINE has no direction")?;
+        // The line leads from the centre through the end; how long it is differs.
+        let to_centre = near - centre;
+        let across = |v: Vector3<f64>| v - axis.into_inner() * v.dot(&axis);
+        if across(to_centre).norm() > RADIUS_TOLERANCE_MM {
+            return Err("the LINE does not start at the centre of the CIRCLE".to_owned());
+        }
+        let to = far - across(far - near) + across(along).normalize() * radius;
+        let to = if to.iter().all(|x| x.is_finite()) { to } else { return Err(form.to_owned()) };
+        let tangent = axis.cross(&across(from - centre));
+        let axis = if tangent.dot(&direction) < 0.0 { -axis } else { axis };
+        self.arc_to(line, from, to, centre, axis)
+    }
+}

@@ -1,0 +1,215 @@
+//! Drilling cycles of APT in the dialects of the CAM systems.
+
+use nalgebra::Vector3;
+
+use super::lexer::Word;
+use super::{Reader, name, number};
+use crate::program::Pace;
+use crate::program::cutter::{Feed, FeedKind, Hole};
+use crate::program::log::States;
+
+/// A drilling cycle that is on: lengths in mm along the tool axis from the programmed point.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Cycle {
+    depth: f64,
+    clear: f64,
+    retract: f64,
+    feed: Option<Feed>,
+    /// Bores, reams and taps are left at the feed.
+    out_at_feed: bool,
+    is_tap: bool,
+    dwell_s: f64,
+}
+
+/// Kinds of cycles, and whether the tool is left at the feed.
+fn kind(name: &str) -> Option<bool> {
+    match name {
+        "DRILL" | "FACE" | "CSINK" | "THRU" | "DEEP" | "DEEP2" | "DEEPHL" | "BRKCHP" | "BRKCH"
+        | "CBORE" | "SPOT" | "CTRDRL" | "PECK" | "CHIP" => Some(false),
+        "BORE" | "BORE5" | "REAM" | "TAP" | "RTAP" => Some(true),
+        _ => None,
+    }
+}
+
+impl Reader<'_> {
+    pub(super) fn cycle_statement(
+        &mut self,
+        line: usize,
+        minor: &[Word<'_>],
+    ) -> Result<(), String> {
+        let before = self.cycle.take();
+        let first = minor.first().and_then(name).map(str::to_ascii_uppercase);
+        let first = first.ok_or("expected a kind of cycle")?;
+        match first.as_str() {
+            "OFF" | "END" | "NOMORE" | "INIT" if minor.len() == 1 => return Ok(()),
+            "ON" if minor.len() == 1 => {
+                self.cycle = before;
+                return Ok(());
+            }
+            _ => {}
+        }
+        let out_at_feed = kind(&first).ok_or_else(|| format!("'{first}' is not understood"))?;
+        let mut cycle = Cycle {
+            depth: f64::NAN,
+            clear: 0.0,
+            retract: 0.0,
+            feed: None,
+            out_at_feed,
+            is_tap: matches!(first.as_str(), "TAP" | "RTAP"),
+            dwell_s: 0.0,
+        };
+        let rest = minor.get(1..).unwrap_or_default();
+        if rest.first().is_some_and(|word| number(word).is_some()) {
+            self.positional(line, rest, &mut cycle)?;
+        } else {
+            self.keywords(line, rest, &mut cycle)?;
+        }
+        if !cycle.depth.is_finite() {
+            return Err("the depth is missing (DEPTH or FEDTO)".to_owned());
+        }
+        self.cycle = Some(cycle);
+        Ok(())
+    }
+
+    /// CATIA: depth, feed and clearance, then the unit of the feed.
+    fn positional(
+        &mut self,
+        line: usize,
+        rest: &[Word<'_>],
+        cycle: &mut Cycle,
+    ) -> Result<(), String> {
+        let count = rest.iter().take_while(|word| number(word).is_some()).count();
+        let (numbers, names) = rest.split_at(count);
+        let numbers: Vec<_> = numbers.iter().filter_map(number).collect();
+        let unit = match names {
+            [] => None,
+            [word] => name(word).map(str::to_ascii_uppercase),
+            _ => return Err("behind the numbers stands the unit of the feed alone".to_owned()),
+        };
+        let (depth, feed, clear) = match *numbers.as_slice() {
+            [(depth, _)] => (depth, None, 0.0),
+            [(depth, _), feed] => (depth, Some(feed), 0.0),
+            [(depth, _), feed, (clear, _)] => (depth, Some(feed), clear),
+            _ => {
+                return Err(
+                    "more than three numbers without keywords: write DEPTH, CLEAR and the \
+                            unit before the feed"
+                        .to_owned(),
+                );
+            }
+        };
+        cycle.depth = self.mm(depth.abs());
+        cycle.clear = self.mm(clear);
+        if let Some((value, span)) = feed {
+            let feed = self.feed_of(value, unit.as_deref())?;
+            self.state_cycle_feed(line, feed, value, span);
+            cycle.feed = Some(feed);
+        }
+        Ok(())
+    }
+
+    fn state_cycle_feed(
+        &mut self,
+        line: usize,
+        feed: Feed,
+        value: f64,
+        span: crate::program::span::Span,
+    ) {
+        let states = match feed.kind {
+            FeedKind::PerRevolution => States::FeedPerRevolution,
+            _ => States::Feed { value },
+        };
+        self.cutter.log.states(line, Some(span), states);
+    }
+
+    fn keywords(
+        &mut self,
+        line: usize,
+        rest: &[Word<'_>],
+        cycle: &mut Cycle,
+    ) -> Result<(), String> {
+        let mut rest = rest;
+        // The words that only say how the depth is reached: the places passed are the same.
+        while let [Word::Name(word), tail @ ..] = rest
+            && matches!(
+                word.to_ascii_uppercase().as_str(),
+                "DEEP" | "BRKCHP" | "BACK" | "DRAG" | "NODRAG" | "MANUAL"
+            )
+        {
+            rest = tail;
+        }
+        while let [Word::Name(key), tail @ ..] = rest {
+            let key = key.to_ascii_uppercase();
+            let (value, tail) = match tail {
+                [Word::Number(value, span), tail @ ..] => (Some((*value, *span)), tail),
+                // RTRCTO,AUTO: back to the clearance.
+                [Word::Name(word), tail @ ..]
+                    if matches!(word.to_ascii_uppercase().as_str(), "AUTO" | "NONE") =>
+                {
+                    (None, tail)
+                }
+                tail => (None, tail),
+            };
+            match (key.as_str(), value) {
+                ("DEPTH" | "FEDTO", Some((value, _))) => cycle.depth = self.mm(value.abs()),
+                ("CLEAR" | "RAPTO", Some((value, _))) => cycle.clear = self.mm(value),
+                ("RTRCTO" | "RETURN" | "RETRCT", Some((value, _))) => {
+                    cycle.retract = self.mm(value);
+                }
+                (
+                    unit @ ("MMPM" | "IPM" | "MMPR" | "IPR" | "PERMIN" | "PERREV"),
+                    Some((value, span)),
+                ) => {
+                    let feed = self.feed_of(value, Some(unit))?;
+                    self.state_cycle_feed(line, feed, value, span);
+                    cycle.feed = Some(feed);
+                }
+                ("DWELL", Some((value, _))) => cycle.dwell_s = value,
+                // In turns of the spindle.
+                ("REV", Some((value, _))) if cycle.dwell_s == 0.0 => {
+                    let rpm = self.cutter.rpm.filter(|rpm| *rpm > 0.0);
+                    cycle.dwell_s = rpm.map_or(0.0, |rpm| value * 60.0 / rpm);
+                }
+                ("RTRCTO" | "RETURN" | "RETRCT", None)
+                | ("DWELL" | "STEP" | "STEP1" | "INCR" | "TIMES" | "REV" | "CAM" | "ORIENT", _) => {
+                }
+                _ => return Err(format!("'{key}' is not understood in a cycle")),
+            }
+            rest = tail;
+        }
+        if rest.is_empty() {
+            return Ok(());
+        }
+        Err("numbers without keywords: write DEPTH, CLEAR and the unit before the feed".to_owned())
+    }
+
+    /// Rapid to the clearance, feed to the depth, and out.
+    pub(super) fn drill(
+        &mut self,
+        line: usize,
+        to: Vector3<f64>,
+        cycle: Cycle,
+    ) -> Result<(), String> {
+        let feed = cycle.feed.unwrap_or(self.cutter.feed);
+        if cycle.is_tap && feed.kind == FeedKind::PerMinute {
+            self.cutter.log.states(line, None, States::Tap);
+        }
+        let feed = self.cutter.pace_of(feed)?;
+        self.rapid = false;
+        let frame = self.systems.start();
+        let axis = frame.axis(self.axis);
+        self.cutter.tilt(axis);
+        let hole = Hole {
+            clearance: cycle.clear,
+            depths: vec![-cycle.depth],
+            retract: cycle.retract.max(cycle.clear),
+            feed,
+            out: if cycle.out_at_feed { feed } else { Pace::Rapid },
+            dwell_s: cycle.dwell_s,
+        };
+        self.cutter.straight_to_hole(line, frame.point(to), axis.into_inner(), &hole);
+        let height = hole.retract;
+        self.at = Some(to + self.axis.into_inner() * height);
+        Ok(())
+    }
+}

@@ -1,0 +1,346 @@
+//! APT source and cutter location files → motions.
+//!
+//! A statement is `MAJOR/minor,…`, in any case; `$` at the end of a line continues it, `$$` starts
+//! a comment. Lengths are in mm unless UNITS or UNIT says otherwise. The job's work object stands
+//! for the first coordinate system (MSYS, CSYS); whether coordinates behind another are in it or in
+//! the first the job says. Words that may move the tool, or change speed, feed, frame or tool, and
+//! are not known are errors; those that do not are listed in `words`.
+
+mod arcs;
+mod cycles;
+mod lexer;
+mod spindle;
+mod systems;
+mod words;
+
+use nalgebra::{Unit, Vector3};
+
+use super::Pace;
+use super::Settings;
+use super::cutter::{Cutter, Feed, FeedKind};
+use super::log::Log;
+use super::span::Span;
+use crate::notes::Code;
+use crate::units::mm_from_inch;
+use cycles::Cycle;
+use lexer::{Lexer, Statement, Word};
+use systems::Systems;
+
+/// A tool axis is a unit vector to about three digits.
+const AXIS_LENGTH_TOLERANCE: f64 = 0.02;
+
+pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
+    let mut reader = Reader::new(settings, log);
+    let mut lexer = Lexer::new(text);
+    let mut statement = Statement::default();
+    while lexer.next_into(&mut statement) {
+        if !reader.statement(&statement) || reader.cutter.log.is_full() {
+            reader.no_arc_is_open(statement.line);
+            return;
+        }
+    }
+    reader.no_arc_is_open(lexer.line());
+    let what = if lexer.is_cut {
+        "the program ends within a statement: is the file whole?"
+    } else {
+        "the program ends without FINI: is the file whole?"
+    };
+    reader.cutter.log.error(Code::Syntax, lexer.line(), what);
+}
+
+struct Reader<'a> {
+    cutter: Cutter<'a>,
+    inches: bool,
+    units_given: bool,
+    rapid: bool,
+    /// In the coordinates of the program.
+    axis: Unit<Vector3<f64>>,
+    at: Option<Vector3<f64>>,
+    /// CIRCLE: what the next GOTO ends.
+    arc: Option<arcs::Open>,
+    /// INDIRV, INDIRP: where the next arc starts to.
+    direction: Option<Vector3<f64>>,
+    cycle: Option<Cycle>,
+    systems: Systems,
+}
+
+impl<'a> Reader<'a> {
+    fn new(settings: &'a Settings, log: &'a mut Log) -> Self {
+        Self {
+            cutter: Cutter::new(settings, log),
+            inches: false,
+            units_given: false,
+            rapid: false,
+            axis: Vector3::z_axis(),
+            at: None,
+            arc: None,
+            direction: None,
+            cycle: None,
+            systems: Systems::new(settings.coordinates),
+        }
+    }
+
+    /// False at the end of the program.
+    fn statement(&mut self, statement: &Statement<'_>) -> bool {
+        let line = statement.line;
+        let major = statement.major();
+        let major = major.split_whitespace().next().unwrap_or("").to_ascii_uppercase();
+        if major == "FINI" {
+            return false;
+        }
+        if let Err(what) = self.run(line, &major, statement) {
+            self.cutter.log.error(Code::Motion, line, format!("{major}: {what}"));
+        }
+        true
+    }
+
+    fn run(&mut self, line: usize, major: &str, statement: &Statement<'_>) -> Result<(), String> {
+        if words::WITHOUT_MOTION.contains(&major) {
+            return Ok(());
+        }
+        let minor = statement.minor();
+        let minor = minor.as_slice();
+        match major {
+            "GOTO" => self.go_to(line, minor),
+            "FROM" => self.from(line, minor),
+            "GODLTA" => self.go_delta(line, minor),
+            "RAPID" => {
+                self.rapid = true;
+                Ok(())
+            }
+            "CIRCLE" => self.circle(line, minor),
+            "INDIRV" => {
+                self.direction = Some(vector(minor)?);
+                Ok(())
+            }
+            "INDIRP" => {
+                let to = self.point(minor)?;
+                self.direction = Some(to - self.at.ok_or("INDIRP before any position")?);
+                Ok(())
+            }
+            "TLON" => self.along_circle(line, statement),
+            "TLAXIS" => {
+                self.axis = unit(vector(minor)?)?;
+                Ok(())
+            }
+            "FEDRAT" => self.feed_statement(line, minor),
+            "SPINDL" => self.spindle(line, minor),
+            "UNITS" | "UNIT" => self.units(minor),
+            "CYCLE" => self.cycle_statement(line, minor),
+            "DELAY" | "DWELL" => self.delay(line, minor),
+            "LOADTL" | "LOAD" | "TURRET" => self.load_tool(line, minor),
+            "GOHOME" if !minor.is_empty() => self.home(line, minor),
+            "GOHOME" | "GOCLER" => {
+                self.at = None;
+                self.cutter.log.leaves(line, major);
+                Ok(())
+            }
+            "MSYS" | "CSYS" => self.system(line, major, minor),
+            "HEAD" => {
+                let what = "HEAD: the job's tcp is used with every head";
+                self.cutter.log.warning(Code::ChangeIgnored, line, what);
+                Ok(())
+            }
+            "CUTCOM" => {
+                if minor.first().and_then(name) != Some("OFF") {
+                    let what = "CUTCOM: the path is read as programmed";
+                    self.cutter.log.warning(Code::Assumed, line, what);
+                }
+                Ok(())
+            }
+            _ if words::MOVES.contains(&major) || major.starts_with("GO") => {
+                Err("moves or shifts motion and is not understood; have the CAM system write \
+                     GOTO points"
+                    .to_owned())
+            }
+            _ => Err("is not understood and may move the tool or change how it runs; delete it \
+                      if it does not"
+                .to_owned()),
+        }
+    }
+
+    fn mm(&self, length: f64) -> f64 {
+        if self.inches { mm_from_inch(length) } else { length }
+    }
+
+    fn point(&self, minor: &[Word<'_>]) -> Result<Vector3<f64>, String> {
+        let at = vector(minor)?;
+        Ok(at.map(|length| self.mm(length)))
+    }
+
+    /// The tool axis after x, y, z: it stays until another is given.
+    fn axis_of(&self, minor: &[Word<'_>]) -> Result<Unit<Vector3<f64>>, String> {
+        match minor.get(3..) {
+            None | Some([]) => Ok(self.axis),
+            Some(rest @ [_, _, _]) => unit(vector(rest).map_err(|_| NOT_A_TARGET.to_owned())?),
+            Some(_) => Err(NOT_A_TARGET.to_owned()),
+        }
+    }
+
+    fn go_to(&mut self, line: usize, minor: &[Word<'_>]) -> Result<(), String> {
+        let to = self.point(minor)?;
+        self.axis = self.axis_of(minor)?;
+        if let Some(arc) = self.arc.take() {
+            return self.close_arc(line, arc, to);
+        }
+        match self.cycle {
+            Some(cycle) => self.drill(line, to, cycle),
+            None => self.straight(line, to),
+        }
+    }
+
+    fn from(&mut self, line: usize, minor: &[Word<'_>]) -> Result<(), String> {
+        let to = self.point(minor)?;
+        self.axis = self.axis_of(minor)?;
+        if self.at.is_some() {
+            let what = "FROM after motion: read as a rapid move";
+            self.cutter.log.warning(Code::Assumed, line, what);
+        }
+        self.line_to(line, to, Pace::Rapid);
+        Ok(())
+    }
+
+    fn home(&mut self, line: usize, minor: &[Word<'_>]) -> Result<(), String> {
+        let to = self.point(minor)?;
+        self.axis = self.axis_of(minor)?;
+        self.line_to(line, to, Pace::Rapid);
+        Ok(())
+    }
+
+    fn go_delta(&mut self, line: usize, minor: &[Word<'_>]) -> Result<(), String> {
+        let from = self.at.ok_or("a relative move before any position")?;
+        let by = match minor {
+            // A single number goes along the tool axis.
+            [Word::Number(along, _)] => self.axis.into_inner() * self.mm(*along),
+            _ => self.point(minor)?,
+        };
+        self.straight(line, from + by)
+    }
+
+    fn straight(&mut self, line: usize, to: Vector3<f64>) -> Result<(), String> {
+        let pace =
+            if std::mem::take(&mut self.rapid) { Pace::Rapid } else { self.cutter.pace()? };
+        self.line_to(line, to, pace);
+        Ok(())
+    }
+
+    fn line_to(&mut self, line: usize, to: Vector3<f64>, pace: Pace) {
+        let frame = self.systems.start();
+        self.cutter.tilt(frame.axis(self.axis));
+        self.cutter.line_to(line, frame.point(to), pace);
+        self.at = Some(to);
+    }
+
+    /// The feed that `unit` (default: per minute) makes of a number.
+    fn feed_of(&self, number: f64, unit: Option<&str>) -> Result<Feed, String> {
+        let (kind, mm) = match unit {
+            None | Some("PERMIN") => (FeedKind::PerMinute, self.mm(number)),
+            Some("PERREV") => (FeedKind::PerRevolution, self.mm(number)),
+            Some("MMPM") => (FeedKind::PerMinute, number),
+            Some("IPM") => (FeedKind::PerMinute, mm_from_inch(number)),
+            Some("MMPR") => (FeedKind::PerRevolution, number),
+            Some("IPR") => (FeedKind::PerRevolution, mm_from_inch(number)),
+            Some(other) => return Err(format!("'{other}' is not understood as a unit of feed")),
+        };
+        if number > 0.0 {
+            Ok(Feed { kind, value: Some(mm) })
+        } else {
+            Err(format!("the feed is {number}, must be positive"))
+        }
+    }
+
+    fn feed_statement(&mut self, line: usize, minor: &[Word<'_>]) -> Result<(), String> {
+        let numbers: Vec<(f64, Span)> = minor.iter().filter_map(number).collect();
+        let names = minor.iter().filter_map(name).map(str::to_ascii_uppercase);
+        let names: Vec<String> = names.filter(|name| !matches!(name.as_str(), "F" | "")).collect();
+        if names == ["RAPID"] && numbers.is_empty() {
+            self.rapid = true;
+            return Ok(());
+        }
+        let ([(number, span)], [] | [_]) = (numbers.as_slice(), names.as_slice()) else {
+            return Err("expected a number and a unit".to_owned());
+        };
+        let unit = names.first().map(String::as_str);
+        if !self.units_given && matches!(unit, Some("IPM" | "IPR")) {
+            let what = "the feed is in inches, but no UNITS is given: lengths are in mm";
+            self.cutter.log.warning(Code::UnitAssumed, line, what);
+        }
+        let feed = self.feed_of(*number, unit)?;
+        self.cutter.state_feed(line, feed, *number, Some(*span));
+        Ok(())
+    }
+
+    fn units(&mut self, minor: &[Word<'_>]) -> Result<(), String> {
+        let unit = minor.first().and_then(name).map(str::to_ascii_uppercase);
+        let inches = match unit.as_deref() {
+            Some("MM" | "MILLIMETERS" | "METRIC") => false,
+            Some("INCHES" | "INCH" | "IN") => true,
+            Some("CM") => return Err("CM is not supported, write MM or INCHES".to_owned()),
+            _ => return Err("expected MM or INCHES".to_owned()),
+        };
+        self.inches = inches;
+        self.units_given = true;
+        Ok(())
+    }
+
+    /// `DELAY/2`: seconds; with REV turns of the spindle.
+    fn delay(&mut self, line: usize, minor: &[Word<'_>]) -> Result<(), String> {
+        let Some((time, _)) = minor.iter().find_map(number) else {
+            return Err("expected a time in seconds".to_owned());
+        };
+        let in_turns = minor.iter().filter_map(name).any(|name| lexer::is(name, "REV"));
+        let seconds = match (in_turns, self.cutter.rpm) {
+            (false, _) => time,
+            (true, Some(rpm)) if rpm > 0.0 => time * 60.0 / rpm,
+            (true, _) => return Err("in turns of a spindle whose speed is not known".to_owned()),
+        };
+        self.cutter.log.dwell(line, seconds);
+        Ok(())
+    }
+
+    /// `LOADTL/1,…`, `LOAD/TOOL,1,…`, `TURRET/1`: the first number is the tool's.
+    fn load_tool(&mut self, line: usize, minor: &[Word<'_>]) -> Result<(), String> {
+        match minor.iter().find_map(number) {
+            Some((number, _)) => self.cutter.tool(number),
+            None => {
+                self.cutter.left_out(line, "a tool without a number is left out".to_owned());
+                Ok(())
+            }
+        }
+    }
+}
+
+const NOT_A_TARGET: &str = "expected x, y, z or x, y, z, i, j, k";
+
+/// The first three words as numbers.
+fn vector(minor: &[Word<'_>]) -> Result<Vector3<f64>, String> {
+    match minor {
+        [Word::Number(x, _), Word::Number(y, _), Word::Number(z, _), ..] => {
+            Ok(Vector3::new(*x, *y, *z))
+        }
+        _ => Err("expected x, y, z as numbers".to_owned()),
+    }
+}
+
+fn unit(axis: Vector3<f64>) -> Result<Unit<Vector3<f64>>, String> {
+    let length = axis.norm();
+    if (length - 1.0).abs() > AXIS_LENGTH_TOLERANCE {
+        let [i, j, k] = [axis.x, axis.y, axis.z];
+        return Err(format!("tool axis ({i}, {j}, {k}) has length {length:.4}, must be 1"));
+    }
+    Ok(Unit::new_normalize(axis))
+}
+
+fn number(word: &Word<'_>) -> Option<(f64, Span)> {
+    match word {
+        Word::Number(number, span) => Some((*number, *span)),
+        Word::Name(_) => None,
+    }
+}
+
+fn name<'t>(word: &Word<'t>) -> Option<&'t str> {
+    match word {
+        Word::Number(..) => None,
+        Word::Name(name) => Some(name),
+    }
+}

@@ -1,0 +1,305 @@
+//! What robot programs leave to the cell: frames by number, external axes, and which call, signal or
+//! comment sets the spindle's speed or the tool's number.
+
+use std::collections::HashMap;
+
+use nalgebra::Isometry3;
+
+use super::log::{Log, States};
+use super::span::Span;
+use super::{ExternalAxis, SetBy, Setter, Settings, Spindle, tool_number};
+use crate::notes::Code;
+use crate::units::{m_from_mm, rad_from_deg};
+
+/// Joints that a robot's own program has.
+const ROBOT_AXES: usize = 6;
+
+/// Two positions of an external axis nearer than this are one, mm or degrees.
+const SAME_POSITION: f64 = 1e-3;
+
+/// Tool `number` in the tip frame: the job's frame of that number, the flange for 0, else the job's
+/// tcp.
+pub(super) fn tool_frame(
+    settings: &Settings,
+    number: f64,
+    list: &str,
+) -> Result<Isometry3<f64>, String> {
+    let index = tool_number(number)?;
+    if let Some(frame) = settings.tool_frames.get(&index) {
+        return Ok(*frame);
+    }
+    match (index, settings.tcp) {
+        (_, Some(tcp)) => Ok(tcp),
+        (0, None) => Ok(Isometry3::identity()),
+        (_, None) => Err(format!(
+            "{list}[{number}] is in no file that is read; give path.program.tool_frames: \
+             {{{number}: …}} or the tcp in the job"
+        )),
+    }
+}
+
+/// Base `number` in the robot's base frame: the job's frame of that number, else the job's work
+/// object; the base frame for 0.
+pub(super) fn base_frame(
+    settings: &Settings,
+    number: f64,
+    list: &str,
+) -> Result<Isometry3<f64>, String> {
+    let index = tool_number(number).map_err(|_| format!("{list}[{number}] is no frame"))?;
+    if let Some(frame) = settings.base_frames.get(&index) {
+        return Ok(*frame);
+    }
+    match (index, settings.work_object) {
+        (_, Some(object)) => Ok(object),
+        (0, None) => Ok(Isometry3::identity()),
+        (_, None) => Err(format!(
+            "{list}[{number}] is in no file that is read; give path.program.base_frames: \
+             {{{number}: …}} or the work_object in the job"
+        )),
+    }
+}
+
+/// External axes: those that stand still do not count, those that move are joints of the robot or
+/// refused.
+#[derive(Debug)]
+pub(super) struct External {
+    /// Joints by the axis's name, as the job maps them.
+    joints: Vec<(String, ExternalAxis)>,
+    joint_count: usize,
+    /// Where each axis is: rad or m where it is a joint, else as the program has it.
+    at: HashMap<String, f64>,
+}
+
+impl External {
+    pub(super) fn new(settings: &Settings) -> Self {
+        let joints = settings.external_axes.iter();
+        Self {
+            joints: joints.map(|(name, index)| (name.clone(), *index)).collect(),
+            joint_count: settings.joint_count,
+            at: HashMap::new(),
+        }
+    }
+
+    /// An axis is to be at a position, mm or degrees.
+    pub(super) fn place(&mut self, log: &mut Log, name: &str, value: f64) -> Result<(), String> {
+        if let Some((_, axis)) = self.joints.iter().find(|(own, _)| own == name) {
+            let value = if axis.slides { m_from_mm(value) } else { rad_from_deg(value) };
+            self.at.insert(name.to_owned(), value);
+            log.hold(axis.joint, value);
+            return Ok(());
+        }
+        match self.at.get(name).copied() {
+            Some(before) if (before - value).abs() > SAME_POSITION => Err(format!(
+                "external axis {name} moves from {before} to {value}; write external_axes: \
+                 {{{name}: …}} in the job, with the joint of the robot that it is"
+            )),
+            Some(_) => Ok(()),
+            // Constant so far.
+            None => {
+                self.at.insert(name.to_owned(), value);
+                Ok(())
+            }
+        }
+    }
+
+    /// All joints of the robot, rad or m, from the six of the arm and the external axes.
+    pub(super) fn joints(&self, arm: &[f64; ROBOT_AXES]) -> Result<Vec<f64>, String> {
+        let expected = ROBOT_AXES + self.joints.len();
+        if self.joint_count != expected {
+            return Err(format!(
+                "a jointtarget has {ROBOT_AXES} axes{}, the robot has {} moving joints",
+                if self.joints.is_empty() {
+                    String::new()
+                } else {
+                    format!(" and {} mapped by external_axes", self.joints.len())
+                },
+                self.joint_count
+            ));
+        }
+        let mut arm = arm.iter();
+        let mut found = Vec::with_capacity(self.joint_count);
+        for index in 0..self.joint_count {
+            match self.joints.iter().find(|(_, axis)| axis.joint == index) {
+                None => found.extend(arm.next()),
+                Some((name, _)) => {
+                    let value = self.at.get(name);
+                    found.push(*value.ok_or_else(|| {
+                        format!("external axis {name} is placed by no target before")
+                    })?);
+                }
+            }
+        }
+        Ok(found)
+    }
+}
+
+/// What a number sets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Sets {
+    Spindle,
+    Tool,
+}
+
+pub(super) fn all(settings: &Settings) -> impl Iterator<Item = (Sets, &SetBy)> {
+    let spindle = settings.spindle_from.as_ref().map(|by| (Sets::Spindle, by));
+    spindle.into_iter().chain(settings.tool_from.as_ref().map(|by| (Sets::Tool, by)))
+}
+
+/// A number that a program gives: its value, or why it is not known, and where it stands in the
+/// text.
+pub(super) type Given = (Result<f64, String>, Option<Span>);
+
+/// Sets the speed of the spindle or the number of the tool.
+pub(super) fn set(
+    log: &mut Log,
+    line: usize,
+    sets: Sets,
+    value: Result<f64, String>,
+    span: Option<Span>,
+    per_unit: f64,
+) {
+    let scaled = value.clone().map(|value| value * per_unit);
+    match (sets, scaled) {
+        (Sets::Spindle, Ok(rpm)) if rpm >= 0.0 => {
+            if let (true, Ok(value)) = (rpm > 0.0, value) {
+                log.states(line, span, States::Spindle { value, rpm_per_unit: per_unit });
+            }
+            log.spindle(line, Spindle::at(Some(rpm)));
+        }
+        (Sets::Spindle, Ok(rpm)) => {
+            let what = format!("the spindle's speed is {rpm} rpm, must not be negative");
+            log.error(Code::Value, line, what);
+        }
+        (Sets::Spindle, Err(why)) => {
+            let what = format!("the spindle's speed is known only at run time: {why}");
+            log.warning(Code::SpindleCommand, line, what);
+            log.spindle(line, Spindle::Turns(None));
+        }
+        (Sets::Tool, value) => match value.and_then(tool_number) {
+            Ok(number) => log.tool(number),
+            Err(why) => log.error(Code::Value, line, format!("tool: {why}")),
+        },
+    }
+}
+
+/// Whether a call of a procedure (name in lower case) sets something; then it is done.
+pub(super) fn set_by_call(
+    settings: &Settings,
+    log: &mut Log,
+    line: usize,
+    name: &str,
+    args: &[Given],
+) -> bool {
+    let mut done = false;
+    for (sets, by) in all(settings) {
+        if let Setter::Procedure(procedure, argument) = &by.what
+            && procedure.to_lowercase() == name
+            && let Some((value, span)) = argument.checked_sub(1).and_then(|at| args.get(at))
+        {
+            set(log, line, sets, value.clone(), *span, by.per_unit);
+            done = true;
+        }
+    }
+    done
+}
+
+/// Whether an assignment to a name (in lower case) sets something; then it is done.
+pub(super) fn set_by_name(
+    settings: &Settings,
+    log: &mut Log,
+    line: usize,
+    name: &str,
+    (value, span): Given,
+) -> bool {
+    let mut done = false;
+    for (sets, by) in all(settings) {
+        if matches!(&by.what, Setter::Signal(signal) if signal.to_lowercase() == name) {
+            set(log, line, sets, value.clone(), span, by.per_unit);
+            done = true;
+        }
+    }
+    done
+}
+
+/// What a comment sets; `span` gives the place of its digits.
+pub(super) fn set_by_comment(
+    settings: &Settings,
+    log: &mut Log,
+    line: usize,
+    comment: &str,
+    span: impl Fn(&str) -> Option<Span>,
+) {
+    for (sets, by) in all(settings) {
+        let Setter::Comment(start) = &by.what else { continue };
+        let rest = comment.trim_start().strip_prefix(start.as_str());
+        if let Some((value, digits)) = rest.and_then(number) {
+            set(log, line, sets, Ok(value), span(digits), by.per_unit);
+        }
+    }
+}
+
+/// A number in a comment: its line, what it sets, its value, its place, and what its unit stands
+/// for.
+type InComment = (usize, Sets, f64, Span, f64);
+
+/// Numbers in comments, by the line of the instruction that follows.
+#[derive(Debug, Default)]
+pub(super) struct Comments(HashMap<usize, Vec<InComment>>);
+
+impl Comments {
+    /// The comments of a program that set something; comments begin with `mark`.
+    pub(super) fn of(text: &str, mark: char, settings: &Settings) -> Self {
+        let mut found = HashMap::new();
+        let mut open = Vec::new();
+        if !all(settings).any(|(_, by)| matches!(by.what, Setter::Comment(_))) {
+            return Self(found);
+        }
+        for (index, whole) in text.lines().enumerate() {
+            let line = whole.trim();
+            if let Some(comment) = line.strip_prefix(mark) {
+                for (sets, by) in all(settings) {
+                    let Setter::Comment(start) = &by.what else { continue };
+                    let rest = comment.trim_start().strip_prefix(start.as_str());
+                    if let Some((value, digits)) = rest.and_then(number) {
+                        // The digits are a part of the text.
+                        let at = digits.as_ptr() as usize - text.as_ptr() as usize;
+                        let span = Span::new(at, at + digits.len());
+                        open.push((index + 1, sets, value, span, by.per_unit));
+                    }
+                }
+            } else if !line.is_empty() && !open.is_empty() {
+                found.insert(index + 1, std::mem::take(&mut open));
+            }
+        }
+        Self(found)
+    }
+
+    /// Runs what comments before the instruction of this line set.
+    pub(super) fn heed(&self, line: usize, log: &mut Log) {
+        for &(line, sets, value, span, per_unit) in self.0.get(&line).into_iter().flatten() {
+            set(log, line, sets, Ok(value), Some(span), per_unit);
+        }
+    }
+}
+
+/// The number at the start of a text, behind blanks and `=` or `:`, and its digits.
+fn number(text: &str) -> Option<(f64, &str)> {
+    let text = text.trim_start_matches([' ', '\t', '=', ':']);
+    let end = text.find(|c: char| !(c.is_ascii_digit() || c == '.')).unwrap_or(text.len());
+    let digits = text.get(..end)?;
+    Some((digits.parse().ok()?, digits))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::number;
+
+    #[test]
+    fn numbers_behind_the_start_of_a_comment() {
+        for (text, expected) in
+            [(" 12000 rpm", Some(12000.0)), ("=800.5;", Some(800.5)), (" off", None), ("", None)]
+        {
+            assert_eq!(number(text).map(|(value, _)| value), expected, "{text}");
+        }
+    }
+}

@@ -1,0 +1,268 @@
+//! The cutter of a CAM program: where it is in the work object, how fast it goes, and what becomes
+//! of lines, arcs, holes and spindle commands. Every dialect of CAM systems ends here.
+//!
+//! Lengths in mm in the work object; the tool axis points from the work to the spindle.
+
+use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
+
+use super::arc::{self, Arc};
+use super::log::{Log, States};
+use super::span::Span;
+use super::tool_axis::orientation;
+use super::{Pace, Settings, Spindle, tool_number};
+use crate::motion::Target;
+use crate::notes::Code;
+use crate::units::{m_from_mm, m_per_s_from_mm_per_min};
+
+/// What a number of feed stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum FeedKind {
+    /// mm/min.
+    PerMinute,
+    /// mm a revolution.
+    PerRevolution,
+    /// Moves a minute; each move states its own.
+    InverseTime,
+}
+
+/// A feed that holds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Feed {
+    pub(super) kind: FeedKind,
+    /// `None` until one is stated.
+    pub(super) value: Option<f64>,
+}
+
+/// A hole along the tool axis, mm above the place that it is drilled at.
+#[derive(Debug, Clone)]
+pub(super) struct Hole {
+    /// Where the feed begins.
+    pub(super) clearance: f64,
+    /// How far down each peck goes, the last to the bottom.
+    pub(super) depths: Vec<f64>,
+    /// Where the tool is left.
+    pub(super) retract: f64,
+    pub(super) feed: Pace,
+    pub(super) out: Pace,
+    /// At the bottom, s.
+    pub(super) dwell_s: f64,
+}
+
+pub(super) struct Cutter<'a> {
+    pub(super) log: &'a mut Log,
+    work_object: Isometry3<f64>,
+    tcp: Isometry3<f64>,
+    axis: Unit<Vector3<f64>>,
+    turned: Option<UnitQuaternion<f64>>,
+    /// `None` until known.
+    pub(super) at: [Option<f64>; 3],
+    pub(super) feed: Feed,
+    pub(super) rpm: Option<f64>,
+    /// Whether the program has started or stopped the spindle, and which.
+    pub(super) is_on: Option<bool>,
+}
+
+impl<'a> Cutter<'a> {
+    pub(super) fn new(settings: &Settings, log: &'a mut Log) -> Self {
+        Self {
+            log,
+            work_object: settings.work_object.unwrap_or_default(),
+            tcp: settings.tcp.unwrap_or_default(),
+            axis: Vector3::z_axis(),
+            turned: None,
+            at: [None; 3],
+            feed: Feed { kind: FeedKind::PerMinute, value: None },
+            rpm: None,
+            is_on: None,
+        }
+    }
+
+    /// Where the tool is, if all of it is known.
+    pub(super) fn place(&self) -> Option<Vector3<f64>> {
+        let [x, y, z] = self.at;
+        Some(Vector3::new(x?, y?, z?))
+    }
+
+    /// The tool axis from the next move on.
+    pub(super) fn tilt(&mut self, axis: Unit<Vector3<f64>>) {
+        if axis != self.axis {
+            self.axis = axis;
+            // The turn is least from the move before, which the next move works out.
+            self.turned = self.turned.map(|before| orientation(axis, Some(before)));
+        }
+    }
+
+    fn pose(&mut self, at: Vector3<f64>) -> Isometry3<f64> {
+        let turned = *self.turned.get_or_insert_with(|| orientation(self.axis, None));
+        let at = Translation3::from(at.map(m_from_mm));
+        self.work_object * Isometry3::from_parts(at, turned)
+    }
+
+    pub(super) fn line_to(&mut self, line: usize, to: Vector3<f64>, pace: Pace) {
+        let pose = self.pose(to);
+        self.log.motion(line, Target::Line(pose), self.tcp, pace);
+        self.at = [Some(to.x), Some(to.y), Some(to.z)];
+    }
+
+    /// A line, unless the tool is there already.
+    fn apart(&mut self, line: usize, to: Vector3<f64>, pace: Pace) {
+        if self.place() != Some(to) {
+            self.line_to(line, to, pace);
+        }
+    }
+
+    /// An arc or helix from where the tool is. A pace in seconds is that of the whole.
+    pub(super) fn arc(&mut self, line: usize, arc: &Arc, pace: Pace) -> Result<(), String> {
+        let pieces = arc::pieces(arc)?;
+        let pace = match pace {
+            Pace::Seconds(seconds) => Pace::Seconds(seconds / pieces.len() as f64),
+            pace => pace,
+        };
+        for piece in pieces {
+            let [via, end] = [piece.via, piece.end].map(|point| self.pose(point));
+            self.log.motion(line, Target::Arc { via, end }, self.tcp, pace);
+        }
+        self.at = [Some(arc.end.x), Some(arc.end.y), Some(arc.end.z)];
+        Ok(())
+    }
+
+    /// Over the hole at the height where the tool is or the clearance, down, and out. `axis` is a
+    /// unit vector out of the hole.
+    pub(super) fn hole(&mut self, line: usize, at: Vector3<f64>, axis: Vector3<f64>, hole: &Hole) {
+        let height = self.place().map_or(hole.clearance, |place| (place - at).dot(&axis));
+        if height < hole.clearance
+            && let Some(place) = self.place()
+        {
+            self.apart(line, place + axis * (hole.clearance - height), Pace::Rapid);
+        }
+        self.apart(line, at + axis * height.max(hole.clearance), Pace::Rapid);
+        self.straight_to_hole(line, at, axis, hole);
+    }
+
+    /// Straight to the clearance over the hole, down, and out.
+    pub(super) fn straight_to_hole(
+        &mut self,
+        line: usize,
+        at: Vector3<f64>,
+        axis: Vector3<f64>,
+        hole: &Hole,
+    ) {
+        let above = |height: f64| at + axis * height;
+        self.apart(line, above(hole.clearance), Pace::Rapid);
+        for (index, &depth) in hole.depths.iter().enumerate() {
+            if let Some(&before) = index.checked_sub(1).and_then(|last| hole.depths.get(last)) {
+                self.apart(line, above(hole.clearance), Pace::Rapid);
+                self.apart(line, above(before), Pace::Rapid);
+            }
+            self.apart(line, above(depth), hole.feed);
+        }
+        self.log.dwell(line, hole.dwell_s);
+        self.apart(line, above(hole.clearance), hole.out);
+        if hole.retract > hole.clearance {
+            self.apart(line, above(hole.retract), Pace::Rapid);
+        }
+    }
+
+    /// Sets the kind of feed; a number of another kind means nothing in it.
+    pub(super) fn feed_kind(&mut self, kind: FeedKind) {
+        if self.feed.kind != kind {
+            self.feed = Feed { kind, value: None };
+        }
+    }
+
+    /// States a feed: `written` is the number in the text, the value what it stands for.
+    pub(super) fn state_feed(&mut self, line: usize, feed: Feed, written: f64, span: Option<Span>) {
+        let states = match feed.kind {
+            FeedKind::PerMinute | FeedKind::InverseTime => States::Feed { value: written },
+            FeedKind::PerRevolution => States::FeedPerRevolution,
+        };
+        self.log.states(line, span, states);
+        self.feed = feed;
+    }
+
+    /// The pace of moves at feed.
+    pub(super) fn pace(&self) -> Result<Pace, String> {
+        self.pace_of(self.feed)
+    }
+
+    pub(super) fn pace_of(&self, feed: Feed) -> Result<Pace, String> {
+        match (feed.kind, feed.value) {
+            (FeedKind::InverseTime, None) => {
+                Err("a move in inverse time (G93) without a feed of its own".to_owned())
+            }
+            (_, None) => Ok(Pace::Unstated),
+            (FeedKind::PerMinute, Some(feed)) => Ok(Pace::Feed(m_per_s_from_mm_per_min(feed))),
+            (FeedKind::InverseTime, Some(feed)) => Ok(Pace::Seconds(60.0 / feed)),
+            (FeedKind::PerRevolution, Some(feed)) => match self.rpm {
+                Some(rpm) if rpm > 0.0 => Ok(Pace::Feed(m_per_s_from_mm_per_min(feed * rpm))),
+                _ => Err("the feed is per revolution, but the spindle's speed is not known".into()),
+            },
+        }
+    }
+
+    /// A speed that the program states; it holds where the spindle turns, or where the program has
+    /// neither started nor stopped it.
+    pub(super) fn state_speed(
+        &mut self,
+        line: usize,
+        rpm: f64,
+        span: Option<Span>,
+    ) -> Result<(), String> {
+        if !(rpm >= 0.0 && rpm.is_finite()) {
+            return Err(format!("the spindle's speed is {rpm} rpm, must not be negative"));
+        }
+        if rpm > 0.0 {
+            self.log.states(line, span, States::Spindle { value: rpm, rpm_per_unit: 1.0 });
+        }
+        self.rpm = Some(rpm);
+        if self.is_on == Some(true) {
+            self.log.spindle(line, Spindle::at(self.rpm));
+        }
+        Ok(())
+    }
+
+    /// The speed holds though nothing has started the spindle.
+    pub(super) fn assume_started(&mut self, line: usize) {
+        if self.is_on.is_none() && self.rpm.is_some() {
+            self.log.spindle(line, Spindle::at(self.rpm));
+        }
+    }
+
+    pub(super) fn turn_spindle(&mut self, line: usize, on: bool) {
+        let spindle = if on { Spindle::at(self.rpm) } else { Spindle::Stands };
+        self.log.spindle(line, spindle);
+        self.is_on = Some(on);
+    }
+
+    pub(super) fn tool(&mut self, number: f64) -> Result<(), String> {
+        self.log.tool(tool_number(number)?);
+        Ok(())
+    }
+
+    /// A move to where the program does not say.
+    pub(super) fn leave(&mut self, line: usize, axes: [bool; 3], how: &str) {
+        for (at, leaves) in self.at.iter_mut().zip(axes) {
+            if leaves {
+                *at = None;
+            }
+        }
+        self.log.leaves(line, how);
+    }
+
+    /// A move at feed while the place is not known is cutting that would be lost.
+    pub(super) fn unknown(&self) -> String {
+        let axes = ["X", "Y", "Z"].into_iter().zip(self.at);
+        let unknown: Vec<&str> =
+            axes.filter(|(_, at)| at.is_none()).map(|(axis, _)| axis).collect();
+        format!(
+            "a move at feed while {} {} not known; state X, Y and Z by rapid moves before",
+            unknown.join(" and "),
+            if unknown.len() == 1 { "is" } else { "are" }
+        )
+    }
+
+    /// What a program may carry beside the motion, told once.
+    pub(super) fn left_out(&mut self, line: usize, what: String) {
+        self.log.warning(Code::LeftOut, line, what);
+    }
+}

@@ -1,0 +1,30 @@
+//! Fanuc TP programs (.ls) → motions.
+//!
+//! Read: J, L, C and A to P[] and PR[], positions in both layouts as poses or joints, speeds in
+//! mm/sec, cm/min, inch/min, deg/sec, %, sec and registers, WAIT, R[] and PR[] with arithmetic, FOR,
+//! IF, JMP, CALL by name. User frames and tools are the job's, by number; frame 0 is the robot's base
+//! frame. The third joint of a Fanuc arm counts from the horizontal, so it is J3 + J2 in the robot's
+//! description. CONFIG is left out: the arm configuration follows from the start of the path.
+
+mod motion;
+mod registers;
+mod run;
+mod text;
+
+use super::Settings;
+use super::log::Log;
+use crate::notes::Code;
+
+/// Reads a TP program into the log.
+pub(super) fn read(source: &str, settings: &Settings, log: &mut Log) {
+    let source = text::parse(source);
+    for (line, what) in &source.faults {
+        log.error(Code::Syntax, *line, what.clone());
+    }
+    if !source.has_end {
+        let what = "the program ends without /END: is the file whole?";
+        log.error(Code::Syntax, source.lines.max(1), what);
+        return;
+    }
+    run::Run::new(&source, settings, log).run();
+}

@@ -1,0 +1,360 @@
+//! The motion statements of TP programs.
+
+use nalgebra::{Isometry3, Translation3, UnitQuaternion};
+
+use super::registers::register;
+use super::run::Run;
+use super::text::{Group, Statement};
+use crate::motion::{Circle, Target};
+use crate::notes::Code;
+use crate::program::Assumed;
+use crate::program::Pace;
+use crate::program::cell::{base_frame, tool_frame};
+use crate::program::log::States;
+use crate::units::{
+    m_from_mm, m_per_s_from_mm_per_min, m_per_s_from_mm_per_s, mm_from_inch, rad_from_deg,
+    ratio_from_percent, s_from_ms,
+};
+
+const POSE: [&str; 6] = ["x", "y", "z", "w", "p", "r"];
+const JOINTS: [&str; 6] = ["j1", "j2", "j3", "j4", "j5", "j6"];
+
+/// Whether a statement moves: `J P[1] …`, `L PR[2] …`.
+pub(super) fn is_motion(text: &str) -> bool {
+    let rest = text.strip_prefix(['J', 'L', 'C', 'A', 'S']).unwrap_or("").trim_start();
+    rest.starts_with("P[") || rest.starts_with("PR[")
+}
+
+/// Where a motion goes: a pose with its tool, or joints of the arm, rad.
+#[derive(Debug, Clone)]
+enum Place {
+    Pose(Isometry3<f64>),
+    Joints([f64; 6]),
+}
+
+impl Run<'_> {
+    pub(super) fn motion(&mut self, statement: &Statement) -> Result<(), String> {
+        let text = statement.text.trim_end();
+        let start = text.len() - text.trim_start().len();
+        let kind = text.get(start..=start).unwrap_or("");
+        let mut rest = text.get(start + 1..).unwrap_or("").trim_start();
+        let count = if kind == "C" { 2 } else { 1 };
+        let mut places = Vec::new();
+        let mut tcp = None;
+        for _ in 0..count {
+            let (group, behind) = self.place(rest)?;
+            let (place, tool) = self.resolve(&group)?;
+            tcp = Some(tool);
+            places.push(place);
+            rest = behind.trim_start();
+        }
+        let tcp = tcp.ok_or("the position is missing")?;
+        let (term, options) = split_term(rest);
+        self.options(options)?;
+        let line = statement.line;
+        let turned = self.turn_to(places.last(), &tcp);
+        let pace = self.pace(statement, term, kind, turned)?;
+        match (kind, places.as_slice()) {
+            ("J", [Place::Joints(q)]) => {
+                let q = self.external.joints(q)?;
+                self.log.motion(line, Target::Joints(q), tcp, pace);
+            }
+            ("J", [Place::Pose(pose)]) => {
+                self.log.motion(line, Target::JointsTo(*pose), tcp, pace);
+            }
+            ("L", [Place::Pose(pose)]) => {
+                self.log.motion(line, Target::Line(*pose), tcp, pace);
+            }
+            ("C", [Place::Pose(via), Place::Pose(end)]) => {
+                let (via, end) = (*via, *end);
+                self.log.motion(line, Target::Arc { via, end }, tcp, pace);
+            }
+            ("A", [Place::Pose(pose)]) => self.arc_point(statement, *pose, tcp, pace)?,
+            ("S", _) => return Err("S (spline) is not supported".to_owned()),
+            _ => return Err("a line or arc to joint positions".to_owned()),
+        }
+        Ok(())
+    }
+
+    /// A: arcs through points in a row, each on the circle of its neighbours; the first is gone to
+    /// straight.
+    fn arc_point(
+        &mut self,
+        statement: &Statement,
+        to: Isometry3<f64>,
+        tcp: Isometry3<f64>,
+        pace: Pace,
+    ) -> Result<(), String> {
+        let index = self.source.statements.iter().position(|other| std::ptr::eq(other, statement));
+        let index = index.ok_or("a statement of no program")?;
+        let pose_of = |run: &mut Self, at: Option<usize>| -> Option<Isometry3<f64>> {
+            let text = run.source.statements.get(at?)?.text.trim();
+            let rest = text.strip_prefix('A')?.trim_start();
+            let (group, _) = run.place(rest).ok()?;
+            match run.resolve(&group).ok()?.0 {
+                Place::Pose(pose) => Some(pose),
+                Place::Joints(_) => None,
+            }
+        };
+        let before = pose_of(self, index.checked_sub(1));
+        let two_before = pose_of(self, index.checked_sub(2)).filter(|_| before.is_some());
+        let behind = pose_of(self, Some(index + 1));
+        let point = |pose: &Isometry3<f64>| pose.translation.vector;
+        let line = statement.line;
+        let Some(from) = before else {
+            self.log.motion(line, Target::Line(to), tcp, pace);
+            return Ok(());
+        };
+        let (circle, share) = match (two_before, behind) {
+            (Some(first), _) => {
+                let circle = Circle::through(point(&first), point(&from), point(&to));
+                let circle = circle.ok_or("the arc's points lie on one line")?;
+                let share = (circle.via_at() + 1.0) / 2.0;
+                (circle, share)
+            }
+            (None, Some(next)) => {
+                let circle = Circle::through(point(&from), point(&to), point(&next));
+                let circle = circle.ok_or("the arc's points lie on one line")?;
+                let share = circle.via_at() / 2.0;
+                (circle, share)
+            }
+            (None, None) => return Err("A needs three points in a row".to_owned()),
+        };
+        let turned = from.rotation.try_slerp(&to.rotation, 0.5, 1e-12).unwrap_or(to.rotation);
+        let via = Isometry3::from_parts(circle.at(share).into(), turned);
+        self.log.motion(line, Target::Arc { via, end: to }, tcp, pace);
+        Ok(())
+    }
+
+    /// The position at the start of a text, and what follows.
+    fn place<'t>(&mut self, text: &'t str) -> Result<(Group, &'t str), String> {
+        if let Some((number, rest)) = register(text, "PR") {
+            let group = self
+                .positions
+                .get(&number)
+                .cloned()
+                .unwrap_or_else(|| Err(format!("PR[{number}] is known only at run time")))?;
+            return Ok((group, rest));
+        }
+        if text.starts_with("P[R[") {
+            return Err("a position by the number of a register is not supported".to_owned());
+        }
+        let (number, rest) = register(text, "P").ok_or("the position is missing")?;
+        let position = u32::try_from(number).ok().and_then(|n| self.source.positions.get(&n));
+        let position = position.ok_or_else(|| format!("P[{number}] is not in /POS"))?;
+        let mut own = None;
+        for (group, parts) in &position.groups {
+            if *group == 1 {
+                own = Some(parts.clone());
+                continue;
+            }
+            let mut names: Vec<&String> = parts.parts.keys().collect();
+            names.sort();
+            for name in names {
+                let axis = format!("gp{group}_{name}");
+                self.external.place(self.log, &axis, parts.parts[name])?;
+            }
+        }
+        let own = own.ok_or_else(|| format!("P[{number}] has no group 1"))?;
+        for name in ["e1", "e2", "e3"] {
+            if let Some(value) = own.parts.get(name) {
+                self.external.place(self.log, name, *value)?;
+            }
+        }
+        Ok((own, rest))
+    }
+
+    fn resolve(&mut self, group: &Group) -> Result<(Place, Isometry3<f64>), String> {
+        let tool = group.tool.unwrap_or(self.tool);
+        let tcp = tool_frame(self.settings, f64::from(tool), "UTOOL")?;
+        if let Some(degrees) = six(group, JOINTS)? {
+            let mut q = degrees.map(rad_from_deg);
+            // Counted from the horizontal.
+            q[2] += q[1];
+            return Ok((Place::Joints(q), tcp));
+        }
+        let numbers = six(group, POSE)?.ok_or("the position has neither X to R nor J1 to J6")?;
+        let frame = group.frame.unwrap_or(self.frame);
+        let base = base_frame(self.settings, f64::from(frame), "UFRAME")?;
+        Ok((Place::Pose(base * pose(numbers)), tcp))
+    }
+
+    /// How far the tool turns on the way to a pose, rad.
+    fn turn_to(&self, to: Option<&Place>, tcp: &Isometry3<f64>) -> Option<f64> {
+        let Some(Place::Pose(to)) = to else { return None };
+        Some(self.log.last()?.with(tcp).rotation.angle_to(&to.rotation))
+    }
+
+    /// `100mm/sec`, `R[5]%`, `2.5sec`, `WELD_SPEED`.
+    fn pace(
+        &mut self,
+        statement: &Statement,
+        term: &str,
+        kind: &str,
+        turned: Option<f64>,
+    ) -> Result<Pace, String> {
+        if term.eq_ignore_ascii_case("max_speed") {
+            return Ok(Pace::Rapid);
+        }
+        const UNITS: [&str; 7] = ["mm/sec", "cm/min", "inch/min", "deg/sec", "msec", "sec", "%"];
+        let unit = UNITS.into_iter().find(|unit| term.ends_with(unit)).unwrap_or("");
+        let number = term.strip_suffix(unit).unwrap_or(term).trim();
+        let value = match self.registers.value(number) {
+            Ok(value) => value,
+            Err(why) if kind != "J" => {
+                let what = format!("speed: {why}; the job's feed is used");
+                self.log.warning(Code::Assumed, statement.line, what);
+                return Ok(Pace::Unstated);
+            }
+            Err(_) => return Ok(Pace::Rapid),
+        };
+        if !(value > 0.0 && value.is_finite()) {
+            return Err(format!("speed is {term}, must be positive"));
+        }
+        let at = number.as_ptr() as usize - statement.text.as_ptr() as usize;
+        let span = number.parse::<f64>().ok().and_then(|_| statement.span(at, at + number.len()));
+        let feed = match unit {
+            // A speed by name is in mm/sec.
+            "mm/sec" | "" => m_per_s_from_mm_per_s(value),
+            "cm/min" => m_per_s_from_mm_per_min(value * 10.0),
+            "inch/min" => m_per_s_from_mm_per_min(mm_from_inch(value)),
+            "deg/sec" => {
+                let turned = turned.filter(|angle| *angle > 0.0);
+                let angle = turned.ok_or("deg/sec, and how far the tool turns is not known")?;
+                return Ok(Pace::Seconds(angle / rad_from_deg(value) / self.over));
+            }
+            "msec" | "sec" => {
+                self.log.states(statement.line, span, States::Seconds { value });
+                let seconds = if unit == "sec" { value } else { s_from_ms(value) };
+                return Ok(Pace::Seconds(seconds));
+            }
+            _ if value > 100.0 => return Err(format!("speed is {term}, must be up to 100 %")),
+            _ => return Ok(Pace::Joints(ratio_from_percent(value) * self.over)),
+        };
+        self.log.states(statement.line, span, States::Feed { value });
+        Ok(Pace::Feed(feed * self.over))
+    }
+
+    /// What stands behind the speed.
+    fn options(&mut self, text: &str) -> Result<(), String> {
+        const HARMLESS: [&str; 22] = [
+            "FINE", "CNT", "CR", "ACC", "PTH", "COORD", "Wjnt", "RT_LD", "AP_LD", "BREAK", "EV",
+            "Arc", "Weave", "Weld", "SPOT", "TA", "TB", "DB", "MROT", "PSPD", "CD", "Spray",
+        ];
+        let mut rest = text.trim();
+        while !rest.is_empty() {
+            let word = rest.split([' ', '\t']).next().unwrap_or("");
+            let upper = word.to_ascii_uppercase();
+            if upper.starts_with("OFFSET") || upper.starts_with("TOOL_OFFSET") {
+                let inside = rest.find("PR[").and_then(|at| register(rest.get(at..)?, "PR"));
+                let zero = inside.is_some_and(|(number, _)| {
+                    self.registers.assumed(&format!("PR[{number}]")) == Some(Assumed::Number(0.0))
+                });
+                if !zero {
+                    let shown = rest.split_whitespace().next().unwrap_or("");
+                    return Err(format!(
+                        "{shown} shifts the target by what is known only at run time; \
+                         assume: {{\"PR[…]\": 0}} in the job says that it does not"
+                    ));
+                }
+                rest = inside.map_or("", |(_, behind)| behind).trim_start();
+                continue;
+            }
+            if !HARMLESS.iter().any(|known| upper.starts_with(&known.to_ascii_uppercase())) {
+                return Err(format!("'{word}' behind the target is not understood"));
+            }
+            // Actions at a time or a distance run to the end.
+            if matches!(upper.as_str(), "TA" | "TB" | "DB" | "ARC" | "WEAVE" | "WELD" | "SPRAY") {
+                return Ok(());
+            }
+            rest = rest.get(word.len()..).unwrap_or("").trim_start();
+        }
+        Ok(())
+    }
+
+    /// `PR[1]=P[2]`, `PR[1,3]=R[4]+5`: what cannot be worked out is unknown.
+    pub(super) fn assign_position(&mut self, text: &str) -> Result<(), String> {
+        let (number, rest) = register(text, "PR").ok_or("PR[ without a number")?;
+        let value = rest.trim_start().strip_prefix('=').ok_or("expected '='")?.trim();
+        let component = text.split_once(']').and_then(|(head, _)| head.split_once(','));
+        let unknown = || Err(format!("PR[{number}] is known only at run time"));
+        let Some((_, component)) = component else {
+            let found = match self.place(value) {
+                Ok((group, rest)) if rest.trim().is_empty() => Ok(group),
+                _ => unknown(),
+            };
+            self.positions.insert(number, found);
+            return Ok(());
+        };
+        let index = self.registers.value(component)?;
+        let own = self.positions.get(&number).cloned();
+        let value = self.position_value(value);
+        let found = match (own, value) {
+            (Some(Ok(mut group)), Ok(value)) if (1.0..=6.0).contains(&index) => {
+                let names = if group.parts.contains_key("j1") { JOINTS } else { POSE };
+                let name = names.get(index as usize - 1).copied().unwrap_or("x");
+                group.parts.insert(name.to_owned(), value);
+                Ok(group)
+            }
+            _ => unknown(),
+        };
+        self.positions.insert(number, found);
+        Ok(())
+    }
+
+    /// `PR[1,3]+50`, or an expression of registers.
+    fn position_value(&self, text: &str) -> Result<f64, String> {
+        let Some(rest) = text.strip_prefix("PR[") else { return self.registers.value(text) };
+        let (inside, behind) = rest.split_once(']').ok_or("expected ']'")?;
+        let (number, index) = inside.split_once(',').ok_or("expected PR[n,i]")?;
+        let number: i64 = number.trim().parse().map_err(|_| "expected PR[n,i]")?;
+        let index: usize = index.trim().parse().map_err(|_| "expected PR[n,i]")?;
+        let Some(Ok(group)) = self.positions.get(&number) else {
+            return Err("known only at run time".to_owned());
+        };
+        let names = if group.parts.contains_key("j1") { JOINTS } else { POSE };
+        let name = index.checked_sub(1).and_then(|index| names.get(index));
+        let value = name.and_then(|name| group.parts.get(*name)).ok_or("no such component")?;
+        if behind.trim().is_empty() {
+            return Ok(*value);
+        }
+        self.registers.value(&format!("0{behind}")).map(|more| value + more)
+    }
+}
+
+/// The speed, and what stands behind it.
+fn split_term(text: &str) -> (&str, &str) {
+    // `R[5:feed in]mm/sec` has blanks in its comment.
+    let mut depth = 0_usize;
+    for (at, c) in text.char_indices() {
+        match c {
+            '[' => depth += 1,
+            ']' => depth = depth.saturating_sub(1),
+            ' ' | '\t' if depth == 0 => {
+                return (text.get(..at).unwrap_or(""), text.get(at..).unwrap_or(""));
+            }
+            _ => {}
+        }
+    }
+    (text, "")
+}
+
+/// Six components, if the first is there.
+fn six(group: &Group, names: [&str; 6]) -> Result<Option<[f64; 6]>, String> {
+    if !group.parts.contains_key(names[0]) {
+        return Ok(None);
+    }
+    let mut found = [0.0; 6];
+    for (value, name) in found.iter_mut().zip(names) {
+        let part = group.parts.get(name);
+        *value = *part.ok_or_else(|| format!("the position has no {}", name.to_uppercase()))?;
+    }
+    Ok(Some(found))
+}
+
+/// X, Y, Z in mm; W, P, R about the fixed x, y and z axes in degrees.
+fn pose([x, y, z, w, p, r]: [f64; 6]) -> Isometry3<f64> {
+    let at = Translation3::new(m_from_mm(x), m_from_mm(y), m_from_mm(z));
+    let [w, p, r] = [w, p, r].map(rad_from_deg);
+    Isometry3::from_parts(at, UnitQuaternion::from_euler_angles(w, p, r))
+}

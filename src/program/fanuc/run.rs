@@ -1,0 +1,371 @@
+//! Statements of TP programs in the order in which the controller would run them.
+
+use std::collections::HashMap;
+
+use super::registers::{Registers, register};
+use super::text::{Source, Statement};
+use crate::notes::Code;
+use crate::program::Settings;
+use crate::program::cell::{External, Given, set_by_call, set_by_comment, set_by_name};
+use crate::program::log::Log;
+
+/// Statements that loops may run beyond one pass through the program.
+const STATEMENTS_IN_LOOPS: usize = 1_000_000;
+
+/// How statements begin that neither move nor change anything that is read here.
+const HARMLESS: [&str; 47] = [
+    "DO[",
+    "RO[",
+    "GO[",
+    "AO[",
+    "SO[",
+    "UO[",
+    "F[",
+    "M[",
+    "SR[",
+    "SSR[",
+    "TIMER[",
+    "MESSAGE[",
+    "UALM[",
+    "WAIT",
+    "PULSE",
+    "Arc Start",
+    "Arc End",
+    "Weave",
+    "Weld Start",
+    "Weld End",
+    "COL ",
+    "LOCK PREG",
+    "UNLOCK PREG",
+    "PAUSE",
+    "RSR",
+    "$",
+    "DEFAULT",
+    "COMMENT",
+    "STRLEN",
+    "MONITOR",
+    "RESUME_PROG",
+    "RETURN_PATH",
+    "DIAG",
+    "Track",
+    "STOP_TRACKING",
+    "ERROR_PROG",
+    "RUN ",
+    "GUNMOTN",
+    "Spray",
+    "Dispense",
+    "PAYLOAD",
+    "JOINT_MAX_SPEED",
+    "LINEAR_MAX_SPEED",
+    "--eg",
+    "TC_ONLINE",
+    "Sensor",
+    "USER_ALARM",
+];
+
+/// How statements begin that move, shift or search.
+const MOVES: [&str; 14] = [
+    "UFRAME[",
+    "UTOOL[",
+    "OFFSET CONDITION",
+    "TOOL_OFFSET CONDITION",
+    "VOFFSET",
+    "SEARCH",
+    "TOUCH",
+    "SKIP CONDITION",
+    "Touch",
+    "MOVE",
+    "Search",
+    "CALIB",
+    "INDEPENDENT",
+    "SIMUL",
+];
+
+pub(super) struct Run<'a> {
+    pub(super) source: &'a Source,
+    pub(super) settings: &'a Settings,
+    pub(super) log: &'a mut Log,
+    pub(super) registers: Registers<'a>,
+    /// PR[n]: six components of a pose, or joints, in mm and degrees; and which.
+    pub(super) positions: HashMap<i64, Result<super::text::Group, String>>,
+    pub(super) frame: u32,
+    pub(super) tool: u32,
+    /// OVERRIDE as a share.
+    pub(super) over: f64,
+    pub(super) external: External,
+    next: usize,
+    budget: usize,
+    /// FOR loops: statement, register, last value, step.
+    loops: Vec<(usize, i64, f64, f64)>,
+}
+
+impl<'a> Run<'a> {
+    pub(super) fn new(source: &'a Source, settings: &'a Settings, log: &'a mut Log) -> Self {
+        let count = source.statements.len();
+        Self {
+            source,
+            settings,
+            log,
+            registers: Registers::new(settings),
+            positions: HashMap::new(),
+            frame: 0,
+            tool: 0,
+            over: 1.0,
+            external: External::new(settings),
+            next: 0,
+            budget: count.saturating_mul(2).saturating_add(STATEMENTS_IN_LOOPS),
+            loops: Vec::new(),
+        }
+    }
+
+    pub(super) fn run(mut self) {
+        while let Some(statement) = self.source.statements.get(self.next) {
+            if self.log.is_full() {
+                return;
+            }
+            if self.budget == 0 {
+                let what = "the program runs too long here: a loop without an end?";
+                self.log.error(Code::TooLong, statement.line, what);
+                return;
+            }
+            self.budget -= 1;
+            self.next += 1;
+            match self.statement(statement) {
+                Ok(true) => return,
+                Ok(false) => {}
+                Err(why) => self.log.error(Code::Motion, statement.line, why),
+            }
+        }
+    }
+
+    /// True at the end of the program.
+    fn statement(&mut self, statement: &'a Statement) -> Result<bool, String> {
+        let text = statement.text.trim();
+        let line = statement.line;
+        if let Some(comment) = text.strip_prefix('!') {
+            let at = |part: &str| part.as_ptr() as usize - statement.text.as_ptr() as usize;
+            let span = |digits: &str| statement.span(at(digits), at(digits) + digits.len());
+            set_by_comment(self.settings, self.log, line, comment, span);
+            return Ok(false);
+        }
+        if text.is_empty() || text.starts_with("//") {
+            return Ok(false);
+        }
+        if super::motion::is_motion(text) {
+            self.motion(statement)?;
+            return Ok(false);
+        }
+        let keyword = text.split([' ', '[', '(', '=', ',']).next().unwrap_or("");
+        match keyword {
+            "END" | "ABORT" => return Ok(true),
+            "UFRAME_NUM" => self.frame = self.number_behind(text)?,
+            "UTOOL_NUM" => self.tool = self.number_behind(text)?,
+            "OVERRIDE" => self.set_override(text)?,
+            "R" => self.assign(line, text, statement)?,
+            "PR" => self.assign_position(text)?,
+            "AR" => {}
+            "LBL" => {}
+            "JMP" => self.jump(text, line)?,
+            "CALL" => self.call(text, statement),
+            "IF" => self.condition(statement)?,
+            "ELSE" => self.next = self.behind("ENDIF", &["IF"])?,
+            "ENDIF" => {}
+            "SELECT" => return Err("SELECT decides at run time and is not supported".to_owned()),
+            "FOR" => self.for_loop(text)?,
+            "ENDFOR" => self.end_for(),
+            "WAIT" => self.wait(text, line),
+            _ if MOVES.iter().any(|start| text.starts_with(start)) => {
+                return Err(format!("'{keyword}' moves or shifts motion and is not supported"));
+            }
+            _ => {
+                let sets = text.split_once('=').is_some_and(|(name, value)| {
+                    let name = name.trim().to_lowercase();
+                    let value = self.registers.value(value);
+                    set_by_name(self.settings, self.log, line, &name, (value, None))
+                });
+                let harmless = HARMLESS.iter().any(|start| {
+                    text.get(..start.len()).is_some_and(|head| head.eq_ignore_ascii_case(start))
+                });
+                if !sets && !harmless {
+                    return Err(format!("'{text}' is not understood"));
+                }
+            }
+        }
+        Ok(false)
+    }
+
+    fn number_behind(&self, text: &str) -> Result<u32, String> {
+        let (name, value) = text.split_once('=').ok_or("expected '='")?;
+        let value = self.registers.value(value)?;
+        crate::program::tool_number(value).map_err(|_| format!("{} is {value}", name.trim()))
+    }
+
+    fn set_override(&mut self, text: &str) -> Result<(), String> {
+        let value = text.split_once('=').map_or("", |(_, value)| value);
+        let percent = self.registers.value(value.trim().trim_end_matches('%'))?;
+        if !(percent > 0.0 && percent <= 100.0) {
+            return Err(format!("OVERRIDE is {percent} %, must be 1 to 100"));
+        }
+        self.over = crate::units::ratio_from_percent(percent);
+        Ok(())
+    }
+
+    /// `R[1:name]=R[2]+1`.
+    fn assign(&mut self, line: usize, text: &str, statement: &Statement) -> Result<(), String> {
+        let (number, rest) = register(text, "R").ok_or("R[ without a number")?;
+        let value_text = rest.trim_start().strip_prefix('=').ok_or("expected '='")?;
+        let value = self.registers.value(value_text);
+        let at = value_text.trim().as_ptr() as usize - statement.text.as_ptr() as usize;
+        let span = value_text
+            .trim()
+            .parse::<f64>()
+            .ok()
+            .and_then(|_| statement.span(at, at + value_text.trim().len()));
+        let name = format!("r[{number}]");
+        set_by_name(self.settings, self.log, line, &name, (value.clone(), span));
+        self.registers.set(number, value);
+        Ok(())
+    }
+
+    fn wait(&mut self, text: &str, line: usize) {
+        let rest = text.get(4..).unwrap_or("").trim();
+        let Some(time) = rest.strip_suffix("(sec)").or(rest.strip_suffix("sec")) else {
+            // For a signal: how long is known only at run time.
+            return;
+        };
+        match self.registers.value(time) {
+            Ok(seconds) => self.log.dwell(line, seconds),
+            Err(why) => {
+                let what = format!("WAIT: {why}; the time is left out");
+                self.log.warning(Code::LeftOut, line, what);
+            }
+        }
+    }
+
+    /// `JMP LBL[1]`: on from there; back, it is an endless loop, read once.
+    fn jump(&mut self, text: &str, line: usize) -> Result<(), String> {
+        let target = text.get(text.find("LBL").unwrap_or(0)..).unwrap_or("");
+        let (number, _) = register(target, "LBL").ok_or("JMP without LBL[ ]")?;
+        let is_label = |statement: &Statement| {
+            register(statement.text.trim(), "LBL").is_some_and(|(own, _)| own == number)
+        };
+        let at = self.source.statements.iter().position(is_label);
+        let at = at.ok_or_else(|| format!("LBL[{number}] is not in this program"))?;
+        if at < self.next && text.starts_with("JMP") {
+            let what = "an endless loop: read once, without the move from its end back to its \
+                        beginning";
+            self.log.warning(Code::MotionLeftOut, line, what);
+            self.next = self.source.statements.len();
+        } else {
+            self.next = at + 1;
+        }
+        Ok(())
+    }
+
+    fn call(&mut self, text: &str, statement: &Statement) {
+        let (line, rest) = (statement.line, text.get(4..).unwrap_or("").trim());
+        let (name, args) = match rest.split_once('(') {
+            Some((name, args)) => (name.trim(), args.trim_end().trim_end_matches(')')),
+            None => (rest, ""),
+        };
+        let given = args.split(',').filter(|arg| !arg.trim().is_empty()).map(|arg| {
+            let own = arg.trim();
+            let at = own.as_ptr() as usize - statement.text.as_ptr() as usize;
+            let span = own.parse::<f64>().ok().and_then(|_| statement.span(at, at + own.len()));
+            (self.registers.value(own), span)
+        });
+        let given: Vec<Given> = given.collect();
+        if set_by_call(self.settings, self.log, line, &name.to_lowercase(), &given) {
+            return;
+        }
+        let what = format!("CALL {name}: not in this file; if it moves, its motion is not read");
+        self.log.warning(Code::MotionLeftOut, line, what);
+    }
+
+    /// `IF cond,JMP LBL[1]`, `IF cond,CALL x`, `IF (cond) THEN`.
+    fn condition(&mut self, statement: &'a Statement) -> Result<(), String> {
+        let text = statement.text.trim();
+        let rest = text.get(2..).unwrap_or("").trim();
+        if let Some(condition) = rest.strip_suffix("THEN") {
+            return match self.registers.truth(condition.trim().trim_end_matches(',')) {
+                Ok(true) => Ok(()),
+                Ok(false) => {
+                    let otherwise = self.behind("ELSE", &["IF"]);
+                    let end = self.behind("ENDIF", &["IF"])?;
+                    self.next = otherwise.ok().filter(|at| *at < end).unwrap_or(end);
+                    Ok(())
+                }
+                Err(why) => Err(format!("IF decides about motion at run time: {why}")),
+            };
+        }
+        let (condition, action) = rest.rsplit_once(',').ok_or("IF without an action")?;
+        let truth = self.registers.truth(condition);
+        let action = action.trim();
+        match truth {
+            Ok(false) => Ok(()),
+            Ok(true) if action.starts_with("JMP") => {
+                let action = action.strip_prefix("JMP").unwrap_or(action);
+                self.jump(action.trim(), statement.line)
+            }
+            Ok(true) if action.starts_with("CALL") => {
+                self.call(action, statement);
+                Ok(())
+            }
+            Ok(true) => Err(format!("'{action}' is not understood behind IF")),
+            // A signal that is set or not moves nothing.
+            Err(_) if HARMLESS.iter().any(|start| action.starts_with(start)) => Ok(()),
+            Err(why) => Err(format!("IF decides about motion at run time: {why}")),
+        }
+    }
+
+    /// The statement behind the one that closes what is open here, past nested ones.
+    fn behind(&self, end: &str, opens: &[&str]) -> Result<usize, String> {
+        let mut depth = 0_usize;
+        for (index, statement) in self.source.statements.iter().enumerate().skip(self.next) {
+            let text = statement.text.trim();
+            let word = text.split([' ', '(']).next().unwrap_or("");
+            let opens_block = opens.contains(&word) && (word != "IF" || text.ends_with("THEN"));
+            if opens_block {
+                depth += 1;
+            } else if word == end && depth == 0 {
+                return Ok(index + 1);
+            } else if matches!(word, "ENDIF" | "ENDFOR") && depth > 0 {
+                depth -= 1;
+            }
+        }
+        Err(format!("{end} is missing"))
+    }
+
+    /// `FOR R[1]=1 TO 3`, or DOWNTO.
+    fn for_loop(&mut self, text: &str) -> Result<(), String> {
+        let rest = text.get(3..).unwrap_or("").trim();
+        let (number, rest) = register(rest, "R").ok_or("FOR without R[ ]")?;
+        let rest = rest.trim_start().strip_prefix('=').ok_or("expected '='")?;
+        let (from, to, step) = match rest.split_once("DOWNTO") {
+            Some((from, to)) => (from, to, -1.0),
+            None => {
+                let (from, to) = rest.split_once("TO").ok_or("FOR without TO")?;
+                (from, to, 1.0)
+            }
+        };
+        let (from, to) = (self.registers.value(from)?, self.registers.value(to)?);
+        self.registers.set(number, Ok(from));
+        if (to - from) * step < 0.0 {
+            self.next = self.behind("ENDFOR", &["FOR"])?;
+        } else {
+            self.loops.push((self.next, number, to, step));
+        }
+        Ok(())
+    }
+
+    fn end_for(&mut self) {
+        let Some(&(start, number, to, step)) = self.loops.last() else { return };
+        let at = self.registers.value(&format!("R[{number}]")).unwrap_or(to) + step;
+        if (to - at) * step < 0.0 {
+            self.loops.pop();
+        } else {
+            self.registers.set(number, Ok(at));
+            self.next = start;
+        }
+    }
+}

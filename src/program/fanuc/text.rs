@@ -1,0 +1,258 @@
+//! The text of a Fanuc TP program → its statements and positions.
+
+use std::collections::HashMap;
+
+use crate::program::span::Span;
+
+/// A statement without its number and its `;`, continued lines joined.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Statement {
+    pub(super) line: usize,
+    pub(super) text: String,
+    /// Where each byte of `text` stands in the file's text.
+    places: Vec<usize>,
+}
+
+impl Statement {
+    /// The place of a part of the statement in the file's text, if it is in one piece there.
+    pub(super) fn span(&self, start: usize, end: usize) -> Option<Span> {
+        let (first, last) = (*self.places.get(start)?, *self.places.get(end.checked_sub(1)?)?);
+        (last - first == end - 1 - start).then(|| Span::new(first, last + 1))
+    }
+}
+
+/// A group of a position: components in mm and degrees.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Group {
+    /// `None`: as UFRAME_NUM says.
+    pub(super) frame: Option<u32>,
+    pub(super) tool: Option<u32>,
+    /// X, Y, Z, W, P, R, J1 … and E1 …, in lower case.
+    pub(super) parts: HashMap<String, f64>,
+}
+
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Position {
+    /// By number of the group.
+    pub(super) groups: Vec<(u32, Group)>,
+}
+
+#[derive(Debug, Default)]
+pub(super) struct Source {
+    pub(super) statements: Vec<Statement>,
+    pub(super) positions: HashMap<u32, Position>,
+    /// Line and what is wrong.
+    pub(super) faults: Vec<(usize, String)>,
+    pub(super) has_end: bool,
+    pub(super) lines: usize,
+}
+
+pub(super) fn parse(text: &str) -> Source {
+    let mut source = Source::default();
+    let mut section = "";
+    let mut open: Option<Statement> = None;
+    let mut positions = String::new();
+    let mut offset = 0;
+    let mut positions_line = 1;
+    for (index, whole) in text.split_inclusive('\n').enumerate() {
+        let start = offset;
+        offset += whole.len();
+        source.lines = index + 1;
+        let line = whole.trim_end();
+        let trimmed = line.trim_start();
+        if let Some(head) = trimmed.strip_prefix('/')
+            && !trimmed.starts_with("//")
+        {
+            let word = head.split_whitespace().next().unwrap_or("");
+            section = match word.to_ascii_uppercase().as_str() {
+                "MN" => "MN",
+                "POS" => "POS",
+                "END" => {
+                    source.has_end = true;
+                    break;
+                }
+                _ => "",
+            };
+            if section == "POS" {
+                positions_line = index + 2;
+            }
+            continue;
+        }
+        match section {
+            "MN" => statement(&mut source, &mut open, index + 1, line, start),
+            "POS" => {
+                positions.push_str(line);
+                positions.push('\n');
+            }
+            _ => {}
+        }
+    }
+    if let Some(open) = open {
+        source.faults.push((open.line, "the statement has no ';': is the file whole?".to_owned()));
+    }
+    read_positions(&positions, positions_line, &mut source);
+    source
+}
+
+/// Takes a line of `/MN`: `  12:L P[1] 100mm/sec FINE ;`, or what continues the one before.
+fn statement(
+    source: &mut Source,
+    open: &mut Option<Statement>,
+    line: usize,
+    content: &str,
+    start: usize,
+) {
+    let blank = content.len() - content.trim_start().len();
+    let mut rest = content.trim_start();
+    let mut at = start + blank;
+    // The number and its colon; both may be missing.
+    let digits = rest.bytes().take_while(u8::is_ascii_digit).count();
+    if let Some(behind) = rest.get(digits..).and_then(|rest| rest.trim_start().strip_prefix(':')) {
+        at += rest.len() - behind.len();
+        rest = behind;
+    }
+    if rest.trim().is_empty() {
+        return;
+    }
+    let mut new =
+        open.take().unwrap_or(Statement { line, text: String::new(), places: Vec::new() });
+    let end = match rest.find(';').filter(|_| !rest.trim_start().starts_with('!')) {
+        Some(end) => Some(end),
+        None => rest.trim_end().ends_with(';').then(|| rest.trim_end().len() - 1),
+    };
+    let part = rest.get(..end.unwrap_or(rest.len())).unwrap_or("");
+    new.text.push_str(part);
+    new.places.extend((0..part.len()).map(|i| at + i));
+    if end.is_some() || part.trim_start().starts_with('!') {
+        source.statements.push(new);
+    } else {
+        new.text.push(' ');
+        new.places.push(at + part.len());
+        *open = Some(new);
+    }
+}
+
+/// `P[1:"name"]{ GP1: UF : 0, UT : 1, CONFIG : 'N U T, 0, 0, 0', X = 1 mm, … };`
+fn read_positions(text: &str, first_line: usize, source: &mut Source) {
+    let line_at = |at: usize| {
+        first_line
+            + text
+                .get(..at)
+                .map_or(0, |before| memchr::memchr_iter(b'\n', before.as_bytes()).count())
+    };
+    let mut at = 0;
+    // Lines are counted as positions are read: a file has thousands.
+    let (mut counted, mut line) = (0, first_line);
+    while let Some(found) = text.get(at..).and_then(|rest| rest.find("P[")) {
+        let start = at + found;
+        line += text
+            .get(counted..start)
+            .map_or(0, |between| memchr::memchr_iter(b'\n', between.as_bytes()).count());
+        counted = start;
+        let rest = text.get(start + 2..).unwrap_or("");
+        let number: String = rest.chars().take_while(char::is_ascii_digit).collect();
+        let Some(open) = rest.find('{') else {
+            source.faults.push((line, "a position has no '{': is the file whole?".to_owned()));
+            return;
+        };
+        let Some(close) = rest.get(open..).and_then(|rest| rest.find('}')) else {
+            source.faults.push((line, "a position has no '}': is the file whole?".to_owned()));
+            return;
+        };
+        let body = rest.get(open + 1..open + close).unwrap_or("");
+        match (number.parse(), position(body)) {
+            (Ok(number), Ok(position)) => {
+                source.positions.insert(number, position);
+            }
+            (_, Err(why)) => source.faults.push((line, format!("P[{number}]: {why}"))),
+            (Err(_), _) => {
+                source.faults.push((line_at(start), "a position has no number".to_owned()));
+            }
+        }
+        at = start + 2 + open + close + 1;
+    }
+}
+
+fn position(body: &str) -> Result<Position, String> {
+    let mut found = Position::default();
+    let mut group = Group::default();
+    let mut number = 0;
+    // CONFIG holds commas in quotes.
+    let mut outside = String::with_capacity(body.len());
+    let mut in_quotes = false;
+    for c in body.chars() {
+        match c {
+            '\'' => in_quotes = !in_quotes,
+            _ if in_quotes => {}
+            c => outside.push(c),
+        }
+    }
+    let fields = outside.replace("GP", ",GP");
+    for field in fields.split([',', '\n']).map(str::trim).filter(|field| !field.is_empty()) {
+        if let Some(rest) = field.strip_prefix("GP") {
+            if number > 0 {
+                found.groups.push((number, std::mem::take(&mut group)));
+            }
+            let (digits, rest) = rest.split_once(':').unwrap_or((rest, ""));
+            number = digits.trim().parse().map_err(|_| format!("'{field}' is not understood"))?;
+            if !rest.trim().is_empty() {
+                component(rest.trim(), &mut group)?;
+            }
+            continue;
+        }
+        component(field, &mut group)?;
+    }
+    if number > 0 {
+        found.groups.push((number, group));
+    }
+    Ok(found)
+}
+
+/// `UF : 0`, `X = 1.5 mm`, `J1= 0.000 deg`.
+fn component(field: &str, group: &mut Group) -> Result<(), String> {
+    let (name, value) = match field.split_once(['=', ':']) {
+        Some((name, value)) => (name.trim(), value.trim()),
+        None => return Err(format!("'{field}' is not understood")),
+    };
+    let frame = |value: &str| value.parse::<u32>().ok();
+    match name {
+        "UF" => group.frame = frame(value),
+        "UT" => group.tool = frame(value),
+        "CONFIG" => {}
+        _ => {
+            let number = value.split_whitespace().next().unwrap_or("");
+            // What was never taught is written with stars.
+            let number = number.parse::<f64>().ok().filter(|number| number.is_finite());
+            let number = number.ok_or_else(|| format!("{name} is '{value}', expected a number"))?;
+            group.parts.insert(name.to_ascii_lowercase(), number);
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TEXT: &str = "/PROG A\n/ATTR\n/MN\n   1:  UFRAME_NUM=1 ;\n:C P[2]\n    :  P[3] 100mm/sec FINE ;\n\
+                        ! a ; b ;\nL P[1:x] 1cm/min CNT50;\n/POS\nP[1:\"x\"] {\n   GP1:\n UF : 1, UT : 2, \
+                        CONFIG : 'N U T, 0, 0, 0',\n X = 1.5 mm, Y = -2 mm, Z = 3 mm,\n W = 0 deg, P = 1 \
+                        deg, R = 2 deg\n   GP2:\n UF : F, UT : F,\n J1= 4 deg\n};\n/END\n";
+
+    #[test]
+    fn statements_and_positions_of_both_layouts() {
+        let source = parse(TEXT);
+        assert!(source.faults.is_empty() && source.has_end, "{:?}", source.faults);
+        let lines: Vec<usize> = source.statements.iter().map(|s| s.line).collect();
+        assert_eq!(lines, [4, 5, 7, 8]);
+        let text = &source.statements[1].text;
+        assert!(text.contains("P[2]") && text.contains("100mm/sec"), "{text}");
+        let at = text.find("100").unwrap();
+        let span = source.statements[1].span(at, at + 3).unwrap();
+        assert_eq!(&TEXT[span.start..span.end], "100");
+        let position = &source.positions[&1];
+        assert_eq!((position.groups[0].1.frame, position.groups[0].1.tool), (Some(1), Some(2)));
+        assert_eq!(position.groups[0].1.parts["y"], -2.0);
+        assert_eq!(position.groups[1].1.parts["j1"], 4.0);
+    }
+}

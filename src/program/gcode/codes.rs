@@ -1,0 +1,372 @@
+//! A block of G-code → what the controller does, in the order that RS-274 gives.
+
+use super::block::{Block, Word};
+use super::flow::Flow;
+use super::names::Name;
+use super::state::{AXES, Machine, Motion};
+use crate::notes::Code;
+use crate::program::Pace;
+use crate::program::arc::Plane;
+use crate::program::cutter::FeedKind;
+
+/// G80.
+const CANCEL: i64 = 800;
+
+/// Codes that hold for their block alone.
+#[derive(Debug, Default)]
+struct Once {
+    dwell: bool,
+    reference: bool,
+    machine: bool,
+    /// G10, G52, G92: axis words set something.
+    sets: Option<i64>,
+    macro_call: bool,
+}
+
+/// Runs a block; `offset` is where its line begins.
+pub(super) fn run(
+    machine: &mut Machine<'_>,
+    flow: &mut Flow<'_>,
+    line: usize,
+    offset: usize,
+    block: &Block,
+) {
+    if block.words.is_empty() && block.names.is_empty() {
+        return;
+    }
+    if block.optional {
+        let what = "blocks with '/' are read as if they ran";
+        machine.cutter.log.warning(Code::Assumed, line, what);
+    }
+    if block.word(b'E').is_some() {
+        machine.cutter.log.warning(Code::AxisIgnored, line, "E words are left out");
+    }
+    let contradictions = contradictions(block);
+    if !contradictions.is_empty() {
+        for what in contradictions {
+            machine.cutter.log.error(Code::Conflict, line, what);
+        }
+        return;
+    }
+    if let Err(what) = run_checked(machine, flow, line, offset, block) {
+        machine.cutter.log.error(Code::Motion, line, what);
+    }
+}
+
+fn run_checked(
+    machine: &mut Machine<'_>,
+    flow: &mut Flow<'_>,
+    line: usize,
+    offset: usize,
+    block: &Block,
+) -> Result<(), String> {
+    let mut once = Once::default();
+    for (name, inside) in &block.names {
+        match machine.name(line, name, inside, block.has_any(&AXES))? {
+            Name::None => {}
+            Name::Machine => once.machine = true,
+            Name::Back => flow.back(),
+        }
+    }
+    let inches = machine.inches;
+    let cancels_beside_motion =
+        |code: &i64| *code == CANCEL && block.codes('G').any(|other| other < 40);
+    for code in block.codes('G').filter(|code| !cancels_beside_motion(code)) {
+        modal(machine, &mut once, line, code)?;
+    }
+    if let Some(feed) = block.word(b'F')
+        && !(once.dwell && !block.has_any(b"PXUS"))
+        && !once.macro_call
+    {
+        if machine.inches != inches && machine.cutter.feed.value.is_some() {
+            return Err("F beside a change of units: controllers differ in what it means".into());
+        }
+        machine.set_feed(line, feed, offset)?;
+    }
+    if once.macro_call {
+        return macro_call(flow, block);
+    }
+    spindle_and_tool(machine, &once, line, offset, block)?;
+    moves(machine, &once, line, block)?;
+    // LinuxCNC stops the spindle before the motion of the block, Fanuc after it: taken to turn on
+    // the way.
+    if block.codes('M').any(|code| code == 50) {
+        machine.cutter.turn_spindle(line, false);
+    }
+    flow_codes(flow, block)
+}
+
+/// Codes of which a block may hold one, in tenths, by letter: those that change what is read here.
+/// Cycles and G80 are one group with G0–G3 to LinuxCNC and another to Fanuc, where posts write G80
+/// beside G0.
+fn contradictions(block: &Block) -> Vec<String> {
+    fn motion(code: i64) -> bool {
+        matches!(code, 0 | 10 | 20 | 30) || cycle(code)
+    }
+    fn cycle(code: i64) -> bool {
+        matches!(code, 730 | 740 | 810..=890)
+    }
+    type IsOfGroup = fn(i64) -> bool;
+    const GROUPS: [(char, IsOfGroup); 9] = [
+        ('G', motion),
+        ('G', |code| code == CANCEL || cycle(code)),
+        ('G', |code| matches!(code, 40 | 280 | 300 | 530)),
+        ('G', |code| matches!(code, 170 | 180 | 190)),
+        ('G', |code| matches!(code, 200 | 210 | 700 | 710)),
+        ('G', |code| matches!(code, 900 | 910)),
+        ('G', |code| matches!(code, 901 | 911)),
+        ('G', |code| matches!(code, 930 | 940 | 950)),
+        ('M', |code| matches!(code, 30 | 40 | 50 | 130 | 140)),
+    ];
+    let mut found = Vec::new();
+    // Most blocks have no two codes.
+    let codes = block.words.iter().filter(|word| matches!(word.letter, b'G' | b'M')).count();
+    if codes < 2 {
+        return found;
+    }
+    for (letter, is_of_group) in GROUPS {
+        let mut codes: Vec<i64> = block.codes(letter).filter(|&code| is_of_group(code)).collect();
+        codes.sort_unstable();
+        codes.dedup();
+        if let [first, second, ..] = codes.as_slice() {
+            let [first, second] = [first, second].map(|&code| shown(letter, code));
+            let what =
+                format!("{first} and {second} in one block: which of them applies is not clear");
+            if !found.contains(&what) {
+                found.push(what);
+            }
+        }
+    }
+    found
+}
+
+/// A G code, in tenths.
+fn modal(machine: &mut Machine<'_>, once: &mut Once, line: usize, code: i64) -> Result<(), String> {
+    match code {
+        0 => machine.motion = Motion::Rapid,
+        10 => machine.motion = Motion::Straight,
+        20 => machine.motion = Motion::Arc { clockwise: true },
+        30 => machine.motion = Motion::Arc { clockwise: false },
+        40 => once.dwell = true,
+        170 => machine.plane = Plane::XY,
+        180 => machine.plane = Plane::ZX,
+        190 => machine.plane = Plane::YZ,
+        200 | 700 => machine.inches = true,
+        210 | 710 => machine.inches = false,
+        280 | 300 => once.reference = true,
+        410 | 420 => {
+            let what = "G41/G42: the path is read as programmed";
+            machine.cutter.log.warning(Code::Assumed, line, what);
+        }
+        650 => once.macro_call = true,
+        // Ends of what is not supported, tool length, path mode, start of feed modes.
+        400 | 430 | 431 | 440 | 490 | 500 | 690 | 610 | 611 | 640 | 150 | 130 | 970 | 6010
+        | 6020 | 6410 | 6420 | 90 | 600 | 4500 | 4510 => {}
+        434 if machine.rotary.is_named() => {}
+        530 | 1530 => once.machine = true,
+        540..=599 | 5050..=5990 => machine.work_offset(line, code),
+        730 | 740 | 810..=869 | 890 => machine.start_cycle(code),
+        CANCEL => machine.motion = Motion::None,
+        900 => machine.relative = false,
+        901 => machine.centre_absolute = true,
+        910 => machine.relative = true,
+        911 => machine.centre_absolute = false,
+        930 => machine.cutter.feed_kind(FeedKind::InverseTime),
+        940 => machine.cutter.feed_kind(FeedKind::PerMinute),
+        950 => machine.cutter.feed_kind(FeedKind::PerRevolution),
+        980 => machine.back_to_initial = true,
+        990 => machine.back_to_initial = false,
+        100 | 520 | 920 => once.sets = Some(code),
+        921 => machine.shift.reset(false),
+        922 => machine.shift.reset(true),
+        923 => machine.shift.restore(),
+        _ => {
+            return Err(format!("{} is not understood; motion may be lost", shown('G', code)));
+        }
+    }
+    Ok(())
+}
+
+fn shown(letter: char, code: i64) -> String {
+    match (code / 10, code % 10) {
+        (code, 0) => format!("{letter}{code}"),
+        (code, tenths) => format!("{letter}{code}.{tenths}"),
+    }
+}
+
+/// S, T and M words.
+fn spindle_and_tool(
+    machine: &mut Machine<'_>,
+    once: &Once,
+    line: usize,
+    offset: usize,
+    block: &Block,
+) -> Result<(), String> {
+    // Alone beside G4 it is a time in turns of the spindle.
+    let speed = block.word(b'S').filter(|_| !once.dwell || block.has_any(b"PXUF"));
+    if let Some(Word { value, span, .. }) = speed {
+        let span = span.map(|span| span.behind(offset));
+        machine.cutter.state_speed(line, value, span)?;
+    }
+    if let Some(tool) = block.get('T') {
+        machine.select_tool(tool)?;
+    }
+    let mut starts = false;
+    for code in block.codes('M') {
+        match code {
+            // M13 and M14 turn on the coolant, too.
+            30 | 40 | 130 | 140 => {
+                starts = true;
+                if machine.cutter.rpm.is_none() {
+                    let what = "M3/M4 without S: the speed is not known yet";
+                    machine.cutter.log.warning(Code::LeftOut, line, what);
+                }
+                machine.cutter.turn_spindle(line, true);
+            }
+            // Behind the block's motion, see `run_checked`.
+            50 => {}
+            60 => machine.change_tool()?,
+            0 | 10 | 20 | 300 | 70..=99 | 170 | 190 | 480 | 490 | 600 | 970 | 980 | 990 => {}
+            _ => starts |= unknown(machine, line, code, speed.is_some()),
+        }
+    }
+    if speed.is_some() && !starts {
+        machine.cutter.assume_started(line);
+    }
+    Ok(())
+}
+
+/// An M code that is not known; true where it is taken to start the spindle.
+fn unknown(machine: &mut Machine<'_>, line: usize, code: i64, has_speed: bool) -> bool {
+    let code = shown('M', code);
+    if has_speed {
+        let what = format!("{code} is not understood; with S it is taken to start the spindle");
+        machine.cutter.log.warning(Code::SpindleCommand, line, what);
+        machine.cutter.turn_spindle(line, true);
+        return true;
+    }
+    let stands = machine.cutter.is_on == Some(false);
+    let (note, more) = if stands {
+        (Code::SpindleCommand, "; if it starts the spindle, what follows is not checked")
+    } else {
+        (Code::LeftOut, "")
+    };
+    let what = format!("{code} is not understood and left out{more}");
+    machine.cutter.log.warning(note, line, what);
+    false
+}
+
+fn moves(machine: &mut Machine<'_>, once: &Once, line: usize, block: &Block) -> Result<(), String> {
+    if let Some(code) = once.sets {
+        return sets(machine, line, code, block);
+    }
+    if once.dwell {
+        return machine.dwell(line, block);
+    }
+    let has_axes = block.has_any(&AXES) || block.has_any(&super::rotary::LETTERS);
+    let in_cycle = matches!(machine.motion, Motion::Cycle(_));
+    let has_cycle_words = in_cycle && block.has_any(b"RQ");
+    let full_turn = matches!(machine.motion, Motion::Arc { .. }) && block.has_any(b"IJK");
+    if once.reference {
+        machine.no_corner()?;
+        return machine.refer(line, block);
+    }
+    if once.machine && has_axes {
+        machine.no_corner()?;
+        machine.leave(line, block, "G53");
+        return Ok(());
+    }
+    if !(has_axes || has_cycle_words || full_turn) {
+        return Ok(());
+    }
+    let done = match machine.motion {
+        Motion::None => Err("axes without G0, G1, G2, G3 or a cycle".to_owned()),
+        Motion::Rapid => machine.straight(line, block, Pace::Rapid),
+        Motion::Straight => {
+            let pace = machine.cutter.pace()?;
+            machine.straight(line, block, pace)
+        }
+        Motion::Arc { clockwise } => machine.arc(line, block, clockwise),
+        Motion::Cycle(kind) => machine.drill(line, block, kind),
+    };
+    if machine.cutter.feed.kind == FeedKind::InverseTime {
+        machine.cutter.feed.value = None;
+    }
+    done
+}
+
+/// G10, G52 and G92.
+fn sets(machine: &mut Machine<'_>, line: usize, code: i64, block: &Block) -> Result<(), String> {
+    let axes = AXES.map(|axis| block.word(axis).map(|word| machine.mm(word.value)));
+    match code {
+        520 => machine.shift.set_local(axes),
+        920 => machine.shift.set_here(&mut machine.cutter.at, axes, false),
+        _ => {
+            let of = block.get('P').filter(|p| *p != 0.0);
+            let offset =
+                of.map(|p| if p <= 6.0 { 530 + (p * 10.0) as i64 } else { 590 + p as i64 - 6 });
+            match block.get('L').map(|l| l as i64) {
+                Some(2) => machine.shift.set_origin(offset, axes, machine.relative)?,
+                Some(20) => machine.shift.set_here(&mut machine.cutter.at, axes, true),
+                Some(1 | 10 | 11 | 12 | 13) => {
+                    let what = "G10 sets tool data: the job's tcp is used";
+                    machine.cutter.left_out(line, what.to_owned());
+                }
+                _ => return Err("G10 is understood with L1, L2, L10 to L13 and L20 alone".into()),
+            }
+        }
+    }
+    Ok(())
+}
+
+/// G65: the letters are the locals of the subprogram.
+fn macro_call(flow: &mut Flow<'_>, block: &Block) -> Result<(), String> {
+    const LOCALS: [(u8, i64); 19] = [
+        (b'A', 1),
+        (b'B', 2),
+        (b'C', 3),
+        (b'D', 7),
+        (b'E', 8),
+        (b'F', 9),
+        (b'H', 11),
+        (b'I', 4),
+        (b'J', 5),
+        (b'K', 6),
+        (b'M', 13),
+        (b'Q', 17),
+        (b'R', 18),
+        (b'S', 19),
+        (b'T', 20),
+        (b'X', 24),
+        (b'Y', 25),
+        (b'Z', 26),
+        (b'W', 23),
+    ];
+    let number = block.get('P').ok_or("G65 without P")?;
+    let locals =
+        LOCALS.iter().filter_map(|&(letter, local)| Some((local, block.word(letter)?.value)));
+    flow.call(number, block.get('L').unwrap_or(1.0), Some(locals.collect()))
+}
+
+/// M codes that end the program or call another.
+fn flow_codes(flow: &mut Flow<'_>, block: &Block) -> Result<(), String> {
+    for code in block.codes('M') {
+        match code {
+            20 | 300 => flow.end(),
+            990 | 170 => flow.back(),
+            980 => {
+                let p = block.get('P').ok_or("M98 without P")?;
+                // Older controllers write the repeats before the four digits of the number.
+                let (repeats, number) = match block.get('L') {
+                    Some(repeats) => (repeats, p),
+                    None if p > 9999.0 => ((p / 1e4).floor(), p % 1e4),
+                    None => (1.0, p),
+                };
+                flow.call(number, repeats, None)?;
+            }
+            970 => return Err("M97: calls of a line are not supported".to_owned()),
+            _ => {}
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,345 @@
+//! Parameters and expressions of G-code: `#1`, `#<depth>`, `[#1 + 2]`, `R1`.
+
+use std::collections::HashMap;
+
+/// Expressions in one another beyond this are refused.
+const MAX_DEPTH: usize = 40;
+
+/// Parameters that a program may set in all.
+const MAX_PARAMETERS: usize = 100_000;
+
+/// What the program has set.
+#[derive(Debug, Default, Clone)]
+pub(super) struct Parameters {
+    numbered: HashMap<i64, f64>,
+    /// By name in lower case; Sinumerik's R parameters as `r1`.
+    named: HashMap<String, f64>,
+}
+
+/// A parameter as the text names it.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Key {
+    Number(i64),
+    Name(String),
+}
+
+impl Parameters {
+    pub(super) fn set(&mut self, key: Key, value: f64) -> Result<(), String> {
+        if !value.is_finite() {
+            return Err(format!("{} would not be a finite number", shown(&key)));
+        }
+        if self.numbered.len() + self.named.len() >= MAX_PARAMETERS {
+            return Err("the program sets too many parameters".to_owned());
+        }
+        match key {
+            Key::Number(0) => return Err("#0 cannot be set".to_owned()),
+            Key::Number(number) => self.numbered.insert(number, value),
+            Key::Name(name) => self.named.insert(name, value),
+        };
+        Ok(())
+    }
+
+    pub(super) fn get(&self, key: &Key) -> Result<f64, String> {
+        let found = match key {
+            Key::Number(number) => self.numbered.get(number),
+            Key::Name(name) => self.named.get(name),
+        };
+        found
+            .copied()
+            .ok_or_else(|| format!("{} is read, and the program has not set it", shown(key)))
+    }
+
+    /// The locals of a call, #1 to #33: given, with those of the caller in return.
+    pub(super) fn enter(&mut self, locals: HashMap<i64, f64>) -> HashMap<i64, f64> {
+        let kept: HashMap<i64, f64> =
+            (1..=33).filter_map(|n| Some((n, self.numbered.remove(&n)?))).collect();
+        self.numbered.extend(locals);
+        kept
+    }
+
+    /// Back in the caller.
+    pub(super) fn leave(&mut self, kept: HashMap<i64, f64>) {
+        (1..=33).for_each(|n| {
+            self.numbered.remove(&n);
+        });
+        self.numbered.extend(kept);
+    }
+}
+
+fn shown(key: &Key) -> String {
+    match key {
+        Key::Number(number) => format!("#{number}"),
+        Key::Name(name) => format!("#<{name}>"),
+    }
+}
+
+/// Reads numbers and expressions from a line.
+pub(super) struct Reader<'t> {
+    pub(super) bytes: &'t [u8],
+    pub(super) at: usize,
+    pub(super) parameters: &'t Parameters,
+    depth: usize,
+}
+
+impl<'t> Reader<'t> {
+    pub(super) fn new(bytes: &'t [u8], at: usize, parameters: &'t Parameters) -> Self {
+        Self { bytes, at, parameters, depth: 0 }
+    }
+
+    pub(super) fn skip_blanks(&mut self) {
+        while self.bytes.get(self.at).is_some_and(|byte| byte.is_ascii_whitespace()) {
+            self.at += 1;
+        }
+    }
+
+    pub(super) fn peek(&mut self) -> Option<u8> {
+        self.skip_blanks();
+        self.bytes.get(self.at).map(u8::to_ascii_uppercase)
+    }
+
+    pub(super) fn take(&mut self, byte: u8) -> bool {
+        let found = self.peek() == Some(byte);
+        self.at += usize::from(found);
+        found
+    }
+
+    fn expect(&mut self, byte: u8) -> Result<(), String> {
+        if self.take(byte) {
+            Ok(())
+        } else {
+            Err(format!("expected '{}' in an expression", char::from(byte)))
+        }
+    }
+
+    /// The letters at this place, in upper case.
+    pub(super) fn letters(&mut self) -> String {
+        self.skip_blanks();
+        let rest = self.bytes.get(self.at..).unwrap_or_default();
+        let word = rest.iter().take_while(|byte| byte.is_ascii_alphabetic());
+        let word: String = word.map(|byte| char::from(byte.to_ascii_uppercase())).collect();
+        self.at += word.len();
+        word
+    }
+
+    /// `#1`, `#<name>`, `#[1 + 1]`, `##1`: the parameter that is meant, behind its `#`.
+    pub(super) fn key(&mut self) -> Result<Key, String> {
+        if self.take(b'<') {
+            let rest = self.bytes.get(self.at..).unwrap_or_default();
+            let end = rest.iter().position(|&byte| byte == b'>');
+            let end = end.ok_or("a parameter's name is not closed")?;
+            let name = rest.get(..end).unwrap_or_default();
+            let name = name.iter().filter(|byte| !byte.is_ascii_whitespace());
+            let name = name.map(|byte| char::from(byte.to_ascii_lowercase())).collect();
+            self.at += end + 1;
+            return Ok(Key::Name(name));
+        }
+        let number = self.deeper(Self::primary)?;
+        if number.fract() != 0.0 || number.abs() > 1e9 {
+            return Err(format!("#{number} is no parameter"));
+        }
+        Ok(Key::Number(number as i64))
+    }
+
+    fn deeper<T>(
+        &mut self,
+        inner: impl FnOnce(&mut Self) -> Result<T, String>,
+    ) -> Result<T, String> {
+        if self.depth >= MAX_DEPTH {
+            return Err("the expression is nested too deep".to_owned());
+        }
+        self.depth += 1;
+        let found = inner(self);
+        self.depth -= 1;
+        found
+    }
+
+    /// A number, a parameter, a function or an expression in brackets, with its sign.
+    pub(super) fn primary(&mut self) -> Result<f64, String> {
+        match self.peek() {
+            Some(b'-') => {
+                self.at += 1;
+                self.deeper(Self::primary).map(|value| -value)
+            }
+            Some(b'+') => {
+                self.at += 1;
+                self.deeper(Self::primary)
+            }
+            Some(b'#') => {
+                self.at += 1;
+                let key = self.deeper(Self::key)?;
+                self.parameters.get(&key)
+            }
+            Some(open @ (b'[' | b'(')) => {
+                self.at += 1;
+                let value = self.deeper(|reader| reader.binary(0))?;
+                self.expect(if open == b'[' { b']' } else { b')' })?;
+                Ok(value)
+            }
+            Some(byte) if byte.is_ascii_digit() || byte == b'.' => self.number(),
+            Some(byte) if byte.is_ascii_alphabetic() => self.function(),
+            _ => Err("expected a number in an expression".to_owned()),
+        }
+    }
+
+    /// Digits and a point, no exponent.
+    fn number(&mut self) -> Result<f64, String> {
+        let start = self.at;
+        while self.bytes.get(self.at).is_some_and(|&b| b.is_ascii_digit() || b == b'.') {
+            self.at += 1;
+        }
+        let digits = self.bytes.get(start..self.at).unwrap_or_default();
+        let parsed = std::str::from_utf8(digits).ok().and_then(|text| text.parse().ok());
+        parsed.ok_or_else(|| "expected a number in an expression".to_owned())
+    }
+
+    fn function(&mut self) -> Result<f64, String> {
+        let name = self.letters();
+        if name == "R" && self.bytes.get(self.at).is_some_and(u8::is_ascii_digit) {
+            let number = self.number()?;
+            return self.parameters.get(&Key::Name(format!("r{number}")));
+        }
+        let of_degrees: fn(f64) -> f64 = match name.as_str() {
+            "ABS" => f64::abs,
+            "SQRT" => f64::sqrt,
+            "EXP" => f64::exp,
+            "LN" => f64::ln,
+            "FIX" => f64::floor,
+            "FUP" => f64::ceil,
+            "ROUND" => f64::round,
+            "SIN" => |x| x.to_radians().sin(),
+            "COS" => |x| x.to_radians().cos(),
+            "TAN" => |x| x.to_radians().tan(),
+            "ASIN" => |x| x.asin().to_degrees(),
+            "ACOS" => |x| x.acos().to_degrees(),
+            "ATAN" => return self.arc_tangent(),
+            _ => return Err(format!("'{name}' is not understood in an expression")),
+        };
+        let value = of_degrees(self.deeper(Self::primary)?);
+        if value.is_finite() { Ok(value) } else { Err(format!("{name} has no finite result")) }
+    }
+
+    /// `ATAN[y]/[x]`.
+    fn arc_tangent(&mut self) -> Result<f64, String> {
+        let y = self.deeper(Self::primary)?;
+        if !self.take(b'/') {
+            return Ok(y.atan().to_degrees());
+        }
+        let x = self.deeper(Self::primary)?;
+        Ok(y.atan2(x).to_degrees())
+    }
+
+    pub(super) fn expression(&mut self) -> Result<f64, String> {
+        self.deeper(|reader| reader.binary(0))
+    }
+
+    fn binary(&mut self, weakest: u8) -> Result<f64, String> {
+        let mut left = self.primary()?;
+        loop {
+            let before = self.at;
+            let Some((name, strength)) = self.operator().filter(|(_, s)| *s >= weakest) else {
+                self.at = before;
+                return Ok(left);
+            };
+            let right = self.deeper(|reader| reader.binary(strength + 1))?;
+            left = apply(name, left, right)?;
+        }
+    }
+
+    fn operator(&mut self) -> Option<(&'static str, u8)> {
+        let found = match self.peek()? {
+            b'*' if self.bytes.get(self.at + 1) == Some(&b'*') => ("**", 4),
+            b'*' => ("*", 3),
+            b'/' => ("/", 3),
+            b'+' => ("+", 2),
+            b'-' => ("-", 2),
+            byte if byte.is_ascii_alphabetic() => {
+                let name = self.letters();
+                const NAMED: [(&str, u8); 10] = [
+                    ("MOD", 3),
+                    ("EQ", 1),
+                    ("NE", 1),
+                    ("GT", 1),
+                    ("GE", 1),
+                    ("LT", 1),
+                    ("LE", 1),
+                    ("AND", 0),
+                    ("OR", 0),
+                    ("XOR", 0),
+                ];
+                return NAMED.into_iter().find(|(known, _)| *known == name);
+            }
+            _ => return None,
+        };
+        self.at += found.0.len();
+        Some(found)
+    }
+}
+
+/// Two numbers nearer than this are equal, as LinuxCNC has it.
+const EQUAL: f64 = 1e-6;
+
+fn apply(operator: &str, left: f64, right: f64) -> Result<f64, String> {
+    let truth = |is_true: bool| if is_true { 1.0 } else { 0.0 };
+    let value = match operator {
+        "**" => left.powf(right),
+        "*" => left * right,
+        "/" | "MOD" if right == 0.0 => return Err("division by zero".to_owned()),
+        "/" => left / right,
+        // The remainder has the sign of the divisor.
+        "MOD" => left - right * (left / right).floor(),
+        "+" => left + right,
+        "-" => left - right,
+        "EQ" => truth((left - right).abs() < EQUAL),
+        "NE" => truth((left - right).abs() >= EQUAL),
+        "GT" => truth(left > right),
+        "GE" => truth(left >= right),
+        "LT" => truth(left < right),
+        "LE" => truth(left <= right),
+        "AND" => truth(left != 0.0 && right != 0.0),
+        "OR" => truth(left != 0.0 || right != 0.0),
+        _ => truth((left != 0.0) != (right != 0.0)),
+    };
+    if value.is_finite() { Ok(value) } else { Err("an expression has no finite result".to_owned()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn expressions_have_the_precedence_of_rs_274() {
+        let mut parameters = Parameters::default();
+        parameters.set(Key::Number(1), 4.0).unwrap();
+        parameters.set(Key::Name("depth".to_owned()), -2.5).unwrap();
+        parameters.set(Key::Number(4), 7.0).unwrap();
+        for (text, expected) in [
+            ("[2 + 3 * 2 ** 3]", 26.0),
+            ("[[2+3]*2]", 10.0),
+            ("-#1", -4.0),
+            ("##1", 7.0),
+            ("#[2 + 2]", 7.0),
+            ("[#<Depth> * -2]", 5.0),
+            ("[-5 MOD 3]", 1.0),
+            ("ATAN[1]/[-1]", 135.0),
+            ("SIN[30]", 0.5),
+            ("[#1 GT 3 AND 1 LE 0]", 0.0),
+            ("[10 - 4 - 3]", 3.0),
+            ("FIX[-2.5]", -3.0),
+        ] {
+            let found = Reader::new(text.as_bytes(), 0, &parameters).primary().unwrap();
+            assert!((found - expected).abs() < 1e-12, "{text}: {found}");
+        }
+        for (text, said) in [
+            ("#2", "#2 is read"),
+            ("[1/0]", "division by zero"),
+            ("[1", "expected ']'"),
+            ("FOO[1]", "'FOO'"),
+            ("SQRT[-1]", "no finite"),
+        ] {
+            let why = Reader::new(text.as_bytes(), 0, &parameters).primary().unwrap_err();
+            assert!(why.contains(said), "{text}: {why}");
+        }
+        let deep = "[".repeat(1000);
+        assert!(Reader::new(deep.as_bytes(), 0, &parameters).primary().is_err());
+    }
+}

@@ -1,0 +1,440 @@
+//! Which line of G-code comes next: subprograms, loops, conditions and jumps of LinuxCNC (O-words)
+//! and Fanuc (M98, WHILE, IF, GOTO).
+
+use std::collections::HashMap;
+
+use super::expression::{Parameters, Reader};
+use crate::notes::Code;
+use crate::program::log::Log;
+
+/// Lines that loops may run beyond one pass through the file.
+const LINES_IN_LOOPS: usize = 1_000_000;
+
+/// Calls in one another.
+const MAX_CALLS: usize = 10;
+
+/// What is open at a place of the program.
+struct Call {
+    /// Line to go on with.
+    back: usize,
+    /// Line of the subprogram's head, and how often it runs yet.
+    head: usize,
+    repeats: u32,
+    /// The caller's locals, where the call has its own.
+    kept: Option<HashMap<i64, f64>>,
+}
+
+/// A statement with an O-word.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct OWord {
+    line: usize,
+    label: String,
+    keyword: String,
+}
+
+pub(super) struct Flow<'t> {
+    lines: &'t [(usize, &'t str)],
+    pub(super) parameters: Parameters,
+    next: usize,
+    budget: usize,
+    ended: bool,
+    calls: Vec<Call>,
+    /// Passes left of repeats, by their line.
+    repeats: HashMap<usize, u64>,
+    o_words: Vec<OWord>,
+    /// Fanuc's programs, by number, and its WHILE loops, by line of WHILE and of END.
+    programs: HashMap<i64, usize>,
+    loops: Vec<(usize, usize)>,
+}
+
+impl<'t> Flow<'t> {
+    pub(super) fn new(lines: &'t [(usize, &'t str)]) -> Self {
+        let mut flow = Self {
+            lines,
+            parameters: Parameters::default(),
+            next: 0,
+            budget: lines.len().saturating_mul(2).saturating_add(LINES_IN_LOOPS),
+            ended: false,
+            calls: Vec::new(),
+            repeats: HashMap::new(),
+            o_words: Vec::new(),
+            programs: HashMap::new(),
+            loops: Vec::new(),
+        };
+        flow.index();
+        flow
+    }
+
+    fn index(&mut self) {
+        let mut open: Vec<(i64, usize)> = Vec::new();
+        for (line, (_, content)) in self.lines.iter().enumerate() {
+            let content = stripped(content);
+            match content.as_bytes().first() {
+                Some(b'O' | b'o') => {
+                    if let Some((label, keyword, _)) = o_word(content) {
+                        self.o_words.push(OWord { line, label, keyword });
+                    } else if let Some(number) = leading_number(content.get(1..).unwrap_or("")) {
+                        self.programs.entry(number).or_insert(line);
+                    }
+                }
+                Some(b':') => {
+                    if let Some(number) = leading_number(content.get(1..).unwrap_or("")) {
+                        self.programs.entry(number).or_insert(line);
+                    }
+                }
+                Some(b'W' | b'w') if keyword(content) == "WHILE" => {
+                    let upper = content.to_ascii_uppercase();
+                    let number = upper.rfind("DO").and_then(|at| leading_number(&upper[at + 2..]));
+                    open.extend(number.map(|number| (number, line)));
+                }
+                Some(b'E' | b'e') if keyword(content) == "END" => {
+                    let number = leading_number(content.get(3..).unwrap_or(""));
+                    let from = open.iter().rposition(|(open, _)| Some(*open) == number);
+                    if let Some(from) = from {
+                        self.loops.push((open.remove(from).1, line));
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// The line to run, or `None` at the end of the program or the file.
+    pub(super) fn next_line(&mut self, log: &mut Log) -> Option<usize> {
+        if self.ended || self.next >= self.lines.len() {
+            return None;
+        }
+        if self.budget == 0 {
+            let what = "the program runs too long here: a loop without an end?";
+            log.error(Code::TooLong, self.next + 1, what);
+            self.ended = true;
+            return None;
+        }
+        self.budget -= 1;
+        self.next += 1;
+        Some(self.next - 1)
+    }
+
+    /// M2, M30, the closing mark.
+    pub(super) fn end(&mut self) {
+        self.ended = true;
+    }
+
+    pub(super) fn has_ended(&self) -> bool {
+        self.ended
+    }
+
+    /// M99, M17, RET: back to the caller; the main program ends.
+    pub(super) fn back(&mut self) {
+        let Some(call) = self.calls.last_mut() else {
+            self.ended = true;
+            return;
+        };
+        if call.repeats > 1 {
+            call.repeats -= 1;
+            self.next = call.head + 1;
+        } else if let Some(call) = self.calls.pop() {
+            if let Some(kept) = call.kept {
+                self.parameters.leave(kept);
+            }
+            self.next = call.back;
+        }
+    }
+
+    /// M98 and G65: program `number`, so often.
+    pub(super) fn call(
+        &mut self,
+        number: f64,
+        repeats: f64,
+        locals: Option<HashMap<i64, f64>>,
+    ) -> Result<(), String> {
+        if !(0.0..=9999.0).contains(&repeats) || repeats.fract() != 0.0 {
+            return Err(format!("a subprogram runs {repeats} times: expected a whole number"));
+        }
+        let head = self.programs.get(&(number as i64)).copied();
+        let head = head.ok_or_else(|| format!("O{number} is not in this file"))?;
+        // Whole and in 0..=9999, checked above.
+        self.enter(head, repeats as u32, locals)
+    }
+
+    fn enter(
+        &mut self,
+        head: usize,
+        repeats: u32,
+        locals: Option<HashMap<i64, f64>>,
+    ) -> Result<(), String> {
+        if self.calls.len() >= MAX_CALLS {
+            return Err("calls are nested too deep".to_owned());
+        }
+        if repeats == 0 {
+            return Ok(());
+        }
+        let kept = locals.map(|locals| self.parameters.enter(locals));
+        self.calls.push(Call { back: self.next, head, repeats, kept });
+        self.next = head + 1;
+        Ok(())
+    }
+
+    /// Whether the line directs the flow; then it is done.
+    pub(super) fn control(&mut self, content: &str, line: usize) -> Result<bool, String> {
+        let content = stripped(content);
+        match content.as_bytes().first() {
+            Some(b'O' | b'o') => match o_word(content) {
+                Some((label, keyword, rest)) => {
+                    self.o_statement(line, &label, &keyword, content, rest)?;
+                    Ok(true)
+                }
+                None => Ok(false),
+            },
+            Some(b'I' | b'i' | b'W' | b'w' | b'E' | b'e' | b'G' | b'g' | b'T' | b't') => {
+                self.fanuc(content, line)
+            }
+            _ => Ok(false),
+        }
+    }
+
+    fn fanuc(&mut self, content: &str, line: usize) -> Result<bool, String> {
+        let keyword = keyword(content);
+        match keyword {
+            "IF" => {
+                let (truth, rest) = self.condition(content, 2)?;
+                let rest = content.get(rest..).unwrap_or("").trim_start();
+                match self::keyword(rest) {
+                    "GOTO" if truth => self.jump(rest).map(|()| true),
+                    "THEN" if truth => {
+                        let rest = rest.get(4..).unwrap_or("").trim_start();
+                        self.assign(rest).map(|()| true)
+                    }
+                    "GOTO" | "THEN" => Ok(true),
+                    _ => Err("'IF' is understood with [ ], GOTO and THEN alone".to_owned()),
+                }
+            }
+            "GOTO" => self.jump(content).map(|()| true),
+            "WHILE" => {
+                let (truth, _) = self.condition(content, 5)?;
+                let end = self.loops.iter().find(|(from, _)| *from == line);
+                let (_, end) = end.ok_or("WHILE without DO and END of its number")?;
+                if !truth {
+                    self.next = end + 1;
+                }
+                Ok(true)
+            }
+            "END" => {
+                let from = self.loops.iter().find(|(_, end)| *end == line);
+                let (from, _) = from.ok_or("END without WHILE of its number")?;
+                self.next = *from;
+                Ok(true)
+            }
+            "THEN" | "ELSE" | "ENDIF" | "GOTOF" | "GOTOB" | "ENDWHILE" => Err(format!(
+                "'{keyword}': conditions, jumps and loops of this kind are not supported"
+            )),
+            _ => Ok(false),
+        }
+    }
+
+    /// `#1 = 5`, behind THEN.
+    fn assign(&mut self, text: &str) -> Result<(), String> {
+        let mut block = super::block::Block::default();
+        super::block::parse(text, &mut block, &self.parameters)?;
+        if !block.words.is_empty() || block.sets.is_empty() {
+            return Err("behind THEN stands one assignment to a parameter".to_owned());
+        }
+        block.sets.into_iter().try_for_each(|(key, value)| self.parameters.set(key, value))
+    }
+
+    /// The truth of `[…]` at a place, and where it ends.
+    fn condition(&self, content: &str, at: usize) -> Result<(bool, usize), String> {
+        let mut reader = Reader::new(content.as_bytes(), at, &self.parameters);
+        if reader.peek() != Some(b'[') {
+            return Err(format!("'{}': a condition must stand in [ ]", keyword(content)));
+        }
+        let value = reader.primary()?;
+        Ok((value != 0.0, reader.at))
+    }
+
+    /// `GOTO n`: to the line with N n.
+    fn jump(&mut self, content: &str) -> Result<(), String> {
+        let mut reader = Reader::new(content.as_bytes(), 4, &self.parameters);
+        let number = reader.expression()?;
+        let is_target = |(_, line): &(usize, &str)| {
+            let line = line.trim_start();
+            line.starts_with(['N', 'n'])
+                && leading_number(line.get(1..).unwrap_or("")) == Some(number as i64)
+        };
+        let target = self.lines.iter().position(is_target);
+        self.next = target.ok_or_else(|| format!("GOTO {number}: there is no N{number}"))?;
+        Ok(())
+    }
+
+    fn o_statement(
+        &mut self,
+        line: usize,
+        label: &str,
+        keyword: &str,
+        content: &str,
+        rest: usize,
+    ) -> Result<(), String> {
+        match keyword {
+            // A subroutine is run where it is called.
+            "SUB" => self.go_behind(label, line, &["ENDSUB"]),
+            "ENDSUB" => {
+                self.back();
+                Ok(())
+            }
+            "RETURN" => {
+                self.back();
+                Ok(())
+            }
+            "CALL" => {
+                let head = self.o_words.iter().find(|o| o.label == label && o.keyword == "SUB");
+                let head = head.ok_or_else(|| format!("O<{label}> is not in this file"))?.line;
+                let mut locals = HashMap::new();
+                let mut reader = Reader::new(content.as_bytes(), rest, &self.parameters);
+                while reader.peek() == Some(b'[') {
+                    let next = locals.len() as i64 + 1;
+                    locals.insert(next, reader.primary()?);
+                }
+                self.enter(head, 1, Some(locals))
+            }
+            "IF" | "ELSEIF" if keyword == "IF" || self.arrived(label, line) => {
+                let (truth, _) = self.condition(content, rest)?;
+                if truth {
+                    return Ok(());
+                }
+                let next = ["ELSEIF", "ELSE", "ENDIF"];
+                let at = self.find(label, line, &next)?;
+                let of = self.o_words.iter().find(|o| o.line == at);
+                let is_elseif = of.is_some_and(|o| o.keyword == "ELSEIF");
+                self.next = if is_elseif { at } else { at + 1 };
+                if is_elseif {
+                    self.repeats.insert(at, 0);
+                }
+                Ok(())
+            }
+            // Reached from the branch before, which has run.
+            "ELSEIF" | "ELSE" => self.go_behind(label, line, &["ENDIF"]),
+            "WHILE" => {
+                // The WHILE of a DO stands at its end.
+                let head = self.o_words.iter().rfind(|o| {
+                    o.line < line
+                        && o.label == label
+                        && matches!(o.keyword.as_str(), "DO" | "ENDWHILE")
+                });
+                let of_do = head.filter(|o| o.keyword == "DO").map(|o| o.line);
+                let (truth, _) = self.condition(content, rest)?;
+                match (of_do, truth) {
+                    (Some(head), true) => self.next = head + 1,
+                    (Some(_), false) | (None, true) => {}
+                    (None, false) => return self.go_behind(label, line, &["ENDWHILE"]),
+                }
+                Ok(())
+            }
+            "ENDWHILE" | "ENDREPEAT" | "CONTINUE" => {
+                let head = self.o_words.iter().rfind(|o| {
+                    o.line < line
+                        && o.label == label
+                        && matches!(o.keyword.as_str(), "WHILE" | "REPEAT")
+                });
+                self.next = head.ok_or("a loop ends that has no beginning")?.line;
+                Ok(())
+            }
+            "REPEAT" => {
+                let left = match self.repeats.remove(&line) {
+                    Some(left) => left,
+                    None => {
+                        let mut reader = Reader::new(content.as_bytes(), rest, &self.parameters);
+                        let count = reader.primary()?.max(0.0);
+                        count as u64
+                    }
+                };
+                match left.checked_sub(1) {
+                    Some(left) => {
+                        self.repeats.insert(line, left);
+                        Ok(())
+                    }
+                    None => self.go_behind(label, line, &["ENDREPEAT"]),
+                }
+            }
+            "BREAK" => {
+                let ends = ["ENDWHILE", "ENDREPEAT", "WHILE"];
+                let end = self.find(label, line, &ends)?;
+                self.repeats.retain(|&at, _| !(at < line && line < end));
+                self.next = end + 1;
+                Ok(())
+            }
+            "DO" | "ENDIF" => Ok(()),
+            other => Err(format!("O-word '{other}' is not understood")),
+        }
+    }
+
+    /// Whether an ELSEIF was come to because the condition before was false.
+    fn arrived(&mut self, _label: &str, line: usize) -> bool {
+        self.repeats.remove(&line).is_some()
+    }
+
+    fn find(&self, label: &str, line: usize, keywords: &[&str]) -> Result<usize, String> {
+        let behind = self
+            .o_words
+            .iter()
+            .find(|o| o.line > line && o.label == label && keywords.contains(&o.keyword.as_str()));
+        behind
+            .map(|o| o.line)
+            .ok_or_else(|| format!("expected {} of O<{label}> behind", keywords.join(" or ")))
+    }
+
+    fn go_behind(&mut self, label: &str, line: usize, keywords: &[&str]) -> Result<(), String> {
+        self.next = self.find(label, line, keywords)? + 1;
+        Ok(())
+    }
+}
+
+/// A line without the blanks, the `/` and the N word that it begins with.
+fn stripped(line: &str) -> &str {
+    let line = line.trim_start();
+    let line = line.strip_prefix('/').unwrap_or(line).trim_start();
+    match line.strip_prefix(['N', 'n']) {
+        Some(rest) if rest.trim_start().starts_with(|c: char| c.is_ascii_digit()) => rest
+            .trim_start()
+            .trim_start_matches(|c: char| c.is_ascii_digit() || c == '.')
+            .trim_start(),
+        _ => line,
+    }
+}
+
+/// The keyword that a line begins with; empty where there is none.
+fn keyword(line: &str) -> &'static str {
+    const KEYWORDS: [&str; 11] =
+        ["IF", "THEN", "ELSE", "ENDIF", "WHILE", "ENDWHILE", "END", "GOTO", "GOTOF", "GOTOB", "DO"];
+    let length = line.bytes().take_while(u8::is_ascii_alphabetic).count();
+    let word = line.get(..length).unwrap_or("");
+    KEYWORDS.into_iter().find(|known| known.eq_ignore_ascii_case(word)).unwrap_or("")
+}
+
+fn leading_number(text: &str) -> Option<i64> {
+    let text = text.trim_start();
+    let length = text.bytes().take_while(u8::is_ascii_digit).count();
+    text.get(..length)?.parse().ok()
+}
+
+/// `o100 sub`, `o<name> call [1]`: label, keyword in upper case, and where the rest begins.
+fn o_word(line: &str) -> Option<(String, String, usize)> {
+    let behind = line.get(1..)?;
+    let (label, length) = match behind.trim_start().strip_prefix('<') {
+        Some(rest) => {
+            let end = rest.find('>')?;
+            let label: String = rest.get(..end)?.split_whitespace().collect();
+            (label.to_lowercase(), behind.find('>')? + 1)
+        }
+        None => {
+            let blank = behind.len() - behind.trim_start().len();
+            let digits = behind.trim_start().bytes().take_while(u8::is_ascii_digit).count();
+            let label = behind.get(blank..blank + digits).filter(|label| !label.is_empty())?;
+            (label.trim_start_matches('0').to_owned(), blank + digits)
+        }
+    };
+    let rest = line.get(1 + length..)?;
+    let blank = rest.len() - rest.trim_start().len();
+    let letters = rest.trim_start().bytes().take_while(u8::is_ascii_alphabetic).count();
+    let keyword = rest.get(blank..blank + letters).filter(|word| !word.is_empty())?;
+    Some((label, keyword.to_ascii_uppercase(), 1 + length + blank + letters))
+}

@@ -1,0 +1,134 @@
+//! Shifted zeros of G-code: G52, G92, and work offsets that the program itself sets (G10).
+
+use std::collections::HashMap;
+
+use nalgebra::Vector3;
+
+/// G54, in tenths: what holds where the program chooses no offset.
+const FIRST: i64 = 540;
+
+/// Where the program's zero is in the job's work object, which stands for the work offset under
+/// which the path starts. mm.
+#[derive(Debug, Clone)]
+pub(super) struct Shift {
+    local: Vector3<f64>,
+    /// G92, with what G92.2 sets aside.
+    axes: Vector3<f64>,
+    aside: Vector3<f64>,
+    /// Offsets of the machine as G10 L2 sets them, by code.
+    origins: HashMap<i64, Vector3<f64>>,
+    active: i64,
+    chosen: Option<i64>,
+    /// The offset that is the job's work object.
+    base: Option<i64>,
+    /// Its origin when the path started.
+    base_origin: Option<Vector3<f64>>,
+    /// G10 L20: what the zero of the active offset has moved by.
+    moved: Vector3<f64>,
+}
+
+impl Default for Shift {
+    fn default() -> Self {
+        Self {
+            local: Vector3::zeros(),
+            axes: Vector3::zeros(),
+            aside: Vector3::zeros(),
+            origins: HashMap::new(),
+            active: FIRST,
+            chosen: None,
+            base: None,
+            base_origin: None,
+            moved: Vector3::zeros(),
+        }
+    }
+}
+
+impl Shift {
+    pub(super) fn total(&self) -> Vector3<f64> {
+        let origin = self.origins.get(&self.active);
+        let offset = match (origin, self.base_origin) {
+            (Some(origin), Some(base)) => origin - base,
+            _ => Vector3::zeros(),
+        };
+        self.local + self.axes + self.moved + offset
+    }
+
+    /// The path has started: what holds now is the job's work object.
+    pub(super) fn start(&mut self) {
+        if self.base.is_none() {
+            self.base = Some(self.active);
+            self.base_origin = self.origins.get(&self.active).copied();
+        }
+    }
+
+    /// Chooses a work offset; an error where the way from one to the other is not known.
+    pub(super) fn choose(&mut self, code: i64, has_moved: bool) -> Result<(), ()> {
+        let before = self.chosen.replace(code);
+        self.active = code;
+        let is_known = self.origins.contains_key(&code) && self.base_origin.is_some();
+        let same = before.is_none_or(|before| before == code) || self.base == Some(code);
+        if same || is_known || (!has_moved && before.is_none()) { Ok(()) } else { Err(()) }
+    }
+
+    /// G10 L2: the origin of an offset, axes as given.
+    pub(super) fn set_origin(
+        &mut self,
+        offset: Option<i64>,
+        axes: [Option<f64>; 3],
+        relative: bool,
+    ) -> Result<(), String> {
+        let code = offset.unwrap_or(self.active);
+        let before = self.origins.get(&code).copied();
+        if self.base.is_some() && code == self.active && before.is_none() {
+            return Err("moves the work offset that the job's work_object stands for".to_owned());
+        }
+        let mut origin = before.unwrap_or_default();
+        for (axis, value) in axes.into_iter().enumerate() {
+            if let Some(value) = value {
+                origin[axis] = if relative { origin[axis] + value } else { value };
+            }
+        }
+        self.origins.insert(code, origin);
+        Ok(())
+    }
+
+    /// G92 or G10 L20: where the tool is has these coordinates from here on; what is not known of
+    /// it is so from here on.
+    pub(super) fn set_here(
+        &mut self,
+        at: &mut [Option<f64>; 3],
+        axes: [Option<f64>; 3],
+        is_of_offset: bool,
+    ) {
+        for (axis, value) in axes.into_iter().enumerate() {
+            let Some(value) = value else { continue };
+            let total = self.total()[axis];
+            match &mut at[axis] {
+                Some(at) => {
+                    let moved = if is_of_offset { &mut self.moved } else { &mut self.axes };
+                    moved[axis] += *at - total - value;
+                }
+                at => *at = Some(value + total),
+            }
+        }
+    }
+
+    pub(super) fn set_local(&mut self, axes: [Option<f64>; 3]) {
+        for (axis, value) in axes.into_iter().enumerate() {
+            if let Some(value) = value {
+                self.local[axis] = value;
+            }
+        }
+    }
+
+    /// G92.1 and G92.2.
+    pub(super) fn reset(&mut self, keep: bool) {
+        self.aside = if keep { self.axes } else { Vector3::zeros() };
+        self.axes = Vector3::zeros();
+    }
+
+    /// G92.3.
+    pub(super) fn restore(&mut self) {
+        self.axes = self.aside;
+    }
+}

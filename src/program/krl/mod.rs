@@ -1,0 +1,61 @@
+//! KUKA KRL (.src with .dat) → motions: lines, tokens, syntax tree, and an interpreter that runs the
+//! program as the controller would, as far as that is known before the run.
+//!
+//! Read: data lists, positions with components left out, PTP, LIN, CIRC and their relatives, SPLINE
+//! with its segments, inline forms with BAS, frames of $CONFIG.DAT where the job names the file,
+//! expressions, IF, FOR, WHILE, REPEAT, SWITCH, WAIT SEC. S and T of a position are left out: the arm
+//! configuration follows from the start of the path. The world frame is taken to be the base frame.
+
+mod eval;
+mod lexer;
+mod moves;
+mod parser;
+mod run;
+mod syntax;
+mod value;
+
+use super::Settings;
+use super::cell::Comments;
+use super::log::Log;
+use crate::notes::Code;
+use run::Run;
+use syntax::{File, Routine};
+
+/// Reads a KRL file, with the others that the job names, into the log.
+pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
+    let mut file = File::default();
+    parser::parse(text, &mut file, true);
+    if let Some(line) = file.is_cut {
+        let what = "the routine that begins here has no END: is the file whole?";
+        log.error(Code::Syntax, line, what);
+        return;
+    }
+    let own = std::mem::take(&mut file.data);
+    for companion in &settings.companions {
+        parser::parse(&companion.text, &mut file, false);
+        if file.is_cut.take().is_some() {
+            let what = format!("{} ends within a routine: is the file whole?", companion.name);
+            log.error(Code::Syntax, 1, what);
+            return;
+        }
+    }
+    file.data.extend(own);
+    match entry(&file, settings) {
+        Ok(routine) => {
+            let comments = Comments::of(text, ';', settings);
+            Run::new(&file, settings, comments, log).run(routine);
+        }
+        Err(what) => log.error(Code::Reference, 1, what),
+    }
+}
+
+/// The routine to start with: the one of the job, else the file's first.
+fn entry<'a>(file: &'a File, settings: &Settings) -> Result<&'a Routine, String> {
+    let named = settings.procedure.as_ref().map(|name| name.to_lowercase());
+    let key = named.or_else(|| file.order.first().cloned());
+    let found = key.and_then(|key| file.routines.get(&key));
+    found.ok_or_else(|| match &settings.procedure {
+        Some(name) => format!("no routine '{name}' in this file"),
+        None => "no DEF in this file".to_owned(),
+    })
+}

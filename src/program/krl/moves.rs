@@ -1,0 +1,495 @@
+//! The motion instructions of KRL, and what sets their speed, tool and base.
+
+use std::sync::Arc;
+
+use nalgebra::{Isometry3, Matrix3};
+
+use super::run::Run;
+use super::syntax::{Block, Expr, Motion, Path, Way, What};
+use super::value::{FRAME, Parts, Value, frame, numbers, part, pose};
+use crate::motion::{Circle, Load, Target};
+use crate::notes::Code;
+use crate::program::Pace;
+use crate::program::cell::{base_frame, tool_frame};
+use crate::program::log::States;
+use crate::units::{rad_from_deg, ratio_from_percent};
+
+const AXES: [&str; 6] = ["a1", "a2", "a3", "a4", "a5", "a6"];
+const EXTERNAL: [&str; 6] = ["e1", "e2", "e3", "e4", "e5", "e6"];
+
+/// Procedures and statements without motion and without effect on later motion.
+pub(super) fn is_harmless(name: &str) -> bool {
+    const HARMLESS: [&str; 44] = [
+        "wait for",
+        "continue",
+        "interrupt",
+        "global",
+        "ext",
+        "extfct",
+        "signal",
+        "enum",
+        "struc",
+        "import",
+        "trigger",
+        "pulse",
+        "anout",
+        "anin",
+        "digin",
+        "confirm",
+        "channel",
+        "copen",
+        "cclose",
+        "cread",
+        "cwrite",
+        "sread",
+        "swrite",
+        "cast_to",
+        "cast_from",
+        "user",
+        "bas_ini",
+        "user_ini",
+        "initmov",
+        "msgnotify",
+        "msgquit",
+        "msgstate",
+        "msgdialog",
+        "set_krlmsg",
+        "set_krldlg",
+        "varstate",
+        "strcopy",
+        "strclear",
+        "stradd",
+        "clear_krlmsg",
+        "public",
+        "p00",
+        "ir_stopm",
+        "delay",
+    ];
+    HARMLESS.contains(&name)
+}
+
+pub(super) fn sounds_like_motion(name: &str) -> bool {
+    const PARTS: [&str; 8] = ["move", "ptp", "lin_", "circ", "home", "goto", "search", "approach"];
+    PARTS.iter().any(|part| name.contains(part))
+}
+
+/// System variables that neither move nor set frames or speeds.
+pub(super) fn is_without_effect(name: &str) -> bool {
+    const STARTS: [&str; 22] = [
+        "$out",
+        "$anout",
+        "$timer",
+        "$cyc",
+        "$flag",
+        "$advance",
+        "$apo",
+        "$acc",
+        "$ori_type",
+        "$circ_type",
+        "$h_pos",
+        "$bwdstart",
+        "$pal_mode",
+        "$jerk",
+        "$gear_jerk",
+        "$cp_ve",
+        "$stop",
+        "$sen_",
+        "$loop_",
+        "$spl_",
+        "$pro_",
+        "$msg",
+    ];
+    STARTS.iter().any(|start| name.starts_with(start))
+}
+
+impl<'a> Run<'a> {
+    pub(super) fn assign(&mut self, line: usize, path: &'a Path, expr: &'a Expr) {
+        let value = self.eval(expr);
+        let key = self.key(path).unwrap_or_default();
+        if self.sets_signal(line, &key, &value) {
+            return;
+        }
+        match self.set_motion(line, path, &value) {
+            Ok(true) => {}
+            Ok(false) => {
+                if let Err(why) = self.write(path, value) {
+                    self.log.warning(Code::LeftOut, line, format!("assignment left out: {why}"));
+                }
+            }
+            Err(why) => {
+                let shown = path.name.to_uppercase();
+                self.log.error(Code::Motion, line, format!("{shown}: {why}"));
+            }
+        }
+    }
+
+    /// System variables that motion depends on; whether it is one.
+    fn set_motion(&mut self, line: usize, path: &Path, value: &Value) -> Result<bool, String> {
+        let field = path.fields.first().map(String::as_str);
+        match (path.name.as_str(), field) {
+            ("$vel", Some("cp")) => self.set_velocity(line, value)?,
+            ("$vel", None) => match value {
+                Value::Parts(parts) => {
+                    if let Some(value) = parts.get("cp") {
+                        self.set_velocity(line, value)?;
+                    }
+                }
+                other => self.set_velocity(line, other)?,
+            },
+            // Speeds of orientation do not count where the point moves.
+            ("$vel", Some(_)) | ("$vel_extax", _) => {}
+            ("$vel_axis", _) => self.set_joint_share(value)?,
+            ("$ov_pro", _) => {
+                let share = ratio_from_percent(value.num()?);
+                if !(share > 0.0 && share <= 1.0) {
+                    return Err(format!("the override is {} %, must be 1 to 100", share * 100.0));
+                }
+                self.over = share;
+            }
+            ("$tool", None) => self.tcp = self.own_tool(line, value)?,
+            ("$base", None) => self.base = self.own_base(line, value)?,
+            ("$tool" | "$base", Some(_)) => {
+                return Err("components of frames are set one by one, which is not read".into());
+            }
+            ("$load", None) => self.set_load(line, value),
+            ("$ipo_mode", _) => match value {
+                Value::Enum(mode) if mode == "base" => {}
+                _ => return Err("a stationary tool (#TCP) is not supported".to_owned()),
+            },
+            ("$robroot" | "$world" | "$corr", _) => {
+                return Err("moves the robot's own frame and is not supported".to_owned());
+            }
+            ("fdat_act", None) | ("pdat_act", _) | ("ldat_act", _) => return Ok(false),
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    fn set_velocity(&mut self, line: usize, value: &Value) -> Result<(), String> {
+        let velocity = value.num()?;
+        if !(velocity > 0.0 && velocity.is_finite()) {
+            return Err(format!("the speed is {velocity} m/s, must be positive"));
+        }
+        let span = match value {
+            Value::Num(_, span) => *span,
+            _ => None,
+        };
+        self.log.states(line, span, States::Feed { value: velocity });
+        self.velocity = Some(velocity);
+        Ok(())
+    }
+
+    fn set_joint_share(&mut self, value: &Value) -> Result<(), String> {
+        let percent = value.num()?;
+        if !(percent > 0.0 && percent <= 100.0) {
+            return Err(format!("the joints' speed is {percent} %, must be 1 to 100"));
+        }
+        self.joint_share = Some(ratio_from_percent(percent));
+        Ok(())
+    }
+
+    fn own_tool(&mut self, line: usize, value: &Value) -> Result<Isometry3<f64>, String> {
+        let own = frame(value.parts()?)?;
+        if own == Isometry3::identity() {
+            return Ok(self.settings.tcp.unwrap_or_default());
+        }
+        if self.settings.tcp.is_some() {
+            let what = "the program declares its tool: the job's tcp is not used there";
+            self.log.warning(Code::FrameFromProgram, line, what);
+        }
+        Ok(own)
+    }
+
+    fn own_base(&mut self, line: usize, value: &Value) -> Result<Isometry3<f64>, String> {
+        let own = frame(value.parts()?)?;
+        if own == Isometry3::identity() {
+            return Ok(self.settings.work_object.unwrap_or_default());
+        }
+        if self.settings.work_object.is_some() {
+            let what = "the program declares its base: the job's work_object is not used there";
+            self.log.warning(Code::FrameFromProgram, line, what);
+        }
+        Ok(own)
+    }
+
+    /// TOOL_DATA[n] of the files, else of the job.
+    pub(super) fn tool_frame(&mut self, number: f64) -> Result<Isometry3<f64>, String> {
+        match self.datum(&format!("tool_data[{number}]")) {
+            Value::Parts(parts) if number > 0.0 => frame(&parts),
+            _ => tool_frame(self.settings, number, "TOOL_DATA"),
+        }
+    }
+
+    pub(super) fn base_frame(&mut self, number: f64) -> Result<Isometry3<f64>, String> {
+        match self.datum(&format!("base_data[{number}]")) {
+            Value::Parts(parts) if number > 0.0 => frame(&parts),
+            _ => base_frame(self.settings, number, "BASE_DATA"),
+        }
+    }
+
+    fn choose_tool(&mut self, line: usize, number: f64) -> Result<(), String> {
+        self.tcp = self.tool_frame(number)?;
+        let load = self.datum(&format!("load_data[{number}]"));
+        self.set_load(line, &load);
+        Ok(())
+    }
+
+    /// $LOAD: mass, centre of mass and axes of inertia in the flange, moments.
+    fn set_load(&mut self, line: usize, value: &Value) {
+        let load = value.parts().ok().and_then(|parts| load_of(parts, line));
+        self.log.load(load.map(Arc::new).as_ref());
+    }
+
+    /// BAS(#…, n): the basic package of the controller.
+    pub(super) fn bas(&mut self, line: usize, args: &'a [Option<Expr>]) -> Result<(), String> {
+        let mut values = args.iter().flatten().map(|expr| self.eval(expr)).collect::<Vec<_>>();
+        values.resize(2, Value::unknown("the number is missing"));
+        let [Value::Enum(what), number] = values.as_slice() else {
+            return Err("expected BAS(#…, number)".to_owned());
+        };
+        match what.as_str() {
+            "initmov" | "acc_cp" | "acc_ptp" | "acc_gluecp" | "ov_pro" | "acc_ori" => Ok(()),
+            "vel_cp" => self.set_velocity(line, number),
+            "vel_ptp" => self.set_joint_share(number),
+            "tool" => self.choose_tool(line, number.num()?),
+            "base" => {
+                self.base = self.base_frame(number.num()?)?;
+                Ok(())
+            }
+            "ptp_params" | "ptp_dat" => {
+                if what == "ptp_params" {
+                    self.set_joint_share(number)?;
+                }
+                self.frames_of_form(line)
+            }
+            "cp_params" | "cp_dat" => {
+                if what == "cp_params" {
+                    self.set_velocity(line, number)?;
+                }
+                self.frames_of_form(line)
+            }
+            "frames" => self.frames_of_form(line),
+            other => Err(format!("#{} is not understood", other.to_uppercase())),
+        }
+    }
+
+    /// Tool and base of FDAT_ACT, which the inline form has set.
+    fn frames_of_form(&mut self, line: usize) -> Result<(), String> {
+        let Value::Parts(form) = self.datum("fdat_act") else { return Ok(()) };
+        if let Some(Value::Enum(mode)) = form.get("ipo_frame")
+            && mode == "tcp"
+        {
+            return Err("a stationary tool (#TCP) is not supported".to_owned());
+        }
+        if let Some(number) = part(&form, "tool_no")? {
+            self.choose_tool(line, number)?;
+        }
+        if let Some(number) = part(&form, "base_no")? {
+            self.base = self.base_frame(number)?;
+        }
+        Ok(())
+    }
+
+    /// SPLINE … ENDSPLINE: lines and arcs in it are that; through its points SPL goes straight here.
+    pub(super) fn spline(&mut self, line: usize, with: &'a [(Path, Expr)], block: &'a Block) {
+        let kept = (self.velocity, self.joint_share, self.tcp, self.base);
+        self.apply(line, with);
+        for statement in block {
+            match &statement.what {
+                What::Move(motion) => {
+                    if let Err(why) = self.motion(statement.line, motion) {
+                        self.log.error(Code::Motion, statement.line, why);
+                    }
+                }
+                What::Call(name, _) if is_harmless(name) => {}
+                What::Assign(path, expr) => self.assign(statement.line, path, expr),
+                What::NotUnderstood(why) => {
+                    self.log.error(Code::Syntax, statement.line, why.clone());
+                }
+                _ => {
+                    let what = "is not understood within SPLINE";
+                    self.log.error(Code::Motion, statement.line, what);
+                }
+            }
+        }
+        (self.velocity, self.joint_share, self.tcp, self.base) = kept;
+    }
+
+    /// What WITH sets for a motion.
+    fn apply(&mut self, line: usize, with: &'a [(Path, Expr)]) {
+        for (path, expr) in with {
+            let value = self.eval(expr);
+            if is_without_effect(&path.name) || matches!(path.name.as_str(), "$load") {
+                continue;
+            }
+            if let Err(why) = self.set_motion(line, path, &value) {
+                let shown = path.name.to_uppercase();
+                self.log.error(Code::Motion, line, format!("WITH {shown}: {why}"));
+            }
+        }
+    }
+
+    pub(super) fn motion(&mut self, line: usize, motion: &'a Motion) -> Result<(), String> {
+        let kept = (self.velocity, self.joint_share, self.tcp, self.base);
+        self.apply(line, &motion.with);
+        let done = self.motion_inside(line, motion);
+        if !motion.with.is_empty() {
+            (self.velocity, self.joint_share, self.tcp, self.base) = kept;
+        }
+        done
+    }
+
+    fn motion_inside(&mut self, line: usize, motion: &'a Motion) -> Result<(), String> {
+        let values: Vec<Value> = motion.targets.iter().map(|expr| self.eval(expr)).collect();
+        let last = values.last().ok_or("the target is missing")?;
+        let parts = last.parts().map_err(|why| format!("target: {why}"))?;
+        self.external_axes(parts)?;
+        if AXES.iter().any(|axis| parts.contains_key(*axis)) {
+            if motion.way != Way::Joint {
+                return Err("a line or arc to joint positions".to_owned());
+            }
+            let q = self.joint_target(parts, motion.is_relative)?;
+            let pace = self.joint_pace();
+            let q = self.external.joints(&q.map(rad_from_deg))?;
+            self.log.motion(line, Target::Joints(q), self.tcp, pace);
+            return Ok(());
+        }
+        let end = self.target(parts, motion.is_relative)?;
+        let to = match motion.way {
+            Way::Joint => Target::JointsTo(end),
+            Way::Linear => Target::Line(end),
+            Way::Spline => {
+                let what = "SPL goes through its points on a curve that is taken to be straight \
+                            between them";
+                self.log.warning(Code::Assumed, line, what);
+                Target::Line(end)
+            }
+            Way::Circular => {
+                let via = values.first().ok_or("the auxiliary point is missing")?;
+                let via = via.parts().map_err(|why| format!("auxiliary point: {why}"))?;
+                let via = self.target(via, motion.is_relative)?;
+                return self.arc(line, via, end, motion.angle.as_ref());
+            }
+        };
+        let pace = if motion.way == Way::Joint { self.joint_pace() } else { self.pace() };
+        self.log.motion(line, to, self.tcp, pace);
+        self.joints = None;
+        Ok(())
+    }
+
+    fn pace(&self) -> Pace {
+        self.velocity.map_or(Pace::Unstated, |velocity| Pace::Feed(velocity * self.over))
+    }
+
+    fn joint_pace(&self) -> Pace {
+        self.joint_share.map_or(Pace::Rapid, |share| Pace::Joints(share * self.over))
+    }
+
+    /// An arc; CA says how far it goes on, whatever the end.
+    fn arc(
+        &mut self,
+        line: usize,
+        via: Isometry3<f64>,
+        end: Isometry3<f64>,
+        angle: Option<&'a Expr>,
+    ) -> Result<(), String> {
+        let pace = self.pace();
+        self.joints = None;
+        let Some(angle) = angle else {
+            self.log.motion(line, Target::Arc { via, end }, self.tcp, pace);
+            return Ok(());
+        };
+        let angle = rad_from_deg(self.eval(angle).num()?);
+        let from = self.log.last().ok_or("an arc from an unknown position")?.with(&self.tcp);
+        let [a, b, c] = [from, via, end].map(|pose| pose.translation.vector);
+        let circle = Circle::through(a, b, c).ok_or("the arc's points lie on one line")?;
+        if !(angle.abs() > 1e-6 && angle.abs() < 100.0) {
+            return Err("CA is no angle for an arc".to_owned());
+        }
+        let pieces = (angle.abs() / std::f64::consts::PI).ceil();
+        let turn = from.rotation.inverse() * end.rotation;
+        let at = |share: f64| {
+            let point = circle.at(share * angle / circle.angle());
+            let turned = from.rotation
+                * nalgebra::UnitQuaternion::from_scaled_axis(turn.scaled_axis() * share);
+            Isometry3::from_parts(point.into(), turned)
+        };
+        for piece in 0..pieces as usize {
+            let share = |part: f64| (piece as f64 + part) / pieces;
+            let (via, end) = (at(share(0.5)), at(share(1.0)));
+            self.log.motion(line, Target::Arc { via, end }, self.tcp, pace);
+        }
+        Ok(())
+    }
+
+    /// A position in the base frame of the robot; components left out stay as they are.
+    fn target(&mut self, parts: &Parts, is_relative: bool) -> Result<Isometry3<f64>, String> {
+        let is_whole = FRAME.iter().all(|name| parts.contains_key(*name));
+        let before = match self.log.last() {
+            Some(last) => Some(numbers(&(self.base.inverse() * last.with(&self.tcp)))),
+            None if is_whole && !is_relative => None,
+            None => {
+                return Err("components are left out, and the position before is known only at \
+                            run time"
+                    .to_owned());
+            }
+        };
+        let mut found = [0.0; 6];
+        for (index, name) in FRAME.into_iter().enumerate() {
+            let old = before.map_or(0.0, |before| before[index]);
+            let given = part(parts, name).map_err(|why| format!("target: {why}"))?;
+            found[index] = match given {
+                Some(value) if is_relative => old + value,
+                Some(value) => value,
+                None => old,
+            };
+        }
+        Ok(self.base * pose(found))
+    }
+
+    fn joint_target(&mut self, parts: &Parts, is_relative: bool) -> Result<[f64; 6], String> {
+        let mut found = [0.0; 6];
+        for (index, name) in AXES.into_iter().enumerate() {
+            let old = self.joints.map(|joints| joints[index]);
+            let given = part(parts, name).map_err(|why| format!("target: {why}"))?;
+            found[index] = match (given, old) {
+                (Some(value), Some(old)) if is_relative => old + value,
+                (Some(value), _) if !is_relative => value,
+                (None, Some(old)) => old,
+                _ => {
+                    return Err(format!(
+                        "{} is not known: the joints before are known only at run time",
+                        name.to_uppercase()
+                    ));
+                }
+            };
+        }
+        self.joints = Some(found);
+        Ok(found)
+    }
+
+    fn external_axes(&mut self, parts: &Parts) -> Result<(), String> {
+        for name in EXTERNAL {
+            if let Some(value) = part(parts, name)? {
+                self.external.place(self.log, name, value)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// {M 5, CM {X …}, J {X …}}; `None` where it has no mass.
+fn load_of(parts: &Parts, line: usize) -> Option<Load> {
+    let mass_kg = part(parts, "m").ok().flatten().filter(|mass| *mass > 1e-3)?;
+    let centre = frame(parts.get("cm")?.parts().ok()?).ok()?;
+    let moments = match parts.get("j") {
+        Some(Value::Parts(j)) => {
+            ["x", "y", "z"].map(|axis| part(j, axis).ok().flatten().unwrap_or(0.0))
+        }
+        _ => [0.0; 3],
+    };
+    let axes = centre.rotation.to_rotation_matrix();
+    let inertia_kgm2 = axes * Matrix3::from_diagonal(&moments.into()) * axes.transpose();
+    let com_m = centre.translation.vector;
+    Some(Load { name: "$LOAD".to_owned(), line, mass_kg, com_m, inertia_kgm2 })
+}

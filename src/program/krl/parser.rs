@@ -1,0 +1,627 @@
+//! Lines of KRL → routines and data lists. A statement that is not understood is kept as such, so
+//! that it is a fault only where the program reaches it.
+
+use super::lexer::{Kind, tokens};
+use super::syntax::{Block, Expr, File, Motion, Path, Routine, Statement, Way, What};
+
+/// Blocks and expressions in one another beyond this are no program that a person writes.
+const MAX_DEPTH: usize = 40;
+
+/// Lines that begin so neither move nor change anything that is read here.
+const HARMLESS: [&str; 26] = [
+    "interrupt",
+    "global",
+    "ext",
+    "extfct",
+    "signal",
+    "enum",
+    "struc",
+    "import",
+    "trigger",
+    "pulse",
+    "anout",
+    "anin",
+    "digin",
+    "continue",
+    "confirm",
+    "channel",
+    "copen",
+    "cclose",
+    "cread",
+    "cwrite",
+    "sread",
+    "swrite",
+    "cast_to",
+    "cast_from",
+    "const_key",
+    "public",
+];
+
+/// Parses a file into `file`; `is_main` where its routines may be where the program starts.
+pub(super) fn parse(text: &str, file: &mut File, is_main: bool) {
+    let mut parser = Parser { lines: lines(text, is_main), at: 0, depth: 0, count: 0 };
+    while let Some(line) = parser.lines.get(parser.at) {
+        let number = line.number;
+        match line.first() {
+            "def" | "deffct" => {
+                let is_function = line.first() == "deffct";
+                let routine = parser.routine(is_function);
+                match routine {
+                    Some((key, routine, is_whole)) => {
+                        if !is_whole {
+                            file.is_cut.get_or_insert(number);
+                        }
+                        if !is_function {
+                            if is_main && !file.routines.contains_key(&key) {
+                                file.order.push(key.clone());
+                            }
+                            file.routines.entry(key).or_insert(routine);
+                        }
+                    }
+                    None => parser.at += 1,
+                }
+            }
+            "defdat" => {
+                parser.at += 1;
+                let (data, is_whole) = parser.block(&["enddat"]);
+                if !is_whole {
+                    file.is_cut.get_or_insert(number);
+                }
+                parser.at += 1;
+                file.data.extend(data);
+            }
+            _ => parser.at += 1,
+        }
+    }
+    file.statement_count += parser.count;
+}
+
+struct Line {
+    number: usize,
+    tokens: Result<Vec<Kind>, String>,
+    /// As written, for names.
+    text: String,
+}
+
+impl Line {
+    fn tokens(&self) -> &[Kind] {
+        self.tokens.as_deref().unwrap_or_default()
+    }
+
+    /// The first word, `global` before a routine or a declaration skipped.
+    fn first(&self) -> &str {
+        let word = |index: usize| match self.tokens().get(index) {
+            Some(Kind::Word(word)) => word.as_str(),
+            _ => "",
+        };
+        let second = word(1);
+        if word(0) == "global" && matches!(second, "def" | "deffct" | "decl") {
+            second
+        } else {
+            word(0)
+        }
+    }
+}
+
+fn lines(text: &str, is_main: bool) -> Vec<Line> {
+    let mut offset = 0;
+    let mut found = Vec::new();
+    for (index, whole) in text.split_inclusive('\n').enumerate() {
+        let content = whole.trim_end_matches(['\n', '\r']);
+        let start = content.trim_start();
+        if !start.is_empty() && !start.starts_with([';', '&']) {
+            let tokens = tokens(content, is_main.then_some(offset));
+            if !tokens.as_ref().is_ok_and(Vec::is_empty) {
+                found.push(Line { number: index + 1, tokens, text: start.to_owned() });
+            }
+        }
+        offset += whole.len();
+    }
+    found
+}
+
+struct Parser {
+    lines: Vec<Line>,
+    at: usize,
+    depth: usize,
+    count: usize,
+}
+
+impl Parser {
+    /// `DEF name(a :IN, …)` up to `END`; false where the end is missing.
+    fn routine(&mut self, is_function: bool) -> Option<(String, Routine, bool)> {
+        let line = self.lines.get(self.at)?;
+        let number = line.number;
+        let mut names = line.tokens().iter().filter_map(|token| match token {
+            Kind::Word(word) => Some(word.as_str()),
+            _ => None,
+        });
+        names.by_ref().find(|word| matches!(*word, "def" | "deffct"));
+        if is_function {
+            names.next();
+        }
+        let key = names.next()?.to_owned();
+        let parameters = names.filter(|name| !matches!(*name, "in" | "out")).map(str::to_owned);
+        let parameters = parameters.collect();
+        let shown = line.text.split(['(', ' ', '\t']).find(|word| word.eq_ignore_ascii_case(&key));
+        let shown = shown.unwrap_or(&key).to_owned();
+        self.at += 1;
+        let end: &[&str] = if is_function { &["endfct", "end"] } else { &["end"] };
+        let (body, is_whole) = self.block(end);
+        self.at += 1;
+        Some((key, Routine { line: number, shown, parameters, body }, is_whole))
+    }
+
+    /// Statements up to a line that begins with one of `ends`, which is left standing; false where
+    /// none comes.
+    fn block(&mut self, ends: &[&str]) -> (Block, bool) {
+        let mut block = Block::new();
+        self.depth += 1;
+        while let Some(line) = self.lines.get(self.at) {
+            let first = line.first();
+            if ends.contains(&first) {
+                self.depth -= 1;
+                return (block, true);
+            }
+            if matches!(first, "def" | "deffct" | "defdat") {
+                break;
+            }
+            let number = line.number;
+            self.count += 1;
+            let what = if self.depth > MAX_DEPTH {
+                self.at += 1;
+                What::NotUnderstood("blocks are nested too deep".to_owned())
+            } else {
+                self.statement().unwrap_or_else(What::NotUnderstood)
+            };
+            block.push(Statement { line: number, what });
+        }
+        self.depth -= 1;
+        (block, false)
+    }
+
+    /// The block behind the line at hand, and past its end.
+    fn body(&mut self, end: &str) -> Result<Block, String> {
+        let (body, is_whole) = self.block(&[end]);
+        self.at += 1;
+        if is_whole { Ok(body) } else { Err(format!("{} is missing", end.to_uppercase())) }
+    }
+
+    fn statement(&mut self) -> Result<What, String> {
+        let Some(line) = self.lines.get(self.at) else { return Err("the file ends".to_owned()) };
+        let tokens = match &line.tokens {
+            Ok(tokens) => tokens.clone(),
+            Err(why) => {
+                let why = why.clone();
+                self.at += 1;
+                return Err(why);
+            }
+        };
+        let first = line.first().to_owned();
+        let mut cursor = Cursor::new(&tokens);
+        self.at += 1;
+        match first.as_str() {
+            "decl" => cursor.declaration(),
+            "if" => {
+                let condition = cursor.behind(1)?.expression()?;
+                self.if_statement(condition)
+            }
+            "for" => {
+                let cursor = cursor.behind(1)?;
+                let variable = cursor.path()?;
+                cursor.symbol("=")?;
+                let from = cursor.expression()?;
+                cursor.word("to")?;
+                let to = cursor.expression()?;
+                let step = if cursor.take_word("step") { Some(cursor.expression()?) } else { None };
+                let body = self.body("endfor")?;
+                Ok(What::For(variable, [from, to], step, body))
+            }
+            "while" => {
+                let condition = cursor.behind(1)?.expression()?;
+                Ok(What::While(condition, self.body("endwhile")?))
+            }
+            "loop" => Ok(What::Loop(self.body("endloop")?)),
+            "repeat" => {
+                let (body, is_whole) = self.block(&["until"]);
+                let until = self.lines.get(self.at).map(|line| line.tokens().to_vec());
+                self.at += 1;
+                let until = until.filter(|_| is_whole).ok_or("UNTIL is missing")?;
+                let condition = Cursor::new(&until).behind(1)?.expression()?;
+                Ok(What::Repeat(body, condition))
+            }
+            "switch" => {
+                let tested = cursor.behind(1)?.expression()?;
+                self.switch(tested)
+            }
+            "spline" => {
+                let with = cursor.behind(1)?.with()?;
+                Ok(What::Spline(with, self.body("endspline")?))
+            }
+            "ptp_spline" => {
+                self.body("endspline")?;
+                Err("PTP_SPLINE is not supported".to_owned())
+            }
+            "return" => Ok(What::Return),
+            "exit" => Ok(What::Exit),
+            "halt" => Ok(What::Halt),
+            "goto" => Ok(What::Goto(cursor.behind(1)?.name()?)),
+            "wait" => {
+                cursor.behind(1)?;
+                if cursor.take_word("sec") {
+                    return Ok(What::WaitSec(cursor.expression()?));
+                }
+                Ok(What::Call("wait for".to_owned(), Vec::new()))
+            }
+            "ptp" | "lin" | "circ" | "sptp" | "slin" | "scirc" | "spl" | "ptp_rel" | "lin_rel"
+            | "circ_rel" | "sptp_rel" | "slin_rel" | "scirc_rel" | "spl_rel" => {
+                cursor.behind(1)?.motion(&first)
+            }
+            "resume" | "brake" => Err(format!("{}: is not supported", first.to_uppercase())),
+            word if HARMLESS.contains(&word) => Ok(What::Call(first.clone(), Vec::new())),
+            _ => cursor.other(),
+        }
+    }
+
+    fn if_statement(&mut self, condition: Expr) -> Result<What, String> {
+        let (yes, is_whole) = self.block(&["else", "endif"]);
+        if !is_whole {
+            return Err("ENDIF is missing".to_owned());
+        }
+        let has_else = self.lines.get(self.at).is_some_and(|line| line.first() == "else");
+        if has_else {
+            self.at += 1;
+            return Ok(What::If(condition, yes, self.body("endif")?));
+        }
+        self.at += 1;
+        Ok(What::If(condition, yes, Block::new()))
+    }
+
+    fn switch(&mut self, tested: Expr) -> Result<What, String> {
+        let ends = ["case", "default", "endswitch"];
+        let (mut cases, mut otherwise) = (Vec::new(), Block::new());
+        let (before, _) = self.block(&ends);
+        if !before.is_empty() {
+            return Err("a statement before the first CASE".to_owned());
+        }
+        loop {
+            let Some(line) = self.lines.get(self.at) else {
+                return Err("ENDSWITCH is missing".to_owned());
+            };
+            let (first, tokens) = (line.first().to_owned(), line.tokens().to_vec());
+            self.at += 1;
+            match first.as_str() {
+                "case" => {
+                    let mut cursor = Cursor::new(&tokens);
+                    cursor.behind(1)?;
+                    let mut values = vec![cursor.expression()?];
+                    while cursor.take(",") {
+                        values.push(cursor.expression()?);
+                    }
+                    cases.push((values, self.block(&ends).0));
+                }
+                "default" => otherwise = self.block(&ends).0,
+                "endswitch" => return Ok(What::Switch(tested, cases, otherwise)),
+                _ => return Err("ENDSWITCH is missing".to_owned()),
+            }
+        }
+    }
+}
+
+/// A place among the tokens of a line.
+struct Cursor<'t> {
+    tokens: &'t [Kind],
+    at: usize,
+    depth: usize,
+}
+
+impl<'t> Cursor<'t> {
+    fn new(tokens: &'t [Kind]) -> Self {
+        Self { tokens, at: 0, depth: 0 }
+    }
+
+    fn behind(&mut self, count: usize) -> Result<&mut Self, String> {
+        self.at += count;
+        Ok(self)
+    }
+
+    fn peek(&self) -> Option<&'t Kind> {
+        self.tokens.get(self.at)
+    }
+
+    fn take(&mut self, symbol: &str) -> bool {
+        let found = matches!(self.peek(), Some(Kind::Symbol(found)) if *found == symbol);
+        self.at += usize::from(found);
+        found
+    }
+
+    fn take_word(&mut self, word: &str) -> bool {
+        let found = matches!(self.peek(), Some(Kind::Word(found)) if found == word);
+        self.at += usize::from(found);
+        found
+    }
+
+    fn symbol(&mut self, symbol: &str) -> Result<(), String> {
+        if self.take(symbol) { Ok(()) } else { Err(format!("expected '{symbol}'")) }
+    }
+
+    fn word(&mut self, word: &str) -> Result<(), String> {
+        if self.take_word(word) { Ok(()) } else { Err(format!("expected {}", word.to_uppercase())) }
+    }
+
+    fn name(&mut self) -> Result<String, String> {
+        match self.peek() {
+            Some(Kind::Word(word)) => {
+                self.at += 1;
+                Ok(word.clone())
+            }
+            _ => Err("expected a name".to_owned()),
+        }
+    }
+
+    fn is_end(&self) -> bool {
+        self.at >= self.tokens.len()
+    }
+
+    fn path(&mut self) -> Result<Path, String> {
+        let name = self.name()?;
+        let (mut indices, mut fields) = (Vec::new(), Vec::new());
+        loop {
+            if self.take("[") {
+                // `TEXT[]`: all of it.
+                while !self.take("]") {
+                    indices.push(self.expression()?);
+                    self.take(",");
+                }
+            } else if self.take(".") {
+                fields.push(self.name()?);
+            } else {
+                return Ok(Path { name, indices, fields });
+            }
+        }
+    }
+
+    /// `DECL [GLOBAL] [CONST] type a, b[3] = value`.
+    fn declaration(&mut self) -> Result<What, String> {
+        while ["global", "decl", "const", "public"].iter().any(|word| self.take_word(word)) {}
+        self.name()?;
+        let mut paths = vec![self.path()?];
+        while self.take(",") {
+            paths.push(self.path()?);
+        }
+        let value = if self.take("=") { Some(self.expression()?) } else { None };
+        Ok(What::Declare(paths, value))
+    }
+
+    /// An assignment, a call, a label or a declaration without DECL.
+    fn other(&mut self) -> Result<What, String> {
+        let start = self.at;
+        if let (Some(Kind::Word(_)), Some(Kind::Word(_))) =
+            (self.tokens.first(), self.tokens.get(1))
+        {
+            return self.declaration();
+        }
+        let path = self.path()?;
+        if self.take("=") {
+            return Ok(What::Assign(path, self.expression()?));
+        }
+        if self.take("(") {
+            return Ok(What::Call(path.name, self.arguments()?));
+        }
+        if self.take(":") && self.is_end() {
+            return Ok(What::Call("continue".to_owned(), Vec::new()));
+        }
+        if self.is_end() && path.indices.is_empty() && path.fields.is_empty() && start == 0 {
+            return Ok(What::Call(path.name, Vec::new()));
+        }
+        Err("is not understood".to_owned())
+    }
+
+    /// Arguments up to `)`; those left out are `None`.
+    fn arguments(&mut self) -> Result<Vec<Option<Expr>>, String> {
+        let mut found = Vec::new();
+        loop {
+            if self.take(")") {
+                return Ok(found);
+            }
+            if self.take(",") {
+                found.push(None);
+                continue;
+            }
+            found.push(Some(self.expression()?));
+            if self.take(")") {
+                return Ok(found);
+            }
+            self.symbol(",")?;
+        }
+    }
+
+    /// `WITH $VEL.CP=0.1, $TOOL=…`, if it is there.
+    fn with(&mut self) -> Result<Vec<(Path, Expr)>, String> {
+        let mut found = Vec::new();
+        if self.take_word("with") {
+            loop {
+                let path = self.path()?;
+                self.symbol("=")?;
+                found.push((path, self.expression()?));
+                if !self.take(",") {
+                    break;
+                }
+            }
+        }
+        Ok(found)
+    }
+
+    fn motion(&mut self, word: &str) -> Result<What, String> {
+        let (kind, is_relative) = match word.strip_suffix("_rel") {
+            Some(kind) => (kind, true),
+            None => (word, false),
+        };
+        let way = match kind {
+            "ptp" | "sptp" => Way::Joint,
+            "lin" | "slin" => Way::Linear,
+            "spl" => Way::Spline,
+            _ => Way::Circular,
+        };
+        let mut targets = vec![self.expression()?];
+        let mut angle = None;
+        while self.take(",") {
+            if self.take_word("ca") {
+                angle = Some(self.expression()?);
+            } else {
+                targets.push(self.expression()?);
+            }
+        }
+        let mut with = Vec::new();
+        while !self.is_end() {
+            match self.peek() {
+                Some(Kind::Word(word)) if word == "with" => with.extend(self.with()?),
+                // How corners are rounded.
+                Some(Kind::Word(word))
+                    if matches!(
+                        word.as_str(),
+                        "c_ptp" | "c_dis" | "c_vel" | "c_ori" | "c_spl" | "c_lin"
+                    ) =>
+                {
+                    self.at += 1;
+                }
+                Some(Kind::Word(word)) if word == "ca" => {
+                    self.at += 1;
+                    angle = Some(self.expression()?);
+                }
+                Some(Kind::Symbol(",")) => self.at += 1,
+                _ => return Err("what stands behind the target is not understood".to_owned()),
+            }
+        }
+        let wanted = if way == Way::Circular { 2 } else { 1 };
+        if targets.len() != wanted {
+            return Err(format!("expected {wanted} target(s), found {}", targets.len()));
+        }
+        Ok(What::Move(Box::new(Motion { way, is_relative, targets, angle, with })))
+    }
+
+    fn expression(&mut self) -> Result<Expr, String> {
+        self.binary(0)
+    }
+
+    fn binary(&mut self, weakest: u8) -> Result<Expr, String> {
+        if self.depth >= MAX_DEPTH {
+            return Err("the expression is nested too deep".to_owned());
+        }
+        self.depth += 1;
+        let found = self.binary_inside(weakest);
+        self.depth -= 1;
+        found
+    }
+
+    fn binary_inside(&mut self, weakest: u8) -> Result<Expr, String> {
+        let mut left = self.unary()?;
+        while let Some((operator, strength)) = self.operator() {
+            if strength < weakest {
+                break;
+            }
+            self.at += 1;
+            let right = self.binary(strength + 1)?;
+            left = Expr::Binary(operator, Box::new(left), Box::new(right));
+        }
+        Ok(left)
+    }
+
+    fn operator(&self) -> Option<(&'static str, u8)> {
+        let found = match self.peek()? {
+            Kind::Symbol(symbol @ ("==" | "<>" | "<" | "<=" | ">" | ">=")) => (*symbol, 2),
+            Kind::Symbol(symbol @ ("+" | "-")) => (*symbol, 3),
+            Kind::Symbol(symbol @ ("*" | "/")) => (*symbol, 4),
+            Kind::Symbol(":") => (":", 5),
+            Kind::Word(word) => match word.as_str() {
+                "or" | "b_or" => ("or", 0),
+                "exor" | "b_exor" => ("exor", 0),
+                "and" | "b_and" => ("and", 1),
+                _ => return None,
+            },
+            _ => return None,
+        };
+        Some(found)
+    }
+
+    fn unary(&mut self) -> Result<Expr, String> {
+        if self.take("-") {
+            let inner = self.binary(5)?;
+            return Ok(Expr::Minus(Box::new(inner)));
+        }
+        if self.take("+") {
+            return self.binary(5);
+        }
+        if self.take_word("not") {
+            return Ok(Expr::Not(Box::new(self.binary(2)?)));
+        }
+        self.primary()
+    }
+
+    fn primary(&mut self) -> Result<Expr, String> {
+        let Some(token) = self.peek() else { return Err("expected a value".to_owned()) };
+        match token {
+            Kind::Number(value, span) => {
+                self.at += 1;
+                Ok(Expr::Number(*value, *span))
+            }
+            Kind::Text(text) => {
+                self.at += 1;
+                Ok(Expr::Text(text.clone()))
+            }
+            Kind::Enum(name) => {
+                self.at += 1;
+                Ok(Expr::Enum(name.clone()))
+            }
+            Kind::Symbol("(") => {
+                self.at += 1;
+                let inner = self.expression()?;
+                self.symbol(")")?;
+                Ok(inner)
+            }
+            Kind::Symbol("{") => {
+                self.at += 1;
+                self.aggregate()
+            }
+            Kind::Word(word) if matches!(word.as_str(), "true" | "false") => {
+                self.at += 1;
+                Ok(Expr::Bool(word == "true"))
+            }
+            Kind::Word(_) => {
+                let path = self.path()?;
+                if self.take("(") {
+                    return Ok(Expr::Call(path.name, self.arguments()?));
+                }
+                Ok(Expr::Ref(path))
+            }
+            Kind::Symbol(symbol) => Err(format!("expected a value, found '{symbol}'")),
+        }
+    }
+
+    /// `{E6POS: X 1, Y 2}`, `{X 1,Y 2}`; behind the brace.
+    fn aggregate(&mut self) -> Result<Expr, String> {
+        if let (Some(Kind::Word(_)), Some(Kind::Symbol(":"))) =
+            (self.peek(), self.tokens.get(self.at + 1))
+        {
+            self.at += 2;
+        }
+        let mut parts = Vec::new();
+        loop {
+            if self.take("}") {
+                return Ok(Expr::Parts(parts));
+            }
+            let name = self.name()?;
+            if self.take("[") {
+                // `POINT2[] " "`, `DATA[1] 5`.
+                while !self.take("]") {
+                    self.expression()?;
+                }
+            }
+            parts.push((name, self.expression()?));
+            if !self.take(",") {
+                self.symbol("}")?;
+                return Ok(Expr::Parts(parts));
+            }
+        }
+    }
+}

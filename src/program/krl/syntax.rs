@@ -1,0 +1,100 @@
+//! The syntax tree of KRL, as far as motion may depend on it.
+
+use std::collections::HashMap;
+
+use crate::program::span::Span;
+
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Expr {
+    Number(f64, Option<Span>),
+    Bool(bool),
+    Text(String),
+    Enum(String),
+    /// Components in order, by name in lower case.
+    Parts(Vec<(String, Expr)>),
+    Ref(Path),
+    Call(String, Vec<Option<Expr>>),
+    Not(Box<Expr>),
+    Minus(Box<Expr>),
+    Binary(&'static str, Box<Expr>, Box<Expr>),
+}
+
+/// A datum or a part of it, names in lower case: `$vel.cp`, `xp[3].x`.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Path {
+    pub(super) name: String,
+    pub(super) indices: Vec<Expr>,
+    pub(super) fields: Vec<String>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Statement {
+    pub(super) line: usize,
+    pub(super) what: What,
+}
+
+pub(super) type Block = Vec<Statement>;
+
+/// How the robot goes to a target.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Way {
+    Joint,
+    Linear,
+    Circular,
+    /// A point of a spline.
+    Spline,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Motion {
+    pub(super) way: Way,
+    /// PTP_REL, LIN_REL.
+    pub(super) is_relative: bool,
+    pub(super) targets: Vec<Expr>,
+    /// CA.
+    pub(super) angle: Option<Expr>,
+    pub(super) with: Vec<(Path, Expr)>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum What {
+    Declare(Vec<Path>, Option<Expr>),
+    Assign(Path, Expr),
+    Call(String, Vec<Option<Expr>>),
+    Move(Box<Motion>),
+    Spline(Vec<(Path, Expr)>, Block),
+    If(Expr, Block, Block),
+    For(Path, [Expr; 2], Option<Expr>, Block),
+    While(Expr, Block),
+    Repeat(Block, Expr),
+    Loop(Block),
+    Switch(Expr, Vec<(Vec<Expr>, Block)>, Block),
+    Return,
+    Exit,
+    Halt,
+    WaitSec(Expr),
+    Goto(String),
+    /// A fault if it is ever reached.
+    NotUnderstood(String),
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Routine {
+    pub(super) line: usize,
+    /// As written.
+    pub(super) shown: String,
+    pub(super) parameters: Vec<String>,
+    pub(super) body: Block,
+}
+
+/// All that the files declare.
+#[derive(Debug, Default)]
+pub(super) struct File {
+    /// By name in lower case, and the order of the main file.
+    pub(super) routines: HashMap<String, Routine>,
+    pub(super) order: Vec<String>,
+    /// Data lists: what is set before the program runs.
+    pub(super) data: Block,
+    pub(super) statement_count: usize,
+    pub(super) is_cut: Option<usize>,
+}

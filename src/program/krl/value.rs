@@ -1,0 +1,96 @@
+//! Values of KRL, and what positions and frames mean in SI.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Isometry3, Translation3, UnitQuaternion};
+
+use crate::program::span::Span;
+use crate::units::{deg_from_rad, m_from_mm, mm_from_m, rad_from_deg};
+
+/// Components by name in lower case.
+pub(super) type Parts = BTreeMap<String, Value>;
+
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Value {
+    /// With the place of the number in the text that it is, if it is one.
+    Num(f64, Option<Span>),
+    Bool(bool),
+    Text(String),
+    Enum(String),
+    Parts(Parts),
+    /// Known only at run time, declared elsewhere or wrong: why.
+    Unknown(String),
+}
+
+impl Value {
+    pub(super) fn unknown(why: impl Into<String>) -> Self {
+        Self::Unknown(why.into())
+    }
+
+    pub(super) fn num(&self) -> Result<f64, String> {
+        match self {
+            Self::Num(number, _) => Ok(*number),
+            other => Err(other.instead_of("a number")),
+        }
+    }
+
+    pub(super) fn bool(&self) -> Result<bool, String> {
+        match self {
+            Self::Bool(value) => Ok(*value),
+            other => Err(other.instead_of("TRUE or FALSE")),
+        }
+    }
+
+    pub(super) fn parts(&self) -> Result<&Parts, String> {
+        match self {
+            Self::Parts(parts) => Ok(parts),
+            other => Err(other.instead_of("a position or a frame")),
+        }
+    }
+
+    fn instead_of(&self, expected: &str) -> String {
+        match self {
+            Self::Unknown(why) => why.clone(),
+            Self::Num(number, _) => format!("expected {expected}, found {number}"),
+            Self::Bool(_) => format!("expected {expected}, found TRUE or FALSE"),
+            Self::Text(_) => format!("expected {expected}, found a text"),
+            Self::Enum(name) => format!("expected {expected}, found #{name}"),
+            Self::Parts(_) => format!("expected {expected}, found {{…}}"),
+        }
+    }
+}
+
+/// A component as a number, if it is there.
+pub(super) fn part(parts: &Parts, name: &str) -> Result<Option<f64>, String> {
+    parts.get(name).map(Value::num).transpose()
+}
+
+/// Names of the components of a frame: mm and degrees about z, the new y and the new x.
+pub(super) const FRAME: [&str; 6] = ["x", "y", "z", "a", "b", "c"];
+
+/// {X, Y, Z, A, B, C} in m; what is absent is zero.
+pub(super) fn frame(parts: &Parts) -> Result<Isometry3<f64>, String> {
+    let mut numbers = [0.0; 6];
+    for (number, name) in numbers.iter_mut().zip(FRAME) {
+        *number = part(parts, name)?.unwrap_or(0.0);
+    }
+    Ok(pose(numbers))
+}
+
+pub(super) fn pose([x, y, z, a, b, c]: [f64; 6]) -> Isometry3<f64> {
+    let at = Translation3::new(m_from_mm(x), m_from_mm(y), m_from_mm(z));
+    let [a, b, c] = [a, b, c].map(rad_from_deg);
+    Isometry3::from_parts(at, UnitQuaternion::from_euler_angles(c, b, a))
+}
+
+/// The other way round.
+pub(super) fn numbers(pose: &Isometry3<f64>) -> [f64; 6] {
+    let at = pose.translation.vector.map(mm_from_m);
+    let (c, b, a) = pose.rotation.euler_angles();
+    [at.x, at.y, at.z, deg_from_rad(a), deg_from_rad(b), deg_from_rad(c)]
+}
+
+pub(super) fn of_frame(pose: &Isometry3<f64>) -> Value {
+    let parts = FRAME.into_iter().zip(numbers(pose));
+    Value::Parts(parts.map(|(name, n)| (name.to_owned(), Value::Num(n, None))).collect())
+}
