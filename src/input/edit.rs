@@ -58,6 +58,11 @@ pub fn rewritten_job(from: &Path, to: &Path, edits: &[OperationEdit]) -> Result<
                 splice.replace(entry.value, quoted(&name));
             }
         }
+        for entry in operation.files {
+            if let Some(name) = relocate(&entry.text) {
+                splice.replace(entry.value, quoted(&name));
+            }
+        }
         if let Some(speed) = &edit.speed {
             change_speed(&mut splice, speed, operation.rpm, operation.schedule);
         }
@@ -125,6 +130,8 @@ struct OperationEntries {
     schedule: Option<Entry>,
     feed: Option<Entry>,
     program: Option<Entry>,
+    /// Further files of the program.
+    files: Vec<Entry>,
 }
 
 fn job_entries(text: &str) -> Option<Entries> {
@@ -142,6 +149,9 @@ fn job_entries(text: &str) -> Option<Entries> {
                 [Step::Key("feed_mm_per_min")] => operation.feed = Some(entry()),
                 [Step::Key("path"), Step::Key("program"), Step::Key("file")] => {
                     operation.program = Some(entry());
+                }
+                [Step::Key("path"), Step::Key("program"), Step::Key("files"), Step::Index(_)] => {
+                    operation.files.push(entry());
                 }
                 _ => {}
             }

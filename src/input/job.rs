@@ -21,8 +21,9 @@ use super::{Reading, schema};
 use crate::formats::text::read_text;
 use crate::formats::yaml::{Node, Step, document};
 use crate::job::{self, Acceptance, Job, Levers, Operation, Policy, Review, Spindle, Tool};
-use crate::model::Robot;
+use crate::model::{JointKind, Robot};
 use crate::notes::{Code, Note, Notes, Place};
+use crate::program::{Assumed, ExternalAxis};
 use crate::units::{m_from_mm, m_per_n_from_um_per_n, rad_from_deg, ratio_from_percent};
 
 const DEFAULT_TOOTH_PASSING_HARMONICS: u32 = 2;
@@ -67,6 +68,7 @@ pub(super) fn job_of_text(
         raw: &raw,
         robot: robot.as_deref(),
         carriers: carriers.map(|(described, own)| Carriers::new(described, own)),
+        external_axes: BTreeMap::new(),
         tools: BTreeMap::new(),
         shared: settings.shared.as_ref(),
         notes,
@@ -140,6 +142,8 @@ struct Reader<'j> {
     /// `None` where the robot has faults.
     robot: Option<&'j Robot>,
     carriers: Option<Carriers<'j>>,
+    /// Joints that programs move as external axes, by the axis's name in lower case.
+    external_axes: BTreeMap<String, ExternalAxis>,
     /// The cutters by the program's number, each with the key that it stands under.
     tools: BTreeMap<u32, (&'j str, Tool)>,
     /// What the job shares with others.
@@ -165,6 +169,7 @@ impl<'j> Reader<'j> {
         }
         let tool = raw.tool.as_ref().and_then(|raw| self.tool(raw, "tool", &[Step::Key("tool")]));
         self.numbered_tools();
+        self.external_axes();
         let spindle = self.spindle();
         let policy = self.policy();
         let operations = self.operations(tool.as_ref(), spindle.as_ref());
@@ -197,6 +202,47 @@ impl<'j> Reader<'j> {
                 }
             }
         }
+    }
+
+    fn external_axes(&mut self) {
+        let (raw, robot) = (self.raw, self.robot);
+        for (axis, name) in raw.external_axes.iter().flatten() {
+            let Some(robot) = robot else { return };
+            let joint = robot.joints().iter().position(|joint| joint.name == *name);
+            match joint {
+                Some(joint) => {
+                    let slides = robot.joints()[joint].kind == JointKind::Prismatic;
+                    self.external_axes.insert(axis.to_lowercase(), ExternalAxis { joint, slides });
+                }
+                None => {
+                    let names: Vec<&str> =
+                        robot.joints().iter().map(|joint| joint.name.as_str()).collect();
+                    let what = format!(
+                        "external_axes.{axis} is '{name}', must be a moving joint of the robot: {}",
+                        names.join(", ")
+                    );
+                    self.error(
+                        Code::Reference,
+                        &[Step::Key("external_axes"), Step::Key(axis)],
+                        what,
+                    );
+                }
+            }
+        }
+    }
+
+    /// What programs are taken to find, by name in lower case.
+    fn assume(&self) -> BTreeMap<String, Assumed> {
+        let given = self.raw.assume.iter().flatten();
+        given
+            .map(|(name, value)| {
+                let value = match *value {
+                    raw::Assumed::Truth(value) => Assumed::Truth(value),
+                    raw::Assumed::Number(value) => Assumed::Number(value),
+                };
+                (name.to_lowercase(), value)
+            })
+            .collect()
     }
 
     /// What may be changed besides speed and feed.

@@ -1,23 +1,19 @@
 //! The path of an operation → moves. Waypoints are read from the tree itself: there may be a
 //! million.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use nalgebra::Isometry3;
 
 use super::Reading;
-use super::files::{MAX_FILE_BYTES, named_file, relative_to};
 use super::frame::frame;
-use super::raw::job as raw;
-use crate::formats::text::read_bytes;
-use crate::formats::yaml::{Apart, Kind, Node, Step};
+use crate::formats::yaml::{Kind, Node};
 use crate::model::{JointKind, Robot};
 use crate::motion::{Move, Stated, StatedFeeds, Target, Timing};
 use crate::notes::{Code, Note, Notes};
-use crate::program::{
-    self, Dialect, Program, RAPID_M_PER_S, SetBy, Setter, Settings, SpindleCommand,
-};
+use crate::program::{Assumed, ExternalAxis, SpindleCommand};
 use crate::units::{m_from_mm, rad_from_deg};
 
 /// What the waypoints of one operation have in common.
@@ -36,6 +32,10 @@ pub(super) struct OperationContext<'c> {
     pub(super) tcp: Option<Isometry3<f64>>,
     /// In the base frame; `None` where the job gives none.
     pub(super) work_object: Option<Isometry3<f64>>,
+    /// Joints that programs move as external axes, by the axis's name in lower case.
+    pub(super) external_axes: &'c BTreeMap<String, ExternalAxis>,
+    /// What programs are taken to find, by name in lower case.
+    pub(super) assume: &'c BTreeMap<String, Assumed>,
 }
 
 impl OperationContext<'_> {
@@ -76,54 +76,7 @@ pub(super) struct ProgramSays {
     pub(super) feeds: StatedFeeds,
 }
 
-/// The moves of a path; `None` where there are faults.
-pub(super) fn moves_of(
-    context: &OperationContext<'_>,
-    raw: &raw::Path,
-    operation: &Node,
-    notes: &mut Notes,
-    programs: &mut FromPrograms,
-) -> Option<PathMoves> {
-    const KEYS: [&str; 3] = ["joints_deg", "poses", "program"];
-    let node = operation.get("path")?;
-    let given: Vec<&str> = KEYS
-        .into_iter()
-        .filter(|key| node.get(key).is_some_and(|value| value.faulty || !value.is_null()))
-        .collect();
-    let called = context.called;
-    match given.as_slice() {
-        [] => {
-            let what = "path has no waypoints, must have one of joints_deg, poses, program";
-            notes.error(
-                Code::MissingKey,
-                operation.line_at(&[Step::Key("path")]),
-                format!("{called}: {what}"),
-            );
-            None
-        }
-        [_, second, ..] => {
-            let line = node.line_at(&[Step::Key(second)]);
-            let what = format!("path has {}, must have one of them", given.join(" and "));
-            notes.error(Code::Conflict, line, format!("{called}: {what}"));
-            None
-        }
-        ["joints_deg"] => raw
-            .joints_deg
-            .and_then(|Apart| joint_moves(context, node.get("joints_deg")?, notes))
-            .map(without_program),
-        ["poses"] => raw
-            .poses
-            .and_then(|Apart| pose_moves(context, node.get("poses")?, notes))
-            .map(without_program),
-        [_] => program_moves(context, raw.program.as_ref()?, node, notes, programs),
-    }
-}
-
-fn without_program(moves: Vec<Move>) -> PathMoves {
-    PathMoves { moves, program: None }
-}
-
-fn joint_moves(
+pub(super) fn joint_moves(
     context: &OperationContext<'_>,
     rows: &Node,
     notes: &mut Notes,
@@ -174,7 +127,7 @@ pub(super) fn joint_position(robot: &Robot, row: &[f64]) -> Result<Vec<f64>, Str
         .collect())
 }
 
-fn pose_moves(
+pub(super) fn pose_moves(
     context: &OperationContext<'_>,
     poses: &Node,
     notes: &mut Notes,
@@ -220,122 +173,4 @@ fn numbers_into(node: &Node, values: &mut Vec<f64>) {
         Kind::Numbers(numbers) => values.extend_from_slice(numbers),
         _ => values.extend(node.items().iter().filter_map(Node::number)),
     }
-}
-
-/// The moves that a robot or CAM program asks for.
-fn program_moves(
-    context: &OperationContext<'_>,
-    raw: &raw::Program,
-    path: &Node,
-    notes: &mut Notes,
-    programs: &mut FromPrograms,
-) -> Option<PathMoves> {
-    let name = raw.file.as_deref()?;
-    let line = path.line_at(&[Step::Key("program")]);
-    let file = relative_to(context.job, name);
-    let pending = programs.reading.pending_at(&file).map(<[u8]>::to_vec);
-    let file = match &pending {
-        Some(_) => file,
-        None => named_file(context.job, "path.program.file", name, line, notes)?,
-    };
-    let extension = file.extension().unwrap_or_default().to_string_lossy();
-    let Some(dialect) = Dialect::from_extension(&extension) else {
-        let what = format!(
-            "path.program.file '{name}': extension '{extension}' is not one of RAPID (.mod, .prg), \
-                APT (.apt, .cls) and G-code (.nc, .gcode, .ngc)"
-        );
-        notes.error(Code::Unreadable, line, format!("{}: {what}", context.called));
-        return None;
-    };
-    if let (Some(procedure), Dialect::Apt | Dialect::GCode) = (&raw.procedure, dialect) {
-        let line = path.line_at(&[Step::Key("program"), Step::Key("procedure")]);
-        let what = format!(
-            "{}: path.program.procedure '{procedure}' has no effect: {dialect} has no procedures",
-            context.called
-        );
-        notes.warning(Code::Unused, line, what);
-    }
-    for (key, given) in
-        [("spindle_from", raw.spindle_from.is_some()), ("tool_from", raw.tool_from.is_some())]
-    {
-        if given && dialect != Dialect::Rapid {
-            let line = path.line_at(&[Step::Key("program"), Step::Key(key)]);
-            let what = format!(
-                "{}: path.program.{key} has no effect: {dialect} has words of its own for it",
-                context.called
-            );
-            notes.warning(Code::Unused, line, what);
-        }
-    }
-    programs.reading.files.push(file.clone());
-    let bytes = match pending.map_or_else(|| read_bytes(&file, MAX_FILE_BYTES), Ok) {
-        Ok(bytes) => bytes,
-        Err(fault) => {
-            programs.errors.push(fault);
-            return None;
-        }
-    };
-    let settings = Settings {
-        procedure: raw.procedure.clone(),
-        tcp: context.tcp,
-        work_object: context.work_object,
-        feed_m_per_s: context.feed_m_per_s,
-        rapid_m_per_s: RAPID_M_PER_S,
-        joint_count: context.robot?.joints().len(),
-        spindle_from: raw.spindle_from.as_ref().and_then(|from| {
-            let raw::SpindleFrom { signal, procedure, argument, comment, rpm_per_unit } = from;
-            let what = [signal, procedure, comment];
-            setter(context, path, "spindle_from", what, *argument, *rpm_per_unit, notes)
-        }),
-        tool_from: raw.tool_from.as_ref().and_then(|from| {
-            let raw::ToolFrom { signal, procedure, argument, comment } = from;
-            setter(context, path, "tool_from", [signal, procedure, comment], *argument, None, notes)
-        }),
-        ..Settings::default()
-    };
-    programs.reading.programs.push((file.clone(), settings.clone()));
-    let located = |mut note: Note| {
-        note.place.file = Some(file.clone());
-        note
-    };
-    match program::read(&bytes, dialect, &settings) {
-        Ok(Program { moves, spindle, feeds, warnings, .. }) => {
-            programs.reading.warnings.extend(warnings.into_iter().map(located));
-            Some(PathMoves { moves, program: Some(ProgramSays { file, spindle, feeds }) })
-        }
-        Err(found) => {
-            programs.errors.extend(found.into_iter().map(located));
-            None
-        }
-    }
-}
-
-/// What of a RAPID program sets a number: a signal, a procedure or a comment.
-fn setter(
-    context: &OperationContext<'_>,
-    path: &Node,
-    key: &str,
-    what: [&Option<String>; 3],
-    argument: Option<u32>,
-    per_unit: Option<f64>,
-    notes: &mut Notes,
-) -> Option<SetBy> {
-    let what = match what {
-        [Some(signal), None, None] => Setter::Signal(signal.clone()),
-        [None, Some(procedure), None] => {
-            Setter::Procedure(procedure.clone(), argument.unwrap_or(1) as usize)
-        }
-        [None, None, Some(comment)] => Setter::Comment(comment.clone()),
-        _ => {
-            let line = path.line_at(&[Step::Key("program"), Step::Key(key)]);
-            let what = "must have one of signal, procedure, comment";
-            notes.error(
-                Code::Conflict,
-                line,
-                format!("{}: path.program.{key} {what}", context.called),
-            );
-            return None;
-        }
-    };
-    Some(SetBy { what, per_unit: per_unit.unwrap_or(1.0) })
 }

@@ -1,9 +1,11 @@
 //! Moves → a path, as the controller interpolates them.
 
+use std::sync::Arc;
+
 use nalgebra::Isometry3;
 
 use super::curve::Curve;
-use super::timed_path::{Knots, Path, Segment};
+use super::timed_path::{Knots, Path, Segment, shown_joints};
 use super::timing::{Clock, largest_step, seconds, stands_still};
 use crate::model::{InverseKinematics, Placement, Robot, forward_kinematics};
 use crate::motion::{Move, Target, Timing};
@@ -41,8 +43,8 @@ fn at_waypoint(index: usize, a_move: &Move, (code, what): Refusal) -> Note {
 
 impl<'a> Path<'a> {
     /// Plans `moves`, the first of which is where the operation starts. Where it starts at a pose,
-    /// that arm configuration is taken from which the whole path can be run; among several, the one
-    /// nearest to `start_near` (zero if `None`).
+    /// that arm configuration is taken that is nearest to `start_near`; without it, the one nearest
+    /// to zero from which the whole path can be run.
     ///
     /// # Errors
     /// Every waypoint that is wrong in itself (number of joints, limits), else the first move that
@@ -66,19 +68,53 @@ impl<'a> Path<'a> {
             with_those_behind(robot, &kinematics, moves, index, refusal)
         };
         let starts = starts(robot, &kinematics, first, start_near);
-        for start in starts.map_err(|refusal| all_of((0, refusal)))? {
-            match Planner::new(robot, &kinematics, &start).run(moves) {
-                Ok((knots, segments)) => {
-                    return Ok(Self::assemble(robot, kinematics, knots, segments));
+        let starts = starts.map_err(|refusal| all_of((0, refusal)))?;
+        for (rank, start) in starts.iter().enumerate() {
+            match Planner::new(robot, &kinematics, start).run(moves) {
+                Ok((knots, segments)) if rank == 0 || start_near.is_none() => {
+                    let found_start = (rank > 0).then(|| start.clone());
+                    let mut path = Self::assemble(robot, kinematics, knots, segments);
+                    path.found_start = found_start;
+                    return Ok(path);
+                }
+                // What was asked for is kept or refused.
+                Ok(_) => {
+                    if let Some((_, (_, what))) = &mut furthest {
+                        what.push_str(&format!(
+                            "; that is from start_near_deg, and from {} the whole path can be run",
+                            shown_joints(robot, start)
+                        ));
+                    }
+                    break;
                 }
                 Err(refused) => {
-                    if furthest.as_ref().is_none_or(|f| refused.0 > f.0) {
+                    let is_of_start = rank == 0 || start_near.is_none();
+                    if is_of_start && furthest.as_ref().is_none_or(|f| refused.0 > f.0) {
                         furthest = Some(refused);
                     }
                 }
             }
         }
         Err(furthest.map_or_else(Vec::new, all_of))
+    }
+}
+
+/// The joints that a move's program places itself, marked, and their positions at its end.
+fn held_by(robot: &Robot, a_move: &Move) -> Option<Arc<[bool]>> {
+    let external = &a_move.stated.external;
+    let mut held = vec![false; robot.joints().len()];
+    for (joint, _) in external {
+        *held.get_mut(*joint)? = true;
+    }
+    (!external.is_empty()).then(|| held.into())
+}
+
+/// Puts the joints that the program places to where a share of the move's way has them.
+fn place_held(q: &mut [f64], from: &[f64], a_move: &Move, share: f64) {
+    for &(joint, to) in &a_move.stated.external {
+        if let (Some(q), Some(from)) = (q.get_mut(joint), from.get(joint)) {
+            *q = from + (to - from) * share;
+        }
     }
 }
 
@@ -114,7 +150,14 @@ fn starts(
     let zero = vec![0.0; robot.joints().len()];
     let near = near.unwrap_or(&zero);
     let tip = pose * first.tcp.inverse();
-    let found = kinematics.solutions_near(robot, &tip, near);
+    let found = match held_by(robot, first) {
+        Some(held) => {
+            let mut seed = near.to_vec();
+            place_held(&mut seed, near, first, 1.0);
+            kinematics.solutions_holding(robot, &tip, &seed, &held)
+        }
+        None => kinematics.solutions_near(robot, &tip, near),
+    };
     if found.is_empty() {
         return Err(unreachable(robot, kinematics, &tip, near));
     }
@@ -133,7 +176,7 @@ fn with_those_behind(
     /// Errors that are listed one by one.
     const MAX_LISTED: usize = 5;
     /// Waypoints that are tried: each costs a search.
-    const MAX_TRIED: usize = 2000;
+    const MAX_TRIED: usize = 500;
     let near = vec![0.0; robot.joints().len()];
     let behind = moves.iter().enumerate().skip(index + 1);
     let mut unreached = behind.take(MAX_TRIED).filter_map(|(index, next)| {
@@ -143,7 +186,7 @@ fn with_those_behind(
             return None;
         };
         let tip = pose * next.tcp.inverse();
-        kinematics.solutions_near(robot, &tip, &near).is_empty().then_some((index, next, tip))
+        kinematics.solutions(robot, &tip).is_empty().then_some((index, next, tip))
     });
     let is_long = moves.len() > index + 1 + MAX_TRIED;
     let mut errors: Vec<Note> =
@@ -224,7 +267,14 @@ impl<'r> Planner<'r> {
             Target::Joints(q) => self.join(next, q.clone()),
             Target::JointsTo(pose) => {
                 let tip = pose * next.tcp.inverse();
-                let solutions = self.kinematics.solutions_near(self.robot, &tip, &self.q);
+                let solutions = match held_by(self.robot, next) {
+                    Some(held) => {
+                        let mut seed = self.q.clone();
+                        place_held(&mut seed, &self.q, next, 1.0);
+                        self.kinematics.solutions_holding(self.robot, &tip, &seed, &held)
+                    }
+                    None => self.kinematics.solutions_near(self.robot, &tip, &self.q),
+                };
                 match solutions.into_iter().next() {
                     Some(q) => self.join(next, q),
                     None => Err(unreachable(self.robot, self.kinematics, &tip, &self.q)),
@@ -287,11 +337,19 @@ impl<'r> Planner<'r> {
         // The first stretch is 20 mm; it doubles while the joints keep up.
         let mut stretch = (0.02 / length).min(1.0);
         let mut q = self.q.clone();
+        let held = held_by(self.robot, next);
         let (_, mut side) = self.singular_joints(&q, None);
         while u < 1.0 {
             let end = if u + stretch > 1.0 - MIN_STRETCH { 1.0 } else { u + stretch };
             let tip = curve.at(end) * next.tcp.inverse();
-            let step = self.kinematics.near(self.robot, &tip, &q);
+            let step = match &held {
+                Some(held) => {
+                    let mut seed = q.clone();
+                    place_held(&mut seed, &self.q, next, end);
+                    self.kinematics.near_holding(self.robot, &tip, &seed, held)
+                }
+                None => self.kinematics.near(self.robot, &tip, &q),
+            };
             let near = matches!(&step, Ok(solved) if largest_step(&q, solved) <= MAX_KNOT_STEP);
             if !near && stretch > MIN_STRETCH {
                 stretch *= 0.5;
@@ -427,6 +485,7 @@ impl<'r> Planner<'r> {
             start_s,
             end_s,
             standing_s: self.standing_s,
+            held: held_by(self.robot, next),
         });
     }
 }

@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::ops::Range;
+use std::sync::Arc;
 
 use nalgebra::Isometry3;
 
@@ -50,6 +51,18 @@ impl fmt::Display for JointOverspeed<'_> {
     }
 }
 
+/// Joint positions as start_near_deg has them.
+pub(super) fn shown_joints(robot: &Robot, q: &[f64]) -> String {
+    let shown = robot.joints().iter().zip(q).map(|(joint, &value)| {
+        let value = match joint.kind {
+            JointKind::Prismatic => mm_from_m(value),
+            _ => deg_from_rad(value),
+        };
+        format!("{:.1}", (value * 10.0).round() / 10.0 + 0.0)
+    });
+    format!("[{}]", shown.collect::<Vec<_>>().join(", "))
+}
+
 /// What is run between two waypoints.
 #[derive(Debug, Clone)]
 pub(super) struct Segment {
@@ -66,6 +79,8 @@ pub(super) struct Segment {
     pub(super) end_s: f64,
     /// Its time, if no feed has a part in it, s.
     pub(super) standing_s: f64,
+    /// Joints that the program places itself, straight from one end to the other.
+    pub(super) held: Option<Arc<[bool]>>,
 }
 
 impl Segment {
@@ -81,6 +96,7 @@ impl Segment {
             start_s: 0.0,
             end_s: 0.0,
             standing_s: 0.0,
+            held: None,
         }
     }
 }
@@ -94,6 +110,9 @@ pub struct Path<'a> {
     /// Time in which no feed has a part, s.
     standing_s: f64,
     segments: Vec<Segment>,
+    /// Where the path starts, if nearer joint positions that reach its first target do not lead
+    /// along it.
+    pub(super) found_start: Option<Vec<f64>>,
     /// s of the knots, strictly ascending from 0 to 1; one knot where nothing moves.
     knots_s: Vec<f64>,
     /// Joint positions at the knots, one row after the other.
@@ -124,6 +143,7 @@ impl<'a> Path<'a> {
             duration_s,
             standing_s,
             segments,
+            found_start: None,
             knots_s,
             knots_q: q,
             segment_of,
@@ -135,6 +155,7 @@ impl<'a> Path<'a> {
     /// carry something else. `moves` are those that the path was planned from.
     pub fn stretch<'b>(&self, moves: &[Move], stretch: Range<usize>, robot: &'b Robot) -> Path<'b> {
         let n = self.robot.joints().len();
+        let stretch_start = stretch.start;
         let first = self.segments.partition_point(|segment| segment.index < stretch.start);
         let behind = self.segments.partition_point(|segment| segment.index < stretch.end);
         let segments = self.segments.get(first..behind).unwrap_or_default();
@@ -156,7 +177,14 @@ impl<'a> Path<'a> {
             knots = Knots { time_s: vec![0.0], q: knots.q[..n].to_vec(), segment_of: Vec::new() };
             own = last.map(|at| Segment::standing(at, own.len())).into_iter().collect();
         }
-        Path::assemble(robot, self.kinematics.clone(), knots, own)
+        let found_start = self.found_start.clone().filter(|_| stretch_start == 0);
+        Path { found_start, ..Path::assemble(robot, self.kinematics.clone(), knots, own) }
+    }
+
+    /// The joint positions where the path starts, as start_near_deg has them, if nobody asked for
+    /// them and nearer ones reach the first target, too, but do not lead along the path.
+    pub fn found_start(&self) -> Option<String> {
+        self.found_start.as_ref().map(|start| shown_joints(self.robot, start))
     }
 
     /// The robot that runs the path.
@@ -309,7 +337,11 @@ impl PathReader<'_, '_> {
             let u = (s - segment.start_s) / (segment.end_s - segment.start_s);
             let tip = curve.at(u) * segment.tcp.inverse();
             self.guess.copy_from_slice(q);
-            q.copy_from_slice(&path.kinematics.near(path.robot, &tip, &self.guess)?);
+            let solved = match &segment.held {
+                Some(held) => path.kinematics.near_holding(path.robot, &tip, &self.guess, held),
+                None => path.kinematics.near(path.robot, &tip, &self.guess),
+            };
+            q.copy_from_slice(&solved?);
         }
         Ok(segment.tcp)
     }

@@ -85,9 +85,9 @@ pub(super) fn stands_still(length_m: f64) -> bool {
     length_m <= MAX_STANDSTILL_M
 }
 
-/// Seconds for a move: as the program gives them, or the way of the tool centre point over the feed;
-/// where the point stands still, no less than the slowest joint's motion at its largest speed.
-/// `ways` is what each joint turns or slides in all.
+/// Seconds for a move: as the program gives them, or the way of the tool centre point over the
+/// feed; where the point stands still, no less than the slowest joint's motion at its largest
+/// speed. `ways` is what each joint turns or slides in all.
 ///
 /// `Err` names a joint that has no largest speed to go by.
 pub(super) fn seconds(

@@ -1,5 +1,5 @@
-//! What robot programs leave to the cell: frames by number, external axes, and which call, signal or
-//! comment sets the spindle's speed or the tool's number.
+//! What robot programs leave to the cell: frames by number, external axes, and which call, signal
+//! or comment sets the spindle's speed or the tool's number.
 
 use std::collections::HashMap;
 
@@ -14,8 +14,9 @@ use crate::units::{m_from_mm, rad_from_deg};
 /// Joints that a robot's own program has.
 const ROBOT_AXES: usize = 6;
 
-/// Two positions of an external axis nearer than this are one, mm or degrees.
-const SAME_POSITION: f64 = 1e-3;
+/// Two positions of an external axis nearer than this are one, mm or degrees: taught positions
+/// scatter.
+const SAME_POSITION: f64 = 1e-2;
 
 /// Tool `number` in the tip frame: the job's frame of that number, the flange for 0, else the job's
 /// tcp.

@@ -12,7 +12,7 @@ use super::tool_axis::orientation;
 use super::{Pace, Settings, Spindle, tool_number};
 use crate::motion::Target;
 use crate::notes::Code;
-use crate::units::{m_from_mm, m_per_s_from_mm_per_min};
+use crate::units::{hz_from_rpm, m_from_mm, m_per_s_from_mm_per_min};
 
 /// What a number of feed stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -192,7 +192,7 @@ impl<'a> Cutter<'a> {
             }
             (_, None) => Ok(Pace::Unstated),
             (FeedKind::PerMinute, Some(feed)) => Ok(Pace::Feed(m_per_s_from_mm_per_min(feed))),
-            (FeedKind::InverseTime, Some(feed)) => Ok(Pace::Seconds(60.0 / feed)),
+            (FeedKind::InverseTime, Some(feed)) => Ok(Pace::Seconds(1.0 / hz_from_rpm(feed))),
             (FeedKind::PerRevolution, Some(feed)) => match self.rpm {
                 Some(rpm) if rpm > 0.0 => Ok(Pace::Feed(m_per_s_from_mm_per_min(feed * rpm))),
                 _ => Err("the feed is per revolution, but the spindle's speed is not known".into()),

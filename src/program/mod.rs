@@ -45,6 +45,7 @@ mod cutter;
 mod fanuc;
 mod gcode;
 mod grouping;
+mod heidenhain;
 mod krl;
 mod log;
 mod rapid;
@@ -78,6 +79,8 @@ pub enum Dialect {
     Krl,
     /// Fanuc TP, a program as text.
     Fanuc,
+    /// Heidenhain's conversational language.
+    Heidenhain,
 }
 
 impl Dialect {
@@ -91,6 +94,7 @@ impl Dialect {
             }
             "src" => Some(Self::Krl),
             "ls" => Some(Self::Fanuc),
+            "h" | "hnc" => Some(Self::Heidenhain),
             _ => None,
         }
     }
@@ -104,6 +108,7 @@ impl fmt::Display for Dialect {
             Self::GCode => "G-code",
             Self::Krl => "KRL",
             Self::Fanuc => "Fanuc TP",
+            Self::Heidenhain => "Heidenhain",
         })
     }
 }
@@ -193,6 +198,7 @@ fn read_up_to(
         Dialect::GCode => gcode::read(&text, settings, &mut log),
         Dialect::Krl => krl::read(&text, settings, &mut log),
         Dialect::Fanuc => fanuc::read(&text, settings, &mut log),
+        Dialect::Heidenhain => heidenhain::read(&text, settings, &mut log),
     }
     log.finish()
 }

@@ -169,10 +169,18 @@ fn number_like(old: &str, value: f64) -> String {
     new
 }
 
-/// Three decimals at most, or as many as a small number needs.
+/// Three decimals, or seven digits where three decimals are too coarse.
 fn written(value: f64) -> String {
+    /// Of the value.
+    const COARSE: f64 = 2e-6;
     let rounded = (value * 1e3).round() / 1e3;
-    if rounded > 0.0 { rounded.to_string() } else { value.to_string() }
+    if (rounded - value).abs() <= COARSE * value {
+        return rounded.to_string();
+    }
+    let digits = 6 - value.log10().floor().clamp(-300.0, 6.0) as i32;
+    let scale = 10_f64.powi(digits);
+    let fine = (value * scale).round() / scale;
+    if fine.is_finite() { fine.to_string() } else { value.to_string() }
 }
 
 fn spliced(bytes: &[u8], decoded: &Decoded, texts: &BTreeMap<Span, String>) -> Vec<u8> {

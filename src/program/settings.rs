@@ -31,6 +31,8 @@ pub struct Settings {
     pub rotary_axes: Vec<RotaryAxis>,
     /// APT: in which coordinate system coordinates are behind a second one.
     pub coordinates: Option<Coordinates>,
+    /// RAPID: the arguments of the procedure, as the program would write them.
+    pub arguments: Vec<String>,
     /// KRL, Fanuc: frames of tools in the tip frame, by number.
     pub tool_frames: BTreeMap<u32, Isometry3<f64>>,
     /// KRL, Fanuc: bases and user frames in the robot's base frame, by number.
@@ -58,6 +60,7 @@ impl Default for Settings {
             tool_from: None,
             rotary_axes: Vec::new(),
             coordinates: None,
+            arguments: Vec::new(),
             tool_frames: BTreeMap::new(),
             base_frames: BTreeMap::new(),
             external_axes: BTreeMap::new(),

@@ -38,6 +38,13 @@ pub(super) fn on_operation(
         .chain(sudden)
         .map(|(code, what)| about_operation(job, operation, code, what))
         .collect();
+    if let Some(start) = path.found_start() {
+        let what = format!(
+            "the arm starts at {start}: nearer positions reach the first target and cannot run the \
+             path; start_near_deg chooses"
+        );
+        warnings.push(about_operation(job, operation, Code::Assumed, what));
+    }
     if let Some(overspeed) = path.worst_joint_overspeed() {
         let what = format!(
             "{overspeed}; the robot will be slower there than assumed{}",

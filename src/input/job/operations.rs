@@ -7,8 +7,9 @@ use std::sync::Arc;
 use nalgebra::Isometry3;
 
 use super::super::frame::frame;
+use super::super::moves::moves_of;
 use super::super::raw::job as raw;
-use super::super::waypoints::{OperationContext, PathMoves, joint_position, moves_of};
+use super::super::waypoints::{OperationContext, PathMoves, joint_position};
 use super::Reader;
 use super::speeds::Said;
 use super::stretches::{stretches, usual_feed_m_per_s};
@@ -88,6 +89,7 @@ impl<'j> Reader<'j> {
         let speed = self.speed(raw, node, called, spindle);
         let feed_m_per_s = raw.feed_mm_per_min.map(m_per_s_from_mm_per_min);
         let start_near = self.start_near(raw, node, called);
+        let (external_axes, assume) = (self.external_axes.clone(), self.assume());
         let operation = OperationContext {
             called,
             job: self.path,
@@ -96,6 +98,8 @@ impl<'j> Reader<'j> {
             nothing_stated: Arc::default(),
             tcp: self.raw.tcp.as_ref().map(placed),
             work_object: self.raw.work_object.as_ref().map(placed),
+            external_axes: &external_axes,
+            assume: &assume,
         };
         if let Some(tool) = tool {
             self.check_radial_depth(raw, node, called, "tool", tool);

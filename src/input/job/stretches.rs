@@ -158,7 +158,12 @@ mod tests {
             line: i + 1,
             timing: Timing::Feed,
             spindle_turns: spindle != Some(Spindle::Stands),
-            stated: Arc::new(Stated { spindle, tool, load: mass.map(load).map(Arc::new) }),
+            stated: Arc::new(Stated {
+                spindle,
+                tool,
+                load: mass.map(load).map(Arc::new),
+                external: Vec::new(),
+            }),
         });
         each.collect()
     }

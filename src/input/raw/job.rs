@@ -40,6 +40,12 @@ pub(in crate::input) struct Job {
     /// Work object in the frame of the robot's base link; identity if absent. Poses are relative to
     /// it.
     pub(in crate::input) work_object: Option<Frame>,
+    /// Joints of the robot that programs move as external axes, by the program's name of the axis.
+    #[schemars(extend("examples" = [{"eax_a": "rail_joint"}]))]
+    pub(in crate::input) external_axes: Option<BTreeMap<String, String>>,
+    /// What programs read and only the run shows, by name: signals, registers, speeds in mm/s.
+    #[schemars(extend("examples" = [{"di_more": false, "R[5]": 100}]))]
+    pub(in crate::input) assume: Option<BTreeMap<String, Assumed>>,
     /// The spindle.
     #[schemars(required)]
     pub(in crate::input) spindle: Option<Spindle>,
@@ -56,6 +62,16 @@ pub(in crate::input) struct Job {
     /// Findings that somebody has looked at: they count no more until a day, and are shown as
     /// accepted.
     pub(in crate::input) accept: Option<Vec<Acceptance>>,
+}
+
+/// A value that a program is taken to find.
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub(in crate::input) enum Assumed {
+    /// TRUE or FALSE.
+    Truth(bool),
+    /// A number.
+    Number(f64),
 }
 
 /// A finding that is accepted.
@@ -318,6 +334,57 @@ pub(in crate::input) struct Program {
     /// RAPID: what sets the number of the tool. One of signal, procedure and comment.
     #[schemars(extend("examples" = [{"procedure": "LoadTool"}]))]
     pub(in crate::input) tool_from: Option<ToolFrom>,
+    /// RAPID, KRL: further files of the program, relative to this file: modules, data lists.
+    #[schemars(extend("examples" = [["targets.mod"], ["pocket.dat", "config.dat"]]))]
+    pub(in crate::input) files: Option<Vec<String>>,
+    /// RAPID: the arguments of the procedure, each as the program would write it.
+    #[schemars(extend("examples" = [["2", "TRUE"]]))]
+    pub(in crate::input) arguments: Option<Vec<String>>,
+    /// KRL, Fanuc: tools in the frame of the tip link, by number; tcp where a number is absent.
+    #[schemars(extend("examples" = [{"1": {"xyz_m": [0, 0, 0.15]}}]))]
+    pub(in crate::input) tool_frames: Option<BTreeMap<String, Frame>>,
+    /// KRL, Fanuc: bases and user frames in the frame of the base link, by number; work_object
+    /// where a number is absent.
+    #[schemars(extend("examples" = [{"1": {"xyz_m": [0.9, 0, 0.4]}}]))]
+    pub(in crate::input) base_frames: Option<BTreeMap<String, Frame>>,
+    /// G-code: what axes A, B and C turn, from the base to the tool; places are of the tool tip.
+    pub(in crate::input) rotary_axes: Option<Vec<RotaryAxis>>,
+    /// APT: whether coordinates behind a second coordinate system (MSYS, CSYS) are in it (local) or
+    /// in the first (world).
+    pub(in crate::input) coordinates: Option<Coordinates>,
+}
+
+// Variants without doc comments: schemars then writes a plain `enum`.
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub(in crate::input) enum Coordinates {
+    Local,
+    World,
+}
+
+/// A rotary axis of G-code.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(in crate::input) struct RotaryAxis {
+    /// Its letter: A, B or C.
+    #[schemars(required, extend("enum" = ["A", "B", "C"]))]
+    pub(in crate::input) letter: Option<String>,
+    /// What it turns about, in the work object.
+    #[schemars(required, extend("examples" = [[1, 0, 0]]))]
+    pub(in crate::input) axis: Option<[f64; 3]>,
+    /// Whether it turns the tool or the work; the tool if absent.
+    pub(in crate::input) turns: Option<Turns>,
+    /// A point on it in the work object, mm; [0, 0, 0] if absent.
+    #[schemars(extend("default" = [0, 0, 0]))]
+    pub(in crate::input) origin_mm: Option<[f64; 3]>,
+}
+
+// Variants without doc comments: schemars then writes a plain `enum`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub(in crate::input) enum Turns {
+    Tool,
+    Work,
 }
 
 /// What sets the spindle's speed in a RAPID program.

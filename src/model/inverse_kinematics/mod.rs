@@ -15,6 +15,7 @@
 
 mod descent;
 mod fault;
+mod holding;
 mod spherical;
 
 use std::f64::consts::{PI, TAU};

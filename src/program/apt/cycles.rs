@@ -7,6 +7,7 @@ use super::{Reader, name, number};
 use crate::program::Pace;
 use crate::program::cutter::{Feed, FeedKind, Hole};
 use crate::program::log::States;
+use crate::units::hz_from_rpm;
 
 /// A drilling cycle that is on: lengths in mm along the tool axis from the programmed point.
 #[derive(Debug, Clone, Copy)]
@@ -168,7 +169,7 @@ impl Reader<'_> {
                 // In turns of the spindle.
                 ("REV", Some((value, _))) if cycle.dwell_s == 0.0 => {
                     let rpm = self.cutter.rpm.filter(|rpm| *rpm > 0.0);
-                    cycle.dwell_s = rpm.map_or(0.0, |rpm| value * 60.0 / rpm);
+                    cycle.dwell_s = rpm.map_or(0.0, |rpm| value / hz_from_rpm(rpm));
                 }
                 ("RTRCTO" | "RETURN" | "RETRCT", None)
                 | ("DWELL" | "STEP" | "STEP1" | "INCR" | "TIMES" | "REV" | "CAM" | "ORIENT", _) => {

@@ -21,7 +21,7 @@ use super::cutter::{Cutter, Feed, FeedKind};
 use super::log::Log;
 use super::span::Span;
 use crate::notes::Code;
-use crate::units::mm_from_inch;
+use crate::units::{hz_from_rpm, mm_from_inch};
 use cycles::Cycle;
 use lexer::{Lexer, Statement, Word};
 use systems::Systems;
@@ -291,7 +291,7 @@ impl<'a> Reader<'a> {
         let in_turns = minor.iter().filter_map(name).any(|name| lexer::is(name, "REV"));
         let seconds = match (in_turns, self.cutter.rpm) {
             (false, _) => time,
-            (true, Some(rpm)) if rpm > 0.0 => time * 60.0 / rpm,
+            (true, Some(rpm)) if rpm > 0.0 => time / hz_from_rpm(rpm),
             (true, _) => return Err("in turns of a spindle whose speed is not known".to_owned()),
         };
         self.cutter.log.dwell(line, seconds);

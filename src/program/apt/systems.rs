@@ -9,7 +9,8 @@ use crate::program::Coordinates;
 /// Axes of a system are unit vectors, and across one another, to about three digits.
 const AXES_TOLERANCE: f64 = 0.01;
 
-/// Where coordinates of the program lie in the job's work object, which stands for the first system.
+/// Where coordinates of the program lie in the job's work object, which stands for the first
+/// system.
 #[derive(Debug)]
 pub(super) struct Systems {
     said: Option<Coordinates>,

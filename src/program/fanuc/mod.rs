@@ -1,10 +1,11 @@
 //! Fanuc TP programs (.ls) → motions.
 //!
 //! Read: J, L, C and A to P[] and PR[], positions in both layouts as poses or joints, speeds in
-//! mm/sec, cm/min, inch/min, deg/sec, %, sec and registers, WAIT, R[] and PR[] with arithmetic, FOR,
-//! IF, JMP, CALL by name. User frames and tools are the job's, by number; frame 0 is the robot's base
-//! frame. The third joint of a Fanuc arm counts from the horizontal, so it is J3 + J2 in the robot's
-//! description. CONFIG is left out: the arm configuration follows from the start of the path.
+//! mm/sec, cm/min, inch/min, deg/sec, %, sec and registers, WAIT, R[] and PR[] with arithmetic,
+//! FOR, IF, JMP, CALL by name. User frames and tools are the job's, by number; frame 0 is the
+//! robot's base frame. The third joint of a Fanuc arm counts from the horizontal, so it is J3 + J2
+//! in the robot's description. CONFIG is left out: the arm configuration follows from the start of
+//! the path.
 
 mod motion;
 mod registers;

@@ -19,12 +19,6 @@ use crate::units::{
 const POSE: [&str; 6] = ["x", "y", "z", "w", "p", "r"];
 const JOINTS: [&str; 6] = ["j1", "j2", "j3", "j4", "j5", "j6"];
 
-/// Whether a statement moves: `J P[1] …`, `L PR[2] …`.
-pub(super) fn is_motion(text: &str) -> bool {
-    let rest = text.strip_prefix(['J', 'L', 'C', 'A', 'S']).unwrap_or("").trim_start();
-    rest.starts_with("P[") || rest.starts_with("PR[")
-}
-
 /// Where a motion goes: a pose with its tool, or joints of the arm, rad.
 #[derive(Debug, Clone)]
 enum Place {

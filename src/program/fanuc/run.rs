@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::registers::{Registers, register};
-use super::text::{Source, Statement};
+use super::text::{Source, Statement, is_motion};
 use crate::notes::Code;
 use crate::program::Settings;
 use crate::program::cell::{External, Given, set_by_call, set_by_comment, set_by_name};
@@ -151,7 +151,7 @@ impl<'a> Run<'a> {
         if text.is_empty() || text.starts_with("//") {
             return Ok(false);
         }
-        if super::motion::is_motion(text) {
+        if is_motion(text) {
             self.motion(statement)?;
             return Ok(false);
         }

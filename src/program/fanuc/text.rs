@@ -230,14 +230,21 @@ fn component(field: &str, group: &mut Group) -> Result<(), String> {
     Ok(())
 }
 
+/// Whether a statement moves: `J P[1] …`, `L PR[2] …`.
+pub(super) fn is_motion(text: &str) -> bool {
+    let rest = text.strip_prefix(['J', 'L', 'C', 'A', 'S']).unwrap_or("").trim_start();
+    rest.starts_with("P[") || rest.starts_with("PR[")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const TEXT: &str = "/PROG A\n/ATTR\n/MN\n   1:  UFRAME_NUM=1 ;\n:C P[2]\n    :  P[3] 100mm/sec FINE ;\n\
-                        ! a ; b ;\nL P[1:x] 1cm/min CNT50;\n/POS\nP[1:\"x\"] {\n   GP1:\n UF : 1, UT : 2, \
-                        CONFIG : 'N U T, 0, 0, 0',\n X = 1.5 mm, Y = -2 mm, Z = 3 mm,\n W = 0 deg, P = 1 \
-                        deg, R = 2 deg\n   GP2:\n UF : F, UT : F,\n J1= 4 deg\n};\n/END\n";
+    const TEXT: &str = "/PROG A\n/ATTR\n/MN\n   1:  UFRAME_NUM=1 ;\n:C P[2]\n    :  P[3] \
+                        100mm/sec FINE ;\n! a ; b ;\nL P[1:x] 1cm/min CNT50;\n/POS\n\
+                        P[1:\"x\"] {\n   GP1:\n UF : 1, UT : 2, CONFIG : 'N U T, 0, 0, 0',\n \
+                        X = 1.5 mm, Y = -2 mm, Z = 3 mm,\n W = 0 deg, P = 1 deg, R = 2 deg\n   \
+                        GP2:\n UF : F, UT : F,\n J1= 4 deg\n};\n/END\n";
 
     #[test]
     fn statements_and_positions_of_both_layouts() {

@@ -75,7 +75,7 @@ fn run_checked(
         modal(machine, &mut once, line, code)?;
     }
     if let Some(feed) = block.word(b'F')
-        && !(once.dwell && !block.has_any(b"PXUS"))
+        && (!once.dwell || block.has_any(b"PXUS"))
         && !once.macro_call
     {
         if machine.inches != inches && machine.cutter.feed.value.is_some() {

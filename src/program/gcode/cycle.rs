@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 
 use super::block::Block;
 use super::dwell::cycle_dwell_s;
-use super::state::{AXES, CycleKind, Machine, Motion};
+use super::state::{AXES, Cycle, CycleKind, Machine, Motion};
 use crate::program::Pace;
 use crate::program::arc::Plane;
 use crate::program::cutter::{FeedKind, Hole};
@@ -13,19 +13,6 @@ use crate::program::log::States;
 
 /// Of a cycle, and of pecks in a hole.
 const MAX_REPEATS: f64 = 10_000.0;
-
-/// What a cycle remembers from hole to hole, mm.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Cycle {
-    /// Height where the cycle was called: where G98 goes back to.
-    initial: f64,
-    /// The R word, the word of the bottom and Q as given.
-    retract: Option<f64>,
-    bottom: Option<f64>,
-    step: Option<f64>,
-    dwell_s: f64,
-    is_tap: bool,
-}
 
 impl Machine<'_> {
     /// G73–G89.

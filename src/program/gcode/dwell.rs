@@ -4,7 +4,7 @@ use super::block::{Block, Word};
 use super::state::Machine;
 use crate::notes::Code;
 use crate::program::log::Log;
-use crate::units::s_from_ms;
+use crate::units::{hz_from_rpm, s_from_ms};
 
 /// P without a decimal point from this on is in milliseconds, as Fanuc has it: nobody lets a
 /// cutter rub for minutes.
@@ -38,7 +38,7 @@ impl Machine<'_> {
             seconds.value
         } else if let Some(turns) = block.word(b'S') {
             match self.cutter.rpm {
-                Some(rpm) if rpm > 0.0 => turns.value * 60.0 / rpm,
+                Some(rpm) if rpm > 0.0 => turns.value / hz_from_rpm(rpm),
                 _ => return Err("a dwell in turns of a spindle that stands".to_owned()),
             }
         } else {

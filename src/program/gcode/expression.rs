@@ -2,6 +2,8 @@
 
 use std::collections::HashMap;
 
+use crate::units::{deg_from_rad, rad_from_deg};
+
 /// Expressions in one another beyond this are refused.
 const MAX_DEPTH: usize = 40;
 
@@ -206,11 +208,11 @@ impl<'t> Reader<'t> {
             "FIX" => f64::floor,
             "FUP" => f64::ceil,
             "ROUND" => f64::round,
-            "SIN" => |x| x.to_radians().sin(),
-            "COS" => |x| x.to_radians().cos(),
-            "TAN" => |x| x.to_radians().tan(),
-            "ASIN" => |x| x.asin().to_degrees(),
-            "ACOS" => |x| x.acos().to_degrees(),
+            "SIN" => |x| rad_from_deg(x).sin(),
+            "COS" => |x| rad_from_deg(x).cos(),
+            "TAN" => |x| rad_from_deg(x).tan(),
+            "ASIN" => |x| deg_from_rad(x.asin()),
+            "ACOS" => |x| deg_from_rad(x.acos()),
             "ATAN" => return self.arc_tangent(),
             _ => return Err(format!("'{name}' is not understood in an expression")),
         };
@@ -222,10 +224,10 @@ impl<'t> Reader<'t> {
     fn arc_tangent(&mut self) -> Result<f64, String> {
         let y = self.deeper(Self::primary)?;
         if !self.take(b'/') {
-            return Ok(y.atan().to_degrees());
+            return Ok(deg_from_rad(y.atan()));
         }
         let x = self.deeper(Self::primary)?;
-        Ok(y.atan2(x).to_degrees())
+        Ok(deg_from_rad(y.atan2(x)))
     }
 
     pub(super) fn expression(&mut self) -> Result<f64, String> {

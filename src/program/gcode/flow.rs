@@ -313,6 +313,23 @@ impl<'t> Flow<'t> {
             }
             // Reached from the branch before, which has run.
             "ELSEIF" | "ELSE" => self.go_behind(label, line, &["ENDIF"]),
+            "WHILE" | "ENDWHILE" | "REPEAT" | "ENDREPEAT" | "CONTINUE" | "BREAK" => {
+                self.o_loop(line, label, keyword, content, rest)
+            }
+            "DO" | "ENDIF" => Ok(()),
+            other => Err(format!("O-word '{other}' is not understood")),
+        }
+    }
+
+    fn o_loop(
+        &mut self,
+        line: usize,
+        label: &str,
+        keyword: &str,
+        content: &str,
+        rest: usize,
+    ) -> Result<(), String> {
+        match keyword {
             "WHILE" => {
                 // The WHILE of a DO stands at its end.
                 let head = self.o_words.iter().rfind(|o| {
@@ -355,15 +372,13 @@ impl<'t> Flow<'t> {
                     None => self.go_behind(label, line, &["ENDREPEAT"]),
                 }
             }
-            "BREAK" => {
+            _ => {
                 let ends = ["ENDWHILE", "ENDREPEAT", "WHILE"];
                 let end = self.find(label, line, &ends)?;
                 self.repeats.retain(|&at, _| !(at < line && line < end));
                 self.next = end + 1;
                 Ok(())
             }
-            "DO" | "ENDIF" => Ok(()),
-            other => Err(format!("O-word '{other}' is not understood")),
         }
     }
 

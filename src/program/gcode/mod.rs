@@ -5,19 +5,19 @@
 //! S, M3–M5, subprograms, loops, conditions, parameters and expressions, and Sinumerik's words as
 //! milling posts write them. The work offset under which the path starts is the job's work object.
 //! Reported and left out: radius compensation (the path is read as programmed), M codes that are
-//! not known. Errors: everything else that moves, shifts or computes motion; two words of one letter
-//! or two codes of one modal group in a block. Until X, Y and Z are all given the place is not
-//! known: the path starts where they are, and a move at feed before is an error. Reference and
+//! not known. Errors: everything else that moves, shifts or computes motion; two words of one
+//! letter or two codes of one modal group in a block. Until X, Y and Z are all given the place is
+//! not known: the path starts where they are, and a move at feed before is an error. Reference and
 //! machine positions (G28, G30, G53) are not in the program, so behind them axes are not known,
 //! either, until rapid moves set them again.
 
 mod block;
 mod codes;
-mod corner;
 mod cycle;
 mod dwell;
 mod expression;
 mod flow;
+mod lines;
 mod names;
 mod rotary;
 mod shift;
@@ -33,7 +33,7 @@ use state::Machine;
 
 /// Reads a G-code file into the log.
 pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
-    let lines = lines(text);
+    let lines = split(text);
     let mut machine = Machine::new(settings, log, changes_tools(&lines));
     let mut flow = Flow::new(&lines);
     let mut block = Block::default();
@@ -69,7 +69,7 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
             return;
         }
     }
-    let open = machine.corner.map(|corner| corner.line());
+    let open = machine.corner.map(|corner| corner.line);
     if let (Some(line), Err(what)) = (open, machine.no_corner()) {
         machine.cutter.log.error(Code::Motion, line, what);
     }
@@ -93,7 +93,7 @@ fn set_parameters(
 }
 
 /// Lines without their ends, each with where it begins.
-fn lines(text: &str) -> Vec<(usize, &str)> {
+fn split(text: &str) -> Vec<(usize, &str)> {
     let mut start = 0;
     let lines = text.split_inclusive('\n').map(|whole| {
         let at = start;

@@ -1,14 +1,12 @@
 //! What a G-code controller remembers from block to block, and the moves that come of it.
 
-use nalgebra::{Rotation3, Vector3};
+use nalgebra::Vector3;
 
 use super::block::{Block, Counts, DIRECTION, RADIUS, Word};
-use super::corner::Corner;
-use super::cycle::Cycle;
 use super::rotary::Rotary;
 use super::shift::Shift;
 use crate::notes::Code;
-use crate::program::arc::{Arc, Centre, Plane};
+use crate::program::arc::{Centre, Plane};
 use crate::program::cutter::{Cutter, Feed, FeedKind};
 use crate::program::log::Log;
 use crate::program::{Pace, Settings, tool_number};
@@ -36,6 +34,30 @@ pub(super) enum CycleKind {
     /// G74, G84, G85, G89: out at the feed.
     Bore,
     Unknown(i64),
+}
+
+/// What a cycle remembers from hole to hole, mm.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Cycle {
+    /// Height where the cycle was called: where G98 goes back to.
+    pub(super) initial: f64,
+    /// The R word, the word of the bottom and Q as given.
+    pub(super) retract: Option<f64>,
+    pub(super) bottom: Option<f64>,
+    pub(super) step: Option<f64>,
+    pub(super) dwell_s: f64,
+    pub(super) is_tap: bool,
+}
+
+/// A line whose end waits for the next to be cut off.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Corner {
+    pub(super) is_round: bool,
+    /// Radius, or length that is cut off each line, mm.
+    pub(super) size: f64,
+    pub(super) line: usize,
+    pub(super) to: Vector3<f64>,
+    pub(super) pace: Pace,
 }
 
 pub(super) struct Machine<'a> {
@@ -130,30 +152,8 @@ impl<'a> Machine<'a> {
         Ok([self.axis(block, 0)?, self.axis(block, 1)?, self.axis(block, 2)?])
     }
 
-    pub(super) fn straight(
-        &mut self,
-        line: usize,
-        block: &Block,
-        pace: Pace,
-    ) -> Result<(), String> {
-        self.turn(block)?;
-        let end = self.end_of(block)?;
-        let corner = Corner::of(block, |length| self.mm(length))?;
-        match end {
-            [Some(x), Some(y), Some(z)] => self.line_to(line, Vector3::new(x, y, z), pace, corner),
-            _ if pace == Pace::Rapid => {
-                self.cutter.at = end;
-                Ok(())
-            }
-            _ => {
-                self.cutter.at = end;
-                Err(self.cutter.unknown())
-            }
-        }
-    }
-
     /// Rotary axes and tool directions of a block.
-    fn turn(&mut self, block: &Block) -> Result<(), String> {
+    pub(super) fn turn(&mut self, block: &Block) -> Result<(), String> {
         let direction = DIRECTION.map(|letter| block.word(letter).map(|word| word.value));
         if let [Some(i), Some(j), Some(k)] = direction {
             let axis = Vector3::new(i, j, k).try_normalize(1e-6);
@@ -192,41 +192,7 @@ impl<'a> Machine<'a> {
         self.cutter.leave(line, axes, how);
     }
 
-    pub(super) fn arc(
-        &mut self,
-        line: usize,
-        block: &Block,
-        clockwise: bool,
-    ) -> Result<(), String> {
-        self.turn(block)?;
-        let pace = self.cutter.pace()?;
-        let start = self.cutter.place().ok_or("an arc from an unknown position")?;
-        let [Some(x), Some(y), Some(z)] = self.end_of(block)? else {
-            return Err("an arc to an unknown position".to_owned());
-        };
-        let centre = self.centre(block, start)?;
-        let turns = block.get('P').unwrap_or(1.0);
-        if !(1.0..=1000.0).contains(&turns) || turns.fract() != 0.0 {
-            return Err(format!("P is {turns}, must be a whole number of turns"));
-        }
-        let arc = Arc {
-            start,
-            end: Vector3::new(x, y, z),
-            plane: self.plane,
-            turn: Rotation3::identity(),
-            clockwise,
-            centre,
-            // Whole and in 0..1000, checked above.
-            more_turns: turns as u32 - 1,
-        };
-        self.no_corner()?;
-        if self.rotary.moves_work() {
-            return Err("an arc while a rotary axis of the work is used".to_owned());
-        }
-        self.cutter.arc(line, &arc, pace)
-    }
-
-    fn centre(&self, block: &Block, start: Vector3<f64>) -> Result<Centre, String> {
+    pub(super) fn centre(&self, block: &Block, start: Vector3<f64>) -> Result<Centre, String> {
         let Plane([u, v, w]) = self.plane;
         if let Some(radius) = block.get('R').or(block.get(char::from(RADIUS))) {
             return Ok(Centre::Radius(self.mm(radius)));

@@ -5,9 +5,7 @@ use super::run::Run;
 use super::syntax::{Expr, Path};
 use super::value::{FRAME, Parts, Value, frame, of_frame};
 use crate::program::Assumed;
-
-/// Components of a position that make it one.
-const POSITION: [&str; 12] = ["x", "y", "z", "a", "b", "c", "a1", "a2", "a3", "a4", "a5", "a6"];
+use crate::units::{deg_from_rad, rad_from_deg};
 
 impl<'a> Run<'a> {
     pub(super) fn eval(&mut self, expr: &'a Expr) -> Value {
@@ -139,10 +137,10 @@ impl<'a> Run<'a> {
         match name {
             "abs" => of(f64::abs),
             "sqrt" => of(f64::sqrt),
-            "sin" => of(|x| x.to_radians().sin()),
-            "cos" => of(|x| x.to_radians().cos()),
-            "tan" => of(|x| x.to_radians().tan()),
-            "acos" => of(|x| x.acos().to_degrees()),
+            "sin" => of(|x| rad_from_deg(x).sin()),
+            "cos" => of(|x| rad_from_deg(x).cos()),
+            "tan" => of(|x| rad_from_deg(x).tan()),
+            "acos" => of(|x| deg_from_rad(x.acos())),
             "inv_pos" | "inv_frame" => {
                 known(first.ok_or_else(String::new).and_then(|value| {
                     frame(value.parts()?).map(|frame| of_frame(&frame.inverse()))
@@ -184,11 +182,6 @@ fn number_of(value: &Value, part: &str) -> Result<f64, String> {
         }
         other => other.num(),
     }
-}
-
-/// Whether a value is a position that an unknown procedure may go to.
-pub(super) fn is_position(value: &Value) -> bool {
-    matches!(value, Value::Parts(parts) if parts.keys().any(|key| POSITION.contains(&key.as_str())))
 }
 
 fn known(value: Result<Value, String>) -> Value {

@@ -1,10 +1,11 @@
-//! KUKA KRL (.src with .dat) → motions: lines, tokens, syntax tree, and an interpreter that runs the
-//! program as the controller would, as far as that is known before the run.
+//! KUKA KRL (.src with .dat) → motions: lines, tokens, syntax tree, and an interpreter that runs
+//! the program as the controller would, as far as that is known before the run.
 //!
 //! Read: data lists, positions with components left out, PTP, LIN, CIRC and their relatives, SPLINE
 //! with its segments, inline forms with BAS, frames of $CONFIG.DAT where the job names the file,
-//! expressions, IF, FOR, WHILE, REPEAT, SWITCH, WAIT SEC. S and T of a position are left out: the arm
-//! configuration follows from the start of the path. The world frame is taken to be the base frame.
+//! expressions, IF, FOR, WHILE, REPEAT, SWITCH, WAIT SEC. S and T of a position are left out: the
+//! arm configuration follows from the start of the path. The world frame is taken to be the base
+//! frame.
 
 mod eval;
 mod lexer;
@@ -13,6 +14,7 @@ mod parser;
 mod run;
 mod syntax;
 mod value;
+mod words;
 
 use super::Settings;
 use super::cell::Comments;

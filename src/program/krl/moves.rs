@@ -7,6 +7,7 @@ use nalgebra::{Isometry3, Matrix3};
 use super::run::Run;
 use super::syntax::{Block, Expr, Motion, Path, Way, What};
 use super::value::{FRAME, Parts, Value, frame, numbers, part, pose};
+use super::words::{is_harmless, is_without_effect};
 use crate::motion::{Circle, Load, Target};
 use crate::notes::Code;
 use crate::program::Pace;
@@ -16,91 +17,6 @@ use crate::units::{rad_from_deg, ratio_from_percent};
 
 const AXES: [&str; 6] = ["a1", "a2", "a3", "a4", "a5", "a6"];
 const EXTERNAL: [&str; 6] = ["e1", "e2", "e3", "e4", "e5", "e6"];
-
-/// Procedures and statements without motion and without effect on later motion.
-pub(super) fn is_harmless(name: &str) -> bool {
-    const HARMLESS: [&str; 44] = [
-        "wait for",
-        "continue",
-        "interrupt",
-        "global",
-        "ext",
-        "extfct",
-        "signal",
-        "enum",
-        "struc",
-        "import",
-        "trigger",
-        "pulse",
-        "anout",
-        "anin",
-        "digin",
-        "confirm",
-        "channel",
-        "copen",
-        "cclose",
-        "cread",
-        "cwrite",
-        "sread",
-        "swrite",
-        "cast_to",
-        "cast_from",
-        "user",
-        "bas_ini",
-        "user_ini",
-        "initmov",
-        "msgnotify",
-        "msgquit",
-        "msgstate",
-        "msgdialog",
-        "set_krlmsg",
-        "set_krldlg",
-        "varstate",
-        "strcopy",
-        "strclear",
-        "stradd",
-        "clear_krlmsg",
-        "public",
-        "p00",
-        "ir_stopm",
-        "delay",
-    ];
-    HARMLESS.contains(&name)
-}
-
-pub(super) fn sounds_like_motion(name: &str) -> bool {
-    const PARTS: [&str; 8] = ["move", "ptp", "lin_", "circ", "home", "goto", "search", "approach"];
-    PARTS.iter().any(|part| name.contains(part))
-}
-
-/// System variables that neither move nor set frames or speeds.
-pub(super) fn is_without_effect(name: &str) -> bool {
-    const STARTS: [&str; 22] = [
-        "$out",
-        "$anout",
-        "$timer",
-        "$cyc",
-        "$flag",
-        "$advance",
-        "$apo",
-        "$acc",
-        "$ori_type",
-        "$circ_type",
-        "$h_pos",
-        "$bwdstart",
-        "$pal_mode",
-        "$jerk",
-        "$gear_jerk",
-        "$cp_ve",
-        "$stop",
-        "$sen_",
-        "$loop_",
-        "$spl_",
-        "$pro_",
-        "$msg",
-    ];
-    STARTS.iter().any(|start| name.starts_with(start))
-}
 
 impl<'a> Run<'a> {
     pub(super) fn assign(&mut self, line: usize, path: &'a Path, expr: &'a Expr) {
@@ -142,7 +58,7 @@ impl<'a> Run<'a> {
             ("$ov_pro", _) => {
                 let share = ratio_from_percent(value.num()?);
                 if !(share > 0.0 && share <= 1.0) {
-                    return Err(format!("the override is {} %, must be 1 to 100", share * 100.0));
+                    return Err("the override must be 1 to 100 %".to_owned());
                 }
                 self.over = share;
             }
@@ -290,7 +206,7 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// SPLINE … ENDSPLINE: lines and arcs in it are that; through its points SPL goes straight here.
+    /// SPLINE … ENDSPLINE: lines and arcs in it are that; SPL goes straight to its points here.
     pub(super) fn spline(&mut self, line: usize, with: &'a [(Path, Expr)], block: &'a Block) {
         let kept = (self.velocity, self.joint_share, self.tcp, self.base);
         self.apply(line, with);
@@ -340,6 +256,19 @@ impl<'a> Run<'a> {
     }
 
     fn motion_inside(&mut self, line: usize, motion: &'a Motion) -> Result<(), String> {
+        if let [Expr::Ref(path)] = motion.targets.as_slice() {
+            // To where it is.
+            if matches!(path.name.as_str(), "$axis_act" | "$pos_act") {
+                return Ok(());
+            }
+            // The home position of the cell.
+            let is_home = path.name.starts_with("xhome") || path.name.starts_with("home");
+            if is_home && matches!(self.read(path), Value::Unknown(_)) {
+                self.joints = None;
+                self.log.leaves(line, &format!("PTP {}", path.name.to_uppercase()));
+                return Ok(());
+            }
+        }
         let values: Vec<Value> = motion.targets.iter().map(|expr| self.eval(expr)).collect();
         let last = values.last().ok_or("the target is missing")?;
         let parts = last.parts().map_err(|why| format!("target: {why}"))?;

@@ -4,9 +4,9 @@ use std::collections::HashMap;
 
 use nalgebra::Isometry3;
 
-use super::eval::is_position;
 use super::syntax::{Block, Expr, File, Path, Routine, Statement, What};
-use super::value::Value;
+use super::value::{Value, is_position};
+use super::words::{is_harmless, is_without_effect, sounds_like_motion};
 use crate::notes::Code;
 use crate::program::Settings;
 use crate::program::cell::{External, Given, set_by_call, set_by_name};
@@ -222,9 +222,8 @@ impl<'a> Run<'a> {
                 match &statement.what {
                     What::Declare(..) | What::Halt | What::WaitSec(_) => {}
                     What::Call(name, _)
-                        if !self.file.routines.contains_key(name)
-                            && super::moves::is_harmless(name) => {}
-                    What::Assign(path, _) if super::moves::is_without_effect(&path.name) => {}
+                        if !self.file.routines.contains_key(name) && is_harmless(name) => {}
+                    What::Assign(path, _) if is_without_effect(&path.name) => {}
                     What::Assign(path, _) if !path.name.starts_with('$') => {
                         let what = format!("'{}' depends on a condition: {why}", path.name);
                         if let Ok(key) = self.key(path) {
@@ -375,11 +374,11 @@ impl<'a> Run<'a> {
             }
             return Flow::Next;
         }
-        if sets || super::moves::is_harmless(name) {
+        if sets || is_harmless(name) {
             return Flow::Next;
         }
         let values: Vec<Value> = args.iter().flatten().map(|expr| self.eval(expr)).collect();
-        if values.iter().any(is_position) || super::moves::sounds_like_motion(name) {
+        if values.iter().any(is_position) || sounds_like_motion(name) {
             let what = format!("'{name}' is in no file that is read and moves");
             self.log.error(Code::Motion, line, what);
         } else {

@@ -94,3 +94,11 @@ pub(super) fn of_frame(pose: &Isometry3<f64>) -> Value {
     let parts = FRAME.into_iter().zip(numbers(pose));
     Value::Parts(parts.map(|(name, n)| (name.to_owned(), Value::Num(n, None))).collect())
 }
+
+/// Components of a position that make it one.
+const POSITION: [&str; 12] = ["x", "y", "z", "a", "b", "c", "a1", "a2", "a3", "a4", "a5", "a6"];
+
+/// Whether a value is a position that an unknown procedure may go to.
+pub(super) fn is_position(value: &Value) -> bool {
+    matches!(value, Value::Parts(parts) if parts.keys().any(|key| POSITION.contains(&key.as_str())))
+}

@@ -4,6 +4,8 @@
 use super::functions::{self, Given};
 use super::interpreter::{Datum, Flow, Global, Interpreter, MAX_DEPTH};
 use super::syntax::{Args, Declaration, Expr, Name, Operator, Optional, Path, Step};
+use crate::program::Assumed;
+
 use super::value::{Value, field, initial, initial_array, within_depth, within_size};
 
 /// The speed that the controller caps `vmax` at on most arms, mm/s; the arm's own may differ.
@@ -76,7 +78,11 @@ impl<'a> Interpreter<'a> {
     pub(super) fn read(&mut self, path: &'a Path) -> Value {
         let (scope, way) = match self.place(path) {
             Ok(place) => place,
-            Err(why) => return predefined(&path.name, &path.steps).unwrap_or(Value::unknown(why)),
+            Err(why) => {
+                let known = predefined(&path.name, &path.steps);
+                let known = known.or_else(|| self.assumed(&path.name.key));
+                return known.unwrap_or(Value::unknown(why));
+            }
         };
         let mut value = match self.root(scope, &path.name.key) {
             Some(value) => value,
@@ -93,6 +99,37 @@ impl<'a> Interpreter<'a> {
             };
         }
         value.clone()
+    }
+
+    /// What the job assumes of a name.
+    fn assumed(&self, key: &str) -> Option<Value> {
+        self.settings.assume.get(key).map(|assumed| match *assumed {
+            Assumed::Truth(value) => Value::Bool(value),
+            Assumed::Number(value) => Value::Num(value),
+        })
+    }
+
+    /// What the job assumes of the signal that a function reads.
+    fn assumed_signal(&self, function: &str, args: &Args) -> Option<Value> {
+        const READ: [&str; 9] = [
+            "dinput",
+            "doutput",
+            "ginput",
+            "goutput",
+            "ainput",
+            "aoutput",
+            "testdi",
+            "ginputdnum",
+            "goutputdnum",
+        ];
+        let Some(Expr::Ref(signal)) = args.positional.first() else { return None };
+        let value = READ.contains(&function).then(|| self.assumed(&signal.name.key))??;
+        Some(match (function, value) {
+            ("testdi", Value::Num(value)) => Value::Bool(value != 0.0),
+            ("testdi", value) => value,
+            (_, Value::Bool(value)) => Value::Num(f64::from(u8::from(value))),
+            (_, value) => value,
+        })
     }
 
     /// Stores a value in a datum or a part of it.
@@ -255,6 +292,9 @@ impl<'a> Interpreter<'a> {
                 _ => Value::unknown(format!("function '{}' returns nothing", name.shown)),
             };
         }
+        if let Some(value) = self.assumed_signal(&name.key, args) {
+            return value;
+        }
         let options = self.options(args);
         if name.key == "crobt" {
             return known(self.current_target(&options));
@@ -296,6 +336,8 @@ fn predefined(name: &Name, steps: &[Step]) -> Option<Value> {
     match name.key.as_str() {
         "tool0" => Some(Value::Tool0),
         "wobj0" => Some(Value::Wobj0),
+        "high" => Some(Value::Num(1.0)),
+        "low" => Some(Value::Num(0.0)),
         "pi" => Some(Value::Num(std::f64::consts::PI)),
         "vmax" => Some(Value::nums(&[VMAX_MM_PER_S, 500.0, 5000.0, 1000.0])),
         key => {
@@ -340,6 +382,10 @@ pub(super) fn equal(left: &Value, right: &Value) -> Result<bool, String> {
                 same &= equal(left, right)?;
             }
             Ok(same)
+        }
+        // A signal that is TRUE is 1.
+        (Value::Bool(truth), Value::Num(number)) | (Value::Num(number), Value::Bool(truth)) => {
+            Ok(*number == f64::from(u8::from(*truth)))
         }
         _ => Ok(left == right),
     }

@@ -51,6 +51,10 @@ pub(super) struct Interpreter<'a> {
     /// Statements that may still run.
     pub(super) budget: usize,
     pub(super) external: External,
+    /// The line of the main file that runs.
+    pub(super) line: usize,
+    /// SpeedRefresh as a share.
+    pub(super) over: f64,
     /// `VelSet`: share of the programmed speed, and its limit in mm/s.
     pub(super) velocity: (f64, f64),
 }
@@ -73,6 +77,8 @@ impl<'a> Interpreter<'a> {
             depth: 0,
             budget,
             external: External::new(settings),
+            line: 1,
+            over: 1.0,
             velocity: (1.0, f64::INFINITY),
         }
     }

@@ -26,15 +26,22 @@ use super::cell::Comments;
 use super::log::Log;
 use crate::notes::Code;
 use interpreter::Interpreter;
-use syntax::{File, Routine};
+use syntax::{Args, File, Routine};
 
 /// Reads a RAPID file into the log.
 pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
-    let file = parser::parse(text, log);
+    let file = parser::parse(text, &settings.companions, log);
+    let arguments = match parser::arguments(&settings.arguments) {
+        Ok(arguments) => Args { positional: arguments, optional: Vec::new() },
+        Err(what) => {
+            log.error(Code::Value, 1, format!("path.program.arguments: {what}"));
+            return;
+        }
+    };
     match entry(&file, settings, log) {
         Ok(routine) => {
             let comments = Comments::of(text, '!', settings);
-            Interpreter::new(&file, settings, comments, log).run(routine);
+            Interpreter::new(&file, settings, comments, log).run(routine, &arguments);
         }
         Err(what) => log.error(Code::Reference, 1, what),
     }
@@ -43,10 +50,10 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
 /// The procedure to start with.
 fn entry<'a>(file: &'a File, settings: &Settings, log: &mut Log) -> Result<&'a Routine, String> {
     let startable = || {
-        file.procedure_order
-            .iter()
-            .filter_map(|key| file.procedures.get(key))
-            .filter(|routine| routine.parameters.iter().all(|parameter| parameter.optional))
+        file.procedure_order.iter().filter_map(|key| file.procedures.get(key)).filter(|routine| {
+            let wanted = routine.parameters.iter().filter(|parameter| !parameter.optional);
+            wanted.count() == settings.arguments.len()
+        })
     };
     let all = || {
         let names: Vec<_> =
@@ -59,6 +66,17 @@ fn entry<'a>(file: &'a File, settings: &Settings, log: &mut Log) -> Result<&'a R
         return Ok(routine);
     }
     if settings.procedure.is_some() {
+        let own = file.procedures.get(&wanted.to_lowercase());
+        if let Some(routine) = own {
+            let wanted = routine.parameters.iter().filter(|parameter| !parameter.optional);
+            let names: Vec<&str> = wanted.map(|parameter| parameter.name.shown.as_str()).collect();
+            return Err(format!(
+                "procedure '{}' takes {}; give path.program.arguments: [{}] in the job",
+                routine.name.shown,
+                names.join(", "),
+                vec!["…"; names.len()].join(", ")
+            ));
+        }
         return Err(format!(
             "no procedure '{wanted}' without arguments in this file; there are: {}",
             all()

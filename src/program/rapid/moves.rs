@@ -229,7 +229,7 @@ impl<'a> Interpreter<'a> {
         let (name, line) = match expr {
             Expr::Ref(path) => {
                 let declared = self.file.data.get(&path.name.key);
-                (path.name.shown.clone(), declared.map_or(line, |data| data.line))
+                (path.name.shown.clone(), declared.map_or(line, |data| data.line.max(1)))
             }
             _ => ("of the instruction".to_owned(), line),
         };
@@ -309,7 +309,7 @@ impl<'a> Interpreter<'a> {
         };
         let stated = mm_per_s;
         let (share, limit) = self.velocity;
-        let mm_per_s = (mm_per_s * share).min(limit);
+        let mm_per_s = (mm_per_s * share * self.over).min(limit);
         if mm_per_s > 0.0 && mm_per_s.is_finite() {
             let (span, states) = match speed {
                 Some((_, own)) => {

@@ -2,20 +2,41 @@
 //! that it is a fault only where the program reaches it.
 
 use super::cursor::{Cursor, Parsed};
-use super::syntax::{Block, Declaration, File, Name, Parameter, Routine, Statement, What};
+use super::syntax::{Block, Declaration, Expr, File, Name, Parameter, Routine, Statement, What};
 use crate::notes::Code;
+use crate::program::Companion;
 use crate::program::log::Log;
 
 /// Blocks in blocks beyond this are no program that a person or a post-processor writes.
 const MAX_BLOCK_DEPTH: usize = 40;
 
-pub(super) fn parse(text: &str, log: &mut Log) -> File {
-    let mut parser = Parser { cursor: Cursor::new(text, true), file: File::default(), depth: 0 };
-    while parser.cursor.peek().is_some() {
-        parser.top_level(log);
+/// The modules of the main file and of the others of the program.
+pub(super) fn parse(text: &str, others: &[Companion], log: &mut Log) -> File {
+    let mut file = File::default();
+    let texts = others.iter().map(|other| (other.text.as_str(), Some(other.name.as_str())));
+    for (text, name) in [(text, None)].into_iter().chain(texts) {
+        let cursor = Cursor::new(text, name.is_none());
+        let mut parser = Parser { cursor, file, depth: 0, name };
+        while parser.cursor.peek().is_some() {
+            parser.top_level(log);
+        }
+        file = parser.file;
     }
-    declare_registers(&mut parser.file);
-    parser.file
+    declare_registers(&mut file);
+    file
+}
+
+/// The arguments of a procedure, each as the program would write it.
+pub(super) fn arguments(texts: &[String]) -> Parsed<Vec<Expr>> {
+    let parsed = texts.iter().map(|text| {
+        let mut cursor = Cursor::new(text, false);
+        let expr = cursor.expression()?;
+        match cursor.peek() {
+            None => Ok(expr),
+            Some(_) => Err(format!("'{text}' is no argument")),
+        }
+    });
+    parsed.collect()
 }
 
 /// Every controller has num data reg1…reg5, which programs use without declaring them.
@@ -36,9 +57,11 @@ struct Parser<'a> {
     cursor: Cursor<'a>,
     file: File,
     depth: usize,
+    /// Of a file that is not the main one.
+    name: Option<&'a str>,
 }
 
-impl Parser<'_> {
+impl<'a> Parser<'a> {
     fn top_level(&mut self, log: &mut Log) {
         let line = self.cursor.line();
         if self.cursor.take_word("MODULE") {
@@ -82,9 +105,18 @@ impl Parser<'_> {
 
     fn report(&mut self, parsed: Parsed<()>, line: usize, log: &mut Log) {
         if let Err(what) = parsed {
-            log.error(Code::Syntax, self.cursor.line().max(line), what);
+            let line = self.cursor.line().max(line);
+            match self.name {
+                None => log.error(Code::Syntax, line, what),
+                Some(name) => log.error(Code::Syntax, 1, format!("{name}:{line}: {what}")),
+            }
             self.cursor.skip_statement();
         }
+    }
+
+    /// Line of the next token; none in a file that is not the main one.
+    fn line(&self) -> usize {
+        if self.name.is_some() { 0 } else { self.cursor.line() }
     }
 
     fn module_head(&mut self) -> Parsed<()> {
@@ -98,7 +130,7 @@ impl Parser<'_> {
     fn keep_declaration(&mut self, declaration: Declaration, log: &mut Log) {
         let (line, shown) = (declaration.line, declaration.name.shown.clone());
         if self.file.data.insert(declaration.name.key.clone(), declaration).is_some() {
-            log.error(Code::Conflict, line, format!("'{shown}' is declared twice"));
+            log.error(Code::Conflict, line.max(1), format!("'{shown}' is declared twice"));
         }
     }
 
@@ -107,7 +139,8 @@ impl Parser<'_> {
             (routine.line, routine.name.key.clone(), routine.name.shown.clone());
         self.file.procedure_order.push(key.clone());
         if self.file.procedures.insert(key, routine).is_some() {
-            log.error(Code::Conflict, line, format!("procedure '{shown}' is declared twice"));
+            let what = format!("procedure '{shown}' is declared twice");
+            log.error(Code::Conflict, line.max(1), what);
         }
     }
 
@@ -126,7 +159,7 @@ impl Parser<'_> {
 
     /// `CONST robtarget p{2}:=…;`, from the storage class on.
     fn declaration(&mut self) -> Parsed<Declaration> {
-        let line = self.cursor.line();
+        let line = self.line();
         self.cursor.advance();
         let kind = self.cursor.name()?.key;
         let name = self.cursor.name()?;
@@ -139,7 +172,7 @@ impl Parser<'_> {
     }
 
     fn routine(&mut self, end: &str, typed: bool) -> Parsed<Routine> {
-        let line = self.cursor.line();
+        let line = self.line();
         if typed {
             self.cursor.name()?;
         }
@@ -203,7 +236,7 @@ impl Parser<'_> {
 
     /// A statement, or what stands where none can stand, kept as not understood.
     fn statement_or_stray(&mut self, block: &mut Block) {
-        let (line, start) = (self.cursor.line(), self.cursor.place());
+        let (own_line, start) = (self.cursor.line(), self.cursor.place());
         self.file.statement_count += 1;
         self.depth += 1;
         let parsed = if self.depth > MAX_BLOCK_DEPTH {
@@ -219,9 +252,13 @@ impl Parser<'_> {
                 if self.cursor.place() == start {
                     self.cursor.advance();
                 }
-                What::NotUnderstood(what)
+                match self.name {
+                    None => What::NotUnderstood(what),
+                    Some(name) => What::NotUnderstood(format!("{name}:{own_line}: {what}")),
+                }
             }
         };
+        let line = if self.name.is_some() { 0 } else { own_line };
         block.push(Statement { line, what });
     }
 

@@ -18,12 +18,9 @@ enum Effect<'a> {
 }
 
 impl<'a> Interpreter<'a> {
-    pub(super) fn run(mut self, routine: &'a Routine) {
-        let frame = routine.parameters.iter().map(|parameter| {
-            (parameter.name.key.clone(), Datum { kind: &parameter.kind, value: Value::Absent })
-        });
-        self.frames.push(frame.collect());
-        self.block(&routine.body);
+    pub(super) fn run(mut self, routine: &'a Routine, args: &'a Args) {
+        self.frames.push(HashMap::new());
+        self.call_routine(routine, args);
     }
 
     fn block(&mut self, block: &'a Block) -> Flow {
@@ -37,7 +34,11 @@ impl<'a> Interpreter<'a> {
     }
 
     fn statement(&mut self, statement: &'a Statement) -> Flow {
-        let line = statement.line;
+        // A statement of another file counts as the one of this file that leads to it.
+        if statement.line > 0 {
+            self.line = statement.line;
+        }
+        let line = self.line;
         if self.log.is_full() {
             return Flow::Exit;
         }
@@ -130,7 +131,10 @@ impl<'a> Interpreter<'a> {
         for block in blocks {
             match self.effect(block, &mut HashSet::new()) {
                 Effect::Motion => {
-                    let what = format!("{keyword} decides about motion at run time: {why}");
+                    let what = format!(
+                        "{keyword} decides about motion at run time: {why}; assume: in the job \
+                         can settle it"
+                    );
                     self.log.error(Code::Motion, line, what);
                     return;
                 }
@@ -364,6 +368,7 @@ impl<'a> Interpreter<'a> {
                 return Flow::Exit;
             }
             "velset" => self.velset(line, args),
+            "speedrefresh" => self.speed_refresh(line, args),
             "incr" | "decr" | "add" | "clear" => self.count(line, key, args),
             _ if instructions::displaces(key) => {
                 let what = format!("{}: program displacement is not supported", name.shown);
@@ -447,6 +452,17 @@ impl<'a> Interpreter<'a> {
         let value = sum.map_or_else(Value::unknown, Value::Num);
         if let Err(why) = self.write(path, value) {
             self.log.warning(Code::LeftOut, line, format!("assignment left out: {why}"));
+        }
+    }
+
+    /// `SpeedRefresh 50;`: the override from here on.
+    fn speed_refresh(&mut self, line: usize, args: &'a Args) {
+        match args.positional.first().map(|expr| self.eval(expr).num()) {
+            Some(Ok(percent)) if percent > 0.0 && percent <= 100.0 => {
+                self.over = crate::units::ratio_from_percent(percent);
+            }
+            Some(Err(why)) => self.log.error(Code::Value, line, format!("SpeedRefresh: {why}")),
+            _ => self.log.error(Code::Value, line, "SpeedRefresh: expected 1 to 100 %"),
         }
     }
 

@@ -5,7 +5,9 @@
 mod apt;
 mod fuzz;
 mod gcode;
+mod heidenhain;
 mod rapid;
 mod refusals;
+mod robots;
 mod silent;
 mod support;

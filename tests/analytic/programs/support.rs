@@ -37,7 +37,7 @@ pub(super) fn module(instructions: &str) -> String {
 /// A program with the end that its dialect wants.
 pub(super) fn ended(text: &str, dialect: Dialect) -> String {
     match dialect {
-        Dialect::Rapid | Dialect::Krl | Dialect::Fanuc => text.to_owned(),
+        Dialect::Rapid | Dialect::Krl | Dialect::Fanuc | Dialect::Heidenhain => text.to_owned(),
         Dialect::Apt => format!("{text}\nFINI\n"),
         Dialect::GCode => format!("{text}\nM2\n"),
     }

@@ -1,52 +1,87 @@
-//! Corners between two lines that are rounded or chamfered: `,R`, `,C`, RND=, CHR=.
+//! Lines and arcs, and corners between two lines: `,R`, `,C`, RND=, CHR=.
 
-use nalgebra::Vector3;
+use nalgebra::{Rotation3, Vector3};
 
 use super::block::{Block, CHAMFERED, ROUNDED};
-use super::state::Machine;
+use super::state::{Corner, Machine};
 use crate::program::Pace;
 use crate::program::arc::Arc;
 
 /// Directions this nearly alike make no corner.
 const STRAIGHT_RAD: f64 = 1e-6;
 
-/// A line whose end waits for the next to be cut off.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Corner {
-    is_round: bool,
-    /// Radius, or length that is cut off each line, mm.
-    size: f64,
-    line: usize,
-    to: Vector3<f64>,
-    pace: Pace,
-}
-
-impl Corner {
-    /// The line that asks for it.
-    pub(super) fn line(&self) -> usize {
-        self.line
-    }
-
-    /// What a block asks for: round or not, and the size in mm.
-    pub(super) fn of(
-        block: &Block,
-        mm: impl Fn(f64) -> f64,
-    ) -> Result<Option<(bool, f64)>, String> {
-        let asked = [(ROUNDED, true), (CHAMFERED, false)];
-        let mut found = asked
-            .into_iter()
-            .filter_map(|(letter, is_round)| Some((is_round, mm(block.word(letter)?.value))));
-        match (found.next(), found.next()) {
-            (Some(_), Some(_)) => Err("a corner is both rounded and chamfered".to_owned()),
-            (Some((_, size)), None) if size < 0.0 => {
-                Err(format!("the size of a corner is {size} mm, must not be negative"))
-            }
-            (found, _) => Ok(found.filter(|(_, size)| *size > 0.0)),
+/// What a block asks for: round or not, and the size in mm.
+pub(super) fn asked(block: &Block, mm: impl Fn(f64) -> f64) -> Result<Option<(bool, f64)>, String> {
+    let asked = [(ROUNDED, true), (CHAMFERED, false)];
+    let mut found = asked
+        .into_iter()
+        .filter_map(|(letter, is_round)| Some((is_round, mm(block.word(letter)?.value))));
+    match (found.next(), found.next()) {
+        (Some(_), Some(_)) => Err("a corner is both rounded and chamfered".to_owned()),
+        (Some((_, size)), None) if size < 0.0 => {
+            Err(format!("the size of a corner is {size} mm, must not be negative"))
         }
+        (found, _) => Ok(found.filter(|(_, size)| *size > 0.0)),
     }
 }
 
 impl Machine<'_> {
+    pub(super) fn straight(
+        &mut self,
+        line: usize,
+        block: &Block,
+        pace: Pace,
+    ) -> Result<(), String> {
+        self.turn(block)?;
+        let end = self.end_of(block)?;
+        let corner = asked(block, |length| self.mm(length))?;
+        match end {
+            [Some(x), Some(y), Some(z)] => self.line_to(line, Vector3::new(x, y, z), pace, corner),
+            _ if pace == Pace::Rapid => {
+                self.cutter.at = end;
+                Ok(())
+            }
+            _ => {
+                self.cutter.at = end;
+                Err(self.cutter.unknown())
+            }
+        }
+    }
+
+    pub(super) fn arc(
+        &mut self,
+        line: usize,
+        block: &Block,
+        clockwise: bool,
+    ) -> Result<(), String> {
+        self.turn(block)?;
+        let pace = self.cutter.pace()?;
+        let start = self.cutter.place().ok_or("an arc from an unknown position")?;
+        let [Some(x), Some(y), Some(z)] = self.end_of(block)? else {
+            return Err("an arc to an unknown position".to_owned());
+        };
+        let centre = self.centre(block, start)?;
+        let turns = block.get('P').unwrap_or(1.0);
+        if !(1.0..=1000.0).contains(&turns) || turns.fract() != 0.0 {
+            return Err(format!("P is {turns}, must be a whole number of turns"));
+        }
+        let arc = Arc {
+            start,
+            end: Vector3::new(x, y, z),
+            plane: self.plane,
+            turn: Rotation3::identity(),
+            clockwise,
+            centre,
+            // Whole and in 0..1000, checked above.
+            more_turns: turns as u32 - 1,
+        };
+        self.no_corner()?;
+        if self.rotary.moves_work() {
+            return Err("an arc while a rotary axis of the work is used".to_owned());
+        }
+        self.cutter.arc(line, &arc, pace)
+    }
+
     /// A line, with the corner before it cut off, and the one behind it to be.
     pub(super) fn line_to(
         &mut self,

@@ -1,0 +1,301 @@
+//! path.program of a job → the moves that a robot or CAM program asks for.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use nalgebra::{Isometry3, Unit, Vector3};
+
+use super::files::{MAX_FILE_BYTES, named_file, relative_to};
+use super::frame::frame;
+use super::raw::job as raw;
+use super::waypoints::{FromPrograms, OperationContext, PathMoves, ProgramSays};
+use crate::formats::text::read_bytes;
+use crate::formats::yaml::{Node, Step};
+use crate::notes::{Code, Note, Notes};
+use crate::program::{
+    self, Companion, Coordinates, Dialect, Program, RAPID_M_PER_S, RotaryAxis, SetBy, Setter,
+    Settings,
+};
+
+/// Languages of programs that are known by their extensions and not read.
+const NOT_YET: [(&str, &str); 20] = [
+    ("i", "Heidenhain ISO"),
+    ("jbi", "Yaskawa INFORM"),
+    ("jbr", "Yaskawa INFORM"),
+    ("as", "Kawasaki AS"),
+    ("pg", "Kawasaki AS"),
+    ("pgx", "Staubli VAL3"),
+    ("val3", "Staubli VAL3"),
+    ("script", "URScript"),
+    ("urp", "Universal Robots PolyScope"),
+    ("tp", "Fanuc TP in binary form (save it as .ls)"),
+    ("kl", "Fanuc KAREL"),
+    ("min", "Okuma OSP"),
+    ("mazatrol", "Mazatrol"),
+    ("pbg", "Mazatrol"),
+    ("prg_", "Comau PDL2"),
+    ("pdl", "Comau PDL2"),
+    ("mb4", "Mitsubishi MELFA-BASIC"),
+    ("mb5", "Mitsubishi MELFA-BASIC"),
+    ("drl", "Doosan DRL"),
+    ("lua", "Lua"),
+];
+
+/// The moves that a robot or CAM program asks for.
+pub(super) fn program_moves(
+    context: &OperationContext<'_>,
+    raw: &raw::Program,
+    path: &Node,
+    notes: &mut Notes,
+    programs: &mut FromPrograms,
+) -> Option<PathMoves> {
+    let name = raw.file.as_deref()?;
+    let line = path.line_at(&[Step::Key("program")]);
+    let file = relative_to(context.job, name);
+    let pending = programs.reading.pending_at(&file).map(<[u8]>::to_vec);
+    let file = match &pending {
+        Some(_) => file,
+        None => named_file(context.job, "path.program.file", name, line, notes)?,
+    };
+    let dialect = match dialect_of(&file) {
+        Ok(dialect) => dialect,
+        Err(what) => {
+            let what = format!("{}: path.program.file '{name}': {what}", context.called);
+            notes.error(Code::Unreadable, line, what);
+            return None;
+        }
+    };
+    keys_without_effect(context, raw, path, dialect, notes);
+    programs.reading.files.push(file.clone());
+    let bytes = match pending.map_or_else(|| read_bytes(&file, MAX_FILE_BYTES), Ok) {
+        Ok(bytes) => bytes,
+        Err(fault) => {
+            programs.errors.push(fault);
+            return None;
+        }
+    };
+    let companions = companions(context, raw, path, notes, programs)?;
+    let settings = Settings { companions, ..settings(context, raw, path, notes)? };
+    programs.reading.programs.push((file.clone(), settings.clone()));
+    let located = |mut note: Note| {
+        note.place.file = Some(file.clone());
+        note
+    };
+    match program::read(&bytes, dialect, &settings) {
+        Ok(Program { moves, spindle, feeds, warnings, .. }) => {
+            programs.reading.warnings.extend(warnings.into_iter().map(located));
+            Some(PathMoves { moves, program: Some(ProgramSays { file, spindle, feeds }) })
+        }
+        Err(found) => {
+            programs.errors.extend(found.into_iter().map(located));
+            None
+        }
+    }
+}
+
+/// The language of a file by its extension, or why it is not read.
+fn dialect_of(file: &Path) -> Result<Dialect, String> {
+    let extension = file.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    if let Some(dialect) = Dialect::from_extension(&extension) {
+        return Ok(dialect);
+    }
+    let known = NOT_YET.into_iter().find(|(own, _)| *own == extension);
+    Err(match (known, extension.as_str()) {
+        (Some((_, language)), _) => format!("{language} is not supported yet"),
+        (None, "dat") => "is a data list of KRL: name the .src, and this under files".to_owned(),
+        (None, _) => format!(
+            "what language '.{extension}' stands for is not known; rename it to .mod (RAPID), .apt \
+             (APT), .nc (G-code), .src (KRL) or .ls (Fanuc TP)"
+        ),
+    })
+}
+
+fn keys_without_effect(
+    context: &OperationContext<'_>,
+    raw: &raw::Program,
+    path: &Node,
+    dialect: Dialect,
+    notes: &mut Notes,
+) {
+    use Dialect::{Apt, Fanuc, GCode, Krl, Rapid};
+    let keys: [(&str, bool, &[Dialect]); 9] = [
+        ("procedure", raw.procedure.is_some(), &[Rapid, Krl]),
+        ("spindle_from", raw.spindle_from.is_some(), &[Rapid, Krl, Fanuc]),
+        ("tool_from", raw.tool_from.is_some(), &[Rapid, Krl, Fanuc]),
+        ("files", raw.files.is_some(), &[Rapid, Krl]),
+        ("arguments", raw.arguments.is_some(), &[Rapid]),
+        ("tool_frames", raw.tool_frames.is_some(), &[Krl, Fanuc]),
+        ("base_frames", raw.base_frames.is_some(), &[Krl, Fanuc]),
+        ("rotary_axes", raw.rotary_axes.is_some(), &[GCode]),
+        ("coordinates", raw.coordinates.is_some(), &[Apt]),
+    ];
+    for (key, given, of) in keys {
+        if !given || of.contains(&dialect) {
+            continue;
+        }
+        let line = path.line_at(&[Step::Key("program"), Step::Key(key)]);
+        let why = match (key, &raw.procedure) {
+            ("procedure", Some(name)) => {
+                format!("procedure '{name}' has no effect: {dialect} has no procedures")
+            }
+            ("spindle_from" | "tool_from", _) => {
+                format!("{key} has no effect: {dialect} has words of its own for it")
+            }
+            _ => format!("{key} has no effect on {dialect}"),
+        };
+        notes.warning(Code::Unused, line, format!("{}: path.program.{why}", context.called));
+    }
+}
+
+/// The further files that the job names.
+fn companions(
+    context: &OperationContext<'_>,
+    raw: &raw::Program,
+    path: &Node,
+    notes: &mut Notes,
+    programs: &mut FromPrograms,
+) -> Option<Vec<Companion>> {
+    let mut found = Vec::new();
+    for (index, name) in raw.files.iter().flatten().enumerate() {
+        let steps = [Step::Key("program"), Step::Key("files"), Step::Index(index)];
+        let line = path.line_at(&steps);
+        let file = named_file(context.job, "path.program.files", name, line, notes)?;
+        programs.reading.files.push(file.clone());
+        let read = read_bytes(&file, MAX_FILE_BYTES);
+        match read.and_then(|bytes| Companion::new(name.clone(), &bytes)) {
+            Ok(companion) => found.push(companion),
+            Err(mut fault) => {
+                fault.place.file = Some(file);
+                programs.errors.push(fault);
+                return None;
+            }
+        }
+    }
+    Some(found)
+}
+
+/// What the job says beside the program; `None` where there are faults.
+fn settings(
+    context: &OperationContext<'_>,
+    raw: &raw::Program,
+    path: &Node,
+    notes: &mut Notes,
+) -> Option<Settings> {
+    let before = notes.errors();
+    let settings = Settings {
+        procedure: raw.procedure.clone(),
+        arguments: raw.arguments.clone().unwrap_or_default(),
+        tcp: context.tcp,
+        work_object: context.work_object,
+        feed_m_per_s: context.feed_m_per_s,
+        rapid_m_per_s: RAPID_M_PER_S,
+        joint_count: context.robot?.joints().len(),
+        spindle_from: raw.spindle_from.as_ref().and_then(|from| {
+            let raw::SpindleFrom { signal, procedure, argument, comment, rpm_per_unit } = from;
+            let what = [signal, procedure, comment];
+            setter(context, path, "spindle_from", what, *argument, *rpm_per_unit, notes)
+        }),
+        tool_from: raw.tool_from.as_ref().and_then(|from| {
+            let raw::ToolFrom { signal, procedure, argument, comment } = from;
+            setter(context, path, "tool_from", [signal, procedure, comment], *argument, None, notes)
+        }),
+        rotary_axes: rotary_axes(context, raw, path, notes),
+        coordinates: raw.coordinates.map(|coordinates| match coordinates {
+            raw::Coordinates::Local => Coordinates::Local,
+            raw::Coordinates::World => Coordinates::World,
+        }),
+        tool_frames: frames(context, path, "tool_frames", raw.tool_frames.as_ref(), notes),
+        base_frames: frames(context, path, "base_frames", raw.base_frames.as_ref(), notes),
+        external_axes: context.external_axes.clone(),
+        assume: context.assume.clone(),
+        companions: Vec::new(),
+    };
+    (notes.errors() == before).then_some(settings)
+}
+
+/// Frames by the number that the program gives them.
+fn frames(
+    context: &OperationContext<'_>,
+    path: &Node,
+    key: &str,
+    given: Option<&BTreeMap<String, raw::Frame>>,
+    notes: &mut Notes,
+) -> BTreeMap<u32, Isometry3<f64>> {
+    let mut found = BTreeMap::new();
+    for (number, raw) in given.into_iter().flatten() {
+        let placed = frame(raw.xyz_m.unwrap_or_default(), raw.rpy_rad.unwrap_or_default());
+        match number.parse() {
+            Ok(number) => drop(found.insert(number, placed)),
+            Err(_) => {
+                let line = path.line_at(&[Step::Key("program"), Step::Key(key)]);
+                let what = format!(
+                    "{}: path.program.{key} has the key '{number}', must be a number of the program",
+                    context.called
+                );
+                notes.error(Code::Value, line, what);
+            }
+        }
+    }
+    found
+}
+
+fn rotary_axes(
+    context: &OperationContext<'_>,
+    raw: &raw::Program,
+    path: &Node,
+    notes: &mut Notes,
+) -> Vec<RotaryAxis> {
+    let mut found = Vec::new();
+    for (index, axis) in raw.rotary_axes.iter().flatten().enumerate() {
+        let (Some(letter), Some(direction)) = (&axis.letter, axis.axis) else { continue };
+        let unit = Unit::try_new(Vector3::from(direction), 1e-9);
+        match (letter.as_bytes(), unit) {
+            ([letter @ (b'A' | b'B' | b'C')], Some(unit)) => found.push(RotaryAxis {
+                letter: *letter,
+                axis: unit,
+                turns_work: axis.turns == Some(raw::Turns::Work),
+                origin_mm: axis.origin_mm.unwrap_or_default().into(),
+            }),
+            _ => {
+                let steps = [Step::Key("program"), Step::Key("rotary_axes"), Step::Index(index)];
+                let what = format!(
+                    "{}: path.program.rotary_axes[{index}]: must be A, B or C about an axis that is \
+                     not zero",
+                    context.called
+                );
+                notes.error(Code::Value, path.line_at(&steps), what);
+            }
+        }
+    }
+    found
+}
+
+/// What of a RAPID program sets a number: a signal, a procedure or a comment.
+fn setter(
+    context: &OperationContext<'_>,
+    path: &Node,
+    key: &str,
+    what: [&Option<String>; 3],
+    argument: Option<u32>,
+    per_unit: Option<f64>,
+    notes: &mut Notes,
+) -> Option<SetBy> {
+    let what = match what {
+        [Some(signal), None, None] => Setter::Signal(signal.clone()),
+        [None, Some(procedure), None] => {
+            Setter::Procedure(procedure.clone(), argument.unwrap_or(1) as usize)
+        }
+        [None, None, Some(comment)] => Setter::Comment(comment.clone()),
+        _ => {
+            let line = path.line_at(&[Step::Key("program"), Step::Key(key)]);
+            let what = "must have one of signal, procedure, comment";
+            notes.error(
+                Code::Conflict,
+                line,
+                format!("{}: path.program.{key} {what}", context.called),
+            );
+            return None;
+        }
+    };
+    Some(SetBy { what, per_unit: per_unit.unwrap_or(1.0) })
+}

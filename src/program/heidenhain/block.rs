@@ -1,0 +1,150 @@
+//! A block of Heidenhain's conversational language → its words.
+
+use crate::program::span::Span;
+
+/// A word: `X+10`, `IZ-2`, `FMAX`, `DR+`, `Q200=2`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Word<'t> {
+    /// Letters as they stand, without a sign.
+    pub(super) name: &'t str,
+    pub(super) value: Option<f64>,
+    /// Place of the number in the text.
+    pub(super) span: Option<Span>,
+    /// `DR+`, `DR-`: a sign without a number.
+    pub(super) sign: Option<bool>,
+}
+
+/// The words of a block behind its number; comments are gone.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Block<'t> {
+    pub(super) words: Vec<Word<'t>>,
+}
+
+impl<'t> Block<'t> {
+    pub(super) fn name(&self, index: usize) -> &'t str {
+        self.words.get(index).map_or("", |word| word.name)
+    }
+
+    pub(super) fn word(&self, name: &str) -> Option<&Word<'t>> {
+        self.words.iter().find(|word| word.name == name)
+    }
+
+    pub(super) fn get(&self, name: &str) -> Option<f64> {
+        self.word(name)?.value
+    }
+
+    pub(super) fn has(&self, name: &str) -> bool {
+        self.word(name).is_some()
+    }
+
+    pub(super) fn all<'b>(&'b self, name: &'b str) -> impl Iterator<Item = f64> + 'b {
+        self.words.iter().filter(move |word| word.name == name).filter_map(|word| word.value)
+    }
+}
+
+/// The words of a text that begins at `offset` of the program's. Decimal commas are points.
+pub(super) fn parse(text: &str, offset: usize) -> Block<'_> {
+    let content = text.split(';').next().unwrap_or("");
+    let bytes = content.as_bytes();
+    let mut words = Vec::new();
+    let mut at = 0;
+    while at < bytes.len() {
+        if !bytes[at].is_ascii_alphabetic() {
+            // A number of its own belongs to the word before: `TOOL CALL 5`, `LBL 1`.
+            let length = number_length(bytes, at);
+            if length == 0 || !bytes[at..at + length].iter().any(u8::is_ascii_digit) {
+                at += 1;
+                continue;
+            }
+            words.push(word(content, at, at, at + length, offset));
+            at += length;
+            continue;
+        }
+        let start = at;
+        while at < bytes.len() && bytes[at].is_ascii_alphabetic() {
+            at += 1;
+        }
+        let name_end = at;
+        // Q200 is a name; X10 is a letter and a number.
+        let is_parameter = content.get(start..name_end) == Some("Q");
+        if is_parameter {
+            while at < bytes.len() && bytes[at].is_ascii_digit() {
+                at += 1;
+            }
+            let name_end = at;
+            while at < bytes.len() && matches!(bytes[at], b' ' | b'=') {
+                at += 1;
+            }
+            let length = number_length(bytes, at);
+            words.push(
+                word(content, start, at, at + length, offset).named(content, start, name_end),
+            );
+            at += length;
+            continue;
+        }
+        let length = number_length(bytes, at);
+        words.push(word(content, start, at, at + length, offset).named(content, start, name_end));
+        at += length;
+    }
+    Block { words }
+}
+
+impl<'t> Word<'t> {
+    fn named(self, content: &'t str, start: usize, end: usize) -> Self {
+        Self { name: content.get(start..end).unwrap_or(""), ..self }
+    }
+}
+
+/// A word whose number stands at `from..to`.
+fn word(content: &str, start: usize, from: usize, to: usize, offset: usize) -> Word<'_> {
+    let number = content.get(from..to).unwrap_or("");
+    let sign = match number {
+        "+" => Some(true),
+        "-" => Some(false),
+        _ => None,
+    };
+    let value = match number.contains(',') {
+        true => number.replace(',', ".").parse::<f64>().ok(),
+        false => number.parse::<f64>().ok(),
+    };
+    let value = value.filter(|value| value.is_finite());
+    let span = value.map(|_| Span::new(offset + from, offset + to));
+    Word { name: content.get(start..from).unwrap_or(""), value, span, sign }
+}
+
+fn number_length(bytes: &[u8], from: usize) -> usize {
+    let rest = bytes.get(from..).unwrap_or_default();
+    let sign = usize::from(matches!(rest.first(), Some(b'+' | b'-')));
+    let digits = rest.iter().skip(sign);
+    sign + digits.take_while(|b| b.is_ascii_digit() || matches!(b, b'.' | b',')).count()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_of_blocks() {
+        let text = "L  X+10.5 IZ-2 R0 FMAX M3 ; X1";
+        let block = parse(text, 0);
+        let found: Vec<_> = block.words.iter().map(|word| (word.name, word.value)).collect();
+        assert_eq!(
+            found,
+            [
+                ("L", None),
+                ("X", Some(10.5)),
+                ("IZ", Some(-2.0)),
+                ("R", Some(0.0)),
+                ("FMAX", None),
+                ("M", Some(3.0))
+            ]
+        );
+        let block = parse("TOOL CALL 5 Z S1200 DL+0,5", 100);
+        assert_eq!((block.name(0), block.name(1)), ("TOOL", "CALL"));
+        assert_eq!(block.words[2].value, Some(5.0));
+        assert_eq!(block.word("S").unwrap().span, Some(Span::new(115, 119)));
+        assert_eq!(block.get("DL"), Some(0.5));
+        assert_eq!(parse("C X+1 DR-", 0).word("DR").unwrap().sign, Some(false));
+        assert_eq!(parse("Q201=-20 ;DEPTH", 0).get("Q201"), Some(-20.0));
+    }
+}

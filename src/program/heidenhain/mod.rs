@@ -1,0 +1,511 @@
+//! Heidenhain's conversational programs → motions, as milling posts write them.
+//!
+//! Read: L, CC with C and CP, CR, LP, TOOL CALL, F, FMAX, M, drilling cycles 200, 201 and 203 with
+//! CYCL CALL and M99, CYCL DEF without motion, LBL and CALL LBL with REP. Errors: Q parameters in
+//! words, other cycles, planes and shifts of the work, rounded corners. The preset is the job's
+//! work object.
+
+mod block;
+
+use std::collections::HashMap;
+
+use nalgebra::{Rotation3, Vector3};
+
+use super::arc::{Arc, Centre, Plane};
+use super::cutter::{Cutter, Feed, FeedKind, Hole};
+use super::log::Log;
+use super::{Pace, Settings};
+use crate::notes::Code;
+use crate::units::{m_per_s_from_mm_per_min, mm_from_inch, rad_from_deg};
+use block::{Block, parse};
+
+/// Blocks that repeats may run beyond one pass through the program.
+const BLOCKS_IN_LOOPS: usize = 1_000_000;
+
+/// Calls in one another.
+const MAX_CALLS: usize = 10;
+
+/// Reads a program into the log.
+pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
+    let mut reader = Reader::new(text, settings, log);
+    reader.run();
+    let last = reader.blocks.last().map_or(1, |block| block.line);
+    if !reader.has_end {
+        let what = "the program ends without END PGM, M2 or M30: is the file whole?";
+        reader.cutter.log.error(Code::Syntax, last, what);
+    }
+}
+
+/// A block, its continued lines (`~`) joined.
+struct Text<'t> {
+    line: usize,
+    parts: Vec<(usize, &'t str)>,
+}
+
+struct Reader<'a, 't> {
+    cutter: Cutter<'a>,
+    blocks: Vec<Text<'t>>,
+    labels: HashMap<String, usize>,
+    next: usize,
+    budget: usize,
+    /// Block to go back to, head of the subprogram, passes left; `None` for a part that repeats.
+    calls: Vec<(usize, usize, u32)>,
+    repeats: HashMap<usize, u32>,
+    inches: bool,
+    pole: Option<[f64; 2]>,
+    cycle: Option<HashMap<String, f64>>,
+    has_end: bool,
+}
+
+impl<'a, 't> Reader<'a, 't> {
+    fn new(text: &'t str, settings: &Settings, log: &'a mut Log) -> Self {
+        let blocks = blocks(text);
+        let mut labels = HashMap::new();
+        for (index, block) in blocks.iter().enumerate() {
+            let words = content(block.parts[0].1);
+            if let Some(label) = words.strip_prefix("LBL") {
+                let label = label.trim().trim_matches('"').to_owned();
+                if label != "0" {
+                    labels.entry(label).or_insert(index);
+                }
+            }
+        }
+        Self {
+            cutter: Cutter::new(settings, log),
+            budget: blocks.len().saturating_mul(2).saturating_add(BLOCKS_IN_LOOPS),
+            blocks,
+            labels,
+            next: 0,
+            calls: Vec::new(),
+            repeats: HashMap::new(),
+            inches: false,
+            pole: None,
+            cycle: None,
+            has_end: false,
+        }
+    }
+
+    fn run(&mut self) {
+        while let Some(text) = self.blocks.get(self.next) {
+            if self.cutter.log.is_full() || self.has_end {
+                self.has_end = true;
+                return;
+            }
+            let line = text.line;
+            if self.budget == 0 {
+                let what = "the program runs too long here: a loop without an end?";
+                self.cutter.log.error(Code::TooLong, line, what);
+                self.has_end = true;
+                return;
+            }
+            self.budget -= 1;
+            let mut words = Vec::new();
+            for (offset, part) in &text.parts {
+                words.extend(parse(part, *offset).words);
+            }
+            self.next += 1;
+            if let Err(what) = self.block(line, &Block { words }) {
+                self.cutter.log.error(Code::Motion, line, what);
+            }
+        }
+    }
+
+    fn mm(&self, length: f64) -> f64 {
+        if self.inches { mm_from_inch(length) } else { length }
+    }
+
+    fn block(&mut self, line: usize, block: &Block<'_>) -> Result<(), String> {
+        if block.words.iter().any(|word| word.name != "Q" && word.name.starts_with('Q'))
+            && block.name(0) != "CYCL"
+            && !block.name(0).starts_with('Q')
+        {
+            return Err("Q parameters in words are not supported".to_owned());
+        }
+        match block.name(0) {
+            "BEGIN" => {
+                self.inches = block.has("INCH");
+                Ok(())
+            }
+            "END" => {
+                self.has_end = true;
+                Ok(())
+            }
+            "" | "BLK" | "STOP" | "FN" | "TCH" | "FUNCTION" => {
+                if block.name(0) == "FUNCTION" && !block.has("RESET") {
+                    return Err("FUNCTION is not supported".to_owned());
+                }
+                self.m_codes(line, block, false)
+            }
+            "TOOL" => self.tool(line, block),
+            "L" | "C" | "CR" | "CP" | "LP" => self.motion(line, block),
+            "CC" => self.centre(block),
+            "CYCL" if block.name(1) == "CALL" => self.drill(line),
+            "CYCL" => self.define(block),
+            "LBL" => {
+                if block.words.get(1).is_some_and(|word| word.value == Some(0.0)) {
+                    self.back();
+                }
+                Ok(())
+            }
+            "CALL" if block.name(1) == "LBL" => self.call(),
+            "PLANE" if block.has("RESET") => Ok(()),
+            "TRANS" if block.has("RESET") => Ok(()),
+            "M" => self.m_codes(line, block, false),
+            name if name.starts_with('Q') => Err("Q parameters are not supported".to_owned()),
+            name => Err(format!("'{name}' is not understood; motion may be lost")),
+        }
+    }
+
+    fn tool(&mut self, line: usize, block: &Block<'_>) -> Result<(), String> {
+        if block.name(1) != "CALL" {
+            return Ok(());
+        }
+        if let Some(number) = block.words.get(2).filter(|word| word.name.is_empty()) {
+            self.cutter.tool(number.value.unwrap_or(0.0))?;
+        }
+        if let Some(speed) = block.word("S")
+            && let Some(rpm) = speed.value
+        {
+            self.cutter.state_speed(line, rpm, speed.span)?;
+            self.cutter.assume_started(line);
+        }
+        self.feed(line, block)
+    }
+
+    /// F, not FMAX, which holds for its block alone.
+    fn feed(&mut self, line: usize, block: &Block<'_>) -> Result<(), String> {
+        let Some(word) = block.word("F") else { return Ok(()) };
+        let Some(value) = word.value else { return Ok(()) };
+        if value <= 0.0 {
+            return Err(format!("F is {value}, must be positive"));
+        }
+        // Inch programs have the feed in tenths of an inch a minute.
+        let mm = if self.inches { mm_from_inch(value) / 10.0 } else { value };
+        let feed = Feed { kind: FeedKind::PerMinute, value: Some(mm) };
+        self.cutter.state_feed(line, feed, value, word.span);
+        Ok(())
+    }
+
+    /// The end of a block: axes as given, by `I` relative to where the tool is.
+    fn end_of(&self, block: &Block<'_>) -> Result<[Option<f64>; 3], String> {
+        let mut end = self.cutter.at;
+        for (index, (name, relative)) in
+            [("X", "IX"), ("Y", "IY"), ("Z", "IZ")].into_iter().enumerate()
+        {
+            if let Some(value) = block.get(name) {
+                end[index] = Some(self.mm(value));
+            } else if let Some(by) = block.get(relative) {
+                let before = end[index].ok_or_else(|| format!("{relative} from no position"))?;
+                end[index] = Some(before + self.mm(by));
+            }
+        }
+        Ok(end)
+    }
+
+    fn motion(&mut self, line: usize, block: &Block<'_>) -> Result<(), String> {
+        for axis in ["A", "B", "C", "IA", "IB", "IC"] {
+            let is_first = block.name(0) == axis;
+            if !is_first && block.get(axis).is_some_and(|value| value != 0.0) {
+                return Err(format!("axis {axis} is not supported: X, Y and Z alone"));
+            }
+        }
+        self.feed(line, block)?;
+        self.m_codes(line, block, true)?;
+        let pace = if block.has("FMAX") { Pace::Rapid } else { self.cutter.pace()? };
+        let in_machine = block.all("M").any(|code| code == 91.0 || code == 92.0);
+        let retracts = block.all("M").any(|code| code == 140.0);
+        if in_machine || retracts {
+            let axes = ["X", "Y", "Z"].map(|axis| block.has(axis));
+            let axes = if retracts { [false, false, true] } else { axes };
+            self.cutter.leave(line, axes, if in_machine { "M91" } else { "M140" });
+        } else if block.name(0) == "C" || block.name(0) == "CR" || block.name(0) == "CP" {
+            self.arc(line, block, pace)?;
+        } else {
+            self.line(line, block, pace)?;
+        }
+        if block.all("M").any(|code| code == 99.0) {
+            self.drill(line)?;
+        }
+        if block.all("M").any(|code| code == 5.0) {
+            self.cutter.turn_spindle(line, false);
+        }
+        Ok(())
+    }
+
+    fn line(&mut self, line: usize, block: &Block<'_>, pace: Pace) -> Result<(), String> {
+        let mut end = self.end_of(block)?;
+        if block.name(0) == "LP" {
+            let [x, y] = self.polar(block)?;
+            (end[0], end[1]) = (Some(x), Some(y));
+        }
+        const AXES: [&str; 8] = ["X", "Y", "Z", "IX", "IY", "IZ", "PR", "PA"];
+        if !AXES.iter().any(|axis| block.has(axis)) && !block.has("IPA") {
+            return Ok(());
+        }
+        match end {
+            [Some(x), Some(y), Some(z)] => {
+                self.cutter.line_to(line, Vector3::new(x, y, z), pace);
+                Ok(())
+            }
+            _ => {
+                self.cutter.at = end;
+                if pace == Pace::Rapid { Ok(()) } else { Err(self.cutter.unknown()) }
+            }
+        }
+    }
+
+    /// PR and PA about the pole.
+    fn polar(&self, block: &Block<'_>) -> Result<[f64; 2], String> {
+        let pole = self.pole.ok_or("polar coordinates without CC")?;
+        let at = self.cutter.at;
+        let before = match (at[0], at[1]) {
+            (Some(x), Some(y)) => Some([x - pole[0], y - pole[1]]),
+            _ => None,
+        };
+        let radius = match block.get("PR") {
+            Some(radius) => self.mm(radius),
+            None => before.map(|[x, y]| x.hypot(y)).ok_or("PR from no position")?,
+        };
+        let angle = match (block.get("PA"), block.get("IPA"), before) {
+            (Some(angle), _, _) => rad_from_deg(angle),
+            (None, by, Some([x, y])) => y.atan2(x) + rad_from_deg(by.unwrap_or(0.0)),
+            _ => return Err("PA from no position".to_owned()),
+        };
+        Ok([pole[0] + radius * angle.cos(), pole[1] + radius * angle.sin()])
+    }
+
+    fn centre(&mut self, block: &Block<'_>) -> Result<(), String> {
+        if block.words.iter().any(|word| matches!(word.name, "Z" | "IZ")) {
+            return Err("arcs in planes with Z are not supported".to_owned());
+        }
+        let end = self.end_of(block)?;
+        match (end[0], end[1]) {
+            (Some(x), Some(y)) => {
+                self.pole = Some([x, y]);
+                Ok(())
+            }
+            _ => Err("a centre at an unknown position".to_owned()),
+        }
+    }
+
+    fn arc(&mut self, line: usize, block: &Block<'_>, pace: Pace) -> Result<(), String> {
+        let start = self.cutter.place().ok_or("an arc from an unknown position")?;
+        let clockwise = match block.word("DR").and_then(|word| word.sign) {
+            Some(is_positive) => !is_positive,
+            None => return Err("an arc without DR+ or DR-".to_owned()),
+        };
+        let [Some(mut x), Some(mut y), Some(z)] = self.end_of(block)? else {
+            return Err("an arc to an unknown position".to_owned());
+        };
+        let mut more_turns = 0;
+        let centre = match block.name(0) {
+            "CR" => {
+                let radius = block.get("R").ok_or("CR without R")?;
+                Centre::Radius(self.mm(radius))
+            }
+            name => {
+                let pole = self.pole.ok_or("an arc without CC before it")?;
+                if name == "CP" {
+                    let turned = block.get("IPA").map_or(0.0, f64::abs);
+                    [x, y] = self.polar(block)?;
+                    // Whole turns, and the rest by the end.
+                    let whole = (turned / 360.0 - 1e-9).floor().clamp(0.0, 1e4);
+                    more_turns = if block.has("IPA") { whole as u32 } else { 0 };
+                    if (turned % 360.0).abs() < 1e-9 {
+                        (x, y) = (start.x, start.y);
+                    }
+                }
+                Centre::At(pole)
+            }
+        };
+        let arc = Arc {
+            start,
+            end: Vector3::new(x, y, z),
+            plane: Plane::XY,
+            turn: Rotation3::identity(),
+            clockwise,
+            centre,
+            more_turns,
+        };
+        self.cutter.arc(line, &arc, pace)
+    }
+
+    fn m_codes(&mut self, line: usize, block: &Block<'_>, moves: bool) -> Result<(), String> {
+        for code in block.all("M") {
+            match code {
+                _ if code == 3.0 || code == 4.0 || code == 13.0 || code == 14.0 => {
+                    self.cutter.turn_spindle(line, true);
+                }
+                _ if code == 5.0 && !moves => self.cutter.turn_spindle(line, false),
+                _ if code == 2.0 || code == 30.0 => self.has_end = true,
+                _ if code == 91.0 || code == 92.0 || code == 140.0 => {
+                    if !moves {
+                        return Err(format!("M{code} without a move"));
+                    }
+                }
+                _ if code == 128.0 => return Err("M128 is not supported".to_owned()),
+                _ if (0.0..=9.0).contains(&code) || [99.0, 126.0, 127.0, 129.0].contains(&code) => {
+                }
+                _ => {
+                    let stands = self.cutter.is_on == Some(false);
+                    let note = if stands { Code::SpindleCommand } else { Code::LeftOut };
+                    let what = format!("M{code} is not understood and left out");
+                    self.cutter.log.warning(note, line, what);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// CYCL DEF: drilling, or what neither moves nor shifts.
+    fn define(&mut self, block: &Block<'_>) -> Result<(), String> {
+        let number = block.words.get(2).and_then(|word| word.value);
+        let number = number.or_else(|| block.words.get(1).and_then(|word| word.value));
+        let number = number.ok_or("a cycle without a number")?;
+        let values = || {
+            let q =
+                block.words.iter().filter(|word| word.name.len() > 1 && word.name.starts_with('Q'));
+            q.filter_map(|word| Some((word.name.to_owned(), word.value?)))
+                .collect::<HashMap<_, _>>()
+        };
+        match number {
+            _ if [200.0, 201.0, 203.0].contains(&number) => {
+                self.cycle = Some(values());
+                Ok(())
+            }
+            // Tolerance, preset by number, thermal and the like.
+            _ if number.floor() == 32.0 || number == 247.0 || number == 392.0 => Ok(()),
+            // Shifts and turns that are zero.
+            _ if matches!(number.floor() as i64, 7 | 8 | 10 | 19) => {
+                let is_zero = block.words.iter().skip(3).all(|word| {
+                    word.value.is_none_or(|value| value == 0.0)
+                        || matches!(word.name, "DATUM" | "SHIFT")
+                });
+                if is_zero {
+                    Ok(())
+                } else {
+                    Err(format!("cycle {number} shifts or turns the work and is not supported"))
+                }
+            }
+            _ => Err(format!("cycle {number} is not supported")),
+        }
+    }
+
+    fn drill(&mut self, line: usize) -> Result<(), String> {
+        let cycle = self.cycle.clone().ok_or("CYCL CALL without a drilling cycle")?;
+        let get = |name: &str| cycle.get(name).copied();
+        let need = |name: &str| get(name).ok_or_else(|| format!("the cycle has no {name}"));
+        let at = self.cutter.place().ok_or("a cycle from an unknown position")?;
+        let surface = self.mm(need("Q203")?);
+        let clearance = surface + self.mm(need("Q200")?);
+        let depth = self.mm(need("Q201")?);
+        let second = surface + self.mm(get("Q204").unwrap_or(0.0));
+        if depth >= 0.0 {
+            return Err(format!("Q201 is {depth} mm, must be negative"));
+        }
+        let step = self.mm(get("Q202").unwrap_or(0.0));
+        let count = if step > 0.0 { (-depth / step).ceil().clamp(1.0, 1e4) } else { 1.0 };
+        // At least 1 and at most 10 000.
+        let depths = (1..=count as u32).map(|peck| {
+            surface + if step > 0.0 { (-step * f64::from(peck)).max(depth) } else { depth }
+        });
+        let feed = need("Q206")?;
+        let feed = Pace::Feed(m_per_s_from_mm_per_min(self.mm(feed)));
+        if !matches!(feed, Pace::Feed(feed) if feed > 0.0) {
+            return Err("Q206 must be positive".to_owned());
+        }
+        let hole = Hole {
+            clearance,
+            depths: depths.collect(),
+            retract: second.max(clearance),
+            feed,
+            out: Pace::Rapid,
+            dwell_s: get("Q211").unwrap_or(0.0),
+        };
+        let over = Vector3::new(at.x, at.y, 0.0);
+        self.cutter.hole(line, over, Vector3::z(), &hole);
+        Ok(())
+    }
+
+    /// LBL 0: the end of a subprogram that was called.
+    fn back(&mut self) {
+        if let Some((back, head, left)) = self.calls.pop() {
+            if left > 1 {
+                self.calls.push((back, head, left - 1));
+                self.next = head + 1;
+            } else {
+                self.next = back;
+            }
+        }
+    }
+
+    /// `CALL LBL 1`, or `CALL LBL 1 REP 3`: the part from there to here again.
+    fn call(&mut self) -> Result<(), String> {
+        let index = self.next - 1;
+        let text = content(self.blocks[index].parts[0].1);
+        let rest = text.trim_start_matches("CALL").trim_start().trim_start_matches("LBL").trim();
+        let (label, repeats) = match rest.split_once("REP") {
+            Some((label, repeats)) => {
+                // `REP 3/3` shows what is left.
+                let count = repeats.split('/').next().unwrap_or("").trim();
+                let count = count.parse::<u32>().map_err(|_| "REP without a number")?;
+                (label.trim(), Some(count))
+            }
+            None => (rest, None),
+        };
+        let head = self.labels.get(label.trim_matches('"')).copied();
+        let head = head.ok_or_else(|| format!("LBL {label} is not in this program"))?;
+        match repeats {
+            Some(count) => {
+                let left = self.repeats.entry(index).or_insert(count);
+                if *left > 0 {
+                    *left -= 1;
+                    self.next = head + 1;
+                } else {
+                    self.repeats.remove(&index);
+                }
+            }
+            None => {
+                if self.calls.len() >= MAX_CALLS {
+                    return Err("calls are nested too deep".to_owned());
+                }
+                self.calls.push((self.next, head, 1));
+                self.next = head + 1;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A block without its number and its comment.
+fn content(line: &str) -> &str {
+    let line = line.split(';').next().unwrap_or("").trim();
+    line.trim_start_matches(|c: char| c.is_ascii_digit()).trim()
+}
+
+/// Blocks with their lines; `~` at the end of a line continues it.
+fn blocks(text: &str) -> Vec<Text<'_>> {
+    let mut found: Vec<Text<'_>> = Vec::new();
+    let mut offset = 0;
+    let mut continues = false;
+    for (index, whole) in text.split_inclusive('\n').enumerate() {
+        let start = offset;
+        offset += whole.len();
+        let line = whole.trim_end();
+        let code = line.split(';').next().unwrap_or("").trim_end();
+        let body = code.strip_suffix('~').unwrap_or(code);
+        let trimmed = body.trim_start();
+        let number = trimmed.bytes().take_while(u8::is_ascii_digit).count();
+        let skip = body.len() - trimmed.len() + if continues { 0 } else { number };
+        let part = (start + skip, body.get(skip..).unwrap_or(""));
+        match found.last_mut().filter(|_| continues) {
+            Some(open) => open.parts.push(part),
+            // `* - …` divides the program for people.
+            None if part.1.trim().is_empty() || part.1.trim_start().starts_with('*') => {}
+            None => found.push(Text { line: index + 1, parts: vec![part] }),
+        }
+        // Comments of cycles' lines stand before the next.
+        continues = code.ends_with('~') || (continues && line.contains('~'));
+    }
+    found
+}

@@ -1,0 +1,84 @@
+//! Heidenhain's conversational language as milling posts write it.
+
+use detune::notes::Note;
+use detune::program::{Dialect, NewSpeed, Program, Rewrite, Spindle, read, rewrite};
+
+use super::support::{assert_ends, at, lines, settings};
+
+fn conversational(text: &str) -> Result<Program, Vec<Note>> {
+    read(text.as_bytes(), Dialect::Heidenhain, &settings())
+}
+
+const POCKET: &str = "0 BEGIN PGM POCKET MM\n1 BLK FORM 0.1 Z X+0 Y+0 Z-20\n2 * - 12 MM MILL\n\
+                      3 TOOL CALL 5 Z S8000 F500\n4 CYCL DEF 32.0 TOLERANCE\n\
+                      5 CYCL DEF 32.1 T0.05\n6 L Z+50 R0 FMAX M3\n7 L X+10 Y+0 R0 FMAX\n\
+                      8 L Z-2 F200\n9 CC X+0 Y+0\n10 C X+0 Y+10 DR+ F600\n\
+                      11 CR X+10 Y+20 R+10 DR-\n12 LBL 1\n13 L IX+5 IZ+3 ; X99\n\
+                      14 CALL LBL 1 REP 2\n15 CYCL DEF 200 DRILLING ~\n    Q200=+2 ;CLEARANCE ~\n    \
+                      Q201=-6 ;DEPTH ~\n    Q206=+150 ~\n    Q202=+3 ~\n    Q203=+0 ~\n    Q204=+10\n\
+                      16 L X+0 Y+0 FMAX M99\n17 L M140 MB MAX\n18 M5\n19 END PGM POCKET MM\n";
+
+#[test]
+fn a_pocket_with_arcs_a_repeat_and_a_hole() {
+    let program = conversational(POCKET).unwrap();
+    assert_ends(
+        &program,
+        &[
+            ('L', [10.0, 0.0, 50.0]),
+            ('L', [10.0, 0.0, -2.0]),
+            ('A', [0.0, 10.0, -2.0]),
+            ('A', [10.0, 20.0, -2.0]),
+            ('L', [15.0, 20.0, 1.0]),
+            ('L', [20.0, 20.0, 4.0]),
+            ('L', [25.0, 20.0, 7.0]),
+            ('L', [0.0, 0.0, 7.0]),
+            // Two pecks of 3 mm from 2 mm above the surface, out to 10 mm.
+            ('L', [0.0, 0.0, 2.0]),
+            ('L', [0.0, 0.0, -3.0]),
+            ('L', [0.0, 0.0, 2.0]),
+            ('L', [0.0, 0.0, -3.0]),
+            ('L', [0.0, 0.0, -6.0]),
+            ('L', [0.0, 0.0, 2.0]),
+            ('L', [0.0, 0.0, 10.0]),
+        ],
+    );
+    assert_eq!(lines(&program)[..8], [8, 9, 11, 12, 14, 14, 14, 22]);
+    let feeds: Vec<f64> = program.moves.iter().map(|m| (m.feed_m_per_s * 6e4).round()).collect();
+    assert_eq!(feeds[1..5], [200.0, 600.0, 600.0, 600.0]);
+    assert_eq!(program.moves[9].feed_m_per_s, 0.0025);
+    assert_eq!(program.moves[1].stated.spindle, Some(Spindle::Turns(Some(8000.0))));
+    assert_eq!(program.moves[1].stated.tool, Some(5));
+}
+
+#[test]
+fn what_is_lost_or_shifted_is_refused_with_its_line() {
+    for (block, said) in [
+        ("L X+Q5", "Q parameters"),
+        ("CYCL DEF 7.1 X+5", "shifts or turns"),
+        ("CYCL DEF 252 CIRCULAR POCKET", "cycle 252"),
+        ("PLANE SPATIAL SPA+45", "'PLANE'"),
+        ("L X+5 A+30", "axis A"),
+        ("C X+1 Y+1 DR+", "without CC"),
+        ("RND R5", "'RND'"),
+        ("CALL LBL 7", "LBL 7 is not in this program"),
+        ("CYCL CALL", "without a drilling cycle"),
+    ] {
+        let text = format!("0 BEGIN PGM A MM\n1 L X+0 Y+0 Z+0 FMAX\n2 {block}\n3 END PGM A MM\n");
+        let found = conversational(&text).unwrap_err();
+        assert_eq!(at(&found[0]), 3, "{block}: {found:?}");
+        assert!(found[0].what.contains(said), "{block}: {found:?}");
+    }
+    let found = conversational("0 BEGIN PGM A MM\n1 L X+0 Y+0 Z+0 FMAX\n").unwrap_err();
+    assert!(found[0].what.contains("is the file whole?"), "{found:?}");
+}
+
+#[test]
+fn speeds_and_feeds_are_rewritten() {
+    let speeds = vec![NewSpeed { end: usize::MAX, rpm: 10_000.0, old_rpm: 8000.0 }];
+    let to = Rewrite { speeds, keeps_chip_load: true };
+    let text = POCKET.replace("M99", "");
+    let found = rewrite(text.as_bytes(), Dialect::Heidenhain, &settings(), &to).unwrap();
+    let expected =
+        text.replace("S8000 F500", "S10000 F625").replace("F200", "F250").replace("F600", "F750");
+    assert_eq!(String::from_utf8(found.bytes).unwrap(), expected);
+}

@@ -1,0 +1,328 @@
+//! KUKA KRL and Fanuc TP: frames, partial positions, inline forms, registers; and robot programs
+//! rewritten.
+
+use detune::motion::{Target, Timing};
+use detune::notes::Note;
+use detune::program::{
+    Assumed, Companion, Dialect, ExternalAxis, NewSpeed, Program, Rewrite, SetBy, Setter, Settings,
+    Spindle, read, rewrite,
+};
+use nalgebra::Vector3;
+
+use super::support::{assert_ends, assert_pose, at, end, lines, module, pose, settings};
+
+fn behind_the_first(program: &Program) -> Program {
+    let mut rest = program.clone();
+    rest.moves.remove(0);
+    rest
+}
+
+fn krl(text: &str) -> Result<Program, Vec<Note>> {
+    read(text.as_bytes(), Dialect::Krl, &settings())
+}
+
+const POCKET: &str = "&ACCESS RVP\n&REL 12\nDEF  pocket( )\n;FOLD INI\nDECL INT i\nBAS (#INITMOV,0 )\n\
+;ENDFOLD (INI)\n$VEL.CP=0.2\n$TOOL={FRAME: X 0,Y 0,Z 150,A 0,B 0,C 0}\n\
+$BASE={FRAME: X 900,Y 0,Z 400,A 90,B 0,C 0}\nPTP {A1 0,A2 -90,A3 90,A4 0,A5 90,A6 0}\n\
+BAS(#VEL_PTP,30)\nPTP {E6POS: X 10,Y 0,Z 50,A 0,B 90,C 180,S 2,T 10,E1 0} C_PTP\nLIN {Z -2} C_DIS\n\
+$VEL.CP=0.01\nLIN {X 30}\nCIRC {X 40,Y 10},{X 30,Y 20}\nWAIT SEC 0.5\nFOR i=1 TO 2\n\
+LIN_REL {Z 10}\nENDFOR\nCIRC {X 40,Y 30},{X 30,Y 40},CA 90\n$OUT[3]=TRUE\nEND\n";
+
+/// The base turns (x, y) to (−y, x) and stands at (900, 0, 400); the tool is 150 mm long.
+#[test]
+fn a_milling_program_of_krl() {
+    let program = krl(POCKET).unwrap();
+    let half = 10.0 * std::f64::consts::FRAC_1_SQRT_2;
+    assert_ends(
+        &behind_the_first(&program),
+        &[
+            ('T', [900.0, 10.0, 450.0]),
+            ('L', [900.0, 10.0, 398.0]),
+            ('L', [900.0, 30.0, 398.0]),
+            ('A', [880.0, 30.0, 398.0]),
+            ('T', [880.0, 30.0, 398.0]),
+            ('L', [880.0, 30.0, 408.0]),
+            ('L', [880.0, 30.0, 418.0]),
+            // From (30, 20) about (30, 30): the end is (40, 30), whatever the second point.
+            ('A', [870.0, 40.0, 418.0]),
+        ],
+    );
+    let Target::Arc { via, .. } = &program.moves[8].to else { panic!("CIRC is an arc") };
+    let expected = Vector3::new(900.0 - (30.0 - half), 30.0 + half, 418.0);
+    assert!((via.translation.vector * 1e3 - expected).norm() < 1e-6, "{via}");
+    // Ry(90)·Rx(180) takes z to −x, and the base that to −y.
+    let z = end(&program.moves[1]).1.rotation * Vector3::z();
+    assert!((z + Vector3::y()).norm() < 1e-9, "{z}");
+    assert_pose(&program.moves[1].tcp, &pose([0.0, 0.0, 150.0], [1.0, 0.0, 0.0, 0.0]));
+    assert_eq!(lines(&program), [11, 13, 14, 16, 17, 18, 20, 20, 22]);
+    let Target::Joints(home) = &program.moves[0].to else { panic!("PTP goes to joints") };
+    let degrees: Vec<f64> = home.iter().map(|rad| rad.to_degrees().round()).collect();
+    assert_eq!(degrees, [0.0, -90.0, 90.0, 0.0, 90.0, 0.0]);
+    let timings: Vec<Timing> = program.moves.iter().map(|each| each.timing).collect();
+    assert_eq!((timings[1], timings[5]), (Timing::Joints(0.3), Timing::Seconds(0.5)));
+    let feeds: Vec<f64> = program.moves[2..5].iter().map(|each| each.feed_m_per_s).collect();
+    assert_eq!(feeds, [0.2, 0.01, 0.01]);
+}
+
+const DATA: &str = "DEFDAT P PUBLIC\nDECL E6POS XP1={X 1,Y 2,Z 3,A 0,B 0,C 0,S 2,T 35,E1 0}\n\
+DECL E6POS XP2={X 11,Y 2,Z 3,A 0,B 0,C 0,S 2,T 35,E1 0}\n\
+DECL FDAT FP1={TOOL_NO 1,BASE_NO 2,IPO_FRAME #BASE,POINT2[] \" \"}\n\
+DECL LDAT LCPDAT1={VEL 2.0,ACC 100.0,APO_DIST 100.0}\nENDDAT\n";
+
+const INLINE: &str = "DEF p()\n;FOLD PTP P1 Vel=50 % PDAT1 Tool[1] Base[2];%{PE}%R 5.4\n\
+$BWDSTART=FALSE\nPDAT_ACT=PPDAT1\nFDAT_ACT=FP1\nBAS(#PTP_PARAMS,50)\nPTP XP1\n;ENDFOLD\n\
+FDAT_ACT=FP1\nBAS(#CP_PARAMS,0.5)\nLIN XP2 C_DIS C_DIS\nSPLINE WITH $VEL.CP=0.02\nSLIN XP1\n\
+ENDSPLINE\nSLIN XP2 WITH $VEL=SVEL_CP(0.008,,LCPDAT1), $TOOL=STOOL2(FP1), $BASE=SBASE(FP1.BASE_NO), \
+$ACC=SACC_CP(LCPDAT1), $APO=SAPO(LCPDAT1)\nEND\n";
+
+#[test]
+fn inline_forms_take_frames_and_data_from_the_cell() {
+    let frame = |x: f64, z: f64| pose([x, 0.0, z], [1.0, 0.0, 0.0, 0.0]);
+    let data = Companion::new("p.dat".to_owned(), DATA.as_bytes()).unwrap();
+    let mut job = Settings { companions: vec![data], ..settings() };
+    let refused = read(INLINE.as_bytes(), Dialect::Krl, &job).unwrap_err();
+    assert_eq!(at(&refused[0]), 6, "{refused:?}");
+    assert!(refused[0].what.contains("tool_frames: {1: …}"), "{refused:?}");
+    job.tool_frames.insert(1, frame(0.0, 200.0));
+    job.base_frames.insert(2, frame(500.0, 0.0));
+    let program = read(INLINE.as_bytes(), Dialect::Krl, &job).unwrap();
+    assert_ends(
+        &program,
+        &[
+            ('T', [501.0, 2.0, 3.0]),
+            ('L', [511.0, 2.0, 3.0]),
+            ('L', [501.0, 2.0, 3.0]),
+            ('L', [511.0, 2.0, 3.0]),
+        ],
+    );
+    let feeds: Vec<f64> = program.moves.iter().map(|each| each.feed_m_per_s).collect();
+    assert_eq!(feeds, [0.5, 0.5, 0.02, 0.008]);
+    for each in &program.moves {
+        assert_pose(&each.tcp, &frame(0.0, 200.0));
+    }
+    // $CONFIG.DAT instead of the job.
+    let config = "DEFDAT $CONFIG\nTOOL_DATA[1]={X 0.0,Y 0.0,Z 200.0,A 0.0,B 0.0,C 0.0}\n\
+                  LOAD_DATA[1]={M 5.5,CM {X 0.0,Y 0.0,Z 80.0,A 0.0,B 0.0,C 0.0},J {X 0.01,Y 0.01,Z 0.02}}\n\
+                  BASE_DATA[2]={X 500.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}\nENDDAT\n";
+    let config = Companion::new("config.dat".to_owned(), config.as_bytes()).unwrap();
+    job.companions.push(config);
+    (job.tool_frames, job.base_frames) = Default::default();
+    let again = read(INLINE.as_bytes(), Dialect::Krl, &job).unwrap();
+    assert!(again.moves.iter().zip(&program.moves).all(|(a, b)| a.to == b.to && a.tcp == b.tcp));
+    let load = again.moves[1].stated.load.clone().unwrap();
+    assert_eq!((load.mass_kg, load.com_m.z, load.inertia_kgm2[(2, 2)]), (5.5, 0.08, 0.02));
+}
+
+#[test]
+fn krl_that_is_not_understood_is_refused_with_its_line() {
+    for (statement, said) in [
+        ("LIN XP9", "'xp9' is declared in no file"),
+        ("LIN {X 1}", "position before is known only at run time"),
+        ("PTP {A1 0}", "A2 is not known"),
+        ("IF $IN[1] THEN\nPTP XP1\nENDIF", "IF decides about motion at run time"),
+        ("GOTO again", "jumps are not supported"),
+        ("MOVE_TO_START()", "'move_to_start' is in no file that is read and moves"),
+        ("GLUE({X 1,Y 2,Z 3})", "'glue' is in no file that is read and moves"),
+        ("$BASE=EK($ROBROOT,#EASYS,$BASE)", "known only at run time"),
+        ("$IPO_MODE=#TCP", "stationary tool"),
+        ("LIN {X 1 Y 2}", "expected '}'"),
+        ("$VEL.CP=0", "must be positive"),
+        ("@", "'@' is not understood"),
+        (
+            "LIN {X 0,Y 0,Z 0,A 0,B 0,C 0,E1 5}\nLIN {X 1,E1 9}",
+            "external axis e1 moves from 5 to 9",
+        ),
+    ] {
+        let found = krl(&format!("DEF a()\n\n{statement}\nEND\n")).unwrap_err();
+        assert!((3..=4).contains(&at(&found[0])), "{statement}: {found:?}");
+        assert!(found[0].what.contains(said), "{statement}: {found:?}");
+    }
+    let mut job = settings();
+    job.assume.insert("$in[1]".to_owned(), Assumed::Truth(true));
+    let text = "DEF a()\nIF $IN[1] THEN\nPTP {A1 0,A2 0,A3 0,A4 0,A5 0,A6 0}\nENDIF\nEND\n";
+    assert_eq!(read(text.as_bytes(), Dialect::Krl, &job).unwrap().moves.len(), 1);
+}
+
+const TP: &str = "/PROG  CUT\n/ATTR\nOWNER = MNEDITOR;\n/MN\n   1:  UFRAME_NUM=1 ;\n   2:  UTOOL_NUM=1 ;\n\
+   3:  !SPINDLE 9000 ;\n   4:J P[1:home] 20% FINE    ;\n   5:L P[2] 100mm/sec CNT50 ACC80    ;\n   6:  DO[1]=ON ;\n\
+   7:  WAIT   1.50(sec) ;\n   8:L P[3] 60cm/min FINE COORD PTH    ;\n   9:C P[4]\n    :  P[5] 10mm/sec FINE    ;\n\
+  10:  FOR R[1]=1 TO 2 ;\n  11:L P[3] R[2]mm/sec FINE    ;\n  12:  ENDFOR ;\n  13:L P[2] 4sec FINE    ;\n/POS\n\
+P[1:\"home\"]{\n   GP1:\n\tUF : 1, UT : 1,\n\tJ1=    10.000 deg,\tJ2=    20.000 deg,\tJ3=    30.000 deg,\n\
+\tJ4= 0 deg, J5= -90 deg, J6= 0 deg\n};\n";
+
+fn tp_pose(number: u32, x: f64, y: f64, group_2: f64) -> String {
+    format!(
+        "P[{number}] {{\n   GP1:\n UF : 1, UT : 1, CONFIG : 'N U T, 0, 0, 0',\n X = {x} mm, Y = {y} mm, Z = 50.000 \
+         mm,\n W = 180.000 deg, P = 0.000 deg, R = 90.000 deg\n   GP2:\n UF : 1, UT : 1,\n J1= {group_2} deg\n}};\n"
+    )
+}
+
+fn tp(group_2: f64) -> String {
+    let points = [(2, 0.0, 0.0), (3, 10.0, 0.0), (4, 20.0, 10.0), (5, 10.0, 20.0)];
+    let points = points.map(|(n, x, y)| tp_pose(n, x, y, if n == 5 { group_2 } else { 0.0 }));
+    format!("{TP}{}/END\n", points.concat())
+}
+
+fn tp_settings() -> Settings {
+    let mut job = settings();
+    job.base_frames.insert(1, pose([900.0, 0.0, 400.0], [1.0, 0.0, 0.0, 0.0]));
+    job.tool_frames.insert(1, pose([0.0, 0.0, 150.0], [1.0, 0.0, 0.0, 0.0]));
+    job.assume.insert("r[2]".to_owned(), Assumed::Number(25.0));
+    job.spindle_from = Some(SetBy { what: Setter::Comment("SPINDLE".to_owned()), per_unit: 1.0 });
+    job
+}
+
+#[test]
+fn a_tp_program_with_frames_of_the_job() {
+    let program = read(tp(0.0).as_bytes(), Dialect::Fanuc, &tp_settings()).unwrap();
+    let Target::Joints(home) = &program.moves[0].to else { panic!("J1 to J6 are joints") };
+    let degrees: Vec<f64> = home.iter().map(|rad| rad.to_degrees().round()).collect();
+    // J3 counts from the horizontal.
+    assert_eq!(degrees, [10.0, 20.0, 50.0, 0.0, -90.0, 0.0]);
+    assert_ends(
+        &behind_the_first(&program),
+        &[
+            ('L', [900.0, 0.0, 450.0]),
+            ('T', [900.0, 0.0, 450.0]),
+            ('L', [910.0, 0.0, 450.0]),
+            ('A', [910.0, 20.0, 450.0]),
+            ('L', [910.0, 0.0, 450.0]),
+            ('L', [910.0, 0.0, 450.0]),
+            ('L', [900.0, 0.0, 450.0]),
+        ],
+    );
+    // Rz(90)·Rx(180): z down, x along y.
+    let turned = end(&program.moves[1]).1.rotation;
+    assert!((turned * Vector3::z() + Vector3::z()).norm() < 1e-9);
+    assert!((turned * Vector3::x() - Vector3::y()).norm() < 1e-9);
+    assert_eq!(program.moves[0].timing, Timing::Joints(0.2));
+    assert_eq!(program.moves[2].timing, Timing::Seconds(1.5));
+    assert_eq!(program.moves[7].timing, Timing::Seconds(4.0));
+    let feeds: Vec<f64> = program.moves.iter().map(|each| each.feed_m_per_s).collect();
+    assert_eq!(feeds[1..7], [0.1, 0.1, 0.01, 0.01, 0.025, 0.025]);
+    assert_eq!(lines(&program), [8, 9, 11, 12, 13, 16, 16, 18]);
+    assert_eq!(program.spindle[0].spindle, Spindle::Turns(Some(9000.0)));
+    // A positioner that moves is refused, and so is a frame that nobody gives.
+    let found = read(tp(15.0).as_bytes(), Dialect::Fanuc, &tp_settings()).unwrap_err();
+    assert!(found[0].what.contains("gp2_j1 moves from 0 to 15"), "{found:?}");
+    let found = read(tp(0.0).as_bytes(), Dialect::Fanuc, &settings()).unwrap_err();
+    assert!(found[0].what.contains("tool_frames: {1: …}"), "{found:?}");
+}
+
+#[test]
+fn tp_that_is_not_understood_is_refused_with_its_line() {
+    for (statement, said) in [
+        ("L P[9] 5mm/sec FINE", "P[9] is not in /POS"),
+        ("L PR[9] 5mm/sec FINE", "known only at run time"),
+        ("L P[2] 5mm/sec FINE Offset,PR[1]", "shifts the target"),
+        ("L P[2] 5mm/sec FINE HOP", "'HOP' behind the target"),
+        ("L P[1] 5mm/sec FINE", "a line or arc to joint positions"),
+        ("IF DI[1]=ON,JMP LBL[1]", "IF decides about motion"),
+        ("UFRAME[1]=PR[1]", "moves or shifts"),
+        ("DANCE", "'DANCE' is not understood"),
+        ("S P[2] 5mm/sec FINE", "S (spline)"),
+    ] {
+        let text = tp(0.0).replace("3:  !SPINDLE 9000 ;", &format!("3:  {statement} ;"));
+        let found = read(text.as_bytes(), Dialect::Fanuc, &tp_settings()).unwrap_err();
+        assert_eq!(at(&found[0]), 7, "{statement}: {found:?}");
+        assert!(found[0].what.contains(said), "{statement}: {found:?}");
+    }
+    let cut = tp(0.0);
+    let found = read(cut[..cut.len() - 40].as_bytes(), Dialect::Fanuc, &tp_settings()).unwrap_err();
+    assert!(found.iter().any(|note| note.what.contains("is the file whole?")), "{found:?}");
+}
+
+fn rewritten(text: &str, dialect: Dialect, job: &Settings) -> Result<String, String> {
+    let speeds = vec![NewSpeed { end: usize::MAX, rpm: 11_250.0, old_rpm: 9000.0 }];
+    let to = Rewrite { speeds, keeps_chip_load: true };
+    let found = rewrite(text.as_bytes(), dialect, job, &to);
+    found.map(|out| String::from_utf8(out.bytes).unwrap()).map_err(|note| note.what)
+}
+
+/// Speeds by 5/4, feeds with them, every other byte as it was.
+#[test]
+fn robot_programs_are_rewritten_where_they_state_speeds() {
+    let text = tp(0.0).replace("R[2]mm/sec", "12mm/sec");
+    let expected = text
+        .replace("!SPINDLE 9000", "!SPINDLE 11250")
+        .replace("100mm/sec", "125mm/sec")
+        .replace("60cm/min", "75cm/min")
+        .replace("10mm/sec FINE", "12.5mm/sec FINE")
+        .replace(" 12mm/sec", " 15mm/sec")
+        .replace("4sec", "3.2sec");
+    assert_eq!(rewritten(&text, Dialect::Fanuc, &tp_settings()).unwrap(), expected);
+
+    let mut job = settings();
+    job.spindle_from =
+        Some(SetBy { what: Setter::Procedure("SPINDEL".to_owned(), 2), per_unit: 1.0 });
+    let text = POCKET.replace("$OUT[3]=TRUE\n", "").replace(";ENDFOLD (INI)", "SPINDEL(1, 9000)");
+    let expected = text
+        .replace("(1, 9000)", "(1, 11250)")
+        .replace("$VEL.CP=0.2", "$VEL.CP=0.25")
+        .replace("$VEL.CP=0.01", "$VEL.CP=0.0125");
+    assert_eq!(rewritten(&text, Dialect::Krl, &job).unwrap(), expected);
+
+    job.spindle_from =
+        Some(SetBy { what: Setter::Signal("aoSpindle".to_owned()), per_unit: 1500.0 });
+    let text = module(
+        "SetAO aoSpindle, nVolt;\nMoveL p,v5,fine,tool0;\nMoveL Offs(p,9,0,0),v100,fine,tool0;\n\
+         MoveL p,vCut,fine,tool0;\nMoveL Offs(p,9,0,0),v5\\V:=8,fine,tool0;\n\
+         MoveL p,[40,500,5000,1000],fine,tool0;\nMoveL Offs(p,9,0,0),v100\\T:=2,fine,tool0;",
+    )
+    .replace("PROC main", "CONST num nVolt:=6; CONST speeddata vCut:=[10,500,5000,1000];PROC main");
+    let expected = text
+        .replace("nVolt:=6", "nVolt:=7.5")
+        .replace("vCut:=[10,", "vCut:=[12.5,")
+        .replace("MoveL p,v5,", "MoveL p,v5\\V:=6.25,")
+        .replace("v100,fine", "v100\\V:=125,fine")
+        .replace("\\V:=8", "\\V:=10")
+        .replace("[40,500", "[50,500")
+        .replace("\\T:=2", "\\T:=1.6");
+    assert_eq!(rewritten(&text, Dialect::Rapid, &job).unwrap(), expected);
+}
+
+#[test]
+fn rapid_over_several_modules_with_arguments_and_assumptions() {
+    let main = "MODULE a\nPROC cut(num deep, bool twice)\nMoveL Offs(pElse,0,0,-deep),v5,fine,tool0;\n\
+                IF twice AND NOT bDone THEN\n  Again;\nENDIF\nIF DInput(di_more)=1 OR di_more=high Again;\n\
+                ENDPROC\nENDMODULE\n";
+    let other = "MODULE b\nCONST robtarget pElse:=[[.1,-.5,3],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];\n\
+                 PROC Again()\nMoveL pElse,v5,fine,tool0;\nENDPROC\nENDMODULE\n";
+    let mut job = Settings {
+        procedure: Some("cut".to_owned()),
+        arguments: vec!["2.5".to_owned(), "TRUE".to_owned()],
+        companions: vec![Companion::new("b.mod".to_owned(), other.as_bytes()).unwrap()],
+        ..settings()
+    };
+    let found = read(main.as_bytes(), Dialect::Rapid, &job).unwrap_err();
+    assert_eq!(at(&found[0]), 4, "{found:?}");
+    assert!(found[0].what.contains("assume:"), "{found:?}");
+    job.assume.insert("bdone".to_owned(), Assumed::Truth(false));
+    job.assume.insert("di_more".to_owned(), Assumed::Truth(true));
+    let program = read(main.as_bytes(), Dialect::Rapid, &job).unwrap();
+    let point = [0.1, -0.5, 3.0];
+    assert_ends(&program, &[('L', [0.1, -0.5, 0.5]), ('L', point), ('L', point)]);
+    // Moves of the other module count as those of the line that calls them.
+    assert_eq!(lines(&program), [3, 5, 7]);
+    job.arguments.pop();
+    let found = read(main.as_bytes(), Dialect::Rapid, &job).unwrap_err();
+    assert!(found[0].what.contains("takes deep, twice"), "{found:?}");
+}
+
+#[test]
+fn external_axes_are_joints_where_the_job_says_so() {
+    let mut job = Settings { joint_count: 7, ..settings() };
+    let rail = ExternalAxis { joint: 0, slides: true };
+    job.external_axes.insert("eax_a".to_owned(), rail);
+    let text = module(
+        "MoveAbsJ [[10,0,0,0,90,0],[1500,9E9,9E9,9E9,9E9,9E9]],v5,fine,tool0;\n\
+         MoveL [[1,2,3],[1,0,0,0],[0,0,0,0],[2500,9E9,9E9,9E9,9E9,9E9]],v5,fine,tool0;",
+    );
+    let program = read(text.as_bytes(), Dialect::Rapid, &job).unwrap();
+    let Target::Joints(q) = &program.moves[0].to else { panic!("MoveAbsJ goes to joints") };
+    assert_eq!((q.len(), q[0]), (7, 1.5));
+    assert!(
+        (q[1] - 10_f64.to_radians()).abs() < 1e-12 && (q[5] - 90_f64.to_radians()).abs() < 1e-12
+    );
+    assert_eq!(program.moves[1].stated.external, [(0, 2.5)]);
+}

@@ -1,0 +1,363 @@
+"""Random programs in every dialect against an independent computation: one list of lines, arcs, dwells and speeds is
+written in each language, in random dress, and detune's samples must lie where and when the list has them.
+
+    python3 tests/programs.py target/release/detune [--seeds N]
+"""
+
+import argparse
+import json
+import math
+import pathlib
+import random
+import subprocess
+import tempfile
+import xml.etree.ElementTree as xml
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+ROBOT = ROOT / "robots" / "irb1600"
+OBJECT = (0.72, -0.12, 0.42)
+TCP = 0.15
+RAPID = 500.0  # mm/s
+
+
+def multiply(a, b):
+    return [[sum(a[i][k] * b[k][j] for k in range(4)) for j in range(4)] for i in range(4)]
+
+
+def turn(axis, angle):
+    x, y, z = axis
+    c, s, v = math.cos(angle), math.sin(angle), 1 - math.cos(angle)
+    return [
+        [x * x * v + c, x * y * v - z * s, x * z * v + y * s, 0],
+        [y * x * v + z * s, y * y * v + c, y * z * v - x * s, 0],
+        [z * x * v - y * s, z * y * v + x * s, z * z * v + c, 0],
+        [0, 0, 0, 1],
+    ]
+
+
+def place(xyz, rpy):
+    found = multiply(turn((0, 0, 1), rpy[2]), multiply(turn((0, 1, 0), rpy[1]), turn((1, 0, 0), rpy[0])))
+    for row, value in zip(found, xyz):
+        row[3] = value
+    return found
+
+
+class Arm:
+    """The chain of a URDF from its root to the child of its last moving joint."""
+
+    def __init__(self, urdf):
+        numbers = lambda text: [float(word) for word in text.split()]
+        joints = {}
+        for joint in xml.parse(urdf).getroot().findall("joint"):
+            origin, axis = joint.find("origin"), joint.find("axis")
+            joints[joint.find("parent").get("link")] = (
+                joint.get("type"),
+                place(
+                    numbers(origin.get("xyz", "0 0 0")) if origin is not None else [0, 0, 0],
+                    numbers(origin.get("rpy", "0 0 0")) if origin is not None else [0, 0, 0],
+                ),
+                numbers(axis.get("xyz")) if axis is not None else [1, 0, 0],
+                joint.find("child").get("link"),
+            )
+        children = {joint[3] for joint in joints.values()}
+        link = next(parent for parent in joints if parent not in children)
+        self.chain = []
+        while link in joints:
+            self.chain.append(joints[link])
+            link = joints[link][3]
+
+    def tip(self, q):
+        q, at = list(q), place([0, 0, 0], [0, 0, 0])
+        for kind, origin, axis, _ in self.chain:
+            at = multiply(at, origin)
+            if kind in ("revolute", "continuous"):
+                at = multiply(at, turn(axis, q.pop(0)))
+        return at
+
+    def tool(self, q):
+        at = multiply(self.tip(q), place([0, 0, TCP], [0, 0, 0]))
+        return [1000 * (at[i][3] - OBJECT[i]) for i in range(3)]
+
+
+# What is run: ("line", end, mm/min or None for rapid), ("arc", centre, sweep, end, mm/min), ("dwell", s), ("speed", rpm).
+def draw(rng):
+    at, found, feed = [0.0, 0.0, 60.0], [("line", [0.0, 0.0, 60.0], None), ("speed", 6000.0)], 600.0
+    for _ in range(rng.randint(5, 25)):
+        kind = rng.random()
+        if kind < 0.15:
+            feed = float(rng.choice([90, 300, 655.5, 1200]))
+        if kind < 0.6:
+            end = [round(rng.uniform(-60, 60), 3), round(rng.uniform(-60, 60), 3), round(rng.uniform(0, 60), 3)]
+            if rng.random() < 0.3:
+                end[2] = at[2]
+            if math.dist(at, end) > 1e-3:
+                found.append(("line", end, None if kind < 0.2 else feed))
+                at = end
+        elif kind < 0.9:
+            start, sweep = rng.uniform(0, math.tau), rng.choice([-1, 1]) * rng.uniform(0.3, 5.8)
+            radius = rng.uniform(3, 25)
+            centre = [round(at[0] - radius * math.cos(start), 3), round(at[1] - radius * math.sin(start), 3)]
+            start = math.atan2(at[1] - centre[1], at[0] - centre[0])
+            radius = math.hypot(at[0] - centre[0], at[1] - centre[1])
+            end = [centre[0] + radius * math.cos(start + sweep), centre[1] + radius * math.sin(start + sweep), at[2]]
+            found.append(("arc", centre, sweep, end, feed))
+            at = end
+        else:
+            found.append(("dwell", rng.choice([0.25, 1.5, 3.0])))
+    return found + [("line", [at[0], at[1], at[2] + 20], None)]
+
+
+def pieces(truth):
+    """(seconds, function of the share of it) one after the other, from where the path starts."""
+    at, found = truth[0][1], []
+    for item in truth[1:]:
+        if item[0] == "dwell":
+            found.append((item[1], lambda u, at=at: at))
+        elif item[0] == "line":
+            a, b = at, item[1]
+            speed = RAPID if item[2] is None else item[2] / 60
+            found.append((math.dist(a, b) / speed, lambda u, a=a, b=b: [x + (y - x) * u for x, y in zip(a, b)]))
+            at = b
+        elif item[0] == "arc":
+            _, centre, sweep, end, feed = item
+            start, radius = math.atan2(at[1] - centre[1], at[0] - centre[0]), math.dist(at[:2], centre)
+
+            def on(u, centre=centre, start=start, radius=radius, sweep=sweep, z=at[2]):
+                angle = start + sweep * u
+                return [centre[0] + radius * math.cos(angle), centre[1] + radius * math.sin(angle), z]
+
+            found.append((radius * abs(sweep) / (feed / 60), on))
+            at = end
+    return found
+
+
+def n(value):
+    return f"{value:.9f}".rstrip("0").rstrip(".") or "0"
+
+
+def gcode(truth, rng):
+    out, at, feed = ["%", "O1 (RANDOM)", "G21 G90 G17 G94"], None, None
+    word = lambda letter, value: (letter if rng.random() < 0.8 else letter.lower()) + rng.choice(["", " "]) + n(value)
+    for item in truth:
+        number = f"N{len(out)} " if rng.random() < 0.3 else ""
+        if item[0] == "speed":
+            out.append(number + f"M3 S{n(item[1])}")
+        elif item[0] == "dwell":
+            out.append(number + f"G4 P{item[1]}")
+        elif item[0] == "line":
+            words = ["G0" if item[2] is None else "G1"]
+            shift = at is not None and rng.random() < 0.2
+            if shift:
+                words.insert(0, "G91")
+            for letter, i in zip("XYZ", range(3)):
+                if at is None or item[1][i] != at[i] or rng.random() < 0.3:
+                    words.append(word(letter, item[1][i] - at[i] if shift else item[1][i]))
+            if item[2] is not None and (item[2] != feed or rng.random() < 0.2):
+                words.append(word("F", item[2]))
+                feed = item[2]
+            out.append(number + " ".join(words) + rng.choice(["", " (F1 S2)", "; X5"]))
+            if shift:
+                out.append("G90")
+            at = item[1]
+        else:
+            _, centre, sweep, end, own = item
+            words = ["G3" if sweep > 0 else "G2", word("X", end[0]), word("Y", end[1])]
+            words += [word("I", centre[0] - at[0]), word("J", centre[1] - at[1])]
+            if own != feed:
+                words.append(word("F", own))
+                feed = own
+            out.append(number + " ".join(words))
+            at = end
+    return "\n".join(out + ["M5", "M30", "%", ""]), "nc"
+
+
+def apt(truth, rng):
+    out, at, feed = ["PARTNO RANDOM $ 1/2", "UNITS/MM"], None, None
+    point = lambda p: ",".join(f" {n(x)}" for x in p)
+    for item in truth:
+        if item[0] == "speed":
+            out.append(rng.choice([f"SPINDL/{n(item[1])},RPM,CLW", f"SPINDL/RANGE,2,RPM,{n(item[1])},CLW"]))
+        elif item[0] == "dwell":
+            out.append(f"DELAY/{item[1]}")
+        else:
+            own = item[-1]
+            if own is None:
+                out.append("RAPID")
+            elif own != feed:
+                out.append(f"FEDRAT/{n(own)},MMPM" if rng.random() < 0.7 else f"FEDRAT/ MMPM, {n(own)}")
+                feed = own
+            if item[0] == "arc":
+                _, centre, sweep, end, _ = item
+                start, radius = math.atan2(at[1] - centre[1], at[0] - centre[0]), math.dist(at[:2], centre)
+                if rng.random() < 0.5:
+                    axis = "0,0,1" if sweep > 0 else "0,0,-1"
+                    out.append(f"CIRCLE/{n(centre[0])},{n(centre[1])},{n(at[2])},{axis},$\n {n(radius)}")
+                    out.append(f"GOTO/{point(end)}")
+                else:
+                    sense = 1 if sweep > 0 else -1
+                    out.append(f"INDIRV/{n(-sense * math.sin(start))},{n(sense * math.cos(start))},0")
+                    centre = f"{n(centre[0])},{n(centre[1])},{n(at[2])}"
+                    out.append(f"TLON,GOFWD/ (CIRCLE/ {centre},$\n{n(radius)}),ON,(LINE/ {centre},$\n{point(end)})")
+                at = end
+            else:
+                out.append(f"GOTO/{point(item[1])}" + rng.choice(["", ",0,0,1", " $$ GOTO/0,0,0"]))
+                at = item[1]
+    return "\n".join(out + ["FINI", ""]), "apt"
+
+
+def middle(at, item):
+    """Via points and ends of an arc in pieces of less than half a turn."""
+    _, centre, sweep, _, _ = item
+    start, radius = math.atan2(at[1] - centre[1], at[0] - centre[0]), math.dist(at[:2], centre)
+    count = math.ceil(abs(sweep) / 3.0)
+    on = lambda u: [centre[0] + radius * math.cos(start + sweep * u), centre[1] + radius * math.sin(start + sweep * u), at[2]]
+    return [(on((k + 0.5) / count), on((k + 1) / count)) for k in range(count)]
+
+
+def rapid(truth, rng):
+    out, at = [], None
+    target = lambda p: f"[[{','.join(n(x) for x in p)}],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
+    speed = lambda feed: "v500" if feed is None else f"[{n(feed / 60)},500,5000,1000]"
+    rest = "fine,tSpindle\\WObj:=wPart;"
+    for item in truth:
+        if item[0] == "speed":
+            out.append(f"SetAO aoSpindle, {n(item[1])};")
+        elif item[0] == "dwell":
+            out.append(f"WaitTime {item[1]};")
+        elif item[0] == "line":
+            out.append(f"MoveL {target(item[1])},{speed(item[2])},{rest}")
+            at = item[1]
+        else:
+            for via, end in middle(at, item):
+                out.append(f"MoveC {target(via)},{target(end)},{speed(item[4])},{rest}")
+            at = item[3]
+    object_at = ",".join(n(1000 * x) for x in OBJECT)
+    head = (
+        "MODULE random\nPERS tooldata tSpindle:=[TRUE,[[0,0,150],[1,0,0,0]],[0.001,[0,0,0.001],[1,0,0,0],0,0,0]];\n"
+        f'PERS wobjdata wPart:=[FALSE,TRUE,"",[[{object_at}],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];\nPROC main()\n'
+    )
+    return head + "\n".join(out) + "\nENDPROC\nENDMODULE\n", "mod"
+
+
+def krl(truth, rng):
+    object_at = ",".join(f"{axis} {n(1000 * x)}" for axis, x in zip("XYZ", OBJECT))
+    out = ["&ACCESS RVP", "DEF random()", "$TOOL={X 0,Y 0,Z 150,A 0,B 0,C 0}", f"$BASE={{FRAME: {object_at},A 0,B 0,C 0}}"]
+    at, feed = None, None
+    for item in truth:
+        if item[0] == "speed":
+            out.append(f"SPINDLE({n(item[1])})")
+            continue
+        if item[0] == "dwell":
+            out.append(f"WAIT SEC {item[1]}")
+            continue
+        own = RAPID * 60 if item[-1] is None else item[-1]
+        if own != feed:
+            out.append(f"$VEL.CP={own / 60000:.12f}")
+            feed = own
+        full = at is None or rng.random() < 0.5
+        parts = lambda p: ",".join(f"{axis} {n(x)}" for axis, x in zip("XYZ", p)) + (",A 0,B 0,C 180" if full else "")
+        if item[0] == "line":
+            out.append(f"LIN {{{parts(item[1])}}}" + rng.choice(["", " C_DIS", " ; {X 1}"]))
+            at = item[1]
+        else:
+            out += [f"CIRC {{{parts(via)}}},{{{parts(end)}}}" for via, end in middle(at, item)]
+            at = item[3]
+    return "\n".join(out + ["END", ""]), "src"
+
+
+def fanuc(truth, rng):
+    lines, points, at = ["UFRAME_NUM=1 ;", "UTOOL_NUM=1 ;"], [], None
+
+    def point(p):
+        points.append(p)
+        return f"P[{len(points)}]"
+
+    def speed(feed):
+        if feed is None:
+            return "500mm/sec"
+        return f"{n(feed / 10)}cm/min" if rng.random() < 0.5 else f"{n(feed / 60)}mm/sec"
+
+    for item in truth:
+        if item[0] == "speed":
+            lines.append(f"!SPINDLE {n(item[1])} ;")
+        elif item[0] == "dwell":
+            lines.append(f"WAIT   {item[1]}(sec) ;")
+        elif item[0] == "line":
+            lines.append(f"L {point(item[1])} {speed(item[2])} FINE ;")
+            at = item[1]
+        else:
+            for via, end in middle(at, item):
+                lines.append(f"C {point(via)}\n    :  {point(end)} {speed(item[4])} CNT50 ;")
+            at = item[3]
+    out = ["/PROG RANDOM", "/ATTR", "OWNER = MNEDITOR;", "/MN"]
+    out += [f"{i + 1:4}:{line}" for i, line in enumerate(lines)] + ["/POS"]
+    for i, (x, y, z) in enumerate(points):
+        brace = rng.choice(["{", " {"])
+        out.append(f"P[{i + 1}]{brace}\n   GP1:\n\tUF : 1, UT : 1,\t\tCONFIG : 'N U T, 0, 0, 0',")
+        out.append(f"\tX = {n(x)} mm,\tY = {n(y)} mm,\tZ = {n(z)} mm,\n\tW = 180 deg,\tP = 0 deg,\tR = 0 deg\n}};")
+    return "\n".join(out + ["/END", ""]), "ls"
+
+
+KEYS = {
+    "mod": "spindle_from: {signal: aoSpindle}",
+    "src": "spindle_from: {procedure: SPINDLE}",
+    "ls": "spindle_from: {comment: SPINDLE}, "
+    f"tool_frames: {{1: {{xyz_m: [0, 0, {TCP}]}}}}, base_frames: {{1: {{xyz_m: {list(OBJECT)}}}}}",
+}
+
+
+def check(detune, folder, arm, truth, text, extension):
+    (folder / f"p.{extension}").write_text(text)
+    frames = "" if extension in ("mod", "src") else f"tcp: {{xyz_m: [0, 0, {TCP}]}}\nwork_object: {{xyz_m: {list(OBJECT)}}}\n"
+    keys = KEYS.get(extension)
+    job = (
+        f"robot: {ROBOT / 'robot.yaml'}\ntool: {{teeth: 2}}\npayload: none\n{frames}"
+        "spindle: {min_rpm: 500, max_rpm: 24000}\noperations:\n  - name: all\n"
+        f"    path: {{program: {{file: p.{extension}{', ' + keys if keys else ''}}}}}\n"
+    )
+    (folder / "job.yaml").write_text(job)
+    command = [detune, "check", str(folder / "job.yaml"), "--format", "json", "--fail-on", "never"]
+    ran = subprocess.run(command, capture_output=True, text=True, timeout=300)
+    if ran.returncode != 0:
+        return f"exit code {ran.returncode}: {ran.stderr}"
+    (operation,) = json.loads(ran.stdout)["jobs"][0]["operations"]
+    parts = pieces(truth)
+    duration = sum(seconds for seconds, _ in parts)
+    if abs(operation["duration_s"] - duration) > 1e-6 * duration:
+        return f"takes {operation['duration_s']} s, not {duration} s"
+    if operation["spindle_rpm"] != 6000.0:
+        return f"runs at {operation['spindle_rpm']} rpm"
+    for sample in operation["samples"]:
+        left, index = sample["s"] * duration, 0
+        while index + 1 < len(parts) and left > parts[index][0]:
+            left, index = left - parts[index][0], index + 1
+        wanted = parts[index][1](min(left / parts[index][0], 1.0))
+        found = arm.tool(sample["joints_rad"])
+        if math.dist(wanted, found) > 2e-4:
+            return f"is at {found}, not at {wanted}, s = {sample['s']}"
+    return None
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("detune")
+    parser.add_argument("--seeds", type=int, default=20)
+    arguments = parser.parse_args()
+    arm = Arm(next(ROBOT.glob("*.urdf")))
+    ran, faults = 0, []
+    with tempfile.TemporaryDirectory() as name:
+        for seed in range(arguments.seeds):
+            for write in (gcode, apt, rapid, krl, fanuc):
+                rng = random.Random(f"{seed} {write.__name__}")
+                truth = draw(random.Random(seed))
+                text, extension = write(truth, rng)
+                fault = check(str(pathlib.Path(arguments.detune).resolve()), pathlib.Path(name), arm, truth, text, extension)
+                ran += 1
+                if fault:
+                    faults.append(f"seed {seed}, {write.__name__}: {fault}")
+    print(f"{ran} random programs in 5 dialects: {len(faults)} wrong")
+    print("\n".join(faults[:10]))
+    raise SystemExit(1 if faults else 0)
+
+
+main()
