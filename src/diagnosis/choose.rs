@@ -95,14 +95,12 @@ pub(super) struct Choice<'c> {
     pub(super) seen: Vec<Model<'c>>,
 }
 
-/// Chooses among `candidates`. The causes of `hint` are tried, too, if the search has not met them:
-/// what is chosen depends on the data alone, but no search finds all.
+/// Chooses among `candidates`.
 pub(super) fn choose<'c>(
     problem: &Problem<'_>,
     candidates: &'c [Candidate],
     screen: &Screen,
     width: SearchWidth,
-    hint: Option<&Hypothesis<'c>>,
 ) -> Option<Choice<'c>> {
     let baseline = problem.optimise(Hypothesis::default())?;
     let search = Search { problem, candidates, screen, width };
@@ -135,10 +133,6 @@ pub(super) fn choose<'c>(
         seen.extend(met.filter(|model| within_reach(model, &best)).cloned());
         kept = next;
         distinct(&mut kept, width.kept);
-    }
-    if let Some(hint) = hint {
-        search.try_out(hint, &mut fronts);
-        best = search.largest_justified(&fronts);
     }
     while let Some(better) = search.fewer(&best) {
         best = better;
@@ -239,31 +233,6 @@ impl<'c> Search<'_, '_, 'c> {
             .collect();
         sort(&mut fewer);
         fewer
-    }
-
-    /// Enters a hypothesis, and what is left of it as one cause after the other goes, among the
-    /// best models of each number of causes.
-    fn try_out(&self, hint: &Hypothesis<'c>, fronts: &mut Vec<Model<'c>>) {
-        let mut met = Vec::new();
-        let mut next = self.problem.optimise(hint.clone()).map(|fit| self.model(fit));
-        while let Some(model) = next.filter(|model| model.causes() > 0) {
-            let without = (0..model.causes()).filter_map(|i| {
-                let mut hypothesis = model.fit.hypothesis.clone();
-                hypothesis.effects.remove(i);
-                Some(self.model(self.problem.optimise(hypothesis)?))
-            });
-            next = without.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence));
-            met.push(model);
-        }
-        for model in met.into_iter().rev() {
-            let known_up_to = fronts.len();
-            match fronts.get_mut(model.causes()) {
-                Some(known) if known.log_evidence >= model.log_evidence => {}
-                Some(known) => *known = model,
-                None if known_up_to == model.causes() => fronts.push(model),
-                None => {}
-            }
-        }
     }
 
     /// Of the best models of no cause, one, two and so on, the largest of which each is justified

@@ -71,8 +71,8 @@ pub fn diagnose(
     progress(Done::Share(0.4));
     let judged = Judged::of(&problem, &choice);
     let Judgement { verdict, choice, held_out } =
-        judgement(&problem, &judged, choice, settings.seed, |whole| {
-            cross_validated(&problem, &candidates, &screen, (whole, settings.seed), progress)
+        judgement(&problem, &judged, choice, settings.seed, || {
+            cross_validated(&problem, &candidates, &screen, settings.seed, progress)
         });
     let names_causes = matches!(verdict, Verdict::Explained | Verdict::PartlyExplained);
     let chosen = if names_causes {
@@ -153,7 +153,7 @@ fn judgement<'c>(
     judged: &Judged,
     mut choice: Choice<'c>,
     seed: u64,
-    cross_validated: impl FnOnce(&Hypothesis<'c>) -> HeldOut,
+    cross_validated: impl FnOnce() -> HeldOut,
 ) -> Judgement<'c> {
     let data = problem.data;
     let unchanged = HeldOut::unchanged(&choice.baseline.evaluation);
@@ -173,7 +173,7 @@ fn judgement<'c>(
             None => return Judgement { verdict: without, choice, held_out: unchanged },
         }
     }
-    let held_out = cross_validated(&choice.best.fit.hypothesis);
+    let held_out = cross_validated();
     if gain_interval(data, &held_out, seed)[0] <= 0.0 {
         return Judgement { verdict: without, choice, held_out: unchanged };
     }
@@ -236,15 +236,15 @@ fn measured(table: &ModeTable, description: &Description) -> Result<Data, Note> 
     Err(Note::error(Code::TooLittleData, Place::default(), what))
 }
 
-fn cross_validated<'c>(
+fn cross_validated(
     problem: &Problem<'_>,
-    candidates: &'c [Candidate],
+    candidates: &[Candidate],
     screen: &Screen,
-    (whole, seed): (&Hypothesis<'c>, u64),
+    seed: u64,
     progress: Progress<'_>,
 ) -> HeldOut {
     let folds = AtomicUsize::new(0);
-    held_out(problem, candidates, screen, whole, seed, &|| {
+    held_out(problem, candidates, screen, seed, &|| {
         let done = folds.fetch_add(1, Ordering::Relaxed) + 1;
         progress(Done::Share(0.4 + 0.06 * done as f64));
     })

@@ -36,12 +36,11 @@ impl HeldOut {
 }
 
 /// Errors of the model and of the model with the causes that each fold chooses, at the poses that
-/// the fold leaves out; `whole` is what the whole table chooses. `done` is called once a fold.
-pub(super) fn held_out<'c>(
+/// the fold leaves out. `done` is called once a fold.
+pub(super) fn held_out(
     problem: &Problem<'_>,
-    candidates: &'c [Candidate],
+    candidates: &[Candidate],
     screen: &Screen,
-    whole: &Hypothesis<'c>,
     seed: u64,
     done: &(dyn Fn() + Sync),
 ) -> HeldOut {
@@ -60,7 +59,6 @@ pub(super) fn held_out<'c>(
                 candidates,
                 screen,
                 SearchWidth::FOLD,
-                Some(whole),
             );
             let hypothesis =
                 choice.map_or_else(Hypothesis::default, |choice| choice.best.fit.hypothesis);

@@ -68,7 +68,7 @@ pub(super) fn settled<'c>(
 impl<'c> Question<'_, 'c> {
     fn choose(&self, data: &Data) -> Option<Choice<'c>> {
         let problem = Problem { description: self.description, data };
-        choose(&problem, self.candidates, self.screen, SearchWidth::FULL, None)
+        choose(&problem, self.candidates, self.screen, SearchWidth::FULL)
     }
 
     /// Sets wrong rows aside, the worst first, as long as each is as wrong without it.

@@ -305,7 +305,7 @@ fn findings_are_accepted_for_a_job_and_shown() {
 
 #[test]
 fn warnings_are_accepted_for_all_jobs() {
-    let program = "G0 X0 Y0 Z0\nG1 X240 F400\nY40 E100\nX0\n";
+    let program = "G0 X0 Y0 Z0\nG1 X240 F400\nY40 E100\nX0\nM30\n";
     let job = "tool: {teeth: 2, payload: none}\ntcp: {xyz_m: [0, 0, 0.15]}\nwork_object: {xyz_m: [0.72, -0.12, \
                0.42]}\nspindle: {min_rpm: 500, max_rpm: 24000}\noperations:\n  - {name: rough, spindle_rpm: \
                24000, feed_mm_per_min: 400, path: {program: {file: rough.nc}}}\npolicy: {tooth_passing_harmonics: \

@@ -42,7 +42,7 @@ fn a_pocket_with_arcs_a_repeat_and_a_hole() {
             ('L', [0.0, 0.0, 10.0]),
         ],
     );
-    assert_eq!(lines(&program)[..8], [8, 9, 11, 12, 14, 14, 14, 22]);
+    assert_eq!(lines(&program)[..8], [8, 9, 11, 12, 14, 14, 14, 23]);
     let feeds: Vec<f64> = program.moves.iter().map(|m| (m.feed_m_per_s * 6e4).round()).collect();
     assert_eq!(feeds[1..5], [200.0, 600.0, 600.0, 600.0]);
     assert_eq!(program.moves[9].feed_m_per_s, 0.0025);

@@ -228,7 +228,8 @@ fn tp_that_is_not_understood_is_refused_with_its_line() {
         assert!(found[0].what.contains(said), "{statement}: {found:?}");
     }
     let cut = tp(0.0);
-    let found = read(cut[..cut.len() - 40].as_bytes(), Dialect::Fanuc, &tp_settings()).unwrap_err();
+    let found =
+        read(&cut.as_bytes()[..cut.len() - 40], Dialect::Fanuc, &tp_settings()).unwrap_err();
     assert!(found.iter().any(|note| note.what.contains("is the file whole?")), "{found:?}");
 }
 
