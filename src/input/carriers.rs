@@ -9,18 +9,25 @@ use crate::model::{Inertial, Robot};
 pub(in crate::input) struct Carriers<'j> {
     described: &'j DescribedRobot,
     pub(in crate::input) own: Arc<Robot>,
+    /// What its tip carries by the robot's file, corrections included; `None` where it says nothing.
+    pub(in crate::input) own_kg: Option<f64>,
     others: Vec<(Option<Inertial>, Arc<Robot>)>,
 }
 
 impl<'j> Carriers<'j> {
     pub(in crate::input) fn new(described: &'j DescribedRobot, own: Arc<Robot>) -> Self {
-        Self { described, own, others: Vec::new() }
+        let own_kg = own.carried_kg(&described.description);
+        Self { described, own, own_kg, others: Vec::new() }
     }
 
     /// The robot with a body at its tip, or with nothing.
     pub(in crate::input) fn with(&mut self, body: Option<Inertial>) -> Result<Arc<Robot>, String> {
-        let own = self.own.carried().filter(|own| own.link == self.own.tip_link());
-        if body == own.map(|own| own.inertial) && own.is_some() == self.own.carried().is_some() {
+        let carried = self.own.carried();
+        let own = carried.filter(|own| own.link == self.own.tip_link());
+        if body == own.map(|own| own.inertial)
+            && own.is_some() == carried.is_some()
+            && self.own_kg == carried.map(|own| own.inertial.mass_kg)
+        {
             return Ok(Arc::clone(&self.own));
         }
         if let Some((_, robot)) = self.others.iter().find(|(other, _)| *other == body) {

@@ -12,6 +12,18 @@ pub struct Posterior {
     pub unexplained: Unexplained,
 }
 
+impl Posterior {
+    /// Forgets the parameters for which `keep` does not hold; what is known of the others stays.
+    pub(super) fn retain(&mut self, keep: impl Fn(&LearnedParameter) -> bool) {
+        let kept: Vec<usize> =
+            (0..self.parameters.len()).filter(|&i| keep(&self.parameters[i])).collect();
+        let row =
+            |(n, &i): (usize, &usize)| kept[..n].iter().map(|&j| self.correlation[i][j]).collect();
+        self.correlation = kept.iter().enumerate().map(row).collect();
+        self.parameters.retain(keep);
+    }
+}
+
 /// A number of the model against its value in the file, with corrections.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LearnedParameter {

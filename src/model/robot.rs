@@ -5,11 +5,13 @@ use std::fmt;
 
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
+use super::cause::Cause;
 use super::correction::{Conditions, SpringState, StiffnessLaw};
 use super::description::{
     Calibration, CoordinateKind, Damping, Description, Inertial, JointKind, Payload,
 };
 use super::pose_fault::PoseFault;
+use super::posterior::ParameterKind;
 use crate::notes::Note;
 use crate::units::{deg_from_rad, mm_from_m};
 use crate::wording::distinguishable;
@@ -284,10 +286,58 @@ impl Robot {
         self.carried.as_ref()
     }
 
+    /// Mass of what the tip carries beside the robot's own links, kg: the payload of the
+    /// description of this robot, `own`, and what corrections put on the tip's body; `None` where
+    /// neither is.
+    pub fn carried_kg(&self, own: &Description) -> Option<f64> {
+        let payload_kg = self.carried.as_ref().map(|payload| payload.inertial.mass_kg);
+        let bare = self.without_carried_corrections(own);
+        if bare.corrections.len() == own.corrections.len() {
+            return payload_kg;
+        }
+        let of_links = |description: &Description| -> Option<f64> {
+            let corrected = description.corrected().ok()?;
+            let bodies = corrected.links.iter().filter_map(|link| link.inertial);
+            Some(bodies.map(|body| body.mass_kg).sum())
+        };
+        Some(payload_kg.unwrap_or(0.0) + of_links(own)? - of_links(&bare)?)
+    }
+
+    /// `own` without the payloads that corrections put on the tip's body, and without what was
+    /// learned of a link that is nothing but such a payload.
+    fn without_carried_corrections(&self, own: &Description) -> Description {
+        let at_tip = |link: &str| {
+            let mut here = self.bodies.iter().filter(|body| body.node == self.tip_node);
+            link == self.tip_link || here.any(|body| body.link == link)
+        };
+        let is_massless = |link: &str| {
+            own.links.iter().any(|other| other.name == link && other.inertial.is_none())
+        };
+        let mut description = own.clone();
+        description.corrections.retain(|correction| {
+            let at = correction.at.as_deref().filter(|at| at_tip(at));
+            !at.is_some_and(|at| match correction.cause {
+                Cause::Payload => true,
+                Cause::LinkInertia | Cause::ComOffset => is_massless(at),
+                _ => false,
+            })
+        });
+        if description.corrections.len() < own.corrections.len()
+            && let Some(calibration) = &mut description.calibration
+            && let Some(posterior) = &mut calibration.posterior
+        {
+            posterior.retain(|learned| {
+                learned.kind != ParameterKind::Link
+                    || !(at_tip(&learned.at) && is_massless(&learned.at))
+            });
+        }
+        description
+    }
+
     /// The description of this robot, `own`, with another body at the tip, in the tip frame,
     /// instead of what the tip carries.
     pub fn description_carrying(&self, own: &Description, body: Option<Inertial>) -> Description {
-        let mut description = own.clone();
+        let mut description = self.without_carried_corrections(own);
         let elsewhere = description.payload.take().filter(|_| self.carried.is_none());
         // A payload elsewhere on the arm stays there.
         if let Some(payload) = elsewhere

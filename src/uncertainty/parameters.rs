@@ -103,7 +103,9 @@ pub fn scales_of(robot: &Robot, kind: ParameterKind, at: &str) -> Option<Scales>
         ParameterKind::Spring => coordinate().map(Scales::Spring),
         ParameterKind::Drive => coordinate().map(Scales::Drive),
         ParameterKind::Link => {
-            robot.bodies().iter().position(|body| body.link == at).map(Scales::Body)
+            // What a job carries on a link is not the link.
+            let mut bodies = robot.bodies().iter();
+            bodies.position(|body| body.link == at && !body.is_payload).map(Scales::Body)
         }
         ParameterKind::Foundation => softest(robot).map(|_| Scales::Foundation),
         ParameterKind::Bending => {

@@ -85,6 +85,62 @@ fn the_probability_of_one_spring_is_exact() {
     }
 }
 
+/// What a diagnosis found at the tip is what the robot's file carries: whoever states a payload replaces it.
+/// f = √(k/I)/2π with I = 1.001 + 10 x² + m (x + 0.1)², m at the origin of tool0, which is
+/// welded to the tip b, 0.1 m farther out.
+#[test]
+fn a_stated_payload_replaces_what_a_diagnosis_found_at_the_tip() {
+    let folder = tempfile::tempdir().unwrap();
+    sliding(folder.path());
+    let [robot, job] = ["robot.yaml", "job.yaml"].map(|name| folder.path().join(name));
+    let plain = fs::read_to_string(&robot).unwrap();
+    let stated_none = fs::read_to_string(&job).unwrap();
+    let x = ((1e5 / (2.0 * std::f64::consts::PI * 42.3_f64).powi(2) - 1.001) / 10.0).sqrt();
+    let hz = |mass: f64| {
+        let inertia = 1.001 + 10.0 * x * x + mass * (x + 0.1).powi(2);
+        (1e5 / inertia).sqrt() / (2.0 * std::f64::consts::PI)
+    };
+    let correction = "corrections:\n  - {cause: payload, at: tool0, parameters: {mass_kg: 5}}\n";
+    let factor = 0.25_f64;
+    let learned = format!(
+        "calibration: {{poses: 5, heldout_rms_percent: 1, posterior: {{parameters: [{{spring: j1, ln: 0, ln_std: \
+         0.03}}, {{link: tool0, ln: {factor}, ln_std: 0.2}}, {{link: a, ln: 0, ln_std: 0.01}}], correlation: [[], \
+         [0.5], [0.2, 0.1]], near_ln_std: [0.004], far_ln_std: [0.004], reach: 0.8, joints: [[0, 0]]}}}}\n"
+    );
+    let at_tip_and_file =
+        format!("payload: {{link: b, mass_kg: 1, com_m: [0.1, 0, 0]}}\n{correction}");
+    for (robot_keys, found_kg) in [
+        (correction.to_owned(), 5.0),
+        (format!("{correction}{learned}"), 5.0 * factor.exp()),
+        (at_tip_and_file, 6.0),
+    ] {
+        fs::write(&robot, format!("{plain}{robot_keys}")).unwrap();
+        for (payload, mass, source) in [
+            ("", found_kg, "robot"),
+            ("payload: none\n", 0.0, "none"),
+            ("payload: {mass_kg: 3, com_m: [0.1, 0, 0]}\n", 3.0, "job"),
+            ("payload: {mass_kg: 5, com_m: [0.1, 0, 0]}\n", 5.0, "job"),
+        ] {
+            fs::write(&job, stated_none.replace("payload: none\n", payload)).unwrap();
+            let found = json(&run(folder.path(), &["check", "job.yaml", "--format", "json"]));
+            let operation = &found["jobs"][0]["operations"][0];
+            let carried = &operation["payload"];
+            assert_eq!(carried["source"], source, "{robot_keys}{payload}");
+            let kg = carried["mass_kg"].as_f64().unwrap();
+            assert!((kg - mass).abs() < 1e-9, "{robot_keys}{payload}: {kg} kg");
+            let first = operation["samples"][0]["natural_frequencies_hz"][0].as_f64().unwrap();
+            assert!((first / hz(mass) - 1.0).abs() < 1e-6, "{robot_keys}{payload}: {first} Hz");
+            assert!(!found.to_string().contains("payload_unknown"), "{found}");
+        }
+    }
+    // On another link than the tip's it is no payload of a job.
+    fs::write(&robot, format!("{plain}{}", correction.replace("tool0", "a"))).unwrap();
+    fs::write(&job, stated_none.replace("payload: none\n", "")).unwrap();
+    let found = json(&run(folder.path(), &["check", "job.yaml", "--format", "json"]));
+    let operation = &found["jobs"][0]["operations"][0];
+    assert_eq!(operation["payload"]["source"], "unknown");
+}
+
 /// What is accepted has its own probability, but no part in that of the operation, of the job, and of the gate.
 #[test]
 fn what_is_accepted_has_no_part_in_the_probability() {

@@ -28,12 +28,10 @@ impl Reader<'_> {
         let raw = self.raw;
         let of_job = raw.payload.as_ref().map(|payload| (payload, None));
         let Some((payload, tool)) = of_tool.map(|(p, key)| (p, Some(key))).or(of_job) else {
-            let own = Arc::clone(&self.carriers.as_ref()?.own);
-            let carried = own.carried().map_or(Carried::UNKNOWN, |own| Carried {
-                mass_kg: own.inertial.mass_kg,
-                source: CarriedBy::Robot,
-            });
-            return Some((own, carried));
+            let carriers = self.carriers.as_ref()?;
+            let of_robot = |mass_kg| Carried { mass_kg, source: CarriedBy::Robot };
+            let carried = carriers.own_kg.map_or(Carried::UNKNOWN, of_robot);
+            return Some((Arc::clone(&carriers.own), carried));
         };
         let (body, source) = match payload {
             raw::Payload::Nothing(raw::Nothing::None) => (None, CarriedBy::None),
@@ -80,7 +78,7 @@ impl Reader<'_> {
                 return None;
             }
         };
-        let of_robot = carriers.own.carried().map(|own| ("the robot file's", own.inertial.mass_kg));
+        let of_robot = carriers.own_kg.map(|kg| ("the robot file's", kg));
         let of_job = self.raw.payload.as_ref().map(|payload| match payload {
             raw::Payload::Nothing(_) => ("the job's", 0.0),
             raw::Payload::Body(body) => ("the job's", body.mass_kg.unwrap_or(*mass_kg)),
