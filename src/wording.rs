@@ -41,6 +41,13 @@ pub fn distinguishable(a: f64, b: f64, decimals: usize) -> [String; 2] {
         .unwrap_or_else(|| [a, b].map(|value| format!("{value:e}")))
 }
 
+/// A value for a message, with at most so many decimals and no zeros behind them.
+pub fn rounded(value: f64, decimals: i32) -> f64 {
+    let scale = 10_f64.powi(decimals);
+    let scaled = value * scale;
+    if scaled.is_finite() { scaled.round() / scale } else { value }
+}
+
 /// Text of a user on one line: what would steer a terminal, turn the direction of writing or break
 /// XML is spelt out as `\u{1b}`.
 pub fn printable(text: &str) -> String {

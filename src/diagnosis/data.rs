@@ -2,11 +2,11 @@
 
 use super::decorrelation::{Decorrelation, NoiseShape, Standing};
 use crate::identify::{ModeRow, ModeTable};
-use crate::model::{Conditions, Payload};
+use crate::model::{Calibration, Conditions, Payload};
 use crate::statistics::median;
 
 /// Least number of states of which some may be left out.
-pub(super) const MIN_STATES: usize = 5;
+pub(super) const MIN_STATES: usize = Calibration::MIN_POSES;
 
 /// Least number of frequencies for a diagnosis.
 pub(super) const MIN_POINTS: usize = 5;

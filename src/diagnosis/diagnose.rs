@@ -87,7 +87,7 @@ pub fn diagnose(
     };
     let calibrated = posterior(&problem, &chosen).ok_or_else(no_modes)?;
     let causes = chosen.hypothesis.inner().len();
-    let alone = (causes > 0 && uncertainty::stated(&robot).is_some())
+    let alone = (causes > 0 && uncertainty::stated(&robot).is_some_and(|of| !of.is_empty()))
         .then(|| posterior(&problem, &choice.baseline))
         .flatten()
         .filter(|alone| {

@@ -4,6 +4,7 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 use super::description::{Description, Inertial};
 use crate::notes::{Code, Note, Part, Place};
+use crate::wording::rounded;
 
 /// A link counts as at least this share of the longest: joints whose axes meet have bodies, too.
 const MIN_LENGTH_SHARE: f64 = 0.1;
@@ -41,7 +42,8 @@ impl Description {
         let left_kg = total_kg - known_kg;
         if left_kg <= 0.0 {
             return Err(refused(format!(
-                "must be more than the {known_kg} kg of the links that have an inertial"
+                "must be more than the {} kg of the links that have an inertial",
+                rounded(known_kg, 3)
             )));
         }
         let shapes: Option<Vec<Inertial>> = lacking.iter().map(|&i| self.links[i].shape).collect();
@@ -63,11 +65,12 @@ impl Description {
             link.assumed = true;
         }
         let what = format!(
-            "{left_kg} kg shared out by {how} to the links without <inertial>: {} kg; these masses \
+            "{} kg shared out by {how} to the links without <inertial>: {} kg; these masses \
              and inertias are assumed",
+            rounded(left_kg, 3),
             given.join(", ")
         );
-        Ok(Note::warning(Code::Assumed, place, what))
+        Ok(Note::warning(Code::AssumedMass, place, what))
     }
 
     /// Whether joints hang on a link.

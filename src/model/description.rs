@@ -224,6 +224,14 @@ pub struct Calibration {
     pub posterior: Option<Posterior>,
 }
 
+impl Calibration {
+    /// A calibration never claims less than this: no instrument does better, % of the frequency.
+    pub const MIN_HELDOUT_PERCENT: f64 = 0.03;
+
+    /// Of fewer poses, none can be left out and predicted from the others.
+    pub const MIN_POSES: usize = 5;
+}
+
 /// One correction.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Correction {

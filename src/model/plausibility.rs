@@ -3,9 +3,10 @@
 
 use nalgebra::Matrix3;
 
-use super::description::{Description, Inertial, JointKind};
+use super::description::{Calibration, Description, Inertial, JointKind};
 use super::robot::{NodeMotion, Robot, ancestors};
 use crate::notes::{Code, Note, Part, Place};
+use crate::wording::rounded;
 
 /// Two identical parts are common, as the fingers of a gripper are; three different links of an arm
 /// never weigh the same to the last digit.
@@ -33,6 +34,7 @@ pub fn doubts(description: &Description, robot: &Robot, rigid: &[String]) -> Vec
     notes.extend(arm.length());
     notes.extend(arm.mass());
     notes.extend(joints_without_spring(robot, rigid));
+    notes.extend(robot.calibration().and_then(slight));
     notes
 }
 
@@ -155,12 +157,31 @@ impl<'d> Arm<'d> {
             (Code::TotalMass, "check the masses and the scale of the model")
         };
         let what = format!(
-            "what moves weighs {:.3} kg on an arm of {:.3} m from joint to joint, where \
+            "what moves weighs {} kg on an arm of {:.3} m from joint to joint, where \
              {least_kg:.1} to {most_kg:.1} kg are usual; {check}",
-            self.moving_mass_kg, self.length_m
+            rounded(self.moving_mass_kg, 3),
+            self.length_m
         );
         Some(Note::warning(code, Place::part(Part::Robot), what))
     }
+}
+
+/// A calibration that says more than its poses can.
+fn slight(calibration: &Calibration) -> Option<Note> {
+    let Calibration { poses, heldout_rms_percent, .. } = *calibration;
+    let (least, floor) = (Calibration::MIN_POSES, Calibration::MIN_HELDOUT_PERCENT);
+    let what = if poses < least {
+        format!("calibration.poses is {poses}: fewer than {least} poses say little of any other")
+    } else if heldout_rms_percent < floor {
+        format!(
+            "calibration.heldout_rms_percent is {heldout_rms_percent}, less than any instrument's \
+             {floor} %, which is taken"
+        )
+    } else {
+        return None;
+    };
+    let what = format!("{what}; write it with detune diagnose --write");
+    Some(Note::warning(Code::Calibration, Place::key(Part::Robot, "calibration"), what))
 }
 
 /// Whether a value that is too large would be well within the limit a thousand times smaller.

@@ -105,10 +105,14 @@ codes! {
     InertiaExtent = "inertia_extent": Doubt,
     /// Masses that are out of scale with the length of the arm.
     TotalMass = "total_mass": Doubt,
+    /// Masses and inertias that no file states, shared out of the mass of the whole arm.
+    AssumedMass = "assumed_mass": Doubt,
     /// Numbers of a robot's files that look like millimetres or grams.
     CadUnits = "cad_units": Doubt,
     /// A moving joint that no spring is given for.
     RigidJoint = "rigid_joint": Doubt,
+    /// A calibration that says little, or that was fitted to the same data.
+    Calibration = "calibration": Doubt,
     /// A first natural frequency that no arm has.
     FirstFrequency = "first_frequency": Doubt,
     /// A table of measured modes does not state a joint, which is taken as zero.
@@ -125,7 +129,7 @@ codes! {
     ChangeIgnored = "change_ignored": Doubt,
     /// The unit of a program's lengths is stated nowhere and was assumed.
     UnitAssumed = "unit_assumed": Doubt,
-    /// A link with geometry but no inertial counts as massless.
+    /// A link without inertial, with geometry or between joints, counts as massless.
     Massless = "massless": Doubt,
     /// The verdict is about nothing: no line or no mode counted, or the spindle stood still.
     NothingChecked = "nothing_checked": Doubt,
@@ -154,8 +158,6 @@ codes! {
     Folded = "folded": Remark,
     /// Frequencies look as if they were in another unit.
     Units = "units": Remark,
-    /// A calibration that says little, or that was fitted to the same data.
-    Calibration = "calibration": Remark,
     /// The hammer bounced, or a second hit fell into a decay.
     DoubleHit = "double_hit": Remark,
     /// A channel ran into its limit.

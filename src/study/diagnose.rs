@@ -16,10 +16,7 @@ use crate::model::{Calibration, Description};
 use crate::notes::{Code, Note, Place};
 use crate::progress::Progress;
 
-/// A calibration never claims less than this: no instrument does better, % of the frequency.
-const MIN_HELDOUT_PERCENT: f64 = 0.03;
-
-/// ... or more than this, which robot.yaml does not take, % of the frequency.
+/// A calibration never claims more than this, which robot.yaml does not take, % of the frequency.
 const MAX_HELDOUT_PERCENT: f64 = 100.0;
 
 /// A model whose error is larger says nothing about which speeds are safe, % of the frequency.
@@ -232,7 +229,8 @@ fn update(
         calibration: CalibrationRecord {
             model: Calibration {
                 poses: found.poses,
-                heldout_rms_percent: heldout.clamp(MIN_HELDOUT_PERCENT, MAX_HELDOUT_PERCENT),
+                heldout_rms_percent: heldout
+                    .clamp(Calibration::MIN_HELDOUT_PERCENT, MAX_HELDOUT_PERCENT),
                 posterior: Some(found.posterior.clone()),
             },
             table: Some(name),

@@ -5,7 +5,7 @@ use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::arm::ArmAtPose;
 use super::parameters::{Parameter, all, scales_of, stated, states_all};
-use crate::model::{PoseFault, Posterior, Robot, Unexplained};
+use crate::model::{Calibration, PoseFault, Posterior, Robot, Unexplained};
 use crate::modes::ModalSolver;
 
 /// Normal parameters about the values of the model, and what they leave unexplained.
@@ -59,13 +59,23 @@ impl Trust {
         if let Some(calibration) = robot.calibration() {
             return match &calibration.posterior {
                 Some(posterior) => Self::Belief(Box::new(Belief::learned(robot, posterior))),
-                None => Self::Share(0.01 * PER_HELDOUT_RMS * calibration.heldout_rms_percent),
+                None => {
+                    let rms = calibration.heldout_rms_percent;
+                    let percent = PER_HELDOUT_RMS * rms.max(Calibration::MIN_HELDOUT_PERCENT);
+                    Self::Share(0.01 * percent)
+                }
             };
         }
-        stated(robot).map_or(Self::Share(UNCALIBRATED), |parameters| {
-            let least_std_ln = if states_all(robot) { 0.0 } else { uncalibrated_std_ln() };
-            Self::Belief(Box::new(Belief { least_std_ln, ..Belief::prior(parameters) }))
-        })
+        let is_whole = states_all(robot);
+        match stated(robot) {
+            Some(parameters) if !parameters.is_empty() => {
+                let least_std_ln = if is_whole { 0.0 } else { uncalibrated_std_ln() };
+                Self::Belief(Box::new(Belief { least_std_ln, ..Belief::prior(parameters) }))
+            }
+            // Every number that a frequency depends on is said to be exact.
+            Some(_) if is_whole => Self::Share(0.0),
+            _ => Self::Share(UNCALIBRATED),
+        }
     }
 }
 

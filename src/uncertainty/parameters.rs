@@ -69,14 +69,15 @@ impl Parameter {
 }
 
 /// The parameters of an uncalibrated robot as its files state them; `None` where they state no
-/// deviation at all. Then springs without one are off by [`ASSUMED_STD`]; bodies and drives
-/// without one have no part, but no frequency is then better known than of an uncalibrated robot.
+/// deviation at all, be it zero. Else springs without one are off by [`ASSUMED_STD`]; bodies and
+/// drives without one have no part, but no frequency is then better known than of an uncalibrated
+/// robot.
 pub fn stated(robot: &Robot) -> Option<Vec<Parameter>> {
     let coordinates = || robot.coordinates().iter();
     let springs = coordinates().flat_map(|c| [c.std, c.drive_std]);
     let bodies = robot.bodies().iter().map(|body| body.std);
-    let any = springs.chain(bodies).flatten().any(|std| std > 0.0);
-    any.then(|| parameters(robot, 0.0))
+    let is_any = springs.chain(bodies).any(|std| std.is_some());
+    is_any.then(|| parameters(robot, 0.0))
 }
 
 /// Whether a deviation, be it zero, is stated of every number that a mode depends on.

@@ -11,7 +11,7 @@ use detune::progress::silent;
 use detune::study::check::ReadJobs;
 use detune::units::Date;
 
-use crate::program::repository;
+use crate::program::{json, repository, run};
 
 fn original(file: &str) -> String {
     fs::read_to_string(repository().join("robots/irb1600").join(file)).unwrap()
@@ -104,7 +104,7 @@ fn millimetres_and_grams_are_told_as_such() {
             let kg: f64 = m.parse().unwrap();
             urdf.replace(&format!("mass value=\"{m}\""), &format!("mass value=\"{}\"", kg * 1000.0))
         });
-    let says = ["weighs 135800.000 kg", "arm of 1.874 m", "are the masses in grams?"];
+    let says = ["weighs 135800 kg", "arm of 1.874 m", "are the masses in grams?"];
     assert_doubt(&original("robot.yaml"), &heavy, Code::CadUnits, "<robot", &says);
     let long = urdf.replace("0.15 0 0.4865", "150 0 486.5").replace("0 0 0.700", "0 0 700");
     let says = ["the arm is 1209", "millimetres?"];
@@ -115,7 +115,7 @@ fn millimetres_and_grams_are_told_as_such() {
 fn a_mass_out_of_scale_is_doubted() {
     let urdf = original("irb1600.urdf");
     let heavy = with_inertials(&[("link_1", "mass_kg: 4000")]);
-    let says = ["weighs 4065.800 kg on an arm of 1.874 m", "5.6 to 1645", "check the masses"];
+    let says = ["weighs 4065.8 kg on an arm of 1.874 m", "5.6 to 1645", "check the masses"];
     assert_doubt(&heavy, &urdf, Code::TotalMass, "<robot", &says);
     let light: Vec<(String, String)> = (1..=6)
         .map(|i| {
@@ -124,7 +124,7 @@ fn a_mass_out_of_scale_is_doubted() {
         })
         .collect();
     let light: Vec<_> = light.iter().map(|(link, given)| (link.as_str(), given.as_str())).collect();
-    let says = ["weighs 2.100 kg"];
+    let says = ["weighs 2.1 kg"];
     assert_doubt(&with_inertials(&light), &urdf, Code::TotalMass, "<robot", &says);
 }
 
@@ -206,7 +206,7 @@ fn the_mass_of_an_arm_is_shared_out_to_links_without_inertial() {
     let mut reading = Reading::default();
     let described = read_described_robot(&path, &mut reading).unwrap();
     let [note] = &reading.warnings[..] else { panic!("{:?}", reading.warnings) };
-    assert_eq!(note.code, Code::Assumed);
+    assert_eq!(note.code, Code::AssumedMass);
     assert!(note.what.contains("250 kg shared out by length") && note.what.contains("link_2 "));
     let line = yaml.lines().position(|line| line.starts_with("total_mass_kg")).unwrap() + 1;
     assert_eq!(note.place.line, Some(line));
@@ -258,4 +258,66 @@ fn a_mass_that_cannot_be_shared_is_an_error_at_its_line() {
         assert_eq!(errors[0].place.line, Some(yaml.lines().count()));
         assert!(errors[0].place.file.as_deref().unwrap().ends_with(Path::new("robot.yaml")));
     }
+}
+
+/// A clear job of two poses, at 24 000 rpm, on this robot.
+fn verdict(yaml: &str, urdf: &str) -> (String, Vec<String>) {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    write("irb1600.urdf", urdf);
+    write("robot.yaml", yaml);
+    write(
+        "job.yaml",
+        "robot: robot.yaml\ntool: {teeth: 2}\npayload: none\nspindle: {min_rpm: 500, max_rpm: 24000}\noperations:\n  \
+         - {name: a, spindle_rpm: 24000, feed_mm_per_min: 400, path: {joints_deg: [[0, 20, -10, 0, 60, 0], \
+         [5, 22, -12, 0, 60, 0]]}}\npolicy: {tooth_passing_harmonics: 1, spindle_harmonics: 0, \
+         min_tip_response_um_per_n: 0}\n",
+    );
+    let found = json(&run(folder.path(), &["check", "job.yaml", "--format", "json"]));
+    let job = &found["jobs"][0];
+    let codes = job["warnings"].as_array().unwrap().iter();
+    let text = |value: &serde_json::Value| value.as_str().unwrap().to_owned();
+    (text(&job["verdict"]), codes.map(|warning| text(&warning["code"])).collect())
+}
+
+#[test]
+fn what_is_assumed_of_masses_or_claimed_of_few_poses_leaves_the_verdict_uncertain() {
+    let (yaml, urdf) = (original("robot.yaml"), original("irb1600.urdf"));
+    assert_eq!(verdict(&yaml, &urdf), ("clear".to_owned(), vec![]));
+    let calibrated = |poses: usize, rms: f64| {
+        format!("{yaml}calibration: {{poses: {poses}, heldout_rms_percent: {rms}}}\n")
+    };
+    assert_eq!(verdict(&calibrated(20, 2.0), &urdf), ("clear".to_owned(), vec![]));
+    for (yaml, urdf, code) in [
+        (yaml.clone() + "total_mass_kg: 250\n", without_inertials(), "assumed_mass"),
+        (calibrated(1, 2.0), urdf.clone(), "calibration"),
+        (calibrated(20, 0.0), urdf.clone(), "calibration"),
+        (yaml, without_inertial_of(&urdf, "link_3"), "massless"),
+    ] {
+        assert_eq!(
+            verdict(&yaml, &urdf),
+            ("uncertain".to_owned(), vec![code.to_owned()]),
+            "{code}"
+        );
+    }
+}
+
+fn without_inertial_of(urdf: &str, link: &str) -> String {
+    let link = urdf.find(&format!("<link name=\"{link}\">")).unwrap();
+    let [from, to] =
+        ["<inertial>", "</inertial>"].map(|tag| link + urdf[link..].find(tag).unwrap());
+    format!("{}{}", &urdf[..from], &urdf[to + "</inertial>".len()..])
+}
+
+/// What has a mass fixed to it is a frame, and so is a link that has none beyond it.
+#[test]
+fn a_link_between_joints_without_mass_is_doubted() {
+    let urdf = without_inertial_of(&original("irb1600.urdf"), "link_3");
+    let says = ["link 'link_3': has no <inertial>", "counted as massless"];
+    assert_doubt(&original("robot.yaml"), &urdf, Code::Massless, "link_3", &says);
+    let motor = "<link name=\"motor\"><inertial><mass value=\"33\"/><inertia ixx=\"0.3\" ixy=\"0\" ixz=\"0\" iyy=\"0.3\" \
+                 iyz=\"0\" izz=\"0.3\"/></inertial></link><joint name=\"motor\" type=\"fixed\"><parent \
+                 link=\"link_3\"/><child link=\"motor\"/></joint></robot>";
+    let carried = urdf.replace("</robot>", motor);
+    assert_eq!(warnings(&original("robot.yaml"), &carried).unwrap(), []);
 }

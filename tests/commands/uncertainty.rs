@@ -207,6 +207,9 @@ fn what_is_not_stated_is_not_exact() {
     // All stated: 1.95996 · 0.5 · 1 %.
     assert!((half("std_percent: 10", "std_percent: 1") - 0.0098).abs() < 1e-4);
     assert!((half("  b: {std_percent: 0}\n", "") - 0.1).abs() < 1e-9);
+    // All exact: no width, whether one number less exact stands beside them or not.
+    half("  a: {std_percent: 0}\n", "  a: {std_percent: 0}\n  b: {std_percent: 0}\n");
+    assert_eq!(half("std_percent: 1}", "std_percent: 0}"), 0.0);
 }
 
 /// Modes 1 to 3 measured at twelve poses of an arm whose joint 5 is softer than its file says: the calibration knows

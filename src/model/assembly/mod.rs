@@ -299,7 +299,8 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// A massless link with geometry is more likely forgotten than meant.
+    /// A link without inertial that has geometry, or that a joint moves with nothing on it that has
+    /// mass, is more likely forgotten than meant.
     fn warn_of_massless_links(
         &mut self,
         nodes: &[Node],
@@ -308,10 +309,19 @@ impl<'a> Builder<'a> {
         for (link, place) in self.description.links.iter().zip(place_of) {
             let Some((node, _)) = place else { continue };
             let vibrates = ancestors(nodes, *node).any(|a| !nodes[a].coordinates.is_empty());
-            if vibrates && link.inertial.is_none() && link.has_geometry {
-                let what = "has geometry but no <inertial>: counted as massless";
-                self.warning(Code::Massless, Part::Link(link.name.clone()), "inertial", what);
+            if !vibrates || link.inertial.is_some() {
+                continue;
             }
+            let is_moved =
+                || self.description.joints.iter().any(|j| j.child == link.name && j.kind.moves());
+            let what = if link.has_geometry {
+                "has geometry but no <inertial>: counted as massless"
+            } else if nodes[*node].body.mass_kg == 0.0 && is_moved() {
+                "has no <inertial>, and nothing fixed to it has mass: counted as massless"
+            } else {
+                continue;
+            };
+            self.warning(Code::Massless, Part::Link(link.name.clone()), "inertial", what);
         }
     }
 
