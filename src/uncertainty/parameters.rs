@@ -75,7 +75,8 @@ impl Parameter {
 pub fn stated(robot: &Robot) -> Option<Vec<Parameter>> {
     let coordinates = || robot.coordinates().iter();
     let springs = coordinates().flat_map(|c| [c.std, c.drive_std]);
-    let bodies = robot.bodies().iter().map(|body| body.std);
+    // What is carried counts as exact without anybody saying so.
+    let bodies = robot.bodies().iter().filter(|body| !body.is_payload).map(|body| body.std);
     let is_any = springs.chain(bodies).any(|std| std.is_some());
     is_any.then(|| parameters(robot, 0.0))
 }
