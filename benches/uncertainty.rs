@@ -140,7 +140,9 @@ fn draws(job: &Job, path: &Path, trust: &Trust) {
 fn intervals(job: &Job, path: &Path, trust: &Trust) {
     let (mut with, mut without) = (f64::INFINITY, f64::INFINITY);
     // The widest bands that intervals would give, so that both look for crossings as hard.
-    let widest = crossings(job, path, trust).0.largest_uncertainty();
+    let modes = path.robot().coordinates().len();
+    let by_mode = crossings(job, path, trust).0.uncertainty_by_mode(modes);
+    let widest = by_mode.into_iter().fold(0.0, f64::max);
     for _ in 0..ROUNDS {
         with = with.min(least_ns(1, 1, || drop(black_box(crossings(job, path, trust)))));
         let share = Trust::Share(widest);

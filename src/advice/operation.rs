@@ -18,7 +18,7 @@ use crate::risk::{
     Counted, Paths, Rules, SpindleProfile, about_operation, crossings_under, detail, in_operation,
     nothing_checked,
 };
-use crate::uncertainty::Trust;
+use crate::uncertainty::{Trust, largest_by_mode};
 use crate::units::hz_from_rpm;
 
 /// A speed that a check would deny shows frequencies that the first looks missed: they are taken in
@@ -50,7 +50,9 @@ pub fn advise(job: &Job, options: &Options, progress: Progress) -> Result<JobAdv
         warnings: warnings.collect(),
         options: *options,
         separation: job.policy.separation,
-        model_uncertainty: operations.iter().map(|o| o.model_uncertainty).fold(0.0, f64::max),
+        uncertainty_by_mode: largest_by_mode(
+            operations.iter().map(|o| o.uncertainty_by_mode.as_slice()),
+        ),
         calibrated: job.robot.calibration().is_some(),
         operations,
     })
@@ -172,7 +174,7 @@ fn advise_path(
     Ok(OperationAdvice {
         name: operation.name.clone(),
         programmed_rpm,
-        model_uncertainty: rules.largest_uncertainty(),
+        uncertainty_by_mode: rules.uncertainty_by_mode(path.robot().coordinates().len()),
         is_schedule_programmed: matches!(operation.speed, SpindleSpeed::Schedule(_)),
         programmed_feed_m_per_s: operation.feed_m_per_s,
         program_feeds: operation.program_feeds,

@@ -20,8 +20,8 @@ pub struct JobAdvice {
     pub options: Options,
     /// Half width of the bands, as a share of each frequency.
     pub separation: f64,
-    /// What the model may be wrong by, as a share of each frequency.
-    pub model_uncertainty: f64,
+    /// What the model may be wrong by at most, as a share of each mode's frequency, ascending.
+    pub uncertainty_by_mode: Vec<f64>,
     /// Whether the model was ever compared with measured frequencies.
     pub calibrated: bool,
     /// One per operation, in order.
@@ -31,6 +31,11 @@ pub struct JobAdvice {
 }
 
 impl JobAdvice {
+    /// What the model may be wrong by at most, as a share of any frequency.
+    pub fn model_uncertainty(&self) -> f64 {
+        self.uncertainty_by_mode.iter().copied().fold(0.0, f64::max)
+    }
+
     /// Whether every operation can be run clear of every band.
     pub fn is_clear(&self) -> bool {
         self.operations.iter().all(|operation| operation.remedy.is_clear())
@@ -44,8 +49,8 @@ pub struct OperationAdvice {
     pub name: String,
     /// The programmed speed, or the mean over time of a programmed schedule, rev/min.
     pub programmed_rpm: f64,
-    /// What the model may be wrong by at most, as a share of any frequency.
-    pub model_uncertainty: f64,
+    /// What the model may be wrong by at most, as a share of each mode's frequency, ascending.
+    pub uncertainty_by_mode: Vec<f64>,
     /// Whether a schedule is programmed.
     pub is_schedule_programmed: bool,
     /// The programmed feed, m/s.

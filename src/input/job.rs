@@ -134,6 +134,23 @@ fn robot_file(
     None
 }
 
+/// What to write where nobody says what the arm carries.
+fn unknown_payload(operations: &[Operation]) -> String {
+    let unknown = operations.iter().filter(|operation| !operation.carried.is_known());
+    let mut numbers: Vec<u32> = unknown.filter_map(|operation| operation.tool_number).collect();
+    numbers.sort_unstable();
+    numbers.dedup();
+    let keys: Vec<String> = numbers.iter().map(|number| format!("tools.{number}")).collect();
+    let tools = match keys.is_empty() {
+        true => String::new(),
+        false => format!(", or with the tool ({})", keys.join(", ")),
+    };
+    format!(
+        "what the arm carries is stated nowhere, so the model carries nothing: write payload: \
+         {{mass_kg: …, com_m: […]}} or payload: none in the job{tools}"
+    )
+}
+
 /// What is at hand while a job is read.
 struct Reader<'j> {
     path: &'j Path,
@@ -172,14 +189,12 @@ impl<'j> Reader<'j> {
         self.external_axes();
         let spindle = self.spindle();
         let policy = self.policy();
+        self.masses_without_place();
         let operations = self.operations(tool.as_ref(), spindle.as_ref());
         let levers = self.levers(operations.as_deref().unwrap_or_default());
         let operations = operations?;
         if operations.iter().any(|operation| !operation.carried.is_known()) {
-            let what = "what the arm carries is stated nowhere, so the model carries nothing and \
-                        the verdict is at best uncertain: write payload: {mass_kg: …, com_m: […]} \
-                        or payload: none in the job";
-            self.notes.warning(Code::PayloadUnknown, None, what);
+            self.notes.warning(Code::PayloadUnknown, None, unknown_payload(&operations));
         }
         Some((spindle?, operations, policy, levers))
     }

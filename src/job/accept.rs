@@ -74,7 +74,7 @@ pub struct Accepted {
 
 impl fmt::Display for Accepted {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "accepted until {}: {}", self.until, self.reason)
+        write!(f, "until {}: {}", self.until, self.reason)
     }
 }
 

@@ -1,4 +1,4 @@
-//! Mass properties for links that have none: the mass of the whole arm, shared out by shape.
+//! Mass properties for links that have none: the mass of the whole arm, distributed by shape.
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
@@ -65,7 +65,7 @@ impl Description {
             link.assumed = true;
         }
         let what = format!(
-            "{} kg shared out by {how} to the links without <inertial>: {} kg; these masses \
+            "{} kg distributed by {how} among the links without <inertial>: {} kg; these masses \
              and inertias are assumed",
             rounded(left_kg, 3),
             given.join(", ")

@@ -63,7 +63,7 @@ pub struct Link {
     pub inertial: Option<Inertial>,
     /// What mass and inertia may be off by, together; see [`ElasticJoint::std`].
     pub std: Option<f64>,
-    /// Whether the mass properties are shared out of the mass of the whole arm.
+    /// Whether the mass properties are distributed from the mass of the whole arm.
     pub assumed: bool,
     /// Whether the link has visual or collision geometry (and so ought to have a mass).
     pub has_geometry: bool,

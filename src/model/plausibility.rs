@@ -3,9 +3,10 @@
 
 use nalgebra::Matrix3;
 
-use super::description::{Calibration, Description, Inertial, JointKind};
-use super::robot::{NodeMotion, Robot, ancestors};
+use super::description::{Calibration, CoordinateKind, Description, Inertial, JointKind};
+use super::robot::{Coordinate, NodeMotion, Robot, ancestors};
 use crate::notes::{Code, Note, Part, Place};
+use crate::statistics::median;
 use crate::wording::rounded;
 
 /// Two identical parts are common, as the fingers of a gripper are; three different links of an arm
@@ -24,6 +25,13 @@ const MAX_LENGTH_M: f64 = 20.0;
 /// IRB 1600 has 20.
 const MASS_OVER_LENGTH_CUBED: [f64; 2] = [0.85, 250.0];
 
+/// Lead, kg/m³: no part of an arm is denser as a whole.
+const MAX_DENSITY: f64 = 11_340.0;
+
+/// A spring over the median of the other springs of its kind: the stiffest joint of an arm is some
+/// 100 times as stiff as the softest, N·m/arcmin are 3438 N·m/rad, N·mm/rad a thousandth.
+const SPRING_OVER_OTHERS: [f64; 2] = [1e-3, 1e3];
+
 /// What is doubtful about a robot, with places in its files. `rigid` are the joints that are meant
 /// to be rigid.
 pub fn doubts(description: &Description, robot: &Robot, rigid: &[String]) -> Vec<Note> {
@@ -32,7 +40,11 @@ pub fn doubts(description: &Description, robot: &Robot, rigid: &[String]) -> Vec
     notes.extend(arm.same_inertials());
     notes.extend(arm.bodies.iter().flat_map(|(name, body)| arm.extent(name, body)));
     notes.extend(arm.length());
-    notes.extend(arm.mass());
+    match arm.mass() {
+        Some(note) => notes.push(note),
+        None => notes.extend(arm.too_dense()),
+    }
+    notes.extend(springs_out_of_scale(robot));
     notes.extend(joints_without_spring(robot, rigid));
     notes.extend(robot.calibration().and_then(slight));
     notes
@@ -126,6 +138,26 @@ impl<'d> Arm<'d> {
         com.into_iter().chain(gyration).collect()
     }
 
+    /// Bodies more compact than lead: one may be an idealisation, most of them are a wrong unit.
+    fn too_dense(&self) -> Option<Note> {
+        let mean_kgm2 = |body: &Inertial| body.inertia_kgm2.trace() / 3.0;
+        let is_dense = |body: &Inertial| mean_kgm2(body) < least_moment_kgm2(body.mass_kg);
+        let dense: Vec<_> = self.bodies.iter().filter(|(_, body)| is_dense(body)).collect();
+        let (first, body) = dense.first()?;
+        (dense.len() >= 2 && 2 * dense.len() > self.bodies.len()).then(|| {
+            let names: Vec<&str> = dense.iter().map(|(name, _)| *name).collect();
+            let what = format!(
+                "links denser than lead: {}; {first}, {} kg, has moments of inertia of {} kg·m² on \
+                 average, a ball of lead has {}; are the inertias in kg·m²?",
+                names.join(", "),
+                rounded(body.mass_kg, 3),
+                rounded(mean_kgm2(body), 3),
+                rounded(least_moment_kgm2(body.mass_kg), 3)
+            );
+            Note::warning(Code::CadUnits, Place::part(Part::Robot), what)
+        })
+    }
+
     fn length(&self) -> Option<Note> {
         self.is_too_long().then(|| {
             let what = format!(
@@ -164,6 +196,39 @@ impl<'d> Arm<'d> {
         );
         Some(Note::warning(code, Place::part(Part::Robot), what))
     }
+}
+
+/// Moment of a ball of lead, which has the smallest sum of moments of all bodies of its mass that
+/// are no denser: ⅖ m r² with m = ⁴⁄₃ π ρ r³.
+fn least_moment_kgm2(mass_kg: f64) -> f64 {
+    let radius_m = (0.75 * mass_kg / (std::f64::consts::PI * MAX_DENSITY)).cbrt();
+    0.4 * mass_kg * radius_m * radius_m
+}
+
+/// Units that are not N·m/rad, or N/m.
+fn springs_out_of_scale(robot: &Robot) -> Vec<Note> {
+    let springs = || robot.coordinates().iter().filter(|coordinate| coordinate.joint.is_some());
+    let note = |own: &Coordinate| {
+        let others = springs().filter(|other| other.name != own.name && other.kind == own.kind);
+        let typical = median(others.map(|other| other.stiffness).collect())?;
+        let [least, most] = SPRING_OVER_OTHERS.map(|limit| limit * typical);
+        if (least..=most).contains(&own.stiffness) {
+            return None;
+        }
+        let (unit, key) = match own.kind {
+            CoordinateKind::Rotation => ("N·m/rad", "stiffness_nm_per_rad"),
+            CoordinateKind::Translation => ("N/m", "stiffness_n_per_m"),
+        };
+        let what = format!(
+            "{} {unit}, where the median of the other joints is {}; is it in {unit}? A joint that \
+             is meant to be rigid belongs in elasticity.rigid",
+            rounded(own.stiffness, 3),
+            rounded(typical, 3)
+        );
+        let place = Place::key(Part::ElasticJoint(own.name.clone()), key);
+        Some(Note::warning(Code::StiffnessScale, place, what))
+    };
+    springs().filter_map(note).collect()
 }
 
 /// A calibration that says more than its poses can.

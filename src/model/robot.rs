@@ -163,7 +163,7 @@ pub struct UncertainBody {
     pub is_payload: bool,
     /// In that node's frame.
     pub body: Inertial,
-    /// Whether mass and inertia are shared out of the mass of the whole arm.
+    /// Whether mass and inertia are distributed from the mass of the whole arm.
     pub assumed: bool,
     /// What mass and inertia may be off by, together, as the files say: one standard deviation of
     /// their natural logarithm.

@@ -105,10 +105,13 @@ codes! {
     InertiaExtent = "inertia_extent": Doubt,
     /// Masses that are out of scale with the length of the arm.
     TotalMass = "total_mass": Doubt,
-    /// Masses and inertias that no file states, shared out of the mass of the whole arm.
+    /// Masses and inertias that no file states, distributed from the mass of the whole arm.
     AssumedMass = "assumed_mass": Doubt,
-    /// Numbers of a robot's files that look like millimetres or grams.
+    /// Numbers of a robot's files that look like millimetres or grams, or inertias that no body is
+    /// compact enough for.
     CadUnits = "cad_units": Doubt,
+    /// A stiffness out of scale with those of the other joints.
+    StiffnessScale = "stiffness_scale": Doubt,
     /// A moving joint that no spring is given for.
     RigidJoint = "rigid_joint": Doubt,
     /// A calibration that says little, or that was fitted to the same data.
@@ -143,6 +146,8 @@ codes! {
     PayloadUnknown = "payload_unknown": Doubt,
     /// The program declares a tool mass other than the job or the robot file.
     ToolMass = "tool_mass": Remark,
+    /// The program and the job state masses of one tool that are more than a tenth apart.
+    ToolMassConflict = "tool_mass_conflict": Doubt,
     /// The program's own tool or work object is used, and not the job's.
     FrameFromProgram = "frame_from_program": Remark,
     /// The program commands a spindle speed that is not checked, or that the spindle does not

@@ -105,6 +105,31 @@ pub(super) fn round_percent(ratio: f64) -> String {
     trimmed(percent_from_ratio(ratio), 2)
 }
 
+/// Whether the model may be wrong by one share of every mode's frequency.
+pub(super) fn is_uniform(uncertainty_by_mode: &[f64]) -> bool {
+    uncertainty_by_mode.windows(2).all(|pair| pair[0] == pair[1])
+}
+
+/// What the model may be wrong by: `±10 %`, or `±1.52 % (mode 1) to ±9.2 % (mode 5)`.
+pub(super) fn uncertainty(by_mode: &[f64]) -> String {
+    let of = |(mode, share): (usize, &f64)| {
+        let share = round_percent(*share);
+        if is_uniform(by_mode) {
+            format!("±{share} %")
+        } else {
+            format!("±{share} % (mode {})", mode + 1)
+        }
+    };
+    let ascending = |a: &(usize, &f64), b: &(usize, &f64)| a.1.total_cmp(b.1);
+    let least = by_mode.iter().enumerate().min_by(ascending).map(of);
+    let most = by_mode.iter().enumerate().max_by(ascending).map(of);
+    match (least, most) {
+        (Some(least), Some(most)) if !is_uniform(by_mode) => format!("{least} to {most}"),
+        (Some(least), _) => least,
+        (None, _) => "not known".to_owned(),
+    }
+}
+
 /// As [`number`], without zeros at the end.
 pub(crate) fn trimmed(value: f64, decimals: usize) -> String {
     let text = number(value, decimals);

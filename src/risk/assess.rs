@@ -20,7 +20,7 @@ use crate::motion::Move;
 use crate::notes::Note;
 use crate::path::{Detail, MAX_GAP, ModalPose, Path, Survey, Surveyor, follow, grid};
 use crate::progress::Progress;
-use crate::uncertainty::{Draws, Trust};
+use crate::uncertainty::{Draws, Trust, largest_by_mode};
 
 /// Checks every operation of a job: plans its path, looks at the arm along it and finds where
 /// excitation lines lie in the modes' bands.
@@ -60,6 +60,9 @@ pub fn assess(job: &Job, progress: Progress) -> Result<JobRisk, Vec<Note>> {
         calibrated: job.robot.calibration().is_some(),
         payload: job.carried(),
         model_uncertainty: operations.iter().map(|o| o.model_uncertainty).fold(0.0, f64::max),
+        uncertainty_by_mode: largest_by_mode(
+            operations.iter().map(|o| o.uncertainty_by_mode.as_slice()),
+        ),
         probability: Draws::share(&rings),
         separation: job.policy.separation,
         coordinates: job.robot.coordinates().iter().map(|c| c.name.clone()).collect(),
@@ -229,6 +232,7 @@ fn survey_operation(
         .collect();
     let [spindle_min_rpm, spindle_max_rpm] = operation.speed.range_rpm();
     let share = Draws::share(&probabilities.rings);
+    let uncertainty_by_mode = rules.uncertainty_by_mode(path.robot().coordinates().len());
     let risk = OperationRisk {
         name: operation.name.clone(),
         program: operation.program.clone(),
@@ -251,7 +255,8 @@ fn survey_operation(
         probability: share.probability,
         probability_std_error: share.std_error,
         min_tip_response_m_per_n: rules.min_tip_response_m_per_n,
-        model_uncertainty: rules.largest_uncertainty(),
+        model_uncertainty: uncertainty_by_mode.iter().copied().fold(0.0, f64::max),
+        uncertainty_by_mode,
         poses_solved: survey.len(),
         samples,
         crossings: found,

@@ -395,8 +395,10 @@ pub(super) fn driver(
     let robot = surveyor.robot();
     let arm = ArmAtPose::new(robot, surveyor.solver(), &belief.parameters);
     let sensitivities = arm.sensitivities(surveyor.solver().modes());
-    let own: Vec<f64> = sensitivities.column(crossing.mode - 1).iter().copied().collect();
+    let r = crossing.mode - 1;
+    let own: Vec<f64> = sensitivities.column(r).iter().copied().collect();
+    let std_ln = belief.std_ln(&sensitivities, surveyor.joints())[r];
     Ok(belief
-        .driver(&own)
+        .driver(&own, std_ln)
         .map(|(parameter, share)| Driver { parameter: parameter.name(robot), share }))
 }

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use crate::job::Policy;
 use crate::notes::Note;
 use crate::path::{Path, Survey, Surveyor};
-use crate::uncertainty::{Belief, Trust, UNCALIBRATED, reach_of};
+use crate::uncertainty::{Belief, Trust, UNCALIBRATED, largest_by_mode, reach_of};
 
 /// Unless a policy says otherwise, a mode counts whose response at the tool tip reaches this share
 /// of the operation's largest.
@@ -171,11 +171,17 @@ impl<'a> Rules<'a> {
         }
     }
 
-    /// What the frequencies may lie off by at most, as a share.
-    pub fn largest_uncertainty(&self) -> f64 {
+    /// What the frequency of each of so many modes may lie off by at most along the path, as a
+    /// share.
+    pub fn uncertainty_by_mode(&self, modes: usize) -> Vec<f64> {
         match &self.intervals {
-            Intervals::Share(share) => *share,
-            Intervals::Along(along) => along.most.exp_m1(),
+            Intervals::Share(share) => vec![*share; modes],
+            Intervals::Along(along) => {
+                let all = along.half_ln.chunks_exact(along.modes.max(1));
+                let shares: Vec<Vec<f64>> =
+                    all.map(|own| own.iter().map(|half| half.exp_m1()).collect()).collect();
+                largest_by_mode(shares.iter().map(Vec::as_slice))
+            }
         }
     }
 }

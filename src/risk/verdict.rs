@@ -234,6 +234,9 @@ pub struct OperationRisk {
     /// What the model may be wrong by at most, in percent of any frequency.
     #[serde(rename = "uncertainty_percent", serialize_with = "written::percent")]
     pub model_uncertainty: f64,
+    /// The same of each mode alone, ascending.
+    #[serde(rename = "uncertainty_by_mode_percent", serialize_with = "written::percent")]
+    pub uncertainty_by_mode: Vec<f64>,
     /// What a mode must move the tool tip at resonance to count.
     #[serde(rename = "min_tip_response_um_per_n", serialize_with = "written::um")]
     pub min_tip_response_m_per_n: f64,
@@ -265,6 +268,8 @@ pub struct JobRisk {
     pub payload: Carried,
     /// What the model may be wrong by at most, as a share of any frequency.
     pub model_uncertainty: f64,
+    /// The same of each mode alone, ascending.
+    pub uncertainty_by_mode: Vec<f64>,
     /// That a line lies in a mode's band somewhere in any operation, what is accepted left out.
     pub probability: Estimate,
     /// Half width of the bands, as a share of each frequency.
@@ -292,6 +297,8 @@ impl Warning {
     /// The best verdict that it leaves.
     pub fn best_verdict(&self) -> Verdict {
         match (self.note.code.class(), &self.accepted) {
+            // What nobody looked at is not clear because somebody accepts that.
+            (_, Some(_)) if self.note.code == Code::NothingChecked => Verdict::Uncertain,
             (_, Some(_)) | (Class::Remark | Class::Error, None) => Verdict::Clear,
             (Class::Doubt, None) if self.note.code == Code::NothingChecked => Verdict::Unchecked,
             (Class::Doubt, None) => Verdict::Uncertain,
@@ -301,6 +308,11 @@ impl Warning {
     /// Whether a resonance may hide in what it is about.
     pub fn leaves_doubt(&self) -> bool {
         self.best_verdict() > Verdict::Clear
+    }
+
+    /// Whether a resonance may hide in it, which the job accepts.
+    pub fn is_accepted_doubt(&self) -> bool {
+        self.accepted.is_some() && self.note.code.class() == Class::Doubt
     }
 
     /// Whether it takes part in the verdict on an operation.

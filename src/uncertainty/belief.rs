@@ -79,6 +79,16 @@ impl Trust {
     }
 }
 
+/// The largest figure of each mode among several lists of them.
+pub fn largest_by_mode<'a>(lists: impl Iterator<Item = &'a [f64]>) -> Vec<f64> {
+    let mut all: Vec<f64> = Vec::new();
+    for own in lists {
+        all.resize(all.len().max(own.len()), 0.0);
+        all.iter_mut().zip(own).for_each(|(most, own)| *most = most.max(*own));
+    }
+    all
+}
+
 /// Half of an interval about a frequency.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum HalfWidth {
@@ -203,15 +213,15 @@ impl Belief {
         sensitivities.column_iter().map(variance).collect()
     }
 
-    /// The parameter with the largest part in the variance of ln f_r, and its share of it; `None`
-    /// where there is none. `sensitivities` are those of mode r.
-    pub fn driver(&self, sensitivities: &[f64]) -> Option<(&Parameter, f64)> {
-        let a = DVector::from_column_slice(sensitivities);
-        let part = a.component_mul(&(&self.covariance * &a));
-        let whole = part.sum();
-        let parts = self.parameters.iter().zip(part.iter().map(|part| part / whole));
-        let most = parts.max_by(|a, b| a.1.total_cmp(&b.1));
-        most.filter(|(_, share)| share.is_finite())
+    /// The parameter that would take most of the variance of ln f_r with it if it were known, and
+    /// the share that it would take, 0..1: its squared correlation with ln f_r, (Σa)ᵢ²/(Σᵢᵢ σ²).
+    /// `None` where there is none. `sensitivities` are those of mode r, `std_ln` is its σ.
+    pub fn driver(&self, sensitivities: &[f64], std_ln: f64) -> Option<(&Parameter, f64)> {
+        let with = &self.covariance * DVector::from_column_slice(sensitivities);
+        let share = |(i, with): (usize, &f64)| (with / std_ln).powi(2) / self.covariance[(i, i)];
+        let shares = self.parameters.iter().zip(with.iter().enumerate().map(share));
+        let known = shares.filter(|(_, share)| share.is_finite());
+        known.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(one, share)| (one, share.min(1.0)))
     }
 
     /// L with Σ = L Lᵀ, p × p.

@@ -20,6 +20,8 @@ mod draws;
 mod parameters;
 
 pub use arm::ArmAtPose;
-pub use belief::{Belief, HalfWidth, Trust, UNCALIBRATED, reach_of, uncalibrated_std_ln};
+pub use belief::{
+    Belief, HalfWidth, Trust, UNCALIBRATED, largest_by_mode, reach_of, uncalibrated_std_ln,
+};
 pub use draws::{Draws, Estimate};
 pub use parameters::{ASSUMED_STD, Parameter, Scales, all, lacking, scales_of, stated, states_all};

@@ -11,7 +11,7 @@ use detune::units::Date;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::program::{code, err, json, out, repository, run};
+use crate::program::{code, err, flat, json, out, repository, run};
 
 const STEADY: &str = "G0 X0 Y0 Z0\nG1 X240 F400\nY40\nX0\n";
 const MOVES_RAIL: &str = "G0 X0 Y0 Z0\nG1 X240 F400\nY40 E100\nX0\n";
@@ -120,11 +120,17 @@ fn what_a_job_accepts_counts_no_more_and_is_shown() {
     let bench = Bench::new(MOVES_RAIL, &accepted("2999-12-31"));
     let ran = bench.check(&["--deny-warnings", "--fail-on", "uncertain"]);
     assert_eq!(code(&ran), 0, "{}{}", out(&ran), err(&ran));
-    assert!(out(&ran).starts_with("CLEAR "), "{}", out(&ran));
-    let terms = "accepted until 2999-12-31: the rail stands still";
-    let flat = out(&ran).split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(flat.contains(terms), "{}", out(&ran));
+    assert!(out(&ran).starts_with("CLEAR (1 accepted) "), "{}", out(&ran));
+    let terms = "until 2999-12-31: the rail stands still";
+    let flat = flat(&ran);
+    assert!(flat.contains(&format!(" accepted {terms}")), "{}", out(&ran));
     assert!(err(&ran).starts_with("accepted: rough.nc:3: E words"), "{}", err(&ran));
+    // Whoever reads annotations or a build server's report sees it, too.
+    let said = "accepted until 2999-12-31: the rail stands still";
+    let github = bench.check(&["--format", "github"]);
+    assert!(out(&github).starts_with("::notice ") && out(&github).contains(said), "{github:?}");
+    let junit = bench.check(&["--format", "junit"]);
+    assert!(out(&junit).contains(said), "{}", out(&junit));
     let found = bench.json();
     assert_eq!(found["warnings"][0]["hides_clear"], false);
     assert_eq!(found["warnings"][0]["accepted"]["until"], "2999-12-31");
@@ -209,7 +215,11 @@ fn a_crossing_is_accepted_by_its_mode() {
     let other = check(&entry("mode: 2, "), "text");
     assert!(err(&other).contains("there is no 'crossing' to accept"), "{}", err(&other));
     let text = check(&entry("mode: 1, "), "text");
-    assert!(out(&text).contains("accepted until 2999-12-31: ran without marks"), "{}", out(&text));
+    assert!(
+        flat(&text).contains(" accepted until 2999-12-31: ran without marks"),
+        "{}",
+        out(&text)
+    );
     let github = check(&entry("mode: 1, "), "github");
     assert!(out(&github).starts_with("::notice file=job.yaml"), "{}", out(&github));
     let sarif: Value = serde_json::from_str(out(&check(&entry(""), "sarif"))).unwrap();
@@ -267,5 +277,6 @@ fn a_verdict_about_nothing_fails_in_every_output() {
         let accept = "accept: [{code: nothing_checked, reason: transport, until: 2999-12-31}]\n";
         let ran = Bench::new(program, &format!("{keys}{accept}")).check(&[]);
         assert_eq!(code(&ran), 0, "{}", out(&ran));
+        assert!(out(&ran).starts_with("UNCERTAIN (1 accepted) "), "{}", out(&ran));
     }
 }

@@ -59,6 +59,44 @@ fn the_robots_of_the_repository_are_plausible() {
 }
 
 #[test]
+fn an_inertia_of_another_unit_is_doubted() {
+    let urdf = original("irb1600.urdf");
+    let small = |links: usize| {
+        let links: Vec<String> = (1..=links).map(|i| format!("link_{i}")).collect();
+        let moments = "inertia_kgm2: {ixx: 1e-5, iyy: 1e-5, izz: 1e-5}";
+        let all: Vec<_> = links.iter().map(|link| (link.as_str(), moments)).collect();
+        with_inertials(&all)
+    };
+    assert_eq!(warnings(&small(1), &urdf).unwrap(), []);
+    // 0.4 · 70 kg · (0.75 · 70 kg / (π · 11 340 kg/m³))^(2/3) = 0.3626 kg·m².
+    let says = [
+        "denser than lead: link_1, link_2, link_3, link_4; link_1, 70 kg,",
+        "a ball of lead has 0.363; are the inertias in kg·m²?",
+    ];
+    assert_doubt(&small(4), &urdf, Code::CadUnits, "<robot", &says);
+    // A rod of steel, 33.68 kg and 0.6 m long: thin, but a body that there is.
+    let rod = with_inertials(&[("link_3", "inertia_kgm2: {ixx: 0.038, iyy: 1.03, izz: 1.03}")]);
+    assert_eq!(warnings(&rod, &urdf).unwrap(), []);
+}
+
+#[test]
+fn a_spring_of_another_unit_is_doubted() {
+    let urdf = original("irb1600.urdf");
+    let yaml = original("robot.yaml");
+    let line = yaml.lines().find(|line| line.contains("joint_5: {")).unwrap();
+    let with = |stiffness: &str| {
+        let (key, rest) = line.split_once("stiffness_nm_per_rad: ").unwrap();
+        let after = rest.find([',', '}']).unwrap();
+        yaml.replace(line, &format!("{key}stiffness_nm_per_rad: {stiffness}{}", &rest[after..]))
+    };
+    let says = ["is it in N·m/rad?", "elasticity.rigid"];
+    for stiffness in ["5e8", "50"] {
+        assert_doubt(&with(stiffness), &urdf, Code::StiffnessScale, "joint_5: {", &says);
+    }
+    assert_eq!(warnings(&with("5e6"), &urdf).unwrap(), []);
+}
+
+#[test]
 fn an_inertial_that_is_copied_to_all_links_is_doubted() {
     let links: Vec<String> = (1..=6).map(|i| format!("link_{i}")).collect();
     let copied = "mass_kg: 2, inertia_kgm2: {ixx: 0.01, iyy: 0.01, izz: 0.01}";
@@ -207,7 +245,7 @@ fn the_mass_of_an_arm_is_shared_out_to_links_without_inertial() {
     let described = read_described_robot(&path, &mut reading).unwrap();
     let [note] = &reading.warnings[..] else { panic!("{:?}", reading.warnings) };
     assert_eq!(note.code, Code::AssumedMass);
-    assert!(note.what.contains("250 kg shared out by length") && note.what.contains("link_2 "));
+    assert!(note.what.contains("250 kg distributed by length") && note.what.contains("link_2 "));
     let line = yaml.lines().position(|line| line.starts_with("total_mass_kg")).unwrap() + 1;
     assert_eq!(note.place.line, Some(line));
     let bodies = described.robot.bodies();

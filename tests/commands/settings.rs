@@ -7,7 +7,7 @@ use std::process::Output;
 use serde_json::{Value, json as value};
 use tempfile::TempDir;
 
-use crate::program::{code, err, json, out, repository, run};
+use crate::program::{code, err, flat, json, out, repository, run};
 
 const JOB: &str = "tool: {teeth: 2}
 payload: none
@@ -88,12 +88,10 @@ fn a_job_takes_what_it_does_not_say_and_says_so_in_every_output() {
     for format in ["text", "sarif", "junit", "github"] {
         let ran = bench.run(&["check", "cell/jobs/a.yaml", "--format", format]);
         assert_eq!((code(&ran), err(&ran)), (1, ""), "{format}");
-        let flat = out(&ran).split_whitespace().collect::<Vec<_>>().join(" ");
-        assert!(flat.contains(&told), "{format}: {flat}");
+        assert!(flat(&ran).contains(&told), "{format}: {}", flat(&ran));
     }
     let advised = bench.run(&["advise", "cell/jobs/a.yaml"]);
-    let flat = out(&advised).split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(flat.contains(&told), "{flat}");
+    assert!(flat(&advised).contains(&told), "{}", flat(&advised));
     let advised = json(&bench.run(&["advise", "cell/jobs/a.yaml", "--format", "json"]));
     assert_eq!(advised["settings"], found["settings"]);
 }
@@ -278,7 +276,11 @@ fn findings_are_accepted_for_a_job_and_shown() {
     assert!(!found["jobs"][1]["settings"]["keys"].as_array().unwrap().contains(&"accept".into()));
     let text = bench.run(&["check", "cell/jobs/a.yaml"]);
     let terms = "accepted until 2999-12-31: ran without marks";
-    assert!(out(&text).starts_with("CLEAR") && out(&text).contains(terms), "{}", out(&text));
+    assert!(
+        out(&text).starts_with("CLEAR (1 accepted) ") && flat(&text).contains(terms),
+        "{}",
+        out(&text)
+    );
 
     // The day after, it counts, with a word where it stands.
     let bench = Bench::new(&accept(&format!("{of_a}until = 2020-01-31\n")));

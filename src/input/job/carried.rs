@@ -13,6 +13,13 @@ use crate::model::{Inertial, Robot};
 use crate::motion::Load;
 use crate::notes::{Code, Note, Place};
 
+/// Masses that are closer than this are one that was rounded, share of the larger.
+const ROUNDED: f64 = 0.01;
+
+/// What a program and its job say of one tool may not lie farther apart, share of the larger: a
+/// tenth of the mass at the tip is up to a twentieth of a frequency.
+const MAX_APART: f64 = 0.1;
+
 impl Reader<'_> {
     /// The robot as it runs a stretch, and what it carries. `None` where there are faults.
     pub(super) fn carrier(
@@ -55,6 +62,32 @@ impl Reader<'_> {
         }
     }
 
+    /// Reports masses at the tip of which nobody says where they are.
+    pub(super) fn masses_without_place(&mut self) {
+        let raw = self.raw;
+        let of_job = [(String::new(), Vec::new(), raw.payload.as_ref())].into_iter();
+        let of_tool = raw
+            .tool
+            .iter()
+            .map(|tool| ("tool.".to_owned(), vec![Step::Key("tool")], tool.payload.as_ref()));
+        let of_tools = raw.tools.iter().flatten().map(|(key, tool)| {
+            let steps = vec![Step::Key("tools"), Step::Key(key)];
+            (format!("tools.{key}."), steps, tool.payload.as_ref())
+        });
+        for (owner, steps, payload) in of_job.chain(of_tool).chain(of_tools) {
+            let Some(raw::Payload::Body(body)) = payload else { continue };
+            if body.com_m.is_some() || body.mass_kg.is_none_or(|mass_kg| mass_kg == 0.0) {
+                continue;
+            }
+            let line = self.tree.line_at(&[steps, vec![Step::Key("payload")]].concat());
+            let what = format!(
+                "{owner}payload has no com_m, so its centre of mass is taken at the origin of the \
+                 tip frame"
+            );
+            self.notes.warning(Code::Assumed, Some(line), what);
+        }
+    }
+
     /// The robot with what the program says that it carries.
     fn loaded(&mut self, load: &Load, file: &Path) -> Option<(Arc<Robot>, Carried)> {
         let place = Place { line: Some(load.line), ..Place::file(file) };
@@ -83,14 +116,20 @@ impl Reader<'_> {
             raw::Payload::Nothing(_) => ("the job's", 0.0),
             raw::Payload::Body(body) => ("the job's", body.mass_kg.unwrap_or(*mass_kg)),
         });
-        if let Some((whose, other_kg)) =
-            of_job.or(of_robot).filter(|&(_, kg)| differs(kg, *mass_kg))
-        {
+        let apart = |kg: f64| (kg - mass_kg).abs() / kg.max(*mass_kg);
+        let other = of_job.or(of_robot).filter(|&(_, kg)| apart(kg) > ROUNDED);
+        if let Some((whose, other_kg)) = other {
+            // Of a robot file that states what it carries at other times the program's is a remark.
+            let contradicts = of_job.is_some() && apart(other_kg) > MAX_APART;
+            let (code, check) = match contradicts {
+                true => (Code::ToolMassConflict, "; put right the one that is wrong"),
+                false => (Code::ToolMass, ""),
+            };
             let what = format!(
                 "tooldata {name} declares {mass_kg} kg, which is what the model carries; {whose} \
-                 payload of {other_kg} kg is not used"
+                 payload of {other_kg} kg is not used{check}"
             );
-            warnings.push(Note::warning(Code::ToolMass, place, what));
+            warnings.push(Note::warning(code, place, what));
         }
         for warning in warnings {
             if !self.programs.reading.warnings.contains(&warning) {
@@ -99,10 +138,4 @@ impl Reader<'_> {
         }
         Some((robot, Carried { mass_kg: *mass_kg, source: CarriedBy::Program }))
     }
-}
-
-/// Masses are weighed and rounded.
-fn differs(a_kg: f64, b_kg: f64) -> bool {
-    const SLACK: f64 = 0.01;
-    (a_kg - b_kg).abs() > SLACK * a_kg.max(b_kg).max(1.0)
 }

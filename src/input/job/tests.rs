@@ -244,12 +244,19 @@ fn the_most_specific_payload_wins_and_is_told() {
         (carried.mass_kg, carried.source, notices)
     };
     let not_used = |whose: &str, kg: f64| {
+        let check = if whose == "the job's" { "; put right the one that is wrong" } else { "" };
         format!(
             "a.mod:2: tooldata tMill declares 4.2 kg, which is what the model carries; {whose} \
-             payload of {kg} kg is not used"
+             payload of {kg} kg is not used{check}"
         )
     };
-    let of_job = format!("{job}payload: {{mass_kg: 3}}\n");
+    let of_job = format!("{job}payload: {{mass_kg: 3, com_m: [0, 0, 0]}}\n");
+    let near = format!("{job}payload: {{mass_kg: 4, com_m: [0, 0, 0]}}\n");
+    let code = |job: &str| {
+        let (job, _) = read_of(job, "a.mod", &program("4.2")).unwrap();
+        job.review.warnings[0].code
+    };
+    assert_eq!([code(&of_job), code(&near)], [Code::ToolMassConflict, Code::ToolMass]);
     let none = format!("{job}payload: none\n");
     assert_eq!(
         [carried(job, "4.2"), carried(&of_job, "4.2"), carried(&none, "4.2")],
@@ -291,6 +298,10 @@ fn a_load_that_nobody_states_is_told() {
     assert_eq!((notices.len(), notices[0].code), (1, Code::PayloadUnknown));
     let (job, notices) = load(&format!("{JOB}payload: none\n"), &bare.join("\n")).unwrap();
     assert_eq!((job.operations[0].carried, notices.len()), (Carried::NOTHING, 0));
+    let (_, notices) = load(&format!("{JOB}payload: {{mass_kg: 3}}\n"), robot::YAML).unwrap();
+    let [note] = &notices[..] else { panic!("{notices:?}") };
+    assert_eq!(note.code, Code::Assumed);
+    assert!(note.what.starts_with("payload has no com_m, so its centre of mass"), "{note}");
 }
 
 #[test]

@@ -237,7 +237,7 @@ impl<'a> From<&'a AdvisedJob> for Advice<'a> {
             separation_percent: percent_from_ratio(advice.separation),
             model: Model {
                 calibrated: advice.calibrated,
-                uncertainty_percent: percent_from_ratio(advice.model_uncertainty),
+                uncertainty_percent: percent_from_ratio(advice.model_uncertainty()),
             },
             settings: job.settings.as_ref(),
             objective: advice.options.objective,

@@ -63,7 +63,7 @@ pub fn advice(job: &AdvisedJob) -> String {
 }
 
 fn legend(canvas: &mut Canvas, job: &AdvisedJob) {
-    let half_width = round_percent(job.advice.separation + job.advice.model_uncertainty);
+    let half_width = round_percent(job.advice.separation + job.advice.model_uncertainty());
     let entries = [
         Entry::new(Swatch::Line(PROGRAMMED), "programmed"),
         Entry::new(Swatch::Line(ADVISED), "advised"),

@@ -5,7 +5,9 @@ use crate::advice::{ClosedRange, FeedRule, NoVibration, OperationAdvice, Remedy,
 use crate::job::Levers;
 use crate::report::layout::push_fact;
 use crate::report::style;
-use crate::report::words::{self as words_of_all, percent, round_percent, trimmed};
+use crate::report::words::{
+    self as words_of_all, is_uniform, percent, round_percent, trimmed, uncertainty,
+};
 use crate::study::advise::AdvisedJob;
 use crate::units::mm_per_min_from_m_per_s;
 use crate::wording::printable;
@@ -235,11 +237,12 @@ fn push_stretches(operation: &OperationAdvice, text: &mut String) {
 
 fn model(job: &AdvisedJob) -> String {
     let advice = &job.advice;
-    let trust = round_percent(advice.model_uncertainty);
-    let bands = round_percent(advice.separation + advice.model_uncertainty);
+    let bands = round_percent(advice.separation + advice.model_uncertainty());
+    let trust = uncertainty(&advice.uncertainty_by_mode);
     let origin = match advice.calibrated {
         true => "calibrated with measured frequencies; uncertainty",
         false => "not calibrated; assumed uncertainty",
     };
-    format!("{origin} ±{trust} %, so bands are ±{bands} % wide")
+    let up_to = if is_uniform(&advice.uncertainty_by_mode) { "" } else { "up to " };
+    format!("{origin} {trust}, so bands are {up_to}±{bands} % wide")
 }

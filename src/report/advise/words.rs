@@ -6,7 +6,9 @@ use crate::advice::{
 };
 use crate::excitation::ExcitationLine;
 use crate::job::{Acceptable, Acceptance};
-use crate::report::words::{line, percent, round_percent, significant, spelled, trimmed, um_per_n};
+use crate::report::words::{
+    is_uniform, line, percent, round_percent, significant, spelled, trimmed, um_per_n, uncertainty,
+};
 use crate::risk::Warning;
 use crate::study::advise::AdvisedJob;
 use crate::units::{deg_from_rad, mm_from_m, percent_from_ratio, um_from_m, um_per_n_from_m_per_n};
@@ -32,7 +34,7 @@ fn blocks(blocks: &[Block]) -> String {
 /// In what a resonance may hide at every speed, and what the job accepts.
 pub(super) fn warnings(job: &AdvisedJob) -> Vec<(&'static str, String)> {
     let one = |warning: &Warning| match &warning.accepted {
-        Some(terms) => Some(("accepted", printable(&format!("{}; {terms}", warning.note)))),
+        Some(terms) => Some(("accepted", printable(&format!("{terms}; {}", warning.note)))),
         None if warning.leaves_doubt() => {
             let best = spelled(warning.best_verdict());
             let text =
@@ -48,8 +50,8 @@ pub(super) fn warnings(job: &AdvisedJob) -> Vec<(&'static str, String)> {
         };
         let operation = entry.operation.as_ref();
         let within = operation.map_or(String::new(), |name| format!(" in operation '{name}'"));
-        let text = format!("crossings {mode}{within}, which advice avoids all the same");
-        ("accepted", printable(&format!("{text}; {}", entry.terms)))
+        let text = format!("{}; crossings {mode}{within}", entry.terms);
+        ("accepted", printable(&format!("{text}, which advice avoids all the same")))
     };
     let crossings = job.accepted_crossings.iter().map(crossing);
     let mut all: Vec<_> = job.warnings.iter().filter_map(one).chain(crossings).collect();
@@ -326,14 +328,15 @@ pub(super) fn coupling(plan: &Schedule) -> String {
 
 fn no_constant(job: &AdvisedJob) -> String {
     let advice = &job.advice;
+    let up_to = if is_uniform(&advice.uncertainty_by_mode) { "" } else { "up to " };
     format!(
-        "no constant spindle speed in {}..{} rpm stays {} % (separation {} %, model uncertainty {} %) away from \
-         every mode along the whole path",
+        "no constant spindle speed in {}..{} rpm stays {up_to}{} % (separation {} %, model uncertainty \
+         {}) away from every mode along the whole path",
         trimmed(job.spindle.min_rpm, 2),
         trimmed(job.spindle.max_rpm, 2),
-        round_percent(advice.separation + advice.model_uncertainty),
+        round_percent(advice.separation + advice.model_uncertainty()),
         round_percent(advice.separation),
-        round_percent(advice.model_uncertainty),
+        uncertainty(&advice.uncertainty_by_mode),
     )
 }
 

@@ -31,8 +31,10 @@ pub fn check(jobs: &[CheckedJob], root: &Path) -> String {
         })
         .collect();
     let mut text = String::new();
-    for warning in jobs.iter().flat_map(|job| &job.risk.warnings).filter(|w| w.leaves_doubt()) {
-        let command = note_command(&warning.note, &sentences::doubt(warning), root);
+    let warnings = jobs.iter().flat_map(|job| &job.risk.warnings);
+    for warning in warnings.filter(|w| w.leaves_doubt() || w.is_accepted_doubt()) {
+        let level = if warning.leaves_doubt() { "warning" } else { "notice" };
+        let command = note_command(level, &warning.note, &sentences::doubt(warning), root);
         if !text.contains(&command) {
             text.push_str(&command);
             text.push('\n');
@@ -55,14 +57,14 @@ pub fn check(jobs: &[CheckedJob], root: &Path) -> String {
 /// An error or warning as a workflow command, in place where it has a file (named relative to
 /// `root` where it lies below it) and a line.
 pub fn note_annotation(note: &Note, root: &Path) -> String {
-    note_command(note, &note.message(), root)
-}
-
-fn note_command(note: &Note, text: &str, root: &Path) -> String {
     let level = match note.severity {
         Severity::Error => "error",
         Severity::Warning => "warning",
     };
+    note_command(level, note, &note.message(), root)
+}
+
+fn note_command(level: &str, note: &Note, text: &str, root: &Path) -> String {
     let file = note.place.file.as_ref().map(|file| paths::slashed(&paths::within(root, file)));
     let place = match (file, note.place.line) {
         (Some(file), Some(line)) => format!(" file={},line={line}", property(&file)),

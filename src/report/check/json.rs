@@ -87,6 +87,9 @@ struct Model<'a> {
     /// What it may be wrong by at most, in percent of any frequency.
     #[serde(rename = "uncertainty_percent", serialize_with = "written::percent")]
     uncertainty: f64,
+    /// The same of each mode alone, ascending.
+    #[serde(rename = "uncertainty_by_mode_percent", serialize_with = "written::percent")]
+    uncertainty_by_mode: Vec<f64>,
     /// Names of its elastic coordinates.
     coordinates: &'a [String],
     /// What the tip carries: in the first operation, or in one of which nobody says it.
@@ -103,6 +106,7 @@ impl<'a> From<&'a CheckedJob> for Job<'a> {
             model: Model {
                 calibrated: job.risk.calibrated,
                 uncertainty: job.risk.model_uncertainty,
+                uncertainty_by_mode: job.risk.uncertainty_by_mode.clone(),
                 coordinates: &job.risk.coordinates,
                 payload: job.risk.payload,
             },

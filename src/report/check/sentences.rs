@@ -1,7 +1,7 @@
 //! What the renderers of a check say in common: a finding in one sentence.
 
-use super::findings::{Finding, Stretch};
-use super::operation::CheckedOperation;
+use super::findings::{Finding, Stretch, findings};
+use super::operation::{CheckedOperation, operations};
 use crate::notes::Note;
 use crate::report::style;
 use crate::report::words::{
@@ -106,13 +106,13 @@ pub(super) fn place_in_band(operation: &CheckedOperation<'_>, crossing: &Crossin
     }
 }
 
-/// `38.4–46.7 Hz with 95 % confidence; stiffness of joint_2 is 81 % of its variance`.
+/// `38.4–46.7 Hz with 95 % confidence; 81 % of its variance is due to stiffness of joint_2`.
 pub(super) fn interval(operation: &CheckedOperation<'_>, crossing: &Crossing) -> String {
     let [low, high] = crossing.natural_frequency_ci95_hz.map(hz);
     let confidence = round_percent(operation.job.policy.confidence);
     let driver = crossing.driver.as_ref().map_or_else(String::new, |driver| {
         let share = round_percent(driver.share);
-        format!("; {} is {share} % of its variance", printable(&driver.parameter))
+        format!("; {share} % of its variance is due to {}", printable(&driver.parameter))
     });
     format!("{low}–{high} Hz with {confidence} % confidence{driver}")
 }
@@ -154,7 +154,7 @@ pub(super) fn worst_jobs(jobs: &[CheckedJob]) -> Vec<&CheckedJob> {
 pub(super) fn doubt(warning: &Warning) -> String {
     let message = warning.note.message();
     let what = match &warning.accepted {
-        Some(terms) => terms.to_string(),
+        Some(terms) => format!("accepted {terms}"),
         None => {
             format!("so the verdict is no better than {}", spelled(warning.best_verdict()))
         }
@@ -184,11 +184,26 @@ pub(super) fn doubts(operation: &CheckedOperation<'_>) -> Vec<String> {
 pub(super) fn accepted(job: &CheckedJob) -> Vec<String> {
     let one = |warning: &Warning| {
         let terms = warning.accepted.as_ref()?;
-        Some(printable(&format!("{}: {}; {terms}", warning.note.code, warning.note)))
+        Some(printable(&format!("{terms}; {}: {}", warning.note.code, warning.note)))
     };
     let mut all: Vec<String> = job.risk.warnings.iter().filter_map(one).collect();
     all.dedup();
     listed(all.into_iter())
+}
+
+/// How many findings the job accepts: crossings, and doubts.
+pub(super) fn accepted_count(job: &CheckedJob) -> usize {
+    let of_crossings = |operation: CheckedOperation<'_>| {
+        let found = findings(&operation).into_iter();
+        found.filter(|finding| finding.worst.crossing.accepted.is_some()).count()
+    };
+    let mut doubts: Vec<&Note> = Vec::new();
+    for warning in job.risk.warnings.iter().filter(|warning| warning.is_accepted_doubt()) {
+        if !doubts.contains(&&warning.note) {
+            doubts.push(&warning.note);
+        }
+    }
+    operations(job).map(of_crossings).sum::<usize>() + doubts.len()
 }
 
 /// The first of them, and how many more there are.
@@ -230,8 +245,8 @@ pub(super) fn sentence(operation: &CheckedOperation<'_>, stretch: &Stretch<'_>) 
         None => String::new(),
     };
     let terms = crossing.accepted.as_ref();
-    let terms =
-        terms.map_or_else(String::new, |terms| format!("; {}", printable(&terms.to_string())));
+    let terms = terms
+        .map_or_else(String::new, |terms| format!("; accepted {}", printable(&terms.to_string())));
     format!(
         "operation '{}': {} meets {}: {} apart, {}, at {}{flanks}, closest at {}{moves}; {} µm/N at the tool tip at \
          resonance{terms}",

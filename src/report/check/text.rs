@@ -46,7 +46,10 @@ pub fn check(jobs: &[CheckedJob], colour: bool) -> String {
 }
 
 fn push_job(job: &CheckedJob, colour: bool, text: &mut String) {
-    let verdict = verdict_word(job.risk.verdict, colour);
+    let mut verdict = verdict_word(job.risk.verdict, colour);
+    if let accepted @ 1.. = sentences::accepted_count(job) {
+        verdict.push_str(&format!(" ({accepted} accepted)"));
+    }
     let name = style::paint(style::STRONG, printable(&job.name), colour);
     text.push_str(&format!("{verdict}  {}  {name}\n", words::path(&job.file)));
     for doubt in sentences::doubts_of_job(job) {
@@ -241,6 +244,8 @@ fn push_table(rows: &[[String; WORDS.len()]], text: &mut String) {
 
 fn push_closest(operation: &CheckedOperation<'_>, approach: &Approach, text: &mut String) {
     let job = operation.job;
+    let of_mode = operation.risk.uncertainty_by_mode.get(approach.mode - 1);
+    let uncertainty = of_mode.copied().unwrap_or(operation.risk.model_uncertainty);
     let closest = format!(
         "{} stays {} away from {}",
         words::line_at(&approach.line, approach.excitation_hz),
@@ -251,9 +256,9 @@ fn push_closest(operation: &CheckedOperation<'_>, approach: &Approach, text: &mu
     push_fact("where", &format!("at {}", sentences::point(operation.risk, approach.s)), text);
     let required = format!(
         "{} % (band {} %, model {} %)",
-        words::round_percent(job.risk.separation + job.risk.model_uncertainty),
+        words::round_percent(job.risk.separation + uncertainty),
         words::round_percent(job.risk.separation),
-        words::round_percent(job.risk.model_uncertainty),
+        words::round_percent(uncertainty),
     );
     push_fact("required", &required, text);
 }
@@ -327,11 +332,11 @@ fn verdict_word(verdict: Verdict, colour: bool) -> String {
 }
 
 fn model(job: &CheckedJob) -> String {
-    let uncertainty = words::round_percent(job.risk.model_uncertainty);
+    let uncertainty = words::uncertainty(&job.risk.uncertainty_by_mode);
     if job.risk.calibrated {
-        format!("calibrated with measured frequencies; uncertainty ±{uncertainty} %")
+        format!("calibrated with measured frequencies; uncertainty {uncertainty}")
     } else {
-        format!("not calibrated; assumed uncertainty ±{uncertainty} %")
+        format!("not calibrated; assumed uncertainty {uncertainty}")
     }
 }
 
@@ -359,6 +364,9 @@ fn next(job: &CheckedJob) -> &'static str {
         }
         (Verdict::Unchecked, _) => {
             "see the warning for why nothing was checked; put it right, then check again"
+        }
+        (Verdict::Clear, _) if sentences::accepted_count(job) > 0 => {
+            "clear but for what is accepted, which counts again from the day after it ends"
         }
         (Verdict::Clear, _) => "no change needed for the arm's resonances; chatter is not checked",
     }
