@@ -49,6 +49,17 @@ pub struct Stated {
     /// Where joints of the robot are at the end of the move that the program places as external
     /// axes: index from base to tip, and position, rad or m.
     pub external: Vec<(usize, f64)>,
+    /// The arm configuration at the end of the move.
+    pub configuration: Option<Arc<Configuration>>,
+}
+
+/// An arm configuration that a program asks for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Configuration {
+    /// As the program has it.
+    pub shown: String,
+    /// Where joints must be: index from base to tip, lowest and highest position, rad.
+    pub joints: Vec<(usize, [f64; 2])>,
 }
 
 /// What a command makes the spindle do.
@@ -96,6 +107,34 @@ impl Load {
         self.mass_kg == other.mass_kg
             && self.com_m == other.com_m
             && self.inertia_kgm2 == other.inertia_kgm2
+    }
+
+    /// The same body where `frame` has the one that it is given in.
+    pub(crate) fn placed(&self, frame: &Isometry3<f64>) -> Self {
+        let turn = frame.rotation.to_rotation_matrix();
+        Self {
+            com_m: frame.rotation * self.com_m + frame.translation.vector,
+            inertia_kgm2: turn * self.inertia_kgm2 * turn.transpose(),
+            ..self.clone()
+        }
+    }
+
+    /// Both bodies as one, called after both.
+    pub(crate) fn with(&self, other: &Self) -> Self {
+        let mass_kg = self.mass_kg + other.mass_kg;
+        let com_m = (self.com_m * self.mass_kg + other.com_m * other.mass_kg) / mass_kg;
+        let about = |body: &Self| {
+            let r = body.com_m - com_m;
+            let moved = Matrix3::identity() * r.norm_squared() - r * r.transpose();
+            body.inertia_kgm2 + moved * body.mass_kg
+        };
+        Self {
+            name: format!("{} with {}", self.name, other.name),
+            line: self.line,
+            mass_kg,
+            com_m,
+            inertia_kgm2: about(self) + about(other),
+        }
     }
 }
 

@@ -214,59 +214,72 @@ def middle(at, item):
     return [(on((k + 0.5) / count), on((k + 1) / count)) for k in range(count)]
 
 
-def rapid(truth, rng):
+def told(truth, speed, dwell, line, arc):
+    """The statements of a robot program, by what writes each kind; an arc comes in pieces."""
     out, at = [], None
+    for item in truth:
+        if item[0] == "speed":
+            out.append(speed(item[1]))
+        elif item[0] == "dwell":
+            out.append(dwell(item[1]))
+        elif item[0] == "line":
+            out.append(line(item[1], item[2]))
+            at = item[1]
+        else:
+            out += [arc(via, end, item[4]) for via, end in middle(at, item)]
+            at = item[3]
+    return out
+
+
+def rapid(truth, rng):
     target = lambda p: f"[[{','.join(n(x) for x in p)}],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
     speed = lambda feed: "v500" if feed is None else f"[{n(feed / 60)},500,5000,1000]"
     rest = "fine,tSpindle\\WObj:=wPart;"
-    for item in truth:
-        if item[0] == "speed":
-            out.append(f"SetAO aoSpindle, {n(item[1])};")
-        elif item[0] == "dwell":
-            out.append(f"WaitTime {item[1]};")
-        elif item[0] == "line":
-            out.append(f"MoveL {target(item[1])},{speed(item[2])},{rest}")
-            at = item[1]
-        else:
-            for via, end in middle(at, item):
-                out.append(f"MoveC {target(via)},{target(end)},{speed(item[4])},{rest}")
-            at = item[3]
+    out = told(
+        truth,
+        lambda rpm: f"SetAO aoSpindle, {n(rpm)};",
+        lambda seconds: f"WaitTime {seconds};",
+        lambda end, feed: f"MoveL {target(end)},{speed(feed)},{rest}",
+        lambda via, end, feed: f"MoveC {target(via)},{target(end)},{speed(feed)},{rest}",
+    )
     object_at = ",".join(n(1000 * x) for x in OBJECT)
     head = (
         "MODULE random\nPERS tooldata tSpindle:=[TRUE,[[0,0,150],[1,0,0,0]],[0.001,[0,0,0.001],[1,0,0,0],0,0,0]];\n"
         f'PERS wobjdata wPart:=[FALSE,TRUE,"",[[{object_at}],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];\nPROC main()\n'
+        "ConfL\\Off;\nConfJ\\Off;\n"
     )
     return head + "\n".join(out) + "\nENDPROC\nENDMODULE\n", "mod"
 
 
 def krl(truth, rng):
     object_at = ",".join(f"{axis} {n(1000 * x)}" for axis, x in zip("XYZ", OBJECT))
-    out = ["&ACCESS RVP", "DEF random()", "$TOOL={X 0,Y 0,Z 150,A 0,B 0,C 0}", f"$BASE={{FRAME: {object_at},A 0,B 0,C 0}}"]
-    at, feed = None, None
-    for item in truth:
-        if item[0] == "speed":
-            out.append(f"SPINDLE({n(item[1])})")
-            continue
-        if item[0] == "dwell":
-            out.append(f"WAIT SEC {item[1]}")
-            continue
-        own = RAPID * 60 if item[-1] is None else item[-1]
-        if own != feed:
-            out.append(f"$VEL.CP={own / 60000:.12f}")
-            feed = own
-        full = at is None or rng.random() < 0.5
-        parts = lambda p: ",".join(f"{axis} {n(x)}" for axis, x in zip("XYZ", p)) + (",A 0,B 0,C 180" if full else "")
-        if item[0] == "line":
-            out.append(f"LIN {{{parts(item[1])}}}" + rng.choice(["", " C_DIS", " ; {X 1}"]))
-            at = item[1]
-        else:
-            out += [f"CIRC {{{parts(via)}}},{{{parts(end)}}}" for via, end in middle(at, item)]
-            at = item[3]
-    return "\n".join(out + ["END", ""]), "src"
+    head = ["&ACCESS RVP", "DEF random()", "$TOOL={X 0,Y 0,Z 150,A 0,B 0,C 0}", f"$BASE={{FRAME: {object_at},A 0,B 0,C 0}}"]
+    held, begun = [None], [False]
+
+    def parts(p, full):
+        return ",".join(f"{axis} {n(x)}" for axis, x in zip("XYZ", p)) + (",A 0,B 0,C 180" if full else "")
+
+    def motion(write, feed):
+        own = RAPID * 60 if feed is None else feed
+        first = [] if own == held[0] else [f"$VEL.CP={own / 60000:.12f}"]
+        full = not begun[0] or rng.random() < 0.5
+        held[0], begun[0] = own, True
+        return "\n".join(first + [write(full)])
+
+    out = told(
+        truth,
+        lambda rpm: f"SPINDLE({n(rpm)})",
+        lambda seconds: f"WAIT SEC {seconds}",
+        lambda end, feed: motion(
+            lambda full: f"LIN {{{parts(end, full)}}}" + rng.choice(["", " C_DIS", " ; {X 1}"]), feed
+        ),
+        lambda via, end, feed: motion(lambda full: f"CIRC {{{parts(via, full)}}},{{{parts(end, full)}}}", feed),
+    )
+    return "\n".join(head + out + ["END", ""]), "src"
 
 
 def fanuc(truth, rng):
-    lines, points, at = ["UFRAME_NUM=1 ;", "UTOOL_NUM=1 ;"], [], None
+    points = []
 
     def point(p):
         points.append(p)
@@ -277,18 +290,13 @@ def fanuc(truth, rng):
             return "500mm/sec"
         return f"{n(feed / 10)}cm/min" if rng.random() < 0.5 else f"{n(feed / 60)}mm/sec"
 
-    for item in truth:
-        if item[0] == "speed":
-            lines.append(f"!SPINDLE {n(item[1])} ;")
-        elif item[0] == "dwell":
-            lines.append(f"WAIT   {item[1]}(sec) ;")
-        elif item[0] == "line":
-            lines.append(f"L {point(item[1])} {speed(item[2])} FINE ;")
-            at = item[1]
-        else:
-            for via, end in middle(at, item):
-                lines.append(f"C {point(via)}\n    :  {point(end)} {speed(item[4])} CNT50 ;")
-            at = item[3]
+    lines = ["UFRAME_NUM=1 ;", "UTOOL_NUM=1 ;"] + told(
+        truth,
+        lambda rpm: f"!SPINDLE {n(rpm)} ;",
+        lambda seconds: f"WAIT   {seconds}(sec) ;",
+        lambda end, feed: f"L {point(end)} {speed(feed)} FINE ;",
+        lambda via, end, feed: f"C {point(via)}\n    :  {point(end)} {speed(feed)} CNT50 ;",
+    )
     out = ["/PROG RANDOM", "/ATTR", "OWNER = MNEDITOR;", "/MN"]
     out += [f"{i + 1:4}:{line}" for i, line in enumerate(lines)] + ["/POS"]
     for i, (x, y, z) in enumerate(points):
@@ -297,6 +305,36 @@ def fanuc(truth, rng):
         out.append(f"\tX = {n(x)} mm,\tY = {n(y)} mm,\tZ = {n(z)} mm,\n\tW = 180 deg,\tP = 0 deg,\tR = 0 deg\n}};")
     return "\n".join(out + ["/END", ""]), "ls"
 
+
+def heidenhain(truth, rng):
+    out, at, feed, number = ["BEGIN PGM RANDOM MM", "BLK FORM 0.1 Z X-60 Y-60 Z+0"], None, None, lambda x: f"{x:+.9f}"
+    for item in truth:
+        own = item[-1] if item[0] in ("line", "arc") else None
+        speed = " FMAX" if own is None else "" if own == feed else f" F{n(own)}"
+        feed = feed if own is None else own
+        if item[0] == "speed":
+            out += [f"TOOL CALL 5 Z S{n(item[1])}", "M3"]
+        elif item[0] == "dwell":
+            out += ["CYCL DEF 9.0 DWELL TIME", f"CYCL DEF 9.1 DWELL {item[1]}".replace(".1 DWELL 0.", ".1 DWELL 0,")]
+        elif item[0] == "line":
+            relative = at is not None and rng.random() < 0.3
+            words = [("I" + axis + number(b - a)) if relative else axis + number(b) for axis, a, b in zip("XYZ", at or item[1], item[1])]
+            out.append("L " + " ".join(words) + rng.choice(["", " R0"]) + speed + rng.choice(["", " ; X99"]))
+            at = item[1]
+        else:
+            _, centre, sweep, end, _ = item
+            sense = "DR+" if sweep > 0 else "DR-"
+            out.append(f"CC X{number(centre[0])} Y{number(centre[1])}")
+            if rng.random() < 0.5:
+                out.append(f"C X{number(end[0])} Y{number(end[1])} {sense}{speed}")
+            else:
+                out.append(f"CP IPA{number(math.degrees(sweep))} {sense}{speed}")
+            at = end
+    out += ["M5", "END PGM RANDOM MM"]
+    return "\n".join(f"{i} {line}" for i, line in enumerate(out)) + "\n", "h"
+
+
+WRITERS = (gcode, apt, rapid, krl, fanuc, heidenhain)
 
 KEYS = {
     "mod": "spindle_from: {signal: aoSpindle}",
@@ -347,7 +385,7 @@ def main():
     ran, faults = 0, []
     with tempfile.TemporaryDirectory() as name:
         for seed in range(arguments.seeds):
-            for write in (gcode, apt, rapid, krl, fanuc):
+            for write in WRITERS:
                 rng = random.Random(f"{seed} {write.__name__}")
                 truth = draw(random.Random(seed))
                 text, extension = write(truth, rng)
@@ -355,7 +393,7 @@ def main():
                 ran += 1
                 if fault:
                     faults.append(f"seed {seed}, {write.__name__}: {fault}")
-    print(f"{ran} random programs in 5 dialects: {len(faults)} wrong")
+    print(f"{ran} random programs in {len(WRITERS)} dialects: {len(faults)} wrong")
     print("\n".join(faults[:10]))
     raise SystemExit(1 if faults else 0)
 

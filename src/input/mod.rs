@@ -17,6 +17,7 @@ mod moves;
 mod poses;
 mod posterior;
 mod program;
+mod program_files;
 mod raw;
 mod records;
 mod relocated;

@@ -1,20 +1,21 @@
 //! path.program of a job → the moves that a robot or CAM program asks for.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use nalgebra::{Isometry3, Unit, Vector3};
 
 use super::files::{MAX_FILE_BYTES, named_file, relative_to};
 use super::frame::frame;
+use super::program_files::members;
 use super::raw::job as raw;
 use super::waypoints::{FromPrograms, OperationContext, PathMoves, ProgramSays};
 use crate::formats::text::read_bytes;
 use crate::formats::yaml::{Node, Step};
 use crate::notes::{Code, Note, Notes};
 use crate::program::{
-    self, Companion, Coordinates, Dialect, Program, RAPID_M_PER_S, RotaryAxis, SetBy, Setter,
-    Settings,
+    self, Companion, Coordinates, Dialect, DwellUnit, J3From, Program, RAPID_M_PER_S, RotaryAxis,
+    SetBy, Setter, Settings,
 };
 
 /// Languages of programs that are known by their extensions and not read.
@@ -51,12 +52,24 @@ pub(super) fn program_moves(
 ) -> Option<PathMoves> {
     let name = raw.file.as_deref()?;
     let line = path.line_at(&[Step::Key("program")]);
-    let file = relative_to(context.job, name);
-    let pending = programs.reading.pending_at(&file).map(<[u8]>::to_vec);
-    let file = match &pending {
-        Some(_) => file,
-        None => named_file(context.job, "path.program.file", name, line, notes)?,
+    let named = relative_to(context.job, name);
+    let (file, modules) = match members(&named, raw.procedure.as_deref().unwrap_or("main")) {
+        Some(Ok(members)) => {
+            programs.reading.files.push(named);
+            members
+        }
+        Some(Err(what)) => {
+            let what = format!("{}: path.program.file '{name}': {what}", context.called);
+            notes.error(Code::Unreadable, line, what);
+            return None;
+        }
+        None if programs.reading.pending_at(&named).is_some() => (named, Vec::new()),
+        None => {
+            let file = named_file(context.job, "path.program.file", name, line, notes)?;
+            (file, Vec::new())
+        }
     };
+    let pending = programs.reading.pending_at(&file).map(<[u8]>::to_vec);
     let dialect = match dialect_of(&file) {
         Ok(dialect) => dialect,
         Err(what) => {
@@ -74,7 +87,7 @@ pub(super) fn program_moves(
             return None;
         }
     };
-    let companions = companions(context, raw, path, notes, programs)?;
+    let companions = companions(context, raw, path, modules, notes, programs)?;
     let settings = Settings { companions, ..settings(context, raw, path, notes)? };
     programs.reading.programs.push((file.clone(), settings.clone()));
     let located = |mut note: Note| {
@@ -118,7 +131,7 @@ fn keys_without_effect(
     notes: &mut Notes,
 ) {
     use Dialect::{Apt, Fanuc, GCode, Krl, Rapid};
-    let keys: [(&str, bool, &[Dialect]); 9] = [
+    let keys: [(&str, bool, &[Dialect]); 11] = [
         ("procedure", raw.procedure.is_some(), &[Rapid, Krl]),
         ("spindle_from", raw.spindle_from.is_some(), &[Rapid, Krl, Fanuc]),
         ("tool_from", raw.tool_from.is_some(), &[Rapid, Krl, Fanuc]),
@@ -128,6 +141,8 @@ fn keys_without_effect(
         ("base_frames", raw.base_frames.is_some(), &[Krl, Fanuc]),
         ("rotary_axes", raw.rotary_axes.is_some(), &[GCode]),
         ("coordinates", raw.coordinates.is_some(), &[Apt]),
+        ("dwell_unit", raw.dwell_unit.is_some(), &[GCode]),
+        ("j3_from", raw.j3_from.is_some(), &[Fanuc]),
     ];
     for (key, given, of) in keys {
         if !given || of.contains(&dialect) {
@@ -147,22 +162,31 @@ fn keys_without_effect(
     }
 }
 
-/// The further files that the job names.
+/// The further files that the job names, and the modules of a list or folder.
 fn companions(
     context: &OperationContext<'_>,
     raw: &raw::Program,
     path: &Node,
+    modules: Vec<PathBuf>,
     notes: &mut Notes,
     programs: &mut FromPrograms,
 ) -> Option<Vec<Companion>> {
-    let mut found = Vec::new();
+    let mut files = Vec::new();
     for (index, name) in raw.files.iter().flatten().enumerate() {
         let steps = [Step::Key("program"), Step::Key("files"), Step::Index(index)];
         let line = path.line_at(&steps);
         let file = named_file(context.job, "path.program.files", name, line, notes)?;
+        files.push((name.clone(), file));
+    }
+    files.extend(modules.into_iter().map(|file| {
+        let name = file.file_name().unwrap_or_default().to_string_lossy().to_string();
+        (name, file)
+    }));
+    let mut found = Vec::new();
+    for (name, file) in files {
         programs.reading.files.push(file.clone());
         let read = read_bytes(&file, MAX_FILE_BYTES);
-        match read.and_then(|bytes| Companion::new(name.clone(), &bytes)) {
+        match read.and_then(|bytes| Companion::new(name, &bytes)) {
             Ok(companion) => found.push(companion),
             Err(mut fault) => {
                 fault.place.file = Some(file);
@@ -203,6 +227,14 @@ fn settings(
         coordinates: raw.coordinates.map(|coordinates| match coordinates {
             raw::Coordinates::Local => Coordinates::Local,
             raw::Coordinates::World => Coordinates::World,
+        }),
+        dwell_unit: raw.dwell_unit.map(|unit| match unit {
+            raw::DwellUnit::S => DwellUnit::Seconds,
+            raw::DwellUnit::Ms => DwellUnit::Milliseconds,
+        }),
+        j3_from: raw.j3_from.map(|from| match from {
+            raw::J3From::Horizontal => J3From::Horizontal,
+            raw::J3From::UpperArm => J3From::UpperArm,
         }),
         tool_frames: frames(context, path, "tool_frames", raw.tool_frames.as_ref(), notes),
         base_frames: frames(context, path, "base_frames", raw.base_frames.as_ref(), notes),

@@ -6,6 +6,7 @@
 //! kinematics.
 
 mod batch;
+mod configuration;
 mod curve;
 mod families;
 mod grid;

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::Isometry3;
 
+use super::configuration::{compared, configured};
 use super::curve::Curve;
 use super::timed_path::{Knots, Path, Segment, shown_joints};
 use super::timing::{Clock, largest_step, seconds, stands_still};
@@ -33,7 +34,7 @@ const MAX_MOVE: f64 = 628.0;
 const MAX_PATH: f64 = 200_000.0;
 
 /// Why a move cannot be run.
-type Refusal = (Code, String);
+pub(super) type Refusal = (Code, String);
 
 /// An error at a waypoint (counted from 0), with the line that asks for it.
 fn at_waypoint(index: usize, a_move: &Move, (code, what): Refusal) -> Note {
@@ -161,7 +162,7 @@ fn starts(
     if found.is_empty() {
         return Err(unreachable(robot, kinematics, &tip, near));
     }
-    Ok(found)
+    configured(robot, first, found)
 }
 
 /// What stops the arm at waypoint `index`, with the later waypoints that are out of reach in
@@ -275,9 +276,12 @@ impl<'r> Planner<'r> {
                     }
                     None => self.kinematics.solutions_near(self.robot, &tip, &self.q),
                 };
-                match solutions.into_iter().next() {
+                if solutions.is_empty() {
+                    return Err(unreachable(self.robot, self.kinematics, &tip, &self.q));
+                }
+                match configured(self.robot, next, solutions)?.into_iter().next() {
                     Some(q) => self.join(next, q),
-                    None => Err(unreachable(self.robot, self.kinematics, &tip, &self.q)),
+                    None => Ok(()),
                 }
             }
             Target::Line(pose) => {
@@ -381,6 +385,7 @@ impl<'r> Planner<'r> {
             u = end;
             stretch *= 2.0;
         }
+        compared(self.robot, next, &q)?;
         self.count_way(&ways)?;
         let duration = self.seconds(length, next, &ways)?;
         self.push(next, Some(curve), duration, knots);

@@ -39,8 +39,8 @@ pub(super) fn tool_frame(
     }
 }
 
-/// Base `number` in the robot's base frame: the job's frame of that number, else the job's work
-/// object; the base frame for 0.
+/// Base `number` in the robot's base frame: the job's frame of that number, the base frame itself
+/// for 0, else the job's work object.
 pub(super) fn base_frame(
     settings: &Settings,
     number: f64,
@@ -51,8 +51,8 @@ pub(super) fn base_frame(
         return Ok(*frame);
     }
     match (index, settings.work_object) {
+        (0, _) => Ok(Isometry3::identity()),
         (_, Some(object)) => Ok(object),
-        (0, None) => Ok(Isometry3::identity()),
         (_, None) => Err(format!(
             "{list}[{number}] is in no file that is read; give path.program.base_frames: \
              {{{number}: …}} or the work_object in the job"
@@ -101,6 +101,13 @@ impl External {
                 Ok(())
             }
         }
+    }
+
+    /// Where the robot has the joints of the arm, if it has six and those that the job maps.
+    pub(super) fn arm(&self) -> Option<[usize; ROBOT_AXES]> {
+        let mapped = |index: &usize| self.joints.iter().any(|(_, axis)| axis.joint == *index);
+        let arm: Vec<usize> = (0..self.joint_count).filter(|index| !mapped(index)).collect();
+        arm.try_into().ok()
     }
 
     /// All joints of the robot, rad or m, from the six of the arm and the external axes.

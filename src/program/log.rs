@@ -9,7 +9,7 @@ use nalgebra::Isometry3;
 use super::grouping::grouped;
 use super::span::Span;
 use super::{Pace, Program, Settings, Spindle, SpindleCommand};
-use crate::motion::{Circle, Load, Move, Stated, StatedFeeds, Target, Timing};
+use crate::motion::{Circle, Configuration, Load, Move, Stated, StatedFeeds, Target, Timing};
 use crate::notes::{Code, Note, Notes};
 
 /// Moves, spindle commands, errors and warnings so far.
@@ -196,6 +196,8 @@ impl Log {
             self.error(Code::Value, line, what);
             return;
         }
+        // It stands as it is.
+        self.configure(None);
         let Some(last) = self.moves.last().filter(|_| seconds > 0.0 && !self.is_full) else {
             return;
         };
@@ -272,6 +274,13 @@ impl Log {
             Some(index) if self.stated.external[index].1 == position => {}
             Some(index) => Arc::make_mut(&mut self.stated).external[index].1 = position,
             None => Arc::make_mut(&mut self.stated).external.push((joint, position)),
+        }
+    }
+
+    /// The arm configuration that the next move asks for.
+    pub(super) fn configure(&mut self, asked: Option<Configuration>) {
+        if self.stated.configuration.as_deref() != asked.as_ref() {
+            Arc::make_mut(&mut self.stated).configuration = asked.map(Arc::new);
         }
     }
 

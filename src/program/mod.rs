@@ -57,7 +57,8 @@ mod tool_axis;
 
 pub use rewrite::{NewSpeed, Rewrite, Rewritten, rewrite};
 pub use settings::{
-    Assumed, Companion, Coordinates, ExternalAxis, RotaryAxis, SetBy, Setter, Settings,
+    Assumed, Companion, Coordinates, DwellUnit, ExternalAxis, J3From, RotaryAxis, SetBy, Setter,
+    Settings,
 };
 
 use std::fmt;

@@ -348,10 +348,10 @@ mod tests {
     fn gcode_keeps_all_but_speeds_and_feeds() {
         holds(
             b"(S900 F1 \xE4)\r\nN10 g0 X0 Y0 Z0 s 1 100 M3 ; S1\r\nG1X10F400.\r\n\
-              Y5 f80 (F2) S0\r\nG4 P1\r\nS1100\r\nX1\r\nM30\r\n",
+              Y5 f80 (F2) S0\r\nG4 P1.\r\nS1100\r\nX1\r\nM30\r\n",
             Dialect::GCode,
             b"(S900 F1 \xE4)\r\nN10 g0 X0 Y0 Z0 s 1375 M3 ; S1\r\nG1X10F500.\r\n\
-              Y5 f100 (F2) S0\r\nG4 P1\r\nS1375\r\nX1\r\nM30\r\n",
+              Y5 f100 (F2) S0\r\nG4 P1.\r\nS1375\r\nX1\r\nM30\r\n",
         );
         let per_revolution = b"S1000 M3\nG95 G1 X0 Y0 Z0 F0.2\nX1\nG94 F100\nX2\nM2\n";
         let found =

@@ -31,6 +31,10 @@ pub struct Settings {
     pub rotary_axes: Vec<RotaryAxis>,
     /// APT: in which coordinate system coordinates are behind a second one.
     pub coordinates: Option<Coordinates>,
+    /// G-code: the unit of a dwell's P without a decimal point.
+    pub dwell_unit: Option<DwellUnit>,
+    /// Fanuc: what J3 is counted from.
+    pub j3_from: Option<J3From>,
     /// RAPID: the arguments of the procedure, as the program would write them.
     pub arguments: Vec<String>,
     /// KRL, Fanuc: frames of tools in the tip frame, by number.
@@ -60,6 +64,8 @@ impl Default for Settings {
             tool_from: None,
             rotary_axes: Vec::new(),
             coordinates: None,
+            dwell_unit: None,
+            j3_from: None,
             arguments: Vec::new(),
             tool_frames: BTreeMap::new(),
             base_frames: BTreeMap::new(),
@@ -127,6 +133,24 @@ pub enum Coordinates {
     Local,
     /// In the first.
     World,
+}
+
+/// The unit of a time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DwellUnit {
+    /// Seconds, as LinuxCNC has it.
+    Seconds,
+    /// Milliseconds, as Fanuc and Haas have it.
+    Milliseconds,
+}
+
+/// What the third joint of a Fanuc arm is counted from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum J3From {
+    /// The horizontal: J2 does not change J3, and the robot's third joint is J3 + J2.
+    Horizontal,
+    /// The upper arm, as the robot's own joint.
+    UpperArm,
 }
 
 /// How a RAPID program of this cell sets a number beside the motion.

@@ -673,3 +673,60 @@ fn bad_input_is_told() {
     assert!(kinematics.near(&other, &target, &[0.1; 7]).is_err());
     assert!(kinematics.singularity(&other, &[0.1; 7]).is_err());
 }
+
+/// An arm on a rail and one with seven axes: what is held stays, the tip arrives, and the joints go
+/// no further than they were moved away from the pose.
+#[test]
+fn joints_that_are_held_stay_and_the_others_bring_the_tip_there() {
+    let mut rows = vec![sliding([0.0, 0.0, 0.2], X, [0.0, 3.0])];
+    rows.extend([
+        turning([0.0, 0.0, 0.0], Z, [-180.0, 180.0]),
+        turning([0.15, 0.0, 0.4865], Y, [-90.0, 120.0]),
+        turning([0.0, 0.0, 0.7], Y, [-245.0, 65.0]),
+        turning([0.3, 0.0, 0.0], X, [-200.0, 200.0]),
+        turning([0.3, 0.0, 0.0], Y, [-115.0, 115.0]),
+        turning([0.065, 0.0, 0.0], X, [-400.0, 400.0]),
+    ]);
+    let mut rng = ChaCha8Rng::seed_from_u64(11);
+    for (robot, held_joint) in [(arm(&rows), 0), (seven_axes(), 2)] {
+        let kinematics = InverseKinematics::new(&robot);
+        let mut held = vec![false; robot.joints().len()];
+        held[held_joint] = true;
+        let mut reached = 0;
+        for _ in 0..200 {
+            let original = random_pose(&robot, &mut rng);
+            let target = tip_at(&robot, &original);
+            // Only what is held differs little: the arm stands near, on the same branch.
+            let mut seed = original.clone();
+            for (joint, q) in seed.iter_mut().enumerate() {
+                if joint != held_joint {
+                    *q += rng.random_range(-0.01..0.01);
+                }
+            }
+            let singularity = kinematics.singularity(&robot, &original).unwrap();
+            if singularity.smallest_singular_value < 0.05 || !is_within_limits(&robot, &seed) {
+                continue;
+            }
+            let found = kinematics.near_holding(&robot, &target, &seed, &held).unwrap();
+            assert_eq!(found[held_joint], seed[held_joint], "what is held moved");
+            let (distance, angle) = apart(&tip_at(&robot, &found), &target);
+            assert!(distance < 1e-9 && angle < 1e-9, "{distance:e} m, {angle:e} rad off");
+            assert!(joint_distance(&robot, &found, &original) < 0.2, "{found:?} {original:?}");
+            reached += 1;
+            // The same pose with the held joint moved on: it stays where it is put.
+            let mut moved = original.clone();
+            moved[held_joint] += 0.005;
+            if let Ok(found) = kinematics.near_holding(&robot, &target, &moved, &held) {
+                assert_eq!(found[held_joint], moved[held_joint]);
+                let (distance, angle) = apart(&tip_at(&robot, &found), &target);
+                assert!(distance < 1e-9 && angle < 1e-9, "{distance:e} m, {angle:e} rad off");
+            }
+        }
+        assert!(reached > 50, "{reached}");
+        // Out of reach of the joints that are free.
+        let far = Isometry3::translation(50.0, 0.0, 0.0);
+        let seed = vec![0.1; robot.joints().len()];
+        let refused = kinematics.near_holding(&robot, &far, &seed, &held);
+        assert!(matches!(refused, Err(IkFault::OutOfReach { .. })), "{refused:?}");
+    }
+}

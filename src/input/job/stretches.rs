@@ -163,6 +163,7 @@ mod tests {
                 tool,
                 load: mass.map(load).map(Arc::new),
                 external: Vec::new(),
+                configuration: None,
             }),
         });
         each.collect()

@@ -352,6 +352,26 @@ pub(in crate::input) struct Program {
     /// APT: whether coordinates behind a second coordinate system (MSYS, CSYS) are in it (local) or
     /// in the first (world).
     pub(in crate::input) coordinates: Option<Coordinates>,
+    /// G-code: the unit of a dwell's P without a decimal point: s (LinuxCNC) or ms (Fanuc, Haas).
+    pub(in crate::input) dwell_unit: Option<DwellUnit>,
+    /// Fanuc: what J3 is counted from: the horizontal, as most arms show it, or the upper arm.
+    pub(in crate::input) j3_from: Option<J3From>,
+}
+
+// Variants without doc comments: schemars then writes a plain `enum`.
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub(in crate::input) enum DwellUnit {
+    S,
+    Ms,
+}
+
+// Variants without doc comments: schemars then writes a plain `enum`.
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub(in crate::input) enum J3From {
+    Horizontal,
+    UpperArm,
 }
 
 // Variants without doc comments: schemars then writes a plain `enum`.

@@ -20,6 +20,9 @@ pub(super) struct Cycle {
     out_at_feed: bool,
     is_tap: bool,
     dwell_s: f64,
+    /// How far down the first and each further peck goes; the tool comes out to the clearance
+    /// between them.
+    pecks: [Option<f64>; 2],
 }
 
 /// Kinds of cycles, and whether the tool is left at the feed.
@@ -29,6 +32,22 @@ fn kind(name: &str) -> Option<bool> {
         | "CBORE" | "SPOT" | "CTRDRL" | "PECK" | "CHIP" => Some(false),
         "BORE" | "BORE5" | "REAM" | "TAP" | "RTAP" => Some(true),
         _ => None,
+    }
+}
+
+impl Cycle {
+    /// Heights of the ends of the pecks, the last at the bottom.
+    fn depths(&self) -> Vec<f64> {
+        const MOST: usize = 10_000;
+        let [first, further] = self.pecks;
+        let mut depths = Vec::new();
+        let mut at = first.or(further).unwrap_or(self.depth);
+        while at < self.depth && at > 0.0 && depths.len() < MOST {
+            depths.push(-at);
+            at += further.or(first).unwrap_or(self.depth);
+        }
+        depths.push(-self.depth);
+        depths
     }
 }
 
@@ -58,6 +77,7 @@ impl Reader<'_> {
             out_at_feed,
             is_tap: matches!(first.as_str(), "TAP" | "RTAP"),
             dwell_s: 0.0,
+            pecks: [None; 2],
         };
         let rest = minor.get(1..).unwrap_or_default();
         if rest.first().is_some_and(|word| number(word).is_some()) {
@@ -165,6 +185,8 @@ impl Reader<'_> {
                     self.state_cycle_feed(line, feed, value, span);
                     cycle.feed = Some(feed);
                 }
+                ("1STPECK", Some((value, _))) => cycle.pecks[0] = Some(self.mm(value.abs())),
+                ("SUBPECK", Some((value, _))) => cycle.pecks[1] = Some(self.mm(value.abs())),
                 ("DWELL", Some((value, _))) => cycle.dwell_s = value,
                 // In turns of the spindle.
                 ("REV", Some((value, _))) if cycle.dwell_s == 0.0 => {
@@ -202,7 +224,7 @@ impl Reader<'_> {
         self.cutter.tilt(axis);
         let hole = Hole {
             clearance: cycle.clear,
-            depths: vec![-cycle.depth],
+            depths: cycle.depths(),
             retract: cycle.retract.max(cycle.clear),
             feed,
             out: if cycle.out_at_feed { feed } else { Pace::Rapid },

@@ -136,6 +136,7 @@ impl<'a> Reader<'a> {
                 Ok(())
             }
             "MSYS" | "CSYS" => self.system(line, major, minor),
+            "TRNTYP" => self.systems.say(minor),
             "HEAD" => {
                 let what = "HEAD: the job's tcp is used with every head";
                 self.cutter.log.warning(Code::ChangeIgnored, line, what);

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, Unit, UnitQuaternion, Vector3};
 
 use super::lexer::Word;
-use super::{Reader, number};
+use super::{Reader, name, number};
 use crate::program::Coordinates;
 
 /// Axes of a system are unit vectors, and across one another, to about three digits.
@@ -14,6 +14,8 @@ const AXES_TOLERANCE: f64 = 0.01;
 #[derive(Debug)]
 pub(super) struct Systems {
     said: Option<Coordinates>,
+    /// Whether the program has said it.
+    by_program: bool,
     /// The first system, its line, and the system that holds now; mm.
     first: Option<(usize, Isometry3<f64>)>,
     now: Isometry3<f64>,
@@ -42,7 +44,32 @@ impl Frame {
 
 impl Systems {
     pub(super) fn new(said: Option<Coordinates>) -> Self {
-        Self { said, first: None, now: Isometry3::identity(), has_started: false }
+        Self {
+            said,
+            by_program: false,
+            first: None,
+            now: Isometry3::identity(),
+            has_started: false,
+        }
+    }
+
+    /// `TRNTYP/WORLD,…` of CAMWorks: in which system coordinates are. The job's word counts more.
+    pub(super) fn say(&mut self, minor: &[Word<'_>]) -> Result<(), String> {
+        let said = match minor.first().and_then(name).map(str::to_ascii_uppercase).as_deref() {
+            Some("WORLD") => Coordinates::World,
+            Some("LOCAL") => Coordinates::Local,
+            _ => return Err("expected WORLD or LOCAL".to_owned()),
+        };
+        match self.said {
+            Some(before) if before != said && self.by_program => {
+                Err("coordinates change between WORLD and LOCAL".to_owned())
+            }
+            Some(_) => Ok(()),
+            None => {
+                (self.said, self.by_program) = (Some(said), true);
+                Ok(())
+            }
+        }
     }
 
     /// The frame of a motion.

@@ -1,7 +1,7 @@
 //! Which words of APT are for the machine beside the tool's way, and which move.
 
 /// Words without motion of their own and without effect on later motion.
-pub(super) const WITHOUT_MOTION: [&str; 84] = [
+pub(super) const WITHOUT_MOTION: [&str; 86] = [
     "PARTNO",
     "PPRINT",
     "REMARK",
@@ -86,6 +86,8 @@ pub(super) const WITHOUT_MOTION: [&str; 84] = [
     "TRANTOL",
     "VERIFY",
     "OPTYPE",
+    "CSI_SET_FLUTE_LENGTH",
+    "CSI_SET_EXTENSION_LENGTH",
 ];
 
 /// Words that move, shift, copy or compute motion.

@@ -3,9 +3,9 @@
 //! Read: J, L, C and A to P[] and PR[], positions in both layouts as poses or joints, speeds in
 //! mm/sec, cm/min, inch/min, deg/sec, %, sec and registers, WAIT, R[] and PR[] with arithmetic,
 //! FOR, IF, JMP, CALL by name. User frames and tools are the job's, by number; frame 0 is the
-//! robot's base frame. The third joint of a Fanuc arm counts from the horizontal, so it is J3 + J2
-//! in the robot's description. CONFIG is left out: the arm configuration follows from the start of
-//! the path.
+//! robot's base frame. The third joint of most Fanuc arms counts from the horizontal, so it is
+//! J3 + J2 in the robot's description; the job says so. The arm configuration follows from the
+//! start of the path; a J that asks for another one by CONFIG is an error.
 
 mod motion;
 mod registers;

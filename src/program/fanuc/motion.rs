@@ -7,10 +7,9 @@ use super::run::Run;
 use super::text::{Group, Statement};
 use crate::motion::{Circle, Target};
 use crate::notes::Code;
-use crate::program::Assumed;
-use crate::program::Pace;
 use crate::program::cell::{base_frame, tool_frame};
 use crate::program::log::States;
+use crate::program::{Assumed, J3From, Pace};
 use crate::units::{
     m_from_mm, m_per_s_from_mm_per_min, m_per_s_from_mm_per_s, mm_from_inch, rad_from_deg,
     ratio_from_percent, s_from_ms,
@@ -37,7 +36,8 @@ impl Run<'_> {
         let mut tcp = None;
         for _ in 0..count {
             let (group, behind) = self.place(rest)?;
-            let (place, tool) = self.resolve(&group)?;
+            let (place, tool) = self.resolve(statement.line, &group)?;
+            self.keep_config(statement.line, kind, &group)?;
             tcp = Some(tool);
             places.push(place);
             rest = behind.trim_start();
@@ -81,11 +81,12 @@ impl Run<'_> {
     ) -> Result<(), String> {
         let index = self.source.statements.iter().position(|other| std::ptr::eq(other, statement));
         let index = index.ok_or("a statement of no program")?;
+        let line = statement.line;
         let pose_of = |run: &mut Self, at: Option<usize>| -> Option<Isometry3<f64>> {
             let text = run.source.statements.get(at?)?.text.trim();
             let rest = text.strip_prefix('A')?.trim_start();
             let (group, _) = run.place(rest).ok()?;
-            match run.resolve(&group).ok()?.0 {
+            match run.resolve(line, &group).ok()?.0 {
                 Place::Pose(pose) => Some(pose),
                 Place::Joints(_) => None,
             }
@@ -94,7 +95,6 @@ impl Run<'_> {
         let two_before = pose_of(self, index.checked_sub(2)).filter(|_| before.is_some());
         let behind = pose_of(self, Some(index + 1));
         let point = |pose: &Isometry3<f64>| pose.translation.vector;
-        let line = statement.line;
         let Some(from) = before else {
             self.log.motion(line, Target::Line(to), tcp, pace);
             return Ok(());
@@ -158,18 +158,63 @@ impl Run<'_> {
         Ok((own, rest))
     }
 
-    fn resolve(&mut self, group: &Group) -> Result<(Place, Isometry3<f64>), String> {
+    /// The arm configuration follows from the start of the path; a J that asks for another one than
+    /// the position before would turn the arm over.
+    fn keep_config(&mut self, line: usize, kind: &str, group: &Group) -> Result<(), String> {
+        let Some(config) = &group.config else {
+            self.config = None;
+            return Ok(());
+        };
+        // Wrist, elbow and shoulder; turns follow the shortest way.
+        let own: Vec<&str> =
+            config.split(' ').filter(|word| word.parse::<i32>().is_err()).collect();
+        let own = own.join(" ");
+        if !self.log.has_moved() {
+            let what = format!(
+                "CONFIG '{own}' is not compared with the arm configuration that is found; \
+                 start_near_deg in the job can give it"
+            );
+            self.log.warning(Code::Assumed, line, what);
+        }
+        let before = self.config.replace(own.clone());
+        match before.filter(|before| kind == "J" && *before != own) {
+            Some(before) => Err(format!(
+                "CONFIG goes from '{before}' to '{own}': the arm turns over, which is not read; \
+                 teach the position in joints"
+            )),
+            None => Ok(()),
+        }
+    }
+
+    fn resolve(&mut self, line: usize, group: &Group) -> Result<(Place, Isometry3<f64>), String> {
         let tool = group.tool.unwrap_or(self.tool);
         let tcp = tool_frame(self.settings, f64::from(tool), "UTOOL")?;
         if let Some(degrees) = six(group, JOINTS)? {
             let mut q = degrees.map(rad_from_deg);
-            // Counted from the horizontal.
-            q[2] += q[1];
+            match self.settings.j3_from {
+                Some(J3From::Horizontal) => q[2] += q[1],
+                Some(J3From::UpperArm) => {}
+                None => {
+                    return Err("the joints of a position: most arms count J3 from the \
+                                horizontal, some from the upper arm; write path.program.j3_from: \
+                                horizontal or upper_arm in the job"
+                        .to_owned());
+                }
+            }
             return Ok((Place::Joints(q), tcp));
         }
         let numbers = six(group, POSE)?.ok_or("the position has neither X to R nor J1 to J6")?;
-        let frame = group.frame.unwrap_or(self.frame);
-        let base = base_frame(self.settings, f64::from(frame), "UFRAME")?;
+        let base = match group.frame.or(self.frame) {
+            Some(frame) => {
+                if frame == 0 && self.settings.work_object.is_some() {
+                    let what = "UFRAME 0 is the robot's base frame: the job's work_object is not \
+                                used there";
+                    self.log.warning(Code::FrameFromProgram, line, what);
+                }
+                base_frame(self.settings, f64::from(frame), "UFRAME")?
+            }
+            None => self.settings.work_object.unwrap_or_default(),
+        };
         Ok((Place::Pose(base * pose(numbers)), tcp))
     }
 

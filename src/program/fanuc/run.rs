@@ -13,7 +13,7 @@ use crate::program::log::Log;
 const STATEMENTS_IN_LOOPS: usize = 1_000_000;
 
 /// How statements begin that neither move nor change anything that is read here.
-const HARMLESS: [&str; 47] = [
+const HARMLESS: [&str; 46] = [
     "DO[",
     "RO[",
     "GO[",
@@ -54,7 +54,6 @@ const HARMLESS: [&str; 47] = [
     "GUNMOTN",
     "Spray",
     "Dispense",
-    "PAYLOAD",
     "JOINT_MAX_SPEED",
     "LINEAR_MAX_SPEED",
     "--eg",
@@ -88,8 +87,13 @@ pub(super) struct Run<'a> {
     pub(super) registers: Registers<'a>,
     /// PR[n]: six components of a pose, or joints, in mm and degrees; and which.
     pub(super) positions: HashMap<i64, Result<super::text::Group, String>>,
-    pub(super) frame: u32,
+    /// `None` where the program has not said.
+    pub(super) frame: Option<u32>,
     pub(super) tool: u32,
+    /// The payload schedule that holds.
+    payload: Option<u32>,
+    /// CONFIG of the position before: letters of wrist, elbow and shoulder.
+    pub(super) config: Option<String>,
     /// OVERRIDE as a share.
     pub(super) over: f64,
     pub(super) external: External,
@@ -108,8 +112,10 @@ impl<'a> Run<'a> {
             log,
             registers: Registers::new(settings),
             positions: HashMap::new(),
-            frame: 0,
+            frame: None,
             tool: 0,
+            payload: None,
+            config: None,
             over: 1.0,
             external: External::new(settings),
             next: 0,
@@ -158,7 +164,7 @@ impl<'a> Run<'a> {
         let keyword = text.split([' ', '[', '(', '=', ',']).next().unwrap_or("");
         match keyword {
             "END" | "ABORT" => return Ok(true),
-            "UFRAME_NUM" => self.frame = self.number_behind(text)?,
+            "UFRAME_NUM" => self.frame = Some(self.number_behind(text)?),
             "UTOOL_NUM" => self.tool = self.number_behind(text)?,
             "OVERRIDE" => self.set_override(text)?,
             "R" => self.assign(line, text, statement)?,
@@ -174,6 +180,7 @@ impl<'a> Run<'a> {
             "FOR" => self.for_loop(text)?,
             "ENDFOR" => self.end_for(),
             "WAIT" => self.wait(text, line),
+            "PAYLOAD" => self.set_payload(text, line)?,
             _ if MOVES.iter().any(|start| text.starts_with(start)) => {
                 return Err(format!("'{keyword}' moves or shifts motion and is not supported"));
             }
@@ -198,6 +205,22 @@ impl<'a> Run<'a> {
         let (name, value) = text.split_once('=').ok_or("expected '='")?;
         let value = self.registers.value(value)?;
         crate::program::tool_number(value).map_err(|_| format!("{} is {value}", name.trim()))
+    }
+
+    /// `PAYLOAD[2]`: the masses are on the controller; where the number changes, so does the load.
+    fn set_payload(&mut self, text: &str, line: usize) -> Result<(), String> {
+        let (number, _) = register(text, "PAYLOAD").ok_or("PAYLOAD without a number")?;
+        let number = u32::try_from(number).map_err(|_| format!("PAYLOAD[{number}]"))?;
+        let is_first = self.payload.is_none() && !self.log.has_moved();
+        if !is_first && self.payload != Some(number) {
+            let what = format!(
+                "PAYLOAD[{number}]: what the arm carries changes, and the job's payload is used \
+                 throughout"
+            );
+            self.log.warning(Code::ChangeIgnored, line, what);
+        }
+        self.payload = Some(number);
+        Ok(())
     }
 
     fn set_override(&mut self, text: &str) -> Result<(), String> {

@@ -27,6 +27,8 @@ pub(super) struct Group {
     /// `None`: as UFRAME_NUM says.
     pub(super) frame: Option<u32>,
     pub(super) tool: Option<u32>,
+    /// Letters of CONFIG for wrist, elbow and shoulder, and turns.
+    pub(super) config: Option<String>,
     /// X, Y, Z, W, P, R, J1 … and E1 …, in lower case.
     pub(super) parts: HashMap<String, f64>,
 }
@@ -183,7 +185,7 @@ fn position(body: &str) -> Result<Position, String> {
     for c in body.chars() {
         match c {
             '\'' => in_quotes = !in_quotes,
-            _ if in_quotes => {}
+            ',' if in_quotes => outside.push(' '),
             c => outside.push(c),
         }
     }
@@ -218,7 +220,10 @@ fn component(field: &str, group: &mut Group) -> Result<(), String> {
     match name {
         "UF" => group.frame = frame(value),
         "UT" => group.tool = frame(value),
-        "CONFIG" => {}
+        "CONFIG" => {
+            let words: Vec<&str> = value.split_whitespace().collect();
+            group.config = Some(words.join(" "));
+        }
         _ => {
             let number = value.split_whitespace().next().unwrap_or("");
             // What was never taught is written with stars.

@@ -4,7 +4,7 @@
 use nalgebra::Vector3;
 
 use super::block::Block;
-use super::dwell::cycle_dwell_s;
+use super::dwell::dwell_s;
 use super::state::{AXES, Cycle, CycleKind, Machine, Motion};
 use crate::program::Pace;
 use crate::program::arc::Plane;
@@ -55,7 +55,7 @@ impl Machine<'_> {
         self.cycle.bottom = bottom.or(self.cycle.bottom);
         self.cycle.step = step.or(self.cycle.step);
         if let Some(word) = block.word(b'P') {
-            self.cycle.dwell_s = cycle_dwell_s(self.cutter.log, line, word)?;
+            self.cycle.dwell_s = dwell_s(word, self.dwell_unit)?;
         }
         let given_r = self.cycle.retract.ok_or("the cycle has no R")?;
         let name = char::from(AXES[w]);

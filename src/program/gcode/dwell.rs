@@ -2,36 +2,29 @@
 
 use super::block::{Block, Word};
 use super::state::Machine;
-use crate::notes::Code;
-use crate::program::log::Log;
+use crate::program::DwellUnit;
 use crate::units::{hz_from_rpm, s_from_ms};
 
-/// P without a decimal point from this on is in milliseconds, as Fanuc has it: nobody lets a
-/// cutter rub for minutes.
-const MILLISECONDS_FROM: f64 = 100.0;
-
-/// The time that P gives, s.
-pub(super) fn cycle_dwell_s(log: &mut Log, line: usize, p: Word) -> Result<f64, String> {
-    if p.value < 0.0 {
-        return Err(format!("P is {}, must not be negative", p.value));
+/// The time that P gives, s: seconds with a decimal point, on every controller that takes one.
+pub(super) fn dwell_s(p: Word, unit: Option<DwellUnit>) -> Result<f64, String> {
+    match unit {
+        _ if p.value < 0.0 => Err(format!("P is {}, must not be negative", p.value)),
+        _ if p.has_point || p.value == 0.0 => Ok(p.value),
+        Some(DwellUnit::Seconds) => Ok(p.value),
+        Some(DwellUnit::Milliseconds) => Ok(s_from_ms(p.value)),
+        None => Err(format!(
+            "P{} of a dwell is in seconds on LinuxCNC and in milliseconds on Fanuc and Haas; write \
+             path.program.dwell_unit: s or ms in the job",
+            p.value
+        )),
     }
-    if p.value < MILLISECONDS_FROM || p.has_point {
-        return Ok(p.value);
-    }
-    let what = format!(
-        "P{} of a dwell is read as milliseconds; with a decimal point, or below \
-         {MILLISECONDS_FROM}, P is in seconds",
-        p.value
-    );
-    log.warning(Code::Assumed, line, what);
-    Ok(s_from_ms(p.value))
 }
 
 impl Machine<'_> {
     /// G4: P, or X, U and F in seconds, or S in turns of the spindle.
     pub(super) fn dwell(&mut self, line: usize, block: &Block) -> Result<(), String> {
         let seconds = if let Some(p) = block.word(b'P') {
-            cycle_dwell_s(self.cutter.log, line, p)?
+            dwell_s(p, self.dwell_unit)?
         } else if let Some(seconds) =
             [b'X', b'U', b'F'].into_iter().find_map(|letter| block.word(letter))
         {

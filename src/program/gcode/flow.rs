@@ -32,6 +32,22 @@ struct OWord {
     keyword: String,
 }
 
+/// A line from a place on.
+#[derive(Debug, Clone, Copy)]
+struct Behind<'t> {
+    content: &'t str,
+    rest: usize,
+}
+
+impl<'t> Behind<'t> {
+    fn reader<'p>(self, parameters: &'p Parameters) -> Reader<'p>
+    where
+        't: 'p,
+    {
+        Reader::new(self.content.as_bytes(), self.rest, parameters)
+    }
+}
+
 pub(super) struct Flow<'t> {
     lines: &'t [(usize, &'t str)],
     pub(super) parameters: Parameters,
@@ -181,7 +197,8 @@ impl<'t> Flow<'t> {
         match content.as_bytes().first() {
             Some(b'O' | b'o') => match o_word(content) {
                 Some((label, keyword, rest)) => {
-                    self.o_statement(line, &label, &keyword, content, rest)?;
+                    let here = OWord { line, label, keyword };
+                    self.o_statement(&here, Behind { content, rest })?;
                     Ok(true)
                 }
                 None => Ok(false),
@@ -266,15 +283,9 @@ impl<'t> Flow<'t> {
         Ok(())
     }
 
-    fn o_statement(
-        &mut self,
-        line: usize,
-        label: &str,
-        keyword: &str,
-        content: &str,
-        rest: usize,
-    ) -> Result<(), String> {
-        match keyword {
+    fn o_statement(&mut self, here: &OWord, behind: Behind<'_>) -> Result<(), String> {
+        let (line, label) = (here.line, here.label.as_str());
+        match here.keyword.as_str() {
             // A subroutine is run where it is called.
             "SUB" => self.go_behind(label, line, &["ENDSUB"]),
             "ENDSUB" => {
@@ -289,15 +300,15 @@ impl<'t> Flow<'t> {
                 let head = self.o_words.iter().find(|o| o.label == label && o.keyword == "SUB");
                 let head = head.ok_or_else(|| format!("O<{label}> is not in this file"))?.line;
                 let mut locals = HashMap::new();
-                let mut reader = Reader::new(content.as_bytes(), rest, &self.parameters);
+                let mut reader = behind.reader(&self.parameters);
                 while reader.peek() == Some(b'[') {
                     let next = locals.len() as i64 + 1;
                     locals.insert(next, reader.primary()?);
                 }
                 self.enter(head, 1, Some(locals))
             }
-            "IF" | "ELSEIF" if keyword == "IF" || self.arrived(label, line) => {
-                let (truth, _) = self.condition(content, rest)?;
+            "IF" | "ELSEIF" if here.keyword == "IF" || self.arrived(line) => {
+                let (truth, _) = self.condition(behind.content, behind.rest)?;
                 if truth {
                     return Ok(());
                 }
@@ -314,31 +325,28 @@ impl<'t> Flow<'t> {
             // Reached from the branch before, which has run.
             "ELSEIF" | "ELSE" => self.go_behind(label, line, &["ENDIF"]),
             "WHILE" | "ENDWHILE" | "REPEAT" | "ENDREPEAT" | "CONTINUE" | "BREAK" => {
-                self.o_loop(line, label, keyword, content, rest)
+                self.o_loop(here, behind)
             }
             "DO" | "ENDIF" => Ok(()),
             other => Err(format!("O-word '{other}' is not understood")),
         }
     }
 
-    fn o_loop(
-        &mut self,
-        line: usize,
-        label: &str,
-        keyword: &str,
-        content: &str,
-        rest: usize,
-    ) -> Result<(), String> {
-        match keyword {
+    /// The last statement with one of these words before the one at hand, of the same label.
+    fn head(&self, here: &OWord, keywords: &[&str]) -> Option<&OWord> {
+        self.o_words.iter().rfind(|o| {
+            o.line < here.line && o.label == here.label && keywords.contains(&o.keyword.as_str())
+        })
+    }
+
+    fn o_loop(&mut self, here: &OWord, behind: Behind<'_>) -> Result<(), String> {
+        let (line, label) = (here.line, here.label.as_str());
+        match here.keyword.as_str() {
             "WHILE" => {
                 // The WHILE of a DO stands at its end.
-                let head = self.o_words.iter().rfind(|o| {
-                    o.line < line
-                        && o.label == label
-                        && matches!(o.keyword.as_str(), "DO" | "ENDWHILE")
-                });
+                let head = self.head(here, &["DO", "ENDWHILE"]);
                 let of_do = head.filter(|o| o.keyword == "DO").map(|o| o.line);
-                let (truth, _) = self.condition(content, rest)?;
+                let (truth, _) = self.condition(behind.content, behind.rest)?;
                 match (of_do, truth) {
                     (Some(head), true) => self.next = head + 1,
                     (Some(_), false) | (None, true) => {}
@@ -347,11 +355,7 @@ impl<'t> Flow<'t> {
                 Ok(())
             }
             "ENDWHILE" | "ENDREPEAT" | "CONTINUE" => {
-                let head = self.o_words.iter().rfind(|o| {
-                    o.line < line
-                        && o.label == label
-                        && matches!(o.keyword.as_str(), "WHILE" | "REPEAT")
-                });
+                let head = self.head(here, &["WHILE", "REPEAT"]);
                 self.next = head.ok_or("a loop ends that has no beginning")?.line;
                 Ok(())
             }
@@ -359,8 +363,7 @@ impl<'t> Flow<'t> {
                 let left = match self.repeats.remove(&line) {
                     Some(left) => left,
                     None => {
-                        let mut reader = Reader::new(content.as_bytes(), rest, &self.parameters);
-                        let count = reader.primary()?.max(0.0);
+                        let count = behind.reader(&self.parameters).primary()?.max(0.0);
                         count as u64
                     }
                 };
@@ -383,7 +386,7 @@ impl<'t> Flow<'t> {
     }
 
     /// Whether an ELSEIF was come to because the condition before was false.
-    fn arrived(&mut self, _label: &str, line: usize) -> bool {
+    fn arrived(&mut self, line: usize) -> bool {
         self.repeats.remove(&line).is_some()
     }
 

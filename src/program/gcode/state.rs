@@ -9,7 +9,7 @@ use crate::notes::Code;
 use crate::program::arc::{Centre, Plane};
 use crate::program::cutter::{Cutter, Feed, FeedKind};
 use crate::program::log::Log;
-use crate::program::{Pace, Settings, tool_number};
+use crate::program::{DwellUnit, Pace, Settings, tool_number};
 use crate::units::mm_from_inch;
 
 pub(super) const AXES: [u8; 3] = *b"XYZ";
@@ -72,6 +72,7 @@ pub(super) struct Machine<'a> {
     pub(super) shift: Shift,
     pub(super) rotary: Rotary<'a>,
     pub(super) corner: Option<Corner>,
+    pub(super) dwell_unit: Option<DwellUnit>,
     next_tool: Option<f64>,
     /// T only selects, M6 changes; without an M6 in the program, T does both.
     waits_for_change: bool,
@@ -91,6 +92,7 @@ impl<'a> Machine<'a> {
             shift: Shift::default(),
             rotary: Rotary::new(&settings.rotary_axes),
             corner: None,
+            dwell_unit: settings.dwell_unit,
             next_tool: None,
             waits_for_change,
         }

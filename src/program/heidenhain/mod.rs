@@ -22,6 +22,10 @@ use block::{Block, parse};
 /// Blocks that repeats may run beyond one pass through the program.
 const BLOCKS_IN_LOOPS: usize = 1_000_000;
 
+/// M codes that change what later blocks do: cycles at every position, corners, feeds, axes.
+const CHANGES_MOTION: [f64; 13] =
+    [89.0, 97.0, 98.0, 103.0, 109.0, 110.0, 112.0, 114.0, 124.0, 136.0, 141.0, 144.0, 150.0];
+
 /// Calls in one another.
 const MAX_CALLS: usize = 10;
 
@@ -130,7 +134,8 @@ impl<'a, 't> Reader<'a, 't> {
                 self.has_end = true;
                 Ok(())
             }
-            "" | "BLK" | "STOP" | "FN" | "TCH" | "FUNCTION" => {
+            "FN" => Err("FN: parameters and jumps are not supported".to_owned()),
+            "" | "BLK" | "STOP" | "TCH" | "FUNCTION" => {
                 if block.name(0) == "FUNCTION" && !block.has("RESET") {
                     return Err("FUNCTION is not supported".to_owned());
                 }
@@ -140,7 +145,7 @@ impl<'a, 't> Reader<'a, 't> {
             "L" | "C" | "CR" | "CP" | "LP" => self.motion(line, block),
             "CC" => self.centre(block),
             "CYCL" if block.name(1) == "CALL" => self.drill(line),
-            "CYCL" => self.define(block),
+            "CYCL" => self.define(line, block),
             "LBL" => {
                 if block.words.get(1).is_some_and(|word| word.value == Some(0.0)) {
                     self.back();
@@ -149,6 +154,7 @@ impl<'a, 't> Reader<'a, 't> {
             }
             "CALL" if block.name(1) == "LBL" => self.call(),
             "PLANE" if block.has("RESET") => Ok(()),
+            "PLANE" => Err("PLANE tilts the working plane and is not supported".to_owned()),
             "TRANS" if block.has("RESET") => Ok(()),
             "M" => self.m_codes(line, block, false),
             name if name.starts_with('Q') => Err("Q parameters are not supported".to_owned()),
@@ -162,6 +168,9 @@ impl<'a, 't> Reader<'a, 't> {
         }
         if let Some(number) = block.words.get(2).filter(|word| word.name.is_empty()) {
             self.cutter.tool(number.value.unwrap_or(0.0))?;
+        }
+        if let Some(axis) = ["X", "Y"].into_iter().find(|axis| block.has(axis)) {
+            return Err(format!("tool axis {axis} is not supported: Z alone"));
         }
         if let Some(speed) = block.word("S")
             && let Some(rpm) = speed.value
@@ -211,6 +220,10 @@ impl<'a, 't> Reader<'a, 't> {
         }
         self.feed(line, block)?;
         self.m_codes(line, block, true)?;
+        if block.has("RL") || block.has("RR") {
+            let what = "RL/RR: the path is read as programmed";
+            self.cutter.log.warning(Code::Assumed, line, what);
+        }
         let pace = if block.has("FMAX") { Pace::Rapid } else { self.cutter.pace()? };
         let in_machine = block.all("M").any(|code| code == 91.0 || code == 92.0);
         let retracts = block.all("M").any(|code| code == 140.0);
@@ -307,6 +320,9 @@ impl<'a, 't> Reader<'a, 't> {
                 let pole = self.pole.ok_or("an arc without CC before it")?;
                 if name == "CP" {
                     let turned = block.get("IPA").map_or(0.0, f64::abs);
+                    if block.get("IPA").is_some_and(|angle| (angle < 0.0) != clockwise) {
+                        return Err("IPA and DR have opposite signs".to_owned());
+                    }
                     [x, y] = self.polar(block)?;
                     // Whole turns, and the rest by the end.
                     let whole = (turned / 360.0 - 1e-9).floor().clamp(0.0, 1e4);
@@ -343,7 +359,12 @@ impl<'a, 't> Reader<'a, 't> {
                         return Err(format!("M{code} without a move"));
                     }
                 }
-                _ if code == 128.0 => return Err("M128 is not supported".to_owned()),
+                _ if code == 128.0 => {
+                    return Err("M128 moves with rotary axes and is not supported".to_owned());
+                }
+                _ if CHANGES_MOTION.contains(&code) => {
+                    return Err(format!("M{code} changes motion or feed and is not supported"));
+                }
                 _ if (0.0..=9.0).contains(&code) || [99.0, 126.0, 127.0, 129.0].contains(&code) => {
                 }
                 _ => {
@@ -358,7 +379,7 @@ impl<'a, 't> Reader<'a, 't> {
     }
 
     /// CYCL DEF: drilling, or what neither moves nor shifts.
-    fn define(&mut self, block: &Block<'_>) -> Result<(), String> {
+    fn define(&mut self, line: usize, block: &Block<'_>) -> Result<(), String> {
         let number = block.words.get(2).and_then(|word| word.value);
         let number = number.or_else(|| block.words.get(1).and_then(|word| word.value));
         let number = number.ok_or("a cycle without a number")?;
@@ -371,6 +392,13 @@ impl<'a, 't> Reader<'a, 't> {
         match number {
             _ if [200.0, 201.0, 203.0].contains(&number) => {
                 self.cycle = Some(values());
+                Ok(())
+            }
+            _ if number == 9.0 => Ok(()),
+            _ if number.floor() == 9.0 => {
+                let seconds = block.words.iter().skip(3).find_map(|word| word.value);
+                let seconds = seconds.ok_or("a dwell without a time")?;
+                self.cutter.log.dwell(line, seconds);
                 Ok(())
             }
             // Tolerance, preset by number, thermal and the like.

@@ -3,9 +3,8 @@
 //!
 //! Read: data lists, positions with components left out, PTP, LIN, CIRC and their relatives, SPLINE
 //! with its segments, inline forms with BAS, frames of $CONFIG.DAT where the job names the file,
-//! expressions, IF, FOR, WHILE, REPEAT, SWITCH, WAIT SEC. S and T of a position are left out: the
-//! arm configuration follows from the start of the path. The world frame is taken to be the base
-//! frame.
+//! expressions, IF, FOR, WHILE, REPEAT, SWITCH, WAIT SEC. T of a position counts on PTP; S is left
+//! out. The world frame is taken to be the base frame.
 
 mod eval;
 mod lexer;

@@ -8,7 +8,7 @@ use super::run::Run;
 use super::syntax::{Block, Expr, Motion, Path, Way, What};
 use super::value::{FRAME, Parts, Value, frame, numbers, part, pose};
 use super::words::{is_harmless, is_without_effect};
-use crate::motion::{Circle, Load, Target};
+use crate::motion::{Circle, Configuration, Load, Target};
 use crate::notes::Code;
 use crate::program::Pace;
 use crate::program::cell::{base_frame, tool_frame};
@@ -16,6 +16,8 @@ use crate::program::log::States;
 use crate::units::{rad_from_deg, ratio_from_percent};
 
 const AXES: [&str; 6] = ["a1", "a2", "a3", "a4", "a5", "a6"];
+/// More than any axis turns, rad.
+const TURNS: f64 = 20.0;
 const EXTERNAL: [&str; 6] = ["e1", "e2", "e3", "e4", "e5", "e6"];
 
 impl<'a> Run<'a> {
@@ -118,9 +120,6 @@ impl<'a> Run<'a> {
 
     fn own_base(&mut self, line: usize, value: &Value) -> Result<Isometry3<f64>, String> {
         let own = frame(value.parts()?)?;
-        if own == Isometry3::identity() {
-            return Ok(self.settings.work_object.unwrap_or_default());
-        }
         if self.settings.work_object.is_some() {
             let what = "the program declares its base: the job's work_object is not used there";
             self.log.warning(Code::FrameFromProgram, line, what);
@@ -145,15 +144,22 @@ impl<'a> Run<'a> {
 
     fn choose_tool(&mut self, line: usize, number: f64) -> Result<(), String> {
         self.tcp = self.tool_frame(number)?;
-        let load = self.datum(&format!("load_data[{number}]"));
-        self.set_load(line, &load);
+        // A tool whose load no file gives says nothing of it.
+        match self.datum(&format!("load_data[{number}]")) {
+            Value::Unknown(_) => self.log.load(None),
+            load => self.set_load(line, &load),
+        }
         Ok(())
     }
 
     /// $LOAD: mass, centre of mass and axes of inertia in the flange, moments.
     fn set_load(&mut self, line: usize, value: &Value) {
-        let load = value.parts().ok().and_then(|parts| load_of(parts, line));
-        self.log.load(load.map(Arc::new).as_ref());
+        let load = value.parts().map(|parts| load_of(parts, line));
+        if let Err(why) = &load {
+            let what = format!("what the arm carries is not known: $LOAD: {why}");
+            self.log.warning(Code::ChangeIgnored, line, what);
+        }
+        self.log.load(load.ok().flatten().map(Arc::new).as_ref());
     }
 
     /// BAS(#…, n): the basic package of the controller.
@@ -279,11 +285,15 @@ impl<'a> Run<'a> {
             }
             let q = self.joint_target(parts, motion.is_relative)?;
             let pace = self.joint_pace();
+            self.log.configure(None);
             let q = self.external.joints(&q.map(rad_from_deg))?;
             self.log.motion(line, Target::Joints(q), self.tcp, pace);
             return Ok(());
         }
         let end = self.target(parts, motion.is_relative)?;
+        // The controller turns the arm on PTP alone.
+        let asked = (motion.way == Way::Joint).then(|| self.configuration(parts)).flatten();
+        self.log.configure(asked);
         let to = match motion.way {
             Way::Joint => Target::JointsTo(end),
             Way::Linear => Target::Line(end),
@@ -374,6 +384,19 @@ impl<'a> Run<'a> {
             };
         }
         Ok(self.base * pose(found))
+    }
+
+    /// The signs of the axes that T has, where S stands with it: a bit is set where the axis is
+    /// negative. S, of which only the robot's own dimensions tell what it means, is not read.
+    fn configuration(&self, parts: &Parts) -> Option<Configuration> {
+        let number = |name| part(parts, name).ok().flatten();
+        let (status, turn) = (number("s")?, number("t")?);
+        let arm = self.external.arm()?;
+        let bits = (0.0..64.0).contains(&turn).then_some(turn as u32)?;
+        let range = |is_negative| if is_negative { [-TURNS, 0.0] } else { [0.0, TURNS] };
+        let joints = arm.iter().enumerate();
+        let joints = joints.map(|(axis, joint)| (*joint, range(bits >> axis & 1 == 1))).collect();
+        Some(Configuration { shown: format!("S {status}, T {turn}"), joints })
     }
 
     fn joint_target(&mut self, parts: &Parts, is_relative: bool) -> Result<[f64; 6], String> {

@@ -2,40 +2,11 @@
 //! that it is a fault only where the program reaches it.
 
 use super::lexer::{Kind, tokens};
-use super::syntax::{Block, Expr, File, Motion, Path, Routine, Statement, Way, What};
+use super::syntax::{Block, Cases, Expr, File, Motion, Path, Routine, Statement, Way, What};
+use super::words::is_harmless_keyword;
 
 /// Blocks and expressions in one another beyond this are no program that a person writes.
 const MAX_DEPTH: usize = 40;
-
-/// Lines that begin so neither move nor change anything that is read here.
-const HARMLESS: [&str; 26] = [
-    "interrupt",
-    "global",
-    "ext",
-    "extfct",
-    "signal",
-    "enum",
-    "struc",
-    "import",
-    "trigger",
-    "pulse",
-    "anout",
-    "anin",
-    "digin",
-    "continue",
-    "confirm",
-    "channel",
-    "copen",
-    "cclose",
-    "cread",
-    "cwrite",
-    "sread",
-    "swrite",
-    "cast_to",
-    "cast_from",
-    "const_key",
-    "public",
-];
 
 /// Parses a file into `file`; `is_main` where its routines may be where the program starts.
 pub(super) fn parse(text: &str, file: &mut File, is_main: bool) {
@@ -258,7 +229,7 @@ impl Parser {
                 cursor.behind(1)?.motion(&first)
             }
             "resume" | "brake" => Err(format!("{}: is not supported", first.to_uppercase())),
-            word if HARMLESS.contains(&word) => Ok(What::Call(first.clone(), Vec::new())),
+            word if is_harmless_keyword(word) => Ok(What::Call(first.clone(), Vec::new())),
             _ => cursor.other(),
         }
     }
@@ -279,7 +250,7 @@ impl Parser {
 
     fn switch(&mut self, tested: Expr) -> Result<What, String> {
         let ends = ["case", "default", "endswitch"];
-        let (mut cases, mut otherwise) = (Vec::new(), Block::new());
+        let (mut cases, mut otherwise) = (Cases::new(), Block::new());
         let (before, _) = self.block(&ends);
         if !before.is_empty() {
             return Err("a statement before the first CASE".to_owned());

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use nalgebra::Isometry3;
 
-use super::syntax::{Block, Expr, File, Path, Routine, Statement, What};
+use super::syntax::{Block, Cases, Expr, File, Path, Routine, Statement, What};
 use super::value::{Value, is_position};
 use super::words::{is_harmless, is_without_effect, sounds_like_motion};
 use crate::notes::Code;
@@ -330,7 +330,7 @@ impl<'a> Run<'a> {
         &mut self,
         line: usize,
         tested: &'a Expr,
-        cases: &'a [(Vec<Expr>, Block)],
+        cases: &'a Cases,
         otherwise: &'a Block,
     ) -> Flow {
         let tested = self.eval(tested);

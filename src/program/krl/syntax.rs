@@ -35,6 +35,9 @@ pub(super) struct Statement {
 
 pub(super) type Block = Vec<Statement>;
 
+/// Of SWITCH: values and what runs for them.
+pub(super) type Cases = Vec<(Vec<Expr>, Block)>;
+
 /// How the robot goes to a target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Way {
@@ -68,7 +71,7 @@ pub(super) enum What {
     While(Expr, Block),
     Repeat(Block, Expr),
     Loop(Block),
-    Switch(Expr, Vec<(Vec<Expr>, Block)>, Block),
+    Switch(Expr, Cases, Block),
     Return,
     Exit,
     Halt,

@@ -1,10 +1,8 @@
 //! Which words of KRL move, and which certainly do not.
 
-/// Procedures and statements without motion and without effect on later motion.
-pub(super) fn is_harmless(name: &str) -> bool {
-    const HARMLESS: [&str; 44] = [
-        "wait for",
-        "continue",
+/// Lines that begin so neither move nor change anything that is read here.
+pub(super) fn is_harmless_keyword(word: &str) -> bool {
+    const HARMLESS: [&str; 26] = [
         "interrupt",
         "global",
         "ext",
@@ -18,6 +16,7 @@ pub(super) fn is_harmless(name: &str) -> bool {
         "anout",
         "anin",
         "digin",
+        "continue",
         "confirm",
         "channel",
         "copen",
@@ -28,6 +27,16 @@ pub(super) fn is_harmless(name: &str) -> bool {
         "swrite",
         "cast_to",
         "cast_from",
+        "const_key",
+        "public",
+    ];
+    HARMLESS.contains(&word)
+}
+
+/// Procedures and statements without motion and without effect on later motion.
+pub(super) fn is_harmless(name: &str) -> bool {
+    const PROCEDURES: [&str; 19] = [
+        "wait for",
         "user",
         "bas_ini",
         "user_ini",
@@ -43,12 +52,11 @@ pub(super) fn is_harmless(name: &str) -> bool {
         "strclear",
         "stradd",
         "clear_krlmsg",
-        "public",
         "p00",
         "ir_stopm",
         "delay",
     ];
-    HARMLESS.contains(&name)
+    is_harmless_keyword(name) || PROCEDURES.contains(&name)
 }
 
 pub(super) fn sounds_like_motion(name: &str) -> bool {

@@ -336,6 +336,7 @@ fn predefined(name: &Name, steps: &[Step]) -> Option<Value> {
     match name.key.as_str() {
         "tool0" => Some(Value::Tool0),
         "wobj0" => Some(Value::Wobj0),
+        "load0" => Some(load0()),
         "high" => Some(Value::Num(1.0)),
         "low" => Some(Value::Num(0.0)),
         "pi" => Some(Value::Num(std::f64::consts::PI)),
@@ -346,6 +347,13 @@ fn predefined(name: &Name, steps: &[Step]) -> Option<Value> {
             known.then(|| Value::nums(&[f64::from(speed), 500.0, 5000.0, 1000.0]))
         }
     }
+}
+
+/// No load, as the controller declares it.
+fn load0() -> Value {
+    let [mass, centre, axes] =
+        [Value::Num(0.001), Value::nums(&[0.0, 0.0, 0.001]), Value::nums(&[1.0, 0.0, 0.0, 0.0])];
+    Value::List(vec![mass, centre, axes, Value::Num(0.0), Value::Num(0.0), Value::Num(0.0)])
 }
 
 fn binary(operator: Operator, left: &Value, right: &Value) -> Result<Value, String> {

@@ -49,7 +49,7 @@ pub(super) fn sounds_like_motion(key: &str) -> bool {
 
 /// Instructions without motion of their own and without effect on later motion.
 pub(super) fn is_ignored(key: &str) -> bool {
-    const IGNORED: [&str; 96] = [
+    const IGNORED: [&str; 92] = [
         "accset",
         "actunit",
         "add",
@@ -63,8 +63,6 @@ pub(super) fn is_ignored(key: &str) -> bool {
         "clkstop",
         "close",
         "closedir",
-        "confj",
-        "confl",
         "connect",
         "deactunit",
         "decr",
@@ -73,7 +71,6 @@ pub(super) fn is_ignored(key: &str) -> bool {
         "errwrite",
         "corrdiscon",
         "corrclear",
-        "gripload",
         "idelete",
         "idisable",
         "ienable",
@@ -92,7 +89,6 @@ pub(super) fn is_ignored(key: &str) -> bool {
         "iwatch",
         "load",
         "loadid",
-        "mechunitload",
         "mtoolrottest",
         "open",
         "opendir",

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use super::syntax::File;
 use super::value::Value;
+use crate::motion::Load;
 use crate::program::Settings;
 use crate::program::cell::{Comments, External};
 use crate::program::log::Log;
@@ -57,6 +58,10 @@ pub(super) struct Interpreter<'a> {
     pub(super) over: f64,
     /// `VelSet`: share of the programmed speed, and its limit in mm/s.
     pub(super) velocity: (f64, f64),
+    /// Whether the arm configuration of targets counts: ConfJ for joint moves, ConfL for others.
+    pub(super) monitors: [bool; 2],
+    /// What `GripLoad` says that the gripper holds, in the tool's frame; or why that is not known.
+    pub(super) gripped: Result<Option<Load>, String>,
 }
 
 impl<'a> Interpreter<'a> {
@@ -80,6 +85,8 @@ impl<'a> Interpreter<'a> {
             line: 1,
             over: 1.0,
             velocity: (1.0, f64::INFINITY),
+            monitors: [true; 2],
+            gripped: Ok(None),
         }
     }
 }

@@ -4,9 +4,8 @@
 //! Read: data of all types with records and arrays, expressions and functions on them, procedures
 //! and functions with arguments, IF, FOR, WHILE, TEST, `VelSet`, the Move and Trigg instructions.
 //! An endless loop (`WHILE TRUE`) is read once, with a notice. Error handlers, traps and zones are
-//! left out. A robtarget's configuration is read but not used: real programs carry arbitrary ones
-//! under `ConfL \Off`, so the branch is left to whoever follows the path. The world frame is taken
-//! to be the base frame.
+//! left out. A robtarget's configuration counts where the program monitors it: real programs carry
+//! arbitrary ones under `ConfL \Off`. The world frame is taken to be the base frame.
 
 mod cursor;
 mod eval;
@@ -14,6 +13,7 @@ mod functions;
 mod instructions;
 mod interpreter;
 mod lexer;
+mod load;
 mod moves;
 mod parser;
 mod run;

@@ -1,22 +1,19 @@
 //! The motion instructions: arguments → a move in the base frame.
 
-use std::sync::Arc;
+use std::f64::consts::FRAC_PI_2;
 
-use nalgebra::{Isometry3, Matrix3};
+use nalgebra::Isometry3;
 
 use super::instructions::{ToolAt, Way};
 use super::interpreter::Interpreter;
 use super::syntax::{Args, Expr, Optional};
-use super::value::{NO_AXIS, Value, from_pose, orientation, pose};
-use crate::motion::{Load, Target};
+use super::value::{NO_AXIS, Value, from_pose, pose};
+use crate::motion::{Configuration, Target};
 use crate::notes::Code;
 use crate::program::Pace;
 use crate::program::log::States;
 use crate::program::span::Span;
-use crate::units::{m_from_mm, m_per_s_from_mm_per_s, rad_from_deg};
-
-/// Up to this mass, kg, a load says nothing: ABB's own templates have it where none is known.
-const PLACEHOLDER_KG: f64 = 0.001;
+use crate::units::{m_per_s_from_mm_per_s, rad_from_deg};
 
 /// Joints that a jointtarget has.
 const ROBOT_AXES: usize = 6;
@@ -42,25 +39,30 @@ impl<'a> Interpreter<'a> {
             ToolAt::Last => args.positional.last().ok_or("the tool is missing")?,
         };
         let tcp = self.tool_centre_point(line, tool)?;
-        self.note_load(line, tool, option("tload"));
+        self.note_load(line, tool, &tcp, args);
         let speed_arg = at(targets, "the speed")?;
         let first = self.eval(at(0, "the target")?);
         if way == Way::AbsoluteJoints {
             let joints = self.joints(&first)?;
+            self.log.configure(None);
             let pace = self.timed_pace(line, speed_arg, option("t"), option("v"), args)?;
             self.log.motion(line, Target::Joints(joints), tcp, pace);
             return Ok(());
         }
         let work_object = self.work_object(line, option("wobj"))?;
-        let first = self.target(&first, &work_object)?;
-        let to = match way {
+        let place = self.target(&first, &work_object)?;
+        let (last, to) = match way {
             Way::Circular => {
                 let end = self.eval(at(1, "the end of the arc")?);
-                Target::Arc { via: first, end: self.target(&end, &work_object)? }
+                let to = Target::Arc { via: place, end: self.target(&end, &work_object)? };
+                (end, to)
             }
-            Way::Joint => Target::JointsTo(first),
-            _ => Target::Line(first),
+            Way::Joint => (first, Target::JointsTo(place)),
+            _ => (first, Target::Line(place)),
         };
+        let asked = self.monitors[usize::from(way != Way::Joint)];
+        let asked = asked.then(|| self.configuration(&last)).flatten();
+        self.log.configure(asked);
         let pace = self.timed_pace(line, speed_arg, option("t"), option("v"), args)?;
         self.log.motion(line, to, tcp, pace);
         Ok(())
@@ -144,7 +146,8 @@ impl<'a> Interpreter<'a> {
         let at = work_object.inverse() * last.with(&tcp);
         let [translation, rotation] = from_pose(&at);
         let external = Value::nums(&[9e9; ROBOT_AXES]);
-        Ok(Value::List(vec![translation, rotation, Value::nums(&[0.0; 4]), external]))
+        let found = Value::unknown("the arm configuration is that of the run");
+        Ok(Value::List(vec![translation, rotation, found, external]))
     }
 
     /// A robtarget in the base frame.
@@ -158,6 +161,20 @@ impl<'a> Interpreter<'a> {
             self.external_axes(parts.get(3))?;
         }
         Ok(work_object * target)
+    }
+
+    /// The quadrants of axes 1, 4 and 6 of a robtarget. cfx is not read.
+    fn configuration(&self, target: &Value) -> Option<Configuration> {
+        let robconf = target.part(2, "a confdata").ok()?;
+        let quadrants: [f64; 4] = robconf.numbers("a confdata").ok()?;
+        let arm = self.external.arm()?;
+        let joints = [(0, quadrants[0]), (3, quadrants[1]), (5, quadrants[2])];
+        let range = |from: f64| [from * FRAC_PI_2, (from + 1.0) * FRAC_PI_2];
+        let joints = joints.map(|(axis, quadrant)| (arm[axis], range(quadrant)));
+        let shown = quadrants.map(|number| number.to_string()).join(",");
+        let is_sane = quadrants.iter().all(|number| number.abs() < 100.0);
+        is_sane
+            .then(|| Configuration { shown: format!("confdata [{shown}]"), joints: joints.into() })
     }
 
     fn joints(&mut self, value: &Value) -> Result<Vec<f64>, String> {
@@ -219,22 +236,6 @@ impl<'a> Interpreter<'a> {
                 Ok(frame.unwrap_or_default())
             }
         }
-    }
-
-    /// What the tip carries with this tool: its own load, or that of `\TLoad`. `tool0` and a load
-    /// without mass say nothing.
-    fn note_load(&mut self, line: usize, expr: &'a Expr, total: Option<&Value>) {
-        let tool = self.eval(expr);
-        let own = tool.part(2, "a load").ok();
-        let (name, line) = match expr {
-            Expr::Ref(path) => {
-                let declared = self.file.data.get(&path.name.key);
-                (path.name.shown.clone(), declared.map_or(line, |data| data.line.max(1)))
-            }
-            _ => ("of the instruction".to_owned(), line),
-        };
-        let load = total.or(own).and_then(|value| load(value, name, line).ok().flatten());
-        self.log.load(load.map(Arc::new).as_ref());
     }
 
     fn work_object(
@@ -323,23 +324,6 @@ impl<'a> Interpreter<'a> {
             Err(format!("speed is {mm_per_s} mm/s, must be positive"))
         }
     }
-}
-
-/// A loaddata: mass, centre of mass in the wrist's frame, axes of moment about it, moments about
-/// these; `None` where it has no mass.
-fn load(value: &Value, name: String, line: usize) -> Result<Option<Load>, String> {
-    let mass_kg = value.part(0, "a mass")?.num()?;
-    if mass_kg <= PLACEHOLDER_KG {
-        return Ok(None);
-    }
-    let com_mm: [f64; 3] = value.part(1, "a centre of mass")?.numbers("a centre of mass")?;
-    let axes = orientation(value.part(2, "axes of moment")?)?.to_rotation_matrix();
-    let mut moments = [0.0; 3];
-    for (index, moment) in moments.iter_mut().enumerate() {
-        *moment = value.part(3 + index, "a moment of inertia")?.num()?;
-    }
-    let inertia_kgm2 = axes * Matrix3::from_diagonal(&moments.into()) * axes.transpose();
-    Ok(Some(Load { name, line, mass_kg, com_m: com_mm.map(m_from_mm).into(), inertia_kgm2 }))
 }
 
 /// uframe ∘ oframe in the base frame, or `None` for wobj0.

@@ -9,6 +9,9 @@ use super::syntax::{Args, Block, Expr, Name, Routine, Statement, What};
 use super::value::Value;
 use crate::notes::Code;
 
+/// The instruction that says what the gripper holds.
+const GRIP: &str = "gripload";
+
 /// What a block would change if it ran.
 enum Effect<'a> {
     /// Data alone.
@@ -82,7 +85,8 @@ impl<'a> Interpreter<'a> {
             }
             What::While(condition, body) => return self.while_loop(line, condition, body),
             What::Test(tested, cases, otherwise) => {
-                return self.test(line, tested, cases, otherwise);
+                let tested = self.eval(tested);
+                return self.test(line, &tested, cases, otherwise);
             }
             What::Return(value) => {
                 return Flow::Return(value.as_ref().map(|expr| self.eval(expr)));
@@ -212,6 +216,9 @@ impl<'a> Interpreter<'a> {
         }
         match name.key.as_str() {
             "incr" | "decr" | "add" | "clear" => Effect::Data(references.collect()),
+            // Stands for what the gripper holds: no datum has this name.
+            GRIP => Effect::Data(vec![name]),
+            "mechunitload" | "confj" | "confl" => Effect::Data(Vec::new()),
             key if instructions::is_ignored(key) => Effect::Data(references.collect()),
             _ => Effect::Motion,
         }
@@ -219,6 +226,9 @@ impl<'a> Interpreter<'a> {
 
     /// A datum, of the routine or of the module, is no longer known.
     fn forget(&mut self, name: &'a Name, value: &Value) {
+        if let (GRIP, Value::Unknown(why)) = (name.key.as_str(), value) {
+            self.gripped = Err(why.to_string());
+        }
         if let Some(datum) = self.frames.last_mut().and_then(|frame| frame.get_mut(&name.key)) {
             datum.value = value.clone();
         }
@@ -318,15 +328,14 @@ impl<'a> Interpreter<'a> {
     fn test(
         &mut self,
         line: usize,
-        tested: &'a Expr,
+        tested: &Value,
         cases: &'a [(Vec<Expr>, Block)],
         otherwise: &'a Block,
     ) -> Flow {
-        let tested = self.eval(tested);
         for (index, (values, body)) in cases.iter().enumerate() {
             let mut unknown = None;
             for value in values {
-                match equal(&self.eval(value), &tested) {
+                match equal(&self.eval(value), tested) {
                     Ok(true) => return self.block(body),
                     Ok(false) => {}
                     Err(why) => unknown = Some(why),
@@ -369,6 +378,12 @@ impl<'a> Interpreter<'a> {
             }
             "velset" => self.velset(line, args),
             "speedrefresh" => self.speed_refresh(line, args),
+            GRIP => self.grip(line, args),
+            "mechunitload" => self.load_of_unit(line, args),
+            "confj" | "confl" => {
+                let is_off = args.optional.iter().any(|(name, _)| name == "off");
+                self.monitors[usize::from(key == "confl")] = !is_off;
+            }
             "incr" | "decr" | "add" | "clear" => self.count(line, key, args),
             _ if instructions::displaces(key) => {
                 let what = format!("{}: program displacement is not supported", name.shown);
@@ -393,6 +408,18 @@ impl<'a> Interpreter<'a> {
                 self.log.warning(Code::LeftOut, line, what);
             }
             None => self.log.error(Code::Motion, line, "WaitTime: the time is missing"),
+        }
+    }
+
+    /// `MechUnitLoad` says what an external unit carries, which counts where the job has it as a
+    /// joint of the robot.
+    fn load_of_unit(&mut self, line: usize, args: &Args) {
+        if let (Some(Expr::Ref(unit)), false) =
+            (args.positional.first(), self.settings.external_axes.is_empty())
+        {
+            let shown = &unit.name.shown;
+            let what = format!("MechUnitLoad: what {shown} carries is not counted");
+            self.log.warning(Code::ChangeIgnored, line, what);
         }
     }
 

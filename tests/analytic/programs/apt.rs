@@ -1,5 +1,6 @@
 //! APT and cutter location files: continuation, tool axes, cycles, units.
 
+use detune::motion::Target;
 use detune::program::{Dialect, Settings, Spindle, SpindleCommand, read};
 use nalgebra::Vector3;
 
@@ -188,4 +189,47 @@ fn the_way_home_is_read_where_it_is_given_and_refused_between_moves() {
         // Nothing came before.
         assert_eq!(lines(&apt(&format!("{away}\nGOTO/1,0,0\n"))), [2]);
     }
+}
+
+/// Two holes and an arc from below as CAMWorks writes them (the words of public files): TRNTYP says
+/// that coordinates are those of the world behind another CSYS, too; the arc is clockwise seen from
+/// above, about the axis as the right hand turns; pecks of 5 mm, then of 2 mm.
+#[test]
+fn camworks_writes_coordinates_of_the_world_and_pecks() {
+    let text = "PARTNO/1\nUNIT/MM\nCSI_SET_FLUTE_LENGTH/4.\nCSI_SET_EXTENSION_LENGTH/31.5\n\
+                SPINDL/3500,RPM,CLW\nTRNTYP/WORLD,0,0,0\nCSYS/1.,0,0,0,0,1.,0,0,0,0,1.,0\nRAPID/\n\
+                GOTO/20.,125.,25.\nCYCLE/INIT\n\
+                CYCLE/DEEP2,FEDTO,8.,1STPECK,5.,SUBPECK,2.,MMPM,382.27,RAPTO,3.,RTRCTO,25.\n\
+                GOTO/20.,125.,0\nCYCLE/OFF\nTRNTYP/WORLD,0,0,0\n\
+                CSYS/-1.,0,0,0,0,1.,0,0,0,0,-1.,0\nRAPID/\nGOTO/387.602084,145.,-12.5,0,0,-1.\n\
+                FEDRAT/444.5,MMPM\nCIRCLE/387.602084,145.1,-12.5,0,0,-1.\n\
+                GOTO/387.502171,145.104167,-12.5,0,0,-1.\nFINI\n";
+    let program = read(text.as_bytes(), Dialect::Apt, &settings()).unwrap();
+    assert_ends(
+        &program,
+        &[
+            ('L', [20.0, 125.0, 25.0]),
+            ('L', [20.0, 125.0, 3.0]),
+            ('L', [20.0, 125.0, -5.0]),
+            ('L', [20.0, 125.0, 3.0]),
+            ('L', [20.0, 125.0, -5.0]),
+            ('L', [20.0, 125.0, -7.0]),
+            ('L', [20.0, 125.0, 3.0]),
+            ('L', [20.0, 125.0, -7.0]),
+            ('L', [20.0, 125.0, -8.0]),
+            ('L', [20.0, 125.0, 3.0]),
+            ('L', [20.0, 125.0, 25.0]),
+            ('L', [387.602084, 145.0, -12.5]),
+            ('A', [387.502171, 145.104167, -12.5]),
+        ],
+    );
+    let Target::Arc { via, .. } = &program.moves[12].to else { panic!("an arc") };
+    // A quarter and 2.4° from below the centre: halfway at −136.2°.
+    let angle = (-136.19_f64).to_radians();
+    let expected = [387.602084 + 0.1 * angle.cos(), 145.1 + 0.1 * angle.sin(), -12.5];
+    let off = via.translation.vector * 1e3 - nalgebra::Vector3::from(expected);
+    assert!(off.norm() < 1e-3, "{off}");
+    let mixed = text.replacen("TRNTYP/WORLD,0,0,0\nCSYS/-1", "TRNTYP/LOCAL,0,0,0\nCSYS/-1", 1);
+    let found = read(mixed.as_bytes(), Dialect::Apt, &settings()).unwrap_err();
+    assert!(found[0].what.contains("between WORLD and LOCAL"), "{found:?}");
 }

@@ -161,7 +161,7 @@ fn relative_holes_repeat() {
 
 #[test]
 fn feed_per_revolution_and_the_way_to_the_reference() {
-    let program = gcode("G0 X0 Y0 Z0\nS3000 M3\nG95 G1 X10 F0.1\nG94 G1 Z0.5\nG4 P2 X3\nG28 Z20");
+    let program = gcode("G0 X0 Y0 Z0\nS3000 M3\nG95 G1 X10 F0.1\nG94 G1 Z0.5\nG4 P2. X3\nG28 Z20");
     assert_ends(
         &program,
         &[
@@ -222,7 +222,7 @@ fn what_is_lost_or_computed_is_refused_with_its_line() {
         ("G90 G91 X5", "G90 and G91 in one block"),
         ("G17 G18 X5", "G17 and G18 in one block"),
         ("G20 G21 X5", "G20 and G21 in one block"),
-        ("G4 P1 G28 Z5", "G4 and G28 in one block"),
+        ("G4 P1. G28 Z5", "G4 and G28 in one block"),
         ("M3 M5", "M3 and M5 in one block"),
     ] {
         let text = format!("G0 X0 Y0 Z0 F5\r\n\r\n{block}\r\n");

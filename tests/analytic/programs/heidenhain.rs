@@ -56,7 +56,12 @@ fn what_is_lost_or_shifted_is_refused_with_its_line() {
         ("L X+Q5", "Q parameters"),
         ("CYCL DEF 7.1 X+5", "shifts or turns"),
         ("CYCL DEF 252 CIRCULAR POCKET", "cycle 252"),
-        ("PLANE SPATIAL SPA+45", "'PLANE'"),
+        ("PLANE SPATIAL SPA+45", "PLANE tilts"),
+        ("FN 9: IF +0 EQU +0 GOTO LBL 5", "FN: parameters and jumps"),
+        ("L X+5 M89", "M89 changes motion"),
+        ("L X+5 M128", "M128 moves with rotary axes"),
+        ("TOOL CALL 5 Y S1000", "tool axis Y"),
+        ("CC X+5 Y+0\nCP IPA-90 DR+", "opposite signs"),
         ("L X+5 A+30", "axis A"),
         ("C X+1 Y+1 DR+", "without CC"),
         ("RND R5", "'RND'"),
@@ -65,7 +70,8 @@ fn what_is_lost_or_shifted_is_refused_with_its_line() {
     ] {
         let text = format!("0 BEGIN PGM A MM\n1 L X+0 Y+0 Z+0 FMAX\n2 {block}\n3 END PGM A MM\n");
         let found = conversational(&text).unwrap_err();
-        assert_eq!(at(&found[0]), 3, "{block}: {found:?}");
+        let line = 3 + block.matches('\n').count();
+        assert_eq!(at(&found[0]), line, "{block}: {found:?}");
         assert!(found[0].what.contains(said), "{block}: {found:?}");
     }
     let found = conversational("0 BEGIN PGM A MM\n1 L X+0 Y+0 Z+0 FMAX\n").unwrap_err();

@@ -2,8 +2,10 @@
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
-use detune::motion::Target;
-use detune::program::{Dialect, Settings, read};
+use detune::motion::{Move, Target};
+use detune::notes::Code;
+use detune::program::{Dialect, ExternalAxis, Program, Settings, read};
+use nalgebra::Vector3;
 
 use super::support::{assert_ends, assert_pose, at, end, lines, module, pose, rapid, settings};
 
@@ -293,4 +295,72 @@ fn a_long_table_of_targets_is_read() {
     let text = module("FOR i FROM 1 TO 3000 DO\nMoveL t{i},v5,fine,tool0;\nENDFOR")
         .replace("PROC main", &format!("CONST robtarget t{{3000}}:=[{table}];PROC main"));
     assert_eq!(rapid(&text).moves.len(), 3000);
+}
+
+const LOADS: &str = "MODULE m
+CONST robtarget p:=[[100,200,300],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+PERS tooldata t:=[TRUE,[[0,0,100],[0,1,0,0]],[4,[0,0,50],[1,0,0,0],0,0,0]];
+PERS tooldata bare:=[TRUE,[[0,0,100],[1,0,0,0]],[0.001,[0,0,0.001],[1,0,0,0],0,0,0]];
+PERS loaddata part:=[1,[0,0,-50],[1,0,0,0],0.1,0.2,0.3];
+PERS loaddata both:=[9,[0,0,70],[1,0,0,0],0,0,0];
+PROC main()
+";
+
+fn loads(instructions: &str) -> Program {
+    let text = format!("{LOADS}{instructions}\nENDPROC\nENDMODULE\n");
+    read(text.as_bytes(), Dialect::Rapid, &settings()).unwrap()
+}
+
+fn masses(program: &Program) -> Vec<Option<f64>> {
+    let load = |each: &Move| each.stated.load.as_ref().map(|load| load.mass_kg);
+    program.moves.iter().map(load).collect()
+}
+
+/// ABB's Technical reference manual, RAPID instructions: GripLoad specifies the payload that the
+/// robot holds, load0 lets it go; the centre of a payload is in the tool's frame, that of a tool in
+/// the wrist's; \TLoad is the total load, tool and payload, unless it is load0.
+#[test]
+fn what_the_gripper_holds_counts_with_the_tool() {
+    let move_t = "MoveL p,v5,fine,t;\n";
+    let program = loads(&format!(
+        "{move_t}GripLoad part;\n{move_t}MoveL p,v5,fine,t\\TLoad:=both;\n\
+         MoveL p,v5,fine,t\\TLoad:=load0;\nGripLoad load0;\n{move_t}"
+    ));
+    assert_eq!(masses(&program), [4.0, 5.0, 9.0, 5.0, 4.0].map(Some));
+    // The tool's frame is half a turn about x, 100 mm out: the part lies at 100 + 50 mm.
+    let held = program.moves[1].stated.load.clone().unwrap();
+    assert!((held.com_m - Vector3::new(0.0, 0.0, (4.0 * 0.05 + 0.15) / 5.0)).norm() < 1e-12);
+    // Two points 100 mm apart, reduced mass 0.8 kg, about x and y.
+    let apart = 0.8 * 0.1 * 0.1;
+    let found = [held.inertia_kgm2[(0, 0)], held.inertia_kgm2[(1, 1)], held.inertia_kgm2[(2, 2)]];
+    for (found, expected) in found.into_iter().zip([0.1 + apart, 0.2 + apart, 0.3]) {
+        assert!((found - expected).abs() < 1e-12, "{found} {expected}");
+    }
+    assert!(program.warnings.is_empty(), "{:?}", program.warnings);
+}
+
+#[test]
+fn a_load_that_is_not_known_is_a_doubt() {
+    for (instructions, line, said) in [
+        ("GripLoad elsewhere;\nMoveL p,v5,fine,t;", 9, "elsewhere"),
+        ("GripLoad part;\nMoveL p,v5,fine,bare;", 9, "adds 1 kg to a tool whose load"),
+        ("IF DInput(di)=1 GripLoad part;\nMoveL p,v5,fine,t;", 9, "depends on a condition"),
+        ("MoveL p,v5,fine,t\\TLoad:=elsewhere;", 8, "TLoad"),
+    ] {
+        let program = loads(instructions);
+        assert_eq!(masses(&program), [None], "{instructions}");
+        let doubts: Vec<_> =
+            program.warnings.iter().filter(|w| w.code == Code::ChangeIgnored).collect();
+        assert_eq!(doubts.len(), 1, "{instructions}: {:?}", program.warnings);
+        assert!(doubts[0].what.contains(said), "{instructions}: {doubts:?}");
+        assert_eq!(at(doubts[0]), line, "{instructions}");
+    }
+    // What a unit beside the robot carries does not count, unless it is a joint of the robot.
+    let text =
+        format!("{LOADS}MechUnitLoad STN1,1,part;\nMoveL p,v5,fine,t;\nENDPROC\nENDMODULE\n");
+    let mut job = settings();
+    assert!(read(text.as_bytes(), Dialect::Rapid, &job).unwrap().warnings.is_empty());
+    job.external_axes.insert("eax_a".to_owned(), ExternalAxis { joint: 0, slides: true });
+    let warnings = read(text.as_bytes(), Dialect::Rapid, &job).unwrap().warnings;
+    assert!(warnings[0].what.contains("STN1 carries"), "{warnings:?}");
 }

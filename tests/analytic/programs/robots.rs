@@ -2,10 +2,10 @@
 //! rewritten.
 
 use detune::motion::{Target, Timing};
-use detune::notes::Note;
+use detune::notes::{Code, Note};
 use detune::program::{
-    Assumed, Companion, Dialect, ExternalAxis, NewSpeed, Program, Rewrite, SetBy, Setter, Settings,
-    Spindle, read, rewrite,
+    Assumed, Companion, Dialect, ExternalAxis, J3From, NewSpeed, Program, Rewrite, SetBy, Setter,
+    Settings, Spindle, read, rewrite,
 };
 use nalgebra::Vector3;
 
@@ -168,6 +168,7 @@ fn tp_settings() -> Settings {
     job.base_frames.insert(1, pose([900.0, 0.0, 400.0], [1.0, 0.0, 0.0, 0.0]));
     job.tool_frames.insert(1, pose([0.0, 0.0, 150.0], [1.0, 0.0, 0.0, 0.0]));
     job.assume.insert("r[2]".to_owned(), Assumed::Number(25.0));
+    job.j3_from = Some(J3From::Horizontal);
     job.spindle_from = Some(SetBy { what: Setter::Comment("SPINDLE".to_owned()), per_unit: 1.0 });
     job
 }
@@ -326,4 +327,64 @@ fn external_axes_are_joints_where_the_job_says_so() {
         (q[1] - 10_f64.to_radians()).abs() < 1e-12 && (q[5] - 90_f64.to_radians()).abs() < 1e-12
     );
     assert_eq!(program.moves[1].stated.external, [(0, 2.5)]);
+}
+
+fn tp_program(statements: &str, positions: &str, job: &Settings) -> Result<Program, Vec<Note>> {
+    let text = format!("/PROG A\n/MN\n{statements}/POS\n{positions}/END\n");
+    read(text.as_bytes(), Dialect::Fanuc, job)
+}
+
+fn tp_at(number: u32, frame: &str, config: &str) -> String {
+    format!(
+        "P[{number}]{{\n GP1:\n UF : {frame}, UT : 1, CONFIG : '{config}',\n X = {number} mm, \
+         Y = 0 mm, Z = 0 mm, W = 0 deg, P = 0 deg, R = 0 deg\n}};\n"
+    )
+}
+
+/// ros-industrial/fanuc, issue 186: the pendant shows J3 with the part of J2 in it on most arms.
+#[test]
+fn j3_is_counted_as_the_job_says() {
+    let positions = "P[1]{\n GP1:\n UF : 0, UT : 1,\n J1= 0 deg, J2= 20 deg, J3= 30 deg,\n J4= 0 \
+                     deg, J5= 0 deg, J6= 0 deg\n};\n";
+    let mut job = tp_settings();
+    for (from, third) in [(J3From::Horizontal, 50.0), (J3From::UpperArm, 30.0)] {
+        job.j3_from = Some(from);
+        let program = tp_program("J P[1] 20% FINE ;\n", positions, &job).unwrap();
+        let Target::Joints(q) = &program.moves[0].to else { panic!("joints") };
+        assert!((q[2].to_degrees() - third).abs() < 1e-9, "{from:?}");
+    }
+    job.j3_from = None;
+    let found = tp_program("J P[1] 20% FINE ;\n", positions, &job).unwrap_err();
+    assert!(at(&found[0]) == 3 && found[0].what.contains("j3_from"), "{found:?}");
+}
+
+#[test]
+fn frame_0_is_the_world_and_an_arm_that_turns_over_is_refused() {
+    let mut job = tp_settings();
+    job.work_object = Some(pose([900.0, 0.0, 400.0], [1.0, 0.0, 0.0, 0.0]));
+    let nut = "N U T, 0, 0, 0";
+    let both = [tp_at(1, "0", nut), tp_at(2, "F", nut)].concat();
+    let program =
+        tp_program("L P[1] 9mm/sec FINE ;\nL P[2] 9mm/sec FINE ;\n", &both, &job).unwrap();
+    assert_ends(&program, &[('L', [1.0, 0.0, 0.0]), ('L', [902.0, 0.0, 400.0])]);
+    let told = |said: &str| program.warnings.iter().any(|warning| warning.what.contains(said));
+    assert!(told("UFRAME 0 is the robot's base frame") && told("CONFIG 'N U T' is not compared"));
+
+    let positions = [tp_at(1, "1", nut), tp_at(2, "1", "F U T, 0, 0, 1")].concat();
+    let turned = tp_program("J P[1] 9% FINE ;\nJ P[2] 9% FINE ;\n", &positions, &job).unwrap_err();
+    assert!(at(&turned[0]) == 4 && turned[0].what.contains("to 'F U T'"), "{turned:?}");
+}
+
+#[test]
+fn a_payload_that_changes_is_a_doubt() {
+    let job = tp_settings();
+    let positions = tp_at(1, "1", "N U T, 0, 0, 0");
+    let doubts = |statements: &str| -> Vec<usize> {
+        let program = tp_program(statements, &positions, &job).unwrap();
+        program.warnings.iter().filter(|w| w.code == Code::ChangeIgnored).map(at).collect()
+    };
+    let moves = "L P[1] 9mm/sec FINE ;\n";
+    assert!(doubts(&format!("PAYLOAD[2] ;\n{moves}PAYLOAD[2] ;\n")).is_empty());
+    assert_eq!(doubts(&format!("PAYLOAD[2] ;\n{moves}PAYLOAD[1:part] ;\n")), [5]);
+    assert_eq!(doubts(&format!("{moves}PAYLOAD[2] ;\n")), [4]);
 }

@@ -3,7 +3,9 @@
 
 use detune::motion::Timing;
 use detune::notes::Code;
-use detune::program::{Dialect, NewSpeed, Program, Rewrite, Settings, Spindle, read, rewrite};
+use detune::program::{
+    Dialect, DwellUnit, NewSpeed, Program, Rewrite, Settings, Spindle, read, rewrite,
+};
 
 use super::support::{assert_ends, at, ended, faults, module, rapid, settings};
 
@@ -82,7 +84,7 @@ fn what_is_rewritten_is_what_was_read() {
         String::from_utf8(found.bytes).unwrap()
     };
     for (text, dialect) in [
-        ("G0 X0 Y0 Z0\nM3\nG4 P1 S780\nG1 X9 F100\nM30\n", Dialect::GCode),
+        ("G0 X0 Y0 Z0\nM3\nG4 P1. S780\nG1 X9 F100\nM30\n", Dialect::GCode),
         ("M3 S[700+80]\nS 78 (0) 0\nG0 X0 Y0 Z0\nG1 X9 F100\nM30\n", Dialect::GCode),
         ("O100 SUB\nS780 M3\nO100 ENDSUB\nO100 CALL\nG0 X0 Y0 Z0\nG1 X9 F1\nM30\n", Dialect::GCode),
         ("SPINDL/RANGE,780,RPM,780,CLW\nGOTO/0,0,0\nGOTO/1,0,0\nFINI\n", Dialect::Apt),
@@ -155,12 +157,30 @@ fn dwells_take_their_time() {
         dwells.collect()
     };
     assert_eq!(seconds(&rapid, Dialect::Rapid), [1.5, 0.25]);
-    let gcode = "G4 P9\nG0 X0 Y0 Z9\nS600 M3\nG4 P2\nG4 P500\nG4 X0.5\nG4 P150.\nG4 S20\n\
+    let gcode = "G4 P9.\nG0 X0 Y0 Z9\nS600 M3\nG4 P2.\nG4 P0\nG4 X0.5\nG4 P150.\nG4 S20\n\
                  G82 X1 Z-1 R1 P0.3 F50\nG80\n";
-    assert_eq!(seconds(gcode, Dialect::GCode), [2.0, 0.5, 0.5, 150.0, 2.0, 0.3]);
+    assert_eq!(seconds(gcode, Dialect::GCode), [2.0, 0.5, 150.0, 2.0, 0.3]);
+    let heidenhain = "0 BEGIN PGM A MM\n1 L X+0 Y+0 Z+0 FMAX\n2 CYCL DEF 9.0 DWELL TIME\n\
+                      3 CYCL DEF 9.1 DWELL 0,5\n4 END PGM A MM\n";
+    let moves = read(heidenhain.as_bytes(), Dialect::Heidenhain, &settings()).unwrap().moves;
+    assert_eq!(moves[1].timing, Timing::Seconds(0.5));
     let apt = "GOTO/0,0,0\nDELAY/2\nSPINDL/600\nDELAY/5,REV\nCYCLE/DRILL,DEPTH,5,CLEAR,1,DWELL,.5\n\
                GOTO/1,0,0\nCYCLE/OFF\n";
     assert_eq!(seconds(apt, Dialect::Apt), [2.0, 0.5, 0.5]);
+}
+
+/// LinuxCNC's manual has P of G4 in seconds, Fanuc's and Haas's in milliseconds without a point.
+#[test]
+fn a_dwell_without_a_decimal_point_takes_its_unit_from_the_job() {
+    let text = "G0 X0 Y0 Z0\nG4 P500\nX1\nM2\n";
+    let found = read(text.as_bytes(), Dialect::GCode, &settings()).unwrap_err();
+    assert_eq!(at(&found[0]), 2);
+    assert!(found[0].what.contains("dwell_unit: s or ms"), "{found:?}");
+    for (unit, seconds) in [(DwellUnit::Seconds, 500.0), (DwellUnit::Milliseconds, 0.5)] {
+        let job = Settings { dwell_unit: Some(unit), ..settings() };
+        let moves = read(text.as_bytes(), Dialect::GCode, &job).unwrap().moves;
+        assert_eq!(moves[1].timing, Timing::Seconds(seconds));
+    }
 }
 
 /// The centre (0, 0), the radius 10: a quarter, three quarters, and half a turn by CATIA's form.

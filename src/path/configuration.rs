@@ -1,0 +1,75 @@
+//! The arm configuration that a program asks for at a target: kept or refused.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use super::timed_path::shown_joints;
+use crate::model::Robot;
+use crate::motion::{Configuration, Move};
+use crate::notes::Code;
+
+/// Joints this far beyond the edge of an arm configuration are in it: a target is taught at its
+/// edge as often as not, rad.
+const SAME_CONFIGURATION: f64 = 0.02;
+
+/// The joint positions, out of all that reach a target, in the arm configuration that the program
+/// asks for there.
+pub(super) fn configured(
+    robot: &Robot,
+    a_move: &Move,
+    found: Vec<Vec<f64>>,
+) -> Result<Vec<Vec<f64>>, (Code, String)> {
+    let Some(asked) = &a_move.stated.configuration else { return Ok(found) };
+    let fitting: Vec<Vec<f64>> =
+        found.iter().filter_map(|q| turned_into(robot, q, asked)).collect();
+    if fitting.is_empty() {
+        let nearest = found.first().map_or_else(String::new, |q| shown_joints(robot, q));
+        let what = format!(
+            "the program asks for {} here, and no joint positions in it reach the pose; the \
+             nearest in another are {nearest}",
+            asked.shown
+        );
+        return Err((Code::Unreachable, what));
+    }
+    Ok(fitting)
+}
+
+/// Joint positions by whole turns in an arm configuration, if they can be.
+fn turned_into(robot: &Robot, q: &[f64], asked: &Configuration) -> Option<Vec<f64>> {
+    let mut turned = q.to_vec();
+    for &(joint, [lowest, highest]) in &asked.joints {
+        let own = *q.get(joint)?;
+        let turns = [0.0, 1.0, -1.0, 2.0, -2.0].map(|turns| own + turns * TAU);
+        let limit = robot.joints().get(joint)?.limit;
+        let fits = |at: &f64| {
+            let in_limits = limit.is_none_or(|[lower, upper]| (lower..=upper).contains(at));
+            (*at == own || in_limits)
+                && (lowest - SAME_CONFIGURATION..=highest + SAME_CONFIGURATION).contains(at)
+        };
+        *turned.get_mut(joint)? = turns.into_iter().find(fits)?;
+    }
+    Some(turned)
+}
+
+/// At the end of a line the controller compares, and a quadrant beside is as good.
+pub(super) fn compared(robot: &Robot, a_move: &Move, q: &[f64]) -> Result<(), (Code, String)> {
+    let Some(asked) = &a_move.stated.configuration else { return Ok(()) };
+    let is_off = asked.joints.iter().find(|(joint, [lowest, highest])| {
+        q.get(*joint).is_some_and(|at| {
+            !(lowest - FRAC_PI_2 - SAME_CONFIGURATION..=highest + FRAC_PI_2 + SAME_CONFIGURATION)
+                .contains(at)
+        })
+    });
+    match is_off {
+        None => Ok(()),
+        Some((joint, _)) => Err((
+            Code::Unreachable,
+            format!(
+                "the program asks for {} here, and the arm comes with joint '{}' more than a \
+                 quadrant beside it, at {}",
+                asked.shown,
+                robot.joints()[*joint].name,
+                shown_joints(robot, q)
+            ),
+        )),
+    }
+}
