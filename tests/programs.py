@@ -1,7 +1,7 @@
 """Random programs in every dialect against an independent computation: one list of lines, arcs, dwells and speeds is
 written in each language, in random dress, and detune's samples must lie where and when the list has them.
 
-    python3 tests/programs.py target/release/detune [--seeds N]
+    python3 tests/programs.py target/release/detune [--seeds N] [--pygcode]
 """
 
 import argparse
@@ -344,6 +344,34 @@ KEYS = {
 }
 
 
+def interpreted(text):
+    """Ends of the moves of a G-code program, mm, by pygcode, which others wrote."""
+    from pygcode import Line, Machine
+
+    machine, ends = Machine(), []
+    for line in text.splitlines():
+        # The interpreter knows neither the marks of a file's ends nor program numbers.
+        if line.startswith(("%", "O")):
+            continue
+        machine.process_block(Line(line.upper()).block)
+        values = machine.pos.values
+        end = [values[axis] for axis in "XYZ"]
+        if not ends or end != ends[-1]:
+            ends.append(end)
+    return ends
+
+
+def interpreters_agree(truth, text):
+    wanted = [item[1] if item[0] == "line" else item[3] for item in truth if item[0] in ("line", "arc")]
+    found = interpreted(text)
+    for end in wanted:
+        while found and math.dist(found[0], end) > 1e-6:
+            found.pop(0)
+        if not found:
+            return f"pygcode does not come to {end}"
+    return None
+
+
 def check(detune, folder, arm, truth, text, extension):
     (folder / f"p.{extension}").write_text(text)
     frames = "" if extension in ("mod", "src") else f"tcp: {{xyz_m: [0, 0, {TCP}]}}\nwork_object: {{xyz_m: {list(OBJECT)}}}\n"
@@ -380,6 +408,7 @@ def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("detune")
     parser.add_argument("--seeds", type=int, default=20)
+    parser.add_argument("--pygcode", action="store_true", help="compare with pygcode, too, which must be installed")
     arguments = parser.parse_args()
     arm = Arm(next(ROBOT.glob("*.urdf")))
     ran, faults = 0, []
@@ -390,6 +419,8 @@ def main():
                 truth = draw(random.Random(seed))
                 text, extension = write(truth, rng)
                 fault = check(str(pathlib.Path(arguments.detune).resolve()), pathlib.Path(name), arm, truth, text, extension)
+                if arguments.pygcode and write is gcode:
+                    fault = fault or interpreters_agree(truth, text)
                 ran += 1
                 if fault:
                     faults.append(f"seed {seed}, {write.__name__}: {fault}")

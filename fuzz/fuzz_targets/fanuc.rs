@@ -5,4 +5,6 @@ mod reader;
 use detune::program::Dialect;
 use libfuzzer_sys::fuzz_target;
 
-fuzz_target!(|data: &[u8]| reader::run(Dialect::Fanuc, data));
+fuzz_target!(|data: &[u8]| {
+    reader::run(Dialect::Fanuc, data);
+});

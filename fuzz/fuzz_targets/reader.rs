@@ -33,7 +33,8 @@ fn is_sound(each: &Move) -> bool {
     finite && each.feed_m_per_s.is_finite() && each.feed_m_per_s > 0.0
 }
 
-pub fn run(dialect: Dialect, data: &[u8]) {
+/// The program rewritten, where it is read and can be.
+pub(crate) fn run(dialect: Dialect, data: &[u8]) -> Option<Vec<u8>> {
     let mut settings = settings();
     // Behind a mark stands another file of the program.
     let (main, other) = match data.windows(2).position(|two| two == b"\x01\x01") {
@@ -47,13 +48,13 @@ pub fn run(dialect: Dialect, data: &[u8]) {
         Ok(program) => program,
         Err(notes) => {
             assert!(!notes.is_empty());
-            return;
+            return None;
         }
     };
     assert!(program.moves.iter().all(is_sound));
     let speed = NewSpeed { end: usize::MAX, rpm: 1234.5, old_rpm: 1000.0 };
     let to = Rewrite { speeds: vec![speed], keeps_chip_load: true };
-    let Ok(new) = rewrite(main, dialect, &settings, &to) else { return };
+    let new = rewrite(main, dialect, &settings, &to).ok()?;
     let again = read(&new.bytes, dialect, &settings).expect("what was written is read");
     assert_eq!(again.moves.len(), program.moves.len());
     for (old, new) in program.moves.iter().zip(&again.moves).skip(1) {
@@ -62,4 +63,5 @@ pub fn run(dialect: Dialect, data: &[u8]) {
             assert!((rpm - 1234.5).abs() < 1e-3);
         }
     }
+    Some(new.bytes)
 }

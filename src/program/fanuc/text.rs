@@ -75,7 +75,7 @@ pub(super) fn parse(text: &str) -> Source {
                 }
                 _ => "",
             };
-            if section == "POS" {
+            if section == "POS" && positions.is_empty() {
                 positions_line = index + 2;
             }
             continue;

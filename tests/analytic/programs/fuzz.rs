@@ -11,10 +11,16 @@ use rand_chacha::ChaCha8Rng;
 
 use super::support::{at, lines, settings};
 
-const PROGRAMS: [(Dialect, &[u8]); 3] = [
+#[path = "../../../fuzz/fuzz_targets/reader.rs"]
+mod reader;
+
+const PROGRAMS: [(Dialect, &[u8]); 6] = [
     (Dialect::Rapid, include_bytes!("../../data/programs/pocket_latin1_crlf.mod")),
     (Dialect::Apt, include_bytes!("../../data/programs/contour.apt")),
     (Dialect::GCode, include_bytes!("../../data/programs/pocket.ngc")),
+    (Dialect::Krl, include_bytes!("../../data/programs/pocket.src")),
+    (Dialect::Fanuc, include_bytes!("../../data/programs/pocket.ls")),
+    (Dialect::Heidenhain, include_bytes!("../../data/programs/pocket.h")),
 ];
 
 /// What grammars are made of, to be put where it does not belong.
@@ -111,7 +117,7 @@ fn damaged_programs_never_panic() {
     let mut rng = ChaCha8Rng::seed_from_u64(20_261_121);
     let (mut understood, mut refused) = (0, 0);
     for (dialect, program) in PROGRAMS {
-        for _ in 0..7000 {
+        for _ in 0..2500 {
             let bytes = damaged(&mut rng, program);
             let found = read(&bytes, dialect, &settings());
             let line_count = 1 + bytes.iter().filter(|&&b| matches!(b, b'\n' | b'\r')).count();
@@ -122,6 +128,38 @@ fn damaged_programs_never_panic() {
     }
     // The damage is neither harmless nor total, so both ways are walked.
     assert!(understood > 500 && refused > 500, "{understood} {refused}");
+}
+
+/// The text without numbers and without what gives a named speed of RAPID another.
+fn without_numbers(text: &[u8]) -> String {
+    let text = String::from_utf8_lossy(text).replace("\\V:=", "");
+    text.chars().filter(|c| !matches!(c, '0'..='9' | '.' | '-' | '+')).collect()
+}
+
+/// The fuzz targets, on damage that leaves most programs readable: what is read and can be written
+/// with another speed reads back so (the target asserts it), and differs in numbers alone.
+#[test]
+fn programs_with_small_damage_are_rewritten_and_differ_in_numbers_alone() {
+    let mut rng = ChaCha8Rng::seed_from_u64(15);
+    let mut written = [0; PROGRAMS.len()];
+    for (count, (dialect, program)) in written.iter_mut().zip(PROGRAMS) {
+        for _ in 0..400 {
+            let mut bytes = program.to_vec();
+            let digits: Vec<usize> =
+                (0..bytes.len()).filter(|at| bytes[*at].is_ascii_digit()).collect();
+            for _ in 0..rng.random_range(1..8) {
+                bytes[digits[rng.random_range(0..digits.len())]] =
+                    b'0' + rng.random_range(0..10_u8);
+            }
+            if let Some(new) = reader::run(dialect, &bytes) {
+                assert_eq!(without_numbers(&new), without_numbers(&bytes), "{dialect:?}");
+                *count += 1;
+            }
+            drop(reader::run(dialect, &damaged(&mut rng, program)));
+        }
+    }
+    println!("rewritten, of 400 of each dialect: {written:?}");
+    assert!(written.iter().sum::<usize>() >= 300, "{written:?}");
 }
 
 #[test]
