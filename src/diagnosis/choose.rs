@@ -7,6 +7,7 @@ use super::candidate::Candidate;
 use super::data::Data;
 use super::fit::Fit;
 use super::hypothesis::Hypothesis;
+use super::known::{Asked, Known};
 use super::problem::Problem;
 use super::screen::Screen;
 use super::sets::{sets, swaps};
@@ -95,15 +96,16 @@ pub(super) struct Choice<'c> {
     pub(super) seen: Vec<Model<'c>>,
 }
 
-/// Chooses among `candidates`.
+/// Chooses among `candidates`; fits start where those in `known` ended.
 pub(super) fn choose<'c>(
     problem: &Problem<'_>,
     candidates: &'c [Candidate],
     screen: &Screen,
     width: SearchWidth,
+    known: &Known<'c>,
 ) -> Option<Choice<'c>> {
     let baseline = problem.optimise(Hypothesis::default())?;
-    let search = Search { problem, candidates, screen, width };
+    let search = Search { problem, candidates, screen, width, known };
     let mut best = search.model(baseline.clone());
     // The best model of each number of causes.
     let mut fronts = vec![best.clone()];
@@ -148,12 +150,24 @@ struct Search<'s, 'p, 'c> {
     candidates: &'c [Candidate],
     screen: &'s Screen,
     width: SearchWidth,
+    known: &'s Known<'c>,
 }
 
 impl<'c> Search<'_, '_, 'c> {
     fn model(&self, fit: Fit<'c>) -> Model<'c> {
         let log_evidence = log_evidence(self.problem.data, &fit);
         Model { fit, log_evidence }
+    }
+
+    /// The models of all that have a fit, in the order in which they are asked for.
+    fn models(&self, asked: Vec<Asked<'c>>) -> Vec<Model<'c>> {
+        let fits = self.known.fits(self.problem, asked, self.width.starts);
+        fits.into_iter().map(|fit| self.model(fit)).collect()
+    }
+
+    /// The models of hypotheses, from their own parameters.
+    fn models_of(&self, hypotheses: impl IntoIterator<Item = Hypothesis<'c>>) -> Vec<Model<'c>> {
+        self.models(hypotheses.into_iter().map(Asked::from).collect())
     }
 
     /// Every promising model with one cause more.
@@ -170,14 +184,9 @@ impl<'c> Search<'_, '_, 'c> {
             .collect();
         tried.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         tried.truncate(if taken.is_empty() { self.width.first } else { self.width.further });
-        tried
-            .par_iter()
-            .filter_map(|&(_, i)| {
-                let added = Some(&self.candidates[i]);
-                let fit = self.problem.fit(&parent.fit.hypothesis, added, self.width.starts)?;
-                Some(self.model(fit))
-            })
-            .collect()
+        let given = &parent.fit.hypothesis;
+        let asked = |&(_, i): &(f64, usize)| Asked::with(given.clone(), &self.candidates[i]);
+        self.models(tried.iter().map(asked).collect())
     }
 
     /// Adds models of one cause more than `front` to `next`, sorted: sets of causes that promise
@@ -208,9 +217,7 @@ impl<'c> Search<'_, '_, 'c> {
     fn add_sets_near(&self, near: &Model<'c>, size: usize, next: &mut Vec<Model<'c>>) {
         let count = self.width.sets;
         let sets = sets(self.problem, self.candidates, self.screen, &near.fit, size, count);
-        let fitted =
-            sets.into_par_iter().filter_map(|set| Some(self.model(self.problem.optimise(set)?)));
-        next.extend(fitted.collect::<Vec<_>>());
+        next.extend(self.models_of(sets));
         sort(next);
     }
 
@@ -220,17 +227,16 @@ impl<'c> Search<'_, '_, 'c> {
     fn with_one_less(&self, models: &[Model<'c>]) -> Vec<Model<'c>> {
         let mut best: Vec<Model<'c>> = models.iter().take(4 * self.width.kept).cloned().collect();
         distinct(&mut best, self.width.kept);
-        let mut fewer: Vec<Model<'c>> = best
-            .par_iter()
-            .filter(|model| model.causes() > 2)
-            .flat_map_iter(|model| {
-                (0..model.causes()).filter_map(|i| {
-                    let mut hypothesis = model.fit.hypothesis.clone();
-                    hypothesis.effects.remove(i);
-                    Some(self.model(self.problem.optimise(hypothesis)?))
-                })
-            })
-            .collect();
+        let large = best.iter().filter(|model| model.causes() > 2);
+        let fewer = large.flat_map(|model| {
+            let without = |i: usize| {
+                let mut hypothesis = model.fit.hypothesis.clone();
+                hypothesis.effects.remove(i);
+                hypothesis
+            };
+            (0..model.causes()).map(without).collect::<Vec<_>>()
+        });
+        let mut fewer = self.models_of(fewer);
         sort(&mut fewer);
         fewer
     }
@@ -318,10 +324,12 @@ impl<'c> Search<'_, '_, 'c> {
         if count < 2 {
             return None;
         }
-        let without = (0..count).filter_map(|i| {
+        let without = |i: usize| {
             let mut hypothesis = model.fit.hypothesis.clone();
             hypothesis.effects.remove(i);
-            let without = self.model(self.problem.optimise(hypothesis)?);
+            hypothesis
+        };
+        let without = self.models_of((0..count).map(without)).into_iter().filter_map(|without| {
             let count = self.candidates.len();
             let is_justified = p_value(self.problem, count, &without.fit, &model.fit)
                 <= SIGNIFICANCE
@@ -336,18 +344,15 @@ impl<'c> Search<'_, '_, 'c> {
     fn replaced(&self, model: &Model<'c>, i: usize) -> Vec<Model<'c>> {
         let mut rest = model.fit.hypothesis.clone();
         rest.effects.remove(i);
-        self.problem
-            .optimise(rest)
-            .map_or_else(Vec::new, |parent| self.put_in(&self.model(parent), i))
+        let parent = self.models_of([rest]).pop();
+        parent.map_or_else(Vec::new, |parent| self.put_in(&parent, i))
     }
 
     /// The model with each cause in turn given up for another that looks most like it near the
     /// model.
     fn swapped(&self, model: &Model<'c>) -> Vec<Model<'c>> {
         let swaps = swaps(self.problem, self.candidates, self.screen, &model.fit, self.width.sets);
-        let fitted =
-            swaps.into_par_iter().filter_map(|set| Some(self.model(self.problem.optimise(set)?)));
-        fitted.collect()
+        self.models_of(swaps)
     }
 
     /// Every promising model with one cause more than `parent`, at place `i`, best first.

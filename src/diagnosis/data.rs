@@ -1,7 +1,7 @@
 //! The measured table as the fits see it.
 
 use super::decorrelation::{Decorrelation, NoiseShape, Standing};
-use crate::identify::{ModeRow, ModeTable};
+use crate::identify::{MeasuredRotation, ModeRow, ModeTable};
 use crate::model::{Calibration, Conditions, Payload};
 use crate::statistics::median;
 
@@ -35,6 +35,10 @@ pub(super) struct Row {
     pub(super) conditions: Conditions,
     pub(super) load: Load,
     pub(super) sample_rate_hz: Option<f64>,
+    /// By column, how links turn in the mode.
+    pub(super) rotations: Vec<Vec<MeasuredRotation>>,
+    /// By column, the damping ratio.
+    pub(super) damping: Vec<Option<f64>>,
     /// Place of the row in the table as it was given.
     pub(super) index: usize,
 }
@@ -121,6 +125,8 @@ impl Data {
                 },
                 load: Load { added_kg: added(row), ..load(row.payload_kg) },
                 sample_rate_hz: row.sample_rate_hz,
+                rotations: row.rotations.clone(),
+                damping: row.damping_ratios.clone(),
                 index,
             })
             .collect();

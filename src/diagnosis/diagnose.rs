@@ -6,11 +6,13 @@ use super::arm::Arm;
 use super::candidate::Candidate;
 use super::causes::candidates;
 use super::choose::Choice;
+use super::damping::damping;
 use super::data::{Data, MIN_POINTS, MIN_STATES};
 use super::findings::{corrections, findings, next, only, ranking, widened};
 use super::fit::Fit;
 use super::gain::{HeldOut, gain_interval, held_out, surely_gaining};
 use super::hypothesis::Hypothesis;
+use super::known::Known;
 use super::outcome::{Diagnosis, Errors, Gain, NoiseFound, ResidualRow, Verdict};
 use super::posterior::{Calibrated, posterior};
 use super::problem::{Evaluation, Problem};
@@ -63,8 +65,9 @@ pub fn diagnose(
     let screen =
         Screen::new(&Problem { description, data: &data }, &candidates).ok_or_else(no_modes)?;
     progress(Done::Share(0.1));
+    let known = Known::default();
     let Settled { mut data, choice, suspects } =
-        settled(description, data, &candidates, &screen).ok_or_else(no_modes)?;
+        settled(description, data, &candidates, &screen, &known).ok_or_else(no_modes)?;
     // A cause may make a state of what was none.
     data.inert = inert(description, &choice.best.fit.hypothesis, &data);
     let problem = Problem { description, data: &data };
@@ -72,7 +75,7 @@ pub fn diagnose(
     let judged = Judged::of(&problem, &choice);
     let Judgement { verdict, choice, held_out } =
         judgement(&problem, &judged, choice, settings.seed, || {
-            cross_validated(&problem, &candidates, &screen, settings.seed, progress)
+            cross_validated(&problem, &candidates, (&screen, &known), settings.seed, progress)
         });
     let names_causes = matches!(verdict, Verdict::Explained | Verdict::PartlyExplained);
     let chosen = if names_causes {
@@ -111,6 +114,7 @@ pub fn diagnose(
         baseline: errors(&data, &choice.baseline, before, judged.is_noise),
         extended: errors(&data, &chosen, after, leaves_noise),
         noise: noise_found(&data, &chosen),
+        damping: damping(&problem, &chosen),
         suspect_rows: suspects.iter().map(|row| row + 1).collect(),
         noise_floor_percent: percent_from_ratio(noise_floor(&data, &chosen)),
         posterior,
@@ -131,6 +135,7 @@ pub fn diagnose(
             unit_hint(&residuals),
             is_alone.then(stated_suffice),
             set_aside(&suspects),
+            out_of_rank(&data, &chosen),
             few_states(&data),
         ]
         .into_iter()
@@ -193,6 +198,19 @@ fn set_aside(suspects: &[usize]) -> Option<Note> {
     Some(Note::warning(Code::LeftOut, Place::default(), what))
 }
 
+fn out_of_rank(data: &Data, chosen: &Fit<'_>) -> Option<Note> {
+    let rows = chosen.evaluation.out_of_rank.iter();
+    let rows: Vec<String> = rows.map(|&row| (data.rows[row].index + 1).to_string()).collect();
+    let [_, others @ ..] = &rows[..] else { return None };
+    let (noun, verb) = if others.is_empty() { ("row", "has") } else { ("rows", "have") };
+    let what = format!(
+        "{noun} {} of the table, by the mode shapes, {verb} modes exchanged or missed against the \
+         model: frequencies there are compared with the modes that the shapes name",
+        rows.join(", ")
+    );
+    Some(Note::warning(Code::Remark, Place::default(), what))
+}
+
 fn few_states(data: &Data) -> Option<Note> {
     let count = data.test_count();
     let what = format!(
@@ -236,15 +254,15 @@ fn measured(table: &ModeTable, description: &Description) -> Result<Data, Note> 
     Err(Note::error(Code::TooLittleData, Place::default(), what))
 }
 
-fn cross_validated(
+fn cross_validated<'c>(
     problem: &Problem<'_>,
-    candidates: &[Candidate],
-    screen: &Screen,
+    candidates: &'c [Candidate],
+    (screen, known): (&Screen, &Known<'c>),
     seed: u64,
     progress: Progress<'_>,
 ) -> HeldOut {
     let folds = AtomicUsize::new(0);
-    held_out(problem, candidates, screen, seed, &|| {
+    held_out(problem, candidates, screen, known, seed, &|| {
         let done = folds.fetch_add(1, Ordering::Relaxed) + 1;
         progress(Done::Share(0.4 + 0.06 * done as f64));
     })

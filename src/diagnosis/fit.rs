@@ -42,8 +42,10 @@ impl Fit<'_> {
         }));
         let columns: Vec<usize> = order.iter().flat_map(|&i| starts[i]..starts[i + 1]).collect();
         self.hypothesis.effects = order.iter().map(|&i| effects[i].clone()).collect();
+        let of_shapes = self.evaluation.shapes.iter_mut().map(|shape| &mut shape.slope);
+        let slopes = self.evaluation.slopes.iter_mut().chain(of_shapes);
         // A point without prediction has no slopes.
-        for slopes in self.evaluation.slopes.iter_mut().filter(|s| !s.is_empty()) {
+        for slopes in slopes.filter(|s| !s.is_empty()) {
             *slopes = columns.iter().map(|&column| slopes[column]).collect();
         }
     }
@@ -55,8 +57,10 @@ impl Fit<'_> {
         let at: usize = effects[..i].iter().map(|(_, inner)| inner.len()).sum();
         let count = last.1.len();
         effects.insert(i, last);
+        let of_shapes = self.evaluation.shapes.iter_mut().map(|shape| &mut shape.slope);
+        let slopes = self.evaluation.slopes.iter_mut().chain(of_shapes);
         // A point without prediction has no slopes.
-        for slopes in self.evaluation.slopes.iter_mut().filter(|s| s.len() >= at + count) {
+        for slopes in slopes.filter(|s| s.len() >= at + count) {
             slopes[at..].rotate_right(count);
         }
     }
@@ -195,6 +199,14 @@ pub(super) fn normal_equations(
             gradient[i] += weight * slope[i] * residual;
             for j in 0..p {
                 information[(i, j)] += weight * slope[i] * slope[j];
+            }
+        }
+    }
+    for shape in &evaluation.shapes {
+        for (i, own) in shape.slope.iter().enumerate() {
+            gradient[i] += shape.weight * own * shape.residual;
+            for (j, other) in shape.slope.iter().enumerate() {
+                information[(i, j)] += shape.weight * own * other;
             }
         }
     }

@@ -10,6 +10,7 @@ use super::candidate::Candidate;
 use super::choose::{SearchWidth, choose};
 use super::data::Data;
 use super::hypothesis::Hypothesis;
+use super::known::Known;
 use super::problem::{Evaluation, Problem};
 use super::screen::Screen;
 use super::statistics::relative_error;
@@ -37,10 +38,11 @@ impl HeldOut {
 
 /// Errors of the model and of the model with the causes that each fold chooses, at the poses that
 /// the fold leaves out. `done` is called once a fold.
-pub(super) fn held_out(
+pub(super) fn held_out<'c>(
     problem: &Problem<'_>,
-    candidates: &[Candidate],
+    candidates: &'c [Candidate],
     screen: &Screen,
+    known: &Known<'c>,
     seed: u64,
     done: &(dyn Fn() + Sync),
 ) -> HeldOut {
@@ -59,6 +61,7 @@ pub(super) fn held_out(
                 candidates,
                 screen,
                 SearchWidth::FOLD,
+                &known.clone(),
             );
             let hypothesis =
                 choice.map_or_else(Hypothesis::default, |choice| choice.best.fit.hypothesis);

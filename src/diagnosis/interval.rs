@@ -36,6 +36,13 @@ pub(super) fn covariance(data: &Data, fit: &Fit<'_>) -> Option<DMatrix<f64>> {
             }
         }
     }
+    for shape in &evaluation.shapes {
+        for (i, own) in shape.slope.iter().enumerate() {
+            for (j, other) in shape.slope.iter().enumerate() {
+                information[(i, j)] += own * other;
+            }
+        }
+    }
     let parameters = fit.hypothesis.effects.iter().flat_map(|(candidate, _)| &candidate.parameters);
     for (i, parameter) in parameters.enumerate() {
         if let Some((_, precision)) = parameter.expectation() {

@@ -4,8 +4,9 @@
 use nalgebra::{DMatrix, Vector3};
 
 use super::data::{Load, Row};
+use crate::identify::{MeasuredRotation, RotationAxis};
 use crate::model::{
-    Cause, Correction, Description, Placement, Robot, mass_matrix, spring_constant,
+    Cause, Correction, Description, Placement, Robot, link_rotation, mass_matrix, spring_constant,
     stiffness_matrix,
 };
 
@@ -81,6 +82,18 @@ impl Mechanics {
     /// The robot under the load of a row.
     pub(super) fn robot(&self, row: &Row) -> Option<&Robot> {
         self.robots.iter().find(|(load, _)| *load == row.load).map(|(_, robot)| robot)
+    }
+
+    /// How much each elastic coordinate turns a link as measured, at the row at which the robot is
+    /// placed.
+    pub(super) fn turns(&self, row: &Row, measured: &MeasuredRotation) -> Option<Vec<f64>> {
+        let direction = match measured.about {
+            RotationAxis::Joint => None,
+            RotationAxis::Base(axis) => {
+                Some(Vector3::from_fn(|i, _| f64::from(u8::from(i == axis))))
+            }
+        };
+        link_rotation(self.robot(row)?, &self.placement, &measured.link, direction)
     }
 
     /// Where the robot was placed last.
@@ -174,6 +187,21 @@ impl Change {
         let mass = if self.is_diagonal() { along_diagonal } else { along };
         let stiffness = if self.is_diagonal() || !self.couples { along_diagonal } else { along };
         stiffness(&self.stiffness, shape) - omega_squared * mass(&self.mass, shape)
+    }
+}
+
+impl Change {
+    /// φ_sᵀ (dK − ω² dM) φ of two modes: what turns one towards the other.
+    pub(super) fn between(&self, other: &[f64], shape: &[f64], omega_squared: f64) -> f64 {
+        let n = shape.len();
+        let column = |j: usize| {
+            let own = (0..n).map(|i| {
+                let change = self.stiffness[(i, j)] - omega_squared * self.mass[(i, j)];
+                other[i] * change
+            });
+            own.sum::<f64>() * shape[j]
+        };
+        (0..n).map(column).sum()
     }
 }
 

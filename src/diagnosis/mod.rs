@@ -10,6 +10,7 @@ mod arm;
 mod candidate;
 mod causes;
 mod choose;
+mod damping;
 mod data;
 mod decorrelation;
 mod diagnose;
@@ -18,6 +19,7 @@ mod fit;
 mod gain;
 mod hypothesis;
 mod interval;
+mod known;
 mod likelihood;
 mod mechanics;
 mod next_poses;
@@ -29,6 +31,7 @@ mod problem;
 mod screen;
 mod sets;
 mod settle;
+mod shapes;
 mod statistics;
 mod structure;
 mod symmetry;
@@ -39,6 +42,7 @@ mod verdict;
 pub use causes::CauseText;
 pub use diagnose::{Settings, diagnose};
 pub use outcome::{
-    Diagnosis, Errors, Estimate, Evidence, Finding, Gain, Mirror, NextPose, NextTest, NoiseFound,
-    ResidualRow, Shape, Structure, Suspect, Symmetry, Untested, Verdict, label,
+    Diagnosis, Errors, Estimate, Evidence, Finding, Gain, LearnedDamping, Mirror, NextPose,
+    NextTest, NoiseFound, ResidualRow, Shape, Structure, Suspect, Symmetry, Untested, Verdict,
+    label,
 };

@@ -54,6 +54,8 @@ pub(super) fn poses_between(
             conditions,
             load: Load::NOMINAL,
             sample_rate_hz,
+            rotations: Vec::new(),
+            damping: Vec::new(),
             index: 0,
         })
         .collect();
@@ -111,7 +113,7 @@ pub(super) fn mass_between(
         let mut total = 0.0;
         for row in data.rows.iter().step_by(step).filter(|row| row.load == Load::NOMINAL) {
             let load = Load { added_kg: vec![(link.to_owned(), mass_kg)], ..Load::NOMINAL };
-            let row = Row { load, ..row.clone() };
+            let row = Row { load, rotations: Vec::new(), ..row.clone() };
             let columns = data.columns;
             let Some(seen) = PredictedPose::new(description, &row, columns, finding, alternative)
             else {

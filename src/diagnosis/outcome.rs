@@ -50,6 +50,18 @@ pub struct NoiseFound {
     pub drift_percent: f64,
 }
 
+/// What a table of damping ratios teaches about a joint.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LearnedDamping {
+    /// The joint.
+    pub joint: String,
+    /// Share of critical damping of a mode whose strain energy sits all in this joint.
+    pub damping_ratio: f64,
+    /// Its standard deviation.
+    pub std: f64,
+}
+
 /// A cause at a place.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -328,6 +340,8 @@ pub struct Diagnosis {
     pub noise_floor_percent: f64,
     /// How the noise is made.
     pub noise: NoiseFound,
+    /// Joints whose damping the table tells.
+    pub damping: Vec<LearnedDamping>,
     /// Rows that fit nothing and were set aside, counted from 1 as in the table.
     pub suspect_rows: Vec<usize>,
     /// What the table teaches about all numbers of the model, with the findings.

@@ -17,6 +17,10 @@ const STEP: f64 = 1e-6;
 pub(super) struct Frequency {
     pub(super) ln_hz: f64,
     pub(super) slope: Vec<f64>,
+    /// How each link turns in the mode that the row has a rotation of, mode after mode of the row.
+    pub(super) rotations: Vec<f64>,
+    /// Their derivatives by each parameter, but for what scales the whole mode.
+    pub(super) rotation_slopes: Vec<Vec<f64>>,
 }
 
 /// Predicted frequencies of every row, ascending, before the instrument has its say; `None` if
@@ -58,9 +62,14 @@ pub(super) fn predict(
     }
     let mut rows = Vec::with_capacity(data.rows.len());
     for (i, row) in data.rows.iter().enumerate() {
-        if !changes.is_empty() {
+        let measured = row.rotations.iter().flatten();
+        let is_placed = !changes.is_empty() || row.rotations.iter().any(|own| !own.is_empty());
+        if is_placed {
             here.place(row)?;
         }
+        let n = here.mass.nrows();
+        let turns: Vec<Vec<f64>> =
+            measured.map(|own| here.turns(row, own).unwrap_or_else(|| vec![0.0; n])).collect();
         for change in changes.iter_mut().flatten() {
             change.place(&here, row)?;
         }
@@ -74,9 +83,31 @@ pub(super) fn predict(
                         / (2.0 * omega_squared)
                 })
             };
+            let along = |turns: &Vec<f64>, shape: &[f64]| -> f64 {
+                turns.iter().zip(shape).map(|(turn, part)| turn * part).sum()
+            };
+            // dφ = Σ φ_s φ_sᵀ (dK − ω² dM) φ / (ω² − ω_s²) over the other modes s.
+            let turned = |change: &Option<Change>| -> Vec<f64> {
+                let Some(change) = change.as_ref().filter(|_| !turns.is_empty()) else {
+                    return vec![0.0; turns.len()];
+                };
+                let mut moved = vec![0.0; n];
+                for (s, &other) in pencils.omega_squared(i).iter().enumerate() {
+                    let apart = omega_squared - other;
+                    if s == r || !other.is_finite() || apart.abs() < 1e-6 * omega_squared {
+                        continue;
+                    }
+                    let shape = pencils.shape(i, s);
+                    let share = change.between(shape, pencils.shape(i, r), omega_squared);
+                    moved.iter_mut().zip(shape).for_each(|(m, part)| *m += share / apart * part);
+                }
+                turns.iter().map(|turns| along(turns, &moved) / STEP).collect()
+            };
             Frequency {
                 ln_hz: hz_from_rad_per_s(omega_squared.sqrt()).ln(),
                 slope: changes.iter().map(slope).collect(),
+                rotations: turns.iter().map(|own| along(own, pencils.shape(i, r))).collect(),
+                rotation_slopes: changes.iter().map(turned).collect(),
             }
         });
         rows.push(frequencies.collect());

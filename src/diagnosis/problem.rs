@@ -6,6 +6,7 @@ use super::data::Data;
 use super::hypothesis::Hypothesis;
 use super::likelihood::{MIN_NOISE, Noise, noise};
 use super::predict::{Frequency, predict};
+use super::shapes::{ShapeTerm, paired, terms};
 use crate::model::{Cause, Description};
 use crate::units::aliased_hz;
 
@@ -29,6 +30,10 @@ pub(super) struct Evaluation {
     /// d ln(predicted) by each parameter, one row a point, likewise.
     pub(super) slopes: Vec<Vec<f64>>,
     pub(super) noise: Noise,
+    /// How links turn in the modes.
+    pub(super) shapes: Vec<ShapeTerm>,
+    /// Rows whose modes, by their shapes, are not those of their rank.
+    pub(super) out_of_rank: Vec<usize>,
     /// ln likelihood, with what is expected of the parameters.
     pub(super) score: f64,
 }
@@ -41,7 +46,9 @@ impl<'p> Problem<'p> {
         with_slopes: bool,
     ) -> Option<Evaluation> {
         let rows = predict(self.description, hypothesis, self.data, with_slopes)?;
-        let rows = self.seen(hypothesis, rows)?;
+        let mut rows = self.seen(hypothesis, rows)?;
+        let out_of_rank = paired(self.data, &mut rows);
+        let (shapes, of_shapes) = terms(self.data, &rows);
         let missed: Vec<usize> = hypothesis
             .effects
             .iter()
@@ -58,9 +65,13 @@ impl<'p> Problem<'p> {
         let innovations = decorrelation.of_residuals(&residuals);
         decorrelation.of_slopes(&mut slopes);
         let noise = noise(&self.data.points, &innovations);
-        let score =
-            noise.ln_likelihood + decorrelation.ln_determinant + prior + expectation(hypothesis);
-        let evaluation = Evaluation { residuals, innovations, slopes, noise, score };
+        let score = noise.ln_likelihood
+            + of_shapes
+            + decorrelation.ln_determinant
+            + prior
+            + expectation(hypothesis);
+        let evaluation =
+            Evaluation { residuals, innovations, slopes, noise, shapes, out_of_rank, score };
         score.is_finite().then_some(evaluation)
     }
 

@@ -6,6 +6,7 @@ use super::choose::{Choice, SearchWidth, choose};
 use super::data::Data;
 use super::decorrelation::NoiseShape;
 use super::fit::Fit;
+use super::known::Known;
 use super::likelihood::noise;
 use super::noise::shape_of;
 use super::problem::{Evaluation, Problem};
@@ -49,6 +50,7 @@ struct Question<'q, 'c> {
     description: &'q Description,
     candidates: &'c [Candidate],
     screen: &'q Screen,
+    known: &'q Known<'c>,
 }
 
 /// Chooses causes, noise and rows; `None` if the model has no modes.
@@ -57,8 +59,9 @@ pub(super) fn settled<'c>(
     data: Data,
     candidates: &'c [Candidate],
     screen: &Screen,
+    known: &Known<'c>,
 ) -> Option<Settled<'c>> {
-    let question = Question { description, candidates, screen };
+    let question = Question { description, candidates, screen, known };
     let first = question.choose(&data)?;
     let (data, choice, suspects) = question.without_wrong_rows(data, first)?;
     let (data, choice) = question.with_noise(data, choice)?;
@@ -68,7 +71,7 @@ pub(super) fn settled<'c>(
 impl<'c> Question<'_, 'c> {
     fn choose(&self, data: &Data) -> Option<Choice<'c>> {
         let problem = Problem { description: self.description, data };
-        choose(&problem, self.candidates, self.screen, SearchWidth::FULL)
+        choose(&problem, self.candidates, self.screen, SearchWidth::FULL, self.known)
     }
 
     /// Sets wrong rows aside, the worst first, as long as each is as wrong without it.

@@ -37,6 +37,7 @@ pub(super) fn within_the_model(table: &ModeTable, modes: usize) -> (ModeTable, O
         frequencies_hz: first(&row.frequencies_hz),
         deviations_hz: first(&row.deviations_hz),
         damping_ratios: first(&row.damping_ratios),
+        rotations: row.rotations.iter().take(kept).cloned().collect(),
         ..row.clone()
     });
     let rows = rows.collect();

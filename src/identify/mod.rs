@@ -25,4 +25,4 @@ mod table;
 
 pub use estimate::lscf::{StabilisationPoint, Stability};
 pub use prepare::RecordKind;
-pub use table::{ModeRow, ModeTable};
+pub use table::{MeasuredRotation, ModeRow, ModeTable, RotationAxis};

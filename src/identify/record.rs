@@ -117,7 +117,7 @@ pub struct Record {
 }
 
 /// What a measurement may depend on beside the pose.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Conditions {
     /// Temperature, °C.
     pub temperature_c: Option<f64>,
@@ -125,6 +125,8 @@ pub struct Conditions {
     pub amplitude_nm: Option<f64>,
     /// Mass carried, kg.
     pub payload_kg: Option<f64>,
+    /// Masses added at the centres of mass of links, by name, kg.
+    pub added_kg: Vec<(String, f64)>,
 }
 
 /// A record with the pose and the conditions under which it was taken.

@@ -8,11 +8,12 @@ use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::links::LinkRotation;
 use super::mode::Mode;
 use super::pose::{JointColumn, Pose};
 use super::record::{Conditions, Data, Measurement, Session};
 use super::record_modes::{IdentifiedRecord, identify_record};
-use super::table::{ModeRow, ModeTable};
+use super::table::{MeasuredRotation, ModeRow, ModeTable, RotationAxis};
 use crate::notes::{Code, Note, Part, Place};
 use crate::progress::{Done, Progress};
 
@@ -92,7 +93,8 @@ impl IdentifiedSession {
                 temperature_c: at.conditions.temperature_c,
                 amplitude_nm: at.conditions.amplitude_nm,
                 payload_kg: at.conditions.payload_kg,
-                added_kg: Vec::new(),
+                added_kg: at.conditions.added_kg.clone(),
+                rotations: found.iter().map(|mode| self.rotations(mode)).collect(),
                 sample_rate_hz: at.sample_rate_hz,
                 id: at.id.clone(),
             }
@@ -102,6 +104,25 @@ impl IdentifiedSession {
             modes: most,
             unstated: Vec::new(),
         }
+    }
+
+    /// How marked links turn in a mode, as the first of its records that shows it has them: as far
+    /// as they turn in phase with the one that turns most.
+    fn rotations(&self, mode: &PoseMode) -> Vec<MeasuredRotation> {
+        let shown = mode.members.iter().filter_map(|&(record, own)| {
+            let links = &self.records.get(record)?.modes.get(own)?.links;
+            (links.len() > 1).then_some(links)
+        });
+        let Some(links) = shown.into_iter().next() else { return Vec::new() };
+        let most = links.iter().map(|link| link.rotation);
+        let most = most.max_by(|a, b| a.norm().total_cmp(&b.norm())).unwrap_or_default();
+        let one = |link: &LinkRotation| MeasuredRotation {
+            link: link.link.clone(),
+            about: RotationAxis::Joint,
+            value: (link.rotation * most.conj()).re / most.norm().max(f64::MIN_POSITIVE),
+            std: Some(link.std).filter(|std| *std > 0.0),
+        };
+        links.iter().map(one).collect()
     }
 }
 
@@ -166,7 +187,7 @@ fn pose_modes(
     ids.dedup();
     PoseModes {
         pose: first.pose.clone(),
-        conditions: first.conditions,
+        conditions: first.conditions.clone(),
         id: (!ids.is_empty()).then(|| ids.join("+")),
         sample_rate_hz: rate(first),
         modes,

@@ -31,10 +31,34 @@ pub struct ModeRow<P = Vec<f64>> {
     pub payload_kg: Option<f64>,
     /// Masses added at the centres of mass of links, by name, kg.
     pub added_kg: Vec<(String, f64)>,
+    /// By mode, how links turn in it.
+    pub rotations: Vec<Vec<MeasuredRotation>>,
     /// Samples per second of the record.
     pub sample_rate_hz: Option<f64>,
     /// What the row is called.
     pub id: Option<String>,
+}
+
+/// How a link turns in a mode, against the ground.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeasuredRotation {
+    /// The link.
+    pub link: String,
+    /// About which axis.
+    pub about: RotationAxis,
+    /// Up to a factor that all rotations of the mode in this row have in common.
+    pub value: f64,
+    /// Its standard deviation, in the same unit.
+    pub std: Option<f64>,
+}
+
+/// An axis about which a link turns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RotationAxis {
+    /// The axis of the joint that carries the link.
+    Joint,
+    /// An axis of the base frame, from 0.
+    Base(usize),
 }
 
 impl<P> ModeRow<P> {
@@ -49,6 +73,7 @@ impl<P> ModeRow<P> {
             amplitude_nm: self.amplitude_nm,
             payload_kg: self.payload_kg,
             added_kg: self.added_kg,
+            rotations: self.rotations,
             sample_rate_hz: self.sample_rate_hz,
             id: self.id,
         }

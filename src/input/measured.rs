@@ -8,7 +8,7 @@ use super::joint_columns::{self, columns_of, is_of_joint, joint_columns};
 use crate::formats::table::Table;
 use crate::formats::text::read_text;
 use crate::identify::pose::{JointColumn, Pose};
-use crate::identify::{ModeRow, ModeTable};
+use crate::identify::{MeasuredRotation, ModeRow, ModeTable, RotationAxis};
 use crate::model::{AngleForm, MovingJoint, Robot};
 use crate::notes::{Code, Note, Notes, Part, Place};
 use crate::wording::{hint, nearest};
@@ -25,8 +25,8 @@ const MAX_HZ: f64 = 1e6;
 /// Reads a table of identified modes: the pose as `beta2_rad` (with `beta1_rad`, if known) or one
 /// column `<joint>_rad` or `_deg` per moving joint (`_m` or `_mm` where it slides), `f1_hz`,
 /// `f2_hz` … ascending with blanks where a mode was not measured, `mass_<link>_kg` for a mass added
-/// at a link's centre of mass, and the covariates. `reading` is
-/// warned of columns that are not used.
+/// at a link's centre of mass, `phi1_<link>` … for how links turn in a mode, and the covariates.
+/// `reading` is warned of columns that are not used.
 ///
 /// # Errors
 /// Every fault of the table, each with its line.
@@ -166,6 +166,7 @@ struct Columns {
     payload: Option<usize>,
     /// Links with the columns of masses added to them.
     added: Vec<(String, usize)>,
+    rotations: Vec<RotationColumn>,
     sample_rate: Option<usize>,
     id: Option<usize>,
     unknown: Vec<String>,
@@ -202,6 +203,7 @@ impl Columns {
         let deviations = of_modes(&|m| format!("f{m}_std_hz"));
         let damping = of_modes(&|m| format!("zeta{m}"));
         let added = added_columns(header, line, robot, notes);
+        let rotations = rotation_columns(header, line, modes.len(), robot, notes);
         let known = |title: &str| {
             [
                 "temperature_c",
@@ -216,6 +218,7 @@ impl Columns {
             .contains(&title)
                 || is_of_joint(title, robot)
                 || added.iter().any(|(_, index)| header[*index] == title)
+                || RotationColumn::mode_of(title).is_some()
                 || numbered(title, "f", "_hz")
                 || numbered(title, "f", "_std_hz")
                 || numbered(title, "zeta", "")
@@ -236,6 +239,7 @@ impl Columns {
             amplitude: find("amplitude_nm"),
             payload: find("payload_kg"),
             added,
+            rotations,
             sample_rate: find("sample_rate_hz"),
             id: find("id"),
             unknown,
@@ -280,6 +284,16 @@ impl Columns {
             .iter()
             .filter_map(|(link, column)| Some((link.clone(), optional(Some(*column))?)))
             .collect();
+        row.rotations = vec![Vec::new(); self.modes.len()];
+        for column in &self.rotations {
+            let Some(value) = optional(Some(column.index)) else { continue };
+            row.rotations[column.mode].push(MeasuredRotation {
+                link: column.link.clone(),
+                about: column.about,
+                value,
+                std: optional(column.std),
+            });
+        }
         row.sample_rate_hz = optional(self.sample_rate);
         row.id = self.id.and_then(|column| cells.get(column)).filter(|id| !id.is_empty()).cloned();
         if notes.errors() == before {
@@ -392,9 +406,87 @@ fn check(
         let what = format!("mass_{link}_kg is {kg}, must not be negative");
         notes.error(Code::Value, line, what);
     }
+    for column in &columns.rotations {
+        let own = row.rotations.get(column.mode).into_iter().flatten();
+        let mut own = own.filter(|r| r.link == column.link && r.about == column.about);
+        if let Some(std) = own.find_map(|rotation| rotation.std).filter(|std| *std <= 0.0) {
+            let what = format!("{}_std is {std}, must be positive", title(column.index));
+            notes.error(Code::Value, line, what);
+        }
+    }
     for violation in robot.limit_violations(&row.pose) {
         notes.error(Code::JointLimit, line, violation.to_string());
     }
+}
+
+/// A column of how a link turns in a mode.
+struct RotationColumn {
+    /// From 0.
+    mode: usize,
+    link: String,
+    about: RotationAxis,
+    index: usize,
+    std: Option<usize>,
+}
+
+impl RotationColumn {
+    /// The mode, from 1, and what follows it in `phi<mode>_<what>`.
+    fn mode_of(title: &str) -> Option<(usize, &str)> {
+        let (digits, what) = title.strip_prefix("phi")?.split_once('_')?;
+        Some((digits.parse().ok()?, what))
+    }
+
+    /// The link and the axis that `<link>` or `<link>_x` names.
+    fn place_of(what: &str, links: &[&str]) -> Option<(String, RotationAxis)> {
+        let is_link = |name: &str| links.contains(&name);
+        if is_link(what) {
+            return Some((what.to_owned(), RotationAxis::Joint));
+        }
+        let (link, axis) = what.rsplit_once('_').filter(|(link, _)| is_link(link))?;
+        let axis = ["x", "y", "z"].iter().position(|own| *own == axis)?;
+        Some((link.to_owned(), RotationAxis::Base(axis)))
+    }
+}
+
+/// The columns `phi<mode>_<link>` (about the axis of the link's joint) and `phi<mode>_<link>_x`,
+/// `_y`, `_z` (of the base), each with that of its deviation.
+fn rotation_columns(
+    header: &[String],
+    line: usize,
+    modes: usize,
+    robot: &Robot,
+    notes: &mut Notes,
+) -> Vec<RotationColumn> {
+    let bodies = robot.bodies().iter().filter(|body| !body.is_payload);
+    let links: Vec<&str> = bodies.map(|body| body.link.as_str()).collect();
+    let mut columns = Vec::new();
+    for (index, title) in header.iter().enumerate() {
+        let Some((mode, what)) = RotationColumn::mode_of(title) else { continue };
+        let of_std = what.strip_suffix("_std").filter(|_| !links.contains(&what));
+        let is_numbered = (1..=modes).contains(&mode);
+        match RotationColumn::place_of(of_std.unwrap_or(what), &links) {
+            Some((link, about)) if is_numbered => {
+                if of_std.is_none() {
+                    let std = header.iter().position(|other| *other == format!("{title}_std"));
+                    columns.push(RotationColumn { mode: mode - 1, link, about, index, std });
+                }
+            }
+            Some(_) => {
+                let what = format!("column '{title}' is of mode {mode}, but f{mode}_hz is missing");
+                notes.error(Code::MissingKey, line, what);
+            }
+            None => {
+                let what = format!(
+                    "column '{title}' is not used: '{what}' is no link with mass, nor such a link \
+                     with _x, _y, _z or _std; these are {}{}",
+                    links.join(", "),
+                    hint(what, links.iter().copied())
+                );
+                notes.warning(Code::Unused, line, what);
+            }
+        }
+    }
+    columns
 }
 
 /// The columns `mass_<link>_kg`, each with its link; a link that the robot lacks is a fault.

@@ -12,12 +12,13 @@ use super::relocated::relocated;
 use super::robot::{described_robot_of_text, read_described_robot};
 use crate::formats::text::read_text;
 use crate::formats::yaml::Step;
-use crate::formats::yaml::splice::{Splice, entries, quoted};
-use crate::model::{Calibration, Carries, CoordinateKind, Description};
+use crate::formats::yaml::splice::{Entry, Splice, entries, quoted};
+use crate::model::{Calibration, Carries, CoordinateKind, Damping, Description};
 use crate::notes::{Code, Note, Place};
 
-/// The text of the robot file at `path` with these corrections and this calibration in place of its
-/// own, to be written to `output`. `date` is the day of the calibration, as YYYY-MM-DD.
+/// The text of the robot file at `path` with these corrections, this calibration and these damping
+/// ratios of joints in place of its own, to be written to `output`. `date` is the day of the
+/// calibration, as YYYY-MM-DD.
 ///
 /// # Errors
 /// The file cannot be read, is written in braces as a whole, or would not be read as what was asked
@@ -27,16 +28,21 @@ pub fn corrected_robot(
     output: &Path,
     corrections: &[FittedCorrection],
     calibration: &CalibrationRecord,
+    damping: &[(String, f64)],
     date: &str,
 ) -> Result<String, Vec<Note>> {
     let text = read_text(path, MAX_ROBOT_BYTES)?;
     let before = read_described_robot(path, &mut Reading::default())?;
     let refused = |what: &str| vec![Note::error(Code::NotRewritten, Place::file(path), what)];
     let (mut urdf, mut old) = (None, [None, None]);
+    let mut springs: Vec<(String, String, Entry)> = Vec::new();
     entries(&text, |steps, entry| match steps {
         [Step::Key("urdf")] => urdf = Some(entry()),
         [Step::Key("corrections")] => old[0] = Some(entry()),
         [Step::Key("calibration")] => old[1] = Some(entry()),
+        [Step::Key("elasticity"), Step::Key("joints"), Step::Key(joint), Step::Key(key)] => {
+            springs.push(((*joint).to_owned(), (*key).to_owned(), entry()));
+        }
         _ => {}
     })
     .ok_or_else(|| refused("is not a robot that can be rewritten"))?;
@@ -52,13 +58,22 @@ pub fn corrected_robot(
             None => splice.append(block),
         }
     }
+    for (joint, zeta) in damping {
+        damp(&mut splice, &springs, joint, *zeta);
+    }
     if let Some(urdf) = urdf
         && let Some(name) = relocated(&urdf.text, path, output)
     {
         splice.replace(urdf.value, quoted(&name));
     }
     let text = splice.finish();
-    confirm(&before.description, &text, output, corrections, calibration).map_err(|why| {
+    let mut wanted = before.description;
+    for spring in &mut wanted.elastic_joints {
+        if let Some((_, zeta)) = damping.iter().find(|(joint, _)| *joint == spring.joint) {
+            spring.damping = Some(Damping::Ratio(*zeta));
+        }
+    }
+    confirm(&wanted, &text, output, corrections, calibration).map_err(|why| {
         let what = format!(
             "is not written: read again, {why}; {} is written in a manner that cannot be edited, \
              so change it by hand",
@@ -67,6 +82,26 @@ pub fn corrected_robot(
         vec![Note::error(Code::NotRewritten, Place::file(output), what)]
     })?;
     Ok(text)
+}
+
+/// Puts a joint's damping ratio into its spring: in place of the damping there, else behind the
+/// stiffness.
+fn damp(splice: &mut Splice<'_>, springs: &[(String, String, Entry)], joint: &str, zeta: f64) {
+    let own = |wanted: &dyn Fn(&str) -> bool| {
+        springs.iter().find(|(at, key, _)| at == joint && wanted(key)).map(|(.., entry)| entry)
+    };
+    let new = format!("damping_ratio: {zeta}");
+    if let Some(entry) = own(&|key| key.starts_with("damping_")) {
+        splice.replace(entry.whole(), new);
+    } else if let Some(entry) = own(&|key| key.starts_with("stiffness_")) {
+        let stiffness = splice.slice(entry.value.clone());
+        let between = if entry.in_braces {
+            ", ".to_owned()
+        } else {
+            format!("{}{}", splice.line_end(), " ".repeat(entry.column))
+        };
+        splice.replace(entry.value.clone(), format!("{}{between}{new}", stiffness.trim_end()));
+    }
 }
 
 /// Whether `text`, in the file `output`, is the same robot with these corrections and this
@@ -258,7 +293,7 @@ mod tests {
             fitted_to: vec![FittedTable { table, joints }],
             ..calibrated(12, 1.25)
         };
-        let text = corrected_robot(&path, &output, &corrections, &record, DATE).unwrap();
+        let text = corrected_robot(&path, &output, &corrections, &record, &[], DATE).unwrap();
         assert!(
             text.starts_with("# my arm\n") && text.contains("urdf: ../../two-link.urdf"),
             "{text}"
@@ -275,7 +310,8 @@ mod tests {
         assert_eq!(read.corrections, corrections);
         assert_eq!(read.calibration, Some(record.clone()));
         // Twice the same: nothing piles up.
-        let again = corrected_robot(&output, &output, &read.corrections, &record, DATE).unwrap();
+        let again =
+            corrected_robot(&output, &output, &read.corrections, &record, &[], DATE).unwrap();
         assert_eq!(again, text);
     }
 
@@ -293,7 +329,7 @@ mod tests {
             let yaml = format!("{braces}{rest}{old}").replace('\n', end);
             let (_folder, path) = two_link::folder(&yaml, two_link::URDF);
             let new = [correction(Cause::Payload, "tool0", "mass_kg", 4.9)];
-            let text = corrected_robot(&path, &path, &new, &calibrated, DATE).unwrap();
+            let text = corrected_robot(&path, &path, &new, &calibrated, &[], DATE).unwrap();
             for comment in ["# by hand", "# in column 0", "# within", "# kg", "# behind"] {
                 assert_eq!(text.matches(comment).count(), 1, "{comment}: {text}");
             }
@@ -305,12 +341,34 @@ mod tests {
         }
     }
 
+    /// In braces and on lines of their own, in place of what was there and beside it.
+    #[test]
+    fn damping_goes_to_the_springs() {
+        let learned = [("joint_1".to_owned(), 0.041), ("joint_2".to_owned(), 0.0175)];
+        let at = plain().find("  joints:").unwrap();
+        let end = at + plain()[at..].find("joint_2: ").unwrap();
+        let end = end + plain()[end..].find('\n').unwrap() + 1;
+        let lines = "  joints:\n    joint_1:\n      stiffness_nm_per_rad: 555000 # load test\n    \
+                     joint_2:\n      stiffness_nm_per_rad: 138000\n      damping_ratio: 0.3\n";
+        let on_lines = format!("{}{lines}{}", &plain()[..at], &plain()[end..]);
+        for yaml in [plain(), on_lines] {
+            let (_folder, path) = two_link::folder(&yaml, two_link::URDF);
+            let text =
+                corrected_robot(&path, &path, &[], &calibrated(7, 2.5), &learned, DATE).unwrap();
+            std::fs::write(&path, &text).unwrap();
+            let springs = load(&path).unwrap().description.elastic_joints;
+            for (spring, (joint, zeta)) in springs.iter().zip(&learned) {
+                assert_eq!((&spring.joint, spring.damping), (joint, Some(Damping::Ratio(*zeta))));
+            }
+        }
+    }
+
     /// What cannot be edited is refused, not damaged.
     #[test]
     fn a_file_that_would_not_be_read_as_asked_is_not_written() {
         let calibrated = calibrated(7, 2.5);
         let (_folder, path) = two_link::folder(&format!("{}...\n", plain()), two_link::URDF);
-        let notes = corrected_robot(&path, &path, &[], &calibrated, DATE).unwrap_err();
+        let notes = corrected_robot(&path, &path, &[], &calibrated, &[], DATE).unwrap_err();
         assert!(notes[0].what.starts_with("is not written: read again, "), "{}", notes[0]);
     }
 

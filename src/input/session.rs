@@ -256,6 +256,12 @@ impl Reader<'_> {
                 temperature_c: record.temperature_c,
                 amplitude_nm: record.amplitude_nm,
                 payload_kg: record.payload_kg,
+                added_kg: record
+                    .added_mass_kg
+                    .iter()
+                    .flatten()
+                    .map(|(l, m)| (l.clone(), *m))
+                    .collect(),
             },
             id: record.id.clone(),
         })

@@ -43,4 +43,4 @@ pub use posterior::{LearnedParameter, ParameterKind, Posterior, Unexplained};
 pub(crate) use robot::Coupling;
 pub(crate) use robot::NodeMotion;
 pub use robot::{AngleForm, Coordinate, LimitViolation, MovingJoint, Robot, UncertainBody};
-pub use tip::{elastic_jacobian, forward_kinematics, joint_jacobian};
+pub use tip::{elastic_jacobian, forward_kinematics, joint_jacobian, link_rotation};

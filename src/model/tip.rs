@@ -5,7 +5,7 @@ use nalgebra::{
 };
 
 use super::placement::{Axis, Placement};
-use super::robot::Robot;
+use super::robot::{NodeMotion, Robot, ancestors};
 
 /// Pose of the tip frame in the base frame, as placed.
 pub fn forward_kinematics(robot: &Robot, placement: &Placement) -> Isometry3<f64> {
@@ -48,6 +48,32 @@ pub fn joint_jacobian(
     for (index, axis) in placement.joint_axes.iter().enumerate() {
         set_column(jacobian, index, axis, &p);
     }
+}
+
+/// How much each elastic coordinate turns a link, about `direction` of the base frame, or about the
+/// axis of the joint that carries the link; `None` if there is no such link with mass, or no such
+/// joint.
+pub fn link_rotation(
+    robot: &Robot,
+    placement: &Placement,
+    link: &str,
+    direction: Option<Vector3<f64>>,
+) -> Option<Vec<f64>> {
+    let body = robot.bodies.iter().find(|body| body.link == link && !body.is_payload)?;
+    let direction = match direction {
+        Some(direction) => direction,
+        None => {
+            ancestors(&robot.nodes, body.node).find_map(|node| match robot.nodes[node].motion {
+                NodeMotion::Revolute { joint, .. } => Some(placement.joint_axes[joint].direction),
+                _ => None,
+            })?
+        }
+    };
+    let mut turns = vec![0.0; robot.coordinates.len()];
+    for i in robot.carriers_of(body) {
+        turns[i] = placement.elastic_axes[i].angular_velocity().dot(&direction);
+    }
+    Some(turns)
 }
 
 fn tip(robot: &Robot, placement: &Placement) -> (Matrix3<f64>, Vector3<f64>) {

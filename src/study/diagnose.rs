@@ -50,6 +50,8 @@ pub struct RobotUpdate {
     pub corrections: Vec<FittedCorrection>,
     /// How good the model is with them.
     pub calibration: CalibrationRecord,
+    /// Damping ratios of joints.
+    pub damping: Vec<(String, f64)>,
     /// Warnings about that file, without its name.
     pub notes: Vec<Note>,
 }
@@ -79,7 +81,8 @@ impl RobotUpdate {
     /// # Errors
     /// The file is written in a manner that cannot be edited.
     pub fn output(&self, robot_file: &Path, to: &Path, date: &str) -> Result<Output, Vec<Note>> {
-        let text = corrected_robot(robot_file, to, &self.corrections, &self.calibration, date)?;
+        let Self { corrections, calibration, damping, .. } = self;
+        let text = corrected_robot(robot_file, to, corrections, calibration, damping, date)?;
         Ok(Output::new(to, text.into_bytes()))
     }
 }
@@ -236,6 +239,7 @@ fn update(
             table: Some(name),
             fitted_to,
         },
+        damping: found.damping.iter().map(|own| (own.joint.clone(), own.damping_ratio)).collect(),
         notes: update_notes(found),
     }
 }

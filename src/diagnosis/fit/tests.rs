@@ -70,6 +70,8 @@ pub(in crate::diagnosis) fn data(rows: usize) -> Data {
             },
             load: Load::NOMINAL,
             sample_rate_hz: Some(40.0),
+            rotations: Vec::new(),
+            damping: Vec::new(),
             index: i,
         })
         .collect();

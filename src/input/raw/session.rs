@@ -103,6 +103,9 @@ pub(in crate::input) struct Record {
     /// Mass carried, kg.
     #[schemars(extend("minimum" = 0))]
     pub(in crate::input) payload_kg: Option<f64>,
+    /// Masses added at the centres of mass of links, by link, kg.
+    #[schemars(extend("additionalProperties" = {"type": "number", "minimum": 0}))]
+    pub(in crate::input) added_mass_kg: Option<BTreeMap<String, f64>>,
 }
 
 /// A pose: `joints_deg`, or angles of the two-link model.

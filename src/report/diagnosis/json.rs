@@ -5,8 +5,8 @@ use serde::Serialize;
 
 use super::words::structure;
 use crate::diagnosis::{
-    self, Diagnosis, Errors, Finding, Gain, NextPose, NextTest, NoiseFound, ResidualRow, Suspect,
-    Symmetry, Untested, Verdict,
+    self, Diagnosis, Errors, Finding, Gain, LearnedDamping, NextPose, NextTest, NoiseFound,
+    ResidualRow, Suspect, Symmetry, Untested, Verdict,
 };
 use crate::study::diagnose::Diagnosed;
 
@@ -36,6 +36,8 @@ pub(in crate::report) struct Document<'d> {
     noise_floor_percent: f64,
     /// How the noise is made.
     noise: &'d NoiseFound,
+    /// Damping of the joints whose damping the table tells.
+    damping: &'d [LearnedDamping],
     /// Rows that fit nothing and were set aside, counted from 1 as in the table.
     suspect_rows: &'d [usize],
     /// Poses to measure next, each with the two causes that it separates.
@@ -99,6 +101,7 @@ pub fn diagnosis(diagnosed: &Diagnosed) -> serde_json::Result<String> {
         gain: d.gain,
         noise_floor_percent: d.noise_floor_percent,
         noise: &d.noise,
+        damping: &d.damping,
         suspect_rows: &d.suspect_rows,
         next_poses: &d.next_poses,
         next_tests: &d.next_tests,

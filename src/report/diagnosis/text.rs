@@ -3,8 +3,9 @@
 use std::fmt::Write;
 
 use super::words::{estimate, finding, p_value, position, structure, symmetry, verdict};
-use crate::diagnosis::{Diagnosis, Finding, NextPose, Verdict};
+use crate::diagnosis::{Diagnosis, Finding, LearnedDamping, NextPose, Verdict};
 use crate::study::diagnose::Diagnosed;
+use crate::units::percent_from_ratio;
 use crate::wording::wrapped;
 
 /// Verdict, findings with evidence and alternatives, errors, residual, what to measure next.
@@ -108,7 +109,8 @@ fn errors(d: &Diagnosis, out: &mut String) {
 
 fn residual(d: &Diagnosis, out: &mut String) {
     let mirrors = d.symmetry.as_ref().and_then(symmetry);
-    if d.structure_before.is_some() || d.structure_after.is_some() || mirrors.is_some() {
+    let has_structure = d.structure_before.is_some() || d.structure_after.is_some();
+    if has_structure || mirrors.is_some() || !d.damping.is_empty() {
         out.push('\n');
     }
     let unexplained = d.verdict == Verdict::Unexplained;
@@ -121,6 +123,14 @@ fn residual(d: &Diagnosis, out: &mut String) {
     }
     if let Some(mirrors) = mirrors {
         wrapped(out, "symmetry            ", &mirrors);
+    }
+    if !d.damping.is_empty() {
+        let one = |own: &LearnedDamping| {
+            let [zeta, std] = [own.damping_ratio, own.std].map(percent_from_ratio);
+            format!("{} {zeta:.1} % ± {std:.1}", own.joint)
+        };
+        let own: Vec<String> = d.damping.iter().map(one).collect();
+        wrapped(out, "damping             ", &own.join(", "));
     }
     if unexplained && !d.ranking.is_empty() {
         let nearest: Vec<String> = d.ranking.iter().take(3).map(|s| s.label()).collect();

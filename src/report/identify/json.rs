@@ -1,6 +1,8 @@
 //! The output `identification/1`: everything that was found, for programs. Every number is written
 //! with all digits of a double; a number that is not finite is refused.
 
+use std::collections::BTreeMap;
+
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -59,6 +61,9 @@ struct JsonPose<'a> {
     temperature_c: Option<f64>,
     amplitude_nm: Option<f64>,
     payload_kg: Option<f64>,
+    /// Masses added at the centres of mass of links, by link, where the session gives them.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    added_mass_kg: BTreeMap<&'a str, f64>,
     /// By ascending frequency, merged over the records of the pose.
     modes: &'a [PoseMode],
 }
@@ -151,6 +156,7 @@ fn pose<'a>(row: &'a PoseModes, named: Option<&[JointColumn]>) -> JsonPose<'a> {
         temperature_c: row.conditions.temperature_c,
         amplitude_nm: row.conditions.amplitude_nm,
         payload_kg: row.conditions.payload_kg,
+        added_mass_kg: row.conditions.added_kg.iter().map(|(l, m)| (l.as_str(), *m)).collect(),
         modes: &row.modes,
     }
 }

@@ -3,7 +3,7 @@
 use super::pose_words;
 use crate::identify::pose::{JointColumn, Pose};
 use crate::identify::session::IdentifiedSession;
-use crate::identify::{ModeRow, ModeTable};
+use crate::identify::{MeasuredRotation, ModeRow, ModeTable};
 use crate::report::words::csv_field;
 
 /// A title and the cells below it.
@@ -18,6 +18,7 @@ pub fn measured_csv(found: &IdentifiedSession) -> String {
     let rows = &table.rows;
     let mut columns = pose_columns(rows, found.joint_columns.as_deref());
     columns.extend(mode_columns(&table));
+    columns.extend(rotation_columns(&table));
     let optional: [(&str, OfRow); 4] = [
         ("temperature_c", |row| row.temperature_c),
         ("amplitude_nm", |row| row.amplitude_nm),
@@ -28,6 +29,17 @@ pub fn measured_csv(found: &IdentifiedSession) -> String {
         if rows.iter().any(|row| of(row).is_some()) {
             columns.push((title.to_owned(), rows.iter().map(|row| cell(of(row))).collect()));
         }
+    }
+    let mut links: Vec<&str> = Vec::new();
+    for (link, _) in rows.iter().flat_map(|row| &row.added_kg) {
+        if !links.contains(&link.as_str()) {
+            links.push(link);
+        }
+    }
+    for link in links {
+        let own =
+            |row: &ModeRow<Pose>| row.added_kg.iter().find(|(l, _)| l == link).map(|(_, m)| *m);
+        columns.push((format!("mass_{link}_kg"), rows.iter().map(|row| cell(own(row))).collect()));
     }
     if rows.iter().any(|row| row.id.is_some()) {
         let ids = rows.iter().map(|row| csv_field(row.id.as_deref().unwrap_or(""))).collect();
@@ -118,6 +130,30 @@ fn mode_columns(table: &ModeTable<Pose>) -> Vec<Column> {
             ]
         })
         .collect()
+}
+
+/// How links turn in each mode, where points were marked on them.
+fn rotation_columns(table: &ModeTable<Pose>) -> Vec<Column> {
+    let mut columns = Vec::new();
+    for mode in 0..table.modes {
+        let of_mode = |row: &'_ ModeRow<Pose>| row.rotations.get(mode).cloned().unwrap_or_default();
+        let mut links: Vec<String> = Vec::new();
+        for rotation in table.rows.iter().flat_map(of_mode) {
+            if !links.contains(&rotation.link) {
+                links.push(rotation.link);
+            }
+        }
+        for link in links {
+            let column = |of: fn(&MeasuredRotation) -> Option<f64>| -> Vec<String> {
+                let own = |row| of_mode(row).iter().find(|r| r.link == link).and_then(of);
+                table.rows.iter().map(|row| cell(own(row))).collect()
+            };
+            let title = format!("phi{}_{link}", mode + 1);
+            columns.push((format!("{title}_std"), column(|rotation| rotation.std)));
+            columns.push((title, column(|rotation| Some(rotation.value))));
+        }
+    }
+    columns
 }
 
 #[cfg(test)]

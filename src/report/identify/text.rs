@@ -77,6 +77,7 @@ fn facts(found: &IdentifiedSession, at: &PoseModes) -> String {
     facts.extend(conditions.temperature_c.map(|t| format!("{t} °C")));
     facts.extend(conditions.amplitude_nm.map(|a| format!("{a} N·m")));
     facts.extend(conditions.payload_kg.map(|m| format!("{m} kg")));
+    facts.extend(conditions.added_kg.iter().map(|(link, m)| format!("{m} kg added to {link}")));
     facts.join(", ")
 }
 

@@ -112,7 +112,7 @@ impl Case {
         let nominal = arm(family, dice);
         let count = dice.between(16, 30);
         let rows = rows(family, &nominal, count, dice);
-        let fresh = (0..10).map(|_| row_at(pose_of(family, &nominal, dice))).collect();
+        let fresh = fresh(family, &nominal, &rows, dice);
         let n = nominal.joints.len();
         let modes = if nominal.planar { n } else { dice.between(3, n) };
         // A joint that the file lists as rigid gives no mode.
@@ -189,6 +189,57 @@ impl Case {
         })
     }
 
+    /// Parameters of the hidden cause that have the same meaning in the engine's form of it, by name, if its
+    /// finding has the parameters `named`.
+    pub(super) fn parameters(&self, named: &[&str]) -> Vec<(&'static str, f64)> {
+        const WAVES: [[&str; 2]; 3] = [["cos_1", "sin_1"], ["cos_2", "sin_2"], ["cos_3", "sin_3"]];
+        let real = &self.real;
+        let mass = |arm: &Arm| arm.payload.as_ref().map_or(0.0, |payload| payload.mass_kg);
+        let spring = |i: usize| real.springs[i].stiffness;
+        match self.kind {
+            "rigid" => {
+                let joint = &real.arm.joints[self.rigid[0]];
+                vec![("stiffness_nm_per_rad", joint.stiffness_nm_per_rad)]
+            }
+            "servo_one" => {
+                let servo = &real.servos[0];
+                let gear = real.arm.joints[servo.joint].stiffness_nm_per_rad;
+                let both = 1.0 / (1.0 / gear + 1.0 / servo.stiffness);
+                vec![("stiffness_nm_per_rad", both)]
+            }
+            "payload_less" => vec![("mass_kg", mass(&real.arm) - mass(&self.nominal))],
+            "payload_drift" | "payload_unlike" => {
+                vec![("mass_kg", real.carried[0].1.mass_kg)]
+            }
+            "belt" => vec![("ratio", real.belts[0].1)],
+            // The law about a torque where it is not 1 has the factor for it.
+            "leaning" if named.contains(&"factor") => match &real.gears[0].1 {
+                Gear::Leaning { c, largest_nm } => vec![("change_per_nm", c / largest_nm)],
+                _ => Vec::new(),
+            },
+            "mesh" => match &real.gears[0].1 {
+                Gear::Mesh { waves } => waves
+                    .iter()
+                    .zip(WAVES)
+                    .flat_map(|([a, phase], names)| {
+                        [(names[0], a * phase.cos()), (names[1], -a * phase.sin())]
+                    })
+                    .collect(),
+                _ => Vec::new(),
+            },
+            "base3" if named.contains(&"ratio_3") => vec![
+                ("stiffness_nm_per_rad", spring(0)),
+                ("ratio_2", spring(1) / spring(0)),
+                ("ratio_3", spring(2) / spring(0)),
+                ("depth_m", 0.0),
+            ],
+            "bearing" if named.contains(&"ratio_2") => {
+                vec![("stiffness_nm_per_rad", spring(0)), ("ratio_2", spring(1) / spring(0))]
+            }
+            _ => Vec::new(),
+        }
+    }
+
     /// robot.yaml, robot.urdf, measured.csv, truth.txt.
     pub(super) fn write(&self, folder: &Path) {
         write::robot(&self.nominal, folder);
@@ -224,6 +275,19 @@ fn rows(family: Family, arm: &Arm, count: usize, dice: &mut Dice) -> Vec<Row> {
             row.amplitude_nm = (dice.log_even(4.0, 80.0) * 100.0).round() / 100.0;
             row
         })
+        .collect()
+}
+
+/// Poses of a later day, under what was usual: the robot's file knows no other conditions.
+fn fresh(family: Family, arm: &Arm, rows: &[Row], dice: &mut Dice) -> Vec<Row> {
+    let middle = |of: &dyn Fn(&Row) -> f64| {
+        let mut values: Vec<f64> = rows.iter().map(of).collect();
+        values.sort_by(f64::total_cmp);
+        values[values.len() / 2]
+    };
+    let (temperature_c, amplitude_nm) = (middle(&|r| r.temperature_c), middle(&|r| r.amplitude_nm));
+    (0..10)
+        .map(|_| Row { temperature_c, amplitude_nm, ..row_at(pose_of(family, arm, dice)) })
         .collect()
 }
 

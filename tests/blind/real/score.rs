@@ -8,7 +8,7 @@ use std::time::Instant;
 use serde_json::Value;
 
 use super::kinds::{Case, Hidden};
-use crate::truth::run::{detune, map};
+use crate::truth::run::{detune, map, map_columns};
 
 #[derive(Debug, Clone, Default)]
 pub(super) struct Score {
@@ -23,6 +23,10 @@ pub(super) struct Score {
     fresh_over_noise: f64,
     /// Fresh frequencies within twice the held-out error, of how many.
     covered: [usize; 2],
+    /// Fresh frequencies within their 95 % intervals, of how many, by mode.
+    predicted: Vec<[usize; 2]>,
+    /// Parameters of the hidden cause within their 95 % intervals, of how many.
+    parameters: [usize; 2],
     suspects: Vec<u64>,
     seconds: f64,
 }
@@ -73,15 +77,23 @@ pub(super) fn judge(case: &Case, folder: &Path) -> Result<Score, String> {
     fs::copy(folder.join("calibrated.yaml"), folder.join("robot.yaml")).unwrap();
     let poses: Vec<Vec<f64>> = case.fresh.iter().map(|row| row.joints_rad.clone()).collect();
     let predicted = map(folder, &case.nominal, &poses);
+    let is_end = |name: &str| name.ends_with("_lo95_hz") || name.ends_with("_hi95_hz");
+    let arguments = ["robot.yaml", "--intervals"];
+    let intervals = map_columns(folder, &arguments, &case.nominal, &poses, &is_end);
     fs::rename(folder.join("original.yaml"), folder.join("robot.yaml")).unwrap();
     let mut errors = Vec::new();
     let mut covered = [0, 0];
-    for (row, predicted) in case.fresh.iter().zip(&predicted) {
-        for (seen, f) in case.real.frequencies_hz(row, case.modes).iter().zip(predicted) {
+    let mut within = vec![[0, 0]; case.modes];
+    for ((row, predicted), ends) in case.fresh.iter().zip(&predicted).zip(&intervals) {
+        let seen = case.real.frequencies_hz(row, case.modes);
+        for (mode, (seen, f)) in seen.iter().zip(predicted).enumerate() {
             let error = f / seen - 1.0;
             errors.push(error);
             covered[0] += usize::from(error.abs() < 2.0 * held_out);
             covered[1] += 1;
+            let holds = (ends[2 * mode]..ends[2 * mode + 1]).contains(seen);
+            within[mode][0] += usize::from(holds);
+            within[mode][1] += 1;
         }
     }
     Ok(Score {
@@ -93,11 +105,30 @@ pub(super) fn judge(case: &Case, folder: &Path) -> Result<Score, String> {
         held_out_over_noise: held_out / case.noise,
         fresh_over_noise: crate::truth::case::rms(&errors) / case.noise,
         covered,
+        predicted: within,
+        parameters: parameters(case, findings),
         suspects: json["suspect_rows"]
             .as_array()
             .map_or_else(Vec::new, |rows| rows.iter().filter_map(Value::as_u64).collect()),
         seconds,
     })
+}
+
+/// How many parameters of the hidden cause lie within the intervals of its finding, of how many.
+fn parameters(case: &Case, findings: &[Value]) -> [usize; 2] {
+    let own = findings.iter().filter(|finding| case.hidden.iter().any(|h| is(h, finding)));
+    let mut counts = [0, 0];
+    for finding in own {
+        let found = finding["parameters"].as_array().unwrap();
+        let names: Vec<&str> = found.iter().map(|p| p["name"].as_str().unwrap()).collect();
+        for (name, value) in case.parameters(&names) {
+            let Some(i) = names.iter().position(|own| *own == name) else { continue };
+            let end = |k: usize| found[i]["ci95"][k].as_f64().unwrap();
+            counts[0] += usize::from((end(0)..=end(1)).contains(&value));
+            counts[1] += 1;
+        }
+    }
+    counts
 }
 
 /// Counts over all cases.
@@ -108,7 +139,10 @@ pub(super) struct Total {
     typos: [usize; 2],
     wrong_suspects: usize,
     covered: [usize; 2],
+    predicted: Vec<[usize; 2]>,
+    parameters: [usize; 2],
     seconds: f64,
+    longest: f64,
     by_kind: BTreeMap<&'static str, [usize; 4]>,
 }
 
@@ -142,15 +176,24 @@ impl Total {
         }
         self.covered[0] += score.covered[0];
         self.covered[1] += score.covered[1];
+        self.predicted.resize(self.predicted.len().max(score.predicted.len()), [0, 0]);
+        for (sum, own) in self.predicted.iter_mut().zip(&score.predicted) {
+            (0..2).for_each(|k| sum[k] += own[k]);
+        }
+        (0..2).for_each(|k| self.parameters[k] += score.parameters[k]);
         self.seconds += score.seconds;
+        self.longest = self.longest.max(score.seconds);
+        let predicted: [usize; 2] = [0, 1].map(|k| score.predicted.iter().map(|own| own[k]).sum());
         format!(
-            "{:<24} {} {:<16} held-out {:.2} fresh {:.2} of noise {:.2} %, {:.0} s {:?} {}",
+            "{:<24} {} {:<16} held-out {:.2} fresh {:.2} of noise {:.2} %, \
+             parameters {:?} predicted {predicted:?}, {:.0} s {:?} {}",
             case.name,
             if good { "ok  " } else { "WRONG" },
             score.verdict,
             score.held_out_over_noise,
             score.fresh_over_noise,
             100.0 * case.noise,
+            score.parameters,
             score.seconds,
             score.suspects,
             score.findings.join("; ")
@@ -176,10 +219,15 @@ impl Total {
         };
         let [all, first, named, spurious, held_out] = self.hidden;
         let [calm, none, consistent] = self.calm;
+        let by_mode: Vec<String> = (self.predicted.iter().enumerate())
+            .map(|(mode, [held, all])| format!("mode {}: {}", mode + 1, share(*held, *all)))
+            .collect();
+        let predicted: [usize; 2] = [0, 1].map(|k| self.predicted.iter().map(|own| own[k]).sum());
         let mut text = format!(
             "{} cases\nfirst finding right {}\nnamed anywhere {}\nspurious {}\nheld-out within 1.25 of noise {}\n\
              calm: no cause {}, consistent {}\ntypos named {}, wrong suspects {}\n\
-             fresh within twice held-out {}\nseconds {:.0}\n",
+             fresh within twice held-out {}\nparameters within their intervals {}\n\
+             fresh within their intervals {} ({})\nseconds {:.0}, longest {:.0}\n",
             cases.len(),
             share(first, all),
             share(named, all),
@@ -190,7 +238,11 @@ impl Total {
             share(self.typos[1], self.typos[0]),
             self.wrong_suspects,
             share(self.covered[0], self.covered[1]),
-            self.seconds
+            share(self.parameters[0], self.parameters[1]),
+            share(predicted[0], predicted[1]),
+            by_mode.join(", "),
+            self.seconds,
+            self.longest
         );
         for (kind, [all, good, spurious, held_out]) in &self.by_kind {
             text += &format!(

@@ -1,0 +1,106 @@
+//! Fits that were made already: the same causes are fitted again and again, on the way to other
+//! sets, beside other noise, without a row, in a fold. Each fit starts where the last one of its
+//! causes ended.
+
+use std::collections::HashMap;
+use std::ptr;
+use std::sync::Mutex;
+
+use rayon::prelude::*;
+
+use super::candidate::Candidate;
+use super::fit::Fit;
+use super::hypothesis::Hypothesis;
+use super::problem::Problem;
+
+/// A fit that is asked for: of some causes from their parameters, and of one more from its starts.
+pub(super) struct Asked<'c> {
+    given: Hypothesis<'c>,
+    added: Option<&'c Candidate>,
+}
+
+impl<'c> From<Hypothesis<'c>> for Asked<'c> {
+    fn from(given: Hypothesis<'c>) -> Self {
+        Self { given, added: None }
+    }
+}
+
+impl<'c> Asked<'c> {
+    pub(super) fn with(given: Hypothesis<'c>, added: &'c Candidate) -> Self {
+        Self { given, added: Some(added) }
+    }
+
+    fn causes(&self) -> impl Iterator<Item = &'c Candidate> {
+        self.given.effects.iter().map(|(candidate, _)| *candidate).chain(self.added)
+    }
+}
+
+/// By where the candidates of a set lie in memory, ascending, the parameters of each.
+type Parameters = HashMap<Vec<usize>, Vec<Vec<f64>>>;
+
+/// What fits found; the same for any number of threads.
+#[derive(Debug, Default)]
+pub(super) struct Known<'c> {
+    parameters: Mutex<Parameters>,
+    candidates: std::marker::PhantomData<&'c Candidate>,
+}
+
+impl Clone for Known<'_> {
+    fn clone(&self) -> Self {
+        Self { parameters: Mutex::new(self.locked().clone()), ..Self::default() }
+    }
+}
+
+impl<'c> Known<'c> {
+    /// All fits that there are, in the order in which they are asked for.
+    pub(super) fn fits(
+        &self,
+        problem: &Problem<'_>,
+        asked: Vec<Asked<'c>>,
+        starts: usize,
+    ) -> Vec<Fit<'c>> {
+        // What one fit of these finds must not reach another before all are done.
+        let begun: Vec<Option<Hypothesis<'c>>> = {
+            let parameters = self.locked();
+            asked.iter().map(|asked| from_known(&parameters, asked)).collect()
+        };
+        let fits: Vec<Option<Fit<'c>>> = asked
+            .into_par_iter()
+            .zip(begun)
+            .map(|(asked, begun)| match begun {
+                Some(begun) => problem.optimise(begun),
+                None => problem.fit(&asked.given, asked.added, starts),
+            })
+            .collect();
+        let fits: Vec<Fit<'c>> = fits.into_iter().flatten().collect();
+        let mut parameters = self.locked();
+        for fit in &fits {
+            let mut effects: Vec<(usize, &Vec<f64>)> =
+                fit.hypothesis.effects.iter().map(|(c, inner)| (place(c), inner)).collect();
+            effects.sort_by_key(|(place, _)| *place);
+            let (key, inner) = effects.into_iter().map(|(k, inner)| (k, inner.clone())).unzip();
+            parameters.insert(key, inner);
+        }
+        fits
+    }
+
+    fn locked(&self) -> std::sync::MutexGuard<'_, Parameters> {
+        self.parameters.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+    }
+}
+
+fn place(candidate: &Candidate) -> usize {
+    ptr::from_ref(candidate).addr()
+}
+
+/// The causes with the parameters of their last fit; `None` if there was none.
+fn from_known<'c>(parameters: &Parameters, asked: &Asked<'c>) -> Option<Hypothesis<'c>> {
+    let mut key: Vec<usize> = asked.causes().map(place).collect();
+    key.sort_unstable();
+    let known = parameters.get(&key)?;
+    let own = |candidate: &'c Candidate| {
+        let at = key.binary_search(&place(candidate)).ok()?;
+        Some((candidate, known[at].clone()))
+    };
+    Some(Hypothesis { effects: asked.causes().map(own).collect::<Option<_>>()? })
+}
