@@ -31,7 +31,7 @@ pub(super) struct SearchWidth {
 impl SearchWidth {
     pub(super) const FULL: Self = Self { first: 40, further: 14, starts: 3, kept: 6, sets: 32 };
     /// Inside a fold.
-    pub(super) const FOLD: Self = Self { first: 16, further: 8, starts: 1, kept: 3, sets: 10 };
+    pub(super) const FOLD: Self = Self { first: 24, further: 10, starts: 1, kept: 4, sets: 16 };
 }
 
 /// Most causes that are looked for.

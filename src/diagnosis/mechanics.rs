@@ -44,7 +44,7 @@ fn robot(description: &Description, corrections: &[Correction], load: &Load) -> 
             hinge: None,
         });
     }
-    Robot::new(&description).ok()
+    Robot::of(description)
 }
 
 /// The robot under every load of a table, placed at one of its rows.

@@ -56,7 +56,7 @@ impl<'p> Problem<'p> {
             .filter_map(|(candidate, _)| mode_of(candidate))
             .collect();
         let (residuals, mut slopes, prior) = if missed.is_empty() {
-            let (residuals, slopes) = self.compared(&rows, with_slopes);
+            let (residuals, slopes) = self.compared(&mut rows, with_slopes);
             (residuals, slopes, 0.0)
         } else {
             self.compared_with_misses(rows, &missed, with_slopes)
@@ -116,18 +116,20 @@ impl<'p> Problem<'p> {
         Some(rows)
     }
 
+    /// Residuals and, taken out of the rows, slopes.
     fn compared(
         &self,
-        rows: &[Vec<Frequency>],
+        rows: &mut [Vec<Frequency>],
         with_slopes: bool,
     ) -> (Vec<Option<f64>>, Vec<Vec<f64>>) {
         let mut residuals = Vec::with_capacity(self.data.points.len());
         let mut slopes = Vec::new();
         for point in &self.data.points {
-            let predicted = rows[point.row].get(point.column);
-            residuals.push(predicted.map(|predicted| point.ln_f - predicted.ln_hz));
+            let predicted = rows[point.row].get_mut(point.column);
+            residuals.push(predicted.as_ref().map(|predicted| point.ln_f - predicted.ln_hz));
             if with_slopes {
-                slopes.push(predicted.map_or_else(Vec::new, |predicted| predicted.slope.clone()));
+                let slope = predicted.map(|predicted| std::mem::take(&mut predicted.slope));
+                slopes.push(slope.unwrap_or_default());
             }
         }
         (residuals, slopes)
@@ -143,7 +145,7 @@ impl<'p> Problem<'p> {
     ) -> (Vec<Option<f64>>, Vec<Vec<f64>>, f64) {
         let mut prior = 0.0;
         for &mode in missed {
-            let shifted: Vec<Vec<Frequency>> = rows
+            let mut shifted: Vec<Vec<Frequency>> = rows
                 .iter()
                 .map(|row| {
                     let mut row = row.clone();
@@ -153,8 +155,8 @@ impl<'p> Problem<'p> {
                     row
                 })
                 .collect();
-            let (as_seen, _) = self.compared(&rows, false);
-            let (as_missed, _) = self.compared(&shifted, false);
+            let (as_seen, _) = self.compared(&mut rows, false);
+            let (as_missed, _) = self.compared(&mut shifted, false);
             let mut scale = FIRST_SCALE;
             let mut is_missed = vec![false; rows.len()];
             for _ in 0..3 {
@@ -185,7 +187,7 @@ impl<'p> Problem<'p> {
                 }
             }
         }
-        let (residuals, slopes) = self.compared(&rows, with_slopes);
+        let (residuals, slopes) = self.compared(&mut rows, with_slopes);
         (residuals, slopes, prior)
     }
 }

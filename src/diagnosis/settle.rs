@@ -11,7 +11,7 @@ use super::likelihood::noise;
 use super::noise::shape_of;
 use super::problem::{Evaluation, Problem};
 use super::screen::Screen;
-use crate::model::Description;
+use crate::model::{Cause, Description};
 
 /// Log evidence that a cause costs against another shape of the noise: there are many to choose
 /// from.
@@ -123,13 +123,17 @@ impl<'c> Question<'_, 'c> {
         };
         let mut best = (evidence(&data, &plain), data.clone(), plain.clone());
         let mut tried: Vec<NoiseShape> = vec![NoiseShape::plain()];
-        for round in 0..3 {
-            let from: &Fit<'_> = match round {
-                0 => &plain.baseline,
-                _ => &best.2.best.fit,
+        for round in 0..4 {
+            let from: Fit<'c> = match round {
+                0 => plain.baseline.clone(),
+                3 => match self.without_laws_of_conditions(&best.1, &best.2) {
+                    Some(from) => from,
+                    None => continue,
+                },
+                _ => best.2.best.fit.clone(),
             };
             let Some(shape) = shape_of(&data, &from.evaluation.residuals) else { continue };
-            if tried.contains(&shape) {
+            if tried.contains(&shape) || round == 3 && shape.drift == 0.0 {
                 continue;
             }
             tried.push(shape.clone());
@@ -142,7 +146,10 @@ impl<'c> Question<'_, 'c> {
             let price = 0.5 * from.freedom * (data.points.len() as f64).ln();
             let promised =
                 alone.score + plausibility - price - shaped.shape.cost - PER_CAUSE * causes;
-            let least = if round == 0 { best.0 - WITHIN } else { best.0 + IMPROVED };
+            let least = match round {
+                0 | 3 => best.0 - WITHIN,
+                _ => best.0 + IMPROVED,
+            };
             if promised < least {
                 continue;
             }
@@ -153,6 +160,19 @@ impl<'c> Question<'_, 'c> {
             }
         }
         Some((best.1, best.2))
+    }
+}
+
+impl<'c> Question<'_, 'c> {
+    /// The best model without laws of conditions, which may rise with the rows as a hall warms up:
+    /// a drift may be all that there is. `None` if it has no such law.
+    fn without_laws_of_conditions(&self, data: &Data, choice: &Choice<'c>) -> Option<Fit<'c>> {
+        let of_conditions = [Cause::TemperatureDrift, Cause::AmplitudeDependence];
+        let mut hypothesis = choice.best.fit.hypothesis.clone();
+        let count = hypothesis.effects.len();
+        hypothesis.effects.retain(|(candidate, _)| !of_conditions.contains(&candidate.cause));
+        let problem = Problem { description: self.description, data };
+        (hypothesis.effects.len() < count).then(|| problem.optimise(hypothesis)).flatten()
     }
 }
 

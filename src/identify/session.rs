@@ -94,7 +94,9 @@ impl IdentifiedSession {
                 amplitude_nm: at.conditions.amplitude_nm,
                 payload_kg: at.conditions.payload_kg,
                 added_kg: at.conditions.added_kg.clone(),
-                rotations: found.iter().map(|mode| self.rotations(mode)).collect(),
+                rotations: (0..most)
+                    .map(|mode| found.get(mode).map_or_else(Vec::new, |own| self.rotations(own)))
+                    .collect(),
                 sample_rate_hz: at.sample_rate_hz,
                 id: at.id.clone(),
             }

@@ -276,6 +276,8 @@ impl Correction {
                 "turn_rad",
                 "ratio_2",
                 "ratio_3",
+                "shift_ratio_2",
+                "shift_ratio_3",
             ],
             Cause::LinkInertia => {
                 &["inertia_factor", "mass_factor", "x_factor", "y_factor", "z_factor"]

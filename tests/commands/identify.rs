@@ -388,13 +388,15 @@ fn the_table_has_one_row_a_pose_and_is_written_whole() {
     let rows: Vec<&str> = text.lines().filter(|line| !line.starts_with('#')).collect();
     assert_eq!(
         rows[0],
-        "beta1_rad,beta2_rad,f1_hz,f1_std_hz,zeta1,f2_hz,f2_std_hz,zeta2,sample_rate_hz,id"
+        "beta1_rad,beta2_rad,f1_hz,f1_std_hz,zeta1,f2_hz,f2_std_hz,zeta2,phi1_link_1,phi1_link_1_std,\
+         phi1_link_2,phi1_link_2_std,phi2_link_1,phi2_link_1_std,phi2_link_2,phi2_link_2_std,\
+         sample_rate_hz,id"
     );
     assert_eq!(rows.len(), 4);
     for (row, (beta_2, frequencies, _)) in rows[1..].iter().zip(POSES) {
         let cells: Vec<&str> = row.split(',').collect();
         let number = |i: usize| cells[i].parse::<f64>().unwrap();
-        assert_eq!((number(1), number(8)), (beta_2, 140.0));
+        assert_eq!((number(1), number(16)), (beta_2, 140.0));
         assert!((number(2) / frequencies[0] - 1.0).abs() < 1e-3, "{row}");
         assert!((number(5) / frequencies[1] - 1.0).abs() < 1e-3, "{row}");
     }

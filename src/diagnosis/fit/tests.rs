@@ -132,6 +132,7 @@ fn sensitivities_are_the_differences_of_solved_frequencies() {
             log("stiffness_nm_per_rad"),
             log("stiffness_n_per_m"),
             log("ratio_2"),
+            log("shift_ratio_3"),
             linear("turn_rad"),
         ],
     );
@@ -150,7 +151,7 @@ fn sensitivities_are_the_differences_of_solved_frequencies() {
     let mut centred = Candidate::new(Cause::TemperatureDrift, "all", warm);
     centred.fixed = vec![("reference_c", 31.0)];
     let cases = [
-        (unlike, vec![14.0, 15.0, 0.4, 3.0]),
+        (unlike, vec![14.0, 15.0, 0.4, -0.3, 3.0]),
         (Candidate::new(Cause::LinkInertia, "l2", spread), vec![0.2, 0.3, -0.2]),
         (Candidate::new(Cause::PositionDependentStiffness, "j2", waves), vec![1.0, -2.0, 11.0]),
         (Candidate::new(Cause::JointCoupling, "j2", vec![linear("ratio")]), vec![3.0]),

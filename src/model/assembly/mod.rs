@@ -35,6 +35,12 @@ impl Robot {
             |errors| Builder::new(description).build().err().unwrap_or(errors),
         )
     }
+
+    /// The model of a description that nobody needs any more; `None` if there is none.
+    pub(crate) fn of(description: Description) -> Option<Self> {
+        let corrected = description.into_corrected().ok()?;
+        Builder::new(&corrected).build().ok()
+    }
 }
 
 /// A description, and the errors and warnings found so far.

@@ -213,9 +213,15 @@ impl Correction {
         hinge.add(description, &link, &name, &stiffnesses);
         // What turns may also shift.
         if let (Some(_), Some(shifting)) = (turning, shifting) {
+            let unlike = [1.0, ratio("shift_ratio_2"), ratio("shift_ratio_3")];
             let axes = vec![Vector3::x(), Vector3::y(), Vector3::z()];
             let shift = Hinge { kind: CoordinateKind::Translation, axes, ..hinge };
-            shift.add(description, &link, &format!("{name}, shift"), &[shifting]);
+            shift.add(
+                description,
+                &link,
+                &format!("{name}, shift"),
+                &unlike.map(|of| of * shifting),
+            );
         }
         Ok(())
     }
@@ -229,17 +235,25 @@ impl Description {
     /// A correction or a learned parameter whose place does not exist, or parameters that are
     /// missing.
     pub fn corrected(&self) -> Result<Self, Vec<Note>> {
-        let mut corrected = self.clone();
+        self.clone().into_corrected()
+    }
+
+    /// The same of one that nobody needs any more.
+    pub(super) fn into_corrected(mut self) -> Result<Self, Vec<Note>> {
         let mut errors = Vec::new();
-        for (index, correction) in self.corrections.iter().enumerate() {
-            if let Err(what) = correction.apply(&mut corrected) {
+        let corrections = std::mem::take(&mut self.corrections);
+        for (index, correction) in corrections.iter().enumerate() {
+            if let Err(what) = correction.apply(&mut self) {
                 let place = Place::part(Part::Correction(index));
                 errors.push(Note::error(Code::Value, place, what));
             }
         }
-        let posterior = self.calibration.as_ref().and_then(|own| own.posterior.as_ref());
-        errors.extend(posterior.and_then(|posterior| posterior.apply(&mut corrected).err()));
-        if errors.is_empty() { Ok(corrected) } else { Err(errors) }
+        self.corrections = corrections;
+        let calibration = self.calibration.take();
+        let posterior = calibration.as_ref().and_then(|own| own.posterior.as_ref());
+        errors.extend(posterior.and_then(|posterior| posterior.apply(&mut self).err()));
+        self.calibration = calibration;
+        if errors.is_empty() { Ok(self) } else { Err(errors) }
     }
 }
 

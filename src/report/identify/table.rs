@@ -149,8 +149,8 @@ fn rotation_columns(table: &ModeTable<Pose>) -> Vec<Column> {
                 table.rows.iter().map(|row| cell(own(row))).collect()
             };
             let title = format!("phi{}_{link}", mode + 1);
+            columns.push((title.clone(), column(|rotation| Some(rotation.value))));
             columns.push((format!("{title}_std"), column(|rotation| rotation.std)));
-            columns.push((title, column(|rotation| Some(rotation.value))));
         }
     }
     columns

@@ -205,8 +205,8 @@ impl Total {
         let [all, first, _, spurious, _] = self.hidden.map(|count| count as f64);
         let [calm, none, consistent] = self.calm.map(|count| count as f64);
         let asked = [
-            ("first finding right", first >= 0.85 * all),
-            ("no spurious finding", spurious <= 0.15 * all),
+            ("first finding right", first >= 0.9 * all),
+            ("no spurious finding", spurious <= 0.05 * all),
             ("no cause where none is", none >= 0.95 * calm),
             ("consistent where nothing is", consistent >= 0.9 * calm),
         ];
