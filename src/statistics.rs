@@ -25,6 +25,14 @@ pub fn rms(values: impl IntoIterator<Item = f64>) -> f64 {
     if count > 0.0 { f64::sqrt(sum / count) } else { 0.0 }
 }
 
+/// Spearman's rank correlation of values with their order, −1 where they fall all the time.
+pub fn rank_with_order(values: &[f64]) -> f64 {
+    let n = values.len() as f64;
+    let rank = |v: &f64| values.iter().filter(|other| *other < v).count() as f64;
+    let square: f64 = values.iter().enumerate().map(|(i, v)| (rank(v) - i as f64).powi(2)).sum();
+    1.0 - 6.0 * square / (n * (n * n - 1.0))
+}
+
 /// Robust standard deviation of Gaussian noise about zero: from the median of its size, so that
 /// what rises above the noise does not count. 0 of nothing.
 pub fn deviation_about_zero(noise: &[f64]) -> f64 {
@@ -53,6 +61,8 @@ mod tests {
         assert_eq!(upper_median(&[5.0, 1.0, 2.0, 4.0]), Some(4.0));
         assert_eq!(rms([3.0, -4.0]), 12.5_f64.sqrt());
         assert_eq!(rms([]), 0.0);
+        let ranks = [rank_with_order(&[9.0, 4.0, 1.0]), rank_with_order(&[1.0, 4.0, 9.0])];
+        assert_eq!((ranks, rank_with_order(&[2.0, 3.0, 1.0])), ([-1.0, 1.0], -0.5));
         assert_eq!(deviation_about_zero(&[-1.0, 2.0, -900.0]), 2.0 * 1.4826);
     }
 

@@ -148,7 +148,7 @@ pub(super) fn mode_of(record: &Record, prepared: &Prepared, pole: &PoleEstimate)
 /// force.
 fn scaled(prepared: &Prepared) -> Option<f64> {
     match prepared.kind {
-        RecordKind::FreeDecay => None,
+        RecordKind::FreeDecay | RecordKind::RandomResponse => None,
         RecordKind::GivenResponses => Some(1.0),
         RecordKind::Hammer | RecordKind::Steady => prepared.nyquist_hz.map(|nyquist| 2.0 * nyquist),
     }

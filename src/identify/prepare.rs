@@ -3,13 +3,14 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
+use super::estimate::subspace::Stationary;
 use super::estimate::{Block, C64, ForceSample, Origin};
 use super::impacts::{Decay, Impact, decays, impacts_in_force};
 use super::quality::{check_channel, rounding_step, without_gaps, without_spikes};
 use super::record::{Channel, Data, Frf, Quantity, Record};
 use super::spectra::{Averaged, Window, over_impacts, over_stretches, transform};
 use crate::notes::{Code, Notes};
-use crate::statistics::{deviation_about_zero, mean, upper_median};
+use crate::statistics::{deviation_about_zero, mean, median, rank_with_order, rms, upper_median};
 use crate::units::{hz_from_rad_per_s, rad_per_s_from_hz};
 
 /// Lines below this are offset and drift.
@@ -47,6 +48,8 @@ pub(super) struct Prepared {
     pub(super) averaged: Option<Averaged>,
     /// How the record was taken.
     pub(super) kind: RecordKind,
+    /// Responses to a force that goes on and that nobody measured; there are no blocks then.
+    pub(super) stationary: Option<Stationary>,
 }
 
 /// How the arm was excited, as far as the record shows.
@@ -56,8 +59,10 @@ pub enum RecordKind {
     Hammer,
     /// A force that goes on.
     Steady,
-    /// No force channel.
+    /// No force channel, and the response decays.
     FreeDecay,
+    /// No force channel, and the response goes on.
+    RandomResponse,
     /// Frequency responses as the instrument made them.
     GivenResponses,
 }
@@ -75,6 +80,7 @@ impl Prepared {
             nyquist_hz: None,
             averaged: None,
             kind,
+            stationary: None,
         }
     }
 }
@@ -135,6 +141,18 @@ fn free(sampling: Sampling, channels: &[&Channel], notes: &mut Notes) -> Option<
         channels.iter().map(|channel| rounding_step(&channel.samples)).collect();
     let channels: Vec<Cow<'_, Channel>> =
         channels.iter().map(|channel| without_spikes(channel, rate_hz, &[], notes)).collect();
+    if goes_on(&channels, rate_hz) {
+        let whole: Vec<Vec<f64>> = channels.iter().map(|c| without_offset(&c.samples)).collect();
+        let samples = whole.first().map_or(0, Vec::len);
+        let cut = [(samples, whole.iter().map(|samples| transform(samples)).collect())];
+        let band_hz = band(sampling, &cut, notes);
+        let prepared = Prepared::of(RecordKind::RandomResponse, responses, Vec::new());
+        return Some(Prepared {
+            nyquist_hz: Some(0.5 * rate_hz),
+            stationary: Some(Stationary::at_need(rate_hz, band_hz, whole)),
+            ..prepared
+        });
+    }
     let decays = long_decays(&channels, rate_hz, notes)?;
     let cut: Vec<(usize, Vec<Vec<C64>>)> = decays
         .iter()
@@ -164,19 +182,66 @@ fn free(sampling: Sampling, channels: &[&Channel], notes: &mut Notes) -> Option<
     Some(Prepared { nyquist_hz: Some(0.5 * rate_hz), ..prepared })
 }
 
+/// Responses about their middle.
+fn level(channels: &[Cow<'_, Channel>]) -> Vec<Vec<f64>> {
+    let about = |channel: &Cow<'_, Channel>| {
+        let middle = upper_median(&channel.samples).unwrap_or(0.0);
+        channel.samples.iter().map(|s| s - middle).collect()
+    };
+    channels.iter().map(about).collect()
+}
+
+/// Whether the responses go on all the time, as under a random force, instead of decaying: their
+/// values spread like Gaussian noise, and their energy does not fall from one impact to the next.
+fn goes_on(channels: &[Cow<'_, Channel>], rate_hz: f64) -> bool {
+    /// Kurtosis: 3 for Gaussian noise, 1.5 for a tone; decays have many small values.
+    const KURTOSIS: [f64; 2] = [2.0, 5.0];
+    /// Energy of the last third of a decay against the first.
+    const MIN_REMAINING: f64 = 0.25;
+    /// Rank correlation of energy with time, over parts of a decay.
+    const MIN_RANK: f64 = -0.8;
+    const PARTS: usize = 12;
+    let level = level(channels);
+    let borrowed: Vec<&[f64]> = level.iter().map(Vec::as_slice).collect();
+    let kurtosis = |y: &Vec<f64>| {
+        let square = rms(y.iter().copied()).powi(2);
+        y.iter().map(|y| y.powi(4)).sum::<f64>() / y.len() as f64 / square.powi(2)
+    };
+    let spread = median(level.iter().map(kurtosis).collect()).unwrap_or(0.0);
+    if !(KURTOSIS[0]..=KURTOSIS[1]).contains(&spread) {
+        return false;
+    }
+    let sizes: Vec<f64> = level.iter().map(|y| rms(y.iter().copied())).collect();
+    let energy = |from: usize, to: usize| -> f64 {
+        let own = level.iter().zip(&sizes);
+        own.map(|(y, size)| y[from..to].iter().map(|y| (y / size).powi(2)).sum::<f64>()).sum()
+    };
+    let samples = level.first().map_or(0, Vec::len);
+    let mut stretches = decays(&borrowed, rate_hz);
+    stretches.retain(|decay| decay.to - decay.from >= PARTS * MIN_DECAY_SAMPLES);
+    if stretches.is_empty() && samples >= PARTS * MIN_DECAY_SAMPLES {
+        stretches.push(Decay { from: 0, to: samples });
+    }
+    let (mut first, mut last, mut rank, mut whole) = (0.0, 0.0, 0.0, 0.0);
+    for Decay { from, to } in stretches {
+        let part = (to - from) / PARTS;
+        let parts: Vec<f64> =
+            (0..PARTS).map(|i| energy(from + i * part, from + (i + 1) * part)).collect();
+        first += parts[..PARTS / 3].iter().sum::<f64>();
+        last += parts[PARTS - PARTS / 3..].iter().sum::<f64>();
+        rank += rank_with_order(&parts) * (to - from) as f64;
+        whole += (to - from) as f64;
+    }
+    whole > 0.0 && last > MIN_REMAINING * first && rank > MIN_RANK * whole
+}
+
 /// The decays that are long enough; `None` (with a warning) where there is none.
 fn long_decays(
     channels: &[Cow<'_, Channel>],
     rate_hz: f64,
     notes: &mut Notes,
 ) -> Option<Vec<Decay>> {
-    let level: Vec<Vec<f64>> = channels
-        .iter()
-        .map(|channel| {
-            let middle = upper_median(&channel.samples).unwrap_or(0.0);
-            channel.samples.iter().map(|s| s - middle).collect()
-        })
-        .collect();
+    let level = level(channels);
     let level: Vec<&[f64]> = level.iter().map(Vec::as_slice).collect();
     let found = decays(&level, rate_hz);
     let is_long = |decay: &Decay| decay.to - decay.from >= MIN_DECAY_SAMPLES;
@@ -277,6 +342,7 @@ fn forced(
         window_decay,
         nyquist_hz: Some(0.5 * rate_hz),
         averaged,
+        stationary: None,
         kind: if impacts.is_empty() { RecordKind::Steady } else { RecordKind::Hammer },
     })
 }

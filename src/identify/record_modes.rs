@@ -2,6 +2,7 @@
 //! what must be known about them.
 
 use super::estimate::lscf::{StabilisationPoint, candidates, poles_by_order, stabilisation};
+use super::estimate::subspace::of_random;
 use super::estimate::{C64, Estimate, Pole, PoleEstimate, Residue, estimate};
 use super::mode::{Mode, mode_of};
 use super::prepare::{Prepared, RecordKind, lines_hz, prepare};
@@ -73,7 +74,12 @@ pub fn identify_record(
             identified.modes.push(mode);
         }
         if identified.modes.is_empty() {
-            let what = "no mode rises above the noise; hit harder, or closer to the arm's end";
+            let what = match prepared.kind {
+                RecordKind::RandomResponse => {
+                    "no pole keeps its place as the order rises; record for longer"
+                }
+                _ => "no mode rises above the noise; hit harder, or closer to the arm's end",
+            };
             notes.warning(Code::NoModes, None, what);
         } else {
             warn_of_silent_responses(&prepared, &found, &mut notes);
@@ -140,6 +146,16 @@ fn fitted(
         }
         let mut prepared = prepared?;
         identified.kind = prepared.kind;
+        if let Some(stationary) = &prepared.stationary {
+            let Some((found, by_order)) = of_random(stationary) else {
+                let what = "the response goes on, as under a random force that was not measured, \
+                            and is too short for its modes; record for at least ten minutes";
+                notes.warning(Code::ShortRecord, None, what);
+                return None;
+            };
+            identified.stabilisation = stabilisation(&by_order);
+            return Some((prepared, by_order.len(), found));
+        }
         let (orders, starts) = starts(&prepared, identified);
         if let Some(found) = estimate(&mut prepared.blocks, &starts) {
             if let (true, Some([_, high])) = (narrowed > 0, band_hz) {

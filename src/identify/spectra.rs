@@ -20,6 +20,26 @@ pub(super) fn transform(samples: &[f64]) -> Vec<C64> {
     }
 }
 
+/// The samples at another, lower rate: `count` of them over the same time, what lies above half
+/// that rate taken off.
+pub(super) fn resampled(samples: &[f64], count: usize) -> Vec<f64> {
+    if count < 2 || count >= samples.len() {
+        return samples.to_vec();
+    }
+    let plan = RealFftPlanner::new().plan_fft_inverse(count);
+    let mut spectrum = transform(samples);
+    spectrum.truncate(count / 2 + 1);
+    let last = spectrum.len() - 1;
+    spectrum[0].im = 0.0;
+    spectrum[last] = C64::default();
+    let mut output = plan.make_output_vec();
+    match plan.process(&mut spectrum, &mut output) {
+        Ok(()) => output.iter().map(|y| y / samples.len() as f64).collect(),
+        // Only for buffers of wrong length, which these are not.
+        Err(_) => samples.to_vec(),
+    }
+}
+
 /// How the stretches that were averaged were windowed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Window {

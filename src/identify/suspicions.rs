@@ -62,8 +62,10 @@ impl Harmonics {
                 }
                 None => true_hz,
             };
-            let within = (self.tolerance * true_hz).max(3.0 * mode.frequency_std_hz);
-            ((mode.frequency_hz - seen_hz).abs() <= within)
+            let within = self.tolerance * true_hz;
+            // A mode that is known worse than that lies at every harmonic.
+            (3.0 * mode.frequency_std_hz < within.max(0.1)
+                && (mode.frequency_hz - seen_hz).abs() <= within)
                 .then_some((order, (seen_hz - true_hz).abs() > 1e-9))
         })
     }
@@ -83,17 +85,23 @@ fn tones(
     let mains = mains_hz.iter().map(|&hz| Harmonics::of_mains(hz));
     for source in mains.chain(record.spindle_rpm.map(Harmonics::of_spindle)) {
         if let Some((order, is_alias)) = source.at(mode, prepared.nyquist_hz) {
+            // What an analyser divided by the force has little of what the force did not cause.
+            let is_divided = prepared.kind == RecordKind::GivenResponses;
             let what = format!(
                 "{:.3} Hz has almost no damping ({:.5}) and lies at {order} times the {} frequency \
-                 of {:.3} Hz{}: probably no mode of the arm; left out of the table",
+                 of {:.3} Hz{}: {}",
                 mode.frequency_hz,
                 mode.damping_ratio,
                 if source.code == Code::Mains { "mains" } else { "spindle" },
                 source.base_hz,
-                if is_alias { ", aliased" } else { "" }
+                if is_alias { ", aliased" } else { "" },
+                match is_divided {
+                    true => "check the coherence there",
+                    false => "probably no mode of the arm; left out of the table",
+                }
             );
             notes.warning(source.code, None, what);
-            mode.suspicion = Some(source.code);
+            mode.suspicion = (!is_divided).then_some(source.code);
             return;
         }
     }
@@ -138,6 +146,10 @@ fn length(prepared: &Prepared, mode: &Mode, notes: &mut Notes) {
     /// Remaining amplitude at the record's end from which on a decay leaks.
     const MAX_REMAINING: f64 = 0.05;
     let duration = duration_s(prepared);
+    if let Some(stationary) = &prepared.stationary {
+        enough_of_it(stationary.duration_s(), mode, notes);
+        return;
+    }
     if duration.is_infinite() || prepared.kind == RecordKind::Steady {
         return;
     }
@@ -160,6 +172,22 @@ fn length(prepared: &Prepared, mode: &Mode, notes: &mut Notes) {
             -MAX_REMAINING.ln() / decay_times * duration
         );
         notes.warning(Code::Leakage, None, what);
+    }
+}
+
+/// A random response must hold many times over what a mode remembers of its past.
+fn enough_of_it(duration_s: f64, mode: &Mode, notes: &mut Notes) {
+    const MIN_DECAY_TIMES: f64 = 20.0;
+    let per_s = mode.damping_ratio * rad_per_s_from_hz(mode.frequency_hz);
+    if duration_s * per_s < MIN_DECAY_TIMES {
+        let what = format!(
+            "has {:.1} decay times of the mode at {:.3} Hz, must have at least {MIN_DECAY_TIMES} \
+             where the force goes on and was not measured; record for {:.0} s or more",
+            duration_s * per_s,
+            mode.frequency_hz,
+            MIN_DECAY_TIMES / per_s
+        );
+        notes.warning(Code::ShortRecord, None, what);
     }
 }
 

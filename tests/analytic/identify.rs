@@ -16,7 +16,7 @@ const TWENTY_DB: f64 = 0.1;
 const QUANTITIES: [Quantity; 3] =
     [Quantity::Displacement, Quantity::Velocity, Quantity::Acceleration];
 
-fn record(
+pub(crate) fn record(
     rate: f64,
     force: Option<Vec<f64>>,
     responses: Vec<Vec<f64>>,
@@ -351,7 +351,7 @@ fn noise_alone_has_no_modes() {
 
 /// Seeds of the coverage tests: `DETUNE_COVERAGE_SEEDS=500 cargo test --release --test analytic cover -- --nocapture`
 /// is the long run, whose figures stand in the guide (validation).
-fn coverage_seeds() -> u64 {
+pub(crate) fn coverage_seeds() -> u64 {
     const USUAL: u64 = 80;
     match std::env::var("DETUNE_COVERAGE_SEEDS") {
         Ok(seeds) => seeds.parse().expect("DETUNE_COVERAGE_SEEDS is a whole number"),

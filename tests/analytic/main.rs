@@ -26,6 +26,7 @@ mod crossings;
 mod free_vibration;
 mod identify;
 mod identify_notices;
+mod identify_random;
 mod mode_shapes;
 mod model_properties;
 mod paper;

@@ -141,3 +141,39 @@ pub(crate) fn channel_of(note: &detune::notes::Note) -> Option<&str> {
         _ => None,
     }
 }
+
+/// Responses to white forces at every response's place that go on all the time: each mode's force is held over a
+/// quarter of a step and integrated exactly; the record begins when the arm has forgotten how it stood.
+pub(crate) fn random_response(
+    modes: &[TrueMode],
+    rate: f64,
+    samples: usize,
+    rng: &mut ChaCha8Rng,
+) -> Vec<Vec<f64>> {
+    const OVER: usize = 4;
+    let responses = modes[0].shape.len();
+    let mut all = vec![vec![0.0; samples]; responses];
+    let slowest = modes.iter().map(|mode| mode.lambda().re.abs()).fold(f64::INFINITY, f64::min);
+    let before = (6.0 / slowest * rate).ceil() as usize;
+    let step = 1.0 / (rate * OVER as f64);
+    let mu: Vec<C64> = modes.iter().map(|mode| (mode.lambda() * step).exp()).collect();
+    let mut states = vec![C64::default(); modes.len()];
+    for k in 0..before + samples {
+        for _ in 0..OVER {
+            let force: Vec<f64> = (0..responses).map(|_| gauss(rng)).collect();
+            for ((mode, mu), state) in modes.iter().zip(&mu).zip(&mut states) {
+                let own: f64 = mode.shape.iter().zip(&force).map(|(s, f)| s * f).sum();
+                *state = *state * mu + (*mu - 1.0) / mode.lambda() * own;
+            }
+        }
+        if k >= before {
+            for (mode, state) in modes.iter().zip(&states) {
+                let q = state.im / mode.lambda().im;
+                for (samples, shape) in all.iter_mut().zip(&mode.shape) {
+                    samples[k - before] += shape * q;
+                }
+            }
+        }
+    }
+    all
+}

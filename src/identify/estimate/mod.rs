@@ -10,7 +10,8 @@
 //! one term; a band is cut out by taking its lines, where a realisation would need filters whose
 //! own poles disturb it; and the last step reaches the Cramér–Rao bound and states it, while
 //! realisations and LSCF alone are biased in damping at low signal-to-noise ratio and need a
-//! perturbation analysis of their own for deviations.
+//! perturbation analysis of their own for deviations. The response to a force that goes on and was
+//! not measured has no such spectrum: there a realisation is the method ([`subspace`]).
 
 mod basis;
 mod block;
@@ -22,6 +23,7 @@ mod noise;
 mod projection;
 mod select;
 mod states;
+pub(super) mod subspace;
 mod unexplained;
 
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};

@@ -24,6 +24,7 @@ fn kind_words(kind: RecordKind) -> &'static str {
         RecordKind::Hammer => "hammer test",
         RecordKind::Steady => "steady excitation",
         RecordKind::FreeDecay => "free decay",
+        RecordKind::RandomResponse => "random response",
         RecordKind::GivenResponses => "given frequency responses",
     }
 }

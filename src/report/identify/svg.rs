@@ -70,7 +70,7 @@ fn draw(canvas: &mut Canvas, record: &IdentifiedRecord, title: &str, top: f64) {
 
 fn spectra(canvas: &mut Canvas, record: &IdentifiedRecord, peak: f64, hz: Scale, top: f64) {
     let what = match record.kind {
-        RecordKind::FreeDecay => "spectrum / peak",
+        RecordKind::FreeDecay | RecordKind::RandomResponse => "spectrum / peak",
         _ => "response per force / peak",
     };
     let panel = Panel {

@@ -1,0 +1,184 @@
+//! Modes from the response to a force that nobody measured and that goes on, by covariance-driven
+//! stochastic subspace identification (Peeters & De Roeck, Mech. Syst. Signal Process. 13(6),
+//! 1999). Deviations follow by first-order perturbation of the subspace from the scatter of the
+//! correlations over stretches of the record (Reynders, Pintelon & De Roeck, Mech. Syst. Signal
+//! Process. 22(4), 2008).
+
+mod correlations;
+mod realisation;
+
+use correlations::Correlations;
+use realisation::{Found, Realisation};
+
+use super::block::{C64, Pole};
+use super::{Estimate, PoleEstimate, Residue};
+use crate::identify::spectra::resampled;
+use crate::statistics::rms;
+use crate::units::rad_per_s_from_hz;
+
+/// Largest order of the state.
+const HIGHEST: usize = 40;
+
+/// Block rows of the Hankel matrix: the correlations are used up to twice as many lags.
+const MAX_ROWS: usize = 60;
+const MIN_ROWS: usize = 8;
+
+/// Rows of the Hankel matrix in all.
+const MAX_SIZE: usize = 240;
+
+/// More damping is no vibration worth showing.
+const MAX_RATIO: f64 = 0.2;
+
+/// A pole that is known worse than this is none: relative to the frequency, and to the damping.
+const MAX_OMEGA_STD: f64 = 0.02;
+const MAX_RATIO_STD: f64 = 0.7;
+
+/// Poles of neighbouring orders that lie this close in frequency and whose shapes have at least
+/// this modal assurance criterion are one.
+const SAME_FREQUENCY: f64 = 0.01;
+const SAME_SHAPE: f64 = 0.9;
+
+/// A mode has a pole in at least this share of the orders.
+const MIN_SUPPORT: f64 = 0.35;
+
+/// Responses to a random force, sampled together.
+#[derive(Debug, Clone)]
+pub(in crate::identify) struct Stationary {
+    /// Samples per second.
+    pub(in crate::identify) rate_hz: f64,
+    /// Where modes are looked for, Hz.
+    pub(in crate::identify) band_hz: [f64; 2],
+    /// By response.
+    pub(in crate::identify) responses: Vec<Vec<f64>>,
+}
+
+impl Stationary {
+    /// How long the record is.
+    pub(in crate::identify) fn duration_s(&self) -> f64 {
+        self.responses.first().map_or(0.0, |own| own.len() as f64 / self.rate_hz)
+    }
+
+    /// At the rate that the band needs.
+    pub(in crate::identify) fn at_need(
+        rate_hz: f64,
+        band_hz: [f64; 2],
+        responses: Vec<Vec<f64>>,
+    ) -> Self {
+        /// Samples per period of the highest frequency.
+        const PER_PERIOD: f64 = 2.5;
+        let samples = responses.first().map_or(0, Vec::len);
+        let share = PER_PERIOD * band_hz[1] / rate_hz;
+        if share > 0.8 {
+            return Self { rate_hz, band_hz, responses };
+        }
+        let count = (share * samples as f64).ceil() as usize;
+        let responses = responses.iter().map(|own| resampled(own, count)).collect();
+        Self { rate_hz: rate_hz * count as f64 / samples as f64, band_hz, responses }
+    }
+}
+
+/// The modes, and the poles of each order. `None` where the record is too short.
+pub(in crate::identify) fn of_random(
+    stationary: &Stationary,
+) -> Option<(Estimate, Vec<(usize, Vec<Pole>)>)> {
+    let Stationary { rate_hz, band_hz: [low_hz, high_hz], responses } = stationary;
+    // Responses count alike, whatever their units.
+    let sizes: Vec<f64> =
+        responses.iter().map(|r| rms(r.iter().copied()).max(f64::MIN_POSITIVE)).collect();
+    let scaled: Vec<Vec<f64>> = responses
+        .iter()
+        .zip(&sizes)
+        .map(|(r, size)| r.iter().map(|y| y / size).collect())
+        .collect();
+    let samples = responses.first()?.len();
+    let most = (MAX_SIZE / responses.len().max(1)).clamp(MIN_ROWS, MAX_ROWS);
+    let correlations = (MIN_ROWS..=most)
+        .rev()
+        .step_by(4)
+        .find_map(|rows| Correlations::of(&scaled, rows))
+        .filter(|_| samples > 0)?;
+    let step_s = rate_hz.recip();
+    let realisation = Realisation::new(&correlations, step_s, responses.len(), HIGHEST);
+    let is_asked = |lambda: C64| {
+        let omega = lambda.norm();
+        lambda.re < 0.0
+            && -lambda.re < MAX_RATIO * omega
+            && lambda.im < 0.98 * std::f64::consts::PI / step_s
+            && (rad_per_s_from_hz(*low_hz)..=rad_per_s_from_hz(*high_hz)).contains(&omega)
+    };
+    let orders: Vec<usize> = (2..=realisation.highest()).step_by(2).collect();
+    let by_order: Vec<Vec<Found>> =
+        orders.iter().map(|&order| realisation.poles(order, &is_asked)).collect();
+    let mut poles: Vec<PoleEstimate> =
+        modes(&by_order).into_iter().map(|found| estimate(found, &sizes)).collect();
+    poles.sort_by(|a, b| a.pole.omega().total_cmp(&b.pole.omega()));
+    let shown = |found: &Vec<Found>| found.iter().map(|found| Pole::new(found.lambda)).collect();
+    let by_order = orders.iter().copied().zip(by_order.iter().map(shown)).collect();
+    let found = Estimate { poles, fitted: Vec::new(), noise: Vec::new(), begins_moving: false };
+    Some((found, by_order))
+}
+
+fn estimate(found: &Found, sizes: &[f64]) -> PoleEstimate {
+    let residue = |((value, variance), size): (&(C64, f64), &f64)| Residue {
+        value: value * *size,
+        variance: variance * size * size,
+    };
+    PoleEstimate {
+        pole: Pole::new(found.lambda),
+        omega_std: found.omega_std,
+        ratio_std: found.ratio_std,
+        residues: vec![found.shape.iter().zip(sizes).map(residue).collect()],
+        prominence: 1.0,
+        drift: None,
+        is_artefact: false,
+    }
+}
+
+/// Of each column of the stabilisation diagram, the pole with the median deviation.
+fn modes(by_order: &[Vec<Found>]) -> Vec<&Found> {
+    let mut columns: Vec<Vec<&Found>> = Vec::new();
+    let is_known = |found: &&Found| {
+        found.omega_std < MAX_OMEGA_STD * found.omega()
+            && found.ratio_std < MAX_RATIO_STD * found.ratio()
+    };
+    for found in by_order.iter().flatten().filter(is_known) {
+        let apart = |column: &Vec<&Found>| {
+            let last = column.last().filter(|last| last.order < found.order)?;
+            let apart = (last.omega() / found.omega() - 1.0).abs();
+            (apart < SAME_FREQUENCY && mac(last, found) > SAME_SHAPE).then_some(apart)
+        };
+        let nearest = (0..columns.len())
+            .filter_map(|i| Some((i, apart(&columns[i])?)))
+            .min_by(|a, b| a.1.total_cmp(&b.1));
+        match nearest {
+            Some((i, _)) => columns[i].push(found),
+            None => columns.push(vec![found]),
+        }
+    }
+    columns.retain(|column| column.len() as f64 >= MIN_SUPPORT * by_order.len() as f64);
+    columns.sort_by_key(|column| std::cmp::Reverse(column.len()));
+    let mut modes: Vec<&Found> = Vec::new();
+    for mut column in columns {
+        column.sort_by(|a, b| a.omega_std.total_cmp(&b.omega_std));
+        let middle = column[column.len() / 2];
+        // High orders split a mode in two.
+        let is_split = modes.iter().any(|mode| {
+            let apart = (mode.omega() - middle.omega()).abs();
+            let reach =
+                2.0 * SAME_FREQUENCY * mode.omega() + 3.0 * (mode.omega_std + middle.omega_std);
+            apart < reach && mac(mode, middle) > SAME_SHAPE
+        });
+        if !is_split {
+            modes.push(middle);
+        }
+    }
+    modes
+}
+
+/// Modal assurance criterion of two shapes; of one response it says nothing.
+fn mac(a: &Found, b: &Found) -> f64 {
+    let both = a.shape.iter().zip(&b.shape);
+    let product: C64 = both.map(|((a, _), (b, _))| a.conj() * b).sum();
+    let square = |of: &Found| of.shape.iter().map(|(value, _)| value.norm_sqr()).sum::<f64>();
+    product.norm_sqr() / (square(a) * square(b)).max(f64::MIN_POSITIVE)
+}
