@@ -105,6 +105,9 @@ fn tones(
             return;
         }
     }
+    if prepared.kind == RecordKind::GivenResponses {
+        return;
+    }
     let what = format!(
         "{:.3} Hz has almost no damping ({:.5}), like a steady tone, for example from a machine \
          nearby",
@@ -204,7 +207,7 @@ fn duration_s(prepared: &Prepared) -> f64 {
                 let from = if prepared.kind == RecordKind::Hammer { last } else { 0.0 };
                 (*samples as f64 - from) * step_s
             }
-            Origin::Responses => f64::INFINITY,
+            Origin::Responses { .. } => f64::INFINITY,
         })
         .fold(0.0, f64::max)
 }

@@ -13,6 +13,7 @@
 //! response function is all there is, b(ω) = 1/(iω − λ).
 
 use super::block::{Block, C64, ForceSample, Origin, Pole};
+use super::hann;
 use super::states::{Drifted, drifted};
 
 /// b on the lines and its derivatives by λ and by each rate, each at λ and at its conjugate.
@@ -49,11 +50,14 @@ impl Block {
 
     fn steady(&self, lambda: C64, is_driven: bool) -> Contribution {
         match &self.origin {
-            Origin::Responses => {
+            Origin::Responses { hann_s } => {
                 let at = |lambda: C64| -> (Vec<C64>, Vec<C64>) {
                     self.omega
                         .iter()
                         .map(|w| {
+                            if let Some(length_s) = hann_s {
+                                return hann::response(lambda - C64::new(0.0, *w), *length_s);
+                            }
                             let g = (C64::new(0.0, *w) - lambda).inv();
                             (g, g * g)
                         })
@@ -113,7 +117,7 @@ impl Block {
         let mut columns = Vec::new();
         let degree = match &self.origin {
             Origin::Sampled { force: None, .. } => 2,
-            Origin::Sampled { force: Some(_), .. } | Origin::Responses => 3,
+            Origin::Sampled { force: Some(_), .. } | Origin::Responses { .. } => 3,
         };
         for power in 0..degree {
             let column = |(k, w): (usize, &f64)| {
@@ -131,7 +135,7 @@ impl Block {
                     .collect(),
             ),
             // Modes below the band.
-            Origin::Responses => columns
+            Origin::Responses { .. } => columns
                 .push(self.omega.iter().map(|w| C64::new(-(highest / w).powi(2), 0.0)).collect()),
         }
         columns

@@ -20,7 +20,11 @@ pub(in crate::identify) enum Origin {
         force: Option<Vec<ForceSample>>,
     },
     /// Frequency response functions.
-    Responses,
+    Responses {
+        /// Length of the stretches with a Hann window that they were averaged over, s; `None` where
+        /// they show no window.
+        hann_s: Option<f64>,
+    },
 }
 
 /// A sample of the force.
@@ -149,7 +153,7 @@ impl Block {
                 pole.lambda.re * step_s * (*samples as f64) < 8.0
                     && pole.lambda.im * step_s < std::f64::consts::PI
             }
-            Origin::Responses => pole.lambda.re < 0.0,
+            Origin::Responses { .. } => pole.lambda.re < 0.0,
         }
     }
 

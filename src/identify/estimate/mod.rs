@@ -17,6 +17,7 @@ mod basis;
 mod block;
 mod drift;
 mod fit;
+pub(super) mod hann;
 mod impacts;
 pub(super) mod lscf;
 mod noise;
@@ -85,6 +86,7 @@ pub(super) fn estimate(blocks: &mut [Block], starts: &[Pole]) -> Option<Estimate
     if let Some(moving) = moving_before(blocks, &fit) {
         fit = moving;
     }
+    merge_within_lines(blocks, &mut fit);
     drop_outside_band(blocks, &mut fit);
     report(blocks, &fit)
 }
@@ -129,13 +131,50 @@ fn waits_for_its_force(block: &Block) -> bool {
     }
 }
 
-/// Without the poles that the refinement has moved out of the band.
+/// With one pole for those of one shape that lie within two lines of responses that an analyser
+/// made: its leakage splits narrow peaks.
+fn merge_within_lines(blocks: &[Block], fit: &mut Fit) {
+    /// Modal assurance criterion from which on two shapes are one.
+    const ONE_SHAPE: f64 = 0.98;
+    const LINES: f64 = 2.0;
+    let [Block { origin: Origin::Responses { .. }, omega, .. }] = blocks else { return };
+    let [first, second, ..] = omega[..] else { return };
+    let reach = LINES * (second - first);
+    loop {
+        let shapes: Vec<Vec<C64>> =
+            (0..fit.poles.len()).map(|at| shape_of(blocks, fit, at)).collect();
+        let pairs = (0..shapes.len()).flat_map(|a| (0..a).map(move |b| (a, b)));
+        let size = |at: usize| shapes[at].iter().map(C64::norm_sqr).sum::<f64>();
+        let is_one = |&(a, b): &(usize, usize)| {
+            let product: C64 = shapes[a].iter().zip(&shapes[b]).map(|(a, b)| a.conj() * b).sum();
+            (fit.poles[a].omega() - fit.poles[b].omega()).abs() < reach
+                && product.norm_sqr() > ONE_SHAPE * size(a) * size(b)
+        };
+        let Some((a, b)) = pairs.into_iter().find(is_one) else { return };
+        let mut poles = fit.poles.clone();
+        poles.remove(if size(a) < size(b) { a } else { b });
+        let Some(smaller) = Fit::at(blocks, fit.noise.clone(), poles) else { return };
+        *fit = smaller.refined(blocks, fit::FULL);
+    }
+}
+
+/// Residues of a pole of the fit in the first block.
+fn shape_of(blocks: &[Block], fit: &Fit, at: usize) -> Vec<C64> {
+    let (place, _) = blocks[0].columns_of(&fit.poles)[at];
+    let parts = fit.evaluation.parts.iter().filter(|part| part.block == 0);
+    parts.map(|part| C64::new(part.factors[place], part.factors[place + 1])).collect()
+}
+
+/// Without the poles that the refinement has moved out of the band; without them, others may move
+/// there.
 fn drop_outside_band(blocks: &[Block], fit: &mut Fit) {
-    let kept: Vec<Pole> =
-        fit.poles.iter().copied().filter(|pole| select::in_band(blocks, pole)).collect();
-    if kept.len() < fit.poles.len()
-        && let Some(smaller) = Fit::at(blocks, fit.noise.clone(), kept)
-    {
+    loop {
+        let kept: Vec<Pole> =
+            fit.poles.iter().copied().filter(|pole| select::in_band(blocks, pole)).collect();
+        if kept.len() == fit.poles.len() {
+            return;
+        }
+        let Some(smaller) = Fit::at(blocks, fit.noise.clone(), kept) else { return };
         *fit = smaller.refined(blocks, fit::FULL);
     }
 }
@@ -205,15 +244,35 @@ fn pole_estimate(
     }
     let drift = unexplained::drift_of(blocks, pole);
     let model_error = unexplained::model_error(drift);
+    let leakage = leakage_error(blocks, pole);
     PoleEstimate {
         pole: *pole,
-        omega_std: deviation(by_omega).hypot(omega * model_error),
-        ratio_std: deviation(by_ratio).hypot(model_error),
+        omega_std: deviation(by_omega).hypot(omega * model_error).hypot(LEAKAGE_OF_OMEGA * leakage),
+        ratio_std: deviation(by_ratio).hypot(model_error).hypot(leakage / omega),
         residues,
         prominence,
         drift: pole.drifts().then_some(drift.im),
         is_artefact: false,
     }
+}
+
+/// Of the error of a decay rate by leakage, what remains in the frequency.
+const LEAKAGE_OF_OMEGA: f64 = 0.25;
+
+/// Standard deviation of the decay rate, rad/s, of a peak that is narrower than the lines of
+/// responses that an analyser made: what leaks is one error on all lines near the peak, and not one
+/// on each.
+fn leakage_error(blocks: &[Block], pole: &Pole) -> f64 {
+    /// Of a peak much narrower than a line, lines.
+    const OF_NARROW: f64 = 0.3;
+    let of = |block: &Block| match (&block.origin, &block.omega[..]) {
+        (Origin::Responses { .. }, [first, second, ..]) => {
+            let line = second - first;
+            OF_NARROW * line / (1.0 + (pole.lambda.re / line).powi(2))
+        }
+        _ => 0.0,
+    };
+    blocks.iter().map(of).fold(0.0, f64::max)
 }
 
 /// The residue whose columns begin at `place`; its variance has shares of the noise and of the

@@ -1,0 +1,116 @@
+//! Frequency responses as analysers make them: averages of stretches with a Hann window, some shorter than a decay,
+//! and sensors whose gain varies over frequency. Each mode is found once, and no other.
+
+use detune::identify::RecordKind;
+use detune::identify::record::{Data, Frf, Quantity, Record};
+use detune::identify::record_modes::{IdentifiedRecord, identify_record};
+use realfft::RealFftPlanner;
+
+use crate::vibration::{C64, TrueMode, gauss, hammered, noisy, seeded};
+
+/// What an analyser does: a random force, stretches of `seconds` that overlap by half, a Hann window, H1; and a gain
+/// of the sensors that goes up and down by `ripple`.
+fn analysed(modes: &[TrueMode], rate: f64, seconds: f64, ripple: f64, seed: u64) -> Record {
+    const STRETCHES: usize = 60;
+    let length = (rate * seconds) as usize;
+    let samples = length / 2 * (STRETCHES + 1);
+    let mut rng = seeded(seed);
+    let before = (rate * 4.0) as usize;
+    let force: Vec<f64> = (0..before + samples).map(|_| gauss(&mut rng)).collect();
+    let clean: Vec<Vec<f64>> = hammered(modes, 0, 2, rate, &force);
+    let moves = noisy(&clean, 0.01, &mut rng);
+    let plan = RealFftPlanner::new().plan_fft_forward(length);
+    let hann = |k: usize| 0.5 - 0.5 * (std::f64::consts::TAU * k as f64 / length as f64).cos();
+    let transform = |samples: &[f64]| -> Vec<C64> {
+        let mut cut: Vec<f64> = samples.iter().enumerate().map(|(k, y)| y * hann(k)).collect();
+        let mut lines = plan.make_output_vec();
+        plan.process(&mut cut, &mut lines).unwrap();
+        lines
+    };
+    let starts = || (0..STRETCHES).map(|i| before + i * length / 2);
+    let drives: Vec<Vec<C64>> =
+        starts().map(|start| transform(&force[start..start + length])).collect();
+    // Above it the force, which is straight between samples, is weak.
+    let lines = 1..length * 2 / 5;
+    let response = |(i, moves): (usize, &Vec<f64>)| {
+        let own: Vec<Vec<C64>> =
+            starts().map(|start| transform(&moves[start..start + length])).collect();
+        let values = lines.clone().map(|k| {
+            let cross: C64 = own.iter().zip(&drives).map(|(x, f)| x[k] * f[k].conj()).sum();
+            let power: f64 = drives.iter().map(|f| f[k].norm_sqr()).sum();
+            let share = k as f64 / length as f64;
+            cross / power * (1.0 + ripple * (30.0 * share + i as f64).sin())
+        });
+        Frf {
+            name: format!("r{i}"),
+            quantity: Quantity::Acceleration,
+            frequencies_hz: lines.clone().map(|k| k as f64 / seconds).collect(),
+            values: values.collect(),
+        }
+    };
+    Record {
+        name: "analyser".into(),
+        data: Data::Responses(moves.iter().enumerate().map(response).collect()),
+        driving_point: None,
+        links: Vec::new(),
+        spindle_rpm: None,
+    }
+}
+
+fn must_be(found: &IdentifiedRecord, truth: &[TrueMode], seconds: f64, what: &str) {
+    assert_eq!(found.kind, RecordKind::GivenResponses);
+    let listed: Vec<_> = found.modes.iter().filter(|mode| mode.suspicion.is_none()).collect();
+    let told: Vec<_> = listed.iter().map(|m| (m.frequency_hz, m.damping_ratio)).collect();
+    assert_eq!(told.len(), truth.len(), "{what}: {told:?} {:?}", found.warnings);
+    for (mode, truth) in listed.iter().zip(truth) {
+        let off = (mode.frequency_hz - truth.hz).abs();
+        assert!(off < 4.0 * mode.frequency_std_hz && off < 0.3 / seconds, "{what}: {told:?}");
+        let off = (mode.damping_ratio - truth.ratio).abs();
+        assert!(off < 4.0 * mode.damping_std + 0.02 * truth.ratio, "{what}: {told:?}");
+    }
+}
+
+/// Of the first mode a stretch holds a third of a decay.
+#[test]
+fn a_window_that_is_shorter_than_a_decay_makes_no_further_modes() {
+    let modes = [
+        TrueMode::new(100.3, 0.0005, &[1.0, 0.7, 0.4]),
+        TrueMode::new(230.1, 0.001, &[0.6, -0.8, 0.4]),
+        TrueMode::new(400.7, 0.02, &[0.3, 0.4, -0.7]),
+    ];
+    for seed in 0..6 {
+        let found = identify_record(&analysed(&modes, 2048.0, 1.0, 0.0, seed), None, &[50.0, 60.0]);
+        must_be(&found, &modes, 1.0, &format!("seed {seed}"));
+    }
+}
+
+/// Six bending modes of a light beam; two of them lie at harmonics of the mains.
+#[test]
+fn a_beam_has_its_six_modes() {
+    let modes = [
+        TrueMode::new(51.5, 0.004, &[1.0, 0.8, 0.5, 0.2, -0.1]),
+        TrueMode::new(143.2, 0.003, &[0.9, 0.1, -0.6, -0.8, -0.3]),
+        TrueMode::new(300.0, 0.002, &[0.8, -0.5, -0.5, 0.4, 0.7]),
+        TrueMode::new(465.0, 0.0025, &[0.7, -0.8, 0.3, 0.5, -0.8]),
+        TrueMode::new(694.0, 0.002, &[0.6, -0.7, 0.8, -0.8, 0.4]),
+        TrueMode::new(950.0, 0.002, &[0.5, -0.3, 0.6, -0.6, 0.8]),
+    ];
+    for seed in 0..4 {
+        let found = identify_record(&analysed(&modes, 3200.0, 0.8, 0.0, seed), None, &[50.0, 60.0]);
+        must_be(&found, &modes, 0.8, &format!("seed {seed}"));
+    }
+}
+
+#[test]
+fn a_gain_that_varies_over_frequency_makes_no_further_modes() {
+    let modes = [
+        TrueMode::new(1071.0, 0.020, &[1.0, 0.4]),
+        TrueMode::new(1975.0, 0.015, &[0.8, -0.6]),
+        TrueMode::new(2630.0, 0.012, &[0.7, 0.5]),
+    ];
+    for seed in 0..4 {
+        let record = analysed(&modes, 12_800.0, 0.2, 0.02, seed);
+        let found = identify_record(&record, None, &[50.0, 60.0]);
+        must_be(&found, &modes, 0.01, &format!("seed {seed}"));
+    }
+}
