@@ -1,8 +1,9 @@
 //! All records of a session → one row of modes for each pose.
 //!
 //! Records of one pose, taken under the same conditions at the same sampling rate, are merged mode
-//! by mode: the mean weighted by variances, its deviation widened by Birge's ratio where the
-//! records scatter by more than they state (Birge, Phys. Rev. 40, 1932).
+//! by mode. Deviations of a record are of its noise alone; where records scatter by more, as where
+//! the arm was moved or clamped again between them, that scatter is a variance of its own
+//! (DerSimonian & Laird, Controlled Clinical Trials 7, 1986).
 
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use schemars::JsonSchema;
@@ -239,8 +240,8 @@ fn merged_mode(
     if ratio > 3.0 {
         disagreement(format!(
             "the frequencies of the mode at {frequency_hz:.3} Hz scatter {ratio:.1} times as much \
-             as the records state; its standard deviation was widened; something changed between \
-             the records"
+             as the records state, which its standard deviation holds; something changed between the \
+             records"
         ));
     }
     let with_modes = group.iter().filter(|&&i| !records[i].modes.is_empty()).count();
@@ -263,20 +264,28 @@ fn suspicion(members: impl Iterator<Item = Option<Code>> + Clone) -> Option<Code
     other.or(unsettled.filter(|_| is_unsettled))
 }
 
-/// Weighted mean, its standard deviation and Birge's ratio.
+/// Weighted mean, its standard deviation, and how many times as much as they state the values
+/// scatter (Birge's ratio).
 fn merged(values: &[(f64, f64)]) -> (f64, f64, f64) {
     if let [(value, std)] = values {
         return (*value, *std, 0.0);
     }
     // Nothing is known beyond the digits of a number.
-    let weight =
-        |value: f64, std: f64| std.max(1e-12 * value.abs()).max(f64::MIN_POSITIVE.sqrt()).powi(-2);
-    let sum: f64 = values.iter().map(|&(value, std)| weight(value, std)).sum();
-    let mean = values.iter().map(|&(value, std)| value * weight(value, std)).sum::<f64>() / sum;
+    let variance =
+        |value: f64, std: f64| std.max(1e-12 * value.abs()).max(f64::MIN_POSITIVE.sqrt()).powi(2);
+    let sums = |between: f64| -> [f64; 3] {
+        values.iter().fold([0.0; 3], |[w, wx, ww], &(value, std)| {
+            let weight = (variance(value, std) + between).recip();
+            [w + weight, wx + weight * value, ww + weight * weight]
+        })
+    };
+    let [w, wx, ww] = sums(0.0);
     let chi_squared: f64 =
-        values.iter().map(|&(value, std)| (value - mean).powi(2) * weight(value, std)).sum();
-    let ratio = (chi_squared / (values.len() - 1) as f64).sqrt();
-    (mean, sum.recip().sqrt() * ratio.max(1.0), ratio)
+        values.iter().map(|&(value, std)| (value - wx / w).powi(2) / variance(value, std)).sum();
+    let freedom = (values.len() - 1) as f64;
+    let between = ((chi_squared - freedom) / (w - ww / w)).max(0.0);
+    let [w, wx, _] = sums(between);
+    (wx / w, w.recip().sqrt(), (chi_squared / freedom).sqrt())
 }
 
 /// Poses that were recorded at two rates show which frequencies are aliased.
@@ -337,14 +346,14 @@ fn mode_counts_differ(poses: &[PoseModes], notes: &mut Vec<Note>) {
 mod tests {
     use super::*;
 
-    /// By hand: weights 1 and 1/4, so 0.8 and 0.2; variances add to 0.8; a distance of 3 against 1
-    /// and 2 is χ² = 9/5.
+    /// By hand: weights 1 and 1/4, a distance of 3, so χ² = 9/5; between the records lies
+    /// (9/5 − 1)/(5/4 − 17/20) = 2, weights become 1/3 and 1/6.
     #[test]
-    fn merging_weighs_by_variance_and_widens_where_records_scatter() {
+    fn merging_weighs_by_variance_and_adds_that_between_records() {
         let (mean, std, ratio) = merged(&[(10.0, 1.0), (13.0, 2.0)]);
-        assert!((mean - 10.6).abs() < 1e-12);
+        assert!((mean - 11.0).abs() < 1e-12);
         assert!((ratio - 1.8_f64.sqrt()).abs() < 1e-12);
-        assert!((std - (0.8_f64 * 1.8).sqrt()).abs() < 1e-12);
+        assert!((std - 2.0_f64.sqrt()).abs() < 1e-12);
         assert_eq!(merged(&[(10.0, 1.0)]), (10.0, 1.0, 0.0));
         let (_, std, _) = merged(&[(10.0, 1.0), (10.1, 1.0)]);
         assert!((std - 0.5_f64.sqrt()).abs() < 1e-12);
