@@ -9,7 +9,7 @@ use super::estimate::{Block, C64, ForceSample, Origin};
 use super::impacts::{Decay, Impact, decays, impacts_in_force};
 use super::quality::{check_channel, rounding_step, without_gaps, without_spikes};
 use super::record::{Channel, Data, Frf, Quantity, Record};
-use super::spectra::{Averaged, Window, over_impacts, over_stretches, transform};
+use super::spectra::{Averaged, Window, over_impacts, over_stretches, resampled, transform};
 use crate::notes::{Code, Notes};
 use crate::statistics::{deviation_about_zero, mean, median, rank_with_order, rms, upper_median};
 use crate::units::{hz_from_rad_per_s, rad_per_s_from_hz};
@@ -150,7 +150,7 @@ fn free(sampling: Sampling, channels: &[&Channel], notes: &mut Notes) -> Option<
         let prepared = Prepared::of(RecordKind::RandomResponse, responses, Vec::new());
         return Some(Prepared {
             nyquist_hz: Some(0.5 * rate_hz),
-            stationary: Some(Stationary::at_need(rate_hz, band_hz, whole)),
+            stationary: Some(stationary(rate_hz, band_hz, whole)),
             ..prepared
         });
     }
@@ -181,6 +181,20 @@ fn free(sampling: Sampling, channels: &[&Channel], notes: &mut Notes) -> Option<
     }
     let prepared = Prepared::of(RecordKind::FreeDecay, responses, blocks);
     Some(Prepared { nyquist_hz: Some(0.5 * rate_hz), ..prepared })
+}
+
+/// Responses at the rate that the band needs.
+fn stationary(rate_hz: f64, band_hz: [f64; 2], responses: Vec<Vec<f64>>) -> Stationary {
+    /// Samples per period of the highest frequency.
+    const PER_PERIOD: f64 = 2.5;
+    let samples = responses.first().map_or(0, Vec::len);
+    let share = PER_PERIOD * band_hz[1] / rate_hz;
+    if share > 0.8 {
+        return Stationary { rate_hz, band_hz, responses };
+    }
+    let count = (share * samples as f64).ceil() as usize;
+    let responses = responses.iter().map(|own| resampled(own, count)).collect();
+    Stationary { rate_hz: rate_hz * count as f64 / samples as f64, band_hz, responses }
 }
 
 /// Responses about their middle.

@@ -1,7 +1,9 @@
 //! One record → its modes: frequencies, damping, shapes and scaling with standard deviations, and
 //! what must be known about them.
 
-use super::estimate::lscf::{StabilisationPoint, candidates, poles_by_order, stabilisation};
+use super::estimate::lscf::{
+    PolesByOrder, StabilisationPoint, candidates, poles_by_order, stabilisation,
+};
 use super::estimate::subspace::of_random;
 use super::estimate::{C64, Estimate, Pole, PoleEstimate, Residue, estimate};
 use super::mode::{Mode, mode_of};
@@ -198,7 +200,7 @@ fn starts(prepared: &Prepared, identified: &mut IdentifiedRecord) -> (usize, Vec
         .iter()
         .map(|(omega, spectra)| (omega.as_slice(), spectra.as_slice()))
         .collect();
-    let by_order: Vec<(usize, Vec<Pole>)> = poles_by_order(&sets)
+    let by_order: PolesByOrder = poles_by_order(&sets)
         .into_iter()
         .map(|(order, poles)| {
             let unwindowed =

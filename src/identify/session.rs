@@ -240,8 +240,8 @@ fn merged_mode(
     if ratio > 3.0 {
         disagreement(format!(
             "the frequencies of the mode at {frequency_hz:.3} Hz scatter {ratio:.1} times as much \
-             as the records state, which its standard deviation holds; something changed between the \
-             records"
+             as the records state, which its standard deviation holds; something changed between \
+             the records"
         ));
     }
     let with_modes = group.iter().filter(|&&i| !records[i].modes.is_empty()).count();

@@ -46,10 +46,11 @@ pub struct StabilisationPoint {
     pub stability: Stability,
 }
 
+/// Orders with their poles, ascending.
+pub(in crate::identify) type PolesByOrder = Vec<(usize, Vec<Pole>)>;
+
 /// Poles of all even orders, by order.
-pub(in crate::identify) fn poles_by_order(
-    sets: &[(&[f64], &[Vec<C64>])],
-) -> Vec<(usize, Vec<Pole>)> {
+pub(in crate::identify) fn poles_by_order(sets: &[(&[f64], &[Vec<C64>])]) -> PolesByOrder {
     let lines = sets.iter().map(|(omega, _)| omega.len()).min().unwrap_or(0);
     // Five lines or more for each coefficient.
     let highest = 48.min(lines / 5);

@@ -11,8 +11,8 @@ use correlations::Correlations;
 use realisation::{Found, Realisation};
 
 use super::block::{C64, Pole};
+use super::lscf::PolesByOrder;
 use super::{Estimate, PoleEstimate, Residue};
-use crate::identify::spectra::resampled;
 use crate::statistics::rms;
 use crate::units::rad_per_s_from_hz;
 
@@ -57,30 +57,10 @@ impl Stationary {
     pub(in crate::identify) fn duration_s(&self) -> f64 {
         self.responses.first().map_or(0.0, |own| own.len() as f64 / self.rate_hz)
     }
-
-    /// At the rate that the band needs.
-    pub(in crate::identify) fn at_need(
-        rate_hz: f64,
-        band_hz: [f64; 2],
-        responses: Vec<Vec<f64>>,
-    ) -> Self {
-        /// Samples per period of the highest frequency.
-        const PER_PERIOD: f64 = 2.5;
-        let samples = responses.first().map_or(0, Vec::len);
-        let share = PER_PERIOD * band_hz[1] / rate_hz;
-        if share > 0.8 {
-            return Self { rate_hz, band_hz, responses };
-        }
-        let count = (share * samples as f64).ceil() as usize;
-        let responses = responses.iter().map(|own| resampled(own, count)).collect();
-        Self { rate_hz: rate_hz * count as f64 / samples as f64, band_hz, responses }
-    }
 }
 
 /// The modes, and the poles of each order. `None` where the record is too short.
-pub(in crate::identify) fn of_random(
-    stationary: &Stationary,
-) -> Option<(Estimate, Vec<(usize, Vec<Pole>)>)> {
+pub(in crate::identify) fn of_random(stationary: &Stationary) -> Option<(Estimate, PolesByOrder)> {
     let Stationary { rate_hz, band_hz: [low_hz, high_hz], responses } = stationary;
     // Responses count alike, whatever their units.
     let sizes: Vec<f64> =
