@@ -70,9 +70,9 @@
 //! | module | what lives there | may import | must never |
 //! |---|---|---|---|
 //! | [`cli`] | one file a verb: arguments, files, progress | `study`, `report` | decide anything that a library user would miss |
-//! | [`report`] | text, JSON, SARIF, JUnit, GitHub, plots: pure functions from results | `study`, `advice`, `risk`, `diagnosis`, `map`, `identify`, `free_vibration`, `excitation`, `job`, `formats` | call a function of another module |
-//! | [`study`] | one function a verb: valid inputs → a result that holds all that is shown, and what is written back | `input`, `advice`, `risk`, `diagnosis`, `map`, `path`, `free_vibration`, `identify`, `excitation`, `job`, `uncertainty`, `modes`, `program`, `model`, `motion` | print, read or write files |
-//! | [`input`] | YAML, URDF, tables, records → valid types, all faults with file and line | `job`, `program`, `identify`, `model`, `motion`, `formats` | compute |
+//! | [`report`] | text, JSON, SARIF, JUnit, GitHub, plots: pure functions from results | `study`, `advice`, `risk`, `diagnosis`, `map`, `trace`, `identify`, `free_vibration`, `excitation`, `job`, `formats` | call a function of another module |
+//! | [`study`] | one function a verb: valid inputs → a result that holds all that is shown, and what is written back | `input`, `advice`, `risk`, `diagnosis`, `map`, `path`, `free_vibration`, `trace`, `identify`, `excitation`, `job`, `uncertainty`, `modes`, `program`, `model`, `motion` | print, read or write files |
+//! | [`input`] | YAML, URDF, tables, records, videos → valid types, all faults with file and line | `job`, `program`, `trace`, `identify`, `model`, `motion`, `formats` | compute |
 //! | [`advice`] | safe speeds, the best of them, schedules, other levers, vibration of the tool tip | `risk`, `path`, `excitation`, `job`, `uncertainty`, `modes`, `model`, `motion` | print |
 //! | [`risk`] | bands, crossings, certainty, verdict | `path`, `excitation`, `job`, `uncertainty`, `modes`, `model`, `motion` | choose a remedy |
 //! | [`diagnosis`] | where prediction and measurement meet: residuals, causes (one a file), fits, choice, gain, next poses | `uncertainty`, `modes`, `identify`, `model` | name a cause that it has not compared with its rivals |
@@ -84,10 +84,11 @@
 //! | [`uncertainty`] | what the parameters may be off by → intervals of frequencies, draws of the arm | `modes`, `model` | know a `job` |
 //! | [`modes`] | one pose → natural frequencies, shapes, damping, receptance; MAC | `model` | know why it is asked |
 //! | [`program`] | robot and CAM programs → moves, each with its line; programs with new speeds and feeds | `motion` | know the robot's dynamics: `model`, `modes` |
+//! | [`trace`] | video → tracks of marks, in pixels and frames | | know a robot or a millimetre |
 //! | [`identify`] | records → spectra → modes with uncertainty; load tests → stiffness | | see a prediction: `model`, `modes` |
 //! | [`model`] | the robot as built: M, K, kinematics; immutable | | know a `job` or a measurement |
 //! | [`motion`] | moves, as plain valid data | | |
-//! | [`formats`] | YAML and TOML as a tree with lines, edits that keep every other byte, tables, NPY, UFF, WAV, bounded reading | | know a robot |
+//! | [`formats`] | YAML and TOML as a tree with lines, edits that keep every other byte, tables, NPY, UFF, WAV, videos, bounded reading | | know a robot |
 //! | [`guide`] | the guide, as pages of this documentation | | hold code |
 //! | [`notes`] | errors and warnings: one type, one collector, every code | *ground* | |
 //! | [`paths`] | folders and detours of paths, by their names | *ground* | |
@@ -124,6 +125,7 @@ pub mod report;
 pub mod risk;
 pub mod statistics;
 pub mod study;
+pub mod trace;
 pub mod uncertainty;
 pub mod units;
 pub mod wording;

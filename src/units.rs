@@ -188,6 +188,11 @@ pub fn n_from_kn(kn: f64) -> f64 {
     kn * 1e3
 }
 
+/// Seconds to milliseconds.
+pub fn ms_from_s(s: f64) -> f64 {
+    s * 1e3
+}
+
 /// Milliseconds to seconds.
 pub fn s_from_ms(ms: f64) -> f64 {
     ms * 1e-3

@@ -10,6 +10,7 @@ mod map;
 mod output;
 mod schema;
 mod stiffness;
+mod trace;
 mod warnings;
 
 use std::any::Any;
@@ -61,6 +62,7 @@ enum Verb {
     Diagnose(diagnose::DiagnoseArgs),
     Map(Box<map::MapArgs>),
     Stiffness(stiffness::StiffnessArgs),
+    Trace(trace::TraceArgs),
     Identify(identify::IdentifyArgs),
     Schema(schema::SchemaArgs),
     Completions(completions::CompletionsArgs),
@@ -146,6 +148,7 @@ fn run(verb: &Verb, out: &mut dyn Write, warnings: &Warnings) -> Result<Outcome,
         Verb::Diagnose(args) => diagnose::run(args, out, warnings),
         Verb::Map(args) => map::run(args, out, warnings),
         Verb::Stiffness(args) => stiffness::run(args, out, warnings),
+        Verb::Trace(args) => trace::run(args, out, warnings),
         Verb::Identify(args) => identify::run(args, out, warnings),
         Verb::Schema(args) => schema::run(args, out),
         Verb::Completions(args) => completions::run(args, out),

@@ -33,6 +33,8 @@ enum Subject {
     Job,
     /// session.yaml
     Session,
+    /// marks.yaml
+    Marks,
     /// detune.toml
     Settings,
     /// The output of `check --format json`
@@ -55,6 +57,7 @@ pub(super) fn run(args: &SchemaArgs, out: &mut dyn Write) -> Result<Outcome, Fai
         Subject::Robot => input_schema::robot(),
         Subject::Job => input_schema::job(),
         Subject::Session => input_schema::session(),
+        Subject::Marks => input_schema::marks(),
         Subject::Settings => input_schema::settings(),
         Subject::Check => report::schema::check(),
         Subject::Advice => report::schema::advice(),

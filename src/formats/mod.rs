@@ -1,7 +1,7 @@
 //! Formats that know no robot: YAML and TOML as a tree with lines, edits of YAML that keep every
-//! other byte, tables as text, NumPy's arrays, records of channels (CSV, UFF, WAV), bounded reading
-//! of files.
-//! The only place that names saphyr_parser, serde_yaml, toml and hound.
+//! other byte, tables as text, NumPy's arrays, records of channels (CSV, UFF, WAV), videos (YUV4MPEG,
+//! PNG, JPEG), bounded reading of files.
+//! The only place that names saphyr_parser, serde_yaml, toml, hound, png and zune_jpeg.
 
 pub(crate) mod npy;
 pub(crate) mod records;
@@ -9,4 +9,5 @@ mod scalar;
 pub(crate) mod table;
 pub(crate) mod text;
 pub(crate) mod toml;
+pub(crate) mod video;
 pub(crate) mod yaml;

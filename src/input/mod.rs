@@ -12,6 +12,7 @@ mod inertials;
 mod job;
 mod joint_columns;
 mod load_test;
+mod marks;
 mod measured;
 mod moves;
 mod poses;
@@ -27,6 +28,7 @@ pub mod schema;
 mod session;
 mod settings;
 mod urdf;
+mod video;
 mod waypoints;
 
 use std::path::{Path, PathBuf};
@@ -39,11 +41,13 @@ pub use calibration::{CalibrationRecord, FittedCorrection, FittedTable, TableNam
 pub use edit::{OperationEdit, rewritten_job, rewritten_program};
 pub use job::read_job;
 pub use load_test::{LoadTestRow, read_load_test};
+pub use marks::{Between, MarkBox, Side, TraceSetup, Wanted, read_marks, read_times};
 pub use measured::{mode_table_on, read_measured};
 pub use poses::{DecodedPoses, PoseDecoder, PoseTable, RawPoses};
 pub use robot::{DescribedRobot, read_described_robot, read_robot};
 pub use robot_edit::corrected_robot;
 pub use session::read_session;
+pub use video::{Pictures, open_video};
 
 /// What comes up while files are read, whether or not they are valid.
 #[derive(Debug, Clone, Default)]

@@ -23,6 +23,11 @@ pub fn session() -> Value {
     published(of::<raw::session::Session>())
 }
 
+/// The schema of marks.yaml.
+pub fn marks() -> Value {
+    published(of::<raw::marks::Marks>())
+}
+
 /// The schema of detune.toml.
 pub fn settings() -> Value {
     published(of::<raw::settings::Settings>())
@@ -80,6 +85,7 @@ mod tests {
             of::<raw::robot::Robot>(),
             of::<raw::job::Job>(),
             of::<raw::session::Session>(),
+            of::<raw::marks::Marks>(),
             of::<raw::settings::Settings>(),
         ] {
             let mut found = Vec::new();
@@ -97,6 +103,7 @@ mod tests {
             (robot(), vec!["urdf", "elasticity"]),
             (job(), vec!["spindle", "operations"]),
             (session(), vec!["records"]),
+            (marks(), vec!["scale"]),
         ] {
             assert!(!schema.to_string().contains("\"x-"));
             assert_eq!(schema["$schema"], "https://json-schema.org/draft/2020-12/schema");

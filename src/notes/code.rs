@@ -177,6 +177,8 @@ codes! {
     Dropout = "dropout": Remark,
     /// A channel shows none of the modes that others show.
     NoSignal = "no_signal": Remark,
+    /// A mark is not seen in some frames of a video.
+    LostMark = "lost_mark": Remark,
     /// The record ends before a mode has decayed.
     Leakage = "leakage": Remark,
     /// Force and response are not coherent at a mode.

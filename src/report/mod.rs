@@ -13,4 +13,5 @@ mod paths;
 pub mod schema;
 pub mod stiffness;
 mod style;
+pub mod trace;
 mod words;

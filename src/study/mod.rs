@@ -9,6 +9,7 @@ pub mod diagnose;
 pub mod identify;
 pub mod map;
 pub mod stiffness;
+pub mod trace;
 
 use std::path::{Path, PathBuf};
 

@@ -23,6 +23,8 @@ const NAMED_ONLY_IN: &[(&str, &[&str])] = &[
     ("saphyr_parser", &["formats"]),
     ("toml", &["formats"]),
     ("hound", &["formats"]),
+    ("png", &["formats"]),
+    ("zune_jpeg", &["formats"]),
     ("clarabel", &["advice"]),
     ("clap", &["cli"]),
     ("indicatif", &["cli"]),

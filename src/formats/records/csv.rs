@@ -18,7 +18,7 @@ const UNEVEN: f64 = 0.12;
 /// Fewest samples of a record.
 const MIN_SAMPLES: usize = 8;
 
-type ToSeconds = fn(f64) -> f64;
+pub(crate) type ToSeconds = fn(f64) -> f64;
 
 /// What a title of time ends in, after its name.
 const TIMES: [(&str, ToSeconds); 7] = [
@@ -32,7 +32,7 @@ const TIMES: [(&str, ToSeconds); 7] = [
 ];
 
 /// How a column of time becomes seconds; `None` for any other column.
-fn time(title: &str) -> Option<ToSeconds> {
+pub(crate) fn time(title: &str) -> Option<ToSeconds> {
     let plain: String = title
         .to_lowercase()
         .chars()

@@ -10,6 +10,8 @@ use nalgebra::Complex;
 
 use crate::notes::{Code, Note, Place};
 
+pub(crate) use self::csv::time as seconds_of;
+
 /// Largest file of raw data that is read.
 const MAX_RECORD_BYTES: u64 = 512 << 20;
 

@@ -1,0 +1,7 @@
+//! Tracks of marks as tables and as a picture.
+
+mod svg;
+mod table;
+
+pub use svg::tracks_svg;
+pub use table::{frames_csv, traces_csv};
