@@ -64,9 +64,8 @@ pub(super) fn run(
     shown: &Warnings,
 ) -> Result<Outcome, Failure> {
     let sink = Sink::open(args.output.as_deref())?;
-    let opened = |path: &Option<PathBuf>| {
-        path.as_deref().map(|path| Sink::open(Some(path))).transpose()
-    };
+    let opened =
+        |path: &Option<PathBuf>| path.as_deref().map(|path| Sink::open(Some(path))).transpose();
     let (picture, frames) = (opened(&args.picture)?, opened(&args.frames)?);
     keep_apart(&[
         ("--output", Some(&sink), args.output.as_deref()),

@@ -11,6 +11,7 @@
 //! | [`ci`] | checks in continuous integration |
 //! | [`advice`] | safe spindle speeds, schedules, other remedies |
 //! | [`maps`] | natural frequencies over poses |
+//! | [`video`] | from a video of marks to records |
 //! | [`identification`] | from records of vibration to modes |
 //! | [`diagnosis`] | what the model gets wrong, and why |
 //! | [`messages`] | every error and warning, and what to do |
@@ -31,6 +32,7 @@ macro_rules! pages {
         #[doc = "[ci]: crate::guide::ci"]
         #[doc = "[advice]: crate::guide::advice"]
         #[doc = "[maps]: crate::guide::maps"]
+        #[doc = "[video]: crate::guide::video"]
         #[doc = "[identification]: crate::guide::identification"]
         #[doc = "[diagnosis]: crate::guide::diagnosis"]
         #[doc = "[messages]: crate::guide::messages"]
@@ -45,6 +47,6 @@ macro_rules! pages {
 }
 
 pages! {
-    your_robot jobs settings programs robots ci advice maps identification diagnosis messages
-    validation performance library development
+    your_robot jobs settings programs robots ci advice maps video identification diagnosis
+    messages validation performance library development
 }

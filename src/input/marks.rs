@@ -381,10 +381,9 @@ mod tests {
         let Wanted::Boxes(marks) = setup.marks else { panic!() };
         assert_eq!((marks[1].name.as_str(), marks[1].line), ("b", 5));
         assert_eq!(marks[0].area, Area { left: 1, top: 2, width: 20, height: 24 });
-        let setup = read(
-            "round_marks: {count: 2}\nscale: {points_px: [[0, 0], [3, 4]], distance_mm: 5}\n",
-        )
-        .unwrap();
+        let setup =
+            read("round_marks: {count: 2}\nscale: {points_px: [[0, 0], [3, 4]], distance_mm: 5}\n")
+                .unwrap();
         let Wanted::Round { names, .. } = setup.marks else { panic!() };
         assert_eq!(names, ["mark_1", "mark_2"]);
     }

@@ -4,8 +4,8 @@ use std::io::Read as Source;
 use std::path::Path;
 
 use super::Read;
-pub use crate::input::{Pictures, TraceSetup};
 use crate::input::{Between, Side, Wanted, open_video, read_marks, read_times};
+pub use crate::input::{Pictures, TraceSetup};
 use crate::notes::{Code, Note, Place};
 use crate::progress::{Done, Progress};
 use crate::statistics::median;
@@ -111,9 +111,8 @@ pub fn trace(
     pictures: &mut Pictures,
     progress: Progress,
 ) -> Result<Traced, Vec<Note>> {
-    let about_marks = |code, line, what: String| {
-        vec![Note::error(code, Place::line(&setup.file, line), what)]
-    };
+    let about_marks =
+        |code, line, what: String| vec![Note::error(code, Place::line(&setup.file, line), what)];
     let name = pictures.name().to_owned();
     let stated = pictures.frame_rate_hz();
     let mut warnings = Vec::new();
@@ -193,9 +192,8 @@ pub fn trace(
     for ((name, area), track) in names.into_iter().zip(&areas).zip(tracks) {
         traced.marks.push(mark(name, *area, track, setup, &traced));
     }
-    fill_table(&mut traced).map_err(|what| {
-        vec![Note::error(Code::TooLittleData, Place::file(&name), what)]
-    })?;
+    fill_table(&mut traced)
+        .map_err(|what| vec![Note::error(Code::TooLittleData, Place::file(&name), what)])?;
     for mark in traced.marks.iter().filter(|mark| !mark.lost.is_empty()) {
         let what = format!(
             "mark '{}' is lost in {} of {frames} frames ({}); its cells are blank there",
@@ -230,13 +228,8 @@ fn line_of(setup: &TraceSetup, index: usize) -> usize {
 }
 
 /// Names and boxes of the marks in the first picture.
-fn areas(
-    setup: &TraceSetup,
-    first: &Picture<'_>,
-) -> Result<(Vec<String>, Vec<Area>), Vec<Note>> {
-    let error = |line: usize, code, what| {
-        Note::error(code, Place::line(&setup.file, line), what)
-    };
+fn areas(setup: &TraceSetup, first: &Picture<'_>) -> Result<(Vec<String>, Vec<Area>), Vec<Note>> {
+    let error = |line: usize, code, what| Note::error(code, Place::line(&setup.file, line), what);
     match &setup.marks {
         Wanted::Boxes(marks) => {
             let outside = marks.iter().filter(|mark| {
@@ -282,7 +275,8 @@ fn areas(
 
 /// Metres a pixel; `None` where the two places are one.
 fn scale(setup: &TraceSetup, names: &[String], areas: &[Area]) -> Option<f64> {
-    let middle = |name: &String| Some(areas[names.iter().position(|other| other == name)?].middle());
+    let middle =
+        |name: &String| Some(areas[names.iter().position(|other| other == name)?].middle());
     let [a, b] = match &setup.scale.between {
         Between::Points(points) => *points,
         Between::Marks([a, b]) => [middle(a)?, middle(b)?],
@@ -319,7 +313,8 @@ fn mark(name: String, area: Area, track: Track, setup: &TraceSetup, traced: &Tra
         median(all).map(|px| px * traced.m_per_px)
     };
     let mut lost: Vec<[usize; 2]> = Vec::new();
-    for frame in track.positions.iter().enumerate().filter(|(_, at)| at.is_none()).map(|(k, _)| k + 1)
+    for frame in
+        track.positions.iter().enumerate().filter(|(_, at)| at.is_none()).map(|(k, _)| k + 1)
     {
         match lost.last_mut() {
             Some([_, to]) if *to + 1 == frame => *to = frame,

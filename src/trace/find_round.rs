@@ -6,7 +6,7 @@ use super::picture::{Area, Picture};
 const LEVELS: u32 = 24;
 
 /// A mark shows at this share of the levels that the clearest one shows at.
-const CLEAR: f64 = 0.5;
+const CLEAR: f64 = 0.25;
 
 /// Fewest levels.
 const FEW_LEVELS: usize = 3;
@@ -18,6 +18,10 @@ const MAX_RADIUS: f64 = 0.125;
 /// A disc's second moments differ by no more than this along any two directions, and its area from
 /// that of a disc with these moments.
 const ROUND: f64 = 0.15;
+
+/// No pixel of a disc lies further outside of its radius than this share, or this many pixels.
+const BEYOND: f64 = 0.1;
+const BEYOND_PX: f64 = 0.8;
 
 /// Pixels about a mark in its box: its edge, and what is around.
 const ABOUT_PX: f64 = 4.0;
@@ -42,7 +46,7 @@ struct Blob {
 }
 
 impl Blob {
-    fn disc(&self, most: f64) -> Option<([f64; 2], f64)> {
+    fn disc(&self, pixels: &[[f64; 2]], most: f64) -> Option<([f64; 2], f64)> {
         let [x, y, xx, yy, xy] = self.sums.map(|sum| sum / self.count);
         let radius = (self.count / std::f64::consts::PI).sqrt();
         // Second moments of a disc are r²/4; pixels add 1/12.
@@ -53,7 +57,9 @@ impl Blob {
             && (0.5 * (a + b) - expected).abs() < ROUND * expected
             && radius >= MIN_RADIUS_PX
             && radius <= most;
-        (is_round && !self.is_cut).then_some(([x, y], radius))
+        let reach = radius + BEYOND_PX.max(BEYOND * radius);
+        (is_round && !self.is_cut && pixels.iter().all(|[a, b]| (a - x).hypot(b - y) <= reach))
+            .then_some(([x, y], radius))
     }
 }
 
@@ -116,22 +122,23 @@ fn about([x, y]: [f64; 2], radius: f64, width: usize, height: usize) -> Area {
 
 /// The discs among the connected sets of marked pixels, whose marks are taken away.
 fn discs(marked: &mut [bool], width: usize, height: usize, most: f64) -> Vec<([f64; 2], f64)> {
-    let (mut found, mut open) = (Vec::new(), Vec::new());
+    let (mut found, mut open, mut pixels) = (Vec::new(), Vec::new(), Vec::new());
     for start in 0..marked.len() {
         if !std::mem::take(&mut marked[start]) {
             continue;
         }
         open.push(start);
         let mut blob = Blob::default();
+        pixels.clear();
         while let Some(at) = open.pop() {
             let (column, row) = (at % width, at / width);
             let (x, y) = (column as f64, row as f64);
+            pixels.push([x, y]);
             blob.count += 1.0;
             for (sum, term) in blob.sums.iter_mut().zip([x, y, x * x, y * y, x * y]) {
                 *sum += term;
             }
-            let is_inside =
-                column > 0 && row > 0 && column + 1 < width && row + 1 < height;
+            let is_inside = column > 0 && row > 0 && column + 1 < width && row + 1 < height;
             blob.is_cut |= !is_inside;
             let beside = [
                 (column > 0).then(|| at - 1),
@@ -145,7 +152,7 @@ fn discs(marked: &mut [bool], width: usize, height: usize, most: f64) -> Vec<([f
                 }
             }
         }
-        found.extend(blob.disc(most));
+        found.extend(blob.disc(&pixels, most));
     }
     found
 }

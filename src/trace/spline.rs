@@ -52,9 +52,8 @@ fn weights(part: f64) -> [f64; 4] {
 pub(super) fn noise_gain(part: f64) -> f64 {
     // Autocorrelation of the filter's impulse response, √3 POLE^|n|.
     let square = POLE * POLE;
-    let correlation = |lag: i32| {
-        3.0 * POLE.powi(lag) * ((1.0 + square) / (1.0 - square) + f64::from(lag))
-    };
+    let correlation =
+        |lag: i32| 3.0 * POLE.powi(lag) * ((1.0 + square) / (1.0 - square) + f64::from(lag));
     let weights = weights(part);
     let mut gain = 0.0;
     for (i, a) in weights.iter().enumerate() {
@@ -110,9 +109,10 @@ impl Spline {
         values.clear();
         for y in 0..height {
             let [a, b, c, d] = [0, 1, 2, 3].map(|k| &rows[(y + k) * width..][..width]);
-            values.extend((0..width).map(|x| {
-                a[x] * down[0] + b[x] * down[1] + c[x] * down[2] + d[x] * down[3]
-            }));
+            values.extend(
+                (0..width)
+                    .map(|x| a[x] * down[0] + b[x] * down[1] + c[x] * down[2] + d[x] * down[3]),
+            );
         }
         Some(())
     }
@@ -121,8 +121,10 @@ impl Spline {
     pub(super) fn slope(&self, x: usize, y: usize) -> [f64; 2] {
         const SMOOTH: [f64; 3] = [1.0 / 6.0, 2.0 / 3.0, 1.0 / 6.0];
         let at = |x: usize, y: usize| self.coefficients[y * self.width + x];
-        let along_x = (0..3).map(|k| SMOOTH[k] * 0.5 * (at(x + 1, y + k - 1) - at(x - 1, y + k - 1)));
-        let along_y = (0..3).map(|k| SMOOTH[k] * 0.5 * (at(x + k - 1, y + 1) - at(x + k - 1, y - 1)));
+        let along_x =
+            (0..3).map(|k| SMOOTH[k] * 0.5 * (at(x + 1, y + k - 1) - at(x - 1, y + k - 1)));
+        let along_y =
+            (0..3).map(|k| SMOOTH[k] * 0.5 * (at(x + k - 1, y + 1) - at(x + k - 1, y - 1)));
         [along_x.sum(), along_y.sum()]
     }
 }

@@ -9,10 +9,13 @@ use super::spline::{Spline, noise_gain};
 pub(super) const RIM: usize = 3;
 
 /// A fit that is not done after so many steps does not converge.
-const MAX_STEPS: usize = 40;
+const MAX_STEPS: usize = 100;
 
 /// Steps shorter than this end the fit, px.
-const SHORT_PX: f64 = 2e-5;
+const SHORT_PX: f64 = 5e-5;
+
+/// The last of these steps may be so long, px.
+const LAST_PX: f64 = 0.01;
 
 /// The brightness of a mark may change by such factors.
 const GAINS: [f64; 2] = [0.3, 3.0];
@@ -79,14 +82,7 @@ impl Template {
         }
         let inverse = normal.try_inverse().filter(|m| m.iter().all(|v| v.is_finite()))?;
         let is_seen = (0..4).all(|k| inverse[(k, k)] > 0.0);
-        is_seen.then_some(Self {
-            width,
-            height,
-            columns,
-            weights,
-            inverse,
-            own_noise,
-        })
+        is_seen.then_some(Self { width, height, columns, weights, inverse, own_noise })
     }
 
     /// Grey value of a pixel.
@@ -108,7 +104,7 @@ impl Template {
     pub(super) fn fit(&self, frame: &Spline, corner: [f64; 2], start: [f64; 2]) -> Option<Fit> {
         let mut shift = start;
         let mut values = Vec::new();
-        for _ in 0..MAX_STEPS {
+        for left in (0..MAX_STEPS).rev() {
             let at = [corner[0] + shift[0], corner[1] + shift[1]];
             frame.values(at, self.width, self.height, &mut values)?;
             let (mut products, mut squares) = (Vector4::<f64>::zeros(), 0.0);
@@ -126,7 +122,8 @@ impl Template {
             }
             let step = [along_x, along_y].map(|slope| (-slope / gain).clamp(-1.5, 1.5));
             shift = [shift[0] + step[0], shift[1] + step[1]];
-            if step.iter().all(|step| step.abs() < SHORT_PX) {
+            let short = if left == 0 { LAST_PX } else { SHORT_PX };
+            if step.iter().all(|step| step.abs() < short) {
                 let count = self.columns.len() as f64;
                 let residuals = (squares - found.dot(&products)).max(0.0) / (count - 4.0);
                 let [x, y] = at.map(|at| noise_gain(at - at.floor()));

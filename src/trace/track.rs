@@ -23,7 +23,7 @@ const FEW_FRAMES: usize = 6;
 /// How often mean picture and weights are found anew.
 const ROUNDS: usize = 3;
 
-/// A pixel whose variance is so many times the usual does not move with the mark.
+/// A pixel whose variance is so many times that of the steadiest does not move with the mark.
 const STILL: f64 = 3.0;
 
 /// A mark is lost where more than this share of its contrast is not explained.
@@ -298,8 +298,9 @@ impl Mark {
                 variances.push(((squares - sum * sum / count) / (count - 1.0)).max(0.0));
             }
         }
-        let usual = upper_median(&variances).unwrap_or(0.0).max(ROUNDING);
-        let weight = |variance: &f64| if *variance > STILL * usual { usual / variance } else { 1.0 };
+        let usual = low_variance(&variances, count - 1.0).max(ROUNDING);
+        let weight =
+            |variance: &f64| if *variance > STILL * usual { usual / variance } else { 1.0 };
         let weights = variances.iter().map(weight).collect();
         Template::new(self.area, means, weights, 1.0 / count)
     }
@@ -317,6 +318,17 @@ impl Mark {
             positions: self.fits.into_iter().map(|fit| fit.map(position)).collect(),
         }
     }
+}
+
+/// The variance that the steadiest tenth of the pixels has, from estimates of so many degrees of
+/// freedom (quantile of χ² by Wilson & Hilferty).
+fn low_variance(variances: &[f64], freedom: f64) -> f64 {
+    const TENTH: f64 = -1.281_55;
+    let share = 2.0 / (9.0 * freedom);
+    let quantile = (1.0 - share + TENTH * share.sqrt()).powi(3);
+    let mut sorted = variances.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted.get(sorted.len() / 10).map_or(0.0, |low| low / quantile)
 }
 
 /// Variance of the noise of a crop, from second differences (Immerkær, Comput. Vis. Image
