@@ -18,10 +18,18 @@ const MAX_LEARNED_BYTES: usize = 128 << 20;
 const MIN_LEARNED: usize = 8;
 
 /// Fewer frames say nothing of single pixels.
-const FEW_FRAMES: usize = 6;
+const FEW_FRAMES: f64 = 6.0;
 
-/// How often mean picture and weights are found anew.
-const ROUNDS: usize = 3;
+/// How often mean picture and weights are found anew, at most; and the change of a place that ends
+/// it, px.
+const ROUNDS: usize = 12;
+const SETTLED_PX: f64 = 1e-3;
+
+/// Weight of a pixel that has not changed, where others have: still background, or plain.
+const UNCHANGED: f64 = 0.01;
+
+/// Fewer pixels that change are no motion.
+const FEW_PIXELS: usize = 16;
 
 /// A pixel whose variance is so many times that of the steadiest does not move with the mark.
 const STILL: f64 = 3.0;
@@ -71,6 +79,8 @@ pub struct Tracker {
 #[derive(Debug)]
 struct Mark {
     area: Area,
+    /// The mark with its rim in the first frame.
+    first: Vec<f32>,
     template: Template,
     /// Variance of the noise of a pixel.
     noise: f64,
@@ -157,10 +167,11 @@ impl Mark {
         );
         let noise = noise_of(&rimmed);
         let weights = vec![1.0; area.width * area.height];
-        let template = Template::new(area, rimmed.values, weights, 1.0)?;
+        let template = Template::new(area, rimmed.values.clone(), weights, 1.0)?;
         let is_seen = template.deviation(noise, 1.0).iter().all(|px| *px < FAINT_PX);
         is_seen.then_some(Self {
             area,
+            first: rimmed.values,
             template,
             noise,
             fits: Vec::new(),
@@ -253,31 +264,73 @@ impl Mark {
         let splines: Vec<(usize, Spline)> =
             kept.iter().map(|(frame, crop)| (*frame, Spline::of(crop))).collect();
         drop(kept);
-        if splines.len() < FEW_FRAMES {
-            return;
+        // Where background and mark both have detail, what changes in the box is the mark.
+        if let Some(template) = self.changing(&splines) {
+            self.refit(template, &splines);
         }
         for _ in 0..ROUNDS {
-            let Some(template) = self.mean(&splines) else { return };
-            self.template = template;
-            for (frame, spline) in &splines {
-                let Some(fit) = self.fits[*frame] else { continue };
-                self.fits[*frame] = self.template.fit(spline, self.corner(), fit.shift);
+            let Some(template) = self.mean(&splines) else { break };
+            if self.refit(template, &splines) < SETTLED_PX {
+                break;
             }
         }
         let noise: Vec<f64> = self.fits.iter().flatten().map(|fit| fit.noise).collect();
         self.noise = median(noise).unwrap_or(self.noise);
     }
 
+    /// Fits frames to a new template; how far the farthest moved, px.
+    fn refit(&mut self, template: Template, splines: &[(usize, Spline)]) -> f64 {
+        self.template = template;
+        let mut farthest: f64 = 0.0;
+        for (frame, spline) in splines {
+            let Some(old) = self.fits[*frame] else { continue };
+            let new = self.template.fit(spline, self.corner(), old.shift);
+            if let Some(new) = new {
+                let moved = (new.shift[0] - old.shift[0]).hypot(new.shift[1] - old.shift[1]);
+                farthest = farthest.max(moved);
+            }
+            self.fits[*frame] = new;
+        }
+        farthest
+    }
+
+    /// The first picture, in which pixels that change in the still box count.
+    fn changing(&self, splines: &[(usize, Spline)]) -> Option<Template> {
+        let (_, variances, count) =
+            self.statistics(splines, |fit| Fit { shift: [0.0; 2], ..fit })?;
+        let usual = low_variance(&variances, count - 1.0).max(ROUNDING);
+        let is_changed = |variance: &f64| *variance > STILL * usual;
+        let changed = variances.iter().filter(|variance| is_changed(variance)).count();
+        let weights = variances.iter().map(|v| if is_changed(v) { 1.0 } else { UNCHANGED });
+        (changed >= FEW_PIXELS)
+            .then(|| Template::new(self.area, self.first.clone(), weights.collect(), 1.0))?
+    }
+
+    /// The mean picture, in which pixels that move with the mark count.
     fn mean(&self, splines: &[(usize, Spline)]) -> Option<Template> {
+        let (means, variances, count) = self.statistics(splines, |fit| fit)?;
+        let usual = low_variance(&variances, count - 1.0).max(ROUNDING);
+        let weight =
+            |variance: &f64| if *variance > STILL * usual { usual / variance } else { 1.0 };
+        let weights = variances.iter().map(weight).collect();
+        Template::new(self.area, means, weights, 1.0 / count)
+    }
+
+    /// Mean with the rim, variance of each pixel, and number of frames, where the mark is placed in
+    /// each frame as `place` makes of its fit.
+    fn statistics(
+        &self,
+        splines: &[(usize, Spline)],
+        place: impl Fn(Fit) -> Fit,
+    ) -> Option<(Vec<f32>, Vec<f64>, f64)> {
         let Area { width, height, .. } = self.area;
         let (across, down) = (width + 2 * RIM, height + 2 * RIM);
-        let rim = RIM as f64;
         let mut sums = vec![(0.0, 0.0); across * down];
         let (mut values, mut count) = (Vec::new(), 0.0);
         for (frame, spline) in splines {
-            let Some(fit) = self.fits[*frame] else { continue };
+            let Some(fit) = self.fits[*frame].map(&place) else { continue };
             let corner = self.corner();
-            let at = [0, 1].map(|k| corner[k] + fit.shift[k] - rim);
+            let at = [0, 1].map(|k| corner[k] + fit.shift[k] - RIM as f64);
             if spline.values(at, across, down, &mut values).is_none() {
                 continue;
             }
@@ -288,21 +341,17 @@ impl Mark {
             }
             count += 1.0;
         }
-        if count < FEW_FRAMES as f64 {
+        if count < FEW_FRAMES {
             return None;
         }
-        let means: Vec<f32> = sums.iter().map(|(sum, _)| (sum / count) as f32).collect();
+        let means = sums.iter().map(|(sum, _)| (sum / count) as f32).collect();
         let mut variances = Vec::with_capacity(width * height);
         for y in RIM..height + RIM {
             for (sum, squares) in &sums[y * across + RIM..][..width] {
                 variances.push(((squares - sum * sum / count) / (count - 1.0)).max(0.0));
             }
         }
-        let usual = low_variance(&variances, count - 1.0).max(ROUNDING);
-        let weight =
-            |variance: &f64| if *variance > STILL * usual { usual / variance } else { 1.0 };
-        let weights = variances.iter().map(weight).collect();
-        Template::new(self.area, means, weights, 1.0 / count)
+        Some((means, variances, count))
     }
 
     fn track(self) -> Track {
