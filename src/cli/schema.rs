@@ -33,10 +33,10 @@ enum Subject {
     Job,
     /// session.yaml
     Session,
-    /// marks.yaml
-    Marks,
     /// detune.toml
     Settings,
+    /// marks.yaml
+    Marks,
     /// The output of `check --format json`
     Check,
     /// The output of `advise --format json`
@@ -57,8 +57,8 @@ pub(super) fn run(args: &SchemaArgs, out: &mut dyn Write) -> Result<Outcome, Fai
         Subject::Robot => input_schema::robot(),
         Subject::Job => input_schema::job(),
         Subject::Session => input_schema::session(),
-        Subject::Marks => input_schema::marks(),
         Subject::Settings => input_schema::settings(),
+        Subject::Marks => input_schema::marks(),
         Subject::Check => report::schema::check(),
         Subject::Advice => report::schema::advice(),
         Subject::Identification => report::schema::identification(),

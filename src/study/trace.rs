@@ -15,8 +15,11 @@ use crate::trace::{Area, Band, Picture, Resampled, Sample, Track, Tracker, find_
 /// Fewest frames.
 const MIN_FRAMES: usize = 8;
 
-/// Most frames: hours at hundreds a second.
-const MAX_FRAMES: usize = 10_000_000;
+/// Most places, frames times marks: hours of a few marks at hundreds a second.
+const MAX_PLACES: usize = 10_000_000;
+
+/// Rows of a table for each frame, where times have gaps.
+const MAX_ROWS: f64 = 4.0;
 
 /// Frames this even, in steps, are taken as they are.
 const EVEN: f64 = 1e-3;
@@ -150,8 +153,8 @@ pub fn trace(
         tracker.take(&picture);
         frames += 1;
         progress(Done::More(1));
-        if frames > MAX_FRAMES {
-            let what = format!("has more than {MAX_FRAMES} frames");
+        if frames * areas.len() > MAX_PLACES {
+            let what = format!("has more than {} frames", MAX_PLACES / areas.len());
             return Err(vec![Note::error(Code::TooLong, Place::file(&name), what)]);
         }
     }
@@ -357,7 +360,14 @@ fn fill_table(traced: &mut Traced) -> Result<(), String> {
         }
         return Ok(());
     }
-    let last = times.last().map_or(0.0, |last| (last - start) / step).round() as usize;
+    let last = times.last().map_or(0.0, |last| (last - start) / step).round();
+    if last.is_nan() || last > MAX_ROWS * times.len() as f64 {
+        let frames = times.len();
+        return Err(format!(
+            "{frames} frames lie in {last} usual steps of time: too many are lost"
+        ));
+    }
+    let last = last as usize;
     let grid: Vec<f64> = (0..=last).map(|k| k as f64).collect();
     let columns: Vec<Vec<Option<Resampled>>> = traced
         .marks

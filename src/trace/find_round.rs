@@ -8,6 +8,9 @@ const LEVELS: u32 = 24;
 /// A mark shows at this share of the levels that the clearest one shows at.
 const CLEAR: f64 = 0.25;
 
+/// Nobody has more marks; a picture that shows more shows a pattern.
+const MAX_FOUND: usize = 1000;
+
 /// Fewest levels.
 const FEW_LEVELS: usize = 3;
 
@@ -75,7 +78,7 @@ pub fn find_round(picture: &Picture<'_>) -> Vec<Round> {
     // Middle and radius summed over levels, and their number.
     let mut found: Vec<([f64; 3], usize)> = Vec::new();
     let mut marked = vec![false; grey.len()];
-    for level in 1..LEVELS {
+    'levels: for level in 1..LEVELS {
         let cut = low + (high - low) * level as f32 / LEVELS as f32;
         for is_light in [false, true] {
             for (marked, value) in marked.iter_mut().zip(&grey) {
@@ -91,6 +94,7 @@ pub fn find_round(picture: &Picture<'_>) -> Vec<Round> {
                         *sums = [sums[0] + x, sums[1] + y, sums[2] + radius];
                         *count += 1;
                     }
+                    None if found.len() == MAX_FOUND => break 'levels,
                     None => found.push(([x, y, radius], 1)),
                 }
             }

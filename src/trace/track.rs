@@ -1,7 +1,5 @@
 //! Marks followed through the frames of a video.
 
-use rayon::prelude::*;
-
 use super::picture::{Area, Crop, Picture};
 use super::search::search;
 use super::spline::Spline;
@@ -116,12 +114,12 @@ impl Tracker {
 
     /// Takes the next frame, the first included.
     pub fn take(&mut self, picture: &Picture<'_>) {
-        let mut seen: Vec<Seen> = self.marks.par_iter().map(|mark| mark.see(picture)).collect();
+        let mut seen: Vec<Seen> = self.marks.iter().map(|mark| mark.see(picture)).collect();
         for index in self.on_each_other(&seen) {
             seen[index].fit = None;
         }
         let learned = self.learned;
-        self.marks.par_iter_mut().zip(seen).for_each(|(mark, seen)| mark.take(seen, learned));
+        self.marks.iter_mut().zip(seen).for_each(|(mark, seen)| mark.take(seen, learned));
     }
 
     /// Two marks are not at one place: the one that was searched for found the other.
@@ -152,7 +150,7 @@ impl Tracker {
 
     /// The tracks of all marks.
     pub fn finish(mut self) -> Vec<Track> {
-        self.marks.par_iter_mut().for_each(Mark::learn);
+        self.marks.iter_mut().for_each(Mark::learn);
         self.marks.into_iter().map(Mark::track).collect()
     }
 }

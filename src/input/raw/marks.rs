@@ -11,8 +11,8 @@ pub(in crate::input) struct Marks {
     /// Free text.
     #[expect(dead_code, reason = "for people")]
     pub(in crate::input) note: Option<String>,
-    /// Frames a second at which the video was taken: for folders, and in place of what a slow-motion
-    /// file states.
+    /// Frames a second at which the video was taken: for folders, and in place of what a
+    /// slow-motion file states.
     #[schemars(extend("exclusiveMinimum" = 0, "examples" = [240]))]
     pub(in crate::input) frame_rate_hz: Option<f64>,
     /// Time from the first to the last row of a frame, ms: the readout of a rolling shutter; all
