@@ -38,7 +38,7 @@ impl Pictures {
     ///
     /// # Errors
     /// A picture that cannot be read.
-    pub fn next(&mut self) -> Result<Option<Picture<'_>>, Note> {
+    pub fn next_picture(&mut self) -> Result<Option<Picture<'_>>, Note> {
         let is_there = self.video.next(&mut self.frame)?;
         let Frame { width, height, bits, ref bytes } = self.frame;
         Ok(is_there.then_some(Picture { width, height, bits, bytes }))

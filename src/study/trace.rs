@@ -135,7 +135,7 @@ pub fn trace(
         let what = format!("has {frames} frames, must have at least {MIN_FRAMES}");
         vec![Note::error(Code::TooLittleData, Place::file(&name), what)]
     };
-    let Some(first) = pictures.next()? else { return Err(too_short(0)) };
+    let Some(first) = pictures.next_picture()? else { return Err(too_short(0)) };
     let size_px = [first.width, first.height];
     let (names, areas) = areas(setup, &first)?;
     let mut tracker = Tracker::new(&areas, &first).map_err(|faint| {
@@ -149,7 +149,7 @@ pub fn trace(
     })?;
     tracker.take(&first);
     let mut frames = 1;
-    while let Some(picture) = pictures.next()? {
+    while let Some(picture) = pictures.next_picture()? {
         tracker.take(&picture);
         frames += 1;
         progress(Done::More(1));

@@ -85,6 +85,7 @@ pub fn find_round(picture: &Picture<'_>) -> Vec<Round> {
                 *marked = (*value > cut) == is_light;
             }
             for ([x, y], radius) in discs(&mut marked, width, height, most) {
+                let is_full = found.len() == MAX_FOUND;
                 let same = found.iter_mut().find(|(sums, count)| {
                     let [a, b, r] = sums.map(|sum| sum / *count as f64);
                     (a - x).hypot(b - y) < 0.3 * r && (radius / r - 1.0).abs() < 0.3
@@ -94,7 +95,7 @@ pub fn find_round(picture: &Picture<'_>) -> Vec<Round> {
                         *sums = [sums[0] + x, sums[1] + y, sums[2] + radius];
                         *count += 1;
                     }
-                    None if found.len() == MAX_FOUND => break 'levels,
+                    None if is_full => break 'levels,
                     None => found.push(([x, y, radius], 1)),
                 }
             }

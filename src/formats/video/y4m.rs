@@ -32,12 +32,15 @@ impl Stream {
     pub(super) fn open(name: &Path, reader: Box<dyn Read + Send>) -> Result<Self, Note> {
         let mut reader = BufReader::with_capacity(1 << 20, reader);
         let fault = |code, what: String| Note::error(code, Place::file(name), what);
-        let header = line(&mut reader).map_err(|what| fault(Code::Unreadable, what))?;
-        let Some(fields) = header.as_deref().and_then(|text| text.strip_prefix("YUV4MPEG2")) else {
+        let mut magic = [0; 9];
+        let start = reader.read_exact(&mut magic);
+        if start.is_err() || magic != *b"YUV4MPEG2" {
             let what = "is not YUV4MPEG; make it of a video by: ffmpeg -i clip.mov -fps_mode \
                         passthrough -pix_fmt gray -f yuv4mpegpipe -";
             return Err(fault(Code::Syntax, what.to_owned()));
-        };
+        }
+        let header = line(&mut reader).map_err(|what| fault(Code::Unreadable, what))?;
+        let fields = header.unwrap_or_default();
         let (mut width, mut height, mut colours, mut rate) = (0, 0, "420", None);
         for field in fields.split_ascii_whitespace() {
             let value = field.get(1..).unwrap_or("");

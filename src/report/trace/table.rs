@@ -7,6 +7,9 @@ use crate::study::trace::{Traced, TracedMark};
 use crate::units::{mm_from_m, ms_from_s, percent_from_ratio, um_from_m};
 use crate::wording::printable;
 
+/// A box of which less moves with its mark is worth a word.
+const MOVING: f64 = 0.9;
+
 /// Times and displacements, with what is known of them as comments.
 pub fn traces_csv(traced: &Traced) -> String {
     let mut out = String::new();
@@ -58,7 +61,7 @@ fn comment(out: &mut String, mark: &TracedMark) {
         let [x, y] = deviation.map(|m| number(um_from_m(m), 1));
         let _ = write!(out, "; ± {x} and {y} µm a frame");
     }
-    if mark.moving < 1.0 {
+    if mark.moving < MOVING {
         let still = number(percent_from_ratio(1.0 - mark.moving), 2);
         let _ = write!(out, "; {still} % of its box does not move with it");
     }
