@@ -288,12 +288,12 @@ fn scale(setup: &TraceSetup, names: &[String], areas: &[Area]) -> Option<f64> {
     (distance_px >= 1.0).then(|| setup.scale.distance_m / distance_px)
 }
 
-/// The usual time between frames, such that it fits all of them.
+/// The time between frames such that it fits all of them, those included that are missing.
 fn step(times: &[f64]) -> f64 {
-    let usual = median(times.windows(2).map(|pair| pair[1] - pair[0]).collect()).unwrap_or(1.0);
-    let [first, last] = [times.first(), times.last()].map(|time| time.copied().unwrap_or(0.0));
-    let steps = ((last - first) / usual).round().max(1.0);
-    (last - first) / steps
+    let steps = || times.windows(2).map(|pair| pair[1] - pair[0]);
+    let usual = median(steps().collect()).unwrap_or(1.0);
+    let count: f64 = steps().map(|step| (step / usual).round().max(1.0)).sum();
+    steps().sum::<f64>() / count
 }
 
 /// A mark without its column of the table.

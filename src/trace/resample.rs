@@ -100,8 +100,8 @@ mod tests {
                 let found = found.unwrap();
                 told = told.max(found.error);
                 let expected = of(*t);
-                for axis in 0..2 {
-                    let off = (found.values[axis] - expected[axis]).abs();
+                for (value, expected) in found.values.iter().zip(expected) {
+                    let off = (value - expected).abs();
                     assert!(off <= found.error + 2e-3, "{delay} {jitter} {t}: {off} {found:?}");
                 }
             }

@@ -42,6 +42,9 @@ const MAX_REACH_PX: usize = 64;
 /// A mark is not seen where its place is less certain than this, px.
 const FAINT_PX: f64 = 0.3;
 
+/// Nor where its grey values vary no more than this over the noise: noise alone has slopes, too.
+const FAINT: f64 = 3.0;
+
 /// Where a mark was in a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Position {
@@ -166,7 +169,12 @@ impl Mark {
         let noise = noise_of(&rimmed);
         let weights = vec![1.0; area.width * area.height];
         let template = Template::new(area, rimmed.values.clone(), weights, 1.0)?;
-        let is_seen = template.deviation(noise, 1.0).iter().all(|px| *px < FAINT_PX);
+        let count = (area.width * area.height) as f64;
+        let grey = || (0..area.width * area.height).map(|index| template.value(index));
+        let mean = grey().sum::<f64>() / count;
+        let variance = grey().map(|value| (value - mean).powi(2)).sum::<f64>() / count;
+        let is_seen = template.deviation(noise, 1.0).iter().all(|px| *px < FAINT_PX)
+            && variance > FAINT * noise;
         is_seen.then_some(Self {
             area,
             first: rimmed.values,

@@ -90,9 +90,13 @@ fn a_film_of_the_arm_gives_its_frequencies_and_with_the_readout_its_shapes() {
         assert!(found.status.success(), "{}", text(&found.stderr));
         let found: Value = serde_json::from_slice(&found.stdout).unwrap();
         let modes = found["records"][0]["modes"].as_array().unwrap();
-        assert_eq!(modes.len(), 2, "{modes:#?}");
+        // Rows that move while they are read modulate time: with the readout unknown, sums and
+        // differences of the frequencies appear.
+        assert!(modes.len() == 2 || !has_readout, "{modes:#?}");
         let mut worst: f64 = 0.0;
-        for (mode, (hz, ratio, shape, ..)) in modes.iter().zip(MODES) {
+        for (hz, ratio, shape, ..) in MODES {
+            let off = |mode: &&Value| (mode["frequency_hz"].as_f64().unwrap() - hz).abs();
+            let mode = modes.iter().min_by(|a, b| off(a).total_cmp(&off(b))).unwrap();
             let number = |key: &str| mode[key].as_f64().unwrap();
             // Written is the damped frequency; identified is the natural one.
             let natural = hz / f64::sqrt(1.0 - ratio * ratio);
