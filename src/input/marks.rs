@@ -182,7 +182,10 @@ impl Reader<'_> {
                 None
             }
             (None, None) => {
-                self.error(Code::MissingKey, &[], "has neither marks nor round_marks");
+                // Marks that are there and wrong were told.
+                if self.notes.errors() == 0 {
+                    self.error(Code::MissingKey, &[], "has neither marks nor round_marks");
+                }
                 None
             }
         }
@@ -392,10 +395,10 @@ mod tests {
     fn every_fault_is_told_with_its_line() {
         let scale = "scale: {points_px: [[0, 0], [3, 4]], distance_mm: 5}\n";
         for (text, expected) in [
-            ("marks: []\n".to_owned(), vec!["m.yaml:1: marks", "m.yaml:1: no 'scale'"]),
+            ("marks: []\n".to_owned(), vec!["m.yaml:1: marks", "m.yaml:1: missing key 'scale'"]),
             (
                 format!("{scale}marks:\n  - {{name: a, bix_px: [1, 2, 3, 4]}}\n"),
-                vec!["m.yaml:3: mark 'a': ", "m.yaml:3: mark 'a': unknown key 'bix_px'; did you mean 'box_px'?"],
+                vec!["m.yaml:3: mark 'a': unknown key 'bix_px'; did you mean 'box_px'?"],
             ),
             (
                 format!("{scale}marks:\n- {{name: a, box_px: [1.5, 2, 9, 9]}}\n- {{name: 'b,', box_px: [1, 2, 9, 9]}}\n"),
@@ -406,8 +409,8 @@ mod tests {
                 vec!["m.yaml:2: round_marks has 1 names", "m.yaml:3: readout_ms is 5000"],
             ),
             (
-                "scale: {marks: [a, tup], distance_mm: 5}\nround_marks: {count: 2, names: [a, tip]}\n".to_owned(),
-                vec!["m.yaml:1: scale: there is no mark 'tup'; did you mean 'tip'?"],
+                "scale: {marks: [a, elbw], distance_mm: 5}\nround_marks: {count: 2, names: [a, elbow]}\n".to_owned(),
+                vec!["m.yaml:1: scale: there is no mark 'elbw'; did you mean 'elbow'?"],
             ),
             (
                 format!("{scale}round_marks: {{count: 2}}\nmarks: [{{name: a, box_px: [1, 2, 9, 9]}}]\n"),
