@@ -130,7 +130,7 @@ codes! {
     AxisIgnored = "axis_ignored": Doubt,
     /// The program changes tool, head or work object, and the job's are used throughout.
     ChangeIgnored = "change_ignored": Doubt,
-    /// The unit of a program's lengths is stated nowhere and was assumed.
+    /// The unit or the zero of a program's numbers is stated nowhere and was assumed.
     UnitAssumed = "unit_assumed": Doubt,
     /// A link without inertial, with geometry or between joints, counts as massless.
     Massless = "massless": Doubt,

@@ -19,8 +19,13 @@ pub(super) fn configured(
     found: Vec<Vec<f64>>,
 ) -> Result<Vec<Vec<f64>>, (Code, String)> {
     let Some(asked) = &a_move.stated.configuration else { return Ok(found) };
-    let fitting: Vec<Vec<f64>> =
-        found.iter().filter_map(|q| turned_into(robot, q, asked)).collect();
+    let within = |slack: f64| -> Vec<Vec<f64>> {
+        found.iter().filter_map(|q| turned_into(robot, q, asked, slack)).collect()
+    };
+    // Where none is in it, one a quadrant beside is as good as at the end of a line: frames that
+    // were measured anew move a joint across zero.
+    let exact = within(SAME_CONFIGURATION);
+    let fitting = if exact.is_empty() { within(FRAC_PI_2 + SAME_CONFIGURATION) } else { exact };
     if fitting.is_empty() {
         let nearest = found.first().map_or_else(String::new, |q| shown_joints(robot, q));
         let what = format!(
@@ -34,7 +39,7 @@ pub(super) fn configured(
 }
 
 /// Joint positions by whole turns in an arm configuration, if they can be.
-fn turned_into(robot: &Robot, q: &[f64], asked: &Configuration) -> Option<Vec<f64>> {
+fn turned_into(robot: &Robot, q: &[f64], asked: &Configuration, slack: f64) -> Option<Vec<f64>> {
     let mut turned = q.to_vec();
     for &(joint, [lowest, highest]) in &asked.joints {
         let own = *q.get(joint)?;
@@ -42,8 +47,7 @@ fn turned_into(robot: &Robot, q: &[f64], asked: &Configuration) -> Option<Vec<f6
         let limit = robot.joints().get(joint)?.limit;
         let fits = |at: &f64| {
             let in_limits = limit.is_none_or(|[lower, upper]| (lower..=upper).contains(at));
-            (*at == own || in_limits)
-                && (lowest - SAME_CONFIGURATION..=highest + SAME_CONFIGURATION).contains(at)
+            (*at == own || in_limits) && (lowest - slack..=highest + slack).contains(at)
         };
         *turned.get_mut(joint)? = turns.into_iter().find(fits)?;
     }

@@ -194,11 +194,13 @@ impl Run<'_> {
             match self.settings.j3_from {
                 Some(J3From::Horizontal) => q[2] += q[1],
                 Some(J3From::UpperArm) => {}
+                // Both are one where the upper arm stands at J2 = 0.
+                None if q[1] == 0.0 => {}
                 None => {
-                    return Err("the joints of a position: most arms count J3 from the \
-                                horizontal, some from the upper arm; write path.program.j3_from: \
-                                horizontal or upper_arm in the job"
-                        .to_owned());
+                    let what = "J3 of positions in joints is taken as the joint of the robot file, \
+                                from the upper arm; most arms count it from the horizontal: write \
+                                path.program.j3_from: horizontal or upper_arm in the job";
+                    self.log.warning(Code::UnitAssumed, line, what);
                 }
             }
             return Ok((Place::Joints(q), tcp));

@@ -4,7 +4,6 @@
 use nalgebra::Vector3;
 
 use super::block::Block;
-use super::dwell::dwell_s;
 use super::state::{AXES, Cycle, CycleKind, Machine, Motion};
 use crate::program::Pace;
 use crate::program::arc::Plane;
@@ -55,7 +54,7 @@ impl Machine<'_> {
         self.cycle.bottom = bottom.or(self.cycle.bottom);
         self.cycle.step = step.or(self.cycle.step);
         if let Some(word) = block.word(b'P') {
-            self.cycle.dwell_s = dwell_s(word, self.dwell_unit)?;
+            self.cycle.dwell_s = self.dwell_s(line, word)?;
         }
         let given_r = self.cycle.retract.ok_or("the cycle has no R")?;
         let name = char::from(AXES[w]);

@@ -2,29 +2,46 @@
 
 use super::block::{Block, Word};
 use super::state::Machine;
+use crate::notes::Code;
 use crate::program::DwellUnit;
 use crate::units::{hz_from_rpm, s_from_ms};
 
-/// The time that P gives, s: seconds with a decimal point, on every controller that takes one.
-pub(super) fn dwell_s(p: Word, unit: Option<DwellUnit>) -> Result<f64, String> {
-    match unit {
-        _ if p.value < 0.0 => Err(format!("P is {}, must not be negative", p.value)),
-        _ if p.has_point || p.value == 0.0 => Ok(p.value),
-        Some(DwellUnit::Seconds) => Ok(p.value),
-        Some(DwellUnit::Milliseconds) => Ok(s_from_ms(p.value)),
-        None => Err(format!(
-            "P{} of a dwell is in seconds on LinuxCNC and in milliseconds on Fanuc and Haas; write \
-             path.program.dwell_unit: s or ms in the job",
-            p.value
-        )),
-    }
-}
+/// P without a decimal point from which on nobody waits so many seconds.
+const MIN_MILLISECONDS: f64 = 100.0;
 
 impl Machine<'_> {
+    /// The time that P gives, s: seconds with a decimal point, on every controller that takes one.
+    pub(super) fn dwell_s(&mut self, line: usize, p: Word) -> Result<f64, String> {
+        if p.value < 0.0 {
+            return Err(format!("P is {}, must not be negative", p.value));
+        }
+        if p.has_point || p.value == 0.0 {
+            return Ok(p.value);
+        }
+        let unit = self.dwell_unit.unwrap_or_else(|| {
+            let (unit, shown) = match p.value < MIN_MILLISECONDS {
+                true => (DwellUnit::Seconds, "seconds"),
+                false => (DwellUnit::Milliseconds, "milliseconds"),
+            };
+            let what = format!(
+                "P{} of a dwell is taken as {shown}: it is in seconds on LinuxCNC and in \
+                 milliseconds on Fanuc and Haas; path.program.dwell_unit: s or ms in the job says \
+                 which",
+                p.value
+            );
+            self.cutter.log.warning(Code::Assumed, line, what);
+            unit
+        });
+        Ok(match unit {
+            DwellUnit::Seconds => p.value,
+            DwellUnit::Milliseconds => s_from_ms(p.value),
+        })
+    }
+
     /// G4: P, or X, U and F in seconds, or S in turns of the spindle.
     pub(super) fn dwell(&mut self, line: usize, block: &Block) -> Result<(), String> {
         let seconds = if let Some(p) = block.word(b'P') {
-            dwell_s(p, self.dwell_unit)?
+            self.dwell_s(line, p)?
         } else if let Some(seconds) =
             [b'X', b'U', b'F'].into_iter().find_map(|letter| block.word(letter))
         {

@@ -354,8 +354,11 @@ fn j3_is_counted_as_the_job_says() {
         assert!((q[2].to_degrees() - third).abs() < 1e-9, "{from:?}");
     }
     job.j3_from = None;
-    let found = tp_program("J P[1] 20% FINE ;\n", positions, &job).unwrap_err();
-    assert!(at(&found[0]) == 3 && found[0].what.contains("j3_from"), "{found:?}");
+    let program = tp_program("J P[1] 20% FINE ;\n", positions, &job).unwrap();
+    let Target::Joints(q) = &program.moves[0].to else { panic!("joints") };
+    assert!((q[2].to_degrees() - 30.0).abs() < 1e-9);
+    let told = |note: &Note| note.code == Code::UnitAssumed && note.what.contains("j3_from");
+    assert!(program.warnings.iter().any(told), "{:?}", program.warnings);
 }
 
 #[test]

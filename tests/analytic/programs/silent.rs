@@ -2,7 +2,7 @@
 //! the forms of CAM systems, files that were cut off, dwells, codes that start the spindle unseen.
 
 use detune::motion::Timing;
-use detune::notes::Code;
+use detune::notes::{Code, Note};
 use detune::program::{
     Dialect, DwellUnit, NewSpeed, Program, Rewrite, Settings, Spindle, read, rewrite,
 };
@@ -173,9 +173,13 @@ fn dwells_take_their_time() {
 #[test]
 fn a_dwell_without_a_decimal_point_takes_its_unit_from_the_job() {
     let text = "G0 X0 Y0 Z0\nG4 P500\nX1\nM2\n";
-    let found = read(text.as_bytes(), Dialect::GCode, &settings()).unwrap_err();
-    assert_eq!(at(&found[0]), 2);
-    assert!(found[0].what.contains("dwell_unit: s or ms"), "{found:?}");
+    for (p, seconds, unit) in [("P500", 0.5, "milliseconds"), ("P2", 2.0, "seconds")] {
+        let text = text.replace("P500", p);
+        let program = read(text.as_bytes(), Dialect::GCode, &settings()).unwrap();
+        assert_eq!(program.moves[1].timing, Timing::Seconds(seconds));
+        let told = |note: &Note| note.what.contains(&format!("{p} of a dwell is taken as {unit}"));
+        assert!(program.warnings.iter().any(told), "{:?}", program.warnings);
+    }
     for (unit, seconds) in [(DwellUnit::Seconds, 500.0), (DwellUnit::Milliseconds, 0.5)] {
         let job = Settings { dwell_unit: Some(unit), ..settings() };
         let moves = read(text.as_bytes(), Dialect::GCode, &job).unwrap().moves;
