@@ -4,7 +4,7 @@
 //! | variable | meaning |
 //! |---|---|
 //! | `DETUNE_REAL_SEEDS=10` | so many seeds for each kind; where absent, one of some |
-//! | `DETUNE_FIRST_SEED=100` | other seeds than those of the suite |
+//! | `DETUNE_REAL_FIRST_SEED=100` | other seeds than those of the suite |
 //! | `DETUNE_ONLY=beam` | only cases whose name holds this |
 //! | `DETUNE_CASES=folder` | keeps every case with its files |
 
@@ -31,7 +31,7 @@ fn number(name: &str, default: u64) -> u64 {
 }
 
 fn cases() -> Vec<Case> {
-    let (seeds, first) = (number("DETUNE_REAL_SEEDS", 1), number("DETUNE_FIRST_SEED", 1));
+    let (seeds, first) = (number("DETUNE_REAL_SEEDS", 1), number("DETUNE_REAL_FIRST_SEED", 1));
     let only = env::var("DETUNE_ONLY").ok();
     let kinds: &[&'static str] =
         if env::var("DETUNE_REAL_SEEDS").is_ok() { &KINDS } else { &SUITE };
