@@ -19,13 +19,17 @@ pub(super) fn configured(
     found: Vec<Vec<f64>>,
 ) -> Result<Vec<Vec<f64>>, (Code, String)> {
     let Some(asked) = &a_move.stated.configuration else { return Ok(found) };
-    let within = |slack: f64| -> Vec<Vec<f64>> {
-        found.iter().filter_map(|q| turned_into(robot, q, asked, slack)).collect()
+    let slack = FRAC_PI_2 + SAME_CONFIGURATION;
+    let mut fitting: Vec<Vec<f64>> =
+        found.iter().filter_map(|q| turned_into(robot, q, asked, slack)).collect();
+    // Where none is in it, the nearest one is as good, up to a quadrant beside as at the end of a
+    // line: frames that were measured anew move a joint across zero.
+    let beside = |q: &Vec<f64>| {
+        let own = asked.joints.iter().map(|&(i, [low, high])| (low - q[i]).max(q[i] - high));
+        own.fold(0.0, f64::max)
     };
-    // Where none is in it, one a quadrant beside is as good as at the end of a line: frames that
-    // were measured anew move a joint across zero.
-    let exact = within(SAME_CONFIGURATION);
-    let fitting = if exact.is_empty() { within(FRAC_PI_2 + SAME_CONFIGURATION) } else { exact };
+    let least = fitting.iter().map(beside).fold(f64::INFINITY, f64::min);
+    fitting.retain(|q| beside(q) <= least.max(SAME_CONFIGURATION));
     if fitting.is_empty() {
         let nearest = found.first().map_or_else(String::new, |q| shown_joints(robot, q));
         let what = format!(
