@@ -96,64 +96,116 @@ pub(super) struct Choice<'c> {
     pub(super) seen: Vec<Model<'c>>,
 }
 
-/// Chooses among `candidates`; fits start where those in `known` ended.
-pub(super) fn choose<'c>(
-    problem: &Problem<'_>,
-    candidates: &'c [Candidate],
-    screen: &Screen,
-    width: SearchWidth,
-    known: &Known<'c>,
-) -> Option<Choice<'c>> {
+/// What there is to choose from, and how.
+#[derive(Clone, Copy)]
+pub(super) struct Means<'m, 'c> {
+    pub(super) candidates: &'c [Candidate],
+    pub(super) screen: &'m Screen,
+    pub(super) width: SearchWidth,
+    /// Fits start where these ended.
+    pub(super) known: &'m Known<'c>,
+}
+
+/// Chooses among candidates. Of a large table a part chooses; all of it fits and compares what that
+/// part leaves.
+pub(super) fn choose<'c>(problem: &Problem<'_>, means: Means<'_, 'c>) -> Option<Choice<'c>> {
+    let search = Search { problem, means };
     let baseline = problem.optimise(Hypothesis::default())?;
-    let search = Search { problem, candidates, screen, width, known };
-    let mut best = search.model(baseline.clone());
-    // The best model of each number of causes.
-    let mut fronts = vec![best.clone()];
-    let mut kept = vec![best.clone()];
-    let mut singles: Vec<Model<'c>> = Vec::new();
-    let mut seen: Vec<Model<'c>> = Vec::new();
-    while fronts.len() <= (best.causes() + lookahead(best.causes())).min(MAX_CAUSES) {
-        let mut next: Vec<Model<'c>> = Vec::new();
-        for parent in &kept {
-            next.extend(search.with_one_more(parent));
+    let Searched { singles, best, mut seen } = match problem.data.thinned() {
+        None => search.searched(baseline.clone())?,
+        Some(few) => {
+            let part = Problem { data: &few, ..*problem };
+            let of_part = Search { problem: &part, means };
+            search.fitted(of_part.searched(part.optimise(Hypothesis::default())?)?)?
         }
-        sort(&mut next);
-        match fronts.last() {
-            Some(front) if front.causes() > 0 => search.add_sets(front, &mut next),
-            _ => singles.clone_from(&next),
-        }
-        let Some(first) = next.first() else { break };
-        fronts.push(first.clone());
-        let fewer = search.with_one_less(&next);
-        if let (Some(known), Some(first)) = (fronts.iter_mut().rev().nth(1), fewer.first())
-            && first.log_evidence > known.log_evidence
-        {
-            *known = first.clone();
-        }
-        best = search.largest_justified(&fronts);
-        let met = next.iter().chain(&fewer);
-        seen.extend(met.filter(|model| within_reach(model, &best)).cloned());
-        kept = next;
-        distinct(&mut kept, width.kept);
-    }
-    while let Some(better) = search.fewer(&best) {
-        best = better;
-    }
+    };
     seen.retain(|model| within_reach(model, &best));
     seen.push(best.clone());
     let alternatives = search.alternatives(&best, &singles, &mut seen);
     Some(Choice { baseline, singles, best, alternatives, seen })
 }
 
+/// The causes that [`choose`] finds, without what else it says of them.
+pub(super) fn best_of<'c>(problem: &Problem<'_>, means: Means<'_, 'c>) -> Option<Hypothesis<'c>> {
+    let few = problem.data.thinned();
+    let part = Problem { data: few.as_ref().unwrap_or(problem.data), ..*problem };
+    let search = Search { problem: &part, means };
+    let best = search.searched(part.optimise(Hypothesis::default())?)?.best.fit.hypothesis;
+    match few {
+        Some(_) => Some(problem.optimise(best)?.hypothesis),
+        None => Some(best),
+    }
+}
+
+/// What a search met.
+struct Searched<'c> {
+    singles: Vec<Model<'c>>,
+    best: Model<'c>,
+    seen: Vec<Model<'c>>,
+}
+
 struct Search<'s, 'p, 'c> {
     problem: &'s Problem<'p>,
-    candidates: &'c [Candidate],
-    screen: &'s Screen,
-    width: SearchWidth,
-    known: &'s Known<'c>,
+    means: Means<'s, 'c>,
 }
 
 impl<'c> Search<'_, '_, 'c> {
+    /// From the model without causes to larger ones, as long as the data justify them.
+    fn searched(&self, baseline: Fit<'c>) -> Option<Searched<'c>> {
+        let mut best = self.model(baseline);
+        // The best model of each number of causes.
+        let mut fronts = vec![best.clone()];
+        let mut kept = vec![best.clone()];
+        let mut singles: Vec<Model<'c>> = Vec::new();
+        let mut seen: Vec<Model<'c>> = Vec::new();
+        while fronts.len() <= (best.causes() + lookahead(best.causes())).min(MAX_CAUSES) {
+            let mut next: Vec<Model<'c>> = Vec::new();
+            for parent in &kept {
+                next.extend(self.with_one_more(parent));
+            }
+            sort(&mut next);
+            match fronts.last() {
+                Some(front) if front.causes() > 0 => self.add_sets(front, &mut next),
+                _ => singles.clone_from(&next),
+            }
+            let Some(first) = next.first() else { break };
+            fronts.push(first.clone());
+            let fewer = self.with_one_less(&next);
+            if let (Some(known), Some(first)) = (fronts.iter_mut().rev().nth(1), fewer.first())
+                && first.log_evidence > known.log_evidence
+            {
+                *known = first.clone();
+            }
+            best = self.largest_justified(&fronts);
+            let met = next.iter().chain(&fewer);
+            seen.extend(met.filter(|model| within_reach(model, &best)).cloned());
+            kept = next;
+            distinct(&mut kept, self.means.width.kept);
+        }
+        while let Some(better) = self.fewer(&best) {
+            best = better;
+        }
+        Some(Searched { singles, best, seen })
+    }
+
+    /// What a search of a part of the table met, fitted to all of it.
+    fn fitted(&self, found: Searched<'c>) -> Option<Searched<'c>> {
+        let again = |models: Vec<Model<'c>>| {
+            let mut models = self.models_of(models.into_iter().map(|model| model.fit.hypothesis));
+            sort(&mut models);
+            models
+        };
+        let causes = found.best.causes();
+        let (singles, mut seen) = (again(found.singles), again(found.seen));
+        seen.extend(again(vec![found.best]));
+        sort(&mut seen);
+        let mut best = seen.iter().find(|model| model.causes() <= causes)?.clone();
+        while let Some(better) = self.fewer(&best) {
+            best = better;
+        }
+        Some(Searched { singles, best, seen })
+    }
+
     fn model(&self, fit: Fit<'c>) -> Model<'c> {
         let log_evidence = log_evidence(self.problem.data, &fit);
         Model { fit, log_evidence }
@@ -161,7 +213,7 @@ impl<'c> Search<'_, '_, 'c> {
 
     /// The models of all that have a fit, in the order in which they are asked for.
     fn models(&self, asked: Vec<Asked<'c>>) -> Vec<Model<'c>> {
-        let fits = self.known.fits(self.problem, asked, self.width.starts);
+        let fits = self.means.known.fits(self.problem, asked, self.means.width.starts);
         fits.into_iter().map(|fit| self.model(fit)).collect()
     }
 
@@ -174,18 +226,23 @@ impl<'c> Search<'_, '_, 'c> {
     fn with_one_more(&self, parent: &Model<'c>) -> Vec<Model<'c>> {
         let taken = &parent.fit.hypothesis.effects;
         let mut tried: Vec<(f64, usize)> = self
+            .means
             .candidates
             .par_iter()
             .enumerate()
             .filter(|(_, candidate)| !taken.iter().any(|(other, _)| other.same_place(candidate)))
             .map(|(i, candidate)| {
-                (self.screen.expected_gain(self.problem, &parent.fit, i, candidate), i)
+                (self.means.screen.expected_gain(self.problem, &parent.fit, i, candidate), i)
             })
             .collect();
         tried.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        tried.truncate(if taken.is_empty() { self.width.first } else { self.width.further });
+        tried.truncate(if taken.is_empty() {
+            self.means.width.first
+        } else {
+            self.means.width.further
+        });
         let given = &parent.fit.hypothesis;
-        let asked = |&(_, i): &(f64, usize)| Asked::with(given.clone(), &self.candidates[i]);
+        let asked = |&(_, i): &(f64, usize)| Asked::with(given.clone(), &self.means.candidates[i]);
         self.models(tried.iter().map(asked).collect())
     }
 
@@ -215,8 +272,9 @@ impl<'c> Search<'_, '_, 'c> {
     }
 
     fn add_sets_near(&self, near: &Model<'c>, size: usize, next: &mut Vec<Model<'c>>) {
-        let count = self.width.sets;
-        let sets = sets(self.problem, self.candidates, self.screen, &near.fit, size, count);
+        let count = self.means.width.sets;
+        let sets =
+            sets(self.problem, self.means.candidates, self.means.screen, &near.fit, size, count);
         next.extend(self.models_of(sets));
         sort(next);
     }
@@ -225,8 +283,9 @@ impl<'c> Search<'_, '_, 'c> {
     /// show what a smaller one should have been (floating search: Pudil, Novovičová & Kittler,
     /// Pattern Recognition Letters 15, 1994).
     fn with_one_less(&self, models: &[Model<'c>]) -> Vec<Model<'c>> {
-        let mut best: Vec<Model<'c>> = models.iter().take(4 * self.width.kept).cloned().collect();
-        distinct(&mut best, self.width.kept);
+        let mut best: Vec<Model<'c>> =
+            models.iter().take(4 * self.means.width.kept).cloned().collect();
+        distinct(&mut best, self.means.width.kept);
         let large = best.iter().filter(|model| model.causes() > 2);
         let fewer = large.flat_map(|model| {
             let without = |i: usize| {
@@ -267,7 +326,8 @@ impl<'c> Search<'_, '_, 'c> {
         let is_enough = at_once < 2
             || after.log_evidence > before.log_evidence + ALTERNATIVE_WITHIN * at_once as f64;
         is_enough
-            && p_value(self.problem, self.candidates.len(), &before.fit, &after.fit) <= SIGNIFICANCE
+            && p_value(self.problem, self.means.candidates.len(), &before.fit, &after.fit)
+                <= SIGNIFICANCE
             && is_material(self.problem, &before.fit, &after.fit)
     }
 
@@ -330,7 +390,7 @@ impl<'c> Search<'_, '_, 'c> {
             hypothesis
         };
         let without = self.models_of((0..count).map(without)).into_iter().filter_map(|without| {
-            let count = self.candidates.len();
+            let count = self.means.candidates.len();
             let is_justified = p_value(self.problem, count, &without.fit, &model.fit)
                 <= SIGNIFICANCE
                 && is_material(self.problem, &without.fit, &model.fit);
@@ -351,7 +411,13 @@ impl<'c> Search<'_, '_, 'c> {
     /// The model with each cause in turn given up for another that looks most like it near the
     /// model.
     fn swapped(&self, model: &Model<'c>) -> Vec<Model<'c>> {
-        let swaps = swaps(self.problem, self.candidates, self.screen, &model.fit, self.width.sets);
+        let swaps = swaps(
+            self.problem,
+            self.means.candidates,
+            self.means.screen,
+            &model.fit,
+            self.means.width.sets,
+        );
         self.models_of(swaps)
     }
 

@@ -1,5 +1,9 @@
 //! The measured table as the fits see it.
 
+use rand::SeedableRng;
+use rand::seq::SliceRandom;
+use rand_chacha::ChaCha8Rng;
+
 use super::decorrelation::{Decorrelation, NoiseShape, Standing};
 use crate::identify::{MeasuredRotation, ModeRow, ModeTable};
 use crate::model::{Calibration, Conditions, Payload};
@@ -230,6 +234,23 @@ impl Data {
     /// Number of tests, see [`Data::tests`].
     pub(super) fn test_count(&self) -> usize {
         self.tests().into_iter().max().map_or(0, |last| last + 1)
+    }
+
+    /// So many states of a large table that causes can be told apart by them, at random; `None`
+    /// where the table is no larger.
+    pub(super) fn thinned(&self) -> Option<Self> {
+        /// Of 150 poses with four modes each an effect as large as the noise is known to a tenth.
+        const ENOUGH: usize = 600;
+        if self.points.len() <= ENOUGH + ENOUGH / 4 {
+            return None;
+        }
+        let tests = self.tests();
+        let mut order: Vec<usize> = (0..self.test_count()).collect();
+        order.shuffle(&mut ChaCha8Rng::seed_from_u64(1));
+        let mut rank = vec![0; order.len()];
+        order.iter().enumerate().for_each(|(place, &test)| rank[test] = place);
+        let kept = ENOUGH * rank.len() / self.points.len();
+        Some(self.only(|row| rank[tests[row]] < kept.max(MIN_STATES)))
     }
 
     /// The rows for which `keep` holds; points remember their place in the whole table.

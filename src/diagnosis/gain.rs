@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::candidate::Candidate;
-use super::choose::{SearchWidth, choose};
+use super::choose::{Means, SearchWidth, best_of};
 use super::data::Data;
 use super::hypothesis::Hypothesis;
 use super::known::Known;
@@ -56,16 +56,10 @@ pub(super) fn held_out<'c>(
         .map(|fold| {
             let train = data.only(|row| fold_of[row] != fold);
             let test = data.only(|row| fold_of[row] == fold);
-            let choice = choose(
-                &Problem { description, data: &train },
-                candidates,
-                screen,
-                SearchWidth::FOLD,
-                &known.clone(),
-            );
-            let hypothesis =
-                choice.map_or_else(Hypothesis::default, |choice| choice.best.fit.hypothesis);
-            let errors = errors_of(&test, &hypothesis);
+            let known = &known.clone();
+            let means = Means { candidates, screen, width: SearchWidth::FOLD, known };
+            let chosen = best_of(&Problem { description, data: &train }, means);
+            let errors = errors_of(&test, &chosen.unwrap_or_default());
             done();
             errors
         })

@@ -2,7 +2,7 @@
 //! looks like a cause to who knows of no drift, and a cause like common noise to who knows of none.
 
 use super::candidate::Candidate;
-use super::choose::{Choice, SearchWidth, choose};
+use super::choose::{Choice, Means, SearchWidth, choose};
 use super::data::Data;
 use super::decorrelation::NoiseShape;
 use super::fit::Fit;
@@ -71,7 +71,8 @@ pub(super) fn settled<'c>(
 impl<'c> Question<'_, 'c> {
     fn choose(&self, data: &Data) -> Option<Choice<'c>> {
         let problem = Problem { description: self.description, data };
-        choose(&problem, self.candidates, self.screen, SearchWidth::FULL, self.known)
+        let Self { candidates, screen, known, .. } = *self;
+        choose(&problem, Means { candidates, screen, width: SearchWidth::FULL, known })
     }
 
     /// Sets wrong rows aside, the worst first, as long as each is as wrong without it.
@@ -178,6 +179,14 @@ impl<'c> Question<'_, 'c> {
 
 /// The row that is most wrong, if one is, by the noise of the others.
 fn worst(data: &Data, evaluation: &Evaluation) -> Option<usize> {
+    /// No row of a table of some size has more of its noise than this.
+    const SHARE_OF_ONE: f64 = 0.5;
+    let off = |row: usize, scale: f64| -> Vec<f64> {
+        let points = data.points.iter().zip(&evaluation.residuals).filter(|(p, _)| p.row == row);
+        points
+            .filter_map(|(p, r)| Some(r.as_ref()? / (scale * p.unit).hypot(p.rounding.sqrt())))
+            .collect()
+    };
     let of_row = |row: usize| -> Option<(f64, usize)> {
         let others: Vec<Option<f64>> = data
             .points
@@ -185,14 +194,13 @@ fn worst(data: &Data, evaluation: &Evaluation) -> Option<usize> {
             .zip(&evaluation.residuals)
             .map(|(point, r)| r.filter(|_| point.row != row))
             .collect();
-        let scale = noise(&data.points, &others).scale;
-        let own = data.points.iter().zip(&evaluation.residuals).filter(|(p, _)| p.row == row);
-        let off: Vec<f64> = own
-            .filter_map(|(p, r)| Some(r.as_ref()? / (scale * p.unit).hypot(p.rounding.sqrt())))
-            .collect();
+        let off = off(row, noise(&data.points, &others).scale);
         is_wrong(&off).then(|| (crate::statistics::rms(off), row))
     };
-    let wrong = (0..data.rows.len()).filter_map(of_row);
+    let is_large = data.rows.len() > 50;
+    let least_scale = SHARE_OF_ONE * evaluation.noise.scale;
+    let may_be_wrong = |row: &usize| !is_large || is_wrong(&off(*row, least_scale));
+    let wrong = (0..data.rows.len()).filter(may_be_wrong).filter_map(of_row);
     wrong.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, row)| row)
 }
 

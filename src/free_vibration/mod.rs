@@ -158,6 +158,9 @@ pub struct Measurement {
     /// record's.
     #[serde(skip)]
     pub spectrum: Spectrum,
+    /// The vibration, at a rate that shows every mode where it is.
+    #[serde(skip)]
+    pub response: Response,
 }
 
 /// A mode that the sampling rate is too low for.
@@ -344,6 +347,7 @@ pub fn measure(robot: &Robot, q: &[f64], settings: &Settings) -> Result<Measurem
         aliased,
         doubts,
         spectrum,
+        response,
     })
 }
 

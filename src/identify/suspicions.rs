@@ -108,12 +108,22 @@ fn tones(
     if prepared.kind == RecordKind::GivenResponses {
         return;
     }
+    // In a response to unknown forces nothing but damping tells a machine's tone from a mode.
+    let is_unforced = prepared.kind == RecordKind::RandomResponse;
     let what = format!(
         "{:.3} Hz has almost no damping ({:.5}), like a steady tone, for example from a machine \
-         nearby",
-        mode.frequency_hz, mode.damping_ratio
+         nearby{}",
+        mode.frequency_hz,
+        mode.damping_ratio,
+        match is_unforced {
+            true =>
+                ": no force was measured that would tell them apart; left out of the table; \
+                     record once more with that machine stopped",
+            false => "",
+        }
     );
     notes.warning(Code::Tone, None, what);
+    mode.suspicion = is_unforced.then_some(Code::Tone);
 }
 
 /// A fitted pole that is no mode: damping may be zero, or nothing but the fit supports it.

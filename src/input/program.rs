@@ -232,6 +232,7 @@ fn settings(
             raw::DwellUnit::S => DwellUnit::Seconds,
             raw::DwellUnit::Ms => DwellUnit::Milliseconds,
         }),
+        is_scheduled: context.is_scheduled,
         j3_from: raw.j3_from.map(|from| match from {
             raw::J3From::Horizontal => J3From::Horizontal,
             raw::J3From::UpperArm => J3From::UpperArm,

@@ -36,6 +36,8 @@ pub(super) struct OperationContext<'c> {
     pub(super) external_axes: &'c BTreeMap<String, ExternalAxis>,
     /// What programs are taken to find, by name in lower case.
     pub(super) assume: &'c BTreeMap<String, Assumed>,
+    /// Whether the spindle's speed follows the operation's time.
+    pub(super) is_scheduled: bool,
 }
 
 impl OperationContext<'_> {

@@ -1,6 +1,6 @@
 //! Frequencies of one robot at many poses, by either method.
 
-use super::{Block, Method, OutsideLimits};
+use super::{Block, Method, OutsideLimits, shapes};
 use crate::free_vibration::{Settings, measure};
 use crate::model::{PoseFault, Robot};
 use crate::modes::ModalSolver;
@@ -16,12 +16,13 @@ pub struct FrequencyMap<'a> {
     kernel: Kernel<'a>,
     method: Method,
     intervals: Option<Trust>,
+    shape_links: Option<Vec<String>>,
 }
 
 impl<'a> FrequencyMap<'a> {
     /// A map of `robot` with the machine's best instructions.
     pub fn new(robot: &'a Robot, method: Method) -> Self {
-        Self { robot, kernel: Kernel::new(robot), method, intervals: None }
+        Self { robot, kernel: Kernel::new(robot), method, intervals: None, shape_links: None }
     }
 
     /// The same with the 95 % interval of every frequency.
@@ -33,6 +34,17 @@ impl<'a> FrequencyMap<'a> {
     /// Whether it has intervals.
     pub fn has_intervals(&self) -> bool {
         self.intervals.is_some()
+    }
+
+    /// The same with the mode shapes of every pose.
+    pub fn with_shapes(mut self) -> Self {
+        self.shape_links = Some(shapes::links(self.robot));
+        self
+    }
+
+    /// The links whose rotations the shapes have, if it has shapes.
+    pub fn shape_links(&self) -> Option<&[String]> {
+        self.shape_links.as_deref()
     }
 
     /// The robot.
@@ -75,6 +87,14 @@ impl<'a> FrequencyMap<'a> {
         block.intervals_hz.clear();
         if let Some(trust) = &self.intervals {
             self.add_intervals(trust, block)?;
+        }
+        block.shapes.clear();
+        if let Some(links) = &self.shape_links {
+            let mut solver = ModalSolver::new(self.robot);
+            for (pose, q) in block.poses.chunks_exact(self.joints().max(1)).enumerate() {
+                shapes::append(self.robot, links, &mut solver, q, &mut block.shapes)
+                    .map_err(|fault| Note::from(fault).within(Part::Pose(pose)))?;
+            }
         }
         block.beta2_rad.clear();
         if let Some(beta2) = self.robot.beta2() {

@@ -5,6 +5,7 @@ mod frequencies;
 mod generate;
 mod limits;
 mod reduce;
+mod shapes;
 
 pub use block::{Block, Row};
 pub use frequencies::FrequencyMap;
@@ -13,11 +14,12 @@ pub use limits::OutsideLimits;
 pub use reduce::{
     Bin, EXACT_UP_TO, Extreme, RESOLUTION, Reduced, ReducedMode, Reduction, SHARES, Statistic,
 };
+pub use shapes::ModeShape;
 
 use serde::{Serialize, Serializer};
 
 use crate::free_vibration::Settings;
-use crate::model::{JointKind, MovingJoint};
+use crate::model::{CoordinateKind, JointKind, MovingJoint};
 
 /// How frequencies are found.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,8 +41,12 @@ pub struct Head {
     pub has_beta2: bool,
     /// Names of the elastic coordinates, base first; there are as many modes.
     pub coordinates: Vec<String>,
+    /// Their units: rad or m.
+    pub coordinate_units: Vec<&'static str>,
     /// Whether every frequency has its interval.
     pub has_intervals: bool,
+    /// The links whose rotations the mode shapes have; `None` where there are no shapes.
+    pub shape_links: Option<Vec<String>>,
 }
 
 /// A joint as a column of a map.
@@ -70,7 +76,13 @@ impl Head {
             joints: robot.joints().iter().map(column).collect(),
             has_beta2: robot.beta2().is_some(),
             coordinates: robot.coordinates().iter().map(|c| c.name.clone()).collect(),
+            coordinate_units: robot
+                .coordinates()
+                .iter()
+                .map(|c| if c.kind == CoordinateKind::Rotation { "rad" } else { "m" })
+                .collect(),
             has_intervals: map.has_intervals(),
+            shape_links: map.shape_links().map(<[String]>::to_vec),
         }
     }
 }

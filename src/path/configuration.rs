@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use super::timed_path::shown_joints;
+use super::timed_path::{Beside, Knots, Segment, shown_joints};
 use crate::model::Robot;
 use crate::motion::{Configuration, Move};
 use crate::notes::Code;
@@ -24,12 +24,8 @@ pub(super) fn configured(
         found.iter().filter_map(|q| turned_into(robot, q, asked, slack)).collect();
     // Where none is in it, the nearest one is as good, up to a quadrant beside as at the end of a
     // line: frames that were measured anew move a joint across zero.
-    let beside = |q: &Vec<f64>| {
-        let own = asked.joints.iter().map(|&(i, [low, high])| (low - q[i]).max(q[i] - high));
-        own.fold(0.0, f64::max)
-    };
-    let least = fitting.iter().map(beside).fold(f64::INFINITY, f64::min);
-    fitting.retain(|q| beside(q) <= least.max(SAME_CONFIGURATION));
+    let least = fitting.iter().map(|q| beyond(asked, q)).fold(f64::INFINITY, f64::min);
+    fitting.retain(|q| beyond(asked, q) <= least.max(SAME_CONFIGURATION));
     if fitting.is_empty() {
         let nearest = found.first().map_or_else(String::new, |q| shown_joints(robot, q));
         let what = format!(
@@ -40,6 +36,36 @@ pub(super) fn configured(
         return Err((Code::Unreachable, what));
     }
     Ok(fitting)
+}
+
+/// Where a planned path ends its moves beside the configurations that `moves` ask for.
+pub(super) fn beside_configurations(
+    robot: &Robot,
+    moves: &[Move],
+    knots: &Knots,
+    segments: &[Segment],
+) -> Vec<Beside> {
+    let n = robot.joints().len();
+    let mut found = Vec::new();
+    for (index, a_move) in moves.iter().enumerate() {
+        let Some(asked) = &a_move.stated.configuration else { continue };
+        let behind = segments.partition_point(|segment| segment.index <= index);
+        let knot = knots.segment_of.partition_point(|&of| of < behind);
+        let q = knots.q.get(knot * n..).and_then(|rest| rest.get(..n));
+        let Some(q) = q.filter(|q| beyond(asked, q) > SAME_CONFIGURATION) else { continue };
+        let what = format!("{}: {}", asked.shown, shown_joints(robot, q));
+        found.push(Beside { index, line: a_move.line, what });
+    }
+    found
+}
+
+/// How far the joints are from an arm configuration, rad; 0 and less within it.
+fn beyond(asked: &Configuration, q: &[f64]) -> f64 {
+    let own = asked.joints.iter().filter_map(|&(joint, [low, high])| {
+        let at = *q.get(joint)?;
+        Some((low - at).max(at - high))
+    });
+    own.fold(0.0, f64::max)
 }
 
 /// Joint positions by whole turns in an arm configuration, if they can be.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::Isometry3;
 
-use super::configuration::{compared, configured};
+use super::configuration::{beside_configurations, compared, configured};
 use super::curve::Curve;
 use super::timed_path::{Knots, Path, Segment, shown_joints};
 use super::timing::{Clock, largest_step, seconds, stands_still};
@@ -73,9 +73,10 @@ impl<'a> Path<'a> {
         for (rank, start) in starts.iter().enumerate() {
             match Planner::new(robot, &kinematics, start).run(moves) {
                 Ok((knots, segments)) if rank == 0 || start_near.is_none() => {
+                    let beside = beside_configurations(robot, moves, &knots, &segments);
                     let found_start = (rank > 0).then(|| start.clone());
                     let mut path = Self::assemble(robot, kinematics, knots, segments);
-                    path.found_start = found_start;
+                    (path.found_start, path.beside) = (found_start, beside);
                     return Ok(path);
                 }
                 // What was asked for is kept or refused.

@@ -113,6 +113,8 @@ pub struct Path<'a> {
     /// Where the path starts, if nearer joint positions that reach its first target do not lead
     /// along it.
     pub(super) found_start: Option<Vec<f64>>,
+    /// Targets that are reached beside the arm configurations that the program asks for.
+    pub(super) beside: Vec<Beside>,
     /// s of the knots, strictly ascending from 0 to 1; one knot where nothing moves.
     knots_s: Vec<f64>,
     /// Joint positions at the knots, one row after the other.
@@ -144,6 +146,7 @@ impl<'a> Path<'a> {
             standing_s,
             segments,
             found_start: None,
+            beside: Vec::new(),
             knots_s,
             knots_q: q,
             segment_of,
@@ -156,6 +159,8 @@ impl<'a> Path<'a> {
     pub fn stretch<'b>(&self, moves: &[Move], stretch: Range<usize>, robot: &'b Robot) -> Path<'b> {
         let n = self.robot.joints().len();
         let stretch_start = stretch.start;
+        let beside = self.beside.iter().filter(|target| stretch.contains(&target.index));
+        let beside = beside.cloned().collect();
         let first = self.segments.partition_point(|segment| segment.index < stretch.start);
         let behind = self.segments.partition_point(|segment| segment.index < stretch.end);
         let segments = self.segments.get(first..behind).unwrap_or_default();
@@ -178,7 +183,14 @@ impl<'a> Path<'a> {
             own = last.map(|at| Segment::standing(at, own.len())).into_iter().collect();
         }
         let found_start = self.found_start.clone().filter(|_| stretch_start == 0);
-        Path { found_start, ..Path::assemble(robot, self.kinematics.clone(), knots, own) }
+        Path { found_start, beside, ..Path::assemble(robot, self.kinematics.clone(), knots, own) }
+    }
+
+    /// The first target that is reached only beside the arm configuration that its program asks
+    /// for: its line, and what was asked for and found; and how many more there are.
+    pub fn beside_configuration(&self) -> Option<(usize, &str, usize)> {
+        let (first, others) = self.beside.split_first()?;
+        Some((first.line, &first.what, others.len()))
     }
 
     /// The joint positions where the path starts, as start_near_deg has them, if nobody asked for
@@ -345,6 +357,17 @@ impl PathReader<'_, '_> {
         }
         Ok(segment.tcp)
     }
+}
+
+/// A target that is reached in no joint positions of the arm configuration that its program asks
+/// for, but in some beside it.
+#[derive(Debug, Clone)]
+pub(super) struct Beside {
+    /// Index of its move.
+    pub(super) index: usize,
+    pub(super) line: usize,
+    /// What was asked for, and the joint positions.
+    pub(super) what: String,
 }
 
 /// Knots as they are found, over time.

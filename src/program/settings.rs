@@ -33,6 +33,8 @@ pub struct Settings {
     pub coordinates: Option<Coordinates>,
     /// G-code: the unit of a dwell's P without a decimal point.
     pub dwell_unit: Option<DwellUnit>,
+    /// Whether the job's spindle speed follows the program's time.
+    pub is_scheduled: bool,
     /// Fanuc: what J3 is counted from.
     pub j3_from: Option<J3From>,
     /// RAPID: the arguments of the procedure, as the program would write them.
@@ -65,6 +67,7 @@ impl Default for Settings {
             rotary_axes: Vec::new(),
             coordinates: None,
             dwell_unit: None,
+            is_scheduled: false,
             j3_from: None,
             arguments: Vec::new(),
             tool_frames: BTreeMap::new(),

@@ -45,6 +45,20 @@ pub(super) fn on_operation(
         );
         warnings.push(about_operation(job, operation, Code::Assumed, what));
     }
+    if let Some((line, what, others)) = path.beside_configuration() {
+        let others = match others {
+            0 => String::new(),
+            1 => "; the same at one further target".to_owned(),
+            more => format!("; the same at {more} further targets"),
+        };
+        let what = format!(
+            "no joint positions reach the target in the arm configuration that the program asks \
+             for; those in the quadrant beside it are taken ({what}){others}; check tcp and \
+             work_object"
+        );
+        let place = Place { line: Some(line), ..Place::default() };
+        warnings.push(in_operation(job, operation, Note::warning(Code::Assumed, place, what)));
+    }
     if let Some(overspeed) = path.worst_joint_overspeed() {
         let what = format!(
             "{overspeed}; the robot will be slower there than assumed{}",

@@ -70,6 +70,40 @@ fn modes_of_a_random_response_have_deviations_that_cover() {
     }
 }
 
+/// 31.7 Hz is no harmonic of anything that the session states; a motor's speed wanders by a few parts
+/// in ten thousand, which looks like a little damping.
+#[test]
+fn a_machines_tone_is_no_mode_where_no_force_was_measured() {
+    const RATE: f64 = 400.0;
+    for wander in [0.0, 5e-4, 1e-3, 2e-3] {
+        let mut rng = seeded(11);
+        let mut responses = random_response(&modes(), RATE, 72_000, &mut rng);
+        let mut phase = 0.0;
+        let tone: Vec<f64> = (0..72_000)
+            .map(|k| {
+                let slow = (std::f64::consts::TAU * 0.05 * k as f64 / RATE).sin();
+                phase += std::f64::consts::TAU * 31.7 * (1.0 + wander * slow) / RATE;
+                phase.sin()
+            })
+            .collect();
+        for (channel, share) in responses.iter_mut().zip([2.0, 1.5, -1.8]) {
+            let level = (channel.iter().map(|x| x * x).sum::<f64>() / channel.len() as f64).sqrt();
+            channel.iter_mut().zip(&tone).for_each(|(x, tone)| *x += share * level * tone);
+        }
+        let responses = noisy(&responses, 0.05, &mut rng);
+        let found =
+            identify_record(&record(RATE, None, responses, Quantity::Displacement), None, &[50.0]);
+        let listed: Vec<f64> = found
+            .modes
+            .iter()
+            .filter(|mode| mode.suspicion.is_none())
+            .map(|mode| mode.frequency_hz)
+            .collect();
+        assert_eq!(listed.len(), 3, "{wander}: {listed:?}");
+        assert!(listed.iter().all(|hz| (hz - 31.7).abs() > 1.0), "{wander}: {listed:?}");
+    }
+}
+
 #[test]
 fn shapes_of_a_random_response_are_those_of_the_modes() {
     let found = measured(&modes(), 600.0, 0.05, 3);

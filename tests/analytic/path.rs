@@ -5,7 +5,7 @@ use std::path::Path as FilePath;
 use std::sync::Arc;
 
 use detune::model::{Placement, Robot, forward_kinematics};
-use detune::motion::{Move, Target, Timing};
+use detune::motion::{Configuration, Move, Stated, Target, Timing};
 use detune::notes::{Note, Part};
 use detune::path::{MAX_GAP, MAX_STEP, Path, grid};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
@@ -52,6 +52,47 @@ fn shifted(pose: &Isometry3<f64>, by: [f64; 3], turn: [f64; 3]) -> Isometry3<f64
         Translation3::from(pose.translation.vector + Vector3::from(by)),
         UnitQuaternion::from_scaled_axis(turn.into()) * pose.rotation,
     )
+}
+
+/// Axis 4 of the wrist is at 0.1 rad, or turned over at 0.1 ± π with axis 5 the other way: the
+/// program's quadrant chooses. Where none is in it, the nearest is taken and named; further off than
+/// a quadrant, the target is refused.
+#[test]
+fn the_arm_configuration_of_a_program_is_kept_named_or_refused() {
+    use std::f64::consts::{FRAC_PI_2, PI};
+    let robot = irb1600();
+    let asked = |joint: usize, low: f64, high: f64| {
+        // Not reaching over backwards.
+        let joints = vec![(0, [0.0, FRAC_PI_2]), (joint, [low, high])];
+        let configuration = Configuration { shown: "its quadrant".to_owned(), joints };
+        let mut moves = moves(
+            vec![Target::Joints(vec![0.0; 6]), Target::JointsTo(tcp_pose(&robot, &HOME, &tool()))],
+            tool(),
+        );
+        let configuration = Some(Arc::new(configuration));
+        moves[1].stated = Arc::new(Stated { configuration, ..Stated::default() });
+        moves
+    };
+    for (low, high, axis_4, axis_5, is_named) in [
+        (0.0, FRAC_PI_2, 0.1, 0.9, false),
+        (-PI, -FRAC_PI_2, 0.1 - PI, -0.9, false),
+        (-FRAC_PI_2, 0.0, 0.1, 0.9, true),
+        (FRAC_PI_2, PI, 0.1 + PI, -0.9, true),
+    ] {
+        let path = Path::plan(&robot, &asked(3, low, high), None).unwrap();
+        let mut q = vec![0.0; 6];
+        path.reader().at(1.0, &mut q).unwrap();
+        assert!((q[3] - axis_4).abs() < 1e-9 && (q[4] - axis_5).abs() < 1e-9, "{low} {q:?}");
+        match path.beside_configuration() {
+            None => assert!(!is_named, "{low}"),
+            Some((line, what, others)) => {
+                assert!(is_named && line == 21 && others == 0, "{low} {line} {others}");
+                assert!(what.starts_with("its quadrant: ["), "{what}");
+            }
+        }
+    }
+    let refused = Path::plan(&robot, &asked(2, 2.8, 3.0), None).unwrap_err();
+    assert!(refused[0].what.contains("asks for its quadrant"), "{refused:?}");
 }
 
 /// A stretch of a path has the joints of the whole, knot by knot, and its share of the time.

@@ -339,8 +339,16 @@ fn covered(lacks: bool) -> Coverage {
     let mut coverage = Coverage::default();
     for i in 0..arms() {
         cover(FAMILIES[i % 3], lacks, 4000 + i as u64, &mut coverage);
+        if (i + 1) % 25 == 0 && i + 1 < arms() {
+            show(&coverage, i + 1, lacks);
+        }
     }
-    println!("{} arms, lacking an effect: {lacks}", arms());
+    show(&coverage, arms(), lacks);
+    coverage
+}
+
+fn show(coverage: &Coverage, arms: usize, lacks: bool) {
+    println!("{arms} arms, lacking an effect: {lacks}");
     let Coverage { uncalibrated, measured, unmeasured, beyond, .. } = coverage;
     for (what, tally) in [
         ("uncalibrated", uncalibrated),
@@ -357,7 +365,6 @@ fn covered(lacks: bool) -> Coverage {
     }
     let wrong = wrong_clear(&coverage.checked);
     println!("  CLEAR that ring   {} of {}", wrong.held, wrong.all);
-    coverage
 }
 
 /// Edges of the bins of a reliability diagram.

@@ -1,10 +1,12 @@
 //! `detune map` as a user runs it.
 
+use std::f64::consts::FRAC_PI_2;
 use std::fs;
 
 use crate::map_command::{command, map};
 use crate::two_link::TABLE_1;
-use detune::units::rad_from_deg;
+use detune::units::{rad_from_deg, rad_per_s_from_hz};
+use nalgebra::{Vector2, Vector3};
 
 /// More poses than are held in memory at once.
 const MANY: usize = 70_000;
@@ -37,6 +39,80 @@ fn a_sweep_gives_equation_45() {
             assert!((row[3 + r] / expected[r] - 1.0).abs() < 1e-10, "{row:?}");
         }
     }
+}
+
+/// Fig. 4 of Pietruś & Gierlak: in the first mode both joints turn the same way, in the second against
+/// each other, up to β2 = 99.2°. φᵀ M φ = 1 with M of Eq. (30).
+#[test]
+fn shapes_are_those_of_equation_42() {
+    let sweep = "robots/two-link --joint joint_2 --from-deg 10 --to-deg 150 --steps 15 --shapes";
+    let (names, rows) = table(&map(sweep).unwrap());
+    for row in &rows {
+        let value =
+            |name: &str| row[names.iter().position(|known| known == name).unwrap()].unwrap();
+        let q2 = value("joint_2_rad");
+        let (m, k) = (TABLE_1.mass_matrix_kgm2(q2), TABLE_1.stiffness_nm_per_rad);
+        let expected = TABLE_1.modes(q2);
+        for r in 0..2 {
+            let of_mode = |kind: &str, name: &str| value(&format!("{kind}{}_{name}", r + 1));
+            let phi = Vector2::new(of_mode("phi", "joint_1"), of_mode("phi", "joint_2"));
+            assert!((phi.dot(&(m * phi)) - 1.0).abs() < 1e-9, "{phi}");
+            assert!((phi.normalize().perp(&expected.shapes[r].normalize())).abs() < 1e-9, "{phi}");
+            // M12 of Table 1 changes its sign at 99.2 degrees.
+            assert_eq!(phi.x * phi.y > 0.0, (r == 0) == (q2 < 99.2_f64.to_radians()), "{phi}");
+            let omega_2 = rad_per_s_from_hz(expected.natural_frequencies_hz[r]).powi(2);
+            for (i, joint) in ["joint_1", "joint_2"].into_iter().enumerate() {
+                let share = k[i] * phi[i] * phi[i] / omega_2;
+                assert!((of_mode("strain", joint) - share).abs() < 1e-9, "{joint} {share}");
+            }
+            let turn = |link: &str| {
+                Vector3::from(["x", "y", "z"].map(|a| of_mode("phi", &format!("{link}_{a}"))))
+            };
+            assert!((turn("link_1").norm() - phi.x.abs()).abs() < 1e-12);
+            assert!((turn("link_2").norm() - (phi.x + phi.y).abs()).abs() < 1e-12);
+        }
+    }
+    let json: serde_json::Value =
+        serde_json::from_str(&map(&format!("{sweep} --format json")).unwrap()).unwrap();
+    assert_eq!(json["shape_links"], serde_json::json!(["link_1", "link_2"]));
+    let first = &json["rows"][0]["mode_shapes"][1];
+    assert_eq!(
+        first["phi"][0].as_f64(),
+        rows[0][names.iter().position(|n| n == "phi2_joint_1").unwrap()]
+    );
+    let refused = map(&format!("{sweep} --format npy")).unwrap_err();
+    assert!(refused[0].contains("--shapes: takes linear maps as csv or json only"), "{refused:?}");
+}
+
+/// The samples of the vibration have the frequencies that the map gives: zero crossings of the modal
+/// coordinate of mode 1 are half a period apart.
+#[test]
+fn a_series_is_the_vibration() {
+    let sweep = "robots/two-link --joint joint_2 --from-deg 90 --to-deg 90 --steps 1 --method \
+                 nonlinear --amplitude-deg 0.01";
+    let (names, rows) = table(&map(&format!("{sweep} --series")).unwrap());
+    assert_eq!(names[3..], ["t_s", "alpha_joint_1_rad", "alpha_joint_2_rad"]);
+    let (m, modes) = (TABLE_1.mass_matrix_kgm2(FRAC_PI_2), TABLE_1.modes(FRAC_PI_2));
+    for r in 0..2 {
+        let modal = |row: &[Option<f64>]| {
+            modes.shapes[r].dot(&(m * Vector2::new(row[4].unwrap(), row[5].unwrap())))
+        };
+        let zeros: Vec<f64> = rows
+            .windows(2)
+            .filter(|pair| modal(&pair[0]).signum() != modal(&pair[1]).signum())
+            .map(|pair| {
+                let (a, b) = (modal(&pair[0]), modal(&pair[1]));
+                let (from, to) = (pair[0][3].unwrap(), pair[1][3].unwrap());
+                from + (to - from) * a / (a - b)
+            })
+            .collect();
+        let halves = (zeros.len() - 1) as f64;
+        let hz = 0.5 * halves / (zeros[zeros.len() - 1] - zeros[0]);
+        let expected = modes.natural_frequencies_hz[r];
+        assert!(halves > 20.0 && (hz / expected - 1.0).abs() < 1e-4, "{hz} {expected}");
+    }
+    let refused = map(&format!("{sweep} --series --format json")).unwrap_err();
+    assert!(refused[0].contains("--series: takes --method nonlinear and csv only"), "{refused:?}");
 }
 
 /// A map's own output is a table of poses: the same frequencies come back to the last digit, across

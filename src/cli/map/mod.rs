@@ -52,11 +52,12 @@ pub(super) fn run(
     let source = source(args, &robot)?;
     let map = FrequencyMap::new(&robot, method);
     let map = if args.intervals { map.with_intervals() } else { map };
+    let map = if args.shapes { map.with_shapes() } else { map };
     sink.stream(out, |out| {
         let summary = if !args.reduce.is_empty() {
             write_statistics(args, &map, source, out)?
         } else {
-            match args.format.of_rows() {
+            match args.series.then_some(MapFormat::Series).or_else(|| args.format.of_rows()) {
                 Some(format) => write_rows(format, &map, source, out)?,
                 None => write_drawing(&map, source, out)?,
             }
@@ -112,13 +113,19 @@ fn check_options(args: &MapArgs) -> Result<Method, Vec<Note>> {
         _ => None,
     };
     errors.extend(conflict.map(Note::usage));
-    if args.intervals
-        && (args.method == MethodName::Nonlinear
-            || !args.reduce.is_empty()
-            || !matches!(args.format, Format::Csv | Format::Json))
-    {
-        let what = "--intervals: takes linear maps as csv or json only";
+    if args.series && (args.method == MethodName::Linear || args.format != Format::Csv) {
+        let what = "--series: takes --method nonlinear and csv only";
         errors.push(Note::usage(what));
+    }
+    let has_rows_for_more = args.method == MethodName::Linear
+        && args.reduce.is_empty()
+        && matches!(args.format, Format::Csv | Format::Json);
+    for (name, _) in
+        [("--intervals", args.intervals), ("--shapes", args.shapes)].iter().filter(|(_, on)| *on)
+    {
+        if !has_rows_for_more {
+            errors.push(Note::usage(format!("{name}: takes linear maps as csv or json only")));
+        }
     }
     if errors.is_empty() { Ok(method) } else { Err(errors) }
 }

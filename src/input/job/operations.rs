@@ -100,6 +100,7 @@ impl<'j> Reader<'j> {
             work_object: self.raw.work_object.as_ref().map(placed),
             external_axes: &external_axes,
             assume: &assume,
+            is_scheduled: raw.spindle_schedule.is_some(),
         };
         if let Some(tool) = tool {
             self.check_radial_depth(raw, node, called, "tool", tool);

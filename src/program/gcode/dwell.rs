@@ -29,7 +29,9 @@ impl Machine<'_> {
                  which",
                 p.value
             );
-            self.cutter.log.warning(Code::Assumed, line, what);
+            // The time matters where the spindle's speed follows it.
+            let code = if self.is_scheduled { Code::UnitAssumed } else { Code::Assumed };
+            self.cutter.log.warning(code, line, what);
             unit
         });
         Ok(match unit {

@@ -73,6 +73,7 @@ pub(super) struct Machine<'a> {
     pub(super) rotary: Rotary<'a>,
     pub(super) corner: Option<Corner>,
     pub(super) dwell_unit: Option<DwellUnit>,
+    pub(super) is_scheduled: bool,
     next_tool: Option<f64>,
     /// T only selects, M6 changes; without an M6 in the program, T does both.
     waits_for_change: bool,
@@ -93,6 +94,7 @@ impl<'a> Machine<'a> {
             rotary: Rotary::new(&settings.rotary_axes),
             corner: None,
             dwell_unit: settings.dwell_unit,
+            is_scheduled: settings.is_scheduled,
             next_tool: None,
             waits_for_change,
         }

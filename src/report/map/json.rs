@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::free_vibration::Measurement;
-use crate::map::{Block, Head, JointColumn};
+use crate::map::{Block, Head, JointColumn, ModeShape};
 
 /// What separates two rows.
 pub(super) const SEPARATOR: &str = ",\n";
@@ -17,6 +17,8 @@ struct JsonRow<'a> {
     natural_frequencies_hz: &'a [f64],
     #[serde(skip_serializing_if = "Option::is_none")]
     natural_frequencies_ci95_hz: Option<&'a [[f64; 2]]>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    mode_shapes: Vec<ModeShape<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     nonlinear: Option<&'a Measurement>,
 }
@@ -28,6 +30,8 @@ struct JsonHead<'a> {
     method: &'static str,
     joints: &'a [JointColumn],
     coordinates: &'a [String],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    shape_links: Option<&'a [String]>,
 }
 
 /// The beginning, up to the first row.
@@ -38,6 +42,7 @@ pub(super) fn start(head: &Head, is_nonlinear: bool) -> serde_json::Result<Strin
         method: if is_nonlinear { "nonlinear" } else { "linear" },
         joints: &head.joints,
         coordinates: &head.coordinates,
+        shape_links: head.shape_links.as_deref(),
     })?;
     Ok(format!("{},\"rows\":[\n", text.trim_end_matches('}')))
 }
@@ -52,6 +57,7 @@ pub(super) fn append(block: &Block, out: &mut Vec<u8>) -> serde_json::Result<()>
             natural_frequencies_hz: row.frequencies_hz,
             natural_frequencies_ci95_hz: Some(row.intervals_hz.as_chunks().0)
                 .filter(|pairs| !pairs.is_empty()),
+            mode_shapes: row.mode_shapes().collect(),
             nonlinear: row.nonlinear,
         };
         serde_json::to_writer(&mut *out, &row)?;

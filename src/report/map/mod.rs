@@ -6,6 +6,7 @@ mod json;
 mod plot;
 mod reduced;
 mod reduced_plot;
+mod series;
 mod table;
 
 use std::io;
@@ -25,6 +26,8 @@ pub enum MapFormat {
     /// Each number with as many digits as bring it back exactly; blank where a record does not show
     /// the mode.
     Csv,
+    /// The vibrations themselves as CSV, one row per sample; nonlinear maps.
+    Series,
     /// `map/1`.
     Json,
     /// NumPy's array of the frequencies alone, one row a pose; linear maps.
@@ -63,6 +66,7 @@ impl<'a> MapWriter<'a> {
     pub fn start(&self, poses: usize) -> io::Result<Vec<u8>> {
         Ok(match self.format {
             MapFormat::Csv => table::header(self.head, self.is_nonlinear).into_bytes(),
+            MapFormat::Series => series::header(self.head).into_bytes(),
             MapFormat::Json => json::start(self.head, self.is_nonlinear)?.into_bytes(),
             MapFormat::Npy => Layout::of_rows(poses, self.head.coordinates.len()).header(),
             #[cfg(feature = "arrow")]
@@ -77,6 +81,7 @@ impl<'a> MapWriter<'a> {
     pub fn block(&self, block: &Block, out: &mut Vec<u8>) -> io::Result<()> {
         match self.format {
             MapFormat::Csv => table::append(block, out),
+            MapFormat::Series => series::append(block, out),
             MapFormat::Json => json::append(block, out)?,
             MapFormat::Npy => out.extend(block.frequencies_hz.iter().flat_map(|f| f.to_le_bytes())),
             #[cfg(feature = "arrow")]
@@ -96,7 +101,7 @@ impl<'a> MapWriter<'a> {
     /// What stands behind the last block.
     pub fn end(&self) -> &'static [u8] {
         match self.format {
-            MapFormat::Csv | MapFormat::Npy => b"",
+            MapFormat::Csv | MapFormat::Series | MapFormat::Npy => b"",
             MapFormat::Json => b"\n]}\n",
             #[cfg(feature = "arrow")]
             MapFormat::Arrow => &arrow::END,
@@ -107,7 +112,7 @@ impl<'a> MapWriter<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::free_vibration::{Aliased, Doubt, DoubtReason, Measurement, Spectrum};
+    use crate::free_vibration::{Aliased, Doubt, DoubtReason, Measurement, Response, Spectrum};
     use crate::map::JointColumn;
     use crate::units::percent_from_ratio;
 
@@ -121,6 +126,8 @@ mod tests {
             has_beta2: true,
             coordinates: vec!["a".into(), "b,c".into()],
             has_intervals: false,
+            coordinate_units: vec!["rad", "m"],
+            shape_links: None,
         }
     }
 
@@ -131,6 +138,7 @@ mod tests {
             beta2_rad: vec![0.30000000000000004],
             frequencies_hz: vec![25.5, f64::NAN],
             intervals_hz: vec![],
+            shapes: vec![],
             nonlinear: vec![Measurement {
                 frequencies_hz: vec![Some(25.5), None],
                 linear_hz: vec![25.0, 84.0],
@@ -139,6 +147,11 @@ mod tests {
                 doubts: vec![Doubt { mode: 0, reason: DoubtReason::RivalPeak }],
                 energy_drift: 1e-9,
                 spectrum: Spectrum { bin_hz: 0.2, amplitudes: vec![] },
+                response: Response {
+                    sample_rate_hz: 8.0,
+                    deflections: vec![vec![0.5, -0.25], vec![1e-3, 2e-3]],
+                    energy_drift: 1e-9,
+                },
             }],
         }
     }
@@ -161,6 +174,7 @@ mod tests {
             beta2_rad: vec![0.25, -0.5],
             frequencies_hz: vec![20.5, 123456.789, 1e-5, 2e16],
             intervals_hz: vec![],
+            shapes: vec![],
             nonlinear: vec![],
         }
     }
@@ -196,6 +210,15 @@ mod tests {
         let read: Vec<f64> = rows.map(|v| v.parse().unwrap()).collect();
         assert_eq!(read[..5], [0.1, -1e-12, 0.25, 20.5, 123456.789]);
         assert_eq!(read[5..], [0.30000000000000004, 1e300, -0.5, 1e-5, 2e16]);
+    }
+
+    #[test]
+    fn a_series_has_one_row_a_sample() {
+        let text = String::from_utf8(written(MapFormat::Series, &[nonlinear()], true)).unwrap();
+        let expected = "a_rad,\"b,c_m\",beta2_rad,t_s,alpha_a_rad,\"alpha_b,c_m\"\n\
+                        0.1,-1e-12,0.30000000000000004,0.0,0.5,0.001\n\
+                        0.1,-1e-12,0.30000000000000004,0.125,-0.25,0.002\n";
+        assert_eq!(text, expected);
     }
 
     #[test]

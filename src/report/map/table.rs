@@ -17,12 +17,26 @@ pub(super) fn header(head: &Head, is_nonlinear: bool) -> String {
     columns.join(",") + "\n"
 }
 
-/// Titles of the columns of a linear map: pose, frequencies and their intervals.
+/// Titles of the columns of a linear map: pose, frequencies, their intervals, and mode shapes.
 pub(super) fn titles(head: &Head) -> Vec<String> {
     let modes = (1..=head.coordinates.len()).map(|r| format!("f{r}_hz"));
     let intervals = (1..=if head.has_intervals { head.coordinates.len() } else { 0 })
         .flat_map(|r| ["lo", "hi"].map(|end| format!("f{r}_{end}95_hz")));
-    pose_titles(head).chain(modes).chain(intervals).collect()
+    pose_titles(head).chain(modes).chain(intervals).chain(shape_titles(head)).collect()
+}
+
+/// Titles of the columns of the mode shapes, mode by mode.
+fn shape_titles(head: &Head) -> Vec<String> {
+    let Some(links) = &head.shape_links else { return Vec::new() };
+    let of_mode = |r: usize| {
+        let phi = head.coordinates.iter().map(move |name| format!("phi{r}_{name}"));
+        let turns = links
+            .iter()
+            .flat_map(move |link| ["x", "y", "z"].map(|axis| format!("phi{r}_{link}_{axis}")));
+        let strain = head.coordinates.iter().map(move |name| format!("strain{r}_{name}"));
+        phi.chain(turns).chain(strain)
+    };
+    (1..=head.coordinates.len()).flat_map(of_mode).collect()
 }
 
 /// Titles of the columns of the pose.
@@ -52,6 +66,13 @@ pub(super) fn append(block: &Block, out: &mut Vec<u8>) {
             }
             is_first = false;
             number(value, out);
+        }
+        for shape in row.mode_shapes() {
+            let turns = shape.link_rotations.as_flattened();
+            for &value in shape.phi.iter().chain(turns).chain(shape.strain_energy_shares) {
+                out.push(b',');
+                number(value, out);
+            }
         }
         if let Some(nonlinear) = row.nonlinear {
             for (&linear, departure) in nonlinear.linear_hz.iter().zip(&nonlinear.departures) {

@@ -2,7 +2,7 @@
 //! the forms of CAM systems, files that were cut off, dwells, codes that start the spindle unseen.
 
 use detune::motion::Timing;
-use detune::notes::{Code, Note};
+use detune::notes::{Class, Code, Note};
 use detune::program::{
     Dialect, DwellUnit, NewSpeed, Program, Rewrite, Settings, Spindle, read, rewrite,
 };
@@ -179,6 +179,12 @@ fn a_dwell_without_a_decimal_point_takes_its_unit_from_the_job() {
         assert_eq!(program.moves[1].timing, Timing::Seconds(seconds));
         let told = |note: &Note| note.what.contains(&format!("{p} of a dwell is taken as {unit}"));
         assert!(program.warnings.iter().any(told), "{:?}", program.warnings);
+        // A spindle's schedule runs by that time.
+        for (is_scheduled, class) in [(false, Class::Remark), (true, Class::Doubt)] {
+            let job = Settings { is_scheduled, ..settings() };
+            let notes = read(text.as_bytes(), Dialect::GCode, &job).unwrap().warnings;
+            assert!(notes.iter().any(|note| told(note) && note.code.class() == class), "{notes:?}");
+        }
     }
     for (unit, seconds) in [(DwellUnit::Seconds, 500.0), (DwellUnit::Milliseconds, 0.5)] {
         let job = Settings { dwell_unit: Some(unit), ..settings() };
