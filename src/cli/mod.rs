@@ -15,6 +15,7 @@ mod warnings;
 
 use std::any::Any;
 use std::cell::Cell;
+use std::ffi::OsString;
 use std::io::{self, BufWriter, Write};
 use std::panic::{self, AssertUnwindSafe};
 use std::path::{Path, PathBuf};
@@ -102,13 +103,18 @@ impl From<Vec<Note>> for Failure {
 
 /// Runs the command that the process was started with.
 pub fn main() -> ExitCode {
-    let cli = match Cli::try_parse() {
+    ExitCode::from(run_with(std::env::args_os()))
+}
+
+/// Runs the command with these arguments, the first of which is its name; its exit code.
+pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    let cli = match Cli::try_parse_from(arguments) {
         Ok(cli) => cli,
         Err(error) => {
             // Help and version go to standard output, the rest to standard error; if that is
             // closed, nobody reads it.
             let _ = error.print();
-            return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
+            return u8::try_from(error.exit_code()).unwrap_or(2);
         }
     };
     let written = Cell::new(0);
@@ -120,7 +126,7 @@ pub fn main() -> ExitCode {
         Ok(if cli.deny_warnings { warnings.denied(outcome) } else { outcome })
     });
     let wrote = written.get() > 0;
-    ExitCode::from(exit_code(ended, wrote, &mut io::stderr().lock()))
+    exit_code(ended, wrote, &mut io::stderr().lock())
 }
 
 /// Counts what is on its way to standard output.

@@ -106,23 +106,16 @@ pub(super) struct Means<'m, 'c> {
     pub(super) known: &'m Known<'c>,
 }
 
-/// Chooses among candidates. Of a large table a part chooses; all of it fits and compares what that
-/// part leaves.
+/// Chooses among candidates. Of a large table a part chooses, and all of it fits what the part finds.
 pub(super) fn choose<'c>(problem: &Problem<'_>, means: Means<'_, 'c>) -> Option<Choice<'c>> {
     let search = Search { problem, means };
-    let baseline = problem.optimise(Hypothesis::default())?;
-    let Searched { singles, best, mut seen } = match problem.data.thinned() {
-        None => search.searched(baseline.clone())?,
+    match problem.data.thinned() {
+        None => search.choice(),
         Some(few) => {
             let part = Problem { data: &few, ..*problem };
-            let of_part = Search { problem: &part, means };
-            search.fitted(of_part.searched(part.optimise(Hypothesis::default())?)?)?
+            search.fitted(Search { problem: &part, means }.choice()?)
         }
-    };
-    seen.retain(|model| within_reach(model, &best));
-    seen.push(best.clone());
-    let alternatives = search.alternatives(&best, &singles, &mut seen);
-    Some(Choice { baseline, singles, best, alternatives, seen })
+    }
 }
 
 /// The causes that [`choose`] finds, without what else it says of them.
@@ -188,22 +181,59 @@ impl<'c> Search<'_, '_, 'c> {
         Some(Searched { singles, best, seen })
     }
 
-    /// What a search of a part of the table met, fitted to all of it.
-    fn fitted(&self, found: Searched<'c>) -> Option<Searched<'c>> {
-        let again = |models: Vec<Model<'c>>| {
+    /// The best model with its rivals.
+    fn choice(&self) -> Option<Choice<'c>> {
+        let baseline = self.problem.optimise(Hypothesis::default())?;
+        let Searched { singles, best, seen } = self.searched(baseline.clone())?;
+        self.among(baseline, singles, best, seen)
+    }
+
+    fn among(
+        &self,
+        baseline: Fit<'c>,
+        singles: Vec<Model<'c>>,
+        best: Model<'c>,
+        mut seen: Vec<Model<'c>>,
+    ) -> Option<Choice<'c>> {
+        seen.retain(|model| within_reach(model, &best));
+        seen.push(best.clone());
+        let alternatives = self.alternatives(&best, &singles, &mut seen);
+        Some(Choice { baseline, singles, best, alternatives, seen })
+    }
+
+    /// What a part of the table chose, fitted to all of it. Where all of it likes another of these
+    /// models better, the rivals are looked for once more.
+    fn fitted(&self, of_part: Choice<'c>) -> Option<Choice<'c>> {
+        /// Models of a kind that are fitted to all rows.
+        const MOST: usize = 12;
+        let again = |mut models: Vec<Model<'c>>| {
+            sort(&mut models);
+            models.truncate(MOST);
             let mut models = self.models_of(models.into_iter().map(|model| model.fit.hypothesis));
             sort(&mut models);
             models
         };
-        let causes = found.best.causes();
-        let (singles, mut seen) = (again(found.singles), again(found.seen));
-        seen.extend(again(vec![found.best]));
-        sort(&mut seen);
-        let mut best = seen.iter().find(|model| model.causes() <= causes)?.clone();
-        while let Some(better) = self.fewer(&best) {
-            best = better;
+        let baseline = self.problem.optimise(Hypothesis::default())?;
+        let causes = of_part.best.causes();
+        let (singles, best) = (again(of_part.singles), again(vec![of_part.best]).pop()?);
+        let mut seen = again(of_part.seen);
+        let is_better = |model: &&Model<'c>| {
+            model.causes() <= causes && model.log_evidence > best.log_evidence + 0.01
+        };
+        if let Some(better) = seen.iter().find(is_better) {
+            let better = better.clone();
+            return self.among(baseline, singles, better, seen);
         }
-        Some(Searched { singles, best, seen })
+        let alternatives = of_part.alternatives.into_iter().map(|rivals| {
+            let mut rivals = again(rivals);
+            rivals.iter_mut().for_each(|rival| rival.log_evidence -= handicap(&best, rival));
+            sort(&mut rivals);
+            rivals
+        });
+        let alternatives = alternatives.collect();
+        seen.retain(|model| within_reach(model, &best));
+        seen.push(best.clone());
+        Some(Choice { baseline, singles, best, alternatives, seen })
     }
 
     fn model(&self, fit: Fit<'c>) -> Model<'c> {
@@ -349,13 +379,8 @@ impl<'c> Search<'_, '_, 'c> {
                 if best.causes() == 1 { singles.to_vec() } else { self.replaced(best, i) };
             seen.extend(alternatives.iter().filter(|model| within_reach(model, best)).cloned());
             alternatives.extend(others);
-            // Who names more causes has more to prove, and a cause that needs others to change with
-            // it is less of an alternative than one that does not.
             for alternative in &mut alternatives {
-                let more = alternative.causes().saturating_sub(best.causes());
-                let others = (alternative.causes() - alternative.shared(best)).saturating_sub(1);
-                alternative.log_evidence -=
-                    ALTERNATIVE_WITHIN * more as f64 + WITH_OTHERS * others as f64;
+                alternative.log_evidence -= handicap(best, alternative);
             }
             sort(&mut alternatives);
             alternatives
@@ -439,6 +464,15 @@ pub(super) fn log_evidence(data: &Data, fit: &Fit<'_>) -> f64 {
     let n = data.points.len() as f64;
     let plausibility: f64 = fit.hypothesis.effects.iter().map(|(c, _)| c.plausibility).sum();
     fit.evaluation.score - 0.5 * fit.freedom * n.ln() + plausibility
+}
+
+/// Log evidence that an alternative to a cause of `best` loses: who names more causes has more to
+/// prove, and a cause that needs others to change with it is less of an alternative than one that
+/// does not.
+fn handicap(best: &Model<'_>, alternative: &Model<'_>) -> f64 {
+    let more = alternative.causes().saturating_sub(best.causes());
+    let others = (alternative.causes() - alternative.shared(best)).saturating_sub(1);
+    ALTERNATIVE_WITHIN * more as f64 + WITH_OTHERS * others as f64
 }
 
 /// Whether a model has about the log evidence of the best.

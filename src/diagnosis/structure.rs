@@ -19,38 +19,53 @@ pub(super) const SIGNIFICANCE: f64 = 0.005;
 /// The shape that the residuals of `fit` follow most clearly, and the one that would be the best
 /// explanation; `None` if there are too few points for any.
 pub(super) fn structure(problem: &Problem<'_>, fit: &Fit<'_>) -> Option<Structures> {
-    let shapes = shapes(problem, fit)?;
-    let whitened = Whitened::of(problem.data, fit);
-    let tries = shapes.len() as f64;
-    let n = whitened.count as f64;
-    let found: Vec<Structure> = shapes
-        .par_iter()
-        .filter_map(|(shape, columns)| {
-            let (gain, freedom) = whitened.gain(columns);
-            let left = n - whitened.taken.len() as f64 - freedom as f64;
-            if freedom == 0 || left < 4.0 {
-                return None;
-            }
-            let p = whitened
-                .p_value_in_mode(problem.data, shape, columns)
-                .unwrap_or_else(|| p_value_of_gain(gain, freedom as f64, left, n));
-            let kept = (-2.0 * gain / n).exp();
-            let share = 1.0 - kept * (left + freedom as f64) / left;
-            Some(Structure {
-                shape: shape.clone(),
-                p_value: (p * tries).min(1.0),
-                share,
-                freedom,
-                gain,
-            })
-        })
-        .collect();
+    let mut shapes = Shapes::new(problem, fit)?.smooth();
+    let found = match problem.data.thinned() {
+        None => {
+            shapes.extend(Shapes::new(problem, fit)?.by_pose());
+            tested(problem.data, fit, &shapes, shapes.len())
+        }
+        Some(few) => {
+            // A column a pose: a part of the poses shows it as well, in much less time and memory.
+            let part = Problem { data: &few, ..*problem };
+            let hypothesis = fit.hypothesis.clone();
+            let evaluation = part.evaluate(&hypothesis, true)?;
+            let of_part = Fit { hypothesis, evaluation, freedom: fit.freedom };
+            let by_pose = Shapes::new(&part, &of_part)?.by_pose();
+            let tries = shapes.len() + by_pose.len();
+            let mut found = tested(problem.data, fit, &shapes, tries);
+            found.extend(tested(&few, &of_part, &by_pose, tries));
+            found
+        }
+    };
+    let n = fit.evaluation.residuals.iter().flatten().count() as f64;
     let clearest = found
         .iter()
         .min_by(|a, b| a.p_value.total_cmp(&b.p_value).then(b.gain.total_cmp(&a.gain)))?;
     let log_evidence = |s: &Structure| s.gain - 0.5 * s.freedom as f64 * n.ln();
     let best = found.iter().max_by(|a, b| log_evidence(a).total_cmp(&log_evidence(b)))?;
     Some(Structures { clearest: clearest.clone(), best_log_evidence: log_evidence(best) })
+}
+
+/// The F tests of shapes, of which `tries` are tried in all.
+fn tested(data: &Data, fit: &Fit<'_>, shapes: &[(Shape, Columns)], tries: usize) -> Vec<Structure> {
+    let whitened = Whitened::of(data, fit);
+    let n = whitened.count as f64;
+    let test = |(shape, columns): &(Shape, Columns)| {
+        let (gain, freedom) = whitened.gain(columns);
+        let left = n - whitened.taken.len() as f64 - freedom as f64;
+        if freedom == 0 || left < 4.0 {
+            return None;
+        }
+        let p = whitened
+            .p_value_in_mode(data, shape, columns)
+            .unwrap_or_else(|| p_value_of_gain(gain, freedom as f64, left, n));
+        let kept = (-2.0 * gain / n).exp();
+        let share = 1.0 - kept * (left + freedom as f64) / left;
+        let p_value = (p * tries as f64).min(1.0);
+        Some(Structure { shape: shape.clone(), p_value, share, freedom, gain })
+    };
+    shapes.par_iter().filter_map(test).collect()
 }
 
 /// What [`structure`] finds.
@@ -170,83 +185,122 @@ pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 type Columns = Vec<Vec<f64>>;
 
-/// Every shape with the columns that span it, one entry a point.
-fn shapes(problem: &Problem<'_>, fit: &Fit<'_>) -> Option<Vec<(Shape, Columns)>> {
-    let data = problem.data;
-    let energies = participation(problem.description, &fit.hypothesis, data)?;
-    let joints = data.rows.first()?.q.len();
-    let coordinates = energies.first()?.first()?.len();
-    let column =
-        |of: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..data.points.len()).map(of).collect() };
-    let row = |i: usize| &data.rows[data.points[i].row];
-    let masked = |base: &dyn Fn(usize) -> f64| -> Columns {
-        (0..data.rows.len())
-            .map(|r| column(&|i| if data.points[i].row == r { base(i) } else { 0.0 }))
-            .collect()
-    };
-    let energy = |i: usize, coordinate: usize, kind: usize| -> f64 {
-        let point = &data.points[i];
-        energies[point.row].get(point.column).map_or(0.0, |mode| mode[coordinate][kind])
-    };
-    let harmonics = |base: &dyn Fn(usize) -> f64, joint: usize, most: i32| -> Columns {
+/// Shapes with the columns that span them, one entry a point.
+struct Shapes<'d> {
+    data: &'d Data,
+    /// See [`participation`].
+    energies: Vec<Vec<Vec<[f64; 2]>>>,
+}
+
+impl<'d> Shapes<'d> {
+    fn new(problem: &Problem<'d>, fit: &Fit<'_>) -> Option<Self> {
+        let energies = participation(problem.description, &fit.hypothesis, problem.data)?;
+        Some(Self { data: problem.data, energies })
+    }
+
+    fn column(&self, of: &dyn Fn(usize) -> f64) -> Vec<f64> {
+        (0..self.data.points.len()).map(of).collect()
+    }
+
+    fn of_mode(&self, mode: usize) -> impl Fn(usize) -> f64 + use<'_, 'd> {
+        move |i| f64::from(u8::from(self.data.points[i].column == mode))
+    }
+
+    fn energy(&self, i: usize, coordinate: usize, kind: usize) -> f64 {
+        let point = &self.data.points[i];
+        self.energies[point.row].get(point.column).map_or(0.0, |mode| mode[coordinate][kind])
+    }
+
+    fn coordinates(&self) -> usize {
+        self.energies.first().and_then(|row| row.first()).map_or(0, Vec::len)
+    }
+
+    /// Sines and cosines of a joint's angle.
+    fn harmonics(&self, base: &dyn Fn(usize) -> f64, joint: usize, most: i32) -> Columns {
+        let angle = |i: usize| self.data.rows[self.data.points[i].row].q[joint];
         (1..=most)
+            .map(f64::from)
             .flat_map(|k| {
-                let angle = move |i: usize| f64::from(k) * row(i).q[joint];
-                [column(&|i| base(i) * angle(i).sin()), column(&|i| base(i) * angle(i).cos())]
+                [
+                    self.column(&|i| base(i) * (k * angle(i)).sin()),
+                    self.column(&|i| base(i) * (k * angle(i)).cos()),
+                ]
             })
             .collect()
-    };
-    let mut shapes: Vec<(Shape, Columns)> = Vec::new();
-    let of_mode = |mode: usize| move |i: usize| f64::from(u8::from(data.points[i].column == mode));
-    shapes.push((Shape::ModeByMode, (0..data.columns).map(|m| column(&of_mode(m))).collect()));
-    for joint in 0..joints {
-        shapes.push((Shape::Joint { joint }, harmonics(&|_| 1.0, joint, 2)));
+    }
+
+    /// A spring, an inertia, or all of an arm that is another at each pose: a column a row.
+    fn by_pose(&self) -> Vec<(Shape, Columns)> {
+        let data = self.data;
+        let masked = |base: &dyn Fn(usize) -> f64| -> Columns {
+            (0..data.rows.len())
+                .map(|r| self.column(&|i| if data.points[i].row == r { base(i) } else { 0.0 }))
+                .collect()
+        };
+        let mut shapes = vec![(Shape::PoseByPose, masked(&|_| 1.0))];
+        for coordinate in 0..self.coordinates() {
+            let [spring, inertia] =
+                [0, 1].map(|kind| masked(&|i| self.energy(i, coordinate, kind)));
+            shapes.push((Shape::SpringByPose { coordinate }, spring));
+            shapes.push((Shape::InertiaByPose { coordinate }, inertia));
+        }
+        shapes
+    }
+
+    /// What varies smoothly.
+    fn smooth(&self) -> Vec<(Shape, Columns)> {
+        let data = self.data;
+        let joints = data.rows.first().map_or(0, |row| row.q.len());
+        let column = |of: &dyn Fn(usize) -> f64| self.column(of);
+        let of_mode = |mode: usize| self.of_mode(mode);
+        let mut shapes: Vec<(Shape, Columns)> = Vec::new();
+        shapes.push((Shape::ModeByMode, (0..data.columns).map(|m| column(&of_mode(m))).collect()));
+        for joint in 0..joints {
+            shapes.push((Shape::Joint { joint }, self.harmonics(&|_| 1.0, joint, 2)));
+            for mode in 0..data.columns {
+                let mut columns = vec![column(&of_mode(mode))];
+                columns.extend(self.harmonics(&of_mode(mode), joint, 2));
+                shapes.push((Shape::ModeOverJoint { mode, joint }, columns));
+            }
+        }
         for mode in 0..data.columns {
             let mut columns = vec![column(&of_mode(mode))];
-            columns.extend(harmonics(&of_mode(mode), joint, 2));
-            shapes.push((Shape::ModeOverJoint { mode, joint }, columns));
+            columns.extend((0..joints).flat_map(|joint| self.harmonics(&of_mode(mode), joint, 1)));
+            shapes.push((Shape::ModeOverPose { mode }, columns));
         }
-    }
-    for mode in 0..data.columns {
-        let mut columns = vec![column(&of_mode(mode))];
-        columns.extend((0..joints).flat_map(|joint| harmonics(&of_mode(mode), joint, 1)));
-        shapes.push((Shape::ModeOverPose { mode }, columns));
-    }
-    for coordinate in 0..coordinates {
-        let base = |i: usize| energy(i, coordinate, 0);
-        for joint in 0..joints {
-            let mut columns = vec![column(&base)];
-            columns.extend(harmonics(&base, joint, 2));
-            shapes.push((Shape::SpringOverJoint { coordinate, joint }, columns));
+        for coordinate in 0..self.coordinates() {
+            let base = |i: usize| self.energy(i, coordinate, 0);
+            for joint in 0..joints {
+                let mut columns = vec![column(&base)];
+                columns.extend(self.harmonics(&base, joint, 2));
+                shapes.push((Shape::SpringOverJoint { coordinate, joint }, columns));
+            }
         }
-        shapes.push((Shape::SpringByPose { coordinate }, masked(&base)));
-        shapes.push((Shape::InertiaByPose { coordinate }, masked(&|i| energy(i, coordinate, 1))));
-    }
-    shapes.push((Shape::PoseByPose, masked(&|_| 1.0)));
-    let powers = |of: &dyn Fn(usize) -> f64| -> Columns {
-        vec![column(of), column(&|i| of(i).powi(2)), column(&|_| 1.0)]
-    };
-    let middle = 0.5 * data.rows.len() as f64;
-    shapes.push((Shape::Order, powers(&|i| data.points[i].row as f64 / middle - 1.0)));
-    for (shape, value) in [
-        (Shape::Temperature, data.rows.iter().map(|r| r.conditions.temperature_c).collect()),
-        (Shape::Amplitude, data.rows.iter().map(|r| r.conditions.amplitude_nm).collect()),
-    ] {
-        let value: Vec<Option<f64>> = value;
-        let Some(values) = value.into_iter().collect::<Option<Vec<f64>>>() else { continue };
-        let mean = values.iter().sum::<f64>() / values.len() as f64;
-        let spread = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>().sqrt();
-        if spread <= 1e-9 * mean.abs() {
-            continue;
+        let powers = |of: &dyn Fn(usize) -> f64| -> Columns {
+            vec![column(of), column(&|i| of(i).powi(2)), column(&|_| 1.0)]
+        };
+        let middle = 0.5 * data.rows.len() as f64;
+        shapes.push((Shape::Order, powers(&|i| data.points[i].row as f64 / middle - 1.0)));
+        for (shape, value) in [
+            (Shape::Temperature, data.rows.iter().map(|r| r.conditions.temperature_c).collect()),
+            (Shape::Amplitude, data.rows.iter().map(|r| r.conditions.amplitude_nm).collect()),
+        ] {
+            let value: Vec<Option<f64>> = value;
+            let Some(values) = value.into_iter().collect::<Option<Vec<f64>>>() else { continue };
+            let mean = values.iter().sum::<f64>() / values.len() as f64;
+            let spread = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>().sqrt();
+            if spread <= 1e-9 * mean.abs() {
+                continue;
+            }
+            let at = |i: usize| (values[data.points[i].row] - mean) / spread;
+            let mut columns: Columns =
+                (0..data.columns).map(|m| column(&|i| of_mode(m)(i) * at(i))).collect();
+            columns.push(column(&|i| at(i).powi(2)));
+            shapes.push((shape, columns));
         }
-        let at = |i: usize| (values[data.points[i].row] - mean) / spread;
-        let mut columns: Columns =
-            (0..data.columns).map(|m| column(&|i| of_mode(m)(i) * at(i))).collect();
-        columns.push(column(&|i| at(i).powi(2)));
-        shapes.push((shape, columns));
+        shapes.push((Shape::Frequency, bumps(data)));
+        shapes
     }
-    shapes.push((Shape::Frequency, bumps(data)));
-    Some(shapes)
 }
 
 /// Smooth bumps over ln f.
