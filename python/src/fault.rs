@@ -16,7 +16,12 @@ fn error(py: Python<'_>, notes: &[Note]) -> PyResult<PyErr> {
     let faults = PyList::empty(py);
     for note in notes {
         let file = note.place.file.as_ref().map(|file| file.display().to_string());
-        faults.append(fault.call1((note.code.name(), note.to_string(), file, note.place.line))?)?;
+        faults.append(fault.call1((
+            note.code.name(),
+            note.to_string(),
+            file,
+            note.place.line,
+        ))?)?;
     }
     Ok(PyErr::from_value(module.getattr("DetuneError")?.call1((faults,))?))
 }

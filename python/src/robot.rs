@@ -25,8 +25,7 @@ pub(crate) struct Robot {
 }
 
 /// Frequencies (poses × modes), shapes (poses × modes × coordinates) and damping ratios.
-type Modes<'py> =
-    (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray3<f64>>, Bound<'py, PyArray2<f64>>);
+type Modes<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray3<f64>>, Bound<'py, PyArray2<f64>>);
 
 impl Robot {
     fn joints(&self) -> usize {
@@ -138,8 +137,10 @@ impl Robot {
                 damping_ratios: zeta.as_slice_mut()?,
             };
             let kernel = Kernel::new(&self.model);
-            py.detach(|| if parallel { kernel.par_modes(poses, out) } else { kernel.modes(poses, out) })
-                .map_err(refused)?;
+            py.detach(|| {
+                if parallel { kernel.par_modes(poses, out) } else { kernel.modes(poses, out) }
+            })
+            .map_err(refused)?;
         }
         Ok((hz, shapes, damping))
     }
@@ -154,14 +155,14 @@ impl Robot {
         tcp_m: [f64; 3],
     ) -> PyResult<Bound<'py, PyArray2<Complex64>>> {
         let poses = self.poses(&q)?;
-        let hz = frequencies_hz.to_vec()?;
+        let (hz, count) = (frequencies_hz.to_vec()?, q.shape()[0]);
         let Some(direction) = Unit::try_new(Vector3::from(direction), 1e-12) else {
             return Err(PyValueError::new_err("direction must not be zero"));
         };
         let solved = py.detach(|| {
             let mut solver = ModalSolver::new(&self.model);
             let mut jacobian = Matrix6xX::zeros(self.modes());
-            let mut all = Vec::with_capacity(q.shape()[0] * hz.len());
+            let mut all = Vec::with_capacity(count * hz.len());
             for (pose, q) in poses.chunks_exact(self.joints().max(1)).enumerate() {
                 solver.solve(q).map_err(|fault| format!("pose {}: {fault}", pose + 1))?;
                 let placement: &Placement = solver.placement();
@@ -175,6 +176,6 @@ impl Robot {
         });
         let all: Bound<'py, PyArray1<Complex64>> =
             solved.map_err(PyValueError::new_err)?.into_pyarray(py);
-        all.reshape([q.shape()[0], hz.len()])
+        all.reshape([count, hz.len()])
     }
 }

@@ -14,7 +14,7 @@ use detune::study::check::ReadJobs;
 use detune::study::map::{self as maps, FrequencyMap, Head, MapError, Positions, Request, Source};
 use detune::study::{self, Read};
 use detune::units::Date;
-use pyo3::exceptions::{PyOSError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::fault::{internal, raised};
@@ -43,7 +43,9 @@ pub(crate) fn advise(
             "margin" => Objective::Margin,
             "highest" => Objective::Highest,
             "vibration" => Objective::Vibration,
-            other => return Err(unknown("objective", other, "nearest, margin, highest, vibration")),
+            other => {
+                return Err(unknown("objective", other, "nearest, margin, highest, vibration"));
+            }
         },
         feed: match feed {
             "chip-load" => FeedRule::ChipLoad,

@@ -60,14 +60,20 @@ def test_shapes_make_the_modal_mass_one():
 
 
 def test_the_tip_responds_as_its_modes_do():
+    """G = Σ a_r / (ω_r² − ω² + 2iζ_r ω_r ω): two frequencies give the a_r, all others follow."""
     robot = detune.Robot(TWO_LINK)
     q = [0.0, math.pi / 2]
-    hz = robot.frequencies(q)
-    static = robot.tip_response(q, [0.0], direction=(1, 0, 0))
-    assert abs(static[0].imag) < 1e-15 and static[0].real > 0
-    at = robot.tip_response(q, np.linspace(0.5 * hz[0], 1.5 * hz[0], 2001), direction=(1, 0, 0))
-    peak = np.linspace(0.5 * hz[0], 1.5 * hz[0], 2001)[np.abs(at).argmax()]
-    assert abs(peak / hz[0] - 1) < 2e-3
+    hz, _, damping = robot.modes(q)
+    at = np.array([0.0, 40.0, 25.0, 26.0, 90.0, 200.0])
+    found = robot.tip_response(q, at, direction=(1, 0, 0))
+    omega_r, omega = 2 * np.pi * hz, 2 * np.pi * at[:, None]
+    modal = 1 / (omega_r**2 - omega**2 + 2j * damping * omega_r * omega)
+    shares = np.linalg.solve(modal[:2], found[:2])
+    assert (shares.real > 0).all() and np.abs(shares.imag).max() < 1e-12
+    assert np.abs(found / (modal @ shares) - 1).max() < 1e-9
+    assert np.abs(robot.tip_response(q, at, direction=(0, 0, 1)) - found).max() > 1e-9
+    with pytest.raises(ValueError, match="direction"):
+        robot.tip_response(q, at, direction=(0, 0, 0))
 
 
 @pytest.mark.parametrize("job", ["jobs/contour.yaml", "jobs/pocket.yaml"])
