@@ -18,6 +18,7 @@
 //! | [`validation`] | what was tested, and the command that repeats it |
 //! | [`performance`] | times, and how they were measured |
 //! | [`library`] | detune from Rust |
+//! | [`python`] | detune from Python |
 //! | [`development`] | how to add a cause, a dialect, a format, a verb; how to release |
 
 // Pages link to each other as files; the first definition of a link wins, so here they lead to
@@ -39,6 +40,7 @@ macro_rules! pages {
         #[doc = "[validation]: crate::guide::validation"]
         #[doc = "[performance]: crate::guide::performance"]
         #[doc = "[library]: crate::guide::library"]
+        #[doc = "[python]: crate::guide::python"]
         #[doc = "[development]: crate::guide::development"]
         #[doc = ""]
         #[doc = include_str!(concat!(stringify!($page), ".md"))]
@@ -48,5 +50,5 @@ macro_rules! pages {
 
 pages! {
     your_robot jobs settings programs robots ci advice maps video identification diagnosis
-    messages validation performance library development
+    messages validation performance library python development
 }
