@@ -106,7 +106,8 @@ pub(super) struct Means<'m, 'c> {
     pub(super) known: &'m Known<'c>,
 }
 
-/// Chooses among candidates. Of a large table a part chooses, and all of it fits what the part finds.
+/// Chooses among candidates. Of a large table a part chooses, and all of it fits what the part
+/// finds.
 pub(super) fn choose<'c>(problem: &Problem<'_>, means: Means<'_, 'c>) -> Option<Choice<'c>> {
     let search = Search { problem, means };
     match problem.data.thinned() {
