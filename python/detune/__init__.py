@@ -40,7 +40,7 @@ __all__ = [
 
 def _rows(q: Any, joints: int) -> Tuple[_np.ndarray, bool]:
     """Poses with one row each, without a copy where they are float64 in C order already."""
-    poses = _np.asarray(q, dtype=_np.float64, order="C")
+    poses = _np.require(q, dtype=_np.float64, requirements=["C", "ALIGNED"])
     if poses.ndim == 1:
         return _np.ascontiguousarray(poses.reshape(1, -1)), True
     if poses.ndim != 2:

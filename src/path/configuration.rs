@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use super::timed_path::{Beside, Knots, Segment, shown_joints};
 use crate::model::Robot;
-use crate::motion::{Configuration, Move};
+use crate::motion::{Configuration, Move, Target};
 use crate::notes::Code;
 
 /// Joints this far beyond the edge of an arm configuration are in it: a target is taught at its
@@ -49,6 +49,10 @@ pub(super) fn beside_configurations(
     let mut found = Vec::new();
     for (index, a_move) in moves.iter().enumerate() {
         let Some(asked) = &a_move.stated.configuration else { continue };
+        // At the end of a line a quadrant beside is as good.
+        if index > 0 && !matches!(a_move.to, Target::JointsTo(_)) {
+            continue;
+        }
         let behind = segments.partition_point(|segment| segment.index <= index);
         let knot = knots.segment_of.partition_point(|&of| of < behind);
         let q = knots.q.get(knot * n..).and_then(|rest| rest.get(..n));
