@@ -97,7 +97,7 @@ fn long_job(robot: &Arc<Robot>) -> Job {
         operations: vec![Operation::new(
             robot,
             Carried::NOTHING,
-            Tool { name: None, teeth: 2, diameter_m: None, pitch_rad: None },
+            Tool { teeth: 2, ..Tool::default() },
             SpindleSpeed::Constant(620.0),
             0.02,
             moves,

@@ -60,7 +60,7 @@ fn job(robot: &Arc<Robot>) -> Job {
         spindle_turns: true,
         stated: Arc::default(),
     });
-    let tool = Tool { name: None, teeth: 3, diameter_m: None, pitch_rad: None };
+    let tool = Tool { teeth: 3, ..Tool::default() };
     let speed = SpindleSpeed::Constant(3000.0);
     Job {
         name: "bench".into(),

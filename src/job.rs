@@ -6,6 +6,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -70,7 +71,7 @@ pub struct Levers {
 }
 
 /// The cutter.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Tool {
     /// What it is called.
     pub name: Option<String>,
@@ -80,6 +81,35 @@ pub struct Tool {
     pub diameter_m: Option<f64>,
     /// Angle from each tooth to the next, rad, adding up to one turn; `None` for even pitch.
     pub pitch_rad: Option<Vec<f64>>,
+    /// Angle of the flutes to the axis, rad.
+    pub helix_rad: f64,
+    /// How the tool itself vibrates in its holder, where somebody knows it.
+    pub modes: Vec<TipMode>,
+}
+
+/// A mode of the tool tip, as somebody measured it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TipMode {
+    /// f, Hz.
+    pub frequency_hz: f64,
+    /// ζ.
+    pub damping_ratio: f64,
+    /// What vibrates, as seen at the tip, kg.
+    pub mass_kg: f64,
+    /// The direction in which the tip moves, of length 1: x along the feed, z out of the work,
+    /// y = z × x.
+    pub axis: Vector3<f64>,
+}
+
+/// Modes of a tool tip and what it cuts: all that a stability lobe needs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TipCut {
+    /// The modes; at least one.
+    pub modes: Vec<TipMode>,
+    /// The cutter.
+    pub tool: Tool,
+    /// The cut; its axial depth is what is sought, and is zero here.
+    pub cutting: Cutting,
 }
 
 /// The spindle's abilities.
@@ -284,6 +314,9 @@ pub struct Cutting {
     pub material: String,
     /// The user's own coefficients; the material's where absent.
     pub coefficients: Option<CuttingCoefficients>,
+    /// Whether a tooth cuts what the one ahead of it has left; `false` where it meets fresh
+    /// material.
+    pub regenerates: bool,
 }
 
 /// Cutting and edge coefficients of the mechanistic force model.
@@ -297,6 +330,8 @@ pub struct CuttingCoefficients {
     pub tangential_edge_n_per_m: f64,
     /// K_re, radial at the edge, N/m.
     pub radial_edge_n_per_m: f64,
+    /// K_ac and K_ae, out of the holder, N/m² and N/m, where somebody knows them.
+    pub axial: Option<[f64; 2]>,
 }
 
 /// On which side of the cut the chip is thick.

@@ -13,7 +13,7 @@
 
 use std::fmt;
 
-use nalgebra::{Complex, Unit, Vector3};
+use nalgebra::Complex;
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -22,7 +22,7 @@ use super::speeds::{SafeSet, Speeds};
 use crate::excitation::{ForceHarmonic, ForceModel};
 use crate::job::Operation;
 use crate::notes::Note;
-use crate::path::{Path, TipModes, tcp_poses, tip_modes};
+use crate::path::{Path, TipModes, tip_modes_of_tool};
 use crate::risk::SpindleProfile;
 use crate::units::{hz_from_rpm, rad_per_s_from_hz, written};
 
@@ -34,9 +34,6 @@ const HARMONICS: u32 = 12;
 
 /// Speeds that are tried over the spindle's range.
 const TRIED: usize = 400;
-
-/// The feed's direction is read over this share of the path.
-const NEARBY: f64 = 1e-5;
 
 /// The tool tip at one spindle speed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
@@ -141,14 +138,7 @@ impl TipModel {
         if s.is_empty() {
             return Ok(Err(NoVibration::OnlyAir));
         }
-        // The feed's direction is that from a little before to a little behind.
-        let around: Vec<f64> =
-            s.iter().flat_map(|s| [(s - NEARBY).max(0.0), (s + NEARBY).min(1.0)]).collect();
-        let around = tcp_poses(path, &around)?;
-        let steps =
-            around.chunks(2).map(|pair| pair[1].translation.vector - pair[0].translation.vector);
-        let points =
-            tip_modes(path, &s)?.iter().zip(steps).map(|(at, step)| point(at, step)).collect();
+        let points = tip_modes_of_tool(path, &s)?.iter().map(point).collect();
         let orders = (1..=top / step.max(1)).map(|h| h * step).collect();
         Ok(Ok(Self { force, orders, teeth: f64::from(operation.tool.teeth), points }))
     }
@@ -211,19 +201,12 @@ impl TipModel {
     }
 }
 
-/// From the modes at a place and the step of the tool centre point about it, in the base frame, m.
-fn point(at: &TipModes, step: Vector3<f64>) -> Point {
-    // The TCP's z axis points from the spindle into the work.
-    let up = -(at.tcp.rotation * Vector3::z());
-    // Where the tool stands or plunges there is no feed direction: any will do.
-    let x = Unit::try_new(step - up * up.dot(&step), 1e-6 * step.norm())
-        .unwrap_or_else(|| Unit::new_normalize(at.tcp.rotation * Vector3::x()));
-    let y = up.cross(&x);
+fn point(at: &TipModes) -> Point {
     let modes = at.natural_frequencies_hz.iter().zip(&at.damping_ratios).zip(&at.motions);
     let modes = modes.map(|((&hz, &damping_ratio), motion)| PointMode {
         omega_rad_per_s: rad_per_s_from_hz(hz),
         damping_ratio,
-        motion: [x.dot(motion), y.dot(motion), up.dot(motion)],
+        motion: (*motion).into(),
     });
     Point { s: at.s, modes: modes.collect() }
 }
@@ -319,13 +302,14 @@ mod tests {
             (1, None, CuttingDirection::Climb, 1370.0),
         ] {
             let even = pitch.is_none();
-            let tool = Tool { name: None, teeth, diameter_m: Some(0.012), pitch_rad: pitch };
+            let tool = Tool { teeth, diameter_m: Some(0.012), pitch_rad: pitch, ..Tool::default() };
             let cutting = Cutting {
                 radial_depth_m: 0.004,
                 axial_depth_m: 0.002,
                 direction,
                 material: "al-7075".to_owned(),
                 coefficients: None,
+                regenerates: true,
             };
             let force = ForceModel::new(&tool, &cutting).unwrap();
             let step = if even { teeth } else { 1 };

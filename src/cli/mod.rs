@@ -6,6 +6,7 @@ mod check;
 mod completions;
 mod diagnose;
 mod identify;
+mod lobes;
 mod map;
 mod output;
 mod schema;
@@ -65,6 +66,7 @@ enum Verb {
     Stiffness(stiffness::StiffnessArgs),
     Trace(trace::TraceArgs),
     Identify(identify::IdentifyArgs),
+    Lobes(lobes::LobesArgs),
     Schema(schema::SchemaArgs),
     Completions(completions::CompletionsArgs),
 }
@@ -156,6 +158,7 @@ fn run(verb: &Verb, out: &mut dyn Write, warnings: &Warnings) -> Result<Outcome,
         Verb::Stiffness(args) => stiffness::run(args, out, warnings),
         Verb::Trace(args) => trace::run(args, out, warnings),
         Verb::Identify(args) => identify::run(args, out, warnings),
+        Verb::Lobes(args) => lobes::run(args, out, warnings),
         Verb::Schema(args) => schema::run(args, out),
         Verb::Completions(args) => completions::run(args, out),
     }

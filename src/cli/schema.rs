@@ -37,6 +37,8 @@ enum Subject {
     Settings,
     /// marks.yaml
     Marks,
+    /// A file of modes for `lobes`
+    Modes,
     /// The output of `check --format json`
     Check,
     /// The output of `advise --format json`
@@ -45,6 +47,8 @@ enum Subject {
     Identification,
     /// The output of `diagnose --format json`
     Diagnosis,
+    /// The output of `lobes --format json`
+    Lobes,
     #[value(hide = true)]
     Map,
     #[value(hide = true)]
@@ -59,10 +63,12 @@ pub(super) fn run(args: &SchemaArgs, out: &mut dyn Write) -> Result<Outcome, Fai
         Subject::Session => input_schema::session(),
         Subject::Settings => input_schema::settings(),
         Subject::Marks => input_schema::marks(),
+        Subject::Modes => input_schema::modes(),
         Subject::Check => report::schema::check(),
         Subject::Advice => report::schema::advice(),
         Subject::Identification => report::schema::identification(),
         Subject::Diagnosis => report::schema::diagnosis(),
+        Subject::Lobes => report::schema::lobes(),
         Subject::Map => return Err(no_schema("map")),
         Subject::Stiffness => return Err(no_schema("stiffness")),
     };

@@ -36,7 +36,7 @@ pub struct Material {
     pub coefficients: CuttingCoefficients,
 }
 
-const fn of(name: &'static str, [tc, rc, te, re]: [f64; 4]) -> Material {
+const fn of(name: &'static str, [tc, rc, te, re]: [f64; 4], axial: Option<[f64; 2]>) -> Material {
     Material {
         name,
         coefficients: CuttingCoefficients {
@@ -44,16 +44,20 @@ const fn of(name: &'static str, [tc, rc, te, re]: [f64; 4]) -> Material {
             radial_n_per_m2: n_per_m2_from_n_per_mm2(rc),
             tangential_edge_n_per_m: n_per_m_from_n_per_mm(te),
             radial_edge_n_per_m: n_per_m_from_n_per_mm(re),
+            axial: match axial {
+                Some([ac, ae]) => Some([n_per_m2_from_n_per_mm2(ac), n_per_m_from_n_per_mm(ae)]),
+                None => None,
+            },
         },
     }
 }
 
-/// K_tc, K_rc in N/mm² and K_te, K_re in N/mm, from the review in Chin. J. Mech. Eng. 2021, DOI
+/// K_tc, K_rc in N/mm² and K_te, K_re in N/mm, then K_ac and K_ae, from the review in Chin. J. Mech. Eng. 2021, DOI
 /// 10.1186/s10033-021-00536-9, Table 5.
 pub const MATERIALS: [Material; 3] = [
-    of("al-6082", [631.0, 99.0, 13.0, 10.0]),
-    of("al-7075", [767.0, 169.0, 27.7, 26.6]),
-    of("al-6061", [244.0, 113.5, 7.53, 7.83]),
+    of("al-6082", [631.0, 99.0, 13.0, 10.0], Some([273.0, 2.8])),
+    of("al-7075", [767.0, 169.0, 27.7, 26.6], Some([222.0, 0.7])),
+    of("al-6061", [244.0, 113.5, 7.53, 7.83], None),
 ];
 
 /// The material that jobs call `name`, temper and case aside: `al-6082-T6` is `al-6082`.
@@ -110,14 +114,16 @@ pub struct ForceModel {
     teeth: Vec<(f64, f64)>,
 }
 
+/// The coefficients that hold for a cut: its own, else those of its material.
+pub fn coefficients(cutting: &Cutting) -> Option<CuttingCoefficients> {
+    cutting.coefficients.or_else(|| Some(material(&cutting.material)?.coefficients))
+}
+
 impl ForceModel {
     /// `None` where the material is not known and the job gives no coefficients, or the cutter's
     /// diameter is missing.
     pub fn new(tool: &Tool, cutting: &Cutting) -> Option<Self> {
-        let coefficients = match cutting.coefficients {
-            Some(own) => own,
-            None => material(&cutting.material)?.coefficients,
-        };
+        let coefficients = coefficients(cutting)?;
         let z = f64::from(tool.teeth);
         let even = vec![TAU / z; tool.teeth as usize];
         let pitch = tool.pitch_rad.as_ref().unwrap_or(&even);
@@ -223,6 +229,7 @@ mod tests {
                         pitch_rad: pitch_deg.as_ref().map(|pitch: &Vec<f64>| {
                             pitch.iter().map(|&p| rad_from_deg(p)).collect()
                         }),
+                        ..Tool::default()
                     };
                     let cutting = Cutting {
                         radial_depth_m,
@@ -230,6 +237,7 @@ mod tests {
                         direction,
                         material: material.to_owned(),
                         coefficients: None,
+                        regenerates: true,
                     };
                     let first = if pitch_deg.is_some() { 1 } else { teeth };
                     models.push((ForceModel::new(&tool, &cutting).unwrap(), first));
@@ -294,6 +302,7 @@ mod tests {
             direction,
             material: "al-6061".to_owned(),
             coefficients: None,
+            regenerates: true,
         };
         // A quarter of the diameter: 60°.
         let climb = Engagement::new(&cutting(CuttingDirection::Climb), Some(0.012)).unwrap();

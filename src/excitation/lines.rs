@@ -113,6 +113,7 @@ mod tests {
             teeth,
             diameter_m: None,
             pitch_rad: pitch_deg.map(|pitch| pitch.iter().map(|&p| rad_from_deg(p)).collect()),
+            ..Tool::default()
         }
     }
 

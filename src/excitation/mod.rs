@@ -3,5 +3,7 @@
 mod cutting;
 mod lines;
 
-pub use cutting::{Engagement, ForceHarmonic, ForceModel, MATERIALS, Material, material};
+pub use cutting::{
+    Engagement, ForceHarmonic, ForceModel, MATERIALS, Material, coefficients, material,
+};
 pub use lines::{ExcitationLine, Source, WithoutOrder, lines};

@@ -2,6 +2,7 @@
 
 mod accept;
 mod carried;
+pub(super) mod cutter;
 mod operations;
 mod speeds;
 mod stretches;
@@ -24,7 +25,7 @@ use crate::job::{self, Acceptance, Job, Levers, Operation, Policy, Review, Spind
 use crate::model::{JointKind, Robot};
 use crate::notes::{Code, Note, Notes, Place};
 use crate::program::{Assumed, ExternalAxis};
-use crate::units::{m_from_mm, m_per_n_from_um_per_n, rad_from_deg, ratio_from_percent};
+use crate::units::{m_per_n_from_um_per_n, rad_from_deg, ratio_from_percent};
 
 const DEFAULT_TOOTH_PASSING_HARMONICS: u32 = 2;
 
@@ -308,35 +309,7 @@ impl<'j> Reader<'j> {
 
     /// A cutter; `what` names it in messages and `at` is where it stands.
     fn tool(&mut self, raw: &raw::Tool, what: &str, at: &[Step<'_>]) -> Option<Tool> {
-        let mut steps = at.to_vec();
-        steps.push(Step::Key("pitch_deg"));
-        if let (Some(pitch), Some(teeth)) = (&raw.pitch_deg, raw.teeth) {
-            if pitch.len() != teeth as usize {
-                let what = format!(
-                    "{what}.pitch_deg has {} angles, must have one for each of the {teeth} teeth",
-                    pitch.len()
-                );
-                self.error(Code::Conflict, &steps, what);
-            }
-            let sum: f64 = pitch.iter().sum();
-            // Pitches are written with a few digits.
-            if (sum - 360.0).abs() > 1e-3 {
-                self.error(
-                    Code::Value,
-                    &steps,
-                    format!("{what}.pitch_deg adds up to {sum}, must be 360"),
-                );
-            }
-        }
-        Some(Tool {
-            name: raw.name.clone(),
-            teeth: raw.teeth?,
-            diameter_m: raw.diameter_mm.map(m_from_mm),
-            pitch_rad: raw
-                .pitch_deg
-                .as_ref()
-                .map(|pitch| pitch.iter().map(|&angle| rad_from_deg(angle)).collect()),
-        })
+        cutter::tool(raw, what, at, self.tree, &mut self.notes)
     }
 
     fn spindle(&mut self) -> Option<Spindle> {

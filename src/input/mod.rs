@@ -12,6 +12,7 @@ mod inertials;
 mod job;
 mod joint_columns;
 mod load_test;
+mod lobes;
 mod marks;
 mod measured;
 mod moves;
@@ -41,6 +42,7 @@ pub use calibration::{CalibrationRecord, FittedCorrection, FittedTable, TableNam
 pub use edit::{OperationEdit, rewritten_job, rewritten_program};
 pub use job::read_job;
 pub use load_test::{LoadTestRow, read_load_test};
+pub use lobes::{is_modes_file, read_tip_cut};
 pub use marks::{Between, MarkBox, Side, TraceSetup, Wanted, read_marks, read_times};
 pub use measured::{mode_table_on, read_measured};
 pub use poses::{DecodedPoses, PoseDecoder, PoseTable, RawPoses};

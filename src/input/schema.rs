@@ -28,6 +28,11 @@ pub fn marks() -> Value {
     published(of::<raw::marks::Marks>())
 }
 
+/// The schema of a file of modes.
+pub fn modes() -> Value {
+    published(of::<raw::lobes::Lobes>())
+}
+
 /// The schema of detune.toml.
 pub fn settings() -> Value {
     published(of::<raw::settings::Settings>())
@@ -86,6 +91,7 @@ mod tests {
             of::<raw::job::Job>(),
             of::<raw::session::Session>(),
             of::<raw::marks::Marks>(),
+            of::<raw::lobes::Lobes>(),
             of::<raw::settings::Settings>(),
         ] {
             let mut found = Vec::new();
@@ -104,6 +110,7 @@ mod tests {
             (job(), vec!["spindle", "operations"]),
             (session(), vec!["records"]),
             (marks(), vec!["scale"]),
+            (modes(), vec!["modes", "tool", "cutting"]),
         ] {
             assert!(!schema.to_string().contains("\"x-"));
             assert_eq!(schema["$schema"], "https://json-schema.org/draft/2020-12/schema");

@@ -1,6 +1,6 @@
 //! How each mode moves the tool tip at places of a path, by the batch kernel.
 
-use nalgebra::{Isometry3, Matrix6xX, Vector3};
+use nalgebra::{Isometry3, Matrix6xX, Unit, Vector3};
 
 use super::batch::located;
 use super::surveyor::{no_modes_at, not_reached_at};
@@ -23,6 +23,41 @@ pub struct TipModes {
     /// J φ_r, the translational part: how each mode moves the tool centre point, in the base frame,
     /// for a unit of its modal coordinate, m/(√kg m) where all is in SI.
     pub motions: Vec<Vector3<f64>>,
+}
+
+/// The feed's direction is read over this share of the path.
+const NEARBY: f64 = 1e-5;
+
+/// The modes at each of `s` (0..=1) with their motions in the tool's frame: x along the feed, z
+/// along the spindle out of the work, y = z × x.
+///
+/// # Errors
+/// The first place that the arm does not reach, or at which it has no modes.
+pub fn tip_modes_of_tool(path: &Path, s: &[f64]) -> Result<Vec<TipModes>, Note> {
+    let around: Vec<f64> =
+        s.iter().flat_map(|s| [(s - NEARBY).max(0.0), (s + NEARBY).min(1.0)]).collect();
+    let around = tcp_poses(path, &around)?;
+    let steps =
+        around.chunks(2).map(|pair| pair[1].translation.vector - pair[0].translation.vector);
+    let mut all = tip_modes(path, s)?;
+    for (at, step) in all.iter_mut().zip(steps) {
+        let axes = tool_axes(&at.tcp, &step);
+        for motion in &mut at.motions {
+            *motion = Vector3::from(axes.map(|axis| axis.dot(motion)));
+        }
+    }
+    Ok(all)
+}
+
+/// x, y and z of the tool's frame in the base frame, for a step of the tool centre point.
+fn tool_axes(tcp: &Isometry3<f64>, step: &Vector3<f64>) -> [Vector3<f64>; 3] {
+    // The TCP's z axis points from the spindle into the work.
+    let z = -(tcp.rotation * Vector3::z());
+    // Where the tool stands or plunges there is no feed direction: any will do.
+    let x = Unit::try_new(step - z * z.dot(step), 1e-6 * step.norm())
+        .unwrap_or_else(|| Unit::new_normalize(tcp.rotation * Vector3::x()))
+        .into_inner();
+    [x, z.cross(&x), z]
 }
 
 /// The pose of the tool centre point in the base frame at each of `s` (0..=1).

@@ -8,6 +8,7 @@ mod drawing;
 pub mod identify;
 mod json;
 mod layout;
+pub mod lobes;
 pub mod map;
 mod paths;
 pub mod schema;

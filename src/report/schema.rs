@@ -25,6 +25,11 @@ pub fn diagnosis() -> Value {
     of::<super::diagnosis::json::Document<'static>>(|_| ())
 }
 
+/// Schema of what `detune lobes --format json` writes.
+pub fn lobes() -> Value {
+    of::<super::lobes::json::Document<'static>>(plain)
+}
+
 fn of<T: JsonSchema>(numbers: fn(&mut Schema)) -> Value {
     let settings = SchemaSettings::draft2020_12().for_serialize();
     let settings = settings

@@ -7,6 +7,7 @@ mod calibration;
 pub mod check;
 pub mod diagnose;
 pub mod identify;
+pub mod lobes;
 pub mod map;
 pub mod stiffness;
 pub mod trace;

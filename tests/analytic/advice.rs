@@ -38,7 +38,7 @@ fn job(robot: &Arc<Robot>, waypoints: &[[f64; 2]], rpm: f64, teeth: u32, policy:
         operations: vec![Operation::new(
             robot,
             Carried::NOTHING,
-            Tool { name: None, teeth, diameter_m: None, pitch_rad: None },
+            Tool { teeth, ..Tool::default() },
             SpindleSpeed::Constant(rpm),
             0.01,
             moves.collect(),

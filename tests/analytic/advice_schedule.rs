@@ -54,7 +54,7 @@ fn case(waypoints: &[[f64; 2]], rpm: f64, policy: Policy, spindle: Spindle, air:
         operations: vec![Operation::new(
             &robot,
             Carried::NOTHING,
-            Tool { name: None, teeth, diameter_m: None, pitch_rad: None },
+            Tool { teeth, ..Tool::default() },
             SpindleSpeed::Constant(rpm),
             0.01,
             moves.collect(),

@@ -109,7 +109,7 @@ fn job(
         operations: vec![Operation::new(
             robot,
             Carried::NOTHING,
-            Tool { name: None, teeth, diameter_m: None, pitch_rad: None },
+            Tool { teeth, ..Tool::default() },
             speed,
             0.01,
             waypoints

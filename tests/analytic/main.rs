@@ -33,5 +33,6 @@ mod model_properties;
 mod paper;
 mod path;
 mod programs;
+mod stability;
 mod survey;
 mod tracking;

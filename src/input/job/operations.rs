@@ -11,17 +11,13 @@ use super::super::moves::moves_of;
 use super::super::raw::job as raw;
 use super::super::waypoints::{OperationContext, PathMoves, joint_position};
 use super::Reader;
+use super::cutter::{coefficients, direction};
 use super::speeds::Said;
 use super::stretches::{stretches, usual_feed_m_per_s};
 use crate::formats::yaml::{Node, Step};
-use crate::job::{
-    Cutting, CuttingCoefficients, CuttingDirection, Operation, Spindle, SpindleSpeed, Tool,
-    stretch_of,
-};
+use crate::job::{Cutting, Operation, Spindle, SpindleSpeed, Tool, stretch_of};
 use crate::notes::{Code, Note, Place};
-use crate::units::{
-    m_from_mm, m_per_s_from_mm_per_min, mm_from_m, n_per_m_from_n_per_mm, n_per_m2_from_n_per_mm2,
-};
+use crate::units::{m_from_mm, m_per_s_from_mm_per_min, mm_from_m};
 
 /// Keys of the speed.
 const SPEEDS: [&str; 2] = ["spindle_rpm", "spindle_schedule"];
@@ -341,21 +337,13 @@ fn cutting(raw: &raw::Cutting) -> Option<Cutting> {
     Some(Cutting {
         radial_depth_m: m_from_mm(raw.radial_depth_mm?),
         axial_depth_m: m_from_mm(raw.axial_depth_mm?),
-        direction: match raw.direction? {
-            raw::Direction::Climb => CuttingDirection::Climb,
-            raw::Direction::Conventional => CuttingDirection::Conventional,
-            raw::Direction::Slot => CuttingDirection::Slot,
-        },
+        direction: direction(raw.direction?),
         material: raw.material.clone()?,
         coefficients: match &raw.coefficients {
-            Some(own) => Some(CuttingCoefficients {
-                tangential_n_per_m2: n_per_m2_from_n_per_mm2(own.ktc_n_per_mm2?),
-                radial_n_per_m2: n_per_m2_from_n_per_mm2(own.krc_n_per_mm2?),
-                tangential_edge_n_per_m: n_per_m_from_n_per_mm(own.kte_n_per_mm.unwrap_or(0.0)),
-                radial_edge_n_per_m: n_per_m_from_n_per_mm(own.kre_n_per_mm.unwrap_or(0.0)),
-            }),
+            Some(own) => Some(coefficients(own)?),
             None => None,
         },
+        regenerates: raw.regeneration.unwrap_or(true),
     })
 }
 

@@ -157,11 +157,40 @@ pub(in crate::input) struct Tool {
     /// For uneven pitch: the angle from each tooth to the next, degrees, adding up to 360.
     #[schemars(extend("items" = {"type": "number", "exclusiveMinimum": 0}, "examples" = [[170, 190]]))]
     pub(in crate::input) pitch_deg: Option<Vec<f64>>,
+    /// Angle of the flutes to the axis, degrees; 0, straight flutes, if absent.
+    #[schemars(extend("minimum" = 0, "maximum" = 80, "default" = 0, "examples" = [30]))]
+    pub(in crate::input) helix_deg: Option<f64>,
+    /// How the tool itself vibrates in its holder, as measured at its tip.
+    #[schemars(extend("minItems" = 1))]
+    pub(in crate::input) modes: Option<Vec<TipMode>>,
     /// What the tip carries with this cutter, spindle included, or none; the job's payload if
     /// absent.
     #[serde(default)]
     #[schemars(schema_with = "payload_schema")]
     pub(in crate::input) payload: Option<Payload>,
+}
+
+/// A mode of the tool tip.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(extend("x-noun" = "mode"))]
+pub(in crate::input) struct TipMode {
+    /// Natural frequency, Hz.
+    #[schemars(required, extend("exclusiveMinimum" = 0, "maximum" = 1000000, "examples" = [922]))]
+    pub(in crate::input) frequency_hz: Option<f64>,
+    /// Share of critical damping.
+    #[schemars(required, extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1, "examples" = [0.011]))]
+    pub(in crate::input) damping_ratio: Option<f64>,
+    /// Mass that vibrates, as seen at the tip, kg; one of this and stiffness_n_per_m.
+    #[schemars(extend("exclusiveMinimum" = 0, "examples" = [0.03993]))]
+    pub(in crate::input) mass_kg: Option<f64>,
+    /// Stiffness as seen at the tip, N/m; one of this and mass_kg.
+    #[schemars(extend("exclusiveMinimum" = 0, "examples" = [1340000]))]
+    pub(in crate::input) stiffness_n_per_m: Option<f64>,
+    /// The direction in which the tip moves: x along the feed, z along the spindle out of the work,
+    /// y = z × x.
+    #[schemars(required, extend("examples" = [[1, 0, 0]]))]
+    pub(in crate::input) axis: Option<[f64; 3]>,
 }
 
 /// A frame in another one.
@@ -257,6 +286,10 @@ pub(in crate::input) struct Cutting {
     /// Your own cutting coefficients; those of the material if absent (al-6061, al-6082 and al-7075
     /// are known).
     pub(in crate::input) coefficients: Option<Coefficients>,
+    /// For stability: whether a tooth cuts what the one ahead of it has left (true), or meets fresh
+    /// material, so that modes can only feed each other; true if absent.
+    #[schemars(extend("default" = true))]
+    pub(in crate::input) regeneration: Option<bool>,
 }
 
 /// Coefficients of the mechanistic force model.
@@ -275,6 +308,12 @@ pub(in crate::input) struct Coefficients {
     /// Radial at the edge, N/mm; 0 if absent.
     #[schemars(extend("minimum" = 0, "maximum" = 10000, "default" = 0))]
     pub(in crate::input) kre_n_per_mm: Option<f64>,
+    /// Axial, out of the holder, N/mm²; the force along the axis is not known if absent.
+    #[schemars(extend("minimum" = -100000, "maximum" = 100000))]
+    pub(in crate::input) kac_n_per_mm2: Option<f64>,
+    /// Axial at the edge, N/mm; 0 if absent.
+    #[schemars(extend("minimum" = -10000, "maximum" = 10000, "default" = 0))]
+    pub(in crate::input) kae_n_per_mm: Option<f64>,
 }
 
 // Variants without doc comments: schemars then writes a plain `enum`.

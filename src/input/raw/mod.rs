@@ -2,6 +2,7 @@
 //! JSON Schemas derive from these types and say what is required and in what range.
 
 pub(super) mod job;
+pub(super) mod lobes;
 pub(super) mod marks;
 pub(super) mod robot;
 pub(super) mod session;

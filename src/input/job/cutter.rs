@@ -1,0 +1,114 @@
+//! Cutters, and what of a cut does not depend on a path.
+
+use nalgebra::Vector3;
+
+use super::super::raw::job as raw;
+use crate::formats::yaml::{Node, Step};
+use crate::job::{CuttingCoefficients, CuttingDirection, TipMode, Tool};
+use crate::notes::{Code, Notes};
+use crate::units::{
+    m_from_mm, n_per_m_from_n_per_mm, n_per_m2_from_n_per_mm2, rad_from_deg, rad_per_s_from_hz,
+};
+
+/// A cutter; `what` names it in messages and `at` is where it stands in the tree.
+pub(in crate::input) fn tool(
+    raw: &raw::Tool,
+    what: &str,
+    at: &[Step<'_>],
+    tree: &Node,
+    notes: &mut Notes,
+) -> Option<Tool> {
+    let of_pitch = [at, &[Step::Key("pitch_deg")]].concat();
+    if let (Some(pitch), Some(teeth)) = (&raw.pitch_deg, raw.teeth) {
+        if pitch.len() != teeth as usize {
+            let what = format!(
+                "{what}.pitch_deg has {} angles, must have one for each of the {teeth} teeth",
+                pitch.len()
+            );
+            notes.error(Code::Conflict, tree.line_at(&of_pitch), what);
+        }
+        let sum: f64 = pitch.iter().sum();
+        // Pitches are written with a few digits.
+        if (sum - 360.0).abs() > 1e-3 {
+            let what = format!("{what}.pitch_deg adds up to {sum}, must be 360");
+            notes.error(Code::Value, tree.line_at(&of_pitch), what);
+        }
+    }
+    let of_modes = [at, &[Step::Key("modes")]].concat();
+    let modes = raw.modes.as_deref().unwrap_or_default();
+    let modes = tip_modes(modes, &format!("{what}.modes"), &of_modes, tree, notes);
+    Some(Tool {
+        name: raw.name.clone(),
+        teeth: raw.teeth?,
+        diameter_m: raw.diameter_mm.map(m_from_mm),
+        pitch_rad: raw
+            .pitch_deg
+            .as_ref()
+            .map(|pitch| pitch.iter().map(|&angle| rad_from_deg(angle)).collect()),
+        helix_rad: rad_from_deg(raw.helix_deg.unwrap_or(0.0)),
+        modes,
+    })
+}
+
+/// Modes of a tool tip, those without fault.
+pub(in crate::input) fn tip_modes(
+    raws: &[raw::TipMode],
+    what: &str,
+    at: &[Step<'_>],
+    tree: &Node,
+    notes: &mut Notes,
+) -> Vec<TipMode> {
+    let mut modes = Vec::new();
+    for (index, raw) in raws.iter().enumerate() {
+        let here = [at, &[Step::Index(index)]].concat();
+        let (Some(frequency_hz), Some(damping_ratio), Some(axis)) =
+            (raw.frequency_hz, raw.damping_ratio, raw.axis)
+        else {
+            continue;
+        };
+        let omega = rad_per_s_from_hz(frequency_hz);
+        let mass_kg = match (raw.mass_kg, raw.stiffness_n_per_m) {
+            (Some(mass_kg), None) => mass_kg,
+            (None, Some(stiffness)) => stiffness / (omega * omega),
+            (mass, _) => {
+                let has = if mass.is_some() { "both" } else { "neither" };
+                let what = format!(
+                    "{what}[{index}] has {has} of mass_kg and stiffness_n_per_m, must have one"
+                );
+                notes.error(Code::Conflict, tree.line_at(&here), what);
+                continue;
+            }
+        };
+        let length = Vector3::from(axis).norm();
+        if !(length.is_finite() && length > 1e-6) {
+            let [x, y, z] = axis;
+            let what = format!("{what}[{index}].axis is [{x}, {y}, {z}], must be a direction");
+            let of_axis = [here.as_slice(), &[Step::Key("axis")]].concat();
+            notes.error(Code::Value, tree.line_at(&of_axis), what);
+            continue;
+        }
+        let axis = Vector3::from(axis) / length;
+        modes.push(TipMode { frequency_hz, damping_ratio, mass_kg, axis });
+    }
+    modes
+}
+
+pub(in crate::input) fn direction(raw: raw::Direction) -> CuttingDirection {
+    match raw {
+        raw::Direction::Climb => CuttingDirection::Climb,
+        raw::Direction::Conventional => CuttingDirection::Conventional,
+        raw::Direction::Slot => CuttingDirection::Slot,
+    }
+}
+
+/// `None` where a key is missing, which was reported before.
+pub(in crate::input) fn coefficients(own: &raw::Coefficients) -> Option<CuttingCoefficients> {
+    let edge = |value: Option<f64>| n_per_m_from_n_per_mm(value.unwrap_or(0.0));
+    Some(CuttingCoefficients {
+        tangential_n_per_m2: n_per_m2_from_n_per_mm2(own.ktc_n_per_mm2?),
+        radial_n_per_m2: n_per_m2_from_n_per_mm2(own.krc_n_per_mm2?),
+        tangential_edge_n_per_m: edge(own.kte_n_per_mm),
+        radial_edge_n_per_m: edge(own.kre_n_per_mm),
+        axial: own.kac_n_per_mm2.map(|k| [n_per_m2_from_n_per_mm2(k), edge(own.kae_n_per_mm)]),
+    })
+}

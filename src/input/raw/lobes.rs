@@ -1,0 +1,48 @@
+//! A file of modes of a tool tip as it is written.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::job::{Coefficients, Direction, TipMode, Tool};
+
+/// Modes of a tool tip and the cut that it is in.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(title = "detune modes.yaml")]
+pub(in crate::input) struct Lobes {
+    /// Free text.
+    #[expect(dead_code, reason = "for people")]
+    pub(in crate::input) note: Option<String>,
+    /// The modes, as seen at the tip.
+    #[schemars(required, extend("minItems" = 1))]
+    pub(in crate::input) modes: Option<Vec<TipMode>>,
+    /// The cutter.
+    #[schemars(required)]
+    pub(in crate::input) tool: Option<Tool>,
+    /// How the tool cuts.
+    #[schemars(required)]
+    pub(in crate::input) cutting: Option<Cut>,
+}
+
+/// How the tool cuts; the axial depth is what is sought.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(in crate::input) struct Cut {
+    /// Radial depth of cut, mm; not needed for a slot.
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1000, "examples" = [6]))]
+    pub(in crate::input) radial_depth_mm: Option<f64>,
+    /// On which side of the cut the chip is thick: climb (down-milling), conventional (up-milling)
+    /// or slot.
+    #[schemars(required)]
+    pub(in crate::input) direction: Option<Direction>,
+    /// Name of the work's material: one of al-6061, al-6082 and al-7075, where coefficients are
+    /// absent.
+    #[schemars(extend("examples" = ["al-6082"]))]
+    pub(in crate::input) material: Option<String>,
+    /// Your own cutting coefficients.
+    pub(in crate::input) coefficients: Option<Coefficients>,
+    /// Whether a tooth cuts what the one ahead of it has left (true), or meets fresh material, so
+    /// that modes can only feed each other; true if absent.
+    #[schemars(extend("default" = true))]
+    pub(in crate::input) regeneration: Option<bool>,
+}

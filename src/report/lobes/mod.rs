@@ -1,0 +1,9 @@
+//! Stability lobes as CSV, JSON and a picture.
+
+pub(super) mod json;
+mod svg;
+mod table;
+
+pub use json::lobes_json;
+pub use svg::lobes_svg;
+pub use table::lobes_csv;

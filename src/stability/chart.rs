@@ -1,0 +1,319 @@
+//! Zeroth order: the directional matrix replaced by its mean (Altintas & Budak, CIRP Annals 44,
+//! 1995), with all cross terms.
+//!
+//! On the limit the tip vibrates at ω, and 1/a is an eigenvalue of G(iω) H̄ times
+//! s(ω) = 1 − (1/z) Σ_j exp(−iωτ_j). Even teeth have one delay: then a eigenvalue λ gives the
+//! depth, |1/λ|² / (2 Re 1/λ), and the phase of the waves, whatever the speed is.
+
+use std::f64::consts::TAU;
+
+use nalgebra::{Complex, Matrix2, Matrix3x2};
+
+use super::cut::Cut;
+use super::limit::{DEEPEST_M, Kind, Limit};
+use super::mode::{ToolMode, receptance_m_per_n};
+use crate::units::{hz_from_rad_per_s, hz_from_rpm};
+
+/// Frequencies per mode, on either side of it.
+const PER_SIDE: usize = 80;
+
+/// From this share of the lowest frequency to this multiple of the highest.
+const REACH: [f64; 2] = [0.05, 5.0];
+
+/// Candidates within this share of the smallest depth are solved exactly.
+const NEAR: f64 = 1.3;
+
+/// Most of them.
+const MOST_SOLVED: usize = 6;
+
+/// The eigenvalues of G(iω) H̄ per depth at one frequency, 1/m.
+type Pair = [Complex<f64>; 2];
+
+/// What does not depend on the spindle's speed.
+#[derive(Debug, Clone)]
+pub struct Chart {
+    modes: Vec<ToolMode>,
+    mean: Matrix3x2<f64>,
+    /// Angles between teeth over 2π; one alone where they are even.
+    pitch_turns: Vec<f64>,
+    omegas: Vec<f64>,
+    /// In the order that keeps each branch smooth.
+    values: Vec<Pair>,
+}
+
+/// A place where the limit may be.
+#[derive(Debug, Clone, Copy)]
+struct Candidate {
+    depth_m: f64,
+    segment: usize,
+    branch: usize,
+    /// Whole waves between teeth.
+    waves: f64,
+}
+
+/// What must be a whole number, or zero, at a frequency and eigenvalue.
+type Balance<'a> = &'a dyn Fn(f64, Complex<f64>) -> f64;
+
+impl Chart {
+    /// For modes that move the tip, in the tool's frame.
+    pub fn new(modes: &[ToolMode], cut: &Cut) -> Self {
+        let pitch_turns = match cut.even_pitch_rad() {
+            Some(pitch) => vec![pitch / TAU],
+            None => cut.pitch_rad.iter().map(|pitch| pitch / TAU).collect(),
+        };
+        Self::of_mean(modes, cut.mean(), pitch_turns)
+    }
+
+    fn of_mean(modes: &[ToolMode], mean: Matrix3x2<f64>, pitch_turns: Vec<f64>) -> Self {
+        let modes = modes.to_vec();
+        let omegas = frequencies(&modes);
+        let mut values: Vec<Pair> = Vec::with_capacity(omegas.len());
+        for &omega in &omegas {
+            let pair = eigenvalues(&modes, &mean, omega);
+            values.push(values.last().map_or(pair, |last| in_order(*last, pair)));
+        }
+        Self { modes, mean, pitch_turns, omegas, values }
+    }
+
+    /// Smallest limit over all speeds, m; `None` where nothing ever grows.
+    pub fn lowest_m(&self) -> Option<f64> {
+        let all = self.values.iter().flatten().filter_map(|value| depth_of(*value));
+        all.min_by(f64::total_cmp)
+    }
+
+    /// The limit at a spindle speed; `None` where there is none below 1 m.
+    pub fn limit(&self, rpm: f64) -> Option<Limit> {
+        let turn_s = hz_from_rpm(rpm).recip();
+        match self.pitch_turns.as_slice() {
+            [pitch] => {
+                let delay = turn_s * pitch;
+                let balance = |omega: f64, value: Complex<f64>| {
+                    let inverse = value.inv();
+                    (omega * delay - 2.0 * inverse.re.atan2(inverse.im)) / TAU
+                };
+                let is_asked = |value: Complex<f64>| value.re > 0.0;
+                self.smallest(&balance, &depth_of, &is_asked, 0.0)
+            }
+            pitches => {
+                let delays: Vec<f64> = pitches.iter().map(|pitch| pitch * turn_s).collect();
+                let waves = move |omega: f64| {
+                    let sum: Complex<f64> =
+                        delays.iter().map(|delay| Complex::cis(-omega * delay)).sum();
+                    Complex::from(1.0) - sum / delays.len() as f64
+                };
+                self.real(&waves, 0.2 / turn_s)
+            }
+        }
+        .map(|(depth_m, omega)| Limit {
+            depth_m,
+            frequency_hz: hz_from_rad_per_s(omega),
+            kind: Kind::Hopf,
+        })
+    }
+
+    /// The smallest depth at which `balance` is a whole number, with its frequency.
+    fn smallest(
+        &self,
+        balance: Balance<'_>,
+        depth: &dyn Fn(Complex<f64>) -> Option<f64>,
+        is_asked: &dyn Fn(Complex<f64>) -> bool,
+        fewest: f64,
+    ) -> Option<(f64, f64)> {
+        let mut found: Vec<Candidate> = Vec::new();
+        let mut least = f64::INFINITY;
+        for branch in 0..2 {
+            let mut last: Option<(f64, f64)> = None;
+            for (i, (&omega, pair)) in self.omegas.iter().zip(&self.values).enumerate() {
+                let value = pair[branch];
+                let here =
+                    is_asked(value).then(|| Some((depth(value)?, balance(omega, value)))).flatten();
+                if let (Some((depth0, from)), Some((depth1, to))) = (last, here)
+                    && depth0.min(depth1) <= least * NEAR
+                {
+                    let (low, high) = (from.min(to), from.max(to));
+                    let mut waves = low.ceil().max(fewest);
+                    while waves < high || waves == low {
+                        let share = if to == from { 0.0 } else { (waves - from) / (to - from) };
+                        let depth_m = depth0 + (depth1 - depth0) * share;
+                        least = least.min(depth_m);
+                        found.push(Candidate { depth_m, segment: i - 1, branch, waves });
+                        waves += 1.0;
+                    }
+                }
+                last = here;
+            }
+        }
+        found.retain(|candidate| candidate.depth_m <= least * NEAR);
+        found.sort_by(|a, b| a.depth_m.total_cmp(&b.depth_m));
+        let solved = found.iter().take(MOST_SOLVED).filter_map(|candidate| {
+            let (omega, value) = self.solved(candidate, balance);
+            Some((depth(value)?, omega))
+        });
+        solved.filter(|&(depth_m, _)| depth_m < DEEPEST_M).min_by(|a, b| a.0.total_cmp(&b.0))
+    }
+
+    /// Where the balance is met within a segment.
+    fn solved(&self, candidate: &Candidate, balance: Balance<'_>) -> (f64, Complex<f64>) {
+        let Candidate { segment, branch, waves, .. } = *candidate;
+        let mut low = (self.omegas[segment], self.values[segment][branch]);
+        let mut high = (self.omegas[segment + 1], self.values[segment + 1][branch]);
+        let off = |(omega, value): (f64, Complex<f64>)| balance(omega, value) - waves;
+        let (mut off_low, mut off_high) = (off(low), off(high));
+        let mut best = low;
+        for step in 0..60 {
+            let secant = (off_low * high.0 - off_high * low.0) / (off_low - off_high);
+            let inside = secant.is_finite() && secant > low.0 && secant < high.0 && step % 4 != 3;
+            let omega = if inside { secant } else { 0.5 * (low.0 + high.0) };
+            let pair = eigenvalues(&self.modes, &self.mean, omega);
+            let near = if (omega - low.0) < (high.0 - omega) { low.1 } else { high.1 };
+            let value = nearest(near, pair);
+            best = (omega, value);
+            let off_here = off(best);
+            if !off_here.is_finite() || off_here.abs() < 1e-13 || high.0 - low.0 < 1e-14 * omega {
+                break;
+            }
+            if (off_here > 0.0) == (off_low > 0.0) {
+                (low, off_low) = (best, off_here);
+            } else {
+                (high, off_high) = (best, off_here);
+            }
+        }
+        best
+    }
+
+    /// The smallest depth at which an eigenvalue times `factor` is real and above zero; the grid is
+    /// made finer than `step_rad_per_s`.
+    fn real(
+        &self,
+        factor: &dyn Fn(f64) -> Complex<f64>,
+        step_rad_per_s: f64,
+    ) -> Option<(f64, f64)> {
+        let mut best: Option<(f64, f64)> = None;
+        let mut last: Option<(f64, Pair)> = None;
+        for (i, (&omega, pair)) in self.omegas.iter().zip(&self.values).enumerate() {
+            let parts = match i {
+                0 => 1,
+                _ => {
+                    ((omega - self.omegas[i - 1]) / step_rad_per_s).ceil().clamp(1.0, 1e4) as usize
+                }
+            };
+            let before =
+                if i == 0 { (omega, *pair) } else { (self.omegas[i - 1], self.values[i - 1]) };
+            for part in 1..=parts {
+                let share = part as f64 / parts as f64;
+                let at = before.0 + (omega - before.0) * share;
+                let here: Pair =
+                    std::array::from_fn(|b| before.1[b] + (pair[b] - before.1[b]) * share);
+                if let Some((from, values)) = last {
+                    for branch in 0..2 {
+                        let ends = [values[branch] * factor(from), here[branch] * factor(at)];
+                        if (ends[0].im > 0.0) != (ends[1].im > 0.0)
+                            && ends[0].re.max(ends[1].re) > 0.0
+                        {
+                            let found = self.real_within(factor, [from, at], values[branch]);
+                            best = match (best, found) {
+                                (Some(best), Some(found)) if best.0 <= found.0 => Some(best),
+                                (best, found) => found.or(best),
+                            };
+                        }
+                    }
+                }
+                last = Some((at, here));
+            }
+        }
+        best.filter(|&(depth_m, _)| depth_m < DEEPEST_M)
+    }
+
+    fn real_within(
+        &self,
+        factor: &dyn Fn(f64) -> Complex<f64>,
+        [mut low, mut high]: [f64; 2],
+        near: Complex<f64>,
+    ) -> Option<(f64, f64)> {
+        let at =
+            |omega: f64| nearest(near, eigenvalues(&self.modes, &self.mean, omega)) * factor(omega);
+        let is_above = at(low).im > 0.0;
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if (at(middle).im > 0.0) == is_above { low = middle } else { high = middle }
+        }
+        let omega = 0.5 * (low + high);
+        let value = at(omega);
+        // A pole of the phase is no root.
+        let is_root = value.re > 0.0 && value.im.abs() < 1e-6 * value.re;
+        is_root.then(|| (value.re.recip(), omega))
+    }
+}
+
+/// The smallest depth at which modes feed each other where a tooth meets fresh material, as in the
+/// first pass over it: F = a H̄ u. `None` where there is none below 1 m.
+pub fn coupling_limit(modes: &[ToolMode], mean: &Matrix3x2<f64>) -> Option<Limit> {
+    let chart = Chart::of_mean(modes, *mean, vec![1.0]);
+    let vibrating = chart.real(&|_| Complex::from(1.0), f64::INFINITY);
+    // Without any vibration: the force grows faster than the springs hold.
+    let still = eigenvalues(modes, mean, 0.0)
+        .into_iter()
+        .filter(|value| value.im.abs() < 1e-12 * value.norm() && value.re > DEEPEST_M.recip());
+    let still = still.map(|value| (value.re.recip(), 0.0));
+    let (depth_m, omega) = still.chain(vibrating).min_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some(Limit { depth_m, frequency_hz: hz_from_rad_per_s(omega), kind: Kind::Coupling })
+}
+
+/// The depth at which an eigenvalue of even teeth is on the limit, if at all.
+fn depth_of(value: Complex<f64>) -> Option<f64> {
+    let inverse = value.inv();
+    let depth = inverse.norm_sqr() / (2.0 * inverse.re);
+    (depth > 0.0 && depth.is_finite()).then_some(depth)
+}
+
+fn eigenvalues(modes: &[ToolMode], mean: &Matrix3x2<f64>, omega: f64) -> Pair {
+    let receptance = receptance_m_per_n(modes, omega);
+    let mut gain = Matrix2::<Complex<f64>>::zeros();
+    for i in 0..2 {
+        for j in 0..2 {
+            gain[(i, j)] = (0..3).map(|k| receptance[(i, k)] * mean[(k, j)]).sum();
+        }
+    }
+    let half = (gain[(0, 0)] + gain[(1, 1)]) * 0.5;
+    let difference = (gain[(0, 0)] - gain[(1, 1)]) * 0.5;
+    let root = (difference * difference + gain[(0, 1)] * gain[(1, 0)]).sqrt();
+    // The smaller one without cancellation.
+    let sign = if (half.conj() * root).re < 0.0 { -1.0 } else { 1.0 };
+    let large = half + root * sign;
+    let determinant = gain[(0, 0)] * gain[(1, 1)] - gain[(0, 1)] * gain[(1, 0)];
+    let small = if large.norm() > 0.0 { determinant / large } else { large };
+    [large, small]
+}
+
+fn in_order(last: Pair, [a, b]: Pair) -> Pair {
+    let kept = (a - last[0]).norm() + (b - last[1]).norm();
+    let turned = (b - last[0]).norm() + (a - last[1]).norm();
+    if kept <= turned { [a, b] } else { [b, a] }
+}
+
+fn nearest(to: Complex<f64>, [a, b]: Pair) -> Complex<f64> {
+    if (a - to).norm() <= (b - to).norm() { a } else { b }
+}
+
+/// Close about each mode, with the width of its resonance, and wide apart from all.
+fn frequencies(modes: &[ToolMode]) -> Vec<f64> {
+    let lowest = modes.iter().map(|mode| mode.omega_rad_per_s).fold(f64::INFINITY, f64::min);
+    let highest = modes.iter().map(|mode| mode.omega_rad_per_s).fold(0.0, f64::max);
+    let [from, to] = [lowest * REACH[0], highest * REACH[1]];
+    let mut all = Vec::with_capacity(modes.len() * 2 * PER_SIDE + 2);
+    for mode in modes {
+        let width = mode.damping_ratio.max(1e-4);
+        let reach = (2.0 / width).asinh();
+        for i in 0..=PER_SIDE {
+            let off = width * (reach * i as f64 / PER_SIDE as f64).sinh();
+            all.extend([1.0 + off, 1.0 / (1.0 + off)].map(|f| f * mode.omega_rad_per_s));
+        }
+    }
+    let steps = 60;
+    let growth = (to / from).ln() / f64::from(steps);
+    all.extend((0..=steps).map(|i| from * (growth * f64::from(i)).exp()));
+    all.retain(|omega| (from..=to).contains(omega));
+    all.sort_by(f64::total_cmp);
+    all.dedup_by(|b, a| *b - *a < 1e-12 * *a);
+    all
+}

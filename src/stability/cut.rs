@@ -1,0 +1,133 @@
+//! A cutter in a cut: what its teeth feel of the tip's motion.
+
+use std::f64::consts::TAU;
+
+use nalgebra::Matrix3x2;
+
+use crate::excitation::{Engagement, coefficients};
+use crate::job::{Cutting, Tool};
+
+/// A cutter in a cut, without its depth.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cut {
+    /// Where a tooth is in the work.
+    pub engagement: Engagement,
+    /// Angle from each tooth to the next, rad, adding up to one turn.
+    pub pitch_rad: Vec<f64>,
+    /// K_tc, K_rc and K_ac: what the force grows by with the chip's section, N/m².
+    pub coefficients_n_per_m2: [f64; 3],
+    /// By how much an edge lags behind the tip of its tooth, per height above it, rad/m: 2 tan β/D.
+    pub lag_rad_per_m: f64,
+}
+
+impl Cut {
+    /// `None` where the material is not known and the cut has no coefficients, or the cutter's
+    /// diameter is missing. An axial coefficient that nobody knows counts as zero.
+    pub fn new(tool: &Tool, cutting: &Cutting) -> Option<Self> {
+        let own = coefficients(cutting)?;
+        let even = || vec![TAU / f64::from(tool.teeth); tool.teeth as usize];
+        let lag_rad_per_m = match tool.helix_rad.tan() {
+            0.0 => 0.0,
+            slope => 2.0 * slope / tool.diameter_m?,
+        };
+        Some(Self {
+            engagement: Engagement::new(cutting, tool.diameter_m)?,
+            pitch_rad: tool.pitch_rad.clone().unwrap_or_else(even),
+            coefficients_n_per_m2: [
+                own.tangential_n_per_m2,
+                own.radial_n_per_m2,
+                own.axial.map_or(0.0, |[cutting, _]| cutting),
+            ],
+            lag_rad_per_m,
+        })
+    }
+
+    /// One pitch if all are equal.
+    pub fn even_pitch_rad(&self) -> Option<f64> {
+        let first = *self.pitch_rad.first()?;
+        let is_equal = |pitch: &f64| (pitch - first).abs() < 1e-9;
+        self.pitch_rad.iter().all(is_equal).then(|| TAU / self.pitch_rad.len() as f64)
+    }
+
+    /// Angle of each tooth's tip when the first is at zero, rad.
+    pub fn angles_rad(&self) -> impl Iterator<Item = f64> + '_ {
+        self.pitch_rad.iter().scan(0.0, |angle, pitch| {
+            let here = *angle;
+            *angle += pitch;
+            Some(here)
+        })
+    }
+
+    /// ∫ H dφ up to an angle: force on the tool in x, y and z for a displacement along x and y, of
+    /// a tooth that takes a chip Δx sin φ + Δy cos φ thick, N/m².
+    fn integral(&self, phi: f64) -> Matrix3x2<f64> {
+        let (sin, cos) = phi.sin_cos();
+        let sin_sin = 0.5 * (phi - sin * cos);
+        let cos_cos = 0.5 * (phi + sin * cos);
+        let sin_cos = 0.5 * sin * sin;
+        self.of_products([sin_sin, sin_cos, cos_cos], [-cos, sin])
+    }
+
+    /// H of one tooth at an angle, as if it were in the cut.
+    fn at(&self, phi: f64) -> Matrix3x2<f64> {
+        let (sin, cos) = phi.sin_cos();
+        self.of_products([sin * sin, sin * cos, cos * cos], [sin, cos])
+    }
+
+    fn of_products(
+        &self,
+        [sin_sin, sin_cos, cos_cos]: [f64; 3],
+        [sin, cos]: [f64; 2],
+    ) -> Matrix3x2<f64> {
+        let [t, r, a] = self.coefficients_n_per_m2;
+        Matrix3x2::new(
+            -t * sin_cos - r * sin_sin,
+            -t * cos_cos - r * sin_cos,
+            t * sin_sin - r * sin_cos,
+            t * sin_cos - r * cos_cos,
+            -a * sin,
+            -a * cos,
+        )
+    }
+
+    /// The mean of H over a turn, of all teeth, per depth, N/m².
+    pub fn mean(&self) -> Matrix3x2<f64> {
+        let Engagement { entry_rad, exit_rad } = self.engagement;
+        let teeth = self.pitch_rad.len() as f64;
+        (self.integral(exit_rad) - self.integral(entry_rad)) * (teeth / TAU)
+    }
+
+    /// Force of one tooth, its tip at `phi`, for a displacement of the tip of the tool, N/m; `None`
+    /// where it is not in the cut.
+    pub fn stiffness_n_per_m(&self, phi: f64, depth_m: f64) -> Option<Matrix3x2<f64>> {
+        let Engagement { entry_rad, exit_rad } = self.engagement;
+        let phi = phi.rem_euclid(TAU);
+        let lag = self.lag_rad_per_m * depth_m;
+        if lag < 1e-9 {
+            return (entry_rad..exit_rad).contains(&phi).then(|| self.at(phi) * depth_m);
+        }
+        let mut sum = None;
+        // The edge higher up may still be in the cut that its tip made turns ago.
+        let mut ahead = phi;
+        while ahead - lag < exit_rad {
+            let (from, to) = ((ahead - lag).max(entry_rad), ahead.min(exit_rad));
+            if to > from {
+                let part = (self.integral(to) - self.integral(from)) / self.lag_rad_per_m;
+                sum = Some(sum.map_or(part, |sum: Matrix3x2<f64>| sum + part));
+            }
+            ahead += TAU;
+        }
+        sum
+    }
+
+    /// Angles of a tooth's tip at which its force changes its form, at a depth.
+    pub fn corners_rad(&self, depth_m: f64) -> Vec<f64> {
+        let Engagement { entry_rad, exit_rad } = self.engagement;
+        let lag = self.lag_rad_per_m * depth_m;
+        let mut corners = vec![entry_rad, exit_rad];
+        if lag >= 1e-9 {
+            corners.extend([entry_rad + lag, exit_rad + lag]);
+        }
+        corners
+    }
+}

@@ -1,0 +1,158 @@
+//! The limit by the growth of a small motion over one period.
+
+use std::f64::consts::{PI, TAU};
+
+use nalgebra::Complex;
+
+use super::arnoldi::{Dominant, dominant};
+use super::chart::Chart;
+use super::cut::Cut;
+use super::limit::{DEEPEST_M, Kind, Limit};
+use super::milling::{Milling, Process};
+use super::mode::ToolMode;
+use super::period::{Elements, Period};
+use crate::units::hz_from_rad_per_s;
+
+/// The search starts at this share of the smallest limit of the zeroth order: beyond, flips of
+/// short cuts have their limits, too.
+const FROM: f64 = 0.2;
+
+/// Steps of the search, below and above the smallest limit of the zeroth order.
+const COARSE: f64 = 1.25;
+const FINE: f64 = 1.1;
+
+/// The depth of the limit is found to this share of it.
+const DIGITS: f64 = 1e-10;
+
+/// A multiplier this near to the negative real axis is a flip, rad.
+const FLIP_RAD: f64 = 1e-5;
+
+/// Modes and a process, with what the depths share.
+#[allow(missing_debug_implementations, reason = "a process need not have one")]
+pub struct Exact<'a> {
+    modes: Vec<ToolMode>,
+    process: &'a dyn Process,
+    elements: Elements,
+}
+
+impl<'a> Exact<'a> {
+    /// Modes that do not move the tip are left out.
+    pub fn new(modes: &[ToolMode], process: &'a dyn Process) -> Self {
+        let modes = modes.iter().filter(|mode| mode.motion.norm() > 0.0).copied().collect();
+        Self { modes, process, elements: Elements::new() }
+    }
+
+    fn dominant(&mut self, depth_m: f64, wants_vector: bool) -> Option<Dominant> {
+        let period = Period::new(&self.modes, self.process, depth_m, &mut self.elements)?;
+        dominant(period.size(), |vector| period.map(vector), wants_vector)
+    }
+
+    /// The multiplier of largest modulus over one period of the process; `None` where it is not
+    /// found.
+    pub fn multiplier(&mut self, depth_m: f64) -> Option<Complex<f64>> {
+        self.dominant(depth_m, false).map(|found| found.value)
+    }
+
+    fn radius(&mut self, depth_m: f64) -> Option<f64> {
+        self.multiplier(depth_m).map(Complex::norm)
+    }
+
+    /// The smallest depth from `from_m` on at which the motion grows; `near_m` is where it is
+    /// expected. `Ok(None)` where there is none below 1 m, an error where it is not found.
+    ///
+    /// # Errors
+    /// The depth at which the multiplier is not found.
+    fn limit(&mut self, from_m: f64, near_m: f64) -> Result<Option<Limit>, f64> {
+        let mut low = from_m.min(DEEPEST_M);
+        let grows = |depth: f64, this: &mut Self| {
+            this.radius(depth).map(|radius| radius - 1.0).ok_or(depth)
+        };
+        let mut off_low = grows(low, self)?;
+        while off_low >= 0.0 {
+            low *= 0.25;
+            if low < 1e-12 {
+                return Err(low);
+            }
+            off_low = grows(low, self)?;
+        }
+        let (mut high, mut off_high) = (low, off_low);
+        while off_high < 0.0 {
+            if high >= DEEPEST_M {
+                return Ok(None);
+            }
+            (low, off_low) = (high, off_high);
+            high = (high * if high < 0.8 * near_m { COARSE } else { FINE }).min(DEEPEST_M);
+            off_high = grows(high, self)?;
+        }
+        // The Illinois form of the rule of false position.
+        let mut side = 0;
+        while high - low > DIGITS * high {
+            let secant = (off_low * high - off_high * low) / (off_low - off_high);
+            let margin = 0.25 * DIGITS * high;
+            let depth = secant.clamp(low + margin, high - margin);
+            let off = grows(depth, self)?;
+            if off < 0.0 {
+                (low, off_low) = (depth, off);
+                if side == -1 {
+                    off_high *= 0.5;
+                }
+                side = -1;
+            } else {
+                (high, off_high) = (depth, off);
+                if side == 1 {
+                    off_low *= 0.5;
+                }
+                side = 1;
+            }
+            if off == 0.0 {
+                break;
+            }
+        }
+        let found = self.dominant(high, true).ok_or(high)?;
+        Ok(Some(self.told(high, &found)))
+    }
+
+    /// A limit with its kind, and the frequency of the mode that moves most in it.
+    fn told(&self, depth_m: f64, found: &Dominant) -> Limit {
+        let turned = found.value.arg();
+        let is_flip = turned.abs() > PI - FLIP_RAD;
+        let kind = if is_flip { Kind::Flip } else { Kind::Hopf };
+        let parts = |r: usize| (found.vector[2 * r], found.vector[2 * r + 1]);
+        let size = |r: usize| parts(r).0.norm() + parts(r).1.norm();
+        let strongest =
+            (0..self.modes.len()).max_by(|&a, &b| size(a).total_cmp(&size(b))).unwrap_or(0);
+        let omega = self.modes.get(strongest).map_or(0.0, |mode| mode.omega_rad_per_s);
+        // The motion is known up to whole turns a period, and in the direction in which the
+        // vector turns: q̇/ω leads q by a quarter.
+        let (place, rate) = parts(strongest);
+        let leads = (rate - place * Complex::i()).norm() < (rate + place * Complex::i()).norm();
+        let turned = if leads { turned } else { -turned };
+        let period = self.process.period_s();
+        let whole = ((omega * period - turned) / TAU).round();
+        let frequency_hz = hz_from_rad_per_s((turned + TAU * whole).abs() / period);
+        Limit { depth_m, frequency_hz, kind }
+    }
+}
+
+/// The limit of a cut at a spindle speed; `Ok(None)` where there is none below 1 m.
+///
+/// # Errors
+/// The depth at which the iteration for the multiplier does not converge.
+pub fn milling_limit(
+    modes: &[ToolMode],
+    cut: &Cut,
+    chart: &Chart,
+    rpm: f64,
+) -> Result<Option<Limit>, f64> {
+    let Some(lowest) = chart.lowest_m() else { return Ok(None) };
+    let near = chart.limit(rpm).map_or(lowest, |limit| limit.depth_m);
+    let milling = Milling::new(cut, rpm);
+    Exact::new(modes, &milling).limit(FROM * lowest, near.min(lowest))
+}
+
+/// The spectral radius over one mean tooth period; `None` where it is not found.
+pub fn milling_radius(modes: &[ToolMode], cut: &Cut, rpm: f64, depth_m: f64) -> Option<f64> {
+    let milling = Milling::new(cut, rpm);
+    let radius = Exact::new(modes, &milling).radius(depth_m)?;
+    Some(radius.powf((milling.teeth_per_period() as f64).recip()))
+}

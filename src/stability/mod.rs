@@ -1,0 +1,36 @@
+//! When a cut becomes unstable: what the tool tip does feeds back into the chip.
+//!
+//! A tooth cuts what the one ahead of it has left, so the force depends on where the tip is and on
+//! where it was a tooth period τ ago:
+//!
+//! ```text
+//! q̈_r + 2 ζ_r ω_r q̇_r + ω_r² q_r = φ_rᵀ F,   u = Σ_r φ_r q_r,   F(t) = a H(t) (u(t) − u(t − τ))
+//! ```
+//!
+//! with a the axial depth and H(t) the directional matrix of the teeth in the cut, from the
+//! coefficients K_tc, K_rc, K_ac. Everything is in the tool's frame: x along the feed, z out of
+//! the work, y = z × x. The limit is the smallest a at which a small motion grows.
+//!
+//! - [`Chart`]: zeroth order (Altintas & Budak 1995): H(t) replaced by its mean, all cross terms.
+//!   Wrong where a tooth is in the cut for a short time only.
+//! - [`Exact`]: the spectral radius of the motion over one period, by collocation of the force.
+//! - [`coupling_limit`]: without regeneration, as where a tooth cuts fresh material.
+//!
+//! Left out: process damping, runout, and where the tool leaves the cut.
+
+mod arnoldi;
+mod chart;
+mod cut;
+mod element;
+mod exact;
+mod limit;
+mod milling;
+mod mode;
+mod period;
+
+pub use chart::{Chart, coupling_limit};
+pub use cut::Cut;
+pub use exact::{Exact, milling_limit, milling_radius};
+pub use limit::{Kind, Limit};
+pub use milling::{Milling, Process, Term};
+pub use mode::{ToolMode, receptance_m_per_n};

@@ -1,0 +1,317 @@
+//! Modes and a cut → the depth at which it chatters, over spindle speeds.
+
+use std::path::Path;
+
+use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::{Read, advise};
+use crate::excitation::coefficients;
+use crate::input::{is_modes_file, read_tip_cut};
+use crate::job::{Cutting, Job, Operation, TipCut, Tool};
+use crate::notes::{Code, Note, Place};
+use crate::path::{TipModes, tip_modes_of_tool};
+use crate::risk::{Paths, about_operation, in_operation};
+pub use crate::stability::Limit;
+use crate::stability::{Chart, Cut, ToolMode, coupling_limit, milling_limit, milling_radius};
+use crate::units::{Date, hz_from_rad_per_s, m_from_mm, mm_from_m, rad_per_s_from_hz, written};
+
+/// A cut narrower than this share of the diameter is no case for the zeroth order.
+const NARROW: f64 = 0.25;
+
+/// What lobes are asked of.
+#[derive(Debug, Clone)]
+pub enum Subject {
+    /// The arm of a job at a place of its path, and its tool.
+    Job(Box<Job>),
+    /// Modes alone.
+    Modes(Box<TipCut>),
+}
+
+/// How the limit is computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[schemars(
+    inline,
+    description = "`zeroth`: the cut replaced by its mean over a turn. `exact`: the growth of a \
+                   small motion over one tooth period."
+)]
+pub enum Method {
+    /// The cut replaced by its mean.
+    Zeroth,
+    /// By the growth of a small motion.
+    Exact,
+}
+
+/// What is asked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Request {
+    /// Spindle speeds, rev/min.
+    pub speeds_rpm: Vec<f64>,
+    /// A depth whose spectral radius is asked for in place of the limit, mm.
+    pub depth_mm: Option<f64>,
+    /// Place of the path, 0..=1.
+    pub at_s: f64,
+    /// The operation; the first that cuts if absent.
+    pub operation: Option<String>,
+    /// How limits are computed.
+    pub method: Method,
+}
+
+/// One mode as the tool tip sees it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(inline)]
+pub struct SeenMode {
+    /// Natural frequency.
+    pub frequency_hz: f64,
+    /// Share of critical damping.
+    pub damping_ratio: f64,
+    /// How the tip moves along the feed, across it and out of the work for a unit of the modal
+    /// coordinate, 1/√kg.
+    pub motion: [f64; 3],
+}
+
+/// The limit at one speed.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(inline)]
+pub struct LimitAt {
+    /// Spindle speed.
+    pub rpm: f64,
+    /// The limit; null where there is none below 1 m.
+    pub limit: Option<Limit>,
+}
+
+/// The growth of a small motion at one speed.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(inline)]
+pub struct RadiusAt {
+    /// Spindle speed.
+    pub rpm: f64,
+    /// Axial depth.
+    #[serde(rename = "depth_mm", serialize_with = "written::mm")]
+    pub depth_m: f64,
+    /// By which factor a small motion grows over one tooth period.
+    pub spectral_radius: f64,
+}
+
+/// What was found.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[schemars(inline)]
+pub enum Rows {
+    /// The smallest depth that chatters, per speed.
+    Limits(Vec<LimitAt>),
+    /// The growth at a depth, per speed.
+    Radii(Vec<RadiusAt>),
+}
+
+/// Lobes, with what they stand for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Lobes {
+    /// What was asked, in words.
+    pub title: String,
+    /// How it was computed.
+    pub method: Method,
+    /// The modes, those of the arm first.
+    pub modes: Vec<SeenMode>,
+    /// Whether a mode of the tool is among them.
+    pub has_tool_modes: bool,
+    /// What was found.
+    pub rows: Rows,
+    /// What it does not cover.
+    pub warnings: Vec<Note>,
+}
+
+/// Reads a job, or a file of modes.
+pub fn read(file: &Path, today: Date) -> Read<Subject> {
+    match is_modes_file(file) {
+        Ok(true) => {
+            let read = Read::of(|reading| read_tip_cut(file, reading));
+            let Read { value, warnings, files } = read;
+            Read { value: value.map(|cut| Subject::Modes(Box::new(cut))), warnings, files }
+        }
+        Ok(false) => {
+            let Read { value, warnings, files } = advise::read(file, today);
+            Read { value: value.map(|job| Subject::Job(Box::new(job))), warnings, files }
+        }
+        Err(errors) => {
+            Read { value: Err(errors), warnings: Vec::new(), files: vec![file.to_owned()] }
+        }
+    }
+}
+
+/// What vibrates and what it cuts.
+struct Setting<'a> {
+    title: String,
+    modes: Vec<ToolMode>,
+    has_tool_modes: bool,
+    tool: &'a Tool,
+    cutting: &'a Cutting,
+    /// About the subject.
+    place: Place,
+}
+
+/// The lobes that are asked for.
+///
+/// # Errors
+/// What the request asks for and is not there; a place of the path without modes; a cut without
+/// coefficients.
+pub fn lobes(subject: &Subject, request: &Request) -> Result<Lobes, Vec<Note>> {
+    let setting = match subject {
+        Subject::Modes(cut) => of_modes(cut),
+        Subject::Job(job) => of_job(job, request)?,
+    };
+    let Setting { title, modes, has_tool_modes, tool, cutting, place } = setting;
+    let Some(cut) = Cut::new(tool, cutting) else {
+        return Err(vec![Note::error(Code::MissingKey, place, lacks(tool, cutting))]);
+    };
+    let mut warnings = Vec::new();
+    let mut warn = |what: &str| {
+        let what = what.to_owned();
+        warnings.push(Note::warning(Code::Remark, place.clone(), what));
+    };
+    if !has_tool_modes {
+        warn(
+            "the tool has no modes (tool.modes), so this stands for the arm's modes alone: at \
+             milling speeds it is the tool that chatters first",
+        );
+    }
+    if coefficients(cutting).is_some_and(|own| own.axial.is_none()) {
+        warn("no axial coefficient (kac_n_per_mm2), so the force along the spindle is left out");
+    }
+    let share = tool.diameter_m.map(|diameter| cutting.radial_depth_m / diameter);
+    let is_narrow = cut.engagement.exit_rad - cut.engagement.entry_rad < 3.0
+        && share.is_some_and(|share| share < NARROW);
+    if request.method == Method::Zeroth && request.depth_mm.is_none() && is_narrow {
+        warn(
+            "the radial depth is below a quarter of the diameter, where the zeroth order may be \
+             wrong by a factor of two; use --method exact",
+        );
+    }
+    let rows = rows(&modes, &cut, cutting, request)
+        .map_err(|what| vec![Note::error(Code::NotConverged, place.clone(), what)])?;
+    let seen = |mode: &ToolMode| SeenMode {
+        frequency_hz: hz_from_rad_per_s(mode.omega_rad_per_s),
+        damping_ratio: mode.damping_ratio,
+        motion: mode.motion.into(),
+    };
+    let method = if request.depth_mm.is_some() { Method::Exact } else { request.method };
+    let modes = modes.iter().map(seen).collect();
+    Ok(Lobes { title, method, modes, has_tool_modes, rows, warnings })
+}
+
+fn rows(
+    modes: &[ToolMode],
+    cut: &Cut,
+    cutting: &Cutting,
+    request: &Request,
+) -> Result<Rows, String> {
+    let lost = |rpm: f64, depth_m: f64| {
+        format!("the growth at {rpm} rpm and {} mm is not found", mm_from_m(depth_m))
+    };
+    if let Some(depth_mm) = request.depth_mm {
+        let depth_m = m_from_mm(depth_mm);
+        let of = |rpm: &f64| {
+            let radius = milling_radius(modes, cut, *rpm, depth_m);
+            let spectral_radius = radius.ok_or_else(|| lost(*rpm, depth_m))?;
+            Ok(RadiusAt { rpm: *rpm, depth_m, spectral_radius })
+        };
+        return request.speeds_rpm.par_iter().map(of).collect::<Result<_, _>>().map(Rows::Radii);
+    }
+    if !cutting.regenerates {
+        let limit = coupling_limit(modes, &cut.mean());
+        let of = |rpm: &f64| LimitAt { rpm: *rpm, limit };
+        return Ok(Rows::Limits(request.speeds_rpm.iter().map(of).collect()));
+    }
+    let chart = Chart::new(modes, cut);
+    let of = |rpm: &f64| {
+        let limit = match request.method {
+            Method::Zeroth => chart.limit(*rpm),
+            Method::Exact => {
+                milling_limit(modes, cut, &chart, *rpm).map_err(|depth_m| lost(*rpm, depth_m))?
+            }
+        };
+        Ok(LimitAt { rpm: *rpm, limit })
+    };
+    request.speeds_rpm.par_iter().map(of).collect::<Result<_, _>>().map(Rows::Limits)
+}
+
+/// Why nothing can be said of a cut.
+fn lacks(tool: &Tool, cutting: &Cutting) -> String {
+    match coefficients(cutting) {
+        None => format!(
+            "cutting.material is '{}', must be al-6061, al-6082 or al-7075, or give \
+             cutting.coefficients",
+            cutting.material
+        ),
+        Some(_) if tool.helix_rad > 0.0 => {
+            "no tool.diameter_mm, which radial_depth_mm and helix_deg need".to_owned()
+        }
+        Some(_) => "no tool.diameter_mm, which radial_depth_mm needs".to_owned(),
+    }
+}
+
+fn of_modes(cut: &TipCut) -> Setting<'_> {
+    Setting {
+        title: format!("{} mode(s) of the tool tip", cut.modes.len()),
+        modes: cut.modes.iter().map(ToolMode::from).collect(),
+        has_tool_modes: true,
+        tool: &cut.tool,
+        cutting: &cut.cutting,
+        place: Place::default(),
+    }
+}
+
+fn of_job<'a>(job: &'a Job, request: &Request) -> Result<Setting<'a>, Vec<Note>> {
+    let usage =
+        |key, what: String| vec![Note::error(Code::Usage, Place { key, ..Place::default() }, what)];
+    if !(0.0..=1.0).contains(&request.at_s) {
+        return Err(usage("at", format!("is {}, must lie between 0 and 1", request.at_s)));
+    }
+    let operation = match &request.operation {
+        Some(name) => job.operations.iter().find(|each| each.name == *name).ok_or_else(|| {
+            let names: Vec<&str> = job.operations.iter().map(|each| each.name.as_str()).collect();
+            let names = names.join(", ");
+            usage("operation", format!("'{name}' is not among those of the job: {names}"))
+        })?,
+        None => {
+            let cuts = |each: &&Operation| each.cutting.is_some();
+            let first = job.operations.iter().find(cuts).or(job.operations.first());
+            first.ok_or_else(|| usage("operation", "the job has none".to_owned()))?
+        }
+    };
+    let place = about_operation(job, operation, Code::MissingKey, String::new()).place;
+    let Some(cutting) = &operation.cutting else {
+        let what = "no 'cutting', which stability needs".to_owned();
+        return Err(vec![Note::error(Code::MissingKey, place, what)]);
+    };
+    let path = Paths::of(job).plan(operation)?;
+    let at = tip_modes_of_tool(&path, &[request.at_s])
+        .map_err(|note| vec![in_operation(job, operation, note)])?;
+    let mut modes: Vec<ToolMode> = at.first().map(of_arm).unwrap_or_default();
+    modes.extend(operation.tool.modes.iter().map(ToolMode::from));
+    Ok(Setting {
+        title: format!("{}: {} at s = {}", job.name, operation.name, request.at_s),
+        modes,
+        has_tool_modes: !operation.tool.modes.is_empty(),
+        tool: &operation.tool,
+        cutting,
+        place,
+    })
+}
+
+/// The modes of an arm, in the tool's frame.
+fn of_arm(at: &TipModes) -> Vec<ToolMode> {
+    let all = at.natural_frequencies_hz.iter().zip(&at.damping_ratios).zip(&at.motions);
+    all.filter(|((hz, _), motion)| hz.is_finite() && motion.norm() > 0.0)
+        .map(|((&hz, &damping_ratio), motion)| ToolMode {
+            omega_rad_per_s: rad_per_s_from_hz(hz),
+            damping_ratio,
+            motion: *motion,
+        })
+        .collect()
+}

@@ -1,0 +1,296 @@
+//! Stability of cuts against closed forms and figures that other programs give.
+
+use std::f64::consts::{PI, TAU};
+
+use approx::assert_relative_eq;
+use detune::excitation::Engagement;
+use detune::stability::{
+    Chart, Cut, Exact, Kind, Milling, Process, Term, ToolMode, coupling_limit, milling_limit,
+    milling_radius,
+};
+use nalgebra::{Matrix3x2, Vector3};
+
+fn mode(hz: f64, damping_ratio: f64, mass_kg: f64, axis_deg: f64) -> ToolMode {
+    let (y, x) = axis_deg.to_radians().sin_cos();
+    ToolMode {
+        omega_rad_per_s: TAU * hz,
+        damping_ratio,
+        motion: Vector3::new(x, y, 0.0) / mass_kg.sqrt(),
+    }
+}
+
+fn slot(teeth: usize) -> Cut {
+    Cut {
+        engagement: Engagement { entry_rad: 0.0, exit_rad: PI },
+        pitch_rad: vec![TAU / teeth as f64; teeth],
+        coefficients_n_per_m2: [6e8, 2e8, 0.0],
+        lag_rad_per_m: 0.0,
+    }
+}
+
+/// Figures of issue 18, by semi-discretisation with extrapolation.
+#[test]
+fn spectral_radii_of_a_slot() {
+    let modes = [mode(922.0, 0.011, 0.03993, 0.0)];
+    for (depth_mm, expected) in
+        [(0.2, 0.8197427843), (0.5, 1.0739755867), (0.7, 1.2215561357), (1.0, 1.4064735253)]
+    {
+        let found = milling_radius(&modes, &slot(2), 5000.0, depth_mm * 1e-3).unwrap();
+        println!("{depth_mm} mm: {:.1e} off", found - expected);
+        assert!((found - expected).abs() < 1e-9, "{depth_mm} mm: {found} {expected}");
+    }
+}
+
+/// Four even teeth in a slot: the coefficients are constant, so the zeroth order is exact.
+#[test]
+fn four_teeth_in_a_slot_feel_the_same_at_all_times() {
+    let modes = [mode(922.0, 0.011, 0.03993, 0.0), mode(922.0, 0.011, 0.03993, 90.0)];
+    let cut = slot(4);
+    let chart = Chart::new(&modes, &cut);
+    let zeroth = chart.limit(5000.0).unwrap();
+    assert_relative_eq!(zeroth.depth_m, 0.036776536e-3, max_relative = 2e-8);
+    for rpm in [700.0, 2_100.0, 5_000.0, 8_300.0, 13_830.0, 20_000.0] {
+        let zeroth = chart.limit(rpm).unwrap();
+        let exact = milling_limit(&modes, &cut, &chart, rpm).unwrap().unwrap();
+        println!("{rpm} rpm: {} {:?}", zeroth.depth_m / exact.depth_m - 1.0, exact);
+        assert_relative_eq!(zeroth.depth_m, exact.depth_m, max_relative = 1e-7);
+        assert_relative_eq!(zeroth.frequency_hz, exact.frequency_hz, max_relative = 1e-6);
+        assert_eq!(exact.kind, Kind::Hopf);
+    }
+}
+
+/// A turning tool: one delay, constant coefficients.
+struct Turning {
+    delay_s: f64,
+    n_per_m2: f64,
+}
+
+impl Process for Turning {
+    fn period_s(&self) -> f64 {
+        self.delay_s
+    }
+    fn delays_s(&self) -> Vec<f64> {
+        vec![self.delay_s]
+    }
+    fn corners_s(&self, _: f64) -> Vec<f64> {
+        Vec::new()
+    }
+    fn fastest_rad_per_s(&self) -> f64 {
+        1.0
+    }
+    fn term(&self, _: usize, _: f64, depth_m: f64) -> Option<Term> {
+        let mut force = Matrix3x2::zeros();
+        force[(0, 0)] = -self.n_per_m2 * depth_m;
+        Some(Term { now: force, before: force })
+    }
+}
+
+/// The lobe of turning with one mode in closed form (Tlusty 1985): on the limit at ω, with the
+/// real part R of 1/(k (1 − r² + 2iζr)), b = −1/(2 K R), and the waves between two turns follow
+/// from the phase. Its lowest point is b = 2kζ(1 + ζ)/K.
+#[test]
+fn the_whole_lobe_of_turning() {
+    let (hz, zeta, mass) = (150.0, 0.03, 12.0);
+    let modes = [mode(hz, zeta, mass, 0.0)];
+    let omega0 = TAU * hz;
+    let (k, per_depth) = (mass * omega0 * omega0, 1.5e9);
+    let mut lowest = f64::INFINITY;
+    for (i, r) in (1..=60).map(|i| (i, 1.0 + 0.01 * f64::from(i) * f64::from(i) / 20.0)) {
+        let (a, b) = (1.0 - r * r, 2.0 * zeta * r);
+        let real = a / (k * (a * a + b * b));
+        let depth = -1.0 / (2.0 * per_depth * real);
+        lowest = lowest.min(depth);
+        // 1 + bK(1 − e^{−iωτ})G = 0.
+        let phase = TAU - 2.0 * (b / a).atan().abs() - PI;
+        let waves = TAU * f64::from(i % 4);
+        let delay_s = (phase + waves) / (r * omega0);
+        if delay_s * hz < 0.02 {
+            continue;
+        }
+        let turning = Turning { delay_s, n_per_m2: per_depth };
+        let radius = Exact::new(&modes, &turning).multiplier(depth).unwrap().norm();
+        assert!((radius - 1.0).abs() < 1e-9, "r = {r}, {waves}: {radius}");
+    }
+    assert!(lowest >= 2.0 * k * zeta * (1.0 + zeta) / per_depth);
+    let r = (1.0 + 2.0 * zeta).sqrt();
+    let (a, b) = (1.0 - r * r, 2.0 * zeta * r);
+    let at_best = -(k * (a * a + b * b) / a) / (2.0 * per_depth);
+    assert_relative_eq!(at_best, 2.0 * k * zeta * (1.0 + zeta) / per_depth, max_relative = 1e-12);
+}
+
+/// x″ + (δ + ε cos t) x = b x(t − 2π): a periodic motion obeys Mathieu's equation with δ − b, one
+/// that changes sign every period that with δ + b (Insperger & Stépán, Proc. R. Soc. A 458, 2002).
+struct DelayedMathieu {
+    stiffness: f64,
+    epsilon: f64,
+    gain: f64,
+}
+
+impl Process for DelayedMathieu {
+    fn period_s(&self) -> f64 {
+        TAU
+    }
+    fn delays_s(&self) -> Vec<f64> {
+        vec![TAU]
+    }
+    fn corners_s(&self, _: f64) -> Vec<f64> {
+        Vec::new()
+    }
+    fn fastest_rad_per_s(&self) -> f64 {
+        1.0
+    }
+    fn term(&self, _: usize, time_s: f64, _: f64) -> Option<Term> {
+        let mut now = Matrix3x2::zeros();
+        now[(0, 0)] = -self.stiffness - self.epsilon * time_s.cos();
+        let mut before = Matrix3x2::zeros();
+        before[(0, 0)] = -self.gain;
+        Some(Term { now, before })
+    }
+}
+
+/// Characteristic values of Mathieu's equation at q = 2 (δ = a/4, ε = 2q/4 = 1): a₀, b₁, a₁, b₂
+/// from scipy.special.mathieu_a and mathieu_b. On the boundary a multiplier is exactly 1 or −1;
+/// with a small |b| it is the largest.
+#[test]
+fn the_delayed_mathieu_equation_has_its_boundaries() {
+    let omega0 = 0.3;
+    let modes = [ToolMode {
+        omega_rad_per_s: omega0,
+        damping_ratio: 1e-12,
+        motion: Vector3::new(1.0, 0.0, 0.0),
+    }];
+    let near = |a: f64, gain: f64, sign: f64| {
+        let delta = 0.25 * a + sign * gain;
+        let process = DelayedMathieu { stiffness: delta - omega0 * omega0, epsilon: 1.0, gain };
+        Exact::new(&modes, &process).multiplier(1.0).unwrap()
+    };
+    // a₀ and b₂ (period 2π in t) with δ − b; b₁ and a₁ (period 4π) with δ + b.
+    for (a, sign, expected) in [
+        (-1.513_956_885_056_520_2, 1.0, 1.0),
+        (-1.390_676_501_225_323_2, -1.0, -1.0),
+        (2.379_199_880_488_686, -1.0, -1.0),
+        (3.672_232_706_497_191, 1.0, 1.0),
+    ] {
+        for gain in [-0.05, -0.1] {
+            let found = near(a, gain, sign);
+            println!("a = {a}, b = {gain}: {found}");
+            let off = (found - nalgebra::Complex::from(expected)).norm();
+            assert!(off < 1e-6 || found.norm() > 1.0 - 1e-9, "{a} {gain}: {found}");
+        }
+    }
+}
+
+/// 100 kg, 18 and 20 Hz on axes at 35°, c = 2·0.02·2π·19 per second, 2·10⁸ N/m² at 70°: figures of
+/// issue 18, by eigenvalues of the equations of motion.
+#[test]
+fn modes_feed_each_other_without_regeneration() {
+    let damping = 0.02 * TAU * 19.0;
+    let of = |hz: f64, axis_deg: f64| mode(hz, damping / (TAU * hz), 100.0, axis_deg);
+    let modes = [of(18.0, 35.0), of(20.0, 125.0)];
+    let (y, x) = 70.0_f64.to_radians().sin_cos();
+    let mut mean = Matrix3x2::zeros();
+    mean[(0, 0)] = -2e8 * x;
+    mean[(1, 0)] = -2e8 * y;
+    let found = coupling_limit(&modes, &mean).unwrap();
+    assert_relative_eq!(found.depth_m, 0.892046e-3, max_relative = 1e-6);
+    assert_relative_eq!(found.frequency_hz, 19.228, max_relative = 2e-5);
+    assert_eq!(found.kind, Kind::Coupling);
+}
+
+/// On a flip u(t − τ) = −u(t): the tip obeys an ordinary differential equation with twice the
+/// directional coefficient, whose multiplier is −1. The equation is integrated by Runge and Kutta.
+#[test]
+fn a_flip_is_an_ordinary_equation_with_twice_the_coefficient() {
+    let (zeta, mass) = (0.011, 0.03993);
+    let modes = [mode(922.0, zeta, mass, 0.0)];
+    let omega = TAU * 922.0;
+    // Down-milling of a twentieth of the diameter.
+    let entry_rad = PI - (1.0_f64 - 0.1).acos();
+    let cut = Cut { engagement: Engagement { entry_rad, exit_rad: PI }, ..slot(2) };
+    let chart = Chart::new(&modes, &cut);
+    let mut flips = 0;
+    for rpm in [16_500.0, 17_500.0, 18_200.0, 19_000.0] {
+        let limit = milling_limit(&modes, &cut, &chart, rpm).unwrap().unwrap();
+        println!("{rpm}: {limit:?}, zeroth {:?}", chart.limit(rpm).map(|l| l.depth_m));
+        if limit.kind != Kind::Flip {
+            continue;
+        }
+        flips += 1;
+        let tau = 30.0 / rpm;
+        let halves = limit.frequency_hz * tau * 2.0;
+        assert!((halves - halves.round()).abs() < 1e-5 && (halves.round() as i64) % 2 == 1);
+        let turning = TAU * rpm / 60.0;
+        let h = |t: f64| {
+            let phi = (turning * t).rem_euclid(PI);
+            let (s, c) = phi.sin_cos();
+            if phi > entry_rad { -6e8 * s * c - 2e8 * s * s } else { 0.0 }
+        };
+        let steps = 400_000;
+        let dt = tau / f64::from(steps);
+        let rate = |t: f64, [x, v]: [f64; 2]| {
+            let force = 2.0 * limit.depth_m * h(t) * x;
+            [v, force / mass - 2.0 * zeta * omega * v - omega * omega * x]
+        };
+        let mut columns = [[1.0, 0.0], [0.0, omega]];
+        for y in &mut columns {
+            for i in 0..steps {
+                let t = f64::from(i) * dt;
+                let step =
+                    |y: &[f64; 2], k: [f64; 2], by: f64| [y[0] + by * k[0], y[1] + by * k[1]];
+                let k1 = rate(t, *y);
+                let k2 = rate(t + 0.5 * dt, step(y, k1, 0.5 * dt));
+                let k3 = rate(t + 0.5 * dt, step(y, k2, 0.5 * dt));
+                let k4 = rate(t + dt, step(y, k3, dt));
+                for j in 0..2 {
+                    y[j] += dt / 6.0 * (k1[j] + 2.0 * k2[j] + 2.0 * k3[j] + k4[j]);
+                }
+            }
+        }
+        let [[a, c], [b, d]] = columns;
+        let (trace, determinant) = (a + d / omega, a * d / omega - b * c / omega);
+        // −1 is an eigenvalue: 1 + trace + determinant = 0.
+        let off = (1.0 + trace + determinant) / (1.0 + determinant);
+        assert!(off.abs() < 1e-6, "{rpm}: {off:e}");
+    }
+    assert!(flips >= 1);
+}
+
+/// Uneven pitch whose angles are nearly even is nearly even pitch, though it goes another way: a
+/// turn, several delays, places between nodes.
+#[test]
+fn uneven_pitch_goes_over_into_even_pitch() {
+    let modes = [mode(410.0, 0.03, 0.4, 20.0), mode(930.0, 0.02, 0.06, 80.0)];
+    let even = Cut { engagement: Engagement { entry_rad: 1.8, exit_rad: PI }, ..slot(3) };
+    let off = 1e-7;
+    let third = TAU / 3.0;
+    let uneven = Cut { pitch_rad: vec![third + off, third - off, third], ..even.clone() };
+    assert!(uneven.even_pitch_rad().is_none());
+    for rpm in [3_000.0, 7_700.0] {
+        for depth in [0.2e-3, 1e-3] {
+            let a = milling_radius(&modes, &even, rpm, depth).unwrap();
+            let b = milling_radius(&modes, &uneven, rpm, depth).unwrap();
+            println!("{rpm} {depth}: {a} {:.1e}", a - b);
+            assert!((a - b).abs() < 1e-6, "{a} {b}");
+        }
+        let of = |cut: &Cut| Chart::new(&modes, cut).limit(rpm).unwrap().depth_m;
+        assert_relative_eq!(of(&even), of(&uneven), max_relative = 1e-5);
+    }
+}
+
+/// A helix of one axial pitch at the depth makes the directional matrix constant: the zeroth order
+/// is exact there.
+#[test]
+fn a_helix_of_one_pitch_makes_the_cut_even() {
+    let modes = [mode(922.0, 0.011, 0.03993, 0.0), mode(800.0, 0.02, 0.06, 90.0)];
+    let depth = 0.6e-3;
+    let entry_rad = 2.2;
+    let straight = Cut { engagement: Engagement { entry_rad, exit_rad: PI }, ..slot(2) };
+    let cut = Cut { lag_rad_per_m: PI / depth, ..straight };
+    let milling = Milling::new(&cut, 5000.0);
+    let at = |time: f64| milling.term(0, time, depth).unwrap().now;
+    let mean = cut.mean() * depth;
+    for share in [0.1, 0.35, 0.77, 0.95] {
+        let off = (at(share * milling.period_s()) - mean).norm();
+        assert!(off < 1e-9 * mean.norm(), "{share}: {off}");
+    }
+}
