@@ -3,7 +3,7 @@
 //!
 //! On the limit the tip vibrates at ω, and 1/a is an eigenvalue of G(iω) H̄ times
 //! s(ω) = 1 − (1/z) Σ_j exp(−iωτ_j). Even teeth have one delay: then a eigenvalue λ gives the
-//! depth, |1/λ|² / (2 Re 1/λ), and the phase of the waves, whatever the speed is.
+//! depth, 1 / (2 Re λ), and the phase of the waves, whatever the speed is.
 
 use std::f64::consts::TAU;
 
@@ -41,18 +41,16 @@ pub struct Chart {
     values: Vec<Pair>,
 }
 
-/// A place where the limit may be.
+/// A place where the limit of even teeth may be.
 #[derive(Debug, Clone, Copy)]
 struct Candidate {
-    depth_m: f64,
+    /// 1 over the depth, about, 1/m.
+    inverse: f64,
     segment: usize,
     branch: usize,
     /// Whole waves between teeth.
     waves: f64,
 }
-
-/// What must be a whole number, or zero, at a frequency and eigenvalue.
-type Balance<'a> = &'a dyn Fn(f64, Complex<f64>) -> f64;
 
 impl Chart {
     /// For modes that move the tip, in the tool's frame.
@@ -85,15 +83,7 @@ impl Chart {
     pub fn limit(&self, rpm: f64) -> Option<Limit> {
         let turn_s = hz_from_rpm(rpm).recip();
         match self.pitch_turns.as_slice() {
-            [pitch] => {
-                let delay = turn_s * pitch;
-                let balance = |omega: f64, value: Complex<f64>| {
-                    let inverse = value.inv();
-                    (omega * delay - 2.0 * inverse.re.atan2(inverse.im)) / TAU
-                };
-                let is_asked = |value: Complex<f64>| value.re > 0.0;
-                self.smallest(&balance, &depth_of, &is_asked, 0.0)
-            }
+            [pitch] => self.of_even_teeth(turn_s * pitch),
             pitches => {
                 let delays: Vec<f64> = pitches.iter().map(|pitch| pitch * turn_s).collect();
                 let waves = move |omega: f64| {
@@ -111,65 +101,61 @@ impl Chart {
         })
     }
 
-    /// The smallest depth at which `balance` is a whole number, with its frequency.
-    fn smallest(
-        &self,
-        balance: Balance<'_>,
-        depth: &dyn Fn(Complex<f64>) -> Option<f64>,
-        is_asked: &dyn Fn(Complex<f64>) -> bool,
-        fewest: f64,
-    ) -> Option<(f64, f64)> {
+    /// The smallest depth at which whole waves lie between teeth, with its frequency.
+    fn of_even_teeth(&self, delay_s: f64) -> Option<(f64, f64)> {
         let mut found: Vec<Candidate> = Vec::new();
-        let mut least = f64::INFINITY;
+        let mut most: f64 = 0.0;
         for branch in 0..2 {
-            let mut last: Option<(f64, f64)> = None;
-            for (i, (&omega, pair)) in self.omegas.iter().zip(&self.values).enumerate() {
-                let value = pair[branch];
-                let here =
-                    is_asked(value).then(|| Some((depth(value)?, balance(omega, value)))).flatten();
-                if let (Some((depth0, from)), Some((depth1, to))) = (last, here)
-                    && depth0.min(depth1) <= least * NEAR
-                {
-                    let (low, high) = (from.min(to), from.max(to));
-                    let mut waves = low.ceil().max(fewest);
-                    while waves < high || waves == low {
-                        let share = if to == from { 0.0 } else { (waves - from) / (to - from) };
-                        let depth_m = depth0 + (depth1 - depth0) * share;
-                        least = least.min(depth_m);
-                        found.push(Candidate { depth_m, segment: i - 1, branch, waves });
-                        waves += 1.0;
-                    }
+            for (segment, pair) in self.values.windows(2).enumerate() {
+                let (from, to) = (pair[0][branch], pair[1][branch]);
+                // A depth below zero on one side only: the limit rises beyond all bounds between.
+                if from.re.max(to.re) <= DEEPEST_M.recip() * 0.5 {
+                    continue;
                 }
-                last = here;
+                let at = [self.omegas[segment], self.omegas[segment + 1]];
+                let near = phase(if from.re > to.re { from } else { to });
+                let [first, last] =
+                    [(at[0], from), (at[1], to)].map(|(w, v)| waves(w, delay_s, v, near));
+                let (low, high) = (first.min(last), first.max(last));
+                let mut whole = low.ceil().max(0.0);
+                while whole <= high {
+                    let share = if last == first { 0.0 } else { (whole - first) / (last - first) };
+                    let inverse = 2.0 * (from.re + (to.re - from.re) * share);
+                    if inverse * NEAR >= most {
+                        most = most.max(inverse);
+                        found.push(Candidate { inverse, segment, branch, waves: whole });
+                    }
+                    whole += 1.0;
+                }
             }
         }
-        found.retain(|candidate| candidate.depth_m <= least * NEAR);
-        found.sort_by(|a, b| a.depth_m.total_cmp(&b.depth_m));
+        found.retain(|candidate| candidate.inverse * NEAR >= most);
+        found.sort_by(|a, b| b.inverse.total_cmp(&a.inverse));
         let solved = found.iter().take(MOST_SOLVED).filter_map(|candidate| {
-            let (omega, value) = self.solved(candidate, balance);
-            Some((depth(value)?, omega))
+            let (omega, value) = self.solved(candidate, delay_s);
+            Some((depth_of(value)?, omega))
         });
         solved.filter(|&(depth_m, _)| depth_m < DEEPEST_M).min_by(|a, b| a.0.total_cmp(&b.0))
     }
 
-    /// Where the balance is met within a segment.
-    fn solved(&self, candidate: &Candidate, balance: Balance<'_>) -> (f64, Complex<f64>) {
-        let Candidate { segment, branch, waves, .. } = *candidate;
+    /// Where whole waves lie between teeth, within a segment.
+    fn solved(&self, candidate: &Candidate, delay_s: f64) -> (f64, Complex<f64>) {
+        let Candidate { segment, branch, waves: whole, .. } = *candidate;
         let mut low = (self.omegas[segment], self.values[segment][branch]);
         let mut high = (self.omegas[segment + 1], self.values[segment + 1][branch]);
-        let off = |(omega, value): (f64, Complex<f64>)| balance(omega, value) - waves;
+        let near = phase(if low.1.re > high.1.re { low.1 } else { high.1 });
+        let off = |(omega, value)| waves(omega, delay_s, value, near) - whole;
         let (mut off_low, mut off_high) = (off(low), off(high));
         let mut best = low;
-        for step in 0..60 {
+        for step in 0..80 {
             let secant = (off_low * high.0 - off_high * low.0) / (off_low - off_high);
             let inside = secant.is_finite() && secant > low.0 && secant < high.0 && step % 4 != 3;
             let omega = if inside { secant } else { 0.5 * (low.0 + high.0) };
             let pair = eigenvalues(&self.modes, &self.mean, omega);
-            let near = if (omega - low.0) < (high.0 - omega) { low.1 } else { high.1 };
-            let value = nearest(near, pair);
-            best = (omega, value);
+            let beside = if (omega - low.0) < (high.0 - omega) { low.1 } else { high.1 };
+            best = (omega, nearest(beside, pair));
             let off_here = off(best);
-            if !off_here.is_finite() || off_here.abs() < 1e-13 || high.0 - low.0 < 1e-14 * omega {
+            if !off_here.is_finite() || off_here.abs() < 1e-14 || high.0 - low.0 < 1e-15 * omega {
                 break;
             }
             if (off_here > 0.0) == (off_low > 0.0) {
@@ -259,11 +245,23 @@ pub fn coupling_limit(modes: &[ToolMode], mean: &Matrix3x2<f64>) -> Option<Limit
     Some(Limit { depth_m, frequency_hz: hz_from_rad_per_s(omega), kind: Kind::Coupling })
 }
 
-/// The depth at which an eigenvalue of even teeth is on the limit, if at all.
+/// The depth at which an eigenvalue of even teeth is on the limit, if at all: |1/λ|² / (2 Re 1/λ).
 fn depth_of(value: Complex<f64>) -> Option<f64> {
-    let inverse = value.inv();
-    let depth = inverse.norm_sqr() / (2.0 * inverse.re);
+    let depth = (2.0 * value.re).recip();
     (depth > 0.0 && depth.is_finite()).then_some(depth)
+}
+
+/// Half the phase between the waves of two teeth that an eigenvalue on the limit asks for, rad.
+fn phase(value: Complex<f64>) -> f64 {
+    value.re.atan2(-value.im)
+}
+
+/// Waves between two teeth beyond those that the eigenvalue asks for: a whole number on the limit.
+/// Its phase is the one within half a turn of `near`.
+fn waves(omega: f64, delay_s: f64, value: Complex<f64>, near: f64) -> f64 {
+    let own = phase(value);
+    let own = own - TAU * ((own - near) / TAU).round();
+    (omega * delay_s - 2.0 * own) / TAU
 }
 
 fn eigenvalues(modes: &[ToolMode], mean: &Matrix3x2<f64>, omega: f64) -> Pair {
