@@ -10,6 +10,7 @@
 //! | [`robots`] | the robot file, and the robots that come with detune |
 //! | [`ci`] | checks in continuous integration |
 //! | [`advice`] | safe spindle speeds, schedules, other remedies |
+//! | [`process`] | what the cut does: stability, coefficients |
 //! | [`maps`] | natural frequencies over poses |
 //! | [`video`] | from a video of marks to records |
 //! | [`identification`] | from records of vibration to modes |
@@ -32,6 +33,7 @@ macro_rules! pages {
         #[doc = "[your robot]: crate::guide::your_robot"]
         #[doc = "[ci]: crate::guide::ci"]
         #[doc = "[advice]: crate::guide::advice"]
+        #[doc = "[process]: crate::guide::process"]
         #[doc = "[maps]: crate::guide::maps"]
         #[doc = "[video]: crate::guide::video"]
         #[doc = "[identification]: crate::guide::identification"]
@@ -49,6 +51,6 @@ macro_rules! pages {
 }
 
 pages! {
-    your_robot jobs settings programs robots ci advice maps video identification diagnosis
+    your_robot jobs settings programs robots ci advice process maps video identification diagnosis
     messages validation performance library python development
 }

@@ -42,7 +42,7 @@ impl Krylov {
             }
         }
         let rest = next.norm();
-        if !(rest > 1e-14 * before) {
+        if rest.is_nan() || rest <= 1e-14 * before {
             return false;
         }
         self.hessenberg[(k + 1, k)] = rest;

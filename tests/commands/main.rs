@@ -19,6 +19,7 @@ mod check;
 mod diagnose;
 mod doubts;
 mod identify;
+mod lobes;
 mod map;
 mod map_arrow;
 mod map_command;

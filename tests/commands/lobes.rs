@@ -1,0 +1,134 @@
+//! `detune lobes` as a user runs it.
+
+use std::fs;
+use std::process::{Command, Output};
+
+fn lobes(arguments: &str) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_detune"))
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .arg("lobes")
+        .args(arguments.split_whitespace())
+        .output()
+        .unwrap()
+}
+
+fn told(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+const MODES: &str = "\
+modes: [{frequency_hz: 922, damping_ratio: 0.011, mass_kg: 0.03993, axis: [1, 0, 0]}]
+tool: {teeth: 2, diameter_mm: 12}
+cutting: {radial_depth_mm: 12, direction: slot, coefficients: {ktc_n_per_mm2: 600, krc_n_per_mm2: 200}}
+";
+
+/// Lobes of a text, and what is on standard error without the file's name.
+fn of(text: &str, options: &str) -> (Option<i32>, String, String) {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("modes.yaml");
+    fs::write(&file, text).unwrap();
+    let ran = lobes(&format!("{} {options}", file.display()));
+    let said = told(&ran.stderr).replace(&format!("{}:", file.display()), "");
+    (ran.status.code(), told(&ran.stdout), said)
+}
+
+/// The radius from issue 18; the limit lies where the radius is 1.
+#[test]
+fn a_file_of_modes_stands_for_itself() {
+    let (code, text, said) = of(MODES, "--rpm 5000:6000:2 --depth-mm 0.5");
+    assert_eq!(code, Some(0), "{said}");
+    let rows: Vec<Vec<&str>> = text.lines().map(|line| line.split(',').collect()).collect();
+    assert_eq!(rows[0], ["rpm", "depth_mm", "spectral_radius"]);
+    assert_eq!((rows.len(), rows[1][0], rows[1][1]), (3, "5000", "0.5"));
+    let radius: f64 = rows[1][2].parse().unwrap();
+    assert!((radius - 1.0739755867).abs() < 1e-9);
+    assert!(said.contains("no axial coefficient"), "{said}");
+
+    let (_, text, _) = of(MODES, "--rpm 5000:5000:1");
+    let rows: Vec<Vec<&str>> = text.lines().map(|line| line.split(',').collect()).collect();
+    assert_eq!(rows[0], ["rpm", "limit_mm", "frequency_hz", "kind"]);
+    assert_eq!(rows[1][3], "hopf");
+    let (_, text, _) = of(MODES, &format!("--rpm 5000:5000:1 --depth-mm {}", rows[1][1]));
+    let radius: f64 = text.trim().rsplit(',').next().unwrap().parse().unwrap();
+    assert!((radius - 1.0).abs() < 1e-8, "{radius}");
+}
+
+#[test]
+fn where_nothing_chatters_cells_are_blank_and_json_says_null() {
+    let stiff = MODES.replace("mass_kg: 0.03993", "mass_kg: 39930000");
+    for method in ["exact", "zeroth"] {
+        let (code, text, _) = of(&stiff, &format!("--rpm 5000:5000:1 --method {method}"));
+        assert_eq!((code, text.as_str()), (Some(0), "rpm,limit_mm,frequency_hz,kind\n5000,,,\n"));
+    }
+    let (_, text, _) = of(&stiff, "--rpm 5000:5000:1 --format json");
+    let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(json["schema"], "lobes/1");
+    assert!(json["rows"]["limits"][0]["limit"].is_null());
+    let (_, text, _) = of(MODES, "--rpm 2000:20000:40 --method zeroth --format svg");
+    assert!(text.starts_with("<svg") && text.contains("axial depth [mm]"));
+}
+
+/// Without regeneration the speed does not matter, and the kind says why.
+#[test]
+fn fresh_material_leaves_coupling_alone() {
+    let text = MODES.replace("direction: slot", "direction: slot, regeneration: false").replace(
+        "[1, 0, 0]}]",
+        "[1, 0, 0]}, {frequency_hz: 922, damping_ratio: 0.011, mass_kg: 0.03993, axis: [0, 1, 0]}]",
+    );
+    let (code, text, said) = of(&text, "--rpm 1000:9000:2");
+    assert_eq!(code, Some(0), "{said}");
+    let rows: Vec<Vec<&str>> = text.lines().map(|line| line.split(',').collect()).collect();
+    assert_eq!(rows[1][3], "coupling");
+    assert_eq!(rows[1][1..], rows[2][1..]);
+}
+
+#[test]
+fn faults_have_file_line_and_key() {
+    for (from, to, expected) in [
+        ("mass_kg: 0.03993", "mass: 1", "1: "),
+        ("mass_kg: 0.03993, ", "", "1: modes[0] has neither of mass_kg and stiffness_n_per_m"),
+        ("axis: [1, 0, 0]", "axis: [0, 0, 0]", "1: modes[0].axis is [0, 0, 0]"),
+        ("slot", "climb", ""),
+        (
+            "radial_depth_mm: 12, direction: slot",
+            "direction: climb",
+            "3: cutting has no 'radial_depth_mm'",
+        ),
+        ("diameter_mm: 12", "diameter_mm: 10", "3: cutting.radial_depth_mm is 12"),
+        (
+            ", coefficients: {ktc_n_per_mm2: 600, krc_n_per_mm2: 200}",
+            ", material: oak",
+            "cutting.material is 'oak'",
+        ),
+        (", coefficients: {ktc_n_per_mm2: 600, krc_n_per_mm2: 200}", "", "3: cutting has neither"),
+        ("ktc_n_per_mm2: 600, ", "", "3: "),
+    ] {
+        let (code, out, said) = of(&MODES.replace(from, to), "--rpm 5000:5000:1");
+        if expected.is_empty() {
+            assert_eq!(code, Some(0), "{said}");
+            continue;
+        }
+        assert_eq!((code, out.as_str()), (Some(2), ""), "{to}: {said}");
+        assert!(said.contains(expected), "{to}: {said}");
+    }
+    for options in ["--rpm 0:5:2", "--rpm 5", "--rpm 1:2:0", "--rpm 1:2:2 --depth-mm -1"] {
+        let (code, _, said) = of(MODES, options);
+        assert_eq!(code, Some(2), "{options}: {said}");
+    }
+}
+
+/// The repository's job has no modes of the tool: the arm's modes alone are told as that.
+#[test]
+fn a_job_stands_for_its_arm_and_says_so() {
+    let job = "jobs/pocket.yaml --rpm 300:3000:4";
+    let ran = lobes(&format!("{job} --at 0.5 --method zeroth"));
+    assert_eq!(ran.status.code(), Some(0), "{}", told(&ran.stderr));
+    assert!(told(&ran.stderr).contains("the arm's modes alone"), "{}", told(&ran.stderr));
+    assert_eq!(told(&ran.stdout).lines().count(), 5);
+    let ran = lobes(&format!("{job} --at 1.5"));
+    assert_eq!(ran.status.code(), Some(2));
+    assert!(told(&ran.stderr).contains("--at: is 1.5, must lie between 0 and 1"));
+    let ran = lobes(&format!("{job} --operation finish"));
+    assert_eq!(ran.status.code(), Some(2));
+    assert!(told(&ran.stderr).contains("no 'cutting'"), "{}", told(&ran.stderr));
+}
