@@ -52,8 +52,8 @@ const fn of(name: &'static str, [tc, rc, te, re]: [f64; 4], axial: Option<[f64; 
     }
 }
 
-/// K_tc, K_rc in N/mm² and K_te, K_re in N/mm, then K_ac and K_ae, from the review in Chin. J. Mech. Eng. 2021, DOI
-/// 10.1186/s10033-021-00536-9, Table 5.
+/// K_tc, K_rc in N/mm² and K_te, K_re in N/mm, then K_ac and K_ae, from the review in Chin. J.
+/// Mech. Eng. 2021, DOI 10.1186/s10033-021-00536-9, Table 5.
 pub const MATERIALS: [Material; 3] = [
     of("al-6082", [631.0, 99.0, 13.0, 10.0], Some([273.0, 2.8])),
     of("al-7075", [767.0, 169.0, 27.7, 26.6], Some([222.0, 0.7])),

@@ -2,7 +2,7 @@
 //! 1995), with all cross terms.
 //!
 //! On the limit the tip vibrates at ω, and 1/a is an eigenvalue of G(iω) H̄ times
-//! s(ω) = 1 − (1/z) Σ_j exp(−iωτ_j). Even teeth have one delay: then a eigenvalue λ gives the
+//! s(ω) = 1 − (1/z) Σ_j exp(−iωτ_j). Even teeth have one delay: then an eigenvalue λ gives the
 //! depth, 1 / (2 Re λ), and the phase of the waves, whatever the speed is.
 
 use std::f64::consts::TAU;
@@ -245,7 +245,7 @@ pub fn coupling_limit(modes: &[ToolMode], mean: &Matrix3x2<f64>) -> Option<Limit
     Some(Limit { depth_m, frequency_hz: hz_from_rad_per_s(omega), kind: Kind::Coupling })
 }
 
-/// The depth at which an eigenvalue of even teeth is on the limit, if at all: |1/λ|² / (2 Re 1/λ).
+/// The depth at which an eigenvalue of even teeth is on the limit, if at all: 1 / (2 Re λ).
 fn depth_of(value: Complex<f64>) -> Option<f64> {
     let depth = (2.0 * value.re).recip();
     (depth > 0.0 && depth.is_finite()).then_some(depth)
