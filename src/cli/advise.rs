@@ -11,8 +11,10 @@ use super::output::{Sink, keep_apart, write_all};
 use super::{Failure, Outcome, Warnings, of_option};
 use crate::notes::Note;
 use crate::report;
+use crate::report::job::{JobPage, jobs};
 use crate::study::Read;
 use crate::study::advise::{Advised, FeedRule, Objective, Options, WriteTo, advise, read};
+use crate::study::report::about;
 use crate::units::Date;
 
 const AFTER_HELP: &str = "\
@@ -65,6 +67,8 @@ enum Format {
     Json,
     /// A map of path and spindle speed: bands as areas, programmed and advised speeds as lines.
     Svg,
+    /// A page to look at: verdict, advice, and the arm with its modes along the path.
+    Html,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -122,6 +126,11 @@ pub(super) fn run(
         Format::Json => report::advise::json::advice(&advised)
             .map_err(|error| Failure::Internal(error.to_string()))?,
         Format::Svg => report::advise::svg::advice(&advised),
+        Format::Html => {
+            let reported = about(&job, advised.clone(), &|_| ())?;
+            jobs(&[JobPage::from(&reported)])
+                .map_err(|error| Failure::Internal(error.to_string()))?
+        }
     };
     let sink_of = |path: &Path| match args.write.as_deref() {
         Some(job) if job == path => write.as_ref(),

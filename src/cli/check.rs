@@ -14,6 +14,8 @@ use crate::notes::Note;
 use crate::progress::Done;
 use crate::report;
 use crate::report::check::github::note_annotation;
+use crate::report::job::JobPage;
+use crate::study::arm::{MovingArm, moving_arm};
 use crate::study::check::{Checked, CheckedJob, Gate, ReadJobs, Verdict};
 use crate::units::Date;
 
@@ -57,6 +59,8 @@ enum Format {
     Junit,
     /// Workflow commands, which GitHub shows as annotations.
     Github,
+    /// A page to look at: the arm with its modes along the path, plots, tables.
+    Html,
 }
 
 /// Checks all jobs and writes one report; if some file is wrong, reports all errors of all jobs and
@@ -71,7 +75,12 @@ pub(super) fn run(
     let jobs = ReadJobs::read(&args.jobs, Date::of(SystemTime::now()));
     sink.refuse_inputs(jobs.files())?;
     let bar = progress();
-    let Checked { jobs, warnings, errors } = jobs.check(&count_on(&bar));
+    let progress = count_on(&bar);
+    let (checked, arms) = match args.format {
+        Format::Html => jobs.check_with(&progress, moving_arm),
+        _ => (jobs.check(&progress), Vec::new()),
+    };
+    let Checked { jobs, warnings, errors } = checked;
     bar.finish_and_clear();
     shown.show_of_jobs(&warnings);
     if args.format == Format::Github {
@@ -84,7 +93,7 @@ pub(super) fn run(
     if !errors.is_empty() {
         return Err(errors.into());
     }
-    let text = rendered(&jobs, args, &sink)?;
+    let text = rendered(&jobs, &arms, args, &sink)?;
     sink.write(&text, out)?;
     Ok(if args.fail_on.fails_any(&jobs) { Outcome::Fail } else { Outcome::Pass })
 }
@@ -108,7 +117,12 @@ fn gate(text: &str) -> Result<Gate, String> {
     }
 }
 
-fn rendered(jobs: &[CheckedJob], args: &CheckArgs, sink: &Sink) -> Result<String, Failure> {
+fn rendered(
+    jobs: &[CheckedJob],
+    arms: &[MovingArm],
+    args: &CheckArgs,
+    sink: &Sink,
+) -> Result<String, Failure> {
     let internal = |error: &dyn std::fmt::Display| Failure::Internal(error.to_string());
     let root = env::current_dir().unwrap_or_default();
     match args.format {
@@ -119,6 +133,11 @@ fn rendered(jobs: &[CheckedJob], args: &CheckArgs, sink: &Sink) -> Result<String
             report::check::junit::check(jobs, args.fail_on).map_err(|error| internal(&error))
         }
         Format::Github => Ok(report::check::github::check(jobs, &root)),
+        Format::Html => {
+            let page = |(checked, moving)| JobPage { checked, advised: None, moving };
+            let pages: Vec<JobPage> = jobs.iter().zip(arms).map(page).collect();
+            report::job::jobs(&pages).map_err(|error| internal(&error))
+        }
     }
 }
 

@@ -90,7 +90,8 @@ pub(super) fn run(
         Format::Text => report::diagnosis::text::diagnosis(&diagnosed),
         Format::Json => report::diagnosis::json::diagnosis(&diagnosed)
             .map_err(|error| Failure::Internal(error.to_string()))?,
-        Format::Html => report::diagnosis::html::diagnosis(&diagnosed),
+        Format::Html => report::diagnosis::html::diagnosis(&diagnosed)
+            .map_err(|error| Failure::Internal(error.to_string()))?,
     };
     let update = &diagnosed.update;
     let date = Date::of(SystemTime::now()).to_string();

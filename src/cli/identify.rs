@@ -10,7 +10,7 @@ use super::output::{Sink, keep_apart, write_all};
 use super::{Failure, Outcome, Warnings};
 use crate::progress::Done;
 use crate::report::identify::{
-    identification_json, identification_svg, identification_text, measured_csv,
+    identification_html, identification_json, identification_svg, identification_text, measured_csv,
 };
 use crate::study::Read;
 use crate::study::identify::{identify, read};
@@ -52,6 +52,8 @@ enum Format {
     Json,
     /// Spectrum, fit and stabilisation diagram of each record.
     Svg,
+    /// A page to look at: the modes of all poses, and the sheets of all records.
+    Html,
 }
 
 /// Identifies a session; if a file is invalid, reports all errors and writes nothing.
@@ -87,6 +89,9 @@ pub(super) fn run(
             identification_json(&found).map_err(|error| Failure::Internal(error.to_string()))?
         }
         Format::Svg => identification_svg(&found),
+        Format::Html => {
+            identification_html(&found).map_err(|error| Failure::Internal(error.to_string()))?
+        }
     };
     let csv = table.as_ref().map(|table| (table, measured_csv(&found)));
     let mut outputs: Vec<(&Sink, &[u8])> = vec![(&sink, text.as_bytes())];

@@ -9,6 +9,7 @@ mod identify;
 mod lobes;
 mod map;
 mod output;
+mod report;
 mod schema;
 mod stiffness;
 mod trace;
@@ -67,6 +68,7 @@ enum Verb {
     Trace(trace::TraceArgs),
     Identify(identify::IdentifyArgs),
     Lobes(lobes::LobesArgs),
+    Report(report::ReportArgs),
     Schema(schema::SchemaArgs),
     Completions(completions::CompletionsArgs),
 }
@@ -159,6 +161,7 @@ fn run(verb: &Verb, out: &mut dyn Write, warnings: &Warnings) -> Result<Outcome,
         Verb::Trace(args) => trace::run(args, out, warnings),
         Verb::Identify(args) => identify::run(args, out, warnings),
         Verb::Lobes(args) => lobes::run(args, out, warnings),
+        Verb::Report(args) => report::run(args, out, warnings),
         Verb::Schema(args) => schema::run(args, out),
         Verb::Completions(args) => completions::run(args, out),
     }

@@ -11,6 +11,7 @@
 //! | [`ci`] | checks in continuous integration |
 //! | [`advice`] | safe spindle speeds, schedules, other remedies |
 //! | [`process`] | what the cut does: stability, coefficients |
+//! | [`report`] | a job, diagnosis or session as a page to look at |
 //! | [`maps`] | natural frequencies over poses |
 //! | [`video`] | from a video of marks to records |
 //! | [`identification`] | from records of vibration to modes |
@@ -35,6 +36,7 @@ macro_rules! pages {
         #[doc = "[advice]: crate::guide::advice"]
         #[doc = "[process]: crate::guide::process"]
         #[doc = "[maps]: crate::guide::maps"]
+        #[doc = "[report]: crate::guide::report"]
         #[doc = "[video]: crate::guide::video"]
         #[doc = "[identification]: crate::guide::identification"]
         #[doc = "[diagnosis]: crate::guide::diagnosis"]
@@ -51,6 +53,7 @@ macro_rules! pages {
 }
 
 pages! {
-    your_robot jobs settings programs robots ci advice process maps video identification diagnosis
+    your_robot jobs settings programs robots ci advice process maps report video identification
+    diagnosis
     messages validation performance library python development
 }

@@ -250,7 +250,7 @@ fn survey_operation(
         },
         duration_s: path.duration_s(),
         left_out: left_out(&lines, &operation.speed, &rules, &survey),
-        closest: closest_approach(&samples, &lines, &rules),
+        closest: closest_approach(&samples, &lines, &job.policy, rules.min_tip_response_m_per_n),
         lines,
         probability: share.probability,
         probability_std_error: share.std_error,

@@ -1,8 +1,8 @@
 //! How far from everything a job stays where nothing is crossed.
 
-use super::rules::Rules;
 use super::verdict::{Approach, Sample};
 use crate::excitation::ExcitationLine;
+use crate::job::Policy;
 
 /// The closest approach of any line to any mode among the samples of a path; `None` where no line
 /// and no mode count. What the policy lets pass (ignored bands, modes that hardly move the tool
@@ -11,11 +11,12 @@ use crate::excitation::ExcitationLine;
 pub fn closest_approach(
     samples: &[Sample],
     lines: &[ExcitationLine],
-    rules: &Rules,
+    policy: &Policy,
+    min_tip_response_m_per_n: f64,
 ) -> Option<Approach> {
     let mut closest: Option<Approach> = None;
     for sample in samples {
-        for approach in approaches(sample, lines, rules) {
+        for approach in approaches(sample, lines, policy, min_tip_response_m_per_n) {
             if closest.is_none_or(|best| approach.separation < best.separation) {
                 closest = Some(approach);
             }
@@ -27,14 +28,15 @@ pub fn closest_approach(
 fn approaches<'a>(
     sample: &'a Sample,
     lines: &'a [ExcitationLine],
-    rules: &'a Rules<'a>,
+    policy: &'a Policy,
+    min_tip_response_m_per_n: f64,
 ) -> impl Iterator<Item = Approach> + 'a {
-    let counts = |mode: usize| {
+    let counts = move |mode: usize| {
         sample.rpm > 0.0
             && sample
                 .tip_response_m_per_n
                 .get(mode)
-                .is_none_or(|&response| !rules.is_faint(response))
+                .is_none_or(|&response| response >= min_tip_response_m_per_n)
     };
     let modes = sample
         .natural_frequencies_hz
@@ -44,7 +46,7 @@ fn approaches<'a>(
     modes.flat_map(move |(mode, &natural_frequency_hz)| {
         lines.iter().filter_map(move |&line| {
             let excitation_hz = line.frequency_hz(sample.rpm);
-            (!rules.policy.ignores(excitation_hz)).then(|| Approach {
+            (!policy.ignores(excitation_hz)).then(|| Approach {
                 mode: mode + 1,
                 line,
                 s: sample.s,

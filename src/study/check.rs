@@ -112,15 +112,30 @@ impl ReadJobs {
 
     /// Checks those that could be read.
     pub fn check(self, progress: Progress) -> Checked {
+        self.check_with(progress, |_, _| Ok(())).0
+    }
+
+    /// The same, with something more about each of those that could be checked.
+    pub fn check_with<T: Send>(
+        self,
+        progress: Progress,
+        more: impl Fn(&Job, &CheckedJob) -> Result<T, Vec<Note>> + Sync,
+    ) -> (Checked, Vec<T>) {
         let one = |Read { value: job, warnings, .. }: Read<Job>| {
-            (job.and_then(|job| check(&job, progress)), warnings)
+            let both = |job: Job| {
+                let checked = check(&job, progress)?;
+                let more = more(&job, &checked)?;
+                Ok((checked, more))
+            };
+            (job.and_then(both), warnings)
         };
-        let mut all = Checked::default();
+        let (mut all, mut more) = (Checked::default(), Vec::new());
         for (checked, read) in self.0.into_par_iter().map(one).collect::<Vec<_>>() {
             match checked {
-                Ok(job) => {
+                Ok((job, of_job)) => {
                     all.warnings.extend(job.risk.warnings.iter().cloned());
                     all.jobs.push(job);
+                    more.push(of_job);
                 }
                 Err(errors) => {
                     all.warnings.extend(read.into_iter().map(Warning::from));
@@ -128,6 +143,6 @@ impl ReadJobs {
                 }
             }
         }
-        all
+        (all, more)
     }
 }

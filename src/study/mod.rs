@@ -3,12 +3,14 @@
 //! detune, and nothing of how it is shown.
 
 pub mod advise;
+pub mod arm;
 mod calibration;
 pub mod check;
 pub mod diagnose;
 pub mod identify;
 pub mod lobes;
 pub mod map;
+pub mod report;
 pub mod stiffness;
 pub mod trace;
 

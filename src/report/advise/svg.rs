@@ -1,13 +1,14 @@
 //! The speed map: path against spindle speed. Grey: closed by a mode and a line, with the speed at
-//! which they coincide; green: safe constant speeds; black: programmed and advised.
+//! which they coincide; green: safe constant speeds, with their ends; black: programmed and
+//! advised.
 
 use super::words::pair;
-use crate::advice::{OperationAdvice, Remedy, Ribbon};
+use crate::advice::{OperationAdvice, Remedy, Ribbon, Speeds};
 use crate::report::drawing::{
-    Anchor, Axis, Canvas, Entry, Face, Frame, GREY, INK, Label, Panel, SAFE, Scale, Stroke, Swatch,
-    curve_style, height_beside, labels_beside, row,
+    Anchor, Axis, CLOSED, Canvas, Entry, Face, Frame, INK, Label, Panel, SAFE, Scale, Stroke,
+    Swatch, curve_style, height_beside, labels_beside, row,
 };
-use crate::report::words::round_percent;
+use crate::report::words::{round_percent, trimmed};
 use crate::study::advise::AdvisedJob;
 
 const LEFT: f64 = 85.0;
@@ -23,11 +24,22 @@ const MAX_LINEAR_RATIO: f64 = 8.0;
 
 const PROGRAMMED: Stroke = Stroke { colour: INK, width: 1.8, dashes: "7 5" };
 const ADVISED: Stroke = Stroke { colour: INK, width: 2.6, dashes: "" };
-const CLOSED_OPACITY: f64 = 0.3;
 const SAFE_OPACITY: f64 = 0.25;
+
+/// A safe stretch that is lower is not named, px.
+const MIN_NAMED_PX: f64 = 15.0;
 
 /// Draws one panel an operation.
 pub fn advice(job: &AdvisedJob) -> String {
+    drawing(job, &job.advice.operations, &format!("Spindle speeds: {}", job.name), false)
+}
+
+/// One operation, for a page whose script answers to the pointer.
+pub(in crate::report) fn operation(job: &AdvisedJob, operation: &OperationAdvice) -> String {
+    drawing(job, std::slice::from_ref(operation), "", true)
+}
+
+fn drawing(job: &AdvisedJob, operations: &[OperationAdvice], title: &str, senses: bool) -> String {
     let (mut low, mut high) = (job.spindle.min_rpm, job.spindle.max_rpm);
     if low >= high {
         (low, high) = (0.9 * low, 1.1 * high);
@@ -38,14 +50,13 @@ pub fn advice(job: &AdvisedJob) -> String {
         Scale::linear(low, high)
     };
     let operations: Vec<(&OperationAdvice, Vec<&Ribbon>)> =
-        job.advice.operations.iter().map(|of| (of, ribbons(of, &speeds))).collect();
+        operations.iter().map(|of| (of, ribbons(of, &speeds))).collect();
     let panel_height = |of: &[&Ribbon]| height_beside(of.len()).max(MIN_PANEL_HEIGHT);
-    let head = 70.0;
+    let head = if title.is_empty() { 25.0 } else { 70.0 };
     let heights = operations.iter().map(|(_, of)| OVER + panel_height(of) + UNDER);
     let mut canvas = Canvas::new(980.0, head + heights.sum::<f64>());
-    let title = format!("Spindle speeds: {}", job.name);
-    canvas.text((LEFT, 30.0), Anchor::Start, Face::Title, &title);
-    legend(&mut canvas, job);
+    canvas.text((LEFT, 30.0), Anchor::Start, Face::Title, title);
+    legend(&mut canvas, job, head - 12.0);
     let mut top = head;
     for (operation, ribbons) in &operations {
         top += OVER;
@@ -57,23 +68,23 @@ pub fn advice(job: &AdvisedJob) -> String {
             y: Axis::new("spindle speed [rpm]", speeds.clone()),
         };
         draw(&mut canvas, &panel, operation, ribbons);
+        if senses {
+            panel.sense(&mut canvas, "data-along");
+        }
         top += height + UNDER;
     }
     canvas.finish()
 }
 
-fn legend(canvas: &mut Canvas, job: &AdvisedJob) {
+fn legend(canvas: &mut Canvas, job: &AdvisedJob, middle: f64) {
     let half_width = round_percent(job.advice.separation + job.advice.model_uncertainty());
     let entries = [
         Entry::new(Swatch::Line(PROGRAMMED), "programmed"),
         Entry::new(Swatch::Line(ADVISED), "advised"),
         Entry::new(Swatch::Area(SAFE, SAFE_OPACITY), "safe constant speeds"),
-        Entry::new(
-            Swatch::Area(GREY, CLOSED_OPACITY),
-            format!("a line within ±{half_width} % of a mode"),
-        ),
+        Entry::new(Swatch::Area(CLOSED, 1.0), format!("a line within ±{half_width} % of a mode")),
     ];
-    row(canvas, (LEFT + PANEL_WIDTH, 58.0), &entries);
+    row(canvas, (LEFT + PANEL_WIDTH, middle), &entries);
 }
 
 /// The ribbons that reach into the spindle's range.
@@ -94,17 +105,31 @@ fn draw(canvas: &mut Canvas, panel: &Panel, operation: &OperationAdvice, ribbons
         panel.area(canvas, outline.into_iter(), SAFE, SAFE_OPACITY);
     }
     for Ribbon { edges, .. } in ribbons {
-        let above = edges.iter().map(|(s, e)| (*s, clamped(e.high_rpm)));
-        let below = edges.iter().rev().map(|(s, e)| (*s, clamped(e.low_rpm)));
-        panel.area(canvas, above.chain(below), GREY, CLOSED_OPACITY);
+        let end = |of: fn(&Speeds) -> f64| {
+            panel.thinned(&edges.iter().map(|(s, e)| (*s, clamped(of(e)))).collect::<Vec<_>>())
+        };
+        let (above, below) = (end(|e| e.high_rpm), end(|e| e.low_rpm));
+        panel.area(canvas, above.into_iter().chain(below.into_iter().rev()), CLOSED, 1.0);
     }
     panel.axes(canvas, true);
+    for gap in &operation.set.safe {
+        let [low, high] = [gap.low_rpm, gap.high_rpm].map(clamped);
+        if panel.py(low) - panel.py(high) >= MIN_NAMED_PX {
+            let name = format!("{}–{} rpm", trimmed(gap.low_rpm, 1), trimmed(gap.high_rpm, 1));
+            panel.note(
+                canvas,
+                (0.0, speeds.value(0.5 * (speeds.share(low) + speeds.share(high)))),
+                &name,
+            );
+        }
+    }
     let mut labels: Vec<Label> = Vec::new();
     for ribbon in ribbons {
         let (colour, dashes) = curve_style(ribbon.mode - 1);
         let coincident: Vec<(f64, f64)> =
             ribbon.edges.iter().map(|(s, e)| (*s, 0.5 * (e.low_rpm + e.high_rpm))).collect();
-        panel.curve(canvas, &coincident, Stroke { colour, width: 1.6, dashes });
+        let curve = panel.thinned(&coincident);
+        panel.curve(canvas, &curve, Stroke { colour, width: 1.6, dashes });
         let at = coincident.last().map_or(speeds.low(), |(_, rpm)| clamped(*rpm));
         let text = pair(ribbon.mode, &ribbon.line);
         // A mode that counts here and there has several ribbons: the last one is named.

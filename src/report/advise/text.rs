@@ -100,7 +100,8 @@ fn apply_a_lever(job: &AdvisedJob) -> String {
     format!("{apply}; the job could also allow {}", missing.join(", "))
 }
 
-fn push_operation(job: &AdvisedJob, operation: &OperationAdvice, colour: bool, text: &mut String) {
+/// What to do about an operation: a word, its colour, and the speed and feed that belong to it.
+pub(in crate::report) fn head(operation: &OperationAdvice) -> (&'static str, &'static str, String) {
     let (word, tone) = match &operation.remedy {
         Remedy::Constant(constant) if constant.is_programmed => ("KEEP", style::CLEAR),
         Remedy::Kept(_) => ("KEEP", style::CLEAR),
@@ -109,7 +110,6 @@ fn push_operation(job: &AdvisedJob, operation: &OperationAdvice, colour: bool, t
         Remedy::Scheduled(_) => ("CROSSES", style::RESONANCE),
         Remedy::Infeasible => ("NO SAFE SPEED", style::RESONANCE),
     };
-    let name = style::paint(style::STRONG, printable(&operation.name), colour);
     let head = match &operation.remedy {
         Remedy::Constant(constant) => format!(
             "{}, feed {} mm/min",
@@ -128,6 +128,12 @@ fn push_operation(job: &AdvisedJob, operation: &OperationAdvice, colour: bool, t
         ),
         Remedy::Infeasible => format!("programmed {}", words::rpm(operation.programmed_rpm)),
     };
+    (word, tone, head)
+}
+
+fn push_operation(job: &AdvisedJob, operation: &OperationAdvice, colour: bool, text: &mut String) {
+    let (word, tone, head) = head(operation);
+    let name = style::paint(style::STRONG, printable(&operation.name), colour);
     text.push_str(&format!("  {name}  {}  {head}\n", style::paint(tone, word, colour)));
     for (name, fact) in words::reasons(job, operation) {
         push_fact(4, name, &fact, text);

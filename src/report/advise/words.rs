@@ -15,7 +15,7 @@ use crate::units::{deg_from_rad, mm_from_m, percent_from_ratio, um_from_m, um_pe
 use crate::wording::printable;
 
 /// `1312.4 rpm`, with one decimal at most.
-pub(super) fn rpm(rpm: f64) -> String {
+pub(in crate::report) fn rpm(rpm: f64) -> String {
     format!("{} rpm", trimmed(rpm, 2))
 }
 
@@ -72,7 +72,7 @@ pub(super) fn reason(job: &AdvisedJob, operation: &OperationAdvice) -> String {
 }
 
 /// Why this advice, fact by fact, each with the name under which a column shows it.
-pub(super) fn reasons(
+pub(in crate::report) fn reasons(
     job: &AdvisedJob,
     operation: &OperationAdvice,
 ) -> Vec<(&'static str, String)> {

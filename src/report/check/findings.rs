@@ -15,7 +15,7 @@ const ADJOINING_S: f64 = 1e-3;
 
 /// A crossing with the uncertain stretches on either side of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Stretch<'a> {
+pub(in crate::report) struct Stretch<'a> {
     pub crossing: &'a Crossing,
     /// Where the flank before it starts; `crossing.from_s` if there is none.
     pub flank_from_s: f64,
@@ -25,7 +25,7 @@ pub(super) struct Stretch<'a> {
 
 impl Stretch<'_> {
     /// Ends of the stretch with its flanks, if it has any.
-    pub(super) fn flanks(&self) -> Option<(f64, f64)> {
+    pub(in crate::report) fn flanks(&self) -> Option<(f64, f64)> {
         let crossing = self.crossing;
         (self.flank_from_s < crossing.from_s || self.flank_to_s > crossing.to_s)
             .then_some((self.flank_from_s, self.flank_to_s))
@@ -34,7 +34,7 @@ impl Stretch<'_> {
 
 /// All that one mode and one line do in an operation with one certainty.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Finding<'a> {
+pub(in crate::report) struct Finding<'a> {
     pub certainty: Certainty,
     pub mode: usize,
     pub line: ExcitationLine,
@@ -47,7 +47,7 @@ pub(super) struct Finding<'a> {
 /// The crossings of an operation without those that flank another, the most severe first: certain
 /// before uncertain, then the closest (to a tenth of a percent, as it is shown), then the one that
 /// moves the tool tip most, then the first along the path.
-pub(super) fn stretches<'a>(crossings: &'a [Crossing]) -> Vec<Stretch<'a>> {
+pub(in crate::report) fn stretches<'a>(crossings: &'a [Crossing]) -> Vec<Stretch<'a>> {
     let mut together: HashMap<Meeting, Vec<&'a Crossing>> = HashMap::new();
     for crossing in crossings {
         together.entry(meeting(crossing)).or_default().push(crossing);
@@ -76,7 +76,7 @@ pub(super) fn stretches<'a>(crossings: &'a [Crossing]) -> Vec<Stretch<'a>> {
 }
 
 /// The findings of an operation, the most severe first.
-pub(super) fn findings<'a>(operation: &CheckedOperation<'a>) -> Vec<Finding<'a>> {
+pub(in crate::report) fn findings<'a>(operation: &CheckedOperation<'a>) -> Vec<Finding<'a>> {
     let mut findings: Vec<Finding<'a>> = Vec::new();
     let mut index_of: HashMap<(Meeting, Certainty), usize> = HashMap::new();
     for stretch in stretches(&operation.risk.crossings) {

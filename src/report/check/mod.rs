@@ -1,11 +1,11 @@
 //! What a check found, as text, JSON, SARIF, JUnit XML and GitHub annotations.
 
-mod findings;
+pub(super) mod findings;
 pub mod github;
 pub mod json;
 pub mod junit;
-mod operation;
+pub(super) mod operation;
 pub mod plot_text;
 pub mod sarif;
-mod sentences;
+pub(super) mod sentences;
 pub mod text;

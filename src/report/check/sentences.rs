@@ -6,9 +6,9 @@ use crate::notes::Note;
 use crate::report::style;
 use crate::report::words::{
     apart, hz, line, line_at, mode, number, percent, range, round_percent, spelled, trimmed,
-    um_per_n,
+    um_per_n, uncertainty,
 };
-use crate::risk::{Certainty, Crossing, OperationRisk, Sample, Verdict, Warning};
+use crate::risk::{Approach, Certainty, Crossing, OperationRisk, Sample, Verdict, Warning};
 use crate::study::check::CheckedJob;
 use crate::units::{deg_from_rad, percent_from_ratio};
 use crate::wording::printable;
@@ -23,7 +23,7 @@ const MAX_LISTED: usize = 4;
 const MAX_SHARES_NAMED: usize = 3;
 
 /// `joint_3 71 %, joint_2 24 %, turning against each other`; empty where shares are not known.
-pub(super) fn moves(crossing: &Crossing) -> String {
+pub(in crate::report) fn moves(crossing: &Crossing) -> String {
     let moves = &crossing.moves;
     let named = moves.iter().take_while(|m| m.share >= MIN_SHARE_NAMED).count();
     let named = named.clamp(1, MAX_SHARES_NAMED).min(moves.len());
@@ -45,7 +45,7 @@ pub(super) fn moves(crossing: &Crossing) -> String {
 }
 
 /// `spindle × 1 (ignored 49–51 Hz), modes 5, 6 (below 0.5 µm/N)`; `None` where everything counts.
-pub(super) fn left_out(operation: &CheckedOperation<'_>) -> Option<String> {
+pub(in crate::report) fn left_out(operation: &CheckedOperation<'_>) -> Option<String> {
     let (left_out, policy) = (&operation.risk.left_out, &operation.job.policy);
     if left_out.is_empty() {
         return None;
@@ -67,7 +67,7 @@ pub(super) fn left_out(operation: &CheckedOperation<'_>) -> Option<String> {
 }
 
 /// β2 at the sample next to `s`, `β2 68.2°`, if the robot defines it.
-pub(super) fn beta2(operation: &OperationRisk, s: f64) -> Option<String> {
+pub(in crate::report) fn beta2(operation: &OperationRisk, s: f64) -> Option<String> {
     let beta2 = sample_next_to(operation, s)?.beta2_rad?;
     Some(format!("β2 {}°", number(deg_from_rad(beta2), 1)))
 }
@@ -77,7 +77,7 @@ fn sample_next_to(operation: &OperationRisk, s: f64) -> Option<&Sample> {
 }
 
 /// `12.0–31.0 % of the path (1.5–3.8 s)`.
-pub(super) fn stretch(operation: &OperationRisk, from_s: f64, to_s: f64) -> String {
+pub(in crate::report) fn stretch(operation: &OperationRisk, from_s: f64, to_s: f64) -> String {
     format!(
         "{} % of the path ({} s)",
         range(percent_from_ratio(from_s), percent_from_ratio(to_s)),
@@ -86,13 +86,16 @@ pub(super) fn stretch(operation: &OperationRisk, from_s: f64, to_s: f64) -> Stri
 }
 
 /// `20.0 % (2.46 s, β2 68.2°)`.
-pub(super) fn point(operation: &OperationRisk, s: f64) -> String {
+pub(in crate::report) fn point(operation: &OperationRisk, s: f64) -> String {
     let beta2 = beta2(operation, s).map_or(String::new(), |beta2| format!(", {beta2}"));
     format!("{} % ({} s{beta2})", percent(s), trimmed(s * operation.duration_s, 2))
 }
 
 /// `inside the band of ±10 %`.
-pub(super) fn place_in_band(operation: &CheckedOperation<'_>, crossing: &Crossing) -> String {
+pub(in crate::report) fn place_in_band(
+    operation: &CheckedOperation<'_>,
+    crossing: &Crossing,
+) -> String {
     let band = round_percent(operation.job.risk.separation);
     match crossing.certainty {
         Certainty::Certain => format!("inside the band of ±{band} %"),
@@ -107,7 +110,7 @@ pub(super) fn place_in_band(operation: &CheckedOperation<'_>, crossing: &Crossin
 }
 
 /// `38.4–46.7 Hz with 95 % confidence; 81 % of its variance is due to stiffness of joint_2`.
-pub(super) fn interval(operation: &CheckedOperation<'_>, crossing: &Crossing) -> String {
+pub(in crate::report) fn interval(operation: &CheckedOperation<'_>, crossing: &Crossing) -> String {
     let [low, high] = crossing.natural_frequency_ci95_hz.map(hz);
     let confidence = round_percent(operation.job.policy.confidence);
     let driver = crossing.driver.as_ref().map_or_else(String::new, |driver| {
@@ -118,7 +121,7 @@ pub(super) fn interval(operation: &CheckedOperation<'_>, crossing: &Crossing) ->
 }
 
 /// `40 % that the line lies in the band on this stretch`; `None` where nobody asked.
-pub(super) fn probability(crossing: &Crossing) -> Option<String> {
+pub(in crate::report) fn probability(crossing: &Crossing) -> Option<String> {
     let probability = crossing.probability?;
     let shown = match percent_from_ratio(probability) {
         percent if percent < 0.1 => "below 0.1".to_owned(),
@@ -129,7 +132,7 @@ pub(super) fn probability(crossing: &Crossing) -> Option<String> {
 }
 
 /// `2 resonance, 1 uncertain, 9 clear`: how many there are of each verdict, the worst first.
-pub(super) fn counts(verdicts: impl Iterator<Item = Verdict>, colour: bool) -> String {
+pub(in crate::report) fn counts(verdicts: impl Iterator<Item = Verdict>, colour: bool) -> String {
     let verdicts: Vec<Verdict> = verdicts.collect();
     let counts: Vec<String> =
         [Verdict::Resonance, Verdict::Unchecked, Verdict::Uncertain, Verdict::Clear]
@@ -144,14 +147,14 @@ pub(super) fn counts(verdicts: impl Iterator<Item = Verdict>, colour: bool) -> S
 }
 
 /// The jobs that are not clear, the worst first, else in their order.
-pub(super) fn worst_jobs(jobs: &[CheckedJob]) -> Vec<&CheckedJob> {
+pub(in crate::report) fn worst_jobs(jobs: &[CheckedJob]) -> Vec<&CheckedJob> {
     let mut worst: Vec<_> = jobs.iter().filter(|job| job.risk.verdict > Verdict::Clear).collect();
     worst.sort_by_key(|job| std::cmp::Reverse(job.risk.verdict));
     worst
 }
 
 /// A doubt in one sentence, with what it does to the verdict or why it does nothing.
-pub(super) fn doubt(warning: &Warning) -> String {
+pub(in crate::report) fn doubt(warning: &Warning) -> String {
     let message = warning.note.message();
     let what = match &warning.accepted {
         Some(terms) => format!("accepted {terms}"),
@@ -163,13 +166,13 @@ pub(super) fn doubt(warning: &Warning) -> String {
 }
 
 /// What leaves the verdicts on all operations in doubt: warnings on the job as a whole.
-pub(super) fn doubts_of_job(job: &CheckedJob) -> Vec<String> {
+pub(in crate::report) fn doubts_of_job(job: &CheckedJob) -> Vec<String> {
     let doubts = job.risk.warnings.iter().filter(|w| w.leaves_doubt() && w.operation.is_none());
     listed(doubts.map(|warning| warning.note.to_string()))
 }
 
 /// What leaves the verdict on this operation alone in doubt.
-pub(super) fn doubts(operation: &CheckedOperation<'_>) -> Vec<String> {
+pub(in crate::report) fn doubts(operation: &CheckedOperation<'_>) -> Vec<String> {
     let name = Some(operation.risk.name.as_str());
     let own = operation.job.risk.warnings.iter();
     let own = own.filter(|w| w.leaves_doubt() && w.operation.as_deref() == name);
@@ -181,7 +184,7 @@ pub(super) fn doubts(operation: &CheckedOperation<'_>) -> Vec<String> {
 }
 
 /// What the job accepts: warnings, each once.
-pub(super) fn accepted(job: &CheckedJob) -> Vec<String> {
+pub(in crate::report) fn accepted(job: &CheckedJob) -> Vec<String> {
     let one = |warning: &Warning| {
         let terms = warning.accepted.as_ref()?;
         Some(printable(&format!("{terms}; {}: {}", warning.note.code, warning.note)))
@@ -191,8 +194,38 @@ pub(super) fn accepted(job: &CheckedJob) -> Vec<String> {
     listed(all.into_iter())
 }
 
+/// What stands between the model and the truth.
+pub(in crate::report) fn model(job: &CheckedJob) -> String {
+    let uncertainty = uncertainty(&job.risk.uncertainty_by_mode);
+    if job.risk.calibrated {
+        format!("calibrated with measured frequencies; uncertainty {uncertainty}")
+    } else {
+        format!("not calibrated; assumed uncertainty {uncertainty}")
+    }
+}
+
+/// Where nothing meets: the line that comes nearest to a mode, and how far it stays away.
+pub(in crate::report) fn closest(approach: &Approach) -> String {
+    format!(
+        "{} stays {} away from {}",
+        line_at(&approach.line, approach.excitation_hz),
+        apart(approach.separation),
+        mode(approach.mode, approach.natural_frequency_hz),
+    )
+}
+
+/// `1100 rpm`, or `1200–1350 rpm` under a schedule.
+pub(in crate::report) fn speed(operation: &CheckedOperation<'_>) -> String {
+    let [low, high] = [operation.risk.spindle_min_rpm, operation.risk.spindle_max_rpm];
+    if low < high {
+        format!("{}–{} rpm", trimmed(low, 1), trimmed(high, 1))
+    } else {
+        format!("{} rpm", trimmed(low, 1))
+    }
+}
+
 /// How many findings the job accepts: crossings, and doubts.
-pub(super) fn accepted_count(job: &CheckedJob) -> usize {
+pub(in crate::report) fn accepted_count(job: &CheckedJob) -> usize {
     let of_crossings = |operation: CheckedOperation<'_>| {
         let found = findings(&operation).into_iter();
         found.filter(|finding| finding.worst.crossing.accepted.is_some()).count()
@@ -218,7 +251,10 @@ fn listed(texts: impl Iterator<Item = String>) -> Vec<String> {
 }
 
 /// A finding in one sentence: its worst stretch, and on how many more it comes back.
-pub(super) fn finding(operation: &CheckedOperation<'_>, finding: &Finding<'_>) -> String {
+pub(in crate::report) fn finding(
+    operation: &CheckedOperation<'_>,
+    finding: &Finding<'_>,
+) -> String {
     let text = sentence(operation, &finding.worst);
     match finding.others.len() {
         0 => text,
@@ -228,7 +264,10 @@ pub(super) fn finding(operation: &CheckedOperation<'_>, finding: &Finding<'_>) -
 }
 
 /// A stretch in one sentence, for those who see nothing else.
-pub(super) fn sentence(operation: &CheckedOperation<'_>, stretch: &Stretch<'_>) -> String {
+pub(in crate::report) fn sentence(
+    operation: &CheckedOperation<'_>,
+    stretch: &Stretch<'_>,
+) -> String {
     let crossing = stretch.crossing;
     let risk = operation.risk;
     let moves = match moves(crossing) {

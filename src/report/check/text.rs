@@ -73,7 +73,7 @@ fn push_job(job: &CheckedJob, colour: bool, text: &mut String) {
         layout::push_fact(JOB_INDENT, "accepted", &accepted, text);
     }
     layout::push_fact(JOB_INDENT, "payload", &words::carried(job.risk.payload), text);
-    layout::push_fact(JOB_INDENT, "model", &model(job), text);
+    layout::push_fact(JOB_INDENT, "model", &sentences::model(job), text);
     if let Some(settings) = &job.settings {
         layout::push_fact(JOB_INDENT, "settings", &words::settings(settings), text);
     }
@@ -106,7 +106,7 @@ fn push_operation(operation: &CheckedOperation<'_>, colour: bool, text: &mut Str
         "  {}  {}  {}, {} s\n",
         style::paint(style::STRONG, printable(&risk.name), colour),
         verdict_word(risk.verdict, colour),
-        speed(operation) + &tool(operation),
+        sentences::speed(operation) + &tool(operation),
         words::trimmed(risk.duration_s, 1)
     ));
     for doubt in sentences::doubts(operation) {
@@ -246,13 +246,7 @@ fn push_closest(operation: &CheckedOperation<'_>, approach: &Approach, text: &mu
     let job = operation.job;
     let of_mode = operation.risk.uncertainty_by_mode.get(approach.mode - 1);
     let uncertainty = of_mode.copied().unwrap_or(operation.risk.model_uncertainty);
-    let closest = format!(
-        "{} stays {} away from {}",
-        words::line_at(&approach.line, approach.excitation_hz),
-        words::apart(approach.separation),
-        words::mode(approach.mode, approach.natural_frequency_hz),
-    );
-    push_fact("closest", &closest, text);
+    push_fact("closest", &sentences::closest(approach), text);
     push_fact("where", &format!("at {}", sentences::point(operation.risk, approach.s)), text);
     let required = format!(
         "{} % (band {} %, model {} %)",
@@ -313,15 +307,6 @@ fn drawn(job: &CheckedJob) -> Vec<usize> {
     (0..operations.len()).min_by(|a, b| margin(a).total_cmp(&margin(b))).into_iter().collect()
 }
 
-fn speed(operation: &CheckedOperation<'_>) -> String {
-    let [low, high] = [operation.risk.spindle_min_rpm, operation.risk.spindle_max_rpm];
-    if low < high {
-        format!("{}–{} rpm", words::trimmed(low, 1), words::trimmed(high, 1))
-    } else {
-        format!("{} rpm", words::trimmed(low, 1))
-    }
-}
-
 /// The tool of a program that loads it by number.
 fn tool(operation: &CheckedOperation<'_>) -> String {
     operation.risk.tool.map_or_else(String::new, |number| format!(", tool {number}"))
@@ -331,16 +316,8 @@ fn verdict_word(verdict: Verdict, colour: bool) -> String {
     style::paint(style::of(verdict), words::spelled(verdict).to_uppercase(), colour)
 }
 
-fn model(job: &CheckedJob) -> String {
-    let uncertainty = words::uncertainty(&job.risk.uncertainty_by_mode);
-    if job.risk.calibrated {
-        format!("calibrated with measured frequencies; uncertainty {uncertainty}")
-    } else {
-        format!("not calibrated; assumed uncertainty {uncertainty}")
-    }
-}
-
-fn next(job: &CheckedJob) -> &'static str {
+/// What to do.
+pub(in crate::report) fn next(job: &CheckedJob) -> &'static str {
     let crossings = job.risk.operations.iter().flat_map(|operation| &operation.crossings);
     let has_open = crossings.into_iter().any(|crossing| crossing.accepted.is_none());
     match (job.risk.verdict, job.risk.calibrated) {

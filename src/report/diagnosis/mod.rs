@@ -2,5 +2,6 @@
 
 pub mod html;
 pub mod json;
+mod plots;
 pub mod text;
 mod words;

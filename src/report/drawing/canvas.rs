@@ -2,7 +2,7 @@
 
 use std::fmt::{Arguments, Write};
 
-use super::palette::INK;
+use super::palette::{INK, PAPER};
 use crate::wording::printable;
 
 /// A rectangle on the canvas, px.
@@ -117,7 +117,7 @@ impl Canvas {
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
              viewBox=\"0 0 {width} {height}\" role=\"img\" font-size=\"{}\" \
              font-family=\"Helvetica, Arial, sans-serif\">\n\
-             <rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n{body}</svg>\n",
+             <rect width=\"100%\" height=\"100%\" fill=\"{PAPER}\"/>\n{body}</svg>\n",
             Face::Plain.size()
         )
     }
@@ -148,8 +148,8 @@ impl Canvas {
 
     /// Small text that can be read over what is drawn.
     pub(super) fn text_over(&mut self, at: (f64, f64), anchor: Anchor, text: &str) {
-        let halo = " stroke=\"#ffffff\" stroke-width=\"3\" paint-order=\"stroke\"";
-        self.text_with(at, anchor, Face::Small, halo, text);
+        let halo = format!(" stroke=\"{PAPER}\" stroke-width=\"3\" paint-order=\"stroke\"");
+        self.text_with(at, anchor, Face::Small, &halo, text);
     }
 
     fn text_with(&mut self, at: (f64, f64), anchor: Anchor, face: Face, more: &str, text: &str) {
@@ -256,6 +256,18 @@ impl Canvas {
             let opacity = opacity_attribute(opacity);
             self.put(&[], format_args!("<path d=\"{path}Z\" fill=\"{fill}\"{opacity}/>"));
         }
+    }
+
+    /// What the script of a page finds: an area that senses the pointer, with these attributes.
+    pub(super) fn sense(&mut self, frame: Frame, attributes: &str) {
+        let Frame { left, top, width, height } = frame;
+        self.put(
+            &[left, top, width, height],
+            format_args!(
+                "<rect class=\"sense\" x=\"{left:.1}\" y=\"{top:.1}\" width=\"{width:.1}\" \
+                 height=\"{height:.1}\" fill=\"none\"{attributes}/>"
+            ),
+        );
     }
 
     /// A filled circle.

@@ -11,11 +11,14 @@ mod legend;
 mod palette;
 mod panel;
 mod scale;
+mod thinned;
 
 pub(super) use canvas::{Anchor, Canvas, Face, Frame, Stroke, escaped};
 pub(super) use legend::{
     Entry, Label, Swatch, column, height_beside, labels_beside, labels_on_top, row,
 };
-pub(super) use palette::{GREY, INK, SAFE, curve_style, heat};
+pub(super) use palette::{
+    CERTAIN, CLOSED, GREY, INK, POSSIBLE, SAFE, curve_style, dark_rules, heat,
+};
 pub(super) use panel::{Axis, Panel};
 pub(super) use scale::{Scale, bounds, label};

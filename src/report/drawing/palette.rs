@@ -9,6 +9,16 @@ pub(in crate::report) const GREY: &str = "#999999";
 /// What is allowed.
 pub(in crate::report) const SAFE: &str = "#009e73";
 
+/// What is closed.
+pub(in crate::report) const CLOSED: &str = "#d4d7dc";
+
+/// Where a line lies in a band, and where it may.
+pub(in crate::report) const CERTAIN: &str = "#f2a3a0";
+pub(in crate::report) const POSSIBLE: &str = "#f6dd9b";
+
+/// What all is drawn on.
+pub(super) const PAPER: &str = "#ffffff";
+
 /// The lines of a grid.
 pub(super) const GRID: &str = "#dddddd";
 
@@ -18,6 +28,33 @@ const CURVES: [&str; 7] =
 
 /// Patterns of dashes: curves beyond the colours take the next one, so that no two look the same.
 const DASHES: [&str; 5] = ["", "9 4", "2 4", "9 4 2 4", "14 4 2 4 2 4"];
+
+/// What stands for each colour on a dark page.
+const DARK: [(&str, &str); 15] = [
+    (INK, "#e6e8eb"),
+    (GREY, "#8b929c"),
+    (GRID, "#343a43"),
+    (PAPER, "#14171b"),
+    (CLOSED, "#454b55"),
+    (CERTAIN, "#8a2f2b"),
+    (POSSIBLE, "#6e581a"),
+    ("#0072b2", "#58aee8"),
+    ("#d55e00", "#ff8b3d"),
+    ("#009e73", "#2fc79b"),
+    ("#cc79a7", "#e6a3c8"),
+    ("#e69f00", "#f5b83d"),
+    ("#56b4e9", "#9ad4f5"),
+    ("#000000", "#ffffff"),
+    ("#888888", "#9aa0a6"),
+];
+
+/// Rules of CSS by which drawings that stand in a page take the colours of a dark one.
+pub(in crate::report) fn dark_rules() -> String {
+    let rules = DARK.iter().flat_map(|(light, dark)| {
+        ["fill", "stroke"].map(|of| format!("svg [{of}=\"{light}\"] {{ {of}: {dark}; }}\n"))
+    });
+    rules.collect()
+}
 
 /// Colour and dashes of the curve with this number, from 0.
 pub(in crate::report) fn curve_style(index: usize) -> (&'static str, &'static str) {

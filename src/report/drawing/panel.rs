@@ -3,6 +3,7 @@
 use super::canvas::{Anchor, Canvas, Face, Frame, Stroke};
 use super::palette::{GRID, INK};
 use super::scale::{Scale, label};
+use super::thinned::thinned;
 
 /// Distances of ticks along the axes, px, about.
 const X_TICK_PX: f64 = 80.0;
@@ -87,6 +88,29 @@ impl Panel {
         let below = (left + 0.5 * width, bottom + 39.0);
         canvas.text(below, Anchor::Middle, Face::Plain, &self.x.name);
         canvas.upright_text((left - NUMBER_PX - widest - 10.0, top + 0.5 * height), &self.y.name);
+    }
+
+    /// Lets the script of a page answer to the pointer; `more` are attributes of its own.
+    pub(in crate::report) fn sense(&self, canvas: &mut Canvas, more: &str) {
+        let scales = [("x", &self.x.scale), ("y", &self.y.scale)].map(|(name, scale)| {
+            let kind = if scale.is_logarithmic() { "log" } else { "linear" };
+            format!(" data-{name}=\"{} {} {kind}\"", scale.low(), scale.high())
+        });
+        canvas.sense(self.frame, &format!("{}{} {more}", scales[0], scales[1]));
+    }
+
+    /// The points of a curve in the panel's values that the eye tells from a straight line.
+    pub(in crate::report) fn thinned(&self, points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+        let on_canvas: Vec<(f64, f64)> =
+            points.iter().map(|(x, y)| (self.px(*x), self.py(*y))).collect();
+        thinned(&on_canvas).into_iter().map(|i| points[i]).collect()
+    }
+
+    /// Small text to the right of a point.
+    pub(in crate::report) fn note(&self, canvas: &mut Canvas, point: (f64, f64), text: &str) {
+        if let Some((x, y)) = self.point(point) {
+            canvas.text_over((x + 6.0, y + 4.0), Anchor::Start, text);
+        }
     }
 
     /// A line through points in the panel's values; it breaks where it leaves the panel above or

@@ -39,6 +39,11 @@ impl Scale {
         self.high
     }
 
+    /// Whether equal ratios are equally wide.
+    pub(super) fn is_logarithmic(&self) -> bool {
+        self.is_logarithmic
+    }
+
     /// Where a value lies, 0 at the low end and 1 at the high.
     pub(in crate::report) fn share(&self, value: f64) -> f64 {
         if self.is_logarithmic {

@@ -1,10 +1,13 @@
 //! What `identify` found, as text, JSON, SVG, and as the table of modes that `diagnose` reads.
 
+mod html;
 mod json;
+mod plots;
 mod svg;
 mod table;
 mod text;
 
+pub use html::identification_html;
 pub(super) use json::Identification;
 pub use json::identification_json;
 pub use svg::identification_svg;

@@ -10,14 +10,14 @@ use crate::report::drawing::{
     bounds, column, curve_style, label, labels_on_top,
 };
 
-const WIDTH: f64 = 1060.0;
+pub(super) const WIDTH: f64 = 1060.0;
 const SHEET_HEIGHT: f64 = 640.0;
-const LEFT: f64 = 85.0;
-const PANEL_WIDTH: f64 = 770.0;
+pub(super) const LEFT: f64 = 85.0;
+pub(super) const PANEL_WIDTH: f64 = 770.0;
 
 /// Where legends start, beside the panels, and their width.
-const LEGEND_LEFT: f64 = LEFT + PANEL_WIDTH + 15.0;
-const LEGEND_WIDTH: f64 = WIDTH - LEGEND_LEFT - 10.0;
+pub(super) const LEGEND_LEFT: f64 = LEFT + PANEL_WIDTH + 15.0;
+pub(super) const LEGEND_WIDTH: f64 = WIDTH - LEGEND_LEFT - 10.0;
 
 /// Nothing that lies further below the peak is drawn.
 const MAX_DECADES: f64 = 6.0;
@@ -26,7 +26,7 @@ const MAX_DECADES: f64 = 6.0;
 const BELOW_PANEL: f64 = 0.02;
 
 /// More points than this make no finer curve.
-const MAX_POINTS: usize = 3000;
+pub(super) const MAX_POINTS: usize = 3000;
 
 /// At most so many responses stand in the legend.
 const MAX_ENTRIES: usize = 12;
@@ -53,6 +53,13 @@ pub fn identification_svg(found: &IdentifiedSession) -> String {
         let title = format!("{}: {}{pose}", record.name, kind_words(record.kind));
         draw(&mut canvas, record, &title, SHEET_HEIGHT * index as f64);
     }
+    canvas.finish()
+}
+
+/// One record without a title.
+pub(super) fn sheet(record: &IdentifiedRecord) -> String {
+    let mut canvas = Canvas::new(WIDTH, SHEET_HEIGHT);
+    draw(&mut canvas, record, "", 0.0);
     canvas.finish()
 }
 
@@ -133,7 +140,7 @@ fn stabilisation(canvas: &mut Canvas, record: &IdentifiedRecord, hz: Scale, top:
 }
 
 /// The identified frequencies as labels of vertical lines.
-fn modes(record: &IdentifiedRecord, is_named: bool) -> Vec<Label<'static>> {
+pub(super) fn modes(record: &IdentifiedRecord, is_named: bool) -> Vec<Label<'static>> {
     let text = |hz: f64| match is_named {
         true => format!("{} Hz", label((hz * 1e3).round() / 1e3)),
         false => String::new(),

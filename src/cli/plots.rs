@@ -1,0 +1,44 @@
+//! `--plots`: the plots of a verb as files of SVG in a folder.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use super::output::Sink;
+use crate::notes::{Code, Note, Place};
+
+/// Where plots go.
+#[derive(Debug, Args)]
+pub(super) struct PlotsArgs {
+    /// Also write each plot as SVG to this folder, which is made where it is missing.
+    #[arg(long, value_name = "FOLDER")]
+    plots: Option<PathBuf>,
+}
+
+/// A plot's file and its contents.
+pub(super) type PlotFile = (Sink, String);
+
+impl PlotsArgs {
+    /// The files for plots, each with its name without the ending; none where nobody asked.
+    pub(super) fn files(
+        &self,
+        plots: impl FnOnce() -> Vec<(String, String)>,
+    ) -> Result<Vec<PlotFile>, Vec<Note>> {
+        let Some(folder) = &self.plots else { return Ok(Vec::new()) };
+        fs::create_dir_all(folder).map_err(|error| {
+            let what = format!("is not written: {error}");
+            vec![Note::error(Code::Unwritable, Place::file(folder), what)]
+        })?;
+        let one = |(name, svg): (String, String)| {
+            Ok((Sink::open(Some(&folder.join(file_name(&name))))?, svg))
+        };
+        plots().into_iter().map(one).collect()
+    }
+}
+
+/// A name that every file system takes.
+fn file_name(name: &str) -> String {
+    let plain = |c: char| if c.is_alphanumeric() || c == '-' || c == '_' { c } else { '-' };
+    name.chars().map(plain).collect::<String>() + ".svg"
+}

@@ -1,0 +1,134 @@
+//! What a reader goes along: the arm, the plots of an operation, its crossings.
+
+use super::{JobPage, plots};
+use crate::report::advise::svg;
+use crate::report::check::operation::operations;
+use crate::report::check::sentences;
+use crate::report::page::{Table, figure, text};
+use crate::report::words;
+use crate::risk::Crossing;
+use crate::units::{percent_from_ratio, um_per_n_from_m_per_n};
+
+/// The slider, the arm, and the modes where it stands.
+pub(super) fn controls(job: &JobPage, index: usize, drawn: &[usize]) -> String {
+    let all = &job.checked.risk.operations;
+    let options = drawn.iter().enumerate().map(|(place, &operation)| {
+        format!("<option value=\"{place}\">{}</option>", text(&all[operation].name))
+    });
+    let head = ["mode", "Hz", "interval Hz", "damping %", "tip µm/N"]
+        .map(|name| format!("<th scope=\"col\">{name}</th>"));
+    format!(
+        "<h2>Along the path</h2>\n\
+         <noscript><p>Without scripts the arm is not drawn; plots and tables stand below.</p></noscript>\n\
+         <div class=\"bar\"><label>Operation <select data-is=\"operation\">{}</select></label>\
+         <label class=\"grow\">Place <input type=\"range\" data-is=\"place\" min=\"0\" max=\"1\" \
+         value=\"0\"></label><output data-is=\"here\"></output></div>\n\
+         <div class=\"arm\"><div><canvas data-is=\"view\" tabindex=\"0\" role=\"img\" \
+         aria-label=\"The arm at the chosen place, moving in the chosen mode; drag or arrow keys turn \
+         it, + and - zoom\"></canvas>\n\
+         <p class=\"key\"><span><i class=\"resonance\"></i>path inside a band</span>\
+         <span><i class=\"uncertain\"></i>within the doubt</span>\
+         <span><i class=\"clear\"></i>clear</span><span><i class=\"rest\"></i>arm at rest</span></p></div>\n\
+         <div><h3 data-is=\"mode\"></h3>\
+         <p class=\"soft\">Amplitudes of the elastic coordinates, the largest as 1</p>\
+         <div class=\"shape\" data-is=\"shape\"></div>\n\
+         <div class=\"options\"><label><input type=\"checkbox\" data-is=\"animate\" checked> move</label>\
+         <label><input type=\"checkbox\" data-is=\"bodies\"> inertia ellipsoids</label>\
+         <label>size <input type=\"range\" data-is=\"size\" min=\"1\" max=\"20\" value=\"7\"></label></div>\n\
+         <div class=\"scroll\"><table data-csv=\"modes\" data-is=\"modes\" id=\"modes-{index}\"><thead><tr>{}\
+         </tr></thead><tbody></tbody></table></div></div></div>\n",
+        options.collect::<String>(),
+        head.concat()
+    )
+}
+
+/// Plots and crossings of an operation.
+pub(super) fn operation(job: &JobPage, index: usize) -> String {
+    let Some(operation) = operations(job.checked).nth(index) else { return String::new() };
+    let risk = operation.risk;
+    let places = job.moving.places.get(index).map_or(&[][..], Vec::as_slice);
+    let name = &risk.name;
+    let confidence = words::round_percent(operation.job.policy.confidence);
+    let mut html = format!("<h2>{}</h2>\n", text(name));
+    let (drawn, modes) = (plots::drawn_modes(risk), risk.uncertainty_by_mode.len());
+    let above = match modes - drawn {
+        0 => String::new(),
+        1 => format!("; mode {modes} lies above"),
+        _ => format!("; modes {} to {modes} lie above", drawn + 1),
+    };
+    html.push_str(&figure(
+        &format!(
+            "Natural frequencies with their {confidence} % intervals and lines of excitation along \
+             the path{above}"
+        ),
+        &plots::frequencies(risk),
+    ));
+    let advised = job.advised.and_then(|of| Some((of, of.advice.operations.get(index)?)));
+    if let Some((of_job, advice)) = advised {
+        html.push_str(&figure(
+            "Spindle speeds: closed by a mode and a line of excitation, safe, programmed, advised",
+            &svg::operation(of_job, advice),
+        ));
+    }
+    if let Some(svg) = plots::receptance(risk, places) {
+        let caption =
+            "Receptance of the tool tip at the chosen place, along x, y and z of the base";
+        html.push_str(&figure(caption, &svg));
+    }
+    if let Some(svg) = plots::beta2(risk) {
+        html.push_str(&figure("β2 along the path", &svg));
+    }
+    if !risk.crossings.is_empty() {
+        html.push_str(&crossings(&risk.crossings));
+    }
+    html
+}
+
+fn crossings(crossings: &[Crossing]) -> String {
+    let columns = [
+        ("mode", false),
+        ("Hz", false),
+        ("interval Hz", false),
+        ("line", true),
+        ("Hz", false),
+        ("apart %", false),
+        ("probability %", false),
+        ("from %", false),
+        ("to %", false),
+        ("lines", false),
+        ("tip µm/N", false),
+        ("moves", true),
+        ("certainty", true),
+    ];
+    let mut table = Table::new("crossings", &columns);
+    for c in crossings {
+        let percent = |ratio: f64| {
+            let percent = percent_from_ratio(ratio);
+            (words::trimmed(percent, 2), Some(percent))
+        };
+        let [low, high] = c.natural_frequency_ci95_hz;
+        let certainty = match c.accepted {
+            Some(_) => "accepted".to_owned(),
+            None => words::spelled(c.certainty),
+        };
+        table.row(&[
+            (c.mode.to_string(), None),
+            (words::hz(c.natural_frequency_hz), Some(c.natural_frequency_hz)),
+            (format!("{}–{}", words::hz(low), words::hz(high)), None),
+            (words::line(&c.line), None),
+            (words::hz(c.excitation_hz), Some(c.excitation_hz)),
+            (words::apart_in_column(c.separation), Some(percent_from_ratio(c.separation))),
+            c.probability.map_or_else(|| ("–".to_owned(), None), percent),
+            percent(c.from_s),
+            percent(c.to_s),
+            (words::line_range(c.from_line, c.to_line), None),
+            (
+                words::um_per_n(c.tip_response_m_per_n),
+                Some(um_per_n_from_m_per_n(c.tip_response_m_per_n)),
+            ),
+            (sentences::moves(c), None),
+            (certainty, None),
+        ]);
+    }
+    format!("<h3>Crossings</h3>\n{}", table.finish())
+}

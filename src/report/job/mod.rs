@@ -1,0 +1,133 @@
+//! The page of a job, or of several: verdicts and advice first, then the arm along each path with
+//! all that happens there.
+
+mod along;
+mod plots;
+mod summary;
+
+use serde::Serialize;
+
+use super::json::NotFinite;
+use super::page;
+use crate::risk::OperationRisk;
+use crate::study::advise::AdvisedJob;
+use crate::study::arm::{Arm, MovingArm, Place};
+use crate::study::check::CheckedJob;
+use crate::study::report::Reported;
+use crate::units::written;
+
+/// At most so many operations of a job are drawn.
+const MAX_DRAWN: usize = 24;
+
+/// What a page shows of a job.
+#[derive(Debug, Clone, Copy)]
+pub struct JobPage<'a> {
+    /// What a check found.
+    pub checked: &'a CheckedJob,
+    /// What is advised, where that was asked for.
+    pub advised: Option<&'a AdvisedJob>,
+    /// The arm along the paths.
+    pub moving: &'a MovingArm,
+}
+
+impl<'a> From<&'a Reported> for JobPage<'a> {
+    fn from(reported: &'a Reported) -> Self {
+        let Reported { checked, advised, moving } = reported;
+        Self { checked, advised: Some(advised), moving }
+    }
+}
+
+impl JobPage<'_> {
+    /// Indices of the operations that are drawn: the worst, in the order of the job.
+    fn drawn(&self) -> Vec<usize> {
+        let operations = &self.checked.risk.operations;
+        let mut worst: Vec<usize> = (0..operations.len()).collect();
+        worst.sort_by(|&a, &b| {
+            let [a, b] = [&operations[a], &operations[b]];
+            b.verdict.cmp(&a.verdict).then(b.probability.total_cmp(&a.probability))
+        });
+        worst.truncate(MAX_DRAWN);
+        worst.sort_unstable();
+        worst
+    }
+}
+
+/// The page of these jobs.
+///
+/// # Errors
+/// If a number is not finite, which would be a fault of the program.
+pub fn jobs(jobs: &[JobPage]) -> Result<String, NotFinite> {
+    let title = match jobs {
+        [only] => only.checked.name.clone(),
+        _ => format!("{} jobs", jobs.len()),
+    };
+    let mut body = String::new();
+    if jobs.len() > 1 {
+        body.push_str(&summary::jobs(jobs));
+    }
+    for (index, job) in jobs.iter().enumerate() {
+        let drawn = job.drawn();
+        body.push_str(&format!("<section data-job=\"{index}\">\n"));
+        body.push_str(&summary::job(job, &drawn));
+        body.push_str(&along::controls(job, index, &drawn));
+        for (place, &operation) in drawn.iter().enumerate() {
+            body.push_str(&format!("<div data-operation=\"{place}\">\n"));
+            body.push_str(&along::operation(job, operation));
+            body.push_str("</div>\n");
+        }
+        body.push_str("</section>\n");
+    }
+    page::page(&title, &body, &Data { jobs: jobs.iter().map(JobData::of).collect() })
+}
+
+/// What the script of the page works with.
+#[derive(Debug, Serialize)]
+struct Data<'a> {
+    jobs: Vec<JobData<'a>>,
+}
+
+#[derive(Debug, Serialize)]
+struct JobData<'a> {
+    name: &'a str,
+    arm: &'a Arm,
+    /// The operation that is shown first: the worst.
+    start: usize,
+    operations: Vec<OperationData<'a>>,
+}
+
+#[derive(Debug, Serialize)]
+struct OperationData<'a> {
+    name: &'a str,
+    duration_s: f64,
+    #[serde(rename = "separation_percent", serialize_with = "written::percent")]
+    separation: f64,
+    #[serde(rename = "uncertainty_percent", serialize_with = "written::percent")]
+    uncertainty: f64,
+    places: &'a [Place],
+}
+
+impl<'a> JobData<'a> {
+    fn of(job: &JobPage<'a>) -> Self {
+        let (checked, moving) = (job.checked, job.moving);
+        let drawn = job.drawn();
+        let all = &checked.risk.operations;
+        let worst = |a: &usize, b: &usize| all[*a].verdict.cmp(&all[*b].verdict).then(b.cmp(a));
+        let start = drawn.iter().copied().max_by(worst);
+        let operation = |&index: &usize| {
+            let risk: &'a OperationRisk = &all[index];
+            OperationData {
+                name: &risk.name,
+                duration_s: risk.duration_s,
+                separation: checked.risk.separation,
+                uncertainty: risk.model_uncertainty,
+                places: moving.places.get(index).map_or(&[], Vec::as_slice),
+            }
+        };
+        Self {
+            name: &checked.name,
+            arm: &moving.arm,
+            start: drawn.iter().position(|index| Some(*index) == start).unwrap_or(0),
+            operations: drawn.iter().map(operation).collect(),
+        }
+    }
+}

@@ -1,0 +1,189 @@
+//! The plots of an operation.
+
+use crate::excitation::ExcitationLine;
+use crate::report::drawing::{
+    Axis, CERTAIN, Canvas, Entry, Frame, INK, Label, POSSIBLE, Panel, Scale, Stroke, Swatch,
+    bounds, curve_style, height_beside, labels_beside, row,
+};
+use crate::report::words;
+use crate::risk::{Certainty, Crossing, OperationRisk};
+use crate::study::arm::Place;
+use crate::units::{deg_from_rad, um_per_n_from_m_per_n};
+
+const WIDTH: f64 = 980.0;
+const LEFT: f64 = 85.0;
+const PANEL_WIDTH: f64 = 690.0;
+const TOP: f64 = 36.0;
+const BELOW: f64 = 54.0;
+
+/// Wider ranges of frequencies are drawn on a logarithmic scale.
+const MAX_LINEAR_RATIO: f64 = 4.0;
+
+/// Modes up to so many times the highest line of excitation are drawn.
+const ABOVE_LINES: f64 = 2.5;
+
+/// How strong the colour of an interval is.
+const INTERVAL_OPACITY: f64 = 0.16;
+
+const MODE: f64 = 2.0;
+const EXCITATION: Stroke = Stroke { colour: INK, width: 1.4, dashes: "7 4" };
+const CROSSING_PX: f64 = 11.0;
+
+fn along() -> Axis {
+    Axis::new("share of the operation's time, s", Scale::linear(0.0, 1.0))
+}
+
+fn panel(height: f64, x: Axis, y: Axis) -> (Canvas, Panel) {
+    let frame = Frame { left: LEFT, top: TOP, width: PANEL_WIDTH, height };
+    (Canvas::new(WIDTH, TOP + height + BELOW), Panel { frame, x, y })
+}
+
+/// The lowest modes, up to well above the highest line: what lies above meets nothing.
+pub(super) fn drawn_modes(risk: &OperationRisk) -> usize {
+    let Some(highest) = highest_line_hz(risk) else { return risk.uncertainty_by_mode.len() };
+    let is_near = |r: &usize| {
+        let lows = risk.samples.iter().map(|sample| sample.natural_frequencies_ci95_hz[*r][0]);
+        bounds(lows).0 <= ABOVE_LINES * highest
+    };
+    (0..risk.uncertainty_by_mode.len()).take_while(is_near).count().max(1)
+}
+
+fn highest_line_hz(risk: &OperationRisk) -> Option<f64> {
+    let lines = risk.lines.iter().flat_map(|line| excitation(risk, line));
+    let (_, high) = bounds(lines.map(|(_, hz)| hz));
+    high.is_finite().then_some(high)
+}
+
+/// Modes with their intervals, lines of excitation, and where they meet.
+pub(in crate::report) fn frequencies(risk: &OperationRisk) -> String {
+    let modes = drawn_modes(risk);
+    let of_mode = |r: usize| risk.samples.iter().map(move |sample| (sample.s, sample, r));
+    let all = (0..modes).flat_map(of_mode);
+    let ends = all.flat_map(|(_, sample, r)| sample.natural_frequencies_ci95_hz[r]);
+    let (low, high) = bounds(ends.chain(highest_line_hz(risk)));
+    let (low, high) = (0.88 * low, 1.1 * high);
+    let hz = if high > MAX_LINEAR_RATIO * low {
+        Scale::logarithmic(low, high)
+    } else {
+        Scale::linear(low, high)
+    };
+    let height = height_beside(modes + risk.lines.len()).max(400.0);
+    let (mut canvas, panel) = panel(height, along(), Axis::new("frequency [Hz]", hz));
+    panel.axes(&mut canvas, true);
+    let mut labels: Vec<Label> = Vec::new();
+    for r in 0..modes {
+        let (colour, _) = curve_style(r);
+        let end = |side: usize| {
+            let points =
+                of_mode(r).map(|(s, sample, r)| (s, sample.natural_frequencies_ci95_hz[r][side]));
+            panel.thinned(&points.collect::<Vec<_>>())
+        };
+        let outline = end(1).into_iter().chain(end(0).into_iter().rev());
+        panel.area(&mut canvas, outline, colour, INTERVAL_OPACITY);
+    }
+    for crossing in &risk.crossings {
+        underlay(&mut canvas, &panel, risk, crossing);
+    }
+    for r in 0..modes {
+        let (colour, dashes) = curve_style(r);
+        let curve = of_mode(r).map(|(s, sample, r)| (s, sample.natural_frequencies_hz[r]));
+        let curve = panel.thinned(&curve.collect::<Vec<_>>());
+        panel.curve(&mut canvas, &curve, Stroke { colour, width: MODE, dashes });
+        let last = curve.last().map(|(_, hz)| *hz);
+        labels.extend(last.map(|at| Label { at, colour, text: format!("mode {}", r + 1) }));
+    }
+    for line in &risk.lines {
+        let curve = excitation(risk, line);
+        panel.curve(&mut canvas, &curve, EXCITATION);
+        let seen = curve.iter().rev().map(|(_, hz)| *hz);
+        let seen = seen.filter(|hz| (0.0..=1.0).contains(&panel.y.scale.share(*hz))).next();
+        labels.extend(seen.map(|at| Label { at, colour: INK, text: words::line(line) }));
+    }
+    for crossing in &risk.crossings {
+        let at = (crossing.closest_s, crossing.natural_frequency_hz);
+        panel.dot(&mut canvas, at, 3.5, INK);
+    }
+    canvas.border(panel.frame);
+    labels_beside(&mut canvas, &panel, &labels);
+    let entries = [
+        Entry::new(Swatch::Line(EXCITATION), "line of excitation"),
+        Entry::new(Swatch::Area(CERTAIN, 1.0), "resonance"),
+        Entry::new(Swatch::Area(POSSIBLE, 1.0), "possible resonance"),
+        Entry::new(Swatch::Dot(INK), "closest"),
+    ];
+    row(&mut canvas, (panel.frame.right(), 16.0), &entries);
+    panel.sense(&mut canvas, "data-along");
+    canvas.finish()
+}
+
+/// A broad line along a mode where a line of excitation lies in its band.
+fn underlay(canvas: &mut Canvas, panel: &Panel, risk: &OperationRisk, crossing: &Crossing) {
+    let (from, to) = (crossing.from_s, crossing.to_s);
+    let inside = risk.samples.iter().filter(|sample| (from..=to).contains(&sample.s));
+    let mut points: Vec<(f64, f64)> = inside
+        .filter_map(|sample| {
+            Some((sample.s, *sample.natural_frequencies_hz.get(crossing.mode - 1)?))
+        })
+        .collect();
+    points.push((crossing.closest_s, crossing.natural_frequency_hz));
+    points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // A stretch between two samples is drawn, too.
+    if let (Some(&(_, first)), Some(&(_, last))) = (points.first(), points.last()) {
+        points.insert(0, (from, first));
+        points.push((to, last));
+    }
+    let colour = match crossing.certainty {
+        Certainty::Certain => CERTAIN,
+        Certainty::Uncertain => POSSIBLE,
+    };
+    panel.curve(canvas, &panel.thinned(&points), Stroke { colour, width: CROSSING_PX, dashes: "" });
+}
+
+/// A line's frequency over s, where the spindle turns.
+fn excitation(risk: &OperationRisk, line: &ExcitationLine) -> Vec<(f64, f64)> {
+    let at = |sample: &crate::risk::Sample| {
+        let turns = sample.rpm > 0.0;
+        (sample.s, if turns { line.frequency_hz(sample.rpm) } else { f64::NAN })
+    };
+    risk.samples.iter().map(at).collect()
+}
+
+/// β2 over s, where the robot defines it.
+pub(in crate::report) fn beta2(risk: &OperationRisk) -> Option<String> {
+    let angle = |sample: &crate::risk::Sample| Some((sample.s, deg_from_rad(sample.beta2_rad?)));
+    let points: Option<Vec<(f64, f64)>> = risk.samples.iter().map(angle).collect();
+    let points = points.filter(|points| !points.is_empty())?;
+    let (low, high) = bounds(points.iter().map(|p| p.1));
+    let (mut canvas, panel) = panel(150.0, along(), Axis::new("β2 [°]", Scale::linear(low, high)));
+    panel.axes(&mut canvas, true);
+    let (colour, dashes) = curve_style(0);
+    panel.curve(&mut canvas, &panel.thinned(&points), Stroke { colour, width: MODE, dashes });
+    canvas.border(panel.frame);
+    panel.sense(&mut canvas, "data-along");
+    Some(canvas.finish())
+}
+
+/// The frame in which a page draws the receptance of the tool tip at the place that is chosen.
+pub(super) fn receptance(risk: &OperationRisk, places: &[Place]) -> Option<String> {
+    let frequencies = places.iter().flat_map(|place| &place.sample.natural_frequencies_hz);
+    let (low, high) = bounds(frequencies.copied());
+    let peaks = places.iter().flat_map(|place| &place.sample.tip_response_m_per_n);
+    let (_, peak) = bounds(peaks.map(|tip| um_per_n_from_m_per_n(*tip)));
+    if !(low > 0.0 && high.is_finite() && peak > 0.0) || risk.samples.is_empty() {
+        return None;
+    }
+    let x = Axis::new("frequency [Hz]", Scale::logarithmic(0.5 * low, 1.5 * high));
+    let y = Axis::new("receptance [µm/N]", Scale::logarithmic(2e-4 * peak, 2.0 * peak));
+    let (mut canvas, panel) = panel(300.0, x, y);
+    panel.axes(&mut canvas, true);
+    canvas.border(panel.frame);
+    let entry = |(index, name): (usize, &&str)| {
+        let (colour, _) = curve_style(index);
+        let dashes = ["", "9 4", "2 4"][index];
+        Entry::new(Swatch::Line(Stroke { colour, width: 1.8, dashes }), *name)
+    };
+    let entries: Vec<Entry> = ["x", "y", "z"].iter().enumerate().map(entry).collect();
+    row(&mut canvas, (panel.frame.right(), 16.0), &entries);
+    panel.sense(&mut canvas, "data-receptance");
+    Some(canvas.finish())
+}

@@ -1,0 +1,260 @@
+//! The arm of a job as it moves and vibrates along its paths: what a picture of it needs, without
+//! the model. Every length is in m, every frame in that of the part that carries it.
+
+use std::collections::BTreeSet;
+
+use nalgebra::{Isometry3, Matrix3, SymmetricEigen, Vector3};
+use serde::Serialize;
+
+use super::check::CheckedJob;
+use crate::job::{Job, Operation};
+use crate::model::{CoordinateKind, NodeMotion, Robot, UncertainBody, forward_kinematics};
+use crate::notes::Note;
+use crate::path::{Path, Surveyor};
+use crate::risk::{OperationRisk, Paths, Sample, closest_approach, in_operation};
+use crate::units::written;
+
+/// At most so many numbers about places are kept for a job, some 20 bytes each when written.
+const MAX_NUMBERS: usize = 24_000;
+
+/// An operation keeps so many places at least, and at most.
+const PLACES: [usize; 2] = [8, 400];
+
+/// An arm and where it stands along the operations of a job.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MovingArm {
+    /// The arm at rest, all joints at zero.
+    pub arm: Arm,
+    /// Per operation, some places of its path, ascending in s.
+    pub places: Vec<Vec<Place>>,
+}
+
+/// A chain of rigid parts with joints and elastic axes.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Arm {
+    /// Names of the joints, in the order of a pose.
+    pub joints: Vec<String>,
+    /// Rigid parts, parents before children.
+    pub parts: Vec<Part>,
+    /// Elastic coordinates, in the order of a shape.
+    pub axes: Vec<ElasticAxis>,
+    /// The part that carries the tip.
+    pub tip_part: usize,
+    /// The tip in that part's frame.
+    pub tip: Frame,
+}
+
+/// All links that never move against each other.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Part {
+    /// The part that carries it.
+    pub parent: Option<usize>,
+    /// Its frame in the parent's, with the joint at zero.
+    pub frame: Frame,
+    /// How it moves with the pose.
+    pub joint: Option<JointMotion>,
+    /// Elastic coordinates that move it, outermost first: the first, and the one behind the last.
+    pub axes: [usize; 2],
+    /// Its bodies.
+    pub bodies: Vec<Ellipsoid>,
+}
+
+/// A place and an orientation.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Frame {
+    /// Origin.
+    pub xyz_m: [f64; 3],
+    /// Rotation matrix, row by row.
+    pub rotation: [f64; 9],
+}
+
+/// A joint that a pose sets.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct JointMotion {
+    /// Place in the pose.
+    pub index: usize,
+    /// Whether it slides instead of turning.
+    pub slides: bool,
+    /// In the part's frame.
+    pub axis: [f64; 3],
+}
+
+/// What an elastic coordinate turns about, or slides along.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ElasticAxis {
+    /// Name of the coordinate.
+    pub name: String,
+    /// Whether it slides instead of turning.
+    pub slides: bool,
+    /// In the part's frame.
+    pub axis: [f64; 3],
+    /// A point of the axis in the part's frame.
+    pub origin_m: [f64; 3],
+}
+
+/// The solid ellipsoid with a body's mass and inertia.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Ellipsoid {
+    /// The link that it belongs to.
+    pub link: String,
+    /// Mass of the body.
+    pub mass_kg: f64,
+    /// Centre of mass and principal axes, in the part's frame.
+    pub frame: Frame,
+    /// Along the principal axes.
+    pub semi_axes_m: [f64; 3],
+}
+
+/// The arm at one place of a path.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Place {
+    /// What the check says of it.
+    #[serde(flatten)]
+    pub sample: Sample,
+    /// The line of the program, or of the job, that is run there.
+    pub line: usize,
+    /// Distance to the nearest line of excitation, in percent of the mode's frequency; null where
+    /// none counts.
+    #[serde(rename = "margin_percent", serialize_with = "written::percent")]
+    pub margin: Option<f64>,
+    /// Tool centre point in the tip frame.
+    pub tool_m: [f64; 3],
+    /// Tool centre point in the base frame.
+    pub tcp_m: [f64; 3],
+    /// Per mode, the share of critical damping.
+    pub damping_ratios: Vec<f64>,
+    /// Per mode, the mass-normalised shape over the elastic coordinates.
+    pub shapes: Vec<Vec<f64>>,
+}
+
+/// The arm of a job that was checked, at some of the samples of each operation.
+///
+/// # Errors
+/// What the check would have found already.
+pub fn moving_arm(job: &Job, checked: &CheckedJob) -> Result<MovingArm, Vec<Note>> {
+    let operations = &checked.risk.operations;
+    let (n, joints) = (job.robot.coordinates().len(), job.robot.joints().len());
+    let numbers = n * n + 5 * n + joints + 12;
+    let budget = MAX_NUMBERS / numbers / operations.len().max(1);
+    let count = budget.clamp(PLACES[0], PLACES[1]);
+    let mut paths = Paths::of(job);
+    let mut places = Vec::new();
+    for (operation, risk) in job.operations.iter().zip(operations) {
+        let path = paths.plan(operation)?;
+        let of_path = along(job, operation, &path, risk, count);
+        places.push(of_path.map_err(|note| vec![in_operation(job, operation, note)])?);
+    }
+    Ok(MovingArm { arm: arm(&job.robot), places })
+}
+
+fn along(
+    job: &Job,
+    operation: &Operation,
+    path: &Path,
+    risk: &OperationRisk,
+    count: usize,
+) -> Result<Vec<Place>, Note> {
+    let mut surveyor = Surveyor::new(path);
+    let mut reader = path.reader();
+    let mut place = |sample: &Sample| {
+        let s = sample.s;
+        let modes = surveyor.modes(s)?.clone();
+        let mut q = surveyor.joints().to_vec();
+        // Read a moment ago, so the path is known to be reached.
+        let tool = reader.at(s, &mut q).map(|tcp| tcp.translation.vector).unwrap_or_default();
+        let tip = forward_kinematics(&operation.robot, surveyor.solver().placement());
+        let least = risk.min_tip_response_m_per_n;
+        let nearest =
+            closest_approach(std::slice::from_ref(sample), &risk.lines, &job.policy, least);
+        let shapes = modes.shapes.column_iter().map(|shape| shape.iter().copied().collect());
+        Ok(Place {
+            sample: sample.clone(),
+            line: path.line_at(s),
+            margin: nearest.map(|approach| approach.separation),
+            tool_m: tool.into(),
+            tcp_m: tip.transform_point(&tool.into()).coords.into(),
+            damping_ratios: modes.damping_ratios.clone(),
+            shapes: shapes.collect(),
+        })
+    };
+    chosen(risk, count).into_iter().map(|i| place(&risk.samples[i])).collect()
+}
+
+/// Samples that stand for all: even in s, with those next to where lines come closest.
+fn chosen(risk: &OperationRisk, count: usize) -> BTreeSet<usize> {
+    let samples = &risk.samples;
+    let next_to = |s: f64| {
+        let after = samples.partition_point(|sample| sample.s < s);
+        let apart = |i: &usize| (samples[*i].s - s).abs();
+        let near = [after.saturating_sub(1), after].into_iter().filter(|i| *i < samples.len());
+        near.min_by(|a, b| apart(a).total_cmp(&apart(b)))
+    };
+    let even = (0..count).map(|k| k as f64 / (count - 1) as f64);
+    let closest = risk.crossings.iter().take(count / 4).map(|crossing| crossing.closest_s);
+    even.chain(closest).chain(risk.closest.map(|approach| approach.s)).filter_map(next_to).collect()
+}
+
+fn arm(robot: &Robot) -> Arm {
+    let (tip_part, tip) = robot.tip();
+    let parts = robot.nodes().iter().enumerate().map(|(index, node)| Part {
+        parent: node.parent,
+        frame: frame(&node.fixed),
+        joint: match node.motion {
+            NodeMotion::Fixed => None,
+            NodeMotion::Revolute { joint, axis } => {
+                Some(JointMotion { index: joint, slides: false, axis: axis.into_inner().into() })
+            }
+            NodeMotion::Prismatic { joint, axis } => {
+                Some(JointMotion { index: joint, slides: true, axis: axis.into_inner().into() })
+            }
+        },
+        axes: [node.coordinates.start, node.coordinates.end],
+        bodies: robot.bodies().iter().filter(|b| b.node == index).map(ellipsoid).collect(),
+    });
+    let axes = robot.coordinates().iter().map(|coordinate| ElasticAxis {
+        name: coordinate.name.clone(),
+        slides: coordinate.kind == CoordinateKind::Translation,
+        axis: coordinate.axis.into_inner().into(),
+        origin_m: coordinate.origin.coords.into(),
+    });
+    Arm {
+        joints: robot.joints().iter().map(|joint| joint.name.clone()).collect(),
+        parts: parts.collect(),
+        axes: axes.collect(),
+        tip_part,
+        tip: frame(tip),
+    }
+}
+
+fn frame(pose: &Isometry3<f64>) -> Frame {
+    let rotation = pose.rotation.to_rotation_matrix();
+    Frame { xyz_m: pose.translation.vector.into(), rotation: rows(rotation.matrix()) }
+}
+
+fn rows(matrix: &Matrix3<f64>) -> [f64; 9] {
+    let mut rows = [0.0; 9];
+    rows.copy_from_slice(matrix.transpose().as_slice());
+    rows
+}
+
+/// An ellipsoid of mass m has I_x = m (b² + c²) / 5, so a² = 5 (I_y + I_z − I_x) / 2m.
+fn ellipsoid(of: &UncertainBody) -> Ellipsoid {
+    let body = &of.body;
+    let principal = SymmetricEigen::new(body.inertia_kgm2);
+    let [x, y, z]: [f64; 3] = principal.eigenvalues.into();
+    let semi_axis = |own: f64, others: f64| {
+        let square = 2.5 * (others - own) / body.mass_kg;
+        if square.is_finite() { square.max(0.0).sqrt() } else { 0.0 }
+    };
+    let mut turn = principal.eigenvectors;
+    if turn.determinant() < 0.0 {
+        turn.set_column(2, &-turn.column(2).into_owned());
+    }
+    let center: Vector3<f64> = body.com_m;
+    Ellipsoid {
+        link: of.link.clone(),
+        mass_kg: body.mass_kg,
+        frame: Frame { xyz_m: center.into(), rotation: rows(&turn) },
+        semi_axes_m: [semi_axis(x, y + z), semi_axis(y, x + z), semi_axis(z, x + y)],
+    }
+}
