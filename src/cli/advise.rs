@@ -8,6 +8,7 @@ use clap::{Args, ValueEnum};
 
 use super::check::{count_on, progress, shows_colour};
 use super::output::{Sink, keep_apart, write_all};
+use super::plots::PlotsArgs;
 use super::{Failure, Outcome, Warnings, of_option};
 use crate::notes::Note;
 use crate::report;
@@ -40,6 +41,8 @@ pub(super) struct AdviseArgs {
     /// Write to this file instead of standard output (`-`); a run that fails leaves it unchanged.
     #[arg(long, value_name = "FILE")]
     output: Option<PathBuf>,
+    #[command(flatten)]
+    plots: PlotsArgs,
     /// Which of the safe speeds to recommend.
     #[arg(long, value_enum, default_value_t = By::Nearest)]
     objective: By,
@@ -140,6 +143,8 @@ pub(super) fn run(
     for output in &outputs {
         all.extend(sink_of(&output.path).map(|sink| (sink, output.bytes.as_slice())));
     }
+    let plots = args.plots.files(|| report::advise::svg::plots(&advised))?;
+    all.extend(plots.iter().map(|(sink, svg)| (sink, svg.as_bytes())));
     write_all(&all, out)?;
     Ok(if advised.advice.is_clear() { Outcome::Pass } else { Outcome::Fail })
 }

@@ -8,7 +8,8 @@ use std::time::SystemTime;
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::output::Sink;
+use super::output::{Sink, write_all};
+use super::plots::PlotsArgs;
 use super::{Failure, Outcome, Warnings};
 use crate::notes::Note;
 use crate::progress::Done;
@@ -41,6 +42,8 @@ pub(super) struct CheckArgs {
     /// Write to this file instead of standard output (`-`); a run that fails leaves it unchanged.
     #[arg(long, value_name = "FILE")]
     output: Option<PathBuf>,
+    #[command(flatten)]
+    plots: PlotsArgs,
     /// What fails (exit code 1): resonance (and unchecked), uncertain, probability=P (from 0 to 1)
     /// or never.
     #[arg(long, value_name = "WHAT", value_parser = gate, default_value = "resonance")]
@@ -94,7 +97,10 @@ pub(super) fn run(
         return Err(errors.into());
     }
     let text = rendered(&jobs, &arms, args, &sink)?;
-    sink.write(&text, out)?;
+    let plots = args.plots.files(|| report::job::check_plots(&jobs))?;
+    let mut outputs: Vec<(&Sink, &[u8])> = vec![(&sink, text.as_bytes())];
+    outputs.extend(plots.iter().map(|(sink, svg)| (sink, svg.as_bytes())));
+    write_all(&outputs, out)?;
     Ok(if args.fail_on.fails_any(&jobs) { Outcome::Fail } else { Outcome::Pass })
 }
 

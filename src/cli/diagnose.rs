@@ -8,6 +8,7 @@ use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::output::{Sink, keep_apart, write_all};
+use super::plots::PlotsArgs;
 use super::{Failure, Outcome, Warnings};
 use crate::notes::{Note, Place};
 use crate::progress::Done;
@@ -38,6 +39,8 @@ pub(super) struct DiagnoseArgs {
     /// Write to this file instead of standard output (`-`); a run that fails leaves it unchanged.
     #[arg(long, value_name = "FILE")]
     output: Option<PathBuf>,
+    #[command(flatten)]
+    plots: PlotsArgs,
     /// Write the robot's file with the findings as corrections, and the calibration.
     #[arg(long, value_name = "ROBOT2.yaml")]
     write: Option<PathBuf>,
@@ -105,6 +108,8 @@ pub(super) fn run(
         shown.show(&update.notes.iter().map(in_file).collect::<Vec<_>>());
         outputs.push((sink, &written.bytes));
     }
+    let plots = args.plots.files(|| report::diagnosis::html::plots(&diagnosed.diagnosis))?;
+    outputs.extend(plots.iter().map(|(sink, svg)| (sink, svg.as_bytes())));
     write_all(&outputs, out)?;
     Ok(Outcome::Pass)
 }

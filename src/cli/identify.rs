@@ -7,10 +7,12 @@ use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::output::{Sink, keep_apart, write_all};
+use super::plots::PlotsArgs;
 use super::{Failure, Outcome, Warnings};
 use crate::progress::Done;
 use crate::report::identify::{
-    identification_html, identification_json, identification_svg, identification_text, measured_csv,
+    identification_html, identification_json, identification_plots, identification_svg,
+    identification_text, measured_csv,
 };
 use crate::study::Read;
 use crate::study::identify::{identify, read};
@@ -39,6 +41,8 @@ pub(super) struct IdentifyArgs {
     /// Write to this file instead of standard output (`-`); a run that fails leaves it unchanged.
     #[arg(long, value_name = "FILE")]
     output: Option<PathBuf>,
+    #[command(flatten)]
+    plots: PlotsArgs,
     /// Also write the table of modes that `detune diagnose` reads to this file.
     #[arg(long, value_name = "MEASURED.csv")]
     write: Option<PathBuf>,
@@ -96,6 +100,8 @@ pub(super) fn run(
     let csv = table.as_ref().map(|table| (table, measured_csv(&found)));
     let mut outputs: Vec<(&Sink, &[u8])> = vec![(&sink, text.as_bytes())];
     outputs.extend(csv.iter().map(|(table, csv)| (*table, csv.as_bytes())));
+    let plots = args.plots.files(|| identification_plots(&found))?;
+    outputs.extend(plots.iter().map(|(sink, svg)| (sink, svg.as_bytes())));
     write_all(&outputs, out)?;
     Ok(Outcome::Pass)
 }

@@ -9,6 +9,7 @@ mod identify;
 mod lobes;
 mod map;
 mod output;
+mod plots;
 mod report;
 mod schema;
 mod stiffness;

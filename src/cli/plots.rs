@@ -1,7 +1,7 @@
 //! `--plots`: the plots of a verb as files of SVG in a folder.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 

@@ -54,6 +54,5 @@ macro_rules! pages {
 
 pages! {
     your_robot jobs settings programs robots ci advice process maps report video identification
-    diagnosis
-    messages validation performance library python development
+    diagnosis messages validation performance library python development
 }

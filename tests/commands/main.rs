@@ -25,6 +25,7 @@ mod map_arrow;
 mod map_command;
 mod map_npy;
 mod map_stream;
+mod page;
 mod plausibility;
 mod program;
 mod programs;

@@ -9,8 +9,8 @@ use detune::notes::{Code, Note, Place};
 use detune::report;
 use detune::report::check::{github, json, junit, plot_text, sarif, text};
 use detune::risk::{
-    Certainty, Crossing, JobRisk, LeftOut, ModeExchange, Move, OperationRisk, Rules, Sample,
-    Verdict, closest_approach,
+    Certainty, Crossing, JobRisk, LeftOut, ModeExchange, Move, OperationRisk, Sample, Verdict,
+    closest_approach,
 };
 use detune::study::check::{CheckedJob, Gate};
 use detune::uncertainty::Estimate;
@@ -108,7 +108,7 @@ fn operation(name: &str, crossings: Vec<Crossing>) -> OperationRisk {
         spindle_max_rpm: 1100.0,
         spindle_schedule: None,
         duration_s: 12.5,
-        closest: closest_approach(&samples, &lines, &Rules::stated(&policy())),
+        closest: closest_approach(&samples, &lines, &policy(), 0.0),
         lines,
         left_out: LeftOut::default(),
         probability: 0.42,
@@ -229,8 +229,7 @@ mod as_text {
             sample.natural_frequencies_hz[1] += 100.0;
         }
         let operation = &mut job.risk.operations[0];
-        operation.closest =
-            closest_approach(&operation.samples, &operation.lines, &Rules::stated(&policy()));
+        operation.closest = closest_approach(&operation.samples, &operation.lines, &policy(), 0.0);
         job.risk.calibrated = true;
         let text = text::check(&[job], false);
         // Mode 1 at s = 1 has 30 Hz; 1100 rpm with two teeth strikes at 36.7 Hz.
@@ -935,8 +934,7 @@ fn every_renderer_takes_every_result() {
 #[test]
 fn the_closest_approach_is_that_of_a_plain_search() {
     let operation = operation("o", Vec::new());
-    let closest =
-        closest_approach(&operation.samples, &operation.lines, &Rules::stated(&policy())).unwrap();
+    let closest = closest_approach(&operation.samples, &operation.lines, &policy(), 0.0).unwrap();
     let mut best = f64::INFINITY;
     for s in (0..=10).map(|i| f64::from(i) / 10.0) {
         for mode in [20.0 + 10.0 * s, 90.0 - 30.0 * s] {
@@ -950,12 +948,7 @@ fn the_closest_approach_is_that_of_a_plain_search() {
 
     let mut policy = policy();
     policy.ignore_hz = vec![[73.0, 74.0]];
-    let without =
-        closest_approach(&operation.samples, &operation.lines, &Rules::stated(&policy)).unwrap();
+    let without = closest_approach(&operation.samples, &operation.lines, &policy, 0.0).unwrap();
     assert_eq!((without.mode, without.line, without.s), (1, SPINDLE_1, 0.0));
-    policy.min_tip_response_m_per_n = Some(1e-5);
-    assert_eq!(
-        closest_approach(&operation.samples, &operation.lines, &Rules::stated(&policy)),
-        None
-    );
+    assert_eq!(closest_approach(&operation.samples, &operation.lines, &policy, 1e-5), None);
 }

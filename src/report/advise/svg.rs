@@ -39,6 +39,14 @@ pub(in crate::report) fn operation(job: &AdvisedJob, operation: &OperationAdvice
     drawing(job, std::slice::from_ref(operation), "", true)
 }
 
+/// The map of each operation, with its name.
+pub fn plots(job: &AdvisedJob) -> Vec<(String, String)> {
+    let one = |(index, of): (usize, &OperationAdvice)| {
+        (format!("{}-{}-speeds", index + 1, of.name), operation(job, of))
+    };
+    job.advice.operations.iter().enumerate().map(one).collect()
+}
+
 fn drawing(job: &AdvisedJob, operations: &[OperationAdvice], title: &str, senses: bool) -> String {
     let (mut low, mut high) = (job.spindle.min_rpm, job.spindle.max_rpm);
     if low >= high {

@@ -59,6 +59,14 @@ pub fn diagnosis(diagnosed: &Diagnosed) -> Result<String, NotFinite> {
     page::page(&title, &body, &json!({ "jobs": [] }))
 }
 
+/// The plots of the page, each with a name.
+pub fn plots(d: &Diagnosis) -> Vec<(String, String)> {
+    let [first, others] = plots::residuals(d);
+    let all = plots::over_pose(d).into_iter().chain(plots::measured_against_predicted(d));
+    let all = all.chain(first).chain(others).enumerate();
+    all.map(|(index, (caption, svg))| (format!("{:02} {caption}", index + 1), svg)).collect()
+}
+
 fn card(found: &Finding) -> String {
     let mut facts: Vec<(&str, String)> =
         found.parameters.iter().map(|parameter| ("value", words::estimate(parameter))).collect();

@@ -16,7 +16,7 @@ pub(super) fn thinned(points: &[(f64, f64)]) -> Vec<usize> {
         let apart = |i: usize| (points[i].1 - (y0 + slope * (points[i].0 - x0))).abs();
         let farthest = (from + 1..to).max_by(|&a, &b| apart(a).total_cmp(&apart(b)));
         // What is no number stays, so that the curve breaks there.
-        if let Some(at) = farthest.filter(|&at| !(apart(at) <= TOLERANCE_PX)) {
+        if let Some(at) = farthest.filter(|&at| apart(at).is_nan() || apart(at) > TOLERANCE_PX) {
             kept[at] = true;
             open.extend([(from, at), (at, to)]);
         }

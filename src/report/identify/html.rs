@@ -32,6 +32,21 @@ pub fn identification_html(found: &IdentifiedSession) -> Result<String, NotFinit
     page::page("Modes of a session", &body, &json!({ "jobs": [] }))
 }
 
+/// The plots of each record, with their names.
+pub fn identification_plots(found: &IdentifiedSession) -> Vec<(String, String)> {
+    let mut plots = Vec::new();
+    for (index, record) in found.records.iter().enumerate() {
+        let name = |plot: &str| format!("{}-{}-{plot}", index + 1, record.name);
+        plots.push((name("spectrum"), sheet(record)));
+        for (what, svg) in
+            [("phase", phase(record)), ("coherence", coherence(record)), ("shapes", shapes(record))]
+        {
+            plots.extend(svg.map(|svg| (name(what), svg)));
+        }
+    }
+    plots
+}
+
 fn table(found: &IdentifiedSession) -> String {
     let columns = [
         ("pose", true),

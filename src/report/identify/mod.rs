@@ -7,7 +7,7 @@ mod svg;
 mod table;
 mod text;
 
-pub use html::identification_html;
+pub use html::{identification_html, identification_plots};
 pub(super) use json::Identification;
 pub use json::identification_json;
 pub use svg::identification_svg;

@@ -7,6 +7,8 @@ mod summary;
 
 use serde::Serialize;
 
+use super::check::findings::findings;
+use super::check::operation::CheckedOperation;
 use super::json::NotFinite;
 use super::page;
 use crate::risk::OperationRisk;
@@ -80,6 +82,19 @@ pub fn jobs(jobs: &[JobPage]) -> Result<String, NotFinite> {
     page::page(&title, &body, &Data { jobs: jobs.iter().map(JobData::of).collect() })
 }
 
+/// The plots of checked jobs, each with its name.
+pub fn check_plots(jobs: &[CheckedJob]) -> Vec<(String, String)> {
+    let mut plots = Vec::new();
+    for (j, job) in jobs.iter().enumerate() {
+        for (o, risk) in job.risk.operations.iter().enumerate() {
+            let name = |plot: &str| format!("{}-{}-{}-{plot}", j + 1, o + 1, risk.name);
+            plots.push((name("frequencies"), plots::frequencies(risk)));
+            plots.extend(plots::beta2(risk).map(|svg| (name("beta2"), svg)));
+        }
+    }
+    plots
+}
+
 /// What the script of the page works with.
 #[derive(Debug, Serialize)]
 struct Data<'a> {
@@ -99,11 +114,20 @@ struct JobData<'a> {
 struct OperationData<'a> {
     name: &'a str,
     duration_s: f64,
+    /// The mode that is shown first, counted from 1: the one of the worst crossing.
+    mode: usize,
     #[serde(rename = "separation_percent", serialize_with = "written::percent")]
     separation: f64,
     #[serde(rename = "uncertainty_percent", serialize_with = "written::percent")]
     uncertainty: f64,
     places: &'a [Place],
+}
+
+/// The mode of the worst crossing, else of the closest approach.
+fn worst_mode(job: &CheckedJob, risk: &OperationRisk) -> usize {
+    let found = findings(&CheckedOperation { job, risk });
+    let crossing = found.first().map(|finding| finding.mode);
+    crossing.or(risk.closest.map(|approach| approach.mode)).unwrap_or(1)
 }
 
 impl<'a> JobData<'a> {
@@ -118,6 +142,7 @@ impl<'a> JobData<'a> {
             OperationData {
                 name: &risk.name,
                 duration_s: risk.duration_s,
+                mode: worst_mode(checked, risk),
                 separation: checked.risk.separation,
                 uncertainty: risk.model_uncertainty,
                 places: moving.places.get(index).map_or(&[], Vec::as_slice),

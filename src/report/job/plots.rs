@@ -95,8 +95,8 @@ pub(in crate::report) fn frequencies(risk: &OperationRisk) -> String {
     for line in &risk.lines {
         let curve = excitation(risk, line);
         panel.curve(&mut canvas, &curve, EXCITATION);
-        let seen = curve.iter().rev().map(|(_, hz)| *hz);
-        let seen = seen.filter(|hz| (0.0..=1.0).contains(&panel.y.scale.share(*hz))).next();
+        let mut seen = curve.iter().rev().map(|(_, hz)| *hz);
+        let seen = seen.find(|hz| (0.0..=1.0).contains(&panel.y.scale.share(*hz)));
         labels.extend(seen.map(|at| Label { at, colour: INK, text: words::line(line) }));
     }
     for crossing in &risk.crossings {

@@ -80,6 +80,7 @@ class JobView {
       const at = (p) => p.margin_percent ?? Infinity;
       if (at(place) < at(this.places[worst])) worst = i;
     });
+    this.mode = this.job.operations[operation].mode - 1;
     this.go(worst);
     this.run();
   }
