@@ -70,8 +70,8 @@ pub(in crate::cli) struct MapArgs {
     /// Also the 95 % interval of every frequency: columns f1_lo95_hz, f1_hi95_hz, …
     #[arg(long)]
     pub(super) intervals: bool,
-    /// Also the mode shapes: columns phi1_<coordinate> (mass-normalised), phi1_<link>_x, _y, _z (how
-    /// the link turns, base frame) and strain1_<coordinate> (share of the strain energy), …
+    /// Also the mode shapes: columns `phi1_<coordinate>` (mass-normalised), `phi1_<link>_x`, _y, _z
+    /// (how the link turns, base frame) and `strain1_<coordinate>` (share of the strain energy), …
     #[arg(long)]
     pub(super) shapes: bool,
     /// Nonlinear: largest deflection of any turning spring, degrees; 1 if not given.
@@ -84,7 +84,7 @@ pub(in crate::cli) struct MapArgs {
     #[arg(long, value_name = "S", requires = "sample_rate_hz")]
     pub(super) duration_s: Option<f64>,
     /// Nonlinear: write the vibrations instead, as csv: one row per sample, with t_s and
-    /// alpha_<coordinate>_rad.
+    /// `alpha_<coordinate>_rad`.
     #[arg(long)]
     pub(super) series: bool,
     /// Write these statistics of each mode instead of every pose: the lowest and highest frequency and
