@@ -4,6 +4,7 @@
 mod advise;
 mod check;
 mod completions;
+mod deflection;
 mod diagnose;
 mod identify;
 mod lobes;
@@ -63,6 +64,7 @@ struct Cli {
 enum Verb {
     Check(check::CheckArgs),
     Advise(advise::AdviseArgs),
+    Deflection(deflection::DeflectionArgs),
     Diagnose(diagnose::DiagnoseArgs),
     Map(Box<map::MapArgs>),
     Stiffness(stiffness::StiffnessArgs),
@@ -156,6 +158,7 @@ fn run(verb: &Verb, out: &mut dyn Write, warnings: &Warnings) -> Result<Outcome,
     match verb {
         Verb::Check(args) => check::run(args, out, warnings),
         Verb::Advise(args) => advise::run(args, out, warnings),
+        Verb::Deflection(args) => deflection::run(args, out, warnings),
         Verb::Diagnose(args) => diagnose::run(args, out, warnings),
         Verb::Map(args) => map::run(args, out, warnings),
         Verb::Stiffness(args) => stiffness::run(args, out, warnings),

@@ -168,6 +168,18 @@ impl ForceModel {
         [-tangential * cos - radial * sin, tangential * sin - radial * cos]
     }
 
+    /// The mean of the force along the feed, across it and out of the work, N; along the axis it is
+    /// zero where the axial coefficients are not known.
+    pub fn mean_n(&self, feed_per_tooth_m: f64) -> [f64; 3] {
+        // The harmonic of order zero counts twice, as all harmonics do.
+        let [x, y] = self.harmonic(0, feed_per_tooth_m).amplitude_n.map(|c| 0.5 * c.re);
+        let Engagement { entry_rad, exit_rad } = self.engagement;
+        let [cutting, edge] = self.coefficients.axial.unwrap_or_default();
+        let chip = feed_per_tooth_m * (entry_rad.cos() - exit_rad.cos());
+        let per_turn = cutting * chip + edge * (exit_rad - entry_rad);
+        [x, y, -self.axial_depth_m * self.teeth.len() as f64 / TAU * per_turn]
+    }
+
     /// The harmonic of order `order` (1 or more), in closed form.
     pub fn harmonic(&self, order: u32, feed_per_tooth_m: f64) -> ForceHarmonic {
         let k = &self.coefficients;
@@ -281,6 +293,32 @@ mod tests {
         }
         println!("largest error of six harmonics {worst:.1e}");
         assert!(worst < 1e-3, "{worst}");
+    }
+
+    /// Mean forces of a slot in closed form (Altintas, 2nd ed., Eq. 2.89; forces on the tool):
+    /// F̄x = −(Nb/4) K_rc f − (Nb/π) K_re, F̄y = (Nb/4) K_tc f + (Nb/π) K_te, and along the axis, out
+    /// of the holder, (Nb/π) K_ac f + (Nb/2) K_ae.
+    #[test]
+    fn mean_forces_of_a_slot_have_their_closed_form() {
+        let tool = Tool { teeth: 3, ..Tool::default() };
+        let cutting = Cutting {
+            radial_depth_m: 0.0,
+            axial_depth_m: 0.002,
+            direction: CuttingDirection::Slot,
+            material: "al-6082".to_owned(),
+            coefficients: None,
+            regenerates: true,
+        };
+        let (f, nb) = (0.05e-3, 3.0 * 0.002);
+        let [x, y, z] = ForceModel::new(&tool, &cutting).unwrap().mean_n(f);
+        let expected = [
+            -nb / 4.0 * 99e6 * f - nb / PI * 10e3,
+            nb / 4.0 * 631e6 * f + nb / PI * 13e3,
+            -(nb / PI * 273e6 * f + nb / 2.0 * 2.8e3),
+        ];
+        for (found, expected) in [x, y, z].into_iter().zip(expected) {
+            assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}");
+        }
     }
 
     #[test]

@@ -10,7 +10,7 @@
 //! | [`robots`] | the robot file, and the robots that come with detune |
 //! | [`ci`] | checks in continuous integration |
 //! | [`advice`] | safe spindle speeds, schedules, other remedies |
-//! | [`process`] | what the cut does: stability, coefficients |
+//! | [`process`] | what the cut does: stability, deflection, coefficients |
 //! | [`report`] | a job, diagnosis or session as a page to look at |
 //! | [`maps`] | natural frequencies over poses |
 //! | [`video`] | from a video of marks to records |

@@ -13,16 +13,31 @@ use crate::job::{Cutting, CuttingDirection, TipCut};
 use crate::notes::{Code, Note, Notes, Place};
 use crate::units::{m_from_mm, mm_from_m};
 
-/// Whether a file is one of modes: it has `modes`, and is no job.
+/// What a YAML file is, by its keys.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FileKind {
+    /// It has `operations`.
+    Job,
+    /// It has `modes`.
+    Modes,
+    /// Neither: a robot, or nothing that is known.
+    Other,
+}
+
+/// What a file is.
 ///
 /// # Errors
 /// A file that cannot be read.
-pub fn is_modes_file(path: &Path) -> Result<bool, Vec<Note>> {
+pub fn file_kind(path: &Path) -> Result<FileKind, Vec<Note>> {
     let text = read_text(path, MAX_FILE_BYTES)?;
     let mut notes = Notes::about(Place::file(path));
     let tree = parse(&text, &mut notes);
     let has = |key| tree.as_ref().is_some_and(|tree: &Node| tree.get(key).is_some());
-    Ok(has("modes") && !has("operations"))
+    Ok(match (has("operations"), has("modes")) {
+        (true, _) => FileKind::Job,
+        (false, true) => FileKind::Modes,
+        (false, false) => FileKind::Other,
+    })
 }
 
 /// Reads a file of modes.

@@ -42,7 +42,7 @@ pub use calibration::{CalibrationRecord, FittedCorrection, FittedTable, TableNam
 pub use edit::{OperationEdit, rewritten_job, rewritten_program};
 pub use job::read_job;
 pub use load_test::{LoadTestRow, read_load_test};
-pub use lobes::{is_modes_file, read_tip_cut};
+pub use lobes::{FileKind, file_kind, read_tip_cut};
 pub use marks::{Between, MarkBox, Side, TraceSetup, Wanted, read_marks, read_times};
 pub use measured::{mode_table_on, read_measured};
 pub use poses::{DecodedPoses, PoseDecoder, PoseTable, RawPoses};

@@ -10,9 +10,11 @@ mod jacobi;
 mod pencil;
 mod receptance;
 mod solver;
+mod statics;
 mod tracking;
 
 pub use pencil::Pencil;
 pub use receptance::{peak_tip_compliance_m_per_n, tip_receptance_m_per_n};
 pub use solver::{ModalSolver, Modes};
+pub use statics::{Principal, Statics};
 pub use tracking::{Follow, Tracker, mac};

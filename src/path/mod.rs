@@ -23,4 +23,4 @@ pub use grid::{MAX_GAP, MAX_STEP, grid};
 pub use survey::{Detail, Station, Survey};
 pub use surveyor::Surveyor;
 pub use timed_path::{JointOverspeed, Path, PathReader};
-pub use tip_modes::{TipModes, tcp_poses, tip_modes, tip_modes_of_tool};
+pub use tip_modes::{TipModes, tcp_poses, tip_modes, tip_modes_of_tool, tool_frames};

@@ -34,19 +34,28 @@ const NEARBY: f64 = 1e-5;
 /// # Errors
 /// The first place that the arm does not reach, or at which it has no modes.
 pub fn tip_modes_of_tool(path: &Path, s: &[f64]) -> Result<Vec<TipModes>, Note> {
-    let around: Vec<f64> =
-        s.iter().flat_map(|s| [(s - NEARBY).max(0.0), (s + NEARBY).min(1.0)]).collect();
-    let around = tcp_poses(path, &around)?;
-    let steps =
-        around.chunks(2).map(|pair| pair[1].translation.vector - pair[0].translation.vector);
+    let frames = tool_frames(path, s)?;
     let mut all = tip_modes(path, s)?;
-    for (at, step) in all.iter_mut().zip(steps) {
-        let axes = tool_axes(&at.tcp, &step);
+    for (at, axes) in all.iter_mut().zip(frames) {
         for motion in &mut at.motions {
             *motion = Vector3::from(axes.map(|axis| axis.dot(motion)));
         }
     }
     Ok(all)
+}
+
+/// x, y and z of the tool's frame in the base frame at each of `s` (0..=1).
+///
+/// # Errors
+/// The first place that the arm does not reach.
+pub fn tool_frames(path: &Path, s: &[f64]) -> Result<Vec<[Vector3<f64>; 3]>, Note> {
+    let around: Vec<f64> =
+        s.iter().flat_map(|s| [(s - NEARBY).max(0.0), *s, (s + NEARBY).min(1.0)]).collect();
+    let frame = |poses: &[Isometry3<f64>]| {
+        let step = poses[2].translation.vector - poses[0].translation.vector;
+        tool_axes(&poses[1], &step)
+    };
+    Ok(tcp_poses(path, &around)?.chunks(3).map(frame).collect())
 }
 
 /// x, y and z of the tool's frame in the base frame, for a step of the tool centre point.

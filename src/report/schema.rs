@@ -25,6 +25,11 @@ pub fn diagnosis() -> Value {
     of::<super::diagnosis::json::Document<'static>>(|_| ())
 }
 
+/// Schema of what `detune deflection --format json` writes.
+pub fn deflection() -> Value {
+    of::<super::deflection::json::Document<'static>>(plain)
+}
+
 /// Schema of what `detune lobes --format json` writes.
 pub fn lobes() -> Value {
     of::<super::lobes::json::Document<'static>>(plain)

@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::{Read, advise};
 use crate::excitation::coefficients;
-use crate::input::{is_modes_file, read_tip_cut};
+use crate::input::{FileKind, file_kind, read_tip_cut};
 use crate::job::{Cutting, Job, Operation, TipCut, Tool};
 use crate::notes::{Code, Note, Place};
 use crate::path::{TipModes, tip_modes_of_tool};
@@ -128,13 +128,13 @@ pub struct Lobes {
 
 /// Reads a job, or a file of modes.
 pub fn read(file: &Path, today: Date) -> Read<Subject> {
-    match is_modes_file(file) {
-        Ok(true) => {
+    match file_kind(file) {
+        Ok(FileKind::Modes) => {
             let read = Read::of(|reading| read_tip_cut(file, reading));
             let Read { value, warnings, files } = read;
             Read { value: value.map(|cut| Subject::Modes(Box::new(cut))), warnings, files }
         }
-        Ok(false) => {
+        Ok(_) => {
             let Read { value, warnings, files } = advise::read(file, today);
             Read { value: value.map(|job| Subject::Job(Box::new(job))), warnings, files }
         }

@@ -6,8 +6,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use crate::arms::{OTHER, gravity, two_link_arm};
 use crate::two_link::{TABLE_1, TABLE_1_BETA1_RAD};
 use detune::model::{Placement, gravity_stiffness, mass_matrix, potential, potential_gradient};
-use detune::modes::ModalSolver;
-use nalgebra::{DMatrix, Matrix2};
+use detune::modes::{ModalSolver, Statics};
+use nalgebra::{DMatrix, Matrix2, Point3, Vector3};
 
 /// −π to π in `steps` steps.
 fn circle(steps: u32) -> impl Iterator<Item = f64> {
@@ -103,6 +103,30 @@ fn static_deflections_are_equations_12_and_13() {
                     assert!(error < 1e-17, "β = {beta1}, {beta2}: {error:e}");
                 }
             }
+        }
+    }
+}
+
+/// The same as `detune deflection` tells it; two of the compliance's axes lie in the arm's plane, and the
+/// softest gives C = J K⁻¹ Jᵀ its norm.
+#[test]
+fn the_sag_is_equations_12_and_13_and_the_compliance_that_of_the_jacobian() {
+    for parameters in [TABLE_1, OTHER] {
+        let robot = two_link_arm(&parameters, false);
+        let gravity = gravity(&parameters);
+        for (beta1, beta2) in [(0.3, 1.1), (2.0, -0.4), (-1.2, 2.5)] {
+            let mut placement = Placement::new(&robot);
+            placement.place(&robot, &[beta1, beta2]);
+            let statics = Statics::of(&robot, &placement, &Point3::origin()).unwrap();
+            let expected = parameters.static_deflections_rad(&gravity, beta1, beta2);
+            for (found, expected) in statics.sag.iter().zip(expected) {
+                assert!((found - expected).abs() < 1e-16, "{found} {expected}");
+            }
+            let [soft, middle, stiff] = statics.principal;
+            let first = statics.compliance_m_per_n * Vector3::from(soft.direction);
+            assert!((first.norm() / soft.compliance_m_per_n - 1.0).abs() < 1e-12);
+            assert!(soft.compliance_m_per_n >= middle.compliance_m_per_n);
+            assert!(stiff.compliance_m_per_n <= 1e-12 * soft.compliance_m_per_n);
         }
     }
 }

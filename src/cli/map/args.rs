@@ -181,7 +181,7 @@ impl MapArgs {
     }
 }
 
-fn grid_range(text: &str) -> Result<Positions, String> {
+pub(in crate::cli) fn grid_range(text: &str) -> Result<Positions, String> {
     const EXPECTED: &str = "must be NAME=FROM:TO:STEPS, e.g. joint_2=-60:90:151";
     let (joint, range) = text.rsplit_once('=').ok_or(EXPECTED)?;
     let [from, to, steps] = range.split(':').collect::<Vec<_>>()[..] else {
@@ -200,7 +200,7 @@ fn grid_range(text: &str) -> Result<Positions, String> {
     Ok(Positions { joint: joint.trim().to_owned(), from, to, steps, unit: Unit::DegOrMm })
 }
 
-fn named_value(text: &str) -> Result<(String, f64), String> {
+pub(in crate::cli) fn named_value(text: &str) -> Result<(String, f64), String> {
     let (name, value) = text.rsplit_once('=').ok_or("must be NAME=VALUE, e.g. joint_2=45")?;
     Ok((name.trim().to_owned(), finite(value)?))
 }

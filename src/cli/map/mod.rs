@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 
 use indicatif::ProgressBar;
 
-pub(super) use self::args::MapArgs;
 use self::args::{Format, MethodName};
+pub(super) use self::args::{MapArgs, grid_range, named_value};
 use self::progress::bar;
 use super::output::Sink;
 use super::{Failure, Outcome, Warnings, of_option};

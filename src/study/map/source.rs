@@ -8,7 +8,7 @@ use super::wrong;
 use crate::input::{DecodedPoses, PoseDecoder, PoseTable, RawPoses};
 use crate::map::{Generator, Grid, GridAxis, RandomPoses};
 use crate::model::{JointKind, MovingJoint, Robot};
-use crate::notes::{Note, Part, Place};
+use crate::notes::{Code, Note, Part, Place};
 use crate::units::{m_from_mm, rad_from_deg};
 use crate::wording::nearest;
 
@@ -134,6 +134,31 @@ impl Source {
             },
             _ => None,
         }
+    }
+
+    /// All poses, joint positions in rad or m, pose after pose.
+    ///
+    /// # Errors
+    /// Every fault of the table; more than `most` poses.
+    pub(in crate::study) fn poses(mut self, most: usize) -> Result<Vec<Vec<f64>>, Vec<Note>> {
+        let decoder = self.decoder();
+        let (mut raw, mut decoded) = (Raw::default(), DecodedPoses::default());
+        let (mut poses, mut errors, mut places) = (Vec::new(), Vec::new(), 0);
+        while self.read(1024, &mut raw).map_err(|error| vec![error])? {
+            decoder.decode(&raw, &mut decoded);
+            for (place, what) in &decoded.faults {
+                let error = Note::error(Code::Value, Place::default(), what);
+                errors.push(decoder.locate(places + place, &error));
+            }
+            places += decoded.places;
+            let joints = decoded.values.len() / decoded.count.max(1);
+            poses.extend(decoded.values.chunks(joints.max(1)).map(<[f64]>::to_vec));
+            if poses.len() > most {
+                let what = format!("there are more than {most} poses");
+                return Err(vec![Note::error(Code::TooLong, Place::default(), what)]);
+            }
+        }
+        if errors.is_empty() { Ok(poses) } else { Err(errors) }
     }
 
     pub(super) fn decoder(&self) -> Decoder {

@@ -1,0 +1,72 @@
+//! What the tool tip does under a force that stands still.
+
+use nalgebra::{DMatrix, DVector, Matrix3, Matrix6xX, Point3, SymmetricEigen, Vector3};
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use crate::model::{
+    Conditions, Placement, Robot, elastic_jacobian, potential_gradient, stiffness_matrix,
+};
+use crate::units::written;
+
+/// Cap of nalgebra's QR iteration; a 3 × 3 matrix takes a few.
+const MAX_QR_STEPS: usize = 1000;
+
+/// How far the tip gives way in one direction.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(inline)]
+pub struct Principal {
+    /// Displacement for a unit force along the direction, which is along it.
+    #[serde(rename = "compliance_um_per_n", serialize_with = "written::um")]
+    pub compliance_m_per_n: f64,
+    /// In the base frame, of length 1.
+    pub direction: [f64; 3],
+}
+
+/// The arm at rest at one pose: what the springs give, K α = f, with K as for its modes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Statics {
+    /// α under gravity, rad or m: Eqs. (12)–(13) of the paper for its arm.
+    pub sag: Vec<f64>,
+    /// How gravity moves the tip, m, in the base frame.
+    pub sag_m: Vector3<f64>,
+    /// Displacement of the tip for a force on it, m/N, both in the base frame.
+    pub compliance_m_per_n: Matrix3<f64>,
+    /// The axes of its ellipsoid, softest first.
+    pub principal: [Principal; 3],
+}
+
+impl Statics {
+    /// Of a robot as placed, at the point `tcp_m` of its tip frame; `None` where K is not positive
+    /// definite.
+    pub fn of(robot: &Robot, placement: &Placement, tcp_m: &Point3<f64>) -> Option<Self> {
+        let n = robot.coordinates().len();
+        let mut stiffness = DMatrix::zeros(n, n);
+        stiffness_matrix(robot, placement, &Conditions::default(), &mut stiffness);
+        let factor = stiffness.cholesky()?;
+        let mut gradient = vec![0.0; n];
+        potential_gradient(robot, placement, &mut gradient);
+        let sag = factor.solve(&-DVector::from_vec(gradient));
+        let mut jacobian = Matrix6xX::zeros(n);
+        elastic_jacobian(robot, placement, tcp_m, &mut jacobian);
+        let moved = jacobian.fixed_rows::<3>(0);
+        let sag_m: Vector3<f64> = moved * &sag;
+        let compliance: Matrix3<f64> = moved * factor.solve(&moved.transpose());
+        let compliance_m_per_n = (compliance + compliance.transpose()) * 0.5;
+        let found = SymmetricEigen::try_new(compliance_m_per_n, f64::EPSILON, MAX_QR_STEPS)?;
+        let mut order = [0, 1, 2];
+        order.sort_by(|&a, &b| found.eigenvalues[b].total_cmp(&found.eigenvalues[a]));
+        let principal = order.map(|i| Principal {
+            // What no spring moves is rounding about zero.
+            compliance_m_per_n: found.eigenvalues[i].max(0.0),
+            direction: upright(found.eigenvectors.column(i).into_owned()).into(),
+        });
+        Some(Self { sag: sag.as_slice().to_vec(), sag_m, compliance_m_per_n, principal })
+    }
+}
+
+/// Either direction of an axis: the one whose largest component is positive.
+fn upright(axis: Vector3<f64>) -> Vector3<f64> {
+    if axis[axis.iamax()] < 0.0 { -axis } else { axis }
+}
