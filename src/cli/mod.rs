@@ -4,6 +4,7 @@
 mod advise;
 mod check;
 mod completions;
+mod cutting;
 mod deflection;
 mod diagnose;
 mod identify;
@@ -64,6 +65,7 @@ struct Cli {
 enum Verb {
     Check(check::CheckArgs),
     Advise(advise::AdviseArgs),
+    Cutting(cutting::CuttingArgs),
     Deflection(deflection::DeflectionArgs),
     Diagnose(diagnose::DiagnoseArgs),
     Map(Box<map::MapArgs>),
@@ -158,6 +160,7 @@ fn run(verb: &Verb, out: &mut dyn Write, warnings: &Warnings) -> Result<Outcome,
     match verb {
         Verb::Check(args) => check::run(args, out, warnings),
         Verb::Advise(args) => advise::run(args, out, warnings),
+        Verb::Cutting(args) => cutting::run(args, out, warnings),
         Verb::Deflection(args) => deflection::run(args, out, warnings),
         Verb::Diagnose(args) => diagnose::run(args, out, warnings),
         Verb::Map(args) => map::run(args, out, warnings),

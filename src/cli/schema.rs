@@ -47,6 +47,8 @@ enum Subject {
     Identification,
     /// The output of `diagnose --format json`
     Diagnosis,
+    /// The output of `cutting --format json`
+    Cutting,
     /// The output of `deflection --format json`
     Deflection,
     /// The output of `lobes --format json`
@@ -70,6 +72,7 @@ pub(super) fn run(args: &SchemaArgs, out: &mut dyn Write) -> Result<Outcome, Fai
         Subject::Advice => report::schema::advice(),
         Subject::Identification => report::schema::identification(),
         Subject::Diagnosis => report::schema::diagnosis(),
+        Subject::Cutting => report::schema::cutting(),
         Subject::Deflection => report::schema::deflection(),
         Subject::Lobes => report::schema::lobes(),
         Subject::Map => return Err(no_schema("map")),

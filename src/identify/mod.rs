@@ -8,6 +8,7 @@
 //!        → one row a pose (session) → a table of modes (table)
 //! ```
 
+pub mod cutting;
 mod estimate;
 mod impacts;
 pub mod links;

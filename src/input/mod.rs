@@ -28,6 +28,7 @@ mod robot_edit;
 pub mod schema;
 mod session;
 mod settings;
+mod slots;
 mod urdf;
 mod video;
 mod waypoints;
@@ -49,6 +50,7 @@ pub use poses::{DecodedPoses, PoseDecoder, PoseTable, RawPoses};
 pub use robot::{DescribedRobot, read_described_robot, read_robot};
 pub use robot_edit::corrected_robot;
 pub use session::read_session;
+pub use slots::read_slots;
 pub use video::{Pictures, open_video};
 
 /// What comes up while files are read, whether or not they are valid.

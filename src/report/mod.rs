@@ -3,6 +3,7 @@
 
 pub mod advise;
 pub mod check;
+pub mod cutting;
 pub mod deflection;
 pub mod diagnosis;
 mod drawing;

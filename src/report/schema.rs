@@ -25,6 +25,11 @@ pub fn diagnosis() -> Value {
     of::<super::diagnosis::json::Document<'static>>(|_| ())
 }
 
+/// Schema of what `detune cutting --format json` writes.
+pub fn cutting() -> Value {
+    of::<super::cutting::Document<'static>>(plain)
+}
+
 /// Schema of what `detune deflection --format json` writes.
 pub fn deflection() -> Value {
     of::<super::deflection::json::Document<'static>>(plain)

@@ -6,6 +6,7 @@ pub mod advise;
 pub mod arm;
 mod calibration;
 pub mod check;
+pub mod cutting;
 pub mod deflection;
 pub mod diagnose;
 pub mod identify;

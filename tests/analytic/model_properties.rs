@@ -10,7 +10,7 @@ use detune::model::{
     Robot, elastic_jacobian, gravity_stiffness, inverse_dynamics, joint_jacobian, mass_matrix,
     potential, potential_gradient,
 };
-use detune::modes::{ModalSolver, Modes, mac, tip_receptance_m_per_n};
+use detune::modes::{ModalSolver, Modes, Statics, mac, tip_receptance_m_per_n};
 use detune::uncertainty::{ArmAtPose, Parameter, Scales};
 use nalgebra::{Complex, DMatrix, DVector, Matrix6xX, Point3, Unit, Vector3};
 
