@@ -295,9 +295,9 @@ mod tests {
         assert!(worst < 1e-3, "{worst}");
     }
 
-    /// Mean forces of a slot in closed form (Altintas, 2nd ed., Eq. 2.89; forces on the tool):
-    /// F̄x = −(Nb/4) K_rc f − (Nb/π) K_re, F̄y = (Nb/4) K_tc f + (Nb/π) K_te, and along the axis, out
-    /// of the holder, (Nb/π) K_ac f + (Nb/2) K_ae.
+    /// Mean forces of a slot in closed form (Altintas, Manufacturing Automation, 2nd ed., section
+    /// 2.8.1, on the tool): F̄x = −(Nb/4) K_rc f − (Nb/π) K_re, F̄y = (Nb/4) K_tc f + (Nb/π) K_te,
+    /// and along the axis, out of the holder, (Nb/π) K_ac f + (Nb/2) K_ae.
     #[test]
     fn mean_forces_of_a_slot_have_their_closed_form() {
         let tool = Tool { teeth: 3, ..Tool::default() };
