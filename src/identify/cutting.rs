@@ -64,6 +64,9 @@ pub struct Direction {
     pub residual_n: f64,
 }
 
+/// What a force takes from both coefficients of its direction, and the force, N.
+type Row = ([f64; 2], f64);
+
 /// What slot tests tell.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -123,7 +126,7 @@ pub fn fit_slots(slots: &[SlotTest]) -> Result<CuttingFit, CuttingFault> {
     let sign = if is_turned { -1.0 } else { 1.0 };
     let edge = |slot: &SlotTest| f64::from(slot.teeth) * slot.axial_depth_m;
     let area = |slot: &SlotTest| edge(slot) * slot.feed_per_tooth_m;
-    let fit = |rows: Vec<([f64; 2], f64)>| least_squares(&rows).ok_or(CuttingFault::OneFeed);
+    let fit = |rows: Vec<Row>| least_squares(&rows).ok_or(CuttingFault::OneFeed);
     let across = |slot: &SlotTest| ([0.25 * area(slot), edge(slot) / PI], sign * slot.force_n[1]);
     let along = |slot: &SlotTest| ([-0.25 * area(slot), -edge(slot) / PI], sign * slot.force_n[0]);
     let tangential = fit(slots.iter().map(across).collect())?;
@@ -140,17 +143,19 @@ pub fn fit_slots(slots: &[SlotTest]) -> Result<CuttingFit, CuttingFault> {
 }
 
 /// y = x₀ k₀ + x₁ k₁ by least squares; `None` where the rows do not tell the two apart.
-fn least_squares(rows: &[([f64; 2], f64)]) -> Option<Direction> {
-    let sum = |f: &dyn Fn(&([f64; 2], f64)) -> f64| rows.iter().map(f).sum::<f64>();
-    let (a, b, c) =
-        (sum(&|r| r.0[0] * r.0[0]), sum(&|r| r.0[0] * r.0[1]), sum(&|r| r.0[1] * r.0[1]));
-    let (p, q) = (sum(&|r| r.0[0] * r.1), sum(&|r| r.0[1] * r.1));
+fn least_squares(rows: &[Row]) -> Option<Direction> {
+    let sum = |f: fn(&Row) -> f64| rows.iter().map(f).sum::<f64>();
+    let a = sum(|row| row.0[0] * row.0[0]);
+    let b = sum(|row| row.0[0] * row.0[1]);
+    let c = sum(|row| row.0[1] * row.0[1]);
+    let (p, q) = (sum(|row| row.0[0] * row.1), sum(|row| row.0[1] * row.1));
     let determinant = a * c - b * b;
     if determinant.is_nan() || determinant <= 1e-9 * a * c {
         return None;
     }
     let k = [(c * p - b * q) / determinant, (a * q - b * p) / determinant];
-    let squares = sum(&|r| (r.1 - r.0[0] * k[0] - r.0[1] * k[1]).powi(2));
+    let off = |([x0, x1], y): &Row| y - x0 * k[0] - x1 * k[1];
+    let squares: f64 = rows.iter().map(|row| off(row).powi(2)).sum();
     let freedom = rows.len() as f64 - 2.0;
     let residual_n = (squares / freedom).sqrt();
     let stds = [c, a].map(|own| residual_n * (own / determinant).sqrt());
