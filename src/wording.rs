@@ -50,10 +50,32 @@ pub fn rounded(value: f64, decimals: i32) -> f64 {
 
 /// Text of a user on one line: what would steer a terminal, turn the direction of writing or break
 /// XML is spelt out as `\u{1b}`.
+///
+/// Build servers run lines of a log as commands: `::error …` at the start of a line, where a
+/// wrapped text may put any word, `##vso[…` and `##[…` anywhere. So a word does not start with
+/// `::`, and no `#` follows another.
 pub fn printable(text: &str) -> String {
+    spelled(text, true)
+}
+
+/// The same where no line can start with the text: what build servers take for a command stays.
+pub fn visible(text: &str) -> String {
+    spelled(text, false)
+}
+
+fn spelled(text: &str, spells_commands: bool) -> String {
     let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
+    let mut before = ' ';
+    let mut chars = text.chars().peekable();
+    while let Some(c) = chars.next() {
+        let commands = match c {
+            ':' => before.is_whitespace() && chars.peek() == Some(&':'),
+            '#' => before == '#',
+            _ => false,
+        };
+        before = c;
         match c {
+            c if commands && spells_commands => out.extend(c.escape_unicode()),
             c if is_printable(c) => out.push(c),
             c if c.is_control() => out.extend(c.escape_default()),
             c => out.extend(c.escape_unicode()),
@@ -73,12 +95,13 @@ fn is_printable(c: char) -> bool {
 /// Width of text output, in columns.
 const WIDTH: usize = 100;
 
-/// Writes `text` after `head`, wrapped to the width with further lines below the start of the text.
+/// Writes `text`, as [`printable`], after `head`, wrapped to the width with further lines below the
+/// start of the text.
 pub fn wrapped(out: &mut String, head: &str, text: &str) {
     let indent = head.chars().count();
     let mut column = indent;
     out.push_str(head);
-    for (i, word) in text.split(' ').enumerate() {
+    for (i, word) in printable(text).split(' ').enumerate() {
         let width = word.chars().count();
         if i > 0 && column + 1 + width > WIDTH {
             out.push('\n');
@@ -110,6 +133,8 @@ mod tests {
     fn nothing_reaches_the_terminal_but_text() {
         assert_eq!(printable("µ 'a' \u{1b}[31m\r\n\u{7}"), "µ 'a' \\u{1b}[31m\\r\\n\\u{7}");
         assert_eq!(printable("a\u{9b}\u{7f}\u{202e}\u{ffff}"), "a\\u{9b}\\u{7f}\\u{202e}\\u{ffff}");
+        assert_eq!(printable("::error a::b ::c"), "\\u{3a}:error a::b \\u{3a}:c");
+        assert_eq!(printable("##vso[x] # ###"), "#\\u{23}vso[x] # #\\u{23}\\u{23}");
         assert_eq!(printable("Tür 50 % ×2 — ok 日本"), "Tür 50 % ×2 — ok 日本");
     }
 

@@ -12,16 +12,17 @@ use super::plots::PlotsArgs;
 use super::{Failure, Outcome, Warnings, of_option};
 use crate::notes::Note;
 use crate::report;
-use crate::report::job::{JobPage, jobs};
-use crate::study::Read;
-use crate::study::advise::{Advised, FeedRule, Objective, Options, WriteTo, advise, read};
+use crate::report::job::{JobPage, jobs as pages};
+use crate::study::advise::{AdvisedJob, FeedRule, Objective, Options, WriteTo, advise, read_under};
 use crate::study::report::about;
+use crate::study::{PolicyOverrides, Read, is_one_file, job_files};
 use crate::units::Date;
 
 const AFTER_HELP: &str = "\
 Examples:
   detune advise jobs/pocket.yaml
   detune advise jobs/pocket.yaml --objective margin --format json
+  detune advise jobs --policy separation_percent=8
   detune advise jobs/pocket.yaml --write jobs/pocket-quiet.yaml
   detune check jobs/pocket-quiet.yaml
 
@@ -32,9 +33,9 @@ command line is wrong, 3 an internal error. The format of the output never chang
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct AdviseArgs {
-    /// Job file.
-    #[arg(value_name = "JOB")]
-    job: PathBuf,
+    /// Job files; folders, for the jobs in and below them; patterns such as 'jobs/**/*.yaml'.
+    #[arg(value_name = "JOB", required = true)]
+    jobs: Vec<PathBuf>,
     /// Output format.
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
@@ -60,13 +61,16 @@ pub(super) struct AdviseArgs {
     /// --write, the job written names it.
     #[arg(long, value_name = "FILE")]
     write_program: Option<PathBuf>,
+    /// A key of the policy, which wins over the job and detune.toml; may be repeated.
+    #[arg(long, value_name = "KEY=VALUE")]
+    policy: Vec<String>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Format {
     /// Readable text.
     Text,
-    /// JSON; `detune schema advice` describes it.
+    /// JSON; `detune schema advice` describes it. Of several jobs a list of the same.
     Json,
     /// A map of path and spindle speed: bands as areas, programmed and advised speeds as lines.
     Svg,
@@ -94,7 +98,7 @@ enum Feed {
     Programmed,
 }
 
-/// Advises one job; if some file is wrong, reports all errors and writes nothing.
+/// Advises jobs; if some file is wrong, reports all errors of all jobs and writes nothing.
 pub(super) fn run(
     args: &AdviseArgs,
     out: &mut dyn Write,
@@ -103,50 +107,112 @@ pub(super) fn run(
     let sink = Sink::open(args.output.as_deref())?;
     let write = args.write.as_deref().map(|path| Sink::open(Some(path))).transpose()?;
     let program = args.write_program.as_deref().map(|path| Sink::open(Some(path))).transpose()?;
-    let Read { value: job, warnings, files } = read(&args.job, Date::of(SystemTime::now()));
-    let job = job.inspect_err(|_| shown.show(&warnings))?;
+    let policy = PolicyOverrides::parse(&args.policy)?;
+    let files = job_files(&args.jobs)?;
+    let is_list = !is_one_file(&args.jobs);
+    refuse_for_several(args, is_list)?;
+    let today = Date::of(SystemTime::now());
+    let read: Vec<_> = files.iter().map(|file| read_under(file, today, &policy)).collect();
     keep_apart(&[
         ("--output", Some(&sink), args.output.as_deref()),
         ("--write", write.as_ref(), args.write.as_deref()),
         ("--write-program", program.as_ref(), args.write_program.as_deref()),
     ])?;
     for sink in [Some(&sink), write.as_ref(), program.as_ref()].into_iter().flatten() {
-        sink.refuse_inputs([&args.job])?;
         sink.refuse_inputs(&files)?;
+        sink.refuse_inputs(read.iter().flat_map(|read| &read.files))?;
     }
     let to = WriteTo { job: args.write.as_deref(), program: args.write_program.as_deref() };
-    let bar = progress();
-    let advised = advise(&job, &files, &options(args), to, &count_on(&bar));
-    bar.finish_and_clear();
-    let advised = advised.inspect_err(|_| shown.show(&warnings)).map_err(at_option)?;
-    let Advised { job: advised, outputs, not_written } = advised;
-    shown.show_of_jobs(&advised.warnings);
-    shown.show(&not_written);
-    let text = match args.format {
-        Format::Text => {
-            report::advise::text::advice(&advised, sink.is_standard() && shows_colour())
+    let bar = progress(shown);
+    let (mut all, mut errors) = (Vec::new(), Vec::new());
+    for Read { value: job, warnings, files } in read {
+        let advised = job.and_then(|job| {
+            let advised = advise(&job, &files, &options(args), to, &count_on(&bar))?;
+            Ok((job, advised))
+        });
+        match advised {
+            Ok((job, advised)) => {
+                bar.suspend(|| {
+                    shown.show_of_jobs(&advised.job.warnings);
+                    shown.show(&advised.not_written);
+                });
+                all.push((job, advised));
+            }
+            Err(own) => {
+                bar.suspend(|| shown.show(&warnings));
+                errors.extend(own);
+            }
         }
-        Format::Json => report::advise::json::advice(&advised)
-            .map_err(|error| Failure::Internal(error.to_string()))?,
-        Format::Svg => report::advise::svg::advice(&advised),
+    }
+    bar.finish_and_clear();
+    if !errors.is_empty() {
+        return Err(at_option(errors).into());
+    }
+    let jobs: Vec<&AdvisedJob> = all.iter().map(|(_, advised)| &advised.job).collect();
+    let colour = sink.is_standard() && shows_colour();
+    let text = match args.format {
         Format::Html => {
-            let reported = about(&job, advised.clone(), &|_| ())?;
-            jobs(&[JobPage::from(&reported)])
+            let about = all.iter().map(|(job, found)| about(job, found.job.clone(), &|_| ()));
+            let reported = about.collect::<Result<Vec<_>, _>>()?;
+            pages(&reported.iter().map(JobPage::from).collect::<Vec<_>>())
                 .map_err(|error| Failure::Internal(error.to_string()))?
         }
+        _ => rendered(&jobs, args.format, is_list, colour)?,
     };
+    let plots = args
+        .plots
+        .files(|| jobs.iter().flat_map(|job| report::advise::svg::plots(job)).collect())?;
     let sink_of = |path: &Path| match args.write.as_deref() {
         Some(job) if job == path => write.as_ref(),
         _ => program.as_ref(),
     };
-    let mut all: Vec<(&Sink, &[u8])> = vec![(&sink, text.as_bytes())];
-    for output in &outputs {
-        all.extend(sink_of(&output.path).map(|sink| (sink, output.bytes.as_slice())));
+    let mut outputs: Vec<(&Sink, &[u8])> = vec![(&sink, text.as_bytes())];
+    outputs.extend(plots.iter().map(|(sink, svg)| (sink, svg.as_bytes())));
+    for output in all.iter().flat_map(|(_, advised)| &advised.outputs) {
+        outputs.extend(sink_of(&output.path).map(|sink| (sink, output.bytes.as_slice())));
     }
-    let plots = args.plots.files(|| report::advise::svg::plots(&advised))?;
-    all.extend(plots.iter().map(|(sink, svg)| (sink, svg.as_bytes())));
-    write_all(&all, out)?;
-    Ok(if advised.advice.is_clear() { Outcome::Pass } else { Outcome::Fail })
+    write_all(&outputs, out)?;
+    let is_clear = jobs.iter().all(|job| job.advice.is_clear());
+    Ok(if is_clear { Outcome::Pass } else { Outcome::Fail })
+}
+
+/// What is about one job cannot be asked of several; what only the command line says cannot be
+/// written into a job that is then read without it.
+fn refuse_for_several(args: &AdviseArgs, is_list: bool) -> Result<(), Vec<Note>> {
+    let options: [(&str, bool, bool); 4] = [
+        ("--write", args.write.is_some(), true),
+        ("--write-program", args.write_program.is_some(), true),
+        ("--format svg", args.format == Format::Svg, false),
+        ("--plots", args.plots.is_asked(), false),
+    ];
+    let mut errors = Vec::new();
+    for (name, _, writes) in options.into_iter().filter(|(_, is_given, _)| *is_given) {
+        if is_list {
+            errors.push(Note::usage(format!("{name} takes one job; name one file")));
+        }
+        if writes && !args.policy.is_empty() {
+            let what = "the written file would not say what --policy sets; put it into the job";
+            errors.push(Note::usage(format!("{name}: {what}")));
+        }
+    }
+    if errors.is_empty() { Ok(()) } else { Err(errors) }
+}
+
+fn rendered(
+    jobs: &[&AdvisedJob],
+    format: Format,
+    is_list: bool,
+    colour: bool,
+) -> Result<String, Failure> {
+    use report::advise::{json, svg, text};
+    let internal = |error: &dyn std::fmt::Display| Failure::Internal(error.to_string());
+    match (format, jobs) {
+        (Format::Text, [job]) if !is_list => Ok(text::advice(job, colour)),
+        (Format::Text, _) => Ok(text::advice_list(jobs, colour)),
+        (Format::Json, [job]) if !is_list => json::advice(job).map_err(|error| internal(&error)),
+        (Format::Json, _) => json::advice_list(jobs).map_err(|error| internal(&error)),
+        (Format::Svg | Format::Html, _) => Ok(jobs.iter().map(|job| svg::advice(job)).collect()),
+    }
 }
 
 /// Errors of the request, at the option that asked for it.

@@ -10,6 +10,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::output::{Sink, write_all};
 use super::plots::PlotsArgs;
+use super::repository;
 use super::{Failure, Outcome, Warnings};
 use crate::notes::Note;
 use crate::progress::Done;
@@ -17,13 +18,15 @@ use crate::report;
 use crate::report::check::github::note_annotation;
 use crate::report::job::JobPage;
 use crate::study::arm::{MovingArm, moving_arm};
-use crate::study::check::{Checked, CheckedJob, Gate, ReadJobs, Verdict};
+use crate::study::check::{self as study, Checked, CheckedJob, Gate, ReadJobs, Verdict};
+use crate::study::{PolicyOverrides, job_files};
 use crate::units::Date;
 
 const AFTER_HELP: &str = "\
 Examples:
   detune check jobs/pocket.yaml
-  detune check --format json jobs/*.yaml | jq .verdict
+  detune check --format json --samples none jobs | jq .verdict
+  detune check jobs --policy separation_percent=8 --summary
   detune check --format junit --output detune.xml --fail-on uncertain jobs/*.yaml
 
 Exit codes: 0 passes, 1 fails, 2 a file or the command line is wrong, 3 an internal error.
@@ -33,7 +36,7 @@ The format of the output never changes the exit code.";
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct CheckArgs {
-    /// Job files.
+    /// Job files; folders, for the jobs in and below them; patterns such as 'jobs/**/*.yaml'.
     #[arg(value_name = "JOB", required = true)]
     jobs: Vec<PathBuf>,
     /// Output format.
@@ -48,6 +51,23 @@ pub(super) struct CheckArgs {
     /// or never.
     #[arg(long, value_name = "WHAT", value_parser = gate, default_value = "resonance")]
     fail_on: Gate,
+    /// A key of the policy, which wins over the job and detune.toml; may be repeated.
+    #[arg(long, value_name = "KEY=VALUE")]
+    policy: Vec<String>,
+    /// Text: one page, with the worst jobs, instead of each job in full.
+    #[arg(long, value_enum, value_name = "WHEN", num_args = 0..=1, require_equals = true,
+        default_value_t = Summary::Auto, default_missing_value = "always")]
+    summary: Summary,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Summary {
+    /// Of more than 8 jobs.
+    Auto,
+    /// Always.
+    Always,
+    /// Never.
+    Never,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -64,26 +84,46 @@ enum Format {
     Github,
     /// A page to look at: the arm with its modes along the path, plots, tables.
     Html,
+    /// GitLab's code quality report.
+    Gitlab,
+}
+
+impl CheckArgs {
+    /// As if nothing but the jobs were given.
+    pub(super) fn of(jobs: Vec<PathBuf>) -> Self {
+        Self {
+            jobs,
+            format: Format::Text,
+            output: None,
+            fail_on: Gate::From(Verdict::Unchecked),
+            policy: Vec::new(),
+            summary: Summary::Auto,
+            plots: PlotsArgs::default(),
+        }
+    }
 }
 
 /// Checks all jobs and writes one report; if some file is wrong, reports all errors of all jobs and
 /// writes nothing.
 pub(super) fn run(
     args: &CheckArgs,
+    samples: super::Samples,
     out: &mut dyn Write,
     shown: &Warnings,
 ) -> Result<Outcome, Failure> {
     let sink = Sink::open(args.output.as_deref())?;
-    sink.refuse_inputs(&args.jobs)?;
-    let jobs = ReadJobs::read(&args.jobs, Date::of(SystemTime::now()));
+    let policy = PolicyOverrides::parse(&args.policy)?;
+    let files = job_files(&args.jobs)?;
+    sink.refuse_inputs(&files)?;
+    let jobs = ReadJobs::read_under(&files, Date::of(SystemTime::now()), &policy);
     sink.refuse_inputs(jobs.files())?;
-    let bar = progress();
+    let bar = progress(shown);
     let progress = count_on(&bar);
     let (checked, arms) = match args.format {
         Format::Html => jobs.check_with(&progress, moving_arm),
         _ => (jobs.check(&progress), Vec::new()),
     };
-    let Checked { jobs, warnings, errors } = checked;
+    let Checked { mut jobs, warnings, errors } = checked;
     bar.finish_and_clear();
     shown.show_of_jobs(&warnings);
     if args.format == Format::Github {
@@ -96,12 +136,26 @@ pub(super) fn run(
     if !errors.is_empty() {
         return Err(errors.into());
     }
-    let text = rendered(&jobs, &arms, args, &sink)?;
+    let has_failed = args.fail_on.fails_any(&jobs);
     let plots = args.plots.files(|| report::job::check_plots(&jobs))?;
+    if args.format == Format::Json {
+        samples.kept().keep(&mut jobs);
+    }
+    let text = rendered(&jobs, &arms, args, &sink)?;
     let mut outputs: Vec<(&Sink, &[u8])> = vec![(&sink, text.as_bytes())];
     outputs.extend(plots.iter().map(|(sink, svg)| (sink, svg.as_bytes())));
     write_all(&outputs, out)?;
-    Ok(if args.fail_on.fails_any(&jobs) { Outcome::Fail } else { Outcome::Pass })
+    Ok(if has_failed { Outcome::Fail } else { Outcome::Pass })
+}
+
+impl super::Samples {
+    fn kept(self) -> study::Samples {
+        match self {
+            Self::All => study::Samples::All,
+            Self::Thin => study::Samples::Thin,
+            Self::None => study::Samples::None,
+        }
+    }
 }
 
 /// What `--fail-on` says.
@@ -132,9 +186,22 @@ fn rendered(
     let internal = |error: &dyn std::fmt::Display| Failure::Internal(error.to_string());
     let root = env::current_dir().unwrap_or_default();
     match args.format {
-        Format::Text => Ok(report::check::text::check(jobs, sink.is_standard() && shows_colour())),
+        Format::Text => {
+            let is_page = match args.summary {
+                Summary::Auto => jobs.len() > report::check::page::MAX_IN_FULL,
+                Summary::Always => true,
+                Summary::Never => false,
+            };
+            let renderer =
+                if is_page { report::check::page::page } else { report::check::text::check };
+            Ok(renderer(jobs, sink.is_standard() && shows_colour()))
+        }
         Format::Json => report::check::json::check(jobs).map_err(|error| internal(&error)),
-        Format::Sarif => report::check::sarif::check(jobs, &root).map_err(|error| internal(&error)),
+        Format::Sarif => report::check::sarif::check(jobs, &root, &repository::named)
+            .map_err(|error| internal(&error)),
+        Format::Gitlab => {
+            report::check::gitlab::check(jobs, &repository::named).map_err(|error| internal(&error))
+        }
         Format::Junit => {
             report::check::junit::check(jobs, args.fail_on).map_err(|error| internal(&error))
         }
@@ -154,8 +221,8 @@ pub(super) fn shows_colour() -> bool {
 }
 
 /// Counts poses on standard error while it is a terminal, and shows nothing elsewhere.
-pub(super) fn progress() -> ProgressBar {
-    let progress = ProgressBar::new_spinner();
+pub(super) fn progress(shown: &Warnings) -> ProgressBar {
+    let progress = shown.bar(ProgressBar::new_spinner());
     if let Ok(style) =
         ProgressStyle::with_template("{spinner} {human_pos} poses checked, {elapsed}")
     {

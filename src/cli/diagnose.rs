@@ -79,7 +79,7 @@ pub(super) fn run(
     }
     shown.show(&warnings);
     let measured = measured?;
-    let bar = progress();
+    let bar = shown.bar(progress());
     let settings = Settings { seed: args.seed };
     let diagnosed = diagnose(&measured, &args.measured, settings, &|done| {
         if let Done::Share(share) = done {

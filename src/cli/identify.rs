@@ -78,7 +78,7 @@ pub(super) fn run(
     for sink in [&sink].into_iter().chain(&table) {
         sink.refuse_inputs(&files)?;
     }
-    let progress = progress(session.records.len());
+    let progress = shown.bar(progress(session.records.len()));
     let found = identify(&session, &|done| {
         if let Done::More(records) = done {
             progress.inc(records as u64);

@@ -2,18 +2,26 @@
 //! shows progress.
 
 mod advise;
+mod affected;
 mod check;
 mod completions;
 mod cutting;
 mod deflection;
 mod diagnose;
+mod doctor;
+mod explain;
 mod identify;
+mod init;
 mod lobes;
+mod man;
 mod map;
+mod merge;
 mod output;
 mod plots;
 mod report;
+mod repository;
 mod schema;
+mod staged;
 mod stiffness;
 mod trace;
 mod warnings;
@@ -27,7 +35,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::{Mutex, PoisonError};
 
-use clap::{Parser, Subcommand};
+use clap::{Parser, Subcommand, ValueEnum};
 
 use self::warnings::Warnings;
 use crate::notes::{Note, Severity};
@@ -59,6 +67,24 @@ struct Cli {
     /// written all the same.
     #[arg(long, global = true)]
     deny_warnings: bool,
+    /// Write nothing but errors to standard error: no warnings, no progress. Output and exit code
+    /// stay as they are.
+    #[arg(long, short, global = true)]
+    quiet: bool,
+    /// How many poses of each operation `check --format json` lists.
+    #[arg(long, global = true, value_enum, value_name = "HOW_MANY", default_value_t = Samples::All)]
+    samples: Samples,
+}
+
+/// Scripts read every pose of check/1, so all are listed unless somebody wants fewer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Samples {
+    /// None: some hundred jobs in a few MB.
+    None,
+    /// Every hundredth of the path, and those about crossings.
+    Thin,
+    /// Every pose that was looked at.
+    All,
 }
 
 #[derive(Debug, Subcommand)]
@@ -69,13 +95,19 @@ enum Verb {
     Deflection(deflection::DeflectionArgs),
     Diagnose(diagnose::DiagnoseArgs),
     Map(Box<map::MapArgs>),
+    Merge(merge::MergeArgs),
     Stiffness(stiffness::StiffnessArgs),
     Trace(trace::TraceArgs),
     Identify(identify::IdentifyArgs),
     Lobes(lobes::LobesArgs),
     Report(report::ReportArgs),
+    Affected(affected::AffectedArgs),
+    Init(init::InitArgs),
+    Doctor(doctor::DoctorArgs),
     Schema(schema::SchemaArgs),
+    Explain(explain::ExplainArgs),
     Completions(completions::CompletionsArgs),
+    Man(man::ManArgs),
 }
 
 /// How a verb ended, if nothing was wrong with what it was given.
@@ -112,11 +144,18 @@ impl From<Vec<Note>> for Failure {
 
 /// Runs the command that the process was started with.
 pub fn main() -> ExitCode {
+    staged::clear_on_signals();
     ExitCode::from(run_with(std::env::args_os()))
 }
 
 /// Runs the command with these arguments, the first of which is its name; its exit code.
 pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    let arguments: Vec<OsString> = arguments.into_iter().collect();
+    if asks_for_build(&arguments) {
+        // As help and version: if standard output is closed, nobody reads it.
+        let _ = io::stdout().write_all(build().as_bytes());
+        return 0;
+    }
     let cli = match Cli::try_parse_from(arguments) {
         Ok(cli) => cli,
         Err(error) => {
@@ -129,13 +168,33 @@ pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let written = Cell::new(0);
     let ended = guarded(|| {
         let mut out = Counted { inner: BufWriter::new(io::stdout().lock()), bytes: &written };
-        let warnings = Warnings::default();
-        let outcome = run(&cli.verb, &mut out, &warnings)?;
+        let warnings = Warnings::new(cli.quiet);
+        let outcome = run(&cli, &mut out, &warnings)?;
         unless_closed(out.flush())?;
         Ok(if cli.deny_warnings { warnings.denied(outcome) } else { outcome })
     });
     let wrote = written.get() > 0;
     exit_code(ended, wrote, &mut io::stderr().lock())
+}
+
+/// `--version --verbose`, in any order.
+fn asks_for_build(arguments: &[OsString]) -> bool {
+    let given = arguments.get(1..).unwrap_or_default();
+    let has = |words: [&str; 2]| given.iter().any(|word| words.iter().any(|own| word == own));
+    given.len() == 2 && has(["--version", "-V"]) && has(["--verbose", "-v"])
+}
+
+/// What a report of a fault should say of the program.
+fn build() -> String {
+    let arrow = if cfg!(feature = "arrow") { "yes" } else { "no" };
+    let profile = if cfg!(debug_assertions) { "debug" } else { "release" };
+    format!(
+        "detune {}\ntarget: {} {}\ninstructions: {}\napache arrow: {arrow}\nbuild: {profile}\n",
+        env!("CARGO_PKG_VERSION"),
+        std::env::consts::ARCH,
+        std::env::consts::OS,
+        crate::study::map::instructions(),
+    )
 }
 
 /// Counts what is on its way to standard output.
@@ -156,20 +215,26 @@ impl<W: Write> Write for Counted<'_, W> {
     }
 }
 
-fn run(verb: &Verb, out: &mut dyn Write, warnings: &Warnings) -> Result<Outcome, Failure> {
-    match verb {
-        Verb::Check(args) => check::run(args, out, warnings),
+fn run(cli: &Cli, out: &mut dyn Write, warnings: &Warnings) -> Result<Outcome, Failure> {
+    match &cli.verb {
+        Verb::Check(args) => check::run(args, cli.samples, out, warnings),
         Verb::Advise(args) => advise::run(args, out, warnings),
         Verb::Cutting(args) => cutting::run(args, out, warnings),
         Verb::Deflection(args) => deflection::run(args, out, warnings),
         Verb::Diagnose(args) => diagnose::run(args, out, warnings),
         Verb::Map(args) => map::run(args, out, warnings),
+        Verb::Merge(args) => merge::run(args, out, warnings),
         Verb::Stiffness(args) => stiffness::run(args, out, warnings),
         Verb::Trace(args) => trace::run(args, out, warnings),
         Verb::Identify(args) => identify::run(args, out, warnings),
         Verb::Lobes(args) => lobes::run(args, out, warnings),
         Verb::Report(args) => report::run(args, out, warnings),
+        Verb::Affected(args) => affected::run(args, cli.samples, out, warnings),
+        Verb::Init(args) => init::run(args, out, warnings),
+        Verb::Doctor(args) => doctor::run(args, out, warnings),
         Verb::Schema(args) => schema::run(args, out),
+        Verb::Explain(args) => explain::run(args, out),
+        Verb::Man(args) => man::run(args, out),
         Verb::Completions(args) => completions::run(args, out),
     }
 }

@@ -4,9 +4,8 @@ use std::fs;
 use std::io::{self, BufWriter, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 
-use tempfile::NamedTempFile;
-
 use super::Failure;
+use super::staged::Staged;
 use crate::notes::{Code, Note, Place};
 use crate::paths::folder_of;
 
@@ -40,6 +39,9 @@ impl Sink {
         match fs::metadata(path) {
             Ok(found) if found.is_dir() => Err(fault("is a folder, must be a file to write")),
             Ok(found) if found.is_file() => match fs::canonicalize(path) {
+                _ if is_protected(path, &found) => {
+                    Err(fault("is write-protected; name another file, or take the protection off"))
+                }
                 // A link stays a link.
                 Ok(target) => Ok(Self::File(target)),
                 Err(error) => Err(fault(&format!("cannot be written: {error}"))),
@@ -221,7 +223,7 @@ fn replace(path: &Path, text: &str) -> io::Result<()> {
 }
 
 /// A new file beside the old one, complete.
-fn staged_file(path: &Path, bytes: &[u8]) -> io::Result<NamedTempFile> {
+fn staged_file(path: &Path, bytes: &[u8]) -> io::Result<Staged> {
     let mut file = beside(path)?;
     file.write_all(bytes)?;
     file.flush()?;
@@ -237,7 +239,7 @@ fn replace_from(path: &Path, pieces: &mut (impl Read + Seek)) -> io::Result<()> 
 }
 
 /// A new file in the same folder, with the rights of any new file.
-fn beside(path: &Path) -> io::Result<NamedTempFile> {
+fn beside(path: &Path) -> io::Result<Staged> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".detune-");
     #[cfg(unix)]
@@ -246,16 +248,37 @@ fn beside(path: &Path) -> io::Result<NamedTempFile> {
         // As any other new file: what the process's mask leaves of it.
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
-    builder.tempfile_in(folder_of(path))
+    Staged::new(&mut builder, folder_of(path))
 }
 
-/// Puts the new file in the old one's place, with the old one's rights.
-fn put_in_place(file: NamedTempFile, path: &Path) -> io::Result<()> {
+/// Whether the owner of a file, or who runs this, is kept from writing to it. A new file in its
+/// place would ask nobody.
+fn is_protected(path: &Path, found: &fs::Metadata) -> bool {
+    let is_refused = || {
+        let opened = fs::OpenOptions::new().append(true).open(path);
+        opened.is_err_and(|error| error.kind() == io::ErrorKind::PermissionDenied)
+    };
+    found.permissions().readonly() || is_refused()
+}
+
+/// Puts the new file in the old one's place, with the old one's rights. Its bytes are on the disk
+/// before its name is, so that a power cut leaves the old file or the new one.
+fn put_in_place(file: Staged, path: &Path) -> io::Result<()> {
     if let Ok(old) = fs::metadata(path) {
         file.as_file().set_permissions(old.permissions())?;
     }
-    file.persist(path).map_err(|error| error.error)?;
+    file.as_file().sync_all()?;
+    file.persist(path)?;
+    sync_folder(folder_of(path));
     Ok(())
+}
+
+/// Puts the names in a folder on the disk. Where a file system knows no such thing, the files are
+/// whole all the same.
+fn sync_folder(folder: &Path) {
+    if let Ok(folder) = fs::File::open(folder) {
+        let _ = folder.sync_all();
+    }
 }
 
 #[cfg(test)]

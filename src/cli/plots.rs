@@ -9,7 +9,7 @@ use super::output::Sink;
 use crate::notes::{Code, Note, Place};
 
 /// Where plots go.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 pub(super) struct PlotsArgs {
     /// Also write each plot as SVG to this folder, which is made where it is missing.
     #[arg(long, value_name = "FOLDER")]
@@ -20,6 +20,11 @@ pub(super) struct PlotsArgs {
 pub(super) type PlotFile = (Sink, String);
 
 impl PlotsArgs {
+    /// Whether somebody asks for plots.
+    pub(super) fn is_asked(&self) -> bool {
+        self.plots.is_some()
+    }
+
     /// The files for plots, each with its name without the ending; none where nobody asked.
     pub(super) fn files(
         &self,

@@ -45,7 +45,7 @@ pub(super) fn run(
     let job = job.inspect_err(|_| shown.show(&warnings))?;
     sink.refuse_inputs([&args.job])?;
     sink.refuse_inputs(&files)?;
-    let bar = progress();
+    let bar = progress(shown);
     let reported = report(&job, &files, &count_on(&bar));
     bar.finish_and_clear();
     let reported = reported.inspect_err(|_| shown.show(&warnings))?;

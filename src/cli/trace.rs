@@ -83,7 +83,7 @@ pub(super) fn run(
     for sink in [&sink].into_iter().chain(&picture).chain(&frames) {
         sink.refuse_inputs(&files)?;
     }
-    let bar = ProgressBar::new_spinner();
+    let bar = shown.bar(ProgressBar::new_spinner());
     if let Ok(style) = ProgressStyle::with_template("{spinner} {pos} frames, {elapsed}") {
         bar.set_style(style);
     }

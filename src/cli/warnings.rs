@@ -5,6 +5,8 @@ use std::collections::HashSet;
 use std::io::{self, Write};
 
 use super::Outcome;
+use indicatif::{ProgressBar, ProgressDrawTarget};
+
 use crate::notes::Note;
 use crate::study::check::Warning;
 use crate::wording::printable;
@@ -13,15 +15,30 @@ use crate::wording::printable;
 #[derive(Debug, Default)]
 pub(super) struct Warnings {
     any: Cell<bool>,
+    /// Nothing but errors is shown.
+    quiet: bool,
 }
 
 impl Warnings {
+    /// None so far; with `quiet` they are counted and not shown.
+    pub(super) fn new(quiet: bool) -> Self {
+        Self { any: Cell::new(false), quiet }
+    }
+
+    /// A progress bar, as far as anything but errors is shown.
+    pub(super) fn bar(&self, bar: ProgressBar) -> ProgressBar {
+        if self.quiet {
+            bar.set_draw_target(ProgressDrawTarget::hidden());
+        }
+        bar
+    }
+
     /// Shows warnings, each once.
     pub(super) fn show<'n>(&self, warnings: impl IntoIterator<Item = &'n Note>) {
         let mut seen = HashSet::new();
         for note in warnings.into_iter().filter(|note| seen.insert(*note)) {
             self.any.set(true);
-            line(&format!("warning: {note}"));
+            self.line(&format!("warning: {note}"));
         }
     }
 
@@ -38,8 +55,14 @@ impl Warnings {
         let mut seen = HashSet::new();
         for Warning { note, accepted, .. } in accepted {
             if let Some(terms) = accepted.as_ref().filter(|terms| seen.insert((note, *terms))) {
-                line(&format!("accepted: {note} ({})", printable(&terms.to_string())));
+                self.line(&format!("accepted: {note} ({})", printable(&terms.to_string())));
             }
+        }
+    }
+
+    fn line(&self, text: &str) {
+        if !self.quiet {
+            line(text);
         }
     }
 

@@ -39,7 +39,7 @@ mod table;
 mod unstated;
 mod verdict;
 
-pub use causes::CauseText;
+pub use causes::{CauseText, cause_text};
 pub use diagnose::{Settings, diagnose};
 pub use outcome::{
     Diagnosis, Errors, Estimate, Evidence, Finding, Gain, LearnedDamping, Mirror, NextPose,

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::formats::text::lower_first;
-use crate::notes::{Code, Notes};
+use crate::formats::text::{lower_first, read_text};
+use crate::notes::{Code, Note, Notes};
 use crate::paths::{folder_of, tidied};
 
 /// Largest job, table or program that is read: a job of a million waypoints has about 60 MB.
@@ -11,6 +11,11 @@ pub(super) const MAX_FILE_BYTES: u64 = 64 << 20;
 
 /// Largest robot or session that is read: real ones have a few kB.
 pub(super) const MAX_ROBOT_BYTES: u64 = 1 << 20;
+
+/// The text of a part of a map, which `detune map` has written.
+pub fn sketch_text(path: &Path) -> Result<String, Note> {
+    read_text(path, MAX_FILE_BYTES)
+}
 
 /// `named` as seen from the folder of the file `by` that names it.
 ///

@@ -14,6 +14,7 @@ use std::sync::Arc;
 use self::accept::Entries;
 use super::carriers::Carriers;
 use super::files::{MAX_FILE_BYTES, named_file};
+use super::policy::{PolicyOverrides, check_bands};
 use super::raw::job as raw;
 use super::robot::read_described_robot;
 use super::settings::{Settings, Shared};
@@ -72,6 +73,7 @@ pub(super) fn job_of_text(
         external_axes: BTreeMap::new(),
         tools: BTreeMap::new(),
         shared: settings.shared.as_ref(),
+        overrides: reading.policy.clone(),
         notes,
         notes_of_shared: settings.notes,
         programs: FromPrograms {
@@ -82,7 +84,7 @@ pub(super) fn job_of_text(
     let parts = reader.parts();
     let accept = reader.acceptances();
     let taken = reader.taken_from_settings(&accept);
-    let Reader { notes, notes_of_shared, programs, .. } = reader;
+    let Reader { notes, notes_of_shared, programs, overrides, .. } = reader;
     let mut errors = [reading.settle(notes), reading.settle(notes_of_shared)].concat();
     reading.append(programs.reading);
     reading.append(of_robot);
@@ -99,7 +101,12 @@ pub(super) fn job_of_text(
                 operations,
                 policy,
                 levers,
-                review: Review { warnings: reading.warnings.clone(), settings: taken, accept },
+                review: Review {
+                    warnings: reading.warnings.clone(),
+                    settings: taken,
+                    overrides: overrides.given,
+                    accept,
+                },
             })
         }
         _ => {
@@ -166,6 +173,8 @@ struct Reader<'j> {
     tools: BTreeMap<u32, (&'j str, Tool)>,
     /// What the job shares with others.
     shared: Option<&'j Shared>,
+    /// What wins over both.
+    overrides: PolicyOverrides,
     notes: Notes,
     notes_of_shared: Notes,
     /// What the programs say that the job names.
@@ -357,7 +366,8 @@ impl<'j> Reader<'j> {
         let taken = |steps: &[Step<'_>]| states(steps) && is_open(steps);
         let robot = taken(&[Step::Key("robot")]).then(|| "robot".to_owned());
         let of_policy = tree.get("policy").into_iter().flat_map(Node::keys);
-        let of_policy = of_policy.filter(|key| taken(&policy_key(key)));
+        let overridden = |key: &str| self.overrides.sets(key);
+        let of_policy = of_policy.filter(|key| taken(&policy_key(key)) && !overridden(key));
         let of_policy = of_policy.map(|key| format!("policy.{key}"));
         let accepts = accept.iter().any(|entry| entry.place.file.as_ref() == Some(file));
         let accept = accepts.then(|| "accept".to_owned());
@@ -378,10 +388,12 @@ impl<'j> Reader<'j> {
         let of_job = self.raw.policy.as_ref();
         let of_settings = self.shared.and_then(|shared| shared.raw.policy.as_ref());
         let default = raw::Policy::default();
-        let raw = &of_job.unwrap_or(&default).or(of_settings.unwrap_or(&default));
-        check_bands(of_job, self.tree, &mut self.notes);
+        let of_files = of_job.unwrap_or(&default).or(of_settings.unwrap_or(&default));
+        let raw = &self.overrides.raw.or(&of_files);
+        let at = [Step::Key("policy")];
+        check_bands(of_job, self.tree, &at, &mut self.notes);
         if let Some(shared) = self.shared {
-            check_bands(of_settings, &shared.tree, &mut self.notes_of_shared);
+            check_bands(of_settings, &shared.tree, &at, &mut self.notes_of_shared);
         }
         self.check_uneven_pitch(raw);
         let tooth = raw.tooth_passing_harmonics.unwrap_or(DEFAULT_TOOTH_PASSING_HARMONICS);
@@ -418,19 +430,6 @@ impl<'j> Reader<'j> {
                     teeth that is {orders} lines, must be at most {MAX_ORDERS}"
             );
             self.policy_error(Code::Value, &policy_key("tooth_passing_harmonics"), what);
-        }
-    }
-}
-
-fn check_bands(policy: Option<&raw::Policy>, tree: &Node, notes: &mut Notes) {
-    let bands = policy.and_then(|policy| policy.ignore_hz.as_ref());
-    for (index, [from, to]) in bands.into_iter().flatten().enumerate() {
-        if !(*from >= 0.0 && to >= from) {
-            let what = format!(
-                "policy.ignore_hz[{index}] is [{from}, {to}], must be ascending and not negative"
-            );
-            let [policy, key] = policy_key("ignore_hz");
-            notes.error(Code::Value, tree.line_at(&[policy, key, Step::Index(index)]), what);
         }
     }
 }

@@ -5,17 +5,21 @@
 mod advised;
 mod calibration;
 mod carriers;
+mod changes;
 mod edit;
 mod files;
 mod frame;
 mod inertials;
 mod job;
+mod job_files;
 mod joint_columns;
 mod load_test;
 mod lobes;
 mod marks;
 mod measured;
 mod moves;
+mod new_robot;
+mod policy;
 mod poses;
 mod posterior;
 mod program;
@@ -40,12 +44,19 @@ use crate::program::Settings;
 
 pub use advised::{Advised, confirm_rewritten};
 pub use calibration::{CalibrationRecord, FittedCorrection, FittedTable, TableName};
+pub use changes::Changes;
 pub use edit::{OperationEdit, rewritten_job, rewritten_program};
+pub use files::sketch_text;
 pub use job::read_job;
+pub use job_files::{is_one_file, job_files};
 pub use load_test::{LoadTestRow, read_load_test};
 pub use lobes::{FileKind, file_kind, read_tip_cut};
 pub use marks::{Between, MarkBox, Side, TraceSetup, Wanted, read_marks, read_times};
 pub use measured::{mode_table_on, read_measured};
+pub use new_robot::{
+    GuessedSpring, NewRobot, UrdfParts, new_job_text, new_robot_text, read_urdf_alone,
+};
+pub use policy::PolicyOverrides;
 pub use poses::{DecodedPoses, PoseDecoder, PoseTable, RawPoses};
 pub use robot::{DescribedRobot, read_described_robot, read_robot};
 pub use robot_edit::corrected_robot;
@@ -62,6 +73,8 @@ pub struct Reading {
     pub files: Vec<PathBuf>,
     /// A file that this run is about to write, read as if it were there already.
     pub pending: Option<(PathBuf, Vec<u8>)>,
+    /// Keys of the policy that win over those of jobs and of detune.toml.
+    pub policy: PolicyOverrides,
     /// The programs that were read, with what the job says beside them.
     programs: Vec<(PathBuf, Settings)>,
 }

@@ -98,7 +98,9 @@ pub(super) fn described_robot_of_text(
     match &built {
         Ok(robot) => {
             let doubts = doubts(&description, robot, rigid(&raw));
-            robot.warnings().iter().chain(&doubts).for_each(|warning| files.add(warning));
+            let guessed = assumed_springs(&raw);
+            let own = robot.warnings().iter().chain(&doubts).chain(&guessed);
+            own.for_each(|warning| files.add(warning));
         }
         Err(faults) => {
             let own = faults
@@ -447,6 +449,22 @@ fn check_rigid(elasticity: &raw::Elasticity, tree: &Node, urdf: Option<&Urdf>, n
             error(Code::Reference, format!("is no moving joint of the URDF{hint}"));
         }
     }
+}
+
+/// Springs that the file itself calls a guess, and that no measurement has judged since.
+fn assumed_springs(raw: &raw::Robot) -> Option<Note> {
+    let joints = raw.elasticity.as_ref()?.joints.as_ref()?;
+    let guessed = joints.iter().filter(|(_, spring)| spring.assumed == Some(true));
+    let names: Vec<&str> = guessed.map(|(name, _)| name.as_str()).collect();
+    if names.is_empty() || raw.calibration.is_some() {
+        return None;
+    }
+    let what = format!(
+        "springs that are guesses: {}; put in your own numbers and delete 'assumed'",
+        names.join(", ")
+    );
+    let place = Place::key(Part::Robot, "elasticity");
+    Some(Note::warning(Code::AssumedSpring, place, what))
 }
 
 /// The joints that are meant to be rigid.

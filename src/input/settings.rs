@@ -12,7 +12,7 @@ use crate::formats::yaml::Node;
 use crate::notes::{Notes, Place};
 use crate::paths::folder_of;
 
-const NAME: &str = "detune.toml";
+pub(super) const NAME: &str = "detune.toml";
 
 /// What marks the root of a repository, beyond which nothing is looked for.
 const ROOTS: [&str; 2] = [".git", ".hg"];

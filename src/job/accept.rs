@@ -18,6 +18,8 @@ pub struct Review {
     pub warnings: Vec<Note>,
     /// What comes from a detune.toml; `None` where there is none, or nothing in it counts here.
     pub settings: Option<Settings>,
+    /// Keys of the policy that the run sets, which no file says: `separation_percent=8`.
+    pub overrides: Vec<String>,
     /// What is accepted: by the job, then by the settings.
     pub accept: Vec<Acceptance>,
 }

@@ -1,5 +1,6 @@
 //! Frequencies over poses: by the modal kernel, or from the spectrum of a large free vibration.
 
+mod bins;
 mod block;
 mod frequencies;
 mod generate;
@@ -7,16 +8,17 @@ mod limits;
 mod reduce;
 mod shapes;
 
+pub use bins::Bin;
 pub use block::{Block, Row};
 pub use frequencies::FrequencyMap;
 pub use generate::{Generator, Grid, GridAxis, RandomPoses};
 pub use limits::OutsideLimits;
 pub use reduce::{
-    Bin, EXACT_UP_TO, Extreme, RESOLUTION, Reduced, ReducedMode, Reduction, SHARES, Statistic,
+    EXACT_UP_TO, Extreme, RESOLUTION, Reduced, ReducedMode, Reduction, SHARES, Statistic,
 };
 pub use shapes::ModeShape;
 
-use serde::{Serialize, Serializer};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::free_vibration::Settings;
 use crate::model::{CoordinateKind, JointKind, MovingJoint};
@@ -31,7 +33,8 @@ pub enum Method {
 }
 
 /// What the columns of a map are.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Head {
     /// The robot's name.
     pub robot: String,
@@ -42,6 +45,7 @@ pub struct Head {
     /// Names of the elastic coordinates, base first; there are as many modes.
     pub coordinates: Vec<String>,
     /// Their units: rad or m.
+    #[serde(deserialize_with = "units")]
     pub coordinate_units: Vec<&'static str>,
     /// Whether every frequency has its interval.
     pub has_intervals: bool,
@@ -50,17 +54,35 @@ pub struct Head {
 }
 
 /// A joint as a column of a map.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct JointColumn {
     /// URDF name.
     pub name: String,
     /// Whether it turns (rad) or slides (m).
-    #[serde(rename = "unit", serialize_with = "unit")]
+    #[serde(rename = "unit", serialize_with = "unit", deserialize_with = "turns")]
     pub turns: bool,
 }
 
 fn unit<S: Serializer>(turns: &bool, to: S) -> Result<S::Ok, S::Error> {
     to.serialize_str(if *turns { "rad" } else { "m" })
+}
+
+fn turns<'de, D: Deserializer<'de>>(from: D) -> Result<bool, D::Error> {
+    is_angle(&String::deserialize(from)?)
+}
+
+fn units<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<&'static str>, D::Error> {
+    let units = Vec::<String>::deserialize(from)?;
+    units.iter().map(|unit| Ok(if is_angle(unit)? { "rad" } else { "m" })).collect()
+}
+
+fn is_angle<E: serde::de::Error>(unit: &str) -> Result<bool, E> {
+    match unit {
+        "rad" => Ok(true),
+        "m" => Ok(false),
+        other => Err(E::custom(format!("unit is '{other}', must be rad or m"))),
+    }
 }
 
 impl Head {

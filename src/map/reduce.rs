@@ -2,13 +2,17 @@
 //! mode, gathered as the poses go by.
 //!
 //! Values are counted in bins whose edges are doubles with 14 bits after the point: 2⁻¹⁴ of a power
-//! of two wide, at most 0.0061 % of the frequency. Quantiles of few poses are exact. Poses come in
-//! their order, so the same poses give the same bits whatever the number of threads.
+//! of two wide, at most 0.0061 % of the frequency. Quantiles of few poses are exact. Sums are exact
+//! too, until the end: the same poses give the same bits whatever the number of threads, and in
+//! however many parts they are gathered ([`Reduction::append`]).
+
+use std::ops::Range;
 
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Deserializer, Serialize};
 
 use super::Block;
+use super::bins::{Bin, Bins, OCTAVE, bin_of};
 use crate::units::written;
 
 /// Quantiles that are found.
@@ -20,15 +24,9 @@ pub const EXACT_UP_TO: usize = 65_536;
 /// Widest bin as a share of the frequencies in it.
 pub const RESOLUTION: f64 = 1.0 / OCTAVE as f64;
 
-/// Bins from one power of two to the next.
-const OCTAVE: usize = 1 << OCTAVE_BITS;
-const OCTAVE_BITS: u32 = 14;
-
-/// Bits of a double below those that number the bin.
-const BELOW_BIN: u32 = f64::MANTISSA_DIGITS - 1 - OCTAVE_BITS;
-
 /// Statistics of a reduced map.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Statistic {
     /// The lowest frequency, and where.
     Min,
@@ -42,30 +40,31 @@ pub enum Statistic {
     Histogram,
 }
 
+impl Statistic {
+    /// All, in the order in which they are written.
+    pub const ALL: [Self; 5] = [Self::Min, Self::Max, Self::Mean, Self::Quantiles, Self::Histogram];
+}
+
 /// A frequency and the first pose that has it.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Extreme {
     /// Hz.
     pub frequency_hz: f64,
     /// Place of the pose, from zero.
-    #[serde(serialize_with = "written::from_one")]
+    #[serde(serialize_with = "written::from_one", deserialize_with = "from_one")]
     pub pose: usize,
     /// Joint positions, rad or m, base to tip.
     pub joints: Vec<f64>,
     /// β2 of the two-link model, where the robot defines it, rad.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub beta2_rad: Option<f64>,
 }
 
-/// A band of a histogram.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Bin {
-    /// Lower end, within, Hz.
-    pub from_hz: f64,
-    /// Upper end, without, Hz.
-    pub to_hz: f64,
-    /// Poses in it.
-    pub poses: u64,
+/// A place that is written counted from one.
+fn from_one<'de, D: Deserializer<'de>>(from: D) -> Result<usize, D::Error> {
+    let place = usize::deserialize(from)?;
+    place.checked_sub(1).ok_or_else(|| serde::de::Error::custom("a place is 0, counts from 1"))
 }
 
 /// One mode of a reduced map.
@@ -95,10 +94,13 @@ pub struct Reduced {
     pub modes: Vec<ReducedMode>,
 }
 
-/// Gathers the statistics of a map.
-#[derive(Debug, Clone)]
+/// Gathers the statistics of a map, or of a part of it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Reduction {
     joints: usize,
+    /// The place of the part's first pose in the whole, from zero.
+    first: usize,
     poses: usize,
     modes: Vec<Gathered>,
 }
@@ -106,18 +108,65 @@ pub struct Reduction {
 impl Reduction {
     /// For poses of so many joints and modes.
     pub fn new(joints: usize, modes: usize) -> Self {
-        Self { joints, poses: 0, modes: vec![Gathered::default(); modes] }
+        Self::from_pose(0, joints, modes)
+    }
+
+    /// The same for the part of a map that starts with a pose, by its place from zero.
+    pub fn from_pose(first: usize, joints: usize, modes: usize) -> Self {
+        Self { joints, first, poses: 0, modes: vec![Gathered::default(); modes] }
+    }
+
+    /// The places of its poses in the whole, from zero.
+    pub fn range(&self) -> Range<usize> {
+        self.first..self.first.saturating_add(self.poses)
+    }
+
+    /// Takes in the part that follows.
+    pub fn append(&mut self, later: Self) {
+        self.poses += later.poses;
+        let is_short = self.poses <= EXACT_UP_TO;
+        for (mode, later) in self.modes.iter_mut().zip(later.modes) {
+            mode.join(later, is_short);
+        }
+    }
+
+    /// Whether it can be what poses of so many joints and modes have left: nothing that is read
+    /// from a file is taken on trust.
+    pub fn is_sound(&self, joints: usize, modes: usize) -> bool {
+        let fits = |extreme: &Option<Extreme>| match extreme {
+            Some(extreme) => {
+                extreme.joints.len() == joints
+                    && self.range().contains(&extreme.pose)
+                    && extreme.frequency_hz.is_finite()
+            }
+            None => self.poses == 0,
+        };
+        let has_all = |mode: &Gathered| {
+            let kept = if self.poses > EXACT_UP_TO { 0 } else { self.poses };
+            let range = mode.min.as_ref().zip(mode.max.as_ref());
+            fits(&mode.min)
+                && fits(&mode.max)
+                && mode.bins.range() == range.map(|(a, b)| [a, b].map(|e| bin_of(e.frequency_hz)))
+                && mode.bins.total() == Some(self.poses as u64)
+                && mode.kept.len() == kept
+                && (kept == 0 || mode.bins == Bins::of(&mode.kept))
+        };
+        self.joints == joints
+            && self.modes.len() == modes
+            && self.first.checked_add(self.poses).is_some()
+            && self.modes.iter().all(has_all)
     }
 
     /// Takes in the next poses, in their order; each mode on a thread of its own.
     pub fn add(&mut self, blocks: &[&Block]) {
         let (joints, before, count) = (self.joints, self.poses, self.modes.len());
         let all = before + blocks.iter().map(|block| block.count).sum::<usize>();
+        let start = self.first;
         self.modes.par_iter_mut().enumerate().for_each(|(mode, gathered)| {
             if all > EXACT_UP_TO {
                 gathered.kept = Vec::new();
             }
-            let mut first = before;
+            let mut first = start + before;
             for block in blocks {
                 let values = block.frequencies_hz.iter().skip(mode).step_by(count).copied();
                 if all <= EXACT_UP_TO {
@@ -145,11 +194,11 @@ impl Reduction {
 }
 
 /// One mode so far.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 struct Gathered {
     min: Option<Extreme>,
     max: Option<Extreme>,
-    sum: Sum,
     bins: Bins,
     /// All values while they are few.
     kept: Vec<f64>,
@@ -170,7 +219,6 @@ impl Gathered {
             if f > max {
                 (max, max_at) = (f, Some(i));
             }
-            self.sum.add(f);
             self.bins.count(f);
         }
         if let Some(at) = min_at {
@@ -178,6 +226,19 @@ impl Gathered {
         }
         if let Some(at) = max_at {
             self.max = Some(pose(at));
+        }
+    }
+
+    fn join(&mut self, later: Self, keeps_values: bool) {
+        let is_lower = |other: &Extreme, own: &Extreme| other.frequency_hz < own.frequency_hz;
+        let is_higher = |other: &Extreme, own: &Extreme| other.frequency_hz > own.frequency_hz;
+        take_if(&mut self.min, later.min, is_lower);
+        take_if(&mut self.max, later.max, is_higher);
+        self.bins.join(later.bins);
+        if keeps_values {
+            self.kept.extend(later.kept);
+        } else {
+            self.kept = Vec::new();
         }
     }
 
@@ -196,110 +257,19 @@ impl Gathered {
             within(low + part * (high - low))
         });
         let histogram = self.bins.histogram(min.frequency_hz, max.frequency_hz);
-        let mean_hz = within(self.sum.value() / poses as f64);
+        let mean_hz = within(self.bins.sum() / poses as f64);
         Some(ReducedMode { min, max, mean_hz, quantiles_hz, histogram })
     }
 }
 
-/// A sum that does not lose what is small (Neumaier, ZAMM 54, 1974).
-#[derive(Debug, Clone, Copy, Default)]
-struct Sum {
-    high: f64,
-    low: f64,
-}
-
-impl Sum {
-    fn add(&mut self, x: f64) {
-        let sum = self.high + x;
-        // Knuth's exact rounding error of a sum: no branches.
-        let part = sum - self.high;
-        self.low += (self.high - (sum - part)) + (x - part);
-        self.high = sum;
-    }
-
-    fn value(self) -> f64 {
-        self.high + self.low
-    }
-}
-
-/// Counts of values, octave by octave.
-#[derive(Debug, Clone, Default)]
-struct Bins {
-    /// By exponent; empty where nothing was counted.
-    octaves: Vec<Vec<u64>>,
-}
-
-/// Number of the bin of a value that is not negative; ascending with the value.
-fn bin_of(value: f64) -> usize {
-    (value.to_bits() >> BELOW_BIN) as usize & (OCTAVE * 2048 - 1)
-}
-
-/// Lower end of a bin.
-fn edge(bin: usize) -> f64 {
-    f64::from_bits((bin as u64) << BELOW_BIN)
-}
-
-impl Bins {
-    #[inline]
-    fn count(&mut self, value: f64) {
-        let bin = bin_of(value);
-        let octave = bin / OCTAVE;
-        if let Some(count) = self.octaves.get_mut(octave).and_then(|o| o.get_mut(bin % OCTAVE)) {
-            *count += 1;
-        } else {
-            self.open(octave)[bin % OCTAVE] += 1;
-        }
-    }
-
-    #[cold]
-    fn open(&mut self, octave: usize) -> &mut [u64] {
-        if self.octaves.len() <= octave {
-            self.octaves.resize(octave + 1, Vec::new());
-        }
-        self.octaves[octave] = vec![0; OCTAVE];
-        &mut self.octaves[octave]
-    }
-
-    /// Bins that hold something, with their counts, in ascending order.
-    fn filled(&self) -> impl Iterator<Item = (usize, u64)> + '_ {
-        self.octaves.iter().enumerate().flat_map(|(octave, bins)| {
-            let counted = bins.iter().enumerate().filter(|(_, count)| **count > 0);
-            counted.map(move |(bin, &count)| (octave * OCTAVE + bin, count))
-        })
-    }
-
-    /// The value with so many values below it, as if values lay evenly in their bin.
-    fn value(&self, rank: u64) -> f64 {
-        let mut before = 0;
-        for (bin, count) in self.filled() {
-            if rank < before + count {
-                let share = ((rank - before) as f64 + 0.5) / count as f64;
-                return edge(bin) + (edge(bin + 1) - edge(bin)) * share;
-            }
-            before += count;
-        }
-        f64::INFINITY
-    }
-
-    /// Up to 48 bands of as many bins each, a power of two, so that the bands' ends are ends of
-    /// bins.
-    fn histogram(&self, min: f64, max: f64) -> Vec<Bin> {
-        let (low, high) = (bin_of(min), bin_of(max));
-        let mut shift = 0;
-        while (high >> shift) - (low >> shift) >= 48 {
-            shift += 1;
-        }
-        let first = low >> shift;
-        let mut bands: Vec<Bin> = (first..=high >> shift)
-            .map(|band| Bin {
-                from_hz: edge(band << shift),
-                to_hz: edge((band + 1) << shift),
-                poses: 0,
-            })
-            .collect();
-        for (bin, count) in self.filled() {
-            bands[(bin >> shift) - first].poses += count;
-        }
-        bands
+/// Takes a later extreme where there is none or it goes beyond the own one.
+fn take_if(
+    own: &mut Option<Extreme>,
+    later: Option<Extreme>,
+    goes_beyond: impl Fn(&Extreme, &Extreme) -> bool,
+) {
+    let Some(later) = later else { return };
+    if own.as_ref().is_none_or(|own| goes_beyond(&later, own)) {
+        *own = Some(later);
     }
 }

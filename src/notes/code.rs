@@ -112,6 +112,8 @@ codes! {
     CadUnits = "cad_units": Doubt,
     /// A stiffness out of scale with those of the other joints.
     StiffnessScale = "stiffness_scale": Doubt,
+    /// A spring whose stiffness is a guess.
+    AssumedSpring = "assumed_spring": Doubt,
     /// A moving joint that no spring is given for.
     RigidJoint = "rigid_joint": Doubt,
     /// A calibration that says little, or that was fitted to the same data.

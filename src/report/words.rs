@@ -38,6 +38,12 @@ pub(super) fn settings(settings: &Settings) -> String {
     format!("{} gives {}", path(&settings.file), printable(&settings.keys.join(", ")))
 }
 
+/// `--policy sets separation_percent=8`; `None` where it sets nothing.
+pub(super) fn overrides(given: &[String]) -> Option<String> {
+    let given = printable(&given.join(", "));
+    (!given.is_empty()).then(|| format!("--policy sets {given}"))
+}
+
 /// A path as it is printed.
 pub(super) fn path(path: &Path) -> String {
     printable(&path.to_string_lossy())

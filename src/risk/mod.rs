@@ -14,7 +14,9 @@ mod warnings;
 
 pub use assess::{Paths, assess, crossings_under, detail, probabilities_under};
 pub use margin::closest_approach;
-pub use operation_notes::{Counted, about_operation, in_operation, nothing_checked};
+pub use operation_notes::{
+    Counted, FIRST_FREQUENCY_HZ, about_operation, in_operation, nothing_checked,
+};
 pub use probability::{ArmDraws, JobDraws, Probabilities};
 pub use rules::Rules;
 pub use spindle_profile::SpindleProfile;

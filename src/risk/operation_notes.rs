@@ -8,7 +8,7 @@ use crate::units::um_per_n_from_m_per_n;
 
 /// Measured arms have their first mode at 7 to 26 Hz: less than half of that, or eight times as
 /// much, is a mistake in the model.
-const FIRST_FREQUENCY_HZ: [f64; 2] = [3.0, 200.0];
+pub const FIRST_FREQUENCY_HZ: [f64; 2] = [3.0, 200.0];
 
 /// A note about moves of an operation, in the file that its line stands in: the program or the job.
 pub fn in_operation(job: &Job, operation: &Operation, mut note: Note) -> Note {

@@ -15,7 +15,7 @@ use crate::progress::Progress;
 use crate::risk::{Warning, warnings};
 use crate::units::{Date, m_per_s_from_mm_per_min, mm_per_min_from_m_per_s};
 
-use super::{Output, Read};
+use super::{Output, PolicyOverrides, Read};
 
 /// A job and what to do about it: all that a renderer needs, without the model.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,6 +32,8 @@ pub struct AdvisedJob {
     pub is_speed_of_program: bool,
     /// What comes from the settings that jobs share.
     pub settings: Option<Settings>,
+    /// Keys of the policy that the run sets: `separation_percent=8`.
+    pub overrides: Vec<String>,
     /// What the job offers to be changed.
     pub levers: Levers,
     /// Per operation, whether its path is one of poses alone, which can be turned and moved.
@@ -58,6 +60,7 @@ impl AdvisedJob {
             carried: job.carried(),
             is_speed_of_program: job.operations.iter().any(|each| each.is_speed_of_program),
             settings: job.review.settings.clone(),
+            overrides: job.review.overrides.clone(),
             levers: job.levers.clone(),
             accepted_crossings: job.review.crossings().cloned().collect(),
             has_poses: job.operations.iter().map(Operation::has_poses).collect(),
@@ -91,7 +94,15 @@ pub struct Advised {
 
 /// Reads a job file and what it names, with what it accepts on a day.
 pub fn read(file: &Path, today: Date) -> Read<Job> {
-    let mut read = Read::of(|reading| read_job(file, reading));
+    read_under(file, today, &PolicyOverrides::default())
+}
+
+/// The same with keys of the policy that win over those of the files.
+pub fn read_under(file: &Path, today: Date, policy: &PolicyOverrides) -> Read<Job> {
+    let mut read = Read::of(|reading| {
+        reading.policy = policy.clone();
+        read_job(file, reading)
+    });
     if let Ok(job) = &mut read.value {
         job.expire(today);
         read.warnings.clone_from(&job.review.warnings);

@@ -4,13 +4,13 @@ use std::path::PathBuf;
 
 use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
-use super::{Read, advise};
+use super::{PolicyOverrides, Read, advise};
 use crate::job::{Job, Policy, Settings};
 use crate::notes::Note;
 use crate::progress::Progress;
 pub use crate::risk::Verdict;
 pub use crate::risk::Warning;
-use crate::risk::{JobRisk, assess};
+use crate::risk::{JobRisk, OperationRisk, assess};
 use crate::units::Date;
 
 /// A job and what a check found in it: all that a renderer needs, without the model.
@@ -24,6 +24,8 @@ pub struct CheckedJob {
     pub policy: Policy,
     /// What comes from the settings that jobs share.
     pub settings: Option<Settings>,
+    /// Keys of the policy that the run sets: `separation_percent=8`.
+    pub overrides: Vec<String>,
     /// What was found.
     pub risk: JobRisk,
 }
@@ -36,6 +38,7 @@ impl CheckedJob {
             file: job.file.clone(),
             policy: job.policy.clone(),
             settings: job.review.settings.clone(),
+            overrides: job.review.overrides.clone(),
             risk,
         }
     }
@@ -44,6 +47,62 @@ impl CheckedJob {
     pub fn worst(jobs: &[Self]) -> Verdict {
         jobs.iter().map(|job| job.risk.verdict).max().unwrap_or(Verdict::Clear)
     }
+}
+
+/// How many of the poses that were looked at a result keeps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Samples {
+    /// All that the check holds.
+    All,
+    /// So many that neighbours are no more than [`THIN_GAP`] apart in s where they were so before,
+    /// with both ends and the poses next to the ends and the closest points of crossings.
+    Thin,
+    /// None.
+    None,
+}
+
+/// The largest gap in s between samples of a thinned result.
+pub const THIN_GAP: f64 = 0.01;
+
+impl Samples {
+    /// Leaves out the others. What is found stays as it is.
+    pub fn keep(self, jobs: &mut [CheckedJob]) {
+        for operation in jobs.iter_mut().flat_map(|job| &mut job.risk.operations) {
+            match self {
+                Self::All => {}
+                Self::Thin => thin_out(operation),
+                Self::None => operation.samples = Vec::new(),
+            }
+        }
+    }
+}
+
+fn thin_out(operation: &mut OperationRisk) {
+    let places: Vec<f64> = operation.samples.iter().map(|sample| sample.s).collect();
+    let crossings = operation.crossings.iter();
+    let marks = crossings.flat_map(|c| [c.from_s, c.closest_s, c.to_s]);
+    let marks = marks.chain(operation.closest.map(|approach| approach.s));
+    let mut stays = vec![false; places.len()];
+    for mark in marks {
+        let after = places.partition_point(|s| *s < mark).min(places.len().saturating_sub(1));
+        let before = after.saturating_sub(1);
+        for near in [before, after] {
+            if let Some(stay) = stays.get_mut(near) {
+                *stay = true;
+            }
+        }
+    }
+    let mut last = f64::NEG_INFINITY;
+    for (i, s) in places.iter().enumerate() {
+        // The next one would leave too wide a gap.
+        let next = places.get(i + 1).copied().unwrap_or(f64::INFINITY);
+        stays[i] |= next - last > THIN_GAP;
+        if stays[i] {
+            last = *s;
+        }
+    }
+    let mut stays = stays.into_iter();
+    operation.samples.retain(|_| stays.next().unwrap_or(true));
 }
 
 /// What fails.
@@ -102,7 +161,12 @@ pub struct Checked {
 impl ReadJobs {
     /// Reads job files, with what they accept on a day.
     pub fn read(files: &[PathBuf], today: Date) -> Self {
-        Self(files.par_iter().map(|file| advise::read(file, today)).collect())
+        Self::read_under(files, today, &PolicyOverrides::default())
+    }
+
+    /// The same with keys of the policy that win over those of the files.
+    pub fn read_under(files: &[PathBuf], today: Date, policy: &PolicyOverrides) -> Self {
+        Self(files.par_iter().map(|file| advise::read_under(file, today, policy)).collect())
     }
 
     /// Every file that was read.

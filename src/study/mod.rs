@@ -3,13 +3,17 @@
 //! detune, and nothing of how it is shown.
 
 pub mod advise;
+pub mod affected;
 pub mod arm;
 mod calibration;
 pub mod check;
 pub mod cutting;
 pub mod deflection;
 pub mod diagnose;
+pub mod doctor;
+pub mod explain;
 pub mod identify;
+pub mod init;
 pub mod lobes;
 pub mod map;
 pub mod report;
@@ -21,6 +25,8 @@ use std::path::{Path, PathBuf};
 use crate::input::Reading;
 /// JSON Schemas of the files that people write.
 pub use crate::input::schema as input_schema;
+/// Keys of the policy that a run sets, and the job files that its arguments name.
+pub use crate::input::{PolicyOverrides, is_one_file, job_files};
 use crate::notes::Note;
 
 /// What came of reading files.

@@ -7,7 +7,7 @@ use detune::excitation::{ExcitationLine, Source};
 use detune::job::{Carried, Policy};
 use detune::notes::{Code, Note, Place};
 use detune::report;
-use detune::report::check::{github, json, junit, plot_text, sarif, text};
+use detune::report::check::{github, gitlab, json, junit, plot_text, sarif, text};
 use detune::risk::{
     Certainty, Crossing, JobRisk, LeftOut, ModeExchange, Move, OperationRisk, Sample, Verdict,
     closest_approach,
@@ -126,6 +126,7 @@ fn operation(name: &str, crossings: Vec<Crossing>) -> OperationRisk {
 fn job(file: &str, operations: Vec<(OperationRisk, Option<&str>)>) -> CheckedJob {
     CheckedJob {
         settings: None,
+        overrides: Vec::new(),
         name: "Pocket, roughing".into(),
         file: file.into(),
         policy: policy(),
@@ -175,7 +176,8 @@ fn rendered(jobs: &[CheckedJob]) -> Vec<String> {
         text::check(jobs, false),
         text::check(jobs, true),
         json::check(jobs).unwrap(),
-        sarif::check(jobs, root).unwrap(),
+        sarif::check(jobs, root, &Path::to_owned).unwrap(),
+        gitlab::check(jobs, &Path::to_owned).unwrap(),
         junit::check(jobs, Gate::From(Verdict::Resonance)).unwrap(),
         junit::check(jobs, Gate::From(Verdict::Uncertain)).unwrap(),
         github::check(jobs, root),
@@ -634,7 +636,7 @@ mod as_sarif {
     use super::*;
 
     fn log(jobs: &[CheckedJob]) -> serde_json::Value {
-        value(&sarif::check(jobs, Path::new("/work piece")).unwrap())
+        value(&sarif::check(jobs, Path::new("/work piece"), &Path::to_owned).unwrap())
     }
 
     #[test]

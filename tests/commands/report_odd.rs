@@ -151,6 +151,13 @@ fn many_jobs_end_with_what_is_not_clear() {
         .collect();
     let mut arguments = vec!["check"];
     arguments.extend(files.iter().map(String::as_str));
+    let page = out(&run(folder.path(), &arguments)).to_owned();
+    assert!(
+        page.starts_with("40 jobs: 15 resonance, 25 clear\n  RESONANCE  job00.yaml\n    why "),
+        "{page}"
+    );
+    assert!(page.lines().count() <= 60, "{page}");
+    arguments.push("--summary=never");
     let text = out(&run(folder.path(), &arguments)).to_owned();
     let last: Vec<&str> = text.lines().rev().take(13).collect();
     assert!(

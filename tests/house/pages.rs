@@ -14,7 +14,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, OnceLock};
 use std::thread;
 
+use detune::job::Acceptable;
 use detune::notes::Code;
+use detune::report::schema;
+use serde_json::Value;
 
 use crate::source::root;
 
@@ -285,10 +288,41 @@ fn the_guide_lists_every_code() {
         })
         .collect();
     let codes: BTreeSet<_> = Code::ALL.iter().map(|code| (code.name(), code.meaning())).collect();
-    let set: BTreeSet<_> = listed.iter().copied().collect();
+    let verdicts = verdicts();
+    let is_verdict = |row: &(&str, &str)| verdicts.contains(row.0);
+    let set: BTreeSet<_> = listed.iter().copied().filter(|row| !is_verdict(row)).collect();
     let difference: Vec<_> = set.symmetric_difference(&codes).collect();
     assert!(difference.is_empty(), "on the page or in the code alone: {difference:#?}");
-    assert_eq!(listed.len(), set.len(), "a code is listed twice");
+    assert_eq!(listed.len(), set.len() + verdicts.len(), "a row is listed twice or is missing");
+}
+
+/// Every verdict and status of an output, as its schema has them, and what a job may accept of them.
+fn verdicts() -> BTreeSet<String> {
+    let mut names = BTreeSet::from([Acceptable::CROSSING.to_owned()]);
+    for (schema, key) in [
+        (schema::check(), "verdict"),
+        (schema::diagnosis(), "verdict"),
+        (schema::advice(), "status"),
+    ] {
+        let before = names.len();
+        words(&schema, &schema, key, &mut names);
+        assert!(names.len() > before, "no {key} in a schema");
+    }
+    names
+}
+
+/// The words that a schema lists for a key, wherever it stands.
+fn words(root: &Value, schema: &Value, key: &str, names: &mut BTreeSet<String>) {
+    let own = &schema["properties"][key];
+    let target = own["$ref"].as_str().and_then(|to| root.pointer(to.trim_start_matches('#')));
+    let listed = target.unwrap_or(own)["enum"].as_array().into_iter().flatten();
+    names.extend(listed.filter_map(Value::as_str).map(str::to_owned));
+    let inner: Vec<&Value> = match schema {
+        Value::Object(object) => object.values().collect(),
+        Value::Array(items) => items.iter().collect(),
+        _ => Vec::new(),
+    };
+    inner.into_iter().for_each(|inner| words(root, inner, key, names));
 }
 
 #[test]

@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 
 use crate::notes::Note;
 use crate::report::map::MapFormat;
-use crate::study::map::{Positions, Request, Statistic, Unit};
+use crate::study::map::{Part, Positions, Request, Statistic, Unit};
 
 /// Compute natural frequencies over poses.
 #[derive(Debug, Args)]
@@ -16,6 +16,7 @@ use crate::study::map::{Positions, Request, Statistic, Unit};
     detune map robot.yaml --poses poses.npy --format npy --output frequencies.npy\n  \
     detune map robot.yaml --grid joint_2=-60:90:151 --grid joint_3=-90:60:151\n  \
     detune map robot.yaml --random 100000000 --seed 1 --reduce min,max,quantiles\n  \
+    detune map robot.yaml --random 1000000000 --part 3/64 --format sketch --output 3.json\n  \
     detune map robot.yaml --grid joint_3=-90:45:41 --method nonlinear --format svg")]
 #[command(group = clap::ArgGroup::new("source").required(true).args(["joint", "grid", "random", "poses"]))]
 pub(in crate::cli) struct MapArgs {
@@ -91,6 +92,9 @@ pub(in crate::cli) struct MapArgs {
     /// where they are, the mean, the quantiles at 5, 25, 50, 75 and 95 %, a histogram.
     #[arg(long, value_enum, value_name = "LIST", value_delimiter = ',')]
     pub(super) reduce: Vec<StatisticName>,
+    /// Make only part I of N of the poses, for `detune merge`; needs --format sketch.
+    #[arg(long, value_name = "I/N", value_parser = part)]
+    pub(super) part: Option<Part>,
     /// Output format; npy is an array of the frequencies alone, one row per pose; arrow is an
     /// Apache Arrow stream with the columns of the CSV, where detune was built with it.
     #[arg(long, value_enum, default_value_t = Format::Csv)]
@@ -113,10 +117,12 @@ pub(super) enum Format {
     Svg,
     Npy,
     Arrow,
+    /// The statistics of a part, exact, for `detune merge`.
+    Sketch,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum StatisticName {
+pub(in crate::cli) enum StatisticName {
     Min,
     Max,
     Mean,
@@ -135,7 +141,7 @@ impl Format {
             Self::Arrow => Some(MapFormat::Arrow),
             #[cfg(not(feature = "arrow"))]
             Self::Arrow => None,
-            Self::Svg => None,
+            Self::Svg | Self::Sketch => None,
         }
     }
 }
@@ -170,15 +176,20 @@ impl MapArgs {
 
     /// What is asked of a reduced map, in a fixed order.
     pub(super) fn statistics(&self) -> Vec<Statistic> {
-        let all = [
-            (StatisticName::Min, Statistic::Min),
-            (StatisticName::Max, Statistic::Max),
-            (StatisticName::Mean, Statistic::Mean),
-            (StatisticName::Quantiles, Statistic::Quantiles),
-            (StatisticName::Histogram, Statistic::Histogram),
-        ];
-        all.iter().filter(|(name, _)| self.reduce.contains(name)).map(|(_, s)| *s).collect()
+        statistics(&self.reduce)
     }
+}
+
+/// In a fixed order.
+pub(in crate::cli) fn statistics(of: &[StatisticName]) -> Vec<Statistic> {
+    let all = [
+        (StatisticName::Min, Statistic::Min),
+        (StatisticName::Max, Statistic::Max),
+        (StatisticName::Mean, Statistic::Mean),
+        (StatisticName::Quantiles, Statistic::Quantiles),
+        (StatisticName::Histogram, Statistic::Histogram),
+    ];
+    all.iter().filter(|(name, _)| of.contains(name)).map(|(_, s)| *s).collect()
 }
 
 pub(in crate::cli) fn grid_range(text: &str) -> Result<Positions, String> {
@@ -199,6 +210,17 @@ pub(in crate::cli) fn grid_range(text: &str) -> Result<Positions, String> {
     }
     Ok(Positions { joint: joint.trim().to_owned(), from, to, steps, unit: Unit::DegOrMm })
 }
+
+fn part(text: &str) -> Result<Part, String> {
+    let number = |text: &str| text.parse::<usize>().ok().filter(|number| *number <= MAX_PARTS);
+    text.split_once('/')
+        .and_then(|(i, n)| Some(Part { number: number(i)?, of: number(n)? }))
+        .filter(|part| (1..=part.of).contains(&part.number))
+        .ok_or_else(|| format!("must be I/N with I from 1 to N and N at most {MAX_PARTS}"))
+}
+
+/// Parts of a map, at most.
+const MAX_PARTS: usize = 1_000_000;
 
 pub(in crate::cli) fn named_value(text: &str) -> Result<(String, f64), String> {
     let (name, value) = text.rsplit_once('=').ok_or("must be NAME=VALUE, e.g. joint_2=45")?;

@@ -9,17 +9,19 @@ use std::path::{Path, PathBuf};
 use indicatif::ProgressBar;
 
 use self::args::{Format, MethodName};
-pub(super) use self::args::{MapArgs, grid_range, named_value};
+pub(super) use self::args::{MapArgs, StatisticName, grid_range, named_value, statistics};
 use self::progress::bar;
 use super::output::Sink;
 use super::{Failure, Outcome, Warnings, of_option};
 use crate::notes::Note;
 use crate::progress::Done;
-use crate::report::map::{MapFormat, MapWriter, map_svg, reduced_csv, reduced_json, reduced_svg};
+use crate::report::map::{
+    MapFormat, MapWriter, map_svg, reduced_csv, reduced_json, reduced_svg, sketch_json,
+};
 use crate::study::Read;
 use crate::study::map::{
-    self as study, Block, FrequencyMap, Head, MapError, Method, Reduction, Robot, Sampling, Source,
-    Summary, Target,
+    self as study, Block, FrequencyMap, Head, MapError, Method, Part, Reduction, Robot, Sampling,
+    Source, Started, Summary, Target,
 };
 
 impl From<MapError> for Failure {
@@ -54,12 +56,14 @@ pub(super) fn run(
     let map = if args.intervals { map.with_intervals() } else { map };
     let map = if args.shapes { map.with_shapes() } else { map };
     sink.stream(out, |out| {
-        let summary = if !args.reduce.is_empty() {
-            write_statistics(args, &map, source, out)?
+        let summary = if args.format == Format::Sketch {
+            write_sketch(args, &map, source, out, shown)?
+        } else if !args.reduce.is_empty() {
+            write_statistics(args, &map, source, out, shown)?
         } else {
             match args.series.then_some(MapFormat::Series).or_else(|| args.format.of_rows()) {
-                Some(format) => write_rows(format, &map, source, out)?,
-                None => write_drawing(&map, source, out)?,
+                Some(format) => write_rows(format, &map, source, out, shown)?,
+                None => write_drawing(&map, source, out, shown)?,
             }
         };
         out.flush()?;
@@ -95,7 +99,13 @@ fn check_options(args: &MapArgs) -> Result<Method, Vec<Note>> {
             errors.push(Note::usage(format!("{name} has no effect without --method nonlinear")));
         }
     }
+    if args.part.is_some() && args.format != Format::Sketch {
+        errors.push(Note::usage("--part: has no effect without --format sketch"));
+    }
     let conflict = match (args.method, args.format, args.reduce.is_empty()) {
+        (MethodName::Nonlinear, Format::Sketch, _) => {
+            Some("--format sketch: takes linear maps only; leave out --method nonlinear")
+        }
         (MethodName::Nonlinear, _, false) => {
             Some("--reduce: takes linear maps only; leave out --method nonlinear")
         }
@@ -184,6 +194,7 @@ fn write_rows(
     map: &FrequencyMap,
     source: Source,
     out: &mut dyn Write,
+    shown: &Warnings,
 ) -> Result<Summary, Failure> {
     let head = Head::of(map);
     let writer = MapWriter::new(format, &head, map.method() != Method::Linear);
@@ -191,7 +202,7 @@ fn write_rows(
         None if format == MapFormat::Npy => {
             // The header of an array states the number of rows; a CSV table does not.
             let mut held = tempfile::tempfile()?;
-            let summary = write_blocks(&writer, map, source, &mut held)?;
+            let summary = write_blocks(&writer, map, source, &mut held, shown)?;
             held.rewind()?;
             out.write_all(&writer.start(summary.poses)?)?;
             io::copy(&mut held, out)?;
@@ -199,7 +210,7 @@ fn write_rows(
         }
         count => {
             out.write_all(&writer.start(count.unwrap_or(0))?)?;
-            let summary = write_blocks(&writer, map, source, out)?;
+            let summary = write_blocks(&writer, map, source, out, shown)?;
             out.write_all(writer.end())?;
             Ok(summary)
         }
@@ -211,8 +222,9 @@ fn write_blocks(
     map: &FrequencyMap,
     source: Source,
     out: &mut dyn Write,
+    shown: &Warnings,
 ) -> Result<Summary, MapError> {
-    let bar = bar(source.count());
+    let bar = shown.bar(bar(source.count()));
     let mut skip = writer.separator();
     let mut take = |blocks: &[&[u8]]| {
         // Both may stand on one terminal.
@@ -233,8 +245,9 @@ fn write_drawing(
     map: &FrequencyMap,
     source: Source,
     out: &mut dyn Write,
+    shown: &Warnings,
 ) -> Result<Summary, Failure> {
-    let (swept, bar) = (source.swept(), bar(source.count()));
+    let (swept, bar) = (source.swept(), shown.bar(bar(source.count())));
     let mut block = Block::default();
     let target = Target::Kept { block: &mut block, max_poses: 100_000 };
     let summary = pass(map, source, target, &bar)?;
@@ -248,8 +261,9 @@ fn write_statistics(
     map: &FrequencyMap,
     source: Source,
     out: &mut dyn Write,
+    shown: &Warnings,
 ) -> Result<Summary, Failure> {
-    let (head, bar) = (Head::of(map), bar(source.count()));
+    let (head, bar) = (Head::of(map), shown.bar(bar(source.count())));
     let mut reduction = Reduction::new(map.joints(), map.modes());
     let summary = pass(map, source, Target::Statistics(&mut reduction), &bar)?;
     let Some(reduced) = reduction.finish() else {
@@ -259,11 +273,33 @@ fn write_statistics(
     };
     let statistics = args.statistics();
     let text = match args.format {
-        Format::Csv | Format::Npy | Format::Arrow => reduced_csv(&head, &reduced, &statistics),
+        Format::Csv | Format::Npy | Format::Arrow | Format::Sketch => {
+            reduced_csv(&head, &reduced, &statistics)
+        }
         Format::Json => reduced_json(&head, &reduced, &statistics)
             .map_err(|error| Failure::Internal(error.to_string()))?,
         Format::Svg => reduced_svg(&head, &reduced),
     };
+    out.write_all(text.as_bytes())?;
+    Ok(summary)
+}
+
+/// Writes the statistics of a part of a linear map, or of all of it, so that they can be put
+/// together with those of other parts.
+fn write_sketch(
+    args: &MapArgs,
+    map: &FrequencyMap,
+    source: Source,
+    out: &mut dyn Write,
+    shown: &Warnings,
+) -> Result<Summary, Failure> {
+    let part = args.part.unwrap_or(Part::WHOLE);
+    let started = Started::new(map, source, part, &args.statistics());
+    let (source, mut sketch) = started.map_err(|error| vec![of_option(error)])?.parts();
+    let bar = shown.bar(bar(source.count()));
+    let summary = pass(map, source, Target::Statistics(sketch.reduction()), &bar)?;
+    let text = sketch_json(&sketch.finished(map, &summary));
+    let text = text.map_err(|error| Failure::Internal(error.to_string()))?;
     out.write_all(text.as_bytes())?;
     Ok(summary)
 }

@@ -64,7 +64,7 @@ fn candidates_of(cause: Cause, arm: &Arm<'_>) -> Vec<Candidate> {
 }
 
 /// The text for `cause`.
-pub(super) fn cause_text(cause: Cause) -> CauseText {
+pub fn cause_text(cause: Cause) -> CauseText {
     match cause {
         Cause::JointStiffness => joint_stiffness::TEXT,
         Cause::LinkInertia => link_inertia::TEXT,

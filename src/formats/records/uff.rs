@@ -11,6 +11,9 @@ use crate::formats::scalar::Scalar;
 use crate::formats::text::read_bytes;
 use crate::notes::{Code, Note, Notes, Place};
 
+/// Channels and functions of one file, at most: 300 points hit in three directions are 900.
+const MAX_SETS: usize = 4096;
+
 /// Lines of text before the numbers.
 const HEADER_LINES: usize = 11;
 
@@ -63,6 +66,11 @@ pub(super) fn read(path: &Path) -> Result<Recording, Vec<Note>> {
             _ => lines.skip_data_set(),
         }
         if notes.errors() > 50 {
+            break;
+        }
+        if found.file.channels.len() + found.file.functions.len() > MAX_SETS {
+            let what = format!("holds more than {MAX_SETS} data sets; divide the file");
+            notes.error(Code::TooLong, line, what);
             break;
         }
     }

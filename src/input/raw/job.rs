@@ -486,7 +486,7 @@ pub(in crate::input) struct ToolFrom {
 }
 
 /// When an excitation line near a natural frequency counts.
-#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(in crate::input) struct Policy {
     /// Multiples of the tooth-passing frequency, 1 to this; 2 if absent.

@@ -84,6 +84,8 @@ pub(in crate::input) struct JointSpring {
     /// What the stiffness may be off by: one standard deviation of its natural logarithm, %.
     #[schemars(extend("minimum" = 0, "maximum" = 100, "examples" = [10]))]
     pub(in crate::input) std_percent: Option<f64>,
+    /// Whether the stiffness is a guess: no verdict is better than uncertain then.
+    pub(in crate::input) assumed: Option<bool>,
     /// Share of critical damping.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 0.99, "examples" = [0.02]))]
     pub(in crate::input) damping_ratio: Option<f64>,

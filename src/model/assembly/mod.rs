@@ -17,6 +17,10 @@ use crate::model::cause::Cause;
 use crate::notes::{Code, Note, Part, Place};
 use crate::wording::hint;
 
+/// Elastic coordinates, at most: six joints, each of them soft about three axes, a foundation and a
+/// few links have 30.
+const MAX_COORDINATES: usize = 100;
+
 /// Factors and offsets of arm angles beyond this are typing errors, and would overflow.
 const MAX_OF_ANGLE: f64 = 1e6;
 
@@ -64,6 +68,15 @@ impl<'a> Builder<'a> {
     }
 
     fn build(mut self) -> Result<Robot, Vec<Note>> {
+        let springs = self.description.extra.len() + self.description.elastic_joints.len();
+        if springs > MAX_COORDINATES {
+            let what = format!(
+                "{springs} elastic coordinates, must be at most {MAX_COORDINATES}: the time for a \
+                 pose grows with their cube"
+            );
+            self.error(Code::TooLong, Part::Robot, "elasticity", what);
+            return Err(self.errors);
+        }
         self.check_inertias();
         self.check_axes();
         self.check_springs();

@@ -29,7 +29,29 @@ pub fn advice(job: &AdvisedJob) -> Result<String, NotFinite> {
     laid_out(&Advice::from(job), DEEPEST_SPREAD)
 }
 
-/// What `detune advise --format json` writes.
+/// What `detune advise` found for several jobs, in the order given: each as it is alone.
+///
+/// # Errors
+/// As [`advice`].
+pub fn advice_list(jobs: &[&AdvisedJob]) -> Result<String, NotFinite> {
+    let jobs = jobs.iter().map(|job| Advice::from(*job)).collect();
+    laid_out(&AdviceList { schema: ListName::AdviceList1, jobs }, DEEPEST_SPREAD + 2)
+}
+
+/// What `detune advise --format json` writes of several jobs.
+#[derive(Debug, Serialize)]
+struct AdviceList<'a> {
+    schema: ListName,
+    jobs: Vec<Advice<'a>>,
+}
+
+#[derive(Debug, Serialize)]
+enum ListName {
+    #[serde(rename = "advice-list/1")]
+    AdviceList1,
+}
+
+/// What `detune advise --format json` writes of one job.
 #[derive(Debug, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(title = "detune advice/1")]
@@ -45,6 +67,8 @@ pub(in crate::report) struct Advice<'a> {
     model: Model,
     /// What comes from the settings that jobs share; null where nothing does.
     settings: Option<&'a Settings>,
+    /// Keys of the policy that the command line sets, KEY=VALUE.
+    policy_overrides: &'a [String],
     /// What was asked for: what makes one speed better than another.
     objective: Objective,
     /// What is to be known beside the advice, by code: in what a resonance may hide at the safe speeds,
@@ -240,6 +264,7 @@ impl<'a> From<&'a AdvisedJob> for Advice<'a> {
                 uncertainty_percent: percent_from_ratio(advice.model_uncertainty()),
             },
             settings: job.settings.as_ref(),
+            policy_overrides: &job.overrides,
             objective: advice.options.objective,
             warnings: job.warnings.iter().map(Warning::from).collect(),
             operations: advice.operations.iter().map(|operation| of(job, operation)).collect(),

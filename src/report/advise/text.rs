@@ -15,6 +15,9 @@ use crate::wording::printable;
 /// At most so many safe and closed stretches of speeds are shown each.
 const MAX_STRETCHES: usize = 12;
 
+/// At most so many jobs that cannot be run clear are named at the end.
+const MAX_NAMED: usize = 10;
+
 /// At most so many pairs of mode and line are named for one closed stretch.
 const MAX_BLOCKS: usize = 4;
 
@@ -49,7 +52,28 @@ pub fn advice(job: &AdvisedJob, colour: bool) -> String {
             );
         }
     }
+    if let Some(overrides) = words_of_all::overrides(&job.overrides) {
+        push_fact(2, "policy", &overrides, &mut text);
+    }
     push_fact(2, "next", &next(job), &mut text);
+    text
+}
+
+/// The same of several jobs, and how many of them can be run clear of every band.
+pub fn advice_list(jobs: &[&AdvisedJob], colour: bool) -> String {
+    let mut text: String = jobs.iter().map(|job| advice(job, colour) + "\n").collect();
+    let clear = jobs.iter().filter(|job| job.advice.is_clear()).count();
+    text.push_str(&format!(
+        "{} jobs: {clear} can be run clear of every band, {} cannot\n",
+        jobs.len(),
+        jobs.len() - clear
+    ));
+    for job in jobs.iter().filter(|job| !job.advice.is_clear()).take(MAX_NAMED) {
+        text.push_str(&format!("  {}\n", words_of_all::path(&job.file)));
+    }
+    if let more @ 1.. = (jobs.len() - clear).saturating_sub(MAX_NAMED) {
+        text.push_str(&format!("  … and {more} more; --format json lists all\n"));
+    }
     text
 }
 

@@ -11,7 +11,7 @@ use crate::notes::{Note, Severity};
 use crate::report::{paths, words};
 use crate::risk::Certainty;
 use crate::study::check::CheckedJob;
-use crate::wording::printable;
+use crate::wording::{printable, visible};
 
 /// GitHub keeps so many annotations of a level in a step.
 const MAX_ANNOTATIONS: usize = 10;
@@ -61,11 +61,12 @@ pub fn note_annotation(note: &Note, root: &Path) -> String {
         Severity::Error => "error",
         Severity::Warning => "warning",
     };
-    note_command(level, note, &note.message(), root)
+    note_command(level, note, &printable(&note.message()), root)
 }
 
 fn note_command(level: &str, note: &Note, text: &str, root: &Path) -> String {
-    let file = note.place.file.as_ref().map(|file| paths::slashed(&paths::within(root, file)));
+    let file = note.place.file.as_ref();
+    let file = file.map(|file| visible(&paths::slashed(&paths::within(root, file))));
     let place = match (file, note.place.line) {
         (Some(file), Some(line)) => format!(" file={},line={line}", property(&file)),
         (Some(file), None) => format!(" file={}", property(&file)),
@@ -95,7 +96,7 @@ fn command(
     let (level, title) = level_of(finding);
     let crossing = finding.worst.crossing;
     let (from, to) = (crossing.from_line, crossing.to_line);
-    let file = printable(&paths::slashed(&paths::within(root, &operation.lines_file())));
+    let file = visible(&paths::slashed(&paths::within(root, &operation.lines_file())));
     let mut message = sentences::finding(operation, finding);
     if beyond > 0 {
         message.push_str(&format!(
@@ -105,7 +106,7 @@ fn command(
     format!(
         "::{level} file={},line={from},endLine={to},title={}::{}",
         property(&file),
-        property(&format!("detune: {title} in '{}'", printable(&operation.risk.name))),
+        property(&format!("detune: {title} in '{}'", visible(&operation.risk.name))),
         data(&message)
     )
 }
@@ -115,7 +116,9 @@ fn summary(jobs: &[CheckedJob]) -> String {
         let file = printable(&paths::slashed(&job.file));
         let settings = job.settings.as_ref();
         let settings = settings.map(|own| format!(" ({})", words::settings(own)));
-        format!("{file} {}{}", words::spelled(job.risk.verdict), settings.unwrap_or_default())
+        let overrides = words::overrides(&job.overrides).map(|own| format!(" ({own})"));
+        let both = settings.into_iter().chain(overrides).collect::<String>();
+        format!("{file} {}{both}", words::spelled(job.risk.verdict))
     };
     let text = if jobs.len() <= MAX_NAMED {
         jobs.iter().map(shown).collect::<Vec<_>>().join(", ")

@@ -65,6 +65,8 @@ struct Job<'a> {
     model: Model<'a>,
     /// What comes from the settings that jobs share; null where nothing does.
     settings: Option<&'a Settings>,
+    /// Keys of the policy that the command line sets, KEY=VALUE.
+    policy_overrides: &'a [String],
     /// That a line lies in a mode's band somewhere in any operation, what is accepted left out; never
     /// below one over the number of draws.
     probability: f64,
@@ -111,6 +113,7 @@ impl<'a> From<&'a CheckedJob> for Job<'a> {
                 payload: job.risk.payload,
             },
             settings: job.settings.as_ref(),
+            policy_overrides: &job.overrides,
             probability: job.risk.probability.probability,
             probability_std_error: job.risk.probability.std_error,
             notices: json::notices(&job.risk.warnings),

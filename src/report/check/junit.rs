@@ -33,6 +33,9 @@ pub fn check(jobs: &[CheckedJob], gate: Gate) -> Result<String, quick_junit::Ser
         if let Some(settings) = &job.settings {
             suite.add_property(Property::new("settings", words::settings(settings)));
         }
+        if let Some(overrides) = words::overrides(&job.overrides) {
+            suite.add_property(Property::new("policy", overrides));
+        }
         for operation in operations(job) {
             suite.add_test_case(case(&operation, &file, gate));
         }

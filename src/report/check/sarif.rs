@@ -3,11 +3,12 @@
 //! uncertain stretch that flanks a certain one is part of that result and no result of its own.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
 use super::findings::{Finding, Stretch, findings};
+use super::identity::{self, digest};
 use super::operation::{CheckedOperation, operations};
 use super::sentences;
 use crate::job::Accepted;
@@ -32,12 +33,17 @@ const MAX_LOCATIONS: usize = 1_000;
 const ROOT: &str = "%SRCROOT%";
 
 /// The results of `detune check` as a SARIF log. Files below `root` (an absolute path, the folder
-/// that the command ran in) are named relative to it.
+/// that the command ran in) are named relative to it; `home` names a job for its findings'
+/// fingerprints, the same wherever the command runs.
 ///
 /// # Errors
 /// Never in practice: the log holds text and counts alone.
-pub fn check(jobs: &[CheckedJob], root: &Path) -> Result<String, serde_json::Error> {
-    let mut artifacts = Artifacts { root, uris: Vec::new() };
+pub fn check(
+    jobs: &[CheckedJob],
+    root: &Path,
+    home: &dyn Fn(&Path) -> PathBuf,
+) -> Result<String, serde_json::Error> {
+    let mut artifacts = Artifacts { root, home, uris: Vec::new() };
     let mut results = Vec::new();
     for job in jobs {
         artifacts.index_of(&job.file);
@@ -75,6 +81,7 @@ pub fn check(jobs: &[CheckedJob], root: &Path) -> Result<String, serde_json::Err
                     .chain(jobs.iter().flat_map(|job| notices(&job.risk.warnings)))
                     .map(|text| Notification { level: "warning", message: Message { text } })
                     .chain(jobs.iter().filter_map(settings))
+                    .chain(jobs.iter().filter_map(overrides))
                     .collect(),
             }],
             artifacts: artifacts.listed(),
@@ -90,6 +97,13 @@ pub fn check(jobs: &[CheckedJob], root: &Path) -> Result<String, serde_json::Err
 /// What comes from the settings that jobs share.
 fn settings(job: &CheckedJob) -> Option<Notification> {
     let text = words::settings(job.settings.as_ref()?);
+    let text = format!("{}: {text}", printable(&paths::slashed(&job.file)));
+    Some(Notification { level: "note", message: Message { text } })
+}
+
+/// What the run sets of the policy.
+fn overrides(job: &CheckedJob) -> Option<Notification> {
+    let text = words::overrides(&job.overrides)?;
     let text = format!("{}: {text}", printable(&paths::slashed(&job.file)));
     Some(Notification { level: "note", message: Message { text } })
 }
@@ -174,6 +188,7 @@ impl RuleOf {
 /// The files that results point into, in the order in which they came.
 struct Artifacts<'a> {
     root: &'a Path,
+    home: &'a dyn Fn(&Path) -> PathBuf,
     uris: Vec<String>,
 }
 
@@ -197,14 +212,7 @@ impl Artifacts<'_> {
     fn result(&mut self, operation: &CheckedOperation<'_>, finding: &Finding<'_>) -> ResultObject {
         let others = &finding.others[..finding.others.len().min(MAX_LOCATIONS - 1)];
         let rule = RuleOf::crossing(finding.certainty);
-        let identity = [
-            rule.id().to_owned(),
-            self.uri_of(&operation.job.file),
-            printable(&operation.risk.name),
-            format!("mode {}", finding.mode),
-            format!("{} {}", words::spelled(finding.line.source), finding.line.harmonic),
-        ]
-        .join("|");
+        let identity = identity::of_finding(operation, finding, self.home);
         let location = self.location(operation, &finding.worst, None);
         let related = others.iter().enumerate();
         let related = related
@@ -222,9 +230,7 @@ impl Artifacts<'_> {
         };
         let place = &warning.note.place;
         let file = place.file.as_ref().unwrap_or(&job.file);
-        let about = printable(warning.operation.as_deref().unwrap_or_default());
-        let identity = [rule.id(), &self.uri_of(&job.file), &about, warning.note.code.name()];
-        let identity = identity.join("|");
+        let identity = identity::of_doubt(job, warning, self.home);
         let index = self.index_of(file);
         let line = place.line.unwrap_or(1);
         let location = Location {
@@ -278,7 +284,7 @@ fn result(
         related_locations: Vec::new(),
         // GitHub follows a finding by this key alone, and would make it of the text of the line.
         partial_fingerprints: BTreeMap::from([
-            ("primaryLocationLineHash", format!("{:016x}:1", fnv_1a(identity.as_bytes()))),
+            ("primaryLocationLineHash", digest(&identity) + ":1"),
             ("detuneFinding/v1", identity),
         ]),
         suppressions: terms
@@ -305,13 +311,6 @@ fn logical(job: &CheckedJob, operation: Option<&str>) -> LogicalLocation {
 fn located(uri: String, index: Option<usize>) -> ArtifactLocation {
     let relative = !uri.starts_with("file:");
     ArtifactLocation { uri, uri_base_id: relative.then_some(ROOT), index }
-}
-
-/// FNV-1a with 64 bits (Fowler, Noll, Vo): short, the same on every machine and in every version.
-fn fnv_1a(bytes: &[u8]) -> u64 {
-    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, &byte| {
-        (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
-    })
 }
 
 #[derive(Serialize)]

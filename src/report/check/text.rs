@@ -77,6 +77,9 @@ fn push_job(job: &CheckedJob, colour: bool, text: &mut String) {
     if let Some(settings) = &job.settings {
         layout::push_fact(JOB_INDENT, "settings", &words::settings(settings), text);
     }
+    if let Some(overrides) = words::overrides(&job.overrides) {
+        layout::push_fact(JOB_INDENT, "policy", &overrides, text);
+    }
     layout::push_fact(JOB_INDENT, "next", next(job), text);
 }
 

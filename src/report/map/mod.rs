@@ -7,6 +7,7 @@ mod plot;
 mod reduced;
 mod reduced_plot;
 mod series;
+mod sketch;
 mod table;
 
 use std::io;
@@ -16,6 +17,7 @@ use arrow_schema::SchemaRef;
 pub use plot::map_svg;
 pub use reduced::{reduced_csv, reduced_json};
 pub use reduced_plot::reduced_svg;
+pub use sketch::sketch_json;
 
 use crate::formats::npy::Layout;
 use crate::map::{Block, Head};

@@ -1,10 +1,12 @@
 //! Natural frequencies over poses: from a table, a grid or random poses, block by block, linear or
 //! nonlinear.
 
+mod sketch;
 mod source;
 mod stream;
 mod summary;
 
+pub use sketch::{Merged, Part, Sketch, Started, merge};
 pub use source::{Positions, Request, Source, Unit};
 pub use stream::{MapError, Render, Target, run};
 pub use summary::Summary;
@@ -17,6 +19,7 @@ use crate::free_vibration::Settings;
 use crate::input;
 pub use crate::map::{Block, FrequencyMap, Head, Method, Reduction, Statistic};
 pub use crate::model::Robot;
+use crate::modes::batch::InstructionSet;
 use crate::notes::{Code, Note, Place};
 use crate::units::rad_from_deg;
 
@@ -43,6 +46,16 @@ pub fn nonlinear(amplitude_deg: Option<f64>, sampling: Sampling) -> Result<Metho
         return Err(wrong("amplitude-deg", what));
     }
     Ok(Method::Nonlinear(Settings { amplitude_rad: rad_from_deg(amplitude), ..settings }))
+}
+
+/// The machine's vector instructions that maps are computed with; the last digits of frequencies
+/// may differ between them.
+pub fn instructions() -> &'static str {
+    match InstructionSet::available().last() {
+        Some(InstructionSet::Avx512) => "avx512",
+        Some(InstructionSet::Avx2) => "avx2",
+        _ => "baseline",
+    }
 }
 
 /// An error of the request, at one of its keys.

@@ -71,7 +71,12 @@ pub struct Source {
 
 #[derive(Debug)]
 enum Kind {
-    Made { generator: Generator, count: usize, done: usize },
+    /// The poses from `done` up to `end`.
+    Made {
+        generator: Generator,
+        end: usize,
+        done: usize,
+    },
     Table(Box<PoseTable>),
 }
 
@@ -90,7 +95,7 @@ impl Source {
         };
         let count = generator.count();
         let count = count.ok_or_else(|| vec![wrong("grid", "the poses are too many to count")])?;
-        Ok(Self { kind: Kind::Made { generator, count, done: 0 } })
+        Ok(Self { kind: Kind::Made { generator, end: count, done: 0 } })
     }
 
     /// The poses of a table, CSV or NumPy's .npy (or, as a feature, Apache Arrow).
@@ -120,7 +125,7 @@ impl Source {
     /// How many poses there are, where that is known before they are read.
     pub fn count(&self) -> Option<usize> {
         match &self.kind {
-            Kind::Made { count, .. } => Some(*count),
+            Kind::Made { end, done, .. } => Some(end.saturating_sub(*done)),
             Kind::Table(table) => table.count(),
         }
     }
@@ -161,6 +166,35 @@ impl Source {
         if errors.is_empty() { Ok(poses) } else { Err(errors) }
     }
 
+    /// One of `of` parts of the poses, counted from 1, in pieces of so many poses: the parts, one
+    /// behind the other, are the whole, piece by piece. `None` of a table, which is not made.
+    pub(super) fn part(self, part: usize, of: usize, piece: usize) -> Option<Self> {
+        let Kind::Made { generator, end, .. } = self.kind else { return None };
+        let pieces = end.div_ceil(piece) as u128;
+        let place = |part: usize| {
+            let before = pieces * part as u128 / of.max(1) as u128;
+            usize::try_from(before * piece as u128).map_or(end, |place| place.min(end))
+        };
+        let (done, end) = (place(part.saturating_sub(1)), place(part));
+        Some(Self { kind: Kind::Made { generator, end, done } })
+    }
+
+    /// The place of its first pose in the whole, from zero.
+    pub(super) fn first(&self) -> usize {
+        match &self.kind {
+            Kind::Made { done, .. } => *done,
+            Kind::Table(_) => 0,
+        }
+    }
+
+    /// The poses in words that are the same for the same poses; `None` of a table.
+    pub(super) fn described(&self) -> Option<String> {
+        match &self.kind {
+            Kind::Made { generator, .. } => Some(format!("{generator:?}")),
+            Kind::Table(_) => None,
+        }
+    }
+
     pub(super) fn decoder(&self) -> Decoder {
         match &self.kind {
             Kind::Made { generator, .. } => Decoder::Made(generator.clone()),
@@ -172,8 +206,8 @@ impl Source {
     /// end.
     pub(super) fn read(&mut self, poses: usize, raw: &mut Raw) -> Result<bool, Note> {
         match &mut self.kind {
-            Kind::Made { count, done, .. } => {
-                (raw.first, raw.count) = (*done, poses.min(*count - *done));
+            Kind::Made { end, done, .. } => {
+                (raw.first, raw.count) = (*done, poses.min(*end - *done));
                 *done += raw.count;
                 Ok(raw.count > 0)
             }

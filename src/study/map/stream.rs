@@ -12,6 +12,10 @@ use crate::map::{Block, FrequencyMap, Method, OutsideLimits, Reduction};
 use crate::notes::{Code, Note, Part, Place};
 use crate::progress::{Done, Progress};
 
+/// Poses of a linear map that are solved in one go; parts of a map are whole pieces, so that each
+/// pose is solved beside the same others.
+pub(super) const PIECE_POSES: usize = 1024;
+
 /// Errors that are reported in one go.
 const MAX_ERRORS: usize = 20;
 
@@ -73,7 +77,7 @@ pub fn run(
     let mut ledger = Ledger {
         decoder: &decoder,
         target,
-        places: 0,
+        places: source.first(),
         summary: Summary::default(),
         // A nonlinear map reports each pose by itself.
         progress: if is_linear { progress } else { &crate::progress::silent },
@@ -176,7 +180,7 @@ impl Batch {
     /// of a nonlinear map takes long and holds spectra.
     fn new(map: &FrequencyMap) -> Self {
         let (pieces, piece_poses) = match map.method() {
-            Method::Linear => (32, 1024),
+            Method::Linear => (32, PIECE_POSES),
             Method::Nonlinear(_) => (64, 1),
         };
         let pieces = std::iter::repeat_with(Piece::default).take(pieces).collect();

@@ -38,6 +38,13 @@ impl Summary {
         }
     }
 
+    /// The first pose outside the joint limits, in words.
+    pub(super) fn first_outside(&self, robot: &Robot) -> Option<String> {
+        let (index, value) = self.outside_limits.first?;
+        let joint = robot.joints().get(index)?;
+        Some(LimitViolation { joint, value, limit: joint.limit? }.to_string())
+    }
+
     /// Warnings about the map of `robot`.
     pub fn warnings(&self, robot: &Robot) -> Vec<Note> {
         let mut warnings = Vec::new();
@@ -48,16 +55,8 @@ impl Summary {
         if self.poses == 0 {
             warn(Code::NothingChecked, "", "the table holds no poses".to_owned());
         }
-        if let Some((index, value)) = self.outside_limits.first
-            && let Some(joint) = robot.joints().get(index)
-            && let Some(limit) = joint.limit
-        {
-            let what = format!(
-                "{} of {} poses lie outside the joint limits (the first: {})",
-                self.outside_limits.poses,
-                self.poses,
-                LimitViolation { joint, value, limit }
-            );
+        if let Some(first) = self.first_outside(robot) {
+            let what = outside_limits(self.outside_limits.poses, self.poses, &first);
             warn(Code::OutsideLimits, "", what);
         }
         if let Some(first) = &self.first_doubtful {
@@ -86,6 +85,11 @@ impl Summary {
         }
         warnings
     }
+}
+
+/// Some of the poses lie outside the joint limits.
+pub(super) fn outside_limits(outside: usize, poses: usize, first: &str) -> String {
+    format!("{outside} of {poses} poses lie outside the joint limits (the first: {first})")
 }
 
 /// `mode 2 at 167.35 Hz, linear 84.18 Hz: far off`.

@@ -1,0 +1,87 @@
+//! Files that changed, and whether a job has to do with them.
+
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
+
+use super::settings::NAME;
+use crate::paths::{folder_of, tidied};
+
+/// Files that were changed, added or deleted.
+#[derive(Debug, Clone, Default)]
+pub struct Changes {
+    /// Files by their place on the disk.
+    places: HashSet<PathBuf>,
+    /// Folders from which a file is gone: who reads a folder may have read that, too.
+    bereft: HashSet<PathBuf>,
+    /// Folders with a settings file that counts, or counted, for all jobs below them.
+    settings: HashSet<PathBuf>,
+}
+
+impl Changes {
+    /// Of these files, whether or not they are still there.
+    pub fn of(files: &[PathBuf]) -> Self {
+        let mut changes = Self::default();
+        for file in files {
+            let place = place(file);
+            let folder = folder_of(&place).to_owned();
+            if !file.exists() {
+                changes.bereft.insert(folder.clone());
+            }
+            if place.file_name().is_some_and(|name| name == NAME) {
+                changes.settings.insert(folder);
+            }
+            changes.places.insert(place);
+        }
+        changes
+    }
+
+    /// Whether a job that reads these files may be another one by the change.
+    pub fn touch(&self, job: &Path, read: &[PathBuf]) -> bool {
+        let of_settings = || place(job).ancestors().any(|folder| self.settings.contains(folder));
+        let is_touched = |file: &PathBuf| {
+            let place = place(file);
+            self.bereft.contains(folder_of(&place)) || self.places.contains(&place)
+        };
+        of_settings() || is_touched(&job.to_owned()) || read.iter().any(is_touched)
+    }
+}
+
+/// Where a file is, or was: without links and detours, as far as its folders are there.
+fn place(file: &Path) -> PathBuf {
+    if let Ok(place) = file.canonicalize() {
+        return place;
+    }
+    let whole = tidied(&std::path::absolute(file).unwrap_or_else(|_| file.to_owned()));
+    let there = whole.ancestors().skip(1).find_map(|folder| {
+        let rest = whole.strip_prefix(folder).ok()?;
+        Some(folder.canonicalize().ok()?.join(rest))
+    });
+    there.unwrap_or(whole)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn deleted_files_and_settings_reach_who_may_have_read_them() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        std::fs::create_dir_all(at("jobs/nc")).unwrap();
+        for name in ["jobs/a.yaml", "jobs/nc/a.mod", "arm.yaml"] {
+            std::fs::write(at(name), "").unwrap();
+        }
+        let read = [at("jobs/a.yaml"), at("jobs/nc/../nc/a.mod"), at("arm.yaml")];
+        let touch = |file: &str| Changes::of(&[at(file)]).touch(&at("jobs/a.yaml"), &read);
+        for file in
+            ["jobs/a.yaml", "jobs/./nc/a.mod", "arm.yaml", "jobs/nc/gone.sys", "detune.toml"]
+        {
+            assert!(touch(file), "{file}");
+        }
+        std::fs::write(at("README.md"), "").unwrap();
+        std::fs::write(at("jobs/b.yaml"), "").unwrap();
+        for file in ["README.md", "jobs/b.yaml", "jobs/nc/detune.toml", "elsewhere/x.mod"] {
+            assert!(!touch(file), "{file}");
+        }
+    }
+}

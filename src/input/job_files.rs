@@ -1,0 +1,177 @@
+//! The job files that arguments mean: files, folders, and patterns that no shell has expanded.
+
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
+
+use super::files::MAX_FILE_BYTES;
+use crate::formats::text::{lower_first, read_bytes};
+use crate::notes::{Code, Note, Place};
+
+/// Keys that every job has, and no other file that lies about.
+const OF_A_JOB: [&str; 2] = ["operations", "spindle"];
+
+/// Folders below folders, at most.
+const MAX_DEPTH: usize = 64;
+
+/// The files that `arguments` mean, in their order: a file stands for itself, whether or not it is
+/// there; a folder for the jobs in it and below it; a pattern of `*`, `?`, `[…]` and `**` for all
+/// that it fits. Files that are no job (robots, sessions, what other programs read) are left out,
+/// hidden ones too. What folders and patterns name twice comes once.
+///
+/// # Errors
+/// Folders and patterns that hold no job or that cannot be read.
+pub fn job_files(arguments: &[PathBuf]) -> Result<Vec<PathBuf>, Vec<Note>> {
+    let (mut files, mut errors) = (Vec::new(), Vec::new());
+    let mut seen: HashSet<PathBuf> = HashSet::new();
+    for argument in arguments {
+        let found = if argument.is_dir() {
+            below(argument)
+        } else {
+            match argument.to_str().filter(|text| is_pattern(text) && !argument.exists()) {
+                Some(pattern) => fitting(pattern),
+                None => {
+                    seen.insert(argument.clone());
+                    files.push(argument.clone());
+                    continue;
+                }
+            }
+        };
+        match found {
+            Ok(found) => files.extend(found.into_iter().filter(|file| seen.insert(file.clone()))),
+            Err(error) => errors.push(error),
+        }
+    }
+    if errors.is_empty() { Ok(files) } else { Err(errors) }
+}
+
+/// Whether arguments mean what they name, one file.
+pub fn is_one_file(arguments: &[PathBuf]) -> bool {
+    let [one] = arguments else { return false };
+    let fits_many = one.to_str().is_some_and(is_pattern) && !one.exists();
+    !(one.is_dir() || fits_many)
+}
+
+fn is_pattern(text: &str) -> bool {
+    text.contains(['*', '?', '['])
+}
+
+/// The jobs that a pattern fits, by name.
+fn fitting(pattern: &str) -> Result<Vec<PathBuf>, Note> {
+    let fault = |what: String| Note::error(Code::Unreadable, Place::file(pattern), what);
+    let found = glob::glob(pattern)
+        .map_err(|error| fault(format!("is no pattern of file names: {}", error.msg)))?;
+    let mut files = Vec::new();
+    for path in found {
+        let path = path.map_err(|error| unreadable(error.path(), error.error()))?;
+        if path.is_dir() {
+            continue;
+        }
+        if is_job(&path) {
+            files.push(path);
+        }
+    }
+    if files.is_empty() { Err(fault("no such job file".to_owned())) } else { Ok(files) }
+}
+
+/// The jobs in a folder and below it, by name, those of the folder itself first.
+fn below(folder: &Path) -> Result<Vec<PathBuf>, Note> {
+    let mut files = Vec::new();
+    walk(folder, MAX_DEPTH, &mut files)?;
+    if files.is_empty() {
+        let what = "is a folder without job files (.yaml or .yml)";
+        return Err(Note::error(Code::Unreadable, Place::file(folder), what));
+    }
+    Ok(files)
+}
+
+fn walk(folder: &Path, depth: usize, files: &mut Vec<PathBuf>) -> Result<(), Note> {
+    let of_folder = |error: std::io::Error| unreadable(folder, &error);
+    let mut entries = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(of_folder)? {
+        let entry = entry.map_err(of_folder)?;
+        // A link to a folder may lead back to this one.
+        let is_folder = entry.file_type().map_err(of_folder)?.is_dir();
+        let is_hidden = entry.file_name().to_string_lossy().starts_with('.');
+        if !is_hidden {
+            entries.push((is_folder, entry.path()));
+        }
+    }
+    entries.sort();
+    for (is_folder, path) in entries {
+        if is_folder && depth == 0 {
+            let what = "lies too deep below the folder that was named";
+            return Err(Note::error(Code::TooLong, Place::file(&path), what));
+        }
+        if is_folder {
+            walk(&path, depth - 1, files)?;
+        } else if is_job(&path) {
+            files.push(path);
+        }
+    }
+    Ok(())
+}
+
+fn unreadable(path: &Path, error: &std::io::Error) -> Note {
+    let what = format!("cannot be read: {}", lower_first(&error.to_string()));
+    Note::error(Code::Unreadable, Place::file(path), what)
+}
+
+/// Whether a file is YAML that has, or tries to have, what every job has. What cannot be read or is
+/// written in braces is taken for one: reading it says why.
+fn is_job(path: &Path) -> bool {
+    let extension = path.extension().and_then(|extension| extension.to_str());
+    if !extension.is_some_and(|e| e.eq_ignore_ascii_case("yaml") || e.eq_ignore_ascii_case("yml")) {
+        return false;
+    }
+    let Ok(bytes) = read_bytes(path, MAX_FILE_BYTES) else { return true };
+    bytes.split(|&byte| byte == b'\n').any(|line| {
+        let line = line.trim_ascii_start();
+        let key = line.strip_prefix(b"\"").or(line.strip_prefix(b"'")).unwrap_or(line);
+        line.starts_with(b"{") || OF_A_JOB.iter().any(|own| key.starts_with(own.as_bytes()))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn folders_and_patterns_stand_for_the_jobs_in_them() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        for name in ["b/deep", ".hidden", "empty"] {
+            std::fs::create_dir_all(at(name)).unwrap();
+        }
+        for (name, text) in [
+            ("b.yaml", "operations: []\n"),
+            ("a.yml", "{operations: []}"),
+            ("robot.yaml", "name: arm\nurdf: arm.urdf\n"),
+            ("odd.yaml", "# broken\n  \"spindle\" []\n"),
+            ("compose.yaml", "services: {}\n"),
+            ("notes.txt", "operations:\n"),
+            ("b/deep/c.YAML", "operations: []\n"),
+            (".hidden/d.yaml", "operations: []\n"),
+        ] {
+            std::fs::write(at(name), text).unwrap();
+        }
+        let found = |arguments: &[PathBuf]| job_files(arguments).unwrap();
+        let all = [at("a.yml"), at("b.yaml"), at("odd.yaml"), at("b/deep/c.YAML")];
+        assert_eq!(found(&[folder.path().to_owned()]), all);
+        assert_eq!(found(&[at("*.yaml")]), [at("b.yaml"), at("odd.yaml")]);
+        assert_eq!(found(&[at("b.yaml"), folder.path().to_owned()])[0], at("b.yaml"));
+        assert_eq!(found(&[at("b.yaml"), folder.path().to_owned()]).len(), all.len());
+        assert_eq!(found(&[at("**/*.YAML")]), [at("b/deep/c.YAML")]);
+        // A file that is not there is somebody else's to tell.
+        assert_eq!(found(&[at("gone.yaml")]), [at("gone.yaml")]);
+        // A name with brackets that is there is no pattern.
+        std::fs::write(at("[b].yaml"), "operations: []\n").unwrap();
+        assert_eq!(found(&[at("[b].yaml")]), [at("[b].yaml")]);
+        for (wrong, told) in
+            [(at("empty"), "without job files"), (at("x*.yaml"), "no such job file")]
+        {
+            let errors = job_files(&[wrong]).unwrap_err();
+            assert!(errors[0].what.contains(told), "{errors:?}");
+        }
+        assert!(is_one_file(&[at("[b].yaml")]) && !is_one_file(&[at("*.yaml")]));
+    }
+}

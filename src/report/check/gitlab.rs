@@ -1,0 +1,89 @@
+//! The report of GitLab's code quality widget: a finding is an entry, with a fingerprint by which it
+//! is the same finding in the next run.
+
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use super::findings::findings;
+use super::identity::{self, digest};
+use super::operation::operations;
+use super::sentences;
+use crate::notes::{Class, Code};
+use crate::report::paths;
+use crate::risk::Certainty;
+use crate::study::check::CheckedJob;
+
+/// The results of `detune check` as GitLab's code quality report. `home` names a file as the
+/// repository does.
+///
+/// # Errors
+/// Never in practice: the report holds text and counts alone.
+pub fn check(
+    jobs: &[CheckedJob],
+    home: &dyn Fn(&Path) -> PathBuf,
+) -> Result<String, serde_json::Error> {
+    let path = |file: &Path| paths::slashed(&home(file));
+    let mut entries = Vec::new();
+    for job in jobs {
+        let doubts = job.risk.warnings.iter().filter(|w| w.note.code.class() == Class::Doubt);
+        for warning in doubts {
+            let is_unchecked = warning.note.code == Code::NothingChecked;
+            let place = &warning.note.place;
+            entries.push(Entry {
+                description: sentences::doubt(warning),
+                check_name: if is_unchecked { "unchecked" } else { "doubt" },
+                fingerprint: digest(&identity::of_doubt(job, warning, home)),
+                severity: match (&warning.accepted, is_unchecked) {
+                    (Some(_), _) => "info",
+                    (None, true) => "critical",
+                    (None, false) => "minor",
+                },
+                location: Location {
+                    path: path(place.file.as_ref().unwrap_or(&job.file)),
+                    lines: Lines { begin: place.line.unwrap_or(1) },
+                },
+            });
+        }
+        for operation in operations(job) {
+            for finding in findings(&operation) {
+                let crossing = finding.worst.crossing;
+                let (check_name, severity) = match finding.certainty {
+                    Certainty::Certain => ("resonance", "critical"),
+                    Certainty::Uncertain => ("uncertain", "minor"),
+                };
+                entries.push(Entry {
+                    description: sentences::finding(&operation, &finding),
+                    check_name,
+                    fingerprint: digest(&identity::of_finding(&operation, &finding, home)),
+                    severity: if crossing.accepted.is_some() { "info" } else { severity },
+                    location: Location {
+                        path: path(&operation.lines_file()),
+                        lines: Lines { begin: crossing.from_line },
+                    },
+                });
+            }
+        }
+    }
+    Ok(serde_json::to_string_pretty(&entries)? + "\n")
+}
+
+#[derive(Serialize)]
+struct Entry {
+    description: String,
+    check_name: &'static str,
+    fingerprint: String,
+    severity: &'static str,
+    location: Location,
+}
+
+#[derive(Serialize)]
+struct Location {
+    path: String,
+    lines: Lines,
+}
+
+#[derive(Serialize)]
+struct Lines {
+    begin: usize,
+}

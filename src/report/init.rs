@@ -1,0 +1,39 @@
+//! What was written for a new robot, and what in it is a guess.
+
+use std::path::Path;
+
+use crate::report::layout::push_fact;
+use crate::report::words;
+use crate::study::check::CheckedJob;
+use crate::study::init::NewRobot;
+
+/// The files, the guesses, the first verdict and what to do next.
+pub fn report(written: &[&Path], guessed: &NewRobot, jobs: &[CheckedJob]) -> String {
+    let mut text = String::new();
+    for file in written {
+        text.push_str(&format!("written  {}\n", words::path(file)));
+    }
+    text.push('\n');
+    for spring in &guessed.springs {
+        let fact = format!("{}: {:e} N·m/rad; {}", spring.joint, spring.stiffness, spring.source);
+        push_fact(0, "guessed", &fact, &mut text);
+    }
+    for joint in &guessed.sliding {
+        push_fact(0, "rigid", &format!("{joint} slides: no typical figure is known"), &mut text);
+    }
+    match &guessed.arm_angles {
+        Some([(one, ..), (two, ..)]) => {
+            let fact = format!("arm angles: beta1 from {one}, beta2 from {two}; check the signs");
+            push_fact(0, "guessed", &fact, &mut text);
+        }
+        None => push_fact(0, "left out", "arm angles: no two level, parallel axes", &mut text),
+    }
+    for job in jobs {
+        let verdict = words::spelled(job.risk.verdict);
+        push_fact(0, "check", &format!("{}: {verdict}", words::path(&job.file)), &mut text);
+    }
+    let next = "put your tool, payload, spindle and path into the job, your springs into \
+                robot.yaml; detune doctor shows the frequencies, detune check the verdict";
+    push_fact(0, "next", next, &mut text);
+    text
+}

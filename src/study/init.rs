@@ -1,0 +1,310 @@
+//! A URDF → the first files for it: a robot with springs that are guessed and say so, a job, and
+//! what CI runs.
+
+use std::path::{Path, PathBuf};
+
+use nalgebra::{Isometry3, Vector3};
+
+use super::{Output, Read};
+pub use crate::input::{GuessedSpring, NewRobot};
+use crate::input::{UrdfParts, new_job_text, new_robot_text, read_urdf_alone};
+use crate::model::{Joint, JointKind};
+use crate::notes::{Code, Note, Place};
+use crate::units::{deg_from_rad, mm_from_m};
+
+/// What arms have that were measured or fitted: reach up to which a row is taken, m; springs of the
+/// joints up to the elbow and of the wrist, N·m/rad, lowest and highest; where the figures come
+/// from. The guide has the same table (`src/guide/your_robot.md`).
+const TYPICAL: [(f64, [f64; 2], [f64; 2], &str); 3] = [
+    (1.25, [3e4, 9e5], [3e4, 5e4], "KUKA KR10 R1100, fitted"),
+    (
+        2.0,
+        [1.4e5, 5.6e5],
+        [3e4, 5e5],
+        "joints 2 and 3 of the ABB IRB 1600, load test; wrists between KUKA KR10 and KR210",
+    ),
+    (f64::INFINITY, [2e6, 9e6], [2e5, 3e6], "KUKA KR210, fitted, and KR500 MT, modal test"),
+];
+
+/// Joints from the base that carry the arm; those behind them are the wrist.
+const ARM_JOINTS: usize = 3;
+
+/// What `std_percent` holds at most.
+const MAX_STD_PERCENT: f64 = 100.0;
+
+/// How far the first job moves, rad.
+const SWING_RAD: f64 = 0.1;
+
+/// Axes are level or parallel within this, rad.
+const LEVEL: f64 = 1e-3;
+
+/// What CI checks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ci {
+    /// A workflow of GitHub Actions.
+    Github,
+    /// A job of GitLab CI.
+    Gitlab,
+    /// Nothing.
+    None,
+}
+
+/// The first files for a robot.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scaffold {
+    /// robot.yaml, the job, and the file of the CI.
+    pub outputs: Vec<Output>,
+    /// What was guessed, for people.
+    pub guessed: NewRobot,
+}
+
+/// A URDF, with what it lacks.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Urdf {
+    file: PathBuf,
+    parts: UrdfParts,
+    chain: Vec<Joint>,
+}
+
+/// Reads a URDF.
+///
+/// # Errors
+/// Its faults, and that no joint of it moves.
+pub fn read(file: &Path) -> Read<Urdf> {
+    Read::of(|reading| {
+        let parts = read_urdf_alone(file, reading)?;
+        let chain = chain(&parts);
+        if chain.is_empty() {
+            let what = "no joint moves, so there is no arm";
+            return Err(vec![Note::error(Code::Tree, Place::file(file), what)]);
+        }
+        Ok(Urdf { file: file.to_owned(), parts, chain })
+    })
+}
+
+impl Urdf {
+    /// Whether nothing that moves has a mass.
+    pub fn lacks_mass(&self) -> bool {
+        self.mass_kg() == 0.0
+    }
+
+    fn mass_kg(&self) -> f64 {
+        let moves = |link: &str| self.chain.iter().any(|joint| joint.child == link);
+        let links = self.parts.links.iter().filter(|link| moves(&link.name));
+        links.filter_map(|link| link.inertial.as_ref()).map(|own| own.mass_kg).sum()
+    }
+}
+
+/// The first files for a URDF, to be written into a folder. Nothing stands for a mass that nobody
+/// gives.
+///
+/// # Errors
+/// A mass that is needed, or not.
+pub fn scaffold(
+    urdf: &Urdf,
+    folder: &Path,
+    total_mass_kg: Option<f64>,
+    ci: Ci,
+) -> Result<Scaffold, Note> {
+    match (urdf.lacks_mass(), total_mass_kg) {
+        (true, None) => {
+            let what = "no link that moves has a mass; give that of the whole arm, from its data \
+                        sheet, with --total-mass-kg";
+            return Err(Note::error(Code::MissingKey, Place::file(&urdf.file), what));
+        }
+        (false, Some(_)) => {
+            let what = format!(
+                "--total-mass-kg: the URDF has masses, {:.1} kg in all; correct links under \
+                 inertials instead",
+                urdf.mass_kg()
+            );
+            return Err(Note::usage(what));
+        }
+        (_, Some(kg)) if !(kg > 0.0 && kg.is_finite()) => {
+            return Err(Note::usage(format!("--total-mass-kg: is {kg}, must be above 0")));
+        }
+        _ => {}
+    }
+    let robot = NewRobot {
+        name: urdf.parts.name.clone().unwrap_or_else(|| "My arm".to_owned()),
+        urdf: beside(folder, &urdf.file),
+        springs: springs(&urdf.chain),
+        sliding: sliding(&urdf.chain),
+        total_mass_kg,
+        arm_angles: arm_angles(&urdf.chain),
+    };
+    let [start, end] = motion(&urdf.chain);
+    let mut outputs = vec![
+        Output::new(&folder.join("robot.yaml"), new_robot_text(&robot).into_bytes()),
+        Output::new(
+            &folder.join("jobs/first.yaml"),
+            new_job_text("../robot.yaml", &start, &end).into_bytes(),
+        ),
+    ];
+    match ci {
+        Ci::Github => outputs.push(Output::new(
+            &folder.join(".github/workflows/detune.yml"),
+            GITHUB.as_bytes().to_vec(),
+        )),
+        Ci::Gitlab => outputs
+            .push(Output::new(&folder.join("detune.gitlab-ci.yml"), GITLAB.as_bytes().to_vec())),
+        Ci::None => {}
+    }
+    Ok(Scaffold { outputs, guessed: robot })
+}
+
+const GITHUB: &str = "\
+name: resonance
+on: [push, pull_request]
+permissions: {contents: read}
+jobs:
+  check:
+    runs-on: ubuntu-latest
+    steps:
+      - uses: actions/checkout@v4
+      - run: cargo install --locked detune
+      - run: detune check jobs --format github
+";
+
+const GITLAB: &str = "\
+resonance:
+  image: rust:1
+  script:
+    - cargo install --locked detune
+    - detune check jobs --format gitlab --output gl-code-quality-report.json
+  artifacts:
+    when: always
+    reports: {codequality: gl-code-quality-report.json}
+";
+
+/// The URDF as a file in a folder names it.
+fn beside(folder: &Path, urdf: &Path) -> String {
+    let named = match urdf.strip_prefix(folder) {
+        Ok(below) => below.to_owned(),
+        Err(_) => urdf.to_owned(),
+    };
+    named.to_string_lossy().replace('\\', "/")
+}
+
+/// The joints that move, from the base to the one behind which no other moves: the longest such
+/// chain.
+fn chain(parts: &UrdfParts) -> Vec<Joint> {
+    let into = |link: &str| parts.joints.iter().find(|joint| joint.child == link);
+    let way_to = |last: &Joint| {
+        let mut way: Vec<&Joint> = Vec::new();
+        let mut next = parts.joints.iter().find(|joint| joint.name == last.name);
+        // A loop has no base.
+        while let Some(joint) = next.filter(|_| way.len() <= parts.joints.len()) {
+            way.push(joint);
+            next = into(&joint.parent);
+        }
+        way.reverse();
+        way
+    };
+    let moving = |way: &[&Joint]| way.iter().filter(|joint| is_driven(joint)).count();
+    let ways = parts.joints.iter().filter(|joint| is_driven(joint)).map(way_to);
+    let longest = ways.fold(
+        Vec::new(),
+        |best: Vec<&Joint>, way| {
+            if moving(&way) > moving(&best) { way } else { best }
+        },
+    );
+    longest.into_iter().cloned().collect()
+}
+
+fn is_driven(joint: &Joint) -> bool {
+    joint.kind.moves() && joint.mimics.is_none()
+}
+
+fn turning(chain: &[Joint]) -> impl Iterator<Item = &Joint> {
+    chain.iter().filter(|joint| is_driven(joint) && joint.kind != JointKind::Prismatic)
+}
+
+fn sliding(chain: &[Joint]) -> Vec<String> {
+    let sliding = chain.iter().filter(|joint| joint.kind == JointKind::Prismatic);
+    sliding.map(|joint| joint.name.clone()).collect()
+}
+
+/// Springs as arms of similar reach have them: the middle of their range, on a scale of powers.
+fn springs(chain: &[Joint]) -> Vec<GuessedSpring> {
+    let turns: Vec<&Joint> = turning(chain).collect();
+    let first = chain.iter().position(is_driven).unwrap_or(0);
+    let reach_m: f64 =
+        chain.iter().skip(first + 1).map(|joint| joint.origin.translation.vector.norm()).sum();
+    let row = TYPICAL.iter().find(|(up_to_m, ..)| reach_m <= *up_to_m).unwrap_or(&TYPICAL[2]);
+    let (_, arm, wrist, origin) = row;
+    let guess = |(index, joint): (usize, &&Joint)| {
+        let [low, high] = if index < ARM_JOINTS { *arm } else { *wrist };
+        let middle = (low * high).sqrt();
+        // Two digits: more would pretend to know.
+        let step = 10_f64.powf(middle.log10().floor() - 1.0);
+        GuessedSpring {
+            joint: joint.name.clone(),
+            stiffness: (middle / step).round() * step,
+            std_percent: (50.0 * (high / low).ln()).round().min(MAX_STD_PERCENT),
+            source: format!("guessed: arms of this reach have {low:e} to {high:e} ({origin})"),
+        }
+    };
+    turns.iter().enumerate().map(guess).collect()
+}
+
+/// β1 and β2 as two level, parallel axes have them: the link between them above the horizon, and
+/// the next one against it.
+fn arm_angles(chain: &[Joint]) -> Option<[(String, f64, f64); 2]> {
+    // Frames at zero, with the axis of each joint that moves.
+    let mut frame = Isometry3::identity();
+    let mut placed: Vec<(&Joint, Vector3<f64>, Vector3<f64>)> = Vec::new();
+    for joint in chain {
+        frame *= joint.origin;
+        if is_driven(joint) {
+            let axis = frame.rotation * joint.axis.try_normalize(0.0)?;
+            placed.push((joint, frame.translation.vector, axis));
+        }
+    }
+    let is_level = |axis: &Vector3<f64>| axis.z.abs() < LEVEL;
+    let turns = |joint: &Joint| joint.kind != JointKind::Prismatic;
+    let shoulder = placed.iter().position(|(joint, _, axis)| turns(joint) && is_level(axis))?;
+    let (elbow_joint, elbow, elbow_axis) = placed.get(shoulder + 1)?;
+    let (shoulder_joint, place, axis) = &placed[shoulder];
+    let parallel = axis.dot(elbow_axis);
+    if !turns(elbow_joint) || parallel.abs() < 1.0 - LEVEL {
+        return None;
+    }
+    // The wrist is where the forearm ends: the next joint that does not lie on the elbow's axis.
+    let across = |from: &Vector3<f64>, to: &Vector3<f64>| {
+        let way = to - from;
+        way - axis * axis.dot(&way)
+    };
+    let mut behind = placed.iter().skip(shoulder + 2).map(|(_, place, _)| across(elbow, place));
+    let forearm = behind.next_back().filter(|way| way.norm() > LEVEL)?;
+    let upper = across(place, elbow);
+    if upper.norm() < LEVEL {
+        return None;
+    }
+    // Angles from forward towards up: turning about the axis lowers what lies forward of it.
+    let (up, forward) = (Vector3::z(), axis.cross(&Vector3::z()));
+    let angle = |way: &Vector3<f64>| way.dot(&up).atan2(way.dot(&forward));
+    let (beta1, beta2) = (angle(&upper), angle(&forearm) - angle(&upper));
+    Some([
+        (shoulder_joint.name.clone(), -1.0, beta1),
+        (elbow_joint.name.clone(), -parallel.signum(), beta2),
+    ])
+}
+
+/// A small motion about the middle of the joints' limits, in degrees and mm.
+fn motion(chain: &[Joint]) -> [Vec<f64>; 2] {
+    let moving: Vec<&Joint> = chain.iter().filter(|joint| is_driven(joint)).collect();
+    let at = |share: f64| {
+        let position = |(index, joint): (usize, &&Joint)| {
+            let limit = joint.position_limit.filter(|_| joint.kind != JointKind::Continuous);
+            let [low, high] = limit.unwrap_or([-0.5, 0.5]);
+            let swing = SWING_RAD.min(0.25 * (high - low)) * if index < 2 { share } else { 0.0 };
+            let value = 0.5 * (low + high) + swing;
+            let slides = joint.kind == JointKind::Prismatic;
+            let shown = if slides { mm_from_m(value) } else { deg_from_rad(value) };
+            (shown * 1e3).round() / 1e3 + 0.0
+        };
+        moving.iter().enumerate().map(position).collect()
+    };
+    [at(-1.0), at(1.0)]
+}
