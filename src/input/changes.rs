@@ -24,11 +24,10 @@ impl Changes {
         for file in files {
             let place = place(file);
             let folder = folder_of(&place).to_owned();
-            if !file.exists() {
-                changes.bereft.insert(folder.clone());
-            }
             if place.file_name().is_some_and(|name| name == NAME) {
                 changes.settings.insert(folder);
+            } else if !file.exists() {
+                changes.bereft.insert(folder);
             }
             changes.places.insert(place);
         }
