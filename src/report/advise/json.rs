@@ -32,7 +32,7 @@ pub fn advice(job: &AdvisedJob) -> Result<String, NotFinite> {
 /// What `detune advise` found for several jobs, in the order given: each as it is alone.
 ///
 /// # Errors
-/// As [`advice`].
+/// As [`advice()`].
 pub fn advice_list(jobs: &[&AdvisedJob]) -> Result<String, NotFinite> {
     let jobs = jobs.iter().map(|job| Advice::from(*job)).collect();
     laid_out(&AdviceList { schema: ListName::AdviceList1, jobs }, DEEPEST_SPREAD + 2)
