@@ -22,7 +22,7 @@ Examples:
 A job is affected by its own file, by its robot and URDF, its programs and its detune.toml, also \
 where one of them is gone; and by any file while it cannot be read.";
 
-/// List the jobs that changed files are about, or check them.
+/// List the jobs that changed files affect, or check them.
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct AffectedArgs {

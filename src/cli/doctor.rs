@@ -1,4 +1,4 @@
-//! `detune doctor`: a robot in, what is doubtful about it out.
+//! `detune doctor`: a robot in, its doubts and frequencies out.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -11,7 +11,7 @@ use crate::report::doctor::examination;
 use crate::study::Read;
 use crate::study::doctor::examine;
 
-/// Look a robot's files over: what is doubtful, and its frequencies beside those of measured arms.
+/// Examine a robot model: doubts, and its natural frequencies beside those of measured arms.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  detune doctor robots/irb1600\n\n\
     Exit codes: 0 the robot can be read, 1 with --deny-warnings where there are warnings, 2 a file \
@@ -21,7 +21,7 @@ pub(super) struct DoctorArgs {
     robot: PathBuf,
 }
 
-/// Writes what there is to know; where a file is wrong, reports all errors.
+/// Writes the examination; where a file is wrong, reports all errors.
 pub(super) fn run(
     args: &DoctorArgs,
     out: &mut dyn Write,

@@ -26,7 +26,7 @@ Examples:
 Springs are guessed from arms of similar reach and marked so; no verdict is better than uncertain \
 until they are replaced. A mass is never guessed. No file is written over.";
 
-/// Write the first files for a robot: robot.yaml, a job, and what CI runs.
+/// Write the first files for a robot: robot.yaml, a job, and a CI workflow.
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct InitArgs {
@@ -39,7 +39,7 @@ pub(super) struct InitArgs {
     /// Folder for the files; that of the URDF if not given.
     #[arg(long, value_name = "FOLDER")]
     output: Option<PathBuf>,
-    /// For which CI to write a file.
+    /// Which CI to write a workflow for.
     #[arg(long, value_enum, default_value_t = Ci::Github)]
     ci: Ci,
 }

@@ -23,7 +23,7 @@ Examples:
 
 The output is that of the undivided run, to the byte, on the same kind of machine.";
 
-/// Put the parts of a map together that `detune map --part I/N --format sketch` has made.
+/// Merge the parts of a map that `detune map --part I/N --format sketch` wrote.
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct MergeArgs {

@@ -2,11 +2,12 @@
 
 use super::candidate::{Candidate, Parameter, Scale};
 use super::causes::cause_text;
-use super::choose::{ALTERNATIVE_WITHIN, Choice, Model, p_value};
+use super::choose::Choice;
 use super::data::Data;
 use super::fit::Fit;
 use super::hypothesis::Hypothesis;
 use super::interval::{Certainty, averaged, certainties};
+use super::models::{ALTERNATIVE_WITHIN, Model, p_value};
 use super::next_poses::{mass_between, poses_between};
 use super::outcome::{Estimate, Evidence, Finding, NextPose, NextTest, Suspect, label};
 use super::problem::Problem;

@@ -9,10 +9,10 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 use statrs::function::erf::erfc;
 
 use super::candidate::{Candidate, Parameter};
-use super::choose::{Model, log_evidence};
 use super::data::Data;
 use super::fit::Fit;
 use super::likelihood::NOISE_FREEDOM;
+use super::models::{Model, log_evidence};
 
 /// Covariance of the parameters, as the fit measures them; `None` if the data do not hold them all.
 pub(super) fn covariance(data: &Data, fit: &Fit<'_>) -> Option<DMatrix<f64>> {

@@ -22,6 +22,7 @@ mod interval;
 mod known;
 mod likelihood;
 mod mechanics;
+mod models;
 mod next_poses;
 mod noise;
 mod outcome;

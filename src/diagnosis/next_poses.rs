@@ -13,7 +13,7 @@ use crate::model::{Cause, Conditions, Description, JointKind, Robot};
 use crate::statistics::median;
 
 /// 2 ln of the odds beyond what the data say already at which two causes are separated: what
-/// separates alternatives (twice [`super::choose::ALTERNATIVE_WITHIN`]), and as much as chance may
+/// separates alternatives (twice [`super::models::ALTERNATIVE_WITHIN`]), and as much as chance may
 /// take.
 const SEPARATED: f64 = 24.0;
 

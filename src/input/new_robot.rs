@@ -66,12 +66,19 @@ pub struct GuessedSpring {
     pub source: String,
 }
 
+impl GuessedSpring {
+    /// Whether another joint's spring is the same guess.
+    pub fn is_same_guess(&self, other: &Self) -> bool {
+        self.stiffness == other.stiffness && self.source == other.source
+    }
+}
+
 /// The text of a first robot.yaml.
 pub fn new_robot_text(robot: &NewRobot) -> String {
     let mut text = format!(
-        "# Springs marked assumed are guesses from arms of similar size. While one is left, no verdict is better\n\
-         # than uncertain: put in your own numbers (data sheet, load test, detune diagnose) and delete\n\
-         # \"assumed: true\".\n\
+        "# Springs with assumed: true are guesses from arms of similar size. As long as one remains, no verdict\n\
+         # is better than uncertain: enter your own values (data sheet, load test, detune diagnose) and\n\
+         # delete assumed: true.\n\
          name: {}\nurdf: {}\nelasticity:\n  damping_ratio: 0.02  # assumed\n  joints:\n",
         quoted(&robot.name),
         quoted(&robot.urdf)
@@ -92,7 +99,7 @@ pub fn new_robot_text(robot: &NewRobot) -> String {
     }
     if let Some(total_kg) = robot.total_mass_kg {
         text += &format!(
-            "# Shared out to the links by their shapes; inertials by link are better.\ntotal_mass_kg: {total_kg}\n"
+            "# Distributed over the links by their shapes; inertials by link are better.\ntotal_mass_kg: {total_kg}\n"
         );
     }
     if let Some(angles) = &robot.arm_angles {
@@ -113,7 +120,7 @@ pub fn new_robot_text(robot: &NewRobot) -> String {
 pub fn new_job_text(robot: &str, start: &[f64], end: &[f64]) -> String {
     format!(
         "name: First job\nrobot: {}\ntool: {{teeth: 2, diameter_mm: 10}}  # yours\n\
-         # What the arm carries, spindle and tool; while nobody says it, no verdict is better than uncertain:\n\
+         # What the arm carries, spindle and tool; until it is stated, no verdict is better than uncertain:\n\
          # payload: {{mass_kg: 8, com_m: [0, 0, 0.1]}}\n\
          tcp: {{xyz_m: [0, 0, 0.15]}}  # tool centre point in the frame of the tip\n\
          spindle: {{min_rpm: 1000, max_rpm: 24000}}  # yours\n\

@@ -1,4 +1,4 @@
-//! What is to be known of a robot's files, as text.
+//! A robot model examined, as text.
 
 use crate::notes::{Class, Note};
 use crate::report::layout::push_fact;
@@ -18,7 +18,7 @@ pub fn examination(robot: &Examined) -> String {
         let unit = if spring.shifts { "N/m" } else { "N·m/rad" };
         let off_by = match spring.std {
             Some(std) => format!("± {} %", words::trimmed(percent_from_ratio(std), 1)),
-            None => "nobody says what it may be off by".to_owned(),
+            None => "no standard deviation given".to_owned(),
         };
         let k = words::number(spring.stiffness, 0);
         push_fact(2, "spring", &format!("{}: {k} {unit}, {off_by}", spring.name), &mut text);
@@ -29,7 +29,7 @@ pub fn examination(robot: &Examined) -> String {
         wrapped(&mut text, &format!("    {:<9} ", which(pose.which)), &hz.join(", "));
         wrapped(&mut text, "              at ", &joints(robot, pose));
     }
-    text.push_str("  arms that were measured, Hz\n");
+    text.push_str("  measured arms, Hz\n");
     for (arm, hz) in MEASURED_ARMS {
         wrapped(&mut text, "    ", &format!("{arm}: {hz}"));
     }
@@ -39,9 +39,9 @@ pub fn examination(robot: &Examined) -> String {
         push_fact(2, label(note), &format!("{note} ({})", note.code), &mut text);
     }
     let next = match (doubts, robot.calibrated) {
-        (1.., _) => "settle the doubts: with them a verdict is at best uncertain",
-        (0, false) => "measure natural frequencies at some poses, and run detune diagnose",
-        (0, true) => "check jobs",
+        (1.., _) => "resolve the doubts: until then no verdict is better than uncertain",
+        (0, false) => "measure natural frequencies at ten poses or more, then run detune diagnose",
+        (0, true) => "run detune check on your jobs",
     };
     push_fact(2, "next", next, &mut text);
     text

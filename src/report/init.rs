@@ -14,8 +14,11 @@ pub fn report(written: &[&Path], guessed: &NewRobot, jobs: &[CheckedJob]) -> Str
         text.push_str(&format!("written  {}\n", words::path(file)));
     }
     text.push('\n');
-    for spring in &guessed.springs {
-        let fact = format!("{}: {:e} N·m/rad; {}", spring.joint, spring.stiffness, spring.source);
+    for alike in guessed.springs.chunk_by(|a, b| a.is_same_guess(b)) {
+        let [spring, ..] = alike else { continue };
+        let joints: Vec<&str> = alike.iter().map(|spring| spring.joint.as_str()).collect();
+        let (joints, k, std) = (joints.join(", "), spring.stiffness, spring.std_percent);
+        let fact = format!("{joints}: {k} N·m/rad ± {std} %; {}", spring.source);
         push_fact(0, "guessed", &fact, &mut text);
     }
     for joint in &guessed.sliding {
@@ -32,8 +35,8 @@ pub fn report(written: &[&Path], guessed: &NewRobot, jobs: &[CheckedJob]) -> Str
         let verdict = words::spelled(job.risk.verdict);
         push_fact(0, "check", &format!("{}: {verdict}", words::path(&job.file)), &mut text);
     }
-    let next = "put your tool, payload, spindle and path into the job, your springs into \
-                robot.yaml; detune doctor shows the frequencies, detune check the verdict";
+    let next = "enter tool, payload, spindle and path in the job, and your springs in robot.yaml; \
+                detune doctor shows the frequencies, detune check the verdict";
     push_fact(0, "next", next, &mut text);
     text
 }

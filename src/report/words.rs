@@ -23,6 +23,8 @@ const MEETING: f64 = 1e-8;
 /// three) where those would show a zero that it is not; with a power of ten beyond 1e7 and below
 /// 1e-3.
 pub(crate) fn number(value: f64, decimals: usize) -> String {
+    // Without the sign of a negative zero.
+    let value = value + 0.0;
     if value != 0.0 && !(SMALL..LARGE).contains(&value.abs()) {
         return format!("{value:.2e}");
     }

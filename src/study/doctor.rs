@@ -14,7 +14,7 @@ use crate::risk::FIRST_FREQUENCY_HZ;
 /// Random poses among which the softest and the stiffest are sought.
 const POSES: usize = 1024;
 
-/// Natural frequencies of arms that were measured, Hz.
+/// Natural frequencies of measured arms, Hz.
 pub const MEASURED_ARMS: [(&str, &str); 3] = [
     ("KUKA KR210 with a spindle", "11, 18, 27"),
     ("a milling robot, 13 modes", "7.1, 10.3, 16.0, 18.5, 34.4, 37.8, 72.7, 107.8 … 253"),

@@ -1,5 +1,5 @@
-//! A URDF → the first files for it: a robot with springs that are guessed and say so, a job, and
-//! what CI runs.
+//! A URDF → the first files for it: a robot with guessed springs, marked as such, a job, and
+//! a CI workflow.
 
 use std::path::{Path, PathBuf};
 
@@ -242,7 +242,7 @@ fn springs(chain: &[Joint]) -> Vec<GuessedSpring> {
             joint: joint.name.clone(),
             stiffness: (middle / step).round() * step,
             std_percent: (50.0 * (high / low).ln()).round().min(MAX_STD_PERCENT),
-            source: format!("guessed: arms of this reach have {low:e} to {high:e} ({origin})"),
+            source: format!("guess: {low:e} to {high:e} in arms of similar reach ({origin})"),
         }
     };
     turns.iter().enumerate().map(guess).collect()

@@ -48,10 +48,15 @@ fn rows_of(out: &mut String, row: &Deflection) {
     }
     for axis in &row.principal {
         let compliance = number(um_per_n_from_m_per_n(axis.compliance_m_per_n), 3);
-        let direction = axis.direction.map(|part| format!("{part:.2}")).join(", ");
+        let direction = axis.direction.map(cosine).join(", ");
         let line = format!("{compliance} µm/N along [{direction}]");
         wrapped(out, "  compliance  ", &line);
     }
+}
+
+/// Without the sign of a negative zero.
+fn cosine(part: f64) -> String {
+    format!("{:.2}", (100.0 * part).round() / 100.0 + 0.0)
 }
 
 fn pose(found: &Deflections, row: &Deflection) -> String {
