@@ -69,7 +69,7 @@ fn parts_that_do_not_make_one_map_are_refused() {
         assert!(err(&output).contains(told), "{sketches}: {}", err(&output));
     };
     refused("1.json 3.json", "of 3 parts these are missing: 2");
-    refused("1.json 2.json 3.json 2.json", "2.json: is part 2, as 2.json is");
+    refused("1.json 2.json 3.json 2.json", "2.json: is part 2, and so is 2.json");
     refused("1.json 2.json gone.json", "gone.json: no such file");
     let other = |line: &str| {
         let output = ran(folder.path(), &format!("{line} --format sketch --output x.json"));

@@ -222,7 +222,7 @@ fn gaps(parts: &[(&Path, Sketch)]) -> Vec<Note> {
     for pair in parts.windows(2) {
         let ((one, a), (two, b)) = (&pair[0], &pair[1]);
         if a.part == b.part {
-            let what = format!("is part {}, as {} is", b.part.number, one.display());
+            let what = format!("is part {}, and so is {}", b.part.number, one.display());
             notes.push(Note::error(Code::Conflict, Place::file(two), what));
         }
     }
