@@ -5,6 +5,9 @@ use crate::study::deflection::{Deflection, Deflections};
 use crate::units::{deg_from_rad, mm_from_m, um_from_m, um_per_n_from_m_per_n};
 use crate::wording::{printable, wrapped};
 
+/// Components below this share of the largest are rounding.
+const ROUNDING: f64 = 1e-9;
+
 /// As text.
 pub fn deflection_text(found: &Deflections) -> String {
     let mut out = format!("{}\n", printable(&found.name));
@@ -32,16 +35,16 @@ pub fn deflection_text(found: &Deflections) -> String {
 }
 
 fn rows_of(out: &mut String, row: &Deflection) {
-    let three = |values: [f64; 3]| values.map(|value| number(um_from_m(value), 1)).join(", ");
+    let three = |values: [f64; 3]| components(values.map(um_from_m)).join(", ");
     wrapped(out, "  gravity     ", &format!("[{}] µm", three(row.gravity_m)));
     if let (Some(force), Some(moved), Some(size)) = (row.force_n, row.deflection_m, row.size_m()) {
-        let force = force.map(|n| number(n, 1)).join(", ");
+        let force = components(force).join(", ");
         let size = number(um_from_m(size), 1);
         let line = format!("[{force}] N move the tip by [{}] µm, {size} µm in all", three(moved));
         wrapped(out, "  force       ", &line);
     }
     if let Some(moved) = row.in_tool_m {
-        let [feed, across, axial] = moved.map(|value| number(um_from_m(value), 1));
+        let [feed, across, axial] = components(moved.map(um_from_m));
         let line =
             format!("{feed} µm along the feed, {across} µm across it, {axial} µm out of the work");
         wrapped(out, "  at the tool ", &line);
@@ -54,6 +57,17 @@ fn rows_of(out: &mut String, row: &Deflection) {
     }
 }
 
+/// The components of a vector; what is rounding beside its largest is zero.
+fn components(vector: [f64; 3]) -> [String; 3] {
+    let largest = vector.iter().fold(0.0_f64, |most, part| most.max(part.abs()));
+    vector.map(|part| number(if part.abs() < ROUNDING * largest { 0.0 } else { part }, 1))
+}
+
+/// An angle or a length below what is shown is zero.
+fn position(value: f64) -> String {
+    number(if value.abs() < 0.05 { 0.0 } else { value }, 1)
+}
+
 /// Without the sign of a negative zero.
 fn cosine(part: f64) -> String {
     format!("{:.2}", (100.0 * part).round() / 100.0 + 0.0)
@@ -63,8 +77,8 @@ fn pose(found: &Deflections, row: &Deflection) -> String {
     let joint = |((name, turns), value): (&(String, bool), &f64)| {
         let name = printable(name);
         match turns {
-            true => format!("{name} {}°", number(deg_from_rad(*value), 1)),
-            false => format!("{name} {} mm", number(mm_from_m(*value), 1)),
+            true => format!("{name} {}°", position(deg_from_rad(*value))),
+            false => format!("{name} {} mm", position(mm_from_m(*value))),
         }
     };
     found.joints.iter().zip(&row.joints).map(joint).collect::<Vec<_>>().join(", ")

@@ -53,7 +53,11 @@ impl Summary {
             warnings.push(Note::warning(code, Place { key, ..Place::default() }, what));
         };
         if self.poses == 0 {
-            warn(Code::NothingChecked, "", "there are no poses in the table, or in this part of the map".to_owned());
+            warn(
+                Code::NothingChecked,
+                "",
+                "there are no poses in the table, or in this part of the map".to_owned(),
+            );
         }
         if let Some(first) = self.first_outside(robot) {
             let what = outside_limits(self.outside_limits.poses, self.poses, &first);
