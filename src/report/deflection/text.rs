@@ -70,7 +70,8 @@ fn position(value: f64) -> String {
 
 /// Without the sign of a negative zero.
 fn cosine(part: f64) -> String {
-    format!("{:.2}", (100.0 * part).round() / 100.0 + 0.0)
+    let shown = format!("{part:.2}");
+    if shown == "-0.00" { "0.00".to_owned() } else { shown }
 }
 
 fn pose(found: &Deflections, row: &Deflection) -> String {
