@@ -14,8 +14,9 @@ use crate::study::stiffness::{read, stiffness};
 /// Find the stiffness of joints from known moments and measured angles.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "The table has the columns moment_nm, one of angle_rad, angle_mrad and angle_deg, \
-    and optionally joint.\n\nExample:\n  detune stiffness loads.csv --confidence 99"
+    after_help = "The table has the columns moment_nm, or lever_mm with mass_kg or force_n; one of \
+    angle_rad, angle_mrad and angle_deg, or gauge_mm with gauge_lever_mm (a dial gauge); and \
+    optionally joint.\n\nExample:\n  detune stiffness loads.csv --confidence 99"
 )]
 pub(super) struct StiffnessArgs {
     /// Table of the load test.
@@ -107,6 +108,21 @@ mod tests {
         assert!((high - 1.5 - 12.7062 * 0.75_f64.sqrt()).abs() < 1e-3);
         let text = stiffness(table, Format::Text, 95.0).unwrap();
         assert!(text.contains("a: k = 2 N·m/rad") && text.contains("includes zero"), "{text}");
+    }
+
+    /// Joint 2 of the paper, 138 000 N·m/rad, as a workshop would load it: masses at 0.9 m, a gauge
+    /// at 1.2 m that shows the tangent of the angle, and starts at 0.05 mm.
+    #[test]
+    fn masses_and_a_dial_gauge_give_the_stiffness_that_bent_them() {
+        let mut table = "mass_kg,lever_mm,gauge_mm,gauge_lever_mm\n".to_owned();
+        for mass in [0.0, 10.0, 20.0, 30.0, 40.0] {
+            let angle: f64 = mass * 9.80665 * 0.9 / 138_000.0;
+            table += &format!("{mass},900,{:.9},1200\n", 1200.0 * angle.tan() + 0.05);
+        }
+        let json: serde_json::Value =
+            serde_json::from_str(&stiffness(&table, Format::Json, 95.0).unwrap()).unwrap();
+        let found = json["joints"][0]["stiffness_nm_per_rad"].as_f64().unwrap();
+        assert!((found / 138_000.0 - 1.0).abs() < 1e-5, "{found}");
     }
 
     #[test]
