@@ -1,6 +1,7 @@
 //! The plots of an operation.
 
 use crate::excitation::ExcitationLine;
+use crate::report::check::findings::stretches;
 use crate::report::drawing::{
     Axis, CERTAIN, Canvas, Entry, Frame, INK, Label, POSSIBLE, Panel, Scale, Stroke, Swatch,
     bounds, curve_style, height_beside, labels_beside, row,
@@ -28,6 +29,12 @@ const INTERVAL_OPACITY: f64 = 0.16;
 const MODE: f64 = 2.0;
 const EXCITATION: Stroke = Stroke { colour: INK, width: 1.4, dashes: "7 4" };
 const CROSSING_PX: f64 = 11.0;
+
+/// Stretches that are no further apart are drawn as one, px.
+const TOGETHER_PX: f64 = 2.0;
+
+/// At most so many crossings of an operation are marked and listed, the most severe.
+pub(super) const LISTED: usize = 24;
 
 fn along() -> Axis {
     Axis::new("share of the operation's time, s", Scale::linear(0.0, 1.0))
@@ -81,9 +88,7 @@ pub(in crate::report) fn frequencies(risk: &OperationRisk) -> String {
         let outline = end(1).into_iter().chain(end(0).into_iter().rev());
         panel.area(&mut canvas, outline, colour, INTERVAL_OPACITY);
     }
-    for crossing in &risk.crossings {
-        underlay(&mut canvas, &panel, risk, crossing);
-    }
+    underlays(&mut canvas, &panel, risk);
     for r in 0..modes {
         let (colour, dashes) = curve_style(r);
         let curve = of_mode(r).map(|(s, sample, r)| (s, sample.natural_frequencies_hz[r]));
@@ -94,12 +99,12 @@ pub(in crate::report) fn frequencies(risk: &OperationRisk) -> String {
     }
     for line in &risk.lines {
         let curve = excitation(risk, line);
-        panel.curve(&mut canvas, &curve, EXCITATION);
+        panel.curve(&mut canvas, &panel.thinned(&curve), EXCITATION);
         let mut seen = curve.iter().rev().map(|(_, hz)| *hz);
         let seen = seen.find(|hz| (0.0..=1.0).contains(&panel.y.scale.share(*hz)));
         labels.extend(seen.map(|at| Label { at, colour: INK, text: words::line(line) }));
     }
-    for crossing in &risk.crossings {
+    for crossing in stretches(&risk.crossings).iter().take(LISTED).map(|found| found.crossing) {
         let at = (crossing.closest_s, crossing.natural_frequency_hz);
         panel.dot(&mut canvas, at, 3.5, INK);
     }
@@ -116,16 +121,51 @@ pub(in crate::report) fn frequencies(risk: &OperationRisk) -> String {
     canvas.finish()
 }
 
-/// A broad line along a mode where a line of excitation lies in its band.
-fn underlay(canvas: &mut Canvas, panel: &Panel, risk: &OperationRisk, crossing: &Crossing) {
-    let (from, to) = (crossing.from_s, crossing.to_s);
+/// Broad lines along the modes where a line of excitation lies in their bands, the certain ones
+/// above the others. Stretches of a mode that nobody could tell apart are drawn as one.
+fn underlays(canvas: &mut Canvas, panel: &Panel, risk: &OperationRisk) {
+    let mut crossings: Vec<&Crossing> = risk.crossings.iter().collect();
+    crossings.sort_by(|a, b| {
+        let order = a.certainty.cmp(&b.certainty).then(a.mode.cmp(&b.mode));
+        order.then(a.from_s.total_cmp(&b.from_s))
+    });
+    let same = |a: &Crossing, b: &Crossing| (a.mode, a.certainty) == (b.mode, b.certainty);
+    for of_mode in crossings.chunk_by(|a, b| same(a, b)) {
+        let mut open: Option<(f64, f64)> = None;
+        for crossing in of_mode {
+            open = match open {
+                Some((from, to)) if panel.px(crossing.from_s) - panel.px(to) < TOGETHER_PX => {
+                    Some((from, to.max(crossing.to_s)))
+                }
+                other => {
+                    other.iter().for_each(|ends| underlay(canvas, panel, risk, crossing, *ends));
+                    Some((crossing.from_s, crossing.to_s))
+                }
+            };
+        }
+        if let (Some(ends), Some(any)) = (open, of_mode.first()) {
+            underlay(canvas, panel, risk, any, ends);
+        }
+    }
+}
+
+/// A broad line along the mode of a crossing between two places.
+fn underlay(
+    canvas: &mut Canvas,
+    panel: &Panel,
+    risk: &OperationRisk,
+    crossing: &Crossing,
+    (from, to): (f64, f64),
+) {
     let inside = risk.samples.iter().filter(|sample| (from..=to).contains(&sample.s));
     let mut points: Vec<(f64, f64)> = inside
         .filter_map(|sample| {
             Some((sample.s, *sample.natural_frequencies_hz.get(crossing.mode - 1)?))
         })
         .collect();
-    points.push((crossing.closest_s, crossing.natural_frequency_hz));
+    if points.is_empty() {
+        points.push((crossing.closest_s.clamp(from, to), crossing.natural_frequency_hz));
+    }
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
     // A stretch between two samples is drawn, too.
     if let (Some(&(_, first)), Some(&(_, last))) = (points.first(), points.last()) {
