@@ -81,7 +81,10 @@ fn shapes_are_those_of_equation_42() {
         rows[0][names.iter().position(|n| n == "phi2_joint_1").unwrap()]
     );
     let refused = map(&format!("{sweep} --format npy")).unwrap_err();
-    assert!(refused[0].contains("--shapes: takes linear maps as csv or json only"), "{refused:?}");
+    assert!(
+        refused[0].contains("--shapes: takes linear maps as csv, json or html only"),
+        "{refused:?}"
+    );
 }
 
 /// The samples of the vibration have the frequencies that the map gives: zero crossings of the modal

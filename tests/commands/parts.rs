@@ -102,7 +102,7 @@ fn options_of_parts_are_checked() {
         ("map ROBOT --random 10 --part 0/3 --format sketch", "I from 1 to N"),
         ("map ROBOT --random 10 --part 1/3", "no effect without --format sketch"),
         ("map ROBOT --random 10 --method nonlinear --format sketch", "takes linear maps only"),
-        ("map ROBOT --random 10 --intervals --format sketch", "csv or json only"),
+        ("map ROBOT --random 10 --intervals --format sketch", "csv, json, svg or html only"),
     ] {
         let output = ran(folder.path(), line);
         assert_eq!((code(&output), out(&output)), (2, ""), "{line}");

@@ -115,6 +115,8 @@ pub(super) enum Format {
     Csv,
     Json,
     Svg,
+    /// A page to look at: curves with intervals and shapes where they are asked for, a table.
+    Html,
     Npy,
     Arrow,
     /// The statistics of a part, exact, for `detune merge`.
@@ -141,7 +143,7 @@ impl Format {
             Self::Arrow => Some(MapFormat::Arrow),
             #[cfg(not(feature = "arrow"))]
             Self::Arrow => None,
-            Self::Svg | Self::Sketch => None,
+            Self::Svg | Self::Html | Self::Sketch => None,
         }
     }
 }

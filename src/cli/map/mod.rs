@@ -16,7 +16,8 @@ use super::{Failure, Outcome, Warnings, of_option};
 use crate::notes::Note;
 use crate::progress::Done;
 use crate::report::map::{
-    MapFormat, MapWriter, map_svg, reduced_csv, reduced_json, reduced_svg, sketch_json,
+    MapFormat, MapWriter, map_html, map_svg, reduced_csv, reduced_html, reduced_json, reduced_svg,
+    sketch_json,
 };
 use crate::study::Read;
 use crate::study::map::{
@@ -63,7 +64,7 @@ pub(super) fn run(
         } else {
             match args.series.then_some(MapFormat::Series).or_else(|| args.format.of_rows()) {
                 Some(format) => write_rows(format, &map, source, out, shown)?,
-                None => write_drawing(&map, source, out, shown)?,
+                None => write_drawing(args.format, &map, source, out, shown)?,
             }
         };
         out.flush()?;
@@ -114,7 +115,7 @@ fn check_options(args: &MapArgs) -> Result<Method, Vec<Note>> {
              out --method nonlinear",
         ),
         (MethodName::Linear, Format::Npy | Format::Arrow, false) => Some(
-            "--format npy and arrow: cannot hold the statistics of --reduce; use csv, json or svg",
+            "--format npy and arrow: cannot hold the statistics of --reduce; use csv, json, svg or html",
         ),
         (MethodName::Linear, Format::Arrow, true) if !cfg!(feature = "arrow") => Some(
             "--format arrow: this detune was built without Apache Arrow; build it with --features \
@@ -127,15 +128,17 @@ fn check_options(args: &MapArgs) -> Result<Method, Vec<Note>> {
         let what = "--series: takes --method nonlinear and csv only";
         errors.push(Note::usage(what));
     }
-    let has_rows_for_more = args.method == MethodName::Linear
-        && args.reduce.is_empty()
-        && matches!(args.format, Format::Csv | Format::Json);
-    for (name, _) in
-        [("--intervals", args.intervals), ("--shapes", args.shapes)].iter().filter(|(_, on)| *on)
-    {
-        if !has_rows_for_more {
-            errors.push(Note::usage(format!("{name}: takes linear maps as csv or json only")));
-        }
+    let is_full = args.method == MethodName::Linear && args.reduce.is_empty();
+    let shows = |drawn: bool| {
+        is_full && (drawn || matches!(args.format, Format::Csv | Format::Json | Format::Html))
+    };
+    if args.intervals && !shows(args.format == Format::Svg) {
+        let what = "--intervals: takes linear maps as csv, json, svg or html only";
+        errors.push(Note::usage(what));
+    }
+    if args.shapes && !shows(false) {
+        let what = "--shapes: takes linear maps as csv, json or html only";
+        errors.push(Note::usage(what));
     }
     if errors.is_empty() { Ok(method) } else { Err(errors) }
 }
@@ -242,6 +245,7 @@ fn write_blocks(
 }
 
 fn write_drawing(
+    format: Format,
     map: &FrequencyMap,
     source: Source,
     out: &mut dyn Write,
@@ -251,7 +255,14 @@ fn write_drawing(
     let mut block = Block::default();
     let target = Target::Kept { block: &mut block, max_poses: 100_000 };
     let summary = pass(map, source, target, &bar)?;
-    out.write_all(map_svg(&Head::of(map), &block, swept).as_bytes())?;
+    let head = Head::of(map);
+    let text = match format {
+        Format::Html => {
+            map_html(&head, &block, swept).map_err(|error| Failure::Internal(error.to_string()))?
+        }
+        _ => map_svg(&head, &block, swept),
+    };
+    out.write_all(text.as_bytes())?;
     Ok(summary)
 }
 
@@ -279,6 +290,9 @@ fn write_statistics(
         Format::Json => reduced_json(&head, &reduced, &statistics)
             .map_err(|error| Failure::Internal(error.to_string()))?,
         Format::Svg => reduced_svg(&head, &reduced),
+        Format::Html => {
+            reduced_html(&head, &reduced).map_err(|error| Failure::Internal(error.to_string()))?
+        }
     };
     out.write_all(text.as_bytes())?;
     Ok(summary)

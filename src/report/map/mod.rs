@@ -1,7 +1,8 @@
-//! A map as CSV, JSON, NumPy's .npy, Apache Arrow and SVG.
+//! A map as CSV, JSON, NumPy's .npy, Apache Arrow, SVG, and as a page.
 
 #[cfg(feature = "arrow")]
 mod arrow;
+mod html;
 mod json;
 mod plot;
 mod reduced;
@@ -14,6 +15,7 @@ use std::io;
 
 #[cfg(feature = "arrow")]
 use arrow_schema::SchemaRef;
+pub use html::{map_html, reduced_html};
 pub use plot::map_svg;
 pub use reduced::{reduced_csv, reduced_json};
 pub use reduced_plot::reduced_svg;

@@ -1,7 +1,7 @@
 //! A map as a picture: natural frequencies over the pose (the paper's Fig. 3), and the spectra of a
 //! nonlinear free vibration as heat maps with the linear frequencies over them (Fig. 5).
 
-use crate::map::{Block, Head, Row};
+use crate::map::{Block, Head, ModeShape, Row};
 use crate::report::drawing::{
     Anchor, Axis, Canvas, Entry, Face, Frame, Label, Panel, Scale, Stroke, Swatch, bounds,
     curve_style, heat, labels_beside, row,
@@ -10,6 +10,9 @@ use crate::units::deg_from_rad;
 
 /// Frequencies that differ by more than this factor are drawn on a logarithmic scale.
 const MAX_LINEAR_RATIO: f64 = 8.0;
+
+/// How strong the colour of an interval is.
+const INTERVAL_OPACITY: f64 = 0.18;
 
 /// Cells of a heat map from bottom to top.
 const CELLS: usize = 220;
@@ -91,7 +94,8 @@ fn curves(head: &Head, rows: &[Row], abscissa: &Abscissa) -> String {
     let (width, height) = (860.0, 520.0);
     let mut canvas = Canvas::new(width, height);
     let frame = Frame { left: 85.0, top: 50.0, width: width - 165.0, height: height - 115.0 };
-    let all = rows.iter().flat_map(|row| row.frequencies_hz.iter().copied());
+    let all = rows.iter().flat_map(|row| row.frequencies_hz.iter().chain(row.intervals_hz));
+    let all = all.copied();
     let y = frequency_axis(all, f64::INFINITY);
     let panel = Panel { frame, x: abscissa.axis.clone(), y };
     let title = format!("Natural frequencies: {}", head.robot);
@@ -105,9 +109,22 @@ fn curves(head: &Head, rows: &[Row], abscissa: &Abscissa) -> String {
             .iter()
             .map(|&i| (abscissa.values[i], rows[i].frequencies_hz[mode]))
             .collect();
+        let interval = |i: usize| rows[i].intervals_hz.get(2 * mode..2 * mode + 2);
         if abscissa.is_continuous && points.len() > 1 {
+            let side = |side: usize| {
+                let end = move |&i: &usize| Some((abscissa.values[i], interval(i)?[side]));
+                abscissa.order.iter().filter_map(end).collect::<Vec<_>>()
+            };
+            let outline = side(1).into_iter().chain(side(0).into_iter().rev());
+            panel.area(&mut canvas, outline, colour, INTERVAL_OPACITY);
             panel.curve(&mut canvas, &points, Stroke { colour, width: 2.2, dashes });
         } else {
+            let bar = Stroke { colour, width: 1.2, dashes: "" };
+            for &i in &abscissa.order {
+                let ends = interval(i).unwrap_or_default().iter();
+                let ends: Vec<(f64, f64)> = ends.map(|hz| (abscissa.values[i], *hz)).collect();
+                panel.curve(&mut canvas, &ends, bar);
+            }
             points.iter().for_each(|&point| panel.dot(&mut canvas, point, 3.5, colour));
         }
         if let Some(&(_, f)) = points.iter().rfind(|(_, f)| f.is_finite()) {
@@ -117,6 +134,50 @@ fn curves(head: &Head, rows: &[Row], abscissa: &Abscissa) -> String {
     canvas.border(frame);
     labels_beside(&mut canvas, &panel, &labels);
     canvas.finish()
+}
+
+/// The shape of each mode over the pose, where shapes were asked for: the amplitudes of the elastic
+/// coordinates against the largest, each with a caption.
+pub(super) fn shape_svgs(
+    head: &Head,
+    block: &Block,
+    swept: Option<usize>,
+) -> Vec<(String, String)> {
+    let rows: Vec<Row> = block.rows().collect();
+    let abscissa = Abscissa::new(head, &rows, swept);
+    let shapes: Vec<Vec<ModeShape>> = rows.iter().map(|row| row.mode_shapes().collect()).collect();
+    if shapes.first().is_none_or(Vec::is_empty) {
+        return Vec::new();
+    }
+    let one = |mode: usize| {
+        let (width, height) = (980.0, 300.0);
+        let mut canvas = Canvas::new(width, height);
+        let frame = Frame { left: 85.0, top: 20.0, width: 690.0, height: height - 80.0 };
+        let y = Axis::new("amplitude, the largest as 1", Scale::linear(-1.05, 1.05));
+        let panel = Panel { frame, x: abscissa.axis.clone(), y };
+        panel.axes(&mut canvas, true);
+        let mut labels = Vec::new();
+        for (coordinate, name) in head.coordinates.iter().enumerate() {
+            let (colour, dashes) = curve_style(coordinate);
+            let point = |&i: &usize| {
+                let phi = shapes[i].get(mode)?.phi;
+                let largest = phi.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+                Some((abscissa.values[i], phi.get(coordinate)? / largest))
+            };
+            let points: Vec<(f64, f64)> = abscissa.order.iter().filter_map(point).collect();
+            if abscissa.is_continuous && points.len() > 1 {
+                panel.curve(&mut canvas, &points, Stroke { colour, width: 2.0, dashes });
+            } else {
+                points.iter().for_each(|&point| panel.dot(&mut canvas, point, 3.0, colour));
+            }
+            let last = points.iter().rfind(|(_, value)| value.is_finite());
+            labels.extend(last.map(|&(_, at)| Label { at, colour, text: name.clone() }));
+        }
+        canvas.border(frame);
+        labels_beside(&mut canvas, &panel, &labels);
+        (format!("Mode {}: amplitudes of the elastic coordinates", mode + 1), canvas.finish())
+    };
+    (0..head.coordinates.len()).map(one).collect()
 }
 
 fn heat_maps(head: &Head, rows: &[Row], abscissa: &Abscissa) -> String {
