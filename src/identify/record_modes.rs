@@ -8,7 +8,7 @@ use super::estimate::subspace::of_random;
 use super::estimate::{C64, Estimate, Pole, PoleEstimate, Residue, estimate};
 use super::mode::{Mode, mode_of};
 use super::prepare::{Prepared, RecordKind, lines_hz, prepare};
-use super::record::Record;
+use super::record::{MarkedLink, Record};
 use super::spectra::Averaged;
 use super::suspicions;
 use crate::notes::{Code, Note, Notes, Part, Place};
@@ -44,6 +44,8 @@ pub struct IdentifiedRecord {
     pub stabilisation: Vec<StabilisationPoint>,
     /// Averaged frequency responses of records with force.
     pub averaged: Option<Averaged>,
+    /// Links with marked points, for the plot.
+    pub links: Vec<MarkedLink>,
 }
 
 /// Finds the modes of a record. A record without modes gets a warning, not an error.
@@ -61,6 +63,7 @@ pub fn identify_record(
         spectra: Vec::new(),
         stabilisation: Vec::new(),
         averaged: None,
+        links: record.links.clone(),
     };
     if let Some((prepared, orders, found)) = fitted(record, band_hz, &mut identified, &mut notes) {
         warn_of_rounding(&prepared, &found, &mut notes);

@@ -15,6 +15,9 @@ const HEIGHT: f64 = 360.0;
 /// Error bars and bands reach so many standard deviations: 95 % of a normal distribution.
 const SIGMAS: f64 = 1.96;
 
+/// Wider ranges of frequencies are drawn on a logarithmic scale.
+const MAX_LINEAR_RATIO: f64 = 4.0;
+
 /// A plot with its caption.
 pub(super) type Plot = (String, String);
 
@@ -85,11 +88,16 @@ fn frequencies(
         return None;
     }
     let free = 0.05 * (high - low);
+    let scale = if low > 0.0 && high > MAX_LINEAR_RATIO * low {
+        Scale::logarithmic(0.95 * low, 1.05 * high)
+    } else {
+        Scale::linear(low - free, high + free)
+    };
     let beside = 0.02 * (right - left);
     let panel = Panel {
         frame: PANEL,
         x: Axis::new(axis, Scale::linear(left - beside, right + beside)),
-        y: Axis::new("frequency [Hz]", Scale::linear(low - free, high + free)),
+        y: Axis::new("frequency [Hz]", scale),
     };
     let mut canvas = Canvas::new(WIDTH, HEIGHT);
     let curve = |of: fn(&ResidualRow) -> Option<f64>, by: f64| {
@@ -278,6 +286,9 @@ fn figure(
     } else {
         (low, high) = (low.min(0.0), high.max(0.0));
     }
+    // No dot lies on the frame.
+    let wider = |low: f64, high: f64| (low - 0.03 * (high - low), high + 0.03 * (high - low));
+    ((left, right), (low, high)) = (wider(left, right), wider(low, high));
     let panel = Panel {
         frame: PANEL,
         x: Axis::new(x, Scale::linear(left, right)),

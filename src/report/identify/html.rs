@@ -3,7 +3,7 @@
 
 use serde_json::json;
 
-use super::plots::{coherence, phase, shapes};
+use super::plots::{arrows, coherence, phase, shapes};
 use super::svg::sheet;
 use super::{kind_words, pose_words, record_and_channel, shape_words};
 use crate::identify::record_modes::IdentifiedRecord;
@@ -38,9 +38,12 @@ pub fn identification_plots(found: &IdentifiedSession) -> Vec<(String, String)> 
     for (index, record) in found.records.iter().enumerate() {
         let name = |plot: &str| format!("{}-{}-{plot}", index + 1, record.name);
         plots.push((name("spectrum"), sheet(record)));
-        for (what, svg) in
-            [("phase", phase(record)), ("coherence", coherence(record)), ("shapes", shapes(record))]
-        {
+        for (what, svg) in [
+            ("phase", phase(record)),
+            ("coherence", coherence(record)),
+            ("arrows", arrows(record)),
+            ("shapes", shapes(record)),
+        ] {
             plots.extend(svg.map(|svg| (name(what), svg)));
         }
     }
@@ -109,6 +112,7 @@ fn of_record(record: &IdentifiedRecord) -> String {
     for (caption, svg) in [
         ("Phase of the frequency response", phase(record)),
         ("Coherence of force and response", coherence(record)),
+        ("Shapes on the marked points: at rest grey, displaced dashed", arrows(record)),
         ("Shapes: displacement of each response against the largest", shapes(record)),
     ] {
         html.extend(svg.map(|svg| figure(caption, &svg)));
