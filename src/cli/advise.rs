@@ -14,7 +14,7 @@ use crate::notes::Note;
 use crate::report;
 use crate::report::job::{JobPage, jobs as pages};
 use crate::study::advise::{AdvisedJob, FeedRule, Objective, Options, WriteTo, advise, read_under};
-use crate::study::report::about;
+use crate::study::report::{Meshes, about};
 use crate::study::{PolicyOverrides, Read, is_one_file, job_files};
 use crate::units::Date;
 
@@ -152,7 +152,9 @@ pub(super) fn run(
     let colour = sink.is_standard() && shows_colour();
     let text = match args.format {
         Format::Html => {
-            let about = all.iter().map(|(job, found)| about(job, found.job.clone(), &|_| ()));
+            let meshes = Meshes::default();
+            let about =
+                all.iter().map(|(job, found)| about(job, found.job.clone(), &meshes, &|_| ()));
             let reported = about.collect::<Result<Vec<_>, _>>()?;
             pages(&reported.iter().map(JobPage::from).collect::<Vec<_>>())
                 .map_err(|error| Failure::Internal(error.to_string()))?

@@ -19,6 +19,7 @@ use crate::report::check::github::note_annotation;
 use crate::report::job::JobPage;
 use crate::study::arm::{MovingArm, moving_arm};
 use crate::study::check::{self as study, Checked, CheckedJob, Gate, ReadJobs, Verdict};
+use crate::study::report::Meshes;
 use crate::study::{PolicyOverrides, job_files};
 use crate::units::Date;
 
@@ -120,7 +121,10 @@ pub(super) fn run(
     let bar = progress(shown);
     let progress = count_on(&bar);
     let (checked, arms) = match args.format {
-        Format::Html => jobs.check_with(&progress, moving_arm),
+        Format::Html => {
+            let meshes = Meshes::default();
+            jobs.check_with(&progress, |job, checked| moving_arm(job, checked, &meshes))
+        }
         _ => (jobs.check(&progress), Vec::new()),
     };
     let Checked { mut jobs, warnings, errors } = checked;

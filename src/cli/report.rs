@@ -4,12 +4,12 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::time::SystemTime;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 use super::check::{count_on, progress};
 use super::output::Sink;
 use super::{Failure, Outcome, Warnings};
-use crate::report::job::{JobPage, jobs};
+use crate::report::job::{JobPage, jobs, jobs_json};
 use crate::study::Read;
 use crate::study::advise::read;
 use crate::study::report::report;
@@ -18,6 +18,7 @@ use crate::units::Date;
 const AFTER_HELP: &str = "\
 Examples:
   detune report jobs/pocket.yaml --output report.html
+  detune report jobs/pocket.yaml --format json --output report.json
 
 The page needs no other file and no network. Exit codes: 0 written, 2 a file or the command line is \
 wrong, 3 an internal error; the verdict does not change the exit code.";
@@ -29,9 +30,21 @@ pub(super) struct ReportArgs {
     /// Job file.
     #[arg(value_name = "JOB")]
     job: PathBuf,
+    /// Output format.
+    #[arg(long, value_enum, default_value_t = Format::Html)]
+    format: Format,
     /// Write to this file instead of standard output (`-`); a run that fails leaves it unchanged.
     #[arg(long, value_name = "FILE")]
     output: Option<PathBuf>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Format {
+    /// A page to look at.
+    Html,
+    /// The numbers of the page that check and advice do not have: the arm, and at places of each
+    /// operation the shapes, the damping, the margin and the tool.
+    Json,
 }
 
 /// Checks and advises one job; if some file is wrong, reports all errors and writes nothing.
@@ -50,8 +63,12 @@ pub(super) fn run(
     bar.finish_and_clear();
     let reported = reported.inspect_err(|_| shown.show(&warnings))?;
     shown.show_of_jobs(&reported.advised.warnings);
-    let text =
-        jobs(&[JobPage::from(&reported)]).map_err(|error| Failure::Internal(error.to_string()))?;
+    let page = [JobPage::from(&reported)];
+    let text = match args.format {
+        Format::Html => jobs(&page),
+        Format::Json => jobs_json(&page),
+    };
+    let text = text.map_err(|error| Failure::Internal(error.to_string()))?;
     sink.write(&text, out)?;
     Ok(Outcome::Pass)
 }

@@ -41,7 +41,7 @@ pub(crate) fn read_bytes(path: &Path, largest_bytes: u64) -> Result<Vec<u8>, Not
 }
 
 /// UTF-8 bytes as text without byte-order mark; otherwise the line of the first bad byte.
-fn decode(mut bytes: Vec<u8>) -> Result<String, (usize, String)> {
+pub(crate) fn decode(mut bytes: Vec<u8>) -> Result<String, (usize, String)> {
     if bytes.starts_with(&[0xFF, 0xFE]) || bytes.starts_with(&[0xFE, 0xFF]) {
         return Err((1, "is UTF-16, must be UTF-8".to_owned()));
     }

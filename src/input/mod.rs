@@ -17,6 +17,7 @@ mod load_test;
 mod lobes;
 mod marks;
 mod measured;
+mod meshes;
 mod moves;
 mod new_robot;
 mod policy;
@@ -53,6 +54,7 @@ pub use load_test::{LoadTestRow, read_load_test};
 pub use lobes::{FileKind, file_kind, read_tip_cut};
 pub use marks::{Between, MarkBox, Side, TraceSetup, Wanted, read_marks, read_times};
 pub use measured::{mode_table_on, read_measured};
+pub use meshes::{MAX_MESHES, Meshes, Surface};
 pub use new_robot::{
     GuessedSpring, NewRobot, UrdfParts, new_job_text, new_robot_text, read_urdf_alone,
 };

@@ -1,6 +1,9 @@
 //! A robot as its files describe it: plain data in SI, not yet checked. [`super::Robot::new`]
 //! checks it and turns it into the immutable model.
 
+use std::path::PathBuf;
+use std::sync::Arc;
+
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
 use super::cause::Cause;
@@ -69,6 +72,21 @@ pub struct Link {
     pub has_geometry: bool,
     /// That geometry as a body of density 1 kg/m³, where it is boxes, cylinders and spheres alone.
     pub shape: Option<Inertial>,
+    /// The meshes by which it is shown.
+    pub meshes: Arc<[Mesh]>,
+}
+
+/// A mesh that shows a link: where it is to be found. No number of the model depends on it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mesh {
+    /// As the URDF names it: a path, or `package://name/path`.
+    pub file: String,
+    /// The folder of the URDF.
+    pub beside: PathBuf,
+    /// Its frame in the link's.
+    pub frame: Isometry3<f64>,
+    /// Factors along its own axes.
+    pub scale: [f64; 3],
 }
 
 /// Mass properties of one body.

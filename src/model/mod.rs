@@ -27,7 +27,7 @@ pub use correction::{
 };
 pub use description::{
     ArmAngle, Calibration, Carries, CoordinateKind, Correction, Damping, Description, Drive,
-    ElasticJoint, ExtraCoordinate, Hinge, Inertial, Joint, JointKind, Link, Payload,
+    ElasticJoint, ExtraCoordinate, Hinge, Inertial, Joint, JointKind, Link, Mesh, Payload,
 };
 pub use dynamics::{inverse_dynamics, potential, potential_gradient};
 pub use inertia::{
@@ -42,5 +42,7 @@ pub(crate) use posterior::distance;
 pub use posterior::{LearnedParameter, ParameterKind, Posterior, Unexplained};
 pub(crate) use robot::Coupling;
 pub(crate) use robot::NodeMotion;
-pub use robot::{AngleForm, Coordinate, LimitViolation, MovingJoint, Robot, UncertainBody};
+pub use robot::{
+    AngleForm, Coordinate, LimitViolation, MovingJoint, PlacedMesh, Robot, UncertainBody,
+};
 pub use tip::{elastic_jacobian, forward_kinematics, joint_jacobian, link_rotation};

@@ -2,13 +2,14 @@
 //! coordinates.
 
 use std::fmt;
+use std::sync::Arc;
 
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
 use super::cause::Cause;
 use super::correction::{Conditions, SpringState, StiffnessLaw};
 use super::description::{
-    Calibration, CoordinateKind, Damping, Description, Inertial, JointKind, Payload,
+    Calibration, CoordinateKind, Damping, Description, Inertial, JointKind, Mesh, Payload,
 };
 use super::pose_fault::PoseFault;
 use super::posterior::ParameterKind;
@@ -170,6 +171,16 @@ pub struct UncertainBody {
     pub std: Option<f64>,
 }
 
+/// A mesh that shows a link, and the body of the reduced tree that it moves with.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlacedMesh {
+    /// The link.
+    pub link: String,
+    pub(crate) node: usize,
+    /// Where it is found; its frame is given in the node's.
+    pub mesh: Mesh,
+}
+
 /// An angle of the two-link model: Σ scale·q + offset.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AngleForm {
@@ -195,6 +206,7 @@ pub struct Robot {
     pub(super) name: String,
     pub(super) nodes: Vec<Node>,
     pub(super) bodies: Vec<UncertainBody>,
+    pub(super) meshes: Arc<[PlacedMesh]>,
     pub(super) joints: Vec<MovingJoint>,
     pub(super) coordinates: Vec<Coordinate>,
     /// Springs that also feel another coordinate.
@@ -242,6 +254,11 @@ impl Robot {
     /// Every link with mass, and the payload, after corrections.
     pub fn bodies(&self) -> &[UncertainBody] {
         &self.bodies
+    }
+
+    /// The meshes that show its links.
+    pub fn meshes(&self) -> &[PlacedMesh] {
+        &self.meshes
     }
 
     /// The elastic coordinates that move a body.

@@ -2,13 +2,18 @@
 //! the model. Every length is in m, every frame in that of the part that carries it.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use nalgebra::{Isometry3, Matrix3, SymmetricEigen, Vector3};
 use serde::Serialize;
 
 use super::check::CheckedJob;
+pub use crate::input::Surface;
+use crate::input::{MAX_MESHES, Meshes};
 use crate::job::{Job, Operation};
-use crate::model::{CoordinateKind, NodeMotion, Robot, UncertainBody, forward_kinematics};
+use crate::model::{
+    CoordinateKind, NodeMotion, PlacedMesh, Robot, UncertainBody, forward_kinematics,
+};
 use crate::notes::Note;
 use crate::path::{Path, Surveyor};
 use crate::risk::{OperationRisk, Paths, Sample, closest_approach, in_operation};
@@ -27,6 +32,9 @@ pub struct MovingArm {
     pub arm: Arm,
     /// Per operation, some places of its path, ascending in s.
     pub places: Vec<Vec<Place>>,
+    /// The surfaces of its meshes.
+    #[serde(skip)]
+    pub surfaces: Vec<Arc<Surface>>,
 }
 
 /// A chain of rigid parts with joints and elastic axes.
@@ -42,6 +50,32 @@ pub struct Arm {
     pub tip_part: usize,
     /// The tip in that part's frame.
     pub tip: Frame,
+    /// Meshes that could not be drawn; capsules stand for their parts.
+    pub missing_meshes: Vec<MissingMesh>,
+}
+
+/// A mesh that could not be drawn.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MissingMesh {
+    /// The link that it shows.
+    pub link: String,
+    /// As the URDF names it.
+    pub file: String,
+    /// What is wrong with it.
+    pub why: String,
+}
+
+/// A mesh of a part.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PartMesh {
+    /// The link that it shows.
+    pub link: String,
+    /// The key of its surface.
+    pub surface: String,
+    /// Its frame in the part's.
+    pub frame: Frame,
+    /// Factors along its own axes.
+    pub scale: [f64; 3],
 }
 
 /// All links that never move against each other.
@@ -57,6 +91,8 @@ pub struct Part {
     pub axes: [usize; 2],
     /// Its bodies.
     pub bodies: Vec<Ellipsoid>,
+    /// Its meshes; empty where there is none, or where one could not be read.
+    pub meshes: Vec<PartMesh>,
 }
 
 /// A place and an orientation.
@@ -131,7 +167,11 @@ pub struct Place {
 ///
 /// # Errors
 /// What the check would have found already.
-pub fn moving_arm(job: &Job, checked: &CheckedJob) -> Result<MovingArm, Vec<Note>> {
+pub fn moving_arm(
+    job: &Job,
+    checked: &CheckedJob,
+    meshes: &Meshes,
+) -> Result<MovingArm, Vec<Note>> {
     let operations = &checked.risk.operations;
     let (n, joints) = (job.robot.coordinates().len(), job.robot.joints().len());
     let numbers = n * n + 5 * n + joints + 12;
@@ -144,7 +184,9 @@ pub fn moving_arm(job: &Job, checked: &CheckedJob) -> Result<MovingArm, Vec<Note
         let of_path = along(job, operation, &path, risk, count);
         places.push(of_path.map_err(|note| vec![in_operation(job, operation, note)])?);
     }
-    Ok(MovingArm { arm: arm(&job.robot), places })
+    let mut arm = arm(&job.robot);
+    let surfaces = dress(&mut arm, &job.robot, meshes);
+    Ok(MovingArm { arm, places, surfaces })
 }
 
 fn along(
@@ -210,6 +252,7 @@ fn arm(robot: &Robot) -> Arm {
         },
         axes: [node.coordinates.start, node.coordinates.end],
         bodies: robot.bodies().iter().filter(|b| b.node == index).map(ellipsoid).collect(),
+        meshes: Vec::new(),
     });
     let axes = robot.coordinates().iter().map(|coordinate| ElasticAxis {
         name: coordinate.name.clone(),
@@ -223,7 +266,45 @@ fn arm(robot: &Robot) -> Arm {
         axes: axes.collect(),
         tip_part,
         tip: frame(tip),
+        missing_meshes: Vec::new(),
     }
+}
+
+/// Gives the parts their meshes.
+fn dress(arm: &mut Arm, robot: &Robot, meshes: &Meshes) -> Vec<Arc<Surface>> {
+    let mut surfaces: Vec<Arc<Surface>> = Vec::new();
+    let mut bare = BTreeSet::new();
+    for (index, PlacedMesh { link, node, mesh }) in robot.meshes().iter().enumerate() {
+        let surface = if index < MAX_MESHES {
+            meshes.surface(mesh)
+        } else {
+            Err(format!("only {MAX_MESHES} meshes of a robot are drawn"))
+        };
+        match surface {
+            Ok(surface) => {
+                if let Some(part) = arm.parts.get_mut(*node) {
+                    part.meshes.push(PartMesh {
+                        link: link.clone(),
+                        surface: surface.key.clone(),
+                        frame: frame(&mesh.frame),
+                        scale: mesh.scale,
+                    });
+                }
+                if surfaces.iter().all(|known| known.key != surface.key) {
+                    surfaces.push(surface);
+                }
+            }
+            Err(why) => {
+                bare.insert(*node);
+                let (link, file) = (link.clone(), mesh.file.clone());
+                arm.missing_meshes.push(MissingMesh { link, file, why });
+            }
+        }
+    }
+    for part in bare {
+        arm.parts[part].meshes.clear();
+    }
+    surfaces
 }
 
 fn frame(pose: &Isometry3<f64>) -> Frame {

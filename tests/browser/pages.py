@@ -4,6 +4,7 @@ import argparse
 import json
 import math
 import os
+import struct
 import subprocess
 import tempfile
 import time
@@ -112,7 +113,7 @@ def size(file, most):
 
 
 def with_places(count):
-    """A job whose check looks at many poses."""
+    """A job whose check looks at many poses; the first of its ten operations meets hundreds of lines."""
     with open(os.path.join(JOBS, "pocket.yaml")) as file:
         head = file.read().split("operations:")[0].replace("../robots", os.path.join(ROOT, "robots"))
     text = head + "operations:\n"
@@ -120,9 +121,74 @@ def with_places(count):
         rows = "".join(
             f"        - {{xyz_mm: [{240 * (k % 2)}, {k * 120 / count:.6f}, {i}], rpy_deg: [0, 180, 0]}}\n"
             for k in range(count // 10))
-        text += (f"  - name: layer {i}\n    spindle_rpm: {1000 + 100 * i}\n    feed_mm_per_min: 4000\n"
+        text += (f"  - name: layer {i}\n    spindle_rpm: {24000 if i else 1000}\n    feed_mm_per_min: 4000\n"
                  f"    path:\n      poses:\n{rows}")
     return text
+
+
+def ball(rings, radius, at):
+    """Triangles of a sphere; facets far more than a picture needs."""
+    def point(i, j):
+        theta, phi = math.pi * i / rings, 2 * math.pi * j / rings
+        return [at[0] + radius * math.sin(theta) * math.cos(phi),
+                at[1] + radius * math.sin(theta) * math.sin(phi), at[2] + radius * math.cos(theta)]
+    for i in range(rings):
+        for j in range(rings):
+            a, b, c, d = point(i, j), point(i + 1, j), point(i, j + 1), point(i + 1, j + 1)
+            yield from ([a, b, c], [b, d, c])
+
+
+def write_stl(path, triangles):
+    triangles = list(triangles)
+    with open(path, "wb") as out:
+        out.write(b"solid in name alone".ljust(80))
+        out.write(struct.pack("<I", len(triangles)))
+        for triangle in triangles:
+            out.write(struct.pack("<12fH", 0, 0, 0, *[v for p in triangle for v in p], 0))
+
+
+def with_meshes(folder):
+    """The pocket with a robot whose links have meshes: two links share one, one mesh is missing."""
+    with open(os.path.join(ROOT, "robots", "irb1600", "irb1600.urdf")) as file:
+        urdf = file.read()
+    os.makedirs(os.path.join(folder, "arm_description", "meshes"))
+    own = os.path.join(folder, "arm_description")
+    write_stl(os.path.join(own, "meshes", "ball.stl"), ball(120, 0.12, [0, 0, 0]))
+    with open(os.path.join(own, "meshes", "box.obj"), "w") as out:
+        for k in range(8):
+            out.write(f"v {0.2 * (k & 1) - 0.1} {0.2 * (k >> 1 & 1) - 0.1} {0.4 * (k >> 2 & 1)}\n")
+        for face in ["1 2 4 3", "5 6 8 7", "1 2 6 5", "3 4 8 7", "1 3 7 5", "2 4 8 6"]:
+            out.write(f"f {face}\n")
+    for link, mesh in [("base_link", "package://arm_description/meshes/ball.stl"),
+                       ("link_1", "meshes/box.obj"), ("link_2", "meshes/ball.stl"),
+                       ("link_3", "package://nowhere/lost.dae")]:
+        urdf = urdf.replace(f'<link name="{link}">',
+                            f'<link name="{link}"><visual><geometry><mesh filename="{mesh}"/></geometry></visual>')
+    with open(os.path.join(own, "irb1600.urdf"), "w") as out:
+        out.write(urdf)
+    with open(os.path.join(ROOT, "robots", "irb1600", "robot.yaml")) as file:
+        robot = file.read()
+    with open(os.path.join(own, "robot.yaml"), "w") as out:
+        out.write(robot)
+    with open(os.path.join(JOBS, "pocket.yaml")) as file:
+        job = file.read().replace("../robots/irb1600/robot.yaml", "arm_description/robot.yaml")
+    path = os.path.join(folder, "meshes.yaml")
+    with open(path, "w") as out:
+        out.write(job)
+    return path
+
+
+def meshes_are_drawn(page):
+    arm = "detune.data.jobs[0].arm"
+    surfaces = page.run("Object.values(detune.data.surfaces).map((s) => atob(s.triangles).length / 6)")
+    assert len(surfaces) == 2 and 12 in surfaces, surfaces
+    assert all(0 < count <= 3000 for count in surfaces), surfaces
+    drawn = page.run(f"{arm}.parts.map((part, i) => [part.meshes.length, detune.jobs[0].view.parts[i].links.count])")
+    dressed = [count for meshes, count in drawn if meshes]
+    assert sorted(dressed) == sorted([3 * surfaces[0], 3 * surfaces[1], 3 * max(surfaces)]), (drawn, surfaces)
+    missing = page.run(f"{arm}.missing_meshes")
+    assert [(m["link"], m["why"]) for m in missing] == [("link_3", "no such file")], missing
+    assert "lost.dae" in page.run("document.body.textContent")
 
 
 def main():
@@ -156,6 +222,63 @@ def main():
             if asked.shots:
                 shots(page, asked.shots, f"report-{name}", browser, path)
             page.close()
+
+        path = write("meshes", "report", with_meshes(folder))
+        page = browser.page(path)
+        meshes_are_drawn(page)
+        assert not page.faults(), page.faults()
+        print(f"report with meshes: {size(path, 5_000_000)} bytes, ready in {page.seconds:.2f} s")
+        if asked.shots:
+            shots(page, asked.shots, "meshes", browser, path)
+        page.close()
+
+        job = os.path.join(JOBS, "pocket.yaml")
+        own = json.loads(detune(program, "report", "--format", "json", job))
+        page = browser.page(write("advise", "advise", "--format", "html", job))
+        assert page.run("detune.data") == own, "the numbers of the page are not those of the JSON"
+        advice = json.loads(detune(program, "advise", "--format", "json", job))
+        first = page.run("document.querySelector('article').innerText")
+        assert f"{advice['operations'][0]['recommended_rpm']:.0f} rpm" in first, first
+        assert not page.faults(), page.faults()
+        page.close()
+
+        two_link = os.path.join(ROOT, "robots", "two-link")
+        robot = os.path.join(two_link, "robot.yaml")
+        for name, least, told, arguments in [
+            ("map", 3, "f2 Hz", ["map", robot, "--joint", "joint_2", "--from-deg", "0", "--to-deg", "150",
+                                 "--steps", "31", "--intervals", "--shapes"]),
+            ("identify", 6, "Shapes on the marked points",
+             ["identify", os.path.join(two_link, "session.yaml")]),
+            ("diagnose", 4, "its error, 95 %",
+             ["diagnose", robot, os.path.join(two_link, "measured.csv")]),
+        ]:
+            path = write(name, *arguments, "--format", "html")
+            page = browser.page(path)
+            assert page.run("document.querySelectorAll('svg').length") >= least, name
+            assert told in page.run("document.body.textContent"), f"{name} does not tell {told}"
+            # Nothing drawn is lost outside its drawing.
+            lost = page.run("[...document.querySelectorAll('svg text')].filter((t) => { const a = "
+                            "t.getBoundingClientRect(), b = t.ownerSVGElement.getBoundingClientRect(); return a.left "
+                            "< b.left - 1 || a.right > b.right + 1 || a.bottom > b.bottom + 1; })"
+                            ".map((t) => t.textContent)")
+            assert not lost, f"{name}: {lost}"
+            assert page.run("[...document.querySelectorAll('svg')].every((s) => s.getAttribute('aria-label'))"), \
+                f"{name}: a drawing without words"
+            assert not page.faults(), page.faults()
+            size(path, 1_000_000)
+            if asked.shots:
+                shots(page, asked.shots, name, browser, path)
+            page.close()
+        lines = detune(program, *["map", robot, "--joint", "joint_2", "--from-deg", "0", "--to-deg", "150",
+                                  "--steps", "31", "--format", "csv"]).splitlines()
+        page = browser.page(os.path.join(folder, "map.html"))
+        shown = page.run("[...document.querySelectorAll('table tbody tr')].map((row) => [...row.cells].map("
+                         "(cell) => Number(cell.dataset.value ?? cell.textContent)))")
+        in_csv = lines[0].split(",").index("f1_hz")
+        in_page = page.run("[...document.querySelectorAll('th')].findIndex((h) => h.textContent === 'f1 Hz')")
+        expected = [float(line.split(",")[in_csv]) for line in lines[1:]]
+        assert [cells[in_page] for cells in shown] == expected, "f1 of the page is not that of the CSV"
+        page.close()
 
         both = [os.path.join(JOBS, f"{name}.yaml") for name in ["pocket", "contour"]]
         page = browser.page(write("check", "check", "--format", "html", *both))

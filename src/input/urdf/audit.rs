@@ -147,6 +147,55 @@ fn solid(node: &Node<'_, '_>) -> Option<String> {
     Some(plain)
 }
 
+/// A visual element as one of the plain copy, if it is a mesh whose numbers can be read.
+fn mesh(node: &Node<'_, '_>) -> Option<String> {
+    let child = |tag: &str| node.children().find(|child| child.tag_name().name() == tag);
+    let shape = child("geometry")?.children().find(Node::is_element)?;
+    let file = shape.attribute("filename").filter(|_| shape.tag_name().name() == "mesh")?;
+    let mut plain = "<visual>".to_owned();
+    if let Some(origin) = child("origin") {
+        plain.push_str("<origin");
+        for name in ["xyz", "rpy"] {
+            if let Some(value) = origin.attribute(name) {
+                plain.push_str(&format!(" {name}=\"{}\"", three_numbers(value)?));
+            }
+        }
+        plain.push_str("/>");
+    }
+    plain.push_str("<geometry><mesh");
+    attribute(&mut plain, "filename", file);
+    if let Some(value) = shape.attribute("scale") {
+        plain.push_str(&format!(" scale=\"{}\"", three_numbers(value)?));
+    }
+    plain.push_str("/></geometry></visual>");
+    Some(plain)
+}
+
+/// The text of three finite numbers.
+fn three_numbers(text: &str) -> Option<&str> {
+    let mut words = text.split_whitespace();
+    let are_finite = words.all(|word| word.parse::<f64>().is_ok_and(f64::is_finite));
+    (are_finite && text.split_whitespace().count() == 3).then_some(text)
+}
+
+/// Writes an attribute of the plain copy.
+fn attribute(plain: &mut String, name: &str, value: &str) {
+    plain.push(' ');
+    plain.push_str(name);
+    plain.push_str("=\"");
+    for c in value.chars() {
+        match c {
+            '&' => plain.push_str("&amp;"),
+            '<' => plain.push_str("&lt;"),
+            '>' => plain.push_str("&gt;"),
+            '"' => plain.push_str("&quot;"),
+            c if c.is_control() => plain.push(' '),
+            c => plain.push(c),
+        }
+    }
+    plain.push('"');
+}
+
 /// Why a text is not XML, and the line.
 fn not_xml(text: &str, error: &roxmltree::Error) -> (usize, String) {
     let line = error.pos().row as usize;
@@ -234,20 +283,7 @@ impl Auditor<'_> {
 
     /// Writes an attribute of the plain copy.
     fn attribute(&mut self, name: &str, value: &str) {
-        self.plain.push(' ');
-        self.plain.push_str(name);
-        self.plain.push_str("=\"");
-        for c in value.chars() {
-            match c {
-                '&' => self.plain.push_str("&amp;"),
-                '<' => self.plain.push_str("&lt;"),
-                '>' => self.plain.push_str("&gt;"),
-                '"' => self.plain.push_str("&quot;"),
-                c if c.is_control() => self.plain.push(' '),
-                c => self.plain.push(c),
-            }
-        }
-        self.plain.push('"');
+        attribute(&mut self.plain, name, value);
     }
 
     /// The child element of that name; a second one is a fault.
@@ -420,6 +456,8 @@ impl Auditor<'_> {
     /// Copies what gives a link its shape, where that is boxes, cylinders and spheres alone.
     /// Nothing here is a fault: most links have meshes.
     fn solids(&mut self, node: &Node<'_, '_>) {
+        let shown = node.children().filter(|child| child.tag_name().name() == "visual");
+        self.plain.extend(shown.filter_map(|part| mesh(&part)));
         for tag in ["collision", "visual"] {
             let parts = node.children().filter(|child| child.tag_name().name() == tag);
             let solids: Option<Vec<String>> = parts.map(|part| solid(&part)).collect();

@@ -8,7 +8,7 @@ use urdf_rs::{Geometry, JointType};
 use super::super::frame::frame;
 use super::audit::{Audit, JointFacts, Lines, LinkFacts, audit};
 use crate::formats::text::read_text;
-use crate::model::{Inertial, Joint, JointKind, Link};
+use crate::model::{Inertial, Joint, JointKind, Link, Mesh};
 use crate::notes::{Code, Notes};
 
 /// A limit beyond this is drawn in to it, rad or m: no arm gets there, exporters write 1e16 or the
@@ -87,7 +87,7 @@ pub(in crate::input) fn read_urdf(path: &Path, notes: &mut Notes) -> Option<Urdf
     let Audit { name, line, links: link_facts, joints: joint_facts, damaged, .. } = audit;
     Some(Urdf {
         name,
-        links: robot.links.iter().zip(&link_facts).map(|(l, facts)| link(l, facts)).collect(),
+        links: robot.links.iter().zip(&link_facts).map(|(l, facts)| link(l, facts, path)).collect(),
         joints: robot.joints.iter().zip(&joint_facts).map(|(j, facts)| joint(j, facts)).collect(),
         damaged,
         line,
@@ -96,7 +96,7 @@ pub(in crate::input) fn read_urdf(path: &Path, notes: &mut Notes) -> Option<Urdf
     })
 }
 
-fn link(link: &urdf_rs::Link, facts: &LinkFacts) -> Link {
+fn link(link: &urdf_rs::Link, facts: &LinkFacts, urdf: &Path) -> Link {
     let inertial = facts.has_inertial.then(|| {
         let urdf_rs::Inertial { origin, mass, inertia } = &link.inertial;
         let pose = frame(*origin.xyz, *origin.rpy);
@@ -135,8 +135,19 @@ fn link(link: &urdf_rs::Link, facts: &LinkFacts) -> Link {
         inertial,
         has_geometry: facts.has_geometry,
         shape,
+        meshes: link.visual.iter().filter_map(|visual| mesh(visual, urdf)).collect(),
         ..Link::default()
     }
+}
+
+fn mesh(visual: &urdf_rs::Visual, urdf: &Path) -> Option<Mesh> {
+    let Geometry::Mesh { filename, scale } = &visual.geometry else { return None };
+    Some(Mesh {
+        file: filename.clone(),
+        beside: urdf.parent().map(Path::to_owned).unwrap_or_default(),
+        frame: frame(*visual.origin.xyz, *visual.origin.rpy),
+        scale: scale.map_or([1.0; 3], |scale| *scale),
+    })
 }
 
 fn joint(joint: &urdf_rs::Joint, facts: &JointFacts) -> Joint {
@@ -187,6 +198,8 @@ mod tests {
         assert!(notes.is_empty(), "{notes:?}");
         assert!(urdf.links[1].inertial.is_none() && urdf.links[1].has_geometry);
         assert!(!urdf.links[0].has_geometry);
+        let [mesh] = &*urdf.links[1].meshes else { panic!("{:?}", urdf.links[1].meshes) };
+        assert_eq!((mesh.file.as_str(), mesh.scale), ("package://x/y.stl", [1.0; 3]));
         let joint = &urdf.joints[0];
         assert_eq!(joint.axis, Vector3::x());
         assert_eq!((joint.position_limit, joint.velocity_limit), (None, None));

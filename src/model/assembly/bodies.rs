@@ -8,9 +8,9 @@ use super::checks::has_direction;
 use super::tree::Tree;
 use crate::model::description::{
     CoordinateKind, Correction, Damping, Description, ElasticJoint, ExtraCoordinate, Inertial,
-    Joint, JointKind,
+    Joint, JointKind, Mesh,
 };
-use crate::model::robot::{Coordinate, MovingJoint, Node, NodeMotion, UncertainBody};
+use crate::model::robot::{Coordinate, MovingJoint, Node, NodeMotion, PlacedMesh, UncertainBody};
 
 /// The reduced tree while it grows.
 pub(super) struct Bodies<'a> {
@@ -22,6 +22,7 @@ pub(super) struct Bodies<'a> {
     pub(super) payload_link: Option<usize>,
     pub(super) nodes: Vec<Node>,
     pub(super) bodies: Vec<UncertainBody>,
+    pub(super) meshes: Vec<PlacedMesh>,
     pub(super) joints: Vec<MovingJoint>,
     pub(super) coordinates: Vec<Coordinate>,
     /// Node of each link, and the link's frame in the node's.
@@ -80,6 +81,11 @@ impl Bodies<'_> {
             self.nodes[node].coordinates.end = self.coordinates.len();
         }
         let own = &description.links[link];
+        self.meshes.extend(own.meshes.iter().map(|mesh| PlacedMesh {
+            link: own.name.clone(),
+            node,
+            mesh: Mesh { frame: offset * mesh.frame, ..mesh.clone() },
+        }));
         let carried = description.payload.as_ref().filter(|_| self.payload_link == Some(link));
         let bodies = [
             own.inertial.map(|body| (body, own.std, own.assumed, false)),

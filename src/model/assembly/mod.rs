@@ -246,12 +246,13 @@ impl<'a> Builder<'a> {
             payload_link,
             nodes: Vec::new(),
             bodies: Vec::new(),
+            meshes: Vec::new(),
             joints: Vec::new(),
             coordinates: Vec::new(),
             place_of: vec![None; description.links.len()],
         };
         bodies.grow(base);
-        let Bodies { mut nodes, bodies, joints, coordinates, place_of, .. } = bodies;
+        let Bodies { mut nodes, bodies, meshes, joints, coordinates, place_of, .. } = bodies;
         add_up_masses(&mut nodes);
         let (tip_node, tip_offset) = place_of[tip]?;
 
@@ -290,6 +291,7 @@ impl<'a> Builder<'a> {
             warnings: Vec::new(),
             nodes,
             bodies,
+            meshes: meshes.into(),
             joints,
             coordinates,
         })

@@ -2,11 +2,13 @@
 
 use super::{JobPage, plots};
 use crate::report::advise::svg;
+use crate::report::check::findings::stretches;
 use crate::report::check::operation::operations;
 use crate::report::check::sentences;
 use crate::report::page::{Table, figure, text};
 use crate::report::words;
 use crate::risk::Crossing;
+use crate::study::arm::{Arm, MissingMesh};
 use crate::units::{percent_from_ratio, um_per_n_from_m_per_n};
 
 /// The slider, the arm, and the modes where it stands.
@@ -28,7 +30,7 @@ pub(super) fn controls(job: &JobPage, index: usize, drawn: &[usize]) -> String {
          it, + and - zoom\"></canvas>\n\
          <p class=\"key\"><span><i class=\"resonance\"></i>path inside a band</span>\
          <span><i class=\"uncertain\"></i>within the doubt</span>\
-         <span><i class=\"clear\"></i>clear</span><span><i class=\"rest\"></i>arm at rest</span></p></div>\n\
+         <span><i class=\"clear\"></i>clear</span><span><i class=\"rest\"></i>arm at rest</span></p>{}</div>\n\
          <div><h3 data-is=\"mode\"></h3>\
          <p class=\"soft\">Amplitudes of the elastic coordinates, the largest as 1</p>\
          <div class=\"shape\" data-is=\"shape\"></div>\n\
@@ -38,7 +40,23 @@ pub(super) fn controls(job: &JobPage, index: usize, drawn: &[usize]) -> String {
          <div class=\"scroll\"><table data-csv=\"modes\" data-is=\"modes\" id=\"modes-{index}\"><thead><tr>{}\
          </tr></thead><tbody></tbody></table></div></div></div>\n",
         options.collect::<String>(),
+        not_drawn(&job.moving.arm),
         head.concat()
+    )
+}
+
+/// Which meshes are not drawn, and why.
+fn not_drawn(arm: &Arm) -> String {
+    if arm.missing_meshes.is_empty() {
+        return String::new();
+    }
+    let one = |MissingMesh { link, file, why }: &MissingMesh| {
+        format!("<li>{}</li>", text(&format!("{link}: {file}: {why}")))
+    };
+    let all: String = arm.missing_meshes.iter().map(one).collect();
+    format!(
+        "<details><summary>Meshes that are not drawn: {}</summary><ul>{all}</ul></details>",
+        arm.missing_meshes.len()
     )
 }
 
@@ -84,7 +102,24 @@ pub(super) fn operation(job: &JobPage, index: usize) -> String {
     html
 }
 
-fn crossings(crossings: &[Crossing]) -> String {
+/// The most severe crossings, in the order of the path.
+fn crossings(all: &[Crossing]) -> String {
+    let severe = stretches(all);
+    let mut crossings: Vec<&Crossing> = if all.len() <= plots::LISTED {
+        all.iter().collect()
+    } else {
+        severe.iter().take(plots::LISTED).map(|found| found.crossing).collect()
+    };
+    if all.len() > plots::LISTED {
+        crossings.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
+    }
+    let more = match all.len() - crossings.len() {
+        0 => String::new(),
+        more => format!(
+            "<p>The most severe of {}; <code>detune check --format json</code> has the other {more}.</p>\n",
+            all.len()
+        ),
+    };
     let columns = [
         ("mode", false),
         ("Hz", false),
@@ -130,5 +165,5 @@ fn crossings(crossings: &[Crossing]) -> String {
             (certainty, None),
         ]);
     }
-    format!("<h3>Crossings</h3>\n{}", table.finish())
+    format!("<h3>Crossings</h3>\n{more}{}", table.finish())
 }

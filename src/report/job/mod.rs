@@ -5,15 +5,17 @@ mod along;
 mod plots;
 mod summary;
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 
 use super::check::findings::findings;
 use super::check::operation::CheckedOperation;
-use super::json::NotFinite;
+use super::json::{NotFinite, laid_out};
 use super::page;
 use crate::risk::OperationRisk;
 use crate::study::advise::AdvisedJob;
-use crate::study::arm::{Arm, MovingArm, Place};
+use crate::study::arm::{Arm, MovingArm, Place, Surface};
 use crate::study::check::CheckedJob;
 use crate::study::report::Reported;
 use crate::units::written;
@@ -79,7 +81,16 @@ pub fn jobs(jobs: &[JobPage]) -> Result<String, NotFinite> {
         }
         body.push_str("</section>\n");
     }
-    page::page(&title, &body, &Data { jobs: jobs.iter().map(JobData::of).collect() })
+    page::page(&title, &body, &Data::of(jobs))
+}
+
+/// What the script of that page works with, beside what check and advice say: the arm, and the
+/// places of each operation with their shapes.
+///
+/// # Errors
+/// As [`jobs`].
+pub fn jobs_json(jobs: &[JobPage]) -> Result<String, NotFinite> {
+    laid_out(&Data::of(jobs), 4)
 }
 
 /// The plots of checked jobs, each with its name.
@@ -98,7 +109,21 @@ pub fn check_plots(jobs: &[CheckedJob]) -> Vec<(String, String)> {
 /// What the script of the page works with.
 #[derive(Debug, Serialize)]
 struct Data<'a> {
+    schema: &'static str,
     jobs: Vec<JobData<'a>>,
+    /// The surfaces of all arms, each once, by their keys.
+    surfaces: BTreeMap<&'a str, &'a Surface>,
+}
+
+impl<'a> Data<'a> {
+    fn of(jobs: &[JobPage<'a>]) -> Self {
+        let surfaces = jobs.iter().flat_map(|job| &job.moving.surfaces);
+        Self {
+            schema: "report/1",
+            jobs: jobs.iter().map(JobData::of).collect(),
+            surfaces: surfaces.map(|surface| (surface.key.as_str(), &**surface)).collect(),
+        }
+    }
 }
 
 #[derive(Debug, Serialize)]

@@ -58,8 +58,43 @@ function surface(a, b, radii, frame, colour) {
   return out;
 }
 
-// What each part looks like: capsules to the parts that it carries, ellipsoids of its bodies.
-function shapesOf(arm, size) {
+// Points and triangles of a surface, unpacked once.
+const unpacked = new Map();
+function unpack(surface) {
+  if (unpacked.has(surface)) return unpacked.get(surface);
+  const triples = (text) => {
+    const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0)), view = new DataView(bytes.buffer);
+    const number = (i) => view.getUint16(2 * i, true);
+    return Array.from({ length: bytes.length / 6 }, (_, i) => [number(3 * i), number(3 * i + 1), number(3 * i + 2)]);
+  };
+  const { low, size } = surface;
+  const points = triples(surface.points).map((p) => p.map((v, k) => low[k] + size[k] * v / 65535));
+  const found = { points, triangles: triples(surface.triangles) };
+  unpacked.set(surface, found);
+  return found;
+}
+
+// A mesh in its part: faces that meet at less than some 40 degrees share their normals.
+function meshOf({ surface, frame, scale }, surfaces, colour) {
+  const { points, triangles } = unpack(surfaces[surface]);
+  const at = points.map((p) => add(frame.xyz_m, turned(frame.rotation, p.map((v, k) => v * scale[k]))));
+  const faces = triangles.map(([a, b, c]) => {
+    const n = cross(add(at[b], at[a], -1), add(at[c], at[a], -1)), size = norm(n);
+    return size > 0 ? n.map((v) => v / size) : [0, 0, 1];
+  });
+  const around = points.map(() => []);
+  triangles.forEach((triangle, i) => triangle.forEach((k) => around[k].push(i)));
+  return triangles.flatMap((triangle, i) => triangle.flatMap((k) => {
+    let n = [0, 0, 0];
+    for (const other of around[k]) if (dot(faces[other], faces[i]) > 0.77) n = add(n, faces[other]);
+    const size = norm(n) || 1;
+    return [...at[k], ...n.map((v) => v / size), ...colour];
+  }));
+}
+
+// What each part looks like: its meshes, else capsules to the parts that it carries; ellipsoids of
+// its bodies.
+function shapesOf(arm, size, surfaces) {
   const thick = (part) => {
     let depth = 0;
     for (let at = part; at !== null; at = arm.parts[at].parent) depth++;
@@ -72,12 +107,19 @@ function shapesOf(arm, size) {
     for (const end of ends) {
       links.push(...surface([0, 0, 0], norm(end) > 1e-9 ? end : [0, 0, 0], ball, null, COLOURS.link));
     }
+    if (part.meshes.length > 0) {
+      const meshes = part.meshes.map((mesh) => meshOf(mesh, surfaces, COLOURS.link));
+      return { links: meshes.flat(), bodies: bodiesOf(part, size) };
+    }
     if (ends.length === 0) links.push(...surface([0, 0, 0], [0, 0, 0], ball, null, COLOURS.link));
-    const bodies = part.bodies.flatMap(({ frame, semi_axes_m }) => {
-      const radii = semi_axes_m.map((v) => Math.max(v, 0.004 * size));
-      return surface([0, 0, 0], [0, 0, 0], radii, frame, COLOURS.body);
-    });
-    return { links, bodies };
+    return { links, bodies: bodiesOf(part, size) };
+  });
+}
+
+function bodiesOf(part, size) {
+  return part.bodies.flatMap(({ frame, semi_axes_m }) => {
+    const radii = semi_axes_m.map((v) => Math.max(v, 0.004 * size));
+    return surface([0, 0, 0], [0, 0, 0], radii, frame, COLOURS.body);
   });
 }
 
@@ -85,7 +127,7 @@ const IDENTITY = [1, 0, 0, 0, 1, 0, 0, 0, 1];
 const columns = (r) => [r[0], r[3], r[6], r[1], r[4], r[7], r[2], r[5], r[8]];
 
 class ArmView {
-  constructor(canvas, arm, size, target) {
+  constructor(canvas, arm, size, target, surfaces) {
     this.canvas = canvas;
     this.arm = arm;
     this.target = target;
@@ -112,7 +154,7 @@ class ArmView {
     gl.enable(gl.DEPTH_TEST);
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
-    this.parts = shapesOf(arm, size).map((part) => ({
+    this.parts = shapesOf(arm, size, surfaces).map((part) => ({
       links: this.buffer(part.links), bodies: this.buffer(part.bodies),
     }));
     this.floor = this.buffer(this.grid(size));

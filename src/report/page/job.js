@@ -7,7 +7,7 @@ const shown = (value, digits = 4) => {
 };
 
 class JobView {
-  constructor(section, job) {
+  constructor(section, job, surfaces) {
     this.job = job;
     this.arm = job.arm;
     const find = (name) => section.querySelector(`[data-is="${name}"]`);
@@ -27,7 +27,7 @@ class JobView {
       return plot;
     }));
     try {
-      this.view = new ArmView(this.parts.view, this.arm, this.size, this.target);
+      this.view = new ArmView(this.parts.view, this.arm, this.size, this.target, surfaces);
       this.parts.view.addEventListener('view', () => this.draw());
       new ResizeObserver(() => this.draw()).observe(this.parts.view);
     } catch {

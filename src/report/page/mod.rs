@@ -70,6 +70,7 @@ pub(super) fn page(title: &str, body: &str, data: &impl Serialize) -> Result<Str
 /// A drawing with a caption, which may be wider than the screen.
 pub(super) fn figure(caption: &str, svg: &str) -> String {
     let caption = text(caption);
+    let svg = svg.replacen("<svg ", &format!("<svg aria-label=\"{caption}\" "), 1);
     format!(
         "<figure><figcaption>{caption}</figcaption><div class=\"scroll\">{svg}</div></figure>\n"
     )
