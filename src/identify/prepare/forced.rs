@@ -1,0 +1,149 @@
+//! Responses to a measured force: impacts of a hammer, or a force that goes on.
+
+use std::borrow::Cow;
+
+use super::lines::{band, lines, omega, on_lines, rounding_noise};
+use super::{
+    NO_LINES, Prepared, RecordKind, Sampling, SpectraOnLines, responses_of, without_offset,
+};
+use crate::identify::estimate::{Block, C64, ForceSample, Origin};
+use crate::identify::impacts::{Impact, impacts_in_force};
+use crate::identify::quality::{rounding_step, without_spikes};
+use crate::identify::record::Channel;
+use crate::identify::spectra::{Averaged, Window, over_impacts, over_stretches, transform};
+use crate::notes::{Code, Notes};
+use crate::statistics::{deviation_about_zero, upper_median};
+use crate::units::rad_per_s_from_hz;
+
+pub(super) fn forced(
+    sampling: Sampling,
+    excitation: &Channel,
+    channels: &[&Channel],
+    notes: &mut Notes,
+) -> Option<Prepared> {
+    let rate_hz = sampling.rate_hz;
+    let responses = responses_of(channels);
+    let middle = upper_median(&excitation.samples).unwrap_or(0.0);
+    let mut force: Vec<f64> = excitation.samples.iter().map(|f| f - middle).collect();
+    let samples = force.len();
+    let impacts = impacts_in_force(&force, rate_hz);
+    warn_of_bounces(&impacts, excitation, rate_hz, notes);
+    let protected: Vec<_> = impacts.iter().map(reach).map(|[from, to]| from..to + 2).collect();
+    let min_noise: Vec<f64> = channels
+        .iter()
+        .map(|channel| rounding_noise(rounding_step(&channel.samples), samples))
+        .collect();
+    // A force that goes on may be made of short pulses that look like spikes.
+    let channels: Vec<Cow<'_, Channel>> = channels
+        .iter()
+        .map(|channel| match impacts.is_empty() {
+            true => Cow::Borrowed(*channel),
+            false => without_spikes(channel, rate_hz, &protected, notes),
+        })
+        .collect();
+    let moves: Vec<Vec<f64>> = channels.iter().map(|c| without_offset(&c.samples)).collect();
+    let moves: Vec<&[f64]> = moves.iter().map(Vec::as_slice).collect();
+    let (force_noise, averaged) = if impacts.is_empty() {
+        (None, over_stretches(&force, &moves, rate_hz))
+    } else {
+        let noise = silence_outside(&mut force, &impacts);
+        (Some(noise), over_impacts(&force, &moves, &impacts, rate_hz))
+    };
+    let spectra: Vec<Vec<C64>> = moves.iter().map(|m| transform(m)).collect();
+    let cut = [(samples, spectra)];
+    let band = band(sampling, &cut, notes);
+    let lines = lines(samples, rate_hz, band, notes);
+    if lines.is_empty() {
+        notes.warning(Code::NoModes, None, NO_LINES);
+        return None;
+    }
+    let [(_, spectra)] = cut;
+    let pulses = force_samples(&force, &impacts);
+    let drive = transform(&force)[lines.clone()].to_vec();
+    let drive_error = force_noise.map_or_else(Vec::new, |noise| {
+        let variance = noise.powi(2) * pulses.len() as f64;
+        drive.iter().map(|f| drive_error(variance, f.norm_sqr())).collect()
+    });
+    let origin = Origin::Sampled { step_s: rate_hz.recip(), samples, force: Some(pulses) };
+    let block = Block {
+        drive,
+        drive_error,
+        min_noise,
+        begins_moving: impacts.is_empty(),
+        ..Block::new(origin, omega(&lines, samples, rate_hz), on_lines(&spectra, &lines))
+    };
+    let window_decay = match averaged.as_ref().map(|averaged| averaged.window) {
+        Some(Window::ForceExponential { decay_per_s }) => decay_per_s,
+        _ => 0.0,
+    };
+    Some(Prepared {
+        responses,
+        blocks: vec![block],
+        starts_from: averaged.iter().map(|averaged| within_band(averaged, band)).collect(),
+        window_decay,
+        nyquist_hz: Some(0.5 * rate_hz),
+        averaged,
+        stationary: None,
+        kind: if impacts.is_empty() { RecordKind::Steady } else { RecordKind::Hammer },
+    })
+}
+
+fn warn_of_bounces(impacts: &[Impact], excitation: &Channel, rate_hz: f64, notes: &mut Notes) {
+    for impact in impacts.iter().filter(|impact| impact.pulses > 1) {
+        let what = format!(
+            "{} pulses within one impact at {:.3} s: the hammer bounced; all of them are taken \
+             into account, but a clean impact is better",
+            impact.pulses,
+            impact.first as f64 / rate_hz
+        );
+        notes.channel_warning(Code::DoubleHit, &excitation.name, what);
+    }
+}
+
+/// Sets the force outside of the impacts to zero; the standard deviation of its noise there.
+fn silence_outside(force: &mut [f64], impacts: &[Impact]) -> f64 {
+    let mut inside = vec![false; force.len()];
+    for impact in impacts {
+        let [from, to] = reach(impact);
+        inside[from..to.min(force.len())].fill(true);
+    }
+    let mut outside = Vec::new();
+    for (f, _) in force.iter_mut().zip(&inside).filter(|(_, inside)| !**inside) {
+        outside.push(*f);
+        *f = 0.0;
+    }
+    deviation_about_zero(&outside)
+}
+
+/// The samples of the force that are not zero, each with its impact.
+fn force_samples(force: &[f64], impacts: &[Impact]) -> Vec<ForceSample> {
+    let sample = |(at, &value): (usize, &f64)| {
+        let impact = impacts.iter().position(|impact| at < reach(impact)[1]).unwrap_or(0);
+        ForceSample { at: at as f64, value, impact }
+    };
+    force.iter().enumerate().filter(|(_, f)| **f != 0.0).map(sample).collect()
+}
+
+/// Averaged frequency responses within a band, without the offset.
+fn within_band(averaged: &Averaged, [low, high]: [f64; 2]) -> SpectraOnLines {
+    let is_within = |hz: f64| hz >= low && hz <= high;
+    let within: Vec<usize> = (1..averaged.frequencies_hz.len())
+        .filter(|&k| is_within(averaged.frequencies_hz[k]))
+        .collect();
+    let omega = within.iter().map(|&k| rad_per_s_from_hz(averaged.frequencies_hz[k])).collect();
+    let pick = |h: &Vec<C64>| within.iter().map(|&k| h[k]).collect();
+    (omega, averaged.h1.iter().map(pick).collect())
+}
+
+/// Variance of a line of the force relative to its power: noise in the samples of the pulses, and
+/// what the samples miss of a short pulse.
+fn drive_error(variance: f64, power: f64) -> f64 {
+    // At most 1, where the force is lost in noise; sampling misses 0.2 % of a short pulse.
+    (variance / power.max(f64::MIN_POSITIVE)).min(1.0) + 2e-3_f64.powi(2)
+}
+
+/// First sample of an impact and one past its last, with a margin.
+fn reach(impact: &Impact) -> [usize; 2] {
+    let margin = ((impact.end - impact.first) / 2).max(1);
+    [impact.first.saturating_sub(margin), impact.end + margin]
+}

@@ -1,0 +1,131 @@
+//! Records → spectra ready for the estimation, in the band that the record fills.
+
+mod forced;
+mod given;
+mod lines;
+mod unforced;
+
+use forced::forced;
+use given::given;
+pub(super) use lines::lines_hz;
+use unforced::free;
+
+use super::estimate::subspace::Stationary;
+use super::estimate::{Block, C64};
+use super::quality::{check_channel, without_gaps};
+use super::record::{Channel, Data, Quantity, Record};
+use super::spectra::Averaged;
+use crate::notes::{Code, Notes};
+use crate::statistics::mean;
+
+const NO_LINES: &str = "is too short for any line in the band";
+
+/// A response that the estimation sees.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Response {
+    pub(super) name: String,
+    pub(super) quantity: Quantity,
+}
+
+/// Lines, rad/s, and the spectra of all responses on them.
+pub(super) type SpectraOnLines = (Vec<f64>, Vec<Vec<C64>>);
+
+/// A record ready for the estimation.
+#[derive(Debug, Clone)]
+pub(super) struct Prepared {
+    pub(super) responses: Vec<Response>,
+    pub(super) blocks: Vec<Block>,
+    /// What the linear least squares start from, and what its window adds to the decay, 1/s.
+    pub(super) starts_from: Vec<SpectraOnLines>,
+    pub(super) window_decay: f64,
+    /// Half the sampling rate, Hz, where there is one.
+    pub(super) nyquist_hz: Option<f64>,
+    /// Averaged frequency responses of records with force.
+    pub(super) averaged: Option<Averaged>,
+    /// How the record was taken.
+    pub(super) kind: RecordKind,
+    /// Responses to a force that goes on and that nobody measured; there are no blocks then.
+    pub(super) stationary: Option<Stationary>,
+}
+
+/// How the arm was excited, as far as the record shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RecordKind {
+    /// Force pulses.
+    Hammer,
+    /// A force that goes on.
+    Steady,
+    /// No force channel, and the response decays.
+    FreeDecay,
+    /// No force channel, and the response goes on.
+    RandomResponse,
+    /// Frequency responses as the instrument made them.
+    GivenResponses,
+}
+
+impl Prepared {
+    /// Without windows or averages; the linear least squares start from the blocks themselves.
+    fn of(kind: RecordKind, responses: Vec<Response>, blocks: Vec<Block>) -> Self {
+        let starts_from =
+            blocks.iter().map(|block| (block.omega.clone(), block.spectra.clone())).collect();
+        Self {
+            responses,
+            blocks,
+            starts_from,
+            window_decay: 0.0,
+            nyquist_hz: None,
+            averaged: None,
+            kind,
+            stationary: None,
+        }
+    }
+}
+
+/// What is asked of a record beside its samples.
+#[derive(Debug, Clone, Copy)]
+struct Sampling {
+    rate_hz: f64,
+    band_hz: Option<[f64; 2]>,
+}
+
+/// Cuts and transforms a record; `None` (with a warning) where there is nothing to fit.
+pub(super) fn prepare(
+    record: &Record,
+    band_hz: Option<[f64; 2]>,
+    notes: &mut Notes,
+) -> Option<Prepared> {
+    match &record.data {
+        Data::Responses(functions) => given(functions, band_hz, notes),
+        Data::Time { sample_rate_hz, excitation, responses } => {
+            let usable: Vec<&Channel> =
+                responses.iter().filter(|channel| check_channel(channel, false, notes)).collect();
+            let usable = without_gaps(usable, *sample_rate_hz, notes);
+            if usable.is_empty() {
+                notes.warning(Code::NoModes, None, "has no response that moves");
+                return None;
+            }
+            let sampling = Sampling { rate_hz: *sample_rate_hz, band_hz };
+            match excitation {
+                Some(force) if check_channel(force, true, notes) => {
+                    forced(sampling, force, &usable, notes)
+                }
+                Some(_) => {
+                    let what = "the excitation does not move, so the force is unknown";
+                    notes.warning(Code::NoModes, None, what);
+                    None
+                }
+                None => free(sampling, &usable, notes),
+            }
+        }
+    }
+}
+
+fn responses_of(channels: &[&Channel]) -> Vec<Response> {
+    let response = |c: &&Channel| Response { name: c.name.clone(), quantity: c.quantity };
+    channels.iter().map(response).collect()
+}
+
+fn without_offset(samples: &[f64]) -> Vec<f64> {
+    let offset = if samples.is_empty() { 0.0 } else { mean(samples) };
+    samples.iter().map(|s| s - offset).collect()
+}

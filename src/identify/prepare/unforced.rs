@@ -1,0 +1,175 @@
+//! Responses whose force nobody measured: free decays, or responses to a force that goes on.
+
+use std::borrow::Cow;
+
+use super::lines::{band, lines, omega, on_lines, rounding_noise};
+use super::{NO_LINES, Prepared, RecordKind, Sampling, responses_of, without_offset};
+use crate::identify::estimate::subspace::Stationary;
+use crate::identify::estimate::{Block, C64, Origin};
+use crate::identify::impacts::{Decay, decays};
+use crate::identify::quality::{rounding_step, without_spikes};
+use crate::identify::record::Channel;
+use crate::identify::spectra::{resampled, transform};
+use crate::notes::{Code, Notes};
+use crate::statistics::{median, rank_with_order, rms, upper_median};
+
+/// Shorter decays are left out.
+const MIN_DECAY_SAMPLES: usize = 24;
+
+pub(super) fn free(
+    sampling: Sampling,
+    channels: &[&Channel],
+    notes: &mut Notes,
+) -> Option<Prepared> {
+    let rate_hz = sampling.rate_hz;
+    let responses = responses_of(channels);
+    let steps: Vec<Option<f64>> =
+        channels.iter().map(|channel| rounding_step(&channel.samples)).collect();
+    let channels: Vec<Cow<'_, Channel>> =
+        channels.iter().map(|channel| without_spikes(channel, rate_hz, &[], notes)).collect();
+    if goes_on(&channels, rate_hz) {
+        let whole: Vec<Vec<f64>> = channels.iter().map(|c| without_offset(&c.samples)).collect();
+        let samples = whole.first().map_or(0, Vec::len);
+        let cut = [(samples, whole.iter().map(|samples| transform(samples)).collect())];
+        let band_hz = band(sampling, &cut, notes);
+        let prepared = Prepared::of(RecordKind::RandomResponse, responses, Vec::new());
+        return Some(Prepared {
+            nyquist_hz: Some(0.5 * rate_hz),
+            stationary: Some(stationary(rate_hz, band_hz, whole)),
+            ..prepared
+        });
+    }
+    let decays = long_decays(&channels, rate_hz, notes)?;
+    let cut: Vec<(usize, Vec<Vec<C64>>)> = decays
+        .iter()
+        .map(|decay| {
+            let of = |channel: &Cow<'_, Channel>| {
+                transform(&without_offset(&channel.samples[decay.from..decay.to]))
+            };
+            (decay.to - decay.from, channels.iter().map(of).collect())
+        })
+        .collect();
+    let band = band(sampling, &cut, notes);
+    let mut blocks = Vec::new();
+    for (samples, spectra) in cut {
+        let lines = lines(samples, rate_hz, band, notes);
+        let origin = Origin::Sampled { step_s: rate_hz.recip(), samples, force: None };
+        blocks.push(Block {
+            min_noise: steps.iter().map(|step| rounding_noise(*step, samples)).collect(),
+            ..Block::new(origin, omega(&lines, samples, rate_hz), on_lines(&spectra, &lines))
+        });
+    }
+    blocks.retain(|block| !block.omega.is_empty());
+    if blocks.is_empty() {
+        notes.warning(Code::NoModes, None, NO_LINES);
+        return None;
+    }
+    let prepared = Prepared::of(RecordKind::FreeDecay, responses, blocks);
+    Some(Prepared { nyquist_hz: Some(0.5 * rate_hz), ..prepared })
+}
+
+/// Responses at the rate that the band needs.
+fn stationary(rate_hz: f64, band_hz: [f64; 2], responses: Vec<Vec<f64>>) -> Stationary {
+    /// Samples per period of the highest frequency.
+    const PER_PERIOD: f64 = 2.5;
+    let samples = responses.first().map_or(0, Vec::len);
+    let share = PER_PERIOD * band_hz[1] / rate_hz;
+    if share > 0.8 {
+        return Stationary { rate_hz, band_hz, responses };
+    }
+    let count = (share * samples as f64).ceil() as usize;
+    let responses = responses.iter().map(|own| resampled(own, count)).collect();
+    Stationary { rate_hz: rate_hz * count as f64 / samples as f64, band_hz, responses }
+}
+
+/// Responses about their middle.
+fn level(channels: &[Cow<'_, Channel>]) -> Vec<Vec<f64>> {
+    let about = |channel: &Cow<'_, Channel>| {
+        let middle = upper_median(&channel.samples).unwrap_or(0.0);
+        channel.samples.iter().map(|s| s - middle).collect()
+    };
+    channels.iter().map(about).collect()
+}
+
+/// Whether the responses go on all the time, as under a random force, instead of decaying: their
+/// values spread like Gaussian noise, and their energy does not fall from one impact to the next.
+fn goes_on(channels: &[Cow<'_, Channel>], rate_hz: f64) -> bool {
+    /// Kurtosis: 3 for Gaussian noise, 1.5 for a tone; decays have many small values.
+    const KURTOSIS: [f64; 2] = [2.0, 5.0];
+    /// Energy of the last third of a decay against the first.
+    const MIN_REMAINING: f64 = 0.25;
+    /// Rank correlation of energy with time, over parts of a decay.
+    const MIN_RANK: f64 = -0.8;
+    const PARTS: usize = 12;
+    let level = level(channels);
+    let borrowed: Vec<&[f64]> = level.iter().map(Vec::as_slice).collect();
+    let kurtosis = |y: &Vec<f64>| {
+        let square = rms(y.iter().copied()).powi(2);
+        y.iter().map(|y| y.powi(4)).sum::<f64>() / y.len() as f64 / square.powi(2)
+    };
+    let spread = median(level.iter().map(kurtosis).collect()).unwrap_or(0.0);
+    if !(KURTOSIS[0]..=KURTOSIS[1]).contains(&spread) {
+        return false;
+    }
+    let sizes: Vec<f64> = level.iter().map(|y| rms(y.iter().copied())).collect();
+    let energy = |from: usize, to: usize| -> f64 {
+        let own = level.iter().zip(&sizes);
+        own.map(|(y, size)| y[from..to].iter().map(|y| (y / size).powi(2)).sum::<f64>()).sum()
+    };
+    let samples = level.first().map_or(0, Vec::len);
+    let mut stretches = decays(&borrowed, rate_hz);
+    stretches.retain(|decay| decay.to - decay.from >= PARTS * MIN_DECAY_SAMPLES);
+    if stretches.is_empty() && samples >= PARTS * MIN_DECAY_SAMPLES {
+        stretches.push(Decay { from: 0, to: samples });
+    }
+    let (mut first, mut last, mut rank, mut whole) = (0.0, 0.0, 0.0, 0.0);
+    for Decay { from, to } in stretches {
+        let part = (to - from) / PARTS;
+        let parts: Vec<f64> =
+            (0..PARTS).map(|i| energy(from + i * part, from + (i + 1) * part)).collect();
+        first += parts[..PARTS / 3].iter().sum::<f64>();
+        last += parts[PARTS - PARTS / 3..].iter().sum::<f64>();
+        rank += rank_with_order(&parts) * (to - from) as f64;
+        whole += (to - from) as f64;
+    }
+    whole > 0.0 && last > MIN_REMAINING * first && rank > MIN_RANK * whole
+}
+
+/// The decays that are long enough; `None` (with a warning) where there is none.
+fn long_decays(
+    channels: &[Cow<'_, Channel>],
+    rate_hz: f64,
+    notes: &mut Notes,
+) -> Option<Vec<Decay>> {
+    let level = level(channels);
+    let level: Vec<&[f64]> = level.iter().map(Vec::as_slice).collect();
+    let found = decays(&level, rate_hz);
+    let is_long = |decay: &Decay| decay.to - decay.from >= MIN_DECAY_SAMPLES;
+    let long: Vec<Decay> = found.iter().copied().filter(is_long).collect();
+    warn_of_cut_decays(&found, &long, rate_hz, notes);
+    if long.is_empty() {
+        let what = format!(
+            "has no free decay of {MIN_DECAY_SAMPLES} samples or more; was the record cut before \
+             the impact?"
+        );
+        notes.warning(Code::NoModes, None, what);
+        return None;
+    }
+    Some(long)
+}
+
+/// A decay that another impact cuts short is a double hit.
+fn warn_of_cut_decays(found: &[Decay], long: &[Decay], rate_hz: f64, notes: &mut Notes) {
+    let longest = long.iter().map(|decay| decay.to - decay.from).max().unwrap_or(0);
+    for decay in &found[..found.len().saturating_sub(1)] {
+        if 4 * (decay.to - decay.from) < longest {
+            let what = format!(
+                "the decay that begins at {:.3} s is cut short by a second impact at {:.3} s; hit \
+                 once and wait",
+                decay.from as f64 / rate_hz,
+                decay.to as f64 / rate_hz
+            );
+            notes.warning(Code::DoubleHit, None, what);
+        }
+    }
+}
