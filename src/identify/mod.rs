@@ -18,6 +18,7 @@ mod prepare;
 mod quality;
 pub mod record;
 pub mod record_modes;
+mod references;
 pub mod session;
 pub mod spectra;
 pub mod stiffness;

@@ -8,6 +8,7 @@ use super::estimate::{C64, PoleEstimate};
 use super::links::{LinkRotation, rotations};
 use super::prepare::{Prepared, RecordKind, Response};
 use super::record::Record;
+use super::references::{PointPart, PointShape};
 use crate::notes::Code;
 use crate::units::hz_from_rad_per_s;
 
@@ -26,7 +27,8 @@ pub struct ShapePart {
     pub std: f64,
     /// Where a force was measured: φ_response·φ_reference of the receptance Σ φφ/(ω_r² − ω² +
     /// 2iζω_rω), 1/kg (where a quantity is not known: in the response's unit over N); real and
-    /// imaginary part.
+    /// imaginary part. Of several references: for a force at the shape's largest part, where it is
+    /// known.
     #[serde(skip_serializing_if = "Option::is_none", serialize_with = "both")]
     #[schemars(with = "Option<[f64; 2]>")]
     pub modal_constant: Option<C64>,
@@ -73,6 +75,9 @@ pub struct Mode {
     /// Relative change of the frequency at the record's largest amplitudes, where it depends on
     /// amplitude: the frequency is then that of small amplitudes.
     pub drift: Option<f64>,
+    /// Share of the residues' power over several references that is not of one shape, beyond what
+    /// noise makes; `None` of one reference.
+    pub apart: Option<f64>,
     /// Rotation of each link with marked points.
     pub links: Vec<LinkRotation>,
     /// What else it may be: such a mode stays out of the table of modes.
@@ -102,6 +107,7 @@ pub(super) fn mode_of(record: &Record, prepared: &Prepared, pole: &PoleEstimate)
                 .collect()
         })
         .collect();
+    let over_points = prepared.pairs.as_ref().map(|pairs| pairs.shape(&moves[0]));
     let (shape, reference) = common_shape(&moves, count);
     let strongest = moves.iter().map(|block| block[reference].0.norm()).fold(0.0, f64::max);
     let constants: Option<Vec<C64>> = scaled(prepared).map(|per_step| {
@@ -124,7 +130,11 @@ pub(super) fn mode_of(record: &Record, prepared: &Prepared, pole: &PoleEstimate)
         mass_normalised: driving.and_then(|driving| Some(constants.as_ref()?[i] / driving)),
     });
     let amplitude = (prepared.kind == RecordKind::FreeDecay).then_some(2.0 * strongest);
-    let parts: Vec<ShapePart> = parts.collect();
+    let per_residue = scaled(prepared).map(|per_step| C64::new(0.0, 2.0 * lambda.im * per_step));
+    let parts: Vec<ShapePart> = match &over_points {
+        Some(points) => parts_over_points(points, per_residue),
+        None => parts.collect(),
+    };
     let at_channel = |name: &str| {
         let part = parts.iter().find(|part| part.response == name)?;
         Some((part.value, part.std))
@@ -140,8 +150,34 @@ pub(super) fn mode_of(record: &Record, prepared: &Prepared, pole: &PoleEstimate)
         coherence: coherence(prepared, hz_from_rad_per_s(pole.pole.omega())),
         support: 0.0,
         drift: pole.drift,
+        apart: over_points.map(|points| (points.apart - points.by_noise).max(0.0)),
         suspicion: None,
     }
+}
+
+/// The parts of a shape over points; `per_residue` turns a residue into a modal constant.
+fn parts_over_points(points: &PointShape, per_residue: Option<C64>) -> Vec<ShapePart> {
+    let largest = points.parts.iter().max_by(|a, b| a.1.norm().total_cmp(&b.1.norm()));
+    let unit = largest.map_or(C64::new(1.0, 0.0), |part| part.1);
+    let size = unit.norm().max(f64::MIN_POSITIVE);
+    let of_unit = largest.map_or(0.0, |part| part.2);
+    let root = per_residue.filter(|_| points.is_scaled).map(|factor| factor.sqrt());
+    let part = |(name, value, std): &PointPart| {
+        let relative = value / unit;
+        let is_unit = largest.is_some_and(|part| part.0 == *name);
+        ShapePart {
+            response: name.clone(),
+            value: if is_unit { C64::new(1.0, 0.0) } else { relative },
+            std: if is_unit { 0.0 } else { std.hypot(relative.norm() * of_unit) / size },
+            modal_constant: root.map(|root| value * unit * root * root),
+            mass_normalised: root.map(|root| {
+                // The sign of a shape is free: its largest part is positive.
+                let turn = if (unit * root).re < 0.0 { -1.0 } else { 1.0 };
+                value * root * turn
+            }),
+        }
+    };
+    points.parts.iter().map(part).collect()
 }
 
 /// What a residue must be multiplied by to be one of the continuous receptance; `None` without

@@ -58,6 +58,8 @@ pub struct Channel {
 pub struct Frf {
     /// Name of the response.
     pub name: String,
+    /// Name of the point that was excited, with its direction.
+    pub reference: String,
     /// What the response measures; the excitation is a force.
     pub quantity: Quantity,
     /// Frequencies, Hz, ascending, positive.
@@ -78,8 +80,35 @@ pub enum Data {
         /// What the arm did.
         responses: Vec<Channel>,
     },
+    /// Channels sampled together at times that are not even, as telephones have them.
+    Uneven {
+        /// When, s, rising; as many as each channel has samples.
+        times_s: Vec<f64>,
+        /// The force, if it was measured.
+        excitation: Option<Channel>,
+        /// What the arm did.
+        responses: Vec<Channel>,
+    },
     /// Frequency responses that the measuring instrument made.
     Responses(Vec<Frf>),
+}
+
+impl Data {
+    /// Samples per second, the mean of them where they are uneven; `None` for frequency responses.
+    pub fn sample_rate_hz(&self) -> Option<f64> {
+        match self {
+            Self::Time { sample_rate_hz, .. } => Some(*sample_rate_hz),
+            Self::Uneven { times_s, .. } => mean_rate_hz(times_s),
+            Self::Responses(_) => None,
+        }
+    }
+}
+
+/// Samples per second over all of the times; `None` where they do not rise.
+pub fn mean_rate_hz(times_s: &[f64]) -> Option<f64> {
+    let [first, .., last] = times_s else { return None };
+    let rate = (times_s.len() - 1) as f64 / (last - first);
+    (rate.is_finite() && rate > 0.0).then_some(rate)
 }
 
 /// A marked point on a link, as the camera sees it.

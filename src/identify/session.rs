@@ -12,7 +12,7 @@ use serde::Serialize;
 use super::links::LinkRotation;
 use super::mode::Mode;
 use super::pose::{JointColumn, Pose};
-use super::record::{Conditions, Data, Measurement, Session};
+use super::record::{Conditions, Measurement, Session};
 use super::record_modes::{IdentifiedRecord, identify_record};
 use super::table::{MeasuredRotation, ModeRow, ModeTable, RotationAxis};
 use crate::notes::{Code, Note, Part, Place};
@@ -159,10 +159,7 @@ pub fn identify_session(session: &Session, progress: Progress<'_>) -> Identified
 }
 
 fn rate(measurement: &Measurement) -> Option<f64> {
-    match &measurement.record.data {
-        Data::Time { sample_rate_hz, .. } => Some(*sample_rate_hz),
-        Data::Responses(_) => None,
-    }
+    measurement.record.data.sample_rate_hz()
 }
 
 fn is_same(a: &Measurement, b: &Measurement) -> bool {

@@ -27,7 +27,8 @@ pub(super) fn check(
             coherence(prepared, mode, notes);
             force(prepared, mode, notes);
         }
-        near_half_the_rate(prepared, mode, notes);
+        may_be_folded(prepared, mode, notes);
+        one_shape(mode, notes);
     }
 }
 
@@ -126,30 +127,42 @@ fn tones(
     mode.suspicion = is_unforced.then_some(Code::Tone);
 }
 
-/// A fitted pole that is no mode: damping may be zero, or nothing but the fit supports it.
+/// A fitted pole that is no mode: damping may be zero, or nothing but the fit supports it. One that
+/// is known well but that no order has is listed, and told.
 fn uncertain(mode: &mut Mode, notes: &mut Notes) {
     /// Relative standard deviation of vague damping, where no order of the stabilisation diagram
     /// has the mode.
     const VAGUE_DAMPING: f64 = 0.5;
+    if mode.suspicion.is_some() {
+        return;
+    }
     let is_vague = mode.frequency_std_hz / mode.frequency_hz.max(f64::MIN_POSITIVE) > 3e-3;
     let has_no_damping = mode.damping_ratio <= 0.0;
     let is_unknown = is_vague && mode.damping_std > mode.damping_ratio;
-    let is_alone =
-        mode.support == 0.0 && (is_vague || mode.damping_std > VAGUE_DAMPING * mode.damping_ratio);
-    if mode.suspicion.is_some() || !(has_no_damping || is_unknown || is_alone) {
+    let is_alone = mode.support == 0.0;
+    let is_unsettled = has_no_damping
+        || is_unknown
+        || is_alone && (is_vague || mode.damping_std > VAGUE_DAMPING * mode.damping_ratio);
+    if !is_unsettled && !is_alone {
         return;
     }
-    let what = format!(
-        "{:.3} ± {:.3} Hz with damping ratio {:.5} ± {:.5}, in {:.0} % of the orders, is too \
-         uncertain to be a mode: left out of the table",
+    let found = format!(
+        "{:.3} ± {:.3} Hz with damping ratio {:.5} ± {:.5}, in {:.0} % of the orders,",
         mode.frequency_hz,
         mode.frequency_std_hz,
         mode.damping_ratio,
         mode.damping_std,
         percent_from_ratio(mode.support)
     );
+    let what = match is_unsettled {
+        true => format!("{found} is too uncertain to be a mode: left out of the table"),
+        false => format!(
+            "{found} is supported by the fit alone: compare it with another record, or with the \
+             spectrum, before you trust it"
+        ),
+    };
     notes.warning(Code::Unsettled, None, what);
-    mode.suspicion = Some(Code::Unsettled);
+    mode.suspicion = is_unsettled.then_some(Code::Unsettled);
 }
 
 /// Leakage, and records too short.
@@ -264,15 +277,46 @@ fn force(prepared: &Prepared, mode: &Mode, notes: &mut Notes) {
     }
 }
 
-fn near_half_the_rate(prepared: &Prepared, mode: &Mode, notes: &mut Notes) {
-    let Some(nyquist) = prepared.nyquist_hz else { return };
-    if mode.suspicion.is_none() && mode.frequency_hz > 0.75 * nyquist {
-        let what = format!(
-            "{:.3} Hz lies near half the sampling rate ({nyquist:.1} Hz): without an anti-aliasing \
+/// Frequencies that may be folded: near half the sampling rate, or anywhere where the rate is so
+/// low that an arm's own modes lie above half of it.
+fn may_be_folded(prepared: &Prepared, mode: &Mode, notes: &mut Notes) {
+    /// Cameras and telephones below this rate have modes of an arm above half of it, and no filter.
+    const LOW_RATE_HZ: f64 = 100.0;
+    /// Near half the sampling rate, as a share of it.
+    const NEAR: f64 = 0.75;
+    let Some(nyquist) = prepared.nyquist_hz.filter(|_| mode.suspicion.is_none()) else { return };
+    let (hz, rate) = (mode.frequency_hz, 2.0 * nyquist);
+    let what = if rate < LOW_RATE_HZ {
+        format!(
+            "{hz:.3} Hz may be an alias: at {rate} samples/s modes at {:.3} and {:.3} Hz look the \
+             same, and arms have modes there; record once more at another sampling rate",
+            rate - hz,
+            rate + hz
+        )
+    } else if hz > NEAR * nyquist {
+        format!(
+            "{hz:.3} Hz lies near half the sampling rate ({nyquist:.1} Hz): without an anti-aliasing \
              filter it may be an alias of {:.3} Hz; record once more at another sampling rate",
-            mode.frequency_hz,
-            2.0 * nyquist - mode.frequency_hz
+            rate - hz
+        )
+    } else {
+        return;
+    };
+    notes.warning(Code::MayBeFolded, None, what);
+}
+
+/// Residues over several references must be of one shape.
+fn one_shape(mode: &Mode, notes: &mut Notes) {
+    /// Share of their power.
+    const MOST: f64 = 0.05;
+    if let Some(apart) = mode.apart.filter(|apart| *apart > MOST) {
+        let what = format!(
+            "{:.0} % of the mode at {:.3} Hz over the references are not of one shape: directions \
+             or places of the points are wrong, the arm changed between the hits, or two modes lie \
+             there",
+            percent_from_ratio(apart),
+            mode.frequency_hz
         );
-        notes.warning(Code::MayBeFolded, None, what);
+        notes.warning(Code::Disagreement, None, what);
     }
 }

@@ -234,7 +234,9 @@ impl Reader<'_> {
         }
         let data = self.data(&Source { index, record, name: &name, file: &file })?;
         let responses: Vec<String> = match &data {
-            Data::Time { responses, .. } => responses.iter().map(|c| c.name.clone()).collect(),
+            Data::Time { responses, .. } | Data::Uneven { responses, .. } => {
+                responses.iter().map(|c| c.name.clone()).collect()
+            }
             Data::Responses(functions) => functions.iter().map(|f| f.name.clone()).collect(),
         };
         let driving_point =

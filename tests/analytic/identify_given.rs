@@ -43,6 +43,7 @@ fn analysed(modes: &[TrueMode], rate: f64, seconds: f64, ripple: f64, seed: u64)
         });
         Frf {
             name: format!("r{i}"),
+            reference: "f".into(),
             quantity: Quantity::Acceleration,
             frequencies_hz: lines.clone().map(|k| k as f64 / seconds).collect(),
             values: values.collect(),

@@ -22,6 +22,7 @@ mod doubts;
 mod first;
 mod hard;
 mod identify;
+mod identify_records;
 mod lobes;
 mod many;
 mod map;

@@ -1,6 +1,7 @@
 //! A record as CSV: a header, then one row a sample. A column `time` or `t`, in seconds or with its
 //! unit (`time_s`, `t [ms]`), is time; all others are channels. A header that was written as a
-//! comment, as numpy does, is taken for the header.
+//! comment, as numpy does, is taken for the header. Times may be uneven, as a telephone's are; a
+//! jump by far more than they usually vary is a loss of samples.
 
 use std::io::Read;
 use std::path::Path;
@@ -64,16 +65,21 @@ pub(super) fn read(path: &Path) -> Result<Recording, Vec<Note>> {
         let what = format!("has {} samples, must have at least {MIN_SAMPLES}", lines.len());
         notes.error(Code::TooLittleData, None, what);
     }
-    let sample_rate_hz = match time {
+    let clock = match time {
         Some((index, to_s)) if notes.errors() == 0 => {
             let times: Vec<f64> = columns[index].iter().map(|t| to_s(*t)).collect();
-            rate(&times, &lines, &header[index], &mut notes)
+            clock(times, &lines, &header[index], &mut notes)
         }
         _ => None,
     };
     if notes.errors() > 0 {
         return Err(notes.finish().0);
     }
+    let (sample_rate_hz, times_s) = match clock {
+        Some(Clock::Even { rate_hz }) => (Some(rate_hz), None),
+        Some(Clock::Uneven { times_s }) => (None, Some(times_s)),
+        None => (None, None),
+    };
     let is_time = |index: usize| time.is_some_and(|(time, _)| time == index);
     let of_channels =
         header.into_iter().zip(columns).enumerate().filter(|&(index, _)| !is_time(index));
@@ -83,6 +89,7 @@ pub(super) fn read(path: &Path) -> Result<Recording, Vec<Note>> {
     });
     Ok(Recording {
         sample_rate_hz,
+        times_s,
         channels: channels.collect(),
         header_line: Some(header_line),
         warnings: notes.finish().1,
@@ -159,8 +166,14 @@ fn check_header(header: &[String], line: usize, notes: &mut Notes) {
     }
 }
 
-/// Samples per second, from times in even steps.
-fn rate(times: &[f64], lines: &[usize], title: &str, notes: &mut Notes) -> Option<f64> {
+/// How the samples lie in time.
+enum Clock {
+    Even { rate_hz: f64 },
+    Uneven { times_s: Vec<f64> },
+}
+
+/// The clock of a column of times; `None` (with an error) where it lost samples or goes back.
+fn clock(times: Vec<f64>, lines: &[usize], title: &str, notes: &mut Notes) -> Option<Clock> {
     let (&first, &last) = (times.first()?, times.last()?);
     let step = (last - first) / (times.len() - 1) as f64;
     if step <= 0.0 || !step.is_finite() {
@@ -171,49 +184,52 @@ fn rate(times: &[f64], lines: &[usize], title: &str, notes: &mut Notes) -> Optio
         );
         return None;
     }
-    for (k, (time, line)) in times.iter().zip(lines).enumerate() {
-        let even = first + k as f64 * step;
-        if (time - even).abs() > UNEVEN * step {
-            if let Some((line, what)) = jump(times, lines, title) {
-                notes.error(Code::Value, line, what);
-                return None;
-            }
-            let what = format!(
-                "{title} is {time} s, must be {even:.6} s for even steps of {step:.6} s; resample \
-                    the record, or look for lost samples"
-            );
-            notes.error(Code::Value, *line, what);
-            return None;
-        }
+    let off = |(k, time): (usize, &f64)| (time - first - k as f64 * step).abs();
+    let most_off = times.iter().enumerate().map(off).fold(0.0, f64::max);
+    if most_off <= UNEVEN * step {
+        return Some(Clock::Even { rate_hz: whole(step.recip(), 2.0 * most_off / (last - first)) });
     }
-    let most_off = times
-        .iter()
-        .enumerate()
-        .map(|(k, time)| (time - first - k as f64 * step).abs())
-        .fold(0.0, f64::max);
-    Some(whole(step.recip(), 2.0 * most_off / (last - first)))
+    if let Some((line, what)) = jump(&times, lines, title) {
+        notes.error(Code::Value, line, what);
+        return None;
+    }
+    Some(Clock::Uneven { times_s: times })
 }
 
-/// The first jump of the times by more than they usually move, with its line.
+/// The first step back, or the first jump by far more than the times usually move, with its line.
 fn jump(times: &[f64], lines: &[usize], title: &str) -> Option<(usize, String)> {
-    /// Usual steps in a jump.
-    const MOST: f64 = 1.5;
-    let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    /// Usual steps in a jump, at least.
+    const LEAST: f64 = 1.5;
+    /// A jump is so many times as far from the usual step as nine tenths of all steps are.
+    const FAR: f64 = 5.0;
+    const MOST_STEPS: f64 = 0.9;
+    let moves = || times.windows(2).map(|pair| pair[1] - pair[0]);
+    if let Some(k) = moves().position(|step| step <= 0.0) {
+        let what = format!(
+            "{title} goes from {} s to {} s, must rise from row to row",
+            times[k],
+            times[k + 1]
+        );
+        return Some((lines[k + 1], what));
+    }
+    let mut steps: Vec<f64> = moves().collect();
     let middle = steps.len() / 2;
     let usual = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
-    let k = times.windows(2).position(|pair| pair[1] - pair[0] > MOST * usual)?;
+    steps.iter_mut().for_each(|step| *step = (*step - usual).abs());
+    let most = ((MOST_STEPS * steps.len() as f64) as usize).min(steps.len() - 1);
+    let spread = *steps.select_nth_unstable_by(most, f64::total_cmp).1;
+    let limit = (usual + FAR * spread).max(LEAST * usual);
+    let k = moves().position(|step| step > limit)?;
     let [before, after] = [times[k], times[k + 1]];
-    (usual > 0.0).then(|| {
-        let lost = match ((after - before) / usual).round() - 1.0 {
-            lost if lost < 1.5 => "a sample is".to_owned(),
-            lost => format!("about {lost:.0} samples are"),
-        };
-        let what = format!(
-            "{title} goes from {before} s to {after} s, must go on in even steps of {usual:.6} s: \
-                {lost} lost; record again, or keep the part before or after"
-        );
-        (lines[k + 1], what)
-    })
+    let lost = match ((after - before) / usual).round() - 1.0 {
+        lost if lost < 1.5 => "a sample is".to_owned(),
+        lost => format!("about {lost:.0} samples are"),
+    };
+    let what = format!(
+        "{title} goes from {before} s to {after} s, must go on in steps of about {usual:.6} s: \
+            {lost} lost; record again, or keep the part before or after"
+    );
+    Some((lines[k + 1], what))
 }
 
 /// A rate that the times give within `share` is the whole number that it may be.
@@ -252,11 +268,30 @@ mod tests {
         let lost = rows(|k| f64::from(if k < 9 { k } else { k + 1 }) / 140.0);
         let reported = reported(&format!("time_s,x_mm\n{lost}")).unwrap_err();
         assert!(
-            reported[0].contains("even steps") && reported[0].contains("a sample is lost"),
+            reported[0].contains("steps of about 0.007")
+                && reported[0].contains("a sample is lost"),
             "{reported:?}"
         );
         // Below the head and nine rows.
         assert!(reported[0].starts_with("11: "), "{reported:?}");
+    }
+
+    /// Off by up to a third of a step, as a telephone's are; a gap of three steps is a loss, and
+    /// times that go back are a fault.
+    #[test]
+    fn uneven_times_are_kept_and_gaps_in_them_are_losses() {
+        let shift = |k: u32| 0.3 * (f64::from(k * k) * 0.7).sin();
+        let uneven = |k: u32| (f64::from(k) + shift(k)) * 0.01;
+        let found = reported(&format!("t,x\n{}", rows(uneven))).unwrap();
+        let times = found.times_s.unwrap();
+        assert_eq!((found.sample_rate_hz, times.len()), (None, 20));
+        assert!(times.iter().zip(0..).all(|(t, k)| (t - uneven(k)).abs() < 1e-3));
+        let lost = |k: u32| uneven(k) + if k < 9 { 0.0 } else { 0.03 };
+        let told = reported(&format!("t,x\n{}", rows(lost))).unwrap_err();
+        assert!(told[0].starts_with("11: ") && told[0].contains("3 samples are lost"), "{told:?}");
+        let back = |k: u32| uneven(k) - if k == 9 { 0.02 } else { 0.0 };
+        let told = reported(&format!("t,x\n{}", rows(back))).unwrap_err();
+        assert!(told[0].starts_with("11: ") && told[0].contains("must rise"), "{told:?}");
     }
 
     #[test]

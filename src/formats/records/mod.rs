@@ -50,6 +50,8 @@ pub(crate) struct Function {
 pub(crate) struct Recording {
     /// Samples per second, where the file states them.
     pub(crate) sample_rate_hz: Option<f64>,
+    /// When the samples were taken, s, where that is not in even steps.
+    pub(crate) times_s: Option<Vec<f64>>,
     pub(crate) channels: Vec<Channel>,
     pub(crate) functions: Vec<Function>,
     /// Line of the header of a table, of which all columns but time are channels.

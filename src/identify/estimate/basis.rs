@@ -113,6 +113,9 @@ impl Block {
 
     /// Columns with real factors that stand for what lies outside the band, and for drift.
     pub(in crate::identify) fn background(&self) -> Vec<Vec<C64>> {
+        if self.bend > 0 {
+            return self.bent_background();
+        }
         let highest = self.highest();
         let mut columns = Vec::new();
         let degree = match &self.origin {
@@ -137,6 +140,33 @@ impl Block {
             // Modes below the band.
             Origin::Responses { .. } => columns
                 .push(self.omega.iter().map(|w| C64::new(-(highest / w).powi(2), 0.0)).collect()),
+        }
+        columns
+    }
+
+    /// Skirts of modes outside of a band that was cut out: polynomials with complex factors
+    /// (Legendre's, over the band), times the force; and that of drift.
+    fn bent_background(&self) -> Vec<Vec<C64>> {
+        let (first, last) = (self.omega.first().copied().unwrap_or(0.0), self.highest());
+        let place = |w: f64| (2.0 * w - first - last) / (last - first).max(f64::MIN_POSITIVE);
+        let drive = |k: usize| self.drive.get(k).copied().unwrap_or(C64::new(1.0, 0.0));
+        let (mut before, mut now) = (vec![0.0; self.omega.len()], vec![1.0; self.omega.len()]);
+        let mut columns = Vec::new();
+        for degree in 0..=2 + 2 * self.bend {
+            for factor in [C64::new(1.0, 0.0), C64::new(0.0, 1.0)] {
+                let column = now.iter().enumerate().map(|(k, p)| drive(k) * factor * *p);
+                columns.push(column.collect());
+            }
+            let n = degree as f64;
+            let next = self.omega.iter().zip(now.iter().zip(&before)).map(|(w, (now, before))| {
+                ((2.0 * n + 1.0) * place(*w) * now - n * before) / (n + 1.0)
+            });
+            let next = next.collect();
+            before = std::mem::replace(&mut now, next);
+        }
+        if let Origin::Sampled { step_s, .. } = &self.origin {
+            let drift = |w: &f64| (1.0 - C64::from_polar(1.0, -w * step_s)).inv();
+            columns.push(self.omega.iter().map(drift).collect());
         }
         columns
     }

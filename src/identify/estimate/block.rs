@@ -56,6 +56,12 @@ pub(in crate::identify) struct Block {
     pub(in crate::identify) begins_moving: bool,
     /// Amplitudes that poles may drift with.
     pub(in crate::identify) envelopes: Vec<Envelope>,
+    /// Whether modes may lie outside of the lines, whose skirts bend the background; and how far
+    /// the background bends.
+    pub(in crate::identify) is_cut_out: bool,
+    pub(in crate::identify) bend: usize,
+    /// Power of the loudest line by response, where these lines are cut out of more; else empty.
+    pub(in crate::identify) loudest: Vec<f64>,
     /// The spectra, one for each response.
     pub(in crate::identify) spectra: Vec<Vec<C64>>,
 }
@@ -76,18 +82,20 @@ pub(in crate::identify) struct Pole {
     pub(in crate::identify) lambda: C64,
     /// Whether the force drives it; a disturbance such as a line of the mains goes its own way.
     pub(in crate::identify) is_driven: bool,
+    /// Whether it is known from elsewhere: only its residues are fitted.
+    pub(in crate::identify) is_held: bool,
     /// By envelope: how far λ moves at its highest, rad/s; `None` where it does not.
     pub(in crate::identify) rates: [Option<C64>; MAX_ENVELOPES],
 }
 
 impl Pole {
     pub(in crate::identify) fn new(lambda: C64) -> Self {
-        Self { lambda, is_driven: true, rates: [None; MAX_ENVELOPES] }
+        Self { lambda, is_driven: true, is_held: false, rates: [None; MAX_ENVELOPES] }
     }
 
-    /// Complex parameters: λ and the rates.
+    /// Complex parameters: λ and the rates; none where it is held.
     pub(in crate::identify) fn parameters(&self) -> usize {
-        1 + self.rates.iter().flatten().count()
+        if self.is_held { 0 } else { 1 + self.rates.iter().flatten().count() }
     }
 
     /// Whether it moves with any amplitude.
@@ -97,6 +105,9 @@ impl Pole {
 
     /// With its parameters, in that order, moved by real and imaginary parts in turn.
     pub(in crate::identify) fn moved(mut self, steps: &[f64]) -> Self {
+        if self.is_held {
+            return self;
+        }
         let parameters = std::iter::once(&mut self.lambda).chain(self.rates.iter_mut().flatten());
         for (parameter, step) in parameters.zip(steps.chunks_exact(2)) {
             *parameter += C64::new(step[0], step[1]);
@@ -135,6 +146,9 @@ impl Block {
             min_noise: Vec::new(),
             begins_moving: false,
             envelopes: Vec::new(),
+            is_cut_out: false,
+            bend: 0,
+            loudest: Vec::new(),
             spectra,
         }
     }

@@ -145,7 +145,9 @@ fn most_promising(blocks: &[Block], fit: &Fit, required: f64) -> Option<(usize, 
     let count = blocks.first()?.envelopes.len();
     let base = fit.evaluation.predicted_gain()?;
     let mut best: Option<(f64, usize, usize)> = None;
-    for (at, pole) in fit.poles.iter().enumerate().filter(|(_, pole)| may_drift(pole)) {
+    let candidates =
+        |(_, pole): &(usize, &Pole)| may_drift(pole) && is_left(blocks, fit, pole, required);
+    for (at, pole) in fit.poles.iter().enumerate().filter(candidates) {
         for j in (0..count).filter(|&j| pole.rates[j].is_none()) {
             let mut poles = fit.poles.clone();
             poles[at].rates[j] = Some(C64::default());
@@ -158,4 +160,25 @@ fn most_promising(blocks: &[Block], fit: &Fit, required: f64) -> Option<(usize, 
         }
     }
     best.map(|(_, pole, envelope)| (pole, envelope))
+}
+
+/// Whether the lines around a pole hold more residual than noise would leave there, so that drift
+/// may explain it.
+fn is_left(blocks: &[Block], fit: &Fit, pole: &Pole, required: f64) -> bool {
+    /// Lines and decay rates to either side that a drifting pole's residual reaches.
+    const LINES: f64 = 6.0;
+    const RATES: f64 = 12.0;
+    /// Of the gain that is required, as residual beyond that of noise.
+    const MIN_SHARE: f64 = 0.25;
+    let mut beyond = 0.0;
+    for part in &fit.evaluation.parts {
+        let omega = &blocks[part.block].omega;
+        let line = omega.get(1).map_or(0.0, |second| second - omega[0]);
+        let reach = LINES * line + RATES * pole.lambda.re.abs();
+        let from = omega.partition_point(|w| *w < pole.omega() - reach);
+        let to = omega.partition_point(|w| *w <= pole.omega() + reach);
+        let own = |k: usize| part.residual[k].powi(2) + part.residual[omega.len() + k].powi(2);
+        beyond += (from..to).map(|k| own(k) - 2.0).sum::<f64>();
+    }
+    beyond > MIN_SHARE * required
 }

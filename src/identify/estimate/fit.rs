@@ -7,6 +7,7 @@
 //! Cramér–Rao bound, so the stated standard deviations are those of an efficient estimator.
 
 use nalgebra::{DMatrix, DVector};
+use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
 use super::block::{Block, C64, Pole};
 use super::noise;
@@ -142,13 +143,16 @@ pub(super) fn evaluate(blocks: &[Block], noise: &Noise, poles: &[Pole]) -> Optio
         }
         let pairs: Vec<Vec<Pair>> = poles.iter().map(|pole| pairs_of(block, pole)).collect();
         let background = block.background();
-        for (response, variances) in noise[at].iter().enumerate() {
+        let of_response = |(response, variances): (usize, &Vec<f64>)| {
             let weights = weights(variances);
             let mut projection = Projection::default();
             let columns = pairs.iter().flatten().flat_map(|pair| &pair.columns);
             columns.chain(&background).for_each(|column| projection.push(rows(column, &weights)));
-            evaluation.add(block, (at, response), poles, &pairs, projection, &weights);
-        }
+            Share::new(block, (at, response), poles, &pairs, projection, &weights)
+        };
+        // In order, so that sums are the same however many threads there are.
+        let shares: Vec<Share> = noise[at].par_iter().enumerate().map(of_response).collect();
+        shares.into_iter().for_each(|share| evaluation.add(share));
     }
     evaluation.sum_of_squares.is_finite().then_some(evaluation)
 }
@@ -162,24 +166,38 @@ fn pairs_of(block: &Block, pole: &Pole) -> Vec<Pair> {
     pairs
 }
 
+/// The fit of one response of one block, and its share of the normal equations.
+struct Share {
+    part: Part,
+    sum_of_squares: f64,
+    normal: DMatrix<f64>,
+    gradient: DVector<f64>,
+}
+
 impl Evaluation {
-    /// Adds the fit of one response of one block.
-    fn add(
-        &mut self,
+    fn add(&mut self, share: Share) {
+        self.sum_of_squares += share.sum_of_squares;
+        self.normal += share.normal;
+        self.gradient += share.gradient;
+        self.parts.push(share.part);
+    }
+}
+
+impl Share {
+    fn new(
         block: &Block,
         (at, response): (usize, usize),
         poles: &[Pole],
         pairs: &[Vec<Pair>],
         projection: Projection,
         weights: &[f64],
-    ) {
+    ) -> Self {
         let mut residual = rows(&block.spectra[response], weights);
         let factors = projection.back(projection.shares(&residual));
         projection.remove(&mut residual);
-        self.sum_of_squares += dot(&residual, &residual);
         // Of each change D only what lies outside the span Q of the columns counts:
         // JᵀJ = DᵀD − (QᵀD)ᵀ(QᵀD), and Jᵀr = Dᵀr, as the residual r lies outside of it.
-        let mut changes: Vec<(Vec<f64>, Vec<f64>)> = Vec::with_capacity(self.gradient.len());
+        let mut changes: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
         for ((pairs, pole), (first, _)) in pairs.iter().zip(poles).zip(block.columns_of(poles)) {
             for change in changes_of(pairs, pole, &factors[first..], weights.len()) {
                 let change = rows(&change, weights);
@@ -187,19 +205,21 @@ impl Evaluation {
                 changes.push((change, shares));
             }
         }
+        let (mut normal, mut gradient) =
+            (DMatrix::zeros(changes.len(), changes.len()), DVector::zeros(changes.len()));
         for (i, (change, shares)) in changes.iter().enumerate() {
-            self.gradient[i] += dot(change, &residual);
+            gradient[i] = dot(change, &residual);
             for (j, (other, other_shares)) in changes[..=i].iter().enumerate() {
                 let product = dot(change, other) - dot(shares, other_shares);
-                self.normal[(i, j)] += product;
-                if i != j {
-                    self.normal[(j, i)] += product;
-                }
+                normal[(i, j)] = product;
+                normal[(j, i)] = product;
             }
         }
         let back = |shares: Vec<f64>| projection.back(shares).iter().map(|f| -f).collect();
         let sensitivities = changes.into_iter().map(|(_, shares)| back(shares)).collect();
-        self.parts.push(Part { block: at, response, projection, factors, sensitivities, residual });
+        let sum_of_squares = dot(&residual, &residual);
+        let part = Part { block: at, response, projection, factors, sensitivities, residual };
+        Self { part, sum_of_squares, normal, gradient }
     }
 }
 

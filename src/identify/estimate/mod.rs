@@ -13,6 +13,7 @@
 //! perturbation analysis of their own for deviations. The response to a force that goes on and was
 //! not measured has no such spectrum: there a realisation is the method ([`subspace`]).
 
+mod bands;
 mod basis;
 mod block;
 mod drift;
@@ -28,7 +29,9 @@ pub(super) mod subspace;
 mod unexplained;
 
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
+use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
+use bands::Band;
 pub(super) use block::{Block, C64, ForceSample, Origin, Pole};
 use fit::{Fit, Part, parameters_of, weights};
 
@@ -82,19 +85,54 @@ pub(super) fn estimate(blocks: &mut [Block], starts: &[Pole]) -> Option<Estimate
     if blocks.iter().all(|block| block.spectra.is_empty() || block.omega.is_empty()) {
         return None;
     }
+    let bands = bands::divided(blocks, starts);
+    if bands.len() > 1
+        && let Some(found) = in_bands(blocks, starts, &bands)
+    {
+        return Some(found);
+    }
+    let fit = fitted_poles(blocks, starts)?;
+    report(blocks, &fit)
+}
+
+/// The poles of all lines together.
+fn fitted_poles(blocks: &mut [Block], starts: &[Pole]) -> Option<Fit> {
     let mut fit = select::select(blocks, starts)?.reweighted(blocks);
     if let Some(moving) = moving_before(blocks, &fit) {
         fit = moving;
     }
     merge_within_lines(blocks, &mut fit);
     drop_outside_band(blocks, &mut fit);
-    report(blocks, &fit)
+    Some(fit)
+}
+
+/// The poles band by band: first each for itself, then with those of its neighbours held. `None`
+/// where a mode drifts, which takes all of the spectrum, or where a band cannot be fitted.
+fn in_bands(blocks: &[Block], starts: &[Pole], bands: &[Band]) -> Option<Estimate> {
+    let alone = |band: &Band| {
+        let mut cut = band.cut(blocks)?;
+        let fit = fitted_poles(&mut cut, &band.seen(starts))?;
+        (!fit.poles.iter().any(Pole::drifts)).then_some((cut, fit))
+    };
+    let first: Vec<(Vec<Block>, Fit)> = bands.par_iter().map(alone).collect::<Option<_>>()?;
+    let known: Vec<Pole> =
+        bands.iter().zip(&first).flat_map(|(band, (_, fit))| band.own(&fit.poles)).collect();
+    let together = |(band, (cut, fit)): (&Band, &(Vec<Block>, Fit))| {
+        let mut poles = band.own(&fit.poles);
+        poles.extend(band.held(&known));
+        let fit = Fit::at(cut, fit.noise.clone(), poles)?.refined(cut, fit::FULL);
+        report(cut, &fit.reweighted(cut))
+    };
+    let found: Vec<Estimate> = bands.par_iter().zip(&first).map(together).collect::<Option<_>>()?;
+    Some(bands::joined(blocks, bands, found))
 }
 
 /// With vibration from before the records, where that is significant.
 fn moving_before(blocks: &mut [Block], fit: &Fit) -> Option<Fit> {
     /// −ln of the probability that noise alone shows such vibration, about one in a thousand.
     const FALSE_ALARM: f64 = 7.0;
+    /// Of what is required, what must show before the poles move.
+    const PROMISING: f64 = 0.3;
     let before: Vec<bool> = blocks.iter().map(|block| block.begins_moving).collect();
     let waits: Vec<bool> = blocks.iter().map(waits_for_its_force).collect();
     if !waits.contains(&true) {
@@ -103,17 +141,15 @@ fn moving_before(blocks: &mut [Block], fit: &Fit) -> Option<Fit> {
     for (block, waits) in blocks.iter_mut().zip(&waits) {
         block.begins_moving |= waits;
     }
-    let trial = Fit::at(blocks, fit.noise.clone(), fit.poles.clone())
-        .map(|fit| fit.refined(blocks, fit::FULL));
     let freedom: usize =
         blocks.iter().zip(&waits).filter(|(_, w)| **w).map(|(b, _)| 2 * b.spectra.len()).sum();
     let required = chi_squared_bound((freedom * fit.poles.len()) as f64, FALSE_ALARM);
+    let gain = |trial: &Fit| fit.evaluation.sum_of_squares - trial.evaluation.sum_of_squares;
+    let trial = Fit::at(blocks, fit.noise.clone(), fit.poles.clone())
+        .filter(|trial| gain(trial) > PROMISING * required)
+        .map(|trial| trial.refined(blocks, fit::FULL));
     match trial {
-        Some(trial)
-            if fit.evaluation.sum_of_squares - trial.evaluation.sum_of_squares > required =>
-        {
-            Some(trial.reweighted(blocks))
-        }
+        Some(trial) if gain(&trial) > required => Some(trial.reweighted(blocks)),
         _ => {
             blocks.iter_mut().zip(before).for_each(|(block, before)| block.begins_moving = before);
             None
@@ -182,12 +218,13 @@ fn drop_outside_band(blocks: &[Block], fit: &mut Fit) {
 fn report(blocks: &[Block], fit: &Fit) -> Option<Estimate> {
     let covariance = fit.covariance()?;
     let (firsts, _) = parameters_of(&fit.poles);
-    let mut poles: Vec<PoleEstimate> = (0..fit.poles.len())
-        .map(|at| pole_estimate(blocks, fit, at, firsts[at], &covariance))
-        .collect();
+    let own: Vec<usize> = (0..fit.poles.len()).filter(|&at| !fit.poles[at].is_held).collect();
+    let mut poles: Vec<PoleEstimate> =
+        own.iter().map(|&at| pole_estimate(blocks, fit, at, firsts[at], &covariance)).collect();
     let peaks: Vec<f64> = poles.iter().map(|pole| pole.prominence).collect();
+    let own: Vec<Pole> = own.iter().map(|&at| fit.poles[at]).collect();
     for (at, pole) in poles.iter_mut().enumerate() {
-        pole.is_artefact = unexplained::is_artefact(blocks, &fit.poles, &peaks, at);
+        pole.is_artefact = unexplained::is_artefact(blocks, &own, &peaks, at);
     }
     poles.sort_by(|a, b| a.pole.omega().total_cmp(&b.pole.omega()));
     let deviations = |variances: &Vec<f64>| variances.iter().map(|v| v.sqrt()).collect();
@@ -238,7 +275,9 @@ fn pole_estimate(
         // Its loudest line: the nearest one may lie where the force has none.
         let of = block.contribution(pole, pole.is_driven);
         let loudest = of.value[0].iter().map(|b| b.norm()).fold(0.0, f64::max);
-        let strongest = fit::strongest(&block.spectra[part.response]).sqrt();
+        let strongest = block.loudest.get(part.response).copied();
+        let strongest =
+            strongest.unwrap_or_else(|| fit::strongest(&block.spectra[part.response])).sqrt();
         prominence = prominence.max(residue.value.norm() * loudest / strongest);
         residues[part.block].push(residue);
     }

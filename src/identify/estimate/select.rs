@@ -3,7 +3,7 @@
 //! stabilisation diagram, from peaks of the residual, and from splitting a pole in two, which is
 //! what shows a close pair.
 
-use nalgebra::Complex;
+use nalgebra::{Complex, DMatrix, DVector};
 
 use super::block::{Block, Origin, Pole};
 use super::drift;
@@ -31,6 +31,11 @@ pub(super) fn select(blocks: &mut [Block], starts: &[Pole]) -> Option<Fit> {
             }
         }
         let larger = grown(blocks, &fit, driven(&fit, starts, blocks));
+        if let Some((bent, other)) = bent(blocks, &fit, larger.as_ref()) {
+            blocks.clone_from_slice(&bent);
+            fit = other;
+            continue;
+        }
         if let Some((drifting, other)) = with_drift(blocks, &fit, larger.as_ref()) {
             blocks.clone_from_slice(&drifting);
             fit = other;
@@ -44,6 +49,48 @@ pub(super) fn select(blocks: &mut [Block], starts: &[Pole]) -> Option<Fit> {
         }
     }
     pruned(blocks, fit)
+}
+
+/// With a background that bends more, where a band was cut out and that explains what is left as
+/// well as a further pole would: skirts of modes outside of the band make no modes in it.
+fn bent(blocks: &[Block], fit: &Fit, larger: Option<&Fit>) -> Option<(Vec<Block>, Fit)> {
+    const MOST: usize = 3;
+    /// −ln of the probability that noise alone bends the background, about one in a thousand.
+    const FALSE_ALARM: f64 = 7.0;
+    /// Of what a further pole explains beyond chance.
+    const MIN_FRACTION: f64 = 0.5;
+    let mut bent = blocks.to_vec();
+    let mut new = 0;
+    for block in bent.iter_mut().filter(|block| block.is_cut_out && block.bend < MOST) {
+        let before = block.background().len();
+        block.bend += 1;
+        new += (block.background().len() - before) * block.spectra.len();
+    }
+    if new == 0 || !has_room(&bent, &fit.poles) {
+        return None;
+    }
+    let other = Fit::at(&bent, fit.noise.clone(), fit.poles.clone())?.refined(&bent, NORMAL);
+    let gain = |of: &Fit, required: f64| {
+        fit.evaluation.sum_of_squares - of.evaluation.sum_of_squares - required
+    };
+    let own = gain(&other, chi_squared_bound(new as f64, FALSE_ALARM));
+    let rival = larger.map_or(0.0, |larger| gain(larger, required_gain(blocks)));
+    (own > 0.0 && own > MIN_FRACTION * rival).then_some((bent, other))
+}
+
+/// Whether the lines are so many more than what is fitted to them that noise can be seen.
+fn has_room(blocks: &[Block], poles: &[Pole]) -> bool {
+    const ROWS_PER_COLUMN: f64 = 2.5;
+    let columns = |block: &Block| {
+        let of_poles: usize = block
+            .columns_of(poles)
+            .iter()
+            .map(|(_, is_double)| if *is_double { 4 } else { 2 })
+            .sum();
+        of_poles + block.background().len()
+    };
+    let rows: usize = blocks.iter().map(|block| 2 * block.omega.len()).sum();
+    rows as f64 >= ROWS_PER_COLUMN * blocks.iter().map(columns).sum::<usize>() as f64
 }
 
 /// With poles that drift with amplitude, where that explains more than a further pole would.
@@ -128,6 +175,9 @@ fn grown(blocks: &[Block], fit: &Fit, mut candidates: Vec<Pole>) -> Option<Fit> 
     for (_, pole) in distinct(ranked).into_iter().take(4) {
         let mut poles = fit.poles.clone();
         poles.push(pole);
+        if !has_room(blocks, &poles) {
+            return None;
+        }
         let Some(trial) = Fit::at(blocks, fit.noise.clone(), poles) else { continue };
         let trial = trial.refined(blocks, COARSE);
         // A tone that decays is a mode.
@@ -244,12 +294,17 @@ fn residual_peaks(blocks: &[Block], fit: &Fit) -> Vec<f64> {
 
 /// Without the poles and rates that others have made needless.
 fn pruned(blocks: &[Block], mut fit: Fit) -> Option<Fit> {
+    /// Only what may be needless is refined.
+    const FAR: f64 = 20.0;
     loop {
         let mut least: Option<(f64, Fit)> = None;
-        for (poles, required) in smaller(blocks, &fit) {
+        let losses = linear_losses(blocks, &fit);
+        for Smaller { poles, required, removed } in smaller(blocks, &fit) {
+            if removed.is_some_and(|at| losses[at] > FAR * required) {
+                continue;
+            }
             let without = Fit::at(blocks, fit.noise.clone(), poles)?;
-            // Only what may be needless is refined.
-            if without.evaluation.sum_of_squares - fit.evaluation.sum_of_squares > 20.0 * required {
+            if without.evaluation.sum_of_squares - fit.evaluation.sum_of_squares > FAR * required {
                 continue;
             }
             let without = without.refined(blocks, NORMAL);
@@ -266,17 +321,46 @@ fn pruned(blocks: &[Block], mut fit: Fit) -> Option<Fit> {
     }
 }
 
-/// With one pole or one rate less each, and what it must have gained to stay.
-fn smaller(blocks: &[Block], fit: &Fit) -> Vec<(Vec<Pole>, f64)> {
+/// By pole, what the sum of squares rises by without it, the others as they are: x'C⁻¹x of its
+/// factors x with covariance C.
+fn linear_losses(blocks: &[Block], fit: &Fit) -> Vec<f64> {
+    let mut losses = vec![0.0; fit.poles.len()];
+    for part in &fit.evaluation.parts {
+        let inverse = part.projection.inverse_triangle();
+        let columns = blocks[part.block].columns_of(&fit.poles);
+        for (loss, (first, is_double)) in losses.iter_mut().zip(columns) {
+            let count = if is_double { 4 } else { 2 };
+            let covariance = DMatrix::from_fn(count, count, |i, j| {
+                inverse.iter().map(|column| column[first + i] * column[first + j]).sum::<f64>()
+            });
+            let own = DVector::from_column_slice(&part.factors[first..first + count]);
+            // Columns that depend on others are needless.
+            *loss += covariance.cholesky().map_or(0.0, |factor| own.dot(&factor.solve(&own)));
+        }
+    }
+    losses
+}
+
+/// With one pole or one rate less.
+struct Smaller {
+    poles: Vec<Pole>,
+    /// What it must have gained to stay.
+    required: f64,
+    /// Place of the pole, where it is one.
+    removed: Option<usize>,
+}
+
+fn smaller(blocks: &[Block], fit: &Fit) -> Vec<Smaller> {
     let mut all = Vec::new();
-    for at in 0..fit.poles.len() {
+    for at in (0..fit.poles.len()).filter(|&at| !fit.poles[at].is_held) {
         let mut poles = fit.poles.clone();
         let pole = poles.remove(at);
-        all.push((poles, required_gain(blocks)));
+        all.push(Smaller { poles, required: required_gain(blocks), removed: Some(at) });
         for rate in (0..pole.rates.len()).filter(|&rate| pole.rates[rate].is_some()) {
             let mut poles = fit.poles.clone();
             poles[at].rates[rate] = None;
-            all.push((poles, drift::required_gain(fit.poles.len())));
+            let required = drift::required_gain(fit.poles.len());
+            all.push(Smaller { poles, required, removed: None });
         }
     }
     all

@@ -66,6 +66,7 @@ pub(super) fn forced(
     });
     let origin = Origin::Sampled { step_s: rate_hz.recip(), samples, force: Some(pulses) };
     let block = Block {
+        is_cut_out: sampling.band_hz.is_some(),
         drive,
         drive_error,
         min_noise,
@@ -84,6 +85,7 @@ pub(super) fn forced(
         nyquist_hz: Some(0.5 * rate_hz),
         averaged,
         stationary: None,
+        pairs: None,
         kind: if impacts.is_empty() { RecordKind::Steady } else { RecordKind::Hammer },
     })
 }

@@ -5,8 +5,9 @@ use super::{Prepared, RecordKind, Response};
 use crate::identify::estimate::hann::is_windowed;
 use crate::identify::estimate::{Block, C64, Origin};
 use crate::identify::record::Frf;
+use crate::identify::references::Pairs;
 use crate::notes::{Code, Notes};
-use crate::units::rad_per_s_from_hz;
+use crate::units::{percent_from_ratio, rad_per_s_from_hz};
 
 pub(super) fn given(
     functions: &[Frf],
@@ -15,7 +16,7 @@ pub(super) fn given(
 ) -> Option<Prepared> {
     let [low, high] = band_hz.unwrap_or([0.0, f64::INFINITY]);
     // One block, so that every response has its place in it.
-    let (mut block, mut responses) = (None::<Block>, Vec::new());
+    let (mut block, mut responses, mut kept) = (None::<Block>, Vec::new(), Vec::new());
     for function in functions {
         let within: Vec<usize> = (0..function.frequencies_hz.len())
             .filter(|&k| {
@@ -43,6 +44,7 @@ pub(super) fn given(
                 continue;
             }
         }
+        kept.push((function.name.as_str(), function.reference.as_str()));
         responses.push(Response { name: function.name.clone(), quantity: function.quantity });
     }
     let Some(mut block) = block else {
@@ -57,8 +59,46 @@ pub(super) fn given(
         notes.warning(Code::Remark, None, what);
         block.origin = Origin::Responses { hann_s: Some(length_s) };
     }
+    block.is_cut_out = band_hz.is_some();
     block.drive_error = given_error(&block.spectra);
-    Some(Prepared::of(RecordKind::GivenResponses, responses, vec![block]))
+    let pairs = Pairs::of(kept.iter().copied());
+    if let Some(pairs) = &pairs {
+        for (response, (_, reference)) in responses.iter_mut().zip(&kept) {
+            response.name = format!("{}/{reference}", response.name);
+        }
+        warn_of_irreciprocal(pairs, &responses, &block.spectra, notes);
+    }
+    let prepared = Prepared::of(RecordKind::GivenResponses, responses, vec![block]);
+    Some(Prepared { pairs, ..prepared })
+}
+
+/// Warns of responses that exchanging hammer and sensor should not change, and does.
+fn warn_of_irreciprocal(
+    pairs: &Pairs,
+    responses: &[Response],
+    spectra: &[Vec<C64>],
+    notes: &mut Notes,
+) {
+    /// Root mean square of the difference relative to that of both.
+    const MOST: f64 = 0.15;
+    for (a, b, sign) in pairs.reciprocal() {
+        if responses[a].quantity != responses[b].quantity {
+            continue;
+        }
+        let both = || spectra[a].iter().zip(&spectra[b]);
+        let apart: f64 = both().map(|(a, b)| (a - b * sign).norm_sqr()).sum();
+        let size: f64 = both().map(|(a, b)| 0.5 * (a.norm_sqr() + b.norm_sqr())).sum();
+        let share = (apart / size.max(f64::MIN_POSITIVE)).sqrt();
+        if share > MOST {
+            let what = format!(
+                "differs by {:.0} % from {}, which must be equal (reciprocity): check directions, \
+                 sensitivities and where the hammer hit",
+                percent_from_ratio(share),
+                responses[b].name
+            );
+            notes.channel_warning(Code::Disagreement, &responses[a].name, what);
+        }
+    }
 }
 
 /// Variance of each line of frequency responses that an analyser made, relative to its power.

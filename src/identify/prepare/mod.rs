@@ -3,17 +3,20 @@
 mod forced;
 mod given;
 mod lines;
+mod uneven;
 mod unforced;
 
 use forced::forced;
 use given::given;
 pub(super) use lines::lines_hz;
+use uneven::resampled_evenly;
 use unforced::free;
 
 use super::estimate::subspace::Stationary;
 use super::estimate::{Block, C64};
 use super::quality::{check_channel, without_gaps};
 use super::record::{Channel, Data, Quantity, Record};
+use super::references::Pairs;
 use super::spectra::Averaged;
 use crate::notes::{Code, Notes};
 use crate::statistics::mean;
@@ -46,6 +49,8 @@ pub(super) struct Prepared {
     pub(super) kind: RecordKind,
     /// Responses to a force that goes on and that nobody measured; there are no blocks then.
     pub(super) stationary: Option<Stationary>,
+    /// Which response and reference each function is of, where there are several references.
+    pub(super) pairs: Option<Pairs>,
 }
 
 /// How the arm was excited, as far as the record shows.
@@ -77,6 +82,7 @@ impl Prepared {
             averaged: None,
             kind,
             stationary: None,
+            pairs: None,
         }
     }
 }
@@ -97,26 +103,45 @@ pub(super) fn prepare(
     match &record.data {
         Data::Responses(functions) => given(functions, band_hz, notes),
         Data::Time { sample_rate_hz, excitation, responses } => {
-            let usable: Vec<&Channel> =
-                responses.iter().filter(|channel| check_channel(channel, false, notes)).collect();
-            let usable = without_gaps(usable, *sample_rate_hz, notes);
-            if usable.is_empty() {
-                notes.warning(Code::NoModes, None, "has no response that moves");
-                return None;
-            }
             let sampling = Sampling { rate_hz: *sample_rate_hz, band_hz };
-            match excitation {
-                Some(force) if check_channel(force, true, notes) => {
-                    forced(sampling, force, &usable, notes)
-                }
-                Some(_) => {
-                    let what = "the excitation does not move, so the force is unknown";
-                    notes.warning(Code::NoModes, None, what);
-                    None
-                }
-                None => free(sampling, &usable, notes),
-            }
+            sampled(sampling, excitation.as_ref(), responses, notes)
         }
+        Data::Uneven { times_s, excitation, responses } => {
+            let Some(resampled) = resampled_evenly(times_s, notes) else {
+                notes.warning(Code::NoModes, None, "has times that do not rise");
+                return None;
+            };
+            let excitation = excitation.as_ref().map(|channel| resampled.channel(channel));
+            let responses: Vec<Channel> =
+                responses.iter().map(|channel| resampled.channel(channel)).collect();
+            let band_hz = band_hz.or(Some([0.0, resampled.highest_hz()]));
+            let sampling = Sampling { rate_hz: resampled.rate_hz, band_hz };
+            sampled(sampling, excitation.as_ref(), &responses, notes)
+        }
+    }
+}
+
+fn sampled(
+    sampling: Sampling,
+    excitation: Option<&Channel>,
+    responses: &[Channel],
+    notes: &mut Notes,
+) -> Option<Prepared> {
+    let usable: Vec<&Channel> =
+        responses.iter().filter(|channel| check_channel(channel, false, notes)).collect();
+    let usable = without_gaps(usable, sampling.rate_hz, notes);
+    if usable.is_empty() {
+        notes.warning(Code::NoModes, None, "has no response that moves");
+        return None;
+    }
+    match excitation {
+        Some(force) if check_channel(force, true, notes) => forced(sampling, force, &usable, notes),
+        Some(_) => {
+            let what = "the excitation does not move, so the force is unknown";
+            notes.warning(Code::NoModes, None, what);
+            None
+        }
+        None => free(sampling, &usable, notes),
     }
 }
 

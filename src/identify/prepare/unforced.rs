@@ -55,6 +55,7 @@ pub(super) fn free(
         let lines = lines(samples, rate_hz, band, notes);
         let origin = Origin::Sampled { step_s: rate_hz.recip(), samples, force: None };
         blocks.push(Block {
+            is_cut_out: sampling.band_hz.is_some(),
             min_noise: steps.iter().map(|step| rounding_noise(*step, samples)).collect(),
             ..Block::new(origin, omega(&lines, samples, rate_hz), on_lines(&spectra, &lines))
         });

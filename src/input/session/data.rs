@@ -4,7 +4,7 @@ use super::super::records::{Meaning, meaning_of, meaning_of_unit};
 use super::Reader;
 use crate::formats::records::{self, Function, Label, Recording};
 use crate::formats::yaml::Step;
-use crate::identify::record::{Channel, Data, Frf, Quantity};
+use crate::identify::record::{Channel, Data, Frf, Quantity, mean_rate_hz};
 use crate::input::raw::session as raw;
 use crate::notes::Code;
 use crate::wording::nearest;
@@ -50,7 +50,10 @@ impl Reader<'_> {
         let responses: Vec<Channel> =
             responses.iter().map(|channel| self.channel(channel)).collect();
         self.check_forces(source, excitation.as_ref(), &responses);
-        Some(Data::Time { sample_rate_hz, excitation, responses })
+        Some(match source.file.times_s.clone() {
+            Some(times_s) => Data::Uneven { times_s, excitation, responses },
+            None => Data::Time { sample_rate_hz, excitation, responses },
+        })
     }
 
     /// The channel that a record names in a role: as its excitation, or as the response at `place`.
@@ -156,7 +159,8 @@ impl Reader<'_> {
             Some(rate) => (Some(rate), source.at("sample_rate_hz").to_vec()),
             None => (self.raw.sample_rate_hz, vec![Step::Key("sample_rate_hz")]),
         };
-        let rate = match (file.sample_rate_hz, given) {
+        let own = file.sample_rate_hz.or_else(|| mean_rate_hz(file.times_s.as_deref()?));
+        let rate = match (own, given) {
             (Some(own), Some(given)) if (own / given - 1.0).abs() > 0.01 => {
                 let what = format!(
                     "sample_rate_hz is {given}, but file '{name}' itself says {own:.4}; must \
@@ -220,55 +224,56 @@ impl Reader<'_> {
             file.functions.iter().map(|f| f.reference.as_str()).collect();
         references.sort_unstable();
         references.dedup();
-        let reference = match (&record.excitation, references.as_slice()) {
-            (Some(wanted), _) if references.contains(&wanted.as_str()) => wanted.as_str(),
-            (Some(wanted), _) => {
-                let what = format!(
-                    "excitation is '{wanted}', must be a reference of file '{name}': {}",
-                    references.join(", ")
-                );
-                self.error(Code::Reference, &source.at("excitation"), what);
-                return None;
-            }
-            (None, [only]) => only,
-            (None, _) => {
-                let what = format!(
-                    "file '{name}' has responses to several references: give excitation, one of {}",
-                    references.join(", ")
-                );
-                self.error(Code::MissingKey, &source.at("file"), what);
-                return None;
-            }
+        if let Some(wanted) = &record.excitation
+            && !references.contains(&wanted.as_str())
+        {
+            let what = format!(
+                "excitation is '{wanted}', must be a reference of file '{name}': {}",
+                references.join(", ")
+            );
+            self.error(Code::Reference, &source.at("excitation"), what);
+            return None;
+        }
+        // Without one, all references are fitted together.
+        let is_asked = |f: &&Function| match &record.excitation {
+            Some(wanted) => f.reference == *wanted,
+            None => true,
         };
-        let of_reference: Vec<&Function> =
-            file.functions.iter().filter(|f| f.reference == reference).collect();
+        let of_references: Vec<&Function> = file.functions.iter().filter(is_asked).collect();
+        if record.driving_point.is_some() && record.excitation.is_none() && references.len() > 1 {
+            let what = "driving_point has no effect on responses to several references: there, a \
+                        point that is response and reference is one";
+            let line = self.tree.line_at(&source.at("driving_point"));
+            self.notes.warning(Code::Unused, line, what);
+        }
         let mut chosen: Vec<&Function> = Vec::new();
         match &record.responses {
-            None => chosen = of_reference,
+            None => chosen = of_references,
             Some(wanted) => {
                 for (place, wanted) in wanted.iter().enumerate() {
-                    let matching = of_reference
+                    let matching = of_references
                         .iter()
-                        .find(|f| [&f.label.name, &f.label.alias].contains(&wanted));
-                    match matching {
-                        Some(function) => chosen.push(function),
-                        None => {
-                            let known: Vec<&str> =
-                                of_reference.iter().map(|f| f.label.name.as_str()).collect();
-                            let what = format!(
-                                "response '{wanted}' is not in file '{name}'; it has {}",
-                                known.join(", ")
-                            );
-                            let steps = source.response(place);
-                            self.error(Code::Reference, &steps, what);
-                        }
+                        .filter(|f| [&f.label.name, &f.label.alias].contains(&wanted));
+                    let before = chosen.len();
+                    chosen.extend(matching);
+                    if chosen.len() == before {
+                        let mut known: Vec<&str> =
+                            of_references.iter().map(|f| f.label.name.as_str()).collect();
+                        known.dedup();
+                        let what = format!(
+                            "response '{wanted}' is not in file '{name}'; it has {}",
+                            known.join(", ")
+                        );
+                        self.error(Code::Reference, &source.response(place), what);
                     }
                 }
             }
         }
         for (i, function) in chosen.iter().enumerate() {
-            let response = &function.label.name;
-            if chosen[..i].iter().any(|other| other.label.name == *response) {
+            let (response, reference) = (&function.label.name, &function.reference);
+            let is_same =
+                |other: &&Function| other.label.name == *response && other.reference == *reference;
+            if chosen[..i].iter().any(is_same) {
                 let what = format!(
                     "file '{name}' has response {response} to {reference} twice (again at line {})",
                     function.line
@@ -286,6 +291,7 @@ impl Reader<'_> {
                 };
                 Frf {
                     name: function.label.name.clone(),
+                    reference: function.reference.clone(),
                     quantity,
                     frequencies_hz: function.frequencies_hz.clone(),
                     values: function.values.iter().map(|v| v * factor).collect(),

@@ -1,0 +1,294 @@
+//! `detune identify` on records as people have them: a roving hammer, a telephone's clock, a slow camera. The truth
+//! is a chain of masses and springs: its frequency responses by solving with the dynamic stiffness, its motion by
+//! steps of Runge and Kutta, its modes by the eigenvalues of M⁻½ K M⁻½.
+
+use std::fmt::Write;
+use std::fs;
+use std::path::Path;
+
+use crate::program::{self};
+use crate::vibration::{C64, gauss, seeded};
+use nalgebra::{DMatrix, DVector};
+use rand::RngExt;
+use serde_json::Value;
+
+/// Masses in a row, the first one held by a spring to the ground; damping in proportion to stiffness and mass.
+struct Chain {
+    mass: DMatrix<f64>,
+    stiffness: DMatrix<f64>,
+    damping: DMatrix<f64>,
+}
+
+/// Natural frequency, Hz, damping ratio, and the mass-normalised shape.
+type ChainMode = (f64, f64, DVector<f64>);
+
+impl Chain {
+    fn new(masses: &[f64], springs: &[f64], [by_mass, by_stiffness]: [f64; 2]) -> Self {
+        let n = masses.len();
+        let mass = DMatrix::from_diagonal(&DVector::from_column_slice(masses));
+        let stiffness = DMatrix::from_fn(n, n, |i, j| match i.abs_diff(j) {
+            0 => springs[i] + springs.get(i + 1).copied().unwrap_or(0.0),
+            1 => -springs[i.max(j)],
+            _ => 0.0,
+        });
+        let damping = &mass * by_mass + &stiffness * by_stiffness;
+        Self { mass, stiffness, damping }
+    }
+
+    fn modes(&self) -> Vec<ChainMode> {
+        let root = self.mass.map_diagonal(|m| m.powf(-0.5));
+        let scale = DMatrix::from_diagonal(&root);
+        let eigen = (&scale * &self.stiffness * &scale).symmetric_eigen();
+        let mut modes: Vec<ChainMode> = (0..root.len())
+            .map(|r| {
+                let omega = eigen.eigenvalues[r].sqrt();
+                let shape = &scale * eigen.eigenvectors.column(r);
+                let damping = (shape.transpose() * &self.damping * &shape)[(0, 0)];
+                (omega / std::f64::consts::TAU, damping / (2.0 * omega), shape)
+            })
+            .collect();
+        modes.sort_by(|a, b| a.0.total_cmp(&b.0));
+        modes
+    }
+
+    /// Accelerations at all masses for a force at one.
+    fn accelerance(&self, hz: f64, drive: usize) -> DVector<C64> {
+        let omega = std::f64::consts::TAU * hz;
+        let n = self.mass.nrows();
+        let dynamic = DMatrix::from_fn(n, n, |i, j| {
+            let real = self.stiffness[(i, j)] - omega * omega * self.mass[(i, j)];
+            C64::new(real, omega * self.damping[(i, j)])
+        });
+        let force = DVector::from_fn(n, |i, _| C64::new(f64::from(u8::from(i == drive)), 0.0));
+        dynamic.lu().solve(&force).unwrap() * C64::new(-omega * omega, 0.0)
+    }
+
+    /// Displacements at rising times after all masses got a speed.
+    fn decay(&self, speed: &[f64], times: &[f64]) -> Vec<Vec<f64>> {
+        const STEP_S: f64 = 2e-4;
+        let inverse = self.mass.clone().try_inverse().unwrap();
+        let accelerate = |x: &DVector<f64>, v: &DVector<f64>| {
+            -&inverse * (&self.stiffness * x + &self.damping * v)
+        };
+        let n = speed.len();
+        let (mut x, mut v) = (DVector::zeros(n), DVector::from_column_slice(speed));
+        let mut now = 0.0;
+        let mut all = vec![Vec::new(); n];
+        for &time in times {
+            let steps = ((time - now) / STEP_S).ceil().max(1.0);
+            let h = (time - now) / steps;
+            for _ in 0..steps as usize {
+                let (v1, a1) = (v.clone(), accelerate(&x, &v));
+                let v2 = &v + &a1 * (0.5 * h);
+                let a2 = accelerate(&(&x + &v1 * (0.5 * h)), &v2);
+                let v3 = &v + &a2 * (0.5 * h);
+                let a3 = accelerate(&(&x + &v2 * (0.5 * h)), &v3);
+                let v4 = &v + &a3 * h;
+                let a4 = accelerate(&(&x + &v3 * h), &v4);
+                x += (v1 + (v2 + v3) * 2.0 + v4) * (h / 6.0);
+                v += (a1 + (a2 + a3) * 2.0 + a4) * (h / 6.0);
+            }
+            now = time;
+            all.iter_mut().enumerate().for_each(|(i, samples)| samples.push(x[i]));
+        }
+        all
+    }
+}
+
+/// A frequency response of acceleration as data set 58.
+fn response_set(response: &str, reference: (usize, i32), values: &[C64], step_hz: f64) -> String {
+    let (node, direction) = (response, 3);
+    let mut text = format!(
+        "    -1\n    58\nroving\nNONE\nNONE\nNONE\nNONE\n{:5}{:10}{:5}{:10} {:<10}",
+        4, 0, 1, 0, "NONE"
+    );
+    let _ =
+        writeln!(text, "{node:>10}{direction:4} {:<10}{:10}{:4}", "NONE", reference.0, reference.1);
+    let _ = writeln!(
+        text,
+        "{:10}{:10}{:10}{:13.5e}{step_hz:13.5e}{:13.5e}",
+        6,
+        values.len(),
+        1,
+        step_hz,
+        0.0
+    );
+    for kind in [18, 12, 13, 0] {
+        let _ = writeln!(text, "{kind:10}{:5}{:5}{:5} {:<20} {:<20}", 0, 0, 0, "NONE", "");
+    }
+    for value in values {
+        let _ = writeln!(text, "{:20.11e}{:20.11e}", value.re, value.im);
+    }
+    text + "    -1\n"
+}
+
+fn identified(folder: &Path, session: &str) -> Value {
+    fs::write(folder.join("s.yaml"), session).unwrap();
+    let output = program::run(folder, &["identify", "s.yaml", "--format", "json"]);
+    assert!(output.status.success(), "{}", program::err(&output));
+    program::json(&output)
+}
+
+fn codes(found: &Value) -> Vec<String> {
+    let notices = found["records"][0]["notices"].as_array().unwrap();
+    notices.iter().map(|n| n["code"].as_str().unwrap().to_owned()).collect()
+}
+
+fn frequencies(found: &Value) -> Vec<f64> {
+    let modes = found["records"][0]["modes"].as_array().unwrap();
+    modes.iter().map(|mode| mode["frequency_hz"].as_f64().unwrap()).collect()
+}
+
+fn chain() -> Chain {
+    Chain::new(&[2.0, 1.5, 1.0, 0.8], &[9e4, 7e4, 5e4, 6e4], [0.8, 5e-5])
+}
+
+const STEP_HZ: f64 = 0.25;
+
+/// All pairs of sensors and hits (direction of the hit: 3 or −3), with noise of 0.5 % of each response's mean.
+fn roving(sensors: &[usize], hits: &[(usize, i32)], spoilt: Option<usize>) -> String {
+    let chain = chain();
+    let mut rng = seeded(5);
+    let mut text = String::new();
+    for (place, &(hit, direction)) in hits.iter().enumerate() {
+        for &sensor in sensors {
+            let lines = 1..360;
+            let exact: Vec<C64> = lines
+                .map(|k| {
+                    chain.accelerance(f64::from(k) * STEP_HZ, hit)[sensor]
+                        * f64::from(direction.signum())
+                })
+                .collect();
+            let noise = 5e-3 * exact.iter().map(|v| v.norm()).sum::<f64>() / exact.len() as f64;
+            let sign = if spoilt == Some(place) { -1.0 } else { 1.0 };
+            let values: Vec<C64> = exact
+                .iter()
+                .map(|v| (v + C64::new(gauss(&mut rng), gauss(&mut rng)) * noise) * sign)
+                .collect();
+            text +=
+                &response_set(&(sensor + 1).to_string(), (hit + 1, direction), &values, STEP_HZ);
+        }
+    }
+    text
+}
+
+fn must_have_the_chains_shapes(found: &Value) {
+    let truth = chain().modes();
+    let told = frequencies(found);
+    assert_eq!(told.len(), 4, "{told:?} {:?}", codes(found));
+    for (mode, (hz, ratio, shape)) in truth.iter().enumerate() {
+        let of = &found["records"][0]["modes"][mode];
+        assert!((told[mode] / hz - 1.0).abs() < 1e-3, "{told:?} {hz}");
+        assert!((of["damping_ratio"].as_f64().unwrap() / ratio - 1.0).abs() < 0.1, "{of} {ratio}");
+        let parts = of["shape"].as_array().unwrap();
+        assert_eq!(parts.len(), 4, "{parts:?}");
+        let largest = shape.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs())).unwrap();
+        for part in parts {
+            let name = part["response"].as_str().unwrap();
+            let node: usize = name.strip_suffix("+Z").unwrap().parse().unwrap();
+            let own = part["mass_normalised"][0].as_f64().unwrap();
+            let exact = shape[node - 1] * largest.signum();
+            assert!((own - exact).abs() < 0.03 * largest.abs(), "{part} {exact}");
+        }
+    }
+}
+
+/// One sensor and a hammer that goes round; and two sensors, one hit in the opposite direction.
+#[test]
+fn a_roving_hammer_gives_shapes_over_the_points_it_hit() {
+    let folder = tempfile::tempdir().unwrap();
+    let session = "records:\n  - {file: r.uff, pose: {beta2_rad: 1}}\n";
+    let hits = [(0, 3), (1, 3), (2, 3), (3, 3)];
+    fs::write(folder.path().join("r.uff"), roving(&[0], &hits, None)).unwrap();
+    let found = identified(folder.path(), session);
+    must_have_the_chains_shapes(&found);
+    assert!(codes(&found).is_empty(), "{:?}", codes(&found));
+    let hits = [(0, 3), (1, -3), (2, 3), (3, 3)];
+    fs::write(folder.path().join("r.uff"), roving(&[0, 2], &hits, None)).unwrap();
+    let found = identified(folder.path(), session);
+    must_have_the_chains_shapes(&found);
+    assert!(codes(&found).is_empty(), "{:?}", codes(&found));
+    // One reference alone, as it is asked for.
+    let found = identified(
+        folder.path(),
+        "records:\n  - {file: r.uff, pose: {beta2_rad: 1}, excitation: 3+Z}\n",
+    );
+    assert_eq!(found["records"][0]["modes"][0]["shape"].as_array().unwrap().len(), 2);
+}
+
+/// A hit that was written down in the wrong direction.
+#[test]
+fn what_breaks_reciprocity_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let hits = [(0, 3), (1, 3), (2, 3), (3, 3)];
+    fs::write(folder.path().join("r.uff"), roving(&[0, 2], &hits, Some(2))).unwrap();
+    let found = identified(folder.path(), "records:\n  - {file: r.uff, pose: {beta2_rad: 1}}\n");
+    let notices = found["records"][0]["notices"].as_array().unwrap();
+    let told: Vec<&str> = notices.iter().map(|n| n["what"].as_str().unwrap()).collect();
+    assert!(told.iter().any(|what| what.contains("(reciprocity)")), "{told:?}");
+}
+
+fn csv_of(times: &[f64], columns: &[Vec<f64>]) -> String {
+    let mut text = String::from("time_s,x_m,y_m\n");
+    for (k, time) in times.iter().enumerate() {
+        let _ = writeln!(text, "{time:.6},{:.7e},{:.7e}", columns[0][k], columns[1][k]);
+    }
+    text
+}
+
+/// Two masses with modes at 8.0 and 22.1 Hz, a clock that is off by up to 0.3 of a step, 26 dB.
+#[test]
+fn a_telephones_clock_is_made_even() {
+    let chain = Chain::new(&[2.0, 1.0], &[1.2e4, 8e3], [0.9, 1e-4]);
+    for seed in 0..3 {
+        let mut rng = seeded(seed);
+        let times: Vec<f64> =
+            (0..500).map(|k| 0.01 * (f64::from(k) + 0.6 * (rng.random::<f64>() - 0.5))).collect();
+        let times: Vec<f64> = times.iter().map(|t| t - times[0]).collect();
+        let clean = chain.decay(&[0.1, -0.3], &times);
+        let columns = crate::vibration::noisy(&clean, 0.05, &mut rng);
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("p.csv"), csv_of(&times, &columns)).unwrap();
+        let found =
+            identified(folder.path(), "records:\n  - {file: p.csv, pose: {beta2_rad: 1}}\n");
+        let told = frequencies(&found);
+        let truth = chain.modes();
+        assert_eq!(told.len(), 2, "{told:?} {:?}", codes(&found));
+        for (mode, (hz, ratio, _)) in truth.iter().enumerate() {
+            let of = &found["records"][0]["modes"][mode];
+            assert!((told[mode] / hz - 1.0).abs() < 2e-3, "{told:?} {hz}");
+            let own = of["damping_ratio"].as_f64().unwrap();
+            assert!((own / ratio - 1.0).abs() < 0.1, "{own} {ratio}");
+        }
+        let notices = found["records"][0]["notices"].as_array().unwrap();
+        let is_told = |n: &&Value| n["what"].as_str().unwrap().contains("cubic spline");
+        assert_eq!(notices.iter().filter(is_told).count(), 1, "{notices:?}");
+    }
+}
+
+/// At 60 frames/s a mode at 39.4 Hz shows at 20.6 Hz and nothing in the record says so: both modes may be folded.
+#[test]
+fn at_a_low_rate_every_mode_may_be_folded() {
+    // 23.2 and 39.4 Hz, by the two roots of the chain's characteristic polynomial.
+    let chain = Chain::new(&[1.0, 1.0], &[2.6e4, 5.0e4], [1.0, 3e-5]);
+    let truth = chain.modes();
+    let times: Vec<f64> = (0..480).map(|k| f64::from(k) / 60.0).collect();
+    let columns = crate::vibration::noisy(&chain.decay(&[0.3, -0.2], &times), 0.02, &mut seeded(1));
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("c.csv"), csv_of(&times, &columns)).unwrap();
+    let found = identified(folder.path(), "records:\n  - {file: c.csv, pose: {beta2_rad: 1}}\n");
+    let told = frequencies(&found);
+    assert_eq!(told.len(), 2, "{told:?}");
+    let folded = |hz: f64| (hz - 60.0 * (hz / 60.0).round()).abs();
+    let mut seen: Vec<f64> = truth.iter().map(|(hz, _, _)| folded(*hz)).collect();
+    seen.sort_by(f64::total_cmp);
+    assert!(truth[1].0 > 30.0 && told.iter().zip(&seen).all(|(a, b)| (a - b).abs() < 0.1));
+    let notices = found["records"][0]["notices"].as_array().unwrap();
+    for hz in told {
+        let is_told = |n: &Value| {
+            let what = n["what"].as_str().unwrap();
+            n["code"] == "may_be_folded" && what.starts_with(&format!("{hz:.3} Hz"))
+        };
+        assert!(notices.iter().any(is_told), "{hz}: {notices:?}");
+    }
+}
