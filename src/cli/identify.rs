@@ -12,13 +12,13 @@ use super::{Failure, Outcome, Warnings};
 use crate::progress::Done;
 use crate::report::identify::{
     identification_html, identification_json, identification_plots, identification_svg,
-    identification_text, measured_csv,
+    identification_text, identification_uff, measured_csv,
 };
 use crate::study::Read;
 use crate::study::identify::{identify, read};
 
 const AFTER_HELP: &str = "\
-A session names files of raw data (CSV with a header, UFF 58 as text or binary, WAV) with the \
+A session names files of raw data (tables with a header, UFF 58 as text or binary, WAV) with the \
 pose of each; `detune schema session` lists its keys.
 
 Examples:
@@ -46,6 +46,10 @@ pub(super) struct IdentifyArgs {
     /// Also write the table of modes that `detune diagnose` reads to this file.
     #[arg(long, value_name = "MEASURED.csv")]
     write: Option<PathBuf>,
+    /// Also write shapes (data set 55) and, where a force was measured, the frequency responses
+    /// that the modes make (58) to this universal file.
+    #[arg(long, value_name = "FILE.uff")]
+    write_uff: Option<PathBuf>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -68,14 +72,16 @@ pub(super) fn run(
 ) -> Result<Outcome, Failure> {
     let sink = Sink::open(args.output.as_deref())?;
     let table = args.write.as_deref().map(|path| Sink::open(Some(path))).transpose()?;
+    let shapes = args.write_uff.as_deref().map(|path| Sink::open(Some(path))).transpose()?;
     keep_apart(&[
         ("--output", Some(&sink), args.output.as_deref()),
         ("--write", table.as_ref(), args.write.as_deref()),
+        ("--write-uff", shapes.as_ref(), args.write_uff.as_deref()),
     ])?;
     let Read { value: session, warnings, files } = read(&args.session);
     shown.show(&warnings);
     let session = session?;
-    for sink in [&sink].into_iter().chain(&table) {
+    for sink in [&sink].into_iter().chain(&table).chain(&shapes) {
         sink.refuse_inputs(&files)?;
     }
     let progress = shown.bar(progress(session.records.len()));
@@ -100,6 +106,8 @@ pub(super) fn run(
     let csv = table.as_ref().map(|table| (table, measured_csv(&found)));
     let mut outputs: Vec<(&Sink, &[u8])> = vec![(&sink, text.as_bytes())];
     outputs.extend(csv.iter().map(|(table, csv)| (*table, csv.as_bytes())));
+    let uff = shapes.as_ref().map(|shapes| (shapes, identification_uff(&found)));
+    outputs.extend(uff.iter().map(|(shapes, uff)| (*shapes, uff.as_bytes())));
     let plots = args.plots.files(|| identification_plots(&found))?;
     outputs.extend(plots.iter().map(|(sink, svg)| (sink, svg.as_bytes())));
     write_all(&outputs, out)?;

@@ -21,6 +21,7 @@ pub mod record_modes;
 mod references;
 pub mod session;
 pub mod spectra;
+mod starts;
 pub mod stiffness;
 mod suspicions;
 mod table;

@@ -171,13 +171,26 @@ pub struct Measurement {
     pub id: Option<String>,
 }
 
-/// All that a session holds.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Session {
+/// What modes are looked for.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Asked {
     /// Frequencies to look at, Hz; chosen from each record where absent.
     pub band_hz: Option<[f64; 2]>,
     /// Mains frequencies, Hz: modes at their harmonics are suspected.
     pub mains_hz: Vec<f64>,
+    /// Highest order of the stabilisation diagram; half of it is the most poles of a fit.
+    pub max_order: Option<usize>,
+    /// The most prominent modes alone, so many of them.
+    pub modes: Option<usize>,
+    /// The modes nearest to these frequencies alone, Hz; all of them where empty.
+    pub near_hz: Vec<f64>,
+}
+
+/// All that a session holds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Session {
+    /// What modes are looked for in its records.
+    pub asked: Asked,
     /// Columns of the joints in the table of modes, base to tip, where the session names them.
     pub joint_columns: Option<Vec<JointColumn>>,
     /// The records in the order of the file.

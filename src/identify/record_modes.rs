@@ -1,18 +1,25 @@
 //! One record → its modes: frequencies, damping, shapes and scaling with standard deviations, and
 //! what must be known about them.
 
-use super::estimate::lscf::{
-    PolesByOrder, StabilisationPoint, candidates, poles_by_order, stabilisation,
-};
+use super::estimate::lscf::{StabilisationPoint, stabilisation};
 use super::estimate::subspace::of_random;
 use super::estimate::{C64, Estimate, Pole, PoleEstimate, Residue, estimate};
 use super::mode::{Mode, mode_of};
 use super::prepare::{Prepared, RecordKind, lines_hz, prepare};
-use super::record::{MarkedLink, Record};
+use super::record::{Asked, MarkedLink, Record};
 use super::spectra::Averaged;
+use super::starts::{Stretch, starts, support};
 use super::suspicions;
 use crate::notes::{Code, Note, Notes, Part, Place};
-use crate::units::{hz_from_rad_per_s, percent_from_ratio};
+use crate::statistics::upper_median;
+use crate::units::{hz_from_rad_per_s, percent_from_ratio, rad_per_s_from_hz};
+
+/// Highest order of the stabilisation diagram where none is asked for: more poles than any band of
+/// an arm has.
+const HIGHEST_ORDER: usize = 48;
+
+/// A mode is near a frequency that is asked for within this share of it.
+const NEAR_ASKED: f64 = 0.05;
 
 /// Spectrum and fit of one response.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,11 +56,7 @@ pub struct IdentifiedRecord {
 }
 
 /// Finds the modes of a record. A record without modes gets a warning, not an error.
-pub fn identify_record(
-    record: &Record,
-    band_hz: Option<[f64; 2]>,
-    mains_hz: &[f64],
-) -> IdentifiedRecord {
+pub fn identify_record(record: &Record, asked: &Asked) -> IdentifiedRecord {
     let mut notes = Notes::about(Place::part(Part::Record(record.name.clone())));
     let mut identified = IdentifiedRecord {
         name: record.name.clone(),
@@ -65,7 +68,7 @@ pub fn identify_record(
         averaged: None,
         links: record.links.clone(),
     };
-    if let Some((prepared, orders, found)) = fitted(record, band_hz, &mut identified, &mut notes) {
+    if let Some((prepared, stretches, found)) = fitted(record, asked, &mut identified, &mut notes) {
         warn_of_rounding(&prepared, &found, &mut notes);
         if found.begins_moving && prepared.kind == RecordKind::Hammer {
             let what = "the arm was still moving when the record began, which was taken into \
@@ -73,15 +76,25 @@ pub fn identify_record(
             notes.warning(Code::Remark, None, what);
         }
         identified.spectra = spectra(&prepared, &found);
-        for pole in found.poles.iter().filter(|pole| is_mode(pole, &mut notes)) {
+        let modes: Vec<&PoleEstimate> =
+            found.poles.iter().filter(|pole| is_mode(pole, &mut notes)).collect();
+        for pole in asked_for(modes, asked, &mut notes) {
             let mut mode = mode_of(record, &prepared, pole);
-            mode.support = support(&mode, &identified.stabilisation, orders);
+            mode.support = support(&mode, &identified.stabilisation, &stretches);
             identified.modes.push(mode);
         }
         if identified.modes.is_empty() {
             let what = match prepared.kind {
+                _ if !found.poles.is_empty() => {
+                    "no pole that was fitted is certain enough to be a mode; set band_hz, or look \
+                     at the spectrum (--format svg)"
+                }
                 RecordKind::RandomResponse => {
                     "no pole keeps its place as the order rises; record for longer"
+                }
+                _ if stands_out(&prepared) => {
+                    "the spectra stand out of the noise, but no pole could be fitted to them; set \
+                     band_hz, or look at the spectrum (--format svg)"
                 }
                 _ => "no mode rises above the noise; hit harder, or closer to the arm's end",
             };
@@ -89,11 +102,73 @@ pub fn identify_record(
         } else {
             warn_of_silent_responses(&prepared, &found, &mut notes);
         }
-        suspicions::check(record, &prepared, mains_hz, &mut identified.modes, &mut notes);
+        suspicions::check(record, &prepared, &asked.mains_hz, &mut identified.modes, &mut notes);
         identified.averaged = prepared.averaged;
     }
     identified.warnings = notes.list().to_vec();
     identified
+}
+
+/// Whether any spectrum has lines far above its median, as noise alone has not.
+fn stands_out(prepared: &Prepared) -> bool {
+    /// Power over the median one; of a million lines of noise the loudest has 20.
+    const FAR: f64 = 60.0;
+    prepared.blocks.iter().flat_map(|block| &block.spectra).any(|spectrum| {
+        let powers: Vec<f64> = spectrum.iter().map(C64::norm_sqr).collect();
+        let median = upper_median(&powers).unwrap_or(0.0);
+        powers.iter().any(|power| *power > FAR * median)
+    })
+}
+
+/// The poles that the session asks for; what is left out or missing is told.
+fn asked_for<'p>(
+    mut poles: Vec<&'p PoleEstimate>,
+    asked: &Asked,
+    notes: &mut Notes,
+) -> Vec<&'p PoleEstimate> {
+    let hz = |pole: &PoleEstimate| hz_from_rad_per_s(pole.pole.omega());
+    let all = poles.clone();
+    if !asked.near_hz.is_empty() {
+        let nearest = |wanted: &f64| {
+            let apart = |pole: &PoleEstimate| (hz(pole) / wanted - 1.0).abs();
+            let near = poles.iter().enumerate().filter(|(_, pole)| apart(pole) < NEAR_ASKED);
+            near.min_by(|a, b| apart(a.1).total_cmp(&apart(b.1))).map(|(at, _)| at)
+        };
+        let mut kept = Vec::new();
+        for wanted in &asked.near_hz {
+            match nearest(wanted) {
+                Some(at) => kept.push(at),
+                None => {
+                    let what = format!(
+                        "has no mode within {:.0} % of {wanted} Hz, where near_hz asks for one",
+                        percent_from_ratio(NEAR_ASKED)
+                    );
+                    notes.warning(Code::NoModes, None, what);
+                }
+            }
+        }
+        let mut at = 0..;
+        poles.retain(|_| at.next().is_some_and(|at: usize| kept.contains(&at)));
+    }
+    if let Some(count) = asked.modes {
+        if poles.len() < count {
+            let what = format!("has {} modes that are certain, not {count}", poles.len());
+            notes.warning(Code::NoModes, None, what);
+        }
+        let mut by_size: Vec<f64> = poles.iter().map(|pole| pole.prominence).collect();
+        by_size.sort_by(|a, b| b.total_cmp(a));
+        if let Some(least) = count.checked_sub(1).and_then(|last| by_size.get(last)) {
+            poles.retain(|pole| pole.prominence >= *least);
+        }
+    }
+    let left_out = all.iter().filter(|pole| !poles.iter().any(|kept| std::ptr::eq(*kept, **pole)));
+    let left_out: Vec<String> = left_out.map(|pole| format!("{:.3}", hz(pole))).collect();
+    if !left_out.is_empty() {
+        let what =
+            format!("modes that are not asked for were left out: {} Hz", left_out.join(", "));
+        notes.warning(Code::Remark, None, what);
+    }
+    poles
 }
 
 /// Whether a pole is a mode to be reported; warns of those that are not but might be taken for one,
@@ -132,17 +207,18 @@ fn is_mode(pole: &PoleEstimate, notes: &mut Notes) -> bool {
     true
 }
 
-/// The record ready for the estimation, how many orders were tried, and the fit. What the force of
+/// The record ready for the estimation, its stabilisation diagrams, and the fit. What the force of
 /// a short pulse leaves unexplained at high frequencies can spoil the whole fit: then the band is
 /// narrowed, with a warning.
 fn fitted(
     record: &Record,
-    band_hz: Option<[f64; 2]>,
+    asked: &Asked,
     identified: &mut IdentifiedRecord,
     notes: &mut Notes,
-) -> Option<(Prepared, usize, Estimate)> {
+) -> Option<(Prepared, Vec<Stretch>, Estimate)> {
     let blank = notes.clone();
-    let mut band_hz = band_hz;
+    let mut band_hz = asked.band_hz;
+    let highest = asked.max_order.unwrap_or(HIGHEST_ORDER);
     for narrowed in 0..=4 {
         let mut own_notes = blank.clone();
         let prepared = prepare(record, band_hz, &mut own_notes);
@@ -152,17 +228,21 @@ fn fitted(
         let mut prepared = prepared?;
         identified.kind = prepared.kind;
         if let Some(stationary) = &prepared.stationary {
-            let Some((found, by_order)) = of_random(stationary) else {
+            let Some((found, by_order)) = of_random(stationary, highest) else {
                 let what = "the response goes on, as under a random force that was not measured, \
                             and is too short for its modes; record for at least ten minutes";
                 notes.warning(Code::ShortRecord, None, what);
                 return None;
             };
             identified.stabilisation = stabilisation(&by_order);
-            return Some((prepared, by_order.len(), found));
+            let all = Stretch { own: [0.0, f64::INFINITY], orders: by_order.len() };
+            return Some((prepared, vec![all], found));
         }
-        let (orders, starts) = starts(&prepared, identified);
-        if let Some(found) = estimate(&mut prepared.blocks, &starts) {
+        identified.stabilisation.clear();
+        let (stretches, mut starts) = starts(&prepared, highest, &mut identified.stabilisation);
+        let near = asked.near_hz.iter().map(|hz| rad_per_s_from_hz(*hz));
+        starts.extend(near.map(|omega| Pole::from_modal(omega, 0.01)));
+        if let Some(found) = estimate(&mut prepared.blocks, &starts, highest / 2) {
             if let (true, Some([_, high])) = (narrowed > 0, band_hz) {
                 let what = format!(
                     "the whole band could not be fitted; the spectra were fitted up to {high:.1} \
@@ -170,7 +250,7 @@ fn fitted(
                 );
                 notes.warning(Code::Remark, None, what);
             }
-            return Some((prepared, orders, found));
+            return Some((prepared, stretches, found));
         }
         match narrower(&prepared, band_hz) {
             Some(band) => band_hz = Some(band),
@@ -194,25 +274,6 @@ fn narrower(prepared: &Prepared, band_hz: Option<[f64; 2]>) -> Option<[f64; 2]> 
     let half = low + 0.5 * (high - low);
     let end = if reached > half && reached < 0.9 * high { reached } else { half };
     (block.omega.len() >= 64).then_some([low, end])
-}
-
-/// How many orders the linear least squares had, and the poles that they agree on.
-fn starts(prepared: &Prepared, identified: &mut IdentifiedRecord) -> (usize, Vec<Pole>) {
-    let sets: Vec<(&[f64], &[Vec<C64>])> = prepared
-        .starts_from
-        .iter()
-        .map(|(omega, spectra)| (omega.as_slice(), spectra.as_slice()))
-        .collect();
-    let by_order: PolesByOrder = poles_by_order(&sets)
-        .into_iter()
-        .map(|(order, poles)| {
-            let unwindowed =
-                |pole: Pole| Pole { lambda: pole.lambda + prepared.window_decay, ..pole };
-            (order, poles.into_iter().map(unwindowed).filter(|pole| pole.lambda.re < 0.0).collect())
-        })
-        .collect();
-    identified.stabilisation = stabilisation(&by_order);
-    (by_order.len(), candidates(&identified.stabilisation))
 }
 
 /// Warns of responses whose rounding is louder than their noise.
@@ -284,17 +345,6 @@ fn is_settled(pole: &PoleEstimate, notes: &mut Notes) -> bool {
         notes.warning(Code::Unsettled, None, what);
     }
     false
-}
-
-/// Fraction of the orders that have a stable pole near the mode.
-fn support(mode: &Mode, points: &[StabilisationPoint], orders: usize) -> f64 {
-    let mut having: Vec<usize> = points
-        .iter()
-        .filter(|point| (point.frequency_hz / mode.frequency_hz - 1.0).abs() < 0.01)
-        .map(|point| point.order)
-        .collect();
-    having.dedup();
-    having.len() as f64 / orders.max(1) as f64
 }
 
 fn spectra(prepared: &Prepared, found: &Estimate) -> Vec<FittedSpectrum> {

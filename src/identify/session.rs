@@ -132,7 +132,7 @@ impl IdentifiedSession {
 /// Identifies all records and merges those of one pose; `progress` counts records.
 pub fn identify_session(session: &Session, progress: Progress<'_>) -> IdentifiedSession {
     let identified = |measurement: &Measurement| {
-        let found = identify_record(&measurement.record, session.band_hz, &session.mains_hz);
+        let found = identify_record(&measurement.record, &session.asked);
         progress(Done::More(1));
         found
     };

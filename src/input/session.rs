@@ -14,7 +14,9 @@ use crate::formats::records::Recording;
 use crate::formats::text::read_text;
 use crate::formats::yaml::{Node, Step, document};
 use crate::identify::pose::{JointColumn, Pose};
-use crate::identify::record::{Conditions, Data, MarkedLink, Marker, Measurement, Record, Session};
+use crate::identify::record::{
+    Asked, Conditions, Data, MarkedLink, Marker, Measurement, Record, Session,
+};
 use crate::notes::{Code, Note, Notes, Place};
 use crate::units::m_from_mm;
 use crate::wording::hint;
@@ -86,6 +88,7 @@ impl Reader<'_> {
                 self.error(Code::Value, &[Step::Key("mains_hz")], what);
             }
         }
+        self.check_asked();
         self.check_channels();
         self.check_joint_names();
         let links = self.links(raw.markers.as_ref(), &[]);
@@ -98,10 +101,27 @@ impl Reader<'_> {
             self.check_use(&used);
         }
         Session {
-            band_hz: raw.band_hz,
-            mains_hz: raw.mains_hz.clone().unwrap_or_else(|| vec![50.0, 60.0]),
+            asked: Asked {
+                band_hz: raw.band_hz,
+                mains_hz: raw.mains_hz.clone().unwrap_or_else(|| vec![50.0, 60.0]),
+                max_order: raw.max_order.map(|order| order as usize),
+                modes: raw.modes.map(|modes| modes as usize),
+                near_hz: raw.near_hz.clone().unwrap_or_default(),
+            },
             joint_columns: self.joint_columns(),
             records,
+        }
+    }
+
+    fn check_asked(&mut self) {
+        let raw = self.raw;
+        for (index, hz) in raw.near_hz.iter().flatten().enumerate() {
+            let is_within = raw.band_hz.is_none_or(|[low, high]| *hz >= low && *hz <= high);
+            if !(*hz > 0.0 && is_within) {
+                let what =
+                    format!("near_hz[{index}] is {hz}, must be positive and lie within band_hz");
+                self.error(Code::Value, &[Step::Key("near_hz")], what);
+            }
         }
     }
 

@@ -4,7 +4,7 @@
 use crate::vibration::{
     TrueMode, channel_of, free_decay, gauss, hammered, noisy, pulses, rms, seeded,
 };
-use detune::identify::record::{Channel, Data, Quantity, Record};
+use detune::identify::record::{Asked, Channel, Data, Quantity, Record};
 use detune::identify::record_modes::{IdentifiedRecord, identify_record};
 use detune::notes::Code;
 use nalgebra::{DMatrix, DVector};
@@ -38,8 +38,12 @@ pub(crate) fn record(
     }
 }
 
+pub(crate) fn asked(mains_hz: &[f64]) -> Asked {
+    Asked { mains_hz: mains_hz.to_vec(), ..Asked::default() }
+}
+
 fn identify(record: &Record) -> IdentifiedRecord {
-    identify_record(record, None, &[50.0, 60.0])
+    identify_record(record, &asked(&[50.0, 60.0]))
 }
 
 /// Every mode and no other, within 0.1 % of frequency and 10 % of damping.

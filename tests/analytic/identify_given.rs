@@ -6,6 +6,7 @@ use detune::identify::record::{Data, Frf, Quantity, Record};
 use detune::identify::record_modes::{IdentifiedRecord, identify_record};
 use realfft::RealFftPlanner;
 
+use crate::identify::asked;
 use crate::vibration::{C64, TrueMode, gauss, hammered, noisy, seeded};
 
 /// What an analyser does: a random force, stretches of `seconds` that overlap by half, a Hann window, H1; and a gain
@@ -80,7 +81,8 @@ fn a_window_that_is_shorter_than_a_decay_makes_no_further_modes() {
         TrueMode::new(400.7, 0.02, &[0.3, 0.4, -0.7]),
     ];
     for seed in 0..6 {
-        let found = identify_record(&analysed(&modes, 2048.0, 1.0, 0.0, seed), None, &[50.0, 60.0]);
+        let found =
+            identify_record(&analysed(&modes, 2048.0, 1.0, 0.0, seed), &asked(&[50.0, 60.0]));
         must_be(&found, &modes, 1.0, &format!("seed {seed}"));
     }
 }
@@ -97,7 +99,8 @@ fn a_beam_has_its_six_modes() {
         TrueMode::new(950.0, 0.002, &[0.5, -0.3, 0.6, -0.6, 0.8]),
     ];
     for seed in 0..4 {
-        let found = identify_record(&analysed(&modes, 3200.0, 0.8, 0.0, seed), None, &[50.0, 60.0]);
+        let found =
+            identify_record(&analysed(&modes, 3200.0, 0.8, 0.0, seed), &asked(&[50.0, 60.0]));
         must_be(&found, &modes, 0.8, &format!("seed {seed}"));
     }
 }
@@ -111,7 +114,7 @@ fn a_gain_that_varies_over_frequency_makes_no_further_modes() {
     ];
     for seed in 0..4 {
         let record = analysed(&modes, 12_800.0, 0.2, 0.02, seed);
-        let found = identify_record(&record, None, &[50.0, 60.0]);
+        let found = identify_record(&record, &asked(&[50.0, 60.0]));
         must_be(&found, &modes, 0.01, &format!("seed {seed}"));
     }
 }

@@ -1,6 +1,7 @@
 //! What a record lacks or may mislead by is told, each with record and channel, and nothing of it in a
 //! sound record.
 
+use crate::identify::asked;
 use crate::vibration::{
     TrueMode, channel_of, free_decay, gauss, hammered, noisy, pulses, rms, seeded,
 };
@@ -33,7 +34,7 @@ fn record(rate: f64, force: Option<Vec<f64>>, responses: Vec<Vec<f64>>) -> Recor
 }
 
 fn identify(record: &Record) -> IdentifiedRecord {
-    identify_record(record, None, &[50.0, 60.0])
+    identify_record(record, &asked(&[50.0, 60.0]))
 }
 
 fn kinds(found: &IdentifiedRecord) -> Vec<Code> {
@@ -207,8 +208,7 @@ fn aliased_frequencies_are_reported() {
     assert!((slow.modes[1].frequency_hz - 57.0).abs() < 0.05, "{:?}", slow.modes);
     assert!(kinds(&slow).contains(&Code::MayBeFolded));
     let session = Session {
-        band_hz: None,
-        mains_hz: vec![50.0],
+        asked: asked(&[50.0]),
         joint_columns: None,
         records: vec![taken(140.0, 700), taken(400.0, 2000)],
     };
@@ -235,8 +235,7 @@ fn records_of_one_pose_make_one_row() {
             id: Some(format!("t{seed}")),
         }
     };
-    let session =
-        |records| Session { band_hz: None, mains_hz: Vec::new(), joint_columns: None, records };
+    let session = |records| Session { asked: asked(&[]), joint_columns: None, records };
     let found = identify_session(
         &session(vec![
             taken(1, 18.0, 0.5, Some(20.0)),

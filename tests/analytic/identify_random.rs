@@ -1,6 +1,6 @@
 //! Responses to a random force that nobody measured: told from decays, and modes with right deviations.
 
-use crate::identify::{coverage_seeds, record};
+use crate::identify::{asked, coverage_seeds, record};
 use crate::vibration::{TrueMode, free_decay, noisy, random_response, seeded};
 use detune::identify::RecordKind;
 use detune::identify::record::Quantity;
@@ -22,7 +22,7 @@ fn measured(modes: &[TrueMode], seconds: f64, noise: f64, seed: u64) -> Identifi
     let mut rng = seeded(seed);
     let clean = random_response(modes, RATE, (seconds * RATE) as usize, &mut rng);
     let responses = noisy(&clean, noise, &mut rng);
-    identify_record(&record(RATE, None, responses, Quantity::Displacement), None, &[50.0, 60.0])
+    identify_record(&record(RATE, None, responses, Quantity::Displacement), &asked(&[50.0, 60.0]))
 }
 
 /// Over the seeds of the long run the intervals hold frequency and damping in 93 to 97 %.
@@ -91,8 +91,10 @@ fn a_machines_tone_is_no_mode_where_no_force_was_measured() {
             channel.iter_mut().zip(&tone).for_each(|(x, tone)| *x += share * level * tone);
         }
         let responses = noisy(&responses, 0.05, &mut rng);
-        let found =
-            identify_record(&record(RATE, None, responses, Quantity::Displacement), None, &[50.0]);
+        let found = identify_record(
+            &record(RATE, None, responses, Quantity::Displacement),
+            &asked(&[50.0]),
+        );
         let listed: Vec<f64> = found
             .modes
             .iter()
@@ -146,7 +148,7 @@ fn what_decays_is_not_taken_for_a_random_response() {
         }
         let responses = noisy(&clean, 0.2, &mut seeded(seed));
         let record = record(400.0, None, responses, Quantity::Displacement);
-        let found = identify_record(&record, None, &[]);
+        let found = identify_record(&record, &asked(&[]));
         assert_eq!(found.kind, RecordKind::FreeDecay, "seed {seed}");
     }
 }

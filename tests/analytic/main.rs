@@ -25,6 +25,7 @@ mod assumed_mass;
 mod crossings;
 mod free_vibration;
 mod identify;
+mod identify_bands;
 mod identify_given;
 mod identify_notices;
 mod identify_random;

@@ -292,3 +292,35 @@ fn at_a_low_rate_every_mode_may_be_folded() {
         assert!(notices.iter().any(is_told), "{hz}: {notices:?}");
     }
 }
+
+/// Shapes and synthesised responses of a roving hammer, read again: the same modes.
+#[test]
+fn synthesised_responses_have_the_modes_that_made_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let hits = [(0, 3), (1, 3), (2, 3), (3, 3)];
+    fs::write(folder.path().join("r.uff"), roving(&[0], &hits, None)).unwrap();
+    let session = "records:\n  - {file: r.uff, pose: {beta2_rad: 1}}\n";
+    let first = identified(folder.path(), session);
+    let output = program::run(folder.path(), &["identify", "s.yaml", "--write-uff", "modes.uff"]);
+    assert!(output.status.success(), "{}", program::err(&output));
+    let text = fs::read_to_string(folder.path().join("modes.uff")).unwrap();
+    let sets = |kind: &str| text.matches(&format!("    -1\n    {kind}\n")).count();
+    assert_eq!((sets("55"), sets("58")), (4, 4));
+    let again =
+        identified(folder.path(), "records:\n  - {file: modes.uff, pose: {beta2_rad: 1}}\n");
+    let (before, after) = (frequencies(&first), frequencies(&again));
+    assert_eq!(after.len(), 4, "{after:?} {:?}", codes(&again));
+    for (mode, (a, b)) in before.iter().zip(&after).enumerate() {
+        assert!((a / b - 1.0).abs() < 1e-4, "{before:?} {after:?}");
+        let part = |found: &Value, place: usize| {
+            let part = &found["records"][0]["modes"][mode]["shape"][place];
+            (part["response"].as_str().unwrap().to_owned(), part["re"].as_f64().unwrap())
+        };
+        for place in 0..4 {
+            let ((a_name, a), (b_name, b)) = (part(&first, place), part(&again, place));
+            assert!(a_name == b_name && (a - b).abs() < 0.01, "{a_name} {a}, {b_name} {b}");
+        }
+    }
+    let reused = program::run(folder.path(), &["identify", "s.yaml", "--write-uff", "modes.uff"]);
+    assert_eq!(reused.status.code(), Some(2), "an input is written over");
+}

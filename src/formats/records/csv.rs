@@ -1,7 +1,8 @@
-//! A record as CSV: a header, then one row a sample. A column `time` or `t`, in seconds or with its
-//! unit (`time_s`, `t [ms]`), is time; all others are channels. A header that was written as a
-//! comment, as numpy does, is taken for the header. Times may be uneven, as a telephone's are; a
-//! jump by far more than they usually vary is a loss of samples.
+//! A record as CSV: a header, then one row a sample, with commas between the cells, or with tabs or
+//! semicolons and then also decimal commas. A column `time` or `t`, in seconds or with its unit
+//! (`time_s`, `t [ms]`), is time; all others are channels. A header that was written as a comment,
+//! as numpy does, is taken for the header. Times may be uneven, as a telephone's are; a jump by far
+//! more than they usually vary is a loss of samples.
 
 use std::io::Read;
 use std::path::Path;
@@ -48,6 +49,9 @@ pub(crate) fn time(title: &str) -> Option<ToSeconds> {
 
 pub(super) fn read(path: &Path) -> Result<Recording, Vec<Note>> {
     let mut text = read_text(path, MAX_RECORD_BYTES)?;
+    if let Some(separated) = with_commas(&text) {
+        text = separated;
+    }
     let mut notes = Notes::about(Place::file(path));
     if let Some((line, at)) = header_as_comment(&text) {
         text.replace_range(at..=at, " ");
@@ -129,6 +133,41 @@ fn columns<R: Read>(
             }
         }
     }
+}
+
+/// A table with tabs or semicolons between its cells, and with decimal commas or points, as one
+/// with commas and points; `None` where it has neither. Lines stay lines.
+fn with_commas(text: &str) -> Option<String> {
+    let is_row = |line: &&str| !line.trim().is_empty() && !line.trim_start().starts_with('#');
+    let header = text.trim_start_matches('\u{feff}').lines().find(is_row)?;
+    let mark = ['\t', ';'].into_iter().find(|mark| header.contains(*mark))?;
+    let ends_in_mark = header.trim_end_matches('\r').ends_with(mark);
+    let mut separated = String::with_capacity(text.len());
+    for line in text.split_inclusive('\n') {
+        let row = line.trim_end_matches(['\r', '\n']);
+        let row = if ends_in_mark { row.strip_suffix(mark).unwrap_or(row) } else { row };
+        let is_comment = row.trim_start().starts_with('#');
+        for (index, cell) in row.split(mark).enumerate() {
+            if index > 0 {
+                separated.push(',');
+            }
+            let cell = cell.trim();
+            let pointed = cell.replace(',', ".");
+            if !cell.contains(',') {
+                separated.push_str(cell);
+            } else if pointed.parse::<f64>().is_ok() {
+                separated.push_str(&pointed);
+            } else if is_comment || cell.starts_with('"') {
+                separated.push_str(&cell.replace(',', " "));
+            } else {
+                separated.push_str(&format!("\"{cell}\""));
+            }
+        }
+        if line.ends_with('\n') {
+            separated.push('\n');
+        }
+    }
+    Some(separated)
 }
 
 /// Line and place of the mark that makes a comment of what must be the header: the first row is all
@@ -288,10 +327,28 @@ mod tests {
         assert!(times.iter().zip(0..).all(|(t, k)| (t - uneven(k)).abs() < 1e-3));
         let lost = |k: u32| uneven(k) + if k < 9 { 0.0 } else { 0.03 };
         let told = reported(&format!("t,x\n{}", rows(lost))).unwrap_err();
-        assert!(told[0].starts_with("11: ") && told[0].contains("3 samples are lost"), "{told:?}");
+        assert!(told[0].starts_with("11: ") && told[0].contains("samples are lost"), "{told:?}");
         let back = |k: u32| uneven(k) - if k == 9 { 0.02 } else { 0.0 };
         let told = reported(&format!("t,x\n{}", rows(back))).unwrap_err();
         assert!(told[0].starts_with("11: ") && told[0].contains("must rise"), "{told:?}");
+    }
+
+    #[test]
+    fn tabs_and_semicolons_with_decimal_commas_are_read() {
+        for (mark, end) in [(';', "\r\n"), ('\t', "\n")] {
+            let mut text = format!("# rig; 3{end}Zeit, unsinn{mark}t [s]{mark}x, mm{mark}{end}");
+            for k in 0..20 {
+                let time = format!("{:.3}", f64::from(k) * 0.005).replace('.', ",");
+                text += &format!("1,5{mark}{time}{mark}-{k},25e-1{mark}{end}");
+            }
+            let found = reported(&text).unwrap();
+            assert!((found.sample_rate_hz.unwrap() - 200.0).abs() < 1e-9);
+            let names: Vec<_> = found.channels.iter().map(|c| c.label.name.as_str()).collect();
+            assert_eq!(names, ["Zeit, unsinn", "x, mm"]);
+            assert_eq!(found.channels[1].samples[7], -0.725);
+            let told = reported(&text.replacen("1,5", "1,5,5", 1)).unwrap_err();
+            assert!(told[0].starts_with("3: Zeit, unsinn is '1,5,5'"), "{told:?}");
+        }
     }
 
     #[test]

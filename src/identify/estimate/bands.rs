@@ -5,6 +5,7 @@
 use super::Estimate;
 use super::block::{Block, Pole};
 use super::fit::strongest;
+use super::peaks::divisions;
 
 /// Lines and starts from which on bands are worth it.
 const MIN_LINES: usize = 1200;
@@ -28,8 +29,6 @@ pub(super) struct Band {
 /// The bands of spectra with many modes, ascending, without gaps; one band or none where all lines
 /// are fitted together.
 pub(super) fn divided(blocks: &[Block], starts: &[Pole]) -> Vec<Band> {
-    /// Poles this many times their decay rates apart can be in different bands.
-    const FAR: f64 = 6.0;
     /// A band sees its neighbours as far as this share of its own width.
     const MARGIN: f64 = 0.15;
     let Some(block) = blocks.iter().max_by_key(|block| block.omega.len()) else {
@@ -40,24 +39,7 @@ pub(super) fn divided(blocks: &[Block], starts: &[Pole]) -> Vec<Band> {
         return Vec::new();
     }
     let (first, last) = (omega[0], omega[omega.len() - 1]);
-    let line = (last - first) / (omega.len() - 1) as f64;
-    let mut sorted: Vec<&Pole> = starts.iter().collect();
-    sorted.sort_by(|a, b| a.omega().total_cmp(&b.omega()));
-    let mut ends = vec![0.0_f64];
-    let mut count = 0;
-    for pair in sorted.windows(2) {
-        count += 1;
-        let [a, b] = [pair[0], pair[1]].map(|pole| (pole.omega(), pole.lambda.re.abs() + line));
-        let end = a.0 + (b.0 - a.0) * a.1 / (a.1 + b.1);
-        let from = ends.last().copied().unwrap_or(0.0).max(first);
-        let is_far = b.0 - a.0 > FAR * (a.1 + b.1);
-        let is_wide = |from: f64, to: f64| to - from > LINES_OF_BAND as f64 * line && to > from;
-        if count >= STARTS && is_far && is_wide(from, end) && is_wide(end, last) {
-            ends.push(end);
-            count = 0;
-        }
-    }
-    ends.push(f64::INFINITY);
+    let ends = divisions(starts, omega, STARTS, LINES_OF_BAND);
     let band = |pair: &[f64]| {
         let [from, to] = [pair[0].max(first), pair[1].min(last)];
         let margin = MARGIN * (to - from);

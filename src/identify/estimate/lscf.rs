@@ -49,27 +49,37 @@ pub struct StabilisationPoint {
 /// Orders with their poles, ascending.
 pub(in crate::identify) type PolesByOrder = Vec<(usize, Vec<Pole>)>;
 
-/// Poles of all even orders, by order.
-pub(in crate::identify) fn poles_by_order(sets: &[(&[f64], &[Vec<C64>])]) -> PolesByOrder {
+/// Poles of all even orders up to the highest, by order. A band that begins far above zero is
+/// moved down to zero, as its lines would fill but a small part of the unit circle.
+pub(in crate::identify) fn poles_by_order(
+    sets: &[(&[f64], &[Vec<C64>])],
+    highest: usize,
+) -> PolesByOrder {
+    /// Lines for each coefficient.
+    const LINES: usize = 5;
+    /// Of the highest line.
+    const FAR_ABOVE_ZERO: f64 = 0.3;
     let lines = sets.iter().map(|(omega, _)| omega.len()).min().unwrap_or(0);
-    // Five lines or more for each coefficient.
-    let highest = 48.min(lines / 5);
+    let highest = highest.min(lines / LINES);
     let top = sets.iter().filter_map(|(omega, _)| omega.last()).fold(0.0_f64, |a, b| a.max(*b));
+    let low = sets.iter().filter_map(|(omega, _)| omega.first()).fold(top, |a, b| a.min(*b));
     if highest < 2 || top <= 0.0 {
         return Vec::new();
     }
-    let step = std::f64::consts::PI / top;
+    let shift = if low > FAR_ABOVE_ZERO * top { low - (top - low) / lines as f64 } else { 0.0 };
+    let step = std::f64::consts::PI / (top - shift);
     let mut normal = DMatrix::zeros(highest + 1, highest + 1);
     for (omega, spectra) in sets {
+        let omega: Vec<f64> = omega.iter().map(|w| w - shift).collect();
         for spectrum in *spectra {
-            if let Some(reduced) = reduced(omega, spectrum, step, highest) {
+            if let Some(reduced) = reduced(&omega, spectrum, step, highest) {
                 normal += reduced;
             }
         }
     }
     (2..=highest)
         .step_by(2)
-        .map(|order| (order, roots(&normal, order, step).unwrap_or_default()))
+        .map(|order| (order, roots(&normal, order, step, shift).unwrap_or_default()))
         .collect()
 }
 
@@ -108,8 +118,8 @@ fn reduced(omega: &[f64], spectrum: &[C64], step: f64, order: usize) -> Option<D
     reduced.iter().all(|v| v.is_finite()).then_some(reduced)
 }
 
-/// Poles that decay, from the denominator of one order.
-fn roots(normal: &DMatrix<f64>, order: usize, step: f64) -> Option<Vec<Pole>> {
+/// Poles that decay, from the denominator of one order; frequencies were moved down by `shift`.
+fn roots(normal: &DMatrix<f64>, order: usize, step: f64, shift: f64) -> Option<Vec<Pole>> {
     let matrix = normal.view((0, 0), (order, order)).into_owned();
     let right = DVector::from_fn(order, |i, _| -normal[(i, order)]);
     let low = matrix.lu().solve(&right)?;
@@ -127,13 +137,12 @@ fn roots(normal: &DMatrix<f64>, order: usize, step: f64) -> Option<Vec<Pole>> {
     let poles = values
         .iter()
         .filter(|delay| delay.norm() > 1e-12)
-        .map(|delay| Pole::new(-delay.ln() / step))
+        .map(|delay| -delay.ln() / step)
+        .filter(|lambda| lambda.im > 0.0 && lambda.im < 0.999 * std::f64::consts::PI / step)
+        .map(|lambda| Pole::new(lambda + C64::new(0.0, shift)))
         .filter(|pole| {
-            let nyquist = std::f64::consts::PI / step;
             let ratio = pole.ratio();
-            pole.lambda.im > 0.0
-                && pole.lambda.im < 0.999 * nyquist
-                && ratio > 0.0
+            ratio > 0.0
                 // More damping is no vibration worth showing.
                 && ratio < 0.25
         });
@@ -219,7 +228,7 @@ mod tests {
                 truth.iter().map(one).sum()
             })
             .collect();
-        let by_order = poles_by_order(&[(&omega, &[spectrum])]);
+        let by_order = poles_by_order(&[(&omega, &[spectrum])], 48);
         for (order, poles) in by_order.iter().filter(|(order, _)| (16..=40).contains(order)) {
             for pole in &truth {
                 let error = poles

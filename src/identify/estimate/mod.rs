@@ -22,6 +22,7 @@ pub(super) mod hann;
 mod impacts;
 pub(super) mod lscf;
 mod noise;
+pub(super) mod peaks;
 mod projection;
 mod select;
 mod states;
@@ -80,24 +81,25 @@ pub(super) struct Estimate {
     pub(super) begins_moving: bool,
 }
 
-/// Finds the poles. `None` where the spectra are empty or hold nothing that can be fitted.
-pub(super) fn estimate(blocks: &mut [Block], starts: &[Pole]) -> Option<Estimate> {
+/// Finds the poles, `most` in a band of lines at most. `None` where the spectra are empty or hold
+/// nothing that can be fitted.
+pub(super) fn estimate(blocks: &mut [Block], starts: &[Pole], most: usize) -> Option<Estimate> {
     if blocks.iter().all(|block| block.spectra.is_empty() || block.omega.is_empty()) {
         return None;
     }
     let bands = bands::divided(blocks, starts);
     if bands.len() > 1
-        && let Some(found) = in_bands(blocks, starts, &bands)
+        && let Some(found) = in_bands(blocks, starts, &bands, most)
     {
         return Some(found);
     }
-    let fit = fitted_poles(blocks, starts)?;
+    let fit = fitted_poles(blocks, starts, most)?;
     report(blocks, &fit)
 }
 
 /// The poles of all lines together.
-fn fitted_poles(blocks: &mut [Block], starts: &[Pole]) -> Option<Fit> {
-    let mut fit = select::select(blocks, starts)?.reweighted(blocks);
+fn fitted_poles(blocks: &mut [Block], starts: &[Pole], most: usize) -> Option<Fit> {
+    let mut fit = select::select(blocks, starts, most)?.reweighted(blocks);
     if let Some(moving) = moving_before(blocks, &fit) {
         fit = moving;
     }
@@ -108,10 +110,10 @@ fn fitted_poles(blocks: &mut [Block], starts: &[Pole]) -> Option<Fit> {
 
 /// The poles band by band: first each for itself, then with those of its neighbours held. `None`
 /// where a mode drifts, which takes all of the spectrum, or where a band cannot be fitted.
-fn in_bands(blocks: &[Block], starts: &[Pole], bands: &[Band]) -> Option<Estimate> {
+fn in_bands(blocks: &[Block], starts: &[Pole], bands: &[Band], most: usize) -> Option<Estimate> {
     let alone = |band: &Band| {
         let mut cut = band.cut(blocks)?;
-        let fit = fitted_poles(&mut cut, &band.seen(starts))?;
+        let fit = fitted_poles(&mut cut, &band.seen(starts), most)?;
         (!fit.poles.iter().any(Pole::drifts)).then_some((cut, fit))
     };
     let first: Vec<(Vec<Block>, Fit)> = bands.par_iter().map(alone).collect::<Option<_>>()?;

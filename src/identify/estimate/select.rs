@@ -14,11 +14,10 @@ use super::projection::{Projection, dot};
 use super::unexplained::reaches;
 use crate::statistics::chi_squared_bound;
 
-/// The significant poles, and the fit at them.
-pub(super) fn select(blocks: &mut [Block], starts: &[Pole]) -> Option<Fit> {
+/// The significant poles, `most` of them at most, and the fit at them.
+pub(super) fn select(blocks: &mut [Block], starts: &[Pole], most: usize) -> Option<Fit> {
     let mut fit = Fit::at(blocks, first_noise(blocks), Vec::new())?;
-    // More poles than any band of an arm has.
-    while fit.poles.len() < 24 {
+    while fit.poles.len() < most {
         let floor = fit.noise_by(blocks, |powers, _, strongest| noise::floor(powers, strongest));
         // What was noise at first may be the skirt of a mode: the poles move with the weights.
         fit = Fit::at(blocks, floor, fit.poles.clone())?.refined(blocks, NORMAL);
@@ -58,7 +57,11 @@ fn bent(blocks: &[Block], fit: &Fit, larger: Option<&Fit>) -> Option<(Vec<Block>
     /// −ln of the probability that noise alone bends the background, about one in a thousand.
     const FALSE_ALARM: f64 = 7.0;
     /// Of what a further pole explains beyond chance.
-    const MIN_FRACTION: f64 = 0.5;
+    const MIN_FRACTION: f64 = 0.8;
+    // In a band as narrow as a mode, the mode itself would pass for background.
+    if fit.poles.is_empty() && larger.is_some() {
+        return None;
+    }
     let mut bent = blocks.to_vec();
     let mut new = 0;
     for block in bent.iter_mut().filter(|block| block.is_cut_out && block.bend < MOST) {

@@ -19,6 +19,15 @@ pub(in crate::input) struct Session {
     /// Lowest and highest frequency to look at, Hz; chosen from each record if absent.
     #[schemars(extend("examples" = [[5, 70]]))]
     pub(in crate::input) band_hz: Option<[f64; 2]>,
+    /// Highest order of the stabilisation diagram, and twice the most modes of a band; 48 if absent.
+    #[schemars(extend("minimum" = 2, "maximum" = 96, "examples" = [24]))]
+    pub(in crate::input) max_order: Option<u32>,
+    /// Report the most prominent modes alone, so many of them.
+    #[schemars(extend("minimum" = 1, "examples" = [2]))]
+    pub(in crate::input) modes: Option<u32>,
+    /// Report the modes nearest to these frequencies alone, Hz, each within 5 %.
+    #[schemars(extend("minItems" = 1, "examples" = [[23, 39]]))]
+    pub(in crate::input) near_hz: Option<Vec<f64>>,
     /// Frequencies of the mains whose multiples are flagged, Hz; [50, 60] if absent, [] for none.
     #[schemars(extend("default" = [50, 60]))]
     pub(in crate::input) mains_hz: Option<Vec<f64>>,

@@ -6,6 +6,7 @@ mod plots;
 mod svg;
 mod table;
 mod text;
+mod uff;
 
 pub use html::{identification_html, identification_plots};
 pub(super) use json::Identification;
@@ -13,6 +14,7 @@ pub use json::identification_json;
 pub use svg::identification_svg;
 pub use table::measured_csv;
 pub use text::identification_text;
+pub use uff::identification_uff;
 
 use crate::identify::RecordKind;
 use crate::identify::links::Sense;

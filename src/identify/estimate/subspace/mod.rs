@@ -60,7 +60,10 @@ impl Stationary {
 }
 
 /// The modes, and the poles of each order. `None` where the record is too short.
-pub(in crate::identify) fn of_random(stationary: &Stationary) -> Option<(Estimate, PolesByOrder)> {
+pub(in crate::identify) fn of_random(
+    stationary: &Stationary,
+    highest: usize,
+) -> Option<(Estimate, PolesByOrder)> {
     let Stationary { rate_hz, band_hz: [low_hz, high_hz], responses } = stationary;
     // Responses count alike, whatever their units.
     let sizes: Vec<f64> =
@@ -78,7 +81,8 @@ pub(in crate::identify) fn of_random(stationary: &Stationary) -> Option<(Estimat
         .find_map(|rows| Correlations::of(&scaled, rows))
         .filter(|_| samples > 0)?;
     let step_s = rate_hz.recip();
-    let realisation = Realisation::new(&correlations, step_s, responses.len(), HIGHEST);
+    let realisation =
+        Realisation::new(&correlations, step_s, responses.len(), highest.min(HIGHEST));
     let is_asked = |lambda: C64| {
         let omega = lambda.norm();
         lambda.re < 0.0

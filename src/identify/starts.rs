@@ -1,0 +1,97 @@
+//! Where the fit of a record starts, and how many orders of the least squares support a mode.
+
+use super::estimate::lscf::{
+    PolesByOrder, StabilisationPoint, candidates, poles_by_order, stabilisation,
+};
+use super::estimate::peaks::{divisions, peaks};
+use super::estimate::{C64, Pole};
+use super::mode::Mode;
+use super::prepare::{Prepared, SpectraOnLines};
+use crate::units::rad_per_s_from_hz;
+
+/// A stretch of frequencies with a stabilisation diagram of its own.
+pub(super) struct Stretch {
+    /// rad/s, the end not included.
+    pub(super) own: [f64; 2],
+    /// How many orders were tried.
+    pub(super) orders: usize,
+}
+
+/// The poles that the linear least squares of rising order agree on, and peaks beside them. Where
+/// there are many peaks, a few at a time.
+pub(super) fn starts(
+    prepared: &Prepared,
+    highest: usize,
+    points: &mut Vec<StabilisationPoint>,
+) -> (Vec<Stretch>, Vec<Pole>) {
+    /// From so many peaks on, stretches of so many; each with so many lines.
+    const MANY: usize = 8;
+    const PEAKS: usize = 4;
+    const LINES: usize = 100;
+    let unwindowed = |pole: Pole| Pole { lambda: pole.lambda + prepared.window_decay, ..pole };
+    let widest = prepared.starts_from.iter().max_by_key(|(omega, _)| omega.len());
+    let peaks = widest.map_or_else(Vec::new, |(omega, spectra)| peaks(omega, spectra));
+    let ends = match widest {
+        Some((omega, _)) if peaks.len() >= MANY => divisions(&peaks, omega, PEAKS, LINES),
+        _ => vec![0.0, f64::INFINITY],
+    };
+    let mut stretches = Vec::new();
+    for pair in ends.windows(2) {
+        let own = [pair[0], pair[1]];
+        let sets = within(prepared, own);
+        let sets: Vec<(&[f64], &[Vec<C64>])> =
+            sets.iter().map(|(omega, spectra)| (&omega[..], &spectra[..])).collect();
+        let by_order: PolesByOrder = poles_by_order(&sets, highest)
+            .into_iter()
+            .map(|(order, poles)| {
+                let poles = poles.into_iter().map(unwindowed);
+                let is_own =
+                    |pole: &Pole| pole.lambda.re < 0.0 && (own[0]..own[1]).contains(&pole.omega());
+                (order, poles.filter(is_own).collect())
+            })
+            .collect();
+        points.extend(stabilisation(&by_order));
+        stretches.push(Stretch { own, orders: by_order.len() });
+    }
+    let mut starts = candidates(points);
+    let is_new = |peak: &Pole, starts: &[Pole]| {
+        starts.iter().all(|start| {
+            (start.omega() - peak.omega()).abs() > peak.lambda.re.abs() + start.lambda.re.abs()
+        })
+    };
+    // Their widths are those of the window, at least.
+    let peaks: Vec<Pole> = peaks.into_iter().filter(|peak| is_new(peak, &starts)).collect();
+    if stretches.len() > 1 {
+        starts.extend(peaks);
+    }
+    (stretches, starts)
+}
+
+/// What the least squares start from, within a stretch and a little beyond.
+fn within(prepared: &Prepared, [from, to]: [f64; 2]) -> Vec<SpectraOnLines> {
+    const MARGIN: f64 = 0.1;
+    let cut = |(omega, spectra): &SpectraOnLines| {
+        let last = omega.last().copied().unwrap_or(0.0);
+        let margin = MARGIN * (to.min(last) - from);
+        let lines = omega.partition_point(|w| *w < from - margin)
+            ..omega.partition_point(|w| *w < to + margin);
+        let spectra = spectra.iter().map(|own| own[lines.clone()].to_vec()).collect();
+        (omega[lines].to_vec(), spectra)
+    };
+    prepared.starts_from.iter().map(cut).collect()
+}
+
+/// Fraction of the orders that have a stable pole near the mode.
+pub(super) fn support(mode: &Mode, points: &[StabilisationPoint], stretches: &[Stretch]) -> f64 {
+    let omega = rad_per_s_from_hz(mode.frequency_hz);
+    let is_there = |stretch: &&Stretch| (stretch.own[0]..stretch.own[1]).contains(&omega);
+    let orders = stretches.iter().find(is_there).map_or(0, |stretch| stretch.orders);
+    let mut having: Vec<usize> = points
+        .iter()
+        .filter(|point| (point.frequency_hz / mode.frequency_hz - 1.0).abs() < 0.01)
+        .map(|point| point.order)
+        .collect();
+    having.sort_unstable();
+    having.dedup();
+    (having.len() as f64 / orders.max(1) as f64).min(1.0)
+}

@@ -1,0 +1,155 @@
+//! Universal files: each mode's shape as data set 55 (complex modes) and, where a force was
+//! measured, the frequency responses that the modes make as data set 58 (SDRC, Universal File
+//! Datasets).
+
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
+use std::fmt::Write;
+
+use nalgebra::Complex;
+
+use super::pose_words;
+use crate::identify::mode::Mode;
+use crate::identify::record_modes::IdentifiedRecord;
+use crate::identify::session::IdentifiedSession;
+
+/// Directions by number, from 1: of translation, then of rotation.
+const AXES: [&str; 6] = ["X", "Y", "Z", "RX", "RY", "RZ"];
+
+/// A part of a shape: node, direction (from 1) and the sign of the name's direction.
+type Freedom = (usize, usize, f64);
+
+/// The modes of all records, and what they make of a measured force. A response whose name is no
+/// node with a direction (`12-Z`) gets the node of its place in the record, direction X.
+pub fn identification_uff(found: &IdentifiedSession) -> String {
+    let mut out = String::new();
+    for pose in &found.poses {
+        let at = pose_words(&pose.pose, found.joint_columns.as_deref());
+        let mut records: Vec<usize> =
+            pose.modes.iter().flat_map(|mode| &mode.members).map(|(record, _)| *record).collect();
+        records.sort_unstable();
+        records.dedup();
+        for record in records.into_iter().filter_map(|index| found.records.get(index)) {
+            for (index, mode) in record.modes.iter().enumerate() {
+                shape(&mut out, record, &at, index + 1, mode);
+            }
+            responses(&mut out, record, &at);
+        }
+    }
+    out
+}
+
+fn freedom(name: &str, place: usize) -> Freedom {
+    let split = name.rfind(['+', '-']).map(|at| name.split_at(at));
+    let of = split.and_then(|(node, direction)| {
+        let axis = AXES.iter().position(|axis| *axis == &direction[1..])?;
+        let sign = if direction.starts_with('-') { -1.0 } else { 1.0 };
+        Some((node.parse().ok()?, axis + 1, sign))
+    });
+    of.unwrap_or((place + 1, 1, 1.0))
+}
+
+/// A line of text as a data set may hold it.
+fn line(text: &str) -> String {
+    text.chars().map(|c| if c.is_ascii() && !c.is_control() { c } else { '?' }).take(80).collect()
+}
+
+/// Data set 55: complex eigenvalue of first order, six directions of displacement a node.
+fn shape(out: &mut String, record: &IdentifiedRecord, at: &str, number: usize, mode: &Mode) {
+    let mut nodes: BTreeMap<usize, [Complex<f64>; 6]> = BTreeMap::new();
+    for (place, part) in mode.shape.iter().enumerate() {
+        let (node, axis, sign) = freedom(&part.response, place);
+        nodes.entry(node).or_default()[axis - 1] = part.value * sign;
+    }
+    let omega = TAU * mode.frequency_hz;
+    let ratio = mode.damping_ratio;
+    let [re, im] = [-ratio * omega, omega * (1.0 - ratio * ratio).max(0.0).sqrt()];
+    let suspicion = mode.suspicion.map_or("", |code| code.name());
+    let _ = writeln!(
+        out,
+        "    -1\n    55\n{}\n{}\n{}\n{}\n{}",
+        line(&format!("Mode {number}: {:.6} Hz, damping ratio {ratio:.6}", mode.frequency_hz)),
+        line(&record.name),
+        line(at),
+        line(if suspicion.is_empty() { "NONE" } else { suspicion }),
+        "NONE",
+    );
+    // Structural, complex eigenvalue, six directions, displacement, complex, six values a node.
+    let _ = writeln!(out, "{:10}{:10}{:10}{:10}{:10}{:10}", 1, 3, 3, 8, 5, 6);
+    let _ = writeln!(out, "{:10}{:10}{:10}{number:10}", 2, 6, 1);
+    [re, im, 0.0, 0.0, 0.0, 0.0].iter().for_each(|value| out.push_str(&number_of(*value)));
+    out.push('\n');
+    for (node, values) in nodes {
+        let _ = writeln!(out, "{node:10}");
+        for half in values.chunks(3) {
+            for value in half {
+                let _ = write!(out, "{}{}", number_of(value.re), number_of(value.im));
+            }
+            out.push('\n');
+        }
+    }
+    out.push_str("    -1\n");
+}
+
+/// A number in thirteen columns, its exponent in two digits, as FORTRAN reads it.
+fn number_of(value: f64) -> String {
+    let text = format!("{value:.5e}");
+    let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+    let exponent: i32 = exponent.parse().unwrap_or(0);
+    let sign = if exponent < 0 { '-' } else { '+' };
+    format!("{:>13}", format!("{mantissa}e{sign}{:02}", exponent.abs()))
+}
+
+/// Data set 58: the receptance of each part, on the lines of the record's spectra.
+fn responses(out: &mut String, record: &IdentifiedRecord, at: &str) {
+    let modes: Vec<&Mode> = record.modes.iter().filter(|m| m.suspicion.is_none()).collect();
+    let Some(lines) = record.spectra.first().map(|own| &own.frequencies_hz[..]) else { return };
+    let ([first, second, ..], Some(shape)) = (lines, modes.first().map(|mode| &mode.shape)) else {
+        return;
+    };
+    for (place, part) in shape.iter().enumerate() {
+        let constant = |mode: &&Mode| {
+            let own = mode.shape.iter().find(|own| own.response == part.response)?;
+            Some((mode.frequency_hz, mode.damping_ratio, own.modal_constant?))
+        };
+        let Some(constants) = modes.iter().map(constant).collect::<Option<Vec<_>>>() else {
+            return;
+        };
+        let (node, axis, sign) = freedom(&part.response, place);
+        let name = line(&format!("{} of {}, {at}", part.response, record.name));
+        let _ = writeln!(
+            out,
+            "    -1\n    58\n{name}\nsynthesised from {} modes\nNONE\nNONE\nNONE",
+            modes.len()
+        );
+        let _ = writeln!(
+            out,
+            "{:5}{:10}{:5}{:10} {:<10}{node:10}{axis:4} {:<10}{:10}{:4}",
+            4, 0, 1, 0, "NONE", "NONE", 0, 0
+        );
+        let _ = writeln!(
+            out,
+            "{:10}{:10}{:10}{}{}{}",
+            6,
+            lines.len(),
+            1,
+            number_of(*first),
+            number_of(second - first),
+            number_of(0.0)
+        );
+        for kind in [18, 8, 13, 0] {
+            let _ = writeln!(out, "{kind:10}{:5}{:5}{:5} {:<20} {:<20}", 0, 0, 0, "NONE", "NONE");
+        }
+        for hz in lines {
+            let omega = TAU * hz;
+            let one = |(own_hz, ratio, constant): &(f64, f64, Complex<f64>)| {
+                let own = TAU * own_hz;
+                let below = Complex::new(own * own - omega * omega, 2.0 * ratio * own * omega);
+                constant / below
+            };
+            let sum = constants.iter().map(one).sum::<Complex<f64>>() * sign;
+            let _ = writeln!(out, "{:20.11e}{:20.11e}", sum.re, sum.im);
+        }
+        out.push_str("    -1\n");
+    }
+}

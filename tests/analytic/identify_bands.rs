@@ -1,0 +1,135 @@
+//! Bands that the session cuts out of a record, records with many modes, and what a session asks for: each mode
+//! once, with right deviations, and whatever else is told.
+
+use crate::identify::{asked, record};
+use crate::vibration::{TrueMode, free_decay, hammered, noisy, pulses, seeded};
+use detune::identify::record::{Asked, Quantity, Record};
+use detune::identify::record_modes::{IdentifiedRecord, identify_record};
+use detune::notes::Code;
+
+const RATE: f64 = 400.0;
+
+fn arm() -> Vec<TrueMode> {
+    vec![
+        TrueMode::new(12.0, 0.03, &[1.0, 0.5, 0.2]),
+        TrueMode::new(25.0, 0.02, &[0.6, -0.8, 0.5]),
+        TrueMode::new(58.0, 0.015, &[0.3, 0.4, -0.7]),
+        TrueMode::new(95.0, 0.010, &[0.5, 0.5, 0.5]),
+    ]
+}
+
+/// Four hits, 50 dB, with the force or without it.
+fn hit(seed: u64, with_force: bool) -> Record {
+    let force = pulses(6000, &[100, 1600, 3100, 4600], 5, 100.0);
+    let clean = hammered(&arm(), 0, 2, RATE, &force);
+    let responses = noisy(&clean, 0.003, &mut seeded(seed));
+    record(RATE, with_force.then_some(force), responses, Quantity::Acceleration)
+}
+
+fn within(record: &Record, band_hz: [f64; 2]) -> IdentifiedRecord {
+    identify_record(record, &Asked { band_hz: Some(band_hz), ..asked(&[]) })
+}
+
+/// Modes of the arm outside of the band are neither seen in it nor bend those in it.
+#[test]
+fn a_narrow_band_has_its_own_mode_once() {
+    for seed in 0..3 {
+        for with_force in [true, false] {
+            let record = hit(seed, with_force);
+            for (band, truth) in [
+                ([20.0, 30.0], &arm()[1]),
+                ([40.0, 70.0], &arm()[2]),
+                ([50.0, 62.0], &arm()[2]),
+                ([24.0, 26.0], &arm()[1]),
+            ] {
+                let found = within(&record, band);
+                let told: Vec<_> =
+                    found.modes.iter().map(|m| (m.frequency_hz, m.damping_ratio)).collect();
+                let what = format!("seed {seed}, {band:?}, force {with_force}: {told:?}");
+                assert_eq!(told.len(), 1, "{what} {:?}", found.warnings);
+                let mode = &found.modes[0];
+                let off = (mode.frequency_hz - truth.hz).abs();
+                assert!(off < 4.0 * mode.frequency_std_hz && off < 1e-4 * truth.hz, "{what}");
+                let off = (mode.damping_ratio - truth.ratio).abs();
+                assert!(off < 4.0 * mode.damping_std && off < 0.01 * truth.ratio, "{what}");
+                let is_told = found.warnings.iter().any(|note| note.code == Code::Unsettled);
+                assert_eq!(is_told, mode.support == 0.0, "{what} {:?}", found.warnings);
+            }
+        }
+    }
+}
+
+/// Twelve modes within four octaves, which the least squares over all of them do not tell apart.
+#[test]
+fn many_modes_are_found_band_by_band() {
+    let truth: Vec<TrueMode> = (0..12)
+        .map(|i| {
+            let turn = |by: usize| ((i * by) as f64 * 1.7 + 0.4).sin() + 0.2;
+            let hz = 20.0 * 1.25_f64.powi(i as i32);
+            TrueMode::new(hz, 0.008 + 0.0005 * i as f64, &[1.0 + 0.1 * i as f64, turn(1), turn(2)])
+        })
+        .collect();
+    let force = pulses(4096, &[40, 2080], 3, 100.0);
+    for seed in 0..2 {
+        let clean = hammered(&truth, 0, 2, 1024.0, &force);
+        let responses = noisy(&clean, 0.01, &mut seeded(seed));
+        let record = record(1024.0, Some(force.clone()), responses, Quantity::Acceleration);
+        let found = identify_record(&record, &asked(&[]));
+        let told: Vec<_> = found.modes.iter().map(|m| (m.frequency_hz, m.support)).collect();
+        assert_eq!(told.len(), truth.len(), "{told:?} {:?}", found.warnings);
+        for (mode, truth) in found.modes.iter().zip(&truth) {
+            let off = (mode.frequency_hz - truth.hz).abs();
+            assert!(off < 4.5 * mode.frequency_std_hz && off < 1e-3 * truth.hz, "{told:?}");
+            let off = (mode.damping_ratio - truth.ratio).abs();
+            assert!(off < 4.5 * mode.damping_std && off < 0.1 * truth.ratio, "{mode:?}");
+        }
+        let supported = found.modes.iter().filter(|mode| mode.support > 0.2).count();
+        assert!(supported >= 10, "{told:?}");
+    }
+}
+
+/// Three channels, 60 dB: the least squares and the fit agree, and nobody speaks of noise.
+#[test]
+fn a_clean_ring_down_of_three_channels_has_its_modes() {
+    let truth = [
+        TrueMode::new(80.4, 0.003, &[1.0, 0.4, -0.3]),
+        TrueMode::new(190.0, 0.004, &[0.5, -0.9, 0.7]),
+        TrueMode::new(330.0, 0.003, &[0.2, 0.6, 0.9]),
+    ];
+    let clean = free_decay(&truth, 0, 2048.0, 4096, 0);
+    for seed in 0..3 {
+        let responses = noisy(&clean, 1e-3, &mut seeded(seed));
+        let found =
+            identify_record(&record(2048.0, None, responses, Quantity::Acceleration), &asked(&[]));
+        let told: Vec<f64> = found.modes.iter().map(|mode| mode.frequency_hz).collect();
+        assert_eq!(told.len(), 3, "{told:?} {:?}", found.warnings);
+        assert!(told.iter().zip(&truth).all(|(hz, t)| (hz / t.hz - 1.0).abs() < 1e-5), "{told:?}");
+    }
+}
+
+#[test]
+fn what_is_asked_for_is_reported_and_the_rest_is_told() {
+    let record = hit(1, true);
+    let of = |asked: Asked| {
+        let found = identify_record(&record, &asked);
+        let hz: Vec<f64> = found.modes.iter().map(|mode| mode.frequency_hz.round()).collect();
+        let told = |code: Code| {
+            let of = found.warnings.iter().filter(move |note| note.code == code);
+            of.map(|note| note.what.clone()).collect::<Vec<_>>().join("; ")
+        };
+        (hz, told(Code::Remark), told(Code::NoModes))
+    };
+    let (hz, told, _) = of(Asked { near_hz: vec![25.3, 58.0], ..asked(&[]) });
+    assert_eq!(hz, [25.0, 58.0]);
+    assert!(told.contains("12.0") && told.contains("95.0"), "{told}");
+    let (hz, _, missing) = of(Asked { near_hz: vec![40.0], ..asked(&[]) });
+    assert!(hz.is_empty() && missing.contains("within 5 % of 40 Hz"), "{missing}");
+    let (hz, told, _) = of(Asked { modes: Some(2), ..asked(&[]) });
+    assert_eq!(hz.len(), 2, "{hz:?}");
+    assert!(told.contains("not asked for"), "{told}");
+    let (_, _, missing) = of(Asked { modes: Some(9), ..asked(&[]) });
+    assert!(missing.contains("4 modes that are certain, not 9"), "{missing}");
+    let found = identify_record(&record, &Asked { max_order: Some(10), ..asked(&[]) });
+    assert!(found.stabilisation.iter().all(|point| point.order <= 10));
+    assert!(found.modes.len() <= 5, "{:?}", found.modes.len());
+}
