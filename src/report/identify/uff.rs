@@ -64,15 +64,14 @@ fn shape(out: &mut String, record: &IdentifiedRecord, at: &str, number: usize, m
     let omega = TAU * mode.frequency_hz;
     let ratio = mode.damping_ratio;
     let [re, im] = [-ratio * omega, omega * (1.0 - ratio * ratio).max(0.0).sqrt()];
-    let suspicion = mode.suspicion.map_or("", |code| code.name());
+    let suspicion = mode.suspicion.map_or("NONE", |code| code.name());
     let _ = writeln!(
         out,
-        "    -1\n    55\n{}\n{}\n{}\n{}\n{}",
+        "    -1\n    55\n{}\n{}\n{}\n{}\nNONE",
         line(&format!("Mode {number}: {:.6} Hz, damping ratio {ratio:.6}", mode.frequency_hz)),
         line(&record.name),
         line(at),
-        line(if suspicion.is_empty() { "NONE" } else { suspicion }),
-        "NONE",
+        line(suspicion)
     );
     // Structural, complex eigenvalue, six directions, displacement, complex, six values a node.
     let _ = writeln!(out, "{:10}{:10}{:10}{:10}{:10}{:10}", 1, 3, 3, 8, 5, 6);
