@@ -83,6 +83,8 @@ fn job(robot: &Arc<Robot>) -> Job {
             confidence: 0.95,
             ignore_hz: vec![],
             min_tip_response_m_per_n: None,
+            max_deflection_m: None,
+            max_vibration_m: None,
         },
         levers: Levers::default(),
         review: Review::default(),

@@ -83,6 +83,8 @@ pub struct Tool {
     pub pitch_rad: Option<Vec<f64>>,
     /// Angle of the flutes to the axis, rad.
     pub helix_rad: f64,
+    /// Whether it turns about another axis than its own, where somebody knows it.
+    pub runout: Option<Runout>,
     /// How the tool itself vibrates in its holder, where somebody knows it.
     pub modes: Vec<TipMode>,
 }
@@ -332,6 +334,36 @@ pub struct CuttingCoefficients {
     pub radial_edge_n_per_m: f64,
     /// K_ac and K_ae, out of the holder, N/m² and N/m, where somebody knows them.
     pub axial: Option<[f64; 2]>,
+    /// Kienzle's exponents m, tangential, radial and axial: K falls with the chip's thickness h as
+    /// (h / 1 mm)^−m, so that K_tc, K_rc and K_ac hold at 1 mm. Zero: K is the same for all chips.
+    pub exponents: [f64; 3],
+}
+
+impl CuttingCoefficients {
+    /// K_tc, K_rc and K_ac, N/m²; one that nobody knows is zero.
+    pub fn cutting_n_per_m2(&self) -> [f64; 3] {
+        [self.tangential_n_per_m2, self.radial_n_per_m2, self.axial.map_or(0.0, |[k, _]| k)]
+    }
+
+    /// K_te, K_re and K_ae, N/m; one that nobody knows is zero.
+    pub fn edge_n_per_m(&self) -> [f64; 3] {
+        let axial = self.axial.map_or(0.0, |[_, edge]| edge);
+        [self.tangential_edge_n_per_m, self.radial_edge_n_per_m, axial]
+    }
+
+    /// Whether the force is linear in the chip's thickness.
+    pub fn is_linear(&self) -> bool {
+        self.exponents == [0.0; 3]
+    }
+}
+
+/// The axis about which a cutter turns lies beside its own.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Runout {
+    /// How far, m.
+    pub offset_m: f64,
+    /// Towards which angle of the cutter, counted from its first tooth as the teeth are, rad.
+    pub angle_rad: f64,
 }
 
 /// On which side of the cut the chip is thick.
@@ -364,6 +396,10 @@ pub struct Policy {
     /// A mode that moves the tip less than this at resonance does not count, m/N; where absent,
     /// less than a hundredth of the operation's largest.
     pub min_tip_response_m_per_n: Option<f64>,
+    /// How far the mean cutting force may move the tool tip, m.
+    pub max_deflection_m: Option<f64>,
+    /// How far the tool tip may vibrate under the cutting force, m.
+    pub max_vibration_m: Option<f64>,
 }
 
 impl Policy {

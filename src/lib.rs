@@ -70,13 +70,14 @@
 //! | module | what lives there | may import | must never |
 //! |---|---|---|---|
 //! | [`cli`] | one file a verb: arguments, files, progress | `study`, `report` | decide anything that a library user would miss |
-//! | [`report`] | text, JSON, SARIF, JUnit, GitHub, GitLab, plots: pure functions from results | `study`, `advice`, `risk`, `diagnosis`, `map`, `identify`, `free_vibration`, `stability`, `excitation`, `job`, `formats` | call a function of another module |
-//! | [`study`] | one function a verb: valid inputs → a result that holds all that is shown, and what is written back | `input`, `advice`, `risk`, `diagnosis`, `map`, `path`, `free_vibration`, `trace`, `identify`, `stability`, `excitation`, `job`, `uncertainty`, `modes`, `program`, `model`, `motion` | print, read or write files |
+//! | [`report`] | text, JSON, SARIF, JUnit, GitHub, GitLab, plots: pure functions from results | `study`, `advice`, `risk`, `diagnosis`, `map`, `process`, `identify`, `free_vibration`, `stability`, `excitation`, `job`, `formats` | call a function of another module |
+//! | [`study`] | one function a verb: valid inputs → a result that holds all that is shown, and what is written back | `input`, `advice`, `risk`, `diagnosis`, `map`, `process`, `path`, `free_vibration`, `trace`, `identify`, `stability`, `excitation`, `job`, `uncertainty`, `modes`, `program`, `model`, `motion` | print, read or write files |
 //! | [`input`] | YAML, URDF, tables, records, videos → valid types, all faults with file and line | `job`, `program`, `trace`, `identify`, `model`, `motion`, `formats` | compute |
-//! | [`advice`] | safe speeds, the best of them, schedules, other levers, vibration of the tool tip | `risk`, `path`, `excitation`, `job`, `uncertainty`, `modes`, `model`, `motion` | print |
-//! | [`risk`] | bands, crossings, certainty, verdict | `path`, `excitation`, `job`, `uncertainty`, `modes`, `model`, `motion` | choose a remedy |
+//! | [`advice`] | safe speeds, the best of them, schedules, other levers, vibration of the tool tip | `risk`, `process`, `path`, `stability`, `excitation`, `job`, `uncertainty`, `modes`, `model`, `motion` | print |
+//! | [`risk`] | bands, crossings, limits on the tool tip, certainty, verdict | `process`, `path`, `excitation`, `job`, `uncertainty`, `modes`, `model`, `motion` | choose a remedy |
 //! | [`diagnosis`] | where prediction and measurement meet: residuals, causes (one a file), fits, choice, gain, next poses | `uncertainty`, `modes`, `identify`, `model` | name a cause that it has not compared with its rivals |
 //! | [`map`] | frequencies over given poses, grids and random poses, linear or nonlinear; their figures | `free_vibration`, `uncertainty`, `modes`, `model` | know a `job` |
+//! | [`process`] | what the cut does at the tool tip along a path: deflection, vibration, chatter | `path`, `stability`, `excitation`, `job`, `modes`, `model` | judge it |
 //! | [`path`] | moves → poses in time; the arm surveyed and its modes followed along them | `modes`, `model`, `motion` | know an `excitation` |
 //! | [`free_vibration`] | the nonlinear equation of motion in time, and its spectrum: the check on `modes` | `modes`, `model` | be used for a verdict |
 //! | [`stability`] | modes of a tool tip and a cut → the depth at which it chatters | `excitation`, `job` | know a robot: `model`, `modes`, `path` |
@@ -120,6 +121,7 @@ pub mod motion;
 pub mod notes;
 pub mod path;
 pub mod paths;
+pub mod process;
 pub mod program;
 pub mod progress;
 pub mod report;

@@ -13,7 +13,6 @@
 //! # Feed
 //! The feed follows the speed, so that the chip load stays what it was; see [`FeedRule`].
 
-mod air_cuts;
 mod choice;
 mod levers;
 mod operation;
@@ -25,6 +24,7 @@ mod schedule;
 mod speeds;
 mod vibration;
 
+pub use crate::process::NoForce;
 pub use levers::{Change, Lever};
 pub use operation::advise;
 pub use options::{FeedRule, Objective, Options};
@@ -36,4 +36,4 @@ pub use schedule::{
     Schedule, SolverEnd,
 };
 pub use speeds::{Binding, Block, ClosedRange, Constant, Pair, SafeSet, Speeds};
-pub use vibration::{NoVibration, TipVibration};
+pub use vibration::TipVibration;

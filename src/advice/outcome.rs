@@ -9,9 +9,10 @@ use super::ranges::ModeRange;
 use super::ribbons::Ribbon;
 use super::schedule::{KeptSchedule, NoSchedule, Schedule};
 use super::speeds::{Binding, Block, Constant, SafeSet};
-use super::vibration::{NoVibration, TipVibration};
+use super::vibration::TipVibration;
 use crate::motion::StatedFeeds;
 use crate::notes::Note;
+use crate::process::NoForce;
 
 /// Advice for one job.
 #[derive(Debug, Clone, PartialEq)]
@@ -75,7 +76,7 @@ pub struct OperationAdvice {
     /// The bands along the path, in stretches on which the mode counts.
     pub ribbons: Vec<Ribbon>,
     /// What the cutting force does to the tool tip, or why nothing is said about it.
-    pub vibration: Result<Vibration, NoVibration>,
+    pub vibration: Result<Vibration, NoForce>,
     /// What stands in the way of a constant speed where none is safe: the speed that comes nearest
     /// to being safe, and the two blocks that close it; `None` where gaps are open but too narrow
     /// to set a speed in them.

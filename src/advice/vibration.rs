@@ -11,26 +11,22 @@
 //! root mean square of the vibration. The static deflection is left out, and so is regeneration:
 //! this is forced vibration, no statement on chatter.
 
-use std::fmt;
-
-use nalgebra::Complex;
+use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::air_cuts::is_air_cut;
 use super::speeds::{SafeSet, Speeds};
 use crate::excitation::{ForceHarmonic, ForceModel};
 use crate::job::Operation;
 use crate::notes::Note;
-use crate::path::{Path, TipModes, tip_modes_of_tool};
+use crate::path::Path;
+use crate::process::{NoForce, TipMode, TipPlace, force_of, orders_of, tip_places};
 use crate::risk::SpindleProfile;
+use crate::stability::{ToolMode, displacement_m};
 use crate::units::{hz_from_rpm, rad_per_s_from_hz, written};
 
 /// Points of the path that are looked at.
 const POINTS: usize = 200;
-
-/// Harmonics of the force's own period: what is beyond hardly moves an arm.
-const HARMONICS: u32 = 12;
 
 /// Speeds that are tried over the spindle's range.
 const TRIED: usize = 400;
@@ -49,33 +45,6 @@ pub struct TipVibration {
     pub s: f64,
 }
 
-/// Why nothing is said on the vibration of the tool tip.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum NoVibration {
-    /// The operation has no `cutting`.
-    NoCutting,
-    /// The material is not known and the job gives no coefficients.
-    UnknownMaterial,
-    /// The tool has no diameter.
-    NoDiameter,
-    /// Nothing cuts.
-    OnlyAir,
-}
-
-impl fmt::Display for NoVibration {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::NoCutting => "the operation has no 'cutting'",
-            Self::UnknownMaterial => {
-                "cutting.material is not among al-6061, al-6082 and al-7075, and \
-                 cutting.coefficients is not given"
-            }
-            Self::NoDiameter => "tool.diameter_mm is not given",
-            Self::OnlyAir => "all moves run in the air, at more than twice the operation's feed",
-        })
-    }
-}
-
 /// What the arm's tip answers along a path.
 #[derive(Debug, Clone)]
 pub(super) struct TipModel {
@@ -83,23 +52,7 @@ pub(super) struct TipModel {
     /// Orders of the spindle at which there is force.
     orders: Vec<u32>,
     teeth: f64,
-    points: Vec<Point>,
-}
-
-/// One point of a path.
-#[derive(Debug, Clone)]
-struct Point {
-    s: f64,
-    modes: Vec<PointMode>,
-}
-
-/// One mode at a point.
-#[derive(Debug, Clone)]
-struct PointMode {
-    omega_rad_per_s: f64,
-    damping_ratio: f64,
-    /// φt_r along the feed, across it and along the spindle.
-    motion: [f64; 3],
+    points: Vec<TipPlace>,
 }
 
 /// How fast the tool goes through the work, with the spindle.
@@ -116,30 +69,18 @@ impl TipModel {
     ///
     /// # Errors
     /// The arm has no modes somewhere.
-    pub(super) fn new(
-        operation: &Operation,
-        path: &Path,
-    ) -> Result<Result<Self, NoVibration>, Note> {
-        let Some(cutting) = &operation.cutting else { return Ok(Err(NoVibration::NoCutting)) };
-        let Some(force) = ForceModel::new(&operation.tool, cutting) else {
-            let known = cutting.coefficients.is_some()
-                || crate::excitation::material(&cutting.material).is_some();
-            return Ok(Err(if known {
-                NoVibration::NoDiameter
-            } else {
-                NoVibration::UnknownMaterial
-            }));
+    pub(super) fn new(operation: &Operation, path: &Path) -> Result<Result<Self, NoForce>, Note> {
+        let force = match force_of(operation) {
+            Ok(force) => force,
+            Err(why) => return Ok(Err(why)),
         };
-        let step = if operation.tool.pitch_rad.is_some() { 1 } else { operation.tool.teeth };
-        let top = operation.tool.teeth.saturating_mul(HARMONICS);
         let turning = SpindleProfile::new(&operation.speed, path);
-        let cuts = |s: &f64| !is_air_cut(operation, path, *s) && !turning.is_stopped_at(*s);
-        let s: Vec<f64> = (0..=POINTS).map(|i| i as f64 / POINTS as f64).filter(cuts).collect();
-        if s.is_empty() {
-            return Ok(Err(NoVibration::OnlyAir));
+        let s: Vec<f64> = (0..=POINTS).map(|i| i as f64 / POINTS as f64).collect();
+        let points = tip_places(operation, path, &s, |s| !turning.is_stopped_at(s))?;
+        if points.is_empty() {
+            return Ok(Err(NoForce::OnlyAir));
         }
-        let points = tip_modes_of_tool(path, &s)?.iter().map(point).collect();
-        let orders = (1..=top / step.max(1)).map(|h| h * step).collect();
+        let orders = orders_of(&force, operation.tool.teeth);
         Ok(Ok(Self { force, orders, teeth: f64::from(operation.tool.teeth), points }))
     }
 
@@ -197,50 +138,31 @@ impl TipModel {
             Chip::PerTooth(feed_per_tooth_m) => feed_per_tooth_m,
             Chip::Feed(feed_m_per_s) => feed_m_per_s / (self.teeth * hz_from_rpm(rpm)),
         };
-        self.orders.iter().map(|&order| self.force.harmonic(order, feed_per_tooth_m)).collect()
+        self.force.harmonics(&self.orders, feed_per_tooth_m)
     }
-}
-
-fn point(at: &TipModes) -> Point {
-    let modes = at.natural_frequencies_hz.iter().zip(&at.damping_ratios).zip(&at.motions);
-    let modes = modes.map(|((&hz, &damping_ratio), motion)| PointMode {
-        omega_rad_per_s: rad_per_s_from_hz(hz),
-        damping_ratio,
-        motion: (*motion).into(),
-    });
-    Point { s: at.s, modes: modes.collect() }
 }
 
 /// √(Σ_k |u_k|²), m.
-fn amplitude(modes: &[PointMode], forces: &[ForceHarmonic], rpm: f64) -> f64 {
+fn amplitude(modes: &[TipMode], forces: &[ForceHarmonic], rpm: f64) -> f64 {
     let turning = rad_per_s_from_hz(hz_from_rpm(rpm));
-    let mut sum = 0.0;
-    for force in forces {
+    let modes: Vec<ToolMode> = modes.iter().map(|one| one.mode).collect();
+    let squared = |force: &ForceHarmonic| {
         let omega = f64::from(force.order) * turning;
-        let mut u = [Complex::from(0.0); 3];
-        for mode in modes {
-            let w = mode.omega_rad_per_s;
-            let dynamic = Complex::new(w * w - omega * omega, 2.0 * mode.damping_ratio * w * omega);
-            let [fx, fy] = force.amplitude_n;
-            let answer = (fx * mode.motion[0] + fy * mode.motion[1]) / dynamic;
-            for (u, motion) in u.iter_mut().zip(mode.motion) {
-                *u += answer * motion;
-            }
-        }
-        sum += u.iter().map(Complex::norm_sqr).sum::<f64>();
-    }
-    sum.sqrt()
+        displacement_m(&modes, &Vector3::from(force.amplitude_n), omega).norm_squared()
+    };
+    forces.iter().map(squared).sum::<f64>().sqrt()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::job::{Cutting, CuttingDirection, Tool};
+    use crate::process::Owner;
     use std::f64::consts::TAU;
 
     /// The modal equations under the cutting force itself, integrated by the classic Runge–Kutta
     /// method until they are steady: √2 times the root mean square about the mean.
-    fn integrated(force: &ForceModel, modes: &[PointMode], rpm: f64, chip_m: f64) -> f64 {
+    fn integrated(force: &ForceModel, modes: &[ToolMode], rpm: f64, chip_m: f64) -> f64 {
         let turning = rad_per_s_from_hz(hz_from_rpm(rpm));
         let per_turn = 4000;
         let h = TAU / turning / f64::from(per_turn);
@@ -255,8 +177,8 @@ mod tests {
                 let f = [0.0, 0.5, 1.0].map(|part| force.force_n(angle(part), chip_m));
                 for (mode, y) in modes.iter().zip(&mut state) {
                     let w = mode.omega_rad_per_s;
-                    let rate = |y: [f64; 2], f: [f64; 2]| {
-                        let push = mode.motion[0] * f[0] + mode.motion[1] * f[1];
+                    let rate = |y: [f64; 2], f: [f64; 3]| {
+                        let push = mode.motion.dot(&Vector3::from(f));
                         [y[1], push - 2.0 * mode.damping_ratio * w * y[1] - w * w * y[0]]
                     };
                     let step = |k: [f64; 2], by: f64| [y[0] + by * k[0], y[1] + by * k[1]];
@@ -285,10 +207,10 @@ mod tests {
 
     #[test]
     fn the_amplitude_agrees_with_time_integration() {
-        let mode = |hz: f64, damping_ratio, motion| PointMode {
+        let mode = |hz: f64, damping_ratio, motion: [f64; 3]| ToolMode {
             omega_rad_per_s: rad_per_s_from_hz(hz),
             damping_ratio,
-            motion,
+            motion: Vector3::from(motion),
         };
         let modes = [
             mode(14.0, 0.03, [0.12, -0.05, 0.08]),
@@ -301,7 +223,6 @@ mod tests {
             (2, Some(vec![2.9, TAU - 2.9]), CuttingDirection::Conventional, 820.0),
             (1, None, CuttingDirection::Climb, 1370.0),
         ] {
-            let even = pitch.is_none();
             let tool = Tool { teeth, diameter_m: Some(0.012), pitch_rad: pitch, ..Tool::default() };
             let cutting = Cutting {
                 radial_depth_m: 0.004,
@@ -312,10 +233,9 @@ mod tests {
                 regenerates: true,
             };
             let force = ForceModel::new(&tool, &cutting).unwrap();
-            let step = if even { teeth } else { 1 };
-            let harmonics: Vec<ForceHarmonic> =
-                (1..=teeth * HARMONICS / step).map(|h| force.harmonic(h * step, 5e-5)).collect();
-            let found = amplitude(&modes, &harmonics, rpm);
+            let harmonics = force.harmonics(&orders_of(&force, teeth), 5e-5);
+            let seen = modes.map(|mode| TipMode { of: Owner::Tool, mode });
+            let found = amplitude(&seen, &harmonics, rpm);
             let expected = integrated(&force, &modes, rpm, 5e-5);
             let error = (found / expected - 1.0).abs();
             println!("{teeth} teeth at {rpm} rpm: {error:.1e} off");

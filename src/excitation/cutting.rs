@@ -1,12 +1,12 @@
-//! Cutting forces of a straight-fluted end mill, by the mechanistic model (Altintas, Manufacturing
-//! Automation, 2nd ed., 2012, section 2.8).
+//! Cutting forces of an end mill, by the mechanistic model (Altintas, Manufacturing Automation, 2nd
+//! ed., 2012, section 2.8).
 //!
 //! A tooth at angle φ, counted with the turning of the spindle from where an up-milling tooth
-//! enters, takes a chip of thickness c sin φ between entry and exit:
+//! enters, takes a chip of thickness h = c sin φ between entry and exit:
 //!
 //! ```text
-//! F_t = a (K_tc c sin φ + K_te),   F_r = a (K_rc c sin φ + K_re)
-//! F_x = −F_t cos φ − F_r sin φ,    F_y = F_t sin φ − F_r cos φ
+//! F_t = a (K_tc h + K_te),   F_r = a (K_rc h + K_re),   F_a = a (K_ac h + K_ae)
+//! F_x = −F_t cos φ − F_r sin φ,    F_y = F_t sin φ − F_r cos φ,    F_z = −F_a
 //! ```
 //!
 //! x runs with the feed, z along the spindle out of the work, y = z × x. The forces of all teeth
@@ -16,58 +16,18 @@
 //! F(t) = Σ_k C_k exp(i k Ω t),   C_k = 1/2π Σ_j exp(i k θ_j) ∫ F_j(φ) exp(−i k φ) dφ
 //! ```
 //!
-//! with θ_j the angle of tooth j; the integrals have a closed form. Left out: helix, runout, the
-//! nose radius, forces along the axis, and what the vibration itself does to the chip
-//! (regeneration).
+//! with θ_j the angle of tooth j; the integrals have a closed form. A helix of angle β spreads each
+//! tooth over the lag χ = 2 a tan β / D, which multiplies C_k by sinc(kχ/2) exp(−ikχ/2). With runout or
+//! Kienzle's exponents the integrals are computed ([`super::chip`]). Left out: the nose radius, and
+//! what the vibration itself does to the chip (regeneration).
 
 use std::f64::consts::{PI, TAU};
 
 use nalgebra::Complex;
 
-use crate::job::{Cutting, CuttingCoefficients, CuttingDirection, Tool};
-use crate::units::{n_per_m_from_n_per_mm, n_per_m2_from_n_per_mm2};
-
-/// A material by name.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Material {
-    /// As jobs spell it.
-    pub name: &'static str,
-    /// Its coefficients.
-    pub coefficients: CuttingCoefficients,
-}
-
-const fn of(name: &'static str, [tc, rc, te, re]: [f64; 4], axial: Option<[f64; 2]>) -> Material {
-    Material {
-        name,
-        coefficients: CuttingCoefficients {
-            tangential_n_per_m2: n_per_m2_from_n_per_mm2(tc),
-            radial_n_per_m2: n_per_m2_from_n_per_mm2(rc),
-            tangential_edge_n_per_m: n_per_m_from_n_per_mm(te),
-            radial_edge_n_per_m: n_per_m_from_n_per_mm(re),
-            axial: match axial {
-                Some([ac, ae]) => Some([n_per_m2_from_n_per_mm2(ac), n_per_m_from_n_per_mm(ae)]),
-                None => None,
-            },
-        },
-    }
-}
-
-/// K_tc, K_rc in N/mm² and K_te, K_re in N/mm, then K_ac and K_ae, from the review in Chin. J.
-/// Mech. Eng. 2021, DOI 10.1186/s10033-021-00536-9, Table 5.
-pub const MATERIALS: [Material; 3] = [
-    of("al-6082", [631.0, 99.0, 13.0, 10.0], Some([273.0, 2.8])),
-    of("al-7075", [767.0, 169.0, 27.7, 26.6], Some([222.0, 0.7])),
-    of("al-6061", [244.0, 113.5, 7.53, 7.83], None),
-];
-
-/// The material that jobs call `name`, temper and case aside: `al-6082-T6` is `al-6082`.
-pub fn material(name: &str) -> Option<&'static Material> {
-    let name = name.trim().to_ascii_lowercase().replace([' ', '_'], "-");
-    MATERIALS.iter().find(|material| {
-        name.strip_prefix(material.name)
-            .is_some_and(|rest| rest.is_empty() || rest.starts_with('-'))
-    })
-}
+use super::chip::Chips;
+use super::material::coefficients;
+use crate::job::{Cutting, CuttingCoefficients, CuttingDirection, Runout, Tool};
 
 /// Where a tooth is in the work, rad.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -100,8 +60,19 @@ impl Engagement {
 pub struct ForceHarmonic {
     /// k: multiple of the spindle's frequency.
     pub order: u32,
-    /// Along the feed and across it, N.
-    pub amplitude_n: [Complex<f64>; 2],
+    /// Along the feed, across it and along the spindle out of the work, N.
+    pub amplitude_n: [Complex<f64>; 3],
+}
+
+/// One tooth of a cutter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Tooth {
+    /// θ_j, rad.
+    pub(super) angle_rad: f64,
+    /// Its share of the mean chip, as its distance from the tooth ahead has it.
+    pub(super) share: f64,
+    /// How far runout moves it outwards, m.
+    pub(super) outwards_m: f64,
 }
 
 /// The force of one cutter in one cut.
@@ -110,79 +81,89 @@ pub struct ForceModel {
     coefficients: CuttingCoefficients,
     engagement: Engagement,
     axial_depth_m: f64,
-    /// Per tooth, its angle θ_j and its share of the mean chip.
-    teeth: Vec<(f64, f64)>,
-}
-
-/// The coefficients that hold for a cut: its own, else those of its material.
-pub fn coefficients(cutting: &Cutting) -> Option<CuttingCoefficients> {
-    cutting.coefficients.or_else(|| Some(material(&cutting.material)?.coefficients))
+    /// χ: by how much the highest point of an edge in the cut lags behind its tip, rad.
+    lag_rad: f64,
+    teeth: Vec<Tooth>,
+    has_runout: bool,
+    has_even_teeth: bool,
 }
 
 impl ForceModel {
     /// `None` where the material is not known and the job gives no coefficients, or the cutter's
-    /// diameter is missing.
+    /// diameter is wanted and missing.
     pub fn new(tool: &Tool, cutting: &Cutting) -> Option<Self> {
-        let coefficients = coefficients(cutting)?;
-        let z = f64::from(tool.teeth);
-        let even = vec![TAU / z; tool.teeth as usize];
-        let pitch = tool.pitch_rad.as_ref().unwrap_or(&even);
-        let mut angle = 0.0;
-        let teeth = pitch
-            .iter()
-            .map(|next| {
-                let here = angle;
-                angle += next;
-                // It cuts what the tooth ahead of it has left: the farther ahead, the thicker.
-                (here, next * z / TAU)
-            })
-            .collect();
+        Self::with(tool, cutting, coefficients(cutting)?)
+    }
+
+    /// The same with other coefficients than the cut's.
+    pub fn with(tool: &Tool, cutting: &Cutting, coefficients: CuttingCoefficients) -> Option<Self> {
+        let lag_rad = match tool.helix_rad.tan() {
+            0.0 => 0.0,
+            slope => 2.0 * cutting.axial_depth_m * slope / tool.diameter_m?,
+        };
         Some(Self {
             coefficients,
             engagement: Engagement::new(cutting, tool.diameter_m)?,
             axial_depth_m: cutting.axial_depth_m,
-            teeth,
+            lag_rad,
+            teeth: teeth(tool),
+            has_runout: tool.runout.is_some(),
+            has_even_teeth: tool.pitch_rad.is_none(),
         })
     }
 
-    /// Force along the feed and across it, N, with tooth 0 at angle `turned_rad`, at a mean feed
-    /// per tooth.
-    pub fn force_n(&self, turned_rad: f64, feed_per_tooth_m: f64) -> [f64; 2] {
-        let mut force = [0.0, 0.0];
-        for &(theta, share) in &self.teeth {
-            let phi = (turned_rad + theta).rem_euclid(TAU);
-            if (self.engagement.entry_rad..self.engagement.exit_rad).contains(&phi) {
-                let [x, y] = self.tooth_force_n(phi, share * feed_per_tooth_m);
-                force = [force[0] + x, force[1] + y];
-            }
-        }
-        force
+    /// χ: by how much the highest point of an edge in the cut lags behind its tip, rad.
+    pub fn lag_rad(&self) -> f64 {
+        self.lag_rad
     }
 
-    fn tooth_force_n(&self, phi: f64, chip_m: f64) -> [f64; 2] {
-        let k = &self.coefficients;
-        let (sin, cos) = phi.sin_cos();
-        let a = self.axial_depth_m;
-        let tangential = a * (k.tangential_n_per_m2 * chip_m * sin + k.tangential_edge_n_per_m);
-        let radial = a * (k.radial_n_per_m2 * chip_m * sin + k.radial_edge_n_per_m);
-        [-tangential * cos - radial * sin, tangential * sin - radial * cos]
+    /// Angles of the teeth when the first is at zero, rad.
+    pub fn angles_rad(&self) -> impl Iterator<Item = f64> + '_ {
+        self.teeth.iter().map(|tooth| tooth.angle_rad)
+    }
+
+    /// The force repeats this many times a turn: only multiples of it have harmonics.
+    pub fn repeats(&self) -> u32 {
+        if self.has_even_teeth && !self.has_runout { self.teeth.len() as u32 } else { 1 }
+    }
+
+    /// Whether its harmonics are integrals that are computed, at a cost.
+    pub fn is_computed(&self) -> bool {
+        self.has_runout || !self.coefficients.is_linear()
     }
 
     /// The mean of the force along the feed, across it and out of the work, N; along the axis it is
     /// zero where the axial coefficients are not known.
     pub fn mean_n(&self, feed_per_tooth_m: f64) -> [f64; 3] {
         // The harmonic of order zero counts twice, as all harmonics do.
-        let [x, y] = self.harmonic(0, feed_per_tooth_m).amplitude_n.map(|c| 0.5 * c.re);
-        let Engagement { entry_rad, exit_rad } = self.engagement;
-        let [cutting, edge] = self.coefficients.axial.unwrap_or_default();
-        let chip = feed_per_tooth_m * (entry_rad.cos() - exit_rad.cos());
-        let per_turn = cutting * chip + edge * (exit_rad - entry_rad);
-        [x, y, -self.axial_depth_m * self.teeth.len() as f64 / TAU * per_turn]
+        self.harmonic(0, feed_per_tooth_m).amplitude_n.map(|c| 0.5 * c.re)
     }
 
-    /// The harmonic of order `order` (1 or more), in closed form.
+    /// The harmonic of an order.
     pub fn harmonic(&self, order: u32, feed_per_tooth_m: f64) -> ForceHarmonic {
-        let k = &self.coefficients;
+        let found = self.harmonics(&[order], feed_per_tooth_m).pop();
+        found.unwrap_or(ForceHarmonic { order, amplitude_n: Default::default() })
+    }
+
+    /// The harmonics of some orders at a mean feed per tooth; order 0 is twice the mean.
+    pub fn harmonics(&self, orders: &[u32], feed_per_tooth_m: f64) -> Vec<ForceHarmonic> {
+        let mut found: Vec<ForceHarmonic> = if !self.is_computed() {
+            orders.iter().map(|&order| self.of_straight_flutes(order, feed_per_tooth_m)).collect()
+        } else {
+            let chips = Chips::new(&self.teeth, self.engagement, &self.coefficients);
+            chips.harmonics(orders, feed_per_tooth_m, self.axial_depth_m)
+        };
+        for harmonic in &mut found {
+            let half = 0.5 * f64::from(harmonic.order) * self.lag_rad;
+            let sinc = if half == 0.0 { 1.0 } else { half.sin() / half };
+            let spread = Complex::from_polar(sinc, -half);
+            harmonic.amplitude_n = harmonic.amplitude_n.map(|c| c * spread);
+        }
+        found
+    }
+
+    /// In closed form, the chip of each tooth c sin φ.
+    fn of_straight_flutes(&self, order: u32, feed_per_tooth_m: f64) -> ForceHarmonic {
         let m = f64::from(order);
         let i = Complex::<f64>::i();
         let Engagement { entry_rad, exit_rad } = self.engagement;
@@ -199,25 +180,61 @@ impl ForceModel {
         let sin_cos = (whole(2.0 - m) - whole(-2.0 - m)) / (4.0 * i);
         let sin_sin = whole(-m) * 0.5 - (whole(2.0 - m) + whole(-2.0 - m)) * 0.25;
         let (mut edge, mut chip) = (Complex::from(0.0), Complex::from(0.0));
-        for &(theta, share) in &self.teeth {
-            let turn = (i * m * theta).exp();
+        for tooth in &self.teeth {
+            let turn = (i * m * tooth.angle_rad).exp();
             edge += turn;
-            chip += turn * share;
+            chip += turn * tooth.share;
         }
         // Twice, as F is real: C_k and its conjugate make one cosine.
         let scale = 2.0 * self.axial_depth_m / TAU;
-        let c = feed_per_tooth_m;
-        let (tc, rc) = (k.tangential_n_per_m2 * c, k.radial_n_per_m2 * c);
-        let (te, re) = (k.tangential_edge_n_per_m, k.radial_edge_n_per_m);
+        let [tc, rc, ac] = self.coefficients.cutting_n_per_m2().map(|k| k * feed_per_tooth_m);
+        let [te, re, ae] = self.coefficients.edge_n_per_m();
         let x = -(chip * (sin_cos * tc + sin_sin * rc) + edge * (cos * te + sin * re));
         let y = chip * (sin_sin * tc - sin_cos * rc) + edge * (sin * te - cos * re);
-        ForceHarmonic { order, amplitude_n: [x * scale, y * scale] }
+        let z = -(chip * sin * ac + edge * whole(-m) * ae);
+        ForceHarmonic { order, amplitude_n: [x * scale, y * scale, z * scale] }
     }
+
+    /// Force along the feed, across it and out of the work, N, of straight flutes with an even chip,
+    /// with tooth 0 at angle `turned_rad`.
+    #[cfg(test)]
+    pub(crate) fn force_n(&self, turned_rad: f64, feed_per_tooth_m: f64) -> [f64; 3] {
+        let mut force = [0.0; 3];
+        for tooth in &self.teeth {
+            let phi = (turned_rad + tooth.angle_rad).rem_euclid(TAU);
+            if (self.engagement.entry_rad..self.engagement.exit_rad).contains(&phi) {
+                let chip_m = tooth.share * feed_per_tooth_m * phi.sin();
+                let own = super::chip::in_axes(&self.coefficients, phi, chip_m);
+                (0..3).for_each(|i| force[i] += self.axial_depth_m * own[i]);
+            }
+        }
+        force
+    }
+}
+
+/// The teeth of a cutter, each ahead of the one before it.
+fn teeth(tool: &Tool) -> Vec<Tooth> {
+    let z = f64::from(tool.teeth);
+    let even = vec![TAU / z; tool.teeth as usize];
+    let pitch = tool.pitch_rad.as_ref().unwrap_or(&even);
+    let mut angle_rad = 0.0;
+    pitch
+        .iter()
+        .map(|next| {
+            let here = angle_rad;
+            angle_rad += next;
+            let outwards = |Runout { offset_m, angle_rad }| offset_m * (here - angle_rad).cos();
+            // It cuts what the tooth ahead of it has left: the farther ahead, the thicker.
+            let share = next * z / TAU;
+            Tooth { angle_rad: here, share, outwards_m: tool.runout.map_or(0.0, outwards) }
+        })
+        .collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::excitation::material;
     use crate::units::rad_from_deg;
 
     fn models() -> Vec<(ForceModel, u32)> {
@@ -267,25 +284,25 @@ mod tests {
         let mut worst = 0.0_f64;
         for (model, first) in models() {
             let chip = 0.08e-3;
-            let samples: Vec<[f64; 2]> = (0..points)
+            let samples: Vec<[f64; 3]> = (0..points)
                 .map(|p| model.force_n((f64::from(p) + 0.5) / f64::from(points) * TAU, chip))
                 .collect();
             let direct = |order: u32| {
-                let mut sum = [Complex::from(0.0); 2];
+                let mut sum = [Complex::from(0.0); 3];
                 for (p, force) in samples.iter().enumerate() {
                     let angle = (p as f64 + 0.5) / f64::from(points) * TAU;
                     let turn =
                         Complex::from_polar(2.0 / f64::from(points), -f64::from(order) * angle);
-                    sum = [sum[0] + turn * force[0], sum[1] + turn * force[1]];
+                    (0..3).for_each(|i| sum[i] += turn * force[i]);
                 }
                 sum
             };
             let orders: Vec<u32> = (1..=6).map(|h| h * first).collect();
-            let exact: Vec<[Complex<f64>; 2]> = orders.iter().map(|&o| direct(o)).collect();
+            let exact: Vec<[Complex<f64>; 3]> = orders.iter().map(|&o| direct(o)).collect();
             let largest = exact.iter().flatten().map(|c| c.norm()).fold(0.0, f64::max);
             for (&order, exact) in orders.iter().zip(&exact) {
                 let found = model.harmonic(order, chip).amplitude_n;
-                for axis in 0..2 {
+                for axis in 0..3 {
                     let error = (found[axis] - exact[axis]).norm();
                     worst = worst.max(error / exact[axis].norm().max(0.01 * largest));
                 }
@@ -349,5 +366,198 @@ mod tests {
         assert!(up.entry_rad == 0.0 && (up.exit_rad - PI / 3.0).abs() < 1e-12);
         assert!(Engagement::new(&cutting(CuttingDirection::Climb), None).is_none());
         assert!(Engagement::new(&cutting(CuttingDirection::Slot), None).is_some());
+    }
+
+    /// A cutter against a work that remembers its surface: at each height and each angle how far out
+    /// any tooth has been, in steps of a turn. It knows no lines, no closed form and no harmonics.
+    fn simulated(
+        tool: &Tool,
+        cutting: &Cutting,
+        feed_m: f64,
+        orders: &[u32],
+    ) -> Vec<[Complex<f64>; 3]> {
+        let (steps, discs, turns) = (2880_usize, 96_usize, 4_usize);
+        let k = coefficients(cutting).unwrap();
+        let z = tool.teeth as usize;
+        let Engagement { entry_rad, exit_rad } = Engagement::new(cutting, tool.diameter_m).unwrap();
+        let pitch = tool.pitch_rad.clone().unwrap_or(vec![TAU / z as f64; z]);
+        let angles: Vec<f64> = (0..z).map(|j| pitch[..j].iter().sum()).collect();
+        let per_step = feed_m * z as f64 / steps as f64;
+        let height = cutting.axial_depth_m / discs as f64;
+        let mut sums = vec![[Complex::from(0.0); 3]; orders.len()];
+        for disc in 0..discs {
+            let up = (disc as f64 + 0.5) * height;
+            let lag = 2.0 * up * tool.helix_rad.tan() / tool.diameter_m.unwrap();
+            let mut surface = vec![f64::NEG_INFINITY; steps];
+            for step in 0..turns * steps {
+                let moved = per_step * step as f64;
+                let mut force = [0.0; 3];
+                for theta in &angles {
+                    let turned = TAU * step as f64 / steps as f64;
+                    let phi = (turned + theta - lag).rem_euclid(TAU);
+                    if !(entry_rad..exit_rad).contains(&phi) {
+                        continue;
+                    }
+                    let runout =
+                        tool.runout.map_or(0.0, |r| r.offset_m * (theta - r.angle_rad).cos());
+                    let out = runout + moved * phi.sin();
+                    let before = &mut surface[(phi / TAU * steps as f64).round() as usize % steps];
+                    let chip = out - before.max(out - 1e-3);
+                    *before = before.max(out);
+                    if chip <= 0.0 {
+                        continue;
+                    }
+                    let h = chip * 1e3;
+                    let (c, e) = (k.cutting_n_per_m2(), k.edge_n_per_m());
+                    let f = |i: usize| height * (c[i] * chip * h.powf(-k.exponents[i]) + e[i]);
+                    let (sin, cos) = phi.sin_cos();
+                    force[0] += -f(0) * cos - f(1) * sin;
+                    force[1] += f(0) * sin - f(1) * cos;
+                    force[2] -= f(2);
+                }
+                if step < (turns - 1) * steps {
+                    continue;
+                }
+                for (sum, &order) in sums.iter_mut().zip(orders) {
+                    let angle = TAU * step as f64 / steps as f64 * f64::from(order);
+                    let turn = Complex::from_polar(2.0 / steps as f64, -angle);
+                    (0..3).for_each(|i| sum[i] += turn * force[i]);
+                }
+            }
+        }
+        sums
+    }
+
+    fn mill(teeth: u32, helix_deg: f64, runout: Option<(f64, f64)>) -> Tool {
+        Tool {
+            teeth,
+            diameter_m: Some(0.012),
+            helix_rad: rad_from_deg(helix_deg),
+            runout: runout.map(|(offset_m, angle_rad)| Runout { offset_m, angle_rad }),
+            ..Tool::default()
+        }
+    }
+
+    fn cut(direction: CuttingDirection, exponents: [f64; 3]) -> Cutting {
+        let al = material("al-7075").unwrap().coefficients;
+        Cutting {
+            radial_depth_m: 0.005,
+            axial_depth_m: 0.004,
+            direction,
+            material: String::new(),
+            coefficients: Some(CuttingCoefficients { exponents, ..al }),
+            regenerates: true,
+        }
+    }
+
+    /// The grid of the simulation is 1/2880 of a turn: edges jump in it, to some per mille.
+    #[test]
+    fn helix_runout_and_exponents_agree_with_a_work_that_remembers_its_surface() {
+        use CuttingDirection::{Climb, Conventional, Slot};
+        let uneven = Tool { pitch_rad: Some(vec![1.9, 2.2, TAU - 4.1]), ..mill(3, 20.0, None) };
+        let mut worst = 0.0_f64;
+        for (tool, direction, exponents) in [
+            (mill(2, 30.0, None), Climb, [0.0; 3]),
+            (mill(4, 40.0, None), Conventional, [0.0; 3]),
+            (uneven, Slot, [0.0; 3]),
+            (mill(3, 0.0, None), Climb, [0.25, 0.35, 0.2]),
+            (mill(2, 0.0, Some((8e-6, 0.4))), Conventional, [0.0; 3]),
+            (mill(3, 30.0, Some((20e-6, 1.9))), Climb, [0.0; 3]),
+            // One of four teeth never cuts.
+            (mill(4, 30.0, Some((90e-6, -0.7))), Slot, [0.25, 0.25, 0.3]),
+        ] {
+            let cutting = cut(direction, exponents);
+            let model = ForceModel::new(&tool, &cutting).unwrap();
+            let orders: Vec<u32> = (0..=2 * tool.teeth).collect();
+            let found = model.harmonics(&orders, 60e-6);
+            let expected = simulated(&tool, &cutting, 60e-6, &orders);
+            let largest = expected.iter().flatten().map(|c| c.norm()).fold(0.0, f64::max);
+            for (found, expected) in found.iter().zip(&expected) {
+                for (found_n, expected_n) in found.amplitude_n.iter().zip(expected) {
+                    let off = (found_n - expected_n).norm() / largest;
+                    worst = worst.max(off);
+                    assert!(off < 3e-3, "{tool:?} order {}: {off}", found.order);
+                }
+            }
+        }
+        println!("largest error {worst:.1e} of the largest harmonic");
+    }
+
+    /// At b tan β = π D / N an edge leaves as the next enters: the force stands still (Altintas,
+    /// Manufacturing Automation, 2nd ed., section 2.8).
+    #[test]
+    fn one_pitch_of_helix_takes_all_tooth_harmonics_away() {
+        for teeth in [2, 3, 4] {
+            let mut cutting = cut(CuttingDirection::Climb, [0.0; 3]);
+            let tool = mill(teeth, 35.0, None);
+            let lead = PI * 0.012 / f64::from(teeth) / tool.helix_rad.tan();
+            let of = |depth_m: f64, cutting: &mut Cutting| {
+                cutting.axial_depth_m = depth_m;
+                ForceModel::new(&tool, cutting).unwrap()
+            };
+            let (whole, half) = (of(lead, &mut cutting), of(0.5 * lead, &mut cutting));
+            for h in 1..=4 {
+                let size =
+                    |model: &ForceModel| model.harmonic(h * teeth, 5e-5).amplitude_n[1].norm();
+                assert!(size(&whole) < 1e-12 * whole.mean_n(5e-5)[1], "{teeth} {h}");
+                assert!(h % 2 == 0 || size(&half) > 1e-3 * half.mean_n(5e-5)[1], "{teeth} {h}");
+            }
+        }
+    }
+
+    /// The offsets of the teeth add up to zero: while all cut all the time, tooth harmonics stay as
+    /// they are and order k gets K a / 2π times the sum of the offsets, turned. A cut from 60° to 120°,
+    /// where the chip of 50 µm is nowhere below 43 µm.
+    #[test]
+    fn runout_adds_spindle_lines_alone_while_every_tooth_cuts() {
+        let model = |runout| {
+            let tool = mill(4, 0.0, runout);
+            let mut model = ForceModel::new(&tool, &cut(CuttingDirection::Slot, [0.0; 3])).unwrap();
+            model.engagement = Engagement { entry_rad: PI / 3.0, exit_rad: 2.0 * PI / 3.0 };
+            model
+        };
+        let (straight, small, large) =
+            (model(None), model(Some((5e-6, 0.3))), model(Some((60e-6, 0.3))));
+        let size = |model: &ForceModel, order| model.harmonic(order, 50e-6).amplitude_n[1];
+        let tooth = size(&straight, 4).norm();
+        for h in 0..=3 {
+            let off = (size(&small, 4 * h) - size(&straight, 4 * h)).norm();
+            assert!(off < 1e-9 * tooth, "{h}: {off}");
+        }
+        assert!(size(&straight, 1).norm() < 1e-12 * tooth);
+        assert!(size(&small, 1).norm() > 0.05 * tooth);
+        // Order 1 of F_y, by the rule of rectangles.
+        let k = coefficients(&cut(CuttingDirection::Slot, [0.0; 3])).unwrap();
+        let mut expected = Complex::from(0.0);
+        for j in 0..4 {
+            let theta = f64::from(j) * PI / 2.0;
+            let delta = 5e-6 * ((theta - 0.3).cos() - (theta + PI / 2.0 - 0.3).cos());
+            for p in 0..20_000 {
+                let phi = PI / 3.0 * (1.0 + (f64::from(p) + 0.5) / 20_000.0);
+                let force = k.tangential_n_per_m2 * phi.sin() - k.radial_n_per_m2 * phi.cos();
+                let turn = Complex::cis(theta - phi) * (PI / 3.0 / 20_000.0);
+                expected += turn * force * delta * 0.004 / PI;
+            }
+        }
+        let off = (size(&small, 1) - expected).norm();
+        assert!(off < 1e-6 * expected.norm(), "{off}");
+        // A tooth that never cuts leaves its chip to the next: the tooth harmonics change.
+        assert!((size(&large, 4) - size(&straight, 4)).norm() > 0.05 * tooth);
+    }
+
+    /// The slope of the force at the mean chip, by differences.
+    #[test]
+    fn linear_coefficients_have_the_slope_of_the_law() {
+        let whole = Engagement { entry_rad: 0.0, exit_rad: PI };
+        let k = coefficients(&cut(CuttingDirection::Slot, [0.25, 0.35, 0.2])).unwrap();
+        let linear = crate::excitation::linear_about(&k, whole, 80e-6);
+        let mean = 80e-6 * 2.0 / PI;
+        let force =
+            |h: f64, i: usize| k.cutting_n_per_m2()[i] * h * (h * 1e3).powf(-k.exponents[i]);
+        for i in 0..3 {
+            let slope = (force(1.001 * mean, i) - force(0.999 * mean, i)) / (0.002 * mean);
+            assert!((linear.cutting_n_per_m2()[i] / slope - 1.0).abs() < 1e-6, "{i}");
+        }
+        assert!(linear.is_linear() && linear.edge_n_per_m() == k.edge_n_per_m());
     }
 }

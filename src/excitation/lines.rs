@@ -126,6 +126,8 @@ mod tests {
             confidence: 0.95,
             ignore_hz: vec![],
             min_tip_response_m_per_n: None,
+            max_deflection_m: None,
+            max_vibration_m: None,
         }
     }
 

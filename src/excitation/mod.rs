@@ -1,9 +1,11 @@
 //! The frequencies at which spindle and cutter shake the arm, and how hard the cutter does.
 
+mod chip;
 mod cutting;
 mod lines;
+mod material;
 
-pub use cutting::{
-    Engagement, ForceHarmonic, ForceModel, MATERIALS, Material, coefficients, material,
-};
+pub use chip::linear_about;
+pub use cutting::{Engagement, ForceHarmonic, ForceModel};
 pub use lines::{ExcitationLine, Source, WithoutOrder, lines};
+pub use material::{MATERIALS, Material, coefficient_range, coefficients, material};

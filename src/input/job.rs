@@ -26,7 +26,7 @@ use crate::job::{self, Acceptance, Job, Levers, Operation, Policy, Review, Spind
 use crate::model::{JointKind, Robot};
 use crate::notes::{Code, Note, Notes, Place};
 use crate::program::{Assumed, ExternalAxis};
-use crate::units::{m_per_n_from_um_per_n, rad_from_deg, ratio_from_percent};
+use crate::units::{m_from_um, m_per_n_from_um_per_n, rad_from_deg, ratio_from_percent};
 
 const DEFAULT_TOOTH_PASSING_HARMONICS: u32 = 2;
 
@@ -411,6 +411,8 @@ impl<'j> Reader<'j> {
             confidence: ratio_from_percent(raw.confidence_percent.unwrap_or(95.0)),
             ignore_hz: raw.ignore_hz.clone().unwrap_or_default(),
             min_tip_response_m_per_n: raw.min_tip_response_um_per_n.map(m_per_n_from_um_per_n),
+            max_deflection_m: raw.max_deflection_um.map(m_from_um),
+            max_vibration_m: raw.max_vibration_um.map(m_from_um),
         }
     }
 

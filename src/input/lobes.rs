@@ -104,6 +104,14 @@ fn tip_cut(raw: &raw::Lobes, tree: &Node, notes: &mut Notes) -> Option<TipCut> {
         );
         notes.error(Code::Value, key("radial_depth_mm"), what);
     }
+    if let Some(own) = raw.coefficients.as_ref().and_then(coefficients)
+        && !own.is_linear()
+    {
+        let what = "cutting.coefficients have exponents, which need a feed per tooth: give the \
+                    coefficients at your chip, or ask for the lobes of a job";
+        notes.error(Code::Conflict, key("coefficients"), what);
+        return None;
+    }
     let cutting = Cutting {
         radial_depth_m: raw.radial_depth_mm.map_or(0.0, m_from_mm),
         axial_depth_m: 0.0,

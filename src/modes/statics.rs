@@ -54,16 +54,28 @@ impl Statics {
         let sag_m: Vector3<f64> = moved * &sag;
         let compliance: Matrix3<f64> = moved * factor.solve(&moved.transpose());
         let compliance_m_per_n = (compliance + compliance.transpose()) * 0.5;
-        let found = SymmetricEigen::try_new(compliance_m_per_n, f64::EPSILON, MAX_QR_STEPS)?;
-        let mut order = [0, 1, 2];
-        order.sort_by(|&a, &b| found.eigenvalues[b].total_cmp(&found.eigenvalues[a]));
-        let principal = order.map(|i| Principal {
-            // What no spring moves is rounding about zero.
-            compliance_m_per_n: found.eigenvalues[i].max(0.0),
-            direction: upright(found.eigenvectors.column(i).into_owned()).into(),
-        });
+        let principal = principal(&compliance_m_per_n)?;
         Some(Self { sag: sag.as_slice().to_vec(), sag_m, compliance_m_per_n, principal })
     }
+
+    /// The same with what else gives way between arm and tip, m/N.
+    pub fn with(self, compliance_m_per_n: &Matrix3<f64>) -> Option<Self> {
+        let compliance_m_per_n = self.compliance_m_per_n + compliance_m_per_n;
+        let principal = principal(&compliance_m_per_n)?;
+        Some(Self { compliance_m_per_n, principal, ..self })
+    }
+}
+
+/// The axes of a compliance's ellipsoid, softest first.
+fn principal(compliance_m_per_n: &Matrix3<f64>) -> Option<[Principal; 3]> {
+    let found = SymmetricEigen::try_new(*compliance_m_per_n, f64::EPSILON, MAX_QR_STEPS)?;
+    let mut order = [0, 1, 2];
+    order.sort_by(|&a, &b| found.eigenvalues[b].total_cmp(&found.eigenvalues[a]));
+    Some(order.map(|i| Principal {
+        // What no spring moves is rounding about zero.
+        compliance_m_per_n: found.eigenvalues[i].max(0.0),
+        direction: upright(found.eigenvectors.column(i).into_owned()).into(),
+    }))
 }
 
 /// Either direction of an axis: the one whose largest component is positive.

@@ -11,6 +11,8 @@ pub enum Class {
     Remark,
     /// A resonance may hide in what the note is about: the verdict is at best uncertain.
     Doubt,
+    /// A limit of the policy is exceeded: the verdict is resonance, the one that fails.
+    Breach,
 }
 
 macro_rules! codes {
@@ -138,6 +140,13 @@ codes! {
     Massless = "massless": Doubt,
     /// The verdict is about nothing: no line or no mode counted, or the spindle stood still.
     NothingChecked = "nothing_checked": Doubt,
+    /// The cutting force moves the tool tip farther than the policy allows.
+    LimitExceeded = "limit_exceeded": Breach,
+    /// Within what model and cutting coefficients may be wrong by, the cutting force moves the tool
+    /// tip farther than the policy allows.
+    LimitInDoubt = "limit_in_doubt": Doubt,
+    /// A limit of the policy on the tool tip cannot be held against a cutting force, as none is known.
+    LimitUnchecked = "limit_unchecked": Doubt,
     /// A joint cannot keep the programmed feed.
     FeedLimit = "feed_limit": Remark,
     /// A spindle schedule asks for more than the spindle's acceleration.

@@ -37,6 +37,7 @@ fn kind(kind: Kind) -> &'static str {
         Kind::Message(Class::Error) => "error: the run stops",
         Kind::Message(Class::Remark) => "warning: the verdict stays",
         Kind::Message(Class::Doubt) => "warning: the verdict is at best uncertain",
+        Kind::Message(Class::Breach) => "warning: the verdict is resonance",
         Kind::Verdict => "verdict",
         Kind::Cause => "cause that a diagnosis can find",
     }

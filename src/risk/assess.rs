@@ -10,6 +10,7 @@ use super::operation_notes::{implausible_frequency, in_operation, on_operation};
 use super::probability::{ArmDraws, JobDraws, Probabilities, driver, probabilities};
 use super::rules::Rules;
 use super::spindle_profile::SpindleProfile;
+use super::tool_tip;
 use super::verdict::{
     Certainty, Crossing, JobRisk, ModeExchange, OperationRisk, Sample, SpeedPoint, Verdict, Warning,
 };
@@ -78,9 +79,10 @@ fn assess_operation<'j>(
     progress: Progress,
 ) -> Result<(OperationRisk, Vec<Note>, Vec<bool>), Vec<Note>> {
     let path = paths.plan(operation)?;
-    let (risk, rings) = survey_operation(job, operation, &path, draws, progress)
+    let (risk, rings, of_cut) = survey_operation(job, operation, &path, draws, progress)
         .map_err(|note| vec![in_operation(job, operation, note)])?;
-    let notes = on_operation(job, operation, &path, &risk);
+    let mut notes = on_operation(job, operation, &path, &risk);
+    notes.extend(of_cut);
     Ok((risk, notes, rings))
 }
 
@@ -203,7 +205,7 @@ fn survey_operation(
     path: &Path,
     draws: &mut JobDraws,
     progress: Progress,
-) -> Result<(OperationRisk, Vec<bool>), Note> {
+) -> Result<(OperationRisk, Vec<bool>, Vec<Note>), Note> {
     let trust = Trust::of(&operation.robot, job.policy.model_uncertainty);
     let draws = draws.of(&trust, path.robot().coordinates().len());
     let lines = lines(&operation.tool, &job.policy);
@@ -224,6 +226,8 @@ fn survey_operation(
     }
 
     let shown = shown(&survey);
+    let cut = tool_tip::look(job, operation, path, (&rules, &shown))?;
+    let of_cut = tool_tip::notes(job, operation, &cut);
     let families = follow(path, &shown)?;
     let samples: Vec<Sample> = shown
         .iter()
@@ -265,8 +269,10 @@ fn survey_operation(
             .iter()
             .map(|e| ModeExchange { s: e.s, lower_mode: e.lower_mode + 1 })
             .collect(),
+        tool_tip: cut.tool_tip,
+        stability: cut.stability,
     };
-    Ok((risk, probabilities.rings))
+    Ok((risk, probabilities.rings, of_cut))
 }
 
 /// The worst of the crossings that are not accepted.

@@ -9,6 +9,7 @@ mod operation_notes;
 mod probability;
 mod rules;
 mod spindle_profile;
+mod tool_tip;
 mod verdict;
 mod warnings;
 
@@ -20,6 +21,7 @@ pub use operation_notes::{
 pub use probability::{ArmDraws, JobDraws, Probabilities};
 pub use rules::Rules;
 pub use spindle_profile::SpindleProfile;
+pub use tool_tip::{Excess, Harmonic, Largest, Quantity, SurfaceError, ToolTip};
 pub use verdict::{
     Approach, Certainty, Crossing, Driver, JobRisk, LeftOut, ModeExchange, Move, OperationRisk,
     Sample, SpeedPoint, Verdict, Warning,

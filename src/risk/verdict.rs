@@ -6,9 +6,11 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::tool_tip::ToolTip;
 use crate::excitation::{ExcitationLine, WithoutOrder};
 use crate::job::{Accepted, Carried};
 use crate::notes::{Class, Code, Note, Part};
+use crate::process::Chatter;
 use crate::uncertainty::Estimate;
 use crate::units::written;
 
@@ -255,6 +257,12 @@ pub struct OperationRisk {
     pub crossings: Vec<Crossing>,
     /// Where neighbouring modes change places in the order of frequency.
     pub mode_exchanges: Vec<ModeExchange>,
+    /// What the cut does at the tool tip; only where its force is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tool_tip: Option<ToolTip>,
+    /// When the cut chatters, beside the verdict; only where its coefficients are known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stability: Option<Chatter>,
 }
 
 /// What a check finds for one job.
@@ -302,6 +310,7 @@ impl Warning {
             (_, Some(_)) | (Class::Remark | Class::Error, None) => Verdict::Clear,
             (Class::Doubt, None) if self.note.code == Code::NothingChecked => Verdict::Unchecked,
             (Class::Doubt, None) => Verdict::Uncertain,
+            (Class::Breach, None) => Verdict::Resonance,
         }
     }
 
@@ -310,9 +319,19 @@ impl Warning {
         self.best_verdict() > Verdict::Clear
     }
 
-    /// Whether a resonance may hide in it, which the job accepts.
+    /// Whether it is more than a remark: a doubt, or a limit that is exceeded.
+    pub fn counts(&self) -> bool {
+        matches!(self.note.code.class(), Class::Doubt | Class::Breach)
+    }
+
+    /// Whether a limit of the policy is exceeded, which the job does not accept.
+    pub fn is_open_breach(&self) -> bool {
+        self.accepted.is_none() && self.note.code.class() == Class::Breach
+    }
+
+    /// Whether it would count, had the job not accepted it.
     pub fn is_accepted_doubt(&self) -> bool {
-        self.accepted.is_some() && self.note.code.class() == Class::Doubt
+        self.accepted.is_some() && self.counts()
     }
 
     /// Whether it takes part in the verdict on an operation.

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use nalgebra::Matrix3x2;
 
 use crate::excitation::{Engagement, coefficients};
-use crate::job::{Cutting, Tool};
+use crate::job::{Cutting, CuttingCoefficients, Tool};
 
 /// A cutter in a cut, without its depth.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,9 +22,11 @@ pub struct Cut {
 
 impl Cut {
     /// `None` where the material is not known and the cut has no coefficients, or the cutter's
-    /// diameter is missing. An axial coefficient that nobody knows counts as zero.
+    /// diameter is missing, or the coefficients have exponents
+    /// ([`crate::excitation::linear_about`] takes them away). An axial coefficient that nobody knows
+    /// counts as zero.
     pub fn new(tool: &Tool, cutting: &Cutting) -> Option<Self> {
-        let own = coefficients(cutting)?;
+        let own = coefficients(cutting).filter(CuttingCoefficients::is_linear)?;
         let even = || vec![TAU / f64::from(tool.teeth); tool.teeth as usize];
         let lag_rad_per_m = match tool.helix_rad.tan() {
             0.0 => 0.0,
@@ -33,11 +35,7 @@ impl Cut {
         Some(Self {
             engagement: Engagement::new(cutting, tool.diameter_m)?,
             pitch_rad: tool.pitch_rad.clone().unwrap_or_else(even),
-            coefficients_n_per_m2: [
-                own.tangential_n_per_m2,
-                own.radial_n_per_m2,
-                own.axial.map_or(0.0, |[cutting, _]| cutting),
-            ],
+            coefficients_n_per_m2: own.cutting_n_per_m2(),
             lag_rad_per_m,
         })
     }

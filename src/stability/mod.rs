@@ -33,4 +33,4 @@ pub use cut::Cut;
 pub use exact::{Exact, milling_limit, milling_radius};
 pub use limit::{Kind, Limit};
 pub use milling::{Milling, Process, Term};
-pub use mode::{ToolMode, receptance_m_per_n};
+pub use mode::{ToolMode, displacement_m, receptance_m_per_n};

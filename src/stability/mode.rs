@@ -47,3 +47,19 @@ pub fn receptance_m_per_n(modes: &[ToolMode], omega_rad_per_s: f64) -> Matrix2x3
     }
     sum
 }
+
+/// G(iω) F: displacement of the tip in x, y and z under a force, m.
+pub fn displacement_m(
+    modes: &[ToolMode],
+    force_n: &Vector3<Complex<f64>>,
+    omega_rad_per_s: f64,
+) -> Vector3<Complex<f64>> {
+    let mut sum = Vector3::zeros();
+    for mode in modes {
+        let [x, y, z] = mode.motion.into();
+        let pushed = force_n.x * x + force_n.y * y + force_n.z * z;
+        let answer = pushed * mode.dynamic(omega_rad_per_s);
+        sum += mode.motion.map(|moved| answer * moved);
+    }
+    sum
+}

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Matrix3, Point3, Vector3};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -10,13 +10,13 @@ use super::map::Source;
 use super::{Read, advise};
 use crate::excitation::ForceModel;
 use crate::input::{self, FileKind, file_kind};
-use crate::job::{Job, Operation};
+use crate::job::{Job, Operation, TipMode, Tool};
 use crate::model::{JointKind, Placement, Robot};
 use crate::modes::{Principal, Statics};
 use crate::notes::{Code, Note, Part, Place};
 use crate::path::tool_frames;
 use crate::risk::{Paths, about_operation, in_operation};
-use crate::units::{Date, hz_from_rpm, written};
+use crate::units::{Date, hz_from_rpm, rad_per_s_from_hz, written};
 
 /// Most poses.
 const MAX_POSES: usize = 1_000_000;
@@ -205,6 +205,7 @@ fn along(
         let tcp = reader.at(s, &mut q).map_err(|f| refused(Code::Unreachable, f.to_string()))?;
         placement.place(robot, &q);
         let statics = Statics::of(robot, &placement, &tcp.translation.vector.into())
+            .and_then(|arm| arm.with(&compliance_of_tool(&operation.tool, &frame)))
             .ok_or_else(|| refused(Code::Singular, no_hold()))?;
         let mean = || {
             let rpm = operation.speed.rpm_at(s);
@@ -221,4 +222,15 @@ fn along(
         rows.push(Deflection { operation: Some(operation.name.clone()), s: Some(s), ..found });
     }
     Ok(rows)
+}
+
+/// How far the tool itself gives way, by its own modes, in the base frame, m/N.
+fn compliance_of_tool(tool: &Tool, frame: &[Vector3<f64>; 3]) -> Matrix3<f64> {
+    let [x, y, z] = frame;
+    let of = |mode: &TipMode| {
+        let axis = x * mode.axis.x + y * mode.axis.y + z * mode.axis.z;
+        let stiffness = mode.mass_kg * rad_per_s_from_hz(mode.frequency_hz).powi(2);
+        axis * axis.transpose() / stiffness
+    };
+    tool.modes.iter().map(of).sum()
 }

@@ -7,15 +7,16 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{Read, advise};
-use crate::excitation::coefficients;
+use crate::excitation::{Engagement, coefficients, linear_about};
 use crate::input::{FileKind, file_kind, read_tip_cut};
 use crate::job::{Cutting, Job, Operation, TipCut, Tool};
 use crate::notes::{Code, Note, Place};
-use crate::path::{TipModes, tip_modes_of_tool};
+use crate::path::tip_modes_of_tool;
+use crate::process::arm_modes;
 use crate::risk::{Paths, about_operation, in_operation};
 pub use crate::stability::Limit;
 use crate::stability::{Chart, Cut, ToolMode, coupling_limit, milling_limit, milling_radius};
-use crate::units::{Date, hz_from_rad_per_s, m_from_mm, mm_from_m, rad_per_s_from_hz, written};
+use crate::units::{Date, hz_from_rad_per_s, hz_from_rpm, m_from_mm, mm_from_m, written};
 
 /// A cut narrower than this share of the diameter is no case for the zeroth order.
 const NARROW: f64 = 0.25;
@@ -150,7 +151,8 @@ struct Setting<'a> {
     modes: Vec<ToolMode>,
     has_tool_modes: bool,
     tool: &'a Tool,
-    cutting: &'a Cutting,
+    /// With coefficients that are linear in the chip.
+    cutting: Cutting,
     /// About the subject.
     place: Place,
 }
@@ -166,6 +168,7 @@ pub fn lobes(subject: &Subject, request: &Request) -> Result<Lobes, Vec<Note>> {
         Subject::Job(job) => of_job(job, request)?,
     };
     let Setting { title, modes, has_tool_modes, tool, cutting, place } = setting;
+    let cutting = &cutting;
     let Some(cut) = Cut::new(tool, cutting) else {
         return Err(vec![Note::error(Code::MissingKey, place, lacks(tool, cutting))]);
     };
@@ -261,7 +264,7 @@ fn of_modes(cut: &TipCut) -> Setting<'_> {
         modes: cut.modes.iter().map(ToolMode::from).collect(),
         has_tool_modes: true,
         tool: &cut.tool,
-        cutting: &cut.cutting,
+        cutting: cut.cutting.clone(),
         place: Place::default(),
     }
 }
@@ -292,26 +295,28 @@ fn of_job<'a>(job: &'a Job, request: &Request) -> Result<Setting<'a>, Vec<Note>>
     let path = Paths::of(job).plan(operation)?;
     let at = tip_modes_of_tool(&path, &[request.at_s])
         .map_err(|note| vec![in_operation(job, operation, note)])?;
-    let mut modes: Vec<ToolMode> = at.first().map(of_arm).unwrap_or_default();
+    let of_arm = at.first().map(arm_modes).unwrap_or_default();
+    let mut modes: Vec<ToolMode> = of_arm.into_iter().map(|one| one.mode).collect();
     modes.extend(operation.tool.modes.iter().map(ToolMode::from));
     Ok(Setting {
         title: format!("{}: {} at s = {}", job.name, operation.name, request.at_s),
         modes,
         has_tool_modes: !operation.tool.modes.is_empty(),
         tool: &operation.tool,
-        cutting,
+        cutting: linear(operation, cutting),
         place,
     })
 }
 
-/// The modes of an arm, in the tool's frame.
-fn of_arm(at: &TipModes) -> Vec<ToolMode> {
-    let all = at.natural_frequencies_hz.iter().zip(&at.damping_ratios).zip(&at.motions);
-    all.filter(|((hz, _), motion)| hz.is_finite() && motion.norm() > 0.0)
-        .map(|((&hz, &damping_ratio), motion)| ToolMode {
-            omega_rad_per_s: rad_per_s_from_hz(hz),
-            damping_ratio,
-            motion: *motion,
-        })
-        .collect()
+/// A cut with coefficients that are linear about the chip at the programmed speed and feed.
+fn linear(operation: &Operation, cutting: &Cutting) -> Cutting {
+    let rpm = operation.speed.rpm_at(0.0);
+    let teeth_per_s = hz_from_rpm(rpm) * f64::from(operation.tool.teeth);
+    let feed_per_tooth_m = operation.feed_m_per_s / teeth_per_s;
+    let engagement = Engagement::new(cutting, operation.tool.diameter_m);
+    let own = coefficients(cutting).zip(engagement).map(|(own, engagement)| {
+        let linear = linear_about(&own, engagement, feed_per_tooth_m);
+        if own.is_linear() { cutting.coefficients } else { Some(linear) }
+    });
+    Cutting { coefficients: own.unwrap_or(cutting.coefficients), ..cutting.clone() }
 }

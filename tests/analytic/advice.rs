@@ -124,6 +124,8 @@ fn random_case(rng: &mut ChaCha8Rng, masks: bool) -> (Vec<[f64; 2]>, u32, f64, P
         confidence: 0.95,
         ignore_hz: vec![],
         min_tip_response_m_per_n: Some(0.0),
+        max_deflection_m: None,
+        max_vibration_m: None,
     };
     if masks {
         let f = rng.random_range(10.0..90.0);

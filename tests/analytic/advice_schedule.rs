@@ -204,6 +204,8 @@ fn policy(separation: f64, tooth_passing_harmonics: u32, spindle_harmonics: u32)
         confidence: 0.95,
         ignore_hz: vec![],
         min_tip_response_m_per_n: Some(0.0),
+        max_deflection_m: None,
+        max_vibration_m: None,
     }
 }
 

@@ -30,6 +30,8 @@ fn policy() -> Policy {
         confidence: 0.95,
         ignore_hz: Vec::new(),
         min_tip_response_m_per_n: Some(0.0),
+        max_deflection_m: None,
+        max_vibration_m: None,
     }
 }
 
@@ -98,6 +100,8 @@ fn operation(name: &str, crossings: Vec<Crossing>) -> OperationRisk {
         .unwrap_or(Verdict::Clear);
     let (samples, lines) = (samples(1100.0), vec![SPINDLE_1, TOOTH_1, TOOTH_2]);
     OperationRisk {
+        tool_tip: None,
+        stability: None,
         name: name.into(),
         program: None,
         verdict,

@@ -1,7 +1,7 @@
 //! Where nothing cuts: the spindle stands, or the move is an air cut.
 
 use super::task::Task;
-use crate::advice::air_cuts::is_air_cut;
+use crate::process::is_air_cut;
 
 /// Whether nothing cuts at `s`: the move is one in the air, or the spindle stands.
 fn is_not_cutting(task: &Task, s: f64) -> bool {

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::super::raw::job as raw;
 use crate::formats::yaml::{Node, Step};
-use crate::job::{CuttingCoefficients, CuttingDirection, TipMode, Tool};
+use crate::job::{CuttingCoefficients, CuttingDirection, Runout, TipMode, Tool};
 use crate::notes::{Code, Notes};
 use crate::units::{
     m_from_mm, n_per_m_from_n_per_mm, n_per_m2_from_n_per_mm2, rad_from_deg, rad_per_s_from_hz,
@@ -46,8 +46,41 @@ pub(in crate::input) fn tool(
             .as_ref()
             .map(|pitch| pitch.iter().map(|&angle| rad_from_deg(angle)).collect()),
         helix_rad: rad_from_deg(raw.helix_deg.unwrap_or(0.0)),
+        runout: runout(raw, what, at, tree, notes),
         modes,
     })
+}
+
+/// Most teeth of a cutter with runout: each may cut what any other has left.
+const MOST_WITH_RUNOUT: u32 = 60;
+
+fn runout(
+    raw: &raw::Tool,
+    what: &str,
+    at: &[Step<'_>],
+    tree: &Node,
+    notes: &mut Notes,
+) -> Option<Runout> {
+    let own = raw.runout.as_ref()?;
+    let of_runout = [at, &[Step::Key("runout")]].concat();
+    let offset_m = m_from_mm(own.offset_mm?);
+    let mut refuse = |message: String| {
+        notes.error(Code::Conflict, tree.line_at(&of_runout), message);
+    };
+    if let Some(teeth) = raw.teeth.filter(|teeth| *teeth > MOST_WITH_RUNOUT) {
+        refuse(format!(
+            "{what}.runout: the cutter has {teeth} teeth, runout is known for at most \
+             {MOST_WITH_RUNOUT}"
+        ));
+    }
+    if let Some(diameter_mm) = raw.diameter_mm.filter(|d| 2.0 * offset_m >= m_from_mm(*d)) {
+        refuse(format!(
+            "{what}.runout.offset_mm is {}, must be below half of diameter_mm, {diameter_mm}",
+            own.offset_mm.unwrap_or_default()
+        ));
+    }
+    let angle_rad = rad_from_deg(own.angle_deg.unwrap_or(0.0));
+    (offset_m > 0.0).then_some(Runout { offset_m, angle_rad })
 }
 
 /// Modes of a tool tip, those without fault.
@@ -110,5 +143,7 @@ pub(in crate::input) fn coefficients(own: &raw::Coefficients) -> Option<CuttingC
         tangential_edge_n_per_m: edge(own.kte_n_per_mm),
         radial_edge_n_per_m: edge(own.kre_n_per_mm),
         axial: own.kac_n_per_mm2.map(|k| [n_per_m2_from_n_per_mm2(k), edge(own.kae_n_per_mm)]),
+        exponents: [own.tangential_exponent, own.radial_exponent, own.axial_exponent]
+            .map(Option::unwrap_or_default),
     })
 }

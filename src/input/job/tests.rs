@@ -79,6 +79,8 @@ fn what_may_be_absent_has_the_contract_s_defaults() {
             confidence: 0.95,
             ignore_hz: Vec::new(),
             min_tip_response_m_per_n: None,
+            max_deflection_m: None,
+            max_vibration_m: None,
         }
     );
     let operation = &job.operations[0];

@@ -160,6 +160,8 @@ pub(in crate::input) struct Tool {
     /// Angle of the flutes to the axis, degrees; 0, straight flutes, if absent.
     #[schemars(extend("minimum" = 0, "maximum" = 80, "default" = 0, "examples" = [30]))]
     pub(in crate::input) helix_deg: Option<f64>,
+    /// Where the spindle turns the cutter about another axis than its own.
+    pub(in crate::input) runout: Option<Runout>,
     /// How the tool itself vibrates in its holder, as measured at its tip.
     #[schemars(extend("minItems" = 1))]
     pub(in crate::input) modes: Option<Vec<TipMode>>,
@@ -168,6 +170,19 @@ pub(in crate::input) struct Tool {
     #[serde(default)]
     #[schemars(schema_with = "payload_schema")]
     pub(in crate::input) payload: Option<Payload>,
+}
+
+/// The axis about which a cutter turns lies beside its own.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(in crate::input) struct Runout {
+    /// How far, mm: half of what a dial gauge shows over a turn.
+    #[schemars(required, extend("minimum" = 0, "maximum" = 1, "examples" = [0.01]))]
+    pub(in crate::input) offset_mm: Option<f64>,
+    /// Towards which angle of the cutter, counted from its first tooth to the next, degrees; 0 if
+    /// absent.
+    #[schemars(extend("minimum" = -360, "maximum" = 360, "default" = 0))]
+    pub(in crate::input) angle_deg: Option<f64>,
 }
 
 /// A mode of the tool tip.
@@ -314,6 +329,16 @@ pub(in crate::input) struct Coefficients {
     /// Axial at the edge, N/mm; 0 if absent.
     #[schemars(extend("minimum" = -10000, "maximum" = 10000, "default" = 0))]
     pub(in crate::input) kae_n_per_mm: Option<f64>,
+    /// Kienzle's exponent m: the tangential coefficient is ktc h^-m with h the chip's thickness in
+    /// mm; 0, the same for all chips, if absent.
+    #[schemars(extend("minimum" = 0, "maximum" = 0.9, "default" = 0, "examples" = [0.25]))]
+    pub(in crate::input) tangential_exponent: Option<f64>,
+    /// The same of the radial coefficient.
+    #[schemars(extend("minimum" = 0, "maximum" = 0.9, "default" = 0))]
+    pub(in crate::input) radial_exponent: Option<f64>,
+    /// The same of the axial coefficient.
+    #[schemars(extend("minimum" = 0, "maximum" = 0.9, "default" = 0))]
+    pub(in crate::input) axial_exponent: Option<f64>,
 }
 
 // Variants without doc comments: schemars then writes a plain `enum`.
@@ -512,6 +537,13 @@ pub(in crate::input) struct Policy {
     /// operation's largest if absent, 0 counts all.
     #[schemars(extend("minimum" = 0))]
     pub(in crate::input) min_tip_response_um_per_n: Option<f64>,
+    /// How far the mean cutting force may move the tool tip, µm; needs cutting with coefficients.
+    #[schemars(extend("exclusiveMinimum" = 0, "examples" = [200]))]
+    pub(in crate::input) max_deflection_um: Option<f64>,
+    /// How far the tool tip may vibrate under the cutting force, µm: the root of the sum of the
+    /// squared amplitudes of its harmonics; needs cutting with coefficients.
+    #[schemars(extend("exclusiveMinimum" = 0, "examples" = [50]))]
+    pub(in crate::input) max_vibration_um: Option<f64>,
 }
 
 impl Policy {
@@ -529,6 +561,8 @@ impl Policy {
             min_tip_response_um_per_n: self
                 .min_tip_response_um_per_n
                 .or(other.min_tip_response_um_per_n),
+            max_deflection_um: self.max_deflection_um.or(other.max_deflection_um),
+            max_vibration_um: self.max_vibration_um.or(other.max_vibration_um),
         }
     }
 }

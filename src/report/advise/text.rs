@@ -1,7 +1,7 @@
 //! What a planner reads: the speed to run at, why, and what is closed by what.
 
 use super::words;
-use crate::advice::{ClosedRange, FeedRule, NoVibration, OperationAdvice, Remedy, Schedule};
+use crate::advice::{ClosedRange, FeedRule, NoForce, OperationAdvice, Remedy, Schedule};
 use crate::job::Levers;
 use crate::report::layout::push_fact;
 use crate::report::style;
@@ -202,7 +202,7 @@ fn push_operation(job: &AdvisedJob, operation: &OperationAdvice, colour: bool, t
             tips.dedup();
             push_fact(4, "tool tip", &format!("vibrates by {}", tips.join(", ")), text);
         }
-        Err(NoVibration::NoCutting) => {}
+        Err(NoForce::NoCutting) => {}
         Err(why) => push_fact(4, "tool tip", &format!("unknown: {why}"), text),
     }
     push_stretches(operation, text);

@@ -33,7 +33,11 @@ pub fn check(jobs: &[CheckedJob], root: &Path) -> String {
     let mut text = String::new();
     let warnings = jobs.iter().flat_map(|job| &job.risk.warnings);
     for warning in warnings.filter(|w| w.leaves_doubt() || w.is_accepted_doubt()) {
-        let level = if warning.leaves_doubt() { "warning" } else { "notice" };
+        let level = match (warning.is_open_breach(), warning.leaves_doubt()) {
+            (true, _) => "error",
+            (false, true) => "warning",
+            (false, false) => "notice",
+        };
         let command = note_command(level, &warning.note, &sentences::doubt(warning), root);
         if !text.contains(&command) {
             text.push_str(&command);

@@ -9,7 +9,7 @@ use super::findings::findings;
 use super::identity::{self, digest};
 use super::operation::operations;
 use super::sentences;
-use crate::notes::{Class, Code};
+use crate::notes::Code;
 use crate::report::paths;
 use crate::risk::Certainty;
 use crate::study::check::CheckedJob;
@@ -26,17 +26,22 @@ pub fn check(
     let path = |file: &Path| paths::slashed(&home(file));
     let mut entries = Vec::new();
     for job in jobs {
-        let doubts = job.risk.warnings.iter().filter(|w| w.note.code.class() == Class::Doubt);
+        let doubts = job.risk.warnings.iter().filter(|w| w.counts());
         for warning in doubts {
             let is_unchecked = warning.note.code == Code::NothingChecked;
             let place = &warning.note.place;
             entries.push(Entry {
                 description: sentences::doubt(warning),
-                check_name: if is_unchecked { "unchecked" } else { "doubt" },
+                check_name: match (is_unchecked, warning.is_open_breach()) {
+                    (true, _) => "unchecked",
+                    (false, true) => "limit",
+                    (false, false) => "doubt",
+                },
                 fingerprint: digest(&identity::of_doubt(job, warning, home)),
                 severity: match (&warning.accepted, is_unchecked) {
                     (Some(_), _) => "info",
                     (None, true) => "critical",
+                    (None, false) if warning.is_open_breach() => "critical",
                     (None, false) => "minor",
                 },
                 location: Location {

@@ -12,7 +12,7 @@ use super::identity::{self, digest};
 use super::operation::{CheckedOperation, operations};
 use super::sentences;
 use crate::job::Accepted;
-use crate::notes::{Class, Code};
+use crate::notes::Code;
 use crate::report::json::notices;
 use crate::report::{paths, words};
 use crate::risk::{Certainty, Warning};
@@ -47,7 +47,7 @@ pub fn check(
     let mut results = Vec::new();
     for job in jobs {
         artifacts.index_of(&job.file);
-        let doubts = job.risk.warnings.iter().filter(|w| w.note.code.class() == Class::Doubt);
+        let doubts = job.risk.warnings.iter().filter(|w| w.counts());
         results.extend(doubts.map(|warning| artifacts.doubt(job, warning)));
         for operation in operations(job) {
             let found = findings(&operation);
@@ -115,10 +115,12 @@ enum RuleOf {
     Uncertain,
     Unchecked,
     Doubt,
+    Limit,
 }
 
 impl RuleOf {
-    const ALL: [Self; 4] = [Self::Resonance, Self::Uncertain, Self::Unchecked, Self::Doubt];
+    const ALL: [Self; 5] =
+        [Self::Resonance, Self::Uncertain, Self::Unchecked, Self::Doubt, Self::Limit];
 
     fn crossing(certainty: Certainty) -> Self {
         match certainty {
@@ -133,12 +135,13 @@ impl RuleOf {
             Self::Uncertain => "uncertain",
             Self::Unchecked => "unchecked",
             Self::Doubt => "doubt",
+            Self::Limit => "limit",
         }
     }
 
     fn level(self) -> &'static str {
         match self {
-            Self::Resonance | Self::Unchecked => "error",
+            Self::Resonance | Self::Unchecked | Self::Limit => "error",
             Self::Uncertain | Self::Doubt => "warning",
         }
     }
@@ -171,6 +174,13 @@ impl RuleOf {
                 "A resonance may hide in what was left out or assumed",
                 "Something was left out of the check or assumed for it, so the verdict is at best uncertain.",
                 "State what is missing, or accept it in the job with a reason.",
+            ],
+            Self::Limit => [
+                "Limit",
+                "The cutting force moves the tool tip farther than the policy allows",
+                "The static deflection under the mean cutting force, or the vibration under its harmonics, \
+                 exceeds a limit of the job's policy.",
+                "Cut less deep, use another speed, feed or arm pose, then check again.",
             ],
         };
         let text = |text: &str| Message { text: text.to_owned() };
@@ -226,6 +236,7 @@ impl Artifacts<'_> {
     fn doubt(&mut self, job: &CheckedJob, warning: &Warning) -> ResultObject {
         let rule = match warning.note.code {
             Code::NothingChecked => RuleOf::Unchecked,
+            Code::LimitExceeded => RuleOf::Limit,
             _ => RuleOf::Doubt,
         };
         let place = &warning.note.place;

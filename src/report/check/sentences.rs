@@ -176,11 +176,20 @@ pub(in crate::report) fn doubts(operation: &CheckedOperation<'_>) -> Vec<String>
     let name = Some(operation.risk.name.as_str());
     let own = operation.job.risk.warnings.iter();
     let own = own.filter(|w| w.leaves_doubt() && w.operation.as_deref() == name);
-    listed(own.map(|warning| {
-        // The part stands above.
-        let Note { place, what, .. } = &warning.note;
-        if place.file.is_some() { format!("{place}: {what}") } else { what.clone() }
-    }))
+    listed(own.filter(|w| !w.is_open_breach()).map(at_its_place))
+}
+
+/// Limits of the policy that are exceeded in this operation.
+pub(in crate::report) fn breaches(operation: &CheckedOperation<'_>) -> Vec<String> {
+    let own = operation.job.risk.warnings.iter();
+    let own = own.filter(|w| w.is_open_breach() && w.is_about(&operation.risk.name));
+    own.map(at_its_place).collect()
+}
+
+fn at_its_place(warning: &Warning) -> String {
+    // The part stands above.
+    let Note { place, what, .. } = &warning.note;
+    if place.file.is_some() { format!("{place}: {what}") } else { what.clone() }
 }
 
 /// What the job accepts: warnings, each once.

@@ -3,7 +3,7 @@
 
 use super::findings::{Stretch, stretches};
 use super::operation::{CheckedOperation, operations};
-use super::{plot_text, sentences};
+use super::{cut, plot_text, sentences};
 use crate::report::{layout, style, words};
 use crate::risk::{Approach, Certainty, Crossing, OperationRisk, Verdict, Warning};
 use crate::study::check::CheckedJob;
@@ -112,6 +112,9 @@ fn push_operation(operation: &CheckedOperation<'_>, colour: bool, text: &mut Str
         sentences::speed(operation) + &tool(operation),
         words::trimmed(risk.duration_s, 1)
     ));
+    for breach in sentences::breaches(operation) {
+        push_fact("limit", &breach, text);
+    }
     for doubt in sentences::doubts(operation) {
         push_fact(label(risk.verdict), &doubt, text);
     }
@@ -133,6 +136,9 @@ fn push_operation(operation: &CheckedOperation<'_>, colour: bool, text: &mut Str
         push_fact("left out", &left_out, text);
     }
     push_exchanges(risk, text);
+    for (label, what) in cut::facts(risk) {
+        push_fact(label, &what, text);
+    }
 }
 
 fn push_worst(operation: &CheckedOperation<'_>, stretch: &Stretch<'_>, text: &mut String) {
@@ -327,6 +333,10 @@ pub(in crate::report) fn next(job: &CheckedJob) -> &'static str {
         (Verdict::Uncertain, _) if !has_open && !job.risk.payload.is_known() => {
             "state what the arm carries, then check again; without it no speed counts as clear"
         }
+        (Verdict::Resonance, _) if !has_open => {
+            "cut less deep, or use another spindle speed, feed or arm pose where a limit is exceeded; \
+             then check again"
+        }
         (Verdict::Resonance, _) => {
             "use another spindle speed or arm pose on these stretches, then check again"
         }
@@ -348,8 +358,15 @@ pub(in crate::report) fn next(job: &CheckedJob) -> &'static str {
         (Verdict::Clear, _) if sentences::accepted_count(job) > 0 => {
             "clear but for what is accepted, which counts again from the day after it ends"
         }
+        (Verdict::Clear, _) if tells_stability(job) => {
+            "no change needed for the arm's resonances; what the cut does stands beside the verdict"
+        }
         (Verdict::Clear, _) => "no change needed for the arm's resonances; chatter is not checked",
     }
+}
+
+fn tells_stability(job: &CheckedJob) -> bool {
+    job.risk.operations.iter().all(|operation| operation.stability.is_some())
 }
 
 fn summary(jobs: &[CheckedJob], colour: bool) -> String {

@@ -7,6 +7,6 @@ use crate::path::Path;
 const MIN_AIR_CUT_FEED_RATIO: f64 = 2.0;
 
 /// Whether the move run at `s` is an air cut.
-pub(super) fn is_air_cut(operation: &Operation, path: &Path, s: f64) -> bool {
+pub fn is_air_cut(operation: &Operation, path: &Path, s: f64) -> bool {
     path.feed_m_per_s_at(s) > MIN_AIR_CUT_FEED_RATIO * operation.feed_m_per_s
 }

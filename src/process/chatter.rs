@@ -1,0 +1,124 @@
+//! The depth at which the cut chatters, along a path.
+
+use nalgebra::Complex;
+use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::tip::{Owner, TipMode, TipPlace};
+use crate::excitation::{Engagement, coefficients, linear_about};
+use crate::job::{Cutting, Operation};
+use crate::stability::{
+    Chart, Cut, Kind, Limit, ToolMode, coupling_limit, displacement_m, milling_limit,
+};
+use crate::units::{rad_per_s_from_hz, written};
+
+/// Which modes stability is about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[schemars(
+    inline,
+    description = "`arm`: the arm's modes alone; at milling speeds it is the tool that chatters \
+                   first, so this says nothing\nthere. `arm_and_tool`: those of the tool (tool.modes), too."
+)]
+pub enum Seen {
+    /// The arm's alone.
+    Arm,
+    /// Those of the tool, too.
+    ArmAndTool,
+}
+
+/// The limit at one place.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "LimitAlong")]
+pub struct LimitAt {
+    /// Share of the operation's time, 0 to 1.
+    pub s: f64,
+    /// Line that is run there.
+    pub line: usize,
+    /// Smallest axial depth at which a small vibration grows; null where there is none below 1 m.
+    #[serde(rename = "limit_mm", serialize_with = "written::mm")]
+    pub depth_m: Option<f64>,
+    /// Of the vibration that grows.
+    pub frequency_hz: Option<f64>,
+    #[allow(missing_docs, reason = "the schema shows what the type says")]
+    pub kind: Option<Kind>,
+    /// The mode of the arm that moves most in it, counted from 1; null where it is one of the tool's.
+    pub mode: Option<usize>,
+}
+
+/// When a cut chatters: a statement beside the verdict, which it never makes better.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "Stability")]
+pub struct Chatter {
+    #[allow(missing_docs, reason = "the schema shows what the type says")]
+    pub modes: Seen,
+    /// Axial depth of the cut.
+    #[serde(rename = "depth_mm", serialize_with = "written::mm")]
+    pub depth_m: f64,
+    /// Whether the cut is deeper than the smallest limit.
+    pub is_beyond: bool,
+    /// The smallest limit along the path at the programmed speed; null where there is none below 1 m.
+    pub smallest: Option<LimitAt>,
+    /// The limit at places along the path, ascending in s.
+    pub along: Vec<LimitAt>,
+}
+
+/// Stability at places of an operation; `None` where its coefficients are not known. Where the exact
+/// limit is not found, that of the zeroth order stands in for it.
+pub fn chatter(
+    operation: &Operation,
+    places: &[TipPlace],
+    line_at: impl Fn(f64) -> usize + Sync,
+) -> Option<Chatter> {
+    let cutting = operation.cutting.as_ref()?;
+    let own = coefficients(cutting)?;
+    let engagement = Engagement::new(cutting, operation.tool.diameter_m)?;
+    let limit_at = |place: &TipPlace| {
+        let linear = linear_about(&own, engagement, place.feed_per_tooth_m);
+        let cutting = Cutting { coefficients: Some(linear), ..cutting.clone() };
+        let cut = Cut::new(&operation.tool, &cutting)?;
+        let modes: Vec<ToolMode> = place.modes.iter().map(|one| one.mode).collect();
+        let found = limit(&modes, &cut, cutting.regenerates, place.rpm);
+        let mode = found.and_then(|limit| strongest(&place.modes, limit.frequency_hz));
+        Some(LimitAt {
+            s: place.s,
+            line: line_at(place.s),
+            depth_m: found.map(|limit| limit.depth_m),
+            frequency_hz: found.map(|limit| limit.frequency_hz),
+            kind: found.map(|limit| limit.kind),
+            mode,
+        })
+    };
+    let along: Option<Vec<LimitAt>> = places.par_iter().map(limit_at).collect();
+    let along = along.filter(|along| !along.is_empty())?;
+    let told = along.iter().filter_map(|at| Some((at.depth_m?, at)));
+    let smallest = told.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, at)| *at);
+    let depth_m = cutting.axial_depth_m;
+    let is_beyond = smallest.and_then(|at| at.depth_m).is_some_and(|limit| depth_m >= limit);
+    let has_tool = !operation.tool.modes.is_empty();
+    let modes = if has_tool { Seen::ArmAndTool } else { Seen::Arm };
+    Some(Chatter { modes, depth_m, is_beyond, smallest, along })
+}
+
+fn limit(modes: &[ToolMode], cut: &Cut, regenerates: bool, rpm: f64) -> Option<Limit> {
+    if !regenerates {
+        return coupling_limit(modes, &cut.mean());
+    }
+    let chart = Chart::new(modes, cut);
+    milling_limit(modes, cut, &chart, rpm).unwrap_or_else(|_| chart.limit(rpm))
+}
+
+/// The mode of the arm that answers most at a frequency; `None` where that is one of the tool's.
+fn strongest(modes: &[TipMode], hz: f64) -> Option<usize> {
+    let size = |one: &TipMode| {
+        let force = one.mode.motion.normalize().map(Complex::from);
+        displacement_m(&[one.mode], &force, rad_per_s_from_hz(hz)).norm()
+    };
+    match modes.iter().max_by(|a, b| size(a).total_cmp(&size(b)))?.of {
+        Owner::Arm(number) => Some(number),
+        Owner::Tool => None,
+    }
+}

@@ -1,0 +1,257 @@
+//! Static deflection, forced vibration and the error of the surface at one place.
+
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+use std::fmt;
+
+use nalgebra::{Complex, Vector3};
+
+use super::tip::{Owner, TipMode, TipPlace};
+use crate::excitation::{ForceHarmonic, ForceModel, coefficient_range, coefficients};
+use crate::job::{CuttingDirection, Operation};
+use crate::stability::{ToolMode, displacement_m};
+use crate::units::{hz_from_rpm, rad_per_s_from_hz};
+
+/// Harmonics of the force's own period: what is beyond hardly moves an arm.
+const HARMONICS: u32 = 12;
+
+/// At most so many of the spindle where the force repeats once a turn, unless two of the tooth passing
+/// need more.
+const SPINDLE_ORDERS: u32 = 48;
+
+/// Heights of the cut at which the surface is looked at.
+const HEIGHTS: usize = 5;
+
+/// Why no cutting force is known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoForce {
+    /// The operation has no `cutting`.
+    NoCutting,
+    /// The material is not known and the job gives no coefficients.
+    UnknownMaterial,
+    /// The tool has no diameter.
+    NoDiameter,
+    /// Nothing cuts.
+    OnlyAir,
+}
+
+impl fmt::Display for NoForce {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::NoCutting => "the operation has no 'cutting'",
+            Self::UnknownMaterial => {
+                "cutting.material is not among al-6061, al-6082 and al-7075, and \
+                 cutting.coefficients is not given"
+            }
+            Self::NoDiameter => "tool.diameter_mm is not given",
+            Self::OnlyAir => "all moves run in the air, at more than twice the operation's feed",
+        })
+    }
+}
+
+/// The cutting force of an operation.
+///
+/// # Errors
+/// Why it is not known.
+pub fn force_of(operation: &Operation) -> Result<ForceModel, NoForce> {
+    let cutting = operation.cutting.as_ref().ok_or(NoForce::NoCutting)?;
+    coefficients(cutting).ok_or(NoForce::UnknownMaterial)?;
+    ForceModel::new(&operation.tool, cutting).ok_or(NoForce::NoDiameter)
+}
+
+/// The orders of the spindle at which a force has harmonics that are looked at.
+pub fn orders_of(force: &ForceModel, teeth: u32) -> Vec<u32> {
+    let top = teeth.saturating_mul(HARMONICS);
+    let top = if force.is_computed() {
+        top.min(SPINDLE_ORDERS.max(teeth.saturating_mul(2)))
+    } else {
+        top
+    };
+    let step = force.repeats().max(1);
+    (1..=top / step).map(|h| h * step).collect()
+}
+
+/// A quantity as the model has it, and what it may come to: with every frequency where it is worst
+/// within its interval, and coefficients as laboratories have them.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Doubtful {
+    /// As the model has it, m.
+    pub value_m: f64,
+    /// What it may come to, m.
+    pub up_to_m: f64,
+}
+
+/// What the cut does at one place.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AtPlace {
+    /// Where, 0..=1.
+    pub s: f64,
+    /// How far the mean force moves the tip.
+    pub deflection: Doubtful,
+    /// √(Σ_k |u_k|²) over the harmonics.
+    pub vibration: Doubtful,
+    /// |u_k| of each order, m.
+    pub amplitudes_m: Vec<f64>,
+    /// How much material is left on the surface, m; below zero where too much is taken. Of a slot the
+    /// side that is farther off.
+    pub surface_error_m: f64,
+}
+
+/// The forces of a cut at one feed per tooth: mean and harmonics.
+type Forces = ([f64; 3], Vec<ForceHarmonic>);
+
+/// The cutting forces of an operation along its path.
+#[derive(Debug, Clone)]
+pub struct Effects {
+    /// As the model has it first.
+    forces: Vec<ForceModel>,
+    orders: Vec<u32>,
+    direction: CuttingDirection,
+    by_feed: BTreeMap<u64, Vec<Forces>>,
+}
+
+impl Effects {
+    /// For the places of an operation.
+    ///
+    /// # Errors
+    /// Why the force is not known.
+    pub fn new(operation: &Operation, places: &[TipPlace]) -> Result<Self, NoForce> {
+        let nominal = force_of(operation)?;
+        let cutting = operation.cutting.as_ref().ok_or(NoForce::NoCutting)?;
+        let range = coefficient_range(cutting).ok_or(NoForce::UnknownMaterial)?;
+        let others =
+            range.into_iter().filter_map(|k| ForceModel::with(&operation.tool, cutting, k));
+        let orders = orders_of(&nominal, operation.tool.teeth);
+        let forces: Vec<ForceModel> = std::iter::once(nominal).chain(others).collect();
+        let mut by_feed = BTreeMap::new();
+        for place in places {
+            let feed = place.feed_per_tooth_m;
+            let of = |force: &ForceModel| (force.mean_n(feed), force.harmonics(&orders, feed));
+            by_feed.entry(feed.to_bits()).or_insert_with(|| forces.iter().map(of).collect());
+        }
+        Ok(Self { forces, orders, direction: cutting.direction, by_feed })
+    }
+
+    /// The orders of the harmonics.
+    pub fn orders(&self) -> &[u32] {
+        &self.orders
+    }
+
+    /// What the cut does at one of the places; `interval_hz` tells in which a frequency of the arm
+    /// lies, Hz, by the mode's number from 1.
+    pub fn at(
+        &self,
+        place: &TipPlace,
+        interval_hz: impl Fn(usize, f64) -> [f64; 2],
+    ) -> Option<AtPlace> {
+        let all = self.by_feed.get(&place.feed_per_tooth_m.to_bits())?;
+        let (mean, harmonics) = all.first()?;
+        let turning = rad_per_s_from_hz(hz_from_rpm(place.rpm));
+        let modes: Vec<ToolMode> = place.modes.iter().map(|one| one.mode).collect();
+        let moved = moved(&modes, mean, harmonics, turning);
+        let mut vibration = Doubtful::of(root(&moved.1));
+        let mut deflection = Doubtful::of(moved.0.norm());
+        let worst = |omega: f64| worst(&place.modes, omega, &interval_hz);
+        let softest = worst(0.0);
+        let by_order: Vec<Vec<ToolMode>> =
+            self.orders.iter().map(|&k| worst(f64::from(k) * turning)).collect();
+        for (mean, harmonics) in all {
+            for modes in [&modes, &softest] {
+                deflection.may_be(answer(modes, mean.map(Complex::from), 0.0).norm());
+            }
+            let at = |(k, modes): (&ForceHarmonic, &Vec<ToolMode>)| {
+                answer(modes, k.amplitude_n, f64::from(k.order) * turning).norm_squared()
+            };
+            vibration.may_be(harmonics.iter().zip(&by_order).map(at).sum::<f64>().sqrt());
+            let at = |k: &ForceHarmonic| {
+                answer(&modes, k.amplitude_n, f64::from(k.order) * turning).norm_squared()
+            };
+            vibration.may_be(harmonics.iter().map(at).sum::<f64>().sqrt());
+        }
+        Some(AtPlace {
+            s: place.s,
+            deflection,
+            vibration,
+            amplitudes_m: moved.1.iter().map(|u| u.norm()).collect(),
+            surface_error_m: self.surface_error_m(&moved),
+        })
+    }
+
+    /// Material is left where the tip lies inside of the surface as a tooth makes it: an up-milling
+    /// one at φ = 0, on the side of y, a down-milling one at φ = π, on the other.
+    fn surface_error_m(&self, (rest, harmonics): &Moved) -> f64 {
+        let Some(force) = self.forces.first() else { return 0.0 };
+        let sides: &[(f64, f64)] = match self.direction {
+            CuttingDirection::Conventional => &[(0.0, -1.0)],
+            CuttingDirection::Climb => &[(PI, 1.0)],
+            CuttingDirection::Slot => &[(0.0, -1.0), (PI, 1.0)],
+        };
+        let mut worst = 0.0_f64;
+        for &(phi, sign) in sides {
+            for theta in force.angles_rad() {
+                for height in 0..HEIGHTS {
+                    let lag = force.lag_rad() * height as f64 / (HEIGHTS - 1) as f64;
+                    let turned = phi + lag - theta;
+                    let wave = |(u, &k): (&Vector3<Complex<f64>>, &u32)| {
+                        (u.y * Complex::cis(f64::from(k) * turned)).re
+                    };
+                    let y = rest.y + harmonics.iter().zip(&self.orders).map(wave).sum::<f64>();
+                    if y.abs() > worst.abs() {
+                        worst = sign * y;
+                    }
+                }
+            }
+        }
+        worst
+    }
+}
+
+impl Doubtful {
+    fn of(value_m: f64) -> Self {
+        Self { value_m, up_to_m: value_m }
+    }
+
+    fn may_be(&mut self, m: f64) {
+        self.up_to_m = self.up_to_m.max(m);
+    }
+}
+
+/// How the mean force moves the tip, and how each harmonic does.
+type Moved = (Vector3<f64>, Vec<Vector3<Complex<f64>>>);
+
+fn moved(modes: &[ToolMode], mean: &[f64; 3], harmonics: &[ForceHarmonic], turning: f64) -> Moved {
+    let rest = answer(modes, mean.map(Complex::from), 0.0).map(|u| u.re);
+    let each = |k: &ForceHarmonic| answer(modes, k.amplitude_n, f64::from(k.order) * turning);
+    (rest, harmonics.iter().map(each).collect())
+}
+
+fn answer(
+    modes: &[ToolMode],
+    force_n: [Complex<f64>; 3],
+    omega_rad_per_s: f64,
+) -> Vector3<Complex<f64>> {
+    displacement_m(modes, &Vector3::from(force_n), omega_rad_per_s)
+}
+
+fn root(harmonics: &[Vector3<Complex<f64>>]) -> f64 {
+    harmonics.iter().map(Vector3::norm_squared).sum::<f64>().sqrt()
+}
+
+/// The modes with each frequency of the arm as near to `omega` as its interval allows.
+fn worst(
+    modes: &[TipMode],
+    omega: f64,
+    interval_hz: &impl Fn(usize, f64) -> [f64; 2],
+) -> Vec<ToolMode> {
+    let moved = |one: &TipMode| match one.of {
+        Owner::Tool => one.mode,
+        Owner::Arm(number) => {
+            let own = one.mode.omega_rad_per_s;
+            let hz = crate::units::hz_from_rad_per_s(own);
+            let [low, high] = interval_hz(number, hz).map(rad_per_s_from_hz);
+            let omega_rad_per_s = omega.max(low.min(own)).min(high.max(own));
+            ToolMode { omega_rad_per_s, ..one.mode }
+        }
+    };
+    modes.iter().map(moved).collect()
+}

@@ -1,0 +1,83 @@
+//! Places of a path at which the tool cuts, with all that vibrates there.
+
+use super::air_cuts::is_air_cut;
+use crate::job::Operation;
+use crate::notes::Note;
+use crate::path::{Path, TipModes, tip_modes_of_tool};
+use crate::stability::ToolMode;
+use crate::units::{hz_from_rpm, rad_per_s_from_hz};
+
+/// Whose mode it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Owner {
+    /// The arm's, counted from 1 in ascending frequency.
+    Arm(usize),
+    /// The tool's own.
+    Tool,
+}
+
+/// A mode with its owner.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TipMode {
+    #[allow(missing_docs, reason = "the type says it")]
+    pub of: Owner,
+    /// In the tool's frame.
+    pub mode: ToolMode,
+}
+
+/// The tool tip at one place of a path.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TipPlace {
+    /// Where, 0..=1.
+    pub s: f64,
+    /// Spindle speed, rev/min.
+    pub rpm: f64,
+    /// Mean feed per tooth, m.
+    pub feed_per_tooth_m: f64,
+    /// The modes of the arm, then those of the tool.
+    pub modes: Vec<TipMode>,
+}
+
+/// The modes of the arm at a place, in the frame that they are in there; those that do not move the
+/// tip are left out.
+pub fn arm_modes(at: &TipModes) -> Vec<TipMode> {
+    let all = at.natural_frequencies_hz.iter().zip(&at.damping_ratios).zip(&at.motions);
+    all.enumerate()
+        .filter(|(_, ((hz, _), motion))| hz.is_finite() && motion.norm() > 0.0)
+        .map(|(r, ((&hz, &damping_ratio), motion))| TipMode {
+            of: Owner::Arm(r + 1),
+            mode: ToolMode {
+                omega_rad_per_s: rad_per_s_from_hz(hz),
+                damping_ratio,
+                motion: *motion,
+            },
+        })
+        .collect()
+}
+
+/// Those of `s` (0..=1) at which the tool cuts, with the modes there: where it moves at no more than
+/// twice the operation's feed and `turns`, the spindle, does so.
+///
+/// # Errors
+/// The first place that the arm does not reach, or at which it has no modes.
+pub fn tip_places(
+    operation: &Operation,
+    path: &Path,
+    s: &[f64],
+    turns: impl Fn(f64) -> bool,
+) -> Result<Vec<TipPlace>, Note> {
+    let cuts =
+        |s: &f64| turns(*s) && operation.speed.rpm_at(*s) > 0.0 && !is_air_cut(operation, path, *s);
+    let s: Vec<f64> = s.iter().copied().filter(cuts).collect();
+    let of_tool = operation.tool.modes.iter().map(ToolMode::from);
+    let of_tool: Vec<TipMode> = of_tool.map(|mode| TipMode { of: Owner::Tool, mode }).collect();
+    let place = |at: &TipModes| {
+        let rpm = operation.speed.rpm_at(at.s);
+        let teeth_per_s = hz_from_rpm(rpm) * f64::from(operation.tool.teeth);
+        let mut modes = arm_modes(at);
+        modes.extend(&of_tool);
+        let feed_per_tooth_m = path.feed_m_per_s_at(at.s) / teeth_per_s;
+        TipPlace { s: at.s, rpm, feed_per_tooth_m, modes }
+    };
+    Ok(tip_modes_of_tool(path, &s)?.iter().map(place).collect())
+}

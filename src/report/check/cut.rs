@@ -1,0 +1,61 @@
+//! What the cut does at the tool tip, in words.
+
+use crate::process::{Chatter, Seen};
+use crate::report::words;
+use crate::risk::{OperationRisk, ToolTip};
+use crate::units::{mm_from_m, percent_from_ratio, um_from_m};
+
+/// Labels and sentences on the tool tip and on stability; none where the cut is not known.
+pub(super) fn facts(risk: &OperationRisk) -> Vec<(&'static str, String)> {
+    let tip = risk.tool_tip.as_ref().map(|tip| ("cut", of_tip(tip)));
+    let stability = risk.stability.as_ref().map(|chatter| ("chatter", of_chatter(chatter)));
+    tip.into_iter().chain(stability).collect()
+}
+
+fn um(m: f64) -> String {
+    format!("{:.1} µm", um_from_m(m))
+}
+
+fn of_tip(tip: &ToolTip) -> String {
+    let at = |s: f64| format!("at {} %", words::trimmed(percent_from_ratio(s), 1));
+    let surface = &tip.surface_error;
+    let side = if surface.error_m < 0.0 { "too much" } else { "left" };
+    format!(
+        "the mean force moves the tool tip {} {} (perhaps {}); it vibrates by {} {} (perhaps {}); on \
+         the surface {} {side} {}",
+        um(tip.deflection.largest_m),
+        at(tip.deflection.s),
+        um(tip.deflection.up_to_m),
+        um(tip.vibration.largest_m),
+        at(tip.vibration.s),
+        um(tip.vibration.up_to_m),
+        um(surface.error_m.abs()),
+        at(surface.s),
+    )
+}
+
+fn of_chatter(chatter: &Chatter) -> String {
+    let depth = words::trimmed(mm_from_m(chatter.depth_m), 3);
+    let whose = match chatter.modes {
+        Seen::Arm => {
+            "; the arm's modes alone (no tool.modes): at milling speeds the tool chatters first"
+        }
+        Seen::ArmAndTool => "",
+    };
+    let found = chatter.smallest.and_then(|at| Some((at, at.depth_m?, at.frequency_hz?, at.kind?)));
+    let Some((at, limit_m, frequency_hz, kind)) = found else {
+        return format!("no limit found below 1 m of depth at the programmed speed{whose}");
+    };
+    let mode = match at.mode {
+        Some(mode) => format!("mode {mode}"),
+        None => "a mode of the tool".to_owned(),
+    };
+    let cut = if chatter.is_beyond { "beyond it" } else { "below it" };
+    format!(
+        "from {:.3} mm of depth at {} % ({mode}, {} Hz, {}); the cut of {depth} mm is {cut}{whose}",
+        mm_from_m(limit_m),
+        words::trimmed(percent_from_ratio(at.s), 1),
+        words::hz(frequency_hz),
+        words::spelled(kind),
+    )
+}

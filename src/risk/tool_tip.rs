@@ -1,0 +1,353 @@
+//! What the cut does at the tool tip along a path, and where that is more than the policy allows.
+
+use std::path::PathBuf;
+
+use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::operation_notes::{about_operation, in_operation};
+use super::rules::Rules;
+use super::spindle_profile::SpindleProfile;
+use super::verdict::Certainty;
+use crate::excitation::{ExcitationLine, Source, WithoutOrder};
+use crate::job::{Job, Operation, Policy};
+use crate::notes::{Code, Note, Place};
+use crate::path::Path;
+use crate::process::{
+    AtPlace, Chatter, Doubtful, Effects, NoForce, Seen, TipPlace, chatter, force_of, tip_places,
+};
+use crate::units::{hz_from_rpm, percent_from_ratio, um_from_m, written};
+
+/// Places at which stability is worked out.
+const STABILITY_PLACES: usize = 41;
+
+/// A harmonic is told that reaches this share of the largest.
+const TOLD_SHARE: f64 = 0.01;
+
+/// What a limit is about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[schemars(
+    inline,
+    description = "`deflection`: under the mean cutting force. `vibration`: under its harmonics."
+)]
+pub enum Quantity {
+    /// Under the mean cutting force.
+    Deflection,
+    /// Under its harmonics.
+    Vibration,
+}
+
+/// The largest of a quantity along the path.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Largest {
+    /// As the model has it.
+    #[serde(rename = "largest_um", serialize_with = "written::um")]
+    pub largest_m: f64,
+    /// Where, 0 to 1.
+    pub s: f64,
+    /// Line that is run there.
+    pub line: usize,
+    /// What it may come to anywhere: every frequency where it is worst within its interval, the
+    /// coefficients of a material as laboratories have them.
+    #[serde(rename = "up_to_um", serialize_with = "written::um")]
+    pub up_to_m: f64,
+}
+
+/// The error of the surface that is farthest off.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SurfaceError {
+    /// Material that is left; below zero where too much is taken. Of a slot the side that is farther
+    /// off.
+    #[serde(rename = "error_um", serialize_with = "written::um")]
+    pub error_m: f64,
+    /// Where, 0 to 1.
+    pub s: f64,
+    /// Line that is run there.
+    pub line: usize,
+}
+
+/// The largest amplitude of a harmonic along the path.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "ToolTipHarmonic")]
+pub struct Harmonic {
+    /// Which.
+    #[serde(flatten, with = "WithoutOrder")]
+    pub line: ExcitationLine,
+    /// Its frequency there.
+    pub excitation_hz: f64,
+    /// √(|u_x|² + |u_y|² + |u_z|²).
+    #[serde(rename = "amplitude_um", serialize_with = "written::um")]
+    pub amplitude_m: f64,
+    /// Where, 0 to 1.
+    pub s: f64,
+}
+
+/// A stretch on which the tool tip moves farther than the policy allows.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "Excess")]
+pub struct Excess {
+    #[allow(missing_docs, reason = "the schema shows what the type says")]
+    pub quantity: Quantity,
+    /// `certain`: as the model has it; `uncertain`: within what model and coefficients may be wrong
+    /// by.
+    pub certainty: Certainty,
+    /// What the policy allows.
+    #[serde(rename = "limit_um", serialize_with = "written::um")]
+    pub limit_m: f64,
+    /// The largest on the stretch, as the model has it.
+    #[serde(rename = "largest_um", serialize_with = "written::um")]
+    pub largest_m: f64,
+    /// What it may come to there.
+    #[serde(rename = "up_to_um", serialize_with = "written::um")]
+    pub up_to_m: f64,
+    /// Where it starts, 0 to 1.
+    pub from_s: f64,
+    /// Where it ends, 0 to 1.
+    pub to_s: f64,
+    /// Where it is largest.
+    pub largest_s: f64,
+    /// The file that the lines refer to, as in crossings.
+    #[serde(serialize_with = "written::path")]
+    pub file: PathBuf,
+    /// The lowest line that is run between from_s and to_s, counted from 1.
+    pub from_line: usize,
+    /// The highest line that is run between from_s and to_s.
+    pub to_line: usize,
+}
+
+/// What the cut does at the tool tip.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ToolTip {
+    #[allow(missing_docs, reason = "the schema shows what the type says")]
+    pub modes: Seen,
+    /// How far the mean cutting force moves the tip.
+    pub deflection: Largest,
+    /// How far it vibrates: the root of the sum of the squared amplitudes of the harmonics.
+    pub vibration: Largest,
+    /// What both leave on the surface.
+    pub surface_error: SurfaceError,
+    /// Its harmonics that reach a hundredth of the largest, ascending in frequency.
+    pub harmonics: Vec<Harmonic>,
+    /// Where the policy allows less, ascending in from_s.
+    pub beyond: Vec<Excess>,
+}
+
+/// What the cut does along the path of an operation.
+#[derive(Debug, Default)]
+pub(super) struct Cut {
+    pub(super) tool_tip: Option<ToolTip>,
+    pub(super) stability: Option<Chatter>,
+    /// Why a limit of the policy cannot be held against it.
+    pub(super) unknown: Option<NoForce>,
+}
+
+/// Looks at the stations of a survey at which the tool cuts.
+///
+/// # Errors
+/// The arm has no modes somewhere.
+pub(super) fn look(
+    job: &Job,
+    operation: &Operation,
+    path: &Path,
+    (rules, stations): (&Rules, &[f64]),
+) -> Result<Cut, Note> {
+    if let Err(why) = force_of(operation) {
+        return Ok(Cut { unknown: Some(why), ..Cut::default() });
+    }
+    let spindle = SpindleProfile::new(&operation.speed, path);
+    let places = tip_places(operation, path, stations, |s| !spindle.is_stopped_at(s))?;
+    let Ok(effects) = Effects::new(operation, &places) else { return Ok(Cut::default()) };
+    let at =
+        |place: &TipPlace| effects.at(place, |mode, hz| rules.interval_hz(place.s, mode - 1, hz));
+    let found: Option<Vec<AtPlace>> = places.par_iter().map(at).collect();
+    let found = found.filter(|found| !found.is_empty());
+    let has_tool = !operation.tool.modes.is_empty();
+    let tool_tip = found.map(|found| ToolTip {
+        modes: if has_tool { Seen::ArmAndTool } else { Seen::Arm },
+        deflection: largest(path, &found, |at| at.deflection),
+        vibration: largest(path, &found, |at| at.vibration),
+        surface_error: surface_error(path, &found),
+        harmonics: harmonics(operation, &effects, &found),
+        beyond: beyond(job, operation, path, stations, &found),
+    });
+    let step = (places.len() / STABILITY_PLACES).max(1);
+    let thin: Vec<TipPlace> = places.into_iter().step_by(step).collect();
+    let stability = chatter(operation, &thin, |s| path.line_at(s));
+    Ok(Cut { tool_tip, stability, unknown: None })
+}
+
+fn largest(path: &Path, found: &[AtPlace], of: impl Fn(&AtPlace) -> Doubtful) -> Largest {
+    let mut largest = Largest { largest_m: 0.0, s: 0.0, line: 0, up_to_m: 0.0 };
+    for at in found {
+        let Doubtful { value_m, up_to_m } = of(at);
+        largest.up_to_m = largest.up_to_m.max(up_to_m);
+        if value_m >= largest.largest_m {
+            largest = Largest { largest_m: value_m, s: at.s, ..largest };
+        }
+    }
+    Largest { line: path.line_at(largest.s), ..largest }
+}
+
+fn surface_error(path: &Path, found: &[AtPlace]) -> SurfaceError {
+    let size = |at: &&AtPlace| at.surface_error_m.abs();
+    let worst = found.iter().max_by(|a, b| size(a).total_cmp(&size(b)));
+    let (error_m, s) = worst.map_or((0.0, 0.0), |at| (at.surface_error_m, at.s));
+    SurfaceError { error_m, s, line: path.line_at(s) }
+}
+
+fn harmonics(operation: &Operation, effects: &Effects, found: &[AtPlace]) -> Vec<Harmonic> {
+    let teeth = operation.tool.teeth;
+    let of = |(i, &order): (usize, &u32)| {
+        let size = |at: &&AtPlace| at.amplitudes_m.get(i).copied().unwrap_or(0.0);
+        let worst = found.iter().max_by(|a, b| size(a).total_cmp(&size(b)))?;
+        let line = if order.is_multiple_of(teeth) {
+            ExcitationLine { source: Source::ToothPassing, harmonic: order / teeth, order }
+        } else {
+            ExcitationLine { source: Source::Spindle, harmonic: order, order }
+        };
+        let excitation_hz = f64::from(order) * hz_from_rpm(operation.speed.rpm_at(worst.s));
+        Some(Harmonic { line, excitation_hz, amplitude_m: size(&worst), s: worst.s })
+    };
+    let mut all: Vec<Harmonic> = effects.orders().iter().enumerate().filter_map(of).collect();
+    let most = all.iter().map(|one| one.amplitude_m).fold(0.0, f64::max);
+    all.retain(|one| one.amplitude_m >= TOLD_SHARE * most);
+    all
+}
+
+/// What the policy allows of each quantity, m.
+fn limits(policy: &Policy) -> impl Iterator<Item = (Quantity, f64)> {
+    let deflection = policy.max_deflection_m.map(|limit| (Quantity::Deflection, limit));
+    let vibration = policy.max_vibration_m.map(|limit| (Quantity::Vibration, limit));
+    deflection.into_iter().chain(vibration)
+}
+
+fn beyond(
+    job: &Job,
+    operation: &Operation,
+    path: &Path,
+    stations: &[f64],
+    found: &[AtPlace],
+) -> Vec<Excess> {
+    let mut all: Vec<Excess> = Vec::new();
+    for (quantity, limit_m) in limits(&job.policy) {
+        let mut open: Option<Excess> = None;
+        let mut at = found.iter().peekable();
+        for &s in stations {
+            // A station at which the tool does not cut ends a stretch.
+            let here = at.next_if(|at| at.s == s).and_then(|at| {
+                let Doubtful { value_m, up_to_m } = match quantity {
+                    Quantity::Deflection => at.deflection,
+                    Quantity::Vibration => at.vibration,
+                };
+                let certainty = if value_m > limit_m {
+                    Certainty::Certain
+                } else if up_to_m > limit_m {
+                    Certainty::Uncertain
+                } else {
+                    return None;
+                };
+                Some((certainty, value_m, up_to_m))
+            });
+            if open.as_ref().map(|open| open.certainty) != here.map(|here| here.0) {
+                all.extend(open.take());
+            }
+            let Some((certainty, value_m, up_to_m)) = here else { continue };
+            let stretch = open.get_or_insert_with(|| Excess {
+                quantity,
+                certainty,
+                limit_m,
+                largest_m: value_m,
+                up_to_m,
+                from_s: s,
+                to_s: s,
+                largest_s: s,
+                file: job.named_file_of_moves(operation).to_owned(),
+                from_line: 0,
+                to_line: 0,
+            });
+            stretch.to_s = s;
+            stretch.up_to_m = stretch.up_to_m.max(up_to_m);
+            if value_m > stretch.largest_m {
+                (stretch.largest_m, stretch.largest_s) = (value_m, s);
+            }
+        }
+        all.extend(open);
+    }
+    for excess in &mut all {
+        (excess.from_line, excess.to_line) = path.lines_between(excess.from_s, excess.to_s);
+    }
+    all.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
+    all
+}
+
+/// What limits of the policy do to the verdict: of each quantity its worst stretch, and how many
+/// more there are.
+pub(super) fn notes(job: &Job, operation: &Operation, cut: &Cut) -> Vec<Note> {
+    if limits(&job.policy).next().is_none() {
+        return Vec::new();
+    }
+    if let Some(why) = cut.unknown {
+        let keys: Vec<&str> = limits(&job.policy).map(|(quantity, _)| key(quantity)).collect();
+        let what = format!("{} cannot be checked: {why}", keys.join(" and "));
+        return vec![about_operation(job, operation, Code::LimitUnchecked, what)];
+    }
+    let beyond = cut.tool_tip.as_ref().map_or(&[][..], |tip| tip.beyond.as_slice());
+    let mut notes = Vec::new();
+    for quantity in [Quantity::Deflection, Quantity::Vibration] {
+        for certainty in [Certainty::Certain, Certainty::Uncertain] {
+            let of =
+                |excess: &&Excess| (excess.quantity, excess.certainty) == (quantity, certainty);
+            let own: Vec<&Excess> = beyond.iter().filter(of).collect();
+            let worst = own.iter().max_by(|a, b| a.up_to_m.total_cmp(&b.up_to_m));
+            if let Some(worst) = worst {
+                notes.push(told(job, operation, worst, own.len() - 1));
+            }
+        }
+    }
+    notes
+}
+
+fn key(quantity: Quantity) -> &'static str {
+    match quantity {
+        Quantity::Deflection => "policy.max_deflection_um",
+        Quantity::Vibration => "policy.max_vibration_um",
+    }
+}
+
+fn told(job: &Job, operation: &Operation, excess: &Excess, more: usize) -> Note {
+    let [um, up_to, limit] =
+        [excess.largest_m, excess.up_to_m, excess.limit_m].map(|m| format!("{:.1}", um_from_m(m)));
+    let moves = match excess.quantity {
+        Quantity::Deflection => "the mean cutting force moves the tool tip",
+        Quantity::Vibration => "the tool tip vibrates under the cutting force by",
+    };
+    let (code, size) = match excess.certainty {
+        Certainty::Certain => (Code::LimitExceeded, format!("{um} µm")),
+        Certainty::Uncertain => (Code::LimitInDoubt, format!("{um} µm, perhaps {up_to} µm")),
+    };
+    let lines = match (excess.from_line, excess.to_line) {
+        (from, to) if from == to => format!("line {from}"),
+        (from, to) => format!("lines {from}–{to}"),
+    };
+    let [from, to] = [excess.from_s, excess.to_s].map(percent_from_ratio);
+    let more = match more {
+        0 => String::new(),
+        1 => "; also on one more stretch".to_owned(),
+        more => format!("; also on {more} more stretches"),
+    };
+    let what = format!(
+        "{moves} {size} at {:.1} % of the path; {} is {limit} µm ({from:.1}–{to:.1} % of the path, \
+         {lines}){more}",
+        percent_from_ratio(excess.largest_s),
+        key(excess.quantity),
+    );
+    let place = Place { line: Some(excess.from_line), ..Place::default() };
+    in_operation(job, operation, Note::warning(code, place, what))
+}
