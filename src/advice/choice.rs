@@ -2,7 +2,6 @@
 
 use super::options::Objective;
 use super::speeds::{MAX_HALF_WIDTH, SafeSet, SpeedProblem, Speeds};
-use super::vibration::TipVibration;
 
 /// Speeds are rounded to whole rev/min; in narrow gaps in tenths or hundredths.
 const STEPS_PER_RPM: [f64; 3] = [1.0, 10.0, 100.0];
@@ -19,13 +18,14 @@ const MIN_GUARD_RPM: f64 = 0.002;
 const NEARLY: [f64; 4] = [0.999, 0.99, 0.95, 0.8];
 
 /// The speed to run at, or `None` where no gap is wide enough to set a speed in it.
-/// `programmed_rpm` is the one to stay near to.
+/// `programmed_rpm` is the one to stay near to; `best_first` are speeds in gaps, for objectives that
+/// rank them.
 pub(super) fn choose(
     problem: &SpeedProblem,
     set: &SafeSet,
     objective: Objective,
     programmed_rpm: f64,
-    quietest: &[TipVibration],
+    best_first: &[f64],
 ) -> Option<f64> {
     let near = |set: &SafeSet, wished_rpm: f64| {
         set.safe
@@ -35,16 +35,13 @@ pub(super) fn choose(
     };
     match objective {
         Objective::Nearest => near(set, programmed_rpm),
-        Objective::Vibration => {
-            let mut best: Vec<&TipVibration> = quietest.iter().collect();
-            best.sort_by(|a, b| a.amplitude_m.total_cmp(&b.amplitude_m));
-            best.iter()
-                .find_map(|tip| {
-                    let gap = set.safe.iter().find(|gap| gap.contains(tip.rpm))?;
-                    settle(problem, *gap, rounded(tip.rpm, set))
-                })
-                .or_else(|| near(set, programmed_rpm))
-        }
+        Objective::Vibration | Objective::Depth => best_first
+            .iter()
+            .find_map(|&rpm| {
+                let gap = set.safe.iter().find(|gap| gap.contains(rpm))?;
+                settle(problem, *gap, rounded(rpm, set))
+            })
+            .or_else(|| near(set, programmed_rpm)),
         Objective::Highest => {
             set.safe.iter().rev().find_map(|gap| settle(problem, *gap, gap.high_rpm))
         }

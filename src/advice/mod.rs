@@ -14,6 +14,7 @@
 //! The feed follows the speed, so that the chip load stays what it was; see [`FeedRule`].
 
 mod choice;
+mod depth;
 mod levers;
 mod operation;
 mod options;
@@ -25,10 +26,11 @@ mod speeds;
 mod vibration;
 
 pub use crate::process::NoForce;
+pub use depth::DepthAt;
 pub use levers::{Change, Lever};
 pub use operation::advise;
 pub use options::{FeedRule, Objective, Options};
-pub use outcome::{JobAdvice, OperationAdvice, Remedy, Vibration};
+pub use outcome::{Depth, JobAdvice, OperationAdvice, Remedy, Vibration};
 pub use ranges::ModeRange;
 pub use ribbons::Ribbon;
 pub use schedule::{

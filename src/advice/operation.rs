@@ -1,9 +1,10 @@
 //! One operation → its advice.
 
 use super::choice::choose;
+use super::depth::DepthModel;
 use super::levers::levers;
 use super::options::{FeedRule, Objective, Options};
-use super::outcome::{JobAdvice, OperationAdvice, Remedy, Vibration};
+use super::outcome::{Depth, JobAdvice, OperationAdvice, Remedy, Vibration};
 use super::ranges::{Counting, ModeRange, mode_ranges};
 use super::ribbons::ribbons;
 use super::schedule::{NoSchedule, Schedule, Task, kept, schedule};
@@ -13,10 +14,11 @@ use crate::excitation::lines;
 use crate::job::{Job, Operation, SpindleSpeed};
 use crate::notes::{Code, Note};
 use crate::path::{Path, Survey, grid};
+use crate::process::Seen;
 use crate::progress::Progress;
 use crate::risk::{
     Counted, Paths, Rules, SpindleProfile, about_operation, crossings_under, detail, in_operation,
-    nothing_checked,
+    limits_at_speed, nothing_checked,
 };
 use crate::uncertainty::{Trust, largest_by_mode};
 use crate::units::hz_from_rpm;
@@ -44,7 +46,8 @@ pub fn advise(job: &Job, options: &Options, progress: Progress) -> Result<JobAdv
     }
     let warnings = job.operations.iter().zip(&operations).flat_map(|(operation, advice)| {
         let not_followed = not_followed(job, operation, advice, options.objective);
-        nothing(job, operation, advice).into_iter().chain(not_followed)
+        let limits = advice.limits.iter().cloned();
+        nothing(job, operation, advice).into_iter().chain(not_followed).chain(limits)
     });
     Ok(JobAdvice {
         warnings: warnings.collect(),
@@ -86,13 +89,14 @@ fn not_followed(
     if plan.follows == objective {
         return None;
     }
-    let near = if advice.constant.is_some() && objective == Objective::Vibration {
-        "the quietest safe constant speed"
-    } else {
-        "the programmed speed"
+    let near = match (advice.constant, objective) {
+        (Some(_), Objective::Vibration) => "the quietest safe constant speed",
+        (Some(_), Objective::Depth) => "the safe constant speed with the largest depth",
+        _ => "the programmed speed",
     };
     let why = match objective {
         Objective::Vibration => "tool-tip vibration is no convex function of a varying speed",
+        Objective::Depth => "the depth of chatter is no convex function of a varying speed",
         Objective::Nearest | Objective::Margin | Objective::Highest => {
             "a schedule that must cross a band keeps no margin"
         }
@@ -136,7 +140,18 @@ fn advise_path(
     let counting = Counting { rules: &rules, spindle: SpindleProfile::new(&operation.speed, path) };
     let quietest_of =
         |set: &SafeSet| tip.as_ref().map_or_else(|_| Vec::new(), |tip| tip.quietest(set, chip));
-    let wish = Wish { objective: options.objective, programmed_rpm, quietest_of: &quietest_of };
+    let depth = match options.objective {
+        Objective::Depth => DepthModel::new(operation, path)?,
+        _ => None,
+    };
+    let deepest_of =
+        |set: &SafeSet| depth.as_ref().map_or_else(Vec::new, |depth| depth.deepest(set));
+    let wish = Wish {
+        objective: options.objective,
+        programmed_rpm,
+        quietest_of: &quietest_of,
+        deepest_of: &deepest_of,
+    };
     let Choice { ranges, set, rpm, quietest, survey } =
         settled(job, operation, path, &counting, &wish, survey)?;
     let problem =
@@ -150,6 +165,14 @@ fn advise_path(
         separation: problem.separation(rpm),
         is_programmed: operation.speed == SpindleSpeed::Constant(rpm),
     });
+    let limits = match &constant {
+        Some(Constant { rpm, feed_m_per_s, .. }) => {
+            let s: Vec<f64> = survey.stations().map(|station| station.s).collect();
+            let speed = (*rpm, feed_m_per_s / operation.feed_m_per_s);
+            limits_at_speed(job, operation, path, (&rules, &s), speed)?
+        }
+        None => Vec::new(),
+    };
     let bind = if constant.is_none() { problem.widest() } else { None };
     let task = Task {
         job,
@@ -185,6 +208,12 @@ fn advise_path(
             recommended: constant.map(|constant| tip.at(constant.rpm, chip)),
             quietest,
         }),
+        depth: depth.map(|model| Depth {
+            modes: if operation.tool.modes.is_empty() { Seen::Arm } else { Seen::ArmAndTool },
+            programmed: model.at(programmed_rpm),
+            recommended: constant.map(|constant| model.at(constant.rpm)),
+        }),
+        limits,
         ribbons: ribbons(&survey, &counting, &lines),
         programmed_blocks: set.blocks_at(programmed_rpm),
         set,
@@ -246,6 +275,7 @@ struct Wish<'a> {
     objective: Objective,
     programmed_rpm: f64,
     quietest_of: &'a dyn Fn(&SafeSet) -> Vec<TipVibration>,
+    deepest_of: &'a dyn Fn(&SafeSet) -> Vec<f64>,
 }
 
 /// The constant speeds of an operation and the one to run at.
@@ -276,7 +306,12 @@ fn settled(
         let problem = SpeedProblem { ranges: &ranges, lines, rules, spindle };
         let set = problem.divide(rules.half_width());
         let quietest = (wish.quietest_of)(&set);
-        let chosen = choose(&problem, &set, wish.objective, wish.programmed_rpm, &quietest);
+        let best_first = match wish.objective {
+            Objective::Vibration => quietest_first(&quietest),
+            Objective::Depth => (wish.deepest_of)(&set),
+            Objective::Nearest | Objective::Margin | Objective::Highest => Vec::new(),
+        };
+        let chosen = choose(&problem, &set, wish.objective, wish.programmed_rpm, &best_first);
         let Some(rpm) = chosen else {
             return Ok(Choice { ranges, set, rpm: None, quietest, survey: refined });
         };
@@ -289,6 +324,12 @@ fn settled(
         }
         look += 1;
     }
+}
+
+fn quietest_first(quietest: &[TipVibration]) -> Vec<f64> {
+    let mut best: Vec<&TipVibration> = quietest.iter().collect();
+    best.sort_by(|a, b| a.amplitude_m.total_cmp(&b.amplitude_m));
+    best.iter().map(|tip| tip.rpm).collect()
 }
 
 /// Mean over time.

@@ -17,6 +17,9 @@ pub enum Objective {
     Highest,
     /// The one at which the tool tip vibrates least; needs `cutting`.
     Vibration,
+    /// The one at which the cut chatters at the largest depth only; needs `cutting`. It is one of the
+    /// safe speeds as all others are, and no promise.
+    Depth,
 }
 
 /// What becomes of the feed when the speed changes.

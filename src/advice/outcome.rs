@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::depth::DepthAt;
 use super::levers::Lever;
 use super::options::Options;
 use super::ranges::ModeRange;
@@ -12,7 +13,7 @@ use super::speeds::{Binding, Block, Constant, SafeSet};
 use super::vibration::TipVibration;
 use crate::motion::StatedFeeds;
 use crate::notes::Note;
-use crate::process::NoForce;
+use crate::process::{NoForce, Seen};
 
 /// Advice for one job.
 #[derive(Debug, Clone, PartialEq)]
@@ -77,6 +78,10 @@ pub struct OperationAdvice {
     pub ribbons: Vec<Ribbon>,
     /// What the cutting force does to the tool tip, or why nothing is said about it.
     pub vibration: Result<Vibration, NoForce>,
+    /// When the cut chatters, where that is the objective and is known.
+    pub depth: Option<Depth>,
+    /// What limits of the policy on the tool tip say of the best constant speed.
+    pub limits: Vec<Note>,
     /// What stands in the way of a constant speed where none is safe: the speed that comes nearest
     /// to being safe, and the two blocks that close it; `None` where gaps are open but too narrow
     /// to set a speed in them.
@@ -94,6 +99,19 @@ pub struct Vibration {
     pub recommended: Option<TipVibration>,
     /// At the quietest speed of each safe stretch, ascending in speed.
     pub quietest: Vec<TipVibration>,
+}
+
+/// The depth at which the cut chatters along the path: a statement beside the advice.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "DepthLimits")]
+pub struct Depth {
+    /// Which modes it is about.
+    pub modes: Seen,
+    /// At the programmed speed.
+    pub programmed: DepthAt,
+    /// At recommended_rpm; null where that is.
+    pub recommended: Option<DepthAt>,
 }
 
 /// What to do about an operation.

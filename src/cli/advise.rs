@@ -88,6 +88,8 @@ enum By {
     Highest,
     /// The smallest forced vibration of the tool tip; needs `cutting` in the job.
     Vibration,
+    /// The largest depth before the cut chatters; needs `cutting` in the job.
+    Depth,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -230,6 +232,7 @@ fn options(args: &AdviseArgs) -> Options {
             By::Margin => Objective::Margin,
             By::Highest => Objective::Highest,
             By::Vibration => Objective::Vibration,
+            By::Depth => Objective::Depth,
         },
         feed: match args.feed {
             Feed::ChipLoad => FeedRule::ChipLoad,

@@ -66,6 +66,22 @@ pub struct Chatter {
     pub along: Vec<LimitAt>,
 }
 
+/// The zeroth order at a place; `None` where the coefficients are not known, or the cut does not
+/// regenerate, so that no speed matters.
+pub fn chart_at(operation: &Operation, place: &TipPlace) -> Option<Chart> {
+    let cutting = operation.cutting.as_ref().filter(|cutting| cutting.regenerates)?;
+    let modes: Vec<ToolMode> = place.modes.iter().map(|one| one.mode).collect();
+    Some(Chart::new(&modes, &cut_at(operation, cutting, place)?))
+}
+
+/// A cut with coefficients that are linear about the chip at a place.
+fn cut_at(operation: &Operation, cutting: &Cutting, place: &TipPlace) -> Option<Cut> {
+    let engagement = Engagement::new(cutting, operation.tool.diameter_m)?;
+    let linear = linear_about(&coefficients(cutting)?, engagement, place.feed_per_tooth_m);
+    let cutting = Cutting { coefficients: Some(linear), ..cutting.clone() };
+    Cut::new(&operation.tool, &cutting)
+}
+
 /// Stability at places of an operation; `None` where its coefficients are not known. Where the exact
 /// limit is not found, that of the zeroth order stands in for it.
 pub fn chatter(
@@ -74,12 +90,8 @@ pub fn chatter(
     line_at: impl Fn(f64) -> usize + Sync,
 ) -> Option<Chatter> {
     let cutting = operation.cutting.as_ref()?;
-    let own = coefficients(cutting)?;
-    let engagement = Engagement::new(cutting, operation.tool.diameter_m)?;
     let limit_at = |place: &TipPlace| {
-        let linear = linear_about(&own, engagement, place.feed_per_tooth_m);
-        let cutting = Cutting { coefficients: Some(linear), ..cutting.clone() };
-        let cut = Cut::new(&operation.tool, &cutting)?;
+        let cut = cut_at(operation, cutting, place)?;
         let modes: Vec<ToolMode> = place.modes.iter().map(|one| one.mode).collect();
         let found = limit(&modes, &cut, cutting.regenerates, place.rpm);
         let mode = found.and_then(|limit| strongest(&place.modes, limit.frequency_hz));

@@ -21,7 +21,7 @@ pub use operation_notes::{
 pub use probability::{ArmDraws, JobDraws, Probabilities};
 pub use rules::Rules;
 pub use spindle_profile::SpindleProfile;
-pub use tool_tip::{Excess, Harmonic, Largest, Quantity, SurfaceError, ToolTip};
+pub use tool_tip::{Excess, Harmonic, Largest, Quantity, SurfaceError, ToolTip, limits_at_speed};
 pub use verdict::{
     Approach, Certainty, Crossing, Driver, JobRisk, LeftOut, ModeExchange, Move, OperationRisk,
     Sample, SpeedPoint, Verdict, Warning,

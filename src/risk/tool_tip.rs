@@ -11,7 +11,7 @@ use super::rules::Rules;
 use super::spindle_profile::SpindleProfile;
 use super::verdict::Certainty;
 use crate::excitation::{ExcitationLine, Source, WithoutOrder};
-use crate::job::{Job, Operation, Policy};
+use crate::job::{Job, Operation, Policy, SpindleSpeed};
 use crate::notes::{Code, Note, Place};
 use crate::path::Path;
 use crate::process::{
@@ -148,6 +148,31 @@ pub(super) struct Cut {
     pub(super) unknown: Option<NoForce>,
 }
 
+/// What limits of the policy say of an operation at another constant speed, at which every feed is so
+/// many times the programmed one.
+///
+/// # Errors
+/// The arm has no modes somewhere.
+pub fn limits_at_speed(
+    job: &Job,
+    operation: &Operation,
+    path: &Path,
+    (rules, stations): (&Rules, &[f64]),
+    (rpm, feed_ratio): (f64, f64),
+) -> Result<Vec<Note>, Note> {
+    if limits(&job.policy).next().is_none() {
+        return Ok(Vec::new());
+    }
+    let operation = &Operation { speed: SpindleSpeed::Constant(rpm), ..operation.clone() };
+    let unknown = force_of(operation).err();
+    let mut places = cutting_places(operation, path, stations)?;
+    for place in &mut places {
+        place.feed_per_tooth_m *= feed_ratio;
+    }
+    let tool_tip = tool_tip(job, operation, path, (rules, stations), &places);
+    Ok(notes(job, operation, &Cut { tool_tip, unknown, stability: None }))
+}
+
 /// Looks at the stations of a survey at which the tool cuts.
 ///
 /// # Errors
@@ -161,26 +186,44 @@ pub(super) fn look(
     if let Err(why) = force_of(operation) {
         return Ok(Cut { unknown: Some(why), ..Cut::default() });
     }
+    let places = cutting_places(operation, path, stations)?;
+    let tool_tip = tool_tip(job, operation, path, (rules, stations), &places);
+    let step = (places.len() / STABILITY_PLACES).max(1);
+    let thin: Vec<TipPlace> = places.into_iter().step_by(step).collect();
+    let stability = chatter(operation, &thin, |s| path.line_at(s));
+    Ok(Cut { tool_tip, stability, unknown: None })
+}
+
+fn cutting_places(
+    operation: &Operation,
+    path: &Path,
+    stations: &[f64],
+) -> Result<Vec<TipPlace>, Note> {
     let spindle = SpindleProfile::new(&operation.speed, path);
-    let places = tip_places(operation, path, stations, |s| !spindle.is_stopped_at(s))?;
-    let Ok(effects) = Effects::new(operation, &places) else { return Ok(Cut::default()) };
+    tip_places(operation, path, stations, |s| !spindle.is_stopped_at(s))
+}
+
+fn tool_tip(
+    job: &Job,
+    operation: &Operation,
+    path: &Path,
+    (rules, stations): (&Rules, &[f64]),
+    places: &[TipPlace],
+) -> Option<ToolTip> {
+    let effects = Effects::new(operation, places).ok()?;
     let at =
         |place: &TipPlace| effects.at(place, |mode, hz| rules.interval_hz(place.s, mode - 1, hz));
     let found: Option<Vec<AtPlace>> = places.par_iter().map(at).collect();
-    let found = found.filter(|found| !found.is_empty());
+    let found = found.filter(|found| !found.is_empty())?;
     let has_tool = !operation.tool.modes.is_empty();
-    let tool_tip = found.map(|found| ToolTip {
+    Some(ToolTip {
         modes: if has_tool { Seen::ArmAndTool } else { Seen::Arm },
         deflection: largest(path, &found, |at| at.deflection),
         vibration: largest(path, &found, |at| at.vibration),
         surface_error: surface_error(path, &found),
         harmonics: harmonics(operation, &effects, &found),
         beyond: beyond(job, operation, path, stations, &found),
-    });
-    let step = (places.len() / STABILITY_PLACES).max(1);
-    let thin: Vec<TipPlace> = places.into_iter().step_by(step).collect();
-    let stability = chatter(operation, &thin, |s| path.line_at(s));
-    Ok(Cut { tool_tip, stability, unknown: None })
+    })
 }
 
 fn largest(path: &Path, found: &[AtPlace], of: impl Fn(&AtPlace) -> Doubtful) -> Largest {

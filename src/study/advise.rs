@@ -123,8 +123,10 @@ pub fn advise(
     progress: Progress,
 ) -> Result<Advised, Vec<Note>> {
     let found = advice::advise(job, options, progress)?;
-    if options.objective == Objective::Vibration {
-        refuse_unknown_vibration(job, &found.operations)?;
+    match options.objective {
+        Objective::Vibration => refuse_unknown_force(job, &found.operations, "vibration")?,
+        Objective::Depth => refuse_unknown_force(job, &found.operations, "chatter")?,
+        Objective::Nearest | Objective::Margin | Objective::Highest => {}
     }
     // What stops the writing comes behind what was to be known before.
     let before = found.warnings.clone();
@@ -327,8 +329,12 @@ fn program_rewrite<'j>(
     wanted.ok_or_else(|| "the job runs no program".to_owned())
 }
 
-/// Vibration cannot be made least where it is not known.
-fn refuse_unknown_vibration(job: &Job, advice: &[OperationAdvice]) -> Result<(), Vec<Note>> {
+/// What the cut does cannot be made best where it is not known.
+fn refuse_unknown_force(
+    job: &Job,
+    advice: &[OperationAdvice],
+    what: &str,
+) -> Result<(), Vec<Note>> {
     let unknown = job.operations.iter().zip(advice).filter_map(|(operation, advice)| {
         let why = advice.vibration.as_ref().err()?;
         let place = Place {
@@ -336,7 +342,7 @@ fn refuse_unknown_vibration(job: &Job, advice: &[OperationAdvice]) -> Result<(),
             key: "objective",
             ..Place::line(&job.file, operation.line)
         };
-        let what = format!("the vibration of the tool tip is not known: {why}");
+        let what = format!("the {what} of the tool tip is not known: {why}");
         Some(Note::error(Code::MissingKey, place, what))
     });
     let errors: Vec<Note> = unknown.collect();

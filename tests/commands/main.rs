@@ -39,4 +39,5 @@ mod report;
 mod report_odd;
 mod schemas;
 mod settings;
+mod tool_tip;
 mod uncertainty;

@@ -31,7 +31,7 @@ impl Task<'_> {
             Objective::Nearest => (Objective::Nearest, self.programmed_rpm),
             Objective::Margin => (Objective::Margin, self.programmed_rpm),
             Objective::Highest => (Objective::Highest, self.job.spindle.max_rpm),
-            Objective::Vibration => {
+            Objective::Vibration | Objective::Depth => {
                 (Objective::Nearest, self.constant_rpm.unwrap_or(self.programmed_rpm))
             }
         }

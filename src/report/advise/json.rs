@@ -8,8 +8,8 @@ use serde::Serialize;
 
 use super::words;
 use crate::advice::{
-    self, Binding, Change, ClosedRange, ModeRange, Objective, OperationAdvice, Remedy, Schedule,
-    Vibration,
+    self, Binding, Change, ClosedRange, Depth, ModeRange, Objective, OperationAdvice, Remedy,
+    Schedule, Vibration,
 };
 use crate::job::Settings;
 use crate::report::json::{NotFinite, Warning, laid_out};
@@ -138,6 +138,9 @@ struct Operation<'a> {
     vibration: Option<&'a Vibration>,
     /// Why vibration is null.
     vibration_missing: Option<String>,
+    /// When the cut chatters; only where depth is the objective.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    depth: Option<&'a Depth>,
     /// The programmed speed (the mean over time of a programmed schedule).
     programmed_rpm: f64,
     programmed_feed_mm_per_min: f64,
@@ -302,6 +305,7 @@ fn of<'a>(job: &AdvisedJob, operation: &'a OperationAdvice) -> Operation<'a> {
         levers: operation.levers.iter().map(Lever::from).collect(),
         vibration: operation.vibration.as_ref().ok(),
         vibration_missing: operation.vibration.as_ref().err().map(ToString::to_string),
+        depth: operation.depth.as_ref(),
         programmed_rpm: operation.programmed_rpm,
         programmed_feed_mm_per_min: mm_per_min_from_m_per_s(operation.programmed_feed_m_per_s),
         program_has_own_feeds: operation.program_feeds.per_time,

@@ -205,6 +205,9 @@ fn push_operation(job: &AdvisedJob, operation: &OperationAdvice, colour: bool, t
         Err(NoForce::NoCutting) => {}
         Err(why) => push_fact(4, "tool tip", &format!("unknown: {why}"), text),
     }
+    if let Some(depth) = &operation.depth {
+        push_fact(4, "chatter", &words::depth(depth), text);
+    }
     push_stretches(operation, text);
 }
 

@@ -1,11 +1,12 @@
 //! What text and JSON say in common: why this speed, and why none.
 
 use crate::advice::{
-    Block, Change, Constant, Coupling, Lever, NoSchedule, Objective, OperationAdvice, Pair,
-    Passage, Remedy, Schedule, SolverEnd, Speeds, TipVibration,
+    Block, Change, Constant, Coupling, Depth, DepthAt, Lever, NoSchedule, Objective,
+    OperationAdvice, Pair, Passage, Remedy, Schedule, SolverEnd, Speeds, TipVibration,
 };
 use crate::excitation::ExcitationLine;
 use crate::job::{Acceptable, Acceptance};
+use crate::process::Seen;
 use crate::report::words::{
     is_uniform, line, percent, round_percent, significant, spelled, trimmed, um_per_n, uncertainty,
 };
@@ -139,6 +140,9 @@ fn constant_reason(job: &AdvisedJob, operation: &OperationAdvice, constant: &Con
         Objective::Margin => "the speed with the largest margin".to_owned(),
         Objective::Highest => "the highest safe speed".to_owned(),
         Objective::Vibration => "the safe speed at which the tool tip vibrates least".to_owned(),
+        Objective::Depth => {
+            "the safe speed at which the cut chatters at the largest depth only".to_owned()
+        }
     };
     match operation.programmed_blocks.as_slice() {
         closing @ [_, ..] => {
@@ -160,7 +164,9 @@ fn scheduled_reason(plan: &Schedule) -> String {
     let Speeds { low_rpm, high_rpm } = plan.range_rpm;
     let range = format!("{} to {}", trimmed(low_rpm, 1), rpm(high_rpm));
     let aim = match plan.follows {
-        Objective::Nearest | Objective::Vibration => format!("near {}", rpm(plan.target_rpm)),
+        Objective::Nearest | Objective::Vibration | Objective::Depth => {
+            format!("near {}", rpm(plan.target_rpm))
+        }
         Objective::Highest => "as high as it can be".to_owned(),
         Objective::Margin => {
             format!(
@@ -291,6 +297,24 @@ pub(super) fn lever(lever: &Lever) -> String {
         None => "opens no gap".to_owned(),
     };
     format!("{}: {opens}, {margin}", change(&lever.change))
+}
+
+/// When the cut chatters, with what that is about.
+pub(super) fn depth(depth: &Depth) -> String {
+    let one = |at: &DepthAt| match at.smallest.and_then(|at| at.depth_m) {
+        Some(limit) => format!("from {:.3} mm of depth at {}", mm_from_m(limit), rpm(at.rpm)),
+        None => format!("at no depth found below 1 m at {}", rpm(at.rpm)),
+    };
+    let mut all = vec![one(&depth.programmed)];
+    all.extend(depth.recommended.iter().map(one));
+    all.dedup();
+    let whose = match depth.modes {
+        Seen::Arm => {
+            "; the arm's modes alone (no tool.modes): at milling speeds the tool chatters first"
+        }
+        Seen::ArmAndTool => "",
+    };
+    format!("{}{whose}", all.join(", "))
 }
 
 /// `12.3 µm at 1100 rpm`.
