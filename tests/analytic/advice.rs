@@ -247,7 +247,7 @@ fn recommended_speeds_are_clear_and_the_best() {
                         }
                     }
                 }
-                Objective::Vibration => unreachable!(),
+                Objective::Vibration | Objective::Depth => unreachable!(),
             }
         }
     }
