@@ -28,6 +28,25 @@ pub enum Seen {
     ArmAndTool,
 }
 
+/// So many places with the smallest limits of the zeroth order are solved exactly: an exact limit
+/// costs a hundred of those.
+const SOLVED: usize = 3;
+
+/// How a limit is found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[schemars(
+    inline,
+    description = "`zeroth`: the cut replaced by its mean over a turn. `exact`: the growth of a \
+                   small motion over one tooth period."
+)]
+pub enum FoundBy {
+    /// The cut replaced by its mean.
+    Zeroth,
+    /// By the growth of a small motion.
+    Exact,
+}
+
 /// The limit at one place.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -44,6 +63,8 @@ pub struct LimitAt {
     pub frequency_hz: Option<f64>,
     #[allow(missing_docs, reason = "the schema shows what the type says")]
     pub kind: Option<Kind>,
+    #[allow(missing_docs, reason = "the schema shows what the type says")]
+    pub method: FoundBy,
     /// The mode of the arm that moves most in it, counted from 1; null where it is one of the tool's.
     pub mode: Option<usize>,
 }
@@ -82,30 +103,46 @@ fn cut_at(operation: &Operation, cutting: &Cutting, place: &TipPlace) -> Option<
     Cut::new(&operation.tool, &cutting)
 }
 
-/// Stability at places of an operation; `None` where its coefficients are not known. Where the exact
-/// limit is not found, that of the zeroth order stands in for it.
+/// Stability at places of an operation; `None` where its coefficients are not known. The places with
+/// the smallest limits of the zeroth order are solved exactly; where that does not converge, the zeroth
+/// order stands.
 pub fn chatter(
     operation: &Operation,
     places: &[TipPlace],
-    line_at: impl Fn(f64) -> usize + Sync,
+    line_at: impl Fn(f64) -> usize,
 ) -> Option<Chatter> {
     let cutting = operation.cutting.as_ref()?;
-    let limit_at = |place: &TipPlace| {
-        let cut = cut_at(operation, cutting, place)?;
-        let modes: Vec<ToolMode> = place.modes.iter().map(|one| one.mode).collect();
-        let found = limit(&modes, &cut, cutting.regenerates, place.rpm);
-        let mode = found.and_then(|limit| strongest(&place.modes, limit.frequency_hz));
-        Some(LimitAt {
+    let cuts: Option<Vec<Cut>> =
+        places.iter().map(|place| cut_at(operation, cutting, place)).collect();
+    let cuts = cuts.filter(|cuts| !cuts.is_empty())?;
+    let at: Vec<(&TipPlace, &Cut)> = places.iter().zip(&cuts).collect();
+    let of = |(place, cut): &(&TipPlace, &Cut)| zeroth(place, cut, cutting.regenerates);
+    let mut found: Vec<(Option<Limit>, FoundBy)> = at.par_iter().map(of).collect();
+    if cutting.regenerates {
+        let mut order: Vec<usize> = (0..found.len()).collect();
+        let depth = |i: &usize| found[*i].0.map_or(f64::INFINITY, |limit| limit.depth_m);
+        order.sort_by(|a, b| depth(a).total_cmp(&depth(b)));
+        order.truncate(SOLVED);
+        let solved: Vec<_> = order.par_iter().map(|&i| (i, exact(at[i].0, at[i].1))).collect();
+        for (i, limit) in solved {
+            if let Some(limit) = limit {
+                found[i] = (limit, FoundBy::Exact);
+            }
+        }
+    }
+    let along: Vec<LimitAt> = places
+        .iter()
+        .zip(found)
+        .map(|(place, (found, method))| LimitAt {
             s: place.s,
             line: line_at(place.s),
             depth_m: found.map(|limit| limit.depth_m),
             frequency_hz: found.map(|limit| limit.frequency_hz),
             kind: found.map(|limit| limit.kind),
-            mode,
+            method,
+            mode: found.and_then(|limit| strongest(&place.modes, limit.frequency_hz)),
         })
-    };
-    let along: Option<Vec<LimitAt>> = places.par_iter().map(limit_at).collect();
-    let along = along.filter(|along| !along.is_empty())?;
+        .collect();
     let told = along.iter().filter_map(|at| Some((at.depth_m?, at)));
     let smallest = told.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, at)| *at);
     let depth_m = cutting.axial_depth_m;
@@ -115,12 +152,23 @@ pub fn chatter(
     Some(Chatter { modes, depth_m, is_beyond, smallest, along })
 }
 
-fn limit(modes: &[ToolMode], cut: &Cut, regenerates: bool, rpm: f64) -> Option<Limit> {
-    if !regenerates {
-        return coupling_limit(modes, &cut.mean());
+fn of_place(place: &TipPlace) -> Vec<ToolMode> {
+    place.modes.iter().map(|one| one.mode).collect()
+}
+
+fn zeroth(place: &TipPlace, cut: &Cut, regenerates: bool) -> (Option<Limit>, FoundBy) {
+    let modes = of_place(place);
+    if regenerates {
+        (Chart::new(&modes, cut).limit(place.rpm), FoundBy::Zeroth)
+    } else {
+        (coupling_limit(&modes, &cut.mean()), FoundBy::Zeroth)
     }
-    let chart = Chart::new(modes, cut);
-    milling_limit(modes, cut, &chart, rpm).unwrap_or_else(|_| chart.limit(rpm))
+}
+
+/// `None` where it does not converge.
+fn exact(place: &TipPlace, cut: &Cut) -> Option<Option<Limit>> {
+    let modes = of_place(place);
+    milling_limit(&modes, cut, &Chart::new(&modes, cut), place.rpm).ok()
 }
 
 /// The mode of the arm that answers most at a frequency; `None` where that is one of the tool's.

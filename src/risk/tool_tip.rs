@@ -188,7 +188,7 @@ pub(super) fn look(
     }
     let places = cutting_places(operation, path, stations)?;
     let tool_tip = tool_tip(job, operation, path, (rules, stations), &places);
-    let step = (places.len() / STABILITY_PLACES).max(1);
+    let step = places.len().div_ceil(STABILITY_PLACES).max(1);
     let thin: Vec<TipPlace> = places.into_iter().step_by(step).collect();
     let stability = chatter(operation, &thin, |s| path.line_at(s));
     Ok(Cut { tool_tip, stability, unknown: None })
