@@ -18,8 +18,8 @@ const MIN_GUARD_RPM: f64 = 0.002;
 const NEARLY: [f64; 4] = [0.999, 0.99, 0.95, 0.8];
 
 /// The speed to run at, or `None` where no gap is wide enough to set a speed in it.
-/// `programmed_rpm` is the one to stay near to; `best_first` are speeds in gaps, for objectives that
-/// rank them.
+/// `programmed_rpm` is the one to stay near to; `best_first` are speeds in gaps, for objectives
+/// that rank them.
 pub(super) fn choose(
     problem: &SpeedProblem,
     set: &SafeSet,

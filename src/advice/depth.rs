@@ -1,6 +1,6 @@
 //! The depth at which the cut chatters, over constant speeds: what makes one safe speed better than
-//! another where depth is wanted. Speeds are ranked by the zeroth order; what is told of a speed is the
-//! exact limit.
+//! another where depth is wanted. Speeds are ranked by the zeroth order; what is told of a speed is
+//! the exact limit.
 
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use schemars::JsonSchema;

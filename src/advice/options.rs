@@ -17,8 +17,8 @@ pub enum Objective {
     Highest,
     /// The one at which the tool tip vibrates least; needs `cutting`.
     Vibration,
-    /// The one at which the cut chatters at the largest depth only; needs `cutting`. It is one of the
-    /// safe speeds as all others are, and no promise.
+    /// The one at which the cut chatters at the largest depth only; needs `cutting`. It is one of
+    /// the safe speeds as all others are, and no promise.
     Depth,
 }
 

@@ -1,19 +1,19 @@
-//! Chips whose thickness is no multiple of sin φ: runout moves each tooth outwards by its own ρ_j, and
-//! a tooth cuts what the lowest of those ahead of it has left,
+//! Chips whose thickness is no multiple of sin φ: runout moves each tooth outwards by its own ρ_j,
+//! and a tooth cuts what the lowest of those ahead of it has left,
 //!
 //! ```text
 //! h_j(φ) = max(0, min_k (c_jk sin φ + ρ_j − ρ_{j+k})),   k = 1..z
 //! ```
 //!
-//! with c_jk the feed since tooth j + k was here. Kienzle's law makes the force F = a (K h^(1−m) + K_e),
-//! with h in mm. The harmonics are integrals over the engagement, divided where the least of the lines
-//! in sin φ changes, by the rule of Gauss and Legendre.
+//! with c_jk the feed since tooth j + k was here. Kienzle's law makes the force F = a (K h^(1−m) +
+//! K_e), with h in mm. The harmonics are integrals over the engagement, divided where the least of
+//! the lines in sin φ changes, by the rule of Gauss and Legendre.
 
 use std::f64::consts::{PI, TAU};
 
 use nalgebra::Complex;
 
-use super::cutting::{Engagement, ForceHarmonic, Tooth};
+use super::engagement::{Engagement, ForceHarmonic, Tooth};
 use crate::job::CuttingCoefficients;
 use crate::units::mm_from_m;
 
@@ -152,8 +152,8 @@ fn law(chip_m: f64, exponent: f64) -> f64 {
     mm_from_m(chip_m).powf(-exponent)
 }
 
-/// Coefficients that are linear in the chip: the slope of the force at the mean chip of the engagement,
-/// (1 − m) K h^−m, and the edges as they are.
+/// Coefficients that are linear in the chip: the slope of the force at the mean chip of the
+/// engagement, (1 − m) K h^−m, and the edges as they are.
 pub fn linear_about(
     coefficients: &CuttingCoefficients,
     engagement: Engagement,

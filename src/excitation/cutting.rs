@@ -17,63 +17,18 @@
 //! ```
 //!
 //! with θ_j the angle of tooth j; the integrals have a closed form. A helix of angle β spreads each
-//! tooth over the lag χ = 2 a tan β / D, which multiplies C_k by sinc(kχ/2) exp(−ikχ/2). With runout or
-//! Kienzle's exponents the integrals are computed ([`super::chip`]). Left out: the nose radius, and
-//! what the vibration itself does to the chip (regeneration).
+//! tooth over the lag χ = 2 a tan β / D, which multiplies C_k by sinc(kχ/2) exp(−ikχ/2). With
+//! runout or Kienzle's exponents the integrals are computed ([`super::chip`]). Left out: the nose
+//! radius, and what the vibration itself does to the chip (regeneration).
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 use nalgebra::Complex;
 
 use super::chip::Chips;
+use super::engagement::{Engagement, ForceHarmonic, Tooth};
 use super::material::coefficients;
-use crate::job::{Cutting, CuttingCoefficients, CuttingDirection, Runout, Tool};
-
-/// Where a tooth is in the work, rad.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Engagement {
-    /// φ at which it enters.
-    pub entry_rad: f64,
-    /// φ at which it leaves.
-    pub exit_rad: f64,
-}
-
-impl Engagement {
-    /// From the radial depth and the side on which the chip is thick. `None` where the cutter's
-    /// diameter is wanted and missing.
-    pub fn new(cutting: &Cutting, diameter_m: Option<f64>) -> Option<Self> {
-        let whole = Self { entry_rad: 0.0, exit_rad: PI };
-        let arc = || {
-            let share = (cutting.radial_depth_m / diameter_m?).min(1.0);
-            Some((1.0 - 2.0 * share).acos())
-        };
-        Some(match cutting.direction {
-            CuttingDirection::Slot => whole,
-            CuttingDirection::Conventional => Self { exit_rad: arc()?, ..whole },
-            CuttingDirection::Climb => Self { entry_rad: PI - arc()?, ..whole },
-        })
-    }
-}
-
-/// A harmonic of the cutting force: F(t) = Re (amplitude · exp(i k Ω t)).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ForceHarmonic {
-    /// k: multiple of the spindle's frequency.
-    pub order: u32,
-    /// Along the feed, across it and along the spindle out of the work, N.
-    pub amplitude_n: [Complex<f64>; 3],
-}
-
-/// One tooth of a cutter.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Tooth {
-    /// θ_j, rad.
-    pub(super) angle_rad: f64,
-    /// Its share of the mean chip, as its distance from the tooth ahead has it.
-    pub(super) share: f64,
-    /// How far runout moves it outwards, m.
-    pub(super) outwards_m: f64,
-}
+use crate::job::{Cutting, CuttingCoefficients, Runout, Tool};
 
 /// The force of one cutter in one cut.
 #[derive(Debug, Clone, PartialEq)]
@@ -195,8 +150,8 @@ impl ForceModel {
         ForceHarmonic { order, amplitude_n: [x * scale, y * scale, z * scale] }
     }
 
-    /// Force along the feed, across it and out of the work, N, of straight flutes with an even chip,
-    /// with tooth 0 at angle `turned_rad`.
+    /// Force along the feed, across it and out of the work, N, of straight flutes with an even
+    /// chip, with tooth 0 at angle `turned_rad`.
     #[cfg(test)]
     pub(crate) fn force_n(&self, turned_rad: f64, feed_per_tooth_m: f64) -> [f64; 3] {
         let mut force = [0.0; 3];
@@ -233,8 +188,11 @@ fn teeth(tool: &Tool) -> Vec<Tooth> {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::PI;
+
     use super::*;
     use crate::excitation::material;
+    use crate::job::CuttingDirection;
     use crate::units::rad_from_deg;
 
     fn models() -> Vec<(ForceModel, u32)> {
@@ -368,8 +326,9 @@ mod tests {
         assert!(Engagement::new(&cutting(CuttingDirection::Slot), None).is_some());
     }
 
-    /// A cutter against a work that remembers its surface: at each height and each angle how far out
-    /// any tooth has been, in steps of a turn. It knows no lines, no closed form and no harmonics.
+    /// A cutter against a work that remembers its surface: at each height and each angle how far
+    /// out any tooth has been, in steps of a turn. It knows no lines, no closed form and no
+    /// harmonics.
     fn simulated(
         tool: &Tool,
         cutting: &Cutting,
@@ -506,8 +465,8 @@ mod tests {
     }
 
     /// The offsets of the teeth add up to zero: while all cut all the time, tooth harmonics stay as
-    /// they are and order k gets K a / 2π times the sum of the offsets, turned. A cut from 60° to 120°,
-    /// where the chip of 50 µm is nowhere below 43 µm.
+    /// they are and order k gets K a / 2π times the sum of the offsets, turned. A cut from 60° to
+    /// 120°, where the chip of 50 µm is nowhere below 43 µm.
     #[test]
     fn runout_adds_spindle_lines_alone_while_every_tooth_cuts() {
         let model = |runout| {

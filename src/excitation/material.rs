@@ -56,8 +56,8 @@ pub fn coefficients(cutting: &Cutting) -> Option<CuttingCoefficients> {
     cutting.coefficients.or_else(|| Some(material(&cutting.material)?.coefficients))
 }
 
-/// Where nobody knows the axial coefficients: at most this share of the tangential ones. In Table 5 of
-/// the same review K_ac is 0.04 to 0.43 of K_tc, K_ae 0.03 to 0.22 of K_te.
+/// Where nobody knows the axial coefficients: at most this share of the tangential ones. In Table 5
+/// of the same review K_ac is 0.04 to 0.43 of K_tc, K_ae 0.03 to 0.22 of K_te.
 const MOST_AXIAL: f64 = 0.45;
 
 /// The least and the most that the coefficients of a cut may be: those of a material by `SPREAD`, a

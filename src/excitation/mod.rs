@@ -2,10 +2,12 @@
 
 mod chip;
 mod cutting;
+mod engagement;
 mod lines;
 mod material;
 
 pub use chip::linear_about;
-pub use cutting::{Engagement, ForceHarmonic, ForceModel};
+pub use cutting::ForceModel;
+pub use engagement::{Engagement, ForceHarmonic};
 pub use lines::{ExcitationLine, Source, WithoutOrder, lines};
 pub use material::{MATERIALS, Material, coefficient_range, coefficients, material};

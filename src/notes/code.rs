@@ -145,7 +145,8 @@ codes! {
     /// Within what model and cutting coefficients may be wrong by, the cutting force moves the tool
     /// tip farther than the policy allows.
     LimitInDoubt = "limit_in_doubt": Doubt,
-    /// A limit of the policy on the tool tip cannot be held against a cutting force, as none is known.
+    /// A limit of the policy on the tool tip cannot be held against a cutting force, as none is
+    /// known.
     LimitUnchecked = "limit_unchecked": Doubt,
     /// A joint cannot keep the programmed feed.
     FeedLimit = "feed_limit": Remark,

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::tip::{Owner, TipMode, TipPlace};
 use crate::excitation::{Engagement, coefficients, linear_about};
-use crate::job::{Cutting, Operation};
+use crate::job::{Cutting, CuttingDirection, Operation};
 use crate::stability::{
     Chart, Cut, Kind, Limit, ToolMode, coupling_limit, displacement_m, milling_limit,
 };
@@ -19,7 +19,8 @@ use crate::units::{rad_per_s_from_hz, written};
 #[schemars(
     inline,
     description = "`arm`: the arm's modes alone; at milling speeds it is the tool that chatters \
-                   first, so this says nothing\nthere. `arm_and_tool`: those of the tool (tool.modes), too."
+                   first, so this says nothing\nthere. `arm_and_tool`: those of the tool \
+                   (tool.modes), too."
 )]
 pub enum Seen {
     /// The arm's alone.
@@ -31,6 +32,10 @@ pub enum Seen {
 /// So many places with the smallest limits of the zeroth order are solved exactly: an exact limit
 /// costs a hundred of those.
 const SOLVED: usize = 3;
+
+/// Cuts with a radial depth below this share of the diameter are solved exactly everywhere: the zeroth
+/// order knows no flips, and is wrong there by up to its double.
+const NARROW: f64 = 0.25;
 
 /// How a limit is found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
@@ -65,7 +70,8 @@ pub struct LimitAt {
     pub kind: Option<Kind>,
     #[allow(missing_docs, reason = "the schema shows what the type says")]
     pub method: FoundBy,
-    /// The mode of the arm that moves most in it, counted from 1; null where it is one of the tool's.
+    /// The mode of the arm that moves most in it, counted from 1; null where it is one of the
+    /// tool's.
     pub mode: Option<usize>,
 }
 
@@ -81,7 +87,8 @@ pub struct Chatter {
     pub depth_m: f64,
     /// Whether the cut is deeper than the smallest limit.
     pub is_beyond: bool,
-    /// The smallest limit along the path at the programmed speed; null where there is none below 1 m.
+    /// The smallest limit along the path at the programmed speed; null where there is none below 1
+    /// m.
     pub smallest: Option<LimitAt>,
     /// The limit at places along the path, ascending in s.
     pub along: Vec<LimitAt>,
@@ -103,9 +110,9 @@ fn cut_at(operation: &Operation, cutting: &Cutting, place: &TipPlace) -> Option<
     Cut::new(&operation.tool, &cutting)
 }
 
-/// Stability at places of an operation; `None` where its coefficients are not known. The places with
-/// the smallest limits of the zeroth order are solved exactly; where that does not converge, the zeroth
-/// order stands.
+/// Stability at places of an operation; `None` where its coefficients are not known. The places
+/// with the smallest limits of the zeroth order are solved exactly; where that does not converge,
+/// the zeroth order stands.
 pub fn chatter(
     operation: &Operation,
     places: &[TipPlace],
@@ -122,7 +129,9 @@ pub fn chatter(
         let mut order: Vec<usize> = (0..found.len()).collect();
         let depth = |i: &usize| found[*i].0.map_or(f64::INFINITY, |limit| limit.depth_m);
         order.sort_by(|a, b| depth(a).total_cmp(&depth(b)));
-        order.truncate(SOLVED);
+        if !is_narrow(operation, cutting) {
+            order.truncate(SOLVED);
+        }
         let solved: Vec<_> = order.par_iter().map(|&i| (i, exact(at[i].0, at[i].1))).collect();
         for (i, limit) in solved {
             if let Some(limit) = limit {
@@ -150,6 +159,13 @@ pub fn chatter(
     let has_tool = !operation.tool.modes.is_empty();
     let modes = if has_tool { Seen::ArmAndTool } else { Seen::Arm };
     Some(Chatter { modes, depth_m, is_beyond, smallest, along })
+}
+
+/// Where the diameter is not known, it may be.
+fn is_narrow(operation: &Operation, cutting: &Cutting) -> bool {
+    let is_slot = cutting.direction == CuttingDirection::Slot;
+    let share = operation.tool.diameter_m.map_or(0.0, |d| cutting.radial_depth_m / d);
+    !is_slot && share < NARROW
 }
 
 fn of_place(place: &TipPlace) -> Vec<ToolMode> {

@@ -15,8 +15,8 @@ use crate::units::{hz_from_rpm, rad_per_s_from_hz};
 /// Harmonics of the force's own period: what is beyond hardly moves an arm.
 const HARMONICS: u32 = 12;
 
-/// At most so many of the spindle where the force repeats once a turn, unless two of the tooth passing
-/// need more.
+/// At most so many of the spindle where the force repeats once a turn, unless two of the tooth
+/// passing need more.
 const SPINDLE_ORDERS: u32 = 48;
 
 /// Heights of the cut at which the surface is looked at.
@@ -92,8 +92,8 @@ pub struct AtPlace {
     pub vibration: Doubtful,
     /// |u_k| of each order, m.
     pub amplitudes_m: Vec<f64>,
-    /// How much material is left on the surface, m; below zero where too much is taken. Of a slot the
-    /// side that is farther off.
+    /// How much material is left on the surface, m; below zero where too much is taken. Of a slot
+    /// the side that is farther off.
     pub surface_error_m: f64,
 }
 

@@ -55,8 +55,8 @@ pub fn arm_modes(at: &TipModes) -> Vec<TipMode> {
         .collect()
 }
 
-/// Those of `s` (0..=1) at which the tool cuts, with the modes there: where it moves at no more than
-/// twice the operation's feed and `turns`, the spindle, does so.
+/// Those of `s` (0..=1) at which the tool cuts, with the modes there: where it moves at no more
+/// than twice the operation's feed and `turns`, the spindle, does so.
 ///
 /// # Errors
 /// The first place that the arm does not reach, or at which it has no modes.

@@ -2,17 +2,19 @@
 
 use std::sync::Arc;
 
+use super::about::in_operation;
 use super::bands::LineBands;
+use super::certainty::Certainty;
 use super::crossings;
 use super::left_out::left_out;
 use super::margin::closest_approach;
-use super::operation_notes::{implausible_frequency, in_operation, on_operation};
+use super::operation_notes::{implausible_frequency, on_operation};
 use super::probability::{ArmDraws, JobDraws, Probabilities, driver, probabilities};
 use super::rules::Rules;
 use super::spindle_profile::SpindleProfile;
 use super::tool_tip;
 use super::verdict::{
-    Certainty, Crossing, JobRisk, ModeExchange, OperationRisk, Sample, SpeedPoint, Verdict, Warning,
+    Crossing, JobRisk, ModeExchange, OperationRisk, Sample, SpeedPoint, Verdict, Warning,
 };
 use super::warnings::{unused, warnings};
 use crate::excitation::lines;

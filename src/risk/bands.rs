@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
+use super::certainty::Certainty;
 use super::rules::Rules;
 use super::spindle_profile::SpindleProfile;
-use super::verdict::Certainty;
+
 use crate::excitation::ExcitationLine;
 use crate::path::Station;
 

@@ -1,7 +1,8 @@
 //! From states along the path to crossings with ends and a closest point.
 
 use super::bands::LineBands;
-use super::verdict::{Certainty, Crossing, Move};
+use super::certainty::Certainty;
+use super::verdict::{Crossing, Move};
 use crate::notes::Note;
 use crate::path::{Path, Survey, Surveyor};
 

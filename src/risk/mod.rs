@@ -1,7 +1,9 @@
 //! Where the excitation lines of a job meet the modes of its arm, and what that means.
 
+mod about;
 mod assess;
 mod bands;
+mod certainty;
 mod crossings;
 mod left_out;
 mod margin;
@@ -13,17 +15,17 @@ mod tool_tip;
 mod verdict;
 mod warnings;
 
+pub use about::{about_operation, in_operation};
 pub use assess::{Paths, assess, crossings_under, detail, probabilities_under};
+pub use certainty::Certainty;
 pub use margin::closest_approach;
-pub use operation_notes::{
-    Counted, FIRST_FREQUENCY_HZ, about_operation, in_operation, nothing_checked,
-};
+pub use operation_notes::{Counted, FIRST_FREQUENCY_HZ, nothing_checked};
 pub use probability::{ArmDraws, JobDraws, Probabilities};
 pub use rules::Rules;
 pub use spindle_profile::SpindleProfile;
 pub use tool_tip::{Excess, Harmonic, Largest, Quantity, SurfaceError, ToolTip, limits_at_speed};
 pub use verdict::{
-    Approach, Certainty, Crossing, Driver, JobRisk, LeftOut, ModeExchange, Move, OperationRisk,
-    Sample, SpeedPoint, Verdict, Warning,
+    Approach, Crossing, Driver, JobRisk, LeftOut, ModeExchange, Move, OperationRisk, Sample,
+    SpeedPoint, Verdict, Warning,
 };
 pub use warnings::warnings;

@@ -1,27 +1,15 @@
 //! What a planner should know of operations beside their crossings.
 
+use super::about::{about_operation, in_operation};
 use super::verdict::OperationRisk;
 use crate::job::{Job, Operation, SpindleSpeed};
-use crate::notes::{Code, Note, Part, Place};
+use crate::notes::{Code, Note, Place};
 use crate::path::Path;
 use crate::units::um_per_n_from_m_per_n;
 
 /// Measured arms have their first mode at 7 to 26 Hz: less than half of that, or eight times as
 /// much, is a mistake in the model.
 pub const FIRST_FREQUENCY_HZ: [f64; 2] = [3.0, 200.0];
-
-/// A note about moves of an operation, in the file that its line stands in: the program or the job.
-pub fn in_operation(job: &Job, operation: &Operation, mut note: Note) -> Note {
-    note.place.file = Some(job.file_of_moves(operation));
-    note.within(Part::Operation(operation.name.clone()))
-}
-
-/// A warning about an operation as a whole, where it starts in the job.
-pub fn about_operation(job: &Job, operation: &Operation, code: Code, what: String) -> Note {
-    let part = Some(Part::Operation(operation.name.clone()));
-    let place = Place { part, ..Place::line(&job.file, operation.line) };
-    Note::warning(code, place, what)
-}
 
 /// What a planner should know of an operation beside its crossings.
 pub(super) fn on_operation(

@@ -6,10 +6,10 @@ use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::operation_notes::{about_operation, in_operation};
+use super::about::{about_operation, in_operation};
+use super::certainty::Certainty;
 use super::rules::Rules;
 use super::spindle_profile::SpindleProfile;
-use super::verdict::Certainty;
 use crate::excitation::{ExcitationLine, Source, WithoutOrder};
 use crate::job::{Job, Operation, Policy, SpindleSpeed};
 use crate::notes::{Code, Note, Place};
@@ -60,8 +60,8 @@ pub struct Largest {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SurfaceError {
-    /// Material that is left; below zero where too much is taken. Of a slot the side that is farther
-    /// off.
+    /// Material that is left; below zero where too much is taken. Of a slot the side that is
+    /// farther off.
     #[serde(rename = "error_um", serialize_with = "written::um")]
     pub error_m: f64,
     /// Where, 0 to 1.
@@ -148,8 +148,8 @@ pub(super) struct Cut {
     pub(super) unknown: Option<NoForce>,
 }
 
-/// What limits of the policy say of an operation at another constant speed, at which every feed is so
-/// many times the programmed one.
+/// What limits of the policy say of an operation at another constant speed, at which every feed is
+/// so many times the programmed one.
 ///
 /// # Errors
 /// The arm has no modes somewhere.

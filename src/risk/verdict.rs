@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::certainty::Certainty;
 use super::tool_tip::ToolTip;
 use crate::excitation::{ExcitationLine, WithoutOrder};
 use crate::job::{Accepted, Carried};
@@ -27,21 +28,6 @@ pub enum Verdict {
     Unchecked,
     /// A line lies inside a mode's band.
     Resonance,
-}
-
-/// How sure a crossing is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-#[schemars(
-    inline,
-    description = "`certain`: inside the band f (1 ± separation). `uncertain`: outside that band, \
-                   inside the one widened by\nthe model's uncertainty."
-)]
-pub enum Certainty {
-    /// Outside the band, inside the one widened by the model's uncertainty.
-    Uncertain,
-    /// Inside the band f_r (1 ± separation).
-    Certain,
 }
 
 /// A stretch of path on which one line stays inside one mode's band, with one certainty.

@@ -22,9 +22,8 @@ pub struct Cut {
 
 impl Cut {
     /// `None` where the material is not known and the cut has no coefficients, or the cutter's
-    /// diameter is missing, or the coefficients have exponents
-    /// ([`crate::excitation::linear_about`] takes them away). An axial coefficient that nobody knows
-    /// counts as zero.
+    /// diameter is missing, or the coefficients have exponents ([`crate::excitation::linear_about`]
+    /// takes them away). An axial coefficient that nobody knows counts as zero.
     pub fn new(tool: &Tool, cutting: &Cutting) -> Option<Self> {
         let own = coefficients(cutting).filter(CuttingCoefficients::is_linear)?;
         let even = || vec![TAU / f64::from(tool.teeth); tool.teeth as usize];

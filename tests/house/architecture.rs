@@ -19,7 +19,7 @@ const REPORTS_COMPUTE: &[&str] = &["excitation::frequency_hz"];
 const NAMED_ONLY_IN: &[(&str, &[&str])] = &[
     ("urdf_rs", &["input"]),
     ("serde_yaml", &["formats"]),
-    ("roxmltree", &["input"]),
+    ("roxmltree", &["formats", "input"]),
     ("saphyr_parser", &["formats"]),
     ("toml", &["formats"]),
     ("hound", &["formats"]),
