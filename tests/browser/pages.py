@@ -232,7 +232,7 @@ def main():
             shots(page, asked.shots, "meshes", browser, path)
         page.close()
 
-        job = os.path.join(JOBS, "pocket.yaml")
+        job = os.path.join(JOBS, "contour.yaml")
         own = json.loads(detune(program, "report", "--format", "json", job))
         page = browser.page(write("advise", "advise", "--format", "html", job))
         assert page.run("detune.data") == own, "the numbers of the page are not those of the JSON"
@@ -258,8 +258,8 @@ def main():
             assert told in page.run("document.body.textContent"), f"{name} does not tell {told}"
             # Nothing drawn is lost outside its drawing.
             lost = page.run("[...document.querySelectorAll('svg text')].filter((t) => { const a = "
-                            "t.getBoundingClientRect(), b = t.ownerSVGElement.getBoundingClientRect(); return a.left "
-                            "< b.left - 1 || a.right > b.right + 1 || a.bottom > b.bottom + 1; })"
+                            "t.getBoundingClientRect(), b = t.ownerSVGElement.getBoundingClientRect(); return t.textContent && (a.left "
+                            "< b.left - 1 || a.right > b.right + 1 || a.bottom > b.bottom + 1); })"
                             ".map((t) => t.textContent)")
             assert not lost, f"{name}: {lost}"
             assert page.run("[...document.querySelectorAll('svg')].every((s) => s.getAttribute('aria-label'))"), \
