@@ -296,7 +296,8 @@ fn may_be_folded(prepared: &Prepared, mode: &Mode, notes: &mut Notes) {
     } else if hz > NEAR * nyquist {
         format!(
             "{hz:.3} Hz lies near half the sampling rate ({nyquist:.1} Hz): without an \
-             anti-aliasing filter it may be an alias of {:.3} Hz; record once more at another sampling rate",
+             anti-aliasing filter it may be an alias of {:.3} Hz; record once more at another \
+             sampling rate",
             rate - hz
         )
     } else {
