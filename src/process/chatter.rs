@@ -33,8 +33,8 @@ pub enum Seen {
 /// costs a hundred of those.
 const SOLVED: usize = 3;
 
-/// Cuts with a radial depth below this share of the diameter are solved exactly everywhere: the zeroth
-/// order knows no flips, and is wrong there by up to its double.
+/// Cuts with a radial depth below this share of the diameter are solved exactly everywhere: the
+/// zeroth order knows no flips, and is wrong there by up to its double.
 const NARROW: f64 = 0.25;
 
 /// How a limit is found.

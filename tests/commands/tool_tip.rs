@@ -10,6 +10,13 @@ use crate::program::{code, err, json, out, repository, run};
 
 const TOOL: &str = "{name: 12 mm 2-flute, teeth: 2, diameter_mm: 12}";
 
+const SPINDLE: &str = "payload: {mass_kg: 8, com_m: [0, 0, 0.1], \
+                       inertia_kgm2: {ixx: 0.05, iyy: 0.05, izz: 0.02}}";
+
+/// A speed at which no line meets a mode: the spindle's at 600 Hz, the fifth mode up to 358 Hz.
+const QUIET: [(&str, &str); 2] =
+    [("spindle_rpm: 1100", "spindle_rpm: 36000"), ("max_rpm: 24000", "max_rpm: 40000")];
+
 /// The pocket of the repository with its first operation alone, and pieces of it replaced.
 struct Pocket(TempDir);
 
@@ -115,7 +122,7 @@ fn runout_adds_lines_of_the_spindle() {
 #[test]
 fn limits_make_a_verdict_worse_only() {
     // A speed at which no line meets a mode.
-    let pocket = Pocket::new(&[("spindle_rpm: 1100", "spindle_rpm: 20000")]);
+    let pocket = Pocket::new(&QUIET);
     let (passes, plain) = pocket.check(&[]);
     assert_eq!((passes, plain["verdict"].as_str()), (0, Some("clear")), "{plain}");
     for (key, quantity) in [("max_deflection_um", "deflection"), ("max_vibration_um", "vibration")]
@@ -130,10 +137,9 @@ fn limits_make_a_verdict_worse_only() {
         assert!(codes(&job).contains(&"limit_exceeded"), "{:?}", codes(&job));
         let beyond = job["operations"][0]["tool_tip"]["beyond"].as_array().unwrap();
         let worst = beyond.iter().find(|one| one["certainty"] == "certain").unwrap();
-        assert_eq!(
-            (worst["quantity"].as_str(), &worst["limit_um"]),
-            (Some(quantity), &Value::from(0.5 * value))
-        );
+        assert_eq!(worst["quantity"], quantity);
+        let limit_um = number(&worst["limit_um"]);
+        assert!((limit_um / (0.5 * value) - 1.0).abs() < 1e-12, "{limit_um}");
         let [from, to] = ["from_line", "to_line"].map(|key| worst[key].as_u64().unwrap());
         assert!((10..=40).contains(&from) && from <= to && to <= 40, "{worst}");
 
@@ -148,7 +154,7 @@ fn limits_make_a_verdict_worse_only() {
 
 #[test]
 fn every_format_tells_a_limit_that_is_exceeded() {
-    let pocket = Pocket::new(&[("spindle_rpm: 1100", "spindle_rpm: 20000")]);
+    let pocket = Pocket::new(&QUIET);
     let told = |format: &str| -> String {
         let limit = ["--policy", "max_deflection_um=0.001", "--format", format];
         let ran = pocket.run(&[&["check", "job.yaml"], &limit[..]].concat());
@@ -174,7 +180,7 @@ fn every_format_tells_a_limit_that_is_exceeded() {
 /// What is not known is not clear; what is accepted counts no more.
 #[test]
 fn a_limit_without_a_force_leaves_a_doubt() {
-    let quiet = ("spindle_rpm: 1100", "spindle_rpm: 20000");
+    let [quiet, fast] = QUIET;
     for (from, to, why) in [
         ("al-6061", "oak", "cutting.material is not among"),
         (", diameter_mm: 12", "", "tool.diameter_mm is not given"),
@@ -184,7 +190,7 @@ fn a_limit_without_a_force_leaves_a_doubt() {
             "has no 'cutting'",
         ),
     ] {
-        let pocket = Pocket::new(&[quiet, (from, to)]);
+        let pocket = Pocket::new(&[quiet, fast, (from, to)]);
         let (_, job) = pocket.check(&[]);
         assert_eq!(job["verdict"], "clear");
         assert!(job["operations"][0].get("tool_tip").is_none(), "{to}");
@@ -194,9 +200,9 @@ fn a_limit_without_a_force_leaves_a_doubt() {
         assert_eq!(warning["code"], "limit_unchecked");
         assert!(warning.to_string().contains(why), "{warning}");
     }
-    let accept = "spindle_rpm: 20000\n    # looked at";
     let pocket = Pocket::new(&[
-        ("spindle_rpm: 1100", accept),
+        quiet,
+        fast,
         (
             "payload: none",
             "accept: [{code: limit_exceeded, reason: roughing, until: 2999-12-31}]\n\
@@ -259,7 +265,8 @@ fn stability_stands_beside_the_verdict() {
 
 /// Cordes, Hintze & Altintas, Robotics and Computer-Integrated Manufacturing 55 (2019) 11: in titanium at a
 /// few hundred rpm the arm limits the depth, at milling speeds the tool does. The cutter: four teeth of
-/// 20 mm with a mode of 900 Hz and 12 N/µm; Ti6Al4V with K_tc 1900 N/mm², K_rc 0.35 of it.
+/// 20 mm with a mode of 900 Hz and 12 N/µm; Ti6Al4V with K_tc 1900 N/mm², K_rc 0.35 of it; a spindle of 8 kg.
+/// Between the two, to 14 000 rpm, the arm's modes at 117 Hz and the tool's take turns.
 #[test]
 fn at_low_speeds_the_arm_limits_and_at_milling_speeds_the_tool() {
     let tool = "{teeth: 4, diameter_mm: 20, modes: [\
@@ -270,6 +277,7 @@ fn at_low_speeds_the_arm_limits_and_at_milling_speeds_the_tool() {
         (TOOL, tool),
         ("al-6061", titanium),
         ("radial_depth_mm: 6", "radial_depth_mm: 10"),
+        ("payload: none", SPINDLE),
     ]);
     let limits = |speeds: &str| {
         let ran = pocket.run(&["lobes", "job.yaml", "--rpm", speeds, "--at", "0.5"]);
@@ -282,11 +290,10 @@ fn at_low_speeds_the_arm_limits_and_at_milling_speeds_the_tool() {
         });
         rows.collect::<Vec<_>>()
     };
-    // The arm's modes lie below 350 Hz.
     for (rpm, limit_mm, hz) in limits("150:600:10") {
-        assert!(hz < 350.0, "{rpm} rpm: {limit_mm} mm at {hz} Hz");
+        assert!(hz < 50.0, "{rpm} rpm: {limit_mm} mm at {hz} Hz");
     }
-    let fast = limits("6000:13000:8");
+    let fast = limits("16000:24000:9");
     for &(rpm, limit_mm, hz) in &fast {
         println!("{rpm} rpm: {limit_mm} mm at {hz} Hz");
     }
@@ -298,7 +305,8 @@ fn at_low_speeds_the_arm_limits_and_at_milling_speeds_the_tool() {
 fn advice_by_depth_takes_a_safe_speed() {
     let tool = "{teeth: 2, diameter_mm: 12, modes: [\
                 {frequency_hz: 800, damping_ratio: 0.02, stiffness_n_per_m: 5.0e6, axis: [0, 1, 0]}]}";
-    let pocket = Pocket::new(&[(TOOL, tool)]);
+    let fast = ("max_rpm: 24000", "max_rpm: 40000");
+    let pocket = Pocket::new(&[fast, (TOOL, tool)]);
     let advise = |objective: &str| {
         let ran = pocket.run(&["advise", "job.yaml", "--objective", objective, "--format", "json"]);
         json(&ran)["operations"][0].clone()
@@ -322,12 +330,17 @@ fn advice_by_depth_takes_a_safe_speed() {
         let gap = gap.unwrap();
         let other = (number(&gap[0]) + share * (number(&gap[1]) - number(&gap[0]))).round();
         let slower = format!("spindle_rpm: {other}");
-        let checked = Pocket::new(&[(TOOL, tool), ("spindle_rpm: 1100", &slower)]).operation();
+        let checked =
+            Pocket::new(&[fast, (TOOL, tool), ("spindle_rpm: 1100", &slower)]).operation();
         let other_limit = number(&checked["stability"]["smallest"]["limit_mm"]);
         assert!(other_limit < 1.1 * recommended, "{other} rpm: {other_limit} {recommended}");
     }
-    let ran =
-        Pocket::new(&[("al-6061", "oak")]).run(&["advise", "job.yaml", "--objective", "depth"]);
+    let ran = Pocket::new(&[fast, ("al-6061", "oak")]).run(&[
+        "advise",
+        "job.yaml",
+        "--objective",
+        "depth",
+    ]);
     assert!(code(&ran) == 2 && err(&ran).contains("is not known"), "{}", err(&ran));
     // A limit of the policy speaks of the advised speed.
     let ran = pocket.run(&["advise", "job.yaml", "--policy", "max_deflection_um=0.01"]);
