@@ -3,9 +3,9 @@
 /// What is left out lies so near to the line through its neighbours, px.
 const TOLERANCE_PX: f64 = 0.15;
 
-/// A curve with more points than four in each column of this width is drawn by the ends of each
-/// column: what goes up and down within is seen as filled.
-const COLUMN_PX: f64 = 4.0;
+/// A curve with more points than two in each column of this width is drawn by the lowest and the
+/// highest of each: what goes up and down within is seen as filled.
+const COLUMN_PX: f64 = 6.0;
 
 /// The points of a curve on the canvas that count (Douglas & Peucker, The Canadian Cartographer
 /// 10, 1973, with distances along y), by their places.
@@ -27,25 +27,21 @@ pub(super) fn thinned(points: &[(f64, f64)]) -> Vec<usize> {
     }
     let kept: Vec<usize> = (0..points.len()).filter(|&i| kept[i]).collect();
     let columns = ((points[last].0 - points[0].0) / COLUMN_PX).ceil().max(1.0);
-    if kept.len() as f64 > 4.0 * columns { ends_of_columns(points, &kept) } else { kept }
+    if kept.len() as f64 > 2.0 * columns { ends_of_columns(points, &kept) } else { kept }
 }
 
-/// Of each column the first, the lowest, the highest and the last point.
+/// Of each column the lowest and the highest point, and both ends of the curve.
 fn ends_of_columns(points: &[(f64, f64)], kept: &[usize]) -> Vec<usize> {
     let column = |i: &usize| ((points[*i].0 - points[kept[0]].0) / COLUMN_PX).floor();
-    let mut all = Vec::new();
+    let mut all: Vec<usize> = kept.first().copied().into_iter().collect();
     for of_column in kept.chunk_by(|a, b| column(a) == column(b)) {
         let by_height = |a: &&usize, b: &&usize| points[**a].1.total_cmp(&points[**b].1);
-        let ends = [
-            of_column.first(),
-            of_column.iter().min_by(by_height),
-            of_column.iter().max_by(by_height),
-            of_column.last(),
-        ];
+        let ends = [of_column.iter().min_by(by_height), of_column.iter().max_by(by_height)];
         let mut own: Vec<usize> = ends.into_iter().flatten().copied().collect();
         own.sort_unstable();
         all.extend(own);
     }
+    all.extend(kept.last());
     all.dedup();
     all
 }
@@ -71,7 +67,7 @@ mod tests {
         let teeth: Vec<(f64, f64)> =
             (0..=4000).map(|i| (0.025 * f64::from(i), f64::from(i % 20) * 5.0)).collect();
         let thin = thinned(&teeth);
-        assert!(thin.len() <= 4 * 26, "{}", thin.len());
+        assert!(thin.len() <= 2 * 19, "{}", thin.len());
         assert!(thin.windows(2).all(|pair| pair[0] < pair[1]), "{thin:?}");
         let heights = || thin.iter().map(|&i| teeth[i].1);
         assert_eq!((heights().fold(9.0, f64::min), heights().fold(0.0, f64::max)), (0.0, 95.0));
