@@ -54,7 +54,9 @@ DENSE = 10_000
 ROUND_RPM = 1.1
 KINDS = ["tree", "spherical wrist", "tree", "offset wrist"]
 # Ktc, Krc in N/mm2 and Kte, Kre in N/mm: Chin. J. Mech. Eng. 2021, 10.1186/s10033-021-00536-9, Table 5.
-MATERIALS = {"al-6082": (631, 99, 13, 10), "al-7075": (767, 169, 27.7, 26.6), "al-6061": (244, 113.5, 7.53, 7.83)}
+# Ktc, Krc, Kac in N/mm2, Kte, Kre, Kae in N/mm.
+MATERIALS = {"al-6082": (631, 99, 273, 13, 10, 2.8), "al-7075": (767, 169, 222, 27.7, 26.6, 0.7),
+             "al-6061": (244, 113.5, 0, 7.53, 7.83, 0)}
 
 
 def all_lines(job):
@@ -417,20 +419,21 @@ def compare_vibration(job, robot, path, operation, advice, where):
 
 def amplitude_um(job, robot, path, operation, s, rpm, chip_m):
     cutting, teeth = operation["cutting"], job["tool"]["teeth"]
-    ktc, krc, kte, kre = MATERIALS[cutting["material"]]
+    ktc, krc, kac, kte, kre, kae = MATERIALS[cutting["material"]]
     n = 1 << 15
     angle = 2 * np.pi * (np.arange(n) + 0.5) / n
     arc = math.acos(max(1 - 2 * cutting["radial_depth_mm"] / job["tool"]["diameter_mm"], -1))
     entry, leave = {"slot": (0, math.pi), "conventional": (0, arc), "climb": (math.pi - arc, math.pi)}[cutting["direction"]]
     pitch = np.radians(job["tool"].get("pitch_deg", [360 / teeth] * teeth))
-    force = np.zeros((n, 2))
+    force = np.zeros((n, 3))
     for theta, following in zip(np.cumsum(pitch) - pitch, pitch):
         phi = (angle + theta) % (2 * np.pi)
         cuts = (phi >= entry) & (phi < leave)
         chip_mm = 1000 * chip_m * following * teeth / (2 * np.pi) * np.sin(phi)
         ft = cutting["axial_depth_mm"] * (ktc * chip_mm + kte) * cuts
         fr = cutting["axial_depth_mm"] * (krc * chip_mm + kre) * cuts
-        force += np.stack([-ft * np.cos(phi) - fr * np.sin(phi), ft * np.sin(phi) - fr * np.cos(phi)], axis=1)
+        fa = cutting["axial_depth_mm"] * (kac * chip_mm + kae) * cuts
+        force += np.stack([-ft * np.cos(phi) - fr * np.sin(phi), ft * np.sin(phi) - fr * np.cos(phi), -fa], axis=1)
     spectrum = 2 * np.fft.rfft(force, axis=0) / n
     # The frame of the cut: x with the feed, z out of the work.
     tcp = frame(job.get("tcp"))
@@ -449,7 +452,7 @@ def amplitude_um(job, robot, path, operation, s, rpm, chip_m):
     total = 0.0
     for k in range(step, 12 * teeth + 1, step):
         omega = 2 * np.pi * k * rpm / 60
-        pushed = spectrum[k, 0] * (x @ motion) + spectrum[k, 1] * (y @ motion)
+        pushed = spectrum[k, 0] * (x @ motion) + spectrum[k, 1] * (y @ motion) + spectrum[k, 2] * (up @ motion)
         u = motion @ (pushed / (omega_r**2 - omega**2 + 2j * zeta * omega_r * omega))
         total += (np.abs(u) ** 2).sum()
     return 1e6 * math.sqrt(total)
