@@ -81,14 +81,24 @@ fn within(prepared: &Prepared, [from, to]: [f64; 2]) -> Vec<SpectraOnLines> {
     prepared.starts_from.iter().map(cut).collect()
 }
 
-/// Fraction of the orders that have a stable pole near the mode.
+/// Fraction of the orders that have a stable pole near the mode, of about its damping: beside a
+/// light mode, the light mode's poles do not support a heavily damped one.
 pub(super) fn support(mode: &Mode, points: &[StabilisationPoint], stretches: &[Stretch]) -> f64 {
+    /// Of frequencies, relative.
+    const NEAR: f64 = 0.01;
+    /// Of damping ratios, where their deviation is not larger: least squares are biased in noise.
+    const FACTOR: f64 = 3.0;
     let omega = rad_per_s_from_hz(mode.frequency_hz);
     let is_there = |stretch: &&Stretch| (stretch.own[0]..stretch.own[1]).contains(&omega);
     let orders = stretches.iter().find(is_there).map_or(0, |stretch| stretch.orders);
     let mut having: Vec<usize> = points
         .iter()
-        .filter(|point| (point.frequency_hz / mode.frequency_hz - 1.0).abs() < 0.01)
+        .filter(|point| {
+            let ratio = point.damping_ratio / mode.damping_ratio;
+            let apart = (point.damping_ratio - mode.damping_ratio).abs();
+            (point.frequency_hz / mode.frequency_hz - 1.0).abs() < NEAR
+                && ((FACTOR.recip()..FACTOR).contains(&ratio) || apart < 3.0 * mode.damping_std)
+        })
         .map(|point| point.order)
         .collect();
     having.sort_unstable();

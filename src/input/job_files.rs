@@ -116,19 +116,24 @@ fn unreadable(path: &Path, error: &std::io::Error) -> Note {
     Note::error(Code::Unreadable, Place::file(path), what)
 }
 
-/// Whether a file is YAML that has, or tries to have, what every job has. What cannot be read or is
-/// written in braces is taken for one: reading it says why.
+/// Whether a file is YAML that has, or tries to have, what every job has. What cannot be read, is
+/// written in braces or in UTF-16 is taken for one: reading it says why.
 fn is_job(path: &Path) -> bool {
     let extension = path.extension().and_then(|extension| extension.to_str());
     if !extension.is_some_and(|e| e.eq_ignore_ascii_case("yaml") || e.eq_ignore_ascii_case("yml")) {
         return false;
     }
     let Ok(bytes) = read_bytes(path, MAX_FILE_BYTES) else { return true };
-    bytes.split(|&byte| byte == b'\n').any(|line| {
-        let line = line.trim_ascii_start();
-        let key = line.strip_prefix(b"\"").or(line.strip_prefix(b"'")).unwrap_or(line);
-        line.starts_with(b"{") || OF_A_JOB.iter().any(|own| key.starts_with(own.as_bytes()))
-    })
+    let is_of_a_job = |line: &[u8]| {
+        // The start of a document, of a key, of a string.
+        let starts = [&b"---"[..], b"?", b"\"", b"'"];
+        let line = starts.into_iter().fold(line.trim_ascii_start(), |line, start| {
+            line.strip_prefix(start).unwrap_or(line).trim_ascii_start()
+        });
+        line.starts_with(b"{") || OF_A_JOB.iter().any(|own| line.starts_with(own.as_bytes()))
+    };
+    let is_utf_16 = bytes.contains(&0);
+    is_utf_16 || bytes.split(|byte| matches!(byte, b'\n' | b'\r')).any(is_of_a_job)
 }
 
 #[cfg(test)]
@@ -151,13 +156,18 @@ mod tests {
             ("notes.txt", "operations:\n"),
             ("b/deep/c.YAML", "operations: []\n"),
             (".hidden/d.yaml", "operations: []\n"),
+            ("cr.yaml", "name: old\roperations: []\r"),
+            ("doc.yaml", "--- {operations: []}\n"),
+            ("utf16.yaml", "o\0p\0e\0"),
         ] {
             std::fs::write(at(name), text).unwrap();
         }
         let found = |arguments: &[PathBuf]| job_files(arguments).unwrap();
-        let all = [at("a.yml"), at("b.yaml"), at("odd.yaml"), at("b/deep/c.YAML")];
+        let files =
+            ["a.yml", "b.yaml", "cr.yaml", "doc.yaml", "odd.yaml", "utf16.yaml", "b/deep/c.YAML"];
+        let all = files.map(at);
         assert_eq!(found(&[folder.path().to_owned()]), all);
-        assert_eq!(found(&[at("*.yaml")]), [at("b.yaml"), at("odd.yaml")]);
+        assert_eq!(found(&[at("*.yaml")]), all[1..6]);
         assert_eq!(found(&[at("b.yaml"), folder.path().to_owned()])[0], at("b.yaml"));
         assert_eq!(found(&[at("b.yaml"), folder.path().to_owned()]).len(), all.len());
         assert_eq!(found(&[at("**/*.YAML")]), [at("b/deep/c.YAML")]);

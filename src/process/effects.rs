@@ -33,6 +33,8 @@ pub enum NoForce {
     NoDiameter,
     /// Nothing cuts.
     OnlyAir,
+    /// What the force does comes out as no finite number.
+    NotFinite,
 }
 
 impl fmt::Display for NoForce {
@@ -44,7 +46,14 @@ impl fmt::Display for NoForce {
                  cutting.coefficients is not given"
             }
             Self::NoDiameter => "tool.diameter_mm is not given",
-            Self::OnlyAir => "all moves run in the air, at more than twice the operation's feed",
+            Self::OnlyAir => {
+                "nothing cuts: all moves run with the spindle stopped, or at more than twice the \
+                 operation's feed"
+            }
+            Self::NotFinite => {
+                "what the force does at the tool tip is no finite number: check 'tool', 'cutting' \
+                 and the damping of the robot"
+            }
         })
     }
 }
@@ -138,7 +147,8 @@ impl Effects {
     }
 
     /// What the cut does at one of the places; `interval_hz` tells in which a frequency of the arm
-    /// lies, Hz, by the mode's number from 1.
+    /// lies, Hz, by the mode's number from 1. `None` where the feed is that of no place, or the
+    /// result is not finite.
     pub fn at(
         &self,
         place: &TipPlace,
@@ -168,13 +178,14 @@ impl Effects {
             };
             vibration.may_be(harmonics.iter().map(at).sum::<f64>().sqrt());
         }
-        Some(AtPlace {
+        let at = AtPlace {
             s: place.s,
             deflection,
             vibration,
             amplitudes_m: moved.1.iter().map(|u| u.norm()).collect(),
             surface_error_m: self.surface_error_m(&moved),
-        })
+        };
+        [deflection, vibration].iter().all(Doubtful::is_finite).then_some(at)
     }
 
     /// Material is left where the tip lies inside of the surface as a tooth makes it: an up-milling
@@ -212,7 +223,12 @@ impl Doubtful {
     }
 
     fn may_be(&mut self, m: f64) {
-        self.up_to_m = self.up_to_m.max(m);
+        // `f64::max` would drop what is no number.
+        self.up_to_m = if m <= self.up_to_m { self.up_to_m } else { m };
+    }
+
+    fn is_finite(&self) -> bool {
+        self.value_m.is_finite() && self.up_to_m.is_finite()
     }
 }
 

@@ -271,7 +271,7 @@ fn survey_operation(
             .iter()
             .map(|e| ModeExchange { s: e.s, lower_mode: e.lower_mode + 1 })
             .collect(),
-        tool_tip: cut.tool_tip,
+        tool_tip: cut.tool_tip.ok(),
         stability: cut.stability,
     };
     Ok((risk, probabilities.rings, of_cut))

@@ -140,12 +140,11 @@ pub struct ToolTip {
 }
 
 /// What the cut does along the path of an operation.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Cut {
-    pub(super) tool_tip: Option<ToolTip>,
+    /// Or why a limit of the policy cannot be held against it.
+    pub(super) tool_tip: Result<ToolTip, NoForce>,
     pub(super) stability: Option<Chatter>,
-    /// Why a limit of the policy cannot be held against it.
-    pub(super) unknown: Option<NoForce>,
 }
 
 /// What limits of the policy say of an operation at another constant speed, at which every feed is
@@ -164,13 +163,12 @@ pub fn limits_at_speed(
         return Ok(Vec::new());
     }
     let operation = &Operation { speed: SpindleSpeed::Constant(rpm), ..operation.clone() };
-    let unknown = force_of(operation).err();
     let mut places = cutting_places(operation, path, stations)?;
     for place in &mut places {
         place.feed_per_tooth_m *= feed_ratio;
     }
     let tool_tip = tool_tip(job, operation, path, (rules, stations), &places);
-    Ok(notes(job, operation, &Cut { tool_tip, unknown, stability: None }))
+    Ok(notes(job, operation, &Cut { tool_tip, stability: None }))
 }
 
 /// Looks at the stations of a survey at which the tool cuts.
@@ -184,14 +182,14 @@ pub(super) fn look(
     (rules, stations): (&Rules, &[f64]),
 ) -> Result<Cut, Note> {
     if let Err(why) = force_of(operation) {
-        return Ok(Cut { unknown: Some(why), ..Cut::default() });
+        return Ok(Cut { tool_tip: Err(why), stability: None });
     }
     let places = cutting_places(operation, path, stations)?;
     let tool_tip = tool_tip(job, operation, path, (rules, stations), &places);
     let step = places.len().div_ceil(STABILITY_PLACES).max(1);
     let thin: Vec<TipPlace> = places.into_iter().step_by(step).collect();
     let stability = chatter(operation, &thin, |s| path.line_at(s));
-    Ok(Cut { tool_tip, stability, unknown: None })
+    Ok(Cut { tool_tip, stability })
 }
 
 fn cutting_places(
@@ -209,14 +207,17 @@ fn tool_tip(
     path: &Path,
     (rules, stations): (&Rules, &[f64]),
     places: &[TipPlace],
-) -> Option<ToolTip> {
-    let effects = Effects::new(operation, places).ok()?;
+) -> Result<ToolTip, NoForce> {
+    let effects = Effects::new(operation, places)?;
     let at =
         |place: &TipPlace| effects.at(place, |mode, hz| rules.interval_hz(place.s, mode - 1, hz));
     let found: Option<Vec<AtPlace>> = places.par_iter().map(at).collect();
-    let found = found.filter(|found| !found.is_empty())?;
+    let found = found.ok_or(NoForce::NotFinite)?;
+    if found.is_empty() {
+        return Err(NoForce::OnlyAir);
+    }
     let has_tool = !operation.tool.modes.is_empty();
-    Some(ToolTip {
+    Ok(ToolTip {
         modes: if has_tool { Seen::ArmAndTool } else { Seen::Arm },
         deflection: largest(path, &found, |at| at.deflection),
         vibration: largest(path, &found, |at| at.vibration),
@@ -336,12 +337,14 @@ pub(super) fn notes(job: &Job, operation: &Operation, cut: &Cut) -> Vec<Note> {
     if limits(&job.policy).next().is_none() {
         return Vec::new();
     }
-    if let Some(why) = cut.unknown {
-        let keys: Vec<&str> = limits(&job.policy).map(|(quantity, _)| key(quantity)).collect();
-        let what = format!("{} cannot be checked: {why}", keys.join(" and "));
-        return vec![about_operation(job, operation, Code::LimitUnchecked, what)];
-    }
-    let beyond = cut.tool_tip.as_ref().map_or(&[][..], |tip| tip.beyond.as_slice());
+    let beyond = match &cut.tool_tip {
+        Ok(tip) => &tip.beyond,
+        Err(why) => {
+            let keys: Vec<&str> = limits(&job.policy).map(|(quantity, _)| key(quantity)).collect();
+            let what = format!("{} cannot be checked: {why}", keys.join(" and "));
+            return vec![about_operation(job, operation, Code::LimitUnchecked, what)];
+        }
+    };
     let mut notes = Vec::new();
     for quantity in [Quantity::Deflection, Quantity::Vibration] {
         for certainty in [Certainty::Certain, Certainty::Uncertain] {

@@ -1,16 +1,14 @@
 //! `detune deflection` as a user runs it.
 
-use std::process::{Command, Output};
+use std::process::Output;
 
 use serde_json::Value;
 
+use crate::program::{repository, run};
+
 fn deflection(arguments: &str) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_detune"))
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .arg("deflection")
-        .args(arguments.split_whitespace())
-        .output()
-        .unwrap()
+    let arguments: Vec<&str> = std::iter::once("deflection").chain(arguments.split_whitespace()).collect();
+    run(repository(), &arguments)
 }
 
 fn told(arguments: &str) -> String {

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use crate::program::{code, err, json, out, repository, run};
+use crate::program::{code, err, json, out, repository, run, tested};
 
 fn names(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).unwrap();
@@ -196,7 +196,8 @@ fn the_jobs_of_a_change_are_listed_and_checked() {
 #[cfg(unix)]
 fn act(folder: &Path, step: &serde_json::Value, inputs: &[(&str, &str)]) -> Output {
     let files = tempfile::tempdir().unwrap();
-    let program = Path::new(env!("CARGO_BIN_EXE_detune")).parent().unwrap();
+    let program = tested();
+    let program = program.parent().unwrap();
     let mut command = Command::new("bash");
     command.args(["--noprofile", "--norc", "-eo", "pipefail", "-c", step["run"].as_str().unwrap()]);
     command.current_dir(folder).env("GITHUB_ACTION_PATH", repository());

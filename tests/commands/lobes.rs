@@ -1,15 +1,13 @@
 //! `detune lobes` as a user runs it.
 
 use std::fs;
-use std::process::{Command, Output};
+use std::process::Output;
+
+use crate::program::{repository, run};
 
 fn lobes(arguments: &str) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_detune"))
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .arg("lobes")
-        .args(arguments.split_whitespace())
-        .output()
-        .unwrap()
+    let arguments: Vec<&str> = std::iter::once("lobes").chain(arguments.split_whitespace()).collect();
+    run(repository(), &arguments)
 }
 
 fn told(bytes: &[u8]) -> String {

@@ -8,7 +8,7 @@ use crate::program::{self, repository};
 /// The command, not yet started; `line` follows `detune map`.
 pub(crate) fn command(line: &str) -> Command {
     let arguments: Vec<&str> = ["map"].into_iter().chain(line.split_whitespace()).collect();
-    program::command(repository(), &arguments)
+    program::command_of(&program::built(), repository(), &arguments)
 }
 
 /// Standard output, or the lines that say why there is none.

@@ -1,6 +1,6 @@
 //! Runs the program as a user does.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
 use serde_json::Value;
@@ -9,9 +9,24 @@ pub(crate) fn repository() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
+/// The program as it was built with these tests, and so with their features.
+pub(crate) fn built() -> PathBuf {
+    PathBuf::from(env!("CARGO_BIN_EXE_detune"))
+}
+
+/// The program under test: another build of it where `DETUNE_PROGRAM` names one.
+pub(crate) fn tested() -> PathBuf {
+    std::env::var_os("DETUNE_PROGRAM").map_or_else(built, PathBuf::from)
+}
+
 /// The command in a folder, not yet started; nothing on standard input, no wishes about colour.
 pub(crate) fn command(folder: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_detune"));
+    command_of(&tested(), folder, arguments)
+}
+
+/// The same of a certain build.
+pub(crate) fn command_of(program: &Path, folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(program);
     command.current_dir(folder).args(arguments).stdin(Stdio::null());
     command.env_remove("NO_COLOR").env_remove("CLICOLOR_FORCE");
     command

@@ -217,6 +217,26 @@ fn a_limit_without_a_force_leaves_a_doubt() {
     }
 }
 
+/// A limit is held against moves that cut; where none does, nothing is known of it. All moves of the program
+/// run at 9000 mm/min, the operation's feed is 400.
+#[test]
+fn a_limit_that_no_move_is_held_against_leaves_a_doubt() {
+    let [quiet, fast] = QUIET;
+    let pocket = Pocket::new(&[quiet, fast, ("operations:", "speeds_from: job\noperations:")]);
+    let path = pocket.0.path().join("job.yaml");
+    let text = fs::read_to_string(&path).unwrap();
+    let (head, _) = text.split_once("      poses:").unwrap();
+    fs::write(&path, format!("{head}      program: {{file: fast.nc}}\n")).unwrap();
+    let program = "G21 G90\nS36000 M3\nG0 X0 Y0 Z0\nG1 X100 F9000\nG1 Y50\nM5\nM30\n";
+    fs::write(pocket.0.path().join("fast.nc"), program).unwrap();
+    assert_eq!(pocket.check(&[]).1["verdict"], "clear");
+    let (_, job) = pocket.check(&["--policy", "max_vibration_um=50"]);
+    assert_eq!(job["verdict"], "uncertain", "{job}");
+    let warning = &job["warnings"][0];
+    assert_eq!(warning["code"], "limit_unchecked");
+    assert!(warning.to_string().contains("nothing cuts"), "{warning}");
+}
+
 /// The section of `check` has what `lobes` tells of the same place and speed.
 #[test]
 fn stability_stands_beside_the_verdict() {
@@ -259,6 +279,14 @@ fn stability_stands_beside_the_verdict() {
     let deep = Pocket::new(&[("axial_depth_mm: 2", "axial_depth_mm: 500")]).operation();
     assert_eq!(deep["stability"]["is_beyond"], true);
     assert_eq!(deep["verdict"], operation["verdict"]);
+    let [quiet, fast] = QUIET;
+    for (depth, says) in [("2", "what the cut does stands beside"), ("500", "but the cut chatters")]
+    {
+        let axial = format!("axial_depth_mm: {depth}");
+        let clear = Pocket::new(&[quiet, fast, ("axial_depth_mm: 2", &axial)]);
+        let text = crate::program::flat(&clear.run(&["check", "job.yaml"]));
+        assert!(text.starts_with("CLEAR") && text.contains(says), "{text}");
+    }
     // Where nothing is known of the material nothing is told.
     assert!(Pocket::new(&[("al-6061", "oak")]).operation().get("stability").is_none());
 }

@@ -145,8 +145,11 @@ fn most_promising(blocks: &[Block], fit: &Fit, required: f64) -> Option<(usize, 
     let count = blocks.first()?.envelopes.len();
     let base = fit.evaluation.predicted_gain()?;
     let mut best: Option<(f64, usize, usize)> = None;
-    let candidates =
-        |(_, pole): &(usize, &Pole)| may_drift(pole) && is_left(blocks, fit, pole, required);
+    // What a model of drift leaves unexplained counts as noise: beside it little seems left.
+    let drifts = fit.poles.iter().any(Pole::drifts);
+    let candidates = |(_, pole): &(usize, &Pole)| {
+        may_drift(pole) && (drifts || is_left(blocks, fit, pole, required))
+    };
     for (at, pole) in fit.poles.iter().enumerate().filter(candidates) {
         for j in (0..count).filter(|&j| pole.rates[j].is_none()) {
             let mut poles = fit.poles.clone();

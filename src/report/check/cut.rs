@@ -20,9 +20,13 @@ fn of_tip(tip: &ToolTip) -> String {
     let at = |s: f64| format!("at {} %", words::trimmed(percent_from_ratio(s), 1));
     let surface = &tip.surface_error;
     let side = if surface.error_m < 0.0 { "too much" } else { "left" };
+    let whose = match tip.modes {
+        Seen::Arm => "; the arm alone (no tool.modes)",
+        Seen::ArmAndTool => "",
+    };
     format!(
         "the mean force moves the tool tip {} {} (perhaps {}); it vibrates by {} {} (perhaps {}); on \
-         the surface {} {side} {}",
+         the surface {} {side} {}{whose}",
         um(tip.deflection.largest_m),
         at(tip.deflection.s),
         um(tip.deflection.up_to_m),

@@ -358,11 +358,20 @@ pub(in crate::report) fn next(job: &CheckedJob) -> &'static str {
         (Verdict::Clear, _) if sentences::accepted_count(job) > 0 => {
             "clear but for what is accepted, which counts again from the day after it ends"
         }
+        (Verdict::Clear, _) if chatters(job) => {
+            "no change needed for the arm's resonances, but the cut chatters: cut less deep, or see \
+             detune lobes for a speed at which this depth is stable"
+        }
         (Verdict::Clear, _) if tells_stability(job) => {
             "no change needed for the arm's resonances; what the cut does stands beside the verdict"
         }
         (Verdict::Clear, _) => "no change needed for the arm's resonances; chatter is not checked",
     }
+}
+
+fn chatters(job: &CheckedJob) -> bool {
+    let mut all = job.risk.operations.iter().filter_map(|operation| operation.stability.as_ref());
+    all.any(|chatter| chatter.is_beyond)
 }
 
 fn tells_stability(job: &CheckedJob) -> bool {
