@@ -7,7 +7,8 @@ use serde_json::Value;
 use crate::program::{repository, run};
 
 fn deflection(arguments: &str) -> Output {
-    let arguments: Vec<&str> = std::iter::once("deflection").chain(arguments.split_whitespace()).collect();
+    let arguments: Vec<&str> =
+        std::iter::once("deflection").chain(arguments.split_whitespace()).collect();
     run(repository(), &arguments)
 }
 

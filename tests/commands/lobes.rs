@@ -6,7 +6,8 @@ use std::process::Output;
 use crate::program::{repository, run};
 
 fn lobes(arguments: &str) -> Output {
-    let arguments: Vec<&str> = std::iter::once("lobes").chain(arguments.split_whitespace()).collect();
+    let arguments: Vec<&str> =
+        std::iter::once("lobes").chain(arguments.split_whitespace()).collect();
     run(repository(), &arguments)
 }
 

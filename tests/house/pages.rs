@@ -8,7 +8,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, OnceLock};
@@ -89,10 +89,7 @@ impl Answer {
 
 /// Runs a command as a shell does.
 fn run(folder: &Path, command: &str) -> Answer {
-    // Another build of it where `DETUNE_PROGRAM` names one.
-    let program = std::env::var_os("DETUNE_PROGRAM")
-        .map_or_else(|| PathBuf::from(env!("CARGO_BIN_EXE_detune")), PathBuf::from);
-    let program = program.parent().unwrap();
+    let program = Path::new(env!("CARGO_BIN_EXE_detune")).parent().unwrap();
     let rest = std::env::var("PATH").unwrap_or_default();
     let output = Command::new("sh")
         .args(["-c", command])
