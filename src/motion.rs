@@ -31,6 +31,8 @@ pub enum Timing {
     /// The way of the tool centre point and [`Move::feed_m_per_s`].
     #[default]
     Feed,
+    /// The same at a feed that is assumed: the move is a rapid one, and cuts nothing.
+    Rapid,
     /// So many seconds, whatever the way; where nothing moves the arm stands so long.
     Seconds(f64),
     /// The slowest joint, at this share of its velocity limit; in 0..=1, not zero.

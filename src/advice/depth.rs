@@ -10,7 +10,7 @@ use super::speeds::SafeSet;
 use crate::job::{Operation, SpindleSpeed};
 use crate::notes::Note;
 use crate::path::Path;
-use crate::process::{Chatter, LimitAt, TipPlace, chart_at, chatter, tip_places};
+use crate::process::{Chatter, LimitAt, TipPlace, chart_at, chatter, sure_ones, tip_places};
 use crate::risk::SpindleProfile;
 use crate::stability::Chart;
 
@@ -51,7 +51,7 @@ impl<'a> DepthModel<'a> {
     pub(super) fn new(operation: &'a Operation, path: &'a Path<'a>) -> Result<Option<Self>, Note> {
         let turning = SpindleProfile::new(&operation.speed, path);
         let s: Vec<f64> = (0..PLACES).map(|i| i as f64 / (PLACES - 1) as f64).collect();
-        let places = tip_places(operation, path, &s, |s| !turning.is_stopped_at(s))?;
+        let places = sure_ones(tip_places(operation, path, &s, |s| !turning.is_stopped_at(s))?);
         let charts: Option<Vec<Chart>> =
             places.iter().map(|place| chart_at(operation, place)).collect();
         let charts = charts.filter(|charts| !charts.is_empty());

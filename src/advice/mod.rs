@@ -16,6 +16,7 @@
 mod choice;
 mod depth;
 mod levers;
+mod limits;
 mod operation;
 mod options;
 mod outcome;

@@ -3,6 +3,7 @@
 use super::choice::choose;
 use super::depth::DepthModel;
 use super::levers::levers;
+use super::limits::Limits;
 use super::options::{FeedRule, Objective, Options};
 use super::outcome::{Depth, JobAdvice, OperationAdvice, Remedy, Vibration};
 use super::ranges::{Counting, ModeRange, mode_ranges};
@@ -18,7 +19,7 @@ use crate::process::Seen;
 use crate::progress::Progress;
 use crate::risk::{
     Counted, Paths, Rules, SpindleProfile, about_operation, crossings_under, detail, in_operation,
-    limits_at_speed, nothing_checked,
+    nothing_checked,
 };
 use crate::uncertainty::{Trust, largest_by_mode};
 use crate::units::hz_from_rpm;
@@ -131,7 +132,7 @@ fn advise_path(
     let operation = &job.operations[index];
     let lines = lines(&operation.tool, &job.policy);
     let programmed_rpm = mean_rpm(&operation.speed);
-    let tip = TipModel::new(operation, path)?;
+    let tip = TipModel::new(operation, path, job.spindle.min_rpm)?;
     let chip = chip(operation, programmed_rpm, options.feed);
     let stations = grid(path, operation.speed.corners());
     let survey = Survey::take(path, stations, detail(&job.policy), progress)?;
@@ -156,6 +157,17 @@ fn advise_path(
         settled(job, operation, path, &counting, &wish, survey)?;
     let problem =
         SpeedProblem { ranges: &ranges, lines: &lines, rules: &rules, spindle: &job.spindle };
+    let limits = Limits {
+        job,
+        operation,
+        path,
+        rules: &rules,
+        stations: survey.stations().map(|station| station.s).collect(),
+        programmed_rpm,
+        feed: options.feed,
+    };
+    let best_rpm = rpm;
+    let rpm = best_rpm.map(|rpm| limits.kept_near(rpm, &problem, &set)).transpose()?;
     let constant = rpm.map(|rpm| Constant {
         rpm,
         feed_m_per_s: match options.feed {
@@ -165,14 +177,6 @@ fn advise_path(
         separation: problem.separation(rpm),
         is_programmed: operation.speed == SpindleSpeed::Constant(rpm),
     });
-    let limits = match &constant {
-        Some(Constant { rpm, feed_m_per_s, .. }) => {
-            let s: Vec<f64> = survey.stations().map(|station| station.s).collect();
-            let speed = (*rpm, feed_m_per_s / operation.feed_m_per_s);
-            limits_at_speed(job, operation, path, (&rules, &s), speed)?
-        }
-        None => Vec::new(),
-    };
     let bind = if constant.is_none() { problem.widest() } else { None };
     let task = Task {
         job,
@@ -188,6 +192,7 @@ fn advise_path(
         tip: tip.as_ref().ok(),
     };
     let (remedy, no_schedule) = remedy_of(&task, constant, options.schedule)?;
+    let of_remedy = limits.of(&remedy)?;
     let levers = match constant {
         Some(_) => Vec::new(),
         None => {
@@ -213,7 +218,8 @@ fn advise_path(
             programmed: model.at(programmed_rpm),
             recommended: constant.map(|constant| model.at(constant.rpm)),
         }),
-        limits,
+        limits: of_remedy,
+        exceeding_rpm: best_rpm.filter(|best| rpm.is_some_and(|rpm| rpm != *best)),
         ribbons: ribbons(&survey, &counting, &lines),
         programmed_blocks: set.blocks_at(programmed_rpm),
         set,

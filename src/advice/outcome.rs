@@ -80,8 +80,10 @@ pub struct OperationAdvice {
     pub vibration: Result<Vibration, NoForce>,
     /// When the cut chatters, where that is the objective and is known.
     pub depth: Option<Depth>,
-    /// What limits of the policy on the tool tip say of the best constant speed.
+    /// What limits of the policy on the tool tip say of what is to be run.
     pub limits: Vec<Note>,
+    /// The speed that would be the best, but for a limit that it exceeds.
+    pub exceeding_rpm: Option<f64>,
     /// What stands in the way of a constant speed where none is safe: the speed that comes nearest
     /// to being safe, and the two blocks that close it; `None` where gaps are open but too narrow
     /// to set a speed in them.

@@ -20,7 +20,7 @@ use crate::excitation::{ForceHarmonic, ForceModel};
 use crate::job::Operation;
 use crate::notes::Note;
 use crate::path::Path;
-use crate::process::{NoForce, TipMode, TipPlace, force_of, orders_of, tip_places};
+use crate::process::{NoForce, TipMode, TipPlace, force_of, orders_of, sure_ones, tip_places};
 use crate::risk::SpindleProfile;
 use crate::stability::{ToolMode, displacement_m};
 use crate::units::{hz_from_rpm, rad_per_s_from_hz, written};
@@ -52,7 +52,10 @@ pub(super) struct TipModel {
     /// Orders of the spindle at which there is force.
     orders: Vec<u32>,
     teeth: f64,
-    points: Vec<TipPlace>,
+    /// Each with the place of its feed in `feed_ratios`.
+    points: Vec<(usize, TipPlace)>,
+    /// The feeds along the path over that of the operation, each once.
+    feed_ratios: Vec<f64>,
 }
 
 /// How fast the tool goes through the work, with the spindle.
@@ -69,27 +72,44 @@ impl TipModel {
     ///
     /// # Errors
     /// The arm has no modes somewhere.
-    pub(super) fn new(operation: &Operation, path: &Path) -> Result<Result<Self, NoForce>, Note> {
+    pub(super) fn new(
+        operation: &Operation,
+        path: &Path,
+        slowest_rpm: f64,
+    ) -> Result<Result<Self, NoForce>, Note> {
         let force = match force_of(operation) {
             Ok(force) => force,
             Err(why) => return Ok(Err(why)),
         };
         let turning = SpindleProfile::new(&operation.speed, path);
         let s: Vec<f64> = (0..=POINTS).map(|i| i as f64 / POINTS as f64).collect();
-        let points = tip_places(operation, path, &s, |s| !turning.is_stopped_at(s))?;
+        let points = sure_ones(tip_places(operation, path, &s, |s| !turning.is_stopped_at(s))?);
         if points.is_empty() {
             return Ok(Err(NoForce::OnlyAir));
         }
-        let orders = orders_of(&force, operation.tool.teeth);
-        Ok(Ok(Self { force, orders, teeth: f64::from(operation.tool.teeth), points }))
+        let orders = orders_of(&force, &operation.tool, slowest_rpm);
+        let mut feed_ratios: Vec<f64> = Vec::new();
+        let with_feed = |place: TipPlace| {
+            let ratio = path.feed_m_per_s_at(place.s) / operation.feed_m_per_s;
+            let known = feed_ratios.iter().position(|known| *known == ratio);
+            let at = known.unwrap_or_else(|| {
+                feed_ratios.push(ratio);
+                feed_ratios.len() - 1
+            });
+            (at, place)
+        };
+        let points = points.into_iter().map(with_feed).collect();
+        let teeth = f64::from(operation.tool.teeth);
+        Ok(Ok(Self { force, orders, teeth, points, feed_ratios }))
     }
 
     /// The largest amplitude along the path at a constant speed.
     pub(super) fn at(&self, rpm: f64, chip: Chip) -> TipVibration {
-        let forces = self.forces(rpm, chip);
+        let forces: Vec<Vec<ForceHarmonic>> =
+            self.feed_ratios.iter().map(|ratio| self.forces(rpm, chip, *ratio)).collect();
         let mut worst = TipVibration { rpm, amplitude_m: 0.0, s: 0.0 };
-        for point in &self.points {
-            let amplitude_m = amplitude(&point.modes, &forces, rpm);
+        for (feed, point) in &self.points {
+            let amplitude_m = amplitude(&point.modes, &forces[*feed], rpm);
             if amplitude_m > worst.amplitude_m {
                 worst = TipVibration { amplitude_m, s: point.s, ..worst };
             }
@@ -99,8 +119,11 @@ impl TipModel {
 
     /// The amplitude at the point of the path nearest to `s`, m.
     pub(super) fn amplitude_near(&self, s: f64, rpm: f64, chip: Chip) -> f64 {
-        let nearest = self.points.iter().min_by(|a, b| (a.s - s).abs().total_cmp(&(b.s - s).abs()));
-        nearest.map_or(0.0, |point| amplitude(&point.modes, &self.forces(rpm, chip), rpm))
+        let apart = |(_, place): &(usize, TipPlace)| (place.s - s).abs();
+        let nearest = self.points.iter().min_by(|a, b| apart(a).total_cmp(&apart(b)));
+        nearest.map_or(0.0, |(feed, place)| {
+            amplitude(&place.modes, &self.forces(rpm, chip, self.feed_ratios[*feed]), rpm)
+        })
     }
 
     /// The best speed of each gap.
@@ -133,12 +156,12 @@ impl TipModel {
         best
     }
 
-    fn forces(&self, rpm: f64, chip: Chip) -> Vec<ForceHarmonic> {
+    fn forces(&self, rpm: f64, chip: Chip, feed_ratio: f64) -> Vec<ForceHarmonic> {
         let feed_per_tooth_m = match chip {
             Chip::PerTooth(feed_per_tooth_m) => feed_per_tooth_m,
             Chip::Feed(feed_m_per_s) => feed_m_per_s / (self.teeth * hz_from_rpm(rpm)),
         };
-        self.force.harmonics(&self.orders, feed_per_tooth_m)
+        self.force.harmonics(&self.orders, feed_ratio * feed_per_tooth_m)
     }
 }
 
@@ -233,7 +256,7 @@ mod tests {
                 regenerates: true,
             };
             let force = ForceModel::new(&tool, &cutting).unwrap();
-            let harmonics = force.harmonics(&orders_of(&force, teeth), 5e-5);
+            let harmonics = force.harmonics(&orders_of(&force, &tool, rpm), 5e-5);
             let seen = modes.map(|mode| TipMode { of: Owner::Tool, mode });
             let found = amplitude(&seen, &harmonics, rpm);
             let expected = integrated(&force, &modes, rpm, 5e-5);

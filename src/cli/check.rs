@@ -278,7 +278,9 @@ mod tests {
         ] {
             let gate = gate(text).unwrap();
             let verdicts = [Clear, Uncertain, Unchecked, Resonance];
-            assert_eq!(verdicts.map(|verdict| gate.fails(verdict, 0.04)), fails, "{text}");
+            assert_eq!(verdicts.map(|verdict| gate.fails(verdict, 0.04, false)), fails, "{text}");
+            // A limit that is exceeded counts like a resonance, whatever the probability.
+            assert_eq!(gate.fails(Resonance, 0.0, true), text != "never", "{text}");
         }
         for wrong in ["probability=0", "probability=1.5", "probability=NaN", "clear"] {
             assert!(gate(wrong).is_err(), "{wrong}");

@@ -10,4 +10,4 @@ pub use chip::linear_about;
 pub use cutting::ForceModel;
 pub use engagement::{Engagement, ForceHarmonic};
 pub use lines::{ExcitationLine, Source, WithoutOrder, lines};
-pub use material::{MATERIALS, Material, coefficient_range, coefficients, material};
+pub use material::{MATERIALS, Material, coefficient_corners, coefficients, material};

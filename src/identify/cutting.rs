@@ -15,6 +15,10 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
+/// K_tc of metals lies well within, N/mm²: plastics have 30, nickel alloys 5000.
+const MIN_KTC: f64 = 10.0;
+const MAX_KTC: f64 = 20_000.0;
+
 /// Two for the coefficients of a direction and one for their scatter.
 const MIN_ROWS: usize = 3;
 
@@ -91,8 +95,12 @@ pub enum CuttingFault {
     TooFewRows(usize),
     /// All feeds are the same.
     OneFeed,
-    /// The force across the feed does not grow with it.
-    NotPositive(f64),
+    /// The force across the feed (ktc), or against it (krc), does not grow with it; N/mm².
+    NotPositive(&'static str, f64),
+    /// ktc is none of any metal, N/mm².
+    Implausible(f64),
+    /// A number is too large to be fitted to.
+    NotFinite,
 }
 
 impl fmt::Display for CuttingFault {
@@ -104,11 +112,18 @@ impl fmt::Display for CuttingFault {
                  direction, one for their scatter"
             ),
             Self::OneFeed => write!(f, "all slots have one feed; cut at several"),
-            Self::NotPositive(k) => write!(
+            Self::NotPositive(which, k) => write!(
                 f,
-                "ktc is {k:.4e} N/mm², must be positive: fy_n must grow with the feed; x runs \
-                 along the feed, z along the spindle out of the work, y = z × x"
+                "{which} is {k:.4e} N/mm², must be positive: fy_n must grow with the feed, and fx_n \
+                 fall where fy_n is that on the tool; x runs along the feed, z along the spindle \
+                 out of the work, y = z × x"
             ),
+            Self::Implausible(k) => write!(
+                f,
+                "ktc is {k:.4} N/mm², must lie between {MIN_KTC} and {MAX_KTC}: forces are in N, \
+                 depths in mm, feeds in mm per tooth"
+            ),
+            Self::NotFinite => write!(f, "a force, depth or feed is too large a number"),
         }
     }
 }
@@ -130,15 +145,31 @@ pub fn fit_slots(slots: &[SlotTest]) -> Result<CuttingFit, CuttingFault> {
     let across = |slot: &SlotTest| ([0.25 * area(slot), edge(slot) / PI], sign * slot.force_n[1]);
     let along = |slot: &SlotTest| ([-0.25 * area(slot), -edge(slot) / PI], sign * slot.force_n[0]);
     let tangential = fit(slots.iter().map(across).collect())?;
-    if tangential.cutting_n_per_mm2.si <= 0.0 {
-        return Err(CuttingFault::NotPositive(tangential.cutting_n_per_mm2.value));
+    let ktc = tangential.cutting_n_per_mm2.value;
+    if ktc <= 0.0 {
+        return Err(CuttingFault::NotPositive("ktc", ktc));
+    }
+    if ktc.is_finite() && !(MIN_KTC..MAX_KTC).contains(&ktc) {
+        return Err(CuttingFault::Implausible(ktc));
     }
     let radial = fit(slots.iter().map(along).collect())?;
+    // Noise alone may turn a small one.
+    let krc = radial.cutting_n_per_mm2;
+    if krc.interval95[1] < 0.0 {
+        return Err(CuttingFault::NotPositive("krc", krc.value));
+    }
     let axis: Option<Vec<_>> = slots
         .iter()
         .map(|slot| Some(([area(slot) / PI, 0.5 * edge(slot)], sign * slot.axial_n?)))
         .collect();
     let axial = axis.map(fit).transpose()?;
+    let is_finite = |of: &Direction| {
+        let all = [of.cutting_n_per_mm2, of.edge_n_per_mm];
+        all.iter().all(|k| k.value.is_finite() && k.interval95.iter().all(|end| end.is_finite()))
+    };
+    if ![Some(tangential), Some(radial), axial].iter().flatten().all(is_finite) {
+        return Err(CuttingFault::NotFinite);
+    }
     Ok(CuttingFit { slots: slots.len(), is_turned, tangential, radial, axial })
 }
 
@@ -245,6 +276,16 @@ mod tests {
         for slot in &mut falling {
             slot.force_n[1] = 500.0 - 1e6 * slot.feed_per_tooth_m;
         }
-        assert!(matches!(fit_slots(&falling), Err(CuttingFault::NotPositive(_))));
+        assert!(matches!(fit_slots(&falling), Err(CuttingFault::NotPositive("ktc", _))));
+        // Forces along the feed on the work, those across it on the tool.
+        let mut mixed = slots(0.0, 1.0);
+        mixed.iter_mut().for_each(|slot| slot.force_n[0] *= -1.0);
+        assert!(matches!(fit_slots(&mixed), Err(CuttingFault::NotPositive("krc", _))));
+        let mut in_kn = slots(0.0, 1.0);
+        in_kn.iter_mut().for_each(|slot| slot.force_n = slot.force_n.map(|n| 1e-3 * n));
+        assert!(matches!(fit_slots(&in_kn), Err(CuttingFault::Implausible(_))));
+        let mut huge = slots(0.0, 1.0);
+        huge[0].force_n = [1e308, 1e308];
+        assert!(fit_slots(&huge).is_err());
     }
 }

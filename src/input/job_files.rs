@@ -124,16 +124,21 @@ fn is_job(path: &Path) -> bool {
         return false;
     }
     let Ok(bytes) = read_bytes(path, MAX_FILE_BYTES) else { return true };
-    let is_of_a_job = |line: &[u8]| {
-        // The start of a document, of a key, of a string.
-        let starts = [&b"---"[..], b"?", b"\"", b"'"];
-        let line = starts.into_iter().fold(line.trim_ascii_start(), |line, start| {
-            line.strip_prefix(start).unwrap_or(line).trim_ascii_start()
-        });
-        line.starts_with(b"{") || OF_A_JOB.iter().any(|own| line.starts_with(own.as_bytes()))
-    };
+    let lines: Vec<&[u8]> =
+        bytes.split(|byte| matches!(byte, b'\n' | b'\r')).map(without_starts).collect();
+    let is_key = |line: &&[u8]| OF_A_JOB.iter().any(|own| line.starts_with(own.as_bytes()));
+    let first = lines.iter().find(|line| !line.is_empty() && !line.starts_with(b"#"));
+    let in_braces = first.is_some_and(|line| line.starts_with(b"{"))
+        && OF_A_JOB.iter().any(|own| memchr::memmem::find(&bytes, own.as_bytes()).is_some());
     let is_utf_16 = bytes.contains(&0);
-    is_utf_16 || bytes.split(|byte| matches!(byte, b'\n' | b'\r')).any(is_of_a_job)
+    is_utf_16 || in_braces || lines.iter().any(is_key)
+}
+
+/// A line without the start of a document, of a key, of a string.
+fn without_starts(line: &[u8]) -> &[u8] {
+    [&b"---"[..], b"?", b"\"", b"'"].into_iter().fold(line.trim_ascii_start(), |line, start| {
+        line.strip_prefix(start).unwrap_or(line).trim_ascii_start()
+    })
 }
 
 #[cfg(test)]
@@ -153,6 +158,7 @@ mod tests {
             ("robot.yaml", "name: arm\nurdf: arm.urdf\n"),
             ("odd.yaml", "# broken\n  \"spindle\" []\n"),
             ("compose.yaml", "services: {}\n"),
+            ("action.yml", "runs:\n  - with:\n      {a: 1}\n"),
             ("notes.txt", "operations:\n"),
             ("b/deep/c.YAML", "operations: []\n"),
             (".hidden/d.yaml", "operations: []\n"),

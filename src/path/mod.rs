@@ -22,5 +22,5 @@ pub use families::{Families, ModalPose, ModeExchange, follow};
 pub use grid::{MAX_GAP, MAX_STEP, grid};
 pub use survey::{Detail, Station, Survey};
 pub use surveyor::Surveyor;
-pub use timed_path::{JointOverspeed, Path, PathReader};
-pub use tip_modes::{TipModes, tcp_poses, tip_modes, tip_modes_of_tool, tool_frames};
+pub use timed_path::{JointOverspeed, MoveKind, Path, PathReader};
+pub use tip_modes::{TipModes, ToolFrame, tcp_poses, tip_modes, tip_modes_of_tool, tool_frames};

@@ -6,7 +6,7 @@ use nalgebra::Isometry3;
 
 use super::configuration::{beside_configurations, compared, configured};
 use super::curve::Curve;
-use super::timed_path::{Knots, Path, Segment, shown_joints};
+use super::timed_path::{Knots, MoveKind, Path, Segment, shown_joints};
 use super::timing::{Clock, largest_step, seconds, stands_still};
 use crate::model::{InverseKinematics, Placement, Robot, forward_kinematics};
 use crate::motion::{Move, Target, Timing};
@@ -231,6 +231,7 @@ struct Planner<'r> {
     index: usize,
     /// Its time, if no feed has a part in it, s.
     standing_s: f64,
+    kind: MoveKind,
 }
 
 impl<'r> Planner<'r> {
@@ -245,6 +246,7 @@ impl<'r> Planner<'r> {
             way_in_all: 0.0,
             index: 0,
             standing_s: 0.0,
+            kind: MoveKind::Still,
         }
     }
 
@@ -434,8 +436,17 @@ impl<'r> Planner<'r> {
 
     fn seconds(&mut self, length_m: f64, next: &Move, ways: &[f64]) -> Result<f64, Refusal> {
         let seconds = self.time_of(length_m, next, ways)?;
-        let is_of_feed = next.timing == Timing::Feed && !stands_still(length_m);
+        let is_of_feed =
+            matches!(next.timing, Timing::Feed | Timing::Rapid) && !stands_still(length_m);
         self.standing_s = if is_of_feed { 0.0 } else { seconds };
+        self.kind = match next.timing {
+            _ if stands_still(length_m) => MoveKind::Still,
+            Timing::Rapid => MoveKind::Rapid,
+            Timing::Feed | Timing::Seconds(_) | Timing::Joints(_) => match next.to {
+                Target::Line(_) | Target::Arc { .. } => MoveKind::Led,
+                Target::Joints(_) | Target::JointsTo(_) => MoveKind::Joints,
+            },
+        };
         let total = self.knots.time_s.last().copied().unwrap_or(0.0) + seconds;
         if total.is_finite() {
             Ok(seconds)
@@ -491,6 +502,7 @@ impl<'r> Planner<'r> {
             start_s,
             end_s,
             standing_s: self.standing_s,
+            kind: self.kind,
             held: held_by(self.robot, next),
         });
     }

@@ -63,6 +63,20 @@ pub(super) fn shown_joints(robot: &Robot, q: &[f64]) -> String {
     format!("[{}]", shown.collect::<Vec<_>>().join(", "))
 }
 
+/// How a move goes, as far as it says whether the tool may cut.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum MoveKind {
+    /// The tool centre point stands, whether or not the arm turns about it.
+    #[default]
+    Still,
+    /// A rapid move of a program.
+    Rapid,
+    /// From one joint position to the next.
+    Joints,
+    /// Along a line or an arc.
+    Led,
+}
+
 /// What is run between two waypoints.
 #[derive(Debug, Clone)]
 pub(super) struct Segment {
@@ -79,6 +93,7 @@ pub(super) struct Segment {
     pub(super) end_s: f64,
     /// Its time, if no feed has a part in it, s.
     pub(super) standing_s: f64,
+    pub(super) kind: MoveKind,
     /// Joints that the program places itself, straight from one end to the other.
     pub(super) held: Option<Arc<[bool]>>,
 }
@@ -96,6 +111,7 @@ impl Segment {
             start_s: 0.0,
             end_s: 0.0,
             standing_s: 0.0,
+            kind: MoveKind::Still,
             held: None,
         }
     }
@@ -233,18 +249,23 @@ impl<'a> Path<'a> {
     /// Line of the file that is run at `s`, counted from 1. At a waypoint, the line that leads to
     /// it.
     pub fn line_at(&self, s: f64) -> usize {
-        let after = self.segments.partition_point(|segment| segment.end_s < s);
-        self.segments.get(after).or(self.segments.last()).map_or(0, |segment| segment.line)
+        self.segment_at(s).map_or(0, |segment| segment.line)
     }
 
     /// Feed that the move run at `s` asks for, m/s. At a waypoint, that of the move that leads to
     /// it.
     pub fn feed_m_per_s_at(&self, s: f64) -> f64 {
+        self.segment_at(s).map_or(0.0, |segment| segment.feed_m_per_s)
+    }
+
+    /// How the move run at `s` goes. At a waypoint, the move that leads to it.
+    pub fn kind_at(&self, s: f64) -> MoveKind {
+        self.segment_at(s).map_or(MoveKind::Still, |segment| segment.kind)
+    }
+
+    fn segment_at(&self, s: f64) -> Option<&Segment> {
         let after = self.segments.partition_point(|segment| segment.end_s < s);
-        self.segments
-            .get(after)
-            .or(self.segments.last())
-            .map_or(0.0, |segment| segment.feed_m_per_s)
+        self.segments.get(after).or(self.segments.last())
     }
 
     /// First and last line of the file among those that are run between `from_s` and `to_s`,

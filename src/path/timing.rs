@@ -103,8 +103,10 @@ pub(super) fn seconds(
         Timing::Joints(share) => {
             Ok(by_joints(robot, ways).map_or(by_feed, |seconds| seconds / share))
         }
-        Timing::Feed if stands_still(length_m) => Ok(by_feed.max(by_joints(robot, ways)?)),
-        Timing::Feed => Ok(by_feed),
+        Timing::Feed | Timing::Rapid if stands_still(length_m) => {
+            Ok(by_feed.max(by_joints(robot, ways)?))
+        }
+        Timing::Feed | Timing::Rapid => Ok(by_feed),
     }
 }
 

@@ -23,6 +23,8 @@ pub struct TipModes {
     /// J φ_r, the translational part: how each mode moves the tool centre point, in the base frame,
     /// for a unit of its modal coordinate, m/(√kg m) where all is in SI.
     pub motions: Vec<Vector3<f64>>,
+    /// Whether the tool tip moves across its axis there, so that the feed has a direction.
+    pub has_feed: bool,
 }
 
 /// The feed's direction is read over this share of the path.
@@ -36,7 +38,8 @@ const NEARBY: f64 = 1e-5;
 pub fn tip_modes_of_tool(path: &Path, s: &[f64]) -> Result<Vec<TipModes>, Note> {
     let frames = tool_frames(path, s)?;
     let mut all = tip_modes(path, s)?;
-    for (at, axes) in all.iter_mut().zip(frames) {
+    for (at, (axes, has_feed)) in all.iter_mut().zip(frames) {
+        at.has_feed = has_feed;
         for motion in &mut at.motions {
             *motion = Vector3::from(axes.map(|axis| axis.dot(motion)));
         }
@@ -48,25 +51,32 @@ pub fn tip_modes_of_tool(path: &Path, s: &[f64]) -> Result<Vec<TipModes>, Note> 
 ///
 /// # Errors
 /// The first place that the arm does not reach.
-pub fn tool_frames(path: &Path, s: &[f64]) -> Result<Vec<[Vector3<f64>; 3]>, Note> {
+pub fn tool_frames(path: &Path, s: &[f64]) -> Result<Vec<ToolFrame>, Note> {
     let around: Vec<f64> =
         s.iter().flat_map(|s| [(s - NEARBY).max(0.0), *s, (s + NEARBY).min(1.0)]).collect();
-    let frame = |poses: &[Isometry3<f64>]| {
-        let step = poses[2].translation.vector - poses[0].translation.vector;
-        tool_axes(&poses[1], &step)
+    let frame = |(poses, s): (&[Isometry3<f64>], &f64)| {
+        let [before, at, after] = [0, 1, 2].map(|i| poses[i].translation.vector);
+        let (axes, _) = tool_axes(&poses[1], &(after - before));
+        // The feed at a waypoint is that of the move that leads to it.
+        let step = if *s > 0.0 { at - before } else { after - at };
+        (axes, tool_axes(&poses[1], &step).1)
     };
-    Ok(tcp_poses(path, &around)?.chunks(3).map(frame).collect())
+    Ok(tcp_poses(path, &around)?.chunks(3).zip(s).map(frame).collect())
 }
 
-/// x, y and z of the tool's frame in the base frame, for a step of the tool centre point.
-fn tool_axes(tcp: &Isometry3<f64>, step: &Vector3<f64>) -> [Vector3<f64>; 3] {
+/// x, y and z of the tool's frame in the base frame, and whether the feed has a direction across
+/// the axis.
+pub type ToolFrame = ([Vector3<f64>; 3], bool);
+
+/// The frame for a step of the tool centre point.
+fn tool_axes(tcp: &Isometry3<f64>, step: &Vector3<f64>) -> ToolFrame {
     // The TCP's z axis points from the spindle into the work.
     let z = -(tcp.rotation * Vector3::z());
     // Where the tool stands or plunges there is no feed direction: any will do.
-    let x = Unit::try_new(step - z * z.dot(step), 1e-6 * step.norm())
-        .unwrap_or_else(|| Unit::new_normalize(tcp.rotation * Vector3::x()))
-        .into_inner();
-    [x, z.cross(&x), z]
+    let across = Unit::try_new(step - z * z.dot(step), 1e-6 * step.norm());
+    let any = || Unit::new_normalize(tcp.rotation * Vector3::x());
+    let x = across.unwrap_or_else(any).into_inner();
+    ([x, z.cross(&x), z], across.is_some())
 }
 
 /// The pose of the tool centre point in the base frame at each of `s` (0..=1).
@@ -125,6 +135,7 @@ pub fn tip_modes(path: &Path, s: &[f64]) -> Result<Vec<TipModes>, Note> {
             natural_frequencies_hz: frequencies_hz[i * n..][..n].to_vec(),
             damping_ratios: damping_ratios[i * n..][..n].to_vec(),
             motions: shapes[i * n * n..][..n * n].chunks(n).map(moved).collect(),
+            has_feed: false,
         }
     });
     Ok(places.collect())

@@ -7,17 +7,22 @@ use std::fmt;
 use nalgebra::{Complex, Vector3};
 
 use super::tip::{Owner, TipMode, TipPlace};
-use crate::excitation::{ForceHarmonic, ForceModel, coefficient_range, coefficients};
-use crate::job::{CuttingDirection, Operation};
+use crate::excitation::{ForceHarmonic, ForceModel, coefficient_corners, coefficients};
+use crate::job::{CuttingDirection, Operation, Tool};
 use crate::stability::{ToolMode, displacement_m};
-use crate::units::{hz_from_rpm, rad_per_s_from_hz};
+use crate::units::{hz_from_rad_per_s, hz_from_rpm, rad_per_s_from_hz};
 
-/// Harmonics of the force's own period: what is beyond hardly moves an arm.
+/// Harmonics of the force's own period, at least: what is beyond hardly moves an arm.
 const HARMONICS: u32 = 12;
 
 /// At most so many of the spindle where the force repeats once a turn, unless two of the tooth
-/// passing need more.
+/// passing or the tool's modes need more.
 const SPINDLE_ORDERS: u32 = 48;
+
+/// So many times the highest mode of the tool is looked at, in so many orders at most: a harmonic
+/// falls with its order, and a tool that rings at the hundredth is far stiffer than an arm.
+const BEYOND: f64 = 1.3;
+const MOST_ORDERS: u32 = 600;
 
 /// Heights of the cut at which the surface is looked at.
 const HEIGHTS: usize = 5;
@@ -51,8 +56,8 @@ impl fmt::Display for NoForce {
                  operation's feed"
             }
             Self::NotFinite => {
-                "what the force does at the tool tip is no finite number: check 'tool', 'cutting' \
-                 and the damping of the robot"
+                "what the force may do at the tool tip is no finite number: check 'tool', \
+                 'cutting', the damping of the robot and what its frequencies are uncertain by"
             }
         })
     }
@@ -68,20 +73,26 @@ pub fn force_of(operation: &Operation) -> Result<ForceModel, NoForce> {
     ForceModel::new(&operation.tool, cutting).ok_or(NoForce::NoDiameter)
 }
 
-/// The orders of the spindle at which a force has harmonics that are looked at.
-pub fn orders_of(force: &ForceModel, teeth: u32) -> Vec<u32> {
-    let top = teeth.saturating_mul(HARMONICS);
+/// The orders of the spindle at which a force has harmonics that are looked at, at speeds of
+/// `slowest_rpm` and more: to beyond the tool's own modes.
+pub fn orders_of(force: &ForceModel, tool: &Tool, slowest_rpm: f64) -> Vec<u32> {
+    let top = tool.teeth.saturating_mul(HARMONICS);
     let top = if force.is_computed() {
-        top.min(SPINDLE_ORDERS.max(teeth.saturating_mul(2)))
+        top.min(SPINDLE_ORDERS.max(tool.teeth.saturating_mul(2)))
     } else {
         top
     };
+    let highest_hz = tool.modes.iter().map(|mode| mode.frequency_hz).fold(0.0, f64::max);
+    let beyond =
+        (BEYOND * highest_hz / hz_from_rpm(slowest_rpm)).ceil().min(f64::from(MOST_ORDERS));
+    let top = top.max(beyond as u32);
     let step = force.repeats().max(1);
     (1..=top / step).map(|h| h * step).collect()
 }
 
-/// A quantity as the model has it, and what it may come to: with every frequency where it is worst
-/// within its interval, and coefficients as laboratories have them.
+/// A quantity as the model has it, and what it may come to: with every frequency of the arm where
+/// it is worst within its interval, and coefficients as laboratories have them. Damping and the
+/// tool's own modes are taken as they are given.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Doubtful {
     /// As the model has it, m.
@@ -95,6 +106,8 @@ pub struct Doubtful {
 pub struct AtPlace {
     /// Where, 0..=1.
     pub s: f64,
+    /// Whether the tool surely cuts there.
+    pub is_sure: bool,
     /// How far the mean force moves the tip.
     pub deflection: Doubtful,
     /// √(Σ_k |u_k|²) over the harmonics.
@@ -127,10 +140,11 @@ impl Effects {
     pub fn new(operation: &Operation, places: &[TipPlace]) -> Result<Self, NoForce> {
         let nominal = force_of(operation)?;
         let cutting = operation.cutting.as_ref().ok_or(NoForce::NoCutting)?;
-        let range = coefficient_range(cutting).ok_or(NoForce::UnknownMaterial)?;
+        let corners = coefficient_corners(cutting).ok_or(NoForce::UnknownMaterial)?;
         let others =
-            range.into_iter().filter_map(|k| ForceModel::with(&operation.tool, cutting, k));
-        let orders = orders_of(&nominal, operation.tool.teeth);
+            corners.into_iter().filter_map(|k| ForceModel::with(&operation.tool, cutting, k));
+        let slowest = places.iter().map(|place| place.rpm).fold(f64::INFINITY, f64::min);
+        let orders = orders_of(&nominal, &operation.tool, slowest);
         let forces: Vec<ForceModel> = std::iter::once(nominal).chain(others).collect();
         let mut by_feed = BTreeMap::new();
         for place in places {
@@ -161,10 +175,12 @@ impl Effects {
         let moved = moved(&modes, mean, harmonics, turning);
         let mut vibration = Doubtful::of(root(&moved.1));
         let mut deflection = Doubtful::of(moved.0.norm());
-        let worst = |omega: f64| worst(&place.modes, omega, &interval_hz);
-        let softest = worst(0.0);
-        let by_order: Vec<Vec<ToolMode>> =
-            self.orders.iter().map(|&k| worst(f64::from(k) * turning)).collect();
+        let worst = |force_n: [Complex<f64>; 3], omega: f64| {
+            worst(&place.modes, &Vector3::from(force_n), omega, &interval_hz)
+        };
+        let softest = worst(mean.map(Complex::from), 0.0);
+        let at = |k: &ForceHarmonic| worst(k.amplitude_n, f64::from(k.order) * turning);
+        let by_order: Vec<Vec<ToolMode>> = harmonics.iter().map(at).collect();
         for (mean, harmonics) in all {
             for modes in [&modes, &softest] {
                 deflection.may_be(answer(modes, mean.map(Complex::from), 0.0).norm());
@@ -180,6 +196,7 @@ impl Effects {
         }
         let at = AtPlace {
             s: place.s,
+            is_sure: place.is_sure,
             deflection,
             vibration,
             amplitudes_m: moved.1.iter().map(|u| u.norm()).collect(),
@@ -253,21 +270,44 @@ fn root(harmonics: &[Vector3<Complex<f64>>]) -> f64 {
     harmonics.iter().map(Vector3::norm_squared).sum::<f64>().sqrt()
 }
 
-/// The modes with each frequency of the arm as near to `omega` as its interval allows.
+/// The modes with each frequency of the arm where, within its interval, the answer to a force is
+/// largest. As near to ω as can be is not always that: of two modes on either side of ω one takes
+/// away what the other gives. So from there one mode after the other goes to an end of its
+/// interval or to its own place as long as that makes the answer larger.
 fn worst(
     modes: &[TipMode],
+    force_n: &Vector3<Complex<f64>>,
     omega: f64,
     interval_hz: &impl Fn(usize, f64) -> [f64; 2],
 ) -> Vec<ToolMode> {
-    let moved = |one: &TipMode| match one.of {
-        Owner::Tool => one.mode,
-        Owner::Arm(number) => {
-            let own = one.mode.omega_rad_per_s;
-            let hz = crate::units::hz_from_rad_per_s(own);
-            let [low, high] = interval_hz(number, hz).map(rad_per_s_from_hz);
-            let omega_rad_per_s = omega.max(low.min(own)).min(high.max(own));
-            ToolMode { omega_rad_per_s, ..one.mode }
-        }
+    let candidates = |one: &TipMode| -> Vec<ToolMode> {
+        let Owner::Arm(number) = one.of else { return vec![one.mode] };
+        let own = one.mode.omega_rad_per_s;
+        let [low, high] = interval_hz(number, hz_from_rad_per_s(own)).map(rad_per_s_from_hz);
+        let [low, high] = [low.min(own), high.max(own)];
+        let places = [omega.max(low).min(high), low, high, own];
+        places.map(|omega_rad_per_s| ToolMode { omega_rad_per_s, ..one.mode }).into()
     };
-    modes.iter().map(moved).collect()
+    let all: Vec<Vec<ToolMode>> = modes.iter().map(candidates).collect();
+    let answers: Vec<Vec<Vector3<Complex<f64>>>> = all
+        .iter()
+        .map(|of| of.iter().map(|one| displacement_m(&[*one], force_n, omega)).collect())
+        .collect();
+    let mut taken = vec![0; all.len()];
+    let mut sum: Vector3<Complex<f64>> = answers.iter().map(|of| of[0]).sum();
+    loop {
+        let before = taken.clone();
+        for (at, of) in answers.iter().enumerate() {
+            let others = sum - of[taken[at]];
+            let size = |i: usize| (others + of[i]).norm_squared();
+            let best = (0..of.len()).max_by(|a, b| size(*a).total_cmp(&size(*b))).unwrap_or(0);
+            if size(best) > size(taken[at]) {
+                (taken[at], sum) = (best, others + of[best]);
+            }
+        }
+        if taken == before {
+            break;
+        }
+    }
+    all.iter().zip(taken).map(|(of, at)| of[at]).collect()
 }

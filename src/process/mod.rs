@@ -18,7 +18,7 @@ mod chatter;
 mod effects;
 mod tip;
 
-pub use air_cuts::is_air_cut;
+pub use air_cuts::{InWork, in_work, is_air_cut};
 pub use chatter::{Chatter, FoundBy, LimitAt, Seen, chart_at, chatter};
 pub use effects::{AtPlace, Doubtful, Effects, NoForce, force_of, orders_of};
-pub use tip::{Owner, TipMode, TipPlace, arm_modes, tip_places};
+pub use tip::{Owner, TipMode, TipPlace, arm_modes, sure_ones, tip_places};

@@ -1,6 +1,8 @@
 //! Places of a path at which the tool cuts, with all that vibrates there.
 
-use super::air_cuts::is_air_cut;
+use nalgebra::Vector3;
+
+use super::air_cuts::{InWork, in_work};
 use crate::job::Operation;
 use crate::notes::Note;
 use crate::path::{Path, TipModes, tip_modes_of_tool};
@@ -36,6 +38,15 @@ pub struct TipPlace {
     pub feed_per_tooth_m: f64,
     /// The modes of the arm, then those of the tool.
     pub modes: Vec<TipMode>,
+    /// Whether the tool surely cuts there, and sideways: not where its feed alone speaks for air,
+    /// nor in a plunge, whose force is taken for that of a cut to any side.
+    pub is_sure: bool,
+}
+
+/// Of places those at which the tool surely cuts; all where it does so nowhere.
+pub fn sure_ones(places: Vec<TipPlace>) -> Vec<TipPlace> {
+    let is_any_sure = places.iter().any(|place| place.is_sure);
+    places.into_iter().filter(|place| place.is_sure || !is_any_sure).collect()
 }
 
 /// The modes of the arm at a place, in the frame that they are in there; those that do not move the
@@ -55,8 +66,8 @@ pub fn arm_modes(at: &TipModes) -> Vec<TipMode> {
         .collect()
 }
 
-/// Those of `s` (0..=1) at which the tool cuts, with the modes there: where it moves at no more
-/// than twice the operation's feed and `turns`, the spindle, does so.
+/// Those of `s` (0..=1) at which the tool may cut, with the modes there: where it moves ([`in_work`])
+/// and `turns`, the spindle, does so. A plunge stands as four places, cuts to four sides.
 ///
 /// # Errors
 /// The first place that the arm does not reach, or at which it has no modes.
@@ -66,18 +77,40 @@ pub fn tip_places(
     s: &[f64],
     turns: impl Fn(f64) -> bool,
 ) -> Result<Vec<TipPlace>, Note> {
-    let cuts =
-        |s: &f64| turns(*s) && operation.speed.rpm_at(*s) > 0.0 && !is_air_cut(operation, path, *s);
-    let s: Vec<f64> = s.iter().copied().filter(cuts).collect();
+    let may_cut = |s: f64| {
+        turns(s)
+            && operation.speed.rpm_at(s) > 0.0
+            && matches!(in_work(operation, path, s), InWork::Cuts | InWork::TakenForAir)
+    };
+    let s: Vec<f64> = s.iter().copied().filter(|s| may_cut(*s)).collect();
     let of_tool = operation.tool.modes.iter().map(ToolMode::from);
     let of_tool: Vec<TipMode> = of_tool.map(|mode| TipMode { of: Owner::Tool, mode }).collect();
     let place = |at: &TipModes| {
         let rpm = operation.speed.rpm_at(at.s);
         let teeth_per_s = hz_from_rpm(rpm) * f64::from(operation.tool.teeth);
+        let feed_per_tooth_m = path.feed_m_per_s_at(at.s) / teeth_per_s;
+        let is_sure = at.has_feed && in_work(operation, path, at.s) == InWork::Cuts;
         let mut modes = arm_modes(at);
         modes.extend(&of_tool);
-        let feed_per_tooth_m = path.feed_m_per_s_at(at.s) / teeth_per_s;
-        TipPlace { s: at.s, rpm, feed_per_tooth_m, modes }
+        TipPlace { s: at.s, rpm, feed_per_tooth_m, modes, is_sure }
     };
-    Ok(tip_modes_of_tool(path, &s)?.iter().map(place).collect())
+    let all = tip_modes_of_tool(path, &s)?;
+    let sides = |at: &TipModes| {
+        let place = place(at);
+        let count = if at.has_feed { 1 } else { 4 };
+        (0..count).map(move |quarter| turned(&place, quarter))
+    };
+    Ok(all.iter().flat_map(sides).collect())
+}
+
+/// A place with the feed so many quarters of a turn to the left.
+fn turned(place: &TipPlace, quarters: usize) -> TipPlace {
+    let mut turned = place.clone();
+    for one in &mut turned.modes {
+        for _ in 0..quarters {
+            let [x, y, z] = one.mode.motion.into();
+            one.mode.motion = Vector3::new(y, -x, z);
+        }
+    }
+    turned
 }

@@ -133,7 +133,7 @@ impl Log {
         };
         let (feed_m_per_s, timing) = match pace {
             Pace::Feed(feed_m_per_s) => (feed_m_per_s, Timing::Feed),
-            Pace::Rapid => (self.count_rapid(line), Timing::Feed),
+            Pace::Rapid => (self.count_rapid(line), Timing::Rapid),
             Pace::Unstated => (self.feed_of_job(line), Timing::Feed),
             Pace::Joints(share) => (self.rapid_m_per_s, Timing::Joints(share)),
             Pace::Seconds(seconds) => {
@@ -369,7 +369,7 @@ fn is_finite(each: &Move) -> bool {
         pose.translation.vector.iter().chain(pose.rotation.coords.iter()).all(|x| x.is_finite())
     };
     let timed = match each.timing {
-        Timing::Feed => true,
+        Timing::Feed | Timing::Rapid => true,
         Timing::Seconds(seconds) => seconds.is_finite(),
         Timing::Joints(share) => share.is_finite(),
     };

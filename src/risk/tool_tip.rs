@@ -15,7 +15,8 @@ use crate::job::{Job, Operation, Policy, SpindleSpeed};
 use crate::notes::{Code, Note, Place};
 use crate::path::Path;
 use crate::process::{
-    AtPlace, Chatter, Doubtful, Effects, NoForce, Seen, TipPlace, chatter, force_of, tip_places,
+    AtPlace, Chatter, Doubtful, Effects, NoForce, Seen, TipPlace, chatter, force_of, sure_ones,
+    tip_places,
 };
 use crate::units::{hz_from_rpm, percent_from_ratio, um_from_m, written};
 
@@ -147,8 +148,8 @@ pub(super) struct Cut {
     pub(super) stability: Option<Chatter>,
 }
 
-/// What limits of the policy say of an operation at another constant speed, at which every feed is
-/// so many times the programmed one.
+/// What limits of the policy say of an operation at another speed, at which every feed is so many
+/// times the programmed one.
 ///
 /// # Errors
 /// The arm has no modes somewhere.
@@ -157,12 +158,12 @@ pub fn limits_at_speed(
     operation: &Operation,
     path: &Path,
     (rules, stations): (&Rules, &[f64]),
-    (rpm, feed_ratio): (f64, f64),
+    (speed, feed_ratio): (SpindleSpeed, f64),
 ) -> Result<Vec<Note>, Note> {
     if limits(&job.policy).next().is_none() {
         return Ok(Vec::new());
     }
-    let operation = &Operation { speed: SpindleSpeed::Constant(rpm), ..operation.clone() };
+    let operation = &Operation { speed, ..operation.clone() };
     let mut places = cutting_places(operation, path, stations)?;
     for place in &mut places {
         place.feed_per_tooth_m *= feed_ratio;
@@ -186,6 +187,7 @@ pub(super) fn look(
     }
     let places = cutting_places(operation, path, stations)?;
     let tool_tip = tool_tip(job, operation, path, (rules, stations), &places);
+    let places = sure_ones(places);
     let step = places.len().div_ceil(STABILITY_PLACES).max(1);
     let thin: Vec<TipPlace> = places.into_iter().step_by(step).collect();
     let stability = chatter(operation, &thin, |s| path.line_at(s));
@@ -217,21 +219,28 @@ fn tool_tip(
         return Err(NoForce::OnlyAir);
     }
     let has_tool = !operation.tool.modes.is_empty();
+    let is_any_sure = found.iter().any(|at| at.is_sure);
+    let sure: Vec<&AtPlace> = found.iter().filter(|at| at.is_sure || !is_any_sure).collect();
     Ok(ToolTip {
         modes: if has_tool { Seen::ArmAndTool } else { Seen::Arm },
-        deflection: largest(path, &found, |at| at.deflection),
-        vibration: largest(path, &found, |at| at.vibration),
-        surface_error: surface_error(path, &found),
-        harmonics: harmonics(operation, &effects, &found),
+        deflection: largest(path, (&sure, &found), |at| at.deflection),
+        vibration: largest(path, (&sure, &found), |at| at.vibration),
+        surface_error: surface_error(path, &sure),
+        harmonics: harmonics(operation, &effects, &sure),
         beyond: beyond(job, operation, path, stations, &found),
     })
 }
 
-fn largest(path: &Path, found: &[AtPlace], of: impl Fn(&AtPlace) -> Doubtful) -> Largest {
-    let mut largest = Largest { largest_m: 0.0, s: 0.0, line: 0, up_to_m: 0.0 };
-    for at in found {
-        let Doubtful { value_m, up_to_m } = of(at);
-        largest.up_to_m = largest.up_to_m.max(up_to_m);
+/// The largest where the tool surely cuts, and what it may be anywhere.
+fn largest(
+    path: &Path,
+    (sure, all): (&[&AtPlace], &[AtPlace]),
+    of: impl Fn(&AtPlace) -> Doubtful,
+) -> Largest {
+    let up_to_m = all.iter().map(|at| of(at).up_to_m).fold(0.0, f64::max);
+    let mut largest = Largest { largest_m: 0.0, s: 0.0, line: 0, up_to_m };
+    for at in sure {
+        let Doubtful { value_m, .. } = of(at);
         if value_m >= largest.largest_m {
             largest = Largest { largest_m: value_m, s: at.s, ..largest };
         }
@@ -239,17 +248,17 @@ fn largest(path: &Path, found: &[AtPlace], of: impl Fn(&AtPlace) -> Doubtful) ->
     Largest { line: path.line_at(largest.s), ..largest }
 }
 
-fn surface_error(path: &Path, found: &[AtPlace]) -> SurfaceError {
-    let size = |at: &&AtPlace| at.surface_error_m.abs();
+fn surface_error(path: &Path, found: &[&AtPlace]) -> SurfaceError {
+    let size = |at: &&&AtPlace| at.surface_error_m.abs();
     let worst = found.iter().max_by(|a, b| size(a).total_cmp(&size(b)));
     let (error_m, s) = worst.map_or((0.0, 0.0), |at| (at.surface_error_m, at.s));
     SurfaceError { error_m, s, line: path.line_at(s) }
 }
 
-fn harmonics(operation: &Operation, effects: &Effects, found: &[AtPlace]) -> Vec<Harmonic> {
+fn harmonics(operation: &Operation, effects: &Effects, found: &[&AtPlace]) -> Vec<Harmonic> {
     let teeth = operation.tool.teeth;
     let of = |(i, &order): (usize, &u32)| {
-        let size = |at: &&AtPlace| at.amplitudes_m.get(i).copied().unwrap_or(0.0);
+        let size = |at: &&&AtPlace| at.amplitudes_m.get(i).copied().unwrap_or(0.0);
         let worst = found.iter().max_by(|a, b| size(a).total_cmp(&size(b)))?;
         let line = if order.is_multiple_of(teeth) {
             ExcitationLine { source: Source::ToothPassing, harmonic: order / teeth, order }
@@ -284,21 +293,22 @@ fn beyond(
         let mut open: Option<Excess> = None;
         let mut at = found.iter().peekable();
         for &s in stations {
-            // A station at which the tool does not cut ends a stretch.
-            let here = at.next_if(|at| at.s == s).and_then(|at| {
+            // A station at which the tool does not cut ends a stretch; a plunge has several sides.
+            let mut here: Option<(Certainty, f64, f64)> = None;
+            while let Some(at) = at.next_if(|at| at.s == s) {
                 let Doubtful { value_m, up_to_m } = match quantity {
                     Quantity::Deflection => at.deflection,
                     Quantity::Vibration => at.vibration,
                 };
-                let certainty = if value_m > limit_m {
-                    Certainty::Certain
-                } else if up_to_m > limit_m {
-                    Certainty::Uncertain
-                } else {
-                    return None;
+                let certainty = match () {
+                    () if value_m > limit_m && at.is_sure => Certainty::Certain,
+                    () if up_to_m > limit_m => Certainty::Uncertain,
+                    () => continue,
                 };
-                Some((certainty, value_m, up_to_m))
-            });
+                here = Some(here.map_or((certainty, value_m, up_to_m), |(other, value, up_to)| {
+                    (certainty.max(other), value_m.max(value), up_to_m.max(up_to))
+                }));
+            }
             if open.as_ref().map(|open| open.certainty) != here.map(|here| here.0) {
                 all.extend(open.take());
             }
@@ -335,13 +345,20 @@ fn beyond(
 /// more there are.
 pub(super) fn notes(job: &Job, operation: &Operation, cut: &Cut) -> Vec<Note> {
     if limits(&job.policy).next().is_none() {
-        return Vec::new();
+        let is_told = |why: &&NoForce| !matches!(why, NoForce::NoCutting | NoForce::OnlyAir);
+        let untold = cut.tool_tip.as_ref().err().filter(is_told);
+        let remark = |why| {
+            let what = format!("nothing is said of the cut: {why}");
+            about_operation(job, operation, Code::Remark, what)
+        };
+        return untold.map(remark).into_iter().collect();
     }
+    let keys: Vec<&str> = limits(&job.policy).map(|(quantity, _)| key(quantity)).collect();
+    let keys = keys.join(" and ");
     let beyond = match &cut.tool_tip {
         Ok(tip) => &tip.beyond,
         Err(why) => {
-            let keys: Vec<&str> = limits(&job.policy).map(|(quantity, _)| key(quantity)).collect();
-            let what = format!("{} cannot be checked: {why}", keys.join(" and "));
+            let what = format!("{keys} cannot be checked: {why}");
             return vec![about_operation(job, operation, Code::LimitUnchecked, what)];
         }
     };
@@ -367,6 +384,10 @@ fn key(quantity: Quantity) -> &'static str {
     }
 }
 
+fn in_lines(from: usize, to: usize) -> String {
+    if from == to { format!("line {from}") } else { format!("lines {from}–{to}") }
+}
+
 fn told(job: &Job, operation: &Operation, excess: &Excess, more: usize) -> Note {
     let [um, up_to, limit] =
         [excess.largest_m, excess.up_to_m, excess.limit_m].map(|m| format!("{:.1}", um_from_m(m)));
@@ -376,21 +397,26 @@ fn told(job: &Job, operation: &Operation, excess: &Excess, more: usize) -> Note 
     };
     let (code, size) = match excess.certainty {
         Certainty::Certain => (Code::LimitExceeded, format!("{um} µm")),
-        Certainty::Uncertain => (Code::LimitInDoubt, format!("{um} µm, perhaps {up_to} µm")),
+        Certainty::Uncertain => {
+            (Code::LimitInDoubt, format!("{um} µm, perhaps {up_to} µm on that stretch,"))
+        }
     };
-    let lines = match (excess.from_line, excess.to_line) {
-        (from, to) if from == to => format!("line {from}"),
-        (from, to) => format!("lines {from}–{to}"),
-    };
+    let lines = in_lines(excess.from_line, excess.to_line);
     let [from, to] = [excess.from_s, excess.to_s].map(percent_from_ratio);
     let more = match more {
         0 => String::new(),
         1 => "; also on one more stretch".to_owned(),
         more => format!("; also on {more} more stretches"),
     };
+    let unsure = match excess.certainty {
+        Certainty::Uncertain if excess.largest_m > excess.limit_m => {
+            ", if it cuts sideways there: a plunge, or a move at more than twice the operation's feed"
+        }
+        _ => "",
+    };
     let what = format!(
-        "{moves} {size} at {:.1} % of the path; {} is {limit} µm ({from:.1}–{to:.1} % of the path, \
-         {lines}){more}",
+        "{moves} {size} at {:.1} % of the path{unsure}; {} is {limit} µm ({from:.1}–{to:.1} % of \
+         the path, {lines}){more}",
         percent_from_ratio(excess.largest_s),
         key(excess.quantity),
     );

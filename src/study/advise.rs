@@ -51,6 +51,16 @@ pub struct AdvisedJob {
 }
 
 impl AdvisedJob {
+    /// Whether every operation can be run clear of every band, and within the limits of the policy.
+    pub fn can_be_run(&self) -> bool {
+        self.advice.is_clear() && !self.exceeds_a_limit()
+    }
+
+    /// Whether what is advised exceeds a limit of the policy, which the job does not accept.
+    pub fn exceeds_a_limit(&self) -> bool {
+        self.warnings.iter().any(Warning::is_open_breach)
+    }
+
     /// Puts together what was asked and what was found.
     pub fn new(job: &Job, advice: JobAdvice) -> Self {
         Self {
@@ -124,8 +134,13 @@ pub fn advise(
 ) -> Result<Advised, Vec<Note>> {
     let found = advice::advise(job, options, progress)?;
     match options.objective {
-        Objective::Vibration => refuse_unknown_force(job, &found.operations, "vibration")?,
-        Objective::Depth => refuse_unknown_force(job, &found.operations, "chatter")?,
+        Objective::Vibration => {
+            refuse_unknown_force(job, &found.operations, "vibration of the tool tip")?;
+        }
+        Objective::Depth => {
+            refuse_unknown_force(job, &found.operations, "depth at which the cut chatters")?;
+            refuse_without_depth(job, &found.operations)?;
+        }
         Objective::Nearest | Objective::Margin | Objective::Highest => {}
     }
     // What stops the writing comes behind what was to be known before.
@@ -135,9 +150,11 @@ pub fn advise(
         Advised { not_written: Vec::new(), job: AdvisedJob::new(job, found), outputs: Vec::new() };
     let operations = &advised.job.advice.operations;
     let unsafe_one = operations.iter().find(|operation| !operation.remedy.is_clear());
-    let why = unsafe_one.map(|operation| {
+    let no_speed = unsafe_one.map(|operation| {
         format!("operation '{}' has no speed clear of every band", operation.name)
     });
+    let exceeding = advised.job.warnings.iter().find(|warning| warning.is_open_breach());
+    let why = no_speed.or_else(|| exceeding.map(|warning| warning.note.what.clone()));
     if let Some(path) = to.program {
         match &why {
             Some(why) => advised.not_written.push(not_written(path, why)),
@@ -342,9 +359,27 @@ fn refuse_unknown_force(
             key: "objective",
             ..Place::line(&job.file, operation.line)
         };
-        let what = format!("the {what} of the tool tip is not known: {why}");
+        let what = format!("the {what} is not known: {why}");
         Some(Note::error(Code::MissingKey, place, what))
     });
     let errors: Vec<Note> = unknown.collect();
+    if errors.is_empty() { Ok(()) } else { Err(errors) }
+}
+
+/// A cut that does not regenerate chatters at one depth, whatever the speed.
+fn refuse_without_depth(job: &Job, advice: &[OperationAdvice]) -> Result<(), Vec<Note>> {
+    let all = job.operations.iter().zip(advice).filter(|(_, advice)| advice.depth.is_none());
+    let errors: Vec<Note> = all
+        .map(|(operation, _)| {
+            let place = Place {
+                part: Some(Part::Operation(operation.name.clone())),
+                key: "objective",
+                ..Place::line(&job.file, operation.line)
+            };
+            let what = "the depth at which the cut chatters does not depend on the speed, or is not \
+                        known: 'cutting' says regeneration: false, or nothing cuts";
+            Note::error(Code::Conflict, place, what)
+        })
+        .collect();
     if errors.is_empty() { Ok(()) } else { Err(errors) }
 }

@@ -112,26 +112,33 @@ pub enum Gate {
     Never,
     /// This verdict or a worse one.
     From(Verdict),
-    /// A line that lies in a mode's band somewhere with this probability or a higher one, and what
-    /// was not checked.
+    /// A line that lies in a mode's band somewhere with this probability or a higher one, a limit
+    /// of the policy that is exceeded, and what was not checked.
     Probability(f64),
 }
 
 impl Gate {
-    /// Whether an operation or a job with this verdict and probability fails.
-    pub fn fails(self, verdict: Verdict, probability: f64) -> bool {
+    /// Whether an operation or a job with this verdict and probability fails; `exceeds` tells
+    /// whether a limit of the policy is exceeded in it, which the job does not accept.
+    pub fn fails(self, verdict: Verdict, probability: f64, exceeds: bool) -> bool {
         match self {
             Self::Never => false,
             Self::From(mildest) => verdict >= mildest,
-            Self::Probability(most) => verdict == Verdict::Unchecked || probability >= most,
+            Self::Probability(most) => {
+                verdict == Verdict::Unchecked || exceeds || probability >= most
+            }
         }
     }
 
     /// Whether any of these jobs fails.
     pub fn fails_any(self, jobs: &[CheckedJob]) -> bool {
         let operations = || jobs.iter().flat_map(|job| &job.risk.operations);
-        jobs.iter().any(|job| self.fails(job.risk.verdict, job.risk.probability.probability))
-            || operations().any(|one| self.fails(one.verdict, one.probability))
+        let exceeds = |job: &CheckedJob| job.risk.warnings.iter().any(Warning::is_open_breach);
+        let of_job = |job: &CheckedJob| {
+            self.fails(job.risk.verdict, job.risk.probability.probability, exceeds(job))
+        };
+        jobs.iter().any(of_job)
+            || operations().any(|one| self.fails(one.verdict, one.probability, false))
     }
 }
 

@@ -20,7 +20,9 @@ pub fn read(file: &Path) -> Read<Vec<SlotTest>> {
 pub fn cutting(file: &Path, slots: &[SlotTest]) -> Result<CuttingFit, Vec<Note>> {
     fit_slots(slots).map_err(|fault| {
         let code = match fault {
-            CuttingFault::NotPositive(_) => Code::Value,
+            CuttingFault::NotPositive(..)
+            | CuttingFault::Implausible(_)
+            | CuttingFault::NotFinite => Code::Value,
             _ => Code::TooLittleData,
         };
         vec![Note::error(code, Place::file(file), fault.to_string())]

@@ -15,6 +15,7 @@ use crate::model::{JointKind, Placement, Robot};
 use crate::modes::{Principal, Statics};
 use crate::notes::{Code, Note, Part, Place};
 use crate::path::tool_frames;
+use crate::process::{InWork, in_work};
 use crate::risk::{Paths, about_operation, in_operation};
 use crate::units::{Date, hz_from_rpm, rad_per_s_from_hz, written};
 
@@ -197,7 +198,8 @@ fn along(
     let robot = path.robot();
     let (mut reader, mut placement) = (path.reader(), Placement::new(robot));
     let mut rows = Vec::new();
-    for (s, frame) in s.into_iter().zip(frames) {
+    let stops = path.spindle_stops();
+    for (s, (frame, _)) in s.into_iter().zip(frames) {
         let mut q = vec![0.0; robot.joints().len()];
         let at = Place::part(Part::Operation(operation.name.clone()));
         let refused =
@@ -209,10 +211,11 @@ fn along(
             .ok_or_else(|| refused(Code::Singular, no_hold()))?;
         let mean = || {
             let rpm = operation.speed.rpm_at(s);
-            // What runs faster than the feed is no cut.
-            let feed = path.feed_m_per_s_at(s).min(operation.feed_m_per_s);
-            let per_tooth = feed / (hz_from_rpm(rpm) * f64::from(operation.tool.teeth));
-            let of_tool = model.filter(|_| rpm > 0.0)?.mean_n(per_tooth);
+            let turns = rpm > 0.0 && !stops.iter().any(|[from, to]| (from..=to).contains(&&s));
+            let may_cut = matches!(in_work(operation, path, s), InWork::Cuts | InWork::TakenForAir);
+            let per_tooth =
+                path.feed_m_per_s_at(s) / (hz_from_rpm(rpm) * f64::from(operation.tool.teeth));
+            let of_tool = model.filter(|_| turns && may_cut)?.mean_n(per_tooth);
             Some(frame.iter().zip(of_tool).map(|(axis, n)| axis * n).sum())
         };
         let force: Option<Vector3<f64>> = force_n.map(Vector3::from).or_else(mean);

@@ -13,8 +13,6 @@ use std::process::Output;
 
 use crate::program::{self, repository};
 use crate::vibration::{C64, TrueMode, free_decay, gauss, hammered, noisy, pulses, rms, seeded};
-use detune::diagnosis::{Settings, diagnose};
-use detune::identify::ModeTable;
 use detune::identify::pose::{JointColumn, Pose};
 use detune::identify::record::Conditions;
 use detune::identify::session::{IdentifiedSession, PoseMode, PoseModes};
@@ -507,7 +505,7 @@ fn identified(pose: impl Fn(f64) -> (Pose, Option<Vec<JointColumn>>)) -> Identif
 }
 
 /// From identification to diagnosis with and without a file between them: the same table to the last digit,
-/// so the same diagnosis; and a session whose joints are not the robot's is refused either way.
+/// which is all that a diagnosis is made of; and a session whose joints are not the robot's is refused either way.
 #[test]
 fn a_table_in_memory_is_the_table_that_is_written() {
     let robot_file = Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/two-link/robot.yaml");
@@ -539,12 +537,6 @@ fn a_table_in_memory_is_the_table_that_is_written() {
         let written = read_measured(&file, robot, &mut Reading::default()).unwrap();
         assert_eq!(table, written);
         assert_eq!((table.rows.len(), table.count()), (10, 19));
-        if index == 1 {
-            let diagnosed = |table: &ModeTable| {
-                diagnose(&described.description, table, Settings::default(), &|_| ()).unwrap()
-            };
-            assert_eq!(format!("{:?}", diagnosed(&table)), format!("{:?}", diagnosed(&written)));
-        }
     }
     let stranger = identified(joints(["joint_1", "elbow"]));
     let error = table_on(robot, &stranger).unwrap_err();

@@ -15,7 +15,7 @@ use super::cutter::{coefficients, direction};
 use super::speeds::Said;
 use super::stretches::{stretches, usual_feed_m_per_s};
 use crate::formats::yaml::{Node, Step};
-use crate::job::{Cutting, Operation, Spindle, SpindleSpeed, Tool, stretch_of};
+use crate::job::{Cutting, CuttingDirection, Operation, Spindle, SpindleSpeed, Tool, stretch_of};
 use crate::notes::{Code, Note, Place};
 use crate::units::{m_from_mm, m_per_s_from_mm_per_min, mm_from_m};
 
@@ -98,6 +98,7 @@ impl<'j> Reader<'j> {
             assume: &assume,
             is_scheduled: raw.spindle_schedule.is_some(),
         };
+        self.check_cutting(raw, node, called);
         if let Some(tool) = tool {
             self.check_radial_depth(raw, node, called, "tool", tool);
         }
@@ -284,6 +285,25 @@ impl<'j> Reader<'j> {
         }
     }
 
+    /// All but a slot has a width, and forces come from a material or from coefficients.
+    fn check_cutting(&mut self, raw: &raw::Operation, node: &Node, called: &str) {
+        let Some(cutting) = &raw.cutting else { return };
+        let line = node.line_at(&[Step::Key("cutting")]);
+        // What is there and wrong was told.
+        let lacks = |key| node.at(&[Step::Key("cutting"), Step::Key(key)]).is_none();
+        let is_slot = cutting.direction.is_some_and(|d| direction(d) == CuttingDirection::Slot);
+        if lacks("radial_depth_mm") && !is_slot {
+            let what = format!("{called}: cutting: missing key 'radial_depth_mm'");
+            self.notes.error(Code::MissingKey, line, what);
+        }
+        if lacks("material") && lacks("coefficients") {
+            let what = format!(
+                "{called}: cutting has neither 'material' nor 'coefficients', must have one"
+            );
+            self.notes.error(Code::MissingKey, line, what);
+        }
+    }
+
     /// A cutter cannot cut wider than it is.
     fn check_radial_depth(
         &mut self,
@@ -335,10 +355,10 @@ impl<'j> Reader<'j> {
 
 fn cutting(raw: &raw::Cutting) -> Option<Cutting> {
     Some(Cutting {
-        radial_depth_m: m_from_mm(raw.radial_depth_mm?),
+        radial_depth_m: raw.radial_depth_mm.map_or(0.0, m_from_mm),
         axial_depth_m: m_from_mm(raw.axial_depth_mm?),
         direction: direction(raw.direction?),
-        material: raw.material.clone()?,
+        material: raw.material.clone().unwrap_or_default(),
         coefficients: match &raw.coefficients {
             Some(own) => Some(coefficients(own)?),
             None => None,

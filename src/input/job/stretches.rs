@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
-use crate::motion::{Load, Move, Spindle, Target};
+use crate::motion::{Load, Move, Spindle, Target, Timing};
 use crate::program::RAPID_M_PER_S;
 
 /// Moves of a path that run alike.
@@ -108,12 +108,18 @@ fn fill<T: Clone>(runs: &mut [Run], part: fn(&mut Run) -> &mut Option<T>) {
     runs.iter_mut().for_each(|run| take(&mut before, run));
 }
 
-/// The feed, m/s, at which a stretch of a path runs longest, by the straight ways between its
-/// targets; rapid moves count only where there is nothing else.
+/// The feed, m/s, at which a stretch of a path runs longest with the spindle on, by the straight
+/// ways between its targets; rapid moves, and those with the spindle stopped, count only where there
+/// is nothing else.
 pub(super) fn usual_feed_m_per_s(moves: &[Move], stretch: Range<usize>) -> Option<f64> {
     let mut seconds: BTreeMap<u64, f64> = BTreeMap::new();
+    let may_cut = |each: &Move| each.timing != Timing::Rapid && each.spindle_turns;
+    let is_any_cut = moves.get(stretch.clone())?.iter().skip(1).any(may_cut);
     for index in stretch {
         let each = moves.get(index)?;
+        if is_any_cut && !may_cut(each) {
+            continue;
+        }
         let before = index.checked_sub(1).and_then(|index| moves.get(index));
         let way = before.and_then(place).zip(place(each)).map_or(0.0, |(a, b)| (b - a).norm());
         // The bits of positive numbers are in the order of the numbers.
@@ -141,7 +147,7 @@ mod tests {
     use nalgebra::{Isometry3, Matrix3};
 
     use super::*;
-    use crate::motion::{Stated, Timing};
+    use crate::motion::Stated;
 
     fn moves(stated: &[(Option<Spindle>, Option<u32>, Option<f64>)]) -> Vec<Move> {
         let load = |mass_kg| Load {

@@ -197,10 +197,10 @@ pub(in crate::input) struct TipMode {
     #[schemars(required, extend("exclusiveMinimum" = 0, "maximum" = 1, "examples" = [0.011]))]
     pub(in crate::input) damping_ratio: Option<f64>,
     /// Mass that vibrates, as seen at the tip, kg; one of this and stiffness_n_per_m.
-    #[schemars(extend("exclusiveMinimum" = 0, "examples" = [0.03993]))]
+    #[schemars(extend("minimum" = 1e-9, "maximum" = 1e12, "examples" = [0.03993]))]
     pub(in crate::input) mass_kg: Option<f64>,
     /// Stiffness as seen at the tip, N/m; one of this and mass_kg.
-    #[schemars(extend("exclusiveMinimum" = 0, "examples" = [1340000]))]
+    #[schemars(extend("minimum" = 0.001, "maximum" = 1e18, "examples" = [1340000]))]
     pub(in crate::input) stiffness_n_per_m: Option<f64>,
     /// The direction in which the tip moves: x along the feed, z along the spindle out of the work,
     /// y = z × x.
@@ -285,8 +285,8 @@ pub(in crate::input) struct SchedulePoint {
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(in crate::input) struct Cutting {
-    /// Radial depth of cut, mm.
-    #[schemars(required, extend("exclusiveMinimum" = 0, "maximum" = 1000, "examples" = [6]))]
+    /// Radial depth of cut, mm; a slot needs none.
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1000, "examples" = [6]))]
     pub(in crate::input) radial_depth_mm: Option<f64>,
     /// Axial depth of cut, mm.
     #[schemars(required, extend("exclusiveMinimum" = 0, "maximum" = 1000, "examples" = [2]))]
@@ -295,8 +295,8 @@ pub(in crate::input) struct Cutting {
     /// or slot.
     #[schemars(required)]
     pub(in crate::input) direction: Option<Direction>,
-    /// Name of the work's material.
-    #[schemars(required, extend("examples" = ["al-6061"]))]
+    /// Name of the work's material; needed unless coefficients are given.
+    #[schemars(extend("examples" = ["al-6061"]))]
     pub(in crate::input) material: Option<String>,
     /// Your own cutting coefficients; those of the material if absent (al-6061, al-6082 and al-7075
     /// are known).

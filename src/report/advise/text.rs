@@ -62,13 +62,13 @@ pub fn advice(job: &AdvisedJob, colour: bool) -> String {
 /// The same of several jobs, and how many of them can be run clear of every band.
 pub fn advice_list(jobs: &[&AdvisedJob], colour: bool) -> String {
     let mut text: String = jobs.iter().map(|job| advice(job, colour) + "\n").collect();
-    let clear = jobs.iter().filter(|job| job.advice.is_clear()).count();
+    let clear = jobs.iter().filter(|job| job.can_be_run()).count();
     text.push_str(&format!(
         "{} jobs: {clear} can be run clear of every band, {} cannot\n",
         jobs.len(),
         jobs.len() - clear
     ));
-    for job in jobs.iter().filter(|job| !job.advice.is_clear()).take(MAX_NAMED) {
+    for job in jobs.iter().filter(|job| !job.can_be_run()).take(MAX_NAMED) {
         text.push_str(&format!("  {}\n", words_of_all::path(&job.file)));
     }
     if let more @ 1.. = (jobs.len() - clear).saturating_sub(MAX_NAMED) {
@@ -86,6 +86,9 @@ fn next(job: &AdvisedJob) -> String {
     };
     if !job.advice.is_clear() {
         apply_a_lever(job)
+    } else if job.exceeds_a_limit() {
+        "cut less deep or slower, or change the limit of the policy, then run advise again"
+            .to_owned()
     } else if let Some(written) = &job.written_job {
         format!("detune check {}; chatter is not checked", written.display())
     } else if operations.iter().all(is_kept) {

@@ -6,6 +6,7 @@ use crate::advice::{
 };
 use crate::excitation::ExcitationLine;
 use crate::job::{Acceptable, Acceptance};
+use crate::notes::Code;
 use crate::process::Seen;
 use crate::report::words::{
     is_uniform, line, percent, round_percent, significant, spelled, trimmed, um_per_n, uncertainty,
@@ -36,6 +37,10 @@ fn blocks(blocks: &[Block]) -> String {
 pub(super) fn warnings(job: &AdvisedJob) -> Vec<(&'static str, String)> {
     let one = |warning: &Warning| match &warning.accepted {
         Some(terms) => Some(("accepted", printable(&format!("{terms}; {}", warning.note)))),
+        None if warning.is_open_breach() => Some(("limit", warning.note.to_string())),
+        None if is_of_limit(warning) => {
+            Some(("doubt", format!("{}; so at the advised speed", warning.note)))
+        }
         None if warning.leaves_doubt() => {
             let best = spelled(warning.best_verdict());
             let text =
@@ -127,7 +132,18 @@ pub(super) fn no_schedule(why: NoSchedule) -> &'static str {
     }
 }
 
+/// Whether a warning holds at one speed only: limits of the policy do.
+fn is_of_limit(warning: &Warning) -> bool {
+    matches!(warning.note.code, Code::LimitInDoubt | Code::LimitUnchecked)
+}
+
 fn constant_reason(job: &AdvisedJob, operation: &OperationAdvice, constant: &Constant) -> String {
+    if let Some(best) = operation.exceeding_rpm {
+        let best = rpm(best);
+        return format!(
+            "the safe speed nearest to {best}, which would be best but exceeds a limit of the policy"
+        );
+    }
     if constant.is_programmed {
         return format!("the programmed {} is safe along the whole path", rpm(constant.rpm));
     }
@@ -141,7 +157,7 @@ fn constant_reason(job: &AdvisedJob, operation: &OperationAdvice, constant: &Con
         Objective::Highest => "the highest safe speed".to_owned(),
         Objective::Vibration => "the safe speed at which the tool tip vibrates least".to_owned(),
         Objective::Depth => {
-            "the safe speed at which the cut chatters at the largest depth only".to_owned()
+            "the safe speed at which the cut stays stable to the largest depth".to_owned()
         }
     };
     match operation.programmed_blocks.as_slice() {

@@ -6,7 +6,7 @@ use crate::risk::{OperationRisk, ToolTip};
 use crate::units::{mm_from_m, percent_from_ratio, um_from_m};
 
 /// Labels and sentences on the tool tip and on stability; none where the cut is not known.
-pub(super) fn facts(risk: &OperationRisk) -> Vec<(&'static str, String)> {
+pub(in crate::report) fn facts(risk: &OperationRisk) -> Vec<(&'static str, String)> {
     let tip = risk.tool_tip.as_ref().map(|tip| ("cut", of_tip(tip)));
     let stability = risk.stability.as_ref().map(|chatter| ("chatter", of_chatter(chatter)));
     tip.into_iter().chain(stability).collect()

@@ -46,7 +46,8 @@ pub fn check(jobs: &[CheckedJob], gate: Gate) -> Result<String, quick_junit::Ser
 
 fn case(operation: &CheckedOperation<'_>, job_file: &str, gate: Gate) -> TestCase {
     let risk = operation.risk;
-    let fails = gate.fails(risk.verdict, risk.probability);
+    let exceeds = !sentences::breaches(operation).is_empty();
+    let fails = gate.fails(risk.verdict, risk.probability, exceeds);
     let found = described(operation);
     let mut case = if fails {
         let mut status = TestCaseStatus::non_success(NonSuccessKind::Failure);

@@ -1,6 +1,6 @@
 //! What a check found, as text, JSON, SARIF, JUnit XML, GitHub annotations and GitLab's report.
 
-mod cut;
+pub(super) mod cut;
 pub(super) mod findings;
 pub mod github;
 pub mod gitlab;

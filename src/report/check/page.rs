@@ -65,7 +65,8 @@ fn why(job: &CheckedJob) -> Option<String> {
                 words::apart(crossing.separation),
             ));
         }
-        sentences::doubts(worst).into_iter().next().map(|doubt| format!("{name}: {doubt}"))
+        let limits = sentences::breaches(worst).into_iter();
+        limits.chain(sentences::doubts(worst)).next().map(|doubt| format!("{name}: {doubt}"))
     };
     of_operation()
         .or_else(|| sentences::doubts_of_job(job).into_iter().next())

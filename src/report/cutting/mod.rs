@@ -27,8 +27,11 @@ pub fn cutting_text(fit: &CuttingFit) -> String {
         let Some(direction) = direction else { continue };
         line(&mut out, &format!("k{name}c"), "N/mm²", &direction.cutting_n_per_mm2);
         line(&mut out, &format!("k{name}e"), "N/mm", &direction.edge_n_per_mm);
-        keys.push(format!("k{name}c_n_per_mm2: {:.1}", direction.cutting_n_per_mm2.value));
-        keys.push(format!("k{name}e_n_per_mm: {:.2}", direction.edge_n_per_mm.value));
+        // What is below zero by its scatter alone is none.
+        let [cutting, edge] =
+            [direction.cutting_n_per_mm2, direction.edge_n_per_mm].map(|k| k.value.max(0.0));
+        keys.push(format!("k{name}c_n_per_mm2: {cutting:.1}"));
+        keys.push(format!("k{name}e_n_per_mm: {edge:.2}"));
     }
     let residuals: Vec<String> = directions
         .iter()

@@ -5,7 +5,7 @@ use super::JobPage;
 use crate::report::advise::{text as advise_text, words as advise_words};
 use crate::report::check::findings::findings;
 use crate::report::check::operation::{CheckedOperation, operations};
-use crate::report::check::{sentences, text as check_text};
+use crate::report::check::{cut, sentences, text as check_text};
 use crate::report::page::{self, Table, text};
 use crate::report::words;
 use crate::risk::Verdict;
@@ -67,7 +67,8 @@ fn badge(verdict: Verdict) -> String {
 /// An operation: what is wrong, and what to do.
 fn card(job: &JobPage, index: usize, operation: &CheckedOperation<'_>) -> String {
     let risk = operation.risk;
-    let mut facts: Vec<(&str, String)> = Vec::new();
+    let limits = sentences::breaches(operation).into_iter();
+    let mut facts: Vec<(&str, String)> = limits.map(|breach| ("limit", breach)).collect();
     match findings(operation).first() {
         Some(worst) => {
             let crossing = worst.worst.crossing;
@@ -91,6 +92,7 @@ fn card(job: &JobPage, index: usize, operation: &CheckedOperation<'_>) -> String
     }
     facts.extend(sentences::doubts(operation).into_iter().map(|doubt| ("because", doubt)));
     facts.extend(sentences::left_out(operation).map(|what| ("left out", what)));
+    facts.extend(cut::facts(risk));
     let advised = job.advised.and_then(|job| Some((job, job.advice.operations.get(index)?)));
     if let Some((of_job, advice)) = advised {
         let (word, _, head) = advise_text::head(advice);
