@@ -83,8 +83,8 @@ impl<R: Read> Table<R> {
             };
             let of_line = bytes.strip_suffix(b"\n").unwrap_or(bytes);
             if memchr::memchr(b'\r', of_line).is_some_and(|at| at + 1 < of_line.len()) {
-                let what = "its lines end with a carriage return alone; save it with line feeds (LF \
-                            or CRLF)";
+                let what = "its lines end with a carriage return alone; save it with line feeds \
+                            (LF or CRLF)";
                 return Err(self.error(Code::Syntax, what));
             }
             match cells_of(bytes, cells) {

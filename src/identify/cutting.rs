@@ -114,9 +114,9 @@ impl fmt::Display for CuttingFault {
             Self::OneFeed => write!(f, "all slots have one feed; cut at several"),
             Self::NotPositive(which, k) => write!(
                 f,
-                "{which} is {k:.4e} N/mm², must be positive: fy_n must grow with the feed, and fx_n \
-                 fall where fy_n is that on the tool; x runs along the feed, z along the spindle \
-                 out of the work, y = z × x"
+                "{which} is {k:.4e} N/mm², must be positive: fy_n must grow with the feed, and \
+                 fx_n fall where fy_n is that on the tool; x runs along the feed, z along the \
+                 spindle out of the work, y = z × x"
             ),
             Self::Implausible(k) => write!(
                 f,

@@ -66,8 +66,9 @@ pub fn arm_modes(at: &TipModes) -> Vec<TipMode> {
         .collect()
 }
 
-/// Those of `s` (0..=1) at which the tool may cut, with the modes there: where it moves ([`in_work`])
-/// and `turns`, the spindle, does so. A plunge stands as four places, cuts to four sides.
+/// Those of `s` (0..=1) at which the tool may cut, with the modes there: where it moves
+/// ([`in_work`]) and `turns`, the spindle, does so. A plunge stands as four places, cuts to four
+/// sides.
 ///
 /// # Errors
 /// The first place that the arm does not reach, or at which it has no modes.

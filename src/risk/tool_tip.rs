@@ -410,7 +410,8 @@ fn told(job: &Job, operation: &Operation, excess: &Excess, more: usize) -> Note 
     };
     let unsure = match excess.certainty {
         Certainty::Uncertain if excess.largest_m > excess.limit_m => {
-            ", if it cuts sideways there: a plunge, or a move at more than twice the operation's feed"
+            ", if it cuts sideways there: a plunge, or a move at more than twice the operation's \
+             feed"
         }
         _ => "",
     };
