@@ -145,6 +145,9 @@ mod tests {
         );
         assert!(faults[1].starts_with("4: joint 'b': all angles"), "{faults:?}");
         let faults = stiffness(table, Format::Text, 100.0).unwrap_err();
-        assert_eq!(faults, ["--confidence: the confidence is 100 %, must lie between 0 and 100 %"]);
+        assert_eq!(
+            faults,
+            ["--confidence: the confidence is 100 %, must be above 0 and below 100 %"]
+        );
     }
 }

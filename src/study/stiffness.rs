@@ -71,7 +71,7 @@ pub fn stiffness(
     let confidence = ratio_from_percent(confidence_percent);
     if !(confidence > 0.0 && confidence < 1.0) {
         let what =
-            format!("the confidence is {confidence_percent} %, must lie between 0 and 100 %");
+            format!("the confidence is {confidence_percent} %, must be above 0 and below 100 %");
         let place = Place { key: "confidence", ..Place::default() };
         return Err(vec![Note::error(Code::Usage, place, what)]);
     }

@@ -91,6 +91,19 @@ fn plots_are_files_of_svg() {
         for name in names {
             let svg = fs::read_to_string(folder.join(name)).unwrap();
             assert!(svg.starts_with("<svg") && svg.contains("share of the operation's time, s"));
+            roxmltree::Document::parse(&svg).unwrap();
         }
+    }
+    let folder = bench.path().join("identify");
+    let session = crate::program::repository().join("robots/two-link/session.yaml");
+    let output = run(
+        bench.path(),
+        &["identify", session.to_str().unwrap(), "--plots", folder.to_str().unwrap()],
+    );
+    assert_eq!(code(&output), 0, "{}", err(&output));
+    let plots: Vec<_> = fs::read_dir(&folder).unwrap().collect();
+    assert!(plots.len() > 2);
+    for plot in plots {
+        roxmltree::Document::parse(&fs::read_to_string(plot.unwrap().path()).unwrap()).unwrap();
     }
 }

@@ -276,6 +276,23 @@ fn pages_show_what_is_printed() {
     assert!(shown >= 8, "pages show only {shown} outputs: this reads the wrong thing");
 }
 
+/// The picture of the README is what the command above it draws.
+#[test]
+fn the_picture_is_what_is_drawn() {
+    let readme = fs::read_to_string(root().join("README.md")).unwrap();
+    let (before, after) = readme.split_once("](src/guide/speeds.svg)").unwrap();
+    let command = "detune advise jobs/contour.yaml --format svg";
+    assert!(before.contains(command) && after.contains("```sh"));
+    let drawn = run(root(), command);
+    assert!(matches!(drawn.code, Some(0 | 1)), "{}", drawn.err);
+    let file = root().join("src/guide/speeds.svg");
+    if std::env::var_os("DETUNE_WRITE_PAGES").is_some() {
+        fs::write(&file, format!("{}\n", drawn.out)).unwrap();
+    }
+    let shown = fs::read_to_string(&file).unwrap();
+    assert!(shows(shown.trim_end(), &drawn.out), "{} is not what is drawn", file.display());
+}
+
 /// Every code of a note is a row of the guide's tables, and every row is a code.
 #[test]
 fn the_guide_lists_every_code() {

@@ -12,8 +12,15 @@ pub(in crate::report) fn facts(risk: &OperationRisk) -> Vec<(&'static str, Strin
     tip.into_iter().chain(stability).collect()
 }
 
+/// Three digits.
 fn um(m: f64) -> String {
-    format!("{:.1} µm", um_from_m(m))
+    match um_from_m(m) {
+        um if um < 99.95 => format!("{um:.1} µm"),
+        um if um < 999.5 => format!("{um:.0} µm"),
+        um if um < 9_995.0 => format!("{:.2} mm", mm_from_m(m)),
+        um if um < 99_950.0 => format!("{:.1} mm", mm_from_m(m)),
+        _ => format!("{:.0} mm", mm_from_m(m)),
+    }
 }
 
 fn of_tip(tip: &ToolTip) -> String {

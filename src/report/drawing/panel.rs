@@ -96,7 +96,9 @@ impl Panel {
             let kind = if scale.is_logarithmic() { "log" } else { "linear" };
             format!(" data-{name}=\"{} {} {kind}\"", scale.low(), scale.high())
         });
-        canvas.sense(self.frame, &format!("{}{} {more}", scales[0], scales[1]));
+        // As XML: a drawing is a file of its own, too.
+        let more = if more.is_empty() { String::new() } else { format!(" {more}=\"\"") };
+        canvas.sense(self.frame, &format!("{}{}{more}", scales[0], scales[1]));
     }
 
     /// The points of a curve in the panel's values that the eye tells from a straight line.
