@@ -21,6 +21,9 @@ const PLACES: usize = 12;
 const TRIED: usize = 400;
 const LEAST_TRIED: usize = 12;
 
+/// So many of the best are weighed by the exact limit.
+const WEIGHED: usize = 8;
+
 /// A limit deeper than any is told: none is found.
 const NONE_FOUND_M: f64 = 1.0;
 
@@ -63,20 +66,32 @@ impl<'a> DepthModel<'a> {
         limits.map(|limit| limit.depth_m).fold(NONE_FOUND_M, f64::min)
     }
 
-    /// Safe speeds, the deepest cut first: the best of each stretch.
+    /// Safe speeds, the deepest cut first: those at which the zeroth order is largest among their
+    /// neighbours, the best of them weighed by the exact limit.
     pub(super) fn deepest(&self, set: &SafeSet) -> Vec<f64> {
         let range: f64 = set.safe.iter().map(|gap| gap.high_rpm - gap.low_rpm).sum();
-        let best_of = |gap: &super::Speeds| {
+        let peaks_of = |gap: &super::Speeds| {
             let width = gap.high_rpm - gap.low_rpm;
             let share = if range > 0.0 { width / range } else { 1.0 };
             let tried = ((TRIED as f64 * share).ceil() as usize).max(LEAST_TRIED);
             let at = |i: usize| gap.low_rpm + width * i as f64 / tried as f64;
-            let all = (0..=tried).into_par_iter().map(|i| (self.smallest_m(at(i)), at(i)));
-            all.max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.total_cmp(&a.1)))
+            let all: Vec<(f64, f64)> =
+                (0..=tried).into_par_iter().map(|i| (self.smallest_m(at(i)), at(i))).collect();
+            let depth = |i: Option<usize>| i.and_then(|i| all.get(i)).map_or(0.0, |one| one.0);
+            let is_peak =
+                |i: &usize| all[*i].0 > depth(i.checked_sub(1)) && all[*i].0 >= depth(Some(i + 1));
+            let peaks: Vec<(f64, f64)> = (0..=tried).filter(is_peak).map(|i| all[i]).collect();
+            peaks
         };
-        let mut best: Vec<(f64, f64)> = set.safe.iter().filter_map(best_of).collect();
+        let mut best: Vec<(f64, f64)> = set.safe.iter().flat_map(peaks_of).collect();
         best.sort_by(|a, b| b.0.total_cmp(&a.0));
-        best.into_iter().map(|(_, rpm)| rpm).collect()
+        let weighed = |&(_, rpm): &(f64, f64)| {
+            let exact = self.at(rpm).smallest.and_then(|smallest| smallest.depth_m);
+            (exact.unwrap_or(NONE_FOUND_M), rpm)
+        };
+        let mut first: Vec<(f64, f64)> = best.iter().take(WEIGHED).map(weighed).collect();
+        first.sort_by(|a, b| b.0.total_cmp(&a.0));
+        first.iter().chain(best.iter().skip(WEIGHED)).map(|&(_, rpm)| rpm).collect()
     }
 
     /// The exact limit at a speed with the programmed chip.
