@@ -3,18 +3,27 @@
 //!
 //! ```text
 //! h_j(φ) = max(0, min_k (c_jk sin φ + ρ_j − ρ_{j+k})),   k = 1..z
+//! ρ_j = ρ cos(θ_j − ψ − λ)
 //! ```
 //!
-//! with c_jk the feed since tooth j + k was here. Kienzle's law makes the force F = a (K h^(1−m) +
-//! K_e), with h in mm. The harmonics are integrals over the engagement, divided where the least of
-//! the lines in sin φ changes, by the rule of Gauss and Legendre.
+//! with c_jk the feed since tooth j + k was here, ρ and λ the runout, and ψ by how much the edge
+//! lags behind its tip at a height: the helix winds an edge about an axis that does not turn with
+//! it, so ρ_j changes along the edge. Kienzle's law makes the force F = a (K h^(1−m) + K_e), with h
+//! in mm.
+//!
+//! ```text
+//! C_k = a/2π · 1/χ ∫ S_k(ψ) dψ,   S_k(ψ) = Σ_j exp(i k (θ_j − ψ)) ∫ F_j(φ, ψ)/a exp(−i k φ) dφ
+//! ```
+//!
+//! Both integrals are by the rule of Gauss and Legendre, the one over the engagement divided where
+//! the least of the lines in sin φ changes.
 
 use std::f64::consts::{PI, TAU};
 
 use nalgebra::Complex;
 
 use super::engagement::{Engagement, ForceHarmonic, Tooth};
-use crate::job::CuttingCoefficients;
+use crate::job::{CuttingCoefficients, Runout};
 use crate::units::mm_from_m;
 
 /// Nodes and weights of Gauss and Legendre on −1..1, those above zero (Abramowitz & Stegun, Table
@@ -26,37 +35,48 @@ const GAUSS: [(f64, f64); 4] = [
     (0.960_289_856_497_536_3, 0.101_228_536_290_376_3),
 ];
 
-/// Widest panel, rad; narrower for high orders.
-const WIDEST: f64 = 0.1;
+/// Widest panels of the angle and of the lag, rad: corners in the lag are not looked for.
+const WIDEST_ANGLE: f64 = 0.1;
+const WIDEST_LAG: f64 = 0.2;
+
+/// The highest order turns at most this far in a panel, rad: the rule is good to 1e-8 there.
+const MOST_TURNED: f64 = 8.0;
 
 /// The teeth of a cutter and what each may cut.
 #[derive(Debug)]
 pub(super) struct Chips<'a> {
-    teeth: &'a [Tooth],
-    engagement: Engagement,
-    coefficients: &'a CuttingCoefficients,
+    pub(super) teeth: &'a [Tooth],
+    pub(super) engagement: Engagement,
+    pub(super) coefficients: &'a CuttingCoefficients,
+    pub(super) runout: Option<Runout>,
+    /// S_k repeats after this angle: the pitch, or a turn where pitches differ.
+    pub(super) repeats_rad: f64,
 }
 
 /// slope · sin φ + height, m.
 type Line = [f64; 2];
 
-impl<'a> Chips<'a> {
-    pub(super) fn new(
-        teeth: &'a [Tooth],
-        engagement: Engagement,
-        coefficients: &'a CuttingCoefficients,
-    ) -> Self {
-        Self { teeth, engagement, coefficients }
+/// One for each order: along the feed, across it and out of the work.
+type Sums = Vec<[Complex<f64>; 3]>;
+
+impl Chips<'_> {
+    /// ρ_j, m.
+    fn outwards_m(&self, j: usize, lag_rad: f64) -> f64 {
+        let of = |Runout { offset_m, angle_rad }| {
+            offset_m * (self.teeth[j].angle_rad - lag_rad - angle_rad).cos()
+        };
+        self.runout.map_or(0.0, of)
     }
 
     /// What tooth `j` finds before it: a line for each tooth ahead, itself last, a turn ago.
-    fn lines(&self, j: usize, feed_per_tooth_m: f64) -> Vec<Line> {
+    fn lines(&self, j: usize, lag_rad: f64, feed_per_tooth_m: f64) -> Vec<Line> {
         let z = self.teeth.len();
+        let own = self.outwards_m(j, lag_rad);
         let mut slope = 0.0;
         (1..=z)
             .map(|k| {
                 slope += self.teeth[(j + k - 1) % z].share * feed_per_tooth_m;
-                [slope, self.teeth[j].outwards_m - self.teeth[(j + k) % z].outwards_m]
+                [slope, own - self.outwards_m((j + k) % z, lag_rad)]
             })
             .collect()
     }
@@ -64,48 +84,77 @@ impl<'a> Chips<'a> {
     /// Angles between which the chip is smooth, from entry to exit.
     fn corners(&self, lines: &[Line]) -> Vec<f64> {
         let Engagement { entry_rad, exit_rad } = self.engagement;
-        let mut corners = vec![entry_rad, exit_rad];
-        let zero = [[0.0, 0.0]];
-        for (i, a) in lines.iter().enumerate() {
-            for b in lines[i + 1..].iter().chain(&zero) {
-                let sin = (b[1] - a[1]) / (a[0] - b[0]);
-                if (0.0..=1.0).contains(&sin) {
-                    corners.extend([sin.asin(), PI - sin.asin()]);
-                }
-            }
-        }
-        corners.retain(|phi| (entry_rad..=exit_rad).contains(phi));
+        let corner = |sin: f64| [sin.asin(), PI - sin.asin()];
+        let mut corners: Vec<f64> = sines(lines).into_iter().flat_map(corner).collect();
+        corners.retain(|phi| (entry_rad..exit_rad).contains(phi));
+        corners.extend([entry_rad, exit_rad]);
         corners.sort_by(f64::total_cmp);
         corners.dedup();
         corners
     }
 
-    pub(super) fn harmonics(
-        &self,
-        orders: &[u32],
-        feed_per_tooth_m: f64,
-        axial_depth_m: f64,
-    ) -> Vec<ForceHarmonic> {
-        let highest = f64::from(orders.iter().copied().max().unwrap_or(0));
-        let widest = WIDEST.min(2.0 / highest.max(1.0));
+    /// S_k, N/m.
+    fn at_height(&self, orders: &[u32], feed_per_tooth_m: f64, lag_rad: f64) -> Sums {
+        let widest = WIDEST_ANGLE.min(turned(orders));
         let mut sums = vec![[Complex::from(0.0); 3]; orders.len()];
         for (j, tooth) in self.teeth.iter().enumerate() {
-            let lines = self.lines(j, feed_per_tooth_m);
+            let lines = self.lines(j, lag_rad, feed_per_tooth_m);
             let mut add = |phi: f64, weight: f64| {
                 let chip_m = thickness(&lines, phi);
                 if chip_m <= 0.0 {
                     return;
                 }
-                let force = in_axes(self.coefficients, phi, chip_m);
+                let force = in_axes(self.coefficients, phi, chip_m).map(|f| f * weight);
+                let turn = Complex::cis(tooth.angle_rad - lag_rad - phi);
+                // Each power from the one before: a sine for each would cost ten times as much.
+                let (mut power, mut last) = (Complex::from(1.0), 0);
                 for (sum, &order) in sums.iter_mut().zip(orders) {
-                    let turn = Complex::cis(f64::from(order) * (tooth.angle_rad - phi)) * weight;
-                    (0..3).for_each(|i| sum[i] += turn * force[i]);
+                    power *= turn.powi(order as i32 - last);
+                    last = order as i32;
+                    (0..3).for_each(|i| sum[i] += power * force[i]);
                 }
             };
             for ends in self.corners(&lines).windows(2) {
                 integrate([ends[0], ends[1]], widest, &mut add);
             }
         }
+        sums
+    }
+
+    /// The mean of S_k over a helix that lags by `lag_rad` at the top.
+    fn over_heights(&self, orders: &[u32], feed_per_tooth_m: f64, lag_rad: f64) -> Sums {
+        let mut sums = vec![[Complex::from(0.0); 3]; orders.len()];
+        let mut add = |lag: f64, weight: f64| {
+            let here = self.at_height(orders, feed_per_tooth_m, lag);
+            for (sum, here) in sums.iter_mut().zip(here) {
+                (0..3).for_each(|i| sum[i] += here[i] * (weight / lag_rad));
+            }
+        };
+        // So often a whole, and a rest.
+        let whole = (lag_rad / self.repeats_rad).floor();
+        let rest = lag_rad - whole * self.repeats_rad;
+        let widest = WIDEST_LAG.min(turned(orders));
+        integrate([0.0, rest], widest, &mut |lag, weight| add(lag, (whole + 1.0) * weight));
+        if whole > 0.0 {
+            let beyond = [rest, self.repeats_rad];
+            integrate(beyond, widest, &mut |lag, weight| add(lag, whole * weight));
+        }
+        sums
+    }
+
+    /// The harmonics of edges that lag by `lag_rad` at the top; none for straight ones.
+    pub(super) fn harmonics(
+        &self,
+        orders: &[u32],
+        feed_per_tooth_m: f64,
+        axial_depth_m: f64,
+        lag_rad: f64,
+    ) -> Vec<ForceHarmonic> {
+        let sums = if lag_rad == 0.0 {
+            self.at_height(orders, feed_per_tooth_m, 0.0)
+        } else {
+            self.over_heights(orders, feed_per_tooth_m, lag_rad)
+        };
         // Twice, as F is real: C_k and its conjugate make one cosine.
         let scale = 2.0 * axial_depth_m / TAU;
         let told = |(sum, &order): ([Complex<f64>; 3], &u32)| ForceHarmonic {
@@ -114,6 +163,29 @@ impl<'a> Chips<'a> {
         };
         sums.into_iter().zip(orders).map(told).collect()
     }
+}
+
+/// Angle in which the highest order turns as far as it may, rad.
+fn turned(orders: &[u32]) -> f64 {
+    let highest = orders.iter().copied().max().unwrap_or(0);
+    MOST_TURNED / f64::from(highest.max(1))
+}
+
+/// Sines within 0..1 at which another line becomes the least, or the least one rises above zero.
+fn sines(lines: &[Line]) -> Vec<f64> {
+    let lowest = |a: &&Line, b: &&Line| a[1].total_cmp(&b[1]).then(a[0].total_cmp(&b[0]));
+    let mut least = lines.iter().min_by(lowest);
+    let mut sines = Vec::new();
+    // As sin φ grows, flatter and flatter lines are the least.
+    while let Some([slope, height]) = least {
+        sines.push(-height / slope);
+        let crossing = |line: &Line| (line[1] - height) / (slope - line[0]);
+        let flatter = lines.iter().filter(|line| line[0] < *slope);
+        least = flatter.min_by(|a, b| crossing(a).total_cmp(&crossing(b)));
+        sines.extend(least.map(crossing));
+    }
+    sines.retain(|sin| (0.0..=1.0).contains(sin));
+    sines
 }
 
 /// The least of the lines, and none below zero.

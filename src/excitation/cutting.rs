@@ -18,8 +18,9 @@
 //!
 //! with θ_j the angle of tooth j; the integrals have a closed form. A helix of angle β spreads each
 //! tooth over the lag χ = 2 a tan β / D, which multiplies C_k by sinc(kχ/2) exp(−ikχ/2). With
-//! runout or Kienzle's exponents the integrals are computed ([`super::chip`]). Left out: the nose
-//! radius, and what the vibration itself does to the chip (regeneration).
+//! runout or Kienzle's exponents the integrals are computed ([`super::chip`]); with runout and a
+//! helix over the height, too, as the chip changes along an edge: no factor holds there. Left out:
+//! the nose radius, and what the vibration itself does to the chip (regeneration).
 
 use std::f64::consts::TAU;
 
@@ -39,7 +40,7 @@ pub struct ForceModel {
     /// χ: by how much the highest point of an edge in the cut lags behind its tip, rad.
     lag_rad: f64,
     teeth: Vec<Tooth>,
-    has_runout: bool,
+    runout: Option<Runout>,
     has_even_teeth: bool,
 }
 
@@ -62,7 +63,7 @@ impl ForceModel {
             axial_depth_m: cutting.axial_depth_m,
             lag_rad,
             teeth: teeth(tool),
-            has_runout: tool.runout.is_some(),
+            runout: tool.runout,
             has_even_teeth: tool.pitch_rad.is_none(),
         })
     }
@@ -79,12 +80,12 @@ impl ForceModel {
 
     /// The force repeats this many times a turn: only multiples of it have harmonics.
     pub fn repeats(&self) -> u32 {
-        if self.has_even_teeth && !self.has_runout { self.teeth.len() as u32 } else { 1 }
+        if self.has_even_teeth && self.runout.is_none() { self.teeth.len() as u32 } else { 1 }
     }
 
     /// Whether its harmonics are integrals that are computed, at a cost.
     pub fn is_computed(&self) -> bool {
-        self.has_runout || !self.coefficients.is_linear()
+        self.runout.is_some() || !self.coefficients.is_linear()
     }
 
     /// The mean of the force along the feed, across it and out of the work, N; along the axis it is
@@ -102,11 +103,13 @@ impl ForceModel {
 
     /// The harmonics of some orders at a mean feed per tooth; order 0 is twice the mean.
     pub fn harmonics(&self, orders: &[u32], feed_per_tooth_m: f64) -> Vec<ForceHarmonic> {
-        let mut found: Vec<ForceHarmonic> = if !self.is_computed() {
-            orders.iter().map(|&order| self.of_straight_flutes(order, feed_per_tooth_m)).collect()
+        if self.runout.is_some() {
+            return self.computed(orders, feed_per_tooth_m, self.lag_rad);
+        }
+        let mut found: Vec<ForceHarmonic> = if self.is_computed() {
+            self.computed(orders, feed_per_tooth_m, 0.0)
         } else {
-            let chips = Chips::new(&self.teeth, self.engagement, &self.coefficients);
-            chips.harmonics(orders, feed_per_tooth_m, self.axial_depth_m)
+            orders.iter().map(|&order| self.of_straight_flutes(order, feed_per_tooth_m)).collect()
         };
         for harmonic in &mut found {
             let half = 0.5 * f64::from(harmonic.order) * self.lag_rad;
@@ -115,6 +118,18 @@ impl ForceModel {
             harmonic.amplitude_n = harmonic.amplitude_n.map(|c| c * spread);
         }
         found
+    }
+
+    fn computed(&self, orders: &[u32], feed_per_tooth_m: f64, lag_rad: f64) -> Vec<ForceHarmonic> {
+        let repeats = if self.has_even_teeth { self.teeth.len() } else { 1 };
+        let chips = Chips {
+            teeth: &self.teeth,
+            engagement: self.engagement,
+            coefficients: &self.coefficients,
+            runout: self.runout,
+            repeats_rad: TAU / repeats as f64,
+        };
+        chips.harmonics(orders, feed_per_tooth_m, self.axial_depth_m, lag_rad)
     }
 
     /// In closed form, the chip of each tooth c sin φ.
@@ -178,10 +193,9 @@ fn teeth(tool: &Tool) -> Vec<Tooth> {
         .map(|next| {
             let here = angle_rad;
             angle_rad += next;
-            let outwards = |Runout { offset_m, angle_rad }| offset_m * (here - angle_rad).cos();
             // It cuts what the tooth ahead of it has left: the farther ahead, the thicker.
             let share = next * z / TAU;
-            Tooth { angle_rad: here, share, outwards_m: tool.runout.map_or(0.0, outwards) }
+            Tooth { angle_rad: here, share }
         })
         .collect()
 }
@@ -357,8 +371,9 @@ mod tests {
                     if !(entry_rad..exit_rad).contains(&phi) {
                         continue;
                     }
+                    // The edge at this height is where its tip was a lag ago.
                     let runout =
-                        tool.runout.map_or(0.0, |r| r.offset_m * (theta - r.angle_rad).cos());
+                        tool.runout.map_or(0.0, |r| r.offset_m * (theta - lag - r.angle_rad).cos());
                     let out = runout + moved * phi.sin();
                     let before = &mut surface[(phi / TAU * steps as f64).round() as usize % steps];
                     let chip = out - before.max(out - 1e-3);
@@ -414,18 +429,23 @@ mod tests {
     fn helix_runout_and_exponents_agree_with_a_work_that_remembers_its_surface() {
         use CuttingDirection::{Climb, Conventional, Slot};
         let uneven = Tool { pitch_rad: Some(vec![1.9, 2.2, TAU - 4.1]), ..mill(3, 20.0, None) };
+        let uneven_out = Tool { runout: mill(3, 0.0, Some((9e-6, 0.8))).runout, ..uneven.clone() };
         let mut worst = 0.0_f64;
-        for (tool, direction, exponents) in [
-            (mill(2, 30.0, None), Climb, [0.0; 3]),
-            (mill(4, 40.0, None), Conventional, [0.0; 3]),
-            (uneven, Slot, [0.0; 3]),
-            (mill(3, 0.0, None), Climb, [0.25, 0.35, 0.2]),
-            (mill(2, 0.0, Some((8e-6, 0.4))), Conventional, [0.0; 3]),
-            (mill(3, 30.0, Some((20e-6, 1.9))), Climb, [0.0; 3]),
+        for (tool, direction, exponents, axial_depth_m) in [
+            (mill(2, 30.0, None), Climb, [0.0; 3], 0.004),
+            (mill(4, 40.0, None), Conventional, [0.0; 3], 0.004),
+            (uneven, Slot, [0.0; 3], 0.004),
+            (mill(3, 0.0, None), Climb, [0.25, 0.35, 0.2], 0.004),
+            (mill(2, 0.0, Some((8e-6, 0.4))), Conventional, [0.0; 3], 0.004),
+            (mill(3, 30.0, Some((20e-6, 1.9))), Climb, [0.0; 3], 0.004),
             // One of four teeth never cuts.
-            (mill(4, 30.0, Some((90e-6, -0.7))), Slot, [0.25, 0.25, 0.3]),
+            (mill(4, 30.0, Some((90e-6, -0.7))), Slot, [0.25, 0.25, 0.3], 0.004),
+            // Edges that wind through more than a pitch, and less of one.
+            (mill(4, 40.0, Some((5e-6, 0.0))), Climb, [0.0; 3], 0.012),
+            (mill(4, 40.0, Some((5e-6, 0.0))), Climb, [0.0; 3], 0.024),
+            (uneven_out, Conventional, [0.2, 0.3, 0.0], 0.02),
         ] {
-            let cutting = cut(direction, exponents);
+            let cutting = Cutting { axial_depth_m, ..cut(direction, exponents) };
             let model = ForceModel::new(&tool, &cutting).unwrap();
             let orders: Vec<u32> = (0..=2 * tool.teeth).collect();
             let found = model.harmonics(&orders, 60e-6);
@@ -435,7 +455,7 @@ mod tests {
                 for (found_n, expected_n) in found.amplitude_n.iter().zip(expected) {
                     let off = (found_n - expected_n).norm() / largest;
                     worst = worst.max(off);
-                    assert!(off < 3e-3, "{tool:?} order {}: {off}", found.order);
+                    assert!(off < 3e-3, "{tool:?} {axial_depth_m} m order {}: {off}", found.order);
                 }
             }
         }
@@ -502,6 +522,26 @@ mod tests {
         assert!(off < 1e-6 * expected.norm(), "{off}");
         // A tooth that never cuts leaves its chip to the next: the tooth harmonics change.
         assert!((size(&large, 4) - size(&straight, 4)).norm() > 0.05 * tooth);
+    }
+
+    /// With every tooth in the cut Σ_j exp(i (θ_j − ψ)) cos(θ_j − ψ − λ) = z/2 exp(iλ) at every lag
+    /// ψ: a helix leaves the spindle line as it is, per depth.
+    #[test]
+    fn a_helix_does_not_take_the_spindle_line_down() {
+        let of = |axial_depth_m: f64, helix_deg: f64| {
+            let cutting = Cutting { axial_depth_m, ..cut(CuttingDirection::Slot, [0.0; 3]) };
+            let tool = mill(4, helix_deg, Some((5e-6, 0.3)));
+            let mut model = ForceModel::new(&tool, &cutting).unwrap();
+            model.engagement = Engagement { entry_rad: PI / 3.0, exit_rad: 2.0 * PI / 3.0 };
+            model.harmonic(1, 50e-6).amplitude_n.map(|c| c / axial_depth_m)
+        };
+        let straight = of(0.004, 0.0);
+        for depth_m in [0.004, 0.012, 0.024] {
+            for (helix, straight) in of(depth_m, 40.0).into_iter().zip(straight) {
+                let off = (helix - straight).norm() / straight.norm();
+                assert!(off < 1e-9, "{depth_m} m: {off}");
+            }
+        }
     }
 
     /// The slope of the force at the mean chip, by differences.

@@ -48,6 +48,4 @@ pub(super) struct Tooth {
     pub(super) angle_rad: f64,
     /// Its share of the mean chip, as its distance from the tooth ahead has it.
     pub(super) share: f64,
-    /// How far runout moves it outwards, m.
-    pub(super) outwards_m: f64,
 }
