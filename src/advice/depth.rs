@@ -12,7 +12,7 @@ use crate::notes::Note;
 use crate::path::Path;
 use crate::process::{Chatter, LimitAt, TipPlace, chart_at, chatter, sure_ones, tip_places};
 use crate::risk::SpindleProfile;
-use crate::stability::Chart;
+use crate::stability::{Chart, DEEPEST_M};
 
 /// Places of the path.
 const PLACES: usize = 12;
@@ -23,9 +23,6 @@ const LEAST_TRIED: usize = 12;
 
 /// So many of the best are weighed by the exact limit.
 const WEIGHED: usize = 8;
-
-/// A limit deeper than any is told: none is found.
-const NONE_FOUND_M: f64 = 1.0;
 
 /// The smallest limit along the path at a constant speed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
@@ -63,7 +60,7 @@ impl<'a> DepthModel<'a> {
 
     fn smallest_m(&self, rpm: f64) -> f64 {
         let limits = self.charts.iter().filter_map(|chart| chart.limit(rpm));
-        limits.map(|limit| limit.depth_m).fold(NONE_FOUND_M, f64::min)
+        limits.map(|limit| limit.depth_m).fold(DEEPEST_M, f64::min)
     }
 
     /// Safe speeds, the deepest cut first: those at which the zeroth order is largest among their
@@ -87,7 +84,7 @@ impl<'a> DepthModel<'a> {
         best.sort_by(|a, b| b.0.total_cmp(&a.0));
         let weighed = |&(_, rpm): &(f64, f64)| {
             let exact = self.at(rpm).smallest.and_then(|smallest| smallest.depth_m);
-            (exact.unwrap_or(NONE_FOUND_M), rpm)
+            (exact.unwrap_or(DEEPEST_M), rpm)
         };
         let mut first: Vec<(f64, f64)> = best.iter().take(WEIGHED).map(weighed).collect();
         first.sort_by(|a, b| b.0.total_cmp(&a.0));

@@ -1,15 +1,16 @@
 //! The depth at which the cut chatters, along a path.
 
-use nalgebra::Complex;
+use nalgebra::{Complex, Matrix3x2};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::tip::{Owner, TipMode, TipPlace};
 use crate::excitation::{Engagement, coefficients, linear_about};
-use crate::job::{Cutting, CuttingDirection, Operation};
+use crate::job::{Cutting, Operation};
 use crate::stability::{
-    Chart, Cut, Kind, Limit, ToolMode, coupling_limit, displacement_m, milling_limit,
+    Chart, Cut, Kind, Limit, Method, ToolMode, coupling_limit, is_narrow, milling_limit,
+    receptance_m_per_n,
 };
 use crate::units::{rad_per_s_from_hz, written};
 
@@ -29,28 +30,10 @@ pub enum Seen {
     ArmAndTool,
 }
 
-/// So many places with the smallest limits of the zeroth order are solved exactly: an exact limit
-/// costs a hundred of those.
+/// So many places with the smallest limits of the zeroth order are solved exactly first, and twice
+/// as many each time after, until the smallest limit of all is exact: an exact one costs a hundred
+/// of the zeroth order. Cuts too narrow for the zeroth order are solved everywhere.
 const SOLVED: usize = 3;
-
-/// Cuts with a radial depth below this share of the diameter are solved exactly everywhere: the
-/// zeroth order knows no flips, and is wrong there by up to its double.
-const NARROW: f64 = 0.25;
-
-/// How a limit is found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-#[schemars(
-    inline,
-    description = "`zeroth`: the cut replaced by its mean over a turn. `exact`: the growth of a \
-                   small motion over one tooth period."
-)]
-pub enum FoundBy {
-    /// The cut replaced by its mean.
-    Zeroth,
-    /// By the growth of a small motion.
-    Exact,
-}
 
 /// The limit at one place.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
@@ -69,7 +52,7 @@ pub struct LimitAt {
     #[allow(missing_docs, reason = "the schema shows what the type says")]
     pub kind: Option<Kind>,
     #[allow(missing_docs, reason = "the schema shows what the type says")]
-    pub method: FoundBy,
+    pub method: Method,
     /// The mode of the arm that moves most in it, counted from 1; null where it is one of the
     /// tool's.
     pub mode: Option<usize>,
@@ -90,7 +73,7 @@ pub struct Chatter {
     /// The smallest limit along the path at the programmed speed; null where there is none below 1
     /// m.
     pub smallest: Option<LimitAt>,
-    /// The limit at places along the path, ascending in s.
+    /// The limit at up to 41 places along the path, ascending in s.
     pub along: Vec<LimitAt>,
 }
 
@@ -98,8 +81,7 @@ pub struct Chatter {
 /// regenerate, so that no speed matters.
 pub fn chart_at(operation: &Operation, place: &TipPlace) -> Option<Chart> {
     let cutting = operation.cutting.as_ref().filter(|cutting| cutting.regenerates)?;
-    let modes: Vec<ToolMode> = place.modes.iter().map(|one| one.mode).collect();
-    Some(Chart::new(&modes, &cut_at(operation, cutting, place)?))
+    Some(Chart::new(&of_place(place), &cut_at(operation, cutting, place)?))
 }
 
 /// A cut with coefficients that are linear about the chip at a place.
@@ -111,8 +93,8 @@ fn cut_at(operation: &Operation, cutting: &Cutting, place: &TipPlace) -> Option<
 }
 
 /// Stability at places of an operation; `None` where its coefficients are not known. The places
-/// with the smallest limits of the zeroth order are solved exactly; where that does not converge,
-/// the zeroth order stands.
+/// with the smallest limits of the zeroth order are solved exactly until the smallest of all is
+/// exact; where that does not converge, the zeroth order stands.
 pub fn chatter(
     operation: &Operation,
     places: &[TipPlace],
@@ -124,32 +106,41 @@ pub fn chatter(
     let cuts = cuts.filter(|cuts| !cuts.is_empty())?;
     let at: Vec<(&TipPlace, &Cut)> = places.iter().zip(&cuts).collect();
     let of = |(place, cut): &(&TipPlace, &Cut)| zeroth(place, cut, cutting.regenerates);
-    let mut found: Vec<(Option<Limit>, FoundBy)> = at.par_iter().map(of).collect();
+    let mut found: Vec<(Option<Limit>, Method)> = at.par_iter().map(of).collect();
     if cutting.regenerates {
         let mut order: Vec<usize> = (0..found.len()).collect();
-        let depth = |i: &usize| found[*i].0.map_or(f64::INFINITY, |limit| limit.depth_m);
-        order.sort_by(|a, b| depth(a).total_cmp(&depth(b)));
-        if !is_narrow(operation, cutting) {
-            order.truncate(SOLVED);
-        }
-        let solved: Vec<_> = order.par_iter().map(|&i| (i, exact(at[i].0, at[i].1))).collect();
-        for (i, limit) in solved {
-            if let Some(limit) = limit {
-                found[i] = (limit, FoundBy::Exact);
+        order.sort_by(|&a, &b| depth_of(&found[a]).total_cmp(&depth_of(&found[b])));
+        let is_narrow = is_narrow(&operation.tool, cutting);
+        let mut many = if is_narrow { order.len() } else { SOLVED };
+        let mut rest = order.as_slice();
+        while !rest.is_empty() {
+            let (next, later) = rest.split_at(many.min(rest.len()));
+            (rest, many) = (later, 2 * many);
+            let solved: Vec<_> = next.par_iter().map(|&i| (i, exact(at[i].0, at[i].1))).collect();
+            for (i, limit) in solved {
+                if let Some(limit) = limit {
+                    found[i] = (limit, Method::Exact);
+                }
+            }
+            // The exact limit may lie above that of the zeroth order, and so above others.
+            let least = found.iter().min_by(|a, b| depth_of(a).total_cmp(&depth_of(b)));
+            if least.is_some_and(|least| least.1 == Method::Exact || least.0.is_none()) {
+                break;
             }
         }
     }
     let along: Vec<LimitAt> = places
         .iter()
+        .zip(&cuts)
         .zip(found)
-        .map(|(place, (found, method))| LimitAt {
+        .map(|((place, cut), (found, method))| LimitAt {
             s: place.s,
             line: line_at(place.s),
             depth_m: found.map(|limit| limit.depth_m),
             frequency_hz: found.map(|limit| limit.frequency_hz),
             kind: found.map(|limit| limit.kind),
             method,
-            mode: found.and_then(|limit| strongest(&place.modes, limit.frequency_hz)),
+            mode: found.and_then(|limit| strongest(&place.modes, &cut.mean(), limit.frequency_hz)),
         })
         .collect();
     let told = along.iter().filter_map(|at| Some((at.depth_m?, at)));
@@ -161,23 +152,20 @@ pub fn chatter(
     Some(Chatter { modes, depth_m, is_beyond, smallest, along })
 }
 
-/// Where the diameter is not known, it may be.
-fn is_narrow(operation: &Operation, cutting: &Cutting) -> bool {
-    let is_slot = cutting.direction == CuttingDirection::Slot;
-    let share = operation.tool.diameter_m.map_or(0.0, |d| cutting.radial_depth_m / d);
-    !is_slot && share < NARROW
+fn depth_of((limit, _): &(Option<Limit>, Method)) -> f64 {
+    limit.map_or(f64::INFINITY, |limit| limit.depth_m)
 }
 
 fn of_place(place: &TipPlace) -> Vec<ToolMode> {
     place.modes.iter().map(|one| one.mode).collect()
 }
 
-fn zeroth(place: &TipPlace, cut: &Cut, regenerates: bool) -> (Option<Limit>, FoundBy) {
+fn zeroth(place: &TipPlace, cut: &Cut, regenerates: bool) -> (Option<Limit>, Method) {
     let modes = of_place(place);
     if regenerates {
-        (Chart::new(&modes, cut).limit(place.rpm), FoundBy::Zeroth)
+        (Chart::new(&modes, cut).limit(place.rpm), Method::Zeroth)
     } else {
-        (coupling_limit(&modes, &cut.mean()), FoundBy::Zeroth)
+        (coupling_limit(&modes, &cut.mean()), Method::Zeroth)
     }
 }
 
@@ -187,12 +175,12 @@ fn exact(place: &TipPlace, cut: &Cut) -> Option<Option<Limit>> {
     milling_limit(&modes, cut, &Chart::new(&modes, cut), place.rpm).ok()
 }
 
-/// The mode of the arm that answers most at a frequency; `None` where that is one of the tool's.
-fn strongest(modes: &[TipMode], hz: f64) -> Option<usize> {
-    let size = |one: &TipMode| {
-        let force = one.mode.motion.normalize().map(Complex::from);
-        displacement_m(&[one.mode], &force, rad_per_s_from_hz(hz)).norm()
-    };
+/// The mode of the arm with the largest part in G(iω) H̄, which is what becomes unstable; `None`
+/// where that is one of the tool's.
+fn strongest(modes: &[TipMode], mean: &Matrix3x2<f64>, hz: f64) -> Option<usize> {
+    let mean = mean.map(Complex::from);
+    let size =
+        |one: &TipMode| (receptance_m_per_n(&[one.mode], rad_per_s_from_hz(hz)) * mean).norm();
     match modes.iter().max_by(|a, b| size(a).total_cmp(&size(b)))?.of {
         Owner::Arm(number) => Some(number),
         Owner::Tool => None,

@@ -19,6 +19,6 @@ mod effects;
 mod tip;
 
 pub use air_cuts::{InWork, in_work, is_air_cut};
-pub use chatter::{Chatter, FoundBy, LimitAt, Seen, chart_at, chatter};
+pub use chatter::{Chatter, LimitAt, Seen, chart_at, chatter};
 pub use effects::{AtPlace, Doubtful, Effects, NoForce, force_of, orders_of};
 pub use tip::{Owner, TipMode, TipPlace, arm_modes, sure_ones, tip_places};

@@ -5,7 +5,17 @@ use std::f64::consts::TAU;
 use nalgebra::Matrix3x2;
 
 use crate::excitation::{Engagement, coefficients};
-use crate::job::{Cutting, CuttingCoefficients, Tool};
+use crate::job::{Cutting, CuttingCoefficients, CuttingDirection, Tool};
+
+/// Below this share of the diameter in the cut, the zeroth order knows no flips that bound the
+/// depth, and may be wrong by its double.
+const NARROW: f64 = 0.25;
+
+/// Whether a cut is too narrow for the zeroth order.
+pub fn is_narrow(tool: &Tool, cutting: &Cutting) -> bool {
+    let share = tool.diameter_m.map(|diameter| cutting.radial_depth_m / diameter);
+    cutting.direction != CuttingDirection::Slot && share.is_some_and(|share| share < NARROW)
+}
 
 /// A cutter in a cut, without its depth.
 #[derive(Debug, Clone, PartialEq)]

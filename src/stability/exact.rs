@@ -57,7 +57,7 @@ impl<'a> Exact<'a> {
         self.multiplier(depth_m).map(Complex::norm)
     }
 
-    /// The smallest depth from `from_m` on at which the motion grows; `near_m` is where it is
+    /// The smallest depth from `from_m` on at which the motion grows; `near_m` is the least that is
     /// expected. `Ok(None)` where there is none below 1 m, an error where it is not found.
     ///
     /// # Errors
@@ -145,9 +145,8 @@ pub fn milling_limit(
     rpm: f64,
 ) -> Result<Option<Limit>, f64> {
     let Some(lowest) = chart.lowest_m() else { return Ok(None) };
-    let near = chart.limit(rpm).map_or(lowest, |limit| limit.depth_m);
     let milling = Milling::new(cut, rpm);
-    Exact::new(modes, &milling).limit(FROM * lowest, near.min(lowest))
+    Exact::new(modes, &milling).limit(FROM * lowest, lowest)
 }
 
 /// The spectral radius over one mean tooth period; `None` where it is not found.

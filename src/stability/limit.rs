@@ -6,7 +6,22 @@ use serde::Serialize;
 use crate::units::written;
 
 /// Limits beyond this depth are not told, m.
-pub(super) const DEEPEST_M: f64 = 1.0;
+pub const DEEPEST_M: f64 = 1.0;
+
+/// How a limit is found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[schemars(
+    inline,
+    description = "`zeroth`: the cut replaced by its mean over a turn. `exact`: the growth of a \
+                   small motion over one tooth period."
+)]
+pub enum Method {
+    /// The cut replaced by its mean.
+    Zeroth,
+    /// By the growth of a small motion.
+    Exact,
+}
 
 /// How a cut becomes unstable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]

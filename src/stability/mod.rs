@@ -29,8 +29,8 @@ mod mode;
 mod period;
 
 pub use chart::{Chart, coupling_limit};
-pub use cut::Cut;
+pub use cut::{Cut, is_narrow};
 pub use exact::{Exact, milling_limit, milling_radius};
-pub use limit::{Kind, Limit};
+pub use limit::{DEEPEST_M, Kind, Limit, Method};
 pub use milling::{Milling, Process, Term};
 pub use mode::{ToolMode, displacement_m, receptance_m_per_n};

@@ -14,12 +14,11 @@ use crate::notes::{Code, Note, Place};
 use crate::path::tip_modes_of_tool;
 use crate::process::arm_modes;
 use crate::risk::{Paths, about_operation, in_operation};
-pub use crate::stability::Limit;
-use crate::stability::{Chart, Cut, ToolMode, coupling_limit, milling_limit, milling_radius};
+use crate::stability::{
+    Chart, Cut, ToolMode, coupling_limit, is_narrow, milling_limit, milling_radius,
+};
+pub use crate::stability::{Limit, Method};
 use crate::units::{Date, hz_from_rad_per_s, hz_from_rpm, m_from_mm, mm_from_m, written};
-
-/// A cut narrower than this share of the diameter is no case for the zeroth order.
-const NARROW: f64 = 0.25;
 
 /// What lobes are asked of.
 #[derive(Debug, Clone)]
@@ -28,21 +27,6 @@ pub enum Subject {
     Job(Box<Job>),
     /// Modes alone.
     Modes(Box<TipCut>),
-}
-
-/// How the limit is computed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-#[schemars(
-    inline,
-    description = "`zeroth`: the cut replaced by its mean over a turn. `exact`: the growth of a \
-                   small motion over one tooth period."
-)]
-pub enum Method {
-    /// The cut replaced by its mean.
-    Zeroth,
-    /// By the growth of a small motion.
-    Exact,
 }
 
 /// What is asked.
@@ -172,6 +156,18 @@ pub fn lobes(subject: &Subject, request: &Request) -> Result<Lobes, Vec<Note>> {
     let Some(cut) = Cut::new(tool, cutting) else {
         return Err(vec![Note::error(Code::MissingKey, place, lacks(tool, cutting))]);
     };
+    if request.depth_mm.is_some() && !cutting.regenerates {
+        let what = "the growth over a tooth period is that of a cut that regenerates, and \
+                    cutting.regeneration is false: leave the option away for the depth at which \
+                    modes feed each other, or take the key away";
+        return Err(vec![usage("depth-mm", what.to_owned())]);
+    }
+    let method = match (request.depth_mm, cutting.regenerates) {
+        (Some(_), _) => Method::Exact,
+        (None, true) => request.method,
+        // What the motion meets is the mean alone.
+        (None, false) => Method::Zeroth,
+    };
     let mut warnings = Vec::new();
     let mut warn = |what: &str| {
         let what = what.to_owned();
@@ -186,10 +182,7 @@ pub fn lobes(subject: &Subject, request: &Request) -> Result<Lobes, Vec<Note>> {
     if coefficients(cutting).is_some_and(|own| own.axial.is_none()) {
         warn("no axial coefficient (kac_n_per_mm2), so the force along the spindle is left out");
     }
-    let share = tool.diameter_m.map(|diameter| cutting.radial_depth_m / diameter);
-    let is_narrow = cut.engagement.exit_rad - cut.engagement.entry_rad < 3.0
-        && share.is_some_and(|share| share < NARROW);
-    if request.method == Method::Zeroth && request.depth_mm.is_none() && is_narrow {
+    if method == Method::Zeroth && cutting.regenerates && is_narrow(tool, cutting) {
         warn(
             "the radial depth is below a quarter of the diameter, where the zeroth order may be \
              wrong by a factor of two; use --method exact",
@@ -202,7 +195,6 @@ pub fn lobes(subject: &Subject, request: &Request) -> Result<Lobes, Vec<Note>> {
         damping_ratio: mode.damping_ratio,
         motion: mode.motion.into(),
     };
-    let method = if request.depth_mm.is_some() { Method::Exact } else { request.method };
     let modes = modes.iter().map(seen).collect();
     Ok(Lobes { title, method, modes, has_tool_modes, rows, warnings })
 }
@@ -270,21 +262,20 @@ fn of_modes(cut: &TipCut) -> Setting<'_> {
 }
 
 fn of_job<'a>(job: &'a Job, request: &Request) -> Result<Setting<'a>, Vec<Note>> {
-    let usage =
-        |key, what: String| vec![Note::error(Code::Usage, Place { key, ..Place::default() }, what)];
     if !(0.0..=1.0).contains(&request.at_s) {
-        return Err(usage("at", format!("is {}, must lie between 0 and 1", request.at_s)));
+        let what = format!("is {}, must lie between 0 and 1", request.at_s);
+        return Err(vec![usage("at", what)]);
     }
     let operation = match &request.operation {
         Some(name) => job.operations.iter().find(|each| each.name == *name).ok_or_else(|| {
             let names: Vec<&str> = job.operations.iter().map(|each| each.name.as_str()).collect();
             let names = names.join(", ");
-            usage("operation", format!("'{name}' is not among those of the job: {names}"))
+            vec![usage("operation", format!("'{name}' is not among those of the job: {names}"))]
         })?,
         None => {
             let cuts = |each: &&Operation| each.cutting.is_some();
             let first = job.operations.iter().find(cuts).or(job.operations.first());
-            first.ok_or_else(|| usage("operation", "the job has none".to_owned()))?
+            first.ok_or_else(|| vec![usage("operation", "the job has none".to_owned())])?
         }
     };
     let place = about_operation(job, operation, Code::MissingKey, String::new()).place;
@@ -306,6 +297,11 @@ fn of_job<'a>(job: &'a Job, request: &Request) -> Result<Setting<'a>, Vec<Note>>
         cutting: linear(operation, cutting),
         place,
     })
+}
+
+/// A fault of an option.
+fn usage(key: &'static str, what: String) -> Note {
+    Note::error(Code::Usage, Place { key, ..Place::default() }, what)
 }
 
 /// A cut with coefficients that are linear about the chip at the programmed speed and feed.

@@ -35,5 +35,6 @@ mod paper;
 mod path;
 mod programs;
 mod stability;
+mod stability_along;
 mod survey;
 mod tracking;

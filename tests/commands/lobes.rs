@@ -67,18 +67,28 @@ fn where_nothing_chatters_cells_are_blank_and_json_says_null() {
     assert!(text.starts_with("<svg") && text.contains("axial depth [mm]"));
 }
 
+fn text_of_fresh() -> String {
+    MODES.replace("direction: slot", "direction: slot, regeneration: false").replace(
+        "[1, 0, 0]}]",
+        "[1, 0, 0]}, {frequency_hz: 922, damping_ratio: 0.011, mass_kg: 0.03993, axis: [0, 1, 0]}]",
+    )
+}
+
 /// Without regeneration the speed does not matter, and the kind says why.
 #[test]
 fn fresh_material_leaves_coupling_alone() {
-    let text = MODES.replace("direction: slot", "direction: slot, regeneration: false").replace(
-        "[1, 0, 0]}]",
-        "[1, 0, 0]}, {frequency_hz: 922, damping_ratio: 0.011, mass_kg: 0.03993, axis: [0, 1, 0]}]",
-    );
-    let (code, text, said) = of(&text, "--rpm 1000:9000:2");
+    let (code, text, said) = of(&text_of_fresh(), "--rpm 1000:9000:2");
     assert_eq!(code, Some(0), "{said}");
     let rows: Vec<Vec<&str>> = text.lines().map(|line| line.split(',').collect()).collect();
     assert_eq!(rows[1][3], "coupling");
     assert_eq!(rows[1][1..], rows[2][1..]);
+    // What it meets is the mean; it has no growth over a tooth period.
+    let (_, json, _) = of(&text_of_fresh(), "--rpm 1000:9000:2 --format json");
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(json["method"], "zeroth");
+    let (code, out, said) = of(&text_of_fresh(), "--rpm 1000:9000:2 --depth-mm 0.5");
+    assert_eq!((code, out.as_str()), (Some(2), ""), "{said}");
+    assert!(said.contains("--depth-mm: ") && said.contains("cutting.regeneration"), "{said}");
 }
 
 #[test]
