@@ -20,8 +20,8 @@ use crate::process::{
 };
 use crate::units::{hz_from_rpm, percent_from_ratio, um_from_m, written};
 
-/// Places at which stability is worked out.
-const STABILITY_PLACES: usize = 41;
+/// Stability is worked out at the places nearest to so many equal parts of the path.
+const STABILITY_PARTS: usize = 40;
 
 /// A harmonic is told that reaches this share of the largest.
 const TOLD_SHARE: f64 = 0.01;
@@ -187,11 +187,18 @@ pub(super) fn look(
     }
     let places = cutting_places(operation, path, stations)?;
     let tool_tip = tool_tip(job, operation, path, (rules, stations), &places);
-    let places = sure_ones(places);
-    let step = places.len().div_ceil(STABILITY_PLACES).max(1);
-    let thin: Vec<TipPlace> = places.into_iter().step_by(step).collect();
-    let stability = chatter(operation, &thin, |s| path.line_at(s));
+    let stability = chatter(operation, &thinned(&sure_ones(places)), |s| path.line_at(s));
     Ok(Cut { tool_tip, stability })
+}
+
+/// The places nearest to i / 40, the first and the last among them.
+fn thinned(places: &[TipPlace]) -> Vec<TipPlace> {
+    let nearest = |i: usize| {
+        let off = |place: &TipPlace| (place.s - i as f64 / STABILITY_PARTS as f64).abs();
+        places.iter().min_by(|a, b| off(a).total_cmp(&off(b)))
+    };
+    let taken: Vec<f64> = (0..=STABILITY_PARTS).filter_map(nearest).map(|place| place.s).collect();
+    places.iter().filter(|place| taken.contains(&place.s)).cloned().collect()
 }
 
 fn cutting_places(

@@ -372,7 +372,16 @@ fn stability_stands_beside_the_verdict() {
     assert_eq!(stability["modes"], "arm");
     assert_eq!(stability["depth_mm"], 2.0);
     let along = stability["along"].as_array().unwrap();
-    assert!(along.len() > 20, "{}", along.len());
+    // The stations that are nearest to equal parts of the path, both ends among them.
+    let s: Vec<f64> = along.iter().map(|at| number(&at["s"])).collect();
+    let stations: Vec<f64> =
+        operation["samples"].as_array().unwrap().iter().map(|at| number(&at["s"])).collect();
+    assert_eq!(s.len(), 41);
+    for (i, s) in s.iter().enumerate() {
+        let off = |at: f64| (at - i as f64 / 40.0).abs();
+        let nearest = stations.iter().map(|at| off(*at)).fold(f64::INFINITY, f64::min);
+        assert!(off(*s) <= nearest, "{i}: {s}, {nearest}");
+    }
     let limit = |at: &Value| number(&at["limit_mm"]);
     assert_eq!(along.iter().filter(|at| at["method"] == "exact").count(), 3);
     let smallest = along.iter().map(limit).fold(f64::INFINITY, f64::min);
