@@ -96,6 +96,7 @@ fn faults_have_file_line_and_key() {
     for (from, to, expected) in [
         ("mass_kg: 0.03993", "mass: 1", "1: "),
         ("mass_kg: 0.03993, ", "", "1: modes[0] has neither of mass_kg and stiffness_n_per_m"),
+        ("damping_ratio: 0.011", "damping_ratio: 1", "1: mode 1: damping_ratio is 1, must be"),
         ("axis: [1, 0, 0]", "axis: [0, 0, 0]", "1: modes[0].axis is [0, 0, 0]"),
         ("slot", "climb", ""),
         (

@@ -194,7 +194,7 @@ pub(in crate::input) struct TipMode {
     #[schemars(required, extend("exclusiveMinimum" = 0, "maximum" = 1000000, "examples" = [922]))]
     pub(in crate::input) frequency_hz: Option<f64>,
     /// Share of critical damping.
-    #[schemars(required, extend("exclusiveMinimum" = 0, "maximum" = 1, "examples" = [0.011]))]
+    #[schemars(required, extend("exclusiveMinimum" = 0, "maximum" = 0.99, "examples" = [0.011]))]
     pub(in crate::input) damping_ratio: Option<f64>,
     /// Mass that vibrates, as seen at the tip, kg; one of this and stiffness_n_per_m.
     #[schemars(extend("minimum" = 1e-9, "maximum" = 1e12, "examples" = [0.03993]))]
