@@ -5,6 +5,8 @@ python3 tests/stability.py target/release/detune [--cases 200] [--simulated 50] 
 Spectral radii: semi-discretisation (Insperger & Stepan) with the delayed place as the mean of two samples and
 the coefficients of the middle of each step, extrapolated from two step widths (Richardson). Stretches with
 and without a tooth in the cut have steps of their own, so that no step spans a corner.
+Limits: neither too high nor too low. The spectral radius there is 1, the program's own within 1e-6, the other one
+within its accuracy; below it nothing grows, a thousandth above it does.
 Growth: the equations of motion in time by Runge and Kutta, the vibration of whole turns compared; there with
 uneven pitch, too.
 """
@@ -175,6 +177,15 @@ def told(program, file, rpm, *more):
     return subprocess.run(command, check=True, capture_output=True, text=True).stdout.splitlines()[1].split(",")
 
 
+def on_the_limit(program, file, rpm, limit_mm):
+    """What is wrong with a limit by the program's own growth there and just above it."""
+    at, above = (float(told(program, file, rpm, "--depth-mm", repr(limit_mm * share))[2]) for share in (1, 1.001))
+    if abs(at - 1) > 1e-6:
+        yield f"the radius at the limit {limit_mm} mm is {at}"
+    if not above > 1:
+        yield f"the radius a thousandth above the limit {limit_mm} mm is {above}"
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("program")
@@ -183,7 +194,7 @@ def main():
     parser.add_argument("--seed", type=int, default=1)
     args = parser.parse_args()
     rng = np.random.default_rng(args.seed)
-    worst, wrong, limits, unstable = 0.0, [], 0, 0
+    worst, at_limit, wrong, limits, unstable = 0.0, 0.0, [], 0, 0
     with tempfile.TemporaryDirectory() as folder:
         file = os.path.join(folder, "modes.yaml")
         for i in range(args.cases):
@@ -203,12 +214,22 @@ def main():
             expected, off = radius(text, rpm, below)
             if row[1] and expected > 1 + 1e-4 + 0.5 * off:
                 wrong.append(f"case {i}: {rpm} rpm: grows at {below} mm, below the limit {limit_mm} mm: {text}")
+            if row[1]:
+                faults = list(on_the_limit(args.program, file, rpm, limit_mm))
+                expected, off = radius(text, rpm, limit_mm)
+                at_limit = max(at_limit, abs(expected - 1))
+                if abs(expected - 1) > 1e-4 + 0.5 * off:
+                    faults.append(f"the other radius at the limit {limit_mm} mm is {expected}")
+                wrong += [f"case {i}: {rpm} rpm: {fault}: {text}" for fault in faults]
         for i in range(args.simulated):
             text, rpm = case(rng, uneven=True)
             with open(file, "w") as out:
                 yaml.safe_dump(text, out)
             row = told(args.program, file, rpm)
             limit_mm = float(row[1]) if row[1] else 100.0
+            if row[1]:
+                faults = on_the_limit(args.program, file, rpm, limit_mm)
+                wrong += [f"simulated {i}: {rpm} rpm: {fault}: {text}" for fault in faults]
             for factor in (0.6, 1.6):
                 depth_mm = limit_mm * factor
                 per_tooth = float(told(args.program, file, rpm, "--depth-mm", repr(depth_mm))[2])
@@ -220,7 +241,8 @@ def main():
                 unstable += per_turn > 1
                 if (seen > 1) != (per_turn > 1):
                     wrong.append(f"simulated {i}: {rpm} rpm, {depth_mm} mm: {per_turn} a turn, seen {seen}: {text}")
-    print(f"{args.cases} spectral radii within {worst:.1e}, {limits} limits; "
+    print(f"{args.cases} spectral radii within {worst:.1e}, {limits} limits "
+          f"where they are within {at_limit:.1e} of 1; "
           f"{args.simulated} cases in time, {unstable} that grow")
     for line in wrong:
         print(line)
