@@ -30,10 +30,13 @@ pub enum Seen {
     ArmAndTool,
 }
 
-/// So many places with the smallest limits of the zeroth order are solved exactly first, and twice
-/// as many each time after, until the smallest limit of all is exact: an exact one costs a hundred
-/// of the zeroth order. Cuts too narrow for the zeroth order are solved everywhere.
+/// So many places with the smallest limits of the zeroth order are solved exactly first: an exact
+/// one costs a hundred of the zeroth order. Cuts too narrow for the zeroth order are solved
+/// everywhere.
 const SOLVED: usize = 3;
+
+/// Of the others one in so many.
+const EVERY: usize = 8;
 
 /// The limit at one place.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
@@ -92,9 +95,32 @@ fn cut_at(operation: &Operation, cutting: &Cutting, place: &TipPlace) -> Option<
     Cut::new(&operation.tool, &cutting)
 }
 
-/// Stability at places of an operation; `None` where its coefficients are not known. The places
-/// with the smallest limits of the zeroth order are solved exactly until the smallest of all is
-/// exact; where that does not converge, the zeroth order stands.
+/// Places that are solved exactly first: all, or those with the smallest limits of the zeroth order
+/// and some over the path, as the exact limit may be smallest elsewhere.
+fn first_solved(found: &[(Option<Limit>, Method)], all: bool) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..found.len()).collect();
+    if !all {
+        order.sort_by(|&a, &b| depth_of(&found[a]).total_cmp(&depth_of(&found[b])));
+        order.truncate(SOLVED);
+        order.extend((0..found.len()).step_by(EVERY));
+        order.sort_unstable();
+        order.dedup();
+    }
+    order
+}
+
+/// What is to be solved before the smallest limit is sure: itself and the places beside it.
+fn not_yet_sure(found: &[(Option<Limit>, Method)], tried: &[bool]) -> Vec<usize> {
+    let least =
+        (0..found.len()).min_by(|&a, &b| depth_of(&found[a]).total_cmp(&depth_of(&found[b])));
+    let Some(least) = least.filter(|&i| found[i].0.is_some()) else { return Vec::new() };
+    let beside = least.saturating_sub(1)..=(least + 1).min(found.len() - 1);
+    beside.filter(|&i| !tried[i]).collect()
+}
+
+/// Stability at places of an operation; `None` where its coefficients are not known. Places are
+/// solved exactly until the smallest limit of all is exact, and so are those beside it; where that
+/// does not converge, the zeroth order stands.
 pub fn chatter(
     operation: &Operation,
     places: &[TipPlace],
@@ -108,25 +134,17 @@ pub fn chatter(
     let of = |(place, cut): &(&TipPlace, &Cut)| zeroth(place, cut, cutting.regenerates);
     let mut found: Vec<(Option<Limit>, Method)> = at.par_iter().map(of).collect();
     if cutting.regenerates {
-        let mut order: Vec<usize> = (0..found.len()).collect();
-        order.sort_by(|&a, &b| depth_of(&found[a]).total_cmp(&depth_of(&found[b])));
-        let is_narrow = is_narrow(&operation.tool, cutting);
-        let mut many = if is_narrow { order.len() } else { SOLVED };
-        let mut rest = order.as_slice();
-        while !rest.is_empty() {
-            let (next, later) = rest.split_at(many.min(rest.len()));
-            (rest, many) = (later, 2 * many);
+        let mut next = first_solved(&found, is_narrow(&operation.tool, cutting));
+        let mut tried = vec![false; found.len()];
+        while !next.is_empty() {
             let solved: Vec<_> = next.par_iter().map(|&i| (i, exact(at[i].0, at[i].1))).collect();
             for (i, limit) in solved {
+                tried[i] = true;
                 if let Some(limit) = limit {
                     found[i] = (limit, Method::Exact);
                 }
             }
-            // The exact limit may lie above that of the zeroth order, and so above others.
-            let least = found.iter().min_by(|a, b| depth_of(a).total_cmp(&depth_of(b)));
-            if least.is_some_and(|least| least.1 == Method::Exact || least.0.is_none()) {
-                break;
-            }
+            next = not_yet_sure(&found, &tried);
         }
     }
     let along: Vec<LimitAt> = places
