@@ -12,11 +12,13 @@
 //! in mm.
 //!
 //! ```text
-//! C_k = a/2π · 1/χ ∫ S_k(ψ) dψ,   S_k(ψ) = Σ_j exp(i k (θ_j − ψ)) ∫ F_j(φ, ψ)/a exp(−i k φ) dφ
+//! C_k = a/2π · 1/χ ∫ S_k(ψ) exp(−i k ψ) dψ
+//! S_k(ψ) = Σ_j exp(i k θ_j) ∫ F_j(φ, ψ)/a exp(−i k φ) dφ
 //! ```
 //!
-//! Both integrals are by the rule of Gauss and Legendre, the one over the engagement divided where
-//! the least of the lines in sin φ changes.
+//! The inner integral is by the rule of Gauss and Legendre, divided where the least of the lines in
+//! sin φ changes. S_k changes with ρ_j alone, as slowly for high orders as for low ones: the outer
+//! integral takes it for a polynomial of the seventh degree on stretches of ψ (Filon).
 
 use std::f64::consts::{PI, TAU};
 
@@ -49,7 +51,7 @@ pub(super) struct Chips<'a> {
     pub(super) engagement: Engagement,
     pub(super) coefficients: &'a CuttingCoefficients,
     pub(super) runout: Option<Runout>,
-    /// S_k repeats after this angle: the pitch, or a turn where pitches differ.
+    /// S_k exp(−i k ψ) repeats after this angle: the pitch, or a turn where pitches differ.
     pub(super) repeats_rad: f64,
 }
 
@@ -105,7 +107,7 @@ impl Chips<'_> {
                     return;
                 }
                 let force = in_axes(self.coefficients, phi, chip_m).map(|f| f * weight);
-                let turn = Complex::cis(tooth.angle_rad - lag_rad - phi);
+                let turn = Complex::cis(tooth.angle_rad - phi);
                 // Each power from the one before: a sine for each would cost ten times as much.
                 let (mut power, mut last) = (Complex::from(1.0), 0);
                 for (sum, &order) in sums.iter_mut().zip(orders) {
@@ -121,23 +123,33 @@ impl Chips<'_> {
         sums
     }
 
-    /// The mean of S_k over a helix that lags by `lag_rad` at the top.
+    /// The mean of S_k exp(−i k ψ) over a helix that lags by `lag_rad` at the top.
     fn over_heights(&self, orders: &[u32], feed_per_tooth_m: f64, lag_rad: f64) -> Sums {
         let mut sums = vec![[Complex::from(0.0); 3]; orders.len()];
-        let mut add = |lag: f64, weight: f64| {
-            let here = self.at_height(orders, feed_per_tooth_m, lag);
-            for (sum, here) in sums.iter_mut().zip(here) {
-                (0..3).for_each(|i| sum[i] += here[i] * (weight / lag_rad));
+        let mut add = |[from, to]: [f64; 2], times: f64| {
+            let panels = ((to - from) / WIDEST_LAG).ceil().max(1.0);
+            let half = 0.5 * (to - from) / panels;
+            let of_orders: Vec<[Complex<f64>; 8]> =
+                orders.iter().map(|&order| filon(f64::from(order) * half)).collect();
+            for panel in 0..panels as usize {
+                let middle = from + half * (2.0 * panel as f64 + 1.0);
+                for (m, x) in nodes().into_iter().enumerate() {
+                    let here = self.at_height(orders, feed_per_tooth_m, middle + half * x);
+                    let each = sums.iter_mut().zip(here).zip(orders).zip(&of_orders);
+                    for (((sum, here), &order), weights) in each {
+                        let turn = Complex::cis(-f64::from(order) * middle);
+                        let weight = turn * weights[m] * (half * times / lag_rad);
+                        (0..3).for_each(|i| sum[i] += here[i] * weight);
+                    }
+                }
             }
         };
         // So often a whole, and a rest.
         let whole = (lag_rad / self.repeats_rad).floor();
         let rest = lag_rad - whole * self.repeats_rad;
-        let widest = WIDEST_LAG.min(turned(orders));
-        integrate([0.0, rest], widest, &mut |lag, weight| add(lag, (whole + 1.0) * weight));
+        add([0.0, rest], whole + 1.0);
         if whole > 0.0 {
-            let beyond = [rest, self.repeats_rad];
-            integrate(beyond, widest, &mut |lag, weight| add(lag, whole * weight));
+            add([rest, self.repeats_rad], whole);
         }
         sums
     }
@@ -193,6 +205,26 @@ fn thickness(lines: &[Line], phi: f64) -> f64 {
     let sin = phi.sin();
     let least = lines.iter().map(|[slope, height]| slope * sin + height);
     least.fold(f64::INFINITY, f64::min).max(0.0)
+}
+
+/// Nodes of Gauss and Legendre on −1..1, ascending.
+fn nodes() -> [f64; 8] {
+    std::array::from_fn(|m| if m < 4 { -GAUSS[3 - m].0 } else { GAUSS[m - 4].0 })
+}
+
+/// Weights of the nodes in ∫ f(x) exp(−i κ x) dx on −1..1, for the polynomial through them.
+fn filon(kappa: f64) -> [Complex<f64>; 8] {
+    let nodes = nodes();
+    let lagrange = |m: usize, x: f64| -> f64 {
+        let others = nodes.iter().enumerate().filter(|&(n, _)| n != m);
+        others.map(|(_, node)| (x - node) / (nodes[m] - node)).product()
+    };
+    let mut weights = [Complex::from(0.0); 8];
+    integrate([-1.0, 1.0], kappa.max(1.0).recip(), &mut |x, weight| {
+        let turn = Complex::cis(-kappa * x) * weight;
+        weights.iter_mut().enumerate().for_each(|(m, sum)| *sum += turn * lagrange(m, x));
+    });
+    weights
 }
 
 fn integrate([from, to]: [f64; 2], widest: f64, add: &mut impl FnMut(f64, f64)) {
