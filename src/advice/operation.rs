@@ -132,7 +132,7 @@ fn advise_path(
     let operation = &job.operations[index];
     let lines = lines(&operation.tool, &job.policy);
     let programmed_rpm = mean_rpm(&operation.speed);
-    let tip = TipModel::new(operation, path, job.spindle.min_rpm)?;
+    let tip = TipModel::new(operation, path)?;
     let chip = chip(operation, programmed_rpm, options.feed);
     let stations = grid(path, operation.speed.corners());
     let survey = Survey::take(path, stations, detail(&job.policy), progress)?;

@@ -17,7 +17,7 @@ use serde::Serialize;
 
 use super::speeds::{SafeSet, Speeds};
 use crate::excitation::{ForceHarmonic, ForceModel};
-use crate::job::Operation;
+use crate::job::{Operation, Tool};
 use crate::notes::Note;
 use crate::path::Path;
 use crate::process::{NoForce, TipMode, TipPlace, force_of, orders_of, sure_ones, tip_places};
@@ -49,9 +49,7 @@ pub struct TipVibration {
 #[derive(Debug, Clone)]
 pub(super) struct TipModel {
     force: ForceModel,
-    /// Orders of the spindle at which there is force.
-    orders: Vec<u32>,
-    teeth: f64,
+    tool: Tool,
     /// Each with the place of its feed in `feed_ratios`.
     points: Vec<(usize, TipPlace)>,
     /// The feeds along the path over that of the operation, each once.
@@ -72,11 +70,7 @@ impl TipModel {
     ///
     /// # Errors
     /// The arm has no modes somewhere.
-    pub(super) fn new(
-        operation: &Operation,
-        path: &Path,
-        slowest_rpm: f64,
-    ) -> Result<Result<Self, NoForce>, Note> {
+    pub(super) fn new(operation: &Operation, path: &Path) -> Result<Result<Self, NoForce>, Note> {
         let force = match force_of(operation) {
             Ok(force) => force,
             Err(why) => return Ok(Err(why)),
@@ -87,7 +81,6 @@ impl TipModel {
         if points.is_empty() {
             return Ok(Err(NoForce::OnlyAir));
         }
-        let orders = orders_of(&force, &operation.tool, slowest_rpm);
         let mut feed_ratios: Vec<f64> = Vec::new();
         let with_feed = |place: TipPlace| {
             let ratio = path.feed_m_per_s_at(place.s) / operation.feed_m_per_s;
@@ -99,8 +92,7 @@ impl TipModel {
             (at, place)
         };
         let points = points.into_iter().map(with_feed).collect();
-        let teeth = f64::from(operation.tool.teeth);
-        Ok(Ok(Self { force, orders, teeth, points, feed_ratios }))
+        Ok(Ok(Self { force, tool: operation.tool.clone(), points, feed_ratios }))
     }
 
     /// The largest amplitude along the path at a constant speed.
@@ -159,9 +151,12 @@ impl TipModel {
     fn forces(&self, rpm: f64, chip: Chip, feed_ratio: f64) -> Vec<ForceHarmonic> {
         let feed_per_tooth_m = match chip {
             Chip::PerTooth(feed_per_tooth_m) => feed_per_tooth_m,
-            Chip::Feed(feed_m_per_s) => feed_m_per_s / (self.teeth * hz_from_rpm(rpm)),
+            Chip::Feed(feed_m_per_s) => {
+                feed_m_per_s / (f64::from(self.tool.teeth) * hz_from_rpm(rpm))
+            }
         };
-        self.force.harmonics(&self.orders, feed_ratio * feed_per_tooth_m)
+        let orders = orders_of(&self.force, &self.tool, rpm);
+        self.force.harmonics(&orders, feed_ratio * feed_per_tooth_m)
     }
 }
 
@@ -179,7 +174,7 @@ fn amplitude(modes: &[TipMode], forces: &[ForceHarmonic], rpm: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::job::{Cutting, CuttingDirection, Tool};
+    use crate::job::{Cutting, CuttingDirection};
     use crate::process::Owner;
     use std::f64::consts::TAU;
 
