@@ -43,9 +43,9 @@ pub(super) struct LobesArgs {
     /// Tell by which factor a small motion grows over a tooth period at this axial depth, mm.
     #[arg(long, value_name = "D", value_parser = positive)]
     depth_mm: Option<f64>,
-    /// Of a job: the place of the path, 0 to 1 in proportion to time.
-    #[arg(long, value_name = "S", default_value_t = 0.0)]
-    at: f64,
+    /// Of a job: the place of the path, 0 to 1 in proportion to time; its start if absent.
+    #[arg(long, value_name = "S")]
+    at: Option<f64>,
     /// Of a job: the operation; the first with `cutting` if absent.
     #[arg(long, value_name = "NAME")]
     operation: Option<String>,

@@ -3,42 +3,16 @@
 use std::path::Path;
 
 use super::Reading;
-use super::files::{MAX_FILE_BYTES, MAX_ROBOT_BYTES};
+use super::files::MAX_ROBOT_BYTES;
 use super::job::cutter::{coefficients, direction, tip_modes, tool};
+use super::kind::{FileKind, document_of};
 use super::raw::lobes as raw;
 use super::schema;
 use crate::formats::text::read_text;
-use crate::formats::yaml::{Node, Step, document, parse};
+use crate::formats::yaml::{Node, Step};
 use crate::job::{Cutting, CuttingDirection, TipCut};
 use crate::notes::{Code, Note, Notes, Place};
 use crate::units::{m_from_mm, mm_from_m};
-
-/// What a YAML file is, by its keys.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum FileKind {
-    /// It has `operations`.
-    Job,
-    /// It has `modes`.
-    Modes,
-    /// Neither: a robot, or nothing that is known.
-    Other,
-}
-
-/// What a file is.
-///
-/// # Errors
-/// A file that cannot be read.
-pub fn file_kind(path: &Path) -> Result<FileKind, Vec<Note>> {
-    let text = read_text(path, MAX_FILE_BYTES)?;
-    let mut notes = Notes::about(Place::file(path));
-    let tree = parse(&text, &mut notes);
-    let has = |key| tree.as_ref().is_some_and(|tree: &Node| tree.get(key).is_some());
-    Ok(match (has("operations"), has("modes")) {
-        (true, _) => FileKind::Job,
-        (false, true) => FileKind::Modes,
-        (false, false) => FileKind::Other,
-    })
-}
 
 /// Reads a file of modes.
 ///
@@ -49,7 +23,8 @@ pub fn read_tip_cut(path: &Path, reading: &mut Reading) -> Result<TipCut, Vec<No
     let mut notes = Notes::about(Place::file(path));
     let text = read_text(path, MAX_ROBOT_BYTES)?;
     let schema = schema::of::<raw::Lobes>();
-    let Some((tree, raw)) = document::<raw::Lobes>(&text, &schema, &mut notes) else {
+    let Some((tree, raw)) = document_of::<raw::Lobes>(FileKind::Modes, &text, &schema, &mut notes)
+    else {
         return Err(reading.settle(notes));
     };
     let found = tip_cut(&raw, &tree, &mut notes);

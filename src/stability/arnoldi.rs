@@ -18,6 +18,8 @@ const MAX_QR_STEPS: usize = 10_000;
 #[derive(Debug, Clone)]
 pub(super) struct Dominant {
     pub(super) value: Complex<f64>,
+    /// Whether two looks agreed on it.
+    pub(super) is_sure: bool,
     pub(super) vector: DVector<Complex<f64>>,
 }
 
@@ -79,7 +81,7 @@ impl Krylov {
     }
 }
 
-/// The eigenvalue of largest modulus of a map of vectors of `size`; `None` where it is not found.
+/// The eigenvalue of largest modulus of a map of vectors of `size`; `None` where there is none.
 /// `wants_vector` asks for its vector, too, which is empty otherwise.
 pub(super) fn dominant(
     size: usize,
@@ -103,12 +105,12 @@ pub(super) fn dominant(
         let agrees = last.is_some_and(|last| {
             (value.norm() - last).abs() <= CONVERGED * last.max(f64::MIN_POSITIVE)
         });
-        if is_end || agrees {
+        if is_end || agrees || k == most {
             let vector = match wants_vector {
                 true => krylov.vector(k, value)?,
                 false => DVector::zeros(0),
             };
-            return Some(Dominant { value, vector });
+            return Some(Dominant { value, is_sure: is_end || agrees, vector });
         }
         last = Some(value.norm());
     }

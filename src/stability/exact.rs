@@ -24,6 +24,10 @@ const FINE: f64 = 1.1;
 /// The depth of the limit is found to this share of it.
 const DIGITS: f64 = 1e-10;
 
+/// A motion that shrinks to this share in a period is stable, also where the multiplier is not
+/// known to its last digits.
+const SMALL: f64 = 0.9;
+
 /// A multiplier this near to the negative real axis is a flip, rad.
 const FLIP_RAD: f64 = 1e-5;
 
@@ -50,7 +54,7 @@ impl<'a> Exact<'a> {
     /// The multiplier of largest modulus over one period of the process; `None` where it is not
     /// found.
     pub fn multiplier(&mut self, depth_m: f64) -> Option<Complex<f64>> {
-        self.dominant(depth_m, false).map(|found| found.value)
+        self.dominant(depth_m, false).filter(|found| found.is_sure).map(|found| found.value)
     }
 
     fn radius(&mut self, depth_m: f64) -> Option<f64> {
@@ -65,7 +69,10 @@ impl<'a> Exact<'a> {
     fn limit(&mut self, from_m: f64, near_m: f64) -> Result<Option<Limit>, f64> {
         let mut low = from_m.min(DEEPEST_M);
         let grows = |depth: f64, this: &mut Self| {
-            this.radius(depth).map(|radius| radius - 1.0).ok_or(depth)
+            let found = this.dominant(depth, false).ok_or(depth)?;
+            let radius = found.value.norm();
+            // Far below the limit all multipliers are small and much alike.
+            if found.is_sure || radius < SMALL { Ok(radius - 1.0) } else { Err(depth) }
         };
         let mut off_low = grows(low, self)?;
         while off_low >= 0.0 {
@@ -108,7 +115,7 @@ impl<'a> Exact<'a> {
                 break;
             }
         }
-        let found = self.dominant(high, true).ok_or(high)?;
+        let found = self.dominant(high, true).filter(|found| found.is_sure).ok_or(high)?;
         Ok(Some(self.told(high, &found)))
     }
 

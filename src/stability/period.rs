@@ -14,6 +14,9 @@ use super::mode::ToolMode;
 const MOST_OF_MODE_RAD: f64 = 3.0;
 const MOST_OF_FORCE_RAD: f64 = 1.6;
 
+/// More elements with force than this are refused: their cost grows with the square.
+const MAX_ELEMENTS: usize = 500;
+
 /// Corners nearer than this share of the period are one.
 const ONE: f64 = 1e-10;
 
@@ -106,8 +109,9 @@ fn corners(process: &dyn Process, depth_m: f64) -> Vec<f64> {
     all
 }
 
-/// Stretches with force in elements short enough, those without it whole.
-fn plan(modes: &[ToolMode], process: &dyn Process, depth_m: f64) -> (Vec<Plan>, usize) {
+/// Stretches with force in elements short enough, those without it whole; `None` where that makes
+/// too many.
+fn plan(modes: &[ToolMode], process: &dyn Process, depth_m: f64) -> Option<(Vec<Plan>, usize)> {
     let delays = process.delays_s();
     let fastest = modes.iter().map(|mode| mode.omega_rad_per_s).fold(0.0, f64::max);
     let longest = (MOST_OF_MODE_RAD / fastest)
@@ -123,6 +127,9 @@ fn plan(modes: &[ToolMode], process: &dyn Process, depth_m: f64) -> (Vec<Plan>, 
             continue;
         }
         let parts = (whole / longest).ceil().max(1.0);
+        if slots as f64 + parts > MAX_ELEMENTS as f64 {
+            return None;
+        }
         let length_s = whole / parts;
         for i in 0..parts as usize {
             let from_s = from_s + i as f64 * length_s;
@@ -130,7 +137,7 @@ fn plan(modes: &[ToolMode], process: &dyn Process, depth_m: f64) -> (Vec<Plan>, 
             slots += 1;
         }
     }
-    (plans, slots)
+    Some((plans, slots))
 }
 
 /// Where the tip was at a time of this period, below zero for the one before.
@@ -147,14 +154,15 @@ fn source(plans: &[Plan], nodes: &Nodes, period_s: f64, time_s: f64) -> Option<S
 }
 
 impl<'a> Period<'a> {
-    /// `None` where a map is singular, which no cut of a finite depth is.
+    /// `None` where the period is too long for the fastest mode, or a map is singular, which no cut
+    /// of a finite depth is.
     pub(super) fn new(
         modes: &'a [ToolMode],
         process: &dyn Process,
         depth_m: f64,
         elements: &'a mut Elements,
     ) -> Option<Self> {
-        let (plans, slots) = plan(modes, process, depth_m);
+        let (plans, slots) = plan(modes, process, depth_m)?;
         let lengths: Vec<Option<usize>> =
             plans.iter().map(|p| p.slot.map(|_| elements.of_length(modes, p.length_s))).collect();
         let elements: &'a Elements = elements;

@@ -11,7 +11,7 @@ use crate::excitation::{Engagement, coefficients, linear_about};
 use crate::input::{FileKind, file_kind, read_tip_cut};
 use crate::job::{Cutting, Job, Operation, TipCut, Tool};
 use crate::notes::{Code, Note, Place};
-use crate::path::tip_modes_of_tool;
+use crate::path::{self, tip_modes_of_tool};
 use crate::process::arm_modes;
 use crate::risk::{Paths, about_operation, in_operation};
 use crate::stability::{
@@ -19,6 +19,7 @@ use crate::stability::{
 };
 pub use crate::stability::{Limit, Method};
 use crate::units::{Date, hz_from_rad_per_s, hz_from_rpm, m_from_mm, mm_from_m, written};
+use crate::wording::counted;
 
 /// What lobes are asked of.
 #[derive(Debug, Clone)]
@@ -37,7 +38,7 @@ pub struct Request {
     /// A depth whose spectral radius is asked for in place of the limit, mm.
     pub depth_mm: Option<f64>,
     /// Place of the path, 0..=1.
-    pub at_s: f64,
+    pub at_s: Option<f64>,
     /// The operation; the first that cuts if absent.
     pub operation: Option<String>,
     /// How limits are computed.
@@ -148,7 +149,17 @@ struct Setting<'a> {
 /// coefficients.
 pub fn lobes(subject: &Subject, request: &Request) -> Result<Lobes, Vec<Note>> {
     let setting = match subject {
-        Subject::Modes(cut) => of_modes(cut),
+        Subject::Modes(cut) => {
+            for (key, is_given) in
+                [("at", request.at_s.is_some()), ("operation", request.operation.is_some())]
+            {
+                if is_given {
+                    let what = "is for jobs: a file of modes has no path";
+                    return Err(vec![usage(key, what.to_owned())]);
+                }
+            }
+            of_modes(cut)
+        }
         Subject::Job(job) => of_job(job, request)?,
     };
     let Setting { title, modes, has_tool_modes, tool, cutting, place } = setting;
@@ -206,7 +217,12 @@ fn rows(
     request: &Request,
 ) -> Result<Rows, String> {
     let lost = |rpm: f64, depth_m: f64| {
-        format!("the growth at {rpm} rpm and {} mm is not found", mm_from_m(depth_m))
+        format!(
+            "the exact method finds no growth at {rpm} rpm and {:.4} mm: the tooth period is long \
+             beside that of the fastest mode; ask for higher speeds, or for --method zeroth \
+             without --depth-mm",
+            mm_from_m(depth_m)
+        )
     };
     if let Some(depth_mm) = request.depth_mm {
         let depth_m = m_from_mm(depth_mm);
@@ -252,7 +268,7 @@ fn lacks(tool: &Tool, cutting: &Cutting) -> String {
 
 fn of_modes(cut: &TipCut) -> Setting<'_> {
     Setting {
-        title: format!("{} mode(s) of the tool tip", cut.modes.len()),
+        title: format!("{} of the tool tip", counted(cut.modes.len(), "mode")),
         modes: cut.modes.iter().map(ToolMode::from).collect(),
         has_tool_modes: true,
         tool: &cut.tool,
@@ -262,8 +278,9 @@ fn of_modes(cut: &TipCut) -> Setting<'_> {
 }
 
 fn of_job<'a>(job: &'a Job, request: &Request) -> Result<Setting<'a>, Vec<Note>> {
-    if !(0.0..=1.0).contains(&request.at_s) {
-        let what = format!("is {}, must lie between 0 and 1", request.at_s);
+    let at_s = request.at_s.unwrap_or(0.0);
+    if !(0.0..=1.0).contains(&at_s) {
+        let what = format!("is {at_s}, must lie between 0 and 1");
         return Err(vec![usage("at", what)]);
     }
     let operation = match &request.operation {
@@ -284,17 +301,17 @@ fn of_job<'a>(job: &'a Job, request: &Request) -> Result<Setting<'a>, Vec<Note>>
         return Err(vec![Note::error(Code::MissingKey, place, what)]);
     };
     let path = Paths::of(job).plan(operation)?;
-    let at = tip_modes_of_tool(&path, &[request.at_s])
+    let at = tip_modes_of_tool(&path, &[at_s])
         .map_err(|note| vec![in_operation(job, operation, note)])?;
     let of_arm = at.first().map(arm_modes).unwrap_or_default();
     let mut modes: Vec<ToolMode> = of_arm.into_iter().map(|one| one.mode).collect();
     modes.extend(operation.tool.modes.iter().map(ToolMode::from));
     Ok(Setting {
-        title: format!("{}: {} at s = {}", job.name, operation.name, request.at_s),
+        title: format!("{}: {} at s = {at_s}", job.name, operation.name),
         modes,
         has_tool_modes: !operation.tool.modes.is_empty(),
         tool: &operation.tool,
-        cutting: linear(operation, cutting),
+        cutting: linear(operation, cutting, &path, at_s),
         place,
     })
 }
@@ -304,11 +321,11 @@ fn usage(key: &'static str, what: String) -> Note {
     Note::error(Code::Usage, Place { key, ..Place::default() }, what)
 }
 
-/// A cut with coefficients that are linear about the chip at the programmed speed and feed.
-fn linear(operation: &Operation, cutting: &Cutting) -> Cutting {
-    let rpm = operation.speed.rpm_at(0.0);
+/// A cut with coefficients that are linear about the chip at the speed and feed of a place.
+fn linear(operation: &Operation, cutting: &Cutting, path: &path::Path, at_s: f64) -> Cutting {
+    let rpm = operation.speed.rpm_at(at_s);
     let teeth_per_s = hz_from_rpm(rpm) * f64::from(operation.tool.teeth);
-    let feed_per_tooth_m = operation.feed_m_per_s / teeth_per_s;
+    let feed_per_tooth_m = path.feed_m_per_s_at(at_s) / teeth_per_s;
     let engagement = Engagement::new(cutting, operation.tool.diameter_m);
     let own = coefficients(cutting).zip(engagement).map(|(own, engagement)| {
         let linear = linear_about(&own, engagement, feed_per_tooth_m);

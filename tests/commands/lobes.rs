@@ -125,6 +125,21 @@ fn faults_have_file_line_and_key() {
         let (code, _, said) = of(MODES, options);
         assert_eq!(code, Some(2), "{options}: {said}");
     }
+    for (options, expected) in [
+        ("--rpm 5000:5000:1 --at 0.5", "--at: is for jobs"),
+        ("--rpm 5000:5000:1 --operation rough", "--operation: is for jobs"),
+        // A tooth period of thirty seconds.
+        ("--rpm 1:1:1", "the exact method finds no growth at 1 rpm"),
+        ("--rpm 1:1:1 --depth-mm 0.5", "the exact method finds no growth at 1 rpm"),
+    ] {
+        let (code, out, said) = of(MODES, options);
+        assert_eq!((code, out.as_str()), (Some(2), ""), "{options}: {said}");
+        assert!(said.contains(expected), "{options}: {said}");
+    }
+    let (code, out, said) = of(MODES, "--rpm 1:1:1 --method zeroth");
+    assert_eq!(code, Some(0), "{said}");
+    let limit_mm: f64 = out.lines().last().unwrap().split(',').nth(1).unwrap().parse().unwrap();
+    assert!(limit_mm > 0.0);
 }
 
 /// The repository's job has no modes of the tool: the arm's modes alone are told as that.
