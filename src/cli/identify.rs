@@ -18,8 +18,8 @@ use crate::study::Read;
 use crate::study::identify::{identify, read};
 
 const AFTER_HELP: &str = "\
-A session names files of raw data (tables with a header, UFF 58 as text or binary, WAV) with the \
-pose of each; `detune schema session` lists its keys.
+A session names files of raw data (tables with a header, UFF 58 as text or binary, WAV, NPY, \
+MAT) with the pose of each; `detune schema session` lists its keys.
 
 Examples:
   detune identify session.yaml

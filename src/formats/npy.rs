@@ -21,7 +21,7 @@ pub(crate) struct Layout {
     scalar: Scalar,
     is_by_column: bool,
     pub(crate) rows: usize,
-    columns: usize,
+    pub(crate) columns: usize,
     /// Where the numbers start.
     start: u64,
 }
@@ -47,11 +47,11 @@ impl Layout {
         [MAGIC, &[1, 0], &length, header.as_bytes()].concat()
     }
 
-    /// Reads what follows the magic bytes. An array of other than `columns` columns is refused;
-    /// `expected` is what its shape must be.
+    /// Reads what follows the magic bytes. An array of other than `columns` columns is refused,
+    /// where they are given; `expected` is what its shape must be.
     pub(crate) fn read(
         reader: &mut impl Read,
-        columns: usize,
+        columns: Option<usize>,
         expected: &str,
     ) -> Result<Self, String> {
         let cut = |error: io::Error| match error.kind() {
@@ -86,7 +86,12 @@ impl Layout {
         Self::parse(&header, start, columns, expected)
     }
 
-    fn parse(header: &str, start: u64, columns: usize, expected: &str) -> Result<Self, String> {
+    fn parse(
+        header: &str,
+        start: u64,
+        columns: Option<usize>,
+        expected: &str,
+    ) -> Result<Self, String> {
         let broken = |key: &str| format!("has a header without a valid '{key}': {header:.80}");
         let descr = after(header, "descr").ok_or_else(|| broken("descr"))?;
         let name = quoted(descr).unwrap_or("a structure");
@@ -118,9 +123,10 @@ impl Layout {
             .filter(|text| !text.is_empty())
             .map(|text| text.trim_end_matches('L').parse().map_err(|_| broken("shape")))
             .collect::<Result<_, _>>()?;
-        let rows = match lengths.as_slice() {
-            [rows, found] if *found == columns => *rows,
-            [rows] if columns == 1 => *rows,
+        let is_asked = |found| columns.is_none_or(|columns| columns == found);
+        let (rows, columns) = match lengths.as_slice() {
+            [rows, found] if is_asked(*found) => (*rows, *found),
+            [rows] if is_asked(1) => (*rows, 1),
             _ => return Err(format!("has shape ({shape}), must be {expected}")),
         };
         // Places in the file are counted in bytes.
@@ -128,6 +134,25 @@ impl Layout {
             return Err(format!("has shape ({shape}), more than any file holds"));
         }
         Ok(Self { scalar, is_by_column: is_by_column && columns > 1, rows, columns, start })
+    }
+
+    /// The columns of the array, of which `bytes` are the numbers.
+    pub(crate) fn columns_in(&self, bytes: &[u8]) -> Result<Vec<Vec<f64>>, String> {
+        let row = self.columns * self.scalar.bytes();
+        let wanted = self.rows * row;
+        let Some(numbers) = bytes.get(..wanted) else {
+            let whole = if self.is_by_column { 0 } else { bytes.len() / row };
+            return Err(self.cut_off_after(whole));
+        };
+        let mut values = Vec::new();
+        self.decode(self.rows, numbers, &mut values);
+        let column = |at| values.iter().skip(at).step_by(self.columns).copied().collect();
+        Ok((0..self.columns).map(column).collect())
+    }
+
+    fn cut_off_after(&self, rows: usize) -> String {
+        let (all, row) = (self.rows, rows + 1);
+        format!("is cut off: its header states {all} rows, but it ends within row {row}")
     }
 
     /// The values of `rows` rows, as [`Rows::take`] gave their `bytes`, row after row in place of
@@ -205,10 +230,7 @@ impl<R: Read> Rows<R> {
             let read = read.map_err(|error| format!("cannot be read: {error}"))?;
             if read < wanted {
                 let whole = self.done + if is_by_column { 0 } else { read / (columns * size) };
-                return Err(format!(
-                    "is cut off: its header states {all} rows, but it ends within row {}",
-                    whole + 1
-                ));
+                return Err(self.layout.cut_off_after(whole));
             }
         }
         self.done += rows;
@@ -233,7 +255,7 @@ mod tests {
             assert!(Layout::of_rows(rows, 24).header().len().is_multiple_of(ALIGNMENT));
         }
         let mut reader = &bytes[MAGIC.len()..];
-        let layout = Layout::read(&mut reader, 3, "").unwrap();
+        let layout = Layout::read(&mut reader, Some(3), "").unwrap();
         let mut rows = Rows::new(layout.clone(), reader, None).unwrap();
         let (mut raw, mut read) = (Vec::new(), Vec::new());
         assert_eq!(rows.take(9, &mut raw), Ok(2));

@@ -15,6 +15,8 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
+use crate::wording::counted;
+
 /// K_tc of metals lies well within, N/mm²: plastics have 30, nickel alloys 5000.
 const MIN_KTC: f64 = 10.0;
 const MAX_KTC: f64 = 20_000.0;
@@ -108,8 +110,9 @@ impl fmt::Display for CuttingFault {
         match self {
             Self::TooFewRows(rows) => write!(
                 f,
-                "has {rows} slot(s), must have at least {MIN_ROWS}: two for the coefficients of a \
-                 direction, one for their scatter"
+                "has {}, must have at least {MIN_ROWS}: two for the coefficients of a direction, \
+                 one for their scatter",
+                counted(*rows, "slot")
             ),
             Self::OneFeed => write!(f, "all slots have one feed; cut at several"),
             Self::NotPositive(which, k) => write!(

@@ -204,7 +204,28 @@ fn is_mode(pole: &PoleEstimate, notes: &mut Notes) -> bool {
         );
         notes.warning(Code::AmplitudeDependent, None, what);
     }
+    warn_of_friction(pole, notes);
     true
+}
+
+/// Tells damping that changes with amplitude, as friction makes it.
+fn warn_of_friction(pole: &PoleEstimate, notes: &mut Notes) {
+    /// Least change, as a share of the damping and of the drift of the frequency.
+    const OF_DAMPING: f64 = 0.1;
+    const OF_DRIFT: f64 = 0.2;
+    let ratio = pole.pole.ratio();
+    let (Some(change), Some(drift)) = (pole.damping_drift, pole.drift) else { return };
+    if change.abs() < (OF_DAMPING * ratio).max(OF_DRIFT * drift.abs()) {
+        return;
+    }
+    let what = format!(
+        "the damping of the mode at {:.3} Hz depends on amplitude, as friction makes it: its \
+         ratio is {:.4} at the record's largest amplitude and {ratio:.4} at small ones, which is \
+         the one given; hit as hard as the job shakes the arm to see the one that counts",
+        hz_from_rad_per_s(pole.pole.omega()),
+        ratio + change
+    );
+    notes.warning(Code::AmplitudeDamping, None, what);
 }
 
 /// The record ready for the estimation, its stabilisation diagrams, and the fit. What the force of

@@ -11,6 +11,7 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use crate::statistics::mean;
 use crate::units::written;
+use crate::wording::counted;
 
 /// Scatter below this relative to the moments is rounding: nothing is concluded from it.
 const ROUNDING: f64 = 1e-12;
@@ -95,8 +96,8 @@ impl fmt::Display for StiffnessFault {
             }
             Self::TooFewRows(rows) => write!(
                 f,
-                "{rows} row(s), must have at least {MIN_ROWS}: two for the line, one for its \
-                 scatter"
+                "{}, must have at least {MIN_ROWS}: two for the line, one for its scatter",
+                counted(*rows, "row")
             ),
             Self::NotFinite(row) => write!(f, "row {}: not a finite number", row + 1),
             Self::OutOfRange => write!(

@@ -86,21 +86,27 @@ pub(super) fn meaning_of(label: &Label) -> Option<Meaning> {
     })
 }
 
-/// Reads a file of raw data. Columns of a table are called by their titles with and without unit; a
-/// column that only counts the rows is passed over.
+/// Reads a file of raw data, in which `time` may be what time is called. Columns of a table and
+/// variables are called by their titles with and without unit; a column that only counts the rows
+/// is passed over.
 ///
 /// # Errors
 /// Every fault of the file with its line.
-pub(super) fn read_recording(path: &Path) -> Result<Recording, Vec<Note>> {
-    let mut file = read_record(path)?;
-    if let Some(line) = file.header_line {
+pub(super) fn read_recording(path: &Path, time: Option<&str>) -> Result<Recording, Vec<Note>> {
+    let mut file = read_record(path, time)?;
+    if file.is_titled {
+        let place = || match file.header_line {
+            Some(line) => Place::line(path, line),
+            None => Place::file(path),
+        };
         file.channels.retain_mut(|Channel { label, samples }| {
-            let (unit, bare) = unit_of_name(&label.name);
+            let titled = label.alias.clone();
+            let (unit, bare) = unit_of_name(&titled);
             (label.unit, label.alias) = (unit.to_owned(), bare.to_owned());
             let counts = unit.is_empty() && samples.windows(2).all(|pair| pair[1] - pair[0] == 1.0);
             if counts {
                 let what = format!("column '{}' counts the rows; it is skipped", label.name);
-                file.warnings.push(Note::warning(Code::Unused, Place::line(path, line), what));
+                file.warnings.push(Note::warning(Code::Unused, place(), what));
             }
             !counts
         });
@@ -185,7 +191,7 @@ mod tests {
         let path = folder.path().join("t.csv");
         let told = |text: &str| {
             std::fs::write(&path, text).unwrap();
-            read_recording(&path)
+            read_recording(&path, None)
         };
         let mut text = String::from("# rig 3\n#frame, t [ms],acc (m/s^2),x_mm,x_g\r\n");
         let mut bare = String::from("frame,t [ms]\n");

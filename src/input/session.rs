@@ -7,19 +7,20 @@ use std::path::{Path, PathBuf};
 
 use self::data::Source;
 use super::files::{MAX_ROBOT_BYTES, named_file};
+use super::kind::{FileKind, document_of};
 use super::raw::session as raw;
 use super::records::{meaning_of_unit, read_recording};
 use super::{Reading, schema};
 use crate::formats::records::Recording;
 use crate::formats::text::read_text;
-use crate::formats::yaml::{Node, Step, document};
+use crate::formats::yaml::{Node, Step};
 use crate::identify::pose::{JointColumn, Pose};
 use crate::identify::record::{
     Asked, Conditions, Data, MarkedLink, Marker, Measurement, Record, Session,
 };
 use crate::notes::{Code, Note, Notes, Place};
 use crate::units::m_from_mm;
-use crate::wording::hint;
+use crate::wording::{counted, hint};
 
 /// Fewest marked points that a rotation can be seen from.
 const MIN_MARKERS: usize = 2;
@@ -36,7 +37,9 @@ pub fn read_session(path: &Path, reading: &mut Reading) -> Result<Session, Vec<N
     let mut notes = Notes::about(Place::file(path));
     let text = read_text(path, MAX_ROBOT_BYTES)?;
     let schema = schema::of::<raw::Session>();
-    let Some((tree, raw)) = document::<raw::Session>(&text, &schema, &mut notes) else {
+    let Some((tree, raw)) =
+        document_of::<raw::Session>(FileKind::Session, &text, &schema, &mut notes)
+    else {
         return Err(reading.settle(notes));
     };
     let mut reader = Reader {
@@ -50,7 +53,11 @@ pub fn read_session(path: &Path, reading: &mut Reading) -> Result<Session, Vec<N
     };
     let session = reader.session();
     let Reader { notes, file_errors, file_warnings, read, .. } = reader;
-    reading.files.extend(read.into_iter().map(|(file, _)| file));
+    for file in read {
+        if !reading.files.contains(&file.path) {
+            reading.files.push(file.path);
+        }
+    }
     reading.warnings.extend(file_warnings);
     let mut errors = reading.settle(notes);
     errors.extend(file_errors);
@@ -65,7 +72,14 @@ struct Reader<'s> {
     file_errors: Vec<Note>,
     file_warnings: Vec<Note>,
     /// Files that were read already: several records may name one.
-    read: Vec<(PathBuf, Option<Recording>)>,
+    read: Vec<ReadFile>,
+}
+
+/// A file with what the session calls its time.
+struct ReadFile {
+    path: PathBuf,
+    time: Option<String>,
+    found: Option<Recording>,
 }
 
 impl Reader<'_> {
@@ -178,8 +192,8 @@ impl Reader<'_> {
             let steps = [before, &[Step::Key("markers"), Step::Key(link.as_str())]].concat();
             if raw_markers.len() < MIN_MARKERS {
                 let what = format!(
-                    "markers: link '{link}' has {} point(s), must have at least {MIN_MARKERS}",
-                    raw_markers.len()
+                    "markers: link '{link}' has {}, must have at least {MIN_MARKERS}",
+                    counted(raw_markers.len(), "point")
                 );
                 self.error(Code::Value, &steps, what);
             }
@@ -232,7 +246,7 @@ impl Reader<'_> {
         links: &[MarkedLink],
         used: &mut Vec<String>,
     ) -> Option<Measurement> {
-        let name = record.file.clone()?;
+        let (raw, name) = (self.raw, record.file.clone()?);
         let of_file = [Step::Key("records"), Step::Index(index), Step::Key("file")];
         let pose = self.pose(index, record.pose.as_ref());
         if let Some(id) = record.id.as_ref().filter(|id| id.contains(['\n', '\r'])) {
@@ -241,7 +255,8 @@ impl Reader<'_> {
         }
         let line = self.tree.line_at(&of_file);
         let path = named_file(self.path, "file", &name, line, &mut self.notes)?;
-        let file = self.file(&path)?;
+        let time = record.time.as_deref().or(raw.time.as_deref());
+        let file = self.file(&path, time)?;
         let own = &[of_file[0], of_file[1]];
         let mut links = match &record.markers {
             Some(markers) => self.links(Some(markers), own),
@@ -292,19 +307,10 @@ impl Reader<'_> {
     fn pose(&mut self, index: usize, pose: Option<&raw::Pose>) -> Option<Pose> {
         let steps = [Step::Key("records"), Step::Index(index), Step::Key("pose")];
         let pose = pose?;
-        let node = self.tree.at(&steps);
-        for (key, is_missing, expected) in [
-            ("beta1_rad", pose.beta1_rad.is_none(), "a number"),
-            ("beta2_rad", pose.beta2_rad.is_none(), "a number"),
-            ("joints_deg", pose.joints_deg.is_none(), "a list of numbers"),
-        ] {
-            let spelt = node.and_then(|node| node.get(key)).filter(|_| is_missing);
-            let Some(value) = spelt else { continue };
-            // Any other invalid value was reported.
-            if value.is_null() {
-                let what = format!("pose: {key} is null, must be {expected}");
-                self.error(Code::Value, &[steps[0], steps[1], steps[2], Step::Key(key)], what);
-            }
+        let has_fault = self.tree.at(&steps).is_some_and(|node| {
+            node.keys().any(|key| node.get(key).is_some_and(|value| value.faulty))
+        });
+        if has_fault {
             return None;
         }
         let found = match (pose.beta1_rad, pose.beta2_rad, &pose.joints_deg) {
@@ -361,11 +367,12 @@ impl Reader<'_> {
     }
 
     /// A file of raw data, read once.
-    fn file(&mut self, path: &Path) -> Option<Recording> {
-        if let Some((_, file)) = self.read.iter().find(|(read, _)| read == path) {
-            return file.clone();
+    fn file(&mut self, path: &Path, time: Option<&str>) -> Option<Recording> {
+        let is_same = |read: &&ReadFile| read.path == path && read.time.as_deref() == time;
+        if let Some(read) = self.read.iter().find(is_same) {
+            return read.found.clone();
         }
-        let file = match read_recording(path) {
+        let file = match read_recording(path, time) {
             Ok(file) => {
                 self.file_warnings.extend(file.warnings.iter().cloned());
                 Some(file)
@@ -375,7 +382,8 @@ impl Reader<'_> {
                 None
             }
         };
-        self.read.push((path.to_owned(), file.clone()));
+        let time = time.map(str::to_owned);
+        self.read.push(ReadFile { path: path.to_owned(), time, found: file.clone() });
         file
     }
 

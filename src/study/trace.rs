@@ -11,6 +11,7 @@ use crate::progress::{Done, Progress};
 use crate::statistics::median;
 pub use crate::trace::Position;
 use crate::trace::{Area, Band, Picture, Resampled, Sample, Track, Tracker, find_round, resample};
+use crate::wording::counted;
 
 /// Fewest frames.
 const MIN_FRAMES: usize = 8;
@@ -262,10 +263,10 @@ fn areas(setup: &TraceSetup, first: &Picture<'_>) -> Result<(Vec<String>, Vec<Ar
                     .map(|mark| format!("[{:.0}, {:.0}]", mark.middle[0], mark.middle[1]))
                     .collect();
                 let what = format!(
-                    "round_marks asks for {}, but the first frame shows {} round mark(s){}{}; give \
+                    "round_marks asks for {}, but the first frame shows {}{}{}; give \
                      marks with box_px instead",
                     names.len(),
-                    found.len(),
+                    counted(found.len(), "round mark"),
                     if places.is_empty() { "" } else { ", at px " },
                     places.join(", ")
                 );

@@ -26,6 +26,7 @@ mod crossings;
 mod free_vibration;
 mod identify;
 mod identify_bands;
+mod identify_friction;
 mod identify_given;
 mod identify_notices;
 mod identify_random;

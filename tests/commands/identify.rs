@@ -91,8 +91,19 @@ fn wav(path: &Path, rate: u32, channels: &[Vec<f64>]) {
     writer.finalize().unwrap();
 }
 
-/// The same hammer test as CSV, UFF as text and binary, and WAV, and its frequency responses as UFF: the same
-/// modes and, where units are known, the same scaling.
+/// As `numpy.save` writes an array of samples × channels.
+fn npy(path: &Path, channels: &[Vec<f64>]) {
+    let shape = format!("({}, {})", channels[0].len(), channels.len());
+    let header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}");
+    let mut bytes = b"\x93NUMPY\x01\x00\x76\x00".to_vec();
+    bytes.extend(format!("{header:<117}\n").bytes());
+    let row = |k: usize| channels.iter().flat_map(move |c| c[k].to_le_bytes());
+    bytes.extend((0..channels[0].len()).flat_map(row));
+    fs::write(path, bytes).unwrap();
+}
+
+/// The same hammer test as CSV, UFF as text and binary, WAV, and NPY, and its frequency responses as UFF: the
+/// same modes and, where units are known, the same scaling.
 #[test]
 fn all_formats_give_the_same_modes() {
     let folder = tempfile::tempdir().unwrap();
@@ -104,6 +115,7 @@ fn all_formats_give_the_same_modes() {
     channels.extend(noisy(&hammered(&truth, 0, 2, rate, &force), 0.02, &mut seeded(1)));
     fs::write(at("a.csv"), csv(&["hammer_n", "p_m_per_s2", "q_m_per_s2"], &channels)).unwrap();
     wav(&at("a.wav"), 1000, &channels);
+    npy(&at("a.npy"), &channels);
     let (mut text, mut binary) = (String::new(), Vec::new());
     for (i, channel) in channels.iter().enumerate() {
         let quantity = if i == 0 { 13 } else { 12 };
@@ -151,19 +163,20 @@ records:
   - {file: a.uff, pose: {beta2_rad: 0.2}, excitation: 1+X}
   - {file: b.unv, pose: {beta2_rad: 0.3}, excitation: 1+X, responses: [channel 2, 3+X]}
   - {file: a.wav, pose: {beta2_rad: 0.4}, excitation: ch1}
-  - {file: frf.uff, pose: {beta2_rad: 0.5}, excitation: 9+Z}
+  - {file: a.npy, pose: {beta2_rad: 0.5}, excitation: ch1, sample_rate_hz: 1000}
+  - {file: frf.uff, pose: {beta2_rad: 0.6}, excitation: 9+Z}
 ";
     fs::write(at("s.yaml"), session).unwrap();
     let found = json(&["s.yaml"], folder.path());
     assert_eq!(found["schema"], "identification/1");
     let first = frequencies(&found, 0);
-    for record in 0..5 {
+    for record in 0..6 {
         let these = frequencies(&found, record);
         assert_eq!(these.len(), 2, "{record}: {}", found["records"][record]["notices"]);
         for (mode, truth) in these.iter().zip(&truth) {
             assert!((mode / truth.hz - 1.0).abs() < 1e-3, "{record}: {these:?}");
         }
-        if record < 4 {
+        if record < 5 {
             // CSV and WAV have seven digits.
             assert!(these.iter().zip(&first).all(|(a, b)| (a / b - 1.0).abs() < 1e-5));
         }
@@ -189,7 +202,7 @@ fn faults_have_file_and_line_and_nothing_is_written() {
     fs::write(at("bad.csv"), "x_mm\n1\nnan\nz\n").unwrap();
     fs::write(at("bad.uff"), "    -1\n    58\nshort\n    -1\n").unwrap();
     fs::write(at("bad.wav"), "RIFFRIFF").unwrap();
-    fs::write(at("what.mat"), "").unwrap();
+    fs::write(at("what.tdms"), "").unwrap();
     let told = faults(
         "sample_rate_hz: 140
 band_hz: [30, 10]
@@ -203,7 +216,7 @@ records:
   - {file: bad.csv, pose: {beta2_rad: 1}}
   - {file: bad.uff, pose: {beta2_rad: 1}}
   - {file: bad.wav, pose: {beta2_rad: 1}}
-  - {file: what.mat, pose: {beta2_rad: 1}}
+  - {file: what.tdms, pose: {beta2_rad: 1}}
   - {file: none.csv, pose: {joints_deg: [1]}, respones: [x]}
 ",
         folder.path(),
@@ -220,7 +233,7 @@ records:
         "bad.csv:4: x_mm is 'z', must be a finite number",
         "bad.uff:2: data set 58 ends within its header",
         "bad.wav: is no WAV file",
-        "what.mat: ends in '.mat'",
+        "what.tdms: ends in '.tdms'",
         "s.yaml:14: file 'none.csv': no such file",
         "s.yaml:14: record 9: unknown key 'respones'; did you mean 'responses'?",
         "s.yaml:14: pose is given otherwise than that of the first record",
@@ -241,6 +254,38 @@ records:
     for expected in [
         "s.yaml:4: pose has beta1_rad without beta2_rad, must have both",
         "s.yaml:5: pose is given otherwise than that of the first record, by beta1_rad and beta2_rad",
+    ] {
+        assert!(told.contains(expected), "{expected}\nin\n{told}");
+    }
+}
+
+/// A file of MATLAB as SciPy wrote it: units from the names of its variables, and time that the session names.
+#[test]
+fn variables_of_matlab_are_channels() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = repository().join("tests/data/mat");
+    for name in ["decay.mat", "clock.mat"] {
+        fs::copy(data.join(name), folder.path().join(name)).unwrap();
+    }
+    let session = "records:\n  - {file: decay.mat, pose: {beta2_rad: 1}, time: stamp_ms}\n";
+    fs::write(folder.path().join("s.yaml"), session).unwrap();
+    let found = json(&["s.yaml"], folder.path());
+    let hz = frequencies(&found, 0);
+    assert!(hz.len() == 1 && (hz[0] / 12.0 - 1.0).abs() < 1e-3, "{hz:?}");
+    let shape = found["records"][0]["modes"][0]["shape"].as_array().unwrap();
+    let parts: Vec<_> = shape.iter().map(|part| part["response"].as_str().unwrap()).collect();
+    assert_eq!(parts, ["tip_mm", "elbow_mm"]);
+    let told = faults(
+        "time: stamp_ms
+records:
+  - {file: clock.mat, pose: {beta2_rad: 1}, time: stamp}
+  - {file: decay.mat, pose: {beta2_rad: 1}, excitation: tip_m}
+",
+        folder.path(),
+    );
+    for expected in [
+        "s.yaml:3: time 'stamp' is not in file 'clock.mat'; did you mean 'stamp_ms'?",
+        "s.yaml:4: excitation 'tip_m' is not in file 'decay.mat'; did you mean 'tip_mm'?",
     ] {
         assert!(told.contains(expected), "{expected}\nin\n{told}");
     }

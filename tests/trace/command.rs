@@ -218,7 +218,7 @@ fn what_cannot_be_traced_is_told() {
         (
             "clip.y4m",
             format!("{scale}round_marks: {{count: 2}}\n"),
-            "marks.yaml:2: round_marks asks for 2, but the first frame shows 1 round mark(s), at px",
+            "marks.yaml:2: round_marks asks for 2, but the first frame shows 1 round mark, at px",
         ),
     ] {
         fs::write(file("marks.yaml"), marks).unwrap();

@@ -7,47 +7,14 @@
 use std::io::Read;
 use std::path::Path;
 
-use super::{Channel, Label, MAX_RECORD_BYTES, Recording};
+use super::clock::{Clock, clock, time_among};
+use super::{Channel, Label, MAX_RECORD_BYTES, MIN_SAMPLES, Recording};
 use crate::formats::table::Table;
 use crate::formats::text::read_text;
 use crate::notes::{Code, Note, Notes, Place};
-use crate::units::{s_from_ms, s_from_us};
 
-/// How far a sample may lie from its place in even steps, as a share of a step: times are printed
-/// with few digits (7 ms for 1/140 s), while a lost sample moves all that follow by a whole step.
-const UNEVEN: f64 = 0.12;
-
-/// Fewest samples of a record.
-const MIN_SAMPLES: usize = 8;
-
-pub(crate) type ToSeconds = fn(f64) -> f64;
-
-/// What a title of time ends in, after its name.
-const TIMES: [(&str, ToSeconds); 7] = [
-    ("", std::convert::identity),
-    ("s", std::convert::identity),
-    ("sec", std::convert::identity),
-    ("seconds", std::convert::identity),
-    ("ms", s_from_ms),
-    ("us", s_from_us),
-    ("µs", s_from_us),
-];
-
-/// How a column of time becomes seconds; `None` for any other column.
-pub(crate) fn time(title: &str) -> Option<ToSeconds> {
-    let plain: String = title
-        .to_lowercase()
-        .chars()
-        .map(|c| if "_ ,/()[]".contains(c) { ' ' } else { c })
-        .collect();
-    let mut words = plain.split_whitespace();
-    let name = words.next()?;
-    let unit = words.next().unwrap_or("");
-    let found = TIMES.iter().find(|(label, _)| *label == unit)?;
-    (matches!(name, "t" | "time") && words.next().is_none()).then_some(found.1)
-}
-
-pub(super) fn read(path: &Path) -> Result<Recording, Vec<Note>> {
+/// `named` is the title of the column that is time, where the session says so.
+pub(super) fn read(path: &Path, named: Option<&str>) -> Result<Recording, Vec<Note>> {
     let mut text = read_text(path, MAX_RECORD_BYTES)?;
     if let Some(separated) = with_commas(&text) {
         text = separated;
@@ -61,7 +28,7 @@ pub(super) fn read(path: &Path) -> Result<Recording, Vec<Note>> {
     let header: Vec<String> = table.header().to_vec();
     let header_line = table.line();
     check_header(&header, header_line, &mut notes);
-    let time = header.iter().enumerate().find_map(|(i, title)| Some((i, time(title)?)));
+    let time = time_among(&header, named);
     let Some((columns, lines)) = columns(&mut table, header.len(), &mut notes) else {
         return Err(notes.finish().0);
     };
@@ -71,19 +38,17 @@ pub(super) fn read(path: &Path) -> Result<Recording, Vec<Note>> {
     }
     let clock = match time {
         Some((index, to_s)) if notes.errors() == 0 => {
-            let times: Vec<f64> = columns[index].iter().map(|t| to_s(*t)).collect();
-            clock(times, &lines, &header[index], &mut notes)
+            let times = columns[index].iter().map(|t| to_s(*t)).collect();
+            let clock = clock(times, &header[index]);
+            clock.map_err(|(at, what)| notes.error(Code::Value, lines[at], what)).ok()
         }
         _ => None,
     };
     if notes.errors() > 0 {
         return Err(notes.finish().0);
     }
-    let (sample_rate_hz, times_s) = match clock {
-        Some(Clock::Even { rate_hz }) => (Some(rate_hz), None),
-        Some(Clock::Uneven { times_s }) => (None, Some(times_s)),
-        None => (None, None),
-    };
+    let (sample_rate_hz, times_s) = clock.map_or((None, None), Clock::parts);
+    let name_of_time = time.map(|(index, _)| header[index].clone());
     let is_time = |index: usize| time.is_some_and(|(time, _)| time == index);
     let of_channels =
         header.into_iter().zip(columns).enumerate().filter(|&(index, _)| !is_time(index));
@@ -94,7 +59,9 @@ pub(super) fn read(path: &Path) -> Result<Recording, Vec<Note>> {
     Ok(Recording {
         sample_rate_hz,
         times_s,
+        time: name_of_time,
         channels: channels.collect(),
+        is_titled: true,
         header_line: Some(header_line),
         warnings: notes.finish().1,
         ..Recording::default()
@@ -205,91 +172,16 @@ fn check_header(header: &[String], line: usize, notes: &mut Notes) {
     }
 }
 
-/// How the samples lie in time.
-enum Clock {
-    Even { rate_hz: f64 },
-    Uneven { times_s: Vec<f64> },
-}
-
-/// The clock of a column of times; `None` (with an error) where it lost samples or goes back.
-fn clock(times: Vec<f64>, lines: &[usize], title: &str, notes: &mut Notes) -> Option<Clock> {
-    let (&first, &last) = (times.first()?, times.last()?);
-    let step = (last - first) / (times.len() - 1) as f64;
-    if step <= 0.0 || !step.is_finite() {
-        notes.error(
-            Code::Value,
-            *lines.last()?,
-            format!("{title} does not rise from the first row to the last"),
-        );
-        return None;
-    }
-    let off = |(k, time): (usize, &f64)| (time - first - k as f64 * step).abs();
-    let most_off = times.iter().enumerate().map(off).fold(0.0, f64::max);
-    if most_off <= UNEVEN * step {
-        return Some(Clock::Even { rate_hz: whole(step.recip(), 2.0 * most_off / (last - first)) });
-    }
-    if let Some((line, what)) = jump(&times, lines, title) {
-        notes.error(Code::Value, line, what);
-        return None;
-    }
-    Some(Clock::Uneven { times_s: times })
-}
-
-/// The first step back, or the first jump by far more than the times usually move, with its line.
-fn jump(times: &[f64], lines: &[usize], title: &str) -> Option<(usize, String)> {
-    /// Usual steps in a jump, at least.
-    const LEAST: f64 = 1.5;
-    /// A jump is so many times as far from the usual step as nine tenths of all steps are.
-    const FAR: f64 = 5.0;
-    const MOST_STEPS: f64 = 0.9;
-    let moves = || times.windows(2).map(|pair| pair[1] - pair[0]);
-    if let Some(k) = moves().position(|step| step <= 0.0) {
-        let what = format!(
-            "{title} goes from {} s to {} s, must rise from row to row",
-            times[k],
-            times[k + 1]
-        );
-        return Some((lines[k + 1], what));
-    }
-    let mut steps: Vec<f64> = moves().collect();
-    let middle = steps.len() / 2;
-    let usual = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
-    steps.iter_mut().for_each(|step| *step = (*step - usual).abs());
-    let most = ((MOST_STEPS * steps.len() as f64) as usize).min(steps.len() - 1);
-    let spread = *steps.select_nth_unstable_by(most, f64::total_cmp).1;
-    let limit = (usual + FAR * spread).max(LEAST * usual);
-    let k = moves().position(|step| step > limit)?;
-    let [before, after] = [times[k], times[k + 1]];
-    let lost = match ((after - before) / usual).round() - 1.0 {
-        lost if lost < 1.5 => "a sample is".to_owned(),
-        lost => format!("about {lost:.0} samples are"),
-    };
-    let what = format!(
-        "{title} goes from {before} s to {after} s, must go on in steps of about {usual:.6} s: \
-            {lost} lost; record again, or keep the part before or after"
-    );
-    Some((lines[k + 1], what))
-}
-
-/// A rate that the times give within `share` is the whole number that it may be.
-fn whole(rate_hz: f64, share: f64) -> f64 {
-    /// What arithmetic alone leaves, and the most that is rounded away.
-    const LEAST: f64 = 1e-12;
-    const MOST: f64 = 1e-5;
-    let rounded = rate_hz.round();
-    let is_whole = (rounded / rate_hz - 1.0).abs() <= share.clamp(LEAST, MOST);
-    if is_whole { rounded } else { rate_hz }
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::clock::time;
     use super::*;
 
     fn reported(text: &str) -> Result<Recording, Vec<String>> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("t.csv");
         std::fs::write(&path, text).unwrap();
-        read(&path).map_err(|notes| {
+        read(&path, None).map_err(|notes| {
             notes.iter().map(|n| format!("{}: {}", n.place.line.unwrap_or(0), n.what)).collect()
         })
     }

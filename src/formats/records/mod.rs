@@ -1,6 +1,10 @@
-//! Records of vibration: CSV, universal files and WAV → channels as they are in the file.
+//! Records of vibration: CSV, universal files, WAV, NumPy's arrays and MATLAB's variables →
+//! channels as they are in the file.
 
+mod clock;
 mod csv;
+mod mat;
+mod npy;
 mod uff;
 mod wav;
 
@@ -10,10 +14,13 @@ use nalgebra::Complex;
 
 use crate::notes::{Code, Note, Place};
 
-pub(crate) use self::csv::time as seconds_of;
+pub(crate) use self::clock::time as seconds_of;
 
 /// Largest file of raw data that is read.
 const MAX_RECORD_BYTES: u64 = 512 << 20;
+
+/// Fewest samples of a record.
+const MIN_SAMPLES: usize = 8;
 
 /// What a file says of a channel or function beside its numbers.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -52,8 +59,12 @@ pub(crate) struct Recording {
     pub(crate) sample_rate_hz: Option<f64>,
     /// When the samples were taken, s, where that is not in even steps.
     pub(crate) times_s: Option<Vec<f64>>,
+    /// What the file calls its time.
+    pub(crate) time: Option<String>,
     pub(crate) channels: Vec<Channel>,
     pub(crate) functions: Vec<Function>,
+    /// Whether names of channels were chosen by people, who may have put units into them.
+    pub(crate) is_titled: bool,
     /// Line of the header of a table, of which all columns but time are channels.
     pub(crate) header_line: Option<usize>,
     /// Remarks that do not stop the work.
@@ -82,18 +93,32 @@ impl Recording {
     }
 }
 
-/// Reads a file by its ending: `.csv` (or `.txt`), `.uff`, `.unv`, `.uf`, `.wav`.
+/// Channels that have no names: `ch1`, `ch2`, …
+fn numbered(columns: impl Iterator<Item = Vec<f64>>) -> Vec<Channel> {
+    let channel = |(at, samples)| {
+        let name = format!("ch{}", at + 1);
+        Channel { label: Label { alias: name.clone(), name, ..Label::default() }, samples }
+    };
+    columns.enumerate().map(channel).collect()
+}
+
+/// Reads a file by its ending: `.csv` (or `.txt`), `.uff`, `.unv`, `.uf`, `.wav`,
+/// `.npy`, `.mat`. `time` is what the session says that time is called, in files that do not say it
+/// themselves.
 ///
 /// # Errors
 /// Every fault of the file with its line, or an ending that is not known.
-pub(crate) fn read_record(path: &Path) -> Result<Recording, Vec<Note>> {
+pub(crate) fn read_record(path: &Path, time: Option<&str>) -> Result<Recording, Vec<Note>> {
     let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     match ending.as_str() {
-        "csv" | "txt" => csv::read(path),
+        "csv" | "txt" => csv::read(path, time),
         "uff" | "unv" | "uf" => uff::read(path),
         "wav" | "wave" => wav::read(path),
+        "npy" => npy::read(path),
+        "mat" => mat::read(path, time),
         _ => {
-            let what = format!("ends in '.{ending}', must end in .csv, .uff, .unv or .wav");
+            let what =
+                format!("ends in '.{ending}', must end in .csv, .uff, .unv, .wav, .npy or .mat");
             Err(vec![Note::error(Code::Unreadable, Place::file(path), what)])
         }
     }

@@ -4,7 +4,7 @@
 use std::io::Cursor;
 use std::path::Path;
 
-use super::{Channel, Label, MAX_RECORD_BYTES, Recording};
+use super::{MAX_RECORD_BYTES, Recording, numbered};
 use crate::formats::text::read_bytes;
 use crate::notes::{Code, Note, Place};
 
@@ -32,14 +32,9 @@ pub(super) fn read(path: &Path) -> Result<Recording, Vec<Note>> {
     if let Some(at) = samples.iter().position(|s| !s.is_finite()) {
         return Err(fault(format!("sample {} is not finite", at / usize::from(spec.channels) + 1)));
     }
-    let channels = (0..usize::from(spec.channels))
-        .map(|channel| {
-            let name = format!("ch{}", channel + 1);
-            let of = samples.iter().skip(channel).step_by(usize::from(spec.channels)).copied();
-            let label = Label { alias: name.clone(), name, ..Label::default() };
-            Channel { label, samples: of.collect() }
-        })
-        .collect();
+    let count = usize::from(spec.channels);
+    let of = |channel| samples.iter().skip(channel).step_by(count).copied().collect();
+    let channels = numbered((0..count).map(of));
     let sample_rate_hz = Some(f64::from(spec.sample_rate));
     Ok(Recording { sample_rate_hz, channels, ..Recording::default() })
 }

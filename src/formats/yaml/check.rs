@@ -136,6 +136,19 @@ fn check_value(node: &mut Node, line: u32, schema: &Value, trail: &Trail<'_>, no
                 }
                 or_word = format!(", or {word}");
             }
+            // `true` or a number: any of the types will do.
+            let simple = choices
+                .iter()
+                .filter_map(Value::as_object)
+                .filter(|choice| matches!(type_of(choice), Some("boolean" | "number" | "integer")));
+            let simple: Vec<_> = simple.collect();
+            if simple.len() > 1 {
+                if simple.iter().any(|choice| fits_simple(node, choice)) {
+                    return;
+                }
+                let others = simple.iter().skip(1);
+                or_word = others.map(|choice| format!(", or {}", expectation(choice))).collect();
+            }
             match choices
                 .iter()
                 .find(|c| !admits_null(c) && only_word(c).is_none())
@@ -164,10 +177,7 @@ fn check_value(node: &mut Node, line: u32, schema: &Value, trail: &Trail<'_>, no
             }
             Kind::Scalar { .. } | Kind::Mapping(_) => false,
         },
-        Some("number" | "integer") => {
-            node.number().is_some_and(|number| Range::of(schema).holds(number))
-        }
-        Some("boolean") => node.boolean().is_some(),
+        Some("number" | "integer" | "boolean") => fits_simple(node, schema),
         Some("string") => node.text().is_some_and(|text| {
             schema
                 .get("enum")
@@ -208,7 +218,7 @@ fn check_value(node: &mut Node, line: u32, schema: &Value, trail: &Trail<'_>, no
 }
 
 fn check_mapping(
-    entries: &mut [Entry],
+    entries: &mut Vec<Entry>,
     line: u32,
     schema: &Map<String, Value>,
     trail: &Trail<'_>,
@@ -255,6 +265,10 @@ fn check_mapping(
             }
         }
     }
+    // A key without a value is one that is not there, for every reader.
+    entries.retain(|entry| {
+        entry.value.faulty || !entry.value.is_null() || !properties.contains_key(&*entry.key)
+    });
     for required in schema.get("required").and_then(Value::as_array).into_iter().flatten() {
         let Some(required) = required.as_str() else { continue };
         if !entries.iter().any(|entry| &*entry.key == required) {
@@ -342,6 +356,14 @@ fn only_word(schema: &Value) -> Option<&str> {
     match schema.get("enum")?.as_array()?.as_slice() {
         [word] => word.as_str(),
         _ => None,
+    }
+}
+
+/// Whether a number or a truth is what a schema says of it.
+fn fits_simple(node: &Node, schema: &Map<String, Value>) -> bool {
+    match type_of(schema) {
+        Some("boolean") => node.boolean().is_some(),
+        _ => node.number().is_some_and(|number| Range::of(schema).holds(number)),
     }
 }
 

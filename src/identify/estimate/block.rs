@@ -66,12 +66,40 @@ pub(in crate::identify) struct Block {
     pub(in crate::identify) spectra: Vec<Vec<C64>>,
 }
 
+/// How poles move with an amplitude, in the order in which a fit takes them up.
+#[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
+pub(in crate::identify) enum Law {
+    /// With its square, as springs with a cubic part make them.
+    Square,
+    /// In proportion, as friction below its slip makes them.
+    Proportional,
+    /// Less and less, as friction makes them where joints slip through.
+    Saturating,
+}
+
+impl Law {
+    pub(in crate::identify) const ALL: [Self; 3] =
+        [Self::Square, Self::Proportional, Self::Saturating];
+
+    /// The move at an amplitude relative to the largest, relative to that there.
+    pub(in crate::identify) fn at(self, amplitude: f64) -> f64 {
+        /// Amplitude at which about half of the move is done.
+        const HALF: f64 = 0.25;
+        match self {
+            Self::Square => amplitude * amplitude,
+            Self::Proportional => amplitude,
+            Self::Saturating => amplitude * (1.0 + HALF) / (amplitude + HALF),
+        }
+    }
+}
+
 /// How the amplitude of one mode goes in a block.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::identify) struct Envelope {
     /// Natural frequency of the mode, rad/s.
     pub(in crate::identify) omega: f64,
-    /// Square of its amplitude at each sample, against the largest of all blocks.
+    pub(in crate::identify) law: Law,
+    /// The law's value at each sample, 1 at the largest amplitude of all blocks.
     pub(in crate::identify) values: Vec<f64>,
 }
 

@@ -3,15 +3,19 @@
 //! §6.2) the state of such a mode obeys
 //!
 //! ```text
-//! ṡ_r = (λ_r + Σ_j β_rj E_j(t)) s_r + f(t),      E_j = |s_j|² relative to its largest value
+//! ṡ_r = (λ_r + Σ_j β_rj E_j(t)) s_r + f(t),      E_j = g(|s_j|), 1 at its largest value
 //! ```
 //!
-//! with λ_r the pole at small amplitude: its own amplitude and that of other modes shift it. In a
+//! with λ_r the pole at small amplitude: its own amplitude and that of other modes shift it. The
+//! law g is the square for springs with a cubic part, and proportion for friction in a joint
+//! below its slip (Dahl, Solid friction damping of mechanical vibrations, AIAA J. 14, 1976): the
+//! loop of its force over deflection is lens-shaped, by which stiffness falls and damping rises
+//! in proportion to amplitude. Where a joint slips through, no more stiffness is lost. In a
 //! linear model the same record needs a row of further poles at λ_r + 2n Re λ_j, all of the same
-//! shape. The envelopes E_j are taken from the last fit and held while the poles and their rates β
-//! are refined.
+//! shape. The envelopes E_j are taken from the last fit and held while the poles and their rates
+//! β are refined.
 
-use super::block::{Block, C64, Envelope, MAX_ENVELOPES, Origin, Pole};
+use super::block::{Block, C64, Envelope, Law, MAX_ENVELOPES, Origin, Pole};
 use super::fit::{COARSE, Fit, NORMAL};
 use super::states::states;
 use super::unexplained::{SAME_MODE, drift_of, may_drift};
@@ -21,7 +25,7 @@ use crate::statistics::chi_squared_bound;
 fn update_envelopes(blocks: &mut [Block], fit: &Fit) {
     let count = blocks.first().map_or(0, |block| block.envelopes.len());
     for j in 0..count {
-        let omega = blocks[0].envelopes[j].omega;
+        let Envelope { omega, law, .. } = blocks[0].envelopes[j];
         let far = |pole: &Pole| (pole.omega() / omega).ln().abs();
         let nearest = fit
             .poles
@@ -42,7 +46,8 @@ fn update_envelopes(blocks: &mut [Block], fit: &Fit) {
         for (block, values) in blocks.iter_mut().zip(all) {
             block.envelopes[j] = Envelope {
                 omega: pole.omega(),
-                values: values.into_iter().map(|e| e / largest).collect(),
+                law,
+                values: values.into_iter().map(|e| law.at((e / largest).sqrt())).collect(),
             };
         }
     }
@@ -71,13 +76,14 @@ fn amplitude(block: &Block, at: usize, fit: &Fit, pole: usize) -> f64 {
 }
 
 /// Gives each driven pole an envelope, as far as there is room.
-fn add_envelopes(blocks: &mut [Block], fit: &Fit) {
+fn add_envelopes(blocks: &mut [Block], fit: &Fit, law: Law) {
     for pole in fit.poles.iter().filter(|pole| may_drift(pole)) {
         let envelopes = &blocks[0].envelopes;
         let is_new = envelopes.iter().all(|e| (e.omega / pole.omega() - 1.0).abs() > SAME_MODE);
         if is_new && envelopes.len() < MAX_ENVELOPES {
             for block in blocks.iter_mut() {
-                block.envelopes.push(Envelope { omega: pole.omega(), values: Vec::new() });
+                let values = Vec::new();
+                block.envelopes.push(Envelope { omega: pole.omega(), law, values });
             }
         }
     }
@@ -109,15 +115,41 @@ fn settled(blocks: &mut [Block], fit: Fit) -> Fit {
     best
 }
 
-/// With drift where it is significant, and how many rates are new; `None` where nothing drifts.
+/// With drift where it is significant, and how many rates are new; `None` where nothing drifts. All
+/// modes drift by one law, the one that explains most.
 pub(super) fn drifting(blocks: &[Block], fit: &Fit) -> Option<(Vec<Block>, Fit, usize)> {
     if !blocks.iter().all(|block| matches!(block.origin, Origin::Sampled { .. })) {
         return None;
     }
-    let mut blocks = blocks.to_vec();
-    add_envelopes(&mut blocks, fit);
-    let mut fit = Fit::at(&blocks, fit.noise.clone(), fit.poles.clone())?;
     let required = required_gain(fit.poles.len());
+    let score =
+        |(_, fit, new): &(_, Fit, usize)| fit.evaluation.sum_of_squares + required * *new as f64;
+    // A law that was given up is not taken up again: the search ends.
+    let laws = Law::ALL.into_iter().filter(|law| law_of(blocks).is_none_or(|now| now <= *law));
+    let trials = laws.filter_map(|law| drifting_by(law, blocks, fit));
+    trials.min_by(|a, b| score(a).total_cmp(&score(b)))
+}
+
+/// The law by which the poles drift; `None` where none may.
+pub(super) fn law_of(blocks: &[Block]) -> Option<Law> {
+    blocks.first()?.envelopes.first().map(|envelope| envelope.law)
+}
+
+/// With drift by a law.
+fn drifting_by(law: Law, blocks: &[Block], fit: &Fit) -> Option<(Vec<Block>, Fit, usize)> {
+    let required = required_gain(fit.poles.len());
+    let is_other =
+        fit.poles.iter().any(Pole::drifts) && law_of(blocks).is_some_and(|now| now != law);
+    let before = fit.evaluation.sum_of_squares;
+    let mut blocks = blocks.to_vec();
+    for envelope in blocks.iter_mut().flat_map(|block| &mut block.envelopes) {
+        envelope.law = law;
+    }
+    add_envelopes(&mut blocks, fit, law);
+    let mut fit = Fit::at(&blocks, fit.noise.clone(), fit.poles.clone())?;
+    if is_other {
+        fit = fit.refined(&blocks, NORMAL);
+    }
     let mut new = 0;
     while let Some((pole, envelope)) = most_promising(&blocks, &fit, required) {
         let mut poles = fit.poles.clone();
@@ -134,10 +166,14 @@ pub(super) fn drifting(blocks: &[Block], fit: &Fit) -> Option<(Vec<Block>, Fit, 
         update_envelopes(&mut blocks, &fit);
         fit = Fit::at(&blocks, fit.noise.clone(), fit.poles.clone())?;
     }
-    (new > 0).then(|| {
-        let fit = settled(&mut blocks, fit);
-        (blocks, fit, new)
-    })
+    if new == 0 && !is_other {
+        return None;
+    }
+    let fit = settled(&mut blocks, fit);
+    // Another law in place of the one so far must explain as much more as a rate.
+    let new = new + usize::from(is_other);
+    let gained = before - fit.evaluation.sum_of_squares;
+    (!is_other || gained > required * new as f64).then_some((blocks, fit, new))
 }
 
 /// The rate by which a Gauss–Newton step gains most, beyond what the poles themselves gain.

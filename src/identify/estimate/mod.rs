@@ -64,6 +64,8 @@ pub(super) struct PoleEstimate {
     /// Largest shift of the frequency from that at small amplitudes, relative to it; `None` where
     /// it does not depend on amplitude.
     pub(super) drift: Option<f64>,
+    /// By how much the damping ratio is larger there.
+    pub(super) damping_drift: Option<f64>,
     /// Whether it is an effect of other modes' drift.
     pub(super) is_artefact: bool,
 }
@@ -284,15 +286,16 @@ fn pole_estimate(
         residues[part.block].push(residue);
     }
     let drift = unexplained::drift_of(blocks, pole);
-    let model_error = unexplained::model_error(drift);
+    let [of_omega, of_ratio] = unexplained::model_error(blocks, drift);
     let leakage = leakage_error(blocks, pole);
     PoleEstimate {
         pole: *pole,
-        omega_std: deviation(by_omega).hypot(omega * model_error).hypot(LEAKAGE_OF_OMEGA * leakage),
-        ratio_std: deviation(by_ratio).hypot(model_error).hypot(leakage / omega),
+        omega_std: deviation(by_omega).hypot(omega * of_omega).hypot(LEAKAGE_OF_OMEGA * leakage),
+        ratio_std: deviation(by_ratio).hypot(of_ratio).hypot(leakage / omega),
         residues,
         prominence,
         drift: pole.drifts().then_some(drift.im),
+        damping_drift: pole.drifts().then_some(-drift.re),
         is_artefact: false,
     }
 }

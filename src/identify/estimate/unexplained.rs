@@ -1,7 +1,7 @@
 //! What the model of drift leaves unexplained: near the poles that drift, and at sums and
 //! differences of their frequencies. It counts as noise, and no pole there is taken for a mode.
 
-use super::block::{Block, C64, Origin, Pole};
+use super::block::{Block, C64, Law, Origin, Pole};
 use super::states::{spectra, states};
 
 /// An envelope serves poles within this relative distance.
@@ -27,10 +27,18 @@ pub(super) fn drift_of(blocks: &[Block], pole: &Pole) -> C64 {
         .map_or_else(C64::default, |shift| shift / pole.omega())
 }
 
-/// Error of the model of a pole's drift, relative to its frequency: of simulated arms with cubic
-/// springs of known linear limit it is up to 3 % of the drift.
-pub(super) fn model_error(drift: C64) -> f64 {
-    0.03 * drift.norm()
+/// Error of the model of a pole's drift: of its frequency, relative to that, and of its damping
+/// ratio. Of simulated arms with cubic springs of known linear limit it is up to 3 % of the drift.
+/// With friction in the joints it is more: the nearer a joint comes to slipping, the less its
+/// stiffness falls in proportion.
+pub(super) fn model_error(blocks: &[Block], drift: C64) -> [f64; 2] {
+    let law = blocks.first().and_then(|block| block.envelopes.first()).map(|e| e.law);
+    let shares = match law {
+        None | Some(Law::Square) => [0.03, 0.03],
+        Some(Law::Proportional) => [0.15, 0.3],
+        Some(Law::Saturating) => [0.3, 0.3],
+    };
+    shares.map(|share| share * drift.norm())
 }
 
 /// The width of a pole that drifts: another pole there may describe what the model of drift does

@@ -16,6 +16,10 @@ pub(in crate::input) struct Session {
     /// Sampling rate, Hz, where the files state none.
     #[schemars(extend("exclusiveMinimum" = 0, "examples" = [140]))]
     pub(in crate::input) sample_rate_hz: Option<f64>,
+    /// Column of a table, or variable of a .mat, that is time, in seconds or in the unit (ms, us)
+    /// that its name ends in; t or time if absent.
+    #[schemars(extend("examples" = ["stamp_ms"]))]
+    pub(in crate::input) time: Option<String>,
     /// Lowest and highest frequency to look at, Hz; chosen from each record if absent.
     #[schemars(extend("examples" = [[5, 70]]))]
     pub(in crate::input) band_hz: Option<[f64; 2]>,
@@ -79,7 +83,8 @@ pub(in crate::input) struct Marker {
 #[serde(deny_unknown_fields)]
 #[schemars(extend("x-noun" = "record"))]
 pub(in crate::input) struct Record {
-    /// CSV with a header, UFF 58 (.uff, .unv) or WAV, relative to this file.
+    /// CSV with a header, UFF 58 (.uff, .unv), WAV, NumPy's .npy or MATLAB's .mat (to
+    /// version 7), relative to this file.
     #[schemars(required, extend("examples" = ["pose01.csv"]))]
     pub(in crate::input) file: Option<String>,
     /// What the measurement is called in the table.
@@ -101,6 +106,9 @@ pub(in crate::input) struct Record {
     /// Sampling rate of this record, Hz, where its file states none.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(in crate::input) sample_rate_hz: Option<f64>,
+    /// Column or variable of this record that is time.
+    #[schemars(extend("examples" = ["stamp_ms"]))]
+    pub(in crate::input) time: Option<String>,
     /// Spindle speed during the record, rev/min: its harmonics are flagged.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(in crate::input) spindle_rpm: Option<f64>,

@@ -39,6 +39,7 @@ impl Reader<'_> {
             return self.functions(source);
         }
         let sample_rate_hz = self.rate(source);
+        self.check_time(source);
         let excitation = match &source.record.excitation {
             None => None,
             Some(wanted) => Some(self.channel_named("excitation", wanted, source, None)?),
@@ -150,6 +151,15 @@ impl Reader<'_> {
         let line = self.tree.line_at(&source.at("file"));
         for what in warnings {
             self.notes.warning(Code::Remark, line, what);
+        }
+    }
+
+    /// The time that a record names must be in its file.
+    fn check_time(&mut self, source: &Source<'_>) {
+        let Source { record, name, file, .. } = *source;
+        if let Some(wanted) = record.time.as_ref().filter(|time| file.time.as_ref() != Some(time)) {
+            let what = unknown("time", wanted, name, &file.channels);
+            self.error(Code::Reference, &source.at("time"), what);
         }
     }
 

@@ -168,7 +168,7 @@ pub(super) fn shapes(record: &IdentifiedRecord) -> Option<String> {
             Frame { left: LEFT, top: 26.0 + ROW * index as f64, width: PANEL_WIDTH, height: 64.0 };
         let panel = Panel {
             frame,
-            x: Axis::new("", Scale::linear(0.5, responses as f64 + 0.5)),
+            x: Axis::new("", Scale::places(responses)),
             y: Axis::new("", Scale::linear(-1.1, 1.1)),
         };
         panel.title(&mut canvas, &format!("Mode {}, {:.2} Hz", index + 1, mode.frequency_hz));

@@ -114,6 +114,7 @@ fn estimate(found: &Found, sizes: &[f64]) -> PoleEstimate {
         residues: vec![found.shape.iter().zip(sizes).map(residue).collect()],
         prominence: 1.0,
         drift: None,
+        damping_drift: None,
         is_artefact: false,
     }
 }
