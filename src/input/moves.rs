@@ -17,10 +17,7 @@ pub(super) fn moves_of(
 ) -> Option<PathMoves> {
     const KEYS: [&str; 3] = ["joints_deg", "poses", "program"];
     let node = operation.get("path")?;
-    let given: Vec<&str> = KEYS
-        .into_iter()
-        .filter(|key| node.get(key).is_some_and(|value| value.faulty || !value.is_null()))
-        .collect();
+    let given: Vec<&str> = KEYS.into_iter().filter(|key| node.get(key).is_some()).collect();
     let called = context.called;
     match given.as_slice() {
         [] => {

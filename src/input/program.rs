@@ -108,10 +108,10 @@ pub(super) fn program_moves(
 
 /// The language of a file by its extension, or why it is not read.
 fn dialect_of(file: &Path) -> Result<Dialect, String> {
-    let extension = file.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-    if let Some(dialect) = Dialect::from_extension(&extension) {
+    if let Some(dialect) = Dialect::of_file(file) {
         return Ok(dialect);
     }
+    let extension = file.extension().unwrap_or_default().to_string_lossy().to_lowercase();
     let known = NOT_YET.into_iter().find(|(own, _)| *own == extension);
     Err(match (known, extension.as_str()) {
         (Some((_, language)), _) => format!("{language} is not supported yet"),
@@ -130,7 +130,7 @@ fn keys_without_effect(
     dialect: Dialect,
     notes: &mut Notes,
 ) {
-    use Dialect::{Apt, Fanuc, GCode, Krl, Rapid};
+    use Dialect::{Apt, Fanuc, GCode, Krl, Rapid, Sinumerik};
     let keys: [(&str, bool, &[Dialect]); 11] = [
         ("procedure", raw.procedure.is_some(), &[Rapid, Krl]),
         ("spindle_from", raw.spindle_from.is_some(), &[Rapid, Krl, Fanuc]),
@@ -139,9 +139,9 @@ fn keys_without_effect(
         ("arguments", raw.arguments.is_some(), &[Rapid]),
         ("tool_frames", raw.tool_frames.is_some(), &[Krl, Fanuc]),
         ("base_frames", raw.base_frames.is_some(), &[Krl, Fanuc]),
-        ("rotary_axes", raw.rotary_axes.is_some(), &[GCode]),
+        ("rotary_axes", raw.rotary_axes.is_some(), &[GCode, Sinumerik]),
         ("coordinates", raw.coordinates.is_some(), &[Apt]),
-        ("dwell_unit", raw.dwell_unit.is_some(), &[GCode]),
+        ("dwell_unit", raw.dwell_unit.is_some(), &[GCode, Sinumerik]),
         ("j3_from", raw.j3_from.is_some(), &[Fanuc]),
     ];
     for (key, given, of) in keys {

@@ -207,6 +207,8 @@ codes! {
     Spindle = "spindle": Remark,
     /// A mode's frequency depends on amplitude.
     AmplitudeDependent = "amplitude_dependent": Remark,
+    /// A mode's damping depends on amplitude.
+    AmplitudeDamping = "amplitude_damping": Remark,
     /// A joint's stiffness depends on the load.
     LoadDependent = "load_dependent": Remark,
     /// A steady tone beside the modes, which was fitted and left out.

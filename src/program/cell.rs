@@ -95,6 +95,12 @@ impl External {
                  {{{name}: …}} in the job, with the joint of the robot that it is"
             )),
             Some(_) => Ok(()),
+            // Where it was before is not known.
+            None if log.has_moved() && value != 0.0 => Err(format!(
+                "external axis {name} is {value} here, and targets before do not say where it is; \
+                 write external_axes: {{{name}: …}} in the job, with the joint of the robot that \
+                 it is, or {name} in all targets"
+            )),
             // Constant so far.
             None => {
                 self.at.insert(name.to_owned(), value);
@@ -166,6 +172,7 @@ pub(super) fn set(
     span: Option<Span>,
     per_unit: f64,
 ) {
+    log.sets(line);
     let scaled = value.clone().map(|value| value * per_unit);
     match (sets, scaled) {
         (Sets::Spindle, Ok(rpm)) if rpm >= 0.0 => {

@@ -40,6 +40,8 @@ pub(super) struct Hole {
     pub(super) clearance: f64,
     /// How far down each peck goes, the last to the bottom.
     pub(super) depths: Vec<f64>,
+    /// How far over the depth of the peck before the feed begins again.
+    pub(super) over_peck: f64,
     /// Where the tool is left.
     pub(super) retract: f64,
     pub(super) feed: Pace,
@@ -60,6 +62,9 @@ pub(super) struct Cutter<'a> {
     pub(super) rpm: Option<f64>,
     /// Whether the program has started or stopped the spindle, and which.
     pub(super) is_on: Option<bool>,
+    /// The first tool that has a name alone, and whether any has a number.
+    named: Option<String>,
+    has_number: bool,
 }
 
 impl<'a> Cutter<'a> {
@@ -74,6 +79,8 @@ impl<'a> Cutter<'a> {
             feed: Feed { kind: FeedKind::PerMinute, value: None },
             rpm: None,
             is_on: None,
+            named: None,
+            has_number: false,
         }
     }
 
@@ -151,8 +158,9 @@ impl<'a> Cutter<'a> {
         self.apart(line, above(hole.clearance), Pace::Rapid);
         for (index, &depth) in hole.depths.iter().enumerate() {
             if let Some(&before) = index.checked_sub(1).and_then(|last| hole.depths.get(last)) {
-                self.apart(line, above(hole.clearance), Pace::Rapid);
-                self.apart(line, above(before), Pace::Rapid);
+                self.apart(line, above(hole.clearance), hole.out);
+                let from = (before + hole.over_peck).min(hole.clearance);
+                self.apart(line, above(from), Pace::Rapid);
             }
             self.apart(line, above(depth), hole.feed);
         }
@@ -235,8 +243,21 @@ impl<'a> Cutter<'a> {
     }
 
     pub(super) fn tool(&mut self, number: f64) -> Result<(), String> {
+        self.has_number = true;
         self.log.tool(tool_number(number)?);
         Ok(())
+    }
+
+    /// A tool by its name alone: the first is taken for the job's.
+    pub(super) fn named_tool(&mut self, line: usize, name: &str) {
+        let what = format!("tool \"{name}\" has a name and no number");
+        let is_first = self.named.get_or_insert_with(|| name.to_owned()) == name;
+        if is_first && !self.has_number {
+            self.log.warning(Code::LeftOut, line, format!("{what}: left out"));
+        } else {
+            let what = format!("{what}: the one before is taken to stay");
+            self.log.warning(Code::ChangeIgnored, line, what);
+        }
     }
 
     /// A move to where the program does not say.

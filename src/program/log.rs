@@ -24,6 +24,8 @@ pub(super) struct Log {
     is_full: bool,
     moves: Vec<Move>,
     spindle: Vec<SpindleCommand>,
+    /// Lines at which the job's `spindle_from` or `tool_from` has set something.
+    set_by: HashSet<usize>,
     words: Vec<Word>,
     /// Where the last motion went, if that is a pose.
     last: Option<Last>,
@@ -92,6 +94,7 @@ impl Log {
             is_full: false,
             moves: Vec::new(),
             spindle: Vec::new(),
+            set_by: HashSet::new(),
             words: Vec::new(),
             last: None,
             rapid: None,
@@ -215,6 +218,16 @@ impl Log {
     /// Where the last motion went, if that is a pose.
     pub(super) fn last(&self) -> Option<Last> {
         self.last
+    }
+
+    /// The statement of a line sets the spindle or the tool.
+    pub(super) fn sets(&mut self, line: usize) {
+        self.set_by.insert(line);
+    }
+
+    /// Whether the statement of a line has set the spindle or the tool.
+    pub(super) fn has_set(&self, line: usize) -> bool {
+        self.set_by.contains(&line)
     }
 
     /// Whether the path has started.

@@ -54,6 +54,7 @@ mod settings;
 mod span;
 mod text;
 mod tool_axis;
+mod unread;
 
 pub use rewrite::{NewSpeed, Rewrite, Rewritten, rewrite};
 pub use settings::{
@@ -62,6 +63,7 @@ pub use settings::{
 };
 
 use std::fmt;
+use std::path::Path;
 
 pub use crate::motion::Spindle;
 use crate::motion::{Move, StatedFeeds};
@@ -76,6 +78,8 @@ pub enum Dialect {
     Apt,
     /// G-code (RS-274 as LinuxCNC and Fanuc write it, Sinumerik's words).
     GCode,
+    /// Main programs and subprograms of Sinumerik: G-code in which some words mean something else.
+    Sinumerik,
     /// KUKA KRL, a source file.
     Krl,
     /// Fanuc TP, a program as text.
@@ -89,15 +93,22 @@ impl Dialect {
     pub fn from_extension(extension: &str) -> Option<Self> {
         match extension.to_ascii_lowercase().as_str() {
             "mod" | "modx" | "prg" | "sys" | "sysx" => Some(Self::Rapid),
-            "apt" | "aptsource" | "cl" | "cls" => Some(Self::Apt),
-            "nc" | "ngc" | "gcode" | "tap" | "cnc" | "mpf" | "spf" | "eia" | "ncc" => {
-                Some(Self::GCode)
-            }
+            "apt" | "aptsource" | "cl" | "cls" | "ncl" => Some(Self::Apt),
+            "nc" | "ngc" | "gcode" | "tap" | "cnc" | "eia" | "ncc" => Some(Self::GCode),
+            "mpf" | "spf" => Some(Self::Sinumerik),
             "src" => Some(Self::Krl),
             "ls" => Some(Self::Fanuc),
             "h" | "hnc" => Some(Self::Heidenhain),
             _ => None,
         }
+    }
+
+    /// The dialect that a file holds by its name, where Creo's `part.ncl.3` is an `.ncl`.
+    pub fn of_file(file: &Path) -> Option<Self> {
+        let extension = |file: &Path| file.extension()?.to_str().map(str::to_owned);
+        let own = extension(file)?;
+        let is_version = own.bytes().all(|byte| byte.is_ascii_digit());
+        Self::from_extension(&if is_version { extension(file.file_stem()?.as_ref())? } else { own })
     }
 }
 
@@ -107,6 +118,7 @@ impl fmt::Display for Dialect {
             Self::Rapid => "RAPID",
             Self::Apt => "APT",
             Self::GCode => "G-code",
+            Self::Sinumerik => "Sinumerik",
             Self::Krl => "KRL",
             Self::Fanuc => "Fanuc TP",
             Self::Heidenhain => "Heidenhain",
@@ -196,10 +208,14 @@ fn read_up_to(
     match dialect {
         Dialect::Rapid => rapid::read(&text, settings, &mut log),
         Dialect::Apt => apt::read(&text, settings, &mut log),
-        Dialect::GCode => gcode::read(&text, settings, &mut log),
+        Dialect::GCode => gcode::read(&text, settings, &mut log, false),
+        Dialect::Sinumerik => gcode::read(&text, settings, &mut log, true),
         Dialect::Krl => krl::read(&text, settings, &mut log),
         Dialect::Fanuc => fanuc::read(&text, settings, &mut log),
         Dialect::Heidenhain => heidenhain::read(&text, settings, &mut log),
+    }
+    if matches!(dialect, Dialect::Rapid | Dialect::Krl | Dialect::Fanuc) {
+        unread::setters(&text, dialect, settings, &mut log);
     }
     log.finish()
 }

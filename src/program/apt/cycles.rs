@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 
 use super::lexer::Word;
 use super::{Reader, name, number};
+use crate::notes::Code;
 use crate::program::Pace;
 use crate::program::cutter::{Feed, FeedKind, Hole};
 use crate::program::log::States;
@@ -24,6 +25,9 @@ pub(super) struct Cycle {
     /// between them.
     pecks: [Option<f64>; 2],
 }
+
+/// A feed in a turn beyond this is a feed a minute, or something else.
+const MAX_PER_REVOLUTION_MM: f64 = 5.0;
 
 /// Kinds of cycles, and whether the tool is left at the feed.
 fn kind(name: &str) -> Option<bool> {
@@ -68,6 +72,12 @@ impl Reader<'_> {
             }
             _ => {}
         }
+        let rest = minor.get(1..).unwrap_or_default();
+        if let ("ON", Some(mut cycle)) = (first.as_str(), before) {
+            self.keywords(line, rest, &mut cycle, false)?;
+            self.cycle = Some(cycle);
+            return Ok(());
+        }
         let out_at_feed = kind(&first).ok_or_else(|| format!("'{first}' is not understood"))?;
         let mut cycle = Cycle {
             depth: f64::NAN,
@@ -79,11 +89,11 @@ impl Reader<'_> {
             dwell_s: 0.0,
             pecks: [None; 2],
         };
-        let rest = minor.get(1..).unwrap_or_default();
         if rest.first().is_some_and(|word| number(word).is_some()) {
             self.positional(line, rest, &mut cycle)?;
         } else {
-            self.keywords(line, rest, &mut cycle)?;
+            let is_deep = matches!(first.as_str(), "DEEP" | "DEEP2" | "DEEPHL" | "PECK");
+            self.keywords(line, rest, &mut cycle, is_deep)?;
         }
         if !cycle.depth.is_finite() {
             return Err("the depth is missing (DEPTH or FEDTO)".to_owned());
@@ -102,9 +112,14 @@ impl Reader<'_> {
         let count = rest.iter().take_while(|word| number(word).is_some()).count();
         let (numbers, names) = rest.split_at(count);
         let numbers: Vec<_> = numbers.iter().filter_map(number).collect();
-        let unit = match names {
-            [] => None,
-            [word] => name(word).map(str::to_ascii_uppercase),
+        // `depth, feed, unit, clearance`, or the unit behind all.
+        let (word, behind) = names.split_first().map_or((None, names), |(w, rest)| (Some(w), rest));
+        let unit = word.and_then(name).map(str::to_ascii_uppercase);
+        let numbers = match behind {
+            [] => numbers,
+            [clear] if count == 2 && number(clear).is_some() => {
+                numbers.into_iter().chain(number(clear)).collect()
+            }
             _ => return Err("behind the numbers stands the unit of the feed alone".to_owned()),
         };
         let (depth, feed, clear) = match *numbers.as_slice() {
@@ -123,6 +138,19 @@ impl Reader<'_> {
         cycle.clear = self.mm(clear);
         if let Some((value, span)) = feed {
             let feed = self.feed_of(value, unit.as_deref())?;
+            if feed.kind == FeedKind::PerRevolution && feed.value > Some(MAX_PER_REVOLUTION_MM) {
+                return Err(format!(
+                    "the second number is taken as the feed, and {value} in a turn is none: write \
+                     DEPTH, CLEAR and the unit before the feed"
+                ));
+            }
+            if unit.is_none() {
+                let what = format!(
+                    "CYCLE: the second number, {value}, is taken as the feed, though no unit \
+                     stands behind it: some posts write the clearance there"
+                );
+                self.cutter.log.warning(Code::UnitAssumed, line, what);
+            }
             self.state_cycle_feed(line, feed, value, span);
             cycle.feed = Some(feed);
         }
@@ -148,8 +176,9 @@ impl Reader<'_> {
         line: usize,
         rest: &[Word<'_>],
         cycle: &mut Cycle,
+        is_deep: bool,
     ) -> Result<(), String> {
-        let mut rest = rest;
+        let (mut rest, mut is_deep) = (rest, is_deep);
         // The words that only say how the depth is reached: the places passed are the same.
         while let [Word::Name(word), tail @ ..] = rest
             && matches!(
@@ -157,6 +186,7 @@ impl Reader<'_> {
                 "DEEP" | "BRKCHP" | "BACK" | "DRAG" | "NODRAG" | "MANUAL"
             )
         {
+            is_deep |= word.eq_ignore_ascii_case("DEEP");
             rest = tail;
         }
         while let [Word::Name(key), tail @ ..] = rest {
@@ -184,6 +214,9 @@ impl Reader<'_> {
                     let feed = self.feed_of(value, Some(unit))?;
                     self.state_cycle_feed(line, feed, value, span);
                     cycle.feed = Some(feed);
+                }
+                ("STEP" | "STEP1" | "INCR", Some((value, _))) if is_deep => {
+                    cycle.pecks = [Some(self.mm(value.abs())); 2];
                 }
                 ("1STPECK", Some((value, _))) => cycle.pecks[0] = Some(self.mm(value.abs())),
                 ("SUBPECK", Some((value, _))) => cycle.pecks[1] = Some(self.mm(value.abs())),
@@ -225,6 +258,7 @@ impl Reader<'_> {
         let hole = Hole {
             clearance: cycle.clear,
             depths: cycle.depths(),
+            over_peck: 0.0,
             retract: cycle.retract.max(cycle.clear),
             feed,
             out: if cycle.out_at_feed { feed } else { Pace::Rapid },

@@ -85,11 +85,12 @@ pub(super) struct Lexer<'t> {
     line: usize,
     /// Whether the last statement asked for a line that is not there.
     pub(super) is_cut: bool,
+    in_comment: bool,
 }
 
 impl<'t> Lexer<'t> {
     pub(super) fn new(text: &'t str) -> Self {
-        Self { text, at: 0, line: 0, is_cut: false }
+        Self { text, at: 0, line: 0, is_cut: false, in_comment: false }
     }
 
     pub(super) fn line(&self) -> usize {
@@ -109,6 +110,13 @@ impl<'t> Lexer<'t> {
             self.line += 1;
             if statement.tokens.is_empty() {
                 statement.line = self.line;
+            }
+            // Creo's comments go on by `$`, too.
+            let trimmed = whole.trim();
+            let is_comment = trimmed.starts_with("$$->") || self.in_comment;
+            self.in_comment = is_comment && trimmed.ends_with('$');
+            if is_comment {
+                continue;
             }
             let continued = tokens(whole, start, statement);
             if !continued && !statement.tokens.is_empty() || statement.tokens.len() > MAX_TOKENS {

@@ -42,6 +42,8 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
     reader.no_arc_is_open(lexer.line());
     let what = if lexer.is_cut {
         "the program ends within a statement: is the file whole?"
+    } else if reader.may_end {
+        return;
     } else {
         "the program ends without FINI: is the file whole?"
     };
@@ -56,6 +58,8 @@ struct Reader<'a> {
     /// In the coordinates of the program.
     axis: Unit<Vector3<f64>>,
     at: Option<Vector3<f64>>,
+    /// Whether the last statement may be the program's last.
+    may_end: bool,
     /// CIRCLE: what the next GOTO ends.
     arc: Option<arcs::Open>,
     /// INDIRV, INDIRP: where the next arc starts to.
@@ -73,6 +77,7 @@ impl<'a> Reader<'a> {
             rapid: false,
             axis: Vector3::z_axis(),
             at: None,
+            may_end: false,
             arc: None,
             direction: None,
             cycle: None,
@@ -88,6 +93,8 @@ impl<'a> Reader<'a> {
         if major == "FINI" {
             return false;
         }
+        // NX ends each operation by END-OF-PATH and has no FINI; CATIA may end by END.
+        self.may_end = matches!(major.as_str(), "END-OF-PATH" | "END");
         if let Err(what) = self.run(line, &major, statement) {
             self.cutter.log.error(Code::Motion, line, format!("{major}: {what}"));
         }
@@ -101,6 +108,11 @@ impl<'a> Reader<'a> {
         let minor = statement.minor();
         let minor = minor.as_slice();
         match major {
+            "INSERT" => {
+                let what = "INSERT goes to the machine as it is and is not read";
+                self.cutter.log.warning(Code::MotionLeftOut, line, what);
+                Ok(())
+            }
             "GOTO" => self.go_to(line, minor),
             "FROM" => self.from(line, minor),
             "GODLTA" => self.go_delta(line, minor),
@@ -119,6 +131,11 @@ impl<'a> Reader<'a> {
                 Ok(())
             }
             "TLON" => self.along_circle(line, statement),
+            "MULTAX" if minor.first().and_then(name).is_some_and(|word| lexer::is(word, "OFF")) => {
+                self.axis = self.systems.axis();
+                Ok(())
+            }
+            "MULTAX" => Ok(()),
             "TLAXIS" => {
                 self.axis = unit(vector(minor)?)?;
                 Ok(())

@@ -87,6 +87,17 @@ impl Systems {
         }
     }
 
+    /// The tool axis where none is given: z of the system that holds, in coordinates of the
+    /// program.
+    pub(super) fn axis(&self) -> Unit<Vector3<f64>> {
+        match (self.said, &self.first) {
+            (Some(Coordinates::World), Some((_, first))) => {
+                (first.inverse() * self.now).rotation * Vector3::z_axis()
+            }
+            _ => Vector3::z_axis(),
+        }
+    }
+
     fn set(&mut self, line: usize, system: Isometry3<f64>) -> Result<(), String> {
         if !self.has_started {
             self.first = Some((line, system));
@@ -146,6 +157,7 @@ impl Reader<'_> {
         let system = system.ok_or("the axes are not unit vectors across one another")?;
         self.no_arc_is_open(line);
         self.systems.set(line, system)?;
+        self.axis = self.systems.axis();
         // The tool stays, and its coordinates are others.
         self.at = self.cutter.place().filter(|_| self.at.is_some());
         self.at = self.at.map(|at| self.systems.frame().back(at));

@@ -1,15 +1,13 @@
 //! Which words of APT are for the machine beside the tool's way, and which move.
 
 /// Words without motion of their own and without effect on later motion.
-pub(super) const WITHOUT_MOTION: [&str; 86] = [
+pub(super) const WITHOUT_MOTION: [&str; 84] = [
     "PARTNO",
     "PPRINT",
     "REMARK",
-    "INSERT",
     "TPRINT",
     "PPWORD",
     "MACHIN",
-    "MULTAX",
     "COOLNT",
     "END",
     "OPSTOP",

@@ -327,6 +327,8 @@ impl Run<'_> {
             self.positions.insert(number, found);
             return Ok(());
         };
+        // A comment may follow.
+        let component = component.split(':').next().unwrap_or(component);
         let index = self.registers.value(component)?;
         let own = self.positions.get(&number).cloned();
         let value = self.position_value(value);
@@ -349,6 +351,7 @@ impl Run<'_> {
         let (inside, behind) = rest.split_once(']').ok_or("expected ']'")?;
         let (number, index) = inside.split_once(',').ok_or("expected PR[n,i]")?;
         let number: i64 = number.trim().parse().map_err(|_| "expected PR[n,i]")?;
+        let index = index.split(':').next().unwrap_or(index);
         let index: usize = index.trim().parse().map_err(|_| "expected PR[n,i]")?;
         let Some(Ok(group)) = self.positions.get(&number) else {
             return Err("known only at run time".to_owned());

@@ -25,7 +25,11 @@ impl<'a> Registers<'a> {
 
     /// What the job assumes of a name.
     pub(super) fn assumed(&self, name: &str) -> Option<Assumed> {
-        self.settings.assume.get(&name.trim().to_lowercase()).copied()
+        let name = name.trim().to_lowercase();
+        // `di[3:part here]` is DI[3].
+        let bare = name.split_once(':').map(|(head, _)| format!("{head}]"));
+        let given = |name: &str| self.settings.assume.get(name).copied();
+        given(&name).or_else(|| given(&bare?))
     }
 
     fn get(&self, number: i64) -> Result<f64, String> {
@@ -116,6 +120,9 @@ impl<'a> Registers<'a> {
                     (Err(why), _) | (_, Err(why)) => Err(why),
                 };
             }
+        }
+        if let Some(inner) = text.strip_prefix('!') {
+            return self.truth(inner).map(|value| !value);
         }
         for operator in ["<>", "<=", ">=", "=", "<", ">"] {
             if let Some((left, right)) = text.split_once(operator) {

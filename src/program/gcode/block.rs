@@ -92,7 +92,9 @@ pub(super) fn parse(line: &str, block: &mut Block, parameters: &Parameters) -> R
             block.mark = true;
             return Ok(());
         }
+        // A program's number, or its name, as newer Fanuc controls have it.
         Some(b':') => return Ok(()),
+        Some(b'<') if line.trim_end().ends_with('>') => return Ok(()),
         Some(b'/') => {
             block.optional = true;
             lexer.at += 1;
@@ -269,6 +271,10 @@ impl<'t> Lexer<'t> {
             "CHR" => CHAMFERED,
             // The main spindle is the first.
             "S1" | "M1" => bytes[0],
+            // How corners are smoothed, and the most that the spindle may turn.
+            "ADIS" | "ADISPOS" | "LIMS" => {
+                return self.expression(Reader::expression).map(|_| ());
+            }
             _ if bytes.len() == 1 => bytes[0],
             _ => return Err(format!("'{name}=' is not understood")),
         };

@@ -9,6 +9,9 @@ use crate::program::Pace;
 use crate::program::arc::Plane;
 use crate::program::cutter::FeedKind;
 
+/// Above all codes of work offsets: G54.1 P1 and on.
+const NUMBERED: i64 = 10_000;
+
 /// G80.
 const CANCEL: i64 = 800;
 
@@ -21,6 +24,8 @@ struct Once {
     /// G10, G52, G92: axis words set something.
     sets: Option<i64>,
     macro_call: bool,
+    /// G43.1 with axes.
+    tool_length: bool,
 }
 
 /// Runs a block; `offset` is where its line begins.
@@ -33,10 +38,6 @@ pub(super) fn run(
 ) {
     if block.words.is_empty() && block.names.is_empty() {
         return;
-    }
-    if block.optional {
-        let what = "blocks with '/' are read as if they ran";
-        machine.cutter.log.warning(Code::Assumed, line, what);
     }
     if block.word(b'E').is_some() {
         machine.cutter.log.warning(Code::AxisIgnored, line, "E words are left out");
@@ -72,7 +73,7 @@ fn run_checked(
     let cancels_beside_motion =
         |code: &i64| *code == CANCEL && block.codes('G').any(|other| other < 40);
     for code in block.codes('G').filter(|code| !cancels_beside_motion(code)) {
-        modal(machine, &mut once, line, code)?;
+        modal(machine, &mut once, line, code, block)?;
     }
     if let Some(feed) = block.word(b'F')
         && (!once.dwell || block.has_any(b"PXUS"))
@@ -112,7 +113,7 @@ fn contradictions(block: &Block) -> Vec<String> {
         ('G', |code| code == CANCEL || cycle(code)),
         ('G', |code| matches!(code, 40 | 280 | 300 | 530)),
         ('G', |code| matches!(code, 170 | 180 | 190)),
-        ('G', |code| matches!(code, 200 | 210 | 700 | 710)),
+        ('G', |code| matches!(code, 200 | 210 | 700 | 710 | 7000 | 7100)),
         ('G', |code| matches!(code, 900 | 910)),
         ('G', |code| matches!(code, 901 | 911)),
         ('G', |code| matches!(code, 930 | 940 | 950)),
@@ -141,7 +142,14 @@ fn contradictions(block: &Block) -> Vec<String> {
 }
 
 /// A G code, in tenths.
-fn modal(machine: &mut Machine<'_>, once: &mut Once, line: usize, code: i64) -> Result<(), String> {
+fn modal(
+    machine: &mut Machine<'_>,
+    once: &mut Once,
+    line: usize,
+    code: i64,
+    block: &Block,
+) -> Result<(), String> {
+    let has_axes = block.has_any(&AXES);
     match code {
         0 => machine.motion = Motion::Rapid,
         10 => machine.motion = Motion::Straight,
@@ -151,8 +159,8 @@ fn modal(machine: &mut Machine<'_>, once: &mut Once, line: usize, code: i64) -> 
         170 => machine.plane = Plane::XY,
         180 => machine.plane = Plane::ZX,
         190 => machine.plane = Plane::YZ,
-        200 | 700 => machine.inches = true,
-        210 | 710 => machine.inches = false,
+        200 | 210 | 7000 | 7100 => machine.set_unit(matches!(code, 200 | 7000), false),
+        700 | 710 => machine.set_unit(code == 700, machine.is_sinumerik),
         280 | 300 => once.reference = true,
         410 | 420 => {
             let what = "G41/G42: the path is read as programmed";
@@ -160,11 +168,28 @@ fn modal(machine: &mut Machine<'_>, once: &mut Once, line: usize, code: i64) -> 
         }
         650 => once.macro_call = true,
         // Ends of what is not supported, tool length, path mode, start of feed modes.
-        400 | 430 | 431 | 440 | 490 | 500 | 690 | 610 | 611 | 640 | 150 | 130 | 970 | 6010
-        | 6020 | 6410 | 6420 | 90 | 600 | 4500 | 4510 => {}
+        130 if block.has_any(b"IJK") => {
+            return Err("G13 with words of a pocket is not supported".to_owned());
+        }
+        400 | 430 | 440 | 490 | 500 | 690 | 610 | 611 | 640 | 150 | 130 | 970 | 6010 | 6020
+        | 6410 | 6420 | 90 | 600 | 4500 | 4510 => {}
+        // GRBL and LinuxCNC: the axes are those of a tool's length.
+        431 if has_axes && block.word(b'H').is_none() => once.tool_length = true,
+        431 => {}
+        // Look-ahead, smoothing and corners' speed.
+        51 | 80 | 620 | 1030 | 1870 if !has_axes => {}
+        50 if !has_axes && block.word(b'P').is_some() => {}
         434 if machine.rotary.is_named() => {}
         530 | 1530 => once.machine = true,
-        540..=599 | 5050..=5990 => machine.work_offset(line, code),
+        541 | 1540 => {
+            let offset = block.get('P').ok_or("G54.1 without P")?;
+            machine.work_offset(line, NUMBERED + offset as i64);
+        }
+        580 | 590 if machine.is_sinumerik && has_axes => {
+            let shown = shown('G', code);
+            return Err(format!("{shown} with axes shifts the work and is not supported"));
+        }
+        540..=599 | 5000..=5990 => machine.work_offset(line, code),
         730 | 740 | 810..=869 | 890 => machine.start_cycle(code),
         CANCEL => machine.motion = Motion::None,
         900 => machine.relative = false,
@@ -225,6 +250,7 @@ fn spindle_and_tool(
             }
             // Behind the block's motion, see `run_checked`.
             50 => {}
+            1980 => return Err("M198 calls a program that is not read".to_owned()),
             60 => machine.change_tool()?,
             0 | 10 | 20 | 300 | 70..=99 | 170 | 190 | 480 | 490 | 600 | 970 | 980 | 990 => {}
             _ => starts |= unknown(machine, line, code, speed.is_some()),
@@ -262,6 +288,15 @@ fn moves(machine: &mut Machine<'_>, once: &Once, line: usize, block: &Block) -> 
     }
     if once.dwell {
         return machine.dwell(line, block);
+    }
+    if once.tool_length {
+        let what = "G43.1 sets the tool's length: the job's tcp is used";
+        machine.cutter.log.warning(Code::ChangeIgnored, line, what);
+        return Ok(());
+    }
+    let repeats = block.codes('M').any(|code| code == 970 || code == 980);
+    if block.word(b'L').is_some() && !repeats && !matches!(machine.motion, Motion::Cycle(_)) {
+        return Err("L calls a subprogram that is not read, or is not understood here".to_owned());
     }
     let has_axes = block.has_any(&AXES) || block.has_any(&super::rotary::LETTERS);
     let in_cycle = matches!(machine.motion, Motion::Cycle(_));

@@ -79,6 +79,7 @@ impl Machine<'_> {
         let hole = Hole {
             clearance: retract,
             depths,
+            over_peck: 0.0,
             retract: initial,
             feed,
             out: if kind == CycleKind::Bore { feed } else { Pace::Rapid },

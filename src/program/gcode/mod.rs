@@ -27,20 +27,26 @@ use super::Settings;
 use super::log::Log;
 use crate::notes::Code;
 use block::Block;
-use expression::Parameters;
+use expression::{Key, Parameters};
 use flow::Flow;
 use state::Machine;
 
 /// Reads a G-code file into the log.
-pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
+pub(super) fn read(text: &str, settings: &Settings, log: &mut Log, is_sinumerik: bool) {
     let lines = split(text);
     let mut machine = Machine::new(settings, log, changes_tools(&lines));
+    machine.is_sinumerik = is_sinumerik;
     let mut flow = Flow::new(&lines);
     let mut block = Block::default();
     let mut has_begun = false;
     while let Some(index) = flow.next_line(machine.cutter.log) {
         let (offset, content) = lines[index];
         let line = index + 1;
+        if content.trim_start().starts_with('/') {
+            let what = "blocks with '/' are read as if they ran: with block skip on the program is \
+                        another, which is not looked at";
+            machine.cutter.log.warning(Code::MotionLeftOut, line, what);
+        }
         match flow.control(content, index) {
             Ok(true) => continue,
             Ok(false) => {}
@@ -86,6 +92,10 @@ fn set_parameters(
     block: &mut Block,
 ) {
     for (key, value) in block.sets.drain(..) {
+        if matches!(key, Key::Number(5201..=5400 | 7001..=7960)) {
+            let what = "sets a work offset, which is not supported: the job's work_object says it";
+            machine.cutter.log.error(Code::Motion, line, what);
+        }
         if let Err(what) = parameters.set(key, value) {
             machine.cutter.log.error(Code::Value, line, what);
         }

@@ -1,10 +1,12 @@
 //! Words of several letters, as Sinumerik and others have them: which may be left out.
 
 use super::state::Machine;
-use crate::notes::Code;
 
 /// Words without motion of their own and without effect on later motion.
-const HARMLESS: [&str; 37] = [
+const HARMLESS: [&str; 40] = [
+    "FNORM",
+    "DIAMOF",
+    "DIAM90",
     "MSG",
     "CYCLE832",
     "TRAFOOF",
@@ -79,9 +81,13 @@ impl Machine<'_> {
             return Ok(Name::None);
         }
         if name == "T=" {
-            let what = format!("tool \"{inside}\" has a name and no number: left out");
-            self.cutter.log.warning(Code::LeftOut, line, what);
+            self.cutter.named_tool(line, inside);
             return Ok(Name::None);
+        }
+        if name == "MCALL"
+            || (name.starts_with("CYCLE") && !matches!(name, "CYCLE832" | "CYCLE800"))
+        {
+            return Err(format!("{name}: Sinumerik's cycles are not supported"));
         }
         if HARMLESS.contains(&name) {
             return Ok(Name::None);

@@ -65,6 +65,9 @@ pub(super) struct Machine<'a> {
     pub(super) motion: Motion,
     pub(super) plane: Plane,
     pub(super) inches: bool,
+    /// Sinumerik's G70 and G71 leave the feed's unit as it is.
+    feed_in_inches: bool,
+    pub(super) is_sinumerik: bool,
     pub(super) relative: bool,
     pub(super) centre_absolute: bool,
     pub(super) back_to_initial: bool,
@@ -86,6 +89,8 @@ impl<'a> Machine<'a> {
             motion: Motion::None,
             plane: Plane::XY,
             inches: false,
+            feed_in_inches: false,
+            is_sinumerik: false,
             relative: false,
             centre_absolute: false,
             back_to_initial: true,
@@ -104,6 +109,14 @@ impl<'a> Machine<'a> {
         if self.inches { mm_from_inch(length) } else { length }
     }
 
+    /// G20 and G21, G70 and G71, G700 and G710.
+    pub(super) fn set_unit(&mut self, inches: bool, of_lengths_alone: bool) {
+        self.inches = inches;
+        if !of_lengths_alone {
+            self.feed_in_inches = inches;
+        }
+    }
+
     /// `offset`: where the line of the word begins.
     pub(super) fn set_feed(
         &mut self,
@@ -115,7 +128,11 @@ impl<'a> Machine<'a> {
             return Err(format!("F is {}, must be positive", word.value));
         }
         let kind = self.cutter.feed.kind;
-        let value = if kind == FeedKind::InverseTime { word.value } else { self.mm(word.value) };
+        let value = match kind {
+            FeedKind::InverseTime => word.value,
+            _ if self.feed_in_inches => mm_from_inch(word.value),
+            _ => word.value,
+        };
         let feed = Feed { kind, value: Some(value) };
         let span = word.span.map(|span| span.behind(offset));
         self.cutter.state_feed(line, feed, word.value, span);

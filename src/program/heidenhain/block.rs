@@ -18,6 +18,8 @@ pub(super) struct Word<'t> {
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Block<'t> {
     pub(super) words: Vec<Word<'t>>,
+    /// The text between quotes, a tool's name.
+    pub(super) quoted: Option<&'t str>,
 }
 
 impl<'t> Block<'t> {
@@ -37,6 +39,14 @@ impl<'t> Block<'t> {
         self.word(name).is_some()
     }
 
+    /// Whether a word stands right behind another: `F MAX`.
+    pub(super) fn is_after(&self, first: &str, second: &str) -> bool {
+        let is = |pair: &[Word<'_>]| {
+            pair[0].name == first && pair[0].value.is_none() && pair[1].name == second
+        };
+        self.words.windows(2).any(is)
+    }
+
     pub(super) fn all<'b>(&'b self, name: &'b str) -> impl Iterator<Item = f64> + 'b {
         self.words.iter().filter(move |word| word.name == name).filter_map(|word| word.value)
     }
@@ -46,9 +56,16 @@ impl<'t> Block<'t> {
 pub(super) fn parse(text: &str, offset: usize) -> Block<'_> {
     let content = text.split(';').next().unwrap_or("");
     let bytes = content.as_bytes();
-    let mut words = Vec::new();
+    let (mut words, mut quoted) = (Vec::new(), None);
     let mut at = 0;
     while at < bytes.len() {
+        if bytes[at] == b'"' {
+            let rest = content.get(at + 1..).unwrap_or("");
+            let end = rest.find('"').unwrap_or(rest.len());
+            quoted = quoted.or(rest.get(..end));
+            at += end + 2;
+            continue;
+        }
         if !bytes[at].is_ascii_alphabetic() {
             // A number of its own belongs to the word before: `TOOL CALL 5`, `LBL 1`.
             let length = number_length(bytes, at);
@@ -86,7 +103,7 @@ pub(super) fn parse(text: &str, offset: usize) -> Block<'_> {
         words.push(word(content, start, at, at + length, offset).named(content, start, name_end));
         at += length;
     }
-    Block { words }
+    Block { words, quoted }
 }
 
 impl<'t> Word<'t> {

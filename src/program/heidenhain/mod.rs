@@ -17,7 +17,10 @@ use super::log::Log;
 use super::{Pace, Settings};
 use crate::notes::Code;
 use crate::units::{m_per_s_from_mm_per_min, mm_from_inch, rad_from_deg};
-use block::{Block, parse};
+use block::{Block, Word, parse};
+
+/// This feed in a Q parameter stands for FMAX.
+const FMAX_MM_PER_MIN: f64 = 99_999.0;
 
 /// Blocks that repeats may run beyond one pass through the program.
 const BLOCKS_IN_LOOPS: usize = 1_000_000;
@@ -57,7 +60,10 @@ struct Reader<'a, 't> {
     repeats: HashMap<usize, u32>,
     inches: bool,
     pole: Option<[f64; 2]>,
-    cycle: Option<HashMap<String, f64>>,
+    /// Number and Q parameters.
+    cycle: Option<(f64, HashMap<String, f64>)>,
+    /// F of the last TOOL CALL, which FAUTO means.
+    feed_of_tool: Option<Feed>,
     has_end: bool,
 }
 
@@ -85,6 +91,7 @@ impl<'a, 't> Reader<'a, 't> {
             inches: false,
             pole: None,
             cycle: None,
+            feed_of_tool: None,
             has_end: false,
         }
     }
@@ -103,12 +110,14 @@ impl<'a, 't> Reader<'a, 't> {
                 return;
             }
             self.budget -= 1;
-            let mut words = Vec::new();
+            let mut block = Block::default();
             for (offset, part) in &text.parts {
-                words.extend(parse(part, *offset).words);
+                let own = parse(part, *offset);
+                block.words.extend(own.words);
+                block.quoted = block.quoted.or(own.quoted);
             }
             self.next += 1;
-            if let Err(what) = self.block(line, &Block { words }) {
+            if let Err(what) = self.block(line, &block) {
                 self.cutter.log.error(Code::Motion, line, what);
             }
         }
@@ -166,25 +175,46 @@ impl<'a, 't> Reader<'a, 't> {
         if block.name(1) != "CALL" {
             return Ok(());
         }
+        if let Some(name) = block.quoted {
+            self.cutter.named_tool(line, name);
+        }
+        let unknown = |word: &&Word<'_>| {
+            !matches!(word.name, "" | "X" | "Y" | "Z" | "S" | "F" | "DL" | "DR" | "M")
+        };
+        if let Some(word) = block.words.iter().skip(2).find(unknown) {
+            return Err(format!("'{}' is not understood", word.name));
+        }
         if let Some(number) = block.words.get(2).filter(|word| word.name.is_empty()) {
             self.cutter.tool(number.value.unwrap_or(0.0))?;
         }
         if let Some(axis) = ["X", "Y"].into_iter().find(|axis| block.has(axis)) {
             return Err(format!("tool axis {axis} is not supported: Z alone"));
         }
-        if let Some(speed) = block.word("S")
-            && let Some(rpm) = speed.value
-        {
+        if let Some(speed) = block.word("S") {
+            let rpm = speed.value.ok_or("S without a number")?;
             self.cutter.state_speed(line, rpm, speed.span)?;
             self.cutter.assume_started(line);
         }
-        self.feed(line, block)
+        self.feed(line, block)?;
+        self.feed_of_tool = block.has("F").then_some(self.cutter.feed);
+        Ok(())
     }
 
     /// F, not FMAX, which holds for its block alone.
     fn feed(&mut self, line: usize, block: &Block<'_>) -> Result<(), String> {
-        let Some(word) = block.word("F") else { return Ok(()) };
-        let Some(value) = word.value else { return Ok(()) };
+        if block.has("FAUTO") || block.is_after("F", "AUTO") {
+            let of_tool = self.feed_of_tool.ok_or("FAUTO: the last TOOL CALL has no F")?;
+            self.cutter.feed = of_tool;
+            return Ok(());
+        }
+        if let Some(word) = block.word("FU") {
+            let value = word.value.filter(|value| *value > 0.0).ok_or("FU must be positive")?;
+            let feed = Feed { kind: FeedKind::PerRevolution, value: Some(self.mm(value)) };
+            self.cutter.state_feed(line, feed, value, word.span);
+            return Ok(());
+        }
+        let Some(word) = block.word("F").filter(|_| !is_rapid(block)) else { return Ok(()) };
+        let value = word.value.ok_or("F without a number")?;
         if value <= 0.0 {
             return Err(format!("F is {value}, must be positive"));
         }
@@ -218,13 +248,16 @@ impl<'a, 't> Reader<'a, 't> {
                 return Err(format!("axis {axis} is not supported: X, Y and Z alone"));
             }
         }
+        if let Some(word) = block.words.iter().skip(1).find(|word| !is_of_motion(word.name)) {
+            return Err(format!("'{}' is not understood", word.name));
+        }
         self.feed(line, block)?;
         self.m_codes(line, block, true)?;
         if block.has("RL") || block.has("RR") {
             let what = "RL/RR: the path is read as programmed";
             self.cutter.log.warning(Code::Assumed, line, what);
         }
-        let pace = if block.has("FMAX") { Pace::Rapid } else { self.cutter.pace()? };
+        let pace = if is_rapid(block) { Pace::Rapid } else { self.cutter.pace()? };
         let in_machine = block.all("M").any(|code| code == 91.0 || code == 92.0);
         let retracts = block.all("M").any(|code| code == 140.0);
         if in_machine || retracts {
@@ -391,7 +424,7 @@ impl<'a, 't> Reader<'a, 't> {
         };
         match number {
             _ if [200.0, 201.0, 203.0].contains(&number) => {
-                self.cycle = Some(values());
+                self.cycle = Some((number, values()));
                 Ok(())
             }
             _ if number == 9.0 => Ok(()),
@@ -402,6 +435,11 @@ impl<'a, 't> Reader<'a, 't> {
                 Ok(())
             }
             // Tolerance, preset by number, thermal and the like.
+            _ if number == 247.0 && self.cutter.log.has_moved() => {
+                let what = "cycle 247 chooses a preset: the job's work_object is used throughout";
+                self.cutter.log.warning(Code::ChangeIgnored, line, what);
+                Ok(())
+            }
             _ if number.floor() == 32.0 || number == 247.0 || number == 392.0 => Ok(()),
             // Shifts and turns that are zero.
             _ if matches!(number.floor() as i64, 7 | 8 | 10 | 19) => {
@@ -420,7 +458,7 @@ impl<'a, 't> Reader<'a, 't> {
     }
 
     fn drill(&mut self, line: usize) -> Result<(), String> {
-        let cycle = self.cycle.clone().ok_or("CYCL CALL without a drilling cycle")?;
+        let (number, cycle) = self.cycle.clone().ok_or("CYCL CALL without a drilling cycle")?;
         let get = |name: &str| cycle.get(name).copied();
         let need = |name: &str| get(name).ok_or_else(|| format!("the cycle has no {name}"));
         let at = self.cutter.place().ok_or("a cycle from an unknown position")?;
@@ -432,22 +470,32 @@ impl<'a, 't> Reader<'a, 't> {
             return Err(format!("Q201 is {depth} mm, must be negative"));
         }
         let step = self.mm(get("Q202").unwrap_or(0.0));
-        let count = if step > 0.0 { (-depth / step).ceil().clamp(1.0, 1e4) } else { 1.0 };
-        // At least 1 and at most 10 000.
-        let depths = (1..=count as u32).map(|peck| {
-            surface + if step > 0.0 { (-step * f64::from(peck)).max(depth) } else { depth }
-        });
+        let [less, least] = ["Q212", "Q205"].map(|name| self.mm(get(name).unwrap_or(0.0)));
+        let depths = pecks(depth, step, less, least);
+        // Chips are broken by a short way back, which is left out.
+        let breaks = get("Q213").unwrap_or(0.0).clamp(0.0, 1e4) as usize;
+        let last = depths.len() - 1;
+        let is_whole = |peck: &usize| *peck == last || (peck + 1).is_multiple_of(breaks + 1);
         let feed = need("Q206")?;
-        let feed = Pace::Feed(m_per_s_from_mm_per_min(self.mm(feed)));
+        let pace = |feed: f64| Pace::Feed(m_per_s_from_mm_per_min(self.mm(feed)));
+        // Reaming and universal drilling say how fast the tool comes out, and by 0: as it went in.
+        let out = match get("Q208") {
+            _ if number == 200.0 => Pace::Rapid,
+            None => Pace::Rapid,
+            Some(out) if out >= FMAX_MM_PER_MIN => Pace::Rapid,
+            Some(out) => pace(if out > 0.0 { out } else { feed }),
+        };
+        let feed = pace(feed);
         if !matches!(feed, Pace::Feed(feed) if feed > 0.0) {
             return Err("Q206 must be positive".to_owned());
         }
         let hole = Hole {
             clearance,
-            depths: depths.collect(),
+            depths: (0..=last).filter(is_whole).map(|peck| surface + depths[peck]).collect(),
+            over_peck: clearance - surface,
             retract: second.max(clearance),
             feed,
-            out: Pace::Rapid,
+            out,
             dwell_s: get("Q211").unwrap_or(0.0),
         };
         let over = Vector3::new(at.x, at.y, 0.0);
@@ -503,6 +551,33 @@ impl<'a, 't> Reader<'a, 't> {
         }
         Ok(())
     }
+}
+
+/// FMAX, which some posts write apart.
+fn is_rapid(block: &Block<'_>) -> bool {
+    block.has("FMAX") || block.is_after("F", "MAX")
+}
+
+/// Words that a block of motion may have behind its first.
+fn is_of_motion(name: &str) -> bool {
+    const WORDS: [&str; 30] = [
+        "", "X", "Y", "Z", "IX", "IY", "IZ", "A", "B", "C", "IA", "IB", "IC", "PR", "PA", "IPA",
+        "IPR", "DR", "R", "RL", "RR", "F", "FMAX", "FAUTO", "FU", "MAX", "AUTO", "M", "MB", "Q",
+    ];
+    WORDS.contains(&name) || name.starts_with('Q')
+}
+
+/// Depths of pecks, below zero: each less deep than the one before by `less`, down to `least`.
+fn pecks(depth: f64, step: f64, less: f64, least: f64) -> Vec<f64> {
+    const MOST: usize = 10_000;
+    let (mut depths, mut at, mut step) = (Vec::new(), 0.0, step);
+    while step > 0.0 && at - step > depth + 1e-9 && depths.len() < MOST {
+        at -= step;
+        depths.push(at);
+        step = (step - less).max(least).min(step);
+    }
+    depths.push(depth);
+    depths
 }
 
 /// A block without its number and its comment.

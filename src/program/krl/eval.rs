@@ -1,10 +1,13 @@
 //! Expressions of KRL → values. What cannot be known from the files is [`Value::Unknown`] with the
 //! reason, and becomes a fault only where motion depends on it.
 
+use nalgebra::Isometry3;
+
 use super::run::Run;
 use super::syntax::{Expr, Path};
 use super::value::{FRAME, Parts, Value, frame, of_frame};
-use crate::program::Assumed;
+use crate::program::cell::{base_frame, tool_frame};
+use crate::program::{Assumed, Settings};
 use crate::units::{deg_from_rad, rad_from_deg};
 
 impl<'a> Run<'a> {
@@ -74,15 +77,29 @@ impl<'a> Run<'a> {
             None => {}
         }
         match key {
-            "$nullframe" | "$world" => of_frame(&nalgebra::Isometry3::identity()),
+            "$nullframe" | "$world" => of_frame(&Isometry3::identity()),
             "$pos_act" | "$pos_ret" | "$pos_int" => self.position(),
             "$base" | "$act_base" => of_frame(&self.base),
             "$tool" | "$act_tool" => of_frame(&self.tcp),
+            _ if key.starts_with("tool_data[") => self.of_job(key, tool_frame),
+            _ if key.starts_with("base_data[") => self.of_job(key, base_frame),
             _ if key.starts_with('$') => {
                 Value::unknown(format!("'{}' is known only at run time", key.to_uppercase()))
             }
             _ => Value::unknown(format!("'{key}' is declared in no file that is read")),
         }
+    }
+
+    /// `tool_data[2]`, `base_data[1]` that no file gives.
+    fn of_job(
+        &self,
+        key: &str,
+        frame: fn(&Settings, f64, &str) -> Result<Isometry3<f64>, String>,
+    ) -> Value {
+        let (list, index) = key.split_once('[').unwrap_or((key, ""));
+        let number = index.trim_end_matches(']').parse().map_err(|_| format!("'{key}'"));
+        let found = number.and_then(|n| frame(self.settings, n, &list.to_uppercase()));
+        known(found.map(|frame| of_frame(&frame)))
     }
 
     /// Where the robot is, in the base.
@@ -170,7 +187,9 @@ impl<'a> Run<'a> {
                 Some(value @ Value::Enum(_)) => value.clone(),
                 _ => Value::Enum("base".to_owned()),
             },
-            _ => Value::unknown(format!("function '{name}' is known only at run time")),
+            _ => Value::unknown(format!(
+                "function '{name}' is not read: its value is known only at run time"
+            )),
         }
     }
 }

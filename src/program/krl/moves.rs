@@ -24,7 +24,7 @@ impl<'a> Run<'a> {
     pub(super) fn assign(&mut self, line: usize, path: &'a Path, expr: &'a Expr) {
         let value = self.eval(expr);
         let key = self.key(path).unwrap_or_default();
-        if self.sets_signal(line, &key, &value) {
+        if self.sets_signal(line, &key, &value) || self.set_numbered(line, path, expr) {
             return;
         }
         match self.set_motion(line, path, &value) {
@@ -39,6 +39,30 @@ impl<'a> Run<'a> {
                 self.log.error(Code::Motion, line, format!("{shown}: {why}"));
             }
         }
+    }
+
+    /// `$TOOL=TOOL_DATA[2]`, `$BASE=BASE_DATA[1]`: frames that the job may give by number; whether
+    /// it is one.
+    fn set_numbered(&mut self, line: usize, path: &Path, expr: &'a Expr) -> bool {
+        let Expr::Ref(from) = expr else { return false };
+        let ([index], [], []) = (&*from.indices, &*from.fields, &*path.fields) else {
+            return false;
+        };
+        let number = self.eval(index).num();
+        let set = match (path.name.as_str(), from.name.as_str()) {
+            ("$tool", "tool_data") => {
+                number.and_then(|n| self.tool_frame(n)).map(|frame| self.tcp = frame)
+            }
+            ("$base", "base_data") => {
+                number.and_then(|n| self.base_frame(n)).map(|frame| self.base = frame)
+            }
+            _ => return false,
+        };
+        if let Err(why) = set {
+            let shown = path.name.to_uppercase();
+            self.log.error(Code::Motion, line, format!("{shown}: {why}"));
+        }
+        true
     }
 
     /// System variables that motion depends on; whether it is one.
@@ -70,6 +94,13 @@ impl<'a> Run<'a> {
                 return Err("components of frames are set one by one, which is not read".into());
             }
             ("$load", None) => self.set_load(line, value),
+            ("$load" | "$load_a1" | "$load_a2" | "$load_a3", _) => {
+                let what = format!(
+                    "{} changes what the arm carries and is not read: payload in the job says it",
+                    path.name.to_uppercase()
+                );
+                self.log.warning(Code::ChangeIgnored, line, what);
+            }
             ("$ipo_mode", _) => match value {
                 Value::Enum(mode) if mode == "base" => {}
                 _ => return Err("a stationary tool (#TCP) is not supported".to_owned()),
@@ -170,7 +201,8 @@ impl<'a> Run<'a> {
             return Err("expected BAS(#…, number)".to_owned());
         };
         match what.as_str() {
-            "initmov" | "acc_cp" | "acc_ptp" | "acc_gluecp" | "ov_pro" | "acc_ori" => Ok(()),
+            "initmov" => self.initialise(line),
+            "acc_cp" | "acc_ptp" | "acc_gluecp" | "ov_pro" | "acc_ori" => Ok(()),
             "vel_cp" => self.set_velocity(line, number),
             "vel_ptp" => self.set_joint_share(number),
             "tool" => self.choose_tool(line, number.num()?),
@@ -178,21 +210,49 @@ impl<'a> Run<'a> {
                 self.base = self.base_frame(number.num()?)?;
                 Ok(())
             }
-            "ptp_params" | "ptp_dat" => {
-                if what == "ptp_params" {
-                    self.set_joint_share(number)?;
-                }
+            "ptp_params" => {
+                self.set_joint_share(number)?;
                 self.frames_of_form(line)
             }
-            "cp_params" | "cp_dat" => {
-                if what == "cp_params" {
-                    self.set_velocity(line, number)?;
-                }
+            "cp_params" => {
+                self.set_velocity(line, number)?;
                 self.frames_of_form(line)
             }
+            "ptp_dat" => match self.of_form("pdat_act") {
+                Some(share) => self.set_joint_share(&share),
+                None => Err("PDAT_ACT.VEL is not known".to_owned()),
+            },
+            "cp_dat" => match self.of_form("ldat_act") {
+                Some(velocity) => self.set_velocity(line, &velocity),
+                None => Err("LDAT_ACT.VEL is not known".to_owned()),
+            },
             "frames" => self.frames_of_form(line),
             other => Err(format!("#{} is not understood", other.to_uppercase())),
         }
+    }
+
+    /// #INITMOV: joints at full speed, DEF_VEL_CP, the world as the base, and tool 1 where it is
+    /// known. A job that gives a work object means it for the base that no line of the program
+    /// sets.
+    fn initialise(&mut self, line: usize) -> Result<(), String> {
+        self.joint_share = Some(1.0);
+        self.velocity = self.datum("def_vel_cp").num().ok();
+        if self.settings.work_object.is_some() {
+            let what = "BAS(#INITMOV) makes $WORLD the base, which the job's work_object is taken \
+                        to be";
+            self.log.warning(Code::Assumed, line, what);
+        }
+        self.base = self.settings.work_object.unwrap_or_default();
+        if let Ok(tool) = self.tool_frame(1.0) {
+            self.tcp = tool;
+        }
+        Ok(())
+    }
+
+    /// VEL of the data of an inline form.
+    fn of_form(&mut self, data: &str) -> Option<Value> {
+        let Value::Parts(mut form) = self.datum(data) else { return None };
+        form.remove("vel")
     }
 
     /// Tool and base of FDAT_ACT, which the inline form has set.
@@ -242,6 +302,9 @@ impl<'a> Run<'a> {
         for (path, expr) in with {
             let value = self.eval(expr);
             if is_without_effect(&path.name) || matches!(path.name.as_str(), "$load") {
+                continue;
+            }
+            if self.set_numbered(line, path, expr) {
                 continue;
             }
             if let Err(why) = self.set_motion(line, path, &value) {

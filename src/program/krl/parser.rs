@@ -4,6 +4,7 @@
 use super::lexer::{Kind, tokens};
 use super::syntax::{Block, Cases, Expr, File, Motion, Path, Routine, Statement, Way, What};
 use super::words::is_harmless_keyword;
+use crate::wording::counted;
 
 /// Blocks and expressions in one another beyond this are no program that a person writes.
 const MAX_DEPTH: usize = 40;
@@ -461,12 +462,17 @@ impl<'t> Cursor<'t> {
                     angle = Some(self.expression()?);
                 }
                 Some(Kind::Symbol(",")) => self.at += 1,
+                // What a relative motion is relative to, and so it is without the word.
+                Some(Kind::Enum(name)) if is_relative && name == "base" => self.at += 1,
+                Some(Kind::Enum(name)) if is_relative && name == "tool" => {
+                    return Err("a motion relative to the tool (#TOOL) is not supported".into());
+                }
                 _ => return Err("what stands behind the target is not understood".to_owned()),
             }
         }
         let wanted = if way == Way::Circular { 2 } else { 1 };
         if targets.len() != wanted {
-            return Err(format!("expected {wanted} target(s), found {}", targets.len()));
+            return Err(format!("expected {}, found {}", counted(wanted, "target"), targets.len()));
         }
         Ok(What::Move(Box::new(Motion { way, is_relative, targets, angle, with })))
     }

@@ -160,6 +160,9 @@ impl<'a> Run<'a> {
                 return self.repeated(line, Some(condition), None, body);
             }
             What::Repeat(body, until) => return self.repeated(line, None, Some(until), body),
+            What::Loop(body) if leaves(body, true) => {
+                return self.repeated(line, None, None, body);
+            }
             What::Loop(body) => {
                 let what = "an endless loop: read once, without the move from its end back to its \
                             beginning";
@@ -204,6 +207,8 @@ impl<'a> Run<'a> {
                 }
                 // An array: its elements are told when they are set.
                 (None, _) if !path.indices.is_empty() => {}
+                // A parameter, which its routine declares.
+                (None, Some(frame)) if frame.contains_key(&key) => {}
                 (own, Some(frame)) => {
                     let unset = || Value::unknown(format!("'{key}' is read before it is set"));
                     let own = own.unwrap_or_else(unset);
@@ -234,6 +239,13 @@ impl<'a> Run<'a> {
                         }
                     }
                     What::If(_, yes, no) => open.extend([yes, no]),
+                    What::Call(name, _)
+                        if !self.file.routines.contains_key(name)
+                            && name != "bas"
+                            && !sounds_like_motion(name) =>
+                    {
+                        self.not_read(statement.line, name);
+                    }
                     _ => {
                         let what = format!(
                             "{keyword} decides about motion at run time: {why}; assume: in the job \
@@ -285,7 +297,7 @@ impl<'a> Run<'a> {
         Flow::Next
     }
 
-    /// WHILE and REPEAT.
+    /// WHILE, REPEAT, and LOOP with a way out.
     fn repeated(
         &mut self,
         line: usize,
@@ -382,11 +394,15 @@ impl<'a> Run<'a> {
             let what = format!("'{name}' is in no file that is read and moves");
             self.log.error(Code::Motion, line, what);
         } else {
-            let what =
-                format!("'{name}' is in no file that is read; if it moves, its motion is not read");
-            self.log.warning(Code::MotionLeftOut, line, what);
+            self.not_read(line, name);
         }
         Flow::Next
+    }
+
+    fn not_read(&mut self, line: usize, name: &str) {
+        let what =
+            format!("'{name}' is in no file that is read; if it moves, its motion is not read");
+        self.log.warning(Code::MotionLeftOut, line, what);
     }
 
     fn run_routine(&mut self, routine: &'a Routine, args: &'a [Option<Expr>]) -> Flow {
@@ -414,6 +430,23 @@ impl<'a> Run<'a> {
     pub(super) fn sets_signal(&mut self, line: usize, key: &str, value: &Value) -> bool {
         set_by_name(self.settings, self.log, line, key, given(value))
     }
+}
+
+/// Whether a block leaves the LOOP that it stands in; EXIT counts where `own` says that no other
+/// loop lies between.
+fn leaves(block: &Block, own: bool) -> bool {
+    block.iter().any(|statement| match &statement.what {
+        What::Exit => own,
+        What::Return => true,
+        What::If(_, yes, no) => leaves(yes, own) || leaves(no, own),
+        What::Switch(_, cases, otherwise) => {
+            cases.iter().any(|(_, body)| leaves(body, own)) || leaves(otherwise, own)
+        }
+        What::For(.., body) | What::While(_, body) | What::Repeat(body, _) | What::Loop(body) => {
+            leaves(body, false)
+        }
+        _ => false,
+    })
 }
 
 fn given(value: &Value) -> Given {

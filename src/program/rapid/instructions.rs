@@ -143,7 +143,29 @@ pub(super) fn is_ignored(key: &str) -> bool {
         "waitrob",
         "waittime",
     ];
-    matches!(key, "waituntil" | "worldacclim" | "write" | "writeanybin" | "writebin" | "break")
+    const MONITORS: [&str; 16] = [
+        "wzboxdef",
+        "wzcyldef",
+        "wzsphdef",
+        "wzlimjointdef",
+        "wzdoset",
+        "wzlimsup",
+        "wzfree",
+        "wzenable",
+        "wzdisable",
+        "motionsup",
+        "cornerpathwarning",
+        "frictioncompensation",
+        "bookerrno",
+        "setsysdata",
+        "waitsynctask",
+        "motionprocessmodeset",
+    ];
+    MONITORS.contains(&key)
+        || matches!(
+            key,
+            "waituntil" | "worldacclim" | "write" | "writeanybin" | "writebin" | "break"
+        )
         || IGNORED.contains(&key)
 }
 

@@ -2,6 +2,8 @@
 //! that it is a fault only where the program reaches it.
 
 use super::cursor::{Cursor, Parsed};
+use super::instructions::{motion, sounds_like_motion};
+use super::lexer::Kind;
 use super::syntax::{Block, Declaration, Expr, File, Name, Parameter, Routine, Statement, What};
 use crate::notes::Code;
 use crate::program::Companion;
@@ -90,7 +92,7 @@ impl<'a> Parser<'a> {
                 Err(what) => self.report(Err(what), line, log),
             }
         } else if self.cursor.take_word("TRAP") {
-            self.skip_past("ENDTRAP");
+            self.trap(line, log);
         } else if self.cursor.take_word("RECORD") {
             let record = self.record();
             self.report(record, line, log);
@@ -192,6 +194,27 @@ impl<'a> Parser<'a> {
         // Handlers of errors do not run when nothing goes wrong.
         self.skip_past(end);
         Ok(Routine { line, name, parameters, body })
+    }
+
+    /// A trap runs when its interrupt comes: what it moves is not read.
+    fn trap(&mut self, line: usize, log: &mut Log) {
+        let mut moves = false;
+        while self.cursor.peek().is_some() && !self.cursor.take_word("ENDTRAP") {
+            if let Some(Kind::Word(word)) = self.cursor.peek() {
+                let key = word.to_lowercase();
+                moves |= motion(&key).is_some() || sounds_like_motion(&key);
+            }
+            self.cursor.advance();
+        }
+        if moves {
+            let what = "a TRAP moves the robot when its interrupt comes: this is not read";
+            match self.name {
+                None => log.warning(Code::MotionLeftOut, line, what),
+                Some(name) => {
+                    log.warning(Code::MotionLeftOut, 1, format!("{name}:{line}: {what}"));
+                }
+            }
+        }
     }
 
     fn skip_past(&mut self, end: &str) {

@@ -25,6 +25,19 @@ fn contour_with_holes() {
             ('L', [30.0, 25.0, -1.0]),
             ('L', [30.0, 25.0, 50.0]),
             ('L', [50.0, 0.0, 3.0]),
+            // Five pecks of 2 mm.
+            ('L', [50.0, 0.0, -2.0]),
+            ('L', [50.0, 0.0, 3.0]),
+            ('L', [50.0, 0.0, -2.0]),
+            ('L', [50.0, 0.0, -4.0]),
+            ('L', [50.0, 0.0, 3.0]),
+            ('L', [50.0, 0.0, -4.0]),
+            ('L', [50.0, 0.0, -6.0]),
+            ('L', [50.0, 0.0, 3.0]),
+            ('L', [50.0, 0.0, -6.0]),
+            ('L', [50.0, 0.0, -8.0]),
+            ('L', [50.0, 0.0, 3.0]),
+            ('L', [50.0, 0.0, -8.0]),
             ('L', [50.0, 0.0, -10.0]),
             ('L', [50.0, 0.0, 3.0]),
             ('L', [50.0, 0.0, 20.0]),
@@ -34,11 +47,16 @@ fn contour_with_holes() {
             ('L', [25.4, 0.0, 25.4]),
         ],
     );
-    assert_eq!(lines(&program), [8, 10, 11, 15, 17, 18, 21, 21, 21, 21, 23, 23, 23, 28]);
+    let of_pecks = [21; 16];
+    let expected = [&[8, 10, 11, 15, 17, 18], &of_pecks[..], &[23, 23, 23, 28]].concat();
+    assert_eq!(lines(&program), expected);
     // 0.1 mm a revolution at 3500 rev/min is 350 mm/min; 10 in/min is 254 mm/min.
     let mm_per_min = [
-        30e3, 30e3, 300.0, 300.0, 350.0, 350.0, 30e3, 250.0, 30e3, 30e3, 30e3, 350.0, 350.0, 254.0,
-    ];
+        &[30e3, 30e3, 300.0, 300.0, 350.0, 350.0, 30e3][..],
+        &[250.0, 30e3, 30e3].repeat(4),
+        &[250.0, 30e3, 30e3, 30e3, 350.0, 350.0, 254.0],
+    ]
+    .concat();
     for (each, expected) in program.moves.iter().zip(mm_per_min) {
         assert!((each.feed_m_per_s * 6e4 - expected).abs() < 1e-9, "{each:?}");
     }
@@ -46,13 +64,13 @@ fn contour_with_holes() {
         program.spindle,
         [
             SpindleCommand { line: 6, spindle: Spindle::Turns(Some(3500.0)), from_move: 0 },
-            SpindleCommand { line: 25, spindle: Spindle::Stands, from_move: 13 },
+            SpindleCommand { line: 25, spindle: Spindle::Stands, from_move: 25 },
         ]
     );
-    // Five after the first, see the feeds above.
+    // Thirteen after the first, see the feeds above.
     let [notice] = program.warnings.as_slice() else { panic!("{:?}", program.warnings) };
     assert_eq!(at(notice), 10);
-    assert!(notice.what.starts_with("5 rapid moves"), "{notice}");
+    assert!(notice.what.starts_with("13 rapid moves"), "{notice}");
 }
 
 #[test]

@@ -32,11 +32,12 @@ fn a_pocket_with_arcs_a_repeat_and_a_hole() {
             ('L', [20.0, 20.0, 4.0]),
             ('L', [25.0, 20.0, 7.0]),
             ('L', [0.0, 0.0, 7.0]),
-            // Two pecks of 3 mm from 2 mm above the surface, out to 10 mm.
+            // Two pecks of 3 mm from 2 mm above the surface, the second from 2 mm above the first,
+            // out to 10 mm.
             ('L', [0.0, 0.0, 2.0]),
             ('L', [0.0, 0.0, -3.0]),
             ('L', [0.0, 0.0, 2.0]),
-            ('L', [0.0, 0.0, -3.0]),
+            ('L', [0.0, 0.0, -1.0]),
             ('L', [0.0, 0.0, -6.0]),
             ('L', [0.0, 0.0, 2.0]),
             ('L', [0.0, 0.0, 10.0]),

@@ -39,7 +39,7 @@ pub(super) fn ended(text: &str, dialect: Dialect) -> String {
     match dialect {
         Dialect::Rapid | Dialect::Krl | Dialect::Fanuc | Dialect::Heidenhain => text.to_owned(),
         Dialect::Apt => format!("{text}\nFINI\n"),
-        Dialect::GCode => format!("{text}\nM2\n"),
+        Dialect::GCode | Dialect::Sinumerik => format!("{text}\nM2\n"),
     }
 }
 

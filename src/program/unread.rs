@@ -1,0 +1,69 @@
+//! Signals and procedures that set the spindle or the tool by the job's word, where the program
+//! names them and the reader has made nothing of it: triggers, interrupts, branches that only the
+//! run decides.
+
+use super::cell::all;
+use super::log::Log;
+use super::{Dialect, Setter, Settings};
+use crate::notes::Code;
+
+/// Warns of every line of code that names such a signal or procedure and has set nothing.
+pub(super) fn setters(text: &str, dialect: Dialect, settings: &Settings, log: &mut Log) {
+    let names = all(settings).filter_map(|(_, by)| match &by.what {
+        Setter::Signal(name) | Setter::Procedure(name, _) => Some(name.to_lowercase()),
+        Setter::Comment(_) => None,
+    });
+    let names: Vec<String> = names.collect();
+    if names.is_empty() {
+        return;
+    }
+    for (index, whole) in text.lines().enumerate() {
+        let line = index + 1;
+        let code = code_of(whole, dialect).to_lowercase();
+        if is_definition(&code) || log.has_set(line) {
+            continue;
+        }
+        if let Some(name) = names.iter().find(|name| is_named(&code, name, dialect)) {
+            let what = format!(
+                "'{name}' stands here, and nothing that it sets is read: the run decides whether \
+                 and when it is done"
+            );
+            log.warning(Code::SpindleCommand, line, what);
+        }
+    }
+}
+
+/// A line without its comment.
+fn code_of(line: &str, dialect: Dialect) -> &str {
+    let mark = if dialect == Dialect::Krl { ';' } else { '!' };
+    let end = line.find(mark).unwrap_or(line.len());
+    line.get(..end).unwrap_or(line)
+}
+
+/// The head of the procedure itself, or a declaration.
+fn is_definition(code: &str) -> bool {
+    let mut words = code.split(|c: char| !c.is_alphanumeric()).filter(|word| !word.is_empty());
+    let first: Vec<&str> = words.by_ref().take(3).collect();
+    first.iter().any(|word| matches!(*word, "proc" | "func" | "def" | "deffct"))
+        || first.first().is_some_and(|word| matches!(*word, "var" | "pers"))
+}
+
+/// Whether a name stands in a line as a word of its own; an output of TP also where a register
+/// gives its number.
+fn is_named(code: &str, name: &str, dialect: Dialect) -> bool {
+    let is_part = |c: char| c.is_alphanumeric() || c == '_' || c == '$';
+    let own = code.match_indices(name).any(|(at, _)| {
+        let before = code.get(..at).and_then(|head| head.chars().next_back());
+        let behind = code.get(at + name.len()..).and_then(|tail| tail.chars().next());
+        // `ao[1]` ends by its bracket.
+        let ends = name.ends_with(']') || !behind.is_some_and(is_part);
+        ends && !before.is_some_and(is_part)
+    });
+    let list = name.split('[').next().unwrap_or(name);
+    let by_register =
+        dialect == Dialect::Fanuc && name.ends_with(']') && code.contains(&format!("{list}[r["));
+    // `ao[1:speed]` is AO[1].
+    let with_comment =
+        name.strip_suffix(']').is_some_and(|head| code.contains(&format!("{head}:")));
+    own || by_register || with_comment
+}
