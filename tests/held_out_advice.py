@@ -60,14 +60,14 @@ MATERIALS = {"al-6082": (631, 99, 273, 13, 10, 2.8), "al-7075": (767, 169, 222, 
 
 
 def all_lines(job):
-    """Teeth with uneven pitch also have lines between those of even ones: where they weigh 5 % at least."""
+    """Teeth with uneven pitch also have lines between those of even ones: where they weigh 2 % at least."""
     lines, teeth = lines_of(job), job["tool"]["teeth"]
     if "pitch_deg" not in job["tool"]:
         return lines
     angles = np.radians(np.cumsum(job["tool"]["pitch_deg"]))
     taken = {order for *_, order in lines}
     top = max(h for source, h, _ in lines if source == "tooth_passing") * teeth
-    more = [k for k in range(1, top + 1) if k not in taken and abs(np.exp(1j * k * angles).mean()) >= 0.05]
+    more = [k for k in range(1, top + 1) if k not in taken and abs(np.exp(1j * k * angles).mean()) >= 0.02]
     return lines + [("spindle", k, k) for k in more]
 
 

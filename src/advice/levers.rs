@@ -12,7 +12,7 @@ use super::options::Objective;
 use super::ranges::{Counting, ModeRange, mode_ranges};
 use super::speeds::{Binding, SpeedProblem};
 use crate::excitation::lines;
-use crate::job::{Job, Operation, Spindle};
+use crate::job::{Job, Operation, Spindle, Tool};
 use crate::motion::{Move, Target};
 use crate::notes::Note;
 use crate::path::{Detail, Path, Survey, grid};
@@ -110,7 +110,7 @@ pub(super) fn levers(
     programmed_rpm: f64,
 ) -> Result<Vec<Lever>, Note> {
     let mut found = Vec::new();
-    for tool in &job.levers.tools_on_hand {
+    for tool in job.levers.tools_on_hand.iter().chain(&evenly_pitched(&operation.tool)) {
         let lines = lines(tool, &job.policy);
         let problem = SpeedProblem { ranges, lines: &lines, rules, spindle: &job.spindle };
         let change = Change::Tool { name: tool.name.clone(), teeth: tool.teeth };
@@ -127,6 +127,13 @@ pub(super) fn levers(
     }
     found.sort_by(before);
     Ok(found)
+}
+
+/// The cutter with as many teeth at equal angles, which has fewer lines.
+fn evenly_pitched(tool: &Tool) -> Option<Tool> {
+    tool.pitch_rad.as_ref()?;
+    let name = Some("evenly pitched".to_owned());
+    Some(Tool { name, pitch_rad: None, ..tool.clone() })
 }
 
 fn lever(problem: &SpeedProblem, change: Change, programmed_rpm: f64) -> Lever {

@@ -214,7 +214,38 @@ impl SpeedProblem<'_> {
         if reached < max_rpm || set.closed.is_empty() {
             set.safe.push(Speeds { low_rpm: reached, high_rpm: max_rpm });
         }
+        for unchecked in self.unchecked() {
+            let rest = |gap: &Speeds| {
+                let below = Speeds { high_rpm: gap.high_rpm.min(unchecked.low_rpm), ..*gap };
+                let above = Speeds { low_rpm: gap.low_rpm.max(unchecked.high_rpm), ..*gap };
+                [below, above].into_iter().filter(|part| part.low_rpm < part.high_rpm)
+            };
+            set.safe = set.safe.iter().flat_map(rest).collect();
+        }
         set
+    }
+
+    /// Speeds at which every line lies in an ignored band: a check of them would check nothing.
+    fn unchecked(&self) -> Vec<Speeds> {
+        let Spindle { min_rpm, max_rpm, .. } = *self.spindle;
+        let mut found = match self.lines {
+            [] => return Vec::new(),
+            _ => vec![Speeds { low_rpm: min_rpm, high_rpm: max_rpm }],
+        };
+        for line in self.lines {
+            let per_hz = line.frequency_hz(1.0).recip();
+            let bands = self.rules.policy.ignore_hz.iter().map(|band| band.map(|hz| hz * per_hz));
+            let bands: Vec<[f64; 2]> = bands.collect();
+            let within = |speeds: &Speeds| {
+                let parts = bands.iter().map(|[low, high]| Speeds {
+                    low_rpm: speeds.low_rpm.max(*low),
+                    high_rpm: speeds.high_rpm.min(*high),
+                });
+                parts.filter(|part| part.low_rpm < part.high_rpm).collect::<Vec<_>>()
+            };
+            found = found.iter().flat_map(within).collect();
+        }
+        found
     }
 
     /// The least |f_exc − f_r| / f_r that a constant speed keeps from what counts; `None` where

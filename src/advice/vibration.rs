@@ -11,6 +11,8 @@
 //! root mean square of the vibration. The static deflection is left out, and so is regeneration:
 //! this is forced vibration, no statement on chatter.
 
+use std::cell::RefCell;
+
 use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -54,6 +56,15 @@ pub(super) struct TipModel {
     points: Vec<(usize, TipPlace)>,
     /// The feeds along the path over that of the operation, each once.
     feed_ratios: Vec<f64>,
+    /// Forces that were worked out before, by the place of their feed.
+    known: RefCell<Vec<Known>>,
+}
+
+/// The lowest harmonics of the force at one feed per tooth.
+#[derive(Debug, Clone, Default)]
+struct Known {
+    feed_per_tooth_m: f64,
+    harmonics: Vec<ForceHarmonic>,
 }
 
 /// How fast the tool goes through the work, with the spindle.
@@ -92,13 +103,14 @@ impl TipModel {
             (at, place)
         };
         let points = points.into_iter().map(with_feed).collect();
-        Ok(Ok(Self { force, tool: operation.tool.clone(), points, feed_ratios }))
+        let known = RefCell::new(vec![Known::default(); feed_ratios.len()]);
+        Ok(Ok(Self { force, tool: operation.tool.clone(), points, feed_ratios, known }))
     }
 
     /// The largest amplitude along the path at a constant speed.
     pub(super) fn at(&self, rpm: f64, chip: Chip) -> TipVibration {
         let forces: Vec<Vec<ForceHarmonic>> =
-            self.feed_ratios.iter().map(|ratio| self.forces(rpm, chip, *ratio)).collect();
+            (0..self.feed_ratios.len()).map(|feed| self.forces(rpm, chip, feed)).collect();
         let mut worst = TipVibration { rpm, amplitude_m: 0.0, s: 0.0 };
         for (feed, point) in &self.points {
             let amplitude_m = amplitude(&point.modes, &forces[*feed], rpm);
@@ -114,7 +126,7 @@ impl TipModel {
         let apart = |(_, place): &(usize, TipPlace)| (place.s - s).abs();
         let nearest = self.points.iter().min_by(|a, b| apart(a).total_cmp(&apart(b)));
         nearest.map_or(0.0, |(feed, place)| {
-            amplitude(&place.modes, &self.forces(rpm, chip, self.feed_ratios[*feed]), rpm)
+            amplitude(&place.modes, &self.forces(rpm, chip, *feed), rpm)
         })
     }
 
@@ -148,15 +160,23 @@ impl TipModel {
         best
     }
 
-    fn forces(&self, rpm: f64, chip: Chip, feed_ratio: f64) -> Vec<ForceHarmonic> {
-        let feed_per_tooth_m = match chip {
-            Chip::PerTooth(feed_per_tooth_m) => feed_per_tooth_m,
-            Chip::Feed(feed_m_per_s) => {
-                feed_m_per_s / (f64::from(self.tool.teeth) * hz_from_rpm(rpm))
-            }
-        };
+    /// At one of `feed_ratios`. What was worked out for other speeds at the same chip serves again.
+    fn forces(&self, rpm: f64, chip: Chip, feed: usize) -> Vec<ForceHarmonic> {
+        let feed_per_tooth_m = self.feed_ratios[feed]
+            * match chip {
+                Chip::PerTooth(feed_per_tooth_m) => feed_per_tooth_m,
+                Chip::Feed(feed_m_per_s) => {
+                    feed_m_per_s / (f64::from(self.tool.teeth) * hz_from_rpm(rpm))
+                }
+            };
         let orders = orders_of(&self.force, &self.tool, rpm);
-        self.force.harmonics(&orders, feed_ratio * feed_per_tooth_m)
+        let known = &mut self.known.borrow_mut()[feed];
+        if known.feed_per_tooth_m != feed_per_tooth_m {
+            *known = Known { feed_per_tooth_m, harmonics: Vec::new() };
+        }
+        let more = orders.get(known.harmonics.len()..).unwrap_or_default();
+        known.harmonics.extend(self.force.harmonics(more, feed_per_tooth_m));
+        known.harmonics[..orders.len()].to_vec()
     }
 }
 

@@ -9,8 +9,9 @@ use crate::job::{Policy, Tool};
 use crate::units::hz_from_rpm;
 
 /// A line of a cutter with uneven pitch counts if the pitch lets through at least this share of
-/// what evenly pitched teeth would put on the tooth-passing line.
-const MIN_PITCH_WEIGHT: f64 = 0.05;
+/// what evenly pitched teeth would put on the tooth-passing line. At a mode with 2 % damping that is
+/// half of what the tooth-passing force deflects at rest.
+const MIN_PITCH_WEIGHT: f64 = 0.02;
 
 /// Where an excitation line comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, JsonSchema)]
@@ -62,7 +63,7 @@ impl ExcitationLine {
 ///
 /// Teeth with uneven pitch repeat only once a turn, so their force has lines at every multiple of
 /// n/60, weighted by |Σ_j exp(i k θ_j)| / z with θ_j the teeth's angles. Up to the highest
-/// tooth-passing harmonic asked for, those that weigh at least 5 % are listed as multiples of the
+/// tooth-passing harmonic asked for, those that weigh at least 2 % are listed as multiples of the
 /// spindle's frequency.
 pub fn lines(tool: &Tool, policy: &Policy) -> Vec<ExcitationLine> {
     let z = tool.teeth;

@@ -74,12 +74,14 @@ pub fn coefficient_corners(cutting: &Cutting) -> Option<Vec<CuttingCoefficients>
     let mut corners = Vec::new();
     for tangential in of(TANGENTIAL) {
         for radial in of(RADIAL) {
-            for edges in of(EDGES) {
+            let edges = of(EDGES);
+            let pairs = edges.iter().flat_map(|a| edges.iter().map(move |b| [*a, *b]));
+            for [edge, radial_edge] in pairs {
                 let corner = CuttingCoefficients {
                     tangential_n_per_m2: tangential * nominal.tangential_n_per_m2,
                     radial_n_per_m2: radial * nominal.radial_n_per_m2,
-                    tangential_edge_n_per_m: edges * nominal.tangential_edge_n_per_m,
-                    radial_edge_n_per_m: edges * nominal.radial_edge_n_per_m,
+                    tangential_edge_n_per_m: edge * nominal.tangential_edge_n_per_m,
+                    radial_edge_n_per_m: radial_edge * nominal.radial_edge_n_per_m,
                     ..nominal
                 };
                 match nominal.axial {

@@ -158,7 +158,7 @@ struct Operation<'a> {
 #[derive(Debug, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Lever {
-    /// `tool`: another cutter of tools_on_hand. `turn_tool`: the tool turned about its own axis.
+    /// `tool`: another cutter of tools_on_hand, or the same with equal pitch. `turn_tool`: the tool turned about its own axis.
     /// `move_work_object`: in the base frame. `spindle`: one with another range. `min_tip_response`: a threshold
     /// that leaves out a mode. `separation`: less of it. `model_uncertainty`: less of it.
     lever: LeverName,

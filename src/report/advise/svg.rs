@@ -120,15 +120,21 @@ fn draw(canvas: &mut Canvas, panel: &Panel, operation: &OperationAdvice, ribbons
         panel.area(canvas, above.into_iter().chain(below.into_iter().rev()), CLOSED, 1.0);
     }
     panel.axes(canvas, true);
+    let advised = advised(&operation.remedy);
+    let starts = advised.iter().flatten().take(1).map(|(_, rpm)| *rpm);
+    let told: Vec<f64> = starts.chain([operation.programmed_rpm]).collect();
     for gap in &operation.set.safe {
         let [low, high] = [gap.low_rpm, gap.high_rpm].map(clamped);
         if panel.py(low) - panel.py(high) >= MIN_NAMED_PX {
             let name = format!("{}–{} rpm", trimmed(gap.low_rpm, 1), trimmed(gap.high_rpm, 1));
-            panel.note(
-                canvas,
-                (0.0, speeds.value(0.5 * (speeds.share(low) + speeds.share(high)))),
-                &name,
-            );
+            // In the widest part that no line of a speed runs through.
+            let taken = told.iter().copied().filter(|rpm| (low..high).contains(rpm));
+            let mut ends: Vec<f64> =
+                taken.chain([low, high]).map(|rpm| speeds.share(rpm)).collect();
+            ends.sort_by(f64::total_cmp);
+            let widest = ends.windows(2).max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])));
+            let middle = widest.map_or(0.5, |part| 0.5 * (part[0] + part[1]));
+            panel.note(canvas, (0.0, speeds.value(middle)), &name);
         }
     }
     let mut labels: Vec<Label> = Vec::new();
@@ -146,7 +152,7 @@ fn draw(canvas: &mut Canvas, panel: &Panel, operation: &OperationAdvice, ribbons
     }
     let programmed = clamped(operation.programmed_rpm);
     panel.curve(canvas, &[(0.0, programmed), (1.0, programmed)], PROGRAMMED);
-    let title = match advised(&operation.remedy) {
+    let title = match advised {
         Some(advised) => {
             panel.curve(canvas, &advised, ADVISED);
             operation.name.clone()
