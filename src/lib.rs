@@ -90,7 +90,7 @@
 //! | [`identify`] | records → spectra → modes with uncertainty; load tests → stiffness | | see a prediction: `model`, `modes` |
 //! | [`model`] | the robot as built: M, K, kinematics; immutable | | know a `job` or a measurement |
 //! | [`motion`] | moves, as plain valid data | | |
-//! | [`formats`] | YAML and TOML as a tree with lines, edits that keep every other byte, tables, NPY, UFF, WAV, videos, bounded reading | | know a robot |
+//! | [`formats`] | YAML and TOML as a tree with lines, edits that keep every other byte, tables, NPY, MAT, UFF, WAV, videos, bounded reading | | know a robot |
 //! | [`guide`] | the guide, as pages of this documentation | | hold code |
 //! | [`notes`] | errors and warnings: one type, one collector, every code | *ground* | |
 //! | [`paths`] | folders and detours of paths, by their names | *ground* | |

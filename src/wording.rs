@@ -26,6 +26,11 @@ pub fn hint<'c>(word: &str, candidates: impl IntoIterator<Item = &'c str>) -> St
     nearest(word, candidates).map_or_else(String::new, |near| format!("; did you mean '{near}'?"))
 }
 
+/// A count with its noun: `1 row`, `2 rows`.
+pub fn counted(count: usize, noun: &str) -> String {
+    if count == 1 { format!("1 {noun}") } else { format!("{count} {noun}s") }
+}
+
 /// Two numbers as text with at least `decimals` decimals, and as many more as they need to differ
 /// where they are not the same.
 pub fn distinguishable(a: f64, b: f64, decimals: usize) -> [String; 2] {

@@ -139,10 +139,7 @@ mod tests {
     fn faults_have_their_line() {
         let table = "joint,angle_rad,moment_nm\na,0,0\na,1,2\nb,1,1\nb,1,2\nb,1,3\n";
         let faults = stiffness(table, Format::Text, 95.0).unwrap_err();
-        assert!(
-            faults[0].starts_with("2: joint 'a': 2 row(s), must have at least 3"),
-            "{faults:?}"
-        );
+        assert!(faults[0].starts_with("2: joint 'a': 2 rows, must have at least 3"), "{faults:?}");
         assert!(faults[1].starts_with("4: joint 'b': all angles"), "{faults:?}");
         let faults = stiffness(table, Format::Text, 100.0).unwrap_err();
         assert_eq!(

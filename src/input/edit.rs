@@ -111,8 +111,7 @@ pub fn rewritten_program(job: &Path, file: &Path, to: &Rewrite) -> Result<Rewrit
     let settings = settings.map(|(_, settings)| settings).unwrap_or_default();
     let bytes = read_bytes(file, MAX_FILE_BYTES)?;
     let fault = |what: &str| Note::error(Code::NotRewritten, Place::file(file), what);
-    let extension = file.extension().unwrap_or_default().to_string_lossy();
-    let dialect = Dialect::from_extension(&extension)
+    let dialect = Dialect::of_file(file)
         .ok_or_else(|| fault("is not in a supported dialect (RAPID, APT/CL, G-code)"))?;
     rewrite(&bytes, dialect, &settings, to).map_err(|why| fault(&why.what))
 }

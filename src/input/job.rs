@@ -14,6 +14,7 @@ use std::sync::Arc;
 use self::accept::Entries;
 use super::carriers::Carriers;
 use super::files::{MAX_FILE_BYTES, named_file};
+use super::kind::{FileKind, document_of};
 use super::policy::{PolicyOverrides, check_bands};
 use super::raw::job as raw;
 use super::robot::read_described_robot;
@@ -21,7 +22,7 @@ use super::settings::{Settings, Shared};
 use super::waypoints::FromPrograms;
 use super::{Reading, schema};
 use crate::formats::text::read_text;
-use crate::formats::yaml::{Node, Step, document};
+use crate::formats::yaml::{Node, Step};
 use crate::job::{self, Acceptance, Job, Levers, Operation, Policy, Review, Spindle, Tool};
 use crate::model::{JointKind, Robot};
 use crate::notes::{Code, Note, Notes, Place};
@@ -48,7 +49,8 @@ pub(super) fn job_of_text(
 ) -> Result<Job, Vec<Note>> {
     let mut notes = Notes::about(Place::file(path));
     let mut settings = Settings::of(path, reading);
-    let Some((tree, raw)) = document::<raw::Job>(&text, &schema::of::<raw::Job>(), &mut notes)
+    let schema = schema::of::<raw::Job>();
+    let Some((tree, raw)) = document_of::<raw::Job>(FileKind::Job, &text, &schema, &mut notes)
     else {
         let errors = [reading.settle(notes), reading.settle(settings.notes)];
         return Err(errors.concat());
@@ -361,9 +363,7 @@ impl<'j> Reader<'j> {
     /// What the settings say and the job leaves open.
     fn taken_from_settings(&self, accept: &[Acceptance]) -> Option<job::Settings> {
         let Shared { file, tree, .. } = self.shared?;
-        let is_open = |steps: &[Step<'_>]| self.tree.at(steps).is_none_or(Node::is_null);
-        let states = |steps: &[Step<'_>]| tree.at(steps).is_some_and(|value| !value.is_null());
-        let taken = |steps: &[Step<'_>]| states(steps) && is_open(steps);
+        let taken = |steps: &[Step<'_>]| tree.at(steps).is_some() && self.tree.at(steps).is_none();
         let robot = taken(&[Step::Key("robot")]).then(|| "robot".to_owned());
         let of_policy = tree.get("policy").into_iter().flat_map(Node::keys);
         let overridden = |key: &str| self.overrides.sets(key);
@@ -377,7 +377,7 @@ impl<'j> Reader<'j> {
 
     /// An error about a key of the policy, in the file that gives it.
     fn policy_error(&mut self, code: Code, steps: &[Step<'_>], what: impl Into<String>) {
-        let shared = self.shared.filter(|_| self.tree.at(&steps[..2]).is_none_or(Node::is_null));
+        let shared = self.shared.filter(|_| self.tree.at(&steps[..2]).is_none());
         match shared.filter(|shared| shared.tree.at(&steps[..2]).is_some()) {
             Some(shared) => self.notes_of_shared.error(code, shared.tree.line_at(steps), what),
             None => self.error(code, steps, what),

@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 
 use super::files::MAX_FILE_BYTES;
 use crate::formats::text::{lower_first, read_bytes};
-use crate::notes::{Code, Note, Place};
+use crate::formats::yaml::parse;
+use crate::notes::{Code, Note, Notes, Place};
 
 /// Keys that every job has, and no other file that lies about.
-const OF_A_JOB: [&str; 2] = ["operations", "spindle"];
+const OF_A_JOB: [&str; 3] = ["operations", "spindle", "robot:"];
 
 /// Folders below folders, at most.
 const MAX_DEPTH: usize = 64;
@@ -131,7 +132,14 @@ fn is_job(path: &Path) -> bool {
     let in_braces = first.is_some_and(|line| line.starts_with(b"{"))
         && OF_A_JOB.iter().any(|own| memchr::memmem::find(&bytes, own.as_bytes()).is_some());
     let is_utf_16 = bytes.contains(&0);
-    is_utf_16 || in_braces || lines.iter().any(is_key)
+    is_utf_16 || in_braces || lines.iter().any(is_key) || is_broken(path, &bytes)
+}
+
+/// Whether a file is empty or no YAML: what it was to be nobody knows.
+fn is_broken(path: &Path, bytes: &[u8]) -> bool {
+    let Ok(text) = std::str::from_utf8(bytes) else { return true };
+    let mut notes = Notes::about(Place::file(path));
+    parse(text, &mut notes).is_none() || notes.errors() > 0
 }
 
 /// A line without the start of a document, of a key, of a string.
@@ -165,13 +173,27 @@ mod tests {
             ("cr.yaml", "name: old\roperations: []\r"),
             ("doc.yaml", "--- {operations: []}\n"),
             ("utf16.yaml", "o\0p\0e\0"),
+            // Jobs once: cut off, emptied, with a tab.
+            ("b/cut.yaml", "name: a\nrobot: r.yaml\n"),
+            ("b/empty.yaml", "# nothing\n"),
+            ("b/tab.yaml", "name: a\n\tteeth: [2\n"),
         ] {
             std::fs::write(at(name), text).unwrap();
         }
         let found = |arguments: &[PathBuf]| job_files(arguments).unwrap();
-        let files =
-            ["a.yml", "b.yaml", "cr.yaml", "doc.yaml", "odd.yaml", "utf16.yaml", "b/deep/c.YAML"];
-        let all = files.map(at);
+        let all = [
+            "a.yml",
+            "b.yaml",
+            "cr.yaml",
+            "doc.yaml",
+            "odd.yaml",
+            "utf16.yaml",
+            "b/cut.yaml",
+            "b/empty.yaml",
+            "b/tab.yaml",
+            "b/deep/c.YAML",
+        ]
+        .map(at);
         assert_eq!(found(&[folder.path().to_owned()]), all);
         assert_eq!(found(&[at("*.yaml")]), all[1..6]);
         assert_eq!(found(&[at("b.yaml"), folder.path().to_owned()])[0], at("b.yaml"));

@@ -1,6 +1,6 @@
-//! Files → valid types: YAML, URDF, CSV, NPY, UFF, WAV. Raw input and valid input are different
-//! types; all faults of a file are reported in one go, each with file and line. The only place that
-//! names urdf_rs.
+//! Files → valid types: YAML, URDF, CSV, NPY, MAT, UFF, WAV. Raw input and valid input are
+//! different types; all faults of a file are reported in one go, each with file and line. The only
+//! place that names urdf_rs.
 
 mod advised;
 mod calibration;
@@ -13,6 +13,7 @@ mod inertials;
 mod job;
 mod job_files;
 mod joint_columns;
+mod kind;
 mod load_test;
 mod lobes;
 mod marks;
@@ -50,8 +51,9 @@ pub use edit::{OperationEdit, rewritten_job, rewritten_program};
 pub use files::sketch_text;
 pub use job::read_job;
 pub use job_files::{is_one_file, job_files};
+pub use kind::{FileKind, file_kind};
 pub use load_test::{LoadTestRow, read_load_test};
-pub use lobes::{FileKind, file_kind, read_tip_cut};
+pub use lobes::read_tip_cut;
 pub use marks::{Between, MarkBox, Side, TraceSetup, Wanted, read_marks, read_times};
 pub use measured::{mode_table_on, read_measured};
 pub use meshes::{MAX_MESHES, Meshes, Surface};

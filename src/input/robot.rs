@@ -7,12 +7,13 @@ use nalgebra::Vector3;
 use super::calibration::{CalibrationRecord, FittedCorrection, FittedTable, TableName};
 use super::files::{MAX_ROBOT_BYTES, named_file};
 use super::inertials::{links, tensor};
+use super::kind::{FileKind, document_of};
 use super::posterior::posterior;
 use super::raw::robot as raw;
 use super::urdf::{Urdf, read_urdf};
 use super::{Reading, schema};
 use crate::formats::text::read_text;
-use crate::formats::yaml::{Node, Step, document};
+use crate::formats::yaml::{Node, Step};
 use crate::model::{
     ArmAngle, Calibration, Carries, Cause, CoordinateKind, Correction, Damping, Description, Drive,
     ElasticJoint, ExtraCoordinate, Hinge, Inertial, JointKind, Payload, Robot, doubts,
@@ -66,7 +67,8 @@ pub(super) fn described_robot_of_text(
     reading.files.push(path.to_owned());
     let mut notes = Notes::about(Place::file(path));
     let schema = schema::of::<raw::Robot>();
-    let Some((tree, raw)) = document::<raw::Robot>(text, &schema, &mut notes) else {
+    let Some((tree, raw)) = document_of::<raw::Robot>(FileKind::Robot, text, &schema, &mut notes)
+    else {
         return Err(reading.settle(notes));
     };
     let named = raw.urdf.as_deref().and_then(|name| {

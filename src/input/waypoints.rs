@@ -140,13 +140,9 @@ pub(super) fn pose_moves(
     for pose in poses.items() {
         // What a pose lacks or has wrong was reported when the file was checked against its schema.
         let Some(xyz) = pose.get("xyz_mm").and_then(triple) else { continue };
-        let rpy = match pose.get("rpy_deg") {
-            Some(rpy) if !rpy.is_null() => rpy,
-            _ => {
-                moves
-                    .push(context.to(Target::Line(work_object * placed(xyz, [0.0; 3])), pose.line));
-                continue;
-            }
+        let Some(rpy) = pose.get("rpy_deg") else {
+            moves.push(context.to(Target::Line(work_object * placed(xyz, [0.0; 3])), pose.line));
+            continue;
         };
         let Some(rpy) = triple(rpy) else { continue };
         moves.push(context.to(Target::Line(work_object * placed(xyz, rpy)), pose.line));

@@ -6,11 +6,12 @@ use nalgebra::{Matrix3, Point3, Vector3};
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::map::Source;
+use super::map::{Source, outside_warning};
 use super::{Read, advise};
 use crate::excitation::ForceModel;
 use crate::input::{self, FileKind, file_kind};
 use crate::job::{Job, Operation, TipMode, Tool};
+use crate::map::OutsideLimits;
 use crate::model::{JointKind, Placement, Robot};
 use crate::modes::{Principal, Statics};
 use crate::notes::{Code, Note, Part, Place};
@@ -120,11 +121,12 @@ fn named(robot: &Robot) -> (Vec<(String, bool)>, Vec<String>) {
 /// Poses that cannot be read, or at which the springs do not hold the arm.
 pub fn of_robot(robot: &Robot, source: Source, load: &Load) -> Result<Deflections, Vec<Note>> {
     let mut placement = Placement::new(robot);
-    let mut rows = Vec::new();
+    let (mut rows, mut outside) = (Vec::new(), OutsideLimits::default());
     for (index, q) in source.poses(MAX_POSES)?.into_iter().enumerate() {
         let refused =
             |code, what: String| vec![Note::error(code, Place::part(Part::Pose(index)), what)];
         robot.check_pose(&q).map_err(|fault| refused(Code::Value, fault.to_string()))?;
+        outside.look_at(robot, &q);
         placement.place(robot, &q);
         let statics = Statics::of(robot, &placement, &Point3::from(load.tcp_m))
             .ok_or_else(|| refused(Code::Singular, no_hold()))?;
@@ -132,7 +134,8 @@ pub fn of_robot(robot: &Robot, source: Source, load: &Load) -> Result<Deflection
     }
     let (joints, coordinates) = named(robot);
     let name = robot.name().to_owned();
-    Ok(Deflections { name, joints, coordinates, rows, warnings: Vec::new() })
+    let warnings = outside_warning(robot, outside, rows.len()).into_iter().collect();
+    Ok(Deflections { name, joints, coordinates, rows, warnings })
 }
 
 fn no_hold() -> String {

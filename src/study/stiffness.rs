@@ -141,7 +141,7 @@ mod tests {
         let errors = stiffness(&rows, 95.0).unwrap_err();
         assert_eq!(errors.len(), 1);
         assert_eq!(errors[0].place.line, Some(3));
-        assert!(errors[0].to_string().starts_with("line 3: joint 'b': 1 row(s)"), "{}", errors[0]);
+        assert!(errors[0].to_string().starts_with("line 3: joint 'b': 1 row"), "{}", errors[0]);
         rows.remove(1);
         let found = stiffness(&rows, 95.0).unwrap();
         assert_eq!((found.len(), found[0].fit.stiffness), (1, 2.0));

@@ -59,6 +59,9 @@ def same_numbers(page, checked, robot):
 
 def answers(page):
     """Slider, pointer and keys do what they should; the mode moves."""
+    # Also of operations that are not chosen: they are printed.
+    empty = "[...document.querySelectorAll('[data-operation]')].filter((o) => o.querySelectorAll('path.live').length !== 3)"
+    assert page.run(f"{empty}.length") == 0, "an operation has no receptance"
     read = "document.querySelector('[data-is=here]').textContent"
     slider = "document.querySelector('[data-is=place]')"
     assert page.run(f"{slider}.focus(), document.activeElement === {slider}")

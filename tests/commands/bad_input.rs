@@ -565,3 +565,96 @@ fn remarks_and_files_are_known_where_there_are_faults() {
     let names: Vec<_> = reading.files.iter().map(|file| file.file_name().unwrap()).collect();
     assert_eq!(names, ["job.yaml", "robot.yaml", "two-link.urdf"]);
 }
+
+/// Every place of `value` that a key of a mapping leads to.
+fn keyed_places(value: &serde_yaml::Value, at: &[String], found: &mut Vec<Vec<String>>) {
+    let children: Vec<(String, &serde_yaml::Value)> = match value {
+        serde_yaml::Value::Mapping(map) => {
+            map.iter().map(|(key, value)| (key.as_str().unwrap().to_owned(), value)).collect()
+        }
+        serde_yaml::Value::Sequence(items) => {
+            items.iter().enumerate().map(|(i, item)| (i.to_string(), item)).collect()
+        }
+        _ => return,
+    };
+    for (step, child) in children {
+        let place = [at, &[step]].concat();
+        keyed_places(child, &place, found);
+        if value.is_mapping() {
+            found.push(place);
+        }
+    }
+}
+
+/// The document with the value at `place` null, or with its key left out.
+fn without(document: &serde_yaml::Value, place: &[String], leave_out: bool) -> String {
+    let (key, way) = place.split_last().unwrap();
+    let mut document = document.clone();
+    let owner = way.iter().fold(&mut document, |value, step| match step.parse::<usize>() {
+        Ok(index) => &mut value[index],
+        Err(_) => &mut value[step.as_str()],
+    });
+    let owner = owner.as_mapping_mut().unwrap();
+    if leave_out {
+        owner.shift_remove(key.as_str());
+    } else {
+        owner.insert(key.as_str().into(), serde_yaml::Value::Null);
+    }
+    serde_yaml::to_string(&document).unwrap()
+}
+
+#[test]
+fn a_key_without_a_value_is_one_that_is_not_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    for (name, text) in [("two-link.urdf", URDF), ("robot.yaml", ROBOT), ("job.yaml", JOB)] {
+        write(name, text);
+    }
+    // What was read, but for the lines that it stood in.
+    let read = || {
+        let read = read_job(&folder.path().join("job.yaml"), &mut Reading::default()).ok()?;
+        let shown = format!("{read:#?}");
+        let lines: Vec<&str> = shown.lines().filter(|l| !l.trim().starts_with("line: ")).collect();
+        Some(lines.join("\n"))
+    };
+    let (mut compared, mut read_ones, mut wrong) = (0, 0, Vec::new());
+    for (name, text) in [("robot.yaml", ROBOT), ("job.yaml", JOB)] {
+        let document: serde_yaml::Value = serde_yaml::from_str(text).unwrap();
+        let mut places = Vec::new();
+        keyed_places(&document, &[], &mut places);
+        for place in places {
+            let [null, absent] = [false, true].map(|leave_out| {
+                write(name, &without(&document, &place, leave_out));
+                read()
+            });
+            compared += 1;
+            read_ones += usize::from(null.is_some());
+            // One that is refused harms nobody: a joint is named for what it says of it.
+            if null.is_some() && null != absent {
+                wrong.push(format!("{name}: {}", place.join(".")));
+            }
+        }
+        write(name, text);
+    }
+    assert_eq!(wrong, [""; 0]);
+    assert!(compared > 80 && read_ones > 30, "{compared}, {read_ones}");
+}
+
+#[test]
+fn a_file_of_another_kind_has_that_one_fault() {
+    let said = |faults: Vec<Note>| {
+        faults.iter().map(|fault| fault.what.to_string()).collect::<Vec<_>>().join("; ")
+    };
+    let repository = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let robot = repository.join("robots/irb1600/robot.yaml");
+    let job = repository.join("jobs/pocket.yaml");
+    let session = repository.join("robots/two-link/session.yaml");
+    for (faults, is, must_be) in [
+        (job_errors(&robot), "this is a robot", "must be a job"),
+        (job_errors(&session), "this is a session", "must be a job"),
+        (robot_errors(&job), "this is a job", "must be a robot"),
+    ] {
+        assert_eq!(faults.len(), 1, "{faults:?}");
+        assert!(said(faults.clone()).contains(is) && said(faults).contains(must_be));
+    }
+}

@@ -22,6 +22,7 @@ const NAMED_ONLY_IN: &[(&str, &[&str])] = &[
     ("roxmltree", &["formats", "input"]),
     ("saphyr_parser", &["formats"]),
     ("toml", &["formats"]),
+    ("flate2", &["formats"]),
     ("hound", &["formats"]),
     ("png", &["formats"]),
     ("zune_jpeg", &["formats"]),

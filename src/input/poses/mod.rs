@@ -202,7 +202,7 @@ impl PoseTable {
                 joints.len(),
                 joints.join(", ")
             );
-            let layout = Layout::read(&mut reader, joints.len(), &expected).map_err(fault)?;
+            let layout = Layout::read(&mut reader, Some(joints.len()), &expected).map_err(fault)?;
             let reader = Cursor::new(Vec::new()).chain(reader);
             let rows = Rows::new(layout.clone(), reader, file).map_err(fault)?;
             (Source::Npy(rows), Format::Npy { layout, joints })

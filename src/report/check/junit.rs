@@ -9,7 +9,7 @@ use super::sentences;
 use crate::report::{paths, words};
 use crate::risk::OperationRisk;
 use crate::study::check::{CheckedJob, Gate};
-use crate::wording::printable;
+use crate::wording::{counted, printable};
 
 /// At most so many findings of an operation are written out.
 const MAX_FINDINGS: usize = 100;
@@ -67,8 +67,7 @@ fn case(operation: &CheckedOperation<'_>, job_file: &str, gate: Gate) -> TestCas
 }
 
 fn headline(risk: &OperationRisk, findings: usize) -> String {
-    let findings =
-        if findings == 1 { "1 finding".to_owned() } else { format!("{findings} findings") };
+    let findings = counted(findings, "finding");
     format!("operation '{}': {} ({findings})", printable(&risk.name), words::spelled(risk.verdict))
 }
 

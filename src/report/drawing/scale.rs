@@ -8,6 +8,8 @@ pub(in crate::report) struct Scale {
     low: f64,
     high: f64,
     is_logarithmic: bool,
+    /// Whether nothing lies between whole numbers.
+    is_whole: bool,
 }
 
 impl Scale {
@@ -19,7 +21,12 @@ impl Scale {
         // Below that, ticks would not differ.
         let is_narrow = high - low <= 1e-9 * low.abs().max(high.abs());
         let half = if is_narrow { (0.05 * high.abs()).max(0.5) } else { 0.0 };
-        Self { low: low - half, high: high + half, is_logarithmic: false }
+        Self { low: low - half, high: high + half, is_logarithmic: false, is_whole: false }
+    }
+
+    /// Places from 1 to `count`, with half a place at either end.
+    pub(in crate::report) fn places(count: usize) -> Self {
+        Self { is_whole: true, ..Self::linear(0.5, count as f64 + 0.5) }
     }
 
     /// A logarithmic range; linear where an end is not positive.
@@ -87,6 +94,7 @@ impl Scale {
             .map(|s| s * decade)
             .find(|s| *s >= rough * 0.999)
             .unwrap_or(decade);
+        let step = if self.is_whole { step.max(1.0) } else { step };
         let first = (self.low / step).ceil() as i64;
         let last = (self.high / step).floor() as i64;
         (first..=last).map(|i| i as f64 * step).collect()

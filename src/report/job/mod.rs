@@ -81,6 +81,10 @@ pub fn jobs(jobs: &[JobPage]) -> Result<String, NotFinite> {
         }
         body.push_str("</section>\n");
     }
+    body.push_str(
+        "<p class=\"remark\">Verdicts are about resonance and limits; chatter is told beside them \
+         where the cut is known.</p>\n",
+    );
     page::page(&title, &body, &Data::of(jobs))
 }
 

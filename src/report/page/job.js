@@ -16,7 +16,11 @@ class JobView {
         .map((name) => [name, find(name)]));
     this.figures = [...section.querySelectorAll('[data-operation]')];
     this.operation = 0;
-    this.index = 0;
+    // The chosen place of each operation: where its margin is smallest.
+    this.chosen = job.operations.map(({ places }) => {
+      const at = (p) => p.margin_percent ?? Infinity;
+      return places.reduce((worst, place, i) => (at(place) < at(places[worst]) ? i : worst), 0);
+    });
     this.mode = 0;
     this.phase = 1;
     this.reach();
@@ -33,11 +37,13 @@ class JobView {
     } catch {
       this.parts.view.replaceWith('This browser shows no WebGL, so the arm is not drawn.');
     }
+    // Those that are not shown are printed.
+    job.operations.forEach((_, operation) => this.mark(operation));
     this.choose(job.start);
   }
 
   get places() { return this.job.operations[this.operation].places; }
-  get here() { return this.places[this.index]; }
+  get here() { return this.places[this.chosen[this.operation]]; }
 
   // Size and middle of all that is shown.
   reach() {
@@ -75,13 +81,8 @@ class JobView {
     this.path = this.places.slice(1).flatMap((place, i) => [
       [this.places[i].tcp_m, margin(this.places[i])], [place.tcp_m, margin(place)],
     ]);
-    let worst = 0;
-    this.places.forEach((place, i) => {
-      const at = (p) => p.margin_percent ?? Infinity;
-      if (at(place) < at(this.places[worst])) worst = i;
-    });
     this.mode = this.job.operations[operation].mode - 1;
-    this.go(worst);
+    this.go(this.chosen[operation]);
     this.run();
   }
 
@@ -94,16 +95,22 @@ class JobView {
   };
 
   go(index) {
-    this.index = index;
+    this.chosen[this.operation] = index;
     const { place, here } = this.parts, at = this.here;
     place.value = index;
     const where = this.where(at).join(', ');
     place.setAttribute('aria-valuetext', where);
     here.textContent = where;
-    this.plots.forEach((plots) => plots.filter((p) => p.area.dataset.along !== undefined).forEach((p) => p.moveCursor(at.s)));
+    this.mark(this.operation);
     this.table();
-    this.receptances();
     this.shape();
+  }
+
+  // The chosen place in the plots of an operation.
+  mark(operation) {
+    const place = this.job.operations[operation].places[this.chosen[operation]], plots = this.plots[operation] ?? [];
+    plots.filter((p) => p.area.dataset.along !== undefined).forEach((p) => p.moveCursor(place.s));
+    plots.filter((p) => p.area.dataset.receptance !== undefined).forEach((p) => this.receptances(p, place));
   }
 
   where(at) {
@@ -143,16 +150,14 @@ class JobView {
     this.parts.modes.tBodies[0].replaceChildren(...rows);
   }
 
-  receptances() {
-    const plot = this.plots[this.operation]?.find((p) => p.area.dataset.receptance !== undefined);
-    if (!plot) return;
-    const motions = tipMotions(this.arm, this.here), directions = { x: [1, 0, 0], y: [0, 1, 0], z: [0, 0, 1] };
+  receptances(plot, place) {
+    const motions = tipMotions(this.arm, place), directions = { x: [1, 0, 0], y: [0, 1, 0], z: [0, 0, 1] };
     // Even in the logarithm, and every resonance itself.
     const even = Array.from({ length: 300 }, (_, i) => plot.x.value(i / 299));
-    const inside = this.here.natural_frequencies_hz.filter((hz) => hz > even[0] && hz < even[299]);
+    const inside = place.natural_frequencies_hz.filter((hz) => hz > even[0] && hz < even[299]);
     const all = [...even, ...inside].sort((a, b) => a - b);
     for (const [name, direction] of Object.entries(directions)) {
-      plot.curve(name, all.map((hz) => [hz, receptance(this.here, motions, direction, hz)]));
+      plot.curve(name, all.map((hz) => [hz, receptance(place, motions, direction, hz)]));
     }
   }
 

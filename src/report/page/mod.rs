@@ -61,7 +61,7 @@ pub(super) fn page(title: &str, body: &str, data: &impl Serialize) -> Result<Str
          form-action 'none'\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <title>{title}</title>\n<style>{style}</style>\n</head>\n<body>\n{body}\
-         <footer>detune {version}. Verdicts are about resonance and limits; chatter is told beside them where the cut is known.</footer>\n\
+         <footer>detune {version}</footer>\n\
          <script type=\"application/json\" id=\"data\">{data}</script>\n\
          <script>{SCRIPT}</script>\n</body>\n</html>\n"
     ))

@@ -9,7 +9,7 @@ mod summary;
 pub use sketch::{Merged, Part, Sketch, Started, merge};
 pub use source::{Positions, Request, Source, Unit};
 pub use stream::{MapError, Render, Target, run};
-pub use summary::Summary;
+pub use summary::{Summary, outside_warning};
 
 use std::path::Path;
 

@@ -40,14 +40,13 @@ impl Summary {
 
     /// The first pose outside the joint limits, in words.
     pub(super) fn first_outside(&self, robot: &Robot) -> Option<String> {
-        let (index, value) = self.outside_limits.first?;
-        let joint = robot.joints().get(index)?;
-        Some(LimitViolation { joint, value, limit: joint.limit? }.to_string())
+        first_outside(robot, self.outside_limits)
     }
 
     /// Warnings about the map of `robot`.
     pub fn warnings(&self, robot: &Robot) -> Vec<Note> {
-        let mut warnings = Vec::new();
+        let outside = outside_warning(robot, self.outside_limits, self.poses);
+        let mut warnings: Vec<Note> = outside.into_iter().collect();
         // `key` is what of the request to change.
         let mut warn = |code, key, what: String| {
             warnings.push(Note::warning(code, Place { key, ..Place::default() }, what));
@@ -58,10 +57,6 @@ impl Summary {
                 "",
                 "there are no poses in the table, or in this part of the map".to_owned(),
             );
-        }
-        if let Some(first) = self.first_outside(robot) {
-            let what = outside_limits(self.outside_limits.poses, self.poses, &first);
-            warn(Code::OutsideLimits, "", what);
         }
         if let Some(first) = &self.first_doubtful {
             let what = format!(
@@ -89,6 +84,19 @@ impl Summary {
         }
         warnings
     }
+}
+
+fn first_outside(robot: &Robot, outside: OutsideLimits) -> Option<String> {
+    let (index, value) = outside.first?;
+    let joint = robot.joints().get(index)?;
+    Some(LimitViolation { joint, value, limit: joint.limit? }.to_string())
+}
+
+/// A warning where some of the poses lie outside the joint limits.
+pub fn outside_warning(robot: &Robot, outside: OutsideLimits, poses: usize) -> Option<Note> {
+    let first = first_outside(robot, outside)?;
+    let what = outside_limits(outside.poses, poses, &first);
+    Some(Note::warning(Code::OutsideLimits, Place::default(), what))
 }
 
 /// Some of the poses lie outside the joint limits.
