@@ -116,14 +116,16 @@ class Modes:
             yield order, hz, ignored
 
     def is_safe(self, rpm):
-        safe = np.ones(len(rpm), dtype=bool)
+        safe, nothing = np.ones(len(rpm), dtype=bool), np.ones(len(rpm), dtype=bool)
         for _, hz, ignored in self.lines_at(rpm):
+            nothing &= ignored
             for f in self.sorted:
                 first = np.searchsorted(f, hz / (1 + self.wide), side="right")
                 bound = hz / (1 - self.wide) if self.wide < 1 else np.inf
                 hit = np.append(f, np.inf)[first] < bound
                 safe &= ~hit | ignored
-        return safe
+        # Where every line is somebody else's business, nothing is checked.
+        return safe & ~nothing
 
     def separation(self, rpm):
         """The least |line - f| / f of what counts at each speed; infinite where nothing does."""

@@ -6,7 +6,7 @@ use std::time::SystemTime;
 
 use clap::{Args, ValueEnum};
 
-use super::check::{count_on, progress, shows_colour};
+use super::check::{count_on, progress};
 use super::output::{Sink, keep_apart, write_all};
 use super::plots::PlotsArgs;
 use super::{Failure, Outcome, Warnings, of_option};
@@ -76,6 +76,8 @@ enum Format {
     Svg,
     /// A page to look at: verdict, advice, and the arm with its modes along the path.
     Html,
+    /// Plots with characters, for a terminal.
+    Plot,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -151,7 +153,7 @@ pub(super) fn run(
         return Err(at_option(errors).into());
     }
     let jobs: Vec<&AdvisedJob> = all.iter().map(|(_, advised)| &advised.job).collect();
-    let colour = sink.is_standard() && shows_colour();
+    let colour = sink.shows_colour();
     let text = match args.format {
         Format::Html => {
             let meshes = Meshes::default();
@@ -183,10 +185,11 @@ pub(super) fn run(
 /// What is about one job cannot be asked of several; what only the command line says cannot be
 /// written into a job that is then read without it.
 fn refuse_for_several(args: &AdviseArgs, is_list: bool) -> Result<(), Vec<Note>> {
-    let options: [(&str, bool, bool); 4] = [
+    let options: [(&str, bool, bool); 5] = [
         ("--write", args.write.is_some(), true),
         ("--write-program", args.write_program.is_some(), true),
         ("--format svg", args.format == Format::Svg, false),
+        ("--format plot", args.format == Format::Plot, false),
         ("--plots", args.plots.is_asked(), false),
     ];
     let mut errors = Vec::new();
@@ -215,7 +218,12 @@ fn rendered(
         (Format::Text, _) => Ok(text::advice_list(jobs, colour)),
         (Format::Json, [job]) if !is_list => json::advice(job).map_err(|error| internal(&error)),
         (Format::Json, _) => json::advice_list(jobs).map_err(|error| internal(&error)),
-        (Format::Svg | Format::Html, _) => Ok(jobs.iter().map(|job| svg::advice(job)).collect()),
+        (Format::Plot, _) => {
+            Ok(jobs.iter().map(|job| svg::advice(job).characters(colour)).collect())
+        }
+        (Format::Svg | Format::Html, _) => {
+            Ok(jobs.iter().map(|job| svg::advice(job).svg()).collect())
+        }
     }
 }
 

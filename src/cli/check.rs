@@ -1,7 +1,7 @@
 //! `detune check`: jobs in, verdict out.
 
 use std::env;
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, Write};
 use std::path::PathBuf;
 use std::time::SystemTime;
 
@@ -9,7 +9,7 @@ use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::output::{Sink, write_all};
-use super::plots::PlotsArgs;
+use super::plots::{PlotsArgs, in_characters};
 use super::repository;
 use super::{Failure, Outcome, Warnings};
 use crate::notes::Note;
@@ -87,6 +87,8 @@ enum Format {
     Html,
     /// GitLab's code quality report.
     Gitlab,
+    /// Plots with characters, for a terminal.
+    Plot,
 }
 
 impl CheckArgs {
@@ -198,7 +200,7 @@ fn rendered(
             };
             let renderer =
                 if is_page { report::check::page::page } else { report::check::text::check };
-            Ok(renderer(jobs, sink.is_standard() && shows_colour()))
+            Ok(renderer(jobs, sink.shows_colour()))
         }
         Format::Json => report::check::json::check(jobs).map_err(|error| internal(&error)),
         Format::Sarif => report::check::sarif::check(jobs, &root, &repository::named)
@@ -215,13 +217,8 @@ fn rendered(
             let pages: Vec<JobPage> = jobs.iter().zip(arms).map(page).collect();
             report::job::jobs(&pages).map_err(|error| internal(&error))
         }
+        Format::Plot => Ok(in_characters(&report::job::check_plots(jobs), sink)),
     }
-}
-
-/// Colour is for a terminal whose user has not switched it off (`NO_COLOR`, `TERM=dumb`).
-pub(super) fn shows_colour() -> bool {
-    let stdout = io::stdout();
-    stdout.is_terminal() && anstream::AutoStream::choice(&stdout) != anstream::ColorChoice::Never
 }
 
 /// Counts poses on standard error while it is a terminal, and shows nothing elsewhere.

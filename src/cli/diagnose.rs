@@ -8,11 +8,12 @@ use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::output::{Sink, keep_apart, write_all};
-use super::plots::PlotsArgs;
+use super::plots::{PlotsArgs, in_characters};
 use super::{Failure, Outcome, Warnings};
 use crate::notes::{Note, Place};
 use crate::progress::Done;
 use crate::report;
+use crate::report::diagnosis::html::plots;
 use crate::study::Read;
 use crate::study::diagnose::{Settings, diagnose, read};
 use crate::units::Date;
@@ -58,6 +59,8 @@ enum Format {
     Json,
     /// HTML page with plots.
     Html,
+    /// Plots with characters, for a terminal.
+    Plot,
 }
 
 /// Diagnoses, writes the result, then the robot's file.
@@ -93,6 +96,7 @@ pub(super) fn run(
         Format::Text => report::diagnosis::text::diagnosis(&diagnosed),
         Format::Json => report::diagnosis::json::diagnosis(&diagnosed)
             .map_err(|error| Failure::Internal(error.to_string()))?,
+        Format::Plot => in_characters(&plots(&diagnosed.diagnosis), &sink),
         Format::Html => report::diagnosis::html::diagnosis(&diagnosed)
             .map_err(|error| Failure::Internal(error.to_string()))?,
     };
@@ -108,7 +112,7 @@ pub(super) fn run(
         shown.show(&update.notes.iter().map(in_file).collect::<Vec<_>>());
         outputs.push((sink, &written.bytes));
     }
-    let plots = args.plots.files(|| report::diagnosis::html::plots(&diagnosed.diagnosis))?;
+    let plots = args.plots.files(|| plots(&diagnosed.diagnosis))?;
     outputs.extend(plots.iter().map(|(sink, svg)| (sink, svg.as_bytes())));
     write_all(&outputs, out)?;
     Ok(Outcome::Pass)

@@ -7,11 +7,11 @@ use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::output::{Sink, keep_apart, write_all};
-use super::plots::PlotsArgs;
+use super::plots::{PlotsArgs, in_characters};
 use super::{Failure, Outcome, Warnings};
 use crate::progress::Done;
 use crate::report::identify::{
-    identification_html, identification_json, identification_plots, identification_svg,
+    identification_drawing, identification_html, identification_json, identification_plots,
     identification_text, identification_uff, measured_csv,
 };
 use crate::study::Read;
@@ -62,6 +62,8 @@ enum Format {
     Svg,
     /// A page to look at: the modes of all poses, and the sheets of all records.
     Html,
+    /// Plots with characters, for a terminal.
+    Plot,
 }
 
 /// Identifies a session; if a file is invalid, reports all errors and writes nothing.
@@ -98,7 +100,8 @@ pub(super) fn run(
         Format::Json => {
             identification_json(&found).map_err(|error| Failure::Internal(error.to_string()))?
         }
-        Format::Svg => identification_svg(&found),
+        Format::Svg => identification_drawing(&found).svg(),
+        Format::Plot => in_characters(&identification_plots(&found), &sink),
         Format::Html => {
             identification_html(&found).map_err(|error| Failure::Internal(error.to_string()))?
         }

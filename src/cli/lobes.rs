@@ -8,7 +8,7 @@ use clap::{Args, ValueEnum};
 
 use super::output::Sink;
 use super::{Failure, Outcome, Warnings, of_option};
-use crate::report::lobes::{lobes_csv, lobes_json, lobes_svg};
+use crate::report::lobes::{lobes_csv, lobes_drawing, lobes_json};
 use crate::study::Read;
 use crate::study::lobes::{Method, Request, lobes, read};
 use crate::units::Date;
@@ -76,6 +76,8 @@ enum Format {
     Json,
     /// Depth and frequency over the speed.
     Svg,
+    /// The same with characters, for a terminal.
+    Plot,
 }
 
 #[derive(Debug, Clone)]
@@ -132,7 +134,8 @@ pub(super) fn run(
     let text = match args.format {
         Format::Csv => lobes_csv(&found),
         Format::Json => lobes_json(&found).map_err(|error| Failure::Internal(error.to_string()))?,
-        Format::Svg => lobes_svg(&found),
+        Format::Svg => lobes_drawing(&found).svg(),
+        Format::Plot => lobes_drawing(&found).characters(sink.shows_colour()),
     };
     sink.write(&text, out)?;
     Ok(Outcome::Pass)

@@ -9,7 +9,7 @@ use super::map::{StatisticName, statistics};
 use super::output::Sink;
 use super::{Failure, Outcome, Warnings};
 use crate::notes::Note;
-use crate::report::map::{reduced_csv, reduced_json, reduced_svg};
+use crate::report::map::{reduced_csv, reduced_drawing, reduced_json};
 use crate::study::Read;
 use crate::study::map::{Statistic, merge};
 
@@ -72,7 +72,7 @@ pub(super) fn run(
         Format::Csv => reduced_csv(&merged.head, &reduced, &statistics),
         Format::Json => reduced_json(&merged.head, &reduced, &statistics)
             .map_err(|error| Failure::Internal(error.to_string()))?,
-        Format::Svg => reduced_svg(&merged.head, &reduced),
+        Format::Svg => reduced_drawing(&merged.head, &reduced).svg(),
     };
     sink.write(&text, out)?;
     Ok(Outcome::Pass)

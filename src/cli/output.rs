@@ -1,7 +1,7 @@
 //! Files that are written whole or not at all.
 
 use std::fs;
-use std::io::{self, BufWriter, Read, Seek, Write};
+use std::io::{self, BufWriter, IsTerminal, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 
 use super::Failure;
@@ -84,6 +84,14 @@ impl Sink {
     /// Whether data goes to standard output.
     pub(super) fn is_standard(&self) -> bool {
         *self == Self::Standard
+    }
+
+    /// Colour is for a terminal whose user has not switched it off (`NO_COLOR`, `TERM=dumb`).
+    pub(super) fn shows_colour(&self) -> bool {
+        let stdout = io::stdout();
+        self.is_standard()
+            && stdout.is_terminal()
+            && anstream::AutoStream::choice(&stdout) != anstream::ColorChoice::Never
     }
 
     /// Writes all of `text`; `out` is standard output, where a reader that leaves early is no

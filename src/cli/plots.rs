@@ -1,4 +1,4 @@
-//! `--plots`: the plots of a verb as files of SVG in a folder.
+//! The plots of a verb: `--plots` as files of SVG in a folder, `--format plot` with characters.
 
 use std::fs;
 use std::path::PathBuf;
@@ -7,6 +7,8 @@ use clap::Args;
 
 use super::output::Sink;
 use crate::notes::{Code, Note, Place};
+use crate::report::Plot;
+use crate::wording::printable;
 
 /// Where plots go.
 #[derive(Debug, Default, Args)]
@@ -28,18 +30,26 @@ impl PlotsArgs {
     /// The files for plots, each with its name without the ending; none where nobody asked.
     pub(super) fn files(
         &self,
-        plots: impl FnOnce() -> Vec<(String, String)>,
+        plots: impl FnOnce() -> Vec<Plot>,
     ) -> Result<Vec<PlotFile>, Vec<Note>> {
         let Some(folder) = &self.plots else { return Ok(Vec::new()) };
         fs::create_dir_all(folder).map_err(|error| {
             let what = format!("is not written: {error}");
             vec![Note::error(Code::Unwritable, Place::file(folder), what)]
         })?;
-        let one = |(name, svg): (String, String)| {
-            Ok((Sink::open(Some(&folder.join(file_name(&name))))?, svg))
+        let one = |(name, drawing): Plot| {
+            Ok((Sink::open(Some(&folder.join(file_name(&name))))?, drawing.svg()))
         };
         plots().into_iter().map(one).collect()
     }
+}
+
+/// All plots with characters, each below its name; with colours where `sink` shows them.
+pub(super) fn in_characters(plots: &[Plot], sink: &Sink) -> String {
+    let colour = sink.shows_colour();
+    let one =
+        |(name, drawing): &Plot| format!("{}\n\n{}", printable(name), drawing.characters(colour));
+    plots.iter().map(one).collect::<Vec<_>>().join("\n")
 }
 
 /// A name that every file system takes.

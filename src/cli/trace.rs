@@ -9,7 +9,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::output::{Sink, keep_apart, write_all};
 use super::{Failure, Outcome, Warnings};
 use crate::progress::Done;
-use crate::report::trace::{frames_csv, traces_csv, tracks_svg};
+use crate::report::trace::{frames_csv, traces_csv, tracks_drawing};
 use crate::study::Read;
 use crate::study::trace::{open, read, trace};
 
@@ -96,7 +96,7 @@ pub(super) fn run(
     let traced = traced?;
     shown.show(&traced.warnings);
     let table = traces_csv(&traced);
-    let picture = picture.as_ref().map(|sink| (sink, tracks_svg(&traced)));
+    let picture = picture.as_ref().map(|sink| (sink, tracks_drawing(&traced).svg()));
     let frames = frames.as_ref().map(|sink| (sink, frames_csv(&traced)));
     let mut outputs: Vec<(&Sink, &[u8])> = vec![(&sink, table.as_bytes())];
     let others = picture.iter().chain(&frames);

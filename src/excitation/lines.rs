@@ -9,8 +9,8 @@ use crate::job::{Policy, Tool};
 use crate::units::hz_from_rpm;
 
 /// A line of a cutter with uneven pitch counts if the pitch lets through at least this share of
-/// what evenly pitched teeth would put on the tooth-passing line. At a mode with 2 % damping that is
-/// half of what the tooth-passing force deflects at rest.
+/// what evenly pitched teeth would put on the tooth-passing line. At a mode with 2 % damping that
+/// is half of what the tooth-passing force deflects at rest.
 const MIN_PITCH_WEIGHT: f64 = 0.02;
 
 /// Where an excitation line comes from.

@@ -23,3 +23,8 @@ pub mod stiffness;
 mod style;
 pub mod trace;
 mod words;
+
+pub use drawing::Canvas;
+
+/// A drawing and what it is called.
+pub type Plot = (String, Canvas);

@@ -84,12 +84,13 @@ fn numbers_can_be_assumed() {
                 "joints_deg:\n        - [0, 20, -10, 0, 60, 0]\n        - [10, 25, -12, 0, 60, 0]",
                 "program: {file: a.ls}",
             ),
+            ("feed_mm_per_min: 400", "feed_mm_per_min: 6000"),
             ("payload: none", &format!("payload: none\nassume: {{\"R[6]\": {assumed}}}")),
         ]);
         fs::write(folder.path().join("a.ls"), program).unwrap();
         let ran =
             run(folder.path(), &["check", "job.yaml", "--format", "json", "--fail-on", "never"]);
-        (code(&ran), err(&ran))
+        (code(&ran), err(&ran).to_string())
     };
     let (found, said) = text("3");
     assert_eq!(found, 0, "{said}");

@@ -117,6 +117,8 @@ pub(super) enum Format {
     Svg,
     /// A page to look at: curves with intervals and shapes where they are asked for, a table.
     Html,
+    /// Plots with characters, for a terminal.
+    Plot,
     Npy,
     Arrow,
     /// The statistics of a part, exact, for `detune merge`.
@@ -143,7 +145,7 @@ impl Format {
             Self::Arrow => Some(MapFormat::Arrow),
             #[cfg(not(feature = "arrow"))]
             Self::Arrow => None,
-            Self::Svg | Self::Html | Self::Sketch => None,
+            Self::Svg | Self::Plot | Self::Html | Self::Sketch => None,
         }
     }
 }

@@ -16,8 +16,8 @@ use super::{Failure, Outcome, Warnings, of_option};
 use crate::notes::Note;
 use crate::progress::Done;
 use crate::report::map::{
-    MapFormat, MapWriter, map_html, map_svg, reduced_csv, reduced_html, reduced_json, reduced_svg,
-    sketch_json,
+    MapFormat, MapWriter, map_drawing, map_html, reduced_csv, reduced_drawing, reduced_html,
+    reduced_json, sketch_json,
 };
 use crate::study::Read;
 use crate::study::map::{
@@ -56,15 +56,16 @@ pub(super) fn run(
     let map = FrequencyMap::new(&robot, method);
     let map = if args.intervals { map.with_intervals() } else { map };
     let map = if args.shapes { map.with_shapes() } else { map };
+    let colour = sink.shows_colour();
     sink.stream(out, |out| {
         let summary = if args.format == Format::Sketch {
             write_sketch(args, &map, source, out, shown)?
         } else if !args.reduce.is_empty() {
-            write_statistics(args, &map, source, out, shown)?
+            write_statistics((args, colour), &map, source, out, shown)?
         } else {
             match args.series.then_some(MapFormat::Series).or_else(|| args.format.of_rows()) {
                 Some(format) => write_rows(format, &map, source, out, shown)?,
-                None => write_drawing(args.format, &map, source, out, shown)?,
+                None => write_drawing((args.format, colour), &map, source, out, shown)?,
             }
         };
         out.flush()?;
@@ -245,7 +246,7 @@ fn write_blocks(
 }
 
 fn write_drawing(
-    format: Format,
+    (format, colour): (Format, bool),
     map: &FrequencyMap,
     source: Source,
     out: &mut dyn Write,
@@ -256,11 +257,13 @@ fn write_drawing(
     let target = Target::Kept { block: &mut block, max_poses: 100_000 };
     let summary = pass(map, source, target, &bar)?;
     let head = Head::of(map);
+    let drawing = || map_drawing(&head, &block, swept);
     let text = match format {
         Format::Html => {
             map_html(&head, &block, swept).map_err(|error| Failure::Internal(error.to_string()))?
         }
-        _ => map_svg(&head, &block, swept),
+        Format::Plot => drawing().characters(colour),
+        _ => drawing().svg(),
     };
     out.write_all(text.as_bytes())?;
     Ok(summary)
@@ -268,7 +271,7 @@ fn write_drawing(
 
 /// Writes the statistics of a linear map.
 fn write_statistics(
-    args: &MapArgs,
+    (args, colour): (&MapArgs, bool),
     map: &FrequencyMap,
     source: Source,
     out: &mut dyn Write,
@@ -289,7 +292,8 @@ fn write_statistics(
         }
         Format::Json => reduced_json(&head, &reduced, &statistics)
             .map_err(|error| Failure::Internal(error.to_string()))?,
-        Format::Svg => reduced_svg(&head, &reduced),
+        Format::Svg => reduced_drawing(&head, &reduced).svg(),
+        Format::Plot => reduced_drawing(&head, &reduced).characters(colour),
         Format::Html => {
             reduced_html(&head, &reduced).map_err(|error| Failure::Internal(error.to_string()))?
         }

@@ -116,7 +116,8 @@ fn settled(blocks: &mut [Block], fit: Fit) -> Fit {
 }
 
 /// With drift where it is significant, and how many rates are new; `None` where nothing drifts. All
-/// modes drift by one law, the one that explains most.
+/// modes drift by one law, the one that explains most; friction lowers frequencies, so what rises
+/// goes by the square.
 pub(super) fn drifting(blocks: &[Block], fit: &Fit) -> Option<(Vec<Block>, Fit, usize)> {
     if !blocks.iter().all(|block| matches!(block.origin, Origin::Sampled { .. })) {
         return None;
@@ -127,7 +128,15 @@ pub(super) fn drifting(blocks: &[Block], fit: &Fit) -> Option<(Vec<Block>, Fit, 
     // A law that was given up is not taken up again: the search ends.
     let laws = Law::ALL.into_iter().filter(|law| law_of(blocks).is_none_or(|now| now <= *law));
     let trials = laws.filter_map(|law| drifting_by(law, blocks, fit));
+    let trials =
+        trials.filter(|(blocks, fit, _)| law_of(blocks) == Some(Law::Square) || falls(blocks, fit));
     trials.min_by(|a, b| score(a).total_cmp(&score(b)))
+}
+
+/// Whether the frequency that drifts most falls with amplitude, as friction in joints makes it.
+fn falls(blocks: &[Block], fit: &Fit) -> bool {
+    let drifts = fit.poles.iter().map(|pole| drift_of(blocks, pole));
+    drifts.max_by(|a, b| a.norm_sqr().total_cmp(&b.norm_sqr())).is_some_and(|most| most.im < 0.0)
 }
 
 /// The law by which the poles drift; `None` where none may.

@@ -4,6 +4,7 @@
 
 use super::words::pair;
 use crate::advice::{OperationAdvice, Remedy, Ribbon, Speeds};
+use crate::report::Plot;
 use crate::report::drawing::{
     Anchor, Axis, CLOSED, Canvas, Entry, Face, Frame, INK, Label, Panel, SAFE, Scale, Stroke,
     Swatch, curve_style, height_beside, labels_beside, row,
@@ -30,24 +31,24 @@ const SAFE_OPACITY: f64 = 0.25;
 const MIN_NAMED_PX: f64 = 15.0;
 
 /// Draws one panel an operation.
-pub fn advice(job: &AdvisedJob) -> String {
+pub fn advice(job: &AdvisedJob) -> Canvas {
     drawing(job, &job.advice.operations, &format!("Spindle speeds: {}", job.name), false)
 }
 
 /// One operation, for a page whose script answers to the pointer.
-pub(in crate::report) fn operation(job: &AdvisedJob, operation: &OperationAdvice) -> String {
+pub(in crate::report) fn operation(job: &AdvisedJob, operation: &OperationAdvice) -> Canvas {
     drawing(job, std::slice::from_ref(operation), "", true)
 }
 
 /// The map of each operation, with its name.
-pub fn plots(job: &AdvisedJob) -> Vec<(String, String)> {
+pub fn plots(job: &AdvisedJob) -> Vec<Plot> {
     let one = |(index, of): (usize, &OperationAdvice)| {
         (format!("{}-{}-speeds", index + 1, of.name), operation(job, of))
     };
     job.advice.operations.iter().enumerate().map(one).collect()
 }
 
-fn drawing(job: &AdvisedJob, operations: &[OperationAdvice], title: &str, senses: bool) -> String {
+fn drawing(job: &AdvisedJob, operations: &[OperationAdvice], title: &str, senses: bool) -> Canvas {
     let (mut low, mut high) = (job.spindle.min_rpm, job.spindle.max_rpm);
     if low >= high {
         (low, high) = (0.9 * low, 1.1 * high);
@@ -81,7 +82,7 @@ fn drawing(job: &AdvisedJob, operations: &[OperationAdvice], title: &str, senses
         }
         top += height + UNDER;
     }
-    canvas.finish()
+    canvas
 }
 
 fn legend(canvas: &mut Canvas, job: &AdvisedJob, middle: f64) {

@@ -3,9 +3,10 @@
 
 use serde_json::json;
 
-use super::plots::{self, Plot};
+use super::plots;
 use super::{text, words};
 use crate::diagnosis::{Diagnosis, Finding, Verdict};
+use crate::report::Plot;
 use crate::report::json::NotFinite;
 use crate::report::page::{self, Table, figure};
 use crate::report::words::path;
@@ -60,7 +61,7 @@ pub fn diagnosis(diagnosed: &Diagnosed) -> Result<String, NotFinite> {
 }
 
 /// The plots of the page, each with a name.
-pub fn plots(d: &Diagnosis) -> Vec<(String, String)> {
+pub fn plots(d: &Diagnosis) -> Vec<Plot> {
     let [first, others] = plots::residuals(d);
     let all = plots::over_pose(d).into_iter().chain(plots::measured_against_predicted(d));
     let all = all.chain(first).chain(others).enumerate();

@@ -2,6 +2,7 @@
 //! and what is left over.
 
 use crate::diagnosis::{Diagnosis, ResidualRow, Shape};
+use crate::report::Plot;
 use crate::report::drawing::{
     Axis, CLOSED, Canvas, Entry, Frame, GREY, INK, Panel, Scale, Stroke, Swatch, bounds,
     curve_style, row,
@@ -19,7 +20,6 @@ const SIGMAS: f64 = 1.96;
 const MAX_LINEAR_RATIO: f64 = 4.0;
 
 /// A plot with its caption.
-pub(super) type Plot = (String, String);
 
 /// Measured frequencies with error bars over what the table varies most, with the model before and
 /// after the findings: one plot a mode. `None` where the table varies nothing.
@@ -67,7 +67,7 @@ fn frequencies(
     mode: usize,
     axis: &str,
     rows: &[(f64, &ResidualRow)],
-) -> Option<String> {
+) -> Option<Canvas> {
     let noise = d.noise.per_mode_percent.get(mode).copied().unwrap_or(0.0);
     let noise = SIGMAS * ratio_from_percent(noise.hypot(d.noise.common_percent));
     let doubt = SIGMAS * ratio_from_percent(d.extended.model_error_percent);
@@ -125,7 +125,7 @@ fn frequencies(
         Entry::new(Swatch::Area(CLOSED, 0.7), "its error, 95 %"),
     ];
     row(&mut canvas, (PANEL.right(), 18.0), &entries);
-    Some(canvas.finish())
+    Some(canvas)
 }
 
 const MODEL: Stroke = Stroke { colour: "#d55e00", width: 1.8, dashes: "7 4" };
@@ -305,5 +305,5 @@ fn figure(
     let modes = points.iter().map(|(mode, ..)| mode + 1).max().unwrap_or(0);
     let entry = |mode| Entry::new(Swatch::Dot(curve_style(mode).0), format!("mode {}", mode + 1));
     row(&mut canvas, (PANEL.right(), 18.0), &(0..modes).map(entry).collect::<Vec<_>>());
-    Some((caption.to_owned(), canvas.finish()))
+    Some((caption.to_owned(), canvas))
 }

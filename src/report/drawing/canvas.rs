@@ -1,6 +1,6 @@
-//! The elements of an SVG drawing.
+//! The elements of a drawing, and the drawing as SVG.
 
-use std::fmt::{Arguments, Write};
+use std::fmt::Write;
 
 use super::palette::{INK, PAPER};
 use crate::wording::printable;
@@ -31,17 +31,6 @@ pub(in crate::report) struct Stroke<'a> {
     pub(in crate::report) width: f64,
     /// Lengths of dashes and gaps, px; empty for a line without gaps.
     pub(in crate::report) dashes: &'a str,
-}
-
-impl Stroke<'_> {
-    fn attributes(&self) -> String {
-        let Self { colour, width, dashes } = self;
-        let dashes = match *dashes {
-            "" => String::new(),
-            dashes => format!(" stroke-dasharray=\"{dashes}\""),
-        };
-        format!("stroke=\"{colour}\" stroke-width=\"{width}\"{dashes}")
-    }
 }
 
 /// Which way text runs from its point.
@@ -97,36 +86,90 @@ impl Face {
     }
 }
 
-/// A drawing in the making.
-#[derive(Debug)]
-pub(in crate::report) struct Canvas {
-    width: f64,
-    height: f64,
-    body: String,
+/// What stands on a canvas, px.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Element {
+    Text {
+        at: (f64, f64),
+        anchor: Anchor,
+        face: Face,
+        run: Run,
+        text: String,
+    },
+    Rect {
+        frame: Frame,
+        fill: String,
+        opacity: f64,
+    },
+    Border(Frame),
+    Line {
+        from: (f64, f64),
+        to: (f64, f64),
+        stroke: OwnStroke,
+    },
+    /// Pieces of one line.
+    Path {
+        pieces: Vec<Vec<(f64, f64)>>,
+        stroke: OwnStroke,
+    },
+    Polygon {
+        outline: Vec<(f64, f64)>,
+        fill: String,
+        opacity: f64,
+    },
+    Dot {
+        at: (f64, f64),
+        radius: f64,
+        fill: String,
+    },
+    /// An area that senses the pointer, with its attributes.
+    Sense(Frame, String),
+    /// An entry of a legend: its swatch and its text.
+    Entry(Vec<Element>),
+}
+
+/// How text runs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Run {
+    Level,
+    /// Upwards; where letters do not turn, level from this point.
+    Upright((f64, f64)),
+    /// Level, to be read over what is drawn.
+    Over,
+}
+
+/// A stroke that keeps its colour.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct OwnStroke {
+    pub(super) colour: String,
+    pub(super) width: f64,
+    pub(super) dashes: String,
+}
+
+impl From<Stroke<'_>> for OwnStroke {
+    fn from(stroke: Stroke<'_>) -> Self {
+        let Stroke { colour, width, dashes } = stroke;
+        Self { colour: colour.to_owned(), width, dashes: dashes.to_owned() }
+    }
+}
+
+/// A drawing, as SVG or with characters.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Canvas {
+    pub(super) width: f64,
+    pub(super) height: f64,
+    pub(super) elements: Vec<Element>,
 }
 
 impl Canvas {
     pub(in crate::report) fn new(width: f64, height: f64) -> Self {
-        Self { width, height, body: String::new() }
-    }
-
-    /// The whole document; it can stand in a page, too.
-    pub(in crate::report) fn finish(self) -> String {
-        let Self { width, height, body } = self;
-        format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
-             viewBox=\"0 0 {width} {height}\" role=\"img\" font-size=\"{}\" \
-             font-family=\"Helvetica, Arial, sans-serif\">\n\
-             <rect width=\"100%\" height=\"100%\" fill=\"{PAPER}\"/>\n{body}</svg>\n",
-            Face::Plain.size()
-        )
+        Self { width, height, elements: Vec::new() }
     }
 
     /// Adds an element, unless a coordinate of it is not finite.
-    fn put(&mut self, coordinates: &[f64], element: Arguments) {
+    fn put(&mut self, coordinates: &[f64], element: Element) {
         if coordinates.iter().all(|at| at.is_finite()) {
-            // Writing to a string does not fail.
-            let _ = writeln!(self.body, "{element}");
+            self.elements.push(element);
         }
     }
 
@@ -137,80 +180,41 @@ impl Canvas {
         face: Face,
         text: &str,
     ) {
-        self.text_with(at, anchor, face, "", text);
+        self.put_text(at, anchor, face, Run::Level, text);
     }
 
-    /// Text that runs upwards.
-    pub(super) fn upright_text(&mut self, at: (f64, f64), text: &str) {
-        let turned = format!(" transform=\"rotate(-90 {:.1} {:.1})\"", at.0, at.1);
-        self.text_with(at, Anchor::Middle, Face::Plain, &turned, text);
+    /// Text that runs upwards; where letters do not turn, level from `level`.
+    pub(super) fn upright_text(&mut self, at: (f64, f64), level: (f64, f64), text: &str) {
+        self.put_text(at, Anchor::Middle, Face::Plain, Run::Upright(level), text);
     }
 
     /// Small text that can be read over what is drawn.
     pub(super) fn text_over(&mut self, at: (f64, f64), anchor: Anchor, text: &str) {
-        let halo = format!(" stroke=\"{PAPER}\" stroke-width=\"3\" paint-order=\"stroke\"");
-        self.text_with(at, anchor, Face::Small, &halo, text);
+        self.put_text(at, anchor, Face::Small, Run::Over, text);
     }
 
-    fn text_with(&mut self, at: (f64, f64), anchor: Anchor, face: Face, more: &str, text: &str) {
-        let (x, y) = at;
-        let anchor = match anchor {
-            Anchor::Start => "start",
-            Anchor::Middle => "middle",
-            Anchor::End => "end",
-        };
-        let style = match face {
-            Face::Plain => String::new(),
-            Face::Small => format!(" font-size=\"{}\"", face.size()),
-            Face::Title | Face::PanelTitle => {
-                format!(" font-size=\"{}\" font-weight=\"bold\"", face.size())
-            }
-        };
-        let text = escaped(&printable(text));
-        self.put(
-            &[x, y],
-            format_args!(
-                "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\" fill=\"{INK}\"\
-                 {style}{more}>{text}</text>"
-            ),
-        );
+    fn put_text(&mut self, at: (f64, f64), anchor: Anchor, face: Face, run: Run, text: &str) {
+        let element = Element::Text { at, anchor, face, run, text: printable(text) };
+        self.put(&[at.0, at.1], element);
     }
 
     /// A filled rectangle.
     pub(in crate::report) fn rect(&mut self, frame: Frame, fill: &str, opacity: f64) {
         let Frame { left, top, width, height } = frame;
-        let opacity = opacity_attribute(opacity);
-        self.put(
-            &[left, top, width, height],
-            format_args!(
-                "<rect x=\"{left:.2}\" y=\"{top:.2}\" width=\"{width:.2}\" height=\"{height:.2}\" \
-                 fill=\"{fill}\"{opacity}/>"
-            ),
-        );
+        let element = Element::Rect { frame, fill: fill.to_owned(), opacity };
+        self.put(&[left, top, width, height], element);
     }
 
     /// The outline of a rectangle.
     pub(in crate::report) fn border(&mut self, frame: Frame) {
         let Frame { left, top, width, height } = frame;
-        self.put(
-            &[left, top, width, height],
-            format_args!(
-                "<rect x=\"{left:.1}\" y=\"{top:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" \
-                 fill=\"none\" stroke=\"{INK}\"/>"
-            ),
-        );
+        self.put(&[left, top, width, height], Element::Border(frame));
     }
 
     /// A straight line.
     pub(in crate::report) fn line(&mut self, from: (f64, f64), to: (f64, f64), stroke: Stroke) {
-        let ((x1, y1), (x2, y2)) = (from, to);
-        let stroke = stroke.attributes();
-        self.put(
-            &[x1, y1, x2, y2],
-            format_args!(
-                "<line x1=\"{x1:.1}\" y1=\"{y1:.1}\" x2=\"{x2:.1}\" y2=\"{y2:.1}\" {stroke}/>"
-            ),
-        );
+        let element = Element::Line { from, to, stroke: stroke.into() };
+        self.put(&[from.0, from.1, to.0, to.1], element);
     }
 
     /// A line through points; it breaks where one is missing or not finite.
@@ -219,24 +223,13 @@ impl Canvas {
         points: impl Iterator<Item = Option<(f64, f64)>>,
         stroke: Stroke,
     ) {
-        let mut path = String::new();
-        let mut is_down = false;
-        for point in points {
-            let point = point.filter(|(x, y)| x.is_finite() && y.is_finite());
-            if let Some((x, y)) = point {
-                let command = if is_down { 'L' } else { 'M' };
-                let _ = write!(path, "{command}{x:.2} {y:.2}");
-            }
-            is_down = point.is_some();
-        }
-        if !path.is_empty() {
-            let stroke = stroke.attributes();
-            self.put(
-                &[],
-                format_args!(
-                    "<path d=\"{path}\" fill=\"none\" {stroke} stroke-linejoin=\"round\"/>"
-                ),
-            );
+        let points: Vec<Option<(f64, f64)>> =
+            points.map(|point| point.filter(|(x, y)| x.is_finite() && y.is_finite())).collect();
+        let runs = points.split(Option::is_none).filter(|run| !run.is_empty());
+        let pieces: Vec<Vec<(f64, f64)>> =
+            runs.map(|run| run.iter().copied().flatten().collect()).collect();
+        if !pieces.is_empty() {
+            self.put(&[], Element::Path { pieces, stroke: stroke.into() });
         }
     }
 
@@ -247,37 +240,148 @@ impl Canvas {
         fill: &str,
         opacity: f64,
     ) {
-        let mut path = String::new();
-        for (x, y) in outline.filter(|(x, y)| x.is_finite() && y.is_finite()) {
-            let command = if path.is_empty() { 'M' } else { 'L' };
-            let _ = write!(path, "{command}{x:.2} {y:.2}");
-        }
-        if !path.is_empty() {
-            let opacity = opacity_attribute(opacity);
-            self.put(&[], format_args!("<path d=\"{path}Z\" fill=\"{fill}\"{opacity}/>"));
+        let outline: Vec<(f64, f64)> =
+            outline.filter(|(x, y)| x.is_finite() && y.is_finite()).collect();
+        if !outline.is_empty() {
+            self.put(&[], Element::Polygon { outline, fill: fill.to_owned(), opacity });
         }
     }
 
     /// What the script of a page finds: an area that senses the pointer, with these attributes.
     pub(super) fn sense(&mut self, frame: Frame, attributes: &str) {
         let Frame { left, top, width, height } = frame;
-        self.put(
-            &[left, top, width, height],
-            format_args!(
-                "<rect class=\"sense\" x=\"{left:.1}\" y=\"{top:.1}\" width=\"{width:.1}\" \
-                 height=\"{height:.1}\" fill=\"none\"{attributes}/>"
-            ),
-        );
+        self.put(&[left, top, width, height], Element::Sense(frame, attributes.to_owned()));
+    }
+
+    /// Keeps what is drawn by `draw` together as an entry of a legend.
+    pub(super) fn entry(&mut self, draw: impl FnOnce(&mut Self)) {
+        let first = self.elements.len();
+        draw(self);
+        let parts = self.elements.split_off(first);
+        self.elements.push(Element::Entry(parts));
     }
 
     /// A filled circle.
     pub(super) fn dot(&mut self, at: (f64, f64), radius: f64, fill: &str) {
-        let (x, y) = at;
-        self.put(
-            &[x, y, radius],
-            format_args!("<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"{radius}\" fill=\"{fill}\"/>"),
-        );
+        self.put(&[at.0, at.1, radius], Element::Dot { at, radius, fill: fill.to_owned() });
     }
+
+    /// The whole document; it can stand in a page, too.
+    pub fn svg(&self) -> String {
+        let Self { width, height, elements } = self;
+        let mut body = String::new();
+        for element in elements {
+            // Writing to a string does not fail.
+            let _ = element.write(&mut body);
+        }
+        format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
+             viewBox=\"0 0 {width} {height}\" role=\"img\" font-size=\"{}\" \
+             font-family=\"Helvetica, Arial, sans-serif\">\n\
+             <rect width=\"100%\" height=\"100%\" fill=\"{PAPER}\"/>\n{body}</svg>\n",
+            Face::Plain.size()
+        )
+    }
+}
+
+impl Element {
+    /// As an element of SVG, a line each.
+    fn write(&self, out: &mut String) -> std::fmt::Result {
+        match self {
+            Self::Text { at: (x, y), anchor, face, run, text } => {
+                let anchor = match anchor {
+                    Anchor::Start => "start",
+                    Anchor::Middle => "middle",
+                    Anchor::End => "end",
+                };
+                let style = match face {
+                    Face::Plain => String::new(),
+                    Face::Small => format!(" font-size=\"{}\"", face.size()),
+                    Face::Title | Face::PanelTitle => {
+                        format!(" font-size=\"{}\" font-weight=\"bold\"", face.size())
+                    }
+                };
+                let more = match run {
+                    Run::Level => String::new(),
+                    Run::Upright(_) => format!(" transform=\"rotate(-90 {x:.1} {y:.1})\""),
+                    Run::Over => {
+                        format!(" stroke=\"{PAPER}\" stroke-width=\"3\" paint-order=\"stroke\"")
+                    }
+                };
+                let text = escaped(text);
+                writeln!(
+                    out,
+                    "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\" fill=\"{INK}\"\
+                     {style}{more}>{text}</text>"
+                )
+            }
+            Self::Rect { frame: Frame { left, top, width, height }, fill, opacity } => {
+                let opacity = opacity_attribute(*opacity);
+                writeln!(
+                    out,
+                    "<rect x=\"{left:.2}\" y=\"{top:.2}\" width=\"{width:.2}\" \
+                     height=\"{height:.2}\" fill=\"{fill}\"{opacity}/>"
+                )
+            }
+            Self::Border(Frame { left, top, width, height }) => writeln!(
+                out,
+                "<rect x=\"{left:.1}\" y=\"{top:.1}\" width=\"{width:.1}\" \
+                 height=\"{height:.1}\" fill=\"none\" stroke=\"{INK}\"/>"
+            ),
+            Self::Line { from: (x1, y1), to: (x2, y2), stroke } => {
+                let stroke = stroke.attributes();
+                writeln!(
+                    out,
+                    "<line x1=\"{x1:.1}\" y1=\"{y1:.1}\" x2=\"{x2:.1}\" y2=\"{y2:.1}\" {stroke}/>"
+                )
+            }
+            Self::Path { pieces, stroke } => {
+                let path: String = pieces.iter().map(|piece| path_of(piece)).collect();
+                let stroke = stroke.attributes();
+                writeln!(
+                    out,
+                    "<path d=\"{path}\" fill=\"none\" {stroke} stroke-linejoin=\"round\"/>"
+                )
+            }
+            Self::Polygon { outline, fill, opacity } => {
+                let (path, opacity) = (path_of(outline), opacity_attribute(*opacity));
+                writeln!(out, "<path d=\"{path}Z\" fill=\"{fill}\"{opacity}/>")
+            }
+            Self::Sense(Frame { left, top, width, height }, attributes) => writeln!(
+                out,
+                "<rect class=\"sense\" x=\"{left:.1}\" y=\"{top:.1}\" width=\"{width:.1}\" \
+                 height=\"{height:.1}\" fill=\"none\"{attributes}/>"
+            ),
+            Self::Entry(parts) => parts.iter().try_for_each(|part| part.write(out)),
+            Self::Dot { at: (x, y), radius, fill } => {
+                writeln!(
+                    out,
+                    "<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"{radius}\" fill=\"{fill}\"/>"
+                )
+            }
+        }
+    }
+}
+
+impl OwnStroke {
+    fn attributes(&self) -> String {
+        let Self { colour, width, dashes } = self;
+        let dashes = match dashes.as_str() {
+            "" => String::new(),
+            dashes => format!(" stroke-dasharray=\"{dashes}\""),
+        };
+        format!("stroke=\"{colour}\" stroke-width=\"{width}\"{dashes}")
+    }
+}
+
+/// Move to the first point, lines to the others.
+fn path_of(points: &[(f64, f64)]) -> String {
+    let mut path = String::new();
+    for (index, (x, y)) in points.iter().enumerate() {
+        let command = if index == 0 { 'M' } else { 'L' };
+        let _ = write!(path, "{command}{x:.2} {y:.2}");
+    }
+    path
 }
 
 fn opacity_attribute(opacity: f64) -> String {
@@ -322,11 +426,11 @@ mod tests {
             canvas.dot((bad, bad), 1.0, INK);
             canvas.polyline([Some((bad, 1.0)), None].into_iter(), stroke);
             canvas.polygon([(1.0, bad)].into_iter(), INK, 0.5);
-            assert_eq!(canvas.finish(), Canvas::new(10.0, 10.0).finish());
+            assert_eq!(canvas.svg(), Canvas::new(10.0, 10.0).svg());
             let mut canvas = Canvas::new(10.0, 10.0);
             let points = [(0.0, 0.0), (1.0, bad), (2.0, 2.0)];
             canvas.polyline(points.into_iter().map(Some), stroke);
-            assert!(canvas.finish().contains("d=\"M0.00 0.00M2.00 2.00\""));
+            assert!(canvas.svg().contains("d=\"M0.00 0.00M2.00 2.00\""));
         }
     }
 }

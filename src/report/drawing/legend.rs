@@ -43,6 +43,10 @@ impl<'a> Entry<'a> {
     }
 
     fn draw(&self, canvas: &mut Canvas, left: f64, middle: f64, text: &str) {
+        canvas.entry(|canvas| self.parts(canvas, left, middle, text));
+    }
+
+    fn parts(&self, canvas: &mut Canvas, left: f64, middle: f64, text: &str) {
         match self.swatch {
             Swatch::Line(stroke) => {
                 canvas.line((left, middle), (left + SWATCH_PX, middle), stroke);

@@ -1,4 +1,4 @@
-//! The one drawing kit of all pictures, as SVG: scales with round ticks, panels with named axes,
+//! The one drawing kit of all pictures, as SVG and with characters: scales with round ticks, panels with named axes,
 //! legends with swatches, labels that keep off each other. The same input gives the same bytes,
 //! text is escaped, and what is not finite is not drawn. Nothing depends on scripts, or on the
 //! metrics of a font.
@@ -7,13 +7,15 @@
 //! smooth curves, and kuva writes NaN.
 
 mod canvas;
+mod characters;
 mod legend;
 mod palette;
 mod panel;
 mod scale;
 mod thinned;
 
-pub(super) use canvas::{Anchor, Canvas, Face, Frame, Stroke, escaped};
+pub use canvas::Canvas;
+pub(super) use canvas::{Anchor, Face, Frame, Stroke, escaped};
 pub(super) use legend::{
     Entry, Label, Swatch, column, height_beside, labels_beside, labels_on_top, row,
 };

@@ -13,6 +13,9 @@ const Y_TICK_PX: f64 = 50.0;
 const TICK_PX: f64 = 5.0;
 const NUMBER_PX: f64 = 8.0;
 
+/// From the frame up to what stands above it, px.
+const ABOVE_PX: f64 = 10.0;
+
 /// From the middle of a line of text to its foot, px.
 const TO_FOOT_PX: f64 = 4.5;
 
@@ -55,7 +58,7 @@ impl Panel {
 
     /// The head of the panel.
     pub(in crate::report) fn title(&self, canvas: &mut Canvas, title: &str) {
-        let at = (self.frame.left, self.frame.top - 10.0);
+        let at = (self.frame.left, self.frame.top - ABOVE_PX);
         canvas.text(at, Anchor::Start, Face::PanelTitle, title);
     }
 
@@ -87,7 +90,8 @@ impl Panel {
         }
         let below = (left + 0.5 * width, bottom + 39.0);
         canvas.text(below, Anchor::Middle, Face::Plain, &self.x.name);
-        canvas.upright_text((left - NUMBER_PX - widest - 10.0, top + 0.5 * height), &self.y.name);
+        let beside = (left - NUMBER_PX - widest - 10.0, top + 0.5 * height);
+        canvas.upright_text(beside, (beside.0, top - ABOVE_PX), &self.y.name);
     }
 
     /// Lets the script of a page answer to the pointer; `more` are attributes of its own.

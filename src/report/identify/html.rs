@@ -8,6 +8,7 @@ use super::svg::sheet;
 use super::{kind_words, pose_words, record_and_channel, shape_words};
 use crate::identify::record_modes::IdentifiedRecord;
 use crate::identify::session::IdentifiedSession;
+use crate::report::Plot;
 use crate::report::json::NotFinite;
 use crate::report::page::{self, Table, figure, text};
 use crate::report::words::{significant, trimmed};
@@ -33,7 +34,7 @@ pub fn identification_html(found: &IdentifiedSession) -> Result<String, NotFinit
 }
 
 /// The plots of each record, with their names.
-pub fn identification_plots(found: &IdentifiedSession) -> Vec<(String, String)> {
+pub fn identification_plots(found: &IdentifiedSession) -> Vec<Plot> {
     let mut plots = Vec::new();
     for (index, record) in found.records.iter().enumerate() {
         let name = |plot: &str| format!("{}-{}-{plot}", index + 1, record.name);

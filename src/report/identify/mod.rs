@@ -11,7 +11,7 @@ mod uff;
 pub use html::{identification_html, identification_plots};
 pub(super) use json::Identification;
 pub use json::identification_json;
-pub use svg::identification_svg;
+pub use svg::identification_drawing;
 pub use table::measured_csv;
 pub use text::identification_text;
 pub use uff::identification_uff;

@@ -16,7 +16,7 @@ use super::svg::{LEFT, LEGEND_LEFT, LEGEND_WIDTH, MAX_POINTS, PANEL_WIDTH, WIDTH
 const MAX_RESPONSES: usize = 8;
 
 /// Phase of H1 of each response over frequency, where a force was measured.
-pub(super) fn phase(record: &IdentifiedRecord) -> Option<String> {
+pub(super) fn phase(record: &IdentifiedRecord) -> Option<Canvas> {
     let averaged = record.averaged.as_ref()?;
     let y = Axis::new("phase [°]", Scale::linear(-180.0, 180.0));
     let degrees = |response: usize, line: usize| {
@@ -26,7 +26,7 @@ pub(super) fn phase(record: &IdentifiedRecord) -> Option<String> {
 }
 
 /// γ² of each response over frequency, where several records were averaged.
-pub(super) fn coherence(record: &IdentifiedRecord) -> Option<String> {
+pub(super) fn coherence(record: &IdentifiedRecord) -> Option<Canvas> {
     let averaged = record.averaged.as_ref().filter(|averaged| !averaged.coherence.is_empty())?;
     let y = Axis::new("coherence γ²", Scale::linear(0.0, 1.0));
     let of = |response: usize, line: usize| averaged.coherence.get(response)?.get(line).copied();
@@ -39,7 +39,7 @@ fn over_frequency(
     y: Axis,
     height: f64,
     of: &dyn Fn(usize, usize) -> Option<f64>,
-) -> Option<String> {
+) -> Option<Canvas> {
     let lines = &averaged.frequencies_hz;
     let (low, high) = bounds(lines.iter().copied());
     if lines.len() < 2 || low >= high {
@@ -62,12 +62,12 @@ fn over_frequency(
     }
     canvas.border(frame);
     column(&mut canvas, (LEGEND_LEFT, frame.top), LEGEND_WIDTH, &entries);
-    Some(canvas.finish())
+    Some(canvas)
 }
 
 /// Each mode's shape on the marked points: the links at rest and displaced, an arrow at each point,
 /// the largest a fifth of the picture; both axes alike. `None` without marked points that moved.
-pub(super) fn arrows(record: &IdentifiedRecord) -> Option<String> {
+pub(super) fn arrows(record: &IdentifiedRecord) -> Option<Canvas> {
     let points: Vec<[f64; 2]> =
         record.links.iter().flat_map(|link| &link.markers).map(|marker| marker.at_m).collect();
     let (left, right) = bounds(points.iter().map(|p| mm_from_m(p[0])));
@@ -103,7 +103,7 @@ pub(super) fn arrows(record: &IdentifiedRecord) -> Option<String> {
         draw_arrows(&mut canvas, &panel, record, mode, 0.3 * extent, colour);
         canvas.border(frame);
     }
-    Some(canvas.finish())
+    Some(canvas)
 }
 
 /// `longest` is the length, mm in the picture, of the largest displacement.
@@ -157,7 +157,7 @@ fn draw_arrows(
 
 /// Each mode's shape: the real part of each response as a bar from zero, with its standard
 /// deviation, in the order of the channels.
-pub(super) fn shapes(record: &IdentifiedRecord) -> Option<String> {
+pub(super) fn shapes(record: &IdentifiedRecord) -> Option<Canvas> {
     let responses = record.modes.iter().map(|mode| mode.shape.len()).max().filter(|n| *n > 0)?;
     const ROW: f64 = 120.0;
     let height = ROW * record.modes.len() as f64;
@@ -195,5 +195,5 @@ pub(super) fn shapes(record: &IdentifiedRecord) -> Option<String> {
     });
     let names: Vec<Entry> = names.collect();
     column(&mut canvas, (LEGEND_LEFT, 26.0), LEGEND_WIDTH, &names);
-    Some(canvas.finish())
+    Some(canvas)
 }

@@ -39,7 +39,7 @@ const STABLE_FREQUENCY: &str = "#e69f00";
 const MODE: &str = "#cc79a7";
 
 /// All records, one below the other.
-pub fn identification_svg(found: &IdentifiedSession) -> String {
+pub fn identification_drawing(found: &IdentifiedSession) -> Canvas {
     let height = SHEET_HEIGHT * found.records.len().max(1) as f64;
     let mut canvas = Canvas::new(WIDTH, height);
     for (index, record) in found.records.iter().enumerate() {
@@ -53,14 +53,14 @@ pub fn identification_svg(found: &IdentifiedSession) -> String {
         let title = format!("{}: {}{pose}", record.name, kind_words(record.kind));
         draw(&mut canvas, record, &title, SHEET_HEIGHT * index as f64);
     }
-    canvas.finish()
+    canvas
 }
 
 /// One record without a title.
-pub(super) fn sheet(record: &IdentifiedRecord) -> String {
+pub(super) fn sheet(record: &IdentifiedRecord) -> Canvas {
     let mut canvas = Canvas::new(WIDTH, SHEET_HEIGHT);
     draw(&mut canvas, record, "", 0.0);
-    canvas.finish()
+    canvas
 }
 
 fn draw(canvas: &mut Canvas, record: &IdentifiedRecord, title: &str, top: f64) {

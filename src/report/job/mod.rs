@@ -13,6 +13,7 @@ use super::check::findings::findings;
 use super::check::operation::CheckedOperation;
 use super::json::{NotFinite, laid_out};
 use super::page;
+use crate::report::Plot;
 use crate::risk::OperationRisk;
 use crate::study::advise::AdvisedJob;
 use crate::study::arm::{Arm, MovingArm, Place, Surface};
@@ -98,7 +99,7 @@ pub fn jobs_json(jobs: &[JobPage]) -> Result<String, NotFinite> {
 }
 
 /// The plots of checked jobs, each with its name.
-pub fn check_plots(jobs: &[CheckedJob]) -> Vec<(String, String)> {
+pub fn check_plots(jobs: &[CheckedJob]) -> Vec<Plot> {
     let mut plots = Vec::new();
     for (j, job) in jobs.iter().enumerate() {
         for (o, risk) in job.risk.operations.iter().enumerate() {

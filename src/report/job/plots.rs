@@ -62,7 +62,7 @@ fn highest_line_hz(risk: &OperationRisk) -> Option<f64> {
 }
 
 /// Modes with their intervals, lines of excitation, and where they meet.
-pub(in crate::report) fn frequencies(risk: &OperationRisk) -> String {
+pub(in crate::report) fn frequencies(risk: &OperationRisk) -> Canvas {
     let modes = drawn_modes(risk);
     let of_mode = |r: usize| risk.samples.iter().map(move |sample| (sample.s, sample, r));
     let all = (0..modes).flat_map(of_mode);
@@ -118,7 +118,7 @@ pub(in crate::report) fn frequencies(risk: &OperationRisk) -> String {
     ];
     row(&mut canvas, (panel.frame.right(), 16.0), &entries);
     panel.sense(&mut canvas, "data-along");
-    canvas.finish()
+    canvas
 }
 
 /// Broad lines along the modes where a line of excitation lies in their bands, the certain ones
@@ -189,7 +189,7 @@ fn excitation(risk: &OperationRisk, line: &ExcitationLine) -> Vec<(f64, f64)> {
 }
 
 /// β2 over s, where the robot defines it.
-pub(in crate::report) fn beta2(risk: &OperationRisk) -> Option<String> {
+pub(in crate::report) fn beta2(risk: &OperationRisk) -> Option<Canvas> {
     let angle = |sample: &crate::risk::Sample| Some((sample.s, deg_from_rad(sample.beta2_rad?)));
     let points: Option<Vec<(f64, f64)>> = risk.samples.iter().map(angle).collect();
     let points = points.filter(|points| !points.is_empty())?;
@@ -200,11 +200,11 @@ pub(in crate::report) fn beta2(risk: &OperationRisk) -> Option<String> {
     panel.curve(&mut canvas, &panel.thinned(&points), Stroke { colour, width: MODE, dashes });
     canvas.border(panel.frame);
     panel.sense(&mut canvas, "data-along");
-    Some(canvas.finish())
+    Some(canvas)
 }
 
 /// The frame in which a page draws the receptance of the tool tip at the place that is chosen.
-pub(super) fn receptance(risk: &OperationRisk, places: &[Place]) -> Option<String> {
+pub(super) fn receptance(risk: &OperationRisk, places: &[Place]) -> Option<Canvas> {
     let frequencies = places.iter().flat_map(|place| &place.sample.natural_frequencies_hz);
     let (low, high) = bounds(frequencies.copied());
     let peaks = places.iter().flat_map(|place| &place.sample.tip_response_m_per_n);
@@ -225,5 +225,5 @@ pub(super) fn receptance(risk: &OperationRisk, places: &[Place]) -> Option<Strin
     let entries: Vec<Entry> = ["x", "y", "z"].iter().enumerate().map(entry).collect();
     row(&mut canvas, (panel.frame.right(), 16.0), &entries);
     panel.sense(&mut canvas, "data-receptance");
-    Some(canvas.finish())
+    Some(canvas)
 }

@@ -5,5 +5,5 @@ mod svg;
 mod table;
 
 pub use json::lobes_json;
-pub use svg::lobes_svg;
+pub use svg::lobes_drawing;
 pub use table::lobes_csv;

@@ -17,7 +17,7 @@ struct Point {
 }
 
 /// The limit and the frequency of the vibration over the speed, or the growth at a depth.
-pub fn lobes_svg(lobes: &Lobes) -> String {
+pub fn lobes_drawing(lobes: &Lobes) -> Canvas {
     let (points, names): (Vec<Point>, [&str; 2]) = match &lobes.rows {
         Rows::Limits(rows) => {
             let point = |row: &crate::study::lobes::LimitAt| Point {
@@ -74,5 +74,5 @@ pub fn lobes_svg(lobes: &Lobes) -> String {
     if has_below {
         draw(&mut canvas, 410.0, 150.0, names[1], true);
     }
-    canvas.finish()
+    canvas
 }

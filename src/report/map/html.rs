@@ -2,14 +2,14 @@
 
 use serde_json::json;
 
-use super::plot::{map_svg, shape_svgs};
+use super::plot::{map_drawing, shape_plots};
 use crate::map::{Block, Head, Reduced, Row};
 use crate::report::json::NotFinite;
 use crate::report::page::{self, Table, figure, text};
 use crate::report::words::trimmed;
 use crate::units::deg_from_rad;
 
-use super::reduced_plot::reduced_svg;
+use super::reduced_plot::reduced_drawing;
 
 /// More poses than this are not listed: some, evenly.
 const MAX_ROWS: usize = 200;
@@ -33,8 +33,8 @@ pub fn map_html(head: &Head, block: &Block, swept: Option<usize>) -> Result<Stri
     } else {
         "Natural frequencies over the pose"
     };
-    body.push_str(&figure(caption, &map_svg(head, block, swept)));
-    let shapes = shape_svgs(head, block, swept);
+    body.push_str(&figure(caption, &map_drawing(head, block, swept)));
+    let shapes = shape_plots(head, block, swept);
     if !shapes.is_empty() {
         body.push_str("<h2>Shapes</h2>\n");
     }
@@ -52,7 +52,7 @@ pub fn map_html(head: &Head, block: &Block, swept: Option<usize>) -> Result<Stri
 pub fn reduced_html(head: &Head, reduced: &Reduced) -> Result<String, NotFinite> {
     let mut body = head_of(head, &format!("{} poses", reduced.poses));
     let caption = "How often each mode is where, with its median and quantiles";
-    body.push_str(&figure(caption, &reduced_svg(head, reduced)));
+    body.push_str(&figure(caption, &reduced_drawing(head, reduced)));
     page::page(&title(head), &body, &json!({ "jobs": [] }))
 }
 

@@ -16,9 +16,9 @@ use std::io;
 #[cfg(feature = "arrow")]
 use arrow_schema::SchemaRef;
 pub use html::{map_html, reduced_html};
-pub use plot::map_svg;
+pub use plot::map_drawing;
 pub use reduced::{reduced_csv, reduced_json};
-pub use reduced_plot::reduced_svg;
+pub use reduced_plot::reduced_drawing;
 pub use sketch::sketch_json;
 
 use crate::formats::npy::Layout;

@@ -2,6 +2,7 @@
 //! nonlinear free vibration as heat maps with the linear frequencies over them (Fig. 5).
 
 use crate::map::{Block, Head, ModeShape, Row};
+use crate::report::Plot;
 use crate::report::drawing::{
     Anchor, Axis, Canvas, Entry, Face, Frame, Label, Panel, Scale, Stroke, Swatch, bounds,
     curve_style, heat, labels_beside, row,
@@ -28,7 +29,7 @@ const LINEAR_MODES: Stroke = Stroke { colour: "#00e5ff", width: 1.4, dashes: "7 
 
 /// Draws a map. `swept` is the joint (by place) that the poses sweep, if one does; poses from a
 /// list are drawn as points over β2 or, without it, over their number.
-pub fn map_svg(head: &Head, block: &Block, swept: Option<usize>) -> String {
+pub fn map_drawing(head: &Head, block: &Block, swept: Option<usize>) -> Canvas {
     let rows: Vec<Row> = block.rows().collect();
     let rows = &rows[..];
     let abscissa = Abscissa::new(head, rows, swept);
@@ -90,7 +91,7 @@ fn frequency_axis(values: impl Iterator<Item = f64>, most: f64) -> Axis {
     Axis::new("frequency [Hz]", scale)
 }
 
-fn curves(head: &Head, rows: &[Row], abscissa: &Abscissa) -> String {
+fn curves(head: &Head, rows: &[Row], abscissa: &Abscissa) -> Canvas {
     let (width, height) = (860.0, 520.0);
     let mut canvas = Canvas::new(width, height);
     let frame = Frame { left: 85.0, top: 50.0, width: width - 165.0, height: height - 115.0 };
@@ -133,16 +134,12 @@ fn curves(head: &Head, rows: &[Row], abscissa: &Abscissa) -> String {
     }
     canvas.border(frame);
     labels_beside(&mut canvas, &panel, &labels);
-    canvas.finish()
+    canvas
 }
 
 /// The shape of each mode over the pose, where shapes were asked for: the amplitudes of the elastic
 /// coordinates against the largest, each with a caption.
-pub(super) fn shape_svgs(
-    head: &Head,
-    block: &Block,
-    swept: Option<usize>,
-) -> Vec<(String, String)> {
+pub(super) fn shape_plots(head: &Head, block: &Block, swept: Option<usize>) -> Vec<Plot> {
     let rows: Vec<Row> = block.rows().collect();
     let abscissa = Abscissa::new(head, &rows, swept);
     let shapes: Vec<Vec<ModeShape>> = rows.iter().map(|row| row.mode_shapes().collect()).collect();
@@ -175,12 +172,12 @@ pub(super) fn shape_svgs(
         }
         canvas.border(frame);
         labels_beside(&mut canvas, &panel, &labels);
-        (format!("Mode {}: amplitudes of the elastic coordinates", mode + 1), canvas.finish())
+        (format!("Mode {}: amplitudes of the elastic coordinates", mode + 1), canvas)
     };
     (0..head.coordinates.len()).map(one).collect()
 }
 
-fn heat_maps(head: &Head, rows: &[Row], abscissa: &Abscissa) -> String {
+fn heat_maps(head: &Head, rows: &[Row], abscissa: &Abscissa) -> Canvas {
     let count = head.coordinates.len();
     let columns = count.clamp(1, 2);
     let lines = count.div_ceil(columns);
@@ -226,7 +223,7 @@ fn heat_maps(head: &Head, rows: &[Row], abscissa: &Abscissa) -> String {
     }
     let bar = Frame { left: width - margin + 25.0, top: 80.0, width: 18.0, height: 305.0 };
     colour_bar(&mut canvas, bar);
-    canvas.finish()
+    canvas
 }
 
 /// The spectra of one coordinate, a column of cells for each pose.

@@ -16,7 +16,7 @@ const QUANTILE: Stroke = Stroke { width: 1.0, ..MEDIAN };
 
 /// Draws the histogram of each mode, as poses per Hz, with the median and the other quantiles over
 /// it.
-pub fn reduced_svg(head: &Head, reduced: &Reduced) -> String {
+pub fn reduced_drawing(head: &Head, reduced: &Reduced) -> Canvas {
     let count = reduced.modes.len();
     let mut canvas = Canvas::new(WIDTH, 75.0 + count as f64 * PANEL_HEIGHT);
     let title = format!("Natural frequencies of {} poses: {}", reduced.poses, head.robot);
@@ -40,7 +40,7 @@ pub fn reduced_svg(head: &Head, reduced: &Reduced) -> String {
         };
         draw(&mut canvas, frame, i, mode);
     }
-    canvas.finish()
+    canvas
 }
 
 fn draw(canvas: &mut Canvas, frame: Frame, index: usize, mode: &ReducedMode) {

@@ -7,7 +7,7 @@ mod table;
 
 use serde::Serialize;
 
-use super::drawing::{dark_rules, escaped};
+use super::drawing::{Canvas, dark_rules, escaped};
 use super::json::{NotFinite, laid_out};
 use crate::wording::printable;
 
@@ -68,9 +68,9 @@ pub(super) fn page(title: &str, body: &str, data: &impl Serialize) -> Result<Str
 }
 
 /// A drawing with a caption, which may be wider than the screen.
-pub(super) fn figure(caption: &str, svg: &str) -> String {
+pub(super) fn figure(caption: &str, drawing: &Canvas) -> String {
     let caption = text(caption);
-    let svg = svg.replacen("<svg ", &format!("<svg aria-label=\"{caption}\" "), 1);
+    let svg = drawing.svg().replacen("<svg ", &format!("<svg aria-label=\"{caption}\" "), 1);
     format!(
         "<figure><figcaption>{caption}</figcaption><div class=\"scroll\">{svg}</div></figure>\n"
     )

@@ -3,5 +3,5 @@
 mod svg;
 mod table;
 
-pub use svg::tracks_svg;
+pub use svg::tracks_drawing;
 pub use table::{frames_csv, traces_csv};

@@ -24,7 +24,7 @@ const MAX_ENTRIES: usize = 30;
 const MAX_STRETCHES: usize = 2000;
 
 /// Displacements of all marks; curves break where a mark is lost.
-pub fn tracks_svg(traced: &Traced) -> String {
+pub fn tracks_drawing(traced: &Traced) -> Canvas {
     let mut canvas = Canvas::new(WIDTH, HEIGHT);
     let (first, last) = bounds(traced.times_s.iter().copied());
     for (axis, (top, name)) in TOPS.into_iter().zip(["x", "y"]).enumerate() {
@@ -55,7 +55,7 @@ pub fn tracks_svg(traced: &Traced) -> String {
         })
         .collect();
     column(&mut canvas, (LEGEND_LEFT, TOPS[0]), LEGEND_WIDTH, &entries);
-    canvas.finish()
+    canvas
 }
 
 /// The curve of a mark along an axis, between the frames in which it is lost, thinned to the
