@@ -4,23 +4,26 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use nalgebra::{Isometry3, Matrix3, SymmetricEigen, Vector3};
+use nalgebra::{Isometry3, Matrix3, Matrix6xX, Point3, SymmetricEigen, Vector3};
 use serde::Serialize;
 
 use super::check::CheckedJob;
 pub use crate::input::Surface;
 use crate::input::{MAX_MESHES, Meshes};
 use crate::job::{Job, Operation};
+use crate::map::{Block, Row};
 use crate::model::{
-    CoordinateKind, NodeMotion, PlacedMesh, Robot, UncertainBody, forward_kinematics,
+    CoordinateKind, NodeMotion, PlacedMesh, PoseFault, Robot, UncertainBody, elastic_jacobian,
+    forward_kinematics,
 };
+use crate::modes::{ModalSolver, peak_tip_compliance_m_per_n};
 use crate::notes::Note;
 use crate::path::{Path, Surveyor};
 use crate::risk::{OperationRisk, Paths, Sample, closest_approach, in_operation};
 use crate::units::written;
 
 /// At most so many numbers about places are kept for a job, some 20 bytes each when written.
-const MAX_NUMBERS: usize = 24_000;
+const MAX_NUMBERS: usize = 20_000;
 
 /// An operation keeps so many places at least, and at most.
 const PLACES: [usize; 2] = [8, 400];
@@ -147,7 +150,7 @@ pub struct Place {
     /// What the check says of it.
     #[serde(flatten)]
     pub sample: Sample,
-    /// The line of the program, or of the job, that is run there.
+    /// The line of the program, or of the job, that is run there; of a map the pose, from 1.
     pub line: usize,
     /// Distance to the nearest line of excitation, in percent of the mode's frequency; null where
     /// none counts.
@@ -173,10 +176,7 @@ pub fn moving_arm(
     meshes: &Meshes,
 ) -> Result<MovingArm, Vec<Note>> {
     let operations = &checked.risk.operations;
-    let (n, joints) = (job.robot.coordinates().len(), job.robot.joints().len());
-    let numbers = n * n + 5 * n + joints + 12;
-    let budget = MAX_NUMBERS / numbers / operations.len().max(1);
-    let count = budget.clamp(PLACES[0], PLACES[1]);
+    let count = places_of(&job.robot, operations.len());
     let mut paths = Paths::of(job);
     let mut places = Vec::new();
     for (operation, risk) in job.operations.iter().zip(operations) {
@@ -187,6 +187,67 @@ pub fn moving_arm(
     let mut arm = arm(&job.robot);
     let surfaces = dress(&mut arm, &job.robot, meshes);
     Ok(MovingArm { arm, places, surfaces })
+}
+
+/// The arm at poses of a map, as one operation whose s counts them from 0 to 1: evenly some of them.
+///
+/// # Errors
+/// The arm has no modes at a pose.
+pub fn arm_at_poses(robot: &Robot, block: &Block, meshes: &Meshes) -> Result<MovingArm, PoseFault> {
+    let step = block.count.div_ceil(places_of(robot, 1)).max(1);
+    let last = block.count.saturating_sub(1).max(1) as f64;
+    let mut solver = ModalSolver::new(robot);
+    let mut jacobian = Matrix6xX::zeros(robot.coordinates().len());
+    let mut place = |(index, row): (usize, Row)| {
+        let modes = solver.solve(row.joints)?.clone();
+        let tip = forward_kinematics(robot, solver.placement());
+        elastic_jacobian(robot, solver.placement(), &Point3::origin(), &mut jacobian);
+        let count = modes.natural_frequencies_hz.len();
+        let tip_response_m_per_n =
+            (0..count).map(|r| peak_tip_compliance_m_per_n(&modes, &jacobian, r)).collect();
+        // As the map has them, to the last digit; those of spectra are other ones.
+        let frequencies = match row.nonlinear {
+            None => row.frequencies_hz.to_vec(),
+            Some(_) => modes.natural_frequencies_hz.clone(),
+        };
+        let interval = |(r, hz): (usize, &f64)| match row.intervals_hz.get(2 * r..2 * r + 2) {
+            Some(ends) => [ends[0], ends[1]],
+            None => [*hz; 2],
+        };
+        let sample = Sample {
+            s: index as f64 / last,
+            joints: row.joints.to_vec(),
+            beta1_rad: None,
+            beta2_rad: row.beta2_rad.first().copied(),
+            rpm: 0.0,
+            natural_frequencies_ci95_hz: frequencies.iter().enumerate().map(interval).collect(),
+            natural_frequencies_hz: frequencies,
+            tip_response_m_per_n,
+            families: (0..count).map(Some).collect(),
+        };
+        let shapes = modes.shapes.column_iter().map(|shape| shape.iter().copied().collect());
+        Ok(Place {
+            sample,
+            line: index + 1,
+            margin: None,
+            tool_m: [0.0; 3],
+            tcp_m: tip.translation.vector.into(),
+            damping_ratios: modes.damping_ratios,
+            shapes: shapes.collect(),
+        })
+    };
+    let places: Result<Vec<Place>, PoseFault> =
+        block.rows().enumerate().step_by(step).map(&mut place).collect();
+    let mut arm = arm(robot);
+    let surfaces = dress(&mut arm, robot, meshes);
+    Ok(MovingArm { arm, places: vec![places?], surfaces })
+}
+
+/// So many places an operation, of so many operations.
+fn places_of(robot: &Robot, operations: usize) -> usize {
+    let (n, joints) = (robot.coordinates().len(), robot.joints().len());
+    let numbers = n * n + 5 * n + joints + 12;
+    (MAX_NUMBERS / numbers / operations.max(1)).clamp(PLACES[0], PLACES[1])
 }
 
 fn along(

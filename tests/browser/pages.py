@@ -95,6 +95,36 @@ def answers(page):
     assert page.run(picture) != still, "another mode looks the same"
 
 
+def poses_answer(page, robot, lines):
+    """The arm of a map: where the URDF and the CSV have it; slider, plot and mode."""
+    heads, rows = lines[0].split(","), [line.split(",") for line in lines[1:]]
+    places = page.run("detune.data.jobs[0].operations[0].places")
+    assert len(places) == len(rows)
+    for i in five(places):
+        place, arm = places[i], f"detune.data.jobs[0].arm, detune.data.jobs[0].operations[0].places[{i}]"
+        told = [float(rows[i][heads.index(f"f{mode}_hz")]) for mode in range(1, 7)]
+        assert place["natural_frequencies_hz"] == told, f"{place['natural_frequencies_hz']}, not {told}"
+        outside = point(tip(*robot, place["joints_rad"]), [0, 0, 0])
+        for axis, own in enumerate(page.run(f"detune.tcp({arm})")):
+            close(own, outside[axis], "tool centre point against the URDF")
+            close(place["tcp_m"][axis], outside[axis], "tool centre point of the data")
+        for own, expected in zip(page.run(f"detune.tipResponses({arm})"), place["tip_response_um_per_n"]):
+            close(own / max(expected, 1e-9), expected / max(expected, 1e-9), "tip response of a mode")
+    read = "document.querySelector('[data-is=here]').textContent"
+    cursor = "document.querySelector('.cursor').getAttribute('x1')"
+    slider = "document.querySelector('[data-is=place]')"
+    before, at = page.run(read), page.run(cursor)
+    page.run(f"{slider}.focus()")
+    for _ in range(3):
+        page.key("ArrowRight")
+    assert "pose 4 of 25" in page.run(read) and "joint_2 -45°" in page.run(read), page.run(read)
+    assert page.run(read) != before and page.run(cursor) != at, "the slider changes nothing"
+    picture = "document.querySelector('canvas').toDataURL()"
+    first = page.run(picture)
+    time.sleep(0.35)
+    assert page.run(picture) != first and len(first) > 20_000, "the arm does not move"
+
+
 def shots(page, folder, name, browser, file):
     page.run("scrollTo(0, 0)")
     page.shot(os.path.join(folder, f"{name}-light.png"))
@@ -275,12 +305,23 @@ def main():
         lines = detune(program, *["map", robot, "--joint", "joint_2", "--from-deg", "0", "--to-deg", "150",
                                   "--steps", "31", "--format", "csv"]).splitlines()
         page = browser.page(os.path.join(folder, "map.html"))
-        shown = page.run("[...document.querySelectorAll('table tbody tr')].map((row) => [...row.cells].map("
+        shown = page.run("[...document.querySelectorAll('[data-csv=map] tbody tr')].map((row) => [...row.cells].map("
                          "(cell) => Number(cell.dataset.value ?? cell.textContent)))")
         in_csv = lines[0].split(",").index("f1_hz")
-        in_page = page.run("[...document.querySelectorAll('th')].findIndex((h) => h.textContent === 'f1 Hz')")
+        in_page = page.run("[...document.querySelectorAll('[data-csv=map] th')].findIndex((h) => h.textContent === 'f1 Hz')")
         expected = [float(line.split(",")[in_csv]) for line in lines[1:]]
         assert [cells[in_page] for cells in shown] == expected, "f1 of the page is not that of the CSV"
+        page.close()
+
+        six = os.path.join(ROOT, "robots", "irb1600")
+        sweep = ["map", six, "--joint", "joint_2", "--from-deg", "-60", "--to-deg", "60", "--steps", "25"]
+        path = write("arm", *sweep, "--format", "html")
+        page = browser.page(path)
+        poses_answer(page, arms["pocket"], detune(program, *sweep, "--format", "csv").splitlines())
+        assert not page.faults(), page.faults()
+        size(path, 1_000_000)
+        if asked.shots:
+            shots(page, asked.shots, "map-arm", browser, path)
         page.close()
 
         both = [os.path.join(JOBS, f"{name}.yaml") for name in ["pocket", "contour"]]
@@ -313,8 +354,7 @@ def main():
         count = sum(len(operation["samples"]) for operation in checked["jobs"][0]["operations"])
         path = write("long", "check", "--format", "html", job)
         page = browser.page(path)
-        # Ten operations, each with its plots: as much as several reports.
-        print(f"{count} samples: {size(path, 1_500_000)} bytes, ready in {page.seconds:.2f} s")
+        print(f"{count} samples: {size(path, 1_000_000)} bytes, ready in {page.seconds:.2f} s")
         assert count >= 20_000, count
         assert not page.faults(), page.faults()
         page.close()

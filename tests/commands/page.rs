@@ -72,6 +72,71 @@ fn a_job_that_is_wrong_leaves_the_old_page() {
     assert_eq!(fs::read_to_string(bench.path().join("report.html")).unwrap(), "old");
 }
 
+/// Frequencies over a joint, read back from the characters: the row of a curve is where its value lies between
+/// the numbers of the axis.
+#[test]
+fn plots_of_characters_show_what_the_numbers_say() {
+    let robot = crate::program::repository().join("robots/two-link");
+    let robot = robot.to_str().unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let sweep = ["map", robot, "--joint", "joint_2", "--from-deg", "60", "--to-deg", "150"];
+    let sweep = [&sweep[..], &["--steps", "31"]].concat();
+    let csv = crate::program::out(&run(folder.path(), &sweep)).to_owned();
+    let lowest = csv.lines().nth(1).unwrap().split(',').nth(3).unwrap().parse::<f64>().unwrap();
+    let output = run(folder.path(), &[&sweep[..], &["--format", "plot"]].concat());
+    let text = crate::program::out(&output);
+    let rows: Vec<Vec<char>> = text.lines().map(|line| line.chars().collect()).collect();
+    assert!(rows.iter().all(|row| row.len() <= 100), "{text}");
+    let is_braille = |c: &char| ('\u{2801}'..='\u{28ff}').contains(c);
+    let row_of = |told: &str| {
+        let at = |row: &Vec<char>| {
+            row.iter().collect::<String>().split('│').next().unwrap().trim_start().starts_with(told)
+        };
+        rows.iter().position(at).unwrap_or_else(|| panic!("{told}\n{text}"))
+    };
+    // The lower curve starts between the numbers of the axis, as far as a row goes.
+    let first = |row: &Vec<char>| row.iter().position(is_braille);
+    let start = rows.iter().filter_map(first).min().unwrap();
+    let own = rows.iter().rposition(|row| first(row).is_some_and(|at| at <= start + 1)).unwrap();
+    let (upper, lower) = (row_of("50"), row_of("20"));
+    let share = (lowest / 20.0).ln() / (50.0_f64 / 20.0).ln();
+    let expected = lower as f64 - share * (lower - upper) as f64;
+    assert!((own as f64 - expected).abs() <= 1.0, "row {own}, not {expected}\n{text}");
+    for told in ["mode 1", "mode 2", "frequency [Hz]", "β2 [°]", "└──"] {
+        assert!(text.contains(told), "{told}\n{text}");
+    }
+}
+
+#[test]
+fn every_verb_with_plots_draws_them_with_characters() {
+    let repository = crate::program::repository();
+    let path = |file: &str| repository.join(file).to_str().unwrap().to_owned();
+    let (contour, two_link) = (path("jobs/contour.yaml"), path("robots/two-link"));
+    let (session, table) =
+        (path("robots/two-link/session.yaml"), path("robots/two-link/measured.csv"));
+    for (arguments, told) in [
+        (&["check", &contour][..], &["tooth passing × 1", "mode 4", "▓▓ resonance"][..]),
+        (&["advise", &contour], &["safe constant speeds", "mode 4 with tooth passing × 1"]),
+        (&["identify", &session], &["model order", "stable pole", "Mode 1,"]),
+        (&["diagnose", &two_link, &table], &["the model as it is", "residual [%]"]),
+        (
+            &["lobes", &path("jobs/pocket.yaml"), "--rpm", "3000:12000:60"],
+            &["axial depth [mm]", "chatter [Hz]"],
+        ),
+    ] {
+        let output = run(&repository, &[arguments, &["--format", "plot"]].concat());
+        assert!(code(&output) < 2, "{}", err(&output));
+        let text = crate::program::out(&output);
+        for told in told {
+            assert!(text.contains(told), "{arguments:?}: {told}\n{text}");
+        }
+        assert!(text.lines().all(|line| line.chars().count() <= 100), "{text}");
+        let dots = text.chars().filter(|c| ('\u{2801}'..='\u{28ff}').contains(c)).count();
+        assert!(dots > 100, "{arguments:?}: {dots} characters with dots\n{text}");
+        assert!(!text.contains('\x1b'), "colours in a pipe");
+    }
+}
+
 #[test]
 fn plots_are_files_of_svg() {
     let bench = bench("rough/a");

@@ -20,10 +20,12 @@ use crate::report::map::{
     reduced_json, sketch_json,
 };
 use crate::study::Read;
+use crate::study::arm::arm_at_poses;
 use crate::study::map::{
     self as study, Block, FrequencyMap, Head, MapError, Method, Part, Reduction, Robot, Sampling,
     Source, Started, Summary, Target,
 };
+use crate::study::report::Meshes;
 
 impl From<MapError> for Failure {
     fn from(error: MapError) -> Self {
@@ -65,7 +67,7 @@ pub(super) fn run(
         } else {
             match args.series.then_some(MapFormat::Series).or_else(|| args.format.of_rows()) {
                 Some(format) => write_rows(format, &map, source, out, shown)?,
-                None => write_drawing((args.format, colour), &map, source, out, shown)?,
+                None => write_drawing((args.format, colour), (&robot, &map), source, out, shown)?,
             }
         };
         out.flush()?;
@@ -247,7 +249,7 @@ fn write_blocks(
 
 fn write_drawing(
     (format, colour): (Format, bool),
-    map: &FrequencyMap,
+    (robot, map): (&Robot, &FrequencyMap),
     source: Source,
     out: &mut dyn Write,
     shown: &Warnings,
@@ -260,7 +262,10 @@ fn write_drawing(
     let drawing = || map_drawing(&head, &block, swept);
     let text = match format {
         Format::Html => {
-            map_html(&head, &block, swept).map_err(|error| Failure::Internal(error.to_string()))?
+            let moving = arm_at_poses(robot, &block, &Meshes::default())
+                .map_err(|fault| vec![Note::usage(fault.to_string())])?;
+            map_html(&head, &block, swept, &moving)
+                .map_err(|error| Failure::Internal(error.to_string()))?
         }
         Format::Plot => drawing().characters(colour),
         _ => drawing().svg(),

@@ -133,10 +133,14 @@ pub(super) fn drifting(blocks: &[Block], fit: &Fit) -> Option<(Vec<Block>, Fit, 
     trials.min_by(|a, b| score(a).total_cmp(&score(b)))
 }
 
-/// Whether the frequency that drifts most falls with amplitude, as friction in joints makes it.
+/// Whether frequencies fall with amplitude, as friction in joints makes them: none rises by more
+/// than a small part of the largest fall.
 fn falls(blocks: &[Block], fit: &Fit) -> bool {
-    let drifts = fit.poles.iter().map(|pole| drift_of(blocks, pole));
-    drifts.max_by(|a, b| a.norm_sqr().total_cmp(&b.norm_sqr())).is_some_and(|most| most.im < 0.0)
+    const MAX_RISE: f64 = 0.2;
+    let drifts = fit.poles.iter().map(|pole| drift_of(blocks, pole).im);
+    let (fall, rise) =
+        drifts.fold((0.0_f64, 0.0_f64), |(fall, rise), drift| (fall.max(-drift), rise.max(drift)));
+    rise <= MAX_RISE * fall
 }
 
 /// The law by which the poles drift; `None` where none may.

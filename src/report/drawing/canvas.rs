@@ -374,14 +374,39 @@ impl OwnStroke {
     }
 }
 
-/// Move to the first point, lines to the others.
+/// Move to the first point, lines to the others: how far from the last, as that is short. Places are
+/// rounded to a tenth of a pixel before, so that errors do not add up.
 fn path_of(points: &[(f64, f64)]) -> String {
+    let rounded = points.iter().map(|(x, y)| [x, y].map(|at| (at * 10.0).round() as i64));
     let mut path = String::new();
-    for (index, (x, y)) in points.iter().enumerate() {
-        let command = if index == 0 { 'M' } else { 'L' };
-        let _ = write!(path, "{command}{x:.2} {y:.2}");
+    let mut last: Option<[i64; 2]> = None;
+    for at in rounded {
+        let step = match last {
+            None => at,
+            Some(from) => [at[0] - from[0], at[1] - from[1]],
+        };
+        if last.is_some() && step == [0, 0] {
+            continue;
+        }
+        path.push(if last.is_none() { 'M' } else { 'l' });
+        path.push_str(&tenths(step[0]));
+        if step[1] >= 0 {
+            path.push(' ');
+        }
+        path.push_str(&tenths(step[1]));
+        last = Some(at);
     }
     path
+}
+
+/// A number of tenths, as short as can be: `-.3`, `12`, `4.5`.
+fn tenths(value: i64) -> String {
+    let (sign, size) = (if value < 0 { "-" } else { "" }, value.unsigned_abs());
+    match (size / 10, size % 10) {
+        (whole, 0) => format!("{sign}{whole}"),
+        (0, tenth) => format!("{sign}.{tenth}"),
+        (whole, tenth) => format!("{sign}{whole}.{tenth}"),
+    }
 }
 
 fn opacity_attribute(opacity: f64) -> String {
@@ -430,7 +455,28 @@ mod tests {
             let mut canvas = Canvas::new(10.0, 10.0);
             let points = [(0.0, 0.0), (1.0, bad), (2.0, 2.0)];
             canvas.polyline(points.into_iter().map(Some), stroke);
-            assert!(canvas.svg().contains("d=\"M0.00 0.00M2.00 2.00\""));
+            assert!(canvas.svg().contains("d=\"M0 0M2 2\""));
+        }
+    }
+
+    #[test]
+    fn paths_lead_through_their_points() {
+        let wave =
+            (0..500).map(|i| f64::from(i) * 0.37).map(|x| (x, 40.0 + 35.0 * (x / 9.0).sin()));
+        let wave: Vec<(f64, f64)> = wave.collect();
+        let path = path_of(&wave);
+        let mut at = [0.0, 0.0];
+        let mut places = Vec::new();
+        for step in path[1..].split('l') {
+            // The sign of the second number may stand for the gap before it.
+            let gap = 1 + step[1..].find([' ', '-']).unwrap();
+            let [x, y] = [&step[..gap], step[gap..].trim()].map(|n| n.parse::<f64>().unwrap());
+            at = [at[0] + x, at[1] + y];
+            places.push((at[0], at[1]));
+        }
+        assert_eq!(places.len(), wave.len());
+        for (a, b) in places.iter().zip(&wave) {
+            assert!((a.0 - b.0).abs() < 0.051 && (a.1 - b.1).abs() < 0.051, "{a:?} {b:?}");
         }
     }
 }

@@ -8,57 +8,7 @@ use crate::report::check::sentences;
 use crate::report::page::{Table, figure, text};
 use crate::report::words;
 use crate::risk::Crossing;
-use crate::study::arm::{Arm, MissingMesh};
 use crate::units::{percent_from_ratio, um_per_n_from_m_per_n};
-
-/// The slider, the arm, and the modes where it stands.
-pub(super) fn controls(job: &JobPage, index: usize, drawn: &[usize]) -> String {
-    let all = &job.checked.risk.operations;
-    let options = drawn.iter().enumerate().map(|(place, &operation)| {
-        format!("<option value=\"{place}\">{}</option>", text(&all[operation].name))
-    });
-    let head = ["mode", "Hz", "interval Hz", "damping %", "tip µm/N"]
-        .map(|name| format!("<th scope=\"col\">{name}</th>"));
-    format!(
-        "<h2>Along the path</h2>\n\
-         <noscript><p>Without scripts the arm is not drawn; plots and tables stand below.</p></noscript>\n\
-         <div class=\"bar\"><label>Operation <select data-is=\"operation\">{}</select></label>\
-         <label class=\"grow\">Place <input type=\"range\" data-is=\"place\" min=\"0\" max=\"1\" \
-         value=\"0\"></label><output data-is=\"here\"></output></div>\n\
-         <div class=\"arm\"><div><canvas data-is=\"view\" tabindex=\"0\" role=\"img\" \
-         aria-label=\"The arm at the chosen place, moving in the chosen mode; drag or arrow keys turn \
-         it, + and - zoom\"></canvas>\n\
-         <p class=\"key\"><span><i class=\"resonance\"></i>path inside a band</span>\
-         <span><i class=\"uncertain\"></i>within the doubt</span>\
-         <span><i class=\"clear\"></i>clear</span><span><i class=\"rest\"></i>arm at rest</span></p>{}</div>\n\
-         <div><h3 data-is=\"mode\"></h3>\
-         <p class=\"soft\">Amplitudes of the elastic coordinates, the largest as 1</p>\
-         <div class=\"shape\" data-is=\"shape\"></div>\n\
-         <div class=\"options\"><label><input type=\"checkbox\" data-is=\"animate\" checked> move</label>\
-         <label><input type=\"checkbox\" data-is=\"bodies\"> inertia ellipsoids</label>\
-         <label>size <input type=\"range\" data-is=\"size\" min=\"1\" max=\"20\" value=\"7\"></label></div>\n\
-         <div class=\"scroll\"><table data-csv=\"modes\" data-is=\"modes\" id=\"modes-{index}\"><thead><tr>{}\
-         </tr></thead><tbody></tbody></table></div></div></div>\n",
-        options.collect::<String>(),
-        not_drawn(&job.moving.arm),
-        head.concat()
-    )
-}
-
-/// Which meshes are not drawn, and why.
-fn not_drawn(arm: &Arm) -> String {
-    if arm.missing_meshes.is_empty() {
-        return String::new();
-    }
-    let one = |MissingMesh { link, file, why }: &MissingMesh| {
-        format!("<li>{}</li>", text(&format!("{link}: {file}: {why}")))
-    };
-    let all: String = arm.missing_meshes.iter().map(one).collect();
-    format!(
-        "<details><summary>Meshes that are not drawn: {}</summary><ul>{all}</ul></details>",
-        arm.missing_meshes.len()
-    )
-}
 
 /// Plots and crossings of an operation.
 pub(super) fn operation(job: &JobPage, index: usize) -> String {

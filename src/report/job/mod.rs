@@ -12,7 +12,7 @@ use serde::Serialize;
 use super::check::findings::findings;
 use super::check::operation::CheckedOperation;
 use super::json::{NotFinite, laid_out};
-use super::page;
+use super::page::{self, Slider};
 use crate::report::Plot;
 use crate::risk::OperationRisk;
 use crate::study::advise::AdvisedJob;
@@ -74,7 +74,9 @@ pub fn jobs(jobs: &[JobPage]) -> Result<String, NotFinite> {
         let drawn = job.drawn();
         body.push_str(&format!("<section data-job=\"{index}\">\n"));
         body.push_str(&summary::job(job, &drawn));
-        body.push_str(&along::controls(job, index, &drawn));
+        let names: Vec<&str> =
+            drawn.iter().map(|&of| job.checked.risk.operations[of].name.as_str()).collect();
+        body.push_str(&page::controls(&job.moving.arm, index, Slider::Paths(&names)));
         for (place, &operation) in drawn.iter().enumerate() {
             body.push_str(&format!("<div data-operation=\"{place}\">\n"));
             body.push_str(&along::operation(job, operation));

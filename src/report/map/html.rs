@@ -1,12 +1,15 @@
 //! A map as a page: frequencies over the pose, the shapes where they were asked for, the poses.
 
-use serde_json::json;
+use std::collections::BTreeMap;
 
-use super::plot::{map_drawing, shape_plots};
+use serde_json::{Value, json};
+
+use super::plot::{abscissae, map_drawing, shape_plots};
 use crate::map::{Block, Head, Reduced, Row};
 use crate::report::json::NotFinite;
-use crate::report::page::{self, Table, figure, text};
+use crate::report::page::{self, Slider, Table, figure, text};
 use crate::report::words::trimmed;
+use crate::study::arm::{MovingArm, Surface};
 use crate::units::deg_from_rad;
 
 use super::reduced_plot::reduced_drawing;
@@ -14,11 +17,17 @@ use super::reduced_plot::reduced_drawing;
 /// More poses than this are not listed: some, evenly.
 const MAX_ROWS: usize = 200;
 
-/// The page of a map. `swept` is the joint (by place) that the poses sweep, if one does.
+/// The page of a map. `swept` is the joint (by place) that the poses sweep, if one does; `moving` is
+/// the arm at some of the poses.
 ///
 /// # Errors
 /// If a number is not finite, which would be a fault of the program.
-pub fn map_html(head: &Head, block: &Block, swept: Option<usize>) -> Result<String, NotFinite> {
+pub fn map_html(
+    head: &Head,
+    block: &Block,
+    swept: Option<usize>,
+    moving: &MovingArm,
+) -> Result<String, NotFinite> {
     let is_nonlinear = block.rows().any(|row| row.nonlinear.is_some());
     let method = if is_nonlinear {
         "spectra of a free vibration, with the linear frequencies over them"
@@ -33,7 +42,11 @@ pub fn map_html(head: &Head, block: &Block, swept: Option<usize>) -> Result<Stri
     } else {
         "Natural frequencies over the pose"
     };
+    body.push_str("<section data-job=\"0\">\n");
+    body.push_str(&page::controls(&moving.arm, 0, Slider::Poses));
+    body.push_str("<div data-operation=\"0\">\n");
     body.push_str(&figure(caption, &map_drawing(head, block, swept)));
+    body.push_str("</div>\n</section>\n");
     let shapes = shape_plots(head, block, swept);
     if !shapes.is_empty() {
         body.push_str("<h2>Shapes</h2>\n");
@@ -42,7 +55,32 @@ pub fn map_html(head: &Head, block: &Block, swept: Option<usize>) -> Result<Stri
         body.push_str(&figure(&caption, &svg));
     }
     body.push_str(&table(head, block));
-    page::page(&title(head), &body, &json!({ "jobs": [] }))
+    page::page(&title(head), &body, &data(head, block, swept, moving))
+}
+
+/// What the script of the page works with: as that of a job with one operation, but that its
+/// places are poses, each with where it stands in the plot.
+fn data(head: &Head, block: &Block, swept: Option<usize>, moving: &MovingArm) -> Value {
+    let abscissae = abscissae(head, block, swept);
+    let places = moving.places.iter().flatten().map(|place| {
+        let mut value = json!(place);
+        value["abscissa"] = json!(abscissae.get(place.line.saturating_sub(1)));
+        value
+    });
+    let places: Vec<Value> = places.collect();
+    let surfaces: BTreeMap<&str, &Surface> =
+        moving.surfaces.iter().map(|surface| (surface.key.as_str(), &**surface)).collect();
+    json!({
+        "schema": "report/1",
+        "jobs": [{
+            "name": head.robot,
+            "arm": moving.arm,
+            "start": 0,
+            "poses": block.count,
+            "operations": [{ "name": head.robot, "mode": 1, "places": places }],
+        }],
+        "surfaces": surfaces,
+    })
 }
 
 /// The page of the statistics of a map.

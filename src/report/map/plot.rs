@@ -40,6 +40,12 @@ pub fn map_drawing(head: &Head, block: &Block, swept: Option<usize>) -> Canvas {
     }
 }
 
+/// What the plot lays off to the right, pose by pose.
+pub(super) fn abscissae(head: &Head, block: &Block, swept: Option<usize>) -> Vec<f64> {
+    let rows: Vec<Row> = block.rows().collect();
+    Abscissa::new(head, &rows, swept).values
+}
+
 /// What is laid off to the right.
 struct Abscissa {
     axis: Axis,
@@ -134,6 +140,7 @@ fn curves(head: &Head, rows: &[Row], abscissa: &Abscissa) -> Canvas {
     }
     canvas.border(frame);
     labels_beside(&mut canvas, &panel, &labels);
+    panel.sense(&mut canvas, "data-along");
     canvas
 }
 

@@ -45,6 +45,12 @@ class JobView {
   get places() { return this.job.operations[this.operation].places; }
   get here() { return this.places[this.chosen[this.operation]]; }
 
+  // A map has poses in place of a path.
+  get isMap() { return this.job.poses !== undefined; }
+
+  // Where a place stands in the plots along the path.
+  abscissa(at) { return this.isMap ? at.abscissa : at.s; }
+
   // Size and middle of all that is shown.
   reach() {
     let low = [Infinity, Infinity, Infinity], high = low.map((v) => -v);
@@ -64,7 +70,7 @@ class JobView {
 
   controls() {
     const { operation, place, animate, size, bodies } = this.parts;
-    operation.addEventListener('change', () => this.choose(Number(operation.value)));
+    operation?.addEventListener('change', () => this.choose(Number(operation.value)));
     place.addEventListener('input', () => this.go(Number(place.value)));
     for (const input of [size, bodies]) input.addEventListener('input', () => this.shape());
     if (matchMedia('(prefers-reduced-motion: reduce)').matches) animate.checked = false;
@@ -74,11 +80,11 @@ class JobView {
 
   choose(operation) {
     this.operation = operation;
-    this.parts.operation.value = operation;
+    if (this.parts.operation) this.parts.operation.value = operation;
     this.parts.place.max = this.places.length - 1;
     this.figures.forEach((figure) => { figure.hidden = Number(figure.dataset.operation) !== operation; });
     const { margin } = this;
-    this.path = this.places.slice(1).flatMap((place, i) => [
+    this.path = this.isMap ? [] : this.places.slice(1).flatMap((place, i) => [
       [this.places[i].tcp_m, margin(this.places[i])], [place.tcp_m, margin(place)],
     ]);
     this.mode = this.job.operations[operation].mode - 1;
@@ -109,17 +115,28 @@ class JobView {
   // The chosen place in the plots of an operation.
   mark(operation) {
     const place = this.job.operations[operation].places[this.chosen[operation]], plots = this.plots[operation] ?? [];
-    plots.filter((p) => p.area.dataset.along !== undefined).forEach((p) => p.moveCursor(place.s));
+    plots.filter((p) => p.area.dataset.along !== undefined).forEach((p) => p.moveCursor(this.abscissa(place)));
     plots.filter((p) => p.area.dataset.receptance !== undefined).forEach((p) => this.receptances(p, place));
   }
 
   where(at) {
+    if (this.isMap) return this.pose(at);
     const { duration_s: duration } = this.job.operations[this.operation];
     const known = [`${shown(100 * at.s, 3)} % of the path`, `${shown(at.s * duration)} s`, `line ${at.line}`];
     if (at.beta2_rad !== null) known.push(`β2 ${shown(at.beta2_rad * 180 / Math.PI)}°`);
     known.push(`${shown(at.spindle_rpm)} rpm`);
     known.push(at.margin_percent === null ? 'no line counts' : `margin ${shown(at.margin_percent, 3)} %`);
     return known;
+  }
+
+  pose(at) {
+    const joints = this.arm.joints.map((name, i) => {
+      const slides = this.arm.parts.some((part) => part.joint?.index === i && part.joint.slides);
+      const value = at.joints_rad[i];
+      return slides ? `${name} ${shown(1000 * value)} mm` : `${name} ${shown(value * 180 / Math.PI)}°`;
+    });
+    if (at.beta2_rad !== null) joints.push(`β2 ${shown(at.beta2_rad * 180 / Math.PI)}°`);
+    return [`pose ${at.line} of ${this.job.poses}`, ...joints];
   }
 
   table() {
@@ -142,7 +159,7 @@ class JobView {
       pick.addEventListener('change', () => { this.mode = r; this.shape(); });
       row.append(
         cell('td', label(pick, r + 1), r + 1), cell('td', shown(hz), hz),
-        cell('td', `${shown(low)}–${shown(high)}`, `${low}–${high}`),
+        low < high ? cell('td', `${shown(low)}–${shown(high)}`, `${low}–${high}`) : cell('td', '–'),
         cell('td', shown(100 * at.damping_ratios[r], 3), 100 * at.damping_ratios[r]),
         cell('td', shown(at.tip_response_um_per_n[r], 3), at.tip_response_um_per_n[r]));
       return row;
@@ -209,8 +226,8 @@ class JobView {
 
   listen(plot, operation) {
     const along = plot.area.dataset.along !== undefined;
-    const nearest = (s) => {
-      const apart = (i) => Math.abs(this.places[i].s - s);
+    const nearest = (x) => {
+      const apart = (i) => Math.abs(this.abscissa(this.places[i]) - x);
       return this.places.reduce((best, _, i) => (apart(i) < apart(best) ? i : best), 0);
     };
     plot.area.addEventListener('pointermove', (event) => {

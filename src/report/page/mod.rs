@@ -2,6 +2,7 @@
 //! which the browser accepts by their digests alone. Data stands in one block of JSON, text is
 //! escaped.
 
+mod arm;
 mod digest;
 mod table;
 
@@ -11,6 +12,7 @@ use super::drawing::{Canvas, dark_rules, escaped};
 use super::json::{NotFinite, laid_out};
 use crate::wording::printable;
 
+pub(super) use arm::{Slider, controls};
 pub(super) use table::Table;
 
 const STYLE: &str = include_str!("page.css");
