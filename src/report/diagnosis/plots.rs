@@ -19,8 +19,6 @@ const SIGMAS: f64 = 1.96;
 /// Wider ranges of frequencies are drawn on a logarithmic scale.
 const MAX_LINEAR_RATIO: f64 = 4.0;
 
-/// A plot with its caption.
-
 /// Measured frequencies with error bars over what the table varies most, with the model before and
 /// after the findings: one plot a mode. `None` where the table varies nothing.
 pub(super) fn over_pose(d: &Diagnosis) -> Vec<Plot> {
