@@ -124,7 +124,7 @@ fn every_verb_with_plots_draws_them_with_characters() {
             &["axial depth [mm]", "chatter [Hz]"],
         ),
     ] {
-        let output = run(&repository, &[arguments, &["--format", "plot"]].concat());
+        let output = run(repository, &[arguments, &["--format", "plot"]].concat());
         assert!(code(&output) < 2, "{}", err(&output));
         let text = crate::program::out(&output);
         for told in told {
