@@ -10,7 +10,9 @@ use super::speeds::SafeSet;
 use crate::job::{Operation, SpindleSpeed};
 use crate::notes::Note;
 use crate::path::Path;
-use crate::process::{Chatter, LimitAt, TipPlace, chart_at, chatter, sure_ones, tip_places};
+use crate::process::{
+    Chatter, LimitAt, Spread, TipPlace, chart_at, chatter, sure_ones, tip_places,
+};
 use crate::risk::SpindleProfile;
 use crate::stability::{Chart, DEEPEST_M};
 
@@ -96,7 +98,8 @@ impl<'a> DepthModel<'a> {
         let places: Vec<TipPlace> =
             self.places.iter().map(|place| TipPlace { rpm, ..place.clone() }).collect();
         let operation = Operation { speed: SpindleSpeed::Constant(rpm), ..self.operation.clone() };
-        let found: Option<Chatter> = chatter(&operation, &places, |s| self.path.line_at(s));
+        let found: Option<Chatter> =
+            chatter(&operation, &places, |s| self.path.line_at(s), Spread::NONE);
         DepthAt { rpm, smallest: found.and_then(|found| found.smallest) }
     }
 }

@@ -5,13 +5,12 @@ use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::limit_interval::{Spread, interval_m};
+use super::place_limit::{exact, modes_of, zeroth};
 use super::tip::{Owner, TipMode, TipPlace};
 use crate::excitation::{Engagement, coefficients, linear_about};
 use crate::job::{Cutting, Operation};
-use crate::stability::{
-    Chart, Cut, Kind, Limit, Method, ToolMode, coupling_limit, is_narrow, milling_limit,
-    receptance_m_per_n,
-};
+use crate::stability::{Chart, Cut, DEEPEST_M, Kind, Limit, Method, is_narrow, receptance_m_per_n};
 use crate::units::{rad_per_s_from_hz, written};
 
 /// Which modes stability is about.
@@ -73,9 +72,15 @@ pub struct Chatter {
     pub depth_m: f64,
     /// Whether the cut is deeper than the smallest limit.
     pub is_beyond: bool,
+    /// Whether it may be: deeper than the lower end of that limit's interval.
+    pub may_be_beyond: bool,
     /// The smallest limit along the path at the programmed speed; null where there is none below 1
     /// m.
     pub smallest: Option<LimitAt>,
+    /// In which that limit lies with the confidence of the policy, with the arm's frequencies as
+    /// uncertain as they are; null where there is none below 1 m.
+    #[serde(rename = "smallest_ci95_mm", serialize_with = "written::mm")]
+    pub smallest_ci95_m: [Option<f64>; 2],
     /// The limit at up to 41 places along the path, ascending in s.
     pub along: Vec<LimitAt>,
 }
@@ -84,7 +89,7 @@ pub struct Chatter {
 /// regenerate, so that no speed matters.
 pub fn chart_at(operation: &Operation, place: &TipPlace) -> Option<Chart> {
     let cutting = operation.cutting.as_ref().filter(|cutting| cutting.regenerates)?;
-    Some(Chart::new(&of_place(place), &cut_at(operation, cutting, place)?))
+    Some(Chart::new(&modes_of(&place.modes), &cut_at(operation, cutting, place)?))
 }
 
 /// A cut with coefficients that are linear about the chip at a place.
@@ -125,13 +130,16 @@ pub fn chatter(
     operation: &Operation,
     places: &[TipPlace],
     line_at: impl Fn(f64) -> usize,
+    spread: Spread<'_>,
 ) -> Option<Chatter> {
     let cutting = operation.cutting.as_ref()?;
     let cuts: Option<Vec<Cut>> =
         places.iter().map(|place| cut_at(operation, cutting, place)).collect();
     let cuts = cuts.filter(|cuts| !cuts.is_empty())?;
     let at: Vec<(&TipPlace, &Cut)> = places.iter().zip(&cuts).collect();
-    let of = |(place, cut): &(&TipPlace, &Cut)| zeroth(place, cut, cutting.regenerates);
+    let of = |(place, cut): &(&TipPlace, &Cut)| {
+        (zeroth(place, cut, cutting.regenerates), Method::Zeroth)
+    };
     let mut found: Vec<(Option<Limit>, Method)> = at.par_iter().map(of).collect();
     if cutting.regenerates {
         let mut next = first_solved(&found, is_narrow(&operation.tool, cutting));
@@ -147,6 +155,11 @@ pub fn chatter(
             next = not_yet_sure(&found, &tried);
         }
     }
+    let least = at.iter().zip(&found).min_by(|a, b| depth_of(a.1).total_cmp(&depth_of(b.1)));
+    let ends = least.and_then(|(&(place, cut), (limit, method))| {
+        let limit = ((*limit)?.depth_m, *method);
+        Some(interval_m((place, cut, cutting.regenerates), limit, spread))
+    });
     let along: Vec<LimitAt> = places
         .iter()
         .zip(&cuts)
@@ -165,32 +178,20 @@ pub fn chatter(
     let smallest = told.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, at)| *at);
     let depth_m = cutting.axial_depth_m;
     let is_beyond = smallest.and_then(|at| at.depth_m).is_some_and(|limit| depth_m >= limit);
+    let may_be_beyond = is_beyond || ends.is_some_and(|[low, _]| depth_m >= low);
+    let smallest_ci95_m = ends.map_or([None; 2], |ends| ends.map(up_to_deepest));
     let has_tool = !operation.tool.modes.is_empty();
     let modes = if has_tool { Seen::ArmAndTool } else { Seen::Arm };
-    Some(Chatter { modes, depth_m, is_beyond, smallest, along })
+    Some(Chatter { modes, depth_m, is_beyond, may_be_beyond, smallest, smallest_ci95_m, along })
+}
+
+/// A limit, unless it is beyond all that are told.
+fn up_to_deepest(depth_m: f64) -> Option<f64> {
+    (depth_m <= DEEPEST_M).then_some(depth_m)
 }
 
 fn depth_of((limit, _): &(Option<Limit>, Method)) -> f64 {
     limit.map_or(f64::INFINITY, |limit| limit.depth_m)
-}
-
-fn of_place(place: &TipPlace) -> Vec<ToolMode> {
-    place.modes.iter().map(|one| one.mode).collect()
-}
-
-fn zeroth(place: &TipPlace, cut: &Cut, regenerates: bool) -> (Option<Limit>, Method) {
-    let modes = of_place(place);
-    if regenerates {
-        (Chart::new(&modes, cut).limit(place.rpm), Method::Zeroth)
-    } else {
-        (coupling_limit(&modes, &cut.mean()), Method::Zeroth)
-    }
-}
-
-/// `None` where it does not converge.
-fn exact(place: &TipPlace, cut: &Cut) -> Option<Option<Limit>> {
-    let modes = of_place(place);
-    milling_limit(&modes, cut, &Chart::new(&modes, cut), place.rpm).ok()
 }
 
 /// The mode of the arm with the largest part in G(iω) H̄, which is what becomes unstable; `None`

@@ -16,9 +16,12 @@
 mod air_cuts;
 mod chatter;
 mod effects;
+mod limit_interval;
+mod place_limit;
 mod tip;
 
 pub use air_cuts::{InWork, in_work, is_air_cut};
 pub use chatter::{Chatter, LimitAt, Seen, chart_at, chatter};
 pub use effects::{AtPlace, Doubtful, Effects, NoForce, force_of, orders_of};
+pub use limit_interval::Spread;
 pub use tip::{Owner, TipMode, TipPlace, arm_modes, sure_ones, tip_places};

@@ -23,7 +23,9 @@ pub use operation_notes::{Counted, FIRST_FREQUENCY_HZ, nothing_checked};
 pub use probability::{ArmDraws, JobDraws, Probabilities};
 pub use rules::Rules;
 pub use spindle_profile::SpindleProfile;
-pub use tool_tip::{Excess, Harmonic, Largest, Quantity, SurfaceError, ToolTip, limits_at_speed};
+pub use tool_tip::{
+    Excess, Harmonic, Largest, Quantity, SurfaceError, TipAt, ToolTip, limits_at_speed,
+};
 pub use verdict::{
     Approach, Crossing, Driver, JobRisk, LeftOut, ModeExchange, Move, OperationRisk, Sample,
     SpeedPoint, Verdict, Warning,

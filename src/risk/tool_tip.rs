@@ -15,13 +15,16 @@ use crate::job::{Job, Operation, Policy, SpindleSpeed};
 use crate::notes::{Code, Note, Place};
 use crate::path::Path;
 use crate::process::{
-    AtPlace, Chatter, Doubtful, Effects, NoForce, Seen, TipPlace, chatter, force_of, sure_ones,
-    tip_places,
+    AtPlace, Chatter, Doubtful, Effects, NoForce, Seen, Spread, TipPlace, chatter, force_of,
+    sure_ones, tip_places,
 };
 use crate::units::{hz_from_rpm, percent_from_ratio, um_from_m, written};
 
 /// Stability is worked out at the places nearest to so many equal parts of the path.
 const STABILITY_PARTS: usize = 40;
+
+/// What the tool tip does is shown at the places nearest to so many equal parts.
+const SHOWN_PARTS: usize = 200;
 
 /// A harmonic is told that reaches this share of the largest.
 const TOLD_SHARE: f64 = 0.01;
@@ -122,6 +125,23 @@ pub struct Excess {
     pub to_line: usize,
 }
 
+/// How far the tool tip moves at one place.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(inline)]
+pub struct TipAt {
+    /// Share of the operation's time, 0 to 1.
+    pub s: f64,
+    /// Line that is run there.
+    pub line: usize,
+    /// Under the mean cutting force, and what that may come to.
+    #[serde(rename = "deflection_um", serialize_with = "written::um")]
+    pub deflection_m: [f64; 2],
+    /// Under its harmonics, and what that may come to.
+    #[serde(rename = "vibration_um", serialize_with = "written::um")]
+    pub vibration_m: [f64; 2],
+}
+
 /// What the cut does at the tool tip.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -134,6 +154,9 @@ pub struct ToolTip {
     pub vibration: Largest,
     /// What both leave on the surface.
     pub surface_error: SurfaceError,
+    /// Both at up to 203 places where the tool surely cuts, those of the largest among them,
+    /// ascending in s.
+    pub along: Vec<TipAt>,
     /// Its harmonics that reach a hundredth of the largest, ascending in frequency.
     pub harmonics: Vec<Harmonic>,
     /// Where the policy allows less, ascending in from_s.
@@ -187,18 +210,29 @@ pub(super) fn look(
     }
     let places = cutting_places(operation, path, stations)?;
     let tool_tip = tool_tip(job, operation, path, (rules, stations), &places);
-    let stability = chatter(operation, &thinned(&sure_ones(places)), |s| path.line_at(s));
+    let std_ln = |s: f64, mode: usize| rules.std_ln(s, mode - 1);
+    let spread = Spread { confidence: job.policy.confidence, std_ln: &std_ln };
+    let places = thinned(&sure_ones(places));
+    let stability = chatter(operation, &places, |s| path.line_at(s), spread);
     Ok(Cut { tool_tip, stability })
 }
 
 /// The places nearest to i / 40, the first and the last among them.
 fn thinned(places: &[TipPlace]) -> Vec<TipPlace> {
-    let nearest = |i: usize| {
-        let off = |place: &TipPlace| (place.s - i as f64 / STABILITY_PARTS as f64).abs();
-        places.iter().min_by(|a, b| off(a).total_cmp(&off(b)))
-    };
-    let taken: Vec<f64> = (0..=STABILITY_PARTS).filter_map(nearest).map(|place| place.s).collect();
+    let s: Vec<f64> = places.iter().map(|place| place.s).collect();
+    let taken = nearest_to_parts(&s, STABILITY_PARTS);
     places.iter().filter(|place| taken.contains(&place.s)).cloned().collect()
+}
+
+/// Those of `s`, ascending in 0..=1, that are nearest to the ends of equal parts of the path.
+fn nearest_to_parts(s: &[f64], parts: usize) -> Vec<f64> {
+    let nearest = |i: usize| {
+        let end = i as f64 / parts as f64;
+        let after = s.partition_point(|s| *s < end);
+        let beside = &s[after.saturating_sub(1)..(after + 1).min(s.len())];
+        beside.iter().copied().min_by(|a, b| (a - end).abs().total_cmp(&(b - end).abs()))
+    };
+    (0..=parts).filter_map(nearest).collect()
 }
 
 fn cutting_places(
@@ -228,10 +262,13 @@ fn tool_tip(
     let has_tool = !operation.tool.modes.is_empty();
     let is_any_sure = found.iter().any(|at| at.is_sure);
     let sure: Vec<&AtPlace> = found.iter().filter(|at| at.is_sure || !is_any_sure).collect();
+    let deflection = largest(path, (&sure, &found), |at| at.deflection);
+    let vibration = largest(path, (&sure, &found), |at| at.vibration);
     Ok(ToolTip {
         modes: if has_tool { Seen::ArmAndTool } else { Seen::Arm },
-        deflection: largest(path, (&sure, &found), |at| at.deflection),
-        vibration: largest(path, (&sure, &found), |at| at.vibration),
+        deflection,
+        vibration,
+        along: along(path, &sure, [deflection.s, vibration.s]),
         surface_error: surface_error(path, &sure),
         harmonics: harmonics(operation, &effects, &sure),
         beyond: beyond(job, operation, path, stations, &found),
@@ -253,6 +290,19 @@ fn largest(
         }
     }
     Largest { line: path.line_at(largest.s), ..largest }
+}
+
+/// The places nearest to equal parts of the path, and `others`.
+fn along(path: &Path, found: &[&AtPlace], others: [f64; 2]) -> Vec<TipAt> {
+    let s: Vec<f64> = found.iter().map(|at| at.s).collect();
+    let taken = nearest_to_parts(&s, SHOWN_PARTS);
+    let is_shown = |at: &&&AtPlace| taken.contains(&at.s) || others.contains(&at.s);
+    let at = |at: &&AtPlace| {
+        let [deflection_m, vibration_m] =
+            [at.deflection, at.vibration].map(|of| [of.value_m, of.up_to_m]);
+        TipAt { s: at.s, line: path.line_at(at.s), deflection_m, vibration_m }
+    };
+    found.iter().filter(is_shown).map(at).collect()
 }
 
 fn surface_error(path: &Path, found: &[&AtPlace]) -> SurfaceError {

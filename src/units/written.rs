@@ -31,15 +31,12 @@ impl<T: Numbers> Numbers for Vec<T> {
     }
 }
 
-impl Numbers for [f64; 2] {
+impl<T: Numbers, const N: usize> Numbers for [T; N]
+where
+    [T; N]: Serialize,
+{
     fn each(&self, by: fn(f64) -> f64) -> Self {
-        self.map(by)
-    }
-}
-
-impl Numbers for [f64; 3] {
-    fn each(&self, by: fn(f64) -> f64) -> Self {
-        self.map(by)
+        std::array::from_fn(|i| self[i].each(by))
     }
 }
 

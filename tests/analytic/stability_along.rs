@@ -5,11 +5,12 @@ use std::sync::Arc;
 use detune::job::{Carried, Cutting, CuttingCoefficients, CuttingDirection, Operation};
 use detune::job::{SpindleSpeed, Tool};
 use detune::model::Robot;
-use detune::process::{LimitAt, Owner, TipMode, TipPlace, chatter};
+use detune::process::{LimitAt, Owner, Spread, TipMode, TipPlace, chatter};
 use detune::stability::{Chart, Cut, Method, ToolMode, milling_limit};
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use statrs::distribution::{ContinuousCDF, Normal};
 use std::f64::consts::TAU;
 
 use crate::planar_arm::two_link;
@@ -50,7 +51,7 @@ fn place(s: f64, rpm: f64, modes: Vec<TipMode>) -> TipPlace {
 }
 
 fn along(operation: &Operation, places: &[TipPlace]) -> (LimitAt, Vec<LimitAt>) {
-    let found = chatter(operation, places, |_| 1).unwrap();
+    let found = chatter(operation, places, |_| 1, Spread::NONE).unwrap();
     (found.smallest.unwrap(), found.along)
 }
 
@@ -116,9 +117,53 @@ fn the_mode_that_is_named_is_the_one_that_chatters() {
         assert!(same.abs() < 1e-9, "{round}: {same}");
         assert_ne!(named, 3, "{round}: {found:?}");
         modes.remove(named - 1);
-        let without = chatter(&operation, &[place(0.0, 6000.0, modes)], |_| 1).unwrap();
+        let without =
+            chatter(&operation, &[place(0.0, 6000.0, modes)], |_| 1, Spread::NONE).unwrap();
         let depth_m = without.smallest.and_then(|at| at.depth_m).unwrap_or(1.0);
         let off = (depth_m / found.depth_m.unwrap() - 1.0).abs();
         assert!(off > 0.05, "{round}: {found:?} {depth_m}");
+    }
+}
+
+/// With one mode, ω → cω at the same shape is the same cut in another time and on a spring that is c² times as
+/// stiff: b(n; cω) = c² b(n/c; ω), tried over the whole distribution of c.
+#[test]
+fn the_interval_of_the_smallest_limit_holds_what_the_frequency_does() {
+    let sigma = 0.06;
+    for (radial_m, rpm, rough) in
+        [(0.012, 3000.0, 0.1), (0.012, 5200.0, 0.1), (0.0015, 4300.0, 0.15)]
+    {
+        let operation = operation(cutting(radial_m, None));
+        let mass_kg = if radial_m < 0.01 { 5.0 } else { 20.0 };
+        let modes = vec![mode(Owner::Arm(1), 160.0, 0.03, mass_kg, [1.0, 0.4, 0.0])];
+        let places = [place(0.0, rpm, modes.clone())];
+        let std_ln = |_: f64, _: usize| sigma;
+        let spread = Spread { confidence: 0.95, std_ln: &std_ln };
+        let found = chatter(&operation, &places, |_| 1, spread).unwrap();
+        let normal = Normal::new(0.0, sigma).unwrap();
+        let of_share = |i: usize| {
+            let c = normal.inverse_cdf((i as f64 + 0.5) / 400.0).exp();
+            c * c
+                * exact_m(&operation, &place(0.0, rpm / c, modes.clone())).unwrap_or(f64::INFINITY)
+        };
+        let mut all: Vec<f64> = (0..400).map(of_share).collect();
+        all.sort_by(f64::total_cmp);
+        let expected = [all[10], all[389]];
+        let own = found.smallest_ci95_m.map(|end| end.unwrap_or(f64::INFINITY));
+        println!("{rpm} rpm: {own:?}, by trying {expected:?}, alone {:?}", found.smallest);
+        for (own, expected) in own.into_iter().zip(expected) {
+            assert!((own / expected - 1.0).abs() < rough, "{rpm} rpm: {own} {expected}");
+        }
+        let smallest = found.smallest.unwrap().depth_m.unwrap();
+        assert!(own[0] <= smallest && smallest <= own[1], "{own:?} {smallest}");
+        // Between the ends the cut may chatter, and below them it does not.
+        for (depth_m, may) in [(0.5 * (own[0] + smallest), true), (0.9 * own[0], false)] {
+            let cutting = Cutting { axial_depth_m: depth_m, ..cutting(radial_m, None) };
+            let operation = self::operation(cutting);
+            let found = chatter(&operation, &places, |_| 1, spread).unwrap();
+            assert_eq!((found.is_beyond, found.may_be_beyond), (false, may), "{rpm} {depth_m}");
+        }
+        let sure = chatter(&operation, &places, |_| 1, Spread::NONE).unwrap();
+        assert_eq!(sure.smallest_ci95_m, [Some(smallest); 2]);
     }
 }

@@ -61,9 +61,17 @@ fn of_chatter(chatter: &Chatter) -> String {
         Some(mode) => format!("mode {mode}"),
         None => "a mode of the tool".to_owned(),
     };
-    let cut = if chatter.is_beyond { "beyond it" } else { "below it" };
+    let cut = match chatter {
+        Chatter { is_beyond: true, .. } => "is beyond it",
+        Chatter { may_be_beyond: true, .. } => "may be beyond it",
+        _ => "is below it",
+    };
+    let [low, high] = chatter.smallest_ci95_m.map(|end| {
+        end.map_or_else(|| "1000".to_owned(), |end_m| format!("{:.3}", mm_from_m(end_m)))
+    });
     format!(
-        "from {:.3} mm of depth at {} % ({mode}, {} Hz, {}); the cut of {depth} mm is {cut}{whose}",
+        "from {:.3} mm of depth ({low} to {high} by the model's uncertainty) at {} % ({mode}, {} \
+         Hz, {}); the cut of {depth} mm {cut}{whose}",
         mm_from_m(limit_m),
         words::trimmed(percent_from_ratio(at.s), 1),
         words::hz(frequency_hz),

@@ -43,8 +43,16 @@ pub(super) fn operation(job: &JobPage, index: usize) -> String {
             "Receptance of the tool tip at the chosen place, along x, y and z of the base";
         html.push_str(&figure(caption, &svg));
     }
-    if let Some(svg) = plots::beta2(risk) {
-        html.push_str(&figure("β2 along the path", &svg));
+    let stability = format!(
+        "The depth at which the cut chatters along the path, the smallest with its {confidence} % \
+         interval"
+    );
+    for (caption, drawn) in [
+        ("How far the cutting force moves the tool tip along the path", plots::tool_tip(risk)),
+        (&stability, plots::limit_of_depth(risk)),
+        ("β2 along the path", plots::beta2(risk)),
+    ] {
+        html.push_str(&drawn.map_or_else(String::new, |drawn| figure(caption, &drawn)));
     }
     if !risk.crossings.is_empty() {
         html.push_str(&crossings(&risk.crossings));

@@ -107,7 +107,12 @@ pub fn check_plots(jobs: &[CheckedJob]) -> Vec<Plot> {
         for (o, risk) in job.risk.operations.iter().enumerate() {
             let name = |plot: &str| format!("{}-{}-{}-{plot}", j + 1, o + 1, risk.name);
             plots.push((name("frequencies"), plots::frequencies(risk)));
-            plots.extend(plots::beta2(risk).map(|svg| (name("beta2"), svg)));
+            let others = [
+                ("tool-tip", plots::tool_tip(risk)),
+                ("stability", plots::limit_of_depth(risk)),
+                ("beta2", plots::beta2(risk)),
+            ];
+            plots.extend(others.into_iter().filter_map(|(of, drawn)| Some((name(of), drawn?))));
         }
     }
     plots

@@ -1,15 +1,16 @@
 //! The plots of an operation.
 
 use crate::excitation::ExcitationLine;
+use crate::process::LimitAt;
 use crate::report::check::findings::stretches;
 use crate::report::drawing::{
-    Axis, CERTAIN, Canvas, Entry, Frame, INK, Label, POSSIBLE, Panel, Scale, Stroke, Swatch,
+    Axis, CERTAIN, Canvas, Entry, Frame, GREY, INK, Label, POSSIBLE, Panel, Scale, Stroke, Swatch,
     bounds, curve_style, height_beside, labels_beside, row,
 };
 use crate::report::words;
-use crate::risk::{Certainty, Crossing, OperationRisk};
+use crate::risk::{Certainty, Crossing, OperationRisk, TipAt};
 use crate::study::arm::Place;
-use crate::units::{deg_from_rad, um_per_n_from_m_per_n};
+use crate::units::{deg_from_rad, mm_from_m, um_from_m, um_per_n_from_m_per_n};
 
 const WIDTH: f64 = 980.0;
 const LEFT: f64 = 85.0;
@@ -28,6 +29,7 @@ const INTERVAL_OPACITY: f64 = 0.16;
 
 const MODE: f64 = 2.0;
 const EXCITATION: Stroke = Stroke { colour: INK, width: 1.4, dashes: "7 4" };
+const BAR: Stroke = Stroke { colour: INK, width: 1.6, dashes: "" };
 const CROSSING_PX: f64 = 11.0;
 
 /// Stretches that are no further apart are drawn as one, px.
@@ -201,6 +203,79 @@ pub(in crate::report) fn beta2(risk: &OperationRisk) -> Option<Canvas> {
     canvas.border(panel.frame);
     panel.sense(&mut canvas, "data-along");
     Some(canvas)
+}
+
+/// The limit of depth over s, with the interval of the smallest and the depth of the cut; `None`
+/// where there is no limit.
+pub(in crate::report) fn limit_of_depth(risk: &OperationRisk) -> Option<Canvas> {
+    let chatter = risk.stability.as_ref()?;
+    let limit_mm = |at: &LimitAt| (at.s, at.depth_m.map_or(f64::NAN, mm_from_m));
+    let points: Vec<(f64, f64)> = chatter.along.iter().map(limit_mm).collect();
+    let depth_mm = mm_from_m(chatter.depth_m);
+    let smallest = limit_mm(chatter.smallest.as_ref()?);
+    let ends = chatter.smallest_ci95_m.map(|end| end.map(mm_from_m));
+    let limits = points.iter().map(|point| point.1).filter(|mm| mm.is_finite());
+    let scale = of_size(limits.chain(ends.into_iter().flatten()).chain([depth_mm]));
+    let (mut canvas, panel) = panel(220.0, along(), Axis::new("axial depth [mm]", scale));
+    panel.axes(&mut canvas, true);
+    let (colour, _) = curve_style(0);
+    let limit = Stroke { colour, width: MODE, dashes: "" };
+    panel.curve(&mut canvas, &points, limit);
+    if let [Some(low), high] = ends {
+        let high = high.unwrap_or_else(|| panel.y.scale.high());
+        panel.curve(&mut canvas, &[(smallest.0, low), (smallest.0, high)], BAR);
+    }
+    panel.dot(&mut canvas, smallest, 3.5, INK);
+    panel.curve(&mut canvas, &[(0.0, depth_mm), (1.0, depth_mm)], EXCITATION);
+    canvas.border(panel.frame);
+    let entries = [
+        Entry::new(Swatch::Line(limit), "the cut chatters above"),
+        Entry::new(Swatch::Line(EXCITATION), "depth of the cut"),
+        Entry::new(Swatch::Dot(INK), "smallest, with its interval"),
+    ];
+    row(&mut canvas, (panel.frame.right(), 16.0), &entries);
+    panel.sense(&mut canvas, "data-along");
+    Some(canvas)
+}
+
+/// How far the tool tip moves over s, and what that may come to; `None` where no force is known.
+pub(in crate::report) fn tool_tip(risk: &OperationRisk) -> Option<Canvas> {
+    let tip = risk.tool_tip.as_ref()?;
+    let curves: [(&str, fn(&TipAt) -> [f64; 2]); 2] =
+        [("under the mean force", |at| at.deflection_m), ("vibration", |at| at.vibration_m)];
+    let of = |curve: fn(&TipAt) -> [f64; 2]| -> Vec<(f64, [f64; 2])> {
+        tip.along.iter().map(|at| (at.s, curve(at).map(um_from_m))).collect()
+    };
+    let all = curves.iter().flat_map(|(_, curve)| of(*curve)).flat_map(|(_, um)| um);
+    let scale = of_size(all.filter(|um| *um > 0.0));
+    let (mut canvas, panel) = panel(260.0, along(), Axis::new("tool tip [µm]", scale));
+    panel.axes(&mut canvas, true);
+    let mut entries = Vec::new();
+    for (index, (name, curve)) in curves.into_iter().enumerate() {
+        let (colour, dashes) = curve_style(index);
+        let points = of(curve);
+        let end = |side: usize| points.iter().map(move |(s, um)| (*s, um[side]));
+        let outline = end(1).chain(end(0).rev());
+        panel.area(&mut canvas, outline, colour, INTERVAL_OPACITY);
+        let stroke = Stroke { colour, width: MODE, dashes };
+        panel.curve(&mut canvas, &panel.thinned(&end(0).collect::<Vec<_>>()), stroke);
+        entries.push(Entry::new(Swatch::Line(stroke), name));
+    }
+    canvas.border(panel.frame);
+    entries.push(Entry::new(Swatch::Area(GREY, INTERVAL_OPACITY), "what it may come to"));
+    row(&mut canvas, (panel.frame.right(), 16.0), &entries);
+    panel.sense(&mut canvas, "data-along");
+    Some(canvas)
+}
+
+/// From zero, or logarithmic where the values differ much.
+fn of_size(values: impl Iterator<Item = f64>) -> Scale {
+    let (low, high) = bounds(values);
+    if high > MAX_LINEAR_RATIO * low && low > 0.0 {
+        Scale::logarithmic(0.8 * low, 1.25 * high)
+    } else {
+        Scale::linear(0.0, 1.1 * high)
+    }
 }
 
 /// The frame in which a page draws the receptance of the tool tip at the place that is chosen.
