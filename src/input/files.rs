@@ -51,14 +51,11 @@ pub(super) fn named_file(
     let path = relative_to(by, name);
     let what = match std::fs::metadata(&path) {
         Ok(metadata) if metadata.is_dir() => {
-            let meant = Path::new(name).join("robot.yaml");
-            let is_there = key == "robot" && path.join("robot.yaml").is_file();
-            let hint = if is_there {
-                format!("; did you mean '{}'?", meant.display())
-            } else {
-                String::new()
-            };
-            format!("is a folder, must be a file{hint}")
+            let robot = path.join("robot.yaml");
+            if key == "robot" && robot.is_file() {
+                return Some(robot);
+            }
+            "is a folder, must be a file".to_owned()
         }
         Ok(_) => return Some(path),
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {

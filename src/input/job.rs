@@ -197,6 +197,7 @@ impl<'j> Reader<'j> {
             self.error(Code::MissingKey, &[], "missing key 'tool' (or 'tools')");
         }
         let tool = raw.tool.as_ref().and_then(|raw| self.tool(raw, "tool", &[Step::Key("tool")]));
+        self.of_no_program();
         self.numbered_tools();
         self.external_axes();
         let spindle = self.spindle();
@@ -209,6 +210,28 @@ impl<'j> Reader<'j> {
             self.notes.warning(Code::PayloadUnknown, None, unknown_payload(&operations));
         }
         Some((spindle?, operations, policy, levers))
+    }
+
+    /// Keys that are for programs, where no operation runs one.
+    fn of_no_program(&mut self) {
+        let raw = self.raw;
+        let runs =
+            |of: &raw::Operation| of.path.as_ref().is_some_and(|path| path.program.is_some());
+        if raw.operations.iter().flatten().any(runs) {
+            return;
+        }
+        for (key, is_given) in [
+            ("tools", raw.tools.is_some() && raw.tool.is_some()),
+            ("external_axes", raw.external_axes.is_some()),
+            ("assume", raw.assume.is_some()),
+            ("speeds_from", raw.speeds_from.is_some()),
+        ] {
+            if is_given {
+                let what = format!("{key} has no effect: no operation runs a program");
+                let line = self.tree.line_at(&[Step::Key(key)]);
+                self.notes.warning(Code::Unused, line, what);
+            }
+        }
     }
 
     fn numbered_tools(&mut self) {

@@ -101,3 +101,43 @@ fn numbers_can_be_assumed() {
         "{said}"
     );
 }
+
+/// A key without a value would accept every crossing where one was meant.
+#[test]
+fn an_empty_key_of_an_acceptance_is_an_error() {
+    for key in ["mode", "operation"] {
+        let accept = format!(
+            "policy: {{tooth_passing_harmonics: 1}}\naccept:\n  - {{code: crossing, {key}: , reason: x, until: \
+             2999-01-01}}\n"
+        );
+        let folder = job(&[("policy: {tooth_passing_harmonics: 1}\n", &accept)]);
+        let ran = run(folder.path(), &["check", "job.yaml"]);
+        assert_eq!(code(&ran), 2, "{}", err(&ran));
+        assert!(err(&ran).contains(&format!("accept[0].{key} is empty")), "{}", err(&ran));
+    }
+}
+
+/// A planner who lists the cutter where only programs look for it is told.
+#[test]
+fn keys_for_programs_are_told_where_there_is_none() {
+    let keys = "payload: none\ntools: {1: {teeth: 3}}\nassume: {x: 1}\nspeeds_from: job";
+    let folder = job(&[("payload: none", keys)]);
+    let ran = run(folder.path(), &["check", "job.yaml"]);
+    for key in ["tools", "assume", "speeds_from"] {
+        let told = format!("{key} has no effect: no operation runs a program");
+        assert!(err(&ran).contains(&told), "{}", err(&ran));
+    }
+}
+
+/// A job may name the folder of a robot.
+#[test]
+fn a_robot_may_be_named_by_its_folder() {
+    let file = repository().join("robots/irb1600/robot.yaml");
+    let file = file.display().to_string();
+    let folder = file.trim_end_matches("/robot.yaml").to_owned();
+    let verdict = |text: &tempfile::TempDir| {
+        let ran = run(text.path(), &["check", "job.yaml", "--format", "json"]);
+        json(&ran)["jobs"][0]["operations"].clone()
+    };
+    assert_eq!(verdict(&job(&[(&file, &folder)])), verdict(&job(&[])));
+}

@@ -359,3 +359,11 @@ fn a_link_between_joints_without_mass_is_doubted() {
     let carried = urdf.replace("</robot>", motor);
     assert_eq!(warnings(&original("robot.yaml"), &carried).unwrap(), []);
 }
+
+/// Jobs say nothing of joints behind the tip: with springs there, the wrist stands at zero in every pose.
+#[test]
+fn springs_behind_the_tip_are_doubtful() {
+    let yaml = original("robot.yaml").replace("tip: tool0", "tip: link_4");
+    let says = ["joint_5, joint_6", "stand at zero"];
+    assert_doubt(&yaml, &original("irb1600.urdf"), Code::AxisIgnored, "tip", &says);
+}

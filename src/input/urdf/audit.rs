@@ -3,6 +3,7 @@
 use roxmltree::{Document, Node};
 
 use crate::notes::{Code, Notes};
+use crate::wording::{hint, nearest};
 
 const XACRO_HINT: &str =
     "is unexpanded xacro; run 'xacro robot.xacro > robot.urdf' and name the result";
@@ -303,6 +304,38 @@ impl Auditor<'_> {
         first
     }
 
+    /// Refuses attributes that an element of numbers does not have: misspelt, they would leave the
+    /// default in place.
+    fn attributes(&mut self, owner: &str, node: &Node<'_, '_>, known: &[&str]) {
+        for attribute in node.attributes().filter(|attribute| attribute.namespace().is_none()) {
+            let name = attribute.name();
+            if !known.contains(&name) {
+                let hint = hint(name, known.iter().copied());
+                let what = format!(
+                    "{owner}: <{}> has no attribute '{name}'{hint}",
+                    node.tag_name().name()
+                );
+                let line = self.line(node);
+                self.notes.error(Code::UnknownKey, line, what);
+            }
+        }
+    }
+
+    /// Refuses children whose names are misspelt; others are of simulators and tools.
+    fn children(&mut self, owner: &str, node: &Node<'_, '_>, known: &[&str]) {
+        for child in node.children().filter(Node::is_element) {
+            let name = child.tag_name().name();
+            if known.contains(&name) || child.tag_name().namespace().is_some() {
+                continue;
+            }
+            if let Some(near) = nearest(name, known.iter().copied()) {
+                let what = format!("{owner}: <{name}> is not known; did you mean <{near}>?");
+                let line = self.line(&child);
+                self.notes.error(Code::UnknownKey, line, what);
+            }
+        }
+    }
+
     /// The name of a link or joint.
     fn name(&mut self, node: &Node<'_, '_>) -> Option<String> {
         match node.attribute("name") {
@@ -372,6 +405,7 @@ impl Auditor<'_> {
     fn origin(&mut self, owner: &str, node: &Node<'_, '_>) -> Option<usize> {
         let origin = self.child(owner, node, "origin")?;
         let line = self.line(&origin);
+        self.attributes(owner, &origin, &["xyz", "rpy", "quat_xyzw"]);
         self.plain.push_str("<origin");
         self.numbers(owner, &origin, "xyz", 3, "0 0 0");
         if origin.has_attribute("rpy") && origin.has_attribute("quat_xyzw") {
@@ -394,6 +428,7 @@ impl Auditor<'_> {
         self.plain.push_str("<link");
         self.attribute("name", &name);
         self.plain.push('>');
+        self.children(&owner, node, &["inertial", "visual", "collision"]);
         let inertial = self.child(&owner, node, "inertial");
         if let Some(inertial) = inertial {
             lines.parts.push(("inertial", self.line(&inertial)));
@@ -412,6 +447,7 @@ impl Auditor<'_> {
     fn inertial(&mut self, owner: &str, node: &Node<'_, '_>, lines: &mut Lines) {
         const MOMENTS: [(&str, &str); 6] =
             [("ixx", "1"), ("ixy", "0"), ("ixz", "0"), ("iyy", "1"), ("iyz", "0"), ("izz", "1")];
+        self.children(owner, node, &["origin", "mass", "inertia"]);
         self.plain.push_str("<inertial>");
         if let Some(line) = self.origin(owner, node) {
             lines.parts.push(("com", line));
@@ -419,6 +455,7 @@ impl Auditor<'_> {
         match self.child(owner, node, "mass") {
             Some(mass) => {
                 lines.parts.push(("mass", self.line(&mass)));
+                self.attributes(owner, &mass, &["value"]);
                 self.plain.push_str("<mass");
                 self.required_number(owner, &mass, "value", "1");
                 self.plain.push_str("/>");
@@ -434,6 +471,7 @@ impl Auditor<'_> {
         match self.child(owner, node, "inertia") {
             Some(inertia) => {
                 lines.parts.push(("inertia", self.line(&inertia)));
+                self.attributes(owner, &inertia, &MOMENTS.map(|(name, _)| name));
                 for (name, stand_in) in MOMENTS {
                     self.required_number(owner, &inertia, name, stand_in);
                 }
@@ -489,6 +527,18 @@ impl Auditor<'_> {
             }
         }
         self.plain.push('>');
+        let known = [
+            "origin",
+            "parent",
+            "child",
+            "axis",
+            "limit",
+            "dynamics",
+            "mimic",
+            "calibration",
+            "safety_controller",
+        ];
+        self.children(&owner, node, &known);
         if let Some(line) = self.origin(&owner, node) {
             lines.parts.push(("origin", line));
         }
@@ -496,6 +546,7 @@ impl Auditor<'_> {
         let child = self.link_of(&owner, node, "child", &mut lines);
         if let Some(axis) = self.child(&owner, node, "axis") {
             lines.parts.push(("axis", self.line(&axis)));
+            self.attributes(&owner, &axis, &["xyz"]);
             self.plain.push_str("<axis");
             if !self.numbers(&owner, &axis, "xyz", 3, "1 0 0") {
                 self.missing(lines.of("axis"), format!("{owner}: <axis> has no xyz"));
