@@ -139,6 +139,20 @@ def shots(page, folder, name, browser, file):
         other.close()
 
 
+def scrolled(page):
+    """Median and largest time between two pictures while the page is scrolled from top to foot, ms."""
+    took = page.run("""new Promise(done => {
+        const times = [], steps = 60, foot = document.documentElement.scrollHeight - innerHeight;
+        const next = now => {
+            times.push(now);
+            scrollTo(0, foot * times.length / steps);
+            times.length > steps ? done(times.slice(1).map((t, i) => t - times[i])) : requestAnimationFrame(next);
+        };
+        requestAnimationFrame(next);
+    })""")
+    return sorted(took)[len(took) // 2], max(took)
+
+
 def size(file, most):
     found = os.path.getsize(file)
     assert found < most, f"{file}: {found} bytes"
@@ -355,6 +369,7 @@ def main():
         path = write("long", "check", "--format", "html", job)
         page = browser.page(path)
         print(f"{count} samples: {size(path, 1_000_000)} bytes, ready in {page.seconds:.2f} s")
+        print("scrolled: {:.0f} ms a picture, at most {:.0f} ms".format(*scrolled(page)))
         assert count >= 20_000, count
         assert not page.faults(), page.faults()
         page.close()

@@ -54,6 +54,8 @@ struct Reader<'a> {
     cutter: Cutter<'a>,
     inches: bool,
     units_given: bool,
+    /// Whether that was told.
+    units_assumed: bool,
     rapid: bool,
     /// In the coordinates of the program.
     axis: Unit<Vector3<f64>>,
@@ -74,6 +76,7 @@ impl<'a> Reader<'a> {
             cutter: Cutter::new(settings, log),
             inches: false,
             units_given: false,
+            units_assumed: false,
             rapid: false,
             axis: Vector3::z_axis(),
             at: None,
@@ -157,6 +160,14 @@ impl<'a> Reader<'a> {
             "HEAD" => {
                 let what = "HEAD: the job's tcp is used with every head";
                 self.cutter.log.warning(Code::ChangeIgnored, line, what);
+                Ok(())
+            }
+            "AUXFUN" => self.auxiliary(line, minor),
+            "OPSKIP" => {
+                if minor.first().and_then(name).is_some_and(|name| lexer::is(name, "ON")) {
+                    let what = "OPSKIP: what the operator may skip is read as if it ran";
+                    self.cutter.log.warning(Code::MotionLeftOut, line, what);
+                }
                 Ok(())
             }
             "CUTCOM" => {
@@ -243,6 +254,10 @@ impl<'a> Reader<'a> {
     }
 
     fn line_to(&mut self, line: usize, to: Vector3<f64>, pace: Pace) {
+        if !self.units_given && !std::mem::replace(&mut self.units_assumed, true) {
+            let what = "no UNITS before the first point: lengths and feeds are read in mm";
+            self.cutter.log.warning(Code::Assumed, line, what);
+        }
         let frame = self.systems.start();
         self.cutter.tilt(frame.axis(self.axis));
         self.cutter.line_to(line, frame.point(to), pace);
@@ -313,6 +328,22 @@ impl<'a> Reader<'a> {
             (true, _) => return Err("in turns of a spindle whose speed is not known".to_owned()),
         };
         self.cutter.log.dwell(line, seconds);
+        Ok(())
+    }
+
+    /// `AUXFUN/3`: an M code.
+    fn auxiliary(&mut self, line: usize, minor: &[Word<'_>]) -> Result<(), String> {
+        match minor.iter().find_map(number).map(|(code, _)| code) {
+            Some(3.0 | 4.0 | 13.0 | 14.0) => self.cutter.turn_spindle(line, true),
+            Some(5.0) => self.cutter.turn_spindle(line, false),
+            Some(0.0..=9.0) => {}
+            _ => {
+                let stands = self.cutter.is_on == Some(false);
+                let code = if stands { Code::SpindleCommand } else { Code::LeftOut };
+                let what = "AUXFUN is an M code that is not understood, and left out";
+                self.cutter.log.warning(code, line, what);
+            }
+        }
         Ok(())
     }
 

@@ -12,6 +12,7 @@ impl Reader<'_> {
     pub(super) fn spindle(&mut self, line: usize, minor: &[Word<'_>]) -> Result<(), String> {
         let mut speeds: Vec<(f64, Span)> = Vec::new();
         let (mut stops, mut by_surface) = (false, false);
+        let mut most: Option<f64> = None;
         let mut rest = minor;
         while let [first, tail @ ..] = rest {
             rest = tail;
@@ -23,8 +24,12 @@ impl Reader<'_> {
                 Word::Name(name) => name.to_ascii_uppercase(),
             };
             match word.as_str() {
-                // What follows is a gear or a limit.
-                "RANGE" | "MAXRPM" | "LIMIT" | "OSETNO" => {
+                // What follows is a limit, or a gear.
+                "MAXRPM" | "LIMIT" => {
+                    most = tail.first().and_then(super::number).map(|(most, _)| most);
+                    rest = tail.get(1..).unwrap_or_default();
+                }
+                "RANGE" | "OSETNO" => {
                     rest = tail.get(1..).unwrap_or_default();
                 }
                 "OFF" | "LOCK" | "ORIENT" | "STOP" => stops = true,
@@ -50,6 +55,9 @@ impl Reader<'_> {
             return Ok(());
         }
         if let [(rpm, span)] = *speeds.as_slice() {
+            if let Some(most) = most.filter(|most| rpm > *most) {
+                return Err(format!("{rpm} rpm is above the largest speed there, {most} rpm"));
+            }
             self.cutter.is_on = None;
             self.cutter.state_speed(line, rpm, Some(span))?;
         } else {

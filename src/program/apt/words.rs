@@ -1,7 +1,7 @@
 //! Which words of APT are for the machine beside the tool's way, and which move.
 
 /// Words without motion of their own and without effect on later motion.
-pub(super) const WITHOUT_MOTION: [&str; 84] = [
+pub(super) const WITHOUT_MOTION: [&str; 82] = [
     "PARTNO",
     "PPRINT",
     "REMARK",
@@ -20,7 +20,6 @@ pub(super) const WITHOUT_MOTION: [&str; 84] = [
     "MODE",
     "PLABEL",
     "SEQNO",
-    "AUXFUN",
     "PREFUN",
     "CLEARP",
     "TMARK",
@@ -35,7 +34,6 @@ pub(super) const WITHOUT_MOTION: [&str; 84] = [
     "UNLOAD",
     "UNCLMP",
     "CLAMP",
-    "OPSKIP",
     "LEADER",
     "REWIND",
     "CLDIST",

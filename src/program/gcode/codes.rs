@@ -15,6 +15,10 @@ const NUMBERED: i64 = 10_000;
 /// G80.
 const CANCEL: i64 = 800;
 
+/// Codes behind which some controllers take S for a limit.
+const G92: i64 = 920;
+const G50: i64 = 500;
+
 /// Codes that hold for their block alone.
 #[derive(Debug, Default)]
 struct Once {
@@ -66,7 +70,9 @@ fn run_checked(
         match machine.name(line, name, inside, block.has_any(&AXES))? {
             Name::None => {}
             Name::Machine => once.machine = true,
-            Name::Back => flow.back(),
+            Name::Back => {
+                flow.back();
+            }
         }
     }
     let inches = machine.inches;
@@ -94,7 +100,7 @@ fn run_checked(
     if block.codes('M').any(|code| code == 50) {
         machine.cutter.turn_spindle(line, false);
     }
-    flow_codes(flow, block)
+    flow_codes(machine, flow, line, block)
 }
 
 /// Codes of which a block may hold one, in tenths, by letter: those that change what is read here.
@@ -229,6 +235,11 @@ fn spindle_and_tool(
 ) -> Result<(), String> {
     // Alone beside G4 it is a time in turns of the spindle.
     let speed = block.word(b'S').filter(|_| !once.dwell || block.has_any(b"PXUF"));
+    if speed.is_some() && (once.sets == Some(G92) || block.codes('G').any(|code| code == G50)) {
+        return Err("S beside G92 or G50: controllers differ in whether it is the speed or its \
+                    limit"
+            .to_owned());
+    }
     if let Some(Word { value, span, .. }) = speed {
         let span = span.map(|span| span.behind(offset));
         machine.cutter.state_speed(line, value, span)?;
@@ -299,6 +310,12 @@ fn moves(machine: &mut Machine<'_>, once: &Once, line: usize, block: &Block) -> 
         return Err("L calls a subprogram that is not read, or is not understood here".to_owned());
     }
     let has_axes = block.has_any(&AXES) || block.has_any(&super::rotary::LETTERS);
+    if has_axes && !machine.unit_known {
+        machine.unit_known = true;
+        let codes = if machine.is_sinumerik { "G70, G71, G700 or G710" } else { "G20 or G21" };
+        let what = format!("no {codes} before the first axis: lengths and feeds are read in mm");
+        machine.cutter.log.warning(Code::Assumed, line, what);
+    }
     let in_cycle = matches!(machine.motion, Motion::Cycle(_));
     let has_cycle_words = in_cycle && block.has_any(b"RQ");
     let full_turn = matches!(machine.motion, Motion::Arc { .. }) && block.has_any(b"IJK");
@@ -384,11 +401,25 @@ fn macro_call(flow: &mut Flow<'_>, block: &Block) -> Result<(), String> {
 }
 
 /// M codes that end the program or call another.
-fn flow_codes(flow: &mut Flow<'_>, block: &Block) -> Result<(), String> {
+fn flow_codes(
+    machine: &mut Machine<'_>,
+    flow: &mut Flow<'_>,
+    line: usize,
+    block: &Block,
+) -> Result<(), String> {
     for code in block.codes('M') {
         match code {
             20 | 300 => flow.end(),
-            990 | 170 => flow.back(),
+            990 | 170 => {
+                let starts_again = match block.get('P').filter(|_| code == 990) {
+                    Some(number) => flow.back_to(number)?,
+                    None => flow.back() && code == 990,
+                };
+                if starts_again {
+                    let what = "M99 runs the program again without end: it is read once";
+                    machine.cutter.log.warning(Code::Assumed, line, what);
+                }
+            }
             980 => {
                 let p = block.get('P').ok_or("M98 without P")?;
                 // Older controllers write the repeats before the four digits of the number.

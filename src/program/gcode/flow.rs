@@ -140,11 +140,12 @@ impl<'t> Flow<'t> {
         self.ended
     }
 
-    /// M99, M17, RET: back to the caller; the main program ends.
-    pub(super) fn back(&mut self) {
+    /// M99, M17, RET: back to the caller. The main program ends, where it might begin again: then
+    /// true.
+    pub(super) fn back(&mut self) -> bool {
         let Some(call) = self.calls.last_mut() else {
             self.ended = true;
-            return;
+            return true;
         };
         if call.repeats > 1 {
             call.repeats -= 1;
@@ -154,6 +155,27 @@ impl<'t> Flow<'t> {
                 self.parameters.leave(kept);
             }
             self.next = call.back;
+        }
+        false
+    }
+
+    /// `M99 P n`: back to N n of the caller, whatever repeats are left. In the main program it
+    /// jumps; back to what has run it never ends: then true.
+    pub(super) fn back_to(&mut self, number: f64) -> Result<bool, String> {
+        let here = self.next;
+        match self.calls.pop() {
+            Some(call) => {
+                if let Some(kept) = call.kept {
+                    self.parameters.leave(kept);
+                }
+                self.next = call.back;
+                self.jump_to(number).map(|()| false)
+            }
+            None => {
+                self.jump_to(number)?;
+                self.ended = self.next < here;
+                Ok(self.ended)
+            }
         }
     }
 
@@ -273,13 +295,23 @@ impl<'t> Flow<'t> {
     fn jump(&mut self, content: &str) -> Result<(), String> {
         let mut reader = Reader::new(content.as_bytes(), 4, &self.parameters);
         let number = reader.expression()?;
+        self.jump_to(number)
+    }
+
+    /// To N n of the program that runs: forward, then from its head.
+    fn jump_to(&mut self, number: f64) -> Result<(), String> {
+        let here = self.next.saturating_sub(1);
+        let heads = || self.programs.values().copied();
+        let head = heads().filter(|head| *head <= here).max().unwrap_or(0);
+        let end = heads().filter(|head| *head > here).min().unwrap_or(self.lines.len());
         let is_target = |(_, line): &(usize, &str)| {
             let line = line.trim_start();
             line.starts_with(['N', 'n'])
                 && leading_number(line.get(1..).unwrap_or("")) == Some(number as i64)
         };
-        let target = self.lines.iter().position(is_target);
-        self.next = target.ok_or_else(|| format!("GOTO {number}: there is no N{number}"))?;
+        let mut order = (self.next..end).chain(head..self.next);
+        let target = order.find(|&line| self.lines.get(line).is_some_and(is_target));
+        self.next = target.ok_or_else(|| format!("there is no N{number} in this program"))?;
         Ok(())
     }
 
@@ -288,11 +320,7 @@ impl<'t> Flow<'t> {
         match here.keyword.as_str() {
             // A subroutine is run where it is called.
             "SUB" => self.go_behind(label, line, &["ENDSUB"]),
-            "ENDSUB" => {
-                self.back();
-                Ok(())
-            }
-            "RETURN" => {
+            "ENDSUB" | "RETURN" => {
                 self.back();
                 Ok(())
             }

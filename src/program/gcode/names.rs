@@ -3,10 +3,9 @@
 use super::state::Machine;
 
 /// Words without motion of their own and without effect on later motion.
-const HARMLESS: [&str; 40] = [
+const HARMLESS: [&str; 39] = [
     "FNORM",
     "DIAMOF",
-    "DIAM90",
     "MSG",
     "CYCLE832",
     "TRAFOOF",

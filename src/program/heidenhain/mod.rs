@@ -153,7 +153,7 @@ impl<'a, 't> Reader<'a, 't> {
             "TOOL" => self.tool(line, block),
             "L" | "C" | "CR" | "CP" | "LP" => self.motion(line, block),
             "CC" => self.centre(block),
-            "CYCL" if block.name(1) == "CALL" => self.drill(line),
+            "CYCL" if block.name(1) == "CALL" => self.call_cycle(line, block),
             "CYCL" => self.define(line, block),
             "LBL" => {
                 if block.words.get(1).is_some_and(|word| word.value == Some(0.0)) {
@@ -197,7 +197,7 @@ impl<'a, 't> Reader<'a, 't> {
         }
         self.feed(line, block)?;
         self.feed_of_tool = block.has("F").then_some(self.cutter.feed);
-        Ok(())
+        self.m_codes(line, block, false)
     }
 
     /// F, not FMAX, which holds for its block alone.
@@ -284,8 +284,8 @@ impl<'a, 't> Reader<'a, 't> {
             let [x, y] = self.polar(block)?;
             (end[0], end[1]) = (Some(x), Some(y));
         }
-        const AXES: [&str; 8] = ["X", "Y", "Z", "IX", "IY", "IZ", "PR", "PA"];
-        if !AXES.iter().any(|axis| block.has(axis)) && !block.has("IPA") {
+        const AXES: [&str; 10] = ["X", "Y", "Z", "IX", "IY", "IZ", "PR", "PA", "IPR", "IPA"];
+        if !AXES.iter().any(|axis| block.has(axis)) {
             return Ok(());
         }
         match end {
@@ -308,9 +308,12 @@ impl<'a, 't> Reader<'a, 't> {
             (Some(x), Some(y)) => Some([x - pole[0], y - pole[1]]),
             _ => None,
         };
-        let radius = match block.get("PR") {
-            Some(radius) => self.mm(radius),
-            None => before.map(|[x, y]| x.hypot(y)).ok_or("PR from no position")?,
+        let radius = match (block.get("PR"), block.get("IPR")) {
+            (Some(radius), _) => self.mm(radius),
+            (None, by) => {
+                let before = before.map(|[x, y]| x.hypot(y)).ok_or("PR from no position")?;
+                before + self.mm(by.unwrap_or(0.0))
+            }
         };
         let angle = match (block.get("PA"), block.get("IPA"), before) {
             (Some(angle), _, _) => rad_from_deg(angle),
@@ -424,6 +427,13 @@ impl<'a, 't> Reader<'a, 't> {
         };
         match number {
             _ if [200.0, 201.0, 203.0].contains(&number) => {
+                let is_open = |word: &&Word<'_>| word.name.starts_with('Q') && word.value.is_none();
+                if let Some(word) = block.words.iter().find(is_open) {
+                    return Err(format!(
+                        "{}: a value from a Q parameter is not supported",
+                        word.name
+                    ));
+                }
                 self.cycle = Some((number, values()));
                 Ok(())
             }
@@ -441,13 +451,10 @@ impl<'a, 't> Reader<'a, 't> {
                 Ok(())
             }
             _ if number.floor() == 32.0 || number == 247.0 || number == 392.0 => Ok(()),
-            // Shifts and turns that are zero.
+            // Shifts and turns that are zero, behind a title; a mirror names axes alone.
             _ if matches!(number.floor() as i64, 7 | 8 | 10 | 19) => {
-                let is_zero = block.words.iter().skip(3).all(|word| {
-                    word.value.is_none_or(|value| value == 0.0)
-                        || matches!(word.name, "DATUM" | "SHIFT")
-                });
-                if is_zero {
+                let is_title = number.fract() == 0.0;
+                if is_title || block.words.iter().skip(3).all(|word| word.value == Some(0.0)) {
                     Ok(())
                 } else {
                     Err(format!("cycle {number} shifts or turns the work and is not supported"))
@@ -455,6 +462,21 @@ impl<'a, 't> Reader<'a, 't> {
             }
             _ => Err(format!("cycle {number} is not supported")),
         }
+    }
+
+    /// CYCL CALL, with M codes as in a move.
+    fn call_cycle(&mut self, line: usize, block: &Block<'_>) -> Result<(), String> {
+        let unknown = |word: &&Word<'_>| !matches!(word.name, "M" | "F" | "FMAX" | "MAX");
+        if let Some(word) = block.words.iter().skip(2).find(unknown) {
+            return Err(format!("'CYCL CALL {}' is not supported", word.name));
+        }
+        self.feed(line, block)?;
+        self.m_codes(line, block, true)?;
+        self.drill(line)?;
+        if block.all("M").any(|code| code == 5.0) {
+            self.cutter.turn_spindle(line, false);
+        }
+        Ok(())
     }
 
     fn drill(&mut self, line: usize) -> Result<(), String> {

@@ -1,6 +1,7 @@
 //! APT and cutter location files: continuation, tool axes, cycles, units.
 
 use detune::motion::Target;
+use detune::notes::Code;
 use detune::program::{Dialect, Settings, Spindle, SpindleCommand, read};
 use nalgebra::Vector3;
 
@@ -125,6 +126,7 @@ fn what_is_lost_or_computed_is_refused_with_its_line() {
         ("SPINDL/-5,RPM", "must not be negative"),
         ("SPINDL/RPM,5,FAST", "'FAST' is not understood"),
         ("SPINDL/5,RPM,7", "which of them"),
+        ("SPINDL/3721,RPM,CLW,MAXRPM,3700", "3721 rpm is above the largest speed there, 3700 rpm"),
         ("UNITS/CM", "CM is not supported"),
         ("CYCLE/DRILL,10,100,2,9,MMPM", "numbers without keywords"),
         ("CYCLE/DRILL,CLEAR,2", "depth is missing"),
@@ -148,10 +150,26 @@ fn what_is_lost_or_computed_is_refused_with_its_line() {
 #[test]
 fn things_beside_the_motion_are_told() {
     let program = apt(
-        "FEDRAT/5,IPM\nLOADTL/1\nGOTO/0,0,0\nLOADTL/2\nHEAD/2\nCUTCOM/LEFT\nSPINDL/100,SFM\nGOTO/1,0,0",
+        "UNITS/MM\nFEDRAT/5,IPM\nLOADTL/1\nGOTO/0,0,0\nLOADTL/2\nHEAD/2\nCUTCOM/LEFT\nSPINDL/100,SFM\nGOTO/1,0,0",
     );
     let told: Vec<usize> = program.warnings.iter().map(at).collect();
-    assert_eq!(told, [1, 5, 6, 7], "{:?}", program.warnings);
+    assert_eq!(told, [6, 7, 8], "{:?}", program.warnings);
+    // Units that nobody states, and what may be skipped.
+    let program = apt("FEDRAT/5,IPM\nGOTO/0,0,0\nOPSKIP/ON\nGOTO/1,0,0\nOPSKIP/OFF");
+    let told: Vec<(usize, Code)> =
+        program.warnings.iter().map(|note| (at(note), note.code)).collect();
+    let expected = [(1, Code::UnitAssumed), (2, Code::Assumed), (3, Code::MotionLeftOut)];
+    assert_eq!(told, expected, "{:?}", program.warnings);
+}
+
+/// AUXFUN/3 is M3: what follows is cut with the spindle on.
+#[test]
+fn auxiliary_functions_start_the_spindle() {
+    for (start, turns) in [("AUXFUN/3", true), ("AUXFUN/5", false), ("AUXFUN/8", false)] {
+        let text = format!("SPINDL/RPM,3600,CLW\nSPINDL/OFF\n{start}\nGOTO/0,0,0");
+        let expected = if turns { Spindle::Turns(Some(3600.0)) } else { Spindle::Stands };
+        assert_eq!(apt(&text).moves[0].stated.spindle, Some(expected), "{start}");
+    }
 }
 
 #[test]
@@ -181,7 +199,7 @@ fn a_feed_per_revolution_of_a_surface_speed_is_refused() {
 #[test]
 fn one_coordinate_system_throughout() {
     let system = |z: f64| format!("MSYS/0,0,{z},1,0,0,0,1,0\nGOTO/1,2,3\n");
-    let same = apt(&(system(500.0) + &system(500.0)));
+    let same = apt(&("UNITS/MM\n".to_owned() + &system(500.0) + &system(500.0)));
     assert_ends(&same, &[('L', [1.0, 2.0, 3.0]), ('L', [1.0, 2.0, 3.0])]);
     assert!(same.warnings.is_empty(), "{:?}", same.warnings);
     let found = faults(&(system(0.0) + &system(500.0) + &system(0.0)), Dialect::Apt);
@@ -191,14 +209,14 @@ fn one_coordinate_system_throughout() {
 
 #[test]
 fn the_way_home_is_read_where_it_is_given_and_refused_between_moves() {
-    let program = apt("GOTO/0,0,0\nGOHOME/1,2,90,0,0,1\nGOTO/3,0,0\nGOHOME\nFINI\n");
+    let program = apt("UNITS/MM\nGOTO/0,0,0\nGOHOME/1,2,90,0,0,1\nGOTO/3,0,0\nGOHOME\nFINI\n");
     assert_ends(
         &program,
         &[('L', [0.0, 0.0, 0.0]), ('L', [1.0, 2.0, 90.0]), ('L', [3.0, 0.0, 0.0])],
     );
     assert_eq!(program.moves[1].feed_m_per_s, 0.5);
     let told: Vec<usize> = program.warnings.iter().map(at).collect();
-    assert_eq!(told, [2, 4], "{:?}", program.warnings);
+    assert_eq!(told, [3, 5], "{:?}", program.warnings);
     for away in ["GOHOME", "GOCLER"] {
         let text = format!("GOTO/0,0,0\n{away}\nGOTO/1,0,0\nGOTO/2,0,0\n");
         let found = faults(&text, Dialect::Apt);

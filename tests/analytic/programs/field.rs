@@ -149,7 +149,7 @@ fn words_of_sinumerik_that_mean_something_else() {
 
 #[test]
 fn offsets_lengths_and_calls_of_g_code() {
-    let start = "G90 G94 G0 X0 Y0 Z0\nG1 X10 F100\n";
+    let start = "G21 G90 G94 G0 X0 Y0 Z0\nG1 X10 F100\n";
     for other in ["G54.1 P2", "G154 P2", "G55"] {
         let program = of(&format!("G54.1 P1\n{start}{other}\nX20\n"), Dialect::GCode);
         assert_eq!(codes(&program), [Code::ChangeIgnored], "{other}");

@@ -133,7 +133,7 @@ fn a_helix_climbs_evenly_and_stays_on_its_cylinder() {
 
 #[test]
 fn the_path_starts_where_all_three_axes_are_known() {
-    let program = gcode("G0 Z5\nG0 X1\nG0 Y2\nG1 X3");
+    let program = gcode("G21 G0 Z5\nG0 X1\nG0 Y2\nG1 X3");
     assert_eq!(lines(&program), [3, 4]);
     assert_ends(&program, &[('L', [1.0, 2.0, 5.0]), ('L', [3.0, 2.0, 5.0])]);
     assert!(program.warnings.is_empty(), "{:?}", program.warnings);
@@ -286,16 +286,79 @@ fn ways_to_the_machine_s_own_places_are_refused_between_moves() {
         assert_eq!((at(&found[0]), found.len()), (2, 1), "{way}: {found:?}");
         assert!(found[0].what.contains("split the program"), "{way}: {}", found[0].what);
 
-        let program = gcode(&format!("{way}\nG1 X5 Y0 Z0 F100\nX6\n{way}\nM30\n"));
+        let program = gcode(&format!("G21 {way}\nG1 X5 Y0 Z0 F100\nX6\n{way}\nM30\n"));
         assert_ends(&program, &[('L', [5.0, 0.0, 0.0]), ('L', [6.0, 0.0, 0.0])]);
         assert_eq!(at(&program.warnings[0]), 1, "{way}: {:?}", program.warnings);
     }
     // Behind the retract the height is not known, so this is no move through the part.
-    let program = gcode("G0 X0 Y0 Z5\nG1 Z0 F100\nG53 G0 Z0\nX9 Y9\nM30\n");
+    let program = gcode("G21 G0 X0 Y0 Z5\nG1 Z0 F100\nG53 G0 Z0\nX9 Y9\nM30\n");
     assert_ends(&program, &[('L', [0.0, 0.0, 5.0]), ('L', [0.0, 0.0, 0.0])]);
     let told: Vec<usize> = program.warnings.iter().map(at).collect();
     assert_eq!(told, [3], "{:?}", program.warnings);
     // What is known of x is no longer so.
     let program = gcode("G0 X1 Y2\nG53 X0\nZ5\nX3\n");
     assert_ends(&program, &[('L', [3.0, 2.0, 5.0])]);
+}
+
+/// The speeds and the ends of the moves of a program.
+fn cut(text: &str) -> Vec<(f64, [f64; 3])> {
+    let program = gcode(&format!("G21 G90 G94\nM3 S3000\nG0 X0 Y0 Z0\n{text}"));
+    let mut rpm = 0.0;
+    let of = |each: &detune::motion::Move| {
+        if let Some(Spindle::Turns(Some(told))) = each.stated.spindle {
+            rpm = told;
+        }
+        let mm = end(each).1.translation.vector * 1000.0;
+        (rpm, [mm.x, mm.y, mm.z].map(f64::round))
+    };
+    program.moves.iter().map(of).skip(1).collect()
+}
+
+/// Fanuc: M99 P jumps, from a subprogram into the program that called it.
+#[test]
+fn m99_with_p_jumps() {
+    let jumps = cut("G1 X100 F600\nM99 P50\nG1 X0\nM30\nN50 S3600\nG1 Y50\nM30");
+    assert_eq!(jumps, [(3000.0, [100.0, 0.0, 0.0]), (3600.0, [100.0, 50.0, 0.0])]);
+    let back = cut(
+        "G1 X100 F600\nM98 P2 L3\nG1 X0\nN50 G1 Y50\nM30\nO2\nG1 X110\nM99 P50\nN50 G1 X0\nM99",
+    );
+    let ends: Vec<[f64; 3]> = back.iter().map(|one| one.1).collect();
+    assert_eq!(ends, [[100.0, 0.0, 0.0], [110.0, 0.0, 0.0], [110.0, 50.0, 0.0]]);
+    for text in ["G1 X100 F600\nM99", "N5 G1 X100 F600\nM99 P5"] {
+        let program = gcode(&format!("G21 G90 G94\nM3 S3000\nG0 X0 Y0 Z0\n{text}"));
+        assert_eq!(program.moves.len(), 2, "{text}");
+        let [note] = &program.warnings[..] else { panic!("{:?}", program.warnings) };
+        assert!(note.what.contains("read once"), "{note}");
+    }
+}
+
+/// GOTO seeks in its own program, forward first.
+#[test]
+fn goto_stays_in_its_program() {
+    let sub = "O2\n#1=1\nIF [#1 EQ 1] GOTO 10\nG1 X100\nN10 S3600\nG1 X50\nM99";
+    let found = cut(&format!("G1 X10 F600\nM98 P2\nN10 G1 Y40\nM30\n{sub}"));
+    let expected =
+        [(3000.0, [10.0, 0.0, 0.0]), (3600.0, [50.0, 0.0, 0.0]), (3600.0, [50.0, 40.0, 0.0])];
+    assert_eq!(found, expected);
+}
+
+/// A speed, or a limit of it: controllers differ.
+#[test]
+fn a_speed_beside_g92_or_g50_is_refused() {
+    for code in ["G92", "G50"] {
+        let found = faults(&format!("{code} S3000\nG0 X0 Y0 Z0"), Dialect::GCode);
+        assert!(found[0].what.contains("or its limit"), "{code}: {found:?}");
+    }
+}
+
+#[test]
+fn a_unit_that_nobody_states_is_told_once() {
+    let told = |text: &str| -> Vec<(usize, String)> {
+        let program = read(ended(text, Dialect::GCode).as_bytes(), Dialect::GCode, &settings());
+        program.unwrap().warnings.iter().map(|note| (at(note), note.what.clone())).collect()
+    };
+    let told_of = told("G90\nG1 X0 Y0 Z0 F100\nX1\nX2");
+    let [(line, what)] = &told_of[..] else { panic!("{told_of:?}") };
+    assert!(*line >= 2 && what.contains("no G20 or G21"), "{line}: {what}");
+    assert!(told("G21 G90\nG1 X0 Y0 Z0 F100\nX1").is_empty());
 }

@@ -56,6 +56,13 @@ fn what_is_lost_or_shifted_is_refused_with_its_line() {
     for (block, said) in [
         ("L X+Q5", "Q parameters"),
         ("CYCL DEF 7.1 X+5", "shifts or turns"),
+        ("CYCL DEF 7.1 X+Q1", "shifts or turns"),
+        ("CYCL DEF 10.1 ROT+Q5", "shifts or turns"),
+        ("CYCL DEF 19.1 A+Q120 B+Q121", "shifts or turns"),
+        ("CYCL DEF 8.1 X", "shifts or turns"),
+        ("CYCL DEF 200 DRILLING Q200=2 Q202=+Q7", "Q202: a value from a Q parameter"),
+        ("CYCL CALL POS X+10 Y+80 Z+0 FMAX", "'CYCL CALL POS' is not supported"),
+        ("CYCL CALL PAT FMAX", "'CYCL CALL PAT' is not supported"),
         ("CYCL DEF 252 CIRCULAR POCKET", "cycle 252"),
         ("PLANE SPATIAL SPA+45", "PLANE tilts"),
         ("FN 9: IF +0 EQU +0 GOTO LBL 5", "FN: parameters and jumps"),
@@ -88,4 +95,33 @@ fn speeds_and_feeds_are_rewritten() {
     let expected =
         text.replace("S8000 F500", "S10000 F625").replace("F200", "F250").replace("F600", "F750");
     assert_eq!(String::from_utf8(found.bytes).unwrap(), expected);
+}
+
+const HOLE: &str =
+    "CYCL DEF 200 DRILLING ~\nQ200=2 ~\nQ201=-20 ~\nQ206=150 ~\nQ202=20 ~\nQ203=+0 ~\nQ204=2\n";
+
+/// The spindle that M3 starts in the block of a tool or of a cycle turns.
+#[test]
+fn the_spindle_starts_where_it_is_told_to() {
+    let tool = "L Z+50 FMAX M5\nTOOL CALL 1 Z S3600";
+    for text in [
+        format!("{tool} M3\nL X+0 F500\n"),
+        format!("{tool}\n{HOLE}L X+50 FMAX\nCYCL CALL M3\nL X+0 F500\n"),
+    ] {
+        let head = "BEGIN PGM A MM\nTOOL CALL 1 Z S3000\nL X+0 Y+0 Z+0 R0 FMAX M3\nL X+100 F600\n";
+        let program = conversational(&format!("{head}{text}END PGM A MM\n")).unwrap();
+        let last = program.moves.last().unwrap();
+        assert_eq!(last.stated.spindle, Some(Spindle::Turns(Some(3600.0))), "{text}");
+    }
+}
+
+/// IPR adds to the radius that the tool has about the pole.
+#[test]
+fn a_radius_may_be_relative() {
+    let head =
+        "BEGIN PGM A MM\nTOOL CALL 1 Z S3000\nL X+0 Y+0 Z+0 R0 FMAX M3\nL X+100 F600\nCC X+0 Y+0\n";
+    for (block, end) in [("LP IPR+20 PA+90", [0.0, 120.0, 0.0]), ("LP IPR+20", [120.0, 0.0, 0.0])] {
+        let program = conversational(&format!("{head}{block}\nEND PGM A MM\n")).unwrap();
+        assert_ends(&program, &[('L', [0.0; 3]), ('L', [100.0, 0.0, 0.0]), ('L', end)]);
+    }
 }

@@ -19,7 +19,7 @@ fn cutting_before_the_place_is_known_is_a_fault_and_rapids_are_silent() {
     assert_eq!((at(&found[0]), found.len()), (2, 1), "{found:?}");
     assert!(found[0].what.contains("while Z is not known"), "{}", found[0].what);
     assert!(found[0].what.ends_with("line 3 likewise"), "{}", found[0].what);
-    let program = of("G90\nG0 Z5\nG0 X1 Y2\nG1 Z0 F100\n", Dialect::GCode);
+    let program = of("G21 G90\nG0 Z5\nG0 X1 Y2\nG1 Z0 F100\n", Dialect::GCode);
     assert_ends(&program, &[('L', [1.0, 2.0, 5.0]), ('L', [1.0, 2.0, 0.0])]);
     assert!(program.warnings.is_empty(), "{:?}", program.warnings);
 }
@@ -89,7 +89,7 @@ fn what_is_rewritten_is_what_was_read() {
         ("O100 SUB\nS780 M3\nO100 ENDSUB\nO100 CALL\nG0 X0 Y0 Z0\nG1 X9 F1\nM30\n", Dialect::GCode),
         ("SPINDL/RANGE,780,RPM,780,CLW\nGOTO/0,0,0\nGOTO/1,0,0\nFINI\n", Dialect::Apt),
         (
-            "PPRINT SPINDL/780 $\nSPINDL/ $\n 780 ,RPM,MAXRPM,780\nINSERT S780/F780\nGOTO/0,0,0\n\
+            "PPRINT SPINDL/780 $\nSPINDL/ $\n 780 ,RPM,RANGE,780\nINSERT S780/F780\nGOTO/0,0,0\n\
              GOTO/1,0,0\nFINI\n",
             Dialect::Apt,
         ),
@@ -136,7 +136,7 @@ fn a_code_that_is_not_known_and_has_a_speed_starts_the_spindle() {
     let note = program.warnings.iter().find(|note| note.what.contains("M103")).unwrap();
     assert_eq!((note.code, at(note)), (Code::SpindleCommand, 3));
     // Without a speed it may start it, too: a doubt, not a remark.
-    let program = of("M5\nG0 X0 Y0 Z0\nM103\nG1 X9 F1", Dialect::GCode);
+    let program = of("G21 M5\nG0 X0 Y0 Z0\nM103\nG1 X9 F1", Dialect::GCode);
     assert_eq!(program.warnings[0].code, Code::SpindleCommand);
     // A speed without a start: nothing has stopped it.
     let program = of("S780\nG0 X0 Y0 Z0\nG1 X9 F1", Dialect::GCode);
