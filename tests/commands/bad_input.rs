@@ -133,7 +133,7 @@ const ROWS: &[Row] = &[
     row(Urdf, "ixx=\"0.005\"", "ixx=\"-0.005\"", "-0.005", &["link 'link_1': inertia is not positive"]),
     row(Urdf, "ixy=\"0\" ixz=\"0\" iyy=\"0.30\"", "ixz=\"0\" iyy=\"0.30\"", "iyy=\"0.30\"", &["link 'link_1': <inertia> has no ixy"]),
     row(Urdf, "xyz=\"0.7 0 0\"", "xyz=\"0 abc 1\"", "abc", &["joint 'joint_2': <origin> xyz is \"0 abc 1\", must be 3 finite numbers"]),
-    row(Urdf, "xyz=\"0.7 0 0\"", "xzy=\"0.7 0 0\"", "xzy", &["joint 'joint_2': <origin> has no attribute 'xzy'; did you mean 'xyz'?"]),
+    row(Urdf, "xyz=\"0.7 0 0\"", "xzy=\"0.7 0 0\"", "xzy", &["joint 'joint_2': <origin> has no attribute 'xzy', only xyz, rpy, quat_xyzw"]),
     row(Urdf, "ixy=\"0\"", "ixy=\"0\" izx=\"0\"", "izx", &["link 'link_1': <inertia> has no attribute 'izx'"]),
     row(Urdf, "mass value=\"4.0\"", "mass value=\"4.0\" unit=\"kg\"", "unit", &["link 'link_1': <mass> has no attribute 'unit'"]),
     row(Urdf, "<axis xyz=\"0 -1 0\"/>", "<axes xyz=\"0 -1 0\"/>", "<axes", &["joint 'joint_1': <axes> is not known; did you mean <axis>?"]),
@@ -526,7 +526,7 @@ fn a_nul_byte_is_told_at_its_line() {
 }
 
 #[test]
-fn a_folder_for_the_robot_is_answered_with_the_file_in_it() {
+fn a_folder_for_the_robot_is_the_file_in_it() {
     let folder = tempfile::tempdir().unwrap();
     let arm = folder.path().join("arm");
     std::fs::create_dir(&arm).unwrap();
@@ -537,10 +537,9 @@ fn a_folder_for_the_robot_is_answered_with_the_file_in_it() {
             .unwrap();
         job_errors(&path)[0].what.clone()
     };
-    assert_eq!(
-        told("arm"),
-        "robot 'arm': is a folder, must be a file; did you mean 'arm/robot.yaml'?"
-    );
+    let in_it = arm.join("two-link.urdf");
+    let lacks = format!("urdf 'two-link.urdf': no such file: looked for {}", in_it.display());
+    assert_eq!(told("arm"), lacks);
     assert_eq!(told("."), "robot '.': is a folder, must be a file");
     // What is looked for is shown where the name does not show it.
     let there = arm.join("none.yaml");

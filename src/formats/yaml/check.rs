@@ -35,6 +35,7 @@ pub(crate) const KEYWORDS: &[&str] = &[
     "maxItems",
     NOUN,
     APART,
+    NARROWS,
 ];
 
 /// Schema keyword: what to call such a mapping in a message, before its name.
@@ -42,6 +43,9 @@ pub(crate) const NOUN: &str = "x-noun";
 
 /// Schema keyword: the value is read from the tree, not through serde.
 pub(crate) const APART: &str = "x-apart";
+
+/// Schema keyword: absent, the key would say more than with a value, so it must not be empty.
+pub(crate) const NARROWS: &str = "x-narrows";
 
 /// Checks `root` against `schema`: one fault for each key and value that does not fit.
 pub(crate) fn check(root: &mut Node, schema: &Value, notes: &mut Notes) {
@@ -263,6 +267,12 @@ fn check_mapping(
             if let Some(near) = near.filter(|near| !given.contains(*near)) {
                 entry.key = near.into();
             }
+        }
+    }
+    for entry in entries.iter().filter(|entry| entry.value.is_null()) {
+        if properties.get(&*entry.key).is_some_and(|schema| schema.get(NARROWS).is_some()) {
+            let what = format!("{} is empty: give a value, or delete the key", entry.key);
+            notes.error(Code::Value, entry.line as usize, trail.within(&what));
         }
     }
     // A key without a value is one that is not there, for every reader.

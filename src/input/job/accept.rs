@@ -37,15 +37,6 @@ impl Entries<'_> {
     ) -> Option<Acceptance> {
         let line =
             |key| self.tree.line_at(&[Step::Key("accept"), Step::Index(index), Step::Key(key)]);
-        for key in ["mode", "operation", "job"] {
-            let steps = [Step::Key("accept"), Step::Index(index), Step::Key(key)];
-            // Absent, it would accept more than was meant.
-            if self.tree.at(&steps).is_some_and(Node::is_null) {
-                let what =
-                    format!("accept[{index}].{key} is empty: give a value, or delete the key");
-                notes.error(Code::Value, line(key), what);
-            }
-        }
         let kind =
             raw.code.as_deref().and_then(|code| self.acceptable(code, raw.mode, index, notes));
         let is_meant = self.is_meant(index, raw, notes);

@@ -82,13 +82,13 @@ pub(in crate::input) struct Acceptance {
     #[schemars(required, extend("examples" = ["axis_ignored"]))]
     pub(in crate::input) code: Option<String>,
     /// With crossing: the mode, counted from 1; any if absent.
-    #[schemars(extend("minimum" = 1))]
+    #[schemars(extend("minimum" = 1, "x-narrows" = true))]
     pub(in crate::input) mode: Option<u32>,
     /// In detune.toml: the job, relative to that file; any if absent, but for a crossing.
-    #[schemars(extend("examples" = ["jobs/pocket.yaml"]))]
+    #[schemars(extend("examples" = ["jobs/pocket.yaml"], "x-narrows" = true))]
     pub(in crate::input) job: Option<String>,
     /// Name of the operation; any if absent.
-    #[schemars(extend("examples" = ["rough"]))]
+    #[schemars(extend("examples" = ["rough"], "x-narrows" = true))]
     pub(in crate::input) operation: Option<String>,
     /// Why it is accepted.
     #[schemars(required, extend("examples" = ["rail stands still in this cell"]))]

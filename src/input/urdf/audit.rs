@@ -3,7 +3,7 @@
 use roxmltree::{Document, Node};
 
 use crate::notes::{Code, Notes};
-use crate::wording::{hint, nearest};
+use crate::wording::nearest;
 
 const XACRO_HINT: &str =
     "is unexpanded xacro; run 'xacro robot.xacro > robot.urdf' and name the result";
@@ -310,11 +310,9 @@ impl Auditor<'_> {
         for attribute in node.attributes().filter(|attribute| attribute.namespace().is_none()) {
             let name = attribute.name();
             if !known.contains(&name) {
-                let hint = hint(name, known.iter().copied());
-                let what = format!(
-                    "{owner}: <{}> has no attribute '{name}'{hint}",
-                    node.tag_name().name()
-                );
+                let tag = node.tag_name().name();
+                let known = known.join(", ");
+                let what = format!("{owner}: <{tag}> has no attribute '{name}', only {known}");
                 let line = self.line(node);
                 self.notes.error(Code::UnknownKey, line, what);
             }

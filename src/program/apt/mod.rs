@@ -54,8 +54,6 @@ struct Reader<'a> {
     cutter: Cutter<'a>,
     inches: bool,
     units_given: bool,
-    /// Whether that was told.
-    units_assumed: bool,
     rapid: bool,
     /// In the coordinates of the program.
     axis: Unit<Vector3<f64>>,
@@ -76,7 +74,6 @@ impl<'a> Reader<'a> {
             cutter: Cutter::new(settings, log),
             inches: false,
             units_given: false,
-            units_assumed: false,
             rapid: false,
             axis: Vector3::z_axis(),
             at: None,
@@ -254,10 +251,6 @@ impl<'a> Reader<'a> {
     }
 
     fn line_to(&mut self, line: usize, to: Vector3<f64>, pace: Pace) {
-        if !self.units_given && !std::mem::replace(&mut self.units_assumed, true) {
-            let what = "no UNITS before the first point: lengths and feeds are read in mm";
-            self.cutter.log.warning(Code::Assumed, line, what);
-        }
         let frame = self.systems.start();
         self.cutter.tilt(frame.axis(self.axis));
         self.cutter.line_to(line, frame.point(to), pace);

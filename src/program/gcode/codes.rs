@@ -310,12 +310,6 @@ fn moves(machine: &mut Machine<'_>, once: &Once, line: usize, block: &Block) -> 
         return Err("L calls a subprogram that is not read, or is not understood here".to_owned());
     }
     let has_axes = block.has_any(&AXES) || block.has_any(&super::rotary::LETTERS);
-    if has_axes && !machine.unit_known {
-        machine.unit_known = true;
-        let codes = if machine.is_sinumerik { "G70, G71, G700 or G710" } else { "G20 or G21" };
-        let what = format!("no {codes} before the first axis: lengths and feeds are read in mm");
-        machine.cutter.log.warning(Code::Assumed, line, what);
-    }
     let in_cycle = matches!(machine.motion, Motion::Cycle(_));
     let has_cycle_words = in_cycle && block.has_any(b"RQ");
     let full_turn = matches!(machine.motion, Motion::Arc { .. }) && block.has_any(b"IJK");

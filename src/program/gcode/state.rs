@@ -65,8 +65,6 @@ pub(super) struct Machine<'a> {
     pub(super) motion: Motion,
     pub(super) plane: Plane,
     pub(super) inches: bool,
-    /// Whether the program says it, or was told that it does not.
-    pub(super) unit_known: bool,
     /// Sinumerik's G70 and G71 leave the feed's unit as it is.
     feed_in_inches: bool,
     pub(super) is_sinumerik: bool,
@@ -91,7 +89,6 @@ impl<'a> Machine<'a> {
             motion: Motion::None,
             plane: Plane::XY,
             inches: false,
-            unit_known: false,
             feed_in_inches: false,
             is_sinumerik: false,
             relative: false,
@@ -114,7 +111,7 @@ impl<'a> Machine<'a> {
 
     /// G20 and G21, G70 and G71, G700 and G710.
     pub(super) fn set_unit(&mut self, inches: bool, of_lengths_alone: bool) {
-        (self.inches, self.unit_known) = (inches, true);
+        self.inches = inches;
         if !of_lengths_alone {
             self.feed_in_inches = inches;
         }

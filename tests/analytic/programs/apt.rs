@@ -150,15 +150,15 @@ fn what_is_lost_or_computed_is_refused_with_its_line() {
 #[test]
 fn things_beside_the_motion_are_told() {
     let program = apt(
-        "UNITS/MM\nFEDRAT/5,IPM\nLOADTL/1\nGOTO/0,0,0\nLOADTL/2\nHEAD/2\nCUTCOM/LEFT\nSPINDL/100,SFM\nGOTO/1,0,0",
+        "FEDRAT/5,IPM\nLOADTL/1\nGOTO/0,0,0\nLOADTL/2\nHEAD/2\nCUTCOM/LEFT\nSPINDL/100,SFM\nGOTO/1,0,0",
     );
     let told: Vec<usize> = program.warnings.iter().map(at).collect();
-    assert_eq!(told, [6, 7, 8], "{:?}", program.warnings);
-    // Units that nobody states, and what may be skipped.
+    assert_eq!(told, [1, 5, 6, 7], "{:?}", program.warnings);
+    // What may be skipped.
     let program = apt("FEDRAT/5,IPM\nGOTO/0,0,0\nOPSKIP/ON\nGOTO/1,0,0\nOPSKIP/OFF");
     let told: Vec<(usize, Code)> =
         program.warnings.iter().map(|note| (at(note), note.code)).collect();
-    let expected = [(1, Code::UnitAssumed), (2, Code::Assumed), (3, Code::MotionLeftOut)];
+    let expected = [(1, Code::UnitAssumed), (3, Code::MotionLeftOut)];
     assert_eq!(told, expected, "{:?}", program.warnings);
 }
 

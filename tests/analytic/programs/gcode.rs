@@ -350,15 +350,3 @@ fn a_speed_beside_g92_or_g50_is_refused() {
         assert!(found[0].what.contains("or its limit"), "{code}: {found:?}");
     }
 }
-
-#[test]
-fn a_unit_that_nobody_states_is_told_once() {
-    let told = |text: &str| -> Vec<(usize, String)> {
-        let program = read(ended(text, Dialect::GCode).as_bytes(), Dialect::GCode, &settings());
-        program.unwrap().warnings.iter().map(|note| (at(note), note.what.clone())).collect()
-    };
-    let told_of = told("G90\nG1 X0 Y0 Z0 F100\nX1\nX2");
-    let [(line, what)] = &told_of[..] else { panic!("{told_of:?}") };
-    assert!(*line >= 2 && what.contains("no G20 or G21"), "{line}: {what}");
-    assert!(told("G21 G90\nG1 X0 Y0 Z0 F100\nX1").is_empty());
-}
