@@ -38,6 +38,8 @@ pub(super) struct Log {
     stated: Arc<Stated>,
     feeds: StatedFeeds,
     notes: Notes,
+    /// Where in another file the statement that runs stands, before what is told of it.
+    within: String,
     /// Texts of the warnings.
     warned: HashSet<String>,
 }
@@ -102,6 +104,7 @@ impl Log {
             stated: Arc::default(),
             feeds: StatedFeeds::default(),
             notes: Notes::default(),
+            within: String::new(),
             warned: HashSet::new(),
         }
     }
@@ -109,15 +112,21 @@ impl Log {
     /// Motion is lost, wrong or impossible. The same error of the same line (in a loop) is kept
     /// once.
     pub(super) fn error(&mut self, code: Code, line: usize, what: impl Into<String>) {
+        let what = format!("{}{}", self.within, what.into());
         self.notes.error(code, line, what);
     }
 
     /// Something beside the motion is left out or assumed; kept once, at the first line.
     pub(super) fn warning(&mut self, code: Code, line: usize, what: impl Into<String>) {
-        let what = what.into();
+        let what = format!("{}{}", self.within, what.into());
         if self.warned.insert(what.clone()) {
             self.notes.warning(code, line, what);
         }
+    }
+
+    /// What is told from here on is of a place in another file.
+    pub(super) fn within(&mut self, place: String) {
+        self.within = place;
     }
 
     /// Numbers may be right in the text and overflow on the way to the base frame; one line may ask

@@ -1,11 +1,13 @@
 //! Expressions of KRL → values. What cannot be known from the files is [`Value::Unknown`] with the
 //! reason, and becomes a fault only where motion depends on it.
 
+use std::collections::HashMap;
+
 use nalgebra::Isometry3;
 
 use super::run::Run;
 use super::syntax::{Expr, Path};
-use super::value::{FRAME, Parts, Value, frame, of_frame};
+use super::value::{FRAME, INT, Parts, Sort, Type, Value, frame, of_frame};
 use crate::program::cell::{base_frame, tool_frame};
 use crate::program::{Assumed, Settings};
 use crate::units::{deg_from_rad, rad_from_deg};
@@ -13,12 +15,13 @@ use crate::units::{deg_from_rad, rad_from_deg};
 impl<'a> Run<'a> {
     pub(super) fn eval(&mut self, expr: &'a Expr) -> Value {
         match expr {
-            Expr::Number(value, span) => Value::Num(*value, *span),
+            Expr::Number(value, span, sort) => Value::Num(*value, *span, *sort),
             Expr::Bool(value) => Value::Bool(*value),
             Expr::Text(text) => Value::Text(text.clone()),
             Expr::Enum(name) => Value::Enum(name.clone()),
             Expr::Parts(parts) => {
-                let parts = parts.iter().map(|(name, expr)| (name.clone(), self.eval(expr)));
+                let parts =
+                    parts.iter().map(|(name, expr)| (name.clone(), self.eval(expr).held_in(name)));
                 Value::Parts(parts.collect())
             }
             Expr::Ref(path) => self.read(path),
@@ -26,8 +29,8 @@ impl<'a> Run<'a> {
             Expr::Not(inner) => known(self.eval(inner).bool().map(|value| Value::Bool(!value))),
             Expr::Minus(inner) => match self.eval(inner) {
                 // The sign belongs to the number in the text.
-                Value::Num(value, _) => Value::Num(-value, None),
-                other => known(other.num().map(|value| Value::Num(-value, None))),
+                Value::Num(value, _, sort) => Value::Num(-value, None, sort),
+                other => known(other.num().map(Value::real)),
             },
             Expr::Binary(operator, left, right) => {
                 let (left, right) = (self.eval(left), self.eval(right));
@@ -40,7 +43,10 @@ impl<'a> Run<'a> {
     pub(super) fn key(&mut self, path: &'a Path) -> Result<String, String> {
         let mut key = path.name.clone();
         for index in &path.indices {
-            let number = self.eval(index).num()?;
+            self.indexing += 1;
+            let number = self.eval(index).num();
+            self.indexing -= 1;
+            let number = number?;
             key.push_str(&format!("[{number}]"));
         }
         Ok(key)
@@ -65,16 +71,19 @@ impl<'a> Run<'a> {
     }
 
     pub(super) fn datum(&mut self, key: &str) -> Value {
-        if let Some(value) = self.frames.last().and_then(|frame| frame.get(key)) {
-            return value.clone();
-        }
-        if let Some(value) = self.globals.get(key) {
-            return value.clone();
-        }
-        match self.settings.assume.get(key) {
-            Some(Assumed::Truth(value)) => return Value::Bool(*value),
-            Some(Assumed::Number(value)) => return Value::Num(*value, None),
-            None => {}
+        let own = match self.frames.last().filter(|frame| frame.has(key)) {
+            Some(frame) => Some(frame.data.get(key).cloned().unwrap_or_else(|| unset(key))),
+            None => self.globals.get(key).cloned(),
+        };
+        match (own, self.settings.assume.get(key)) {
+            (None | Some(Value::Unknown(_)), Some(Assumed::Truth(value))) => {
+                return Value::Bool(*value);
+            }
+            (None | Some(Value::Unknown(_)), Some(Assumed::Number(value))) => {
+                return Value::real(*value).held_as(self.type_of(key));
+            }
+            (Some(value), _) => return value,
+            (None, None) => {}
         }
         match key {
             "$nullframe" | "$world" => of_frame(&Isometry3::identity()),
@@ -113,16 +122,32 @@ impl<'a> Run<'a> {
     /// Stores a value in a datum or a part of it.
     pub(super) fn write(&mut self, path: &'a Path, value: Value) -> Result<(), String> {
         let key = self.key(path)?;
-        let local = self.frames.last_mut().filter(|frame| frame.contains_key(&key));
-        let store = match local {
-            Some(frame) => frame,
-            None => &mut self.globals,
-        };
-        let Some((last, way)) = path.fields.split_last() else {
-            store.insert(key, value);
+        self.write_at(key, &path.fields, value)
+    }
+
+    pub(super) fn write_at(
+        &mut self,
+        key: String,
+        fields: &[String],
+        value: Value,
+    ) -> Result<(), String> {
+        let declared = self.type_of(&key);
+        let store = self.store(&key);
+        let Some((last, way)) = fields.split_last() else {
+            store.insert(key, value.held_as(declared));
             return Ok(());
         };
-        let mut target = store.entry(key).or_insert_with(|| Value::Parts(Parts::new()));
+        let value = value.held_in(last);
+        let is_new = store.get(&key).is_none_or(|old| *old == unset(&key));
+        if is_new && (declared.is_some() || key.ends_with("dat_act")) {
+            store.insert(key.clone(), Value::Parts(Parts::new()));
+        }
+        let undeclared = || Value::unknown(format!("'{key}' is declared in no file that is read"));
+        let mut target = store.entry(key.clone()).or_insert_with(undeclared);
+        if let Value::Unknown(_) = target {
+            // Its other components stay unknown.
+            return Ok(());
+        }
         for field in way {
             let Value::Parts(parts) = target else { return Err("has no components".to_owned()) };
             target = parts.entry(field.clone()).or_insert_with(|| Value::Parts(Parts::new()));
@@ -139,6 +164,41 @@ impl<'a> Run<'a> {
         }
     }
 
+    pub(super) fn store(&mut self, key: &str) -> &mut HashMap<String, Value> {
+        match self.frames.last_mut().filter(|frame| frame.has(key)) {
+            Some(frame) => &mut frame.data,
+            None => &mut self.globals,
+        }
+    }
+
+    /// What its declaration says, if a file declares it.
+    fn type_of(&self, key: &str) -> Option<Type> {
+        let name = base(key);
+        match self.frames.last().filter(|frame| frame.has(key)) {
+            Some(frame) => frame.types.get(name).copied(),
+            None => self.types.get(name).copied(),
+        }
+    }
+
+    /// A datum is no longer known.
+    pub(super) fn forget(&mut self, path: &'a Path, what: &str) {
+        match self.key(path) {
+            Ok(key) => {
+                self.store(&key).insert(key, Value::unknown(what));
+            }
+            Err(_) => self.forget_all(&path.name, what),
+        }
+    }
+
+    /// No element of an array is known any longer.
+    pub(super) fn forget_all(&mut self, name: &str, what: &str) {
+        for (key, value) in self.store(name) {
+            if base(key) == name {
+                *value = Value::unknown(what);
+            }
+        }
+    }
+
     fn function(&mut self, name: &'a str, args: &'a [Option<Expr>]) -> Value {
         let mut values: Vec<Value> = Vec::new();
         for arg in args {
@@ -148,9 +208,12 @@ impl<'a> Run<'a> {
             };
             values.push(value);
         }
+        if let Some(routine) = self.file.functions.get(name) {
+            return self.run_function(routine, args, values);
+        }
         let first = values.first();
         let num = || first.map_or_else(|| Err("an argument is missing".to_owned()), Value::num);
-        let of = |apply: fn(f64) -> f64| known(num().map(|x| Value::Num(apply(x), None)));
+        let of = |apply: fn(f64) -> f64| known(num().map(|x| Value::real(apply(x))));
         match name {
             "abs" => of(f64::abs),
             "sqrt" => of(f64::sqrt),
@@ -205,7 +268,7 @@ fn number_of(value: &Value, part: &str) -> Result<f64, String> {
 
 fn known(value: Result<Value, String>) -> Value {
     match value {
-        Ok(Value::Num(number, _)) if !number.is_finite() => {
+        Ok(Value::Num(number, ..)) if !number.is_finite() => {
             Value::unknown("the result is not finite")
         }
         Ok(value) => value,
@@ -214,7 +277,6 @@ fn known(value: Result<Value, String>) -> Value {
 }
 
 fn binary(operator: &str, left: &Value, right: &Value) -> Result<Value, String> {
-    let number = |value: f64| Ok(Value::Num(value, None));
     match operator {
         "and" | "or" => {
             let decides = operator == "or";
@@ -240,7 +302,7 @@ fn binary(operator: &str, left: &Value, right: &Value) -> Result<Value, String> 
         "==" | "<>" => {
             let same = match (left, right) {
                 (Value::Unknown(why), _) | (_, Value::Unknown(why)) => return Err(why.clone()),
-                (Value::Num(a, _), Value::Num(b, _)) => a == b,
+                (Value::Num(a, ..), Value::Num(b, ..)) => a == b,
                 _ => left == right,
             };
             Ok(Value::Bool(same == (operator == "==")))
@@ -249,10 +311,43 @@ fn binary(operator: &str, left: &Value, right: &Value) -> Result<Value, String> 
         "<=" => Ok(Value::Bool(left.num()? <= right.num()?)),
         ">" => Ok(Value::Bool(left.num()? > right.num()?)),
         ">=" => Ok(Value::Bool(left.num()? >= right.num()?)),
-        "+" => number(left.num()? + right.num()?),
-        "-" => number(left.num()? - right.num()?),
-        "*" => number(left.num()? * right.num()?),
-        _ if right.num()? == 0.0 => Err("division by zero".to_owned()),
-        _ => number(left.num()? / right.num()?),
+        _ => arithmetic(operator, left.number()?, right.number()?),
     }
+}
+
+/// INT and INT give an INT, whose division drops what lies behind the point.
+fn arithmetic(operator: &str, left: (f64, Sort), right: (f64, Sort)) -> Result<Value, String> {
+    let ((a, of_a), (b, of_b)) = (left, right);
+    let sort = match (of_a, of_b) {
+        (Sort::Real, _) | (_, Sort::Real) => Sort::Real,
+        (Sort::Whole, Sort::Whole) => Sort::Whole,
+        _ => Sort::Open,
+    };
+    let value = match (operator, sort) {
+        ("+", _) => a + b,
+        ("-", _) => a - b,
+        ("*", _) => a * b,
+        _ if b == 0.0 => return Err("division by zero".to_owned()),
+        (_, Sort::Whole) => (a / b).trunc(),
+        (_, Sort::Open) if a % b != 0.0 => {
+            return Err(format!(
+                "whether {a}/{b} divides INTs is not known: one is declared in no file that is read"
+            ));
+        }
+        _ => a / b,
+    };
+    if sort != Sort::Real && !INT.contains(&value) {
+        return Err(format!("{a}{operator}{b} is beyond what an INT holds"));
+    }
+    Ok(Value::Num(value, None, sort))
+}
+
+/// `a[3]` is an element of `a`.
+pub(super) fn base(key: &str) -> &str {
+    key.split('[').next().unwrap_or(key)
+}
+
+/// A datum that is declared and has no value yet.
+pub(super) fn unset(key: &str) -> Value {
+    Value::unknown(format!("'{key}' is read before it is set"))
 }

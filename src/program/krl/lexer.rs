@@ -6,8 +6,8 @@ use crate::program::span::Span;
 pub(super) enum Kind {
     /// An identifier or keyword in lower case, `$` included.
     Word(String),
-    /// Finite, not negative; where it stands in the text of the main file.
-    Number(f64, Option<Span>),
+    /// Finite, not negative; where it stands in the text of the main file; whether it is an INT.
+    Number(f64, Option<Span>, bool),
     Text(String),
     /// `#CONSTANT`, in lower case without the sign.
     Enum(String),
@@ -44,7 +44,8 @@ pub(super) fn tokens(line: &str, offset: Option<usize>) -> Result<Vec<Kind>, Str
                 let text = rest.get(..length).unwrap_or("");
                 let value = text.parse::<f64>().ok().filter(|value| value.is_finite());
                 let value = value.ok_or_else(|| format!("'{text}' is no number"))?;
-                found.push(Kind::Number(value, span(at, at + length)));
+                let is_whole = text.bytes().all(|byte| byte.is_ascii_digit());
+                found.push(Kind::Number(value, span(at, at + length), is_whole));
                 at += length;
             }
             b'.' if bytes.get(at + 1).is_some_and(u8::is_ascii_digit)
@@ -53,7 +54,7 @@ pub(super) fn tokens(line: &str, offset: Option<usize>) -> Result<Vec<Kind>, Str
                 let length = number_length(rest);
                 let value = rest.get(..length).and_then(|text| text.parse::<f64>().ok());
                 let value = value.ok_or("a point without a number")?;
-                found.push(Kind::Number(value, span(at, at + length)));
+                found.push(Kind::Number(value, span(at, at + length), false));
                 at += length;
             }
             b'\'' => {
@@ -65,7 +66,7 @@ pub(super) fn tokens(line: &str, offset: Option<usize>) -> Result<Vec<Kind>, Str
                 let radix = if text.starts_with('B') { 2 } else { 16 };
                 let value = u32::from_str_radix(digits, radix);
                 let value = value.map_err(|_| format!("'{text}' is no number"))?;
-                found.push(Kind::Number(f64::from(value), None));
+                found.push(Kind::Number(f64::from(value), None, true));
                 at += end + 1;
             }
             b'#' => {
@@ -138,10 +139,10 @@ mod tests {
             found[1..4],
             [Kind::Symbol("."), Kind::Word("cp".to_owned()), Kind::Symbol("=")]
         );
-        assert_eq!(found[4], Kind::Number(0.2, Some(Span::new(108, 112))));
+        assert_eq!(found[4], Kind::Number(0.2, Some(Span::new(108, 112)), false));
         let found = tokens("{X 1,E1 -1.5E-3} #BASE 'HFF'", None).unwrap();
         assert_eq!(found.len(), 10);
         assert!(matches!(found[8], Kind::Enum(ref name) if name == "base"));
-        assert!(matches!(found[9], Kind::Number(value, _) if value == 255.0));
+        assert!(matches!(found[9], Kind::Number(255.0, None, true)));
     }
 }

@@ -3,10 +3,12 @@
 //!
 //! Read: data lists, positions with components left out, PTP, LIN, CIRC and their relatives, SPLINE
 //! with its segments, inline forms with BAS, frames of $CONFIG.DAT where the job names the file,
-//! expressions, IF, FOR, WHILE, REPEAT, SWITCH, WAIT SEC. T of a position counts on PTP; S is left
+//! expressions, IF, FOR, WHILE, REPEAT, SWITCH, GOTO, functions, WAIT SEC. T of a position counts on PTP; S is left
 //! out. The world frame is taken to be the base frame.
 
+mod calls;
 mod eval;
+mod interrupts;
 mod lexer;
 mod moves;
 mod parser;
@@ -25,15 +27,15 @@ use syntax::{File, Routine};
 /// Reads a KRL file, with the others that the job names, into the log.
 pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
     let mut file = File::default();
-    parser::parse(text, &mut file, true);
+    parser::parse(text, &mut file, 0);
     if let Some(line) = file.is_cut {
         let what = "the routine that begins here has no END: is the file whole?";
         log.error(Code::Syntax, line, what);
         return;
     }
     let own = std::mem::take(&mut file.data);
-    for companion in &settings.companions {
-        parser::parse(&companion.text, &mut file, false);
+    for (index, companion) in settings.companions.iter().enumerate() {
+        parser::parse(&companion.text, &mut file, index + 1);
         if file.is_cut.take().is_some() {
             let what = format!("{} ends within a routine: is the file whole?", companion.name);
             log.error(Code::Syntax, 1, what);

@@ -6,7 +6,7 @@ use nalgebra::{Isometry3, Matrix3};
 
 use super::run::Run;
 use super::syntax::{Block, Expr, Motion, Path, Way, What};
-use super::value::{FRAME, Parts, Value, frame, numbers, part, pose};
+use super::value::{EXTERNAL, FRAME, Parts, Value, frame, numbers, part, pose};
 use super::words::{is_harmless, is_without_effect};
 use crate::motion::{Circle, Configuration, Load, Target};
 use crate::notes::Code;
@@ -18,7 +18,6 @@ use crate::units::{rad_from_deg, ratio_from_percent};
 const AXES: [&str; 6] = ["a1", "a2", "a3", "a4", "a5", "a6"];
 /// More than any axis turns, rad.
 const TURNS: f64 = 20.0;
-const EXTERNAL: [&str; 6] = ["e1", "e2", "e3", "e4", "e5", "e6"];
 
 impl<'a> Run<'a> {
     pub(super) fn assign(&mut self, line: usize, path: &'a Path, expr: &'a Expr) {
@@ -31,6 +30,8 @@ impl<'a> Run<'a> {
             Ok(true) => {}
             Ok(false) => {
                 if let Err(why) = self.write(path, value) {
+                    let what = format!("an element of '{}' was set: {why}", path.name);
+                    self.forget_all(&path.name, &what);
                     self.log.warning(Code::LeftOut, line, format!("assignment left out: {why}"));
                 }
             }
@@ -120,7 +121,7 @@ impl<'a> Run<'a> {
             return Err(format!("the speed is {velocity} m/s, must be positive"));
         }
         let span = match value {
-            Value::Num(_, span) => *span,
+            Value::Num(_, span, _) => *span,
             _ => None,
         };
         self.log.states(line, span, States::Feed { value: velocity });
@@ -194,8 +195,7 @@ impl<'a> Run<'a> {
     }
 
     /// BAS(#…, n): the basic package of the controller.
-    pub(super) fn bas(&mut self, line: usize, args: &'a [Option<Expr>]) -> Result<(), String> {
-        let mut values = args.iter().flatten().map(|expr| self.eval(expr)).collect::<Vec<_>>();
+    pub(super) fn bas(&mut self, line: usize, mut values: Vec<Value>) -> Result<(), String> {
         values.resize(2, Value::unknown("the number is missing"));
         let [Value::Enum(what), number] = values.as_slice() else {
             return Err("expected BAS(#…, number)".to_owned());
@@ -277,20 +277,22 @@ impl<'a> Run<'a> {
         let kept = (self.velocity, self.joint_share, self.tcp, self.base);
         self.apply(line, with);
         for statement in block {
+            let line = self.enter(statement.file, statement.line);
             match &statement.what {
                 What::Move(motion) => {
-                    if let Err(why) = self.motion(statement.line, motion) {
-                        self.log.error(Code::Motion, statement.line, why);
+                    if let Err(why) = self.motion(line, motion) {
+                        self.log.error(Code::Motion, line, why);
                     }
                 }
                 What::Call(name, _) if is_harmless(name) => {}
-                What::Assign(path, expr) => self.assign(statement.line, path, expr),
+                What::Trigger(action) => self.trigger(line, action.as_deref()),
+                What::Assign(path, expr) => self.assign(line, path, expr),
                 What::NotUnderstood(why) => {
-                    self.log.error(Code::Syntax, statement.line, why.clone());
+                    self.log.error(Code::Syntax, line, why.clone());
                 }
                 _ => {
                     let what = "is not understood within SPLINE";
-                    self.log.error(Code::Motion, statement.line, what);
+                    self.log.error(Code::Motion, line, what);
                 }
             }
         }

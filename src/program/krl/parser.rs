@@ -2,16 +2,22 @@
 //! that it is a fault only where the program reaches it.
 
 use super::lexer::{Kind, tokens};
-use super::syntax::{Block, Cases, Expr, File, Motion, Path, Routine, Statement, Way, What};
+use super::syntax::{
+    Block, Cases, Expr, File, Motion, Parameter, Path, Routine, Statement, Way, What,
+};
+use super::value::{Sort, Type};
 use super::words::is_harmless_keyword;
 use crate::wording::counted;
 
 /// Blocks and expressions in one another beyond this are no program that a person writes.
 const MAX_DEPTH: usize = 40;
 
-/// Parses a file into `file`; `is_main` where its routines may be where the program starts.
-pub(super) fn parse(text: &str, file: &mut File, is_main: bool) {
-    let mut parser = Parser { lines: lines(text, is_main), at: 0, depth: 0, count: 0 };
+/// Parses a file into `file`; the routines of the main one, number 0, may be where the program
+/// starts.
+pub(super) fn parse(text: &str, file: &mut File, number: usize) {
+    let is_main = number == 0;
+    let mut parser =
+        Parser { lines: lines(text, is_main), file: number, at: 0, depth: 0, count: 0 };
     while let Some(line) = parser.lines.get(parser.at) {
         let number = line.number;
         match line.first() {
@@ -23,7 +29,9 @@ pub(super) fn parse(text: &str, file: &mut File, is_main: bool) {
                         if !is_whole {
                             file.is_cut.get_or_insert(number);
                         }
-                        if !is_function {
+                        if is_function {
+                            file.functions.entry(key).or_insert(routine);
+                        } else {
                             if is_main && !file.routines.contains_key(&key) {
                                 file.order.push(key.clone());
                             }
@@ -67,7 +75,7 @@ impl Line {
             _ => "",
         };
         let second = word(1);
-        if word(0) == "global" && matches!(second, "def" | "deffct" | "decl") {
+        if word(0) == "global" && matches!(second, "def" | "deffct" | "decl" | "interrupt") {
             second
         } else {
             word(0)
@@ -94,6 +102,8 @@ fn lines(text: &str, is_main: bool) -> Vec<Line> {
 
 struct Parser {
     lines: Vec<Line>,
+    /// Its number, as statements have it.
+    file: usize,
     at: usize,
     depth: usize,
     count: usize,
@@ -104,24 +114,38 @@ impl Parser {
     fn routine(&mut self, is_function: bool) -> Option<(String, Routine, bool)> {
         let line = self.lines.get(self.at)?;
         let number = line.number;
-        let mut names = line.tokens().iter().filter_map(|token| match token {
-            Kind::Word(word) => Some(word.as_str()),
+        let mut tokens = line.tokens().iter();
+        tokens.by_ref().find(|token| is_word(token, &["def", "deffct"]));
+        let mut names = tokens.by_ref().filter_map(|token| match token {
+            Kind::Word(word) => Some(word),
             _ => None,
         });
-        names.by_ref().find(|word| matches!(*word, "def" | "deffct"));
-        if is_function {
-            names.next();
+        let gives = if is_function { Some(Type::named(names.next()?)) } else { None };
+        let key = names.next()?.clone();
+        let mut parameters: Vec<Parameter> = Vec::new();
+        let mut is_behind_colon = false;
+        for token in tokens {
+            match token {
+                Kind::Word(word) if is_behind_colon => {
+                    if let Some(last) = parameters.last_mut() {
+                        last.is_by_value = word == "in";
+                    }
+                }
+                Kind::Word(word) => {
+                    parameters.push(Parameter { name: word.clone(), is_by_value: false });
+                }
+                _ => {}
+            }
+            is_behind_colon = *token == Kind::Symbol(":");
         }
-        let key = names.next()?.to_owned();
-        let parameters = names.filter(|name| !matches!(*name, "in" | "out")).map(str::to_owned);
-        let parameters = parameters.collect();
         let shown = line.text.split(['(', ' ', '\t']).find(|word| word.eq_ignore_ascii_case(&key));
         let shown = shown.unwrap_or(&key).to_owned();
         self.at += 1;
         let end: &[&str] = if is_function { &["endfct", "end"] } else { &["end"] };
         let (body, is_whole) = self.block(end);
         self.at += 1;
-        Some((key, Routine { line: number, shown, parameters, body }, is_whole))
+        let line = if self.file == 0 { number } else { 0 };
+        Some((key, Routine { line, shown, parameters, body, gives }, is_whole))
     }
 
     /// Statements up to a line that begins with one of `ends`, which is left standing; false where
@@ -146,7 +170,7 @@ impl Parser {
             } else {
                 self.statement().unwrap_or_else(What::NotUnderstood)
             };
-            block.push(Statement { line: number, what });
+            block.push(Statement { line: number, file: self.file, what });
         }
         self.depth -= 1;
         (block, false)
@@ -214,7 +238,15 @@ impl Parser {
                 self.body("endspline")?;
                 Err("PTP_SPLINE is not supported".to_owned())
             }
-            "return" => Ok(What::Return),
+            "return" => {
+                let cursor = cursor.behind(1)?;
+                let value = if cursor.is_end() { None } else { Some(cursor.expression()?) };
+                Ok(What::Return(value))
+            }
+            "interrupt" => interrupt(&tokens),
+            "trigger" => Ok(What::Trigger(action(&tokens))),
+            // `GLOBAL INT N`.
+            "global" => cursor.declaration(),
             "exit" => Ok(What::Exit),
             "halt" => Ok(What::Halt),
             "goto" => Ok(What::Goto(cursor.behind(1)?.name()?)),
@@ -278,6 +310,32 @@ impl Parser {
             }
         }
     }
+}
+
+fn is_word(token: &Kind, words: &[&str]) -> bool {
+    matches!(token, Kind::Word(word) if words.contains(&word.as_str()))
+}
+
+/// `[GLOBAL] INTERRUPT DECL n WHEN … DO …`, `INTERRUPT ON n`.
+fn interrupt(tokens: &[Kind]) -> Result<What, String> {
+    let at = tokens.iter().position(|token| is_word(token, &["interrupt"])).unwrap_or(0);
+    let mut cursor = Cursor::new(tokens);
+    let cursor = cursor.behind(at + 1)?;
+    if cursor.take_word("decl") {
+        return Ok(What::InterruptDecl(cursor.expression()?, action(tokens)));
+    }
+    if cursor.take_word("on") {
+        let number = if cursor.is_end() { None } else { Some(cursor.expression()?) };
+        return Ok(What::InterruptOn(number));
+    }
+    Ok(What::Call("interrupt".to_owned(), Vec::new()))
+}
+
+/// What stands behind DO: a call or an assignment; PRIO may follow.
+fn action(tokens: &[Kind]) -> Option<Box<What>> {
+    let at = tokens.iter().rposition(|token| is_word(token, &["do"]))?;
+    let what = Cursor::new(tokens.get(at + 1..)?).other().ok()?;
+    matches!(what, What::Call(..) | What::Assign(..)).then(|| Box::new(what))
 }
 
 /// A place among the tokens of a line.
@@ -356,13 +414,13 @@ impl<'t> Cursor<'t> {
     /// `DECL [GLOBAL] [CONST] type a, b[3] = value`.
     fn declaration(&mut self) -> Result<What, String> {
         while ["global", "decl", "const", "public"].iter().any(|word| self.take_word(word)) {}
-        self.name()?;
+        let declared = Type::named(&self.name()?);
         let mut paths = vec![self.path()?];
         while self.take(",") {
             paths.push(self.path()?);
         }
         let value = if self.take("=") { Some(self.expression()?) } else { None };
-        Ok(What::Declare(paths, value))
+        Ok(What::Declare(declared, paths, value))
     }
 
     /// An assignment, a call, a label or a declaration without DECL.
@@ -381,7 +439,7 @@ impl<'t> Cursor<'t> {
             return Ok(What::Call(path.name, self.arguments()?));
         }
         if self.take(":") && self.is_end() {
-            return Ok(What::Call("continue".to_owned(), Vec::new()));
+            return Ok(What::Label(path.name));
         }
         if self.is_end() && path.indices.is_empty() && path.fields.is_empty() && start == 0 {
             return Ok(What::Call(path.name, Vec::new()));
@@ -538,9 +596,10 @@ impl<'t> Cursor<'t> {
     fn primary(&mut self) -> Result<Expr, String> {
         let Some(token) = self.peek() else { return Err("expected a value".to_owned()) };
         match token {
-            Kind::Number(value, span) => {
+            Kind::Number(value, span, is_whole) => {
                 self.at += 1;
-                Ok(Expr::Number(*value, *span))
+                let sort = if *is_whole { Sort::Whole } else { Sort::Real };
+                Ok(Expr::Number(*value, *span, sort))
             }
             Kind::Text(text) => {
                 self.at += 1;

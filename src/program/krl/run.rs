@@ -1,15 +1,16 @@
 //! Statements of KRL in the order in which the controller would run them.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 use nalgebra::Isometry3;
 
+use super::eval::{base, unset};
 use super::syntax::{Block, Cases, Expr, File, Path, Routine, Statement, What};
-use super::value::{Value, is_position};
+use super::value::{Sort, Type, Value};
 use super::words::{is_harmless, is_without_effect, sounds_like_motion};
 use crate::notes::Code;
 use crate::program::Settings;
-use crate::program::cell::{External, Given, set_by_call, set_by_name};
+use crate::program::cell::{External, Given, set_by_name};
 use crate::program::log::Log;
 
 /// Calls, blocks and expressions in one another.
@@ -18,6 +19,23 @@ const MAX_DEPTH: usize = 60;
 /// Statements that loops may run beyond one pass through the files.
 const STATEMENTS_IN_LOOPS: usize = 1_000_000;
 
+const ENDLESS: &str =
+    "an endless loop: read once, without the move from its end back to its beginning";
+
+/// The data of a routine.
+#[derive(Debug, Default)]
+pub(super) struct Frame {
+    pub(super) data: HashMap<String, Value>,
+    pub(super) types: HashMap<String, Type>,
+}
+
+impl Frame {
+    /// Whether a datum, or an array that it is an element of, is the routine's own.
+    pub(super) fn has(&self, key: &str) -> bool {
+        self.data.contains_key(key) || self.types.contains_key(base(key))
+    }
+}
+
 /// How a statement ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Flow {
@@ -25,6 +43,8 @@ pub(super) enum Flow {
     Return,
     /// Out of the innermost LOOP, FOR, WHILE, REPEAT.
     Exit,
+    /// GOTO.
+    Jump,
     /// The program ends.
     Halt,
 }
@@ -34,9 +54,24 @@ pub(super) struct Run<'a> {
     pub(super) settings: &'a Settings,
     pub(super) log: &'a mut Log,
     pub(super) globals: HashMap<String, Value>,
+    /// Of the data that data lists declare.
+    pub(super) types: HashMap<String, Type>,
     /// The data of the routines that run, the innermost last.
-    pub(super) frames: Vec<HashMap<String, Value>>,
-    depth: usize,
+    pub(super) frames: Vec<Frame>,
+    pub(super) depth: usize,
+    /// Expressions that are worked out for an index, one in another.
+    pub(super) indexing: usize,
+    /// What the function that runs gives.
+    pub(super) returned: Option<Value>,
+    /// Where GOTO goes to, and its line.
+    jump: Option<(usize, &'a str)>,
+    /// A function has ended the program.
+    pub(super) is_halted: bool,
+    /// The line of the main file that runs, and the place in another file, if it is there.
+    pub(super) line: usize,
+    place: (usize, usize),
+    /// By number: what interrupts do.
+    pub(super) interrupts: BTreeMap<String, Option<&'a What>>,
     budget: usize,
     pub(super) tcp: Isometry3<f64>,
     pub(super) base: Isometry3<f64>,
@@ -64,8 +99,16 @@ impl<'a> Run<'a> {
             settings,
             log,
             globals: HashMap::new(),
+            types: HashMap::new(),
             frames: Vec::new(),
             depth: 0,
+            indexing: 0,
+            returned: None,
+            jump: None,
+            is_halted: false,
+            line: 1,
+            place: (0, 0),
+            interrupts: BTreeMap::new(),
             budget: file.statement_count.saturating_mul(2).saturating_add(STATEMENTS_IN_LOOPS),
             tcp: settings.tcp.unwrap_or_default(),
             base: settings.work_object.unwrap_or_default(),
@@ -81,7 +124,9 @@ impl<'a> Run<'a> {
     pub(super) fn run(mut self, routine: &'a Routine) {
         for statement in &self.file.data {
             match &statement.what {
-                What::Declare(paths, value) => self.declare(paths, value.as_ref(), true),
+                What::Declare(declared, paths, value) => {
+                    self.declare(*declared, paths, value.as_ref(), true);
+                }
                 What::Assign(path, expr) => {
                     let value = self.eval(expr);
                     // Data that cannot be stored are unknown where they are read.
@@ -90,18 +135,62 @@ impl<'a> Run<'a> {
                 _ => {}
             }
         }
-        self.frames.push(HashMap::new());
-        self.block(&routine.body);
+        self.frames.push(Frame::default());
+        self.body(&routine.body);
+    }
+
+    /// Of a routine.
+    pub(super) fn body(&mut self, body: &'a Block) -> Flow {
+        let flow = self.block(body);
+        if flow == Flow::Jump
+            && let Some((line, label)) = self.jump.take()
+        {
+            let what = format!("GOTO {label}: there is no label '{label}' that it can go to");
+            self.log.error(Code::Motion, line, what);
+        }
+        flow
     }
 
     pub(super) fn block(&mut self, block: &'a Block) -> Flow {
-        for statement in block {
+        let mut next = 0;
+        while let Some(statement) = block.get(next) {
+            next += 1;
             match self.statement(statement) {
                 Flow::Next => {}
+                Flow::Jump => {
+                    let Some((line, label)) = self.jump else { return Flow::Jump };
+                    let is_label =
+                        |each: &Statement| matches!(&each.what, What::Label(own) if own == label);
+                    // Out of loops and branches, never into them.
+                    let Some(at) = block.iter().position(is_label) else { return Flow::Jump };
+                    self.jump = None;
+                    let passed = block.get(at..next - 1).unwrap_or_default();
+                    let goes_back = at < next && matches!(statement.what, What::Goto(_));
+                    if goes_back && !leaves(passed, true) {
+                        self.log.warning(Code::MotionLeftOut, line, ENDLESS);
+                        return Flow::Halt;
+                    }
+                    next = at;
+                }
                 flow => return flow,
             }
         }
         Flow::Next
+    }
+
+    /// The line of the main file that a statement counts as: one of another file as the one that
+    /// leads to it, with its own place in what is told of it.
+    pub(super) fn enter(&mut self, file: usize, line: usize) -> usize {
+        if file == 0 {
+            self.line = line;
+        }
+        let place = if file == 0 { (0, 0) } else { (file, line) };
+        if place != self.place {
+            self.place = place;
+            let other = file.checked_sub(1).and_then(|index| self.settings.companions.get(index));
+            self.log.within(other.map_or_else(String::new, |it| format!("{}:{line}: ", it.name)));
+        }
+        self.line
     }
 
     fn another(&mut self, line: usize) -> bool {
@@ -122,15 +211,25 @@ impl<'a> Run<'a> {
     }
 
     fn statement(&mut self, statement: &'a Statement) -> Flow {
-        let line = statement.line;
-        if !self.another(line) {
+        let (file, outer) = self.place;
+        let (main_line, line) = (self.line, self.enter(statement.file, statement.line));
+        let flow = self.entered(line, statement);
+        // What is told of the rest of a statement that calls is of that one.
+        self.enter(file, if file == 0 { main_line } else { outer });
+        flow
+    }
+
+    fn entered(&mut self, line: usize, statement: &'a Statement) -> Flow {
+        if self.is_halted || !self.another(line) {
             return Flow::Halt;
         }
         if self.depth >= MAX_DEPTH {
             self.log.error(Code::TooLong, line, "calls are nested too deep here");
             return Flow::Halt;
         }
-        self.comments.heed(line, self.log);
+        if statement.file == 0 {
+            self.comments.heed(line, self.log);
+        }
         self.depth += 1;
         let flow = self.inside(line, &statement.what);
         self.depth -= 1;
@@ -139,7 +238,9 @@ impl<'a> Run<'a> {
 
     fn inside(&mut self, line: usize, what: &'a What) -> Flow {
         match what {
-            What::Declare(paths, value) => self.declare(paths, value.as_ref(), false),
+            What::Declare(declared, paths, value) => {
+                self.declare(*declared, paths, value.as_ref(), false);
+            }
             What::Assign(path, expr) => self.assign(line, path, expr),
             What::Call(name, args) => return self.call(line, name, args),
             What::Move(motion) => {
@@ -164,9 +265,7 @@ impl<'a> Run<'a> {
                 return self.repeated(line, None, None, body);
             }
             What::Loop(body) => {
-                let what = "an endless loop: read once, without the move from its end back to its \
-                            beginning";
-                self.log.warning(Code::MotionLeftOut, line, what);
+                self.log.warning(Code::MotionLeftOut, line, ENDLESS);
                 return match self.block(body) {
                     Flow::Exit => Flow::Next,
                     Flow::Next => Flow::Halt,
@@ -176,7 +275,10 @@ impl<'a> Run<'a> {
             What::Switch(tested, cases, otherwise) => {
                 return self.switch(line, tested, cases, otherwise);
             }
-            What::Return => return Flow::Return,
+            What::Return(value) => {
+                self.returned = value.as_ref().map(|expr| self.eval(expr));
+                return Flow::Return;
+            }
             What::Exit => return Flow::Exit,
             What::Halt => {}
             What::WaitSec(expr) => match self.eval(expr).num() {
@@ -187,18 +289,35 @@ impl<'a> Run<'a> {
                 }
             },
             What::Goto(label) => {
-                let what = format!("GOTO {label}: jumps are not supported");
-                self.log.error(Code::Motion, line, what);
+                self.jump = Some((line, label));
+                return Flow::Jump;
             }
+            What::Label(_) => {}
+            What::InterruptDecl(number, action) => {
+                self.declare_interrupt(number, action.as_deref())
+            }
+            What::InterruptOn(number) => self.interrupt_on(line, number.as_ref()),
+            What::Trigger(action) => self.trigger(line, action.as_deref()),
             What::NotUnderstood(why) => self.log.error(Code::Syntax, line, why.clone()),
         }
         Flow::Next
     }
 
-    fn declare(&mut self, paths: &'a [Path], value: Option<&'a Expr>, global: bool) {
+    fn declare(
+        &mut self,
+        declared: Type,
+        paths: &'a [Path],
+        value: Option<&'a Expr>,
+        global: bool,
+    ) {
         let Some(last) = paths.last() else { return };
-        let value = value.map(|expr| self.eval(expr));
+        let value = value.map(|expr| self.eval(expr).held_as(Some(declared)));
         for path in paths {
+            let types = match self.frames.last_mut().filter(|_| !global) {
+                Some(frame) => &mut frame.types,
+                None => &mut self.types,
+            };
+            types.insert(path.name.clone(), declared);
             let Ok(key) = self.key(path) else { continue };
             let own = value.clone().filter(|_| path == last);
             match (own, self.frames.last_mut().filter(|_| !global)) {
@@ -208,11 +327,13 @@ impl<'a> Run<'a> {
                 // An array: its elements are told when they are set.
                 (None, _) if !path.indices.is_empty() => {}
                 // A parameter, which its routine declares.
-                (None, Some(frame)) if frame.contains_key(&key) => {}
+                (None, Some(frame)) if frame.data.contains_key(&key) => {
+                    let given = frame.data.remove(&key).unwrap_or_else(|| unset(&key));
+                    frame.data.insert(key, given.held_as(Some(declared)));
+                }
                 (own, Some(frame)) => {
-                    let unset = || Value::unknown(format!("'{key}' is read before it is set"));
-                    let own = own.unwrap_or_else(unset);
-                    frame.insert(key, own);
+                    let own = own.unwrap_or_else(|| unset(&key));
+                    frame.data.insert(key, own);
                 }
                 (None, None) => {}
             }
@@ -224,19 +345,25 @@ impl<'a> Run<'a> {
         let mut open: Vec<&'a Block> = blocks.into_iter().collect();
         while let Some(block) = open.pop() {
             for statement in block {
+                // A statement of another file counts as the one that leads to it.
+                let own = if statement.file == 0 { statement.line } else { line };
                 match &statement.what {
-                    What::Declare(..) | What::Halt | What::WaitSec(_) => {}
+                    what if self.functions_in(what).next().is_some() => {
+                        self.decides(line, keyword, why);
+                        return;
+                    }
+                    What::Declare(..) | What::Halt | What::WaitSec(_) | What::Label(_) => {}
+                    What::InterruptDecl(number, action) => {
+                        self.declare_interrupt(number, action.as_deref());
+                    }
+                    What::InterruptOn(number) => self.interrupt_on(own, number.as_ref()),
+                    What::Trigger(action) => self.trigger(own, action.as_deref()),
                     What::Call(name, _)
                         if !self.file.routines.contains_key(name) && is_harmless(name) => {}
                     What::Assign(path, _) if is_without_effect(&path.name) => {}
                     What::Assign(path, _) if !path.name.starts_with('$') => {
                         let what = format!("'{}' depends on a condition: {why}", path.name);
-                        if let Ok(key) = self.key(path) {
-                            self.globals.insert(key.clone(), Value::unknown(what.clone()));
-                            if let Some(frame) = self.frames.last_mut() {
-                                frame.remove(&key);
-                            }
-                        }
+                        self.forget(path, &what);
                     }
                     What::If(_, yes, no) => open.extend([yes, no]),
                     What::Call(name, _)
@@ -244,19 +371,22 @@ impl<'a> Run<'a> {
                             && name != "bas"
                             && !sounds_like_motion(name) =>
                     {
-                        self.not_read(statement.line, name);
+                        self.not_read(own, name);
                     }
                     _ => {
-                        let what = format!(
-                            "{keyword} decides about motion at run time: {why}; assume: in the job \
-                             can settle it"
-                        );
-                        self.log.error(Code::Motion, line, what);
+                        self.decides(line, keyword, why);
                         return;
                     }
                 }
             }
         }
+    }
+
+    fn decides(&mut self, line: usize, keyword: &str, why: &str) {
+        let what = format!(
+            "{keyword} decides about motion at run time: {why}; assume: in the job can settle it"
+        );
+        self.log.error(Code::Motion, line, what);
     }
 
     fn for_loop(
@@ -286,7 +416,18 @@ impl<'a> Run<'a> {
         }
         let mut at = from;
         while (if step > 0.0 { at <= to } else { at >= to }) && self.another(line) {
-            drop(self.write(variable, Value::Num(at, None)));
+            // The counter is an INT.
+            let count = Value::Num(at, None, Sort::Whole);
+            match self.key(variable) {
+                Ok(key) if variable.fields.is_empty() => {
+                    self.store(&key).insert(key, count);
+                }
+                _ => {
+                    let what = "FOR: what counts is not a name";
+                    self.log.error(Code::Value, line, what);
+                    return Flow::Next;
+                }
+            }
             match self.block(body) {
                 Flow::Next => {}
                 Flow::Exit => return Flow::Next,
@@ -347,7 +488,7 @@ impl<'a> Run<'a> {
     ) -> Flow {
         let tested = self.eval(tested);
         let key = |value: &Value| match value {
-            Value::Num(number, _) => Some(number.to_string()),
+            Value::Num(number, ..) => Some(number.to_string()),
             Value::Enum(name) => Some(format!("#{name}")),
             Value::Text(text) => Some(format!("\"{text}")),
             _ => None,
@@ -370,62 +511,6 @@ impl<'a> Run<'a> {
         self.block(otherwise)
     }
 
-    fn call(&mut self, line: usize, name: &'a str, args: &'a [Option<Expr>]) -> Flow {
-        let given = args.iter().map(|arg| match arg {
-            Some(expr) => given(&self.eval(expr)),
-            None => (Err("an argument is left out".to_owned()), None),
-        });
-        let numbers: Vec<Given> = given.collect();
-        let sets = set_by_call(self.settings, self.log, line, name, &numbers);
-        if let Some(routine) = self.file.routines.get(name) {
-            return self.run_routine(routine, args);
-        }
-        if name == "bas" {
-            if let Err(why) = self.bas(line, args) {
-                self.log.error(Code::Motion, line, format!("BAS: {why}"));
-            }
-            return Flow::Next;
-        }
-        if sets || is_harmless(name) {
-            return Flow::Next;
-        }
-        let values: Vec<Value> = args.iter().flatten().map(|expr| self.eval(expr)).collect();
-        if values.iter().any(is_position) || sounds_like_motion(name) {
-            let what = format!("'{name}' is in no file that is read and moves");
-            self.log.error(Code::Motion, line, what);
-        } else {
-            self.not_read(line, name);
-        }
-        Flow::Next
-    }
-
-    fn not_read(&mut self, line: usize, name: &str) {
-        let what =
-            format!("'{name}' is in no file that is read; if it moves, its motion is not read");
-        self.log.warning(Code::MotionLeftOut, line, what);
-    }
-
-    fn run_routine(&mut self, routine: &'a Routine, args: &'a [Option<Expr>]) -> Flow {
-        let mut frame = HashMap::new();
-        for (index, name) in routine.parameters.iter().enumerate() {
-            let value = match args.get(index) {
-                Some(Some(expr)) => self.eval(expr),
-                _ => Value::unknown(format!("'{}' is called without '{name}'", routine.shown)),
-            };
-            frame.insert(name.clone(), value);
-        }
-        self.frames.push(frame);
-        let flow = self.block(&routine.body);
-        let frame = self.frames.pop().unwrap_or_default();
-        // What the routine sets reaches the caller: parameters are references unless IN.
-        for (name, arg) in routine.parameters.iter().zip(args) {
-            if let (Some(Expr::Ref(path)), Some(value)) = (arg, frame.get(name)) {
-                drop(self.write(path, value.clone()));
-            }
-        }
-        if flow == Flow::Halt { Flow::Halt } else { Flow::Next }
-    }
-
     /// A signal of the cell may be a variable here: `$ANOUT[1] = 0.5`.
     pub(super) fn sets_signal(&mut self, line: usize, key: &str, value: &Value) -> bool {
         set_by_name(self.settings, self.log, line, key, given(value))
@@ -434,10 +519,10 @@ impl<'a> Run<'a> {
 
 /// Whether a block leaves the LOOP that it stands in; EXIT counts where `own` says that no other
 /// loop lies between.
-fn leaves(block: &Block, own: bool) -> bool {
+fn leaves(block: &[Statement], own: bool) -> bool {
     block.iter().any(|statement| match &statement.what {
         What::Exit => own,
-        What::Return => true,
+        What::Return(_) | What::Goto(_) => true,
         What::If(_, yes, no) => leaves(yes, own) || leaves(no, own),
         What::Switch(_, cases, otherwise) => {
             cases.iter().any(|(_, body)| leaves(body, own)) || leaves(otherwise, own)
@@ -449,9 +534,9 @@ fn leaves(block: &Block, own: bool) -> bool {
     })
 }
 
-fn given(value: &Value) -> Given {
+pub(super) fn given(value: &Value) -> Given {
     let span = match value {
-        Value::Num(_, span) => *span,
+        Value::Num(_, span, _) => *span,
         _ => None,
     };
     (value.num(), span)

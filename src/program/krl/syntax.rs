@@ -2,11 +2,12 @@
 
 use std::collections::HashMap;
 
+use super::value::{Sort, Type};
 use crate::program::span::Span;
 
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Expr {
-    Number(f64, Option<Span>),
+    Number(f64, Option<Span>, Sort),
     Bool(bool),
     Text(String),
     Enum(String),
@@ -30,6 +31,8 @@ pub(super) struct Path {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Statement {
     pub(super) line: usize,
+    /// 0 of the main file, else the place of the other among those that the job names, from 1.
+    pub(super) file: usize,
     pub(super) what: What,
 }
 
@@ -61,7 +64,7 @@ pub(super) struct Motion {
 
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum What {
-    Declare(Vec<Path>, Option<Expr>),
+    Declare(Type, Vec<Path>, Option<Expr>),
     Assign(Path, Expr),
     Call(String, Vec<Option<Expr>>),
     Move(Box<Motion>),
@@ -72,11 +75,19 @@ pub(super) enum What {
     Repeat(Block, Expr),
     Loop(Block),
     Switch(Expr, Cases, Block),
-    Return,
+    /// With the value of a function.
+    Return(Option<Expr>),
     Exit,
     Halt,
     WaitSec(Expr),
     Goto(String),
+    Label(String),
+    /// `INTERRUPT DECL n WHEN … DO …`; what it does is `None` where that is not understood.
+    InterruptDecl(Expr, Option<Box<What>>),
+    /// `INTERRUPT ON n`, or all.
+    InterruptOn(Option<Expr>),
+    /// `TRIGGER WHEN … DO …`, likewise.
+    Trigger(Option<Box<What>>),
     /// A fault if it is ever reached.
     NotUnderstood(String),
 }
@@ -86,8 +97,17 @@ pub(super) struct Routine {
     pub(super) line: usize,
     /// As written.
     pub(super) shown: String,
-    pub(super) parameters: Vec<String>,
+    pub(super) parameters: Vec<Parameter>,
     pub(super) body: Block,
+    /// Of a function: what it gives.
+    pub(super) gives: Option<Type>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Parameter {
+    pub(super) name: String,
+    /// IN: what the routine sets stays in it. OUT, and where neither is said, reaches the caller.
+    pub(super) is_by_value: bool,
 }
 
 /// All that the files declare.
@@ -96,6 +116,8 @@ pub(super) struct File {
     /// By name in lower case, and the order of the main file.
     pub(super) routines: HashMap<String, Routine>,
     pub(super) order: Vec<String>,
+    /// By name in lower case.
+    pub(super) functions: HashMap<String, Routine>,
     /// Data lists: what is set before the program runs.
     pub(super) data: Block,
     pub(super) statement_count: usize,

@@ -10,10 +10,42 @@ use crate::units::{deg_from_rad, m_from_mm, mm_from_m, rad_from_deg};
 /// Components by name in lower case.
 pub(super) type Parts = BTreeMap<String, Value>;
 
+/// How a number divides.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Sort {
+    Real,
+    /// INT.
+    Whole,
+    /// A whole number where no file says whether it is an INT.
+    Open,
+}
+
+/// What a declaration says of numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Type {
+    Int,
+    Real,
+    Other,
+}
+
+impl Type {
+    /// By its name in lower case.
+    pub(super) fn named(name: &str) -> Self {
+        match name {
+            "int" => Self::Int,
+            "real" => Self::Real,
+            _ => Self::Other,
+        }
+    }
+}
+
+/// INT has 32 bits.
+pub(super) const INT: std::ops::RangeInclusive<f64> = -2_147_483_648.0..=2_147_483_647.0;
+
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Value {
     /// With the place of the number in the text that it is, if it is one.
-    Num(f64, Option<Span>),
+    Num(f64, Option<Span>, Sort),
     Bool(bool),
     Text(String),
     Enum(String),
@@ -27,11 +59,45 @@ impl Value {
         Self::Unknown(why.into())
     }
 
+    pub(super) const fn real(number: f64) -> Self {
+        Self::Num(number, None, Sort::Real)
+    }
+
     pub(super) fn num(&self) -> Result<f64, String> {
+        self.number().map(|(number, _)| number)
+    }
+
+    pub(super) fn number(&self) -> Result<(f64, Sort), String> {
         match self {
-            Self::Num(number, _) => Ok(*number),
+            Self::Num(number, _, sort) => Ok((*number, *sort)),
             other => Err(other.instead_of("a number")),
         }
+    }
+
+    /// As a datum of this type holds it; `None` where no file declares the datum.
+    pub(super) fn held_as(self, declared: Option<Type>) -> Self {
+        match (self, declared) {
+            (Self::Num(number, span, Sort::Whole), None) => Self::Num(number, span, Sort::Open),
+            (Self::Num(number, span, _), Some(Type::Real)) => Self::Num(number, span, Sort::Real),
+            (Self::Num(number, span, _), Some(Type::Int)) => {
+                let rounded = number.round();
+                if !INT.contains(&rounded) {
+                    return Self::unknown(format!("{number} is beyond what an INT holds"));
+                }
+                Self::Num(rounded, span.filter(|_| rounded == number), Sort::Whole)
+            }
+            (value, _) => value,
+        }
+    }
+
+    /// As a component of this name holds it.
+    pub(super) fn held_in(self, component: &str) -> Self {
+        let declared = match component {
+            "s" | "t" => Some(Type::Int),
+            _ if POSITION.contains(&component) || EXTERNAL.contains(&component) => Some(Type::Real),
+            _ => None,
+        };
+        self.held_as(declared)
     }
 
     pub(super) fn bool(&self) -> Result<bool, String> {
@@ -51,7 +117,7 @@ impl Value {
     fn instead_of(&self, expected: &str) -> String {
         match self {
             Self::Unknown(why) => why.clone(),
-            Self::Num(number, _) => format!("expected {expected}, found {number}"),
+            Self::Num(number, ..) => format!("expected {expected}, found {number}"),
             Self::Bool(_) => format!("expected {expected}, found TRUE or FALSE"),
             Self::Text(_) => format!("expected {expected}, found a text"),
             Self::Enum(name) => format!("expected {expected}, found #{name}"),
@@ -92,11 +158,14 @@ pub(super) fn numbers(pose: &Isometry3<f64>) -> [f64; 6] {
 
 pub(super) fn of_frame(pose: &Isometry3<f64>) -> Value {
     let parts = FRAME.into_iter().zip(numbers(pose));
-    Value::Parts(parts.map(|(name, n)| (name.to_owned(), Value::Num(n, None))).collect())
+    Value::Parts(parts.map(|(name, n)| (name.to_owned(), Value::real(n))).collect())
 }
 
 /// Components of a position that make it one.
 const POSITION: [&str; 12] = ["x", "y", "z", "a", "b", "c", "a1", "a2", "a3", "a4", "a5", "a6"];
+
+/// Components of external axes.
+pub(super) const EXTERNAL: [&str; 6] = ["e1", "e2", "e3", "e4", "e5", "e6"];
 
 /// Whether a value is a position that an unknown procedure may go to.
 pub(super) fn is_position(value: &Value) -> bool {

@@ -2,16 +2,14 @@
 
 /// Lines that begin so neither move nor change anything that is read here.
 pub(super) fn is_harmless_keyword(word: &str) -> bool {
-    const HARMLESS: [&str; 26] = [
+    const HARMLESS: [&str; 24] = [
         "interrupt",
-        "global",
         "ext",
         "extfct",
         "signal",
         "enum",
         "struc",
         "import",
-        "trigger",
         "pulse",
         "anout",
         "anin",
@@ -57,6 +55,23 @@ pub(super) fn is_harmless(name: &str) -> bool {
         "delay",
     ];
     is_harmless_keyword(name) || PROCEDURES.contains(&name)
+}
+
+/// System variables that later motion depends on.
+pub(super) fn sets_motion(name: &str) -> bool {
+    const STARTS: [&str; 10] = [
+        "$vel",
+        "$ov_pro",
+        "$tool",
+        "$base",
+        "$load",
+        "$ipo_mode",
+        "$robroot",
+        "$world",
+        "$corr",
+        "$red_vel",
+    ];
+    STARTS.iter().any(|start| name.starts_with(start))
 }
 
 pub(super) fn sounds_like_motion(name: &str) -> bool {

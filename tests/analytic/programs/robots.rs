@@ -120,7 +120,7 @@ fn krl_that_is_not_understood_is_refused_with_its_line() {
         ("LIN {X 1}", "position before is known only at run time"),
         ("PTP {A1 0}", "A2 is not known"),
         ("IF $IN[1] THEN\nPTP XP1\nENDIF", "IF decides about motion at run time"),
-        ("GOTO again", "jumps are not supported"),
+        ("GOTO again", "there is no label 'again'"),
         ("MOVE_TO_START()", "'move_to_start' is in no file that is read and moves"),
         ("GLUE({X 1,Y 2,Z 3})", "'glue' is in no file that is read and moves"),
         ("$BASE=EK($ROBROOT,#EASYS,$BASE)", "known only at run time"),

@@ -1,0 +1,123 @@
+//! Calls of KRL: routines and functions of the files, the basic package, and what is in no file.
+
+use super::run::{Flow, Frame, Run, given};
+use super::syntax::{Expr, Routine};
+use super::value::{Value, is_position};
+use super::words::{is_harmless, sounds_like_motion};
+use crate::notes::Code;
+use crate::program::cell::{Given, set_by_call};
+
+/// Of an expression that calls a function: it needs more of the stack than a statement.
+const DEPTH: usize = 3;
+
+impl<'a> Run<'a> {
+    pub(super) fn call(&mut self, line: usize, name: &'a str, args: &'a [Option<Expr>]) -> Flow {
+        let values: Vec<Value> = args.iter().map(|arg| self.argument(arg.as_ref())).collect();
+        let numbers: Vec<Given> = values.iter().map(given).collect();
+        let sets = set_by_call(self.settings, self.log, line, name, &numbers);
+        let (routines, functions) = (&self.file.routines, &self.file.functions);
+        if let Some(routine) = routines.get(name).or_else(|| functions.get(name)) {
+            return self.run_routine(routine, args, values);
+        }
+        if name == "bas" {
+            if let Err(why) = self.bas(line, values) {
+                self.log.error(Code::Motion, line, format!("BAS: {why}"));
+            }
+            return Flow::Next;
+        }
+        if sets || is_harmless(name) {
+            return Flow::Next;
+        }
+        if values.iter().any(is_position) || sounds_like_motion(name) {
+            let what = format!("'{name}' is in no file that is read and moves");
+            self.log.error(Code::Motion, line, what);
+        } else {
+            self.not_read(line, name);
+        }
+        Flow::Next
+    }
+
+    pub(super) fn argument(&mut self, arg: Option<&'a Expr>) -> Value {
+        arg.map_or_else(|| Value::unknown("an argument is left out"), |expr| self.eval(expr))
+    }
+
+    pub(super) fn not_read(&mut self, line: usize, name: &str) {
+        let what =
+            format!("'{name}' is in no file that is read; if it moves, its motion is not read");
+        self.log.warning(Code::MotionLeftOut, line, what);
+    }
+
+    fn run_routine(
+        &mut self,
+        routine: &'a Routine,
+        args: &'a [Option<Expr>],
+        values: Vec<Value>,
+    ) -> Flow {
+        let mut frame = Frame::default();
+        // By reference: the parameter, the caller's datum, its components.
+        let mut references: Vec<(&str, String, &[String])> = Vec::new();
+        let mut values = values.into_iter();
+        for (index, parameter) in routine.parameters.iter().enumerate() {
+            let name = parameter.name.as_str();
+            let missing =
+                || Value::unknown(format!("'{}' is called without '{name}'", routine.shown));
+            frame.data.insert(name.to_owned(), values.next().unwrap_or_else(missing));
+            let Some(Some(Expr::Ref(path))) = args.get(index) else { continue };
+            match self.key(path) {
+                Ok(key) => {
+                    let elements = self.store(&key).iter().filter_map(|(element, value)| {
+                        let indices = element.strip_prefix(&key).filter(|it| it.starts_with('['));
+                        indices.map(|indices| (format!("{name}{indices}"), value.clone()))
+                    });
+                    frame.data.extend(elements);
+                    if !parameter.is_by_value {
+                        references.push((name, key, &path.fields));
+                    }
+                }
+                Err(why) if !parameter.is_by_value => {
+                    let what = format!("'{}' may set an element: {why}", routine.shown);
+                    self.forget_all(&path.name, &what);
+                }
+                Err(_) => {}
+            }
+        }
+        let before = frame.data.clone();
+        self.frames.push(frame);
+        let flow = self.body(&routine.body);
+        let frame = self.frames.pop().unwrap_or_default();
+        let set = frame.data.iter().filter(|(key, value)| before.get(*key) != Some(*value));
+        for (own, value) in set {
+            for (name, key, fields) in &references {
+                let Some(indices) = own.strip_prefix(name) else { continue };
+                if indices.is_empty() {
+                    // What has no components has none to give back.
+                    drop(self.write_at(key.clone(), fields, value.clone()));
+                } else if indices.starts_with('[') {
+                    drop(self.write_at(format!("{key}{indices}"), &[], value.clone()));
+                }
+            }
+        }
+        if flow == Flow::Halt { Flow::Halt } else { Flow::Next }
+    }
+
+    /// The value of a call in an expression.
+    pub(super) fn run_function(
+        &mut self,
+        routine: &'a Routine,
+        args: &'a [Option<Expr>],
+        values: Vec<Value>,
+    ) -> Value {
+        let shown = &routine.shown;
+        // An index is worked out more than once.
+        if self.indexing > 0 {
+            return Value::unknown(format!("'{shown}' is a function within an index: not read"));
+        }
+        self.depth += DEPTH;
+        self.returned = None;
+        let flow = self.run_routine(routine, args, values);
+        self.depth -= DEPTH;
+        self.is_halted |= flow == Flow::Halt;
+        let value = self.returned.take().map(|value| value.held_as(routine.gives));
+        value.unwrap_or_else(|| Value::unknown(format!("'{shown}' ends without RETURN")))
+    }
+}
