@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 
-use super::registers::register;
+use super::registers::{JOINTS, POSE, register};
 use super::run::Run;
 use super::text::{Group, Statement};
 use crate::motion::{Circle, Target};
@@ -14,9 +14,6 @@ use crate::units::{
     m_from_mm, m_per_s_from_mm_per_min, m_per_s_from_mm_per_s, mm_from_inch, rad_from_deg,
     ratio_from_percent, s_from_ms,
 };
-
-const POSE: [&str; 6] = ["x", "y", "z", "w", "p", "r"];
-const JOINTS: [&str; 6] = ["j1", "j2", "j3", "j4", "j5", "j6"];
 
 /// Where a motion goes: a pose with its tool, or joints of the arm, rad.
 #[derive(Debug, Clone)]
@@ -124,6 +121,7 @@ impl Run<'_> {
     fn place<'t>(&mut self, text: &'t str) -> Result<(Group, &'t str), String> {
         if let Some((number, rest)) = register(text, "PR") {
             let group = self
+                .registers
                 .positions
                 .get(&number)
                 .cloned()
@@ -324,14 +322,14 @@ impl Run<'_> {
                 Ok((group, rest)) if rest.trim().is_empty() => Ok(group),
                 _ => unknown(),
             };
-            self.positions.insert(number, found);
+            self.registers.positions.insert(number, found);
             return Ok(());
         };
         // A comment may follow.
         let component = component.split(':').next().unwrap_or(component);
         let index = self.registers.value(component)?;
-        let own = self.positions.get(&number).cloned();
-        let value = self.position_value(value);
+        let own = self.registers.positions.get(&number).cloned();
+        let value = self.registers.value(value);
         let found = match (own, value) {
             (Some(Ok(mut group)), Ok(value)) if (1.0..=6.0).contains(&index) => {
                 let names = if group.parts.contains_key("j1") { JOINTS } else { POSE };
@@ -341,28 +339,8 @@ impl Run<'_> {
             }
             _ => unknown(),
         };
-        self.positions.insert(number, found);
+        self.registers.positions.insert(number, found);
         Ok(())
-    }
-
-    /// `PR[1,3]+50`, or an expression of registers.
-    fn position_value(&self, text: &str) -> Result<f64, String> {
-        let Some(rest) = text.strip_prefix("PR[") else { return self.registers.value(text) };
-        let (inside, behind) = rest.split_once(']').ok_or("expected ']'")?;
-        let (number, index) = inside.split_once(',').ok_or("expected PR[n,i]")?;
-        let number: i64 = number.trim().parse().map_err(|_| "expected PR[n,i]")?;
-        let index = index.split(':').next().unwrap_or(index);
-        let index: usize = index.trim().parse().map_err(|_| "expected PR[n,i]")?;
-        let Some(Ok(group)) = self.positions.get(&number) else {
-            return Err("known only at run time".to_owned());
-        };
-        let names = if group.parts.contains_key("j1") { JOINTS } else { POSE };
-        let name = index.checked_sub(1).and_then(|index| names.get(index));
-        let value = name.and_then(|name| group.parts.get(*name)).ok_or("no such component")?;
-        if behind.trim().is_empty() {
-            return Ok(*value);
-        }
-        self.registers.value(&format!("0{behind}")).map(|more| value + more)
     }
 }
 

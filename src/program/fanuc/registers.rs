@@ -2,18 +2,27 @@
 
 use std::collections::HashMap;
 
+use super::text::Group;
 use crate::program::{Assumed, Settings};
 
-/// R[n], and what the job assumes of others.
+pub(super) const POSE: [&str; 6] = ["x", "y", "z", "w", "p", "r"];
+pub(super) const JOINTS: [&str; 6] = ["j1", "j2", "j3", "j4", "j5", "j6"];
+
+/// R[n], PR[n], flags and outputs, and what the job assumes of others.
 #[derive(Debug)]
 pub(super) struct Registers<'a> {
     settings: &'a Settings,
     numbers: HashMap<i64, f64>,
+    /// PR[n]: six components of a pose, or joints, in mm and degrees; and which.
+    pub(super) positions: HashMap<i64, Result<Group, String>>,
+    /// What the program has set of flags, markers and outputs, by name: `F[1]`.
+    signals: HashMap<String, Assumed>,
 }
 
 impl<'a> Registers<'a> {
     pub(super) fn new(settings: &'a Settings) -> Self {
-        Self { settings, numbers: HashMap::new() }
+        let (positions, signals) = (HashMap::new(), HashMap::new());
+        Self { settings, numbers: HashMap::new(), positions, signals }
     }
 
     pub(super) fn set(&mut self, number: i64, value: Result<f64, String>) {
@@ -32,6 +41,52 @@ impl<'a> Registers<'a> {
         given(&name).or_else(|| given(&bare?))
     }
 
+    /// What the program has set a flag or an output to, else what the job assumes of it.
+    fn known(&self, name: &str) -> Option<Assumed> {
+        let own = indexed(name.trim())
+            .and_then(|(list, index)| Some(format!("{list}[{}]", self.value(index).ok()?)));
+        let set = own.and_then(|own| self.signals.get(&own).copied());
+        set.or_else(|| self.assumed(name))
+    }
+
+    /// `F[1]=(DI[2] AND R[3]=1)`, `DO[4]=ON`: what the run alone knows is what the job assumes.
+    pub(super) fn set_signal(&mut self, name: &str, value: &str) {
+        let Some((list, index)) = indexed(name.trim()) else { return };
+        let Ok(number) = self.value(index) else {
+            // Any of them may be set.
+            self.signals.retain(|key, _| indexed(key).is_none_or(|(other, _)| other != list));
+            return;
+        };
+        let value = value.trim();
+        let truth = self.truth(value).map(Assumed::Truth);
+        let found = truth.or_else(|_| self.value(value).map(Assumed::Number));
+        let key = format!("{list}[{number}]");
+        match found {
+            Ok(value) => drop(self.signals.insert(key, value)),
+            Err(_) => drop(self.signals.remove(&key)),
+        }
+    }
+
+    /// What a signal is set to is known no longer.
+    pub(super) fn forget_signal(&mut self, name: &str) {
+        self.set_signal(name, "");
+    }
+
+    /// `PR[1,3]`.
+    fn component(&self, inside: &str) -> Result<f64, String> {
+        let (number, index) = inside.split_once(',').ok_or("expected PR[n,i]")?;
+        let number: i64 = number.trim().parse().map_err(|_| "expected PR[n,i]")?;
+        let index = index.split(':').next().unwrap_or(index);
+        let index: usize = index.trim().parse().map_err(|_| "expected PR[n,i]")?;
+        let Some(Ok(group)) = self.positions.get(&number) else {
+            return Err(format!("PR[{number}] is known only at run time"));
+        };
+        let names = if group.parts.contains_key("j1") { JOINTS } else { POSE };
+        let name = index.checked_sub(1).and_then(|index| names.get(index));
+        let value = name.and_then(|name| group.parts.get(*name)).copied();
+        value.ok_or_else(|| format!("PR[{number},{index}]: no such component"))
+    }
+
     fn get(&self, number: i64) -> Result<f64, String> {
         if let Some(value) = self.numbers.get(&number) {
             return Ok(*value);
@@ -48,7 +103,7 @@ impl<'a> Registers<'a> {
     /// A sum of products of numbers and registers.
     pub(super) fn value(&self, text: &str) -> Result<f64, String> {
         let text = text.trim();
-        let text = text.strip_prefix('(').and_then(|t| t.strip_suffix(')')).unwrap_or(text);
+        let text = bare(text);
         let mut rest = text;
         let (mut sum, mut term, mut operator) = (0.0, 0.0, '+');
         loop {
@@ -91,6 +146,10 @@ impl<'a> Registers<'a> {
         if let Some(rest) = text.strip_prefix('-') {
             return self.operand(rest).map(|(value, rest)| (-value, rest));
         }
+        if let Some(rest) = text.strip_prefix("PR[") {
+            let (inside, behind) = rest.split_once(']').ok_or("expected ']'")?;
+            return Ok((self.component(inside)?, behind));
+        }
         if let Some((number, rest)) = register(text, "R") {
             return Ok((self.get(number)?, rest));
         }
@@ -100,7 +159,7 @@ impl<'a> Registers<'a> {
             let value = value.ok_or_else(|| format!("'{text}' is no number"))?;
             return Ok((value, text.get(digits..).unwrap_or("")));
         }
-        match self.assumed(text) {
+        match self.known(text) {
             Some(Assumed::Number(value)) => Ok((value, "")),
             Some(Assumed::Truth(value)) => Ok((f64::from(u8::from(value)), "")),
             None => Err(format!("'{}' is known only at run time", text.trim())),
@@ -110,7 +169,7 @@ impl<'a> Registers<'a> {
     /// A condition: a comparison of values, or an input that the job assumes; joined by AND or OR.
     pub(super) fn truth(&self, text: &str) -> Result<bool, String> {
         let text = text.trim();
-        let text = text.strip_prefix('(').and_then(|t| t.strip_suffix(')')).unwrap_or(text);
+        let text = bare(text);
         for (joint, decides) in [(" OR ", true), (" AND ", false)] {
             if let Some((left, right)) = text.split_once(joint) {
                 let (left, right) = (self.truth(left), self.truth(right));
@@ -129,7 +188,10 @@ impl<'a> Registers<'a> {
                 return self.compare(operator, left.trim(), right.trim());
             }
         }
-        match self.assumed(text) {
+        if let "ON" | "OFF" = text {
+            return Ok(text == "ON");
+        }
+        match self.known(text) {
             Some(Assumed::Truth(value)) => Ok(value),
             _ => Err(format!("'{text}' is known only at run time")),
         }
@@ -137,7 +199,7 @@ impl<'a> Registers<'a> {
 
     fn compare(&self, operator: &str, left: &str, right: &str) -> Result<bool, String> {
         if let "ON" | "OFF" = right {
-            let known = match self.assumed(left) {
+            let known = match self.known(left) {
                 Some(Assumed::Truth(value)) => value,
                 Some(Assumed::Number(value)) => value != 0.0,
                 None => {
@@ -163,6 +225,29 @@ impl<'a> Registers<'a> {
 
 fn starts_with(text: &str, word: &str) -> bool {
     text.get(..word.len()).is_some_and(|start| start.eq_ignore_ascii_case(word))
+}
+
+/// What stands in the parentheses, if one pair holds the whole text.
+fn bare(text: &str) -> &str {
+    let Some(inner) = text.strip_prefix('(').and_then(|rest| rest.strip_suffix(')')) else {
+        return text;
+    };
+    let mut depth = 0_usize;
+    for c in inner.chars() {
+        match c {
+            '(' => depth += 1,
+            ')' if depth == 0 => return text,
+            ')' => depth -= 1,
+            _ => {}
+        }
+    }
+    inner
+}
+
+/// `F[1:comment]` or `F[R[1]]` as a whole: list and index.
+fn indexed(name: &str) -> Option<(&str, &str)> {
+    let (list, index) = name.strip_suffix(']')?.split_once('[')?;
+    Some((list, index.split(':').next()?))
 }
 
 /// `R[5:comment]` at the start of a text: the number, and what follows.

@@ -1,7 +1,5 @@
 //! Statements of TP programs in the order in which the controller would run them.
 
-use std::collections::HashMap;
-
 use super::registers::{Registers, register};
 use super::text::{Source, Statement, is_motion};
 use crate::notes::Code;
@@ -13,7 +11,7 @@ use crate::program::log::Log;
 const STATEMENTS_IN_LOOPS: usize = 1_000_000;
 
 /// How statements begin that neither move nor change anything that is read here.
-const HARMLESS: [&str; 46] = [
+const HARMLESS: [&str; 44] = [
     "DO[",
     "RO[",
     "GO[",
@@ -39,7 +37,6 @@ const HARMLESS: [&str; 46] = [
     "UNLOCK PREG",
     "PAUSE",
     "RSR",
-    "$",
     "DEFAULT",
     "COMMENT",
     "STRLEN",
@@ -50,7 +47,6 @@ const HARMLESS: [&str; 46] = [
     "Track",
     "STOP_TRACKING",
     "ERROR_PROG",
-    "RUN ",
     "GUNMOTN",
     "Spray",
     "Dispense",
@@ -61,6 +57,13 @@ const HARMLESS: [&str; 46] = [
     "Sensor",
     "USER_ALARM",
 ];
+
+/// Parts of the names of system variables that motion depends on.
+const SYSTEM: [&str; 8] =
+    ["UFRAME", "UTOOL", "OVERRIDE", "OVRD", "SPEED", "MAXVEL", "JNTVEL", "$ACCEL"];
+
+/// Flags, markers and outputs: what the program sets them to, it may ask for.
+const SIGNALS: [&str; 8] = ["F[", "M[", "DO[", "RO[", "GO[", "AO[", "SO[", "UO["];
 
 /// How statements begin that move, shift or search.
 const MOVES: [&str; 14] = [
@@ -85,8 +88,6 @@ pub(super) struct Run<'a> {
     pub(super) settings: &'a Settings,
     pub(super) log: &'a mut Log,
     pub(super) registers: Registers<'a>,
-    /// PR[n]: six components of a pose, or joints, in mm and degrees; and which.
-    pub(super) positions: HashMap<i64, Result<super::text::Group, String>>,
     /// `None` where the program has not said.
     pub(super) frame: Option<u32>,
     pub(super) tool: u32,
@@ -111,7 +112,6 @@ impl<'a> Run<'a> {
             settings,
             log,
             registers: Registers::new(settings),
-            positions: HashMap::new(),
             frame: None,
             tool: 0,
             payload: None,
@@ -173,6 +173,15 @@ impl<'a> Run<'a> {
             "LBL" => {}
             "JMP" => self.jump(text, line)?,
             "CALL" => self.call(text, statement),
+            "RUN" => {
+                let name = text.get(3..).unwrap_or("").trim();
+                let what = format!(
+                    "RUN {name}: starts a program that is not in this file; if it moves, its \
+                     motion is not read"
+                );
+                self.log.warning(Code::MotionLeftOut, line, what);
+            }
+            _ if text.starts_with('$') => self.system_variable(text, line)?,
             "IF" => self.condition(statement)?,
             "ELSE" => self.next = self.behind("ENDIF", &["IF"])?,
             "ENDIF" => {}
@@ -185,15 +194,7 @@ impl<'a> Run<'a> {
                 return Err(format!("'{keyword}' moves or shifts motion and is not supported"));
             }
             _ => {
-                let sets = text.split_once('=').is_some_and(|(name, value)| {
-                    let name = name.trim().to_lowercase();
-                    let value = self.registers.value(value);
-                    set_by_name(self.settings, self.log, line, &name, (value, None))
-                });
-                let harmless = HARMLESS.iter().any(|start| {
-                    text.get(..start.len()).is_some_and(|head| head.eq_ignore_ascii_case(start))
-                });
-                if !sets && !harmless {
+                if !self.set_signal(text, line) && !is_harmless(text) {
                     return Err(format!("'{text}' is not understood"));
                 }
             }
@@ -220,6 +221,42 @@ impl<'a> Run<'a> {
             self.log.warning(Code::ChangeIgnored, line, what);
         }
         self.payload = Some(number);
+        Ok(())
+    }
+
+    /// Keeps what an output or a flag is set to; whether the job says that it sets something.
+    fn set_signal(&mut self, text: &str, line: usize) -> bool {
+        // A comment in the brackets may hold the sign, too.
+        let at = ["]=", "] ="].into_iter().filter_map(|sign| text.find(sign)).min();
+        let at = at.map_or(0, |at| at + 1);
+        let Some((name, value)) = text.split_at_checked(at) else { return false };
+        let Some((blank, value)) = value.split_once('=') else { return false };
+        let name = if at == 0 { blank } else { name };
+        let key = name.trim().to_lowercase();
+        let number = self.registers.value(value);
+        let sets = set_by_name(self.settings, self.log, line, &key, (number, None));
+        if SIGNALS.iter().any(|start| name.starts_with(start)) {
+            self.registers.set_signal(name, value);
+        }
+        sets
+    }
+
+    /// `$WAITTMOUT=200`: most say nothing of motion.
+    fn system_variable(&mut self, text: &str, line: usize) -> Result<(), String> {
+        let name = text.split('=').next().unwrap_or(text).trim();
+        let upper = name.to_ascii_uppercase();
+        if upper == "$MCR.$GENOVERRIDE" {
+            return self.set_override(text);
+        }
+        if SYSTEM.iter().any(|part| upper.contains(part)) {
+            return Err(format!("{name} changes frame, tool or speed and is not supported"));
+        }
+        if upper.contains("PAYLOAD") {
+            let what = format!(
+                "{name}: what the arm carries changes, and the job's payload is used throughout"
+            );
+            self.log.warning(Code::ChangeIgnored, line, what);
+        }
         Ok(())
     }
 
@@ -334,9 +371,22 @@ impl<'a> Run<'a> {
                 self.call(action, statement);
                 Ok(())
             }
+            Ok(true) if action.starts_with('$') => self.system_variable(action, statement.line),
+            Ok(true) if SIGNALS.iter().any(|start| action.starts_with(start)) => {
+                self.set_signal(action, statement.line);
+                Ok(())
+            }
             Ok(true) => Err(format!("'{action}' is not understood behind IF")),
+            Err(_) if action.starts_with('$') && !action.contains("OVERRIDE") => {
+                self.system_variable(action, statement.line)
+            }
             // A signal that is set or not moves nothing.
-            Err(_) if HARMLESS.iter().any(|start| action.starts_with(start)) => Ok(()),
+            Err(_) if is_harmless(action) => {
+                if SIGNALS.iter().any(|start| action.starts_with(start)) {
+                    self.registers.forget_signal(action.split('=').next().unwrap_or(""));
+                }
+                Ok(())
+            }
             Err(why) => Err(format!("IF decides about motion at run time: {why}")),
         }
     }
@@ -391,4 +441,11 @@ impl<'a> Run<'a> {
             self.next = start;
         }
     }
+}
+
+/// Whether a statement neither moves nor changes anything that is read here.
+fn is_harmless(text: &str) -> bool {
+    HARMLESS
+        .iter()
+        .any(|start| text.get(..start.len()).is_some_and(|head| head.eq_ignore_ascii_case(start)))
 }
