@@ -19,6 +19,7 @@ mod parser;
 mod run;
 mod set_by;
 mod syntax;
+mod traps;
 mod value;
 
 use super::Settings;

@@ -2,9 +2,9 @@
 //! that it is a fault only where the program reaches it.
 
 use super::cursor::{Cursor, Parsed};
-use super::instructions::{motion, sounds_like_motion};
-use super::lexer::Kind;
-use super::syntax::{Block, Declaration, Expr, File, Name, Parameter, Routine, Statement, What};
+use super::syntax::{
+    Block, Declaration, Expr, File, Name, Parameter, Routine, Statement, Trap, What,
+};
 use crate::notes::Code;
 use crate::program::Companion;
 use crate::program::log::Log;
@@ -92,7 +92,10 @@ impl<'a> Parser<'a> {
                 Err(what) => self.report(Err(what), line, log),
             }
         } else if self.cursor.take_word("TRAP") {
-            self.trap(line, log);
+            match self.trap() {
+                Ok(trap) => self.file.traps.push(trap),
+                Err(what) => self.report(Err(what), line, log),
+            }
         } else if self.cursor.take_word("RECORD") {
             let record = self.record();
             self.report(record, line, log);
@@ -196,25 +199,27 @@ impl<'a> Parser<'a> {
         Ok(Routine { line, name, parameters, body })
     }
 
-    /// A trap runs when its interrupt comes: what it moves is not read.
-    fn trap(&mut self, line: usize, log: &mut Log) {
-        let mut moves = false;
-        while self.cursor.peek().is_some() && !self.cursor.take_word("ENDTRAP") {
-            if let Some(Kind::Word(word)) = self.cursor.peek() {
-                let key = word.to_lowercase();
-                moves |= motion(&key).is_some() || sounds_like_motion(&key);
-            }
-            self.cursor.advance();
-        }
-        if moves {
-            let what = "a TRAP moves the robot when its interrupt comes: this is not read";
-            match self.name {
-                None => log.warning(Code::MotionLeftOut, line, what),
-                Some(name) => {
-                    log.warning(Code::MotionLeftOut, 1, format!("{name}:{line}: {what}"));
+    /// A trap runs when its interrupt comes, and so do its handlers of errors.
+    fn trap(&mut self) -> Parsed<Trap> {
+        let line = self.cursor.line();
+        let shown = self.cursor.name()?.shown;
+        let mut body = Vec::new();
+        while !self.cursor.take_word("ENDTRAP") {
+            if self.cursor.is_any_word(&["ERROR", "UNDO", "BACKWARD"]) {
+                self.cursor.advance();
+                if self.cursor.take_symbol("(") {
+                    self.cursor.list(")")?;
                 }
+                continue;
             }
+            if self.cursor.peek().is_none()
+                || self.cursor.is_any_word(&["PROC", "FUNC", "TRAP", "ENDMODULE"])
+            {
+                return Err(self.cursor.expected(&format!("ENDTRAP of '{shown}'")));
+            }
+            self.statement_or_stray(&mut body);
         }
+        Ok(Trap { line, file: self.name.map(str::to_owned), body })
     }
 
     fn skip_past(&mut self, end: &str) {
@@ -290,7 +295,14 @@ impl<'a> Parser<'a> {
         let mut block = Vec::new();
         while !self.cursor.is_any_word(ends) {
             if self.cursor.peek().is_none()
-                || self.cursor.is_any_word(&["ENDPROC", "ENDFUNC", "ENDMODULE", "PROC", "FUNC"])
+                || self.cursor.is_any_word(&[
+                    "ENDPROC",
+                    "ENDFUNC",
+                    "ENDTRAP",
+                    "ENDMODULE",
+                    "PROC",
+                    "FUNC",
+                ])
             {
                 return Err(self.cursor.expected(ends.last().copied().unwrap_or("the end")));
             }

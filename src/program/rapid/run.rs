@@ -22,6 +22,7 @@ enum Effect<'a> {
 
 impl<'a> Interpreter<'a> {
     pub(super) fn run(mut self, routine: &'a Routine, args: &'a Args) {
+        self.warn_of_traps();
         self.frames.push(HashMap::new());
         self.call_routine(routine, args);
     }

@@ -131,6 +131,15 @@ pub(super) struct Routine {
     pub(super) body: Block,
 }
 
+/// A TRAP, with the statements of its handlers of errors.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Trap {
+    pub(super) line: usize,
+    /// `None`: the main one.
+    pub(super) file: Option<String>,
+    pub(super) body: Block,
+}
+
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Parameter {
     pub(super) name: Name,
@@ -148,6 +157,7 @@ pub(super) struct File {
     /// Keys of `procedures` in the order of the file.
     pub(super) procedure_order: Vec<String>,
     pub(super) functions: HashMap<String, Routine>,
+    pub(super) traps: Vec<Trap>,
     /// User's records: fields (name, type) by type.
     pub(super) records: HashMap<String, Vec<(String, String)>>,
     pub(super) statement_count: usize,

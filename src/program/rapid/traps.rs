@@ -1,0 +1,139 @@
+//! Traps: the run decides when their interrupts come, so that motion in them is left out as a doubt.
+
+use std::collections::HashSet;
+
+use super::instructions::{displaces, is_ignored, motion, sounds_like_motion};
+use super::interpreter::Interpreter;
+use super::syntax::{Args, Block, Expr, Optional, Step, What};
+use crate::notes::Code;
+
+/// Instructions that traps use and that neither move nor change later motion.
+const QUIET: [&str; 15] = [
+    "storepath",
+    "restopath",
+    "gettrapdata",
+    "readerrdata",
+    "ierror",
+    "ipers",
+    "ivarvalue",
+    "exit",
+    "exitcycle",
+    "raise",
+    "trynext",
+    "retry",
+    "mechunitload",
+    "confj",
+    "confl",
+];
+
+impl<'a> Interpreter<'a> {
+    pub(super) fn warn_of_traps(&mut self) {
+        for trap in &self.file.traps {
+            let Some(unread) = self.unread(&trap.body) else { continue };
+            let what = format!("a TRAP {unread} when its interrupt comes: this is not read");
+            match &trap.file {
+                None => self.log.warning(Code::MotionLeftOut, trap.line, what),
+                Some(file) => {
+                    let what = format!("{file}:{}: {what}", trap.line);
+                    self.log.warning(Code::MotionLeftOut, 1, what);
+                }
+            }
+        }
+    }
+
+    /// What of a block and all that it calls moves, or changes how the robot moves.
+    fn unread(&self, body: &'a Block) -> Option<String> {
+        let mut seen: HashSet<&str> = HashSet::new();
+        let mut open: Vec<&'a What> = body.iter().map(|statement| &statement.what).collect();
+        while let Some(what) = open.pop() {
+            let mut bodies: Vec<&'a Block> = Vec::new();
+            for function in functions_in(what) {
+                if let Some(routine) = self.file.functions.get(function)
+                    && seen.insert(function)
+                {
+                    bodies.push(&routine.body);
+                }
+            }
+            match what {
+                What::Call(name, _) => {
+                    let key = name.key.as_str();
+                    if let Some(routine) = self.file.procedures.get(key) {
+                        if seen.insert(key) {
+                            bodies.push(&routine.body);
+                        }
+                    } else if motion(key).is_some() || sounds_like_motion(key) || displaces(key) {
+                        return Some("moves the robot".to_owned());
+                    } else if matches!(key, "velset" | "speedrefresh" | "gripload") {
+                        return Some(format!("changes motion by {}", name.shown));
+                    } else if !is_ignored(key) && !QUIET.contains(&key) {
+                        let shown = &name.shown;
+                        return Some(format!("calls '{shown}', which is in no file that is read,"));
+                    }
+                }
+                What::If(branches, otherwise) => {
+                    bodies.extend(branches.iter().map(|(_, body)| body).chain([otherwise]));
+                }
+                What::Test(_, cases, otherwise) => {
+                    bodies.extend(cases.iter().map(|(_, body)| body).chain([otherwise]));
+                }
+                What::For { body, .. } | What::While(_, body) => bodies.push(body),
+                What::NotUnderstood(_) => return Some("does what is not understood".to_owned()),
+                _ => {}
+            }
+            open.extend(bodies.into_iter().flatten().map(|statement| &statement.what));
+        }
+        None
+    }
+}
+
+/// Names, in lower case, that the expressions of a statement call, its blocks aside.
+fn functions_in(what: &What) -> Vec<&str> {
+    let mut open: Vec<&Expr> = Vec::new();
+    match what {
+        What::Declare(declaration) => open.extend(&declaration.value),
+        What::Assign(path, value) => {
+            of_steps(&path.steps, &mut open);
+            open.push(value);
+        }
+        What::Call(_, args) => of_args(args, &mut open),
+        What::If(branches, _) => open.extend(branches.iter().map(|(condition, _)| condition)),
+        What::For { from, to, step, .. } => open.extend([from, to].into_iter().chain(step)),
+        What::While(expr, _) | What::Return(Some(expr)) => open.push(expr),
+        What::Test(tested, cases, _) => {
+            open.push(tested);
+            open.extend(cases.iter().flat_map(|(values, _)| values));
+        }
+        _ => {}
+    }
+    let mut found = Vec::new();
+    while let Some(expr) = open.pop() {
+        match expr {
+            Expr::List(parts) => open.extend(parts),
+            Expr::Ref(path) => of_steps(&path.steps, &mut open),
+            Expr::Call(call) => {
+                found.push(call.0.key.as_str());
+                of_args(&call.1, &mut open);
+            }
+            Expr::Not(inner) | Expr::Minus(inner) => open.push(inner),
+            Expr::Binary(_, left, right) => open.extend([&**left, &**right]),
+            Expr::Number(..) | Expr::Text(_) | Expr::Bool(_) => {}
+        }
+    }
+    found
+}
+
+fn of_args<'a>(args: &'a Args, open: &mut Vec<&'a Expr>) {
+    open.extend(&args.positional);
+    open.extend(args.optional.iter().filter_map(|(_, value)| match value {
+        Optional::Value(expr) => Some(expr),
+        _ => None,
+    }));
+}
+
+fn of_steps<'a>(steps: &'a [Step], open: &mut Vec<&'a Expr>) {
+    for step in steps {
+        if let Step::Index(indices) = step {
+            open.extend(indices);
+        }
+    }
+}
