@@ -7,7 +7,7 @@ use nalgebra::Isometry3;
 
 use super::run::Run;
 use super::syntax::{Expr, Path};
-use super::value::{FRAME, INT, Parts, Sort, Type, Value, frame, of_frame};
+use super::value::{AXES, FRAME, INT, Parts, Sort, Type, Value, frame, of_frame};
 use crate::program::cell::{base_frame, tool_frame};
 use crate::program::{Assumed, Settings};
 use crate::units::{deg_from_rad, rad_from_deg};
@@ -80,7 +80,8 @@ impl<'a> Run<'a> {
                 return Value::Bool(*value);
             }
             (None | Some(Value::Unknown(_)), Some(Assumed::Number(value))) => {
-                return Value::real(*value).held_as(self.type_of(key));
+                let sort = if value.fract() == 0.0 { Sort::Whole } else { Sort::Real };
+                return Value::Num(*value, None, sort).held_as(self.type_of(key));
             }
             (Some(value), _) => return value,
             (None, None) => {}
@@ -144,9 +145,12 @@ impl<'a> Run<'a> {
         }
         let undeclared = || Value::unknown(format!("'{key}' is declared in no file that is read"));
         let mut target = store.entry(key.clone()).or_insert_with(undeclared);
-        if let Value::Unknown(_) = target {
-            // Its other components stay unknown.
-            return Ok(());
+        if let Value::Unknown(why) = target {
+            // The other components of a position are as unknown as before.
+            let names = [FRAME, AXES].into_iter().find(|names| names.contains(&last.as_str()));
+            let Some(names) = names.filter(|_| way.is_empty()) else { return Ok(()) };
+            let parts = names.map(|name| (name.to_owned(), Value::unknown(why.clone())));
+            *target = Value::Parts(parts.into_iter().collect());
         }
         for field in way {
             let Value::Parts(parts) = target else { return Err("has no components".to_owned()) };

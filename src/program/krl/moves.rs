@@ -6,7 +6,7 @@ use nalgebra::{Isometry3, Matrix3};
 
 use super::run::Run;
 use super::syntax::{Block, Expr, Motion, Path, Way, What};
-use super::value::{EXTERNAL, FRAME, Parts, Value, frame, numbers, part, pose};
+use super::value::{AXES, EXTERNAL, FRAME, Parts, Value, frame, numbers, part, pose};
 use super::words::{is_harmless, is_without_effect};
 use crate::motion::{Circle, Configuration, Load, Target};
 use crate::notes::Code;
@@ -15,7 +15,6 @@ use crate::program::cell::{base_frame, tool_frame};
 use crate::program::log::States;
 use crate::units::{rad_from_deg, ratio_from_percent};
 
-const AXES: [&str; 6] = ["a1", "a2", "a3", "a4", "a5", "a6"];
 /// More than any axis turns, rad.
 const TURNS: f64 = 20.0;
 

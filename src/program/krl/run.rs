@@ -417,7 +417,8 @@ impl<'a> Run<'a> {
         let mut at = from;
         while (if step > 0.0 { at <= to } else { at >= to }) && self.another(line) {
             // The counter is an INT.
-            let count = Value::Num(at, None, Sort::Whole);
+            let sort = if at.fract() == 0.0 { Sort::Whole } else { Sort::Real };
+            let count = Value::Num(at, None, sort);
             match self.key(variable) {
                 Ok(key) if variable.fields.is_empty() => {
                     self.store(&key).insert(key, count);

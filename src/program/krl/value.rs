@@ -164,6 +164,9 @@ pub(super) fn of_frame(pose: &Isometry3<f64>) -> Value {
 /// Components of a position that make it one.
 const POSITION: [&str; 12] = ["x", "y", "z", "a", "b", "c", "a1", "a2", "a3", "a4", "a5", "a6"];
 
+/// Components of a position in joints, degrees.
+pub(super) const AXES: [&str; 6] = ["a1", "a2", "a3", "a4", "a5", "a6"];
+
 /// Components of external axes.
 pub(super) const EXTERNAL: [&str; 6] = ["e1", "e2", "e3", "e4", "e5", "e6"];
 

@@ -84,6 +84,19 @@ const ISRS: &str = "DEF ISR()\nLIN_REL {Z 50}\nEND\nDEF OUTER()\nISR()\nEND\n\
                     DEF QUIET()\n$OUT[3]=TRUE\nWAIT SEC 0.1\nEND\n\
                     DEF LOST()\nNOWHERE()\nEND\nDEF SPEEDS()\n$VEL.CP=1.5\nEND\n";
 
+/// Components beside the one that the program sets are not those of the position before.
+#[test]
+fn positions_that_are_set_in_part_stay_unknown_elsewhere() {
+    refused(krl_with("P.X=5\nLIN P", ""), "'p' is declared in no file that is read");
+    let unknown = "FRAME P\nP=$IN[1]\nP.X=5\nLIN P";
+    refused(krl_with(unknown, ""), "'$IN[1]' is known only at run time");
+    let all = "P.X=5\nP.Y=0\nP.Z=9\nP.A=0\nP.B=0\nP.C=180\nLIN P";
+    assert_eq!(krl_x(all, ""), 5.0);
+    assert_eq!(krl_x("FRAME P\nP.X=5\nLIN P", ""), 5.0);
+    let element = "REAL A[2]\nA[1]=5\nA[$ANIN[1]]=7\nLIN {X A[1]}";
+    refused(krl_with(element, ""), "an element of 'a' was set");
+}
+
 #[test]
 fn interrupts_and_triggers_of_krl_that_move_are_doubts() {
     let head = "GLOBAL INTERRUPT DECL 3 WHEN $STOPMESS==TRUE DO IR_STOPM ( )\nINTERRUPT ON 3\n\
