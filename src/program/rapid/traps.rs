@@ -1,4 +1,5 @@
-//! Traps: the run decides when their interrupts come, so that motion in them is left out as a doubt.
+//! Traps: the run decides when their interrupts come, so that motion in them is left out, as a
+//! doubt.
 
 use std::collections::HashSet;
 
