@@ -77,7 +77,7 @@
 //! | [`risk`] | bands, crossings, limits on the tool tip, certainty, verdict | `process`, `path`, `excitation`, `job`, `uncertainty`, `modes`, `model`, `motion` | choose a remedy |
 //! | [`diagnosis`] | where prediction and measurement meet: residuals, causes (one a file), fits, choice, gain, next poses | `uncertainty`, `modes`, `identify`, `model` | name a cause that it has not compared with its rivals |
 //! | [`map`] | frequencies over given poses, grids and random poses, linear or nonlinear; their figures | `free_vibration`, `uncertainty`, `modes`, `model` | know a `job` |
-//! | [`process`] | what the cut does at the tool tip along a path: deflection, vibration, chatter | `path`, `stability`, `excitation`, `job`, `modes`, `model` | judge it |
+//! | [`process`] | what the cut does at the tool tip along a path: deflection, vibration, chatter | `path`, `stability`, `excitation`, `job`, `uncertainty`, `modes`, `model` | judge it |
 //! | [`path`] | moves → poses in time; the arm surveyed and its modes followed along them | `modes`, `model`, `motion` | know an `excitation` |
 //! | [`free_vibration`] | the nonlinear equation of motion in time, and its spectrum: the check on `modes` | `modes`, `model` | be used for a verdict |
 //! | [`stability`] | modes of a tool tip and a cut → the depth at which it chatters | `excitation`, `job` | know a robot: `model`, `modes`, `path` |

@@ -260,7 +260,6 @@ fn gyration(inertia_kgm2: &Matrix3<f64>, mass_kg: f64) -> f64 {
     (inertia_kgm2.symmetric_eigenvalues().max().max(0.0) / mass_kg).sqrt()
 }
 
-/// Their compliance is not in the model.
 /// Jobs say where the joints between base and tip stand, and no others.
 fn springs_off_the_chain(description: &Description, robot: &Robot) -> Option<Note> {
     let is_on_it = |name: &str| robot.joints().iter().any(|joint| joint.name == name);
@@ -268,14 +267,15 @@ fn springs_off_the_chain(description: &Description, robot: &Robot) -> Option<Not
     let off: Vec<&str> = springs.filter(|name| !is_on_it(name)).collect();
     (!off.is_empty()).then(|| {
         let what = format!(
-            "has springs at joints that do not lie between base and tip: {}; they are taken to stand \
-             at zero in every pose: name a tip behind them, or delete their springs",
+            "has springs at joints that do not lie between base and tip: {}; they are taken to \
+             stand at zero in every pose: name a tip behind them, or delete their springs",
             off.join(", ")
         );
         Note::warning(Code::AxisIgnored, Place::key(Part::Robot, "tip"), what)
     })
 }
 
+/// Their compliance is not in the model.
 fn joints_without_spring(robot: &Robot, rigid: &[String]) -> Option<Note> {
     let springs: Vec<usize> = robot.coordinates().iter().filter_map(|c| c.joint).collect();
     let joints = robot.joints().iter().enumerate();

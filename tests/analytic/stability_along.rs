@@ -142,13 +142,13 @@ fn the_interval_of_the_smallest_limit_holds_what_the_frequency_does() {
         let found = chatter(&operation, &places, |_| 1, spread).unwrap();
         let normal = Normal::new(0.0, sigma).unwrap();
         let of_share = |i: usize| {
-            let c = normal.inverse_cdf((i as f64 + 0.5) / 400.0).exp();
+            let c = normal.inverse_cdf((i as f64 + 0.5) / 160.0).exp();
             c * c
                 * exact_m(&operation, &place(0.0, rpm / c, modes.clone())).unwrap_or(f64::INFINITY)
         };
-        let mut all: Vec<f64> = (0..400).map(of_share).collect();
+        let mut all: Vec<f64> = (0..160).map(of_share).collect();
         all.sort_by(f64::total_cmp);
-        let expected = [all[10], all[389]];
+        let expected = [all[4], all[155]];
         let own = found.smallest_ci95_m.map(|end| end.unwrap_or(f64::INFINITY));
         println!("{rpm} rpm: {own:?}, by trying {expected:?}, alone {:?}", found.smallest);
         for (own, expected) in own.into_iter().zip(expected) {

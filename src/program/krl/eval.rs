@@ -7,7 +7,7 @@ use nalgebra::Isometry3;
 
 use super::run::Run;
 use super::syntax::{Expr, Path};
-use super::value::{AXES, FRAME, INT, Parts, Sort, Type, Value, frame, of_frame};
+use super::value::{AXES, FRAME, INT, Parts, Sort, Type, Value, base, frame, of_frame, unset};
 use crate::program::cell::{base_frame, tool_frame};
 use crate::program::{Assumed, Settings};
 use crate::units::{deg_from_rad, rad_from_deg};
@@ -344,14 +344,4 @@ fn arithmetic(operator: &str, left: (f64, Sort), right: (f64, Sort)) -> Result<V
         return Err(format!("{a}{operator}{b} is beyond what an INT holds"));
     }
     Ok(Value::Num(value, None, sort))
-}
-
-/// `a[3]` is an element of `a`.
-pub(super) fn base(key: &str) -> &str {
-    key.split('[').next().unwrap_or(key)
-}
-
-/// A datum that is declared and has no value yet.
-pub(super) fn unset(key: &str) -> Value {
-    Value::unknown(format!("'{key}' is read before it is set"))
 }

@@ -3,8 +3,8 @@
 //!
 //! Read: data lists, positions with components left out, PTP, LIN, CIRC and their relatives, SPLINE
 //! with its segments, inline forms with BAS, frames of $CONFIG.DAT where the job names the file,
-//! expressions, functions, IF, FOR, WHILE, REPEAT, SWITCH, GOTO, WAIT SEC. T of a position counts on
-//! PTP; S is left out. The world frame is taken to be the base frame.
+//! expressions, functions, IF, FOR, WHILE, REPEAT, SWITCH, GOTO, WAIT SEC. T of a position counts
+//! on PTP; S is left out. The world frame is taken to be the base frame.
 
 mod calls;
 mod eval;

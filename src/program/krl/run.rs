@@ -4,9 +4,8 @@ use std::collections::{BTreeMap, HashMap};
 
 use nalgebra::Isometry3;
 
-use super::eval::{base, unset};
 use super::syntax::{Block, Cases, Expr, File, Path, Routine, Statement, What};
-use super::value::{Sort, Type, Value};
+use super::value::{Sort, Type, Value, base, unset};
 use super::words::{is_harmless, is_without_effect, sounds_like_motion};
 use crate::notes::Code;
 use crate::program::Settings;

@@ -174,3 +174,13 @@ pub(super) const EXTERNAL: [&str; 6] = ["e1", "e2", "e3", "e4", "e5", "e6"];
 pub(super) fn is_position(value: &Value) -> bool {
     matches!(value, Value::Parts(parts) if parts.keys().any(|key| POSITION.contains(&key.as_str())))
 }
+
+/// `a[3]` is an element of `a`.
+pub(super) fn base(key: &str) -> &str {
+    key.split('[').next().unwrap_or(key)
+}
+
+/// A datum that is declared and has no value yet.
+pub(super) fn unset(key: &str) -> Value {
+    Value::unknown(format!("'{key}' is read before it is set"))
+}
