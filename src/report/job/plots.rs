@@ -241,20 +241,22 @@ pub(in crate::report) fn limit_of_depth(risk: &OperationRisk) -> Option<Canvas> 
 /// How far the tool tip moves over s, and what that may come to; `None` where no force is known.
 pub(in crate::report) fn tool_tip(risk: &OperationRisk) -> Option<Canvas> {
     let tip = risk.tool_tip.as_ref()?;
-    let curves: [(&str, fn(&TipAt) -> [f64; 2]); 2] =
-        [("under the mean force", |at| at.deflection_m), ("vibration", |at| at.vibration_m)];
-    let of = |curve: fn(&TipAt) -> [f64; 2]| -> Vec<(f64, [f64; 2])> {
-        tip.along.iter().map(|at| (at.s, curve(at).map(um_from_m))).collect()
+    let curve = |of: fn(&TipAt) -> [f64; 2]| -> Vec<(f64, [f64; 2])> {
+        tip.along.iter().map(|at| (at.s, of(at).map(um_from_m))).collect()
     };
-    let all = curves.iter().flat_map(|(_, curve)| of(*curve)).flat_map(|(_, um)| um);
+    let curves = [
+        ("under the mean force", curve(|at| at.deflection_m)),
+        ("vibration", curve(|at| at.vibration_m)),
+    ];
+    let all = curves.iter().flat_map(|(_, points)| points).flat_map(|(_, um)| *um);
     let scale = of_size(all.filter(|um| *um > 0.0));
+    let lowest = scale.low();
     let (mut canvas, panel) = panel(260.0, along(), Axis::new("tool tip [µm]", scale));
     panel.axes(&mut canvas, true);
     let mut entries = Vec::new();
-    for (index, (name, curve)) in curves.into_iter().enumerate() {
+    for (index, (name, points)) in curves.into_iter().enumerate() {
         let (colour, dashes) = curve_style(index);
-        let points = of(curve);
-        let end = |side: usize| points.iter().map(move |(s, um)| (*s, um[side]));
+        let end = |side: usize| points.iter().map(move |(s, um)| (*s, um[side].max(lowest)));
         let outline = end(1).chain(end(0).rev());
         panel.area(&mut canvas, outline, colour, INTERVAL_OPACITY);
         let stroke = Stroke { colour, width: MODE, dashes };
