@@ -98,7 +98,7 @@ struct Pair {
     cells: Vec<usize>,
 }
 
-/// Cells of a pair between the same two places.
+/// Cells of a pair between the same two places, and of the same crossings.
 struct Piece {
     /// The first of the two.
     place: usize,
@@ -106,7 +106,7 @@ struct Piece {
     cells: Range<usize>,
     /// Least and largest of the pair's offsets in them.
     offsets: [f64; 2],
-    /// Crossings of the pair that reach into them, by index.
+    /// Crossings of the pair that they are part of, by index.
     crossings: Vec<usize>,
 }
 
@@ -166,7 +166,7 @@ pub(super) fn probabilities(
             for piece in pieces {
                 let ends = [piece.place, piece.place + 1];
                 let ln_ratio = ends.map(|place| places.ln_ratio(draws, draw, place, pair.r));
-                pair.take(piece, &places, &sites, ln_ratio, crossings, hits);
+                pair.take(piece, &places, &sites, ln_ratio, hits);
             }
         }
     });
@@ -232,7 +232,8 @@ impl Pair {
         }
     }
 
-    /// Its cells by the places that they lie between; `own` are its crossings.
+    /// Its cells by the places that they lie between and the crossings that they are part of; `own`
+    /// are all of its crossings.
     fn pieces(
         &self,
         places: &Places,
@@ -240,19 +241,28 @@ impl Pair {
         crossings: &[Crossing],
         own: &[usize],
     ) -> Vec<Piece> {
+        let mut of_cells: Vec<Vec<usize>> = vec![Vec::new(); self.cells.len()];
+        for &c in own {
+            let Crossing { from_s, to_s, .. } = crossings[c];
+            let first = self.cells.partition_point(|&k| sites[k + 1].s < from_s);
+            let behind = self.cells.partition_point(|&k| sites[k].s <= to_s);
+            of_cells[first..behind.max(first)].iter_mut().for_each(|of_cell| of_cell.push(c));
+        }
         let place = |k: usize| places.before(sites[k].s);
+        let cells: Vec<(usize, Vec<usize>)> = self.cells.iter().copied().zip(of_cells).collect();
         let mut end = 0;
-        let pieces = self.cells.chunk_by(|&a, &b| place(a) == place(b)).map(|cells| {
-            let offsets = cells.iter().flat_map(|&k| [self.offsets[k], self.offsets[k + 1]]);
+        let alike = |a: &(usize, Vec<usize>), b: &(usize, Vec<usize>)| {
+            place(a.0) == place(b.0) && a.1 == b.1
+        };
+        let pieces = cells.chunk_by(alike).map(|cells| {
+            let offsets = cells.iter().flat_map(|&(k, _)| [self.offsets[k], self.offsets[k + 1]]);
             let bounds = [f64::INFINITY, f64::NEG_INFINITY];
-            let (from_s, to_s) = (sites[cells[0]].s, sites[cells[cells.len() - 1] + 1].s);
-            let on = |c: &&usize| crossings[**c].from_s <= to_s && crossings[**c].to_s >= from_s;
             end += cells.len();
             Piece {
-                place: place(cells[0]),
+                place: place(cells[0].0),
                 cells: end - cells.len()..end,
                 offsets: offsets.flatten().fold(bounds, |[a, b], x| [a.min(x), b.max(x)]),
-                crossings: own.iter().filter(on).copied().collect(),
+                crossings: cells[0].1.clone(),
             }
         });
         pieces.collect()
@@ -266,33 +276,24 @@ impl Pair {
         places: &Places,
         sites: &[Site],
         ends: [f64; 2],
-        crossings: &[Crossing],
         hits: &mut [bool],
     ) {
-        let is_settled = |hits: &[bool]| {
-            (hits[0] || !self.is_open) && piece.crossings.iter().all(|c| hits[1 + c])
-        };
+        let is_settled = (hits[0] || !self.is_open) && piece.crossings.iter().all(|c| hits[1 + c]);
         let [low, high] = self.band;
         let is_far = piece.offsets[1] - ends[0].min(ends[1]) <= low
             || piece.offsets[0] - ends[0].max(ends[1]) >= high;
-        if is_far || is_settled(hits) {
+        if is_far || is_settled {
             return;
         }
         let from_s = places.s[piece.place];
         let slope = (ends[1] - ends[0]) / (places.s[piece.place + 1] - from_s);
-        for &k in &self.cells[piece.cells.clone()] {
-            let [from, to] = [sites[k].s, sites[k + 1].s];
-            let ln_ratio = [from, to].map(|s| ends[0] + slope * (s - from_s));
-            if !self.meets(k, ln_ratio, 0.0) {
-                continue;
-            }
+        let meets = |k: &usize| {
+            let at = [sites[*k].s, sites[k + 1].s];
+            self.meets(*k, at.map(|s| ends[0] + slope * (s - from_s)), 0.0)
+        };
+        if self.cells[piece.cells.clone()].iter().any(meets) {
             hits[0] |= self.is_open;
-            for &c in &piece.crossings {
-                hits[1 + c] |= crossings[c].from_s <= to && crossings[c].to_s >= from;
-            }
-            if is_settled(hits) {
-                return;
-            }
+            piece.crossings.iter().for_each(|c| hits[1 + c] = true);
         }
     }
 }

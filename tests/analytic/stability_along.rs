@@ -7,6 +7,7 @@ use detune::job::{SpindleSpeed, Tool};
 use detune::model::Robot;
 use detune::process::{LimitAt, Owner, Spread, TipMode, TipPlace, chatter};
 use detune::stability::{Chart, Cut, Method, ToolMode, milling_limit};
+use detune::uncertainty::Draws;
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -126,13 +127,12 @@ fn the_mode_that_is_named_is_the_one_that_chatters() {
 }
 
 /// With one mode, ω → cω at the same shape is the same cut in another time and on a spring that is c² times as
-/// stiff: b(n; cω) = c² b(n/c; ω), tried over the whole distribution of c.
+/// stiff: b(n; cω) = c² b(n/c; ω). Solved so for every one of the 48 draws the ends are the same to the hundredth
+/// that they are looked for with; and few of the whole distribution of c lie beyond either of them.
 #[test]
 fn the_interval_of_the_smallest_limit_holds_what_the_frequency_does() {
     let sigma = 0.06;
-    for (radial_m, rpm, rough) in
-        [(0.012, 3000.0, 0.1), (0.012, 5200.0, 0.1), (0.0015, 4300.0, 0.15)]
-    {
+    for (radial_m, rpm) in [(0.012, 3000.0), (0.012, 5200.0), (0.0015, 4300.0)] {
         let operation = operation(cutting(radial_m, None));
         let mass_kg = if radial_m < 0.01 { 5.0 } else { 20.0 };
         let modes = vec![mode(Owner::Arm(1), 160.0, 0.03, mass_kg, [1.0, 0.4, 0.0])];
@@ -140,20 +140,30 @@ fn the_interval_of_the_smallest_limit_holds_what_the_frequency_does() {
         let std_ln = |_: f64, _: usize| sigma;
         let spread = Spread { confidence: 0.95, std_ln: &std_ln };
         let found = chatter(&operation, &places, |_| 1, spread).unwrap();
-        let normal = Normal::new(0.0, sigma).unwrap();
-        let of_share = |i: usize| {
-            let c = normal.inverse_cdf((i as f64 + 0.5) / 160.0).exp();
-            c * c
-                * exact_m(&operation, &place(0.0, rpm / c, modes.clone())).unwrap_or(f64::INFINITY)
+        let of_z = |z: f64| {
+            let c = (sigma * z).exp();
+            let slower = place(0.0, rpm / c, modes.clone());
+            c * c * exact_m(&operation, &slower).unwrap_or(f64::INFINITY)
         };
-        let mut all: Vec<f64> = (0..160).map(of_share).collect();
-        all.sort_by(f64::total_cmp);
-        let expected = [all[4], all[155]];
+        let sorted = |z: Vec<f64>| {
+            let mut all: Vec<f64> = z.into_iter().map(of_z).collect();
+            all.sort_by(f64::total_cmp);
+            all
+        };
+        let draws = Draws::new(1, 3, 1);
+        let drawn = sorted((0..48).map(|i| draws.row(i)[0]).collect());
         let own = found.smallest_ci95_m.map(|end| end.unwrap_or(f64::INFINITY));
-        println!("{rpm} rpm: {own:?}, by trying {expected:?}, alone {:?}", found.smallest);
-        for (own, expected) in own.into_iter().zip(expected) {
-            assert!((own / expected - 1.0).abs() < rough, "{rpm} rpm: {own} {expected}");
+        for (own, expected) in own.into_iter().zip([drawn[1], drawn[46]]) {
+            assert!((own / expected - 1.0).abs() < 0.015, "{rpm} rpm: {own} {expected}");
         }
+        let normal = Normal::standard();
+        let all = sorted((0..160).map(|i| normal.inverse_cdf((i as f64 + 0.5) / 160.0)).collect());
+        let beyond = [
+            all.iter().filter(|limit| **limit < own[0]).count(),
+            all.iter().filter(|limit| **limit > own[1]).count(),
+        ];
+        println!("{rpm} rpm: {own:?}, {beyond:?} of 160 beyond, alone {:?}", found.smallest);
+        assert!(beyond.iter().all(|count| *count <= 16), "{beyond:?}");
         let smallest = found.smallest.unwrap().depth_m.unwrap();
         assert!(own[0] <= smallest && smallest <= own[1], "{own:?} {smallest}");
         // Between the ends the cut may chatter, and below them it does not.

@@ -426,6 +426,20 @@ fn stability_stands_beside_the_verdict() {
         let text = crate::program::flat(&clear.run(&["check", "job.yaml"]));
         assert!(text.starts_with("CLEAR") && text.contains(says), "{text}");
     }
+    // Between the lower end of its interval and the limit it may chatter.
+    let stability = &Pocket::new(&[quiet, fast]).operation()["stability"];
+    let [low, limit] = [&stability["smallest_ci95_mm"][0], &stability["smallest"]["limit_mm"]];
+    let between = format!("axial_depth_mm: {}", 0.5 * (number(low) + number(limit)));
+    assert!(number(low) < 0.99 * number(limit), "{stability}");
+    let clear = Pocket::new(&[quiet, fast, ("axial_depth_mm: 2", &between)]);
+    let stability = &clear.operation()["stability"];
+    assert_eq!(
+        (&stability["is_beyond"], &stability["may_be_beyond"]),
+        (&false.into(), &true.into())
+    );
+    let text = crate::program::flat(&clear.run(&["check", "job.yaml"]));
+    assert!(text.starts_with("CLEAR"), "{text}");
+    assert!(text.contains("may be beyond it") && text.contains("the cut may chatter"), "{text}");
     // Where nothing is known of the material nothing is told.
     assert!(Pocket::new(&[("al-6061", "oak")]).operation().get("stability").is_none());
 }

@@ -4,6 +4,7 @@
 use super::findings::{Stretch, stretches};
 use super::operation::{CheckedOperation, operations};
 use super::{cut, plot_text, sentences};
+use crate::process::Chatter;
 use crate::report::{layout, style, words};
 use crate::risk::{Approach, Certainty, Crossing, OperationRisk, Verdict, Warning};
 use crate::study::check::CheckedJob;
@@ -358,9 +359,13 @@ pub(in crate::report) fn next(job: &CheckedJob) -> &'static str {
         (Verdict::Clear, _) if sentences::accepted_count(job) > 0 => {
             "clear but for what is accepted, which counts again from the day after it ends"
         }
-        (Verdict::Clear, _) if chatters(job) => {
+        (Verdict::Clear, _) if any_cut(job, |chatter| chatter.is_beyond) => {
             "no change needed for the arm's resonances, but the cut chatters: cut less deep, or see \
              detune lobes for a speed at which this depth is stable"
+        }
+        (Verdict::Clear, _) if any_cut(job, |chatter| chatter.may_be_beyond) => {
+            "no change needed for the arm's resonances, but with the model's uncertainty the cut may \
+             chatter: cut less deep, or see detune lobes for a speed at which this depth is stable"
         }
         (Verdict::Clear, _) if tells_stability(job) => {
             "no change needed for the arm's resonances; what the cut does stands beside the verdict"
@@ -369,9 +374,9 @@ pub(in crate::report) fn next(job: &CheckedJob) -> &'static str {
     }
 }
 
-fn chatters(job: &CheckedJob) -> bool {
+fn any_cut(job: &CheckedJob, is_so: impl Fn(&Chatter) -> bool) -> bool {
     let mut all = job.risk.operations.iter().filter_map(|operation| operation.stability.as_ref());
-    all.any(|chatter| chatter.is_beyond)
+    all.any(is_so)
 }
 
 fn tells_stability(job: &CheckedJob) -> bool {
