@@ -19,8 +19,8 @@ pub struct Advised {
 }
 
 /// Reads `text` as the job that it will be in the file `to` and compares it with `job`, of which
-/// `files` were read and of which `program` is about to be written: speed and feed must be as `advised`, one for each
-/// operation, all else must be as before.
+/// `files` were read and of which `program` is about to be written: speed and feed must be as
+/// `advised`, one for each operation, all else must be as before.
 ///
 /// # Errors
 /// It is no job there, or another one.

@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::limit_interval::{Spread, interval_m};
-use super::place_limit::{exact, modes_of, zeroth};
+use super::place_limit::{depth_m, exact, modes_of, zeroth};
 use super::tip::{Owner, TipMode, TipPlace};
 use crate::excitation::{Engagement, coefficients, linear_about};
 use crate::job::{Cutting, Operation};
@@ -191,7 +191,7 @@ fn up_to_deepest(depth_m: f64) -> Option<f64> {
 }
 
 fn depth_of((limit, _): &(Option<Limit>, Method)) -> f64 {
-    limit.map_or(f64::INFINITY, |limit| limit.depth_m)
+    depth_m(*limit)
 }
 
 /// The mode of the arm with the largest part in G(iω) H̄, which is what becomes unstable; `None`

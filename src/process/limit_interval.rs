@@ -5,9 +5,9 @@
 //! mass-normalised shape stays, so that the stiffness goes with ω². Damping, the tool's modes and
 //! the coefficients stay as they are given.
 
-use super::place_limit::{exact, grows, zeroth};
+use super::place_limit::{depth_m, exact, grows, zeroth};
 use super::tip::{Owner, TipPlace};
-use crate::stability::{Cut, DEEPEST_M, Limit, Method};
+use crate::stability::{Cut, DEEPEST_M, Method};
 use crate::uncertainty::Draws;
 
 /// Draws of each of the sixteen sequences, at most.
@@ -27,7 +27,7 @@ impl Spread<'_> {
     /// The frequencies are those of the model.
     pub const NONE: Self = Self { confidence: 0.95, std_ln: &|_, _| 0.0 };
 
-    /// So many values, of which a draw takes the one of each mode.
+    /// A place with every frequency of the arm z standard deviations off; z by mode.
     fn drawn(&self, place: &TipPlace, z: &[f64]) -> TipPlace {
         let mut place = place.clone();
         for one in &mut place.modes {
@@ -99,7 +99,7 @@ fn limit_at<'a>(
             Some(&last) if last.is_infinite() => solved(),
             Some(&last) => match grows(place, cut, last) {
                 Some(grows) if grows == (end == End::High) => continue,
-                Some(_) => near(end, place, cut, last).unwrap_or_else(solved),
+                Some(_) => limit_near(end, place, cut, last).unwrap_or_else(solved),
                 None => solved(),
             },
         };
@@ -115,7 +115,7 @@ fn limit_at<'a>(
 }
 
 /// A limit that lies beyond `from_m`, to a hundredth; `None` where a multiplier is not found.
-fn near(end: End, place: &TipPlace, cut: &Cut, from_m: f64) -> Option<f64> {
+fn limit_near(end: End, place: &TipPlace, cut: &Cut, from_m: f64) -> Option<f64> {
     const STEP: f64 = 1.1;
     const HALVINGS: usize = 3;
     let [mut stable, mut unstable] = [from_m; 2];
@@ -143,8 +143,4 @@ fn near(end: End, place: &TipPlace, cut: &Cut, from_m: f64) -> Option<f64> {
         if grows(place, cut, middle)? { unstable = middle } else { stable = middle }
     }
     Some((stable * unstable).sqrt())
-}
-
-fn depth_m(limit: Option<Limit>) -> f64 {
-    limit.map_or(f64::INFINITY, |limit| limit.depth_m)
 }

@@ -30,3 +30,8 @@ pub(super) fn exact(place: &TipPlace, cut: &Cut) -> Option<Option<Limit>> {
 pub(super) fn grows(place: &TipPlace, cut: &Cut, depth_m: f64) -> Option<bool> {
     milling_radius(&modes_of(&place.modes), cut, place.rpm, depth_m).map(|radius| radius > 1.0)
 }
+
+/// A limit's depth; infinite where there is none below 1 m.
+pub(super) fn depth_m(limit: Option<Limit>) -> f64 {
+    limit.map_or(f64::INFINITY, |limit| limit.depth_m)
+}

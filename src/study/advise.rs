@@ -123,8 +123,8 @@ pub fn read_under(file: &Path, today: Date, policy: &PolicyOverrides) -> Read<Jo
 /// Advises a job of which `files` were read.
 ///
 /// # Errors
-/// What cannot be run; an objective that cannot be evaluated; a file that cannot be rewritten so that it reads as
-/// advised.
+/// What cannot be run; an objective that cannot be evaluated; a file that cannot be rewritten so
+/// that it reads as advised.
 pub fn advise(
     job: &Job,
     files: &[PathBuf],

@@ -454,7 +454,11 @@ impl<'a, 't> Reader<'a, 't> {
             // Shifts and turns that are zero, behind a title; a mirror names axes alone.
             _ if matches!(number.floor() as i64, 7 | 8 | 10 | 19) => {
                 let is_title = number.fract() == 0.0;
-                if is_title || block.words.iter().skip(3).all(|word| word.value == Some(0.0)) {
+                let says_zero = |word: &Word<'_>| match word.value {
+                    Some(value) => value == 0.0,
+                    None => is_title && word.sign.is_none() && !is_of_motion(word.name),
+                };
+                if block.words.iter().skip(3).all(says_zero) {
                     Ok(())
                 } else {
                     Err(format!("cycle {number} shifts or turns the work and is not supported"))

@@ -20,8 +20,8 @@ const MAX_ANNOTATIONS: usize = 10;
 const MAX_NAMED: usize = 10;
 
 /// The results of `detune check` as workflow commands, `error` for resonance, `warning` for
-/// uncertain, `notice` for accepted, and a last line for the log. Files below `root` (an absolute path, the folder that
-/// the command ran in) are named relative to it.
+/// uncertain, `notice` for accepted, and a last line for the log. Files below `root` (an absolute
+/// path, the folder that the command ran in) are named relative to it.
 pub fn check(jobs: &[CheckedJob], root: &Path) -> String {
     let operations: Vec<_> = jobs.iter().flat_map(operations).collect();
     let found: Vec<_> = operations

@@ -1,7 +1,7 @@
-//! The one drawing kit of all pictures, as SVG and with characters: scales with round ticks, panels with named axes,
-//! legends with swatches, labels that keep off each other. The same input gives the same bytes,
-//! text is escaped, and what is not finite is not drawn. Nothing depends on scripts, or on the
-//! metrics of a font.
+//! The one drawing kit of all pictures, as SVG and with characters: scales with round ticks, panels
+//! with named axes, legends with swatches, labels that keep off each other. The same input gives
+//! the same bytes, text is escaped, and what is not finite is not drawn. Nothing depends on
+//! scripts, or on the metrics of a font.
 //!
 //! No plotting crate does this: plotters draws SVG on whole pixels, which breaks heat maps and
 //! smooth curves, and kuva writes NaN.
