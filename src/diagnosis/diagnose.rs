@@ -23,6 +23,7 @@ use super::symmetry::symmetry;
 use super::table::{check_rows, unit_hint, within_the_model};
 use super::unstated::{Stated, inert, stated};
 use super::verdict::{Judged, Worth, drift_of};
+use super::without_cause::{WithoutCause, without_cause};
 use crate::identify::ModeTable;
 use crate::model::{Description, Robot};
 use crate::notes::{Code, Note, Place};
@@ -102,7 +103,10 @@ pub fn diagnose(
     let Calibrated { posterior, ln_hz, .. } = alone.unwrap_or(calibrated);
     progress(Done::Share(1.0));
     let [before, after] = [&held_out.before, &held_out.after].map(|errors| rms(errors.iter()));
-    let residuals = residual_rows(&data, &choice, &chosen, &ln_hz);
+    let without_cause = (verdict == Verdict::Unexplained)
+        .then(|| without_cause(&data, &choice.baseline, &arm.joints, settings.seed))
+        .flatten();
+    let residuals = residual_rows(&data, &choice, &chosen, (&ln_hz, without_cause.as_ref()));
     let leaves_noise = matches!(verdict, Verdict::Explained | Verdict::Consistent);
     Ok(Diagnosis {
         verdict,
@@ -111,6 +115,7 @@ pub fn diagnose(
             percent_points: percent_from_ratio(before - after),
             ci95: gain_interval(&data, &held_out, settings.seed).map(percent_from_ratio),
         },
+        without_cause,
         baseline: errors(&data, &choice.baseline, before, judged.is_noise),
         extended: errors(&data, &chosen, after, leaves_noise),
         noise: noise_found(&data, &chosen),
@@ -309,7 +314,7 @@ fn residual_rows(
     data: &Data,
     choice: &Choice<'_>,
     chosen: &Fit<'_>,
-    calibrated_ln_hz: &[Option<f64>],
+    (calibrated_ln_hz, without_cause): (&[Option<f64>], Option<&WithoutCause>),
 ) -> Vec<ResidualRow> {
     let (before, after) = (&choice.baseline.evaluation, &chosen.evaluation);
     data.points
@@ -320,6 +325,10 @@ fn residual_rows(
                 evaluation.residuals[i].map(|residual| (point.ln_f - residual).exp())
             };
             let row = &data.rows[point.row];
+            let before_hz = predicted(before);
+            let corrected = without_cause
+                .zip(before_hz)
+                .and_then(|(own, hz)| own.corrected(point.column, &row.q, hz));
             ResidualRow {
                 row: row.index,
                 joints: row.q.clone(),
@@ -327,9 +336,11 @@ fn residual_rows(
                 amplitude_nm: row.conditions.amplitude_nm,
                 mode: point.column,
                 measured_hz: point.ln_f.exp(),
-                before_hz: predicted(before),
+                before_hz,
                 after_hz: predicted(after),
                 calibrated_hz: calibrated_ln_hz[i].map(f64::exp),
+                without_cause_hz: corrected.map(|own| own.hz),
+                without_cause_ci95_hz: corrected.map(|own| own.ci95_hz),
             }
         })
         .collect()

@@ -71,7 +71,7 @@ pub(super) fn held_out<'c>(
 
 /// By row the fold that leaves it out, and how many folds there are: a state is left out as a
 /// whole, and where the noise drifts, what was measured in succession is.
-fn folds_of(data: &Data, seed: u64) -> (Vec<usize>, usize) {
+pub(super) fn folds_of(data: &Data, seed: u64) -> (Vec<usize>, usize) {
     let tests = data.tests();
     let count = data.test_count();
     let folds = FOLDS.min(count);

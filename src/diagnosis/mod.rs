@@ -17,6 +17,7 @@ mod diagnose;
 mod findings;
 mod fit;
 mod gain;
+mod gaussian_process;
 mod hypothesis;
 mod interval;
 mod known;
@@ -39,6 +40,7 @@ mod symmetry;
 mod table;
 mod unstated;
 mod verdict;
+mod without_cause;
 
 pub use causes::{CauseText, cause_text};
 pub use diagnose::{Settings, diagnose};
@@ -47,3 +49,4 @@ pub use outcome::{
     NextTest, NoiseFound, ResidualRow, Shape, Structure, Suspect, Symmetry, Untested, Verdict,
     label,
 };
+pub use without_cause::{CorrectedFrequency, WithoutCause};

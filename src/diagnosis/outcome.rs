@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 
 use super::causes::CauseText;
+use super::without_cause::WithoutCause;
 use crate::model::{Carries, Cause, Correction, Hinge, Posterior};
 use crate::notes::Note;
 use crate::units::written;
@@ -174,6 +175,12 @@ pub struct ResidualRow {
     /// fitted within what they may be off by. Null also where the instrument shows the mode
     /// otherwise.
     pub calibrated_hz: Option<f64>,
+    /// As the model with its correction without a cause has it, Hz.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub without_cause_hz: Option<f64>,
+    /// 95 % interval of that.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub without_cause_ci95_hz: Option<[f64; 2]>,
     /// Joint positions, rad or m.
     #[serde(skip)]
     pub joints: Vec<f64>,
@@ -336,6 +343,8 @@ pub struct Diagnosis {
     pub extended: Errors,
     /// What the findings gain.
     pub gain: Gain,
+    /// Of an unexplained error: what a correction without a cause gains, if it surely does.
+    pub without_cause: Option<WithoutCause>,
     /// The level of the noise, %: no model can do better.
     pub noise_floor_percent: f64,
     /// How the noise is made.

@@ -118,7 +118,8 @@ fn gravity_is_balanced_at_rest_and_acts_off_it() {
 #[test]
 fn energy_is_kept() {
     for (robot, q) in poses() {
-        for degrees in [0.01, 1.0, 10.0] {
+        // Of small amplitudes, below.
+        for degrees in [1.0, 10.0] {
             let settings =
                 Settings { amplitude_rad: f64::to_radians(degrees), ..Settings::default() };
             let found = measure(&robot, &q, &settings).unwrap();
@@ -156,6 +157,7 @@ fn small_vibrations_have_the_natural_frequencies() {
             assert!((f - e).abs() < 2e-5 * expected[0], "{q:?}: {f} against {e}");
             worst = worst.max((f / e - 1.0).abs());
         }
+        assert!(found.energy_drift < 1e-7, "{q:?}: drift {:e}", found.energy_drift);
         println!("{q:?}: {worst:.1e} {:.1e} in {seconds:.2} s", found.energy_drift);
     }
 }

@@ -30,7 +30,6 @@ mod identify_friction;
 mod identify_given;
 mod identify_notices;
 mod identify_random;
-mod mode_shapes;
 mod model_properties;
 mod paper;
 mod path;

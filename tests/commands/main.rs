@@ -30,6 +30,7 @@ mod map_arrow;
 mod map_command;
 mod map_npy;
 mod map_stream;
+mod mode_shapes;
 mod outside;
 mod page;
 mod parts;

@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::words::structure;
 use crate::diagnosis::{
     self, Diagnosis, Errors, Finding, Gain, LearnedDamping, NextPose, NextTest, NoiseFound,
-    ResidualRow, Suspect, Symmetry, Untested, Verdict,
+    ResidualRow, Suspect, Symmetry, Untested, Verdict, WithoutCause,
 };
 use crate::study::diagnose::Diagnosed;
 
@@ -32,6 +32,9 @@ pub(in crate::report) struct Document<'d> {
     extended: &'d Errors,
     /// What the findings gain at held-out poses.
     gain: Gain,
+    /// Of an unexplained error: what a Gaussian process of the residual over the joints gains, a
+    /// correction without a cause; null where none surely does.
+    without_cause: Option<&'d WithoutCause>,
     /// The level of the noise, %: no model can do better.
     noise_floor_percent: f64,
     /// How the noise is made.
@@ -99,6 +102,7 @@ pub fn diagnosis(diagnosed: &Diagnosed) -> serde_json::Result<String> {
         findings: &d.findings,
         extended: &d.extended,
         gain: d.gain,
+        without_cause: d.without_cause.as_ref(),
         noise_floor_percent: d.noise_floor_percent,
         noise: &d.noise,
         damping: &d.damping,

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use nalgebra::{Matrix3, Vector3};
+use serde_json::{Value, json};
 
 use super::world::{Beam, Gear, Real, Servo, Spring};
 use crate::truth::arm::{Arm, BASE, Body, Kind, TIP};
@@ -240,7 +241,7 @@ impl Case {
         }
     }
 
-    /// robot.yaml, robot.urdf, measured.csv, truth.txt.
+    /// robot.yaml, robot.urdf, measured.csv; what is hidden, for whoever judges: hidden.json, fresh.csv, truth.txt.
     pub(super) fn write(&self, folder: &Path) {
         write::robot(&self.nominal, folder);
         let file = folder.join("robot.yaml");
@@ -261,6 +262,18 @@ impl Case {
         let truth =
             format!("{:?}\n{:?}\nnoise {}\n{:#?}\n", self.hidden, self.typo, self.noise, self.real);
         fs::write(folder.join("truth.txt"), truth).unwrap();
+        let seen =
+            |row: &Row| self.real.frequencies_hz(row, self.modes).into_iter().map(Some).collect();
+        let fresh: Vec<Vec<Option<f64>>> = self.fresh.iter().map(seen).collect();
+        let fresh = write::table(&self.nominal, &self.fresh, &fresh, Columns::default());
+        fs::write(folder.join("fresh.csv"), fresh).unwrap();
+        let hidden: Vec<Value> = self
+            .hidden
+            .iter()
+            .map(|hidden| json!({"cause": hidden.cause, "at": hidden.at}))
+            .collect();
+        let hidden = json!({"kind": self.kind, "hidden": hidden, "noise": self.noise});
+        fs::write(folder.join("hidden.json"), hidden.to_string()).unwrap();
     }
 }
 

@@ -5,11 +5,13 @@
 use std::fs;
 use std::path::Path;
 
-use detune::diagnosis::{Diagnosis, Settings, diagnose};
-use detune::input::{Reading, read_described_robot, read_measured};
+use detune::input::{Reading, read_described_robot};
 use detune::model::{Placement, Robot, link_rotation};
 use detune::modes::Modes;
 use nalgebra::{Matrix2, Vector2};
+use serde_json::Value;
+
+use crate::program::{self, err, repository};
 
 const SPRINGS: [f64; 2] = [555_000.0, 138_000.0];
 
@@ -29,9 +31,9 @@ fn rotations([a1, a3]: [f64; 2], [f1, f2]: [f64; 2]) -> [[f64; 2]; 2] {
     })
 }
 
-/// The diagnosis of the simulated columns, with the shapes of a model beside them.
-fn diagnosed(model: [f64; 2], folder: &Path) -> (Diagnosis, Robot) {
-    let two_link = Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/two-link");
+/// The diagnosis of the simulated columns, with the shapes of a model beside them, and the robot that it writes.
+fn diagnosed(model: [f64; 2], folder: &Path) -> (Value, Robot) {
+    let two_link = repository().join("robots/two-link");
     let mut text = String::from(
         "beta1_rad,beta2_rad,f1_hz,f2_hz,phi1_link_1,phi1_link_2,phi2_link_1,phi2_link_2\n",
     );
@@ -43,13 +45,14 @@ fn diagnosed(model: [f64; 2], folder: &Path) -> (Diagnosis, Robot) {
     }
     let file = folder.join("with_shapes.csv");
     fs::write(&file, text).unwrap();
-    let mut reading = Reading::default();
-    let robot = read_described_robot(&two_link.join("robot.yaml"), &mut reading).unwrap();
-    let table = read_measured(&file, &robot.robot, &mut reading).unwrap();
-    let found = diagnose(&robot.description, &table, Settings::default(), &|_| {}).unwrap();
-    let mut description = robot.description;
-    description.corrections.extend(found.corrections.iter().cloned());
-    (found, Robot::new(&description).unwrap())
+    let written = folder.join("arm.yaml");
+    let [table, arm] = [&file, &written].map(|path| path.to_str().unwrap());
+    let arguments = ["diagnose", "robots/two-link", table, "--format", "json", "--write", arm];
+    let output = program::run(repository(), &arguments);
+    assert!(output.status.success(), "{}", err(&output));
+    let robot = read_described_robot(&written, &mut Reading::default()).unwrap();
+    fs::remove_file(written).unwrap();
+    (program::json(&output), robot.robot)
 }
 
 #[test]
@@ -68,9 +71,8 @@ fn shapes_part_the_two_models_of_the_simulated_columns() {
             let turns = link_rotation(&robot, &placement, link, None).unwrap();
             turns.iter().zip(modes.shapes.column(0).iter()).map(|(t, phi)| t * phi).sum::<f64>()
         });
-        let findings: Vec<String> = found.findings.iter().map(|f| f.label()).collect();
-        println!("{model:?}: {:.3} : 1, {findings:?}", one / two);
+        println!("{model:?}: {:.3} : 1, {}", one / two, found["findings"]);
         assert!((one / two - expected).abs() < 0.1, "{} for {model:?}", one / two);
-        assert!(found.extended.heldout_rms_percent < 3.0);
+        assert!(found["extended"]["heldout_rms_percent"].as_f64().unwrap() < 3.0);
     }
 }
