@@ -63,13 +63,14 @@ impl Judged {
         let significant = |s: &Structure| s.p_value < structure::SIGNIFICANCE;
         let before = baseline.as_ref().map(|s| s.clearest.clone()).filter(significant);
         let most = MAX_NOISE.max(MAX_TIMES_STATED * data.stated_noise.unwrap_or(0.0));
-        let level = choice.baseline.evaluation.noise.scale;
-        let common = level * data.shape.common.max(1.0);
-        let drift = drift_of(data, &choice.baseline);
-        let worst = (0..data.columns).map(|mode| level * data.shape.scale(mode));
-        let is_noise = before.is_none()
-            && common.max(drift) <= most
-            && worst.fold(0.0, f64::max) <= MAX_NOISE_OF_MODE.max(most);
+        let is_small = |fit: &Fit<'_>| {
+            let level = fit.evaluation.noise.scale;
+            let common = level * data.shape.common.max(1.0);
+            let worst = (0..data.columns).map(|mode| level * data.shape.scale(mode));
+            common.max(drift_of(data, fit)) <= most
+                && worst.fold(0.0, f64::max) <= MAX_NOISE_OF_MODE.max(most)
+        };
+        let is_noise = before.is_none() && is_small(&choice.baseline);
         if choice.best.fit.hypothesis.effects.is_empty() {
             return Self { is_noise, causes: None, after: before.clone(), before };
         }
@@ -81,7 +82,9 @@ impl Judged {
         });
         let square = |fit: &Fit<'_>| rms(fit.evaluation.innovations.iter()).powi(2);
         let explained = 1.0 - square(&choice.best.fit) / square(&choice.baseline).max(1e-300);
-        let is_left = after.as_ref().is_some_and(|s| s.share >= MIN_SHARE);
+        // What is too large for noise is not explained, whether it shows a shape or none.
+        let is_left =
+            after.as_ref().is_some_and(|s| s.share >= MIN_SHARE) || !is_small(&choice.best.fit);
         let worth = if explained >= OVERWHELMING || !(is_left || shape_is_better) {
             Worth::All
         } else if shape_is_better || explained < LEAST_EXPLAINED {
