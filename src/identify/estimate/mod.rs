@@ -116,7 +116,7 @@ fn in_bands(blocks: &[Block], starts: &[Pole], bands: &[Band], most: usize) -> O
     let alone = |band: &Band| {
         let mut cut = band.cut(blocks)?;
         let fit = fitted_poles(&mut cut, &band.seen(starts), most)?;
-        (!fit.poles.iter().any(Pole::drifts)).then_some((cut, fit))
+        Some((cut, fit))
     };
     let first: Vec<(Vec<Block>, Fit)> = bands.par_iter().map(alone).collect::<Option<_>>()?;
     let known: Vec<Pole> =
@@ -124,11 +124,34 @@ fn in_bands(blocks: &[Block], starts: &[Pole], bands: &[Band], most: usize) -> O
     let together = |(band, (cut, fit)): (&Band, &(Vec<Block>, Fit))| {
         let mut poles = band.own(&fit.poles);
         poles.extend(band.held(&known));
-        let fit = Fit::at(cut, fit.noise.clone(), poles)?.refined(cut, fit::FULL);
-        report(cut, &fit.reweighted(cut))
+        let fit = Fit::at(cut, fit.noise.clone(), poles)?.refined(cut, fit::FULL).reweighted(cut);
+        if has_twins(cut, &fit) || drift::drifting(cut, &fit).is_some() {
+            return None;
+        }
+        report(cut, &fit)
     };
     let found: Vec<Estimate> = bands.par_iter().zip(&first).map(together).collect::<Option<_>>()?;
     Some(bands::joined(blocks, bands, found))
+}
+
+/// Whether two poles of one shape lie within their widths: without a law of drift, a mode that
+/// drifts needs such a row.
+fn has_twins(blocks: &[Block], fit: &Fit) -> bool {
+    let own = |at: &usize| !fit.poles[*at].is_held && fit.poles[*at].is_driven;
+    let own: Vec<usize> = (0..fit.poles.len()).filter(own).collect();
+    let is_twin = |a: usize, b: usize| {
+        select::is_on(&fit.poles[a], &fit.poles[b])
+            && have_one_shape(&shape_of(blocks, fit, a), &shape_of(blocks, fit, b))
+    };
+    own.iter().any(|&a| own.iter().any(|&b| b < a && is_twin(a, b)))
+}
+
+/// By the modal assurance criterion.
+fn have_one_shape(a: &[C64], b: &[C64]) -> bool {
+    const ONE_SHAPE: f64 = 0.98;
+    let size = |shape: &[C64]| shape.iter().map(C64::norm_sqr).sum::<f64>();
+    let product: C64 = a.iter().zip(b).map(|(a, b)| a.conj() * b).sum();
+    product.norm_sqr() > ONE_SHAPE * size(a) * size(b)
 }
 
 /// With vibration from before the records, where that is significant.
@@ -174,8 +197,6 @@ fn waits_for_its_force(block: &Block) -> bool {
 /// With one pole for those of one shape that lie within two lines of responses that an analyser
 /// made: its leakage splits narrow peaks.
 fn merge_within_lines(blocks: &[Block], fit: &mut Fit) {
-    /// Modal assurance criterion from which on two shapes are one.
-    const ONE_SHAPE: f64 = 0.98;
     const LINES: f64 = 2.0;
     let [Block { origin: Origin::Responses { .. }, omega, .. }] = blocks else { return };
     let [first, second, ..] = omega[..] else { return };
@@ -186,9 +207,8 @@ fn merge_within_lines(blocks: &[Block], fit: &mut Fit) {
         let pairs = (0..shapes.len()).flat_map(|a| (0..a).map(move |b| (a, b)));
         let size = |at: usize| shapes[at].iter().map(C64::norm_sqr).sum::<f64>();
         let is_one = |&(a, b): &(usize, usize)| {
-            let product: C64 = shapes[a].iter().zip(&shapes[b]).map(|(a, b)| a.conj() * b).sum();
             (fit.poles[a].omega() - fit.poles[b].omega()).abs() < reach
-                && product.norm_sqr() > ONE_SHAPE * size(a) * size(b)
+                && have_one_shape(&shapes[a], &shapes[b])
         };
         let Some((a, b)) = pairs.into_iter().find(is_one) else { return };
         let mut poles = fit.poles.clone();

@@ -2,28 +2,41 @@
 //! where a wide band with many modes can be divided.
 
 use super::block::{C64, Pole};
+use crate::statistics::mean;
 
 /// Peaks of the power of all responses, each response about as loud as the others, as poles by
 /// ascending frequency.
 pub(in crate::identify) fn peaks(omega: &[f64], spectra: &[Vec<C64>]) -> Vec<Pole> {
-    /// Lines to either side that a peak is above, and those within which it falls.
+    /// Share of the frequency that counts as one line where the lines lie closer: no mode of an arm
+    /// is much narrower.
+    const FINEST: f64 = 0.002;
+    /// Such lines to either side that a peak is above, and those within which it falls.
     const TOP: usize = 3;
-    const REACH: usize = 12;
+    const REACH: usize = 16;
     /// By how much, in power.
     const FALL: f64 = 4.0;
     /// Relative to the loudest line: lower ones are noise or feet.
     const LEAST: f64 = 1e-5;
     let sizes = spectra.iter().map(|own| own.iter().map(C64::norm_sqr).fold(0.0, f64::max));
     let sizes: Vec<f64> = sizes.map(|size| size.max(f64::MIN_POSITIVE)).collect();
-    let power: Vec<f64> = (0..omega.len())
+    let raw: Vec<f64> = (0..omega.len())
         .map(|k| spectra.iter().zip(&sizes).map(|(own, size)| own[k].norm_sqr() / size).sum())
         .collect();
+    let lines = raw.len();
+    let line = if lines < 2 { 1.0 } else { (omega[lines - 1] - omega[0]) / (lines - 1) as f64 };
+    let finest = |k: usize| (FINEST * omega[k] / line).round().max(1.0) as usize;
+    let power: Vec<f64> = (0..lines)
+        .map(|k| {
+            let near = finest(k) - 1;
+            mean(&raw[k.saturating_sub(near)..(k + near + 1).min(lines)])
+        })
+        .collect();
     let least = |from: usize, to: usize| power[from..to].iter().copied().fold(f64::MAX, f64::min);
-    let lines = power.len();
     let is_peak = |&k: &usize| {
-        let near = &power[k.saturating_sub(TOP)..(k + TOP + 1).min(lines)];
-        let before = least(k.saturating_sub(REACH), k.max(1));
-        let after = least((k + 1).min(lines - 1), (k + 1 + REACH).min(lines));
+        let (top, reach) = (TOP * finest(k), REACH * finest(k));
+        let near = &power[k.saturating_sub(top)..(k + top + 1).min(lines)];
+        let before = least(k.saturating_sub(reach), k.max(1));
+        let after = least((k + 1).min(lines - 1), (k + 1 + reach).min(lines));
         power[k] > LEAST
             && near.iter().all(|other| *other <= power[k])
             && power[k] > FALL * before
@@ -33,7 +46,6 @@ pub(in crate::identify) fn peaks(omega: &[f64], spectra: &[Vec<C64>]) -> Vec<Pol
         let below = |other: &f64| *other < 0.5 * power[k];
         let after = power[k..].iter().position(below).unwrap_or(TOP).max(1);
         let before = power[..k].iter().rev().position(below).unwrap_or(TOP) + 1;
-        let line = omega[1] - omega[0];
         after.min(before) as f64 * line
     };
     let pole = |k: usize| Pole::new(C64::new(-half_width(k).min(0.1 * omega[k]), omega[k]));
@@ -94,6 +106,11 @@ mod tests {
         let ends = divisions(&found, &omega, 2, 20);
         assert_eq!(ends.len(), 6, "{ends:?}");
         assert!(ends[1] > 22.0 && ends[1] < 28.0, "{ends:?}");
+        // The same modes on lines ten times as close, with noise on each.
+        let omega: Vec<f64> = (1..6000).map(|k| 0.02 * f64::from(k)).collect();
+        let noise = |k: usize| C64::from_polar(0.05, 1e3 * (k as f64).sin());
+        let noisy = omega.iter().enumerate().map(|(k, w)| at(w) + noise(k)).collect();
+        assert_eq!(peaks(&omega, &[noisy]).len(), 10);
         assert!(peaks(&[], &[]).is_empty() && peaks(&[1.0], &[vec![C64::default()]]).is_empty());
         assert_eq!(divisions(&[], &[], 4, 9).len(), 2);
     }

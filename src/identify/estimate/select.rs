@@ -101,6 +101,10 @@ fn with_drift(blocks: &[Block], fit: &Fit, larger: Option<&Fit>) -> Option<(Vec<
     /// Drift that explains this fraction of what a further pole in the same place explains is the
     /// cause of both.
     const MIN_FRACTION: f64 = 0.7;
+    // The feet of modes outside of a band pass for drift in it.
+    if blocks.iter().any(|block| block.is_cut_out) {
+        return None;
+    }
     if let Some(new) = larger.and_then(|larger| larger.poles.last())
         && !fit.poles.iter().any(|pole| is_near(pole, new))
     {
@@ -124,7 +128,7 @@ fn with_drift(blocks: &[Block], fit: &Fit, larger: Option<&Fit>) -> Option<(Vec<
 }
 
 /// Whether a pole lies within the width of another.
-fn is_on(pole: &Pole, new: &Pole) -> bool {
+pub(super) fn is_on(pole: &Pole, new: &Pole) -> bool {
     (pole.omega() - new.omega()).abs() < pole.lambda.re.abs().max(new.lambda.re.abs())
 }
 
