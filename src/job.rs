@@ -83,6 +83,8 @@ pub struct Tool {
     pub pitch_rad: Option<Vec<f64>>,
     /// Angle of the flutes to the axis, rad.
     pub helix_rad: f64,
+    /// Of a drill: the whole angle of its point, rad, where somebody says it.
+    pub point_angle_rad: Option<f64>,
     /// Whether it turns about another axis than its own, where somebody knows it.
     pub runout: Option<Runout>,
     /// How the tool itself vibrates in its holder, where somebody knows it.
@@ -306,11 +308,11 @@ impl SpindleSpeed {
 /// How the tool cuts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cutting {
-    /// Radial depth, m.
+    /// Radial depth, m; zero in drilling.
     pub radial_depth_m: f64,
-    /// Axial depth, m.
+    /// Axial depth, m; zero in drilling.
     pub axial_depth_m: f64,
-    /// Climb, conventional or slot.
+    /// Climb, conventional, slot or drilling.
     pub direction: CuttingDirection,
     /// Name of the material.
     pub material: String,
@@ -366,8 +368,8 @@ pub struct Runout {
     pub angle_rad: f64,
 }
 
-/// On which side of the cut the chip is thick.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// On which side of the cut the chip is thick, or whether the tool drills.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum CuttingDirection {
     /// Down-milling.
     Climb,
@@ -375,6 +377,19 @@ pub enum CuttingDirection {
     Conventional,
     /// Full width.
     Slot,
+    /// Along the tool's axis into the work.
+    Drill(Drill),
+}
+
+/// A hole that is drilled.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Drill {
+    /// Diameter of the hole that is there before, m; zero where there is none.
+    pub pilot_diameter_m: f64,
+    /// Thrust at the operation's feed and speed, as somebody measured it, N.
+    pub thrust_n: Option<f64>,
+    /// Torque at the same, N m.
+    pub torque_nm: Option<f64>,
 }
 
 /// When an excitation line near a mode counts.

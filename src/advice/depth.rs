@@ -7,14 +7,14 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::speeds::SafeSet;
-use crate::job::{Operation, SpindleSpeed};
+use crate::job::{CuttingDirection, Operation, SpindleSpeed};
 use crate::notes::Note;
 use crate::path::Path;
 use crate::process::{
     Chatter, LimitAt, Spread, TipPlace, chart_at, chatter, sure_ones, tip_places,
 };
 use crate::risk::SpindleProfile;
-use crate::stability::{Chart, DEEPEST_M};
+use crate::stability::{Chart, DEEPEST_M, LimitOf};
 
 /// Places of the path.
 const PLACES: usize = 12;
@@ -91,6 +91,14 @@ impl<'a> DepthModel<'a> {
         let mut first: Vec<(f64, f64)> = best.iter().take(WEIGHED).map(weighed).collect();
         first.sort_by(|a, b| b.0.total_cmp(&a.0));
         first.iter().chain(best.iter().skip(WEIGHED)).map(|&(_, rpm)| rpm).collect()
+    }
+
+    /// What its limits bound.
+    pub(super) fn limit_of(&self) -> LimitOf {
+        match self.operation.cutting.as_ref().map(|cutting| cutting.direction) {
+            Some(CuttingDirection::Drill(_)) => LimitOf::WidthOfCut,
+            _ => LimitOf::AxialDepth,
+        }
     }
 
     /// The exact limit at a speed with the programmed chip.

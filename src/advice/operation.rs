@@ -92,12 +92,12 @@ fn not_followed(
     }
     let near = match (advice.constant, objective) {
         (Some(_), Objective::Vibration) => "the quietest safe constant speed",
-        (Some(_), Objective::Depth) => "the safe constant speed with the largest depth",
+        (Some(_), Objective::Depth) => "the safe constant speed with the largest limit of chatter",
         _ => "the programmed speed",
     };
     let why = match objective {
         Objective::Vibration => "tool-tip vibration is no convex function of a varying speed",
-        Objective::Depth => "the depth of chatter is no convex function of a varying speed",
+        Objective::Depth => "the limit of chatter is no convex function of a varying speed",
         Objective::Nearest | Objective::Margin | Objective::Highest => {
             "a schedule that must cross a band keeps no margin"
         }
@@ -215,6 +215,7 @@ fn advise_path(
         }),
         depth: depth.map(|model| Depth {
             modes: if operation.tool.modes.is_empty() { Seen::Arm } else { Seen::ArmAndTool },
+            limit_of: model.limit_of(),
             programmed: model.at(programmed_rpm),
             recommended: constant.map(|constant| model.at(constant.rpm)),
         }),

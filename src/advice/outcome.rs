@@ -14,6 +14,7 @@ use super::vibration::TipVibration;
 use crate::motion::StatedFeeds;
 use crate::notes::Note;
 use crate::process::{NoForce, Seen};
+use crate::stability::LimitOf;
 
 /// Advice for one job.
 #[derive(Debug, Clone, PartialEq)]
@@ -110,6 +111,8 @@ pub struct Vibration {
 pub struct Depth {
     /// Which modes it is about.
     pub modes: Seen,
+    #[allow(missing_docs, reason = "the schema shows what the type says")]
+    pub limit_of: LimitOf,
     /// At the programmed speed.
     pub programmed: DepthAt,
     /// At recommended_rpm; null where that is.

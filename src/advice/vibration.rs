@@ -86,6 +86,9 @@ impl TipModel {
             Ok(force) => force,
             Err(why) => return Ok(Err(why)),
         };
+        if force.drilling().is_some_and(|force| force.orders().is_empty()) {
+            return Ok(Err(NoForce::Steady));
+        }
         let turning = SpindleProfile::new(&operation.speed, path);
         let s: Vec<f64> = (0..=POINTS).map(|i| i as f64 / POINTS as f64).collect();
         let points = sure_ones(tip_places(operation, path, &s, |s| !turning.is_stopped_at(s))?);

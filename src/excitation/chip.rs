@@ -242,13 +242,17 @@ fn integrate([from, to]: [f64; 2], widest: f64, add: &mut impl FnMut(f64, f64)) 
 /// Force of a tooth at φ per axial depth, along the feed, across it and out of the work, N/m.
 pub(super) fn in_axes(k: &CuttingCoefficients, phi: f64, chip_m: f64) -> [f64; 3] {
     let (sin, cos) = phi.sin_cos();
+    let [tangential, radial, axial] = per_width(k, chip_m);
+    [-tangential * cos - radial * sin, tangential * sin - radial * cos, -axial]
+}
+
+/// Tangential, radial and axial force on an edge per width of a chip, N/m.
+pub(super) fn per_width(k: &CuttingCoefficients, chip_m: f64) -> [f64; 3] {
     let (cutting, edge) = (k.cutting_n_per_m2(), k.edge_n_per_m());
-    let force = |i: usize| {
+    [0, 1, 2].map(|i| {
         let thinner = if k.exponents[i] == 0.0 { 1.0 } else { law(chip_m, k.exponents[i]) };
         cutting[i] * thinner * chip_m + edge[i]
-    };
-    let [tangential, radial, axial] = [0, 1, 2].map(force);
-    [-tangential * cos - radial * sin, tangential * sin - radial * cos, -axial]
+    })
 }
 
 /// (h / 1 mm)^−m.
@@ -256,19 +260,13 @@ fn law(chip_m: f64, exponent: f64) -> f64 {
     mm_from_m(chip_m).powf(-exponent)
 }
 
-/// Coefficients that are linear in the chip: the slope of the force at the mean chip of the
-/// engagement, (1 − m) K h^−m, and the edges as they are.
-pub fn linear_about(
-    coefficients: &CuttingCoefficients,
-    engagement: Engagement,
-    feed_per_tooth_m: f64,
-) -> CuttingCoefficients {
+/// Coefficients that are linear in the chip: the slope of the force at a mean chip,
+/// (1 − m) K h^−m, and the edges as they are.
+pub fn linear_about(coefficients: &CuttingCoefficients, mean_chip_m: f64) -> CuttingCoefficients {
     if coefficients.is_linear() {
         return *coefficients;
     }
-    let Engagement { entry_rad, exit_rad } = engagement;
-    let mean = feed_per_tooth_m * (entry_rad.cos() - exit_rad.cos()) / (exit_rad - entry_rad);
-    let [t, r, a] = coefficients.exponents.map(|m| (1.0 - m) * law(mean, m));
+    let [t, r, a] = coefficients.exponents.map(|m| (1.0 - m) * law(mean_chip_m, m));
     CuttingCoefficients {
         tangential_n_per_m2: t * coefficients.tangential_n_per_m2,
         radial_n_per_m2: r * coefficients.radial_n_per_m2,

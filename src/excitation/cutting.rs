@@ -27,13 +27,14 @@ use std::f64::consts::TAU;
 use nalgebra::Complex;
 
 use super::chip::Chips;
-use super::engagement::{Engagement, ForceHarmonic, Tooth};
+use super::engagement::{Engagement, ForceHarmonic, Tooth, teeth};
+#[cfg(test)]
 use super::material::coefficients;
 use crate::job::{Cutting, CuttingCoefficients, Runout, Tool};
 
 /// The force of one cutter in one cut.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ForceModel {
+pub struct MillingForce {
     coefficients: CuttingCoefficients,
     engagement: Engagement,
     axial_depth_m: f64,
@@ -44,14 +45,13 @@ pub struct ForceModel {
     has_even_teeth: bool,
 }
 
-impl ForceModel {
-    /// `None` where the material is not known and the job gives no coefficients, or the cutter's
-    /// diameter is wanted and missing.
-    pub fn new(tool: &Tool, cutting: &Cutting) -> Option<Self> {
+impl MillingForce {
+    #[cfg(test)]
+    fn new(tool: &Tool, cutting: &Cutting) -> Option<Self> {
         Self::with(tool, cutting, coefficients(cutting)?)
     }
 
-    /// The same with other coefficients than the cut's.
+    /// `None` where the cutter's diameter is wanted and missing, or it drills.
     pub fn with(tool: &Tool, cutting: &Cutting, coefficients: CuttingCoefficients) -> Option<Self> {
         let lag_rad = match tool.helix_rad.tan() {
             0.0 => 0.0,
@@ -182,24 +182,6 @@ impl ForceModel {
     }
 }
 
-/// The teeth of a cutter, each ahead of the one before it.
-fn teeth(tool: &Tool) -> Vec<Tooth> {
-    let z = f64::from(tool.teeth);
-    let even = vec![TAU / z; tool.teeth as usize];
-    let pitch = tool.pitch_rad.as_ref().unwrap_or(&even);
-    let mut angle_rad = 0.0;
-    pitch
-        .iter()
-        .map(|next| {
-            let here = angle_rad;
-            angle_rad += next;
-            // It cuts what the tooth ahead of it has left: the farther ahead, the thicker.
-            let share = next * z / TAU;
-            Tooth { angle_rad: here, share }
-        })
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
     use std::f64::consts::PI;
@@ -209,7 +191,7 @@ mod tests {
     use crate::job::CuttingDirection;
     use crate::units::rad_from_deg;
 
-    fn models() -> Vec<(ForceModel, u32)> {
+    fn models() -> Vec<(MillingForce, u32)> {
         let mut models = Vec::new();
         for (teeth, pitch_deg) in [
             (1, None),
@@ -241,7 +223,7 @@ mod tests {
                         regenerates: true,
                     };
                     let first = if pitch_deg.is_some() { 1 } else { teeth };
-                    models.push((ForceModel::new(&tool, &cutting).unwrap(), first));
+                    models.push((MillingForce::new(&tool, &cutting).unwrap(), first));
                 }
             }
         }
@@ -299,7 +281,7 @@ mod tests {
             regenerates: true,
         };
         let (f, nb) = (0.05e-3, 3.0 * 0.002);
-        let [x, y, z] = ForceModel::new(&tool, &cutting).unwrap().mean_n(f);
+        let [x, y, z] = MillingForce::new(&tool, &cutting).unwrap().mean_n(f);
         let expected = [
             -nb / 4.0 * 99e6 * f - nb / PI * 10e3,
             nb / 4.0 * 631e6 * f + nb / PI * 13e3,
@@ -446,7 +428,7 @@ mod tests {
             (uneven_out, Conventional, [0.2, 0.3, 0.0], 0.02),
         ] {
             let cutting = Cutting { axial_depth_m, ..cut(direction, exponents) };
-            let model = ForceModel::new(&tool, &cutting).unwrap();
+            let model = MillingForce::new(&tool, &cutting).unwrap();
             let orders: Vec<u32> = (0..=2 * tool.teeth).collect();
             let found = model.harmonics(&orders, 60e-6);
             let expected = simulated(&tool, &cutting, 60e-6, &orders);
@@ -472,12 +454,12 @@ mod tests {
             let lead = PI * 0.012 / f64::from(teeth) / tool.helix_rad.tan();
             let of = |depth_m: f64, cutting: &mut Cutting| {
                 cutting.axial_depth_m = depth_m;
-                ForceModel::new(&tool, cutting).unwrap()
+                MillingForce::new(&tool, cutting).unwrap()
             };
             let (whole, half) = (of(lead, &mut cutting), of(0.5 * lead, &mut cutting));
             for h in 1..=4 {
                 let size =
-                    |model: &ForceModel| model.harmonic(h * teeth, 5e-5).amplitude_n[1].norm();
+                    |model: &MillingForce| model.harmonic(h * teeth, 5e-5).amplitude_n[1].norm();
                 assert!(size(&whole) < 1e-12 * whole.mean_n(5e-5)[1], "{teeth} {h}");
                 assert!(h % 2 == 0 || size(&half) > 1e-3 * half.mean_n(5e-5)[1], "{teeth} {h}");
             }
@@ -491,13 +473,14 @@ mod tests {
     fn runout_adds_spindle_lines_alone_while_every_tooth_cuts() {
         let model = |runout| {
             let tool = mill(4, 0.0, runout);
-            let mut model = ForceModel::new(&tool, &cut(CuttingDirection::Slot, [0.0; 3])).unwrap();
+            let mut model =
+                MillingForce::new(&tool, &cut(CuttingDirection::Slot, [0.0; 3])).unwrap();
             model.engagement = Engagement { entry_rad: PI / 3.0, exit_rad: 2.0 * PI / 3.0 };
             model
         };
         let (straight, small, large) =
             (model(None), model(Some((5e-6, 0.3))), model(Some((60e-6, 0.3))));
-        let size = |model: &ForceModel, order| model.harmonic(order, 50e-6).amplitude_n[1];
+        let size = |model: &MillingForce, order| model.harmonic(order, 50e-6).amplitude_n[1];
         let tooth = size(&straight, 4).norm();
         for h in 0..=3 {
             let off = (size(&small, 4 * h) - size(&straight, 4 * h)).norm();
@@ -531,7 +514,7 @@ mod tests {
         let of = |axial_depth_m: f64, helix_deg: f64| {
             let cutting = Cutting { axial_depth_m, ..cut(CuttingDirection::Slot, [0.0; 3]) };
             let tool = mill(4, helix_deg, Some((5e-6, 0.3)));
-            let mut model = ForceModel::new(&tool, &cutting).unwrap();
+            let mut model = MillingForce::new(&tool, &cutting).unwrap();
             model.engagement = Engagement { entry_rad: PI / 3.0, exit_rad: 2.0 * PI / 3.0 };
             model.harmonic(1, 50e-6).amplitude_n.map(|c| c / axial_depth_m)
         };
@@ -549,7 +532,7 @@ mod tests {
     fn linear_coefficients_have_the_slope_of_the_law() {
         let whole = Engagement { entry_rad: 0.0, exit_rad: PI };
         let k = coefficients(&cut(CuttingDirection::Slot, [0.25, 0.35, 0.2])).unwrap();
-        let linear = crate::excitation::linear_about(&k, whole, 80e-6);
+        let linear = crate::excitation::linear_about(&k, whole.mean_chip_m(80e-6));
         let mean = 80e-6 * 2.0 / PI;
         let force =
             |h: f64, i: usize| k.cutting_n_per_m2()[i] * h * (h * 1e3).powf(-k.exponents[i]);

@@ -1,10 +1,10 @@
 //! Teeth in the work, and the harmonics of the force on them.
 
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
 use nalgebra::Complex;
 
-use crate::job::{Cutting, CuttingDirection};
+use crate::job::{Cutting, CuttingDirection, Tool};
 
 /// Where a tooth is in the work, rad.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,7 +17,7 @@ pub struct Engagement {
 
 impl Engagement {
     /// From the radial depth and the side on which the chip is thick. `None` where the cutter's
-    /// diameter is wanted and missing.
+    /// diameter is wanted and missing, or the tool drills.
     pub fn new(cutting: &Cutting, diameter_m: Option<f64>) -> Option<Self> {
         let whole = Self { entry_rad: 0.0, exit_rad: PI };
         let arc = || {
@@ -28,7 +28,14 @@ impl Engagement {
             CuttingDirection::Slot => whole,
             CuttingDirection::Conventional => Self { exit_rad: arc()?, ..whole },
             CuttingDirection::Climb => Self { entry_rad: PI - arc()?, ..whole },
+            CuttingDirection::Drill(_) => return None,
         })
+    }
+
+    /// The mean thickness of the chip, m.
+    pub fn mean_chip_m(&self, feed_per_tooth_m: f64) -> f64 {
+        let Self { entry_rad, exit_rad } = self;
+        feed_per_tooth_m * (entry_rad.cos() - exit_rad.cos()) / (exit_rad - entry_rad)
     }
 }
 
@@ -48,4 +55,22 @@ pub(super) struct Tooth {
     pub(super) angle_rad: f64,
     /// Its share of the mean chip, as its distance from the tooth ahead has it.
     pub(super) share: f64,
+}
+
+/// The teeth of a cutter, each ahead of the one before it.
+pub(super) fn teeth(tool: &Tool) -> Vec<Tooth> {
+    let z = f64::from(tool.teeth);
+    let even = vec![TAU / z; tool.teeth as usize];
+    let pitch = tool.pitch_rad.as_ref().unwrap_or(&even);
+    let mut angle_rad = 0.0;
+    pitch
+        .iter()
+        .map(|next| {
+            let here = angle_rad;
+            angle_rad += next;
+            // It cuts what the tooth ahead of it has left: the farther ahead, the thicker.
+            let share = next * z / TAU;
+            Tooth { angle_rad: here, share }
+        })
+        .collect()
 }

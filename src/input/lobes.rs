@@ -4,13 +4,13 @@ use std::path::Path;
 
 use super::Reading;
 use super::files::MAX_ROBOT_BYTES;
-use super::job::cutter::{coefficients, direction, tip_modes, tool};
+use super::job::cutter::{coefficients, direction, drill_fault, needs_width, tip_modes, tool};
 use super::kind::{FileKind, document_of};
-use super::raw::lobes as raw;
+use super::raw::{job, lobes as raw};
 use super::schema;
 use crate::formats::text::read_text;
 use crate::formats::yaml::{Node, Step};
-use crate::job::{Cutting, CuttingDirection, TipCut};
+use crate::job::{Cutting, Drill, TipCut};
 use crate::notes::{Code, Note, Notes, Place};
 use crate::units::{m_from_mm, mm_from_m};
 
@@ -57,9 +57,9 @@ fn tip_cut(raw: &raw::Lobes, tree: &Node, notes: &mut Notes) -> Option<TipCut> {
     }
     let raw = raw.cutting.as_ref()?;
     let key = |key| tree.line_at(&[Step::Key("cutting"), Step::Key(key)]);
-    let direction = direction(raw.direction?);
-    if direction != CuttingDirection::Slot && raw.radial_depth_mm.is_none() {
-        let what = "cutting has no 'radial_depth_mm', which all but a slot needs";
+    let named = raw.direction?;
+    if needs_width(named) && raw.radial_depth_mm.is_none() {
+        let what = "cutting has no 'radial_depth_mm', which all but a slot and a drill needs";
         notes.error(Code::MissingKey, key("direction"), what);
         return None;
     }
@@ -69,7 +69,21 @@ fn tip_cut(raw: &raw::Lobes, tree: &Node, notes: &mut Notes) -> Option<TipCut> {
         return None;
     }
     let tool = tool?;
+    if let Some((at, code, what)) = drill_fault(named, raw.pilot_diameter_mm, "tool", &tool) {
+        notes.error(code, key(at), what);
+        return None;
+    }
+    let drills = matches!(named, job::Direction::Drill);
+    for (at, is_unused) in [
+        ("radial_depth_mm", drills && raw.radial_depth_mm.is_some()),
+        ("pilot_diameter_mm", !drills && raw.pilot_diameter_mm.is_some()),
+    ] {
+        if is_unused {
+            notes.warning(Code::Unused, key(at), unused(at, drills));
+        }
+    }
     if let (Some(depth_mm), Some(diameter_m)) = (raw.radial_depth_mm, tool.diameter_m)
+        && !drills
         && m_from_mm(depth_mm) > diameter_m
     {
         let diameter_mm = mm_from_m(diameter_m);
@@ -87,10 +101,12 @@ fn tip_cut(raw: &raw::Lobes, tree: &Node, notes: &mut Notes) -> Option<TipCut> {
         notes.error(Code::Conflict, key("coefficients"), what);
         return None;
     }
+    let pilot_diameter_m = raw.pilot_diameter_mm.map_or(0.0, m_from_mm);
+    let radial_depth_mm = raw.radial_depth_mm.filter(|_| !drills);
     let cutting = Cutting {
-        radial_depth_m: raw.radial_depth_mm.map_or(0.0, m_from_mm),
+        radial_depth_m: radial_depth_mm.map_or(0.0, m_from_mm),
         axial_depth_m: 0.0,
-        direction,
+        direction: direction(named, Drill { pilot_diameter_m, ..Drill::default() }),
         material: raw.material.clone().unwrap_or_default(),
         coefficients: match &raw.coefficients {
             Some(own) => Some(coefficients(own)?),
@@ -99,4 +115,10 @@ fn tip_cut(raw: &raw::Lobes, tree: &Node, notes: &mut Notes) -> Option<TipCut> {
         regenerates: raw.regeneration.unwrap_or(true),
     };
     Some(TipCut { modes, tool, cutting })
+}
+
+/// A key that the direction of the cut leaves without effect.
+fn unused(key: &str, drills: bool) -> String {
+    let whose = if drills { "a drill has none" } else { "it is for direction: drill" };
+    format!("cutting.{key} has no effect: {whose}")
 }

@@ -23,4 +23,6 @@ pub use grid::{MAX_GAP, MAX_STEP, grid};
 pub use survey::{Detail, Station, Survey};
 pub use surveyor::Surveyor;
 pub use timed_path::{JointOverspeed, MoveKind, Path, PathReader};
-pub use tip_modes::{TipModes, ToolFrame, tcp_poses, tip_modes, tip_modes_of_tool, tool_frames};
+pub use tip_modes::{
+    Feed, TipModes, ToolFrame, tcp_poses, tip_modes, tip_modes_of_tool, tool_frames,
+};

@@ -23,8 +23,17 @@ pub struct TipModes {
     /// J φ_r, the translational part: how each mode moves the tool centre point, in the base frame,
     /// for a unit of its modal coordinate, m/(√kg m) where all is in SI.
     pub motions: Vec<Vector3<f64>>,
-    /// Whether the tool tip moves across its axis there, so that the feed has a direction.
-    pub has_feed: bool,
+    /// Which way the tool tip moves there.
+    pub feed: Feed,
+}
+
+/// Which way the tool tip moves, as its axis sees it.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Feed {
+    /// Whether it moves across the axis, so that the feed has a direction.
+    pub is_across: bool,
+    /// Cosine of the angle between its motion and the axis into the work; zero where it stands.
+    pub into_work: f64,
 }
 
 /// The feed's direction is read over this share of the path.
@@ -38,8 +47,8 @@ const NEARBY: f64 = 1e-5;
 pub fn tip_modes_of_tool(path: &Path, s: &[f64]) -> Result<Vec<TipModes>, Note> {
     let frames = tool_frames(path, s)?;
     let mut all = tip_modes(path, s)?;
-    for (at, (axes, has_feed)) in all.iter_mut().zip(frames) {
-        at.has_feed = has_feed;
+    for (at, (axes, feed)) in all.iter_mut().zip(frames) {
+        at.feed = feed;
         for motion in &mut at.motions {
             *motion = Vector3::from(axes.map(|axis| axis.dot(motion)));
         }
@@ -64,9 +73,8 @@ pub fn tool_frames(path: &Path, s: &[f64]) -> Result<Vec<ToolFrame>, Note> {
     Ok(tcp_poses(path, &around)?.chunks(3).zip(s).map(frame).collect())
 }
 
-/// x, y and z of the tool's frame in the base frame, and whether the feed has a direction across
-/// the axis.
-pub type ToolFrame = ([Vector3<f64>; 3], bool);
+/// x, y and z of the tool's frame in the base frame, and which way the tool tip moves.
+pub type ToolFrame = ([Vector3<f64>; 3], Feed);
 
 /// The frame for a step of the tool centre point.
 fn tool_axes(tcp: &Isometry3<f64>, step: &Vector3<f64>) -> ToolFrame {
@@ -76,7 +84,11 @@ fn tool_axes(tcp: &Isometry3<f64>, step: &Vector3<f64>) -> ToolFrame {
     let across = Unit::try_new(step - z * z.dot(step), 1e-6 * step.norm());
     let any = || Unit::new_normalize(tcp.rotation * Vector3::x());
     let x = across.unwrap_or_else(any).into_inner();
-    ([x, z.cross(&x), z], across.is_some())
+    let into_work = match step.norm() {
+        0.0 => 0.0,
+        length => -z.dot(step) / length,
+    };
+    ([x, z.cross(&x), z], Feed { is_across: across.is_some(), into_work })
 }
 
 /// The pose of the tool centre point in the base frame at each of `s` (0..=1).
@@ -135,7 +147,7 @@ pub fn tip_modes(path: &Path, s: &[f64]) -> Result<Vec<TipModes>, Note> {
             natural_frequencies_hz: frequencies_hz[i * n..][..n].to_vec(),
             damping_ratios: damping_ratios[i * n..][..n].to_vec(),
             motions: shapes[i * n * n..][..n * n].chunks(n).map(moved).collect(),
-            has_feed: false,
+            feed: Feed::default(),
         }
     });
     Ok(places.collect())

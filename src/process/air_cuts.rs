@@ -1,7 +1,7 @@
 //! What a move does to the work.
 
-use crate::job::Operation;
-use crate::path::{MoveKind, Path};
+use crate::job::{CuttingDirection, Operation};
+use crate::path::{Feed, MoveKind, Path};
 
 /// A move faster than this many times the operation's feed is taken for one in the air.
 const MIN_AIR_CUT_FEED_RATIO: f64 = 2.0;
@@ -29,6 +29,34 @@ pub fn in_work(operation: &Operation, path: &Path, s: f64) -> InWork {
         MoveKind::Led if is_fast => InWork::TakenForAir,
         MoveKind::Joints | MoveKind::Led => InWork::Cuts,
     }
+}
+
+/// A drill that moves within a degree of its axis drills: the cosine of that.
+const MIN_INTO_WORK: f64 = 0.999_847_7;
+
+/// How the drill of an operation moves; `None` of one that mills.
+pub fn drills(operation: &Operation, feed: &Feed) -> Option<DrillMove> {
+    let direction = operation.cutting.as_ref().map(|cutting| cutting.direction);
+    match direction {
+        Some(CuttingDirection::Drill(_)) => {}
+        _ => return None,
+    }
+    Some(match feed.into_work {
+        into if into >= MIN_INTO_WORK => DrillMove::Into,
+        into if into <= -MIN_INTO_WORK => DrillMove::OutOf,
+        _ => DrillMove::Across,
+    })
+}
+
+/// How a drill moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DrillMove {
+    /// Along its axis into the work.
+    Into,
+    /// Along its axis out of the work: nothing cuts.
+    OutOf,
+    /// Any other way, which is not drilling.
+    Across,
 }
 
 /// Whether the move run at `s` is an air cut.

@@ -1,6 +1,6 @@
-//! The depth at which the cut chatters, along a path.
+//! The depth at which the cut chatters, along a path; of a drill the width of cut.
 
-use nalgebra::{Complex, Matrix3x2};
+use nalgebra::Complex;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -8,9 +8,11 @@ use serde::Serialize;
 use super::limit_interval::{Spread, interval_m};
 use super::place_limit::{depth_m, exact, modes_of, zeroth};
 use super::tip::{Owner, TipMode, TipPlace};
-use crate::excitation::{Engagement, coefficients, linear_about};
-use crate::job::{Cutting, Operation};
-use crate::stability::{Chart, Cut, DEEPEST_M, Kind, Limit, Method, is_narrow, receptance_m_per_n};
+use crate::excitation::{Lips, linear_at};
+use crate::job::{Cutting, CuttingDirection, Operation};
+use crate::stability::{
+    Chart, Cut, DEEPEST_M, Kind, Limit, LimitOf, Method, is_narrow, receptance_m_per_n,
+};
 use crate::units::{rad_per_s_from_hz, written};
 
 /// Which modes stability is about.
@@ -46,7 +48,7 @@ pub struct LimitAt {
     pub s: f64,
     /// Line that is run there.
     pub line: usize,
-    /// Smallest axial depth at which a small vibration grows; null where there is none below 1 m.
+    /// Smallest depth, or width of cut, at which a small vibration grows; null where there is none below 1 m.
     #[serde(rename = "limit_mm", serialize_with = "written::mm")]
     pub depth_m: Option<f64>,
     /// Of the vibration that grows.
@@ -67,7 +69,9 @@ pub struct LimitAt {
 pub struct Chatter {
     #[allow(missing_docs, reason = "the schema shows what the type says")]
     pub modes: Seen,
-    /// Axial depth of the cut.
+    #[allow(missing_docs, reason = "the schema shows what the type says")]
+    pub limit_of: LimitOf,
+    /// Axial depth of the cut, or width of cut of a drill.
     #[serde(rename = "depth_mm", serialize_with = "written::mm")]
     pub depth_m: f64,
     /// Whether the cut is deeper than the smallest limit.
@@ -94,8 +98,7 @@ pub fn chart_at(operation: &Operation, place: &TipPlace) -> Option<Chart> {
 
 /// A cut with coefficients that are linear about the chip at a place.
 fn cut_at(operation: &Operation, cutting: &Cutting, place: &TipPlace) -> Option<Cut> {
-    let engagement = Engagement::new(cutting, operation.tool.diameter_m)?;
-    let linear = linear_about(&coefficients(cutting)?, engagement, place.feed_per_tooth_m);
+    let linear = linear_at(&operation.tool, cutting, place.feed_per_tooth_m)?;
     let cutting = Cutting { coefficients: Some(linear), ..cutting.clone() };
     Cut::new(&operation.tool, &cutting)
 }
@@ -137,11 +140,16 @@ pub fn chatter(
         places.iter().map(|place| cut_at(operation, cutting, place)).collect();
     let cuts = cuts.filter(|cuts| !cuts.is_empty())?;
     let at: Vec<(&TipPlace, &Cut)> = places.iter().zip(&cuts).collect();
+    let drill = match cutting.direction {
+        CuttingDirection::Drill(drill) => Some(drill),
+        _ => None,
+    };
     let of = |(place, cut): &(&TipPlace, &Cut)| {
         (zeroth(place, cut, cutting.regenerates), Method::Zeroth)
     };
     let mut found: Vec<(Option<Limit>, Method)> = at.par_iter().map(of).collect();
-    if cutting.regenerates {
+    // Of a drill the zeroth order is exact.
+    if cutting.regenerates && drill.is_none() {
         let mut next = first_solved(&found, is_narrow(&operation.tool, cutting));
         let mut tried = vec![false; found.len()];
         while !next.is_empty() {
@@ -171,18 +179,31 @@ pub fn chatter(
             frequency_hz: found.map(|limit| limit.frequency_hz),
             kind: found.map(|limit| limit.kind),
             method,
-            mode: found.and_then(|limit| strongest(&place.modes, &cut.mean(), limit.frequency_hz)),
+            mode: found.and_then(|limit| strongest(&place.modes, cut, limit.frequency_hz)),
         })
         .collect();
     let told = along.iter().filter_map(|at| Some((at.depth_m?, at)));
     let smallest = told.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, at)| *at);
-    let depth_m = cutting.axial_depth_m;
+    let depth_m = match drill {
+        Some(drill) => Lips::new(&operation.tool, drill)?.width_m,
+        None => cutting.axial_depth_m,
+    };
+    let limit_of = cuts.first()?.limit_of();
     let is_beyond = smallest.and_then(|at| at.depth_m).is_some_and(|limit| depth_m >= limit);
     let may_be_beyond = is_beyond || ends.is_some_and(|[low, _]| depth_m >= low);
     let smallest_ci95_m = ends.map_or([None; 2], |ends| ends.map(up_to_deepest));
     let has_tool = !operation.tool.modes.is_empty();
     let modes = if has_tool { Seen::ArmAndTool } else { Seen::Arm };
-    Some(Chatter { modes, depth_m, is_beyond, may_be_beyond, smallest, smallest_ci95_m, along })
+    Some(Chatter {
+        modes,
+        limit_of,
+        depth_m,
+        is_beyond,
+        may_be_beyond,
+        smallest,
+        smallest_ci95_m,
+        along,
+    })
 }
 
 /// A limit, unless it is beyond all that are told.
@@ -196,10 +217,12 @@ fn depth_of((limit, _): &(Option<Limit>, Method)) -> f64 {
 
 /// The mode of the arm with the largest part in G(iω) H̄, which is what becomes unstable; `None`
 /// where that is one of the tool's.
-fn strongest(modes: &[TipMode], mean: &Matrix3x2<f64>, hz: f64) -> Option<usize> {
-    let mean = mean.map(Complex::from);
-    let size =
-        |one: &TipMode| (receptance_m_per_n(&[one.mode], rad_per_s_from_hz(hz)) * mean).norm();
+fn strongest(modes: &[TipMode], cut: &Cut, hz: f64) -> Option<usize> {
+    let mean = cut.mean().map(Complex::from);
+    let size = |one: &TipMode| {
+        let own = cut.in_axes(&[one.mode]);
+        (receptance_m_per_n(&own, rad_per_s_from_hz(hz)) * mean).norm()
+    };
     match modes.iter().max_by(|a, b| size(a).total_cmp(&size(b)))?.of {
         Owner::Arm(number) => Some(number),
         Owner::Tool => None,

@@ -7,7 +7,10 @@ use std::fmt;
 use nalgebra::{Complex, Vector3};
 
 use super::tip::{Owner, TipMode, TipPlace};
-use crate::excitation::{ForceHarmonic, ForceModel, coefficient_corners, coefficients};
+use crate::excitation::{
+    DrillingForce, ForceHarmonic, ForceModel, MillingForce, coefficient_corners, coefficients,
+    is_unlike,
+};
 use crate::job::{CuttingDirection, Operation, Tool};
 use crate::stability::{ToolMode, displacement_m};
 use crate::units::{hz_from_rad_per_s, hz_from_rpm, rad_per_s_from_hz};
@@ -36,6 +39,10 @@ pub enum NoForce {
     UnknownMaterial,
     /// The tool has no diameter.
     NoDiameter,
+    /// A drill has unlike lips, and nothing but its thrust is known.
+    UnlikeLips,
+    /// The force is steady: it shakes nothing at any speed.
+    Steady,
     /// Nothing cuts.
     OnlyAir,
     /// What the force does comes out as no finite number.
@@ -51,9 +58,14 @@ impl fmt::Display for NoForce {
                  cutting.coefficients is not given"
             }
             Self::NoDiameter => "tool.diameter_mm is not given",
+            Self::UnlikeLips => {
+                "thrust_n says nothing of the force to the side that unlike lips make (tool.runout, \
+                 pitch_deg or a single tooth): give cutting.material or coefficients, too"
+            }
+            Self::Steady => "the thrust of a drill with even lips is steady at every speed",
             Self::OnlyAir => {
-                "nothing cuts: all moves run with the spindle stopped, or at more than twice the \
-                 operation's feed"
+                "nothing cuts: all moves run with the spindle stopped, at more than twice the \
+                 operation's feed, or, of a drill, out of the work"
             }
             Self::NotFinite => {
                 "what the force may do at the tool tip is no finite number: check 'tool', \
@@ -69,13 +81,26 @@ impl fmt::Display for NoForce {
 /// Why it is not known.
 pub fn force_of(operation: &Operation) -> Result<ForceModel, NoForce> {
     let cutting = operation.cutting.as_ref().ok_or(NoForce::NoCutting)?;
-    coefficients(cutting).ok_or(NoForce::UnknownMaterial)?;
+    let drill = match cutting.direction {
+        CuttingDirection::Drill(drill) => drill.thrust_n,
+        _ => None,
+    };
+    match (coefficients(cutting), drill) {
+        (Some(_), _) => {}
+        (None, Some(_)) if is_unlike(&operation.tool) => return Err(NoForce::UnlikeLips),
+        (None, Some(_)) => {}
+        (None, None) => return Err(NoForce::UnknownMaterial),
+    }
     ForceModel::new(&operation.tool, cutting).ok_or(NoForce::NoDiameter)
 }
 
 /// The orders of the spindle at which a force has harmonics that are looked at, at speeds of
 /// `slowest_rpm` and more: to beyond the tool's own modes.
 pub fn orders_of(force: &ForceModel, tool: &Tool, slowest_rpm: f64) -> Vec<u32> {
+    let force = match force {
+        ForceModel::Drilling(force) => return force.orders(),
+        ForceModel::Milling(force) => force,
+    };
     let top = tool.teeth.saturating_mul(HARMONICS);
     let top = if force.is_computed() {
         top.min(SPINDLE_ORDERS.max(tool.teeth.saturating_mul(2)))
@@ -115,8 +140,23 @@ pub struct AtPlace {
     /// |u_k| of each order, m.
     pub amplitudes_m: Vec<f64>,
     /// How much material is left on the surface, m; below zero where too much is taken. Of a slot
-    /// the side that is farther off.
-    pub surface_error_m: f64,
+    /// the side that is farther off; none in drilling.
+    pub surface_error_m: Option<f64>,
+    /// What a drill does beside; none in milling.
+    pub drilling: Option<DrillingAt>,
+}
+
+/// Thrust and torque of a drill, and how far it is pushed aside.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DrillingAt {
+    /// Thrust, N.
+    pub thrust_n: f64,
+    /// What it may come to, N.
+    pub thrust_up_to_n: f64,
+    /// Torque, N m, where it is known.
+    pub torque_nm: Option<f64>,
+    /// How far the thrust moves the tip across the axis, m.
+    pub skid_m: f64,
 }
 
 /// The forces of a cut at one feed per tooth: mean and harmonics.
@@ -140,7 +180,8 @@ impl Effects {
     pub fn new(operation: &Operation, places: &[TipPlace]) -> Result<Self, NoForce> {
         let nominal = force_of(operation)?;
         let cutting = operation.cutting.as_ref().ok_or(NoForce::NoCutting)?;
-        let corners = coefficient_corners(cutting).ok_or(NoForce::UnknownMaterial)?;
+        // A thrust that is given needs no coefficients.
+        let corners = coefficient_corners(cutting).unwrap_or_default();
         let others =
             corners.into_iter().filter_map(|k| ForceModel::with(&operation.tool, cutting, k));
         let slowest = places.iter().map(|place| place.rpm).fold(f64::INFINITY, f64::min);
@@ -158,6 +199,18 @@ impl Effects {
     /// The orders of the harmonics.
     pub fn orders(&self) -> &[u32] {
         &self.orders
+    }
+
+    /// The force of a drill, as the model has it.
+    pub fn drilling(&self) -> Option<&DrillingForce> {
+        self.forces.first().and_then(ForceModel::drilling)
+    }
+
+    /// By how much a thrust that was measured at the operation's chip is larger, at most, where the
+    /// chip is thicker: thrust grows no faster than the chip.
+    fn more_thrust(&self, place: &TipPlace) -> f64 {
+        let is_stated = self.drilling().is_some_and(DrillingForce::is_thrust_stated);
+        if is_stated { place.chip_ratio.max(1.0) } else { 1.0 }
     }
 
     /// What the cut does at one of the places; `interval_hz` tells in which a frequency of the arm
@@ -181,7 +234,9 @@ impl Effects {
         let softest = worst(mean.map(Complex::from), 0.0);
         let at = |k: &ForceHarmonic| worst(k.amplitude_n, f64::from(k.order) * turning);
         let by_order: Vec<Vec<ToolMode>> = harmonics.iter().map(at).collect();
+        let more = self.more_thrust(place);
         for (mean, harmonics) in all {
+            let mean = &mean.map(|n| n * more);
             for modes in [&modes, &softest] {
                 deflection.may_be(answer(modes, mean.map(Complex::from), 0.0).norm());
             }
@@ -194,25 +249,36 @@ impl Effects {
             };
             vibration.may_be(harmonics.iter().map(at).sum::<f64>().sqrt());
         }
+        let largest = all.iter().map(|(mean, _)| mean[2] * more).fold(0.0, f64::max);
+        let drilling = self.drilling().map(|force| DrillingAt {
+            thrust_n: mean[2],
+            thrust_up_to_n: largest,
+            torque_nm: force.torque_nm(place.feed_per_tooth_m),
+            skid_m: moved.0.xy().norm(),
+        });
         let at = AtPlace {
             s: place.s,
             is_sure: place.is_sure,
             deflection,
             vibration,
             amplitudes_m: moved.1.iter().map(|u| u.norm()).collect(),
-            surface_error_m: self.surface_error_m(&moved),
+            surface_error_m: match self.forces.first() {
+                Some(ForceModel::Milling(force)) => Some(self.surface_error_m(force, &moved)),
+                _ => None,
+            },
+            drilling,
         };
         [deflection, vibration].iter().all(Doubtful::is_finite).then_some(at)
     }
 
     /// Material is left where the tip lies inside of the surface as a tooth makes it: an up-milling
     /// one at φ = 0, on the side of y, a down-milling one at φ = π, on the other.
-    fn surface_error_m(&self, (rest, harmonics): &Moved) -> f64 {
-        let Some(force) = self.forces.first() else { return 0.0 };
+    fn surface_error_m(&self, force: &MillingForce, (rest, harmonics): &Moved) -> f64 {
         let sides: &[(f64, f64)] = match self.direction {
             CuttingDirection::Conventional => &[(0.0, -1.0)],
             CuttingDirection::Climb => &[(PI, 1.0)],
             CuttingDirection::Slot => &[(0.0, -1.0), (PI, 1.0)],
+            CuttingDirection::Drill(_) => &[],
         };
         let mut worst = 0.0_f64;
         for &(phi, sign) in sides {
@@ -267,7 +333,8 @@ fn answer(
 }
 
 fn root(harmonics: &[Vector3<Complex<f64>>]) -> f64 {
-    harmonics.iter().map(Vector3::norm_squared).sum::<f64>().sqrt()
+    // The sum of none is minus zero.
+    harmonics.iter().map(Vector3::norm_squared).fold(0.0, |sum, one| sum + one).sqrt()
 }
 
 /// The modes with each frequency of the arm where, within its interval, the answer to a force is

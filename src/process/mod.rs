@@ -10,7 +10,8 @@
 //! ```
 //!
 //! with F_k the harmonics of the cutting force ([`crate::excitation::ForceModel`]) and φ_r what
-//! mode r moves the tip. Left out of u_k: what the vibration does to the chip. [`Chatter`] has
+//! mode r moves the tip. Of a drill F̄ is the thrust, out of the work, and what it moves across the
+//! axis is the skid; torque and twist are left out, as G has no rotations. Left out of u_k: what the vibration does to the chip. [`Chatter`] has
 //! that.
 
 mod air_cuts;
@@ -20,8 +21,8 @@ mod limit_interval;
 mod place_limit;
 mod tip;
 
-pub use air_cuts::{InWork, in_work, is_air_cut};
+pub use air_cuts::{DrillMove, InWork, drills, in_work, is_air_cut};
 pub use chatter::{Chatter, LimitAt, Seen, chart_at, chatter};
-pub use effects::{AtPlace, Doubtful, Effects, NoForce, force_of, orders_of};
+pub use effects::{AtPlace, Doubtful, DrillingAt, Effects, NoForce, force_of, orders_of};
 pub use limit_interval::Spread;
 pub use tip::{Owner, TipMode, TipPlace, arm_modes, sure_ones, tip_places};

@@ -16,7 +16,7 @@ pub(super) fn zeroth(place: &TipPlace, cut: &Cut, regenerates: bool) -> Option<L
     if regenerates {
         Chart::new(&modes, cut).limit(place.rpm)
     } else {
-        coupling_limit(&modes, &cut.mean())
+        coupling_limit(&cut.in_axes(&modes), &cut.mean())
     }
 }
 

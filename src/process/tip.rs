@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::air_cuts::{InWork, in_work};
+use super::air_cuts::{DrillMove, InWork, drills, in_work};
 use crate::job::Operation;
 use crate::notes::Note;
 use crate::path::{Path, TipModes, tip_modes_of_tool};
@@ -36,10 +36,13 @@ pub struct TipPlace {
     pub rpm: f64,
     /// Mean feed per tooth, m.
     pub feed_per_tooth_m: f64,
+    /// The same over that of the operation's feed at its programmed speed.
+    pub chip_ratio: f64,
     /// The modes of the arm, then those of the tool.
     pub modes: Vec<TipMode>,
-    /// Whether the tool surely cuts there, and sideways: not where its feed alone speaks for air,
-    /// nor in a plunge, whose force is taken for that of a cut to any side.
+    /// Whether the tool surely cuts there, and as its force is worked out: not where its feed alone
+    /// speaks for air, nor in a plunge of a mill, whose force is taken for that of a cut to any
+    /// side, nor where a drill moves across its axis, whose force is taken for that of drilling.
     pub is_sure: bool,
 }
 
@@ -67,8 +70,8 @@ pub fn arm_modes(at: &TipModes) -> Vec<TipMode> {
 }
 
 /// Those of `s` (0..=1) at which the tool may cut, with the modes there: where it moves
-/// ([`in_work`]) and `turns`, the spindle, does so. A plunge stands as four places, cuts to four
-/// sides.
+/// ([`in_work`]) and `turns`, the spindle, does so. A plunge of a mill stands as four places, cuts
+/// to four sides; of a drill that leaves its hole nothing stands.
 ///
 /// # Errors
 /// The first place that the arm does not reach, or at which it has no modes.
@@ -90,15 +93,25 @@ pub fn tip_places(
         let rpm = operation.speed.rpm_at(at.s);
         let teeth_per_s = hz_from_rpm(rpm) * f64::from(operation.tool.teeth);
         let feed_per_tooth_m = path.feed_m_per_s_at(at.s) / teeth_per_s;
-        let is_sure = at.has_feed && in_work(operation, path, at.s) == InWork::Cuts;
+        let chip_ratio = path.feed_m_per_s_at(at.s) / operation.feed_m_per_s;
+        let is_model = match drills(operation, &at.feed) {
+            Some(how) => how == DrillMove::Into,
+            None => at.feed.is_across,
+        };
+        let is_sure = is_model && in_work(operation, path, at.s) == InWork::Cuts;
         let mut modes = arm_modes(at);
         modes.extend(&of_tool);
-        TipPlace { s: at.s, rpm, feed_per_tooth_m, modes, is_sure }
+        TipPlace { s: at.s, rpm, feed_per_tooth_m, chip_ratio, modes, is_sure }
     };
     let all = tip_modes_of_tool(path, &s)?;
     let sides = |at: &TipModes| {
         let place = place(at);
-        let count = if at.has_feed { 1 } else { 4 };
+        let count = match drills(operation, &at.feed) {
+            Some(DrillMove::OutOf) => 0,
+            Some(DrillMove::Into | DrillMove::Across) => 1,
+            None if at.feed.is_across => 1,
+            None => 4,
+        };
         (0..count).map(move |quarter| turned(&place, quarter))
     };
     Ok(all.iter().flat_map(sides).collect())

@@ -229,7 +229,8 @@ fn survey_operation(
 
     let shown = shown(&survey);
     let cut = tool_tip::look(job, operation, path, (&rules, &shown))?;
-    let of_cut = tool_tip::notes(job, operation, &cut);
+    let mut of_cut = tool_tip::notes(job, operation, &cut);
+    of_cut.extend(tool_tip::assumed(job, operation, &cut));
     let families = follow(path, &shown)?;
     let samples: Vec<Sample> = shown
         .iter()

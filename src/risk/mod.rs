@@ -24,7 +24,8 @@ pub use probability::{ArmDraws, JobDraws, Probabilities};
 pub use rules::Rules;
 pub use spindle_profile::SpindleProfile;
 pub use tool_tip::{
-    Excess, Harmonic, Largest, Quantity, SurfaceError, TipAt, ToolTip, limits_at_speed,
+    Drilling, Excess, Harmonic, Largest, Quantity, SurfaceError, TipAt, ToolTip, assumed_point,
+    limits_at_speed,
 };
 pub use verdict::{
     Approach, Crossing, Driver, JobRisk, LeftOut, ModeExchange, Move, OperationRisk, Sample,

@@ -10,15 +10,16 @@ use super::about::{about_operation, in_operation};
 use super::certainty::Certainty;
 use super::rules::Rules;
 use super::spindle_profile::SpindleProfile;
+use crate::excitation::Lips;
 use crate::excitation::{ExcitationLine, Source, WithoutOrder};
-use crate::job::{Job, Operation, Policy, SpindleSpeed};
+use crate::job::{CuttingDirection, Job, Operation, Policy, SpindleSpeed};
 use crate::notes::{Code, Note, Place};
 use crate::path::Path;
 use crate::process::{
-    AtPlace, Chatter, Doubtful, Effects, NoForce, Seen, Spread, TipPlace, chatter, force_of,
-    sure_ones, tip_places,
+    AtPlace, Chatter, Doubtful, DrillingAt, Effects, NoForce, Seen, Spread, TipPlace, chatter,
+    force_of, sure_ones, tip_places,
 };
-use crate::units::{hz_from_rpm, percent_from_ratio, um_from_m, written};
+use crate::units::{deg_from_rad, hz_from_rpm, percent_from_ratio, um_from_m, written};
 
 /// Stability is worked out at the places nearest to so many equal parts of the path.
 const STABILITY_PARTS: usize = 40;
@@ -72,6 +73,34 @@ pub struct SurfaceError {
     pub s: f64,
     /// Line that is run there.
     pub line: usize,
+}
+
+/// Thrust and torque of a drill, and how far the thrust moves its tip to the side.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "DrillingAlong")]
+pub struct Drilling {
+    /// The largest thrust along the path, as the model has it.
+    pub thrust_n: f64,
+    /// What it may come to.
+    pub thrust_up_to_n: f64,
+    /// Whether that is a lower bound: the chisel edge, which carries about half of the thrust or
+    /// more, is not in it, so no limit is kept for sure.
+    pub is_lower_bound: bool,
+    /// The largest torque; null where it is not known. It moves nothing in this model.
+    pub torque_nm: Option<f64>,
+    /// Half of the point angle.
+    #[serde(rename = "half_point_angle_deg", serialize_with = "written::deg")]
+    pub half_point_rad: f64,
+    /// Whether that is a guess which the thrust or the limit of chatter rests on.
+    pub is_point_angle_assumed: bool,
+    /// How far the thrust moves the tip across the axis, at most: how far the drill skids.
+    #[serde(rename = "skid_um", serialize_with = "written::um")]
+    pub skid_m: f64,
+    /// Where, 0 to 1.
+    pub skid_s: f64,
+    /// Line that is run there.
+    pub skid_line: usize,
 }
 
 /// The largest amplitude of a harmonic along the path.
@@ -152,8 +181,10 @@ pub struct ToolTip {
     pub deflection: Largest,
     /// How far it vibrates: the root of the sum of the squared amplitudes of the harmonics.
     pub vibration: Largest,
-    /// What both leave on the surface.
-    pub surface_error: SurfaceError,
+    /// What both leave on the surface; null in drilling.
+    pub surface_error: Option<SurfaceError>,
+    /// What a drill does beside; null in milling.
+    pub drilling: Option<Drilling>,
     /// Both at up to 203 places where the tool surely cuts, those of the largest among them,
     /// ascending in s.
     pub along: Vec<TipAt>,
@@ -186,10 +217,12 @@ pub fn limits_at_speed(
     if limits(&job.policy).next().is_none() {
         return Ok(Vec::new());
     }
+    let programmed = &operation.speed;
     let operation = &Operation { speed, ..operation.clone() };
     let mut places = cutting_places(operation, path, stations)?;
     for place in &mut places {
         place.feed_per_tooth_m *= feed_ratio;
+        place.chip_ratio *= feed_ratio * programmed.rpm_at(place.s) / place.rpm;
     }
     let tool_tip = tool_tip(job, operation, path, (rules, stations), &places);
     Ok(notes(job, operation, &Cut { tool_tip, stability: None }))
@@ -270,6 +303,7 @@ fn tool_tip(
         vibration,
         along: along(path, &sure, [deflection.s, vibration.s]),
         surface_error: surface_error(path, &sure),
+        drilling: drilling(path, &effects, &sure, &found),
         harmonics: harmonics(operation, &effects, &sure),
         beyond: beyond(job, operation, path, stations, &found),
     })
@@ -305,11 +339,37 @@ fn along(path: &Path, found: &[&AtPlace], others: [f64; 2]) -> Vec<TipAt> {
     found.iter().filter(is_shown).map(at).collect()
 }
 
-fn surface_error(path: &Path, found: &[&AtPlace]) -> SurfaceError {
-    let size = |at: &&&AtPlace| at.surface_error_m.abs();
-    let worst = found.iter().max_by(|a, b| size(a).total_cmp(&size(b)));
-    let (error_m, s) = worst.map_or((0.0, 0.0), |at| (at.surface_error_m, at.s));
-    SurfaceError { error_m, s, line: path.line_at(s) }
+fn surface_error(path: &Path, found: &[&AtPlace]) -> Option<SurfaceError> {
+    let all = found.iter().filter_map(|at| Some((at.surface_error_m?, at.s)));
+    let (error_m, s) = all.max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))?;
+    Some(SurfaceError { error_m, s, line: path.line_at(s) })
+}
+
+fn drilling(
+    path: &Path,
+    effects: &Effects,
+    sure: &[&AtPlace],
+    all: &[AtPlace],
+) -> Option<Drilling> {
+    let force = effects.drilling()?;
+    let of = |at: &&AtPlace| Some((at.drilling?, at.s));
+    let most = |size: fn(&DrillingAt) -> f64| {
+        sure.iter().filter_map(of).map(|(at, _)| size(&at)).fold(0.0, f64::max)
+    };
+    let (skid, skid_s) =
+        sure.iter().filter_map(of).max_by(|a, b| a.0.skid_m.total_cmp(&b.0.skid_m))?;
+    let up_to = all.iter().filter_map(|at| Some(at.drilling?.thrust_up_to_n)).fold(0.0, f64::max);
+    Some(Drilling {
+        thrust_n: most(|at| at.thrust_n),
+        thrust_up_to_n: up_to,
+        is_lower_bound: force.is_lower_bound(),
+        torque_nm: skid.torque_nm.map(|_| most(|at| at.torque_nm.unwrap_or(0.0))),
+        half_point_rad: force.lips().half_point_rad,
+        is_point_angle_assumed: force.rests_on_assumed_point(),
+        skid_m: skid.skid_m,
+        skid_s,
+        skid_line: path.line_at(skid_s),
+    })
 }
 
 fn harmonics(operation: &Operation, effects: &Effects, found: &[&AtPlace]) -> Vec<Harmonic> {
@@ -327,7 +387,7 @@ fn harmonics(operation: &Operation, effects: &Effects, found: &[&AtPlace]) -> Ve
     };
     let mut all: Vec<Harmonic> = effects.orders().iter().enumerate().filter_map(of).collect();
     let most = all.iter().map(|one| one.amplitude_m).fold(0.0, f64::max);
-    all.retain(|one| one.amplitude_m >= TOLD_SHARE * most);
+    all.retain(|one| one.amplitude_m > 0.0 && one.amplitude_m >= TOLD_SHARE * most);
     all
 }
 
@@ -412,8 +472,8 @@ pub(super) fn notes(job: &Job, operation: &Operation, cut: &Cut) -> Vec<Note> {
     }
     let keys: Vec<&str> = limits(&job.policy).map(|(quantity, _)| key(quantity)).collect();
     let keys = keys.join(" and ");
-    let beyond = match &cut.tool_tip {
-        Ok(tip) => &tip.beyond,
+    let (beyond, is_lower_bound) = match &cut.tool_tip {
+        Ok(tip) => (&tip.beyond, tip.drilling.is_some_and(|drilling| drilling.is_lower_bound)),
         Err(why) => {
             let what = format!("{keys} cannot be checked: {why}");
             return vec![about_operation(job, operation, Code::LimitUnchecked, what)];
@@ -431,7 +491,41 @@ pub(super) fn notes(job: &Job, operation: &Operation, cut: &Cut) -> Vec<Note> {
             }
         }
     }
+    if is_lower_bound {
+        let is_exceeded = |quantity: Quantity| {
+            beyond.iter().any(|of| (of.quantity, of.certainty) == (quantity, Certainty::Certain))
+        };
+        let open = limits(&job.policy).filter(|(quantity, _)| !is_exceeded(*quantity));
+        let keys: Vec<&str> = open.map(|(quantity, _)| key(quantity)).collect();
+        if !keys.is_empty() {
+            let what = format!(
+                "{} cannot be checked: the thrust by coefficients is a lower bound, as the chisel \
+                 edge is not in it; give cutting.thrust_n, or pilot_diameter_mm if there is a hole \
+                 of a quarter of the diameter or more",
+                keys.join(" and ")
+            );
+            notes.push(about_operation(job, operation, Code::LimitUnchecked, what));
+        }
+    }
     notes
+}
+
+/// A remark where the thrust of a drill, or the limit at which it chatters, rests on a point angle
+/// that nobody gave.
+pub(super) fn assumed(job: &Job, operation: &Operation, cut: &Cut) -> Option<Note> {
+    let tip = cut.tool_tip.as_ref().ok()?;
+    tip.drilling.filter(|drilling| drilling.is_point_angle_assumed)?;
+    let CuttingDirection::Drill(drill) = operation.cutting.as_ref()?.direction else {
+        return None;
+    };
+    let what = assumed_point(&Lips::new(&operation.tool, drill)?);
+    Some(about_operation(job, operation, Code::Assumed, what))
+}
+
+/// What is assumed of a drill whose point angle nobody gave.
+pub fn assumed_point(lips: &Lips) -> String {
+    let point_deg = deg_from_rad(2.0 * lips.half_point_rad);
+    format!("tool.point_angle_deg is not given: {point_deg:.0}° is assumed")
 }
 
 fn key(quantity: Quantity) -> &'static str {
@@ -467,8 +561,16 @@ fn told(job: &Job, operation: &Operation, excess: &Excess, more: usize) -> Note 
     };
     let unsure = match excess.certainty {
         Certainty::Uncertain if excess.largest_m > excess.limit_m => {
-            ", if it cuts sideways there: a plunge, or a move at more than twice the operation's \
-             feed"
+            match operation.cutting.as_ref().map(|cutting| cutting.direction) {
+                Some(CuttingDirection::Drill(_)) => {
+                    ", if it drills there: a move across the axis, or at more than twice the \
+                     operation's feed"
+                }
+                _ => {
+                    ", if it cuts sideways there: a plunge, or a move at more than twice the \
+                     operation's feed"
+                }
+            }
         }
         _ => "",
     };

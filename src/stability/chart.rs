@@ -59,7 +59,7 @@ impl Chart {
             Some(pitch) => vec![pitch / TAU],
             None => cut.pitch_rad.iter().map(|pitch| pitch / TAU).collect(),
         };
-        Self::of_mean(modes, cut.mean(), pitch_turns)
+        Self::of_mean(&cut.in_axes(modes), cut.mean(), pitch_turns)
     }
 
     fn of_mean(modes: &[ToolMode], mean: Matrix3x2<f64>, pitch_turns: Vec<f64>) -> Self {

@@ -2,9 +2,11 @@
 
 use std::f64::consts::TAU;
 
-use nalgebra::Matrix3x2;
+use nalgebra::{Matrix3x2, Vector3};
 
-use crate::excitation::{Engagement, coefficients};
+use super::limit::LimitOf;
+use super::mode::ToolMode;
+use crate::excitation::{Engagement, Lips, coefficients};
 use crate::job::{Cutting, CuttingCoefficients, CuttingDirection, Tool};
 
 /// Below this share of the diameter in the cut, the zeroth order knows no flips that bound the
@@ -14,7 +16,12 @@ const NARROW: f64 = 0.25;
 /// Whether a cut is too narrow for the zeroth order.
 pub fn is_narrow(tool: &Tool, cutting: &Cutting) -> bool {
     let share = tool.diameter_m.map(|diameter| cutting.radial_depth_m / diameter);
-    cutting.direction != CuttingDirection::Slot && share.is_some_and(|share| share < NARROW)
+    match cutting.direction {
+        CuttingDirection::Climb | CuttingDirection::Conventional => {
+            share.is_some_and(|share| share < NARROW)
+        }
+        CuttingDirection::Slot | CuttingDirection::Drill(_) => false,
+    }
 }
 
 /// A cutter in a cut, without its depth.
@@ -28,6 +35,9 @@ pub struct Cut {
     pub coefficients_n_per_m2: [f64; 3],
     /// By how much an edge lags behind the tip of its tooth, per height above it, rad/m: 2 tan β/D.
     pub lag_rad_per_m: f64,
+    /// Of a drill: what the thrust of a lip grows by with how far the tip moves along the axis, per
+    /// width of cut, N/m². A drill feels nothing of the rest.
+    pub lip_n_per_m2: Option<f64>,
 }
 
 impl Cut {
@@ -37,16 +47,56 @@ impl Cut {
     pub fn new(tool: &Tool, cutting: &Cutting) -> Option<Self> {
         let own = coefficients(cutting).filter(CuttingCoefficients::is_linear)?;
         let even = || vec![TAU / f64::from(tool.teeth); tool.teeth as usize];
+        let pitch_rad = tool.pitch_rad.clone().unwrap_or_else(even);
+        let coefficients_n_per_m2 = own.cutting_n_per_m2();
+        if let CuttingDirection::Drill(drill) = cutting.direction {
+            return Some(Self {
+                engagement: Engagement { entry_rad: 0.0, exit_rad: TAU },
+                pitch_rad,
+                coefficients_n_per_m2,
+                lag_rad_per_m: 0.0,
+                lip_n_per_m2: Some(Lips::new(tool, drill)?.stiffness_n_per_m2(&own)),
+            });
+        }
         let lag_rad_per_m = match tool.helix_rad.tan() {
             0.0 => 0.0,
             slope => 2.0 * slope / tool.diameter_m?,
         };
         Some(Self {
             engagement: Engagement::new(cutting, tool.diameter_m)?,
-            pitch_rad: tool.pitch_rad.clone().unwrap_or_else(even),
-            coefficients_n_per_m2: own.cutting_n_per_m2(),
+            pitch_rad,
+            coefficients_n_per_m2,
             lag_rad_per_m,
+            lip_n_per_m2: None,
         })
+    }
+
+    /// What its limit bounds.
+    pub fn limit_of(&self) -> LimitOf {
+        match self.lip_n_per_m2 {
+            Some(_) => LimitOf::WidthOfCut,
+            None => LimitOf::AxialDepth,
+        }
+    }
+
+    /// Modes in the axes in which the force is told: those of the tool's frame, for a drill z, x
+    /// and y of it, as the chip feels the first two alone.
+    pub fn in_axes(&self, modes: &[ToolMode]) -> Vec<ToolMode> {
+        let turned = |mode: &ToolMode| match self.lip_n_per_m2 {
+            Some(_) => {
+                let [x, y, z] = mode.motion.into();
+                ToolMode { motion: Vector3::new(z, x, y), ..*mode }
+            }
+            None => *mode,
+        };
+        modes.iter().map(turned).collect()
+    }
+
+    /// The force of a lip per width of cut for how far the tip moves along the axis.
+    fn of_lip(lip_n_per_m2: f64) -> Matrix3x2<f64> {
+        let mut force = Matrix3x2::zeros();
+        force[(0, 0)] = -lip_n_per_m2;
+        force
     }
 
     /// One pitch if all are equal.
@@ -97,16 +147,23 @@ impl Cut {
         )
     }
 
-    /// The mean of H over a turn, of all teeth, per depth, N/m².
+    /// The mean of H over a turn, of all teeth, per depth, in the axes of [`Self::in_axes`], N/m².
     pub fn mean(&self) -> Matrix3x2<f64> {
         let Engagement { entry_rad, exit_rad } = self.engagement;
         let teeth = self.pitch_rad.len() as f64;
+        if let Some(lip) = self.lip_n_per_m2 {
+            return Self::of_lip(lip) * teeth;
+        }
         (self.integral(exit_rad) - self.integral(entry_rad)) * (teeth / TAU)
     }
 
-    /// Force of one tooth, its tip at `phi`, for a displacement of the tip of the tool, N/m; `None`
+    /// Force of one tooth, its tip at `phi`, for a displacement of the tip of the tool, N/m, in the
+    /// axes of [`Self::in_axes`]; `None`
     /// where it is not in the cut.
     pub fn stiffness_n_per_m(&self, phi: f64, depth_m: f64) -> Option<Matrix3x2<f64>> {
+        if let Some(lip) = self.lip_n_per_m2 {
+            return Some(Self::of_lip(lip) * depth_m);
+        }
         let Engagement { entry_rad, exit_rad } = self.engagement;
         let phi = phi.rem_euclid(TAU);
         let lag = self.lag_rad_per_m * depth_m;
@@ -131,6 +188,9 @@ impl Cut {
     pub fn corners_rad(&self, depth_m: f64) -> Vec<f64> {
         let Engagement { entry_rad, exit_rad } = self.engagement;
         let lag = self.lag_rad_per_m * depth_m;
+        if self.lip_n_per_m2.is_some() {
+            return Vec::new();
+        }
         let mut corners = vec![entry_rad, exit_rad];
         if lag >= 1e-9 {
             corners.extend([entry_rad + lag, exit_rad + lag]);

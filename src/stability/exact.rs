@@ -153,12 +153,12 @@ pub fn milling_limit(
 ) -> Result<Option<Limit>, f64> {
     let Some(lowest) = chart.lowest_m() else { return Ok(None) };
     let milling = Milling::new(cut, rpm);
-    Exact::new(modes, &milling).limit(FROM * lowest, lowest)
+    Exact::new(&cut.in_axes(modes), &milling).limit(FROM * lowest, lowest)
 }
 
 /// The spectral radius over one mean tooth period; `None` where it is not found.
 pub fn milling_radius(modes: &[ToolMode], cut: &Cut, rpm: f64, depth_m: f64) -> Option<f64> {
     let milling = Milling::new(cut, rpm);
-    let radius = Exact::new(modes, &milling).radius(depth_m)?;
+    let radius = Exact::new(&cut.in_axes(modes), &milling).radius(depth_m)?;
     Some(radius.powf((milling.teeth_per_period() as f64).recip()))
 }

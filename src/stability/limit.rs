@@ -23,6 +23,32 @@ pub enum Method {
     Exact,
 }
 
+/// What a limit bounds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[schemars(
+    inline,
+    description = "`axial_depth`: of a mill. `width_of_cut`: of a drill, what a lip takes across the \
+                   axis, (D − d) / 2 with d the hole that\nis there before: limit_mm and depth_mm \
+                   are that."
+)]
+pub enum LimitOf {
+    /// The axial depth of a mill.
+    AxialDepth,
+    /// What the lip of a drill takes across the axis.
+    WidthOfCut,
+}
+
+impl LimitOf {
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::AxialDepth => "axial depth",
+            Self::WidthOfCut => "width of cut",
+        }
+    }
+}
+
 /// How a cut becomes unstable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -52,7 +78,7 @@ impl Kind {
     }
 }
 
-/// The smallest axial depth at which a cut becomes unstable.
+/// The smallest axial depth at which a cut becomes unstable, or width of cut of a drill.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(inline)]

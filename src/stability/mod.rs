@@ -11,6 +11,16 @@
 //! coefficients K_tc, K_rc, K_ac. Everything is in the tool's frame: x along the feed, z out of
 //! the work, y = z × x. The limit is the smallest a at which a small motion grows.
 //!
+//! A drill is fed along its axis, and its lips cut all the time. With w what a lip takes across the
+//! axis and κ half the point angle,
+//!
+//! ```text
+//! F_z(t) = −w K_rc sin κ Σ_j (u_z(t) − u_z(t − τ_j))
+//! ```
+//!
+//! whose coefficients are constant: the zeroth order is exact, and the limit is a w. Its motion to
+//! the side and its twist are left out.
+//!
 //! - [`Chart`]: zeroth order (Altintas & Budak 1995): H(t) replaced by its mean, all cross terms.
 //!   Wrong where a tooth is in the cut for a short time only.
 //! - [`Exact`]: the spectral radius of the motion over one period, by collocation of the force.
@@ -31,6 +41,6 @@ mod period;
 pub use chart::{Chart, coupling_limit};
 pub use cut::{Cut, is_narrow};
 pub use exact::{Exact, milling_limit, milling_radius};
-pub use limit::{DEEPEST_M, Kind, Limit, Method};
+pub use limit::{DEEPEST_M, Kind, Limit, LimitOf, Method};
 pub use milling::{Milling, Process, Term};
 pub use mode::{ToolMode, displacement_m, receptance_m_per_n};

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::advice::{self, JobAdvice, OperationAdvice, Remedy};
+use crate::advice::{self, JobAdvice, NoForce, OperationAdvice, Remedy};
 pub use crate::advice::{FeedRule, Objective, Options};
 use crate::input::{
     Advised as AdvisedOperation, OperationEdit, confirm_rewritten, read_job, rewritten_job,
@@ -135,10 +135,10 @@ pub fn advise(
     let found = advice::advise(job, options, progress)?;
     match options.objective {
         Objective::Vibration => {
-            refuse_unknown_force(job, &found.operations, "vibration of the tool tip")?;
+            refuse_unknown_force(job, &found.operations, Objective::Vibration)?;
         }
         Objective::Depth => {
-            refuse_unknown_force(job, &found.operations, "depth at which the cut chatters")?;
+            refuse_unknown_force(job, &found.operations, Objective::Depth)?;
             refuse_without_depth(job, &found.operations)?;
         }
         Objective::Nearest | Objective::Margin | Objective::Highest => {}
@@ -350,16 +350,26 @@ fn program_rewrite<'j>(
 fn refuse_unknown_force(
     job: &Job,
     advice: &[OperationAdvice],
-    what: &str,
+    objective: Objective,
 ) -> Result<(), Vec<Note>> {
     let unknown = job.operations.iter().zip(advice).filter_map(|(operation, advice)| {
-        let why = advice.vibration.as_ref().err()?;
+        let why = *advice.vibration.as_ref().err()?;
+        // It has no vibration, and a limit of chatter.
+        if why == NoForce::Steady && objective == Objective::Depth {
+            return None;
+        }
         let place = Place {
             part: Some(Part::Operation(operation.name.clone())),
             key: "objective",
             ..Place::line(&job.file, operation.line)
         };
-        let what = format!("the {what} is not known: {why}");
+        let what = match (why, objective) {
+            (NoForce::Steady, _) => format!("{why}, so none is quieter"),
+            (_, Objective::Depth) => {
+                format!("the depth at which the cut chatters is not known: {why}")
+            }
+            _ => format!("the vibration of the tool tip is not known: {why}"),
+        };
         Some(Note::error(Code::MissingKey, place, what))
     });
     let errors: Vec<Note> = unknown.collect();
@@ -377,7 +387,8 @@ fn refuse_without_depth(job: &Job, advice: &[OperationAdvice]) -> Result<(), Vec
                 ..Place::line(&job.file, operation.line)
             };
             let what = "the depth at which the cut chatters does not depend on the speed, or is not \
-                        known: 'cutting' says regeneration: false, or nothing cuts";
+                        known: 'cutting' says regeneration: false or has no coefficients, or nothing \
+                        cuts";
             Note::error(Code::Conflict, place, what)
         })
         .collect();

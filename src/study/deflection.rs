@@ -16,7 +16,7 @@ use crate::model::{JointKind, Placement, Robot};
 use crate::modes::{Principal, Statics};
 use crate::notes::{Code, Note, Part, Place};
 use crate::path::tool_frames;
-use crate::process::{InWork, in_work};
+use crate::process::{DrillMove, InWork, drills, in_work};
 use crate::risk::{Paths, about_operation, in_operation};
 use crate::units::{Date, hz_from_rpm, rad_per_s_from_hz, written};
 
@@ -202,7 +202,7 @@ fn along(
     let (mut reader, mut placement) = (path.reader(), Placement::new(robot));
     let mut rows = Vec::new();
     let stops = path.spindle_stops();
-    for (s, (frame, _)) in s.into_iter().zip(frames) {
+    for (s, (frame, feed)) in s.into_iter().zip(frames) {
         let mut q = vec![0.0; robot.joints().len()];
         let at = Place::part(Part::Operation(operation.name.clone()));
         let refused =
@@ -215,7 +215,8 @@ fn along(
         let mean = || {
             let rpm = operation.speed.rpm_at(s);
             let turns = rpm > 0.0 && !stops.iter().any(|[from, to]| (from..=to).contains(&&s));
-            let may_cut = matches!(in_work(operation, path, s), InWork::Cuts | InWork::TakenForAir);
+            let may_cut = matches!(in_work(operation, path, s), InWork::Cuts | InWork::TakenForAir)
+                && drills(operation, &feed).is_none_or(|how| how == DrillMove::Into);
             let per_tooth =
                 path.feed_m_per_s_at(s) / (hz_from_rpm(rpm) * f64::from(operation.tool.teeth));
             let of_tool = model.filter(|_| turns && may_cut)?.mean_n(per_tooth);

@@ -7,17 +7,17 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{Read, advise};
-use crate::excitation::{Engagement, coefficients, linear_about};
+use crate::excitation::{Lips, coefficients, linear_at};
 use crate::input::{FileKind, file_kind, read_tip_cut};
-use crate::job::{Cutting, Job, Operation, TipCut, Tool};
+use crate::job::{Cutting, CuttingDirection, Job, Operation, TipCut, Tool};
 use crate::notes::{Code, Note, Place};
 use crate::path::{self, tip_modes_of_tool};
 use crate::process::arm_modes;
-use crate::risk::{Paths, about_operation, in_operation};
+use crate::risk::{Paths, about_operation, assumed_point, in_operation};
 use crate::stability::{
     Chart, Cut, ToolMode, coupling_limit, is_narrow, milling_limit, milling_radius,
 };
-pub use crate::stability::{Limit, Method};
+pub use crate::stability::{Limit, LimitOf, Method};
 use crate::units::{Date, hz_from_rad_per_s, hz_from_rpm, m_from_mm, mm_from_m, written};
 use crate::wording::counted;
 
@@ -77,7 +77,7 @@ pub struct LimitAt {
 pub struct RadiusAt {
     /// Spindle speed.
     pub rpm: f64,
-    /// Axial depth.
+    /// Axial depth, or width of cut of a drill.
     #[serde(rename = "depth_mm", serialize_with = "written::mm")]
     pub depth_m: f64,
     /// By which factor a small motion grows over one tooth period.
@@ -89,7 +89,7 @@ pub struct RadiusAt {
 #[serde(rename_all = "snake_case")]
 #[schemars(inline)]
 pub enum Rows {
-    /// The smallest depth that chatters, per speed.
+    /// The smallest depth, or width of cut of a drill, that chatters, per speed.
     Limits(Vec<LimitAt>),
     /// The growth at a depth, per speed.
     Radii(Vec<RadiusAt>),
@@ -102,6 +102,8 @@ pub struct Lobes {
     pub title: String,
     /// How it was computed.
     pub method: Method,
+    /// What a limit bounds.
+    pub limit_of: LimitOf,
     /// The modes, those of the arm first.
     pub modes: Vec<SeenMode>,
     /// Whether a mode of the tool is among them.
@@ -173,11 +175,15 @@ pub fn lobes(subject: &Subject, request: &Request) -> Result<Lobes, Vec<Note>> {
                     modes feed each other, or take the key away";
         return Err(vec![usage("depth-mm", what.to_owned())]);
     }
+    let drill = match cutting.direction {
+        CuttingDirection::Drill(drill) => Some(drill),
+        _ => None,
+    };
     let method = match (request.depth_mm, cutting.regenerates) {
         (Some(_), _) => Method::Exact,
-        (None, true) => request.method,
+        (None, true) if drill.is_none() => request.method,
         // What the motion meets is the mean alone.
-        (None, false) => Method::Zeroth,
+        (None, _) => Method::Zeroth,
     };
     let mut warnings = Vec::new();
     let mut warn = |what: &str| {
@@ -190,7 +196,16 @@ pub fn lobes(subject: &Subject, request: &Request) -> Result<Lobes, Vec<Note>> {
              milling speeds it is the tool that chatters first",
         );
     }
-    if coefficients(cutting).is_some_and(|own| own.axial.is_none()) {
+    if let Some(lips) = drill.and_then(|drill| Lips::new(tool, drill)) {
+        warn(
+            "limits are of a drill's width of cut, half of what its diameter is above that of the \
+             hole before it, in the motion along its axis: the side, the twist and the chisel edge \
+             are not looked at",
+        );
+        if lips.is_point_assumed {
+            warn(&assumed_point(&lips));
+        }
+    } else if coefficients(cutting).is_some_and(|own| own.axial.is_none()) {
         warn("no axial coefficient (kac_n_per_mm2), so the force along the spindle is left out");
     }
     if method == Method::Zeroth && cutting.regenerates && is_narrow(tool, cutting) {
@@ -199,7 +214,7 @@ pub fn lobes(subject: &Subject, request: &Request) -> Result<Lobes, Vec<Note>> {
              wrong by a factor of two; use --method exact",
         );
     }
-    let rows = rows(&modes, &cut, cutting, request)
+    let rows = rows(&modes, &cut, cutting, (request, method))
         .map_err(|what| vec![Note::error(Code::NotConverged, place.clone(), what)])?;
     let seen = |mode: &ToolMode| SeenMode {
         frequency_hz: hz_from_rad_per_s(mode.omega_rad_per_s),
@@ -207,14 +222,15 @@ pub fn lobes(subject: &Subject, request: &Request) -> Result<Lobes, Vec<Note>> {
         motion: mode.motion.into(),
     };
     let modes = modes.iter().map(seen).collect();
-    Ok(Lobes { title, method, modes, has_tool_modes, rows, warnings })
+    let limit_of = cut.limit_of();
+    Ok(Lobes { title, method, limit_of, modes, has_tool_modes, rows, warnings })
 }
 
 fn rows(
     modes: &[ToolMode],
     cut: &Cut,
     cutting: &Cutting,
-    request: &Request,
+    (request, method): (&Request, Method),
 ) -> Result<Rows, String> {
     let lost = |rpm: f64, depth_m: f64| {
         format!(
@@ -234,13 +250,13 @@ fn rows(
         return request.speeds_rpm.par_iter().map(of).collect::<Result<_, _>>().map(Rows::Radii);
     }
     if !cutting.regenerates {
-        let limit = coupling_limit(modes, &cut.mean());
+        let limit = coupling_limit(&cut.in_axes(modes), &cut.mean());
         let of = |rpm: &f64| LimitAt { rpm: *rpm, limit };
         return Ok(Rows::Limits(request.speeds_rpm.iter().map(of).collect()));
     }
     let chart = Chart::new(modes, cut);
     let of = |rpm: &f64| {
-        let limit = match request.method {
+        let limit = match method {
             Method::Zeroth => chart.limit(*rpm),
             Method::Exact => {
                 milling_limit(modes, cut, &chart, *rpm).map_err(|depth_m| lost(*rpm, depth_m))?
@@ -326,10 +342,8 @@ fn linear(operation: &Operation, cutting: &Cutting, path: &path::Path, at_s: f64
     let rpm = operation.speed.rpm_at(at_s);
     let teeth_per_s = hz_from_rpm(rpm) * f64::from(operation.tool.teeth);
     let feed_per_tooth_m = path.feed_m_per_s_at(at_s) / teeth_per_s;
-    let engagement = Engagement::new(cutting, operation.tool.diameter_m);
-    let own = coefficients(cutting).zip(engagement).map(|(own, engagement)| {
-        let linear = linear_about(&own, engagement, feed_per_tooth_m);
-        if own.is_linear() { cutting.coefficients } else { Some(linear) }
-    });
-    Cutting { coefficients: own.unwrap_or(cutting.coefficients), ..cutting.clone() }
+    let linear = coefficients(cutting)
+        .filter(|own| !own.is_linear())
+        .and_then(|_| linear_at(&operation.tool, cutting, feed_per_tooth_m));
+    Cutting { coefficients: linear.or(cutting.coefficients), ..cutting.clone() }
 }

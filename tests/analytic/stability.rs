@@ -28,6 +28,7 @@ fn slot(teeth: usize) -> Cut {
         pitch_rad: vec![TAU / teeth as f64; teeth],
         coefficients_n_per_m2: [6e8, 2e8, 0.0],
         lag_rad_per_m: 0.0,
+        lip_n_per_m2: None,
     }
 }
 

@@ -188,7 +188,7 @@ const ROWS: &[Row] = &[
     row(Job, "feed_mm_per_min: 600", "feed_mm_per_min: 0", "min: 0", &["operation 'rough': feed_mm_per_min is 0, must be positive and finite"]),
     row(Job, "feed_mm_per_min: 600", "feed_mm_per_min: -5", "-5", &["feed_mm_per_min is -5, must be positive"]),
     row(Job, "feed_mm_per_min: 600", "feed_mm_per_min: fast", "fast", &["feed_mm_per_min is fast, must be positive and finite"]),
-    row(Job, "direction: climb", "direction: climbing", "cutting", &["operation 'rough': cutting.direction is climbing, must be one of climb, conventional, slot; did you mean 'climb'?"]),
+    row(Job, "direction: climb", "direction: climbing", "cutting", &["operation 'rough': cutting.direction is climbing, must be one of climb, conventional, slot, drill; did you mean 'climb'?"]),
     row(Job, "axial_depth_mm: 2", "axial_depth_mm: 1e300", "cutting", &["operation 'rough': cutting.axial_depth_mm is"]),
     row(Job, "radial_depth_mm: 6", "radial_depth_mm: 900", "cutting", &["operation 'rough': cutting.radial_depth_mm is 900, must not be above tool.diameter_mm"]),
     row(Job, "radial_depth_mm: 6", "radial_depth_mm: 0", "cutting", &["operation 'rough': cutting.radial_depth_mm is 0"]),

@@ -19,6 +19,7 @@ mod check;
 mod deflection;
 mod diagnose;
 mod doubts;
+mod drilling;
 mod first;
 mod hard;
 mod identify;

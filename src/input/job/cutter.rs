@@ -4,10 +4,11 @@ use nalgebra::Vector3;
 
 use super::super::raw::job as raw;
 use crate::formats::yaml::{Node, Step};
-use crate::job::{CuttingCoefficients, CuttingDirection, Runout, TipMode, Tool};
+use crate::job::{CuttingCoefficients, CuttingDirection, Drill, Runout, TipMode, Tool};
 use crate::notes::{Code, Notes};
 use crate::units::{
-    m_from_mm, n_per_m_from_n_per_mm, n_per_m2_from_n_per_mm2, rad_from_deg, rad_per_s_from_hz,
+    m_from_mm, mm_from_m, n_per_m_from_n_per_mm, n_per_m2_from_n_per_mm2, rad_from_deg,
+    rad_per_s_from_hz,
 };
 
 /// A cutter; `what` names it in messages and `at` is where it stands in the tree.
@@ -46,6 +47,7 @@ pub(in crate::input) fn tool(
             .as_ref()
             .map(|pitch| pitch.iter().map(|&angle| rad_from_deg(angle)).collect()),
         helix_rad: rad_from_deg(raw.helix_deg.unwrap_or(0.0)),
+        point_angle_rad: raw.point_angle_deg.map(rad_from_deg),
         runout: runout(raw, what, at, tree, notes),
         modes,
     })
@@ -126,12 +128,45 @@ pub(in crate::input) fn tip_modes(
     modes
 }
 
-pub(in crate::input) fn direction(raw: raw::Direction) -> CuttingDirection {
+/// The cut by its name; `drill` is what a drill needs beside it.
+pub(in crate::input) fn direction(raw: raw::Direction, drill: Drill) -> CuttingDirection {
     match raw {
         raw::Direction::Climb => CuttingDirection::Climb,
         raw::Direction::Conventional => CuttingDirection::Conventional,
         raw::Direction::Slot => CuttingDirection::Slot,
+        raw::Direction::Drill => CuttingDirection::Drill(drill),
     }
+}
+
+/// Whether a cut has a width, which all have but a slot and a drill.
+pub(in crate::input) fn needs_width(raw: raw::Direction) -> bool {
+    match raw {
+        raw::Direction::Climb | raw::Direction::Conventional => true,
+        raw::Direction::Slot | raw::Direction::Drill => false,
+    }
+}
+
+/// What keeps a cutter from drilling: the key that is at fault, none for the direction, and why;
+/// `whose` is the cutter's name in messages.
+pub(in crate::input) fn drill_fault(
+    raw: raw::Direction,
+    pilot_diameter_mm: Option<f64>,
+    whose: &str,
+    tool: &Tool,
+) -> Option<(&'static str, Code, String)> {
+    if !matches!(raw, raw::Direction::Drill) {
+        return None;
+    }
+    let Some(diameter_m) = tool.diameter_m else {
+        let what = format!("cutting.direction is drill, which needs {whose}.diameter_mm");
+        return Some(("direction", Code::MissingKey, what));
+    };
+    let pilot_mm = pilot_diameter_mm.filter(|pilot_mm| m_from_mm(*pilot_mm) >= diameter_m)?;
+    let what = format!(
+        "cutting.pilot_diameter_mm is {pilot_mm}, must be below {whose}.diameter_mm, {}",
+        mm_from_m(diameter_m)
+    );
+    Some(("pilot_diameter_mm", Code::Value, what))
 }
 
 /// `None` where a key is missing, which was reported before.

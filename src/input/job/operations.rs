@@ -11,11 +11,11 @@ use super::super::moves::moves_of;
 use super::super::raw::job as raw;
 use super::super::waypoints::{OperationContext, PathMoves, joint_position};
 use super::Reader;
-use super::cutter::{coefficients, direction};
+use super::cutter::{coefficients, direction, drill_fault, needs_width};
 use super::speeds::Said;
 use super::stretches::{stretches, usual_feed_m_per_s};
 use crate::formats::yaml::{Node, Step};
-use crate::job::{Cutting, CuttingDirection, Operation, Spindle, SpindleSpeed, Tool, stretch_of};
+use crate::job::{Cutting, Drill, Operation, Spindle, SpindleSpeed, Tool, stretch_of};
 use crate::notes::{Code, Note, Place};
 use crate::units::{m_from_mm, m_per_s_from_mm_per_min, mm_from_m};
 
@@ -100,7 +100,7 @@ impl<'j> Reader<'j> {
         };
         self.check_cutting(raw, node, called);
         if let Some(tool) = tool {
-            self.check_radial_depth(raw, node, called, "tool", tool);
+            self.check_diameter(raw, node, called, "tool", tool);
         }
         self.check_feed(raw, node, called);
         let path = raw.path.as_ref();
@@ -139,7 +139,7 @@ impl<'j> Reader<'j> {
             let usual = || usual_feed_m_per_s(&moves, stretch.moves.clone());
             let (Some((key, cutter)), Some((robot, carried))) = (cutter, carrier) else { continue };
             if let Some(key) = key {
-                self.check_radial_depth(raw, node, called, &format!("tools.{key}"), &cutter);
+                self.check_diameter(raw, node, called, &format!("tools.{key}"), &cutter);
             }
             let speed = match (stretch.rpm, &said.speed) {
                 (Some(rpm), _) => SpindleSpeed::Constant(rpm),
@@ -285,27 +285,45 @@ impl<'j> Reader<'j> {
         }
     }
 
-    /// All but a slot has a width, and forces come from a material or from coefficients.
+    /// All but a slot and a drill have a width, all but a drill a depth, and forces come from a
+    /// material or from coefficients, or the thrust of a drill is given.
     fn check_cutting(&mut self, raw: &raw::Operation, node: &Node, called: &str) {
         let Some(cutting) = &raw.cutting else { return };
         let line = node.line_at(&[Step::Key("cutting")]);
         // What is there and wrong was told.
         let lacks = |key| node.at(&[Step::Key("cutting"), Step::Key(key)]).is_none();
-        let is_slot = cutting.direction.is_some_and(|d| direction(d) == CuttingDirection::Slot);
-        if lacks("radial_depth_mm") && !is_slot {
-            let what = format!("{called}: cutting: missing key 'radial_depth_mm'");
+        let drills = matches!(cutting.direction, Some(raw::Direction::Drill));
+        for (key, is_needed) in [
+            ("radial_depth_mm", cutting.direction.is_none_or(needs_width)),
+            ("axial_depth_mm", !drills),
+        ] {
+            if lacks(key) && is_needed {
+                let what = format!("{called}: cutting: missing key '{key}'");
+                self.notes.error(Code::MissingKey, line, what);
+            }
+        }
+        if lacks("material") && lacks("coefficients") && (lacks("thrust_n") || !drills) {
+            let what = match drills {
+                true => "has none of 'material', 'coefficients' and 'thrust_n'",
+                false => "has neither 'material' nor 'coefficients'",
+            };
+            let what = format!("{called}: cutting {what}, must have one");
             self.notes.error(Code::MissingKey, line, what);
         }
-        if lacks("material") && lacks("coefficients") {
-            let what = format!(
-                "{called}: cutting has neither 'material' nor 'coefficients', must have one"
-            );
-            self.notes.error(Code::MissingKey, line, what);
+        let of_drill = ["pilot_diameter_mm", "thrust_n", "torque_nm"].map(|key| (key, !drills));
+        let of_mill = ["radial_depth_mm", "axial_depth_mm"].map(|key| (key, drills));
+        for (key, is_unused) in of_drill.into_iter().chain(of_mill) {
+            if is_unused && !lacks(key) {
+                let whose = if drills { "a drill has none" } else { "it is for direction: drill" };
+                let what = format!("{called}: cutting.{key} has no effect: {whose}");
+                let line = node.line_at(&[Step::Key("cutting"), Step::Key(key)]);
+                self.notes.warning(Code::Unused, line, what);
+            }
         }
     }
 
-    /// A cutter cannot cut wider than it is.
-    fn check_radial_depth(
+    /// A cutter cannot cut wider than it is, and a drill is wider than the hole before it.
+    fn check_diameter(
         &mut self,
         raw: &raw::Operation,
         node: &Node,
@@ -313,7 +331,15 @@ impl<'j> Reader<'j> {
         whose: &str,
         tool: &Tool,
     ) {
-        let depth_mm = raw.cutting.as_ref().and_then(|cutting| cutting.radial_depth_mm);
+        let Some(cutting) = &raw.cutting else { return };
+        let Some(named) = cutting.direction else { return };
+        let fault = drill_fault(named, cutting.pilot_diameter_mm, whose, tool);
+        if let Some((key, code, what)) = fault {
+            let line = node.line_at(&[Step::Key("cutting"), Step::Key(key)]);
+            self.notes.error(code, line, format!("{called}: {what}"));
+        }
+        let drills = matches!(named, raw::Direction::Drill);
+        let depth_mm = cutting.radial_depth_mm.filter(|_| !drills);
         let (Some(depth_mm), Some(diameter_m)) = (depth_mm, tool.diameter_m) else { return };
         if m_from_mm(depth_mm) > diameter_m {
             let line = node.line_at(&[Step::Key("cutting"), Step::Key("radial_depth_mm")]);
@@ -354,10 +380,18 @@ impl<'j> Reader<'j> {
 }
 
 fn cutting(raw: &raw::Cutting) -> Option<Cutting> {
+    let named = raw.direction?;
+    let drills = matches!(named, raw::Direction::Drill);
+    let depth_m = |mm: Option<f64>| mm.filter(|_| !drills).map(m_from_mm);
+    let drill = Drill {
+        pilot_diameter_m: raw.pilot_diameter_mm.map_or(0.0, m_from_mm),
+        thrust_n: raw.thrust_n,
+        torque_nm: raw.torque_nm,
+    };
     Some(Cutting {
-        radial_depth_m: raw.radial_depth_mm.map_or(0.0, m_from_mm),
-        axial_depth_m: m_from_mm(raw.axial_depth_mm?),
-        direction: direction(raw.direction?),
+        radial_depth_m: depth_m(raw.radial_depth_mm).unwrap_or(0.0),
+        axial_depth_m: depth_m(raw.axial_depth_mm).or(drills.then_some(0.0))?,
+        direction: direction(named, drill),
         material: raw.material.clone().unwrap_or_default(),
         coefficients: match &raw.coefficients {
             Some(own) => Some(coefficients(own)?),

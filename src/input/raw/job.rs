@@ -160,6 +160,9 @@ pub(in crate::input) struct Tool {
     /// Angle of the flutes to the axis, degrees; 0, straight flutes, if absent.
     #[schemars(extend("minimum" = 0, "maximum" = 80, "default" = 0, "examples" = [30]))]
     pub(in crate::input) helix_deg: Option<f64>,
+    /// Of a drill: the whole angle of its point, degrees; 118, a guess, if absent.
+    #[schemars(extend("minimum" = 10, "maximum" = 180, "default" = 118, "examples" = [140]))]
+    pub(in crate::input) point_angle_deg: Option<f64>,
     /// Where the spindle turns the cutter about another axis than its own.
     pub(in crate::input) runout: Option<Runout>,
     /// How the tool itself vibrates in its holder, as measured at its tip.
@@ -285,22 +288,33 @@ pub(in crate::input) struct SchedulePoint {
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(in crate::input) struct Cutting {
-    /// Radial depth of cut, mm; a slot needs none.
+    /// Radial depth of cut, mm; a slot and a drill need none.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1000, "examples" = [6]))]
     pub(in crate::input) radial_depth_mm: Option<f64>,
-    /// Axial depth of cut, mm.
-    #[schemars(required, extend("exclusiveMinimum" = 0, "maximum" = 1000, "examples" = [2]))]
+    /// Axial depth of cut, mm; a drill needs none.
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1000, "examples" = [2]))]
     pub(in crate::input) axial_depth_mm: Option<f64>,
     /// On which side of the cut the chip is thick: climb (down-milling), conventional (up-milling)
-    /// or slot.
+    /// or slot; or drill, along the tool's axis into the work.
     #[schemars(required)]
     pub(in crate::input) direction: Option<Direction>,
-    /// Name of the work's material; needed unless coefficients are given.
+    /// Name of the work's material; needed unless coefficients or, of a drill, thrust_n are given.
     #[schemars(extend("examples" = ["al-6061"]))]
     pub(in crate::input) material: Option<String>,
     /// Your own cutting coefficients; those of the material if absent (al-6061, al-6082 and al-7075
     /// are known).
     pub(in crate::input) coefficients: Option<Coefficients>,
+    /// Of a drill: diameter of the hole that is there before, mm; 0, none, if absent.
+    #[schemars(extend("minimum" = 0, "maximum" = 1000, "default" = 0, "examples" = [4]))]
+    pub(in crate::input) pilot_diameter_mm: Option<f64>,
+    /// Of a drill: thrust at the operation's feed and speed, measured or from a handbook, N; by the
+    /// coefficients if absent, which leave out the chisel edge.
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1000000, "examples" = [450]))]
+    pub(in crate::input) thrust_n: Option<f64>,
+    /// Of a drill: torque at the same, N m, which is told and moves nothing; by the coefficients if
+    /// absent.
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 100000, "examples" = [2.5]))]
+    pub(in crate::input) torque_nm: Option<f64>,
     /// For stability: whether a tooth cuts what the one ahead of it has left (true), or meets fresh
     /// material, so that modes can only feed each other; true if absent.
     #[schemars(extend("default" = true))]
@@ -348,6 +362,7 @@ pub(in crate::input) enum Direction {
     Climb,
     Conventional,
     Slot,
+    Drill,
 }
 
 /// A path: exactly one of its keys. The first waypoint is where the operation starts.
@@ -537,7 +552,8 @@ pub(in crate::input) struct Policy {
     /// operation's largest if absent, 0 counts all.
     #[schemars(extend("minimum" = 0))]
     pub(in crate::input) min_tip_response_um_per_n: Option<f64>,
-    /// How far the mean cutting force may move the tool tip, µm; needs cutting with coefficients.
+    /// How far the mean cutting force may move the tool tip, µm; needs cutting with coefficients
+    /// or, of a drill, with its thrust.
     #[schemars(extend("exclusiveMinimum" = 0, "examples" = [200]))]
     pub(in crate::input) max_deflection_um: Option<f64>,
     /// How far the tool tip may vibrate under the cutting force, µm: the root of the sum of the

@@ -28,13 +28,16 @@ pub(in crate::input) struct Lobes {
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(in crate::input) struct Cut {
-    /// Radial depth of cut, mm; not needed for a slot.
+    /// Radial depth of cut, mm; not needed for a slot or a drill.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1000, "examples" = [6]))]
     pub(in crate::input) radial_depth_mm: Option<f64>,
     /// On which side of the cut the chip is thick: climb (down-milling), conventional (up-milling)
-    /// or slot.
+    /// or slot; or drill, along the axis, where the limit is a width of cut.
     #[schemars(required)]
     pub(in crate::input) direction: Option<Direction>,
+    /// Of a drill: diameter of the hole that is there before, mm; 0, none, if absent.
+    #[schemars(extend("minimum" = 0, "maximum" = 1000, "default" = 0, "examples" = [4]))]
+    pub(in crate::input) pilot_diameter_mm: Option<f64>,
     /// Name of the work's material: one of al-6061, al-6082 and al-7075, where coefficients are
     /// absent.
     #[schemars(extend("examples" = ["al-6082"]))]

@@ -206,6 +206,7 @@ fn push_operation(job: &AdvisedJob, operation: &OperationAdvice, colour: bool, t
             push_fact(4, "tool tip", &format!("vibrates by {}", tips.join(", ")), text);
         }
         Err(NoForce::NoCutting) => {}
+        Err(why @ NoForce::Steady) => push_fact(4, "tool tip", &why.to_string(), text),
         Err(why) => push_fact(4, "tool tip", &format!("unknown: {why}"), text),
     }
     if let Some(depth) = &operation.depth {

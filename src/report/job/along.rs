@@ -43,8 +43,9 @@ pub(super) fn operation(job: &JobPage, index: usize) -> String {
             "Receptance of the tool tip at the chosen place, along x, y and z of the base";
         html.push_str(&figure(caption, &svg));
     }
+    let limit_of = risk.stability.as_ref().map_or("", |chatter| chatter.limit_of.name());
     let stability = format!(
-        "The depth at which the cut chatters along the path, the smallest with its {confidence} % \
+        "The {limit_of} at which the cut chatters along the path, the smallest with its {confidence} % \
          interval"
     );
     for (caption, drawn) in [

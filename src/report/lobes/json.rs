@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::report::json::{NotFinite, laid_out};
-use crate::study::lobes::{Lobes, Method, Rows, SeenMode};
+use crate::study::lobes::{LimitOf, Lobes, Method, Rows, SeenMode};
 
 /// Objects nested deeper than this stand on one line: a mode, a row.
 const DEEPEST_SPREAD: usize = 3;
@@ -18,6 +18,7 @@ pub(in crate::report) struct Document<'a> {
     /// What was asked.
     title: &'a str,
     method: Method,
+    limit_of: LimitOf,
     /// Whether a mode of the tool is among the modes; without it this stands for the arm's modes
     /// alone.
     has_tool_modes: bool,
@@ -42,6 +43,7 @@ pub fn lobes_json(lobes: &Lobes) -> Result<String, NotFinite> {
         schema: SchemaName::Lobes1,
         title: &lobes.title,
         method: lobes.method,
+        limit_of: lobes.limit_of,
         has_tool_modes: lobes.has_tool_modes,
         modes: &lobes.modes,
         rows: &lobes.rows,
