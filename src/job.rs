@@ -321,6 +321,9 @@ pub struct Cutting {
     /// Whether a tooth cuts what the one ahead of it has left; `false` where it meets fresh
     /// material.
     pub regenerates: bool,
+    /// C: what the flank rubs with on the waves of the surface, N/m: the force per depth, times the
+    /// cutting speed over the speed of the tip against the surface; zero for none, and in drilling.
+    pub process_damping_n_per_m: f64,
 }
 
 /// Cutting and edge coefficients of the mechanistic force model.

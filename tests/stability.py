@@ -8,7 +8,7 @@ and without a tooth in the cut have steps of their own, so that no step spans a 
 Limits: neither too high nor too low. The spectral radius there is 1, the program's own within 1e-6, the other one
 within its accuracy; below it nothing grows, a thousandth above it does.
 Growth: the equations of motion in time by Runge and Kutta, the vibration of whole turns compared; there with
-uneven pitch, too.
+uneven pitch, too. Half of the cases have process damping.
 """
 
 import argparse
@@ -41,6 +41,8 @@ def case(rng, uneven=False):
                    radial_depth_mm=float(rng.uniform(0.5, 12)),
                    coefficients=dict(ktc_n_per_mm2=float(rng.uniform(300, 2000)), krc_n_per_mm2=float(rng.uniform(50, 800)),
                                      kac_n_per_mm2=float(rng.uniform(0, 400))))
+    if rng.random() < 0.5:
+        cutting["process_damping_n_per_mm"] = float(np.exp(rng.uniform(np.log(5), np.log(500))))
     highest = max(mode["frequency_hz"] for mode in modes)
     rpm = float(60 / teeth * highest * np.exp(rng.uniform(np.log(0.1), np.log(3))))
     return dict(modes=modes, tool=tool, cutting=cutting), rpm
@@ -62,6 +64,17 @@ def coefficient(phi, kt, kr, ka):
     return np.outer([-kt * c - kr * s, kt * s - kr * c, -ka], [s, c])
 
 
+def rubbing(text, turning):
+    """Of the flank, N s/m per depth: C over the cutting speed."""
+    return text["cutting"].get("process_damping_n_per_mm", 0) * 1e3 / (turning * text["tool"]["diameter_mm"] * 5e-4)
+
+
+def damping(phi, of_flank):
+    """Force on the tool for the speed of its tip."""
+    s, c = np.sin(phi), np.cos(phi)
+    return -of_flank * np.outer([s, c, 0], [s, c])
+
+
 def radius(text, rpm, depth_mm):
     """The spectral radius, and what it may be off by."""
     coarse, fine = (of_steps(text, rpm, depth_mm * 1e-3, fineness) for fineness in (1, 2))
@@ -72,8 +85,9 @@ def of_steps(text, rpm, depth, fineness):
     shapes, omega, zeta, (entry, leaves), k = of_case(text)
     teeth, m = text["tool"]["teeth"], len(omega)
     turning, pitch = TAU * rpm / 60, TAU / teeth
-    plane = np.zeros((2, 2 * m))
-    plane[:, :m] = shapes[:, :2].T
+    plane, rate = np.zeros((2, 2 * m)), np.zeros((2, 2 * m))
+    plane[:, :m] = rate[:, m:] = shapes[:, :2].T
+    flank = rubbing(text, turning)
     free = np.zeros((2 * m, 2 * m))
     free[:m, m:] = np.eye(m)
     free[m:, :m], free[m:, m:] = -np.diag(omega**2), -np.diag(2 * zeta * omega)
@@ -101,8 +115,9 @@ def of_steps(text, rpm, depth, fineness):
         for i in range(steps):
             middle = a + (i + 0.5) * h
             cut = depth * sum(coefficient(middle + j * pitch, *k) for j in inside)
+            rubs = depth * sum(damping(middle + j * pitch, flank) for j in inside)
             matrix = np.zeros((2 * m + 2, 2 * m + 2))
-            matrix[:2 * m, :2 * m] = free + gain @ cut @ plane
+            matrix[:2 * m, :2 * m] = free + gain @ cut @ plane + gain @ rubs @ rate
             matrix[:2 * m, 2 * m:] = -gain @ cut
             step = exponential(matrix * h / turning)
             was = (before[at + i] + before[at + i + 1]) / 2
@@ -135,7 +150,7 @@ def growth(text, rpm, depth, turns):
     steps = int(max(400, 60 * omega.max() / turning))
     h = TAU / turning / steps
     lags = pitch / TAU * steps
-    plane = shapes[:, :2]
+    plane, flank = shapes[:, :2], rubbing(text, turning)
     history = np.zeros((turns * steps + 1, 2))
     q, v = np.full(len(omega), 1.0) / np.linalg.norm(shapes, axis=1), np.zeros(len(omega))
     sizes = []
@@ -153,6 +168,7 @@ def growth(text, rpm, depth, turns):
             phi = (at * TAU / steps + angle) % TAU
             if entry <= phi < leaves:
                 force += depth * coefficient(phi, *k) @ (u - place(at - lag))
+                force += depth * damping(phi, flank) @ (plane.T @ v)
         return v, shapes @ force - 2 * zeta * omega * v - omega**2 * q
 
     for turn in range(turns):

@@ -272,6 +272,7 @@ mod tests {
                 material: "al-7075".to_owned(),
                 coefficients: None,
                 regenerates: true,
+                process_damping_n_per_m: 0.0,
             };
             let force = ForceModel::new(&tool, &cutting).unwrap();
             let harmonics = force.harmonics(&orders_of(&force, &tool, rpm), 5e-5);

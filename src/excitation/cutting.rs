@@ -221,6 +221,7 @@ mod tests {
                         material: material.to_owned(),
                         coefficients: None,
                         regenerates: true,
+                        process_damping_n_per_m: 0.0,
                     };
                     let first = if pitch_deg.is_some() { 1 } else { teeth };
                     models.push((MillingForce::new(&tool, &cutting).unwrap(), first));
@@ -279,6 +280,7 @@ mod tests {
             material: "al-6082".to_owned(),
             coefficients: None,
             regenerates: true,
+            process_damping_n_per_m: 0.0,
         };
         let (f, nb) = (0.05e-3, 3.0 * 0.002);
         let [x, y, z] = MillingForce::new(&tool, &cutting).unwrap().mean_n(f);
@@ -312,6 +314,7 @@ mod tests {
             material: "al-6061".to_owned(),
             coefficients: None,
             regenerates: true,
+            process_damping_n_per_m: 0.0,
         };
         // A quarter of the diameter: 60°.
         let climb = Engagement::new(&cutting(CuttingDirection::Climb), Some(0.012)).unwrap();
@@ -403,6 +406,7 @@ mod tests {
             material: String::new(),
             coefficients: Some(CuttingCoefficients { exponents, ..al }),
             regenerates: true,
+            process_damping_n_per_m: 0.0,
         }
     }
 

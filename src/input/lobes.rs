@@ -4,7 +4,10 @@ use std::path::Path;
 
 use super::Reading;
 use super::files::MAX_ROBOT_BYTES;
-use super::job::cutter::{coefficients, direction, drill_fault, needs_width, tip_modes, tool};
+use super::job::cutter::{
+    coefficients, direction, drill_fault, needs_width, process_damping_n_per_m, tip_modes, tool,
+    undamped,
+};
 use super::kind::{FileKind, document_of};
 use super::raw::{job, lobes as raw};
 use super::schema;
@@ -73,6 +76,15 @@ fn tip_cut(raw: &raw::Lobes, tree: &Node, notes: &mut Notes) -> Option<TipCut> {
         notes.error(code, key(at), what);
         return None;
     }
+    let regenerates = raw.regeneration.unwrap_or(true);
+    if let Some(what) = undamped(raw.process_damping_n_per_mm, named, regenerates) {
+        let what = format!("cutting.{what}");
+        notes.warning(Code::Unused, key("process_damping_n_per_mm"), what);
+    }
+    if raw.process_damping_n_per_mm.is_some_and(|c| c > 0.0) && tool.diameter_m.is_none() {
+        let what = "cutting.process_damping_n_per_mm needs tool.diameter_mm, for the cutting speed";
+        notes.error(Code::MissingKey, key("process_damping_n_per_mm"), what);
+    }
     let drills = matches!(named, job::Direction::Drill);
     for (at, is_unused) in [
         ("radial_depth_mm", drills && raw.radial_depth_mm.is_some()),
@@ -103,6 +115,7 @@ fn tip_cut(raw: &raw::Lobes, tree: &Node, notes: &mut Notes) -> Option<TipCut> {
     }
     let pilot_diameter_m = raw.pilot_diameter_mm.map_or(0.0, m_from_mm);
     let radial_depth_mm = raw.radial_depth_mm.filter(|_| !drills);
+    let damping = process_damping_n_per_m(raw.process_damping_n_per_mm, named);
     let cutting = Cutting {
         radial_depth_m: radial_depth_mm.map_or(0.0, m_from_mm),
         axial_depth_m: 0.0,
@@ -113,6 +126,7 @@ fn tip_cut(raw: &raw::Lobes, tree: &Node, notes: &mut Notes) -> Option<TipCut> {
             None => None,
         },
         regenerates: raw.regeneration.unwrap_or(true),
+        process_damping_n_per_m: damping,
     };
     Some(TipCut { modes, tool, cutting })
 }

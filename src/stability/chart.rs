@@ -4,6 +4,9 @@
 //! On the limit the tip vibrates at ω, and 1/a is an eigenvalue of G(iω) H̄ times
 //! s(ω) = 1 − (1/z) Σ_j exp(−iωτ_j). Even teeth have one delay: then an eigenvalue λ gives the
 //! depth, 1 / (2 Re λ), and the phase of the waves, whatever the speed is.
+//!
+//! Process damping adds iω D̄ to s(ω) H̄, D̄ its mean per depth; that changes with the speed, so then
+//! eigenvalues are looked at along ω for each speed.
 
 use std::f64::consts::TAU;
 
@@ -26,6 +29,11 @@ const NEAR: f64 = 1.3;
 /// Most of them.
 const MOST_SOLVED: usize = 6;
 
+/// With process damping the waves between teeth change by this much in a step, rad, unless that
+/// takes more parts between two frequencies than there may be.
+const STEP_RAD: f64 = 0.1;
+const MOST_PARTS: f64 = 1e4;
+
 /// The eigenvalues of G(iω) H̄ per depth at one frequency, 1/m.
 type Pair = [Complex<f64>; 2];
 
@@ -34,6 +42,8 @@ type Pair = [Complex<f64>; 2];
 pub struct Chart {
     modes: Vec<ToolMode>,
     mean: Matrix3x2<f64>,
+    /// The mean of what damps per depth, times the spindle's angular speed, N/m².
+    rubbing: Option<Matrix3x2<f64>>,
     /// Angles between teeth over 2π; one alone where they are even.
     pitch_turns: Vec<f64>,
     omegas: Vec<f64>,
@@ -59,7 +69,8 @@ impl Chart {
             Some(pitch) => vec![pitch / TAU],
             None => cut.pitch_rad.iter().map(|pitch| pitch / TAU).collect(),
         };
-        Self::of_mean(&cut.in_axes(modes), cut.mean(), pitch_turns)
+        let rubbing = cut.is_damped().then(|| cut.mean_rubbing());
+        Self { rubbing, ..Self::of_mean(&cut.in_axes(modes), cut.mean(), pitch_turns) }
     }
 
     fn of_mean(modes: &[ToolMode], mean: Matrix3x2<f64>, pitch_turns: Vec<f64>) -> Self {
@@ -70,10 +81,10 @@ impl Chart {
             let pair = eigenvalues(&modes, &mean, omega);
             values.push(values.last().map_or(pair, |last| in_order(*last, pair)));
         }
-        Self { modes, mean, pitch_turns, omegas, values }
+        Self { modes, mean, rubbing: None, pitch_turns, omegas, values }
     }
 
-    /// Smallest limit over all speeds, m; `None` where nothing ever grows.
+    /// Smallest limit over all speeds without process damping, m; `None` where nothing ever grows.
     pub fn lowest_m(&self) -> Option<f64> {
         let all = self.values.iter().flatten().filter_map(|value| depth_of(*value));
         all.min_by(f64::total_cmp)
@@ -82,16 +93,12 @@ impl Chart {
     /// The limit at a spindle speed; `None` where there is none below 1 m.
     pub fn limit(&self, rpm: f64) -> Option<Limit> {
         let turn_s = hz_from_rpm(rpm).recip();
-        match self.pitch_turns.as_slice() {
-            [pitch] => self.of_even_teeth(turn_s * pitch),
-            pitches => {
+        match (self.pitch_turns.as_slice(), &self.rubbing) {
+            (pitches, Some(rubbing)) => self.damped(pitches, rubbing, turn_s),
+            ([pitch], None) => self.of_even_teeth(turn_s * pitch),
+            (pitches, None) => {
                 let delays: Vec<f64> = pitches.iter().map(|pitch| pitch * turn_s).collect();
-                let waves = move |omega: f64| {
-                    let sum: Complex<f64> =
-                        delays.iter().map(|delay| Complex::cis(-omega * delay)).sum();
-                    Complex::from(1.0) - sum / delays.len() as f64
-                };
-                self.real(&waves, 0.2 / turn_s)
+                self.real(&|omega| regained(&delays, omega), 0.2 / turn_s)
             }
         }
         .map(|(depth_m, omega)| Limit {
@@ -99,6 +106,43 @@ impl Chart {
             frequency_hz: hz_from_rad_per_s(omega),
             kind: Kind::Hopf,
         })
+    }
+
+    /// The smallest depth at which an eigenvalue of G(iω) (s(ω) H̄ + iω D̄) is real and above zero,
+    /// D̄ the mean of what damps per depth, with its frequency.
+    fn damped(&self, pitches: &[f64], rubbing: &Matrix3x2<f64>, turn_s: f64) -> Option<(f64, f64)> {
+        let delays: Vec<f64> = pitches.iter().map(|pitch| pitch * turn_s).collect();
+        let pair_at = |omega: f64| {
+            let [waves, rate] = [regained(&delays, omega), Complex::new(0.0, omega * turn_s / TAU)];
+            let force = self.mean.map(Complex::from) * waves + rubbing.map(Complex::from) * rate;
+            eigenvalues_of(&self.modes, &force, omega)
+        };
+        let longest = delays.iter().copied().fold(0.0, f64::max);
+        let mut best: Option<(f64, f64)> = None;
+        let mut last: Option<(f64, Pair)> = None;
+        for &end in &self.omegas {
+            let from = last.map_or(end, |(omega, _)| omega);
+            let parts = ((end - from) * longest / STEP_RAD).ceil().clamp(1.0, MOST_PARTS);
+            for part in 1..=parts as usize {
+                let omega = from + (end - from) * part as f64 / parts;
+                let pair = last
+                    .map_or_else(|| pair_at(omega), |(_, before)| in_order(before, pair_at(omega)));
+                if let Some((before, values)) = last {
+                    for (value, here) in values.into_iter().zip(pair) {
+                        if (value.im > 0.0) != (here.im > 0.0) && value.re.max(here.re) > 0.0 {
+                            let at = |omega: f64| nearest(value, pair_at(omega));
+                            let found = real_between(&at, [before, omega]);
+                            best = match (best, found) {
+                                (Some(best), Some(found)) if best.0 <= found.0 => Some(best),
+                                (best, found) => found.or(best),
+                            };
+                        }
+                    }
+                }
+                last = Some((omega, pair));
+            }
+        }
+        best.filter(|&(depth_m, _)| depth_m < DEEPEST_M)
     }
 
     /// The smallest depth at which whole waves lie between teeth, with its frequency.
@@ -213,22 +257,36 @@ impl Chart {
     fn real_within(
         &self,
         factor: &dyn Fn(f64) -> Complex<f64>,
-        [mut low, mut high]: [f64; 2],
+        ends: [f64; 2],
         near: Complex<f64>,
     ) -> Option<(f64, f64)> {
         let at =
             |omega: f64| nearest(near, eigenvalues(&self.modes, &self.mean, omega)) * factor(omega);
-        let is_above = at(low).im > 0.0;
-        for _ in 0..60 {
-            let middle = 0.5 * (low + high);
-            if (at(middle).im > 0.0) == is_above { low = middle } else { high = middle }
-        }
-        let omega = 0.5 * (low + high);
-        let value = at(omega);
-        // A pole of the phase is no root.
-        let is_root = value.re > 0.0 && value.im.abs() < 1e-6 * value.re;
-        is_root.then(|| (value.re.recip(), omega))
+        real_between(&at, ends)
     }
+}
+
+/// The depth at which an eigenvalue is real and above zero, and where between two frequencies.
+fn real_between(
+    at: &dyn Fn(f64) -> Complex<f64>,
+    [mut low, mut high]: [f64; 2],
+) -> Option<(f64, f64)> {
+    let is_above = at(low).im > 0.0;
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if (at(middle).im > 0.0) == is_above { low = middle } else { high = middle }
+    }
+    let omega = 0.5 * (low + high);
+    let value = at(omega);
+    // A pole of the phase is no root.
+    let is_root = value.re > 0.0 && value.im.abs() < 1e-6 * value.re;
+    is_root.then(|| (value.re.recip(), omega))
+}
+
+/// s(ω) = 1 − (1/z) Σ_j exp(−iωτ_j).
+fn regained(delays_s: &[f64], omega: f64) -> Complex<f64> {
+    let sum: Complex<f64> = delays_s.iter().map(|delay| Complex::cis(-omega * delay)).sum();
+    Complex::from(1.0) - sum / delays_s.len() as f64
 }
 
 /// The smallest depth at which modes feed each other where a tooth meets fresh material, as in the
@@ -265,11 +323,16 @@ fn waves(omega: f64, delay_s: f64, value: Complex<f64>, near: f64) -> f64 {
 }
 
 fn eigenvalues(modes: &[ToolMode], mean: &Matrix3x2<f64>, omega: f64) -> Pair {
+    eigenvalues_of(modes, &mean.map(Complex::from), omega)
+}
+
+/// Of G(iω) times a matrix.
+fn eigenvalues_of(modes: &[ToolMode], force: &Matrix3x2<Complex<f64>>, omega: f64) -> Pair {
     let receptance = receptance_m_per_n(modes, omega);
     let mut gain = Matrix2::<Complex<f64>>::zeros();
     for i in 0..2 {
         for j in 0..2 {
-            gain[(i, j)] = (0..3).map(|k| receptance[(i, k)] * mean[(k, j)]).sum();
+            gain[(i, j)] = (0..3).map(|k| receptance[(i, k)] * force[(k, j)]).sum();
         }
     }
     let half = (gain[(0, 0)] + gain[(1, 1)]) * 0.5;

@@ -38,6 +38,9 @@ pub struct Cut {
     /// Of a drill: what the thrust of a lip grows by with how far the tip moves along the axis, per
     /// width of cut, N/m². A drill feels nothing of the rest.
     pub lip_n_per_m2: Option<f64>,
+    /// Process damping 2 C / D, over the spindle's angular speed what a force per depth grows by
+    /// with the speed of the tip normal to the surface, N/m².
+    pub rubbing_n_per_m2: f64,
 }
 
 impl Cut {
@@ -56,6 +59,7 @@ impl Cut {
                 coefficients_n_per_m2,
                 lag_rad_per_m: 0.0,
                 lip_n_per_m2: Some(Lips::new(tool, drill)?.stiffness_n_per_m2(&own)),
+                rubbing_n_per_m2: 0.0,
             });
         }
         let lag_rad_per_m = match tool.helix_rad.tan() {
@@ -68,7 +72,16 @@ impl Cut {
             coefficients_n_per_m2,
             lag_rad_per_m,
             lip_n_per_m2: None,
+            rubbing_n_per_m2: match cutting.process_damping_n_per_m {
+                0.0 => 0.0,
+                damping => 2.0 * damping / tool.diameter_m?,
+            },
         })
+    }
+
+    /// Whether the flank rubs.
+    pub fn is_damped(&self) -> bool {
+        self.rubbing_n_per_m2 > 0.0
     }
 
     /// What its limit bounds.
@@ -119,10 +132,7 @@ impl Cut {
     /// a tooth that takes a chip Δx sin φ + Δy cos φ thick, N/m².
     fn integral(&self, phi: f64) -> Matrix3x2<f64> {
         let (sin, cos) = phi.sin_cos();
-        let sin_sin = 0.5 * (phi - sin * cos);
-        let cos_cos = 0.5 * (phi + sin * cos);
-        let sin_cos = 0.5 * sin * sin;
-        self.of_products([sin_sin, sin_cos, cos_cos], [-cos, sin])
+        self.of_products(integrals(phi), [-cos, sin])
     }
 
     /// H of one tooth at an angle, as if it were in the cut.
@@ -147,6 +157,34 @@ impl Cut {
         )
     }
 
+    /// The force against a rate along the direction of the chip, of products of sine and cosine.
+    fn rubbing(&self, [sin_sin, sin_cos, cos_cos]: [f64; 3]) -> Matrix3x2<f64> {
+        let of_products = Matrix3x2::new(sin_sin, sin_cos, sin_cos, cos_cos, 0.0, 0.0);
+        of_products * -self.rubbing_n_per_m2
+    }
+
+    /// The mean of what rubs over a turn, of all teeth, per depth and over the spindle's angular
+    /// speed: the force for a rate of the tip, N/m².
+    pub fn mean_rubbing(&self) -> Matrix3x2<f64> {
+        let Engagement { entry_rad, exit_rad } = self.engagement;
+        let teeth = self.pitch_rad.len() as f64;
+        let (from, to) = (integrals(entry_rad), integrals(exit_rad));
+        self.rubbing([0, 1, 2].map(|i| (to[i] - from[i]) * teeth / TAU))
+    }
+
+    /// What rubs at one tooth, its tip at `phi`, over the spindle's angular speed, N/m; `None`
+    /// where it is not in the cut.
+    pub fn rubbing_n_per_m(&self, phi: f64, depth_m: f64) -> Option<Matrix3x2<f64>> {
+        if self.lip_n_per_m2.is_some() {
+            return None;
+        }
+        let at = |phi: f64| {
+            let (sin, cos) = phi.sin_cos();
+            self.rubbing([sin * sin, sin * cos, cos * cos])
+        };
+        self.over_edge(phi, depth_m, at, |phi| self.rubbing(integrals(phi)))
+    }
+
     /// The mean of H over a turn, of all teeth, per depth, in the axes of [`Self::in_axes`], N/m².
     pub fn mean(&self) -> Matrix3x2<f64> {
         let Engagement { entry_rad, exit_rad } = self.engagement;
@@ -164,11 +202,22 @@ impl Cut {
         if let Some(lip) = self.lip_n_per_m2 {
             return Some(Self::of_lip(lip) * depth_m);
         }
+        self.over_edge(phi, depth_m, |phi| self.at(phi), |phi| self.integral(phi))
+    }
+
+    /// What the edge of a tooth has in the cut, from what there is at an angle and its integral.
+    fn over_edge(
+        &self,
+        phi: f64,
+        depth_m: f64,
+        at: impl Fn(f64) -> Matrix3x2<f64>,
+        integral: impl Fn(f64) -> Matrix3x2<f64>,
+    ) -> Option<Matrix3x2<f64>> {
         let Engagement { entry_rad, exit_rad } = self.engagement;
         let phi = phi.rem_euclid(TAU);
         let lag = self.lag_rad_per_m * depth_m;
         if lag < 1e-9 {
-            return (entry_rad..exit_rad).contains(&phi).then(|| self.at(phi) * depth_m);
+            return (entry_rad..exit_rad).contains(&phi).then(|| at(phi) * depth_m);
         }
         let mut sum = None;
         // The edge higher up may still be in the cut that its tip made turns ago.
@@ -176,7 +225,7 @@ impl Cut {
         while ahead - lag < exit_rad {
             let (from, to) = ((ahead - lag).max(entry_rad), ahead.min(exit_rad));
             if to > from {
-                let part = (self.integral(to) - self.integral(from)) / self.lag_rad_per_m;
+                let part = (integral(to) - integral(from)) / self.lag_rad_per_m;
                 sum = Some(sum.map_or(part, |sum: Matrix3x2<f64>| sum + part));
             }
             ahead += TAU;
@@ -197,4 +246,10 @@ impl Cut {
         }
         corners
     }
+}
+
+/// The integrals of sin², sin cos and cos² up to an angle.
+fn integrals(phi: f64) -> [f64; 3] {
+    let (sin, cos) = phi.sin_cos();
+    [0.5 * (phi - sin * cos), 0.5 * sin * sin, 0.5 * (phi + sin * cos)]
 }

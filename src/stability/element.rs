@@ -49,17 +49,25 @@ pub(super) struct Nodes {
     pub(super) shares: [f64; NODES],
     barycentric: [f64; NODES],
     quadrature: [(f64, f64); POINTS],
+    /// The slopes at the nodes of the polynomials that are 1 at one node, per length.
+    pub(super) slopes: [[f64; NODES]; NODES],
 }
 
 impl Nodes {
     pub(super) fn new() -> Self {
         let shares = gauss::<NODES>().map(|(x, _)| 0.5 * (x + 1.0));
-        let barycentric = std::array::from_fn(|j| {
+        let barycentric: [f64; NODES] = std::array::from_fn(|j| {
             let others = (0..NODES).filter(|&k| k != j);
             others.map(|k| shares[j] - shares[k]).product::<f64>().recip()
         });
         let quadrature = gauss::<POINTS>().map(|(x, weight)| (0.5 * (x + 1.0), 0.5 * weight));
-        Self { shares, barycentric, quadrature }
+        let slope = |i: usize, j: usize| barycentric[j] / barycentric[i] / (shares[i] - shares[j]);
+        let slopes = std::array::from_fn(|i| {
+            let others = (0..NODES).filter(|&j| j != i);
+            let own = -others.map(|j| slope(i, j)).sum::<f64>();
+            std::array::from_fn(|j| if i == j { own } else { slope(i, j) })
+        });
+        Self { shares, barycentric, quadrature, slopes }
     }
 
     /// The weights of the nodes' values in the polynomial through them, at a share of the element.

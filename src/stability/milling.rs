@@ -7,13 +7,15 @@ use nalgebra::Matrix3x2;
 use super::cut::Cut;
 use crate::units::hz_from_rpm;
 
-/// What a force takes from the tip's motion: `now` · u(t) − `before` · u(t − delay), N/m.
+/// What a force takes from the tip's motion: `now` · u(t) − `before` · u(t − delay) + `rate` · u̇(t).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Term {
-    #[allow(missing_docs, reason = "the type says it")]
+    /// N/m.
     pub now: Matrix3x2<f64>,
-    #[allow(missing_docs, reason = "the type says it")]
+    /// N/m.
     pub before: Matrix3x2<f64>,
+    /// N s/m; `None` where nothing damps.
+    pub rate: Option<Matrix3x2<f64>>,
 }
 
 /// A force on the tip that is linear in its motion, in as many terms as there are delays.
@@ -88,11 +90,18 @@ impl Process for Milling<'_> {
 
     fn term(&self, delay: usize, time_s: f64, depth_m: f64) -> Option<Term> {
         let turned = self.turning_rad_per_s * time_s;
-        let of = |theta: &f64| self.cut.stiffness_n_per_m(turned + theta, depth_m);
-        let force = match self.even_pitch_rad {
-            Some(_) => self.angles_rad.iter().filter_map(of).reduce(|a, b| a + b),
-            None => self.angles_rad.get(delay).and_then(of),
+        let teeth = match self.even_pitch_rad {
+            Some(_) => &self.angles_rad[..],
+            None => self.angles_rad.get(delay..=delay)?,
         };
-        force.map(|force| Term { now: force, before: force })
+        let of = |theta: &f64| self.cut.stiffness_n_per_m(turned + theta, depth_m);
+        let force = teeth.iter().filter_map(of).reduce(|a, b| a + b)?;
+        let rubs = |theta: &f64| self.cut.rubbing_n_per_m(turned + theta, depth_m);
+        let rate = match self.cut.is_damped() {
+            true => teeth.iter().filter_map(rubs).reduce(|a, b| a + b),
+            false => None,
+        };
+        let rate = rate.map(|rate| rate / self.turning_rad_per_s);
+        Some(Term { now: force, before: force, rate })
     }
 }

@@ -2,7 +2,8 @@
 //! the nodes of the elements in which there is force.
 //!
 //! The state and the tip's places of the period before give those of this one. Where a delay is
-//! not the period, the place then is interpolated within the element that it lies in.
+//! not the period, the place then is interpolated within the element that it lies in. What damps
+//! takes the rate of the tip from the polynomial through its places at the nodes.
 
 use nalgebra::{Const, DVector, LU, Matrix2, Matrix3x2, SMatrix, Vector2, Vector3};
 
@@ -47,6 +48,8 @@ struct Cutting {
     slot: usize,
     element: usize,
     now: [Matrix3x2<f64>; NODES],
+    /// What damps at the nodes, if anything does.
+    rate: Option<[Matrix3x2<f64>; NODES]>,
     before: Vec<Force>,
     factor: Factor,
 }
@@ -176,13 +179,17 @@ impl<'a> Period<'a> {
                 continue;
             };
             let mut now = [Matrix3x2::zeros(); NODES];
+            let mut rate: Option<[Matrix3x2<f64>; NODES]> = None;
             let mut before = Vec::new();
             for (node, share) in elements.nodes.shares.iter().enumerate() {
                 let time = plan.from_s + share * plan.length_s;
                 for (d, delay) in delays.iter().enumerate() {
                     let Some(term) = process.term(d, time, depth_m) else { continue };
-                    let Term { now: of_now, before: of_before } = term;
+                    let Term { now: of_now, before: of_before, rate: of_rate } = term;
                     now[node] += of_now;
+                    if let Some(of_rate) = of_rate {
+                        rate.get_or_insert([Matrix3x2::zeros(); NODES])[node] += of_rate;
+                    }
                     let source = if (delay / period_s - 1.0).abs() < ONE {
                         Source::Same
                     } else {
@@ -198,6 +205,13 @@ impl<'a> Period<'a> {
                 let mut columns = map.fixed_columns_mut::<2>(2 * node);
                 columns -= of_node;
             }
+            for (node, rate) in rate.iter().flatten().enumerate() {
+                let of_node = answer.fixed_columns::<3>(3 * node) * rate / plan.length_s;
+                for (other, slope) in elements.nodes.slopes[node].iter().enumerate() {
+                    let mut columns = map.fixed_columns_mut::<2>(2 * other);
+                    columns -= of_node * *slope;
+                }
+            }
             let factor = map.lu();
             if !factor.is_invertible() {
                 return None;
@@ -206,6 +220,7 @@ impl<'a> Period<'a> {
                 slot,
                 element,
                 now,
+                rate,
                 before,
                 factor,
             })));
@@ -258,6 +273,17 @@ impl<'a> Period<'a> {
             cutting.factor.solve_mut(&mut tip);
             for (node, force) in forces.iter_mut().enumerate() {
                 *force += cutting.now[node] * Vector2::new(tip[2 * node], tip[2 * node + 1]);
+            }
+            for ((force, rate), slopes) in forces
+                .iter_mut()
+                .zip(cutting.rate.iter().flatten())
+                .zip(&self.elements.nodes.slopes)
+            {
+                let moved = slopes.iter().enumerate();
+                let moved: Vector2<f64> = moved
+                    .map(|(other, slope)| Vector2::new(tip[2 * other], tip[2 * other + 1]) * *slope)
+                    .sum();
+                *force += rate * moved / element.length_s;
             }
             element.move_on(self.modes, &mut states, &forces);
             to.rows_mut(of_states + SIZE * cutting.slot, SIZE).copy_from(&tip);

@@ -29,6 +29,7 @@ fn slot(teeth: usize) -> Cut {
         coefficients_n_per_m2: [6e8, 2e8, 0.0],
         lag_rad_per_m: 0.0,
         lip_n_per_m2: None,
+        rubbing_n_per_m2: 0.0,
     }
 }
 
@@ -67,6 +68,8 @@ fn four_teeth_in_a_slot_feel_the_same_at_all_times() {
 struct Turning {
     delay_s: f64,
     n_per_m2: f64,
+    /// What damps per width, N s/m².
+    n_s_per_m2: f64,
 }
 
 impl Process for Turning {
@@ -85,7 +88,10 @@ impl Process for Turning {
     fn term(&self, _: usize, _: f64, depth_m: f64) -> Option<Term> {
         let mut force = Matrix3x2::zeros();
         force[(0, 0)] = -self.n_per_m2 * depth_m;
-        Some(Term { now: force, before: force })
+        let mut rate = Matrix3x2::zeros();
+        rate[(0, 0)] = -self.n_s_per_m2 * depth_m;
+        let rate = (self.n_s_per_m2 > 0.0).then_some(rate);
+        Some(Term { now: force, before: force, rate })
     }
 }
 
@@ -124,7 +130,7 @@ fn the_whole_lobe_of_turning() {
         let limit = (0..20).map(on_lobe).fold(f64::INFINITY, f64::min);
         highest = highest.max(limit);
         assert!(limit >= lowest * (1.0 - 1e-12));
-        let turning = Turning { delay_s, n_per_m2: per_depth };
+        let turning = Turning { delay_s, n_per_m2: per_depth, n_s_per_m2: 0.0 };
         let radius = |depth| Exact::new(&modes, &turning).multiplier(depth).unwrap().norm();
         assert!((radius(limit) - 1.0).abs() < 1e-9, "{delay_s}: {}", radius(limit));
         assert!(radius(0.999 * limit) < 1.0 && radius(1.001 * limit) > 1.0, "{delay_s}");
@@ -158,7 +164,7 @@ impl Process for DelayedMathieu {
         now[(0, 0)] = -self.stiffness - self.epsilon * time_s.cos();
         let mut before = Matrix3x2::zeros();
         before[(0, 0)] = -self.gain;
-        Some(Term { now, before })
+        Some(Term { now, before, rate: None })
     }
 }
 
@@ -307,4 +313,64 @@ fn a_helix_of_one_pitch_makes_the_cut_even() {
         let off = (at(share * milling.period_s()) - mean).norm();
         assert!(off < 1e-9 * mean.norm(), "{share}: {off}");
     }
+}
+
+/// Under constant coefficients process damping is damping of the mode: C b / v adds C b / (2 v m ω)
+/// to ζ (Tyler, Troutman & Schmitz, Precision Engineering 46, 2016, 65).
+#[test]
+fn process_damping_of_turning_is_damping_of_its_mode() {
+    let (hz, zeta, mass, per_depth) = (150.0, 0.03, 12.0, 1.5e9);
+    let (delay_s, n_s_per_m2) = (0.02, 4e6);
+    let mut worst = 0.0_f64;
+    for depth_m in [2e-5, 1e-4, 5e-4] {
+        let damped = Turning { delay_s, n_per_m2: per_depth, n_s_per_m2 };
+        let found = Exact::new(&[mode(hz, zeta, mass, 0.0)], &damped).multiplier(depth_m).unwrap();
+        let more = zeta + n_s_per_m2 * depth_m / (2.0 * mass * TAU * hz);
+        let plain = Turning { delay_s, n_per_m2: per_depth, n_s_per_m2: 0.0 };
+        let expected =
+            Exact::new(&[mode(hz, more, mass, 0.0)], &plain).multiplier(depth_m).unwrap();
+        println!("{depth_m} m: {} {}", found.norm(), expected.norm());
+        worst = worst.max((found.norm() - expected.norm()).abs());
+    }
+    assert!(worst < 1e-9, "{worst}");
+}
+
+/// A mode across a slot feels the mean C z a / (4 v) of all teeth: the limit of the zeroth order is
+/// that of the mode with as much more damping. Of four teeth all is constant, and both methods
+/// agree; with modes along both axes, too.
+#[test]
+fn process_damping_raises_the_limit_at_slow_speeds() {
+    let (hz, zeta, mass) = (922.0, 0.011, 0.03993);
+    let (c, diameter_m) = (2e5, 0.012);
+    let damped = |teeth| Cut { rubbing_n_per_m2: 2.0 * c / diameter_m, ..slot(teeth) };
+    let limit = |cut: &Cut, zeta: f64, rpm: f64| {
+        Chart::new(&[mode(hz, zeta, mass, 90.0)], cut).limit(rpm).map(|limit| limit.depth_m)
+    };
+    for (teeth, rpm) in [(2, 2_000.0), (3, 6_000.0), (4, 4_100.0), (4, 15_000.0)] {
+        let found = limit(&damped(teeth), zeta, rpm).unwrap();
+        let v = TAU * rpm / 60.0 * 0.5 * diameter_m;
+        let more = c * found * teeth as f64 / (4.0 * v) / (2.0 * mass * TAU * hz);
+        agree(found, limit(&slot(teeth), zeta + more, rpm).unwrap(), 1e-6);
+    }
+    let both = [mode(hz, zeta, mass, 0.0), mode(hz, zeta, mass, 90.0)];
+    for rpm in [1_500.0, 5_000.0, 13_830.0] {
+        let cut = damped(4);
+        let chart = Chart::new(&both, &cut);
+        let zeroth = chart.limit(rpm).unwrap();
+        let exact = milling_limit(&both, &cut, &chart, rpm).unwrap().unwrap();
+        println!("{rpm} rpm: {} {}", zeroth.depth_m, exact.depth_m);
+        agree(zeroth.depth_m, exact.depth_m, 1e-6);
+        let plain = Chart::new(&both, &slot(4)).limit(rpm).unwrap();
+        assert!(exact.depth_m > plain.depth_m, "{rpm} rpm");
+    }
+    let rise = |rpm: f64| {
+        let cut = damped(2);
+        let of = |cut: &Cut| {
+            milling_limit(&both, cut, &Chart::new(&both, cut), rpm).unwrap().unwrap().depth_m
+        };
+        of(&cut) / of(&slot(2))
+    };
+    let (slow, fast) = (rise(1_000.0), rise(10_000.0));
+    println!("the limit rises {slow} times at 1000 rpm, {fast} times at 10000 rpm");
+    assert!(slow > 2.0 && slow > 1.5 * fast && fast > 1.0, "{slow} {fast}");
 }

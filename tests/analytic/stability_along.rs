@@ -39,6 +39,7 @@ fn cutting(radial_depth_m: f64, axial: Option<[f64; 2]>) -> Cutting {
             exponents: [0.0; 3],
         }),
         regenerates: true,
+        process_damping_n_per_m: 0.0,
     }
 }
 

@@ -157,3 +157,29 @@ fn a_job_stands_for_its_arm_and_says_so() {
     assert_eq!(ran.status.code(), Some(2));
     assert!(told(&ran.stderr).contains("no 'cutting'"), "{}", told(&ran.stderr));
 }
+
+/// The slower, the more the flank rubs; it needs a cutting speed, and a cut that regenerates.
+#[test]
+fn process_damping_raises_limits_and_needs_a_diameter() {
+    let damped = MODES.replace("direction: slot", "direction: slot, process_damping_n_per_mm: 200");
+    let limit = |text: &str, options: &str| -> f64 {
+        let (code, out, said) = of(text, options);
+        assert_eq!(code, Some(0), "{said}");
+        out.lines().last().unwrap().split(',').nth(1).unwrap().parse().unwrap()
+    };
+    for method in ["exact", "zeroth"] {
+        let rise = |rpm: &str| {
+            let options = format!("--rpm {rpm}:{rpm}:1 --method {method}");
+            limit(&damped, &options) / limit(MODES, &options)
+        };
+        let (slow, fast) = (rise("1500"), rise("12000"));
+        assert!(slow > 1.5 * fast && fast >= 1.0, "{method}: {slow} {fast}");
+    }
+    let text = damped.replace(", diameter_mm: 12", "").replace("radial_depth_mm: 12, ", "");
+    let (code, _, said) = of(&text, "--rpm 5000:5000:1");
+    let what = "cutting.process_damping_n_per_mm needs tool.diameter_mm";
+    assert!(code == Some(2) && said.contains(what), "{said}");
+    let fresh = damped.replace("direction: slot", "direction: slot, regeneration: false");
+    let (_, _, said) = of(&fresh, "--rpm 5000:5000:1");
+    assert!(said.contains("process_damping_n_per_mm has no effect"), "{said}");
+}

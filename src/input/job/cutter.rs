@@ -169,6 +169,30 @@ pub(in crate::input) fn drill_fault(
     Some(("pilot_diameter_mm", Code::Value, what))
 }
 
+/// C of the cut, N/m; a drill has none.
+pub(in crate::input) fn process_damping_n_per_m(n_per_mm: Option<f64>, raw: raw::Direction) -> f64 {
+    let drills = matches!(raw, raw::Direction::Drill);
+    n_per_mm.filter(|_| !drills).map_or(0.0, n_per_m_from_n_per_mm)
+}
+
+/// Why process damping has no effect on a cut, if it has none.
+pub(in crate::input) fn undamped(
+    n_per_mm: Option<f64>,
+    raw: raw::Direction,
+    regenerates: bool,
+) -> Option<&'static str> {
+    n_per_mm?;
+    match (raw, regenerates) {
+        (raw::Direction::Drill, _) => {
+            Some("process_damping_n_per_mm has no effect: it is for milling")
+        }
+        (_, false) => {
+            Some("process_damping_n_per_mm has no effect: it is for a cut that regenerates")
+        }
+        (_, true) => None,
+    }
+}
+
 /// `None` where a key is missing, which was reported before.
 pub(in crate::input) fn coefficients(own: &raw::Coefficients) -> Option<CuttingCoefficients> {
     let edge = |value: Option<f64>| n_per_m_from_n_per_mm(value.unwrap_or(0.0));

@@ -11,7 +11,9 @@ use super::super::moves::moves_of;
 use super::super::raw::job as raw;
 use super::super::waypoints::{OperationContext, PathMoves, joint_position};
 use super::Reader;
-use super::cutter::{coefficients, direction, drill_fault, needs_width};
+use super::cutter::{
+    coefficients, direction, drill_fault, needs_width, process_damping_n_per_m, undamped,
+};
 use super::speeds::Said;
 use super::stretches::{stretches, usual_feed_m_per_s};
 use crate::formats::yaml::{Node, Step};
@@ -310,6 +312,15 @@ impl<'j> Reader<'j> {
             let what = format!("{called}: cutting {what}, must have one");
             self.notes.error(Code::MissingKey, line, what);
         }
+        let regenerates = cutting.regeneration.unwrap_or(true);
+        let named = cutting.direction;
+        if let Some(what) =
+            named.and_then(|named| undamped(cutting.process_damping_n_per_mm, named, regenerates))
+        {
+            let at = [Step::Key("cutting"), Step::Key("process_damping_n_per_mm")];
+            let what = format!("{called}: cutting.{what}");
+            self.notes.warning(Code::Unused, node.line_at(&at), what);
+        }
         let of_drill = ["pilot_diameter_mm", "thrust_n", "torque_nm"].map(|key| (key, !drills));
         let of_mill = ["radial_depth_mm", "axial_depth_mm"].map(|key| (key, drills));
         for (key, is_unused) in of_drill.into_iter().chain(of_mill) {
@@ -337,6 +348,15 @@ impl<'j> Reader<'j> {
         if let Some((key, code, what)) = fault {
             let line = node.line_at(&[Step::Key("cutting"), Step::Key(key)]);
             self.notes.error(code, line, format!("{called}: {what}"));
+        }
+        let damping = cutting.process_damping_n_per_mm;
+        let of_damping = [Step::Key("cutting"), Step::Key("process_damping_n_per_mm")];
+        if damping.is_some_and(|c| c > 0.0) && tool.diameter_m.is_none() {
+            let what = format!(
+                "{called}: cutting.process_damping_n_per_mm needs {whose}.diameter_mm, for the \
+                 cutting speed"
+            );
+            self.notes.error(Code::MissingKey, node.line_at(&of_damping), what);
         }
         let drills = matches!(named, raw::Direction::Drill);
         let depth_mm = cutting.radial_depth_mm.filter(|_| !drills);
@@ -398,6 +418,7 @@ fn cutting(raw: &raw::Cutting) -> Option<Cutting> {
             None => None,
         },
         regenerates: raw.regeneration.unwrap_or(true),
+        process_damping_n_per_m: process_damping_n_per_m(raw.process_damping_n_per_mm, named),
     })
 }
 
