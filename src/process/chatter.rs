@@ -48,7 +48,8 @@ pub struct LimitAt {
     pub s: f64,
     /// Line that is run there.
     pub line: usize,
-    /// Smallest depth, or width of cut, at which a small vibration grows; null where there is none below 1 m.
+    /// Smallest depth, or width of cut, at which a small vibration grows; null where there is none
+    /// below 1 m.
     #[serde(rename = "limit_mm", serialize_with = "written::mm")]
     pub depth_m: Option<f64>,
     /// Of the vibration that grows.

@@ -59,8 +59,8 @@ impl fmt::Display for NoForce {
             }
             Self::NoDiameter => "tool.diameter_mm is not given",
             Self::UnlikeLips => {
-                "thrust_n says nothing of the force to the side that unlike lips make (tool.runout, \
-                 pitch_deg or a single tooth): give cutting.material or coefficients, too"
+                "thrust_n says nothing of the force to the side that unlike lips make \
+                 (tool.runout, pitch_deg or a single tooth): give cutting.material or coefficients"
             }
             Self::Steady => "the thrust of a drill with even lips is steady at every speed",
             Self::OnlyAir => {

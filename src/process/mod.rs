@@ -11,8 +11,8 @@
 //!
 //! with F_k the harmonics of the cutting force ([`crate::excitation::ForceModel`]) and φ_r what
 //! mode r moves the tip. Of a drill F̄ is the thrust, out of the work, and what it moves across the
-//! axis is the skid; torque and twist are left out, as G has no rotations. Left out of u_k: what the vibration does to the chip. [`Chatter`] has
-//! that.
+//! axis is the skid; torque and twist are left out, as G has no rotations. Left out of u_k: what
+//! the vibration does to the chip. [`Chatter`] has that.
 
 mod air_cuts;
 mod chatter;

@@ -5,8 +5,8 @@
 //! s(ω) = 1 − (1/z) Σ_j exp(−iωτ_j). Even teeth have one delay: then an eigenvalue λ gives the
 //! depth, 1 / (2 Re λ), and the phase of the waves, whatever the speed is.
 //!
-//! Process damping adds iω D̄ to s(ω) H̄, D̄ its mean per depth; that changes with the speed, so then
-//! eigenvalues are looked at along ω for each speed.
+//! Process damping adds iω D̄ to s(ω) H̄, D̄ its mean per depth; that changes with the speed, so
+//! then eigenvalues are looked at along ω for each speed.
 
 use std::f64::consts::TAU;
 

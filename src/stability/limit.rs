@@ -28,9 +28,9 @@ pub enum Method {
 #[serde(rename_all = "snake_case")]
 #[schemars(
     inline,
-    description = "`axial_depth`: of a mill. `width_of_cut`: of a drill, what a lip takes across the \
-                   axis, (D − d) / 2 with d the hole that\nis there before: limit_mm and depth_mm \
-                   are that."
+    description = "`axial_depth`: of a mill. `width_of_cut`: of a drill, what a lip takes across \
+                   the axis, (D − d) / 2 with d the hole that\nis there before: limit_mm and \
+                   depth_mm are that."
 )]
 pub enum LimitOf {
     /// The axial depth of a mill.

@@ -7,7 +7,8 @@ use nalgebra::Matrix3x2;
 use super::cut::Cut;
 use crate::units::hz_from_rpm;
 
-/// What a force takes from the tip's motion: `now` · u(t) − `before` · u(t − delay) + `rate` · u̇(t).
+/// What a force takes from the tip's motion: `now` · u(t) − `before` · u(t − delay) + `rate` ·
+/// u̇(t).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Term {
     /// N/m.
