@@ -43,6 +43,8 @@ fn cut() -> Cut {
         pitch_rad: vec![TAU / 4.0; 4],
         coefficients_n_per_m2: [6.3e8, 1.0e8, 2.7e8],
         lag_rad_per_m: 0.0,
+        lip_n_per_m2: None,
+        rubbing_n_per_m2: 0.0,
     }
 }
 

@@ -346,7 +346,7 @@ fn process_damping_raises_the_limit_at_slow_speeds() {
     let limit = |cut: &Cut, zeta: f64, rpm: f64| {
         Chart::new(&[mode(hz, zeta, mass, 90.0)], cut).limit(rpm).map(|limit| limit.depth_m)
     };
-    for (teeth, rpm) in [(2, 2_000.0), (3, 6_000.0), (4, 4_100.0), (4, 15_000.0)] {
+    for (teeth, rpm) in [(2, 6_000.0), (3, 6_000.0), (4, 5_000.0), (4, 15_000.0)] {
         let found = limit(&damped(teeth), zeta, rpm).unwrap();
         let v = TAU * rpm / 60.0 * 0.5 * diameter_m;
         let more = c * found * teeth as f64 / (4.0 * v) / (2.0 * mass * TAU * hz);

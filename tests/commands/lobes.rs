@@ -172,7 +172,7 @@ fn process_damping_raises_limits_and_needs_a_diameter() {
             let options = format!("--rpm {rpm}:{rpm}:1 --method {method}");
             limit(&damped, &options) / limit(MODES, &options)
         };
-        let (slow, fast) = (rise("1500"), rise("12000"));
+        let (slow, fast) = (rise("2500"), rise("12000"));
         assert!(slow > 1.5 * fast && fast >= 1.0, "{method}: {slow} {fast}");
     }
     let text = damped.replace(", diameter_mm: 12", "").replace("radial_depth_mm: 12, ", "");
