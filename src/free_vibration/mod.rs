@@ -305,7 +305,8 @@ pub fn respond(
 pub fn measure(robot: &Robot, q: &[f64], settings: &Settings) -> Result<Measurement, Note> {
     positive("amplitude", "rad", settings.amplitude_rad)?;
     positive("amplitude", "m", settings.amplitude_m)?;
-    let linear_hz = ModalSolver::new(robot).frequencies_hz(q)?.to_vec();
+    let mut solver = ModalSolver::new(robot);
+    let linear_hz = solver.frequencies_hz(q)?.to_vec();
     let record = Record::new(&linear_hz, settings.sampling)?;
     let start = start_all_modes(robot, q, settings)?;
     let rate = record.sample_rate_hz;
@@ -317,8 +318,8 @@ pub fn measure(robot: &Robot, q: &[f64], settings: &Settings) -> Result<Measurem
     };
     let response = respond(robot, q, &start, &recording)?;
 
-    let weights: Vec<f64> = robot.coordinates().iter().map(|c| c.stiffness).collect();
-    let found = spectrum::peaks(&response.deflections, &weights, rate, linear_hz.len(), PEAK_FLOOR);
+    let found =
+        spectrum::peaks(&response.deflections, solver.springs(), rate, linear_hz.len(), PEAK_FLOOR);
     let taken = assign(&found.peaks_hz, &linear_hz);
     let doubts = doubts(&taken, &linear_hz, found.runner_up_share > RIVAL_SHARE);
     let mut frequencies_hz = vec![None; linear_hz.len()];

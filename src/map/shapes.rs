@@ -43,7 +43,7 @@ pub(super) fn append(
         .map(|turns| turns.unwrap_or_else(|| vec![0.0; robot.coordinates().len()]))
         .collect();
     for (r, phi) in modes.shapes.column_iter().enumerate() {
-        let shares = modes.strain_energy_shares(robot, r);
+        let shares = solver.strain_energy_shares(r);
         let largest = shares.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
         let sign = largest.map_or(1.0, |(i, _)| phi[i].signum());
         // No negative zero.

@@ -336,7 +336,20 @@ impl Robot {
             !at.is_some_and(|at| match correction.cause {
                 Cause::Payload => true,
                 Cause::LinkInertia | Cause::ComOffset => is_massless(at),
-                _ => false,
+                Cause::JointStiffness
+                | Cause::JointZeroOffset
+                | Cause::BaseCompliance
+                | Cause::TransverseCompliance
+                | Cause::LinkFlexibility
+                | Cause::DriveInertia
+                | Cause::LoadDependentStiffness
+                | Cause::AmplitudeDependence
+                | Cause::TemperatureDrift
+                | Cause::GravityStiffness
+                | Cause::AliasedMode
+                | Cause::MissedMode
+                | Cause::PositionDependentStiffness
+                | Cause::JointCoupling => false,
             })
         });
         if description.corrections.len() < own.corrections.len()
@@ -386,6 +399,13 @@ impl Robot {
     /// Springs that also feel another coordinate.
     pub(crate) fn couplings(&self) -> &[Coupling] {
         &self.couplings
+    }
+
+    /// The coordinates whose deflections the spring of coordinate `i` feels, each with its share:
+    /// its own, and those that it is coupled with.
+    pub(crate) fn felt_by(&self, i: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let coupled = self.couplings.iter().filter(move |coupling| coupling.own == i);
+        std::iter::once((i, 1.0)).chain(coupled.map(|coupling| (coupling.other, coupling.ratio)))
     }
 
     /// Mass of everything that the first elastic coordinates carry, payload included, kg.

@@ -32,7 +32,7 @@ pub struct ModalSolver<'a> {
     placement: Placement,
     mass: DMatrix<f64>,
     stiffness: DMatrix<f64>,
-    /// As the laws leave them at the pose.
+    /// As the laws leave them at the pose, N·m/rad or N/m.
     springs: Vec<f64>,
     /// L with K = L Lᵀ; its lower triangle.
     factor: DMatrix<f64>,
@@ -123,6 +123,28 @@ impl<'a> ModalSolver<'a> {
     /// The modes of the last [`Self::solve`].
     pub fn modes(&self) -> &Modes {
         &self.modes
+    }
+
+    /// The springs of the last call, as their laws leave them at the pose, N·m/rad or N/m.
+    pub fn springs(&self) -> &[f64] {
+        &self.springs
+    }
+
+    /// Share of the strain energy of mode `r` of the last [`Self::solve`] in the spring of each
+    /// elastic coordinate; the shares add up to one. Says what moves in the mode, rotations and
+    /// translations on one scale.
+    pub fn strain_energy_shares(&self, r: usize) -> Vec<f64> {
+        let energies: Vec<f64> =
+            (0..self.springs.len()).map(|i| self.strain_energy(i, r)).collect();
+        let total: f64 = energies.iter().sum();
+        energies.iter().map(|energy| energy / total).collect()
+    }
+
+    /// Twice the energy that spring `i` holds in mode `r`.
+    fn strain_energy(&self, i: usize, r: usize) -> f64 {
+        let shape = self.modes.shapes.column(r);
+        let felt: f64 = self.robot.felt_by(i).map(|(j, share)| share * shape[j]).sum();
+        self.springs[i] * felt * felt
     }
 
     /// C = M Φ diag(2 ζ_r ω_r) Φᵀ M of the last [`Self::solve`], n × n, N·m·s/rad: the matrix whose
@@ -230,16 +252,13 @@ impl<'a> ModalSolver<'a> {
     /// loses nothing, is left out of the sum), each dashpot's as φᵀ C φ / 2ω.
     fn damp(&mut self) {
         for r in 0..self.order.len() {
-            let shape = self.modes.shapes.column(r);
             let (mut strain, mut lost, mut viscous) = (0.0, 0.0, 0.0);
-            for (i, (coordinate, &phi)) in
-                self.robot.coordinates().iter().zip(shape.iter()).enumerate()
-            {
-                let energy = self.springs[i] * phi * phi;
+            for (i, coordinate) in self.robot.coordinates().iter().enumerate() {
+                let energy = self.strain_energy(i, r);
                 strain += energy;
                 match coordinate.damping {
                     Damping::Ratio(zeta) => lost += zeta * energy,
-                    Damping::Viscous(c) => viscous += c * phi * phi,
+                    Damping::Viscous(c) => viscous += c * self.modes.shapes[(i, r)].powi(2),
                 }
             }
             self.modes.damping_ratios[r] = lost / strain + viscous / (2.0 * self.omega[r]);
@@ -256,19 +275,6 @@ impl Modes {
         let mut solver = ModalSolver::new(robot);
         solver.solve(q)?;
         Ok(solver.modes)
-    }
-
-    /// Share of mode `r`'s strain energy in each elastic coordinate; the shares add up to one. Says
-    /// what moves in the mode, rotations and translations on one scale.
-    pub fn strain_energy_shares(&self, robot: &Robot, r: usize) -> Vec<f64> {
-        let energy: Vec<f64> = robot
-            .coordinates()
-            .iter()
-            .zip(self.shapes.column(r).iter())
-            .map(|(coordinate, phi)| coordinate.stiffness * phi * phi)
-            .collect();
-        let total: f64 = energy.iter().sum();
-        energy.iter().map(|e| e / total).collect()
     }
 
     /// Whether the two coordinates `i` and `j` turn together (`true`) or against each other in mode

@@ -82,7 +82,7 @@ fn crossing(
     surveyor.modes(closest_s)?;
     let (modes, placement) = (surveyor.solver().modes(), surveyor.solver().placement());
     let natural_frequency_hz = modes.natural_frequencies_hz[r];
-    let shares = modes.strain_energy_shares(path.robot(), r);
+    let shares = surveyor.solver().strain_energy_shares(r);
     let mut order: Vec<usize> = (0..shares.len()).collect();
     order.sort_by(|&a, &b| shares[b].total_cmp(&shares[a]));
     let leading_turn_together = match order.as_slice() {

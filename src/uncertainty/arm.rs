@@ -23,9 +23,9 @@ pub struct ArmAtPose {
 #[derive(Debug, Clone)]
 enum Part {
     Nothing,
-    /// On the diagonal of K, N·m/rad or N/m.
+    /// In K, N·m/rad or N/m: ½ k (Σ share α)² over the coordinates that the spring feels.
     Spring {
-        at: usize,
+        felt: Vec<(usize, f64)>,
         stiffness: f64,
     },
     /// In M.
@@ -84,7 +84,10 @@ impl ArmAtPose {
         let shape = DVectorView::from_slice(shape, shape.len());
         let slope = |part: &Part| match part {
             Part::Nothing => 0.0,
-            Part::Spring { at, stiffness } => 0.5 * stiffness * shape[*at].powi(2) / omega_squared,
+            Part::Spring { felt, stiffness } => {
+                let deflection: f64 = felt.iter().map(|&(j, share)| share * shape[j]).sum();
+                0.5 * stiffness * deflection.powi(2) / omega_squared
+            }
             Part::Body(mass) => -0.5 * shape.dot(&(mass * shape)),
             Part::Drive { at, inertia } => -0.5 * inertia * shape[*at].powi(2),
             // A coordinate without inertia transmits no moment.
@@ -161,7 +164,7 @@ fn part(robot: &Robot, placement: &Placement, conditions: &Conditions, scales: S
     match scales {
         Scales::Spring(at) => {
             let stiffness = spring_constant(robot, placement, conditions, at);
-            Part::Spring { at, stiffness }
+            Part::Spring { felt: robot.felt_by(at).collect(), stiffness }
         }
         Scales::Body(b) => Part::Body(body_mass_matrix(robot, placement, &robot.bodies()[b])),
         Scales::Drive(at) => Part::Drive { at, inertia: robot.coordinates()[at].drive_inertia },
@@ -184,7 +187,13 @@ impl Part {
         match self {
             // Too small to change the shapes: [`ArmAtPose::frequencies_hz`] adds it.
             Self::Nothing | Self::Lacking { .. } => {}
-            Self::Spring { at, stiffness: k } => stiffness[(*at, *at)] += by * k,
+            Self::Spring { felt, stiffness: k } => {
+                for &(i, share) in felt {
+                    for &(j, other) in felt {
+                        stiffness[(i, j)] += by * k * share * other;
+                    }
+                }
+            }
             Self::Body(body) => {
                 for (m, b) in mass.as_mut_slice().iter_mut().zip(body.as_slice()) {
                     *m += by * b;
@@ -199,8 +208,98 @@ impl Part {
 mod tests {
     use std::f64::consts::PI;
 
-    use super::super::Draws;
+    use nalgebra::{Isometry3, Matrix3, Vector3};
+
+    use super::super::{Draws, all};
     use super::*;
+    use crate::model::{
+        Cause, Correction, Description, ElasticJoint, Inertial, Joint, JointKind, Link,
+    };
+
+    /// Two links in a plane; the second spring feels the first joint, too, and the first has a law.
+    fn coupled(stiffness: [f64; 2]) -> Robot {
+        let name = |of: &str, i: usize| format!("{of}{i}");
+        let inertial = Inertial {
+            mass_kg: 20.0,
+            com_m: Vector3::new(0.3, 0.0, 0.0),
+            inertia_kgm2: Matrix3::from_diagonal_element(0.9),
+        };
+        let link = |i| Link { name: name("l", i), inertial: Some(inertial), ..Link::default() };
+        let joint = |i: usize| Joint {
+            name: name("j", i),
+            kind: JointKind::Continuous,
+            parent: name("l", i - 1),
+            child: name("l", i),
+            origin: Isometry3::translation(0.5, 0.0, 0.0),
+            axis: Vector3::y(),
+            position_limit: None,
+            velocity_limit: None,
+            mimics: None,
+        };
+        let spring = |i: usize| ElasticJoint {
+            joint: name("j", i),
+            stiffness: stiffness[i - 1],
+            is_linear: false,
+            std: None,
+            damping: None,
+        };
+        let correction = |cause, at: &str, parameter: &str, value| Correction {
+            cause,
+            at: Some(at.to_owned()),
+            parameters: vec![(parameter.to_owned(), value)],
+            hinge: None,
+        };
+        Robot::new(&Description {
+            name: "arm".to_owned(),
+            links: (0..3).map(link).collect(),
+            joints: (1..3).map(joint).collect(),
+            base: None,
+            tip: None,
+            elastic_joints: (1..3).map(spring).collect(),
+            extra: Vec::new(),
+            default_damping_ratio: 0.02,
+            gravity_m_per_s2: Vector3::zeros(),
+            gravity_stiffness: false,
+            drives: Vec::new(),
+            payload: None,
+            beta1: None,
+            beta2: None,
+            calibration: None,
+            corrections: vec![
+                correction(Cause::PositionDependentStiffness, "j1", "cos_1", -0.6),
+                correction(Cause::JointCoupling, "j2", "ratio", 0.5),
+            ],
+        })
+        .unwrap()
+    }
+
+    /// Differences of solved frequencies: the square of one deflection misses what the spring feels
+    /// of the other joint.
+    #[test]
+    fn sensitivities_are_differences_where_springs_are_coupled_and_have_laws() {
+        const STEP: f64 = 1e-4;
+        let (own, q) = ([3e5, 1e5], [0.4, 0.7]);
+        let robot = coupled(own);
+        let mut solver = ModalSolver::new(&robot);
+        let modes = solver.solve(&q).unwrap().clone();
+        let parameters = all(&robot);
+        let found = ArmAtPose::new(&robot, &solver, &parameters).sensitivities(&modes);
+        for (p, parameter) in parameters.iter().enumerate() {
+            let Scales::Spring(i) = parameter.scales else { continue };
+            let ln_hz = |by: f64| {
+                let mut stiffness = own;
+                stiffness[i] *= by.exp();
+                Modes::at(&coupled(stiffness), &q).unwrap().natural_frequencies_hz
+            };
+            let (more, less) = (ln_hz(STEP), ln_hz(-STEP));
+            for (r, shares) in [0, 1].map(|r| (r, solver.strain_energy_shares(r))) {
+                let slope = (more[r] / less[r]).ln() / (2.0 * STEP);
+                assert!((found[(p, r)] - slope).abs() < 1e-7, "{i} {r}: {slope}");
+                assert!((0.5 * shares[i] - slope).abs() < 1e-7, "{i} {r}: {slope}");
+                assert!((shares.iter().sum::<f64>() - 1.0).abs() < 1e-12, "{shares:?}");
+            }
+        }
+    }
 
     /// Two degrees of freedom, M = [[3, 1], [1, 1]], K = diag(3, 1) (20π)², ln k independent with σ
     /// = 0.10 and 0.15. With t = k₂/k₁ the pencil is a quadratic in ω² with coefficients linear in
@@ -213,8 +312,8 @@ mod tests {
             mass: DMatrix::from_row_slice(2, 2, &[3.0, 1.0, 1.0, 1.0]),
             stiffness: DMatrix::from_diagonal(&DVector::from_vec(vec![3.0 * k, k])),
             parts: vec![
-                Part::Spring { at: 0, stiffness: 3.0 * k },
-                Part::Spring { at: 1, stiffness: k },
+                Part::Spring { felt: vec![(0, 1.0)], stiffness: 3.0 * k },
+                Part::Spring { felt: vec![(1, 1.0)], stiffness: k },
             ],
         };
         let std = [0.10, 0.15];
