@@ -40,7 +40,7 @@ fn learned(problem: &Problem<'_>, fit: &Fit<'_>) -> Option<Vec<LearnedDamping>> 
     let typical = median(measured().map(|(_, zeta)| zeta).collect())?;
     let mut description = problem.description.clone();
     description.corrections.extend(fit.hypothesis.corrections());
-    let robot = Robot::new(&description).ok()?;
+    let robot = Robot::of(description.clone())?;
     let energies = participation(problem.description, &fit.hypothesis, problem.data)?;
     let told: Vec<f64> = robot
         .coordinates()

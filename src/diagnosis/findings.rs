@@ -132,9 +132,12 @@ pub(super) fn corrections(data: &Data, fit: &Fit<'_>) -> Vec<Correction> {
                 certainty.is_informed || !expects_none
             })
             .collect();
+        // A correction that says nothing would be refused.
+        let says_nothing = !informed.contains(&true);
         let mut informed = informed.into_iter();
-        correction.parameters.retain(|_| informed.next().unwrap_or(true));
+        correction.parameters.retain(|_| informed.next().unwrap_or(true) || says_nothing);
         centred(correction, data);
+        ascending(correction);
     }
     corrections
 }
@@ -152,7 +155,21 @@ fn centred(correction: &mut Correction, data: &Data) {
             let temperatures = conditions.filter_map(|c| c.temperature_c).collect();
             ("change_per_k", "reference_c", REFERENCE_TEMPERATURE_C, median(temperatures))
         }
-        _ => return,
+        Cause::JointStiffness
+        | Cause::LinkInertia
+        | Cause::ComOffset
+        | Cause::JointZeroOffset
+        | Cause::Payload
+        | Cause::BaseCompliance
+        | Cause::TransverseCompliance
+        | Cause::LinkFlexibility
+        | Cause::DriveInertia
+        | Cause::LoadDependentStiffness
+        | Cause::GravityStiffness
+        | Cause::AliasedMode
+        | Cause::MissedMode
+        | Cause::PositionDependentStiffness
+        | Cause::JointCoupling => return,
     };
     let (Some(change), Some(typical)) = (correction.value(change), typical) else { return };
     if correction.value(reference).is_some() {
@@ -162,6 +179,31 @@ fn centred(correction: &mut Correction, data: &Data) {
     correction.parameters.retain(|(name, _)| name != "factor");
     correction.parameters.push(("factor".to_owned(), factor));
     correction.parameters.push((reference.to_owned(), typical));
+}
+
+/// The three slopes of a gear with their torques in ascending order: the same law, as the slope
+/// between the torques is the sum of the outer ones less that of the file.
+fn ascending(correction: &mut Correction) {
+    /// The law itself takes no spring to zero.
+    const LEAST: f64 = 0.02;
+    let names = ["torque_1_nm", "torque_2_nm"];
+    let [Some(first), Some(second)] = names.map(|name| correction.value(name)) else { return };
+    if first <= second {
+        return;
+    }
+    let own = |name: &str| correction.value(name).unwrap_or(1.0);
+    let [factor, below, above] = ["factor", "ratio_1", "ratio_3"].map(own);
+    let between = (below + above - 1.0).max(LEAST);
+    let values = [
+        ("factor", factor * between),
+        ("ratio_1", below / between),
+        ("ratio_3", above / between),
+        ("torque_1_nm", second),
+        ("torque_2_nm", first),
+    ];
+    correction.parameters.retain(|(name, _)| values.iter().all(|(of, _)| of != name));
+    let values = values.into_iter().map(|(name, value)| (name.to_owned(), value));
+    correction.parameters.extend(values);
 }
 
 /// A choice with those of its causes alone that `keep` marks, fitted again; `None` if none is.
@@ -282,4 +324,47 @@ pub(super) fn next(
         }
     }
     (poses, tests)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::fit::tests::arm;
+    use super::*;
+    use crate::model::Robot;
+    use crate::modes::Modes;
+
+    /// A fit may end with the torques in either order; a file with the second below the first is
+    /// refused. The frequencies are those of the law as it was fitted.
+    #[test]
+    fn torques_in_order_are_the_same_law() {
+        let fitted = [
+            ("factor", 0.9),
+            ("ratio_1", 0.7),
+            ("ratio_3", 1.4),
+            ("torque_1_nm", 120.0),
+            ("torque_2_nm", 60.0),
+        ];
+        let mut correction = Correction {
+            cause: Cause::LoadDependentStiffness,
+            at: Some("j2".to_owned()),
+            parameters: fitted.map(|(name, value)| (name.to_owned(), value)).to_vec(),
+            hinge: None,
+        };
+        let with = |correction: &Correction| {
+            let mut description = arm();
+            description.corrections.push(correction.clone());
+            description
+        };
+        assert!(Robot::new(&with(&correction)).is_err());
+        let before = Robot::of(with(&correction)).unwrap();
+        ascending(&mut correction);
+        let after = Robot::new(&with(&correction)).unwrap();
+        for i in 0..13 {
+            let q = [0.0, 0.25 * f64::from(i), 0.3];
+            let [a, b] = [&before, &after].map(|robot| Modes::at(robot, &q).unwrap());
+            for (a, b) in a.natural_frequencies_hz.iter().zip(&b.natural_frequencies_hz) {
+                assert!((a / b - 1.0).abs() < 1e-9, "{i}: {a} {b}");
+            }
+        }
+    }
 }

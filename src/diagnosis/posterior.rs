@@ -175,7 +175,7 @@ fn prior(description: &Description, corrections: &[Correction]) -> Option<Vec<Le
     let plain = Robot::new(description).ok()?;
     let mut corrected = description.clone();
     corrected.corrections.extend_from_slice(corrections);
-    let robot = Robot::new(&corrected).ok()?;
+    let robot = Robot::of(corrected)?;
     let is_corrected = |kind: ParameterKind, at: &str| {
         let by = |cause: Cause| {
             corrections.iter().any(|c| c.cause == cause && c.at.as_deref() == Some(at))
@@ -201,21 +201,32 @@ fn prior(description: &Description, corrections: &[Correction]) -> Option<Vec<Le
 
 /// Per column of the table, whether the instrument shows it otherwise than the arm has it.
 fn of_instrument(chosen: &Fit<'_>) -> impl Fn(usize) -> bool + use<> {
-    let effects = chosen.hypothesis.effects.iter();
-    let modes: Vec<(Cause, usize)> = effects
-        .filter(|(candidate, _)| candidate.cause.is_of_the_instrument())
-        .filter_map(|(candidate, _)| {
-            let mode: usize = candidate.at.as_deref()?.parse().ok()?;
-            Some((candidate.cause, mode.checked_sub(1)?))
-        })
-        .collect();
-    // An aliased frequency may stand in any column; where a mode is missed the next ones move up.
-    move |column| {
-        modes.iter().any(|&(cause, mode)| match cause {
-            Cause::MissedMode => column >= mode,
-            _ => true,
-        })
-    }
+    let from = chosen.hypothesis.effects.iter().filter_map(|(candidate, _)| {
+        let mode: usize = candidate.at.as_deref()?.parse().ok()?;
+        match candidate.cause {
+            // An aliased frequency may stand in any column.
+            Cause::AliasedMode => Some(0),
+            // Where a mode is missed the next ones move up.
+            Cause::MissedMode => mode.checked_sub(1),
+            Cause::JointStiffness
+            | Cause::LinkInertia
+            | Cause::ComOffset
+            | Cause::JointZeroOffset
+            | Cause::Payload
+            | Cause::BaseCompliance
+            | Cause::TransverseCompliance
+            | Cause::LinkFlexibility
+            | Cause::DriveInertia
+            | Cause::LoadDependentStiffness
+            | Cause::AmplitudeDependence
+            | Cause::TemperatureDrift
+            | Cause::GravityStiffness
+            | Cause::PositionDependentStiffness
+            | Cause::JointCoupling => None,
+        }
+    });
+    let first = from.min();
+    move |column| first.is_some_and(|first| column >= first)
 }
 
 /// Residuals and slopes of the points at the parameters as learned so far.

@@ -208,7 +208,13 @@ impl Files<'_> {
             Part::Drive(name) => yaml(&[Key("drives"), Key(name), Key(key)]),
             Part::Payload => yaml(&[Key("payload"), Key(body_key)]),
             Part::ArmAngle(angle) => yaml(&[Key("arm_angles"), Key(angle), Key(key)]),
-            Part::Correction(index) => yaml(&[Key("corrections"), Index(*index)]),
+            Part::Correction(index) => {
+                let own = [Key("corrections"), Index(*index)];
+                // A parameter's name, or a key of the correction itself.
+                let found = self.tree.at(&own).and_then(|own| own.get(key)).is_some();
+                let steps = if found { &[Key(key)][..] } else { &[Key("parameters"), Key(key)] };
+                if key.is_empty() { yaml(&own) } else { yaml(&[&own[..], steps].concat()) }
+            }
             _ => yaml(&[]),
         }
     }

@@ -16,6 +16,7 @@ mod vibration;
 mod advise;
 mod bad_input;
 mod check;
+mod corrections;
 mod deflection;
 mod diagnose;
 mod doubts;

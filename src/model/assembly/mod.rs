@@ -34,10 +34,22 @@ impl Robot {
         if description.corrections.is_empty() && !learned {
             return Builder::new(description).build();
         }
-        description.corrected().and_then(|corrected| Builder::new(&corrected).build()).map_err(
+        let mut faults = description.correction_faults();
+        let built = description.corrected().and_then(|corrected| {
+            if !faults.is_empty() {
+                return Err(Vec::new());
+            }
+            let robot = Builder::new(&corrected).build()?;
+            let misplaced = misplaced(description, robot.coordinates());
+            if misplaced.is_empty() { Ok(robot) } else { Err(misplaced) }
+        });
+        built.map_err(|errors| {
+            let known: Vec<_> = faults.iter().map(|fault| fault.place.part.clone()).collect();
+            faults.extend(errors.into_iter().filter(|error| !known.contains(&error.place.part)));
             // Errors of the files themselves are reported in their terms.
-            |errors| Builder::new(description).build().err().unwrap_or(errors),
-        )
+            let bare = Description { corrections: Vec::new(), ..description.clone() };
+            Builder::new(&bare).build().err().unwrap_or(faults)
+        })
     }
 
     /// The model of a description that nobody needs any more; `None` if there is none.
@@ -423,12 +435,39 @@ fn carriers(nodes: &[Node], coordinates: &[Coordinate]) -> Vec<Vec<usize>> {
 fn couplings(description: &Description, coordinates: &[Coordinate]) -> Vec<Coupling> {
     let own = description.corrections.iter().filter(|c| c.cause == Cause::JointCoupling);
     own.filter_map(|correction| {
-        let at = correction.at.as_deref()?;
-        let own = coordinates.iter().position(|c| c.joint.is_some() && c.name == at)?;
-        let other = coordinates[..own].iter().rposition(|c| c.joint.is_some())?;
+        let [own, other] = coupled_at(correction.at.as_deref()?, coordinates)?;
         Some(Coupling { own, other, ratio: correction.value("ratio")? })
     })
     .collect()
+}
+
+/// Corrections at a place that the arm does not have: a coupling needs an elastic joint before its
+/// own, and a mode is one of the arm's.
+fn misplaced(description: &Description, coordinates: &[Coordinate]) -> Vec<Note> {
+    let modes = coordinates.len();
+    let is_mode = |at: &str| at.parse().is_ok_and(|mode: usize| (1..=modes).contains(&mode));
+    let mut faults = Vec::new();
+    for (index, correction) in description.corrections.iter().enumerate() {
+        let at = correction.at.as_deref().unwrap_or_default();
+        let expected = if correction.cause.is_of_the_instrument() && !is_mode(at) {
+            format!("the number of a mode, from 1 to {modes}")
+        } else if correction.cause == Cause::JointCoupling && coupled_at(at, coordinates).is_none()
+        {
+            "one elastic joint with another before it".to_owned()
+        } else {
+            continue;
+        };
+        let what = format!("at is '{at}', must be {expected}");
+        faults.push(Note::error(Code::Value, Place::key(Part::Correction(index), "at"), what));
+    }
+    faults
+}
+
+/// The coordinates of a joint's spring and of that of the elastic joint before.
+fn coupled_at(joint: &str, coordinates: &[Coordinate]) -> Option<[usize; 2]> {
+    let own = coordinates.iter().position(|c| c.joint.is_some() && c.name == joint)?;
+    let other = coordinates[..own].iter().rposition(|c| c.joint.is_some())?;
+    Some([own, other])
 }
 
 /// A few names for a message.

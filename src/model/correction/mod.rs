@@ -2,6 +2,7 @@
 //! applied before the model is built. What depends on the pose or on the conditions of a
 //! measurement becomes a law of the spring.
 
+mod checks;
 mod hinge;
 mod law;
 mod learned;
@@ -46,7 +47,15 @@ impl Correction {
                             spring.stiffness *= value(name).unwrap_or(1.0);
                         }
                     }
-                    (None, None) => Err("parameter 'stiffness_nm_per_rad' is missing")?,
+                    (None, None) => {
+                        let own = match joint(description, at).map(|joint| joint.kind) {
+                            Ok(JointKind::Prismatic) => "'stiffness_n_per_m' or 'factor'",
+                            Ok(_) => "'stiffness_nm_per_rad' or 'factor'",
+                            Err(_) if at == ALL_JOINTS => "'factor'",
+                            Err(what) => return Err(what),
+                        };
+                        return Err(format!("parameter {own} is missing"));
+                    }
                 }
             }
             Cause::LinkInertia => {
@@ -71,8 +80,10 @@ impl Correction {
             }
             Cause::JointZeroOffset => {
                 let offset = value("offset_rad").or(value("offset_m"));
-                let offset = offset.ok_or("parameter 'offset_rad' is missing")?;
                 let joint = joint(description, at)?;
+                let own =
+                    if joint.kind == JointKind::Prismatic { "offset_m" } else { "offset_rad" };
+                let offset = offset.ok_or_else(|| format!("parameter '{own}' is missing"))?;
                 joint.origin *= moved(joint, offset);
             }
             Cause::Payload => {
@@ -104,20 +115,23 @@ impl Correction {
                     }),
                 }
             }
-            Cause::LoadDependentStiffness
-            | Cause::AmplitudeDependence
-            | Cause::TemperatureDrift
-            | Cause::PositionDependentStiffness => {
+            Cause::LoadDependentStiffness => {
                 let _ = springs(description, at)?;
-                match self.cause {
-                    Cause::TemperatureDrift => needed("change_per_k")?,
-                    Cause::AmplitudeDependence if value("exponent").is_some() => 0.0,
-                    Cause::LoadDependentStiffness if value("torque_1_nm").is_some() => {
-                        needed("torque_2_nm")?
-                    }
-                    Cause::PositionDependentStiffness => 0.0,
-                    _ => needed("change_per_nm")?,
-                };
+                let has_steps = value("torque_1_nm").is_some();
+                needed(if has_steps { "torque_2_nm" } else { "change_per_nm" })?;
+            }
+            Cause::AmplitudeDependence => {
+                let _ = springs(description, at)?;
+                if value("exponent").is_none() {
+                    needed("change_per_nm")?;
+                }
+            }
+            Cause::TemperatureDrift => {
+                let _ = springs(description, at)?;
+                needed("change_per_k")?;
+            }
+            Cause::PositionDependentStiffness => {
+                let _ = springs(description, at)?;
             }
             Cause::JointCoupling => {
                 let _ = springs(description, at)?;
@@ -183,7 +197,19 @@ impl Correction {
                     ],
                 }
             }
-            _ => return None,
+            Cause::JointStiffness
+            | Cause::LinkInertia
+            | Cause::ComOffset
+            | Cause::JointZeroOffset
+            | Cause::Payload
+            | Cause::BaseCompliance
+            | Cause::TransverseCompliance
+            | Cause::LinkFlexibility
+            | Cause::DriveInertia
+            | Cause::GravityStiffness
+            | Cause::AliasedMode
+            | Cause::MissedMode
+            | Cause::JointCoupling => return None,
         };
         Some(law)
     }

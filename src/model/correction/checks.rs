@@ -1,0 +1,170 @@
+//! What makes no physical sense in a correction: units that are not the joint's, shares of springs
+//! below zero, laws that cannot be. What a diagnosis writes passes, whatever its signs.
+
+use super::ALL_JOINTS;
+use crate::model::cause::Cause;
+use crate::model::description::{Correction, Description, JointKind};
+use crate::notes::{Code, Note, Part, Place};
+
+impl Description {
+    /// Every correction that makes no sense, each with the key at fault.
+    pub(in crate::model) fn correction_faults(&self) -> Vec<Note> {
+        let mut faults = Vec::new();
+        for (index, correction) in self.corrections.iter().enumerate() {
+            let mut check = Check { description: self, correction, found: Vec::new() };
+            check.run();
+            faults.extend(check.found.into_iter().map(|(key, what)| {
+                Note::error(Code::Value, Place::key(Part::Correction(index), key), what)
+            }));
+        }
+        faults
+    }
+}
+
+/// One correction, and the keys at fault with what is to be said of them.
+struct Check<'a> {
+    description: &'a Description,
+    correction: &'a Correction,
+    found: Vec<(&'static str, String)>,
+}
+
+impl Check<'_> {
+    fn run(&mut self) {
+        match self.correction.cause {
+            Cause::JointStiffness => {
+                self.fits_joint(["stiffness_nm_per_rad", "stiffness_n_per_m"]);
+                self.all_positive();
+            }
+            Cause::JointZeroOffset => self.fits_joint(["offset_rad", "offset_m"]),
+            Cause::LinkInertia | Cause::DriveInertia => {
+                let names = Correction::parameter_names(self.correction.cause);
+                names.iter().for_each(|name| self.not_negative(name));
+            }
+            Cause::Payload => self.not_negative("gyration_m"),
+            Cause::BaseCompliance | Cause::TransverseCompliance | Cause::LinkFlexibility => {
+                let names = Correction::parameter_names(self.correction.cause);
+                let scales = |name: &&&str| name.contains("stiffness") || name.contains("ratio");
+                names.iter().filter(scales).for_each(|name| self.positive(name));
+                self.share("position");
+            }
+            Cause::LoadDependentStiffness => {
+                self.turns("the law is of a torque");
+                let names = ["factor", "saturation_nm", "ratio_1", "ratio_3"];
+                names.into_iter().for_each(|name| self.positive(name));
+                self.positive("torque_1_nm");
+                self.not_negative("reference_nm");
+                let torques = ["torque_1_nm", "torque_2_nm"].map(|name| self.value(name));
+                if let [Some(first), Some(second)] = torques
+                    && (second.is_nan() || second <= first)
+                {
+                    let what =
+                        format!("torque_2_nm is {second}, must be above torque_1_nm, {first}");
+                    self.refuse("torque_2_nm", what);
+                }
+            }
+            Cause::AmplitudeDependence => {
+                self.positive("factor");
+                if self.value("exponent").is_some() {
+                    self.positive("reference_nm");
+                } else {
+                    self.not_negative("reference_nm");
+                }
+            }
+            Cause::TemperatureDrift => self.positive("factor"),
+            Cause::PositionDependentStiffness => {
+                self.turns("the law is a wave of its angle");
+                self.positive("factor");
+                if self.correction.parameters.is_empty() {
+                    let names = Correction::parameter_names(self.correction.cause).join(", ");
+                    self.refuse(
+                        "parameters",
+                        format!("has no parameters, must have one of {names}"),
+                    );
+                }
+            }
+            Cause::GravityStiffness => {
+                if let Some(at) = &self.correction.at {
+                    let what = format!("at is '{at}', must be absent: gravity pulls the whole arm");
+                    self.refuse("at", what);
+                }
+            }
+            Cause::AliasedMode => self.positive("sample_rate_hz"),
+            Cause::MissedMode => self.share("share"),
+            // Any value has a sense; the place of a coupling is held against the chain of joints.
+            Cause::ComOffset | Cause::JointCoupling => {}
+        }
+    }
+
+    fn value(&self, name: &str) -> Option<f64> {
+        self.correction.value(name)
+    }
+
+    fn refuse(&mut self, key: &'static str, what: String) {
+        self.found.push((key, what));
+    }
+
+    fn all_positive(&mut self) {
+        let names = Correction::parameter_names(self.correction.cause);
+        names.iter().for_each(|name| self.positive(name));
+    }
+
+    fn positive(&mut self, name: &'static str) {
+        if let Some(value) = self.value(name).filter(|value| value.is_nan() || *value <= 0.0) {
+            self.refuse(name, format!("{name} is {value}, must be positive"));
+        }
+    }
+
+    fn not_negative(&mut self, name: &'static str) {
+        if let Some(value) = self.value(name).filter(|value| value.is_nan() || *value < 0.0) {
+            self.refuse(name, format!("{name} is {value}, must not be negative"));
+        }
+    }
+
+    fn share(&mut self, name: &'static str) {
+        if let Some(value) = self.value(name).filter(|value| !(0.0..=1.0).contains(value)) {
+            self.refuse(name, format!("{name} is {value}, must be from 0 to 1"));
+        }
+    }
+
+    /// The names of the moving joints that the correction is about, each with whether it slides.
+    fn joints(&self) -> impl Iterator<Item = (&str, bool)> {
+        let at = self.correction.at.as_deref().unwrap_or_default();
+        let is_elastic =
+            |name: &str| self.description.elastic_joints.iter().any(|own| own.joint == name);
+        let joints = self.description.joints.iter().filter(|joint| joint.kind.moves());
+        joints
+            .filter(move |joint| joint.name == at || at == ALL_JOINTS && is_elastic(&joint.name))
+            .map(|joint| (joint.name.as_str(), joint.kind == JointKind::Prismatic))
+    }
+
+    /// The parameter of a joint that turns, or else of one that slides, is the other's.
+    fn fits_joint(&mut self, [of_turning, of_sliding]: [&'static str; 2]) {
+        let found: Vec<(&'static str, String)> = self
+            .joints()
+            .filter_map(|(joint, slides)| {
+                let (wrong, right, kind) = if slides {
+                    (of_turning, of_sliding, "is prismatic")
+                } else {
+                    (of_sliding, of_turning, "turns")
+                };
+                let value = self.value(wrong)?;
+                let what =
+                    format!("{wrong} is {value}, must be {right}, as joint '{joint}' {kind}");
+                Some((wrong, what))
+            })
+            .collect();
+        self.found.extend(found);
+    }
+
+    /// No joint that it is about slides.
+    fn turns(&mut self, why: &str) {
+        let sliding = self.joints().find(|(_, slides)| *slides);
+        let what = sliding.map(|(joint, _)| {
+            let at = self.correction.at.as_deref().unwrap_or_default();
+            format!("at is '{at}', must be a joint that turns, as {why}; '{joint}' slides")
+        });
+        if let Some(what) = what {
+            self.refuse("at", what);
+        }
+    }
+}
