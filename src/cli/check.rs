@@ -217,7 +217,10 @@ fn rendered(
             let pages: Vec<JobPage> = jobs.iter().zip(arms).map(page).collect();
             report::job::jobs(&pages).map_err(|error| internal(&error))
         }
-        Format::Plot => Ok(in_characters(&report::job::check_plots(jobs), sink)),
+        Format::Plot => {
+            let plots = in_characters(&report::job::check_plots(jobs), sink);
+            Ok(report::job::head_of_plots(jobs) + &plots)
+        }
     }
 }
 

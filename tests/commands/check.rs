@@ -12,13 +12,11 @@ use std::process::{Output, Stdio};
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::program::{code, command, err, out, repository, run};
+use crate::program::{FORMATS, code, command, err, out, repository, run};
 
 const RESONANT_RPM: f64 = 780.0;
 const UNCERTAIN_RPM: f64 = 990.0;
 const CLEAR_RPM: f64 = 1200.0;
-
-const FORMATS: [&str; 5] = ["text", "json", "sarif", "junit", "github"];
 
 /// A folder with jobs for the two-link arm.
 struct Bench {
@@ -146,6 +144,13 @@ fn several_jobs_come_in_the_order_given() {
         arguments[2] = format;
         assert_eq!(bench.run(&arguments).stdout, bench.run(&arguments).stdout, "{format}");
     }
+}
+
+#[test]
+fn the_tests_know_every_format() {
+    let ran = Bench::new().run(&["check", "clear.yaml", "--format", "none"]);
+    let listed = format!("[possible values: {}]", FORMATS.join(", "));
+    assert!(err(&ran).contains(&listed), "FORMATS of program.rs lacks one: {}", err(&ran));
 }
 
 #[test]

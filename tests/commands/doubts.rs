@@ -11,7 +11,7 @@ use detune::units::Date;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::program::{code, err, flat, json, out, repository, run};
+use crate::program::{FORMATS, code, err, flat, json, out, repository, run};
 
 const STEADY: &str = "G0 X0 Y0 Z0\nG1 X240 F400\nY40\nX0\n";
 const MOVES_RAIL: &str = "G0 X0 Y0 Z0\nG1 X240 F400\nY40 E100\nX0\n";
@@ -230,7 +230,7 @@ fn a_crossing_is_accepted_by_its_mode() {
 #[test]
 fn warnings_can_be_denied_and_the_output_is_written_all_the_same() {
     let bench = Bench::new(MOVES_RAIL, &policy(""));
-    for format in ["text", "json", "sarif", "junit", "github"] {
+    for format in FORMATS {
         let ran = bench.check(&["--deny-warnings", "--format", format, "--fail-on", "never"]);
         assert_eq!(code(&ran), 1, "{format}");
         assert_eq!(out(&ran), out(&bench.check(&["--format", format, "--fail-on", "never"])));
@@ -268,6 +268,8 @@ fn a_verdict_about_nothing_fails_in_every_output() {
             ("junit", "type=\"unchecked\""),
             ("sarif", "\"ruleId\": \"unchecked\""),
             ("github", "detune check: job.yaml unchecked"),
+            ("gitlab", "\"check_name\": \"unchecked\""),
+            ("html", "class=\"verdict unchecked\""),
         ] {
             let ran = bench.check(&["--format", format]);
             assert_eq!(code(&ran), 1, "{format}: {}", out(&ran));

@@ -10,7 +10,7 @@ use std::process::Output;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::program::{code, err, json, out, repository, run};
+use crate::program::{FORMATS, code, err, json, out, repository, run};
 
 struct Bench(TempDir);
 
@@ -142,10 +142,21 @@ fn the_command_line_s_policy_wins_and_every_output_says_so() {
     assert_eq!(checked["jobs"][0]["separation_percent"], 20.0);
     let set = serde_json::json!(["separation_percent=20", "model_uncertainty_percent=0"]);
     assert_eq!(checked["jobs"][0]["policy_overrides"], set);
-    for format in ["text", "sarif", "junit", "github"] {
-        let output = check(format);
-        assert!(out(&output).contains("--policy sets separation_percent=20"), "{format}");
+    for format in FORMATS.into_iter().filter(|format| *format != "json") {
+        let told = "--policy sets separation_percent=20, model_uncertainty_percent=0";
+        assert_eq!(out(&check(format)).matches(told).count(), 1, "{format}");
+        let plain = bench.run(&["check", "a.yaml", "--format", format]);
+        assert!(!out(&plain).contains("--policy"), "{format}");
     }
+    // As it is the same for all jobs, an entry of its own says it once, where nothing is found, too.
+    let clear = ["--policy", "separation_percent=1", "--policy", "model_uncertainty_percent=0"];
+    let clear = [&["check", "a.yaml", "a.yaml", "--format", "gitlab"][..], &clear].concat();
+    let entries = json(&bench.run(&clear));
+    assert_eq!(entries.as_array().map(Vec::len), Some(1), "{entries}");
+    assert_eq!(
+        (&entries[0]["check_name"], &entries[0]["severity"]),
+        (&"policy".into(), &"info".into())
+    );
     let advised = bench.run(&["advise", "a.yaml", "--policy", "separation_percent=20"]);
     assert!(out(&advised).contains("--policy sets separation_percent=20"), "{}", out(&advised));
     for wrong in ["separation_percent", "separation=5", "separation_percent=-1"] {

@@ -32,6 +32,10 @@ pub(crate) fn command_of(program: &Path, folder: &Path, arguments: &[&str]) -> C
     command
 }
 
+/// Every format of `detune check`.
+pub(crate) const FORMATS: [&str; 8] =
+    ["text", "json", "sarif", "junit", "github", "html", "gitlab", "plot"];
+
 pub(crate) fn run(folder: &Path, arguments: &[&str]) -> Output {
     command(folder, arguments).output().unwrap()
 }

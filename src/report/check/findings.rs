@@ -44,6 +44,36 @@ pub(in crate::report) struct Finding<'a> {
     pub others: Vec<Stretch<'a>>,
 }
 
+/// What a finding is to those who read it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::report) enum Class {
+    /// Certain, and not accepted.
+    Resonance,
+    /// Uncertain, and not accepted.
+    Uncertain,
+    /// The job accepts it, be it certain or not.
+    Accepted,
+}
+
+impl Finding<'_> {
+    /// What it is, with what the job accepts.
+    pub(in crate::report) fn class(&self) -> Class {
+        match (&self.worst.crossing.accepted, self.certainty) {
+            (None, Certainty::Certain) => Class::Resonance,
+            (None, Certainty::Uncertain) => Class::Uncertain,
+            (Some(_), _) => Class::Accepted,
+        }
+    }
+
+    /// The name of what it goes against, whether the job accepts it or not.
+    pub(in crate::report) fn rule(&self) -> &'static str {
+        match self.certainty {
+            Certainty::Certain => "resonance",
+            Certainty::Uncertain => "uncertain",
+        }
+    }
+}
+
 /// The crossings of an operation without those that flank another, the most severe first: certain
 /// before uncertain, then the closest (to a tenth of a percent, as it is shown), then the one that
 /// moves the tool tip most, then the first along the path.

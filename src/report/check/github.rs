@@ -4,12 +4,11 @@
 
 use std::path::Path;
 
-use super::findings::{Finding, findings};
+use super::findings::{Class, Finding, findings};
 use super::operation::{CheckedOperation, operations};
 use super::sentences;
 use crate::notes::{Note, Severity};
 use crate::report::{paths, words};
-use crate::risk::Certainty;
 use crate::study::check::CheckedJob;
 use crate::wording::{printable, visible};
 
@@ -32,7 +31,7 @@ pub fn check(jobs: &[CheckedJob], root: &Path) -> String {
         .collect();
     let mut text = String::new();
     let warnings = jobs.iter().flat_map(|job| &job.risk.warnings);
-    for warning in warnings.filter(|w| w.leaves_doubt() || w.is_accepted_doubt()) {
+    for warning in warnings.filter(|w| w.counts()) {
         let level = match (warning.is_open_breach(), warning.leaves_doubt()) {
             (true, _) => "error",
             (false, true) => "warning",
@@ -84,10 +83,10 @@ const LEVELS: [(&str, &str); 3] =
     [("error", "resonance"), ("warning", "possible resonance"), ("notice", "accepted")];
 
 fn level_of(finding: &Finding<'_>) -> (&'static str, &'static str) {
-    match (&finding.worst.crossing.accepted, finding.certainty) {
-        (None, Certainty::Certain) => LEVELS[0],
-        (None, Certainty::Uncertain) => LEVELS[1],
-        (Some(_), _) => LEVELS[2],
+    match finding.class() {
+        Class::Resonance => LEVELS[0],
+        Class::Uncertain => LEVELS[1],
+        Class::Accepted => LEVELS[2],
     }
 }
 

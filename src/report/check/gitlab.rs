@@ -1,17 +1,17 @@
 //! The report of GitLab's code quality widget: a finding is an entry, with a fingerprint by which it
-//! is the same finding in the next run.
+//! is the same finding in the next run. The format has no other place than entries, so what the run
+//! sets of the policy is one, at the first job.
 
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::findings::findings;
+use super::findings::{Class, findings};
 use super::identity::{self, digest};
 use super::operation::operations;
 use super::sentences;
 use crate::notes::Code;
-use crate::report::paths;
-use crate::risk::Certainty;
+use crate::report::{paths, words};
 use crate::study::check::CheckedJob;
 
 /// The results of `detune check` as GitLab's code quality report. `home` names a file as the
@@ -53,15 +53,15 @@ pub fn check(
         for operation in operations(job) {
             for finding in findings(&operation) {
                 let crossing = finding.worst.crossing;
-                let (check_name, severity) = match finding.certainty {
-                    Certainty::Certain => ("resonance", "critical"),
-                    Certainty::Uncertain => ("uncertain", "minor"),
-                };
                 entries.push(Entry {
                     description: sentences::finding(&operation, &finding),
-                    check_name,
+                    check_name: finding.rule(),
                     fingerprint: digest(&identity::of_finding(&operation, &finding, home)),
-                    severity: if crossing.accepted.is_some() { "info" } else { severity },
+                    severity: match finding.class() {
+                        Class::Resonance => "critical",
+                        Class::Uncertain => "minor",
+                        Class::Accepted => "info",
+                    },
                     location: Location {
                         path: path(&operation.lines_file()),
                         lines: Lines { begin: crossing.from_line },
@@ -70,6 +70,14 @@ pub fn check(
             }
         }
     }
+    let policy = jobs.iter().find_map(|job| Some((job, words::overrides(&job.overrides)?)));
+    entries.extend(policy.map(|(job, description)| Entry {
+        description,
+        check_name: "policy",
+        fingerprint: digest(&identity::of_policy(job, home)),
+        severity: "info",
+        location: Location { path: path(&job.file), lines: Lines { begin: 1 } },
+    }));
     Ok(serde_json::to_string_pretty(&entries)? + "\n")
 }
 

@@ -7,7 +7,7 @@ use super::findings::Finding;
 use super::operation::CheckedOperation;
 use crate::notes::Code;
 use crate::report::{paths, words};
-use crate::risk::{Certainty, Warning};
+use crate::risk::Warning;
 use crate::study::check::CheckedJob;
 use crate::wording::printable;
 
@@ -17,12 +17,8 @@ pub(super) fn of_finding(
     finding: &Finding<'_>,
     home: &dyn Fn(&Path) -> PathBuf,
 ) -> String {
-    let rule = match finding.certainty {
-        Certainty::Certain => "resonance",
-        Certainty::Uncertain => "uncertain",
-    };
     [
-        rule.to_owned(),
+        finding.rule().to_owned(),
         paths::uri(&home(&operation.job.file)),
         printable(&operation.risk.name),
         format!("mode {}", finding.mode),
@@ -40,6 +36,11 @@ pub(super) fn of_doubt(
     let rule = if warning.note.code == Code::NothingChecked { "unchecked" } else { "doubt" };
     let about = printable(warning.operation.as_deref().unwrap_or_default());
     [rule, &paths::uri(&home(&job.file)), &about, warning.note.code.name()].join("|")
+}
+
+/// Of what the run sets of the policy.
+pub(super) fn of_policy(job: &CheckedJob, home: &dyn Fn(&Path) -> PathBuf) -> String {
+    ["policy", &paths::uri(&home(&job.file))].join("|")
 }
 
 /// FNV-1a with 64 bits (Fowler, Noll, Vo): short, the same on every machine and in every version.

@@ -75,9 +75,7 @@ fn headline(risk: &OperationRisk, findings: usize) -> String {
 fn described(operation: &CheckedOperation<'_>) -> Vec<String> {
     let file = paths::slashed(&operation.lines_file());
     let doubts = operation.job.risk.warnings.iter();
-    let doubts = doubts.filter(|w| {
-        (w.leaves_doubt() || w.is_accepted_doubt()) && w.is_about(&operation.risk.name)
-    });
+    let doubts = doubts.filter(|w| w.counts() && w.is_about(&operation.risk.name));
     let doubts = doubts.map(|warning| {
         let place = printable(&warning.note.place.to_string());
         format!("{place}: {}", sentences::doubt(warning))

@@ -13,7 +13,7 @@ use super::check::findings::findings;
 use super::check::operation::CheckedOperation;
 use super::json::{NotFinite, laid_out};
 use super::page::{self, Slider};
-use crate::report::Plot;
+use crate::report::{Plot, words};
 use crate::risk::OperationRisk;
 use crate::study::advise::AdvisedJob;
 use crate::study::arm::{Arm, MovingArm, Place, Surface};
@@ -116,6 +116,12 @@ pub fn check_plots(jobs: &[CheckedJob]) -> Vec<Plot> {
         }
     }
     plots
+}
+
+/// What a run sets of the policy, as a line above the plots; empty where it sets nothing.
+pub fn head_of_plots(jobs: &[CheckedJob]) -> String {
+    let given = jobs.iter().find_map(|job| words::overrides(&job.overrides));
+    given.map_or_else(String::new, |given| format!("{given}\n\n"))
 }
 
 /// What the script of the page works with.

@@ -55,6 +55,7 @@ pub(super) fn job(job: &JobPage, drawn: &[usize]) -> String {
     facts.push(("model", sentences::model(checked)));
     facts.push(("payload", words::carried(checked.risk.payload)));
     facts.extend(checked.settings.as_ref().map(|own| ("settings", words::settings(own))));
+    facts.extend(words::overrides(&checked.overrides).map(|own| ("policy", own)));
     facts.push(("next", check_text::next(checked).to_owned()));
     html + &page::facts(&facts)
 }
