@@ -11,7 +11,7 @@ use super::likelihood::noise;
 use super::noise::shape_of;
 use super::problem::{Evaluation, Problem};
 use super::screen::Screen;
-use crate::model::{Cause, Description};
+use crate::model::Description;
 
 /// Log evidence that a cause costs against another shape of the noise: there are many to choose
 /// from.
@@ -168,10 +168,9 @@ impl<'c> Question<'_, 'c> {
     /// The best model without laws of conditions, which may rise with the rows as a hall warms up:
     /// a drift may be all that there is. `None` if it has no such law.
     fn without_laws_of_conditions(&self, data: &Data, choice: &Choice<'c>) -> Option<Fit<'c>> {
-        let of_conditions = [Cause::TemperatureDrift, Cause::AmplitudeDependence];
         let mut hypothesis = choice.best.fit.hypothesis.clone();
         let count = hypothesis.effects.len();
-        hypothesis.effects.retain(|(candidate, _)| !of_conditions.contains(&candidate.cause));
+        hypothesis.effects.retain(|(candidate, _)| !candidate.cause.is_of_conditions());
         let problem = Problem { description: self.description, data };
         (hypothesis.effects.len() < count).then(|| problem.optimise(hypothesis)).flatten()
     }

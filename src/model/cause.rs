@@ -93,7 +93,46 @@ impl Cause {
 
     /// Whether the instrument is at fault and not the robot's model.
     pub fn is_of_the_instrument(self) -> bool {
-        matches!(self, Self::AliasedMode | Self::MissedMode)
+        match self {
+            Self::AliasedMode | Self::MissedMode => true,
+            Self::JointStiffness
+            | Self::LinkInertia
+            | Self::ComOffset
+            | Self::JointZeroOffset
+            | Self::Payload
+            | Self::BaseCompliance
+            | Self::TransverseCompliance
+            | Self::LinkFlexibility
+            | Self::DriveInertia
+            | Self::LoadDependentStiffness
+            | Self::AmplitudeDependence
+            | Self::TemperatureDrift
+            | Self::GravityStiffness
+            | Self::PositionDependentStiffness
+            | Self::JointCoupling => false,
+        }
+    }
+
+    /// Whether it depends on what a measurement was made under, beside the pose.
+    pub fn is_of_conditions(self) -> bool {
+        match self {
+            Self::AmplitudeDependence | Self::TemperatureDrift => true,
+            Self::JointStiffness
+            | Self::LinkInertia
+            | Self::ComOffset
+            | Self::JointZeroOffset
+            | Self::Payload
+            | Self::BaseCompliance
+            | Self::TransverseCompliance
+            | Self::LinkFlexibility
+            | Self::DriveInertia
+            | Self::LoadDependentStiffness
+            | Self::GravityStiffness
+            | Self::AliasedMode
+            | Self::MissedMode
+            | Self::PositionDependentStiffness
+            | Self::JointCoupling => false,
+        }
     }
 }
 

@@ -38,51 +38,42 @@ pub struct CauseText {
 
 /// Every candidate of every cause for an arm.
 pub(super) fn candidates(arm: &Arm<'_>) -> Vec<Candidate> {
-    Cause::ALL.into_iter().flat_map(|cause| candidates_of(cause, arm)).collect()
-}
-
-fn candidates_of(cause: Cause, arm: &Arm<'_>) -> Vec<Candidate> {
-    match cause {
-        Cause::JointStiffness => joint_stiffness::candidates(arm),
-        Cause::LinkInertia => link_inertia::candidates(arm),
-        Cause::ComOffset => com_offset::candidates(arm),
-        Cause::JointZeroOffset => joint_zero_offset::candidates(arm),
-        Cause::Payload => payload::candidates(arm),
-        Cause::BaseCompliance => base_compliance::candidates(arm),
-        Cause::TransverseCompliance => transverse_compliance::candidates(arm),
-        Cause::LinkFlexibility => link_flexibility::candidates(arm),
-        Cause::DriveInertia => drive_inertia::candidates(arm),
-        Cause::LoadDependentStiffness => load_dependent_stiffness::candidates(arm),
-        Cause::AmplitudeDependence => amplitude_dependence::candidates(arm),
-        Cause::TemperatureDrift => temperature_drift::candidates(arm),
-        Cause::GravityStiffness => gravity_stiffness::candidates(arm),
-        Cause::AliasedMode => aliased_mode::candidates(arm),
-        Cause::MissedMode => missed_mode::candidates(arm),
-        Cause::PositionDependentStiffness => position_dependent_stiffness::candidates(arm),
-        Cause::JointCoupling => joint_coupling::candidates(arm),
-    }
+    Cause::ALL.into_iter().flat_map(|cause| of(cause).1(arm)).collect()
 }
 
 /// The text for `cause`.
 pub fn cause_text(cause: Cause) -> CauseText {
+    of(cause).0
+}
+
+/// What people read about a cause, and where it can sit in an arm.
+fn of(cause: Cause) -> (CauseText, fn(&Arm<'_>) -> Vec<Candidate>) {
     match cause {
-        Cause::JointStiffness => joint_stiffness::TEXT,
-        Cause::LinkInertia => link_inertia::TEXT,
-        Cause::ComOffset => com_offset::TEXT,
-        Cause::JointZeroOffset => joint_zero_offset::TEXT,
-        Cause::Payload => payload::TEXT,
-        Cause::BaseCompliance => base_compliance::TEXT,
-        Cause::TransverseCompliance => transverse_compliance::TEXT,
-        Cause::LinkFlexibility => link_flexibility::TEXT,
-        Cause::DriveInertia => drive_inertia::TEXT,
-        Cause::LoadDependentStiffness => load_dependent_stiffness::TEXT,
-        Cause::AmplitudeDependence => amplitude_dependence::TEXT,
-        Cause::TemperatureDrift => temperature_drift::TEXT,
-        Cause::GravityStiffness => gravity_stiffness::TEXT,
-        Cause::AliasedMode => aliased_mode::TEXT,
-        Cause::MissedMode => missed_mode::TEXT,
-        Cause::PositionDependentStiffness => position_dependent_stiffness::TEXT,
-        Cause::JointCoupling => joint_coupling::TEXT,
+        Cause::JointStiffness => (joint_stiffness::TEXT, joint_stiffness::candidates),
+        Cause::LinkInertia => (link_inertia::TEXT, link_inertia::candidates),
+        Cause::ComOffset => (com_offset::TEXT, com_offset::candidates),
+        Cause::JointZeroOffset => (joint_zero_offset::TEXT, joint_zero_offset::candidates),
+        Cause::Payload => (payload::TEXT, payload::candidates),
+        Cause::BaseCompliance => (base_compliance::TEXT, base_compliance::candidates),
+        Cause::TransverseCompliance => {
+            (transverse_compliance::TEXT, transverse_compliance::candidates)
+        }
+        Cause::LinkFlexibility => (link_flexibility::TEXT, link_flexibility::candidates),
+        Cause::DriveInertia => (drive_inertia::TEXT, drive_inertia::candidates),
+        Cause::LoadDependentStiffness => {
+            (load_dependent_stiffness::TEXT, load_dependent_stiffness::candidates)
+        }
+        Cause::AmplitudeDependence => {
+            (amplitude_dependence::TEXT, amplitude_dependence::candidates)
+        }
+        Cause::TemperatureDrift => (temperature_drift::TEXT, temperature_drift::candidates),
+        Cause::GravityStiffness => (gravity_stiffness::TEXT, gravity_stiffness::candidates),
+        Cause::AliasedMode => (aliased_mode::TEXT, aliased_mode::candidates),
+        Cause::MissedMode => (missed_mode::TEXT, missed_mode::candidates),
+        Cause::PositionDependentStiffness => {
+            (position_dependent_stiffness::TEXT, position_dependent_stiffness::candidates)
+        }
+        Cause::JointCoupling => (joint_coupling::TEXT, joint_coupling::candidates),
     }
 }
 

@@ -2,8 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use schemars::JsonSchema;
+use schemars::{JsonSchema, Schema};
 use serde::Deserialize;
+
+use crate::model::Cause;
 
 /// A robot: its URDF, and what a URDF does not state.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
@@ -244,11 +246,8 @@ pub(in crate::input) struct Inertia {
 #[serde(deny_unknown_fields)]
 #[schemars(extend("x-noun" = "correction"))]
 pub(in crate::input) struct Correction {
-    /// What was wrong: joint_stiffness, link_inertia, com_offset, joint_zero_offset, payload,
-    /// base_compliance, transverse_compliance, link_flexibility, drive_inertia,
-    /// load_dependent_stiffness, amplitude_dependence, temperature_drift, gravity_stiffness,
-    /// aliased_mode, missed_mode, position_dependent_stiffness or joint_coupling.
-    #[schemars(required, extend("examples" = ["payload"]))]
+    /// What was wrong
+    #[schemars(required, extend("examples" = ["payload"]), transform = with_causes)]
     pub(in crate::input) cause: Option<String>,
     /// The joint, link or mode that it is about; absent for gravity_stiffness.
     #[schemars(extend("examples" = ["tool0"]))]
@@ -275,6 +274,15 @@ pub(in crate::input) struct Correction {
     pub(in crate::input) table: Option<String>,
     /// Where it comes from.
     pub(in crate::input) note: Option<String>,
+}
+
+/// The names of all causes behind a description.
+fn with_causes(schema: &mut Schema) {
+    let names = Cause::ALL.map(Cause::name);
+    let [others @ .., last] = &names;
+    let head = schema.get("description").and_then(|text| text.as_str()).unwrap_or_default();
+    let text = format!("{head}: {} or {last}.", others.join(", "));
+    schema.insert("description".to_owned(), text.into());
 }
 
 /// Angles of the two-link model.
