@@ -14,7 +14,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, OnceLock};
 use std::thread;
 
+use detune::diagnosis::cause_text;
 use detune::job::Acceptable;
+use detune::model::Cause;
 use detune::notes::Code;
 use detune::report::schema;
 use serde_json::Value;
@@ -151,6 +153,28 @@ fn shows(shown: &str, printed: &str) -> bool {
     lines(&shown.lines().collect::<Vec<_>>(), &printed.lines().collect::<Vec<_>>())
 }
 
+/// What puts right what is shown.
+const WRITES: &str = "`DETUNE_WRITE_PAGES=1 cargo test --test house pages` writes";
+
+/// The lines that only one of two texts has, between what they have in common at both ends.
+fn differing(shown: &str, printed: &str) -> String {
+    const MOST: usize = 20;
+    let texts = [shown, printed].map(|text| text.lines().collect::<Vec<_>>());
+    let [shown, printed] = &texts;
+    let pairs = shown.iter().zip(printed);
+    let head = pairs.take_while(|(a, b)| same_words(a, b)).count();
+    let pairs = shown[head..].iter().rev().zip(printed[head..].iter().rev());
+    let tail = pairs.take_while(|(a, b)| same_words(a, b)).count();
+    let part = |sign: &str, text: &[&str]| {
+        let own = &text[head..text.len() - tail];
+        let lines = own.iter().take(MOST).map(|line| format!("{sign} {line}\n"));
+        let more = own.len().saturating_sub(MOST);
+        let more = (more > 0).then(|| format!("{sign} … and {more} lines more\n"));
+        lines.chain(more).collect::<String>()
+    };
+    part("-", shown) + &part("+", printed)
+}
+
 fn copy(from: &Path, to: &Path) {
     fs::create_dir_all(to).unwrap();
     for entry in fs::read_dir(from).unwrap() {
@@ -258,10 +282,13 @@ fn pages_show_what_is_printed() {
                     if is_to_be_written {
                         fs::write(root().join(name), with_outputs(page, &stale)).unwrap();
                     } else {
+                        let shown = |line: &usize| {
+                            let mut blocks = blocks(page).into_iter();
+                            blocks.find(|block| block.line == *line).unwrap().text
+                        };
                         wrong.extend(stale.iter().map(|(line, printed)| {
-                            format!(
-                                "{name}:{line}: what is printed is not what is shown\n{printed}"
-                            )
+                            let lines = differing(shown(line).trim_end(), printed);
+                            format!("{name}:{line}: not what is printed; {WRITES} it\n{lines}")
                         }));
                     }
                     let mut all = all.lock().unwrap();
@@ -342,8 +369,38 @@ fn words(root: &Value, schema: &Value, key: &str, names: &mut BTreeSet<String>) 
     inner.into_iter().for_each(|inner| words(root, inner, key, names));
 }
 
+/// Every cause is a row of the guide's table, with what it is confounded with, and the README has
+/// their number.
+#[test]
+fn the_guide_lists_every_cause() {
+    let page = fs::read_to_string(root().join("src/guide/diagnosis.md")).unwrap();
+    let (_, causes) = page.split_once("\n## Causes\n").unwrap();
+    let rows =
+        causes.lines().skip_while(|line| line.is_empty()).take_while(|line| !line.is_empty());
+    let cells = |row: &str| -> Vec<String> {
+        row.trim_matches('|').split('|').map(|cell| cell.trim().to_owned()).collect()
+    };
+    let listed: Vec<[String; 2]> = rows
+        .skip(2)
+        .map(|row| <[String; 4]>::try_from(cells(row)).unwrap())
+        .map(|[cause, _, _, confounded]| [cause, confounded])
+        .collect();
+    let known = |cause: Cause| [format!("`{cause}`"), cause_text(cause).confounded_with.to_owned()];
+    let known = Cause::ALL.map(known);
+    for (row, cause) in listed.iter().zip(&known) {
+        assert_eq!(row, cause, "a row of diagnosis.md and a cause, in the order of Cause::ALL");
+    }
+    assert_eq!(listed.len(), known.len(), "rows of diagnosis.md, and causes");
+    let numbers = ["sixteen", "seventeen", "eighteen", "nineteen", "twenty"];
+    let number = numbers.get(known.len() - 16).unwrap();
+    let readme = fs::read_to_string(root().join("README.md")).unwrap();
+    assert!(readme.contains(&format!("which of {number} causes")), "README.md: {number} causes");
+}
+
 #[test]
 fn outputs_are_compared_line_by_line() {
+    assert_eq!(differing("a\nb\nc\nd", "a\nx\nc\nd"), "- b\n+ x\n");
+    assert_eq!(differing("a\nd", "a\nb\nd 1.0"), "- d\n+ b\n+ d 1.0\n");
     assert!(shows("a 1.0\nb", "a 1.00000000001\nb"));
     assert!(!shows("a 1.0", "a 1.1"));
     assert!(!shows("a", "a\nb"));
