@@ -70,7 +70,7 @@
 //! | module | what lives there | may import | must never |
 //! |---|---|---|---|
 //! | [`cli`] | one file a verb: arguments, files, progress | `study`, `report` | decide anything that a library user would miss |
-//! | [`report`] | text, JSON, SARIF, JUnit, GitHub, GitLab, plots: pure functions from results | `study`, `advice`, `risk`, `diagnosis`, `map`, `process`, `identify`, `free_vibration`, `stability`, `excitation`, `job`, `formats` | call a function of another module |
+//! | [`report`] | text, JSON, tables, pages, plots and what build servers read: pure functions from results | `study`, `advice`, `risk`, `diagnosis`, `map`, `process`, `identify`, `free_vibration`, `stability`, `excitation`, `job`, `formats` | call a function of another module |
 //! | [`study`] | one function a verb: valid inputs → a result that holds all that is shown, and what is written back | `input`, `advice`, `risk`, `diagnosis`, `map`, `process`, `path`, `free_vibration`, `trace`, `identify`, `stability`, `excitation`, `job`, `uncertainty`, `modes`, `program`, `model`, `motion` | print, read or write files |
 //! | [`input`] | YAML, URDF, tables, records, videos → valid types, all faults with file and line | `job`, `program`, `trace`, `identify`, `model`, `motion`, `formats` | compute |
 //! | [`advice`] | safe speeds, the best of them, schedules, other levers, vibration of the tool tip | `risk`, `process`, `path`, `stability`, `excitation`, `job`, `uncertainty`, `modes`, `model`, `motion` | print |

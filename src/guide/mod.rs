@@ -24,7 +24,7 @@
 //! | [`development`] | how to add a cause, a dialect, a format, a verb; how to release |
 
 // Pages link to each other as files; the first definition of a link wins, so here they lead to
-// modules.
+// modules. Only the documentation holds the pages: an edit of one builds nothing else anew.
 macro_rules! pages {
     ($($page:ident)+) => { $(
         #[doc = "[jobs]: crate::guide::jobs"]
@@ -47,7 +47,7 @@ macro_rules! pages {
         #[doc = "[python]: crate::guide::python"]
         #[doc = "[development]: crate::guide::development"]
         #[doc = ""]
-        #[doc = include_str!(concat!(stringify!($page), ".md"))]
+        #[cfg_attr(doc, doc = include_str!(concat!(stringify!($page), ".md")))]
         pub mod $page {}
     )+ };
 }
