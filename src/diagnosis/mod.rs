@@ -45,8 +45,7 @@ mod without_cause;
 pub use causes::{CauseText, cause_text};
 pub use diagnose::{Settings, diagnose};
 pub use outcome::{
-    Diagnosis, Errors, Estimate, Evidence, Finding, Gain, LearnedDamping, Mirror, NextPose,
-    NextTest, NoiseFound, ResidualRow, Shape, Structure, Suspect, Symmetry, Untested, Verdict,
-    label,
+    CorrectedFrequency, Diagnosis, Errors, Estimate, Evidence, Finding, Gain, LearnedDamping,
+    Mirror, NextPose, NextTest, NoiseFound, ResidualRow, Shape, Structure, Suspect, Symmetry,
+    Untested, Verdict, WithoutCause, label,
 };
-pub use without_cause::{CorrectedFrequency, WithoutCause};

@@ -2,9 +2,10 @@
 
 use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
+use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::causes::CauseText;
-use super::without_cause::WithoutCause;
+use super::gaussian_process::{Predicted, Process};
 use crate::model::{Carries, Cause, Correction, Hinge, Posterior};
 use crate::notes::Note;
 use crate::units::written;
@@ -152,6 +153,40 @@ pub struct Gain {
     pub percent_points: f64,
     /// 95 % interval over resampled poses.
     pub ci95: [f64; 2],
+}
+
+/// A correction of the frequencies without a cause: one process a mode.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WithoutCause {
+    /// Root mean square error at states left out, %; the processes are fitted in each fold anew.
+    pub heldout_rms_percent: f64,
+    /// What that gains over the model as it is.
+    pub gain: Gain,
+    /// By mode; `None` where the table has too few frequencies of it.
+    #[serde(skip)]
+    pub(super) processes: Vec<Option<Process>>,
+}
+
+/// A frequency as a model with its correction has it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CorrectedFrequency {
+    /// Hz.
+    pub hz: f64,
+    /// 95 % interval of the frequency itself, without the noise of a measurement.
+    pub ci95_hz: [f64; 2],
+}
+
+impl WithoutCause {
+    /// What the correction makes of a frequency of the model in Hz: mode `mode` from 0 at joint
+    /// positions `q` in rad or m; `None` where the table has too little of that mode.
+    pub fn corrected(&self, mode: usize, q: &[f64], model_hz: f64) -> Option<CorrectedFrequency> {
+        let Predicted { mean, deviation, freedom } = self.processes.get(mode)?.as_ref()?.at(q);
+        let reach = StudentsT::new(0.0, 1.0, freedom).ok()?.inverse_cdf(0.975);
+        let hz = |ln: f64| model_hz * ln.exp();
+        let ends = [-reach, reach].map(|reach| hz(mean + reach * deviation));
+        Some(CorrectedFrequency { hz: hz(mean), ci95_hz: ends })
+    }
 }
 
 /// A measured frequency, what it was measured under, and what the models predict.

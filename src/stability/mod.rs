@@ -29,7 +29,7 @@
 //! Process damping, where a coefficient C is given: the flank of a tooth rubs on the wave of the
 //! surface, with a force against the speed ṙ of its tip along the direction of the chip,
 //! −C a ṙ / v, v the cutting speed (Tyler, Troutman & Schmitz, Precision Engineering 46, 2016, 65;
-//! so, too, Altintas, Eynian & Onozuka, CIRP Annals 57, 2008, 371). The friction of it along the cut
+//! so, too, Altintas, Eynian & Onozuka, CIRP Annals 57, 2008, 371). Its friction along the cut
 //! is left out.
 //!
 //! Left out: runout, and where the tool leaves the cut.
