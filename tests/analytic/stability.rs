@@ -360,7 +360,7 @@ fn process_damping_raises_the_limit_at_slow_speeds() {
         };
         of(&cut) / of(&slot(2))
     };
-    let (slow, fast) = (rise(2_500.0), rise(10_000.0));
-    println!("the limit rises {slow} times at 2500 rpm, {fast} times at 10000 rpm");
+    let (slow, fast) = (rise(2_000.0), rise(11_000.0));
+    println!("the limit rises {slow} times at 2000 rpm, {fast} times at 11000 rpm");
     assert!(slow > 2.0 && slow > 1.5 * fast && fast > 1.0, "{slow} {fast}");
 }
