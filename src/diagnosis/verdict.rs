@@ -70,7 +70,14 @@ impl Judged {
             common.max(drift_of(data, fit)) <= most
                 && worst.fold(0.0, f64::max) <= MAX_NOISE_OF_MODE.max(most)
         };
-        let is_noise = before.is_none() && is_small(&choice.baseline);
+        // A robust level knows nothing of the frequencies that are far off.
+        let largest = 2.0 * MAX_NOISE_OF_MODE.max(most);
+        let is_far_off = |mode: usize| {
+            let own = data.points.iter().zip(&choice.baseline.evaluation.innovations);
+            rms(own.filter(|(point, _)| point.column == mode).map(|(_, r)| r)) > largest
+        };
+        let is_noise =
+            before.is_none() && is_small(&choice.baseline) && !(0..data.columns).any(is_far_off);
         if choice.best.fit.hypothesis.effects.is_empty() {
             return Self { is_noise, causes: None, after: before.clone(), before };
         }
