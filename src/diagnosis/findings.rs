@@ -155,21 +155,8 @@ fn centred(correction: &mut Correction, data: &Data) {
             let temperatures = conditions.filter_map(|c| c.temperature_c).collect();
             ("change_per_k", "reference_c", REFERENCE_TEMPERATURE_C, median(temperatures))
         }
-        Cause::JointStiffness
-        | Cause::LinkInertia
-        | Cause::ComOffset
-        | Cause::JointZeroOffset
-        | Cause::Payload
-        | Cause::BaseCompliance
-        | Cause::TransverseCompliance
-        | Cause::LinkFlexibility
-        | Cause::DriveInertia
-        | Cause::LoadDependentStiffness
-        | Cause::GravityStiffness
-        | Cause::AliasedMode
-        | Cause::MissedMode
-        | Cause::PositionDependentStiffness
-        | Cause::JointCoupling => return,
+        // No other law depends on conditions ([`Cause::changes`]).
+        _ => return,
     };
     let (Some(change), Some(typical)) = (correction.value(change), typical) else { return };
     if correction.value(reference).is_some() {

@@ -208,21 +208,7 @@ fn of_instrument(chosen: &Fit<'_>) -> impl Fn(usize) -> bool + use<> {
             Cause::AliasedMode => Some(0),
             // Where a mode is missed the next ones move up.
             Cause::MissedMode => mode.checked_sub(1),
-            Cause::JointStiffness
-            | Cause::LinkInertia
-            | Cause::ComOffset
-            | Cause::JointZeroOffset
-            | Cause::Payload
-            | Cause::BaseCompliance
-            | Cause::TransverseCompliance
-            | Cause::LinkFlexibility
-            | Cause::DriveInertia
-            | Cause::LoadDependentStiffness
-            | Cause::AmplitudeDependence
-            | Cause::TemperatureDrift
-            | Cause::GravityStiffness
-            | Cause::PositionDependentStiffness
-            | Cause::JointCoupling => None,
+            _ => None,
         }
     });
     let first = from.min();

@@ -91,10 +91,9 @@ impl Cause {
         Self::ALL.into_iter().find(|cause| cause.name() == name)
     }
 
-    /// Whether the instrument is at fault and not the robot's model.
-    pub fn is_of_the_instrument(self) -> bool {
+    /// What it changes: what a new cause needs beside its parameters follows from that.
+    pub fn changes(self) -> Changes {
         match self {
-            Self::AliasedMode | Self::MissedMode => true,
             Self::JointStiffness
             | Self::LinkInertia
             | Self::ComOffset
@@ -104,36 +103,39 @@ impl Cause {
             | Self::TransverseCompliance
             | Self::LinkFlexibility
             | Self::DriveInertia
-            | Self::LoadDependentStiffness
-            | Self::AmplitudeDependence
-            | Self::TemperatureDrift
             | Self::GravityStiffness
-            | Self::PositionDependentStiffness
-            | Self::JointCoupling => false,
+            | Self::JointCoupling => Changes::Arm,
+            Self::LoadDependentStiffness | Self::PositionDependentStiffness => {
+                Changes::SpringByPose
+            }
+            Self::AmplitudeDependence | Self::TemperatureDrift => Changes::SpringByConditions,
+            Self::AliasedMode | Self::MissedMode => Changes::Instrument,
         }
+    }
+
+    /// Whether the instrument is at fault and not the robot's model.
+    pub fn is_of_the_instrument(self) -> bool {
+        self.changes() == Changes::Instrument
     }
 
     /// Whether it depends on what a measurement was made under, beside the pose.
     pub fn is_of_conditions(self) -> bool {
-        match self {
-            Self::AmplitudeDependence | Self::TemperatureDrift => true,
-            Self::JointStiffness
-            | Self::LinkInertia
-            | Self::ComOffset
-            | Self::JointZeroOffset
-            | Self::Payload
-            | Self::BaseCompliance
-            | Self::TransverseCompliance
-            | Self::LinkFlexibility
-            | Self::DriveInertia
-            | Self::LoadDependentStiffness
-            | Self::GravityStiffness
-            | Self::AliasedMode
-            | Self::MissedMode
-            | Self::PositionDependentStiffness
-            | Self::JointCoupling => false,
-        }
+        self.changes() == Changes::SpringByConditions
     }
+}
+
+/// What a cause changes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Changes {
+    /// The arm as it is described.
+    Arm,
+    /// A spring, by a law of the pose ([`super::Correction`] makes it).
+    SpringByPose,
+    /// A spring, by a law of what a measurement was made under; a diagnosis centres it on the
+    /// table.
+    SpringByConditions,
+    /// What the instrument shows, and nothing of the arm.
+    Instrument,
 }
 
 impl fmt::Display for Cause {

@@ -21,7 +21,7 @@ mod posterior;
 mod robot;
 mod tip;
 
-pub use cause::Cause;
+pub use cause::{Cause, Changes};
 pub use correction::{
     ALL_JOINTS, Conditions, REFERENCE_TEMPERATURE_C, SPRING_RATIOS, StiffnessLaw,
 };

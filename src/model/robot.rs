@@ -336,20 +336,8 @@ impl Robot {
             !at.is_some_and(|at| match correction.cause {
                 Cause::Payload => true,
                 Cause::LinkInertia | Cause::ComOffset => is_massless(at),
-                Cause::JointStiffness
-                | Cause::JointZeroOffset
-                | Cause::BaseCompliance
-                | Cause::TransverseCompliance
-                | Cause::LinkFlexibility
-                | Cause::DriveInertia
-                | Cause::LoadDependentStiffness
-                | Cause::AmplitudeDependence
-                | Cause::TemperatureDrift
-                | Cause::GravityStiffness
-                | Cause::AliasedMode
-                | Cause::MissedMode
-                | Cause::PositionDependentStiffness
-                | Cause::JointCoupling => false,
+                // What a tool or load is heavy by, and nothing else, goes with it.
+                _ => false,
             })
         });
         if description.corrections.len() < own.corrections.len()
