@@ -23,7 +23,7 @@ use crate::truth::case::{Case, Order, Scenario, Strength};
 use crate::truth::confusion::Bar;
 use crate::truth::effects::{BEYOND, VOCABULARY};
 use crate::truth::robots::Family;
-use crate::truth::run::{Settings, judge_all};
+use crate::truth::run::{Settings, judge, judge_all};
 
 const FAMILIES: [Family; 4] =
     [Family::SixAxis, Family::Planar { links: 2 }, Family::Planar { links: 3 }, Family::Sweep];
@@ -199,4 +199,21 @@ fn effects_beyond_the_vocabulary_are_unexplained() {
         orders.extend(run.orders(Scenario::Beyond(kind), Strength::Plain, turn));
     }
     run.judge("Effects beyond the vocabulary", orders, &bars::BEYOND);
+}
+
+/// Causes may take a good part of what they have no word for; what they leave is still too large for
+/// noise.
+#[test]
+fn what_causes_leave_is_not_explained_where_it_is_too_large_for_noise() {
+    let order = Order {
+        family: Family::Planar { links: 2 },
+        scenario: Scenario::Beyond("hysteresis"),
+        strength: Strength::Plain,
+        poses: [16, 44],
+        seed: 5,
+    };
+    let case = Case::draw(order).unwrap();
+    let score = judge(&case, tempfile::tempdir().unwrap().path(), false).unwrap();
+    assert!(score.held_out_over_noise > 2.0, "{}", score.held_out_over_noise);
+    assert_ne!(score.verdict, "explained");
 }

@@ -88,3 +88,13 @@ fn effects_of_real_form_are_named() {
         assert!(short.is_empty(), "{}", short.join("; "));
     }
 }
+
+/// A base whose mode enters in four rows of a table: a robust level of noise does not see them, and
+/// 11 % is no noise of a hammer.
+#[test]
+fn a_model_with_frequencies_far_off_is_not_consistent() {
+    let case = Case::draw("base3", 42).unwrap();
+    let score = judge(&case, tempfile::tempdir().unwrap().path()).unwrap();
+    assert!(score.held_out_over_noise > 5.0, "{}", score.held_out_over_noise);
+    assert_ne!(score.verdict, "consistent");
+}

@@ -12,13 +12,13 @@ use crate::truth::run::{detune, map, map_columns};
 
 #[derive(Debug, Clone, Default)]
 pub(super) struct Score {
-    verdict: String,
+    pub(super) verdict: String,
     findings: Vec<String>,
     /// Finding or its group names a hidden cause.
     first: bool,
     named: bool,
     spurious: usize,
-    held_out_over_noise: f64,
+    pub(super) held_out_over_noise: f64,
     /// Error of the written robot at fresh poses over the noise of the table.
     fresh_over_noise: f64,
     /// Fresh frequencies within twice the held-out error, of how many.
