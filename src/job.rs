@@ -326,6 +326,18 @@ pub struct Cutting {
     pub process_damping_n_per_m: f64,
 }
 
+impl Cutting {
+    /// The hole, where the tool drills.
+    pub fn drill(&self) -> Option<Drill> {
+        match self.direction {
+            CuttingDirection::Drill(drill) => Some(drill),
+            CuttingDirection::Climb | CuttingDirection::Conventional | CuttingDirection::Slot => {
+                None
+            }
+        }
+    }
+}
+
 /// Cutting and edge coefficients of the mechanistic force model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CuttingCoefficients {

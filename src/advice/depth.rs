@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::speeds::SafeSet;
-use crate::job::{CuttingDirection, Operation, SpindleSpeed};
+use crate::job::{Cutting, Operation, SpindleSpeed};
 use crate::notes::Note;
 use crate::path::Path;
 use crate::process::{
@@ -95,9 +95,9 @@ impl<'a> DepthModel<'a> {
 
     /// What its limits bound.
     pub(super) fn limit_of(&self) -> LimitOf {
-        match self.operation.cutting.as_ref().map(|cutting| cutting.direction) {
-            Some(CuttingDirection::Drill(_)) => LimitOf::WidthOfCut,
-            _ => LimitOf::AxialDepth,
+        match self.operation.cutting.as_ref().and_then(Cutting::drill) {
+            Some(_) => LimitOf::WidthOfCut,
+            None => LimitOf::AxialDepth,
         }
     }
 

@@ -5,7 +5,7 @@ use super::cutting::MillingForce;
 use super::drilling::{DrillingForce, Lips};
 use super::engagement::{Engagement, ForceHarmonic};
 use super::material::coefficients;
-use crate::job::{Cutting, CuttingCoefficients, CuttingDirection, Tool};
+use crate::job::{Cutting, CuttingCoefficients, Tool};
 
 /// The force of one cutter in one cut.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,22 +21,17 @@ impl ForceModel {
     /// of a drill, or the cutter's diameter is wanted and missing; or a drill has unlike lips and
     /// nothing but its thrust is known.
     pub fn new(tool: &Tool, cutting: &Cutting) -> Option<Self> {
-        match (coefficients(cutting), cutting.direction) {
-            (Some(coefficients), _) => Self::with(tool, cutting, coefficients),
-            (None, CuttingDirection::Drill(drill)) => {
-                DrillingForce::new(tool, drill, None).map(Self::Drilling)
-            }
-            (None, _) => None,
+        match coefficients(cutting) {
+            Some(coefficients) => Self::with(tool, cutting, coefficients),
+            None => DrillingForce::new(tool, cutting.drill()?, None).map(Self::Drilling),
         }
     }
 
     /// The same with other coefficients than the cut's.
     pub fn with(tool: &Tool, cutting: &Cutting, coefficients: CuttingCoefficients) -> Option<Self> {
-        match cutting.direction {
-            CuttingDirection::Drill(drill) => {
-                DrillingForce::new(tool, drill, Some(coefficients)).map(Self::Drilling)
-            }
-            _ => MillingForce::with(tool, cutting, coefficients).map(Self::Milling),
+        match cutting.drill() {
+            Some(drill) => DrillingForce::new(tool, drill, Some(coefficients)).map(Self::Drilling),
+            None => MillingForce::with(tool, cutting, coefficients).map(Self::Milling),
         }
     }
 
@@ -82,9 +77,9 @@ pub fn linear_at(
     cutting: &Cutting,
     feed_per_tooth_m: f64,
 ) -> Option<CuttingCoefficients> {
-    let chip_m = match cutting.direction {
-        CuttingDirection::Drill(drill) => Lips::new(tool, drill)?.chip_m(feed_per_tooth_m),
-        _ => Engagement::new(cutting, tool.diameter_m)?.mean_chip_m(feed_per_tooth_m),
+    let chip_m = match cutting.drill() {
+        Some(drill) => Lips::new(tool, drill)?.chip_m(feed_per_tooth_m),
+        None => Engagement::new(cutting, tool.diameter_m)?.mean_chip_m(feed_per_tooth_m),
     };
     Some(linear_about(&coefficients(cutting)?, chip_m))
 }

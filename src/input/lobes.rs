@@ -6,7 +6,7 @@ use super::Reading;
 use super::files::MAX_ROBOT_BYTES;
 use super::job::cutter::{
     coefficients, direction, drill_fault, needs_width, process_damping_n_per_m, tip_modes, tool,
-    undamped,
+    undamped, undamped_without_diameter, unused_key,
 };
 use super::kind::{FileKind, document_of};
 use super::raw::{job, lobes as raw};
@@ -81,8 +81,8 @@ fn tip_cut(raw: &raw::Lobes, tree: &Node, notes: &mut Notes) -> Option<TipCut> {
         let what = format!("cutting.{what}");
         notes.warning(Code::Unused, key("process_damping_n_per_mm"), what);
     }
-    if raw.process_damping_n_per_mm.is_some_and(|c| c > 0.0) && tool.diameter_m.is_none() {
-        let what = "cutting.process_damping_n_per_mm needs tool.diameter_mm, for the cutting speed";
+    let damping = raw.process_damping_n_per_mm;
+    if let Some(what) = undamped_without_diameter(damping, "tool", &tool) {
         notes.error(Code::MissingKey, key("process_damping_n_per_mm"), what);
     }
     let drills = matches!(named, job::Direction::Drill);
@@ -91,7 +91,7 @@ fn tip_cut(raw: &raw::Lobes, tree: &Node, notes: &mut Notes) -> Option<TipCut> {
         ("pilot_diameter_mm", !drills && raw.pilot_diameter_mm.is_some()),
     ] {
         if is_unused {
-            notes.warning(Code::Unused, key(at), unused(at, drills));
+            notes.warning(Code::Unused, key(at), unused_key(at, drills));
         }
     }
     if let (Some(depth_mm), Some(diameter_m)) = (raw.radial_depth_mm, tool.diameter_m)
@@ -129,10 +129,4 @@ fn tip_cut(raw: &raw::Lobes, tree: &Node, notes: &mut Notes) -> Option<TipCut> {
         process_damping_n_per_m: damping,
     };
     Some(TipCut { modes, tool, cutting })
-}
-
-/// A key that the direction of the cut leaves without effect.
-fn unused(key: &str, drills: bool) -> String {
-    let whose = if drills { "a drill has none" } else { "it is for direction: drill" };
-    format!("cutting.{key} has no effect: {whose}")
 }

@@ -1,6 +1,6 @@
 //! What a move does to the work.
 
-use crate::job::{CuttingDirection, Operation};
+use crate::job::Operation;
 use crate::path::{Feed, MoveKind, Path};
 
 /// A move faster than this many times the operation's feed is taken for one in the air.
@@ -36,11 +36,7 @@ const MIN_INTO_WORK: f64 = 0.999_847_7;
 
 /// How the drill of an operation moves; `None` of one that mills.
 pub fn drills(operation: &Operation, feed: &Feed) -> Option<DrillMove> {
-    let direction = operation.cutting.as_ref().map(|cutting| cutting.direction);
-    match direction {
-        Some(CuttingDirection::Drill(_)) => {}
-        _ => return None,
-    }
+    operation.cutting.as_ref()?.drill()?;
     Some(match feed.into_work {
         into if into >= MIN_INTO_WORK => DrillMove::Into,
         into if into <= -MIN_INTO_WORK => DrillMove::OutOf,

@@ -9,7 +9,7 @@ use super::limit_interval::{Spread, interval_m};
 use super::place_limit::{depth_m, exact, modes_of, zeroth};
 use super::tip::{Owner, TipMode, TipPlace};
 use crate::excitation::{Lips, linear_at};
-use crate::job::{Cutting, CuttingDirection, Operation};
+use crate::job::{Cutting, Operation};
 use crate::stability::{
     Chart, Cut, DEEPEST_M, Kind, Limit, LimitOf, Method, is_narrow, receptance_m_per_n,
 };
@@ -141,10 +141,7 @@ pub fn chatter(
         places.iter().map(|place| cut_at(operation, cutting, place)).collect();
     let cuts = cuts.filter(|cuts| !cuts.is_empty())?;
     let at: Vec<(&TipPlace, &Cut)> = places.iter().zip(&cuts).collect();
-    let drill = match cutting.direction {
-        CuttingDirection::Drill(drill) => Some(drill),
-        _ => None,
-    };
+    let drill = cutting.drill();
     let of = |(place, cut): &(&TipPlace, &Cut)| {
         (zeroth(place, cut, cutting.regenerates), Method::Zeroth)
     };

@@ -81,11 +81,7 @@ impl fmt::Display for NoForce {
 /// Why it is not known.
 pub fn force_of(operation: &Operation) -> Result<ForceModel, NoForce> {
     let cutting = operation.cutting.as_ref().ok_or(NoForce::NoCutting)?;
-    let drill = match cutting.direction {
-        CuttingDirection::Drill(drill) => drill.thrust_n,
-        _ => None,
-    };
-    match (coefficients(cutting), drill) {
+    match (coefficients(cutting), cutting.drill().and_then(|drill| drill.thrust_n)) {
         (Some(_), _) => {}
         (None, Some(_)) if is_unlike(&operation.tool) => return Err(NoForce::UnlikeLips),
         (None, Some(_)) => {}
@@ -157,6 +153,8 @@ pub struct DrillingAt {
     pub torque_nm: Option<f64>,
     /// How far the thrust moves the tip across the axis, m.
     pub skid_m: f64,
+    /// As in [`TipPlace`].
+    pub leaves_axis: bool,
 }
 
 /// The forces of a cut at one feed per tooth: mean and harmonics.
@@ -255,6 +253,7 @@ impl Effects {
             thrust_up_to_n: largest,
             torque_nm: force.torque_nm(place.feed_per_tooth_m),
             skid_m: moved.0.xy().norm(),
+            leaves_axis: place.leaves_axis,
         });
         let at = AtPlace {
             s: place.s,

@@ -44,6 +44,9 @@ pub struct TipPlace {
     /// speaks for air, nor in a plunge of a mill, whose force is taken for that of a cut to any
     /// side, nor where a drill moves across its axis, whose force is taken for that of drilling.
     pub is_sure: bool,
+    /// Whether a drill moves there across its axis at about the operation's feed: what it does to
+    /// the work is not known.
+    pub leaves_axis: bool,
 }
 
 /// Of places those at which the tool surely cuts; all where it does so nowhere.
@@ -94,14 +97,13 @@ pub fn tip_places(
         let teeth_per_s = hz_from_rpm(rpm) * f64::from(operation.tool.teeth);
         let feed_per_tooth_m = path.feed_m_per_s_at(at.s) / teeth_per_s;
         let chip_ratio = path.feed_m_per_s_at(at.s) / operation.feed_m_per_s;
-        let is_model = match drills(operation, &at.feed) {
-            Some(how) => how == DrillMove::Into,
-            None => at.feed.is_across,
-        };
-        let is_sure = is_model && in_work(operation, path, at.s) == InWork::Cuts;
+        let drills = drills(operation, &at.feed);
+        let is_model = drills.map_or(at.feed.is_across, |how| how == DrillMove::Into);
+        let cuts = in_work(operation, path, at.s) == InWork::Cuts;
+        let (is_sure, leaves_axis) = (is_model && cuts, drills == Some(DrillMove::Across) && cuts);
         let mut modes = arm_modes(at);
         modes.extend(&of_tool);
-        TipPlace { s: at.s, rpm, feed_per_tooth_m, chip_ratio, modes, is_sure }
+        TipPlace { s: at.s, rpm, feed_per_tooth_m, chip_ratio, modes, is_sure, leaves_axis }
     };
     let all = tip_modes_of_tool(path, &s)?;
     let sides = |at: &TipModes| {

@@ -12,7 +12,7 @@ use super::rules::Rules;
 use super::spindle_profile::SpindleProfile;
 use crate::excitation::Lips;
 use crate::excitation::{ExcitationLine, Source, WithoutOrder};
-use crate::job::{CuttingDirection, Job, Operation, Policy, SpindleSpeed};
+use crate::job::{Cutting, Job, Operation, Policy, SpindleSpeed};
 use crate::notes::{Code, Note, Place};
 use crate::path::Path;
 use crate::process::{
@@ -87,6 +87,9 @@ pub struct Drilling {
     /// Whether that is a lower bound: the chisel edge, which carries about half of the thrust or
     /// more, is not in it, so no limit is kept for sure.
     pub is_lower_bound: bool,
+    /// Whether it also moves across its axis at about the operation's feed: what that does to the
+    /// work is not known, so no limit is kept for sure.
+    pub leaves_axis: bool,
     /// The largest torque; null where it is not known. It moves nothing in this model.
     pub torque_nm: Option<f64>,
     /// Half of the point angle.
@@ -363,6 +366,7 @@ fn drilling(
         thrust_n: most(|at| at.thrust_n),
         thrust_up_to_n: up_to,
         is_lower_bound: force.is_lower_bound(),
+        leaves_axis: all.iter().filter_map(|at| at.drilling).any(|at| at.leaves_axis),
         torque_nm: skid.torque_nm.map(|_| most(|at| at.torque_nm.unwrap_or(0.0))),
         half_point_rad: force.lips().half_point_rad,
         is_point_angle_assumed: force.rests_on_assumed_point(),
@@ -472,8 +476,8 @@ pub(super) fn notes(job: &Job, operation: &Operation, cut: &Cut) -> Vec<Note> {
     }
     let keys: Vec<&str> = limits(&job.policy).map(|(quantity, _)| key(quantity)).collect();
     let keys = keys.join(" and ");
-    let (beyond, is_lower_bound) = match &cut.tool_tip {
-        Ok(tip) => (&tip.beyond, tip.drilling.is_some_and(|drilling| drilling.is_lower_bound)),
+    let tip = match &cut.tool_tip {
+        Ok(tip) => tip,
         Err(why) => {
             let what = format!("{keys} cannot be checked: {why}");
             return vec![about_operation(job, operation, Code::LimitUnchecked, what)];
@@ -484,30 +488,58 @@ pub(super) fn notes(job: &Job, operation: &Operation, cut: &Cut) -> Vec<Note> {
         for certainty in [Certainty::Certain, Certainty::Uncertain] {
             let of =
                 |excess: &&Excess| (excess.quantity, excess.certainty) == (quantity, certainty);
-            let own: Vec<&Excess> = beyond.iter().filter(of).collect();
+            let own: Vec<&Excess> = tip.beyond.iter().filter(of).collect();
             let worst = own.iter().max_by(|a, b| a.up_to_m.total_cmp(&b.up_to_m));
             if let Some(worst) = worst {
                 notes.push(told(job, operation, worst, own.len() - 1));
             }
         }
     }
-    if is_lower_bound {
-        let is_exceeded = |quantity: Quantity| {
-            beyond.iter().any(|of| (of.quantity, of.certainty) == (quantity, Certainty::Certain))
-        };
-        let open = limits(&job.policy).filter(|(quantity, _)| !is_exceeded(*quantity));
-        let keys: Vec<&str> = open.map(|(quantity, _)| key(quantity)).collect();
-        if !keys.is_empty() {
-            let what = format!(
-                "{} cannot be checked: the thrust by coefficients is a lower bound, as the chisel \
-                 edge is not in it; give cutting.thrust_n, or pilot_diameter_mm if there is a hole \
-                 of a quarter of the diameter or more",
-                keys.join(" and ")
-            );
-            notes.push(about_operation(job, operation, Code::LimitUnchecked, what));
-        }
-    }
+    notes.extend(
+        unchecked(job, tip)
+            .into_iter()
+            .map(|what| about_operation(job, operation, Code::LimitUnchecked, what)),
+    );
     notes
+}
+
+/// What of the limits cannot be held against a drill, unless they are exceeded anyway.
+fn unchecked(job: &Job, tip: &ToolTip) -> Vec<String> {
+    let Some(drilling) = &tip.drilling else { return Vec::new() };
+    let is_exceeded = |quantity: Quantity| {
+        let is_certain = |of: &Excess| of.certainty == Certainty::Certain;
+        tip.beyond.iter().any(|of| of.quantity == quantity && is_certain(of))
+    };
+    let cannot = |of: &[Quantity], why: &str| {
+        let open = limits(&job.policy)
+            .filter(|(quantity, _)| of.contains(quantity) && !is_exceeded(*quantity));
+        let keys: Vec<&str> = open.map(|(quantity, _)| key(quantity)).collect();
+        (!keys.is_empty()).then(|| format!("{} cannot be checked: {why}", keys.join(" and ")))
+    };
+    let all = [Quantity::Deflection, Quantity::Vibration];
+    let of_thrust = drilling.is_lower_bound.then(|| {
+        cannot(
+            &all,
+            "the thrust by coefficients is a lower bound, as the chisel edge is not in it; give \
+             cutting.thrust_n, or pilot_diameter_mm if there is a hole of a quarter of the \
+             diameter or more",
+        )
+    });
+    let of_moves = drilling.leaves_axis.then(|| {
+        cannot(
+            &all,
+            "the drill also moves across its axis at the operation's feed, and what that does to \
+             the work is not known; make it a rapid move, or an operation of its own",
+        )
+    });
+    let is_steady = tip.harmonics.is_empty();
+    let of_vibration = is_steady.then(|| {
+        cannot(
+            &[Quantity::Vibration],
+            "the thrust of a drill with even lips is steady, so what makes it vibrate is not known",
+        )
+    });
+    [of_thrust, of_moves, of_vibration].into_iter().flatten().flatten().collect()
 }
 
 /// A remark where the thrust of a drill, or the limit at which it chatters, rests on a point angle
@@ -515,9 +547,7 @@ pub(super) fn notes(job: &Job, operation: &Operation, cut: &Cut) -> Vec<Note> {
 pub(super) fn assumed(job: &Job, operation: &Operation, cut: &Cut) -> Option<Note> {
     let tip = cut.tool_tip.as_ref().ok()?;
     tip.drilling.filter(|drilling| drilling.is_point_angle_assumed)?;
-    let CuttingDirection::Drill(drill) = operation.cutting.as_ref()?.direction else {
-        return None;
-    };
+    let drill = operation.cutting.as_ref()?.drill()?;
     let what = assumed_point(&Lips::new(&operation.tool, drill)?);
     Some(about_operation(job, operation, Code::Assumed, what))
 }
@@ -561,12 +591,12 @@ fn told(job: &Job, operation: &Operation, excess: &Excess, more: usize) -> Note 
     };
     let unsure = match excess.certainty {
         Certainty::Uncertain if excess.largest_m > excess.limit_m => {
-            match operation.cutting.as_ref().map(|cutting| cutting.direction) {
-                Some(CuttingDirection::Drill(_)) => {
+            match operation.cutting.as_ref().and_then(Cutting::drill) {
+                Some(_) => {
                     ", if it drills there: a move across the axis, or at more than twice the \
                      operation's feed"
                 }
-                _ => {
+                None => {
                     ", if it cuts sideways there: a plunge, or a move at more than twice the \
                      operation's feed"
                 }

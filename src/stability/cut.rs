@@ -52,7 +52,7 @@ impl Cut {
         let even = || vec![TAU / f64::from(tool.teeth); tool.teeth as usize];
         let pitch_rad = tool.pitch_rad.clone().unwrap_or_else(even);
         let coefficients_n_per_m2 = own.cutting_n_per_m2();
-        if let CuttingDirection::Drill(drill) = cutting.direction {
+        if let Some(drill) = cutting.drill() {
             return Some(Self {
                 engagement: Engagement { entry_rad: 0.0, exit_rad: TAU },
                 pitch_rad,

@@ -47,6 +47,14 @@ impl LimitOf {
             Self::WidthOfCut => "width of cut",
         }
     }
+
+    /// The same beside what says that it is about a cut.
+    pub fn short_name(self) -> &'static str {
+        match self {
+            Self::AxialDepth => "depth",
+            Self::WidthOfCut => "width of cut",
+        }
+    }
 }
 
 /// How a cut becomes unstable.

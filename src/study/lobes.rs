@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::{Read, advise};
 use crate::excitation::{Lips, coefficients, linear_at};
 use crate::input::{FileKind, file_kind, read_tip_cut};
-use crate::job::{Cutting, CuttingDirection, Job, Operation, TipCut, Tool};
+use crate::job::{Cutting, Job, Operation, TipCut, Tool};
 use crate::notes::{Code, Note, Place};
 use crate::path::{self, tip_modes_of_tool};
 use crate::process::arm_modes;
@@ -175,10 +175,7 @@ pub fn lobes(subject: &Subject, request: &Request) -> Result<Lobes, Vec<Note>> {
                     modes feed each other, or take the key away";
         return Err(vec![usage("depth-mm", what.to_owned())]);
     }
-    let drill = match cutting.direction {
-        CuttingDirection::Drill(drill) => Some(drill),
-        _ => None,
-    };
+    let drill = cutting.drill();
     let method = match (request.depth_mm, cutting.regenerates) {
         (Some(_), _) => Method::Exact,
         (None, true) if drill.is_none() => request.method,

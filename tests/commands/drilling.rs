@@ -145,8 +145,6 @@ fn a_lower_bound_never_keeps_a_limit() {
         let (verdict, told) = job.under(1.0);
         assert_eq!(verdict, "resonance", "{told}");
         assert!(!told.contains("limit_unchecked"), "{told}");
-        let job = job.check(&["--policy", "max_vibration_um=1000000"]);
-        assert_eq!(job["verdict"], "uncertain", "{}", job["warnings"]);
     }
     let whole = Job::new(WHOLE, "", INTO);
     let ran = whole.run(&["check", "job.yaml", "--fail-on", "never"]);
@@ -176,6 +174,28 @@ fn only_moves_along_the_axis_into_the_work_drill() {
         let at = format!("[{x}, 40, -8]");
         assert_eq!(Job::new(STATED, "", [INTO[0], &at]).under(1.0).0, verdict, "{x}");
     }
+}
+
+/// What shakes a drill with even lips, or one that is moved across its axis, is not in the force: no
+/// limit of it is kept for sure.
+#[test]
+fn limits_of_what_is_not_known_are_unchecked() {
+    let vibration = ["--policy", "max_vibration_um=1000000"];
+    for cutting in [WHOLE, PILOT, STATED] {
+        let job = Job::new(cutting, "", INTO).check(&vibration);
+        let told = job["warnings"].to_string();
+        assert_eq!(job["verdict"], "uncertain", "{cutting}: {told}");
+        assert!(told.contains("limit_unchecked") && told.contains("even lips"), "{told}");
+    }
+    let unlike = Job::new(PILOT, ", runout: {offset_mm: 0.02}", INTO).check(&vibration);
+    assert_eq!(unlike["verdict"], "clear", "{}", unlike["warnings"]);
+
+    let across = Job::new(STATED, "", ACROSS);
+    assert_eq!(across.tip()["drilling"]["leaves_axis"], true);
+    let (verdict, told) = across.under(1e6);
+    assert_eq!(verdict, "uncertain", "{told}");
+    assert!(told.contains("limit_unchecked") && told.contains("across its axis"), "{told}");
+    assert_eq!(Job::new(STATED, "", INTO).tip()["drilling"]["leaves_axis"], false);
 }
 
 /// Even lips leave nothing that shakes; unlike ones a line of the spindle, which takes coefficients.

@@ -35,12 +35,10 @@ pub(in crate::identify) fn peaks(omega: &[f64], spectra: &[Vec<C64>]) -> Vec<Pol
     let is_peak = |&k: &usize| {
         let (top, reach) = (TOP * finest(k), REACH * finest(k));
         let near = &power[k.saturating_sub(top)..(k + top + 1).min(lines)];
-        let before = least(k.saturating_sub(reach), k.max(1));
-        let after = least((k + 1).min(lines - 1), (k + 1 + reach).min(lines));
         power[k] > LEAST
             && near.iter().all(|other| *other <= power[k])
-            && power[k] > FALL * before
-            && power[k] > FALL * after
+            && power[k] > FALL * least(k.saturating_sub(reach), k.max(1))
+            && power[k] > FALL * least((k + 1).min(lines - 1), (k + 1 + reach).min(lines))
     };
     let half_width = |k: usize| {
         let below = |other: &f64| *other < 0.5 * power[k];

@@ -175,6 +175,25 @@ pub(in crate::input) fn process_damping_n_per_m(n_per_mm: Option<f64>, raw: raw:
     n_per_mm.filter(|_| !drills).map_or(0.0, n_per_m_from_n_per_mm)
 }
 
+/// What is said of a key that another direction of the cut takes.
+pub(in crate::input) fn unused_key(key: &str, drills: bool) -> String {
+    let whose = if drills { "a drill has none" } else { "it is for direction: drill" };
+    format!("cutting.{key} has no effect: {whose}")
+}
+
+/// What is said of process damping without the diameter of the cutter `whose`, which it needs;
+/// `None` where it has it.
+pub(in crate::input) fn undamped_without_diameter(
+    n_per_mm: Option<f64>,
+    whose: &str,
+    tool: &Tool,
+) -> Option<String> {
+    n_per_mm.filter(|c| *c > 0.0 && tool.diameter_m.is_none())?;
+    Some(format!(
+        "cutting.process_damping_n_per_mm needs {whose}.diameter_mm, for the cutting speed"
+    ))
+}
+
 /// Why process damping has no effect on a cut, if it has none.
 pub(in crate::input) fn undamped(
     n_per_mm: Option<f64>,

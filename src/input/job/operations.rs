@@ -13,6 +13,7 @@ use super::super::waypoints::{OperationContext, PathMoves, joint_position};
 use super::Reader;
 use super::cutter::{
     coefficients, direction, drill_fault, needs_width, process_damping_n_per_m, undamped,
+    undamped_without_diameter, unused_key,
 };
 use super::speeds::Said;
 use super::stretches::{stretches, usual_feed_m_per_s};
@@ -325,8 +326,7 @@ impl<'j> Reader<'j> {
         let of_mill = ["radial_depth_mm", "axial_depth_mm"].map(|key| (key, drills));
         for (key, is_unused) in of_drill.into_iter().chain(of_mill) {
             if is_unused && !lacks(key) {
-                let whose = if drills { "a drill has none" } else { "it is for direction: drill" };
-                let what = format!("{called}: cutting.{key} has no effect: {whose}");
+                let what = format!("{called}: {}", unused_key(key, drills));
                 let line = node.line_at(&[Step::Key("cutting"), Step::Key(key)]);
                 self.notes.warning(Code::Unused, line, what);
             }
@@ -350,13 +350,9 @@ impl<'j> Reader<'j> {
             self.notes.error(code, line, format!("{called}: {what}"));
         }
         let damping = cutting.process_damping_n_per_mm;
-        let of_damping = [Step::Key("cutting"), Step::Key("process_damping_n_per_mm")];
-        if damping.is_some_and(|c| c > 0.0) && tool.diameter_m.is_none() {
-            let what = format!(
-                "{called}: cutting.process_damping_n_per_mm needs {whose}.diameter_mm, for the \
-                 cutting speed"
-            );
-            self.notes.error(Code::MissingKey, node.line_at(&of_damping), what);
+        if let Some(what) = undamped_without_diameter(damping, whose, tool) {
+            let at = [Step::Key("cutting"), Step::Key("process_damping_n_per_mm")];
+            self.notes.error(Code::MissingKey, node.line_at(&at), format!("{called}: {what}"));
         }
         let drills = matches!(named, raw::Direction::Drill);
         let depth_mm = cutting.radial_depth_mm.filter(|_| !drills);

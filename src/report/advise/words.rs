@@ -12,7 +12,6 @@ use crate::report::words::{
     is_uniform, line, percent, round_percent, significant, spelled, trimmed, um_per_n, uncertainty,
 };
 use crate::risk::Warning;
-use crate::stability::LimitOf;
 use crate::study::advise::AdvisedJob;
 use crate::units::{deg_from_rad, mm_from_m, percent_from_ratio, um_from_m, um_per_n_from_m_per_n};
 use crate::wording::printable;
@@ -158,10 +157,8 @@ fn constant_reason(job: &AdvisedJob, operation: &OperationAdvice, constant: &Con
         Objective::Highest => "the highest safe speed".to_owned(),
         Objective::Vibration => "the safe speed at which the tool tip vibrates least".to_owned(),
         Objective::Depth => {
-            let what = match operation.depth.as_ref().map(|depth| depth.limit_of) {
-                Some(LimitOf::WidthOfCut) => "width of cut",
-                _ => "depth",
-            };
+            let what = operation.depth.as_ref().map(|depth| depth.limit_of.short_name());
+            let what = what.unwrap_or("depth");
             format!("the safe speed at which the cut stays stable to the largest {what}")
         }
     };
@@ -322,10 +319,7 @@ pub(super) fn lever(lever: &Lever) -> String {
 
 /// When the cut chatters, with what that is about.
 pub(super) fn depth(depth: &Depth) -> String {
-    let limit_of = match depth.limit_of {
-        LimitOf::AxialDepth => "depth",
-        LimitOf::WidthOfCut => "width of cut",
-    };
+    let limit_of = depth.limit_of.short_name();
     let one = |at: &DepthAt| match at.smallest.and_then(|at| at.depth_m) {
         Some(limit) => {
             format!("from {:.3} mm of {limit_of} at {}", mm_from_m(limit), rpm(at.rpm))

@@ -3,7 +3,6 @@
 use crate::process::{Chatter, Seen};
 use crate::report::words;
 use crate::risk::{Drilling, OperationRisk, ToolTip};
-use crate::stability::LimitOf;
 use crate::units::{deg_from_rad, mm_from_m, percent_from_ratio, um_from_m};
 
 /// Labels and sentences on the tool tip and on stability; none where the cut is not known.
@@ -84,10 +83,7 @@ fn of_tip(tip: &ToolTip) -> String {
 }
 
 fn of_chatter(chatter: &Chatter) -> String {
-    let limit_of = match chatter.limit_of {
-        LimitOf::AxialDepth => "depth",
-        LimitOf::WidthOfCut => "width of cut",
-    };
+    let limit_of = chatter.limit_of.short_name();
     let depth = words::trimmed(mm_from_m(chatter.depth_m), 3);
     let whose = match chatter.modes {
         Seen::Arm => {

@@ -9,7 +9,6 @@ use crate::report::drawing::{
 };
 use crate::report::words;
 use crate::risk::{Certainty, Crossing, OperationRisk, TipAt};
-use crate::stability::LimitOf;
 use crate::study::arm::Place;
 use crate::units::{deg_from_rad, mm_from_m, um_from_m, um_per_n_from_m_per_n};
 
@@ -217,11 +216,10 @@ pub(in crate::report) fn limit_of_depth(risk: &OperationRisk) -> Option<Canvas> 
     let ends = chatter.smallest_ci95_m.map(|end| end.map(mm_from_m));
     let limits = points.iter().map(|point| point.1).filter(|mm| mm.is_finite());
     let scale = of_size(limits.chain(ends.into_iter().flatten()).chain([depth_mm]));
-    let (axis, own) = match chatter.limit_of {
-        LimitOf::AxialDepth => ("axial depth [mm]", "depth of the cut"),
-        LimitOf::WidthOfCut => ("width of cut [mm]", "width of the cut"),
-    };
-    let (mut canvas, panel) = panel(220.0, along(), Axis::new(axis, scale));
+    let limit_of = chatter.limit_of.name();
+    let axis = format!("{limit_of} [mm]");
+    let own = format!("{limit_of} that is cut");
+    let (mut canvas, panel) = panel(220.0, along(), Axis::new(&axis, scale));
     panel.axes(&mut canvas, true);
     let (colour, _) = curve_style(0);
     let limit = Stroke { colour, width: MODE, dashes: "" };
@@ -235,7 +233,7 @@ pub(in crate::report) fn limit_of_depth(risk: &OperationRisk) -> Option<Canvas> 
     canvas.border(panel.frame);
     let entries = [
         Entry::new(Swatch::Line(limit), "the cut chatters above"),
-        Entry::new(Swatch::Line(EXCITATION), own),
+        Entry::new(Swatch::Line(EXCITATION), &own),
         Entry::new(Swatch::Dot(INK), "smallest, with its interval"),
     ];
     row(&mut canvas, (panel.frame.right(), 16.0), &entries);

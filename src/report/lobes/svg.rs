@@ -3,7 +3,7 @@
 use crate::report::drawing::{
     Anchor, Axis, Canvas, Face, Frame, Panel, Scale, Stroke, bounds, curve_style,
 };
-use crate::study::lobes::{LimitOf, Lobes, Rows};
+use crate::study::lobes::{Lobes, Rows};
 use crate::units::mm_from_m;
 
 const WIDTH: f64 = 860.0;
@@ -18,10 +18,7 @@ struct Point {
 
 /// The limit and the frequency of the vibration over the speed, or the growth at a depth.
 pub fn lobes_drawing(lobes: &Lobes) -> Canvas {
-    let of = match lobes.limit_of {
-        LimitOf::AxialDepth => "axial depth [mm]",
-        LimitOf::WidthOfCut => "width of cut [mm]",
-    };
+    let limit = format!("{} [mm]", lobes.limit_of.name());
     let (points, names): (Vec<Point>, [&str; 2]) = match &lobes.rows {
         Rows::Limits(rows) => {
             let point = |row: &crate::study::lobes::LimitAt| Point {
@@ -29,7 +26,7 @@ pub fn lobes_drawing(lobes: &Lobes) -> Canvas {
                 above: row.limit.map(|limit| mm_from_m(limit.depth_m)),
                 below: row.limit.map(|limit| limit.frequency_hz),
             };
-            (rows.iter().map(point).collect(), [of, "chatter [Hz]"])
+            (rows.iter().map(point).collect(), [&limit, "chatter [Hz]"])
         }
         Rows::Radii(rows) => {
             let point = |row: &crate::study::lobes::RadiusAt| Point {
