@@ -252,7 +252,8 @@ def main():
                 per_turn = per_tooth ** text["tool"]["teeth"]
                 if abs(np.log(per_turn)) < 0.02:
                     continue
-                turns = int(np.clip(6 / abs(np.log(per_turn)), 12, 60))
+                # Shorter, and the beat of two modes passes for growth.
+                turns = int(np.clip(6 / abs(np.log(per_turn)), 12, 300))
                 seen = growth(text, rpm, depth_mm * 1e-3, turns)
                 unstable += per_turn > 1
                 if (seen > 1) != (per_turn > 1):

@@ -276,7 +276,7 @@ mod tests {
             };
             let force = ForceModel::new(&tool, &cutting).unwrap();
             let harmonics = force.harmonics(&orders_of(&force, &tool, rpm), 5e-5);
-            let seen = modes.map(|mode| TipMode { of: Owner::Tool, mode });
+            let seen = modes.map(|mode| TipMode { of: Owner::Tool, mode, turning: 0.0 });
             let found = amplitude(&seen, &harmonics, rpm);
             let expected = integrated(&force, &modes, rpm, 5e-5);
             let error = (found / expected - 1.0).abs();

@@ -19,8 +19,8 @@ use crate::units::Date;
 /// Compute the static deflection of the tool tip under gravity and under a force.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Of a job, along its paths, the force is the mean cutting force unless one is \
-    given.\n\nExamples:\n  \
+    after_help = "Of a job, along its paths, the force is the mean cutting force, with the torque of a \
+    drill, unless one is given.\n\nExamples:\n  \
     detune deflection robots/irb1600 --at joint_2=20 --force-n 0,0,-500\n  \
     detune deflection robot.yaml --grid joint_2=-60:90:16 --force-n 100,0,0 --format csv\n  \
     detune deflection jobs/pocket.yaml"
@@ -32,6 +32,9 @@ pub(super) struct DeflectionArgs {
     /// Force on the tool tip in the base frame, N.
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = three)]
     force_n: Option<[f64; 3]>,
+    /// Moment on the tool in the base frame, N m.
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = three)]
+    moment_nm: Option<[f64; 3]>,
     /// Of a robot: the tool tip in the frame of its tip link, m; its origin if absent.
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = three)]
     tcp_m: Option<[f64; 3]>,
@@ -82,6 +85,11 @@ pub(super) fn run(
         read(&robot_file(&args.subject), Date::of(SystemTime::now()));
     sink.refuse_inputs(files.iter().chain(&args.poses))?;
     shown.show(&warnings);
+    let load = Load {
+        force_n: args.force_n,
+        moment_nm: args.moment_nm,
+        tcp_m: args.tcp_m.unwrap_or_default(),
+    };
     let found = match &subject? {
         Subject::Job(job) => {
             for (name, is_given) in [
@@ -95,12 +103,9 @@ pub(super) fn run(
                     return Err(vec![Note::usage(what)].into());
                 }
             }
-            of_job(job, args.force_n)?
+            of_job(job, &load)?
         }
-        Subject::Robot(robot) => {
-            let load = Load { force_n: args.force_n, tcp_m: args.tcp_m.unwrap_or_default() };
-            of_robot(robot, source(args, robot)?, &load)?
-        }
+        Subject::Robot(robot) => of_robot(robot, source(args, robot)?, &load)?,
     };
     shown.show(&found.warnings);
     let text = match args.format {

@@ -33,7 +33,9 @@ pub struct Statics {
     pub sag_m: Vector3<f64>,
     /// Displacement of the tip for a force on it, m/N, both in the base frame.
     pub compliance_m_per_n: Matrix3<f64>,
-    /// The axes of its ellipsoid, softest first.
+    /// The same for a moment on it, 1/N.
+    pub compliance_m_per_nm: Matrix3<f64>,
+    /// The axes of the ellipsoid ellipsoid, of force and displacement, softest first.
     pub principal: [Principal; 3],
 }
 
@@ -52,10 +54,13 @@ impl Statics {
         elastic_jacobian(robot, placement, tcp_m, &mut jacobian);
         let moved = jacobian.fixed_rows::<3>(0);
         let sag_m: Vector3<f64> = moved * &sag;
+        let turned = jacobian.fixed_rows::<3>(3);
         let compliance: Matrix3<f64> = moved * factor.solve(&moved.transpose());
+        let compliance_m_per_nm = moved * factor.solve(&turned.transpose());
         let compliance_m_per_n = (compliance + compliance.transpose()) * 0.5;
         let principal = principal(&compliance_m_per_n)?;
-        Some(Self { sag: sag.as_slice().to_vec(), sag_m, compliance_m_per_n, principal })
+        let sag = sag.as_slice().to_vec();
+        Some(Self { sag, sag_m, compliance_m_per_n, compliance_m_per_nm, principal })
     }
 
     /// The same with what else gives way between arm and tip, m/N.

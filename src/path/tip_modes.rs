@@ -23,6 +23,8 @@ pub struct TipModes {
     /// J φ_r, the translational part: how each mode moves the tool centre point, in the base frame,
     /// for a unit of its modal coordinate, m/(√kg m) where all is in SI.
     pub motions: Vec<Vector3<f64>>,
+    /// The rotational part: how each mode turns the tool, rad/(√kg m), in the same frame.
+    pub turns: Vec<Vector3<f64>>,
     /// Which way the tool tip moves there.
     pub feed: Feed,
 }
@@ -39,7 +41,7 @@ pub struct Feed {
 /// The feed's direction is read over this share of the path.
 const NEARBY: f64 = 1e-5;
 
-/// The modes at each of `s` (0..=1) with their motions in the tool's frame: x along the feed, z
+/// The modes at each of `s` (0..=1) with their motions and turns in the tool's frame: x along the feed, z
 /// along the spindle out of the work, y = z × x.
 ///
 /// # Errors
@@ -49,8 +51,8 @@ pub fn tip_modes_of_tool(path: &Path, s: &[f64]) -> Result<Vec<TipModes>, Note> 
     let mut all = tip_modes(path, s)?;
     for (at, (axes, feed)) in all.iter_mut().zip(frames) {
         at.feed = feed;
-        for motion in &mut at.motions {
-            *motion = Vector3::from(axes.map(|axis| axis.dot(motion)));
+        for vector in at.motions.iter_mut().chain(&mut at.turns) {
+            *vector = Vector3::from(axes.map(|axis| axis.dot(vector)));
         }
     }
     Ok(all)
@@ -139,14 +141,18 @@ pub fn tip_modes(path: &Path, s: &[f64]) -> Result<Vec<TipModes>, Note> {
         placement.place(robot, &poses[i * joints..][..joints]);
         let at = tcp.translation.vector.into();
         elastic_jacobian(robot, &placement, &at, &mut jacobian);
-        let column = |k: usize| jacobian.fixed_view::<3, 1>(0, k).into_owned();
-        let moved = |shape: &[f64]| (0..n).map(|k| column(k) * shape[k]).sum();
+        let rows = |from: usize| {
+            let column = |k: usize| jacobian.fixed_view::<3, 1>(from, k).into_owned();
+            let of = |shape: &[f64]| (0..n).map(|k| column(k) * shape[k]).sum();
+            shapes[i * n * n..][..n * n].chunks(n).map(of).collect()
+        };
         TipModes {
             s,
             tcp: forward_kinematics(robot, &placement) * tcp,
             natural_frequencies_hz: frequencies_hz[i * n..][..n].to_vec(),
             damping_ratios: damping_ratios[i * n..][..n].to_vec(),
-            motions: shapes[i * n * n..][..n * n].chunks(n).map(moved).collect(),
+            motions: rows(0),
+            turns: rows(3),
             feed: Feed::default(),
         }
     });

@@ -12,7 +12,7 @@ use crate::excitation::{
     is_unlike,
 };
 use crate::job::{CuttingDirection, Operation, Tool};
-use crate::stability::{ToolMode, displacement_m};
+use crate::stability::ToolMode;
 use crate::units::{hz_from_rad_per_s, hz_from_rpm, rad_per_s_from_hz};
 
 /// Harmonics of the force's own period, at least: what is beyond hardly moves an arm.
@@ -157,8 +157,15 @@ pub struct DrillingAt {
     pub leaves_axis: bool,
 }
 
-/// The forces of a cut at one feed per tooth: mean and harmonics.
-type Forces = ([f64; 3], Vec<ForceHarmonic>);
+/// The forces of a cut at one feed per tooth.
+#[derive(Debug, Clone)]
+struct Forces {
+    mean_n: [f64; 3],
+    /// About the axis out of the work: of a drill alone, against its turning; zero where it is not
+    /// known.
+    torque_nm: f64,
+    harmonics: Vec<ForceHarmonic>,
+}
 
 /// The cutting forces of an operation along its path.
 #[derive(Debug, Clone)]
@@ -188,7 +195,12 @@ impl Effects {
         let mut by_feed = BTreeMap::new();
         for place in places {
             let feed = place.feed_per_tooth_m;
-            let of = |force: &ForceModel| (force.mean_n(feed), force.harmonics(&orders, feed));
+            let torque_nm = |force: &DrillingForce| force.torque_nm(feed);
+            let of = |force: &ForceModel| Forces {
+                mean_n: force.mean_n(feed),
+                torque_nm: force.drilling().and_then(torque_nm).unwrap_or(0.0),
+                harmonics: force.harmonics(&orders, feed),
+            };
             by_feed.entry(feed.to_bits()).or_insert_with(|| forces.iter().map(of).collect());
         }
         Ok(Self { forces, orders, direction: cutting.direction, by_feed })
@@ -220,36 +232,33 @@ impl Effects {
         interval_hz: impl Fn(usize, f64) -> [f64; 2],
     ) -> Option<AtPlace> {
         let all = self.by_feed.get(&place.feed_per_tooth_m.to_bits())?;
-        let (mean, harmonics) = all.first()?;
+        let forces = all.first()?;
         let turning = rad_per_s_from_hz(hz_from_rpm(place.rpm));
-        let modes: Vec<ToolMode> = place.modes.iter().map(|one| one.mode).collect();
-        let moved = moved(&modes, mean, harmonics, turning);
+        let modes = &place.modes;
+        let moved = moved(modes, forces, turning);
         let mut vibration = Doubtful::of(root(&moved.1));
         let mut deflection = Doubtful::of(moved.0.norm());
-        let worst = |force_n: [Complex<f64>; 3], omega: f64| {
-            worst(&place.modes, &Vector3::from(force_n), omega, &interval_hz)
-        };
-        let softest = worst(mean.map(Complex::from), 0.0);
-        let at = |k: &ForceHarmonic| worst(k.amplitude_n, f64::from(k.order) * turning);
-        let by_order: Vec<Vec<ToolMode>> = harmonics.iter().map(at).collect();
+        let worst = |load: &Load, omega: f64| worst(modes, load, omega, &interval_hz);
+        let softest = worst(&forces.mean(1.0), 0.0);
+        let at = |k: &ForceHarmonic| worst(&Load::of(k), f64::from(k.order) * turning);
+        let by_order: Vec<Vec<TipMode>> = forces.harmonics.iter().map(at).collect();
         let more = self.more_thrust(place);
-        for (mean, harmonics) in all {
-            let mean = &mean.map(|n| n * more);
-            for modes in [&modes, &softest] {
-                deflection.may_be(answer(modes, mean.map(Complex::from), 0.0).norm());
+        for forces in all {
+            for modes in [modes, &softest] {
+                deflection.may_be(answer(modes, &forces.mean(more), 0.0).norm());
             }
-            let at = |(k, modes): (&ForceHarmonic, &Vec<ToolMode>)| {
-                answer(modes, k.amplitude_n, f64::from(k.order) * turning).norm_squared()
+            let at = |(k, modes): (&ForceHarmonic, &Vec<TipMode>)| {
+                answer(modes, &Load::of(k), f64::from(k.order) * turning).norm_squared()
             };
-            vibration.may_be(harmonics.iter().zip(&by_order).map(at).sum::<f64>().sqrt());
+            vibration.may_be(forces.harmonics.iter().zip(&by_order).map(at).sum::<f64>().sqrt());
             let at = |k: &ForceHarmonic| {
-                answer(&modes, k.amplitude_n, f64::from(k.order) * turning).norm_squared()
+                answer(modes, &Load::of(k), f64::from(k.order) * turning).norm_squared()
             };
-            vibration.may_be(harmonics.iter().map(at).sum::<f64>().sqrt());
+            vibration.may_be(forces.harmonics.iter().map(at).sum::<f64>().sqrt());
         }
-        let largest = all.iter().map(|(mean, _)| mean[2] * more).fold(0.0, f64::max);
+        let largest = all.iter().map(|forces| forces.mean_n[2] * more).fold(0.0, f64::max);
         let drilling = self.drilling().map(|force| DrillingAt {
-            thrust_n: mean[2],
+            thrust_n: forces.mean_n[2],
             thrust_up_to_n: largest,
             torque_nm: force.torque_nm(place.feed_per_tooth_m),
             skid_m: moved.0.xy().norm(),
@@ -317,18 +326,36 @@ impl Doubtful {
 /// How the mean force moves the tip, and how each harmonic does.
 type Moved = (Vector3<f64>, Vec<Vector3<Complex<f64>>>);
 
-fn moved(modes: &[ToolMode], mean: &[f64; 3], harmonics: &[ForceHarmonic], turning: f64) -> Moved {
-    let rest = answer(modes, mean.map(Complex::from), 0.0).map(|u| u.re);
-    let each = |k: &ForceHarmonic| answer(modes, k.amplitude_n, f64::from(k.order) * turning);
-    (rest, harmonics.iter().map(each).collect())
+fn moved(modes: &[TipMode], forces: &Forces, turning: f64) -> Moved {
+    let rest = answer(modes, &forces.mean(1.0), 0.0).map(|u| u.re);
+    let each = |k: &ForceHarmonic| answer(modes, &Load::of(k), f64::from(k.order) * turning);
+    (rest, forces.harmonics.iter().map(each).collect())
 }
 
-fn answer(
-    modes: &[ToolMode],
-    force_n: [Complex<f64>; 3],
-    omega_rad_per_s: f64,
-) -> Vector3<Complex<f64>> {
-    displacement_m(modes, &Vector3::from(force_n), omega_rad_per_s)
+/// What acts on the tip at one frequency.
+#[derive(Debug, Clone)]
+struct Load {
+    force_n: Vector3<Complex<f64>>,
+    /// About the axis out of the work.
+    torque_nm: f64,
+}
+
+impl Load {
+    fn of(harmonic: &ForceHarmonic) -> Self {
+        Self { force_n: Vector3::from(harmonic.amplitude_n), torque_nm: 0.0 }
+    }
+}
+
+impl Forces {
+    /// The mean, so many times.
+    fn mean(&self, times: f64) -> Load {
+        let force_n = Vector3::from(self.mean_n).map(|n| Complex::from(n * times));
+        Load { force_n, torque_nm: self.torque_nm * times }
+    }
+}
+
+fn answer(modes: &[TipMode], load: &Load, omega_rad_per_s: f64) -> Vector3<Complex<f64>> {
+    modes.iter().map(|one| one.moved_m(&load.force_n, load.torque_nm, omega_rad_per_s)).sum()
 }
 
 fn root(harmonics: &[Vector3<Complex<f64>>]) -> f64 {
@@ -336,30 +363,29 @@ fn root(harmonics: &[Vector3<Complex<f64>>]) -> f64 {
     harmonics.iter().map(Vector3::norm_squared).fold(0.0, |sum, one| sum + one).sqrt()
 }
 
-/// The modes with each frequency of the arm where, within its interval, the answer to a force is
+/// The modes with each frequency of the arm where, within its interval, the answer to a load is
 /// largest. As near to ω as can be is not always that: of two modes on either side of ω one takes
 /// away what the other gives. So in turn each mode is taken at its nearest, the others where they
 /// add most to it; from the best of these one mode after the other goes to an end of its interval
 /// or to its own place as long as that makes the answer larger.
 fn worst(
     modes: &[TipMode],
-    force_n: &Vector3<Complex<f64>>,
+    load: &Load,
     omega: f64,
     interval_hz: &impl Fn(usize, f64) -> [f64; 2],
-) -> Vec<ToolMode> {
-    let candidates = |one: &TipMode| -> Vec<ToolMode> {
-        let Owner::Arm(number) = one.of else { return vec![one.mode] };
+) -> Vec<TipMode> {
+    let candidates = |one: &TipMode| -> Vec<TipMode> {
+        let Owner::Arm(number) = one.of else { return vec![*one] };
         let own = one.mode.omega_rad_per_s;
         let [low, high] = interval_hz(number, hz_from_rad_per_s(own)).map(rad_per_s_from_hz);
         let [low, high] = [low.min(own), high.max(own)];
         let places = [omega.max(low).min(high), low, high, own];
-        places.map(|omega_rad_per_s| ToolMode { omega_rad_per_s, ..one.mode }).into()
+        let at = |omega_rad_per_s| ToolMode { omega_rad_per_s, ..one.mode };
+        places.map(|omega| TipMode { mode: at(omega), ..*one }).into()
     };
-    let all: Vec<Vec<ToolMode>> = modes.iter().map(candidates).collect();
-    let answers: Vec<Vec<Vector3<Complex<f64>>>> = all
-        .iter()
-        .map(|of| of.iter().map(|one| displacement_m(&[*one], force_n, omega)).collect())
-        .collect();
+    let all: Vec<Vec<TipMode>> = modes.iter().map(candidates).collect();
+    let answers: Vec<Vec<Vector3<Complex<f64>>>> =
+        all.iter().map(|of| of.iter().map(|one| answer(&[*one], load, omega)).collect()).collect();
     let sum_of = |taken: &[usize]| -> Vector3<Complex<f64>> {
         answers.iter().zip(taken).map(|(of, at)| of[*at]).sum()
     };
@@ -397,15 +423,15 @@ mod tests {
 
     fn mode(number: usize, omega_rad_per_s: f64, motion: [f64; 3]) -> TipMode {
         let mode = ToolMode { omega_rad_per_s, damping_ratio: 0.01, motion: Vector3::from(motion) };
-        TipMode { of: Owner::Arm(number), mode }
+        TipMode { of: Owner::Arm(number), mode, turning: 0.4 * motion[0] - 0.3 }
     }
 
-    fn size(modes: &[ToolMode], force: &Vector3<Complex<f64>>, omega: f64) -> f64 {
-        displacement_m(modes, force, omega).norm()
+    fn size(modes: &[TipMode], load: &Load, omega: f64) -> f64 {
+        answer(modes, load, omega).norm()
     }
 
     /// The largest answer with every frequency anywhere in its interval, by trying.
-    fn scanned(modes: &[TipMode], force: &Vector3<Complex<f64>>, omega: f64, by: f64) -> f64 {
+    fn scanned(modes: &[TipMode], load: &Load, omega: f64, by: f64) -> f64 {
         const STEPS: usize = 40;
         let mut largest: f64 = 0.0;
         let count = (STEPS + 1).pow(modes.len() as u32);
@@ -415,9 +441,10 @@ mod tests {
                 let step = rest % (STEPS + 1);
                 rest /= STEPS + 1;
                 let factor = 1.0 + by * (2.0 * step as f64 / STEPS as f64 - 1.0);
-                ToolMode { omega_rad_per_s: factor * one.mode.omega_rad_per_s, ..one.mode }
+                let omega_rad_per_s = factor * one.mode.omega_rad_per_s;
+                TipMode { mode: ToolMode { omega_rad_per_s, ..one.mode }, ..*one }
             });
-            largest = largest.max(size(&moved.collect::<Vec<_>>(), force, omega));
+            largest = largest.max(size(&moved.collect::<Vec<_>>(), load, omega));
         }
         largest
     }
@@ -426,35 +453,38 @@ mod tests {
     #[test]
     fn the_worst_frequencies_are_worse_than_the_nearest() {
         let real = |f: [f64; 3]| Vector3::from(f).map(Complex::from);
-        for (modes, force, omega, by) in [
-            (
-                vec![mode(1, 90.0, [1.0, 0.0, 0.0]), mode(2, 112.0, [1.0, 0.0, 0.0])],
-                real([1.0, 0.0, 0.0]),
-                100.0,
-                0.05,
-            ),
-            (
-                vec![mode(1, 80.0, [1.0, 0.0, 0.0]), mode(2, 80.0, [-0.8, 0.6, 0.0])],
-                real([0.2, 1.0, 0.0]),
-                0.0,
-                0.1,
-            ),
-            (
-                vec![
-                    mode(1, 90.0, [0.4, 0.9, 0.1]),
-                    mode(2, 101.0, [-0.7, 0.3, 0.5]),
-                    mode(3, 140.0, [0.6, -0.6, 0.2]),
-                ],
-                real([0.5, -1.0, 0.3]),
-                104.0,
-                0.1,
-            ),
-        ] {
-            let interval = |_: usize, hz: f64| [hz * (1.0 - by), hz * (1.0 + by)];
-            let found = size(&worst(&modes, &force, omega, &interval), &force, omega);
-            let all = scanned(&modes, &force, omega, by);
-            println!("{found:e} by ends, {all:e} by trying");
-            assert!(found > 0.98 * all, "{found:e} {all:e}");
+        for torque_nm in [0.0, 0.7] {
+            for (modes, force, omega, by) in [
+                (
+                    vec![mode(1, 90.0, [1.0, 0.0, 0.0]), mode(2, 112.0, [1.0, 0.0, 0.0])],
+                    real([1.0, 0.0, 0.0]),
+                    100.0,
+                    0.05,
+                ),
+                (
+                    vec![mode(1, 80.0, [1.0, 0.0, 0.0]), mode(2, 80.0, [-0.8, 0.6, 0.0])],
+                    real([0.2, 1.0, 0.0]),
+                    0.0,
+                    0.1,
+                ),
+                (
+                    vec![
+                        mode(1, 90.0, [0.4, 0.9, 0.1]),
+                        mode(2, 101.0, [-0.7, 0.3, 0.5]),
+                        mode(3, 140.0, [0.6, -0.6, 0.2]),
+                    ],
+                    real([0.5, -1.0, 0.3]),
+                    104.0,
+                    0.1,
+                ),
+            ] {
+                let interval = |_: usize, hz: f64| [hz * (1.0 - by), hz * (1.0 + by)];
+                let load = Load { force_n: force, torque_nm };
+                let found = size(&worst(&modes, &load, omega, &interval), &load, omega);
+                let all = scanned(&modes, &load, omega, by);
+                println!("{found:e} by ends, {all:e} by trying");
+                assert!(found > 0.98 * all, "{found:e} {all:e}");
+            }
         }
     }
 }

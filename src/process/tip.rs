@@ -1,6 +1,6 @@
 //! Places of a path at which the tool cuts, with all that vibrates there.
 
-use nalgebra::Vector3;
+use nalgebra::{Complex, Vector3};
 
 use super::air_cuts::{DrillMove, InWork, drills, in_work};
 use crate::job::Operation;
@@ -25,6 +25,21 @@ pub struct TipMode {
     pub of: Owner,
     /// In the tool's frame.
     pub mode: ToolMode,
+    /// How it turns the tool about its axis out of the work, 1/(√kg m); zero of the tool's own.
+    pub turning: f64,
+}
+
+impl TipMode {
+    /// How the tip moves in it at ω, rad/s, under a force on the tip and a torque about the axis out of
+    /// the work.
+    pub fn moved_m(
+        &self,
+        force_n: &Vector3<Complex<f64>>,
+        torque_nm: f64,
+        omega_rad_per_s: f64,
+    ) -> Vector3<Complex<f64>> {
+        self.mode.moved_m(self.mode.pushed(force_n) + torque_nm * self.turning, omega_rad_per_s)
+    }
 }
 
 /// The tool tip at one place of a path.
@@ -58,16 +73,18 @@ pub fn sure_ones(places: Vec<TipPlace>) -> Vec<TipPlace> {
 /// The modes of the arm at a place, in the frame that they are in there; those that do not move the
 /// tip are left out.
 pub fn arm_modes(at: &TipModes) -> Vec<TipMode> {
-    let all = at.natural_frequencies_hz.iter().zip(&at.damping_ratios).zip(&at.motions);
+    let moved = at.motions.iter().zip(&at.turns);
+    let all = at.natural_frequencies_hz.iter().zip(&at.damping_ratios).zip(moved);
     all.enumerate()
-        .filter(|(_, ((hz, _), motion))| hz.is_finite() && motion.norm() > 0.0)
-        .map(|(r, ((&hz, &damping_ratio), motion))| TipMode {
+        .filter(|(_, ((hz, _), (motion, _)))| hz.is_finite() && motion.norm() > 0.0)
+        .map(|(r, ((&hz, &damping_ratio), (motion, turn)))| TipMode {
             of: Owner::Arm(r + 1),
             mode: ToolMode {
                 omega_rad_per_s: rad_per_s_from_hz(hz),
                 damping_ratio,
                 motion: *motion,
             },
+            turning: turn.z,
         })
         .collect()
 }
@@ -91,7 +108,8 @@ pub fn tip_places(
     };
     let s: Vec<f64> = s.iter().copied().filter(|s| may_cut(*s)).collect();
     let of_tool = operation.tool.modes.iter().map(ToolMode::from);
-    let of_tool: Vec<TipMode> = of_tool.map(|mode| TipMode { of: Owner::Tool, mode }).collect();
+    let of_tool = of_tool.map(|mode| TipMode { of: Owner::Tool, mode, turning: 0.0 });
+    let of_tool: Vec<TipMode> = of_tool.collect();
     let place = |at: &TipModes| {
         let rpm = operation.speed.rpm_at(at.s);
         let teeth_per_s = hz_from_rpm(rpm) * f64::from(operation.tool.teeth);

@@ -90,7 +90,7 @@ pub struct Drilling {
     /// Whether it also moves across its axis at about the operation's feed: what that does to the
     /// work is not known, so no limit is kept for sure.
     pub leaves_axis: bool,
-    /// The largest torque; null where it is not known. It moves nothing in this model.
+    /// The largest torque; null where it is not known: then it is left out of the deflection.
     pub torque_nm: Option<f64>,
     /// Half of the point angle.
     #[serde(rename = "half_point_angle_deg", serialize_with = "written::deg")]

@@ -32,6 +32,18 @@ impl ToolMode {
         let w = self.omega_rad_per_s;
         Complex::new(w * w - omega * omega, 2.0 * self.damping_ratio * w * omega).inv()
     }
+
+    /// How the tip moves in it at ω, rad/s, where a load pushes its coordinate by `pushed`, N/√kg.
+    pub fn moved_m(&self, pushed: Complex<f64>, omega_rad_per_s: f64) -> Vector3<Complex<f64>> {
+        let answer = pushed * self.dynamic(omega_rad_per_s);
+        self.motion.map(|moved| answer * moved)
+    }
+
+    /// What a force on the tip pushes its coordinate by: φ · F, N/√kg.
+    pub fn pushed(&self, force_n: &Vector3<Complex<f64>>) -> Complex<f64> {
+        let [x, y, z] = self.motion.into();
+        force_n.x * x + force_n.y * y + force_n.z * z
+    }
 }
 
 /// G(iω): displacement of the tip along x and y for a unit force along x, y and z, m/N.
@@ -54,12 +66,5 @@ pub fn displacement_m(
     force_n: &Vector3<Complex<f64>>,
     omega_rad_per_s: f64,
 ) -> Vector3<Complex<f64>> {
-    let mut sum = Vector3::zeros();
-    for mode in modes {
-        let [x, y, z] = mode.motion.into();
-        let pushed = force_n.x * x + force_n.y * y + force_n.z * z;
-        let answer = pushed * mode.dynamic(omega_rad_per_s);
-        sum += mode.motion.map(|moved| answer * moved);
-    }
-    sum
+    modes.iter().map(|mode| mode.moved_m(mode.pushed(force_n), omega_rad_per_s)).sum()
 }

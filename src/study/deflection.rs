@@ -35,11 +35,13 @@ pub enum Subject {
     Job(Box<Job>),
 }
 
-/// What is asked of a robot.
+/// What is asked of a robot; a job has the force of its cut where none is given.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Load {
     /// Force on the tool tip in the base frame, N.
     pub force_n: Option<[f64; 3]>,
+    /// Moment on the tool in the base frame, N m.
+    pub moment_nm: Option<[f64; 3]>,
     /// The tool tip in the tip frame of a robot, m; a job has its own.
     pub tcp_m: [f64; 3],
 }
@@ -64,7 +66,10 @@ pub struct Deflection {
     pub gravity_m: [f64; 3],
     /// Force on the tip, in the base frame; null where it is not known.
     pub force_n: Option<[f64; 3]>,
-    /// How the force moves the tip, in the base frame.
+    /// Moment on the tool, in the base frame: of a job the torque of a drill where it is known; null
+    /// where no force is.
+    pub moment_nm: Option<[f64; 3]>,
+    /// How force and moment move the tip, in the base frame.
     #[serde(rename = "deflection_um", serialize_with = "written::um")]
     pub deflection_m: Option<[f64; 3]>,
     /// Of a job: the same along the feed, across it (y = z × x) and along the spindle, out of the
@@ -77,7 +82,7 @@ pub struct Deflection {
 }
 
 impl Deflection {
-    /// Length of the deflection under the force, m.
+    /// Length of the deflection under force and moment, m.
     pub fn size_m(&self) -> Option<f64> {
         self.deflection_m.map(|moved| Vector3::from(moved).norm())
     }
@@ -96,6 +101,18 @@ pub struct Deflections {
     pub rows: Vec<Deflection>,
     /// What is left out.
     pub warnings: Vec<Note>,
+}
+
+/// A force, N, and a moment, N m, in the base frame.
+type Wrench = [Vector3<f64>; 2];
+
+impl Load {
+    /// `None` where neither is given.
+    fn wrench(&self) -> Option<Wrench> {
+        let given = [self.force_n, self.moment_nm];
+        let is_any = given.iter().any(Option::is_some);
+        is_any.then(|| given.map(|of| Vector3::from(of.unwrap_or_default())))
+    }
 }
 
 /// Reads a job or a robot.
@@ -130,7 +147,7 @@ pub fn of_robot(robot: &Robot, source: Source, load: &Load) -> Result<Deflection
         placement.place(robot, &q);
         let statics = Statics::of(robot, &placement, &Point3::from(load.tcp_m))
             .ok_or_else(|| refused(Code::Singular, no_hold()))?;
-        rows.push(row(q, &statics, load.force_n.map(Vector3::from)));
+        rows.push(row(q, &statics, load.wrench()));
     }
     let (joints, coordinates) = named(robot);
     let name = robot.name().to_owned();
@@ -142,39 +159,43 @@ fn no_hold() -> String {
     "the stiffness matrix is not positive definite: the springs do not hold the arm".to_owned()
 }
 
-fn row(joints: Vec<f64>, statics: &Statics, force: Option<Vector3<f64>>) -> Deflection {
+fn row(joints: Vec<f64>, statics: &Statics, wrench: Option<Wrench>) -> Deflection {
+    let moved = |[force, moment]: Wrench| {
+        statics.compliance_m_per_n * force + statics.compliance_m_per_nm * moment
+    };
     Deflection {
         operation: None,
         s: None,
         joints,
         sag: statics.sag.clone(),
         gravity_m: statics.sag_m.into(),
-        force_n: force.map(Into::into),
-        deflection_m: force.map(|force| (statics.compliance_m_per_n * force).into()),
+        force_n: wrench.map(|[force, _]| force.into()),
+        moment_nm: wrench.map(|[_, moment]| moment.into()),
+        deflection_m: wrench.map(|wrench| moved(wrench).into()),
         in_tool_m: None,
         principal: statics.principal,
     }
 }
 
-/// A job along its paths: under a force that is given, else under the mean cutting force of every
-/// operation that says how it cuts.
+/// A job along its paths: under a force and a moment that are given, else under the mean cutting
+/// force of every operation that says how it cuts, and the torque of a drill.
 ///
 /// # Errors
 /// A path that cannot be run; a pose at which the springs do not hold the arm.
-pub fn of_job(job: &Job, force_n: Option<[f64; 3]>) -> Result<Deflections, Vec<Note>> {
+pub fn of_job(job: &Job, load: &Load) -> Result<Deflections, Vec<Note>> {
     let (joints, coordinates) = named(&job.robot);
     let (mut rows, mut warnings, mut errors) = (Vec::new(), Vec::new(), Vec::new());
     let mut paths = Paths::of(job);
     for operation in &job.operations {
         let model = operation.cutting.as_ref().and_then(|c| ForceModel::new(&operation.tool, c));
-        if force_n.is_none() && model.is_none() {
+        if load.wrench().is_none() && model.is_none() {
             let what = "the mean cutting force is not known (cutting with material or \
                         coefficients, tool.diameter_mm), so its deflection is not told";
             warnings.push(about_operation(job, operation, Code::Remark, what.to_owned()));
         }
         let found = paths
             .plan(operation)
-            .and_then(|path| along(job, operation, &path, model.as_ref(), force_n));
+            .and_then(|path| along(job, operation, &path, model.as_ref(), load));
         match found {
             Ok(found) => rows.extend(found),
             Err(found) => errors.extend(found),
@@ -193,7 +214,7 @@ fn along(
     operation: &Operation,
     path: &crate::path::Path<'_>,
     model: Option<&ForceModel>,
-    force_n: Option<[f64; 3]>,
+    load: &Load,
 ) -> Result<Vec<Deflection>, Vec<Note>> {
     let s: Vec<f64> = (0..=STEPS).map(|i| i as f64 / STEPS as f64).collect();
     let at_fault = |note| vec![in_operation(job, operation, note)];
@@ -219,11 +240,12 @@ fn along(
                 && drills(operation, &feed).is_none_or(|how| how == DrillMove::Into);
             let per_tooth =
                 path.feed_m_per_s_at(s) / (hz_from_rpm(rpm) * f64::from(operation.tool.teeth));
-            let of_tool = model.filter(|_| turns && may_cut)?.mean_n(per_tooth);
-            Some(frame.iter().zip(of_tool).map(|(axis, n)| axis * n).sum())
+            let model = model.filter(|_| turns && may_cut)?;
+            let force = frame.iter().zip(model.mean_n(per_tooth)).map(|(axis, n)| axis * n).sum();
+            let torque = model.drilling().and_then(|drill| drill.torque_nm(per_tooth));
+            Some([force, frame[2] * torque.unwrap_or(0.0)])
         };
-        let force: Option<Vector3<f64>> = force_n.map(Vector3::from).or_else(mean);
-        let mut found = row(q, &statics, force);
+        let mut found = row(q, &statics, load.wrench().or_else(mean));
         let moved = found.deflection_m.map(Vector3::from);
         found.in_tool_m = moved.map(|moved| frame.map(|axis| axis.dot(&moved)));
         rows.push(Deflection { operation: Some(operation.name.clone()), s: Some(s), ..found });

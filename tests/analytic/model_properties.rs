@@ -196,33 +196,39 @@ fn gravity_torque_and_stiffness_are_derivatives_of_the_potential() {
     }
 }
 
-/// Springs, gravity and a force at rest: the sag and what a force moves, against central differences of the
-/// potential and of the tip's place.
+/// Springs, gravity, a force and a moment at rest: the sag and what the load moves, against central differences
+/// of the potential and of the tip's pose.
 #[test]
 fn statics_are_where_differences_of_the_potential_say() {
     const H: f64 = 1e-4;
     let (tcp, force) = (Point3::new(0.05, -0.02, 0.15), Vector3::new(30.0, -50.0, 80.0));
+    let moment = Vector3::new(-4.0, 7.0, 5.0);
     for c in cases() {
         let n = c.size();
         let statics = Statics::of(&c.robot, &c.placement, &tcp).unwrap();
-        let tip =
-            |alpha: &[f64]| detune::model::forward_kinematics(&c.robot, &c.deflected(alpha)) * tcp;
-        let (mut sag_m, mut moved_m) = (Vector3::zeros(), Vector3::zeros());
+        let pose = |alpha: &[f64]| detune::model::forward_kinematics(&c.robot, &c.deflected(alpha));
+        let [mut sag_m, mut moved_m, mut turned_m] = [Vector3::zeros(); 3];
         for (i, coordinate) in c.robot.coordinates().iter().enumerate() {
             let ends = [H, -H].map(|h| {
                 let mut alpha = vec![0.0; n];
                 alpha[i] = h;
-                (potential(&c.robot, &c.deflected(&alpha)), tip(&alpha))
+                (potential(&c.robot, &c.deflected(&alpha)), pose(&alpha))
             });
             let slope = (ends[0].0 - ends[1].0) / (2.0 * H);
-            let step = (ends[0].1 - ends[1].1) / (2.0 * H);
+            let step = (ends[0].1 * tcp - ends[1].1 * tcp) / (2.0 * H);
+            let turn = (ends[0].1.rotation / ends[1].1.rotation).scaled_axis() / (2.0 * H);
             let scale = 9.81 * c.robot.moving_mass_kg() * 3.0 / coordinate.stiffness;
             assert_close("sag", c.seed, statics.sag[i], -slope / coordinate.stiffness, scale, 1e-8);
             sag_m -= step * (slope / coordinate.stiffness);
             moved_m += step * (step.dot(&force) / coordinate.stiffness);
+            turned_m += step * (turn.dot(&moment) / coordinate.stiffness);
         }
         let found = statics.compliance_m_per_n * force;
         assert!((found - moved_m).norm() < 1e-6 * moved_m.norm(), "robot {}", c.seed);
+        let found = statics.compliance_m_per_nm * moment;
+        // Slides alone do not turn.
+        let scale = turned_m.norm().max(1e-6 * moved_m.norm());
+        assert!((found - turned_m).norm() < 1e-6 * scale, "robot {}: {found} {turned_m}", c.seed);
         assert!((statics.sag_m - sag_m).norm() < 1e-6 * sag_m.norm(), "robot {}", c.seed);
     }
 }

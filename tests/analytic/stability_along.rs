@@ -45,7 +45,11 @@ fn cutting(radial_depth_m: f64, axial: Option<[f64; 2]>) -> Cutting {
 
 fn mode(of: Owner, hz: f64, damping_ratio: f64, mass_kg: f64, axis: [f64; 3]) -> TipMode {
     let motion = Vector3::from(axis).normalize() / mass_kg.sqrt();
-    TipMode { of, mode: ToolMode { omega_rad_per_s: TAU * hz, damping_ratio, motion } }
+    TipMode {
+        of,
+        mode: ToolMode { omega_rad_per_s: TAU * hz, damping_ratio, motion },
+        turning: 0.0,
+    }
 }
 
 fn place(s: f64, rpm: f64, modes: Vec<TipMode>) -> TipPlace {

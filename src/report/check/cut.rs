@@ -31,7 +31,7 @@ fn newtons(n: f64) -> String {
 fn of_drilling(drilling: &Drilling) -> String {
     let torque = match drilling.torque_nm {
         Some(torque_nm) => format!("; torque {torque_nm:.2} N m"),
-        None => String::new(),
+        None => "; torque not known, left out".to_owned(),
     };
     let at_least = match drilling.is_lower_bound {
         true => ", a lower bound without the chisel edge",

@@ -18,7 +18,8 @@ pub fn deflection_csv(found: &Deflections) -> String {
         csv_field(&format!("{name}_{}", if *turns { "rad" } else { "m" }))
     };
     titles.extend(found.joints.iter().map(joint));
-    for (what, unit) in [("gravity", "um"), ("force", "n"), ("deflection", "um")] {
+    for (what, unit) in [("gravity", "um"), ("force", "n"), ("moment", "nm"), ("deflection", "um")]
+    {
         titles.extend(AXES.map(|axis| format!("{what}_{axis}_{unit}")));
     }
     if has_path {
@@ -49,6 +50,7 @@ fn cells(row: &Deflection, has_path: bool) -> Vec<String> {
     cells.extend(row.joints.iter().map(f64::to_string));
     cells.extend(three(Some(row.gravity_m), um_from_m));
     cells.extend(three(row.force_n, std::convert::identity));
+    cells.extend(three(row.moment_nm, std::convert::identity));
     cells.extend(three(row.deflection_m, um_from_m));
     if has_path {
         cells.extend(three(row.in_tool_m, um_from_m));

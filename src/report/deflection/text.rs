@@ -38,9 +38,12 @@ fn rows_of(out: &mut String, row: &Deflection) {
     let three = |values: [f64; 3]| components(values.map(um_from_m)).join(", ");
     wrapped(out, "  gravity     ", &format!("[{}] µm", three(row.gravity_m)));
     if let (Some(force), Some(moved), Some(size)) = (row.force_n, row.deflection_m, row.size_m()) {
-        let force = components(force).join(", ");
+        let mut load = format!("[{}] N", components(force).join(", "));
+        if let Some(moment) = row.moment_nm.filter(|moment| *moment != [0.0; 3]) {
+            load += &format!(" and [{}] N m", components(moment).join(", "));
+        }
         let size = number(um_from_m(size), 1);
-        let line = format!("[{force}] N move the tip by [{}] µm, {size} µm in all", three(moved));
+        let line = format!("{load} move the tip by [{}] µm, {size} µm in all", three(moved));
         wrapped(out, "  force       ", &line);
     }
     if let Some(moved) = row.in_tool_m {
