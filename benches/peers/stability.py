@@ -6,7 +6,7 @@
 FOLDER holds a clone of https://github.com/V0es/milling-analyzer (Python with numpy and scipy, MIT), which solves
 one mode across the feed with even teeth. The case is the benchmark of Insperger and Stepan (Int. J. Numer. Meth.
 Engng 61, 2004, table I): 922 Hz, damping ratio 0.011, 0.03993 kg, two teeth, K_t 6e8 and K_n 2e8 N/m2, a slot.
-Both solve the same speeds and depths. The time of detune is that of the whole command.
+Both solve the same speeds and depths on one processor. The time of detune is that of the whole command.
 """
 
 import argparse
@@ -74,6 +74,7 @@ def main():
     parser.add_argument("--speeds", type=int, default=40)
     parser.add_argument("--intervals", type=int, nargs="+", default=[40, 160])
     args = parser.parse_args()
+    os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
     speeds = np.linspace(5000.0, 25000.0, args.speeds).tolist()
     count = len(speeds) * len(DEPTHS_MM)
     radii, seconds = own(args.program, speeds)

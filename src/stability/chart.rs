@@ -49,6 +49,27 @@ pub struct Chart {
     omegas: Vec<f64>,
     /// In the order that keeps each branch smooth.
     values: Vec<Pair>,
+    /// Where a limit of even teeth may lie, the shallowest first.
+    segments: Vec<Segment>,
+}
+
+/// One branch between two frequencies.
+#[derive(Debug, Clone, Copy)]
+struct Segment {
+    /// Of the lower frequency.
+    index: usize,
+    branch: usize,
+    /// 1 over the depth at its ends, 1/m.
+    inverse: [f64; 2],
+    omega: [f64; 2],
+    /// At its ends, without a jump between them, rad.
+    phase: [f64; 2],
+}
+
+impl Segment {
+    fn shallowest(&self) -> f64 {
+        self.inverse[0].max(self.inverse[1])
+    }
 }
 
 /// A place where the limit of even teeth may be.
@@ -56,8 +77,7 @@ pub struct Chart {
 struct Candidate {
     /// 1 over the depth, about, 1/m.
     inverse: f64,
-    segment: usize,
-    branch: usize,
+    segment: Segment,
     /// Whole waves between teeth.
     waves: f64,
 }
@@ -81,7 +101,14 @@ impl Chart {
             let pair = eigenvalues(&modes, &mean, omega);
             values.push(values.last().map_or(pair, |last| in_order(*last, pair)));
         }
-        Self { modes, mean, rubbing: None, pitch_turns, omegas, values }
+        let mut segments: Vec<Segment> = (0..2)
+            .flat_map(|branch| {
+                (0..values.len().saturating_sub(1)).map(move |index| (branch, index))
+            })
+            .filter_map(|(branch, index)| segment(&omegas, &values, branch, index))
+            .collect();
+        segments.sort_by(|a, b| b.shallowest().total_cmp(&a.shallowest()));
+        Self { modes, mean, rubbing: None, pitch_turns, omegas, values, segments }
     }
 
     /// Smallest limit over all speeds without process damping, m; `None` where nothing ever grows.
@@ -149,28 +176,23 @@ impl Chart {
     fn of_even_teeth(&self, delay_s: f64) -> Option<(f64, f64)> {
         let mut found: Vec<Candidate> = Vec::new();
         let mut most: f64 = 0.0;
-        for branch in 0..2 {
-            for (segment, pair) in self.values.windows(2).enumerate() {
-                let (from, to) = (pair[0][branch], pair[1][branch]);
-                // A depth below zero on one side only: the limit rises beyond all bounds between.
-                if from.re.max(to.re) <= DEEPEST_M.recip() * 0.5 {
-                    continue;
+        for segment in &self.segments {
+            if segment.shallowest() * NEAR < most {
+                break;
+            }
+            let [first, last] =
+                [0, 1].map(|end| waves(segment.omega[end], delay_s, segment.phase[end]));
+            let (low, high) = (first.min(last), first.max(last));
+            let mut whole = low.ceil().max(0.0);
+            while whole <= high {
+                let share = if last == first { 0.0 } else { (whole - first) / (last - first) };
+                let [from, to] = segment.inverse;
+                let inverse = from + (to - from) * share;
+                if inverse * NEAR >= most {
+                    most = most.max(inverse);
+                    found.push(Candidate { inverse, segment: *segment, waves: whole });
                 }
-                let at = [self.omegas[segment], self.omegas[segment + 1]];
-                let near = phase(if from.re > to.re { from } else { to });
-                let [first, last] =
-                    [(at[0], from), (at[1], to)].map(|(w, v)| waves(w, delay_s, v, near));
-                let (low, high) = (first.min(last), first.max(last));
-                let mut whole = low.ceil().max(0.0);
-                while whole <= high {
-                    let share = if last == first { 0.0 } else { (whole - first) / (last - first) };
-                    let inverse = 2.0 * (from.re + (to.re - from.re) * share);
-                    if inverse * NEAR >= most {
-                        most = most.max(inverse);
-                        found.push(Candidate { inverse, segment, branch, waves: whole });
-                    }
-                    whole += 1.0;
-                }
+                whole += 1.0;
             }
         }
         found.retain(|candidate| candidate.inverse * NEAR >= most);
@@ -184,11 +206,11 @@ impl Chart {
 
     /// Where whole waves lie between teeth, within a segment.
     fn solved(&self, candidate: &Candidate, delay_s: f64) -> (f64, Complex<f64>) {
-        let Candidate { segment, branch, waves: whole, .. } = *candidate;
-        let mut low = (self.omegas[segment], self.values[segment][branch]);
-        let mut high = (self.omegas[segment + 1], self.values[segment + 1][branch]);
+        let Candidate { segment, waves: whole, .. } = *candidate;
+        let end = |i: usize| (segment.omega[i], self.values[segment.index + i][segment.branch]);
+        let (mut low, mut high) = (end(0), end(1));
         let near = phase(if low.1.re > high.1.re { low.1 } else { high.1 });
-        let off = |(omega, value)| waves(omega, delay_s, value, near) - whole;
+        let off = |(omega, value)| waves(omega, delay_s, phase_near(near, value)) - whole;
         let (mut off_low, mut off_high) = (off(low), off(high));
         let mut best = low;
         for step in 0..80 {
@@ -314,12 +336,32 @@ fn phase(value: Complex<f64>) -> f64 {
     value.re.atan2(-value.im)
 }
 
-/// Waves between two teeth beyond those that the eigenvalue asks for: a whole number on the limit.
-/// Its phase is the one within half a turn of `near`.
-fn waves(omega: f64, delay_s: f64, value: Complex<f64>, near: f64) -> f64 {
+/// The same within half a turn of `near`.
+fn phase_near(near: f64, value: Complex<f64>) -> f64 {
     let own = phase(value);
-    let own = own - TAU * ((own - near) / TAU).round();
-    (omega * delay_s - 2.0 * own) / TAU
+    own - TAU * ((own - near) / TAU).round()
+}
+
+/// Waves between two teeth beyond those that the eigenvalue of a phase asks for: a whole number on
+/// the limit.
+fn waves(omega: f64, delay_s: f64, phase: f64) -> f64 {
+    (omega * delay_s - 2.0 * phase) / TAU
+}
+
+/// A branch between two frequencies; `None` where no limit below 1 m lies there. With a depth below
+/// zero on one side only, the limit rises beyond all bounds between.
+fn segment(omegas: &[f64], values: &[Pair], branch: usize, index: usize) -> Option<Segment> {
+    let ends = [0, 1].map(|end| values[index + end][branch]);
+    let [from, to] = ends;
+    let near = phase(if from.re > to.re { from } else { to });
+    let segment = Segment {
+        index,
+        branch,
+        inverse: ends.map(|value| 2.0 * value.re),
+        omega: [omegas[index], omegas[index + 1]],
+        phase: ends.map(|value| phase_near(near, value)),
+    };
+    (segment.shallowest() > DEEPEST_M.recip()).then_some(segment)
 }
 
 fn eigenvalues(modes: &[ToolMode], mean: &Matrix3x2<f64>, omega: f64) -> Pair {
