@@ -1,7 +1,11 @@
 """Random programs in every dialect against an independent computation: one list of lines, arcs, dwells and speeds is
 written in each language, in random dress, and detune's samples must lie where and when the list has them.
 
-    python3 tests/programs.py target/release/detune [--seeds N] [--pygcode]
+Round trips: programs with several speeds are written by `advise --write-program`. The same list with the advised
+speeds, and feeds in ratio, is written again in the same dress: what the program wrote must be that text, number by
+number, and every byte that states no speed or feed must be the old one. What is read back runs at the advised speeds.
+
+    python3 tests/programs.py target/release/detune [--seeds N] [--round-trips N] [--pygcode]
 """
 
 import argparse
@@ -9,6 +13,7 @@ import json
 import math
 import pathlib
 import random
+import re
 import subprocess
 import tempfile
 import xml.etree.ElementTree as xml
@@ -18,6 +23,11 @@ ROBOT = ROOT / "robots" / "irb1600"
 OBJECT = (0.72, -0.12, 0.42)
 TCP = 0.15
 RAPID = 500.0  # mm/s
+
+
+class Air(float):
+    """The feed of a rapid move that a robot program states, mm/min."""
+
 
 
 def multiply(a, b):
@@ -142,6 +152,7 @@ def gcode(truth, rng):
         number = f"N{len(out)} " if rng.random() < 0.3 else ""
         if item[0] == "speed":
             out.append(number + f"M3 S{n(item[1])}")
+            feed = None
         elif item[0] == "dwell":
             out.append(number + f"G4 P{item[1]}")
         elif item[0] == "line":
@@ -177,6 +188,7 @@ def apt(truth, rng):
     for item in truth:
         if item[0] == "speed":
             out.append(rng.choice([f"SPINDL/{n(item[1])},RPM,CLW", f"SPINDL/RANGE,2,RPM,{n(item[1])},CLW"]))
+            feed = None
         elif item[0] == "dwell":
             out.append(f"DELAY/{item[1]}")
         else:
@@ -233,7 +245,12 @@ def told(truth, speed, dwell, line, arc):
 
 def rapid(truth, rng):
     target = lambda p: f"[[{','.join(n(x) for x in p)}],[0,1,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]"
-    speed = lambda feed: "v500" if feed is None else f"[{n(feed / 60)},500,5000,1000]"
+
+    def speed(feed):
+        if feed is None or isinstance(feed, Air):
+            return "v500" if feed in (None, 60 * RAPID) else f"v500\\V:={n(feed / 60)}"
+        return f"[{n(feed / 60)},500,5000,1000]"
+
     rest = "fine,tSpindle\\WObj:=wPart;"
     out = told(
         truth,
@@ -266,9 +283,13 @@ def krl(truth, rng):
         held[0], begun[0] = own, True
         return "\n".join(first + [write(full)])
 
+    def spindle(rpm):
+        held[0] = None
+        return f"SPINDLE({n(rpm)})"
+
     out = told(
         truth,
-        lambda rpm: f"SPINDLE({n(rpm)})",
+        spindle,
         lambda seconds: f"WAIT SEC {seconds}",
         lambda end, feed: motion(
             lambda full: f"LIN {{{parts(end, full)}}}" + rng.choice(["", " C_DIS", " ; {X 1}"]), feed
@@ -286,8 +307,8 @@ def fanuc(truth, rng):
         return f"P[{len(points)}]"
 
     def speed(feed):
-        if feed is None:
-            return "500mm/sec"
+        if feed is None or isinstance(feed, Air):
+            return f"{n((feed or 60 * RAPID) / 60)}mm/sec"
         return f"{n(feed / 10)}cm/min" if rng.random() < 0.5 else f"{n(feed / 60)}mm/sec"
 
     lines = ["UFRAME_NUM=1 ;", "UTOOL_NUM=1 ;"] + told(
@@ -314,6 +335,7 @@ def heidenhain(truth, rng):
         feed = feed if own is None else own
         if item[0] == "speed":
             out += [f"TOOL CALL 5 Z S{n(item[1])}", "M3"]
+            feed = None
         elif item[0] == "dwell":
             out += ["CYCL DEF 9.0 DWELL TIME", f"CYCL DEF 9.1 DWELL {item[1]}".replace(".1 DWELL 0.", ".1 DWELL 0,")]
         elif item[0] == "line":
@@ -372,17 +394,22 @@ def interpreters_agree(truth, text):
     return None
 
 
-def check(detune, folder, arm, truth, text, extension):
+def job_of(folder, text, extension, more=""):
+    """The path of a job that runs a program."""
     (folder / f"p.{extension}").write_text(text)
     frames = "" if extension in ("mod", "src") else f"tcp: {{xyz_m: [0, 0, {TCP}]}}\nwork_object: {{xyz_m: {list(OBJECT)}}}\n"
     keys = KEYS.get(extension)
-    job = (
+    (folder / "job.yaml").write_text(
         f"robot: {ROBOT / 'robot.yaml'}\ntool: {{teeth: 2}}\npayload: none\n{frames}"
-        "spindle: {min_rpm: 500, max_rpm: 24000}\noperations:\n  - name: all\n"
+        f"spindle: {{min_rpm: 500, max_rpm: 24000}}\n{more}operations:\n  - name: all\n"
         f"    path: {{program: {{file: p.{extension}{', ' + keys if keys else ''}}}}}\n"
     )
-    (folder / "job.yaml").write_text(job)
-    command = [detune, "check", str(folder / "job.yaml"), "--format", "json", "--fail-on", "never"]
+    return folder / "job.yaml"
+
+
+def check(detune, folder, arm, truth, text, extension):
+    job = job_of(folder, text, extension)
+    command = [detune, "check", str(job), "--format", "json", "--fail-on", "never"]
     ran = subprocess.run(command, capture_output=True, text=True, timeout=300)
     if ran.returncode != 0:
         return f"exit code {ran.returncode}: {ran.stderr}"
@@ -404,10 +431,105 @@ def check(detune, folder, arm, truth, text, extension):
     return None
 
 
+def with_speeds(truth, rng):
+    """The same with several speeds, each for a stretch of moves."""
+    found, left = [], 0
+    speeds = [float(s) for s in rng.sample(range(600, 2600, 7), 8)]
+    for item in truth:
+        if item[0] == "speed":
+            left = 0
+        if found and left == 0 and speeds:
+            found.append(("speed", speeds.pop()))
+            left = rng.randint(4, 9)
+        if item[0] != "speed":
+            found.append(item)
+            left -= item[0] != "dwell"
+    return found
+
+
+def advised(truth, speeds, is_robot):
+    """The same with other speeds, one after the other, and feeds in ratio; a robot's rapids have a feed, too."""
+    old = [item[1] for item in truth if item[0] == "speed"]
+    found, at = [], 0
+    for item in truth:
+        if item[0] == "speed":
+            found.append(("speed", speeds[at]))
+            at += 1
+            continue
+        ratio = speeds[max(at - 1, 0)] / old[max(at - 1, 0)]
+        feed = item[-1]
+        if item[0] in ("line", "arc") and (feed is not None or is_robot):
+            feed = Air(60 * RAPID * ratio) if feed is None else feed * ratio
+            item = (*item[:-1], feed)
+        found.append(item)
+    return found
+
+
+NUMBER = re.compile(r"\d+\.?\d*")
+
+
+def differs(old, wanted, found):
+    """Where a text is neither the old one nor has the numbers that it should."""
+    if NUMBER.split(wanted) != NUMBER.split(found):
+        pairs = zip(wanted.splitlines(), found.splitlines())
+        return next((pair for pair in pairs if NUMBER.split(pair[0]) != NUMBER.split(pair[1])), "line count")
+    numbers = [NUMBER.findall(text) for text in (old, wanted, found)]
+    is_named = len(numbers[0]) != len(numbers[1])  # v500 has become v500\\V:=625
+    for i, (wanted, found) in enumerate(zip(*numbers[1:])):
+        if wanted != found and (is_named or wanted != numbers[0][i]):
+            if abs(float(wanted) - float(found)) <= max(6e-4, 5e-6 * float(wanted)):
+                continue
+        if wanted != found:
+            return f"number {i} is {found}, not {wanted}"
+    return None
+
+
+def round_trip(detune, folder, seed, write):
+    """What is wrong, and how many speeds were changed."""
+    truth = with_speeds(draw(random.Random(seed)), random.Random(f"{seed} speeds"))
+    dress = lambda truth: write(truth, random.Random(f"{seed} {write.__name__}"))
+    text, extension = dress(truth)
+    job = job_of(folder, text, extension, "policy: {separation_percent: 3, model_uncertainty_percent: 0.3}\n")
+    new_program, new_job = folder / f"new.{extension}", folder / "new.yaml"
+    for file in (new_program, new_job):
+        file.unlink(missing_ok=True)
+    command = [detune, "advise", str(job), "--format", "json", "--write", str(new_job), "--write-program", str(new_program)]
+    ran = subprocess.run(command, capture_output=True, text=True, timeout=300)
+    if ran.returncode == 2:
+        return f"exit code 2: {ran.stderr}", 0
+    operations = json.loads(ran.stdout)["operations"]
+    old = [item[1] for item in truth if item[0] == "speed"]
+    stated = [operation["programmed_rpm"] for operation in operations]
+    if stated != old:
+        return f"speeds are read as {stated}, not {old}", 0
+    if not new_program.exists():
+        # Nothing may be written where there is no safe speed for all, or every speed is kept.
+        is_open = all(operation["status"] in ("keep", "change") for operation in operations)
+        is_kept = all(operation["status"] == "keep" for operation in operations)
+        if new_job.exists() or is_open and not is_kept:
+            return f"exit code {ran.returncode}, not written: {ran.stderr}", 0
+        return None, 0
+    new = [operation["recommended_rpm"] for operation in operations]
+    wanted, _ = dress(advised(truth, new, write in (rapid, krl, fanuc)))
+    fault = differs(text, wanted, new_program.read_text())
+    command = [detune, "check", str(new_job), "--format", "json", "--samples", "none", "--fail-on", "never"]
+    ran = subprocess.run(command, capture_output=True, text=True, timeout=300)
+    if ran.returncode != 0:
+        return fault or f"what was written is not read: {ran.stderr}", 0
+    again = json.loads(ran.stdout)["jobs"][0]
+    back = [operation["spindle_rpm"] for operation in again["operations"]]
+    if any(abs(a - b) > 1e-3 for a, b in zip(back, new)) or len(back) != len(new):
+        fault = fault or f"is read back at {back}, not {new}"
+    if again["verdict"] == "resonance":
+        fault = fault or "what was advised is a resonance"
+    return fault, sum(a != b for a, b in zip(old, new))
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("detune")
     parser.add_argument("--seeds", type=int, default=20)
+    parser.add_argument("--round-trips", type=int, default=0)
     parser.add_argument("--pygcode", action="store_true", help="compare with pygcode, too, which must be installed")
     arguments = parser.parse_args()
     arm = Arm(next(ROBOT.glob("*.urdf")))
@@ -424,7 +546,19 @@ def main():
                 ran += 1
                 if fault:
                     faults.append(f"seed {seed}, {write.__name__}: {fault}")
-    print(f"{ran} random programs in {len(WRITERS)} dialects: {len(faults)} wrong")
+        print(f"{ran} random programs in {len(WRITERS)} dialects: {len(faults)} wrong")
+        changed = {write.__name__: 0 for write in WRITERS}
+        for seed in range(arguments.round_trips):
+            for write in WRITERS:
+                detune = str(pathlib.Path(arguments.detune).resolve())
+                fault, count = round_trip(detune, pathlib.Path(name), 1000 + seed, write)
+                changed[write.__name__] += count > 0
+                if fault:
+                    faults.append(f"round trip {1000 + seed}, {write.__name__}: {fault}")
+    written = ", ".join(f"{name} {count}" for name, count in changed.items())
+    print(f"{arguments.round_trips} round trips in each: rewritten {written}")
+    if arguments.round_trips >= 5 and not all(changed.values()):
+        faults.append("a dialect was never rewritten")
     print("\n".join(faults[:10]))
     raise SystemExit(1 if faults else 0)
 

@@ -54,6 +54,9 @@ const FEED_OF_JOB_M_PER_S: f64 = 0.123_456_789;
 /// Speeds and feeds are written with three decimals.
 const SLACK: f64 = 1e-6;
 
+/// Unless that would be off by more than this share of the value.
+const COARSE: f64 = 2e-6;
+
 /// Rewrites a program that [`read`] understands with `settings`.
 ///
 /// # Errors
@@ -94,7 +97,7 @@ pub fn rewrite(
         feeds: changes.feeds,
         feeds_per_revolution: changes.feeds_per_revolution,
     };
-    match plan.mismatch(&before, &reread(&out.bytes)?, &settings) {
+    match plan.mismatch(&before, &reread(&out.bytes)?) {
         None => Ok(out),
         Some(what) => Err(refused(what)),
     }
@@ -171,8 +174,6 @@ fn number_like(old: &str, value: f64) -> String {
 
 /// Three decimals, or seven digits where three decimals are too coarse.
 fn written(value: f64) -> String {
-    /// Of the value.
-    const COARSE: f64 = 2e-6;
     let rounded = (value * 1e3).round() / 1e3;
     if (rounded - value).abs() <= COARSE * value {
         return rounded.to_string();
@@ -249,7 +250,7 @@ impl<'a> Plan<'a> {
     }
 
     /// The first move that does not run as it is to, in words.
-    fn mismatch(&self, before: &Program, after: &Program, settings: &Settings) -> Option<String> {
+    fn mismatch(&self, before: &Program, after: &Program) -> Option<String> {
         const SLACK_RPM: f64 = 1e-3;
         if before.moves.len() != after.moves.len() {
             return Some("its moves would change".to_owned());
@@ -272,7 +273,7 @@ impl<'a> Plan<'a> {
             }
             let per_turn = before.feeds.per_revolution.then_some(change.speed_ratio);
             let ratios = [Some(change.feed_ratio), per_turn];
-            if !ratios.into_iter().flatten().any(|ratio| keeps_pace(old, new, ratio, settings)) {
+            if !ratios.into_iter().flatten().any(|ratio| keeps_pace(old, new, ratio)) {
                 return Some(format!(
                     "the feed of line {line} is stated before the speed changes and would not \
                      follow it; state the feed anew after each change of speed"
@@ -285,15 +286,16 @@ impl<'a> Plan<'a> {
 
 /// Whether a move runs so many times as fast as it did, or as it did where its speed is not the
 /// program's.
-fn keeps_pace(old: &Move, new: &Move, ratio: f64, settings: &Settings) -> bool {
+fn keeps_pace(old: &Move, new: &Move, ratio: f64) -> bool {
     /// Three decimals, maybe of an inch a minute.
     const SLACK_M_PER_S: f64 = 3e-7;
     const SLACK_S: f64 = 2e-3;
     match (old.timing, new.timing) {
         (Timing::Feed, Timing::Feed) => {
-            let own = [settings.rapid_m_per_s, FEED_OF_JOB_M_PER_S].contains(&old.feed_m_per_s);
-            let expected = if own { old.feed_m_per_s } else { old.feed_m_per_s * ratio };
-            (new.feed_m_per_s - expected).abs() <= SLACK_M_PER_S || !old.spindle_turns
+            let is_of_job = old.feed_m_per_s == FEED_OF_JOB_M_PER_S;
+            let expected = if is_of_job { old.feed_m_per_s } else { old.feed_m_per_s * ratio };
+            let slack = SLACK_M_PER_S.max(1.01 * COARSE * expected);
+            (new.feed_m_per_s - expected).abs() <= slack || !old.spindle_turns
         }
         // A dwell, or a time for a move.
         (Timing::Seconds(was), Timing::Seconds(is)) => {
@@ -310,7 +312,7 @@ fn stated_rpm(each: &Move) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{RAPID_M_PER_S, tests::settings};
+    use super::super::tests::settings;
     use super::*;
 
     const RAPID: &str = "MODULE m\nPROC main()\nMoveAbsJ [[0,0,0,0,0,0],[9E9,9E9,9E9,9E9,9E9,\
@@ -332,7 +334,7 @@ mod tests {
         for (a, b) in before.moves.iter().zip(&after.moves) {
             assert_eq!((&a.to, a.line), (&b.to, b.line));
             let ratio = b.feed_m_per_s / a.feed_m_per_s;
-            assert!(a.feed_m_per_s == RAPID_M_PER_S || (ratio - 1.25).abs() < 1e-9, "{ratio}");
+            assert!(a.timing == Timing::Rapid || (ratio - 1.25).abs() < 1e-9, "{ratio}");
         }
         assert_eq!(before.spindle.len(), after.spindle.len());
         for (a, b) in before.spindle.iter().zip(&after.spindle) {

@@ -27,7 +27,10 @@ use crate::input::Reading;
 pub use crate::input::schema as input_schema;
 /// Keys of the policy that a run sets, and the job files that its arguments name.
 pub use crate::input::{PolicyOverrides, is_one_file, job_files};
-use crate::notes::Note;
+use crate::notes::{Code, Note, Place};
+
+/// What is said where a file was refused without an error.
+const NO_REASON: &str = "a file was refused, and detune does not know why: please report this";
 
 /// What came of reading files.
 #[derive(Debug)]
@@ -43,7 +46,11 @@ pub struct Read<T> {
 impl<T> Read<T> {
     fn of(read: impl FnOnce(&mut Reading) -> Result<T, Vec<Note>>) -> Self {
         let mut reading = Reading::default();
-        let value = read(&mut reading);
+        let value = read(&mut reading).map_err(|errors| match errors.is_empty() {
+            // An empty list would pass for success where errors are counted.
+            true => vec![Note::error(Code::Unreadable, Place::default(), NO_REASON)],
+            false => errors,
+        });
         Self { value, warnings: reading.warnings, files: reading.files }
     }
 }
@@ -61,5 +68,16 @@ impl Output {
     /// Some bytes for a file.
     pub fn new(path: &Path, bytes: Vec<u8>) -> Self {
         Self { path: path.to_owned(), bytes }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_refused_has_a_reason() {
+        let read = Read::<()>::of(|_| Err(Vec::new()));
+        assert_eq!(read.value.unwrap_err().len(), 1);
     }
 }

@@ -7,7 +7,6 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use crate::motion::{Load, Move, Spindle, Target, Timing};
-use crate::program::RAPID_M_PER_S;
 
 /// Moves of a path that run alike.
 #[derive(Debug, Clone)]
@@ -112,12 +111,15 @@ fn fill<T: Clone>(runs: &mut [Run], part: fn(&mut Run) -> &mut Option<T>) {
 /// ways between its targets; rapid moves, and those with the spindle stopped, count only where there
 /// is nothing else.
 pub(super) fn usual_feed_m_per_s(moves: &[Move], stretch: Range<usize>) -> Option<f64> {
+    let has_feed = |each: &Move| matches!(each.timing, Timing::Feed | Timing::Seconds(_));
+    let cuts = |each: &Move| has_feed(each) && each.spindle_turns;
+    let kinds: [&dyn Fn(&Move) -> bool; 3] = [&cuts, &has_feed, &|_| true];
+    let own = moves.get(stretch.clone())?;
+    let counts = kinds.into_iter().find(|kind| own.iter().skip(1).any(kind)).unwrap_or(&|_| true);
     let mut seconds: BTreeMap<u64, f64> = BTreeMap::new();
-    let may_cut = |each: &Move| each.timing != Timing::Rapid && each.spindle_turns;
-    let is_any_cut = moves.get(stretch.clone())?.iter().skip(1).any(may_cut);
     for index in stretch {
         let each = moves.get(index)?;
-        if is_any_cut && !may_cut(each) {
+        if !counts(each) {
             continue;
         }
         let before = index.checked_sub(1).and_then(|index| moves.get(index));
@@ -125,11 +127,8 @@ pub(super) fn usual_feed_m_per_s(moves: &[Move], stretch: Range<usize>) -> Optio
         // The bits of positive numbers are in the order of the numbers.
         *seconds.entry(each.feed_m_per_s.to_bits()).or_default() += way / each.feed_m_per_s;
     }
-    let counts = |feed: f64| feed != RAPID_M_PER_S || seconds.len() == 1;
     let feeds = seconds.iter().map(|(&bits, &time)| (f64::from_bits(bits), time));
-    let longest = feeds
-        .filter(|&(feed, _)| counts(feed))
-        .reduce(|best, next| if next.1 > best.1 { next } else { best });
+    let longest = feeds.reduce(|best, next| if next.1 > best.1 { next } else { best });
     longest.map(|(feed, _)| feed)
 }
 
