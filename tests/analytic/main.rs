@@ -36,5 +36,6 @@ mod path;
 mod programs;
 mod stability;
 mod stability_along;
+mod surface;
 mod survey;
 mod tracking;
