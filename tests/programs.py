@@ -473,13 +473,11 @@ def differs(old, wanted, found):
     if NUMBER.split(wanted) != NUMBER.split(found):
         pairs = zip(wanted.splitlines(), found.splitlines())
         return next((pair for pair in pairs if NUMBER.split(pair[0]) != NUMBER.split(pair[1])), "line count")
-    numbers = [NUMBER.findall(text) for text in (old, wanted, found)]
-    is_named = len(numbers[0]) != len(numbers[1])  # v500 has become v500\\V:=625
-    for i, (wanted, found) in enumerate(zip(*numbers[1:])):
-        if wanted != found and (is_named or wanted != numbers[0][i]):
-            if abs(float(wanted) - float(found)) <= max(6e-4, 5e-6 * float(wanted)):
-                continue
-        if wanted != found:
+    # v500 becomes v500\\V:=625: as if it had been v500\\V:=500.
+    old, wanted, found = (re.sub(r"v500(?=,)", "v500\\\\V:=500", text) for text in (old, wanted, found))
+    for i, (was, wanted, found) in enumerate(zip(*(NUMBER.findall(text) for text in (old, wanted, found)), strict=True)):
+        is_near = wanted != was and abs(float(wanted) - float(found)) <= 5e-6 * float(wanted)
+        if wanted != found and not is_near:
             return f"number {i} is {found}, not {wanted}"
     return None
 

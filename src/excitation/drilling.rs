@@ -123,6 +123,11 @@ impl DrillingForce {
         self.drill.thrust_n.is_some()
     }
 
+    /// Whether the torque is.
+    pub fn is_torque_stated(&self) -> bool {
+        self.drill.torque_nm.is_some()
+    }
+
     /// Whether the thrust leaves out a chisel edge that cuts.
     pub fn is_lower_bound(&self) -> bool {
         self.lips.has_chisel_edge && !self.is_thrust_stated()

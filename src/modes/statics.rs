@@ -35,7 +35,7 @@ pub struct Statics {
     pub compliance_m_per_n: Matrix3<f64>,
     /// The same for a moment on it, 1/N.
     pub compliance_m_per_nm: Matrix3<f64>,
-    /// The axes of the ellipsoid ellipsoid, of force and displacement, softest first.
+    /// The axes of the ellipsoid of `compliance_m_per_n`, softest first.
     pub principal: [Principal; 3],
 }
 

@@ -146,7 +146,7 @@ codes! {
     /// tip farther than the policy allows.
     LimitInDoubt = "limit_in_doubt": Doubt,
     /// A limit of the policy on the tool tip cannot be held against a cutting force, as none is
-    /// known.
+    /// known, or not all of it.
     LimitUnchecked = "limit_unchecked": Doubt,
     /// A joint cannot keep the programmed feed.
     FeedLimit = "feed_limit": Remark,

@@ -41,8 +41,8 @@ pub struct Feed {
 /// The feed's direction is read over this share of the path.
 const NEARBY: f64 = 1e-5;
 
-/// The modes at each of `s` (0..=1) with their motions and turns in the tool's frame: x along the feed, z
-/// along the spindle out of the work, y = z × x.
+/// The modes at each of `s` (0..=1) with their motions and turns in the tool's frame: x along the
+/// feed, z along the spindle out of the work, y = z × x.
 ///
 /// # Errors
 /// The first place that the arm does not reach, or at which it has no modes.

@@ -151,7 +151,7 @@ pub struct DrillingAt {
     pub thrust_up_to_n: f64,
     /// Torque, N m, where it is known.
     pub torque_nm: Option<f64>,
-    /// How far the thrust moves the tip across the axis, m.
+    /// How far thrust and torque move the tip across the axis, m.
     pub skid_m: f64,
     /// As in [`TipPlace`].
     pub leaves_axis: bool,
@@ -216,11 +216,14 @@ impl Effects {
         self.forces.first().and_then(ForceModel::drilling)
     }
 
-    /// By how much a thrust that was measured at the operation's chip is larger, at most, where the
-    /// chip is thicker: thrust grows no faster than the chip.
-    fn more_thrust(&self, place: &TipPlace) -> f64 {
-        let is_stated = self.drilling().is_some_and(DrillingForce::is_thrust_stated);
-        if is_stated { place.chip_ratio.max(1.0) } else { 1.0 }
+    /// By how much a thrust and a torque that were measured at the operation's chip are larger, at
+    /// most, where the chip is thicker: they grow no faster than the chip.
+    fn more(&self, place: &TipPlace) -> [f64; 2] {
+        let thicker = place.chip_ratio.max(1.0);
+        let of = |is_stated: fn(&DrillingForce) -> bool| {
+            if self.drilling().is_some_and(is_stated) { thicker } else { 1.0 }
+        };
+        [of(DrillingForce::is_thrust_stated), of(DrillingForce::is_torque_stated)]
     }
 
     /// What the cut does at one of the places; `interval_hz` tells in which a frequency of the arm
@@ -238,21 +241,25 @@ impl Effects {
         let moved = moved(modes, forces, turning);
         let mut vibration = Doubtful::of(root(&moved.1));
         let mut deflection = Doubtful::of(moved.0.norm());
-        let worst = |load: &Load, omega: f64| worst(modes, load, omega, &interval_hz);
-        let softest = worst(&forces.mean(1.0), 0.0);
-        let at = |k: &ForceHarmonic| worst(&Load::of(k), f64::from(k.order) * turning);
+        let worst = |load: &TipLoad, omega: f64| worst(modes, load, omega, &interval_hz);
+        let at = |k: &ForceHarmonic| worst(&TipLoad::of(k), f64::from(k.order) * turning);
         let by_order: Vec<Vec<TipMode>> = forces.harmonics.iter().map(at).collect();
-        let more = self.more_thrust(place);
+        let [more, more_torque] = self.more(place);
+        // Nobody says which hand a drill has, and a torque that helps may be smaller.
+        let torques: &[f64] = if forces.torque_nm == 0.0 { &[0.0] } else { &[1.0, 0.0, -1.0] };
         for forces in all {
-            for modes in [modes, &softest] {
-                deflection.may_be(answer(modes, &forces.mean(more), 0.0).norm());
+            for share in torques {
+                let load = forces.mean(more, share * more_torque);
+                for modes in [modes, &worst(&load, 0.0)] {
+                    deflection.may_be(answer(modes, &load, 0.0).norm());
+                }
             }
             let at = |(k, modes): (&ForceHarmonic, &Vec<TipMode>)| {
-                answer(modes, &Load::of(k), f64::from(k.order) * turning).norm_squared()
+                answer(modes, &TipLoad::of(k), f64::from(k.order) * turning).norm_squared()
             };
             vibration.may_be(forces.harmonics.iter().zip(&by_order).map(at).sum::<f64>().sqrt());
             let at = |k: &ForceHarmonic| {
-                answer(modes, &Load::of(k), f64::from(k.order) * turning).norm_squared()
+                answer(modes, &TipLoad::of(k), f64::from(k.order) * turning).norm_squared()
             };
             vibration.may_be(forces.harmonics.iter().map(at).sum::<f64>().sqrt());
         }
@@ -327,34 +334,34 @@ impl Doubtful {
 type Moved = (Vector3<f64>, Vec<Vector3<Complex<f64>>>);
 
 fn moved(modes: &[TipMode], forces: &Forces, turning: f64) -> Moved {
-    let rest = answer(modes, &forces.mean(1.0), 0.0).map(|u| u.re);
-    let each = |k: &ForceHarmonic| answer(modes, &Load::of(k), f64::from(k.order) * turning);
+    let rest = answer(modes, &forces.mean(1.0, 1.0), 0.0).map(|u| u.re);
+    let each = |k: &ForceHarmonic| answer(modes, &TipLoad::of(k), f64::from(k.order) * turning);
     (rest, forces.harmonics.iter().map(each).collect())
 }
 
 /// What acts on the tip at one frequency.
 #[derive(Debug, Clone)]
-struct Load {
+struct TipLoad {
     force_n: Vector3<Complex<f64>>,
     /// About the axis out of the work.
     torque_nm: f64,
 }
 
-impl Load {
+impl TipLoad {
     fn of(harmonic: &ForceHarmonic) -> Self {
         Self { force_n: Vector3::from(harmonic.amplitude_n), torque_nm: 0.0 }
     }
 }
 
 impl Forces {
-    /// The mean, so many times.
-    fn mean(&self, times: f64) -> Load {
+    /// The mean with the force so many times, and the torque.
+    fn mean(&self, times: f64, torque_times: f64) -> TipLoad {
         let force_n = Vector3::from(self.mean_n).map(|n| Complex::from(n * times));
-        Load { force_n, torque_nm: self.torque_nm * times }
+        TipLoad { force_n, torque_nm: self.torque_nm * torque_times }
     }
 }
 
-fn answer(modes: &[TipMode], load: &Load, omega_rad_per_s: f64) -> Vector3<Complex<f64>> {
+fn answer(modes: &[TipMode], load: &TipLoad, omega_rad_per_s: f64) -> Vector3<Complex<f64>> {
     modes.iter().map(|one| one.moved_m(&load.force_n, load.torque_nm, omega_rad_per_s)).sum()
 }
 
@@ -370,7 +377,7 @@ fn root(harmonics: &[Vector3<Complex<f64>>]) -> f64 {
 /// or to its own place as long as that makes the answer larger.
 fn worst(
     modes: &[TipMode],
-    load: &Load,
+    load: &TipLoad,
     omega: f64,
     interval_hz: &impl Fn(usize, f64) -> [f64; 2],
 ) -> Vec<TipMode> {
@@ -426,12 +433,12 @@ mod tests {
         TipMode { of: Owner::Arm(number), mode, turning: 0.4 * motion[0] - 0.3 }
     }
 
-    fn size(modes: &[TipMode], load: &Load, omega: f64) -> f64 {
+    fn size(modes: &[TipMode], load: &TipLoad, omega: f64) -> f64 {
         answer(modes, load, omega).norm()
     }
 
     /// The largest answer with every frequency anywhere in its interval, by trying.
-    fn scanned(modes: &[TipMode], load: &Load, omega: f64, by: f64) -> f64 {
+    fn scanned(modes: &[TipMode], load: &TipLoad, omega: f64, by: f64) -> f64 {
         const STEPS: usize = 40;
         let mut largest: f64 = 0.0;
         let count = (STEPS + 1).pow(modes.len() as u32);
@@ -479,7 +486,7 @@ mod tests {
                 ),
             ] {
                 let interval = |_: usize, hz: f64| [hz * (1.0 - by), hz * (1.0 + by)];
-                let load = Load { force_n: force, torque_nm };
+                let load = TipLoad { force_n: force, torque_nm };
                 let found = size(&worst(&modes, &load, omega, &interval), &load, omega);
                 let all = scanned(&modes, &load, omega, by);
                 println!("{found:e} by ends, {all:e} by trying");

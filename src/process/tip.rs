@@ -30,8 +30,8 @@ pub struct TipMode {
 }
 
 impl TipMode {
-    /// How the tip moves in it at ω, rad/s, under a force on the tip and a torque about the axis out of
-    /// the work.
+    /// How the tip moves in it at ω, rad/s, under a force on the tip and a torque about the axis
+    /// out of the work.
     pub fn moved_m(
         &self,
         force_n: &Vector3<Complex<f64>>,

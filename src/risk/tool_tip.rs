@@ -75,7 +75,7 @@ pub struct SurfaceError {
     pub line: usize,
 }
 
-/// Thrust and torque of a drill, and how far the thrust moves its tip to the side.
+/// Thrust and torque of a drill, and how far they move its tip to the side.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "DrillingAlong")]
@@ -90,14 +90,15 @@ pub struct Drilling {
     /// Whether it also moves across its axis at about the operation's feed: what that does to the
     /// work is not known, so no limit is kept for sure.
     pub leaves_axis: bool,
-    /// The largest torque; null where it is not known: then it is left out of the deflection.
+    /// The largest torque; null where it is not known: it is left out of the deflection,
+    /// of which no limit is kept for sure.
     pub torque_nm: Option<f64>,
     /// Half of the point angle.
     #[serde(rename = "half_point_angle_deg", serialize_with = "written::deg")]
     pub half_point_rad: f64,
     /// Whether that is a guess which the thrust or the limit of chatter rests on.
     pub is_point_angle_assumed: bool,
-    /// How far the thrust moves the tip across the axis, at most: how far the drill skids.
+    /// How far both move the tip across the axis, at most: how far the drill skids.
     #[serde(rename = "skid_um", serialize_with = "written::um")]
     pub skid_m: f64,
     /// Where, 0 to 1.
@@ -529,7 +530,13 @@ fn unchecked(job: &Job, tip: &ToolTip) -> Vec<String> {
         cannot(
             &all,
             "the drill also moves across its axis at the operation's feed, and what that does to \
-             the work is not known; make it a rapid move, or an operation of its own",
+             the work is not known; make it a rapid move, or an operation of its own with the cutting of a mill",
+        )
+    });
+    let of_torque = drilling.torque_nm.is_none().then(|| {
+        cannot(
+            &[Quantity::Deflection],
+            "the torque of the drill is not known; give cutting.torque_nm, or material or coefficients",
         )
     });
     let is_steady = tip.harmonics.is_empty();
@@ -539,7 +546,7 @@ fn unchecked(job: &Job, tip: &ToolTip) -> Vec<String> {
             "the thrust of a drill with even lips is steady, so what makes it vibrate is not known",
         )
     });
-    [of_thrust, of_moves, of_vibration].into_iter().flatten().flatten().collect()
+    [of_thrust, of_torque, of_moves, of_vibration].into_iter().flatten().flatten().collect()
 }
 
 /// A remark where the thrust of a drill, or the limit at which it chatters, rests on a point angle

@@ -101,7 +101,8 @@ impl Chart {
             let pair = eigenvalues(&modes, &mean, omega);
             values.push(values.last().map_or(pair, |last| in_order(*last, pair)));
         }
-        let mut segments: Vec<Segment> = (0..2)
+        let branches = if pitch_turns.len() == 1 { 0..2 } else { 0..0 };
+        let mut segments: Vec<Segment> = branches
             .flat_map(|branch| {
                 (0..values.len().saturating_sub(1)).map(move |index| (branch, index))
             })

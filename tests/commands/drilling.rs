@@ -13,7 +13,8 @@ const INTO: [&str; 2] = ["[50, 40, 2]", "[50, 40, -8]"];
 const OUT_OF: [&str; 2] = ["[50, 40, -8]", "[50, 40, 2]"];
 const ACROSS: [&str; 2] = ["[50, 40, 0]", "[90, 40, 0]"];
 
-const STATED: &str = "{direction: drill, thrust_n: 200}";
+const STATED: &str = "{direction: drill, thrust_n: 200, torque_nm: 0.5}";
+const THRUST: &str = "{direction: drill, thrust_n: 200}";
 const PILOT: &str = "{direction: drill, material: al-7075, pilot_diameter_mm: 4}";
 const WHOLE: &str = "{direction: drill, material: al-7075}";
 
@@ -67,7 +68,7 @@ fn number(value: &Value) -> f64 {
 /// a right-hand drill turns, which is clockwise seen from above.
 #[test]
 fn thrust_and_torque_move_the_tip_by_the_compliance_of_the_pose() {
-    let [without, with] = [STATED, "{direction: drill, thrust_n: 200, torque_nm: 6}"]
+    let [without, with] = [THRUST, "{direction: drill, thrust_n: 200, torque_nm: 6}"]
         .map(|cutting| moved_by_drilling(&Job::new(cutting, "", INTO)));
     assert_eq!([without.0, with.0], [0.0, 6.0]);
     let apart = (0..3).map(|i| (with.1[i] - without.1[i]).powi(2)).sum::<f64>().sqrt();
@@ -162,7 +163,7 @@ fn a_lower_bound_never_keeps_a_limit() {
     let whole = Job::new(WHOLE, "", INTO);
     let ran = whole.run(&["check", "job.yaml", "--fail-on", "never"]);
     assert!(out(&ran).contains("lower bound"), "{}", out(&ran));
-    let stated = "{direction: drill, material: al-7075, thrust_n: 500}";
+    let stated = "{direction: drill, material: al-7075, thrust_n: 500, torque_nm: 2}";
     for known in [PILOT, stated] {
         assert_eq!(Job::new(known, "", INTO).under(1e6).0, "clear", "{known}");
     }
@@ -209,6 +210,11 @@ fn limits_of_what_is_not_known_are_unchecked() {
     assert_eq!(verdict, "uncertain", "{told}");
     assert!(told.contains("limit_unchecked") && told.contains("across its axis"), "{told}");
     assert_eq!(Job::new(STATED, "", INTO).tip()["drilling"]["leaves_axis"], false);
+
+    let (verdict, told) = Job::new(THRUST, "", INTO).under(1e6);
+    assert_eq!(verdict, "uncertain", "{told}");
+    assert!(told.contains("limit_unchecked") && told.contains("torque_nm"), "{told}");
+    assert_eq!(Job::new(STATED, "", INTO).under(1e6).0, "clear");
 }
 
 /// Even lips leave nothing that shakes; unlike ones a line of the spindle, which takes coefficients.
@@ -225,7 +231,7 @@ fn unlike_lips_shake_at_the_speed_of_the_spindle() {
     let (verdict, told) = Job::new(STATED, runout, INTO).under(1e6);
     assert_eq!(verdict, "uncertain", "{told}");
     assert!(told.contains("unlike lips"), "{told}");
-    let with = "{direction: drill, thrust_n: 200, material: al-7075}";
+    let with = "{direction: drill, thrust_n: 200, torque_nm: 1, material: al-7075}";
     assert_eq!(Job::new(with, runout, INTO).under(1e6).0, "clear");
 }
 

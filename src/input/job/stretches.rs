@@ -108,14 +108,17 @@ fn fill<T: Clone>(runs: &mut [Run], part: fn(&mut Run) -> &mut Option<T>) {
 }
 
 /// The feed, m/s, at which a stretch of a path runs longest with the spindle on, by the straight
-/// ways between its targets; rapid moves, and those with the spindle stopped, count only where there
-/// is nothing else.
+/// ways between its targets; moves with the spindle stopped count only where there is nothing else,
+/// then rapid moves. A dwell has no feed.
 pub(super) fn usual_feed_m_per_s(moves: &[Move], stretch: Range<usize>) -> Option<f64> {
     let has_feed = |each: &Move| matches!(each.timing, Timing::Feed | Timing::Seconds(_));
     let cuts = |each: &Move| has_feed(each) && each.spindle_turns;
     let kinds: [&dyn Fn(&Move) -> bool; 3] = [&cuts, &has_feed, &|_| true];
     let own = moves.get(stretch.clone())?;
-    let counts = kinds.into_iter().find(|kind| own.iter().skip(1).any(kind)).unwrap_or(&|_| true);
+    let counts = kinds
+        .into_iter()
+        .find(|kind| own.windows(2).any(|pair| kind(&pair[1]) && goes_on(&pair[0], &pair[1])))
+        .unwrap_or(&|_| true);
     let mut seconds: BTreeMap<u64, f64> = BTreeMap::new();
     for index in stretch {
         let each = moves.get(index)?;
@@ -130,6 +133,11 @@ pub(super) fn usual_feed_m_per_s(moves: &[Move], stretch: Range<usize>) -> Optio
     let feeds = seconds.iter().map(|(&bits, &time)| (f64::from_bits(bits), time));
     let longest = feeds.reduce(|best, next| if next.1 > best.1 { next } else { best });
     longest.map(|(feed, _)| feed)
+}
+
+/// Whether a move goes anywhere, as far as that is known.
+fn goes_on(before: &Move, to: &Move) -> bool {
+    place(before).zip(place(to)).is_none_or(|(a, b)| a != b)
 }
 
 fn place(a_move: &Move) -> Option<Vector3<f64>> {

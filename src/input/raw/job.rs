@@ -311,8 +311,7 @@ pub(in crate::input) struct Cutting {
     /// coefficients if absent, which leave out the chisel edge.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1000000, "examples" = [450]))]
     pub(in crate::input) thrust_n: Option<f64>,
-    /// Of a drill: torque at the same, N m, which is told and moves nothing; by the coefficients if
-    /// absent.
+    /// Of a drill: torque at the same, N m; by the coefficients if absent.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 100000, "examples" = [2.5]))]
     pub(in crate::input) torque_nm: Option<f64>,
     /// For stability: whether a tooth cuts what the one ahead of it has left (true), or meets fresh
