@@ -12,6 +12,7 @@ use serde::Serialize;
 
 use crate::model::Robot;
 use crate::motion::{Move, StatedFeeds, Target};
+use crate::units::hz_from_rpm;
 
 pub use accept::{Acceptable, Acceptance, Accepted, Review, Settings, stretch_of};
 
@@ -245,6 +246,11 @@ impl Operation {
         }
     }
 
+    /// The least feed per revolution at its programmed feed and speeds, m.
+    pub fn feed_m_per_rev(&self) -> f64 {
+        self.speed.feed_m_per_rev(self.feed_m_per_s)
+    }
+
     /// The moves that it runs.
     pub fn own_moves(&self) -> &[Move] {
         self.moves.get(self.stretch.clone()).unwrap_or_default()
@@ -293,6 +299,11 @@ impl SpindleSpeed {
     pub fn range_rpm(&self) -> [f64; 2] {
         let ends = [0.0, 1.0].into_iter().chain(self.corners()).map(|s| self.rpm_at(s));
         ends.fold([f64::INFINITY, 0.0], |[low, high], rpm| [low.min(rpm), high.max(rpm)])
+    }
+
+    /// The least feed per revolution at a feed, m.
+    pub fn feed_m_per_rev(&self, feed_m_per_s: f64) -> f64 {
+        feed_m_per_s / hz_from_rpm(self.range_rpm()[1])
     }
 
     /// Values of s where the speed has a corner.
@@ -401,10 +412,20 @@ pub enum CuttingDirection {
 pub struct Drill {
     /// Diameter of the hole that is there before, m; zero where there is none.
     pub pilot_diameter_m: f64,
-    /// Thrust at the operation's feed and speed, as somebody measured it, N.
+    /// Thrust, as somebody measured it, N.
     pub thrust_n: Option<f64>,
-    /// Torque at the same, N m.
+    /// Torque, likewise, N m.
     pub torque_nm: Option<f64>,
+    /// Feed at which they were measured, m/rev: as somebody says, else the least of the operation
+    /// at its programmed speeds. `None`: nothing bounds them at any feed.
+    pub measured_at_m_per_rev: Option<f64>,
+}
+
+impl Drill {
+    /// Whether thrust or torque was measured.
+    pub fn is_measured(&self) -> bool {
+        self.thrust_n.is_some() || self.torque_nm.is_some()
+    }
 }
 
 /// When an excitation line near a mode counts.

@@ -128,6 +128,16 @@ impl DrillingForce {
         self.drill.torque_nm.is_some()
     }
 
+    /// By how much a thrust and a torque that were measured may be larger at a feed: they grow no
+    /// faster than the chip.
+    pub fn thrust_and_torque_up_to(&self, feed_per_lip_m: f64) -> [f64; 2] {
+        let m_per_rev = feed_per_lip_m * self.teeth.len() as f64;
+        let measured = self.drill.measured_at_m_per_rev;
+        let more = measured.map_or(f64::INFINITY, |measured| (m_per_rev / measured).max(1.0));
+        [self.is_thrust_stated(), self.is_torque_stated()]
+            .map(|is_stated| if is_stated { more } else { 1.0 })
+    }
+
     /// Whether the thrust leaves out a chisel edge that cuts.
     pub fn is_lower_bound(&self) -> bool {
         self.lips.has_chisel_edge && !self.is_thrust_stated()

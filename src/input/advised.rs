@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::Reading;
 use super::files::is_one_place;
 use super::job::job_of_text;
-use crate::job::{Job, Operation, SpindleSpeed};
+use crate::job::{CuttingDirection, Job, Operation, SpindleSpeed};
 use crate::notes::{Code, Note, Place};
 
 /// What an operation of the job that is written must have.
@@ -107,9 +107,27 @@ fn operation_difference(
         ("payload", before.carried == after.carried),
         ("speed", after.speed == advised.speed),
         ("feed", advised.feed_m_per_s.is_none_or(|feed| after.feed_m_per_s == feed)),
-        ("cutting", before.cutting == after.cutting),
+        ("cutting", is_same_cut(before, after)),
         ("start_near_deg", before.start_near == after.start_near),
         ("path", is_same_path),
     ];
     all.iter().find(|(_, is_same)| !is_same).map(|(what, _)| *what)
+}
+
+/// The feed at which a drill was measured is that of the speeds before where the job did not say it,
+/// and is written in its digits then.
+fn is_same_cut(before: &Operation, after: &Operation) -> bool {
+    const ROUNDING: f64 = 1e-9;
+    let (Some(before), Some(after)) = (&before.cutting, &after.cutting) else {
+        return before.cutting == after.cutting;
+    };
+    let mut after = after.clone();
+    if let (CuttingDirection::Drill(old), CuttingDirection::Drill(new)) =
+        (before.direction, &mut after.direction)
+        && let (Some(a), Some(b)) = (old.measured_at_m_per_rev, new.measured_at_m_per_rev)
+        && ((a - b).abs() <= ROUNDING * a || !old.is_measured())
+    {
+        new.measured_at_m_per_rev = Some(a);
+    }
+    *before == after
 }

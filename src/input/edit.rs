@@ -21,6 +21,9 @@ pub struct OperationEdit {
     pub speed: Option<SpindleSpeed>,
     /// Takes the place of feed_mm_per_min, mm/min.
     pub feed_mm_per_min: Option<f64>,
+    /// Stands as measured_at_mm_per_rev beside what was measured of a drill, where nobody says it
+    /// yet.
+    pub measured_at_mm_per_rev: Option<f64>,
     /// Takes the place of path.program.file: a file as seen from where the caller stands.
     pub program: Option<PathBuf>,
 }
@@ -62,6 +65,12 @@ pub fn rewritten_job(from: &Path, to: &Path, edits: &[OperationEdit]) -> Result<
             if let Some(name) = relocate(&entry.text) {
                 splice.replace(entry.value, quoted(&name));
             }
+        }
+        if let (Some(feed), None, Some(beside)) =
+            (edit.measured_at_mm_per_rev, operation.measured_at, operation.measured)
+        {
+            let (between, key) = (splice.between(&beside), splice.slice(beside.key.clone()));
+            splice.replace(beside.key, format!("measured_at_mm_per_rev: {feed}{between}{key}"));
         }
         if let Some(speed) = &edit.speed {
             change_speed(&mut splice, speed, operation.rpm, operation.schedule);
@@ -128,6 +137,9 @@ struct OperationEntries {
     rpm: Option<Entry>,
     schedule: Option<Entry>,
     feed: Option<Entry>,
+    /// The first of thrust_n and torque_nm.
+    measured: Option<Entry>,
+    measured_at: Option<Entry>,
     program: Option<Entry>,
     /// Further files of the program.
     files: Vec<Entry>,
@@ -146,6 +158,12 @@ fn job_entries(text: &str) -> Option<Entries> {
                 [Step::Key("spindle_rpm")] => operation.rpm = Some(entry()),
                 [Step::Key("spindle_schedule")] => operation.schedule = Some(entry()),
                 [Step::Key("feed_mm_per_min")] => operation.feed = Some(entry()),
+                [Step::Key("cutting"), Step::Key("thrust_n" | "torque_nm")] => {
+                    operation.measured.get_or_insert_with(entry);
+                }
+                [Step::Key("cutting"), Step::Key("measured_at_mm_per_rev")] => {
+                    operation.measured_at = Some(entry());
+                }
                 [Step::Key("path"), Step::Key("program"), Step::Key("file")] => {
                     operation.program = Some(entry());
                 }

@@ -3,6 +3,7 @@
 mod accept;
 mod carried;
 pub(super) mod cutter;
+mod cutting;
 mod operations;
 mod speeds;
 mod stretches;

@@ -95,11 +95,7 @@ fn damp(splice: &mut Splice<'_>, springs: &[(String, String, Entry)], joint: &st
         splice.replace(entry.whole(), new);
     } else if let Some(entry) = own(&|key| key.starts_with("stiffness_")) {
         let stiffness = splice.slice(entry.value.clone());
-        let between = if entry.in_braces {
-            ", ".to_owned()
-        } else {
-            format!("{}{}", splice.line_end(), " ".repeat(entry.column))
-        };
+        let between = splice.between(entry);
         splice.replace(entry.value.clone(), format!("{}{between}{new}", stiffness.trim_end()));
     }
 }

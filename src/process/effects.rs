@@ -216,16 +216,6 @@ impl Effects {
         self.forces.first().and_then(ForceModel::drilling)
     }
 
-    /// By how much a thrust and a torque that were measured at the operation's chip are larger, at
-    /// most, where the chip is thicker: they grow no faster than the chip.
-    fn more(&self, place: &TipPlace) -> [f64; 2] {
-        let thicker = place.chip_ratio.max(1.0);
-        let of = |is_stated: fn(&DrillingForce) -> bool| {
-            if self.drilling().is_some_and(is_stated) { thicker } else { 1.0 }
-        };
-        [of(DrillingForce::is_thrust_stated), of(DrillingForce::is_torque_stated)]
-    }
-
     /// What the cut does at one of the places; `interval_hz` tells in which a frequency of the arm
     /// lies, Hz, by the mode's number from 1. `None` where the feed is that of no place, or the
     /// result is not finite.
@@ -244,7 +234,9 @@ impl Effects {
         let worst = |load: &TipLoad, omega: f64| worst(modes, load, omega, &interval_hz);
         let at = |k: &ForceHarmonic| worst(&TipLoad::of(k), f64::from(k.order) * turning);
         let by_order: Vec<Vec<TipMode>> = forces.harmonics.iter().map(at).collect();
-        let [more, more_torque] = self.more(place);
+        let feed = place.feed_per_tooth_m;
+        let [more, more_torque] =
+            self.drilling().map_or([1.0; 2], |force| force.thrust_and_torque_up_to(feed));
         // Nobody says which hand a drill has, and a torque that helps may be smaller.
         let torques: &[f64] = if forces.torque_nm == 0.0 { &[0.0] } else { &[1.0, 0.0, -1.0] };
         for forces in all {

@@ -51,8 +51,6 @@ pub struct TipPlace {
     pub rpm: f64,
     /// Mean feed per tooth, m.
     pub feed_per_tooth_m: f64,
-    /// The same over that of the operation's feed at its programmed speed.
-    pub chip_ratio: f64,
     /// The modes of the arm, then those of the tool.
     pub modes: Vec<TipMode>,
     /// Whether the tool surely cuts there, and as its force is worked out: not where its feed alone
@@ -114,14 +112,13 @@ pub fn tip_places(
         let rpm = operation.speed.rpm_at(at.s);
         let teeth_per_s = hz_from_rpm(rpm) * f64::from(operation.tool.teeth);
         let feed_per_tooth_m = path.feed_m_per_s_at(at.s) / teeth_per_s;
-        let chip_ratio = path.feed_m_per_s_at(at.s) / operation.feed_m_per_s;
         let drills = drills(operation, &at.feed);
         let is_model = drills.map_or(at.feed.is_across, |how| how == DrillMove::Into);
         let cuts = in_work(operation, path, at.s) == InWork::Cuts;
         let (is_sure, leaves_axis) = (is_model && cuts, drills == Some(DrillMove::Across) && cuts);
         let mut modes = arm_modes(at);
         modes.extend(&of_tool);
-        TipPlace { s: at.s, rpm, feed_per_tooth_m, chip_ratio, modes, is_sure, leaves_axis }
+        TipPlace { s: at.s, rpm, feed_per_tooth_m, modes, is_sure, leaves_axis }
     };
     let all = tip_modes_of_tool(path, &s)?;
     let sides = |at: &TipModes| {

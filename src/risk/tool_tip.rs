@@ -221,12 +221,10 @@ pub fn limits_at_speed(
     if limits(&job.policy).next().is_none() {
         return Ok(Vec::new());
     }
-    let programmed = &operation.speed;
     let operation = &Operation { speed, ..operation.clone() };
     let mut places = cutting_places(operation, path, stations)?;
     for place in &mut places {
         place.feed_per_tooth_m *= feed_ratio;
-        place.chip_ratio *= feed_ratio * programmed.rpm_at(place.s) / place.rpm;
     }
     let tool_tip = tool_tip(job, operation, path, (rules, stations), &places);
     Ok(notes(job, operation, &Cut { tool_tip, stability: None }))

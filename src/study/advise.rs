@@ -13,7 +13,7 @@ use crate::notes::{Code, Note, Part, Place};
 use crate::program::{NewSpeed, Rewrite};
 use crate::progress::Progress;
 use crate::risk::{Warning, warnings};
-use crate::units::{Date, m_per_s_from_mm_per_min, mm_per_min_from_m_per_s};
+use crate::units::{Date, m_per_s_from_mm_per_min, mm_from_m, mm_per_min_from_m_per_s};
 
 use super::{Output, PolicyOverrides, Read};
 
@@ -159,7 +159,9 @@ pub fn advise(
         match &why {
             Some(why) => advised.not_written.push(not_written(path, why)),
             None => {
-                let rewrite = program_rewrite(job, operations, options.feed)
+                let lost = lost_with_program(job, options.feed).filter(|_| to.job.is_none());
+                let rewrite = lost
+                    .map_or_else(|| program_rewrite(job, operations, options.feed), Err)
                     .map_err(|why| stopped(refused(path, &why)))?;
                 let file = job.beside(rewrite.0);
                 let rewritten = rewritten_program(&job.file, &file, &rewrite.1).map_err(stopped)?;
@@ -289,11 +291,22 @@ fn entry_edit(
     // Feeds that the program states stay there, and a feed of the job must not contradict them.
     let stays = !is_program_written && said.iter().any(|(o, _)| o.program_feeds.any());
     let feed = feed.filter(|(new, old)| new != old && !stays).map(|(new, _)| written_feed(new));
-    Ok(OperationEdit {
+    let edit = OperationEdit {
         speed: speeds.into_iter().next().filter(|_| changes && is_one),
         feed_mm_per_min: feed,
-        program: None,
-    })
+        ..OperationEdit::default()
+    };
+    let rewritten = is_program_written && stretches.iter().any(|(o, _)| o.program.is_some());
+    let has_other_chip = rewritten || edit != OperationEdit::default();
+    let measured = first.and_then(|(operation, _)| measured_at_m_per_rev(operation));
+    let measured = measured.filter(|_| has_other_chip).map(mm_from_m);
+    Ok(OperationEdit { measured_at_mm_per_rev: measured, ..edit })
+}
+
+/// The feed at which thrust or torque of a drill were measured.
+fn measured_at_m_per_rev(operation: &Operation) -> Option<f64> {
+    let drill = operation.cutting.as_ref()?.drill()?;
+    drill.measured_at_m_per_rev.filter(|_| drill.is_measured())
 }
 
 /// mm/min with three decimals, or all digits where that would leave nothing.
@@ -344,6 +357,22 @@ fn program_rewrite<'j>(
         wanted = Some(this);
     }
     wanted.ok_or_else(|| "the job runs no program".to_owned())
+}
+
+/// What the job no longer says once its program runs at another feed per tooth: where nobody says at
+/// which feed a drill was measured, that is the program's.
+fn lost_with_program(job: &Job, feed: FeedRule) -> Option<String> {
+    let stated = |operation: &Operation| {
+        let own = job.operations.iter().filter(|other| other.entry == operation.entry);
+        let least = own.map(Operation::feed_m_per_rev).fold(f64::INFINITY, f64::min);
+        measured_at_m_per_rev(operation).filter(|at| operation.program.is_some() && *at == least)
+    };
+    let at = job.operations.iter().find_map(stated).filter(|_| feed != FeedRule::ChipLoad)?;
+    Some(format!(
+        "thrust and torque of the drill would then be taken for those of the new feed: write the job, \
+         too, with --write, or state cutting.measured_at_mm_per_rev, {}",
+        mm_from_m(at)
+    ))
 }
 
 /// What the cut does cannot be made best where it is not known.

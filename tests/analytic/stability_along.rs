@@ -53,15 +53,7 @@ fn mode(of: Owner, hz: f64, damping_ratio: f64, mass_kg: f64, axis: [f64; 3]) ->
 }
 
 fn place(s: f64, rpm: f64, modes: Vec<TipMode>) -> TipPlace {
-    TipPlace {
-        s,
-        rpm,
-        feed_per_tooth_m: 5e-5,
-        chip_ratio: 1.0,
-        modes,
-        is_sure: true,
-        leaves_axis: false,
-    }
+    TipPlace { s, rpm, feed_per_tooth_m: 5e-5, modes, is_sure: true, leaves_axis: false }
 }
 
 fn along(operation: &Operation, places: &[TipPlace]) -> (LimitAt, Vec<LimitAt>) {

@@ -132,7 +132,6 @@ fn the_surface_is_where_the_tip_is_as_a_tooth_makes_it() {
             s: 0.0,
             rpm: RPM,
             feed_per_tooth_m: FEED_M,
-            chip_ratio: 1.0,
             modes: modes()
                 .into_iter()
                 .map(|mode| TipMode { of: Owner::Tool, mode, turning: 0.0 })

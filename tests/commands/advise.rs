@@ -563,7 +563,7 @@ fn a_job_that_would_not_be_as_advised_is_not_written() {
     let edit = OperationEdit {
         speed: Some(SpindleSpeed::Constant(618.0)),
         feed_mm_per_min: Some(316.923),
-        program: None,
+        ..OperationEdit::default()
     };
     let to = bench.path().join("jobs/new.yaml");
     let text = input::rewritten_job(&file, &to, std::slice::from_ref(&edit)).unwrap();

@@ -361,3 +361,79 @@ fn stability_and_advice_speak_of_the_width_of_cut() {
     let ran = stated.run(&["advise", "job.yaml", "--objective", "depth"]);
     assert!(code(&ran) == 2 && err(&ran).contains("has no coefficients"), "{}", err(&ran));
 }
+
+/// A thrust that was measured grows with the chip at most: also where the program slows the spindle
+/// down, speeds the feed up, or the job is written with another speed.
+#[test]
+fn a_measured_thrust_belongs_to_its_feed_per_revolution() {
+    let up_to = |job: &Value| -> Vec<f64> {
+        let all = job["operations"].as_array().unwrap().iter();
+        all.map(|one| number(&one["tool_tip"]["drilling"]["thrust_up_to_n"])).collect()
+    };
+    let near = |found: Vec<f64>, expected: &[f64]| {
+        assert_eq!(found.len(), expected.len(), "{found:?}");
+        let fits = found.iter().zip(expected).all(|(a, b)| (a / b - 1.0).abs() < 1e-6);
+        assert!(fits, "{found:?} {expected:?}");
+    };
+    let job = Job::new(STATED, "", INTO);
+    let whole = fs::read_to_string(job.0.path().join("job.yaml")).unwrap();
+    let write = |text: &str| fs::write(job.0.path().join("job.yaml"), text).unwrap();
+    let path = whole[whole.find("path:").unwrap()..].trim_end().to_owned();
+    let program = "path: {program: {file: two.nc}}\n    start_near_deg: [0, 20, -10, 0, 60, 0]";
+    let of_program = whole.replace(&path, program);
+    let silent = of_program
+        .replace("    spindle_rpm: 36000\n", "")
+        .replace("    feed_mm_per_min: 400\n", "");
+    let hole = |x: i32, feed: i32| format!("G0 X{x} Y40 Z5\nG1 Z-8 F{feed}\nG0 Z5\n");
+    let two = format!("G21 G90 G94\nM3 S36000\n{}S18000\n{}M30\n", hole(50, 400), hole(70, 1600));
+    fs::write(job.0.path().join("two.nc"), two).unwrap();
+    // 0.0111 and 0.0889 mm a turn.
+    write(&silent);
+    near(up_to(&job.check(&[])), &[200.0, 1600.0]);
+    // The job's own speed and feed are those of the thrust.
+    write(&format!("speeds_from: program\n{}", of_program.replace(": 400\n", ": 200\n")));
+    near(up_to(&job.check(&[])), &[400.0, 3200.0]);
+    write(&silent.replace("thrust_n: 200", "thrust_n: 200, measured_at_mm_per_rev: 0.1"));
+    near(up_to(&job.check(&[])), &[200.0, 200.0]);
+    let falling = "spindle_schedule: [{s: 0, rpm: 36000}, {s: 1, rpm: 18000}]";
+    write(&whole.replace("spindle_rpm: 36000", falling));
+    near(up_to(&job.check(&[])), &[400.0]);
+    // One thrust of two drills.
+    let tool = "tool: {teeth: 2, diameter_mm: 12}";
+    let tools = "tools: {1: {teeth: 2, diameter_mm: 12}, 2: {teeth: 2, diameter_mm: 6}}";
+    write(&silent.replace(tool, tools));
+    let text = fs::read_to_string(job.0.path().join("two.nc")).unwrap();
+    let text = text.replace("M3 S36000", "T1 M6\nM3 S36000").replace("S18000", "T2 M6\nS18000");
+    fs::write(job.0.path().join("two.nc"), text).unwrap();
+    let ran = job.run(&["check", "job.yaml"]);
+    assert!(code(&ran) == 2 && err(&ran).contains("was measured with one drill"), "{}", err(&ran));
+}
+
+/// What is written at another feed per tooth says at which one the thrust was measured.
+#[test]
+fn a_job_that_is_written_keeps_the_feed_of_its_thrust() {
+    let job = Job::new(STATED, "", INTO);
+    let text = fs::read_to_string(job.0.path().join("job.yaml")).unwrap();
+    // At 1100 rpm tooth passing meets modes; the feed is 0.3636 mm a turn.
+    let ringing = text.replace("spindle_rpm: 36000", "spindle_rpm: 1100");
+    let block = "cutting:\n      # by hand\n      direction: drill\n      torque_nm: 0.5 # N m\n      thrust_n: 200";
+    for (text, written) in [
+        (ringing.clone(), "{direction: drill, measured_at_mm_per_rev: 0.36363636363636"),
+        (
+            ringing.replace(&format!("cutting: {STATED}"), block),
+            "\n      measured_at_mm_per_rev: 0.363636",
+        ),
+    ] {
+        fs::write(job.0.path().join("job.yaml"), text).unwrap();
+        let advise = ["advise", "job.yaml", "--feed", "programmed", "--write", "new.yaml"];
+        let ran = job.run(&advise);
+        assert_eq!(code(&ran), 0, "{}", err(&ran));
+        let new = fs::read_to_string(job.0.path().join("new.yaml")).unwrap();
+        assert!(new.contains(written) && !new.contains("spindle_rpm: 1100"), "{new}");
+        let ran = job.run(&["check", "new.yaml", "--format", "json", "--fail-on", "never"]);
+        let found = json(&ran)["jobs"][0]["operations"][0].clone();
+        let slower = 1100.0 / number(&found["spindle_rpm"]);
+        let up_to = number(&found["tool_tip"]["drilling"]["thrust_up_to_n"]);
+        assert!((up_to / (200.0 * slower.max(1.0)) - 1.0).abs() < 1e-6, "{up_to} {slower}");
+    }
+}

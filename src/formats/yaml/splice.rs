@@ -165,6 +165,14 @@ impl<'t> Splice<'t> {
         matches!(value.trim(), "" | "~" | "null" | "Null" | "NULL")
     }
 
+    /// What stands between an entry and the next one of its mapping.
+    pub(crate) fn between(&self, entry: &Entry) -> String {
+        match entry.in_braces {
+            true => ", ".to_owned(),
+            false => format!("{}{}", self.line_end(), " ".repeat(entry.column)),
+        }
+    }
+
     /// Puts `new` in the place of a range; white space at its end stays, as a block scalar ends
     /// with its line.
     pub(crate) fn replace(&mut self, range: Range<usize>, mut new: String) {

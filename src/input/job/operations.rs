@@ -11,16 +11,13 @@ use super::super::moves::moves_of;
 use super::super::raw::job as raw;
 use super::super::waypoints::{OperationContext, PathMoves, joint_position};
 use super::Reader;
-use super::cutter::{
-    coefficients, direction, drill_fault, needs_width, process_damping_n_per_m, undamped,
-    undamped_without_diameter, unused_key,
-};
+use super::cutting::{cutting, with_measured_feed};
 use super::speeds::Said;
 use super::stretches::{stretches, usual_feed_m_per_s};
 use crate::formats::yaml::{Node, Step};
-use crate::job::{Cutting, Drill, Operation, Spindle, SpindleSpeed, Tool, stretch_of};
+use crate::job::{Operation, Spindle, SpindleSpeed, Tool, stretch_of};
 use crate::notes::{Code, Note, Place};
-use crate::units::{m_from_mm, m_per_s_from_mm_per_min, mm_from_m};
+use crate::units::m_per_s_from_mm_per_min;
 
 /// Keys of the speed.
 const SPEEDS: [&str; 2] = ["spindle_rpm", "spindle_schedule"];
@@ -169,6 +166,9 @@ impl<'j> Reader<'j> {
                 start_near: start_near.clone(),
             });
         }
+        let of_job = said.speed.as_ref().zip(feed_m_per_s);
+        with_measured_feed(&mut operations, of_job);
+        self.check_measured_of_one(&operations, node, called);
         settled.then_some(operations)
     }
 
@@ -288,86 +288,6 @@ impl<'j> Reader<'j> {
         }
     }
 
-    /// All but a slot and a drill have a width, all but a drill a depth, and forces come from a
-    /// material or from coefficients, or the thrust of a drill is given.
-    fn check_cutting(&mut self, raw: &raw::Operation, node: &Node, called: &str) {
-        let Some(cutting) = &raw.cutting else { return };
-        let line = node.line_at(&[Step::Key("cutting")]);
-        // What is there and wrong was told.
-        let lacks = |key| node.at(&[Step::Key("cutting"), Step::Key(key)]).is_none();
-        let drills = matches!(cutting.direction, Some(raw::Direction::Drill));
-        for (key, is_needed) in [
-            ("radial_depth_mm", cutting.direction.is_none_or(needs_width)),
-            ("axial_depth_mm", !drills),
-        ] {
-            if lacks(key) && is_needed {
-                let what = format!("{called}: cutting: missing key '{key}'");
-                self.notes.error(Code::MissingKey, line, what);
-            }
-        }
-        if lacks("material") && lacks("coefficients") && (lacks("thrust_n") || !drills) {
-            let what = match drills {
-                true => "has none of 'material', 'coefficients' and 'thrust_n'",
-                false => "has neither 'material' nor 'coefficients'",
-            };
-            let what = format!("{called}: cutting {what}, must have one");
-            self.notes.error(Code::MissingKey, line, what);
-        }
-        let regenerates = cutting.regeneration.unwrap_or(true);
-        let named = cutting.direction;
-        if let Some(what) =
-            named.and_then(|named| undamped(cutting.process_damping_n_per_mm, named, regenerates))
-        {
-            let at = [Step::Key("cutting"), Step::Key("process_damping_n_per_mm")];
-            let what = format!("{called}: cutting.{what}");
-            self.notes.warning(Code::Unused, node.line_at(&at), what);
-        }
-        let of_drill = ["pilot_diameter_mm", "thrust_n", "torque_nm"].map(|key| (key, !drills));
-        let of_mill = ["radial_depth_mm", "axial_depth_mm"].map(|key| (key, drills));
-        for (key, is_unused) in of_drill.into_iter().chain(of_mill) {
-            if is_unused && !lacks(key) {
-                let what = format!("{called}: {}", unused_key(key, drills));
-                let line = node.line_at(&[Step::Key("cutting"), Step::Key(key)]);
-                self.notes.warning(Code::Unused, line, what);
-            }
-        }
-    }
-
-    /// A cutter cannot cut wider than it is, and a drill is wider than the hole before it.
-    fn check_diameter(
-        &mut self,
-        raw: &raw::Operation,
-        node: &Node,
-        called: &str,
-        whose: &str,
-        tool: &Tool,
-    ) {
-        let Some(cutting) = &raw.cutting else { return };
-        let Some(named) = cutting.direction else { return };
-        let fault = drill_fault(named, cutting.pilot_diameter_mm, whose, tool);
-        if let Some((key, code, what)) = fault {
-            let line = node.line_at(&[Step::Key("cutting"), Step::Key(key)]);
-            self.notes.error(code, line, format!("{called}: {what}"));
-        }
-        let damping = cutting.process_damping_n_per_mm;
-        if let Some(what) = undamped_without_diameter(damping, whose, tool) {
-            let at = [Step::Key("cutting"), Step::Key("process_damping_n_per_mm")];
-            self.notes.error(Code::MissingKey, node.line_at(&at), format!("{called}: {what}"));
-        }
-        let drills = matches!(named, raw::Direction::Drill);
-        let depth_mm = cutting.radial_depth_mm.filter(|_| !drills);
-        let (Some(depth_mm), Some(diameter_m)) = (depth_mm, tool.diameter_m) else { return };
-        if m_from_mm(depth_mm) > diameter_m {
-            let line = node.line_at(&[Step::Key("cutting"), Step::Key("radial_depth_mm")]);
-            let what = format!(
-                "{called}: cutting.radial_depth_mm is {depth_mm}, must not be above \
-                    {whose}.diameter_mm, {}",
-                mm_from_m(diameter_m)
-            );
-            self.notes.error(Code::Value, line, what);
-        }
-    }
-
     fn start_near(&mut self, raw: &raw::Operation, node: &Node, called: &str) -> Option<Vec<f64>> {
         let given = raw.start_near_deg.as_ref()?;
         let line = node.line_at(&[Step::Key("start_near_deg")]);
@@ -393,29 +313,6 @@ impl<'j> Reader<'j> {
             }
         }
     }
-}
-
-fn cutting(raw: &raw::Cutting) -> Option<Cutting> {
-    let named = raw.direction?;
-    let drills = matches!(named, raw::Direction::Drill);
-    let depth_m = |mm: Option<f64>| mm.filter(|_| !drills).map(m_from_mm);
-    let drill = Drill {
-        pilot_diameter_m: raw.pilot_diameter_mm.map_or(0.0, m_from_mm),
-        thrust_n: raw.thrust_n,
-        torque_nm: raw.torque_nm,
-    };
-    Some(Cutting {
-        radial_depth_m: depth_m(raw.radial_depth_mm).unwrap_or(0.0),
-        axial_depth_m: depth_m(raw.axial_depth_mm).or(drills.then_some(0.0))?,
-        direction: direction(named, drill),
-        material: raw.material.clone().unwrap_or_default(),
-        coefficients: match &raw.coefficients {
-            Some(own) => Some(coefficients(own)?),
-            None => None,
-        },
-        regenerates: raw.regeneration.unwrap_or(true),
-        process_damping_n_per_m: process_damping_n_per_m(raw.process_damping_n_per_mm, named),
-    })
 }
 
 fn placed(raw: &raw::Frame) -> Isometry3<f64> {

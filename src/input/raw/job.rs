@@ -307,13 +307,17 @@ pub(in crate::input) struct Cutting {
     /// Of a drill: diameter of the hole that is there before, mm; 0, none, if absent.
     #[schemars(extend("minimum" = 0, "maximum" = 1000, "default" = 0, "examples" = [4]))]
     pub(in crate::input) pilot_diameter_mm: Option<f64>,
-    /// Of a drill: thrust at the operation's feed and speed, measured or from a handbook, N; by the
-    /// coefficients if absent, which leave out the chisel edge.
+    /// Of a drill: thrust, measured or from a handbook, N; by the coefficients if absent, which
+    /// leave out the chisel edge.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1000000, "examples" = [450]))]
     pub(in crate::input) thrust_n: Option<f64>,
-    /// Of a drill: torque at the same, N m; by the coefficients if absent.
+    /// Of a drill: torque, likewise, N m; by the coefficients if absent.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 100000, "examples" = [2.5]))]
     pub(in crate::input) torque_nm: Option<f64>,
+    /// Of a drill: the feed at which thrust_n and torque_nm were measured, mm per revolution; the
+    /// least of the operation at its programmed speeds if absent.
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1000, "examples" = [0.1]))]
+    pub(in crate::input) measured_at_mm_per_rev: Option<f64>,
     /// For stability: whether a tooth cuts what the one ahead of it has left (true), or meets fresh
     /// material, so that modes can only feed each other; true if absent.
     #[schemars(extend("default" = true))]
