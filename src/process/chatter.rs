@@ -118,13 +118,16 @@ fn first_solved(found: &[(Option<Limit>, Method)], all: bool) -> Vec<usize> {
     order
 }
 
-/// What is to be solved before the smallest limit is sure: itself and the places beside it.
-fn not_yet_sure(found: &[(Option<Limit>, Method)], tried: &[bool]) -> Vec<usize> {
+/// What is to be solved before the smallest limit is sure: itself, the places beside it, and those
+/// that would be smaller if the exact limit were there `share` of the zeroth order, as it was
+/// somewhere.
+fn not_yet_sure(found: &[(Option<Limit>, Method)], tried: &[bool], share: f64) -> Vec<usize> {
     let least =
         (0..found.len()).min_by(|&a, &b| depth_of(&found[a]).total_cmp(&depth_of(&found[b])));
     let Some(least) = least.filter(|&i| found[i].0.is_some()) else { return Vec::new() };
-    let beside = least.saturating_sub(1)..=(least + 1).min(found.len() - 1);
-    beside.filter(|&i| !tried[i]).collect()
+    let depth_m = depth_of(&found[least]);
+    let may_be_least = |i: usize| i.abs_diff(least) <= 1 || share * depth_of(&found[i]) < depth_m;
+    (0..found.len()).filter(|&i| !tried[i] && may_be_least(i)).collect()
 }
 
 /// Stability at places of an operation; `None` where its coefficients are not known. Places are
@@ -149,16 +152,17 @@ pub fn chatter(
     // Of a drill the zeroth order is exact.
     if cutting.regenerates && drill.is_none() {
         let mut next = first_solved(&found, is_narrow(&operation.tool, cutting));
-        let mut tried = vec![false; found.len()];
+        let (mut tried, mut share) = (vec![false; found.len()], 1.0_f64);
         while !next.is_empty() {
             let solved: Vec<_> = next.par_iter().map(|&i| (i, exact(at[i].0, at[i].1))).collect();
             for (i, limit) in solved {
                 tried[i] = true;
                 if let Some(limit) = limit {
+                    share = share.min(depth_m(limit) / depth_of(&found[i]));
                     found[i] = (limit, Method::Exact);
                 }
             }
-            next = not_yet_sure(&found, &tried);
+            next = not_yet_sure(&found, &tried, share);
         }
     }
     let least = at.iter().zip(&found).min_by(|a, b| depth_of(a.1).total_cmp(&depth_of(b.1)));

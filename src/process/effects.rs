@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use std::fmt;
 
-use nalgebra::{Complex, Vector3};
+use nalgebra::{Complex, Matrix3x4, Vector3};
 
-use super::tip::{Owner, TipMode, TipPlace};
+use super::tip::{Owner, TipMode, TipPlace, tip_receptance};
 use crate::excitation::{
     DrillingForce, ForceHarmonic, ForceModel, MillingForce, coefficient_corners, coefficients,
     is_unlike,
@@ -228,32 +228,42 @@ impl Effects {
         let forces = all.first()?;
         let turning = rad_per_s_from_hz(hz_from_rpm(place.rpm));
         let modes = &place.modes;
-        let moved = moved(modes, forces, turning);
+        let of_orders = |modes: &dyn Fn(usize) -> Vec<TipMode>| -> Vec<Receptance> {
+            let at = |i: usize| tip_receptance(&modes(i), f64::from(self.orders[i]) * turning);
+            (0..self.orders.len()).map(at).collect()
+        };
+        let (still, each) = (tip_receptance(modes, 0.0), of_orders(&|_| modes.clone()));
+        let moved = moved(forces, &still, &each);
         let mut vibration = Doubtful::of(root(&moved.1));
         let mut deflection = Doubtful::of(moved.0.norm());
         let worst = |load: &TipLoad, omega: f64| worst(modes, load, omega, &interval_hz);
-        let at = |k: &ForceHarmonic| worst(&TipLoad::of(k), f64::from(k.order) * turning);
-        let by_order: Vec<Vec<TipMode>> = forces.harmonics.iter().map(at).collect();
+        let worst_each = of_orders(&|i| {
+            worst(&TipLoad::of(&forces.harmonics[i]), f64::from(self.orders[i]) * turning)
+        });
         let feed = place.feed_per_tooth_m;
         let [more, more_torque] =
             self.drilling().map_or([1.0; 2], |force| force.thrust_and_torque_up_to(feed));
         // Nobody says which hand a drill has, and a torque that helps may be smaller.
         let torques: &[f64] = if forces.torque_nm == 0.0 { &[0.0] } else { &[1.0, 0.0, -1.0] };
-        for forces in all {
-            for share in torques {
-                let load = forces.mean(more, share * more_torque);
-                for modes in [modes, &worst(&load, 0.0)] {
-                    deflection.may_be(answer(modes, &load, 0.0).norm());
-                }
+        let pairs = all.iter().flat_map(|forces| torques.iter().map(move |share| (forces, share)));
+        let load = |(forces, share): (&Forces, &f64)| {
+            let load = forces.mean(more, share * more_torque);
+            (load.moves_m(&still).norm(), load)
+        };
+        let mut loads: Vec<(f64, TipLoad)> = pairs.map(load).collect();
+        loads.sort_by(|a, b| b.0.total_cmp(&a.0));
+        for (moved_m, load) in loads {
+            deflection.may_be(moved_m);
+            // Most need no search for where they move the tip most.
+            let at_most_m = at_most_m(modes, &load, &interval_hz);
+            if at_most_m.is_nan() || at_most_m > deflection.up_to_m {
+                deflection.may_be(answer(&worst(&load, 0.0), &load, 0.0).norm());
             }
-            let at = |(k, modes): (&ForceHarmonic, &Vec<TipMode>)| {
-                answer(modes, &TipLoad::of(k), f64::from(k.order) * turning).norm_squared()
-            };
-            vibration.may_be(forces.harmonics.iter().zip(&by_order).map(at).sum::<f64>().sqrt());
-            let at = |k: &ForceHarmonic| {
-                answer(modes, &TipLoad::of(k), f64::from(k.order) * turning).norm_squared()
-            };
-            vibration.may_be(forces.harmonics.iter().map(at).sum::<f64>().sqrt());
+        }
+        for forces in all {
+            for each in [&each, &worst_each] {
+                vibration.may_be(root(&moves_m(&forces.harmonics, each)));
+            }
         }
         let largest = all.iter().map(|forces| forces.mean_n[2] * more).fold(0.0, f64::max);
         let drilling = self.drilling().map(|force| DrillingAt {
@@ -325,10 +335,18 @@ impl Doubtful {
 /// How the mean force moves the tip, and how each harmonic does.
 type Moved = (Vector3<f64>, Vec<Vector3<Complex<f64>>>);
 
-fn moved(modes: &[TipMode], forces: &Forces, turning: f64) -> Moved {
-    let rest = answer(modes, &forces.mean(1.0, 1.0), 0.0).map(|u| u.re);
-    let each = |k: &ForceHarmonic| answer(modes, &TipLoad::of(k), f64::from(k.order) * turning);
-    (rest, forces.harmonics.iter().map(each).collect())
+/// As [`tip_receptance`] has it.
+type Receptance = Matrix3x4<Complex<f64>>;
+
+fn moved(forces: &Forces, still: &Receptance, each: &[Receptance]) -> Moved {
+    let rest = forces.mean(1.0, 1.0).moves_m(still).map(|u| u.re);
+    (rest, moves_m(&forces.harmonics, each))
+}
+
+/// How each harmonic moves the tip.
+fn moves_m(harmonics: &[ForceHarmonic], each: &[Receptance]) -> Vec<Vector3<Complex<f64>>> {
+    let one = |(k, at): (&ForceHarmonic, &Receptance)| TipLoad::of(k).moves_m(at);
+    harmonics.iter().zip(each).map(one).collect()
 }
 
 /// What acts on the tip at one frequency.
@@ -340,6 +358,10 @@ struct TipLoad {
 }
 
 impl TipLoad {
+    fn moves_m(&self, receptance: &Receptance) -> Vector3<Complex<f64>> {
+        receptance * self.force_n.push(Complex::from(self.torque_nm))
+    }
+
     fn of(harmonic: &ForceHarmonic) -> Self {
         Self { force_n: Vector3::from(harmonic.amplitude_n), torque_nm: 0.0 }
     }
@@ -360,6 +382,25 @@ fn answer(modes: &[TipMode], load: &TipLoad, omega_rad_per_s: f64) -> Vector3<Co
 fn root(harmonics: &[Vector3<Complex<f64>>]) -> f64 {
     // The sum of none is minus zero.
     harmonics.iter().map(Vector3::norm_squared).fold(0.0, |sum, one| sum + one).sqrt()
+}
+
+/// What a steady load moves the tip by at most: each mode as soft as it may be, all in one direction.
+fn at_most_m(
+    modes: &[TipMode],
+    load: &TipLoad,
+    interval_hz: &impl Fn(usize, f64) -> [f64; 2],
+) -> f64 {
+    let of = |one: &TipMode| {
+        let own = one.mode.omega_rad_per_s;
+        let lowest = match one.of {
+            Owner::Arm(number) => {
+                own.min(rad_per_s_from_hz(interval_hz(number, hz_from_rad_per_s(own))[0]))
+            }
+            Owner::Tool => own,
+        };
+        answer(&[*one], load, 0.0).norm() * (own / lowest).powi(2)
+    };
+    modes.iter().map(of).sum()
 }
 
 /// The modes with each frequency of the arm where, within its interval, the answer to a load is

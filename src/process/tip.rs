@@ -1,6 +1,6 @@
 //! Places of a path at which the tool cuts, with all that vibrates there.
 
-use nalgebra::{Complex, Vector3};
+use nalgebra::{Complex, Matrix3x4, Vector3};
 
 use super::air_cuts::{DrillMove, InWork, drills, in_work};
 use crate::job::Operation;
@@ -40,6 +40,21 @@ impl TipMode {
     ) -> Vector3<Complex<f64>> {
         self.mode.moved_m(self.mode.pushed(force_n) + torque_nm * self.turning, omega_rad_per_s)
     }
+}
+
+/// Σ [`TipMode::moved_m`] for any load: 3 × 4, by the force and the torque.
+pub(super) fn tip_receptance(modes: &[TipMode], omega_rad_per_s: f64) -> Matrix3x4<Complex<f64>> {
+    let mut sum = Matrix3x4::zeros();
+    for TipMode { mode, turning, .. } in modes {
+        let dynamic = mode.dynamic(omega_rad_per_s);
+        let pushed = mode.motion.push(*turning);
+        for j in 0..4 {
+            for i in 0..3 {
+                sum[(i, j)] += dynamic * (mode.motion[i] * pushed[j]);
+            }
+        }
+    }
+    sum
 }
 
 /// The tool tip at one place of a path.

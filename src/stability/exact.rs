@@ -151,9 +151,14 @@ pub fn milling_limit(
     chart: &Chart,
     rpm: f64,
 ) -> Result<Option<Limit>, f64> {
-    let Some(lowest) = chart.lowest_m() else { return Ok(None) };
     let milling = Milling::new(cut, rpm);
-    Exact::new(&cut.in_axes(modes), &milling).limit(FROM * lowest, lowest)
+    let mut exact = Exact::new(&cut.in_axes(modes), &milling);
+    if exact.modes.is_empty() {
+        return Ok(None);
+    }
+    // Where the mean of the cut lets nothing grow, its change over the turn still may.
+    let lowest = chart.lowest_m().unwrap_or(DEEPEST_M);
+    exact.limit(FROM * lowest, lowest)
 }
 
 /// The spectral radius over one mean tooth period; `None` where it is not found.

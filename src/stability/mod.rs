@@ -45,7 +45,7 @@ mod mode;
 mod period;
 
 pub use chart::{Chart, coupling_limit};
-pub use cut::{Cut, is_narrow};
+pub use cut::{Cut, is_misled, is_narrow};
 pub use exact::{Exact, milling_limit, milling_radius};
 pub use limit::{DEEPEST_M, Kind, Limit, LimitOf, Method};
 pub use milling::{Milling, Process, Term};

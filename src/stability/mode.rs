@@ -28,7 +28,7 @@ impl From<&TipMode> for ToolMode {
 
 impl ToolMode {
     /// 1 / (ω_r² − ω² + 2 i ζ_r ω_r ω).
-    fn dynamic(&self, omega: f64) -> Complex<f64> {
+    pub(crate) fn dynamic(&self, omega: f64) -> Complex<f64> {
         let w = self.omega_rad_per_s;
         Complex::new(w * w - omega * omega, 2.0 * self.damping_ratio * w * omega).inv()
     }

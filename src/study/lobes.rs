@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
+use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -15,7 +15,8 @@ use crate::path::{self, tip_modes_of_tool};
 use crate::process::arm_modes;
 use crate::risk::{Paths, about_operation, assumed_point, in_operation};
 use crate::stability::{
-    Chart, Cut, ToolMode, coupling_limit, is_narrow, milling_limit, milling_radius,
+    Chart, Cut, DEEPEST_M, ToolMode, coupling_limit, is_misled, is_narrow, milling_limit,
+    milling_radius,
 };
 pub use crate::stability::{Limit, LimitOf, Method};
 use crate::units::{Date, hz_from_rad_per_s, hz_from_rpm, m_from_mm, mm_from_m, written};
@@ -205,11 +206,18 @@ pub fn lobes(subject: &Subject, request: &Request) -> Result<Lobes, Vec<Note>> {
     } else if coefficients(cutting).is_some_and(|own| own.axial.is_none()) {
         warn("no axial coefficient (kac_n_per_mm2), so the force along the spindle is left out");
     }
-    if method == Method::Zeroth && cutting.regenerates && is_narrow(tool, cutting) {
-        warn(
-            "the radial depth is below a quarter of the diameter, where the zeroth order may be \
-             wrong by a factor of two; use --method exact",
-        );
+    if method == Method::Zeroth && cutting.regenerates && drill.is_none() {
+        match misled_at(&modes, &cut, &request.speeds_rpm) {
+            Some((rpm, ratio)) => warn(&format!(
+                "the zeroth order is misled: at {rpm:.0} rpm the exact limit is {ratio:.2} times \
+                 the one told; use --method exact"
+            )),
+            None if is_narrow(tool, cutting) => warn(
+                "the radial depth is below a quarter of the diameter, where the zeroth order may \
+                 be wrong by a factor of two; use --method exact",
+            ),
+            None => {}
+        }
     }
     let rows = rows(&modes, &cut, cutting, (request, method))
         .map_err(|what| vec![Note::error(Code::NotConverged, place.clone(), what)])?;
@@ -221,6 +229,22 @@ pub fn lobes(subject: &Subject, request: &Request) -> Result<Lobes, Vec<Note>> {
     let modes = modes.iter().map(seen).collect();
     let limit_of = cut.limit_of();
     Ok(Lobes { title, method, limit_of, modes, has_tool_modes, rows, warnings })
+}
+
+/// Of some of the speeds the one at which the zeroth order exceeds the exact limit most, with the
+/// exact one's share of it.
+fn misled_at(modes: &[ToolMode], cut: &Cut, speeds_rpm: &[f64]) -> Option<(f64, f64)> {
+    const PROBED: usize = 12;
+    let chart = Chart::new(modes, cut);
+    let share = |rpm: f64| {
+        let exact_m = milling_limit(modes, cut, &chart, rpm).ok().flatten()?.depth_m;
+        let zeroth_m = chart.limit(rpm).map_or(DEEPEST_M, |limit| limit.depth_m);
+        is_misled(zeroth_m, exact_m).then_some((rpm, exact_m / zeroth_m))
+    };
+    let step = speeds_rpm.len().div_ceil(PROBED).max(1);
+    let probed: Vec<f64> = speeds_rpm.iter().copied().step_by(step).collect();
+    let shares: Vec<(f64, f64)> = probed.into_par_iter().filter_map(share).collect();
+    shares.into_iter().min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
 fn rows(

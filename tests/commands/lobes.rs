@@ -67,6 +67,35 @@ fn where_nothing_chatters_cells_are_blank_and_json_says_null() {
     assert!(text.starts_with("<svg") && text.contains("axial depth [mm]"));
 }
 
+/// Half immersion with modes along the spindle and at 45° to the feed: the change of the cut over the turn
+/// decides, which the zeroth order takes for its mean.
+#[test]
+fn where_the_zeroth_order_is_misled_it_says_so() {
+    let text = "modes:\n  - {frequency_hz: 800, damping_ratio: 0.03, stiffness_n_per_m: 5.0e6, \
+                axis: [0, 0, 1]}\n  - {frequency_hz: 700, damping_ratio: 0.03, stiffness_n_per_m: \
+                8.0e6, axis: [1, 1, 0]}\ntool: {teeth: 2, diameter_mm: 8}\n\
+                cutting: {direction: climb, material: al-7075, radial_depth_mm: 4}\n";
+    let limits = |method: &str| -> (Vec<[f64; 2]>, String) {
+        let (_, rows, said) = of(text, &format!("--rpm 8000:24000:9 --method {method}"));
+        let row = |row: &str| {
+            let mut cells = row.split(',').map(|cell| cell.parse().unwrap());
+            [cells.next().unwrap(), cells.next().unwrap()]
+        };
+        let rows = rows.lines().skip(1).map(|line| row(line.rsplitn(3, ',').nth(2).unwrap()));
+        (rows.collect(), said)
+    };
+    let ((zeroth, said), (exact, nothing)) = (limits("zeroth"), limits("exact"));
+    assert!(!nothing.contains("misled"), "{nothing}");
+    let shares = zeroth.iter().zip(&exact).map(|(a, b)| (b[1] / a[1], a[0]));
+    let (share, rpm) = shares.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
+    let told = format!("at {rpm:.0} rpm the exact limit is {share:.2} times the one told");
+    assert!(share < 0.5 && said.contains(&told), "{told}\n{said}");
+    // A slot with four teeth is even.
+    let even = text.replace("teeth: 2", "teeth: 4").replace("climb", "slot");
+    let (_, _, said) = of(&even, "--rpm 8000:24000:9 --method zeroth");
+    assert!(!said.contains("misled"), "{said}");
+}
+
 fn text_of_fresh() -> String {
     MODES.replace("direction: slot", "direction: slot, regeneration: false").replace(
         "[1, 0, 0]}]",

@@ -194,7 +194,7 @@ impl<'a> Run<'a> {
                 return Err(format!("'{keyword}' moves or shifts motion and is not supported"));
             }
             _ => {
-                if !self.set_signal(text, line) && !is_harmless(text) {
+                if !self.set_signal(text, statement) && !is_harmless(text) {
                     return Err(format!("'{text}' is not understood"));
                 }
             }
@@ -225,7 +225,7 @@ impl<'a> Run<'a> {
     }
 
     /// Keeps what an output or a flag is set to; whether the job says that it sets something.
-    fn set_signal(&mut self, text: &str, line: usize) -> bool {
+    fn set_signal(&mut self, text: &str, statement: &Statement) -> bool {
         // A comment in the brackets may hold the sign, too.
         let at = ["]=", "] ="].into_iter().filter_map(|sign| text.find(sign)).min();
         let at = at.map_or(0, |at| at + 1);
@@ -233,8 +233,8 @@ impl<'a> Run<'a> {
         let Some((blank, value)) = value.split_once('=') else { return false };
         let name = if at == 0 { blank } else { name };
         let key = name.trim().to_lowercase();
-        let number = self.registers.value(value);
-        let sets = set_by_name(self.settings, self.log, line, &key, (number, None));
+        let given = self.given(value, statement);
+        let sets = set_by_name(self.settings, self.log, statement.line, &key, given);
         if SIGNALS.iter().any(|start| name.starts_with(start)) {
             self.registers.set_signal(name, value);
         }
@@ -274,17 +274,19 @@ impl<'a> Run<'a> {
     fn assign(&mut self, line: usize, text: &str, statement: &Statement) -> Result<(), String> {
         let (number, rest) = register(text, "R").ok_or("R[ without a number")?;
         let value_text = rest.trim_start().strip_prefix('=').ok_or("expected '='")?;
-        let value = self.registers.value(value_text);
-        let at = value_text.trim().as_ptr() as usize - statement.text.as_ptr() as usize;
-        let span = value_text
-            .trim()
-            .parse::<f64>()
-            .ok()
-            .and_then(|_| statement.span(at, at + value_text.trim().len()));
+        let given = self.given(value_text, statement);
         let name = format!("r[{number}]");
-        set_by_name(self.settings, self.log, line, &name, (value.clone(), span));
-        self.registers.set(number, value);
+        set_by_name(self.settings, self.log, line, &name, given.clone());
+        self.registers.set(number, given.0);
         Ok(())
+    }
+
+    /// The value of a part of a statement, and its place if it is a number.
+    fn given(&self, part: &str, statement: &Statement) -> Given {
+        let own = part.trim();
+        let at = own.as_ptr() as usize - statement.text.as_ptr() as usize;
+        let span = own.parse::<f64>().ok().and_then(|_| statement.span(at, at + own.len()));
+        (self.registers.value(part), span)
     }
 
     fn wait(&mut self, text: &str, line: usize) {
@@ -328,13 +330,8 @@ impl<'a> Run<'a> {
             Some((name, args)) => (name.trim(), args.trim_end().trim_end_matches(')')),
             None => (rest, ""),
         };
-        let given = args.split(',').filter(|arg| !arg.trim().is_empty()).map(|arg| {
-            let own = arg.trim();
-            let at = own.as_ptr() as usize - statement.text.as_ptr() as usize;
-            let span = own.parse::<f64>().ok().and_then(|_| statement.span(at, at + own.len()));
-            (self.registers.value(own), span)
-        });
-        let given: Vec<Given> = given.collect();
+        let args = args.split(',').map(str::trim).filter(|arg| !arg.is_empty());
+        let given: Vec<Given> = args.map(|arg| self.given(arg, statement)).collect();
         if set_by_call(self.settings, self.log, line, &name.to_lowercase(), &given) {
             return;
         }
@@ -373,7 +370,7 @@ impl<'a> Run<'a> {
             }
             Ok(true) if action.starts_with('$') => self.system_variable(action, statement.line),
             Ok(true) if SIGNALS.iter().any(|start| action.starts_with(start)) => {
-                self.set_signal(action, statement.line);
+                self.set_signal(action, statement);
                 Ok(())
             }
             Ok(true) => Err(format!("'{action}' is not understood behind IF")),
@@ -381,9 +378,12 @@ impl<'a> Run<'a> {
                 self.system_variable(action, statement.line)
             }
             // A signal that is set or not moves nothing.
-            Err(_) if is_harmless(action) => {
+            Err(why) if is_harmless(action) => {
                 if SIGNALS.iter().any(|start| action.starts_with(start)) {
-                    self.registers.forget_signal(action.split('=').next().unwrap_or(""));
+                    let name = action.split('=').next().unwrap_or("");
+                    self.registers.forget_signal(name);
+                    let key = name.trim().to_lowercase();
+                    set_by_name(self.settings, self.log, statement.line, &key, (Err(why), None));
                 }
                 Ok(())
             }

@@ -254,6 +254,18 @@ fn robot_programs_are_rewritten_where_they_state_speeds() {
         .replace("4sec", "3.2sec");
     assert_eq!(rewritten(&text, Dialect::Fanuc, &tp_settings()).unwrap(), expected);
 
+    // An output, a hundred to the unit; set under a condition of the run, its speed is not known.
+    let mut job = tp_settings();
+    let what = Setter::Signal("AO[1]".to_owned());
+    job.spindle_from = Some(SetBy { what, per_unit: 100.0 });
+    let [of_output, expected] = [(text, "AO[1]=90 "), (expected, "AO[1]=112.5 ")]
+        .map(|(text, set)| text.replace("!SPINDLE 9000 ", set).replace("!SPINDLE 11250 ", set));
+    assert_eq!(rewritten(&of_output, Dialect::Fanuc, &job).unwrap(), expected);
+    let decided = of_output.replace("AO[1]=90", "IF DI[1]=ON,AO[1]=90");
+    let found = read(decided.as_bytes(), Dialect::Fanuc, &job).unwrap();
+    assert_eq!(found.spindle[0].spindle, Spindle::Turns(None));
+    assert!(found.warnings.iter().any(|note| note.what.contains("only at run time")));
+
     let mut job = settings();
     job.spindle_from =
         Some(SetBy { what: Setter::Procedure("SPINDEL".to_owned(), 2), per_unit: 1.0 });
