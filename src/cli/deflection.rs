@@ -30,13 +30,13 @@ pub(super) struct DeflectionArgs {
     #[arg(value_name = "ROBOT|JOB")]
     subject: PathBuf,
     /// Force on the tool tip in the base frame, N.
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = three)]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = load)]
     force_n: Option<[f64; 3]>,
     /// Moment on the tool in the base frame, N m.
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = three)]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = load)]
     moment_nm: Option<[f64; 3]>,
     /// Of a robot: the tool tip in the frame of its tip link, m; its origin if absent.
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = three)]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = tip)]
     tcp_m: Option<[f64; 3]>,
     /// Of a robot: N positions of a joint from A to B, both included, degrees (mm for a sliding
     /// joint); repeat it for all combinations with other joints.
@@ -67,11 +67,23 @@ enum Format {
     Csv,
 }
 
-fn three(text: &str) -> Result<[f64; 3], String> {
+/// Three numbers of at most `most`, in `unit`.
+fn three(text: &str, most: f64, unit: &str) -> Result<[f64; 3], String> {
     let wrong = || "must be three numbers, X,Y,Z".to_owned();
     let parts: Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse()).collect();
     let parts: [f64; 3] = parts.map_err(|_| wrong())?.try_into().map_err(|_| wrong())?;
-    if parts.iter().all(|part| part.is_finite()) { Ok(parts) } else { Err(wrong()) }
+    match parts.iter().all(|part| part.abs() <= most) {
+        true => Ok(parts),
+        false => Err(format!("each must be from -{most} to {most} {unit}")),
+    }
+}
+
+fn load(text: &str) -> Result<[f64; 3], String> {
+    three(text, 1e6, "N or N m")
+}
+
+fn tip(text: &str) -> Result<[f64; 3], String> {
+    three(text, 10.0, "m")
 }
 
 /// Writes the deflections.

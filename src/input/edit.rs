@@ -9,7 +9,7 @@ use super::job::read_job;
 use super::relocated::{named_from, relocated, resolved};
 use crate::formats::text::{read_bytes, read_text};
 use crate::formats::yaml::Step;
-use crate::formats::yaml::splice::{Entry, Splice, entries, quoted};
+use crate::formats::yaml::splice::{Entry, Splice, entries};
 use crate::job::SpindleSpeed;
 use crate::notes::{Code, Note, Place};
 use crate::program::{Dialect, Rewrite, Rewritten, rewrite};
@@ -46,7 +46,8 @@ pub fn rewritten_job(from: &Path, to: &Path, edits: &[OperationEdit]) -> Result<
     if let Some(robot) = robot
         && let Some(name) = relocate(&robot.text)
     {
-        splice.replace(robot.value, quoted(&name));
+        let name = splice.text_like(&robot.value, &name);
+        splice.replace(robot.value, name);
     }
     for (operation, edit) in operations.into_iter().zip(edits) {
         if let (Some(feed), Some(entry)) = (edit.feed_mm_per_min, operation.feed) {
@@ -58,19 +59,25 @@ pub fn rewritten_job(from: &Path, to: &Path, edits: &[OperationEdit]) -> Result<
                 None => relocate(&entry.text),
             };
             if let Some(name) = name {
-                splice.replace(entry.value, quoted(&name));
+                let name = splice.text_like(&entry.value, &name);
+                splice.replace(entry.value, name);
             }
         }
         for entry in operation.files {
             if let Some(name) = relocate(&entry.text) {
-                splice.replace(entry.value, quoted(&name));
+                let name = splice.text_like(&entry.value, &name);
+                splice.replace(entry.value, name);
             }
         }
         if let (Some(feed), None, Some(beside)) =
             (edit.measured_at_mm_per_rev, operation.measured_at, operation.measured)
         {
             let (between, key) = (splice.between(&beside), splice.slice(beside.key.clone()));
-            splice.replace(beside.key, format!("measured_at_mm_per_rev: {feed}{between}{key}"));
+            let new = match key.starts_with('"') {
+                true => "\"measured_at_mm_per_rev\"",
+                false => "measured_at_mm_per_rev",
+            };
+            splice.replace(beside.key, format!("{new}: {feed}{between}{key}"));
         }
         if let Some(speed) = &edit.speed {
             change_speed(&mut splice, speed, operation.rpm, operation.schedule);

@@ -82,10 +82,10 @@ pub fn rewrite(
     let plan = Plan::new(&before.moves, to);
     let changes = changes(&before.words, &plan, &decoded.text).map_err(refused)?;
     if changes.speeds == 0 {
-        let why = "it states no spindle speed";
+        let why = "it states no spindle speed as a number";
         return Err(refused(match dialect {
             Dialect::Rapid => format!(
-                "{why} that could be written: RAPID has no instruction for the spindle; say in \
+                "{why}: RAPID has no instruction for the spindle; say in \
                  path.program.spindle_from what sets it"
             ),
             _ => why.to_owned(),
@@ -167,7 +167,7 @@ fn changes(words: &[Word], plan: &Plan<'_>, text: &str) -> Result<Changes, Strin
 fn number_like(old: &str, value: f64) -> String {
     let mut new = written(value);
     if old.contains('.') && !new.contains('.') {
-        new.push('.');
+        new.push_str(if old.ends_with('.') { "." } else { ".0" });
     }
     new
 }
@@ -275,8 +275,9 @@ impl<'a> Plan<'a> {
             let ratios = [Some(change.feed_ratio), per_turn];
             if !ratios.into_iter().flatten().any(|ratio| keeps_pace(old, new, ratio)) {
                 return Some(format!(
-                    "the feed of line {line} is stated before the speed changes and would not \
-                     follow it; state the feed anew after each change of speed"
+                    "the feed of line {line} would not follow the speed: it is computed, bounded \
+                     by a speed limit, or stated before the speed changes; state it as a number \
+                     behind each change of speed"
                 ));
             }
         }

@@ -173,6 +173,14 @@ impl<'t> Splice<'t> {
         }
     }
 
+    /// Text in the place of a value: in double quotes if that is, as in JSON.
+    pub(crate) fn text_like(&self, value: &Range<usize>, text: &str) -> String {
+        match self.slice(value.clone()).starts_with('"') {
+            true => format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\"")),
+            false => quoted(text),
+        }
+    }
+
     /// Puts `new` in the place of a range; white space at its end stays, as a block scalar ends
     /// with its line.
     pub(crate) fn replace(&mut self, range: Range<usize>, mut new: String) {

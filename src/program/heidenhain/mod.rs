@@ -13,7 +13,8 @@ use nalgebra::{Rotation3, Vector3};
 
 use super::arc::{Arc, Centre, Plane};
 use super::cutter::{Cutter, Feed, FeedKind, Hole};
-use super::log::Log;
+use super::log::{Log, States};
+use super::span::Span;
 use super::{Pace, Settings};
 use crate::notes::Code;
 use crate::units::{m_per_s_from_mm_per_min, mm_from_inch, rad_from_deg};
@@ -43,6 +44,14 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
     }
 }
 
+/// A drilling cycle: its number, its line, and each Q with its place in the text.
+#[derive(Clone)]
+struct Cycle {
+    number: f64,
+    line: usize,
+    values: HashMap<String, (f64, Option<Span>)>,
+}
+
 /// A block, its continued lines (`~`) joined.
 struct Text<'t> {
     line: usize,
@@ -61,7 +70,7 @@ struct Reader<'a, 't> {
     inches: bool,
     pole: Option<[f64; 2]>,
     /// Number and Q parameters.
-    cycle: Option<(f64, HashMap<String, f64>)>,
+    cycle: Option<Cycle>,
     /// F of the last TOOL CALL, which FAUTO means.
     feed_of_tool: Option<Feed>,
     has_end: bool,
@@ -422,7 +431,7 @@ impl<'a, 't> Reader<'a, 't> {
         let values = || {
             let q =
                 block.words.iter().filter(|word| word.name.len() > 1 && word.name.starts_with('Q'));
-            q.filter_map(|word| Some((word.name.to_owned(), word.value?)))
+            q.filter_map(|word| Some((word.name.to_owned(), (word.value?, word.span))))
                 .collect::<HashMap<_, _>>()
         };
         match number {
@@ -434,7 +443,7 @@ impl<'a, 't> Reader<'a, 't> {
                         word.name
                     ));
                 }
-                self.cycle = Some((number, values()));
+                self.cycle = Some(Cycle { number, line, values: values() });
                 Ok(())
             }
             _ if number == 9.0 => Ok(()),
@@ -484,8 +493,8 @@ impl<'a, 't> Reader<'a, 't> {
     }
 
     fn drill(&mut self, line: usize) -> Result<(), String> {
-        let (number, cycle) = self.cycle.clone().ok_or("CYCL CALL without a drilling cycle")?;
-        let get = |name: &str| cycle.get(name).copied();
+        let cycle = self.cycle.clone().ok_or("CYCL CALL without a drilling cycle")?;
+        let get = |name: &str| cycle.values.get(name).map(|(value, _)| *value);
         let need = |name: &str| get(name).ok_or_else(|| format!("the cycle has no {name}"));
         let at = self.cutter.place().ok_or("a cycle from an unknown position")?;
         let surface = self.mm(need("Q203")?);
@@ -506,7 +515,7 @@ impl<'a, 't> Reader<'a, 't> {
         let pace = |feed: f64| Pace::Feed(m_per_s_from_mm_per_min(self.mm(feed)));
         // Reaming and universal drilling say how fast the tool comes out, and by 0: as it went in.
         let out = match get("Q208") {
-            _ if number == 200.0 => Pace::Rapid,
+            _ if cycle.number == 200.0 => Pace::Rapid,
             None => Pace::Rapid,
             Some(out) if out >= FMAX_MM_PER_MIN => Pace::Rapid,
             Some(out) => pace(if out > 0.0 { out } else { feed }),
@@ -514,6 +523,13 @@ impl<'a, 't> Reader<'a, 't> {
         let feed = pace(feed);
         if !matches!(feed, Pace::Feed(feed) if feed > 0.0) {
             return Err("Q206 must be positive".to_owned());
+        }
+        for (name, is_stated) in [("Q206", true), ("Q208", matches!(out, Pace::Feed(_)))] {
+            if let Some((value, span)) = cycle.values.get(name).filter(|(value, _)| *value > 0.0)
+                && is_stated
+            {
+                self.cutter.log.states(cycle.line, *span, States::Feed { value: *value });
+            }
         }
         let hole = Hole {
             clearance,
