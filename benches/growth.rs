@@ -20,7 +20,7 @@ mod common;
 const PIECE: usize = 4096;
 
 /// Most poses that are kept with their results: 96 bytes each.
-const MOST_KEPT: usize = 10_000_000;
+const MAX_KEPT: usize = 10_000_000;
 
 /// A line of the drawing: what it is, and (x, ns a pose).
 type Curve = (String, Vec<(f64, f64)>);
@@ -84,7 +84,7 @@ fn over_poses(robot: &Robot) -> Vec<Curve> {
     for decade in 3..=8 {
         let count = 10_usize.pow(decade);
         let mut row = [f64::NAN; 4];
-        if count <= MOST_KEPT {
+        if count <= MAX_KEPT {
             let poses = piece
                 .iter()
                 .copied()

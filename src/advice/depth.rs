@@ -21,7 +21,7 @@ const PLACES: usize = 12;
 
 /// Speeds that are tried over the safe ones, and in each stretch of them at least.
 const TRIED: usize = 400;
-const LEAST_TRIED: usize = 12;
+const MIN_TRIED: usize = 12;
 
 /// So many of the best are weighed by the exact limit.
 const WEIGHED: usize = 8;
@@ -72,7 +72,7 @@ impl<'a> DepthModel<'a> {
         let peaks_of = |gap: &super::Speeds| {
             let width = gap.high_rpm - gap.low_rpm;
             let share = if range > 0.0 { width / range } else { 1.0 };
-            let tried = ((TRIED as f64 * share).ceil() as usize).max(LEAST_TRIED);
+            let tried = ((TRIED as f64 * share).ceil() as usize).max(MIN_TRIED);
             let at = |i: usize| gap.low_rpm + width * i as f64 / tried as f64;
             let all: Vec<(f64, f64)> =
                 (0..=tried).into_par_iter().map(|i| (self.smallest_m(at(i)), at(i))).collect();

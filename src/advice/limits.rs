@@ -11,7 +11,7 @@ use crate::risk::{Rules, limits_at_speed};
 
 /// Speeds that are tried over the safe ones, and in each stretch of them at least.
 const TRIED: usize = 48;
-const LEAST_TRIED: usize = 3;
+const MIN_TRIED: usize = 3;
 
 /// An operation whose cut is held against the limits.
 pub(super) struct Limits<'a> {
@@ -58,7 +58,7 @@ impl Limits<'_> {
         let tried = |gap: &Speeds| {
             let width = gap.high_rpm - gap.low_rpm;
             let share = if range > 0.0 { width / range } else { 1.0 };
-            let count = ((TRIED as f64 * share).ceil() as usize).max(LEAST_TRIED);
+            let count = ((TRIED as f64 * share).ceil() as usize).max(MIN_TRIED);
             let at = |i: usize| gap.low_rpm + width * i as f64 / count as f64;
             (0..=count).filter_map(|i| settle(problem, *gap, at(i).round())).collect::<Vec<_>>()
         };

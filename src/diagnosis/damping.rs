@@ -16,7 +16,7 @@ use crate::statistics::{median, rms};
 const PRIOR: f64 = 1.0;
 
 /// Damping ratios of one table agree within this share at best.
-const LEAST_NOISE: f64 = 0.1;
+const MIN_NOISE: f64 = 0.1;
 
 /// A joint is learned where the data leave less than this share of what was open.
 const INFORMED: f64 = 0.5;
@@ -76,7 +76,7 @@ fn learned(problem: &Problem<'_>, fit: &Fit<'_>) -> Option<Vec<LearnedDamping>> 
         let covariance = information.try_inverse()?;
         Some((&covariance * along, covariance))
     };
-    let least = LEAST_NOISE * typical;
+    let least = MIN_NOISE * typical;
     let mut noise = least;
     // The noise follows from what is left.
     for _ in 0..5 {

@@ -13,7 +13,7 @@ use crate::identify::MeasuredRotation;
 const DEVIATION: f64 = 0.05;
 
 /// No shape is known better.
-const LEAST_DEVIATION: f64 = 0.01;
+const MIN_DEVIATION: f64 = 0.01;
 
 /// How far a model may be off in ln of the frequency while modes are paired.
 const FREQUENCY_ERROR: f64 = 0.1;
@@ -48,7 +48,7 @@ fn measured(row: &Row) -> impl Iterator<Item = (usize, Measured<'_>)> {
         let most = own.iter().map(|r| r.value.abs()).fold(0.0, f64::max);
         (own.len() > 1 && most > 0.0).then(|| {
             let deviation = |r: &MeasuredRotation| {
-                r.std.map_or(DEVIATION * most, |std| std.max(LEAST_DEVIATION * most))
+                r.std.map_or(DEVIATION * most, |std| std.max(MIN_DEVIATION * most))
             };
             (
                 column,

@@ -33,7 +33,7 @@ const MIN_SHARE: f64 = 0.26;
 
 /// Causes that explain less than this share of the squared error, where structure remains, are
 /// not worth naming.
-const LEAST_EXPLAINED: f64 = 0.6;
+const MIN_EXPLAINED: f64 = 0.6;
 
 /// What the residuals say; what causes gain at states left out has a say, too.
 pub(super) struct Judged {
@@ -94,7 +94,7 @@ impl Judged {
             after.as_ref().is_some_and(|s| s.share >= MIN_SHARE) || !is_small(&choice.best.fit);
         let worth = if explained >= OVERWHELMING || !(is_left || shape_is_better) {
             Worth::All
-        } else if shape_is_better || explained < LEAST_EXPLAINED {
+        } else if shape_is_better || explained < MIN_EXPLAINED {
             Worth::Nothing
         } else {
             Worth::Part

@@ -42,7 +42,7 @@ const WIDEST_ANGLE: f64 = 0.1;
 const WIDEST_LAG: f64 = 0.2;
 
 /// The highest order turns at most this far in a panel, rad: the rule is good to 1e-8 there.
-const MOST_TURNED: f64 = 8.0;
+const MAX_TURNED: f64 = 8.0;
 
 /// The teeth of a cutter and what each may cut.
 #[derive(Debug)]
@@ -180,7 +180,7 @@ impl Chips<'_> {
 /// Angle in which the highest order turns as far as it may, rad.
 fn turned(orders: &[u32]) -> f64 {
     let highest = orders.iter().copied().max().unwrap_or(0);
-    MOST_TURNED / f64::from(highest.max(1))
+    MAX_TURNED / f64::from(highest.max(1))
 }
 
 /// Sines within 0..1 at which another line becomes the least, or the least one rises above zero.

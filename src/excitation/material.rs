@@ -63,7 +63,7 @@ pub fn coefficients(cutting: &Cutting) -> Option<CuttingCoefficients> {
 
 /// Where nobody knows the axial coefficients: at most this share of the tangential ones. In Table 5
 /// of the same review K_ac is 0.04 to 0.43 of K_tc, K_ae 0.03 to 0.22 of K_te.
-const MOST_AXIAL: f64 = 0.45;
+const MAX_AXIAL: f64 = 0.45;
 
 /// The corners of what the coefficients of a cut may be: those of a material as laboratories have
 /// them, a job's own as they stand; axial ones that nobody knows are none, or as much as is seen.
@@ -92,7 +92,7 @@ pub fn coefficient_corners(cutting: &Cutting) -> Option<Vec<CuttingCoefficients>
                         let most = [corner.tangential_n_per_m2, corner.tangential_edge_n_per_m];
                         let [tangential, radial, _] = corner.exponents;
                         let seen = CuttingCoefficients {
-                            axial: Some(most.map(|k| MOST_AXIAL * k)),
+                            axial: Some(most.map(|k| MAX_AXIAL * k)),
                             exponents: [tangential, radial, tangential],
                             ..corner
                         };

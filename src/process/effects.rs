@@ -25,7 +25,7 @@ const SPINDLE_ORDERS: u32 = 48;
 /// So many times the highest mode of the tool is looked at, in so many orders at most: a harmonic
 /// falls with its order, and a tool that rings at the hundredth is far stiffer than an arm.
 const BEYOND: f64 = 1.3;
-const MOST_ORDERS: u32 = 600;
+const MAX_ORDERS: u32 = 600;
 
 /// Heights of the cut at which the surface is looked at.
 const HEIGHTS: usize = 5;
@@ -104,8 +104,7 @@ pub fn orders_of(force: &ForceModel, tool: &Tool, slowest_rpm: f64) -> Vec<u32> 
         top
     };
     let highest_hz = tool.modes.iter().map(|mode| mode.frequency_hz).fold(0.0, f64::max);
-    let beyond =
-        (BEYOND * highest_hz / hz_from_rpm(slowest_rpm)).ceil().min(f64::from(MOST_ORDERS));
+    let beyond = (BEYOND * highest_hz / hz_from_rpm(slowest_rpm)).ceil().min(f64::from(MAX_ORDERS));
     let top = top.max(beyond as u32);
     let step = force.repeats().max(1);
     (1..=top / step).map(|h| h * step).collect()

@@ -180,10 +180,10 @@ pub(super) fn probabilities(
 
 /// Stations that are not closer than draws need them.
 fn sites(survey: &Survey) -> Vec<Site> {
-    const LEAST_APART: f64 = 1e-4;
+    const MIN_APART: f64 = 1e-4;
     let mut sites: Vec<Site> = Vec::new();
     for (i, station) in survey.stations().enumerate() {
-        let is_apart = sites.last().is_none_or(|last| station.s - last.s >= LEAST_APART);
+        let is_apart = sites.last().is_none_or(|last| station.s - last.s >= MIN_APART);
         if is_apart || i + 1 == survey.len() {
             sites.push(Site {
                 s: station.s,

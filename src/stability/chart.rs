@@ -27,12 +27,12 @@ const REACH: [f64; 2] = [0.05, 5.0];
 const NEAR: f64 = 1.3;
 
 /// Most of them.
-const MOST_SOLVED: usize = 6;
+const MAX_SOLVED: usize = 6;
 
 /// With process damping the waves between teeth change by this much in a step, rad, unless that
 /// takes more parts between two frequencies than there may be.
 const STEP_RAD: f64 = 0.1;
-const MOST_PARTS: f64 = 1e4;
+const MAX_PARTS: f64 = 1e4;
 
 /// The eigenvalues of G(iω) H̄ per depth at one frequency, 1/m.
 type Pair = [Complex<f64>; 2];
@@ -150,7 +150,7 @@ impl Chart {
         let mut last: Option<(f64, Pair)> = None;
         for &end in &self.omegas {
             let from = last.map_or(end, |(omega, _)| omega);
-            let parts = ((end - from) * longest / STEP_RAD).ceil().clamp(1.0, MOST_PARTS);
+            let parts = ((end - from) * longest / STEP_RAD).ceil().clamp(1.0, MAX_PARTS);
             for part in 1..=parts as usize {
                 let omega = from + (end - from) * part as f64 / parts;
                 let pair = last
@@ -198,7 +198,7 @@ impl Chart {
         }
         found.retain(|candidate| candidate.inverse * NEAR >= most);
         found.sort_by(|a, b| b.inverse.total_cmp(&a.inverse));
-        let solved = found.iter().take(MOST_SOLVED).filter_map(|candidate| {
+        let solved = found.iter().take(MAX_SOLVED).filter_map(|candidate| {
             let (omega, value) = self.solved(candidate, delay_s);
             Some((depth_of(value)?, omega))
         });

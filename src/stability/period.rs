@@ -12,8 +12,8 @@ use super::milling::{Process, Term};
 use super::mode::ToolMode;
 
 /// The fastest mode turns at most this far in an element, rad; so does the force.
-const MOST_OF_MODE_RAD: f64 = 3.0;
-const MOST_OF_FORCE_RAD: f64 = 1.6;
+const MAX_OF_MODE_RAD: f64 = 3.0;
+const MAX_OF_FORCE_RAD: f64 = 1.6;
 
 /// More elements with force than this are refused: their cost grows with the square.
 const MAX_ELEMENTS: usize = 500;
@@ -117,8 +117,8 @@ fn corners(process: &dyn Process, depth_m: f64) -> Vec<f64> {
 fn plan(modes: &[ToolMode], process: &dyn Process, depth_m: f64) -> Option<(Vec<Plan>, usize)> {
     let delays = process.delays_s();
     let fastest = modes.iter().map(|mode| mode.omega_rad_per_s).fold(0.0, f64::max);
-    let longest = (MOST_OF_MODE_RAD / fastest)
-        .min(MOST_OF_FORCE_RAD / process.fastest_rad_per_s())
+    let longest = (MAX_OF_MODE_RAD / fastest)
+        .min(MAX_OF_FORCE_RAD / process.fastest_rad_per_s())
         .min(delays.iter().copied().fold(f64::INFINITY, f64::min));
     let (mut plans, mut slots) = (Vec::new(), 0);
     for pair in corners(process, depth_m).windows(2) {

@@ -96,7 +96,7 @@ fn jump(times: &[f64], title: &str) -> Option<(usize, String)> {
     const LEAST: f64 = 1.5;
     /// A jump is so many times as far from the usual step as nine tenths of all steps are.
     const FAR: f64 = 5.0;
-    const MOST_STEPS: f64 = 0.9;
+    const MAX_STEPS: f64 = 0.9;
     let moves = || times.windows(2).map(|pair| pair[1] - pair[0]);
     if let Some(k) = moves().position(|step| step <= 0.0) {
         let what = format!(
@@ -110,7 +110,7 @@ fn jump(times: &[f64], title: &str) -> Option<(usize, String)> {
     let middle = steps.len() / 2;
     let usual = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
     steps.iter_mut().for_each(|step| *step = (*step - usual).abs());
-    let most = ((MOST_STEPS * steps.len() as f64) as usize).min(steps.len() - 1);
+    let most = ((MAX_STEPS * steps.len() as f64) as usize).min(steps.len() - 1);
     let spread = *steps.select_nth_unstable_by(most, f64::total_cmp).1;
     let limit = (usual + FAR * spread).max(LEAST * usual);
     let k = moves().position(|step| step > limit)?;

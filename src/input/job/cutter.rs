@@ -54,7 +54,7 @@ pub(in crate::input) fn tool(
 }
 
 /// Most teeth of a cutter with runout: each may cut what any other has left.
-const MOST_WITH_RUNOUT: u32 = 60;
+const MAX_WITH_RUNOUT: u32 = 60;
 
 fn runout(
     raw: &raw::Tool,
@@ -69,10 +69,10 @@ fn runout(
     let mut refuse = |message: String| {
         notes.error(Code::Conflict, tree.line_at(&of_runout), message);
     };
-    if let Some(teeth) = raw.teeth.filter(|teeth| *teeth > MOST_WITH_RUNOUT) {
+    if let Some(teeth) = raw.teeth.filter(|teeth| *teeth > MAX_WITH_RUNOUT) {
         refuse(format!(
             "{what}.runout: the cutter has {teeth} teeth, runout is known for at most \
-             {MOST_WITH_RUNOUT}"
+             {MAX_WITH_RUNOUT}"
         ));
     }
     if let Some(diameter_mm) = raw.diameter_mm.filter(|d| 2.0 * offset_m >= m_from_mm(*d)) {

@@ -17,10 +17,10 @@ use super::write::{self, Columns};
 const STEP_HZ: f64 = 0.05;
 
 /// Effects whose signatures are more alike than this are one effect to anybody who sees frequencies alone.
-const MOST_ALIKE: f64 = 0.95;
+const MAX_ALIKE: f64 = 0.95;
 
 /// Draws before a case counts as impossible.
-const MOST_DRAWS: u64 = 400;
+const MAX_DRAWS: u64 = 400;
 
 /// Causes that may be hidden together.
 const TOGETHER: [&str; 12] = [
@@ -122,7 +122,7 @@ pub(crate) struct Case {
 impl Case {
     /// The case of an order, or `None` where the arm has no such effect of that size.
     pub(crate) fn draw(order: Order) -> Option<Self> {
-        (0..MOST_DRAWS).find_map(|attempt| Self::attempt(order, attempt))
+        (0..MAX_DRAWS).find_map(|attempt| Self::attempt(order, attempt))
     }
 
     /// `family-scenario-strength-seed`, fit for a folder.
@@ -174,7 +174,7 @@ impl Case {
             if over_noise < low || gravity && over_noise > high {
                 return None;
             }
-            if signatures.iter().any(|s| alike(s, &signature) > MOST_ALIKE) {
+            if signatures.iter().any(|s| alike(s, &signature) > MAX_ALIKE) {
                 return None;
             }
             let known = effect.change.known(&plain, size);

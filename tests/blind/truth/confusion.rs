@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use super::case::{Case, Scenario, Strength};
-use super::score::{LARGEST_GROUP, MOST_HELD_OUT, Met, Score};
+use super::score::{LARGEST_GROUP, MAX_HELD_OUT, Met, Score};
 
 /// Scores by what was hidden.
 #[derive(Default)]
@@ -68,7 +68,7 @@ impl Row {
     }
 
     fn line(&self) -> String {
-        let within = self.held_out.iter().filter(|x| **x <= MOST_HELD_OUT).count();
+        let within = self.held_out.iter().filter(|x| **x <= MAX_HELD_OUT).count();
         format!(
             "{} | {} | {} | {} | {} | {} | {} | {} | {} | {}",
             self.cases,
@@ -152,7 +152,7 @@ impl Confusion {
     pub(crate) fn shortfalls(&self, bar: &Bar) -> Vec<String> {
         let row = &self.whole;
         let cases = row.cases + self.unjudged;
-        let within = row.held_out.iter().filter(|x| **x <= MOST_HELD_OUT).count();
+        let within = row.held_out.iter().filter(|x| **x <= MAX_HELD_OUT).count();
         let clean = row.cases - row.spurious;
         let asked = [
             ("all causes named, groups of at most four", row.all_right, cases, bar.named),

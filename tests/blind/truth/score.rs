@@ -9,7 +9,7 @@ use super::effects::{BEYOND, Known};
 pub(crate) const LARGEST_GROUP: usize = 4;
 
 /// Held-out error over noise that an extended model may have.
-pub(crate) const MOST_HELD_OUT: f64 = 1.25;
+pub(crate) const MAX_HELD_OUT: f64 = 1.25;
 
 /// A cause at a place.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -301,7 +301,7 @@ impl Score {
         if !self.gained {
             faults.push("nothing gained on poses left out".to_owned());
         }
-        if self.held_out_over_noise > MOST_HELD_OUT {
+        if self.held_out_over_noise > MAX_HELD_OUT {
             faults.push(format!("held-out error {:.2} of the noise", self.held_out_over_noise));
         }
         faults
