@@ -383,7 +383,8 @@ fn root(harmonics: &[Vector3<Complex<f64>>]) -> f64 {
     harmonics.iter().map(Vector3::norm_squared).fold(0.0, |sum, one| sum + one).sqrt()
 }
 
-/// What a steady load moves the tip by at most: each mode as soft as it may be, all in one direction.
+/// What a steady load moves the tip by at most: each mode as soft as it may be, all in one
+/// direction.
 fn at_most_m(
     modes: &[TipMode],
     load: &TipLoad,

@@ -528,13 +528,15 @@ fn unchecked(job: &Job, tip: &ToolTip) -> Vec<String> {
         cannot(
             &all,
             "the drill also moves across its axis at the operation's feed, and what that does to \
-             the work is not known; make it a rapid move, or an operation of its own with the cutting of a mill",
+             the work is not known; make it a rapid move, or an operation of its own with the \
+             cutting of a mill",
         )
     });
     let of_torque = drilling.torque_nm.is_none().then(|| {
         cannot(
             &[Quantity::Deflection],
-            "the torque of the drill is not known; give cutting.torque_nm, or material or coefficients",
+            "the torque of the drill is not known; give cutting.torque_nm, or material or \
+             coefficients",
         )
     });
     let is_steady = tip.harmonics.is_empty();

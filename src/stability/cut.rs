@@ -13,7 +13,8 @@ use crate::job::{Cutting, CuttingCoefficients, CuttingDirection, Tool};
 /// depth, and may be wrong by its double.
 const NARROW: f64 = 0.25;
 
-/// Whether the zeroth order is above the exact limit by more than the harmonics of a usual cut make.
+/// Whether the zeroth order is above the exact limit by more than the harmonics of a usual cut
+/// make.
 pub fn is_misled(zeroth_m: f64, exact_m: f64) -> bool {
     exact_m < 0.9 * zeroth_m
 }
