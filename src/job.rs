@@ -11,7 +11,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::model::Robot;
-use crate::motion::{Move, StatedFeeds, Target};
+use crate::motion::{Move, StatedFeeds, Target, Timing};
 use crate::units::hz_from_rpm;
 
 pub use accept::{Acceptable, Acceptance, Accepted, Review, Settings, stretch_of};
@@ -246,9 +246,14 @@ impl Operation {
         }
     }
 
-    /// The least feed per revolution at its programmed feed and speeds, m.
-    pub fn feed_m_per_rev(&self) -> f64 {
-        self.speed.feed_m_per_rev(self.feed_m_per_s)
+    /// The least of the feeds at which it moves with the spindle on, m/s; its own where it does so
+    /// nowhere.
+    pub fn least_feed_m_per_s(&self) -> f64 {
+        let has_feed = |each: &&Move| matches!(each.timing, Timing::Feed | Timing::Seconds(_));
+        // Nothing moves to where the path starts.
+        let moves = self.own_moves().iter().skip(usize::from(self.stretch.start == 0));
+        let feeds = moves.filter(has_feed).filter(|each| each.spindle_turns);
+        feeds.map(|each| each.feed_m_per_s).reduce(f64::min).unwrap_or(self.feed_m_per_s)
     }
 
     /// The moves that it runs.
@@ -416,9 +421,26 @@ pub struct Drill {
     pub thrust_n: Option<f64>,
     /// Torque, likewise, N m.
     pub torque_nm: Option<f64>,
-    /// Feed at which they were measured, m/rev: as somebody says, else the least of the operation
-    /// at its programmed speeds. `None`: nothing bounds them at any feed.
-    pub measured_at_m_per_rev: Option<f64>,
+    /// Feed at which they were measured; `None`: nothing bounds them at any feed.
+    pub measured_at: Option<MeasuredAt>,
+}
+
+/// A feed at which something was measured, m/rev.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum MeasuredAt {
+    /// As the job says.
+    Stated(f64),
+    /// Nobody says it: the least of the operation at its programmed speeds.
+    Programmed(f64),
+}
+
+impl MeasuredAt {
+    /// The feed, m/rev.
+    pub fn m_per_rev(self) -> f64 {
+        match self {
+            Self::Stated(m_per_rev) | Self::Programmed(m_per_rev) => m_per_rev,
+        }
+    }
 }
 
 impl Drill {

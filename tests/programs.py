@@ -475,7 +475,10 @@ def differs(old, wanted, found):
         return next((pair for pair in pairs if NUMBER.split(pair[0]) != NUMBER.split(pair[1])), "line count")
     # v500 becomes v500\\V:=625: as if it had been v500\\V:=500.
     old, wanted, found = (re.sub(r"v500(?=,)", "v500\\\\V:=500", text) for text in (old, wanted, found))
-    for i, (was, wanted, found) in enumerate(zip(*(NUMBER.findall(text) for text in (old, wanted, found)), strict=True)):
+    numbers = [NUMBER.findall(text) for text in (old, wanted, found)]
+    if len({len(own) for own in numbers}) > 1:
+        return "another number of numbers"
+    for i, (was, wanted, found) in enumerate(zip(*numbers)):
         is_near = wanted != was and abs(float(wanted) - float(found)) <= 5e-6 * float(wanted)
         if wanted != found and not is_near:
             return f"number {i} is {found}, not {wanted}"

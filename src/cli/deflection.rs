@@ -30,10 +30,10 @@ pub(super) struct DeflectionArgs {
     #[arg(value_name = "ROBOT|JOB")]
     subject: PathBuf,
     /// Force on the tool tip in the base frame, N.
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = load)]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = force)]
     force_n: Option<[f64; 3]>,
     /// Moment on the tool in the base frame, N m.
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = load)]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = moment)]
     moment_nm: Option<[f64; 3]>,
     /// Of a robot: the tool tip in the frame of its tip link, m; its origin if absent.
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = tip)]
@@ -78,8 +78,12 @@ fn three(text: &str, most: f64, unit: &str) -> Result<[f64; 3], String> {
     }
 }
 
-fn load(text: &str) -> Result<[f64; 3], String> {
-    three(text, 1e6, "N or N m")
+fn force(text: &str) -> Result<[f64; 3], String> {
+    three(text, 1e6, "N")
+}
+
+fn moment(text: &str) -> Result<[f64; 3], String> {
+    three(text, 1e6, "N m")
 }
 
 fn tip(text: &str) -> Result<[f64; 3], String> {

@@ -32,7 +32,7 @@ use nalgebra::Complex;
 
 use super::chip::per_width;
 use super::engagement::{ForceHarmonic, Tooth, teeth};
-use crate::job::{CuttingCoefficients, Drill, Runout, Tool};
+use crate::job::{CuttingCoefficients, Drill, MeasuredAt, Runout, Tool};
 use crate::units::rad_from_deg;
 
 /// The point angle of a drill of which nobody says it, as general-purpose drills have it, degrees.
@@ -132,7 +132,7 @@ impl DrillingForce {
     /// faster than the chip.
     pub fn thrust_and_torque_up_to(&self, feed_per_lip_m: f64) -> [f64; 2] {
         let m_per_rev = feed_per_lip_m * self.teeth.len() as f64;
-        let measured = self.drill.measured_at_m_per_rev;
+        let measured = self.drill.measured_at.map(MeasuredAt::m_per_rev);
         let more = measured.map_or(f64::INFINITY, |measured| (m_per_rev / measured).max(1.0));
         [self.is_thrust_stated(), self.is_torque_stated()]
             .map(|is_stated| if is_stated { more } else { 1.0 })

@@ -124,10 +124,10 @@ fn is_same_cut(before: &Operation, after: &Operation) -> bool {
     let mut after = after.clone();
     if let (CuttingDirection::Drill(old), CuttingDirection::Drill(new)) =
         (before.direction, &mut after.direction)
-        && let (Some(a), Some(b)) = (old.measured_at_m_per_rev, new.measured_at_m_per_rev)
-        && ((a - b).abs() <= ROUNDING * a || !old.is_measured())
+        && let (Some(a), Some(b)) = (old.measured_at, new.measured_at)
+        && ((a.m_per_rev() - b.m_per_rev()).abs() <= ROUNDING * a.m_per_rev() || !old.is_measured())
     {
-        new.measured_at_m_per_rev = Some(a);
+        new.measured_at = Some(a);
     }
     *before == after
 }

@@ -69,7 +69,10 @@ pub fn rewritten_job(from: &Path, to: &Path, edits: &[OperationEdit]) -> Result<
                 splice.replace(entry.value, name);
             }
         }
-        if let (Some(feed), None, Some(beside)) =
+        let null = operation.measured_at.as_ref().filter(|entry| splice.is_null(entry)).cloned();
+        if let (Some(feed), Some(entry)) = (edit.measured_at_mm_per_rev, null) {
+            splice.replace(entry.value, feed.to_string());
+        } else if let (Some(feed), None, Some(beside)) =
             (edit.measured_at_mm_per_rev, operation.measured_at, operation.measured)
         {
             let (between, key) = (splice.between(&beside), splice.slice(beside.key.clone()));

@@ -121,12 +121,16 @@ fn first_solved(found: &[(Option<Limit>, Method)], all: bool) -> Vec<usize> {
 /// What is to be solved before the smallest limit is sure: itself, the places beside it, and those
 /// that would be smaller if the exact limit were there `share` of the zeroth order, as it was
 /// somewhere.
-fn not_yet_sure(found: &[(Option<Limit>, Method)], tried: &[bool], share: f64) -> Vec<usize> {
+fn not_yet_sure(
+    found: &[(Option<Limit>, Method)],
+    tried: &[bool],
+    (zeroth_m, share): (&[f64], f64),
+) -> Vec<usize> {
     let least =
         (0..found.len()).min_by(|&a, &b| depth_of(&found[a]).total_cmp(&depth_of(&found[b])));
     let Some(least) = least.filter(|&i| found[i].0.is_some()) else { return Vec::new() };
     let depth_m = depth_of(&found[least]);
-    let may_be_least = |i: usize| i.abs_diff(least) <= 1 || share * depth_of(&found[i]) < depth_m;
+    let may_be_least = |i: usize| i.abs_diff(least) <= 1 || share * zeroth_m[i] < depth_m;
     (0..found.len()).filter(|&i| !tried[i] && may_be_least(i)).collect()
 }
 
@@ -153,16 +157,17 @@ pub fn chatter(
     if cutting.regenerates && drill.is_none() {
         let mut next = first_solved(&found, is_narrow(&operation.tool, cutting));
         let (mut tried, mut share) = (vec![false; found.len()], 1.0_f64);
+        let zeroth_m: Vec<f64> = found.iter().map(|one| depth_of(one).min(DEEPEST_M)).collect();
         while !next.is_empty() {
             let solved: Vec<_> = next.par_iter().map(|&i| (i, exact(at[i].0, at[i].1))).collect();
             for (i, limit) in solved {
                 tried[i] = true;
                 if let Some(limit) = limit {
-                    share = share.min(depth_m(limit) / depth_of(&found[i]));
+                    share = share.min(depth_m(limit) / zeroth_m[i]);
                     found[i] = (limit, Method::Exact);
                 }
             }
-            next = not_yet_sure(&found, &tried, share);
+            next = not_yet_sure(&found, &tried, (&zeroth_m, share));
         }
     }
     let least = at.iter().zip(&found).min_by(|a, b| depth_of(a.1).total_cmp(&depth_of(b.1)));

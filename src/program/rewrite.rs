@@ -275,8 +275,8 @@ impl<'a> Plan<'a> {
             let ratios = [Some(change.feed_ratio), per_turn];
             if !ratios.into_iter().flatten().any(|ratio| keeps_pace(old, new, ratio)) {
                 return Some(format!(
-                    "the feed of line {line} would not follow the speed: it is computed, bounded \
-                     by a speed limit, or stated before the speed changes; state it as a number \
+                    "the feed of line {line} would not be as advised: it is computed, bounded by \
+                     a speed limit, or stated before the speed changes; state it as a number \
                      behind each change of speed"
                 ));
             }

@@ -98,7 +98,8 @@ pub struct Drilling {
     pub half_point_rad: f64,
     /// Whether that is a guess which the thrust or the limit of chatter rests on.
     pub is_point_angle_assumed: bool,
-    /// How far both move the tip across the axis, at most: how far the drill skids.
+    /// How far both move the tip across the axis, as the model has it, the largest along the path:
+    /// how far the drill skids.
     #[serde(rename = "skid_um", serialize_with = "written::um")]
     pub skid_m: f64,
     /// Where, 0 to 1.
@@ -576,9 +577,20 @@ fn in_lines(from: usize, to: usize) -> String {
     if from == to { format!("line {from}") } else { format!("lines {from}–{to}") }
 }
 
+/// A length in µm with one decimal, or with two digits where that would leave none.
+fn one_decimal(um: f64) -> String {
+    match um.abs() {
+        small if small > 0.0 && small < 0.1 => {
+            let decimals = 1.0 - small.log10().floor().max(-12.0);
+            format!("{um:.*}", decimals as usize)
+        }
+        _ => format!("{um:.1}"),
+    }
+}
+
 fn told(job: &Job, operation: &Operation, excess: &Excess, more: usize) -> Note {
     let [um, up_to, limit] =
-        [excess.largest_m, excess.up_to_m, excess.limit_m].map(|m| format!("{:.1}", um_from_m(m)));
+        [excess.largest_m, excess.up_to_m, excess.limit_m].map(|m| one_decimal(um_from_m(m)));
     let moves = match excess.quantity {
         Quantity::Deflection => "the mean cutting force moves the tool tip",
         Quantity::Vibration => "the tool tip vibrates under the cutting force by",

@@ -13,10 +13,12 @@ use crate::job::{Cutting, CuttingCoefficients, CuttingDirection, Tool};
 /// depth, and may be wrong by its double.
 const NARROW: f64 = 0.25;
 
-/// Whether the zeroth order is above the exact limit by more than the harmonics of a usual cut
-/// make.
+/// Of usual cuts the exact limit is above this share of that of the zeroth order.
+const USUAL_SHARE: f64 = 0.9;
+
+/// Whether the exact limit is further below that of the zeroth order than is usual.
 pub fn is_misled(zeroth_m: f64, exact_m: f64) -> bool {
-    exact_m < 0.9 * zeroth_m
+    exact_m < USUAL_SHARE * zeroth_m
 }
 
 /// Whether a cut is too narrow for the zeroth order.
@@ -116,6 +118,19 @@ impl Cut {
         let mut force = Matrix3x2::zeros();
         force[(0, 0)] = -lip_n_per_m2;
         force
+    }
+
+    /// A depth below which nothing grows, as the force for any motion is smaller than what holds
+    /// the modes: 1 / (2 N |K| Σ |φ|² / (2 ζ ω²)), with N teeth, m. Process damping, which only
+    /// holds, is left out.
+    pub(super) fn surely_stable_m(&self, modes: &[ToolMode]) -> f64 {
+        let [tangential, radial, axial] = self.coefficients_n_per_m2;
+        let force = self.pitch_rad.len() as f64 * tangential.hypot(radial).hypot(axial);
+        let moved = |mode: &ToolMode| {
+            let stiffness = 2.0 * mode.damping_ratio * mode.omega_rad_per_s.powi(2);
+            mode.motion.norm_squared() / stiffness
+        };
+        1.0 / (2.0 * force * modes.iter().map(moved).sum::<f64>())
     }
 
     /// One pitch if all are equal.

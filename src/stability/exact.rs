@@ -17,6 +17,10 @@ use crate::units::hz_from_rad_per_s;
 /// short cuts have their limits, too.
 const FROM: f64 = 0.2;
 
+/// And at no more than this share of so many times the depth at which nothing grows whatever the cut
+/// does: the smallest limit of the zeroth order is 2 to 20 times that depth, mostly.
+const FAR: f64 = 20.0;
+
 /// Steps of the search, below and above the smallest limit of the zeroth order.
 const COARSE: f64 = 1.25;
 const FINE: f64 = 1.1;
@@ -156,9 +160,10 @@ pub fn milling_limit(
     if exact.modes.is_empty() {
         return Ok(None);
     }
-    // Where the mean of the cut lets nothing grow, its change over the turn still may.
-    let lowest = chart.lowest_m().unwrap_or(DEEPEST_M);
-    exact.limit(FROM * lowest, lowest)
+    // Where the mean of the cut lets nothing grow, or hardly, its change over the turn still may.
+    let lowest = chart.lowest_m().unwrap_or(DEEPEST_M).min(DEEPEST_M);
+    let from = lowest.min(FAR * cut.surely_stable_m(&exact.modes));
+    exact.limit(FROM * from, lowest)
 }
 
 /// The spectral radius over one mean tooth period; `None` where it is not found.

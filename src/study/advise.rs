@@ -8,7 +8,9 @@ use crate::input::{
     Advised as AdvisedOperation, OperationEdit, confirm_rewritten, read_job, rewritten_job,
     rewritten_program,
 };
-use crate::job::{Acceptance, Carried, Job, Levers, Operation, Settings, Spindle, SpindleSpeed};
+use crate::job::{
+    Acceptance, Carried, Drill, Job, Levers, MeasuredAt, Operation, Settings, Spindle, SpindleSpeed,
+};
 use crate::notes::{Code, Note, Part, Place};
 use crate::program::{NewSpeed, Rewrite};
 use crate::progress::Progress;
@@ -159,7 +161,8 @@ pub fn advise(
         match &why {
             Some(why) => advised.not_written.push(not_written(path, why)),
             None => {
-                let lost = lost_with_program(job, options.feed).filter(|_| to.job.is_none());
+                let lost = lost_with_program(job, operations, options.feed);
+                let lost = lost.filter(|_| to.job.is_none());
                 let rewrite = lost
                     .map_or_else(|| program_rewrite(job, operations, options.feed), Err)
                     .map_err(|why| stopped(refused(path, &why)))?;
@@ -298,15 +301,18 @@ fn entry_edit(
     };
     let rewritten = is_program_written && stretches.iter().any(|(o, _)| o.program.is_some());
     let has_other_chip = rewritten || edit != OperationEdit::default();
-    let measured = first.and_then(|(operation, _)| measured_at_m_per_rev(operation));
+    let measured = first.and_then(|(operation, _)| programmed_at_m_per_rev(operation));
     let measured = measured.filter(|_| has_other_chip).map(mm_from_m);
     Ok(OperationEdit { measured_at_mm_per_rev: measured, ..edit })
 }
 
-/// The feed at which thrust or torque of a drill were measured.
-fn measured_at_m_per_rev(operation: &Operation) -> Option<f64> {
-    let drill = operation.cutting.as_ref()?.drill()?;
-    drill.measured_at_m_per_rev.filter(|_| drill.is_measured())
+/// The feed at which thrust or torque of a drill are taken as measured, as nobody says it.
+fn programmed_at_m_per_rev(operation: &Operation) -> Option<f64> {
+    let drill = operation.cutting.as_ref()?.drill().filter(Drill::is_measured)?;
+    match drill.measured_at? {
+        MeasuredAt::Programmed(m_per_rev) => Some(m_per_rev),
+        MeasuredAt::Stated(_) => None,
+    }
 }
 
 /// mm/min with three decimals, or all digits where that would leave nothing.
@@ -361,16 +367,16 @@ fn program_rewrite<'j>(
 
 /// What the job no longer says once its program runs at another feed per tooth: where nobody says at
 /// which feed a drill was measured, that is the program's.
-fn lost_with_program(job: &Job, feed: FeedRule) -> Option<String> {
-    let stated = |operation: &Operation| {
-        let own = job.operations.iter().filter(|other| other.entry == operation.entry);
-        let least = own.map(Operation::feed_m_per_rev).fold(f64::INFINITY, f64::min);
-        measured_at_m_per_rev(operation).filter(|at| operation.program.is_some() && *at == least)
+fn lost_with_program(job: &Job, advice: &[OperationAdvice], feed: FeedRule) -> Option<String> {
+    let lost = |(operation, advice): (&Operation, &OperationAdvice)| {
+        let has_other_chip = feed != FeedRule::ChipLoad || operation.is_feed_of_job;
+        let is_lost = operation.program.is_some() && new_speed(advice).is_some() && has_other_chip;
+        programmed_at_m_per_rev(operation).filter(|_| is_lost)
     };
-    let at = job.operations.iter().find_map(stated).filter(|_| feed != FeedRule::ChipLoad)?;
+    let at = job.operations.iter().zip(advice).find_map(lost)?;
     Some(format!(
-        "thrust and torque of the drill would then be taken for those of the new feed: write the job, \
-         too, with --write, or state cutting.measured_at_mm_per_rev, {}",
+        "thrust and torque of the drill would be taken as measured at the program's new feed per \
+         revolution: write the job, too, with --write, or state cutting.measured_at_mm_per_rev: {}",
         mm_from_m(at)
     ))
 }

@@ -208,10 +208,14 @@ pub fn lobes(subject: &Subject, request: &Request) -> Result<Lobes, Vec<Note>> {
     }
     if method == Method::Zeroth && cutting.regenerates && drill.is_none() {
         match misled_at(&modes, &cut, &request.speeds_rpm) {
-            Some((rpm, ratio)) => warn(&format!(
-                "the zeroth order is misled: at {rpm:.0} rpm the exact limit is {ratio:.2} times \
-                 the one told; use --method exact"
-            )),
+            Some((rpm, limits_m)) => {
+                let [zeroth, exact] = limits_m.map(|m| format!("{:.4}", mm_from_m(m)));
+                let zeroth = if limits_m[0] < DEEPEST_M { zeroth + " mm" } else { "none".into() };
+                warn(&format!(
+                    "the zeroth order is misled: at {rpm} rpm the exact limit is {exact} mm, its \
+                     own is {zeroth}; use --method exact"
+                ));
+            }
             None if is_narrow(tool, cutting) => warn(
                 "the radial depth is below a quarter of the diameter, where the zeroth order may \
                  be wrong by a factor of two; use --method exact",
@@ -231,20 +235,21 @@ pub fn lobes(subject: &Subject, request: &Request) -> Result<Lobes, Vec<Note>> {
     Ok(Lobes { title, method, limit_of, modes, has_tool_modes, rows, warnings })
 }
 
-/// Of some of the speeds the one at which the zeroth order exceeds the exact limit most, with the
-/// exact one's share of it.
-fn misled_at(modes: &[ToolMode], cut: &Cut, speeds_rpm: &[f64]) -> Option<(f64, f64)> {
+/// Of some of the speeds the one at which the zeroth order exceeds the exact limit most, with both
+/// limits, m; 1 m where there is none.
+fn misled_at(modes: &[ToolMode], cut: &Cut, speeds_rpm: &[f64]) -> Option<(f64, [f64; 2])> {
     const PROBED: usize = 12;
     let chart = Chart::new(modes, cut);
-    let share = |rpm: f64| {
+    let limits = |rpm: f64| {
         let exact_m = milling_limit(modes, cut, &chart, rpm).ok().flatten()?.depth_m;
         let zeroth_m = chart.limit(rpm).map_or(DEEPEST_M, |limit| limit.depth_m);
-        is_misled(zeroth_m, exact_m).then_some((rpm, exact_m / zeroth_m))
+        is_misled(zeroth_m, exact_m).then_some((rpm, [zeroth_m, exact_m]))
     };
     let step = speeds_rpm.len().div_ceil(PROBED).max(1);
     let probed: Vec<f64> = speeds_rpm.iter().copied().step_by(step).collect();
-    let shares: Vec<(f64, f64)> = probed.into_par_iter().filter_map(share).collect();
-    shares.into_iter().min_by(|a, b| a.1.total_cmp(&b.1))
+    let found: Vec<(f64, [f64; 2])> = probed.into_par_iter().filter_map(limits).collect();
+    let share = |(_, [zeroth_m, exact_m]): &(f64, [f64; 2])| exact_m / zeroth_m;
+    found.into_iter().min_by(|a, b| share(a).total_cmp(&share(b)))
 }
 
 fn rows(

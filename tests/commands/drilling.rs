@@ -390,9 +390,22 @@ fn a_measured_thrust_belongs_to_its_feed_per_revolution() {
     // 0.0111 and 0.0889 mm a turn.
     write(&silent);
     near(up_to(&job.check(&[])), &[200.0, 1600.0]);
+    // One hole of four that has a thicker chip, and one that has a thinner one.
+    let program = fs::read_to_string(job.0.path().join("two.nc")).unwrap();
+    for feeds in [[400, 400, 400, 1600], [1600, 1600, 400, 1600]] {
+        let holes = feeds.iter().zip([50, 60, 70, 80]).map(|(feed, x)| hole(x, *feed));
+        let holes: String = holes.collect();
+        fs::write(job.0.path().join("two.nc"), format!("G21 G90 G94\nM3 S36000\n{holes}M30\n"))
+            .unwrap();
+        near(up_to(&job.check(&[])), &[800.0]);
+    }
+    fs::write(job.0.path().join("two.nc"), program).unwrap();
     // The job's own speed and feed are those of the thrust.
     write(&format!("speeds_from: program\n{}", of_program.replace(": 400\n", ": 200\n")));
     near(up_to(&job.check(&[])), &[400.0, 3200.0]);
+    let fast = of_program.replace("    feed_mm_per_min: 400\n", "").replace(": 36000", ": 39000");
+    write(&format!("speeds_from: program\n{fast}"));
+    near(up_to(&job.check(&[])), &[200.0 * 39.0 / 36.0, 1600.0 * 39.0 / 36.0]);
     write(&silent.replace("thrust_n: 200", "thrust_n: 200, measured_at_mm_per_rev: 0.1"));
     near(up_to(&job.check(&[])), &[200.0, 200.0]);
     let falling = "spindle_schedule: [{s: 0, rpm: 36000}, {s: 1, rpm: 18000}]";
@@ -414,14 +427,21 @@ fn a_measured_thrust_belongs_to_its_feed_per_revolution() {
 fn a_job_that_is_written_keeps_the_feed_of_its_thrust() {
     let job = Job::new(STATED, "", INTO);
     let text = fs::read_to_string(job.0.path().join("job.yaml")).unwrap();
-    // At 1100 rpm tooth passing meets modes; the feed is 0.3636 mm a turn.
-    let ringing = text.replace("spindle_rpm: 36000", "spindle_rpm: 1100");
+    // At 3900 rpm tooth passing meets a mode, and all that is safe is slower; 0.1026 mm a turn.
+    let ringing = text.replace("spindle_rpm: 36000", "spindle_rpm: 3900").replace(
+        "max_rpm: 40000}",
+        "max_rpm: 3950}\npolicy: {model_uncertainty_percent: 2, spindle_harmonics: 0}",
+    );
     let block = "cutting:\n      # by hand\n      direction: drill\n      torque_nm: 0.5 # N m\n      thrust_n: 200";
     for (text, written) in [
-        (ringing.clone(), "{direction: drill, measured_at_mm_per_rev: 0.36363636363636"),
+        (ringing.clone(), "{direction: drill, measured_at_mm_per_rev: 0.102564102564102"),
         (
             ringing.replace(&format!("cutting: {STATED}"), block),
-            "\n      measured_at_mm_per_rev: 0.363636",
+            "\n      measured_at_mm_per_rev: 0.102564",
+        ),
+        (
+            ringing.replace("torque_nm: 0.5", "torque_nm: 0.5, measured_at_mm_per_rev: ~"),
+            "torque_nm: 0.5, measured_at_mm_per_rev: 0.102564",
         ),
     ] {
         fs::write(job.0.path().join("job.yaml"), text).unwrap();
@@ -429,11 +449,47 @@ fn a_job_that_is_written_keeps_the_feed_of_its_thrust() {
         let ran = job.run(&advise);
         assert_eq!(code(&ran), 0, "{}", err(&ran));
         let new = fs::read_to_string(job.0.path().join("new.yaml")).unwrap();
-        assert!(new.contains(written) && !new.contains("spindle_rpm: 1100"), "{new}");
+        assert!(new.contains(written) && !new.contains("spindle_rpm: 3900"), "{new}");
         let ran = job.run(&["check", "new.yaml", "--format", "json", "--fail-on", "never"]);
         let found = json(&ran)["jobs"][0]["operations"][0].clone();
-        let slower = 1100.0 / number(&found["spindle_rpm"]);
+        let slower = 3900.0 / number(&found["spindle_rpm"]);
+        assert!(slower > 1.05, "{slower}");
         let up_to = number(&found["tool_tip"]["drilling"]["thrust_up_to_n"]);
-        assert!((up_to / (200.0 * slower.max(1.0)) - 1.0).abs() < 1e-6, "{up_to} {slower}");
+        assert!((up_to / (200.0 * slower) - 1.0).abs() < 1e-6, "{up_to} {slower}");
+    }
+}
+
+/// What a program that is written alone would change of the thrust is refused, until the job says at which
+/// feed it was measured.
+#[test]
+fn a_program_that_is_written_alone_keeps_the_feed_of_its_thrust() {
+    let job = Job::new(STATED, "", INTO);
+    let whole = fs::read_to_string(job.0.path().join("job.yaml")).unwrap();
+    let path = whole[whole.find("path:").unwrap()..].trim_end().to_owned();
+    let program = "path: {program: {file: a.nc}}\n    start_near_deg: [0, 20, -10, 0, 60, 0]";
+    let policy = "max_rpm: 3950}\npolicy: {model_uncertainty_percent: 2, spindle_harmonics: 0}";
+    let text = whole
+        .replace(&path, program)
+        .replace("    spindle_rpm: 36000\n", "")
+        .replace("max_rpm: 40000}", policy);
+    let silent = text.replace("    feed_mm_per_min: 400\n", "");
+    let stated = |text: &str| {
+        text.replace("thrust_n: 200", "thrust_n: 200, measured_at_mm_per_rev: 0.10256410256410257")
+    };
+    for (job_text, feed, word, is_refused) in [
+        (silent.clone(), "programmed", " F400", true),
+        (stated(&silent), "programmed", " F400", false),
+        (silent, "chip-load", " F400", false),
+        // The job's feed stays.
+        (text.clone(), "chip-load", "", true),
+        (stated(&text), "chip-load", "", false),
+    ] {
+        fs::write(job.0.path().join("job.yaml"), job_text).unwrap();
+        let hole = format!("G21 G90 G94\nM3 S3900\nG0 X50 Y40 Z5\nG1 Z-8{word}\nG0 Z5\nM30\n");
+        fs::write(job.0.path().join("a.nc"), hole).unwrap();
+        let arguments = ["advise", "job.yaml", "--feed", feed, "--write-program", "b.nc"];
+        let ran = job.run(&arguments);
+        let is_told = err(&ran).contains("state cutting.measured_at_mm_per_rev: 0.10256");
+        assert_eq!((code(&ran) == 2, is_told), (is_refused, is_refused), "{feed} {}", err(&ran));
     }
 }

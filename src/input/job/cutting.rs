@@ -7,7 +7,7 @@ use super::cutter::{
     undamped_without_diameter, unused_key,
 };
 use crate::formats::yaml::{Node, Step};
-use crate::job::{Cutting, CuttingDirection, Drill, Operation, SpindleSpeed, Tool};
+use crate::job::{Cutting, CuttingDirection, Drill, MeasuredAt, Operation, SpindleSpeed, Tool};
 use crate::notes::Code;
 use crate::units::{m_from_mm, mm_from_m};
 
@@ -67,16 +67,18 @@ impl Reader<'_> {
     pub(super) fn check_measured_of_one(
         &mut self,
         stretches: &[Operation],
+        cutting: Option<&raw::Cutting>,
         node: &Node,
         called: &str,
     ) {
         let mut cutters = stretches.iter().map(|each| &each.tool);
         let first = cutters.next();
         let keys = MEASURED.map(|key| [Step::Key("cutting"), Step::Key(key)]);
-        let stated = keys.iter().find(|at| node.at(*at).is_some());
+        let raw = cutting.map(|cutting| [cutting.thrust_n, cutting.torque_nm]);
+        let stated = keys.iter().zip(raw.into_iter().flatten()).find(|(_, value)| value.is_some());
         let drills =
             |each: &Operation| each.cutting.as_ref().is_some_and(|cut| cut.drill().is_some());
-        if let Some(at) = stated.filter(|_| stretches.iter().any(drills))
+        if let Some((at, _)) = stated.filter(|_| stretches.iter().any(drills))
             && cutters.any(|other| Some(other) != first)
         {
             let what = format!(
@@ -132,7 +134,7 @@ pub(super) fn cutting(raw: &raw::Cutting) -> Option<Cutting> {
         pilot_diameter_m: raw.pilot_diameter_mm.map_or(0.0, m_from_mm),
         thrust_n: raw.thrust_n,
         torque_nm: raw.torque_nm,
-        measured_at_m_per_rev: raw.measured_at_mm_per_rev.map(m_from_mm),
+        measured_at: raw.measured_at_mm_per_rev.map(m_from_mm).map(MeasuredAt::Stated),
     };
     Some(Cutting {
         radial_depth_m: depth_m(raw.radial_depth_mm).unwrap_or(0.0),
@@ -156,14 +158,19 @@ const MEASURED: [&str; 2] = ["thrust_n", "torque_nm"];
 /// thicker chip without its being known.
 pub(super) fn with_measured_feed(
     stretches: &mut [Operation],
-    of_job: Option<(&SpindleSpeed, f64)>,
+    (speed, feed_of_job_m_per_s): (Option<&SpindleSpeed>, Option<f64>),
 ) {
-    let of_job = of_job.map(|(speed, feed_m_per_s)| speed.feed_m_per_rev(feed_m_per_s));
-    let least = stretches.iter().map(Operation::feed_m_per_rev).chain(of_job).reduce(f64::min);
+    let per_rev = |each: &Operation| {
+        let feed_m_per_s = each.least_feed_m_per_s();
+        let feed_m_per_s = feed_of_job_m_per_s.map_or(feed_m_per_s, |own| own.min(feed_m_per_s));
+        let speeds = [Some(&each.speed), speed].into_iter().flatten();
+        speeds.map(|speed| speed.feed_m_per_rev(feed_m_per_s)).fold(f64::INFINITY, f64::min)
+    };
+    let least = stretches.iter().map(per_rev).reduce(f64::min).map(MeasuredAt::Programmed);
     let cuts = stretches.iter_mut().filter_map(|each| each.cutting.as_mut());
     for cutting in cuts {
         if let CuttingDirection::Drill(drill) = &mut cutting.direction {
-            drill.measured_at_m_per_rev = drill.measured_at_m_per_rev.or(least);
+            drill.measured_at = drill.measured_at.or(least);
         }
     }
 }

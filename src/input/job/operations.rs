@@ -166,9 +166,8 @@ impl<'j> Reader<'j> {
                 start_near: start_near.clone(),
             });
         }
-        let of_job = said.speed.as_ref().zip(feed_m_per_s);
-        with_measured_feed(&mut operations, of_job);
-        self.check_measured_of_one(&operations, node, called);
+        with_measured_feed(&mut operations, (said.speed.as_ref(), feed_m_per_s));
+        self.check_measured_of_one(&operations, raw.cutting.as_ref(), node, called);
         settled.then_some(operations)
     }
 

@@ -114,13 +114,14 @@ pub(super) fn usual_feed_m_per_s(moves: &[Move], stretch: Range<usize>) -> Optio
     let has_feed = |each: &Move| matches!(each.timing, Timing::Feed | Timing::Seconds(_));
     let cuts = |each: &Move| has_feed(each) && each.spindle_turns;
     let kinds: [&dyn Fn(&Move) -> bool; 3] = [&cuts, &has_feed, &|_| true];
-    let own = moves.get(stretch.clone())?;
+    let pair = |index: usize| Some((moves.get(index.checked_sub(1)?)?, moves.get(index)?));
+    let pairs = || stretch.clone().filter_map(pair);
     let counts = kinds
         .into_iter()
-        .find(|kind| own.windows(2).any(|pair| kind(&pair[1]) && goes_on(&pair[0], &pair[1])))
+        .find(|kind| pairs().any(|(before, to)| kind(to) && goes_on(before, to)))
         .unwrap_or(&|_| true);
     let mut seconds: BTreeMap<u64, f64> = BTreeMap::new();
-    for index in stretch {
+    for index in stretch.clone() {
         let each = moves.get(index)?;
         if !counts(each) {
             continue;

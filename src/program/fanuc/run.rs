@@ -226,15 +226,9 @@ impl<'a> Run<'a> {
 
     /// Keeps what an output or a flag is set to; whether the job says that it sets something.
     fn set_signal(&mut self, text: &str, statement: &Statement) -> bool {
-        // A comment in the brackets may hold the sign, too.
-        let at = ["]=", "] ="].into_iter().filter_map(|sign| text.find(sign)).min();
-        let at = at.map_or(0, |at| at + 1);
-        let Some((name, value)) = text.split_at_checked(at) else { return false };
-        let Some((blank, value)) = value.split_once('=') else { return false };
-        let name = if at == 0 { blank } else { name };
-        let key = name.trim().to_lowercase();
+        let Some((name, value)) = assignment(text) else { return false };
         let given = self.given(value, statement);
-        let sets = set_by_name(self.settings, self.log, statement.line, &key, given);
+        let sets = set_by_name(self.settings, self.log, statement.line, &signal_key(name), given);
         if SIGNALS.iter().any(|start| name.starts_with(start)) {
             self.registers.set_signal(name, value);
         }
@@ -379,11 +373,13 @@ impl<'a> Run<'a> {
             }
             // A signal that is set or not moves nothing.
             Err(why) if is_harmless(action) => {
-                if SIGNALS.iter().any(|start| action.starts_with(start)) {
-                    let name = action.split('=').next().unwrap_or("");
+                if let Some((name, _)) = assignment(action)
+                    && SIGNALS.iter().any(|start| action.starts_with(start))
+                {
                     self.registers.forget_signal(name);
-                    let key = name.trim().to_lowercase();
-                    set_by_name(self.settings, self.log, statement.line, &key, (Err(why), None));
+                    let unknown = (Err(why), None);
+                    let key = signal_key(name);
+                    set_by_name(self.settings, self.log, statement.line, &key, unknown);
                 }
                 Ok(())
             }
@@ -448,4 +444,21 @@ fn is_harmless(text: &str) -> bool {
     HARMLESS
         .iter()
         .any(|start| text.get(..start.len()).is_some_and(|head| head.eq_ignore_ascii_case(start)))
+}
+
+/// The name and the value of `AO[1:a=b] = 5`: a comment in the brackets may hold the sign, too.
+fn assignment(text: &str) -> Option<(&str, &str)> {
+    let at = ["]=", "] ="].into_iter().filter_map(|sign| text.find(sign)).min();
+    let at = at.map_or(0, |at| at + 1);
+    let (name, value) = text.split_at_checked(at)?;
+    let (blank, value) = value.split_once('=')?;
+    Some((if at == 0 { blank } else { name }, value))
+}
+
+/// `AO[1:spindle]` as a job names it: `ao[1]`.
+fn signal_key(name: &str) -> String {
+    let (number, _) =
+        name.trim().trim_end_matches(']').split_once(':').unwrap_or((name.trim(), ""));
+    let key = number.trim_end().to_lowercase();
+    if key.contains('[') && !key.ends_with(']') { key + "]" } else { key }
 }
