@@ -17,8 +17,8 @@ use crate::units::hz_from_rad_per_s;
 /// short cuts have their limits, too.
 const FROM: f64 = 0.2;
 
-/// And at no more than this share of so many times the depth at which nothing grows whatever the cut
-/// does: the smallest limit of the zeroth order is 2 to 20 times that depth, mostly.
+/// And at no more than this share of so many times the depth at which nothing grows whatever the
+/// cut does: the smallest limit of the zeroth order is 2 to 20 times that depth, mostly.
 const FAR: f64 = 20.0;
 
 /// Steps of the search, below and above the smallest limit of the zeroth order.
