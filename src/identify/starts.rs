@@ -4,7 +4,7 @@ use super::estimate::lscf::{
     PolesByOrder, StabilisationPoint, candidates, poles_by_order, stabilisation,
 };
 use super::estimate::peaks::{divisions, peaks};
-use super::estimate::{C64, Pole};
+use super::estimate::{Block, C64, Pole};
 use super::mode::Mode;
 use super::prepare::{Prepared, SpectraOnLines};
 use crate::units::rad_per_s_from_hz;
@@ -28,9 +28,15 @@ pub(super) fn starts(
     const MANY: usize = 8;
     const PEAKS: usize = 4;
     const LINES: usize = 100;
+    /// How far a peak stands out of the power around it: modes near by fill the gaps between peaks,
+    /// and errors of an analyser make shallow ones.
+    const FALL: f64 = 2.0;
+    const FALL_OF_GIVEN: f64 = 4.0;
     let unwindowed = |pole: Pole| Pole { lambda: pole.lambda + prepared.window_decay, ..pole };
     let widest = prepared.starts_from.iter().max_by_key(|(omega, _)| omega.len());
-    let peaks = widest.map_or_else(Vec::new, |(omega, spectra)| peaks(omega, spectra));
+    let is_given = prepared.blocks.iter().any(Block::is_given);
+    let fall = if is_given { FALL_OF_GIVEN } else { FALL };
+    let peaks = widest.map_or_else(Vec::new, |(omega, spectra)| peaks(omega, spectra, fall));
     let ends = match widest {
         Some((omega, _)) if peaks.len() >= MANY => divisions(&peaks, omega, PEAKS, LINES),
         _ => vec![0.0, f64::INFINITY],
@@ -61,7 +67,7 @@ pub(super) fn starts(
     };
     // Their widths are those of the window, at least.
     let peaks: Vec<Pole> = peaks.into_iter().filter(|peak| is_new(peak, &starts)).collect();
-    if stretches.len() > 1 {
+    if stretches.len() > 1 || is_given {
         starts.extend(peaks);
     }
     (stretches, starts)

@@ -133,12 +133,14 @@ fn uncertain(mode: &mut Mode, notes: &mut Notes) {
     /// Relative standard deviation of vague damping, where no order of the stabilisation diagram
     /// has the mode.
     const VAGUE_DAMPING: f64 = 0.5;
+    /// Of the orders: a mode in more of them is one, however little is known of its damping.
+    const SETTLED: f64 = 0.5;
     if mode.suspicion.is_some() {
         return;
     }
     let is_vague = mode.frequency_std_hz / mode.frequency_hz.max(f64::MIN_POSITIVE) > 3e-3;
     let has_no_damping = mode.damping_ratio <= 0.0;
-    let is_unknown = is_vague && mode.damping_std > mode.damping_ratio;
+    let is_unknown = is_vague && mode.damping_std > mode.damping_ratio && mode.support < SETTLED;
     let is_alone = mode.support == 0.0;
     let is_unsettled = has_no_damping
         || is_unknown

@@ -402,8 +402,16 @@ fn must_cover(what: &str, truth: &[TrueMode], found: &[IdentifiedRecord]) {
             let mode = &f.modes[index];
             (mode.damping_ratio - truth.ratio).abs() < Z * mode.damping_std
         });
+        let rms = |of: &dyn Fn(&IdentifiedRecord) -> f64| {
+            (found.iter().map(|f| of(f).powi(2)).sum::<f64>() / count).sqrt()
+        };
+        let [of_frequency, of_damping] = [
+            rms(&|f| (f.modes[index].frequency_hz - truth.hz) / f.modes[index].frequency_std_hz),
+            rms(&|f| (f.modes[index].damping_ratio - truth.ratio) / f.modes[index].damping_std),
+        ];
         println!(
-            "{what}, mode {}: frequency {by_frequency:.3}, damping {by_damping:.3}",
+            "{what}, mode {}: frequency {by_frequency:.3} ({of_frequency:.2} σ), damping \
+             {by_damping:.3} ({of_damping:.2} σ)",
             index + 1
         );
         for covered in [by_frequency, by_damping] {

@@ -17,6 +17,10 @@ const STARTS: usize = 4;
 /// Fewest lines of a band.
 const LINES_OF_BAND: usize = 120;
 
+/// How far the background of a band bends in what an analyser made: errors that lines share bend it,
+/// too.
+const BEND_OF_GIVEN: usize = 3;
+
 /// A stretch of the lines, rad/s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Band {
@@ -65,6 +69,7 @@ impl Band {
                 drive_error: cut(&block.drive_error),
                 spectra: block.spectra.iter().map(|own| own[lines.clone()].to_vec()).collect(),
                 is_cut_out: true,
+                bend: if block.is_given() { BEND_OF_GIVEN } else { block.bend },
                 loudest: block.spectra.iter().map(|own| strongest(own)).collect(),
                 ..block.clone()
             }

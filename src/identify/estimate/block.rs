@@ -181,6 +181,11 @@ impl Block {
         }
     }
 
+    /// Whether an analyser made its spectra.
+    pub(in crate::identify) fn is_given(&self) -> bool {
+        matches!(self.origin, Origin::Responses { .. })
+    }
+
     /// Highest line, rad/s.
     pub(in crate::identify) fn highest(&self) -> f64 {
         self.omega.last().copied().unwrap_or(1.0)

@@ -6,7 +6,7 @@
 //! parameters with confidence intervals, ISMA 1998); the inverse of its normal matrix is the
 //! Cramér–Rao bound, so the stated standard deviations are those of an efficient estimator.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DMatrixView, DVector, DVectorView};
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
 use super::block::{Block, C64, Pole};
@@ -124,6 +124,12 @@ pub(super) fn rows(line: &[C64], weights: &[f64]) -> Vec<f64> {
     real.chain(line.iter().zip(weights).map(|(v, w)| v.im * w)).collect()
 }
 
+/// With these columns.
+pub(super) fn matrix(rows: usize, columns: Vec<Vec<f64>>) -> DMatrix<f64> {
+    let count = columns.len();
+    DMatrix::from_vec(rows, count, columns.concat())
+}
+
 pub(super) fn weights(variances: &[f64]) -> Vec<f64> {
     variances.iter().map(|variance| (2.0 / variance).sqrt()).collect()
 }
@@ -145,9 +151,10 @@ pub(super) fn evaluate(blocks: &[Block], noise: &Noise, poles: &[Pole]) -> Optio
         let background = block.background();
         let of_response = |(response, variances): (usize, &Vec<f64>)| {
             let weights = weights(variances);
-            let mut projection = Projection::default();
             let columns = pairs.iter().flatten().flat_map(|pair| &pair.columns);
-            columns.chain(&background).for_each(|column| projection.push(rows(column, &weights)));
+            let columns: Vec<Vec<f64>> =
+                columns.chain(&background).map(|column| rows(column, &weights)).collect();
+            let projection = Projection::of(matrix(2 * weights.len(), columns));
             Share::new(block, (at, response), poles, &pairs, projection, &weights)
         };
         // In order, so that sums are the same however many threads there are.
@@ -193,30 +200,26 @@ impl Share {
         weights: &[f64],
     ) -> Self {
         let mut residual = rows(&block.spectra[response], weights);
-        let factors = projection.back(projection.shares(&residual));
+        let whole = DMatrixView::from_slice(&residual, residual.len(), 1);
+        let factors = projection.back(projection.shares(whole).as_slice());
         projection.remove(&mut residual);
         // Of each change D only what lies outside the span Q of the columns counts:
         // JᵀJ = DᵀD − (QᵀD)ᵀ(QᵀD), and Jᵀr = Dᵀr, as the residual r lies outside of it.
-        let mut changes: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
+        let mut changes: Vec<Vec<f64>> = Vec::new();
         for ((pairs, pole), (first, _)) in pairs.iter().zip(poles).zip(block.columns_of(poles)) {
             for change in changes_of(pairs, pole, &factors[first..], weights.len()) {
-                let change = rows(&change, weights);
-                let shares = projection.shares(&change);
-                changes.push((change, shares));
+                changes.push(rows(&change, weights));
             }
         }
-        let (mut normal, mut gradient) =
-            (DMatrix::zeros(changes.len(), changes.len()), DVector::zeros(changes.len()));
-        for (i, (change, shares)) in changes.iter().enumerate() {
-            gradient[i] = dot(change, &residual);
-            for (j, (other, other_shares)) in changes[..=i].iter().enumerate() {
-                let product = dot(change, other) - dot(shares, other_shares);
-                normal[(i, j)] = product;
-                normal[(j, i)] = product;
-            }
-        }
-        let back = |shares: Vec<f64>| projection.back(shares).iter().map(|f| -f).collect();
-        let sensitivities = changes.into_iter().map(|(_, shares)| back(shares)).collect();
+        let changes = matrix(residual.len(), changes);
+        let shares = projection.shares(changes.as_view());
+        let normal = changes.transpose() * &changes - shares.transpose() * &shares;
+        let gradient = changes.column_iter().map(|change| dot(change.as_slice(), &residual));
+        let gradient = DVector::from_iterator(changes.ncols(), gradient);
+        let back = |shares: DVectorView<f64>| {
+            projection.back(shares.as_slice()).iter().map(|f| -f).collect()
+        };
+        let sensitivities = shares.column_iter().map(back).collect();
         let sum_of_squares = dot(&residual, &residual);
         let part = Part { block: at, response, projection, factors, sensitivities, residual };
         Self { part, sum_of_squares, normal, gradient }
@@ -268,6 +271,10 @@ impl Fit {
                 }
                 continue;
             };
+            // Less than is worth a step: its gain would drown in rounding, too.
+            if step.dot(gradient) < effort.negligible {
+                break;
+            }
             let (firsts, _) = parameters_of(&self.poles);
             let moved: Vec<Pole> = self
                 .poles

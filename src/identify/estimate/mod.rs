@@ -195,9 +195,12 @@ fn waits_for_its_force(block: &Block) -> bool {
 }
 
 /// With one pole for those of one shape that lie within two lines of responses that an analyser
-/// made: its leakage splits narrow peaks.
+/// made, as its leakage splits narrow peaks; and for those of any shapes much nearer to each other
+/// than they are wide, as responses that were not taken at once have each mode in another place.
 fn merge_within_lines(blocks: &[Block], fit: &mut Fit) {
     const LINES: f64 = 2.0;
+    /// Of both decay rates.
+    const WIDTHS: f64 = 0.25;
     let [Block { origin: Origin::Responses { .. }, omega, .. }] = blocks else { return };
     let [first, second, ..] = omega[..] else { return };
     let reach = LINES * (second - first);
@@ -207,8 +210,10 @@ fn merge_within_lines(blocks: &[Block], fit: &mut Fit) {
         let pairs = (0..shapes.len()).flat_map(|a| (0..a).map(move |b| (a, b)));
         let size = |at: usize| shapes[at].iter().map(C64::norm_sqr).sum::<f64>();
         let is_one = |&(a, b): &(usize, usize)| {
-            (fit.poles[a].omega() - fit.poles[b].omega()).abs() < reach
-                && have_one_shape(&shapes[a], &shapes[b])
+            let [first, second] = [&fit.poles[a], &fit.poles[b]];
+            let apart = (first.omega() - second.omega()).abs();
+            apart < WIDTHS * (first.lambda.re + second.lambda.re).abs()
+                || apart < reach && have_one_shape(&shapes[a], &shapes[b])
         };
         let Some((a, b)) = pairs.into_iter().find(is_one) else { return };
         let mut poles = fit.poles.clone();
@@ -240,11 +245,12 @@ fn drop_outside_band(blocks: &[Block], fit: &mut Fit) {
 }
 
 fn report(blocks: &[Block], fit: &Fit) -> Option<Estimate> {
-    let covariance = fit.covariance()?;
+    let shared = shared_lines(blocks, fit);
+    let covariance = fit.covariance()? * shared;
     let (firsts, _) = parameters_of(&fit.poles);
     let own: Vec<usize> = (0..fit.poles.len()).filter(|&at| !fit.poles[at].is_held).collect();
-    let mut poles: Vec<PoleEstimate> =
-        own.iter().map(|&at| pole_estimate(blocks, fit, at, firsts[at], &covariance)).collect();
+    let of = |&at: &usize| pole_estimate(blocks, fit, at, firsts[at], &covariance, shared);
+    let mut poles: Vec<PoleEstimate> = own.iter().map(of).collect();
     let peaks: Vec<f64> = poles.iter().map(|pole| pole.prominence).collect();
     let own: Vec<Pole> = own.iter().map(|&at| fit.poles[at]).collect();
     for (at, pole) in poles.iter_mut().enumerate() {
@@ -261,6 +267,14 @@ fn report(blocks: &[Block], fit: &Fit) -> Option<Estimate> {
     })
 }
 
+/// How many lines share an error in what an analyser made, which has that much less to tell; lines
+/// of a record have each their own.
+fn shared_lines(blocks: &[Block], fit: &Fit) -> f64 {
+    let is_given = |part: &&Part| blocks[part.block].is_given();
+    let parts = fit.evaluation.parts.iter().filter(is_given);
+    noise::shared_lines(parts.map(|part| part.residual.as_slice()))
+}
+
 /// The fit on the lines of each spectrum, by block and response.
 fn fitted(blocks: &[Block], fit: &Fit) -> Vec<Vec<Vec<C64>>> {
     let mut fitted: Vec<Vec<Vec<C64>>> = blocks.iter().map(|_| Vec::new()).collect();
@@ -275,14 +289,15 @@ fn fitted(blocks: &[Block], fit: &Fit) -> Vec<Vec<Vec<C64>>> {
     fitted
 }
 
-/// A pole of the fit; `first` is its first real parameter. Whether it is an artefact is not known
-/// here.
+/// A pole of the fit; `first` is its first real parameter, and `shared` the lines that share an
+/// error. Whether it is an artefact is not known here.
 fn pole_estimate(
     blocks: &[Block],
     fit: &Fit,
     at: usize,
     first: usize,
     covariance: &DMatrix<f64>,
+    shared: f64,
 ) -> PoleEstimate {
     let pole = &fit.poles[at];
     let own = Matrix2::from_fn(|i, j| covariance[(first + i, first + j)]);
@@ -295,7 +310,7 @@ fn pole_estimate(
     for part in &fit.evaluation.parts {
         let block = &blocks[part.block];
         let (place, _) = block.columns_of(&fit.poles)[at];
-        let residue = residue(part, place, covariance);
+        let residue = residue(part, place, covariance, shared);
         // Its loudest line: the nearest one may lie where the force has none.
         let of = block.contribution(pole, pole.is_driven);
         let loudest = of.value[0].iter().map(|b| b.norm()).fold(0.0, f64::max);
@@ -341,7 +356,7 @@ fn leakage_error(blocks: &[Block], pole: &Pole) -> f64 {
 
 /// The residue whose columns begin at `place`; its variance has shares of the noise and of the
 /// poles.
-fn residue(part: &Part, place: usize, covariance: &DMatrix<f64>) -> Residue {
+fn residue(part: &Part, place: usize, covariance: &DMatrix<f64>, shared: f64) -> Residue {
     let inverse = part.projection.inverse_triangle();
     // R⁻¹ is kept by columns: row i of it meets every column.
     let of_noise = |i: usize| inverse.iter().map(|column| column[i].powi(2)).sum::<f64>();
@@ -352,7 +367,7 @@ fn residue(part: &Part, place: usize, covariance: &DMatrix<f64>) -> Residue {
         );
         row.dot(&(covariance * &row)).max(0.0)
     };
-    let variance = |i: usize| of_noise(i) + of_poles(i);
+    let variance = |i: usize| shared * of_noise(i) + of_poles(i);
     Residue {
         value: C64::new(part.factors[place], part.factors[place + 1]),
         variance: 0.5 * (variance(place) + variance(place + 1)),

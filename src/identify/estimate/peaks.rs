@@ -5,16 +5,14 @@ use super::block::{C64, Pole};
 use crate::statistics::mean;
 
 /// Peaks of the power of all responses, each response about as loud as the others, as poles by
-/// ascending frequency.
-pub(in crate::identify) fn peaks(omega: &[f64], spectra: &[Vec<C64>]) -> Vec<Pole> {
+/// ascending frequency; to either side of a peak the power falls by the factor `fall`.
+pub(in crate::identify) fn peaks(omega: &[f64], spectra: &[Vec<C64>], fall: f64) -> Vec<Pole> {
     /// Share of the frequency that counts as one line where the lines lie closer: no mode of an arm
     /// is much narrower.
     const FINEST: f64 = 0.002;
     /// Such lines to either side that a peak is above, and those within which it falls.
     const TOP: usize = 3;
     const REACH: usize = 16;
-    /// By how much, in power.
-    const FALL: f64 = 4.0;
     /// Relative to the loudest line: lower ones are noise or feet.
     const LEAST: f64 = 1e-5;
     let sizes = spectra.iter().map(|own| own.iter().map(C64::norm_sqr).fold(0.0, f64::max));
@@ -37,8 +35,8 @@ pub(in crate::identify) fn peaks(omega: &[f64], spectra: &[Vec<C64>]) -> Vec<Pol
         let near = &power[k.saturating_sub(top)..(k + top + 1).min(lines)];
         power[k] > LEAST
             && near.iter().all(|other| *other <= power[k])
-            && power[k] > FALL * least(k.saturating_sub(reach), k.max(1))
-            && power[k] > FALL * least((k + 1).min(lines - 1), (k + 1 + reach).min(lines))
+            && power[k] > fall * least(k.saturating_sub(reach), k.max(1))
+            && power[k] > fall * least((k + 1).min(lines - 1), (k + 1 + reach).min(lines))
     };
     let half_width = |k: usize| {
         let below = |other: &f64| *other < 0.5 * power[k];
@@ -95,7 +93,7 @@ mod tests {
             .collect();
         let omega: Vec<f64> = (1..600).map(|k| 0.2 * f64::from(k)).collect();
         let at = |w: &f64| truth.iter().map(|p| (C64::new(0.0, *w) - p.lambda).inv()).sum::<C64>();
-        let found = peaks(&omega, &[omega.iter().map(at).collect()]);
+        let found = peaks(&omega, &[omega.iter().map(at).collect()], 4.0);
         assert_eq!(found.len(), 10);
         for (found, truth) in found.iter().zip(&truth) {
             assert!((found.lambda.im - truth.lambda.im).abs() < 0.3, "{found:?}");
@@ -111,8 +109,11 @@ mod tests {
         let omega: Vec<f64> = (1..6000).map(|k| 0.02 * f64::from(k)).collect();
         let noise = |k: usize| C64::from_polar(0.02, 1e3 * (k as f64).sin());
         let noisy = omega.iter().enumerate().map(|(k, w)| at(w) + noise(k)).collect();
-        assert_eq!(peaks(&omega, &[noisy]).len(), 10);
-        assert!(peaks(&[], &[]).is_empty() && peaks(&[1.0], &[vec![C64::default()]]).is_empty());
+        assert_eq!(peaks(&omega, &[noisy], 4.0).len(), 10);
+        assert!(
+            peaks(&[], &[], 4.0).is_empty()
+                && peaks(&[1.0], &[vec![C64::default()]], 4.0).is_empty()
+        );
         assert_eq!(divisions(&[], &[], 4, 9).len(), 2);
     }
 }

@@ -1,13 +1,19 @@
-//! Linear least squares by orthonormal columns (modified Gram–Schmidt, twice where much is lost:
-//! Björck, Numerical Methods for Least Squares Problems, §2.4.5).
+//! Linear least squares by orthonormal columns: twice by the Cholesky factor of their products
+//! (Yamamoto, Nakatsukasa, Yanagisawa & Fukaya, Roundoff error analysis of the CholeskyQR2
+//! algorithm, ETNA 44, 2015), which are products of matrices; where columns are nearly dependent by
+//! modified Gram–Schmidt, twice where much is lost (Björck, Numerical Methods for Least Squares
+//! Problems, §2.4.5).
+
+use nalgebra::{DMatrix, DMatrixView, DVector};
 
 /// Orthonormal columns that span the given ones.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub(super) struct Projection {
-    /// Orthonormal columns; empty where the given column depends on those before it.
-    q: Vec<Vec<f64>>,
-    /// Upper triangle, by columns.
-    r: Vec<Vec<f64>>,
+    /// One column for each that was given, rows × columns; zero where it depends on those before
+    /// it.
+    q: DMatrix<f64>,
+    /// Upper triangle, columns × columns.
+    r: DMatrix<f64>,
 }
 
 /// Sums that run side by side, so that the processor need not wait for each.
@@ -30,60 +36,91 @@ fn subtract(from: &mut [f64], factor: f64, column: &[f64]) {
 }
 
 impl Projection {
-    /// Adds a column to those that are spanned.
-    pub(super) fn push(&mut self, mut column: Vec<f64>) {
-        let before = dot(&column, &column).sqrt();
-        let mut r = vec![0.0; self.q.len() + 1];
-        for pass in 0..2 {
-            let norm = dot(&column, &column).sqrt();
-            for (q, r) in self.q.iter().zip(&mut r).filter(|(q, _)| !q.is_empty()) {
-                let share = dot(q, &column);
-                subtract(&mut column, share, q);
-                *r += share;
-            }
-            // Once is enough where little was taken away.
-            if pass == 0 && dot(&column, &column).sqrt() > 0.7 * norm {
-                break;
-            }
-        }
-        let left = dot(&column, &column).sqrt();
-        // Else it depends on those before it.
-        if left > 1e-9 * before && left.is_finite() {
-            column.iter_mut().for_each(|c| *c /= left);
-            r[self.q.len()] = left;
-            self.q.push(column);
-        } else {
-            self.q.push(Vec::new());
-        }
-        self.r.push(r);
+    /// Of the columns of a matrix.
+    pub(super) fn of(columns: DMatrix<f64>) -> Self {
+        /// From so many columns on products of matrices are faster.
+        const MIN_COLUMNS: usize = 4;
+        let by_products = (columns.ncols() >= MIN_COLUMNS).then(|| Self::by_products(&columns));
+        by_products.flatten().unwrap_or_else(|| Self::one_by_one(columns))
     }
 
-    /// Number of columns given.
-    pub(super) fn len(&self) -> usize {
-        self.q.len()
+    /// `None` where the columns are nearly dependent.
+    fn by_products(columns: &DMatrix<f64>) -> Option<Self> {
+        /// What each column, of length one, has beside those before it: with less, digits are lost.
+        const INDEPENDENT: f64 = 1e-4;
+        let norms = columns.column_iter().map(|column| column.norm());
+        let norms = DVector::from_iterator(columns.ncols(), norms);
+        let mut q = columns.clone();
+        for (mut column, norm) in q.column_iter_mut().zip(&norms) {
+            column /= *norm;
+        }
+        let mut r = DMatrix::from_diagonal(&norms);
+        for _ in 0..2 {
+            let upper = (q.transpose() * &q).cholesky()?.l().transpose();
+            // Not less, so that what is no number fails, too.
+            if !upper.diagonal().iter().all(|left| *left > INDEPENDENT) {
+                return None;
+            }
+            let identity = DMatrix::identity(columns.ncols(), columns.ncols());
+            q *= upper.solve_upper_triangular(&identity)?;
+            r = upper * r;
+        }
+        Some(Self { q, r })
+    }
+
+    fn one_by_one(mut q: DMatrix<f64>) -> Self {
+        let (rows, count) = q.shape();
+        let mut r = DMatrix::zeros(count, count);
+        for at in 0..count {
+            let (before, rest) = q.as_mut_slice().split_at_mut(at * rows);
+            let column = &mut rest[..rows];
+            let whole = dot(column, column).sqrt();
+            for pass in 0..2 {
+                let norm = dot(column, column).sqrt();
+                for (i, q) in before.chunks_exact(rows.max(1)).enumerate() {
+                    let share = dot(q, column);
+                    subtract(column, share, q);
+                    r[(i, at)] += share;
+                }
+                // Once is enough where little was taken away.
+                if pass == 0 && dot(column, column).sqrt() > 0.7 * norm {
+                    break;
+                }
+            }
+            let left = dot(column, column).sqrt();
+            // Else it depends on those before it.
+            if left > 1e-9 * whole && left.is_finite() {
+                column.iter_mut().for_each(|c| *c /= left);
+                r[(at, at)] = left;
+            } else {
+                column.fill(0.0);
+            }
+        }
+        Self { q, r }
     }
 
     /// What of `column` lies outside of the span; in place.
     pub(super) fn remove(&self, column: &mut [f64]) {
-        for q in self.q.iter().filter(|q| !q.is_empty()) {
-            let share = dot(q, column);
-            subtract(column, share, q);
+        for q in self.q.column_iter() {
+            let share = dot(q.as_slice(), column);
+            subtract(column, share, q.as_slice());
         }
     }
 
-    /// The share of `target` in each orthonormal column.
-    pub(super) fn shares(&self, target: &[f64]) -> Vec<f64> {
-        self.q.iter().map(|q| if q.is_empty() { 0.0 } else { dot(q, target) }).collect()
+    /// The share of each target (rows × targets) in each orthonormal column, columns × targets.
+    pub(super) fn shares(&self, targets: DMatrixView<f64>) -> DMatrix<f64> {
+        self.q.transpose() * targets
     }
 
     /// R⁻¹ · shares: the factors of the columns whose sum is nearest to what has these shares; zero
     /// for dependent columns.
-    pub(super) fn back(&self, mut shares: Vec<f64>) -> Vec<f64> {
+    pub(super) fn back(&self, shares: &[f64]) -> Vec<f64> {
+        let mut shares = shares.to_vec();
         for i in (0..shares.len()).rev() {
-            let diagonal = self.r[i][i];
+            let diagonal = self.r[(i, i)];
             shares[i] = if diagonal > 0.0 { shares[i] / diagonal } else { 0.0 };
             for j in 0..i {
-                shares[j] -= self.r[i][j] * shares[i];
+                shares[j] -= self.r[(j, i)] * shares[i];
             }
         }
         shares
@@ -91,21 +128,72 @@ impl Projection {
 
     /// Columns of R⁻¹: the inverse of the normal matrix is their product with their transpose.
     pub(super) fn inverse_triangle(&self) -> Vec<Vec<f64>> {
-        (0..self.len())
-            .map(|i| {
-                let mut unit = vec![0.0; self.len()];
-                unit[i] = if self.q[i].is_empty() { 0.0 } else { 1.0 };
-                self.back(unit)
-            })
-            .collect()
+        let count = self.r.ncols();
+        let column = |i: usize| {
+            let mut unit = vec![0.0; count];
+            unit[i] = if self.r[(i, i)] > 0.0 { 1.0 } else { 0.0 };
+            self.back(&unit)
+        };
+        (0..count).map(column).collect()
     }
 
-    /// Leverage of each row: the fraction of its noise that the columns absorb.
+    /// Leverage of each of so many rows: the fraction of its noise that the columns absorb.
     pub(super) fn leverages(&self, rows: usize) -> Vec<f64> {
         let mut sums = vec![0.0; rows];
-        for q in &self.q {
-            sums.iter_mut().zip(q).for_each(|(sum, q)| *sum += q * q);
+        for q in self.q.column_iter() {
+            sums.iter_mut().zip(q.iter()).for_each(|(sum, q)| *sum += q * q);
         }
         sums
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn column(rows: usize, of: impl Fn(f64) -> f64) -> Vec<f64> {
+        (0..rows).map(|k| of(k as f64 / rows as f64)).collect()
+    }
+
+    /// Both ways span the same, with the same factors, and a column that depends on others changes
+    /// nothing.
+    #[test]
+    fn products_and_gram_schmidt_span_the_same() {
+        const ROWS: usize = 400;
+        let given: Vec<Vec<f64>> = (1..8_u8)
+            .map(|i| column(ROWS, |x| 1e3 * (f64::from(i) * 2.0 * x).cos() + f64::from(i)))
+            .collect();
+        let target = column(ROWS, |x| (9.0 * x).sin() + x);
+        let matrix =
+            |columns: &[Vec<f64>]| DMatrix::from_vec(ROWS, columns.len(), columns.concat());
+        let fast = Projection::by_products(&matrix(&given)).unwrap();
+        let slow = Projection::one_by_one(matrix(&given));
+        let mut dependent = given.clone();
+        dependent.push(given[2].iter().zip(&given[5]).map(|(a, b)| 2.0 * a - b).collect());
+        assert!(Projection::by_products(&matrix(&dependent)).is_none());
+        let more = Projection::of(matrix(&dependent));
+        let factors = |of: &Projection| {
+            of.back(of.shares(DMatrixView::from_slice(&target, ROWS, 1)).as_slice())
+        };
+        let expected = factors(&slow);
+        for found in [factors(&fast), factors(&more)] {
+            for (found, expected) in found.iter().zip(&expected) {
+                assert!((found / expected - 1.0).abs() < 1e-7, "{found} {expected}");
+            }
+        }
+        let left = |of: &Projection| {
+            let mut left = target.clone();
+            of.remove(&mut left);
+            dot(&left, &left)
+        };
+        let sum: Vec<f64> = (0..ROWS)
+            .map(|k| target[k] - given.iter().zip(&expected).map(|(c, f)| c[k] * f).sum::<f64>())
+            .collect();
+        for of in [&fast, &slow, &more] {
+            assert!((left(of) / dot(&sum, &sum) - 1.0).abs() < 1e-9);
+            let absorbed: f64 = of.leverages(ROWS).iter().sum();
+            assert!((absorbed - 7.0).abs() < 1e-9, "{absorbed}");
+        }
+        assert_eq!(more.inverse_triangle()[7], vec![0.0; 8]);
     }
 }

@@ -7,7 +7,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use super::block::{Block, Origin, Pole};
 use super::drift;
-use super::fit::{COARSE, Fit, NORMAL, first_noise, rows, weights};
+use super::fit::{COARSE, Fit, NORMAL, first_noise, matrix, rows, weights};
 use super::impacts;
 use super::noise;
 use super::projection::{Projection, dot};
@@ -16,7 +16,8 @@ use crate::statistics::chi_squared_bound;
 
 /// The significant poles, `most` of them at most, and the fit at them.
 pub(super) fn select(blocks: &mut [Block], starts: &[Pole], most: usize) -> Option<Fit> {
-    let mut fit = Fit::at(blocks, first_noise(blocks), Vec::new())?;
+    let mut fit = supported(blocks, starts, most)
+        .or_else(|| Fit::at(blocks, first_noise(blocks), Vec::new()))?;
     while fit.poles.len() < most {
         let floor = fit.noise_by(blocks, |powers, _, strongest| noise::floor(powers, strongest));
         // What was noise at first may be the skirt of a mode: the poles move with the weights.
@@ -29,7 +30,7 @@ pub(super) fn select(blocks: &mut [Block], starts: &[Pole], most: usize) -> Opti
                 fit = trial;
             }
         }
-        let larger = grown(blocks, &fit, driven(&fit, starts, blocks));
+        let larger = larger(blocks, &fit, starts);
         if let Some((bent, other)) = bent(blocks, &fit, larger.as_ref()) {
             blocks.clone_from_slice(&bent);
             fit = other;
@@ -48,6 +49,51 @@ pub(super) fn select(blocks: &mut [Block], starts: &[Pole], most: usize) -> Opti
         }
     }
     pruned(blocks, fit)
+}
+
+/// What an analyser made, with all modes at once that the starts support.
+fn supported(blocks: &[Block], starts: &[Pole], most: usize) -> Option<Fit> {
+    if !blocks.iter().all(Block::is_given) {
+        return None;
+    }
+    let mut poles: Vec<Pole> = Vec::new();
+    for start in starts.iter().filter(|start| in_band(blocks, start)) {
+        if poles.len() < most && !poles.iter().any(|pole| is_on(pole, start)) {
+            poles.push(*start);
+        }
+    }
+    let mut fit = Fit::at(blocks, first_noise(blocks), poles)
+        .filter(|fit| has_room(blocks, &fit.poles))?
+        .refined(blocks, COARSE);
+    let stays = |pole: &&Pole| starts.iter().any(|start| is_from(pole, start));
+    let kept: Vec<Pole> = fit.poles.iter().filter(stays).copied().collect();
+    if kept.len() < fit.poles.len() {
+        fit = Fit::at(blocks, fit.noise.clone(), kept)?.refined(blocks, COARSE);
+    }
+    let required = required_gain(blocks);
+    // A loss is less when the others have moved.
+    loop {
+        let losses = linear_losses(blocks, &fit);
+        let least = (0..losses.len()).min_by(|&a, &b| losses[a].total_cmp(&losses[b]));
+        let Some(least) = least.filter(|&least| losses[least] < required) else { break };
+        let mut poles = fit.poles.clone();
+        poles.remove(least);
+        fit = Fit::at(blocks, fit.noise.clone(), poles)?.refined(blocks, COARSE);
+    }
+    Some(fit)
+}
+
+/// With a further mode. What an analyser made has errors that many lines share, as it averages under
+/// a window and its sensors are not all alike. They pass for modes wherever one is tried: the least
+/// squares of rising order, or a peak, must support a mode there.
+fn larger(blocks: &[Block], fit: &Fit, starts: &[Pole]) -> Option<Fit> {
+    let candidates = if blocks.iter().any(Block::is_given) {
+        let is_new = |start: &&Pole| !fit.poles.iter().any(|pole| is_on(pole, start));
+        starts.iter().filter(is_new).copied().collect()
+    } else {
+        driven(fit, starts, blocks)
+    };
+    grown(blocks, fit, candidates)
 }
 
 /// With a background that bends more, where a band was cut out and that explains what is left as
@@ -132,6 +178,16 @@ pub(super) fn is_on(pole: &Pole, new: &Pole) -> bool {
     (pole.omega() - new.omega()).abs() < pole.lambda.re.abs().max(new.lambda.re.abs())
 }
 
+/// Whether a refined pole still is the one that it began as.
+fn is_from(pole: &Pole, start: &Pole) -> bool {
+    const SHARE: f64 = 0.01;
+    /// Of both decay rates.
+    const WIDTHS: f64 = 2.0;
+    let apart = (pole.omega() - start.omega()).abs();
+    let widths = WIDTHS * (pole.lambda.re.abs().min(start.lambda.re.abs()) + start.lambda.re.abs());
+    apart < widths.max(SHARE * start.omega())
+}
+
 /// Whether a pole may be there for the residual of another one.
 fn is_near(pole: &Pole, new: &Pole) -> bool {
     let apart = (pole.omega() - new.omega()).abs();
@@ -194,7 +250,10 @@ fn grown(blocks: &[Block], fit: &Fit, mut candidates: Vec<Pole>) -> Option<Fit> 
             .as_ref()
             .is_none_or(|best| trial.evaluation.sum_of_squares < best.evaluation.sum_of_squares);
         let is_drift = trial.poles.last().is_some_and(&is_drift);
-        if is_better && !is_mistaken && !is_drift {
+        let is_lost = blocks.iter().any(Block::is_given)
+            && !(trial.poles.last().is_some_and(|last| is_from(last, &pole))
+                && trial.poles.iter().all(|pole| in_band(blocks, pole)));
+        if is_better && !is_mistaken && !is_drift && !is_lost {
             best = Some(trial);
         }
     }
@@ -253,7 +312,7 @@ fn linear_gain(blocks: &[Block], fit: &Fit, pole: &Pole) -> f64 {
         let both = of.value[0].iter().zip(&of.value[1]);
         let u: Vec<_> = both.clone().map(|(a, b)| a + b).collect();
         let v: Vec<_> = both.map(|(a, b)| i * (a - b)).collect();
-        let mut own = Projection::default();
+        let mut own = Vec::new();
         for column in [u, v] {
             let mut column = rows(&column, &weights);
             let before = dot(&column, &column);
@@ -264,7 +323,7 @@ fn linear_gain(blocks: &[Block], fit: &Fit, pole: &Pole) -> f64 {
             }
         }
         let mut left = part.residual.clone();
-        own.remove(&mut left);
+        Projection::of(matrix(left.len(), own)).remove(&mut left);
         gain += dot(&part.residual, &part.residual) - dot(&left, &left);
     }
     gain
