@@ -23,8 +23,16 @@ pub(super) fn given(
                 let f = function.frequencies_hz[k];
                 f > 0.0 && f >= low && f <= high
             })
-            .take(MAX_LINES)
             .collect();
+        let left_out = within.get(MAX_LINES).map(|&k| function.frequencies_hz[k]);
+        let within = &within[..within.len().min(MAX_LINES)];
+        if let Some(from_hz) = left_out.filter(|_| block.is_none()) {
+            let what = format!(
+                "has more than {MAX_LINES} lines; those from {from_hz:.1} Hz on are left out; set \
+                 band_hz to choose the band"
+            );
+            notes.warning(Code::Remark, None, what);
+        }
         let values: Vec<C64> = within.iter().map(|&k| function.values[k]).collect();
         if values.iter().all(|v| v.norm() == 0.0) {
             let what = "is zero on all lines of the band; the function is left out";
