@@ -88,6 +88,31 @@ fn many_modes_are_found_band_by_band() {
     }
 }
 
+/// Twenty modes 10 to 50 % apart under four blows: the gaps between their peaks are shallow, as one is in the skirts of
+/// the next.
+#[test]
+fn twenty_modes_under_four_blows_are_found() {
+    let truth: Vec<TrueMode> = (0..20)
+        .map(|i| {
+            let turn = |by: usize| ((i * by + 1) as f64 * 2.3).sin();
+            let hz = 26.0 + 13.0 * i as f64 + 3.0 * turn(5);
+            let shape: Vec<f64> = (1..6).map(turn).collect();
+            TrueMode::new(hz, 0.012 + 0.004 * turn(7), &shape)
+        })
+        .collect();
+    let force = pulses(16_384, &[6, 4102, 8198, 12_294], 3, 100.0);
+    let clean = hammered(&truth, 0, 2, 1024.0, &force);
+    let responses = noisy(&clean, 0.003, &mut seeded(5));
+    let record = record(1024.0, Some(force), responses, Quantity::Acceleration);
+    let found = identify_record(&record, &asked(&[]));
+    let told: Vec<_> = found.modes.iter().map(|m| (m.frequency_hz, m.support)).collect();
+    assert_eq!(told.len(), truth.len(), "{told:?} {:?}", found.warnings);
+    for (mode, truth) in found.modes.iter().zip(&truth) {
+        let off = (mode.frequency_hz - truth.hz).abs();
+        assert!(off < 4.5 * mode.frequency_std_hz && off < 1e-3 * truth.hz, "{truth:?} {mode:?}");
+    }
+}
+
 /// Three channels, 60 dB: the least squares and the fit agree, and nobody speaks of noise.
 #[test]
 fn a_clean_ring_down_of_three_channels_has_its_modes() {

@@ -153,3 +153,52 @@ fn deviations_of_given_responses_hold_the_truth() {
         assert!(f64::from(held) >= 0.93 * f64::from(all), "{what}: {held} of {all}");
     }
 }
+
+/// Responses that were not taken at once: each has the modes in another place, as a sensor's mass moves with it; and the
+/// phase of the sensors turns with frequency. Errors like these bend over many lines and are no modes; deviations tell
+/// of them.
+#[test]
+fn responses_that_were_not_taken_at_once_make_no_further_modes() {
+    let modes = [
+        TrueMode::new(120.0, 0.004, &[1.0, 0.7, 0.4, -0.6]),
+        TrueMode::new(310.0, 0.003, &[0.6, -0.8, 0.4, 0.5]),
+        TrueMode::new(560.0, 0.003, &[0.3, 0.4, -0.7, 0.9]),
+    ];
+    for seed in 0..3 {
+        let functions: Vec<Frf> = (0..4_u32)
+            .map(|i| {
+                let moved: Vec<TrueMode> = modes
+                    .iter()
+                    .map(|m| {
+                        TrueMode::new(m.hz * (1.0 + 3e-4 * (f64::from(i) - 1.5)), m.ratio, &m.shape)
+                    })
+                    .collect();
+                let Data::Responses(mut own) =
+                    analysed(&moved, 2048.0, 2.0, 0.0, 10 * seed + u64::from(i)).data
+                else {
+                    panic!("analysers make responses")
+                };
+                let mut function = own.swap_remove(i as usize);
+                for (value, hz) in function.values.iter_mut().zip(&function.frequencies_hz) {
+                    *value *= C64::from_polar(1.0, -hz / 600.0 * 0.2);
+                }
+                function
+            })
+            .collect();
+        let record = Record {
+            name: "roved".into(),
+            data: Data::Responses(functions),
+            driving_point: None,
+            links: Vec::new(),
+            spindle_rpm: None,
+        };
+        let found = identify_record(&record, &asked(&[50.0, 60.0]));
+        let listed: Vec<_> = found.modes.iter().filter(|mode| mode.suspicion.is_none()).collect();
+        let told: Vec<_> = listed.iter().map(|m| (m.frequency_hz, m.frequency_std_hz)).collect();
+        assert_eq!(told.len(), modes.len(), "seed {seed}: {told:?} {:?}", found.warnings);
+        for (mode, truth) in listed.iter().zip(&modes) {
+            let off = (mode.frequency_hz - truth.hz).abs();
+            assert!(off < 3.0 * mode.frequency_std_hz && off < 3e-4 * truth.hz, "{told:?}");
+        }
+    }
+}

@@ -152,3 +152,27 @@ fn what_decays_is_not_taken_for_a_random_response() {
         assert_eq!(found.kind, RecordKind::FreeDecay, "seed {seed}");
     }
 }
+
+/// A recorder that stopped fills its file up: a quarter of it is no vibration, and no decay.
+#[test]
+fn what_a_recorder_fills_up_is_left_out_and_told() {
+    const RATE: f64 = 400.0;
+    let mut rng = seeded(3);
+    let clean = random_response(&modes(), RATE, (180.0 * RATE) as usize, &mut rng);
+    let mut responses = noisy(&clean, 0.1, &mut rng);
+    let whole = identify_record(
+        &record(RATE, None, responses.clone(), Quantity::Displacement),
+        &asked(&[50.0, 60.0]),
+    );
+    responses.iter_mut().for_each(|own| own.resize((270.0 * RATE) as usize, 0.0));
+    let found = identify_record(
+        &record(RATE, None, responses, Quantity::Displacement),
+        &asked(&[50.0, 60.0]),
+    );
+    assert_eq!(found.kind, RecordKind::RandomResponse);
+    assert!(found.warnings.iter().any(|note| note.what.contains("moves in 90.0 s")), "{found:?}");
+    assert_eq!(found.modes.len(), whole.modes.len());
+    for (found, whole) in found.modes.iter().zip(&whole.modes) {
+        assert!((found.frequency_hz / whole.frequency_hz - 1.0).abs() < 1e-6);
+    }
+}

@@ -16,7 +16,7 @@
 //! β are refined.
 
 use super::block::{Block, C64, Envelope, Law, MAX_ENVELOPES, Origin, Pole};
-use super::fit::{COARSE, Fit, NORMAL};
+use super::fit::{COARSE, Fit, NORMAL, parameters_of};
 use super::states::states;
 use super::unexplained::{SAME_MODE, drift_of, may_drift};
 use crate::statistics::chi_squared_bound;
@@ -193,25 +193,38 @@ fn drifting_by(law: Law, blocks: &[Block], fit: &Fit) -> Option<(Vec<Block>, Fit
 fn most_promising(blocks: &[Block], fit: &Fit, required: f64) -> Option<(usize, usize)> {
     let count = blocks.first()?.envelopes.len();
     let base = fit.evaluation.predicted_gain()?;
-    let mut best: Option<(f64, usize, usize)> = None;
     // What a model of drift leaves unexplained counts as noise: beside it little seems left.
     let drifts = fit.poles.iter().any(Pole::drifts);
-    let candidates = |(_, pole): &(usize, &Pole)| {
-        may_drift(pole) && (drifts || is_left(blocks, fit, pole, required))
+    let may_move = |pole: &Pole| {
+        !pole.is_held && may_drift(pole) && (drifts || is_left(blocks, fit, pole, required))
     };
-    for (at, pole) in fit.poles.iter().enumerate().filter(candidates) {
+    // All rates at once, as each needs but its own rows of the normal matrix.
+    let mut poles = fit.poles.clone();
+    let mut candidates = Vec::new();
+    for (at, pole) in fit.poles.iter().enumerate().filter(|(_, pole)| may_move(pole)) {
         for j in (0..count).filter(|&j| pole.rates[j].is_none()) {
-            let mut poles = fit.poles.clone();
             poles[at].rates[j] = Some(C64::default());
-            let Some(trial) = Fit::at(blocks, fit.noise.clone(), poles) else { continue };
-            let Some(gain) = trial.evaluation.predicted_gain() else { continue };
-            let gain = gain - base;
-            if gain > required && best.is_none_or(|(most, _, _)| gain > most) {
-                best = Some((gain, at, j));
-            }
+            candidates.push((at, j));
         }
     }
-    best.map(|(_, pole, envelope)| (pole, envelope))
+    if candidates.is_empty() {
+        return None;
+    }
+    let (firsts, parameters) = parameters_of(&poles);
+    let row = |&(at, j): &(usize, usize)| {
+        firsts[at] + 2 * (1 + poles[at].rates[..j].iter().flatten().count())
+    };
+    let rows: Vec<usize> = candidates.iter().map(row).collect();
+    let is_own = |i: &usize| !rows.contains(i) && !rows.contains(&i.wrapping_sub(1));
+    let own: Vec<usize> = (0..parameters).filter(is_own).collect();
+    let trial = Fit::at(blocks, fit.noise.clone(), poles.clone())?;
+    let gain = |first: usize| {
+        let with: Vec<usize> = own.iter().copied().chain([first, first + 1]).collect();
+        Some(trial.evaluation.predicted_gain_of(&with)? - base)
+    };
+    let gains = candidates.iter().zip(&rows).filter_map(|(at, &row)| Some((gain(row)?, at)));
+    let best = gains.filter(|(gain, _)| *gain > required).max_by(|a, b| a.0.total_cmp(&b.0));
+    best.map(|(_, at)| *at)
 }
 
 /// Whether the lines around a pole hold more residual than noise would leave there, so that drift

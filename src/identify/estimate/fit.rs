@@ -63,12 +63,19 @@ pub(super) struct Evaluation {
 impl Evaluation {
     /// How far a Gauss–Newton step would lower the sum of squares.
     pub(super) fn predicted_gain(&self) -> Option<f64> {
-        let mut normal = self.normal.clone();
+        let all: Vec<usize> = (0..self.gradient.len()).collect();
+        self.predicted_gain_of(&all)
+    }
+
+    /// A step of these real parameters alone.
+    pub(super) fn predicted_gain_of(&self, parameters: &[usize]) -> Option<f64> {
+        let mut normal = self.normal.select_rows(parameters).select_columns(parameters);
+        let gradient = self.gradient.select_rows(parameters);
         for i in 0..normal.nrows() {
             normal[(i, i)] *= 1.0 + 1e-9;
             normal[(i, i)] += f64::MIN_POSITIVE;
         }
-        Some(normal.cholesky()?.solve(&self.gradient).dot(&self.gradient))
+        Some(normal.cholesky()?.solve(&gradient).dot(&gradient))
     }
 }
 

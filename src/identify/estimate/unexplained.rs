@@ -1,8 +1,8 @@
 //! What the model of drift leaves unexplained: near the poles that drift, and at sums and
 //! differences of their frequencies. It counts as noise, and no pole there is taken for a mode.
 
-use super::block::{Block, C64, Law, Origin, Pole};
-use super::states::{spectra, states};
+use super::block::{Block, C64, Law, Pole};
+use super::states::Steps;
 
 /// An envelope serves poles within this relative distance.
 pub(super) const SAME_MODE: f64 = 0.1;
@@ -151,7 +151,9 @@ pub(super) fn unexplained(blocks: &[Block], at: usize, poles: &[Pole]) -> Vec<Un
     const NEAR: f64 = 0.1;
     const ELSEWHERE: f64 = 0.5;
     let block = &blocks[at];
-    let Origin::Sampled { step_s, samples, force } = &block.origin else { return Vec::new() };
+    /// Sums of three frequencies of modes lie above the lines.
+    const PER_PERIOD: usize = 8;
+    let Some(steps) = Steps::of(block, PER_PERIOD) else { return Vec::new() };
     if !poles.iter().any(Pole::drifts) {
         return Vec::new();
     }
@@ -165,8 +167,7 @@ pub(super) fn unexplained(blocks: &[Block], at: usize, poles: &[Pole]) -> Vec<Un
         if !is_source || parts.len() == 3 {
             continue;
         }
-        let states =
-            states(pole.lambda, &block.rates_of(pole), *step_s, *samples, force.as_deref()).value;
+        let states = steps.states(block, pole.lambda, &block.rates_of(pole)).value;
         let peak = states.iter().map(|s| s.norm()).fold(f64::MIN_POSITIVE, f64::max);
         let states: Vec<C64> = states.iter().map(|s| s / peak).collect();
         let drift = drift_of(pole);
@@ -175,12 +176,12 @@ pub(super) fn unexplained(blocks: &[Block], at: usize, poles: &[Pole]) -> Vec<Un
         all.push(Unexplained {
             modes: vec![(place, peak)],
             size: (added_up + NEAR * drift).min(1.0),
-            powers: spectra(block, *step_s, &states)[0].iter().map(C64::norm_sqr).collect(),
+            powers: steps.spectra(block, &states)[0].iter().map(C64::norm_sqr).collect(),
         });
         parts.push(Part { place, peak, states });
     }
     for (which, product) in products(&parts) {
-        let [own, conjugate] = spectra(block, *step_s, &product);
+        let [own, conjugate] = steps.spectra(block, &product);
         all.push(Unexplained {
             modes: which.iter().map(|&i| (parts[i].place, parts[i].peak)).collect(),
             size: ELSEWHERE * most,

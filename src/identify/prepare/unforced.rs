@@ -1,6 +1,7 @@
 //! Responses whose force nobody measured: free decays, or responses to a force that goes on.
 
 use std::borrow::Cow;
+use std::ops::Range;
 
 use super::lines::{band, lines, omega, on_lines, rounding_noise};
 use super::{NO_LINES, Prepared, RecordKind, Sampling, responses_of, without_offset};
@@ -27,8 +28,11 @@ pub(super) fn free(
         channels.iter().map(|channel| rounding_step(&channel.samples)).collect();
     let channels: Vec<Cow<'_, Channel>> =
         channels.iter().map(|channel| without_spikes(channel, rate_hz, &[], notes)).collect();
-    if goes_on(&channels, rate_hz) {
-        let whole: Vec<Vec<f64>> = channels.iter().map(|c| without_offset(&c.samples)).collect();
+    let moving = moving(&channels);
+    let lively: Vec<&[f64]> = channels.iter().map(|c| &c.samples[moving.clone()]).collect();
+    if goes_on(&lively, rate_hz) {
+        warn_of_padding(&moving, channels.first().map_or(0, |c| c.samples.len()), rate_hz, notes);
+        let whole: Vec<Vec<f64>> = lively.iter().map(|own| without_offset(own)).collect();
         let samples = whole.first().map_or(0, Vec::len);
         let cut = [(samples, whole.iter().map(|samples| transform(samples)).collect())];
         let band_hz = band(sampling, &cut, notes);
@@ -83,18 +87,50 @@ fn stationary(rate_hz: f64, band_hz: [f64; 2], responses: Vec<Vec<f64>>) -> Stat
     Stationary { rate_hz: rate_hz * count as f64 / samples as f64, band_hz, responses }
 }
 
+/// The samples between stretches at the ends in which no channel moves, as recorders fill them.
+fn moving(channels: &[Cow<'_, Channel>]) -> Range<usize> {
+    let all = channels.first().map_or(0, |channel| channel.samples.len());
+    let still = |own: &mut dyn Iterator<Item = f64>| -> usize {
+        let first = own.next();
+        // One value alone is not held.
+        match own.take_while(|value| Some(*value) == first).count() {
+            0 => 0,
+            more => 1 + more,
+        }
+    };
+    let before = channels.iter().map(|channel| still(&mut channel.samples.iter().copied()));
+    let after = channels.iter().map(|channel| still(&mut channel.samples.iter().rev().copied()));
+    let (from, to) = (before.min().unwrap_or(0), all - after.min().unwrap_or(0));
+    if from < to { from..to } else { 0..all }
+}
+
+/// Tells what of a record does not move.
+fn warn_of_padding(moving: &Range<usize>, samples: usize, rate_hz: f64, notes: &mut Notes) {
+    /// A share of the record that is worth a word.
+    const MIN_SHARE: f64 = 0.001;
+    let still = samples - moving.len();
+    if still as f64 > MIN_SHARE * samples as f64 {
+        let what = format!(
+            "no channel moves in {:.1} s at the record's ends, which were left out: the recorder \
+             was not running there",
+            still as f64 / rate_hz
+        );
+        notes.warning(Code::Remark, None, what);
+    }
+}
+
 /// Responses about their middle.
-fn level(channels: &[Cow<'_, Channel>]) -> Vec<Vec<f64>> {
-    let about = |channel: &Cow<'_, Channel>| {
-        let middle = upper_median(&channel.samples).unwrap_or(0.0);
-        channel.samples.iter().map(|s| s - middle).collect()
+fn level(channels: &[&[f64]]) -> Vec<Vec<f64>> {
+    let about = |samples: &&[f64]| {
+        let middle = upper_median(samples).unwrap_or(0.0);
+        samples.iter().map(|s| s - middle).collect()
     };
     channels.iter().map(about).collect()
 }
 
 /// Whether the responses go on all the time, as under a random force, instead of decaying: their
 /// values spread like Gaussian noise, and their energy does not fall from one impact to the next.
-fn goes_on(channels: &[Cow<'_, Channel>], rate_hz: f64) -> bool {
+fn goes_on(channels: &[&[f64]], rate_hz: f64) -> bool {
     /// Kurtosis: 3 for Gaussian noise, 1.5 for a tone; decays have many small values.
     const KURTOSIS: [f64; 2] = [2.0, 5.0];
     /// Energy of the last third of a decay against the first.
@@ -142,7 +178,8 @@ fn long_decays(
     rate_hz: f64,
     notes: &mut Notes,
 ) -> Option<Vec<Decay>> {
-    let level = level(channels);
+    let whole: Vec<&[f64]> = channels.iter().map(|channel| &channel.samples[..]).collect();
+    let level = level(&whole);
     let level: Vec<&[f64]> = level.iter().map(Vec::as_slice).collect();
     let found = decays(&level, rate_hz);
     let is_long = |decay: &Decay| decay.to - decay.from >= MIN_DECAY_SAMPLES;
