@@ -28,15 +28,11 @@ pub(super) fn starts(
     const MANY: usize = 8;
     const PEAKS: usize = 4;
     const LINES: usize = 100;
-    /// How far a peak stands out of the power around it: modes near by fill the gaps between peaks,
-    /// and errors of an analyser make shallow ones.
-    const FALL: f64 = 2.0;
-    const FALL_OF_GIVEN: f64 = 4.0;
     let unwindowed = |pole: Pole| Pole { lambda: pole.lambda + prepared.window_decay, ..pole };
     let widest = prepared.starts_from.iter().max_by_key(|(omega, _)| omega.len());
     let is_given = prepared.blocks.iter().any(Block::is_given);
-    let fall = if is_given { FALL_OF_GIVEN } else { FALL };
-    let peaks = widest.map_or_else(Vec::new, |(omega, spectra)| peaks(omega, spectra, fall));
+    // Errors of an analyser make shallow peaks.
+    let peaks = widest.map_or_else(Vec::new, |(omega, spectra)| peaks(omega, spectra, !is_given));
     let ends = match widest {
         Some((omega, _)) if peaks.len() >= MANY => divisions(&peaks, omega, PEAKS, LINES),
         _ => vec![0.0, f64::INFINITY],

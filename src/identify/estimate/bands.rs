@@ -17,8 +17,8 @@ const STARTS: usize = 4;
 /// Fewest lines of a band.
 const LINES_OF_BAND: usize = 120;
 
-/// How far the background of a band bends in what an analyser made: errors that lines share bend it,
-/// too.
+/// How far the background of a band bends in what an analyser made: errors that lines share bend
+/// it, too.
 const BEND_OF_GIVEN: usize = 3;
 
 /// A stretch of the lines, rad/s.

@@ -5,14 +5,19 @@ use super::block::{C64, Pole};
 use crate::statistics::mean;
 
 /// Peaks of the power of all responses, each response about as loud as the others, as poles by
-/// ascending frequency; to either side of a peak the power falls by the factor `fall`.
-pub(in crate::identify) fn peaks(omega: &[f64], spectra: &[Vec<C64>], fall: f64) -> Vec<Pole> {
+/// ascending frequency. `shallow` ones count where modes near by may fill the gaps between peaks.
+pub(in crate::identify) fn peaks(omega: &[f64], spectra: &[Vec<C64>], shallow: bool) -> Vec<Pole> {
     /// Share of the frequency that counts as one line where the lines lie closer: no mode of an arm
     /// is much narrower.
     const FINEST: f64 = 0.002;
     /// Such lines to either side that a peak is above, and those within which it falls.
     const TOP: usize = 3;
     const REACH: usize = 16;
+    /// By how much the power falls to either side of a peak; less, where the peak is so many times
+    /// as high as a quarter of all lines, as noise is not.
+    const FALL: f64 = 4.0;
+    const SHALLOW: f64 = 2.0;
+    const OUT_OF_NOISE: f64 = 30.0;
     /// Relative to the loudest line: lower ones are noise or feet.
     const LEAST: f64 = 1e-5;
     let sizes = spectra.iter().map(|own| own.iter().map(C64::norm_sqr).fold(0.0, f64::max));
@@ -30,13 +35,21 @@ pub(in crate::identify) fn peaks(omega: &[f64], spectra: &[Vec<C64>], fall: f64)
         })
         .collect();
     let least = |from: usize, to: usize| power[from..to].iter().copied().fold(f64::MAX, f64::min);
+    let mut sorted = power.clone();
+    let quarter = sorted.len() / 4;
+    let quiet = if sorted.is_empty() {
+        f64::INFINITY
+    } else {
+        *sorted.select_nth_unstable_by(quarter, f64::total_cmp).1
+    };
+    let fall = |k: usize| if shallow && power[k] > OUT_OF_NOISE * quiet { SHALLOW } else { FALL };
     let is_peak = |&k: &usize| {
         let (top, reach) = (TOP * finest(k), REACH * finest(k));
         let near = &power[k.saturating_sub(top)..(k + top + 1).min(lines)];
         power[k] > LEAST
             && near.iter().all(|other| *other <= power[k])
-            && power[k] > fall * least(k.saturating_sub(reach), k.max(1))
-            && power[k] > fall * least((k + 1).min(lines - 1), (k + 1 + reach).min(lines))
+            && power[k] > fall(k) * least(k.saturating_sub(reach), k.max(1))
+            && power[k] > fall(k) * least((k + 1).min(lines - 1), (k + 1 + reach).min(lines))
     };
     let half_width = |k: usize| {
         let below = |other: &f64| *other < 0.5 * power[k];
@@ -93,7 +106,7 @@ mod tests {
             .collect();
         let omega: Vec<f64> = (1..600).map(|k| 0.2 * f64::from(k)).collect();
         let at = |w: &f64| truth.iter().map(|p| (C64::new(0.0, *w) - p.lambda).inv()).sum::<C64>();
-        let found = peaks(&omega, &[omega.iter().map(at).collect()], 4.0);
+        let found = peaks(&omega, &[omega.iter().map(at).collect()], true);
         assert_eq!(found.len(), 10);
         for (found, truth) in found.iter().zip(&truth) {
             assert!((found.lambda.im - truth.lambda.im).abs() < 0.3, "{found:?}");
@@ -109,10 +122,10 @@ mod tests {
         let omega: Vec<f64> = (1..6000).map(|k| 0.02 * f64::from(k)).collect();
         let noise = |k: usize| C64::from_polar(0.02, 1e3 * (k as f64).sin());
         let noisy = omega.iter().enumerate().map(|(k, w)| at(w) + noise(k)).collect();
-        assert_eq!(peaks(&omega, &[noisy], 4.0).len(), 10);
+        assert_eq!(peaks(&omega, &[noisy], true).len(), 10);
         assert!(
-            peaks(&[], &[], 4.0).is_empty()
-                && peaks(&[1.0], &[vec![C64::default()]], 4.0).is_empty()
+            peaks(&[], &[], true).is_empty()
+                && peaks(&[1.0], &[vec![C64::default()]], true).is_empty()
         );
         assert_eq!(divisions(&[], &[], 4, 9).len(), 2);
     }

@@ -83,9 +83,9 @@ fn supported(blocks: &[Block], starts: &[Pole], most: usize) -> Option<Fit> {
     Some(fit)
 }
 
-/// With a further mode. What an analyser made has errors that many lines share, as it averages under
-/// a window and its sensors are not all alike. They pass for modes wherever one is tried: the least
-/// squares of rising order, or a peak, must support a mode there.
+/// With a further mode. What an analyser made has errors that many lines share, as it averages
+/// under a window and its sensors are not all alike. They pass for modes wherever one is tried: the
+/// least squares of rising order, or a peak, must support a mode there.
 fn larger(blocks: &[Block], fit: &Fit, starts: &[Pole]) -> Option<Fit> {
     let candidates = if blocks.iter().any(Block::is_given) {
         let is_new = |start: &&Pole| !fit.poles.iter().any(|pole| is_on(pole, start));
