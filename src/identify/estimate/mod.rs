@@ -90,10 +90,12 @@ pub(super) fn estimate(blocks: &mut [Block], starts: &[Pole], most: usize) -> Op
         return None;
     }
     let bands = bands::divided(blocks, starts);
-    if bands.len() > 1
-        && let Some(found) = in_bands(blocks, starts, &bands, most)
-    {
-        return Some(found);
+    if bands.len() > 1 {
+        let fits_together = starts.len() <= MOST_TOGETHER;
+        let found = in_bands(blocks, starts, &bands, most, fits_together);
+        if found.is_some() || !fits_together {
+            return found;
+        }
     }
     let fit = fitted_poles(blocks, starts, most)?;
     report(blocks, &fit)
@@ -110,9 +112,19 @@ fn fitted_poles(blocks: &mut [Block], starts: &[Pole], most: usize) -> Option<Fi
     Some(fit)
 }
 
+/// Starts beyond which a record is not fitted as a whole: that costs their fourth power.
+const MOST_TOGETHER: usize = 48;
+
 /// The poles band by band: first each for itself, then with those of its neighbours held. `None`
-/// where a mode drifts, which takes all of the spectrum, or where a band cannot be fitted.
-fn in_bands(blocks: &[Block], starts: &[Pole], bands: &[Band], most: usize) -> Option<Estimate> {
+/// where a band cannot be fitted, or where a mode drifts, which takes all of the spectrum; where
+/// there are too many to be fitted together, its drift is that of its band.
+fn in_bands(
+    blocks: &[Block],
+    starts: &[Pole],
+    bands: &[Band],
+    most: usize,
+    fits_together: bool,
+) -> Option<Estimate> {
     let alone = |band: &Band| {
         let mut cut = band.cut(blocks)?;
         let fit = fitted_poles(&mut cut, &band.seen(starts), most)?;
@@ -125,25 +137,65 @@ fn in_bands(blocks: &[Block], starts: &[Pole], bands: &[Band], most: usize) -> O
         let mut poles = band.own(&fit.poles);
         poles.extend(band.held(&known));
         let fit = Fit::at(cut, fit.noise.clone(), poles)?.refined(cut, fit::FULL).reweighted(cut);
-        if has_twins(cut, &fit) || drift::drifting(cut, &fit).is_some() {
-            return None;
+        let is_linear = !has_twins(cut, &fit) && drift::drifting(cut, &fit).is_none();
+        if is_linear || fits_together {
+            return report(cut, &fit).filter(|_| is_linear);
         }
-        report(cut, &fit)
+        let (cut, fit) = with_own_drift(cut, fit);
+        report(&cut, &determined(&cut, fit)?)
     };
     let found: Vec<Estimate> = bands.par_iter().zip(&first).map(together).collect::<Option<_>>()?;
     Some(bands::joined(blocks, bands, found))
 }
 
+/// A band in which modes drift instead of having twins, wherever that explains the spectra as well.
+/// Drift alone is not looked for: feet of other bands' modes pass for it.
+fn with_own_drift(blocks: &[Block], fit: Fit) -> (Vec<Block>, Fit) {
+    /// Of what the twin explains.
+    const MIN_FRACTION: f64 = 0.7;
+    let instead = |blocks: &[Block], fit: &Fit, twin: usize| {
+        let mut poles = fit.poles.clone();
+        poles.remove(twin);
+        let without = Fit::at(blocks, fit.noise.clone(), poles)?.refined(blocks, fit::NORMAL);
+        let (drifting, other, _) = drift::drifting(blocks, &without)?;
+        let [with, left, alone] = [fit, &other, &without].map(|of| of.evaluation.sum_of_squares);
+        (alone - left > MIN_FRACTION * (alone - with)).then_some((drifting, other))
+    };
+    let (mut blocks, mut fit) = (blocks.to_vec(), fit);
+    while let Some((drifting, other)) =
+        twins(&blocks, &fit).into_iter().find_map(|twin| instead(&blocks, &fit, twin))
+    {
+        fit = other.reweighted(&drifting);
+        blocks = drifting;
+    }
+    (blocks, fit)
+}
+
+/// Without the weakest poles, as long as the spectra do not determine all.
+fn determined(blocks: &[Block], mut fit: Fit) -> Option<Fit> {
+    while fit.covariance().is_none() {
+        let mut poles = fit.poles.clone();
+        poles.remove(select::weakest(blocks, &fit)?);
+        fit = Fit::at(blocks, fit.noise.clone(), poles)?.refined(blocks, fit::FULL);
+    }
+    Some(fit)
+}
+
 /// Whether two poles of one shape lie within their widths: without a law of drift, a mode that
 /// drifts needs such a row.
 fn has_twins(blocks: &[Block], fit: &Fit) -> bool {
+    !twins(blocks, fit).is_empty()
+}
+
+/// The poles that may be such twins of others.
+fn twins(blocks: &[Block], fit: &Fit) -> Vec<usize> {
     let own = |at: &usize| !fit.poles[*at].is_held && fit.poles[*at].is_driven;
     let own: Vec<usize> = (0..fit.poles.len()).filter(own).collect();
     let is_twin = |a: usize, b: usize| {
         select::is_on(&fit.poles[a], &fit.poles[b])
             && have_one_shape(&shape_of(blocks, fit, a), &shape_of(blocks, fit, b))
     };
-    own.iter().any(|&a| own.iter().any(|&b| b < a && is_twin(a, b)))
+    own.iter().copied().filter(|&a| own.iter().any(|&b| b != a && is_twin(a, b))).collect()
 }
 
 /// By the modal assurance criterion.

@@ -407,6 +407,13 @@ fn linear_losses(blocks: &[Block], fit: &Fit) -> Vec<f64> {
     losses
 }
 
+/// The pole without which the sum of squares rises least; `None` where all are held.
+pub(super) fn weakest(blocks: &[Block], fit: &Fit) -> Option<usize> {
+    let losses = linear_losses(blocks, fit);
+    let own = (0..losses.len()).filter(|&at| !fit.poles[at].is_held);
+    own.min_by(|&a, &b| losses[a].total_cmp(&losses[b]))
+}
+
 /// With one pole or one rate less.
 struct Smaller {
     poles: Vec<Pole>,
