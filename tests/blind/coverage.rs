@@ -3,7 +3,8 @@
 //! model lacks. Some of the modes are measured at a few poses of a part of the range; the intervals must hold the true
 //! frequencies of fresh poses there, of modes that nobody measured, and of poses beyond that part, in 95 % of all cases.
 //!
-//! `DETUNE_ARMS` sets the number of arms: 200 for the figures of the guide.
+//! `DETUNE_ARMS` sets the number of arms: 200 for the figures of the guide; `DETUNE_FIRST_ARM` begins at a later one, so
+//! that a long run can be divided.
 
 use std::fs;
 use std::path::Path;
@@ -331,14 +332,22 @@ fn cover(family: Family, lacks: bool, seed: u64, into: &mut Coverage) {
 const FAMILIES: [Family; 3] =
     [Family::Planar { links: 2 }, Family::Planar { links: 3 }, Family::SixAxis];
 
+fn number(name: &str, usual: usize) -> usize {
+    match std::env::var(name) {
+        Ok(text) => text.parse().unwrap_or_else(|_| panic!("{name} is a whole number")),
+        Err(_) => usual,
+    }
+}
+
 fn arms() -> usize {
-    std::env::var("DETUNE_ARMS").ok().and_then(|text| text.parse().ok()).unwrap_or(9)
+    number("DETUNE_ARMS", 9)
 }
 
 fn covered(lacks: bool) -> Coverage {
     let mut coverage = Coverage::default();
+    let first = number("DETUNE_FIRST_ARM", 0);
     for i in 0..arms() {
-        cover(FAMILIES[i % 3], lacks, 4000 + i as u64, &mut coverage);
+        cover(FAMILIES[(first + i) % 3], lacks, 4000 + (first + i) as u64, &mut coverage);
         if (i + 1) % 25 == 0 && i + 1 < arms() {
             show(&coverage, i + 1, lacks);
         }
