@@ -519,3 +519,34 @@ fn deviations_of_hammer_tests_cover() {
     );
     must_cover("hammer", &truth, &found);
 }
+
+/// A shaker's force, coloured by a filter of first order, that goes on from before the record begins.
+#[test]
+fn deviations_under_a_measured_random_force_cover() {
+    const BEFORE: usize = 400;
+    let truth = [TrueMode::new(14.0, 0.025, &[1.0, 0.4]), TrueMode::new(31.0, 0.015, &[0.5, -0.9])];
+    let found: Vec<IdentifiedRecord> = (0..coverage_seeds())
+        .into_par_iter()
+        .map(|seed| {
+            let mut rng = seeded(9000 + seed);
+            let mut last = 0.0;
+            let force: Vec<f64> = (0..BEFORE + 1800)
+                .map(|_| {
+                    last = 0.5 * last + gauss(&mut rng);
+                    last
+                })
+                .collect();
+            let clean = hammered(&truth, 0, 2, 120.0, &force);
+            let clean: Vec<Vec<f64>> = clean.iter().map(|own| own[BEFORE..].to_vec()).collect();
+            let responses = noisy(&clean, TWENTY_DB, &mut rng);
+            let force = force[BEFORE..].to_vec();
+            identify(&record(120.0, Some(force), responses, Quantity::Acceleration))
+        })
+        .collect();
+    assert!(
+        found.iter().all(|f| f.modes.len() == 2),
+        "{:?}",
+        found.iter().find(|f| f.modes.len() != 2)
+    );
+    must_cover("random force", &truth, &found);
+}

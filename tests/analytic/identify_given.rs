@@ -6,7 +6,7 @@ use detune::identify::record::{Data, Frf, Quantity, Record};
 use detune::identify::record_modes::{IdentifiedRecord, identify_record};
 use realfft::RealFftPlanner;
 
-use crate::identify::asked;
+use crate::identify::{asked, coverage_seeds};
 use crate::vibration::{C64, TrueMode, gauss, hammered, noisy, seeded};
 
 /// What an analyser does: a random force, stretches of `seconds` that overlap by half, a Hann window, H1; and a gain
@@ -123,8 +123,8 @@ fn a_gain_that_varies_over_frequency_makes_no_further_modes() {
 /// be off by is assumed (1 %), so that intervals are wider than noise makes them.
 #[test]
 fn deviations_of_given_responses_hold_the_truth() {
-    const SEEDS: u64 = 24;
     const Z: f64 = 1.959964;
+    let seeds = 3 * coverage_seeds() / 10;
     let modes = [
         TrueMode::new(61.3, 0.010, &[1.0, 0.7, 0.4]),
         TrueMode::new(103.1, 0.008, &[0.6, -0.8, 0.4]),
@@ -133,7 +133,7 @@ fn deviations_of_given_responses_hold_the_truth() {
     for (what, seconds, ripple) in [("long", 2.0, 0.0), ("short", 0.5, 0.0), ("ripple", 2.0, 0.02)]
     {
         let (mut held, mut all) = (0_u16, 0_u16);
-        for seed in 0..SEEDS {
+        for seed in 0..seeds {
             let record = analysed(&modes, 1024.0, seconds, ripple, seed);
             let found = identify_record(&record, &asked(&[50.0, 60.0]));
             assert_eq!(found.modes.len(), modes.len(), "{what}, seed {seed}");
