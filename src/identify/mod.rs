@@ -5,7 +5,7 @@
 //!        → spectra in the band that is filled (prepare, spectra)
 //!        → poles and residues with covariances (estimate)
 //!        → modes, shapes, rotations of links (mode, links) → warnings (suspicions)
-//!        → one row a pose (session) → a table of modes (table)
+//!        → one row a pose, its shapes put together (session, shapes) → a table of modes (table)
 //! ```
 
 pub mod cutting;
@@ -20,6 +20,7 @@ pub mod record;
 pub mod record_modes;
 mod references;
 pub mod session;
+mod shapes;
 pub mod spectra;
 mod starts;
 pub mod stiffness;

@@ -3,17 +3,19 @@
 //! Records of one pose, taken under the same conditions at the same sampling rate, are merged mode
 //! by mode. Deviations of a record are of its noise alone; where records scatter by more, as where
 //! the arm was moved or clamped again between them, that scatter is a variance of its own
-//! (DerSimonian & Laird, Controlled Clinical Trials 7, 1986).
+//! (DerSimonian & Laird, Controlled Clinical Trials 7, 1986). Their shapes are put together by
+//! common responses, and a pose that lacks modes has the others in the columns of their shapes.
 
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::links::LinkRotation;
-use super::mode::Mode;
+use super::mode::{Mode, ShapePart};
 use super::pose::{JointColumn, Pose};
 use super::record::{Conditions, Measurement, Session};
 use super::record_modes::{IdentifiedRecord, identify_record};
+use super::shapes::{Placed, mac, places, together};
 use super::table::{MeasuredRotation, ModeRow, ModeTable, RotationAxis};
 use crate::notes::{Code, Note, Part, Place};
 use crate::progress::{Done, Progress};
@@ -41,9 +43,13 @@ pub struct PoseMode {
     /// What else it may be, as the code of a notice: such a mode stays out of the table.
     #[schemars(with = "Option<String>")]
     pub suspicion: Option<Code>,
+    /// Its column in the table of modes, from 1; null where it stays out.
+    pub number: Option<usize>,
     /// Record and mode of it, counted from 0.
     #[schemars(with = "Vec<[usize; 2]>")]
     pub members: Vec<(usize, usize)>,
+    /// Over the responses of all records that have one in common; the largest part is 1.
+    pub shape: Vec<ShapePart>,
 }
 
 /// The modes of one pose.
@@ -77,14 +83,12 @@ pub struct IdentifiedSession {
 impl IdentifiedSession {
     /// One row a pose: all modes but those that may be something else.
     pub fn table(&self) -> ModeTable<Pose> {
-        let of_pose = |pose: &PoseModes| -> Vec<PoseMode> {
-            pose.modes.iter().filter(|mode| mode.suspicion.is_none()).cloned().collect()
-        };
-        let modes: Vec<Vec<PoseMode>> = self.poses.iter().map(of_pose).collect();
-        let most = modes.iter().map(Vec::len).max().unwrap_or(0);
-        let row = |(at, found): (&PoseModes, &Vec<PoseMode>)| {
+        let all = self.poses.iter().flat_map(|pose| &pose.modes);
+        let most = all.filter_map(|mode| mode.number).max().unwrap_or(0);
+        let row = |at: &PoseModes| {
+            let numbered = |number: usize| at.modes.iter().find(|mode| mode.number == Some(number));
             let values = |of: fn(&PoseMode) -> f64| -> Vec<Option<f64>> {
-                (0..most).map(|mode| found.get(mode).map(of)).collect()
+                (1..=most).map(|number| numbered(number).map(of)).collect()
             };
             ModeRow {
                 pose: at.pose.clone(),
@@ -95,18 +99,14 @@ impl IdentifiedSession {
                 amplitude_nm: at.conditions.amplitude_nm,
                 payload_kg: at.conditions.payload_kg,
                 added_kg: at.conditions.added_kg.clone(),
-                rotations: (0..most)
-                    .map(|mode| found.get(mode).map_or_else(Vec::new, |own| self.rotations(own)))
+                rotations: (1..=most)
+                    .map(|number| numbered(number).map_or_else(Vec::new, |m| self.rotations(m)))
                     .collect(),
                 sample_rate_hz: at.sample_rate_hz,
                 id: at.id.clone(),
             }
         };
-        ModeTable {
-            rows: self.poses.iter().zip(&modes).map(row).collect(),
-            modes: most,
-            unstated: Vec::new(),
-        }
+        ModeTable { rows: self.poses.iter().map(row).collect(), modes: most, unstated: Vec::new() }
     }
 
     /// How marked links turn in a mode, as the first of its records that shows it has them: as far
@@ -146,10 +146,10 @@ pub fn identify_session(session: &Session, progress: Progress<'_>) -> Identified
         }
     }
     let mut notes = Vec::new();
-    let poses: Vec<PoseModes> =
+    let mut poses: Vec<PoseModes> =
         groups.iter().map(|group| pose_modes(session, &records, group, &mut notes)).collect();
     aliases_between_rates(&poses, &mut notes);
-    mode_counts_differ(&poses, &mut notes);
+    number(&mut poses, &mut notes);
     IdentifiedSession {
         poses,
         records,
@@ -249,7 +249,18 @@ fn merged_mode(
         ));
     }
     let suspicion = suspicion(members.iter().map(|&(i, mode)| records[i].modes[mode].suspicion));
-    PoseMode { frequency_hz, frequency_std_hz, damping_ratio, damping_std, members, suspicion }
+    let shapes: Vec<&[ShapePart]> =
+        members.iter().map(|&(i, mode)| &records[i].modes[mode].shape[..]).collect();
+    PoseMode {
+        frequency_hz,
+        frequency_std_hz,
+        damping_ratio,
+        damping_std,
+        suspicion,
+        number: None,
+        shape: together(&shapes),
+        members,
+    }
 }
 
 /// A tone in one record is a tone in all; a mode that is uncertain in one record may be certain in
@@ -325,17 +336,57 @@ fn alias_between(
     }
 }
 
-fn mode_counts_differ(poses: &[PoseModes], notes: &mut Vec<Note>) {
+/// Gives the modes their columns in the table: the lowest, but for a pose that lacks modes and whose
+/// shapes say which.
+fn number(poses: &mut [PoseModes], notes: &mut Vec<Note>) {
     let count = |pose: &PoseModes| pose.modes.iter().filter(|m| m.suspicion.is_none()).count();
-    let counts = || poses.iter().map(count);
-    if let (Some(least), Some(most)) = (counts().min(), counts().max())
-        && least < most
-    {
+    let counts: Vec<usize> = poses.iter().map(count).collect();
+    let (Some(&least), Some(&most)) = (counts.iter().min(), counts.iter().max()) else { return };
+    let mut are_placed = true;
+    let of = |pose: &PoseModes| -> Option<Vec<usize>> {
+        let full = poses.iter().zip(&counts).filter(|(_, count)| **count == most);
+        // Shapes change with the pose: those of some pose with all modes must do.
+        full.filter_map(|(full, _)| places(&listed(pose), &listed(full))).next()
+    };
+    let found: Vec<Option<Vec<usize>>> = poses.iter().map(of).collect();
+    for ((pose, count), found) in poses.iter_mut().zip(&counts).zip(found) {
+        are_placed &= *count == most || found.is_some();
+        if let Some(found) = &found {
+            let words = |at: &usize| (at + 1).to_string();
+            let held: Vec<String> = found.iter().map(words).collect();
+            let what = format!(
+                "a pose has {count} of {most} modes, by their shapes f{}; the others are blank in \
+                 its row",
+                held.join(", f")
+            );
+            let place =
+                pose.id.clone().map_or_else(Place::default, |id| Place::part(Part::Record(id)));
+            notes.push(Note::warning(Code::ModesDiffer, place, what));
+        }
+        let found = found.unwrap_or_else(|| (0..*count).collect());
+        let own = pose.modes.iter_mut().filter(|mode| mode.suspicion.is_none());
+        own.zip(found).for_each(|(mode, at)| mode.number = Some(at + 1));
+    }
+    if !are_placed {
         let what = format!(
-            "poses have {least} to {most} modes: where one was missed, the next takes its column \
-             f1, f2, … in the table; compare the rows before you use them"
+            "poses have {least} to {most} modes: where one was missed, and shapes do not say which, \
+             the next takes its column f1, f2, … in the table; compare the rows before you use them"
         );
         notes.push(Note::warning(Code::ModesDiffer, Place::default(), what));
+    }
+}
+
+fn listed(pose: &PoseModes) -> Vec<Placed<'_>> {
+    let own = pose.modes.iter().filter(|mode| mode.suspicion.is_none());
+    own.map(|mode| Placed { hz: mode.frequency_hz, shape: &mode.shape }).collect()
+}
+
+impl PoseModes {
+    /// How alike the shapes of its modes are to those of another pose, by the modal assurance
+    /// criterion over common responses: own modes down, the other's across.
+    pub fn mac(&self, other: &PoseModes) -> Vec<Vec<Option<f64>>> {
+        let row = |own: &PoseMode| other.modes.iter().map(|m| mac(&own.shape, &m.shape)).collect();
+        self.modes.iter().map(row).collect()
     }
 }
 

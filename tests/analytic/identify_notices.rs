@@ -5,6 +5,7 @@ use crate::identify::asked;
 use crate::vibration::{
     TrueMode, channel_of, free_decay, gauss, hammered, noisy, pulses, rms, seeded,
 };
+use detune::identify::mode::ShapePart;
 use detune::identify::pose::Pose;
 use detune::identify::record::{Channel, Conditions, Data, Measurement, Quantity, Record, Session};
 use detune::identify::record_modes::{IdentifiedRecord, identify_record};
@@ -259,4 +260,87 @@ fn records_of_one_pose_make_one_row() {
     assert_eq!(found.warnings[0].code, Code::Disagreement, "{:?}", found.warnings);
     let spread = found.poses[0].modes[0].frequency_std_hz;
     assert!((0.02..0.1).contains(&spread), "{spread}");
+}
+
+/// A decay seen by some of the sensors, its parts as loud as `loud`.
+fn seen(modes: &[TrueMode], sensors: &[usize], loud: &[f64], seed: u64) -> Record {
+    let own: Vec<TrueMode> = modes
+        .iter()
+        .zip(loud)
+        .map(|(mode, loud)| {
+            let shape: Vec<f64> = sensors.iter().map(|&at| loud * mode.shape[at]).collect();
+            TrueMode::new(mode.hz, mode.ratio, &shape)
+        })
+        .collect();
+    let responses = noisy(&free_decay(&own, 0, 200.0, 1000, 0), NOISE, &mut seeded(seed));
+    let mut seen = record(200.0, None, responses);
+    let Data::Time { responses, .. } = &mut seen.data else { panic!("decays are sampled") };
+    for (channel, at) in responses.iter_mut().zip(sensors) {
+        channel.name = format!("s{at}");
+    }
+    seen.driving_point = None;
+    seen
+}
+
+fn arm_modes(factor: f64) -> Vec<TrueMode> {
+    vec![
+        TrueMode::new(12.0 * factor, 0.02, &[1.0, 0.8, 0.5, 0.2, -0.3]),
+        TrueMode::new(27.0 * factor, 0.015, &[-0.6, 0.3, 1.0, 0.7, 0.4]),
+        TrueMode::new(43.0 * factor, 0.01, &[0.5, -0.9, 0.2, 0.6, -1.0]),
+    ]
+}
+
+fn at_pose(record: Record, beta2: f64) -> Measurement {
+    let pose = Pose::Angles { beta1: None, beta2 };
+    Measurement { record, pose, conditions: Conditions::default(), id: None }
+}
+
+/// Two set-ups with two sensors in common, started unlike: one shape over all five.
+#[test]
+fn set_ups_of_a_pose_make_one_shape() {
+    let modes = arm_modes(1.0);
+    let records = vec![
+        at_pose(seen(&modes, &[0, 1, 2], &[1.0, 0.6, 0.4], 1), 0.5),
+        at_pose(seen(&modes, &[2, 1, 3, 4], &[0.3, -0.9, 0.7], 2), 0.5),
+    ];
+    let session = Session { asked: asked(&[]), joint_columns: None, records };
+    let found = identify_session(&session, &silent);
+    assert_eq!(found.poses.len(), 1);
+    assert_eq!(found.poses[0].modes.len(), 3, "{:?}", found.warnings);
+    for (mode, truth) in found.poses[0].modes.iter().zip(&modes) {
+        assert_eq!(mode.shape.len(), 5, "{mode:?}");
+        let sensor = |part: &ShapePart| part.response[1..].parse::<usize>().unwrap();
+        let largest = mode.shape.iter().max_by(|a, b| a.value.norm().total_cmp(&b.value.norm()));
+        let scale = truth.shape[sensor(largest.unwrap())];
+        for part in &mode.shape {
+            let off = (part.value - truth.shape[sensor(part)] / scale).norm();
+            assert!(off <= 4.5 * part.std && off < 0.03, "{part:?} {truth:?}");
+        }
+    }
+}
+
+/// A pose whose second mode was not excited: its third is in the column of the third. With one sensor nobody knows, and
+/// is told so.
+#[test]
+fn a_missed_mode_leaves_its_column_blank() {
+    let session = |sensors: &[usize]| Session {
+        asked: asked(&[]),
+        joint_columns: None,
+        records: vec![
+            at_pose(seen(&arm_modes(1.0), sensors, &[1.0, 0.6, 0.4], 1), 0.5),
+            at_pose(seen(&arm_modes(0.93), sensors, &[1.0, 0.0, 0.7], 2), 0.8),
+        ],
+    };
+    let found = identify_session(&session(&[0, 1, 2, 3, 4]), &silent);
+    let rows = found.table().rows;
+    let hz = |row: usize, mode: usize| rows[row].frequencies_hz[mode].map(f64::round);
+    assert_eq!([0, 1, 2].map(|mode| hz(0, mode)), [Some(12.0), Some(27.0), Some(43.0)]);
+    assert_eq!([0, 1, 2].map(|mode| hz(1, mode)), [Some(11.0), None, Some(40.0)]);
+    let told: Vec<&str> = found.warnings.iter().map(|note| note.what.as_str()).collect();
+    assert!(told.len() == 1 && told[0].contains("f1, f3"), "{told:?}");
+    let found = identify_session(&session(&[0]), &silent);
+    let rows = found.table().rows;
+    assert_eq!(rows[1].frequencies_hz[1].map(f64::round), Some(40.0));
+    let told: Vec<&str> = found.warnings.iter().map(|note| note.what.as_str()).collect();
+    assert!(told.len() == 1 && told[0].contains("compare the rows"), "{told:?}");
 }

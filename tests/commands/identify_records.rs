@@ -306,6 +306,11 @@ fn synthesised_responses_have_the_modes_that_made_them() {
     let text = fs::read_to_string(folder.path().join("modes.uff")).unwrap();
     let sets = |kind: &str| text.matches(&format!("    -1\n    {kind}\n")).count();
     assert_eq!((sets("55"), sets("58")), (4, 4));
+    // Three complex translations a node, on one line, as pyuff 2.4.2 reads them; it does not read six.
+    assert_eq!(
+        text.matches("\n         1         3         2         8         5         3\n").count(),
+        4
+    );
     let again =
         identified(folder.path(), "records:\n  - {file: modes.uff, pose: {beta2_rad: 1}}\n");
     let (before, after) = (frequencies(&first), frequencies(&again));

@@ -5,7 +5,7 @@ use serde_json::json;
 
 use super::plots::{arrows, coherence, phase, shapes};
 use super::svg::sheet;
-use super::{kind_words, pose_words, record_and_channel, shape_words};
+use super::{kind_words, mode_name, pose_words, record_and_channel, shape_words};
 use crate::identify::record_modes::IdentifiedRecord;
 use crate::identify::session::IdentifiedSession;
 use crate::report::Plot;
@@ -65,15 +65,8 @@ fn table(found: &IdentifiedSession) -> String {
     for at in &found.poses {
         let id = at.id.as_ref().map_or_else(String::new, |id| format!("{id}: "));
         let pose = id + &pose_words(&at.pose, found.joint_columns.as_deref());
-        let mut number = 0;
         for mode in &at.modes {
-            let name = match mode.suspicion {
-                Some(code) => code.name().to_owned(),
-                None => {
-                    number += 1;
-                    number.to_string()
-                }
-            };
+            let name = mode_name(mode);
             let first = mode.members.first();
             let of = first.and_then(|(record, index)| found.records[*record].modes.get(*index));
             let [zeta, zeta_std] = [mode.damping_ratio, mode.damping_std].map(percent_from_ratio);

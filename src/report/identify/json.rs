@@ -66,6 +66,12 @@ struct JsonPose<'a> {
     added_mass_kg: BTreeMap<&'a str, f64>,
     /// By ascending frequency, merged over the records of the pose.
     modes: &'a [PoseMode],
+    /// Modal assurance criterion of each mode with each of the same pose, over the responses of
+    /// both; null of fewer than two.
+    mac: Vec<Vec<Option<f64>>>,
+    /// The same with each mode of the pose before; absent at the first.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mac_with_previous: Option<Vec<Vec<Option<f64>>>>,
 }
 
 #[derive(Debug, Serialize, JsonSchema)]
@@ -135,14 +141,26 @@ struct JsonNotice<'a> {
 pub fn identification_json(found: &IdentifiedSession) -> Result<String, NotFinite> {
     let all = Identification {
         schema: SchemaName::Identification1,
-        poses: found.poses.iter().map(|at| pose(at, found.joint_columns.as_deref())).collect(),
+        poses: found
+            .poses
+            .iter()
+            .enumerate()
+            .map(|(at, own)| {
+                let previous = at.checked_sub(1).map(|before| &found.poses[before]);
+                pose(own, previous, found.joint_columns.as_deref())
+            })
+            .collect(),
         records: found.records.iter().map(record).collect(),
         notices: found.warnings.iter().map(notice).collect(),
     };
     laid_out(&all, MAX_SPREAD_DEPTH)
 }
 
-fn pose<'a>(row: &'a PoseModes, named: Option<&[JointColumn]>) -> JsonPose<'a> {
+fn pose<'a>(
+    row: &'a PoseModes,
+    previous: Option<&PoseModes>,
+    named: Option<&[JointColumn]>,
+) -> JsonPose<'a> {
     let (beta1_rad, beta2_rad, joints_deg) = match &row.pose {
         Pose::Angles { beta1, beta2 } => (*beta1, Some(*beta2), None),
         Pose::Joints(joints) => (None, None, Some(degrees_or_mm(joints, named))),
@@ -158,6 +176,8 @@ fn pose<'a>(row: &'a PoseModes, named: Option<&[JointColumn]>) -> JsonPose<'a> {
         payload_kg: row.conditions.payload_kg,
         added_mass_kg: row.conditions.added_kg.iter().map(|(l, m)| (l.as_str(), *m)).collect(),
         modes: &row.modes,
+        mac: row.mac(row),
+        mac_with_previous: previous.map(|previous| row.mac(previous)),
     }
 }
 

@@ -20,6 +20,7 @@ use crate::identify::RecordKind;
 use crate::identify::links::Sense;
 use crate::identify::mode::Mode;
 use crate::identify::pose::{JointColumn, Pose};
+use crate::identify::session::PoseMode;
 use crate::notes::{Note, Part};
 use crate::report::words::spelled;
 
@@ -80,6 +81,12 @@ fn shape_words(mode: &Mode) -> String {
         })
         .collect();
     words.join(", ")
+}
+
+/// The mode's column in the table, or why it stays out.
+fn mode_name(mode: &PoseMode) -> String {
+    let code = mode.suspicion.map(|code| code.name().to_owned());
+    code.or(mode.number.map(|number| number.to_string())).unwrap_or_default()
 }
 
 fn links_words(mode: &Mode) -> String {

@@ -163,13 +163,15 @@ mod tests {
     use crate::identify::session::{PoseMode, PoseModes};
     use crate::notes::Code;
 
-    fn mode(frequency_hz: f64, suspicion: Option<Code>) -> PoseMode {
+    fn mode(frequency_hz: f64, number: usize, suspicion: Option<Code>) -> PoseMode {
         PoseMode {
             frequency_hz,
             frequency_std_hz: 0.01,
             damping_ratio: 0.02,
             damping_std: 0.001,
             members: Vec::new(),
+            number: Some(number).filter(|_| suspicion.is_none()),
+            shape: Vec::new(),
             suspicion,
         }
     }
@@ -186,8 +188,8 @@ mod tests {
         let angles = |beta2| Pose::Angles { beta1: None, beta2 };
         let mut found = IdentifiedSession {
             poses: vec![
-                row(angles(1.571), vec![mode(23.0, None), mode(39.4, None)], Some(21.5)),
-                row(angles(0.5), vec![mode(20.0, None), mode(40.0, Some(Code::Mains))], None),
+                row(angles(1.571), vec![mode(23.0, 1, None), mode(39.4, 2, None)], Some(21.5)),
+                row(angles(0.5), vec![mode(20.0, 1, None), mode(40.0, 2, Some(Code::Mains))], None),
             ],
             records: Vec::new(),
             joint_columns: None,

@@ -1,6 +1,6 @@
 //! As text: a table of modes for each pose, then warnings.
 
-use super::{kind_words, pose_words, record_and_channel, shape_words};
+use super::{kind_words, mode_name, pose_words, record_and_channel, shape_words};
 use crate::identify::session::{IdentifiedSession, PoseMode, PoseModes};
 use crate::units::percent_from_ratio;
 use crate::wording::{printable, wrapped};
@@ -37,15 +37,8 @@ fn pose(out: &mut String, found: &IdentifiedSession, at: &PoseModes) {
         return;
     }
     out.push_str("  mode       frequency ± std [Hz]  damping ± std [%]  shape\n");
-    let mut number = 0;
     for mode in &at.modes {
-        let name = match mode.suspicion {
-            Some(code) => code.name().to_owned(),
-            None => {
-                number += 1;
-                number.to_string()
-            }
-        };
+        let name = mode_name(mode);
         let head = format!(
             "  {name:<10} {:<21} {:<18} ",
             with_deviation(mode.frequency_hz, mode.frequency_std_hz),

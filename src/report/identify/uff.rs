@@ -9,9 +9,10 @@ use std::fmt::Write;
 use nalgebra::Complex;
 
 use super::pose_words;
-use crate::identify::mode::Mode;
+use crate::identify::mode::{Mode, ShapePart};
 use crate::identify::record_modes::IdentifiedRecord;
-use crate::identify::session::IdentifiedSession;
+use crate::identify::session::{IdentifiedSession, PoseMode};
+use crate::notes::Code;
 
 /// Directions by number, from 1: of translation, then of rotation.
 const AXES: [&str; 6] = ["X", "Y", "Z", "RX", "RY", "RZ"];
@@ -31,12 +32,25 @@ pub fn identification_uff(found: &IdentifiedSession) -> String {
         records.dedup();
         for record in records.into_iter().filter_map(|index| found.records.get(index)) {
             for (index, mode) in record.modes.iter().enumerate() {
-                shape(&mut out, record, &at, index + 1, mode);
+                let pole = (mode.frequency_hz, mode.damping_ratio);
+                let title = [record.name.as_str(), &at, mode.suspicion.map_or("NONE", Code::name)];
+                shape(&mut out, index + 1, pole, title, &mode.shape);
             }
             responses(&mut out, record, &at);
         }
+        for mode in pose.modes.iter().filter(|mode| has_set_ups(found, mode)) {
+            let pole = (mode.frequency_hz, mode.damping_ratio);
+            let title = ["all records of the pose", at.as_str(), "NONE"];
+            shape(&mut out, mode.number.unwrap_or(0), pole, title, &mode.shape);
+        }
     }
     out
+}
+
+/// Whether its shape over all records of the pose has more responses than each record has.
+fn has_set_ups(found: &IdentifiedSession, mode: &PoseMode) -> bool {
+    let of = |&(record, own): &(usize, usize)| found.records[record].modes[own].shape.len();
+    mode.number.is_some() && mode.members.iter().all(|member| of(member) < mode.shape.len())
 }
 
 fn freedom(name: &str, place: usize) -> Freedom {
@@ -54,33 +68,41 @@ fn line(text: &str) -> String {
     text.chars().map(|c| if c.is_ascii() && !c.is_control() { c } else { '?' }).take(80).collect()
 }
 
-/// Data set 55: complex eigenvalue of first order, six directions of displacement a node.
-fn shape(out: &mut String, record: &IdentifiedRecord, at: &str, number: usize, mode: &Mode) {
+/// Data set 55: complex eigenvalue of first order, three or six directions of displacement a node.
+/// Its title says where it comes from, at which pose, and what else it may be.
+fn shape(
+    out: &mut String,
+    number: usize,
+    (hz, ratio): (f64, f64),
+    [name, at, suspicion]: [&str; 3],
+    parts: &[ShapePart],
+) {
     let mut nodes: BTreeMap<usize, [Complex<f64>; 6]> = BTreeMap::new();
-    for (place, part) in mode.shape.iter().enumerate() {
+    for (place, part) in parts.iter().enumerate() {
         let (node, axis, sign) = freedom(&part.response, place);
         nodes.entry(node).or_default()[axis - 1] = part.value * sign;
     }
-    let omega = TAU * mode.frequency_hz;
-    let ratio = mode.damping_ratio;
+    // Three translations a node, where nothing turns: readers of six complex values are rare.
+    let turns = nodes.values().any(|values| values[3..].iter().any(|v| *v != Complex::default()));
+    let (kind, count) = if turns { (3, 6) } else { (2, 3) };
+    let omega = TAU * hz;
     let [re, im] = [-ratio * omega, omega * (1.0 - ratio * ratio).max(0.0).sqrt()];
-    let suspicion = mode.suspicion.map_or("NONE", |code| code.name());
     let _ = writeln!(
         out,
         "    -1\n    55\n{}\n{}\n{}\n{}\nNONE",
-        line(&format!("Mode {number}: {:.6} Hz, damping ratio {ratio:.6}", mode.frequency_hz)),
-        line(&record.name),
+        line(&format!("Mode {number}: {hz:.6} Hz, damping ratio {ratio:.6}")),
+        line(name),
         line(at),
         line(suspicion)
     );
-    // Structural, complex eigenvalue, six directions, displacement, complex, six values a node.
-    let _ = writeln!(out, "{:10}{:10}{:10}{:10}{:10}{:10}", 1, 3, 3, 8, 5, 6);
+    // Structural, complex eigenvalue, directions, displacement, complex, values a node.
+    let _ = writeln!(out, "{:10}{:10}{kind:10}{:10}{:10}{count:10}", 1, 3, 8, 5);
     let _ = writeln!(out, "{:10}{:10}{:10}{number:10}", 2, 6, 1);
     [re, im, 0.0, 0.0, 0.0, 0.0].iter().for_each(|value| out.push_str(&number_of(*value)));
     out.push('\n');
     for (node, values) in nodes {
         let _ = writeln!(out, "{node:10}");
-        for half in values.chunks(3) {
+        for half in values[..count].chunks(3) {
             for value in half {
                 let _ = write!(out, "{}{}", number_of(value.re), number_of(value.im));
             }
