@@ -521,20 +521,22 @@ fn the_example_is_as_noisy_as_it_says() {
 
 /// What identification of ten poses gives, at angles with few digits; a mode near the mains at one of them.
 fn identified(pose: impl Fn(f64) -> (Pose, Option<Vec<JointColumn>>)) -> IdentifiedSession {
-    let mode = |frequency_hz: f64, suspicion| PoseMode {
+    let mode = |number: usize, frequency_hz: f64, suspicion: Option<Code>| PoseMode {
         frequency_hz,
         frequency_std_hz: 0.013 * frequency_hz.sqrt(),
         damping_ratio: 0.0217,
         damping_std: 0.001,
         members: Vec::new(),
+        number: Some(number).filter(|_| suspicion.is_none()),
+        shape: Vec::new(),
         suspicion,
     };
     let at = |i: u32| {
         let beta2 = 0.3 + 0.21 * f64::from(i);
         let suspicion = (i == 4).then_some(Code::Mains);
         let modes = vec![
-            mode(19.7 + 3.1 * beta2.sin(), None),
-            mode(61.1 - 14.0 * beta2.sin() / 3.0, suspicion),
+            mode(1, 19.7 + 3.1 * beta2.sin(), None),
+            mode(2, 61.1 - 14.0 * beta2.sin() / 3.0, suspicion),
         ];
         PoseModes {
             pose: pose(beta2).0,
