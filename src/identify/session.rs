@@ -336,7 +336,8 @@ fn alias_between(
     }
 }
 
-/// Gives the modes their columns in the table: the lowest, but for a pose that lacks modes and whose
+/// Gives the modes their columns in the table: the lowest, but for a pose that lacks modes and
+/// whose
 /// shapes say which.
 fn number(poses: &mut [PoseModes], notes: &mut Vec<Note>) {
     let count = |pose: &PoseModes| pose.modes.iter().filter(|m| m.suspicion.is_none()).count();
@@ -369,8 +370,8 @@ fn number(poses: &mut [PoseModes], notes: &mut Vec<Note>) {
     }
     if !are_placed {
         let what = format!(
-            "poses have {least} to {most} modes: where one was missed, and shapes do not say which, \
-             the next takes its column f1, f2, … in the table; compare the rows before you use them"
+            "poses have {least} to {most} modes: where one was missed, and shapes do not say \
+             which, the next takes its column f1, f2, … in the table; compare the rows before you use them"
         );
         notes.push(Note::warning(Code::ModesDiffer, Place::default(), what));
     }

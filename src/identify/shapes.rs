@@ -66,7 +66,8 @@ fn least(variance: f64) -> f64 {
     variance.max(f64::MIN_POSITIVE.sqrt())
 }
 
-/// The factor by which a shape becomes another one over the responses in common, and the variance of
+/// The factor by which a shape becomes another one over the responses in common, and the variance
+/// of
 /// its real and imaginary part.
 fn scale(known: &[ShapePart], own: &[ShapePart]) -> Option<(C64, f64)> {
     let pairs = common(known, own);
@@ -103,7 +104,8 @@ pub(super) struct Placed<'s> {
     pub(super) shape: &'s [ShapePart],
 }
 
-/// Which of a pose's modes another pose has, both by ascending frequency: by shape and frequency, in
+/// Which of a pose's modes another pose has, both by ascending frequency: by shape and frequency,
+/// in
 /// order, if one way is clearly better than all others.
 pub(super) fn places(own: &[Placed], full: &[Placed]) -> Option<Vec<usize>> {
     /// More modes have too many ways.
@@ -171,7 +173,8 @@ mod tests {
         for (name, value) in [("x", 1.0), ("y", 2.0), ("w", 3.0), ("v", -8.0)] {
             assert!((at(name).value - C64::new(value / -8.0, 0.0)).norm() < 1e-9, "{all:?}");
         }
-        // By hand: y is known from two records, as 2 ± 0.01/√(1 + 4), and v, that all are related to, as ± 0.04.
+        // By hand: y is known from two records, as 2 ± 0.01/√(1 + 4), and v, that all are related
+        // to, as ± 0.04.
         assert!((0.002..0.006).contains(&at("y").std) && at("v").std == 0.0, "{all:?}");
         let alone = together(&[&a, &shape(&[("q", 1.0)])]);
         assert_eq!(alone.len(), 2);
