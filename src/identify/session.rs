@@ -371,7 +371,8 @@ fn number(poses: &mut [PoseModes], notes: &mut Vec<Note>) {
     if !are_placed {
         let what = format!(
             "poses have {least} to {most} modes: where one was missed, and shapes do not say \
-             which, the next takes its column f1, f2, … in the table; compare the rows before you use them"
+             which, the next takes its column f1, f2, … in the table; compare the rows before \
+             you use them"
         );
         notes.push(Note::warning(Code::ModesDiffer, Place::default(), what));
     }
