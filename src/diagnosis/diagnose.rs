@@ -14,8 +14,9 @@ use super::gain::{HeldOut, gain_interval, held_out, surely_gaining};
 use super::hypothesis::Hypothesis;
 use super::known::Known;
 use super::outcome::{Diagnosis, Errors, Gain, NoiseFound, ResidualRow, Verdict, WithoutCause};
-use super::posterior::{Calibrated, posterior};
+use super::posterior::{Calibrated, cost, posterior, rounded};
 use super::problem::{Evaluation, Problem};
+use super::rivals::widened_by_rivals;
 use super::screen::Screen;
 use super::settle::{Settled, settled};
 use super::statistics::{relative_error, rms};
@@ -25,7 +26,7 @@ use super::unstated::{Stated, inert, stated};
 use super::verdict::{Judged, Worth, drift_of};
 use super::without_cause::without_cause;
 use crate::identify::ModeTable;
-use crate::model::{Description, Robot};
+use crate::model::{Description, Robot, Unexplained};
 use crate::notes::{Code, Note, Place};
 use crate::progress::{Done, Progress};
 use crate::uncertainty;
@@ -90,17 +91,22 @@ pub fn diagnose(
         Default::default()
     };
     let calibrated = posterior(&problem, &chosen).ok_or_else(no_modes)?;
-    let causes = chosen.hypothesis.inner().len();
-    let alone = (causes > 0 && uncertainty::stated(&robot).is_some_and(|of| !of.is_empty()))
+    let has_causes = !chosen.hypothesis.effects.is_empty();
+    let alone = (has_causes && uncertainty::stated(&robot).is_some_and(|of| !of.is_empty()))
         .then(|| posterior(&problem, &choice.baseline))
         .flatten()
         .filter(|alone| {
-            // What a parameter costs in BIC, and the choice of its cause.
-            let cost = 0.5 * (data.points.len() as f64).ln() + (candidates.len() as f64).ln();
-            alone.ln_evidence > calibrated.ln_evidence - cost * causes as f64
+            alone.ln_evidence > calibrated.ln_evidence - cost(&data, &chosen, candidates.len())
         });
     let is_alone = alone.is_some();
-    let Calibrated { posterior, ln_hz, .. } = alone.unwrap_or(calibrated);
+    let Calibrated { mut posterior, ln_hz, .. } = alone.unwrap_or(calibrated);
+    let of_posterior = if is_alone { &choice.baseline } else { &chosen };
+    let unexplained = &mut posterior.unexplained;
+    widened_by_rivals(&problem, &robot, of_posterior, &choice.seen, unexplained)
+        .ok_or_else(no_modes)?;
+    if verdict == Verdict::Unexplained {
+        as_far_off_as_seen(&data, &choice.baseline, unexplained);
+    }
     progress(Done::Share(1.0));
     let [before, after] = [&held_out.before, &held_out.after].map(|errors| rms(errors.iter()));
     let without_cause = (verdict == Verdict::Unexplained)
@@ -271,6 +277,29 @@ fn cross_validated<'c>(
         let done = folds.fetch_add(1, Ordering::Relaxed) + 1;
         progress(Done::Share(0.4 + 0.06 * done as f64));
     })
+}
+
+/// Far from the table no mode is better known than the model's error scatters over it, where
+/// nothing explains that error: what springs and masses took of it says nothing elsewhere.
+fn as_far_off_as_seen(data: &Data, baseline: &Fit<'_>, unexplained: &mut Unexplained) {
+    let scatter = |mode: usize| {
+        let points = data.points.iter().zip(&baseline.evaluation.residuals);
+        let own = points.filter(|(point, _)| point.column == mode).filter_map(|(_, r)| *r);
+        let own: Vec<f64> = own.collect();
+        let mean = own.iter().sum::<f64>() / own.len().max(1) as f64;
+        let square: f64 = own.iter().map(|r| (r - mean).powi(2)).sum();
+        (own.len() > 1).then(|| (square / (own.len() - 1) as f64).sqrt())
+    };
+    let modes = unexplained.far.len();
+    let seen: Vec<Option<f64>> = (0..modes).map(scatter).collect();
+    let largest = seen.iter().flatten().copied().fold(0.0, f64::max);
+    let Unexplained { near, far, .. } = unexplained;
+    for ((near, far), seen) in near.iter_mut().zip(far).zip(seen) {
+        if seen.is_none() {
+            *near = near.max(rounded(largest));
+        }
+        *far = far.max(rounded(seen.unwrap_or(largest)));
+    }
 }
 
 /// Root mean square of the residuals for the degrees of freedom that remain.

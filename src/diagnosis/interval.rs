@@ -153,7 +153,7 @@ fn deviations(data: &Data, fit: &Fit<'_>) -> Option<Vec<f64>> {
 }
 
 /// Each model once, but not that of `fit`.
-fn distinct_from<'m, 'c>(fit: &Fit<'c>, models: &'m [Model<'c>]) -> Vec<&'m Model<'c>> {
+pub(super) fn distinct_from<'m, 'c>(fit: &Fit<'c>, models: &'m [Model<'c>]) -> Vec<&'m Model<'c>> {
     let alike = |a: &Fit<'_>, b: &Fit<'_>| {
         let (a, b) = (&a.hypothesis.effects, &b.hypothesis.effects);
         a.len() == b.len() && a.iter().all(|(a, _)| b.iter().any(|(b, _)| ptr::eq(*a, *b)))

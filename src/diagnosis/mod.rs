@@ -30,6 +30,7 @@ mod outcome;
 mod posterior;
 mod predict;
 mod problem;
+mod rivals;
 mod screen;
 mod sets;
 mod settle;

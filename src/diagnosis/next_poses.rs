@@ -32,6 +32,30 @@ const ROWS_WITH_MASS: usize = 8;
 /// Poses closer than this in every joint are the same, rad or m.
 const SAME_POSE: f64 = 0.15;
 
+/// Poses that are tried.
+const TRIED: u32 = 600;
+
+/// The first poses of a Halton sequence within the limits of the joints, as rows of the table under
+/// its usual conditions.
+pub(super) fn anywhere(robot: &Robot, data: &Data, count: u32) -> Vec<Row> {
+    let rows = &data.rows;
+    let conditions = Conditions {
+        temperature_c: median(rows.iter().filter_map(|r| r.conditions.temperature_c).collect()),
+        amplitude_nm: median(rows.iter().filter_map(|r| r.conditions.amplitude_nm).collect()),
+    };
+    let sample_rate_hz = median(rows.iter().filter_map(|r| r.sample_rate_hz).collect());
+    let row = |i| Row {
+        q: pose(robot, data, i),
+        conditions,
+        load: Load::NOMINAL,
+        sample_rate_hz,
+        rotations: Vec::new(),
+        damping: Vec::new(),
+        index: 0,
+    };
+    (1..=count).map(row).collect()
+}
+
 /// Poses that separate `finding` from `alternative`, which is `behind` it by this much of BIC, best
 /// first; empty if none does, and `None` if nothing is known of the parameters.
 pub(super) fn poses_between(
@@ -42,23 +66,7 @@ pub(super) fn poses_between(
     alternative: &Fit<'_>,
     behind: f64,
 ) -> Option<Vec<(Vec<f64>, f64)>> {
-    let rows = &data.rows;
-    let conditions = Conditions {
-        temperature_c: median(rows.iter().filter_map(|r| r.conditions.temperature_c).collect()),
-        amplitude_nm: median(rows.iter().filter_map(|r| r.conditions.amplitude_nm).collect()),
-    };
-    let sample_rate_hz = median(rows.iter().filter_map(|r| r.sample_rate_hz).collect());
-    let tried: Vec<Row> = (1..=600)
-        .map(|i| Row {
-            q: pose(robot, data, i),
-            conditions,
-            load: Load::NOMINAL,
-            sample_rate_hz,
-            rotations: Vec::new(),
-            damping: Vec::new(),
-            index: 0,
-        })
-        .collect();
+    let tried = anywhere(robot, data, TRIED);
     let (covariance_a, covariance_b) = (covariance(data, finding)?, covariance(data, alternative)?);
     let noise2 = finding.evaluation.noise.scale.powi(2);
     let columns = data.columns;

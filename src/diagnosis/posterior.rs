@@ -12,6 +12,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
 
+use super::candidate::{Candidate, Parameter as CauseParameter};
 use super::data::{Data, Row};
 use super::fit::Fit;
 use super::likelihood::MIN_NOISE;
@@ -106,19 +107,34 @@ pub(super) struct Calibrated {
     pub(super) ln_evidence: f64,
 }
 
-/// The posterior of a robot with the causes that were chosen; `None` where the model has no modes
-/// at a row.
-pub(super) fn posterior(problem: &Problem<'_>, chosen: &Fit<'_>) -> Option<Calibrated> {
+/// Parameters of a robot with causes, calibrated by a table.
+pub(super) struct Means {
+    /// The means; deviations as beforehand.
+    pub(super) learned: Vec<LearnedParameter>,
+    /// The likeliest noise, if the model lacks nothing, share of the frequency.
+    noise: f64,
+}
+
+/// The means of the parameters of a robot with causes that were fitted; `None` where the model has
+/// no modes at a row.
+pub(super) fn means(problem: &Problem<'_>, chosen: &Fit<'_>) -> Option<Means> {
     let corrections = chosen.hypothesis.corrections();
     let mut learned = prior(problem.description, &corrections)?;
     let instrument = of_instrument(chosen);
     let noises = noises(problem.data);
+    let likeliest = |learned: &[LearnedParameter]| {
+        let linear = linear(problem, &corrections, learned, &instrument)?;
+        let found = noises
+            .iter()
+            .map(|&noise| Some((noise, linear.given_all(Level { noise, lacking: 0.0 })?)));
+        let found = found.collect::<Option<Vec<(f64, Normal)>>>()?.into_iter();
+        let best = found.max_by(|(_, a), (_, b)| a.ln_evidence.total_cmp(&b.ln_evidence))?;
+        Some((linear, best))
+    };
+    let mut noise = MIN_NOISE;
     for _ in 0..STEPS {
-        let linear = linear(problem, &corrections, &learned, &instrument)?;
-        let levels = noises.iter().map(|&noise| Level { noise, lacking: 0.0 });
-        let found = levels.map(|level| linear.given_all(level));
-        let best = found.collect::<Option<Vec<Normal>>>()?.into_iter();
-        let best = best.max_by(|a, b| a.ln_evidence.total_cmp(&b.ln_evidence))?;
+        let (linear, (likeliest, best)) = likeliest(&learned)?;
+        noise = likeliest;
         let reaches = best.step.component_div(&linear.prior.map(f64::sqrt));
         let share = (FARTHEST / reaches.amax().max(f64::MIN_POSITIVE)).min(1.0);
         for (one, step) in learned.iter_mut().zip(best.step.iter()) {
@@ -128,6 +144,97 @@ pub(super) fn posterior(problem: &Problem<'_>, chosen: &Fit<'_>) -> Option<Calib
     for one in &mut learned {
         one.ln = rounded(one.ln);
     }
+    Some(Means { learned, noise })
+}
+
+/// Covariance of the parameters of the causes of a fit, as the fit measures them, with those of the
+/// posterior free: inverse of the Schur complement of these in the information of both; `None` if
+/// the table does not hold them.
+pub(super) fn covariance_of_causes(
+    problem: &Problem<'_>,
+    chosen: &Fit<'_>,
+    means: &Means,
+) -> Option<DMatrix<f64>> {
+    let corrections = chosen.hypothesis.corrections();
+    let linear = linear(problem, &corrections, &means.learned, &of_instrument(chosen))?;
+    let level = Level { noise: means.noise, lacking: 0.0 };
+    let own = linear.theta.len();
+    // By parameter, what is expected of it; those of the posterior are there already.
+    let parameters = chosen.hypothesis.effects.iter().flat_map(|(candidate, _)| {
+        candidate.parameters.iter().map(|parameter| {
+            let is_beyond =
+                !is_of_posterior(candidate, parameter) && !candidate.cause.is_of_the_instrument();
+            is_beyond.then(|| parameter.expectation().map_or(0.0, |(_, precision)| precision))
+        })
+    });
+    let parameters: Vec<Option<f64>> = parameters.collect();
+    let p = parameters.len();
+    let mut of_causes = DMatrix::zeros(p, p);
+    let mut across = DMatrix::zeros(own, p);
+    for (k, expected) in parameters.iter().enumerate() {
+        of_causes[(k, k)] = expected.unwrap_or(1.0);
+    }
+    for (i, &at) in linear.points.iter().enumerate() {
+        let slope = &chosen.evaluation.slopes[at];
+        if slope.len() != p {
+            continue;
+        }
+        let slope = DVector::from_fn(p, |k, _| parameters[k].map_or(0.0, |_| slope[k]));
+        let weight = 1.0 / linear.variance(level, i);
+        let of_theta = linear.slopes.row(i).columns(0, own).transpose();
+        of_causes.ger(weight, &slope, &slope, 1.0);
+        across.ger(weight, &of_theta, &slope, 1.0);
+    }
+    let theta = linear.sums(level, 0..linear.residuals.len()).information
+        + DMatrix::from_diagonal(&linear.prior.map(|variance| 1.0 / variance));
+    let mut covariance =
+        (of_causes - across.tr_mul(&theta.cholesky()?.solve(&across))).cholesky()?.inverse();
+    for k in (0..p).filter(|&k| parameters[k].is_none()) {
+        covariance[(k, k)] = 0.0;
+    }
+    Some(covariance)
+}
+
+/// What the causes of a fit cost against the evidence: the choice of each among the candidates,
+/// and in BIC each parameter that is not among those of the posterior, whose evidence charges for
+/// its own.
+pub(super) fn cost(data: &Data, fit: &Fit<'_>, candidates: usize) -> f64 {
+    let effects = &fit.hypothesis.effects;
+    let beyond = effects.iter().flat_map(|(candidate, _)| {
+        let own = candidate.parameters.iter();
+        own.filter(|parameter| !is_of_posterior(candidate, parameter))
+    });
+    let parameters = beyond.count();
+    0.5 * (data.points.len() as f64).ln() * parameters as f64
+        + (candidates as f64).ln() * effects.len() as f64
+}
+
+/// ln of every natural frequency in Hz at rows, with corrections and learned means; `None` where
+/// there is no such robot or it has no modes.
+pub(super) fn predicted(
+    description: &Description,
+    corrections: &[Correction],
+    learned: &[LearnedParameter],
+    rows: &[Row],
+) -> Option<Vec<Vec<f64>>> {
+    let mut mechanics = Mechanics::new(&with_means(description, learned), corrections, rows)?;
+    let mut pencil = Pencil::new(mechanics.mass.nrows());
+    let at = |row: &Row| {
+        mechanics.place(row)?;
+        let is_solved = pencil.solve(&mechanics.mass, &mechanics.stiffness);
+        let ln_hz = |omega_squared: &f64| hz_from_rad_per_s(omega_squared.sqrt()).ln();
+        is_solved.then(|| pencil.omega_squared.iter().map(ln_hz).collect())
+    };
+    rows.iter().map(at).collect()
+}
+
+/// The posterior of a robot with the causes that were chosen; `None` where the model has no modes
+/// at a row.
+pub(super) fn posterior(problem: &Problem<'_>, chosen: &Fit<'_>) -> Option<Calibrated> {
+    let Means { learned, .. } = means(problem, chosen)?;
+    let corrections = chosen.hypothesis.corrections();
+    let instrument = of_instrument(chosen);
+    let noises = noises(problem.data);
     let linear = linear(problem, &corrections, &learned, &instrument)?;
     let mut ln_hz = vec![None; problem.data.points.len()];
     for (&at, residual) in linear.points.iter().zip(linear.residuals.iter()) {
@@ -157,7 +264,7 @@ pub(super) fn posterior(problem: &Problem<'_>, chosen: &Fit<'_>) -> Option<Calib
 }
 
 /// Six decimals: what is written is read again as it was.
-fn rounded(value: f64) -> f64 {
+pub(super) fn rounded(value: f64) -> f64 {
     (value * 1e6).round() / 1e6
 }
 
@@ -177,17 +284,10 @@ fn prior(description: &Description, corrections: &[Correction]) -> Option<Vec<Le
     corrected.corrections.extend_from_slice(corrections);
     let robot = Robot::of(corrected)?;
     let is_corrected = |kind: ParameterKind, at: &str| {
-        let by = |cause: Cause| {
-            corrections.iter().any(|c| c.cause == cause && c.at.as_deref() == Some(at))
-        };
-        match kind {
-            ParameterKind::Spring => {
-                by(Cause::JointStiffness) || scales_of(&plain, kind, at).is_none()
-            }
-            ParameterKind::Link => by(Cause::LinkInertia),
-            ParameterKind::Drive => by(Cause::DriveInertia),
-            ParameterKind::Foundation | ParameterKind::Bending => false,
-        }
+        let by = corrections
+            .iter()
+            .any(|c| kind_of(c.cause) == Some(kind) && c.at.as_deref() == Some(at));
+        by || (kind == ParameterKind::Spring && scales_of(&plain, kind, at).is_none())
     };
     let one = |parameter: &Parameter| {
         let (kind, at) = parameter.place(&robot);
@@ -197,6 +297,23 @@ fn prior(description: &Description, corrections: &[Correction]) -> Option<Vec<Le
     let lacking = lacking(&robot).into_iter();
     let lacking = lacking.map(|scales| Parameter { scales, std: 0.0, is_assumed: true });
     Some(all(&robot).iter().copied().chain(lacking).map(|parameter| one(&parameter)).collect())
+}
+
+/// The parameters of a posterior among which those of a cause are.
+fn kind_of(cause: Cause) -> Option<ParameterKind> {
+    match cause {
+        Cause::JointStiffness => Some(ParameterKind::Spring),
+        Cause::LinkInertia => Some(ParameterKind::Link),
+        Cause::DriveInertia => Some(ParameterKind::Drive),
+        _ => None,
+    }
+}
+
+/// Whether a parameter of a cause is among those of the posterior: springs that it adds are.
+fn is_of_posterior(candidate: &Candidate, parameter: &CauseParameter) -> bool {
+    let is_of_spring = ["stiffness_", "ratio_", "shift_ratio_"];
+    let is_of_spring = is_of_spring.iter().any(|start| parameter.name.starts_with(start));
+    kind_of(candidate.cause).is_some() || (candidate.hinge.is_some() && is_of_spring)
 }
 
 /// Per column of the table, whether the instrument shows it otherwise than the arm has it.
@@ -215,6 +332,13 @@ fn of_instrument(chosen: &Fit<'_>) -> impl Fn(usize) -> bool + use<> {
     move |column| first.is_some_and(|first| column >= first)
 }
 
+/// The robot with parameters as learned so far.
+fn with_means(description: &Description, learned: &[LearnedParameter]) -> Description {
+    let here = Posterior { parameters: learned.to_vec(), ..Posterior::default() };
+    let calibration = Calibration { poses: 0, heldout_rms_percent: 0.0, posterior: Some(here) };
+    Description { calibration: Some(calibration), ..description.clone() }
+}
+
 /// Residuals and slopes of the points at the parameters as learned so far.
 fn linear(
     problem: &Problem<'_>,
@@ -223,16 +347,7 @@ fn linear(
     instrument: &impl Fn(usize) -> bool,
 ) -> Option<Linear> {
     let Problem { description, data } = *problem;
-    let here = Posterior { parameters: learned.to_vec(), ..Posterior::default() };
-    let description = Description {
-        calibration: Some(Calibration {
-            poses: 0,
-            heldout_rms_percent: 0.0,
-            posterior: Some(here),
-        }),
-        ..description.clone()
-    };
-    let mut mechanics = Mechanics::new(&description, corrections, &data.rows)?;
+    let mut mechanics = Mechanics::new(&with_means(description, learned), corrections, &data.rows)?;
     let tests = data.tests();
     let mut pencil = Pencil::new(mechanics.mass.nrows());
     let (mut points, mut places) = (Vec::new(), Vec::new());
@@ -294,6 +409,12 @@ struct Weighed {
 }
 
 impl Linear {
+    /// Of the noise of a point.
+    fn variance(&self, level: Level, i: usize) -> f64 {
+        let (unit, rounding) = self.noise[i];
+        (level.noise * unit).powi(2) + rounding
+    }
+
     /// What some of the points tell at a level. Without compliances that the model lacks it is
     /// about the model's own parameters alone.
     fn sums(&self, level: Level, points: impl Iterator<Item = usize>) -> Sums {
@@ -301,8 +422,7 @@ impl Linear {
         let mut sums =
             Sums { information: DMatrix::zeros(p, p), pull: DVector::zeros(p), misfit: 0.0 };
         for i in points {
-            let (unit, rounding) = self.noise[i];
-            let variance = (level.noise * unit).powi(2) + rounding;
+            let variance = self.variance(level, i);
             let slope = self.slopes.row(i).columns(0, p).transpose();
             sums.pull.axpy(self.residuals[i] / variance, &slope, 1.0);
             sums.information.ger(1.0 / variance, &slope, &slope, 1.0);
