@@ -169,6 +169,9 @@ pub(super) fn covariance_of_causes(
     });
     let parameters: Vec<Option<f64>> = parameters.collect();
     let p = parameters.len();
+    if p == 0 {
+        return None;
+    }
     let mut of_causes = DMatrix::zeros(p, p);
     let mut across = DMatrix::zeros(own, p);
     for (k, expected) in parameters.iter().enumerate() {
