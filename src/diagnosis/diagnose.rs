@@ -102,7 +102,7 @@ pub fn diagnose(
     let Calibrated { mut posterior, ln_hz, .. } = alone.unwrap_or(calibrated);
     let of_posterior = if is_alone { &choice.baseline } else { &chosen };
     let unexplained = &mut posterior.unexplained;
-    widened_by_rivals(&problem, &robot, of_posterior, &choice.seen, unexplained)
+    widened_by_rivals(&problem, &robot, of_posterior, &choice.seen, candidates.len(), unexplained)
         .ok_or_else(no_modes)?;
     if verdict == Verdict::Unexplained {
         as_far_off_as_seen(&data, &choice.baseline, unexplained);

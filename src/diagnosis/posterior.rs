@@ -19,8 +19,8 @@ use super::likelihood::MIN_NOISE;
 use super::mechanics::Mechanics;
 use super::problem::Problem;
 use crate::model::{
-    Calibration, Cause, Correction, Description, LearnedParameter, ParameterKind, Posterior, Robot,
-    Unexplained, distance,
+    Calibration, Cause, Correction, Description, Fingerprint, LearnedParameter, ParameterKind,
+    Posterior, Robot, Unexplained, distance,
 };
 use crate::modes::Pencil;
 use crate::statistics::median;
@@ -52,7 +52,7 @@ const MAX_NOISE: f64 = 0.1;
 
 /// Standard deviation of ln f of a mode that nobody measured, beyond what the measured ones leave
 /// unexplained, if the model lacks something: what moves one mode by a few per cent moves others.
-const UNMEASURED: f64 = 0.04;
+const UNMEASURED: f64 = 0.05;
 
 /// Blocks of neighbouring poses that are left out together.
 const BLOCKS: usize = 4;
@@ -113,6 +113,8 @@ pub(super) struct Means {
     pub(super) learned: Vec<LearnedParameter>,
     /// The likeliest noise, if the model lacks nothing, share of the frequency.
     noise: f64,
+    /// ln of the evidence for the model then, without constants and without what its causes cost.
+    pub(super) ln_evidence: f64,
 }
 
 /// The means of the parameters of a robot with causes that were fitted; `None` where the model has
@@ -131,10 +133,10 @@ pub(super) fn means(problem: &Problem<'_>, chosen: &Fit<'_>) -> Option<Means> {
         let best = found.max_by(|(_, a), (_, b)| a.ln_evidence.total_cmp(&b.ln_evidence))?;
         Some((linear, best))
     };
-    let mut noise = MIN_NOISE;
+    let (mut noise, mut ln_evidence) = (MIN_NOISE, f64::NEG_INFINITY);
     for _ in 0..STEPS {
         let (linear, (likeliest, best)) = likeliest(&learned)?;
-        noise = likeliest;
+        (noise, ln_evidence) = (likeliest, best.ln_evidence);
         let reaches = best.step.component_div(&linear.prior.map(f64::sqrt));
         let share = (FARTHEST / reaches.amax().max(f64::MIN_POSITIVE)).min(1.0);
         for (one, step) in learned.iter_mut().zip(best.step.iter()) {
@@ -144,7 +146,7 @@ pub(super) fn means(problem: &Problem<'_>, chosen: &Fit<'_>) -> Option<Means> {
     for one in &mut learned {
         one.ln = rounded(one.ln);
     }
-    Some(Means { learned, noise })
+    Some(Means { learned, noise, ln_evidence })
 }
 
 /// Covariance of the parameters of the causes of a fit, as the fit measures them, with those of the
@@ -262,8 +264,20 @@ pub(super) fn posterior(problem: &Problem<'_>, chosen: &Fit<'_>) -> Option<Calib
         .zip(std)
         .map(|(one, std)| LearnedParameter { std: rounded(std), ..one })
         .collect();
-    let posterior = Posterior { parameters, correlation, unexplained };
+    let mut posterior = Posterior { parameters, correlation, unexplained, fingerprint: None };
+    posterior.fingerprint = fingerprint(problem, corrections, &posterior);
     Some(Calibrated { posterior, ln_hz, ln_evidence })
+}
+
+/// The robot as it will be read again: with its corrections and what was learned.
+fn fingerprint(
+    problem: &Problem<'_>,
+    corrections: Vec<Correction>,
+    posterior: &Posterior,
+) -> Option<Fingerprint> {
+    let mut description = with_posterior(problem.description, posterior.clone());
+    description.corrections.extend(corrections);
+    Fingerprint::of(&Robot::of(description)?, posterior.unexplained.poses.first()?)
 }
 
 /// Six decimals: what is written is read again as it was.
@@ -337,8 +351,12 @@ fn of_instrument(chosen: &Fit<'_>) -> impl Fn(usize) -> bool + use<> {
 
 /// The robot with parameters as learned so far.
 fn with_means(description: &Description, learned: &[LearnedParameter]) -> Description {
-    let here = Posterior { parameters: learned.to_vec(), ..Posterior::default() };
-    let calibration = Calibration { poses: 0, heldout_rms_percent: 0.0, posterior: Some(here) };
+    with_posterior(description, Posterior { parameters: learned.to_vec(), ..Posterior::default() })
+}
+
+fn with_posterior(description: &Description, posterior: Posterior) -> Description {
+    let calibration =
+        Calibration { poses: 0, heldout_rms_percent: 0.0, posterior: Some(posterior) };
     Description { calibration: Some(calibration), ..description.clone() }
 }
 

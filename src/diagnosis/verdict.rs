@@ -9,6 +9,7 @@ use super::outcome::Structure;
 use super::problem::Problem;
 use super::statistics::rms;
 use super::structure::{self, structure};
+use crate::uncertainty::uncalibrated_std_ln;
 
 /// An error without structure is noise up to here, share of the frequency: hammer tests of arms
 /// repeat within a per cent,
@@ -25,7 +26,7 @@ const MAX_TIMES_STATED: f64 = 2.0;
 const SHAPE_BETTER_BY: f64 = 4.0;
 
 /// The structure of the remaining residual is immaterial where the causes explain this share of the
-/// squared error,
+/// squared error, and what is left is no more than an uncalibrated model is off by,
 const OVERWHELMING: f64 = 0.985;
 
 /// or where it has less than this share of the square of that residual: 0.6 of the noise.
@@ -92,7 +93,9 @@ impl Judged {
         // What is too large for noise is not explained, whether it shows a shape or none.
         let is_left =
             after.as_ref().is_some_and(|s| s.share >= MIN_SHARE) || !is_small(&choice.best.fit);
-        let worth = if explained >= OVERWHELMING || !(is_left || shape_is_better) {
+        let is_overwhelming =
+            explained >= OVERWHELMING && square(&choice.best.fit).sqrt() <= uncalibrated_std_ln();
+        let worth = if is_overwhelming || !(is_left || shape_is_better) {
             Worth::All
         } else if shape_is_better || explained < MIN_EXPLAINED {
             Worth::Nothing

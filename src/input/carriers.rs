@@ -20,6 +20,14 @@ impl<'j> Carriers<'j> {
         Self { described, own, own_kg, others: Vec::new() }
     }
 
+    /// Mass at the tip by the robot's file, and with what its corrections put there, kg; `None`
+    /// where they put nothing there.
+    pub(in crate::input) fn corrected_kg(&self) -> Option<(f64, f64)> {
+        let of_file = self.own.carried().map_or(0.0, |own| own.inertial.mass_kg);
+        let in_all = self.own_kg?;
+        (in_all != of_file).then_some((of_file, in_all))
+    }
+
     /// The robot with a body at its tip, or with nothing.
     pub(in crate::input) fn with(&mut self, body: Option<Inertial>) -> Result<Arc<Robot>, String> {
         let carried = self.own.carried();

@@ -43,6 +43,8 @@ pub struct NewRobot {
     pub name: String,
     /// The URDF, as robot.yaml names it.
     pub urdf: String,
+    /// The link that the tool is fixed to, where one hangs fixed behind the last joint.
+    pub tip: Option<String>,
     /// Springs of the joints that turn, base to tip.
     pub springs: Vec<GuessedSpring>,
     /// Joints that slide, for which there is no typical figure.
@@ -79,10 +81,18 @@ pub fn new_robot_text(robot: &NewRobot) -> String {
         "# Springs with assumed: true are guesses from arms of similar size. As long as one remains, no verdict\n\
          # is better than uncertain: enter your own values (data sheet, load test, detune diagnose) and\n\
          # delete assumed: true.\n\
-         name: {}\nurdf: {}\nelasticity:\n  damping_ratio: 0.02  # assumed\n  joints:\n",
+         name: {}\nurdf: {}\n",
         quoted(&robot.name),
         quoted(&robot.urdf)
     );
+    if let Some(tip) = &robot.tip {
+        text += &format!(
+            "# The frame of tcp and payload; its z points from the flange to the tool on most arms.\n\
+             tip: {}\n",
+            quoted(tip)
+        );
+    }
+    text += "elasticity:\n  damping_ratio: 0.02  # assumed\n  joints:\n";
     for GuessedSpring { joint, stiffness, std_percent, source } in &robot.springs {
         text += &format!(
             "    {}:\n      stiffness_nm_per_rad: {stiffness}\n      std_percent: {std_percent}\n      \

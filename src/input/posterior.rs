@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::raw::robot as raw;
 use crate::formats::yaml::{Node, Step};
-use crate::model::{LearnedParameter, ParameterKind, Posterior, Unexplained};
+use crate::model::{Fingerprint, LearnedParameter, ParameterKind, Posterior, Unexplained};
 use crate::notes::{Code, Notes};
 
 /// The posterior of a calibration; `None` behind the error that says why.
@@ -59,7 +59,16 @@ fn read(raw: &raw::Posterior, joints: usize) -> Result<Posterior, String> {
     if unexplained.poses.is_empty() || !unexplained.poses.iter().all(is_pose) {
         return Err(format!("must have poses of {joints} joint positions in joints"));
     }
-    Ok(Posterior { parameters, correlation, unexplained })
+    let fingerprint = match &raw.fingerprint {
+        None => None,
+        Some(raw) => match (raw.ln_det_mass, raw.ln_det_stiffness) {
+            (Some(ln_det_mass), Some(ln_det_stiffness)) => {
+                Some(Fingerprint { ln_det_mass, ln_det_stiffness })
+            }
+            _ => return Err("must have ln_det_mass and ln_det_stiffness in fingerprint".to_owned()),
+        },
+    };
+    Ok(Posterior { parameters, correlation, unexplained, fingerprint })
 }
 
 fn parameter(i: usize, raw: &raw::LearnedParameter) -> Result<LearnedParameter, String> {
@@ -84,7 +93,7 @@ fn parameter(i: usize, raw: &raw::LearnedParameter) -> Result<LearnedParameter, 
 
 /// The entry of a calibration in braces, behind what stands before it.
 pub(super) fn write(out: &mut String, posterior: &Posterior, quoted: &dyn Fn(&str) -> String) {
-    let Posterior { parameters, correlation, unexplained } = posterior;
+    let Posterior { parameters, correlation, unexplained, fingerprint } = posterior;
     let parameters: Vec<String> = parameters
         .iter()
         .map(|LearnedParameter { kind, at, ln, std }| {
@@ -100,7 +109,7 @@ pub(super) fn write(out: &mut String, posterior: &Posterior, quoted: &dyn Fn(&st
     let _ = write!(
         out,
         ",\n  posterior: {{\n    parameters: [\n{}],\n    correlation: [\n{}],\n    near_ln_std: \
-         {:?},\n    far_ln_std: {:?},\n    reach: {},\n    joints: [\n{}]}}",
+         {:?},\n    far_ln_std: {:?},\n    reach: {},\n    joints: [\n{}]",
         parameters.join(",\n"),
         rows(correlation),
         unexplained.near,
@@ -108,4 +117,11 @@ pub(super) fn write(out: &mut String, posterior: &Posterior, quoted: &dyn Fn(&st
         unexplained.reach,
         rows(&unexplained.poses),
     );
+    if let Some(Fingerprint { ln_det_mass, ln_det_stiffness }) = fingerprint {
+        let _ = write!(
+            out,
+            ",\n    fingerprint: {{ln_det_mass: {ln_det_mass}, ln_det_stiffness: {ln_det_stiffness}}}"
+        );
+    }
+    out.push('}');
 }

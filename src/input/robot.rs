@@ -464,7 +464,9 @@ fn assumed_springs(raw: &raw::Robot) -> Option<Note> {
     let joints = raw.elasticity.as_ref()?.joints.as_ref()?;
     let guessed = joints.iter().filter(|(_, spring)| spring.assumed == Some(true));
     let names: Vec<&str> = guessed.map(|(name, _)| name.as_str()).collect();
-    if names.is_empty() || raw.calibration.is_some() {
+    // A figure alone measures no spring.
+    let is_measured = raw.calibration.as_ref().is_some_and(|own| own.posterior.is_some());
+    if names.is_empty() || is_measured {
         return None;
     }
     let what = format!(

@@ -4,6 +4,7 @@
 use nalgebra::Matrix3;
 
 use super::description::{Calibration, CoordinateKind, Description, Inertial, JointKind};
+use super::posterior::Fingerprint;
 use super::robot::{Coordinate, NodeMotion, Robot, ancestors};
 use crate::notes::{Code, Note, Part, Place};
 use crate::statistics::median;
@@ -48,6 +49,7 @@ pub fn doubts(description: &Description, robot: &Robot, rigid: &[String]) -> Vec
     notes.extend(joints_without_spring(robot, rigid));
     notes.extend(springs_off_the_chain(description, robot));
     notes.extend(robot.calibration().and_then(slight));
+    notes.extend(robot.calibration().and_then(|calibration| changed_since(calibration, robot)));
     notes
 }
 
@@ -234,7 +236,7 @@ fn springs_out_of_scale(robot: &Robot) -> Vec<Note> {
 
 /// A calibration that says more than its poses can.
 fn slight(calibration: &Calibration) -> Option<Note> {
-    let Calibration { poses, heldout_rms_percent, .. } = *calibration;
+    let Calibration { poses, heldout_rms_percent, ref posterior } = *calibration;
     let (least, floor) = (Calibration::MIN_POSES, Calibration::MIN_HELDOUT_PERCENT);
     let what = if poses < least {
         format!("calibration.poses is {poses}: fewer than {least} poses say little of any other")
@@ -243,11 +245,47 @@ fn slight(calibration: &Calibration) -> Option<Note> {
             "calibration.heldout_rms_percent is {heldout_rms_percent}, less than any instrument's \
              {floor} %, which is taken"
         )
+    } else if posterior.is_some() && heldout_rms_percent > Calibration::UNCALIBRATED_PERCENT {
+        let what = format!(
+            "calibration.heldout_rms_percent is {}, more than the {} % of a model that nobody \
+             measured: the table does not fit this arm; check its joints, their order, signs and \
+             units, then run detune diagnose --write again",
+            rounded(heldout_rms_percent, 3),
+            Calibration::UNCALIBRATED_PERCENT
+        );
+        return Some(of_calibration(what));
     } else {
         return None;
     };
-    let what = format!("{what}; write it with detune diagnose --write");
-    Some(Note::warning(Code::Calibration, Place::key(Part::Robot, "calibration"), what))
+    Some(of_calibration(format!("{what}; write it with detune diagnose --write")))
+}
+
+/// A calibration of another model than the one that stands here.
+fn changed_since(calibration: &Calibration, robot: &Robot) -> Option<Note> {
+    /// Both figures are written with six decimals.
+    const ROUNDED: f64 = 1e-5;
+    let posterior = calibration.posterior.as_ref()?;
+    let then = posterior.fingerprint?;
+    let q = posterior.unexplained.poses.first()?;
+    let now = Fingerprint::of(robot, q)?;
+    let masses = now.ln_det_mass - then.ln_det_mass;
+    let springs = now.ln_det_stiffness - then.ln_det_stiffness;
+    let changed = match (masses.abs() > ROUNDED, springs.abs() > ROUNDED) {
+        (false, false) => return None,
+        (true, false) => "masses or dimensions were",
+        (false, true) => "springs were",
+        (true, true) => "masses or dimensions, and springs, were",
+    };
+    Some(of_calibration(format!(
+        "{changed} changed after the calibration: at its first pose det M is {} and det K {} times \
+         what they were; undo the change, or measure again and run detune diagnose --write",
+        rounded(masses.exp(), 4),
+        rounded(springs.exp(), 4)
+    )))
+}
+
+fn of_calibration(what: String) -> Note {
+    Note::warning(Code::Calibration, Place::key(Part::Robot, "calibration"), what)
 }
 
 /// Whether a value that is too large would be well within the limit a thousand times smaller.

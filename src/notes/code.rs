@@ -158,7 +158,8 @@ codes! {
     PayloadUnknown = "payload_unknown": Doubt,
     /// The program declares a tool mass other than the job or the robot file.
     ToolMass = "tool_mass": Remark,
-    /// The program and the job state masses of one tool that are more than a tenth apart.
+    /// The program and the job, or either and the corrections of the robot file, have masses at the
+    /// tip that are more than a tenth apart.
     ToolMassConflict = "tool_mass_conflict": Doubt,
     /// The program's own tool or work object is used, and not the job's.
     FrameFromProgram = "frame_from_program": Remark,

@@ -128,6 +128,7 @@ pub fn scaffold(
     let robot = NewRobot {
         name: urdf.parts.name.clone().unwrap_or_else(|| "My arm".to_owned()),
         urdf: beside(folder, &urdf.file),
+        tip: tip(&urdf.parts, &urdf.chain),
         springs: springs(&urdf.chain),
         sliding: sliding(&urdf.chain),
         total_mass_kg,
@@ -210,6 +211,27 @@ fn chain(parts: &UrdfParts) -> Vec<Joint> {
         },
     );
     longest.into_iter().cloned().collect()
+}
+
+/// The link that the tool is fixed to: of those fixed behind the last moving joint, the one that is
+/// named like one, else the only one at which nothing else hangs.
+fn tip(parts: &UrdfParts, chain: &[Joint]) -> Option<String> {
+    const NAMES: [&str; 5] = ["tool0", "tcp", "tool", "ee_link", "flange"];
+    let mut fixed = vec![chain.last()?.child.as_str()];
+    let mut next = 0;
+    while let Some(link) = fixed.get(next).copied() {
+        let own = parts.joints.iter().filter(|j| j.parent == link && j.kind == JointKind::Fixed);
+        let own = own.map(|joint| joint.child.as_str());
+        let new: Vec<&str> = own.filter(|child| !fixed.contains(child)).collect();
+        fixed.extend(new);
+        next += 1;
+    }
+    let fixed = &fixed[1..];
+    let is_named = |name: &&str| fixed.iter().find(|link| link.eq_ignore_ascii_case(name)).copied();
+    let is_last = |link: &&&str| !parts.joints.iter().any(|joint| joint.parent == **link);
+    let mut last = fixed.iter().filter(is_last);
+    let only = last.next().filter(|_| last.next().is_none()).copied();
+    NAMES.iter().find_map(is_named).or(only).map(str::to_owned)
 }
 
 fn is_driven(joint: &Joint) -> bool {

@@ -55,6 +55,17 @@ impl Tally {
     fn share(self) -> f64 {
         self.held as f64 / self.all as f64
     }
+
+    /// Root mean square error, in the deviations that the intervals stand for.
+    fn rms(self) -> f64 {
+        (self.square / self.all as f64).sqrt()
+    }
+
+    fn join(&mut self, other: Self) {
+        self.held += other.held;
+        self.all += other.all;
+        self.square += other.square;
+    }
 }
 
 /// Where the intervals were asked for, and what check said of jobs.
@@ -65,6 +76,16 @@ struct Coverage {
     unmeasured: Tally,
     beyond: Tally,
     checked: Vec<Checked>,
+}
+
+impl Coverage {
+    fn join(&mut self, other: Self) {
+        self.uncalibrated.join(other.uncalibrated);
+        self.measured.join(other.measured);
+        self.unmeasured.join(other.unmeasured);
+        self.beyond.join(other.beyond);
+        self.checked.extend(other.checked);
+    }
 }
 
 /// What check says of an operation, and whether the line lies in a band of the true arm.
@@ -278,7 +299,9 @@ fn checked(folder: &Path, robot: &str, arms: &Arms, operations: &[Operation]) ->
 }
 
 /// One arm: calibrated by some modes at some poses, asked at fresh ones.
-fn cover(family: Family, lacks: bool, seed: u64, into: &mut Coverage) {
+fn cover(family: Family, lacks: bool, seed: u64) -> Coverage {
+    let mut found = Coverage::default();
+    let into = &mut found;
     let dice = &mut Dice::new(seed);
     let arms = Arms::draw(family, lacks, dice);
     let modes = arms.nominal.joints.len();
@@ -327,6 +350,7 @@ fn cover(family: Family, lacks: bool, seed: u64, into: &mut Coverage) {
     for robot in robots {
         into.checked.extend(checked(folder.path(), robot, &arms, &operations));
     }
+    found
 }
 
 const FAMILIES: [Family; 3] =
@@ -347,7 +371,12 @@ fn covered(lacks: bool) -> Coverage {
     let mut coverage = Coverage::default();
     let first = number("DETUNE_FIRST_ARM", 0);
     for i in 0..arms() {
-        cover(FAMILIES[(first + i) % 3], lacks, 4000 + (first + i) as u64, &mut coverage);
+        let arm = first + i;
+        let own = cover(FAMILIES[arm % 3], lacks, 4000 + arm as u64);
+        let of = |tally: Tally| format!("{}/{} {:.2} σ", tally.held, tally.all, tally.rms());
+        let Coverage { measured, unmeasured, beyond, .. } = own;
+        println!("  arm {arm}: {}, {}, {}", of(measured), of(unmeasured), of(beyond));
+        coverage.join(own);
         if (i + 1) % 25 == 0 && i + 1 < arms() {
             show(&coverage, i + 1, lacks);
         }
@@ -365,8 +394,8 @@ fn show(coverage: &Coverage, arms: usize, lacks: bool) {
         ("unmeasured modes", unmeasured),
         ("poses beyond", beyond),
     ] {
-        let rms = (tally.square / tally.all as f64).sqrt();
-        println!("  {what:<17} {:.1} % of {}; {rms:.2} σ", 100.0 * tally.share(), tally.all);
+        let (percent, rms) = (100.0 * tally.share(), tally.rms());
+        println!("  {what:<17} {percent:.1} % of {}; {rms:.2} σ", tally.all);
     }
     for bin in BINS {
         let Some((said, rang, count)) = reliability(&coverage.checked, bin) else { continue };
@@ -441,8 +470,6 @@ fn intervals_hold_where_the_model_lacks_an_effect() {
 /// By the deviations of one cause alone 12 of 36 intervals held.
 #[test]
 fn intervals_hold_where_causes_cannot_be_told_apart() {
-    let mut found = Coverage::default();
-    cover(Family::SixAxis, true, 4005, &mut found);
-    let Tally { held, all, .. } = found.unmeasured;
+    let Tally { held, all, .. } = cover(Family::SixAxis, true, 4005).unmeasured;
     assert!(held as f64 >= 0.75 * all as f64, "{held} of {all}");
 }

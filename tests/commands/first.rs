@@ -30,6 +30,9 @@ fn a_first_robot_is_checked_and_uncertain_until_its_springs_are_known() {
         out(&output)
     );
     assert!(folder.path().join(".github/workflows/detune.yml").exists());
+    // What hangs fixed behind the last joint is the frame of the tool, not the last link that moves.
+    let robot = fs::read_to_string(folder.path().join("robot.yaml")).unwrap();
+    assert!(robot.contains("\ntip: tool0\n"), "{robot}");
     let check = |fail_on: &str| {
         let arguments = ["check", "jobs", "--format", "json", "--fail-on", fail_on];
         run(folder.path(), &arguments)

@@ -15,6 +15,7 @@ mod vibration;
 
 mod advise;
 mod bad_input;
+mod calibrated;
 mod check;
 mod corrections;
 mod deflection;

@@ -1,5 +1,5 @@
 //! `detune map` with Apache Arrow: the tables in `tests/data/arrow` were written by PyArrow (`make.py` beside
-//! them). `cargo test --features arrow --test commands map_arrow`; without the feature, that it is told.
+//! them). `cargo test --test commands map_arrow`; without the feature `arrow`, that it is told.
 
 use crate::map_command::{bytes, fed};
 
@@ -81,5 +81,5 @@ fn without_the_feature_it_is_told() {
     let file = bytes(&format!("{ARM} tests/data/arrow/plain.feather")).unwrap_err();
     assert!(file[0].contains("is Apache Arrow"), "{file:?}");
     let piped = fed("robots/two-link --random 3 --format arrow", b"").unwrap_err();
-    assert!(piped[0].contains("--features arrow"), "{piped:?}");
+    assert!(piped[0].contains("the feature arrow"), "{piped:?}");
 }

@@ -121,7 +121,7 @@ fn check_options(args: &MapArgs) -> Result<Method, Vec<Note>> {
             "--format npy and arrow: cannot hold the statistics of --reduce; use csv, json, svg or html",
         ),
         (MethodName::Linear, Format::Arrow, true) if !cfg!(feature = "arrow") => Some(
-            "--format arrow: this detune was built without Apache Arrow; build it with --features \
+            "--format arrow: this detune was built without Apache Arrow; build it with the feature \
              arrow, or use csv or npy",
         ),
         _ => None,

@@ -4,6 +4,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use super::super::carriers::Carriers;
 use super::super::raw::job as raw;
 use super::super::robot::inertial;
 use super::Reader;
@@ -12,6 +13,7 @@ use crate::job::{Carried, CarriedBy};
 use crate::model::{Inertial, Robot};
 use crate::motion::Load;
 use crate::notes::{Code, Note, Place};
+use crate::wording::rounded;
 
 /// Masses that are closer than this are one that was rounded, share of the larger.
 const ROUNDED: f64 = 0.01;
@@ -19,6 +21,10 @@ const ROUNDED: f64 = 0.01;
 /// What a program and its job say of one tool may not lie farther apart, share of the larger: a
 /// tenth of the mass at the tip is up to a twentieth of a frequency.
 const MAX_APART: f64 = 0.1;
+
+fn apart(kg: f64, other_kg: f64) -> f64 {
+    (kg - other_kg).abs() / kg.max(other_kg).max(f64::MIN_POSITIVE)
+}
 
 impl Reader<'_> {
     /// The robot as it runs a stretch, and what it carries. `None` where there are faults.
@@ -47,6 +53,7 @@ impl Reader<'_> {
         match self.carriers.as_mut()?.with(body) {
             Ok(robot) => {
                 let mass_kg = body.map_or(0.0, |body| body.mass_kg);
+                self.without_correction(called, mass_kg);
                 Some((robot, Carried { mass_kg, source }))
             }
             Err(why) => {
@@ -59,6 +66,27 @@ impl Reader<'_> {
                 self.error(Code::Inertia, &steps, format!("{called}: payload: {why}"));
                 None
             }
+        }
+    }
+
+    /// Reports a payload of the job that takes away what corrections put on the tip.
+    fn without_correction(&mut self, called: &str, mass_kg: f64) {
+        let Some((of_file, in_all)) = self.carriers.as_ref().and_then(Carriers::corrected_kg)
+        else {
+            return;
+        };
+        if apart(in_all, mass_kg) <= MAX_APART {
+            return;
+        }
+        let line = self.tree.line_at(&[Step::Key("payload")]);
+        let what = format!(
+            "{called}: a payload of {mass_kg} kg takes the place of the {} kg that the robot file's \
+             corrections find at the tip, where it states {of_file} kg; state what the arm carries \
+             in all, or leave payload out",
+            rounded(in_all, 3)
+        );
+        if !self.notes.list().iter().any(|note| note.what == what) {
+            self.notes.warning(Code::ToolMassConflict, Some(line), what);
         }
     }
 
@@ -116,11 +144,13 @@ impl Reader<'_> {
             raw::Payload::Nothing(_) => ("the job's", 0.0),
             raw::Payload::Body(body) => ("the job's", body.mass_kg.unwrap_or(*mass_kg)),
         });
-        let apart = |kg: f64| (kg - mass_kg).abs() / kg.max(*mass_kg);
-        let other = of_job.or(of_robot).filter(|&(_, kg)| apart(kg) > ROUNDED);
+        let other = of_job.or(of_robot).filter(|&(_, kg)| apart(kg, *mass_kg) > ROUNDED);
         if let Some((whose, other_kg)) = other {
-            // Of a robot file that states what it carries at other times the program's is a remark.
-            let contradicts = of_job.is_some() && apart(other_kg) > MAX_APART;
+            // Of a robot file that states what it carries at other times the program's is a remark,
+            // but not of one whose corrections found a mass there.
+            let is_found = self.carriers.as_ref().and_then(Carriers::corrected_kg).is_some();
+            let contradicts =
+                (of_job.is_some() || is_found) && apart(other_kg, *mass_kg) > MAX_APART;
             let (code, check) = match contradicts {
                 true => (Code::ToolMassConflict, "; put right the one that is wrong"),
                 false => (Code::ToolMass, ""),

@@ -353,6 +353,20 @@ pub(in crate::input) struct Posterior {
     /// The measured poses: joint positions from base to tip, rad or m.
     #[schemars(required)]
     pub(in crate::input) joints: Option<Vec<Vec<f64>>>,
+    /// The model that was calibrated, at the first of these poses.
+    pub(in crate::input) fingerprint: Option<Fingerprint>,
+}
+
+/// A model at a pose in two figures, which any other mass, length or spring changes.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(in crate::input) struct Fingerprint {
+    /// ln of the determinant of M.
+    #[schemars(required)]
+    pub(in crate::input) ln_det_mass: Option<f64>,
+    /// ln of the determinant of K.
+    #[schemars(required)]
+    pub(in crate::input) ln_det_stiffness: Option<f64>,
 }
 
 /// A learned parameter: one of spring, link, drive, foundation and bending says what it is.
