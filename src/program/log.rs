@@ -299,6 +299,14 @@ impl Log {
         }
     }
 
+    /// How fast the tool may turn on lines and arcs from here on, rad/s.
+    pub(super) fn turns_at(&mut self, speed: Option<f64>) {
+        let speed = speed.filter(|speed| *speed > 0.0 && speed.is_finite());
+        if self.stated.turning_rad_per_s != speed {
+            Arc::make_mut(&mut self.stated).turning_rad_per_s = speed;
+        }
+    }
+
     /// The arm configuration that the next move asks for.
     pub(super) fn configure(&mut self, asked: Option<Configuration>) {
         if self.stated.configuration.as_deref() != asked.as_ref() {
