@@ -28,8 +28,8 @@ pub struct Move {
 /// What sets how long a move takes.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Timing {
-    /// The way of the tool centre point and [`Move::feed_m_per_s`]; where the tool turns on a line or
-    /// an arc, no faster than [`Stated::turning_rad_per_s`].
+    /// The way of the tool centre point and [`Move::feed_m_per_s`]; where the tool turns on a line
+    /// or an arc, no faster than [`Stated::turning_rad_per_s`].
     #[default]
     Feed,
     /// The same at a feed that is assumed: the move is a rapid one, and cuts nothing.

@@ -25,7 +25,7 @@ const RADIUS_TOLERANCE_SHARE: f64 = 0.001;
 const NX_VALUES: usize = 11;
 
 impl Reader<'_> {
-    /// `CIRCLE/x,y,z,i,j,k[,r,…]`: counterclockwise about the axis; in the 11 values of NX clockwise.
+    /// `CIRCLE/x,y,z,i,j,k[,r,…]`: counterclockwise about the axis, in NX's 11 values clockwise.
     pub(super) fn circle(&mut self, line: usize, minor: &[Word<'_>]) -> Result<(), String> {
         self.no_arc_is_open(line);
         if let Some(word) = minor.iter().find_map(name) {

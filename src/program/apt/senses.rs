@@ -1,7 +1,5 @@
-//! Which way round arcs run. CAM systems differ in what the axis of CIRCLE means; the lines beside an
-//! arc that are tangent to it show which it is.
-
-use nalgebra::{Unit, Vector3};
+//! Which way round arcs run. CAM systems differ in what the axis of CIRCLE means; the lines beside
+//! an arc that are tangent to it show which it is.
 
 use super::Reader;
 use crate::notes::Code;
@@ -99,7 +97,8 @@ impl Reader<'_> {
     /// At the end of the program.
     pub(super) fn settle_senses(&mut self) {
         self.senses.lose();
-        let taken = if self.senses.is_nx { "clockwise, as NX has it" } else { "counterclockwise" };
+        let is_nx = self.senses.is_nx;
+        let taken = if is_nx { "as NX has it clockwise" } else { "counterclockwise" };
         let contradicted = std::mem::take(&mut self.senses.contradicted);
         let is_wrong = contradicted.len() > self.senses.confirmed;
         for line in contradicted {
@@ -117,8 +116,8 @@ impl Reader<'_> {
         let is_known =
             self.senses.is_nx || self.senses.is_right_handed || self.senses.confirmed > 0;
         if let (false, Some(line)) = (is_known, self.senses.silent) {
-            let what = "CIRCLE: taken to run counterclockwise about its axis; no line tangent to an \
-                        arc shows that, and some systems write it the other way round";
+            let what = "CIRCLE: taken to run counterclockwise about its axis; no line tangent to \
+                        an arc shows that, and some systems write it the other way round";
             self.cutter.log.warning(Code::UnitAssumed, line, what);
         }
     }

@@ -133,8 +133,8 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// $VEL.ORI1, $VEL.ORI2, deg/s: how fast the tool's direction swivels, and how fast it turns about
-    /// that. A turn is both in some proportion; the lower speed is taken for all of it.
+    /// $VEL.ORI1, $VEL.ORI2, deg/s: how fast the tool's direction swivels, and how fast it turns
+    /// about that. A turn is both in some proportion; the lower speed is taken for all of it.
     fn set_turning(&mut self, line: usize, field: &str, value: &Value) -> Result<(), String> {
         let index = usize::from(field == "ori2");
         let speed = match value.num() {
