@@ -1,6 +1,8 @@
 //! Which way round arcs run. CAM systems differ in what the axis of CIRCLE means; the lines beside
 //! an arc that are tangent to it show which it is.
 
+use nalgebra::{Unit, Vector3};
+
 use super::Reader;
 use crate::notes::Code;
 
