@@ -180,18 +180,16 @@ fn registers_and_branches_of_tp_in_parentheses() {
     let both = "IF ((R[1]=1 OR R[1]=2) AND (R[95]=(1))),JMP LBL[2] ;\n";
     assert_eq!(moves(&format!("{both}{L} ;\nLBL[2] ;\n{L} ;\n")), [3, 7]);
     // 45 · (2 + 1) / 9 = 15 mm.
-    let text = format!(
-        "IF (R[95]=(1)),R[3]=(45) ;\nIF (R[95]=(2)),R[3]=(7) ;\nPR[1]=P[1] ;\n\
-         IF (R[95]=(1)),PR[1,2]=((R[3]*(R[1]+1))/9) ;\nL PR[1] 9mm/sec FINE ;\n"
-    );
-    let program = tp(&text, &known).unwrap();
+    let text = "IF (R[95]=(1)),R[3]=(45) ;\nIF (R[95]=(2)),R[3]=(7) ;\nPR[1]=P[1] ;\n\
+                IF (R[95]=(1)),PR[1,2]=((R[3]*(R[1]+1))/9) ;\nL PR[1] 9mm/sec FINE ;\n";
+    let program = tp(text, &known).unwrap();
     assert_ends(&program, &[('L', [0.0; 3]), ('L', [100.0, 15.0, 0.0])]);
     // What only the run decides to set is not known behind it.
     let open = "R[3]=1 ;\nIF DI[1]=ON,R[3]=(2) ;\nIF R[3]=1,JMP LBL[2] ;\nLBL[2] ;\n";
     let found = tp(open, &[]).unwrap_err();
     assert_eq!((at(&found[0]), found.len()), (6, 1), "{found:?}");
-    let open = format!("PR[1]=P[1] ;\nIF DI[1]=ON,PR[1,2]=(2) ;\nL PR[1] 9mm/sec FINE ;\n");
-    assert_eq!(at(&tp(&open, &[]).unwrap_err()[0]), 6);
+    let open = "PR[1]=P[1] ;\nIF DI[1]=ON,PR[1,2]=(2) ;\nL PR[1] 9mm/sec FINE ;\n";
+    assert_eq!(at(&tp(open, &[]).unwrap_err()[0]), 6);
     let group = tp("PR[GP1:1,7:Trolley]=PR[GP1:1,7:Trolley]-R[1] ;\n", &known).unwrap_err();
     assert!(group[0].what.contains("elements of a group are not supported"), "{group:?}");
 }
