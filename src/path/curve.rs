@@ -44,6 +44,17 @@ impl Curve {
         }
     }
 
+    /// Angle by which it turns, rad.
+    pub(super) fn turn_rad(&self) -> f64 {
+        match self {
+            Self::Line { from, to } => from.rotation.angle_to(&to.rotation),
+            Self::Arc(arc) => {
+                let [first, via, last] = &arc.orientations;
+                first.angle_to(via) + via.angle_to(last)
+            }
+        }
+    }
+
     /// Pose at u in 0..=1.
     pub(super) fn at(&self, u: f64) -> Isometry3<f64> {
         match self {

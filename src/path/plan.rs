@@ -7,7 +7,7 @@ use nalgebra::Isometry3;
 use super::configuration::{beside_configurations, compared, configured};
 use super::curve::Curve;
 use super::timed_path::{Knots, MoveKind, Path, Segment, shown_joints};
-use super::timing::{Clock, largest_step, seconds, stands_still};
+use super::timing::{Clock, is_of_feed, largest_step, seconds, stands_still};
 use crate::model::{InverseKinematics, Placement, Robot, forward_kinematics};
 use crate::motion::{Move, Target, Timing};
 use crate::notes::{Code, Note, Part, Place};
@@ -312,7 +312,7 @@ impl<'r> Planner<'r> {
         let ways: Vec<f64> = self.q.iter().zip(&to).map(|(a, b)| (b - a).abs()).collect();
         self.count_way(&ways)?;
         let length = self.clock.joint_move_length_m(&tcp, &self.q, &to);
-        let duration = self.seconds(length, next, &ways)?;
+        let duration = self.seconds(length, 0.0, next, &ways)?;
         self.push(next, None, duration, vec![(1.0, to)]);
         Ok(())
     }
@@ -390,7 +390,7 @@ impl<'r> Planner<'r> {
         }
         compared(self.robot, next, &q)?;
         self.count_way(&ways)?;
-        let duration = self.seconds(length, next, &ways)?;
+        let duration = self.seconds(length, curve.turn_rad(), next, &ways)?;
         self.push(next, Some(curve), duration, knots);
         Ok(())
     }
@@ -434,11 +434,15 @@ impl<'r> Planner<'r> {
         Ok(())
     }
 
-    fn seconds(&mut self, length_m: f64, next: &Move, ways: &[f64]) -> Result<f64, Refusal> {
-        let seconds = self.time_of(length_m, next, ways)?;
-        let is_of_feed =
-            matches!(next.timing, Timing::Feed | Timing::Rapid) && !stands_still(length_m);
-        self.standing_s = if is_of_feed { 0.0 } else { seconds };
+    fn seconds(
+        &mut self,
+        length_m: f64,
+        turn_rad: f64,
+        next: &Move,
+        ways: &[f64],
+    ) -> Result<f64, Refusal> {
+        let seconds = self.time_of(length_m, turn_rad, next, ways)?;
+        self.standing_s = if is_of_feed(length_m, turn_rad, next) { 0.0 } else { seconds };
         self.kind = match next.timing {
             _ if stands_still(length_m) => MoveKind::Still,
             Timing::Rapid => MoveKind::Rapid,
@@ -456,8 +460,14 @@ impl<'r> Planner<'r> {
         }
     }
 
-    fn time_of(&self, length_m: f64, next: &Move, ways: &[f64]) -> Result<f64, Refusal> {
-        seconds(self.robot, length_m, next, ways).map_err(|joint| {
+    fn time_of(
+        &self,
+        length_m: f64,
+        turn_rad: f64,
+        next: &Move,
+        ways: &[f64],
+    ) -> Result<f64, Refusal> {
+        seconds(self.robot, length_m, turn_rad, next, ways).map_err(|joint| {
             let what = format!(
                 "the tool centre point stands still, and joint '{}' has no velocity limit in the \
                  URDF (zero counts as none), so its motion has no duration; add the limit",

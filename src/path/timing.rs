@@ -87,16 +87,20 @@ pub(super) fn stands_still(length_m: f64) -> bool {
 
 /// Seconds for a move: as the program gives them, or the way of the tool centre point over the
 /// feed; where the point stands still, no less than the slowest joint's motion at its largest
-/// speed. `ways` is what each joint turns or slides in all.
+/// speed; on a line or an arc no less than the turn of the tool at the speed that the program has
+/// for it. `ways` is what each joint turns or slides in all, `turn_rad` what the tool turns on a
+/// line or an arc.
 ///
 /// `Err` names a joint that has no largest speed to go by.
 pub(super) fn seconds(
     robot: &Robot,
     length_m: f64,
+    turn_rad: f64,
     next: &Move,
     ways: &[f64],
 ) -> Result<f64, usize> {
     let by_feed = length_m / next.feed_m_per_s;
+    let by_feed = by_feed.max(by_turn(turn_rad, next).unwrap_or(0.0));
     match next.timing {
         Timing::Seconds(seconds) => Ok(seconds),
         // Without a limit of speed its share says nothing.
@@ -108,6 +112,19 @@ pub(super) fn seconds(
         }
         Timing::Feed | Timing::Rapid => Ok(by_feed),
     }
+}
+
+/// Seconds that the turn of the tool takes at the speed that the program has for it.
+fn by_turn(turn_rad: f64, next: &Move) -> Option<f64> {
+    next.stated.turning_rad_per_s.map(|speed| turn_rad / speed)
+}
+
+/// Whether a move takes as long as its feed says.
+pub(super) fn is_of_feed(length_m: f64, turn_rad: f64, next: &Move) -> bool {
+    let by_feed = length_m / next.feed_m_per_s;
+    matches!(next.timing, Timing::Feed | Timing::Rapid)
+        && !stands_still(length_m)
+        && by_turn(turn_rad, next).is_none_or(|seconds| seconds <= by_feed)
 }
 
 /// Seconds that the slowest joint takes at its largest speed.

@@ -69,6 +69,8 @@ pub(super) struct External {
     joint_count: usize,
     /// Where each axis is: rad or m where it is a joint, else as the program has it.
     at: HashMap<String, f64>,
+    /// What was said of an axis that moves: the same at every move, so that it is one error.
+    told: HashMap<String, String>,
 }
 
 impl External {
@@ -78,6 +80,7 @@ impl External {
             joints: joints.map(|(name, index)| (name.clone(), *index)).collect(),
             joint_count: settings.joint_count,
             at: HashMap::new(),
+            told: HashMap::new(),
         }
     }
 
@@ -90,10 +93,16 @@ impl External {
             return Ok(());
         }
         match self.at.get(name).copied() {
-            Some(before) if (before - value).abs() > SAME_POSITION => Err(format!(
-                "external axis {name} moves from {before} to {value}; write external_axes: \
-                 {{{name}: …}} in the job, with the joint of the robot that it is"
-            )),
+            Some(before) if (before - value).abs() > SAME_POSITION => {
+                let what = || {
+                    format!(
+                        "external axis {name} moves from {before} to {value}; write \
+                         external_axes: {{{name}: …}} in the job, with the joint of the robot \
+                         that it is"
+                    )
+                };
+                Err(self.told.entry(name.to_owned()).or_insert_with(what).clone())
+            }
             Some(_) => Ok(()),
             // Where it was before is not known.
             None if log.has_moved() && value != 0.0 => Err(format!(

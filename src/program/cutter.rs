@@ -54,7 +54,7 @@ pub(super) struct Cutter<'a> {
     pub(super) log: &'a mut Log,
     work_object: Isometry3<f64>,
     tcp: Isometry3<f64>,
-    axis: Unit<Vector3<f64>>,
+    pub(super) axis: Unit<Vector3<f64>>,
     turned: Option<UnitQuaternion<f64>>,
     /// `None` until known.
     pub(super) at: [Option<f64>; 3],
@@ -112,7 +112,7 @@ impl<'a> Cutter<'a> {
     }
 
     /// A line, unless the tool is there already.
-    fn apart(&mut self, line: usize, to: Vector3<f64>, pace: Pace) {
+    pub(super) fn apart(&mut self, line: usize, to: Vector3<f64>, pace: Pace) {
         if self.place() != Some(to) {
             self.line_to(line, to, pace);
         }
@@ -136,14 +136,25 @@ impl<'a> Cutter<'a> {
     /// Over the hole at the height where the tool is or the clearance, down, and out. `axis` is a
     /// unit vector out of the hole.
     pub(super) fn hole(&mut self, line: usize, at: Vector3<f64>, axis: Vector3<f64>, hole: &Hole) {
-        let height = self.place().map_or(hole.clearance, |place| (place - at).dot(&axis));
-        if height < hole.clearance
+        self.over_hole(line, at, axis, hole.clearance);
+        self.straight_to_hole(line, at, axis, hole);
+    }
+
+    /// Level over the hole, at the height where the tool is or, if that is lower, `least`.
+    pub(super) fn over_hole(
+        &mut self,
+        line: usize,
+        at: Vector3<f64>,
+        axis: Vector3<f64>,
+        least: f64,
+    ) {
+        let height = self.place().map_or(least, |place| (place - at).dot(&axis));
+        if height < least
             && let Some(place) = self.place()
         {
-            self.apart(line, place + axis * (hole.clearance - height), Pace::Rapid);
+            self.apart(line, place + axis * (least - height), Pace::Rapid);
         }
-        self.apart(line, at + axis * height.max(hole.clearance), Pace::Rapid);
-        self.straight_to_hole(line, at, axis, hole);
+        self.apart(line, at + axis * height.max(least), Pace::Rapid);
     }
 
     /// Straight to the clearance over the hole, down, and out.

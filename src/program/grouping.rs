@@ -1,26 +1,72 @@
-//! Errors that say the same of several lines → one, with their number.
+//! Errors that say the same of several lines, or of one line with other numbers → one, with their
+//! number.
 
-use std::collections::HashMap;
+use std::collections::hash_map::{DefaultHasher, Entry};
+use std::collections::{HashMap, HashSet};
+use std::hash::{Hash, Hasher};
 
 use crate::notes::{Code, Note};
 
+/// Errors of lines by their texts without numbers: a loop may make thousands of one kind.
+#[derive(Debug, Default)]
+pub(super) struct Kinds(HashMap<(Code, usize, String), Kind>);
+
+/// The first of a kind, and hashes of the others.
+#[derive(Debug)]
+struct Kind {
+    first: String,
+    others: HashSet<u64>,
+}
+
+impl Kinds {
+    /// Whether an error is the first of its kind, or the same again.
+    pub(super) fn is_first(&mut self, code: Code, line: usize, what: &str) -> bool {
+        match self.0.entry((code, line, without_numbers(what))) {
+            Entry::Vacant(open) => {
+                open.insert(Kind { first: what.to_owned(), others: HashSet::new() });
+                true
+            }
+            Entry::Occupied(mut kind) if kind.get().first != what => {
+                let mut hasher = DefaultHasher::new();
+                what.hash(&mut hasher);
+                kind.get_mut().others.insert(hasher.finish());
+                false
+            }
+            Entry::Occupied(_) => true,
+        }
+    }
+
+    /// How many others there are of the kind of a note.
+    fn others_of(&self, note: &Note) -> usize {
+        let line = note.place.line.unwrap_or(0);
+        let kind = self.0.get(&(note.code, line, without_numbers(&note.what)));
+        kind.map_or(0, |kind| kind.others.len())
+    }
+}
+
 /// The first of each kind, with how many more there are.
-pub(super) fn grouped(errors: Vec<Note>) -> Vec<Note> {
+pub(super) fn grouped(errors: Vec<Note>, kinds: &Kinds) -> Vec<Note> {
     /// Lines that are named beside the first.
     const NAMED: usize = 4;
     let mut kept: Vec<Note> = Vec::new();
     let mut others: Vec<Vec<usize>> = Vec::new();
+    let mut alike: Vec<usize> = Vec::new();
     let mut first: HashMap<(Code, String), usize> = HashMap::new();
     for error in errors {
         let key = (error.code, error.what.clone());
-        match (first.get(&key), error.place.line) {
-            (Some(&index), Some(line)) => others[index].push(line),
-            _ => {
-                first.insert(key, kept.len());
-                kept.push(error);
-                others.push(Vec::new());
-            }
+        if let (Some(&index), Some(line)) = (first.get(&key), error.place.line) {
+            others[index].push(line);
+            continue;
         }
+        first.insert(key, kept.len());
+        alike.push(kinds.others_of(&error));
+        kept.push(error);
+        others.push(Vec::new());
+    }
+    for (note, more) in kept.iter_mut().zip(alike).filter(|(_, more)| *more > 0) {
+        let differ = if more == 1 { "differs" } else { "differ" };
+        let more = format!("; {more} more of this line {differ} from it in numbers alone");
+        note.what.push_str(&more);
     }
     for (note, lines) in kept.iter_mut().zip(others) {
         let named: Vec<String> = lines.iter().take(NAMED).map(usize::to_string).collect();
@@ -38,6 +84,19 @@ pub(super) fn grouped(errors: Vec<Note>) -> Vec<Note> {
     kept
 }
 
+/// A text with one mark for every row of digits.
+fn without_numbers(text: &str) -> String {
+    let mut found = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '0'..='9' if found.ends_with('#') => {}
+            '0'..='9' => found.push('#'),
+            c => found.push(c),
+        }
+    }
+    found
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -48,11 +107,21 @@ mod tests {
         let at = |line, what: &str| {
             Note::error(Code::Motion, Place { line: Some(line), ..Place::default() }, what)
         };
-        let found = grouped(vec![at(1, "a"), at(2, "b"), at(3, "a"), at(4, "b"), at(5, "b")]);
+        let none = Kinds::default();
+        let found =
+            grouped(vec![at(1, "a"), at(2, "b"), at(3, "a"), at(4, "b"), at(5, "b")], &none);
         let told: Vec<(usize, &str)> =
             found.iter().map(|note| (note.place.line.unwrap(), note.what.as_str())).collect();
         assert_eq!(told, [(1, "a; line 3 likewise"), (2, "b; lines 4, 5 likewise")]);
-        let fifty = grouped((1..=50).map(|line| at(line, "a")).collect());
+        let mut kinds = Kinds::default();
+        let all = [(1, "x is 10"), (1, "x is 9"), (2, "x is 9"), (1, "x is 9"), (1, "y")];
+        let firsts = all.iter().filter(|(line, what)| kinds.is_first(Code::Motion, *line, what));
+        let firsts = firsts.map(|(line, what)| at(*line, what)).collect();
+        let found = grouped(firsts, &kinds);
+        let told: Vec<&str> = found.iter().map(|note| note.what.as_str()).collect();
+        let first = "x is 10; 1 more of this line differs from it in numbers alone";
+        assert_eq!(told, [first, "x is 9", "y"]);
+        let fifty = grouped((1..=50).map(|line| at(line, "a")).collect(), &none);
         assert_eq!(fifty.len(), 1);
         assert_eq!(fifty[0].what, "a; 49 more lines likewise (2, 3, 4, 5, …, 50)");
     }

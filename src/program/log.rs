@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use nalgebra::Isometry3;
 
-use super::grouping::grouped;
+use super::grouping::{Kinds, grouped};
 use super::span::Span;
 use super::{Pace, Program, Settings, Spindle, SpindleCommand};
 use crate::motion::{Circle, Configuration, Load, Move, Stated, StatedFeeds, Target, Timing};
@@ -38,6 +38,7 @@ pub(super) struct Log {
     stated: Arc<Stated>,
     feeds: StatedFeeds,
     notes: Notes,
+    kinds: Kinds,
     /// Where in another file the statement that runs stands, before what is told of it.
     within: String,
     /// Texts of the warnings.
@@ -104,6 +105,7 @@ impl Log {
             stated: Arc::default(),
             feeds: StatedFeeds::default(),
             notes: Notes::default(),
+            kinds: Kinds::default(),
             within: String::new(),
             warned: HashSet::new(),
         }
@@ -113,7 +115,9 @@ impl Log {
     /// once.
     pub(super) fn error(&mut self, code: Code, line: usize, what: impl Into<String>) {
         let what = format!("{}{}", self.within, what.into());
-        self.notes.error(code, line, what);
+        if self.kinds.is_first(code, line, &what) {
+            self.notes.error(code, line, what);
+        }
     }
 
     /// Something beside the motion is left out or assumed; kept once, at the first line.
@@ -299,6 +303,14 @@ impl Log {
         }
     }
 
+    /// How fast the tool may turn on lines and arcs from here on, rad/s.
+    pub(super) fn turns_at(&mut self, speed: Option<f64>) {
+        let speed = speed.filter(|speed| *speed > 0.0 && speed.is_finite());
+        if self.stated.turning_rad_per_s != speed {
+            Arc::make_mut(&mut self.stated).turning_rad_per_s = speed;
+        }
+    }
+
     /// The arm configuration that the next move asks for.
     pub(super) fn configure(&mut self, asked: Option<Configuration>) {
         if self.stated.configuration.as_deref() != asked.as_ref() {
@@ -353,10 +365,10 @@ impl Log {
             let what = format!("{moves} at the assumed {} m/s", self.rapid_m_per_s);
             self.warning(Code::Assumed, first_line, what);
         }
-        let Self { mut moves, spindle, words, feeds, notes, .. } = self;
+        let Self { mut moves, spindle, words, feeds, notes, kinds, .. } = self;
         let (errors, warnings) = notes.finish();
         if !errors.is_empty() {
-            return Err(grouped(errors));
+            return Err(grouped(errors, &kinds));
         }
         let ends = spindle.iter().skip(1).map(|next| next.from_move).chain([moves.len()]);
         let stops = spindle.iter().zip(ends).filter(|(at, _)| at.spindle == Spindle::Stands);

@@ -240,3 +240,50 @@ fn names_of_stretches_are_not_taken() {
     assert!(accepted.contains(&("part/2", true)), "{accepted:?}");
     assert!(accepted.contains(&("part/top/2", false)), "{accepted:?}");
 }
+
+/// 10 mm and a turn of 20° take the longer of 10 mm at 100 mm/s (0.1 s) and 20° at the speed of turning.
+#[test]
+fn a_turn_takes_as_long_as_its_own_speed_says() {
+    let bench = Bench::new();
+    let seconds = |file: &str, text: &str| {
+        bench.add(file, text);
+        let job = contour(780.0, file, "payload: none\nspeeds_from: job\n");
+        let job = job.replace("    feed_mm_per_min: 600\n", "");
+        bench.check(&job)["jobs"][0]["operations"][0]["duration_s"].as_f64().unwrap()
+    };
+    let data = "[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]";
+    let rapid = |before: &str, speed: &str, x: f64| {
+        let text = format!(
+            "MODULE m\nPROC main()\nConfL \\Off;\nMoveL [[900,0,800],[0,0,1,0],{data},v100,fine,tool0;\n\
+             {before}\nMoveL [[{x},0,800],[0.17364818,0,0.98480775,0],{data},{speed},fine,tool0;\n\
+             ENDPROC\nENDMODULE\n"
+        );
+        seconds("a.mod", &text)
+    };
+    let krl = |before: &str, motion: &str| {
+        let text = format!(
+            "DEF p()\n$VEL.CP=0.1\nPTP {{X 900,Y 0,Z 800,A 0,B 180,C 0}}\n{before}\n{motion}\nEND\n"
+        );
+        seconds("a.src", &text)
+    };
+    let line = "LIN {X 910,Y 0,Z 800,A 0,B 160,C 0}";
+    // Half a circle of 5 mm is 15.7 mm long.
+    let arc = "CIRC {X 905,Y 5,Z 800,A 0,B 170,C 0},{X 910,Y 0,Z 800,A 0,B 160,C 0}";
+    for (found, expected) in [
+        (rapid("", "[100,10,5000,1000]", 910.0), 2.0),
+        (rapid("", "[100,400,5000,1000]", 910.0), 0.1),
+        (rapid("", "[100,10,5000,1000]\\V:=50", 910.0), 2.0),
+        (rapid("", "[100,10,5000,1000]\\T:=3", 910.0), 3.0),
+        (rapid("VelSet 50,1000;", "[100,10,5000,1000]", 910.0), 4.0),
+        // The point stands still.
+        (rapid("", "[100,10,5000,1000]", 900.0), 2.0),
+        (krl("", line), 0.1),
+        (krl("$VEL.ORI1=20", line), 1.0),
+        (krl("$VEL.ORI1=20\n$VEL.ORI2=10", line), 2.0),
+        (krl("$VEL={CP 0.1,ORI1 20,ORI2 10}\n$OV_PRO=50", line), 4.0),
+        (krl("$VEL.ORI1=10", arc), 2.0),
+        (krl("$VEL.ORI1=DEF_VEL_ORI1", line), 0.1),
+    ] {
+        assert!((found - expected).abs() < 1e-6, "found {found} s, expected {expected} s");
+    }
+}

@@ -176,8 +176,7 @@ mod tests {
                 spindle,
                 tool,
                 load: mass.map(load).map(Arc::new),
-                external: Vec::new(),
-                configuration: None,
+                ..Stated::default()
             }),
         });
         each.collect()

@@ -3,7 +3,7 @@
 use nalgebra::{Unit, Vector3};
 
 use super::lexer::{Statement, Word};
-use super::{Reader, number, unit};
+use super::{Reader, name, number, unit};
 use crate::notes::Code;
 use crate::program::Pace;
 use crate::program::arc::Arc;
@@ -21,16 +21,24 @@ pub(super) struct Open {
 const RADIUS_TOLERANCE_MM: f64 = 0.01;
 const RADIUS_TOLERANCE_SHARE: f64 = 0.001;
 
+/// Centre, axis, radius, tolerance and its ratio, diameter and corner of the tool.
+const NX_VALUES: usize = 11;
+
 impl Reader<'_> {
-    /// `CIRCLE/x,y,z,i,j,k[,r,…]`: counterclockwise seen against the axis.
+    /// `CIRCLE/x,y,z,i,j,k[,r,…]`: counterclockwise about the axis, in NX's 11 values clockwise.
     pub(super) fn circle(&mut self, line: usize, minor: &[Word<'_>]) -> Result<(), String> {
         self.no_arc_is_open(line);
+        if let Some(word) = minor.iter().find_map(name) {
+            return Err(format!("'{word}' is not understood"));
+        }
         let numbers: Vec<f64> = minor.iter().filter_map(number).map(|(n, _)| n).collect();
         let [x, y, z, i, j, k, ref rest @ ..] = *numbers.as_slice() else {
             return Err("expected x, y, z, i, j, k and a radius".to_owned());
         };
         let centre = Vector3::new(x, y, z).map(|length| self.mm(length));
         let axis = unit(Vector3::new(i, j, k))?;
+        let is_of_nx = self.senses.is_nx && numbers.len() == NX_VALUES;
+        let axis = if is_of_nx { -axis } else { axis };
         let start = self.at.ok_or("an arc before any position")?;
         if let [radius, ..] = *rest {
             let off = start - centre;
@@ -57,6 +65,7 @@ impl Reader<'_> {
             return Err("an arc within a cycle".to_owned());
         }
         let from = self.at.ok_or("an arc before any position")?;
+        self.senses.arc(arc.line, [from, to, arc.centre], arc.axis);
         self.arc_to(line, from, to, arc.centre, arc.axis)
     }
 
@@ -121,6 +130,7 @@ impl Reader<'_> {
         }
         let to = far - across(far - near) + across(along).normalize() * radius;
         let to = if to.iter().all(|x| x.is_finite()) { to } else { return Err(form.to_owned()) };
+        self.senses.lose();
         let tangent = axis.cross(&across(from - centre));
         let axis = if tangent.dot(&direction) < 0.0 { -axis } else { axis };
         self.arc_to(line, from, to, centre, axis)

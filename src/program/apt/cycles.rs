@@ -89,14 +89,20 @@ impl Reader<'_> {
             dwell_s: 0.0,
             pecks: [None; 2],
         };
+        let mut is_deep = matches!(first.as_str(), "DEEP" | "DEEP2" | "DEEPHL" | "PECK");
         if rest.first().is_some_and(|word| number(word).is_some()) {
             self.positional(line, rest, &mut cycle)?;
         } else {
-            let is_deep = matches!(first.as_str(), "DEEP" | "DEEP2" | "DEEPHL" | "PECK");
-            self.keywords(line, rest, &mut cycle, is_deep)?;
+            is_deep = self.keywords(line, rest, &mut cycle, is_deep)?;
         }
         if !cycle.depth.is_finite() {
             return Err("the depth is missing (DEPTH or FEDTO)".to_owned());
+        }
+        if is_deep && cycle.pecks == [None; 2] {
+            let what = format!(
+                "CYCLE/{first}: how deep a peck goes is not stated (STEP): read as one stroke"
+            );
+            self.cutter.log.warning(Code::MotionLeftOut, line, what);
         }
         self.cycle = Some(cycle);
         Ok(())
@@ -171,13 +177,14 @@ impl Reader<'_> {
         self.cutter.log.states(line, Some(span), states);
     }
 
+    /// Whether the hole is drilled in pecks.
     fn keywords(
         &mut self,
         line: usize,
         rest: &[Word<'_>],
         cycle: &mut Cycle,
         is_deep: bool,
-    ) -> Result<(), String> {
+    ) -> Result<bool, String> {
         let (mut rest, mut is_deep) = (rest, is_deep);
         // The words that only say how the depth is reached: the places passed are the same.
         while let [Word::Name(word), tail @ ..] = rest
@@ -234,7 +241,7 @@ impl Reader<'_> {
             rest = tail;
         }
         if rest.is_empty() {
-            return Ok(());
+            return Ok(is_deep);
         }
         Err("numbers without keywords: write DEPTH, CLEAR and the unit before the feed".to_owned())
     }
@@ -254,7 +261,9 @@ impl Reader<'_> {
         self.rapid = false;
         let frame = self.systems.start();
         let axis = frame.axis(self.axis);
+        let is_turned = self.cutter.axis != axis;
         self.cutter.tilt(axis);
+        self.senses.lose();
         let hole = Hole {
             clearance: cycle.clear,
             depths: cycle.depths(),
@@ -264,7 +273,16 @@ impl Reader<'_> {
             out: if cycle.out_at_feed { feed } else { Pace::Rapid },
             dwell_s: cycle.dwell_s,
         };
-        self.cutter.straight_to_hole(line, frame.point(to), axis.into_inner(), &hole);
+        let (at, axis) = (frame.point(to), axis.into_inner());
+        if hole.retract > hole.clearance {
+            // Where the tool turns, its height over the next hole says nothing.
+            if is_turned {
+                self.cutter.apart(line, at + axis * hole.retract, Pace::Rapid);
+            } else {
+                self.cutter.over_hole(line, at, axis, hole.retract);
+            }
+        }
+        self.cutter.straight_to_hole(line, at, axis, &hole);
         let height = hole.retract;
         self.at = Some(to + self.axis.into_inner() * height);
         Ok(())

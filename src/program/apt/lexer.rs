@@ -86,11 +86,25 @@ pub(super) struct Lexer<'t> {
     /// Whether the last statement asked for a line that is not there.
     pub(super) is_cut: bool,
     in_comment: bool,
+    /// Creo's `$$-> CSYS`: line and numbers of the one that is read, numbers of the first.
+    system: Option<(usize, Vec<f64>)>,
+    first_system: Option<Vec<f64>>,
+    /// The line of one that is not the first again.
+    pub(super) other_system: Option<usize>,
 }
 
 impl<'t> Lexer<'t> {
     pub(super) fn new(text: &'t str) -> Self {
-        Self { text, at: 0, line: 0, is_cut: false, in_comment: false }
+        Self {
+            text,
+            at: 0,
+            line: 0,
+            is_cut: false,
+            in_comment: false,
+            system: None,
+            first_system: None,
+            other_system: None,
+        }
     }
 
     pub(super) fn line(&self) -> usize {
@@ -116,12 +130,43 @@ impl<'t> Lexer<'t> {
             let is_comment = trimmed.starts_with("$$->") || self.in_comment;
             self.in_comment = is_comment && trimmed.ends_with('$');
             if is_comment {
+                self.comment(trimmed);
                 continue;
             }
             let continued = tokens(whole, start, statement);
             if !continued && !statement.tokens.is_empty() || statement.tokens.len() > MAX_TOKENS {
                 return true;
             }
+        }
+    }
+
+    /// A line of Creo's comments: `$$-> CSYS / …`, or what continues it.
+    fn comment(&mut self, line: &str) {
+        const SAME: f64 = 1e-9;
+        let content = match line.strip_prefix("$$->").map(str::trim_start) {
+            Some(content) => {
+                let word = content.split(['/', ' ']).next().unwrap_or("");
+                self.system = is(word, "CSYS").then(|| (self.line, Vec::new()));
+                content
+            }
+            None => line,
+        };
+        let Some((_, numbers)) = &mut self.system else { return };
+        let words = content.split(|c: char| c.is_whitespace() || matches!(c, ',' | '/' | '$'));
+        numbers.extend(words.filter_map(|word| word.parse::<f64>().ok()));
+        if self.in_comment && numbers.len() <= MAX_TOKENS {
+            return;
+        }
+        let Some((line, system)) = self.system.take().filter(|(_, own)| !own.is_empty()) else {
+            return;
+        };
+        let Some(first) = &self.first_system else {
+            self.first_system = Some(system);
+            return;
+        };
+        let near = |(a, b): (&f64, &f64)| (a - b).abs() <= SAME;
+        if first.len() != system.len() || !first.iter().zip(&system).all(near) {
+            self.other_system.get_or_insert(line);
         }
     }
 }

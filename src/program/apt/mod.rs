@@ -9,6 +9,7 @@
 mod arcs;
 mod cycles;
 mod lexer;
+mod senses;
 mod spindle;
 mod systems;
 mod words;
@@ -16,14 +17,15 @@ mod words;
 use nalgebra::{Unit, Vector3};
 
 use super::Pace;
-use super::Settings;
 use super::cutter::{Cutter, Feed, FeedKind};
 use super::log::Log;
 use super::span::Span;
+use super::{Coordinates, Settings};
 use crate::notes::Code;
 use crate::units::{hz_from_rpm, mm_from_inch};
 use cycles::Cycle;
 use lexer::{Lexer, Statement, Word};
+use senses::Senses;
 use systems::Systems;
 
 /// A tool axis is a unit vector to about three digits.
@@ -32,6 +34,19 @@ const AXIS_LENGTH_TOLERANCE: f64 = 0.02;
 pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
     let mut reader = Reader::new(settings, log);
     let mut lexer = Lexer::new(text);
+    read_all(&mut lexer, &mut reader);
+    reader.settle_senses();
+    // The job may say that all points are in the first system.
+    if let (Some(line), false) =
+        (lexer.other_system, settings.coordinates == Some(Coordinates::World))
+    {
+        let what = "CSYS in Creo's comments changes here, and whether the points do with it is not \
+                    known: they are read as all in one system";
+        reader.cutter.log.warning(Code::ChangeIgnored, line, what);
+    }
+}
+
+fn read_all<'t>(lexer: &mut Lexer<'t>, reader: &mut Reader<'_>) {
     let mut statement = Statement::default();
     while lexer.next_into(&mut statement) {
         if !reader.statement(&statement) || reader.cutter.log.is_full() {
@@ -64,6 +79,7 @@ struct Reader<'a> {
     arc: Option<arcs::Open>,
     /// INDIRV, INDIRP: where the next arc starts to.
     direction: Option<Vector3<f64>>,
+    senses: Senses,
     cycle: Option<Cycle>,
     systems: Systems,
 }
@@ -80,6 +96,7 @@ impl<'a> Reader<'a> {
             may_end: false,
             arc: None,
             direction: None,
+            senses: Senses::default(),
             cycle: None,
             systems: Systems::new(settings.coordinates),
         }
@@ -89,6 +106,7 @@ impl<'a> Reader<'a> {
     fn statement(&mut self, statement: &Statement<'_>) -> bool {
         let line = statement.line;
         let major = statement.major();
+        self.senses.is_nx |= lexer::is(major, "TOOL PATH");
         let major = major.split_whitespace().next().unwrap_or("").to_ascii_uppercase();
         if major == "FINI" {
             return false;
@@ -153,7 +171,11 @@ impl<'a> Reader<'a> {
                 Ok(())
             }
             "MSYS" | "CSYS" => self.system(line, major, minor),
-            "TRNTYP" => self.systems.say(minor),
+            // CAMWorks has it.
+            "TRNTYP" => {
+                self.senses.is_right_handed = true;
+                self.systems.say(minor)
+            }
             "HEAD" => {
                 let what = "HEAD: the job's tcp is used with every head";
                 self.cutter.log.warning(Code::ChangeIgnored, line, what);
@@ -251,6 +273,12 @@ impl<'a> Reader<'a> {
     }
 
     fn line_to(&mut self, line: usize, to: Vector3<f64>, pace: Pace) {
+        // Rapid moves go to where an arc starts from anywhere.
+        if pace == Pace::Rapid {
+            self.senses.lose();
+        } else {
+            self.senses.straight(self.at, to);
+        }
         let frame = self.systems.start();
         self.cutter.tilt(frame.axis(self.axis));
         self.cutter.line_to(line, frame.point(to), pace);

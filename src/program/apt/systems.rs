@@ -156,6 +156,7 @@ impl Reader<'_> {
         });
         let system = system.ok_or("the axes are not unit vectors across one another")?;
         self.no_arc_is_open(line);
+        self.senses.lose();
         self.systems.set(line, system)?;
         self.axis = self.systems.axis();
         // The tool stays, and its coordinates are others.

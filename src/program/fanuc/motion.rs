@@ -1,15 +1,15 @@
 //! The motion statements of TP programs.
 
-use nalgebra::{Isometry3, Translation3, UnitQuaternion};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
-use super::registers::{JOINTS, POSE, register};
+use super::registers::{JOINTS, OF_A_GROUP, POSE, register};
 use super::run::Run;
 use super::text::{Group, Statement};
 use crate::motion::{Circle, Target};
 use crate::notes::Code;
 use crate::program::cell::{base_frame, tool_frame};
 use crate::program::log::States;
-use crate::program::{Assumed, J3From, Pace};
+use crate::program::{J3From, Pace};
 use crate::units::{
     m_from_mm, m_per_s_from_mm_per_min, m_per_s_from_mm_per_s, mm_from_inch, rad_from_deg,
     ratio_from_percent, s_from_ms,
@@ -22,6 +22,14 @@ enum Place {
     Joints([f64; 6]),
 }
 
+/// What `Offset,PR[n]` and `Tool_Offset,PR[n]` shift a target by: along the axes of the frame, and
+/// of the tool, m.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+struct Shift {
+    frame: Vector3<f64>,
+    tool: Vector3<f64>,
+}
+
 impl Run<'_> {
     pub(super) fn motion(&mut self, statement: &Statement) -> Result<(), String> {
         let text = statement.text.trim_end();
@@ -31,18 +39,28 @@ impl Run<'_> {
         let count = if kind == "C" { 2 } else { 1 };
         let mut places = Vec::new();
         let mut tcp = None;
+        let mut last = None;
         for _ in 0..count {
             let (group, behind) = self.place(rest)?;
             let (place, tool) = self.resolve(statement.line, &group)?;
             self.keep_config(statement.line, kind, &group)?;
             tcp = Some(tool);
             places.push(place);
+            last = Some(group);
             rest = behind.trim_start();
         }
         let tcp = tcp.ok_or("the position is missing")?;
         let (term, options) = split_term(rest);
-        self.options(options)?;
         let line = statement.line;
+        let shift = self.options(line, options)?;
+        if let (false, Some(group)) = (shift == Shift::default(), last) {
+            let base = self.base(line, &group)?;
+            let [Place::Pose(place)] = places.as_mut_slice() else {
+                return Err("an offset of an arc or of positions in joints is not read".to_owned());
+            };
+            let [frame, tool] = [shift.frame, shift.tool].map(Translation3::from);
+            *place = base * frame * base.inverse() * *place * tool;
+        }
         let turned = self.turn_to(places.last(), &tcp);
         let pace = self.pace(statement, term, kind, turned)?;
         match (kind, places.as_slice()) {
@@ -204,18 +222,20 @@ impl Run<'_> {
             return Ok((Place::Joints(q), tcp));
         }
         let numbers = six(group, POSE)?.ok_or("the position has neither X to R nor J1 to J6")?;
-        let base = match group.frame.or(self.frame) {
-            Some(frame) => {
-                if frame == 0 && self.settings.work_object.is_some() {
-                    let what = "UFRAME 0 is the robot's base frame: the job's work_object is not \
-                                used there";
-                    self.log.warning(Code::FrameFromProgram, line, what);
-                }
-                base_frame(self.settings, f64::from(frame), "UFRAME")?
-            }
-            None => self.settings.work_object.unwrap_or_default(),
+        Ok((Place::Pose(self.base(line, group)? * pose(numbers)), tcp))
+    }
+
+    /// The frame of a position in the base frame of the robot.
+    fn base(&mut self, line: usize, group: &Group) -> Result<Isometry3<f64>, String> {
+        let Some(frame) = group.frame.or(self.frame) else {
+            return Ok(self.settings.work_object.unwrap_or_default());
         };
-        Ok((Place::Pose(base * pose(numbers)), tcp))
+        if frame == 0 && self.settings.work_object.is_some() {
+            let what =
+                "UFRAME 0 is the robot's base frame: the job's work_object is not used there";
+            self.log.warning(Code::FrameFromProgram, line, what);
+        }
+        base_frame(self.settings, f64::from(frame), "UFRAME")
     }
 
     /// How far the tool turns on the way to a pose, rad.
@@ -274,45 +294,76 @@ impl Run<'_> {
         Ok(Pace::Feed(feed * self.over))
     }
 
-    /// What stands behind the speed.
-    fn options(&mut self, text: &str) -> Result<(), String> {
-        const HARMLESS: [&str; 22] = [
+    /// What stands behind the speed; by how much it shifts the target.
+    fn options(&mut self, line: usize, text: &str) -> Result<Shift, String> {
+        const HARMLESS: [&str; 23] = [
             "FINE", "CNT", "CR", "ACC", "PTH", "COORD", "Wjnt", "RT_LD", "AP_LD", "BREAK", "EV",
-            "Arc", "Weave", "Weld", "SPOT", "TA", "TB", "DB", "MROT", "PSPD", "CD", "Spray",
+            "Arc", "Weave", "Weld", "SPOT", "Track", "TA", "TB", "DB", "MROT", "PSPD", "CD",
+            "Spray",
         ];
         let mut rest = text.trim();
+        let mut shift = Shift::default();
         while !rest.is_empty() {
             let word = rest.split([' ', '\t']).next().unwrap_or("");
             let upper = word.to_ascii_uppercase();
             if upper.starts_with("OFFSET") || upper.starts_with("TOOL_OFFSET") {
-                let inside = rest.find("PR[").and_then(|at| register(rest.get(at..)?, "PR"));
-                let zero = inside.is_some_and(|(number, _)| {
-                    self.registers.assumed(&format!("PR[{number}]")) == Some(Assumed::Number(0.0))
-                });
-                if !zero {
-                    let shown = rest.split_whitespace().next().unwrap_or("");
-                    return Err(format!(
-                        "{shown} shifts the target by what is known only at run time; \
-                         assume: {{\"PR[…]\": 0}} in the job says that it does not"
-                    ));
+                let (by, behind) = self.shift(rest)?;
+                if upper.starts_with('T') {
+                    shift.tool = by;
+                } else {
+                    shift.frame = by;
                 }
-                rest = inside.map_or("", |(_, behind)| behind).trim_start();
+                rest = behind.trim_start();
                 continue;
             }
+            self.bends_path(line, rest);
             if !HARMLESS.iter().any(|known| upper.starts_with(&known.to_ascii_uppercase())) {
                 return Err(format!("'{word}' behind the target is not understood"));
             }
             // Actions at a time or a distance run to the end.
             if matches!(upper.as_str(), "TA" | "TB" | "DB" | "ARC" | "WEAVE" | "WELD" | "SPRAY") {
-                return Ok(());
+                for (at, _) in rest.match_indices(' ') {
+                    self.bends_path(line, rest.get(at..).unwrap_or(""));
+                }
+                return Ok(shift);
             }
             rest = rest.get(word.len()..).unwrap_or("").trim_start();
         }
-        Ok(())
+        Ok(shift)
+    }
+
+    /// What `Offset,PR[1]` shifts by, m, and what follows.
+    fn shift<'t>(&self, text: &'t str) -> Result<(Vector3<f64>, &'t str), String> {
+        let inside = text.find("PR[").and_then(|at| register(text.get(at..)?, "PR"));
+        let shown = text.split_whitespace().next().unwrap_or("");
+        let Some((number, behind)) = inside else {
+            return Err(format!("{shown} shifts the target by what is not PR[n], and is not read"));
+        };
+        let name = format!("PR[{number}]");
+        let group = match self.registers.position(number) {
+            Some(Ok(group)) => group,
+            Some(Err(why)) if self.registers.assumed(&name).is_some() => {
+                return Err(format!("{shown} shifts the target: {why}"));
+            }
+            _ => {
+                return Err(format!(
+                    "{shown} shifts the target by what is known only at run time; assume: \
+                     {{\"{name}\": 0}} in the job says that it is 0 until the program sets it"
+                ));
+            }
+        };
+        let by = six(&group, POSE)?.ok_or("an offset by joints is not read")?;
+        if by[3..].iter().any(|angle| *angle != 0.0) {
+            return Err(format!("{shown} turns the target, which is not read"));
+        }
+        Ok((Vector3::new(by[0], by[1], by[2]).map(m_from_mm), behind))
     }
 
     /// `PR[1]=P[2]`, `PR[1,3]=R[4]+5`: what cannot be worked out is unknown.
     pub(super) fn assign_position(&mut self, text: &str) -> Result<(), String> {
+        if text.starts_with("PR[GP") {
+            return Err(OF_A_GROUP.to_owned());
+        }
         let (number, rest) = register(text, "PR").ok_or("PR[ without a number")?;
         let value = rest.trim_start().strip_prefix('=').ok_or("expected '='")?.trim();
         let component = text.split_once(']').and_then(|(head, _)| head.split_once(','));
@@ -328,7 +379,7 @@ impl Run<'_> {
         // A comment may follow.
         let component = component.split(':').next().unwrap_or(component);
         let index = self.registers.value(component)?;
-        let own = self.registers.positions.get(&number).cloned();
+        let own = self.registers.position(number);
         let value = self.registers.value(value);
         let found = match (own, value) {
             (Some(Ok(mut group)), Ok(value)) if (1.0..=6.0).contains(&index) => {

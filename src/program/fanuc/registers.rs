@@ -8,6 +8,9 @@ use crate::program::{Assumed, Settings};
 pub(super) const POSE: [&str; 6] = ["x", "y", "z", "w", "p", "r"];
 pub(super) const JOINTS: [&str; 6] = ["j1", "j2", "j3", "j4", "j5", "j6"];
 
+/// Why `PR[GP1:1,7]` is not read.
+pub(super) const OF_A_GROUP: &str = "PR[GP…]: elements of a group are not supported";
+
 /// R[n], PR[n], flags and outputs, and what the job assumes of others.
 #[derive(Debug)]
 pub(super) struct Registers<'a> {
@@ -72,13 +75,27 @@ impl<'a> Registers<'a> {
         self.set_signal(name, "");
     }
 
+    /// What PR[n] holds: what the program has set it to, before that what the job assumes.
+    pub(super) fn position(&self, number: i64) -> Option<Result<Group, String>> {
+        let zero = || {
+            let name = format!("PR[{number}]");
+            let is_zero = self.assumed(&name) == Some(Assumed::Number(0.0));
+            let parts = || POSE.map(|name| (name.to_owned(), 0.0)).into();
+            is_zero.then(|| Ok(Group { parts: parts(), ..Group::default() }))
+        };
+        self.positions.get(&number).cloned().or_else(zero)
+    }
+
     /// `PR[1,3]`.
     fn component(&self, inside: &str) -> Result<f64, String> {
+        if inside.starts_with("GP") {
+            return Err(OF_A_GROUP.to_owned());
+        }
         let (number, index) = inside.split_once(',').ok_or("expected PR[n,i]")?;
         let number: i64 = number.trim().parse().map_err(|_| "expected PR[n,i]")?;
         let index = index.split(':').next().unwrap_or(index);
         let index: usize = index.trim().parse().map_err(|_| "expected PR[n,i]")?;
-        let Some(Ok(group)) = self.positions.get(&number) else {
+        let Some(Ok(group)) = self.position(number) else {
             return Err(format!("PR[{number}] is known only at run time"));
         };
         let names = if group.parts.contains_key("j1") { JOINTS } else { POSE };
@@ -102,8 +119,7 @@ impl<'a> Registers<'a> {
 
     /// A sum of products of numbers and registers.
     pub(super) fn value(&self, text: &str) -> Result<f64, String> {
-        let text = text.trim();
-        let text = bare(text);
+        let text = bare(text)?;
         let mut rest = text;
         let (mut sum, mut term, mut operator) = (0.0, 0.0, '+');
         loop {
@@ -134,14 +150,12 @@ impl<'a> Registers<'a> {
 
     fn operand<'t>(&self, text: &'t str) -> Result<(f64, &'t str), String> {
         let text = text.trim_start();
-        if let Some(rest) = text.strip_prefix('(') {
-            let close = rest.find(')').ok_or("expected ')'")?;
-            let inner = rest.get(..close).unwrap_or("");
-            // One level, as the teach pendant writes it.
-            if inner.contains('(') {
-                return Err("nested parentheses are not understood".to_owned());
-            }
-            return Ok((self.value(inner)?, rest.get(close + 1..).unwrap_or("")));
+        if text.starts_with('(') {
+            // The one that closes it has nothing open around it.
+            let close = outside(text, |depth, rest| depth == 0 && rest.starts_with(')'));
+            let close = close.ok_or("expected ')'")?;
+            let inner = text.get(1..close).unwrap_or("");
+            return Ok((self.value(inner)?, text.get(close + 1..).unwrap_or("")));
         }
         if let Some(rest) = text.strip_prefix('-') {
             return self.operand(rest).map(|(value, rest)| (-value, rest));
@@ -168,10 +182,9 @@ impl<'a> Registers<'a> {
 
     /// A condition: a comparison of values, or an input that the job assumes; joined by AND or OR.
     pub(super) fn truth(&self, text: &str) -> Result<bool, String> {
-        let text = text.trim();
-        let text = bare(text);
+        let text = bare(text)?;
         for (joint, decides) in [(" OR ", true), (" AND ", false)] {
-            if let Some((left, right)) = text.split_once(joint) {
+            if let Some((left, right)) = split_outside(text, joint) {
                 let (left, right) = (self.truth(left), self.truth(right));
                 return match (left, right) {
                     (Ok(value), _) | (_, Ok(value)) if value == decides => Ok(decides),
@@ -184,7 +197,7 @@ impl<'a> Registers<'a> {
             return self.truth(inner).map(|value| !value);
         }
         for operator in ["<>", "<=", ">=", "=", "<", ">"] {
-            if let Some((left, right)) = text.split_once(operator) {
+            if let Some((left, right)) = split_outside(text, operator) {
                 return self.compare(operator, left.trim(), right.trim());
             }
         }
@@ -198,6 +211,7 @@ impl<'a> Registers<'a> {
     }
 
     fn compare(&self, operator: &str, left: &str, right: &str) -> Result<bool, String> {
+        let right = bare(right)?;
         if let "ON" | "OFF" = right {
             let known = match self.known(left) {
                 Some(Assumed::Truth(value)) => value,
@@ -227,21 +241,46 @@ fn starts_with(text: &str, word: &str) -> bool {
     text.get(..word.len()).is_some_and(|start| start.eq_ignore_ascii_case(word))
 }
 
-/// What stands in the parentheses, if one pair holds the whole text.
-fn bare(text: &str) -> &str {
-    let Some(inner) = text.strip_prefix('(').and_then(|rest| rest.strip_suffix(')')) else {
-        return text;
-    };
-    let mut depth = 0_usize;
-    for c in inner.chars() {
+/// What stands in the parentheses that hold the whole text.
+fn bare(text: &str) -> Result<&str, String> {
+    /// More is no program that a teach pendant writes.
+    const MAX_NESTING: usize = 20;
+    let mut text = text.trim();
+    if outside(text, |depth, _| depth > MAX_NESTING).is_some() {
+        return Err("parentheses are nested too deep".to_owned());
+    }
+    while text.starts_with('(')
+        && outside(text, |depth, rest| depth == 0 && rest.starts_with(')')) == Some(text.len() - 1)
+    {
+        text = text.get(1..text.len() - 1).unwrap_or("").trim();
+    }
+    Ok(text)
+}
+
+/// The first place at which a test of the parentheses that are open there, and of what follows,
+/// holds; a closing one counts as behind them. What stands in brackets, comments in them, is passed
+/// over.
+fn outside(text: &str, is_it: impl Fn(usize, &str) -> bool) -> Option<usize> {
+    let (mut depth, mut brackets) = (0_usize, 0_usize);
+    for (at, c) in text.char_indices() {
         match c {
-            '(' => depth += 1,
-            ')' if depth == 0 => return text,
-            ')' => depth -= 1,
+            '[' => brackets += 1,
+            ']' => brackets = brackets.saturating_sub(1),
+            '(' if brackets == 0 => depth += 1,
+            ')' if brackets == 0 => depth = depth.saturating_sub(1),
             _ => {}
         }
+        if brackets == 0 && is_it(depth, text.get(at..).unwrap_or("")) {
+            return Some(at);
+        }
     }
-    inner
+    None
+}
+
+/// A text before and behind a sign that stands in no parentheses and no brackets.
+pub(super) fn split_outside<'t>(text: &'t str, sign: &str) -> Option<(&'t str, &'t str)> {
+    let at = outside(text, |depth, rest| depth == 0 && rest.starts_with(sign))?;
+    Some((text.get(..at)?, text.get(at + sign.len()..)?))
 }
 
 /// `F[1:comment]` or `F[R[1]]` as a whole: list and index.

@@ -1,6 +1,6 @@
 //! Statements of TP programs in the order in which the controller would run them.
 
-use super::registers::{Registers, register};
+use super::registers::{Registers, register, split_outside};
 use super::text::{Source, Statement, is_motion};
 use crate::notes::Code;
 use crate::program::Settings;
@@ -194,6 +194,7 @@ impl<'a> Run<'a> {
                 return Err(format!("'{keyword}' moves or shifts motion and is not supported"));
             }
             _ => {
+                self.bends_path(line, text);
                 if !self.set_signal(text, statement) && !is_harmless(text) {
                     return Err(format!("'{text}' is not understood"));
                 }
@@ -233,6 +234,21 @@ impl<'a> Run<'a> {
             self.registers.set_signal(name, value);
         }
         sets
+    }
+
+    /// `Weave Sine[1]`, `Track TAST[2]`: from here on the tool leaves the path that is programmed.
+    pub(super) fn bends_path(&mut self, line: usize, text: &str) {
+        let mut words = text.split_whitespace();
+        let first = words.next().unwrap_or("").to_ascii_uppercase();
+        let next = words.next().unwrap_or("").to_ascii_uppercase();
+        let ends = ["END", "OFF"].iter().any(|word| next.starts_with(word));
+        if matches!(first.as_str(), "WEAVE" | "TRACK" | "SENSOR") && !ends {
+            let what = format!(
+                "'{}' moves the tool beside the programmed path, which is not read",
+                text.trim()
+            );
+            self.log.warning(Code::MotionLeftOut, line, what);
+        }
     }
 
     /// `$WAITTMOUT=200`: most say nothing of motion.
@@ -301,7 +317,16 @@ impl<'a> Run<'a> {
     /// `JMP LBL[1]`: on from there; back, it is an endless loop, read once.
     fn jump(&mut self, text: &str, line: usize) -> Result<(), String> {
         let target = text.get(text.find("LBL").unwrap_or(0)..).unwrap_or("");
-        let (number, _) = register(target, "LBL").ok_or("JMP without LBL[ ]")?;
+        let number = match register(target, "LBL") {
+            Some((number, _)) => number,
+            None => {
+                let inside = target.strip_prefix("LBL[").and_then(|rest| rest.rsplit_once(']'));
+                let (inside, _) = inside.ok_or("JMP without LBL[ ]")?;
+                let value = self.registers.value(inside)?;
+                // A label's number is whole; another is not found.
+                if value.fract() == 0.0 { value as i64 } else { -1 }
+            }
+        };
         let is_label = |statement: &Statement| {
             register(statement.text.trim(), "LBL").is_some_and(|(own, _)| own == number)
         };
@@ -349,7 +374,8 @@ impl<'a> Run<'a> {
                 Err(why) => Err(format!("IF decides about motion at run time: {why}")),
             };
         }
-        let (condition, action) = rest.rsplit_once(',').ok_or("IF without an action")?;
+        let parts = split_outside(rest, ",").or_else(|| rest.rsplit_once(','));
+        let (condition, action) = parts.ok_or("IF without an action")?;
         let truth = self.registers.truth(condition);
         let action = action.trim();
         match truth {
@@ -367,6 +393,8 @@ impl<'a> Run<'a> {
                 self.set_signal(action, statement);
                 Ok(())
             }
+            Ok(true) if action.starts_with("R[") => self.assign(statement.line, action, statement),
+            Ok(true) if action.starts_with("PR[") => self.assign_position(action),
             Ok(true) => Err(format!("'{action}' is not understood behind IF")),
             Err(_) if action.starts_with('$') && !action.contains("OVERRIDE") => {
                 self.system_variable(action, statement.line)
@@ -381,6 +409,21 @@ impl<'a> Run<'a> {
                     let key = signal_key(name);
                     set_by_name(self.settings, self.log, statement.line, &key, unknown);
                 }
+                Ok(())
+            }
+            // What is set or not is not known behind it.
+            Err(why) if action.starts_with("R[") => {
+                let (number, _) = register(action, "R").ok_or("R[ without a number")?;
+                let unknown = (Err(why.clone()), None);
+                let name = format!("r[{number}]");
+                set_by_name(self.settings, self.log, statement.line, &name, unknown);
+                self.registers.set(number, Err(why));
+                Ok(())
+            }
+            Err(why) if action.starts_with("PR[") => {
+                let (number, _) = register(action, "PR").ok_or("PR[ without a number")?;
+                let unknown = format!("PR[{number}] depends on a condition: {why}");
+                self.registers.positions.insert(number, Err(unknown));
                 Ok(())
             }
             Err(why) => Err(format!("IF decides about motion at run time: {why}")),

@@ -71,6 +71,8 @@ struct Reader<'a, 't> {
     pole: Option<[f64; 2]>,
     /// Number and Q parameters.
     cycle: Option<Cycle>,
+    /// Whether the last one was refused: where it is called is told once, with it.
+    is_refused: bool,
     /// F of the last TOOL CALL, which FAUTO means.
     feed_of_tool: Option<Feed>,
     has_end: bool,
@@ -100,6 +102,7 @@ impl<'a, 't> Reader<'a, 't> {
             inches: false,
             pole: None,
             cycle: None,
+            is_refused: false,
             feed_of_tool: None,
             has_end: false,
         }
@@ -163,7 +166,11 @@ impl<'a, 't> Reader<'a, 't> {
             "L" | "C" | "CR" | "CP" | "LP" => self.motion(line, block),
             "CC" => self.centre(block),
             "CYCL" if block.name(1) == "CALL" => self.call_cycle(line, block),
-            "CYCL" => self.define(line, block),
+            "CYCL" => {
+                let defined = self.define(line, block);
+                self.is_refused |= defined.is_err();
+                defined
+            }
             "LBL" => {
                 if block.words.get(1).is_some_and(|word| word.value == Some(0.0)) {
                     self.back();
@@ -444,6 +451,7 @@ impl<'a, 't> Reader<'a, 't> {
                     ));
                 }
                 self.cycle = Some(Cycle { number, line, values: values() });
+                self.is_refused = false;
                 Ok(())
             }
             _ if number == 9.0 => Ok(()),
@@ -493,6 +501,9 @@ impl<'a, 't> Reader<'a, 't> {
     }
 
     fn drill(&mut self, line: usize) -> Result<(), String> {
+        if self.is_refused {
+            return Ok(());
+        }
         let cycle = self.cycle.clone().ok_or("CYCL CALL without a drilling cycle")?;
         let get = |name: &str| cycle.values.get(name).map(|(value, _)| *value);
         let need = |name: &str| get(name).ok_or_else(|| format!("the cycle has no {name}"));

@@ -75,10 +75,15 @@ impl<'a> Run<'a> {
                     if let Some(value) = parts.get("cp") {
                         self.set_velocity(line, value)?;
                     }
+                    for field in ["ori1", "ori2"] {
+                        if let Some(value) = parts.get(field) {
+                            self.set_turning(line, field, value)?;
+                        }
+                    }
                 }
                 other => self.set_velocity(line, other)?,
             },
-            // Speeds of orientation do not count where the point moves.
+            ("$vel", Some(field @ ("ori1" | "ori2"))) => self.set_turning(line, field, value)?,
             ("$vel", Some(_)) | ("$vel_extax", _) => {}
             ("$vel_axis", _) => self.set_joint_share(value)?,
             ("$ov_pro", _) => {
@@ -125,6 +130,27 @@ impl<'a> Run<'a> {
         };
         self.log.states(line, span, States::Feed { value: velocity });
         self.velocity = Some(velocity);
+        Ok(())
+    }
+
+    /// $VEL.ORI1, $VEL.ORI2, deg/s: how fast the tool's direction swivels, and how fast it turns
+    /// about that. A turn is both in some proportion; the lower speed is taken for all of it.
+    fn set_turning(&mut self, line: usize, field: &str, value: &Value) -> Result<(), String> {
+        let index = usize::from(field == "ori2");
+        let speed = match value.num() {
+            Ok(speed) => speed,
+            Err(why) => {
+                let field = field.to_uppercase();
+                let what = format!("$VEL.{field}: {why}; turns of the tool are not slowed by it");
+                self.log.warning(Code::Assumed, line, what);
+                self.turning[index] = None;
+                return Ok(());
+            }
+        };
+        if !(speed > 0.0 && speed.is_finite()) {
+            return Err(format!("the speed of orientation is {speed} deg/s, must be positive"));
+        }
+        self.turning[index] = Some(rad_from_deg(speed));
         Ok(())
     }
 
@@ -236,6 +262,8 @@ impl<'a> Run<'a> {
     fn initialise(&mut self, line: usize) -> Result<(), String> {
         self.joint_share = Some(1.0);
         self.velocity = self.datum("def_vel_cp").num().ok();
+        self.turning = ["def_vel_ori1", "def_vel_ori2"]
+            .map(|key| self.datum(key).num().ok().map(rad_from_deg));
         if self.settings.work_object.is_some() {
             let what = "BAS(#INITMOV) makes $WORLD the base, which the job's work_object is taken \
                         to be";
@@ -273,7 +301,7 @@ impl<'a> Run<'a> {
 
     /// SPLINE … ENDSPLINE: lines and arcs in it are that; SPL goes straight to its points here.
     pub(super) fn spline(&mut self, line: usize, with: &'a [(Path, Expr)], block: &'a Block) {
-        let kept = (self.velocity, self.joint_share, self.tcp, self.base);
+        let kept = (self.velocity, self.joint_share, self.turning, self.tcp, self.base);
         self.apply(line, with);
         for statement in block {
             let line = self.enter(statement.file, statement.line);
@@ -295,7 +323,7 @@ impl<'a> Run<'a> {
                 }
             }
         }
-        (self.velocity, self.joint_share, self.tcp, self.base) = kept;
+        (self.velocity, self.joint_share, self.turning, self.tcp, self.base) = kept;
     }
 
     /// What WITH sets for a motion.
@@ -316,11 +344,11 @@ impl<'a> Run<'a> {
     }
 
     pub(super) fn motion(&mut self, line: usize, motion: &'a Motion) -> Result<(), String> {
-        let kept = (self.velocity, self.joint_share, self.tcp, self.base);
+        let kept = (self.velocity, self.joint_share, self.turning, self.tcp, self.base);
         self.apply(line, &motion.with);
         let done = self.motion_inside(line, motion);
         if !motion.with.is_empty() {
-            (self.velocity, self.joint_share, self.tcp, self.base) = kept;
+            (self.velocity, self.joint_share, self.turning, self.tcp, self.base) = kept;
         }
         done
     }
@@ -339,6 +367,8 @@ impl<'a> Run<'a> {
                 return Ok(());
             }
         }
+        let turning = self.turning.into_iter().flatten().reduce(f64::min);
+        self.log.turns_at(turning.map(|speed| speed * self.over));
         let values: Vec<Value> = motion.targets.iter().map(|expr| self.eval(expr)).collect();
         let last = values.last().ok_or("the target is missing")?;
         let parts = last.parts().map_err(|why| format!("target: {why}"))?;

@@ -21,6 +21,8 @@ const STATEMENTS_IN_LOOPS: usize = 1_000_000;
 const ENDLESS: &str =
     "an endless loop: read once, without the move from its end back to its beginning";
 
+const DEPENDS: &str = " depends on a condition: ";
+
 /// The data of a routine.
 #[derive(Debug, Default)]
 pub(super) struct Frame {
@@ -66,6 +68,8 @@ pub(super) struct Run<'a> {
     jump: Option<(usize, &'a str)>,
     /// A function has ended the program.
     pub(super) is_halted: bool,
+    /// A branch that may leave a loop was not decided.
+    is_way_open: bool,
     /// The line of the main file that runs, and the place in another file, if it is there.
     pub(super) line: usize,
     place: (usize, usize),
@@ -76,6 +80,8 @@ pub(super) struct Run<'a> {
     pub(super) base: Isometry3<f64>,
     /// $VEL.CP, m/s.
     pub(super) velocity: Option<f64>,
+    /// $VEL.ORI1 and $VEL.ORI2, rad/s.
+    pub(super) turning: [Option<f64>; 2],
     /// $VEL_AXIS, the lowest share.
     pub(super) joint_share: Option<f64>,
     /// $OV_PRO as a share.
@@ -105,6 +111,7 @@ impl<'a> Run<'a> {
             returned: None,
             jump: None,
             is_halted: false,
+            is_way_open: false,
             line: 1,
             place: (0, 0),
             interrupts: BTreeMap::new(),
@@ -112,6 +119,7 @@ impl<'a> Run<'a> {
             tcp: settings.tcp.unwrap_or_default(),
             base: settings.work_object.unwrap_or_default(),
             velocity: None,
+            turning: [None; 2],
             joint_share: None,
             over: 1.0,
             joints: None,
@@ -359,9 +367,12 @@ impl<'a> Run<'a> {
                     What::Trigger(action) => self.trigger(own, action.as_deref()),
                     What::Call(name, _)
                         if !self.file.routines.contains_key(name) && is_harmless(name) => {}
-                    What::Assign(path, _) if is_without_effect(&path.name) => {}
-                    What::Assign(path, _) if !path.name.starts_with('$') => {
-                        let what = format!("'{}' depends on a condition: {why}", path.name);
+                    What::Assign(path, _)
+                        if is_without_effect(&path.name) || !path.name.starts_with('$') =>
+                    {
+                        // Of conditions that depend on conditions the cause is told.
+                        let cause = why.rsplit(DEPENDS).next().unwrap_or(why);
+                        let what = format!("'{}'{DEPENDS}{cause}", path.name);
                         self.forget(path, &what);
                     }
                     What::If(_, yes, no) => open.extend([yes, no]),
@@ -382,6 +393,7 @@ impl<'a> Run<'a> {
     }
 
     fn decides(&mut self, line: usize, keyword: &str, why: &str) {
+        self.is_way_open = true;
         let what = format!(
             "{keyword} decides about motion at run time: {why}; assume: in the job can settle it"
         );
@@ -461,7 +473,10 @@ impl<'a> Run<'a> {
             if !self.another(line) {
                 return Flow::Halt;
             }
+            self.is_way_open = false;
             match self.block(body) {
+                // The run decides whether it ends: it is refused, and once is enough.
+                Flow::Next if self.is_way_open && leaves(body, true) => return Flow::Next,
                 Flow::Next => {}
                 Flow::Exit => return Flow::Next,
                 flow => return flow,

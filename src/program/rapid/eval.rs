@@ -80,6 +80,7 @@ impl<'a> Interpreter<'a> {
             Ok(place) => place,
             Err(why) => {
                 let known = predefined(&path.name, &path.steps);
+                let known = known.or_else(|| self.output(&path.name.key));
                 let known = known.or_else(|| self.assumed(&path.name.key));
                 return known.unwrap_or(Value::unknown(why));
             }
@@ -109,8 +110,13 @@ impl<'a> Interpreter<'a> {
         })
     }
 
-    /// What the job assumes of the signal that a function reads.
-    fn assumed_signal(&self, function: &str, args: &Args) -> Option<Value> {
+    /// What the program has set an output to.
+    fn output(&self, key: &str) -> Option<Value> {
+        self.outputs.get(key).map(|value| Value::Num(*value))
+    }
+
+    /// What the signal that a function reads has been set to, or what the job assumes of it.
+    fn signal(&self, function: &str, args: &Args) -> Option<Value> {
         const READ: [&str; 9] = [
             "dinput",
             "doutput",
@@ -123,7 +129,9 @@ impl<'a> Interpreter<'a> {
             "goutputdnum",
         ];
         let Some(Expr::Ref(signal)) = args.positional.first() else { return None };
-        let value = READ.contains(&function).then(|| self.assumed(&signal.name.key))??;
+        let key = signal.name.key.as_str();
+        let value = || self.output(key).or_else(|| self.assumed(key));
+        let value = READ.contains(&function).then(value)??;
         Some(match (function, value) {
             ("testdi", Value::Num(value)) => Value::Bool(value != 0.0),
             ("testdi", value) => value,
@@ -292,7 +300,7 @@ impl<'a> Interpreter<'a> {
                 _ => Value::unknown(format!("function '{}' returns nothing", name.shown)),
             };
         }
-        if let Some(value) = self.assumed_signal(&name.key, args) {
+        if let Some(value) = self.signal(&name.key, args) {
             return value;
         }
         let options = self.options(args);

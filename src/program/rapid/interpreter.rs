@@ -60,6 +60,8 @@ pub(super) struct Interpreter<'a> {
     pub(super) velocity: (f64, f64),
     /// Whether the arm configuration of targets counts: ConfJ for joint moves, ConfL for others.
     pub(super) monitors: [bool; 2],
+    /// Outputs that the program has set, by name in lower case.
+    pub(super) outputs: HashMap<String, f64>,
     /// What `GripLoad` says that the gripper holds, in the tool's frame; or why that is not known.
     pub(super) gripped: Result<Option<Load>, String>,
 }
@@ -86,6 +88,7 @@ impl<'a> Interpreter<'a> {
             over: 1.0,
             velocity: (1.0, f64::INFINITY),
             monitors: [true; 2],
+            outputs: HashMap::new(),
             gripped: Ok(None),
         }
     }

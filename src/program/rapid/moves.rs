@@ -288,6 +288,11 @@ impl<'a> Interpreter<'a> {
         speed: Option<(&Value, Option<&'a Expr>)>,
     ) -> Result<Pace, String> {
         let data = self.eval(expr);
+        let (share, limit) = self.velocity;
+        let share = share * self.over;
+        // What is not known of it is as if it were not stated.
+        let turning = data.part(1, "a speeddata").and_then(Value::num).ok();
+        self.log.turns_at(turning.map(|speed| rad_from_deg(speed) * share));
         if let Expr::Ref(path) = expr
             && path.name.key == "vmax"
         {
@@ -309,8 +314,7 @@ impl<'a> Interpreter<'a> {
                 .map_err(|why| format!("speed: {why}"))?,
         };
         let stated = mm_per_s;
-        let (share, limit) = self.velocity;
-        let mm_per_s = (mm_per_s * share * self.over).min(limit);
+        let mm_per_s = (mm_per_s * share).min(limit);
         if mm_per_s > 0.0 && mm_per_s.is_finite() {
             let (span, states) = match speed {
                 Some((_, own)) => {

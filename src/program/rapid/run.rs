@@ -12,6 +12,8 @@ use crate::notes::Code;
 /// The instruction that says what the gripper holds.
 const GRIP: &str = "gripload";
 
+const DEPENDS: &str = " depends on a condition: ";
+
 /// What a block would change if it ran.
 enum Effect<'a> {
     /// Data alone.
@@ -145,7 +147,9 @@ impl<'a> Interpreter<'a> {
                 }
                 Effect::Data(names) => {
                     for name in names {
-                        let what = format!("'{}' depends on a condition: {why}", name.shown);
+                        // Of conditions that depend on conditions the cause is told.
+                        let cause = why.rsplit(DEPENDS).next().unwrap_or(why);
+                        let what = format!("'{}'{DEPENDS}{cause}", name.shown);
                         self.forget(name, &Value::unknown(what));
                     }
                 }
@@ -230,6 +234,7 @@ impl<'a> Interpreter<'a> {
         if let (GRIP, Value::Unknown(why)) = (name.key.as_str(), value) {
             self.gripped = Err(why.to_string());
         }
+        self.outputs.remove(&name.key);
         if let Some(datum) = self.frames.last_mut().and_then(|frame| frame.get_mut(&name.key)) {
             datum.value = value.clone();
         }
@@ -354,6 +359,7 @@ impl<'a> Interpreter<'a> {
     fn call(&mut self, line: usize, name: &'a Name, args: &'a Args) -> Flow {
         let key = name.key.as_str();
         let sets = self.sets(line, name, args);
+        self.set_output(key, args);
         if let Some(routine) = self.file.procedures.get(key) {
             return match self.call_routine(routine, args) {
                 Flow::Exit => Flow::Exit,
@@ -441,6 +447,7 @@ impl<'a> Interpreter<'a> {
                 "'{}' is not in this file; if it moves, its motion is not read",
                 name.shown
             );
+            self.outputs.clear();
             self.log.warning(Code::MotionLeftOut, line, what);
         }
     }
