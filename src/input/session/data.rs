@@ -38,6 +38,16 @@ impl Reader<'_> {
         if source.file.channels.is_empty() {
             return self.functions(source);
         }
+        if let Some(column) = frequency_column(source.file) {
+            let what = format!(
+                "file '{}' has a column '{column}', as frequency responses have: a table, .npy or \
+                 .mat is read as channels over time; frequency responses are read from UFF data \
+                 sets 58 (.uff, .unv)",
+                source.name
+            );
+            self.error(Code::Value, &source.at("file"), what);
+            return None;
+        }
         let sample_rate_hz = self.rate(source);
         self.check_time(source);
         let excitation = match &source.record.excitation {
@@ -326,4 +336,16 @@ fn unknown(role: &str, wanted: &str, file: &str, channels: &[records::Channel]) 
         None => format!("it has {}", names().collect::<Vec<_>>().join(", ")),
     };
     format!("{role} '{wanted}' is not in file '{file}'; {hint}")
+}
+
+/// The first column of a table that is a frequency, by its name and its rising values.
+fn frequency_column(file: &Recording) -> Option<&str> {
+    let is_frequency = |channel: &&records::Channel| {
+        let name = channel.label.name.to_lowercase();
+        let is_named = ["frequency", "freq", "f_hz", "f [hz]", "f (hz)"]
+            .iter()
+            .any(|start| name.trim().starts_with(start));
+        is_named && channel.samples.windows(2).all(|pair| pair[1] > pair[0])
+    };
+    file.channels.iter().find(is_frequency).map(|channel| channel.label.name.as_str())
 }
