@@ -79,9 +79,9 @@ pub(super) fn warn_of_edge(
             let lines = spectrum.len().saturating_sub(1);
             let at = |share: f64| (share * lines as f64) as usize;
             let power = |k: usize| spectrum[k].norm_sqr();
-            let below = at(0.88)..at(0.94);
+            let below = at(0.8)..at(0.88);
             let mean = below.clone().map(power).sum::<f64>() / below.len().max(1) as f64;
-            let loudest = (at(EDGE) + 1..lines).max_by(|a, b| power(*a).total_cmp(&power(*b)));
+            let loudest = (at(0.965)..lines).max_by(|a, b| power(*a).total_cmp(&power(*b)));
             if let Some(k) = loudest.filter(|k| below.len() >= 8 && power(*k) > FAR * mean) {
                 found = found.or(Some(0.5 * rate_hz * k as f64 / lines as f64));
             }
@@ -89,7 +89,7 @@ pub(super) fn warn_of_edge(
     }
     if let Some(hz) = found.filter(|hz| *hz <= highest_hz) {
         let what = format!(
-            "a peak at {hz:.2} Hz lies within 3 % of half the sampling rate, where no modes are \
+            "a peak at {hz:.2} Hz lies within 4 % of half the sampling rate, where no modes are \
              looked for: sample faster"
         );
         notes.warning(Code::MayBeFolded, None, what);
