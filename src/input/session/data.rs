@@ -1,6 +1,6 @@
 //! The channels and frequency responses of one record, in SI.
 
-use super::super::records::{Meaning, meaning_of, meaning_of_unit};
+use super::super::records::{Meaning, is_frequency, meaning_of, meaning_of_unit};
 use super::Reader;
 use crate::formats::records::{self, Function, Label, Recording};
 use crate::formats::yaml::Step;
@@ -340,12 +340,7 @@ fn unknown(role: &str, wanted: &str, file: &str, channels: &[records::Channel]) 
 
 /// The first column of a table that is a frequency, by its name and its rising values.
 fn frequency_column(file: &Recording) -> Option<&str> {
-    let is_frequency = |channel: &&records::Channel| {
-        let name = channel.label.name.to_lowercase();
-        let is_named = ["frequency", "freq", "f_hz", "f [hz]", "f (hz)"]
-            .iter()
-            .any(|start| name.trim().starts_with(start));
-        is_named && channel.samples.windows(2).all(|pair| pair[1] > pair[0])
-    };
-    file.channels.iter().find(is_frequency).map(|channel| channel.label.name.as_str())
+    let rises = |channel: &records::Channel| channel.samples.windows(2).all(|p| p[1] > p[0]);
+    let mut named = file.channels.iter().filter(|channel| is_frequency(&channel.label.name));
+    named.find(|channel| rises(channel)).map(|channel| channel.label.name.as_str())
 }
