@@ -13,14 +13,15 @@ const BEGINS_LOUD: f64 = 0.3;
 const MIN_LOUDNESS: f64 = 0.1;
 
 /// One impact.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Impact {
     /// First sample of its first pulse.
     pub(super) first: usize,
     /// One past the last sample of its last pulse.
     pub(super) end: usize,
-    /// Pulses: more than one if the hammer bounced.
-    pub(super) pulses: usize,
+    /// Where the force of each pulse stands out of its noise, with a margin, one past the end:
+    /// more than one if the hammer bounced.
+    pub(super) pulses: Vec<(usize, usize)>,
 }
 
 /// The impacts in a force without offset; empty for an excitation that goes on all the time.
@@ -43,15 +44,39 @@ pub(super) fn impacts_in_force(force: &[f64], sample_rate_hz: f64) -> Vec<Impact
     let bounce = 0.25 * sample_rate_hz;
     let mut impacts: Vec<Impact> = Vec::new();
     for (first, end) in pulses(&size, threshold, noise) {
+        let felt = felt(&size, (first, end), noise);
         match impacts.last_mut() {
             Some(impact) if (first - impact.first) as f64 <= bounce => {
                 impact.end = end;
-                impact.pulses += 1;
+                impact.pulses.push(felt);
             }
-            _ => impacts.push(Impact { first, end, pulses: 1 }),
+            _ => impacts.push(Impact { first, end, pulses: vec![felt] }),
         }
     }
     impacts
+}
+
+/// A pulse with half its length on either side, and as far as it rings above the noise: filters
+/// against aliasing make short pulses ring.
+fn felt(size: &[f64], (first, end): (usize, usize), noise: f64) -> (usize, usize) {
+    const OUT_OF_NOISE: f64 = 4.0;
+    /// Samples of which one must stand out: what rings passes through zero.
+    const SOME: usize = 4;
+    /// Lengths of the pulse.
+    const FARTHEST: usize = 6;
+    let length = end - first;
+    let rings = |range: std::ops::Range<usize>| maximum(&size[range]) > OUT_OF_NOISE * noise;
+    let mut from = first.saturating_sub((length / 2).max(1));
+    let farthest = first.saturating_sub(FARTHEST * length);
+    while from > farthest && rings(from.saturating_sub(SOME)..from) {
+        from -= 1;
+    }
+    let mut to = (end + (length / 2).max(1)).min(size.len());
+    let farthest = (end + FARTHEST * length).min(size.len());
+    while to < farthest && rings(to..(to + SOME).min(size.len())) {
+        to += 1;
+    }
+    (from, to)
 }
 
 /// First sample of each pulse above a threshold and one past its last, both at its foot.
@@ -86,6 +111,17 @@ pub(super) struct Decay {
     pub(super) to: usize,
 }
 
+/// Samples before and after an impact that are compared.
+pub(super) fn compared(sample_rate_hz: f64) -> usize {
+    ((0.3 * sample_rate_hz).round() as usize).max(4)
+}
+
+/// Samples after the onset of an impact in which the hammer may touch: a soft tip does for no
+/// longer.
+pub(super) fn guard(sample_rate_hz: f64) -> usize {
+    ((0.02 * sample_rate_hz).ceil() as usize).max(2)
+}
+
 /// The decays between the impacts that the responses show. Each response is scaled by its own
 /// loudest sample; offsets are removed before.
 pub(super) fn decays(responses: &[&[f64]], sample_rate_hz: f64) -> Vec<Decay> {
@@ -97,9 +133,7 @@ pub(super) fn decays(responses: &[&[f64]], sample_rate_hz: f64) -> Vec<Decay> {
             level.iter_mut().zip(*response).for_each(|(l, r)| *l = l.max(r.abs() / loudest));
         }
     }
-    let compared = ((0.3 * sample_rate_hz).round() as usize).max(4);
-    // A soft tip is in contact for no longer.
-    let guard = ((0.02 * sample_rate_hz).ceil() as usize).max(2);
+    let (compared, guard) = (compared(sample_rate_hz), guard(sample_rate_hz));
     let ahead = sliding_maximum(&level, compared);
     // Loudest of the samples before k.
     let behind = |k: usize| if k >= compared { ahead[k - compared] } else { maximum(&level[..k]) };
@@ -108,10 +142,15 @@ pub(super) fn decays(responses: &[&[f64]], sample_rate_hz: f64) -> Vec<Decay> {
     if samples > 0 && ahead[0] > BEGINS_LOUD {
         // Either the record begins in a decay or the impact comes within the first moments.
         let within = compared.min(samples);
-        let onset = (1..within).find(|&k| {
-            k >= 4
-                && level[k] > BEGINS_LOUD * ahead[0]
-                && MIN_RISE * maximum(&level[..k]) < level[k]
+        let loudest = level[..within].iter().scan(0.0_f64, |most, l| {
+            *most = most.max(*l);
+            Some(*most)
+        });
+        let loudest: Vec<f64> = loudest.collect();
+        // At a high rate a hit takes many samples to rise: the last quarter of the quiet is for
+        // that. A decay that begins at zero has no such quiet, at any rate.
+        let onset = (4..within).find(|&k| {
+            level[k] > BEGINS_LOUD * ahead[0] && MIN_RISE * loudest[k - 1 - k / 4] < level[k]
         });
         starts.push(onset.map_or(0, |onset| onset + guard));
         k = onset.unwrap_or(0) + compared;
@@ -119,8 +158,10 @@ pub(super) fn decays(responses: &[&[f64]], sample_rate_hz: f64) -> Vec<Decay> {
     while k < samples {
         if ahead[k] > MIN_LOUDNESS && ahead[k] > MIN_RISE * behind(k) {
             let rest = behind(k);
-            let onset = (k..samples.min(k + compared))
-                .find(|&i| level[i] > (2.0 * rest).max(0.25 * ahead[k]))
+            // The window has but reached the hit: it becomes louder yet.
+            let loudest = ahead[k].max(ahead[(k + compared / 2).min(samples - 1)]);
+            let onset = (k..samples.min(k + compared + compared / 2))
+                .find(|&i| level[i] > (2.0 * rest).max(0.25 * loudest))
                 .unwrap_or(k);
             starts.push(onset + guard);
             k = onset + compared;
@@ -142,7 +183,7 @@ fn maximum(values: &[f64]) -> f64 {
 }
 
 /// Loudest of `width` samples from each on.
-fn sliding_maximum(values: &[f64], width: usize) -> Vec<f64> {
+pub(super) fn sliding_maximum(values: &[f64], width: usize) -> Vec<f64> {
     let mut candidates = std::collections::VecDeque::new();
     let mut maxima = vec![0.0; values.len()];
     for k in (0..values.len()).rev() {
@@ -176,7 +217,7 @@ mod tests {
         }
         let impacts = impacts_in_force(&force, 1000.0);
         assert_eq!(
-            impacts.iter().map(|i| (i.first, i.end, i.pulses)).collect::<Vec<_>>(),
+            impacts.iter().map(|i| (i.first, i.end, i.pulses.len())).collect::<Vec<_>>(),
             [(300, 303, 1), (1500, 1603, 2), (2800, 2803, 1)]
         );
         let steady: Vec<f64> = (0..4000).map(|k| (f64::from(k) * 0.37).sin()).collect();

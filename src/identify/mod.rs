@@ -1,7 +1,7 @@
 //! Measurements, by methods that never see a prediction.
 //!
 //! ```text
-//! record → checked (quality) → impacts and decays (impacts)
+//! record → checked (quality) → impacts and decays (impacts, innovations)
 //!        → spectra in the band that is filled (prepare, spectra)
 //!        → poles and residues with covariances (estimate)
 //!        → modes, shapes, rotations of links (mode, links) → warnings (suspicions)
@@ -11,6 +11,7 @@
 pub mod cutting;
 mod estimate;
 mod impacts;
+mod innovations;
 pub mod links;
 pub mod mode;
 pub mod pose;

@@ -78,6 +78,8 @@ pub struct Mode {
     /// Share of the residues' power over several references that is not of one shape, beyond what
     /// noise makes; `None` of one reference.
     pub apart: Option<f64>,
+    /// Its loudest line relative to the spectrum's, at the response where that is most.
+    pub prominence: f64,
     /// Rotation of each link with marked points.
     pub links: Vec<LinkRotation>,
     /// What else it may be: such a mode stays out of the table of modes.
@@ -151,6 +153,7 @@ pub(super) fn mode_of(record: &Record, prepared: &Prepared, pole: &PoleEstimate)
         support: 0.0,
         drift: pole.drift,
         apart: over_points.map(|points| (points.apart - points.by_noise).max(0.0)),
+        prominence: pole.prominence,
         suspicion: None,
     }
 }

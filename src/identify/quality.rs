@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 use super::record::Channel;
-use crate::notes::{Code, Notes};
+use crate::notes::{Code, Notes, Part};
 
 /// Warns of channels that do not move, are clipped, or move in few steps; whether it can be used.
 pub(super) fn check_channel(channel: &Channel, is_force: bool, notes: &mut Notes) -> bool {
@@ -78,6 +78,30 @@ pub(super) fn without_spikes<'c>(
     );
     notes.channel_warning(Code::Spike, &channel.name, what);
     Cow::Owned(repaired)
+}
+
+/// The channels that are not clipped; if all are, all are kept.
+pub(super) fn without_clipped<'c>(
+    channels: Vec<&'c Channel>,
+    notes: &mut Notes,
+) -> Vec<&'c Channel> {
+    let is_told = |channel: &Channel| {
+        let names = |part: &Part| match part {
+            Part::Channel { channel: name, .. } => *name == channel.name,
+            _ => false,
+        };
+        let mut of = notes.list().iter().filter(|note| note.code == Code::Clipping);
+        of.any(|note| note.place.part.as_ref().is_some_and(names))
+    };
+    let clipped: Vec<bool> = channels.iter().map(|channel| is_told(channel)).collect();
+    if clipped.iter().all(|is| *is) {
+        return channels;
+    }
+    for (channel, _) in channels.iter().zip(&clipped).filter(|(_, is)| **is) {
+        let what = "is left out, as other channels are whole";
+        notes.channel_warning(Code::Clipping, &channel.name, what);
+    }
+    channels.into_iter().zip(clipped).filter(|(_, is)| !is).map(|(channel, _)| channel).collect()
 }
 
 /// The channels that do not stand still in the middle of their motion, as a lost connection or a

@@ -2,7 +2,7 @@
 //! what must be known about them.
 
 use super::estimate::lscf::{StabilisationPoint, stabilisation};
-use super::estimate::subspace::of_random;
+use super::estimate::subspace::{OfRandom, of_random};
 use super::estimate::{C64, Estimate, Pole, PoleEstimate, Residue, estimate};
 use super::mode::{Mode, mode_of};
 use super::prepare::{Prepared, RecordKind, lines_hz, prepare};
@@ -78,19 +78,23 @@ pub fn identify_record(record: &Record, asked: &Asked) -> IdentifiedRecord {
         identified.spectra = spectra(&prepared, &found);
         let modes: Vec<&PoleEstimate> =
             found.poles.iter().filter(|pole| is_mode(pole, &mut notes)).collect();
+        let has_modes = !modes.is_empty();
         for pole in asked_for(modes, asked, &mut notes) {
             let mut mode = mode_of(record, &prepared, pole);
             mode.support = support(&mode, &identified.stabilisation, &stretches);
             identified.modes.push(mode);
         }
-        if identified.modes.is_empty() {
+        if identified.modes.is_empty() && has_modes {
+            // What was left out is told.
+        } else if identified.modes.is_empty() {
             let what = match prepared.kind {
                 _ if !found.poles.is_empty() => {
                     "no pole that was fitted is certain enough to be a mode; set band_hz, or look \
                      at the spectrum (--format svg)"
                 }
                 RecordKind::RandomResponse => {
-                    "no pole keeps its place as the order rises; record for longer"
+                    "no pole keeps its place as the order rises and stands out of the spectrum; \
+                     record for longer"
                 }
                 _ if stands_out(&prepared) => {
                     "the spectra stand out of the noise, but no pole could be fitted to them; set \
@@ -105,8 +109,38 @@ pub fn identify_record(record: &Record, asked: &Asked) -> IdentifiedRecord {
         suspicions::check(record, &prepared, &asked.mains_hz, &mut identified.modes, &mut notes);
         identified.averaged = prepared.averaged;
     }
-    identified.warnings = notes.list().to_vec();
+    identified.warnings = grouped(notes.list());
     identified
+}
+
+/// Notes that differ in their numbers alone, as one from the fourth on.
+fn grouped(notes: &[Note]) -> Vec<Note> {
+    const MANY: usize = 4;
+    let is_number = |c: char| c.is_ascii_digit() || c == '.';
+    let plain =
+        |note: &Note| note.what.split(is_number).filter(|s| !s.is_empty()).collect::<String>();
+    let keys: Vec<String> = notes.iter().map(plain).collect();
+    let mut kept: Vec<Note> = Vec::new();
+    for (at, note) in notes.iter().enumerate() {
+        let is_alike = |other: &usize| {
+            let (a, b) = (&notes[*other], note);
+            (a.code, &a.place, &keys[*other]) == (b.code, &b.place, &keys[at])
+        };
+        let alike: Vec<usize> = (0..notes.len()).filter(is_alike).collect();
+        if alike.len() < MANY {
+            kept.push(note.clone());
+        } else if alike[0] == at {
+            let first_number = |at: &usize| {
+                let words = notes[*at].what.split(|c: char| !is_number(c));
+                words.map(|w| w.trim_matches('.')).find(|w| !w.is_empty()).unwrap_or_default()
+            };
+            let others: Vec<&str> = alike[1..].iter().map(first_number).collect();
+            let what =
+                format!("{}; {} more like it: {}", note.what, others.len(), others.join(", "));
+            kept.push(Note { what, ..note.clone() });
+        }
+    }
+    kept
 }
 
 /// Whether any spectrum has lines far above its median, as noise alone has not.
@@ -249,12 +283,13 @@ fn fitted(
         let mut prepared = prepared?;
         identified.kind = prepared.kind;
         if let Some(stationary) = &prepared.stationary {
-            let Some((found, by_order)) = of_random(stationary, highest) else {
+            let Some(OfRandom { found, by_order, hidden }) = of_random(stationary, highest) else {
                 let what = "the response goes on, as under a random force that was not measured, \
                             and is too short for its modes; record for at least ten minutes";
                 notes.warning(Code::ShortRecord, None, what);
                 return None;
             };
+            warn_of_hidden(&hidden, notes);
             identified.stabilisation = stabilisation(&by_order);
             let all = Stretch { own: [0.0, f64::INFINITY], orders: by_order.len() };
             return Some((prepared, vec![all], found));
@@ -281,6 +316,21 @@ fn fitted(
     let what = "the spectra could not be fitted; set band_hz, or inspect the record";
     notes.warning(Code::NoModes, None, what);
     None
+}
+
+/// Tells poles of a random response that noise makes as well.
+fn warn_of_hidden(hidden: &[f64], notes: &mut Notes) {
+    if hidden.is_empty() {
+        return;
+    }
+    let hz: Vec<String> =
+        hidden.iter().map(|omega| format!("{:.3}", hz_from_rad_per_s(*omega))).collect();
+    let what = format!(
+        "poles at {} Hz do not stand out of the spectrum around them, as a mode would and noise \
+         does not: left out; record for longer if you expect modes there",
+        hz.join(", ")
+    );
+    notes.warning(Code::Unsettled, None, what);
 }
 
 /// The next band for a hammer test: up to where the force has fallen, or half of the last.

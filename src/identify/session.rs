@@ -138,14 +138,24 @@ pub fn identify_session(session: &Session, progress: Progress<'_>) -> Identified
     };
     let records: Vec<IdentifiedRecord> = session.records.par_iter().map(identified).collect();
     let mut groups: Vec<Vec<usize>> = Vec::new();
+    let mut notes = Vec::new();
     for (index, measurement) in session.records.iter().enumerate() {
+        if let Some(first) = session.records[..index].iter().find(|m| is_again(m, measurement)) {
+            let what = format!(
+                "has the samples of '{}', and counts once with it: a record twice is no second \
+                 measurement",
+                first.record.name
+            );
+            let place = Place::part(Part::Record(measurement.record.name.clone()));
+            notes.push(Note::warning(Code::Remark, place, what));
+            continue;
+        }
         let belongs = |group: &&mut Vec<usize>| is_same(&session.records[group[0]], measurement);
         match groups.iter_mut().find(belongs) {
             Some(group) => group.push(index),
             None => groups.push(vec![index]),
         }
     }
-    let mut notes = Vec::new();
     let mut poses: Vec<PoseModes> =
         groups.iter().map(|group| pose_modes(session, &records, group, &mut notes)).collect();
     aliases_between_rates(&poses, &mut notes);
@@ -168,6 +178,13 @@ fn is_same(a: &Measurement, b: &Measurement) -> bool {
         (a, b) => a == b,
     };
     a.pose == b.pose && a.conditions == b.conditions && is_same_rate
+}
+
+/// Whether a measurement is another one once more.
+fn is_again(first: &Measurement, again: &Measurement) -> bool {
+    is_same(first, again)
+        && first.record.data == again.record.data
+        && first.record.links == again.record.links
 }
 
 fn pose_modes(
@@ -266,10 +283,13 @@ fn merged_mode(
 /// A tone in one record is a tone in all; a mode that is uncertain in one record may be certain in
 /// another.
 fn suspicion(members: impl Iterator<Item = Option<Code>> + Clone) -> Option<Code> {
-    let unsettled = Some(Code::Unsettled);
-    let is_unsettled = members.clone().all(|member| member == unsettled);
-    let other = members.flatten().find(|code| *code != Code::Unsettled);
-    other.or(unsettled.filter(|_| is_unsettled))
+    // What one record cannot say, another may.
+    let is_of_record = |code: &Code| matches!(code, Code::Unsettled | Code::Clipping);
+    let is_nowhere_certain = members.clone().all(|member| member.is_some());
+    let mut found = members.flatten();
+    let first = found.next();
+    let other = first.into_iter().chain(found).find(|code| !is_of_record(code));
+    other.or(first.filter(|_| is_nowhere_certain))
 }
 
 /// Weighted mean, its standard deviation, and how many times as much as they state the values
@@ -304,21 +324,96 @@ fn aliases_between_rates(poses: &[PoseModes], notes: &mut Vec<Note>) {
             if let (Some(rate), Some(fast_rate)) = (slow.sample_rate_hz, fast.sample_rate_hz)
                 && rate < fast_rate * (1.0 - SAME_RATE)
             {
-                alias_between((slow, rate), (fast, fast_rate), notes);
+                let told = alias_between((slow, rate), (fast, fast_rate), notes);
+                folded_twice((slow, rate), (fast, fast_rate), &told, notes);
             }
         }
     }
 }
 
-/// Modes that only the record at the lower rate has, and of whose aliases the other has one.
+fn has(pose: &PoseModes, hz: f64) -> bool {
+    pose.modes.iter().any(|mode| (mode.frequency_hz / hz - 1.0).abs() < 0.01)
+}
+
+/// Frequencies that are seen as `hz` at a rate, up to ten times that.
+fn unfolded(hz: f64, rate: f64) -> Vec<f64> {
+    (1..=10).flat_map(|n| [f64::from(n) * rate - hz, f64::from(n) * rate + hz]).collect()
+}
+
+/// Modes that only one of two rates shows: of one frequency above half of both, where there is one,
+/// else they disagree. `told` are those of the lower rate that are explained.
+fn folded_twice(
+    (slow, rate): (&PoseModes, f64),
+    (fast, fast_rate): (&PoseModes, f64),
+    told: &[f64],
+    notes: &mut Vec<Note>,
+) {
+    /// Clocks of recorders differ, relative.
+    const CLOCKS: f64 = 2e-4;
+    let only = |of: &PoseModes, other: &PoseModes| -> Vec<(f64, f64)> {
+        // Aliases are often unsettled.
+        let is_mode = |code: Option<Code>| code.is_none_or(|code| code == Code::Unsettled);
+        let own = of.modes.iter().filter(|mode| is_mode(mode.suspicion));
+        own.map(|mode| (mode.frequency_hz, mode.frequency_std_hz))
+            .filter(|(hz, _)| !has(other, *hz) && !told.contains(hz))
+            .collect()
+    };
+    let mut explained = Vec::new();
+    let mut push = |code: Code, what: String| {
+        notes.push(Note::warning(code, Place::default(), what));
+    };
+    let others = only(fast, slow);
+    for (hz, std) in only(slow, fast) {
+        let mut both: Vec<(f64, f64)> = Vec::new();
+        for (image, (other, other_std)) in
+            unfolded(hz, rate).iter().flat_map(|image| others.iter().map(move |o| (*image, *o)))
+        {
+            let near =
+                |other: &f64| (other - image).abs() < 3.0 * std.hypot(other_std) + CLOCKS * image;
+            if unfolded(other, fast_rate).iter().any(near) {
+                both.push((image, other));
+            }
+        }
+        match both.iter().min_by(|a, b| a.0.total_cmp(&b.0)) {
+            Some((image, other)) => {
+                explained.push(*other);
+                push(
+                    Code::MayBeFolded,
+                    format!(
+                        "{hz:.3} Hz at {rate} and {other:.3} Hz at {fast_rate} samples/s are \
+                         aliases: the lowest frequency that shows as both is {image:.2} Hz"
+                    ),
+                );
+            }
+            None => push(
+                Code::Disagreement,
+                format!(
+                    "the mode at {hz:.3} Hz shows at {rate} and not at {fast_rate} samples/s, in \
+                     the same pose: it may be an alias, or was missed"
+                ),
+            ),
+        }
+    }
+    let hidden = |hz: &f64| *hz < 0.5 * rate && !explained.contains(hz);
+    for (hz, _) in others.iter().filter(|(hz, _)| hidden(hz)) {
+        push(
+            Code::Disagreement,
+            format!(
+                "the mode at {hz:.3} Hz shows at {fast_rate} and not at {rate} samples/s, in the \
+                 same pose: it may be an alias, or was missed"
+            ),
+        );
+    }
+}
+
+/// Modes that only the record at the lower rate has, and of whose aliases the other has one: those
+/// that are told.
 fn alias_between(
     (slow, rate): (&PoseModes, f64),
     (fast, fast_rate): (&PoseModes, f64),
     notes: &mut Vec<Note>,
-) {
-    let has = |pose: &PoseModes, hz: f64| {
-        pose.modes.iter().any(|mode| (mode.frequency_hz / hz - 1.0).abs() < 0.01)
-    };
+) -> Vec<f64> {
+    let mut told = Vec::new();
     for mode in slow.modes.iter().filter(|mode| !has(fast, mode.frequency_hz)) {
         let images = (1..=4).flat_map(|n| {
             let n = f64::from(n) * rate;
@@ -331,9 +426,11 @@ fn alias_between(
                  samples/s show at the same pose",
                 mode.frequency_hz
             );
+            told.push(mode.frequency_hz);
             notes.push(Note::warning(Code::MayBeFolded, Place::default(), what));
         }
     }
+    told
 }
 
 /// Gives the modes their columns in the table: the lowest, but for a pose that lacks modes and

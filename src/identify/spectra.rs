@@ -209,7 +209,7 @@ mod tests {
                 if t < 0.0 { 0.0 } else { 2.0 * 2.0 * (lambda * t).exp().re }
             })
             .collect();
-        let impacts = [Impact { first: 4, end: 5, pulses: 1 }];
+        let impacts = [Impact { first: 4, end: 5, pulses: vec![(4, 5)] }];
         let found = over_impacts(&force, &[&response], &impacts, rate).unwrap();
         let Window::ForceExponential { decay_per_s } = found.window else { panic!() };
         let mu = ((lambda - decay_per_s) / rate).exp();

@@ -3,8 +3,8 @@
 use super::estimate::Origin;
 use super::mode::Mode;
 use super::prepare::{Prepared, RecordKind};
-use super::record::Record;
-use crate::notes::{Code, Notes};
+use super::record::{Channel, Data, Record};
+use crate::notes::{Code, Note, Notes, Part};
 use crate::units::{hz_from_rpm, percent_from_ratio, rad_per_s_from_hz};
 
 /// A steady tone has no damping; records of finite length and varying speed blur it up to this
@@ -19,7 +19,23 @@ pub(super) fn check(
     modes: &mut [Mode],
     notes: &mut Notes,
 ) {
-    for mode in modes {
+    // Of the force, or of a response that was not left out.
+    let is_used = |note: &&Note| match &note.place.part {
+        Some(Part::Channel { channel, .. }) => {
+            let is_response = |own: &Channel| own.name == *channel;
+            !responses_of(record).iter().any(is_response)
+                || prepared.responses.iter().any(|own| own.name == *channel)
+        }
+        _ => false,
+    };
+    let is_clipping = |note: &&Note| note.code == Code::Clipping;
+    let is_clipped = notes.list().iter().filter(is_clipping).any(|note| is_used(&note));
+    if is_clipped && !modes.is_empty() {
+        let what = "a clipped record bends frequencies, damping and shapes: its modes are listed, \
+                    but left out of the table";
+        notes.warning(Code::Clipping, None, what);
+    }
+    for mode in &mut *modes {
         tones(record, prepared, mains_hz, mode, notes);
         uncertain(mode, notes);
         if mode.suspicion.is_none() {
@@ -29,6 +45,17 @@ pub(super) fn check(
         }
         may_be_folded(prepared, mode, notes);
         one_shape(mode, notes);
+        mode.suspicion = mode.suspicion.or(is_clipped.then_some(Code::Clipping));
+    }
+    if matches!(prepared.kind, RecordKind::FreeDecay | RecordKind::Hammer) {
+        harmonics(modes, notes);
+    }
+}
+
+fn responses_of(record: &Record) -> &[Channel] {
+    match &record.data {
+        Data::Time { responses, .. } | Data::Uneven { responses, .. } => responses,
+        Data::Responses(_) => &[],
     }
 }
 
@@ -127,8 +154,7 @@ fn tones(
     mode.suspicion = is_unforced.then_some(Code::Tone);
 }
 
-/// A fitted pole that is no mode: damping may be zero, or nothing but the fit supports it. One that
-/// is known well but that no order has is listed, and told.
+/// A fitted pole that is no mode: damping may be zero, or nothing but the fit supports it.
 fn uncertain(mode: &mut Mode, notes: &mut Notes) {
     /// Relative standard deviation of vague damping, where no order of the stabilisation diagram
     /// has the mode.
@@ -159,12 +185,50 @@ fn uncertain(mode: &mut Mode, notes: &mut Notes) {
     let what = match is_unsettled {
         true => format!("{found} is too uncertain to be a mode: left out of the table"),
         false => format!(
-            "{found} is supported by the fit alone: compare it with another record, or with the \
-             spectrum, before you trust it"
+            "{found} is supported by the fit alone: left out of the table; compare it with \
+             another record, or with the spectrum"
         ),
     };
     notes.warning(Code::Unsettled, None, what);
-    mode.suspicion = is_unsettled.then_some(Code::Unsettled);
+    mode.suspicion = Some(Code::Unsettled);
+}
+
+/// Multiples of a louder mode's frequency that fall with it: what does not respond in proportion,
+/// as a joint with play or one that is stiffer on one side, sounds at them. A mode that happens to
+/// lie there has a decay of its own.
+fn harmonics(modes: &mut [Mode], notes: &mut Notes) {
+    const MOST: u32 = 6;
+    /// Of the frequency, beside three deviations; of the decay rates, relative.
+    const NEAR: f64 = 2e-4;
+    const ALIKE: f64 = 0.15;
+    let decay = |mode: &Mode| mode.damping_ratio * mode.frequency_hz;
+    for at in 0..modes.len() {
+        let mode = &modes[at];
+        let is_of = |base: &&Mode| {
+            let order = (mode.frequency_hz / base.frequency_hz).round();
+            let off = (mode.frequency_hz - order * base.frequency_hz).abs();
+            let std = mode.frequency_std_hz.hypot(order * base.frequency_std_hz);
+            // Between as fast as the mode itself, in proportion to it, and with its power.
+            let rate = decay(mode) / decay(base).max(f64::MIN_POSITIVE);
+            (2.0..=f64::from(MOST)).contains(&order)
+                && off < 3.0 * std + NEAR * mode.frequency_hz
+                && mode.prominence < base.prominence
+                && (1.0 - ALIKE..=order * (1.0 + ALIKE)).contains(&rate)
+                && base.suspicion.is_none()
+        };
+        let Some(base) = modes.iter().find(is_of).filter(|_| mode.suspicion.is_none()) else {
+            continue;
+        };
+        let what = format!(
+            "{:.3} Hz is {:.0} times the mode at {:.3} Hz and falls with it, as play or springs \
+             that are stiffer on one side make it: left out of the table; hit less hard",
+            mode.frequency_hz,
+            mode.frequency_hz / base.frequency_hz,
+            base.frequency_hz
+        );
+        notes.warning(Code::AmplitudeDependent, None, what);
+        modes[at].suspicion = Some(Code::AmplitudeDependent);
+    }
 }
 
 /// Leakage, and records too short.

@@ -103,7 +103,9 @@ pub(super) fn read_recording(path: &Path, time: Option<&str>) -> Result<Recordin
             let titled = label.alias.clone();
             let (unit, bare) = unit_of_name(&titled);
             (label.unit, label.alias) = (unit.to_owned(), bare.to_owned());
-            let counts = unit.is_empty() && samples.windows(2).all(|pair| pair[1] - pair[0] == 1.0);
+            let counts = unit.is_empty()
+                && !is_frequency(&label.name)
+                && samples.windows(2).all(|pair| pair[1] - pair[0] == 1.0);
             if counts {
                 let what = format!("column '{}' counts the rows; it is skipped", label.name);
                 file.warnings.push(Note::warning(Code::Unused, place(), what));
@@ -123,6 +125,12 @@ pub(super) fn read_recording(path: &Path, time: Option<&str>) -> Result<Recordin
         }
     }
     Ok(file)
+}
+
+/// Whether a column is called as the frequencies of a frequency response are.
+pub(super) fn is_frequency(name: &str) -> bool {
+    let name = name.trim().to_lowercase();
+    ["frequency", "freq", "f_hz", "f [hz]", "f (hz)"].iter().any(|start| name.starts_with(start))
 }
 
 /// The unit in which a name ends, and the name without it: `x_mm`, `hammer_n`, `tip [mm/s]`,

@@ -30,6 +30,7 @@ mod identify_friction;
 mod identify_given;
 mod identify_notices;
 mod identify_random;
+mod identify_traps;
 mod model_properties;
 mod paper;
 mod path;

@@ -1,8 +1,12 @@
 //! Responses to a measured force: impacts of a hammer, or a force that goes on.
 
 use std::borrow::Cow;
+use std::ops::Range;
 
-use super::lines::{band, lines, omega, on_lines, rounding_noise};
+use super::lines::{
+    MAX_LINES, band, lines, most_samples, omega, on_lines, rounding_noise, warn_of_edge,
+    warn_of_part,
+};
 use super::{
     NO_LINES, Prepared, RecordKind, Sampling, SpectraOnLines, responses_of, without_offset,
 };
@@ -16,6 +20,45 @@ use crate::statistics::{deviation_about_zero, upper_median};
 use crate::units::rad_per_s_from_hz;
 
 pub(super) fn forced(
+    sampling: Sampling,
+    excitation: &Channel,
+    channels: &[&Channel],
+    notes: &mut Notes,
+) -> Option<Prepared> {
+    let Some(part) = part(sampling, excitation, channels) else {
+        return whole(sampling, excitation, channels, notes);
+    };
+    warn_of_part(part.len(), sampling.rate_hz, "are fitted", notes);
+    let cut = |channel: &Channel| Channel {
+        samples: channel.samples[part.clone()].to_vec(),
+        name: channel.name.clone(),
+        quantity: channel.quantity,
+    };
+    let channels: Vec<Channel> = channels.iter().map(|channel| cut(channel)).collect();
+    whole(sampling, &cut(excitation), &channels.iter().collect::<Vec<_>>(), notes)
+}
+
+/// The part of a long record that has as many lines as are fitted, from just before the first
+/// impact on; `None` of others.
+fn part(sampling: Sampling, excitation: &Channel, channels: &[&Channel]) -> Option<Range<usize>> {
+    let samples = excitation.samples.len();
+    if samples <= 2 * MAX_LINES {
+        return None;
+    }
+    let spectra = channels.iter().map(|c| transform(&without_offset(&c.samples))).collect();
+    let band = band(sampling, &[(samples, spectra)], &mut Notes::default());
+    let most = most_samples(sampling.rate_hz, band);
+    if samples <= most {
+        return None;
+    }
+    let middle = upper_median(&excitation.samples).unwrap_or(0.0);
+    let force: Vec<f64> = excitation.samples.iter().map(|f| f - middle).collect();
+    let first = impacts_in_force(&force, sampling.rate_hz).first().map_or(0, |i| reach(i)[0]);
+    let from = first.saturating_sub(most / 50).min(samples - most);
+    Some(from..from + most)
+}
+
+fn whole(
     sampling: Sampling,
     excitation: &Channel,
     channels: &[&Channel],
@@ -52,6 +95,7 @@ pub(super) fn forced(
     let spectra: Vec<Vec<C64>> = moves.iter().map(|m| transform(m)).collect();
     let cut = [(samples, spectra)];
     let band = band(sampling, &cut, notes);
+    warn_of_edge(&cut, rate_hz, band[1], notes);
     let lines = lines(samples, rate_hz, band, notes);
     if lines.is_empty() {
         notes.warning(Code::NoModes, None, NO_LINES);
@@ -91,23 +135,23 @@ pub(super) fn forced(
 }
 
 fn warn_of_bounces(impacts: &[Impact], excitation: &Channel, rate_hz: f64, notes: &mut Notes) {
-    for impact in impacts.iter().filter(|impact| impact.pulses > 1) {
+    for impact in impacts.iter().filter(|impact| impact.pulses.len() > 1) {
         let what = format!(
             "{} pulses within one impact at {:.3} s: the hammer bounced; all of them are taken \
              into account, but a clean impact is better",
-            impact.pulses,
+            impact.pulses.len(),
             impact.first as f64 / rate_hz
         );
         notes.channel_warning(Code::DoubleHit, &excitation.name, what);
     }
 }
 
-/// Sets the force outside of the impacts to zero; the standard deviation of its noise there.
+/// Sets the force outside of the pulses to zero, between those of one impact, too: noise there
+/// would count as force. The standard deviation of its noise.
 fn silence_outside(force: &mut [f64], impacts: &[Impact]) -> f64 {
     let mut inside = vec![false; force.len()];
-    for impact in impacts {
-        let [from, to] = reach(impact);
-        inside[from..to.min(force.len())].fill(true);
+    for &(from, to) in impacts.iter().flat_map(|impact| &impact.pulses) {
+        inside[from..to].fill(true);
     }
     let mut outside = Vec::new();
     for (f, _) in force.iter_mut().zip(&inside).filter(|(_, inside)| !**inside) {
@@ -117,10 +161,12 @@ fn silence_outside(force: &mut [f64], impacts: &[Impact]) -> f64 {
     deviation_about_zero(&outside)
 }
 
-/// The samples of the force that are not zero, each with its impact.
+/// The samples of the force that are not zero, each with its pulse: noise and what the samples miss
+/// make each pulse a little stronger or weaker, also where the hammer bounced.
 fn force_samples(force: &[f64], impacts: &[Impact]) -> Vec<ForceSample> {
+    let ends: Vec<usize> = impacts.iter().flat_map(|i| &i.pulses).map(|pulse| pulse.1).collect();
     let sample = |(at, &value): (usize, &f64)| {
-        let impact = impacts.iter().position(|impact| at < reach(impact)[1]).unwrap_or(0);
+        let impact = ends.iter().position(|end| at < *end).unwrap_or(0);
         ForceSample { at: at as f64, value, impact }
     };
     force.iter().enumerate().filter(|(_, f)| **f != 0.0).map(sample).collect()
@@ -144,8 +190,8 @@ fn drive_error(variance: f64, power: f64) -> f64 {
     (variance / power.max(f64::MIN_POSITIVE)).min(1.0) + 2e-3_f64.powi(2)
 }
 
-/// First sample of an impact and one past its last, with a margin.
+/// First sample of an impact and one past its last, with what it rings.
 fn reach(impact: &Impact) -> [usize; 2] {
-    let margin = ((impact.end - impact.first) / 2).max(1);
-    [impact.first.saturating_sub(margin), impact.end + margin]
+    let first = impact.pulses.first().map_or(impact.first, |pulse| pulse.0);
+    [first, impact.pulses.last().map_or(impact.end, |pulse| pulse.1)]
 }

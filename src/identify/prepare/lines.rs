@@ -11,6 +11,9 @@ use crate::units::{hz_from_rad_per_s, rad_per_s_from_hz};
 /// Lines below this are offset and drift.
 const FIRST_LINE: usize = 2;
 
+/// Above this share of half the sampling rate, filters and aliasing dominate.
+const EDGE: f64 = 0.97;
+
 /// Most lines of one spectrum that are fitted.
 pub(super) const MAX_LINES: usize = 12_000;
 
@@ -30,8 +33,7 @@ pub(super) fn lines(
     notes: &mut Notes,
 ) -> Range<usize> {
     let bin_hz = rate_hz / samples as f64;
-    // Above it, filters and aliasing dominate.
-    let last = (0.97 * 0.5 * samples as f64).floor() as usize;
+    let last = (EDGE * 0.5 * samples as f64).floor() as usize;
     let from = ((low_hz / bin_hz).ceil() as usize).max(FIRST_LINE).min(last + 1);
     let to = ((high_hz / bin_hz).floor() as usize).min(last);
     let most = from + MAX_LINES;
@@ -44,6 +46,54 @@ pub(super) fn lines(
         notes.warning(Code::Remark, None, what);
     }
     from..(to + 1).min(most).max(from)
+}
+
+/// Most samples whose band has so many lines at most.
+pub(super) fn most_samples(rate_hz: f64, [low_hz, high_hz]: [f64; 2]) -> usize {
+    let width = (high_hz.min(0.5 * rate_hz) - low_hz).max(f64::MIN_POSITIVE);
+    (MAX_LINES as f64 * rate_hz / width) as usize
+}
+
+/// Tells that a part of a record must do.
+pub(super) fn warn_of_part(samples: usize, rate_hz: f64, what: &str, notes: &mut Notes) {
+    let what = format!(
+        "is so long that its band has more than {MAX_LINES} lines: {:.1} s {what}; set band_hz for \
+         more of a narrower band",
+        samples as f64 / rate_hz
+    );
+    notes.warning(Code::Remark, None, what);
+}
+
+/// Tells a peak so near half the sampling rate that its lines are left out.
+pub(super) fn warn_of_edge(
+    cut: &[(usize, Vec<Vec<C64>>)],
+    rate_hz: f64,
+    highest_hz: f64,
+    notes: &mut Notes,
+) {
+    /// Power over the mean below: of noise the loudest of a thousand lines has 7.
+    const FAR: f64 = 20.0;
+    let mut found: Option<f64> = None;
+    for (_, spectra) in cut {
+        for spectrum in spectra {
+            let lines = spectrum.len().saturating_sub(1);
+            let at = |share: f64| (share * lines as f64) as usize;
+            let power = |k: usize| spectrum[k].norm_sqr();
+            let below = at(0.8)..at(0.88);
+            let mean = below.clone().map(power).sum::<f64>() / below.len().max(1) as f64;
+            let loudest = (at(0.965)..lines).max_by(|a, b| power(*a).total_cmp(&power(*b)));
+            if let Some(k) = loudest.filter(|k| below.len() >= 8 && power(*k) > FAR * mean) {
+                found = found.or(Some(0.5 * rate_hz * k as f64 / lines as f64));
+            }
+        }
+    }
+    if let Some(hz) = found.filter(|hz| *hz <= highest_hz) {
+        let what = format!(
+            "a peak at {hz:.2} Hz lies within 4 % of half the sampling rate, where no modes are \
+             looked for: sample faster"
+        );
+        notes.warning(Code::MayBeFolded, None, what);
+    }
 }
 
 /// Variance that rounding to steps brings to a line.

@@ -14,12 +14,15 @@ use unforced::free;
 
 use super::estimate::subspace::Stationary;
 use super::estimate::{Block, C64};
-use super::quality::{check_channel, without_gaps};
+use super::quality::{check_channel, without_clipped, without_gaps};
 use super::record::{Channel, Data, Quantity, Record};
 use super::references::Pairs;
 use super::spectra::Averaged;
 use crate::notes::{Code, Notes};
 use crate::statistics::mean;
+
+/// Sampling rates below this are a wrong unit of time rather than a record of an arm.
+const SLOW_HZ: f64 = 5.0;
 
 const NO_LINES: &str = "is too short for any line in the band";
 
@@ -129,7 +132,15 @@ fn sampled(
 ) -> Option<Prepared> {
     let usable: Vec<&Channel> =
         responses.iter().filter(|channel| check_channel(channel, false, notes)).collect();
-    let usable = without_gaps(usable, sampling.rate_hz, notes);
+    let usable = without_gaps(without_clipped(usable, notes), sampling.rate_hz, notes);
+    if sampling.rate_hz < SLOW_HZ {
+        let what = format!(
+            "has {:.3} samples/s, too few for modes of an arm: check sample_rate_hz, or the unit \
+             of the times",
+            sampling.rate_hz
+        );
+        notes.warning(Code::Remark, None, what);
+    }
     if usable.is_empty() {
         notes.warning(Code::NoModes, None, "has no response that moves");
         return None;

@@ -3,11 +3,14 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
-use super::lines::{band, lines, omega, on_lines, rounding_noise};
+use super::lines::{
+    band, lines, most_samples, omega, on_lines, rounding_noise, warn_of_edge, warn_of_part,
+};
 use super::{NO_LINES, Prepared, RecordKind, Sampling, responses_of, without_offset};
 use crate::identify::estimate::subspace::Stationary;
 use crate::identify::estimate::{Block, C64, Origin};
 use crate::identify::impacts::{Decay, decays};
+use crate::identify::innovations::hits;
 use crate::identify::quality::{rounding_step, without_spikes};
 use crate::identify::record::Channel;
 use crate::identify::spectra::{resampled, transform};
@@ -36,6 +39,7 @@ pub(super) fn free(
         let samples = whole.first().map_or(0, Vec::len);
         let cut = [(samples, whole.iter().map(|samples| transform(samples)).collect())];
         let band_hz = band(sampling, &cut, notes);
+        warn_of_edge(&cut, rate_hz, band_hz[1], notes);
         let prepared = Prepared::of(RecordKind::RandomResponse, responses, Vec::new());
         return Some(Prepared {
             nyquist_hz: Some(0.5 * rate_hz),
@@ -43,17 +47,22 @@ pub(super) fn free(
             ..prepared
         });
     }
-    let decays = long_decays(&channels, rate_hz, notes)?;
-    let cut: Vec<(usize, Vec<Vec<C64>>)> = decays
-        .iter()
-        .map(|decay| {
-            let of = |channel: &Cow<'_, Channel>| {
-                transform(&without_offset(&channel.samples[decay.from..decay.to]))
-            };
-            (decay.to - decay.from, channels.iter().map(of).collect())
-        })
-        .collect();
+    let mut decays = long_decays(&channels, rate_hz, notes)?;
+    let spectra_of = |decay: &Decay| -> (usize, Vec<Vec<C64>>) {
+        let of = |channel: &Cow<'_, Channel>| {
+            transform(&without_offset(&channel.samples[decay.from..decay.to]))
+        };
+        (decay.to - decay.from, channels.iter().map(of).collect())
+    };
+    let mut cut: Vec<(usize, Vec<Vec<C64>>)> = decays.iter().map(spectra_of).collect();
     let band = band(sampling, &cut, notes);
+    let most = most_samples(rate_hz, band);
+    if decays.iter().any(|decay| decay.to - decay.from > most) {
+        warn_of_part(most, rate_hz, "of each decay are fitted", notes);
+        decays.iter_mut().for_each(|decay| decay.to = decay.to.min(decay.from + most));
+        cut = decays.iter().map(spectra_of).collect();
+    }
+    warn_of_edge(&cut, rate_hz, band[1], notes);
     let mut blocks = Vec::new();
     for (samples, spectra) in cut {
         let lines = lines(samples, rate_hz, band, notes);
@@ -78,13 +87,19 @@ fn stationary(rate_hz: f64, band_hz: [f64; 2], responses: Vec<Vec<f64>>) -> Stat
     /// Samples per period of the highest frequency.
     const PER_PERIOD: f64 = 2.5;
     let samples = responses.first().map_or(0, Vec::len);
+    let spectra = responses.iter().map(|own| transform(&under_hann(own))).collect();
     let share = PER_PERIOD * band_hz[1] / rate_hz;
     if share > 0.8 {
-        return Stationary { rate_hz, band_hz, responses };
+        return Stationary { rate_hz, band_hz, responses, spectra };
     }
     let count = (share * samples as f64).ceil() as usize;
     let responses = responses.iter().map(|own| resampled(own, count)).collect();
-    Stationary { rate_hz: rate_hz * count as f64 / samples as f64, band_hz, responses }
+    Stationary { rate_hz: rate_hz * count as f64 / samples as f64, band_hz, responses, spectra }
+}
+
+fn under_hann(samples: &[f64]) -> Vec<f64> {
+    let turn = std::f64::consts::TAU / samples.len().max(1) as f64;
+    samples.iter().enumerate().map(|(k, y)| y * (1.0 - (turn * k as f64).cos())).collect()
 }
 
 /// The samples between stretches at the ends in which no channel moves, as recorders fill them.
@@ -182,6 +197,7 @@ fn long_decays(
     let level = level(&whole);
     let level: Vec<&[f64]> = level.iter().map(Vec::as_slice).collect();
     let found = decays(&level, rate_hz);
+    let found: Vec<Decay> = found.iter().flat_map(|decay| hits(&level, *decay, rate_hz)).collect();
     let is_long = |decay: &Decay| decay.to - decay.from >= MIN_DECAY_SAMPLES;
     let long: Vec<Decay> = found.iter().copied().filter(is_long).collect();
     warn_of_cut_decays(&found, &long, rate_hz, notes);

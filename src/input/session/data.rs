@@ -1,6 +1,6 @@
 //! The channels and frequency responses of one record, in SI.
 
-use super::super::records::{Meaning, meaning_of, meaning_of_unit};
+use super::super::records::{Meaning, is_frequency, meaning_of, meaning_of_unit};
 use super::Reader;
 use crate::formats::records::{self, Function, Label, Recording};
 use crate::formats::yaml::Step;
@@ -37,6 +37,16 @@ impl Reader<'_> {
     pub(super) fn data(&mut self, source: &Source<'_>) -> Option<Data> {
         if source.file.channels.is_empty() {
             return self.functions(source);
+        }
+        if let Some(column) = frequency_column(source.file) {
+            let what = format!(
+                "file '{}' has a column '{column}', as frequency responses have: a table, .npy or \
+                 .mat is read as channels over time; frequency responses are read from UFF data \
+                 sets 58 (.uff, .unv)",
+                source.name
+            );
+            self.error(Code::Value, &source.at("file"), what);
+            return None;
         }
         let sample_rate_hz = self.rate(source);
         self.check_time(source);
@@ -326,4 +336,11 @@ fn unknown(role: &str, wanted: &str, file: &str, channels: &[records::Channel]) 
         None => format!("it has {}", names().collect::<Vec<_>>().join(", ")),
     };
     format!("{role} '{wanted}' is not in file '{file}'; {hint}")
+}
+
+/// The first column of a table that is a frequency, by its name and its rising values.
+fn frequency_column(file: &Recording) -> Option<&str> {
+    let rises = |channel: &records::Channel| channel.samples.windows(2).all(|p| p[1] > p[0]);
+    let mut named = file.channels.iter().filter(|channel| is_frequency(&channel.label.name));
+    named.find(|channel| rises(channel)).map(|channel| channel.label.name.as_str())
 }

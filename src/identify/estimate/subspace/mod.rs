@@ -6,9 +6,11 @@
 
 mod correlations;
 mod realisation;
+mod significance;
 
 use correlations::Correlations;
 use realisation::{Found, Realisation};
+use significance::Spectra;
 
 use super::block::{C64, Pole};
 use super::lscf::PolesByOrder;
@@ -50,6 +52,18 @@ pub(in crate::identify) struct Stationary {
     pub(in crate::identify) band_hz: [f64; 2],
     /// By response.
     pub(in crate::identify) responses: Vec<Vec<f64>>,
+    /// Of the responses under a Hann window.
+    pub(in crate::identify) spectra: Vec<Vec<C64>>,
+}
+
+/// What a random response gives.
+pub(in crate::identify) struct OfRandom {
+    /// The modes.
+    pub(in crate::identify) found: Estimate,
+    /// The poles of each order.
+    pub(in crate::identify) by_order: PolesByOrder,
+    /// Poles that keep their place but do not stand out of the spectrum, rad/s.
+    pub(in crate::identify) hidden: Vec<f64>,
 }
 
 impl Stationary {
@@ -60,11 +74,8 @@ impl Stationary {
 }
 
 /// The modes, and the poles of each order. `None` where the record is too short.
-pub(in crate::identify) fn of_random(
-    stationary: &Stationary,
-    highest: usize,
-) -> Option<(Estimate, PolesByOrder)> {
-    let Stationary { rate_hz, band_hz: [low_hz, high_hz], responses } = stationary;
+pub(in crate::identify) fn of_random(stationary: &Stationary, highest: usize) -> Option<OfRandom> {
+    let Stationary { rate_hz, band_hz: [low_hz, high_hz], responses, spectra } = stationary;
     // Responses count alike, whatever their units.
     let sizes: Vec<f64> =
         responses.iter().map(|r| rms(r.iter().copied()).max(f64::MIN_POSITIVE)).collect();
@@ -93,13 +104,28 @@ pub(in crate::identify) fn of_random(
     let orders: Vec<usize> = (2..=realisation.highest()).step_by(2).collect();
     let by_order: Vec<Vec<Found>> =
         orders.iter().map(|&order| realisation.poles(order, &is_asked)).collect();
+    let spectra = Spectra {
+        lines: spectra,
+        spacing: rad_per_s_from_hz(stationary.duration_s().recip()),
+        band: [*low_hz, *high_hz].map(rad_per_s_from_hz),
+    };
+    let columns = modes(&by_order);
+    let shows = |at: usize| {
+        let others = (0..columns.len()).filter(|other| *other != at);
+        let others: Vec<C64> = others.map(|other| columns[other].lambda).collect();
+        spectra.show(columns[at].lambda, &others)
+    };
+    let (shown_at, hidden_at): (Vec<usize>, Vec<usize>) =
+        (0..columns.len()).partition(|at| shows(*at));
+    let mut hidden: Vec<f64> = hidden_at.into_iter().map(|at| columns[at].omega()).collect();
+    hidden.sort_by(f64::total_cmp);
     let mut poles: Vec<PoleEstimate> =
-        modes(&by_order).into_iter().map(|found| estimate(found, &sizes)).collect();
+        shown_at.into_iter().map(|at| estimate(columns[at], &sizes)).collect();
     poles.sort_by(|a, b| a.pole.omega().total_cmp(&b.pole.omega()));
     let shown = |found: &Vec<Found>| found.iter().map(|found| Pole::new(found.lambda)).collect();
     let by_order = orders.iter().copied().zip(by_order.iter().map(shown)).collect();
     let found = Estimate { poles, fitted: Vec::new(), noise: Vec::new(), begins_moving: false };
-    Some((found, by_order))
+    Some(OfRandom { found, by_order, hidden })
 }
 
 fn estimate(found: &Found, sizes: &[f64]) -> PoleEstimate {
