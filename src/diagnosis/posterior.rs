@@ -19,8 +19,8 @@ use super::likelihood::MIN_NOISE;
 use super::mechanics::Mechanics;
 use super::problem::Problem;
 use crate::model::{
-    Calibration, Cause, Correction, Description, Fingerprint, LearnedParameter, ParameterKind,
-    Posterior, Robot, Unexplained, distance,
+    self, Calibration, Cause, Correction, Description, Fingerprint, LearnedParameter,
+    ParameterKind, Posterior, Robot, Unexplained, distance,
 };
 use crate::modes::Pencil;
 use crate::statistics::median;
@@ -265,19 +265,20 @@ pub(super) fn posterior(problem: &Problem<'_>, chosen: &Fit<'_>) -> Option<Calib
         .map(|(one, std)| LearnedParameter { std: rounded(std), ..one })
         .collect();
     let mut posterior = Posterior { parameters, correlation, unexplained, fingerprint: None };
-    posterior.fingerprint = fingerprint(problem, corrections, &posterior);
+    posterior.fingerprint = as_written(problem, corrections, &posterior);
     Some(Calibrated { posterior, ln_hz, ln_evidence })
 }
 
-/// The robot as it will be read again: with its corrections and what was learned.
-fn fingerprint(
+/// The fingerprint of the robot as it will be read again, with its corrections and what was
+/// learned.
+fn as_written(
     problem: &Problem<'_>,
     corrections: Vec<Correction>,
     posterior: &Posterior,
 ) -> Option<Fingerprint> {
     let mut description = with_posterior(problem.description, posterior.clone());
     description.corrections.extend(corrections);
-    Fingerprint::of(&Robot::of(description)?, posterior.unexplained.poses.first()?)
+    model::fingerprint(&Robot::of(description)?, posterior.unexplained.poses.first()?)
 }
 
 /// Six decimals: what is written is read again as it was.

@@ -3,9 +3,10 @@
 //! The springs and masses of one model with its causes have a posterior; which causes they are, and
 //! how large each is, it takes for sure. Every rival, and every cause a standard deviation larger
 //! or smaller, is calibrated by the table, too, and what its frequencies differ by, weighed by the
-//! evidence for it, is left unexplained by the one that was chosen. The evidence is that with the
-//! springs, links and drives free within what is stated of them: where these explain the table by
-//! themselves, causes that are named as if all numbers were exact have no weight.
+//! evidence for it, is left unexplained by the one that was chosen. Against the model without
+//! causes, the evidence is that with the springs, links and drives free within what is stated of
+//! them: where these explain the table by themselves, causes that are named as if all numbers were
+//! exact have no weight.
 //!
 //! A cause of size c, the parameters θ free: Var f = Var(f | c) + (df/dc)² Var c, with f calibrated
 //! anew for each c.
@@ -55,8 +56,13 @@ pub(super) fn widened_by_rivals(
         let corrections = fit.hypothesis.corrections();
         predicted(problem.description, &corrections, &means.learned, &poses)
     };
-    let ln_weight =
-        |fit: &Fit<'_>, means: &Means| means.ln_evidence - cost(problem.data, fit, candidates);
+    // Causes stand against each other by their own evidence, and the chosen ones count as much as
+    // the best of their rivals. The model without any stands against them by what the stated
+    // numbers explain.
+    let has_causes = !chosen.hypothesis.effects.is_empty();
+    let with_free_numbers = |fit: &Fit<'_>, means: &Means| {
+        OF_DIFFERENCE * (means.ln_evidence - cost(problem.data, fit, candidates))
+    };
     let learned = means(problem, chosen)?;
     let own = at_poses(chosen, &learned)?;
     let mut rivals = distinct_from(chosen, seen);
@@ -65,12 +71,20 @@ pub(super) fn widened_by_rivals(
         .par_iter()
         .filter_map(|rival| {
             let means = means(problem, &rival.fit)?;
-            Some((ln_weight(&rival.fit, &means), at_poses(&rival.fit, &means)?))
+            let ln_weight = match has_causes {
+                true => rival.log_evidence,
+                false => with_free_numbers(&rival.fit, &means),
+            };
+            Some((ln_weight, at_poses(&rival.fit, &means)?))
         })
         .collect();
-    let of_own = ln_weight(chosen, &learned);
-    let best = rivals.iter().fold(of_own, |best, (ln_weight, _)| best.max(*ln_weight));
-    let share = |ln_weight: f64| (OF_DIFFERENCE * (ln_weight - best)).exp();
+    let best_of = |least: f64| rivals.iter().fold(least, |best, (weight, _)| best.max(*weight));
+    let of_own = match has_causes {
+        true => best_of(f64::MIN),
+        false => with_free_numbers(chosen, &learned),
+    };
+    let best = best_of(of_own);
+    let share = |ln_weight: f64| (ln_weight - best).exp();
     let whole = share(of_own) + rivals.iter().map(|(ln_weight, _)| share(*ln_weight)).sum::<f64>();
     let rivals = rivals.into_iter().map(|(ln_weight, ln_hz)| (share(ln_weight) / whole, ln_hz));
     let moved = covariance_of_causes(problem, chosen, &learned)

@@ -246,8 +246,8 @@ impl Calibration {
     /// A calibration never claims less than this: no instrument does better, % of the frequency.
     pub const MIN_HELDOUT_PERCENT: f64 = 0.03;
 
-    /// What a model that nobody measured is off by, one standard deviation, % of the frequency: half
-    /// of the 10 % that it is taken to be off by with 95 % confidence.
+    /// What a model that nobody measured is off by, one standard deviation, % of the frequency:
+    /// half of the 10 % that it is taken to be off by with 95 % confidence.
     pub const UNCALIBRATED_PERCENT: f64 = 5.1;
 
     /// Of fewer poses, none can be left out and predicted from the others.

@@ -1,9 +1,12 @@
 //! Robots that a reader should doubt: figures that no arm has, each with what to check. None of
 //! them is impossible, so none is an error.
 
-use nalgebra::Matrix3;
+use nalgebra::{DMatrix, Matrix3};
 
+use super::correction::Conditions;
 use super::description::{Calibration, CoordinateKind, Description, Inertial, JointKind};
+use super::inertia::{mass_matrix, stiffness_matrix};
+use super::placement::Placement;
 use super::posterior::Fingerprint;
 use super::robot::{Coordinate, NodeMotion, Robot, ancestors};
 use crate::notes::{Code, Note, Part, Place};
@@ -260,6 +263,21 @@ fn slight(calibration: &Calibration) -> Option<Note> {
     Some(of_calibration(format!("{what}; write it with detune diagnose --write")))
 }
 
+/// The fingerprint of a robot at a pose; `None` where M or K is not positive definite.
+pub fn fingerprint(robot: &Robot, q: &[f64]) -> Option<Fingerprint> {
+    let n = robot.coordinates().len();
+    let mut placement = Placement::new(robot);
+    placement.place(robot, q);
+    let (mut mass, mut stiffness) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
+    mass_matrix(robot, &placement, &mut mass);
+    stiffness_matrix(robot, &placement, &Conditions::default(), &mut stiffness);
+    let ln_det = |matrix: DMatrix<f64>| {
+        let ln = matrix.cholesky()?.ln_determinant();
+        ln.is_finite().then_some((ln * 1e6).round() / 1e6)
+    };
+    Some(Fingerprint { ln_det_mass: ln_det(mass)?, ln_det_stiffness: ln_det(stiffness)? })
+}
+
 /// A calibration of another model than the one that stands here.
 fn changed_since(calibration: &Calibration, robot: &Robot) -> Option<Note> {
     /// Both figures are written with six decimals.
@@ -267,7 +285,7 @@ fn changed_since(calibration: &Calibration, robot: &Robot) -> Option<Note> {
     let posterior = calibration.posterior.as_ref()?;
     let then = posterior.fingerprint?;
     let q = posterior.unexplained.poses.first()?;
-    let now = Fingerprint::of(robot, q)?;
+    let now = fingerprint(robot, q)?;
     let masses = now.ln_det_mass - then.ln_det_mass;
     let springs = now.ln_det_stiffness - then.ln_det_stiffness;
     let changed = match (masses.abs() > ROUNDED, springs.abs() > ROUNDED) {

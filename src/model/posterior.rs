@@ -1,13 +1,6 @@
 //! What a calibration learned of the numbers of a model: they are scaled by the means before the
 //! robot is built, and what they may still be off by is kept beside them.
 
-use nalgebra::DMatrix;
-
-use super::correction::Conditions;
-use super::inertia::{mass_matrix, stiffness_matrix};
-use super::placement::Placement;
-use super::robot::Robot;
-
 /// What a calibration learned.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Posterior {
@@ -28,23 +21,6 @@ pub struct Fingerprint {
     pub ln_det_mass: f64,
     /// ln of the determinant of K.
     pub ln_det_stiffness: f64,
-}
-
-impl Fingerprint {
-    /// Of a robot at a pose; `None` where M or K is not positive definite.
-    pub fn of(robot: &Robot, q: &[f64]) -> Option<Self> {
-        let n = robot.coordinates().len();
-        let mut placement = Placement::new(robot);
-        placement.place(robot, q);
-        let (mut mass, mut stiffness) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
-        mass_matrix(robot, &placement, &mut mass);
-        stiffness_matrix(robot, &placement, &Conditions::default(), &mut stiffness);
-        let ln_det = |matrix: DMatrix<f64>| {
-            let ln = matrix.cholesky()?.ln_determinant();
-            ln.is_finite().then_some((ln * 1e6).round() / 1e6)
-        };
-        Some(Self { ln_det_mass: ln_det(mass)?, ln_det_stiffness: ln_det(stiffness)? })
-    }
 }
 
 impl Posterior {
