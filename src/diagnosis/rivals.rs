@@ -224,7 +224,6 @@ mod tests {
         let largest = |of: Unexplained| of.far.into_iter().fold(0.0, f64::max);
         let (free, held) = (widened_by_a_moved_mass(0.2), widened_by_a_moved_mass(1e-3));
         let (free, held) = (largest(free), largest(held));
-        println!("free {free} held {held}");
         assert!(free < 0.002, "{free}");
         assert!(held > 0.01, "{held}");
     }
