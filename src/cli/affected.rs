@@ -17,10 +17,11 @@ use crate::wording::printable;
 const AFTER_HELP: &str = "\
 Examples:
   detune affected robots/irb1600/robot.yaml jobs/contour.mod --jobs jobs
-  git diff --name-only -z main | xargs -0 detune affected --check
+  git diff --name-only --relative -z main | xargs -0 -r detune affected --check
 
 A job is affected by its own file, by its robot and URDF, its programs and its detune.toml, also \
-where one of them is gone; and by any file while it cannot be read.";
+where one of them is gone; by any file while it cannot be read, and by a file in a folder that is not \
+there.";
 
 /// List the jobs that changed files affect, or check them.
 #[derive(Debug, Args)]
@@ -48,7 +49,8 @@ pub(super) fn run(
     shown: &Warnings,
 ) -> Result<Outcome, Failure> {
     let jobs = job_files(&args.jobs)?;
-    let jobs = affected(&jobs, &args.files, Date::of(SystemTime::now()));
+    let (jobs, nowhere) = affected(&jobs, &args.files, Date::of(SystemTime::now()));
+    shown.show(&nowhere);
     if args.check {
         return match jobs.is_empty() {
             true => Ok(Outcome::Pass),

@@ -4,6 +4,7 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use super::settings::NAME;
+use crate::notes::{Code, Note, Place};
 use crate::paths::{folder_of, tidied};
 
 /// Files that were changed, added or deleted.
@@ -15,6 +16,8 @@ pub struct Changes {
     bereft: HashSet<PathBuf>,
     /// Folders with a settings file that counts, or counted, for all jobs below them.
     settings: HashSet<PathBuf>,
+    /// Files in folders that are not there: what they were to a job nobody can tell.
+    nowhere: Vec<PathBuf>,
 }
 
 impl Changes {
@@ -24,6 +27,9 @@ impl Changes {
         for file in files {
             let place = place(file);
             let folder = folder_of(&place).to_owned();
+            if !folder.is_dir() {
+                changes.nowhere.push(file.clone());
+            }
             if place.file_name().is_some_and(|name| name == NAME) {
                 changes.settings.insert(folder);
             } else if !file.exists() {
@@ -34,8 +40,25 @@ impl Changes {
         changes
     }
 
+    /// A warning of files in folders that are not there, where there are any.
+    pub fn nowhere(&self) -> Option<Note> {
+        let first = self.nowhere.first()?;
+        let more = match self.nowhere.len() - 1 {
+            0 => String::new(),
+            more => format!(" (and {more} more)"),
+        };
+        let what = format!(
+            "there is no such folder{more}, so every job counts as affected: names must be relative \
+             to the current folder and unquoted (git diff --name-only --relative -z)"
+        );
+        Some(Note::warning(Code::Assumed, Place::file(first), what))
+    }
+
     /// Whether a job that reads these files may be another one by the change.
     pub fn touch(&self, job: &Path, read: &[PathBuf]) -> bool {
+        if !self.nowhere.is_empty() {
+            return true;
+        }
         let of_settings = || place(job).ancestors().any(|folder| self.settings.contains(folder));
         let is_touched = |file: &PathBuf| {
             let place = place(file);
@@ -79,8 +102,11 @@ mod tests {
         }
         std::fs::write(at("README.md"), "").unwrap();
         std::fs::write(at("jobs/b.yaml"), "").unwrap();
-        for file in ["README.md", "jobs/b.yaml", "jobs/nc/detune.toml", "elsewhere/x.mod"] {
+        for file in ["README.md", "jobs/b.yaml", "jobs/nc/detune.toml"] {
             assert!(!touch(file), "{file}");
         }
+        assert!(touch("elsewhere/x.mod"));
+        let nowhere = |file: &str| Changes::of(&[at(file)]).nowhere();
+        assert!(nowhere("elsewhere/x.mod").is_some() && nowhere("jobs/gone.mod").is_none());
     }
 }

@@ -1,6 +1,8 @@
-//! Signals and procedures that set the spindle or the tool by the job's word, where the program
-//! names them and the reader has made nothing of it: triggers, interrupts, branches that only the
-//! run decides.
+//! What of a text a reader has not read. Signals and procedures that set the spindle or the tool by
+//! the job's word, where the program names them and the reader has made nothing of it: triggers,
+//! interrupts, branches that only the run decides. Moves behind the end of the program.
+
+use std::collections::HashSet;
 
 use super::cell::all;
 use super::log::Log;
@@ -31,6 +33,31 @@ pub(super) fn setters(text: &str, dialect: Dialect, settings: &Settings, log: &m
             log.warning(Code::SpindleCommand, line, what);
         }
     }
+}
+
+/// Warns of moves at a line behind the end of the program.
+pub(super) fn behind_end(log: &mut Log, line: usize) {
+    let what = "moves stand here, behind the end of the program, and nothing calls them: they are not \
+                read";
+    log.warning(Code::MotionLeftOut, line, what);
+}
+
+/// The blocks from `end` on that have not run, but for those of a subprogram of which any has.
+pub(super) fn left_over(ran: &[bool], end: usize, heads: &HashSet<usize>) -> Vec<usize> {
+    let (mut left, mut of_head, mut is_called) = (Vec::new(), Vec::new(), false);
+    for (block, ran) in ran.iter().enumerate().skip(end) {
+        if heads.contains(&block) {
+            left.append(&mut of_head);
+            is_called = false;
+        }
+        is_called |= ran;
+        of_head.push(block);
+        if is_called {
+            of_head.clear();
+        }
+    }
+    left.append(&mut of_head);
+    left
 }
 
 /// A line without its comment.

@@ -158,20 +158,22 @@ const GITHUB: &str = "\
 name: resonance
 on: [push, pull_request]
 permissions: {contents: read}
+env: {DETUNE: https://example.org/detune}  # fill in: the repository of detune
 jobs:
   check:
     runs-on: ubuntu-latest
     steps:
       - uses: actions/checkout@v4
-      - run: cargo install --locked detune
+      - run: cargo install --locked --git \"$DETUNE\" detune
       - run: detune check jobs --format github
 ";
 
 const GITLAB: &str = "\
 resonance:
   image: rust:1
+  variables: {DETUNE: https://example.org/detune}  # fill in: the repository of detune
   script:
-    - cargo install --locked detune
+    - cargo install --locked --git \"$DETUNE\" detune
     - detune check jobs --format gitlab --output gl-code-quality-report.json
   artifacts:
     when: always

@@ -182,6 +182,12 @@ fn the_jobs_of_a_change_are_listed_and_checked() {
     assert!(affected(&["README.md", "arms/c.yaml.bak"]).len() <= 2);
     assert_eq!(affected(&["detune.toml"]).len(), 2);
     assert_eq!(affected(&["jobs/detune.toml"]).len(), 2);
+    // A name relative to another folder, or in quotes, may be any file.
+    for nowhere in ["main/arms/b.urdf", "\"jobs/\\303\\244.mod\""] {
+        assert_eq!(affected(&[nowhere]).len(), 2);
+        let output = run(bench.path(), &["affected", nowhere]);
+        assert!(err(&output).contains("there is no such folder"), "{}", err(&output));
+    }
     let checked = run(bench.path(), &["affected", "--check", "arms/a.yaml"]);
     assert_eq!(code(&checked), 1);
     assert!(out(&checked).contains("RESONANCE  ./jobs/a.yaml"), "{}", out(&checked));
@@ -252,7 +258,7 @@ fn the_action_checks_whatever_files_are_called() {
     let sarif: serde_json::Value = serde_json::from_str(&read("out $(touch pwned).sarif")).unwrap();
     assert_eq!(sarif["version"], "2.1.0");
     assert!(!sarif["runs"][0]["results"].as_array().unwrap().is_empty());
-    assert_eq!(read("GITHUB_OUTPUT"), "sarif=./out $(touch pwned).sarif\n");
+    assert_eq!(read("GITHUB_OUTPUT"), "sarif=out $(touch pwned).sarif\n");
     let summary = read("GITHUB_STEP_SUMMARY");
     assert!(
         summary.contains("2 jobs: 2 resonance") && summary.contains("separation_percent=9"),
@@ -268,6 +274,17 @@ fn the_action_checks_whatever_files_are_called() {
     assert_eq!(code(&act(bench.path(), &steps[1], &inputs)), 2);
     inputs[5].1 = "a\nsarif=/etc/passwd";
     assert_eq!(code(&act(bench.path(), &steps[1], &inputs)), 2);
+    // What stands in another folder is told by its place in the repository.
+    (inputs[0].1, inputs[4].1, inputs[5].1) = ("b.yaml", "jobs", "b.sarif");
+    let output = act(bench.path(), &steps[1], &inputs);
+    assert_eq!(code(&output), 1, "{}", err(&output));
+    assert!(out(&output).contains("::error file=jobs/b.yaml"), "{}", out(&output));
+    let sarif: serde_json::Value = serde_json::from_str(&read("jobs/b.sarif")).unwrap();
+    let place = &sarif["runs"][0]["results"][0]["locations"][0]["physicalLocation"];
+    assert_eq!(place["artifactLocation"]["uri"], "jobs/b.yaml");
+    assert!(read("GITHUB_OUTPUT").ends_with("sarif=jobs/b.sarif\n"));
+    inputs[3].1 = "True";
+    assert_eq!(code(&act(bench.path(), &steps[1], &inputs)), 2);
     assert!(!bench.path().join("pwned").exists());
 }
 
@@ -276,6 +293,47 @@ fn the_action_checks_whatever_files_are_called() {
 fn the_hook_is_a_command_of_the_program() {
     let text = fs::read_to_string(repository().join(".pre-commit-hooks.yaml")).unwrap();
     let hooks: serde_json::Value = serde_yaml::from_str(&text).unwrap();
+    // The files that jobs read, by their extensions.
+    let pattern = hooks[0]["files"].as_str().unwrap();
+    let known = pattern.split_once("(\\.(").unwrap().1.split(')').next().unwrap();
+    let known: Vec<&str> = known.split('|').collect();
+    for extension in [
+        "yaml",
+        "yml",
+        "urdf",
+        "mod",
+        "modx",
+        "prg",
+        "sys",
+        "sysx",
+        "pgf",
+        "apt",
+        "aptsource",
+        "cl",
+        "cls",
+        "ncl",
+        "nc",
+        "ngc",
+        "gcode",
+        "tap",
+        "cnc",
+        "eia",
+        "ncc",
+        "mpf",
+        "spf",
+        "src",
+        "dat",
+        "ls",
+        "h",
+        "hnc",
+    ] {
+        let fits = |own: &&str| match own.split_once('?') {
+            Some((own, _)) => own == extension || own.get(..own.len() - 1) == Some(extension),
+            None => *own == extension,
+        };
+        let is_yaml = extension.starts_with('y') && known.contains(&"ya?ml");
+        assert!(is_yaml || known.iter().any(|own| fits(&own)), "{extension}");
+    }
     let entry = hooks[0]["entry"].as_str().unwrap().split_whitespace().skip(1);
     let bench = bench();
     let mut arguments: Vec<&str> = entry.collect();

@@ -20,6 +20,7 @@ use super::Pace;
 use super::cutter::{Cutter, Feed, FeedKind};
 use super::log::Log;
 use super::span::Span;
+use super::unread::behind_end;
 use super::{Coordinates, Settings};
 use crate::notes::Code;
 use crate::units::{hz_from_rpm, mm_from_inch};
@@ -49,8 +50,18 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
 fn read_all<'t>(lexer: &mut Lexer<'t>, reader: &mut Reader<'_>) {
     let mut statement = Statement::default();
     while lexer.next_into(&mut statement) {
-        if !reader.statement(&statement) || reader.cutter.log.is_full() {
+        let goes_on = reader.statement(&statement);
+        if reader.cutter.log.is_full() {
+            return;
+        }
+        if !goes_on {
             reader.no_arc_is_open(statement.line);
+            while lexer.next_into(&mut statement) {
+                if matches!(statement.major().to_ascii_uppercase().as_str(), "GOTO" | "GODLTA") {
+                    behind_end(reader.cutter.log, statement.line);
+                    return;
+                }
+            }
             return;
         }
     }

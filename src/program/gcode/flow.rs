@@ -6,6 +6,7 @@ use std::collections::HashMap;
 use super::expression::{Parameters, Reader};
 use crate::notes::Code;
 use crate::program::log::Log;
+use crate::program::unread::left_over;
 
 /// Lines that loops may run beyond one pass through the file.
 const LINES_IN_LOOPS: usize = 1_000_000;
@@ -54,6 +55,8 @@ pub(super) struct Flow<'t> {
     next: usize,
     budget: usize,
     ended: bool,
+    /// Which lines have run, of the file.
+    ran: Vec<bool>,
     calls: Vec<Call>,
     /// Passes left of repeats, by their line.
     repeats: HashMap<usize, u64>,
@@ -71,6 +74,7 @@ impl<'t> Flow<'t> {
             next: 0,
             budget: lines.len().saturating_mul(2).saturating_add(LINES_IN_LOOPS),
             ended: false,
+            ran: vec![false; lines.len()],
             calls: Vec::new(),
             repeats: HashMap::new(),
             o_words: Vec::new(),
@@ -127,8 +131,16 @@ impl<'t> Flow<'t> {
             return None;
         }
         self.budget -= 1;
+        self.ran[self.next] = true;
         self.next += 1;
         Some(self.next - 1)
+    }
+
+    /// The lines behind the end of the program that nothing has run or called.
+    pub(super) fn left_over(&self) -> Vec<usize> {
+        let subs = self.o_words.iter().filter(|o| o.keyword == "SUB").map(|o| o.line);
+        let heads = self.programs.values().copied().chain(subs).collect();
+        left_over(&self.ran, self.next, &heads)
     }
 
     /// M2, M30, the closing mark.

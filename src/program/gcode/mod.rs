@@ -25,6 +25,7 @@ mod state;
 
 use super::Settings;
 use super::log::Log;
+use super::unread::behind_end;
 use crate::notes::Code;
 use block::Block;
 use expression::{Key, Parameters};
@@ -82,6 +83,14 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log, is_sinumerik:
     if !flow.has_ended() {
         let what = "the program ends without M2, M30 or a closing %: is the file whole?";
         machine.cutter.log.error(Code::Syntax, lines.len().max(1), what);
+    }
+    let moves = |line: &usize| {
+        // What cannot be parsed is no block: remarks behind the closing mark.
+        let is_block = block::parse(lines[*line].1, &mut block, &flow.parameters).is_ok();
+        is_block && block.has_any(&state::AXES)
+    };
+    if let Some(line) = flow.left_over().into_iter().find(moves) {
+        behind_end(machine.cutter.log, line + 1);
     }
 }
 

@@ -15,6 +15,7 @@ use super::arc::{Arc, Centre, Plane};
 use super::cutter::{Cutter, Feed, FeedKind, Hole};
 use super::log::{Log, States};
 use super::span::Span;
+use super::unread::{behind_end, left_over};
 use super::{Pace, Settings};
 use crate::notes::Code;
 use crate::units::{m_per_s_from_mm_per_min, mm_from_inch, rad_from_deg};
@@ -42,6 +43,16 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
         let what = "the program ends without END PGM, M2 or M30: is the file whole?";
         reader.cutter.log.error(Code::Syntax, last, what);
     }
+    let heads = reader.labels.values().copied().collect();
+    let moves = |text: &Text<'_>| {
+        let first = text.parts.first().map(|(offset, part)| parse(part, *offset));
+        first.is_some_and(|block| matches!(block.name(0), "L" | "C" | "CR" | "CP" | "LP"))
+    };
+    let left = left_over(&reader.ran, reader.next, &heads);
+    let left = left.into_iter().filter_map(|block| reader.blocks.get(block));
+    if let Some(text) = left.into_iter().find(|text| moves(text)) {
+        behind_end(reader.cutter.log, text.line);
+    }
 }
 
 /// A drilling cycle: its number, its line, and each Q with its place in the text.
@@ -63,6 +74,8 @@ struct Reader<'a, 't> {
     blocks: Vec<Text<'t>>,
     labels: HashMap<String, usize>,
     next: usize,
+    /// Which blocks have run.
+    ran: Vec<bool>,
     budget: usize,
     /// Block to go back to, head of the subprogram, passes left; `None` for a part that repeats.
     calls: Vec<(usize, usize, u32)>,
@@ -94,6 +107,7 @@ impl<'a, 't> Reader<'a, 't> {
         Self {
             cutter: Cutter::new(settings, log),
             budget: blocks.len().saturating_mul(2).saturating_add(BLOCKS_IN_LOOPS),
+            ran: vec![false; blocks.len()],
             blocks,
             labels,
             next: 0,
@@ -128,6 +142,7 @@ impl<'a, 't> Reader<'a, 't> {
                 block.words.extend(own.words);
                 block.quoted = block.quoted.or(own.quoted);
             }
+            self.ran[self.next] = true;
             self.next += 1;
             if let Err(what) = self.block(line, &block) {
                 self.cutter.log.error(Code::Motion, line, what);

@@ -71,9 +71,10 @@ fn contour_with_holes() {
         ]
     );
     // Fourteen after the first, see the feeds above.
-    let [notice] = program.warnings.as_slice() else { panic!("{:?}", program.warnings) };
-    assert_eq!(at(notice), 10);
+    let [notice, behind] = program.warnings.as_slice() else { panic!("{:?}", program.warnings) };
+    assert_eq!((at(notice), at(behind)), (10, 31));
     assert!(notice.what.starts_with("14 rapid moves"), "{notice}");
+    assert_eq!(behind.code, Code::MotionLeftOut);
 }
 
 #[test]

@@ -284,3 +284,31 @@ fn errors_of_one_cause_are_one() {
     let bare = "0 BEGIN PGM A MM\nL X+0 Y+0 Z+5 FMAX\nCYCL CALL\nEND PGM A MM\n";
     assert!(faults(bare, Dialect::Heidenhain)[0].what.contains("without a drilling cycle"));
 }
+
+#[test]
+fn moves_behind_the_end_that_nothing_calls_are_a_doubt() {
+    let start = "G21 G90\nG0 X0 Y0 Z0\nG1 X10 F100\n";
+    let lines = |text: &str, dialect| -> Vec<usize> {
+        let program = read(text.as_bytes(), dialect, &settings()).unwrap();
+        let told = program.warnings.iter().filter(|note| note.code == Code::MotionLeftOut);
+        told.map(at).collect()
+    };
+    for (text, expected) in [
+        ("M30\nG1 X20\n", vec![5]),
+        // The second program of a file, behind the mark that ends the first.
+        ("M30\n%\nO2\nG1 X20\nM30\n%\n", vec![7]),
+        ("M98 P7\nM30\nO7\n#1=1\nIF [#1 EQ 1] GOTO 5\nG1 X20\nN5 M99\n", vec![]),
+        ("M98 P7\nM30\nO7\nG1 X20\nM99\nO8\nG1 X30\nM99\n", vec![10]),
+        ("M30\n%\nprinted 2026, 3 copies\n", vec![]),
+    ] {
+        assert_eq!(lines(&format!("{start}{text}"), Dialect::GCode), expected, "{text}");
+    }
+    let apt = "UNITS/MM\nFEDRAT/100,MMPM\nGOTO/0,0,0\nGOTO/10,0,0\nFINI\n";
+    assert!(lines(apt, Dialect::Apt).is_empty());
+    assert_eq!(lines(&format!("{apt}PARTNO/B\nGOTO/20,0,0\nFINI\n"), Dialect::Apt), [7]);
+    let heidenhain = "0 BEGIN PGM A MM\n1 L X+0 Y+0 Z+0 FMAX\n2 L X+10 F100\n3 CALL LBL 1\n4 M30\n\
+                      5 LBL 1\n6 L X+20\n7 LBL 0\n";
+    assert!(lines(&format!("{heidenhain}8 END PGM A MM\n"), Dialect::Heidenhain).is_empty());
+    let more = format!("{heidenhain}8 LBL 2\n9 L X+30\n10 LBL 0\n11 END PGM A MM\n");
+    assert_eq!(lines(&more, Dialect::Heidenhain), [10]);
+}
