@@ -37,8 +37,8 @@ pub(super) fn setters(text: &str, dialect: Dialect, settings: &Settings, log: &m
 
 /// Warns of moves at a line behind the end of the program.
 pub(super) fn behind_end(log: &mut Log, line: usize) {
-    let what = "moves stand here, behind the end of the program, and nothing calls them: they are not \
-                read";
+    let what = "moves stand here, behind the end of the program, and nothing calls them: \
+                they are not read";
     log.warning(Code::MotionLeftOut, line, what);
 }
 

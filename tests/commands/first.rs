@@ -332,7 +332,7 @@ fn the_hook_is_a_command_of_the_program() {
             None => *own == extension,
         };
         let is_yaml = extension.starts_with('y') && known.contains(&"ya?ml");
-        assert!(is_yaml || known.iter().any(|own| fits(&own)), "{extension}");
+        assert!(is_yaml || known.iter().any(fits), "{extension}");
     }
     let entry = hooks[0]["entry"].as_str().unwrap().split_whitespace().skip(1);
     let bench = bench();
