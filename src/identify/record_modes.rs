@@ -105,6 +105,7 @@ pub fn identify_record(record: &Record, asked: &Asked) -> IdentifiedRecord {
             notes.warning(Code::NoModes, None, what);
         } else {
             warn_of_silent_responses(&prepared, &found, &mut notes);
+            warn_of_misfit(&prepared, &found, &mut notes);
         }
         suspicions::check(record, &prepared, &asked.mains_hz, &mut identified.modes, &mut notes);
         identified.averaged = prepared.averaged;
@@ -391,6 +392,46 @@ fn warn_of_silent_responses(prepared: &Prepared, found: &Estimate, notes: &mut N
         let what =
             "shows none of the modes, only noise: check its cable and range, or leave it out";
         notes.channel_warning(Code::NoSignal, &prepared.responses[i].name, what);
+    }
+}
+
+/// Warns of modes at which the fit leaves far more of given responses than noise around them:
+/// another mode within their width, or a mode that each response has in another place, which no
+/// test of one peak tells apart.
+fn warn_of_misfit(prepared: &Prepared, found: &Estimate, notes: &mut Notes) {
+    /// Of the responses, what sensors may be off by several times over.
+    const OF_RESPONSES: f64 = 0.1;
+    /// Power over that of the noise around.
+    const OF_NOISE: f64 = 4.0;
+    /// Decay rates, or lines, to either side.
+    const WIDTHS: f64 = 2.0;
+    let [block] = &prepared.blocks[..] else { return };
+    if prepared.kind != RecordKind::GivenResponses || block.omega.len() < 2 {
+        return;
+    }
+    let line = block.omega[1] - block.omega[0];
+    for pole in &found.poles {
+        let (omega, reach) = (pole.pole.omega(), WIDTHS * pole.pole.lambda.re.abs().max(line));
+        let at = |limit: f64| block.omega.partition_point(|omega| *omega < limit);
+        let lines = at(omega - reach)..at(omega + reach);
+        let (mut left, mut noise, mut whole) = (0.0, 0.0, 0.0);
+        for (response, measured) in block.spectra.iter().enumerate() {
+            for k in lines.clone() {
+                left += (measured[k] - found.fitted[0][response][k]).norm_sqr();
+                noise += found.noise[0][response][k].powi(2);
+                whole += measured[k].norm_sqr();
+            }
+        }
+        if left <= OF_NOISE * noise || left <= OF_RESPONSES * OF_RESPONSES * whole {
+            continue;
+        }
+        let what = format!(
+            "the fit leaves {:.0} % of the responses near {:.2} Hz: another mode lies beside this \
+             one, or the responses were not measured at once; look at the plot (--format svg)",
+            percent_from_ratio((left / whole).sqrt()),
+            hz_from_rad_per_s(omega)
+        );
+        notes.warning(Code::Misfit, None, what);
     }
 }
 

@@ -43,7 +43,7 @@ pub(super) fn starts(
         let sets = within(prepared, own);
         let sets: Vec<(&[f64], &[Vec<C64>])> =
             sets.iter().map(|(omega, spectra)| (&omega[..], &spectra[..])).collect();
-        let by_order: PolesByOrder = poles_by_order(&sets, highest)
+        let by_order: PolesByOrder = poles_by_order(&sets, highest, is_given)
             .into_iter()
             .map(|(order, poles)| {
                 let poles = poles.into_iter().map(unwindowed);

@@ -216,6 +216,8 @@ codes! {
     Tone = "tone": Remark,
     /// A start or peak that the fit could not settle.
     Unsettled = "unsettled": Remark,
+    /// The fit leaves much of the responses at a mode: there may be another one beside it.
+    Misfit = "misfit": Remark,
     /// No mode was found.
     NoModes = "no_modes": Remark,
     /// Records of one pose do not agree, or one lacks a mode.

@@ -4,6 +4,7 @@
 use detune::identify::RecordKind;
 use detune::identify::record::{Data, Frf, Quantity, Record};
 use detune::identify::record_modes::{IdentifiedRecord, identify_record};
+use detune::notes::Code;
 use realfft::RealFftPlanner;
 
 use crate::identify::{asked, coverage_seeds};
@@ -200,5 +201,94 @@ fn responses_that_were_not_taken_at_once_make_no_further_modes() {
             let off = (mode.frequency_hz - truth.hz).abs();
             assert!(off < 3.0 * mode.frequency_std_hz && off < 3e-4 * truth.hz, "{told:?}");
         }
+    }
+}
+
+/// Responses at ten points of modes that the formula itself makes, with noise of 1 % and of the loudest line; the modes
+/// of response `i` lie at `factor(i)` of their frequencies.
+fn of_formula(modes: &[TrueMode], factor: impl Fn(usize) -> f64, seed: u64) -> Record {
+    const NOISE: [f64; 2] = [0.01, 1e-4];
+    let mut rng = seeded(seed);
+    let hz: Vec<f64> = (1..1600).map(|k| 0.64 * f64::from(k)).collect();
+    let response = |i: usize| -> Vec<C64> {
+        let at = |hz: &f64| -> C64 {
+            let of = |mode: &TrueMode| {
+                let ratio = hz / (mode.hz * factor(i));
+                let below = C64::new(1.0 - ratio * ratio, 2.0 * mode.ratio * ratio);
+                -ratio * ratio * mode.shape[0] * mode.shape[i] / below
+            };
+            modes.iter().map(of).sum()
+        };
+        hz.iter().map(at).collect()
+    };
+    let exact: Vec<Vec<C64>> = (0..modes[0].shape.len()).map(response).collect();
+    let loudest = exact.iter().flatten().map(|value| value.norm()).fold(0.0, f64::max);
+    let mut noisy = |value: &C64| {
+        let mut noise = |size: f64| C64::new(gauss(&mut rng), gauss(&mut rng)) * size;
+        value + noise(NOISE[0] * value.norm()) + noise(NOISE[1] * loudest)
+    };
+    let function = |(i, exact): (usize, &Vec<C64>)| Frf {
+        name: format!("r{i}"),
+        reference: "f".into(),
+        quantity: Quantity::Acceleration,
+        frequencies_hz: hz.clone(),
+        values: exact.iter().map(&mut noisy).collect(),
+    };
+    Record {
+        name: "formula".into(),
+        data: Data::Responses(exact.iter().enumerate().map(function).collect()),
+        driving_point: None,
+        links: Vec::new(),
+        spindle_rpm: None,
+    }
+}
+
+/// Ten modes anywhere from 30 to 950 Hz, as far from each other as three of their widths.
+fn ten_modes(seed: u64) -> Vec<TrueMode> {
+    use rand::RngExt;
+    let mut rng = seeded(seed);
+    let mut modes: Vec<TrueMode> = Vec::new();
+    while modes.len() < 10 {
+        let hz = (30.0_f64.ln() + rng.random::<f64>() * (950.0_f64 / 30.0).ln()).exp();
+        let ratio = 0.002 + 0.013 * rng.random::<f64>();
+        let mut shape: Vec<f64> = (0..10).map(|_| gauss(&mut rng)).collect();
+        shape[0] = 0.5 + 0.5 * rng.random::<f64>();
+        let apart = |other: &TrueMode| {
+            (other.hz - hz).abs() > 3.0 * (ratio * hz + other.ratio * other.hz) + 4.0
+        };
+        if modes.iter().all(apart) {
+            modes.push(TrueMode::new(hz, ratio, &shape));
+        }
+    }
+    modes.sort_by(|a, b| a.hz.total_cmp(&b.hz));
+    modes
+}
+
+/// A light mode beside loud ones is found where no order of the least squares has it, and nothing else is.
+#[test]
+fn a_light_mode_beside_loud_ones_is_found() {
+    for seed in 0..12 {
+        let modes = ten_modes(seed);
+        let found = identify_record(&of_formula(&modes, |_| 1.0, seed), &asked(&[]));
+        must_be(&found, &modes, 1.0, &format!("seed {seed}"));
+    }
+}
+
+/// Light modes that lie 0.3 % apart from response to response leave more than noise; sound ones do not.
+#[test]
+fn what_the_fit_leaves_at_a_mode_is_told() {
+    let modes = [
+        TrueMode::new(120.0, 0.004, &[1.0, 0.7, 0.4, -0.6]),
+        TrueMode::new(310.0, 0.003, &[0.6, -0.8, 0.4, 0.5]),
+        TrueMode::new(560.0, 0.003, &[0.3, 0.4, -0.7, 0.9]),
+    ];
+    for seed in 0..6 {
+        let told = |record: &Record| {
+            let found = identify_record(record, &asked(&[]));
+            found.warnings.iter().filter(|note| note.code == Code::Misfit).count()
+        };
+        assert_eq!(told(&of_formula(&modes, |_| 1.0, seed)), 0, "seed {seed}");
+        let moved = |i: usize| 1.0 + 3e-3 * [1.0, -1.0, 0.3, -0.5][i];
+        assert!(told(&of_formula(&modes, moved, seed)) > 0, "seed {seed}");
     }
 }

@@ -50,15 +50,19 @@ pub struct StabilisationPoint {
 pub(in crate::identify) type PolesByOrder = Vec<(usize, Vec<Pole>)>;
 
 /// Poles of all even orders up to the highest, by order. A band that begins far above zero is
-/// moved down to zero, as its lines would fill but a small part of the unit circle.
+/// moved down to zero, as its lines would fill but a small part of the unit circle. Where the errors
+/// are `relative` to the responses, each line counts as much as the others, and a light mode is not
+/// drowned by loud ones.
 pub(in crate::identify) fn poles_by_order(
     sets: &[(&[f64], &[Vec<C64>])],
     highest: usize,
+    relative: bool,
 ) -> PolesByOrder {
     /// Lines for each coefficient.
     const LINES: usize = 5;
-    /// Of the highest line.
-    const FAR_ABOVE_ZERO: f64 = 0.3;
+    /// Of the highest line: a gap around zero of so much of the circle leaves the coefficients of
+    /// the highest orders without a determination.
+    const FAR_ABOVE_ZERO: f64 = 0.05;
     let lines = sets.iter().map(|(omega, _)| omega.len()).min().unwrap_or(0);
     let highest = highest.min(lines / LINES);
     let top = sets.iter().filter_map(|(omega, _)| omega.last()).fold(0.0_f64, |a, b| a.max(*b));
@@ -70,9 +74,10 @@ pub(in crate::identify) fn poles_by_order(
     let step = std::f64::consts::PI / (top - shift);
     let mut normal = DMatrix::zeros(highest + 1, highest + 1);
     for (omega, spectra) in sets {
+        let weights = if relative { inverse_powers(spectra) } else { vec![1.0; omega.len()] };
         let omega: Vec<f64> = omega.iter().map(|w| w - shift).collect();
         for spectrum in *spectra {
-            if let Some(reduced) = reduced(&omega, spectrum, step, highest) {
+            if let Some(reduced) = reduced((&omega, &weights), spectrum, step, highest) {
                 normal += reduced;
             }
         }
@@ -83,22 +88,42 @@ pub(in crate::identify) fn poles_by_order(
         .collect()
 }
 
-/// Normal matrix of the denominator of one response, its numerator eliminated.
-fn reduced(omega: &[f64], spectrum: &[C64], step: f64, order: usize) -> Option<DMatrix<f64>> {
-    let mean = spectrum.iter().map(C64::norm_sqr).sum::<f64>() / spectrum.len().max(1) as f64;
+/// One over each line's power in all responses, each response about as loud as the others.
+fn inverse_powers(spectra: &[Vec<C64>]) -> Vec<f64> {
+    /// Relative to the loudest line: below it there is noise alone.
+    const LEAST: f64 = 1e-6;
+    let mut powers = vec![0.0; spectra.first().map_or(0, Vec::len)];
+    for spectrum in spectra {
+        let own: Vec<f64> = spectrum.iter().map(C64::norm_sqr).collect();
+        let mean = own.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+        powers.iter_mut().zip(&own).for_each(|(sum, own)| *sum += own / mean);
+    }
+    let loudest = powers.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+    powers.iter().map(|power| loudest / power.max(LEAST * loudest)).collect()
+}
+
+/// Normal matrix of the denominator of one response on weighted lines, its numerator eliminated.
+fn reduced(
+    (omega, weights): (&[f64], &[f64]),
+    spectrum: &[C64],
+    step: f64,
+    order: usize,
+) -> Option<DMatrix<f64>> {
+    let powers = spectrum.iter().zip(weights).map(|(value, weight)| weight * value.norm_sqr());
+    let mean = powers.sum::<f64>() / weights.iter().sum::<f64>().max(f64::MIN_POSITIVE);
     if mean <= 0.0 || !mean.is_finite() {
         return None;
     }
     let (mut ones, mut mixed, mut squares) =
         (vec![0.0; order + 1], vec![0.0; 2 * order + 1], vec![0.0; order + 1]);
-    for (w, value) in omega.iter().zip(spectrum) {
+    for ((w, value), weight) in omega.iter().zip(spectrum).zip(weights) {
         let turn = C64::from_polar(1.0, -w * step);
         let back = turn.conj().powi(order as i32);
-        let power = value.norm_sqr() / mean;
-        let scaled = value / mean.sqrt();
+        let power = weight * value.norm_sqr() / mean;
+        let scaled = value * (weight / mean.sqrt());
         let mut z = C64::new(1.0, 0.0);
         for d in 0..=order {
-            ones[d] += z.re;
+            ones[d] += weight * z.re;
             squares[d] += power * z.re;
             z *= turn;
         }
@@ -228,7 +253,7 @@ mod tests {
                 truth.iter().map(one).sum()
             })
             .collect();
-        let by_order = poles_by_order(&[(&omega, &[spectrum])], 48);
+        let by_order = poles_by_order(&[(&omega, &[spectrum])], 48, false);
         for (order, poles) in by_order.iter().filter(|(order, _)| (16..=40).contains(order)) {
             for pole in &truth {
                 let error = poles
@@ -242,5 +267,25 @@ mod tests {
         assert!(
             truth.iter().all(|p| found.iter().any(|f| (f.omega() / p.omega() - 1.0).abs() < 1e-3))
         );
+    }
+
+    /// Lines from a quarter of the highest on: what is not covered of the circle takes the poles of no
+    /// order away.
+    #[test]
+    fn poles_of_a_band_above_zero_are_found_at_every_order() {
+        let truth = [Pole::from_modal(160.0, 0.01), Pole::from_modal(300.0, 0.02)];
+        let omega: Vec<f64> = (98..350).map(|k| f64::from(k) * 1.2566).collect();
+        let at =
+            |w: &f64| -> C64 { truth.iter().map(|p| (C64::new(0.0, *w) - p.lambda).inv()).sum() };
+        let spectrum: Vec<C64> = omega.iter().map(at).collect();
+        for relative in [false, true] {
+            let by_order = poles_by_order(&[(&omega, &[spectrum.clone()])], 48, relative);
+            for (order, poles) in by_order.iter().filter(|(order, _)| *order >= 16) {
+                let is_found = |pole: &Pole| {
+                    poles.iter().any(|p| (p.lambda - pole.lambda).norm() < 1e-3 * pole.omega())
+                };
+                assert!(truth.iter().all(is_found), "order {order}, {relative}: {poles:?}");
+            }
+        }
     }
 }

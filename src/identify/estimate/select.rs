@@ -84,16 +84,38 @@ fn supported(blocks: &[Block], starts: &[Pole], most: usize) -> Option<Fit> {
 }
 
 /// With a further mode. What an analyser made has errors that many lines share, as it averages
-/// under a window and its sensors are not all alike. They pass for modes wherever one is tried: the
-/// least squares of rising order, or a peak, must support a mode there.
+/// under a window and its sensors are not all alike. They pass for modes on a mode that is there:
+/// the least squares of rising order, or a peak, must support a mode near others; away from them, a
+/// peak of what is left will do.
 fn larger(blocks: &[Block], fit: &Fit, starts: &[Pole]) -> Option<Fit> {
-    let candidates = if blocks.iter().any(Block::is_given) {
-        let is_new = |start: &&Pole| !fit.poles.iter().any(|pole| is_on(pole, start));
-        starts.iter().filter(is_new).copied().collect()
-    } else {
-        driven(fit, starts, blocks)
+    if !blocks.iter().any(Block::is_given) {
+        return grown(blocks, fit, driven(fit, starts, blocks));
+    }
+    let is_new = |start: &&Pole| !fit.poles.iter().any(|pole| is_on(pole, start));
+    let supported = grown(blocks, fit, starts.iter().filter(is_new).copied().collect());
+    supported.or_else(|| {
+        let are_apart =
+            |poles: &[Pole], peak: &Pole| poles.iter().all(|pole| is_apart(blocks, pole, peak));
+        let of = |omega| [0.002, 0.006, 0.018].map(|ratio| Pole::from_modal(omega, ratio));
+        let peaks = residual_peaks(blocks, fit).into_iter().flat_map(of);
+        let larger = grown(blocks, fit, peaks.filter(|p| are_apart(&fit.poles, p)).collect())?;
+        let (new, others) = larger.poles.split_last()?;
+        are_apart(others, new).then_some(larger)
+    })
+}
+
+/// Whether a peak is no part of a pole, as leakage, ripple of sensors and a scatter of frequencies
+/// make of it.
+fn is_apart(blocks: &[Block], pole: &Pole, peak: &Pole) -> bool {
+    const LINES: f64 = 3.0;
+    /// Of the pole's decay rate.
+    const WIDTHS: f64 = 2.0;
+    let line = |block: &Block| match block.omega[..] {
+        [first, second, ..] => second - first,
+        _ => 0.0,
     };
-    grown(blocks, fit, candidates)
+    let reach = LINES * blocks.iter().map(line).fold(0.0, f64::max);
+    (pole.omega() - peak.omega()).abs() > reach + WIDTHS * pole.lambda.re.abs()
 }
 
 /// With a background that bends more, where a band was cut out and that explains what is left as
