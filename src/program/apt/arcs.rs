@@ -2,7 +2,7 @@
 
 use nalgebra::{Unit, Vector3};
 
-use super::lexer::{Statement, Word};
+use super::lexer::{Statement, Word, is};
 use super::{Reader, name, number, unit};
 use crate::notes::Code;
 use crate::program::Pace;
@@ -14,7 +14,11 @@ pub(super) struct Open {
     line: usize,
     centre: Vector3<f64>,
     axis: Unit<Vector3<f64>>,
+    more_turns: u32,
 }
+
+/// Turns of one helix: a job is no spring.
+const MOST_TURNS: f64 = 1000.0;
 
 /// The radius that a statement gives may differ from that of its points by what programs round to,
 /// mm, and by this share.
@@ -25,9 +29,19 @@ const RADIUS_TOLERANCE_SHARE: f64 = 0.001;
 const NX_VALUES: usize = 11;
 
 impl Reader<'_> {
-    /// `CIRCLE/x,y,z,i,j,k[,r,…]`: counterclockwise about the axis, in NX's 11 values clockwise.
+    /// `CIRCLE/x,y,z,i,j,k[,r,…]`: counterclockwise about the axis, in NX's 11 values clockwise. Its
+    /// `TIMES,n` counts the turns of a helix, the last one not whole.
     pub(super) fn circle(&mut self, line: usize, minor: &[Word<'_>]) -> Result<(), String> {
         self.no_arc_is_open(line);
+        let (minor, more_turns) = match minor {
+            [circle @ .., Word::Name(word), Word::Number(turns, _)] if is(word, "TIMES") => {
+                if turns.fract() != 0.0 || !(1.0..=MOST_TURNS).contains(turns) {
+                    return Err(format!("TIMES is {turns}, must be a whole number from 1 on"));
+                }
+                (circle, *turns as u32 - 1)
+            }
+            _ => (minor, 0),
+        };
         if let Some(word) = minor.iter().find_map(name) {
             return Err(format!("'{word}' is not understood"));
         }
@@ -51,7 +65,7 @@ impl Reader<'_> {
                 ));
             }
         }
-        self.arc = Some(Open { line, centre, axis });
+        self.arc = Some(Open { line, centre, axis, more_turns });
         Ok(())
     }
 
@@ -66,7 +80,7 @@ impl Reader<'_> {
         }
         let from = self.at.ok_or("an arc before any position")?;
         self.senses.arc(arc.line, [from, to, arc.centre], arc.axis);
-        self.arc_to(line, from, to, arc.centre, arc.axis)
+        self.arc_to(line, [from, to], arc.centre, (arc.axis, arc.more_turns))
     }
 
     /// An arc that nothing ends is motion that is lost.
@@ -80,17 +94,16 @@ impl Reader<'_> {
     fn arc_to(
         &mut self,
         line: usize,
-        from: Vector3<f64>,
-        to: Vector3<f64>,
+        [from, to]: [Vector3<f64>; 2],
         centre: Vector3<f64>,
-        axis: Unit<Vector3<f64>>,
+        (axis, more_turns): (Unit<Vector3<f64>>, u32),
     ) -> Result<(), String> {
         let pace =
             if std::mem::take(&mut self.rapid) { Pace::Rapid } else { self.cutter.pace()? };
         let frame = self.systems.start();
         let [start, end, centre] = [from, to, centre].map(|point| frame.point(point));
         self.cutter.tilt(frame.axis(self.axis));
-        let arc = Arc::about(start, end, centre, frame.axis(axis));
+        let arc = Arc { more_turns, ..Arc::about(start, end, centre, frame.axis(axis)) };
         self.cutter.arc(line, &arc, pace)?;
         self.at = Some(to);
         Ok(())
@@ -133,6 +146,6 @@ impl Reader<'_> {
         self.senses.lose();
         let tangent = axis.cross(&across(from - centre));
         let axis = if tangent.dot(&direction) < 0.0 { -axis } else { axis };
-        self.arc_to(line, from, to, centre, axis)
+        self.arc_to(line, [from, to], centre, (axis, 0))
     }
 }

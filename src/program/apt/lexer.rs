@@ -1,5 +1,6 @@
 //! APT text → statements: names, numbers with their places, and the symbols between them.
 
+use super::words::BEGINS;
 use crate::program::span::Span;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,6 +53,33 @@ impl<'t> Statement<'t> {
             Kind::Symbol(_) => None,
         });
         words.collect()
+    }
+
+    /// A word that begins another statement behind this one, as `RAPID,GOTO/1,2,3` or
+    /// `COOLNT/OFF;GOTO/1,2,3` have it.
+    pub(super) fn second(&self) -> Option<&'t str> {
+        let begins = |word: &str| BEGINS.iter().any(|own| is(word, own));
+        let is_slash =
+            |at: usize| self.tokens.get(at).is_some_and(|token| token.kind == Kind::Symbol(b'/'));
+        let is_rapid = self.major().split_whitespace().next().is_some_and(|own| is(own, "RAPID"));
+        let mut depth = 0_usize;
+        for (at, token) in self.tokens.iter().enumerate() {
+            match token.kind {
+                Kind::Symbol(b'(') => depth += 1,
+                Kind::Symbol(b')') => depth = depth.saturating_sub(1),
+                Kind::Name(name) if depth == 0 => {
+                    let words = name.split(|c: char| c.is_whitespace() || c == ';');
+                    let last = words.skip(usize::from(at == 0)).last();
+                    // A value may have such a name, too.
+                    let may_begin = at == 0 || is_rapid || is_slash(at + 1);
+                    if let Some(second) = last.filter(|last| may_begin && begins(last)) {
+                        return Some(second);
+                    }
+                }
+                _ => {}
+            }
+        }
+        None
     }
 
     /// The numbers in the parentheses of `(NAME/…)`, the first with this name.

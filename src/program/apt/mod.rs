@@ -124,7 +124,14 @@ impl<'a> Reader<'a> {
         }
         // NX ends each operation by END-OF-PATH and has no FINI; CATIA may end by END.
         self.may_end = matches!(major.as_str(), "END-OF-PATH" | "END");
-        if let Err(what) = self.run(line, &major, statement) {
+        let ran = match statement.second() {
+            // TLON names its circle.
+            Some(second) if major != "TLON" => {
+                Err(format!("{second} stands behind it; write each statement on a line of its own"))
+            }
+            _ => self.run(line, &major, statement),
+        };
+        if let Err(what) = ran {
             self.cutter.log.error(Code::Motion, line, format!("{major}: {what}"));
         }
         true

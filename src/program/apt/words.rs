@@ -1,7 +1,7 @@
 //! Which words of APT are for the machine beside the tool's way, and which move.
 
 /// Words without motion of their own and without effect on later motion.
-pub(super) const WITHOUT_MOTION: [&str; 82] = [
+pub(super) const WITHOUT_MOTION: [&str; 83] = [
     "PARTNO",
     "PPRINT",
     "REMARK",
@@ -29,6 +29,7 @@ pub(super) const WITHOUT_MOTION: [&str; 82] = [
     "PAINT",
     "END-OF-PATH",
     "TLDATA",
+    "TDATA",
     "DISPLAY",
     "TOOL",
     "UNLOAD",
@@ -91,4 +92,12 @@ pub(super) const MOVES: [&str; 26] = [
     "TLLFT", "TLRGT", "GO", "GOFWD", "GOBACK", "GOLFT", "GORGT", "GOUP", "GODOWN", "MOVARC",
     "COPY", "INDEX", "TRACUT", "TRANS", "ORIGIN", "ROTATE", "ROTABL", "ROTHED", "CALL", "JUMPTO",
     "LOOPST", "NURBS", "LCS", "PITCH", "POCKET", "PROFIL",
+];
+
+/// Words that begin a statement and set or move something: behind another statement they would be
+/// lost.
+pub(super) const BEGINS: [&str; 25] = [
+    "GOTO", "GODLTA", "FROM", "GOHOME", "GOCLER", "RAPID", "CIRCLE", "INDIRV", "INDIRP", "MULTAX",
+    "TLAXIS", "FEDRAT", "SPINDL", "UNITS", "UNIT", "CYCLE", "DELAY", "DWELL", "LOADTL", "TURRET",
+    "MSYS", "CSYS", "TRNTYP", "CUTCOM", "FINI",
 ];

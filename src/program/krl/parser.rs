@@ -6,7 +6,7 @@ use super::syntax::{
     Block, Cases, Expr, File, Motion, Parameter, Path, Routine, Statement, Way, What,
 };
 use super::value::{Sort, Type};
-use super::words::is_harmless_keyword;
+use super::words::{is_harmless_keyword, is_predefined_type};
 use crate::wording::counted;
 
 /// Blocks and expressions in one another beyond this are no program that a person writes.
@@ -197,7 +197,11 @@ impl Parser {
         let mut cursor = Cursor::new(&tokens);
         self.at += 1;
         match first.as_str() {
-            "decl" => cursor.declaration(),
+            // `GLOBAL INT N`.
+            "decl" | "global" => {
+                let what = cursor.declaration()?;
+                cursor.ended(what)
+            }
             "if" => {
                 let condition = cursor.behind(1)?.expression()?;
                 self.if_statement(condition)
@@ -245,8 +249,6 @@ impl Parser {
             }
             "interrupt" => interrupt(&tokens),
             "trigger" => Ok(What::Trigger(action(&tokens))),
-            // `GLOBAL INT N`.
-            "global" => cursor.declaration(),
             "exit" => Ok(What::Exit),
             "halt" => Ok(What::Halt),
             "goto" => Ok(What::Goto(cursor.behind(1)?.name()?)),
@@ -263,19 +265,29 @@ impl Parser {
             }
             "resume" | "brake" => Err(format!("{}: is not supported", first.to_uppercase())),
             word if is_harmless_keyword(word) => Ok(What::Call(first.clone(), Vec::new())),
-            _ => cursor.other(),
+            _ => {
+                let what = cursor.other()?;
+                cursor.ended(what)
+            }
         }
     }
 
     fn if_statement(&mut self, condition: Expr) -> Result<What, String> {
-        let (yes, is_whole) = self.block(&["else", "endif"]);
+        let (yes, is_whole) = self.block(&["else", "endif", "elseif", "elsif"]);
         if !is_whole {
             return Err("ENDIF is missing".to_owned());
         }
-        let has_else = self.lines.get(self.at).is_some_and(|line| line.first() == "else");
-        if has_else {
+        // Whichever branch runs, a line that KRL does not have leaves open what the others are.
+        let is_end = |line: &&Line| line.first() == "endif";
+        if let Some(line) = self.lines.get(self.at).filter(|line| !is_end(line)) {
+            let is_else = line.first() == "else" && line.tokens().len() == 1;
+            let written = line.text.clone();
             self.at += 1;
-            return Ok(What::If(condition, yes, self.body("endif")?));
+            let no = self.body("endif")?;
+            return match is_else {
+                true => Ok(What::If(condition, yes, no)),
+                false => Err(format!("its '{}' is not understood", written.trim())),
+            };
         }
         self.at += 1;
         Ok(What::If(condition, yes, Block::new()))
@@ -423,12 +435,20 @@ impl<'t> Cursor<'t> {
         Ok(What::Declare(declared, paths, value))
     }
 
+    /// What was read, where nothing stands behind it.
+    fn ended(&self, what: What) -> Result<What, String> {
+        if self.is_end() { Ok(what) } else { Err("is not understood".to_owned()) }
+    }
+
     /// An assignment, a call, a label or a declaration without DECL.
     fn other(&mut self) -> Result<What, String> {
         let start = self.at;
-        if let (Some(Kind::Word(_)), Some(Kind::Word(_))) =
+        if let (Some(Kind::Word(word)), Some(Kind::Word(_))) =
             (self.tokens.first(), self.tokens.get(1))
         {
+            if !is_predefined_type(word) {
+                return Err("is no statement of KRL, and no type that needs no DECL".to_owned());
+            }
             return self.declaration();
         }
         let path = self.path()?;

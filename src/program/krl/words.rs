@@ -31,6 +31,40 @@ pub(super) fn is_harmless_keyword(word: &str) -> bool {
     HARMLESS.contains(&word)
 }
 
+/// Types that need no DECL.
+pub(super) fn is_predefined_type(word: &str) -> bool {
+    const TYPES: [&str; 27] = [
+        "int",
+        "real",
+        "bool",
+        "char",
+        "pos",
+        "e3pos",
+        "e6pos",
+        "axis",
+        "e3axis",
+        "e6axis",
+        "frame",
+        "load",
+        "inertia",
+        "fdat",
+        "ldat",
+        "pdat",
+        "cdat",
+        "basis_sugg_t",
+        "bas_command",
+        "circ_type",
+        "ori_type",
+        "ipo_mode",
+        "mode_op",
+        "state_t",
+        "date",
+        "krlmsg_t",
+        "modus_t",
+    ];
+    TYPES.contains(&word)
+}
+
 /// Procedures and statements without motion and without effect on later motion.
 pub(super) fn is_harmless(name: &str) -> bool {
     const PROCEDURES: [&str; 19] = [

@@ -46,8 +46,87 @@ fn arcs_of_nx_run_clockwise_about_their_axis() {
     let found = faults(&nx(1), Dialect::Apt);
     assert_eq!((at(&found[0]), found.len()), (6, 1), "{found:?}");
     assert!(found[0].what.contains("tangent"), "{found:?}");
-    let helix = nx(-1).replace(",25,0\nGOTO/5", ",25,0,TIMES,2\nGOTO/5");
-    assert!(faults(&helix, Dialect::Apt)[0].what.contains("TIMES"));
+}
+
+/// NX counts a helix's turns with the last one, which is not whole: 90° and twice 360°, 6 mm down.
+#[test]
+fn a_helix_of_nx_turns_so_many_times() {
+    let helix = nx(-1).replace(",25,0\nGOTO/5.3162,10.5,70", ",25,0,TIMES,3\nGOTO/5.3162,10.5,64");
+    let program = of(&helix.replace("256.4468,10.5,70", "256.4468,10.5,64"), Dialect::Apt);
+    let (mut from, mut turned, mut lowest) = (None, 0.0, f64::INFINITY);
+    for motion in &program.moves {
+        let (Target::Arc { end, .. } | Target::Line(end)) = &motion.to else { panic!("a line") };
+        let end = end.translation.vector * 1e3;
+        if let (Target::Arc { via, .. }, Some(start)) = (&motion.to, from) {
+            let via: Vector3<f64> = via.translation.vector * 1e3;
+            let half = |a: Vector3<f64>, b: Vector3<f64>| {
+                2.0 * ((a - b).xy().norm() / 25.0).min(1.0).asin()
+            };
+            turned += half(start, via) + half(via, end);
+            lowest = end.z.min(lowest);
+        }
+        from = Some(end);
+    }
+    assert!((turned.to_degrees() - 810.0).abs() < 0.01, "{}", turned.to_degrees());
+    assert!((lowest - 64.0).abs() < 1e-6, "{lowest}");
+    for turns in ["0", "1.5", "-2", "1E9"] {
+        let found = faults(&helix.replace("TIMES,3", &format!("TIMES,{turns}")), Dialect::Apt);
+        assert!(found[0].what.contains("TIMES"), "{turns}: {found:?}");
+    }
+}
+
+/// A second statement on a line would be lost, and the rapid move with it.
+#[test]
+fn two_statements_of_apt_on_one_line_are_a_fault() {
+    for line in [
+        "RAPID,GOTO/100,0,3",
+        "RAPID GOTO/100,0,3",
+        "RAPID,GODLTA/0,0,5",
+        "RAPID,GOHOME",
+        "RAPID,FEDRAT/100",
+        "COOLNT/ON,GOTO/100,0,3",
+        "COOLNT/OFF;GOTO/100,0,3",
+        "STOP,GOTO/100,0,3",
+    ] {
+        let text = format!("FEDRAT/MMPM,600\nGOTO/0,0,3\n{line}\nGOTO/50,0,3");
+        let found = faults(&text, Dialect::Apt);
+        assert_eq!((at(&found[0]), found.len()), (3, 1), "{line}: {found:?}");
+        assert!(found[0].what.contains("line of its own"), "{line}: {found:?}");
+    }
+    // Names of values are none.
+    let program = of(
+        "TOOL PATH/CYCLE,TOOL,RAPID\nTDATA/MILL,38,0\nFEDRAT/MMPM,600\nGOTO/0,0,3\nGOTO/50,0,3",
+        Dialect::Apt,
+    );
+    assert_eq!(program.moves.len(), 2);
+}
+
+/// A word and a name are no declaration unless the word is a type.
+#[test]
+fn what_is_no_statement_of_krl_is_a_fault() {
+    let text = |line: &str| {
+        format!(
+            "DEF A()\nINT mode\nE6POS far\nDECL my_type t\nmode=2\n$VEL.CP=0.1\n\
+             PTP {{A1 0,A2 -90,A3 90,A4 0,A5 0,A6 0}}\n{line}\nEND"
+        )
+    };
+    for line in [
+        "LINREL P1",
+        "SLINE P1",
+        "GO P1",
+        "GLIN mode {X 3}",
+        "INT a b",
+        "mode=2 3",
+        "IF mode==1 THEN\nmode=3\nELSEIF mode==2 THEN\nmode=4\nENDIF",
+        "IF mode==1 THEN\nmode=3\nELSE IF mode==2 THEN\nmode=4\nENDIF",
+        "IF mode==2 THEN\nmode=3\nELSEIF (mode==2) THEN\nmode=4\nENDIF",
+        "DECL INT c d",
+    ] {
+        let found = faults(&text(line), Dialect::Krl);
+        assert_eq!(found.len(), 1, "{line}: {found:?}");
+        assert_eq!(at(&found[0]), 8, "{line}: {found:?}");
+    }
+    of(&text("IF mode==1 THEN\nmode=3\nELSE\nmode=4\nENDIF"), Dialect::Krl);
 }
 
 #[test]
