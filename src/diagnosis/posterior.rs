@@ -19,8 +19,8 @@ use super::likelihood::MIN_NOISE;
 use super::mechanics::Mechanics;
 use super::problem::Problem;
 use crate::model::{
-    self, Calibration, Cause, Correction, Description, Fingerprint, LearnedParameter,
-    ParameterKind, Posterior, Robot, Unexplained, distance,
+    Calibration, Cause, Correction, Description, Fingerprint, LearnedParameter, ParameterKind,
+    Posterior, Robot, Unexplained, distance,
 };
 use crate::modes::Pencil;
 use crate::statistics::median;
@@ -278,7 +278,7 @@ fn as_written(
 ) -> Option<Fingerprint> {
     let mut description = with_posterior(problem.description, posterior.clone());
     description.corrections.extend(corrections);
-    model::fingerprint(&Robot::of(description)?, posterior.unexplained.poses.first()?)
+    Fingerprint::of(&Robot::of(description)?, posterior.unexplained.poses.first()?)
 }
 
 /// Six decimals: what is written is read again as it was.

@@ -239,8 +239,13 @@ fn merged_mode(
     members: Vec<(usize, usize)>,
     notes: &mut Vec<Note>,
 ) -> PoseMode {
+    // What a clipped record says, or one that is uncertain, bends what others know.
+    let is_certain =
+        |&(record, mode): &(usize, usize)| records[record].modes[mode].suspicion.is_none();
+    let certain: Vec<(usize, usize)> = members.iter().copied().filter(is_certain).collect();
+    let used = if certain.is_empty() { &members } else { &certain };
     let values = |of: fn(&Mode) -> (f64, f64)| -> Vec<(f64, f64)> {
-        members.iter().map(|&(record, mode)| of(&records[record].modes[mode])).collect()
+        used.iter().map(|&(record, mode)| of(&records[record].modes[mode])).collect()
     };
     let (frequency_hz, frequency_std_hz, ratio) =
         merged(&values(|mode| (mode.frequency_hz, mode.frequency_std_hz)));
@@ -267,7 +272,7 @@ fn merged_mode(
     }
     let suspicion = suspicion(members.iter().map(|&(i, mode)| records[i].modes[mode].suspicion));
     let shapes: Vec<&[ShapePart]> =
-        members.iter().map(|&(i, mode)| &records[i].modes[mode].shape[..]).collect();
+        used.iter().map(|&(i, mode)| &records[i].modes[mode].shape[..]).collect();
     PoseMode {
         frequency_hz,
         frequency_std_hz,

@@ -198,8 +198,10 @@ fn uncertain(mode: &mut Mode, notes: &mut Notes) {
 /// lie there has a decay of its own.
 fn harmonics(modes: &mut [Mode], notes: &mut Notes) {
     const MOST: u32 = 6;
-    /// Of the frequency, beside three deviations; of the decay rates, relative.
+    /// Of the frequency, beside three deviations, which may not be more than so much of it: a mode
+    /// that is hardly known lies at no multiple. Of the decay rates, relative.
     const NEAR: f64 = 2e-4;
+    const KNOWN: f64 = 3e-3;
     const ALIKE: f64 = 0.15;
     let decay = |mode: &Mode| mode.damping_ratio * mode.frequency_hz;
     for at in 0..modes.len() {
@@ -211,6 +213,7 @@ fn harmonics(modes: &mut [Mode], notes: &mut Notes) {
             // Between as fast as the mode itself, in proportion to it, and with its power.
             let rate = decay(mode) / decay(base).max(f64::MIN_POSITIVE);
             (2.0..=f64::from(MOST)).contains(&order)
+                && 3.0 * std < KNOWN * mode.frequency_hz
                 && off < 3.0 * std + NEAR * mode.frequency_hz
                 && mode.prominence < base.prominence
                 && (1.0 - ALIKE..=order * (1.0 + ALIKE)).contains(&rate)

@@ -61,12 +61,19 @@ fn read(raw: &raw::Posterior, joints: usize) -> Result<Posterior, String> {
     }
     let fingerprint = match &raw.fingerprint {
         None => None,
-        Some(raw) => match (raw.ln_det_mass, raw.ln_det_stiffness) {
-            (Some(ln_det_mass), Some(ln_det_stiffness)) => {
-                Some(Fingerprint { ln_det_mass, ln_det_stiffness })
+        Some(raw) => {
+            let known = raw.mass_diagonal.clone().zip(raw.stiffness_diagonal.clone());
+            let (mass_diagonal, stiffness_diagonal) =
+                known.ok_or("must have mass_diagonal and stiffness_diagonal in fingerprint")?;
+            if mass_diagonal.len() != stiffness_diagonal.len()
+                || !mass_diagonal.iter().chain(&stiffness_diagonal).all(|v| *v > 0.0)
+            {
+                return Err("must have as many positive values in mass_diagonal as in \
+                            stiffness_diagonal"
+                    .to_owned());
             }
-            _ => return Err("must have ln_det_mass and ln_det_stiffness in fingerprint".to_owned()),
-        },
+            Some(Fingerprint { mass_diagonal, stiffness_diagonal })
+        }
     };
     Ok(Posterior { parameters, correlation, unexplained, fingerprint })
 }
@@ -117,10 +124,11 @@ pub(super) fn write(out: &mut String, posterior: &Posterior, quoted: &dyn Fn(&st
         unexplained.reach,
         rows(&unexplained.poses),
     );
-    if let Some(Fingerprint { ln_det_mass, ln_det_stiffness }) = fingerprint {
+    if let Some(Fingerprint { mass_diagonal, stiffness_diagonal }) = fingerprint {
         let _ = write!(
             out,
-            ",\n    fingerprint: {{ln_det_mass: {ln_det_mass}, ln_det_stiffness: {ln_det_stiffness}}}"
+            ",\n    fingerprint: {{mass_diagonal: {mass_diagonal:?}, stiffness_diagonal: \
+             {stiffness_diagonal:?}}}"
         );
     }
     out.push('}');

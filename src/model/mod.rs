@@ -36,7 +36,7 @@ pub use inertia::{
 };
 pub use inverse_kinematics::{IkFault, IkMethod, InverseKinematics, Singularity, turn_towards};
 pub use placement::Placement;
-pub use plausibility::{doubts, fingerprint};
+pub use plausibility::doubts;
 pub use pose_fault::PoseFault;
 pub(crate) use posterior::distance;
 pub use posterior::{Fingerprint, LearnedParameter, ParameterKind, Posterior, Unexplained};

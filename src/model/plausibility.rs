@@ -1,12 +1,9 @@
 //! Robots that a reader should doubt: figures that no arm has, each with what to check. None of
 //! them is impossible, so none is an error.
 
-use nalgebra::{DMatrix, Matrix3};
+use nalgebra::Matrix3;
 
-use super::correction::Conditions;
 use super::description::{Calibration, CoordinateKind, Description, Inertial, JointKind};
-use super::inertia::{mass_matrix, stiffness_matrix};
-use super::placement::Placement;
 use super::posterior::Fingerprint;
 use super::robot::{Coordinate, NodeMotion, Robot, ancestors};
 use crate::notes::{Code, Note, Part, Place};
@@ -263,42 +260,38 @@ fn slight(calibration: &Calibration) -> Option<Note> {
     Some(of_calibration(format!("{what}; write it with detune diagnose --write")))
 }
 
-/// The fingerprint of a robot at a pose; `None` where M or K is not positive definite.
-pub fn fingerprint(robot: &Robot, q: &[f64]) -> Option<Fingerprint> {
-    let n = robot.coordinates().len();
-    let mut placement = Placement::new(robot);
-    placement.place(robot, q);
-    let (mut mass, mut stiffness) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
-    mass_matrix(robot, &placement, &mut mass);
-    stiffness_matrix(robot, &placement, &Conditions::default(), &mut stiffness);
-    let ln_det = |matrix: DMatrix<f64>| {
-        let ln = matrix.cholesky()?.ln_determinant();
-        ln.is_finite().then_some((ln * 1e6).round() / 1e6)
-    };
-    Some(Fingerprint { ln_det_mass: ln_det(mass)?, ln_det_stiffness: ln_det(stiffness)? })
-}
-
 /// A calibration of another model than the one that stands here.
 fn changed_since(calibration: &Calibration, robot: &Robot) -> Option<Note> {
-    /// Both figures are written with six decimals.
-    const ROUNDED: f64 = 1e-5;
+    /// Figures are written with eight digits.
+    const ROUNDED: f64 = 1e-6;
     let posterior = calibration.posterior.as_ref()?;
-    let then = posterior.fingerprint?;
-    let q = posterior.unexplained.poses.first()?;
-    let now = fingerprint(robot, q)?;
-    let masses = now.ln_det_mass - then.ln_det_mass;
-    let springs = now.ln_det_stiffness - then.ln_det_stiffness;
-    let changed = match (masses.abs() > ROUNDED, springs.abs() > ROUNDED) {
-        (false, false) => return None,
-        (true, false) => "masses or dimensions were",
-        (false, true) => "springs were",
-        (true, true) => "masses or dimensions, and springs, were",
+    let then = posterior.fingerprint.as_ref()?;
+    let now = Fingerprint::of(robot, posterior.unexplained.poses.first()?)?;
+    let named = |then: &[f64], now: &[f64]| -> Vec<String> {
+        let both = now.iter().zip(then).zip(robot.coordinates());
+        let apart = both.filter(|((now, then), _)| (*now / *then - 1.0).abs() > ROUNDED);
+        let told = |((now, then), of): ((&f64, &f64), &Coordinate)| {
+            format!("{} times as much at {}", rounded(now / then, 4), of.name)
+        };
+        apart.map(told).collect()
+    };
+    let masses = named(&then.mass_diagonal, &now.mass_diagonal);
+    let springs = named(&then.stiffness_diagonal, &now.stiffness_diagonal);
+    let (what, figures) = match (masses.is_empty(), springs.is_empty()) {
+        _ if then.mass_diagonal.len() != now.mass_diagonal.len() => {
+            ("elastic joints were", "the file has another number of them".to_owned())
+        }
+        (true, true) => return None,
+        (false, true) => ("masses or dimensions were", format!("M is {}", masses.join(", "))),
+        (true, false) => ("springs were", format!("K is {}", springs.join(", "))),
+        (false, false) => (
+            "masses or dimensions, and springs, were",
+            format!("M is {}; K is {}", masses.join(", "), springs.join(", ")),
+        ),
     };
     Some(of_calibration(format!(
-        "{changed} changed after the calibration: at its first pose det M is {} and det K {} times \
-         what they were; undo the change, or measure again and run detune diagnose --write",
-        rounded(masses.exp(), 4),
-        rounded(springs.exp(), 4)
+        "{what} changed after the calibration: at its first pose {figures}; undo the change, or \
+         measure again and run detune diagnose --write"
     )))
 }
 

@@ -4,9 +4,9 @@
 use crate::identify::{asked, record};
 use crate::vibration::{gauss, seeded};
 use detune::identify::pose::Pose;
-use detune::identify::record::{Asked, Conditions, Data, Measurement, Quantity, Record, Session};
+use detune::identify::record::{Asked, Conditions, Measurement, Quantity, Record, Session};
 use detune::identify::record_modes::{IdentifiedRecord, identify_record};
-use detune::identify::session::{IdentifiedSession, identify_session};
+use detune::identify::session::{IdentifiedSession, PoseMode, identify_session};
 use detune::notes::Code;
 use detune::progress::silent;
 
@@ -262,6 +262,52 @@ fn modes_of_a_clipped_record_stay_out_of_the_table_and_a_clipped_channel_out_of_
     assert!(listed(&alone).is_empty(), "{:?}", listed(&alone));
 }
 
+/// A clipped record of a pose bends nothing that a sound one knows.
+#[test]
+fn a_sound_record_of_a_pose_is_not_bent_by_a_clipped_one() {
+    const RATE: f64 = 500.0;
+    let own = [(20.0, 0.01), (47.0, 0.015)].map(|own| swung(own, 1.0, 1.0, RATE, 3000, &|_| 0.0));
+    let sound = mixed(&own, &[&[2.0, 0.5]], 0.005, 1);
+    let mut clipped = mixed(&own, &[&[2.0, 0.5]], 0.005, 2);
+    let limit = 0.3 * clipped[0].iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+    clipped[0].iter_mut().for_each(|y| *y = y.clamp(-limit, limit));
+    let measured = |responses: Vec<Vec<f64>>| Measurement {
+        record: acceleration(RATE, None, responses),
+        pose: Pose::Joints(vec![0.0]),
+        conditions: Conditions::default(),
+        id: None,
+    };
+    let of = |records: Vec<Measurement>| {
+        let session = Session { asked: asked(&[]), joint_columns: None, records };
+        identify_session(&session, &silent)
+    };
+    let alone = of(vec![measured(sound.clone())]);
+    let both = of(vec![measured(clipped), measured(sound)]);
+    assert_eq!(both.records[0].modes[0].suspicion, Some(Code::Clipping));
+    let values = |of: &[PoseMode]| -> Vec<[f64; 4]> {
+        let certain = of.iter().filter(|mode| mode.suspicion.is_none());
+        certain
+            .map(|m| [m.frequency_hz, m.frequency_std_hz, m.damping_ratio, m.damping_std])
+            .collect()
+    };
+    let (alone, both) = (values(&alone.poses[0].modes), values(&both.poses[0].modes));
+    assert_eq!((alone.len(), &alone), (2, &both));
+}
+
+/// A mode that noise leaves uncertain lies at no multiple of another.
+#[test]
+fn a_mode_near_twice_another_in_noise_is_no_harmonic() {
+    const RATE: f64 = 500.0;
+    let own = [(20.0, 0.02), (40.12, 0.02)].map(|own| swung(own, 1.0, 1.0, RATE, 2000, &|_| 0.0));
+    for seed in 0..8 {
+        let responses = mixed(&own, &[&[1.0, 0.7], &[0.8, -0.6]], 0.1, seed);
+        let found = identify_record(&acceleration(RATE, None, responses), &asked(&[]));
+        let listed = listed(&found);
+        let is_near = |hz: f64| listed.iter().any(|own| (own / hz - 1.0).abs() < 0.01);
+        assert!(is_near(20.0) && is_near(40.12), "seed {seed}: {listed:?} {:?}", found.warnings);
+    }
+}
+
 /// A mode at 0.985 of half the rate; a frequency that is asked for and not there; a record twice.
 #[test]
 fn what_is_not_looked_at_is_told_once() {
@@ -291,7 +337,6 @@ fn what_is_not_looked_at_is_told_once() {
     let (one, merged) = (&twice.records[0].modes[0], &twice.poses[0].modes[0]);
     assert_eq!(merged.frequency_std_hz, one.frequency_std_hz);
     assert!(twice.warnings.iter().any(|note| note.what.contains("counts once")));
-    let Data::Time { .. } = &session.records[0].record.data else { panic!() };
 }
 
 /// 15 % softer in tension: the second harmonic is no mode.

@@ -92,7 +92,9 @@ fn a_calibration_vouches_for_the_model_that_was_measured() {
     told(&arm.robot, &heavier, "", "calibration", "masses or dimensions were changed after");
     let stiffer = arm.changed("stiffness_nm_per_rad: 138000", "stiffness_nm_per_rad: 276000");
     told(&stiffer, &arm.urdf, "", "calibration", "springs were changed after the calibration");
-    told(&stiffer, &arm.urdf, "", "calibration", "det K 2 times");
+    told(&stiffer, &arm.urdf, "", "calibration", "K is 2 times as much at joint_3");
+    let swapped = stiffer.replace(": 276000", ": 555000").replacen(": 555000", ": 138000", 1);
+    told(&swapped, &arm.urdf, "", "calibration", "times as much at joint_2, 4.0217 times");
     let rms = arm.robot.find("heldout_rms_percent: ").unwrap();
     let end = rms + arm.robot[rms..].find(',').unwrap();
     let poor = format!("{}heldout_rms_percent: 10.94{}", &arm.robot[..rms], &arm.robot[end..]);
@@ -104,6 +106,33 @@ fn a_calibration_vouches_for_the_model_that_was_measured() {
     told(&arm.robot, &arm.urdf, "payload: none\n", "tool_mass_conflict", "a payload of 0 kg");
     let in_all = "payload: {mass_kg: 8, com_m: [0, 0, 0]}\n";
     assert_eq!(arm.verdict(&arm.robot, &arm.urdf, in_all).0, "clear");
+}
+
+/// What corrections found at the tip does not go away with a tool that the program declares, whether or not the job
+/// repeats its mass.
+#[test]
+fn a_programs_tool_takes_no_found_mass_away_in_silence() {
+    let folder = tempfile::tempdir().unwrap();
+    let read = |name: &str| fs::read_to_string(repository().join(name)).unwrap();
+    let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    write("contour.mod", &read("jobs/contour.mod"));
+    write("irb1600.urdf", &read("robots/irb1600/irb1600.urdf"));
+    write(
+        "robot.yaml",
+        &(read("robots/irb1600/robot.yaml")
+            + "payload: {link: tool0, mass_kg: 4.2}\ncorrections:\n  - {cause: payload, at: tool0, parameters: \
+               {mass_kg: 3}}\n"),
+    );
+    let job = read("jobs/contour.yaml").replace("../robots/irb1600/robot.yaml", "robot.yaml");
+    for own in ["", "payload: {mass_kg: 4.2, com_m: [0, 0, 0.07]}\n"] {
+        write("job.yaml", &format!("{job}{own}"));
+        let found = json(&run(folder.path(), &["check", "job.yaml", "--format", "json"]));
+        let warnings = found["jobs"][0]["warnings"].as_array().unwrap().iter();
+        let texts = warnings.filter(|own| own["code"] == "tool_mass_conflict");
+        let texts: Vec<&str> = texts.map(|own| own["text"].as_str().unwrap()).collect();
+        assert_eq!(texts.len(), 1, "{found}");
+        assert!(texts[0].contains("4.2 kg takes the place of the 7.2 kg"), "{texts:?}");
+    }
 }
 
 /// A figure that somebody typed measures no spring.

@@ -4,7 +4,6 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::super::carriers::Carriers;
 use super::super::raw::job as raw;
 use super::super::robot::inertial;
 use super::Reader;
@@ -50,44 +49,41 @@ impl Reader<'_> {
             raw::Payload::Nothing(raw::Nothing::None) => (None, CarriedBy::None),
             raw::Payload::Body(body) => (Some(inertial(body)), CarriedBy::Job),
         };
+        let steps = match tool {
+            Some(Some(key)) => vec![Step::Key("tools"), Step::Key(key)],
+            Some(None) => vec![Step::Key("tool")],
+            None => Vec::new(),
+        };
+        let steps = [steps, vec![Step::Key("payload")]].concat();
         match self.carriers.as_mut()?.with(body) {
             Ok(robot) => {
                 let mass_kg = body.map_or(0.0, |body| body.mass_kg);
-                self.without_correction(called, mass_kg);
+                if let Some(why) = self.lost_correction(mass_kg) {
+                    let what = format!("{called}: a payload of {mass_kg} kg {why}");
+                    if !self.notes.list().iter().any(|note| note.what == what) {
+                        let line = self.tree.line_at(&steps);
+                        self.notes.warning(Code::ToolMassConflict, Some(line), what);
+                    }
+                }
                 Some((robot, Carried { mass_kg, source }))
             }
             Err(why) => {
-                let steps = match tool {
-                    Some(Some(key)) => vec![Step::Key("tools"), Step::Key(key)],
-                    Some(None) => vec![Step::Key("tool")],
-                    None => Vec::new(),
-                };
-                let steps = [steps, vec![Step::Key("payload")]].concat();
                 self.error(Code::Inertia, &steps, format!("{called}: payload: {why}"));
                 None
             }
         }
     }
 
-    /// Reports a payload of the job that takes away what corrections put on the tip.
-    fn without_correction(&mut self, called: &str, mass_kg: f64) {
-        let Some((of_file, in_all)) = self.carriers.as_ref().and_then(Carriers::corrected_kg)
-        else {
-            return;
-        };
-        if apart(in_all, mass_kg) <= MAX_APART {
-            return;
-        }
-        let line = self.tree.line_at(&[Step::Key("payload")]);
-        let what = format!(
-            "{called}: a payload of {mass_kg} kg takes the place of the {} kg that the robot file's \
-             corrections find at the tip, where it states {of_file} kg; state what the arm carries \
-             in all, or leave payload out",
-            rounded(in_all, 3)
-        );
-        if !self.notes.list().iter().any(|note| note.what == what) {
-            self.notes.warning(Code::ToolMassConflict, Some(line), what);
-        }
+    /// What a mass at the tip takes away that corrections put there, if it does.
+    fn lost_correction(&self, mass_kg: f64) -> Option<String> {
+        let (of_file, in_all) = self.carriers.as_ref()?.corrected_kg()?;
+        (apart(in_all, mass_kg) > MAX_APART).then(|| {
+            format!(
+                "takes the place of the {} kg that the robot file's corrections find at the tip, \
+                 where it states {of_file} kg; state what the arm carries in all, or leave it out",
+                rounded(in_all, 3)
+            )
+        })
     }
 
     /// Reports masses at the tip of which nobody says where they are.
@@ -145,16 +141,18 @@ impl Reader<'_> {
             raw::Payload::Body(body) => ("the job's", body.mass_kg.unwrap_or(*mass_kg)),
         });
         let other = of_job.or(of_robot).filter(|&(_, kg)| apart(kg, *mass_kg) > ROUNDED);
+        if let Some(why) = self.lost_correction(*mass_kg) {
+            let what = format!("tooldata {name}: its {mass_kg} kg {why}");
+            warnings.push(Note::warning(Code::ToolMassConflict, place.clone(), what));
+        }
         if let Some((whose, other_kg)) = other {
-            // Of a robot file that states what it carries at other times the program's is a remark,
-            // but not of one whose corrections found a mass there.
-            let is_found = self.carriers.as_ref().and_then(Carriers::corrected_kg).is_some();
-            let contradicts =
-                (of_job.is_some() || is_found) && apart(other_kg, *mass_kg) > MAX_APART;
+            // A robot file may state what it carries at other times.
+            let contradicts = of_job.is_some() && apart(other_kg, *mass_kg) > MAX_APART;
             let (code, check) = match contradicts {
                 true => (Code::ToolMassConflict, "; put right the one that is wrong"),
                 false => (Code::ToolMass, ""),
             };
+            let other_kg = rounded(other_kg, 3);
             let what = format!(
                 "tooldata {name} declares {mass_kg} kg, which is what the model carries; {whose} \
                  payload of {other_kg} kg is not used{check}"

@@ -357,16 +357,16 @@ pub(in crate::input) struct Posterior {
     pub(in crate::input) fingerprint: Option<Fingerprint>,
 }
 
-/// A model at a pose in two figures, which any other mass, length or spring changes.
+/// A model at a pose: a figure a coordinate for masses and lengths, and one for springs.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(in crate::input) struct Fingerprint {
-    /// ln of the determinant of M.
+    /// Diagonal of M, kg·m² or kg.
     #[schemars(required)]
-    pub(in crate::input) ln_det_mass: Option<f64>,
-    /// ln of the determinant of K.
+    pub(in crate::input) mass_diagonal: Option<Vec<f64>>,
+    /// Diagonal of K, N·m/rad or N/m.
     #[schemars(required)]
-    pub(in crate::input) ln_det_stiffness: Option<f64>,
+    pub(in crate::input) stiffness_diagonal: Option<Vec<f64>>,
 }
 
 /// A learned parameter: one of spring, link, drive, foundation and bending says what it is.

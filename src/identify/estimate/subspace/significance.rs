@@ -77,9 +77,9 @@ impl Spectra<'_> {
     /// Largest power on some lines relative to that on others, over combinations of responses.
     fn ratio(&self, own: &[usize], side: &[usize]) -> Option<f64> {
         let mut around = self.power(side);
-        let size = around.trace().re;
+        // Each response in its own unit.
         for i in 0..around.nrows() {
-            around[(i, i)] += C64::new(1e-9 * size, 0.0);
+            around[(i, i)] *= 1.0 + 1e-9;
         }
         let factor = around.cholesky()?.l();
         let half = factor.solve_lower_triangular(&self.power(own))?;
@@ -95,5 +95,32 @@ impl Spectra<'_> {
             let products = lines.iter().map(|&k| self.lines[i][k] * self.lines[j][k].conj());
             products.sum::<C64>() / lines.len().max(1) as f64
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A tone in two of three responses of noise, one of them in a unit a million times as large.
+    #[test]
+    fn units_of_responses_do_not_count() {
+        let noise = |k: usize, i: usize| {
+            let turn = 1e4 * ((k * k + 17 * i * k) as f64).sin();
+            C64::from_polar(1.0 + 0.5 * (0.3 * turn).sin(), turn)
+        };
+        let ratio = |unit: f64| {
+            let line = |k: usize, i: usize| {
+                let tone = if k < 20 && i > 0 { C64::new(3.0, 0.0) } else { C64::default() };
+                (noise(k, i) + tone) * if i == 1 { unit } else { 1.0 }
+            };
+            let lines: Vec<Vec<C64>> =
+                (0..3).map(|i| (0..200).map(|k| line(k, i)).collect()).collect();
+            let spectra = Spectra { lines: &lines, spacing: 1.0, band: [0.0, 200.0] };
+            let (own, side): (Vec<usize>, Vec<usize>) = ((0..20).collect(), (20..200).collect());
+            spectra.ratio(&own, &side).unwrap()
+        };
+        assert!(ratio(1.0) > 10.0, "{}", ratio(1.0));
+        assert!((ratio(1e-6) / ratio(1.0) - 1.0).abs() < 1e-6, "{} {}", ratio(1e-6), ratio(1.0));
     }
 }
