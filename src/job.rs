@@ -275,7 +275,7 @@ impl Operation {
 /// Spindle speed over s.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SpindleSpeed {
-    /// One speed, rev/min.
+    /// One speed, rev/min; zero where the program has stopped the spindle all along.
     Constant(f64),
     /// (s, rev/min) with s in 0..=1, strictly ascending; linear between, constant before the first
     /// and after the last.

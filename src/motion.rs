@@ -28,8 +28,8 @@ pub struct Move {
 /// What sets how long a move takes.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Timing {
-    /// The way of the tool centre point and [`Move::feed_m_per_s`]; where the tool turns on a line
-    /// or an arc, no faster than [`Stated::turning_rad_per_s`].
+    /// The way of the tool centre point and [`Move::feed_m_per_s`]; where the tool turns, no faster
+    /// than [`Stated::turning_rad_per_s`].
     #[default]
     Feed,
     /// The same at a feed that is assumed: the move is a rapid one, and cuts nothing.
@@ -52,7 +52,7 @@ pub struct Stated {
     /// Where joints of the robot are at the end of the move that the program places as external
     /// axes: index from base to tip, and position, rad or m.
     pub external: Vec<(usize, f64)>,
-    /// How fast the tool may turn on a line or an arc, rad/s.
+    /// How fast the tool may turn, rad/s.
     pub turning_rad_per_s: Option<f64>,
     /// The arm configuration at the end of the move.
     pub configuration: Option<Arc<Configuration>>,

@@ -14,8 +14,8 @@ use crate::formats::text::read_bytes;
 use crate::formats::yaml::{Node, Step};
 use crate::notes::{Code, Note, Notes};
 use crate::program::{
-    self, Companion, Coordinates, Dialect, DwellUnit, J3From, Program, RAPID_M_PER_S, RotaryAxis,
-    SetBy, Setter, Settings,
+    self, Companion, Coordinates, Dialect, DwellUnit, J3From, LengthUnit, Program, RAPID_M_PER_S,
+    RotaryAxis, SetBy, Setter, Settings,
 };
 
 /// Languages of programs that are known by their extensions and not read.
@@ -130,17 +130,22 @@ fn keys_without_effect(
     dialect: Dialect,
     notes: &mut Notes,
 ) {
-    use Dialect::{Apt, Fanuc, GCode, Krl, Rapid, Sinumerik};
-    let keys: [(&str, bool, &[Dialect]); 11] = [
+    use Dialect::{Apt, Fanuc, GCode, Heidenhain, Krl, Rapid, Sinumerik};
+    let keys: [(&str, bool, &[Dialect]); 12] = [
         ("procedure", raw.procedure.is_some(), &[Rapid, Krl]),
         ("spindle_from", raw.spindle_from.is_some(), &[Rapid, Krl, Fanuc]),
         ("tool_from", raw.tool_from.is_some(), &[Rapid, Krl, Fanuc]),
         ("files", raw.files.is_some(), &[Rapid, Krl]),
         ("arguments", raw.arguments.is_some(), &[Rapid]),
-        ("tool_frames", raw.tool_frames.is_some(), &[Krl, Fanuc]),
+        (
+            "tool_frames",
+            raw.tool_frames.is_some(),
+            &[Krl, Fanuc, GCode, Sinumerik, Apt, Heidenhain],
+        ),
         ("base_frames", raw.base_frames.is_some(), &[Krl, Fanuc]),
         ("rotary_axes", raw.rotary_axes.is_some(), &[GCode, Sinumerik]),
         ("coordinates", raw.coordinates.is_some(), &[Apt]),
+        ("unit", raw.unit.is_some(), &[GCode, Sinumerik, Apt]),
         ("dwell_unit", raw.dwell_unit.is_some(), &[GCode, Sinumerik]),
         ("j3_from", raw.j3_from.is_some(), &[Fanuc]),
     ];
@@ -227,6 +232,10 @@ fn settings(
         coordinates: raw.coordinates.map(|coordinates| match coordinates {
             raw::Coordinates::Local => Coordinates::Local,
             raw::Coordinates::World => Coordinates::World,
+        }),
+        unit: raw.unit.map(|unit| match unit {
+            raw::LengthUnit::Mm => LengthUnit::Mm,
+            raw::LengthUnit::Inch => LengthUnit::Inch,
         }),
         dwell_unit: raw.dwell_unit.map(|unit| match unit {
             raw::DwellUnit::S => DwellUnit::Seconds,

@@ -311,9 +311,9 @@ impl<'r> Planner<'r> {
         let tcp = next.tcp.translation.vector.into();
         let ways: Vec<f64> = self.q.iter().zip(&to).map(|(a, b)| (b - a).abs()).collect();
         self.count_way(&ways)?;
-        let length = self.clock.joint_move_length_m(&tcp, &self.q, &to);
-        let duration = self.seconds(length, 0.0, next, &ways)?;
-        self.push(next, None, duration, vec![(1.0, to)]);
+        let (length, turn) = self.clock.joint_move_ways(&tcp, &self.q, &to);
+        let duration = self.seconds(length, turn, next, &ways)?;
+        self.push(next, None, (length, duration), vec![(1.0, to)]);
         Ok(())
     }
 
@@ -391,7 +391,7 @@ impl<'r> Planner<'r> {
         compared(self.robot, next, &q)?;
         self.count_way(&ways)?;
         let duration = self.seconds(length, curve.turn_rad(), next, &ways)?;
-        self.push(next, Some(curve), duration, knots);
+        self.push(next, Some(curve), (length, duration), knots);
         Ok(())
     }
 
@@ -483,7 +483,7 @@ impl<'r> Planner<'r> {
         &mut self,
         next: &Move,
         curve: Option<Curve>,
-        duration_s: f64,
+        (length_m, duration_s): (f64, f64),
         knots: Vec<(f64, Vec<f64>)>,
     ) {
         let start_s = self.knots.time_s.last().copied().unwrap_or(0.0);
@@ -501,13 +501,16 @@ impl<'r> Planner<'r> {
             self.knots.segment_of.push(self.segments.len());
             self.q = q;
         }
+        // Slower than programmed where the turn of the tool, or a time, sets the pace.
+        let is_slower = self.standing_s > 0.0 && !stands_still(length_m);
+        let feed = if is_slower { length_m / duration_s } else { next.feed_m_per_s };
         self.segments.push(Segment {
             index: self.index,
             // Most paths have far more joint moves than there is room for curves.
             curve: curve.map(Box::new),
             tcp: next.tcp,
             line: next.line,
-            feed_m_per_s: next.feed_m_per_s,
+            feed_m_per_s: feed,
             spindle_turns: next.spindle_turns,
             start_s,
             end_s,

@@ -86,7 +86,7 @@ pub(super) struct Segment {
     pub(super) curve: Option<Box<Curve>>,
     pub(super) tcp: Isometry3<f64>,
     pub(super) line: usize,
-    /// As the move asks for it.
+    /// As the move asks for it, or less where the turn of the tool or a time sets the pace.
     pub(super) feed_m_per_s: f64,
     pub(super) spindle_turns: bool,
     pub(super) start_s: f64,
@@ -252,8 +252,8 @@ impl<'a> Path<'a> {
         self.segment_at(s).map_or(0, |segment| segment.line)
     }
 
-    /// Feed that the move run at `s` asks for, m/s. At a waypoint, that of the move that leads to
-    /// it.
+    /// Feed of the move run at `s`, m/s: what it asks for, or less where the turn of the tool or a
+    /// time sets the pace. At a waypoint, that of the move that leads to it.
     pub fn feed_m_per_s_at(&self, s: f64) -> f64 {
         self.segment_at(s).map_or(0.0, |segment| segment.feed_m_per_s)
     }

@@ -50,17 +50,18 @@ impl<'a> Clock<'a> {
         }
     }
 
-    /// Way of the tool centre point while the joints go straight from `from` to `to`, m.
-    pub(super) fn joint_move_length_m(
+    /// Way of the tool centre point while the joints go straight from `from` to `to`, m, and what
+    /// the tool turns on it, rad.
+    pub(super) fn joint_move_ways(
         &mut self,
         tcp: &Point3<f64>,
         from: &[f64],
         to: &[f64],
-    ) -> f64 {
+    ) -> (f64, f64) {
         let step = largest_step(from, to);
         let nodes: &[(f64, f64)] = if step <= MAX_SHORT_PIECE { &TWO_POINTS } else { &FIVE_POINTS };
         let pieces = (step / MAX_PIECE).ceil().max(1.0);
-        let mut length = 0.0;
+        let (mut length, mut turn) = (0.0, 0.0);
         for piece in 0..pieces as usize {
             for &(node, weight) in nodes {
                 let u = (piece as f64 + node) / pieces;
@@ -69,14 +70,16 @@ impl<'a> Clock<'a> {
                 }
                 self.placement.place_axes(self.robot, &self.q);
                 joint_jacobian(self.robot, &self.placement, tcp, &mut self.jacobian);
-                let mut velocity = Vector3::zeros();
+                let (mut velocity, mut turning) = (Vector3::zeros(), Vector3::zeros());
                 for (j, (a, b)) in from.iter().zip(to).enumerate() {
                     velocity += self.jacobian.fixed_view::<3, 1>(0, j) * (b - a);
+                    turning += self.jacobian.fixed_view::<3, 1>(3, j) * (b - a);
                 }
                 length += weight / pieces * velocity.norm();
+                turn += weight / pieces * turning.norm();
             }
         }
-        length
+        (length, turn)
     }
 }
 
@@ -87,9 +90,8 @@ pub(super) fn stands_still(length_m: f64) -> bool {
 
 /// Seconds for a move: as the program gives them, or the way of the tool centre point over the
 /// feed; where the point stands still, no less than the slowest joint's motion at its largest
-/// speed; on a line or an arc no less than the turn of the tool at the speed that the program has
-/// for it. `ways` is what each joint turns or slides in all, `turn_rad` what the tool turns on a
-/// line or an arc.
+/// speed; no less than the turn of the tool at the speed that the program has for it. `ways` is
+/// what each joint turns or slides in all, `turn_rad` what the tool turns.
 ///
 /// `Err` names a joint that has no largest speed to go by.
 pub(super) fn seconds(

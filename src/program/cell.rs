@@ -5,7 +5,7 @@ use std::collections::HashMap;
 
 use nalgebra::Isometry3;
 
-use super::log::{Log, States};
+use super::log::{Log, States, Tool};
 use super::span::Span;
 use super::{ExternalAxis, SetBy, Setter, Settings, Spindle, tool_number};
 use crate::notes::Code;
@@ -37,6 +37,12 @@ pub(super) fn tool_frame(
              {{{number}: …}} or the tcp in the job"
         )),
     }
+}
+
+/// The tool, where its frame is the job's tcp for want of one of its own; 0 is the flange.
+pub(super) fn of_job_tcp(settings: &Settings, number: u32) -> Option<Tool> {
+    let is_own = settings.tool_frames.contains_key(&number);
+    (number != 0 && !is_own && settings.tcp.is_some()).then_some(Tool::Number(number))
 }
 
 /// Base `number` in the robot's base frame: the job's frame of that number, the base frame itself

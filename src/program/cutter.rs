@@ -6,9 +6,11 @@
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 
 use super::arc::{self, Arc};
+use super::cell::of_job_tcp;
 use super::log::{Log, States};
 use super::span::Span;
 use super::tool_axis::orientation;
+use super::unit_watch::UnitWatch;
 use super::{Pace, Settings, Spindle, tool_number};
 use crate::motion::Target;
 use crate::notes::Code;
@@ -52,6 +54,7 @@ pub(super) struct Hole {
 
 pub(super) struct Cutter<'a> {
     pub(super) log: &'a mut Log,
+    settings: &'a Settings,
     work_object: Isometry3<f64>,
     tcp: Isometry3<f64>,
     pub(super) axis: Unit<Vector3<f64>>,
@@ -65,12 +68,17 @@ pub(super) struct Cutter<'a> {
     /// The first tool that has a name alone, and whether any has a number.
     named: Option<String>,
     has_number: bool,
+    pub(super) unit: UnitWatch,
+    loaded: Option<u32>,
+    /// The number of the length that is compensated.
+    length: Option<u32>,
 }
 
 impl<'a> Cutter<'a> {
-    pub(super) fn new(settings: &Settings, log: &'a mut Log) -> Self {
+    pub(super) fn new(settings: &'a Settings, log: &'a mut Log) -> Self {
         Self {
             log,
+            settings,
             work_object: settings.work_object.unwrap_or_default(),
             tcp: settings.tcp.unwrap_or_default(),
             axis: Vector3::z_axis(),
@@ -81,6 +89,9 @@ impl<'a> Cutter<'a> {
             is_on: None,
             named: None,
             has_number: false,
+            unit: UnitWatch::default(),
+            loaded: None,
+            length: None,
         }
     }
 
@@ -196,6 +207,9 @@ impl<'a> Cutter<'a> {
             FeedKind::PerRevolution => States::FeedPerRevolution,
         };
         self.log.states(line, span, states);
+        if feed.kind == FeedKind::PerMinute {
+            self.unit.feeds(written);
+        }
         self.feed = feed;
     }
 
@@ -254,8 +268,46 @@ impl<'a> Cutter<'a> {
     }
 
     pub(super) fn tool(&mut self, number: f64) -> Result<(), String> {
+        let number = tool_number(number)?;
+        if !self.has_number || self.loaded != Some(number) {
+            self.length = None;
+        }
         self.has_number = true;
-        self.log.tool(tool_number(number)?);
+        self.log.tool(number);
+        self.measure(number)
+    }
+
+    /// The tool centre point of a tool; 0 is none.
+    fn measure(&mut self, number: u32) -> Result<(), String> {
+        self.loaded = Some(number);
+        let frames = &self.settings.tool_frames;
+        let own = frames.get(&number).or(self.settings.tcp.as_ref());
+        if own.is_none() && number != 0 && !frames.is_empty() {
+            return Err(format!(
+                "tool {number} is not among path.program.tool_frames, and the job has no tcp"
+            ));
+        }
+        self.tcp = own.copied().unwrap_or_default();
+        self.log.tcp_of(of_job_tcp(self.settings, number));
+        Ok(())
+    }
+
+    /// A length by its number, as G43 H has it: of the tool that is loaded, or of one without a
+    /// number of its own.
+    pub(super) fn length(&mut self, line: usize, number: f64) -> Result<(), String> {
+        let number = tool_number(number)?;
+        if number == 0 {
+            return Ok(());
+        }
+        if !self.has_number {
+            self.measure(number)?;
+        } else if let Some(before) = self.length.filter(|before| *before != number) {
+            let what = format!(
+                "length {number} behind length {before} of one tool: the tcp stays the same"
+            );
+            self.log.warning(Code::ChangeIgnored, line, what);
+        }
+        self.length = Some(number);
         Ok(())
     }
 

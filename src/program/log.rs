@@ -2,13 +2,14 @@
 //! of the text that state speeds and feeds.
 
 use std::collections::HashSet;
+use std::fmt;
 use std::sync::Arc;
 
 use nalgebra::Isometry3;
 
 use super::grouping::{Kinds, grouped};
 use super::span::Span;
-use super::{Pace, Program, Settings, Spindle, SpindleCommand};
+use super::{Dialect, Pace, Program, Settings, Spindle, SpindleCommand, standing};
 use crate::motion::{Circle, Configuration, Load, Move, Stated, StatedFeeds, Target, Timing};
 use crate::notes::{Code, Note, Notes};
 
@@ -32,6 +33,8 @@ pub(super) struct Log {
     /// Moves beyond the first whose speed the program leaves open: their number, and the first's
     /// line.
     rapid: Option<(usize, usize)>,
+    /// The tool that the job's tcp stands for now, and the first that has moved at feed so.
+    tcp_of: [Option<Tool>; 2],
     /// The line that sends the tool to that the program does not give, and how.
     away: Option<(usize, String)>,
     /// What holds for the next move.
@@ -43,6 +46,22 @@ pub(super) struct Log {
     within: String,
     /// Texts of the warnings.
     warned: HashSet<String>,
+}
+
+/// A tool whose tool centre point no file gives.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Tool {
+    Number(u32),
+    Name(String),
+}
+
+impl fmt::Display for Tool {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Number(number) => write!(f, "tool {number}"),
+            Self::Name(name) => write!(f, "tool '{name}'"),
+        }
+    }
 }
 
 /// Where the last motion went.
@@ -101,6 +120,7 @@ impl Log {
             words: Vec::new(),
             last: None,
             rapid: None,
+            tcp_of: [None, None],
             away: None,
             stated: Arc::default(),
             feeds: StatedFeeds::default(),
@@ -138,6 +158,9 @@ impl Log {
     pub(super) fn motion(&mut self, line: usize, to: Target, tcp: Isometry3<f64>, pace: Pace) {
         if self.is_full {
             return;
+        }
+        if matches!(pace, Pace::Feed(_) | Pace::Unstated | Pace::Seconds(_)) {
+            self.one_tcp_for_all(line);
         }
         let to = self.come_back(line, to, pace);
         let last = self.last;
@@ -226,6 +249,36 @@ impl Log {
         let stated = Arc::clone(&self.stated);
         let timing = Timing::Seconds(seconds);
         self.push(Move { to, timing, line, stated, spindle_turns: true, ..*last });
+    }
+
+    /// The job's tcp stands for this tool from here on, or for none by a name or number.
+    pub(super) fn tcp_of(&mut self, tool: Option<Tool>) {
+        if self.tcp_of[0] != tool {
+            self.tcp_of[0] = tool;
+        }
+    }
+
+    /// One tcp for two tools is right only where they are of one length.
+    fn one_tcp_for_all(&mut self, line: usize) {
+        let [Some(now), first] = &self.tcp_of else { return };
+        match first {
+            None => self.tcp_of[1] = Some(now.clone()),
+            Some(first) if first == now => {}
+            Some(first) => {
+                let remedy = match (first, now) {
+                    (Tool::Number(first), Tool::Number(now)) => format!(
+                        "write path.program.tool_frames: {{{first}: {{xyz_m: …}}, {now}: …}} in \
+                         the job"
+                    ),
+                    _ => "name the file that declares them under path.program.files".to_owned(),
+                };
+                let what = format!(
+                    "{now} moves with the job's tcp, as {first} does, and they may be of different \
+                     lengths: {remedy}"
+                );
+                self.warning(Code::ChangeIgnored, line, what);
+            }
+        }
     }
 
     /// Where the last motion went, if that is a pose.
@@ -349,7 +402,7 @@ impl Log {
         self.spindle.push(SpindleCommand { line, spindle, from_move: self.moves.len() });
     }
 
-    pub(super) fn finish(mut self) -> Result<Program, Vec<Note>> {
+    pub(super) fn finish(mut self, dialect: Dialect) -> Result<Program, Vec<Note>> {
         if self.notes.errors() == 0 && self.moves.is_empty() {
             self.error(Code::Motion, 1, "the program contains no motion");
         }
@@ -365,15 +418,18 @@ impl Log {
             let what = format!("{moves} at the assumed {} m/s", self.rapid_m_per_s);
             self.warning(Code::Assumed, first_line, what);
         }
-        let Self { mut moves, spindle, words, feeds, notes, kinds, .. } = self;
-        let (errors, warnings) = notes.finish();
-        if !errors.is_empty() {
-            return Err(grouped(errors, &kinds));
-        }
+        let Self { mut moves, spindle, words, feeds, mut notes, kinds, .. } = self;
         let ends = spindle.iter().skip(1).map(|next| next.from_move).chain([moves.len()]);
         let stops = spindle.iter().zip(ends).filter(|(at, _)| at.spindle == Spindle::Stands);
         for (stop, end) in stops {
             moves[stop.from_move..end].iter_mut().for_each(|each| each.spindle_turns = false);
+        }
+        if let Some((line, what)) = standing::feed_moves(&moves, &spindle, dialect) {
+            notes.warning(Code::SpindleCommand, line, what);
+        }
+        let (errors, warnings) = notes.finish();
+        if !errors.is_empty() {
+            return Err(grouped(errors, &kinds));
         }
         Ok(Program { moves, spindle, feeds, warnings, words })
     }

@@ -52,14 +52,16 @@ mod rapid;
 mod rewrite;
 mod settings;
 mod span;
+mod standing;
 mod text;
 mod tool_axis;
+mod unit_watch;
 mod unread;
 
 pub use rewrite::{NewSpeed, Rewrite, Rewritten, rewrite};
 pub use settings::{
-    Assumed, Companion, Coordinates, DwellUnit, ExternalAxis, J3From, RotaryAxis, SetBy, Setter,
-    Settings,
+    Assumed, Companion, Coordinates, DwellUnit, ExternalAxis, J3From, LengthUnit, RotaryAxis,
+    SetBy, Setter, Settings,
 };
 
 use std::fmt;
@@ -217,7 +219,7 @@ fn read_up_to(
     if matches!(dialect, Dialect::Rapid | Dialect::Krl | Dialect::Fanuc) {
         unread::setters(&text, dialect, settings, &mut log);
     }
-    log.finish()
+    log.finish(dialect)
 }
 
 #[cfg(test)]

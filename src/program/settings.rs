@@ -31,6 +31,8 @@ pub struct Settings {
     pub rotary_axes: Vec<RotaryAxis>,
     /// APT: in which coordinate system coordinates are behind a second one.
     pub coordinates: Option<Coordinates>,
+    /// G-code, APT: the unit of lengths where the program does not say it.
+    pub unit: Option<LengthUnit>,
     /// G-code: the unit of a dwell's P without a decimal point.
     pub dwell_unit: Option<DwellUnit>,
     /// Whether the job's spindle speed follows the program's time.
@@ -39,7 +41,7 @@ pub struct Settings {
     pub j3_from: Option<J3From>,
     /// RAPID: the arguments of the procedure, as the program would write them.
     pub arguments: Vec<String>,
-    /// KRL, Fanuc: frames of tools in the tip frame, by number.
+    /// All but RAPID: frames of tools in the tip frame, by number.
     pub tool_frames: BTreeMap<u32, Isometry3<f64>>,
     /// KRL, Fanuc: bases and user frames in the robot's base frame, by number.
     pub base_frames: BTreeMap<u32, Isometry3<f64>>,
@@ -66,6 +68,7 @@ impl Default for Settings {
             tool_from: None,
             rotary_axes: Vec::new(),
             coordinates: None,
+            unit: None,
             dwell_unit: None,
             is_scheduled: false,
             j3_from: None,
@@ -136,6 +139,15 @@ pub enum Coordinates {
     Local,
     /// In the first.
     World,
+}
+
+/// The unit of a length.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LengthUnit {
+    /// Millimetres.
+    Mm,
+    /// Inches.
+    Inch,
 }
 
 /// The unit of a time.

@@ -134,6 +134,7 @@ pub fn advise(
     to: WriteTo,
     progress: Progress,
 ) -> Result<Advised, Vec<Note>> {
+    refuse_stopped(job)?;
     let found = advice::advise(job, options, progress)?;
     match options.objective {
         Objective::Vibration => {
@@ -185,6 +186,19 @@ pub fn advise(
         }
     }
     Ok(advised)
+}
+
+/// A program that never starts the spindle has no speed that another could be near to.
+fn refuse_stopped(job: &Job) -> Result<(), Vec<Note>> {
+    let stopped = |each: &&Operation| each.speed == SpindleSpeed::Constant(0.0);
+    let Some(operation) = job.operations.iter().find(stopped) else { return Ok(()) };
+    let what = format!(
+        "operation '{}': the program has stopped the spindle on the whole path, so there is no \
+         speed to advise; let the program start it",
+        operation.name
+    );
+    let place = Place { line: Some(operation.line), ..Place::file(&job.file) };
+    Err(vec![Note::error(Code::Conflict, place, what)])
 }
 
 fn refused(path: &Path, why: &str) -> Note {

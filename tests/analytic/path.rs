@@ -474,3 +474,29 @@ fn short_steps_and_dwells_take_their_time() {
     let speed = robot.joints()[5].velocity_limit.unwrap();
     assert!((path.duration_s() - 2.0 * 2.3 / speed).abs() < 1e-12);
 }
+
+/// MoveJ and MoveL turn the tool no faster than their speeddata says; the chip sees the feed that is
+/// run.
+#[test]
+fn the_turn_of_the_tool_slows_lines_and_joint_moves() {
+    let robot = irb1600();
+    let mut to = HOME;
+    // Axis 6 turns the tool about itself by a quarter turn; axis 1 carries it along.
+    to[5] += std::f64::consts::FRAC_PI_2;
+    to[0] += 0.01;
+    let from = Target::Joints(HOME.into());
+    let end = tcp_pose(&robot, &to, &tool());
+    for (kind, target) in [("joints", Target::Joints(to.into())), ("line", Target::Line(end))] {
+        let mut own = moves(vec![from.clone(), target], tool());
+        let free_s = Path::plan(&robot, &own, None).unwrap().duration_s();
+        Arc::make_mut(&mut own[1].stated).turning_rad_per_s = Some(0.1);
+        let path = Path::plan(&robot, &own, None).unwrap();
+        let turn_s = (end.rotation.angle_to(&tcp_pose(&robot, &HOME, &tool()).rotation)) / 0.1;
+        assert!(path.duration_s() > 2.0 * free_s, "{kind}: {}", path.duration_s());
+        // The turn of axis 1 beside it is about another axis.
+        assert!((path.duration_s() / turn_s - 1.0).abs() < 1e-3, "{kind}: {}", path.duration_s());
+        let run = own[1].feed_m_per_s * free_s / path.duration_s();
+        let feed = path.feed_m_per_s_at(0.5);
+        assert!((feed / run - 1.0).abs() < 1e-9, "{kind}: {feed} {run}");
+    }
+}

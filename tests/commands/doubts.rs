@@ -282,3 +282,67 @@ fn a_verdict_about_nothing_fails_in_every_output() {
         assert!(out(&ran).starts_with("UNCERTAIN (1 accepted) "), "{}", out(&ran));
     }
 }
+
+/// What a program leaves open, or stops, is told where the verdict is read.
+#[test]
+fn a_stopped_spindle_two_lengths_and_no_unit_are_told_with_the_verdict() {
+    let job = |program: &str, of_program: &str| {
+        let bench = Bench::new(program, &policy(""));
+        let path = bench.0.path().join("job.yaml");
+        let job = fs::read_to_string(&path).unwrap();
+        let job = job.replace("spindle_rpm: 24000, feed_mm_per_min: 400, ", "");
+        let job = job.replace("{file: rough.nc}", &format!("{{file: rough.nc{of_program}}}"));
+        fs::write(&path, job).unwrap();
+        bench
+    };
+    let verdict = |program: &str, of_program: &str| {
+        let found = job(program, of_program).json();
+        let doubts: Vec<String> = found["warnings"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .filter(|warning| warning["hides_clear"] == true)
+            .map(|warning| warning["code"].as_str().unwrap().to_owned())
+            .collect();
+        (found["verdict"].as_str().unwrap().to_owned(), doubts.join(" "))
+    };
+    let is = |verdict: &str, doubts: &str| (verdict.to_owned(), doubts.to_owned());
+    let on = "G21 S24000 M3\nG0 X0 Y0 Z0\nG1 X240 F400\n";
+    assert_eq!(verdict(&format!("{on}M5\nG0 Y40\n"), ""), is("clear", ""));
+    assert_eq!(verdict(&format!("{on}M5\nY40\n"), ""), is("uncertain", "spindle_command"));
+    // Never on: the job need not say a speed, and there is none to advise.
+    let off = "G21 M5\nG0 X0 Y0 Z0\nG1 X240 F400\n";
+    assert_eq!(verdict(off, ""), is("unchecked", "nothing_checked"));
+    let bench = job(off, "");
+    assert_eq!(code(&bench.check(&[])), 1);
+    assert_eq!(bench.json()["operations"][0]["spindle_rpm"], 0.0);
+    let advise = run(bench.0.path(), &["advise", "job.yaml"]);
+    assert_eq!(code(&advise), 2, "{}", out(&advise));
+    assert!(err(&advise).contains("has stopped the spindle on the whole path"), "{advise:?}");
+    // Silent on the spindle: the speed is missing.
+    let silent = run(job(STEADY, "").0.path(), &["check", "job.yaml"]);
+    assert_eq!(code(&silent), 2);
+    assert!(err(&silent).contains("missing key 'spindle_rpm'"), "{silent:?}");
+
+    let tools = |second: u32| format!("G21\nT1 M6\n{on}T{second} M6\nG1 Y40\n");
+    let keys = ", tool_frames: {1: {xyz_m: [0, 0, 0.15]}, 2: {xyz_m: [0, 0, 0.17]}}";
+    assert_eq!(verdict(&tools(1), ""), is("clear", ""));
+    let two = job(&tools(2), "");
+    let path = two.0.path().join("job.yaml");
+    let text = fs::read_to_string(&path).unwrap();
+    let text = text
+        .replace("tool: {teeth", "tools: {1: {teeth: 2, payload: none}, 2: {teeth")
+        .replace("payload: none}\ntcp", "payload: none}}\ntcp");
+    fs::write(&path, &text).unwrap();
+    let found = two.json();
+    assert_eq!(found["verdict"], "uncertain", "{found}");
+    assert_eq!(found["warnings"][0]["code"], "change_ignored");
+    fs::write(&path, text.replace("rough.nc}", &format!("rough.nc{keys}}}"))).unwrap();
+    assert_eq!(two.json()["verdict"], "clear");
+
+    let inches = "S24000 M3\nG0 X0 Y0 Z0\nG1 X2.5 F20\n";
+    assert_eq!(verdict(inches, ""), is("uncertain", "unit_assumed"));
+    for unit in ["mm", "inch"] {
+        assert_eq!(verdict(inches, &format!(", unit: {unit}")), is("clear", ""));
+    }
+}

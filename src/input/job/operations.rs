@@ -144,6 +144,7 @@ impl<'j> Reader<'j> {
             let speed = match (stretch.rpm, &said.speed) {
                 (Some(rpm), _) => SpindleSpeed::Constant(rpm),
                 (None, Some(speed)) => speed.clone(),
+                (None, None) if stretch.stands => SpindleSpeed::Constant(0.0),
                 (None, None) => continue,
             };
             operations.push(Operation {
@@ -155,7 +156,7 @@ impl<'j> Reader<'j> {
                 robot,
                 carried,
                 speed,
-                is_speed_of_program: stretch.rpm.is_some(),
+                is_speed_of_program: stretch.rpm.is_some() || stretch.stands,
                 feed_m_per_s: feed_m_per_s.or_else(usual)?,
                 is_feed_of_job: feed_m_per_s.is_some(),
                 cutting: raw.cutting.as_ref().and_then(cutting),

@@ -99,7 +99,7 @@ impl Reader<'_> {
         }
     }
 
-    /// The job must say what the program does not.
+    /// The job must say what the program does not; that the spindle stands is a statement.
     fn require_speed(
         &mut self,
         said: &Said<'_>,
@@ -107,7 +107,7 @@ impl Reader<'_> {
         stretches: &[Stretch],
         program: &ProgramSays,
     ) {
-        let silent = stretches.iter().find(|stretch| stretch.rpm.is_none());
+        let silent = stretches.iter().find(|stretch| stretch.rpm.is_none() && !stretch.stands);
         let Some(stretch) = silent.filter(|_| said.speed.is_none()) else { return };
         let line = moves.get(stretch.moves.start).map_or(1, |first| first.line);
         let what = format!(

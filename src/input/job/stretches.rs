@@ -17,6 +17,8 @@ pub(super) struct Stretch {
     /// Number of the tool.
     pub(super) tool: Option<u32>,
     pub(super) load: Option<Arc<Load>>,
+    /// Whether the program has stopped the spindle on the whole stretch.
+    pub(super) stands: bool,
 }
 
 /// Moves under the same statements.
@@ -58,8 +60,13 @@ pub(super) fn stretches(moves: &[Move], is_speed_of_job: bool) -> Vec<Stretch> {
     let alike = |a: &Run, b: &Run| a.has_cutter_of(b) && a.rpm == b.rpm;
     let stretches = runs.chunk_by(alike).filter_map(|group| {
         let (first, last) = (group.first()?, group.last()?);
+        let range = first.moves.start..last.moves.end;
+        // Nothing moves to where the path starts.
+        let from = usize::from(range.start == 0 && range.len() > 1) + range.start;
+        let moved = moves.get(from..range.end).unwrap_or_default();
         Some(Stretch {
-            moves: first.moves.start..last.moves.end,
+            moves: range,
+            stands: !moved.iter().any(|each| each.spindle_turns),
             rpm: first.rpm.flatten(),
             tool: first.tool,
             load: first.load.clone(),

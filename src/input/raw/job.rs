@@ -427,7 +427,8 @@ pub(in crate::input) struct Program {
     /// RAPID: the arguments of the procedure, each as the program would write it.
     #[schemars(extend("examples" = [["2", "TRUE"]]))]
     pub(in crate::input) arguments: Option<Vec<String>>,
-    /// KRL, Fanuc: tools in the frame of the tip link, by number; tcp where a number is absent.
+    /// All but RAPID: tool centre points in the frame of the tip link, by the number of the tool;
+    /// tcp where a number is absent.
     #[schemars(extend("examples" = [{"1": {"xyz_m": [0, 0, 0.15]}}]))]
     pub(in crate::input) tool_frames: Option<BTreeMap<String, Frame>>,
     /// KRL, Fanuc: bases and user frames in the frame of the base link, by number; work_object
@@ -439,10 +440,20 @@ pub(in crate::input) struct Program {
     /// APT: whether coordinates behind a second coordinate system (MSYS, CSYS) are in it (local) or
     /// in the first (world).
     pub(in crate::input) coordinates: Option<Coordinates>,
+    /// G-code, APT: the unit of lengths and feeds where the program does not say it; mm if absent.
+    pub(in crate::input) unit: Option<LengthUnit>,
     /// G-code: the unit of a dwell's P without a decimal point: s (LinuxCNC) or ms (Fanuc, Haas).
     pub(in crate::input) dwell_unit: Option<DwellUnit>,
     /// Fanuc: what J3 is counted from: the horizontal, as most arms show it, or the upper arm.
     pub(in crate::input) j3_from: Option<J3From>,
+}
+
+// Variants without doc comments: schemars then writes a plain `enum`.
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub(in crate::input) enum LengthUnit {
+    Mm,
+    Inch,
 }
 
 // Variants without doc comments: schemars then writes a plain `enum`.

@@ -21,7 +21,7 @@ use super::cutter::{Cutter, Feed, FeedKind};
 use super::log::Log;
 use super::span::Span;
 use super::unread::behind_end;
-use super::{Coordinates, Settings};
+use super::{Coordinates, LengthUnit, Settings};
 use crate::notes::Code;
 use crate::units::{hz_from_rpm, mm_from_inch};
 use cycles::Cycle;
@@ -99,8 +99,8 @@ impl<'a> Reader<'a> {
     fn new(settings: &'a Settings, log: &'a mut Log) -> Self {
         Self {
             cutter: Cutter::new(settings, log),
-            inches: false,
-            units_given: false,
+            inches: settings.unit == Some(LengthUnit::Inch),
+            units_given: settings.unit.is_some(),
             rapid: false,
             axis: Vector3::z_axis(),
             at: None,

@@ -7,6 +7,7 @@
 //! J3 + J2 in the robot's description; the job says so. The arm configuration follows from the
 //! start of the path; a J that asks for another one by CONFIG is an error.
 
+mod frames;
 mod motion;
 mod registers;
 mod run;

@@ -7,7 +7,7 @@ use super::run::Run;
 use super::text::{Group, Statement};
 use crate::motion::{Circle, Target};
 use crate::notes::Code;
-use crate::program::cell::{base_frame, tool_frame};
+use crate::program::cell::{base_frame, of_job_tcp, tool_frame};
 use crate::program::log::States;
 use crate::program::{J3From, Pace};
 use crate::units::{
@@ -204,7 +204,9 @@ impl Run<'_> {
 
     fn resolve(&mut self, line: usize, group: &Group) -> Result<(Place, Isometry3<f64>), String> {
         let tool = group.tool.unwrap_or(self.tool);
-        let tcp = tool_frame(self.settings, f64::from(tool), "UTOOL")?;
+        let own = self.own_frame("UTOOL", tool);
+        let tcp = own.map_or_else(|| tool_frame(self.settings, f64::from(tool), "UTOOL"), Ok)?;
+        self.log.tcp_of(of_job_tcp(self.settings, tool).filter(|_| own.is_none()));
         if let Some(degrees) = six(group, JOINTS)? {
             let mut q = degrees.map(rad_from_deg);
             match self.settings.j3_from {
@@ -235,7 +237,8 @@ impl Run<'_> {
                 "UFRAME 0 is the robot's base frame: the job's work_object is not used there";
             self.log.warning(Code::FrameFromProgram, line, what);
         }
-        base_frame(self.settings, f64::from(frame), "UFRAME")
+        let own = self.own_frame("UFRAME", frame);
+        own.map_or_else(|| base_frame(self.settings, f64::from(frame), "UFRAME"), Ok)
     }
 
     /// How far the tool turns on the way to a pose, rad.
@@ -373,7 +376,7 @@ impl Run<'_> {
                 Ok((group, rest)) if rest.trim().is_empty() => Ok(group),
                 _ => unknown(),
             };
-            self.registers.positions.insert(number, found);
+            self.registers.set_position(number, found);
             return Ok(());
         };
         // A comment may follow.
@@ -388,9 +391,14 @@ impl Run<'_> {
                 group.parts.insert(name.to_owned(), value);
                 Ok(group)
             }
+            (_, Ok(value)) => {
+                self.registers.set_component(number, index, value);
+                self.registers.positions.insert(number, unknown());
+                return Ok(());
+            }
             _ => unknown(),
         };
-        self.registers.positions.insert(number, found);
+        self.registers.set_position(number, found);
         Ok(())
     }
 }
@@ -413,7 +421,7 @@ fn split_term(text: &str) -> (&str, &str) {
 }
 
 /// Six components, if the first is there.
-fn six(group: &Group, names: [&str; 6]) -> Result<Option<[f64; 6]>, String> {
+pub(super) fn six(group: &Group, names: [&str; 6]) -> Result<Option<[f64; 6]>, String> {
     if !group.parts.contains_key(names[0]) {
         return Ok(None);
     }
@@ -426,7 +434,7 @@ fn six(group: &Group, names: [&str; 6]) -> Result<Option<[f64; 6]>, String> {
 }
 
 /// X, Y, Z in mm; W, P, R about the fixed x, y and z axes in degrees.
-fn pose([x, y, z, w, p, r]: [f64; 6]) -> Isometry3<f64> {
+pub(super) fn pose([x, y, z, w, p, r]: [f64; 6]) -> Isometry3<f64> {
     let at = Translation3::new(m_from_mm(x), m_from_mm(y), m_from_mm(z));
     let [w, p, r] = [w, p, r].map(rad_from_deg);
     Isometry3::from_parts(at, UnitQuaternion::from_euler_angles(w, p, r))

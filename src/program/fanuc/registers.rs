@@ -1,6 +1,6 @@
 //! Registers and arithmetic of TP programs.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::text::Group;
 use crate::program::{Assumed, Settings};
@@ -18,20 +18,34 @@ pub(super) struct Registers<'a> {
     numbers: HashMap<i64, f64>,
     /// PR[n]: six components of a pose, or joints, in mm and degrees; and which.
     pub(super) positions: HashMap<i64, Result<Group, String>>,
+    /// Components of registers of which the others are not known.
+    components: HashMap<i64, [Option<f64>; 6]>,
     /// What the program has set of flags, markers and outputs, by name: `F[1]`.
     signals: HashMap<String, Assumed>,
+    /// What the program sets to what is not known, by name, `f[1]`, or of a list any, `f`: what
+    /// the job assumes of it holds no longer.
+    forgotten: HashSet<String>,
 }
 
 impl<'a> Registers<'a> {
     pub(super) fn new(settings: &'a Settings) -> Self {
-        let (positions, signals) = (HashMap::new(), HashMap::new());
-        Self { settings, numbers: HashMap::new(), positions, signals }
+        Self {
+            settings,
+            numbers: HashMap::new(),
+            positions: HashMap::new(),
+            components: HashMap::new(),
+            signals: HashMap::new(),
+            forgotten: HashSet::new(),
+        }
     }
 
     pub(super) fn set(&mut self, number: i64, value: Result<f64, String>) {
         match value {
             Ok(value) => drop(self.numbers.insert(number, value)),
-            Err(_) => drop(self.numbers.remove(&number)),
+            Err(_) => {
+                self.numbers.remove(&number);
+                self.forgotten.insert(format!("r[{number}]"));
+            }
         }
     }
 
@@ -40,8 +54,27 @@ impl<'a> Registers<'a> {
         let name = name.trim().to_lowercase();
         // `di[3:part here]` is DI[3].
         let bare = name.split_once(':').map(|(head, _)| format!("{head}]"));
-        let given = |name: &str| self.settings.assume.get(name).copied();
+        let given = |name: &str| {
+            self.settings.assume.get(name).copied().filter(|_| !self.is_forgotten(name))
+        };
         given(&name).or_else(|| given(&bare?))
+    }
+
+    /// Whether the program has set a name, in lower case, to what is not known.
+    fn is_forgotten(&self, name: &str) -> bool {
+        let list = name.split('[').next().unwrap_or(name);
+        [name, list].into_iter().any(|own| self.forgotten.contains(own))
+    }
+
+    /// Why a name is not known, and what may help.
+    fn unknown(&self, name: &str) -> String {
+        if self.is_forgotten(&name.trim().to_lowercase()) {
+            format!("{name} is set to what is known only at run time")
+        } else {
+            format!(
+                "{name} is known only at run time; assume: {{\"{name}\": …}} in the job can give it"
+            )
+        }
     }
 
     /// What the program has set a flag or an output to, else what the job assumes of it.
@@ -58,6 +91,7 @@ impl<'a> Registers<'a> {
         let Ok(number) = self.value(index) else {
             // Any of them may be set.
             self.signals.retain(|key, _| indexed(key).is_none_or(|(other, _)| other != list));
+            self.forgotten.insert(list.to_lowercase());
             return;
         };
         let value = value.trim();
@@ -66,7 +100,10 @@ impl<'a> Registers<'a> {
         let key = format!("{list}[{number}]");
         match found {
             Ok(value) => drop(self.signals.insert(key, value)),
-            Err(_) => drop(self.signals.remove(&key)),
+            Err(_) => {
+                self.signals.remove(&key);
+                self.forgotten.insert(key.to_lowercase());
+            }
         }
     }
 
@@ -84,6 +121,28 @@ impl<'a> Registers<'a> {
             is_zero.then(|| Ok(Group { parts: parts(), ..Group::default() }))
         };
         self.positions.get(&number).cloned().or_else(zero)
+    }
+
+    /// PR[n] as a whole.
+    pub(super) fn set_position(&mut self, number: i64, found: Result<Group, String>) {
+        self.components.remove(&number);
+        self.positions.insert(number, found);
+    }
+
+    /// A component of a register of which others are not known, and so neither is whether it is a
+    /// pose.
+    pub(super) fn set_component(&mut self, number: i64, index: f64, value: f64) {
+        let all = self.components.entry(number).or_default();
+        if let Some(own) = (index >= 1.0).then_some(index as usize - 1).and_then(|i| all.get_mut(i))
+        {
+            *own = Some(value);
+        }
+    }
+
+    /// All six of a register that the program has set one by one.
+    pub(super) fn all_components(&self, number: i64) -> Option<[f64; 6]> {
+        let [x, y, z, w, p, r] = *self.components.get(&number)?;
+        Some([x?, y?, z?, w?, p?, r?])
     }
 
     /// `PR[1,3]`.
@@ -110,10 +169,7 @@ impl<'a> Registers<'a> {
         }
         match self.assumed(&format!("R[{number}]")) {
             Some(Assumed::Number(value)) => Ok(value),
-            _ => Err(format!(
-                "R[{number}] is known only at run time; assume: {{\"R[{number}]\": …}} in the job \
-                 can give it"
-            )),
+            _ => Err(self.unknown(&format!("R[{number}]"))),
         }
     }
 
@@ -216,12 +272,7 @@ impl<'a> Registers<'a> {
             let known = match self.known(left) {
                 Some(Assumed::Truth(value)) => value,
                 Some(Assumed::Number(value)) => value != 0.0,
-                None => {
-                    return Err(format!(
-                        "{left} is known only at run time; assume: {{\"{left}\": …}} in the job \
-                         can give it"
-                    ));
-                }
+                None => return Err(self.unknown(left)),
             };
             return Ok((known == (right == "ON")) == (operator == "="));
         }

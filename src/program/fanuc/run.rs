@@ -1,5 +1,9 @@
 //! Statements of TP programs in the order in which the controller would run them.
 
+use std::collections::HashMap;
+
+use nalgebra::Isometry3;
+
 use super::registers::{Registers, register, split_outside};
 use super::text::{Source, Statement, is_motion};
 use crate::notes::Code;
@@ -66,9 +70,7 @@ const SYSTEM: [&str; 8] =
 const SIGNALS: [&str; 8] = ["F[", "M[", "DO[", "RO[", "GO[", "AO[", "SO[", "UO["];
 
 /// How statements begin that move, shift or search.
-const MOVES: [&str; 14] = [
-    "UFRAME[",
-    "UTOOL[",
+const MOVES: [&str; 12] = [
     "OFFSET CONDITION",
     "TOOL_OFFSET CONDITION",
     "VOFFSET",
@@ -91,6 +93,8 @@ pub(super) struct Run<'a> {
     /// `None` where the program has not said.
     pub(super) frame: Option<u32>,
     pub(super) tool: u32,
+    /// Frames that the program has set, by list, `UFRAME` or `UTOOL`, and number.
+    pub(super) frames: HashMap<(&'static str, u32), Isometry3<f64>>,
     /// The payload schedule that holds.
     payload: Option<u32>,
     /// CONFIG of the position before: letters of wrist, elbow and shoulder.
@@ -114,6 +118,7 @@ impl<'a> Run<'a> {
             registers: Registers::new(settings),
             frame: None,
             tool: 0,
+            frames: HashMap::new(),
             payload: None,
             config: None,
             over: 1.0,
@@ -189,7 +194,12 @@ impl<'a> Run<'a> {
             "FOR" => self.for_loop(text)?,
             "ENDFOR" => self.end_for(),
             "WAIT" => self.wait(text, line),
+            "UFRAME" => self.set_frame(line, "UFRAME", text)?,
+            "UTOOL" => self.set_frame(line, "UTOOL", text)?,
             "PAYLOAD" => self.set_payload(text, line)?,
+            "LINEAR_MAX_SPEED" | "JOINT_MAX_SPEED" => {
+                return Err(format!("{keyword} limits the speed and is not supported"));
+            }
             _ if MOVES.iter().any(|start| text.starts_with(start)) => {
                 return Err(format!("'{keyword}' moves or shifts motion and is not supported"));
             }
@@ -423,7 +433,7 @@ impl<'a> Run<'a> {
             Err(why) if action.starts_with("PR[") => {
                 let (number, _) = register(action, "PR").ok_or("PR[ without a number")?;
                 let unknown = format!("PR[{number}] depends on a condition: {why}");
-                self.registers.positions.insert(number, Err(unknown));
+                self.registers.set_position(number, Err(unknown));
                 Ok(())
             }
             Err(why) => Err(format!("IF decides about motion at run time: {why}")),

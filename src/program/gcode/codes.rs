@@ -173,6 +173,9 @@ fn modal(
             machine.cutter.log.warning(Code::Assumed, line, what);
         }
         650 => once.macro_call = true,
+        G50 if has_axes => {
+            return Err("G50 with axes sets or scales the place and is not supported".to_owned());
+        }
         // Ends of what is not supported, tool length, path mode, start of feed modes.
         130 if block.has_any(b"IJK") => {
             return Err("G13 with words of a pocket is not supported".to_owned());
@@ -246,6 +249,9 @@ fn spindle_and_tool(
     }
     if let Some(tool) = block.get('T') {
         machine.select_tool(tool)?;
+    }
+    if let Some(length) = machine.length_in(block) {
+        machine.cutter.length(line, length)?;
     }
     let mut starts = false;
     for code in block.codes('M') {
@@ -335,6 +341,7 @@ fn moves(machine: &mut Machine<'_>, once: &Once, line: usize, block: &Block) -> 
         Motion::Arc { clockwise } => machine.arc(line, block, clockwise),
         Motion::Cycle(kind) => machine.drill(line, block, kind),
     };
+    machine.watch_unit(line, block);
     if machine.cutter.feed.kind == FeedKind::InverseTime {
         machine.cutter.feed.value = None;
     }

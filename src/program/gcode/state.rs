@@ -9,7 +9,7 @@ use crate::notes::Code;
 use crate::program::arc::{Centre, Plane};
 use crate::program::cutter::{Cutter, Feed, FeedKind};
 use crate::program::log::Log;
-use crate::program::{DwellUnit, Pace, Settings, tool_number};
+use crate::program::{DwellUnit, LengthUnit, Pace, Settings, tool_number};
 use crate::units::mm_from_inch;
 
 pub(super) const AXES: [u8; 3] = *b"XYZ";
@@ -84,12 +84,17 @@ pub(super) struct Machine<'a> {
 
 impl<'a> Machine<'a> {
     pub(super) fn new(settings: &'a Settings, log: &'a mut Log, waits_for_change: bool) -> Self {
+        let mut cutter = Cutter::new(settings, log);
+        let inches = settings.unit == Some(LengthUnit::Inch);
+        if settings.unit.is_some() {
+            cutter.unit.state(!inches);
+        }
         Self {
-            cutter: Cutter::new(settings, log),
+            cutter,
             motion: Motion::None,
             plane: Plane::XY,
-            inches: false,
-            feed_in_inches: false,
+            inches,
+            feed_in_inches: inches,
             is_sinumerik: false,
             relative: false,
             centre_absolute: false,
@@ -111,6 +116,7 @@ impl<'a> Machine<'a> {
 
     /// G20 and G21, G70 and G71, G700 and G710.
     pub(super) fn set_unit(&mut self, inches: bool, of_lengths_alone: bool) {
+        self.cutter.unit.state(!inches);
         self.inches = inches;
         if !of_lengths_alone {
             self.feed_in_inches = inches;
@@ -143,6 +149,15 @@ impl<'a> Machine<'a> {
         tool_number(tool)?;
         self.next_tool = Some(tool);
         if self.waits_for_change { Ok(()) } else { self.change_tool() }
+    }
+
+    /// The number of a tool's length: H beside G43 or G44, or Sinumerik's D.
+    pub(super) fn length_in(&self, block: &Block) -> Option<f64> {
+        if self.is_sinumerik {
+            return block.get('D');
+        }
+        let compensates = || block.codes('G').any(|code| matches!(code, 430 | 434 | 440));
+        block.get('H').filter(|_| compensates())
     }
 
     /// The tool that was selected is in the spindle from here on.
@@ -242,6 +257,13 @@ impl<'a> Machine<'a> {
             }
             (at_u, at_v, _) => Ok(Centre::At([at_u.unwrap_or(start[u]), at_v.unwrap_or(start[v])])),
         }
+    }
+
+    /// Keeps the figures of a move until the unit is stated.
+    pub(super) fn watch_unit(&mut self, line: usize, block: &Block) {
+        let words = block.words.iter().filter(|word| AXES.contains(&word.letter));
+        let written = words.filter(|word| word.span.is_some()).map(|word| word.value);
+        self.cutter.unit.goes_to(line, self.cutter.at, written);
     }
 
     pub(super) fn work_offset(&mut self, line: usize, code: i64) {

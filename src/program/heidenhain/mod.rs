@@ -92,7 +92,7 @@ struct Reader<'a, 't> {
 }
 
 impl<'a, 't> Reader<'a, 't> {
-    fn new(text: &'t str, settings: &Settings, log: &'a mut Log) -> Self {
+    fn new(text: &'t str, settings: &'a Settings, log: &'a mut Log) -> Self {
         let blocks = blocks(text);
         let mut labels = HashMap::new();
         for (index, block) in blocks.iter().enumerate() {

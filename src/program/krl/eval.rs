@@ -75,7 +75,8 @@ impl<'a> Run<'a> {
             Some(frame) => Some(frame.data.get(key).cloned().unwrap_or_else(|| unset(key))),
             None => self.globals.get(key).cloned(),
         };
-        match (own, self.settings.assume.get(key)) {
+        let assumed = self.settings.assume.get(key).filter(|_| !self.forgotten.contains(key));
+        match (own, assumed) {
             (None | Some(Value::Unknown(_)), Some(Assumed::Truth(value))) => {
                 return Value::Bool(*value);
             }
@@ -133,6 +134,9 @@ impl<'a> Run<'a> {
         value: Value,
     ) -> Result<(), String> {
         let declared = self.type_of(&key);
+        if matches!(value, Value::Unknown(_)) && fields.is_empty() {
+            self.forgotten.insert(key.clone());
+        }
         let store = self.store(&key);
         let Some((last, way)) = fields.split_last() else {
             store.insert(key, value.held_as(declared));
@@ -188,6 +192,7 @@ impl<'a> Run<'a> {
     pub(super) fn forget(&mut self, path: &'a Path, what: &str) {
         match self.key(path) {
             Ok(key) => {
+                self.forgotten.insert(key.clone());
                 self.store(&key).insert(key, Value::unknown(what));
             }
             Err(_) => self.forget_all(&path.name, what),
@@ -196,6 +201,8 @@ impl<'a> Run<'a> {
 
     /// No element of an array is known any longer.
     pub(super) fn forget_all(&mut self, name: &str, what: &str) {
+        let assumed = self.settings.assume.keys().filter(|key| base(key) == name);
+        self.forgotten.extend(assumed.cloned());
         for (key, value) in self.store(name) {
             if base(key) == name {
                 *value = Value::unknown(what);

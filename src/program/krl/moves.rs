@@ -10,9 +10,9 @@ use super::value::{AXES, EXTERNAL, FRAME, Parts, Value, frame, numbers, part, po
 use super::words::{is_harmless, is_without_effect};
 use crate::motion::{Circle, Configuration, Load, Target};
 use crate::notes::Code;
-use crate::program::Pace;
-use crate::program::cell::{base_frame, tool_frame};
+use crate::program::cell::{base_frame, of_job_tcp, tool_frame};
 use crate::program::log::States;
+use crate::program::{Pace, tool_number};
 use crate::units::{rad_from_deg, ratio_from_percent};
 
 /// More than any axis turns, rad.
@@ -50,9 +50,7 @@ impl<'a> Run<'a> {
         };
         let number = self.eval(index).num();
         let set = match (path.name.as_str(), from.name.as_str()) {
-            ("$tool", "tool_data") => {
-                number.and_then(|n| self.tool_frame(n)).map(|frame| self.tcp = frame)
-            }
+            ("$tool", "tool_data") => number.and_then(|n| self.take_tool(n)),
             ("$base", "base_data") => {
                 number.and_then(|n| self.base_frame(n)).map(|frame| self.base = frame)
             }
@@ -93,7 +91,10 @@ impl<'a> Run<'a> {
                 }
                 self.over = share;
             }
-            ("$tool", None) => self.tcp = self.own_tool(line, value)?,
+            ("$tool", None) => {
+                self.tcp = self.own_tool(line, value)?;
+                self.log.tcp_of(None);
+            }
             ("$base", None) => self.base = self.own_base(line, value)?,
             ("$tool" | "$base", Some(_)) => {
                 return Err("components of frames are set one by one, which is not read".into());
@@ -192,6 +193,15 @@ impl<'a> Run<'a> {
         }
     }
 
+    fn take_tool(&mut self, number: f64) -> Result<(), String> {
+        self.tcp = self.tool_frame(number)?;
+        let of_file = self.globals.get(&format!("tool_data[{number}]"));
+        let is_of_file = matches!(of_file, Some(Value::Parts(_)));
+        let of_job = tool_number(number).ok().filter(|_| !is_of_file);
+        self.log.tcp_of(of_job.and_then(|number| of_job_tcp(self.settings, number)));
+        Ok(())
+    }
+
     pub(super) fn base_frame(&mut self, number: f64) -> Result<Isometry3<f64>, String> {
         match self.datum(&format!("base_data[{number}]")) {
             Value::Parts(parts) if number > 0.0 => frame(&parts),
@@ -200,7 +210,7 @@ impl<'a> Run<'a> {
     }
 
     fn choose_tool(&mut self, line: usize, number: f64) -> Result<(), String> {
-        self.tcp = self.tool_frame(number)?;
+        self.take_tool(number)?;
         // A tool whose load no file gives says nothing of it.
         match self.datum(&format!("load_data[{number}]")) {
             Value::Unknown(_) => self.log.load(None),
@@ -270,9 +280,8 @@ impl<'a> Run<'a> {
             self.log.warning(Code::Assumed, line, what);
         }
         self.base = self.settings.work_object.unwrap_or_default();
-        if let Ok(tool) = self.tool_frame(1.0) {
-            self.tcp = tool;
-        }
+        // Where there is none the robot has its flange until it is told another.
+        drop(self.take_tool(1.0));
         Ok(())
     }
 

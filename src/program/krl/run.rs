@@ -1,6 +1,6 @@
 //! Statements of KRL in the order in which the controller would run them.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use nalgebra::Isometry3;
 
@@ -55,6 +55,8 @@ pub(super) struct Run<'a> {
     pub(super) settings: &'a Settings,
     pub(super) log: &'a mut Log,
     pub(super) globals: HashMap<String, Value>,
+    /// What the program sets to what is not known: what the job assumes of it holds no longer.
+    pub(super) forgotten: HashSet<String>,
     /// Of the data that data lists declare.
     pub(super) types: HashMap<String, Type>,
     /// The data of the routines that run, the innermost last.
@@ -104,6 +106,7 @@ impl<'a> Run<'a> {
             settings,
             log,
             globals: HashMap::new(),
+            forgotten: HashSet::new(),
             types: HashMap::new(),
             frames: Vec::new(),
             depth: 0,

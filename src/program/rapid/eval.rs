@@ -104,10 +104,22 @@ impl<'a> Interpreter<'a> {
 
     /// What the job assumes of a name.
     fn assumed(&self, key: &str) -> Option<Value> {
-        self.settings.assume.get(key).map(|assumed| match *assumed {
+        let own = self.settings.assume.get(key).filter(|_| !self.forgotten.contains(key));
+        own.map(|assumed| match *assumed {
             Assumed::Truth(value) => Value::Bool(value),
             Assumed::Number(value) => Value::Num(value),
         })
+    }
+
+    /// An output, or a datum that no file declares, is no longer known.
+    pub(super) fn forget_name(&mut self, key: &str) {
+        self.outputs.remove(key);
+        self.forgotten.insert(key.to_owned());
+    }
+
+    /// No output that the program has set is known any longer.
+    pub(super) fn forget_all_outputs(&mut self) {
+        self.forgotten.extend(self.outputs.drain().map(|(key, _)| key));
     }
 
     /// What the program has set an output to.

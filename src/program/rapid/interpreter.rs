@@ -1,6 +1,6 @@
 //! The state of a program that runs: its data, what it has called, where the last motion went.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::syntax::File;
 use super::value::Value;
@@ -62,6 +62,8 @@ pub(super) struct Interpreter<'a> {
     pub(super) monitors: [bool; 2],
     /// Outputs that the program has set, by name in lower case.
     pub(super) outputs: HashMap<String, f64>,
+    /// What the program sets to what is not known: what the job assumes of it holds no longer.
+    pub(super) forgotten: HashSet<String>,
     /// What `GripLoad` says that the gripper holds, in the tool's frame; or why that is not known.
     pub(super) gripped: Result<Option<Load>, String>,
 }
@@ -81,6 +83,7 @@ impl<'a> Interpreter<'a> {
             log,
             globals: HashMap::new(),
             frames: Vec::new(),
+            forgotten: HashSet::new(),
             depth: 0,
             budget,
             external: External::new(settings),

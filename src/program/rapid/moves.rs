@@ -11,7 +11,7 @@ use super::value::{NO_AXIS, Value, from_pose, pose};
 use crate::motion::{Configuration, Target};
 use crate::notes::Code;
 use crate::program::Pace;
-use crate::program::log::States;
+use crate::program::log::{States, Tool};
 use crate::program::span::Span;
 use crate::units::{m_per_s_from_mm_per_s, rad_from_deg};
 
@@ -216,6 +216,11 @@ impl<'a> Interpreter<'a> {
 
     fn tool_centre_point(&mut self, line: usize, expr: &'a Expr) -> Result<Isometry3<f64>, String> {
         let tool = self.eval(expr);
+        let of_job = match (expr, &tool) {
+            (Expr::Ref(path), Value::Unknown(_)) => Some(Tool::Name(path.name.shown.clone())),
+            _ => None,
+        };
+        self.log.tcp_of(of_job);
         match (&tool, self.settings.tcp) {
             (Value::Tool0, tcp) => Ok(tcp.unwrap_or_default()),
             (Value::Unknown(why), Some(tcp)) => {

@@ -77,6 +77,7 @@ impl<'a> Interpreter<'a> {
             What::Assign(path, expr) => {
                 let value = self.eval(expr);
                 if let Err(why) = self.write(path, value) {
+                    self.forget_name(&path.name.key);
                     // Data of another module: what depends on it here is reported where it matters.
                     self.log.warning(Code::LeftOut, line, format!("assignment left out: {why}"));
                 }
@@ -234,7 +235,7 @@ impl<'a> Interpreter<'a> {
         if let (GRIP, Value::Unknown(why)) = (name.key.as_str(), value) {
             self.gripped = Err(why.to_string());
         }
-        self.outputs.remove(&name.key);
+        self.forget_name(&name.key);
         if let Some(datum) = self.frames.last_mut().and_then(|frame| frame.get_mut(&name.key)) {
             datum.value = value.clone();
         }
@@ -431,6 +432,19 @@ impl<'a> Interpreter<'a> {
     }
 
     fn note_what_is_left_out(&mut self, line: usize, name: &Name, args: &Args) {
+        let changed = match name.key.as_str() {
+            "softact" | "tuneservo" => Some("how stiff the drives hold the arm"),
+            "speedlimaxis" | "speedlimcheckpoint" => Some("how fast the arm may be"),
+            _ => None,
+        };
+        if let Some(changed) = changed {
+            let what = format!(
+                "{} changes {changed}, which is not read: the robot file's stiffness and the \
+                 programmed speeds are used throughout",
+                name.shown
+            );
+            self.log.warning(Code::ChangeIgnored, line, what);
+        }
         let hint = args.positional.iter().any(|arg| match arg {
             Expr::Ref(path) => instructions::hints_at_spindle(&path.name.key),
             _ => false,
@@ -447,7 +461,7 @@ impl<'a> Interpreter<'a> {
                 "'{}' is not in this file; if it moves, its motion is not read",
                 name.shown
             );
-            self.outputs.clear();
+            self.forget_all_outputs();
             self.log.warning(Code::MotionLeftOut, line, what);
         }
     }
@@ -486,6 +500,7 @@ impl<'a> Interpreter<'a> {
         let sum = self.read(path).num().and_then(|number| Ok(number * keep + by?));
         let value = sum.map_or_else(Value::unknown, Value::Num);
         if let Err(why) = self.write(path, value) {
+            self.forget_name(&path.name.key);
             self.log.warning(Code::LeftOut, line, format!("assignment left out: {why}"));
         }
     }
@@ -551,7 +566,9 @@ impl<'a> Interpreter<'a> {
             if let Some(datum) = frame.get(key) {
                 // Predefined data and those of other modules cannot be written and stay as they
                 // are.
-                let _ = self.write(path, datum.value.clone());
+                if self.write(path, datum.value.clone()).is_err() {
+                    self.forget_name(&path.name.key);
+                }
             }
         }
         flow

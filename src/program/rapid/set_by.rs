@@ -52,7 +52,7 @@ impl<'a> Interpreter<'a> {
         // Another name of a signal, or one of a trap's: it may be any.
         let is_local = self.frames.last().is_some_and(|frame| frame.contains_key(name));
         if is_local || self.file.data.contains_key(name) || !self.file.traps.is_empty() {
-            return self.outputs.clear();
+            return self.forget_all_outputs();
         }
         let value = match key {
             "set" => Some(1.0),
@@ -81,7 +81,7 @@ impl<'a> Interpreter<'a> {
         });
         for expr in args.positional.iter().chain(optional) {
             if let Expr::Ref(path) = expr {
-                self.outputs.remove(&path.name.key);
+                self.forget_name(&path.name.key);
             }
         }
     }

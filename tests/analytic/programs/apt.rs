@@ -71,8 +71,11 @@ fn contour_with_holes() {
         ]
     );
     // Fourteen after the first, see the feeds above.
-    let [notice, behind] = program.warnings.as_slice() else { panic!("{:?}", program.warnings) };
-    assert_eq!((at(notice), at(behind)), (10, 31));
+    let [notice, stands, behind] = program.warnings.as_slice() else {
+        panic!("{:?}", program.warnings)
+    };
+    assert_eq!((at(notice), at(stands), at(behind)), (10, 28, 31));
+    assert!(stands.what.contains("with the spindle stopped (by line 25)"), "{stands}");
     assert!(notice.what.starts_with("14 rapid moves"), "{notice}");
     assert_eq!(behind.code, Code::MotionLeftOut);
 }

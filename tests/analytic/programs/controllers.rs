@@ -287,12 +287,15 @@ fn flags_of_tp_are_what_the_program_sets() {
         ("F[2]=(!DI[4] OR F[1])", "F[2]=ON", false),
         ("DO[3]=ON", "DO[3]=OFF", false),
         ("R[5]=1 ;\nF[R[5]]=(ON)", "(F[1])", true),
-        // What only the run knows leaves it to the assumption.
-        ("F[1]=(ON) ;\nF[1]=(DI[9])", "F[1]=ON", false),
-        ("F[1]=(ON) ;\nIF DI[9]=ON,F[1]=(DI[9])", "F[1]=ON", false),
         ("IF DI[4]=ON,F[1]=(ON)", "F[1]=ON", true),
     ] {
         assert_eq!(jumps(set, condition), expected, "{set} {condition}");
+    }
+    // What only the run knows is no longer what was assumed.
+    for set in ["F[1]=(DI[9])", "IF DI[9]=ON,F[1]=(DI[9])"] {
+        let text = format!("F[1]=(ON) ;\n{set} ;\nIF F[1]=ON,JMP LBL[1] ;\nLBL[1] ;\n");
+        let said = "F[1] is set to what is known only at run time";
+        refused(tp(&text, &[("f[1]", Assumed::Truth(false))]), said);
     }
 }
 

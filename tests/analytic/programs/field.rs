@@ -173,7 +173,7 @@ fn offsets_lengths_and_calls_of_g_code() {
 
 #[test]
 fn tools_by_name_stay_the_first_with_a_doubt() {
-    let start = "G90 G94 G0 X0 Y0 Z0\nG1 X10 F100\n";
+    let start = "G71 G90 G94 G0 X0 Y0 Z0\nG1 X10 F100\n";
     let text = |second: &str| format!("T=\"MILL2\"\n{start}T=\"{second}\"\nX20\n");
     assert_eq!(codes(&of(&text("MILL2"), Dialect::Sinumerik)), [Code::LeftOut]);
     let changed = codes(&of(&text("MILL5"), Dialect::Sinumerik));

@@ -13,4 +13,5 @@ mod rapid;
 mod refusals;
 mod robots;
 mod silent;
+mod stated;
 mod support;

@@ -219,7 +219,7 @@ fn tp_that_is_not_understood_is_refused_with_its_line() {
         ("L P[2] 5mm/sec FINE HOP", "'HOP' behind the target"),
         ("L P[1] 5mm/sec FINE", "a line or arc to joint positions"),
         ("IF DI[1]=ON,JMP LBL[1]", "IF decides about motion"),
-        ("UFRAME[1]=PR[1]", "moves or shifts"),
+        ("UFRAME[1]=PR[1]", "which is not known as a pose"),
         ("DANCE", "'DANCE' is not understood"),
         ("S P[2] 5mm/sec FINE", "S (spline)"),
     ] {

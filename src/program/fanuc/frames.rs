@@ -1,0 +1,48 @@
+//! `UFRAME[9]=PR[9]`, `UTOOL[9]=PR[9]`: frames that the program sets itself.
+
+use nalgebra::Isometry3;
+
+use super::motion::{pose, six};
+use super::registers::{POSE, register};
+use super::run::Run;
+use crate::notes::Code;
+
+impl Run<'_> {
+    /// Sets a frame to a position register, where that is known.
+    pub(super) fn set_frame(
+        &mut self,
+        line: usize,
+        list: &'static str,
+        text: &str,
+    ) -> Result<(), String> {
+        let (number, rest) = register(text, list).ok_or_else(|| format!("{list}[ and a number"))?;
+        let number = u32::try_from(number).map_err(|_| format!("{list}[{number}]"))?;
+        let from = rest.trim_start().strip_prefix('=').map(str::trim_start);
+        let from = from.and_then(|value| register(value, "PR"));
+        let Some((from, "")) = from.map(|(from, rest)| (from, rest.trim())) else {
+            return Err(format!("{list}[{number}] is set to what is not PR[n]: not supported"));
+        };
+        let known = match self.registers.position(from) {
+            Some(Ok(group)) => six(&group, POSE)?,
+            _ => self.registers.all_components(from),
+        };
+        let known = known.ok_or_else(|| {
+            format!("{list}[{number}] is set to PR[{from}], which is not known as a pose")
+        })?;
+        let of_job = match list {
+            "UTOOL" => self.settings.tool_frames.contains_key(&number),
+            _ => self.settings.base_frames.contains_key(&number),
+        };
+        if of_job {
+            let what = format!("the program sets {list}[{number}]: the job's is not used there");
+            self.log.warning(Code::FrameFromProgram, line, what);
+        }
+        self.frames.insert((list, number), pose(known));
+        Ok(())
+    }
+
+    /// A frame that the program has set.
+    pub(super) fn own_frame(&self, list: &'static str, number: u32) -> Option<Isometry3<f64>> {
+        self.frames.get(&(list, number)).copied()
+    }
+}
