@@ -12,6 +12,7 @@ mod cause;
 mod correction;
 mod description;
 mod dynamics;
+mod fingerprint;
 mod inertia;
 mod inverse_kinematics;
 mod placement;

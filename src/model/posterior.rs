@@ -1,14 +1,6 @@
 //! What a calibration learned of the numbers of a model: they are scaled by the means before the
 //! robot is built, and what they may still be off by is kept beside them.
 
-use nalgebra::DMatrix;
-
-use super::correction::Conditions;
-use super::inertia::{mass_matrix, stiffness_matrix};
-use super::placement::Placement;
-use super::robot::Robot;
-use crate::wording::rounded;
-
 /// What a calibration learned.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Posterior {
@@ -29,28 +21,6 @@ pub struct Fingerprint {
     pub mass_diagonal: Vec<f64>,
     /// Diagonal of K, N·m/rad or N/m.
     pub stiffness_diagonal: Vec<f64>,
-}
-
-impl Fingerprint {
-    /// At joint positions `q`, rad or m; `None` where a figure is not positive.
-    pub fn of(robot: &Robot, q: &[f64]) -> Option<Self> {
-        /// More than a change by hand leaves alone.
-        const DIGITS: i32 = 8;
-        let n = robot.coordinates().len();
-        let mut placement = Placement::new(robot);
-        placement.place(robot, q);
-        let (mut mass, mut stiffness) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
-        mass_matrix(robot, &placement, &mut mass);
-        stiffness_matrix(robot, &placement, &Conditions::default(), &mut stiffness);
-        let diagonal =
-            |matrix: DMatrix<f64>| -> Option<Vec<f64>> {
-                let is_sound = |value: &f64| value.is_finite() && *value > 0.0;
-                matrix.diagonal().iter().all(is_sound).then(|| {
-                    matrix.diagonal().iter().map(|value| rounded(*value, DIGITS)).collect()
-                })
-            };
-        Some(Self { mass_diagonal: diagonal(mass)?, stiffness_diagonal: diagonal(stiffness)? })
-    }
 }
 
 impl Posterior {

@@ -2,6 +2,7 @@
 
 use super::log::Log;
 use crate::notes::Code;
+use crate::wording::rounded;
 
 /// In inches more is beyond the reach of any arm: the unit is mm.
 const MAX_INCHES: f64 = 120.0;
@@ -78,15 +79,15 @@ impl UnitWatch {
         }
         let said = format!("lengths are taken as mm, as nothing says their unit ({words})");
         let below = |limit: f64| self.feed.map(|feed| feed < limit);
-        let is_small = extent < SMALL && below(MODERATE).unwrap_or(true);
-        if !(is_small || self.is_fine || below(SLOW).unwrap_or(false)) {
+        let is_alike = (extent < SMALL || self.is_fine) && below(MODERATE).unwrap_or(true);
+        if !(is_alike || below(SLOW).unwrap_or(false)) {
             return log.warning(Code::Assumed, line, said);
         }
         let feed = self.feed.map_or(String::new(), |feed| format!(", at feeds up to {feed}"));
         let what = format!(
-            "{said}; they may be inches: the program goes over {:.4}{feed}; write the unit in the \
+            "{said}; they may be inches: the program goes over {}{feed}; write the unit in the \
              program, or path.program.unit: mm or inch in the job",
-            extent
+            rounded(extent, 4)
         );
         log.warning(Code::UnitAssumed, line, what);
     }

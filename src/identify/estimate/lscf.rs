@@ -50,9 +50,9 @@ pub struct StabilisationPoint {
 pub(in crate::identify) type PolesByOrder = Vec<(usize, Vec<Pole>)>;
 
 /// Poles of all even orders up to the highest, by order. A band that begins far above zero is
-/// moved down to zero, as its lines would fill but a small part of the unit circle. Where the errors
-/// are `relative` to the responses, each line counts as much as the others, and a light mode is not
-/// drowned by loud ones.
+/// moved down to zero, as its lines would fill but a small part of the unit circle. Where the
+/// errors are `relative` to the responses, each line counts as much as the others, and a light mode
+/// is not drowned by loud ones.
 pub(in crate::identify) fn poles_by_order(
     sets: &[(&[f64], &[Vec<C64>])],
     highest: usize,
@@ -269,8 +269,8 @@ mod tests {
         );
     }
 
-    /// Lines from a quarter of the highest on: what is not covered of the circle takes the poles of no
-    /// order away.
+    /// Lines from a quarter of the highest on: what is not covered of the circle takes the poles of
+    /// no order away.
     #[test]
     fn poles_of_a_band_above_zero_are_found_at_every_order() {
         let truth = [Pole::from_modal(160.0, 0.01), Pole::from_modal(300.0, 0.02)];

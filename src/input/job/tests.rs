@@ -173,7 +173,7 @@ fn what_program_and_job_say_differently_is_an_error_unless_it_is_settled() {
         errors[0].contains("feed_mm_per_min is 60, a.nc:3 runs at 100 mm/min, and no move"),
         "{errors:?}"
     );
-    let (job, notices) = read_of(GCODE, "a.nc", "S30000 M3\nG1 X0 Y0 Z0 F120\nX1\n").unwrap();
+    let (job, notices) = read_of(GCODE, "a.nc", "G21 S30000 M3\nG1 X0 Y0 Z0 F120\nX1\n").unwrap();
     assert_eq!(job.operations[0].feed_m_per_s, 0.002);
     assert_eq!(
         notices,
@@ -354,7 +354,7 @@ fn a_procedure_without_effect_and_rapid_moves_are_told() {
     let operation = "    feed_mm_per_min: 60\n    spindle_rpm: 1100\n    path:\n      program:\n        file: \
         a.nc\n        procedure: main\n";
     assert_eq!(
-        notices_of(operation, "a.nc", "G0 X0 Y0 Z0\nG1 X1 F60\nG0 X2\nZ5\nG1 X3\n"),
+        notices_of(operation, "a.nc", "G21 G0 X0 Y0 Z0\nG1 X1 F60\nG0 X2\nZ5\nG1 X3\n"),
         [
             "job.yaml:11: operation 'rough': path.program.procedure 'main' has no effect: \
                 G-code has no procedures",
