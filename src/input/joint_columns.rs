@@ -38,6 +38,15 @@ pub(super) fn columns_of(header: &[String], joint: &MovingJoint) -> Vec<Column> 
     units(joint).iter().flat_map(of_unit).collect()
 }
 
+/// What is wrong with a column that is called as a joint alone.
+pub(super) fn without_unit(header: &[String], joint: &MovingJoint) -> Option<String> {
+    let name = header.iter().find(|title| **title == joint.name)?;
+    let [(si, _), (other, _), ..] = units(joint) else { return None };
+    Some(format!(
+        "column '{name}' has no unit; name it {name}_{si} or {name}_{other}, by what its values are in"
+    ))
+}
+
 /// Whether a title is that of a joint's position.
 pub(super) fn is_of_joint(title: &str, robot: &Robot) -> bool {
     robot.joints().iter().any(|joint| {
@@ -64,7 +73,9 @@ pub(super) fn joint_columns(
                 let free = free.filter(|title| !is_of_joint(title, robot));
                 let hint = nearest(&wanted, free)
                     .map_or_else(String::new, |near| format!("; did you mean '{near}' for it?"));
-                let what = format!("no column '{wanted}' or '{}_{other}'{hint}", joint.name);
+                let what = without_unit(header, joint).unwrap_or_else(|| {
+                    format!("no column '{wanted}' or '{}_{other}'{hint}", joint.name)
+                });
                 faults.push((Code::MissingKey, what));
             }
             several => {

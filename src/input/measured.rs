@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::Reading;
 use super::files::MAX_FILE_BYTES;
-use super::joint_columns::{self, columns_of, is_of_joint, joint_columns};
+use super::joint_columns::{self, columns_of, is_of_joint, joint_columns, without_unit};
 use crate::formats::table::Table;
 use crate::formats::text::read_text;
 use crate::identify::pose::{JointColumn, Pose};
@@ -223,6 +223,12 @@ impl Columns {
                 || numbered(title, "f", "_std_hz")
                 || numbered(title, "zeta", "")
         };
+        // Beside an angle of the two-link model, which stands for all joints.
+        if matches!(pose, Some(PoseColumns::Angles(_))) {
+            for what in robot.joints().iter().filter_map(|joint| without_unit(header, joint)) {
+                notes.error(Code::MissingKey, line, what);
+            }
+        }
         let names = ["temperature_c", "amplitude_nm", "payload_kg", "sample_rate_hz", "id"];
         let unknown = header
             .iter()
@@ -622,6 +628,10 @@ mod tests {
     fn every_fault_is_told_with_its_line() {
         for (text, expected) in [
             ("joint_1_rad,f1_hz\n", vec!["m.csv:1: no column 'joint_2_rad'"]),
+            (
+                "joint_1,joint_2_rad,beta2_rad,f1_hz\n1,1,1,9\n",
+                vec!["m.csv:1: column 'joint_1' has no unit; name it joint_1_rad or joint_1_deg"],
+            ),
             ("joint_1_rad,joint_2_rad\n", vec!["m.csv:1: no column 'f1_hz'"]),
             ("joint_1_rad,joint_2_rad,f1_hz,f3_hz\n", vec!["m.csv:1: no column 'f2_hz'"]),
             ("joint_1_rad,joint_2_rad,f1_hz\n", vec!["m.csv: has no rows"]),
