@@ -1,0 +1,91 @@
+"""Times the Python module against the command and against itself, ratios in one run: poses from numpy to numpy,
+two threads of Python at once, and two workers of a Dask cluster.
+
+    pip install '.[fleet]' && python3 benches/python.py [target/release/detune]
+
+A reduced map of the command's own random poses, less that of one pose, is the command's time for as many
+eigenproblems. The least of several runs stands for each figure.
+"""
+
+import os
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+
+import detune
+
+ROOT = Path(__file__).resolve().parent.parent
+ROBOT = str(ROOT / "robots/irb1600/robot.yaml")
+POSES = 10**6
+ROUNDS = 5
+
+
+def least(work, rounds=ROUNDS):
+    """Wall-clock seconds of the fastest of several runs."""
+    found = []
+    for _ in range(rounds):
+        start = time.perf_counter()
+        work()
+        found.append(time.perf_counter() - start)
+    return min(found)
+
+
+def command(program, poses):
+    """A map of random poses that writes one table of ranges."""
+    arguments = [program, "map", ROBOT, "--random", str(poses), "--seed", "1", "--reduce"]
+    subprocess.run(arguments, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+
+def at_once(robot, poses):
+    """Two threads, each with all poses on one thread of its own."""
+    threads = [threading.Thread(target=robot.frequencies, args=(poses,), kwargs={"parallel": False})
+               for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+
+
+def fleet(robot, poses):
+    """Seconds of one process and of two workers, for the same poses and the same result."""
+    from dask.distributed import Client, LocalCluster
+    from detune import fleet as spread
+
+    os.environ["RAYON_NUM_THREADS"] = "1"
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
+        with Client(cluster) as client:
+            spread.frequencies(ROBOT, poses[:1000], client=client)
+            wall = least(lambda: spread.frequencies(ROBOT, poses, client=client), 3)
+            same = np.array_equal(spread.frequencies(ROBOT, poses[:50_000], client=client),
+                                  robot.frequencies(poses[:50_000]), equal_nan=True)
+    return wall, same
+
+
+def main():
+    program = sys.argv[1] if len(sys.argv) > 1 else str(ROOT / "target/release/detune")
+    robot = detune.Robot(ROBOT)
+    low, high = -np.pi / 2, np.pi / 2
+    poses = np.random.default_rng(1).uniform(low, high, (POSES, 6))
+
+    of_command = least(lambda: command(program, POSES)) - least(lambda: command(program, 1))
+    of_module = least(lambda: robot.frequencies(poses))
+    print(f"{POSES} poses, numpy to numpy: {of_module:.3f} s, command {of_command:.3f} s, "
+          f"ratio {of_module / of_command:.2f}")
+
+    alone = least(lambda: robot.frequencies(poses, parallel=False))
+    both = least(lambda: at_once(robot, poses))
+    print(f"two threads at once: {2 * alone / both:.2f} times one after the other")
+
+    many = np.tile(poses, (40, 1))
+    serial = least(lambda: robot.frequencies(many, parallel=False), 1)
+    wall, same = fleet(robot, many)
+    print(f"two workers: {wall:.1f} s, serial {serial:.1f} s, ratio {wall / serial:.2f}, "
+          f"{'the same values' if same else 'OTHER VALUES'}")
+
+
+if __name__ == "__main__":
+    main()
