@@ -15,6 +15,7 @@ mod interpreter;
 mod lexer;
 mod load;
 mod moves;
+mod outputs;
 mod parser;
 mod run;
 mod set_by;

@@ -3,9 +3,9 @@
 
 use std::collections::HashSet;
 
-use super::instructions::{displaces, is_ignored, motion, sounds_like_motion};
+use super::instructions::{displaces, is_ignored, is_own_function, motion, sounds_like_motion};
 use super::interpreter::Interpreter;
-use super::syntax::{Args, Block, Expr, Optional, Step, What};
+use super::syntax::{Args, Block, Expr, Name, Optional, Step, What};
 use crate::notes::Code;
 
 /// Instructions that traps use and that neither move nor change later motion.
@@ -47,12 +47,13 @@ impl<'a> Interpreter<'a> {
         let mut seen: HashSet<&str> = HashSet::new();
         let mut open: Vec<&'a What> = body.iter().map(|statement| &statement.what).collect();
         while let Some(what) = open.pop() {
-            let mut bodies: Vec<&'a Block> = Vec::new();
-            for function in functions_in(what) {
-                if let Some(routine) = self.file.functions.get(function)
-                    && seen.insert(function)
-                {
-                    bodies.push(&routine.body);
+            let mut bodies = blocks_in(what);
+            let not_read = |shown| Some(format!("calls '{shown}', which is in no file that is read,"));
+            for name in functions_in(what) {
+                match self.file.functions.get(&name.key) {
+                    Some(routine) if seen.insert(&name.key) => bodies.push(&routine.body),
+                    None if !is_own_function(&name.key) => return not_read(&name.shown),
+                    _ => {}
                 }
             }
             match what {
@@ -67,17 +68,9 @@ impl<'a> Interpreter<'a> {
                     } else if matches!(key, "velset" | "speedrefresh" | "gripload") {
                         return Some(format!("changes motion by {}", name.shown));
                     } else if !is_ignored(key) && !QUIET.contains(&key) {
-                        let shown = &name.shown;
-                        return Some(format!("calls '{shown}', which is in no file that is read,"));
+                        return not_read(&name.shown);
                     }
                 }
-                What::If(branches, otherwise) => {
-                    bodies.extend(branches.iter().map(|(_, body)| body).chain([otherwise]));
-                }
-                What::Test(_, cases, otherwise) => {
-                    bodies.extend(cases.iter().map(|(_, body)| body).chain([otherwise]));
-                }
-                What::For { body, .. } | What::While(_, body) => bodies.push(body),
                 What::NotUnderstood(_) => return Some("does what is not understood".to_owned()),
                 _ => {}
             }
@@ -87,11 +80,39 @@ impl<'a> Interpreter<'a> {
     }
 }
 
-/// Names, in lower case, that the expressions of a statement call, its blocks aside.
-fn functions_in(what: &What) -> Vec<&str> {
+/// The blocks of a statement.
+pub(super) fn blocks_in(what: &What) -> Vec<&Block> {
+    match what {
+        What::If(branches, otherwise) => {
+            branches.iter().map(|(_, body)| body).chain([otherwise]).collect()
+        }
+        What::Test(_, cases, otherwise) => {
+            cases.iter().map(|(_, body)| body).chain([otherwise]).collect()
+        }
+        What::For { body, .. } | What::While(_, body) => vec![body],
+        _ => Vec::new(),
+    }
+}
+
+/// All statements of blocks and of those in them.
+pub(super) fn statements_in<'a>(
+    blocks: impl Iterator<Item = &'a Block>,
+) -> impl Iterator<Item = &'a What> {
+    let mut open: Vec<&'a What> = blocks.flatten().map(|statement| &statement.what).collect();
+    std::iter::from_fn(move || {
+        let what = open.pop()?;
+        open.extend(blocks_in(what).into_iter().flatten().map(|statement| &statement.what));
+        Some(what)
+    })
+}
+
+/// Functions that the expressions of a statement call, its blocks aside.
+pub(super) fn functions_in(what: &What) -> Vec<&Name> {
     let mut open: Vec<&Expr> = Vec::new();
     match what {
-        What::Declare(declaration) => open.extend(&declaration.value),
+        What::Declare(declaration) => {
+            open.extend(declaration.dimensions.iter().chain(&declaration.value));
+        }
         What::Assign(path, value) => {
             of_steps(&path.steps, &mut open);
             open.push(value);
@@ -106,13 +127,18 @@ fn functions_in(what: &What) -> Vec<&str> {
         }
         _ => {}
     }
+    functions_of(open)
+}
+
+/// Functions that expressions call.
+pub(super) fn functions_of(mut open: Vec<&Expr>) -> Vec<&Name> {
     let mut found = Vec::new();
     while let Some(expr) = open.pop() {
         match expr {
             Expr::List(parts) => open.extend(parts),
             Expr::Ref(path) => of_steps(&path.steps, &mut open),
             Expr::Call(call) => {
-                found.push(call.0.key.as_str());
+                found.push(&call.0);
                 of_args(&call.1, &mut open);
             }
             Expr::Not(inner) | Expr::Minus(inner) => open.push(inner),
