@@ -27,6 +27,10 @@ impl<'a> Run<'a> {
         }
         match self.set_motion(line, path, &value) {
             Ok(true) => {}
+            // Last by the program or by what the run decides.
+            Ok(false) if self.timed.contains(&key) || self.timed.contains(&path.name) => {
+                self.forget(path, "it is set at run time, too");
+            }
             Ok(false) => {
                 if let Err(why) = self.write(path, value) {
                     let what = format!("an element of '{}' was set: {why}", path.name);
