@@ -309,7 +309,16 @@ fn bare(text: &str) -> Result<&str, String> {
     /// More is no program that a teach pendant writes.
     const MAX_NESTING: usize = 20;
     let mut text = text.trim();
-    if outside(text, |depth, _| depth > MAX_NESTING).is_some() {
+    let mut brackets = 0_usize;
+    let is_too_deep = text.bytes().any(|byte| {
+        match byte {
+            b'[' => brackets += 1,
+            b']' => brackets = brackets.saturating_sub(1),
+            _ => {}
+        }
+        brackets > MAX_NESTING
+    });
+    if is_too_deep || outside(text, |depth, _| depth > MAX_NESTING).is_some() {
         return Err("parentheses are nested too deep".to_owned());
     }
     while text.starts_with('(')

@@ -70,7 +70,8 @@ impl<'a> Run<'a> {
         let mut open = vec![what];
         while let Some(what) = open.pop() {
             let mut bodies = blocks_in(what);
-            let not_read = |name| Some(format!("calls '{name}', which is in no file that is read,"));
+            let not_read =
+                |name| Some(format!("calls '{name}', which is in no file that is read,"));
             let mut unread = None;
             for name in functions_in(expressions(what)) {
                 match self.file.functions.get(name) {

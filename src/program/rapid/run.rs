@@ -165,12 +165,7 @@ impl<'a> Interpreter<'a> {
     }
 
     /// `is_called`: of a routine, which RETURN ends alone; `seen`: routines that are counted already.
-    fn effect(
-        &self,
-        block: &'a Block,
-        is_called: bool,
-        seen: &mut HashSet<&'a str>,
-    ) -> Effect<'a> {
+    fn effect(&self, block: &'a Block, is_called: bool, seen: &mut HashSet<&'a str>) -> Effect<'a> {
         let mut names = Vec::new();
         for statement in block {
             let what = &statement.what;
@@ -182,7 +177,8 @@ impl<'a> Interpreter<'a> {
                 What::Return(_) | What::Goto(_) | What::NotUnderstood(_) => return Effect::Motion,
                 _ => {}
             }
-            effects.extend(blocks_in(what).into_iter().map(|body| self.effect(body, is_called, seen)));
+            effects
+                .extend(blocks_in(what).into_iter().map(|body| self.effect(body, is_called, seen)));
             for effect in effects {
                 match effect {
                     Effect::Motion => return Effect::Motion,

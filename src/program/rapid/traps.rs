@@ -48,7 +48,8 @@ impl<'a> Interpreter<'a> {
         let mut open: Vec<&'a What> = body.iter().map(|statement| &statement.what).collect();
         while let Some(what) = open.pop() {
             let mut bodies = blocks_in(what);
-            let not_read = |shown| Some(format!("calls '{shown}', which is in no file that is read,"));
+            let not_read =
+                |shown| Some(format!("calls '{shown}', which is in no file that is read,"));
             for name in functions_in(what) {
                 match self.file.functions.get(&name.key) {
                     Some(routine) if seen.insert(&name.key) => bodies.push(&routine.body),
