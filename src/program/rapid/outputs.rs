@@ -23,11 +23,14 @@ pub(super) struct Timed<'a> {
 impl<'a> Timed<'a> {
     pub(super) fn of(file: &'a File) -> Self {
         let mut timed = Self { is_any: !file.traps.is_empty(), ..Self::default() };
-        let routines = file.procedures.values().chain(file.functions.values());
-        for what in statements_in(routines.map(|routine| &routine.body)) {
-            if let What::Call(name, args) = what {
+        for routine in file.procedures.values().chain(file.functions.values()) {
+            for what in statements_in(std::iter::once(&routine.body)) {
+                let What::Call(name, args) = what else { continue };
                 timed.add(&name.key, args);
             }
+            // Another name of a signal: it may be any.
+            let mut own = routine.parameters.iter().map(|parameter| parameter.name.key.as_str());
+            timed.is_any |= own.any(|name| timed.names.contains(name));
         }
         timed.is_any |= timed.names.iter().any(|name| file.data.contains_key(*name));
         timed
@@ -40,13 +43,24 @@ impl<'a> Timed<'a> {
         if key.ends_with("ios") || key == "triggspeed" || is_moving && key.ends_with("sync") {
             self.is_any = true;
         }
-        let sets = match key {
-            "triggio" | "triggequip" | "triggrampao" | "pulsedo" => true,
-            _ if SETS.contains(&key) => has("sdelay"),
-            _ => is_moving && ["do", "go", "ao"].iter().any(|end| key.ends_with(end)),
+        let at = match key {
+            "pulsedo" => Some(0),
+            "triggrampao" => Some(3),
+            _ if SETS.contains(&key) => has("sdelay").then_some(0),
+            // Before its value, the last argument.
+            _ if is_moving && ["do", "go", "ao"].iter().any(|end| key.ends_with(end)) => {
+                args.positional.len().checked_sub(2)
+            }
+            _ => None,
         };
-        if sets {
-            self.names.extend(references(args));
+        let of_data = args.optional.iter().filter_map(|(name, value)| match value {
+            Optional::Value(expr) if matches!(name.as_str(), "dop" | "gop" | "aop") => Some(expr),
+            _ => None,
+        });
+        for expr in at.and_then(|at| args.positional.get(at)).into_iter().chain(of_data) {
+            if let Expr::Ref(path) = expr {
+                self.names.insert(&path.name.key);
+            }
         }
     }
 

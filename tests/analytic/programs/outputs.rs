@@ -54,8 +54,11 @@ fn an_output_of_rapid_that_the_run_may_set_decides_nothing() {
         }
     }
     // Others than those that a trigger sets are as before.
-    let body = "TriggIO t,0\\DOp:=do2,1; SetDO do1,0;";
-    assert_eq!(rapid(&decide(body), "", &[]).unwrap().moves.len(), 1);
+    let trigger = |signal: &str| decide(&format!("TriggIO t,0\\DOp:={signal},1; SetDO do1,0;"));
+    assert_eq!(rapid(&trigger("do2"), "VAR triggdata t;", &[]).unwrap().moves.len(), 1);
+    // Which one another name is may be any.
+    let named = rapid(&format!("{}\nq do1;", trigger("s")), "PROC q(VAR signaldo s)\nENDPROC", &[]);
+    assert_eq!(named.map_err(|notes| at(&notes[0])).err(), Some(6));
 }
 
 #[test]
@@ -91,6 +94,17 @@ fn functions_in_expressions_of_rapid_count_where_they_stand() {
         let found = found.map(|program| program.moves.len()).map_err(|notes| at(&notes[0]));
         assert_eq!(found, expected, "{body}");
     }
+}
+
+#[test]
+fn a_turning_speed_of_rapid_that_is_not_known_is_told() {
+    let told = |turning: &str| -> Vec<usize> {
+        let body = format!("VAR speeddata s;\ns:=[5,{turning},5,5];\nMoveL p,s,fine,tool0;");
+        let program = rapid(&body, "", &[]).unwrap();
+        program.warnings.iter().filter(|note| note.code == Code::Assumed).map(at).collect()
+    };
+    assert_eq!(told("AInput(ai1)"), [6]);
+    assert_eq!(told("9"), []);
 }
 
 fn krl(body: &str) -> Read {

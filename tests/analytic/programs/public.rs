@@ -191,7 +191,9 @@ fn a_deep_hole_of_apt_without_pecks_is_a_doubt() {
     assert_eq!(drill("CYCLE/DEEP2,FEDTO,40,MMPM,250,RAPTO,3"), expected);
     assert_eq!(drill("CYCLE/DEEPHL,40,250,MMPM,3"), expected);
     assert_eq!(drill("CYCLE/DRILL,DEEP,STEP,9,RAPTO,3,FEDTO,-40,MMPM,250"), []);
-    assert_eq!(drill("CYCLE/DRILL,RAPTO,3,FEDTO,-40,MMPM,250"), []);
+    let plain = "CYCLE/DRILL,RAPTO,3,FEDTO,-40,MMPM,250";
+    assert_eq!(drill(plain), []);
+    assert_eq!(drill(&format!("{plain}\nCYCLE/ON,DEEP")), [(Code::MotionLeftOut, 3)]);
 }
 
 #[test]
