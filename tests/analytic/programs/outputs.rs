@@ -24,6 +24,8 @@ fn rapid(body: &str, routines: &str, assumed: &[(&str, Assumed)]) -> Read {
     read(text.as_bytes(), Dialect::Rapid, &job)
 }
 
+const NONE: [usize; 0] = [];
+
 const MOVE: &str = "MoveL p,v5,fine,tool0;";
 
 /// A line that decides by an output whether the arm moves.
@@ -57,7 +59,8 @@ fn an_output_of_rapid_that_the_run_may_set_decides_nothing() {
     let trigger = |signal: &str| decide(&format!("TriggIO t,0\\DOp:={signal},1; SetDO do1,0;"));
     assert_eq!(rapid(&trigger("do2"), "VAR triggdata t;", &[]).unwrap().moves.len(), 1);
     // Which one another name is may be any.
-    let named = rapid(&format!("{}\nq do1;", trigger("s")), "PROC q(VAR signaldo s)\nENDPROC", &[]);
+    let own = "PROC q(VAR signaldo s)\nTriggIO t,0\\DOp:=s,1;\nENDPROC";
+    let named = rapid(&decide("q do1; SetDO do1,0;"), own, &[]);
     assert_eq!(named.map_err(|notes| at(&notes[0])).err(), Some(6));
 }
 
@@ -66,12 +69,12 @@ fn a_function_that_is_in_no_file_is_a_doubt() {
     let lines = |body: &str| left_out(&rapid(&format!("{MOVE}\n{body}"), "", &[]).unwrap());
     assert_eq!(lines("n:=Prepare();"), [5]);
     assert_eq!(lines("TPWrite \"a\"\\Num:=Prepare();"), [5]);
-    assert_eq!(lines("n:=Dim(p,1); TPWrite ValToStr(ClkRead(c));"), []);
+    assert_eq!(lines("n:=Dim(p,1); TPWrite ValToStr(ClkRead(c));"), NONE);
     let krl_lines = |body: &str| left_out(&krl(body).unwrap());
     assert_eq!(krl_lines("x=foo()"), [4]);
     assert_eq!(krl_lines("IF foo() THEN\n$OUT[1]=TRUE\nENDIF"), [4]);
     assert_eq!(krl_lines("IF $IN[1] THEN\nx=foo()\nENDIF"), [5]);
-    assert_eq!(krl_lines("x=STRLEN(a)"), []);
+    assert_eq!(krl_lines("x=STRLEN(a)"), NONE);
 }
 
 #[test]
@@ -104,7 +107,7 @@ fn a_turning_speed_of_rapid_that_is_not_known_is_told() {
         program.warnings.iter().filter(|note| note.code == Code::Assumed).map(at).collect()
     };
     assert_eq!(told("AInput(ai1)"), [6]);
-    assert_eq!(told("9"), []);
+    assert_eq!(told("9"), NONE);
 }
 
 fn krl(body: &str) -> Read {
@@ -248,9 +251,9 @@ fn an_arc_of_an_nx_file_without_its_values_is_a_doubt() {
     };
     let eleven = ",0.06,0.5,20,0";
     assert_eq!(doubts("", "GOTO/20,10,5"), [8]);
-    assert_eq!(doubts(eleven, "GOTO/20,10,5"), []);
+    assert_eq!(doubts(eleven, "GOTO/20,10,5"), NONE);
     // A line that is tangent to it shows the way.
-    assert_eq!(doubts("", "GOTO/20,20,0"), []);
+    assert_eq!(doubts("", "GOTO/20,20,0"), NONE);
     let found = faults(&text("", "GOTO/20,0,0"), Dialect::Apt);
     assert!(found[0].what.contains("taken to run counterclockwise"), "{found:?}");
 }
