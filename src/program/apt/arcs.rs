@@ -31,8 +31,8 @@ const RADIUS_TOLERANCE_SHARE: f64 = 0.001;
 const NX_VALUES: usize = 11;
 
 impl Reader<'_> {
-    /// `CIRCLE/x,y,z,i,j,k[,r,…]`: counterclockwise about the axis, in NX's 11 values clockwise. Its
-    /// `TIMES,n` counts the turns of a helix, the last one not whole.
+    /// `CIRCLE/x,y,z,i,j,k[,r,…]`: counterclockwise about the axis, in NX's 11 values clockwise.
+    /// Its `TIMES,n` counts the turns of a helix, the last one not whole.
     pub(super) fn circle(&mut self, line: usize, minor: &[Word<'_>]) -> Result<(), String> {
         self.no_arc_is_open(line);
         let (minor, more_turns) = match minor {

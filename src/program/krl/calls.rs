@@ -53,10 +53,12 @@ impl<'a> Run<'a> {
 
     /// `PULSE($OUT[1],TRUE,2.0)`: at its end the output is what it was, or not.
     pub(super) fn pulse(&mut self, args: &'a [Option<Expr>]) {
-        let what = "it is pulsed: known only at run time";
         match args.first() {
-            Some(Some(Expr::Ref(path))) => self.forget(path, what),
-            _ => self.forget_signals(what),
+            Some(Some(Expr::Ref(path))) => {
+                let what = format!("'{}' is pulsed: known only at run time", path.name);
+                self.forget(path, &what);
+            }
+            _ => self.forget_signals("an output is pulsed: known only at run time"),
         }
     }
 

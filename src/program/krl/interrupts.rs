@@ -5,6 +5,7 @@ use std::collections::HashSet;
 
 use super::run::Run;
 use super::syntax::{Block, Expr, Path, What};
+use super::walk::{blocks_in, expressions, functions_in};
 use super::words::{is_harmless, is_own_function, sets_motion};
 use crate::notes::Code;
 
@@ -126,8 +127,8 @@ impl<'a> Run<'a> {
         found
     }
 
-    /// Signals that triggers, interrupts and pulses set, the element alone where it is a number: the
-    /// run decides when, and what the program sets them to may hold or not.
+    /// Signals that triggers, interrupts and pulses set, an element alone where its number is known:
+    /// the run decides when, and what the program sets them to may hold or not.
     pub(super) fn timed_signals(&self) -> HashSet<String> {
         let mut found = HashSet::new();
         let routines = self.file.routines.values().chain(self.file.functions.values());
@@ -162,59 +163,4 @@ fn fixed_key(path: &Path) -> String {
         key.push_str(&format!("[{number}]"));
     }
     key
-}
-
-/// The blocks of a statement.
-fn blocks_in(what: &What) -> Vec<&Block> {
-    match what {
-        What::If(_, yes, no) => vec![yes, no],
-        What::For(.., body) | What::While(_, body) | What::Repeat(body, _) | What::Loop(body) => {
-            vec![body]
-        }
-        What::Switch(_, cases, otherwise) => {
-            cases.iter().map(|(_, body)| body).chain([otherwise]).collect()
-        }
-        _ => Vec::new(),
-    }
-}
-
-/// Functions that expressions call.
-pub(super) fn functions_in(mut open: Vec<&Expr>) -> Vec<&str> {
-    let mut found = Vec::new();
-    while let Some(expr) = open.pop() {
-        match expr {
-            Expr::Parts(parts) => open.extend(parts.iter().map(|(_, expr)| expr)),
-            Expr::Ref(path) => open.extend(&path.indices),
-            Expr::Not(inner) | Expr::Minus(inner) => open.push(inner),
-            Expr::Binary(_, left, right) => open.extend([&**left, &**right]),
-            Expr::Call(name, args) => {
-                open.extend(args.iter().flatten());
-                found.push(name.as_str());
-            }
-            _ => {}
-        }
-    }
-    found
-}
-
-/// The expressions of a statement, its blocks aside.
-pub(super) fn expressions(what: &What) -> Vec<&Expr> {
-    match what {
-        What::Declare(.., Some(expr))
-        | What::Return(Some(expr))
-        | What::WaitSec(expr)
-        | What::If(expr, ..)
-        | What::While(expr, _)
-        | What::Repeat(_, expr)
-        | What::Switch(expr, ..) => vec![expr],
-        What::Assign(path, expr) => path.indices.iter().chain([expr]).collect(),
-        What::Call(_, args) => args.iter().flatten().collect(),
-        What::For(_, [from, to], step, _) => [from, to].into_iter().chain(step).collect(),
-        What::Move(motion) => {
-            let own = motion.targets.iter().chain(&motion.angle);
-            own.chain(motion.with.iter().map(|(_, expr)| expr)).collect()
-        }
-        What::Spline(given, _) => given.iter().map(|(_, expr)| expr).collect(),
-        _ => Vec::new(),
-    }
 }

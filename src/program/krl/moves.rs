@@ -29,7 +29,9 @@ impl<'a> Run<'a> {
             Ok(true) => {}
             // Last by the program or by what the run decides.
             Ok(false) if self.timed.contains(&key) || self.timed.contains(&path.name) => {
-                self.forget(path, "it is set at run time, too");
+                let what =
+                    format!("'{}' is set by a trigger, an interrupt or a pulse, too", path.name);
+                self.forget(path, &what);
             }
             Ok(false) => {
                 if let Err(why) = self.write(path, value) {

@@ -4,9 +4,9 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use nalgebra::Isometry3;
 
-use super::interrupts::{expressions, functions_in};
 use super::syntax::{Block, Cases, Expr, File, Path, Routine, Statement, What};
 use super::value::{Sort, Type, Value, base, unset};
+use super::walk::{expressions, functions_in};
 use super::words::{is_harmless, is_own_function, is_without_effect, sounds_like_motion};
 use crate::notes::Code;
 use crate::program::Settings;

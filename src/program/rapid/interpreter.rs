@@ -2,8 +2,8 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::outputs::Timed;
 use super::syntax::File;
+use super::timed::Timed;
 use super::value::Value;
 use crate::motion::Load;
 use crate::program::Settings;

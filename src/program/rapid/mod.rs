@@ -20,8 +20,10 @@ mod parser;
 mod run;
 mod set_by;
 mod syntax;
+mod timed;
 mod traps;
 mod value;
+mod walk;
 
 use super::Settings;
 use super::cell::Comments;

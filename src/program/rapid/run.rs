@@ -6,8 +6,8 @@ use super::eval::equal;
 use super::instructions::{self, is_own_function};
 use super::interpreter::{Datum, Flow, Global, Interpreter, MAX_DEPTH};
 use super::syntax::{Args, Block, Expr, Name, Routine, Statement, What};
-use super::traps::{blocks_in, functions_in, functions_of};
 use super::value::Value;
+use super::walk::{blocks_in, functions_in, functions_of};
 use crate::notes::Code;
 
 /// The instruction that says what the gripper holds.
@@ -164,7 +164,7 @@ impl<'a> Interpreter<'a> {
         }
     }
 
-    /// `is_called`: of a routine, which RETURN ends alone; `seen`: routines that are counted already.
+    /// `is_called`: of a routine, which RETURN ends alone; `seen`: routines counted already.
     fn effect(&self, block: &'a Block, is_called: bool, seen: &mut HashSet<&'a str>) -> Effect<'a> {
         let mut names = Vec::new();
         for statement in block {
