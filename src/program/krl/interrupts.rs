@@ -127,8 +127,8 @@ impl<'a> Run<'a> {
         found
     }
 
-    /// Signals that triggers, interrupts and pulses set, an element alone where its number is known:
-    /// the run decides when, and what the program sets them to may hold or not.
+    /// Signals that triggers, interrupts and pulses set, one alone where its number is known: the
+    /// run decides when, and what the program sets them to may hold or not.
     pub(super) fn timed_signals(&self) -> HashSet<String> {
         let mut found = HashSet::new();
         let routines = self.file.routines.values().chain(self.file.functions.values());

@@ -97,8 +97,8 @@ pub(super) fn is_own_function(name: &str) -> bool {
         abs sqrt sin cos tan acos asin atan atan2 exp log round trunc min max inv_pos inv_frame \
         forward inverse forward_kin svel_cp svel_joint stool stool2 sload sbase sipo_mode strlen \
         strdecllen strfind strcomp stradd strcopy strclear strtoint strtoreal strtobool \
-        strtostring strtoframe strtopos strtoe3pos strtoe6pos strtoaxis strtoe3axis strtoe6axis varstate \
-        vartype getvarsize getcycdef get_decl_place get_sig_inf cioctl cstate sread swrite cread \
+        strtostring strtoframe strtopos strtoe3pos strtoe6pos strtoaxis strtoe3axis strtoe6axis \
+        varstate vartype getvarsize getcycdef get_decl_place get_sig_inf cioctl cstate sread swrite cread \
         cwrite copen cclose cast_to cast_from eof ek eo eb frand timediff is_key_pressed \
         check_pidonrdc ascii";
     OWN.split(' ').any(|own| own == name) || is_harmless(name)
