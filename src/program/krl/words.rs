@@ -94,13 +94,13 @@ pub(super) fn is_harmless(name: &str) -> bool {
 /// Functions of the controller: they neither move nor set anything that is read here.
 pub(super) fn is_own_function(name: &str) -> bool {
     const OWN: &str = "\
-        abs sqrt sin cos tan acos asin atan atan2 exp log round trunc min max inv_pos inv_frame \
-        forward inverse forward_kin svel_cp svel_joint stool stool2 sload sbase sipo_mode strlen \
-        strdecllen strfind strcomp stradd strcopy strclear strtoint strtoreal strtobool \
-        strtostring strtoframe strtopos strtoe3pos strtoe6pos strtoaxis strtoe3axis strtoe6axis \
-        varstate vartype getvarsize getcycdef get_decl_place get_sig_inf cioctl cstate sread swrite cread \
-        cwrite copen cclose cast_to cast_from eof ek eo eb frand timediff is_key_pressed \
-        check_pidonrdc ascii";
+        abs acos ascii asin atan atan2 cast_from cast_to cclose check_pidonrdc cioctl copen cos \
+        cread cstate cwrite eb ek eo eof exp forward forward_kin frand get_decl_place \
+        get_sig_inf getcycdef getvarsize inv_frame inv_pos inverse is_key_pressed log max min \
+        round sbase sin sipo_mode sload sqrt sread stool stool2 stradd strclear strcomp strcopy \
+        strdecllen strfind strlen strtoaxis strtobool strtoe3axis strtoe3pos strtoe6axis \
+        strtoe6pos strtoframe strtoint strtopos strtoreal strtostring svel_cp svel_joint swrite \
+        tan timediff trunc varstate vartype";
     OWN.split(' ').any(|own| own == name) || is_harmless(name)
 }
 
