@@ -15,6 +15,8 @@ pub(super) struct Open {
     centre: Vector3<f64>,
     axis: Unit<Vector3<f64>>,
     more_turns: u32,
+    /// Of NX, which gives the axis about which it runs clockwise.
+    is_of_nx: bool,
 }
 
 /// Turns of one helix: a job is no spring.
@@ -65,7 +67,7 @@ impl Reader<'_> {
                 ));
             }
         }
-        self.arc = Some(Open { line, centre, axis, more_turns });
+        self.arc = Some(Open { line, centre, axis, more_turns, is_of_nx });
         Ok(())
     }
 
@@ -79,7 +81,7 @@ impl Reader<'_> {
             return Err("an arc within a cycle".to_owned());
         }
         let from = self.at.ok_or("an arc before any position")?;
-        self.senses.arc(arc.line, [from, to, arc.centre], arc.axis);
+        self.senses.arc((arc.line, arc.is_of_nx), [from, to, arc.centre], arc.axis);
         self.arc_to(line, [from, to], arc.centre, (arc.axis, arc.more_turns))
     }
 

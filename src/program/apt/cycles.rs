@@ -74,8 +74,8 @@ impl Reader<'_> {
         }
         let rest = minor.get(1..).unwrap_or_default();
         if let ("ON", Some(mut cycle)) = (first.as_str(), before) {
-            self.keywords(line, rest, &mut cycle, false)?;
-            self.cycle = Some(cycle);
+            let is_deep = self.keywords(line, rest, &mut cycle, false)?;
+            self.begin(line, "ON", cycle, is_deep);
             return Ok(());
         }
         let out_at_feed = kind(&first).ok_or_else(|| format!("'{first}' is not understood"))?;
@@ -98,6 +98,12 @@ impl Reader<'_> {
         if !cycle.depth.is_finite() {
             return Err("the depth is missing (DEPTH or FEDTO)".to_owned());
         }
+        self.begin(line, &first, cycle, is_deep);
+        Ok(())
+    }
+
+    /// A deep one of which no peck is stated is a doubt.
+    fn begin(&mut self, line: usize, first: &str, cycle: Cycle, is_deep: bool) {
         if is_deep && cycle.pecks == [None; 2] {
             let what = format!(
                 "CYCLE/{first}: how deep a peck goes is not stated (STEP): read as one stroke"
@@ -105,7 +111,6 @@ impl Reader<'_> {
             self.cutter.log.warning(Code::MotionLeftOut, line, what);
         }
         self.cycle = Some(cycle);
-        Ok(())
     }
 
     /// CATIA: depth, feed and clearance, then the unit of the feed.

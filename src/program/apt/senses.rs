@@ -15,7 +15,7 @@ const SAME_POINT_MM: f64 = 1e-6;
 /// What the program shows of its arcs.
 #[derive(Debug, Default)]
 pub(super) struct Senses {
-    /// NX gives the axis about which an arc runs clockwise.
+    /// Written by NX.
     pub(super) is_nx: bool,
     /// Written by another system whose arcs run counterclockwise about the axis.
     pub(super) is_right_handed: bool,
@@ -24,9 +24,12 @@ pub(super) struct Senses {
     open: Option<Beside>,
     /// Arcs that a tangent line confirms.
     confirmed: usize,
-    /// Lines of arcs that are tangent to the lines beside them the other way round alone.
-    contradicted: Vec<usize>,
-    /// The first arc about which the lines beside it say nothing.
+    /// Whether one of these is of a kind whose sense is not known otherwise.
+    shows_sense: bool,
+    /// Lines of arcs that are tangent to the lines beside them the other way round alone, and
+    /// whether they are NX's.
+    contradicted: Vec<(usize, bool)>,
+    /// The first arc not of NX about which the lines beside it say nothing.
     silent: Option<usize>,
 }
 
@@ -34,6 +37,7 @@ pub(super) struct Senses {
 #[derive(Debug)]
 struct Beside {
     line: usize,
+    is_of_nx: bool,
     /// Where it ends to.
     tangent: Vector3<f64>,
     confirmations: usize,
@@ -64,7 +68,7 @@ impl Senses {
     /// An arc, counterclockwise about its axis, that a statement at `line` asks for.
     pub(super) fn arc(
         &mut self,
-        line: usize,
+        (line, is_of_nx): (usize, bool),
         [from, to, centre]: [Vector3<f64>; 3],
         axis: Unit<Vector3<f64>>,
     ) {
@@ -73,8 +77,14 @@ impl Senses {
         let tangent = |at: Vector3<f64>| axis.cross(&(at - centre)).try_normalize(SAME_POINT_MM);
         let (Some(start), Some(end)) = (tangent(from), tangent(to)) else { return };
         let is_full_turn = (to - from).norm() <= SAME_POINT_MM;
-        let mut open =
-            Beside { line, tangent: end, confirmations: 0, contradictions: 0, is_full_turn };
+        let mut open = Beside {
+            line,
+            is_of_nx,
+            tangent: end,
+            confirmations: 0,
+            contradictions: 0,
+            is_full_turn,
+        };
         if let Some(heading) = heading {
             open.compare(start, heading);
         }
@@ -85,9 +95,14 @@ impl Senses {
     pub(super) fn lose(&mut self) {
         self.heading = None;
         match self.open.take() {
-            Some(arc) if arc.confirmations > 0 => self.confirmed += 1,
-            Some(arc) if arc.contradictions > 0 => self.contradicted.push(arc.line),
-            Some(arc) if !arc.is_full_turn => {
+            Some(arc) if arc.confirmations > 0 => {
+                self.confirmed += 1;
+                self.shows_sense |= !arc.is_of_nx;
+            }
+            Some(arc) if arc.contradictions > 0 => {
+                self.contradicted.push((arc.line, arc.is_of_nx));
+            }
+            Some(arc) if !arc.is_full_turn && !arc.is_of_nx => {
                 self.silent.get_or_insert(arc.line);
             }
             _ => {}
@@ -99,11 +114,10 @@ impl Reader<'_> {
     /// At the end of the program.
     pub(super) fn settle_senses(&mut self) {
         self.senses.lose();
-        let is_nx = self.senses.is_nx;
-        let taken = if is_nx { "as NX has it clockwise" } else { "counterclockwise" };
         let contradicted = std::mem::take(&mut self.senses.contradicted);
         let is_wrong = contradicted.len() > self.senses.confirmed;
-        for line in contradicted {
+        for (line, is_of_nx) in contradicted {
+            let taken = if is_of_nx { "as NX has it clockwise" } else { "counterclockwise" };
             let what = format!(
                 "CIRCLE: taken to run {taken} about its axis, the arc meets the lines beside it at \
                  a cusp, and the other way round it is tangent to them"
@@ -115,8 +129,7 @@ impl Reader<'_> {
                 self.cutter.log.warning(Code::UnitAssumed, line, what);
             }
         }
-        let is_known =
-            self.senses.is_nx || self.senses.is_right_handed || self.senses.confirmed > 0;
+        let is_known = self.senses.is_right_handed || self.senses.shows_sense;
         if let (false, Some(line)) = (is_known, self.senses.silent) {
             let what = "CIRCLE: taken to run counterclockwise about its axis; no line tangent to \
                         an arc shows that, and some systems write it the other way round";

@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
-use super::registers::{JOINTS, OF_A_GROUP, POSE, register};
+use super::registers::{JOINTS, OF_A_GROUP, POSE, outside, register, split_outside};
 use super::run::Run;
 use super::text::{Group, Statement};
 use crate::motion::{Circle, Target};
@@ -50,12 +50,12 @@ impl Run<'_> {
             rest = behind.trim_start();
         }
         let tcp = tcp.ok_or("the position is missing")?;
-        let (term, options) = split_term(rest);
+        let (term, options) = rest.split_at(word(rest).len());
         let line = statement.line;
-        let shift = self.options(line, options)?;
+        let (shift, actions) = self.options(line, options)?;
         if let (false, Some(group)) = (shift == Shift::default(), last) {
             let base = self.base(line, &group)?;
-            let [Place::Pose(place)] = places.as_mut_slice() else {
+            let (false, [Place::Pose(place)]) = (kind == "A", places.as_mut_slice()) else {
                 return Err("an offset of an arc or of positions in joints is not read".to_owned());
             };
             let [frame, tool] = [shift.frame, shift.tool].map(Translation3::from);
@@ -81,6 +81,9 @@ impl Run<'_> {
             ("A", [Place::Pose(pose)]) => self.arc_point(statement, *pose, tcp, pace)?,
             ("S", _) => return Err("S (spline) is not supported".to_owned()),
             _ => return Err("a line or arc to joint positions".to_owned()),
+        }
+        for action in actions {
+            self.act(statement, action);
         }
         Ok(())
     }
@@ -297,18 +300,17 @@ impl Run<'_> {
         Ok(Pace::Feed(feed * self.over))
     }
 
-    /// What stands behind the speed; by how much it shifts the target.
-    fn options(&mut self, line: usize, text: &str) -> Result<Shift, String> {
-        const HARMLESS: [&str; 23] = [
-            "FINE", "CNT", "CR", "ACC", "PTH", "COORD", "Wjnt", "RT_LD", "AP_LD", "BREAK", "EV",
-            "Arc", "Weave", "Weld", "SPOT", "Track", "TA", "TB", "DB", "MROT", "PSPD", "CD",
-            "Spray",
+    /// What stands behind the speed; by how much it shifts the target, and the actions in it.
+    fn options<'t>(&mut self, line: usize, text: &'t str) -> Result<(Shift, Vec<&'t str>), String> {
+        const HARMLESS: [&str; 15] = [
+            "FINE", "CNT", "CR", "ACC", "PTH", "COORD", "WJNT", "RT_LD", "AP_LD", "BREAK", "EV",
+            "SPOT", "MROT", "PSPD", "CD",
         ];
         let mut rest = text.trim();
-        let mut shift = Shift::default();
+        let (mut shift, mut actions) = (Shift::default(), Vec::new());
         while !rest.is_empty() {
-            let word = rest.split([' ', '\t']).next().unwrap_or("");
-            let upper = word.to_ascii_uppercase();
+            let (own, behind) = rest.split_at(word(rest).len());
+            let upper = own.to_ascii_uppercase();
             if upper.starts_with("OFFSET") || upper.starts_with("TOOL_OFFSET") {
                 let (by, behind) = self.shift(rest)?;
                 if upper.starts_with('T') {
@@ -317,29 +319,24 @@ impl Run<'_> {
                     shift.frame = by;
                 }
                 rest = behind.trim_start();
-                continue;
+            } else if let Some((action, behind)) = split_action(rest) {
+                self.bends_path(line, action);
+                actions.push(action);
+                rest = behind.trim_start();
+            } else if HARMLESS.iter().any(|known| upper.starts_with(known)) {
+                rest = behind.trim_start();
+            } else {
+                return Err(format!("'{own}' behind the target is not understood"));
             }
-            self.bends_path(line, rest);
-            if !HARMLESS.iter().any(|known| upper.starts_with(&known.to_ascii_uppercase())) {
-                return Err(format!("'{word}' behind the target is not understood"));
-            }
-            // Actions at a time or a distance run to the end.
-            if matches!(upper.as_str(), "TA" | "TB" | "DB" | "ARC" | "WEAVE" | "WELD" | "SPRAY") {
-                for (at, _) in rest.match_indices(' ') {
-                    self.bends_path(line, rest.get(at..).unwrap_or(""));
-                }
-                return Ok(shift);
-            }
-            rest = rest.get(word.len()..).unwrap_or("").trim_start();
         }
-        Ok(shift)
+        Ok((shift, actions))
     }
 
     /// What `Offset,PR[1]` shifts by, m, and what follows.
     fn shift<'t>(&self, text: &'t str) -> Result<(Vector3<f64>, &'t str), String> {
-        let inside = text.find("PR[").and_then(|at| register(text.get(at..)?, "PR"));
-        let shown = text.split_whitespace().next().unwrap_or("");
-        let Some((number, behind)) = inside else {
+        let shown = text.split([' ', '\t', ',']).next().unwrap_or("");
+        let by = text.get(shown.len()..).unwrap_or("").trim_start().strip_prefix(',');
+        let Some((number, behind)) = by.and_then(|by| register(by.trim_start(), "PR")) else {
             return Err(format!("{shown} shifts the target by what is not PR[n], and is not read"));
         };
         let name = format!("PR[{number}]");
@@ -403,21 +400,44 @@ impl Run<'_> {
     }
 }
 
-/// The speed, and what stands behind it.
-fn split_term(text: &str) -> (&str, &str) {
-    // `R[5:feed in]mm/sec` has blanks in its comment.
-    let mut depth = 0_usize;
-    for (at, c) in text.char_indices() {
-        match c {
-            '[' => depth += 1,
-            ']' => depth = depth.saturating_sub(1),
-            ' ' | '\t' if depth == 0 => {
-                return (text.get(..at).unwrap_or(""), text.get(at..).unwrap_or(""));
-            }
-            _ => {}
-        }
+/// The first word of a text: `R[5:feed in]mm/sec` has blanks in its comment.
+pub(super) fn word(text: &str) -> &str {
+    let end = outside(text, |depth, at| depth == 0 && at.starts_with([' ', '\t']));
+    text.get(..end.unwrap_or(text.len())).unwrap_or("")
+}
+
+/// `Arc Start[1,2]`, `Weave Figure 8[1]`, `TA .50sec,CALL W1(1, 2)` at the start of a text, and
+/// what follows.
+fn split_action(text: &str) -> Option<(&str, &str)> {
+    const TIMED: [&str; 3] = ["TA", "TB", "DB"];
+    const PLAIN: [&str; 5] = ["ARC", "WEAVE", "WELD", "SPRAY", "TRACK"];
+    let letters = text.bytes().take_while(u8::is_ascii_alphabetic).count();
+    let keyword = text.get(..letters)?.to_ascii_uppercase();
+    let is_timed = TIMED.contains(&keyword.as_str());
+    if !is_timed && !PLAIN.contains(&keyword.as_str()) {
+        return None;
     }
-    (text, "")
+    let (mut end, mut count) = (word(text).len(), 1);
+    loop {
+        let own = text.get(..end)?.trim_end();
+        let rest = text.get(end..)?.trim_start();
+        let next = word(rest);
+        let behind = rest.get(next.len()..)?.trim_start();
+        let is_open = own.ends_with([',', '=']) || own.to_ascii_uppercase().ends_with("CALL");
+        let is_first = count == 1 && end == letters;
+        let is_form = matches!(next.to_ascii_uppercase().as_str(), "START" | "END")
+            || next.contains('[') && split_outside(next, ",").is_none()
+            || behind.starts_with(|c: char| c.is_ascii_digit());
+        let belongs = is_open
+            || next.starts_with(['[', '(', '=', ','])
+            || is_first && (is_timed || is_form)
+            || count == 2 && !is_timed && next.starts_with(|c: char| c.is_ascii_digit());
+        if next.is_empty() || !belongs {
+            return Some(text.split_at(end));
+        }
+        end = text.len() - rest.len() + next.len();
+        count += 1;
+    }
 }
 
 /// Six components, if the first is there.

@@ -205,16 +205,19 @@ impl<'a> Registers<'a> {
     }
 
     fn operand<'t>(&self, text: &'t str) -> Result<(f64, &'t str), String> {
-        let text = text.trim_start();
+        let unsigned = text.trim_start_matches(['-', ' ', '\t']);
+        let signs = text.bytes().take(text.len() - unsigned.len()).filter(|b| *b == b'-');
+        let sign = if signs.count() % 2 == 1 { -1.0 } else { 1.0 };
+        self.unsigned(unsigned).map(|(value, rest)| (sign * value, rest))
+    }
+
+    fn unsigned<'t>(&self, text: &'t str) -> Result<(f64, &'t str), String> {
         if text.starts_with('(') {
             // The one that closes it has nothing open around it.
             let close = outside(text, |depth, rest| depth == 0 && rest.starts_with(')'));
             let close = close.ok_or("expected ')'")?;
             let inner = text.get(1..close).unwrap_or("");
             return Ok((self.value(inner)?, text.get(close + 1..).unwrap_or("")));
-        }
-        if let Some(rest) = text.strip_prefix('-') {
-            return self.operand(rest).map(|(value, rest)| (-value, rest));
         }
         if let Some(rest) = text.strip_prefix("PR[") {
             let (inside, behind) = rest.split_once(']').ok_or("expected ']'")?;
@@ -240,17 +243,26 @@ impl<'a> Registers<'a> {
     pub(super) fn truth(&self, text: &str) -> Result<bool, String> {
         let text = bare(text)?;
         for (joint, decides) in [(" OR ", true), (" AND ", false)] {
-            if let Some((left, right)) = split_outside(text, joint) {
-                let (left, right) = (self.truth(left), self.truth(right));
-                return match (left, right) {
-                    (Ok(value), _) | (_, Ok(value)) if value == decides => Ok(decides),
-                    (Ok(_), Ok(_)) => Ok(!decides),
-                    (Err(why), _) | (_, Err(why)) => Err(why),
-                };
+            let parts = parts_outside(text, joint);
+            if parts.len() == 1 {
+                continue;
             }
+            let mut found = Ok(!decides);
+            for part in parts {
+                match self.truth(part) {
+                    Ok(value) if value == decides => return Ok(decides),
+                    Err(why) if found.is_ok() => found = Err(why),
+                    _ => {}
+                }
+            }
+            return found;
         }
-        if let Some(inner) = text.strip_prefix('!') {
-            return self.truth(inner).map(|value| !value);
+        let inner = text.trim_start_matches(['!', ' ']);
+        let signs = text.len() - inner.len();
+        if signs > 0 {
+            let signs = text.bytes().take(signs).filter(|b| *b == b'!');
+            let is_kept = signs.count() % 2 == 0;
+            return self.truth(inner).map(|value| value == is_kept);
         }
         for operator in ["<>", "<=", ">=", "=", "<", ">"] {
             if let Some((left, right)) = split_outside(text, operator) {
@@ -288,7 +300,7 @@ impl<'a> Registers<'a> {
     }
 }
 
-fn starts_with(text: &str, word: &str) -> bool {
+pub(super) fn starts_with(text: &str, word: &str) -> bool {
     text.get(..word.len()).is_some_and(|start| start.eq_ignore_ascii_case(word))
 }
 
@@ -297,7 +309,16 @@ fn bare(text: &str) -> Result<&str, String> {
     /// More is no program that a teach pendant writes.
     const MAX_NESTING: usize = 20;
     let mut text = text.trim();
-    if outside(text, |depth, _| depth > MAX_NESTING).is_some() {
+    let mut brackets = 0_usize;
+    let is_too_deep = text.bytes().any(|byte| {
+        match byte {
+            b'[' => brackets += 1,
+            b']' => brackets = brackets.saturating_sub(1),
+            _ => {}
+        }
+        brackets > MAX_NESTING
+    });
+    if is_too_deep || outside(text, |depth, _| depth > MAX_NESTING).is_some() {
         return Err("parentheses are nested too deep".to_owned());
     }
     while text.starts_with('(')
@@ -311,7 +332,7 @@ fn bare(text: &str) -> Result<&str, String> {
 /// The first place at which a test of the parentheses that are open there, and of what follows,
 /// holds; a closing one counts as behind them. What stands in brackets, comments in them, is passed
 /// over.
-fn outside(text: &str, is_it: impl Fn(usize, &str) -> bool) -> Option<usize> {
+pub(super) fn outside(text: &str, mut is_it: impl FnMut(usize, &str) -> bool) -> Option<usize> {
     let (mut depth, mut brackets) = (0_usize, 0_usize);
     for (at, c) in text.char_indices() {
         match c {
@@ -326,6 +347,21 @@ fn outside(text: &str, is_it: impl Fn(usize, &str) -> bool) -> Option<usize> {
         }
     }
     None
+}
+
+/// The parts of a text between signs that stand in no parentheses and no brackets.
+fn parts_outside<'t>(text: &'t str, sign: &str) -> Vec<&'t str> {
+    let mut cuts = Vec::new();
+    // Never true: every place is looked at once.
+    outside(text, |depth, rest| {
+        if depth == 0 && rest.starts_with(sign) {
+            cuts.push(text.len() - rest.len());
+        }
+        false
+    });
+    let ends = cuts.iter().copied().chain([text.len()]);
+    let starts = [0].into_iter().chain(cuts.iter().map(|at| at + sign.len()));
+    starts.zip(ends).filter_map(|(start, end)| text.get(start..end)).collect()
 }
 
 /// A text before and behind a sign that stands in no parentheses and no brackets.

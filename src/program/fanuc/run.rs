@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use nalgebra::Isometry3;
 
-use super::registers::{Registers, register, split_outside};
+use super::registers::{Registers, register, split_outside, starts_with};
 use super::text::{Source, Statement, is_motion};
 use crate::notes::Code;
 use crate::program::Settings;
@@ -409,34 +409,47 @@ impl<'a> Run<'a> {
             Err(_) if action.starts_with('$') && !action.contains("OVERRIDE") => {
                 self.system_variable(action, statement.line)
             }
+            Err(why) if self.forget_assigned(statement.line, action, &why) => Ok(()),
             // A signal that is set or not moves nothing.
-            Err(why) if is_harmless(action) => {
-                if let Some((name, _)) = assignment(action)
-                    && SIGNALS.iter().any(|start| action.starts_with(start))
-                {
-                    self.registers.forget_signal(name);
-                    let unknown = (Err(why), None);
-                    let key = signal_key(name);
-                    set_by_name(self.settings, self.log, statement.line, &key, unknown);
-                }
-                Ok(())
-            }
-            // What is set or not is not known behind it.
-            Err(why) if action.starts_with("R[") => {
-                let (number, _) = register(action, "R").ok_or("R[ without a number")?;
-                let unknown = (Err(why.clone()), None);
-                let name = format!("r[{number}]");
-                set_by_name(self.settings, self.log, statement.line, &name, unknown);
-                self.registers.set(number, Err(why));
-                Ok(())
-            }
-            Err(why) if action.starts_with("PR[") => {
-                let (number, _) = register(action, "PR").ok_or("PR[ without a number")?;
-                let unknown = format!("PR[{number}] depends on a condition: {why}");
-                self.registers.set_position(number, Err(unknown));
-                Ok(())
-            }
+            Err(_) if is_harmless(action) => Ok(()),
             Err(why) => Err(format!("IF decides about motion at run time: {why}")),
+        }
+    }
+
+    /// Whether an assignment sets a register or a signal; then that is known no longer.
+    fn forget_assigned(&mut self, line: usize, text: &str, why: &str) -> bool {
+        if let Some((number, _)) = register(text, "PR") {
+            let unknown = format!("PR[{number}] depends on a condition: {why}");
+            self.registers.set_position(number, Err(unknown));
+            return true;
+        }
+        let Some((name, _)) = assignment(text) else { return false };
+        let key = match register(text, "R") {
+            Some((number, _)) => {
+                self.registers.set(number, Err(why.to_owned()));
+                format!("r[{number}]")
+            }
+            None if SIGNALS.iter().any(|start| name.starts_with(start)) => {
+                self.registers.forget_signal(name);
+                signal_key(name)
+            }
+            None => return false,
+        };
+        set_by_name(self.settings, self.log, line, &key, (Err(why.to_owned()), None));
+        true
+    }
+
+    /// What stands behind a motion: what it sets, at a time or a place near the target, is known
+    /// no longer.
+    pub(super) fn act(&mut self, statement: &Statement, action: &str) {
+        let line = statement.line;
+        let Some((_, done)) = split_outside(action, ",") else { return };
+        let done = done.trim();
+        if starts_with(done, "CALL") {
+            self.call(done, statement);
+        } else if !self.forget_assigned(line, done, "it is set beside a motion") {
+            let what = format!("'{done}' beside a motion: if it moves, its motion is not read");
+            self.log.warning(Code::MotionLeftOut, line, what);
         }
     }
 

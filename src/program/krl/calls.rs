@@ -25,6 +25,9 @@ impl<'a> Run<'a> {
             }
             return Flow::Next;
         }
+        if name == "pulse" {
+            self.pulse(args);
+        }
         if sets || is_harmless(name) {
             return Flow::Next;
         }
@@ -45,6 +48,18 @@ impl<'a> Run<'a> {
         let what =
             format!("'{name}' is in no file that is read; if it moves, its motion is not read");
         self.log.warning(Code::MotionLeftOut, line, what);
+        self.forget_signals(&format!("'{name}' is in no file that is read and may set it"));
+    }
+
+    /// `PULSE($OUT[1],TRUE,2.0)`: at its end the output is what it was, or not.
+    pub(super) fn pulse(&mut self, args: &'a [Option<Expr>]) {
+        match args.first() {
+            Some(Some(Expr::Ref(path))) => {
+                let what = format!("'{}' is pulsed: known only at run time", path.name);
+                self.forget(path, &what);
+            }
+            _ => self.forget_signals("an output is pulsed: known only at run time"),
+        }
     }
 
     fn run_routine(

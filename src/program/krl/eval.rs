@@ -8,9 +8,13 @@ use nalgebra::Isometry3;
 use super::run::Run;
 use super::syntax::{Expr, Path};
 use super::value::{AXES, FRAME, INT, Parts, Sort, Type, Value, base, frame, of_frame, unset};
+use super::words::is_own_function;
 use crate::program::cell::{base_frame, tool_frame};
 use crate::program::{Assumed, Settings};
 use crate::units::{deg_from_rad, rad_from_deg};
+
+/// Lists of signals that the program sets and asks for.
+const SIGNALS: [&str; 4] = ["$out", "$anout", "$flag", "$cycflag"];
 
 impl<'a> Run<'a> {
     pub(super) fn eval(&mut self, expr: &'a Expr) -> Value {
@@ -210,6 +214,13 @@ impl<'a> Run<'a> {
         }
     }
 
+    /// What is in no file may have set any signal.
+    pub(super) fn forget_signals(&mut self, what: &str) {
+        for list in SIGNALS {
+            self.forget_all(list, what);
+        }
+    }
+
     fn function(&mut self, name: &'a str, args: &'a [Option<Expr>]) -> Value {
         let mut values: Vec<Value> = Vec::new();
         for arg in args {
@@ -261,9 +272,14 @@ impl<'a> Run<'a> {
                 Some(value @ Value::Enum(_)) => value.clone(),
                 _ => Value::Enum("base".to_owned()),
             },
-            _ => Value::unknown(format!(
-                "function '{name}' is not read: its value is known only at run time"
-            )),
+            _ => {
+                if !is_own_function(name) {
+                    self.not_read(self.line, name);
+                }
+                Value::unknown(format!(
+                    "function '{name}' is not read: its value is known only at run time"
+                ))
+            }
         }
     }
 }

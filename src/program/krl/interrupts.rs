@@ -5,7 +5,8 @@ use std::collections::HashSet;
 
 use super::run::Run;
 use super::syntax::{Block, Expr, Path, What};
-use super::words::{is_harmless, is_without_effect, sets_motion};
+use super::walk::{blocks_in, expressions, functions_in};
+use super::words::{is_harmless, is_own_function, sets_motion};
 use crate::notes::Code;
 
 /// What an interrupt or a trigger does that is not read.
@@ -69,10 +70,15 @@ impl<'a> Run<'a> {
         let mut seen = HashSet::new();
         let mut open = vec![what];
         while let Some(what) = open.pop() {
-            let mut bodies: Vec<&'a Block> = Vec::new();
-            for name in self.functions_in(what) {
-                if seen.insert(name) {
-                    bodies.extend(self.file.functions.get(name).map(|routine| &routine.body));
+            let mut bodies = blocks_in(what);
+            let not_read =
+                |name| Some(format!("calls '{name}', which is in no file that is read,"));
+            let mut unread = None;
+            for name in functions_in(expressions(what)) {
+                match self.file.functions.get(name) {
+                    Some(routine) if seen.insert(name) => bodies.push(&routine.body),
+                    None if !is_own_function(name) => unread = not_read(name),
+                    _ => {}
                 }
             }
             let motion = match what {
@@ -81,7 +87,11 @@ impl<'a> Run<'a> {
                     Some(format!("sets {}", path.name.to_uppercase()))
                 }
                 What::Assign(path, _) => {
-                    if !path.name.starts_with('$') && !is_without_effect(&path.name) {
+                    found.sets.push(path);
+                    None
+                }
+                What::Call(name, args) if name == "pulse" => {
+                    if let Some(Some(Expr::Ref(path))) = args.first() {
                         found.sets.push(path);
                     }
                     None
@@ -100,7 +110,7 @@ impl<'a> Run<'a> {
                         None
                     }
                     None if is_harmless(name) => None,
-                    None => Some(format!("calls '{name}', which is in no file that is read,")),
+                    None => not_read(name),
                 },
                 What::NotUnderstood(_) | What::Trigger(None) => {
                     Some("does what is not understood".to_owned())
@@ -109,70 +119,48 @@ impl<'a> Run<'a> {
                     open.push(action);
                     None
                 }
-                What::If(_, yes, no) => {
-                    bodies.extend([yes, no]);
-                    None
-                }
-                What::For(.., body)
-                | What::While(_, body)
-                | What::Repeat(body, _)
-                | What::Loop(body) => {
-                    bodies.push(body);
-                    None
-                }
-                What::Switch(_, cases, otherwise) => {
-                    bodies.extend(cases.iter().map(|(_, body)| body).chain([otherwise]));
-                    None
-                }
                 _ => None,
             };
-            found.motion = found.motion.or(motion);
+            found.motion = found.motion.or(motion).or(unread);
             open.extend(bodies.into_iter().flatten().map(|statement| &statement.what));
         }
         found
     }
 
-    /// Functions of the files that the expressions of a statement call, its blocks aside.
-    pub(super) fn functions_in(&self, what: &'a What) -> impl Iterator<Item = &'a str> {
-        let mut open = expressions(what);
-        std::iter::from_fn(move || {
-            while let Some(expr) = open.pop() {
-                match expr {
-                    Expr::Parts(parts) => open.extend(parts.iter().map(|(_, expr)| expr)),
-                    Expr::Ref(path) => open.extend(&path.indices),
-                    Expr::Not(inner) | Expr::Minus(inner) => open.push(inner),
-                    Expr::Binary(_, left, right) => open.extend([&**left, &**right]),
-                    Expr::Call(name, args) => {
-                        open.extend(args.iter().flatten());
-                        if self.file.functions.contains_key(name) {
-                            return Some(name.as_str());
-                        }
-                    }
-                    _ => {}
-                }
+    /// Signals that triggers, interrupts and pulses set, one alone where its number is known: the
+    /// run decides when, and what the program sets them to may hold or not.
+    pub(super) fn timed_signals(&self) -> HashSet<String> {
+        let mut found = HashSet::new();
+        let routines = self.file.routines.values().chain(self.file.functions.values());
+        let mut open: Vec<&Block> = routines.map(|routine| &routine.body).collect();
+        while let Some(block) = open.pop() {
+            for statement in block {
+                let what = &statement.what;
+                open.extend(blocks_in(what));
+                let action = match what {
+                    What::Trigger(Some(action)) | What::InterruptDecl(_, Some(action)) => action,
+                    What::Call(name, _) if name == "pulse" => what,
+                    _ => continue,
+                };
+                let sets = self.unread(action).sets.into_iter();
+                found.extend(sets.filter(|path| path.name.starts_with('$')).map(fixed_key));
             }
-            None
-        })
+        }
+        found
+    }
+
+    /// Whether expressions call functions of the files.
+    pub(super) fn calls_a_routine(&self, open: Vec<&'a Expr>) -> bool {
+        functions_in(open).into_iter().any(|name| self.file.functions.contains_key(name))
     }
 }
 
-fn expressions(what: &What) -> Vec<&Expr> {
-    match what {
-        What::Declare(.., Some(expr))
-        | What::Return(Some(expr))
-        | What::WaitSec(expr)
-        | What::If(expr, ..)
-        | What::While(expr, _)
-        | What::Repeat(_, expr)
-        | What::Switch(expr, ..) => vec![expr],
-        What::Assign(path, expr) => path.indices.iter().chain([expr]).collect(),
-        What::Call(_, args) => args.iter().flatten().collect(),
-        What::For(_, [from, to], step, _) => [from, to].into_iter().chain(step).collect(),
-        What::Move(motion) => {
-            let own = motion.targets.iter().chain(&motion.angle);
-            own.chain(motion.with.iter().map(|(_, expr)| expr)).collect()
-        }
-        What::Spline(given, _) => given.iter().map(|(_, expr)| expr).collect(),
-        _ => Vec::new(),
+/// The key of an element by its number, else of its list.
+fn fixed_key(path: &Path) -> String {
+    let mut key = path.name.clone();
+    for index in &path.indices {
+        let Expr::Number(number, ..) = index else { return path.name.clone() };
+        key.push_str(&format!("[{number}]"));
     }
+    key
 }

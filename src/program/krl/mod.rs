@@ -15,6 +15,7 @@ mod parser;
 mod run;
 mod syntax;
 mod value;
+mod walk;
 mod words;
 
 use super::Settings;

@@ -27,6 +27,12 @@ impl<'a> Run<'a> {
         }
         match self.set_motion(line, path, &value) {
             Ok(true) => {}
+            // Last by the program or by what the run decides.
+            Ok(false) if self.timed.contains(&key) || self.timed.contains(&path.name) => {
+                let what =
+                    format!("'{}' is set by a trigger, an interrupt or a pulse, too", path.name);
+                self.forget(path, &what);
+            }
             Ok(false) => {
                 if let Err(why) = self.write(path, value) {
                     let what = format!("an element of '{}' was set: {why}", path.name);

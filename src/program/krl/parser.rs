@@ -264,6 +264,8 @@ impl Parser {
                 cursor.behind(1)?.motion(&first)
             }
             "resume" | "brake" => Err(format!("{}: is not supported", first.to_uppercase())),
+            // What it sets is not known behind it.
+            "pulse" => cursor.other(),
             word if is_harmless_keyword(word) => Ok(What::Call(first.clone(), Vec::new())),
             _ => {
                 let what = cursor.other()?;

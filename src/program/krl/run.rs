@@ -6,7 +6,8 @@ use nalgebra::Isometry3;
 
 use super::syntax::{Block, Cases, Expr, File, Path, Routine, Statement, What};
 use super::value::{Sort, Type, Value, base, unset};
-use super::words::{is_harmless, is_without_effect, sounds_like_motion};
+use super::walk::{expressions, functions_in};
+use super::words::{is_harmless, is_own_function, is_without_effect, sounds_like_motion};
 use crate::notes::Code;
 use crate::program::Settings;
 use crate::program::cell::{External, Given, set_by_name};
@@ -57,6 +58,8 @@ pub(super) struct Run<'a> {
     pub(super) globals: HashMap<String, Value>,
     /// What the program sets to what is not known: what the job assumes of it holds no longer.
     pub(super) forgotten: HashSet<String>,
+    /// Signals that triggers, interrupts and pulses set.
+    pub(super) timed: HashSet<String>,
     /// Of the data that data lists declare.
     pub(super) types: HashMap<String, Type>,
     /// The data of the routines that run, the innermost last.
@@ -107,6 +110,7 @@ impl<'a> Run<'a> {
             log,
             globals: HashMap::new(),
             forgotten: HashSet::new(),
+            timed: HashSet::new(),
             types: HashMap::new(),
             frames: Vec::new(),
             depth: 0,
@@ -146,6 +150,7 @@ impl<'a> Run<'a> {
             }
         }
         self.frames.push(Frame::default());
+        self.timed = self.timed_signals();
         self.body(&routine.body);
     }
 
@@ -357,11 +362,16 @@ impl<'a> Run<'a> {
             for statement in block {
                 // A statement of another file counts as the one that leads to it.
                 let own = if statement.file == 0 { statement.line } else { line };
-                match &statement.what {
-                    what if self.functions_in(what).next().is_some() => {
-                        self.decides(line, keyword, why);
-                        return;
+                if self.calls_a_routine(expressions(&statement.what)) {
+                    return self.decides(line, keyword, why);
+                }
+                for name in functions_in(expressions(&statement.what)) {
+                    if !self.file.functions.contains_key(name) && !is_own_function(name) {
+                        self.not_read(own, name);
                     }
+                }
+                match &statement.what {
+                    What::Call(name, args) if name == "pulse" => self.pulse(args),
                     What::Declare(..) | What::Halt | What::WaitSec(_) | What::Label(_) => {}
                     What::InterruptDecl(number, action) => {
                         self.declare_interrupt(number, action.as_deref());
@@ -467,6 +477,11 @@ impl<'a> Run<'a> {
                 match self.eval(condition).bool() {
                     Ok(true) => {}
                     Ok(false) => return Flow::Next,
+                    // Whoever moves in the condition moves once more for each pass.
+                    Err(why) if self.calls_a_routine(vec![condition]) => {
+                        self.decides(line, "WHILE", &why);
+                        return Flow::Next;
+                    }
                     Err(why) => {
                         self.undecided(line, "WHILE", &why, [body, NONE]);
                         return Flow::Next;
@@ -488,6 +503,10 @@ impl<'a> Run<'a> {
                 match self.eval(condition).bool() {
                     Ok(false) => {}
                     Ok(true) => return Flow::Next,
+                    Err(why) if self.calls_a_routine(vec![condition]) => {
+                        self.decides(line, "UNTIL", &why);
+                        return Flow::Next;
+                    }
                     Err(why) => {
                         self.undecided(line, "UNTIL", &why, [body, NONE]);
                         return Flow::Next;

@@ -91,6 +91,19 @@ pub(super) fn is_harmless(name: &str) -> bool {
     is_harmless_keyword(name) || PROCEDURES.contains(&name)
 }
 
+/// Functions of the controller: they neither move nor set anything that is read here.
+pub(super) fn is_own_function(name: &str) -> bool {
+    const OWN: &str = "\
+        abs acos ascii asin atan atan2 cast_from cast_to cclose check_pidonrdc cioctl copen cos \
+        cread cstate cwrite eb ek eo eof exp forward forward_kin frand get_decl_place \
+        get_sig_inf getcycdef getvarsize inv_frame inv_pos inverse is_key_pressed log max min \
+        round sbase sin sipo_mode sload sqrt sread stool stool2 stradd strclear strcomp strcopy \
+        strdecllen strfind strlen strtoaxis strtobool strtoe3axis strtoe3pos strtoe6axis \
+        strtoe6pos strtoframe strtoint strtopos strtoreal strtostring svel_cp svel_joint swrite \
+        tan timediff trunc varstate vartype";
+    OWN.split(' ').any(|own| own == name) || is_harmless(name)
+}
+
 /// System variables that later motion depends on.
 pub(super) fn sets_motion(name: &str) -> bool {
     const STARTS: [&str; 10] = [

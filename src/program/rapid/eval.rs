@@ -2,9 +2,9 @@
 //! and becomes a fault only where motion depends on it.
 
 use super::functions::{self, Given};
+use super::instructions::is_own_function;
 use super::interpreter::{Datum, Flow, Global, Interpreter, MAX_DEPTH};
 use super::syntax::{Args, Declaration, Expr, Name, Operator, Optional, Path, Step};
-use crate::program::Assumed;
 
 use super::value::{Value, field, initial, initial_array, within_depth, within_size};
 
@@ -100,56 +100,6 @@ impl<'a> Interpreter<'a> {
             };
         }
         value.clone()
-    }
-
-    /// What the job assumes of a name.
-    fn assumed(&self, key: &str) -> Option<Value> {
-        let own = self.settings.assume.get(key).filter(|_| !self.forgotten.contains(key));
-        own.map(|assumed| match *assumed {
-            Assumed::Truth(value) => Value::Bool(value),
-            Assumed::Number(value) => Value::Num(value),
-        })
-    }
-
-    /// An output, or a datum that no file declares, is no longer known.
-    pub(super) fn forget_name(&mut self, key: &str) {
-        self.outputs.remove(key);
-        self.forgotten.insert(key.to_owned());
-    }
-
-    /// No output that the program has set is known any longer.
-    pub(super) fn forget_all_outputs(&mut self) {
-        self.forgotten.extend(self.outputs.drain().map(|(key, _)| key));
-    }
-
-    /// What the program has set an output to.
-    fn output(&self, key: &str) -> Option<Value> {
-        self.outputs.get(key).map(|value| Value::Num(*value))
-    }
-
-    /// What the signal that a function reads has been set to, or what the job assumes of it.
-    fn signal(&self, function: &str, args: &Args) -> Option<Value> {
-        const READ: [&str; 9] = [
-            "dinput",
-            "doutput",
-            "ginput",
-            "goutput",
-            "ainput",
-            "aoutput",
-            "testdi",
-            "ginputdnum",
-            "goutputdnum",
-        ];
-        let Some(Expr::Ref(signal)) = args.positional.first() else { return None };
-        let key = signal.name.key.as_str();
-        let value = || self.output(key).or_else(|| self.assumed(key));
-        let value = READ.contains(&function).then(value)??;
-        Some(match (function, value) {
-            ("testdi", Value::Num(value)) => Value::Bool(value != 0.0),
-            ("testdi", value) => value,
-            (_, Value::Bool(value)) => Value::Num(f64::from(u8::from(value))),
-            (_, value) => value,
-        })
     }
 
     /// Stores a value in a datum or a part of it.
@@ -324,7 +274,12 @@ impl<'a> Interpreter<'a> {
         match functions::call(&name.key, &given) {
             Some(Ok(value)) => value,
             Some(Err(why)) => Value::unknown(format!("{}: {why}", name.shown)),
-            None => Value::unknown(format!("function '{}' is known only at run time", name.shown)),
+            None => {
+                if !is_own_function(&name.key) {
+                    self.not_in_file(self.line, &name.shown);
+                }
+                Value::unknown(format!("function '{}' is known only at run time", name.shown))
+            }
         }
     }
 

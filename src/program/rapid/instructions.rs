@@ -169,6 +169,34 @@ pub(super) fn is_ignored(key: &str) -> bool {
         || IGNORED.contains(&key)
 }
 
+/// Whether a function is the controller's own: it neither moves nor sets an output.
+pub(super) fn is_own_function(key: &str) -> bool {
+    const OWN: &str = "\
+        abs absdnum acos acosdnum ainput aoutput argname asin asindnum atan atan2 atan2dnum \
+        atandnum bitand bitanddnum bitcheck bitcheckdnum bitlsh bitlshdnum bitneg bitnegdnum \
+        bitor bitordnum bitrsh bitrshdnum bitxor bitxordnum bytetostr calcjointt calcrobt \
+        calcrotaxframez calcrotaxisframe cdate cjointt clkread corrread cos cosdnum cpos \
+        crobt crossprod cspeedoverride ctime ctool cwobj dectohex defaccframe defdframe \
+        defframe dim dinput distance dnumtonum dnumtostr dotprod doutput eulerzyx eventtype \
+        exechandler execlevel exp filesize filetime fssize getmecunitname getmotortorque \
+        getnextmechunit getnextsym getserviceinfo getsignalorigin getsysinfo gettaskname \
+        gettime ginput ginputdnum goutput goutputdnum hextodec indinpos indspeed \
+        iodevicestate iounitstate isfile ismechunitactive ispers isstopmoveact \
+        isstopstateevent issyncmoveon issysid isvar max maxrobreorientspeed maxrobspeed min \
+        mirpos modexist modtime motionplannerno nonmotionmode norient numtodnum numtostr \
+        offs opmode orientzyx orobt paridposvalid paridrobvalid pathlevel pfrestart poseinv \
+        posemult posevect pow powdnum ppmovedinmanmode present progmemfree rawbyteslen \
+        readbin readdir readmotor readnum readstr readstrbin readvar reltool \
+        remainingretries rmqgetslotname robname robos round rounddnum runmode sin sindnum \
+        socketgetstatus socketpeek sqrt sqrtdnum strdigcalc strdigcmp strfind strformat \
+        strlen strmap strmatch strmemb strorder strpart strtobyte strtoval tan tandnum \
+        taskisactive taskisexecuting taskrunmec taskrunrob tasksinsync testandset testdi \
+        testsignread textget texttabfreetouse texttabinstall triggdatavalid trunc truncdnum \
+        type uialphaentry uiclientexist uidnumentry uidnumtune uilistview uimessagebox \
+        uinumentry uinumtune validio valtostr vectmagn";
+    OWN.split(' ').any(|own| own == key)
+}
+
 /// Whether a name of an instruction or a signal hints at the spindle.
 pub(super) fn hints_at_spindle(key: &str) -> bool {
     key.contains("spind") || key.contains("rpm")

@@ -3,6 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use super::syntax::File;
+use super::timed::Timed;
 use super::value::Value;
 use crate::motion::Load;
 use crate::program::Settings;
@@ -62,6 +63,7 @@ pub(super) struct Interpreter<'a> {
     pub(super) monitors: [bool; 2],
     /// Outputs that the program has set, by name in lower case.
     pub(super) outputs: HashMap<String, f64>,
+    pub(super) timed: Timed<'a>,
     /// What the program sets to what is not known: what the job assumes of it holds no longer.
     pub(super) forgotten: HashSet<String>,
     /// What `GripLoad` says that the gripper holds, in the tool's frame; or why that is not known.
@@ -92,6 +94,7 @@ impl<'a> Interpreter<'a> {
             velocity: (1.0, f64::INFINITY),
             monitors: [true; 2],
             outputs: HashMap::new(),
+            timed: Timed::of(file),
             gripped: Ok(None),
         }
     }

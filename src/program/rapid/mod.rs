@@ -15,12 +15,15 @@ mod interpreter;
 mod lexer;
 mod load;
 mod moves;
+mod outputs;
 mod parser;
 mod run;
 mod set_by;
 mod syntax;
+mod timed;
 mod traps;
 mod value;
+mod walk;
 
 use super::Settings;
 use super::cell::Comments;

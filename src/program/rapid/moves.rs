@@ -295,9 +295,13 @@ impl<'a> Interpreter<'a> {
         let data = self.eval(expr);
         let (share, limit) = self.velocity;
         let share = share * self.over;
-        // What is not known of it is as if it were not stated.
-        let turning = data.part(1, "a speeddata").and_then(Value::num).ok();
-        self.log.turns_at(turning.map(|speed| rad_from_deg(speed) * share));
+        let turning = data.part(1, "a speeddata").and_then(Value::num);
+        // Of one that is not known as a whole that is told.
+        if let (Err(why), Value::List(_)) = (&turning, &data) {
+            let what = format!("v_ori: {why}; turns of the tool are not slowed by it");
+            self.log.warning(Code::Assumed, line, what);
+        }
+        self.log.turns_at(turning.ok().map(|speed| rad_from_deg(speed) * share));
         if let Expr::Ref(path) = expr
             && path.name.key == "vmax"
         {

@@ -3,10 +3,11 @@
 use std::collections::{HashMap, HashSet};
 
 use super::eval::equal;
-use super::instructions;
+use super::instructions::{self, is_own_function};
 use super::interpreter::{Datum, Flow, Global, Interpreter, MAX_DEPTH};
 use super::syntax::{Args, Block, Expr, Name, Routine, Statement, What};
 use super::value::Value;
+use super::walk::{blocks_in, functions_in, functions_of};
 use crate::notes::Code;
 
 /// The instruction that says what the gripper holds.
@@ -119,8 +120,10 @@ impl<'a> Interpreter<'a> {
                 Ok(true) => return self.block(body),
                 Ok(false) => {}
                 Err(why) => {
-                    let rest = branches.iter().skip(index).map(|(_, body)| body);
-                    self.undecided(line, "IF", &why, rest.chain([otherwise]));
+                    let rest = || branches.iter().skip(index);
+                    let conditions = rest().skip(1).map(|(condition, _)| condition).collect();
+                    let blocks = rest().map(|(_, body)| body).chain([otherwise]);
+                    self.undecided(line, "IF", &why, conditions, blocks);
                     return Flow::Next;
                 }
             }
@@ -134,10 +137,13 @@ impl<'a> Interpreter<'a> {
         line: usize,
         keyword: &str,
         why: &str,
+        conditions: Vec<&'a Expr>,
         blocks: impl Iterator<Item = &'a Block>,
     ) {
-        for block in blocks {
-            match self.effect(block, &mut HashSet::new()) {
+        let asked = self.effect_of_functions(functions_of(conditions), &mut HashSet::new());
+        let effects = blocks.map(|block| self.effect(block, false, &mut HashSet::new()));
+        for effect in [asked].into_iter().chain(effects).collect::<Vec<_>>() {
+            match effect {
                 Effect::Motion => {
                     let what = format!(
                         "{keyword} decides about motion at run time: {why}; assume: in the job \
@@ -158,40 +164,66 @@ impl<'a> Interpreter<'a> {
         }
     }
 
-    /// `seen`: procedures whose effect is counted already.
-    fn effect(&self, block: &'a Block, seen: &mut HashSet<&'a str>) -> Effect<'a> {
+    /// `is_called`: of a routine, which RETURN ends alone; `seen`: routines counted already.
+    fn effect(&self, block: &'a Block, is_called: bool, seen: &mut HashSet<&'a str>) -> Effect<'a> {
         let mut names = Vec::new();
         for statement in block {
-            let bodies: Vec<&'a Block> = match &statement.what {
-                What::Label | What::Declare(_) => Vec::new(),
-                What::Assign(path, _) => {
-                    names.push(&path.name);
-                    Vec::new()
-                }
-                What::Call(name, args) => match self.effect_of_call(name, args, seen) {
-                    Effect::Motion => return Effect::Motion,
-                    Effect::Data(more) => {
-                        names.extend(more);
-                        Vec::new()
-                    }
-                },
-                What::If(branches, otherwise) => {
-                    branches.iter().map(|(_, body)| body).chain([otherwise]).collect()
-                }
-                What::Test(_, cases, otherwise) => {
-                    cases.iter().map(|(_, body)| body).chain([otherwise]).collect()
-                }
-                What::For { body, .. } | What::While(_, body) => vec![body],
+            let what = &statement.what;
+            let mut effects = vec![self.effect_of_functions(functions_in(what), seen)];
+            match what {
+                What::Assign(path, _) => names.push(&path.name),
+                What::Call(name, args) => effects.push(self.effect_of_call(name, args, seen)),
+                What::Return(_) if is_called => {}
                 What::Return(_) | What::Goto(_) | What::NotUnderstood(_) => return Effect::Motion,
-            };
-            for body in bodies {
-                match self.effect(body, seen) {
+                _ => {}
+            }
+            effects
+                .extend(blocks_in(what).into_iter().map(|body| self.effect(body, is_called, seen)));
+            for effect in effects {
+                match effect {
                     Effect::Motion => return Effect::Motion,
                     Effect::Data(more) => names.extend(more),
                 }
             }
         }
         Effect::Data(names)
+    }
+
+    /// Of one that is in no file it is not known.
+    fn effect_of_functions(
+        &self,
+        functions: Vec<&'a Name>,
+        seen: &mut HashSet<&'a str>,
+    ) -> Effect<'a> {
+        let mut names = Vec::new();
+        for name in functions {
+            let effect = match self.file.functions.get(&name.key) {
+                Some(routine) => self.effect_of_routine(routine, &name.key, seen),
+                None if is_own_function(&name.key) => continue,
+                None => Effect::Motion,
+            };
+            match effect {
+                Effect::Motion => return Effect::Motion,
+                Effect::Data(more) => names.extend(more),
+            }
+        }
+        Effect::Data(names)
+    }
+
+    fn effect_of_routine(
+        &self,
+        routine: &'a Routine,
+        key: &'a str,
+        seen: &mut HashSet<&'a str>,
+    ) -> Effect<'a> {
+        if !seen.insert(key) {
+            return Effect::Data(Vec::new());
+        }
+        // A deep chain of calls is taken to move rather than followed on a small stack.
+        if seen.len() > MAX_DEPTH {
+            return Effect::Motion;
+        }
+        self.effect(&routine.body, true, seen)
     }
 
     fn effect_of_call(
@@ -208,14 +240,7 @@ impl<'a> Interpreter<'a> {
             return Effect::Motion;
         }
         if let Some(routine) = self.file.procedures.get(&name.key) {
-            if !seen.insert(&name.key) {
-                return Effect::Data(references.collect());
-            }
-            // A deep chain of calls is taken to move rather than followed on a small stack.
-            if seen.len() > MAX_DEPTH {
-                return Effect::Motion;
-            }
-            return match self.effect(&routine.body, seen) {
+            return match self.effect_of_routine(routine, &name.key, seen) {
                 Effect::Data(names) => Effect::Data(names.into_iter().chain(references).collect()),
                 Effect::Motion => Effect::Motion,
             };
@@ -258,7 +283,8 @@ impl<'a> Interpreter<'a> {
                 None => {}
                 Some(Ok(value)) => *number = Some(value),
                 Some(Err(why)) => {
-                    self.undecided(line, "FOR", &why, std::iter::once(body));
+                    let parts = parts.into_iter().flatten().collect();
+                    self.undecided(line, "FOR", &why, parts, std::iter::once(body));
                     return Flow::Next;
                 }
             }
@@ -325,7 +351,7 @@ impl<'a> Interpreter<'a> {
                 },
                 Ok(_) => return Flow::Next,
                 Err(why) => {
-                    self.undecided(line, "WHILE", &why, std::iter::once(body));
+                    self.undecided(line, "WHILE", &why, vec![condition], std::iter::once(body));
                     return Flow::Next;
                 }
             }
@@ -349,8 +375,10 @@ impl<'a> Interpreter<'a> {
                 }
             }
             if let Some(why) = unknown {
-                let rest = cases.iter().skip(index).map(|(_, body)| body);
-                self.undecided(line, "TEST", &why, rest.chain([otherwise]));
+                let rest = || cases.iter().skip(index);
+                let values = rest().flat_map(|(values, _)| values).collect();
+                let blocks = rest().map(|(_, body)| body).chain([otherwise]);
+                self.undecided(line, "TEST", &why, values, blocks);
                 return Flow::Next;
             }
         }
@@ -402,7 +430,10 @@ impl<'a> Interpreter<'a> {
                 self.log.error(Code::Motion, line, what);
             }
             _ if sets => {}
-            _ => self.note_what_is_left_out(line, name, args),
+            _ => {
+                self.run_functions(key, args);
+                self.note_what_is_left_out(line, name, args);
+            }
         }
         Flow::Next
     }
@@ -457,13 +488,15 @@ impl<'a> Interpreter<'a> {
             );
             self.log.warning(Code::SpindleCommand, line, what);
         } else if !instructions::is_ignored(&name.key) {
-            let what = format!(
-                "'{}' is not in this file; if it moves, its motion is not read",
-                name.shown
-            );
-            self.forget_all_outputs();
-            self.log.warning(Code::MotionLeftOut, line, what);
+            self.not_in_file(line, &name.shown);
         }
+    }
+
+    /// A procedure or function that may do anything.
+    pub(super) fn not_in_file(&mut self, line: usize, shown: &str) {
+        let what = format!("'{shown}' is not in this file; if it moves, its motion is not read");
+        self.forget_all_outputs();
+        self.log.warning(Code::MotionLeftOut, line, what);
     }
 
     /// Whether an argument is a target: then the instruction goes there, known or not.

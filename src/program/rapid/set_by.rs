@@ -1,10 +1,8 @@
 //! Signals: what the cell agrees on beside the language, which of them (or which procedure or
-//! comment) sets the speed of the spindle or the number of the tool, and outputs that the program
-//! sets and asks for.
+//! comment) sets the speed of the spindle or the number of the tool.
 
 use super::interpreter::Interpreter;
-use super::syntax::{Args, Expr, Name, Optional};
-use super::value::Value;
+use super::syntax::{Args, Expr, Name};
 use crate::program::cell::{all, set};
 use crate::program::{SetBy, Setter};
 
@@ -40,50 +38,6 @@ impl<'a> Interpreter<'a> {
             }
         }
         done
-    }
-
-    /// Keeps what an output is set to; one that an instruction names otherwise is no longer known.
-    pub(super) fn set_output(&mut self, key: &str, args: &'a Args) {
-        const SETS: [&str; 7] = ["set", "reset", "invertdo", "setdo", "setgo", "setao", "pulsedo"];
-        let (true, Some(Expr::Ref(signal))) = (SETS.contains(&key), args.positional.first()) else {
-            return self.forget_outputs(args);
-        };
-        let name = signal.name.key.as_str();
-        // Another name of a signal, or one of a trap's: it may be any.
-        let is_local = self.frames.last().is_some_and(|frame| frame.contains_key(name));
-        if is_local || self.file.data.contains_key(name) || !self.file.traps.is_empty() {
-            return self.forget_all_outputs();
-        }
-        let value = match key {
-            "set" => Some(1.0),
-            "reset" => Some(0.0),
-            "invertdo" => self.outputs.get(name).map(|value| f64::from(u8::from(*value == 0.0))),
-            "setdo" | "setgo" | "setao" => {
-                let value = args.positional.get(1).map(|expr| self.eval(expr));
-                value.and_then(|value| match value {
-                    Value::Bool(truth) => Some(f64::from(u8::from(truth))),
-                    other => other.num().ok(),
-                })
-            }
-            _ => None,
-        };
-        match value {
-            Some(value) => drop(self.outputs.insert(name.to_owned(), value)),
-            None => self.forget_outputs(args),
-        }
-    }
-
-    /// What a call names may be set by it.
-    pub(super) fn forget_outputs(&mut self, args: &Args) {
-        let optional = args.optional.iter().filter_map(|(_, value)| match value {
-            Optional::Value(expr) => Some(expr),
-            _ => None,
-        });
-        for expr in args.positional.iter().chain(optional) {
-            if let Expr::Ref(path) = expr {
-                self.forget_name(&path.name.key);
-            }
-        }
     }
 
     /// Whether a call would set something.

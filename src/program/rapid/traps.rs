@@ -3,9 +3,10 @@
 
 use std::collections::HashSet;
 
-use super::instructions::{displaces, is_ignored, motion, sounds_like_motion};
+use super::instructions::{displaces, is_ignored, is_own_function, motion, sounds_like_motion};
 use super::interpreter::Interpreter;
-use super::syntax::{Args, Block, Expr, Optional, Step, What};
+use super::syntax::{Block, What};
+use super::walk::{blocks_in, functions_in};
 use crate::notes::Code;
 
 /// Instructions that traps use and that neither move nor change later motion.
@@ -47,12 +48,14 @@ impl<'a> Interpreter<'a> {
         let mut seen: HashSet<&str> = HashSet::new();
         let mut open: Vec<&'a What> = body.iter().map(|statement| &statement.what).collect();
         while let Some(what) = open.pop() {
-            let mut bodies: Vec<&'a Block> = Vec::new();
-            for function in functions_in(what) {
-                if let Some(routine) = self.file.functions.get(function)
-                    && seen.insert(function)
-                {
-                    bodies.push(&routine.body);
+            let mut bodies = blocks_in(what);
+            let not_read =
+                |shown| Some(format!("calls '{shown}', which is in no file that is read,"));
+            for name in functions_in(what) {
+                match self.file.functions.get(&name.key) {
+                    Some(routine) if seen.insert(&name.key) => bodies.push(&routine.body),
+                    None if !is_own_function(&name.key) => return not_read(&name.shown),
+                    _ => {}
                 }
             }
             match what {
@@ -67,74 +70,14 @@ impl<'a> Interpreter<'a> {
                     } else if matches!(key, "velset" | "speedrefresh" | "gripload") {
                         return Some(format!("changes motion by {}", name.shown));
                     } else if !is_ignored(key) && !QUIET.contains(&key) {
-                        let shown = &name.shown;
-                        return Some(format!("calls '{shown}', which is in no file that is read,"));
+                        return not_read(&name.shown);
                     }
                 }
-                What::If(branches, otherwise) => {
-                    bodies.extend(branches.iter().map(|(_, body)| body).chain([otherwise]));
-                }
-                What::Test(_, cases, otherwise) => {
-                    bodies.extend(cases.iter().map(|(_, body)| body).chain([otherwise]));
-                }
-                What::For { body, .. } | What::While(_, body) => bodies.push(body),
                 What::NotUnderstood(_) => return Some("does what is not understood".to_owned()),
                 _ => {}
             }
             open.extend(bodies.into_iter().flatten().map(|statement| &statement.what));
         }
         None
-    }
-}
-
-/// Names, in lower case, that the expressions of a statement call, its blocks aside.
-fn functions_in(what: &What) -> Vec<&str> {
-    let mut open: Vec<&Expr> = Vec::new();
-    match what {
-        What::Declare(declaration) => open.extend(&declaration.value),
-        What::Assign(path, value) => {
-            of_steps(&path.steps, &mut open);
-            open.push(value);
-        }
-        What::Call(_, args) => of_args(args, &mut open),
-        What::If(branches, _) => open.extend(branches.iter().map(|(condition, _)| condition)),
-        What::For { from, to, step, .. } => open.extend([from, to].into_iter().chain(step)),
-        What::While(expr, _) | What::Return(Some(expr)) => open.push(expr),
-        What::Test(tested, cases, _) => {
-            open.push(tested);
-            open.extend(cases.iter().flat_map(|(values, _)| values));
-        }
-        _ => {}
-    }
-    let mut found = Vec::new();
-    while let Some(expr) = open.pop() {
-        match expr {
-            Expr::List(parts) => open.extend(parts),
-            Expr::Ref(path) => of_steps(&path.steps, &mut open),
-            Expr::Call(call) => {
-                found.push(call.0.key.as_str());
-                of_args(&call.1, &mut open);
-            }
-            Expr::Not(inner) | Expr::Minus(inner) => open.push(inner),
-            Expr::Binary(_, left, right) => open.extend([&**left, &**right]),
-            Expr::Number(..) | Expr::Text(_) | Expr::Bool(_) => {}
-        }
-    }
-    found
-}
-
-fn of_args<'a>(args: &'a Args, open: &mut Vec<&'a Expr>) {
-    open.extend(&args.positional);
-    open.extend(args.optional.iter().filter_map(|(_, value)| match value {
-        Optional::Value(expr) => Some(expr),
-        _ => None,
-    }));
-}
-
-fn of_steps<'a>(steps: &'a [Step], open: &mut Vec<&'a Expr>) {
-    for step in steps {
-        if let Step::Index(indices) = step {
-            open.extend(indices);
-        }
     }
 }

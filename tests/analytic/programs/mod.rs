@@ -8,6 +8,7 @@ mod field;
 mod fuzz;
 mod gcode;
 mod heidenhain;
+mod outputs;
 mod public;
 mod rapid;
 mod refusals;

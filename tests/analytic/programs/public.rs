@@ -191,7 +191,9 @@ fn a_deep_hole_of_apt_without_pecks_is_a_doubt() {
     assert_eq!(drill("CYCLE/DEEP2,FEDTO,40,MMPM,250,RAPTO,3"), expected);
     assert_eq!(drill("CYCLE/DEEPHL,40,250,MMPM,3"), expected);
     assert_eq!(drill("CYCLE/DRILL,DEEP,STEP,9,RAPTO,3,FEDTO,-40,MMPM,250"), []);
-    assert_eq!(drill("CYCLE/DRILL,RAPTO,3,FEDTO,-40,MMPM,250"), []);
+    let plain = "CYCLE/DRILL,RAPTO,3,FEDTO,-40,MMPM,250";
+    assert_eq!(drill(plain), []);
+    assert_eq!(drill(&format!("{plain}\nCYCLE/ON,DEEP")), [(Code::MotionLeftOut, 3)]);
 }
 
 #[test]
@@ -299,7 +301,8 @@ fn outputs_of_rapid_are_what_the_program_has_set() {
         ("", "DOutput(do1)=1", Ok(1)),
         ("Set do1;", "DOutput(do1)=1", Ok(2)),
         ("SetDO do1,1;", "do1=1", Ok(2)),
-        ("SetDO \\SDelay:=0.2,do1,high;", "DOutput(do1)=high", Ok(2)),
+        // Later than the instruction behind it.
+        ("SetDO \\SDelay:=0.2,do1,high;", "DOutput(do1)=high", Err(6)),
         ("Set do1;\nReset do1;", "DOutput(do1)=1", Ok(1)),
         ("Set do1;\nInvertDO do1;", "DOutput(do1)=1", Ok(1)),
         ("SetGO go1,7;", "GOutput(go1)=7", Ok(2)),

@@ -1,0 +1,58 @@
+//! Ways through the syntax tree: blocks of statements, functions in expressions.
+
+use super::syntax::{Block, Expr, What};
+
+/// The blocks of a statement.
+pub(super) fn blocks_in(what: &What) -> Vec<&Block> {
+    match what {
+        What::If(_, yes, no) => vec![yes, no],
+        What::For(.., body) | What::While(_, body) | What::Repeat(body, _) | What::Loop(body) => {
+            vec![body]
+        }
+        What::Switch(_, cases, otherwise) => {
+            cases.iter().map(|(_, body)| body).chain([otherwise]).collect()
+        }
+        _ => Vec::new(),
+    }
+}
+
+/// Functions that expressions call.
+pub(super) fn functions_in(mut open: Vec<&Expr>) -> Vec<&str> {
+    let mut found = Vec::new();
+    while let Some(expr) = open.pop() {
+        match expr {
+            Expr::Parts(parts) => open.extend(parts.iter().map(|(_, expr)| expr)),
+            Expr::Ref(path) => open.extend(&path.indices),
+            Expr::Not(inner) | Expr::Minus(inner) => open.push(inner),
+            Expr::Binary(_, left, right) => open.extend([&**left, &**right]),
+            Expr::Call(name, args) => {
+                open.extend(args.iter().flatten());
+                found.push(name.as_str());
+            }
+            _ => {}
+        }
+    }
+    found
+}
+
+/// The expressions of a statement, its blocks aside.
+pub(super) fn expressions(what: &What) -> Vec<&Expr> {
+    match what {
+        What::Declare(.., Some(expr))
+        | What::Return(Some(expr))
+        | What::WaitSec(expr)
+        | What::If(expr, ..)
+        | What::While(expr, _)
+        | What::Repeat(_, expr)
+        | What::Switch(expr, ..) => vec![expr],
+        What::Assign(path, expr) => path.indices.iter().chain([expr]).collect(),
+        What::Call(_, args) => args.iter().flatten().collect(),
+        What::For(_, [from, to], step, _) => [from, to].into_iter().chain(step).collect(),
+        What::Move(motion) => {
+            let own = motion.targets.iter().chain(&motion.angle);
+            own.chain(motion.with.iter().map(|(_, expr)| expr)).collect()
+        }
+        What::Spline(given, _) => given.iter().map(|(_, expr)| expr).collect(),
+        _ => Vec::new(),
+    }
+}

@@ -1,0 +1,123 @@
+//! Outputs that the program sets and asks for: known only where nothing but its own order of
+//! instructions sets them.
+
+use super::interpreter::Interpreter;
+use super::syntax::{Args, Expr, Optional};
+use super::timed::SETS;
+use super::value::Value;
+use crate::program::Assumed;
+
+/// Names that a call is given as they are.
+fn references(args: &Args) -> impl Iterator<Item = &str> {
+    let optional = args.optional.iter().filter_map(|(_, value)| match value {
+        Optional::Value(expr) => Some(expr),
+        _ => None,
+    });
+    args.positional.iter().chain(optional).filter_map(|expr| match expr {
+        Expr::Ref(path) => Some(path.name.key.as_str()),
+        _ => None,
+    })
+}
+
+impl<'a> Interpreter<'a> {
+    /// Keeps what an output is set to; one that an instruction names otherwise is no longer known.
+    pub(super) fn set_output(&mut self, key: &str, args: &'a Args) {
+        let (true, Some(Expr::Ref(signal))) = (SETS.contains(&key), args.positional.first()) else {
+            return self.forget_outputs(args);
+        };
+        let name = signal.name.key.as_str();
+        let given = args.positional.get(1).map(|expr| self.eval(expr));
+        // Another name of a signal: it may be any.
+        let is_local = self.frames.last().is_some_and(|frame| frame.contains_key(name));
+        if is_local || self.file.data.contains_key(name) {
+            return self.forget_all_outputs();
+        }
+        let value = match key {
+            _ if self.timed.has(name) => None,
+            "set" => Some(1.0),
+            "reset" => Some(0.0),
+            "invertdo" => self.outputs.get(name).map(|value| f64::from(u8::from(*value == 0.0))),
+            _ => given.and_then(|value| match value {
+                Value::Bool(truth) => Some(f64::from(u8::from(truth))),
+                other => other.num().ok(),
+            }),
+        };
+        match value {
+            Some(value) => drop(self.outputs.insert(name.to_owned(), value)),
+            None => self.forget_name(name),
+        }
+    }
+
+    /// Runs the functions in the arguments of an instruction that is not read itself.
+    pub(super) fn run_functions(&mut self, key: &str, args: &'a Args) {
+        let optional = args.optional.iter().filter_map(|(_, value)| match value {
+            Optional::Value(expr) => Some(expr),
+            _ => None,
+        });
+        // What an output is set to has been worked out.
+        let positional = args.positional.iter().enumerate();
+        let positional = positional.filter(|(at, _)| *at != 1 || !SETS.contains(&key));
+        for expr in positional.map(|(_, expr)| expr).chain(optional) {
+            if !matches!(expr, Expr::Ref(_)) {
+                self.eval(expr);
+            }
+        }
+    }
+
+    /// What a call names may be set by it.
+    fn forget_outputs(&mut self, args: &Args) {
+        for name in references(args) {
+            self.forget_name(name);
+        }
+    }
+
+    /// An output, or a datum that no file declares, is no longer known.
+    pub(super) fn forget_name(&mut self, key: &str) {
+        self.outputs.remove(key);
+        self.forgotten.insert(key.to_owned());
+    }
+
+    /// No output that the program has set is known any longer.
+    pub(super) fn forget_all_outputs(&mut self) {
+        self.forgotten.extend(self.outputs.drain().map(|(key, _)| key));
+    }
+
+    /// What the job assumes of a name.
+    pub(super) fn assumed(&self, key: &str) -> Option<Value> {
+        let own = self.settings.assume.get(key).filter(|_| !self.forgotten.contains(key));
+        own.map(|assumed| match *assumed {
+            Assumed::Truth(value) => Value::Bool(value),
+            Assumed::Number(value) => Value::Num(value),
+        })
+    }
+
+    /// What the program has set an output to.
+    pub(super) fn output(&self, key: &str) -> Option<Value> {
+        self.outputs.get(key).map(|value| Value::Num(*value))
+    }
+
+    /// What the signal that a function reads has been set to, or what the job assumes of it.
+    pub(super) fn signal(&self, function: &str, args: &Args) -> Option<Value> {
+        const READ: [&str; 9] = [
+            "dinput",
+            "doutput",
+            "ginput",
+            "goutput",
+            "ainput",
+            "aoutput",
+            "testdi",
+            "ginputdnum",
+            "goutputdnum",
+        ];
+        let Some(Expr::Ref(signal)) = args.positional.first() else { return None };
+        let key = signal.name.key.as_str();
+        let value = || self.output(key).or_else(|| self.assumed(key));
+        let value = READ.contains(&function).then(value)??;
+        Some(match (function, value) {
+            ("testdi", Value::Num(value)) => Value::Bool(value != 0.0),
+            ("testdi", value) => value,
+            (_, Value::Bool(value)) => Value::Num(f64::from(u8::from(value))),
+            (_, value) => value,
+        })
+    }
+}

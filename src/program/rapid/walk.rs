@@ -1,0 +1,88 @@
+//! Ways through the syntax tree: blocks and statements in blocks, functions in expressions.
+
+use super::syntax::{Args, Block, Expr, Name, Optional, Step, What};
+
+/// The blocks of a statement.
+pub(super) fn blocks_in(what: &What) -> Vec<&Block> {
+    match what {
+        What::If(branches, otherwise) => {
+            branches.iter().map(|(_, body)| body).chain([otherwise]).collect()
+        }
+        What::Test(_, cases, otherwise) => {
+            cases.iter().map(|(_, body)| body).chain([otherwise]).collect()
+        }
+        What::For { body, .. } | What::While(_, body) => vec![body],
+        _ => Vec::new(),
+    }
+}
+
+/// All statements of blocks and of those in them.
+pub(super) fn statements_in<'a>(
+    blocks: impl Iterator<Item = &'a Block>,
+) -> impl Iterator<Item = &'a What> {
+    let mut open: Vec<&'a What> = blocks.flatten().map(|statement| &statement.what).collect();
+    std::iter::from_fn(move || {
+        let what = open.pop()?;
+        open.extend(blocks_in(what).into_iter().flatten().map(|statement| &statement.what));
+        Some(what)
+    })
+}
+
+/// Functions that the expressions of a statement call, its blocks aside.
+pub(super) fn functions_in(what: &What) -> Vec<&Name> {
+    let mut open: Vec<&Expr> = Vec::new();
+    match what {
+        What::Declare(declaration) => {
+            open.extend(declaration.dimensions.iter().chain(&declaration.value));
+        }
+        What::Assign(path, value) => {
+            of_steps(&path.steps, &mut open);
+            open.push(value);
+        }
+        What::Call(_, args) => of_args(args, &mut open),
+        What::If(branches, _) => open.extend(branches.iter().map(|(condition, _)| condition)),
+        What::For { from, to, step, .. } => open.extend([from, to].into_iter().chain(step)),
+        What::While(expr, _) | What::Return(Some(expr)) => open.push(expr),
+        What::Test(tested, cases, _) => {
+            open.push(tested);
+            open.extend(cases.iter().flat_map(|(values, _)| values));
+        }
+        _ => {}
+    }
+    functions_of(open)
+}
+
+/// Functions that expressions call.
+pub(super) fn functions_of(mut open: Vec<&Expr>) -> Vec<&Name> {
+    let mut found = Vec::new();
+    while let Some(expr) = open.pop() {
+        match expr {
+            Expr::List(parts) => open.extend(parts),
+            Expr::Ref(path) => of_steps(&path.steps, &mut open),
+            Expr::Call(call) => {
+                found.push(&call.0);
+                of_args(&call.1, &mut open);
+            }
+            Expr::Not(inner) | Expr::Minus(inner) => open.push(inner),
+            Expr::Binary(_, left, right) => open.extend([&**left, &**right]),
+            Expr::Number(..) | Expr::Text(_) | Expr::Bool(_) => {}
+        }
+    }
+    found
+}
+
+fn of_args<'a>(args: &'a Args, open: &mut Vec<&'a Expr>) {
+    open.extend(&args.positional);
+    open.extend(args.optional.iter().filter_map(|(_, value)| match value {
+        Optional::Value(expr) => Some(expr),
+        _ => None,
+    }));
+}
+
+fn of_steps<'a>(steps: &'a [Step], open: &mut Vec<&'a Expr>) {
+    for step in steps {
+        if let Step::Index(indices) = step {
+            open.extend(indices);
+        }
+    }
+}

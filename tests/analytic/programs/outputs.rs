@@ -1,0 +1,259 @@
+//! Outputs that decide which moves are read, and what may move or set them beside the way of the
+//! program.
+
+use detune::notes::{Code, Note};
+use detune::program::{Assumed, Dialect, Program, read};
+
+use super::support::{at, faults, settings};
+
+type Read = Result<Program, Vec<Note>>;
+
+/// Lines of what may move and is not read.
+fn left_out(program: &Program) -> Vec<usize> {
+    program.warnings.iter().filter(|note| note.code == Code::MotionLeftOut).map(at).collect()
+}
+
+/// Instructions from line 4 on, behind the routines of a module of RAPID.
+fn rapid(body: &str, routines: &str, assumed: &[(&str, Assumed)]) -> Read {
+    let text = format!(
+        "MODULE m\nCONST robtarget p:=[[100,200,300],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];\n\
+         PROC main()\n{body}\nENDPROC\n{routines}\nENDMODULE\n"
+    );
+    let mut job = settings();
+    job.assume.extend(assumed.iter().map(|(name, value)| ((*name).to_owned(), *value)));
+    read(text.as_bytes(), Dialect::Rapid, &job)
+}
+
+const NONE: [usize; 0] = [];
+
+const MOVE: &str = "MoveL p,v5,fine,tool0;";
+
+/// A line that decides by an output whether the arm moves.
+fn decide(body: &str) -> String {
+    format!("{MOVE}\n{body}\nIF DOutput(do1)=1 {MOVE}")
+}
+
+/// FUNC that moves, and one that sets an output.
+const FUNCTIONS: &str = "FUNC num f()\nMoveL p,v5,fine,tool0;\nRETURN 1;\nENDFUNC\n\
+                         FUNC num g()\nSet do1;\nRETURN 1;\nENDFUNC";
+
+#[test]
+fn an_output_of_rapid_that_the_run_may_set_decides_nothing() {
+    let off = [("do1", Assumed::Truth(false))];
+    for body in [
+        "SetDO do1,0; n:=Prepare();",
+        "SetDO do1,0; Prepare;",
+        "TriggIO t,0\\DOp:=do1,1; SetDO do1,0; TriggL p,v5,t,fine,tool0;",
+        "TriggEquip t,0,0\\DOp:=do1,1; SetDO do1,0; TriggL p,v5,t,fine,tool0;",
+        "MoveLDO p,v5,fine,tool0,do1,1; SetDO do1,0;",
+        "SetDO \\SDelay:=2,do1,1; SetDO do1,0;",
+        "PulseDO do1; SetDO do1,0;",
+        "SetDO do1,0; IF DInput(di9)=1 Set do1;",
+    ] {
+        for assumed in [&[], &off[..]] {
+            let found = rapid(&decide(body), "", assumed).expect_err(body);
+            assert_eq!((at(&found[0]), found.len()), (6, 1), "{body}: {found:?}");
+        }
+    }
+    // Others than those that a trigger sets are as before.
+    let trigger = |signal: &str| decide(&format!("TriggIO t,0\\DOp:={signal},1; SetDO do1,0;"));
+    assert_eq!(rapid(&trigger("do2"), "VAR triggdata t;", &[]).unwrap().moves.len(), 1);
+    // Which one another name is may be any.
+    let own = "PROC q(VAR signaldo s)\nTriggIO t,0\\DOp:=s,1;\nENDPROC";
+    let named = rapid(&decide("q do1; SetDO do1,0;"), own, &[]);
+    assert_eq!(named.map_err(|notes| at(&notes[0])).err(), Some(6));
+}
+
+#[test]
+fn a_function_that_is_in_no_file_is_a_doubt() {
+    let lines = |body: &str| left_out(&rapid(&format!("{MOVE}\n{body}"), "", &[]).unwrap());
+    assert_eq!(lines("n:=Prepare();"), [5]);
+    assert_eq!(lines("TPWrite \"a\"\\Num:=Prepare();"), [5]);
+    assert_eq!(lines("n:=Dim(p,1); TPWrite ValToStr(ClkRead(c));"), NONE);
+    let krl_lines = |body: &str| left_out(&krl(body).unwrap());
+    assert_eq!(krl_lines("x=foo()"), [4]);
+    assert_eq!(krl_lines("IF foo() THEN\n$OUT[1]=TRUE\nENDIF"), [4]);
+    assert_eq!(krl_lines("IF $IN[1] THEN\nx=foo()\nENDIF"), [5]);
+    assert_eq!(krl_lines("x=STRLEN(a)"), NONE);
+}
+
+#[test]
+fn functions_in_expressions_of_rapid_count_where_they_stand() {
+    // On the main way they run; where the run decides it is refused.
+    for (body, expected) in [
+        ("WaitUntil f()=1;", Ok(2)),
+        ("TPWrite \"a\"\\Num:=f();", Ok(2)),
+        ("SetGO go1,f();", Ok(2)),
+        ("IF DInput(di1)=1 THEN\nx:=f();\nENDIF", Err(5)),
+        ("IF DInput(di1)=1 THEN\nTPWrite \"a\"\\Num:=f();\nENDIF", Err(5)),
+        ("IF DInput(di1)=1 THEN\nWHILE f()=2 DO\nENDWHILE\nENDIF", Err(5)),
+        ("IF DInput(di1)=1 THEN\nELSEIF f()=2 THEN\nENDIF", Err(5)),
+        ("IF DInput(di1)=1 THEN\nx:=Abs(2);\nENDIF", Ok(1)),
+        // What such a function sets is not known behind it.
+        ("Reset do1;\nIF DInput(di1)=1 x:=g();\nIF DOutput(do1)=1 x:=f();", Err(7)),
+        ("Reset do1;\nWaitUntil g()=1;\nIF DOutput(do1)=1 x:=f();", Ok(2)),
+    ] {
+        let found = rapid(&format!("{MOVE}\n{body}"), FUNCTIONS, &[]);
+        let found = found.map(|program| program.moves.len()).map_err(|notes| at(&notes[0]));
+        assert_eq!(found, expected, "{body}");
+    }
+}
+
+#[test]
+fn a_turning_speed_of_rapid_that_is_not_known_is_told() {
+    let told = |turning: &str| -> Vec<usize> {
+        let body = format!("VAR speeddata s;\ns:=[5,{turning},5,5];\nMoveL p,s,fine,tool0;");
+        let program = rapid(&body, "", &[]).unwrap();
+        program.warnings.iter().filter(|note| note.code == Code::Assumed).map(at).collect()
+    };
+    assert_eq!(told("AInput(ai1)"), [6]);
+    assert_eq!(told("9"), NONE);
+}
+
+fn krl(body: &str) -> Read {
+    let text = format!("DEF p()\n$VEL.CP=0.1\nPTP {{X 0,Y 0,Z 100,A 0,B 0,C 180}}\n{body}\nEND\n");
+    read(text.as_bytes(), Dialect::Krl, &settings())
+}
+
+#[test]
+fn an_output_of_krl_that_the_run_may_set_decides_nothing() {
+    let body = |set: &str| format!("{set}\nIF $OUT[1] THEN\nLIN_REL {{X 1}}\nENDIF");
+    let on = "INTERRUPT DECL 3 WHEN $IN[1]==TRUE DO $OUT[1]=TRUE\nINTERRUPT ON 3";
+    for set in [
+        "$OUT[1]=FALSE\nx=foo()",
+        "$OUT[1]=FALSE\nfoo()",
+        "$OUT[1]=FALSE\nPULSE($OUT[1],TRUE,2.0)",
+        "PULSE($OUT[1],TRUE,2.0)\n$OUT[1]=FALSE",
+        "$OUT[1]=FALSE\nIF $IN[2] THEN\nPULSE($OUT[1],TRUE,2.0)\nENDIF",
+        "$OUT[1]=FALSE\nTRIGGER WHEN DISTANCE=0 DELAY=0 DO $OUT[1]=TRUE",
+        "TRIGGER WHEN DISTANCE=0 DELAY=0 DO $OUT[1]=TRUE\n$OUT[1]=FALSE",
+        &format!("$OUT[1]=FALSE\n{on}"),
+        &format!("{on}\n$OUT[1]=FALSE"),
+    ] {
+        let found = krl(&body(set)).expect_err(set);
+        let expected = 4 + set.lines().count();
+        assert_eq!((at(&found[0]), found.len()), (expected, 1), "{set}: {found:?}");
+    }
+    let other = "$OUT[1]=FALSE\nPULSE($OUT[2],TRUE,2.0)";
+    assert_eq!(krl(&body(other)).unwrap().moves.len(), 1);
+}
+
+/// P[1] to P[3] at x of 0, 10 and 20 mm, the second beside the line of the others; PR[1] is 7 mm in
+/// z.
+fn tp(statements: &str) -> Read {
+    let point = |number: u32, x: f64, y: f64| {
+        format!(
+            "P[{number}]{{\n GP1:\n UF : 0, UT : 0, CONFIG : 'N U T, 0, 0, 0',\n X = {x} mm, Y = {y} \
+             mm, Z = 0 mm, W = 180 deg, P = 0 deg, R = 0 deg\n}};\n"
+        )
+    };
+    let points = [point(1, 0.0, 0.0), point(2, 10.0, 5.0), point(3, 20.0, 0.0)].concat();
+    let mut job = settings();
+    job.assume.insert("pr[1]".to_owned(), Assumed::Number(0.0));
+    let text = format!(
+        "/PROG A\n/MN\nPR[1,3]=7 ;\nL P[1] 9mm/sec FINE ;\n{statements}/POS\n{points}/END\n"
+    );
+    read(text.as_bytes(), Dialect::Fanuc, &job)
+}
+
+const LINE: &str = "L P[2] 9mm/sec CNT100";
+
+#[test]
+fn what_stands_behind_an_action_of_tp_is_read() {
+    for options in [
+        "Arc Start[1,2] Offset,PR[1]",
+        "Weave Figure 8[1] Offset,PR[1]",
+        "Track TAST[2] Offset,PR[1]",
+        "Spray Start[1] Offset,PR[1]",
+        "TA .50sec,CALL W1 Offset,PR[1]",
+        "TB .50sec,CALL W1(1, 2) Offset,PR[1]",
+        "DB 5.0mm,DO[1:a b]=ON Offset,PR[1]",
+        "Offset,PR[1] Weld End[1]",
+    ] {
+        let program = tp(&format!("{LINE} {options} ;\n")).unwrap_or_else(|e| panic!("{e:?}"));
+        let end = super::support::end(program.moves.last().unwrap()).1.translation.vector;
+        assert!((end.z - 0.007).abs() < 1e-9, "{options}: {end}");
+    }
+    for options in [
+        "Arc Start[1,2] Skip,LBL[9]",
+        "TA .1sec,R[1]=1 Skip,LBL[9]",
+        "Weld Start[1] VOFFSET,VR[1]",
+        "Spray INC",
+        // That of OFFSET CONDITION, whatever the option behind it takes.
+        "Offset Tool_Offset,PR[1]",
+        "Arc End Offset",
+    ] {
+        let found = tp(&format!("{LINE} {options} ;\n")).expect_err(options);
+        assert_eq!((at(&found[0]), found.len()), (5, 1), "{options}: {found:?}");
+    }
+    let calls = tp(&format!("{LINE} TB .50sec,CALL FOO ;\n")).unwrap();
+    assert_eq!(left_out(&calls), [5]);
+}
+
+#[test]
+fn an_arc_point_of_tp_is_not_shifted() {
+    let arc = |option: &str| {
+        let points = [2, 3].map(|n| format!("A P[{n}] 9mm/sec CNT100 {option};\n")).concat();
+        tp(&format!("A P[1] 9mm/sec FINE ;\n{points}"))
+    };
+    assert_eq!(arc("").unwrap().moves.len(), 4);
+    let found = arc("Offset,PR[1] ").unwrap_err();
+    assert!(found[0].what.contains("an offset of an arc"), "{found:?}");
+    assert_eq!(at(&found[0]), 6);
+}
+
+#[test]
+fn an_output_of_tp_that_a_motion_sets_decides_nothing() {
+    let text = |option: &str| {
+        format!("DO[1]=OFF ;\n{LINE} {option} ;\nIF DO[1]=ON,JMP LBL[2] ;\n{LINE} ;\nLBL[2] ;\n")
+    };
+    for option in ["TA .50sec,DO[1]=ON", "DB 5.0mm,DO[1]=ON", "TB .1sec,DO[1]=PULSE,0.5sec"] {
+        let found = tp(&text(option)).expect_err(option);
+        assert_eq!((at(&found[0]), found.len()), (7, 1), "{option}: {found:?}");
+    }
+    assert_eq!(tp(&text("TA .50sec,DO[2]=ON")).unwrap().moves.len(), 3);
+}
+
+#[test]
+fn signs_and_brackets_without_end_are_no_overflow() {
+    const COUNT: usize = 100_000;
+    let [minus, not] = ["-", "!"].map(|sign| sign.repeat(COUNT));
+    let even = format!(
+        "R[1]={minus}2 ;\nF[1]=({not}ON) ;\nIF R[1]=2 AND F[1]=ON,JMP LBL[2] ;\n{LINE} ;\nLBL[2] ;\n"
+    );
+    assert_eq!(tp(&even).unwrap().moves.len(), 1);
+    let odd = even.replace("]=-", "]=--").replace("=(!", "=(!!");
+    assert_eq!(tp(&odd).unwrap().moves.len(), 2);
+    let joined = format!(
+        "F[1]=({}ON) ;\nIF F[1]=OFF,JMP LBL[2] ;\n{LINE} ;\nLBL[2] ;\n",
+        "OFF OR ".repeat(COUNT)
+    );
+    assert_eq!(tp(&joined).unwrap().moves.len(), 2);
+    let nested =
+        format!("IF {}1{}=ON,JMP LBL[2] ;\nLBL[2] ;\n", "F[".repeat(COUNT), "]".repeat(COUNT));
+    assert_eq!(at(&tp(&nested).unwrap_err()[0]), 5);
+}
+
+/// NX's own arcs have 11 values; of others nothing says which way they run.
+#[test]
+fn an_arc_of_an_nx_file_without_its_values_is_a_doubt() {
+    let text = |values: &str, behind: &str| {
+        format!(
+            "TOOL PATH/MILL,TOOL,T1\nUNITS/MM\nFEDRAT/MMPM,600\nGOTO/0,0,0\nGOTO/10,-5,0\n\
+             GOTO/10,0,3\nGOTO/10,0,0\nCIRCLE/10,10,0,0,0,1,10{values}\nGOTO/20,10,0\n{behind}\n"
+        )
+    };
+    let doubts = |values: &str, behind: &str| -> Vec<usize> {
+        let text = super::support::ended(&text(values, behind), Dialect::Apt);
+        let program = read(text.as_bytes(), Dialect::Apt, &settings()).unwrap();
+        let told = program.warnings.iter().filter(|note| note.code == Code::UnitAssumed);
+        told.map(at).collect()
+    };
+    let eleven = ",0.06,0.5,20,0";
+    assert_eq!(doubts("", "GOTO/20,10,5"), [8]);
+    assert_eq!(doubts(eleven, "GOTO/20,10,5"), NONE);
+    // A line that is tangent to it shows the way.
+    assert_eq!(doubts("", "GOTO/20,20,0"), NONE);
+    let found = faults(&text("", "GOTO/20,0,0"), Dialect::Apt);
+    assert!(found[0].what.contains("taken to run counterclockwise"), "{found:?}");
+}
