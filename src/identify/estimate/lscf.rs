@@ -279,7 +279,8 @@ mod tests {
             |w: &f64| -> C64 { truth.iter().map(|p| (C64::new(0.0, *w) - p.lambda).inv()).sum() };
         let spectrum: Vec<C64> = omega.iter().map(at).collect();
         for relative in [false, true] {
-            let by_order = poles_by_order(&[(&omega, &[spectrum.clone()])], 48, relative);
+            let by_order =
+                poles_by_order(&[(&omega, std::slice::from_ref(&spectrum))], 48, relative);
             for (order, poles) in by_order.iter().filter(|(order, _)| *order >= 16) {
                 let is_found = |pole: &Pole| {
                     poles.iter().any(|p| (p.lambda - pole.lambda).norm() < 1e-3 * pole.omega())
