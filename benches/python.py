@@ -1,5 +1,5 @@
-"""Times the Python module against the command and against itself, ratios in one run: poses from numpy to numpy,
-two threads of Python at once, and two workers of a Dask cluster.
+"""Times the Python module against the command and against itself, ratios in one run: poses from numpy to
+numpy, two threads of Python at once, and two workers of a Dask cluster against one.
 
     pip install '.[fleet]' && python3 benches/python.py [target/release/detune]
 
@@ -36,7 +36,7 @@ def least(work, rounds=ROUNDS):
 
 def command(program, poses):
     """A map of random poses that writes one table of ranges."""
-    arguments = [program, "map", ROBOT, "--random", str(poses), "--seed", "1", "--reduce"]
+    arguments = [program, "map", ROBOT, "--random", str(poses), "--seed", "1", "--reduce", "min,max"]
     subprocess.run(arguments, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
 
@@ -50,19 +50,22 @@ def at_once(robot, poses):
         thread.join()
 
 
-def fleet(robot, poses):
-    """Seconds of one process and of two workers, for the same poses and the same result."""
+def fleet(job, offsets_mm, turns_deg):
+    """Seconds of one process and of two workers for placements of a job, and whether they say the same."""
     from dask.distributed import Client, LocalCluster
     from detune import fleet as spread
 
     os.environ["RAYON_NUM_THREADS"] = "1"
-    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
+    with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster:
         with Client(cluster) as client:
-            spread.frequencies(ROBOT, poses[:1000], client=client)
-            wall = least(lambda: spread.frequencies(ROBOT, poses, client=client), 3)
-            same = np.array_equal(spread.frequencies(ROBOT, poses[:50_000], client=client),
-                                  robot.frequencies(poses[:50_000]), equal_nan=True)
-    return wall, same
+            spread.placements(job, offsets_mm[:2], turns_deg, client=client)
+            serial = least(lambda: spread.placements(job, offsets_mm, turns_deg, client=client), 1)
+            cluster.scale(2)
+            client.wait_for_workers(2)
+            spread.placements(job, offsets_mm[:2], turns_deg, client=client)
+            wall = least(lambda: spread.placements(job, offsets_mm, turns_deg, client=client), 1)
+            there = spread.placements(job, offsets_mm[:2], turns_deg, client=client)
+    return serial, wall, there == spread.placements(job, offsets_mm[:2], turns_deg)
 
 
 def main():
@@ -80,10 +83,9 @@ def main():
     both = least(lambda: at_once(robot, poses))
     print(f"two threads at once: {2 * alone / both:.2f} times one after the other")
 
-    many = np.tile(poses, (40, 1))
-    serial = least(lambda: robot.frequencies(many, parallel=False), 1)
-    wall, same = fleet(robot, many)
-    print(f"two workers: {wall:.1f} s, serial {serial:.1f} s, ratio {wall / serial:.2f}, "
+    offsets = [(x, y, 0.0) for x in range(-40, 41, 10) for y in range(-40, 41, 10)]
+    serial, wall, same = fleet(str(ROOT / "jobs/pocket.yaml"), offsets, [0.0, 30.0])
+    print(f"two workers: {wall:.1f} s, one {serial:.1f} s, ratio {wall / serial:.2f}, "
           f"{'the same values' if same else 'OTHER VALUES'}")
 
 
