@@ -405,21 +405,23 @@ fn warn_of_misfit(prepared: &Prepared, found: &Estimate, notes: &mut Notes) {
     const OF_NOISE: f64 = 4.0;
     /// Decay rates, or lines, to either side.
     const WIDTHS: f64 = 2.0;
-    let [block] = &prepared.blocks[..] else { return };
-    if prepared.kind != RecordKind::GivenResponses || block.omega.len() < 2 {
+    if prepared.kind != RecordKind::GivenResponses {
         return;
     }
-    let line = block.omega[1] - block.omega[0];
     for pole in &found.poles {
-        let (omega, reach) = (pole.pole.omega(), WIDTHS * pole.pole.lambda.re.abs().max(line));
-        let at = |limit: f64| block.omega.partition_point(|omega| *omega < limit);
-        let lines = at(omega - reach)..at(omega + reach);
+        let omega = pole.pole.omega();
         let (mut left, mut noise, mut whole) = (0.0, 0.0, 0.0);
-        for (response, measured) in block.spectra.iter().enumerate() {
-            for k in lines.clone() {
-                left += (measured[k] - found.fitted[0][response][k]).norm_sqr();
-                noise += found.noise[0][response][k].powi(2);
-                whole += measured[k].norm_sqr();
+        for (at, block) in prepared.blocks.iter().enumerate() {
+            let line = block.omega.windows(2).map(|pair| pair[1] - pair[0]).next().unwrap_or(0.0);
+            let reach = WIDTHS * pole.pole.lambda.re.abs().max(line);
+            let below = |limit: f64| block.omega.partition_point(|omega| *omega < limit);
+            let lines = below(omega - reach)..below(omega + reach);
+            for (response, measured) in block.spectra.iter().enumerate() {
+                for k in lines.clone() {
+                    left += (measured[k] - found.fitted[at][response][k]).norm_sqr();
+                    noise += found.noise[at][response][k].powi(2);
+                    whole += measured[k].norm_sqr();
+                }
             }
         }
         if left <= OF_NOISE * noise || left <= OF_RESPONSES * OF_RESPONSES * whole {

@@ -198,22 +198,23 @@ fn uncertain(mode: &mut Mode, notes: &mut Notes) {
 /// lie there has a decay of its own.
 fn harmonics(modes: &mut [Mode], notes: &mut Notes) {
     const MOST: u32 = 6;
-    /// Of the frequency, beside three deviations, which may not be more than so much of it: a mode
-    /// that is hardly known lies at no multiple. Of the decay rates, relative.
+    /// Of the frequency, beside three deviations; where these are more than so much of it, the mode
+    /// may as well lie beside the multiple. Of the decay rates, relative.
     const NEAR: f64 = 2e-4;
     const KNOWN: f64 = 3e-3;
     const ALIKE: f64 = 0.15;
     let decay = |mode: &Mode| mode.damping_ratio * mode.frequency_hz;
     for at in 0..modes.len() {
         let mode = &modes[at];
+        let order_of = |base: &Mode| (mode.frequency_hz / base.frequency_hz).round();
+        let std_of =
+            |base: &Mode| mode.frequency_std_hz.hypot(order_of(base) * base.frequency_std_hz);
         let is_of = |base: &&Mode| {
-            let order = (mode.frequency_hz / base.frequency_hz).round();
+            let (order, std) = (order_of(base), std_of(base));
             let off = (mode.frequency_hz - order * base.frequency_hz).abs();
-            let std = mode.frequency_std_hz.hypot(order * base.frequency_std_hz);
             // Between as fast as the mode itself, in proportion to it, and with its power.
             let rate = decay(mode) / decay(base).max(f64::MIN_POSITIVE);
             (2.0..=f64::from(MOST)).contains(&order)
-                && 3.0 * std < KNOWN * mode.frequency_hz
                 && off < 3.0 * std + NEAR * mode.frequency_hz
                 && mode.prominence < base.prominence
                 && (1.0 - ALIKE..=order * (1.0 + ALIKE)).contains(&rate)
@@ -222,15 +223,20 @@ fn harmonics(modes: &mut [Mode], notes: &mut Notes) {
         let Some(base) = modes.iter().find(is_of).filter(|_| mode.suspicion.is_none()) else {
             continue;
         };
+        let is_known = 3.0 * std_of(base) < KNOWN * mode.frequency_hz;
         let what = format!(
-            "{:.3} Hz is {:.0} times the mode at {:.3} Hz and falls with it, as play or springs \
-             that are stiffer on one side make it: left out of the table; hit less hard",
+            "{:.3} Hz {} {:.0} times the mode at {:.3} Hz and falls with it, as play or springs \
+             that are stiffer on one side make it: {}; hit less hard",
             mode.frequency_hz,
-            mode.frequency_hz / base.frequency_hz,
-            base.frequency_hz
+            if is_known { "is" } else { "may be" },
+            order_of(base),
+            base.frequency_hz,
+            if is_known { "left out of the table" } else { "too uncertain to tell, so it is kept" }
         );
         notes.warning(Code::AmplitudeDependent, None, what);
-        modes[at].suspicion = Some(Code::AmplitudeDependent);
+        if is_known {
+            modes[at].suspicion = Some(Code::AmplitudeDependent);
+        }
     }
 }
 

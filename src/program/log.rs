@@ -253,9 +253,7 @@ impl Log {
 
     /// The job's tcp stands for this tool from here on, or for none by a name or number.
     pub(super) fn tcp_of(&mut self, tool: Option<Tool>) {
-        if self.tcp_of[0] != tool {
-            self.tcp_of[0] = tool;
-        }
+        self.tcp_of[0] = tool;
     }
 
     /// One tcp for two tools is right only where they are of one length.

@@ -13,7 +13,7 @@ const SMALL: f64 = 50.0;
 /// Feeds a minute below which few cut in mm and most do in inches, of parts of any size.
 const SLOW: f64 = 60.0;
 
-/// The same of small parts, where it is as often the one as the other.
+/// The same of small parts.
 const MODERATE: f64 = 200.0;
 
 /// Numbers of moves while no unit is stated.
@@ -79,8 +79,8 @@ impl UnitWatch {
         }
         let said = format!("lengths are taken as mm, as nothing says their unit ({words})");
         let below = |limit: f64| self.feed.map(|feed| feed < limit);
-        let is_alike = (extent < SMALL || self.is_fine) && below(MODERATE).unwrap_or(true);
-        if !(is_alike || below(SLOW).unwrap_or(false)) {
+        let is_small = extent < SMALL && below(MODERATE).unwrap_or(true);
+        if !(is_small || self.is_fine || below(SLOW).unwrap_or(false)) {
             return log.warning(Code::Assumed, line, said);
         }
         let feed = self.feed.map_or(String::new(), |feed| format!(", at feeds up to {feed}"));

@@ -1,6 +1,6 @@
 //! APT text → statements: names, numbers with their places, and the symbols between them.
 
-use super::words::BEGINS;
+use super::words::{BEGINS, MOVES};
 use crate::program::span::Span;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,7 +58,7 @@ impl<'t> Statement<'t> {
     /// A word that begins another statement behind this one, as `RAPID,GOTO/1,2,3` or
     /// `COOLNT/OFF;GOTO/1,2,3` have it.
     pub(super) fn second(&self) -> Option<&'t str> {
-        let begins = |word: &str| BEGINS.iter().any(|own| is(word, own));
+        let begins = |word: &str| BEGINS.iter().chain(&MOVES).any(|own| is(word, own));
         let is_slash =
             |at: usize| self.tokens.get(at).is_some_and(|token| token.kind == Kind::Symbol(b'/'));
         let is_rapid = self.major().split_whitespace().next().is_some_and(|own| is(own, "RAPID"));

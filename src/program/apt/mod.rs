@@ -25,7 +25,7 @@ use super::{Coordinates, LengthUnit, Settings};
 use crate::notes::Code;
 use crate::units::{hz_from_rpm, mm_from_inch};
 use cycles::Cycle;
-use lexer::{Lexer, Statement, Word};
+use lexer::{Kind, Lexer, Statement, Token, Word};
 use senses::Senses;
 use systems::Systems;
 
@@ -125,8 +125,8 @@ impl<'a> Reader<'a> {
         // NX ends each operation by END-OF-PATH and has no FINI; CATIA may end by END.
         self.may_end = matches!(major.as_str(), "END-OF-PATH" | "END");
         let ran = match statement.second() {
-            // TLON names its circle.
-            Some(second) if major != "TLON" => {
+            // How the tool stands to a curve, and the move along it, are one statement.
+            Some(second) if !matches!(major.as_str(), "TLON" | "TLLFT" | "TLRGT") => {
                 Err(format!("{second} stands behind it; write each statement on a line of its own"))
             }
             _ => self.run(line, &major, statement),
@@ -153,6 +153,14 @@ impl<'a> Reader<'a> {
             "FROM" => self.from(line, minor),
             "GODLTA" => self.go_delta(line, minor),
             "RAPID" => {
+                let is_slash = |token: &Token<'_>| token.kind == Kind::Symbol(b'/');
+                if !statement.tokens.iter().skip(1).all(is_slash) {
+                    return Err(
+                        "what stands behind it is not understood; write each statement on \
+                                a line of its own"
+                            .to_owned(),
+                    );
+                }
                 self.rapid = true;
                 Ok(())
             }

@@ -23,6 +23,20 @@ enum Effect<'a> {
     Motion,
 }
 
+/// Of several together.
+impl<'a> FromIterator<Effect<'a>> for Effect<'a> {
+    fn from_iter<I: IntoIterator<Item = Effect<'a>>>(effects: I) -> Self {
+        let mut names = Vec::new();
+        for effect in effects {
+            match effect {
+                Effect::Motion => return Effect::Motion,
+                Effect::Data(more) => names.extend(more),
+            }
+        }
+        Effect::Data(names)
+    }
+}
+
 impl<'a> Interpreter<'a> {
     pub(super) fn run(mut self, routine: &'a Routine, args: &'a Args) {
         self.warn_of_traps();
@@ -166,27 +180,21 @@ impl<'a> Interpreter<'a> {
 
     /// `is_called`: of a routine, which RETURN ends alone; `seen`: routines counted already.
     fn effect(&self, block: &'a Block, is_called: bool, seen: &mut HashSet<&'a str>) -> Effect<'a> {
-        let mut names = Vec::new();
-        for statement in block {
+        let effect = |statement: &'a Statement| {
             let what = &statement.what;
-            let mut effects = vec![self.effect_of_functions(functions_in(what), seen)];
-            match what {
-                What::Assign(path, _) => names.push(&path.name),
-                What::Call(name, args) => effects.push(self.effect_of_call(name, args, seen)),
-                What::Return(_) if is_called => {}
-                What::Return(_) | What::Goto(_) | What::NotUnderstood(_) => return Effect::Motion,
-                _ => {}
-            }
-            effects
-                .extend(blocks_in(what).into_iter().map(|body| self.effect(body, is_called, seen)));
-            for effect in effects {
-                match effect {
-                    Effect::Motion => return Effect::Motion,
-                    Effect::Data(more) => names.extend(more),
-                }
-            }
-        }
-        Effect::Data(names)
+            let asked = self.effect_of_functions(functions_in(what), seen);
+            let own = match what {
+                What::Assign(path, _) => Effect::Data(vec![&path.name]),
+                What::Call(name, args) => self.effect_of_call(name, args, seen),
+                What::Return(_) if is_called => Effect::Data(Vec::new()),
+                What::Return(_) | What::Goto(_) | What::NotUnderstood(_) => Effect::Motion,
+                _ => Effect::Data(Vec::new()),
+            };
+            let blocks = blocks_in(what).into_iter();
+            let inside = blocks.map(|body| self.effect(body, is_called, seen)).collect();
+            [asked, own, inside].into_iter().collect()
+        };
+        block.iter().map(effect).collect()
     }
 
     /// Of one that is in no file it is not known.
@@ -195,19 +203,12 @@ impl<'a> Interpreter<'a> {
         functions: Vec<&'a Name>,
         seen: &mut HashSet<&'a str>,
     ) -> Effect<'a> {
-        let mut names = Vec::new();
-        for name in functions {
-            let effect = match self.file.functions.get(&name.key) {
-                Some(routine) => self.effect_of_routine(routine, &name.key, seen),
-                None if is_own_function(&name.key) => continue,
-                None => Effect::Motion,
-            };
-            match effect {
-                Effect::Motion => return Effect::Motion,
-                Effect::Data(more) => names.extend(more),
-            }
-        }
-        Effect::Data(names)
+        let effect = |name: &'a Name| match self.file.functions.get(&name.key) {
+            Some(routine) => self.effect_of_routine(routine, &name.key, seen),
+            None if is_own_function(&name.key) => Effect::Data(Vec::new()),
+            None => Effect::Motion,
+        };
+        functions.into_iter().map(effect).collect()
     }
 
     fn effect_of_routine(

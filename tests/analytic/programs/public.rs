@@ -87,6 +87,11 @@ fn two_statements_of_apt_on_one_line_are_a_fault() {
         "COOLNT/ON,GOTO/100,0,3",
         "COOLNT/OFF;GOTO/100,0,3",
         "STOP,GOTO/100,0,3",
+        "RAPID,GO/PAST,L1,(PLANE/0,0,1,0),L3",
+        "RAPID,GOFWD/L1,PAST,L3",
+        "COOLNT/ON,CALL/SUB1",
+        "RAPID,100,0,3",
+        "RAPID/100,0,3",
     ] {
         let text = format!("FEDRAT/MMPM,600\nGOTO/0,0,3\n{line}\nGOTO/50,0,3");
         let found = faults(&text, Dialect::Apt);

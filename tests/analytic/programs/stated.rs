@@ -122,12 +122,13 @@ fn lengths_without_a_unit_are_a_doubt_where_they_look_like_inches() {
         program.warnings.iter().find(unit).map(|note| (note.code, at(note)))
     };
     let (doubt, remark) = (Some((Code::UnitAssumed, 1)), Some((Code::Assumed, 1)));
-    // Small at a feed of inches; slow; of four decimals, which mm of a faster feed may have, too.
+    // Small at a feed of inches; slow; of four decimals, as posts write inches.
     assert_eq!(found("G1 X3 F12\nX0"), doubt);
     assert_eq!(found("G1 X100 F40"), doubt);
-    assert_eq!(found("G1 X100.1255 F150"), doubt);
+    assert_eq!(found("G1 X100.1255 F400"), doubt);
+    assert_eq!(found("G1 X30.1255 F400"), doubt);
+    assert_eq!(found("G1 X100.125 F400"), remark);
     assert_eq!(found("G1 X100.125 F150"), remark);
-    assert_eq!(found("G1 X30.1255 F400"), remark);
     assert_eq!(found("G1 X30 F400"), remark);
     // 240 in are beyond any arm.
     assert_eq!(found("G1 X240 F40"), None);
