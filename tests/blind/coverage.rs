@@ -135,23 +135,7 @@ impl Arms {
 
     fn write(&self, folder: &Path) {
         write::robot(&self.nominal, folder);
-        let file = folder.join("robot.yaml");
-        let mut text = fs::read_to_string(&file).unwrap();
-        for joint in &self.nominal.joints {
-            let k = joint.stiffness_nm_per_rad;
-            let stated = format!("{}: {{stiffness_nm_per_rad: {k}", joint.name);
-            let percent = 100.0 * STD_OF_SPRINGS;
-            text = text.replace(&stated, &format!("{stated}, std_percent: {percent}"));
-        }
-        for joint in &self.nominal.joints {
-            let stated = format!("{}: {{reflected_inertia_kgm2: {}", joint.name, joint.drive_kgm2);
-            text = text.replace(&stated, &format!("{stated}, std_percent: 0"));
-        }
-        text += "inertials:\n";
-        for joint in &self.nominal.joints {
-            text += &format!("  {}: {{std_percent: {}}}\n", joint.link, 100.0 * STD_OF_LINKS);
-        }
-        fs::write(file, text).unwrap();
+        write::deviations(&self.nominal, folder, STD_OF_SPRINGS, STD_OF_LINKS);
     }
 }
 

@@ -73,6 +73,8 @@ pub(super) struct Case {
     pub(super) real: Real,
     pub(super) rows: Vec<Row>,
     pub(super) fresh: Vec<Row>,
+    /// As the table's instrument would measure them, at some hour of its day.
+    pub(super) fresh_measured_hz: Vec<Vec<Option<f64>>>,
     pub(super) modes: usize,
     measured_hz: Vec<Vec<Option<f64>>>,
     /// Row from 1 with a wrong angle, and the angles as written.
@@ -160,6 +162,13 @@ impl Case {
                 both.filter_map(|(seen, f)| Some(f? / seen - 1.0)).collect::<Vec<_>>()
             })
             .collect();
+        // Of dice of its own, so that the cases stay as they were.
+        let mut later = Dice::new(mixed.rotate_left(32));
+        let fresh_measured_hz = fresh.iter().map(|row| {
+            let share = later.even(0.0, 1.0);
+            measure(&real, row, &noise, (modes, share), &mut later)
+        });
+        let fresh_measured_hz = fresh_measured_hz.collect();
         let typo = (kind == "typo").then(|| {
             let row = dice.index(count);
             let mut joints = rows[row].joints_rad.clone();
@@ -178,6 +187,7 @@ impl Case {
             real,
             rows,
             fresh,
+            fresh_measured_hz,
             modes,
             measured_hz,
             typo,
@@ -185,6 +195,7 @@ impl Case {
             columns: Columns {
                 temperature: kind == "warm_all" || dice.chance(0.3),
                 amplitude: kind == "friction" || dice.chance(0.3),
+                deviations: std::env::var("DETUNE_STATED").is_ok().then_some(level),
                 ..Columns::default()
             },
         })

@@ -25,6 +25,8 @@ pub(super) struct Score {
     covered: [usize; 2],
     /// Fresh frequencies within their 95 % intervals, of how many, by mode.
     predicted: Vec<[usize; 2]>,
+    /// The same of what the table's instrument would show there.
+    measured: Vec<[usize; 2]>,
     /// Parameters of the hidden cause within their 95 % intervals, of how many.
     parameters: [usize; 2],
     suspects: Vec<u64>,
@@ -84,8 +86,9 @@ pub(super) fn judge(case: &Case, folder: &Path) -> Result<Score, String> {
     let mut errors = Vec::new();
     let mut covered = [0, 0];
     let mut within = vec![[0, 0]; case.modes];
-    for ((row, predicted), ends) in case.fresh.iter().zip(&predicted).zip(&intervals) {
-        let seen = case.real.frequencies_hz(row, case.modes);
+    let mut measured = within.clone();
+    for (i, (predicted, ends)) in predicted.iter().zip(&intervals).enumerate() {
+        let seen = case.real.frequencies_hz(&case.fresh[i], case.modes);
         for (mode, (seen, f)) in seen.iter().zip(predicted).enumerate() {
             let error = f / seen - 1.0;
             errors.push(error);
@@ -94,6 +97,11 @@ pub(super) fn judge(case: &Case, folder: &Path) -> Result<Score, String> {
             let holds = (ends[2 * mode]..ends[2 * mode + 1]).contains(seen);
             within[mode][0] += usize::from(holds);
             within[mode][1] += 1;
+            if let Some(hz) = case.fresh_measured_hz[i][mode] {
+                let holds = (ends[2 * mode]..ends[2 * mode + 1]).contains(&hz);
+                measured[mode][0] += usize::from(holds);
+                measured[mode][1] += 1;
+            }
         }
     }
     Ok(Score {
@@ -106,6 +114,7 @@ pub(super) fn judge(case: &Case, folder: &Path) -> Result<Score, String> {
         fresh_over_noise: crate::truth::case::rms(&errors) / case.noise,
         covered,
         predicted: within,
+        measured,
         parameters: parameters(case, findings),
         suspects: json["suspect_rows"]
             .as_array()
@@ -131,6 +140,11 @@ fn parameters(case: &Case, findings: &[Value]) -> [usize; 2] {
     counts
 }
 
+/// Of all modes together.
+fn pooled(by_mode: &Vec<[usize; 2]>) -> [usize; 2] {
+    [0, 1].map(|k| by_mode.iter().map(|own| own[k]).sum())
+}
+
 /// Counts over all cases.
 #[derive(Debug, Default)]
 pub(super) struct Total {
@@ -140,6 +154,7 @@ pub(super) struct Total {
     wrong_suspects: usize,
     covered: [usize; 2],
     predicted: Vec<[usize; 2]>,
+    measured: Vec<[usize; 2]>,
     parameters: [usize; 2],
     seconds: f64,
     longest: f64,
@@ -176,17 +191,21 @@ impl Total {
         }
         self.covered[0] += score.covered[0];
         self.covered[1] += score.covered[1];
-        self.predicted.resize(self.predicted.len().max(score.predicted.len()), [0, 0]);
-        for (sum, own) in self.predicted.iter_mut().zip(&score.predicted) {
-            (0..2).for_each(|k| sum[k] += own[k]);
+        for (sums, own) in
+            [(&mut self.predicted, &score.predicted), (&mut self.measured, &score.measured)]
+        {
+            sums.resize(sums.len().max(own.len()), [0, 0]);
+            for (sum, own) in sums.iter_mut().zip(own) {
+                (0..2).for_each(|k| sum[k] += own[k]);
+            }
         }
         (0..2).for_each(|k| self.parameters[k] += score.parameters[k]);
         self.seconds += score.seconds;
         self.longest = self.longest.max(score.seconds);
-        let predicted: [usize; 2] = [0, 1].map(|k| score.predicted.iter().map(|own| own[k]).sum());
+        let [predicted, measured] = [&score.predicted, &score.measured].map(pooled);
         format!(
             "{:<24} {} {:<16} held-out {:.2} fresh {:.2} of noise {:.2} %, \
-             parameters {:?} predicted {predicted:?}, {:.0} s {:?} {}",
+             parameters {:?} predicted {predicted:?} {measured:?}, {:.0} s {:?} {}",
             case.name,
             if good { "ok  " } else { "WRONG" },
             score.verdict,
@@ -219,15 +238,18 @@ impl Total {
         };
         let [all, first, named, spurious, held_out] = self.hidden;
         let [calm, none, consistent] = self.calm;
-        let by_mode: Vec<String> = (self.predicted.iter().enumerate())
-            .map(|(mode, [held, all])| format!("mode {}: {}", mode + 1, share(*held, *all)))
-            .collect();
-        let predicted: [usize; 2] = [0, 1].map(|k| self.predicted.iter().map(|own| own[k]).sum());
+        let by_mode = |counts: &Vec<[usize; 2]>| {
+            let modes = counts.iter().enumerate();
+            let modes = modes
+                .map(|(mode, [held, all])| format!("mode {}: {}", mode + 1, share(*held, *all)));
+            let [held, all] = pooled(counts);
+            format!("{} ({})", share(held, all), modes.collect::<Vec<_>>().join(", "))
+        };
         let mut text = format!(
             "{} cases\nfirst finding right {}\nnamed anywhere {}\nspurious {}\nheld-out within 1.25 of noise {}\n\
              calm: no cause {}, consistent {}\ntypos named {}, wrong suspects {}\n\
              fresh within twice held-out {}\nparameters within their intervals {}\n\
-             fresh within their intervals {} ({})\nseconds {:.0}, longest {:.0}\n",
+             fresh within their intervals {}\nas measured {}\nseconds {:.0}, longest {:.0}\n",
             cases.len(),
             share(first, all),
             share(named, all),
@@ -239,8 +261,8 @@ impl Total {
             self.wrong_suspects,
             share(self.covered[0], self.covered[1]),
             share(self.parameters[0], self.parameters[1]),
-            share(predicted[0], predicted[1]),
-            by_mode.join(", "),
+            by_mode(&self.predicted),
+            by_mode(&self.measured),
             self.seconds,
             self.longest
         );

@@ -15,6 +15,27 @@ pub(crate) fn robot(arm: &Arm, folder: &Path) {
     fs::write(folder.join("robot.yaml"), yaml(arm)).unwrap();
 }
 
+/// States in robot.yaml how well its numbers are known: one standard deviation of ln of springs and of
+/// links; drives are exact.
+pub(crate) fn deviations(arm: &Arm, folder: &Path, of_springs: f64, of_links: f64) {
+    let file = folder.join("robot.yaml");
+    let mut text = fs::read_to_string(&file).unwrap();
+    for joint in &arm.joints {
+        let k = joint.stiffness_nm_per_rad;
+        for (stated, std) in [
+            (format!("{}: {{stiffness_nm_per_rad: {k}", joint.name), of_springs),
+            (format!("{}: {{reflected_inertia_kgm2: {}", joint.name, joint.drive_kgm2), 0.0),
+        ] {
+            text = text.replace(&stated, &format!("{stated}, std_percent: {}", 100.0 * std));
+        }
+    }
+    text += "inertials:\n";
+    for joint in &arm.joints {
+        text += &format!("  {}: {{std_percent: {}}}\n", joint.link, 100.0 * of_links);
+    }
+    fs::write(file, text).unwrap();
+}
+
 fn triple(v: &Vector3<f64>) -> String {
     format!("{} {} {}", v.x, v.y, v.z)
 }
