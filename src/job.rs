@@ -192,6 +192,8 @@ pub struct Operation {
     pub line: usize,
     /// Spindle speed along the path.
     pub speed: SpindleSpeed,
+    /// Whether nobody says where the tool ends: it is taken at the robot's tip.
+    pub is_tcp_assumed: bool,
     /// Whether the program states the spindle speed, not the job.
     pub is_speed_of_program: bool,
     /// Feed of the tool centre point, m/s: the job's, else that at which the program cuts longest.
@@ -234,6 +236,7 @@ impl Operation {
             carried,
             line: 1,
             speed,
+            is_tcp_assumed: false,
             is_speed_of_program: false,
             feed_m_per_s,
             is_feed_of_job: true,

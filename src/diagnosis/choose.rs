@@ -4,6 +4,7 @@
 use rayon::prelude::*;
 
 use super::candidate::Candidate;
+use super::extrapolation::least_extrapolating;
 use super::fit::Fit;
 use super::hypothesis::Hypothesis;
 use super::known::{Asked, Known};
@@ -143,6 +144,7 @@ impl<'c> Search<'_, '_, 'c> {
         while let Some(better) = self.fewer(&best) {
             best = better;
         }
+        best = least_extrapolating(self.problem, best, &seen);
         Some(Searched { singles, best, seen })
     }
 

@@ -14,6 +14,7 @@ mod damping;
 mod data;
 mod decorrelation;
 mod diagnose;
+mod extrapolation;
 mod findings;
 mod fit;
 mod gain;

@@ -250,12 +250,16 @@ impl<'d> Shapes<'d> {
     /// What varies smoothly.
     fn smooth(&self) -> Vec<(Shape, Columns)> {
         let data = self.data;
-        let joints = data.rows.first().map_or(0, |row| row.q.len());
+        // Nothing follows a joint that stands.
+        let is_moved =
+            |&joint: &usize| data.rows.iter().any(|r| r.q[joint] != data.rows[0].q[joint]);
+        let joints = 0..data.rows.first().map_or(0, |row| row.q.len());
+        let joints: Vec<usize> = joints.filter(is_moved).collect();
         let column = |of: &dyn Fn(usize) -> f64| self.column(of);
         let of_mode = |mode: usize| self.of_mode(mode);
         let mut shapes: Vec<(Shape, Columns)> = Vec::new();
         shapes.push((Shape::ModeByMode, (0..data.columns).map(|m| column(&of_mode(m))).collect()));
-        for joint in 0..joints {
+        for &joint in &joints {
             shapes.push((Shape::Joint { joint }, self.harmonics(&|_| 1.0, joint, 2)));
             for mode in 0..data.columns {
                 let mut columns = vec![column(&of_mode(mode))];
@@ -265,12 +269,13 @@ impl<'d> Shapes<'d> {
         }
         for mode in 0..data.columns {
             let mut columns = vec![column(&of_mode(mode))];
-            columns.extend((0..joints).flat_map(|joint| self.harmonics(&of_mode(mode), joint, 1)));
+            let of_joint = |&joint: &usize| self.harmonics(&of_mode(mode), joint, 1);
+            columns.extend(joints.iter().flat_map(of_joint));
             shapes.push((Shape::ModeOverPose { mode }, columns));
         }
         for coordinate in 0..self.coordinates() {
             let base = |i: usize| self.energy(i, coordinate, 0);
-            for joint in 0..joints {
+            for &joint in &joints {
                 let mut columns = vec![column(&base)];
                 columns.extend(self.harmonics(&base, joint, 2));
                 shapes.push((Shape::SpringOverJoint { coordinate, joint }, columns));

@@ -19,6 +19,7 @@ use super::shapes::{Placed, mac, places, together};
 use super::table::{MeasuredRotation, ModeRow, ModeTable, RotationAxis};
 use crate::notes::{Code, Note, Part, Place};
 use crate::progress::{Done, Progress};
+use crate::statistics::median;
 
 /// Modes of two records within this relative distance of frequency are the same mode.
 const SAME_MODE: f64 = 0.012;
@@ -158,6 +159,7 @@ pub fn identify_session(session: &Session, progress: Progress<'_>) -> Identified
     }
     let mut poses: Vec<PoseModes> =
         groups.iter().map(|group| pose_modes(session, &records, group, &mut notes)).collect();
+    another_unit_of_time(session, &mut notes);
     aliases_between_rates(&poses, &mut notes);
     number(&mut poses, &mut notes);
     IdentifiedSession {
@@ -322,6 +324,24 @@ fn merged(values: &[(f64, f64)]) -> (f64, f64, f64) {
 }
 
 /// Poses that were recorded at two rates show which frequencies are aliased.
+/// A record that is sampled a thousand times as fast as the most are: milliseconds for seconds.
+fn another_unit_of_time(session: &Session, notes: &mut Vec<Note>) {
+    const FAR: f64 = 300.0;
+    let rates = || session.records.iter().filter_map(rate);
+    let Some(usual) = median(rates().collect()) else { return };
+    for measurement in &session.records {
+        let Some(rate) = rate(measurement) else { continue };
+        if rate > FAR * usual || rate < usual / FAR {
+            let what = format!(
+                "is sampled at {rate:.6} Hz, the other records at about {usual:.6} Hz: is its time \
+                 in the unit that its header says?"
+            );
+            let place = Place::part(Part::Record(measurement.record.name.clone()));
+            notes.push(Note::warning(Code::Units, place, what));
+        }
+    }
+}
+
 fn aliases_between_rates(poses: &[PoseModes], notes: &mut Vec<Note>) {
     for slow in poses {
         for fast in poses.iter().filter(|p| p.pose == slow.pose && p.conditions == slow.conditions)

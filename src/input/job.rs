@@ -203,6 +203,7 @@ impl<'j> Reader<'j> {
         self.external_axes();
         let spindle = self.spindle();
         let policy = self.policy();
+        self.tcp_far_away();
         self.masses_without_place();
         let operations = self.operations(tool.as_ref(), spindle.as_ref());
         let levers = self.levers(operations.as_deref().unwrap_or_default());

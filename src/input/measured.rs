@@ -184,7 +184,10 @@ impl Columns {
         let modes: Vec<usize> =
             (1..=MAX_MODES).map_while(|mode| find(&format!("f{mode}_hz"))).collect();
         if modes.is_empty() {
-            let hint = nearest("f1_hz", header.iter().map(String::as_str))
+            // The column of another mode is not meant.
+            let is_mode = |title: &&str| title.starts_with('f') && title.ends_with("_hz");
+            let others = header.iter().map(String::as_str).filter(|title| !is_mode(title));
+            let hint = nearest("f1_hz", others)
                 .map_or_else(String::new, |near| format!("; did you mean '{near}' for it?"));
             notes.error(Code::MissingKey, line, format!("no column 'f1_hz'{hint}"));
         }

@@ -49,6 +49,8 @@ pub struct NewRobot {
     pub springs: Vec<GuessedSpring>,
     /// Joints that slide, for which there is no typical figure.
     pub sliding: Vec<String>,
+    /// Joints that turn and have nothing with a mass behind them.
+    pub massless: Vec<String>,
     /// Mass of the whole arm, kg, where the URDF gives none.
     pub total_mass_kg: Option<f64>,
     /// The joints of β1 and β2 with their factors and offsets, rad, where the arm has such.
@@ -104,6 +106,13 @@ pub fn new_robot_text(robot: &NewRobot) -> String {
     for joint in &robot.sliding {
         text += &format!(
             "    # {}: slides; give it stiffness_n_per_m, or name it in elasticity.rigid\n",
+            joint.replace(char::is_control, " ")
+        );
+    }
+    for joint in &robot.massless {
+        text += &format!(
+            "    # {}: nothing behind it has a mass in the URDF, so that it is rigid here; give a link behind it one\n    \
+             # under inertials, then this joint its stiffness_nm_per_rad\n",
             joint.replace(char::is_control, " ")
         );
     }

@@ -61,8 +61,8 @@ struct Arm<'d> {
     moving_mass_kg: f64,
     /// From the first moving joint to the tip, from joint to joint.
     length_m: f64,
-    /// Whether part of that length is travel, which no file's origins hold.
-    slides: bool,
+    /// Travel of joints that slide, which no file's origins hold; infinite without limits.
+    travel_m: f64,
 }
 
 impl<'d> Arm<'d> {
@@ -76,6 +76,7 @@ impl<'d> Arm<'d> {
             let own = link.inertial.as_ref().filter(|own| own.mass_kg > 0.0 && !link.assumed)?;
             Some((link.name.as_str(), own))
         });
+        let sliding = robot.joints().iter().filter(|joint| joint.kind == JointKind::Prismatic);
         let (tip, tip_offset) = robot.tip();
         let carried = ancestors(robot.nodes(), tip)
             .filter(|&n| robot.nodes()[n].parent.is_some_and(moves))
@@ -85,7 +86,9 @@ impl<'d> Arm<'d> {
             bodies: bodies.collect(),
             moving_mass_kg: moving().map(|body| body.body.mass_kg).sum(),
             length_m: carried.sum::<f64>() + tip_offset.translation.vector.norm(),
-            slides: robot.joints().iter().any(|joint| joint.kind == JointKind::Prismatic),
+            travel_m: sliding
+                .map(|joint| joint.limit.map_or(f64::INFINITY, |[from, to]| to - from))
+                .sum(),
         }
     }
 
@@ -116,8 +119,9 @@ impl<'d> Arm<'d> {
     /// A body that stands out farther than links do.
     fn extent(&self, name: &str, body: &Inertial) -> Vec<Note> {
         let length_m = self.description.reach_of(name).norm();
-        let limit_m = length_m + MAX_OVERHANG * self.length_m;
-        if limit_m == 0.0 || self.slides {
+        // What slides may stand out by its travel.
+        let limit_m = length_m + MAX_OVERHANG * self.length_m + self.travel_m;
+        if limit_m == 0.0 {
             return Vec::new();
         }
         let note = |key, of: &str, value_m: f64, unit: &str| {
@@ -178,7 +182,8 @@ impl<'d> Arm<'d> {
 
     fn mass(&self) -> Option<Note> {
         let cube_m3 = self.length_m.powi(3);
-        if self.slides || self.is_too_long() || self.moving_mass_kg == 0.0 || cube_m3 == 0.0 {
+        if self.travel_m > 0.0 || self.is_too_long() || self.moving_mass_kg == 0.0 || cube_m3 == 0.0
+        {
             return None;
         }
         let [least_kg, most_kg] = MASS_OVER_LENGTH_CUBED.map(|limit| limit * cube_m3);

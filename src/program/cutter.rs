@@ -193,6 +193,13 @@ impl<'a> Cutter<'a> {
         }
     }
 
+    /// A hole is tapped: at its bottom the spindle turns round.
+    pub(super) fn taps(&mut self, line: usize) {
+        let what = "tapping stops the spindle and turns it back in the hole: the speeds that it \
+                    passes are not checked";
+        self.log.warning(Code::SpindleCommand, line, what);
+    }
+
     /// Sets the kind of feed; a number of another kind means nothing in it.
     pub(super) fn feed_kind(&mut self, kind: FeedKind) {
         if self.feed.kind != kind {

@@ -69,8 +69,9 @@ impl UnitWatch {
         }
     }
 
-    /// At the end of the program. `words` state a unit in its language.
-    pub(super) fn tell(&self, log: &mut Log, words: &str) {
+    /// At the end of the program. `words` state a unit in its language; `is_usual`: mm is what such
+    /// programs are in that do not say it.
+    pub(super) fn tell(&self, log: &mut Log, words: &str, is_usual: bool) {
         let Some(line) = self.first else { return };
         let ways = self.most.iter().zip(&self.least).map(|(most, least)| most - least);
         let extent = ways.fold(0.0, f64::max);
@@ -79,9 +80,12 @@ impl UnitWatch {
         }
         let said = format!("lengths are taken as mm, as nothing says their unit ({words})");
         let below = |limit: f64| self.feed.map(|feed| feed < limit);
-        let is_small = extent < SMALL && below(MODERATE).unwrap_or(true);
+        let is_small = extent < SMALL && below(MODERATE).unwrap_or(!is_usual);
         if !(is_small || self.is_fine || below(SLOW).unwrap_or(false)) {
-            return log.warning(Code::Assumed, line, said);
+            if !is_usual {
+                log.warning(Code::Assumed, line, said);
+            }
+            return;
         }
         let feed = self.feed.map_or(String::new(), |feed| format!(", at feeds up to {feed}"));
         let what = format!(

@@ -24,6 +24,9 @@ pub fn report(written: &[&Path], guessed: &NewRobot, jobs: &[CheckedJob]) -> Str
     for joint in &guessed.sliding {
         push_fact(0, "rigid", &format!("{joint} slides: no typical figure is known"), &mut text);
     }
+    for joint in &guessed.massless {
+        push_fact(0, "rigid", &format!("{joint}: nothing behind it has a mass"), &mut text);
+    }
     match &guessed.arm_angles {
         Some([(one, ..), (two, ..)]) => {
             let fact = format!("arm angles: beta1 from {one}, beta2 from {two}; check the signs");

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::about::in_operation;
+use super::about::{about_operation, in_operation};
 use super::bands::LineBands;
 use super::certainty::Certainty;
 use super::crossings;
@@ -14,13 +14,13 @@ use super::rules::Rules;
 use super::spindle_profile::SpindleProfile;
 use super::tool_tip;
 use super::verdict::{
-    Crossing, JobRisk, ModeExchange, OperationRisk, Sample, SpeedPoint, Verdict, Warning,
+    Crossing, JobRisk, LeftOut, ModeExchange, OperationRisk, Sample, SpeedPoint, Verdict, Warning,
 };
 use super::warnings::{unused, warnings};
 use crate::excitation::lines;
 use crate::job::{Job, Operation, Policy, SpindleSpeed};
 use crate::motion::Move;
-use crate::notes::Note;
+use crate::notes::{Code, Note};
 use crate::path::{Detail, MAX_GAP, ModalPose, Path, Survey, Surveyor, follow, grid};
 use crate::progress::Progress;
 use crate::uncertainty::{Draws, Trust, largest_by_mode};
@@ -231,6 +231,8 @@ fn survey_operation(
     let cut = tool_tip::look(job, operation, path, (&rules, &shown))?;
     let mut of_cut = tool_tip::notes(job, operation, &cut);
     of_cut.extend(tool_tip::assumed(job, operation, &cut));
+    let left_out = left_out(&lines, &operation.speed, &rules, &survey);
+    of_cut.extend(left_out_for_want_of_a_tcp(job, operation, &rules, path, (&survey, &left_out))?);
     let families = follow(path, &shown)?;
     let samples: Vec<Sample> = shown
         .iter()
@@ -256,7 +258,7 @@ fn survey_operation(
             }
         },
         duration_s: path.duration_s(),
-        left_out: left_out(&lines, &operation.speed, &rules, &survey),
+        left_out,
         closest: closest_approach(&samples, &lines, &job.policy, rules.min_tip_response_m_per_n),
         lines,
         probability: share.probability,
@@ -276,6 +278,33 @@ fn survey_operation(
         stability: cut.stability,
     };
     Ok((risk, probabilities.rings, of_cut))
+}
+
+/// How much a mode moves the tool hangs on where the tool ends: what a line meets among modes that
+/// were left out by the usual limit, where nobody says it.
+fn left_out_for_want_of_a_tcp(
+    job: &Job,
+    operation: &Operation,
+    rules: &Rules,
+    path: &Path,
+    (survey, left_out): (&Survey, &LeftOut),
+) -> Result<Option<Note>, Note> {
+    let is_usual = job.policy.min_tip_response_m_per_n.is_none();
+    if !operation.is_tcp_assumed || !is_usual || left_out.modes.is_empty() {
+        return Ok(None);
+    }
+    let all = rules.of_every_mode();
+    let (met, _) = crossings_under(job, operation, &all, &operation.speed, path, survey.clone())?;
+    let first = met.iter().find(|crossing| left_out.modes.contains(&crossing.mode));
+    Ok(first.map(|crossing| {
+        let what = format!(
+            "no tcp is stated: the tool is taken to end at the robot's tip, which mode {} hardly \
+             moves, so that it is left out, and a line of {:.1} Hz meets it from s = {:.3} on; \
+             state tcp",
+            crossing.mode, crossing.excitation_hz, crossing.from_s
+        );
+        about_operation(job, operation, Code::Assumed, what)
+    }))
 }
 
 /// The worst of the crossings that are not accepted.

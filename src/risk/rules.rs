@@ -88,6 +88,11 @@ impl<'a> Rules<'a> {
         }
     }
 
+    /// The same rules with no mode too faint.
+    pub(super) fn of_every_mode(&self) -> Self {
+        Self { min_tip_response_m_per_n: 0.0, ..self.clone() }
+    }
+
     /// Whether a mode that moves the tool tip this much at resonance, m/N, is too faint to count.
     pub fn is_faint(&self, tip_response_m_per_n: f64) -> bool {
         tip_response_m_per_n < self.min_tip_response_m_per_n

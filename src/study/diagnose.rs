@@ -54,6 +54,8 @@ pub struct RobotUpdate {
     pub damping: Vec<(String, f64)>,
     /// Warnings about that file, without its name.
     pub notes: Vec<Note>,
+    /// Why the table cannot be what it is taken for; then nothing is written.
+    pub doubt: Option<String>,
 }
 
 /// A robot and the table of modes that were measured on it.
@@ -79,9 +81,13 @@ impl RobotUpdate {
     /// YYYY-MM-DD.
     ///
     /// # Errors
-    /// The file is written in a manner that cannot be edited.
+    /// The file is written in a manner that cannot be edited, or the table is in another unit.
     pub fn output(&self, robot_file: &Path, to: &Path, date: &str) -> Result<Output, Vec<Note>> {
-        let Self { corrections, calibration, damping, .. } = self;
+        let Self { corrections, calibration, damping, doubt, .. } = self;
+        if let Some(why) = doubt {
+            let what = format!("nothing is written: {why}");
+            return Err(vec![Note::error(Code::NotRewritten, Place::file(to), what)]);
+        }
         let text = corrected_robot(robot_file, to, corrections, calibration, damping, date)?;
         Ok(Output::new(to, text.into_bytes()))
     }
@@ -241,6 +247,7 @@ fn update(
         },
         damping: found.damping.iter().map(|own| (own.joint.clone(), own.damping_ratio)).collect(),
         notes: update_notes(found),
+        doubt: found.notes.iter().find(|note| note.code == Code::Units).map(|n| n.what.clone()),
     }
 }
 

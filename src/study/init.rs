@@ -8,7 +8,7 @@ use nalgebra::{Isometry3, Vector3};
 use super::{Output, Read};
 pub use crate::input::{GuessedSpring, NewRobot};
 use crate::input::{UrdfParts, new_job_text, new_robot_text, read_urdf_alone};
-use crate::model::{Joint, JointKind};
+use crate::model::{Inertial, Joint, JointKind};
 use crate::notes::{Code, Note, Place};
 use crate::units::{deg_from_rad, mm_from_m};
 
@@ -125,12 +125,17 @@ pub fn scaffold(
         }
         _ => {}
     }
+    // A total mass is distributed over all links.
+    let carries = |joint: &str| total_mass_kg.is_some() || carries_mass(&urdf.parts, joint);
+    let (springs, massless): (Vec<_>, Vec<_>) =
+        springs(&urdf.chain).into_iter().partition(|spring| carries(&spring.joint));
     let robot = NewRobot {
         name: urdf.parts.name.clone().unwrap_or_else(|| "My arm".to_owned()),
         urdf: beside(folder, &urdf.file),
         tip: tip(&urdf.parts, &urdf.chain),
-        springs: springs(&urdf.chain),
+        springs,
         sliding: sliding(&urdf.chain),
+        massless: massless.into_iter().map(|spring| spring.joint).collect(),
         total_mass_kg,
         arm_angles: arm_angles(&urdf.chain),
     };
@@ -234,6 +239,27 @@ fn tip(parts: &UrdfParts, chain: &[Joint]) -> Option<String> {
     let mut last = fixed.iter().filter(is_last);
     let only = last.next().filter(|_| last.next().is_none()).copied();
     NAMES.iter().find_map(is_named).or(only).map(str::to_owned)
+}
+
+/// Whether a link behind a joint has a mass.
+fn carries_mass(parts: &UrdfParts, joint: &str) -> bool {
+    let links = || parts.links.iter();
+    let mut behind: Vec<&Joint> = parts.joints.iter().filter(|own| own.name == joint).collect();
+    let mut next = 0;
+    while let Some(&at) = behind.get(next) {
+        let is_heavy = |own: &Inertial| own.mass_kg > 0.0;
+        if links().any(|link| link.name == at.child && link.inertial.as_ref().is_some_and(is_heavy))
+        {
+            return true;
+        }
+        let own = parts.joints.iter().filter(|joint| joint.parent == at.child);
+        // A loop ends where it began.
+        let new: Vec<&Joint> =
+            own.filter(|own| !behind.iter().any(|known| known.name == own.name)).collect();
+        behind.extend(new);
+        next += 1;
+    }
+    false
 }
 
 fn is_driven(joint: &Joint) -> bool {

@@ -357,3 +357,24 @@ fn harmonics_of_a_spring_that_is_softer_on_one_side_are_no_modes() {
         assert!(listed.len() == 1 && (listed[0] / hz - 1.0).abs() < 1e-3, "{listed:?} {hz}");
     }
 }
+
+/// Seconds under a header of milliseconds, in one of three records.
+#[test]
+fn a_record_a_thousand_times_as_fast_as_the_others_is_told() {
+    let record = |rate: f64, at: f64| Measurement {
+        record: {
+            let own = [swung((20.0 * rate / 500.0, 0.01), 1.0, 1.0, rate, 3000, &|_| 0.0)];
+            acceleration(rate, None, mixed(&own, &[&[1.0, 0.2]], 0.003, 1))
+        },
+        pose: Pose::Joints(vec![at]),
+        conditions: Conditions::default(),
+        id: None,
+    };
+    let told = |fast: f64| {
+        let records = vec![record(500.0, 0.0), record(500.0, 0.1), record(fast, 0.2)];
+        let session = Session { asked: asked(&[]), joint_columns: None, records };
+        let found = identify_session(&session, &silent).warnings;
+        found.into_iter().filter(|note| note.code == Code::Units).count()
+    };
+    assert_eq!((told(500e3), told(5e3)), (1, 0));
+}

@@ -434,3 +434,44 @@ fn the_page_stands_alone() {
     let page = page.replace("http://www.w3.org/2000/svg", "");
     assert!(!page.contains("://") && !page.contains("NaN"));
 }
+
+/// Springs 39 times as stiff are no finding that a verdict may rest on: nothing is written.
+#[test]
+fn a_table_in_another_unit_is_not_written_into_the_robot() {
+    let folder = tempfile::tempdir().unwrap();
+    let robot = "robots/two-link";
+    let map = detune(&["map", robot, "--random", "16"]);
+    assert_eq!(code(&map), 0, "{}", err(&map));
+    let text = out(&map);
+    let (head, rows) = text.split_once('\n').unwrap();
+    let kept: Vec<usize> = (head.split(',').enumerate())
+        .filter(|(_, name)| name.starts_with("joint_") || name.ends_with("_hz"))
+        .map(|(column, _)| column)
+        .collect();
+    let names: Vec<&str> = kept.iter().map(|&k| head.split(',').nth(k).unwrap()).collect();
+    let table = |factor: f64| {
+        let row = |line: &str| {
+            let cell = |(&k, name): (&usize, &&str)| {
+                let value: f64 = line.split(',').nth(k).unwrap().parse().unwrap();
+                format!("{}", if name.ends_with("_hz") { factor * value } else { value })
+            };
+            kept.iter().zip(&names).map(cell).collect::<Vec<_>>().join(",")
+        };
+        let rows: Vec<String> = rows.lines().map(row).collect();
+        let file = folder.path().join("measured.csv");
+        std::fs::write(&file, format!("{}\n{}\n", names.join(","), rows.join("\n"))).unwrap();
+        file.to_str().unwrap().to_owned()
+    };
+    let written = folder.path().join("written.yaml");
+    let to = written.to_str().unwrap();
+    let output = detune(&["diagnose", robot, &table(std::f64::consts::TAU), "--write", to]);
+    assert_eq!(code(&output), 2, "{}", out(&output));
+    assert!(err(&output).contains("nothing is written: the frequencies are about 6.28 times"));
+    assert!(out(&output).is_empty() && !written.exists());
+    // What is found is shown all the same; in Hz it is written, too.
+    let output = detune(&["diagnose", robot, &table(std::f64::consts::TAU)]);
+    assert_eq!(code(&output), 0, "{}", err(&output));
+    assert!(err(&output).contains("are they in rad/s?"));
+    let output = detune(&["diagnose", robot, &table(1.0), "--write", to]);
+    assert!(code(&output) == 0 && written.exists(), "{}", err(&output));
+}

@@ -359,3 +359,24 @@ fn the_program_says_how_it_was_built_and_has_manual_pages() {
     assert!(out(&page).contains("fail\\-on"), "{}", out(&page));
     assert_eq!(code(&run(repository(), &["man", "chekc"])), 2);
 }
+
+/// A flange without an inertial: its joint cannot be elastic, and the file says what to do.
+#[test]
+fn a_joint_without_a_mass_behind_it_is_rigid_in_a_first_robot() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole = urdf("tests/data/reference/ur10.urdf");
+    let link = whole.find("<link name=\"wrist_3_link\"").unwrap();
+    let from = link + whole[link..].find("<inertial").unwrap();
+    let to = from + whole[from..].find("</inertial>").unwrap() + "</inertial>".len();
+    fs::write(folder.path().join("arm.urdf"), format!("{}{}", &whole[..from], &whole[to..]))
+        .unwrap();
+    let output = run(folder.path(), &["init", "arm.urdf"]);
+    assert_eq!(code(&output), 0, "{}", err(&output));
+    let told = "rigid    wrist_3_joint: nothing behind it has a mass";
+    assert!(out(&output).contains(told), "{}", out(&output));
+    let robot = fs::read_to_string(folder.path().join("robot.yaml")).unwrap();
+    assert!(robot.contains("    # wrist_3_joint: nothing behind it has a mass"), "{robot}");
+    assert!(!robot.contains("    wrist_3_joint:"), "{robot}");
+    let checked = run(folder.path(), &["check", "jobs", "--fail-on", "never"]);
+    assert_eq!(code(&checked), 0, "{}", err(&checked));
+}

@@ -367,3 +367,26 @@ fn springs_behind_the_tip_are_doubtful() {
     let says = ["joint_5, joint_6", "stand at zero"];
     assert_doubt(&yaml, &original("irb1600.urdf"), Code::AxisIgnored, "tip", &says);
 }
+
+/// A joint that slides makes no link longer than its travel: 40 g for 40 kg, with the inertia of these.
+#[test]
+fn masses_of_an_arm_on_a_track_are_judged() {
+    let folder = repository().join("robots/rail-mill");
+    let read = |file: &str| fs::read_to_string(folder.join(file)).unwrap();
+    let temporary = tempfile::tempdir().unwrap();
+    fs::write(temporary.path().join("rail-mill.urdf"), read("rail-mill.urdf")).unwrap();
+    let path = temporary.path().join("robot.yaml");
+    let inertia = "inertia_kgm2: {ixx: 2, iyy: 2, izz: 2}";
+    let told = |mass_kg: f64| {
+        let given = format!("inertials:\n  link_5: {{mass_kg: {mass_kg}, {inertia}}}\n");
+        fs::write(&path, read("robot.yaml") + &given).unwrap();
+        let mut reading = Reading::default();
+        read_robot(&path, &mut reading).unwrap();
+        reading.warnings.into_iter().map(|note| (note.code, note.what)).collect::<Vec<_>>()
+    };
+    assert_eq!(told(40.0), []);
+    let found = told(0.04);
+    let [(code, what)] = &found[..] else { panic!("{found:?}") };
+    assert!(matches!(code, Code::InertiaExtent | Code::CadUnits), "{what}");
+    assert!(what.contains("radius of gyration is 7.071 m"), "{what}");
+}

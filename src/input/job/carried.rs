@@ -4,6 +4,8 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use nalgebra::Vector3;
+
 use super::super::raw::job as raw;
 use super::super::robot::inertial;
 use super::Reader;
@@ -87,6 +89,18 @@ impl Reader<'_> {
     }
 
     /// Reports masses at the tip of which nobody says where they are.
+    pub(super) fn tcp_far_away(&mut self) {
+        /// Tools of robots are shorter.
+        const MAX_M: f64 = 2.0;
+        let Some(xyz_m) = self.raw.tcp.as_ref().and_then(|tcp| tcp.xyz_m) else { return };
+        let away_m = Vector3::from(xyz_m).norm();
+        if away_m > MAX_M {
+            let line = self.tree.line_at(&[Step::Key("tcp")]);
+            let what = format!("tcp is {away_m} m from the robot's tip: is it in millimetres?");
+            self.notes.warning(Code::CadUnits, Some(line), what);
+        }
+    }
+
     pub(super) fn masses_without_place(&mut self) {
         let raw = self.raw;
         let of_job = [(String::new(), Vec::new(), raw.payload.as_ref())].into_iter();

@@ -16,6 +16,7 @@ use super::speeds::Said;
 use super::stretches::{stretches, usual_feed_m_per_s};
 use crate::formats::yaml::{Node, Step};
 use crate::job::{Operation, Spindle, SpindleSpeed, Tool, stretch_of};
+use crate::motion::Move;
 use crate::notes::{Code, Note, Place};
 use crate::units::m_per_s_from_mm_per_min;
 
@@ -147,8 +148,11 @@ impl<'j> Reader<'j> {
                 (None, None) if stretch.stands => SpindleSpeed::Constant(0.0),
                 (None, None) => continue,
             };
+            let is_at_tip = |own: &Move| own.tcp == Isometry3::identity();
+            let own = moves.get(stretch.moves.clone()).unwrap_or_default();
             operations.push(Operation {
                 name: name?,
+                is_tcp_assumed: self.raw.tcp.is_none() && own.iter().all(is_at_tip),
                 entry,
                 line: node.line as usize,
                 tool: cutter,

@@ -306,6 +306,20 @@ fn a_load_that_nobody_states_is_told() {
     assert!(note.what.starts_with("payload has no com_m, so its centre of mass"), "{note}");
 }
 
+/// 150 mm in metres; a tool of 1.5 m there is.
+#[test]
+fn a_tool_that_ends_far_from_the_arm_is_doubted() {
+    let with = |z: &str| {
+        let job = format!("{JOB}payload: none\n").replace("[0, 0, 0.15]", &format!("[0, 0, {z}]"));
+        load(&job, robot::YAML).unwrap().1
+    };
+    let notices = with("150");
+    let [note] = &notices[..] else { panic!("{notices:?}") };
+    assert_eq!(note.code, Code::CadUnits);
+    assert!(note.what.contains("150 m from the robot's tip"), "{note}");
+    assert_eq!(with("1.5"), []);
+}
+
 #[test]
 fn rapid_sets_speed_and_tool_as_the_job_says() {
     let to = |x: u32| {

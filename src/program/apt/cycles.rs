@@ -259,8 +259,11 @@ impl Reader<'_> {
         cycle: Cycle,
     ) -> Result<(), String> {
         let feed = cycle.feed.unwrap_or(self.cutter.feed);
-        if cycle.is_tap && feed.kind == FeedKind::PerMinute {
-            self.cutter.log.states(line, None, States::Tap);
+        if cycle.is_tap {
+            self.cutter.taps(line);
+            if feed.kind == FeedKind::PerMinute {
+                self.cutter.log.states(line, None, States::Tap);
+            }
         }
         let feed = self.cutter.pace_of(feed)?;
         self.rapid = false;

@@ -37,6 +37,8 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
     let mut lexer = Lexer::new(text);
     read_all(&mut lexer, &mut reader);
     reader.settle_senses();
+    // All of its numbers have many decimals, in either unit.
+    reader.cutter.unit.tell(reader.cutter.log, "UNITS/MM or UNITS/INCHES", true);
     // The job may say that all points are in the first system.
     if let (Some(line), false) =
         (lexer.other_system, settings.coordinates == Some(Coordinates::World))
@@ -45,6 +47,10 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log) {
                     known: they are read as all in one system";
         reader.cutter.log.warning(Code::ChangeIgnored, line, what);
     }
+}
+
+fn axes_of(at: Option<Vector3<f64>>) -> [Option<f64>; 3] {
+    at.map_or([None; 3], |at| at.map(Some).into())
 }
 
 fn read_all<'t>(lexer: &mut Lexer<'t>, reader: &mut Reader<'_>) {
@@ -97,9 +103,14 @@ struct Reader<'a> {
 
 impl<'a> Reader<'a> {
     fn new(settings: &'a Settings, log: &'a mut Log) -> Self {
+        let mut cutter = Cutter::new(settings, log);
+        let inches = settings.unit == Some(LengthUnit::Inch);
+        if settings.unit.is_some() {
+            cutter.unit.state(!inches);
+        }
         Self {
-            cutter: Cutter::new(settings, log),
-            inches: settings.unit == Some(LengthUnit::Inch),
+            cutter,
+            inches,
             units_given: settings.unit.is_some(),
             rapid: false,
             axis: Vector3::z_axis(),
@@ -149,7 +160,11 @@ impl<'a> Reader<'a> {
                 self.cutter.log.warning(Code::MotionLeftOut, line, what);
                 Ok(())
             }
-            "GOTO" => self.go_to(line, minor),
+            "GOTO" => {
+                let gone = self.go_to(line, minor);
+                self.cutter.unit.goes_to(line, axes_of(self.at), std::iter::empty());
+                gone
+            }
             "FROM" => self.from(line, minor),
             "GODLTA" => self.go_delta(line, minor),
             "RAPID" => {
@@ -345,6 +360,10 @@ impl<'a> Reader<'a> {
             let what = "the feed is in inches, but no UNITS is given: lengths are in mm";
             self.cutter.log.warning(Code::UnitAssumed, line, what);
         }
+        // Who states the unit of the feed means that of the lengths, or is told of it above.
+        if matches!(unit, Some("MMPM" | "MMPR" | "IPM" | "IPR")) {
+            self.cutter.unit.state(true);
+        }
         let feed = self.feed_of(*number, unit)?;
         self.cutter.state_feed(line, feed, *number, Some(*span));
         Ok(())
@@ -360,6 +379,7 @@ impl<'a> Reader<'a> {
         };
         self.inches = inches;
         self.units_given = true;
+        self.cutter.unit.state(!inches);
         Ok(())
     }
 

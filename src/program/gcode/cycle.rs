@@ -70,8 +70,11 @@ impl Machine<'_> {
             return Err(format!("{repeats} repeats: expected a whole number from 0"));
         }
         let depths = self.depths(kind, retract, bottom)?;
-        if self.cycle.is_tap && self.cutter.feed.kind == FeedKind::PerMinute {
-            self.cutter.log.states(line, None, States::Tap);
+        if self.cycle.is_tap {
+            self.cutter.taps(line);
+            if self.cutter.feed.kind == FeedKind::PerMinute {
+                self.cutter.log.states(line, None, States::Tap);
+            }
         }
         let by = |axis: usize| block.word(AXES[axis]).map_or(0.0, |word| self.mm(word.value));
         let (by_u, by_v) = (by(u), by(v));

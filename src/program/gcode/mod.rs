@@ -85,7 +85,7 @@ pub(super) fn read(text: &str, settings: &Settings, log: &mut Log, is_sinumerik:
         machine.cutter.log.error(Code::Syntax, lines.len().max(1), what);
     }
     let words = if is_sinumerik { "G70, G71, G700 or G710" } else { "G20 or G21" };
-    machine.cutter.unit.tell(machine.cutter.log, words);
+    machine.cutter.unit.tell(machine.cutter.log, words, false);
     let moves = |line: &usize| {
         // What cannot be parsed is no block: remarks behind the closing mark.
         let is_block = block::parse(lines[*line].1, &mut block, &flow.parameters).is_ok();

@@ -63,11 +63,12 @@ impl Shift {
 
     /// Chooses a work offset; an error where the way from one to the other is not known.
     pub(super) fn choose(&mut self, code: i64, has_moved: bool) -> Result<(), ()> {
-        let before = self.chosen.replace(code);
+        // Where the program has moved without a choice, the first offset held.
+        let before = self.chosen.replace(code).or(has_moved.then_some(self.active));
         self.active = code;
         let is_known = self.origins.contains_key(&code) && self.base_origin.is_some();
         let same = before.is_none_or(|before| before == code) || self.base == Some(code);
-        if same || is_known || (!has_moved && before.is_none()) { Ok(()) } else { Err(()) }
+        if same || is_known { Ok(()) } else { Err(()) }
     }
 
     /// G10 L2: the origin of an offset, axes as given.

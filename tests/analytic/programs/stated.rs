@@ -278,3 +278,48 @@ fn frames_that_a_tp_program_sets_are_its_own() {
         assert!(found.iter().any(|note| note.what.contains(said)), "{sets}: {found:?}");
     }
 }
+
+/// The first offset holds until the program chooses another: a choice behind its moves is a change.
+#[test]
+fn a_work_offset_chosen_behind_moves_is_a_change() {
+    let changed = |body: &str| {
+        let text = format!("G21 G0 X0 Y0 Z0\nG1 X50 F400\n{body}\nG1 X60");
+        told(&of(&text, Dialect::GCode, &settings()), Code::ChangeIgnored)
+    };
+    assert_eq!(changed("G55"), [3]);
+    assert_eq!(changed("G54"), NONE);
+    assert_eq!(changed("G55\nX70\nG54"), [3]);
+    // Before any move, it is the one that the job's work object stands for.
+    let text = "G21 G55\nG0 X0 Y0 Z0\nG1 X50 F400";
+    assert_eq!(told(&of(text, Dialect::GCode, &settings()), Code::ChangeIgnored), NONE);
+}
+
+#[test]
+fn tapping_passes_speeds_that_are_not_checked() {
+    for code in ["G84", "G74"] {
+        let text = format!("G21 G0 X0 Y0 Z9\nS900 M3\nG95\n{code} X5 Z-4 R2 F1\nG80\nG0 Z9");
+        let program = of(&text, Dialect::GCode, &settings());
+        assert_eq!(told(&program, Code::SpindleCommand), [4], "{code}");
+    }
+    let bored = "G21 G0 X0 Y0 Z9\nS900 M3\nG85 X5 Z-4 R2 F90\nG80\nG0 Z9";
+    assert_eq!(told(&of(bored, Dialect::GCode, &settings()), Code::SpindleCommand), NONE);
+    let apt = "UNITS/MM\nSPINDL/900\nFEDRAT/90\nGOTO/0,0,9\n\
+               CYCLE/TAP,DEPTH,4,MMPR,1,CLEAR,2\nGOTO/5,0,0\nCYCLE/OFF";
+    assert_eq!(told(&of(apt, Dialect::Apt, &settings()), Code::SpindleCommand), [6]);
+}
+
+/// As in G-code; all numbers of APT have many decimals, so that these say nothing.
+#[test]
+fn apt_without_a_unit_is_a_doubt_where_it_looks_like_inches() {
+    let told = |head: &str, feed: &str, to: &str| {
+        let text = format!("{head}\nFEDRAT/{feed}\nGOTO/0,0,0\nGOTO/{to},0,0");
+        let program = of(&text, Dialect::Apt, &settings());
+        told(&program, Code::UnitAssumed)
+    };
+    assert_eq!(told("", "20", "3.1250"), [3]);
+    assert_eq!(told("", "40", "100.0"), [3]);
+    assert_eq!(told("", "400", "100.1255"), NONE);
+    assert_eq!(told("UNITS/MM", "20", "3.1250"), NONE);
+    assert_eq!(told("UNITS/INCHES", "20", "3.1250"), NONE);
+    assert_eq!(told("", "20,MMPM", "3.1250"), NONE);
+}

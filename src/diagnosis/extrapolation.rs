@@ -1,0 +1,118 @@
+//! Of models that a table cannot tell apart, the one that promises least where it was not measured.
+
+use super::models::Model;
+use super::next_poses::anywhere;
+use super::posterior::predicted;
+use super::problem::Problem;
+use crate::model::Robot;
+
+/// Log evidence by which the best model may be ahead of one that is taken instead: a factor of
+/// three, which noise makes.
+const ALIKE: f64 = 1.0;
+
+/// Share of the best one's change of the frequencies that is clearly less.
+const CLEARLY_LESS: f64 = 0.8;
+
+/// Poses at which models are compared.
+const POSES: u32 = 32;
+
+/// `best`, or of the models as good as that with as many causes, none of the instrument, the one
+/// that changes the frequencies of the model without causes least over all poses, if that is
+/// clearly less.
+pub(super) fn least_extrapolating<'c>(
+    problem: &Problem<'_>,
+    best: Model<'c>,
+    seen: &[Model<'c>],
+) -> Model<'c> {
+    let is_of_arm = |model: &Model<'_>| {
+        model.fit.hypothesis.effects.iter().all(|(c, _)| !c.cause.is_of_the_instrument())
+    };
+    let is_as_good = |model: &&Model<'c>| {
+        model.causes() == best.causes()
+            && model.log_evidence > best.log_evidence - ALIKE
+            && model.shared(&best) < best.causes()
+            && is_of_arm(model)
+    };
+    let rivals: Vec<&Model<'c>> = seen.iter().filter(is_as_good).collect();
+    if rivals.is_empty() || best.causes() == 0 || !is_of_arm(&best) {
+        return best;
+    }
+    let found = || {
+        let robot = Robot::new(problem.description).ok()?;
+        let poses = anywhere(&robot, problem.data, POSES);
+        let at = |corrections: &[_]| predicted(problem.description, corrections, &[], &poses);
+        let without = at(&[])?;
+        let change = |model: &Model<'_>| -> Option<f64> {
+            let with = at(&model.fit.hypothesis.corrections())?;
+            let square = |(with, without): (&Vec<f64>, &Vec<f64>)| -> f64 {
+                let both = with.iter().zip(without).take(problem.data.columns);
+                both.map(|(with, without)| (with - without).powi(2)).sum()
+            };
+            let sum: f64 = with.iter().zip(&without).map(square).sum();
+            sum.is_finite().then_some(sum.sqrt())
+        };
+        let of_best = change(&best)?;
+        let rivals = rivals.into_iter().filter_map(|rival| Some((change(rival)?, rival)));
+        let (least, rival) = rivals.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        (least < CLEARLY_LESS * of_best).then(|| rival.clone())
+    };
+    found().unwrap_or(best)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::candidate::{Candidate, Parameter, Scale};
+    use super::super::fit::tests::{arm, data};
+    use super::super::hypothesis::Hypothesis;
+    use super::*;
+    use crate::model::Cause;
+
+    fn candidate(at: &str) -> Candidate {
+        let offset = Parameter {
+            name: "dx_m",
+            scale: Scale::Linear(0.1),
+            nominal: Some(0.0),
+            bounds: [-1.0, 1.0],
+            starts: vec![],
+            expected: None,
+        };
+        Candidate::new(Cause::ComOffset, at, vec![offset])
+    }
+
+    /// Two causes that a table is said to hold alike, whatever it holds; which of them changes more
+    /// is seen at the poses of the table.
+    #[test]
+    fn of_models_alike_the_one_that_changes_less_is_taken() {
+        let description = arm();
+        let data = data(12);
+        let problem = Problem { description: &description, data: &data };
+        let candidates = [candidate("l2"), candidate("l3")];
+        let model = |candidate, log_evidence| {
+            let hypothesis = Hypothesis { effects: vec![(candidate, vec![1.0])] };
+            Model { fit: problem.optimise(hypothesis).unwrap(), log_evidence }
+        };
+        let rows = &data.rows;
+        let at = |corrections: &[_]| predicted(&description, corrections, &[], rows).unwrap();
+        let change = |model: &Model<'_>| -> f64 {
+            let with = at(&model.fit.hypothesis.corrections());
+            let both = with.iter().flatten().zip(at(&[]).into_iter().flatten().collect::<Vec<_>>());
+            both.map(|(a, b)| (a - b).powi(2)).sum::<f64>()
+        };
+        let [one, other] = candidates.each_ref().map(|own| model(own, 0.0));
+        let (less, more) = if change(&one) < change(&other) { (one, other) } else { (other, one) };
+        assert!(change(&less) < 0.5 * change(&more), "{} {}", change(&less), change(&more));
+        let at = |model: &Model<'_>| model.fit.hypothesis.effects[0].0.at.clone();
+        let behind = |by: f64, of: &Model<'_>| {
+            let mut rival = of.clone();
+            rival.log_evidence -= by;
+            [rival]
+        };
+        let taken = |best: &Model<'_>, seen: &[Model<'_>]| {
+            at(&least_extrapolating(&problem, best.clone(), seen))
+        };
+        assert_eq!(taken(&more, &behind(0.5, &less)), at(&less));
+        assert_eq!(taken(&more, &behind(1.5, &less)), at(&more));
+        assert_eq!(taken(&less, &behind(0.0, &more)), at(&less));
+        assert_eq!(taken(&more, &[]), at(&more));
+    }
+}
