@@ -102,17 +102,13 @@ mod tests {
         let (less, more) = if change(&one) < change(&other) { (one, other) } else { (other, one) };
         assert!(change(&less) < 0.5 * change(&more), "{} {}", change(&less), change(&more));
         let at = |model: &Model<'_>| model.fit.hypothesis.effects[0].0.at.clone();
-        let behind = |by: f64, of: &Model<'_>| {
-            let mut rival = of.clone();
-            rival.log_evidence -= by;
-            [rival]
+        // The rival is behind by so much.
+        let taken = |best: &Model<'_>, rival: &Model<'_>, by: f64| {
+            let rival = Model { fit: rival.fit.clone(), log_evidence: -by };
+            at(&least_extrapolating(&problem, best.clone(), &[rival]))
         };
-        let taken = |best: &Model<'_>, seen: &[Model<'_>]| {
-            at(&least_extrapolating(&problem, best.clone(), seen))
-        };
-        assert_eq!(taken(&more, &behind(0.5, &less)), at(&less));
-        assert_eq!(taken(&more, &behind(1.5, &less)), at(&more));
-        assert_eq!(taken(&less, &behind(0.0, &more)), at(&less));
-        assert_eq!(taken(&more, &[]), at(&more));
+        assert_eq!(taken(&more, &less, 0.5), at(&less));
+        assert_eq!(taken(&more, &less, 1.5), at(&more));
+        assert_eq!(taken(&less, &more, 0.0), at(&less));
     }
 }

@@ -141,7 +141,7 @@ fn parameters(case: &Case, findings: &[Value]) -> [usize; 2] {
 }
 
 /// Of all modes together.
-fn pooled(by_mode: &Vec<[usize; 2]>) -> [usize; 2] {
+fn pooled(by_mode: &[[usize; 2]]) -> [usize; 2] {
     [0, 1].map(|k| by_mode.iter().map(|own| own[k]).sum())
 }
 
@@ -202,7 +202,7 @@ impl Total {
         (0..2).for_each(|k| self.parameters[k] += score.parameters[k]);
         self.seconds += score.seconds;
         self.longest = self.longest.max(score.seconds);
-        let [predicted, measured] = [&score.predicted, &score.measured].map(pooled);
+        let [predicted, measured] = [&score.predicted, &score.measured].map(|own| pooled(own));
         format!(
             "{:<24} {} {:<16} held-out {:.2} fresh {:.2} of noise {:.2} %, \
              parameters {:?} predicted {predicted:?} {measured:?}, {:.0} s {:?} {}",
@@ -238,7 +238,7 @@ impl Total {
         };
         let [all, first, named, spurious, held_out] = self.hidden;
         let [calm, none, consistent] = self.calm;
-        let by_mode = |counts: &Vec<[usize; 2]>| {
+        let by_mode = |counts: &[[usize; 2]]| {
             let modes = counts.iter().enumerate();
             let modes = modes
                 .map(|(mode, [held, all])| format!("mode {}: {}", mode + 1, share(*held, *all)));
